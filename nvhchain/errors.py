@@ -1,0 +1,25 @@
+"""The failures nvhchain reports: bad input (value, limit, remedy) and solvers that did not deliver."""
+
+from __future__ import annotations
+
+
+class InputError(ValueError):
+    """Input that cannot be used; the message names the value, the limit and the remedy."""
+
+
+class FileFormatError(InputError):
+    """A file that is truncated, damaged or not what it claims to be."""
+
+
+class ResourceError(InputError):
+    """A job that does not fit into this machine; the message says how large it is and how to shrink it."""
+
+
+class SolverError(RuntimeError):
+    """A numerical method that did not reach its stated residual."""
+
+
+def require(condition: bool, message: str) -> None:
+    """Raise `InputError` with `message` unless `condition` holds."""
+    if not condition:
+        raise InputError(message)

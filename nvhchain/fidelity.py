@@ -1,0 +1,94 @@
+"""Every accuracy knob: one frozen class per stage and three presets.
+
+A fidelity value changes how close the answer is; a case value changes what the answer is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class GearFidelity:
+    """Finite element body, contact slices and the grid of the mesh law.
+
+    profile_elements: quadratic elements along one flank.  width_layers: element layers over the face width.
+    slices: axial slices of a contact line.  angles_per_mesh: mesh-law angles per mesh period.
+    deflections: mesh-law deflections.  contact_residual: admissible residual of the complementarity
+    problem, relative to the deflection scale.
+    """
+
+    profile_elements: int
+    width_layers: int
+    slices: int
+    angles_per_mesh: int
+    deflections: int
+    contact_residual: float = 1e-10
+
+
+@dataclass(frozen=True)
+class DynamicsFidelity:
+    """time_step: s, largest step of the integrator.  settle_level: what is left of a start transient when
+    recording begins, relative.  periods: recorded common periods."""
+
+    time_step: float
+    settle_level: float = 1e-6
+    periods: int = 1
+
+
+@dataclass(frozen=True)
+class HousingFidelity:
+    """element_size: m, quadratic tetrahedra.  mode_ratio: modes up to this multiple of the band's upper limit."""
+
+    element_size: float
+    mode_ratio: float = 1.25
+
+
+@dataclass(frozen=True)
+class AcousticsFidelity:
+    """Boundary elements and master frequencies.
+
+    elements_per_wavelength: of the radiating surface at the upper band limit.
+    masters: master frequencies over the band.  interpolation: `phase_removed` or `linear`.
+    quadrature_order: Gauss order of well separated triangle pairs.
+    """
+
+    elements_per_wavelength: float
+    masters: int
+    quadrature_order: int = 3
+    interpolation: str = "phase_removed"
+
+
+@dataclass(frozen=True)
+class Fidelity:
+    """One preset: a name and a knob set per stage."""
+
+    name: str
+    gear: GearFidelity
+    dynamics: DynamicsFidelity
+    housing: HousingFidelity
+    acoustics: AcousticsFidelity
+
+
+DRAFT = Fidelity(
+    "draft",
+    GearFidelity(profile_elements=4, width_layers=3, slices=8, angles_per_mesh=16, deflections=16),
+    DynamicsFidelity(time_step=20e-6),
+    HousingFidelity(element_size=0.018),
+    AcousticsFidelity(elements_per_wavelength=2.5, masters=16),
+)
+STANDARD = Fidelity(
+    "standard",
+    GearFidelity(profile_elements=6, width_layers=5, slices=14, angles_per_mesh=24, deflections=24),
+    DynamicsFidelity(time_step=10e-6),
+    HousingFidelity(element_size=0.012),
+    AcousticsFidelity(elements_per_wavelength=4.0, masters=32),
+)
+REFERENCE = Fidelity(
+    "reference",
+    GearFidelity(profile_elements=10, width_layers=8, slices=24, angles_per_mesh=40, deflections=40),
+    DynamicsFidelity(time_step=5e-6),
+    HousingFidelity(element_size=0.008),
+    AcousticsFidelity(elements_per_wavelength=5.0, masters=48),
+)
+PRESETS = {preset.name: preset for preset in (DRAFT, STANDARD, REFERENCE)}

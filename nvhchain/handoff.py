@@ -32,9 +32,7 @@ def _array(owner: object, name: str, dtype: Any, shape: tuple[int | None, ...]) 
         value = np.ascontiguousarray(given, dtype=dtype)
     except (TypeError, ValueError) as error:
         raise InputError(f"{kind}.{name} is not a numeric array: {error}") from None
-    if value.ndim != len(shape) or any(
-        n is not None and n != m for n, m in zip(shape, value.shape, strict=False)
-    ):
+    if value.ndim != len(shape) or any(n is not None and n != m for n, m in zip(shape, value.shape, strict=False)):
         wanted = ", ".join("any" if n is None else str(n) for n in shape)
         raise InputError(f"{kind}.{name} has shape {value.shape}, but ({wanted}) is needed")
     if value.dtype.kind in "fc" and not np.isfinite(value).all():
@@ -54,7 +52,7 @@ def _increasing(owner: object, name: str, minimum: float | None = None) -> None:
     if len(axis) > 1 and not (np.diff(axis) > 0).all():
         at = int(np.argmin(np.diff(axis) > 0))
         raise InputError(
-            f"{kind}.{name} must increase strictly, but goes from {axis[at]:g} to {axis[at + 1]:g} at index {at}: sort it"
+            f"{kind}.{name} must increase strictly, but goes {axis[at]:g} → {axis[at + 1]:g} at index {at}: sort it"
         )
     if minimum is not None and axis[0] < minimum:
         raise InputError(f"{kind}.{name} starts at {axis[0]:g}, below the lowest admissible value {minimum:g}")
@@ -259,14 +257,17 @@ class Surface(HandOff):
         unique, count = np.unique(forward, return_counts=True)
         undirected, sides = np.unique(np.minimum(forward, backward), return_counts=True)
         open_edges = int((sides == 1).sum())
-        require(open_edges == 0, f"Surface is open: {open_edges} edges belong to one triangle only; close it (cap the openings)")
+        require(
+            open_edges == 0,
+            f"Surface is open: {open_edges} edges belong to one triangle only; close it (cap the openings)",
+        )
         require(
             bool((sides == 2).all()),
             f"Surface has {int((sides > 2).sum())} edges shared by more than two triangles: make it a manifold",
         )
         require(
             bool((count == 1).all()) and len(undirected) * 2 == len(unique),
-            "Surface triangles are not oriented alike: neighbours must run along their common edge in opposite directions",
+            "Surface triangles are not oriented alike: neighbours must run along a common edge in opposite directions",
         )
 
     @cached_property

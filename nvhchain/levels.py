@@ -1,0 +1,69 @@
+"""Levels: decibels, A-weighting, overall values, orders, and the time signal behind a line spectrum."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nvhchain.conventions import REFERENCE_PRESSURE
+from nvhchain.errors import require
+from nvhchain.handoff import ComplexArray, FloatArray
+
+_FLOOR = 1e-300
+"""Keeps the logarithm of an exact zero finite."""
+
+
+def decibel(amplitude: ArrayLike, reference: float = REFERENCE_PRESSURE) -> FloatArray:
+    """Level in dB of complex peak amplitudes re `reference` (RMS): 20 log10(|a| / (√2 reference))."""
+    return np.asarray(20.0 * np.log10(np.maximum(np.abs(amplitude), _FLOOR) / (np.sqrt(2.0) * reference)))
+
+
+def a_weighting(frequency: ArrayLike) -> FloatArray:
+    """A-weighting in dB at `frequency` (Hz), IEC 61672-1:2013 eq. E.1 to E.6; 0 dB at 1 kHz."""
+    f2 = np.square(np.asarray(frequency, dtype=float))
+    gain = (
+        12194.217**2
+        * f2**2
+        / ((f2 + 20.598997**2) * np.sqrt((f2 + 107.65265**2) * (f2 + 737.86223**2)) * (f2 + 12194.217**2))
+    )
+    return np.asarray(20.0 * np.log10(np.maximum(gain, _FLOOR)) + 1.9997)
+
+
+def overall(frequency: FloatArray, pressure: ComplexArray, *, weighted: bool = True) -> FloatArray:
+    """Overall level in dB(A) (dB if not `weighted`) of lines `pressure` (n_f, ...) Pa peak: energy sum over axis 0."""
+    require(len(frequency) == len(pressure), f"{len(frequency)} frequencies for {len(pressure)} lines of pressure")
+    level = decibel(pressure)
+    if weighted:
+        level = level + a_weighting(frequency).reshape(-1, *(1,) * (level.ndim - 1))
+    return np.asarray(10.0 * np.log10(np.maximum((10.0 ** (level / 10.0)).sum(axis=0), _FLOOR)))
+
+
+def line_at(frequency: FloatArray, wanted: float, tolerance: float) -> int | None:
+    """Index of the line within `tolerance` (Hz) of `wanted`, None where there is no such line."""
+    index = int(np.argmin(np.abs(frequency - wanted)))
+    return index if abs(frequency[index] - wanted) <= tolerance else None
+
+
+def time_history(frequency: FloatArray, pressure: ComplexArray, *, sample_rate: float) -> tuple[FloatArray, FloatArray]:
+    """One period of the signal p(t) = Re Σ p_n e^{jω_n t} of harmonic lines, by inverse FFT.
+
+    frequency: (n_f,) Hz, whole multiples of one spacing.  pressure: (n_f, ...) peak.  sample_rate: Hz, a lower bound.
+    Returns time (n_t,) s and the signal (n_t, ...).  Raises InputError where the lines are not harmonic.
+    """
+    spacing = float(np.diff(frequency).min() if len(frequency) > 1 else frequency[0])
+    index = np.rint(frequency / spacing).astype(int)
+    require(
+        bool(np.abs(frequency - index * spacing).max() < 1e-3 * spacing),
+        f"lines are not whole multiples of their spacing {spacing:g} Hz: a period needs harmonic lines",
+    )
+    require(
+        sample_rate > 2 * frequency[-1],
+        f"sample rate {sample_rate:g} Hz does not cover {frequency[-1]:g} Hz: use more than {2 * frequency[-1]:g} Hz",
+    )
+    count = int(np.ceil(sample_rate / spacing))
+    spectrum = np.zeros((count // 2 + 1, *pressure.shape[1:]), dtype=complex)
+    spectrum[index] = pressure * (count / 2)
+    if index[0] == 0:
+        spectrum[0] *= 2.0
+    signal = np.fft.irfft(spectrum, n=count, axis=0)
+    return np.arange(count) / (count * spacing), np.asarray(signal)

@@ -1,0 +1,188 @@
+"""HDF5 save and load of any hand-off: schema version, units, provenance; files appear whole or not at all.
+
+Complex arrays are stored with a trailing real axis of two (re, im), so that h5py, xarray and MATLAB read them.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+import tempfile
+from pathlib import Path
+from typing import Any, TypeVar
+
+import h5py
+import numpy as np
+
+from nvhchain.conventions import Air
+from nvhchain.errors import FileFormatError
+from nvhchain.handoff import HAND_OFFS, HandOff
+
+SCHEMA_VERSION = 1
+CONVENTIONS = "e^{+j omega t}; outward normals; single-sided peak amplitudes; SI; frequency axes in Hz"
+
+H = TypeVar("H", bound=HandOff)
+
+_META: dict[str, tuple[str, str, tuple[str, ...]]] = {
+    "MeshLaw.angle": ("rad", "wheel angle", ("angle",)),
+    "MeshLaw.deflection": ("m", "mesh deflection along the flank normal", ("deflection",)),
+    "MeshLaw.force": ("N", "mesh force along the flank normal", ("angle", "deflection")),
+    "MeshLaw.period": ("rad", "wheel angle after which the law repeats", ()),
+    "MeshLaw.teeth": ("1", "numbers of teeth, pinion and wheel", ("gear",)),
+    "MeshLaw.base_radius": ("m", "base radii, pinion and wheel", ("gear",)),
+    "MeshLaw.base_helix_angle": ("rad", "base helix angle", ()),
+    "MeshLaw.working_pressure_angle": ("rad", "transverse working pressure angle", ()),
+    "MeshLaw.centre_distance": ("m", "centre distance", ()),
+    "MeshLaw.face_width": ("m", "common face width", ()),
+    "BearingForces.time": ("s", "time", ("time",)),
+    "BearingForces.force": ("N", "bearing force on the housing", ("time", "bearing", "axis")),
+    "BearingForces.names": ("", "bearing names", ("bearing",)),
+    "BearingForces.positions": ("m", "bearing seat centres", ("bearing", "axis")),
+    "BearingForces.input_speed": ("rad/s", "speed of the input shaft", ("time",)),
+    "BearingForces.periodic": ("1", "record covers whole periods of a steady state", ()),
+    "BearingForces.mesh_deflection": ("m", "dynamic mesh deflection", ("time", "mesh")),
+    "ForceSpectrum.frequency": ("Hz", "frequency", ("frequency",)),
+    "ForceSpectrum.force": ("N", "bearing force spectrum, peak", ("frequency", "bearing", "axis")),
+    "ForceSpectrum.names": ("", "bearing names", ("bearing",)),
+    "ForceSpectrum.input_speed": ("rad/s", "speed of the input shaft, 0 if it varies", ()),
+    "Surface.vertices": ("m", "vertices", ("vertex", "axis")),
+    "Surface.triangles": ("1", "vertex indices, counter-clockwise from outside", ("face", "corner")),
+    "ReducedHousing.natural_frequency": ("Hz", "natural frequency", ("mode",)),
+    "ReducedHousing.modal_damping": ("1", "fraction of critical damping", ("mode",)),
+    "ReducedHousing.seat_shapes": ("kg-1/2", "mode shapes at the seats", ("mode", "bearing", "axis")),
+    "ReducedHousing.normal_shapes": ("kg-1/2", "outward mode shapes of the faces", ("mode", "face")),
+    "ReducedHousing.seat_residual": (
+        "m/N",
+        "residual flexibility of the seats",
+        ("bearing", "axis", "loaded_bearing", "loaded_axis"),
+    ),
+    "ReducedHousing.face_residual": ("m/N", "residual flexibility of the faces", ("bearing", "axis", "face")),
+    "ReducedHousing.names": ("", "bearing names", ("bearing",)),
+    "ReducedHousing.positions": ("m", "bearing seat centres", ("bearing", "axis")),
+    "SurfaceVelocity.frequency": ("Hz", "frequency", ("frequency",)),
+    "SurfaceVelocity.normal_velocity": ("m/s", "outward normal velocity, peak", ("frequency", "face")),
+    "TransferVectors.frequency": ("Hz", "master frequency", ("frequency",)),
+    "TransferVectors.points": ("m", "field points", ("point", "axis")),
+    "TransferVectors.vectors": ("Pa s/m", "acoustic transfer vectors", ("frequency", "point", "face")),
+    "FieldPressure.frequency": ("Hz", "frequency", ("frequency",)),
+    "FieldPressure.points": ("m", "field points", ("point", "axis")),
+    "FieldPressure.pressure": ("Pa", "sound pressure, peak", ("frequency", "point")),
+    "FieldPressure.input_speed": ("rad/s", "speed of the input shaft, 0 if there is none", ()),
+}
+"""Units, long name and axis labels of every stored field."""
+
+
+def save(hand_off: HandOff, path: str | Path) -> Path:
+    """Write `hand_off` to `path`: first to a temporary file beside it, then renamed, so that no half file is seen."""
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    descriptor, temporary = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=".part", dir=path.parent)
+    os.close(descriptor)
+    try:
+        with h5py.File(temporary, "w") as file:
+            file.attrs["nvhchain_schema"] = SCHEMA_VERSION
+            file.attrs["conventions"] = CONVENTIONS
+            _write(file, hand_off)
+        os.chmod(temporary, 0o644)
+        os.replace(temporary, path)
+    except BaseException:
+        Path(temporary).unlink(missing_ok=True)
+        raise
+    return path
+
+
+def load(path: str | Path, kind: type[H] = HandOff) -> H:  # type: ignore[assignment]
+    """Read the hand-off in `path`; its content hash and, if given, its `kind` are checked.
+
+    Raises FileFormatError for a file that is missing, truncated, foreign, newer than this version or altered.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise FileFormatError(f"{path}: no such file")
+    try:
+        with h5py.File(path, "r") as file:
+            schema = file.attrs.get("nvhchain_schema")
+            if schema is None:
+                raise FileFormatError(
+                    f"{path}: not an nvhchain hand-off (no schema attribute): export it with nvhchain"
+                )
+            if int(schema) > SCHEMA_VERSION:
+                raise FileFormatError(
+                    f"{path}: schema {int(schema)} is newer than {SCHEMA_VERSION}, the latest known: update nvhchain"
+                )
+            hand_off = _read(file, path)
+            stored_hash = file.attrs["content_hash"]
+    except (OSError, KeyError, RuntimeError, ValueError) as error:
+        if isinstance(error, FileFormatError):
+            raise
+        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise FileFormatError(
+            f"{path}: damaged, truncated or not HDF5 ({reason}): delete it or restore it from a copy"
+        ) from error
+    if hand_off.content_hash != stored_hash:
+        raise FileFormatError(f"{path}: content does not match its checksum: delete it or restore it from a copy")
+    if not isinstance(hand_off, kind):
+        raise FileFormatError(f"{path}: holds {type(hand_off).__name__}, but {kind.__name__} is needed")
+    return hand_off
+
+
+def _write(group: Any, hand_off: HandOff) -> None:
+    kind = type(hand_off).__name__
+    group.attrs["kind"] = kind
+    group.attrs["content_hash"] = hand_off.content_hash
+    group.attrs["provenance"] = json.dumps(hand_off.provenance, sort_keys=True)
+    for f in dataclasses.fields(hand_off):
+        if f.name == "provenance":
+            continue
+        value = getattr(hand_off, f.name)
+        if isinstance(value, HandOff):
+            _write(group.create_group(f.name), value)
+        elif isinstance(value, Air):
+            air = group.create_group(f.name)
+            air.attrs.update(dataclasses.asdict(value))
+            air.attrs["units"] = "speed_of_sound m/s, density kg/m3"
+        else:
+            _write_array(group, kind, f.name, value)
+
+
+def _write_array(group: Any, kind: str, name: str, value: Any) -> None:
+    units, long_name, axes = _META[f"{kind}.{name}"]
+    if isinstance(value, tuple) and value and isinstance(value[0], str):
+        value = np.array(value, dtype=h5py.string_dtype())
+    array = np.asarray(value)
+    is_complex = np.iscomplexobj(array)
+    if is_complex:
+        array = np.ascontiguousarray(array).view(np.float64).reshape(*array.shape, 2)
+        axes = (*axes, "re, im")
+    dataset = group.create_dataset(name, data=array)
+    dataset.attrs["units"] = units
+    dataset.attrs["long_name"] = long_name
+    dataset.attrs["complex"] = is_complex
+    for dimension, label in zip(dataset.dims, axes, strict=True):
+        dimension.label = label
+
+
+def _read(group: Any, path: Path) -> HandOff:
+    kind = group.attrs["kind"]
+    if kind not in HAND_OFFS:
+        raise FileFormatError(f"{path}: unknown hand-off kind {kind!r}")
+    fields: dict[str, Any] = {"provenance": json.loads(group.attrs["provenance"])}
+    for name, item in group.items():
+        if isinstance(item, h5py.Dataset):
+            fields[name] = _read_array(item)
+        elif "kind" in item.attrs:
+            fields[name] = _read(item, path)
+        else:
+            fields[name] = Air(float(item.attrs["speed_of_sound"]), float(item.attrs["density"]))
+    known = {f.name for f in dataclasses.fields(HAND_OFFS[kind])}
+    return HAND_OFFS[kind](**{name: value for name, value in fields.items() if name in known})
+
+
+def _read_array(dataset: Any) -> Any:
+    if h5py.check_string_dtype(dataset.dtype) is not None:
+        return tuple(dataset.asstr()[()])
+    value = dataset[()]
+    if dataset.attrs["complex"]:
+        return value.view(np.complex128)[..., 0]
+    return value.item() if value.ndim == 0 else value

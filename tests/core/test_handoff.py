@@ -1,0 +1,110 @@
+"""Hand-offs check themselves when they are made."""
+
+import numpy as np
+import pytest
+
+from nvhchain.conventions import Air
+from nvhchain.errors import InputError
+from nvhchain.handoff import BearingForces, FieldPressure, MeshLaw, Surface, SurfaceVelocity
+
+VERTICES = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+TRIANGLES = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+
+
+def law(**changes):
+    fields = {
+        "angle": [0.0, 0.1],
+        "deflection": [-1e-4, 0.0, 1e-5],
+        "force": [[-10.0, 0.0, 5.0], [-10.0, 0.0, 6.0]],
+        "period": 0.2,
+        "teeth": (20, 50),
+        "base_radius": [0.025, 0.064],
+        "base_helix_angle": 0.16,
+        "working_pressure_angle": 0.35,
+        "centre_distance": 0.096,
+        "face_width": 0.022,
+    }
+    return MeshLaw(**{**fields, **changes})
+
+
+def test_tetrahedron_has_its_closed_form_volume_area_and_outward_normals():
+    surface = Surface(VERTICES, TRIANGLES)
+    assert surface.volume == pytest.approx(1 / 6, rel=1e-14)
+    assert surface.areas.sum() == pytest.approx(1.5 + np.sqrt(3) / 2, rel=1e-14)
+    outward = np.einsum("ij,ij->i", surface.normals, surface.centroids - VERTICES.mean(axis=0))
+    assert (outward > 0).all()
+
+
+@pytest.mark.parametrize(
+    ("triangles", "message"),
+    [
+        (TRIANGLES[:3], "at least 4"),
+        (np.vstack([TRIANGLES[:3], TRIANGLES[:1]]), "edges"),
+        (TRIANGLES[:, [0, 2, 1]], "inward"),
+        (np.vstack([TRIANGLES[:3], TRIANGLES[3:, [0, 2, 1]]]), "oriented"),
+        (TRIANGLES + 1, "refer to vertices"),
+    ],
+)
+def test_open_inward_and_inconsistent_surfaces_are_refused(triangles, message):
+    with pytest.raises(InputError, match=message):
+        Surface(VERTICES, triangles)
+
+
+def test_arrays_are_read_only_and_detached_from_the_input():
+    vertices = VERTICES.copy()
+    surface = Surface(vertices, TRIANGLES)
+    vertices[0] = 5.0
+    assert surface.vertices[0, 0] == 0.0
+    with pytest.raises(ValueError, match="read-only"):
+        surface.vertices[0, 0] = 1.0
+
+
+def test_content_hash_follows_content_and_not_provenance():
+    surface = Surface(VERTICES, TRIANGLES)
+    assert surface.content_hash == Surface(VERTICES, TRIANGLES, provenance={"stage": "x"}).content_hash
+    assert surface.content_hash != Surface(2 * VERTICES, TRIANGLES).content_hash
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"force": [[-10.0, 0.0, -5.0], [-10.0, 0.0, 6.0]]}, "never fall"),
+        ({"force": [[-10.0, 0.0, np.nan], [-10.0, 0.0, 6.0]]}, "finite"),
+        ({"angle": [0.1, 0.0]}, "increase"),
+        ({"period": 0.05}, "period"),
+        ({"force": [[0.0, 1.0]]}, "shape"),
+        ({"force": np.ones((2, 3)) * 1j}, "complex"),
+    ],
+)
+def test_mesh_law_refuses_unphysical_tables(changes, message):
+    with pytest.raises(InputError, match=message):
+        law(**changes)
+
+
+def test_bearing_forces_refuse_jittered_time_and_spread_a_scalar_speed():
+    force = np.zeros((4, 1, 3))
+    good = BearingForces([0.0, 0.1, 0.2, 0.3], force, ("A1",), [[0.0, 0, 0]], 10.0)
+    assert good.input_speed.tolist() == [10.0] * 4
+    assert good.sample_rate == pytest.approx(10.0)
+    with pytest.raises(InputError, match="not uniform"):
+        BearingForces([0.0, 0.1, 0.25, 0.3], force, ("A1",), [[0.0, 0, 0]], 10.0)
+
+
+def test_repeated_bearing_names_are_refused():
+    with pytest.raises(InputError, match="repeats"):
+        BearingForces([0.0, 1.0], np.zeros((2, 2, 3)), ("A", "A"), np.zeros((2, 3)), 1.0)
+
+
+def test_velocity_must_match_the_faces_of_its_surface():
+    with pytest.raises(InputError, match="shape"):
+        SurfaceVelocity([100.0], np.zeros((1, 5)), Surface(VERTICES, TRIANGLES))
+
+
+def test_pressure_must_match_its_points():
+    with pytest.raises(InputError, match="shape"):
+        FieldPressure([100.0], np.zeros((2, 3)), np.zeros((1, 1)))
+
+
+def test_air_with_a_speed_in_kilometres_per_second_is_refused():
+    with pytest.raises(InputError, match="speed_of_sound"):
+        Air(speed_of_sound=0.343)

@@ -1,0 +1,43 @@
+"""Levels against IEC 61672 table values and closed forms."""
+
+import numpy as np
+import pytest
+
+from nvhchain import levels
+from nvhchain.errors import InputError
+
+
+def test_one_pascal_rms_is_94_decibel():
+    assert levels.decibel(np.sqrt(2.0)) == pytest.approx(93.9794, abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("frequency", "weight"),
+    [(31.5, -39.4), (63, -26.2), (125, -16.1), (250, -8.6), (500, -3.2),
+     (1000, 0.0), (2000, 1.2), (4000, 1.0), (8000, -1.1)],
+)  # fmt: skip
+def test_a_weighting_matches_iec_61672_table_3(frequency, weight):
+    exact = 1000.0 * 10 ** (np.round(10 * np.log10(frequency / 1000.0)) / 10.0)
+    assert levels.a_weighting(exact) == pytest.approx(weight, abs=0.051)
+
+
+def test_overall_level_adds_energy_not_amplitude():
+    frequency = np.array([1000.0, 1001.0])
+    single = levels.overall(frequency[:1], np.array([1.0 + 0j]))
+    assert levels.overall(frequency, np.array([1.0 + 0j, -1.0])) == pytest.approx(single + 10 * np.log10(2), abs=0.01)
+
+
+def test_time_history_is_the_cosine_sum_of_its_lines():
+    frequency = np.array([20.0, 40.0, 100.0])
+    pressure = np.array([1 + 2j, 3 - 1j, 0.5j])
+    time, signal = levels.time_history(frequency, pressure, sample_rate=1000.0)
+    expected = (pressure[:, None] * np.exp(2j * np.pi * frequency[:, None] * time)).real.sum(axis=0)
+    assert time[-1] + time[1] == pytest.approx(1 / 20.0)
+    assert np.abs(signal - expected).max() < 1e-12
+
+
+def test_time_history_refuses_inharmonic_lines_and_low_rates():
+    with pytest.raises(InputError, match="whole multiples"):
+        levels.time_history(np.array([20.0, 41.0, 57.5]), np.ones(3, complex), sample_rate=1000.0)
+    with pytest.raises(InputError, match="sample rate"):
+        levels.time_history(np.array([20.0, 40.0]), np.ones(2, complex), sample_rate=80.0)

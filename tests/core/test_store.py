@@ -1,0 +1,93 @@
+"""Hand-offs survive the disk unchanged; damaged or foreign files are refused."""
+
+import h5py
+import numpy as np
+import pytest
+
+from nvhchain import store
+from nvhchain.conventions import Air
+from nvhchain.errors import FileFormatError
+from nvhchain.handoff import (
+    HAND_OFFS,
+    BearingForces,
+    FieldPressure,
+    ForceSpectrum,
+    MeshLaw,
+    ReducedHousing,
+    Surface,
+    SurfaceVelocity,
+    TransferVectors,
+)
+
+SURFACE = Surface([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+EXAMPLES = [
+    SURFACE,
+    MeshLaw([0.0, 0.1], [0.0, 1e-5], [[0.0, 5.0], [0.0, 6.0]], 0.2, (20, 50), [0.025, 0.06], 0.16, 0.35, 0.09, 0.022),
+    BearingForces([0.0, 1.0, 2.0], np.arange(9.0).reshape(3, 1, 3), ("A1",), [[0.0, 1, 2]], 261.8, periodic=True),
+    ForceSpectrum([10.0, 20.0], np.full((2, 1, 3), 1 - 2j), ("A1",), 261.8),
+    ReducedHousing(
+        [100.0], [0.02], [[[1.0, 2, 3]]], [[1.0, 2, 3, 4]], np.eye(3).reshape(1, 3, 1, 3), np.ones((1, 3, 4)),
+        ("A1",), [[0.0, 0, 0]], SURFACE,
+    ),
+    SurfaceVelocity([50.0], [[1j, 2, 3, 4]], SURFACE),
+    TransferVectors([50.0], [[0.0, 0, 5]], np.full((1, 1, 4), 2 + 1j), SURFACE, Air(340.0, 1.2)),
+    FieldPressure([50.0, 60.0], [[0.0, 0, 5]], [[1 + 1j], [2 - 1j]], 261.8),
+]  # fmt: skip
+
+
+def test_every_hand_off_kind_is_in_the_examples():
+    assert {type(e).__name__ for e in EXAMPLES} == set(HAND_OFFS)
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda e: type(e).__name__)
+def test_round_trip_keeps_content_and_provenance(tmp_path, example):
+    example = example.replace(provenance={"stage": "test", "fidelity": {"a": 1}})
+    loaded = store.load(store.save(example, tmp_path / "x.h5"), type(example))
+    assert loaded.content_hash == example.content_hash
+    assert loaded.provenance == example.provenance
+
+
+def test_complex_arrays_are_stored_as_labelled_real_pairs_with_units(tmp_path):
+    path = store.save(EXAMPLES[-1], tmp_path / "p.h5")
+    with h5py.File(path) as file:
+        pressure = file["pressure"]
+        assert pressure.shape == (2, 1, 2)
+        assert pressure.dims[2].label == "re, im"
+        assert pressure.attrs["units"] == "Pa"
+        assert pressure[1, 0].tolist() == [2.0, -1.0]
+
+
+def test_truncated_file_is_refused(tmp_path):
+    path = store.save(SURFACE, tmp_path / "s.h5")
+    path.write_bytes(path.read_bytes()[:-200])
+    with pytest.raises(FileFormatError, match=r"s\.h5"):
+        store.load(path)
+
+
+def test_foreign_hdf5_and_other_files_are_refused(tmp_path):
+    with h5py.File(tmp_path / "foreign.h5", "w") as file:
+        file["x"] = 1.0
+    (tmp_path / "text.h5").write_text("hello")
+    for name in ("foreign.h5", "text.h5", "absent.h5"):
+        with pytest.raises(FileFormatError, match=name):
+            store.load(tmp_path / name)
+
+
+def test_altered_content_is_found_by_its_checksum(tmp_path):
+    path = store.save(EXAMPLES[-1], tmp_path / "p.h5")
+    with h5py.File(path, "r+") as file:
+        file["pressure"][0, 0, 0] = 7.0
+    with pytest.raises(FileFormatError, match="checksum"):
+        store.load(path)
+
+
+def test_wrong_kind_is_refused(tmp_path):
+    with pytest.raises(FileFormatError, match="holds Surface"):
+        store.load(store.save(SURFACE, tmp_path / "s.h5"), FieldPressure)
+
+
+def test_failed_save_leaves_neither_file_nor_fragment(tmp_path, monkeypatch):
+    monkeypatch.setattr(store, "_write", lambda *_: (_ for _ in ()).throw(OSError("disk full")))
+    with pytest.raises(OSError, match="disk full"):
+        store.save(SURFACE, tmp_path / "s.h5")
+    assert list(tmp_path.iterdir()) == []

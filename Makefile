@@ -1,0 +1,46 @@
+# make demo: both gearbox configurations from gear drawing to sound pressure.  make test: the tests.
+# Each makes the virtual environment first if it is not there.
+
+PYTHON ?= python3
+VENV ?= .venv
+FIDELITY ?= draft
+OUT ?= out
+BIN := $(VENV)/bin
+READY := $(VENV)/.ready
+
+.PHONY: help setup demo test lint docs clean distclean
+
+help:
+	@echo "make demo       compare the solid and the slotted gearbox, results in $(OUT)/  (FIDELITY=draft|standard|reference)"
+	@echo "make test       run the tests"
+	@echo "make lint       style, formatting and types"
+	@echo "make docs       build the documentation in docs/_build/html"
+	@echo "make clean      remove results and caches;  make distclean also removes $(VENV)/"
+
+setup: $(READY)
+
+$(READY): pyproject.toml constraints.txt scripts/prepare.sh
+	@sh scripts/prepare.sh "$(PYTHON)" "$(VENV)"
+	@touch $@
+
+demo: $(READY)
+	$(BIN)/nvhchain compare cases/gearbox/solid.toml cases/gearbox/slotted.toml --fidelity $(FIDELITY) --out $(OUT)
+
+test: $(READY)
+	$(BIN)/python -m pytest --durations=15
+
+lint: $(READY)
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+docs: $(READY)
+	$(BIN)/python -m sphinx -W --keep-going -q -b html docs docs/_build/html
+	@echo "docs/_build/html/index.html"
+
+clean:
+	rm -rf $(OUT) docs/_build build .pytest_cache .mypy_cache .ruff_cache .import_linter_cache
+	find . -name __pycache__ -not -path "./$(VENV)/*" -prune -exec rm -rf {} +
+
+distclean: clean
+	rm -rf $(VENV) nvhchain.egg-info

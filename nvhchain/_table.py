@@ -1,0 +1,109 @@
+"""Plain tables (parsed TOML) → frozen dataclasses, by field name, with units in the key.
+
+A key may end in a unit: `face_width_mm = 22` fills the field `face_width` with 0.022 m. Without a unit it is SI.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import types
+import typing
+from collections.abc import Mapping
+from math import isfinite, pi
+from typing import Any, TypeVar
+
+from nvhchain.errors import InputError
+
+UNITS = {"mm": 1e-3, "um": 1e-6, "deg": pi / 180, "rpm": 2 * pi / 60, "kg_cm2": 1e-4, "GPa": 1e9}
+"""Unit suffixes of keys and their factors to SI."""
+
+T = TypeVar("T")
+
+
+def build(cls: type[T], table: Any, path: str) -> T:
+    """Make a `cls` from `table`; `path` names the table in messages.
+
+    Raises InputError for unknown, repeated or missing fields, wrong types, and for what `cls` itself refuses.
+    """
+    if not isinstance(table, Mapping):
+        raise InputError(f"{path} = {table!r} must be a table of fields")
+    fields = {f.name: f for f in dataclasses.fields(cls) if f.init}  # type: ignore[arg-type]
+    hints = typing.get_type_hints(cls)
+    values: dict[str, Any] = {}
+    for key, raw in table.items():
+        name, factor = _split_unit(key, fields)
+        where = f"{path}.{key}"
+        if name not in fields:
+            close = difflib.get_close_matches(name, fields, n=1)
+            remedy = f"did you mean {close[0]!r}?" if close else f"known fields: {', '.join(fields)}"
+            raise InputError(f"{where}: unknown field; {remedy}")
+        if name in values:
+            raise InputError(f"{where}: field {name!r} is given twice, in two units: keep one")
+        values[name] = convert(hints[name], raw, where, factor)
+    missing = [
+        name
+        for name, f in fields.items()
+        if name not in values and f.default is dataclasses.MISSING and f.default_factory is dataclasses.MISSING
+    ]
+    if missing:
+        raise InputError(f"{path}: required field {missing[0]!r} is missing")
+    try:
+        return cls(**values)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+
+
+def convert(hint: Any, raw: Any, where: str, factor: float = 1.0) -> Any:
+    """Turn the TOML value `raw` into the type `hint`, numbers multiplied by `factor`."""
+    origin, arguments = typing.get_origin(hint), typing.get_args(hint)
+    if origin in (typing.Union, types.UnionType):
+        return _convert_union([a for a in arguments if a is not type(None)], raw, where, factor)
+    if origin is tuple:
+        return _convert_tuple(arguments, raw, where, factor)
+    if origin is typing.Literal:
+        if raw not in arguments:
+            raise InputError(f"{where} = {raw!r}: choose one of {', '.join(map(repr, arguments))}")
+        return raw
+    if dataclasses.is_dataclass(hint):
+        return build(typing.cast(type, hint), raw, where)
+    if hint is float:
+        if isinstance(raw, bool) or not isinstance(raw, int | float) or not isfinite(raw):
+            raise InputError(f"{where} = {raw!r} must be a finite number")
+        return float(raw) * factor
+    if isinstance(raw, bool) is not (hint is bool) or not isinstance(raw, hint):
+        raise InputError(f"{where} = {raw!r} must be of type {hint.__name__}")
+    return raw
+
+
+def _split_unit(key: str, fields: Mapping[str, Any]) -> tuple[str, float]:
+    if key in fields:
+        return key, 1.0
+    for unit, factor in UNITS.items():
+        if key.endswith(f"_{unit}"):
+            return key.removesuffix(f"_{unit}"), factor
+    return key, 1.0
+
+
+def _convert_union(choices: list[Any], raw: Any, where: str, factor: float) -> Any:
+    """Of several dataclasses the one whose lower-case name `type` gives; of one choice, that."""
+    if len(choices) == 1:
+        return convert(choices[0], raw, where, factor)
+    by_name = {choice.__name__.lower(): choice for choice in choices}
+    if not isinstance(raw, Mapping) or str(raw.get("type", "")).replace("_", "") not in by_name:
+        given = raw.get("type") if isinstance(raw, Mapping) else raw
+        raise InputError(f"{where}.type = {given!r}: choose one of {', '.join(by_name)}")
+    fields = {key: value for key, value in raw.items() if key != "type"}
+    return build(by_name[raw["type"].replace("_", "")], fields, where)
+
+
+def _convert_tuple(arguments: tuple[Any, ...], raw: Any, where: str, factor: float) -> tuple[Any, ...]:
+    if not isinstance(raw, list | tuple):
+        raise InputError(f"{where} = {raw!r} must be a list")
+    if len(arguments) == 2 and arguments[1] is Ellipsis:
+        hints = [arguments[0]] * len(raw)
+    elif len(arguments) == len(raw):
+        hints = list(arguments)
+    else:
+        raise InputError(f"{where} has {len(raw)} entries, but {len(arguments)} are needed")
+    return tuple(convert(h, r, f"{where}[{i}]", factor) for i, (h, r) in enumerate(zip(hints, raw, strict=True)))

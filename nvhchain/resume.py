@@ -1,0 +1,95 @@
+"""Finished stages are found on disk by the hash of everything that went into them, so that work resumes."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+
+from nvhchain import __version__, store
+from nvhchain.errors import FileFormatError
+from nvhchain.handoff import HandOff
+
+H = TypeVar("H", bound=HandOff)
+
+
+def fingerprint(*inputs: Any) -> str:
+    """SHA-256 over the content of numbers, strings, arrays, hand-offs and (nested) dataclasses or containers."""
+    digest = hashlib.sha256()
+    for item in inputs:
+        digest.update(_bytes(item))
+    return digest.hexdigest()
+
+
+def _bytes(item: Any) -> bytes:
+    if isinstance(item, HandOff):
+        return item.content_hash.encode()
+    if isinstance(item, np.ndarray):
+        return f"{item.dtype}{item.shape}".encode() + item.tobytes()
+    if dataclasses.is_dataclass(item) and not isinstance(item, type):
+        parts = [(f.name, getattr(item, f.name)) for f in dataclasses.fields(item)]
+        return fingerprint(type(item).__name__, *(x for part in parts for x in part)).encode()
+    if isinstance(item, Mapping):
+        return fingerprint("{", *(x for key in sorted(item) for x in (key, item[key]))).encode()
+    if isinstance(item, Sequence) and not isinstance(item, str | bytes):
+        return fingerprint("[", len(item), *item).encode()
+    return f"{type(item).__name__}:{item!r};".encode()
+
+
+@cache
+def code_version(package: str) -> str:
+    """Package version and a digest of the source of `package` and its basis: old results do not survive new code."""
+    root = Path(__file__).parent
+    source = root / package
+    files = sorted(source.rglob("*.py")) if source.is_dir() else [source.with_suffix(".py")]
+    files += [root / "conventions.py", root / "handoff.py"]
+    if package in ("gear", "housing"):
+        files += sorted((root / "fem").rglob("*.py"))
+    return f"{__version__}+{fingerprint(*(file.read_bytes() for file in files))[:12]}"
+
+
+@dataclasses.dataclass(frozen=True)
+class Shelf:
+    """Where finished stages are kept; without a folder everything is computed and nothing is kept.
+
+    notify: called with (stage, what happened), e.g. ("housing", "found").
+    """
+
+    folder: Path | None
+    notify: Callable[[str, str], None] = lambda stage, event: None
+
+    def stage(
+        self, name: str, kind: type[H], package: str, inputs: Sequence[Any], compute: Callable[[], H], *, fidelity: Any
+    ) -> H:
+        """The result of a stage: from disk if `inputs`, `fidelity` and code are unchanged, else computed and kept.
+
+        A damaged file is computed again.  name: file name without suffix; `{key}` in it is replaced by the input hash,
+        so that several variants live side by side.
+        """
+        version = code_version(package)
+        key = fingerprint(name, version, fidelity, *inputs)
+        stage = name.split("-{key}")[0]
+        path = self.folder / f"{name.replace('{key}', key[:10])}.h5" if self.folder else None
+        if path is not None and path.exists():
+            try:
+                found = store.load(path, kind)
+                if found.provenance.get("key") == key:
+                    self.notify(stage, "found")
+                    return found
+            except FileFormatError:
+                self.notify(stage, "damaged, computed again")
+        provenance = {
+            "key": key,
+            "stage": stage,
+            "version": version,
+            "fidelity": dataclasses.asdict(fidelity) if fidelity is not None else None,
+        }
+        result: H = compute().replace(provenance=provenance)
+        if path is not None:
+            store.save(result, path)
+        return result

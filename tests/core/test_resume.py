@@ -1,0 +1,71 @@
+"""A stage is computed once per set of inputs; changed inputs and damaged files are computed again."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from nvhchain import DRAFT
+from nvhchain.handoff import FieldPressure
+from nvhchain.resume import Shelf, fingerprint
+
+
+@pytest.fixture
+def counted(tmp_path):
+    calls = []
+
+    def run(*inputs, fidelity=DRAFT.acoustics, name="pressure"):
+        def compute():
+            calls.append(inputs)
+            return FieldPressure([50.0], [[0.0, 0, 1]], [[1.0 + 1j]])
+
+        return Shelf(tmp_path).stage(name, FieldPressure, "acoustics", inputs, compute, fidelity=fidelity)
+
+    return run, calls, tmp_path
+
+
+def test_same_inputs_are_computed_once(counted):
+    run, calls, _ = counted
+    first, second = run(1.0, "a"), run(1.0, "a")
+    assert len(calls) == 1
+    assert first.content_hash == second.content_hash
+
+
+def test_changed_inputs_and_fidelity_are_computed_again(counted):
+    run, calls, _ = counted
+    run(1.0)
+    run(1.0 + 1e-15)
+    run(1.0 + 1e-15, fidelity=replace(DRAFT.acoustics, masters=17))
+    assert len(calls) == 3
+
+
+def test_damaged_file_is_computed_again(counted):
+    run, calls, folder = counted
+    run(1.0)
+    path = folder / "pressure.h5"
+    path.write_bytes(path.read_bytes()[:-100])
+    run(1.0)
+    run(1.0)
+    assert len(calls) == 2
+
+
+def test_variants_live_side_by_side_when_the_name_carries_the_key(counted):
+    run, calls, folder = counted
+    for value in (1.0, 2.0, 1.0, 2.0):
+        run(value, name="law-{key}")
+    assert len(calls) == 2
+    assert len(list(folder.glob("law-*.h5"))) == 2
+
+
+def test_result_carries_fidelity_version_and_key(counted):
+    run, _, _ = counted
+    provenance = run(1.0).provenance
+    assert provenance["fidelity"]["masters"] == DRAFT.acoustics.masters
+    assert provenance["version"].startswith("0.")
+    assert len(provenance["key"]) == 64
+
+
+def test_fingerprint_tells_structure_and_type_apart():
+    values = [1, 1.0, "1", (1,), ((1,),), (1, 2), {"a": 1}, np.ones(1), np.ones((1, 1)), None]
+    assert len({fingerprint(v) for v in values}) == len(values)
+    assert fingerprint((1, 2), 3) != fingerprint((1, 2, 3))

@@ -5,13 +5,14 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
 from nvhchain import __version__, store
+from nvhchain.conventions import Progress
 from nvhchain.errors import FileFormatError
 from nvhchain.handoff import HandOff
 
@@ -53,18 +54,45 @@ def code_version(package: str) -> str:
     return f"{__version__}+{fingerprint(*(file.read_bytes() for file in files))[:12]}"
 
 
+class Watcher(Protocol):
+    """What follows a run: stages begin, advance and end."""
+
+    def begin(self, stage: str) -> None: ...
+
+    def step(self, stage: str, done: int, total: int) -> None: ...
+
+    def end(self, stage: str, how: str) -> None: ...
+
+
+class Unwatched:
+    """Follows nothing."""
+
+    def begin(self, stage: str) -> None:
+        pass
+
+    def step(self, stage: str, done: int, total: int) -> None:
+        pass
+
+    def end(self, stage: str, how: str) -> None:
+        pass
+
+
 @dataclasses.dataclass(frozen=True)
 class Shelf:
-    """Where finished stages are kept; without a folder everything is computed and nothing is kept.
-
-    notify: called with (stage, what happened), e.g. ("housing", "found").
-    """
+    """Where finished stages are kept; without a folder everything is computed and nothing is kept."""
 
     folder: Path | None
-    notify: Callable[[str, str], None] = lambda stage, event: None
+    watcher: Watcher = dataclasses.field(default_factory=Unwatched)
 
     def stage(
-        self, name: str, kind: type[H], package: str, inputs: Sequence[Any], compute: Callable[[], H], *, fidelity: Any
+        self,
+        name: str,
+        kind: type[H],
+        package: str,
+        inputs: Sequence[Any],
+        compute: Callable[[Progress], H],
+        *,
+        fidelity: Any,
     ) -> H:
         """The result of a stage: from disk if `inputs`, `fidelity` and code are unchanged, else computed and kept.
 
@@ -79,17 +107,19 @@ class Shelf:
             try:
                 found = store.load(path, kind)
                 if found.provenance.get("key") == key:
-                    self.notify(stage, "found")
+                    self.watcher.end(stage, "found")
                     return found
             except FileFormatError:
-                self.notify(stage, "damaged, computed again")
+                path.unlink()
         provenance = {
             "key": key,
             "stage": stage,
             "version": version,
             "fidelity": dataclasses.asdict(fidelity) if fidelity is not None else None,
         }
-        result: H = compute().replace(provenance=provenance)
+        self.watcher.begin(stage)
+        result: H = compute(partial(self.watcher.step, stage)).replace(provenance=provenance)
         if path is not None:
             store.save(result, path)
+        self.watcher.end(stage, "computed")
         return result

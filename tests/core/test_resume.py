@@ -15,7 +15,8 @@ def counted(tmp_path):
     calls = []
 
     def run(*inputs, fidelity=DRAFT.acoustics, name="pressure"):
-        def compute():
+        def compute(progress):
+            progress(1, 1)
             calls.append(inputs)
             return FieldPressure([50.0], [[0.0, 0, 1]], [[1.0 + 1j]])
 

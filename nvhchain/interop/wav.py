@@ -1,0 +1,36 @@
+"""Field pressure at steady speed → a WAV file to listen to."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import numpy as np
+from scipy.io import wavfile
+
+from nvhchain.errors import require
+from nvhchain.handoff import FieldPressure
+from nvhchain.levels import time_history
+
+SAMPLE_RATE = 48000.0
+"""Hz, near which the period is sampled; the exact rate holds a whole number of samples per period."""
+
+
+def write_wav(
+    pressure: FieldPressure, path: str | Path, *, point: int = 0, seconds: float = 5.0, full_scale: float
+) -> Path:
+    """Repeat the steady signal at one field point for `seconds`; `full_scale` Pa become the largest sample.
+
+    The same `full_scale` for several files keeps their loudness comparable.  Raises InputError where the signal
+    exceeds it or the lines are not harmonic.
+    """
+    path = Path(path)
+    time, signal = time_history(pressure.frequency, pressure.pressure[:, point], sample_rate=SAMPLE_RATE)
+    peak = float(np.abs(signal).max())
+    require(peak <= full_scale, f"signal peak {peak:g} Pa exceeds full scale {full_scale:g} Pa: raise full_scale")
+    repeats = int(np.ceil(seconds / (len(time) * time[1])))
+    samples = np.tile(np.rint(signal / full_scale * 32767).astype(np.int16), repeats)
+    part = path.with_suffix(".part")
+    wavfile.write(part, round(1.0 / time[1]), samples)
+    os.replace(part, path)
+    return path

@@ -1,0 +1,1 @@
+"""Gears: geometry, finite element bodies, contact and mesh laws."""

@@ -1,0 +1,70 @@
+"""What a flank gives way under load on any flank nearby, freed of the indentation under the load itself."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from nvhchain.errors import InputError, require
+from nvhchain.handoff import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class FlankCompliance:
+    """Compliance of the flanks of one gear on a grid of radius and axial position, bore held.
+
+    Frame: z along the shaft; angles count counter-clockwise about +z. Tooth k has its centre line at
+    2π k / tooth_count in the mid-width plane z = 0, where the blank's phase is measured too. Flank 0 faces
+    +φ (counter-clockwise), flank 1 faces −φ. Flank 0 is the drive flank of *both* gears of a pair whose
+    driving pinion turns counter-clockwise about +z; for the other sense it is flank 1 (of both again).
+
+    radius: (n_p,) m, rising, from the form circle to the tip circle.
+    axial: (n_w,) m, rising, from −b/2 to +b/2.
+    tooth_count: teeth of the gear.  sector: teeth after which the body repeats (1: all alike).
+    blocks: (sector, reach + 1, 2, n_p, n_w, 2, n_p, n_w) m/N. blocks[t, d, f, i, j, g, k, l] is the normal
+        displacement of flank f of tooth t at (radius[i], axial[j]), positive into the tooth, under a unit
+        force along the inward normal on flank g of tooth t + d at (radius[k], axial[l]). Normals are the
+        true ones of the helicoid (axial component sin β_b). On the same tooth (d = 0) the displacement of
+        the same mesh with the tooth held on its centre-line surface is subtracted, so that the rest is
+        smooth over the flank and free of the mesh size; the local part is the contact's (Weber–Banaschek
+        with depth `GearGeometry.depth_to_centre_line`).
+
+    Tooth t and t + sector are alike, and C(t, u) = C(u, t)ᵀ: `block` serves any two teeth within reach.
+    """
+
+    radius: FloatArray
+    axial: FloatArray
+    tooth_count: int
+    sector: int
+    blocks: FloatArray
+
+    def __post_init__(self) -> None:
+        n_p, n_w = len(self.radius), len(self.axial)
+        shape = np.shape(self.blocks)
+        require(
+            len(shape) == 8 and shape[0] == self.sector and shape[2:] == (2, n_p, n_w, 2, n_p, n_w),
+            f"FlankCompliance.blocks has shape {shape}, but ({self.sector}, reach + 1, 2, {n_p}, {n_w}, 2, {n_p}, {n_w}) is needed",
+        )
+        require(
+            self.sector >= 1 and self.tooth_count % self.sector == 0,
+            f"FlankCompliance.sector = {self.sector} must divide the {self.tooth_count} teeth",
+        )
+
+    @property
+    def reach(self) -> int:
+        """Teeth to either side of a loaded one whose displacement is known."""
+        return int(np.shape(self.blocks)[1]) - 1
+
+    def block(self, tooth: int, loaded: int) -> FloatArray:
+        """(2, n_p, n_w, 2, n_p, n_w) m/N: displacement of `tooth` under forces on tooth `loaded` (any integers)."""
+        z = self.tooth_count
+        offset = (loaded - tooth + z // 2) % z - z // 2
+        if abs(offset) > self.reach:
+            raise InputError(
+                f"teeth {tooth} and {loaded} are {abs(offset)} pitches apart, but the compliance reaches "
+                f"{self.reach}: ask flank_compliance for a larger reach"
+            )
+        if offset >= 0:
+            return self.blocks[tooth % self.sector, offset]
+        return np.moveaxis(self.blocks[loaded % self.sector, -offset], (3, 4, 5), (0, 1, 2))

@@ -7,6 +7,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from nvhchain.errors import require
+
+INTERPOLATIONS = ("phase_removed", "linear")
+"""Ways to go from master frequencies to a line between them."""
+
 
 @dataclass(frozen=True)
 class GearFidelity:
@@ -15,7 +20,8 @@ class GearFidelity:
     profile_elements: quadratic elements along one flank.  width_layers: element layers over the face width.
     slices: axial slices of a contact line.  angles_per_mesh: mesh-law angles per mesh period.
     deflections: mesh-law deflections.  contact_residual: admissible residual of the complementarity
-    problem, relative to the deflection scale.
+    problem, relative to the deflection scale.  drive_reach, back_reach: mesh-law forces on the drive and back flank,
+    times the nominal force.
     """
 
     profile_elements: int
@@ -24,6 +30,8 @@ class GearFidelity:
     angles_per_mesh: int
     deflections: int
     contact_residual: float = 1e-10
+    drive_reach: float = 3.0
+    back_reach: float = 1.5
 
 
 @dataclass(frozen=True)
@@ -49,14 +57,37 @@ class AcousticsFidelity:
     """Boundary elements and master frequencies.
 
     elements_per_wavelength: of the radiating surface at the upper band limit.
-    masters: master frequencies over the band.  interpolation: `phase_removed` or `linear`.
+    masters: master frequencies over the band.
     quadrature_order: Gauss order of well separated triangle pairs.
+    singular_order: Gauss order per direction of pairs that share a corner, an edge or all.
+    field_near_ratio: a triangle longer than this multiple of its distance from a field point is subdivided.
+    interpolation: between masters, `phase_removed` or `linear` (for comparison).
+    interpolation_points: masters that take part in one interpolated value.
     """
 
     elements_per_wavelength: float
     masters: int
-    quadrature_order: int = 3
+    quadrature_order: int = 4
+    singular_order: int = 4
+    field_near_ratio: float = 0.5
     interpolation: str = "phase_removed"
+    interpolation_points: int = 8
+
+    def __post_init__(self) -> None:
+        for name, low, high in (
+            ("elements_per_wavelength", 1.0, 100.0),
+            ("masters", 1, 10_000),
+            ("quadrature_order", 1, 20),
+            ("singular_order", 1, 20),
+            ("field_near_ratio", 0.01, 2.0),
+            ("interpolation_points", 2, 16),
+        ):
+            value = getattr(self, name)
+            require(low <= value <= high, f"acoustics {name} = {value} is outside {low:g}…{high:g}")
+        require(
+            self.interpolation in INTERPOLATIONS,
+            f"acoustics interpolation = {self.interpolation!r} is unknown: choose from {', '.join(INTERPOLATIONS)}",
+        )
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,94 @@
+"""Quadrature over one triangle and over pairs of triangles that coincide, touch or are close.
+
+A point of a triangle is given by its three barycentric coordinates, which are also the values of the three hats;
+the weights of every rule add up to one, so that an integral is area (or area × area′) times the weighted sum.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+
+from nvhchain.handoff import FloatArray
+
+
+class PairRule(NamedTuple):
+    """Points and weights over triangle × triangle: first (3, n) and second (3, n) barycentric, weight (n,)."""
+
+    first: FloatArray
+    second: FloatArray
+    weight: FloatArray
+
+
+@cache
+def triangle_rule(degree: int) -> tuple[FloatArray, FloatArray]:
+    """Symmetric rule, all weights positive, exact for polynomials up to at least `degree`: barycentric (3, n), weight (n,).
+
+    The symmetric Gauss rules of degree 3 and 7 have a negative weight, which spoils close pairs; the next ones stand in.
+    """
+    from skfem.quadrature import get_quadrature
+    from skfem.refdom import RefTri
+
+    points, weight = get_quadrature(RefTri, {1: 2, 3: 4, 7: 8}.get(degree, degree))
+    return np.vstack([1.0 - points.sum(axis=0), points]), weight / weight.sum()
+
+
+@cache
+def product_rule(degree: int) -> PairRule:
+    """Triangle rule × triangle rule, for pairs that do not touch."""
+    points, weight = triangle_rule(degree)
+    n = len(weight)
+    return PairRule(
+        np.ascontiguousarray(np.repeat(points, n, axis=1)), np.tile(points, (1, n)), np.outer(weight, weight).ravel()
+    )
+
+
+@cache
+def touching_rule(shared: int, order: int) -> PairRule:
+    """Rule for two triangles that share `shared` (1, 2 or 3) vertices, listed first and in the same order in both.
+
+    S. Sauter, C. Schwab, Boundary Element Methods (Springer 2011), section 5.2: coordinates in which the Jacobian
+    cancels the 1/r singularity, `order` Gauss points in each of the four directions.
+    """
+    nodes, weights = np.polynomial.legendre.leggauss(order)
+    nodes, weights = 0.5 * (nodes + 1.0), 0.5 * weights
+    xi, e1, e2, e3 = np.array(list(product(nodes, repeat=4))).T
+    gauss = np.prod(np.array(list(product(weights, repeat=4))), axis=1)
+    one = np.ones_like(xi)
+    # Each region: first point, second point (before scaling by xi) and Jacobian, in the reference triangle
+    # 0 ≤ x₂ ≤ x₁ ≤ 1 with vertices (0, 0), (1, 0), (1, 1).
+    if shared == 3:
+        jacobian = xi**3 * e1**2 * e2
+        pairs = [
+            ((one, 1 - e1 + e1 * e2), (1 - e1 * e2 * e3, 1 - e1)),
+            ((one, e1 * (1 - e2 + e2 * e3)), (1 - e1 * e2, e1 * (1 - e2))),
+            ((1 - e1 * e2 * e3, e1 * (1 - e2 * e3)), (one, e1 * (1 - e2))),
+        ]
+        regions = [(a, b, jacobian) for a, b in pairs] + [(b, a, jacobian) for a, b in pairs]
+    elif shared == 2:
+        corner = (1 - e1 * e2 * e3, e1 * e2 * (1 - e3))
+        jacobian = xi**3 * e1**2 * e2
+        regions = [
+            ((one, e1 * e3), (1 - e1 * e2, e1 * (1 - e2)), xi**3 * e1**2),
+            ((one, e1), corner, jacobian),
+            ((1 - e1 * e2, e1 * (1 - e2)), (one, e1 * e2 * e3), jacobian),
+            (corner, (one, e1), jacobian),
+            ((1 - e1 * e2 * e3, e1 * (1 - e2 * e3)), (one, e1 * e2), jacobian),
+        ]
+    elif shared == 1:
+        jacobian = xi**3 * e2
+        regions = [((one, e1), (e2, e2 * e3), jacobian), ((e2, e2 * e3), (one, e1), jacobian)]
+    else:
+        raise ValueError(f"triangles share {shared} vertices, but a touching rule needs 1, 2 or 3")
+
+    def barycentric(side: int) -> FloatArray:
+        x1 = np.concatenate([xi * region[side][0] for region in regions])
+        x2 = np.concatenate([xi * region[side][1] for region in regions])
+        return np.stack([1.0 - x1, x1 - x2, x2])
+
+    # The reference triangles have area ½ each.
+    weight = np.concatenate([4.0 * gauss * region[2] for region in regions])
+    return PairRule(barycentric(0), barycentric(1), weight)

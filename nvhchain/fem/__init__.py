@@ -1,0 +1,8 @@
+"""Finite elements shared by gear bodies and housing: matrices, constraints, sparse and eigen solvers."""
+
+from nvhchain.fem._sparse import Factor, factorize
+from nvhchain.fem.constraints import rigid_map
+from nvhchain.fem.eigen import lowest_modes, modes_below
+from nvhchain.fem.elasticity import stiffness_and_mass
+
+__all__ = ["Factor", "factorize", "lowest_modes", "modes_below", "rigid_map", "stiffness_and_mass"]

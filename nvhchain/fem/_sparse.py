@@ -1,0 +1,238 @@
+"""Sparse symmetric direct solver, factored once and kept: the only door to pypardiso.
+
+PARDISO (Intel MKL, x86-64) is given the upper triangle only; elsewhere SuperLU does small systems and refuses
+large ones, because its fill-in on three-dimensional elasticity explodes (8 GB and minutes at 9·10⁴ unknowns).
+"""
+
+from __future__ import annotations
+
+import ctypes
+import platform
+import weakref
+from functools import cache
+from types import TracebackType
+from typing import Any, Protocol
+
+import numpy as np
+import psutil
+import scipy.sparse as sp
+from threadpoolctl import threadpool_info
+
+from nvhchain.errors import InputError, ResourceError, SolverError, require
+from nvhchain.handoff import FloatArray
+
+SUPERLU_UNKNOWNS = 40_000
+"""Largest system given to SuperLU: about a minute and 2 GB for quadratic solid elements."""
+
+BLOCK = 64
+"""Right-hand sides solved together: enough for level-3 BLAS, few enough to stay small beside the factor."""
+
+_MEMORY_SHARE = 0.9
+"""Part of the memory now available that a factor may take."""
+
+
+class Factor(Protocol):
+    """A factored symmetric matrix; close it (or use `with`) to give its memory back.
+
+    unknowns: order of the matrix.  negative: number of negative eigenvalues (inertia, Sylvester's law).
+    memory: bytes that the factor holds.
+    """
+
+    unknowns: int
+    negative: int
+    memory: int
+
+    def solve(self, rhs: FloatArray) -> FloatArray:
+        """The solution for right-hand side(s) `rhs` of shape (n,) or (n, k)."""
+
+    def close(self) -> None:
+        """Release the memory of the factor."""
+
+    def __enter__(self) -> Factor: ...
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None: ...
+
+
+def factorize(
+    matrix: sp.spmatrix | sp.sparray, *, symmetric_positive_definite: bool = True, engine: str = "auto"
+) -> Factor:
+    """Factor a real symmetric sparse matrix (n, n).
+
+    symmetric_positive_definite: Cholesky; otherwise LDLᵀ with pivoting, whose `negative` counts the negative
+        eigenvalues (Sturm sequence property).
+    engine: `pardiso`, `superlu` or `auto` (pardiso where it exists).
+
+    Raises SolverError when the matrix is singular or, if said so, not positive definite; ResourceError when the
+    factor does not fit into the available memory or the system is too large for SuperLU.
+    """
+    require(matrix.ndim == 2 and matrix.shape[0] == matrix.shape[1], f"matrix of shape {matrix.shape} is not square")
+    require(engine in ("auto", "pardiso", "superlu"), f"engine {engine!r} is none of auto, pardiso, superlu")
+    if engine == "auto":
+        engine = "pardiso" if _has_pardiso() else "superlu"
+    if engine == "pardiso":
+        return _PardisoFactor(matrix, symmetric_positive_definite)
+    return _SuperluFactor(matrix, symmetric_positive_definite)
+
+
+def _has_pardiso() -> bool:
+    if platform.machine().lower() not in ("x86_64", "amd64"):
+        return False
+    try:
+        import pypardiso  # noqa: F401
+    except (ImportError, OSError):
+        return False
+    return True
+
+
+@cache
+def _openmp() -> Any:
+    """Intel's OpenMP runtime as MKL has loaded it; None when MKL threads otherwise."""
+    for library in threadpool_info():
+        if library["user_api"] == "openmp" and "iomp" in library["prefix"]:
+            return ctypes.CDLL(library["filepath"])
+    return None
+
+
+def _let_workers_sleep() -> None:
+    """Intel's workers spin for 0.2 s after every parallel region and take the cores from numpy's threads."""
+    runtime = _openmp()
+    if runtime is not None:
+        runtime.kmp_set_blocktime(0)
+
+
+def _rhs(rhs: FloatArray, unknowns: int) -> FloatArray:
+    rhs = np.asarray(rhs, dtype=float)
+    if rhs.ndim not in (1, 2) or rhs.shape[0] != unknowns:
+        raise InputError(f"right-hand side of shape {rhs.shape} does not fit {unknowns} unknowns")
+    return rhs
+
+
+class _Closing:
+    """`with` for factors."""
+
+    def close(self) -> None:
+        raise NotImplementedError
+
+    def __enter__(self) -> Any:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+class _PardisoFactor(_Closing):
+    """PARDISO, matrix type 2 (Cholesky) or −2 (Bunch–Kaufman); iparm numbers as in Intel's manual, from 1."""
+
+    def __init__(self, matrix: Any, positive_definite: bool) -> None:
+        from pypardiso.pardiso_wrapper import PyPardisoError, PyPardisoSolver
+
+        self._failure: type[Exception] = PyPardisoError
+        self._upper = sp.triu(sp.csr_matrix(matrix), format="csr").astype(np.float64)
+        self._upper.sort_indices()
+        self.unknowns = self._upper.shape[0]
+        # PARDISO reads the diagonal of every row unchecked: an absent one must be stored, and a zero one refused.
+        if not (self._upper.diagonal() != 0).all():
+            row = int(np.argmin(self._upper.diagonal() != 0))
+            raise SolverError(f"matrix has a zero on its diagonal at row {row}: a part of the structure is not held")
+        self._solver: Any = PyPardisoSolver(mtype=2 if positive_definite else -2)
+        for number, value in ((1, 1), (2, 2), (10, 13), (18, -1), (21, 1)):
+            # 1: own settings; 2: METIS ordering; 10: pivot perturbation 1e-13; 18: report fill; 21: 2×2 pivots
+            self._solver.set_iparm(number, value)
+        # MKL's memory is not Python's: freed on close, with the last reference, or at exit, whichever comes first
+        self._release = weakref.finalize(self, self._solver.free_memory, everything=True)
+        empty = np.zeros((self.unknowns, 1), order="F")
+        try:
+            self._run(11, empty)
+            _let_workers_sleep()
+            peak, kept, work = (1024 * int(self._solver.get_iparm(i)) for i in (15, 16, 17))
+            self.memory = kept + work
+            free = psutil.virtual_memory().available
+            if max(peak, self.memory) > _MEMORY_SHARE * free:
+                raise ResourceError(
+                    f"factor of {self.unknowns} unknowns needs {max(peak, self.memory) / 1e9:.1f} GB, "
+                    f"{free / 1e9:.1f} GB are free: use a coarser mesh or a machine with more memory"
+                )
+            self._run(22, empty)
+        except BaseException:
+            self.close()
+            raise
+        if not positive_definite and self._solver.get_iparm(14) > 0:
+            perturbed = int(self._solver.get_iparm(14))
+            self.close()
+            raise SolverError(f"matrix is singular to working precision ({perturbed} perturbed pivots)")
+        self.negative = 0 if positive_definite else int(self._solver.get_iparm(23))
+
+    def _run(self, phase: int, rhs: FloatArray) -> FloatArray:
+        self._solver.set_phase(phase)
+        try:
+            return np.asarray(self._solver._call_pardiso(self._upper, rhs))
+        except self._failure as error:
+            code = getattr(error, "value", None)
+            if code == -2:
+                raise ResourceError(f"no memory left to factor {self.unknowns} unknowns: use a coarser mesh") from error
+            if code in (-4, -7):
+                raise SolverError(
+                    f"matrix of {self.unknowns} unknowns is singular or not positive definite: "
+                    "is the structure held against rigid motion?"
+                ) from error
+            raise SolverError(f"PARDISO failed in phase {phase} with code {code}") from error
+
+    def solve(self, rhs: FloatArray) -> FloatArray:
+        """The solution for right-hand side(s) `rhs` of shape (n,) or (n, k)."""
+        rhs = _rhs(rhs, self.unknowns)
+        require(self._solver is not None, "the factor has been closed: factorize again")
+        columns = rhs.reshape(self.unknowns, -1)
+        _let_workers_sleep()
+        solution = np.empty(columns.shape)
+        for start in range(0, columns.shape[1], BLOCK):
+            block = slice(start, start + BLOCK)
+            solution[:, block] = self._run(33, np.asfortranarray(columns[:, block]))
+        return solution.reshape(rhs.shape)
+
+    def close(self) -> None:
+        """Release the memory of the factor."""
+        self._release()
+        self._solver = self._upper = None
+
+
+class _SuperluFactor(_Closing):
+    """scipy's SuperLU in symmetric mode: diagonal pivots, so that the signs of U's diagonal give the inertia."""
+
+    def __init__(self, matrix: Any, positive_definite: bool) -> None:
+        from scipy.sparse.linalg import splu
+
+        self.unknowns = matrix.shape[0]
+        if self.unknowns > SUPERLU_UNKNOWNS:
+            raise ResourceError(
+                f"{self.unknowns} unknowns are too many for SuperLU (limit {SUPERLU_UNKNOWNS}): install pypardiso "
+                "(x86-64) or use a coarser mesh"
+            )
+        options = {"SymmetricMode": True}
+        try:
+            self._lu: Any = splu(
+                sp.csc_matrix(matrix), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options
+            )
+        except RuntimeError as error:
+            raise SolverError(f"matrix of {self.unknowns} unknowns is singular: {error}") from error
+        pivots = self._lu.U.diagonal()
+        symmetric = np.array_equal(self._lu.perm_r, self._lu.perm_c)
+        self.negative = int((pivots < 0).sum())
+        self.memory = 12 * int(self._lu.nnz)
+        if positive_definite and (self.negative or not symmetric):
+            raise SolverError(f"matrix of {self.unknowns} unknowns is not positive definite: is the structure held?")
+        if not symmetric:
+            raise SolverError("SuperLU left the diagonal while pivoting: its inertia is not known; install pypardiso")
+
+    def solve(self, rhs: FloatArray) -> FloatArray:
+        """The solution for right-hand side(s) `rhs` of shape (n,) or (n, k)."""
+        rhs = _rhs(rhs, self.unknowns)
+        require(self._lu is not None, "the factor has been closed: factorize again")
+        return np.asarray(self._lu.solve(rhs))
+
+    def close(self) -> None:
+        """Release the memory of the factor."""
+        self._lu = None

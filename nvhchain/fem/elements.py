@@ -1,0 +1,116 @@
+"""Quadratic reference elements: shape functions and quadrature of the 10-node tetrahedron and 20-node brick.
+
+Node order is that of VTK and meshio: corners first, then mid-edge nodes.
+tet10: corners 0…3; edges 01, 12, 02, 03, 13, 23.
+hex20: corners 0…3 below and 4…7 above, counter-clockwise; edges 01 12 23 30, 45 56 67 74, 04 15 26 37.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from nvhchain.errors import InputError
+from nvhchain.handoff import FloatArray
+
+TET10_EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
+HEX20_EDGES = (
+    (0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7),
+)  # fmt: skip
+HEX_CORNERS = np.array(
+    [[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1], [-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]],
+    dtype=float,
+)
+
+
+@dataclass(frozen=True, eq=False)
+class ReferenceElement:
+    """Values at quadrature points; the mass needs a finer rule than the stiffness.
+
+    gradient: (q, n, 3) ∂N/∂ξ.  weight: (q,).  mass_shape: (p, n).  mass_gradient: (p, n, 3).  mass_weight: (p,).
+    """
+
+    nodes: int
+    gradient: FloatArray
+    weight: FloatArray
+    mass_shape: FloatArray
+    mass_gradient: FloatArray
+    mass_weight: FloatArray
+
+
+@cache
+def reference_element(kind: str) -> ReferenceElement:
+    """The tabulated element of `kind` `tet10` or `hex20`."""
+    if kind == "tet10":
+        # Straight-sided: strain energy is of degree 2, kinetic energy of degree 4. The 4-point rule is the usual
+        # choice for curved ones as well; the rules of degree 3 and 4 have negative weights, hence 5 for the mass.
+        return _tabulate(tet10_shape, _tetrahedron_rule(2), _tetrahedron_rule(5))
+    if kind == "hex20":
+        rule = _brick_rule(3)
+        return _tabulate(hex20_shape, rule, rule)
+    raise InputError(f"element kind {kind!r} is not known: use tet10 or hex20")
+
+
+_Rule = tuple[FloatArray, FloatArray]
+
+
+def _tabulate(shape: Callable[[FloatArray], _Rule], rule: _Rule, mass_rule: _Rule) -> ReferenceElement:
+    _, gradient = shape(rule[0])
+    mass_shape, mass_gradient = shape(mass_rule[0])
+    return ReferenceElement(mass_shape.shape[1], gradient, rule[1], mass_shape, mass_gradient, mass_rule[1])
+
+
+def tet10_shape(points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Shape functions (q, 10) and gradients (q, 10, 3) at `points` (q, 3) of the unit tetrahedron."""
+    points = np.asarray(points, dtype=float)
+    L = np.column_stack([1 - points.sum(axis=1), points])
+    dL = np.vstack([-np.ones(3), np.eye(3)])
+    i, j = np.array(TET10_EDGES).T
+    value = np.hstack([L * (2 * L - 1), 4 * L[:, i] * L[:, j]])
+    corner = (4 * L - 1)[:, :, None] * dL
+    edge = 4 * (L[:, i, None] * dL[j] + L[:, j, None] * dL[i])
+    return value, np.concatenate([corner, edge], axis=1)
+
+
+def hex20_shape(points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Serendipity shape functions (q, 20) and gradients (q, 20, 3) at `points` (q, 3) of the cube −1 … 1."""
+    points = np.asarray(points, dtype=float)
+    value = np.empty((len(points), 20))
+    gradient = np.empty((len(points), 20, 3))
+    for node, c in enumerate(HEX_CORNERS):
+        factor, reach = 1 + points * c, points @ c - 2
+        value[:, node] = factor.prod(axis=1) * reach / 8
+        for a in range(3):
+            others = factor[:, (a + 1) % 3] * factor[:, (a + 2) % 3]
+            gradient[:, node, a] = c[a] * others * (reach + factor[:, a]) / 8
+    for node, (i, j) in enumerate(HEX20_EDGES, start=8):
+        c = (HEX_CORNERS[i] + HEX_CORNERS[j]) / 2
+        along = int(np.flatnonzero(c == 0)[0])
+        u, v = (along + 1) % 3, (along + 2) % 3
+        bubble = 1 - points[:, along] ** 2
+        fu, fv = 1 + points[:, u] * c[u], 1 + points[:, v] * c[v]
+        value[:, node] = bubble * fu * fv / 4
+        gradient[:, node, along] = -2 * points[:, along] * fu * fv / 4
+        gradient[:, node, u] = bubble * c[u] * fv / 4
+        gradient[:, node, v] = bubble * fu * c[v] / 4
+    return value, gradient
+
+
+def _tetrahedron_rule(degree: int) -> _Rule:
+    """Points (q, 3) and weights (q,) of the unit tetrahedron, exact to `degree`."""
+    from skfem.quadrature import get_quadrature
+    from skfem.refdom import RefTet
+
+    points, weights = get_quadrature(RefTet, degree)
+    return np.ascontiguousarray(points.T), weights
+
+
+def _brick_rule(order: int) -> _Rule:
+    """Gauss points (order³, 3) and weights of the cube −1 … 1."""
+    x, w = np.polynomial.legendre.leggauss(order)
+    grid = np.stack(np.meshgrid(x, x, x, indexing="ij"), axis=-1).reshape(-1, 3)
+    weight = np.einsum("i,j,k->ijk", w, w, w).ravel()
+    return grid, weight

@@ -1,0 +1,92 @@
+"""The direct solver: residual, inertia, refusals, and the fallback against PARDISO."""
+
+import fem_meshes as meshes
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+import nvhchain.fem._sparse as door
+from nvhchain.conventions import STEEL
+from nvhchain.errors import InputError, ResourceError, SolverError
+from nvhchain.fem import factorize, stiffness_and_mass
+
+ENGINES = pytest.mark.parametrize(
+    "engine", [pytest.param(e, id=e) for e in (["pardiso"] if door._has_pardiso() else []) + ["superlu"]]
+)
+
+
+@pytest.fixture(scope="module")
+def matrices():
+    nodes, elements = meshes.tetrahedra((5, 4, 3), (0.1, 0.08, 0.06))
+    K, M = stiffness_and_mass(nodes, elements, "tet10", STEEL)
+    free = np.repeat(nodes[:, 0] > 0, 3)
+    return K[free][:, free].tocsr(), M[free][:, free].tocsr()
+
+
+@ENGINES
+@pytest.mark.parametrize("columns", [None, 1, 3, 70])
+def test_solution_leaves_no_residual_and_keeps_the_shape(matrices, engine, columns):
+    K, _ = matrices
+    shape = (K.shape[0],) if columns is None else (K.shape[0], columns)
+    rhs = np.random.default_rng(0).standard_normal(shape)
+    with factorize(K, engine=engine) as factor:
+        solution = factor.solve(rhs)
+    assert solution.shape == shape
+    assert np.linalg.norm(K @ solution - rhs) < 1e-9 * np.linalg.norm(rhs)
+
+
+@ENGINES
+def test_negative_pivots_count_the_eigenvalues_below_the_shift(matrices, engine):
+    K, M = matrices
+    exact = np.sort(np.linalg.eigvals(np.linalg.solve(M.toarray(), K.toarray())).real)
+    for count in (0, 1, 7, 20):
+        shift = 0.5 * exact[0] if count == 0 else (exact[count - 1] + exact[count]) / 2
+        with factorize(K - shift * M, symmetric_positive_definite=False, engine=engine) as factor:
+            assert factor.negative == count
+            rhs = np.ones(K.shape[0])
+            assert np.linalg.norm((K - shift * M) @ factor.solve(rhs) - rhs) < 1e-7 * np.linalg.norm(rhs)
+
+
+@ENGINES
+def test_matrix_that_is_not_positive_definite_is_refused(matrices, engine):
+    K, M = matrices
+    with pytest.raises(SolverError, match="positive definite"):
+        factorize(K - 1e12 * M, engine=engine)
+
+
+@ENGINES
+def test_empty_row_is_an_error_not_a_crash(engine):
+    with pytest.raises(SolverError):
+        factorize(sp.csr_matrix(np.diag([1.0, 0.0, 2.0])), engine=engine)
+
+
+@ENGINES
+def test_closed_factor_and_unfitting_right_hand_side_are_refused(matrices, engine):
+    factor = factorize(matrices[0], engine=engine)
+    with pytest.raises(InputError, match="does not fit"):
+        factor.solve(np.ones(5))
+    factor.close()
+    factor.close()
+    with pytest.raises(InputError, match="closed"):
+        factor.solve(np.ones(factor.unknowns))
+
+
+def test_superlu_refuses_sizes_it_cannot_do():
+    size = door.SUPERLU_UNKNOWNS + 1
+    with pytest.raises(ResourceError, match=f"{size} unknowns are too many for SuperLU"):
+        factorize(sp.identity(size, format="csr"), engine="superlu")
+
+
+def test_factor_that_does_not_fit_into_memory_is_refused_before_it_is_made(matrices, monkeypatch):
+    class Memory:
+        available = 1024
+
+    monkeypatch.setattr(door.psutil, "virtual_memory", Memory)
+    with pytest.raises(ResourceError, match="GB are free"):
+        factorize(matrices[0], engine="pardiso")
+
+
+def test_fallback_is_taken_where_pardiso_does_not_exist(monkeypatch):
+    monkeypatch.setattr(door.platform, "machine", lambda: "aarch64")
+    with factorize(sp.identity(3, format="csr")) as factor:
+        assert isinstance(factor, door._SuperluFactor)

@@ -42,9 +42,10 @@ class FlankCompliance:
     def __post_init__(self) -> None:
         n_p, n_w = len(self.radius), len(self.axial)
         shape = np.shape(self.blocks)
+        tail = (2, n_p, n_w, 2, n_p, n_w)
         require(
-            len(shape) == 8 and shape[0] == self.sector and shape[2:] == (2, n_p, n_w, 2, n_p, n_w),
-            f"FlankCompliance.blocks has shape {shape}, but ({self.sector}, reach + 1, 2, {n_p}, {n_w}, 2, {n_p}, {n_w}) is needed",
+            len(shape) == 8 and shape[0] == self.sector and shape[2:] == tail,
+            f"FlankCompliance.blocks has shape {shape}, but {(self.sector, 'reach + 1', *tail)} is needed",
         )
         require(
             self.sector >= 1 and self.tooth_count % self.sector == 0,

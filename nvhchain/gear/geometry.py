@@ -16,7 +16,7 @@ from nvhchain.errors import require
 from nvhchain.handoff import FloatArray
 
 USUAL_RACK_TIP_RADIUS = 0.38
-"""Tip radius of the basic rack ISO 53 type A, in normal modules; taken, or the largest that fits, when none is given."""
+"""Tip radius of the basic rack ISO 53 type A, in normal modules; the default, or the largest that fits."""
 
 
 def involute(pressure_angle: ArrayLike) -> FloatArray:
@@ -70,13 +70,13 @@ class GearGeometry:
         allowance = self.thickness_allowance
         require(
             abs(allowance) < 0.5 * self.normal_module,
-            f"thickness_allowance = {allowance:g} m exceeds half a module ({0.5 * self.normal_module:g} m): give it in m",
+            f"thickness_allowance = {allowance:g} m exceeds half a module: give it in m",
         )
         self._check_rack()
         self._check_circles()
 
     def _check_rack(self) -> None:
-        largest, radius = self._largest_rack_tip_radius, self.rack_tip_radius_
+        largest, radius = self._largest_rack_tip_radius, self.rack_tip_radius_in_use
         require(
             largest >= 0,
             f"dedendum = {self.dedendum:g} makes the rack tooth pointed: lower the dedendum or the pressure angle",
@@ -94,13 +94,15 @@ class GearGeometry:
         )
 
     def _check_circles(self) -> None:
-        tip, root, bore = self.tip_radius_, self.root_radius, self.bore_radius
+        tip, root, bore = self.tip_circle_radius, self.root_radius, self.bore_radius
         require(
             tip > self.form_radius,
             f"tip_radius = {tip:g} m lies below the usable flank ({self.form_radius:g} m): raise it",
         )
         land = 2 * tip * float(self.half_tooth_angle(tip))
-        require(land > 0, f"teeth are pointed below tip_radius = {tip:g} m: lower tip_radius, addendum or profile_shift")
+        require(
+            land > 0, f"teeth are pointed below tip_radius = {tip:g} m: lower tip_radius, addendum or profile_shift"
+        )
         require(
             bore < root - self.normal_module,
             f"bore_radius = {bore:g} m leaves less than one module below the root circle ({root:g} m): "
@@ -138,7 +140,7 @@ class GearGeometry:
         return 2 * np.pi * self.base_radius / self.teeth
 
     @property
-    def tip_radius_(self) -> float:
+    def tip_circle_radius(self) -> float:
         """Tip radius in use, m."""
         if self.tip_radius is not None:
             return self.tip_radius
@@ -150,7 +152,7 @@ class GearGeometry:
         return self.pitch_radius - self.normal_module * (self.dedendum - self.profile_shift)
 
     @property
-    def rack_tip_radius_(self) -> float:
+    def rack_tip_radius_in_use(self) -> float:
         """Rack tip radius in use, normal modules."""
         if self.rack_tip_radius is not None:
             return self.rack_tip_radius
@@ -195,9 +197,7 @@ class GearGeometry:
 
         ψ = s_t/(2 r) + inv α_t − inv α_r with s_n = m_n (π/2 + 2 x tan α_n) − allowance.
         """
-        thickness = self.normal_module * (
-            np.pi / 2 + 2 * self.profile_shift * np.tan(self.normal_pressure_angle)
-        )
+        thickness = self.normal_module * (np.pi / 2 + 2 * self.profile_shift * np.tan(self.normal_pressure_angle))
         half = 0.5 * (thickness - self.thickness_allowance) / np.cos(self.helix_angle) / self.pitch_radius
         return half + involute(self.transverse_pressure_angle) - involute(self.pressure_angle_at(radius))
 
@@ -229,12 +229,10 @@ class GearGeometry:
         fraction: 0 at the end of the involute, 1 on the root circle. The arc of the normal section is stretched by
         1/cos β in the transverse one; each of its points cuts where its normal passes through the pitch point.
         """
-        alpha, rho = self.normal_pressure_angle, self.rack_tip_radius_
+        alpha, rho = self.normal_pressure_angle, self.rack_tip_radius_in_use
         turn = alpha + np.asarray(fraction, float) * (np.pi / 2 - alpha)  # of the arc's normal, from flank to tip
         module, slant = self.normal_module, np.cos(self.helix_angle)
-        corner = (
-            self._rack_half_width - self.dedendum * np.tan(alpha) - rho * (1 - np.sin(alpha)) / np.cos(alpha)
-        )
+        corner = self._rack_half_width - self.dedendum * np.tan(alpha) - rho * (1 - np.sin(alpha)) / np.cos(alpha)
         across = module * (corner + rho * np.cos(turn)) / slant
         height = module * (self.profile_shift - self.dedendum + rho * (1 - np.sin(turn)))
         # normal (cos turn, −sin turn) in the normal section; its first component shrinks with cos β in the transverse

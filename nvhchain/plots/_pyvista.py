@@ -1,0 +1,79 @@
+"""The door to pyvista: a shaded picture of a coloured triangle mesh, rendered in a process of its own.
+
+Off-screen VTK without EGL or OSMesa ends in a segmentation fault, not in an exception. In its own process that is a
+return code, and the caller draws with matplotlib instead.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from nvhchain.handoff import FloatArray, Surface
+
+SECONDS = 120.0
+"""Time a picture may take; VTK alone needs several seconds to load on a cold disk."""
+
+
+def render(surface: Surface, colours: FloatArray, towards: FloatArray) -> np.ndarray | None:
+    """Picture (height, width, 3) uint8 of `surface`, or None where this machine cannot render off screen.
+
+    colours: (n_face, 3) red, green, blue in 0 … 1, shown as they are.
+    towards: (3,) direction from the body to the viewer; y is up.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        scene, picture = Path(folder) / "scene.npz", Path(folder) / "picture.npy"
+        np.savez(
+            scene,
+            vertices=surface.vertices,
+            triangles=surface.triangles,
+            colours=np.round(255 * colours).astype(np.uint8),
+            towards=towards,
+        )
+        try:
+            done = subprocess.run(
+                [sys.executable, "-m", "nvhchain.plots._pyvista", str(scene), str(picture)],
+                capture_output=True,
+                stdin=subprocess.DEVNULL,
+                timeout=SECONDS,
+            )
+        except subprocess.TimeoutExpired:
+            return None
+        if done.returncode != 0 or not picture.exists():
+            return None
+        image: np.ndarray = np.load(picture)
+    drawn = np.any(image < 255, axis=2)
+    if not drawn.any():
+        return None
+    rows, columns = np.flatnonzero(drawn.any(axis=1)), np.flatnonzero(drawn.any(axis=0))
+    return image[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
+
+
+def _draw(scene_file: str, picture_file: str) -> None:
+    """Body of the rendering process."""
+    import pyvista
+
+    scene = np.load(scene_file)
+    triangles = scene["triangles"]
+    faces = np.column_stack([np.full(len(triangles), 3), triangles]).ravel()
+    body = pyvista.PolyData(scene["vertices"], faces)
+    body.cell_data["colour"] = scene["colours"]
+    plotter = pyvista.Plotter(off_screen=True, window_size=[1500, 1100])
+    plotter.set_background("white")  # type: ignore[arg-type]
+    plotter.add_mesh(body, scalars="colour", rgb=True, lighting=False)
+    plotter.enable_anti_aliasing("ssaa")
+    plotter.enable_parallel_projection()  # type: ignore[call-arg]
+    plotter.camera_position = "xy"
+    plotter.camera.position = np.asarray(body.center) + scene["towards"]
+    plotter.camera.focal_point = body.center
+    plotter.camera.up = (0.0, 1.0, 0.0)
+    plotter.reset_camera()  # type: ignore[call-arg]
+    np.save(picture_file, np.asarray(plotter.screenshot(return_img=True)))
+
+
+if __name__ == "__main__":
+    _draw(*sys.argv[1:])

@@ -1,0 +1,75 @@
+"""One look for all figures: sizes readable in print, colours safe for colour-blind readers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import wraps
+from typing import ParamSpec, TypeVar
+
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from nvhchain.errors import require
+
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+"""Okabe and Ito's palette, in the order in which configurations take them."""
+
+MARK_LINES = (("#8C8C8C", "-"), ("#8C8C8C", (0, (2, 2))), ("#8C8C8C", (0, (6, 2))))
+"""Colour and dashes of the vertical lines at mesh orders, one per stage."""
+
+STYLE = {
+    "font.size": 12.0,
+    "axes.labelsize": 13.0,
+    "axes.titlesize": 13.0,
+    "legend.fontsize": 11.0,
+    "legend.framealpha": 0.9,
+    "legend.edgecolor": "none",
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "#E5E5E5",
+    "grid.linewidth": 0.8,
+    "lines.linewidth": 1.5,
+    "savefig.dpi": 150,
+}
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+def styled(draw: Callable[P, R]) -> Callable[P, R]:
+    """Run `draw` under the common style without touching the process-wide settings."""
+
+    @wraps(draw)
+    def drawn(*args: P.args, **kwargs: P.kwargs) -> R:
+        with rc_context(STYLE):  # type: ignore[arg-type]
+            return draw(*args, **kwargs)
+
+    return drawn
+
+
+def panels(
+    count: int,
+    axes: Sequence[Axes] | None,
+    *,
+    columns: int = 1,
+    height: float = 3.6,
+    width: float = 11.0,
+    share: str = "xy",
+) -> list[Axes]:
+    """The `count` axes given, or those of a new figure; `height` of one panel in inches, `share`: common scales."""
+    if axes is not None:
+        require(len(axes) == count, f"{len(axes)} axes given, but {count} are needed: one per panel")
+        return list(axes)
+    rows = -(-count // columns)
+    figure = Figure(figsize=(width, height * rows + 0.8), layout="constrained")
+    grid = figure.subplots(rows, columns, sharex="x" in share, sharey="y" in share, squeeze=False).ravel()
+    for unused in grid[count:]:
+        unused.remove()
+    return list(grid[:count])
+
+
+def colour(index: int) -> str:
+    """Colour of configuration number `index`."""
+    return COLOURS[index % len(COLOURS)]

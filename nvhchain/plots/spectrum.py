@@ -1,0 +1,163 @@
+"""Line spectra: sound pressure at a field point and forces at the bearings, several configurations on one axis."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from matplotlib.transforms import ScaledTranslation
+
+from nvhchain import levels
+from nvhchain.errors import require
+from nvhchain.handoff import FieldPressure, FloatArray, ForceSpectrum
+from nvhchain.plots._style import colour, panels, styled
+from nvhchain.plots.orders import OrderMarks, add_order_axis, draw_mesh_orders, matching
+
+APART = 1.6
+"""Points between the stems of two configurations at the same frequency."""
+
+HEADROOM = 12.0
+"""dB above the strongest line, for the overall levels."""
+
+
+@styled
+def pressure_spectrum(
+    pressures: Mapping[str, FieldPressure],
+    *,
+    marks: OrderMarks | None = None,
+    point: int = 0,
+    dynamic_range: float = 70.0,
+    axes: Sequence[Axes] | None = None,
+) -> list[Axes]:
+    """Sound pressure level of every line, unweighted above and A-weighted below.
+
+    pressures: configuration → pressure.  marks: orders to mark; needs one input speed common to all.
+    point: index of the field point.  dynamic_range: dB shown below the strongest line.
+    """
+    require(len(pressures) > 0, "no pressure given: at least one configuration is needed")
+    drawn = panels(2, axes, share="x")
+    input_frequency = _common_input_frequency(pressures)
+    for ax, weighted, unit in ((drawn[0], False, "dB"), (drawn[1], True, "dB(A)")):
+        lines, totals = {}, {}
+        for name, field in pressures.items():
+            level = levels.decibel(field.pressure[:, point])
+            lines[name] = (field.frequency, level + levels.a_weighting(field.frequency) if weighted else level)
+            totals[name] = float(levels.overall(field.frequency, field.pressure[:, point], weighted=weighted))
+        highest = max(level.max() for _, level in lines.values())
+        ax.set_ylim(5.0 * np.ceil(highest / 5.0) + HEADROOM - dynamic_range, 5.0 * np.ceil(highest / 5.0) + HEADROOM)
+        ax.set_ylabel(f"{'$L_{pA}$' if weighted else '$L_p$'} / {unit} re 20 µPa")
+        handles = _draw(ax, lines, input_frequency, marks)
+        overall = [Line2D([], [], color=colour(index), linewidth=3.0) for index in range(len(lines))]
+        values = [f"{name}: overall {total:.1f} {unit}" for name, total in totals.items()]
+        ax.legend(overall, values, loc="upper right", ncols=len(lines))
+        if input_frequency > 0.0 and not weighted:
+            add_order_axis(ax, input_frequency)
+    drawn[0].set_xlabel("")
+    _legend_below(drawn[1], handles[len(lines) :])
+    return drawn
+
+
+@styled
+def bearing_force_spectra(
+    spectra: Mapping[str, ForceSpectrum],
+    *,
+    marks: OrderMarks | None = None,
+    decades: float = 4.0,
+    axes: Sequence[Axes] | None = None,
+) -> list[Axes]:
+    """Force on the housing at every bearing, one panel each: √(|F_x|² + |F_y|² + |F_z|²), N peak.
+
+    spectra: configuration → spectrum, all with the same bearings.  decades: shown below the strongest line.
+    """
+    require(len(spectra) > 0, "no force spectrum given: at least one configuration is needed")
+    names = next(iter(spectra.values())).names
+    for label, spectrum in spectra.items():
+        require(spectrum.names == names, f"{label!r} has bearings {spectrum.names}, not {names}: plot them apart")
+    drawn = panels(len(names), axes, columns=2, height=2.6, width=13.0)
+    input_frequency = _common_input_frequency(spectra)
+    size = {label: np.linalg.norm(s.force, axis=2) for label, s in spectra.items()}
+    highest = max(float(s[spectra[label].frequency > 0.0].max()) for label, s in size.items())
+    for index, (ax, bearing) in enumerate(zip(drawn, names, strict=True)):
+        ax.set_yscale("log")
+        ax.set_ylim(highest * 10.0 ** (0.5 - decades), highest * 10.0**0.5)
+        ax.set_ylabel("force / N" if index % 2 == 0 else "")
+        handles = _draw(
+            ax, {label: (s.frequency, size[label][:, index]) for label, s in spectra.items()}, input_frequency, marks
+        )
+        ax.set_xlabel("frequency / Hz" if index >= len(names) - 2 else "")
+        ax.text(
+            0.01,
+            0.97,
+            bearing,
+            transform=ax.transAxes,
+            fontweight="bold",
+            verticalalignment="top",
+            backgroundcolor="white",
+        )
+        if input_frequency > 0.0 and index < 2:
+            add_order_axis(ax, input_frequency)
+    _legend_below(drawn[0], handles)
+    return drawn
+
+
+def _common_input_frequency(handoffs: Mapping[str, FieldPressure] | Mapping[str, ForceSpectrum]) -> float:
+    """Turns per second of the input shaft, 0 where the configurations do not share one."""
+    speeds = {round(h.input_speed, 9) for h in handoffs.values()}
+    return speeds.pop() / (2.0 * np.pi) if len(speeds) == 1 else 0.0
+
+
+def _draw(
+    ax: Axes, lines: Mapping[str, tuple[FloatArray, FloatArray]], input_frequency: float, marks: OrderMarks | None
+) -> list[Line2D]:
+    """Stems of all configurations side by side with heads at the marked orders; returns what a legend shows."""
+    floor = ax.get_ylim()[0]
+    ax.set_xlim(0.0, 1.01 * max(frequency[-1] for frequency, _ in lines.values()))
+    ax.set_xlabel("frequency / Hz")
+    ax.grid(False, axis="x")
+    figure = ax.get_figure(root=True)
+    assert figure is not None
+    marked = marks is not None and input_frequency > 0.0
+    handles = [Line2D([], [], color=colour(index), linewidth=3.0, label=name) for index, name in enumerate(lines)]
+    if marks is not None and marked:
+        draw_mesh_orders(ax, marks, input_frequency)
+        handles += [line for line in ax.lines if not str(line.get_label()).startswith("_")]
+    heads: dict[str, Line2D] = {}
+    for index, (name, (frequency, value)) in enumerate(lines.items()):
+        aside = APART * (index - (len(lines) - 1) / 2.0) / 72.0
+        shifted = ax.transData + ScaledTranslation(aside, 0.0, figure.dpi_scale_trans)
+        seen = (value > floor) & (frequency > 0.0)
+        ax.vlines(
+            frequency[seen], floor, value[seen], colors=colour(index), linewidth=1.2, transform=shifted, label=name
+        )
+        if marks is None or not marked:
+            continue
+        orders = frequency / input_frequency
+        for kind, wanted, marker, size, fill in (
+            ("mesh order", marks.mesh_orders(orders[-1]), "o", 5.5, None),
+            ("slot sideband", marks.sideband_orders(orders[-1]), "D", 4.5, "white"),
+        ):
+            at = seen & matching(orders, wanted)
+            if at.any():
+                style: dict[str, Any] = {"marker": marker, "markersize": size, "linestyle": "none"}
+                hue = colour(index)
+                ax.plot(
+                    frequency[at],
+                    value[at],
+                    color=hue,
+                    markerfacecolor=fill or hue,
+                    transform=shifted,
+                    label=f"_{name} {kind}",
+                    **style,
+                )
+                heads[kind] = Line2D([], [], color="black", markerfacecolor=fill or "black", label=kind, **style)
+    return handles + list(heads.values())
+
+
+def _legend_below(ax: Axes, handles: list[Line2D]) -> None:
+    """One legend for the whole figure, outside the axes: inside, it would hide lines."""
+    figure = ax.get_figure(root=True)
+    assert figure is not None
+    figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 6))

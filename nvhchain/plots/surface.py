@@ -1,0 +1,90 @@
+"""A picture of the radiating surface, coloured by the level of its normal velocity at one line."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+from nvhchain import levels
+from nvhchain.conventions import REFERENCE_VELOCITY
+from nvhchain.errors import require
+from nvhchain.handoff import FloatArray, Surface, SurfaceVelocity
+from nvhchain.plots import _pyvista
+from nvhchain.plots._style import styled
+
+COLOUR_MAP = "inferno"
+
+
+def strongest_line(velocity: SurfaceVelocity) -> int:
+    """Index of the line with the largest area-weighted mean square normal velocity."""
+    power = (np.abs(velocity.normal_velocity) ** 2) @ velocity.surface.areas
+    return int(np.argmax(np.where(velocity.frequency > 0.0, power, -1.0)))
+
+
+@styled
+def surface_velocity(
+    velocity: SurfaceVelocity,
+    *,
+    line: int | None = None,
+    name: str = "",
+    dynamic_range: float = 40.0,
+    elevation: float = 0.45,
+    azimuth: float = 0.6,
+    engine: str = "auto",
+) -> Axes:
+    """Level of the normal velocity on every face, dB re 1 nm/s (RMS), at one frequency.
+
+    line: index of the frequency, the strongest by default.  name: of the configuration, for the title.
+    elevation, azimuth: rad, of the viewer above the xz-plane and from +z towards +x.  engine: `pyvista`,
+    `matplotlib`, or `auto`: the first where it can render off screen, else the second.
+    """
+    require(engine in ("auto", "pyvista", "matplotlib"), f"engine = {engine!r}: use auto, pyvista or matplotlib")
+    line = strongest_line(velocity) if line is None else line
+    surface, normal_velocity = velocity.surface, velocity.normal_velocity[line]
+    level = levels.decibel(normal_velocity, REFERENCE_VELOCITY)
+    top = float(np.ceil(level.max()))
+    scale = ScalarMappable(Normalize(top - dynamic_range, top), colormaps[COLOUR_MAP])
+    colours = np.asarray(scale.to_rgba(level))[:, :3]
+    towards = np.array([np.cos(elevation) * np.sin(azimuth), np.sin(elevation), np.cos(elevation) * np.cos(azimuth)])
+    figure = Figure(figsize=(10.0, 7.2), layout="constrained")
+    image = None if engine == "matplotlib" else _pyvista.render(surface, colours, towards)
+    require(engine != "pyvista" or image is not None, "this machine cannot render off screen: use engine='matplotlib'")
+    if image is not None:
+        ax: Axes = figure.add_subplot()
+        ax.imshow(image)
+        ax.set_axis_off()
+    else:
+        ax = _draw(figure, surface, colours, towards, elevation, azimuth)
+    mean = np.sqrt(0.5 * (np.abs(normal_velocity) ** 2) @ surface.areas / surface.areas.sum())
+    ax.set_title(
+        f"{name}{': ' if name else ''}{velocity.frequency[line]:.0f} Hz, {1e6 * mean:.3g} µm/s RMS over the surface",
+        loc="left",
+    )
+    figure.colorbar(scale, ax=ax, label="normal velocity level / dB re 1 nm/s", shrink=0.8, extend="min")
+    return ax
+
+
+def _draw(
+    figure: Figure, surface: Surface, colours: FloatArray, towards: FloatArray, elevation: float, azimuth: float
+) -> Axes:
+    """The faces that look at the viewer, sorted by depth."""
+    ax = figure.add_subplot(projection="3d", proj_type="ortho")
+    facing = surface.normals @ towards > 0.0
+    corners, hue = surface.vertices[surface.triangles[facing]], colours[facing]
+    # Edges in the colour of their face close the hairlines that antialiasing leaves between neighbours.
+    ax.add_collection3d(Poly3DCollection(corners, facecolors=hue, edgecolors=hue, linewidths=0.3))
+    low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
+    ax.set_xlim(low[0], high[0])
+    ax.set_ylim(low[1], high[1])
+    ax.set_zlim(low[2], high[2])
+    # With y vertical, matplotlib measures the azimuth from +z towards +x. The aspect counts from the vertical axis,
+    # which must be known before.
+    ax.view_init(elev=np.degrees(elevation), azim=np.degrees(azimuth), vertical_axis="y")
+    ax.set_box_aspect(tuple(high - low), zoom=1.1)
+    ax.set_axis_off()
+    return ax

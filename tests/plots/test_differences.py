@@ -1,0 +1,39 @@
+"""The table of differences holds levels, differences to the first configuration and dashes for absent lines."""
+
+import csv
+import io
+
+from nvhchain.plots import difference_table
+
+
+def summary(overall, *lines):
+    orders = [{"order": o, "frequency_hz": o * 125 / 3, "level_db": level} for o, level in lines]
+    return {"input_speed_rpm": 2500.0, "overall_dBA": overall, "orders": orders}
+
+
+CONFIGURATIONS = {
+    "solid": summary(70.0, (12.0, 60.0), (20.0, 65.0), (24.0, 10.0)),
+    "slotted": summary(72.5, (12.0, 58.5), (18.0, 50.0), (20.0, 66.0)),
+}
+
+
+def test_rows_are_overall_then_the_strongest_orders_in_rising_order():
+    table = difference_table(CONFIGURATIONS, strongest=3)
+    assert table.header == ("quantity", "f / Hz", "solid", "slotted", "slotted − solid")
+    assert table.rows == (
+        ("overall / dB(A)", "", "70.0", "72.5", "+2.5"),
+        ("order 12 / dB", "500.0", "60.0", "58.5", "-1.5"),
+        ("order 18 / dB", "750.0", "–", "50.0", "–"),
+        ("order 20 / dB", "833.3", "65.0", "66.0", "+1.0"),
+    )
+
+
+def test_text_markdown_and_csv_hold_the_same_cells():
+    table = difference_table(CONFIGURATIONS)
+    cells = [list(row) for row in (table.header, *table.rows)]
+    assert list(csv.reader(io.StringIO(table.csv(), newline=""))) == cells
+    pipes = [[cell.strip() for cell in line.strip("|").split("|")] for line in table.markdown().splitlines()]
+    assert [pipes[0], *pipes[2:]] == cells
+    lines = table.text().splitlines()
+    assert len({len(line) for line in lines}) == 1
+    assert len(lines) == len(cells)

@@ -1,0 +1,51 @@
+"""The picture of the surface colours every face by its level and always finds a renderer."""
+
+import numpy as np
+import pytest
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+from nvhchain.errors import InputError
+from nvhchain.plots import _pyvista, strongest_line, surface_velocity
+
+
+def test_strongest_line_is_chosen_and_named_with_its_velocity(housing_velocity):
+    assert strongest_line(housing_velocity) == 1
+    ax = surface_velocity(housing_velocity, name="slotted", engine="matplotlib")
+    areas = housing_velocity.surface.areas
+    mean = np.sqrt(0.5 * (np.abs(housing_velocity.normal_velocity[1]) ** 2 @ areas) / areas.sum())
+    assert ax.get_title(loc="left") == f"slotted: 300 Hz, {1e6 * mean:.3g} µm/s RMS over the surface"
+
+
+def test_matplotlib_draws_exactly_the_faces_that_look_at_the_viewer(housing_velocity):
+    ax = surface_velocity(housing_velocity, engine="matplotlib", elevation=0.45, azimuth=0.6)
+    (faces,) = [c for c in ax.collections if isinstance(c, Poly3DCollection)]
+    # Three of the six sides of the box, 14 x 14 squares of two triangles each.
+    assert len(faces.get_facecolors()) == 3 * 14 * 14 * 2
+
+
+def test_colour_bar_ends_at_the_highest_level_and_names_its_reference(housing_velocity):
+    ax = surface_velocity(housing_velocity, engine="matplotlib", dynamic_range=30.0)
+    bar = ax.figure.axes[1]
+    assert bar.get_ylabel() == "normal velocity level / dB re 1 nm/s"
+    highest = 20.0 * np.log10(np.abs(housing_velocity.normal_velocity[1]).max() / np.sqrt(2.0) / 1e-9)
+    low, high = bar.get_ylim()
+    assert highest <= high < highest + 1.0
+    assert high - low == pytest.approx(30.0)
+
+
+def test_machine_without_off_screen_rendering_falls_back_to_matplotlib(housing_velocity, monkeypatch):
+    monkeypatch.setattr(_pyvista, "render", lambda *_: None)
+    ax = surface_velocity(housing_velocity)
+    assert any(isinstance(c, Poly3DCollection) for c in ax.collections)
+    with pytest.raises(InputError, match="cannot render off screen"):
+        surface_velocity(housing_velocity, engine="pyvista")
+
+
+def test_renderer_that_crashes_gives_no_picture(housing_velocity, monkeypatch):
+    monkeypatch.setattr(_pyvista.sys, "executable", "/bin/false")
+    assert _pyvista.render(housing_velocity.surface, np.zeros((1, 3)), np.array([0.0, 0.0, 1.0])) is None
+
+
+def test_unknown_engine_is_refused(housing_velocity):
+    with pytest.raises(InputError, match="engine = 'paraview'"):
+        surface_velocity(housing_velocity, engine="paraview")

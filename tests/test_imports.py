@@ -1,0 +1,36 @@
+"""The import contract of the architecture, and what `import nvhchain` may cost."""
+
+import json
+import statistics
+import subprocess
+import sys
+from pathlib import Path
+
+from importlinter.cli import lint_imports
+
+ROOT = Path(__file__).parents[1]
+HEAVY = {"gmsh", "bempp_cl", "pypardiso", "matplotlib", "pyvista", "vtkmodules", "numba", "scipy", "h5py", "skfem"}
+PROBE = """
+import json, sys, time
+start = time.perf_counter()
+import nvhchain
+print(json.dumps([time.perf_counter() - start, sorted({name.partition(".")[0] for name in sys.modules})]))
+"""
+
+
+def imported_in_fresh_process() -> tuple[float, set[str]]:
+    done = subprocess.run([sys.executable, "-c", PROBE], capture_output=True, text=True, check=True, cwd=ROOT)
+    seconds, modules = json.loads(done.stdout)
+    return seconds, set(modules)
+
+
+def test_layers_and_engine_doors_hold(capsys, monkeypatch):
+    monkeypatch.chdir(ROOT)  # import-linter finds its configuration and the package here
+    code = lint_imports(config_filename=str(ROOT / "pyproject.toml"), no_cache=True)
+    assert code == 0, capsys.readouterr().out
+
+
+def test_importing_the_package_stays_below_half_a_second_and_opens_no_engine():
+    runs = [imported_in_fresh_process() for _ in range(3)]
+    assert not runs[0][1] & HEAVY
+    assert statistics.median(seconds for seconds, _ in runs) < 0.5

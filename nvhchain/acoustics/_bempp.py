@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import bempp_cl.api as bempp
 import numpy as np
@@ -10,14 +10,14 @@ from bempp_cl.api.operators.boundary import helmholtz, sparse
 
 from nvhchain.acoustics._coupling import coupling
 from nvhchain.fidelity import AcousticsFidelity
-from nvhchain.handoff import ComplexArray, Surface
+from nvhchain.handoff import ComplexArray, FloatArray, Surface
 
 # An OpenCL driver that happens to be installed would become bempp's default, and some of them abort the process.
 _DEVICE = {"device_interface": "numba", "precision": "double"}
 
 
 def systems(
-    surface: Surface, wavenumbers: Sequence[float], fidelity: AcousticsFidelity
+    surface: Surface, wavenumbers: FloatArray, fidelity: AcousticsFidelity
 ) -> Iterator[tuple[ComplexArray, ComplexArray]]:
     """Yield (A (n_v, n_v), B (n_v, n_face)) of A p = B ∂p/∂n for every wavenumber (rad/m, > 0) under e^{+jωt}.
 

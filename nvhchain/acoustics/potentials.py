@@ -10,11 +10,10 @@ from nvhchain.handoff import ComplexArray, FloatArray, Surface
 # Seven-point rule of degree 5 on the triangle (Radon 1948; Strang & Fix 1973, table 4.1): barycentric coordinates, weights.
 _ROOT = np.sqrt(15.0)
 _A, _B = (6.0 - _ROOT) / 21.0, (6.0 + _ROOT) / 21.0
-_BARYCENTRIC = np.array(
-    [[1 / 3, 1 / 3, 1 / 3]]
-    + [[1 - 2 * t if i == j else t for j in range(3)] for t in (_A, _B) for i in range(3)]
+RULE_BARYCENTRIC = np.array(
+    [[1 / 3, 1 / 3, 1 / 3]] + [[1 - 2 * t if i == j else t for j in range(3)] for t in (_A, _B) for i in range(3)]
 )
-_WEIGHT = np.array([9 / 40] + 3 * [(155 - _ROOT) / 1200] + 3 * [(155 + _ROOT) / 1200])
+RULE_WEIGHT = np.array([9 / 40] + 3 * [(155 - _ROOT) / 1200] + 3 * [(155 + _ROOT) / 1200])
 
 _DEEPEST = 24
 """Bisections of a triangle after which rounding, not the distance, decides."""
@@ -91,9 +90,7 @@ def _layers(points, vertices, triangles, normals, areas, k, near_ratio, barycent
                         )
                     rr, dn = 0.0, 0.0
                     for j in range(3):
-                        d[j] = (
-                            shape[0] * xyz[0, j] + shape[1] * xyz[1, j] + shape[2] * xyz[2, j] - points[m, j]
-                        )
+                        d[j] = shape[0] * xyz[0, j] + shape[1] * xyz[1, j] + shape[2] * xyz[2, j] - points[m, j]
                         rr += d[j] * d[j]
                         dn += d[j] * normals[f, j]
                     r = np.sqrt(rr)
@@ -123,7 +120,7 @@ def layer_potentials(
         surface.areas,
         wavenumber,
         near_ratio,
-        _BARYCENTRIC,
-        _WEIGHT,
+        RULE_BARYCENTRIC,
+        RULE_WEIGHT,
     )
     return double, single

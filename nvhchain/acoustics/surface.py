@@ -56,9 +56,7 @@ def _winding_and_clearance(surface: Surface, point: FloatArray) -> tuple[float, 
     """Winding number of the surface about `point` (van Oosterom & Strackee 1983, eq. 8) and the least ratio of its
     distance from a triangle to that triangle's longest edge (Ericson, Real-Time Collision Detection, 5.1.5)."""
     a, b, c = np.moveaxis(surface.vertices[surface.triangles] - point, 1, 0)
-    aa, bb, cc, ab, bc, ca = (
-        np.einsum("ij,ij->i", u, v) for u, v in ((a, a), (b, b), (c, c), (a, b), (b, c), (c, a))
-    )
+    aa, bb, cc, ab, bc, ca = (np.einsum("ij,ij->i", u, v) for u, v in ((a, a), (b, b), (c, c), (a, b), (b, c), (c, a)))
     la, lb, lc = np.sqrt(aa), np.sqrt(bb), np.sqrt(cc)
     triple = np.einsum("ij,ij->i", a, np.cross(b, c))
     angle = 2.0 * np.arctan2(triple, la * lb * lc + ab * lc + bc * la + ca * lb)
@@ -113,12 +111,7 @@ def sphere(radius: float, subdivisions: int, centre: ArrayLike = (0.0, 0.0, 0.0)
             for a in range(12)
             for b in range(12)
             for c in range(12)
-            if a < b
-            and a < c
-            and near[a, b]
-            and near[b, c]
-            and near[c, a]
-            and np.linalg.det(vertices[[a, b, c]]) > 0
+            if a < b and a < c and near[a, b] and near[b, c] and near[c, a] and np.linalg.det(vertices[[a, b, c]]) > 0
         ]
     )
     for _ in range(subdivisions):
@@ -128,9 +121,7 @@ def sphere(radius: float, subdivisions: int, centre: ArrayLike = (0.0, 0.0, 0.0)
         vertices = np.concatenate([vertices, vertices[unique].mean(axis=1)])
         a, b, c = triangles.T
         ab, bc, ca = middle.T
-        triangles = np.concatenate(
-            [np.stack(t, axis=1) for t in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))]
-        )
+        triangles = np.concatenate([np.stack(t, axis=1) for t in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))])
         vertices = vertices / np.linalg.norm(vertices, axis=1, keepdims=True)
     vertices = vertices / np.linalg.norm(vertices, axis=1, keepdims=True)
     corners = vertices[triangles]

@@ -1,0 +1,154 @@
+"""Boundary element solutions for given surface velocities: pressure on the surface and at field points."""
+
+from __future__ import annotations
+
+from concurrent.futures import Executor
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nvhchain.acoustics._coupling import coupling
+from nvhchain.acoustics.bands import over_bands
+from nvhchain.acoustics.engines import check_engine, check_memory, systems
+from nvhchain.acoustics.incident import IncidentField
+from nvhchain.acoustics.linear_system import Factor
+from nvhchain.acoustics.potentials import RULE_BARYCENTRIC, RULE_WEIGHT, layer_potentials
+from nvhchain.acoustics.surface import check_mesh, check_points
+from nvhchain.acoustics.transfer import made_by
+from nvhchain.conventions import Air, Progress
+from nvhchain.errors import InputError
+from nvhchain.fidelity import STANDARD, AcousticsFidelity
+from nvhchain.handoff import ComplexArray, FieldPressure, FloatArray, HandOff, Surface, SurfaceVelocity
+
+
+@dataclass(frozen=True, eq=False)
+class SurfacePressure(HandOff):
+    """Sound pressure on the radiating surface, linear on its triangles.
+
+    frequency: (n_f,) Hz.  pressure: (n_f, n_v) complex Pa, peak.  surface: the radiating surface.
+    """
+
+    frequency: FloatArray
+    pressure: ComplexArray
+    surface: Surface
+
+    def __post_init__(self) -> None:
+        shape = (len(self.frequency), len(self.surface.vertices))
+        if self.pressure.shape != shape or not np.isfinite(self.pressure).all():
+            raise InputError(
+                f"SurfacePressure.pressure must be finite and have shape {shape}, not {self.pressure.shape}"
+            )
+        self.frequency.flags.writeable = self.pressure.flags.writeable = False
+
+
+def solve_direct(
+    surface_velocity: SurfaceVelocity,
+    points: ArrayLike,
+    *,
+    air: Air = Air(),  # noqa: B008 (frozen)
+    fidelity: AcousticsFidelity = STANDARD.acoustics,
+    engine: str = "fused",
+    executor: Executor | None = None,
+    progress: Progress | None = None,
+) -> FieldPressure:
+    """Sound pressure at field points by a boundary element solution at every frequency, without transfer vectors.
+
+    points: (n_point, 3) m, outside the body.  The other arguments and errors are those of `transfer_vectors`.
+    At 0 Hz the pressure is zero, the limit of a finite velocity.
+    """
+    x = check_points(surface_velocity.surface, points)
+    pressure = _solve(surface_velocity, x, None, air, fidelity, engine, executor, progress)
+    return FieldPressure(surface_velocity.frequency, x, pressure, provenance=made_by("solve_direct", fidelity, engine))
+
+
+def surface_pressure(
+    surface_velocity: SurfaceVelocity,
+    *,
+    air: Air = Air(),  # noqa: B008 (frozen)
+    fidelity: AcousticsFidelity = STANDARD.acoustics,
+    engine: str = "fused",
+    incident: IncidentField | None = None,
+    executor: Executor | None = None,
+    progress: Progress | None = None,
+) -> SurfacePressure:
+    """Total sound pressure at the vertices of the radiating surface.
+
+    incident: a field that the body scatters in addition; with zero velocity the body is rigid.  It adds
+    p_inc + α ∂p_inc/∂n to the right-hand side of (½ − K + αW) p = −(S + α(½ + K′)) ∂p/∂n, the total field's equation.
+    The other arguments and errors are those of `transfer_vectors`.
+    """
+    pressure = _solve(surface_velocity, None, incident, air, fidelity, engine, executor, progress)
+    return SurfacePressure(
+        surface_velocity.frequency,
+        pressure,
+        surface_velocity.surface,
+        provenance=made_by("surface_pressure", fidelity, engine),
+    )
+
+
+def _solve(
+    surface_velocity: SurfaceVelocity,
+    points: FloatArray | None,
+    incident: IncidentField | None,
+    air: Air,
+    fidelity: AcousticsFidelity,
+    engine: str,
+    executor: Executor | None,
+    progress: Progress | None,
+) -> ComplexArray:
+    check_engine(engine)
+    surface, frequency = surface_velocity.surface, surface_velocity.frequency
+    check_mesh(surface, float(frequency[-1]), air, fidelity)
+    return over_bands(
+        _pressures,
+        frequency,
+        (surface_velocity.normal_velocity,),
+        (surface, points, incident, air, fidelity, engine),
+        memory_per_task=check_memory(surface, 0, engine),
+        executor=executor,
+        progress=progress,
+    )
+
+
+def _pressures(
+    frequency: FloatArray,
+    normal_velocity: ComplexArray,
+    surface: Surface,
+    points: FloatArray | None,
+    incident: IncidentField | None,
+    air: Air,
+    fidelity: AcousticsFidelity,
+    engine: str,
+) -> ComplexArray:
+    """Pressure of one band at the field points (n_f, n_point), or at the vertices (n_f, n_v) when there are none."""
+    columns = len(surface.vertices) if points is None else len(points)
+    pressure = np.zeros((len(frequency), columns), dtype=complex)
+    omega = 2 * np.pi * frequency
+    solved = np.flatnonzero(frequency > 0)
+    wavenumbers = omega[solved] / air.speed_of_sound
+    for at, k, (a, b) in zip(solved, wavenumbers, systems(engine, surface, wavenumbers, fidelity), strict=True):
+        gradient = -1j * omega[at] * air.density * normal_velocity[at]
+        rhs = b @ gradient
+        if incident is not None:
+            rhs += _tested(surface, incident, float(k))
+        on_surface = Factor(a).solve(rhs)
+        if points is None:
+            pressure[at] = on_surface
+        else:
+            double, single = layer_potentials(surface, points, float(k), fidelity.field_near_ratio)
+            pressure[at] = double @ on_surface - single @ gradient
+    return pressure
+
+
+def _tested(surface: Surface, incident: IncidentField, k: float) -> ComplexArray:
+    """∫ φ_i (p_inc + α ∂p_inc/∂n) dS for the linear function φ_i of every vertex, (n_v,)."""
+    alpha = coupling(surface, k)
+    corners = surface.vertices[surface.triangles]
+    tested = np.zeros(len(surface.vertices), dtype=complex)
+    for shape, weight in zip(RULE_BARYCENTRIC, RULE_WEIGHT, strict=True):
+        pressure, gradient = incident.pressure_and_gradient(np.einsum("i,fij->fj", shape, corners), k)
+        value = weight * surface.areas * (pressure + alpha * np.einsum("fj,fj->f", gradient, surface.normals))
+        for i in range(3):
+            np.add.at(tested, surface.triangles[:, i], shape[i] * value)
+    return tested

@@ -1,0 +1,54 @@
+"""The boundary element engines a case can name, and the memory their dense matrices take."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from importlib import import_module
+
+import psutil
+
+from nvhchain.errors import ResourceError, require
+from nvhchain.fidelity import AcousticsFidelity
+from nvhchain.handoff import ComplexArray, FloatArray, Surface
+
+ENGINES = {"fused": "nvhchain.acoustics._fused", "bempp": "nvhchain.acoustics._bempp"}
+"""Name of every engine and the module that offers `systems(surface, wavenumbers, fidelity)`; opened when first used."""
+
+_MATRIX_COPIES = {"fused": 1.1, "bempp": 3.0}
+"""Matrices alive at once per matrix handed over (bempp assembles its four operators one by one and adds them)."""
+
+
+def check_engine(engine: str) -> None:
+    """Raise `InputError` unless `engine` names a boundary element engine."""
+    require(engine in ENGINES, f"acoustic engine {engine!r} is unknown: choose from {', '.join(ENGINES)}")
+
+
+def systems(
+    engine: str, surface: Surface, wavenumbers: FloatArray, fidelity: AcousticsFidelity
+) -> Iterator[tuple[ComplexArray, ComplexArray]]:
+    """Yield (A (n_v, n_v), B (n_v, n_face)) of A p = B ∂p/∂n per wavenumber (rad/m, > 0): Galerkin, Burton–Miller.
+
+    (½ − K + αW) p = −(S + α(½ + K′)) ∂p/∂n, tested with the linear functions of p; e^{+jωt}, α of `coupling`.
+    """
+    module = import_module(ENGINES[engine])
+    result: Iterator[tuple[ComplexArray, ComplexArray]] = module.systems(surface, wavenumbers, fidelity)
+    return result
+
+
+def estimate_memory(n_vertex: int, n_face: int, engine: str = "fused") -> int:
+    """Bytes that one frequency takes at its peak: dense complex A (factorised in place) and B, and the engine's copies."""
+    check_engine(engine)
+    return int(_MATRIX_COPIES[engine] * 16 * n_vertex * (n_vertex + n_face))
+
+
+def check_memory(surface: Surface, kept: int, engine: str) -> int:
+    """Bytes that one frequency takes; `ResourceError` unless they and `kept` bytes of results fit into free memory."""
+    n_vertex, n_face = len(surface.vertices), len(surface.triangles)
+    task = estimate_memory(n_vertex, n_face, engine)
+    free = int(psutil.virtual_memory().available)
+    if task + kept > free:
+        raise ResourceError(
+            f"boundary element matrices of {n_face} triangles need {(task + kept) / 2**30:.3g} GiB, {free / 2**30:.3g} GiB "
+            "are free: lower the upper frequency or the elements per wavelength (memory falls with their fourth power)"
+        )
+    return task

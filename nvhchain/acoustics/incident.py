@@ -1,0 +1,51 @@
+"""Sound fields that fall on the body, for scattering."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from nvhchain.errors import require
+from nvhchain.handoff import ComplexArray, FloatArray
+
+
+class IncidentField(Protocol):
+    """A sound field that would be there without the body; picklable, e^{+jωt}."""
+
+    def pressure_and_gradient(self, points: FloatArray, wavenumber: float) -> tuple[ComplexArray, ComplexArray]:
+        """Pressure (n,) in Pa and its gradient (n, 3) in Pa/m at points (n, 3) in m."""
+        ...
+
+
+@dataclass(frozen=True)
+class PlaneWave:
+    """p = amplitude · e^{−jk d·x}.  direction: of travel, any length.  amplitude: Pa at the origin."""
+
+    direction: tuple[float, float, float]
+    amplitude: complex = 1.0
+
+    def __post_init__(self) -> None:
+        require(np.linalg.norm(self.direction) > 0, "plane wave direction has no length: give the direction of travel")
+
+    def pressure_and_gradient(self, points: FloatArray, wavenumber: float) -> tuple[ComplexArray, ComplexArray]:
+        """See `IncidentField`."""
+        d = np.asarray(self.direction, dtype=float) / np.linalg.norm(self.direction)
+        pressure = self.amplitude * np.exp(-1j * wavenumber * (points @ d))
+        return pressure, -1j * wavenumber * pressure[:, None] * d
+
+
+@dataclass(frozen=True)
+class PointSource:
+    """p = strength · e^{−jkr}/(4πr).  position: m.  strength: Pa m (jωρ times the volume velocity)."""
+
+    position: tuple[float, float, float]
+    strength: complex = 1.0
+
+    def pressure_and_gradient(self, points: FloatArray, wavenumber: float) -> tuple[ComplexArray, ComplexArray]:
+        """See `IncidentField`."""
+        offset = points - np.asarray(self.position, dtype=float)
+        r = np.linalg.norm(offset, axis=1)
+        pressure = self.strength * np.exp(-1j * wavenumber * r) / (4 * np.pi * r)
+        return pressure, (-(1j * wavenumber + 1.0 / r) * pressure / r)[:, None] * offset

@@ -1,0 +1,107 @@
+"""Acoustic transfer vectors by the adjoint: one factorisation per frequency, one solve per field point."""
+
+from __future__ import annotations
+
+from concurrent.futures import Executor
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nvhchain.acoustics.bands import over_bands
+from nvhchain.acoustics.engines import check_engine, check_memory, systems
+from nvhchain.acoustics.linear_system import Factor
+from nvhchain.acoustics.potentials import layer_potentials
+from nvhchain.acoustics.surface import check_mesh, check_points
+from nvhchain.conventions import Air, Progress
+from nvhchain.errors import require
+from nvhchain.fidelity import STANDARD, AcousticsFidelity
+from nvhchain.handoff import ComplexArray, FloatArray, Surface, TransferVectors
+
+
+def master_frequencies(low: float, high: float, fidelity: AcousticsFidelity) -> FloatArray:
+    """Equally spaced master frequencies (Hz) from `low` to `high`: what is left of a transfer vector once its phase is
+    removed oscillates in frequency with the body's own travel time, at every frequency alike."""
+    require(0 <= low <= high and high > 0, f"band {low:g}…{high:g} Hz is empty: give 0 ≤ low ≤ high")
+    if low == high:
+        return np.array([high])
+    require(
+        fidelity.masters >= 2,
+        f"{fidelity.masters} master frequency cannot span {low:g}…{high:g} Hz: ask for 2 at least",
+    )
+    return np.linspace(low, high, fidelity.masters)
+
+
+def check_frequencies(frequencies: ArrayLike) -> FloatArray:
+    """Frequencies (Hz) as a strictly increasing (n_f,) array from 0 up, else `InputError`."""
+    f = np.atleast_1d(np.asarray(frequencies, dtype=float))
+    require(
+        f.ndim == 1 and f.size > 0 and bool(np.isfinite(f).all()) and f[0] >= 0 and bool((np.diff(f) > 0).all()),
+        "frequencies must be finite, not negative and strictly increasing, in Hz: sort them and drop repeated ones",
+    )
+    return f
+
+
+def transfer_vectors(
+    surface: Surface,
+    points: ArrayLike,
+    frequencies: ArrayLike,
+    *,
+    air: Air = Air(),  # noqa: B008 (frozen)
+    fidelity: AcousticsFidelity = STANDARD.acoustics,
+    engine: str = "fused",
+    executor: Executor | None = None,
+    progress: Progress | None = None,
+) -> TransferVectors:
+    """Pressure at field points per unit normal velocity of every face, p = vectors · v_n, at master frequencies.
+
+    A p = B ∂p/∂n on the surface, ∂p/∂n = −jωρ v_n and p(x) = d·p − s·∂p/∂n give the vector −jωρ (Bᵀ A⁻ᵀ d − s): one
+    LU factorisation per frequency and one solve per field point, whatever the number of faces.
+
+    surface: closed, outward, resolving the highest frequency at `fidelity.elements_per_wavelength`.
+    points: (n_point, 3) m, outside the body.  frequencies: (n_f,) Hz, increasing; at 0 Hz the vectors vanish.
+    engine: `fused` or `bempp`.  executor: takes bands of four frequencies, as many at once as memory allows.
+    Assumes one-way coupling and a free field.  Raises InputError (mesh too coarse, point inside or too near),
+    ResourceError (matrices do not fit into free memory), SolverError (singular system).
+    """
+    check_engine(engine)
+    frequency = check_frequencies(frequencies)
+    x = check_points(surface, points)
+    check_mesh(surface, float(frequency[-1]), air, fidelity)
+    size = 2 * 16 * len(frequency) * len(x) * len(surface.triangles)
+    vectors = over_bands(
+        _vectors,
+        frequency,
+        (),
+        (surface, x, air, fidelity, engine),
+        memory_per_task=check_memory(surface, size, engine),
+        executor=executor,
+        progress=progress,
+    )
+    return TransferVectors(
+        frequency, x, vectors, surface, air, provenance=made_by("transfer_vectors", fidelity, engine)
+    )
+
+
+def made_by(stage: str, fidelity: AcousticsFidelity, engine: str) -> dict[str, str]:
+    """Provenance of an acoustic result."""
+    return {"stage": f"acoustics.{stage}", "fidelity": repr(fidelity), "engine": engine}
+
+
+def _vectors(
+    frequency: FloatArray,
+    surface: Surface,
+    points: FloatArray,
+    air: Air,
+    fidelity: AcousticsFidelity,
+    engine: str,
+) -> ComplexArray:
+    """Transfer vectors (n_f, n_point, n_face) of one band."""
+    vectors = np.zeros((len(frequency), len(points), len(surface.triangles)), dtype=complex)
+    omega = 2 * np.pi * frequency
+    solved = np.flatnonzero(frequency > 0)
+    wavenumbers = omega[solved] / air.speed_of_sound
+    for at, k, (a, b) in zip(solved, wavenumbers, systems(engine, surface, wavenumbers, fidelity), strict=True):
+        double, single = layer_potentials(surface, points, float(k), fidelity.field_near_ratio)
+        adjoint = Factor(a).solve_transposed(double.T)
+        vectors[at] = -1j * omega[at] * air.density * (adjoint.T @ b - single)
+    return vectors

@@ -49,8 +49,11 @@ def surface_velocity(
     level = levels.decibel(normal_velocity, REFERENCE_VELOCITY)
     top = float(np.ceil(level.max()))
     scale = ScalarMappable(Normalize(top - dynamic_range, top), colormaps[COLOUR_MAP])
-    colours = np.asarray(scale.to_rgba(level))[:, :3]
     towards = np.array([np.cos(elevation) * np.sin(azimuth), np.sin(elevation), np.cos(elevation) * np.cos(azimuth)])
+    light = towards + np.array([-0.6 * np.cos(azimuth), 0.5, 0.6 * np.sin(azimuth)])
+    # Mild: the colour still has to be found again in the colour bar.
+    shade = 0.65 + 0.35 * np.clip(surface.normals @ (light / np.linalg.norm(light)), 0.0, 1.0)
+    colours = np.asarray(scale.to_rgba(level))[:, :3] * shade[:, None]
     figure = Figure(figsize=(10.0, 7.2), layout="constrained")
     image = None if engine == "matplotlib" else _pyvista.render(surface, colours, towards)
     require(engine != "pyvista" or image is not None, "this machine cannot render off screen: use engine='matplotlib'")
@@ -65,7 +68,7 @@ def surface_velocity(
         f"{name}{': ' if name else ''}{velocity.frequency[line]:.0f} Hz, {1e6 * mean:.3g} µm/s RMS over the surface",
         loc="left",
     )
-    figure.colorbar(scale, ax=ax, label="normal velocity level / dB re 1 nm/s", shrink=0.8, extend="min")
+    figure.colorbar(scale, ax=ax, label="normal velocity level / dB re 1 nm/s", shrink=0.8, extend="min", pad=0.06)
     return ax
 
 

@@ -1,0 +1,76 @@
+"""Quadratic quadrilaterals in the transverse plane, in polar coordinates about the shaft."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from nvhchain.handoff import FloatArray, IntArray
+
+
+@dataclass(frozen=True, eq=False)
+class PlaneMesh:
+    """8-node quadrilaterals: corner nodes first, then one node on every edge.
+
+    radius, angle: (n,) m and rad.  corners: number of corner nodes.
+    quads: (m, 8), counter-clockwise: corners, then the nodes between corners 01, 12, 23, 30.
+    edges: (n − corners, 2) corner nodes of each edge, the smaller first, in order.
+    """
+
+    radius: FloatArray
+    angle: FloatArray
+    corners: int
+    quads: IntArray
+    edges: IntArray
+
+    def between(self, first: IntArray, second: IntArray) -> IntArray:
+        """Nodes on the edges that join corners `first` and `second`."""
+        key = self.edges[:, 0] * self.corners + self.edges[:, 1]
+        wanted = np.minimum(first, second) * self.corners + np.maximum(first, second)
+        return self.corners + np.searchsorted(key, wanted)
+
+    def chain(self, corners: IntArray) -> IntArray:
+        """Nodes along a line of `corners`, edge nodes in between."""
+        corners = np.asarray(corners)
+        line = np.empty(2 * len(corners) - 1, dtype=np.int64)
+        line[::2], line[1::2] = corners, self.between(corners[:-1], corners[1:])
+        return line
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """A line of corner nodes whose edge nodes lie on a curve: radius, angle (len(corners) − 1,) m and rad."""
+
+    corners: IntArray
+    radius: FloatArray
+    angle: FloatArray
+
+
+def quadratic_mesh(radius: FloatArray, angle: FloatArray, quads: IntArray, curves: tuple[Curve, ...]) -> PlaneMesh:
+    """Add edge nodes to 4-node quadrilaterals: on the given curves, else half-way in radius and angle.
+
+    radius, angle: (n,) of the corner nodes, all in use.  quads: (m, 4) counter-clockwise.
+    """
+    n = len(radius)
+    ends = np.sort(quads[:, [0, 1, 1, 2, 2, 3, 3, 0]].reshape(-1, 2), axis=1)
+    key, where = np.unique(ends[:, 0] * n + ends[:, 1], return_inverse=True)
+    edges = np.column_stack([key // n, key % n])
+    edge_radius, edge_angle = radius[edges].mean(axis=1), angle[edges].mean(axis=1)
+    for curve in curves:
+        a, b = curve.corners[:-1], curve.corners[1:]
+        at = np.searchsorted(key, np.minimum(a, b) * n + np.maximum(a, b))
+        edge_radius[at], edge_angle[at] = curve.radius, curve.angle
+    return PlaneMesh(
+        radius=np.concatenate([radius, edge_radius]),
+        angle=np.concatenate([angle, edge_angle]),
+        corners=n,
+        quads=np.hstack([quads, n + where.reshape(-1, 4)]),
+        edges=edges,
+    )
+
+
+def grid_quads(nodes: IntArray) -> IntArray:
+    """Quadrilaterals of a grid of corner nodes (rows inwards to outwards, columns counter-clockwise), (m, 4)."""
+    inner, outer = nodes[:-1], nodes[1:]
+    return np.stack([inner[:, :-1], outer[:, :-1], outer[:, 1:], inner[:, 1:]], axis=-1).reshape(-1, 4)

@@ -18,6 +18,9 @@ class GearFidelity:
     """Finite element body, contact slices and the grid of the mesh law.
 
     profile_elements: quadratic elements along one flank.  width_layers: element layers over the face width.
+    transverse_refinement: factor on the elements across tooth and rim (1: four across the tooth).
+    row_aspect: radial over circumferential size of the blank's elements.
+    load_pattern_tolerance: what is neglected of the forces a tooth passes to the body, relative.
     slices: axial slices of a contact line.  angles_per_mesh: mesh-law angles per mesh period.
     deflections: mesh-law deflections.  contact_residual: admissible residual of the complementarity
     problem, relative to the deflection scale.  drive_reach, back_reach: mesh-law forces on the drive and back flank,
@@ -30,18 +33,32 @@ class GearFidelity:
     angles_per_mesh: int
     deflections: int
     contact_residual: float = 1e-10
+    transverse_refinement: int = 1
+    row_aspect: float = 1.5
+    load_pattern_tolerance: float = 1e-5
     drive_reach: float = 3.0
     back_reach: float = 1.5
 
 
 @dataclass(frozen=True)
 class DynamicsFidelity:
-    """time_step: s, largest step of the integrator.  settle_level: what is left of a start transient when
-    recording begins, relative.  periods: recorded common periods."""
+    """Time integration of the gearbox.
+
+    time_step: s, largest step of the integrator.  settle_level: what is left of the start when recording begins,
+    relative to the swing of the bearing forces.  settle_limit: common periods allowed for that.  periods: recorded
+    common periods.  samples_per_period: steps that the shortest period of the band must have.
+    angle_refinement: interpolated rows per tabulated angle of a mesh law.  contact_residual: admissible residual of the
+    mesh forces in a step, relative to the largest tabulated force; reached within contact_iterations.
+    """
 
     time_step: float
     settle_level: float = 1e-6
+    settle_limit: int = 100
     periods: int = 1
+    samples_per_period: float = 8.0
+    angle_refinement: int = 4
+    contact_residual: float = 1e-12
+    contact_iterations: int = 100
 
 
 @dataclass(frozen=True)
@@ -59,6 +76,8 @@ class AcousticsFidelity:
     elements_per_wavelength: of the radiating surface at the upper band limit.
     masters: master frequencies over the band.
     quadrature_order: Gauss order of well separated triangle pairs.
+    close_orders: Gauss orders of pairs nearer than the matching close_distances, which count the distance of the
+        centroids in longest edges of the larger triangle.
     singular_order: Gauss order per direction of pairs that share a corner, an edge or all.
     field_near_ratio: a triangle longer than this multiple of its distance from a field point is subdivided.
     interpolation: between masters, `phase_removed` or `linear` (for comparison).
@@ -68,6 +87,8 @@ class AcousticsFidelity:
     elements_per_wavelength: float
     masters: int
     quadrature_order: int = 4
+    close_distances: tuple[float, ...] = (1.5, 3.0, 6.0)
+    close_orders: tuple[int, ...] = (8, 6, 4)
     singular_order: int = 4
     field_near_ratio: float = 0.5
     interpolation: str = "phase_removed"

@@ -1,0 +1,238 @@
+"""What a gearbox is made of: rigid shafts, bearings, gear meshes, and where the power goes in and out.
+
+Frame: z along the shafts, x and y transverse, the housing's own frame. SI units.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from math import isfinite, pi
+
+from nvhchain.errors import require
+
+
+def _within(owner: str, name: str, value: float, low: float, high: float, unit: str) -> None:
+    require(
+        isinstance(value, int | float) and isfinite(value) and low <= value <= high,
+        f"{owner}: {name} = {value} {unit} is outside {low:g}…{high:g} {unit}: give it in {unit}",
+    )
+
+
+@dataclass(frozen=True)
+class RigidBody:
+    """A body of revolution on a shaft, such as a gear.
+
+    z: m, its centre of mass.  mass: kg.  polar_inertia, transverse_inertia: kg m² about its centre of mass, the first
+    about the shaft axis.
+    """
+
+    z: float
+    mass: float
+    polar_inertia: float
+    transverse_inertia: float
+
+    def __post_init__(self) -> None:
+        _within("body", "z", self.z, -5.0, 5.0, "m")
+        _within("body", "mass", self.mass, 0.0, 1e4, "kg")
+        _within("body", "polar_inertia", self.polar_inertia, 0.0, 1e4, "kg m²")
+        _within("body", "transverse_inertia", self.transverse_inertia, 0.0, 1e4, "kg m²")
+        require(
+            self.polar_inertia <= 2.0 * self.transverse_inertia * (1.0 + 1e-9),
+            f"body: polar_inertia = {self.polar_inertia:g} kg m² is more than twice transverse_inertia = "
+            f"{self.transverse_inertia:g} kg m², which no body of revolution has: check both",
+        )
+
+
+@dataclass(frozen=True)
+class Cylinder:
+    """A piece of shaft between two planes.  start, end: m along z.  outer_diameter, inner_diameter: m.  density: kg/m³."""
+
+    start: float
+    end: float
+    outer_diameter: float
+    inner_diameter: float = 0.0
+    density: float = 7850.0
+
+    def __post_init__(self) -> None:
+        _within("segment", "start", self.start, -5.0, 5.0, "m")
+        _within("segment", "end", self.end, -5.0, 5.0, "m")
+        _within("segment", "outer_diameter", self.outer_diameter, 1e-4, 5.0, "m")
+        _within("segment", "inner_diameter", self.inner_diameter, 0.0, 5.0, "m")
+        _within("segment", "density", self.density, 10.0, 3e4, "kg/m³")
+        require(self.end > self.start, f"segment: end = {self.end} m must lie beyond start = {self.start} m")
+        require(
+            self.inner_diameter < self.outer_diameter,
+            f"segment: inner_diameter = {self.inner_diameter} m must be below outer_diameter = {self.outer_diameter} m",
+        )
+
+    def as_body(self) -> RigidBody:
+        """Mass and inertia of the hollow cylinder about its centre of mass."""
+        outer, inner, length = 0.5 * self.outer_diameter, 0.5 * self.inner_diameter, self.end - self.start
+        mass = self.density * pi * (outer**2 - inner**2) * length
+        squares = outer**2 + inner**2
+        return RigidBody(
+            0.5 * (self.start + self.end), mass, 0.5 * mass * squares, mass * (squares / 4.0 + length**2 / 12.0)
+        )
+
+
+@dataclass(frozen=True)
+class Shaft:
+    """A rigid shaft.  axis: (x, y) m.  segments: its steel.  bodies: what else it carries (gears, carrier)."""
+
+    name: str
+    axis: tuple[float, float]
+    segments: tuple[Cylinder, ...] = ()
+    bodies: tuple[RigidBody, ...] = ()
+
+    def __post_init__(self) -> None:
+        require(isinstance(self.name, str) and bool(self.name), "shaft: name must be a non-empty string")
+        object.__setattr__(self, "axis", tuple(float(value) for value in self.axis))
+        require(len(self.axis) == 2, f"shaft {self.name}: axis = {self.axis} must be (x, y) in m")
+        for value in self.axis:
+            _within(f"shaft {self.name}", "axis", value, -5.0, 5.0, "m")
+        object.__setattr__(self, "segments", tuple(self.segments))
+        object.__setattr__(self, "bodies", tuple(self.bodies))
+
+    def inertia(self) -> RigidBody:
+        """The whole shaft as one body: centre of mass, mass and inertias (parallel-axis theorem)."""
+        parts = [segment.as_body() for segment in self.segments] + list(self.bodies)
+        mass = sum(part.mass for part in parts)
+        polar = sum(part.polar_inertia for part in parts)
+        require(
+            mass > 0 and polar > 0,
+            f"shaft {self.name} has no mass or no polar inertia: give it segments or bodies",
+        )
+        z = sum(part.mass * part.z for part in parts) / mass
+        transverse = sum(part.transverse_inertia + part.mass * (part.z - z) ** 2 for part in parts)
+        return RigidBody(z, mass, polar, transverse)
+
+
+@dataclass(frozen=True)
+class Bearing:
+    """A bearing between a shaft and its seat in the housing; rotations are free.
+
+    shaft: name of the shaft.  z: m, its plane.  radial_stiffness, axial_stiffness: N/m.
+    radial_damping, axial_damping: N s/m, viscous.
+    """
+
+    name: str
+    shaft: str
+    z: float
+    radial_stiffness: float = 1.63e8
+    axial_stiffness: float = 5.05e7
+    radial_damping: float = 0.0
+    axial_damping: float = 0.0
+
+    def __post_init__(self) -> None:
+        owner = f"bearing {self.name}"
+        require(isinstance(self.name, str) and bool(self.name), "bearing: name must be a non-empty string")
+        _within(owner, "z", self.z, -5.0, 5.0, "m")
+        _within(owner, "radial_stiffness", self.radial_stiffness, 1e3, 1e12, "N/m")
+        _within(owner, "axial_stiffness", self.axial_stiffness, 1e3, 1e12, "N/m")
+        _within(owner, "radial_damping", self.radial_damping, 0.0, 1e8, "N s/m")
+        _within(owner, "axial_damping", self.axial_damping, 0.0, 1e8, "N s/m")
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """Where two gears meet.  pinion_shaft, wheel_shaft: names.  z: m, mid-plane of the common face width.
+
+    phase: rad, wheel angle at which the mesh law stands when the record begins.
+    """
+
+    pinion_shaft: str
+    wheel_shaft: str
+    z: float
+    phase: float = 0.0
+
+    def __post_init__(self) -> None:
+        _within("mesh", "z", self.z, -5.0, 5.0, "m")
+        _within("mesh", "phase", self.phase, -100.0, 100.0, "rad")
+        require(
+            self.pinion_shaft != self.wheel_shaft,
+            f"mesh: pinion_shaft and wheel_shaft are both {self.pinion_shaft!r}: a mesh joins two shafts",
+        )
+
+
+@dataclass(frozen=True)
+class Gearbox:
+    """Shafts, bearings and meshes; the meshes must join all shafts in one open train (a tree).
+
+    input_shaft, output_shaft: names.  input_rotation: +1 when the input shaft turns counter-clockwise seen from +z
+    (right-hand rule about +z), −1 otherwise.  Weight is left out: it is below 1 % of the gear forces.
+    """
+
+    shafts: tuple[Shaft, ...]
+    bearings: tuple[Bearing, ...]
+    meshes: tuple[Mesh, ...]
+    input_shaft: str
+    output_shaft: str
+    input_rotation: int = 1
+
+    def __post_init__(self) -> None:
+        for name in ("shafts", "bearings", "meshes"):
+            object.__setattr__(self, name, tuple(getattr(self, name)))
+        names = [shaft.name for shaft in self.shafts]
+        require(len(set(names)) == len(names) > 0, f"gearbox: shaft names must be distinct, got {names}")
+        seats = [bearing.name for bearing in self.bearings]
+        require(len(set(seats)) == len(seats), f"gearbox: bearing names must be distinct, got {seats}")
+        known = ", ".join(names)
+        for bearing in self.bearings:
+            require(
+                bearing.shaft in names,
+                f"bearing {bearing.name}: shaft {bearing.shaft!r} is unknown; known shafts: {known}",
+            )
+        for name in names:
+            planes = {bearing.z for bearing in self.bearings if bearing.shaft == name}
+            require(
+                len(planes) >= 2,
+                f"shaft {name} has bearings in {len(planes)} plane(s): it can tilt freely; give it two bearings",
+            )
+        for mesh in self.meshes:
+            for end in (mesh.pinion_shaft, mesh.wheel_shaft):
+                require(end in names, f"mesh: shaft {end!r} is unknown; known shafts: {known}")
+        for field in ("input_shaft", "output_shaft"):
+            require(getattr(self, field) in names, f"gearbox: {field} {getattr(self, field)!r} is unknown; known: {known}")
+        require(
+            self.input_shaft != self.output_shaft,
+            f"gearbox: input_shaft and output_shaft are both {self.input_shaft!r}: power must pass at least one mesh",
+        )
+        require(
+            self.input_rotation in (1, -1),
+            f"gearbox: input_rotation = {self.input_rotation} must be +1 or −1 (right-hand rule about +z)",
+        )
+        reached = {self.input_shaft}
+        for _ in names:
+            for mesh in self.meshes:
+                if {mesh.pinion_shaft, mesh.wheel_shaft} & reached:
+                    reached |= {mesh.pinion_shaft, mesh.wheel_shaft}
+        missing = [name for name in names if name not in reached]
+        require(not missing, f"gearbox: no mesh joins shaft(s) {', '.join(missing)} to the input: add the mesh")
+        require(
+            len(self.meshes) == len(names) - 1,
+            f"gearbox: {len(self.meshes)} meshes join {len(names)} shafts; an open train has {len(names) - 1}: "
+            "power-split trains are not covered",
+        )
+
+    def shaft_index(self, name: str) -> int:
+        """Position of the shaft called `name`."""
+        return [shaft.name for shaft in self.shafts].index(name)
+
+    def with_bodies(self, shaft: str, bodies: Iterable[RigidBody]) -> Gearbox:
+        """The same gearbox with more bodies on one shaft, such as gears whose inertia another stage computed."""
+        require(
+            shaft in [known.name for known in self.shafts],
+            f"gearbox: shaft {shaft!r} is unknown; known: {', '.join(known.name for known in self.shafts)}",
+        )
+        shafts = tuple(
+            replace(known, bodies=known.bodies + tuple(bodies)) if known.name == shaft else known
+            for known in self.shafts
+        )
+        return replace(self, shafts=shafts)
+
+    @property
+    def bearing_positions(self) -> tuple[tuple[float, float, float], ...]:
+        """(x, y, z) m of every bearing: on its shaft's axis."""
+        axes = {shaft.name: shaft.axis for shaft in self.shafts}
+        return tuple((*axes[bearing.shaft], bearing.z) for bearing in self.bearings)

@@ -1,0 +1,117 @@
+"""Time histories of the gearbox: the discretised system, its start and its advance by blocks of steps."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from nvhchain.dynamics.assembly import Assembly, assemble
+from nvhchain.dynamics.gearbox import Gearbox
+from nvhchain.dynamics.law_table import LawTable, tabulate
+from nvhchain.dynamics.propagator import ModalForm, Propagator, modal_form, output_matrix, propagator, state_of
+from nvhchain.dynamics.quasi_static import static_state
+from nvhchain.dynamics.train import shaft_torques
+from nvhchain.errors import SolverError
+from nvhchain.fidelity import DynamicsFidelity
+from nvhchain.handoff import FloatArray, MeshLaw, ReducedHousing
+
+
+@dataclass(frozen=True, eq=False)
+class Simulation:
+    """A gearbox under constant torques, ready for the time loop.
+
+    torque (n_shaft,): N m, external, along the running directions.  bearing_output (3 n_bearing, n_state): bearing
+    forces = bearing_output · s.  contact_output (2 n_mesh, n_state): contact deflections = contact_output · s.
+    tolerance: N, admissible residual of the contact forces.
+    """
+
+    assembly: Assembly
+    table: LawTable
+    modes: ModalForm
+    step: Propagator
+    torque: FloatArray
+    bearing_output: FloatArray
+    contact_output: FloatArray
+    tolerance: float
+    iterations: int
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """Where a simulation stands.  state (n_state,); contact_force (2 n_mesh,) N: mean over the last step."""
+
+    state: FloatArray
+    contact_force: FloatArray
+
+
+def simulation(
+    gearbox: Gearbox,
+    mesh_laws: Sequence[MeshLaw],
+    housing: ReducedHousing | None,
+    *,
+    input_torque: float,
+    time_step: float,
+    fidelity: DynamicsFidelity,
+) -> Simulation:
+    """Assemble, diagonalise and discretise.  input_torque: N m (negative: coasting).  time_step: s."""
+    assembly = assemble(gearbox, mesh_laws, housing)
+    torque = shaft_torques(gearbox, assembly.train, input_torque)
+    table = tabulate(mesh_laws, fidelity.angle_refinement)
+    modes = modal_form(assembly)
+    n_torsion = assembly.free.shape[1]
+    contact = output_matrix(modes, n_torsion, assembly.to_lateral, np.zeros_like(assembly.to_lateral))
+    contact[:, :n_torsion] = assembly.to_torsion @ assembly.free
+    return Simulation(
+        assembly,
+        table,
+        modes,
+        propagator(assembly, modes, torque, time_step),
+        torque,
+        output_matrix(modes, n_torsion, assembly.bearing_stiffness, assembly.bearing_damping),
+        contact,
+        fidelity.contact_residual * float(np.abs(table.force).max()),
+        fidelity.contact_iterations,
+    )
+
+
+def at_rest(model: Simulation, phases: Sequence[float] | FloatArray) -> Motion:
+    """The quasi-static solution at mesh-law `phases` (in periods)."""
+    static = static_state(model.assembly, model.table, model.torque, phases)
+    contact = np.zeros(2 * len(static.mesh_force))
+    contact[0::2], contact[1::2] = np.maximum(static.mesh_force, 0.0), np.maximum(-static.mesh_force, 0.0)
+    return Motion(state_of(model.modes, static.torsion, static.position), contact)
+
+
+def advance(
+    model: Simulation, motion: Motion, phases: FloatArray, *, stride: int = 1, start_time: float = 0.0
+) -> tuple[Motion, FloatArray, FloatArray]:
+    """Advance by len(phases) steps.
+
+    phases (n_step, n_mesh): mesh-law phases at mid-step, in periods.  stride: every how many steps the state is kept.
+    Returns the motion at the end, the states before steps 0, stride, 2 stride … (n_store, n_state), and the
+    mean contact forces of all steps (n_step, 2 n_mesh) N. Raises SolverError with the time of a step that did not converge.
+    """
+    from nvhchain.dynamics._march import march  # compiles, or reads its cache, when first needed
+
+    rows = model.table.rows
+    position = np.mod(phases, 1.0) * rows
+    position[position >= rows] = 0.0  # 1 − ε rounds up to a whole period
+    n_step = len(position)
+    states = np.empty((-(-n_step // stride), len(motion.state)))
+    means = np.empty((n_step, len(motion.contact_force)))
+    state, contact = motion.state.copy(), motion.contact_force.copy()
+    step = model.step
+    parts = [np.ascontiguousarray(part) for z in (step.decay, step.read, step.drive) for part in (z.real, z.imag)]
+    failed = march(
+        *parts, step.read_torsion, step.torsion_acceleration, step.compliance, step.step,
+        model.table.deflection, model.table.force, model.table.potential, rows, model.table.cells, position,
+        state, contact, model.tolerance, model.iterations, stride, states, means,
+    )  # fmt: skip
+    if failed >= 0:
+        raise SolverError(
+            f"mesh forces did not converge at t = {start_time + failed * step.step:.6g} s within {model.iterations} iterations "
+            f"to {model.tolerance:.3g} N: take a smaller time step"
+        )
+    return Motion(state, contact), states, means

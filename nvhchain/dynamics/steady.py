@@ -1,0 +1,155 @@
+"""Steady running: settle from the quasi-static solution and record whole common periods of the train."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import ceil, isfinite, pi
+
+import numpy as np
+import psutil
+from scipy.fft import next_fast_len
+
+from nvhchain.conventions import Progress
+from nvhchain.dynamics.gearbox import Gearbox
+from nvhchain.dynamics.quasi_static import law_phases
+from nvhchain.dynamics.simulation import Motion, Simulation, advance, at_rest, simulation
+from nvhchain.dynamics.train import train
+from nvhchain.errors import InputError, ResourceError, SolverError, require
+from nvhchain.fidelity import DynamicsFidelity
+from nvhchain.handoff import BearingForces, FloatArray, MeshLaw, ReducedHousing
+
+BLOCK = 8192
+"""Steps per call of the time loop: bounds the memory of the state history."""
+
+
+def bearing_forces(
+    gearbox: Gearbox,
+    mesh_laws: Sequence[MeshLaw],
+    housing: ReducedHousing | None,
+    *,
+    input_speed: float,
+    input_torque: float,
+    f_max: float,
+    fidelity: DynamicsFidelity,
+    progress: Progress | None = None,
+) -> BearingForces:
+    """Forces of the bearings on the housing at constant speed, over whole common periods of the train.
+
+    mesh_laws: one per mesh, in the gearbox's order.  housing: None for rigid seats.  input_speed: rad/s, > 0.
+    input_torque: N m along the input's rotation; the output torque balances it exactly.  f_max: Hz, upper end of the
+    band of interest; `fidelity.time_step` must resolve it.
+
+    The nominal spin is prescribed. From the quasi-static solution the speed rises over one common period (half cosine),
+    then whole common periods pass until what is left of the start, extrapolated from the change between periods, is
+    below `fidelity.settle_level` of the dynamic bearing force. The step divides the common period exactly and the phase of
+    every law is reduced in whole numbers, so the record repeats to rounding. `mesh_deflection` is the deflection on the drive
+    flank's line of action. Raises SolverError when it does not settle, InputError when the step is too long for f_max,
+    ResourceError when the record does not fit.
+    """
+    require(
+        isfinite(input_speed) and input_speed > 0,
+        f"input_speed = {input_speed} rad/s must be positive: give the sense of rotation as gearbox.input_rotation",
+    )
+    require(isfinite(input_torque), f"input_torque = {input_torque} N m must be finite")
+    require(isfinite(f_max) and f_max > 0, f"f_max = {f_max} Hz must be positive")
+    limit = 1.0 / (fidelity.samples_per_period * f_max)
+    if fidelity.time_step > limit * (1.0 + 1e-9):
+        raise InputError(
+            f"time step {1e6 * fidelity.time_step:.4g} µs samples at {1e-3 / fidelity.time_step:.4g} kHz; f_max = {f_max:g} Hz at "
+            f"{fidelity.samples_per_period:g} samples per period needs at most {1e6 * limit:.4g} µs: shorten the step or lower f_max"
+        )
+    kinematics = train(gearbox, mesh_laws)
+    duration = float(kinematics.common_period) * 2.0 * pi / input_speed
+    n_step = next_fast_len(ceil(duration / fidelity.time_step), real=True)
+    _check_memory(n_step, len(gearbox.bearings), fidelity.periods, duration)
+    repeats = [int(kinematics.common_period / period) for period in kinematics.law_period]
+
+    model = simulation(
+        gearbox, mesh_laws, housing, input_torque=input_torque, time_step=duration / n_step, fidelity=fidelity
+    )
+    offset = law_phases(model.assembly, mesh_laws)
+    total = fidelity.settle_limit + fidelity.periods
+    tell = progress if progress is not None else _silent
+
+    motion = _ramp(model, np.array(repeats), offset, n_step)
+    motion, force, deflection = _period(model, motion, repeats, offset, n_step)
+    previous_change = np.inf
+    for done in range(1, fidelity.settle_limit + 1):
+        tell(done, total)
+        motion, next_force, next_deflection = _period(model, motion, repeats, offset, n_step)
+        change, swing = float(np.abs(next_force - force).max()), float(np.ptp(next_force, axis=0).max())
+        force, deflection = next_force, next_deflection
+        # geometric decay: what is left is change · r/(1 − r), r = ratio of successive changes
+        ratio = change / previous_change if previous_change > 0 else 0.0
+        left = change * ratio / (1.0 - ratio) if ratio < 1.0 else np.inf
+        previous_change = change
+        # rounding does not decay: it is accepted well below the level
+        floor = max(1e-3 * fidelity.settle_level * swing, 1e-12 * float(np.abs(force).max()))
+        if change <= floor or (done > 1 and max(left, change) <= fidelity.settle_level * swing):
+            break
+    else:
+        raise SolverError(
+            f"the gearbox has not settled after {fidelity.settle_limit} common periods ({fidelity.settle_limit * duration:.3g} s): "
+            f"bearing forces still change by {change / max(swing, 1e-300):.2g} of their swing per period (limit "
+            f"{fidelity.settle_level:g}); add damping, raise settle_level or settle_limit, or the motion is not periodic"
+        )
+    forces, deflections = [force], [deflection]
+    for _ in range(fidelity.periods - 1):
+        motion, force, deflection = _period(model, motion, repeats, offset, n_step)
+        forces.append(force)
+        deflections.append(deflection)
+    tell(total, total)
+    record = np.concatenate(forces)
+    return BearingForces(
+        time=np.arange(len(record)) * model.step.step,
+        force=record.reshape(len(record), -1, 3),
+        names=tuple(bearing.name for bearing in gearbox.bearings),
+        positions=np.array(gearbox.bearing_positions),
+        input_speed=np.full(len(record), input_speed),
+        periodic=True,
+        mesh_deflection=np.concatenate(deflections),
+    )
+
+
+def _silent(done: int, total: int) -> None:
+    """Progress that nobody watches."""
+
+
+def _check_memory(n_step: int, n_bearing: int, periods: int, duration: float) -> None:
+    needed = 8.0 * n_step * (3 * n_bearing + 2) * (2 + 2 * periods)
+    available = float(psutil.virtual_memory().available)
+    if needed > 0.8 * available:
+        raise ResourceError(
+            f"recording {periods} common period(s) of {duration:.3g} s needs {needed / 2**30:.1f} GiB, but {available / 2**30:.1f} GiB "
+            "are free: raise the input speed, record fewer periods or take a longer time step"
+        )
+
+
+def _ramp(model: Simulation, repeats: FloatArray, offset: FloatArray, n_step: int) -> Motion:
+    """Run up from standstill over one common period, half-cosine in speed, so that it ends at `offset` with full speed."""
+    motion = at_rest(model, offset - 0.5 * repeats)
+    for first in range(0, n_step, BLOCK):
+        middle = (np.arange(first, min(first + BLOCK, n_step)) + 0.5) / n_step
+        # ∫ (1 − cos πx)/2 dx, half a period in all
+        turned = 0.5 * (middle - np.sin(pi * middle) / pi)
+        motion, _, _ = advance(
+            model, motion, offset + (turned[:, None] - 0.5) * repeats, stride=BLOCK, start_time=first * model.step.step
+        )
+    return motion
+
+
+def _period(
+    model: Simulation, motion: Motion, repeats: Sequence[int], offset: FloatArray, n_step: int
+) -> tuple[Motion, FloatArray, FloatArray]:
+    """One common period: bearing forces (n_step, 3 n_bearing) N and drive-flank deflections (n_step, n_mesh) m."""
+    force = np.empty((n_step, len(model.bearing_output)))
+    deflection = np.empty((n_step, len(repeats)))
+    for first in range(0, n_step, BLOCK):
+        last = min(first + BLOCK, n_step)
+        # (n + ½)/N · repeats, reduced to one law period in whole numbers: no phase error builds up
+        odd = 2 * np.arange(first, last, dtype=np.int64)[:, None] + 1
+        phases = (odd * np.array(repeats, dtype=np.int64) % (2 * n_step)) / (2.0 * n_step) + offset
+        motion, states, _ = advance(model, motion, phases, start_time=first * model.step.step)
+        np.matmul(states, model.bearing_output.T, out=force[first:last])
+        np.matmul(states, model.contact_output[0::2].T, out=deflection[first:last])
+    return motion, force, deflection

@@ -1,0 +1,74 @@
+"""Speeds, senses of rotation, torques and the common period of a gear train, in exact integer arithmetic."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from math import gcd, lcm, pi
+
+import numpy as np
+
+from nvhchain.dynamics.gearbox import Gearbox
+from nvhchain.errors import require
+from nvhchain.handoff import FloatArray, MeshLaw
+
+
+@dataclass(frozen=True)
+class Train:
+    """Kinematics of the train.
+
+    speed_ratio: shaft turns per input turn, positive, one exact fraction per shaft.
+    rotation: +1 or −1 about +z per shaft.
+    law_period: input turns after which each mesh law repeats, exact.
+    common_period: input turns after which all mesh laws repeat together, exact.
+    """
+
+    speed_ratio: tuple[Fraction, ...]
+    rotation: tuple[int, ...]
+    law_period: tuple[Fraction, ...]
+    common_period: Fraction
+
+
+def train(gearbox: Gearbox, mesh_laws: Sequence[MeshLaw]) -> Train:
+    """Follow the meshes from the input shaft and count teeth.
+
+    The body period of a law must be a whole number of wheel teeth; then every period is a ratio of whole numbers and
+    the common period their least common multiple, lcm(numerators)/gcd(denominators).
+    """
+    ratio: dict[int, Fraction] = {gearbox.shaft_index(gearbox.input_shaft): Fraction(1)}
+    sense = {gearbox.shaft_index(gearbox.input_shaft): gearbox.input_rotation}
+    ends = [
+        (gearbox.shaft_index(mesh.pinion_shaft), gearbox.shaft_index(mesh.wheel_shaft)) for mesh in gearbox.meshes
+    ]
+    for _ in ends:
+        for (pinion, wheel), law in zip(ends, mesh_laws, strict=True):
+            step = Fraction(law.teeth[0], law.teeth[1])
+            if pinion in ratio and wheel not in ratio:
+                ratio[wheel], sense[wheel] = ratio[pinion] * step, -sense[pinion]
+            elif wheel in ratio and pinion not in ratio:
+                ratio[pinion], sense[pinion] = ratio[wheel] / step, -sense[wheel]
+    periods = []
+    for (_, wheel), law in zip(ends, mesh_laws, strict=True):
+        teeth = law.period * law.teeth[1] / (2.0 * pi)
+        whole = round(teeth)
+        require(
+            whole >= 1 and abs(teeth - whole) <= 1e-6 * whole,
+            f"mesh law with teeth {law.teeth}: its period {law.period:g} rad covers {teeth:.6f} wheel teeth, which is not "
+            "whole: tabulate a whole number of mesh periods",
+        )
+        periods.append(Fraction(whole, law.teeth[1]) / ratio[wheel])
+    common = Fraction(
+        lcm(*(period.numerator for period in periods)), gcd(*(period.denominator for period in periods))
+    )
+    count = range(len(gearbox.shafts))
+    return Train(tuple(ratio[i] for i in count), tuple(sense[i] for i in count), tuple(periods), common)
+
+
+def shaft_torques(gearbox: Gearbox, kinematics: Train, input_torque: float) -> FloatArray:
+    """External torque on every shaft, N m, positive in its own running direction: input driving, output in balance."""
+    torque = np.zeros(len(gearbox.shafts))
+    output = gearbox.shaft_index(gearbox.output_shaft)
+    torque[gearbox.shaft_index(gearbox.input_shaft)] = input_torque
+    torque[output] = -input_torque / float(kinematics.speed_ratio[output])
+    return torque

@@ -1,0 +1,66 @@
+"""The diagnosis says yes on a working machine, and names the culprit and the remedy on a broken one."""
+
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from nvhchain import doctor
+
+
+def test_working_machine_passes_and_every_failure_would_have_a_remedy():
+    findings = {finding.name: finding for finding in doctor.diagnose()}
+    assert len(findings) == len(doctor.CHECKS)
+    memory = findings.pop("machine")  # says what is free now, which is not up to the installation
+    assert "GiB" in memory.detail
+    assert not [finding for finding in findings.values() if not finding.ok]
+    assert "gmsh 4" in findings["packages"].detail
+    assert findings["gmsh"].detail.startswith("4.")
+
+
+def test_missing_system_libraries_are_named_with_one_line_of_remedy(monkeypatch):
+    linker = "\tlibGLU.so.1 => not found\n\tlibXft.so.2 => not found\n\tlibc.so.6 => /lib/libc.so.6 (0x1)\n"
+    real = subprocess.run
+
+    def run(command, **options):
+        if command[0] == "ldd":
+            return subprocess.CompletedProcess(command, 0, linker, "")
+        return real([command[0], "-c", "raise OSError('libGLU.so.1: cannot open shared object file')"], **options)
+
+    monkeypatch.setattr(doctor.subprocess, "run", run)
+    finding = doctor._gmsh()
+    assert not finding.ok
+    assert finding.detail == "lacks libGLU.so.1, libXft.so.2"
+    assert finding.remedy == "run 'sudo apt-get install libgl1 libglu1-mesa libxcursor1 libxft2 libxinerama1 libgomp1'"
+
+
+def test_engine_that_kills_its_process_is_a_finding_not_a_crash():
+    ok, detail = doctor._attempt("import os; os.abort()")
+    assert (ok, detail) == (False, "ended with code -6")
+
+
+@pytest.mark.parametrize(
+    ("requirement", "message"),
+    [("numpy<1", "is outside <1"), ("no-such-package>=1", "no-such-package is missing")],
+)
+def test_wrong_and_missing_packages_are_named(monkeypatch, requirement, message):
+    monkeypatch.setattr(doctor.metadata, "requires", lambda _: [requirement, "pytest>=999; extra == 'test'"])
+    finding = doctor._packages()
+    assert not finding.ok
+    assert message in finding.detail
+    assert "pytest" not in finding.detail
+
+
+def test_read_only_cache_folder_is_named(monkeypatch, tmp_path):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    assert doctor._compiler_cache().ok
+    monkeypatch.setattr(doctor.os, "access", lambda *_: False)
+    finding = doctor._compiler_cache()
+    assert not finding.ok
+    assert str(tmp_path) in finding.detail
+
+
+def test_set_up_script_installs_what_the_diagnosis_names():
+    script = (Path(__file__).parents[1] / "scripts" / "prepare.sh").read_text()
+    assert f'GMSH_PACKAGES="{doctor.GMSH_PACKAGES}"' in script

@@ -1,0 +1,98 @@
+"""The mesh law F(θ, δ) of a gear pair over one body period."""
+
+from __future__ import annotations
+
+from concurrent.futures import Executor
+
+import numpy as np
+
+from nvhchain.conventions import Progress
+from nvhchain.errors import SolverError, require
+from nvhchain.fidelity import GearFidelity
+from nvhchain.gear.compliance import FlankCompliance
+from nvhchain.gear.engagement import Engagement
+from nvhchain.gear.pair import GearPair
+from nvhchain.gear.transmission_error import loaded_mesh
+from nvhchain.handoff import FloatArray, MeshLaw
+
+_BLOCK = 16
+"""Angles per piece of work handed to an executor."""
+
+
+def mesh_law(
+    pair: GearPair,
+    *,
+    nominal_force: float,
+    fidelity: GearFidelity,
+    compliances: tuple[FlankCompliance, FlankCompliance],
+    executor: Executor | None = None,
+    progress: Progress | None = None,
+) -> MeshLaw:
+    """F(θ, δ) on `angles_per_mesh` angles per mesh period over the body period of `pair`.
+
+    nominal_force: N along the flank normal (`GearPair.normal_force`); sets the range of deflections.
+    compliances: of pinion and wheel, reaching over `engaged_reach(pair)` teeth.
+    executor: takes blocks of angles.  progress: called with (angles done, angles in all).
+    Raises SolverError where a contact does not converge.
+    """
+    require(nominal_force > 0, f"nominal_force = {nominal_force:g} N must be positive")
+    engagement = Engagement(pair, compliances, fidelity.slices, fidelity.contact_residual)
+    meshes = pair.meshes_per_body_period
+    count = meshes * fidelity.angles_per_mesh
+    angle: FloatArray = np.arange(count, dtype=np.float64) * (pair.mesh_period / fidelity.angles_per_mesh)
+    deflection = deflection_grid(engagement, nominal_force, angle, fidelity)
+
+    blocks = [angle[i : i + _BLOCK] for i in range(0, count, _BLOCK)]
+    work = (executor.map if executor else map)(
+        _force_rows, [engagement] * len(blocks), blocks, [deflection] * len(blocks)
+    )
+    rows: list[FloatArray] = []
+    for block in work:
+        rows.extend(block)
+        if progress:
+            progress(len(rows), count)
+    force = np.array(rows)
+    if (np.diff(force, axis=1) < 0).any():
+        raise SolverError("mesh force falls with deflection, against the contact's physics: tighten contact_residual")
+    return MeshLaw(
+        angle=angle,
+        deflection=deflection,
+        force=force,
+        period=meshes * pair.mesh_period,
+        teeth=(pair.pinion.geometry.teeth, pair.wheel.geometry.teeth),
+        base_radius=pair.base_radius,
+        base_helix_angle=pair.base_helix_angle,
+        working_pressure_angle=pair.working_pressure_angle,
+        centre_distance=pair.centre_distance,
+        face_width=pair.face_width,
+    )
+
+
+def _force_rows(engagement: Engagement, angles: FloatArray, deflection: FloatArray) -> FloatArray:
+    """(n_angle, n_defl) N: the piece of work of an executor."""
+    return np.array([engagement.mesh_force(angle, deflection) for angle in angles])
+
+
+def deflection_grid(
+    engagement: Engagement, nominal_force: float, angle: FloatArray, fidelity: GearFidelity
+) -> FloatArray:
+    """Deflections, m, from the back flank through the gap to the drive flank, closest together at first contact.
+
+    The softest of some angles of the body period sets the reach, so that each one carries `drive_reach` times
+    the nominal force on the drive flank; the back flank reaches `back_reach` times it.
+    """
+    probes = angle[:: max(1, len(angle) // 24)]
+    guess, softest = 1e-9 * nominal_force, 0.0
+    for at in probes:
+        guess = loaded_mesh(engagement, at, fidelity.drive_reach * nominal_force, guess=guess).deflection
+        softest = max(softest, guess)
+    gap = max(engagement.pair.backlash, 0.0)
+    total = fidelity.deflections
+    back = max(2, round((total - 2) * fidelity.back_reach / (fidelity.back_reach + fidelity.drive_reach)))
+    drive = total - 2 - back
+
+    def grading(n: int, reach: float) -> FloatArray:
+        return reach * (np.arange(1, n + 1) / n) ** 1.5
+
+    behind = -gap - grading(back, softest * fidelity.back_reach / fidelity.drive_reach)
+    return np.concatenate([behind[::-1], [-gap] if gap > 1e-9 else [], [0.0], grading(drive, softest)])

@@ -1,0 +1,91 @@
+"""Loaded static transmission error and mesh stiffness.
+
+TE = r_bG θ_G − r_bP θ_P = −δ/cos β_b; the functions return δ/cos β_b, positive on the drive flank, as it is plotted.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
+from nvhchain.errors import SolverError, require
+from nvhchain.gear.contact import contact_half_width
+from nvhchain.gear.engagement import Engagement
+from nvhchain.gear.pair import ContactLines
+from nvhchain.handoff import FloatArray, MeshLaw
+
+
+def deflection_at_force(law: MeshLaw, force: float) -> FloatArray:
+    """δ (n_angle,), m, at which the law carries `force`, N (negative: back flank), at each of its angles.
+
+    Monotone cubic interpolation of δ over F between the tabulated deflections.  Raises InputError outside the table.
+    """
+    require(force != 0, "force = 0 N has no unique deflection within the backlash: give a force")
+    sense = 1.0 if force > 0 else -1.0
+    result = np.empty(len(law.angle))
+    for i, row in enumerate(law.force):
+        loaded = np.flatnonzero(sense * row > 0)
+        limit = float((sense * row).max())
+        require(
+            limit >= sense * force,
+            f"force = {force:g} N lies outside the mesh law, which ends at {sense * limit:g} N at angle "
+            f"{law.angle[i]:g} rad: compute it with a larger nominal force",
+        )
+        at = np.concatenate([loaded[:1] - 1, loaded]) if sense > 0 else np.concatenate([loaded, loaded[-1:] + 1])
+        at = at[(at >= 0) & (at < len(row))]
+        result[i] = PchipInterpolator(row[at], law.deflection[at])(force)
+    return result
+
+
+def quasi_static_transmission_error(law: MeshLaw, force: float) -> tuple[FloatArray, FloatArray]:
+    """(angle, te): wheel angle, rad, and δ/cos β_b, m, over one body period at a constant normal `force`, N."""
+    return law.angle, deflection_at_force(law, force) / np.cos(law.base_helix_angle)
+
+
+@dataclass(frozen=True, eq=False)
+class LoadedMesh:
+    """Equilibrium at one wheel angle under a given normal force.
+
+    deflection: δ, m.  force: (n,) N per slice of `lines`.  pressure: (n,) Pa, Hertzian maximum 2q/(πL).
+    tangent_stiffness, secant_stiffness: dF/dδ and F/δ along the normal, N/m.
+    """
+
+    lines: ContactLines
+    deflection: float
+    force: FloatArray
+    pressure: FloatArray
+    tangent_stiffness: float
+    secant_stiffness: float
+
+    def load_share(self) -> dict[int, float]:
+        """Share of the force on each tooth pair, by wheel tooth."""
+        total = self.force.sum()
+        teeth = self.lines.tooth[1]
+        return {int(t): float(self.force[teeth == t].sum() / total) for t in np.unique(teeth)}
+
+
+def loaded_mesh(
+    engagement: Engagement, angle: float, force: float, *, guess: float, max_iterations: int = 50
+) -> LoadedMesh:
+    """Solve for the δ > 0 at which the drive flanks carry `force`, N, at wheel `angle`, rad.
+
+    guess: m, any positive deflection of the right order.  Newton on the tangent stiffness by differences, to a
+    relative force error of 1e3 × the engagement's tolerance.  Raises SolverError if it does not get there.
+    """
+    require(force > 0, f"force = {force:g} N must be positive")
+    deflection = guess
+    for _ in range(max_iterations):
+        probe = np.array([deflection, deflection * (1 + 1e-4)])
+        lines, forces = engagement.forces(angle, probe)
+        total = forces.sum(axis=1)
+        tangent = (total[1] - total[0]) / (probe[1] - probe[0])
+        if abs(total[0] - force) <= 1e3 * engagement.tolerance * force:
+            materials = (engagement.pair.pinion.material, engagement.pair.wheel.material)
+            q = forces[0] / lines.length
+            width = contact_half_width(q, lines.curvature, materials)
+            pressure = np.divide(2 * q, np.pi * width, out=np.zeros_like(q), where=width > 0)
+            return LoadedMesh(lines, deflection, forces[0], pressure, tangent, total[0] / deflection)
+        deflection = max(deflection + (force - total[0]) / tangent, deflection / 10)
+    raise SolverError(f"no deflection found for {force:g} N at wheel angle {angle:g} rad")

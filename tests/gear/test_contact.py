@@ -1,0 +1,110 @@
+"""Local deflection against published values; the complementarity problem against its own conditions and limits."""
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+
+from nvhchain.conventions import STEEL
+from nvhchain.errors import SolverError
+from nvhchain.gear.contact import contact_half_width, local_deflection, local_law, slice_forces
+
+PAIR = (STEEL, STEEL)
+
+
+@pytest.mark.parametrize(("torque", "width", "deflection"), [(50, 0.0693e-3, 0.707e-6), (300, 0.1697e-3, 3.316e-6)])
+def test_weber_banaschek_pair_of_the_acceptance_table(torque, width, deflection):
+    load = torque / 69.631e-3 / 23e-3
+    assert contact_half_width(load, 13.93e-3, PAIR) == pytest.approx(width, rel=1e-3)
+    assert local_deflection(load, 13.93e-3, (2.6e-3, 2.6e-3), PAIR) == pytest.approx(deflection, rel=1e-3)
+
+
+def test_local_deflection_without_load_is_zero_and_unlike_materials_exchange():
+    soft = STEEL.__class__(young=100e9, poisson=0.25, density=7000.0)
+    assert local_deflection(0.0, 5e-3, (1e-3, 1e-3), PAIR) == 0.0
+    one = local_deflection(3e5, 5e-3, (1e-3, 2e-3), (STEEL, soft))
+    other = local_deflection(3e5, 5e-3, (2e-3, 1e-3), (soft, STEEL))
+    assert one == pytest.approx(float(other), rel=1e-14)
+
+
+def problem(n=24, seed=0):
+    """A smooth positive compliance over n slices of two lines, with curvature and depth varying along them."""
+    x = np.linspace(0, 1, n)
+    C = 2.5e-9 * np.exp(-6 * np.abs(np.subtract.outer(x, x))) + 1e-9
+    rho, depth = np.linspace(3e-3, 8e-3, n), np.linspace(1e-3, 2.4e-3, n)
+    length = np.random.default_rng(seed).uniform(0.02e-3, 1.6e-3, n)
+    return C, rho, (depth, depth[::-1].copy()), length
+
+
+def test_forces_satisfy_all_complementarity_conditions_to_the_stated_residual():
+    C, rho, depths, length = problem()
+    level, half_slope = local_law(rho, depths, PAIR)
+    offset = np.random.default_rng(1).uniform(0, 20e-6, len(length))
+    approach = np.geomspace(0.01e-6, 80e-6, 15)[:, None] - offset
+    F = slice_forces(C, approach, length, level, half_slope, tolerance=1e-10)
+    gap = local_deflection(F / length, rho, depths, PAIR) + F @ C - approach
+    scale = approach.max(axis=1, keepdims=True)
+    assert (F >= 0).all()
+    assert (gap >= -2e-10 * np.abs(scale)).all()
+    assert (np.abs(gap) <= 2e-10 * np.abs(scale))[F > 0].all()
+    assert 0 < (F[7] > 0).sum() < len(length)  # the active set is a real choice here
+    assert not F[(approach <= 0).all(axis=1)].any()
+
+
+def test_forces_minimise_the_potential_found_by_a_general_optimiser():
+    C, rho, depths, length = problem(6)
+    level, half_slope = local_law(rho, depths, PAIR)
+    approach = 12e-6 - np.array([0.0, 30e-6, 4e-6, 2e-6, 25e-6, 1e-6])
+
+    def gradient(F):
+        return 1e6 * (local_deflection(F / length, rho, depths, PAIR) + C @ F - approach)
+
+    def potential(F):
+        # ∫ δ_loc dF by quadrature, so that the closed form inside the solver is not used
+        t, w = np.polynomial.legendre.leggauss(40)
+        t, w = 0.5 * (t + 1), 0.5 * w
+        local = sum(
+            wi * (F * local_deflection(ti * F / length, rho, depths, PAIR)).sum() for ti, wi in zip(t, w, strict=True)
+        )
+        return 1e6 * (local + 0.5 * F @ C @ F - approach @ F)
+
+    found = minimize(
+        potential,
+        np.full(6, 100.0),
+        jac=gradient,
+        bounds=[(0, None)] * 6,
+        method="L-BFGS-B",
+        options={"ftol": 1e-15, "gtol": 1e-10, "maxiter": 5000},
+    ).x
+    F = slice_forces(C, approach[None], length, level, half_slope, tolerance=1e-12)[0]
+    np.testing.assert_allclose(F, found, atol=2e-4 * F.max())
+
+
+def test_one_slice_reproduces_the_closed_form():
+    level, half_slope = local_law(np.array([13.93e-3]), (np.array([2.6e-3]),) * 2, PAIR)
+    q = 300 / 69.631e-3 / 23e-3
+    approach = local_deflection(q, 13.93e-3, (2.6e-3, 2.6e-3), PAIR) + 2e-9 * q * 1e-3
+    F = slice_forces(np.array([[2e-9]]), np.array([[approach]]), np.array([1e-3]), level, half_slope, tolerance=1e-12)
+    assert F[0, 0] == pytest.approx(q * 1e-3, rel=1e-9)
+
+
+def test_an_approach_history_does_not_change_the_answer():
+    C, rho, depths, length = problem()
+    level, half_slope = local_law(rho, depths, PAIR)
+    approach = np.outer(np.linspace(1e-6, 60e-6, 9), np.ones(len(length)))
+    up = slice_forces(C, approach, length, level, half_slope, tolerance=1e-12)
+    down = slice_forces(C, approach[::-1].copy(), length, level, half_slope, tolerance=1e-12)[::-1]
+    np.testing.assert_allclose(up, down, rtol=1e-8, atol=1e-8 * up.max())
+
+
+def test_a_compliance_that_is_not_positive_raises():
+    C, rho, depths, length = problem()
+    level, half_slope = local_law(rho, depths, PAIR)
+    with pytest.raises(SolverError, match="residual"):
+        slice_forces(-20 * C, np.full((1, len(length)), 20e-6), length, level, half_slope, tolerance=1e-10)
+
+
+def test_an_unreachable_tolerance_raises():
+    C, rho, depths, length = problem()
+    level, half_slope = local_law(rho, depths, PAIR)
+    with pytest.raises(SolverError, match="did not converge"):
+        slice_forces(C, np.full((1, len(length)), 20e-6), length, level, half_slope, tolerance=1e-30)

@@ -1,0 +1,175 @@
+"""Mesh laws on a closed-form compliance: shape over deflection and angle, symmetry, convergence."""
+
+import dataclasses
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+from nvhchain.errors import InputError
+from nvhchain.fidelity import DRAFT, STANDARD
+from nvhchain.gear.compliance import FlankCompliance
+from nvhchain.gear.contact import local_deflection
+from nvhchain.gear.engagement import Engagement, engaged_reach
+from nvhchain.gear.mesh_law import deflection_grid, mesh_law
+from nvhchain.gear.pair import BACK
+
+TORQUE = 250.0
+
+
+@pytest.fixture(scope="module")
+def slotted(make_pair, make_compliances):
+    pair = make_pair(1, symmetries=(0, 5), thickness_allowance=40e-6)
+    return pair, make_compliances(pair, modulation=0.3)
+
+
+@pytest.fixture(scope="module")
+def slotted_law(slotted):
+    pair, compliances = slotted
+    force = pair.normal_force(TORQUE)
+    return mesh_law(pair, nominal_force=force, fidelity=DRAFT.gear, compliances=compliances)
+
+
+def test_law_covers_the_body_period_and_the_asked_range(slotted, slotted_law):
+    pair, _ = slotted
+    law = slotted_law
+    assert law.force.shape == (10 * DRAFT.gear.angles_per_mesh, DRAFT.gear.deflections)
+    assert law.period == pytest.approx(10 * 2 * np.pi / 50)
+    nominal = pair.normal_force(TORQUE)
+    assert law.force[:, -1].min() >= 2.95 * nominal
+    assert law.force[:, 0].max() < -1.3 * nominal
+
+
+def test_force_is_zero_exactly_in_the_gap_and_strictly_monotone_outside(slotted, slotted_law):
+    pair, _ = slotted
+    law = slotted_law
+    gap = (law.deflection >= -pair.backlash) & (law.deflection <= 0)
+    assert law.deflection[gap] == pytest.approx([-pair.backlash, 0.0])
+    assert not law.force[:, gap].any()
+    rise = np.diff(law.force, axis=1)
+    between = gap[:-1] & gap[1:]
+    assert (rise[:, ~between] > 0).all()
+
+
+def test_law_starts_with_a_soft_contact_and_stiffens(slotted_law):
+    """Weber–Banaschek: the local stiffness grows with load."""
+    slope = np.diff(slotted_law.force, axis=1) / np.diff(slotted_law.deflection)
+    drive = slotted_law.deflection[:-1] >= 0
+    assert (np.diff(slope[:, drive], axis=1) > 0).all()
+
+
+def test_a_modulated_body_shows_at_its_own_period_and_a_plain_one_does_not(slotted, slotted_law):
+    lines = np.abs(np.fft.rfft(slotted_law.force[:, -1])) / len(slotted_law.angle)
+    mesh = np.arange(len(lines)) % 10 == 0
+    assert lines[1] > 0.01 * lines[0]
+    pair, (pinion, wheel) = slotted
+    plain = FlankCompliance(
+        wheel.radius, wheel.axial, 50, 10, np.repeat(wheel.blocks[:1] * 0 + wheel.blocks.mean(0), 10, 0)
+    )
+    law = mesh_law(pair, nominal_force=pair.normal_force(TORQUE), fidelity=DRAFT.gear, compliances=(pinion, plain))
+    lines = np.abs(np.fft.rfft(law.force[:, -1])) / len(law.angle)
+    assert lines[~mesh].max() < 1e-9 * lines[0]
+
+
+def test_back_flank_is_the_mirror_image_of_the_drive_flank(make_pair, make_compliances):
+    """Gears of mirrored hand running the other way are the same drawing seen in a mirror."""
+    pair = make_pair(1, thickness_allowance=40e-6)
+    engagement = Engagement(pair, make_compliances(pair), slices=8)
+    approach = np.array([5e-6, 20e-6])
+    # θ at which back flank pair −1 touches at the pitch point at mid-width (wheel tooth 0 follows by one thickness)
+    wheel = pair.wheel.geometry
+    radius = pair.base_radius[1] / np.cos(pair.working_pressure_angle)
+    mirror = -2 * float(wheel.half_tooth_angle(radius))
+    for angle in np.linspace(0, 1, 5) * pair.mesh_period:
+        drive = engagement.forces(angle, approach)[1].sum(axis=1)
+        back = engagement.forces(mirror - angle, approach, flank=BACK)[1].sum(axis=1)
+        np.testing.assert_allclose(back, drive, rtol=1e-8)
+
+
+def test_neighbouring_teeth_are_coupled(slotted):
+    """Freed of the coupling between teeth, the same deflection carries more."""
+    pair, compliances = slotted
+    alone = tuple(
+        dataclasses.replace(c, blocks=np.concatenate([c.blocks[:, :1], 0 * c.blocks[:, 1:]], axis=1))
+        for c in compliances
+    )
+    coupled, free = (Engagement(pair, c, slices=8).mesh_force(0.0, np.array([20e-6]))[0] for c in (compliances, alone))
+    assert 1.02 < free / coupled < 1.5
+
+
+def test_rigid_bodies_leave_weber_banaschek_alone(make_pair, make_compliances):
+    """With C = 0 every slice stands alone and obeys the closed form."""
+    pair = make_pair(2)
+    rigid = tuple(dataclasses.replace(c, blocks=0 * c.blocks) for c in make_compliances(pair))
+    lines, forces = Engagement(pair, rigid, slices=10).forces(0.3 * pair.mesh_period, np.array([4e-6]))
+    materials = (pair.pinion.material, pair.wheel.material)
+    local = local_deflection(forces[0] / lines.length, lines.curvature, tuple(lines.depth), materials)
+    np.testing.assert_allclose(local, 4e-6, rtol=1e-9)
+
+
+def test_separation_of_the_flanks_delays_contact(slotted):
+    pair, compliances = slotted
+    engagement = Engagement(pair, compliances, slices=8)
+    lines, _ = engagement.forces(0.0, np.array([10e-6]))
+    gap = np.full(len(lines.length), 4e-6)
+    shifted = engagement.forces(0.0, np.array([4e-6, 14e-6]), separation=gap)[1].sum(axis=1)
+    plain = engagement.forces(0.0, np.array([10e-6]))[1].sum(axis=1)
+    np.testing.assert_allclose(shifted, [0.0, plain[0]], rtol=1e-9)
+
+
+def test_more_slices_move_the_force_by_less_than_one_percent(slotted):
+    pair, compliances = slotted
+    angles = np.linspace(0, pair.mesh_period, 7)
+    force = {
+        n: np.array([Engagement(pair, compliances, n).mesh_force(a, np.array([20e-6]))[0] for a in angles])
+        for n in (STANDARD.gear.slices, 4 * STANDARD.gear.slices)
+    }
+    coarse, fine = force.values()
+    assert np.abs(coarse - fine).max() < 1e-2 * fine.min()
+
+
+def test_executor_and_progress_give_the_same_law(slotted, slotted_law):
+    pair, compliances = slotted
+    seen = []
+    with ThreadPoolExecutor(2) as executor:
+        law = mesh_law(
+            pair,
+            nominal_force=pair.normal_force(TORQUE),
+            fidelity=DRAFT.gear,
+            compliances=compliances,
+            executor=executor,
+            progress=lambda done, total: seen.append((done, total)),
+        )
+    assert law.content_hash == slotted_law.content_hash
+    assert seen[-1] == (160, 160)
+    assert seen == sorted(seen)
+
+
+def test_deflection_grid_is_densest_at_first_contact(slotted):
+    pair, compliances = slotted
+    engagement = Engagement(pair, compliances, slices=6)
+    grid = deflection_grid(engagement, pair.normal_force(TORQUE), np.array([0.0]), STANDARD.gear)
+    assert len(grid) == STANDARD.gear.deflections
+    drive = np.diff(grid[grid >= 0])
+    back = np.diff(grid[grid <= -pair.backlash])
+    assert (np.diff(drive) > 0).all()
+    assert (np.diff(back) < 0).all()
+
+
+def test_without_backlash_the_grid_has_no_double_point(make_pair, make_compliances):
+    pair = make_pair(1)
+    law = mesh_law(
+        pair, nominal_force=pair.normal_force(TORQUE), fidelity=DRAFT.gear, compliances=make_compliances(pair)
+    )
+    assert np.diff(law.deflection).min() > 1e-7
+
+
+def test_compliance_that_does_not_fit_the_pair_is_refused(slotted, make_pair, make_compliances):
+    pair, compliances = slotted
+    with pytest.raises(InputError, match="compute it for this gear"):
+        Engagement(pair, compliances[::-1], slices=6)
+    short = tuple(dataclasses.replace(c, blocks=c.blocks[:, :1]) for c in compliances)
+    with pytest.raises(InputError, match="reach"):
+        Engagement(pair, short, slices=6)
+    assert engaged_reach(pair) == 2
+    assert engaged_reach(make_pair(2)) == 2

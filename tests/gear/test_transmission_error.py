@@ -1,0 +1,74 @@
+"""Loaded transmission error from the mesh law against the contact solved at the load itself."""
+
+import numpy as np
+import pytest
+
+from nvhchain.errors import InputError, SolverError
+from nvhchain.fidelity import STANDARD
+from nvhchain.gear.contact import contact_half_width
+from nvhchain.gear.engagement import Engagement
+from nvhchain.gear.mesh_law import mesh_law
+from nvhchain.gear.transmission_error import deflection_at_force, loaded_mesh, quasi_static_transmission_error
+
+
+@pytest.fixture(scope="module")
+def case(make_pair, make_compliances):
+    pair = make_pair(2, thickness_allowance=40e-6)
+    compliances = make_compliances(pair)
+    force = pair.normal_force(625.0)
+    law = mesh_law(pair, nominal_force=force, fidelity=STANDARD.gear, compliances=compliances)
+    return Engagement(pair, compliances, STANDARD.gear.slices), law, force
+
+
+@pytest.mark.parametrize("load", [0.1, 0.5, 1.0, 2.0])
+def test_table_reproduces_the_directly_solved_transmission_error(case, load):
+    engagement, law, force = case
+    angle, te = quasi_static_transmission_error(law, load * force)
+    direct = np.array([loaded_mesh(engagement, a, load * force, guess=20e-6).deflection for a in angle])
+    direct /= np.cos(law.base_helix_angle)
+    assert np.abs(te - direct).max() < 1e-3 * direct.mean()
+
+
+def test_loaded_mesh_balances_the_force_and_shares_it_out(case):
+    engagement, _, force = case
+    mesh = loaded_mesh(engagement, 0.02, force, guess=1e-6)
+    assert mesh.force.sum() == pytest.approx(force, rel=1e-6)
+    share = mesh.load_share()
+    assert sum(share.values()) == pytest.approx(1.0)
+    assert 2 <= len(share) <= 3
+    assert mesh.tangent_stiffness > mesh.secant_stiffness > 0
+
+
+def test_pressure_carries_the_line_load(case):
+    """The Hertzian half ellipse: q = π/2 · p_max · L."""
+    engagement, _, force = case
+    mesh = loaded_mesh(engagement, 0.02, force, guess=10e-6)
+    materials = (engagement.pair.pinion.material, engagement.pair.wheel.material)
+    q = mesh.force / mesh.lines.length
+    width = contact_half_width(q, mesh.lines.curvature, materials)
+    np.testing.assert_allclose(np.pi / 2 * mesh.pressure * width, q, rtol=1e-12)
+    # Hertz's own formula: p_max = √(q E* /(π ρ))
+    e_star = 210e9 / (2 * (1 - 0.3**2))
+    np.testing.assert_allclose(mesh.pressure, np.sqrt(q * e_star / (np.pi * mesh.lines.curvature)), rtol=1e-12)
+
+
+def test_back_flank_load_gives_a_deflection_beyond_the_gap(case):
+    engagement, law, force = case
+    drive, back = deflection_at_force(law, force), deflection_at_force(law, -force)
+    assert (back < -engagement.pair.backlash).all()
+    # mirror images up to the phase: equal mean
+    assert -(back.mean() + engagement.pair.backlash) == pytest.approx(drive.mean(), rel=1e-2)
+
+
+def test_a_load_beyond_the_table_is_refused(case):
+    _, law, force = case
+    with pytest.raises(InputError, match="outside the mesh law"):
+        deflection_at_force(law, 20 * force)
+    with pytest.raises(InputError, match="no unique deflection"):
+        deflection_at_force(law, 0.0)
+
+
+def test_an_absurd_load_raises_instead_of_extrapolating_the_local_law(case):
+    engagement, _, force = case
+    with pytest.raises(SolverError):
+        loaded_mesh(engagement, 0.0, 300 * force, guess=1e-3)

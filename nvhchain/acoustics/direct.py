@@ -17,7 +17,7 @@ from nvhchain.acoustics.potentials import RULE_BARYCENTRIC, RULE_WEIGHT, layer_p
 from nvhchain.acoustics.surface import check_mesh, check_points
 from nvhchain.acoustics.transfer import made_by
 from nvhchain.conventions import Air, Progress
-from nvhchain.errors import InputError
+from nvhchain.errors import InputError, require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FieldPressure, FloatArray, HandOff, Surface, SurfaceVelocity
 
@@ -99,6 +99,10 @@ def _solve(
 ) -> ComplexArray:
     check_engine(engine)
     surface, frequency = surface_velocity.surface, surface_velocity.frequency
+    require(
+        incident is None or frequency[0] > 0,
+        "an incident field has no limit at 0 Hz: drop the line at 0 Hz from the surface velocity",
+    )
     check_mesh(surface, float(frequency[-1]), air, fidelity)
     return over_bands(
         _pressures,

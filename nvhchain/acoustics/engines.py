@@ -36,7 +36,7 @@ def systems(
 
 
 def estimate_memory(n_vertex: int, n_face: int, engine: str = "fused") -> int:
-    """Bytes that one frequency takes at its peak: dense complex A (factorised in place) and B, and the engine's copies."""
+    """Peak bytes of one frequency: dense complex A (factorised in place) and B, and the engine's copies."""
     check_engine(engine)
     return int(_MATRIX_COPIES[engine] * 16 * n_vertex * (n_vertex + n_face))
 
@@ -48,7 +48,8 @@ def check_memory(surface: Surface, kept: int, engine: str) -> int:
     free = int(psutil.virtual_memory().available)
     if task + kept > free:
         raise ResourceError(
-            f"boundary element matrices of {n_face} triangles need {(task + kept) / 2**30:.3g} GiB, {free / 2**30:.3g} GiB "
-            "are free: lower the upper frequency or the elements per wavelength (memory falls with their fourth power)"
+            f"boundary element matrices of {n_face} triangles need {(task + kept) / 2**30:.3g} GiB, "
+            f"{free / 2**30:.3g} GiB are free: lower the upper frequency or "
+            "the elements per wavelength (memory falls with their fourth power)"
         )
     return task

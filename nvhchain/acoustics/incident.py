@@ -27,7 +27,7 @@ class PlaneWave:
     amplitude: complex = 1.0
 
     def __post_init__(self) -> None:
-        require(np.linalg.norm(self.direction) > 0, "plane wave direction has no length: give the direction of travel")
+        require(any(self.direction), "plane wave direction has no length: give the direction of travel")
 
     def pressure_and_gradient(self, points: FloatArray, wavenumber: float) -> tuple[ComplexArray, ComplexArray]:
         """See `IncidentField`."""

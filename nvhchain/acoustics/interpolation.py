@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nvhchain.errors import require
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, TransferVectors
 
@@ -25,11 +24,40 @@ class Interpolant:
     remainder: ComplexArray
     nodes: int
 
-    def windows(self, frequency: FloatArray) -> tuple[np.ndarray, FloatArray]:
-        """First master (n_f,) and Lagrange weights (n_f, nodes) of the masters around each frequency (Hz)."""
+    @property
+    def can_estimate(self) -> bool:
+        """Whether a master can be left out and predicted from as many others as take part in one value."""
+        return len(self.frequency) > self.nodes
+
+    def weights(self, frequency: FloatArray) -> tuple[slice, FloatArray]:
+        """The masters that values at `frequency` (n_f,) Hz need, a range, and their weights (n_f, masters in it)."""
         first = _window(self.frequency, frequency, self.nodes)
-        masters = self.frequency[first[:, None] + np.arange(self.nodes)]
-        return first, _lagrange(masters, frequency)
+        used = first[:, None] + np.arange(self.nodes)
+        weights = np.zeros((len(frequency), first.max() + self.nodes - first.min()))
+        np.put_along_axis(weights, used - first.min(), _lagrange(self.frequency[used], frequency), axis=1)
+        return slice(int(first.min()), int(first.max()) + self.nodes), weights
+
+    def carried_over(self, frequency: FloatArray) -> tuple[slice, FloatArray]:
+        """The masters nearest to `frequency` (n_f,) Hz, a range, and factors (n_f, masters in it).
+
+        The remainder's error at a line is about factor times that of the left-out master (`left_out`): a polynomial of
+        degree n − 1 errs by g⁽ⁿ⁾(ξ)/n! · Π(f − f_j), the derivative is taken as the same, and the products are known.
+        """
+        nearest = np.abs(frequency[:, None] - self.frequency).argmin(axis=1)
+        first = _window(self.frequency, frequency, self.nodes)
+        around = self.frequency[first[:, None] + np.arange(self.nodes)]
+        product = np.prod(frequency[:, None] - around, axis=1)
+        masters = np.arange(nearest.min(), nearest.max() + 1)
+        reference = np.array([np.prod(self.frequency[i] - self.frequency[self.others(i)]) for i in masters])
+        factors = np.zeros((len(frequency), len(masters)))
+        factors[np.arange(len(frequency)), nearest - masters[0]] = product / reference[nearest - masters[0]]
+        return slice(int(masters[0]), int(masters[-1]) + 1), factors
+
+    def others(self, master: int) -> np.ndarray:
+        """The masters that predict one that is left out."""
+        kept = np.delete(np.arange(len(self.frequency)), master)
+        first = _window(self.frequency[kept], self.frequency[master : master + 1], self.nodes)[0]
+        return kept[first : first + self.nodes]
 
 
 def interpolant(atv: TransferVectors, fidelity: AcousticsFidelity) -> Interpolant:
@@ -54,31 +82,14 @@ def interpolant(atv: TransferVectors, fidelity: AcousticsFidelity) -> Interpolan
     return Interpolant(atv.frequency, per_hertz, distance, remainder, nodes)
 
 
-def left_out(interpolant: Interpolant, frequency: FloatArray) -> tuple[ComplexArray, np.ndarray, FloatArray]:
-    """What interpolation gets wrong at masters that are left out, and how that carries over to other frequencies.
-
-    Returns error (n_master, n_point, n_face), master (n_f,) and factor (n_f,): the remainder's error at a frequency is
-    about factor · error[master].  An interpolation polynomial of degree n − 1 errs by g⁽ⁿ⁾(ξ)/n! · Π(f − f_j); the
-    derivative is taken as that of the nearest left-out master, and the known products differ.
-    """
-    masters, nodes = interpolant.frequency, interpolant.nodes
-    count = len(masters)
-    require(
-        count > nodes, f"{count} master frequencies leave none to spare for an error estimate: use {nodes + 1} or more"
-    )
-    error = np.zeros_like(interpolant.remainder)
-    product = np.empty(count)
-    for i in range(count):
-        kept = np.delete(np.arange(count), i)
-        at = masters[i : i + 1]
-        window = kept[_window(masters[kept], at, nodes)[0] + np.arange(nodes)]
-        weights = _lagrange(masters[window][None], at)[0]
-        error[i] = np.tensordot(weights, interpolant.remainder[window], axes=1) - interpolant.remainder[i]
-        product[i] = np.prod(at - masters[window])
-    nearest = np.abs(frequency[:, None] - masters[None]).argmin(axis=1)
-    first, _ = interpolant.windows(frequency)
-    around = masters[first[:, None] + np.arange(nodes)]
-    return error, nearest, np.prod(frequency[:, None] - around, axis=1) / product[nearest]
+def left_out(smooth: Interpolant) -> ComplexArray:
+    """What interpolation gets wrong at every master if that one is left out: (n_master, n_point, n_face) Pa/(m/s)."""
+    error = np.empty_like(smooth.remainder)
+    for i, frequency in enumerate(smooth.frequency):
+        others = smooth.others(i)
+        weights = _lagrange(smooth.frequency[others][None], np.array([frequency]))[0]
+        error[i] = np.tensordot(weights, smooth.remainder[others], axes=1) - smooth.remainder[i]
+    return error
 
 
 def _window(masters: FloatArray, frequency: FloatArray, nodes: int) -> np.ndarray:

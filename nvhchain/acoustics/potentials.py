@@ -7,7 +7,7 @@ import numpy as np
 
 from nvhchain.handoff import ComplexArray, FloatArray, Surface
 
-# Seven-point rule of degree 5 on the triangle (Radon 1948; Strang & Fix 1973, table 4.1): barycentric coordinates, weights.
+# Seven-point rule of degree 5 on the triangle (Radon 1948; Strang & Fix 1973, table 4.1).
 _ROOT = np.sqrt(15.0)
 _A, _B = (6.0 - _ROOT) / 21.0, (6.0 + _ROOT) / 21.0
 RULE_BARYCENTRIC = np.array(
@@ -106,7 +106,7 @@ def _layers(points, vertices, triangles, normals, areas, k, near_ratio, barycent
 def layer_potentials(
     surface: Surface, points: FloatArray, wavenumber: float, near_ratio: float
 ) -> tuple[ComplexArray, ComplexArray]:
-    """Double and single layer potentials D (n_point, n_v) and S (n_point, n_face): p(x) = D p − S ∂p/∂n outside the body.
+    """Potentials D (n_point, n_v) and S (n_point, n_face) of both layers: p(x) = D p − S ∂p/∂n outside the body.
 
     points: (n_point, 3) m.  wavenumber: rad/m, ≥ 0.  near_ratio: a triangle longer than this multiple of its distance
     from the point (or than one radian of phase) is cut into four, again and again; each piece gets a rule of degree 5.

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import os
-from concurrent.futures import ThreadPoolExecutor
-
 import numba as nb
 import numpy as np
 
@@ -17,32 +14,39 @@ from nvhchain.handoff import ComplexArray, FieldPressure, FloatArray, SurfaceVel
 LINES = 64
 """Frequency lines per piece of work: some ten milliseconds for a usual surface."""
 
-_COMPLEX_2, _COMPLEX_3 = (nb.types.Array(nb.complex128, n, "C", readonly=True) for n in (2, 3))
-_REAL_1, _REAL_2 = (nb.types.Array(nb.float64, n, "C", readonly=True) for n in (1, 2))
-_INDEX_1 = nb.types.Array(nb.int64, 1, "C", readonly=True)
+_COMPLEX_2 = nb.types.Array(nb.complex128, 2, "C", readonly=True)
+_REAL_1 = nb.types.Array(nb.float64, 1, "C", readonly=True)
 
 
-@nb.njit(nb.complex128[:, ::1](_REAL_1, _INDEX_1, _REAL_2, _REAL_2, _COMPLEX_3, _COMPLEX_2), cache=True, nogil=True)
-def _project(wavenumber, first, weights, distance, remainder, velocity):  # type: ignore[no-untyped-def]
-    """Σ_face v e^{−jkr} Σ_i w_i remainder_i for every line and point: no interpolated vector is ever stored."""
+@nb.njit(nb.complex128[:, ::1](_REAL_1, _REAL_1, _COMPLEX_2), cache=True, nogil=True)
+def _delayed(wavenumber, distance, velocity):  # type: ignore[no-untyped-def]
+    """v e^{−jkr} for every line and face.
+
+    Lines that follow each other at one spacing, as those of a Fourier transform do, advance the phase by a
+    multiplication; the spacing may differ by rounding only, so that after a piece of lines the phase is still good
+    to some 1e-12 rad.
+    """
     lines, faces = velocity.shape
-    points = len(distance)
-    pressure = np.zeros((lines, points), dtype=np.complex128)
-    shifted = np.empty(faces, dtype=np.complex128)
+    delayed = np.empty((lines, faces), dtype=np.complex128)
+    phase = np.empty(faces, dtype=np.complex128)
+    advance = np.empty(faces, dtype=np.complex128)
+    spacing = np.inf
     for line in range(lines):
         k = wavenumber[line]
-        for m in range(points):
+        step = k - wavenumber[line - 1] if line > 0 else np.inf
+        if abs(step - spacing) <= 4e-16 * k:
             for f in range(faces):
-                kr = k * distance[m, f]
-                shifted[f] = velocity[line, f] * complex(np.cos(kr), -np.sin(kr))
-            total = 0j
-            for i in range(weights.shape[1]):
-                part = 0j
+                phase[f] *= advance[f]
+        else:
+            spacing = wavenumber[line + 1] - k if line + 1 < lines else np.inf
+            for f in range(faces):
+                phase[f] = complex(np.cos(k * distance[f]), -np.sin(k * distance[f]))
+            if spacing < np.inf:
                 for f in range(faces):
-                    part += remainder[first[line] + i, m, f] * shifted[f]
-                total += weights[line, i] * part
-            pressure[line, m] = total
-    return pressure
+                    advance[f] = complex(np.cos(spacing * distance[f]), -np.sin(spacing * distance[f]))
+        for f in range(faces):
+            delayed[line, f] = velocity[line, f] * phase[f]
+    return delayed
 
 
 def radiate(
@@ -60,13 +64,12 @@ def radiate(
     more allow one.
     Raises InputError when the surfaces differ or a line lies outside the masters.
     """
-    smooth, lines = _prepare(atv, surface_velocity, fidelity)
-    pressure = _evaluate(smooth, *smooth.windows(surface_velocity.frequency[lines]), surface_velocity, lines, progress)
+    smooth = _prepare(atv, surface_velocity, fidelity)
+    pressure, error = _evaluate(smooth, surface_velocity, progress)
     provenance: dict[str, object] = {"stage": "acoustics.radiate", "fidelity": repr(fidelity)}
-    if len(atv.frequency) > smooth.nodes:
-        estimate = _estimate(smooth, surface_velocity, lines)
+    if error is not None:
         peak = np.abs(pressure).max(axis=0)
-        provenance["interpolation_error"] = (estimate.max(axis=0) / np.where(peak > 0, peak, 1.0)).tolist()
+        provenance["interpolation_error"] = (error.max(axis=0) / np.where(peak > 0, peak, 1.0)).tolist()
     return FieldPressure(surface_velocity.frequency, atv.points, pressure, provenance=provenance)
 
 
@@ -78,65 +81,68 @@ def interpolation_error(
     Every master is left out in turn and predicted from its neighbours; the misfit of the nearest one is carried over
     with the known ratio of the interpolation polynomials.  Zero at the masters.  Needs three masters or more.
     """
-    smooth, lines = _prepare(atv, surface_velocity, fidelity)
-    return _estimate(smooth, surface_velocity, lines)
+    smooth = _prepare(atv, surface_velocity, fidelity)
+    _, error = _evaluate(smooth, surface_velocity, None)
+    if error is None:
+        raise InputError(
+            f"{len(atv.frequency)} master frequencies leave none to spare for an error estimate: use 3 or more"
+        )
+    return error
 
 
-def _prepare(
-    atv: TransferVectors, surface_velocity: SurfaceVelocity, fidelity: AcousticsFidelity
-) -> tuple[Interpolant, np.ndarray]:
-    """The interpolant and the indices of the lines that radiate, after all checks."""
+def _prepare(atv: TransferVectors, surface_velocity: SurfaceVelocity, fidelity: AcousticsFidelity) -> Interpolant:
+    """The interpolant, after all checks."""
     if atv.surface.content_hash != surface_velocity.surface.content_hash:
         raise InputError(
-            f"transfer vectors belong to another surface ({len(atv.surface.triangles)} triangles) than the surface velocity "
-            f"({len(surface_velocity.surface.triangles)} triangles): compute both on the same one"
+            f"transfer vectors belong to another surface ({len(atv.surface.triangles)} triangles) than the surface "
+            f"velocity ({len(surface_velocity.surface.triangles)} triangles): compute both on the same one"
         )
-    frequency, masters = surface_velocity.frequency, atv.frequency
-    moving = np.abs(surface_velocity.normal_velocity).max(axis=1) > 0
-    lines = np.flatnonzero(moving & (frequency > 0))
+    masters = atv.frequency
+    frequency = surface_velocity.frequency[_radiating(surface_velocity)]
     slack = 1e-12 * masters[-1]
-    outside = lines[(frequency[lines] < masters[0] - slack) | (frequency[lines] > masters[-1] + slack)]
+    outside = frequency[(frequency < masters[0] - slack) | (frequency > masters[-1] + slack)]
     require(
         len(outside) == 0,
-        f"{len(outside)} lines of the surface velocity ({frequency[outside].min(initial=np.inf):.6g}…"
-        f"{frequency[outside].max(initial=0.0):.6g} Hz) lie outside the master frequencies {masters[0]:.6g}…"
-        f"{masters[-1]:.6g} Hz: widen the masters or cut the band",
+        f"{len(outside)} lines of the surface velocity ({outside.min(initial=np.inf):.6g}…"
+        f"{outside.max(initial=0.0):.6g} Hz) lie outside the master frequencies {masters[0]:.6g}…{masters[-1]:.6g} Hz: "
+        "widen the masters or cut the band",
     )
-    return interpolant(atv, fidelity), lines
+    return interpolant(atv, fidelity)
 
 
-def _estimate(smooth: Interpolant, surface_velocity: SurfaceVelocity, lines: np.ndarray) -> FloatArray:
-    error, master, factor = left_out(smooth, surface_velocity.frequency[lines])
-    errors = Interpolant(smooth.frequency, smooth.wavenumber_per_hertz, smooth.distance, error, 1)
-    return np.abs(_evaluate(errors, master, factor[:, None], surface_velocity, lines, None))
+def _radiating(surface_velocity: SurfaceVelocity) -> np.ndarray:
+    """Indices of the lines with a velocity and a frequency that are not zero."""
+    moving = surface_velocity.normal_velocity.any(axis=1)
+    return np.flatnonzero(moving & (surface_velocity.frequency > 0))
 
 
 def _evaluate(
-    smooth: Interpolant,
-    first: np.ndarray,
-    weights: FloatArray,
-    surface_velocity: SurfaceVelocity,
-    lines: np.ndarray,
-    progress: Progress | None,
-) -> ComplexArray:
-    """Pressure (n_f, n_point), zero where there is no line to do; pieces of the lines run in threads."""
-    pressure = np.zeros((len(surface_velocity.frequency), len(smooth.distance)), dtype=complex)
+    smooth: Interpolant, surface_velocity: SurfaceVelocity, progress: Progress | None
+) -> tuple[ComplexArray, FloatArray | None]:
+    """Pressure (n_f, n_point), zero on lines that do not radiate, and its estimated error where there is one.
+
+    Velocities are projected on the remainders at the masters and the projections are interpolated: no vector between
+    masters is ever formed.
+    """
+    lines = _radiating(surface_velocity)
+    shape = (len(surface_velocity.frequency), len(smooth.distance))
+    pressure, error = np.zeros(shape, dtype=complex), None
+    if smooth.can_estimate:
+        error = np.zeros(shape)
+        misfit = left_out(smooth)
+
     report = progress or (lambda done, total: None)
-    pieces = [slice(start, start + LINES) for start in range(0, len(lines), LINES)]
-
-    def work(piece: slice) -> None:
-        at = lines[piece]
-        pressure[at] = _project(
-            smooth.wavenumber_per_hertz * surface_velocity.frequency[at],
-            np.ascontiguousarray(first[piece], dtype=np.int64),
-            np.ascontiguousarray(weights[piece]),
-            smooth.distance,
-            smooth.remainder,
-            np.ascontiguousarray(surface_velocity.normal_velocity[at]),
-        )
-
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        report(0, len(pieces))
-        for done, _ in enumerate(pool.map(work, pieces), start=1):
-            report(done, len(pieces))
-    return pressure
+    pieces = [lines[start : start + LINES] for start in range(0, len(lines), LINES)]
+    for done, piece in enumerate(pieces):
+        report(done, len(pieces))
+        frequency = surface_velocity.frequency[piece]
+        velocity = np.ascontiguousarray(surface_velocity.normal_velocity[piece])
+        needed, weights = smooth.weights(frequency)
+        nearest, factors = smooth.carried_over(frequency) if smooth.can_estimate else (needed, weights)
+        for m, distance in enumerate(smooth.distance):
+            delayed = _delayed(smooth.wavenumber_per_hertz * frequency, distance, velocity)
+            pressure[piece, m] = (delayed @ smooth.remainder[needed, m].T * weights).sum(axis=1)
+            if error is not None:
+                error[piece, m] = np.abs(delayed @ misfit[nearest, m].T * factors).sum(axis=1)
+    report(len(pieces), len(pieces))
+    return pressure, error

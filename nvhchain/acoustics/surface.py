@@ -38,7 +38,7 @@ def _element_sizes(surface: Surface) -> tuple[float, float]:
 
 
 def check_mesh(surface: Surface, f_max: float, air: Air, fidelity: AcousticsFidelity) -> None:
-    """Raise `InputError` unless the mesh resolves the wavelength at `f_max` (Hz) with the elements that `fidelity` asks for."""
+    """Raise `InputError` unless the mesh has as many elements per wavelength at `f_max` (Hz) as `fidelity` asks for."""
     if f_max <= 0:
         return
     asked = required_element_size(f_max, air, fidelity)
@@ -46,8 +46,8 @@ def check_mesh(surface: Surface, f_max: float, air: Air, fidelity: AcousticsFide
     relative = max(mean / MESH_SCATTER, coarsest / LOCAL_COARSENING) / asked
     require(
         relative <= 1.0,
-        f"mesh supports {f_max / relative:.4g} Hz at {fidelity.elements_per_wavelength:g} elements per wavelength (mean "
-        f"edge {1e3 * mean:.3g} mm, coarsest regions {1e3 * coarsest:.3g} mm); {f_max:.4g} Hz asked: refine to "
+        f"mesh supports {f_max / relative:.4g} Hz at {fidelity.elements_per_wavelength:g} elements per wavelength "
+        f"(mean edge {1e3 * mean:.3g} mm, coarsest regions {1e3 * coarsest:.3g} mm); {f_max:.4g} Hz asked: refine to "
         f"{1e3 * asked:.3g} mm or lower the upper frequency",
     )
 

@@ -25,9 +25,9 @@ class PairRule(NamedTuple):
 
 @cache
 def triangle_rule(degree: int) -> tuple[FloatArray, FloatArray]:
-    """Symmetric rule, all weights positive, exact for polynomials up to at least `degree`: barycentric (3, n), weight (n,).
+    """Symmetric rule, exact for polynomials up to at least `degree`: barycentric (3, n), positive weights (n,).
 
-    The symmetric Gauss rules of degree 3 and 7 have a negative weight, which spoils close pairs; the next ones stand in.
+    The rules of degree 3 and 7 have a negative weight, which spoils close pairs; the next higher ones stand in.
     """
     from skfem.quadrature import get_quadrature
     from skfem.refdom import RefTri

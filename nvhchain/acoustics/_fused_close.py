@@ -1,0 +1,327 @@
+"""Close and touching pairs of triangles: a rule over both at once, with the integrands of `_fused_far`."""
+
+# mypy: disable-error-code="no-untyped-def"
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+from nvhchain.acoustics._fused_wave import COMPILED, INLINE, cosine_sine
+
+_CHUNK = 256  # points of a pair rule handled side by side
+_ROWS = 13  # E re, im; step re, im; d/R, d/R², e/R, e/R²; R; integrands of A and B re, im
+
+
+@numba.njit(**INLINE)
+def _match(triangles, t, s, left_order, right_order):
+    """Local vertex orders of two triangles with their shared vertices first and in the same order."""
+    shared = 0
+    for i in range(3):
+        for j in range(3):
+            if triangles[t, i] == triangles[s, j]:
+                left_order[shared], right_order[shared] = i, j
+                shared += 1
+    n_left, n_right = shared, shared
+    for i in range(3):
+        found_left, found_right = False, False
+        for j in range(shared):
+            found_left |= left_order[j] == i
+            found_right |= right_order[j] == i
+        if not found_left:
+            left_order[n_left] = i
+            n_left += 1
+        if not found_right:
+            right_order[n_right] = i
+            n_right += 1
+
+
+@numba.njit(**INLINE)
+def _pair_geometry(pair, x, y, first, second, weight, begin, width, normal_x, normal_y, share):
+    """Distance and projections of a chunk of the points of a pair rule."""
+    for u in range(width):
+        p = begin + u
+        l0, l1, l2 = first[0, p], first[1, p], first[2, p]
+        m0, m1, m2 = second[0, p], second[1, p], second[2, p]
+        r0 = l0 * x[0, 0] + l1 * x[1, 0] + l2 * x[2, 0] - m0 * y[0, 0] - m1 * y[1, 0] - m2 * y[2, 0]
+        r1 = l0 * x[0, 1] + l1 * x[1, 1] + l2 * x[2, 1] - m0 * y[0, 1] - m1 * y[1, 1] - m2 * y[2, 1]
+        r2 = l0 * x[0, 2] + l1 * x[1, 2] + l2 * x[2, 2] - m0 * y[0, 2] - m1 * y[1, 2] - m2 * y[2, 2]
+        square = r0 * r0 + r1 * r1 + r2 * r2
+        inverse = 1.0 / np.sqrt(square)
+        d = (r0 * normal_y[0] + r1 * normal_y[1] + r2 * normal_y[2]) * inverse
+        e = -(r0 * normal_x[0] + r1 * normal_x[1] + r2 * normal_x[2]) * inverse
+        pair[0, u] = weight[p] * share * inverse
+        pair[4, u] = d
+        pair[5, u] = d * inverse
+        pair[6, u] = e
+        pair[7, u] = e * inverse
+        pair[8, u] = square * inverse
+
+
+@numba.njit(**INLINE)
+def _pair_start(pair, k, first, width):
+    """As `_start`, over a chunk of the points of a pair rule."""
+    if first:
+        for u in range(width):
+            c, s = cosine_sine(k * pair[8, u])
+            pair[1, u] = -pair[0, u] * s
+            pair[0, u] = pair[0, u] * c
+    else:
+        for u in range(width):
+            c, s = cosine_sine(k * pair[8, u])
+            pair[2, u] = c
+            pair[3, u] = -s
+
+
+@numba.njit(**INLINE)
+def _pair_values(pair, value, width, k, beta, facing, sums):
+    """Values of the integrands of A and B at one wavenumber; add up G; advance the exponential."""
+    kb, kkbf = k * beta, k * k * beta * facing
+    total_re, total_im = 0.0, 0.0
+    for u in range(width):
+        er, ei = pair[0, u], pair[1, u]
+        c0, c1 = -pair[5, u], kkbf - k * pair[4, u]
+        d0, d1 = -1.0 - kb * pair[6, u], beta * pair[7, u]
+        value[0, u], value[1, u] = er * c0 - ei * c1, er * c1 + ei * c0
+        value[2, u], value[3, u] = er * d0 - ei * d1, er * d1 + ei * d0
+        total_re += er
+        total_im += ei
+        pair[0, u] = er * pair[2, u] - ei * pair[3, u]
+        pair[1, u] = er * pair[3, u] + ei * pair[2, u]
+    sums[0, 8] += total_re
+    sums[0, 9] += total_im
+
+
+@numba.njit(**INLINE)
+def _pair_sums(sums, value, hat, second, begin, width):
+    """Add a chunk of integrand values, tested with one hat, to the three columns of A and the one of B."""
+    a0r, a0i, a1r, a1i, a2r, a2i, br, bi = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for u in range(width):
+        p = begin + u
+        h = hat[p]
+        re, im = h * value[0, u], h * value[1, u]
+        a0r += second[0, p] * re
+        a0i += second[0, p] * im
+        a1r += second[1, p] * re
+        a1i += second[1, p] * im
+        a2r += second[2, p] * re
+        a2i += second[2, p] * im
+        br += h * value[2, u]
+        bi += h * value[3, u]
+    sums[0] += a0r
+    sums[1] += a0i
+    sums[2] += a1r
+    sums[3] += a1i
+    sums[4] += a2r
+    sums[5] += a2i
+    sums[6] += br
+    sums[7] += bi
+
+
+@numba.njit(**INLINE)
+def _corners(vertices, triangles, t, order):
+    """Coordinates of the three corners in the given local order, flat."""
+    a, b, c = triangles[t, order[0]], triangles[t, order[1]], triangles[t, order[2]]
+    return (
+        vertices[a, 0], vertices[a, 1], vertices[a, 2],
+        vertices[b, 0], vertices[b, 1], vertices[b, 2],
+        vertices[c, 0], vertices[c, 1], vertices[c, 2],
+    )  # fmt: skip
+
+
+@numba.njit(**INLINE)
+def _geometry(work, x, y, rule, begin, width, normal_x, normal_y, share):
+    """Distance and projections at a chunk of the points of a pair rule."""
+    x00, x01, x02, x10, x11, x12, x20, x21, x22 = x
+    y00, y01, y02, y10, y11, y12, y20, y21, y22 = y
+    nx0, nx1, nx2 = normal_x
+    ny0, ny1, ny2 = normal_y
+    for u in range(width):
+        p = begin + u
+        l0, l1, l2, m0, m1, m2 = rule[0, p], rule[1, p], rule[2, p], rule[3, p], rule[4, p], rule[5, p]
+        r0 = l0 * x00 + l1 * x10 + l2 * x20 - m0 * y00 - m1 * y10 - m2 * y20
+        r1 = l0 * x01 + l1 * x11 + l2 * x21 - m0 * y01 - m1 * y11 - m2 * y21
+        r2 = l0 * x02 + l1 * x12 + l2 * x22 - m0 * y02 - m1 * y12 - m2 * y22
+        square = r0 * r0 + r1 * r1 + r2 * r2
+        inverse = 1.0 / np.sqrt(square)
+        d = (r0 * ny0 + r1 * ny1 + r2 * ny2) * inverse
+        e = -(r0 * nx0 + r1 * nx1 + r2 * nx2) * inverse
+        work[0, u] = rule[6, p] * share * inverse
+        work[4, u] = d
+        work[5, u] = d * inverse
+        work[6, u] = e
+        work[7, u] = e * inverse
+        work[8, u] = square * inverse
+
+
+@numba.njit(**INLINE)
+def _begin(work, k, width):
+    """Multiply the weight in the first row by e^{−jkR}."""
+    for u in range(width):
+        c, s = cosine_sine(k * work[8, u])
+        w = work[0, u]
+        work[0, u] = w * c
+        work[1, u] = -w * s
+
+
+@numba.njit(**INLINE)
+def _set_step(work, k, width):
+    """Set the factor that advances the exponential by the wavenumber step k."""
+    for u in range(width):
+        c, s = cosine_sine(k * work[8, u])
+        work[2, u] = c
+        work[3, u] = -s
+
+
+@numba.njit(**INLINE)
+def _values(work, width, k, beta, facing):
+    """Leave the integrands of A and B in the last rows, advance the exponential, return the sum of G."""
+    total_re, total_im = 0.0, 0.0
+    for u in range(width):
+        er, ei = work[0, u], work[1, u]
+        sr, si = work[2, u], work[3, u]
+        a0, a1 = -work[5, u], k * (k * beta * facing - work[4, u])
+        b0, b1 = -1.0 - k * beta * work[6, u], beta * work[7, u]
+        work[9, u] = er * a0 - ei * a1
+        work[10, u] = er * a1 + ei * a0
+        work[11, u] = er * b0 - ei * b1
+        work[12, u] = er * b1 + ei * b0
+        work[0, u] = er * sr - ei * si
+        work[1, u] = er * si + ei * sr
+        total_re += er
+        total_im += ei
+    return total_re, total_im
+
+
+@numba.njit(**INLINE)
+def _sums(work, rule, i, begin, width):
+    """Integrals over a chunk against test hat i: A with the three trial hats, then B; re, im of each."""
+    a0r, a0i, a1r, a1i, a2r, a2i, br, bi = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for u in range(width):
+        p = begin + u
+        h = rule[i, p]
+        re, im = h * work[9, u], h * work[10, u]
+        a0r += rule[3, p] * re
+        a0i += rule[3, p] * im
+        a1r += rule[4, p] * re
+        a1i += rule[4, p] * im
+        a2r += rule[5, p] * re
+        a2i += rule[5, p] * im
+        br += h * work[11, u]
+        bi += h * work[12, u]
+    return a0r, a0i, a1r, a1i, a2r, a2i, br, bi
+
+
+@numba.njit(
+    "void(int64[::1], int64[::1], int64[::1], int64[::1], int64[::1], float64[:,::1], float64[:,::1],"
+    "int64[:,::1], float64[:,::1], float64[:,:,::1], float64[::1], int64[::1], boolean[::1],"
+    "float64[::1], float64[::1], boolean[::1], complex128[:,:,::1], complex128[:,:,::1])",
+    **COMPILED,
+)
+def close_block(
+    test,  # (n_test,) test triangles
+    pair_start,  # (n_face + 1,) into `trial` and `kind`
+    trial,  # trial triangles of the close pairs
+    kind,  # rule of every close pair; 0, 1, 2 are those for 1, 2, 3 shared vertices
+    rule_start,  # (n_rule + 1,) into the points of all rules
+    rule,  # (7, n_point) barycentric coordinates of first and second point, weight
+    vertices,  # (n_v, 3)
+    triangles,  # (n_face, 3)
+    normal,  # (n_face, 3)
+    curl,  # (n_face, 3, 3)
+    area,  # (n_face,)
+    column,  # (n_face,) column of B
+    owned,  # (n_v,) whether the row may be written
+    k,  # (n_k,)
+    beta,  # (n_k,)
+    new_step,  # (n_k,)
+    a,  # (n_k, n_v, n_v) added to
+    b,  # (n_k, n_v, n_face) added to
+):
+    """Add the close pairs of a block of test triangles to the rows that are owned."""
+    n_k = k.shape[0]
+    work = np.zeros((_ROWS, _CHUNK))
+    sums = np.empty((n_k, 3, 8))
+    whole = np.empty((n_k, 2))
+    left, right = np.empty(3, np.int64), np.empty(3, np.int64)
+    for t in test:
+        for i_pair in range(pair_start[t], pair_start[t + 1]):
+            s, r = trial[i_pair], kind[i_pair]
+            _match(triangles, t, s, left, right)
+            x, y = _corners(vertices, triangles, t, left), _corners(vertices, triangles, s, right)
+            normal_x = (normal[t, 0], normal[t, 1], normal[t, 2])
+            normal_y = (normal[s, 0], normal[s, 1], normal[s, 2])
+            facing = normal_x[0] * normal_y[0] + normal_x[1] * normal_y[1] + normal_x[2] * normal_y[2]
+            share = area[t] * area[s] / (4.0 * np.pi)
+            sums[:] = 0.0
+            whole[:] = 0.0
+            for begin in range(rule_start[r], rule_start[r + 1], _CHUNK):
+                width = min(_CHUNK, rule_start[r + 1] - begin)
+                _geometry(work, x, y, rule, begin, width, normal_x, normal_y, share)
+                _begin(work, k[0], width)
+                for ik in range(n_k):
+                    if ik + 1 < n_k and new_step[ik]:
+                        _set_step(work, k[ik + 1] - k[ik], width)
+                    re, im = _values(work, width, k[ik], beta[ik], facing)
+                    whole[ik, 0] += re
+                    whole[ik, 1] += im
+                    for i in range(3):
+                        part = _sums(work, rule, i, begin, width)
+                        for j in range(8):
+                            sums[ik, i, j] += part[j]
+            for i in range(3):
+                vertex = triangles[t, left[i]]
+                if not owned[vertex]:
+                    continue
+                for j in range(3):
+                    c = 0.0
+                    for axis in range(3):
+                        c += curl[t, left[i], axis] * curl[s, right[j], axis]
+                    for ik in range(n_k):
+                        a[ik, vertex, triangles[s, right[j]]] += complex(
+                            sums[ik, i, 2 * j] + beta[ik] * c * whole[ik, 1],
+                            sums[ik, i, 2 * j + 1] - beta[ik] * c * whole[ik, 0],
+                        )
+                for ik in range(n_k):
+                    b[ik, vertex, column[s]] += complex(sums[ik, i, 6], sums[ik, i, 7])
+
+
+@numba.njit(
+    "void(float64[:,::1], float64[::1], int64[:,::1], float64[::1], int64[::1], int64[::1], int64[::1])", **COMPILED
+)
+def close_pairs(
+    centroid,  # (n_face, 3)
+    size,  # (n_face,)
+    triangles,  # (n_face, 3)
+    ratio,  # (n_level,) increasing: level of a pair from centroid distance / larger size
+    start,  # (n_face + 1,): counts the close pairs when start[-1] < 0, else tells where they go
+    trial,  # out
+    rule,  # out: shared vertices − 1 for touching pairs, else 3 + level
+):
+    """List the close pairs of every triangle in ascending order of the trial triangle, or count them."""
+    n, n_level = len(size), len(ratio)
+    counting = start[n] < 0
+    found = 0
+    for i in range(n):
+        if counting:
+            start[i] = found
+        for j in range(n):
+            square = 0.0
+            for axis in range(3):
+                square += (centroid[i, axis] - centroid[j, axis]) ** 2
+            larger = max(size[i], size[j])
+            if square >= (ratio[n_level - 1] * larger) ** 2:
+                continue
+            if not counting:
+                shared = 0
+                for p in range(3):
+                    for q in range(3):
+                        if triangles[i, p] == triangles[j, q]:
+                            shared += 1
+                level = 0
+                while square >= (ratio[level] * larger) ** 2:
+                    level += 1
+                trial[found] = j
+                rule[found] = shared - 1 if shared > 0 else 3 + level
+            found += 1
+    if counting:
+        start[n] = found

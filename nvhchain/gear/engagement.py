@@ -63,7 +63,7 @@ class Engagement:
             tuple(CubicSpline(grid, np.eye(len(grid))) for grid in (c.radius, c.axial)) for c in self.compliances
         )
 
-    def compliance(self, lines: ContactLines, flank: int) -> FloatArray:
+    def compliance(self, lines: ContactLines) -> FloatArray:
         """C (n, n), m/N: normal approach at every slice under a unit normal force at every other, both gears.
 
         Interpolated by cubic splines on the compliance grid; the transposed weights spread a slice force over the
@@ -80,7 +80,7 @@ class Engagement:
                 at = np.flatnonzero(teeth == tooth)
                 for loaded in np.unique(teeth[teeth >= tooth]):
                     on = np.flatnonzero(teeth == loaded)
-                    block = c.block(int(tooth), int(loaded))[flank, :, :, flank]
+                    block = c.block(int(tooth), int(loaded))[lines.side, :, :, lines.side]
                     part = weights[at] @ block.reshape(weights.shape[1], -1) @ weights[on].T
                     total[np.ix_(at, on)] += part
                     if loaded != tooth:
@@ -101,7 +101,7 @@ class Engagement:
         level, half_slope = local_law(lines.curvature, (lines.depth[0], lines.depth[1]), materials)
         offset = np.zeros(len(lines.length)) if separation is None else separation
         forces = slice_forces(
-            self.compliance(lines, flank),
+            self.compliance(lines),
             np.asarray(approach, float)[:, None] - offset,
             lines.length,
             level,

@@ -15,7 +15,7 @@ from nvhchain.gear.pair import GearPair
 from nvhchain.gear.transmission_error import loaded_mesh
 from nvhchain.handoff import FloatArray, MeshLaw
 
-_BLOCK = 16
+_BLOCK = 48
 """Angles per piece of work handed to an executor."""
 
 

@@ -1,16 +1,16 @@
 """A pair of external involute gears: working geometry and the plane of action.
 
-The pair is seen from the side from which the pinion turns counter-clockwise (about +z), the wheel clockwise. Each
+The pinion drives and turns counter-clockwise about +z (sense +1) or clockwise (−1), the wheel the other way. Each
 angle counts positive in its own running direction; r_bP φ_P = r_bG φ_G without load. On the plane of action
 s is the distance from the pinion's base tangent point along the transverse line of action, z the distance from
-mid-width. Drive flank (the flanks that face counter-clockwise), tooth pair k, wheel angle θ:
+mid-width. Drive flanks (of both gears: those that face the pinion's running direction), tooth pair k, wheel angle θ:
 
-    s = s_C + r_bG θ − k p_bt + z tan β_b,     s_A ≤ s ≤ s_E,
+    s = s_C + r_bG θ − k p_bt + z tan β_b sense,     s_A ≤ s ≤ s_E,
 
 so that pair 0 touches at the pitch point C at mid-width at θ = 0; β_b > 0 where the pinion is right-handed. The
 back flanks meet on the mirrored line, with s measured from its own tangent point:
 
-    s = s_C + (k + 1) p_bt − s_wG cos α_wt − r_bG θ − z tan β_b,
+    s = s_C + (k + 1) p_bt − s_wG cos α_wt − r_bG θ − z tan β_b sense,
 
 s_wG the wheel's tooth thickness on its working circle. Contact is restricted to the theoretical path of contact
 between the tip circles: corner contact ahead of it and behind it, which a loaded pair without tip relief has, is left
@@ -38,12 +38,14 @@ DRIVE, BACK = 0, 1
 class ContactLines:
     """Slices of all contact lines at one angle; one entry per slice that touches the path of contact.
 
-    tooth: (2, n) tooth index of pinion and wheel.  axial: (n,) m, middle of the part in contact.
-    position: (n,) s, m.  length: (n,) m along the contact line.  radius, depth: (2, n) m, of the contact point on
-    pinion and wheel, and from there along the normal to the tooth centre line.
+    side: flank index in `FlankCompliance`, 0 faces counter-clockwise.  tooth: (2, n) index of pinion and wheel.
+    axial: (n,) m, middle of the part in contact.  position: (n,) s, m.  length: (n,) m along the contact line.
+    radius: (2, n) m, of the contact point on pinion and wheel.  depth: (2, n) m, from there along the normal to the
+    tooth centre line.
     curvature: (n,) m, ρ₁ρ₂/(ρ₁+ρ₂) in the normal plane.
     """
 
+    side: int
     tooth: IntArray
     axial: FloatArray
     position: FloatArray
@@ -57,15 +59,18 @@ class ContactLines:
 class GearPair:
     """Pinion and wheel at a centre distance, m; the wheel's tooth 0 touches at the pitch point at wheel angle 0.
 
+    sense: +1 where the pinion, driving, turns counter-clockwise about +z, −1 clockwise.
     Raises InputError for gears that cannot run together.
     """
 
     pinion: GearBody
     wheel: GearBody
     centre_distance: float
+    sense: int = 1
 
     def __post_init__(self) -> None:
         p, w, a = self.pinion.geometry, self.wheel.geometry, self.centre_distance
+        require(self.sense in (1, -1), f"sense = {self.sense}: +1 (counter-clockwise about z) or -1")
         require(
             abs(p.normal_module * cos(p.normal_pressure_angle) / (w.normal_module * cos(w.normal_pressure_angle)) - 1)
             < 1e-6,
@@ -227,22 +232,22 @@ def contact_lines(pair: GearPair, angle: float, *, slices: int, flank: int = DRI
     A slice that is crossed by an end of the path keeps the part inside it, so lengths vary continuously for
     helical gears. Tooth indices count counter-clockwise in each gear's own numbering and are not reduced modulo z.
     """
-    tangent, width, pitch = tan(pair.base_helix_angle), pair.face_width, pair.base_pitch
+    tangent, width, pitch = pair.sense * tan(pair.base_helix_angle), pair.face_width, pair.base_pitch
     start, end = pair.path
     travel = float(pair.base_radius[1]) * angle
     if flank == DRIVE:
-        sense, origin = 1.0, pair.pitch_point + travel
+        direction, origin = 1.0, pair.pitch_point + travel
     else:
         lag = pair._working_thickness[1] * cos(pair.working_pressure_angle)
-        sense, origin = -1.0, pair.pitch_point + pitch - lag - travel
+        direction, origin = -1.0, pair.pitch_point + pitch - lag - travel
     reach = abs(tangent) * width / 2
     low, high = (origin - reach - end) / pitch, (origin + reach - start) / pitch
     count = np.arange(np.ceil(low), np.floor(high) + 1)
-    k = (sense * count).astype(np.int64)
+    k = (direction * count).astype(np.int64)
     middle = origin - count * pitch
 
     edges = np.linspace(-width / 2, width / 2, slices + 1)
-    slope = sense * tangent
+    slope = direction * tangent
     if slope != 0.0:
         bounds = np.sort(np.stack([(start - middle) / slope, (end - middle) / slope]), axis=0)
     else:
@@ -261,11 +266,12 @@ def contact_lines(pair: GearPair, angle: float, *, slices: int, flank: int = DRI
     wheel_tooth = k[pairs] + (1 if flank == BACK else 0)
     depth = np.stack([g.depth_to_centre_line(r) for g, r in zip(pair._geometries, radius, strict=True)])
     return ContactLines(
-        tooth=np.stack([-k[pairs], wheel_tooth]),
+        side=flank if pair.sense > 0 else 1 - flank,
+        tooth=pair.sense * np.stack([-k[pairs], wheel_tooth]),
         axial=axial,
         position=position,
         length=length,
         radius=radius,
-        depth=depth * cos(pair.base_helix_angle),
+        depth=depth,
         curvature=distances[0] * distances[1] / (pair.line_length * cos(pair.base_helix_angle)),
     )

@@ -38,10 +38,13 @@ def body(geometry: GearGeometry, symmetry: int = 0) -> GearBody:
     return GearBody(geometry, slots)
 
 
-def stage_pair(stage: int, *, symmetries: tuple[int, int] = (0, 0), **changes: float) -> GearPair:
-    """Pinion and wheel of a gearbox stage; `changes` go to both geometries."""
+def stage_pair(
+    stage: int, *, symmetries: tuple[int, int] = (0, 0), mirrored: bool = False, **changes: float
+) -> GearPair:
+    """Pinion (right-handed unless mirrored) and wheel of a gearbox stage; `changes` go to both geometries."""
+    hands = (-1, 1) if mirrored else (1, -1)
     teeth = ((20, 50), (30, 82))[stage - 1]
-    pinion, wheel = (gearbox_geometry(z, stage=stage, hand=h, **changes) for z, h in zip(teeth, (1, -1), strict=True))
+    pinion, wheel = (gearbox_geometry(z, stage=stage, hand=h, **changes) for z, h in zip(teeth, hands, strict=True))
     return GearPair(body(pinion, symmetries[0]), body(wheel, symmetries[1]), pinion.pitch_radius + wheel.pitch_radius)
 
 

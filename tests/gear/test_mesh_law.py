@@ -86,6 +86,19 @@ def test_back_flank_is_the_mirror_image_of_the_drive_flank(make_pair, make_compl
         np.testing.assert_allclose(back, drive, rtol=1e-8)
 
 
+@pytest.mark.parametrize("modulation", [0.0, 0.3])
+def test_pair_running_the_other_way_with_mirrored_hand_has_the_same_law(make_pair, make_compliances, modulation):
+    """Reflection of the whole drawing at a plane through both shafts; the blanks of the case are symmetric to it."""
+    symmetries = (0, 5)
+    one = make_pair(1, symmetries=symmetries, thickness_allowance=40e-6)
+    other = dataclasses.replace(make_pair(1, symmetries=symmetries, thickness_allowance=40e-6, mirrored=True), sense=-1)
+    compliances = make_compliances(one, modulation=modulation)
+    deflection = np.array([-100e-6, 15e-6])
+    a, b = (Engagement(pair, compliances, slices=8) for pair in (one, other))
+    for angle in np.linspace(-2, 5, 6) * one.mesh_period:
+        np.testing.assert_allclose(a.mesh_force(angle, deflection), b.mesh_force(angle, deflection), rtol=1e-9)
+
+
 def test_neighbouring_teeth_are_coupled(slotted):
     """Freed of the coupling between teeth, the same deflection carries more."""
     pair, compliances = slotted

@@ -95,28 +95,41 @@ def flank_point(geometry, radius, side, tooth, axial):
     return tooth * geometry.pitch_angle + geometry.twist * axial + side * geometry.half_tooth_angle(radius)
 
 
+@pytest.mark.parametrize("sense", [1, -1])
 @pytest.mark.parametrize("flank", [DRIVE, BACK])
 @pytest.mark.parametrize("stage", [1, 2])
-def test_contact_points_of_both_gears_coincide_in_space(make_pair, stage, flank):
+def test_contact_points_of_both_gears_coincide_in_space(make_pair, stage, flank, sense):
     """Independent of the plane of action: place both gears in the gearbox frame and compare flank points."""
-    pair = make_pair(stage, thickness_allowance=40e-6)
+    pair = dataclasses.replace(make_pair(stage, thickness_allowance=40e-6), sense=sense)
     p, w = pair.pinion.geometry, pair.wheel.geometry
-    side = 1 if flank == DRIVE else -1
 
     # drive flanks of tooth 0 pass the pitch point at mid-width at angle 0: that fixes both mounting angles
     radii = pair.base_radius / np.cos(pair.working_pressure_angle)
-    pinion_mount = -float(p.half_tooth_angle(radii[0]))
-    wheel_mount = np.pi - float(w.half_tooth_angle(radii[1]))
+    pinion_mount = -sense * float(p.half_tooth_angle(radii[0]))
+    wheel_mount = np.pi - sense * float(w.half_tooth_angle(radii[1]))
     lag = 0.0 if flank == DRIVE else pair.backlash / np.cos(pair.base_helix_angle)
     for angle in np.linspace(-1.3, 2.1, 7) * pair.mesh_period:
         lines = contact_lines(pair, angle, slices=6, flank=flank)
-        turn_p = (pair.base_radius[1] * angle - lag) / pair.base_radius[0]
+        side = 1 - 2 * lines.side
+        assert side == (sense if flank == DRIVE else -sense)
+        turn_p = sense * (pair.base_radius[1] * angle - lag) / pair.base_radius[0]
         phi_p = pinion_mount + turn_p + flank_point(p, lines.radius[0], side, lines.tooth[0], lines.axial)
-        phi_w = wheel_mount - angle + flank_point(w, lines.radius[1], side, lines.tooth[1], lines.axial)
+        phi_w = wheel_mount - sense * angle + flank_point(w, lines.radius[1], side, lines.tooth[1], lines.axial)
         at_p = lines.radius[0] * np.exp(1j * phi_p)
         at_w = pair.centre_distance + lines.radius[1] * np.exp(1j * phi_w)
         assert len(at_p) > 5
         np.testing.assert_allclose(at_p, at_w, atol=1e-11)
+
+
+def test_depth_and_curvature_follow_from_the_flank_itself(make_pair):
+    """Curvature radius of an involute is its distance to the base tangent point; depth ends on the centre line."""
+    pair = make_pair(1, helix_angle=0.0)
+    lines = contact_lines(pair, 0.3 * pair.mesh_period, slices=2)
+    for g, radius, depth in zip((pair.pinion.geometry, pair.wheel.geometry), lines.radius, lines.depth, strict=True):
+        alpha, psi = np.arccos(g.base_radius / radius), g.half_tooth_angle(radius)
+        np.testing.assert_allclose(depth, radius * np.sin(psi) / np.cos(alpha - psi), rtol=1e-9)
+    rho = np.sqrt(lines.radius**2 - pair.base_radius[:, None] ** 2)
+    np.testing.assert_allclose(lines.curvature, 1 / (1 / rho[0] + 1 / rho[1]), rtol=1e-12)
 
 
 def test_body_period_is_the_least_common_multiple_of_both_sectors(make_pair):

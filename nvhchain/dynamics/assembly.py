@@ -173,7 +173,7 @@ def assemble(gearbox: Gearbox, mesh_laws: Sequence[MeshLaw], housing: ReducedHou
             n_mode == 0 or housing.natural_frequency[0] > 0,
             "the housing has a rigid-body mode (0 Hz): fix it at its bolts before it goes into the gearbox",
         )
-        shapes = housing.seat_shapes[:, seats].reshape(n_mode, -1).T
+        shapes = housing.seat_shapes[:, seats].reshape(n_mode, 3 * n_bearing).T
         residual = housing.seat_residual[seats][:, :, seats].reshape(3 * n_bearing, -1)
         residual = 0.5 * (residual + residual.T)
         omega = 2.0 * np.pi * housing.natural_frequency
@@ -207,7 +207,9 @@ def assemble(gearbox: Gearbox, mesh_laws: Sequence[MeshLaw], housing: ReducedHou
     scaled = stiffness / np.sqrt(np.outer(mass, mass))
     lowest, *_, highest = np.linalg.eigvalsh(scaled)
     if lowest <= 1e-12 * highest:
-        raise InputError("a shaft can move freely on its bearings: give every shaft two bearings that also hold it along z")
+        raise InputError(
+            "a shaft can move freely on its bearings: give every shaft two bearings that also hold it along z"
+        )
 
     inertia = np.array([body.polar_inertia for body in bodies])
     to_lateral, to_torsion = _contact_rows(gearbox, kinematics, mesh_laws, bodies, size)

@@ -193,7 +193,9 @@ class Gearbox:
             for end in (mesh.pinion_shaft, mesh.wheel_shaft):
                 require(end in names, f"mesh: shaft {end!r} is unknown; known shafts: {known}")
         for field in ("input_shaft", "output_shaft"):
-            require(getattr(self, field) in names, f"gearbox: {field} {getattr(self, field)!r} is unknown; known: {known}")
+            require(
+                getattr(self, field) in names, f"gearbox: {field} {getattr(self, field)!r} is unknown; known: {known}"
+            )
         require(
             self.input_shaft != self.output_shaft,
             f"gearbox: input_shaft and output_shaft are both {self.input_shaft!r}: power must pass at least one mesh",

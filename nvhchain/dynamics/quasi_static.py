@@ -73,6 +73,4 @@ def static_bearing_forces(
 
 def law_phases(assembly: Assembly, mesh_laws: Sequence[MeshLaw]) -> FloatArray:
     """(n_mesh,) phases of the laws, in periods, at time 0."""
-    return np.array(
-        [mesh.phase / law.period for mesh, law in zip(assembly.gearbox.meshes, mesh_laws, strict=True)]
-    )
+    return np.array([mesh.phase / law.period for mesh, law in zip(assembly.gearbox.meshes, mesh_laws, strict=True)])

@@ -38,9 +38,7 @@ def train(gearbox: Gearbox, mesh_laws: Sequence[MeshLaw]) -> Train:
     """
     ratio: dict[int, Fraction] = {gearbox.shaft_index(gearbox.input_shaft): Fraction(1)}
     sense = {gearbox.shaft_index(gearbox.input_shaft): gearbox.input_rotation}
-    ends = [
-        (gearbox.shaft_index(mesh.pinion_shaft), gearbox.shaft_index(mesh.wheel_shaft)) for mesh in gearbox.meshes
-    ]
+    ends = [(gearbox.shaft_index(mesh.pinion_shaft), gearbox.shaft_index(mesh.wheel_shaft)) for mesh in gearbox.meshes]
     for _ in ends:
         for (pinion, wheel), law in zip(ends, mesh_laws, strict=True):
             step = Fraction(law.teeth[0], law.teeth[1])
@@ -58,9 +56,7 @@ def train(gearbox: Gearbox, mesh_laws: Sequence[MeshLaw]) -> Train:
             "whole: tabulate a whole number of mesh periods",
         )
         periods.append(Fraction(whole, law.teeth[1]) / ratio[wheel])
-    common = Fraction(
-        lcm(*(period.numerator for period in periods)), gcd(*(period.denominator for period in periods))
-    )
+    common = Fraction(lcm(*(period.numerator for period in periods)), gcd(*(period.denominator for period in periods)))
     count = range(len(gearbox.shafts))
     return Train(tuple(ratio[i] for i in count), tuple(sense[i] for i in count), tuple(periods), common)
 

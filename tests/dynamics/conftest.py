@@ -40,10 +40,17 @@ def _law(
     n = angles * teeth_in_period
     angle = np.arange(n) * period / n
     mesh, body = z_wheel * angle, 2 * pi * angle / period
-    k = STIFFNESS[stage] * (1 + mesh_ripple * (np.cos(mesh) + 0.4 * np.cos(2 * mesh + 0.7)) + body_ripple * np.cos(body))
+    k = STIFFNESS[stage] * (
+        1 + mesh_ripple * (np.cos(mesh) + 0.4 * np.cos(2 * mesh + 0.7)) + body_ripple * np.cos(body)
+    )
     e = error * (np.sin(mesh) + 0.3 * np.cos(3 * mesh)) + 4e-6 * body_ripple * np.sin(body)
+    # both ends of the gap are resolved over all that e(θ) moves them
     deflection = np.concatenate(
-        [np.linspace(-backlash - 60e-6, -backlash - 4e-6, 8), np.linspace(-4e-6, top, cells)]
+        [
+            np.linspace(-backlash - 60e-6, -backlash + 3e-6, 18),
+            np.linspace(-3e-6, 3e-6, 7),
+            np.linspace(4e-6, top, cells),
+        ]
     )
     gap = deflection[None, :] - e[:, None]
     force = k[:, None] * (np.maximum(gap, 0.0) + np.minimum(gap + backlash, 0.0))
@@ -66,7 +73,9 @@ def _laws(slotted: bool = False, plain_wheel: bool = False, **changes: float) ->
     """Stage 1 solid or with five slots (10 teeth per sector); stage 2 on the differential (41 teeth) or plain."""
     first = _law(0, teeth_in_period=10 if slotted else 1, body_ripple=0.08 if slotted else 0.0, **changes)
     # the wheels turn opposite ways, and so do the hands: gear 3 shares gear 2's hand, which balances thrusts on shaft B
-    second = _law(1, hand=-1, teeth_in_period=1 if plain_wheel else 41, body_ripple=0.0 if plain_wheel else 0.05, **changes)
+    second = _law(
+        1, hand=-1, teeth_in_period=1 if plain_wheel else 41, body_ripple=0.0 if plain_wheel else 0.05, **changes
+    )
     return first, second
 
 

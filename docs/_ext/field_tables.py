@@ -1,0 +1,161 @@
+"""Tables of dataclass fields, generated so that no name, default or preset value is typed twice.
+
+`fidelity-table`: every knob of `nvhchain.fidelity` with the values of all presets.
+`case-tables`: every field of the case classes, down through the nested ones.  `unit-table`: unit suffixes of keys.
+"""
+
+import dataclasses
+import sys
+import types
+import typing
+
+from docutils import nodes
+from plain_docstrings import ENTRY, SPLIT
+from sphinx.util.docutils import SphinxDirective
+
+from nvhchain import _table, case
+from nvhchain.fidelity import PRESETS
+
+
+def meanings(cls):
+    """Field name → its text in the docstring of `cls`."""
+    found, name = {}, None
+    for line in (cls.__doc__ or "").splitlines():
+        for piece in SPLIT.split(line.strip()):
+            entry = ENTRY.match(piece)
+            if entry:
+                name = entry["name"]
+                found[name] = entry["text"]
+            elif name and piece:
+                found[name] += " " + piece
+            else:
+                name = None
+    return {part.strip(): text for names, text in found.items() for part in names.split(",")}
+
+
+def summary(cls):
+    """First paragraph of the docstring without its field entries; empty for a generated docstring."""
+    text = (cls.__doc__ or "").split("\n\n")[0]
+    if text.startswith(f"{cls.__name__}("):
+        return ""
+    return " ".join(p for line in text.splitlines() for p in SPLIT.split(line.strip())[:1] if not ENTRY.match(p))
+
+
+def shown(value):
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def inline(text):
+    """Text nodes, with what stands between backticks as code."""
+    return [nodes.literal(text=t) if i % 2 else nodes.Text(t) for i, t in enumerate(text.split("`")) if t]
+
+
+def table(header, rows):
+    node = nodes.table(classes=["colwidths-auto"])
+    group = nodes.tgroup(cols=len(header))
+    node += group
+    group += [nodes.colspec(colwidth=1) for _ in header]
+    for part, lines in ((nodes.thead(), [header]), (nodes.tbody(), rows)):
+        group += part
+        for line in lines:
+            row = nodes.row()
+            part += row
+            for number, cell in enumerate(line):
+                code = number == 0 and isinstance(part, nodes.tbody)
+                row += nodes.entry("", nodes.paragraph("", "", *inline(f"`{cell}`" if code else cell)))
+    return node
+
+
+def section(title, anchor, *content):
+    node = nodes.section(ids=[anchor], names=[anchor])
+    node += nodes.title(text=title)
+    node += [item for item in content if item is not None]
+    return node
+
+
+class FidelityTable(SphinxDirective):
+    """One section per stage, one row per knob, one column per preset."""
+
+    def run(self):
+        self.env.note_dependency(sys.modules["nvhchain.fidelity"].__file__)
+        presets = list(PRESETS.values())
+        result = []
+        for stage in dataclasses.fields(presets[0]):
+            knobs = [getattr(preset, stage.name) for preset in presets]
+            if not dataclasses.is_dataclass(knobs[0]):
+                continue
+            text = meanings(type(knobs[0]))
+            rows = [
+                [knob.name, *(shown(getattr(k, knob.name)) for k in knobs), text.get(knob.name, "")]
+                for knob in dataclasses.fields(knobs[0])
+            ]
+            header = ["knob", *(preset.name for preset in presets), "meaning"]
+            result.append(section(stage.name.capitalize(), f"fidelity-{stage.name}", table(header, rows)))
+        return result
+
+
+def classes_in(hint):
+    """Dataclasses a type hint mentions."""
+    if dataclasses.is_dataclass(hint):
+        return [hint]
+    return [cls for part in typing.get_args(hint) for cls in classes_in(part)]
+
+
+def type_name(hint):
+    if hint is type(None):
+        return "none"
+    if isinstance(hint, types.UnionType) or typing.get_origin(hint) is typing.Union:
+        return " or ".join(type_name(part) for part in typing.get_args(hint))
+    if typing.get_origin(hint) is typing.Literal:
+        return " or ".join(f"“{value}”" for value in typing.get_args(hint))
+    if typing.get_origin(hint) is tuple:
+        parts = [part for part in typing.get_args(hint) if part is not Ellipsis]
+        many = Ellipsis in typing.get_args(hint)
+        return f"list of {type_name(parts[0])}" if many else f"({', '.join(map(type_name, parts))})"
+    return {"str": "text", "float": "number", "int": "whole number", "bool": "true or false"}.get(
+        getattr(hint, "__name__", ""), getattr(hint, "__name__", str(hint))
+    )
+
+
+def default(field):
+    if field.default is not dataclasses.MISSING:
+        value = field.default
+        return "its defaults" if dataclasses.is_dataclass(value) else shown(value)
+    return "its defaults" if field.default_factory is not dataclasses.MISSING else "required"
+
+
+class CaseTables(SphinxDirective):
+    """One section per class of a case file, from the outermost inwards."""
+
+    def run(self):
+        self.env.note_dependency(case.__file__)
+        waiting, seen, result = [case.GearboxCase, case.RadiatorCase], set(), []
+        while waiting:
+            cls = waiting.pop(0)
+            if cls in seen:
+                continue
+            seen.add(cls)
+            hints, text = typing.get_type_hints(cls), meanings(cls)
+            fields = [field for field in dataclasses.fields(cls) if field.init and not field.name.startswith("_")]
+            waiting += [inner for field in fields for inner in classes_in(hints[field.name])]
+            rows = [
+                [field.name, type_name(hints[field.name]), default(field), text.get(field.name, "")] for field in fields
+            ]
+            about = nodes.paragraph(text=summary(cls)) if summary(cls) else None
+            body = table(["field", "type", "default", "meaning (SI)"], rows) if rows else None
+            result.append(section(cls.__name__, f"case-{cls.__name__.lower()}", about, body))
+        return result
+
+
+class UnitTable(SphinxDirective):
+    def run(self):
+        self.env.note_dependency(_table.__file__)
+        rows = [[f"_{suffix}", f"{factor:.9g}"] for suffix, factor in _table.UNITS.items()]
+        return [table(["suffix", "factor to SI"], rows)]
+
+
+def setup(app):
+    app.add_directive("fidelity-table", FidelityTable)
+    app.add_directive("case-tables", CaseTables)
+    app.add_directive("unit-table", UnitTable)
+    return {"parallel_read_safe": True}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import gcd
+from typing import NamedTuple
 
 import numpy as np
 
@@ -60,9 +61,10 @@ class GearBody:
         return self.geometry.teeth // gcd(self.geometry.teeth, order) if order else 1
 
 
-@dataclass(frozen=True)
-class MassProperties:
-    """mass: kg.  polar_inertia: kg m² about the shaft.  transverse_inertia: kg m² about a diameter through the centre
+class MassProperties(NamedTuple):
+    """Of a homogeneous body.
+
+    mass: kg.  polar_inertia: kg m² about the shaft.  transverse_inertia: kg m² about a diameter through the centre
     of mass, the mean over all diameters.  centre: m, axial position of the centre of mass from mid-width."""
 
     mass: float

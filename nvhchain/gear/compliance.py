@@ -6,8 +6,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from nvhchain.conventions import Progress
 from nvhchain.errors import InputError, require
+from nvhchain.fidelity import GearFidelity
+from nvhchain.gear.body import GearBody
+from nvhchain.gear.body_flexibility import body_flexibility
+from nvhchain.gear.mesh import gear_mesh
+from nvhchain.gear.tooth_compliance import condensed_tooth
 from nvhchain.handoff import FloatArray
+
+USUAL_REACH = 3
+"""Neighbours to either side that are coupled; a pair of contact ratio ε_γ loads teeth ⌈ε_γ⌉ − 1 pitches apart."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,3 +78,38 @@ class FlankCompliance:
         if offset >= 0:
             return self.blocks[tooth % self.sector, offset]
         return np.moveaxis(self.blocks[loaded % self.sector, -offset], (3, 4, 5), (0, 1, 2))
+
+
+def flank_compliance(
+    body: GearBody, fidelity: GearFidelity, *, reach: int = USUAL_REACH, progress: Progress | None = None
+) -> FlankCompliance:
+    """Compliance of all flanks of one symmetric sector of `body`, bore rigid and held.
+
+    reach: neighbouring teeth to either side that are coupled (fewer than half of all teeth).
+    progress: called with (teeth done, teeth of the sector).
+
+    The tooth passes its flank loads to the body in a few patterns of force only (singular values above
+    fidelity.load_pattern_tolerance of the largest); these are the right-hand sides.
+
+    Raises InputError for a blank that the fidelity cannot resolve, ResourceError when memory is short.
+    """
+    teeth = body.geometry.teeth
+    require(0 <= reach < teeth / 2, f"reach = {reach} must lie between 0 and less than half of the {teeth} teeth")
+    mesh = gear_mesh(body, fidelity)
+    tooth = condensed_tooth(body.geometry, mesh, body.material)
+    patterns, strength, mix = np.linalg.svd(tooth.passed, full_matrices=False)
+    kept = strength > fidelity.load_pattern_tolerance * strength[0]
+    patterns, share = patterns[:, kept], strength[kept, None] * mix[kept]
+    flexibility = body_flexibility(
+        mesh, tooth, body.material, patterns, sector=body.sector, reach=reach, progress=progress
+    )
+    blocks = share.T @ flexibility @ share
+    blocks[:, 0] += tooth.own
+    n_p, n_w = len(tooth.radius), len(tooth.axial)
+    return FlankCompliance(
+        radius=tooth.radius,
+        axial=tooth.axial,
+        tooth_count=teeth,
+        sector=body.sector,
+        blocks=blocks.reshape(body.sector, reach + 1, 2, n_p, n_w, 2, n_p, n_w),
+    )

@@ -5,8 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from nvhchain.handoff import FloatArray, IntArray
+
+BoolArray = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +51,7 @@ class Curve:
 
 
 def quadratic_mesh(radius: FloatArray, angle: FloatArray, quads: IntArray, curves: tuple[Curve, ...]) -> PlaneMesh:
-    """Add edge nodes to 4-node quadrilaterals: on the given curves, else half-way in radius and angle.
+    """Add edge nodes to quadrilaterals: on the given curves, else half-way in radius and in angle (the short way).
 
     radius, angle: (n,) of the corner nodes, all in use.  quads: (m, 4) counter-clockwise.
     """
@@ -56,7 +59,8 @@ def quadratic_mesh(radius: FloatArray, angle: FloatArray, quads: IntArray, curve
     ends = np.sort(quads[:, [0, 1, 1, 2, 2, 3, 3, 0]].reshape(-1, 2), axis=1)
     key, where = np.unique(ends[:, 0] * n + ends[:, 1], return_inverse=True)
     edges = np.column_stack([key // n, key % n])
-    edge_radius, edge_angle = radius[edges].mean(axis=1), angle[edges].mean(axis=1)
+    turn = np.remainder(angle[edges[:, 1]] - angle[edges[:, 0]] + np.pi, 2 * np.pi) - np.pi
+    edge_radius, edge_angle = radius[edges].mean(axis=1), angle[edges[:, 0]] + 0.5 * turn
     for curve in curves:
         a, b = curve.corners[:-1], curve.corners[1:]
         at = np.searchsorted(key, np.minimum(a, b) * n + np.maximum(a, b))

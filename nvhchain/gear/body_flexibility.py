@@ -1,0 +1,108 @@
+"""The blank with all its condensed teeth, bore held: what forces on one tooth do to its neighbours."""
+
+from __future__ import annotations
+
+import numpy as np
+import psutil
+import scipy.sparse as sp
+
+from nvhchain.conventions import Material, Progress
+from nvhchain.errors import ResourceError
+from nvhchain.fem._sparse import factorize
+from nvhchain.gear.mesh import GearMesh
+from nvhchain.gear.tooth_compliance import CondensedTooth, cylindrical_stiffness, unknowns
+from nvhchain.handoff import FloatArray, IntArray
+
+_ASSEMBLY_BYTES = 60
+"""Peak memory per entry while the condensed teeth are summed: triplets, sorting and the finished rows."""
+
+
+def body_flexibility(
+    mesh: GearMesh,
+    tooth: CondensedTooth,
+    material: Material,
+    patterns: FloatArray,
+    *,
+    sector: int,
+    reach: int,
+    progress: Progress | None = None,
+) -> FloatArray:
+    """(sector, reach + 1, r, r) m/N: answer of tooth t to `patterns` of force on tooth t + d.
+
+    patterns: (3 n_i, r) forces on the shared nodes of one tooth; the answer is the displacement conjugate to them.
+
+    Raises ResourceError when the matrix does not fit into memory.
+    """
+    nodes, held = _shared_nodes(mesh, tooth)
+    teeth, count = nodes.shape[0], patterns.shape[1]
+    K = _assembled(mesh, tooth, material, nodes, sector)
+    free = np.setdiff1d(np.arange(K.shape[0]), unknowns(held))
+    place = np.full(K.shape[0], -1)
+    place[free] = np.arange(len(free))
+    own = [place[unknowns(nodes[t])] for t in range(teeth)]
+    answer = np.empty((sector, reach + 1, count, count))
+    with factorize(K[free][:, free]) as factor:
+        del K
+        for t in range(sector):
+            load = np.zeros((len(free), count))
+            load[own[t]] = patterns
+            displacement = factor.solve(load)
+            for d in range(reach + 1):
+                # tooth t + d under loads on t; the reverse, by reciprocity, is its transpose
+                answer[t, d] = (patterns.T @ displacement[own[(t + d) % teeth]]).T
+            if progress is not None:
+                progress(t + 1, sector)
+    answer[:, 0] = 0.5 * (answer[:, 0] + answer[:, 0].transpose(0, 2, 1))
+    return answer
+
+
+def _shared_nodes(mesh: GearMesh, tooth: CondensedTooth) -> tuple[IntArray, IntArray]:
+    """(teeth, n_i) global nodes of each tooth's shared nodes, and the held ones of the bore.
+
+    Global: the blank's nodes, then those between teeth − 1 and 0, 0 and 1, …
+    """
+    blank, teeth, between = mesh.blank_solid, len(mesh.blank.top), len(tooth.left)
+    number = np.arange(teeth)
+    left = len(blank.nodes) + between * number[:, None] + np.arange(between)
+    bottom = np.stack([blank.on(line) for line in mesh.blank.top])
+    return np.hstack([left, np.roll(left, -1, axis=0), bottom]), blank.on(mesh.blank.bore)
+
+
+def _assembled(
+    mesh: GearMesh, tooth: CondensedTooth, material: Material, nodes: IntArray, sector: int
+) -> sp.csr_matrix:
+    """Stiffness of the whole body: the first sector of the blank turned round, and every tooth."""
+    blank, teeth = mesh.blank_solid, len(nodes)
+    part = cylindrical_stiffness(blank, blank.elements[mesh.in_sector], material).tocoo()
+    dense = tooth.stiffness.shape[0]
+    entries = teeth // sector * part.nnz + teeth * dense**2
+    needed, available = _ASSEMBLY_BYTES * entries, psutil.virtual_memory().available
+    if needed > 0.8 * available:
+        raise ResourceError(
+            f"stiffness matrix of the gear body needs about {needed / 1e9:.1f} GB, {available / 1e9:.1f} GB are free: "
+            "lower width_layers or transverse_refinement, or use a machine with more memory"
+        )
+    size = 3 * int(nodes.max() + 1)
+    index = np.int32 if size < 2**31 else np.int64
+    turned = _turned(mesh)
+    row, column = part.row.astype(index), part.col.astype(index)
+    total = sp.csr_matrix((size, size))
+    place = np.arange(len(blank.nodes))
+    for _ in range(teeth // sector):
+        at = unknowns(place).astype(index)
+        total = total + sp.csr_matrix((part.data, (at[row], at[column])), shape=(size, size))
+        place = turned[place]
+    own = np.stack([unknowns(n) for n in nodes]).astype(index)
+    rows = np.repeat(own, dense, axis=1).ravel()
+    columns = np.tile(own, (1, dense)).ravel()
+    values = np.tile(tooth.stiffness.ravel(), teeth)
+    return sp.csr_matrix(total + sp.csr_matrix((values, (rows, columns)), shape=(size, size)))
+
+
+def _turned(mesh: GearMesh) -> IntArray:
+    """The solid node of the blank that takes the place of each when it turns by one sector."""
+    index = mesh.blank_solid.index
+    new = index[:, mesh.blank.turned]
+    turned = np.empty(len(mesh.blank_solid.nodes), dtype=np.int64)
+    turned[index[index >= 0]] = new[index >= 0]
+    return turned

@@ -1,0 +1,132 @@
+"""Solid mesh of a gear: the transverse meshes swept along the axis into layers of 20-node bricks.
+
+The helix turns teeth and root rigidly with z; below the root circle the twist fades, linearly in r, to nothing where
+the solid rim ends, so that web, openings and bore stay straight. Likewise the layers are even under the teeth and
+meet the faces of the web at its rim.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from nvhchain.errors import require
+from nvhchain.fidelity import GearFidelity
+from nvhchain.gear.blank import Web
+from nvhchain.gear.blank_mesh import BlankMesh, blank_mesh, innermost_solid
+from nvhchain.gear.body import GearBody
+from nvhchain.gear.pitch_mesh import PitchMesh, pitch_mesh
+from nvhchain.gear.plane import BoolArray, PlaneMesh
+from nvhchain.handoff import FloatArray, IntArray
+
+
+@dataclass(frozen=True, eq=False)
+class SolidMesh:
+    """20-node bricks on levels: even levels are layer faces, odd ones the middles of layers.
+
+    nodes: (n, 3) m.  angle: (n,) rad, of each node about the axis.  elements: (m, 20) in the order of VTK.
+    index: (levels, plane nodes) node number, −1 where there is none.
+    """
+
+    nodes: FloatArray
+    angle: FloatArray
+    elements: IntArray
+    index: IntArray
+
+    def on(self, plane_nodes: IntArray) -> IntArray:
+        """Solid nodes above and below `plane_nodes`, level by level."""
+        stacked = self.index[:, plane_nodes]
+        return stacked[stacked >= 0]
+
+
+@dataclass(frozen=True, eq=False)
+class GearMesh:
+    """One pitch of teeth (of all alike) and the blank: transverse and solid.
+
+    in_sector: (m,) bricks of the blank under the first sector of teeth.
+    """
+
+    pitch: PitchMesh
+    blank: BlankMesh
+    pitch_solid: SolidMesh
+    blank_solid: SolidMesh
+    in_sector: BoolArray
+
+
+def gear_mesh(body: GearBody, fidelity: GearFidelity) -> GearMesh:
+    """Mesh `body`; raises InputError when the fidelity is too coarse for the blank."""
+    rim = innermost_solid(body)
+    pitch = pitch_mesh(body.geometry, rim, fidelity)
+    blank = blank_mesh(body, pitch.inner_radius, fidelity)
+    web, layers = body.blank.web, fidelity.width_layers
+    even = np.linspace(-0.5, 0.5, layers + 1) * body.geometry.face_width
+    present = np.ones((layers, len(blank.plane.quads)), dtype=bool)
+    stations = even
+    if web is not None:
+        stations, in_web = _web_layers(web, even)
+        present[:, blank.in_web] = in_web[:, None]
+
+    def swept(plane: PlaneMesh, cells: BoolArray) -> SolidMesh:
+        above = np.clip((plane.radius - rim) / (pitch.inner_radius - rim), 0.0, 1.0)
+        z = stations[:, None] + above * (even - stations)[:, None]
+        turn = np.clip((plane.radius - rim) / (body.geometry.root_radius - rim), 0.0, 1.0)
+        return _sweep(plane, z, body.geometry.twist * turn, cells)
+
+    return GearMesh(
+        pitch=pitch,
+        blank=blank,
+        pitch_solid=swept(pitch.plane, np.ones((layers, len(pitch.plane.quads)), dtype=bool)),
+        blank_solid=swept(blank.plane, present),
+        in_sector=np.broadcast_to(blank.in_sector, present.shape)[present],
+    )
+
+
+def _web_layers(web: Web, even: FloatArray) -> tuple[FloatArray, BoolArray]:
+    """Layer faces (m) that meet the web's faces, and which layers the web fills."""
+    layers, width = len(even) - 1, even[-1] - even[0]
+    low, high = web.offset - 0.5 * web.thickness, web.offset + 0.5 * web.thickness
+    below, above = low - even[0] > 1e-6 * width, even[-1] - high > 1e-6 * width
+    require(
+        layers >= 1 + below + above,
+        f"width_layers = {layers} cannot resolve the web: at least {1 + below + above} are needed",
+    )
+    count = max(1, min(round(web.thickness / width * layers), layers - below - above))
+    first = round((low - even[0]) / width * layers)
+    first = min(max(first, int(below)), layers - int(above) - count) if below else 0
+    if not above:
+        count = layers - first
+    knots = [0, first, first + count, layers]
+    faces = [even[0], low, high, even[-1]]
+    stations = np.interp(np.arange(layers + 1), *np.unique([knots, faces], axis=1))
+    filled = np.zeros(layers, dtype=bool)
+    filled[first : first + count] = True
+    return stations, filled
+
+
+def _sweep(plane: PlaneMesh, z: FloatArray, twist: FloatArray, present: BoolArray) -> SolidMesh:
+    """Stack `plane` on the layer faces z (layers + 1, n) m, turned by twist (n,) rad/m · z.
+
+    present: (layers, quads) which bricks exist.
+    """
+    n, layers = len(plane.radius), len(z) - 1
+    levels = np.empty((2 * layers + 1, n))
+    levels[::2], levels[1::2] = z, 0.5 * (z[:-1] + z[1:])
+    quads = plane.quads
+    corners, edges = quads[:, :4], quads[:, 4:]
+    low = 2 * n * np.arange(layers)[:, None, None]
+    bricks = np.concatenate(
+        [low + corners, low + 2 * n + corners, low + edges, low + 2 * n + edges, low + n + corners], axis=2
+    )[present]
+    used, number = np.unique(bricks, return_inverse=True)
+    index = np.full(levels.size, -1)
+    index[used] = np.arange(len(used))
+    height, flat = levels.ravel()[used], used % n
+    angle = plane.angle[flat] + twist[flat] * height
+    radius = plane.radius[flat]
+    return SolidMesh(
+        nodes=np.column_stack([radius * np.cos(angle), radius * np.sin(angle), height]),
+        angle=angle,
+        elements=number.reshape(bricks.shape),
+        index=index.reshape(levels.shape),
+    )

@@ -63,10 +63,19 @@ class DynamicsFidelity:
 
 @dataclass(frozen=True)
 class HousingFidelity:
-    """element_size: m, quadratic tetrahedra.  mode_ratio: modes up to this multiple of the band's upper limit."""
+    """Mesh of the casting, modes and the transfer of its motion to the radiating surface.
+
+    element_size: m, quadratic tetrahedra.  mode_ratio: modes up to this multiple of the band's upper limit.
+    elements_per_turn: around bores and other round edges.  elements_per_bending_wavelength: fewest that are accepted
+    in the wall at the upper band limit.  samples_per_face: points per edge of a radiating face at which the motion of
+    the skin is collected.
+    """
 
     element_size: float
     mode_ratio: float = 1.25
+    elements_per_turn: float = 10.0
+    elements_per_bending_wavelength: float = 4.0
+    samples_per_face: float = 10.0
 
 
 @dataclass(frozen=True)

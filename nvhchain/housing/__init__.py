@@ -1,0 +1,7 @@
+"""Gearbox casting: mesh, reduction to modes and residual flexibility, forced response of its surface."""
+
+from nvhchain.housing.casting import Bore, Casting, GearSpace
+from nvhchain.housing.reduction import reduce_housing
+from nvhchain.housing.response import respond
+
+__all__ = ["Bore", "Casting", "GearSpace", "reduce_housing", "respond"]

@@ -1,0 +1,140 @@
+"""gmsh in a process of its own: solids in, mesh arrays out. Nothing of gmsh is loaded into the calling process.
+
+A recipe is plain data: `steps` [{"op": "fuse" | "cut", "solids": [...]}] applied in order to what is there so far,
+`size` (m), `smallest` (m), `per_turn` (elements per full circle), `dimension` 3 (quadratic tetrahedra with straight
+edges) or 2 (flat triangles of the skin). Solids: {"kind": "loft", "sections": [{"z", "arcs": [[x, y, r, start, end]]}]},
+{"kind": "cylinder", "base", "axis", "radius"}, {"kind": "plate", "polygon": [[x, y, z]], "extrude": [x, y, z]}.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from nvhchain.errors import SolverError
+
+_LIBRARIES = "libgl1 libglu1-mesa libxcursor1 libxft2 libxinerama1 libgomp1"
+_TIME_LIMIT = 900.0
+"""s after which the mesher is given up."""
+
+
+def mesh(recipe: dict[str, Any]) -> dict[str, np.ndarray]:
+    """Mesh a recipe.
+
+    Returns `nodes` (n, 3) m and `elements` (m, 10), in VTK order, or (m, 3) for dimension 2, where the triangles of
+    different CAD faces need not be turned the same way.  Deterministic: one thread, fixed options.
+    Raises SolverError with what gmsh says when it cannot mesh.
+    """
+    with tempfile.TemporaryDirectory(prefix="nvhchain-mesh-") as folder:
+        job, result = Path(folder) / "recipe.json", Path(folder) / "mesh.npz"
+        job.write_text(json.dumps(recipe))
+        command = [sys.executable, "-m", "nvhchain.housing._gmsh", str(job), str(result)]
+        try:
+            done = subprocess.run(command, capture_output=True, text=True, timeout=_TIME_LIMIT, check=False)
+        except subprocess.TimeoutExpired:
+            raise SolverError(
+                f"the mesher did not finish within {_TIME_LIMIT:g} s: use a larger element size"
+            ) from None
+        if done.returncode != 0 or not result.exists():
+            said = (done.stderr.strip() or done.stdout.strip() or "nothing").splitlines()[-1]
+            if "cannot open shared object file" in done.stderr:
+                said += f"; install the system libraries gmsh needs: {_LIBRARIES}"
+            raise SolverError(f"gmsh could not mesh the housing (exit code {done.returncode}): {said}")
+        with np.load(result) as file:
+            return {name: file[name] for name in file.files}
+
+
+def _serve(job: str, result: str) -> None:
+    """Run inside the child process."""
+    import gmsh
+
+    recipe = json.loads(Path(job).read_text())
+    gmsh.initialize(interruptible=False)
+    option = gmsh.option.setNumber
+    for name, value in {
+        "General.Terminal": 0,
+        "General.NumThreads": 1,
+        "Mesh.RandomSeed": 1,
+        "Mesh.MeshSizeMax": recipe["size"],
+        "Mesh.MeshSizeMin": recipe["smallest"],
+        "Mesh.MeshSizeFromCurvature": recipe["per_turn"],
+        "Mesh.MeshSizeExtendFromBoundary": 1,
+        "Mesh.Algorithm": 6,
+        "Mesh.Algorithm3D": 1,
+        "Mesh.Optimize": 1,
+        "Mesh.SecondOrderLinear": 1,
+    }.items():
+        option(name, value)
+    occ = gmsh.model.occ
+    body: list[tuple[int, int]] = []
+    for step in recipe["steps"]:
+        solids = [(3, _solid(occ, solid)) for solid in step["solids"]]
+        if step["op"] == "cut":
+            body, _ = occ.cut(body, solids)
+        elif body or len(solids) > 1:
+            body, _ = occ.fuse(body or solids[:1], solids if body else solids[1:])
+        else:
+            body = solids
+    if len(body) != 1:
+        raise RuntimeError(f"the casting falls apart into {len(body)} pieces: check wall, bosses and ribs")
+    occ.synchronize()
+    dimension = recipe["dimension"]
+    gmsh.model.mesh.generate(dimension)
+    if dimension == 3:
+        gmsh.model.mesh.setOrder(2)
+    _write(gmsh, dimension, result)
+    gmsh.finalize()
+
+
+def _solid(occ: Any, solid: dict[str, Any]) -> int:
+    """Build one solid and return its tag."""
+    kind = solid["kind"]
+    if kind == "cylinder":
+        return int(occ.addCylinder(*solid["base"], *solid["axis"], solid["radius"]))
+    if kind == "loft":
+        wires = [_outline(occ, section["z"], section["arcs"]) for section in solid["sections"]]
+        parts = occ.addThruSections(wires, makeSolid=True, makeRuled=True)
+        return int(next(tag for dim, tag in parts if dim == 3))
+    corners = [occ.addPoint(*corner) for corner in solid["polygon"]]
+    lines = [occ.addLine(a, b) for a, b in zip(corners, corners[1:] + corners[:1], strict=True)]
+    face = occ.addPlaneSurface([occ.addCurveLoop(lines)])
+    parts = occ.extrude([(2, face)], *solid["extrude"])
+    return int(next(tag for dim, tag in parts if dim == 3))
+
+
+def _outline(occ: Any, z: float, arcs: list[list[float]]) -> int:
+    """Closed wire of arcs and the lines between them."""
+    edges = []
+    for (x, y, r, start, end), following in zip(arcs, arcs[1:] + arcs[:1], strict=True):
+        edges.append(occ.addCircle(x, y, z, r, angle1=start, angle2=end))
+        if len(arcs) > 1:
+            fx, fy, fr, first, _ = following
+            a = occ.addPoint(x + r * np.cos(end), y + r * np.sin(end), z)
+            b = occ.addPoint(fx + fr * np.cos(first), fy + fr * np.sin(first), z)
+            edges.append(occ.addLine(a, b))
+    return int(occ.addWire(edges, checkClosed=True))
+
+
+def _write(gmsh: Any, dimension: int, result: str) -> None:
+    """Store nodes and elements with consecutive node numbers."""
+    tags, coordinates, _ = gmsh.model.mesh.getNodes()
+    _, number = gmsh.model.mesh.getElementsByType(11 if dimension == 3 else 2)
+    elements = number.reshape(-1, 10 if dimension == 3 else 3)
+    if len(elements) == 0:
+        raise RuntimeError("the skin of the casting is not closed: avoid edges that nearly coincide")
+    if dimension == 3:
+        elements = elements[:, [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]]  # gmsh numbers the last two edges the other way round
+    used = np.unique(elements)
+    order = np.argsort(tags)
+    rows = order[np.searchsorted(tags, used, sorter=order)]
+    np.savez(result, nodes=coordinates.reshape(-1, 3)[rows], elements=np.searchsorted(used, elements))
+
+
+if __name__ == "__main__":
+    _serve(*sys.argv[1:3])

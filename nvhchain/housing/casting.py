@@ -1,0 +1,193 @@
+"""Case data of the gearbox casting: a thin-walled bell and gear case around parallel shafts, bolted to a rigid engine.
+
+The engine plane is z = 0; the open bell stands on it with a flange and lugs, an engine-side wall closes the gear case
+at `bell_depth`, a rear wall at `depth`. Each end wall carries one bearing seat per shaft; the rear seats are blind.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from math import hypot, isfinite
+
+from nvhchain.conventions import ALUMINIUM, Material
+from nvhchain.errors import require
+
+LARGEST = 5.0
+"""m, above which a gearbox housing is taken for a mistake in the unit."""
+
+
+def _length(owner: object, name: str, value: float, low: float, high: float) -> None:
+    kind = type(owner).__name__
+    require(
+        isinstance(value, int | float) and isfinite(value) and low <= value <= high,
+        f"{kind} {name} = {value} m is outside {low:g}…{high:g} m: lengths are metres, or use {name}_mm for millimetres",
+    )
+
+
+@dataclass(frozen=True)
+class Bore:
+    """Bearing seat.  name: unique.  centre: (x, y, z) m, middle of the seat.  radius, length: m."""
+
+    name: str
+    centre: tuple[float, float, float]
+    radius: float
+    length: float = 0.022
+
+    def __post_init__(self) -> None:
+        require(isinstance(self.name, str) and bool(self.name), f"Bore name = {self.name!r} must be a non-empty string")
+        object.__setattr__(self, "centre", tuple(float(c) for c in self.centre))
+        require(len(self.centre) == 3, f"Bore {self.name} centre = {self.centre}: three coordinates are needed")
+        for coordinate in self.centre:
+            _length(self, "centre", coordinate, -LARGEST, LARGEST)
+        _length(self, "radius", self.radius, 1e-3, LARGEST / 4)
+        _length(self, "length", self.length, 1e-3, LARGEST / 4)
+
+
+@dataclass(frozen=True)
+class GearSpace:
+    """Room for the gears of one shaft.  centre: (x, y) m.  radius: m, tip radius of the largest gear plus clearance."""
+
+    centre: tuple[float, float]
+    radius: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "centre", tuple(float(c) for c in self.centre))
+        require(len(self.centre) == 2, f"GearSpace centre = {self.centre}: two coordinates are needed")
+        for coordinate in self.centre:
+            _length(self, "centre", coordinate, -LARGEST, LARGEST)
+        _length(self, "radius", self.radius, 5e-3, LARGEST / 2)
+
+
+_A, _B, _C = (0.0, 0.0), (0.0831021, -0.0479790), (0.2309714, -0.0111114)
+"""Shaft axes of the reference gearbox: centre distances 95.958 mm at −30° and 152.395 mm at +14°."""
+
+
+@dataclass(frozen=True)
+class Casting:
+    """Parametric gearbox casting; all lengths in m.
+
+    bores: bearing seats, in the order of the bearings.  gear_spaces: the cavity is the convex hull of these circles.
+    wall, end_wall: thickness of the side wall and of the two end walls.  depth: z of the rear wall's outside.
+    bell_depth: z of the engine-side wall's engine face.  draft: growth of the outline from the rear to the flange.
+    chamfer: of the rear edge.  boss_thickness: of the metal around a seat.  cover_thickness: of the closed end behind
+    a rear seat.  flange_width, flange_thickness, bolts, bolt_radius, lug_radius: the bolted joint with the engine.
+    rib_height, rib_thickness: of the ribs on end walls and sides.  spokes: ribs around each boss.
+    side_ribs: ribs along the sides.  material.  modal_damping: fraction of critical, of every mode.
+    """
+
+    bores: tuple[Bore, ...] = (
+        Bore("A1", (*_A, 0.039), 0.031),
+        Bore("A2", (*_A, 0.221), 0.031),
+        Bore("B1", (*_B, 0.039), 0.036),
+        Bore("B2", (*_B, 0.221), 0.036),
+        Bore("C1", (*_C, 0.039), 0.055),
+        Bore("C2", (*_C, 0.221), 0.055),
+    )
+    gear_spaces: tuple[GearSpace, ...] = (GearSpace(_A, 0.050), GearSpace(_B, 0.080), GearSpace(_C, 0.123))
+    wall: float = 0.0055
+    end_wall: float = 0.006
+    depth: float = 0.222
+    bell_depth: float = 0.036
+    draft: float = 0.008
+    chamfer: float = 0.012
+    boss_thickness: float = 0.009
+    cover_thickness: float = 0.006
+    flange_width: float = 0.012
+    flange_thickness: float = 0.014
+    bolts: int = 12
+    bolt_radius: float = 0.005
+    lug_radius: float = 0.013
+    rib_height: float = 0.012
+    rib_thickness: float = 0.006
+    spokes: int = 6
+    side_ribs: int = 12
+    material: Material = ALUMINIUM
+    modal_damping: float = 0.01
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "bores", tuple(self.bores))
+        object.__setattr__(self, "gear_spaces", tuple(self.gear_spaces))
+        for field in fields(self):
+            if field.type == "float" and field.name != "modal_damping":
+                smallest = 0.0 if field.name in ("draft", "chamfer", "rib_height") else 1e-3
+                _length(self, field.name, getattr(self, field.name), smallest, LARGEST)
+        require(0 < self.modal_damping < 0.5, f"Casting modal_damping = {self.modal_damping} must lie in 0 … 0.5")
+        for name, least in (("bolts", 3), ("spokes", 0), ("side_ribs", 0)):
+            value = getattr(self, name)
+            require(
+                isinstance(value, int) and least <= value <= 200,
+                f"Casting {name} = {value} must be a whole number in {least} … 200",
+            )
+        self._check_extent()
+        self._check_walls()
+        self._check_bores()
+
+    def on_engine_side(self, bore: Bore) -> bool:
+        """Whether `bore` sits in the engine-side wall (else in the rear wall)."""
+        return abs(bore.centre[2] - self.bell_depth) < abs(bore.centre[2] - self.depth)
+
+    def _check_extent(self) -> None:
+        require(len(self.gear_spaces) > 0, "Casting gear_spaces is empty: at least one circle is needed")
+        for axis, letter in enumerate("xy"):
+            low = min(s.centre[axis] - s.radius for s in self.gear_spaces)
+            high = max(s.centre[axis] + s.radius for s in self.gear_spaces)
+            require(
+                high - low <= LARGEST,
+                f"Casting is {high - low:g} m long in {letter}, more than {LARGEST:g} m: lengths are metres; "
+                "give millimetres in fields that end in _mm",
+            )
+
+    def _check_walls(self) -> None:
+        room = self.depth - self.bell_depth - 2 * self.end_wall - self.chamfer
+        require(
+            room > 0,
+            f"Casting depth = {self.depth:g} m leaves no gear case behind bell_depth = {self.bell_depth:g} m: increase it",
+        )
+        thickest = min(s.radius for s in self.gear_spaces) / 2
+        for name in ("wall", "end_wall", "chamfer"):
+            require(
+                getattr(self, name) < thickest,
+                f"Casting {name} = {getattr(self, name):g} m must be below half the smallest gear space, {thickest:g} m",
+            )
+        require(
+            self.lug_radius >= self.bolt_radius + 0.002,
+            f"Casting lug_radius = {self.lug_radius:g} m must exceed bolt_radius = {self.bolt_radius:g} m by 2 mm",
+        )
+        require(
+            self.flange_thickness < self.bell_depth,
+            f"Casting flange_thickness = {self.flange_thickness:g} m must be below bell_depth = {self.bell_depth:g} m",
+        )
+
+    def _check_bores(self) -> None:
+        require(len(self.bores) > 0, "Casting bores is empty: at least one bearing seat is needed")
+        names = [bore.name for bore in self.bores]
+        require(len(set(names)) == len(names), f"Casting bores repeat a name: {names}")
+        for bore in self.bores:
+            engine = self.on_engine_side(bore)
+            wall = self.bell_depth + self.end_wall / 2 if engine else self.depth - self.end_wall / 2
+            require(
+                abs(bore.centre[2] - wall) < (bore.length - self.end_wall) / 2,
+                f"Casting bore {bore.name} at z = {bore.centre[2]:g} m, length {bore.length:g} m, does not span its end "
+                f"wall at z = {wall:g} m: move it or make it longer than end_wall",
+            )
+            room = max(
+                s.radius - hypot(bore.centre[0] - s.centre[0], bore.centre[1] - s.centre[1]) for s in self.gear_spaces
+            )
+            require(
+                room >= bore.radius,
+                f"Casting bore {bore.name} of radius {bore.radius:g} m does not fit inside a gear space "
+                f"(room for {room:g} m): enlarge the gear space",
+            )
+            for other in self.bores:
+                if other is bore or self.on_engine_side(other) != engine:
+                    continue
+                gap = (
+                    hypot(bore.centre[0] - other.centre[0], bore.centre[1] - other.centre[1])
+                    - bore.radius
+                    - other.radius
+                )
+                require(
+                    gap >= 0.002,
+                    f"Casting bores {bore.name} and {other.name} are {gap:g} m apart, less than 0.002 m: "
+                    "make them smaller or move a shaft",
+                )

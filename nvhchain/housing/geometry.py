@@ -1,0 +1,219 @@
+"""Solids that make up the casting, as recipes for the mesher, and the filled outer envelope that radiates."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from nvhchain.handoff import FloatArray
+from nvhchain.housing.casting import Bore, Casting
+from nvhchain.housing.outline import Arc, hull, inside, stations
+
+Solid = dict[str, Any]
+
+_CORNER = np.sqrt(2) - 1
+"""Shift of a 45° chamfer's ends when the wall is offset by its thickness."""
+
+
+def casting_recipe(casting: Casting, size: float, per_turn: float) -> dict[str, Any]:
+    """Recipe of the casting itself for quadratic tetrahedra of edge length `size` (m)."""
+    rear = [bore for bore in casting.bores if not casting.on_engine_side(bore)]
+    engine = [bore for bore in casting.bores if casting.on_engine_side(bore)]
+    outside = [_shell(casting), _flange(casting), *_lugs(casting)]
+    outside += [_boss(casting, bore) for bore in rear]
+    outside += _end_ribs(casting, rear) + _side_ribs(casting)
+    inside_parts = [_boss(casting, bore) for bore in casting.bores] + _end_ribs(casting, engine)
+    holes = [_cylinder(bore.centre[:2], *seat_range(bore), bore.radius) for bore in casting.bores]
+    top = lug_height(casting)
+    holes += [_cylinder(point, -0.01, top + 0.01, casting.bolt_radius) for point in bolt_circle(casting)]
+    return {
+        "dimension": 3,
+        "size": size,
+        "smallest": size / 4,
+        "per_turn": per_turn,
+        "steps": [
+            {"op": "fuse", "solids": outside},
+            {"op": "cut", "solids": [_cavity(casting), _recess(casting)]},
+            {"op": "fuse", "solids": inside_parts},
+            {"op": "cut", "solids": holes},
+        ],
+    }
+
+
+def envelope_recipe(casting: Casting, size: float) -> dict[str, Any]:
+    """Recipe of the filled outer body for triangles of edge length `size` (m): no cavity, holes, lugs or ribs."""
+    rear = [_boss(casting, bore) for bore in casting.bores if not casting.on_engine_side(bore)]
+    return {
+        "dimension": 2,
+        "size": size,
+        "smallest": size / 2,
+        "per_turn": 0,
+        "steps": [{"op": "fuse", "solids": [_shell(casting), _flange(casting), *rear]}],
+    }
+
+
+def outline_at(casting: Casting, offset: float) -> tuple[Arc, ...]:
+    """Outline of the gear spaces grown by `offset` (m)."""
+    return hull([(*space.centre, space.radius) for space in casting.gear_spaces], offset)
+
+
+def seat_range(bore: Bore) -> tuple[float, float]:
+    """Lower and upper z (m) of a bearing seat."""
+    return bore.centre[2] - bore.length / 2, bore.centre[2] + bore.length / 2
+
+
+def lug_height(casting: Casting) -> float:
+    """Thickness (m) of the metal under a bolt head."""
+    return casting.flange_thickness * 1.25
+
+
+def bolt_circle(casting: Casting) -> FloatArray:
+    """Bolt axes (bolts, 2) m, evenly spaced along the flange."""
+    return stations(outline_at(casting, _foot(casting) + casting.flange_width), casting.bolts)[0]
+
+
+def _foot(casting: Casting) -> float:
+    """Offset (m) of the side wall's outside at the flange."""
+    return casting.wall + casting.draft
+
+
+def _growth(casting: Casting, z: float) -> float:
+    """Growth of the outline at height z by the draft, m."""
+    return casting.draft * (1 - z / casting.depth)
+
+
+def _loft(casting: Casting, sections: Sequence[tuple[float, float]]) -> Solid:
+    """Body through outlines at (z, offset)."""
+    return {
+        "kind": "loft",
+        "sections": [
+            {"z": z, "arcs": [[a.x, a.y, a.radius, a.start, a.end] for a in outline_at(casting, offset)]}
+            for z, offset in sections
+        ],
+    }
+
+
+def _shell(casting: Casting) -> Solid:
+    edge = casting.depth - casting.chamfer
+    sections = [(0.0, _foot(casting)), (edge, casting.wall + _growth(casting, edge))]
+    if casting.chamfer > 0:
+        sections.append((casting.depth, casting.wall - casting.chamfer))
+    return _loft(casting, sections)
+
+
+def _cavity(casting: Casting) -> Solid:
+    bottom, top = casting.bell_depth + casting.end_wall, casting.depth - casting.end_wall
+    edge = casting.depth - casting.chamfer - _CORNER * casting.end_wall
+    sections = [(bottom, _growth(casting, bottom)), (min(edge, top), _growth(casting, edge))]
+    if edge < top:
+        sections.append((top, -casting.chamfer - _CORNER * casting.end_wall + casting.end_wall))
+    return _loft(casting, sections)
+
+
+def _recess(casting: Casting) -> Solid:
+    below = -0.01  # cut past the engine plane
+    return _loft(casting, [(z, _growth(casting, z)) for z in (below, casting.bell_depth)])
+
+
+def _flange(casting: Casting) -> Solid:
+    offset = _foot(casting) + casting.flange_width
+    return _loft(casting, [(0.0, offset), (casting.flange_thickness, offset)])
+
+
+def _lugs(casting: Casting) -> list[Solid]:
+    return [_cylinder(point, 0.0, lug_height(casting), casting.lug_radius) for point in bolt_circle(casting)]
+
+
+def _cylinder(centre: Sequence[float] | FloatArray, low: float, high: float, radius: float) -> Solid:
+    return {
+        "kind": "cylinder",
+        "base": [float(centre[0]), float(centre[1]), low],
+        "axis": [0.0, 0.0, high - low],
+        "radius": radius,
+    }
+
+
+def _boss(casting: Casting, bore: Bore) -> Solid:
+    low, high = seat_range(bore)
+    if casting.on_engine_side(bore):
+        low, high = min(low, casting.bell_depth), max(high, casting.bell_depth + casting.end_wall)
+    else:
+        low = min(low, casting.depth - casting.end_wall)
+        high = max(high + casting.cover_thickness, casting.depth)
+    return _cylinder(bore.centre, low, high, bore.radius + casting.boss_thickness)
+
+
+def _end_ribs(casting: Casting, bores: Sequence[Bore]) -> list[Solid]:
+    """Ribs on the outside of an end wall: from boss to boss, and spokes from each boss to the side wall."""
+    if casting.rib_height == 0 or not bores:
+        return []
+    engine = casting.on_engine_side(bores[0])
+    if engine:
+        low, high = casting.bell_depth - casting.rib_height, casting.bell_depth + casting.end_wall / 2
+        border = outline_at(casting, 0.5 * casting.wall)
+    else:
+        low, high = casting.depth - casting.end_wall / 2, casting.depth + casting.rib_height
+        border = outline_at(casting, casting.wall - casting.chamfer - casting.rib_thickness / 2)
+    ribs = [
+        _web(np.array(a.centre[:2]), np.array(b.centre[:2]), low, high, casting.rib_thickness)
+        for a, b in zip(bores, bores[1:], strict=False)
+    ]
+    axes = np.array([bore.centre[:2] for bore in bores])
+    for bore in bores:
+        reach = bore.radius + casting.boss_thickness
+        for angle in 2 * np.pi * (np.arange(casting.spokes) + 0.25) / max(casting.spokes, 1):
+            along = np.array([np.cos(angle), np.sin(angle)])
+            distance = np.arange(reach, 2.0, 1e-3)
+            path = np.array(bore.centre[:2]) + distance[:, None] * along
+            length = distance[np.argmax(inside(border, path) < 0)]
+            end = np.array(bore.centre[:2]) + length * along
+            nearest = np.linalg.norm(path[distance < length][:, None] - axes, axis=2).argmin(axis=1)
+            # a spoke that leaves the region around its own boss would cross a neighbour's ribs at a sharp angle
+            own = (nearest == [b.name for b in bores].index(bore.name)).all()
+            if own and length > reach + 2 * casting.rib_thickness:
+                ribs.append(_web(np.array(bore.centre[:2]), end, low, high, casting.rib_thickness))
+    return ribs
+
+
+def _web(start: FloatArray, end: FloatArray, low: float, high: float, thickness: float) -> Solid:
+    """Upright rib between two points of the transverse plane."""
+    along = (end - start) / np.linalg.norm(end - start)
+    across = thickness / 2 * np.array([-along[1], along[0]])
+    corners = [start + across, start - across, end - across, end + across]
+    return {
+        "kind": "plate",
+        "polygon": [[float(x), float(y), low] for x, y in corners],
+        "extrude": [0.0, 0.0, high - low],
+    }
+
+
+def _side_ribs(casting: Casting) -> list[Solid]:
+    """Tapered ribs along the side wall from the flange towards the rear, midway between bolts."""
+    if casting.rib_height == 0 or casting.side_ribs == 0:
+        return []
+    low, high = casting.flange_thickness / 2, casting.depth - casting.chamfer
+    root = casting.wall / 2
+    # the rib's foot stays inside the flange: edges that nearly coincide leave the solid modeller with an open skin
+    foot = min(casting.rib_height, 0.8 * casting.flange_width)
+    ribs = []
+    points, normals = stations(outline_at(casting, 0.0), casting.side_ribs, start=0.5)
+    for point, normal in zip(points, normals, strict=True):
+        across = casting.rib_thickness * np.array([-normal[1], normal[0]])
+        base = point - across / 2
+        profile = (
+            (low, _growth(casting, low) + root),
+            (low, _foot(casting) + foot),
+            (high, _growth(casting, high) + casting.wall + 0.4 * foot),
+            (high, _growth(casting, high) + root),
+        )
+        corners = [(*(base + offset * normal), z) for z, offset in profile]
+        ribs.append(
+            {
+                "kind": "plate",
+                "polygon": [[float(c) for c in corner] for corner in corners],
+                "extrude": [float(across[0]), float(across[1]), 0.0],
+            }
+        )
+    return ribs

@@ -1,0 +1,146 @@
+"""Finite element mesh of the casting: its skin, the node sets of seats and bolts, and the radiating envelope."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
+
+from nvhchain.errors import InputError, SolverError, require
+from nvhchain.fidelity import HousingFidelity
+from nvhchain.handoff import FloatArray, IntArray, Surface
+from nvhchain.housing import _gmsh
+from nvhchain.housing.casting import Casting
+from nvhchain.housing.geometry import bolt_circle, casting_recipe, envelope_recipe, lug_height, seat_range
+
+TET10_FACES = np.array([[0, 2, 1, 6, 5, 4], [0, 1, 3, 4, 8, 7], [1, 2, 3, 5, 9, 8], [0, 3, 2, 7, 9, 6]])
+"""Six-node faces of the tetrahedron, corners counter-clockwise seen from outside, then the mid-edge nodes."""
+
+_TOUCH = 1e-6
+"""m, within which a corner node lies on the surface it was meshed on."""
+
+
+@dataclass(frozen=True, eq=False)
+class HousingMesh:
+    """Quadratic tetrahedra with the parts the reduction needs.
+
+    nodes: (n, 3) m.  elements: (m, 10).  seats: node numbers per bore.  bolts: node numbers per bolt.
+    skin: (k, 6) outward faces of the outside, the part that touches the air.
+    """
+
+    nodes: FloatArray
+    elements: IntArray
+    seats: tuple[IntArray, ...]
+    bolts: tuple[IntArray, ...]
+    skin: IntArray
+
+
+def mesh_casting(casting: Casting, fidelity: HousingFidelity) -> HousingMesh:
+    """Mesh the casting and find seats, bolts and outside.  Raises InputError where a seat got no elements."""
+    raw = _gmsh.mesh(casting_recipe(casting, fidelity.element_size, fidelity.elements_per_turn))
+    nodes, elements = raw["nodes"], raw["elements"]
+    boundary = boundary_faces(elements)
+    seats = tuple(
+        _on_cylinder(nodes, boundary, bore.centre[:2], seat_range(bore), bore.radius, f"seat {bore.name}")
+        for bore in casting.bores
+    )
+    span = (0.0, lug_height(casting))
+    bolts = tuple(
+        _on_cylinder(nodes, boundary, axis, span, casting.bolt_radius, f"bolt {number + 1}")
+        for number, axis in enumerate(bolt_circle(casting))
+    )
+    held = np.zeros(len(nodes), dtype=bool)
+    held[np.concatenate(bolts)] = True
+    on_engine = (nodes[boundary[:, :3], 2] < _TOUCH).all(axis=1)
+    exposed = boundary[~on_engine & ~held[boundary].all(axis=1)]
+    return HousingMesh(nodes, elements, seats, bolts, _outermost(nodes, exposed))
+
+
+def boundary_faces(elements: IntArray) -> IntArray:
+    """Outward six-node faces (k, 6) that belong to one element only."""
+    faces = elements[:, TET10_FACES].reshape(-1, 6)
+    corners = np.sort(faces[:, :3], axis=1)
+    _, first, count = np.unique(corners, axis=0, return_index=True, return_counts=True)
+    return faces[np.sort(first[count == 1])]
+
+
+def radiating_surface(casting: Casting, element_size: float) -> Surface:
+    """Closed triangulation (edge length about `element_size`, m) of the filled outer body, the engine plane closed."""
+    raw = _gmsh.mesh(envelope_recipe(casting, element_size))
+    triangles = _turned_alike(raw["elements"])
+    surface_sign = np.einsum(
+        "ij,ij->", raw["nodes"][triangles[:, 0]], np.cross(*raw["nodes"][triangles[:, 1:]].transpose(1, 0, 2))
+    )
+    return Surface(raw["nodes"], triangles if surface_sign > 0 else triangles[:, ::-1])
+
+
+def on_engine_plane(surface: Surface) -> IntArray:
+    """Which faces (n_face,) bool of the radiating surface close the engine side: rigid, they do not radiate."""
+    return (np.abs(surface.vertices[surface.triangles, 2]) < _TOUCH).all(axis=1)
+
+
+def _on_cylinder(
+    nodes: FloatArray,
+    boundary: IntArray,
+    axis: tuple[float, ...] | FloatArray,
+    span: tuple[float, float],
+    radius: float,
+    name: str,
+) -> IntArray:
+    """Nodes of the boundary faces whose corners lie on a cylinder along z."""
+    corners = nodes[boundary[:, :3]]
+    distance = np.hypot(corners[..., 0] - axis[0], corners[..., 1] - axis[1])
+    z = corners[..., 2]
+    on = (np.abs(distance - radius) < _TOUCH) & (z > span[0] - _TOUCH) & (z < span[1] + _TOUCH)
+    flat = np.ptp(z, axis=1) < _TOUCH  # a triangle between rim nodes lies on the end face, not on the wall
+    members = np.unique(boundary[on.all(axis=1) & ~flat])
+    if members.size < 6:
+        raise InputError(f"{name} got {members.size} mesh nodes, at least 6 are needed: use a smaller element size")
+    return members
+
+
+def _components(faces: IntArray) -> IntArray:
+    """Label (k,) of the edge-connected patch each triangle belongs to."""
+    edges = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    _, edge = np.unique(edges, axis=0, return_inverse=True)
+    owner = np.repeat(np.arange(len(faces)), 3)
+    link = sp.coo_matrix((np.ones(len(edge)), (owner, edge)))
+    return np.asarray(connected_components(link @ link.T, directed=False)[1], dtype=np.int64)
+
+
+def _outermost(nodes: FloatArray, faces: IntArray) -> IntArray:
+    """The connected patch that reaches furthest from the engine: gear case and bell inside belong to others."""
+    label = _components(faces[:, :3])
+    furthest = int(nodes[faces[:, :3], 2].max(axis=1).argmax())
+    return faces[label == label[furthest]]
+
+
+def _turned_alike(triangles: IntArray) -> IntArray:
+    """Triangles of a closed surface with consistent orientation, walking from neighbour to neighbour."""
+    edges = np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    _, edge, count = np.unique(edges, axis=0, return_inverse=True, return_counts=True)
+    if not (count == 2).all():
+        raise SolverError(f"the envelope is not closed: {int((count != 2).sum())} edges do not have two triangles")
+    pair = np.argsort(edge, kind="stable").reshape(-1, 2) // 3
+    neighbours: list[list[int]] = [[] for _ in triangles]
+    for a, b in pair.tolist():
+        neighbours[a].append(b)
+        neighbours[b].append(a)
+    turned = triangles.copy()
+    seen = np.zeros(len(triangles), dtype=bool)
+    seen[0], waiting = True, [0]
+    while waiting:
+        current = waiting.pop()
+        directed = {(int(turned[current, i]), int(turned[current, (i + 1) % 3])) for i in range(3)}
+        for other in neighbours[current]:
+            if seen[other]:
+                continue
+            same = any((int(turned[other, i]), int(turned[other, (i + 1) % 3])) in directed for i in range(3))
+            if same:
+                turned[other] = turned[other, ::-1]
+            seen[other] = True
+            waiting.append(other)
+    require(bool(seen.all()), "the envelope consists of several bodies: bosses must touch the case")
+    return turned

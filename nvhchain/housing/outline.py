@@ -1,0 +1,93 @@
+"""Outline of the casting in the transverse plane: the convex hull of circles around the shafts, with an offset.
+
+The hull is a closed chain of arcs joined by common tangents. An offset changes every radius by the same amount and
+leaves the tangent directions as they are, so that outlines at different offsets have the same edges.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from nvhchain.handoff import FloatArray
+
+_DIRECTIONS = 7200
+"""Directions in which the outermost circle is looked up before the tangents are found exactly."""
+
+
+@dataclass(frozen=True)
+class Arc:
+    """Arc from angle `start` to `end` > `start` (rad) of a circle, counter-clockwise; m."""
+
+    x: float
+    y: float
+    radius: float
+    start: float
+    end: float
+
+    def point(self, angle: float) -> FloatArray:
+        """(2,) m."""
+        return np.array([self.x, self.y]) + self.radius * np.array([np.cos(angle), np.sin(angle)])
+
+
+def hull(circles: Sequence[tuple[float, float, float]], offset: float = 0.0) -> tuple[Arc, ...]:
+    """Arcs of the convex hull of `circles` (x, y, radius; m), counter-clockwise, all radii grown by `offset` (m)."""
+    x, y, radius = np.array(circles, dtype=float).T
+    angle = np.linspace(0.0, 2 * np.pi, _DIRECTIONS, endpoint=False)
+    reach = x[:, None] * np.cos(angle) + y[:, None] * np.sin(angle) + radius[:, None]
+    outermost = reach.argmax(axis=0)
+    change = np.flatnonzero(outermost != np.roll(outermost, 1))
+    if change.size == 0:
+        i = int(outermost[0])
+        return (Arc(x[i], y[i], radius[i] + offset, 0.0, 2 * np.pi),)
+    starts = [_tangent(x, y, radius, int(outermost[at - 1]), int(outermost[at]), float(angle[at])) for at in change]
+    arcs = []
+    for number, at in enumerate(change):
+        i = int(outermost[at])
+        start = starts[number]
+        end = starts[(number + 1) % len(starts)]
+        arcs.append(Arc(x[i], y[i], radius[i] + offset, start, start + (end - start) % (2 * np.pi)))
+    return tuple(arcs)
+
+
+def _tangent(x: FloatArray, y: FloatArray, radius: FloatArray, i: int, j: int, near: float) -> float:
+    """Normal direction (rad) of the common outer tangent of circles i and j that lies close to `near`."""
+    dx, dy = x[j] - x[i], y[j] - y[i]
+    distance, base = np.hypot(dx, dy), np.arctan2(dy, dx)
+    # n·(c_j − c_i) + r_j − r_i = 0
+    lean = np.arccos((radius[i] - radius[j]) / distance)
+    options = np.array([base + lean, base - lean])
+    turn = (options - near + np.pi) % (2 * np.pi) - np.pi
+    return float(near + turn[np.abs(turn).argmin()])
+
+
+def stations(arcs: Sequence[Arc], count: int, start: float = 0.0) -> tuple[FloatArray, FloatArray]:
+    """`count` points (count, 2) m and outward normals (count, 2), evenly spaced along the outline.
+
+    start: position of the first one in parts of the spacing, from the first arc's start.
+    """
+    pieces = []
+    for arc, following in zip(arcs, [*arcs[1:], arcs[0]], strict=True):
+        pieces.append((arc.radius * (arc.end - arc.start), arc, None))
+        tangent = following.point(following.start) - arc.point(arc.end)
+        pieces.append((float(np.hypot(*tangent)), arc, tangent))
+    ends = np.cumsum([length for length, _, _ in pieces])
+    points, normals = [], []
+    for s in (np.arange(count) + start) / count * ends[-1] % ends[-1]:
+        k = int(np.searchsorted(ends, s, side="right"))
+        length, arc, tangent = pieces[k]
+        share = 1 - (ends[k] - s) / length
+        angle = arc.start + share * (arc.end - arc.start) if tangent is None else arc.end
+        points.append(arc.point(angle) + (0.0 if tangent is None else share * tangent))
+        normals.append([np.cos(angle), np.sin(angle)])
+    return np.array(points), np.array(normals)
+
+
+def inside(arcs: Sequence[Arc], points: FloatArray) -> FloatArray:
+    """Distance (k,) m of `points` (k, 2) inside the outline; negative outside (then a lower bound of the distance)."""
+    angle = np.linspace(0.0, 2 * np.pi, _DIRECTIONS, endpoint=False)
+    normal = np.stack([np.cos(angle), np.sin(angle)])
+    support = np.max([arc.x * normal[0] + arc.y * normal[1] + arc.radius for arc in arcs], axis=0)
+    return np.asarray((support - np.atleast_2d(points) @ normal).min(axis=1))

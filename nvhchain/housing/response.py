@@ -1,0 +1,92 @@
+"""Forced response of the reduced housing: normal velocity of the radiating surface under bearing forces."""
+
+from __future__ import annotations
+
+import numpy as np
+import psutil
+
+from nvhchain.errors import ResourceError, require
+from nvhchain.handoff import ComplexArray, FloatArray, ForceSpectrum, ReducedHousing, SurfaceVelocity
+
+_CHUNK = 512
+"""Frequency lines per matrix product."""
+
+
+def respond(housing: ReducedHousing, force_spectrum: ForceSpectrum) -> SurfaceVelocity:
+    """Normal velocity v_n = jω u_n (n_f, n_face) m/s of every face at the lines that carry force.
+
+    The forces act on the housing at its seats; the names must be those of the housing, in any order.
+    Raises InputError for an unknown or missing bearing; ResourceError when the result does not fit into memory.
+    """
+    force = aligned_force(housing, force_spectrum)
+    loaded = np.flatnonzero((force != 0).any(axis=1))
+    if loaded.size == 0:
+        loaded = np.array([0])  # no force anywhere: one line of zeros
+    faces = housing.normal_shapes.shape[1]
+    need, free = 16.0 * loaded.size * faces * 2, psutil.virtual_memory().available
+    if need > free:
+        raise ResourceError(
+            f"surface velocity of {loaded.size} lines on {faces} faces needs {need / 1e9:.1f} GB, "
+            f"{free / 1e9:.1f} GB are free: narrow the band or coarsen the radiating surface"
+        )
+    frequency, force = force_spectrum.frequency[loaded], force[loaded]
+    velocity = np.empty((loaded.size, faces), dtype=complex)
+    for start in range(0, loaded.size, _CHUNK):
+        part = slice(start, start + _CHUNK)
+        velocity[part] = face_displacement(housing, frequency[part], force[part])
+        velocity[part] *= 2j * np.pi * frequency[part, None]
+    return SurfaceVelocity(frequency=frequency, normal_velocity=velocity, surface=housing.surface)
+
+
+def aligned_force(housing: ReducedHousing, spectrum: ForceSpectrum) -> ComplexArray:
+    """Forces (n_f, 3 n_bearing) N in the order of the housing's seats."""
+    unknown = sorted(set(spectrum.names) - set(housing.names))
+    missing = sorted(set(housing.names) - set(spectrum.names))
+    require(
+        not unknown and not missing,
+        f"bearing names differ: the housing has {', '.join(housing.names)}; unknown to it: "
+        f"{', '.join(unknown) or 'none'}; without force: {', '.join(missing) or 'none'}",
+    )
+    order = [spectrum.names.index(name) for name in housing.names]
+    return spectrum.force[:, order].reshape(len(spectrum.frequency), -1)
+
+
+def modal_displacement(
+    housing: ReducedHousing, frequency: FloatArray, force: ComplexArray, *, structural: bool = False
+) -> ComplexArray:
+    """Modal coordinates (n_f, n_mode) kg^½ m under seat forces (n_f, 3 n_bearing) N at `frequency` (n_f,) Hz.
+
+    Denominator ω_r² − ω² + 2jζω_rω, or ω_r²(1 + 2jζ) − ω² with `structural` damping of loss factor 2ζ.
+    """
+    omega = 2 * np.pi * np.asarray(frequency)[:, None]
+    natural = 2 * np.pi * housing.natural_frequency
+    loss = 2j * housing.modal_damping * natural * (natural if structural else omega)
+    shapes = housing.seat_shapes.reshape(len(natural), -1)
+    return np.asarray(_times_real(force, shapes.T) / (natural**2 - omega**2 + loss))
+
+
+def face_displacement(
+    housing: ReducedHousing, frequency: FloatArray, force: ComplexArray, *, structural: bool = False
+) -> ComplexArray:
+    """Outward normal displacement (n_f, n_face) m: modal sum plus residual."""
+    q = modal_displacement(housing, frequency, force, structural=structural)
+    residual = housing.face_residual.reshape(force.shape[1], -1)
+    return _times_real(q, housing.normal_shapes) + _times_real(force, residual)
+
+
+def seat_displacement(
+    housing: ReducedHousing, frequency: FloatArray, force: ComplexArray, *, structural: bool = False
+) -> ComplexArray:
+    """Displacement (n_f, 3 n_bearing) m of the seats: modal sum plus residual."""
+    q = modal_displacement(housing, frequency, force, structural=structural)
+    shapes = housing.seat_shapes.reshape(len(housing.natural_frequency), -1)
+    residual = housing.seat_residual.reshape(force.shape[1], -1)
+    return _times_real(q, shapes) + _times_real(force, residual)
+
+
+def _times_real(left: ComplexArray, right: FloatArray) -> ComplexArray:
+    """Complex times real matrix as two real products: half the work of a complex one."""
+    result = np.empty((left.shape[0], right.shape[1]), dtype=complex)
+    result.real = np.ascontiguousarray(left.real) @ right
+    result.imag = np.ascontiguousarray(left.imag) @ right
+    return result

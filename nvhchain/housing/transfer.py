@@ -1,0 +1,96 @@
+"""Motion of the finite element skin as normal velocity of the radiating faces, preserving the volume velocity.
+
+Every skin facet is cut into small pieces; the flux u·n dA of each piece goes to the radiating face that is nearest, and
+a face's normal motion is the flux it received over its area. The flux of the whole skin arrives to rounding.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.spatial import cKDTree
+
+from nvhchain.handoff import FloatArray, IntArray, Surface
+
+_CANDIDATES = 12
+"""Faces with the nearest centroids among which the nearest face is found."""
+
+
+def normal_motion(
+    nodes: FloatArray, skin: IntArray, surface: Surface, silent: IntArray, samples_per_face: float
+) -> sp.csr_matrix:
+    """Operator (n_face, 3 n) from nodal displacements (m) to the mean outward normal displacement (m) of the faces.
+
+    nodes: (n, 3) m.  skin: (k, 6) outward facets.  silent: (n_face,) bool, faces that stay at rest.
+    samples_per_face: pieces per edge length of a typical radiating face.
+    """
+    listening = np.flatnonzero(~silent)
+    piece = float(np.sqrt(np.median(surface.areas[listening]))) / samples_per_face
+    corners = nodes[skin[:, :3]]
+    edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+    cuts = np.maximum(1, np.ceil(edges / piece)).astype(int)
+    rows, columns, values = [], [], []
+    for count in np.unique(cuts):
+        chosen = np.flatnonzero(cuts == count)
+        shape, place = _pieces(int(count))
+        points = np.einsum("pc,kca->kpa", place, corners[chosen])
+        # straight facets: one normal and equal pieces
+        area = np.cross(corners[chosen, 1] - corners[chosen, 0], corners[chosen, 2] - corners[chosen, 0]) / 2
+        face = listening[_nearest(surface, listening, points.reshape(-1, 3))].reshape(points.shape[:2])
+        weight = np.einsum("pi,ka->kpia", shape / len(place), area)
+        rows.append(np.broadcast_to(face[:, :, None, None], weight.shape).ravel())
+        dofs = 3 * skin[chosen][:, None, :, None] + np.arange(3)
+        columns.append(np.broadcast_to(dofs, weight.shape).ravel())
+        values.append(weight.ravel())
+    entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
+    flux = sp.coo_matrix(entries, shape=(len(surface.areas), nodes.size)).tocsr()
+    return sp.csr_matrix(sp.diags(1 / surface.areas) @ flux)
+
+
+def _pieces(count: int) -> tuple[FloatArray, FloatArray]:
+    """Mean quadratic shape functions (p, 6) and centroids in area coordinates (p, 3) of count² equal pieces."""
+    i, j = (a.ravel() for a in np.meshgrid(np.arange(count), np.arange(count), indexing="ij"))
+    up = i + j < count
+    down = i + j < count - 1
+    corner = np.array([[0, 0], [1, 0], [0, 1]])
+    upward = np.stack([i[up], j[up]], axis=-1)[:, None] + corner
+    downward = np.stack([i[down], j[down]], axis=-1)[:, None] + 1 - corner
+    xy = np.concatenate([upward, downward]) / count
+    L = np.concatenate([1 - xy.sum(axis=2, keepdims=True), xy], axis=2)
+    # three mid-edge points integrate quadratics exactly
+    middle = (L + np.roll(L, 1, axis=1)) / 2
+    value = np.concatenate(
+        [middle * (2 * middle - 1), 4 * middle * np.roll(middle, -1, axis=2)], axis=2
+    )  # edges 01, 12, 20
+    return value.mean(axis=1), L.mean(axis=1)
+
+
+def _nearest(surface: Surface, faces: IntArray, points: FloatArray) -> IntArray:
+    """Index into `faces` of the triangle nearest to each point (p, 3)."""
+    tree = cKDTree(surface.centroids[faces])
+    count = min(_CANDIDATES, len(faces))
+    result = np.empty(len(points), dtype=np.int64)
+    corners = surface.vertices[surface.triangles[faces]]
+    for start in range(0, len(points), 50_000):
+        part = points[start : start + 50_000]
+        candidates = tree.query(part, k=count)[1].reshape(len(part), count)
+        distance = _squared_distance(part[:, None], corners[candidates])
+        result[start : start + 50_000] = np.take_along_axis(candidates, distance.argmin(axis=1)[:, None], axis=1)[:, 0]
+    return result
+
+
+def _squared_distance(point: FloatArray, corners: FloatArray) -> FloatArray:
+    """Squared distance m² of points (..., 3) to triangles (..., 3, 3)."""
+    a, b, c = (corners[..., i, :] for i in range(3))
+    normal = np.cross(b - a, c - a)
+    normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
+    height = np.einsum("...a,...a->...", point - a, normal)
+    inside = np.ones(height.shape, dtype=bool)
+    nearest = np.full(height.shape, np.inf)
+    for p, q in ((a, b), (b, c), (c, a)):
+        edge, arm = q - p, point - p
+        inside &= np.einsum("...a,...a->...", np.cross(edge, arm), normal) >= 0
+        share = np.einsum("...a,...a->...", arm, edge) / np.einsum("...a,...a->...", edge, edge)
+        gap = arm - share.clip(0, 1)[..., None] * edge
+        nearest = np.minimum(nearest, np.einsum("...a,...a->...", gap, gap))
+    return np.where(inside, height**2, nearest)

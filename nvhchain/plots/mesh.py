@@ -33,6 +33,8 @@ def transmission_errors(stages: Mapping[str, Mapping[str, Curve]], *, axes: Sequ
                 np.degrees(np.r_[turned, turned[0] + repeats * _period(angle)]),
                 1e6 * np.r_[np.tile(error, repeats), error[0]],
                 color=colour(index),
+                # Curves that coincide stay visible: the earlier one as a rim around the later one.
+                linewidth=1.6 + 2.0 * (len(curves) - 1 - index),
                 label=f"{name}: {swing:.3g} µm peak to peak",
             )
         ax.set_title(stage, loc="left", fontweight="bold")

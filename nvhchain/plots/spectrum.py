@@ -160,4 +160,5 @@ def _legend_below(ax: Axes, handles: list[Line2D]) -> None:
     """One legend for the whole figure, outside the axes: inside, it would hide lines."""
     figure = ax.get_figure(root=True)
     assert figure is not None
-    figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 6))
+    if handles:
+        figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 6))

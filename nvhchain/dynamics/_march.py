@@ -1,8 +1,11 @@
-"""The time loop: exact linear step, contact forces implicit at their mean along the deflection travelled.
+"""The time loop: exact linear step, the rest of the contact forces implicit at its mean along the deflection travelled.
 
-Contact forces y = F̄(δ_free − G y) with step compliance G are the stationary point of the convex function
-ψ(y) = ½ yᵀG y + Σ P_i(δ_free,i − (G y)_i), P_i' = F̄_i ≥ 0 never falling. Newton's method with a line search on
-the sign of ψ' therefore converges from anywhere, also over contact loss and back-flank contact.
+Contact i carries F_i; its linear part k_i d is in the propagator and the excess r = F − k d is held over a step at its mean
+r̄_i = ∫ r dd/Δd. With the free end deflections d_free and the step compliance G, r̄ solves y = r̄(d_free − G y), which is
+the stationary point of ψ(y) = ½ yᵀG y + Σ P_i(d_free,i − (G y)_i), P_i' = r̄_i, P_i'' ≥ −k_i/2. The linear part is passive: from rest,
+the work of constant forces over a step is at least the energy it has stored, so 0 ≤ G ≤ 2 (static compliance) ≤ 2 k⁻¹ and
+ψ is convex for every step and every law that never falls. Newton's method with a line search on the sign of ψ'
+therefore converges from anywhere, also over contact loss and back-flank contact.
 """
 
 from __future__ import annotations
@@ -22,24 +25,21 @@ def _cell(grid, n, x, hint):  # type: ignore[no-untyped-def]
     return j
 
 
-@njit("f8(f8[::1], f8[::1], f8[::1], f8, i8, f8)", cache=True)
-def _force(grid, low, high, weight, j, x):  # type: ignore[no-untyped-def]
-    """Force of the row between `low` and `high` at `x` in cell j."""
-    a = low[j] + weight * (high[j] - low[j])
-    b = low[j + 1] + weight * (high[j + 1] - low[j + 1])
-    return a + (b - a) * (x - grid[j]) / (grid[j + 1] - grid[j])
+@njit("f8(f8[::1], f8[::1], f8, i8)", cache=True)
+def _blend(low, high, weight, j):  # type: ignore[no-untyped-def]
+    """Node j of the row between `low` and `high`."""
+    return low[j] + weight * (high[j] - low[j])
 
 
 @njit("Tuple((f8, i8))(f8[::1], f8[::1], f8[::1], f8, i8, i8)", cache=True)
 def _zero(grid, low, high, weight, n, hint):  # type: ignore[no-untyped-def]
     """A deflection without force (−1e300 or 1e300 when the law pushes, or pulls, everywhere) and its cell."""
     j = hint
-    while j < n - 2 and low[j + 1] + weight * (high[j + 1] - low[j + 1]) <= 0.0:
+    while j < n - 2 and _blend(low, high, weight, j + 1) <= 0.0:
         j += 1
-    while j > 0 and low[j] + weight * (high[j] - low[j]) > 0.0:
+    while j > 0 and _blend(low, high, weight, j) > 0.0:
         j -= 1
-    a = low[j] + weight * (high[j] - low[j])
-    b = low[j + 1] + weight * (high[j + 1] - low[j + 1])
+    a, b = _blend(low, high, weight, j), _blend(low, high, weight, j + 1)
     if b == a:
         if a == 0.0:
             return grid[j], j
@@ -52,12 +52,11 @@ def _zero(grid, low, high, weight, n, hint):  # type: ignore[no-untyped-def]
     cache=True,
 )
 def _mean(grid, low, high, v_low, v_high, weight, n, zero, side, start, end, hint):  # type: ignore[no-untyped-def]
-    """Mean force of a flank between contact deflections `start` and `end`, and its derivative by `end`.
+    """Mean force F̄ of a flank between contact deflections `start` and `end`, and its derivative by `end`.
 
     side: +1 drive flank (force of the law where it is positive), −1 back flank (δ = −contact deflection, force −F).
     """
     x0, x1 = side * start, side * end
-    travelled = x1 - x0
     # outside its own sign of force a flank carries nothing
     p0 = max(x0, zero) if side > 0.0 else min(x0, zero)
     p1 = max(x1, zero) if side > 0.0 else min(x1, zero)
@@ -66,90 +65,93 @@ def _mean(grid, low, high, v_low, v_high, weight, n, zero, side, start, end, hin
         return 0.0, 0.0
     i = _cell(grid, n, p0, hint)
     j = _cell(grid, n, p1, i)
-    a1 = low[j] + weight * (high[j] - low[j])
-    b1 = low[j + 1] + weight * (high[j + 1] - low[j + 1])
+    a1, b1 = _blend(low, high, weight, j), _blend(low, high, weight, j + 1)
     slope = (b1 - a1) / (grid[j + 1] - grid[j])
-    f1 = a1 + slope * (p1 - grid[j])
     if i == j and not open0 and not open1:
-        middle = a1 + slope * (0.5 * (p0 + p1) - grid[j])
-        return side * middle, 0.5 * slope
-    f0 = _force(grid, low, high, weight, i, p0)
+        return side * (a1 + slope * (0.5 * (p0 + p1) - grid[j])), 0.5 * slope
+    f1 = a1 + slope * (p1 - grid[j])
+    a0, b0 = _blend(low, high, weight, i), _blend(low, high, weight, i + 1)
+    f0 = a0 + (b0 - a0) * (p0 - grid[i]) / (grid[i + 1] - grid[i])
     if i == j:
         work = 0.5 * (f0 + f1) * (p1 - p0)
     else:
         # part cells exactly, whole cells from the potential: nothing cancels when the step is short
         u = i + 1 if j > i else i
         v = j if j > i else j + 1
-        fu = low[u] + weight * (high[u] - low[u])
-        fv = low[v] + weight * (high[v] - low[v])
-        whole = (1.0 - weight) * (v_low[v] - v_low[u]) + weight * (v_high[v] - v_high[u])
-        work = 0.5 * (f0 + fu) * (grid[u] - p0) + whole + 0.5 * (fv + f1) * (p1 - grid[v])
-    mean = work / travelled
-    rate = 0.0 if open1 else (f1 - mean) / travelled
-    # rounding over a very short step across an edge; a monotone law has a rate between 0 and its slope
-    if not 0.0 <= rate < 1e300:
-        rate = 0.0 if open1 else 0.5 * slope
+        fu, fv = _blend(low, high, weight, u), _blend(low, high, weight, v)
+        cells = (1.0 - weight) * (v_low[v] - v_low[u]) + weight * (v_high[v] - v_high[u])
+        work = 0.5 * (f0 + fu) * (grid[u] - p0) + cells + 0.5 * (fv + f1) * (p1 - grid[v])
+    mean = work / (x1 - x0)
+    rate = ((0.0 if open1 else f1) - mean) / (x1 - x0)
+    # F̄ never falls with the end deflection; below 0 is the rounding of a very short step over an edge
+    if not rate >= 0.0:
+        rate = 0.0
     return side * mean, rate
 
 
 @njit(
-    "f8(i8, f8[::1], f8[::1], f8[::1], f8[:, ::1], f8[:, ::1], f8[:, :, ::1], f8[:, :, ::1], i8[::1], i8[::1], i8[::1],"
-    " f8[::1], f8[::1], i8[::1], f8[::1], f8[::1], f8[::1])",
+    "f8(i8, f8[::1], f8[::1], f8[::1], f8[:, ::1], f8[::1], f8[:, ::1], f8[:, :, ::1], f8[:, :, ::1], i8[::1],"
+    " i8[::1], i8[::1], f8[::1], f8[::1], i8[::1], f8[::1], f8[::1], f8[::1])",
     cache=True,
 )
 def _residual(  # type: ignore[no-untyped-def]
-    n_c, y, start, free, compliance, grid, force, potential, cells, row, following, weight, zero, hint, end, res, rate
-):
-    """End deflections, residual y − F̄ and slopes at trial forces `y`; returns the largest residual (inf when not finite)."""
+    n_c, y, start, free, compliance, linear, grid, force, potential, cells,
+    row, following, weight, zero, hint, end, res, rate,
+):  # fmt: skip
+    """End deflections, residual y − r̄ and slopes r̄' at trial excesses `y`; returns the largest residual, or inf."""
     worst = 0.0
     for i in range(n_c):
         d = free[i]
         for j in range(n_c):
             d -= compliance[i, j] * y[j]
         end[i] = d
-        k = i // 2
-        side = 1.0 if i % 2 == 0 else -1.0
         if not abs(d) < 1e30:
             return np.inf
+        k = i // 2
         mean, slope = _mean(
             grid[k], force[k, row[k]], force[k, following[k]], potential[k, row[k]], potential[k, following[k]],
-            weight[k], cells[k], zero[k], side, start[i], d, hint[i],
+            weight[k], cells[k], zero[k], 1.0 - 2.0 * (i % 2), start[i], d, hint[i],
         )  # fmt: skip
-        res[i] = y[i] - mean
-        rate[i] = slope
-        if abs(res[i]) > worst:
-            worst = abs(res[i])
+        res[i] = y[i] - mean + linear[i] * 0.5 * (start[i] + d)
+        rate[i] = slope - 0.5 * linear[i]
+        worst = max(worst, abs(res[i]))
     return worst
 
 
 @njit("void(i8, f8[:, ::1], f8[::1], f8[::1], f8[:, ::1], f8[::1], i8[::1])", cache=True)
 def _newton_step(n_c, compliance, rate, res, work, step, active):  # type: ignore[no-untyped-def]
-    """Solve (I + D G) step = −res with D = diag(rate) ≥ 0; rows with D = 0 drop out, the others are symmetric positive."""
+    """Solve (I + D G) step = −res, D = diag(rate); rows with D = 0 drop out, the others by pivoted elimination."""
     m = 0
     for i in range(n_c):
-        if rate[i] > 0.0:
+        if rate[i] != 0.0:
             active[m] = i
             m += 1
         else:
             step[i] = -res[i]
     for a in range(m):
         i = active[a]
-        right = -res[i] / rate[i]
+        right = -res[i]
         for j in range(n_c):
-            if rate[j] <= 0.0:
-                right -= compliance[i, j] * step[j]
+            if rate[j] == 0.0:
+                right -= rate[i] * compliance[i, j] * step[j]
         for b in range(m):
-            work[a, b] = compliance[i, active[b]]
-        work[a, a] += 1.0 / rate[i]
-        work[a, n_c] = right
+            work[a, b] = rate[i] * compliance[i, active[b]]
+        work[a, a] += 1.0
+        work[a, m] = right
     for a in range(m):
+        pivot = a
+        for b in range(a + 1, m):
+            if abs(work[b, a]) > abs(work[pivot, a]):
+                pivot = b
+        if pivot != a:
+            for c in range(a, m + 1):
+                work[a, c], work[pivot, c] = work[pivot, c], work[a, c]
         for b in range(a + 1, m):
             ratio = work[b, a] / work[a, a]
-            for c in range(a + 1, m):
+            for c in range(a + 1, m + 1):
                 work[b, c] -= ratio * work[a, c]
-            work[b, n_c] -= ratio * work[a, n_c]
     for a in range(m - 1, -1, -1):
-        value = work[a, n_c]
+        value = work[a, m]
         for c in range(a + 1, m):
             value -= work[a, c] * step[active[c]]
         step[active[a]] = value / work[a, a]
@@ -166,35 +168,29 @@ def _along(n_c, compliance, step, res):  # type: ignore[no-untyped-def]
 
 
 @njit(
-    # decay, read, drive (real and imaginary parts)
-    "i8(f8[::1], f8[::1], f8[:, ::1], f8[:, ::1], f8[:, ::1], f8[:, ::1],"
-    # read_torsion, acceleration, compliance, h
-    " f8[:, ::1], f8[::1], f8[:, ::1], f8,"
+    # decay, gain, read, drive (real and imaginary parts), compliance, linear
+    "i8(f8[::1], f8[::1], f8[::1], f8[::1], f8[:, ::1], f8[:, ::1], f8[:, ::1], f8[:, ::1], f8[:, ::1], f8[::1],"
     # grid, force, potential, rows, cells, position
     " f8[:, ::1], f8[:, :, ::1], f8[:, :, ::1], i8[::1], i8[::1], f8[:, ::1],"
-    # state, contact_force, tolerance, iterations, stride, states, means
+    # state, excess, tolerance, iterations, stride, states, means
     " f8[::1], f8[::1], f8, i8, i8, f8[:, ::1], f8[:, ::1])",
     cache=True,
     # sums may be reordered to use vector units; NaN and infinity keep their meaning
     fastmath={"reassoc", "contract", "nsz"},
 )
 def march(  # type: ignore[no-untyped-def]
-    decay_re, decay_im, read_re, read_im, drive_re, drive_im,
-    read_torsion, acceleration, compliance, h,
+    decay_re, decay_im, gain_re, gain_im, read_re, read_im, drive_re, drive_im, compliance, linear,
     grid, force, potential, rows, cells, position,
-    state, contact_force, tolerance, iterations, stride, states, means,
+    state, excess, tolerance, iterations, stride, states, means,
 ):  # fmt: skip
-    """Advance `state` and `contact_force` in place by len(position) steps; −1, or the step that did not converge.
+    """Advance `state` and `excess` in place by len(position) steps; −1, or the step that did not converge.
 
     position (n_step, n_mesh): row coordinate of every law at mid-step, 0 ≤ position < rows.
     states (n_store, n_state): filled with the state before steps 0, stride, 2 stride, …
-    means (n_step or 0, n_contact): filled with the mean contact forces of the steps.
+    means (n_step, n_contact): filled with the mean contact forces of the steps, N.
     """
     n_step, n_mesh = position.shape
     n_c, n_z = read_re.shape
-    n_t = read_torsion.shape[1]
-    re = 2 * n_t
-    im = re + n_z
     start, free, end = np.zeros(n_c), np.zeros(n_c), np.zeros(n_c)
     res, rate, trial_res, trial_rate = np.zeros(n_c), np.zeros(n_c), np.zeros(n_c), np.zeros(n_c)
     move, trial = np.zeros(n_c), np.zeros(n_c)
@@ -202,14 +198,12 @@ def march(  # type: ignore[no-untyped-def]
     row, following = np.zeros(n_mesh, np.int64), np.zeros(n_mesh, np.int64)
     weight, zero = np.zeros(n_mesh), np.zeros(n_mesh)
     hint, zero_hint = np.zeros(n_c, np.int64), np.zeros(n_mesh, np.int64)
-    y = contact_force.copy()
+    y = excess.copy()
 
     for i in range(n_c):
         d = 0.0
-        for t in range(n_t):
-            d += read_torsion[i, t] * state[t]
         for m in range(n_z):
-            d += read_re[i, m] * state[re + m] - read_im[i, m] * state[im + m]
+            d += read_re[i, m] * state[m] - read_im[i, m] * state[n_z + m]
         start[i] = d
 
     for n in range(n_step):
@@ -220,33 +214,25 @@ def march(  # type: ignore[no-untyped-def]
             row[k] = i0
             following[k] = i0 + 1 if i0 + 1 < rows[k] else 0
             weight[k] = position[n, k] - i0
-            zero_hint[k] = min(zero_hint[k], cells[k] - 2)
-            low, high = force[k, i0], force[k, following[k]]
-            zero[k], zero_hint[k] = _zero(grid[k], low, high, weight[k], cells[k], zero_hint[k])
+            zero[k], zero_hint[k] = _zero(
+                grid[k], force[k, i0], force[k, following[k]], weight[k], cells[k], zero_hint[k]
+            )
         for i in range(n_c):
-            side = 1.0 if i % 2 == 0 else -1.0
-            hint[i] = _cell(grid[i // 2], cells[i // 2], side * start[i], hint[i])
+            hint[i] = _cell(grid[i // 2], cells[i // 2], (1.0 - 2.0 * (i % 2)) * start[i], hint[i])
 
-        # free flight: the linear part without contact forces
-        for t in range(n_t):
-            state[t] += h * state[n_t + t] + 0.5 * h * h * acceleration[t]
-            state[n_t + t] += h * acceleration[t]
         for m in range(n_z):
-            a, b = state[re + m], state[im + m]
-            state[re + m] = decay_re[m] * a - decay_im[m] * b
-            state[im + m] = decay_im[m] * a + decay_re[m] * b
+            a, b = state[m], state[n_z + m]
+            state[m] = decay_re[m] * a - decay_im[m] * b + gain_re[m]
+            state[n_z + m] = decay_im[m] * a + decay_re[m] * b + gain_im[m]
         for i in range(n_c):
             d = 0.0
             for m in range(n_z):
-                d += read_re[i, m] * state[re + m] - read_im[i, m] * state[im + m]
-            for t in range(n_t):
-                d += read_torsion[i, t] * state[t]
+                d += read_re[i, m] * state[m] - read_im[i, m] * state[n_z + m]
             free[i] = d
 
-        # contact forces
         worst = _residual(
-            n_c, y, start, free, compliance, grid, force, potential, cells, row, following, weight, zero, hint,
-            end, res, rate,
+            n_c, y, start, free, compliance, linear, grid, force, potential, cells,
+            row, following, weight, zero, hint, end, res, rate,
         )  # fmt: skip
         turn = 0
         while not worst <= tolerance:
@@ -260,8 +246,8 @@ def march(  # type: ignore[no-untyped-def]
                 for i in range(n_c):
                     trial[i] = y[i] + reach * move[i]
                 worst = _residual(
-                    n_c, trial, start, free, compliance, grid, force, potential, cells, row, following, weight, zero,
-                    hint, end, trial_res, trial_rate,
+                    n_c, trial, start, free, compliance, linear, grid, force, potential, cells,
+                    row, following, weight, zero, hint, end, trial_res, trial_rate,
                 )  # fmt: skip
                 ahead = _along(n_c, compliance, move, trial_res)
                 if worst <= tolerance or (ahead <= 0.9 * abs(slope) and worst < np.inf):
@@ -275,16 +261,12 @@ def march(  # type: ignore[no-untyped-def]
 
         for i in range(n_c):
             f = y[i]
+            means[n, i] = f + linear[i] * 0.5 * (start[i] + end[i])
             start[i] = end[i]
-            if means.shape[0] > 0:
-                means[n, i] = f
             if f != 0.0:
                 for m in range(n_z):
-                    state[re + m] -= drive_re[i, m] * f
-                    state[im + m] -= drive_im[i, m] * f
-                for t in range(n_t):
-                    state[t] -= 0.5 * h * h * read_torsion[i, t] * f
-                    state[n_t + t] -= h * read_torsion[i, t] * f
+                    state[m] -= drive_re[i, m] * f
+                    state[n_z + m] -= drive_im[i, m] * f
     for i in range(n_c):
-        contact_force[i] = y[i]
+        excess[i] = y[i]
     return -1

@@ -1,12 +1,13 @@
 """The linear part of the gearbox: rigid shafts on bearings in series with the reduced housing, and the lines of action.
 
-Unknowns: `lateral` y = five per shaft (translations of its centre of mass x, y, z; tilts about x, y), then the housing's
-modal coordinates; `torsion` φ = one spin per shaft, positive in its own running direction, on top of the prescribed
-nominal spin. Bearings leave rotations free and sit on the shaft axes, so the two groups meet only in the gear meshes.
+Unknowns x, in this order: five per shaft (translations of its centre of mass along x, y, z; tilts about x, y), the
+housing's modal coordinates, and n_shaft − 1 torsional coordinates τ. The spins φ = free τ, positive in each shaft's running
+direction, come on top of the prescribed nominal spin: the common spin of the train is left out, since the torques balance
+in it. Bearings leave rotations free and sit on the shaft axes, so τ meets the other unknowns only in the gear meshes.
 Gyroscopic terms and weight are left out.
 
-Contacts: two per mesh, first its drive flank, then its back flank. Contact i is pressed by
-d_i = to_lateral[i]·y + to_torsion[i]·φ and its force F_i ≥ 0 acts back through the same rows, −to_…[i] F_i.
+Contacts: two per mesh, first its drive flank, then its back flank. Contact i is pressed by d_i = contact[i] · x and
+its force F_i ≥ 0 acts back on x as −contact[i] F_i.
 """
 
 from __future__ import annotations
@@ -28,15 +29,14 @@ SEAT_TOLERANCE = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class Assembly:
-    """Matrices of the gearbox; n = 5 n_shaft + n_mode.
+    """Matrices of the gearbox; n = 5 n_shaft + n_mode + (n_shaft − 1).
 
-    mass (n,), stiffness (n, n), damping (n, n): of y, bearings and housing included.
-    inertia (n_shaft,): kg m² about z.
-    to_lateral (2 n_mesh, n), to_torsion (2 n_mesh, n_shaft): contact rows, above.
-    bearing_stiffness, bearing_damping (3 n_bearing, n): bearing force on the housing = stiffness y + damping ẏ.
-    bearing_map (3 n_bearing, n): shaft motion at the bearings minus the modal seat motion.
+    mass (n,), stiffness (n, n), damping (n, n): bearings and housing included, meshes not.
+    contact (2 n_mesh, n): contact rows, above.
+    bearing_stiffness, bearing_damping (3 n_bearing, n): bearing force on the housing = stiffness x + damping ẋ.
     seat_shapes (3 n_bearing, n_mode), seat_residual (3 n_bearing, 3 n_bearing): of the bearings in their order.
-    free (n_shaft, n_shaft − 1): torsional motions, unit in kinetic energy, orthogonal to the common spin of the train.
+    inertia (n_shaft,): kg m² about z.  free (n_shaft, n_shaft − 1): spins per unit τ, unit in kinetic energy and
+    orthogonal to the common spin of the train.
     """
 
     gearbox: Gearbox
@@ -44,15 +44,22 @@ class Assembly:
     mass: FloatArray
     stiffness: FloatArray
     damping: FloatArray
-    inertia: FloatArray
-    to_lateral: FloatArray
-    to_torsion: FloatArray
+    contact: FloatArray
     bearing_stiffness: FloatArray
     bearing_damping: FloatArray
-    bearing_map: FloatArray
     seat_shapes: FloatArray
     seat_residual: FloatArray
+    inertia: FloatArray
     free: FloatArray
+
+    @property
+    def lateral(self) -> int:
+        """Number of unknowns before the torsional ones."""
+        return len(self.mass) - self.free.shape[1]
+
+    def load(self, torque: FloatArray) -> FloatArray:
+        """(n,) generalised force of external shaft torques (n_shaft,) N m along the running directions."""
+        return np.concatenate([np.zeros(self.lateral), self.free.T @ torque])
 
 
 def _point_rows(z: float, radius_vector: FloatArray) -> FloatArray:
@@ -122,7 +129,10 @@ def _seats(bearings: Sequence[Bearing], gearbox: Gearbox, housing: ReducedHousin
 def _contact_rows(
     gearbox: Gearbox, kinematics: Train, laws: Sequence[MeshLaw], bodies: Sequence[RigidBody], size: int
 ) -> tuple[FloatArray, FloatArray]:
-    """Contact rows `to_lateral` and `to_torsion`; the force acts at the pitch point at mid-width."""
+    """Contact rows on the lateral unknowns (2 n_mesh, size) and on the spins φ (2 n_mesh, n_shaft).
+
+    The force acts at the pitch point at mid-width.
+    """
     to_lateral = np.zeros((2 * len(laws), size))
     to_torsion = np.zeros((2 * len(laws), len(bodies)))
     for k, (mesh, law) in enumerate(zip(gearbox.meshes, laws, strict=True)):
@@ -212,24 +222,27 @@ def assemble(gearbox: Gearbox, mesh_laws: Sequence[MeshLaw], housing: ReducedHou
         )
 
     inertia = np.array([body.polar_inertia for body in bodies])
-    to_lateral, to_torsion = _contact_rows(gearbox, kinematics, mesh_laws, bodies, size)
-    # common spin r: φ = speed ratios. Complement N with rᵀJN = 0 and NᵀJN = I (J^½ N is orthonormal and ⟂ J^½ r).
+    # common spin r: φ = speed ratios. N with rᵀJN = 0 and NᵀJN = I, so J^½ N is orthonormal and normal to J^½ r.
     root = np.sqrt(inertia)
     common = root * np.array([float(ratio) for ratio in kinematics.speed_ratio])
     free = null_space(common[None, :]) / root[:, None]
+    n_torsion = n_shaft - 1
+    to_lateral, to_torsion = _contact_rows(gearbox, kinematics, mesh_laws, bodies, size)
+
+    def widened(rows: FloatArray) -> FloatArray:
+        return np.hstack([rows, np.zeros((len(rows), n_torsion))])
+
     return Assembly(
-        gearbox,
-        kinematics,
-        mass,
-        stiffness,
-        damping,
-        inertia,
-        to_lateral,
-        to_torsion,
-        k_eff @ bearing_map,
-        c_eff @ bearing_map,
-        bearing_map,
-        shapes,
-        residual,
-        free,
+        gearbox=gearbox,
+        train=kinematics,
+        mass=np.concatenate([mass, np.ones(n_torsion)]),
+        stiffness=np.pad(stiffness, (0, n_torsion)),
+        damping=np.pad(damping, (0, n_torsion)),
+        contact=np.hstack([to_lateral, to_torsion @ free]),
+        bearing_stiffness=widened(k_eff @ bearing_map),
+        bearing_damping=widened(c_eff @ bearing_map),
+        seat_shapes=shapes,
+        seat_residual=residual,
+        inertia=inertia,
+        free=free,
     )

@@ -117,3 +117,15 @@ def deflection_under(deflection: FloatArray, row: FloatArray, force: float) -> f
             "tabulate it to larger deflections"
         )
     return float(deflection[cell] + (force - row[cell]) * (deflection[cell + 1] - deflection[cell]) / rise)
+
+
+def mean_slope(table: LawTable, mesh: int, force: float) -> float:
+    """N/m: slope of a mesh law where it carries `force`, mean over its angles; never below 1e-3 of its steepest slope."""
+    n_row, n_cell = int(table.rows[mesh]), int(table.cells[mesh])
+    rows, deflection = table.force[mesh, :n_row, :n_cell], table.deflection[mesh, :n_cell]
+    slope = np.diff(rows, axis=1) / np.diff(deflection)
+    # the cell that holds the force; for none, the first that rises from the gap on the drive side
+    above = rows > force if force >= 0 else rows >= force
+    cell = np.where(above.any(axis=1), above.argmax(axis=1), n_cell) - 1
+    here = slope[np.arange(n_row), np.clip(cell, 0, n_cell - 2)]
+    return float(max(here.mean(), 1e-3 * slope.max()))

@@ -18,33 +18,38 @@ from nvhchain.handoff import FloatArray, MeshLaw, ReducedHousing
 class StaticState:
     """Equilibrium without motion.
 
-    position (n,): lateral unknowns, m and rad.  torsion (n_shaft − 1,): torsional coordinates.
-    mesh_force (n_mesh,): N along the flank normal, < 0 on the back flank.
+    position (n,): the unknowns x.  mesh_force (n_mesh,): N along the flank normal, < 0 on the back flank.
     bearing_force (n_bearing, 3): N on the housing.
     """
 
     position: FloatArray
-    torsion: FloatArray
     mesh_force: FloatArray
     bearing_force: FloatArray
 
 
-def static_state(assembly: Assembly, table: LawTable, torque: FloatArray, phases: Sequence[float]) -> StaticState:
-    """Equilibrium under external shaft torques at mesh-law `phases` (in periods).
-
-    An open train is statically determinate: the torsional balance gives one force per mesh, bearings and housing then
-    deflect under them, and the laws, inverted, give the torsional positions. A mesh without force rests at the drive
-    side's end of its gap. Raises SolverError when a law cannot carry its force.
-    """
+def static_mesh_forces(assembly: Assembly, torque: FloatArray) -> FloatArray:
+    """(n_mesh,) N along the flank normals, < 0 on back flanks: an open train is statically determinate."""
     # drive-flank rows serve both signs in torsion, where the back flank's row is their negative
-    torsion_rows = assembly.to_torsion[0::2] @ assembly.free
-    force = np.linalg.solve(torsion_rows.T, assembly.free.T @ torque)
-    # what rounding leaves of a torque-free mesh is no contact
+    rows = assembly.contact[0::2, assembly.lateral :]
+    force = np.linalg.solve(rows.T, assembly.free.T @ torque)
+    # what rounding leaves on a mesh without torque is no contact
     force[np.abs(force) <= 1e-12 * np.abs(force).max(initial=0.0)] = 0.0
+    return np.asarray(force)
+
+
+def static_state(assembly: Assembly, table: LawTable, torque: FloatArray, phases: FloatArray) -> StaticState:
+    """Equilibrium under external shaft torques (n_shaft,) N m at mesh-law `phases` (n_mesh,), in periods.
+
+    The torques fix one force per mesh, bearings and housing deflect under them, and the laws, inverted, give the
+    torsional positions. A mesh without force rests at the drive side's end of its gap. Raises SolverError when a law cannot
+    carry its force.
+    """
+    force = static_mesh_forces(assembly, torque)
     back = force < 0.0
     flank = 2 * np.arange(len(force)) + back
-    rows = assembly.to_lateral[flank]
-    position = np.linalg.solve(assembly.stiffness, -rows.T @ np.abs(force))
+    n = assembly.lateral
+    rows = assembly.contact[flank]
+    lateral = np.linalg.solve(assembly.stiffness[:n, :n], -rows[:, :n].T @ np.abs(force))
     wanted = np.array(
         [
             deflection_under(table.deflection[k, : table.cells[k]], row_at(table, k, phase), force[k])
@@ -52,9 +57,9 @@ def static_state(assembly: Assembly, table: LawTable, torque: FloatArray, phases
         ]
     )
     pressed = np.where(back, -wanted, wanted)
-    torsion = np.linalg.solve(assembly.to_torsion[flank] @ assembly.free, pressed - rows @ position)
-    bearing_force = (assembly.bearing_stiffness @ position).reshape(-1, 3)
-    return StaticState(position, torsion, force, bearing_force)
+    torsion = np.linalg.solve(rows[:, n:], pressed - rows[:, :n] @ lateral)
+    position = np.concatenate([lateral, torsion])
+    return StaticState(position, force, (assembly.bearing_stiffness @ position).reshape(-1, 3))
 
 
 def static_bearing_forces(

@@ -9,9 +9,9 @@ import numpy as np
 
 from nvhchain.dynamics.assembly import Assembly, assemble
 from nvhchain.dynamics.gearbox import Gearbox
-from nvhchain.dynamics.law_table import LawTable, tabulate
+from nvhchain.dynamics.law_table import LawTable, mean_slope, tabulate
 from nvhchain.dynamics.propagator import ModalForm, Propagator, modal_form, output_matrix, propagator, state_of
-from nvhchain.dynamics.quasi_static import static_state
+from nvhchain.dynamics.quasi_static import static_mesh_forces, static_state
 from nvhchain.dynamics.train import shaft_torques
 from nvhchain.errors import SolverError
 from nvhchain.fidelity import DynamicsFidelity
@@ -22,16 +22,18 @@ from nvhchain.handoff import FloatArray, MeshLaw, ReducedHousing
 class Simulation:
     """A gearbox under constant torques, ready for the time loop.
 
-    torque (n_shaft,): N m, external, along the running directions.  bearing_output (3 n_bearing, n_state): bearing
-    forces = bearing_output · s.  contact_output (2 n_mesh, n_state): contact deflections = contact_output · s.
-    tolerance: N, admissible residual of the contact forces.
+    torque (n_shaft,): N m, external, along the running directions.
+    contact_stiffness (2 n_mesh,): N/m, the part of each contact's stiffness that belongs to the linear system.
+    bearing_output (3 n_bearing, n_state): bearing forces = bearing_output · s.  contact_output (2 n_mesh, n_state):
+    contact deflections = contact_output · s.  tolerance: N, admissible residual of the contact forces.
     """
 
     assembly: Assembly
     table: LawTable
+    torque: FloatArray
+    contact_stiffness: FloatArray
     modes: ModalForm
     step: Propagator
-    torque: FloatArray
     bearing_output: FloatArray
     contact_output: FloatArray
     tolerance: float
@@ -40,10 +42,11 @@ class Simulation:
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """Where a simulation stands.  state (n_state,); contact_force (2 n_mesh,) N: mean over the last step."""
+    """Where a simulation stands.  state (n_state,); excess (2 n_mesh,) N: part of the contact forces that the
+    linear system does not hold, mean over the last step."""
 
     state: FloatArray
-    contact_force: FloatArray
+    excess: FloatArray
 
 
 def simulation(
@@ -59,29 +62,29 @@ def simulation(
     assembly = assemble(gearbox, mesh_laws, housing)
     torque = shaft_torques(gearbox, assembly.train, input_torque)
     table = tabulate(mesh_laws, fidelity.angle_refinement)
-    modes = modal_form(assembly)
-    n_torsion = assembly.free.shape[1]
-    contact = output_matrix(modes, n_torsion, assembly.to_lateral, np.zeros_like(assembly.to_lateral))
-    contact[:, :n_torsion] = assembly.to_torsion @ assembly.free
+    nominal = static_mesh_forces(assembly, torque)
+    contact_stiffness = np.zeros(2 * len(nominal))
+    for k, force in enumerate(nominal):
+        contact_stiffness[2 * k + (force < 0.0)] = mean_slope(table, k, force)
+    modes = modal_form(assembly, contact_stiffness)
     return Simulation(
         assembly,
         table,
-        modes,
-        propagator(assembly, modes, torque, time_step),
         torque,
-        output_matrix(modes, n_torsion, assembly.bearing_stiffness, assembly.bearing_damping),
-        contact,
+        contact_stiffness,
+        modes,
+        propagator(assembly, modes, assembly.load(torque), time_step),
+        output_matrix(modes, assembly.bearing_stiffness, assembly.bearing_damping),
+        output_matrix(modes, assembly.contact, np.zeros_like(assembly.contact)),
         fidelity.contact_residual * float(np.abs(table.force).max()),
         fidelity.contact_iterations,
     )
 
 
-def at_rest(model: Simulation, phases: Sequence[float] | FloatArray) -> Motion:
-    """The quasi-static solution at mesh-law `phases` (in periods)."""
+def at_rest(model: Simulation, phases: FloatArray) -> Motion:
+    """The quasi-static solution at mesh-law `phases` (n_mesh,), in periods."""
     static = static_state(model.assembly, model.table, model.torque, phases)
-    contact = np.zeros(2 * len(static.mesh_force))
-    contact[0::2], contact[1::2] = np.maximum(static.mesh_force, 0.0), np.maximum(-static.mesh_force, 0.0)
-    return Motion(state_of(model.modes, static.torsion, static.position), contact)
+    return Motion(state_of(model.modes, static.position), np.zeros(2 * len(static.mesh_force)))
 
 
 def advance(
@@ -100,12 +103,13 @@ def advance(
     position[position >= rows] = 0.0  # 1 − ε rounds up to a whole period
     n_step = len(position)
     states = np.empty((-(-n_step // stride), len(motion.state)))
-    means = np.empty((n_step, len(motion.contact_force)))
-    state, contact = motion.state.copy(), motion.contact_force.copy()
+    means = np.empty((n_step, len(motion.excess)))
+    state, contact = motion.state.copy(), motion.excess.copy()
     step = model.step
-    parts = [np.ascontiguousarray(part) for z in (step.decay, step.read, step.drive) for part in (z.real, z.imag)]
+    complex_parts = (step.decay, step.gain, step.read, step.drive)
+    parts = [np.ascontiguousarray(part) for z in complex_parts for part in (z.real, z.imag)]
     failed = march(
-        *parts, step.read_torsion, step.torsion_acceleration, step.compliance, step.step,
+        *parts, step.compliance, model.contact_stiffness,
         model.table.deflection, model.table.force, model.table.potential, rows, model.table.cells, position,
         state, contact, model.tolerance, model.iterations, stride, states, means,
     )  # fmt: skip

@@ -34,33 +34,25 @@ def _bilinear(law, theta, delta):
 
 
 def _radau(model: Simulation, laws, motion, duration, samples):
-    """Contact deflections and bearing forces by Radau on M ÿ + C ẏ + K y = −Wᵀ F, started from the same state."""
+    """Contact deflections and bearing forces by Radau on M ẍ + C ẋ + K x = load − Wᵀ F, started from the same state."""
     a = model.assembly
-    n, n_t = len(a.mass), a.free.shape[1]
-    w_t = a.to_torsion @ a.free
-    drive = a.free.T @ model.torque
-    z = motion.state[2 * n_t :].reshape(2, -1)
-    y0 = (model.modes.displacement @ (z[0] + 1j * z[1])).real
-    v0 = (model.modes.velocity @ (z[0] + 1j * z[1])).real
+    n = len(a.mass)
+    load = a.load(model.torque)
+    z = motion.state.reshape(2, -1)
+    z = z[0] + 1j * z[1]
 
-    def contact(t, d):
-        force = np.zeros(len(d))
+    def slope(t, xv):
+        x, v = xv[:n], xv[n:]
+        d, force = a.contact @ x, np.zeros(len(a.contact))
         for k, law in enumerate(laws):
             theta = SPEED * WHEEL_TURNS[k] * 2 * np.pi * t
             force[2 * k] = max(_bilinear(law, theta, d[2 * k]), 0.0)
             force[2 * k + 1] = max(-_bilinear(law, theta, -d[2 * k + 1]), 0.0)
-        return force
+        return np.concatenate([v, (load - a.contact.T @ force - a.damping @ v - a.stiffness @ x) / a.mass])
 
-    def slope(t, x):
-        y, v, tau, rate = x[:n], x[n : 2 * n], x[2 * n : 2 * n + n_t], x[2 * n + n_t :]
-        force = contact(t, a.to_lateral @ y + w_t @ tau)
-        acceleration = (-a.to_lateral.T @ force - a.damping @ v - a.stiffness @ y) / a.mass
-        return np.concatenate([v, acceleration, rate, drive - w_t.T @ force])
-
-    start = np.concatenate([y0, v0, motion.state[:n_t], motion.state[n_t : 2 * n_t]])
+    start = np.concatenate([(model.modes.displacement @ z).real, (model.modes.velocity @ z).real])
     times = np.linspace(0, duration, samples, endpoint=False)
-    # scaled by what moves: micrometres
     result = solve_ivp(slope, (0, duration), start, "Radau", t_eval=times, rtol=1e-7, atol=1e-12)
     assert result.success
-    y, v, tau = result.y[:n], result.y[n : 2 * n], result.y[2 * n : 2 * n + n_t]
-    return (a.to_lateral @ y + w_t @ tau).T, (a.bearing_stiffness @ y + a.bearing_damping @ v).T
+    x, v = result.y[:n], result.y[n:]
+    return (a.contact @ x).T, (a.bearing_stiffness @ x + a.bearing_damping @ v).T

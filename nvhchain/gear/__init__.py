@@ -1,24 +1,41 @@
 """Gears: geometry, finite element bodies, contact and mesh laws."""
 
-from nvhchain.gear.blank import Differential, Slots, Solid
+from nvhchain.gear.blank import SOLID, Blank, Differential, Slots, Solid
 from nvhchain.gear.body import GearBody, MassProperties, mass_properties
 from nvhchain.gear.compliance import FlankCompliance, flank_compliance
+from nvhchain.gear.engagement import Engagement, engaged_reach
 from nvhchain.gear.geometry import GearGeometry
+from nvhchain.gear.iso6336 import IsoStiffness, iso_stiffness
 from nvhchain.gear.mesh_law import mesh_law
-from nvhchain.gear.pair import GearPair
-from nvhchain.gear.transmission_error import quasi_static_transmission_error
+from nvhchain.gear.pair import GearPair, nominal_centre_distance
+from nvhchain.gear.transmission_error import (
+    LoadedMesh,
+    deflection_at_force,
+    loaded_mesh,
+    quasi_static_transmission_error,
+)
 
 __all__ = [
+    "SOLID",
+    "Blank",
     "Differential",
+    "Engagement",
     "FlankCompliance",
     "GearBody",
     "GearGeometry",
     "GearPair",
+    "IsoStiffness",
+    "LoadedMesh",
     "MassProperties",
     "Slots",
     "Solid",
+    "deflection_at_force",
+    "engaged_reach",
     "flank_compliance",
+    "iso_stiffness",
+    "loaded_mesh",
     "mass_properties",
     "mesh_law",
+    "nominal_centre_distance",
     "quasi_static_transmission_error",
 ]

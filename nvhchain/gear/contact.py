@@ -12,6 +12,8 @@ exists, is unique, and Σ F never falls with δ.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numba
 import numpy as np
 from numpy.typing import ArrayLike
@@ -62,31 +64,44 @@ def local_deflection(
     return np.where(q > 0, total, 0.0)
 
 
+@dataclass(frozen=True, eq=False)
+class LocalLaw:
+    """δ_loc = q (A − (a/2) ln q) per slice, q in N/m; from `limit` on its tangent.
+
+    level: A, (n,) 1/Pa.  half_slope: a/2, 1/Pa.  limit: (n,) N/m, where L reaches half the smaller depth, as far as
+    the formula means anything; the tangent keeps the law rising (by itself it falls from L ≈ h on).
+    """
+
+    level: FloatArray
+    half_slope: float
+    limit: FloatArray
+
+
 def local_law(
     curvature_radius: FloatArray, depths: tuple[FloatArray, FloatArray], materials: tuple[Material, Material]
-) -> tuple[FloatArray, float]:
-    """The same law as δ_loc = q (A − (a/2) ln q): A per slice and a/2, 1/Pa (q in N/m)."""
+) -> LocalLaw:
+    """`local_deflection` of slices with given ρ (n,), m, and depths, two (n,), m, in the form the solver uses."""
     parts = [half_space_compliance(m) for m in materials]
     a = sum(parts)
     level = -0.5 * a * np.log(2.0 * a * curvature_radius)
     for part, h, m in zip(parts, depths, materials, strict=True):
         level = level + part * (np.log(2.0 * h) - m.poisson / (2.0 * (1.0 - m.poisson)))
-    return np.ascontiguousarray(level), 0.5 * a
+    limit = (0.5 * np.minimum(*depths)) ** 2 / (2.0 * a * curvature_radius)
+    return LocalLaw(np.ascontiguousarray(level), 0.5 * a, np.ascontiguousarray(limit))
 
 
 def slice_forces(
     compliance: FloatArray,
     approach: FloatArray,
     length: FloatArray,
-    level: FloatArray,
-    half_slope: float,
+    law: LocalLaw,
     *,
     tolerance: float,
 ) -> FloatArray:
     """Slice forces (n_case, n), N, for the approach δ − e of every slice in every case.
 
     compliance: C (n, n) m/N.  approach: (n_case, n) m; rising cases are solved fastest.  length: (n,) m of contact
-    line.  level, half_slope: from `local_law`.  tolerance: admissible residual relative to the case's largest
+    line.  law: local deflection.  tolerance: admissible residual relative to the case's largest
     approach; the residual is |g_i| where F_i > 0 and max(0, −g_i) where F_i = 0.
     Raises SolverError when a case does not reach it.
     """
@@ -98,8 +113,9 @@ def slice_forces(
             np.ascontiguousarray(compliance, dtype=float),
             approach,
             np.ascontiguousarray(length, dtype=float),
-            np.ascontiguousarray(level, dtype=float),
-            half_slope,
+            law.level,
+            law.limit,
+            law.half_slope,
             tolerance,
             MAX_ITERATIONS,
             forces,
@@ -142,7 +158,7 @@ def _cholesky_solve(H: np.ndarray, x: np.ndarray, n: int) -> bool:
 
 
 @numba.njit(
-    "Tuple((float64, float64))(float64[:, ::1], float64[::1], float64[::1], float64[::1], float64, "
+    "Tuple((float64, float64))(float64[:, ::1], float64[::1], float64[::1], float64[::1], float64[::1], float64, "
     "float64[::1], float64[::1])",
     cache=True,
     nogil=True,
@@ -153,6 +169,7 @@ def _gap(
     approach: np.ndarray,
     length: np.ndarray,
     level: np.ndarray,
+    limit: np.ndarray,
     half_slope: float,
     F: np.ndarray,
     g: np.ndarray,
@@ -168,10 +185,14 @@ def _gap(
         energy += F[i] * (0.5 * u - approach[i])
         u -= approach[i]
         if F[i] > 0.0:
-            q = F[i] / length[i]
+            q = min(F[i] / length[i], limit[i])
+            beyond = F[i] / length[i] - q
             log = np.log(q)
-            u += q * (level[i] - half_slope * log)
+            local = q * (level[i] - half_slope * log)
+            slope = level[i] - half_slope * (log + 1.0)
+            u += local + slope * beyond
             energy += length[i] * q * q * (0.5 * level[i] - half_slope * (0.5 * log - 0.25))
+            energy += length[i] * beyond * (local + 0.5 * slope * beyond)
             worst = max(worst, abs(u))
         else:
             worst = max(worst, -u)
@@ -180,7 +201,7 @@ def _gap(
 
 
 @numba.njit(
-    "void(float64[:, ::1], float64[:, ::1], float64[::1], float64[::1], float64, float64, int64, "
+    "void(float64[:, ::1], float64[:, ::1], float64[::1], float64[::1], float64[::1], float64, float64, int64, "
     "float64[:, ::1], float64[::1])",
     cache=True,
     nogil=True,
@@ -191,6 +212,7 @@ def _solve(
     approach: np.ndarray,
     length: np.ndarray,
     level: np.ndarray,
+    limit: np.ndarray,
     half_slope: float,
     tolerance: float,
     max_iterations: int,
@@ -213,7 +235,7 @@ def _solve(
         # the law is close to linear: the scaled previous answer lies near and below the new one
         F *= scale / before if before > 0.0 else 0.0
         before = scale
-        energy, worst = _gap(C, a, length, level, half_slope, F, g)
+        energy, worst = _gap(C, a, length, level, limit, half_slope, F, g)
         iteration = 0
         while worst > tolerance * scale and iteration < max_iterations:
             iteration += 1
@@ -224,11 +246,11 @@ def _solve(
                     m += 1
             for r in range(m):
                 i = free[r]
-                # δ_loc has no finite slope at 0: a slice that closes gets the slope at a thousandth of the load
-                # that would take the whole approach locally
-                q = F[i] / length[i]
+                # δ_loc has no finite slope at 0: a slice that closes gets that at a thousandth of about the load that
+                # would take the whole approach locally
+                q = min(F[i] / length[i], limit[i])
                 if q <= 0.0:
-                    q = 1e-3 * scale / (level[i] - half_slope * np.log(scale / level[i]))
+                    q = 1e-3 * min(scale / level[i], limit[i])
                 for s in range(r):
                     H[r, s] = C[i, free[s]]
                 H[r, r] = C[i, i] + (level[i] - half_slope * (np.log(q) + 1.0)) / length[i]
@@ -244,7 +266,7 @@ def _solve(
                     i = free[r]
                     trial[i] = max(0.0, F[i] + alpha * step[r])
                     slope += g[i] * (trial[i] - F[i])
-                e, w = _gap(C, a, length, level, half_slope, trial, g_trial)
+                e, w = _gap(C, a, length, level, limit, half_slope, trial, g_trial)
                 # near the solution Φ is flat to rounding; there a falling residual decides
                 if w < 0.5 * worst or e <= energy + 1e-4 * slope:
                     accepted = True

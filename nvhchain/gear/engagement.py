@@ -98,14 +98,13 @@ class Engagement:
         """
         lines = contact_lines(self.pair, angle, slices=self.slices, flank=flank)
         materials = (self.pair.pinion.material, self.pair.wheel.material)
-        level, half_slope = local_law(lines.curvature, (lines.depth[0], lines.depth[1]), materials)
+        law = local_law(lines.curvature, (lines.depth[0], lines.depth[1]), materials)
         offset = np.zeros(len(lines.length)) if separation is None else separation
         forces = slice_forces(
             self.compliance(lines),
             np.asarray(approach, float)[:, None] - offset,
             lines.length,
-            level,
-            half_slope,
+            law,
             tolerance=self.tolerance,
         )
         width = contact_half_width(forces / lines.length, lines.curvature, materials)

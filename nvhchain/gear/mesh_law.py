@@ -9,8 +9,8 @@ import numpy as np
 from nvhchain.conventions import Progress
 from nvhchain.errors import SolverError, require
 from nvhchain.fidelity import GearFidelity
-from nvhchain.gear.compliance import FlankCompliance
-from nvhchain.gear.engagement import Engagement
+from nvhchain.gear.compliance import FlankCompliance, flank_compliance
+from nvhchain.gear.engagement import Engagement, engaged_reach
 from nvhchain.gear.pair import GearPair
 from nvhchain.gear.transmission_error import loaded_mesh
 from nvhchain.handoff import FloatArray, MeshLaw
@@ -24,33 +24,45 @@ def mesh_law(
     *,
     nominal_force: float,
     fidelity: GearFidelity,
-    compliances: tuple[FlankCompliance, FlankCompliance],
+    compliances: tuple[FlankCompliance, FlankCompliance] | None = None,
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> MeshLaw:
     """F(θ, δ) on `angles_per_mesh` angles per mesh period over the body period of `pair`.
 
     nominal_force: N along the flank normal (`GearPair.normal_force`); sets the range of deflections.
-    compliances: of pinion and wheel, reaching over `engaged_reach(pair)` teeth.
-    executor: takes blocks of angles.  progress: called with (angles done, angles in all).
+    compliances: of pinion and wheel, reaching over `engaged_reach(pair)` teeth; computed here if not handed in.
+    executor: takes blocks of angles.  progress: called with (steps done, steps in all); a step is a tooth of a
+    symmetric sector or a block of angles.
     Raises SolverError where a contact does not converge.
     """
     require(nominal_force > 0, f"nominal_force = {nominal_force:g} N must be positive")
-    engagement = Engagement(pair, compliances, fidelity.slices, fidelity.contact_residual)
     meshes = pair.meshes_per_body_period
     count = meshes * fidelity.angles_per_mesh
     angle: FloatArray = np.arange(count, dtype=np.float64) * (pair.mesh_period / fidelity.angles_per_mesh)
-    deflection = deflection_grid(engagement, nominal_force, angle, fidelity)
-
     blocks = [angle[i : i + _BLOCK] for i in range(0, count, _BLOCK)]
+    teeth = 0 if compliances else pair.pinion.sector + pair.wheel.sector
+    steps = teeth + len(blocks)
+
+    def report(done: int) -> None:
+        if progress:
+            progress(done, steps)
+
+    if compliances is None:
+        reach, first = engaged_reach(pair), pair.pinion.sector
+        compliances = (
+            flank_compliance(pair.pinion, fidelity, reach=reach, progress=lambda done, _: report(done)),
+            flank_compliance(pair.wheel, fidelity, reach=reach, progress=lambda done, _: report(first + done)),
+        )
+    engagement = Engagement(pair, compliances, fidelity.slices, fidelity.contact_residual)
+    deflection = deflection_grid(engagement, nominal_force, angle, fidelity)
     work = (executor.map if executor else map)(
         _force_rows, [engagement] * len(blocks), blocks, [deflection] * len(blocks)
     )
     rows: list[FloatArray] = []
-    for block in work:
+    for done, block in enumerate(work, start=teeth + 1):
         rows.extend(block)
-        if progress:
-            progress(len(rows), count)
+        report(done)
     force = np.array(rows)
     if (np.diff(force, axis=1) < 0).any():
         raise SolverError("mesh force falls with deflection, against the contact's physics: tighten contact_residual")

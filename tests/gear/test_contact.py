@@ -37,10 +37,10 @@ def problem(n=24, seed=0):
 
 def test_forces_satisfy_all_complementarity_conditions_to_the_stated_residual():
     C, rho, depths, length = problem()
-    level, half_slope = local_law(rho, depths, PAIR)
+    law = local_law(rho, depths, PAIR)
     offset = np.random.default_rng(1).uniform(0, 20e-6, len(length))
     approach = np.geomspace(0.01e-6, 80e-6, 15)[:, None] - offset
-    F = slice_forces(C, approach, length, level, half_slope, tolerance=1e-10)
+    F = slice_forces(C, approach, length, law, tolerance=1e-10)
     gap = local_deflection(F / length, rho, depths, PAIR) + F @ C - approach
     scale = approach.max(axis=1, keepdims=True)
     assert (F >= 0).all()
@@ -52,7 +52,7 @@ def test_forces_satisfy_all_complementarity_conditions_to_the_stated_residual():
 
 def test_forces_minimise_the_potential_found_by_a_general_optimiser():
     C, rho, depths, length = problem(6)
-    level, half_slope = local_law(rho, depths, PAIR)
+    law = local_law(rho, depths, PAIR)
     approach = 12e-6 - np.array([0.0, 30e-6, 4e-6, 2e-6, 25e-6, 1e-6])
 
     def gradient(F):
@@ -75,36 +75,64 @@ def test_forces_minimise_the_potential_found_by_a_general_optimiser():
         method="L-BFGS-B",
         options={"ftol": 1e-15, "gtol": 1e-10, "maxiter": 5000},
     ).x
-    F = slice_forces(C, approach[None], length, level, half_slope, tolerance=1e-12)[0]
+    F = slice_forces(C, approach[None], length, law, tolerance=1e-12)[0]
     np.testing.assert_allclose(F, found, atol=2e-4 * F.max())
 
 
 def test_one_slice_reproduces_the_closed_form():
-    level, half_slope = local_law(np.array([13.93e-3]), (np.array([2.6e-3]),) * 2, PAIR)
+    law = local_law(np.array([13.93e-3]), (np.array([2.6e-3]),) * 2, PAIR)
     q = 300 / 69.631e-3 / 23e-3
     approach = local_deflection(q, 13.93e-3, (2.6e-3, 2.6e-3), PAIR) + 2e-9 * q * 1e-3
-    F = slice_forces(np.array([[2e-9]]), np.array([[approach]]), np.array([1e-3]), level, half_slope, tolerance=1e-12)
+    F = slice_forces(np.array([[2e-9]]), np.array([[approach]]), np.array([1e-3]), law, tolerance=1e-12)
     assert F[0, 0] == pytest.approx(q * 1e-3, rel=1e-9)
 
 
 def test_an_approach_history_does_not_change_the_answer():
     C, rho, depths, length = problem()
-    level, half_slope = local_law(rho, depths, PAIR)
+    law = local_law(rho, depths, PAIR)
     approach = np.outer(np.linspace(1e-6, 60e-6, 9), np.ones(len(length)))
-    up = slice_forces(C, approach, length, level, half_slope, tolerance=1e-12)
-    down = slice_forces(C, approach[::-1].copy(), length, level, half_slope, tolerance=1e-12)[::-1]
+    up = slice_forces(C, approach, length, law, tolerance=1e-12)
+    down = slice_forces(C, approach[::-1].copy(), length, law, tolerance=1e-12)[::-1]
     np.testing.assert_allclose(up, down, rtol=1e-8, atol=1e-8 * up.max())
+
+
+def test_law_beyond_its_range_continues_on_its_tangent_and_stays_solvable():
+    """A load that flattens deeper than half the tooth: the formula alone would fall with load there."""
+    rho, depth = np.array([20e-3]), np.array([0.5e-3])
+    law = local_law(rho, (depth, depth), PAIR)
+    assert contact_half_width(law.limit, rho, PAIR) == pytest.approx(0.25e-3, rel=1e-12)
+    at_limit = float(local_deflection(law.limit, rho, (depth, depth), PAIR)[0])
+    approach = np.array([[0.999], [1.001], [2.0], [3.0]]) * at_limit
+    q = slice_forces(np.zeros((1, 1)), approach, np.ones(1), law, tolerance=1e-12)[:, 0]
+    slope = np.diff(q) / np.diff(approach[:, 0])
+    assert slope[2] == pytest.approx(slope[1], rel=1e-6)
+    assert slope[0] == pytest.approx(slope[1], rel=2e-3)
+
+
+def test_hard_random_problems_all_converge():
+    """Slices from a nanometre to millimetres long, stiff to soft bodies, wide gaps, loads in any order."""
+    rng = np.random.default_rng(3)
+    for _ in range(300):
+        n = int(rng.integers(1, 50))
+        x = np.sort(rng.uniform(0, 1, n))
+        C = rng.choice([0, 1e-10, 2e-9, 2e-8]) * np.exp(-rng.uniform(1, 60) * np.abs(np.subtract.outer(x, x)))
+        C += rng.choice([0, 1e-9, 1e-8])
+        depth = rng.uniform(0.8e-3, 3e-3, n)
+        law = local_law(rng.uniform(2e-3, 20e-3, n), (depth, depth), PAIR)
+        offset = rng.uniform(0, rng.choice([0, 1e-6, 50e-6]), n)
+        approach = rng.permutation(10 ** rng.uniform(-9, -4.2, 12))[:, None] - offset
+        slice_forces(C, approach, 10 ** rng.uniform(-9, -2.5, n), law, tolerance=1e-10)
 
 
 def test_a_compliance_that_is_not_positive_raises():
     C, rho, depths, length = problem()
-    level, half_slope = local_law(rho, depths, PAIR)
+    law = local_law(rho, depths, PAIR)
     with pytest.raises(SolverError, match="residual"):
-        slice_forces(-20 * C, np.full((1, len(length)), 20e-6), length, level, half_slope, tolerance=1e-10)
+        slice_forces(-20 * C, np.full((1, len(length)), 20e-6), length, law, tolerance=1e-10)
 
 
 def test_an_unreachable_tolerance_raises():
     C, rho, depths, length = problem()
-    level, half_slope = local_law(rho, depths, PAIR)
+    law = local_law(rho, depths, PAIR)
     with pytest.raises(SolverError, match="did not converge"):
-        slice_forces(C, np.full((1, len(length)), 20e-6), length, level, half_slope, tolerance=1e-30)
+        slice_forces(C, np.full((1, len(length)), 20e-6), length, law, tolerance=1e-30)

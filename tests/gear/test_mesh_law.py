@@ -154,8 +154,7 @@ def test_executor_and_progress_give_the_same_law(slotted, slotted_law):
             progress=lambda done, total: seen.append((done, total)),
         )
     assert law.content_hash == slotted_law.content_hash
-    assert seen[-1] == (160, 160)
-    assert seen == sorted(seen)
+    assert seen == [(1, 4), (2, 4), (3, 4), (4, 4)]
 
 
 def test_deflection_grid_is_densest_at_first_contact(slotted):

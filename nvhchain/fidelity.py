@@ -35,7 +35,7 @@ class GearFidelity:
     contact_residual: float = 1e-10
     transverse_refinement: int = 1
     row_aspect: float = 1.5
-    load_pattern_tolerance: float = 1e-5
+    load_pattern_tolerance: float = 1e-3
     drive_reach: float = 3.0
     back_reach: float = 1.5
 
@@ -73,9 +73,9 @@ class HousingFidelity:
 
     element_size: float
     mode_ratio: float = 1.25
-    elements_per_turn: float = 10.0
+    elements_per_turn: float = 16.0
     elements_per_bending_wavelength: float = 4.0
-    samples_per_face: float = 10.0
+    samples_per_face: float = 6.0
 
 
 @dataclass(frozen=True)
@@ -135,21 +135,21 @@ DRAFT = Fidelity(
     "draft",
     GearFidelity(profile_elements=4, width_layers=3, slices=8, angles_per_mesh=16, deflections=16),
     DynamicsFidelity(time_step=20e-6),
-    HousingFidelity(element_size=0.018),
+    HousingFidelity(element_size=0.025),
     AcousticsFidelity(elements_per_wavelength=2.5, masters=16),
 )
 STANDARD = Fidelity(
     "standard",
     GearFidelity(profile_elements=6, width_layers=5, slices=14, angles_per_mesh=24, deflections=24),
     DynamicsFidelity(time_step=10e-6),
-    HousingFidelity(element_size=0.012),
+    HousingFidelity(element_size=0.016),
     AcousticsFidelity(elements_per_wavelength=4.0, masters=32),
 )
 REFERENCE = Fidelity(
     "reference",
     GearFidelity(profile_elements=10, width_layers=8, slices=24, angles_per_mesh=40, deflections=40),
     DynamicsFidelity(time_step=5e-6),
-    HousingFidelity(element_size=0.008),
+    HousingFidelity(element_size=0.009),
     AcousticsFidelity(elements_per_wavelength=5.0, masters=48),
 )
 PRESETS = {preset.name: preset for preset in (DRAFT, STANDARD, REFERENCE)}

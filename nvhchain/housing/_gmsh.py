@@ -2,8 +2,9 @@
 
 A recipe is plain data: `steps` [{"op": "fuse" | "cut", "solids": [...]}] applied in order to what is there so far,
 `size` (m), `smallest` (m), `per_turn` (elements per full circle), `dimension` 3 (quadratic tetrahedra with straight
-edges) or 2 (flat triangles of the skin). Solids: {"kind": "loft", "sections": [{"z", "arcs": [[x, y, r, start, end]]}]},
-{"kind": "cylinder", "base", "axis", "radius"}, {"kind": "plate", "polygon": [[x, y, z]], "extrude": [x, y, z]}.
+edges) or 2 (flat triangles of the skin).
+Solids: {"kind": "loft", "sections": [{"z", "arcs": [[x, y, r, start, end]]}]}, {"kind": "cylinder", "base", "axis",
+"radius"}, {"kind": "plate", "polygon": [[x, y, z]], "extrude": [x, y, z]}.
 """
 
 from __future__ import annotations

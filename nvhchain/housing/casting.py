@@ -20,7 +20,7 @@ def _length(owner: object, name: str, value: float, low: float, high: float) -> 
     kind = type(owner).__name__
     require(
         isinstance(value, int | float) and isfinite(value) and low <= value <= high,
-        f"{kind} {name} = {value} m is outside {low:g}…{high:g} m: lengths are metres, or use {name}_mm for millimetres",
+        f"{kind} {name} = {value} m is outside {low:g}…{high:g} m: give metres, or millimetres as {name}_mm",
     )
 
 
@@ -134,20 +134,20 @@ class Casting:
             require(
                 high - low <= LARGEST,
                 f"Casting is {high - low:g} m long in {letter}, more than {LARGEST:g} m: lengths are metres; "
-                "give millimetres in fields that end in _mm",
+                "give millimetres in fields that end in _mm (centre_mm, radius_mm)",
             )
 
     def _check_walls(self) -> None:
         room = self.depth - self.bell_depth - 2 * self.end_wall - self.chamfer
         require(
             room > 0,
-            f"Casting depth = {self.depth:g} m leaves no gear case behind bell_depth = {self.bell_depth:g} m: increase it",
+            f"Casting depth = {self.depth:g} m leaves no gear case behind bell_depth = {self.bell_depth:g} m: enlarge",
         )
         thickest = min(s.radius for s in self.gear_spaces) / 2
         for name in ("wall", "end_wall", "chamfer"):
             require(
                 getattr(self, name) < thickest,
-                f"Casting {name} = {getattr(self, name):g} m must be below half the smallest gear space, {thickest:g} m",
+                f"Casting {name} = {getattr(self, name):g} m must be below {thickest:g} m, half a gear space",
             )
         require(
             self.lug_radius >= self.bolt_radius + 0.002,
@@ -167,8 +167,8 @@ class Casting:
             wall = self.bell_depth + self.end_wall / 2 if engine else self.depth - self.end_wall / 2
             require(
                 abs(bore.centre[2] - wall) < (bore.length - self.end_wall) / 2,
-                f"Casting bore {bore.name} at z = {bore.centre[2]:g} m, length {bore.length:g} m, does not span its end "
-                f"wall at z = {wall:g} m: move it or make it longer than end_wall",
+                f"Casting bore {bore.name} at z = {bore.centre[2]:g} m, length {bore.length:g} m, does not span its "
+                f"end wall at z = {wall:g} m: move it or make it longer than end_wall",
             )
             room = max(
                 s.radius - hypot(bore.centre[0] - s.centre[0], bore.centre[1] - s.centre[1]) for s in self.gear_spaces

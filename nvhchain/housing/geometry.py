@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -25,13 +26,13 @@ def casting_recipe(casting: Casting, size: float, per_turn: float) -> dict[str, 
     outside += [_boss(casting, bore) for bore in rear]
     outside += _end_ribs(casting, rear) + _side_ribs(casting)
     inside_parts = [_boss(casting, bore) for bore in casting.bores] + _end_ribs(casting, engine)
-    holes = [_cylinder(bore.centre[:2], *seat_range(bore), bore.radius) for bore in casting.bores]
+    holes = [_cylinder(bore.centre[:2], *_bore_range(casting, bore), bore.radius) for bore in casting.bores]
     top = lug_height(casting)
     holes += [_cylinder(point, -0.01, top + 0.01, casting.bolt_radius) for point in bolt_circle(casting)]
     return {
         "dimension": 3,
         "size": size,
-        "smallest": size / 4,
+        "smallest": size / 2,
         "per_turn": per_turn,
         "steps": [
             {"op": "fuse", "solids": outside},
@@ -62,6 +63,14 @@ def outline_at(casting: Casting, offset: float) -> tuple[Arc, ...]:
 def seat_range(bore: Bore) -> tuple[float, float]:
     """Lower and upper z (m) of a bearing seat."""
     return bore.centre[2] - bore.length / 2, bore.centre[2] + bore.length / 2
+
+
+def _bore_range(casting: Casting, bore: Bore) -> tuple[float, float]:
+    """Lower and upper z (m) of the hole: an engine-side bore is also cleared of the ribs that meet at its boss."""
+    low, high = seat_range(bore)
+    if casting.on_engine_side(bore):
+        low = min(low, casting.bell_depth - casting.rib_height)
+    return low, high
 
 
 def lug_height(casting: Casting) -> float:
@@ -158,7 +167,7 @@ def _end_ribs(casting: Casting, bores: Sequence[Bore]) -> list[Solid]:
         border = outline_at(casting, casting.wall - casting.chamfer - casting.rib_thickness / 2)
     ribs = [
         _web(np.array(a.centre[:2]), np.array(b.centre[:2]), low, high, casting.rib_thickness)
-        for a, b in zip(bores, bores[1:], strict=False)
+        for a, b in pairwise(bores)
     ]
     axes = np.array([bore.centre[:2] for bore in bores])
     for bore in bores:

@@ -68,19 +68,19 @@ def stations(arcs: Sequence[Arc], count: int, start: float = 0.0) -> tuple[Float
 
     start: position of the first one in parts of the spacing, from the first arc's start.
     """
-    pieces = []
+    pieces: list[tuple[float, Arc, FloatArray | None]] = []
     for arc, following in zip(arcs, [*arcs[1:], arcs[0]], strict=True):
         pieces.append((arc.radius * (arc.end - arc.start), arc, None))
-        tangent = following.point(following.start) - arc.point(arc.end)
-        pieces.append((float(np.hypot(*tangent)), arc, tangent))
+        line = following.point(following.start) - arc.point(arc.end)
+        pieces.append((float(np.hypot(*line)), arc, line))
     ends = np.cumsum([length for length, _, _ in pieces])
     points, normals = [], []
     for s in (np.arange(count) + start) / count * ends[-1] % ends[-1]:
         k = int(np.searchsorted(ends, s, side="right"))
-        length, arc, tangent = pieces[k]
+        length, arc, along = pieces[k]
         share = 1 - (ends[k] - s) / length
-        angle = arc.start + share * (arc.end - arc.start) if tangent is None else arc.end
-        points.append(arc.point(angle) + (0.0 if tangent is None else share * tangent))
+        angle = arc.start + share * (arc.end - arc.start) if along is None else arc.end
+        points.append(arc.point(angle) + (0.0 if along is None else share * along))
         normals.append([np.cos(angle), np.sin(angle)])
     return np.array(points), np.array(normals)
 

@@ -1,7 +1,7 @@
 """Reduction of the housing to grounded normal modes and residual flexibility at its bearing seats.
 
-u(ω) = Σ_r φ_r φ_rᵀ f / (ω_r² − ω² + 2jζ_r ω_r ω) + R f with R = K⁻¹ − Σ_r φ_r φ_rᵀ / ω_r²: residual attachment vectors carry
-the static share of the modes left out (MacNeal, Computers & Structures 1, 1971; Craig, Structural Dynamics, ch. 17).
+u(ω) = Σ_r φ_r φ_rᵀ f / (ω_r² − ω² + 2jζ_r ω_r ω) + R f with R = K⁻¹ − Σ_r φ_r φ_rᵀ / ω_r²: residual attachment vectors
+carry the static share of the modes left out (MacNeal, Computers & Structures 1, 1971).
 """
 
 from __future__ import annotations
@@ -27,28 +27,28 @@ def reduce_housing(
     casting: Casting,
     *,
     f_max: float,
-    radiating_element_size: float,
+    surface_size: float,
     fidelity: HousingFidelity,
     progress: Progress | None = None,
 ) -> ReducedHousing:
     """Modes up to fidelity.mode_ratio · f_max and residual flexibility of the casting, bolted to a rigid engine.
 
-    f_max: Hz, upper band limit.  radiating_element_size: m, edge length of the radiating triangles.
+    f_max: Hz, upper band limit.  surface_size: m, edge length of the radiating triangles.
 
     Raises InputError when the mesh cannot carry the bending waves of the wall at f_max or a triangle size is not
     usable; SolverError when gmsh or the eigensolver fail.
     """
     require(np.isfinite(f_max) and f_max > 0, f"f_max = {f_max} Hz must be positive")
     require(
-        0 < radiating_element_size < casting.depth,
-        f"radiating element size {radiating_element_size:g} m must lie in 0 … {casting.depth:g} m (the depth)",
+        0 < surface_size < casting.depth,
+        f"surface_size = {surface_size:g} m must lie in 0 … {casting.depth:g} m (the depth)",
     )
     check_bending_resolution(casting, f_max, fidelity)
     tell = progress or (lambda done, total: None)
     tell(0, _STEPS)
     mesh = mesh_casting(casting, fidelity)
     tell(1, _STEPS)
-    surface = radiating_surface(casting, radiating_element_size)
+    surface = radiating_surface(casting, surface_size)
     silent = on_engine_plane(surface)
     motion = normal_motion(mesh.nodes, mesh.skin, surface, silent, fidelity.samples_per_face)
     tell(2, _STEPS)

@@ -1,6 +1,25 @@
-"""nvhchain: from gear geometry to sound pressure."""
+"""nvhchain: from gear geometry to the sound pressure of a gearbox.
+
+The names below are loaded when they are first used, so that `import nvhchain` stays quick.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 from nvhchain.fidelity import DRAFT, REFERENCE, STANDARD
 
+if TYPE_CHECKING:
+    from nvhchain.case import load_case
+    from nvhchain.chain import run
+    from nvhchain.scene import plan
+
 __version__ = "0.1.0"
-__all__ = ["DRAFT", "REFERENCE", "STANDARD"]
+__all__ = ["DRAFT", "REFERENCE", "STANDARD", "load_case", "plan", "run"]
+
+_HOMES = {"load_case": "case", "plan": "scene", "run": "chain"}
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOMES:
+        return getattr(import_module(f"nvhchain.{_HOMES[name]}"), name)
+    raise AttributeError(f"module 'nvhchain' has no attribute {name!r}")

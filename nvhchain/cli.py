@@ -1,0 +1,160 @@
+"""Command line: run, compare, plan, check, doctor.  Exit code 0: everything asked for is there; 2: bad input."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from nvhchain import __version__
+from nvhchain.errors import InputError, SolverError
+from nvhchain.fidelity import PRESETS
+
+
+class Console:
+    """Progress on stderr: bars with remaining time on a terminal, one line per finished stage elsewhere."""
+
+    def __init__(self) -> None:
+        self._bar: Any = None
+        self._started = 0.0
+
+    def begin(self, stage: str) -> None:
+        self._started = time.perf_counter()
+        if sys.stderr.isatty():
+            from tqdm import tqdm
+
+            self._bar = tqdm(
+                desc=stage, total=1, leave=False, bar_format="{desc}: {percentage:3.0f}% |{bar}| {remaining}"
+            )
+
+    def step(self, stage: str, done: int, total: int) -> None:
+        if self._bar is not None:
+            self._bar.total, self._bar.n = total, done
+            self._bar.refresh()
+
+    def end(self, stage: str, how: str) -> None:
+        if self._bar is not None:
+            self._bar.close()
+            self._bar = None
+        seconds = f" in {time.perf_counter() - self._started:.1f} s" if how == "computed" else ""
+        print(f"{stage}: {how}{seconds}", file=sys.stderr, flush=True)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line; returns the exit code."""
+    options = _parser().parse_args(arguments)
+    try:
+        return int(options.action(options))
+    except InputError as error:
+        print(f"nvhchain: {_one_line(error)}", file=sys.stderr)
+        return 2
+    except (SolverError, OSError) as error:
+        print(f"nvhchain: {_one_line(error)}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print("nvhchain: interrupted; finished stages are kept and will be found again", file=sys.stderr)
+        return 130
+
+
+def _one_line(error: BaseException) -> str:
+    return " ".join(str(error).split()) or type(error).__name__
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="nvhchain", description="Gear geometry to sound pressure.")
+    parser.add_argument("--version", action="version", version=f"nvhchain {__version__}")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+
+    common = argparse.ArgumentParser(add_help=False)
+    common.add_argument("--fidelity", choices=list(PRESETS), default="standard", help="accuracy preset")
+
+    run = commands.add_parser("run", parents=[common], help="compute the sound pressure of a case")
+    run.add_argument("case", metavar="CASE", help="case file (TOML)")
+    run.add_argument("--out", metavar="DIR", help="folder for the hand-offs (default: out/<case name>)")
+    run.add_argument(
+        "--use",
+        metavar="FILE",
+        action="append",
+        default=[],
+        help="ready-made hand-off (HDF5) to take instead of computing it",
+    )
+    run.set_defaults(action=_run)
+
+    compare = commands.add_parser("compare", parents=[common], help="compare cases: figures, sound, summary.json")
+    compare.add_argument("cases", metavar="CASE", nargs="+", help="case files (TOML); the first is the base")
+    compare.add_argument("--out", metavar="DIR", default="out", help="folder for results (default: out)")
+    compare.set_defaults(action=_compare)
+
+    plan = commands.add_parser("plan", parents=[common], help="say what will be modelled, skipped, and what it takes")
+    plan.add_argument("case", metavar="CASE")
+    plan.set_defaults(action=_plan)
+
+    check = commands.add_parser("check", help="read and validate a case")
+    check.add_argument("case", metavar="CASE")
+    check.set_defaults(action=_check)
+
+    doctor = commands.add_parser("doctor", help="check this machine: packages, system libraries, compiler cache")
+    doctor.set_defaults(action=_doctor)
+    return parser
+
+
+def _run(options: argparse.Namespace) -> int:
+    from nvhchain import chain, levels, store
+    from nvhchain.case import load_case
+
+    case = load_case(options.case)
+    given = chain.ready_made(store.load(path) for path in options.use)
+    out = Path(options.out or Path("out") / case.name)
+    result = chain.run(case, fidelity=PRESETS[options.fidelity], out=out, watcher=Console(), **given)
+    for i, point in enumerate(case.field_points):
+        level = levels.overall(result.pressure.frequency, result.pressure.pressure[:, i])
+        print(f"{case.name}: {level:.1f} dB(A) at {point.name}")
+    return 0
+
+
+def _compare(options: argparse.Namespace) -> int:
+    from nvhchain.case import load_case
+    from nvhchain.report import compare
+
+    summary = compare(
+        [load_case(path) for path in options.cases],
+        fidelity=PRESETS[options.fidelity],
+        out=Path(options.out),
+        watcher=Console(),
+    )
+    for name, configuration in summary["configurations"].items():
+        print(f"{name}: {configuration['overall_dBA']:.1f} dB(A)")
+    return 0
+
+
+def _plan(options: argparse.Namespace) -> int:
+    from nvhchain.case import load_case
+    from nvhchain.scene import plan
+
+    print(plan(load_case(options.case), fidelity=PRESETS[options.fidelity]))
+    return 0
+
+
+def _check(options: argparse.Namespace) -> int:
+    from nvhchain.case import load_case
+
+    case = load_case(options.case)
+    print(f"{options.case}: {case.name} is valid")
+    return 0
+
+
+def _doctor(options: argparse.Namespace) -> int:
+    from nvhchain.doctor import diagnose
+
+    findings = diagnose()
+    for finding in findings:
+        mark = "ok  " if finding.ok else "FAIL"
+        print(f"{mark} {finding.name}: {finding.detail}" + ("" if finding.ok else f"; {finding.remedy}"))
+    return 0 if all(finding.ok for finding in findings) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,49 @@
+"""A body whose surface velocity is given: sphere or surface file → SurfaceVelocity."""
+
+from __future__ import annotations
+
+from math import ceil, log, pi
+from pathlib import Path
+
+import meshio
+import numpy as np
+
+from nvhchain import acoustics
+from nvhchain.case import RadiatorCase, Sphere, SurfaceFile
+from nvhchain.errors import FileFormatError, require
+from nvhchain.fidelity import AcousticsFidelity
+from nvhchain.handoff import Surface, SurfaceVelocity
+
+
+def radiator_velocity(case: RadiatorCase, fidelity: AcousticsFidelity) -> SurfaceVelocity:
+    """Outward normal velocity, pulsation + velocity · n, on every face at every frequency of the case."""
+    body = case.body
+    if isinstance(body, Sphere):
+        edge = acoustics.required_element_size(case.frequencies[-1], case.air, fidelity)
+        surface = acoustics.sphere(body.radius, _subdivisions(body.radius, edge), body.centre)
+    else:
+        surface = _read(Path(case.folder), body)
+    normal = case.pulsation + surface.normals @ np.array(case.velocity)
+    lines = np.tile(normal.astype(complex), (len(case.frequencies), 1))
+    return SurfaceVelocity(np.array(case.frequencies), lines, surface)
+
+
+def _subdivisions(radius: float, edge: float) -> int:
+    """Icosphere level whose mean edge is at most `edge` (m) and which is at least round: 320 triangles."""
+    coarsest = radius * (16 * pi / (20 * 3**0.5)) ** 0.5
+    return max(2, ceil(log(coarsest / edge, 2)))
+
+
+def _read(folder: Path, body: SurfaceFile) -> Surface:
+    path = folder / body.file
+    require(path.is_file(), f"{path}: no such surface file")
+    try:
+        mesh = meshio.read(path)
+    except (meshio.ReadError, SystemExit, ValueError, KeyError, IndexError) as error:
+        raise FileFormatError(f"{path}: not a mesh that meshio reads ({error})") from None
+    triangles = mesh.get_cells_type("triangle")
+    require(len(triangles) > 0, f"{path}: holds no triangles: export a triangulated surface")
+    used, index = np.unique(triangles, return_inverse=True)
+    points = np.asarray(mesh.points, dtype=float)[used, :3] * body.scale
+    vertices, merged = np.unique(points, axis=0, return_inverse=True)
+    return Surface(vertices, merged.ravel()[index.reshape(triangles.shape)])

@@ -3,7 +3,7 @@
 from nvhchain.acoustics.direct import SurfacePressure, solve_direct, surface_pressure
 from nvhchain.acoustics.engines import ENGINES, estimate_memory
 from nvhchain.acoustics.incident import IncidentField, PlaneWave, PointSource
-from nvhchain.acoustics.power import SoundPower, array_points, array_power, intensity_power, sound_power
+from nvhchain.acoustics.power import SoundPower, array_points, array_power, sound_power
 from nvhchain.acoustics.radiate import interpolation_error, radiate
 from nvhchain.acoustics.surface import check_mesh, check_points, required_element_size, sphere
 from nvhchain.acoustics.transfer import master_frequencies, transfer_vectors
@@ -20,7 +20,6 @@ __all__ = [
     "check_mesh",
     "check_points",
     "estimate_memory",
-    "intensity_power",
     "interpolation_error",
     "master_frequencies",
     "radiate",

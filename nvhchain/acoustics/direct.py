@@ -24,7 +24,7 @@ from nvhchain.handoff import ComplexArray, FieldPressure, FloatArray, HandOff, S
 
 @dataclass(frozen=True, eq=False)
 class SurfacePressure(HandOff):
-    """Sound pressure on the radiating surface, linear on its triangles.
+    """Sound pressure at the vertices of the radiating surface.
 
     frequency: (n_f,) Hz.  pressure: (n_f, n_v) complex Pa, peak.  surface: the radiating surface.
     """
@@ -39,7 +39,7 @@ class SurfacePressure(HandOff):
             raise InputError(
                 f"SurfacePressure.pressure must be finite and have shape {shape}, not {self.pressure.shape}"
             )
-        self.frequency.flags.writeable = self.pressure.flags.writeable = False
+        self.pressure.flags.writeable = False
 
 
 def solve_direct(
@@ -72,19 +72,54 @@ def surface_pressure(
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> SurfacePressure:
-    """Total sound pressure at the vertices of the radiating surface.
+    """Total sound pressure at the vertices of the radiating surface, fourth-order accurate where the mesh is regular.
 
     incident: a field that the body scatters in addition; with zero velocity the body is rigid.  It adds
     p_inc + α ∂p_inc/∂n to the right-hand side of (½ − K + αW) p = −(S + α(½ + K′)) ∂p/∂n, the total field's equation.
     The other arguments and errors are those of `transfer_vectors`.
     """
-    pressure = _solve(surface_velocity, None, incident, air, fidelity, engine, executor, progress)
+    galerkin = galerkin_pressure(
+        surface_velocity, incident, air=air, fidelity=fidelity, engine=engine, executor=executor, progress=progress
+    )
     return SurfacePressure(
         surface_velocity.frequency,
-        pressure,
+        _vertex_values(surface_velocity.surface, galerkin),
         surface_velocity.surface,
         provenance=made_by("surface_pressure", fidelity, engine),
     )
+
+
+def galerkin_pressure(
+    surface_velocity: SurfaceVelocity,
+    incident: IncidentField | None,
+    *,
+    air: Air,
+    fidelity: AcousticsFidelity,
+    engine: str,
+    executor: Executor | None,
+    progress: Progress | None,
+) -> ComplexArray:
+    """Coefficients (n_f, n_v) of the linear functions whose sum comes nearest to the surface pressure in the mean.
+
+    Right for integrals over the surface; at the vertices themselves see `_vertex_values`.
+    """
+    return _solve(surface_velocity, None, incident, air, fidelity, engine, executor, progress)
+
+
+def _vertex_values(surface: Surface, galerkin: ComplexArray) -> ComplexArray:
+    """Pressure (n_f, n_v) at the vertices from the coefficients of the best linear fit.
+
+    The best fit of a curved function misses it at the vertices by −h²Δp/16 and its average under each hat function by
+    +h²Δp/16 (equilateral triangles of edge h): half of both is free of that error, 4.7 % at eight edges per wavelength.
+    """
+    total = np.zeros(galerkin.shape, dtype=complex)
+    weight = np.zeros(len(surface.vertices))
+    on_corners = galerkin[:, surface.triangles]
+    for i in range(3):
+        share = surface.areas / 12.0 * (on_corners.sum(axis=2) + on_corners[:, :, i])
+        np.add.at(total.T, surface.triangles[:, i], share.T)
+        np.add.at(weight, surface.triangles[:, i], surface.areas / 3.0)
+    return 0.5 * (galerkin + total / weight)
 
 
 def _solve(

@@ -7,12 +7,16 @@ from importlib import import_module
 
 import psutil
 
+from nvhchain.acoustics.bands import BAND
 from nvhchain.errors import ResourceError, require
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, Surface
 
 ENGINES = {"fused": "nvhchain.acoustics._fused", "bempp": "nvhchain.acoustics._bempp"}
 """Name of every engine and the module that offers `systems(surface, wavenumbers, fidelity)`; opened when first used."""
+
+_BATCH_BYTES = {"fused": 2 * 2**30, "bempp": 0}
+"""The fused engine builds the matrices of as many frequencies at once as fit into this."""
 
 _MATRIX_COPIES = {"fused": 1.1, "bempp": 3.0}
 """Matrices alive at once per matrix handed over (bempp assembles its four operators one by one and adds them)."""
@@ -36,13 +40,14 @@ def systems(
 
 
 def estimate_memory(n_vertex: int, n_face: int, engine: str = "fused") -> int:
-    """Peak bytes of one frequency: dense complex A (factorised in place) and B, and the engine's copies."""
+    """Peak bytes of one task: dense complex A (factorised in place) and B, and the engine's copies."""
     check_engine(engine)
-    return int(_MATRIX_COPIES[engine] * 16 * n_vertex * (n_vertex + n_face))
+    one = 16 * n_vertex * (n_vertex + n_face)
+    return int(_MATRIX_COPIES[engine] * max(one, min(BAND * one, _BATCH_BYTES[engine])))
 
 
 def check_memory(surface: Surface, kept: int, engine: str) -> int:
-    """Bytes that one frequency takes; `ResourceError` unless they and `kept` bytes of results fit into free memory."""
+    """Bytes that one task takes; `ResourceError` unless they and `kept` bytes of results fit into free memory."""
     n_vertex, n_face = len(surface.vertices), len(surface.triangles)
     task = estimate_memory(n_vertex, n_face, engine)
     free = int(psutil.virtual_memory().available)

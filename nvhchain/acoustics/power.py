@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nvhchain.acoustics.direct import SurfacePressure, solve_direct, surface_pressure
+from nvhchain.acoustics.direct import galerkin_pressure, solve_direct
 from nvhchain.acoustics.transfer import made_by
 from nvhchain.conventions import Air, Progress
 from nvhchain.errors import InputError, require
@@ -28,7 +28,7 @@ class SoundPower(HandOff):
             raise InputError(
                 f"SoundPower.power must be finite, one value for each of {len(self.frequency)} frequencies"
             )
-        self.frequency.flags.writeable = self.power.flags.writeable = False
+        self.power.flags.writeable = False
 
 
 def array_points(radius: float, centre: ArrayLike = (0.0, 0.0, 0.0), *, reflecting_plane: bool = False) -> FloatArray:
@@ -63,19 +63,6 @@ def array_power(pressure: FieldPressure, radius: float, air: Air, *, reflecting_
     )
 
 
-def intensity_power(pressure: SurfacePressure, surface_velocity: SurfaceVelocity) -> SoundPower:
-    """Sound power through the surface, W = ½ Re ∫ p v_n* dS."""
-    surface = surface_velocity.surface
-    require(
-        surface.content_hash == pressure.surface.content_hash
-        and np.array_equal(pressure.frequency, surface_velocity.frequency),
-        "surface pressure and surface velocity belong to different surfaces or frequencies: compute both on the same",
-    )
-    mean = pressure.pressure[:, surface.triangles].mean(axis=2)
-    power = 0.5 * np.real(np.einsum("fi,fi,i->f", mean, surface_velocity.normal_velocity.conj(), surface.areas))
-    return SoundPower(pressure.frequency.copy(), power, provenance=dict(pressure.provenance))
-
-
 def sound_power(
     surface_velocity: SurfaceVelocity,
     *,
@@ -86,17 +73,20 @@ def sound_power(
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> SoundPower:
-    """Sound power that a vibrating surface radiates into a free field.
+    """Sound power that a vibrating surface radiates into a free field, W = ½ Re ∫ p v_n* dS.
 
     array_radius: m; without it the intensity on the surface is integrated, with it the pressure is taken at the 40
     positions of a sphere of this radius about the surface's centre (`array_points`), as a measurement would.
     The other arguments and errors are those of `transfer_vectors`.
     """
     if array_radius is None:
-        pressure = surface_pressure(
-            surface_velocity, air=air, fidelity=fidelity, engine=engine, executor=executor, progress=progress
+        # Integrals over the surface want the best fit, not the vertex values.
+        pressure = galerkin_pressure(
+            surface_velocity, None, air=air, fidelity=fidelity, engine=engine, executor=executor, progress=progress
         )
-        power = intensity_power(pressure, surface_velocity)
+        surface, velocity = surface_velocity.surface, surface_velocity.normal_velocity
+        intensity = 0.5 * np.real(pressure[:, surface.triangles].mean(axis=2) * velocity.conj())
+        power = SoundPower(surface_velocity.frequency, intensity @ surface.areas)
     else:
         vertices = surface_velocity.surface.vertices
         points = array_points(array_radius, 0.5 * (vertices.min(axis=0) + vertices.max(axis=0)))

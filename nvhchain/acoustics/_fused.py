@@ -11,7 +11,7 @@ import numpy as np
 import psutil
 
 from nvhchain.acoustics._coupling import coupling
-from nvhchain.acoustics._fused_close import close_block, close_pairs
+from nvhchain.acoustics._fused_close import close_block, close_pairs, restore_columns
 from nvhchain.acoustics._fused_far import TILE, far_block
 from nvhchain.acoustics._fused_quadrature import product_rule, touching_rule, triangle_rule
 from nvhchain.errors import ResourceError
@@ -63,12 +63,16 @@ class _Block:
 class _Mesh:
     """The surface in the order the kernels want: triangles that are neighbours in space are neighbours in memory.
 
-    order: (n_face,) original number of every sorted triangle.  parts: blocks that one thread does one after the other;
+    order: (n_face,) original number of every sorted triangle; face_rank: its inverse.  columns: (n_face, 3) vertices in
+    the order in which the sorted triangles meet them; vertex_rank: (n_v,) that number of every vertex.  parts: blocks that one thread does one after the other;
     every row belongs to one part, so parts run side by side without a lock and always add in the same order.
     owner: (n_v,) part of every row.
     """
 
     order: IntArray
+    face_rank: IntArray
+    columns: IntArray
+    vertex_rank: IntArray
     vertices: FloatArray
     triangles: IntArray
     normals: FloatArray
@@ -112,6 +116,7 @@ def _prepare(surface: Surface, fidelity: AcousticsFidelity) -> _Mesh:
     curls = (np.roll(corners, -2, axis=1) - np.roll(corners, -1, axis=1)) / (2.0 * areas[:, None, None])
     owner, parts = _parts(triangles, tiles, len(surface.vertices))
 
+    vertex_rank = np.argsort(np.argsort(np.unique(triangles, return_index=True)[1]))
     ratios = np.asarray(fidelity.close_distances, dtype=float)
     centroids, sizes = np.ascontiguousarray(surface.centroids[order]), surface.longest_edges[order]
     start = np.full(len(triangles) + 1, -1)
@@ -124,6 +129,9 @@ def _prepare(surface: Surface, fidelity: AcousticsFidelity) -> _Mesh:
     hats, weights = triangle_rule(fidelity.quadrature_order)
     return _Mesh(
         order=order,
+        face_rank=np.argsort(order),
+        columns=np.ascontiguousarray(vertex_rank[triangles]),
+        vertex_rank=vertex_rank,
         vertices=np.array(surface.vertices),  # a copy: the kernels are compiled for writeable arrays
         triangles=triangles,
         normals=normals,
@@ -154,7 +162,8 @@ def _sorted_tiles(centroids: FloatArray) -> tuple[IntArray, IntArray]:
             continue
         axis = int(np.argmax(np.ptp(centroids[group], axis=0)))
         group = group[np.argsort(centroids[group, axis], kind="stable")]
-        stack += [group[len(group) // 2 :], group[: len(group) // 2]]
+        half = -(-len(group) // (2 * TILE)) * TILE  # all tiles but one are full
+        stack += [group[half:], group[:half]]
     return np.concatenate(leaves), np.cumsum([0] + [len(leaf) for leaf in leaves])
 
 
@@ -202,13 +211,15 @@ def _assemble(mesh: _Mesh, surface: Surface, k: FloatArray) -> tuple[ComplexArra
             skip_start = np.concatenate([[0], np.cumsum(last - first)])
             far_block(
                 points[t], mesh.normals[t], mesh.curls[t], mesh.areas[t], block.lines, block.rows, skip_start, skip,
-                mesh.far_hats, mesh.far_weights, trial, normals, curls, mesh.areas, mesh.triangles, mesh.order,
+                mesh.far_hats, mesh.far_weights, trial, normals, curls, mesh.areas, mesh.columns,
                 mesh.tiles, mesh.far_hats, mesh.far_weights, k, beta, new_step, a, b,
             )  # fmt: skip
             close_block(
                 t, mesh.close_start, mesh.close_trial, mesh.close_rule, mesh.rule_start, mesh.rules, mesh.vertices,
-                mesh.triangles, mesh.normals, mesh.curls, mesh.areas, mesh.order, owned, k, beta, new_step, a, b,
+                mesh.triangles, mesh.normals, mesh.curls, mesh.areas, mesh.columns, owned, k, beta, new_step, a, b,
             )  # fmt: skip
+
+        restore_columns(np.flatnonzero(owned), mesh.vertex_rank, mesh.face_rank, a, b)
 
     with ThreadPoolExecutor(_threads()) as pool:
         list(pool.map(run, range(len(mesh.parts))))

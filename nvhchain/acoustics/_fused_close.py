@@ -39,9 +39,8 @@ def _match(triangles, t, s, left_order, right_order):
 def _pair_geometry(pair, x, y, first, second, weight, begin, width, normal_x, normal_y, share):
     """Distance and projections of a chunk of the points of a pair rule."""
     for u in range(width):
-        p = begin + u
-        l0, l1, l2 = first[0, p], first[1, p], first[2, p]
-        m0, m1, m2 = second[0, p], second[1, p], second[2, p]
+        l0, l1, l2 = first[0, u], first[1, u], first[2, u]
+        m0, m1, m2 = second[0, u], second[1, u], second[2, u]
         r0 = l0 * x[0, 0] + l1 * x[1, 0] + l2 * x[2, 0] - m0 * y[0, 0] - m1 * y[1, 0] - m2 * y[2, 0]
         r1 = l0 * x[0, 1] + l1 * x[1, 1] + l2 * x[2, 1] - m0 * y[0, 1] - m1 * y[1, 1] - m2 * y[2, 1]
         r2 = l0 * x[0, 2] + l1 * x[1, 2] + l2 * x[2, 2] - m0 * y[0, 2] - m1 * y[1, 2] - m2 * y[2, 2]
@@ -96,15 +95,14 @@ def _pair_sums(sums, value, hat, second, begin, width):
     """Add a chunk of integrand values, tested with one hat, to the three columns of A and the one of B."""
     a0r, a0i, a1r, a1i, a2r, a2i, br, bi = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for u in range(width):
-        p = begin + u
         h = hat[p]
         re, im = h * value[0, u], h * value[1, u]
-        a0r += second[0, p] * re
-        a0i += second[0, p] * im
-        a1r += second[1, p] * re
-        a1i += second[1, p] * im
-        a2r += second[2, p] * re
-        a2i += second[2, p] * im
+        a0r += second[0, u] * re
+        a0i += second[0, u] * im
+        a1r += second[1, u] * re
+        a1i += second[1, u] * im
+        a2r += second[2, u] * re
+        a2i += second[2, u] * im
         br += h * value[2, u]
         bi += h * value[3, u]
     sums[0] += a0r
@@ -129,15 +127,14 @@ def _corners(vertices, triangles, t, order):
 
 
 @numba.njit(**INLINE)
-def _geometry(work, x, y, rule, begin, width, normal_x, normal_y, share):
+def _geometry(work, x, y, rule, width, normal_x, normal_y, share):
     """Distance and projections at a chunk of the points of a pair rule."""
     x00, x01, x02, x10, x11, x12, x20, x21, x22 = x
     y00, y01, y02, y10, y11, y12, y20, y21, y22 = y
     nx0, nx1, nx2 = normal_x
     ny0, ny1, ny2 = normal_y
     for u in range(width):
-        p = begin + u
-        l0, l1, l2, m0, m1, m2 = rule[0, p], rule[1, p], rule[2, p], rule[3, p], rule[4, p], rule[5, p]
+        l0, l1, l2, m0, m1, m2 = rule[0, u], rule[1, u], rule[2, u], rule[3, u], rule[4, u], rule[5, u]
         r0 = l0 * x00 + l1 * x10 + l2 * x20 - m0 * y00 - m1 * y10 - m2 * y20
         r1 = l0 * x01 + l1 * x11 + l2 * x21 - m0 * y01 - m1 * y11 - m2 * y21
         r2 = l0 * x02 + l1 * x12 + l2 * x22 - m0 * y02 - m1 * y12 - m2 * y22
@@ -145,7 +142,7 @@ def _geometry(work, x, y, rule, begin, width, normal_x, normal_y, share):
         inverse = 1.0 / np.sqrt(square)
         d = (r0 * ny0 + r1 * ny1 + r2 * ny2) * inverse
         e = -(r0 * nx0 + r1 * nx1 + r2 * nx2) * inverse
-        work[0, u] = rule[6, p] * share * inverse
+        work[0, u] = rule[6, u] * share * inverse
         work[4, u] = d
         work[5, u] = d * inverse
         work[6, u] = e
@@ -193,19 +190,18 @@ def _values(work, width, k, beta, facing):
 
 
 @numba.njit(**INLINE)
-def _sums(work, rule, i, begin, width):
+def _sums(work, rule, hat, width):
     """Integrals over a chunk against test hat i: A with the three trial hats, then B; re, im of each."""
     a0r, a0i, a1r, a1i, a2r, a2i, br, bi = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for u in range(width):
-        p = begin + u
-        h = rule[i, p]
+        h = hat[u]
         re, im = h * work[9, u], h * work[10, u]
-        a0r += rule[3, p] * re
-        a0i += rule[3, p] * im
-        a1r += rule[4, p] * re
-        a1i += rule[4, p] * im
-        a2r += rule[5, p] * re
-        a2i += rule[5, p] * im
+        a0r += rule[3, u] * re
+        a0i += rule[3, u] * im
+        a1r += rule[4, u] * re
+        a1i += rule[4, u] * im
+        a2r += rule[5, u] * re
+        a2i += rule[5, u] * im
         br += h * work[11, u]
         bi += h * work[12, u]
     return a0r, a0i, a1r, a1i, a2r, a2i, br, bi
@@ -213,7 +209,7 @@ def _sums(work, rule, i, begin, width):
 
 @numba.njit(
     "void(int64[::1], int64[::1], int64[::1], int64[::1], int64[::1], float64[:,::1], float64[:,::1],"
-    "int64[:,::1], float64[:,::1], float64[:,:,::1], float64[::1], int64[::1], boolean[::1],"
+    "int64[:,::1], float64[:,::1], float64[:,:,::1], float64[::1], int64[:,::1], boolean[::1],"
     "float64[::1], float64[::1], boolean[::1], complex128[:,:,::1], complex128[:,:,::1])",
     **COMPILED,
 )
@@ -229,7 +225,7 @@ def close_block(
     normal,  # (n_face, 3)
     curl,  # (n_face, 3, 3)
     area,  # (n_face,)
-    column,  # (n_face,) column of B
+    corner,  # (n_face, 3) columns of A; those of B are numbered as the triangles
     owned,  # (n_v,) whether the row may be written
     k,  # (n_k,)
     beta,  # (n_k,)
@@ -256,7 +252,8 @@ def close_block(
             whole[:] = 0.0
             for begin in range(rule_start[r], rule_start[r + 1], _CHUNK):
                 width = min(_CHUNK, rule_start[r + 1] - begin)
-                _geometry(work, x, y, rule, begin, width, normal_x, normal_y, share)
+                points = rule[:, begin : begin + width]
+                _geometry(work, x, y, points, width, normal_x, normal_y, share)
                 _begin(work, k[0], width)
                 for ik in range(n_k):
                     if ik + 1 < n_k and new_step[ik]:
@@ -265,7 +262,7 @@ def close_block(
                     whole[ik, 0] += re
                     whole[ik, 1] += im
                     for i in range(3):
-                        part = _sums(work, rule, i, begin, width)
+                        part = _sums(work, points, points[i], width)
                         for j in range(8):
                             sums[ik, i, j] += part[j]
             for i in range(3):
@@ -277,12 +274,12 @@ def close_block(
                     for axis in range(3):
                         c += curl[t, left[i], axis] * curl[s, right[j], axis]
                     for ik in range(n_k):
-                        a[ik, vertex, triangles[s, right[j]]] += complex(
+                        a[ik, vertex, corner[s, right[j]]] += complex(
                             sums[ik, i, 2 * j] + beta[ik] * c * whole[ik, 1],
                             sums[ik, i, 2 * j + 1] - beta[ik] * c * whole[ik, 0],
                         )
                 for ik in range(n_k):
-                    b[ik, vertex, column[s]] += complex(sums[ik, i, 6], sums[ik, i, 7])
+                    b[ik, vertex, s] += complex(sums[ik, i, 6], sums[ik, i, 7])
 
 
 @numba.njit(
@@ -325,3 +322,24 @@ def close_pairs(
             found += 1
     if counting:
         start[n] = found
+
+
+@numba.njit("void(int64[::1], int64[::1], int64[::1], complex128[:,:,::1], complex128[:,:,::1])", **COMPILED)
+def restore_columns(
+    rows,  # rows of A and B to work on
+    vertex_rank,  # (n_v,) column of A that holds every vertex
+    face_rank,  # (n_face,) column of B that holds every face
+    a,  # (n_k, n_v, n_v) changed in place
+    b,  # (n_k, n_v, n_face) changed in place
+):
+    """Give the columns, assembled in the order of the sorted triangles, their place in the caller's numbering."""
+    line = np.empty(len(face_rank), dtype=np.complex128)
+    n_vertex, n_face = len(vertex_rank), len(face_rank)
+    for ik in range(a.shape[0]):
+        for row in rows:
+            line[:n_vertex] = a[ik, row]
+            for j in range(n_vertex):
+                a[ik, row, j] = line[vertex_rank[j]]
+            line[:] = b[ik, row]
+            for j in range(n_face):
+                b[ik, row, j] = line[face_rank[j]]

@@ -1,0 +1,76 @@
+"""Mesh law from drawing to table with finite elements, against ISO 6336-1 and the symmetries of the drawing."""
+
+import dataclasses
+import sys
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+
+import numpy as np
+import pytest
+
+from nvhchain.fidelity import DRAFT
+from nvhchain.gear import Engagement, engaged_reach, flank_compliance, iso_stiffness, loaded_mesh, mesh_law
+
+COARSE = dataclasses.replace(DRAFT.gear, profile_elements=3, width_layers=2, slices=8, angles_per_mesh=8)
+TORQUE = 250.0
+
+
+@pytest.fixture(scope="module")
+def solid(make_pair):
+    pair = make_pair(1, thickness_allowance=30e-6)
+    bodies = (pair.pinion, pair.wheel)
+    compliances = tuple(flank_compliance(b, COARSE, reach=engaged_reach(pair)) for b in bodies)
+    return pair, Engagement(pair, compliances, COARSE.slices)
+
+
+def bore_wind_up(pair):
+    """Twist of both discs from bore to root circle, m/N along the normal (thick-walled tube): ISO has none of it."""
+    total = 0.0
+    for body in (pair.pinion, pair.wheel):
+        g, shear = body.geometry, body.material.young / (2 * (1 + body.material.poisson))
+        arm = g.base_radius * np.cos(g.base_helix_angle)
+        total += arm**2 / (4 * np.pi * shear * g.face_width) * (g.bore_radius**-2 - g.root_radius**-2)
+    return total
+
+
+def test_mean_mesh_stiffness_of_solid_gears_matches_iso_6336_within_ten_percent(solid):
+    pair, engagement = solid
+    force, wind_up = pair.normal_force(TORQUE), bore_wind_up(pair)
+    to_transverse = np.cos(pair.base_helix_angle) ** 2 / pair.face_width
+    stiffness = []
+    for angle in np.arange(8) / 8 * pair.mesh_period:
+        tangent = loaded_mesh(engagement, angle, force, guess=30e-6).tangent_stiffness
+        stiffness.append(to_transverse / (1 / tangent - wind_up))
+    assert np.mean(stiffness) == pytest.approx(iso_stiffness(pair).mesh, rel=0.10)
+
+
+def test_both_flanks_and_both_senses_of_a_symmetric_gear_carry_alike(solid):
+    pair, engagement = solid
+    other = dataclasses.replace(engagement, pair=dataclasses.replace(pair, sense=-1))
+    radius = pair.base_radius[1] / np.cos(pair.working_pressure_angle)
+    mirror = -2 * float(pair.wheel.geometry.half_tooth_angle(radius))
+    for angle in (0.2 * pair.mesh_period, 0.7 * pair.mesh_period):
+        drive = engagement.mesh_force(angle, np.array([25e-6]))
+        np.testing.assert_allclose(other.mesh_force(angle, np.array([25e-6])), drive, rtol=1e-8)
+        back = engagement.mesh_force(mirror - angle, np.array([-pair.backlash - 25e-6]))
+        np.testing.assert_allclose(-back, drive, rtol=1e-8)
+
+
+def test_law_computes_its_compliances_and_runs_in_a_process_pool(solid, monkeypatch):
+    pair, engagement = solid
+    asked = []
+
+    def known(body, fidelity, *, reach, progress):
+        asked.append((body, fidelity, reach))
+        progress(1, 1)
+        return engagement.compliances[len(asked) - 1]
+
+    monkeypatch.setattr(sys.modules[mesh_law.__module__], "flank_compliance", known)
+    force, seen = pair.normal_force(TORQUE), []
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as executor:
+        law = mesh_law(
+            pair, nominal_force=force, fidelity=COARSE, executor=executor, progress=lambda *step: seen.append(step)
+        )
+    assert asked == [(pair.pinion, COARSE, 2), (pair.wheel, COARSE, 2)]
+    assert seen == [(1, 3), (2, 3), (3, 3)]
+    np.testing.assert_allclose(law.force[3], engagement.mesh_force(law.angle[3], law.deflection), rtol=1e-8)

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from nvhchain.errors import SolverError, require
+from nvhchain.fidelity import GearFidelity
 from nvhchain.gear.compliance import FlankCompliance
 from nvhchain.gear.contact import contact_half_width, local_law, slice_forces
 from nvhchain.gear.pair import BACK, DRIVE, ContactLines, GearPair, contact_lines
@@ -25,16 +26,16 @@ def engaged_reach(pair: GearPair) -> int:
 class Engagement:
     """A gear pair with the flank compliances of both gears, ready for contact at any angle.
 
-    slices: axial slices of a contact line.  tolerance: relative residual, see `contact.slice_forces`.
+    fidelity: its `slices` and `contact_residual` are used.
     """
 
     pair: GearPair
     compliances: tuple[FlankCompliance, FlankCompliance]
-    slices: int
-    tolerance: float = 1e-10
+    fidelity: GearFidelity
 
     def __post_init__(self) -> None:
-        require(self.slices >= 1, f"slices = {self.slices}: at least 1 is needed")
+        slices = self.fidelity.slices
+        require(slices >= 1, f"slices = {slices}: at least 1 is needed")
         for name, body, c in zip(
             ("pinion", "wheel"), (self.pair.pinion, self.pair.wheel), self.compliances, strict=True
         ):
@@ -96,7 +97,7 @@ class Engagement:
         separation: (n,) m, unloaded gap of every slice beyond that of the pure involutes; none by default.
         Raises SolverError where the contact does not converge or the local law leaves its range.
         """
-        lines = contact_lines(self.pair, angle, slices=self.slices, flank=flank)
+        lines = contact_lines(self.pair, angle, slices=self.fidelity.slices, flank=flank)
         materials = (self.pair.pinion.material, self.pair.wheel.material)
         law = local_law(lines.curvature, (lines.depth[0], lines.depth[1]), materials)
         offset = np.zeros(len(lines.length)) if separation is None else separation
@@ -105,7 +106,7 @@ class Engagement:
             np.asarray(approach, float)[:, None] - offset,
             lines.length,
             law,
-            tolerance=self.tolerance,
+            tolerance=self.fidelity.contact_residual,
         )
         width = contact_half_width(forces / lines.length, lines.curvature, materials)
         if (width[:, None] > lines.depth).any():

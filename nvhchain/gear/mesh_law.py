@@ -54,8 +54,8 @@ def mesh_law(
             flank_compliance(pair.pinion, fidelity, reach=reach, progress=lambda done, _: report(done)),
             flank_compliance(pair.wheel, fidelity, reach=reach, progress=lambda done, _: report(first + done)),
         )
-    engagement = Engagement(pair, compliances, fidelity.slices, fidelity.contact_residual)
-    deflection = deflection_grid(engagement, nominal_force, angle, fidelity)
+    engagement = Engagement(pair, compliances, fidelity)
+    deflection = deflection_grid(engagement, nominal_force, angle)
     work = (executor.map if executor else map)(
         _force_rows, [engagement] * len(blocks), blocks, [deflection] * len(blocks)
     )
@@ -85,14 +85,13 @@ def _force_rows(engagement: Engagement, angles: FloatArray, deflection: FloatArr
     return np.array([engagement.mesh_force(angle, deflection) for angle in angles])
 
 
-def deflection_grid(
-    engagement: Engagement, nominal_force: float, angle: FloatArray, fidelity: GearFidelity
-) -> FloatArray:
+def deflection_grid(engagement: Engagement, nominal_force: float, angle: FloatArray) -> FloatArray:
     """Deflections, m, from the back flank through the gap to the drive flank, closest together at first contact.
 
     The softest of some angles of the body period sets the reach, so that each one carries `drive_reach` times
     the nominal force on the drive flank; the back flank reaches `back_reach` times it.
     """
+    fidelity = engagement.fidelity
     probes = angle[:: max(1, len(angle) // 24)]
     guess, softest = 1e-9 * nominal_force, 0.0
     for at in probes:

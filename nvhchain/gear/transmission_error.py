@@ -72,16 +72,16 @@ def loaded_mesh(
     """Solve for the δ > 0 at which the drive flanks carry `force`, N, at wheel `angle`, rad.
 
     guess: m, any positive deflection of the right order.  Newton on the tangent stiffness by differences, to a
-    relative force error of 1e3 × the engagement's tolerance.  Raises SolverError if it does not get there.
+    relative force error of 1e3 × its contact residual.  Raises SolverError if it does not get there.
     """
     require(force > 0, f"force = {force:g} N must be positive")
-    deflection = guess
+    deflection, tolerance = guess, 1e3 * engagement.fidelity.contact_residual
     for _ in range(max_iterations):
         probe = np.array([deflection, deflection * (1 + 1e-4)])
         lines, forces = engagement.forces(angle, probe)
         total = forces.sum(axis=1)
         tangent = (total[1] - total[0]) / (probe[1] - probe[0])
-        if abs(total[0] - force) <= 1e3 * engagement.tolerance * force:
+        if abs(total[0] - force) <= tolerance * force:
             materials = (engagement.pair.pinion.material, engagement.pair.wheel.material)
             q = forces[0] / lines.length
             width = contact_half_width(q, lines.curvature, materials)

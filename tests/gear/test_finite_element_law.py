@@ -20,7 +20,7 @@ def solid(make_pair):
     pair = make_pair(1, thickness_allowance=30e-6)
     bodies = (pair.pinion, pair.wheel)
     compliances = tuple(flank_compliance(b, COARSE, reach=engaged_reach(pair)) for b in bodies)
-    return pair, Engagement(pair, compliances, COARSE.slices)
+    return pair, Engagement(pair, compliances, COARSE)
 
 
 def bore_wind_up(pair):

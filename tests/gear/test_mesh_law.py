@@ -17,6 +17,10 @@ from nvhchain.gear.pair import BACK
 TORQUE = 250.0
 
 
+def sliced(slices):
+    return dataclasses.replace(DRAFT.gear, slices=slices)
+
+
 @pytest.fixture(scope="module")
 def slotted(make_pair, make_compliances):
     pair = make_pair(1, symmetries=(0, 5), thickness_allowance=40e-6)
@@ -74,7 +78,7 @@ def test_a_modulated_body_shows_at_its_own_period_and_a_plain_one_does_not(slott
 def test_back_flank_is_the_mirror_image_of_the_drive_flank(make_pair, make_compliances):
     """Gears of mirrored hand running the other way are the same drawing seen in a mirror."""
     pair = make_pair(1, thickness_allowance=40e-6)
-    engagement = Engagement(pair, make_compliances(pair), slices=8)
+    engagement = Engagement(pair, make_compliances(pair), sliced(8))
     approach = np.array([5e-6, 20e-6])
     # θ at which back flank pair −1 touches at the pitch point at mid-width (wheel tooth 0 follows by one thickness)
     wheel = pair.wheel.geometry
@@ -94,7 +98,7 @@ def test_pair_running_the_other_way_with_mirrored_hand_has_the_same_law(make_pai
     other = dataclasses.replace(make_pair(1, symmetries=symmetries, thickness_allowance=40e-6, mirrored=True), sense=-1)
     compliances = make_compliances(one, modulation=modulation)
     deflection = np.array([-100e-6, 15e-6])
-    a, b = (Engagement(pair, compliances, slices=8) for pair in (one, other))
+    a, b = (Engagement(pair, compliances, sliced(8)) for pair in (one, other))
     for angle in np.linspace(-2, 5, 6) * one.mesh_period:
         np.testing.assert_allclose(a.mesh_force(angle, deflection), b.mesh_force(angle, deflection), rtol=1e-9)
 
@@ -106,7 +110,7 @@ def test_neighbouring_teeth_are_coupled(slotted):
         dataclasses.replace(c, blocks=np.concatenate([c.blocks[:, :1], 0 * c.blocks[:, 1:]], axis=1))
         for c in compliances
     )
-    coupled, free = (Engagement(pair, c, slices=8).mesh_force(0.0, np.array([20e-6]))[0] for c in (compliances, alone))
+    coupled, free = (Engagement(pair, c, sliced(8)).mesh_force(0.0, np.array([20e-6]))[0] for c in (compliances, alone))
     assert 1.02 < free / coupled < 1.5
 
 
@@ -114,7 +118,7 @@ def test_rigid_bodies_leave_weber_banaschek_alone(make_pair, make_compliances):
     """With C = 0 every slice stands alone and obeys the closed form."""
     pair = make_pair(2)
     rigid = tuple(dataclasses.replace(c, blocks=0 * c.blocks) for c in make_compliances(pair))
-    lines, forces = Engagement(pair, rigid, slices=10).forces(0.3 * pair.mesh_period, np.array([4e-6]))
+    lines, forces = Engagement(pair, rigid, sliced(10)).forces(0.3 * pair.mesh_period, np.array([4e-6]))
     materials = (pair.pinion.material, pair.wheel.material)
     local = local_deflection(forces[0] / lines.length, lines.curvature, tuple(lines.depth), materials)
     np.testing.assert_allclose(local, 4e-6, rtol=1e-9)
@@ -122,7 +126,7 @@ def test_rigid_bodies_leave_weber_banaschek_alone(make_pair, make_compliances):
 
 def test_separation_of_the_flanks_delays_contact(slotted):
     pair, compliances = slotted
-    engagement = Engagement(pair, compliances, slices=8)
+    engagement = Engagement(pair, compliances, sliced(8))
     lines, _ = engagement.forces(0.0, np.array([10e-6]))
     gap = np.full(len(lines.length), 4e-6)
     shifted = engagement.forces(0.0, np.array([4e-6, 14e-6]), separation=gap)[1].sum(axis=1)
@@ -134,7 +138,7 @@ def test_more_slices_move_the_force_by_less_than_one_percent(slotted):
     pair, compliances = slotted
     angles = np.linspace(0, pair.mesh_period, 7)
     force = {
-        n: np.array([Engagement(pair, compliances, n).mesh_force(a, np.array([20e-6]))[0] for a in angles])
+        n: np.array([Engagement(pair, compliances, sliced(n)).mesh_force(a, np.array([20e-6]))[0] for a in angles])
         for n in (STANDARD.gear.slices, 4 * STANDARD.gear.slices)
     }
     coarse, fine = force.values()
@@ -159,8 +163,8 @@ def test_executor_and_progress_give_the_same_law(slotted, slotted_law):
 
 def test_deflection_grid_is_densest_at_first_contact(slotted):
     pair, compliances = slotted
-    engagement = Engagement(pair, compliances, slices=6)
-    grid = deflection_grid(engagement, pair.normal_force(TORQUE), np.array([0.0]), STANDARD.gear)
+    engagement = Engagement(pair, compliances, STANDARD.gear)
+    grid = deflection_grid(engagement, pair.normal_force(TORQUE), np.array([0.0]))
     assert len(grid) == STANDARD.gear.deflections
     drive = np.diff(grid[grid >= 0])
     back = np.diff(grid[grid <= -pair.backlash])
@@ -179,9 +183,9 @@ def test_without_backlash_the_grid_has_no_double_point(make_pair, make_complianc
 def test_compliance_that_does_not_fit_the_pair_is_refused(slotted, make_pair, make_compliances):
     pair, compliances = slotted
     with pytest.raises(InputError, match="compute it for this gear"):
-        Engagement(pair, compliances[::-1], slices=6)
+        Engagement(pair, compliances[::-1], sliced(6))
     short = tuple(dataclasses.replace(c, blocks=c.blocks[:, :1]) for c in compliances)
     with pytest.raises(InputError, match="reach"):
-        Engagement(pair, short, slices=6)
+        Engagement(pair, short, sliced(6))
     assert engaged_reach(pair) == 2
     assert engaged_reach(make_pair(2)) == 2

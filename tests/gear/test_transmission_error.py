@@ -17,7 +17,7 @@ def case(make_pair, make_compliances):
     compliances = make_compliances(pair)
     force = pair.normal_force(625.0)
     law = mesh_law(pair, nominal_force=force, fidelity=STANDARD.gear, compliances=compliances)
-    return Engagement(pair, compliances, STANDARD.gear.slices), law, force
+    return Engagement(pair, compliances, STANDARD.gear), law, force
 
 
 @pytest.mark.parametrize("load", [0.1, 0.5, 1.0, 2.0])

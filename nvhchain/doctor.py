@@ -12,7 +12,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import metadata
 from pathlib import Path
 
@@ -60,7 +60,8 @@ class Finding:
 
 def diagnose() -> list[Finding]:
     """Try everything the chain relies on; takes about ten seconds."""
-    return [check() for check in CHECKS]
+    findings = [check() for check in CHECKS]
+    return [replace(finding, remedy="") if finding.ok else finding for finding in findings]
 
 
 def _python() -> Finding:

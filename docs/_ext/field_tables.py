@@ -54,7 +54,8 @@ def table(header, rows):
     node = nodes.table(classes=["colwidths-auto"])
     group = nodes.tgroup(cols=len(header))
     node += group
-    group += [nodes.colspec(colwidth=1) for _ in header]
+    widest = [min(60, 2 + max(map(len, column))) for column in zip(header, *rows, strict=True)]
+    group += [nodes.colspec(colwidth=width) for width in widest]
     for part, lines in ((nodes.thead(), [header]), (nodes.tbody(), rows)):
         group += part
         for line in lines:

@@ -45,15 +45,15 @@ class DynamicsFidelity:
     """Time integration of the gearbox.
 
     time_step: s, largest step of the integrator.  settle_level: what is left of the start when recording begins,
-    relative to the swing of the bearing forces.  settle_limit: common periods allowed for that.  periods: recorded
-    common periods.  samples_per_period: steps that the shortest period of the band must have.
+    relative to the swing of the bearing forces.  settle_time: s allowed for that.  periods: recorded common periods.
+     samples_per_period: steps that the shortest period of the band must have.
     angle_refinement: interpolated rows per tabulated angle of a mesh law.  contact_residual: admissible residual of the
     mesh forces in a step, relative to the largest tabulated force; reached within contact_iterations.
     """
 
     time_step: float
     settle_level: float = 1e-6
-    settle_limit: int = 100
+    settle_time: float = 20.0
     periods: int = 1
     samples_per_period: float = 8.0
     angle_refinement: int = 4

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import solve_triangular
 
 from nvhchain.conventions import Progress
 from nvhchain.errors import InputError, require
@@ -12,11 +13,14 @@ from nvhchain.fidelity import GearFidelity
 from nvhchain.gear.body import GearBody
 from nvhchain.gear.body_flexibility import body_flexibility
 from nvhchain.gear.mesh import gear_mesh
-from nvhchain.gear.tooth_compliance import condensed_tooth
+from nvhchain.gear.tooth_compliance import CondensedTooth, condensed_tooth
 from nvhchain.handoff import FloatArray
 
 USUAL_REACH = 3
 """Neighbours to either side that are coupled; a pair of contact ratio ε_γ loads teeth ⌈ε_γ⌉ − 1 pitches apart."""
+
+_SPRINGS = 0.01
+"""Springs of `load_patterns`, in mean diagonal stiffnesses of the tooth: about those of the rim beneath it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,18 +92,13 @@ def flank_compliance(
     reach: neighbouring teeth to either side that are coupled (fewer than half of all teeth).
     progress: called with (teeth done, teeth of the sector).
 
-    The tooth passes its flank loads to the body in a few patterns of force only (singular values above
-    fidelity.load_pattern_tolerance of the largest); these are the right-hand sides.
-
     Raises InputError for a blank that the fidelity cannot resolve, ResourceError when memory is short.
     """
     teeth = body.geometry.teeth
     require(0 <= reach < teeth / 2, f"reach = {reach} must lie between 0 and less than half of the {teeth} teeth")
     mesh = gear_mesh(body, fidelity)
     tooth = condensed_tooth(body.geometry, mesh, body.material)
-    patterns, strength, mix = np.linalg.svd(tooth.passed, full_matrices=False)
-    kept = strength > fidelity.load_pattern_tolerance * strength[0]
-    patterns, share = patterns[:, kept], strength[kept, None] * mix[kept]
+    patterns, share = load_patterns(tooth, fidelity.load_pattern_tolerance)
     flexibility = body_flexibility(
         mesh, tooth, body.material, patterns, sector=body.sector, reach=reach, progress=progress
     )
@@ -113,3 +112,17 @@ def flank_compliance(
         sector=body.sector,
         blocks=blocks.reshape(body.sector, reach + 1, 2, n_p, n_w, 2, n_p, n_w),
     )
+
+
+def load_patterns(tooth: CondensedTooth, tolerance: float) -> tuple[FloatArray, FloatArray]:
+    """The few patterns of force in which a tooth passes its flank loads on: (3 n_i, r), and their shares (r, n).
+
+    patterns · shares = tooth.passed, less singular values below `tolerance` of the largest. They are ordered by the
+    energy they store in the tooth itself on weak springs: what balances within the tooth reaches no neighbour
+    (Saint-Venant), what moves it as a whole does.
+    """
+    springs = _SPRINGS * np.diag(tooth.stiffness).mean() * np.eye(len(tooth.stiffness))
+    root = np.linalg.cholesky(tooth.stiffness + springs)
+    left, strength, right = np.linalg.svd(solve_triangular(root, tooth.passed, lower=True), full_matrices=False)
+    kept = strength > tolerance * strength[0]
+    return root @ left[:, kept], strength[kept, None] * right[kept]

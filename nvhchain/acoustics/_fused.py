@@ -6,13 +6,13 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 import psutil
 
 from nvhchain.acoustics._coupling import coupling
-from nvhchain.acoustics._fused_close import close_block, close_pairs, restore_columns
-from nvhchain.acoustics._fused_far import TILE, far_block
+from nvhchain.acoustics._fused_close import close_block, close_pairs
+from nvhchain.acoustics._fused_far import far_block
+from nvhchain.acoustics._fused_order import Block, parts_of, restore_columns, sorted_tiles, threads
 from nvhchain.acoustics._fused_quadrature import product_rule, touching_rule, triangle_rule
 from nvhchain.errors import ResourceError
 from nvhchain.fidelity import AcousticsFidelity
@@ -48,24 +48,13 @@ def systems(
 
 
 @dataclass(frozen=True)
-class _Block:
-    """Test triangles assembled together and the rows they may write.
-
-    triangles: (n_test,) in sorted numbering.  rows: (n_row,) vertices.  lines: (n_test, 3) into rows or n_row + corner.
-    """
-
-    triangles: IntArray
-    rows: IntArray
-    lines: IntArray
-
-
-@dataclass(frozen=True)
 class _Mesh:
     """The surface in the order the kernels want: triangles that are neighbours in space are neighbours in memory.
 
-    order: (n_face,) original number of every sorted triangle; face_rank: its inverse.  columns: (n_face, 3) vertices in
-    the order in which the sorted triangles meet them; vertex_rank: (n_v,) that number of every vertex.  parts: blocks that one thread does one after the other;
-    every row belongs to one part, so parts run side by side without a lock and always add in the same order.
+    order: (n_face,) original number of every sorted triangle; face_rank: its inverse.
+    columns: (n_face, 3) vertices, numbered as the sorted triangles meet them; vertex_rank: (n_v,) that number.
+    parts: blocks that one thread does one after the other; every row belongs to one part, so that parts run side by
+    side without a lock and always add in the same order.
     owner: (n_v,) part of every row.
     """
 
@@ -79,7 +68,7 @@ class _Mesh:
     curls: FloatArray
     areas: FloatArray
     tiles: IntArray
-    parts: tuple[tuple[_Block, ...], ...]
+    parts: tuple[tuple[Block, ...], ...]
     owner: IntArray
     close_start: IntArray
     close_trial: IntArray
@@ -89,10 +78,6 @@ class _Mesh:
     far_hats: FloatArray
     far_weights: FloatArray
     extent: float
-
-
-def _threads() -> int:
-    return int(numba.config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]
 
 
 def _batch_size(n_vertex: int, n_face: int) -> int:
@@ -108,13 +93,13 @@ def _batch_size(n_vertex: int, n_face: int) -> int:
 
 
 def _prepare(surface: Surface, fidelity: AcousticsFidelity) -> _Mesh:
-    order, tiles = _sorted_tiles(surface.centroids)
+    order, tiles = sorted_tiles(surface.centroids)
     triangles = np.ascontiguousarray(surface.triangles[order])
     corners = surface.vertices[triangles]
     areas, normals = surface.areas[order], np.ascontiguousarray(surface.normals[order])
     # Surface curl n × ∇φᵢ of a hat: the opposite edge over twice the area, constant on the triangle.
     curls = (np.roll(corners, -2, axis=1) - np.roll(corners, -1, axis=1)) / (2.0 * areas[:, None, None])
-    owner, parts = _parts(triangles, tiles, len(surface.vertices))
+    owner, parts = parts_of(triangles, tiles, len(surface.vertices))
 
     vertex_rank = np.argsort(np.argsort(np.unique(triangles, return_index=True)[1]))
     ratios = np.asarray(fidelity.close_distances, dtype=float)
@@ -127,6 +112,8 @@ def _prepare(surface: Surface, fidelity: AcousticsFidelity) -> _Mesh:
     rules = [touching_rule(shared, fidelity.singular_order) for shared in (1, 2, 3)]
     rules += [product_rule(degree) for degree in fidelity.close_orders]
     hats, weights = triangle_rule(fidelity.quadrature_order)
+    spare = -len(weights) % 3  # the far kernel takes points by threes
+    hats, weights = np.pad(hats, ((0, 0), (0, spare)), constant_values=1 / 3), np.pad(weights, (0, spare))
     return _Mesh(
         order=order,
         face_rank=np.argsort(order),
@@ -149,43 +136,6 @@ def _prepare(surface: Surface, fidelity: AcousticsFidelity) -> _Mesh:
         far_weights=weights,
         extent=float(np.linalg.norm(np.ptp(surface.vertices, axis=0))),
     )
-
-
-def _sorted_tiles(centroids: FloatArray) -> tuple[IntArray, IntArray]:
-    """Halve the triangles along their longest extent until at most TILE are left: (order, first of every tile)."""
-    leaves: list[IntArray] = []
-    stack = [np.arange(len(centroids))]
-    while stack:
-        group = stack.pop()
-        if len(group) <= TILE:
-            leaves.append(group)
-            continue
-        axis = int(np.argmax(np.ptp(centroids[group], axis=0)))
-        group = group[np.argsort(centroids[group, axis], kind="stable")]
-        half = -(-len(group) // (2 * TILE)) * TILE  # all tiles but one are full
-        stack += [group[half:], group[:half]]
-    return np.concatenate(leaves), np.cumsum([0] + [len(leaf) for leaf in leaves])
-
-
-def _parts(triangles: IntArray, tiles: IntArray, n_vertex: int) -> tuple[IntArray, tuple[tuple[_Block, ...], ...]]:
-    """Deal the rows out to parts, several per thread to even out the load; border triangles belong to both sides."""
-    n_part = min(4 * _threads() if _threads() > 1 else 1, len(tiles) - 1)
-    limits = tiles[np.linspace(0, len(tiles) - 1, n_part + 1).astype(int)]
-    owner = np.full(n_vertex, n_part)
-    np.minimum.at(
-        owner, triangles.ravel(), np.repeat(np.searchsorted(limits, np.arange(len(triangles)), "right") - 1, 3)
-    )
-    parts = []
-    for part in range(n_part):
-        mine = np.flatnonzero((owner[triangles] == part).any(axis=1))
-        blocks = []
-        for test in np.array_split(mine, -(-len(mine) // TILE)):
-            own = owner[triangles[test]] == part
-            rows = np.unique(triangles[test][own])
-            lines = np.where(own, np.searchsorted(rows, triangles[test]), len(rows) + np.arange(3))
-            blocks.append(_Block(test, rows, lines))
-        parts.append(tuple(blocks))
-    return owner, tuple(parts)
 
 
 def _assemble(mesh: _Mesh, surface: Surface, k: FloatArray) -> tuple[ComplexArray, ComplexArray]:
@@ -221,7 +171,7 @@ def _assemble(mesh: _Mesh, surface: Surface, k: FloatArray) -> tuple[ComplexArra
 
         restore_columns(np.flatnonzero(owned), mesh.vertex_rank, mesh.face_rank, a, b)
 
-    with ThreadPoolExecutor(_threads()) as pool:
+    with ThreadPoolExecutor(threads()) as pool:
         list(pool.map(run, range(len(mesh.parts))))
     _add_identities(mesh, beta, a, b)
     return a, b

@@ -1,0 +1,88 @@
+"""The order in which the fused engine takes triangles, rows and columns, and who may write what."""
+
+# mypy: disable-error-code="no-untyped-def"
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numba
+import numpy as np
+
+from nvhchain.acoustics._fused_far import TILE
+from nvhchain.acoustics._fused_wave import COMPILED
+from nvhchain.handoff import FloatArray, IntArray
+
+
+@dataclass(frozen=True)
+class Block:
+    """Test triangles assembled together and the rows they may write.
+
+    triangles: (n_test,) in sorted numbering.  rows: (n_row,) vertices.  lines: (n_test, 3) into rows or n_row + corner.
+    """
+
+    triangles: IntArray
+    rows: IntArray
+    lines: IntArray
+
+
+def threads() -> int:
+    """Threads that assemble: as many as cores, or what NUMBA_NUM_THREADS says."""
+    return int(numba.config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]
+
+
+def sorted_tiles(centroids: FloatArray) -> tuple[IntArray, IntArray]:
+    """Halve the triangles along their longest extent until at most TILE are left: (order, first of every tile)."""
+    leaves: list[IntArray] = []
+    stack = [np.arange(len(centroids))]
+    while stack:
+        group = stack.pop()
+        if len(group) <= TILE:
+            leaves.append(group)
+            continue
+        axis = int(np.argmax(np.ptp(centroids[group], axis=0)))
+        group = group[np.argsort(centroids[group, axis], kind="stable")]
+        half = -(-len(group) // (2 * TILE)) * TILE  # all tiles but one are full
+        stack += [group[half:], group[:half]]
+    return np.concatenate(leaves), np.cumsum([0] + [len(leaf) for leaf in leaves])
+
+
+def parts_of(triangles: IntArray, tiles: IntArray, n_vertex: int) -> tuple[IntArray, tuple[tuple[Block, ...], ...]]:
+    """Deal the rows out to parts, several per thread to even out the load; border triangles belong to both sides."""
+    n_part = min(4 * threads() if threads() > 1 else 1, len(tiles) - 1)
+    limits = tiles[np.linspace(0, len(tiles) - 1, n_part + 1).astype(int)]
+    owner = np.full(n_vertex, n_part)
+    np.minimum.at(
+        owner, triangles.ravel(), np.repeat(np.searchsorted(limits, np.arange(len(triangles)), "right") - 1, 3)
+    )
+    parts = []
+    for part in range(n_part):
+        mine = np.flatnonzero((owner[triangles] == part).any(axis=1))
+        blocks = []
+        for test in np.array_split(mine, -(-len(mine) // TILE)):
+            own = owner[triangles[test]] == part
+            rows = np.unique(triangles[test][own])
+            lines = np.where(own, np.searchsorted(rows, triangles[test]), len(rows) + np.arange(3))
+            blocks.append(Block(test, rows, lines))
+        parts.append(tuple(blocks))
+    return owner, tuple(parts)
+
+
+@numba.njit("void(int64[::1], int64[::1], int64[::1], complex128[:,:,::1], complex128[:,:,::1])", **COMPILED)
+def restore_columns(
+    rows,  # rows of A and B to work on
+    vertex_rank,  # (n_v,) column of A that holds every vertex
+    face_rank,  # (n_face,) column of B that holds every face
+    a,  # (n_k, n_v, n_v) changed in place
+    b,  # (n_k, n_v, n_face) changed in place
+):
+    """Give the columns, assembled in the order of the sorted triangles, their place in the caller's numbering."""
+    line = np.empty(len(face_rank), dtype=np.complex128)
+    n_vertex, n_face = len(vertex_rank), len(face_rank)
+    for ik in range(a.shape[0]):
+        for row in rows:
+            line[:n_vertex] = a[ik, row]
+            for j in range(n_vertex):
+                a[ik, row, j] = line[vertex_rank[j]]
+            line[:] = b[ik, row]
+            for j in range(n_face):
+                b[ik, row, j] = line[face_rank[j]]

@@ -17,7 +17,7 @@ fail() {
 provide() { # provide WHAT_IS_MISSING PACKAGE...
     what=$1
     shift
-    if [ "$(id -u)" -eq 0 ] && [ -f /etc/debian_version ] && command -v apt-get >/dev/null; then
+    if [ "$(id -u)" -eq 0 ] && command -v apt-get >/dev/null; then
         echo "nvhchain: $what; installing $*"
         apt-get update -qq </dev/null
         DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "$@" </dev/null

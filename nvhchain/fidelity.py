@@ -6,6 +6,7 @@ A fidelity value changes how close the answer is; a case value changes what the 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 from nvhchain.errors import require
 
@@ -95,9 +96,9 @@ class AcousticsFidelity:
 
     elements_per_wavelength: float
     masters: int
-    quadrature_order: int = 4
-    close_distances: tuple[float, ...] = (1.5, 3.0, 6.0)
-    close_orders: tuple[int, ...] = (8, 6, 4)
+    quadrature_order: int = 2
+    close_distances: tuple[float, ...] = (1.5, 3.0)
+    close_orders: tuple[int, ...] = (6, 4)
     singular_order: int = 4
     field_near_ratio: float = 0.5
     interpolation: str = "phase_removed"
@@ -114,6 +115,15 @@ class AcousticsFidelity:
         ):
             value = getattr(self, name)
             require(low <= value <= high, f"acoustics {name} = {value} is outside {low:g}…{high:g}")
+        ratios, orders = self.close_distances, self.close_orders
+        require(
+            len(ratios) == len(orders) >= 1 and all(1 <= order <= 20 for order in orders),
+            f"acoustics close_orders = {orders} must give an order of 1…20 for each of close_distances = {ratios}",
+        )
+        require(
+            ratios[-1] >= 1.4 and all(low < high for low, high in pairwise(ratios)),
+            f"acoustics close_distances = {ratios} must increase, to 1.4 at least: that far, triangles touch",
+        )
         require(
             self.interpolation in INTERPOLATIONS,
             f"acoustics interpolation = {self.interpolation!r} is unknown: choose from {', '.join(INTERPOLATIONS)}",
@@ -150,6 +160,13 @@ REFERENCE = Fidelity(
     GearFidelity(profile_elements=10, width_layers=8, slices=24, angles_per_mesh=40, deflections=40),
     DynamicsFidelity(time_step=5e-6),
     HousingFidelity(element_size=0.009),
-    AcousticsFidelity(elements_per_wavelength=5.0, masters=48),
+    AcousticsFidelity(
+        elements_per_wavelength=5.0,
+        masters=48,
+        quadrature_order=4,
+        close_distances=(1.5, 3.0, 6.0),
+        close_orders=(8, 6, 4),
+        singular_order=5,
+    ),
 )
 PRESETS = {preset.name: preset for preset in (DRAFT, STANDARD, REFERENCE)}

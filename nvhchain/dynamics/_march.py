@@ -14,45 +14,45 @@ import numpy as np
 from numba import njit
 
 
-@njit("i8(f8[::1], i8, f8, i8)", cache=True)
-def _cell(grid, n, x, hint):  # type: ignore[no-untyped-def]
-    """Cell of `x`, end cells for values outside, walking from `hint`."""
+@njit("i8(f8[:, ::1], i8, i8, f8, i8)", cache=True)
+def _cell(grid, k, n, x, hint):  # type: ignore[no-untyped-def]
+    """Cell of `x` on the grid of mesh k, end cells for values outside, walking from `hint`."""
     j = hint
-    while j < n - 2 and x >= grid[j + 1]:
+    while j < n - 2 and x >= grid[k, j + 1]:
         j += 1
-    while j > 0 and x < grid[j]:
+    while j > 0 and x < grid[k, j]:
         j -= 1
     return j
 
 
-@njit("f8(f8[::1], f8[::1], f8, i8)", cache=True)
-def _blend(low, high, weight, j):  # type: ignore[no-untyped-def]
-    """Node j of the row between `low` and `high`."""
-    return low[j] + weight * (high[j] - low[j])
+@njit("f8(f8[:, :, ::1], i8, i8, i8, f8, i8)", cache=True)
+def _blend(table, k, low, high, weight, j):  # type: ignore[no-untyped-def]
+    """Node j of mesh k between its rows `low` and `high`."""
+    return table[k, low, j] + weight * (table[k, high, j] - table[k, low, j])
 
 
-@njit("Tuple((f8, i8))(f8[::1], f8[::1], f8[::1], f8, i8, i8)", cache=True)
-def _zero(grid, low, high, weight, n, hint):  # type: ignore[no-untyped-def]
+@njit("Tuple((f8, i8))(f8[:, ::1], f8[:, :, ::1], i8, i8, i8, f8, i8, i8)", cache=True)
+def _zero(grid, force, k, low, high, weight, n, hint):  # type: ignore[no-untyped-def]
     """A deflection without force (−1e300 or 1e300 when the law pushes, or pulls, everywhere) and its cell."""
     j = hint
-    while j < n - 2 and _blend(low, high, weight, j + 1) <= 0.0:
+    while j < n - 2 and _blend(force, k, low, high, weight, j + 1) <= 0.0:
         j += 1
-    while j > 0 and _blend(low, high, weight, j) > 0.0:
+    while j > 0 and _blend(force, k, low, high, weight, j) > 0.0:
         j -= 1
-    a, b = _blend(low, high, weight, j), _blend(low, high, weight, j + 1)
+    a, b = _blend(force, k, low, high, weight, j), _blend(force, k, low, high, weight, j + 1)
     if b == a:
         if a == 0.0:
-            return grid[j], j
+            return grid[k, j], j
         return (-1e300, j) if a > 0.0 else (1e300, j)
-    return grid[j] - a * (grid[j + 1] - grid[j]) / (b - a), j
+    return grid[k, j] - a * (grid[k, j + 1] - grid[k, j]) / (b - a), j
 
 
 @njit(
-    "UniTuple(f8, 2)(f8[::1], f8[::1], f8[::1], f8[::1], f8[::1], f8, i8, f8, f8, f8, f8, i8)",
+    "UniTuple(f8, 2)(f8[:, ::1], f8[:, :, ::1], f8[:, :, ::1], i8, i8, i8, f8, i8, f8, f8, f8, f8, i8)",
     cache=True,
 )
-def _mean(grid, low, high, v_low, v_high, weight, n, zero, side, start, end, hint):  # type: ignore[no-untyped-def]
-    """Mean force F̄ of a flank between contact deflections `start` and `end`, and its derivative by `end`.
+def _mean(grid, force, potential, k, low, high, weight, n, zero, side, start, end, hint):  # type: ignore[no-untyped-def]
+    """Mean force F̄ of a flank of mesh k between contact deflections `start` and `end`, and its derivative by `end`.
 
     side: +1 drive flank (force of the law where it is positive), −1 back flank (δ = −contact deflection, force −F).
     """
@@ -63,24 +63,24 @@ def _mean(grid, low, high, v_low, v_high, weight, n, zero, side, start, end, hin
     open0, open1 = p0 != x0, p1 != x1
     if open0 and open1:
         return 0.0, 0.0
-    i = _cell(grid, n, p0, hint)
-    j = _cell(grid, n, p1, i)
-    a1, b1 = _blend(low, high, weight, j), _blend(low, high, weight, j + 1)
-    slope = (b1 - a1) / (grid[j + 1] - grid[j])
+    i = _cell(grid, k, n, p0, hint)
+    j = _cell(grid, k, n, p1, i)
+    a1, b1 = _blend(force, k, low, high, weight, j), _blend(force, k, low, high, weight, j + 1)
+    slope = (b1 - a1) / (grid[k, j + 1] - grid[k, j])
     if i == j and not open0 and not open1:
-        return side * (a1 + slope * (0.5 * (p0 + p1) - grid[j])), 0.5 * slope
-    f1 = a1 + slope * (p1 - grid[j])
-    a0, b0 = _blend(low, high, weight, i), _blend(low, high, weight, i + 1)
-    f0 = a0 + (b0 - a0) * (p0 - grid[i]) / (grid[i + 1] - grid[i])
+        return side * (a1 + slope * (0.5 * (p0 + p1) - grid[k, j])), 0.5 * slope
+    f1 = a1 + slope * (p1 - grid[k, j])
+    a0, b0 = _blend(force, k, low, high, weight, i), _blend(force, k, low, high, weight, i + 1)
+    f0 = a0 + (b0 - a0) * (p0 - grid[k, i]) / (grid[k, i + 1] - grid[k, i])
     if i == j:
         work = 0.5 * (f0 + f1) * (p1 - p0)
     else:
         # part cells exactly, whole cells from the potential: nothing cancels when the step is short
         u = i + 1 if j > i else i
         v = j if j > i else j + 1
-        fu, fv = _blend(low, high, weight, u), _blend(low, high, weight, v)
-        cells = (1.0 - weight) * (v_low[v] - v_low[u]) + weight * (v_high[v] - v_high[u])
-        work = 0.5 * (f0 + fu) * (grid[u] - p0) + cells + 0.5 * (fv + f1) * (p1 - grid[v])
+        fu, fv = _blend(force, k, low, high, weight, u), _blend(force, k, low, high, weight, v)
+        cells = _blend(potential, k, low, high, weight, v) - _blend(potential, k, low, high, weight, u)
+        work = 0.5 * (f0 + fu) * (grid[k, u] - p0) + cells + 0.5 * (fv + f1) * (p1 - grid[k, v])
     mean = work / (x1 - x0)
     rate = ((0.0 if open1 else f1) - mean) / (x1 - x0)
     # F̄ never falls with the end deflection; below 0 is the rounding of a very short step over an edge
@@ -109,8 +109,8 @@ def _residual(  # type: ignore[no-untyped-def]
             return np.inf
         k = i // 2
         mean, slope = _mean(
-            grid[k], force[k, row[k]], force[k, following[k]], potential[k, row[k]], potential[k, following[k]],
-            weight[k], cells[k], zero[k], 1.0 - 2.0 * (i % 2), start[i], d, hint[i],
+            grid, force, potential, k, row[k], following[k], weight[k], cells[k], zero[k],
+            1.0 - 2.0 * (i % 2), start[i], d, hint[i],
         )  # fmt: skip
         res[i] = y[i] - mean + linear[i] * 0.5 * (start[i] + d)
         rate[i] = slope - 0.5 * linear[i]
@@ -172,7 +172,7 @@ def _along(n_c, compliance, step, res):  # type: ignore[no-untyped-def]
     "i8(f8[::1], f8[::1], f8[::1], f8[::1], f8[:, ::1], f8[:, ::1], f8[:, ::1], f8[:, ::1], f8[:, ::1], f8[::1],"
     # grid, force, potential, rows, cells, position
     " f8[:, ::1], f8[:, :, ::1], f8[:, :, ::1], i8[::1], i8[::1], f8[:, ::1],"
-    # state, excess, tolerance, iterations, stride, states, means
+    # state, excess, tolerance, iterations, stride, states, excesses
     " f8[::1], f8[::1], f8, i8, i8, f8[:, ::1], f8[:, ::1])",
     cache=True,
     # sums may be reordered to use vector units; NaN and infinity keep their meaning
@@ -181,13 +181,13 @@ def _along(n_c, compliance, step, res):  # type: ignore[no-untyped-def]
 def march(  # type: ignore[no-untyped-def]
     decay_re, decay_im, gain_re, gain_im, read_re, read_im, drive_re, drive_im, compliance, linear,
     grid, force, potential, rows, cells, position,
-    state, excess, tolerance, iterations, stride, states, means,
+    state, excess, tolerance, iterations, stride, states, excesses,
 ):  # fmt: skip
     """Advance `state` and `excess` in place by len(position) steps; −1, or the step that did not converge.
 
     position (n_step, n_mesh): row coordinate of every law at mid-step, 0 ≤ position < rows.
     states (n_store, n_state): filled with the state before steps 0, stride, 2 stride, …
-    means (n_step, n_contact): filled with the mean contact forces of the steps, N.
+    excesses (n_step, n_contact): filled with the excess forces of the steps, N.
     """
     n_step, n_mesh = position.shape
     n_c, n_z = read_re.shape
@@ -215,10 +215,10 @@ def march(  # type: ignore[no-untyped-def]
             following[k] = i0 + 1 if i0 + 1 < rows[k] else 0
             weight[k] = position[n, k] - i0
             zero[k], zero_hint[k] = _zero(
-                grid[k], force[k, i0], force[k, following[k]], weight[k], cells[k], zero_hint[k]
+                grid, force, k, i0, following[k], weight[k], cells[k], zero_hint[k]
             )
         for i in range(n_c):
-            hint[i] = _cell(grid[i // 2], cells[i // 2], (1.0 - 2.0 * (i % 2)) * start[i], hint[i])
+            hint[i] = _cell(grid, i // 2, cells[i // 2], (1.0 - 2.0 * (i % 2)) * start[i], hint[i])
 
         for m in range(n_z):
             a, b = state[m], state[n_z + m]
@@ -261,7 +261,7 @@ def march(  # type: ignore[no-untyped-def]
 
         for i in range(n_c):
             f = y[i]
-            means[n, i] = f + linear[i] * 0.5 * (start[i] + end[i])
+            excesses[n, i] = f
             start[i] = end[i]
             if f != 0.0:
                 for m in range(n_z):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import ceil, isfinite, pi
+from math import ceil, inf, isfinite, log, pi
 
 import numpy as np
 import psutil
@@ -12,7 +12,7 @@ from scipy.fft import next_fast_len
 from nvhchain.conventions import Progress
 from nvhchain.dynamics.gearbox import Gearbox
 from nvhchain.dynamics.quasi_static import law_phases
-from nvhchain.dynamics.simulation import Motion, Simulation, advance, at_rest, simulation
+from nvhchain.dynamics.simulation import Motion, Simulation, advance, at_rest, bearing_force, simulation
 from nvhchain.dynamics.train import train
 from nvhchain.errors import InputError, ResourceError, SolverError, require
 from nvhchain.fidelity import DynamicsFidelity
@@ -39,12 +39,13 @@ def bearing_forces(
     input_torque: N m along the input's rotation; the output torque balances it exactly.  f_max: Hz, upper end of the
     band of interest; `fidelity.time_step` must resolve it.
 
-    The nominal spin is prescribed. From the quasi-static solution the speed rises over one common period (half cosine),
-    then whole common periods pass until what is left of the start, extrapolated from the change between periods, is
-    below `fidelity.settle_level` of the dynamic bearing force. The step divides the common period exactly and the phase of
-    every law is reduced in whole numbers, so the record repeats to rounding. `mesh_deflection` is the deflection on the drive
-    flank's line of action. Raises SolverError when it does not settle, InputError when the step is too long for f_max,
-    ResourceError when the record does not fit.
+    The nominal spin is prescribed. From the quasi-static solution the speed rises over one common period (half cosine).
+    Then two common periods are compared that lie at least one decay time of the slowest mode apart: what is left of the
+    start is at most 0.58 = 1/(e − 1) of their difference, which must fall below `fidelity.settle_level` of the swing of the
+    bearing forces. The step divides the common period exactly and the phase of every law is reduced in whole numbers, so
+    that the record repeats to rounding. `mesh_deflection` is the deflection on the drive flank's line of action. Raises
+    SolverError when it does not settle, InputError when the step is too long for f_max, ResourceError when the record
+    does not fit.
     """
     require(
         isfinite(input_speed) and input_speed > 0,
@@ -68,37 +69,14 @@ def bearing_forces(
         gearbox, mesh_laws, housing, input_torque=input_torque, time_step=duration / n_step, fidelity=fidelity
     )
     offset = law_phases(model.assembly, mesh_laws)
-    total = fidelity.settle_limit + fidelity.periods
     tell = progress if progress is not None else _silent
-
     motion = _ramp(model, np.array(repeats), offset, n_step)
-    motion, force, deflection = _period(model, motion, repeats, offset, n_step)
-    previous_change = np.inf
-    for done in range(1, fidelity.settle_limit + 1):
-        tell(done, total)
-        motion, next_force, next_deflection = _period(model, motion, repeats, offset, n_step)
-        change, swing = float(np.abs(next_force - force).max()), float(np.ptp(next_force, axis=0).max())
-        force, deflection = next_force, next_deflection
-        # geometric decay: what is left is change · r/(1 − r), r = ratio of successive changes
-        ratio = change / previous_change if previous_change > 0 else 0.0
-        left = change * ratio / (1.0 - ratio) if ratio < 1.0 else np.inf
-        previous_change = change
-        # rounding does not decay: it is accepted well below the level
-        floor = max(1e-3 * fidelity.settle_level * swing, 1e-12 * float(np.abs(force).max()))
-        if change <= floor or (done > 1 and max(left, change) <= fidelity.settle_level * swing):
-            break
-    else:
-        raise SolverError(
-            f"the gearbox has not settled after {fidelity.settle_limit} common periods ({fidelity.settle_limit * duration:.3g} s): "
-            f"bearing forces still change by {change / max(swing, 1e-300):.2g} of their swing per period (limit "
-            f"{fidelity.settle_level:g}); add damping, raise settle_level or settle_limit, or the motion is not periodic"
-        )
+    motion, force, deflection = _settle(model, motion, repeats, offset, n_step, fidelity, tell)
     forces, deflections = [force], [deflection]
     for _ in range(fidelity.periods - 1):
         motion, force, deflection = _period(model, motion, repeats, offset, n_step)
         forces.append(force)
         deflections.append(deflection)
-    tell(total, total)
     record = np.concatenate(forces)
     return BearingForces(
         time=np.arange(len(record)) * model.step.step,
@@ -108,6 +86,49 @@ def bearing_forces(
         input_speed=np.full(len(record), input_speed),
         periodic=True,
         mesh_deflection=np.concatenate(deflections),
+    )
+
+
+def _settle(
+    model: Simulation,
+    motion: Motion,
+    repeats: Sequence[int],
+    offset: FloatArray,
+    n_step: int,
+    fidelity: DynamicsFidelity,
+    tell: Progress,
+) -> tuple[Motion, FloatArray, FloatArray]:
+    """Run until the start is forgotten: motion, bearing forces and deflections of the first settled period."""
+    duration = n_step * model.step.step
+    slowest = int(np.argmax(model.modes.eigenvalue.real))
+    decay = -float(model.modes.eigenvalue[slowest].real)
+    needed = -log(fidelity.settle_level) / decay if decay > 0 else inf
+    if needed > fidelity.settle_time:
+        raise SolverError(
+            f"the gearbox cannot settle to {fidelity.settle_level:g} within {fidelity.settle_time:g} s: its slowest mode, "
+            f"{abs(model.modes.eigenvalue[slowest].imag) / (2 * pi):.4g} Hz, needs {needed:.3g} s; add damping to housing or "
+            "bearings, or raise settle_time or settle_level"
+        )
+    apart = ceil(1.0 / (decay * duration))
+    blocks = max(2, ceil(fidelity.settle_time / (apart * duration)))
+    expected = min(blocks, max(1, ceil(needed / (apart * duration))))
+    force: FloatArray | None = None
+    for block in range(blocks):
+        for _ in range(apart - 1):
+            motion = _pass(model, motion, repeats, offset, n_step)
+        motion, latest, deflection = _period(model, motion, repeats, offset, n_step)
+        tell(min(block + 1, expected), expected + 1)
+        if force is not None:
+            change, swing = float(np.abs(latest - force).max()), float(np.ptp(latest, axis=0).max())
+            # rounding of the static force does not decay; without excitation it is all there is
+            if change <= max(fidelity.settle_level * swing, 1e-12 * float(np.abs(latest).max())):
+                tell(expected + 1, expected + 1)
+                return motion, latest, deflection
+        force = latest
+    raise SolverError(
+        f"the gearbox has not settled after {blocks * apart * duration:.3g} s: bearing forces still change by "
+        f"{change / max(swing, 1e-300):.2g} of their swing between periods (limit {fidelity.settle_level:g}); raise "
+        "settle_time or settle_level, or the motion is not periodic (subharmonic or chaotic contact loss)"
     )
 
 
@@ -138,6 +159,21 @@ def _ramp(model: Simulation, repeats: FloatArray, offset: FloatArray, n_step: in
     return motion
 
 
+def _phases(repeats: Sequence[int], offset: FloatArray, n_step: int, first: int) -> FloatArray:
+    """Mid-step phases, in law periods, of the block of steps from `first`."""
+    # (n + ½)/N · repeats, reduced to one law period in whole numbers: no phase error builds up
+    odd = 2 * np.arange(first, min(first + BLOCK, n_step), dtype=np.int64)[:, None] + 1
+    return np.asarray((odd * np.array(repeats, dtype=np.int64) % (2 * n_step)) / (2.0 * n_step) + offset)
+
+
+def _pass(model: Simulation, motion: Motion, repeats: Sequence[int], offset: FloatArray, n_step: int) -> Motion:
+    """One common period that nobody records."""
+    for first in range(0, n_step, BLOCK):
+        phases = _phases(repeats, offset, n_step, first)
+        motion, _, _ = advance(model, motion, phases, stride=BLOCK, start_time=first * model.step.step)
+    return motion
+
+
 def _period(
     model: Simulation, motion: Motion, repeats: Sequence[int], offset: FloatArray, n_step: int
 ) -> tuple[Motion, FloatArray, FloatArray]:
@@ -146,10 +182,9 @@ def _period(
     deflection = np.empty((n_step, len(repeats)))
     for first in range(0, n_step, BLOCK):
         last = min(first + BLOCK, n_step)
-        # (n + ½)/N · repeats, reduced to one law period in whole numbers: no phase error builds up
-        odd = 2 * np.arange(first, last, dtype=np.int64)[:, None] + 1
-        phases = (odd * np.array(repeats, dtype=np.int64) % (2 * n_step)) / (2.0 * n_step) + offset
-        motion, states, _ = advance(model, motion, phases, start_time=first * model.step.step)
-        np.matmul(states, model.bearing_output.T, out=force[first:last])
+        phases = _phases(repeats, offset, n_step, first)
+        before = motion.excess
+        motion, states, excesses = advance(model, motion, phases, start_time=first * model.step.step)
+        force[first:last] = bearing_force(model, states, before, excesses)
         np.matmul(states, model.contact_output[0::2].T, out=deflection[first:last])
     return motion, force, deflection

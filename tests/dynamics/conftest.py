@@ -35,15 +35,16 @@ def _law(
     cells: int = 24,
 ) -> MeshLaw:
     """F = k(θ) · clearance(δ − e(θ)) on a grid; k varies with tooth and, for a structured blank, with the body."""
-    z_pinion, z_wheel = TEETH[stage]
+    z_wheel = TEETH[stage][1]
     period = 2 * pi * teeth_in_period / z_wheel
     n = angles * teeth_in_period
     angle = np.arange(n) * period / n
     mesh, body = z_wheel * angle, 2 * pi * angle / period
-    k = STIFFNESS[stage] * (
-        1 + mesh_ripple * (np.cos(mesh) + 0.4 * np.cos(2 * mesh + 0.7)) + body_ripple * np.cos(body)
-    )
-    e = error * (np.sin(mesh) + 0.3 * np.cos(3 * mesh)) + 4e-6 * body_ripple * np.sin(body)
+    # a window of the blank passes: a bump with many harmonics
+    window = np.exp(6 * (np.cos(body) - 1))
+    ripple = mesh_ripple * (np.cos(mesh) + 0.4 * np.cos(2 * mesh + 0.7))
+    k = STIFFNESS[stage] * (1 + ripple - body_ripple * window)
+    e = error * (np.sin(mesh) + 0.3 * np.cos(3 * mesh)) + 20e-6 * body_ripple * window
     # both ends of the gap are resolved over all that e(θ) moves them
     deflection = np.concatenate(
         [

@@ -75,19 +75,19 @@ def _radau(model: Simulation, laws, motion, duration, samples):
 
 
 def _run(gearbox, laws, housing, torque, step, duration, every, fidelity=PLAIN, kick=0.0):
-    """The same by the time loop: model, first motion, deflections and bearing forces every `every` s, contact forces."""
+    """The same by the time loop: model, first motion, deflections and and bearing forces every `every` s."""
     model = simulation(gearbox, laws, housing, input_torque=torque, time_step=step, fidelity=fidelity)
     motion = at_rest(model, np.zeros(2))
     motion = Motion(motion.state * (1.0 + kick), motion.excess)
     middle = (np.arange(round(duration / step)) + 0.5) * step
-    _, states, contact = advance(model, motion, _phases(laws, middle), stride=round(every / step))
-    return model, motion, states @ model.contact_output.T, states @ model.bearing_output.T, contact
+    _, states, _ = advance(model, motion, _phases(laws, middle), stride=round(every / step))
+    return model, motion, states @ model.contact_output.T, states @ model.bearing_output.T
 
 
 def test_agrees_with_radau_over_20_ms_within_1e_4_of_the_peak_at_standard_step(make_gearbox, make_laws, make_housing):
     gearbox = make_gearbox()
     laws, housing = make_laws(slotted=True, angles=16), make_housing(gearbox, modes=2)
-    model, motion, deflection, force, _ = _run(gearbox, laws, housing, 250.0, 1e-5, 0.02, 2e-5)
+    model, motion, deflection, force = _run(gearbox, laws, housing, 250.0, 1e-5, 0.02, 2e-5)
     expected_deflection, expected = _radau(model, laws, motion, 0.02, 1000)
     assert np.abs(force - expected).max() < 1e-4 * np.abs(expected).max()
     drive = np.s_[:, 0::2]
@@ -99,9 +99,9 @@ def test_agrees_with_radau_through_contact_loss_and_is_of_second_order(make_gear
     kick = 2.2  # released from 3.2 times the static deflection: the flanks part on the rebound
     errors = []
     for step in (4e-6, 2e-6, 1e-6):
-        model, motion, _, force, contact = _run(gearbox, laws, None, 60.0, step, 0.02, 2e-5, kick=kick)
+        model, motion, deflection, force = _run(gearbox, laws, None, 60.0, step, 0.02, 2e-5, kick=kick)
         if not errors:
-            lost = np.mean(contact[:, [0, 2]] < 1e-6 * contact.max(), axis=0)
+            lost = np.mean(deflection[:, 0::2] < -10e-6, axis=0)  # beyond every transmission error
             assert (lost > 0.003).all()
             _, expected = _radau(model, laws, motion, 0.02, 1000)
         errors.append(np.abs(force - expected).max() / np.abs(expected).max())
@@ -127,7 +127,9 @@ def test_energy_is_exact_at_fixed_angle_without_damping(make_gearbox, make_laws,
     z = model.modes.input @ (a.mass * push)
     motion = Motion(motion.state + np.concatenate([z.real, z.imag]), motion.excess)
     phases = np.full((1500, 2), 0.37)
-    _, states, contact = advance(model, motion, phases)
+    _, states, excess = advance(model, motion, phases)
+    d = states @ model.contact_output.T
+    contact = excess[:-1] + model.contact_stiffness * 0.5 * (d[1:] + d[:-1])
     z = states[:, : states.shape[1] // 2] + 1j * states[:, states.shape[1] // 2 :]
     x, v = (z @ model.modes.displacement.T).real, (z @ model.modes.velocity.T).real
     potential = np.array([_potential(laws, 0.37, d) for d in x @ a.contact.T])

@@ -10,7 +10,7 @@ import pytest
 from nvhchain.dynamics import bearing_forces
 from nvhchain.dynamics.assembly import assemble
 from nvhchain.dynamics.quasi_static import law_phases
-from nvhchain.dynamics.simulation import advance, at_rest, simulation
+from nvhchain.dynamics.simulation import advance, at_rest, bearing_force, simulation
 from nvhchain.dynamics.steady import _period
 from nvhchain.dynamics.train import train
 from nvhchain.errors import InputError, SolverError
@@ -105,15 +105,22 @@ def _last_period(gearbox, laws, housing, step, periods):
     for _ in range(periods):
         motion, _, _ = _period(model, motion, repeats, np.zeros(2), n_step)
     odd = 2 * np.arange(n_step)[:, None] + 1
-    _, states, contact = advance(model, motion, odd * np.array(repeats) / (2.0 * n_step))
+    before = motion.excess
+    _, states, excess = advance(model, motion, odd * np.array(repeats) / (2.0 * n_step))
     z = states[:, : states.shape[1] // 2] + 1j * states[:, states.shape[1] // 2 :]
-    return model, z, contact
+    return model, z, bearing_force(model, states, before, excess), _contact(model, states, excess)
+
+
+def _contact(model, states, excess):
+    """Mean contact forces of the steps, the linear part included; the deflections repeat after the record."""
+    d = states @ model.contact_output.T
+    return excess + model.contact_stiffness * 0.5 * (d + np.roll(d, -1, axis=0))
 
 
 def test_energy_that_the_meshes_feed_in_is_what_bearings_and_housing_take_out(make_gearbox, make_laws, make_housing):
     gearbox = make_gearbox()
     housing = make_housing(gearbox, modes=15, damping=0.03)
-    model, z, contact = _last_period(gearbox, make_laws(True, True), housing, 1e-5, 60)
+    model, z, _, contact = _last_period(gearbox, make_laws(True, True), housing, 1e-5, 60)
     a = model.assembly
     d = (z @ (a.contact @ model.modes.displacement).T).real
     velocity = (z @ model.modes.velocity.T).real
@@ -125,16 +132,14 @@ def test_energy_that_the_meshes_feed_in_is_what_bearings_and_housing_take_out(ma
 
 def _identity_error(gearbox, laws, housing, step):
     """Seat motion inside the run against the forced response under its bearing forces, relative to the peak."""
-    model, z, _ = _last_period(gearbox, laws, housing, step, 60)
+    model, z, force, _ = _last_period(gearbox, laws, housing, step, 400)
     a = model.assembly
-    x, v = (z @ model.modes.displacement.T).real, (z @ model.modes.velocity.T).real
-    force = x @ a.bearing_stiffness.T + v @ a.bearing_damping.T
+    x = (z @ model.modes.displacement.T).real
     first = 5 * len(gearbox.shafts)
     inside = x[:, first : a.lateral] @ a.seat_shapes.T + force @ a.seat_residual.T
-    frequency, f = amplitude_spectrum(force, 1 / step, periodic=True)
-    frequency *= 1 / step / (1 / model.step.step)
+    frequency, f = amplitude_spectrum(force, 1 / model.step.step, periodic=True)
     _, u = amplitude_spectrum(inside, 1.0, periodic=True)
-    omega = (2 * pi / (len(z) * model.step.step)) * np.arange(len(frequency))
+    omega = 2 * pi * frequency
     n_mode = len(housing.natural_frequency)
     natural = 2 * pi * housing.natural_frequency
     shapes = housing.seat_shapes.reshape(n_mode, -1)
@@ -178,10 +183,10 @@ def test_torque_free_train_turns_and_stays_finite(make_gearbox, make_laws):
     model = simulation(gearbox, laws, None, input_torque=0.0, time_step=1e-5, fidelity=DynamicsFidelity(time_step=1e-5))
     motion = at_rest(model, np.zeros(2))
     phases = (np.arange(100_000)[:, None] + 0.5) * 1e-5 * SPEED / (2 * pi) * np.array([20, 12])
-    _, states, contact = advance(model, motion, phases, stride=50)
+    _, states, _ = advance(model, motion, phases)
     d = states @ model.contact_output[0::2].T
     assert np.isfinite(states).all()
-    assert contact.max() > 0
+    assert d.max() > 6e-6  # they do touch
     assert (d > -120e-6).all()
     assert (d < 40e-6).all()
 
@@ -201,9 +206,10 @@ def test_torque_reversal_swaps_the_flanks(make_gearbox, make_laws):
 
     x = (driving.modes.displacement @ (start.state[: len(start.state) // 2] + 1j * start.state[len(start.state) // 2 :])).real
     motion = type(motion)(state_of(coasting.modes, x), motion.excess)
-    _, _, contact = advance(coasting, motion, phases)
-    assert contact[0, 0] > 0
-    assert (contact[0, [1, 3]] == 0).all()
+    _, states, excess = advance(coasting, motion, phases)
+    contact = _contact(coasting, states, excess)[:-1]
+    assert (contact[0, [0, 2]] > 0).all()
+    assert np.abs(contact[0, [1, 3]]).max() < 1e-6 * contact.max()
     late = contact[-5000:]
     assert np.abs(late[:, [0, 2]]).max() < 1e-6 * late.max()
     expected = 250.0 / (laws[0].base_radius[0] * np.cos(laws[0].base_helix_angle))
@@ -243,14 +249,14 @@ def test_too_long_a_step_for_the_band_is_refused(make_gearbox, make_laws):
 
 def test_a_gearbox_that_does_not_settle_is_reported(make_gearbox, make_laws, make_housing):
     gearbox = make_gearbox(damping=0.0)
-    with pytest.raises(SolverError, match="has not settled after 3 common periods"):
-        _run(gearbox, make_laws(plain_wheel=True), make_housing(gearbox, modes=4, damping=0.0), settle_limit=3)
+    with pytest.raises(SolverError, match="cannot settle"):
+        _run(gearbox, make_laws(plain_wheel=True), make_housing(gearbox, modes=4, damping=0.0))
 
 
 def test_zero_housing_damping_settles_on_bearing_damping_alone(make_gearbox, make_laws, make_housing):
     gearbox = make_gearbox(damping=4000.0)
     record = _run(
-        gearbox, make_laws(plain_wheel=True), make_housing(gearbox, modes=4, damping=0.0), step=2e-5, settle_level=1e-3, settle_limit=2000
+        gearbox, make_laws(plain_wheel=True), make_housing(gearbox, modes=4, damping=0.0), step=2e-5, settle_level=1e-3
     )
     assert np.isfinite(record.force).all()
 

@@ -1,8 +1,8 @@
 """gmsh in a process of its own: solids in, mesh arrays out. Nothing of gmsh is loaded into the calling process.
 
 A recipe is plain data: `steps` [{"op": "fuse" | "cut", "solids": [...]}] applied in order to what is there so far,
-`size` (m), `smallest` (m), `per_turn` (elements per full circle), `dimension` 3 (quadratic tetrahedra with straight
-edges) or 2 (flat triangles of the skin).
+`size` (m), `smallest` (m), `per_turn` (elements per full circle), `dimension` 3 (quadratic tetrahedra that
+follow round faces) or 2 (flat triangles of the skin).
 Solids: {"kind": "loft", "sections": [{"z", "arcs": [[x, y, r, start, end]]}]}, {"kind": "cylinder", "base", "axis",
 "radius"}, {"kind": "plate", "polygon": [[x, y, z]], "extrude": [x, y, z]}.
 """
@@ -69,7 +69,8 @@ def _serve(job: str, result: str) -> None:
         "Mesh.Algorithm": 6,
         "Mesh.Algorithm3D": 1,
         "Mesh.Optimize": 1,
-        "Mesh.SecondOrderLinear": 1,
+        "Mesh.MinimumCircleNodes": 4,
+        "Mesh.MinimumCurveNodes": 2,
     }.items():
         option(name, value)
     occ = gmsh.model.occ

@@ -9,6 +9,7 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
 from nvhchain.errors import InputError, SolverError, require
+from nvhchain.fem.elements import TET10_EDGES, reference_element, tet10_shape
 from nvhchain.fidelity import HousingFidelity
 from nvhchain.handoff import FloatArray, IntArray, Surface
 from nvhchain.housing import _gmsh
@@ -17,6 +18,9 @@ from nvhchain.housing.geometry import bolt_circle, casting_recipe, envelope_reci
 
 TET10_FACES = np.array([[0, 2, 1, 6, 5, 4], [0, 1, 3, 4, 8, 7], [1, 2, 3, 5, 9, 8], [0, 3, 2, 7, 9, 6]])
 """Six-node faces of the tetrahedron, corners counter-clockwise seen from outside, then the mid-edge nodes."""
+
+_LEAST_JACOBIAN = 0.2
+"""Smallest Jacobian of a curved element in parts of that of its straight twin."""
 
 _TOUCH = 1e-6
 """m, within which a corner node lies on the surface it was meshed on."""
@@ -40,7 +44,8 @@ class HousingMesh:
 def mesh_casting(casting: Casting, fidelity: HousingFidelity) -> HousingMesh:
     """Mesh the casting and find seats, bolts and outside.  Raises InputError where a seat got no elements."""
     raw = _gmsh.mesh(casting_recipe(casting, fidelity.element_size, fidelity.elements_per_turn))
-    nodes, elements = raw["nodes"], raw["elements"]
+    elements = raw["elements"]
+    nodes = straightened(raw["nodes"], elements)
     boundary = boundary_faces(elements)
     seats = tuple(
         _on_cylinder(nodes, boundary, bore.centre[:2], seat_range(bore), bore.radius, f"seat {bore.name}")
@@ -56,6 +61,27 @@ def mesh_casting(casting: Casting, fidelity: HousingFidelity) -> HousingMesh:
     on_engine = (nodes[boundary[:, :3], 2] < _TOUCH).all(axis=1)
     exposed = boundary[~on_engine & ~held[boundary].all(axis=1)]
     return HousingMesh(nodes, elements, seats, bolts, _outermost(nodes, exposed))
+
+
+def straightened(nodes: FloatArray, elements: IntArray) -> FloatArray:
+    """Nodes (n, 3) m with the edges made straight of every element that its round face bends too far.
+
+    Where a curved edge spoils the Jacobian of the thin element behind it, the chord is taken instead of the arc.
+    """
+    nodes = nodes.copy()
+    first, second = np.array(TET10_EDGES).T
+    corners = np.vstack([np.zeros(3), np.eye(3)])
+    gradient = np.concatenate([tet10_shape(corners)[1], reference_element("tet10").mass_gradient])
+    straight = np.linalg.det(nodes[elements[:, 1:4]] - nodes[elements[:, :1]])
+    done = np.zeros(len(elements), dtype=bool)
+    while True:
+        jacobian = np.linalg.det(np.einsum("mna,qnb->mqab", nodes[elements], gradient, optimize=True))
+        bad = (jacobian < _LEAST_JACOBIAN * straight[:, None]).any(axis=1) & ~done
+        if not bad.any():
+            return nodes
+        done |= bad  # a neighbour may now be bent too far by what is still round: look again
+        chosen = elements[bad]
+        nodes[chosen[:, 4:]] = (nodes[chosen[:, first]] + nodes[chosen[:, second]]) / 2
 
 
 def boundary_faces(elements: IntArray) -> IntArray:

@@ -6,7 +6,7 @@ from scipy.optimize import minimize
 
 from nvhchain.conventions import STEEL
 from nvhchain.errors import SolverError
-from nvhchain.gear.contact import contact_half_width, local_deflection, local_law, slice_forces
+from nvhchain.gear.contact import _gap, contact_half_width, local_deflection, local_law, slice_forces
 
 PAIR = (STEEL, STEEL)
 
@@ -107,6 +107,24 @@ def test_law_beyond_its_range_continues_on_its_tangent_and_stays_solvable():
     slope = np.diff(q) / np.diff(approach[:, 0])
     assert slope[2] == pytest.approx(slope[1], rel=1e-6)
     assert slope[0] == pytest.approx(slope[1], rel=2e-3)
+
+
+def test_the_potential_that_guards_each_step_has_the_gap_as_its_slope():
+    C, rho, depths, length = problem(8)
+    law = local_law(rho, depths, PAIR)
+    approach = np.full(8, 15e-6)
+    F = np.linspace(20.0, 900.0, 8) * length / 1e-3
+    F[-1] = 2.0 * law.limit[-1] * length[-1]  # on the tangent
+
+    def potential(F):
+        gap = np.empty(8)
+        return _gap(C, approach, length, law.level, law.limit, law.half_slope, F, gap)[0], gap
+
+    gap = potential(F)[1]
+    for i in range(8):
+        h = 1e-4 * F[i] * np.eye(8)[i]
+        slope = (potential(F + h)[0] - potential(F - h)[0]) / (2 * h[i])
+        assert slope == pytest.approx(gap[i], rel=1e-5, abs=1e-12)
 
 
 def test_hard_random_problems_all_converge():

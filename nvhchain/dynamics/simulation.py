@@ -77,7 +77,7 @@ def simulation(
         modes,
         propagator(assembly, modes, assembly.load(torque), time_step),
         output_matrix(modes, assembly.bearing_stiffness, assembly.bearing_damping),
-        time_step**2 / 12.0 * assembly.bearing_damping @ (assembly.contact / assembly.mass).T,
+        time_step / 12.0 * assembly.bearing_damping @ (assembly.contact / assembly.mass).T,
         output_matrix(modes, assembly.contact, np.zeros_like(assembly.contact)),
         fidelity.contact_residual * float(np.abs(table.force).max()),
         fidelity.contact_iterations,
@@ -130,7 +130,7 @@ def bearing_force(model: Simulation, states: FloatArray, before: FloatArray, exc
     before (2 n_mesh,): excess forces of the step before the first.  excesses (n_step, 2 n_mesh): of the steps.
     The held forces jump from step to step, and with bearing damping so does the slope of the bearing force, which its bare
     samples would fold back into the band. The sum over samples differs from the integral by −h²/12 Σ (slope jumps)
-    (Euler–Maclaurin), so h²/12 times the jump goes onto each sample: the spectrum of the record is that of the force
+    (Euler–Maclaurin), so h/12 times the jump goes onto each sample: the spectrum of the record is that of the force
     which moved the housing, to fourth order.
     """
     jump = np.diff(excesses, axis=0, prepend=before[None, :])

@@ -1,0 +1,20 @@
+import sys
+from pathlib import Path
+
+import pytest
+
+from nvhchain.conventions import Air
+from nvhchain.fidelity import AcousticsFidelity
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+
+@pytest.fixture(scope="session")
+def air():
+    return Air(speed_of_sound=343.0, density=1.21)
+
+
+@pytest.fixture(scope="session")
+def coarse():
+    """Any mesh is fine enough: tests of physics choose their own meshes."""
+    return AcousticsFidelity(elements_per_wavelength=3.0, masters=20)

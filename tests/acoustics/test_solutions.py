@@ -1,0 +1,162 @@
+"""Boundary element solutions against closed forms.
+
+Pulsating sphere: p = jωρ a² v e^{−jk(r−a)} / ((1 + jka) r), Pierce, Acoustics, 4-1.  Rigid sphere in a plane wave:
+series of Bowman, Senior & Uslenghi, Electromagnetic and Acoustic Scattering by Simple Shapes, 10.3.  Interior sources:
+a point source inside a body of any shape gives the body a normal velocity; outside, its field is that of the source.
+"""
+
+import acoustics_bodies as bodies
+import numpy as np
+import pytest
+from scipy.special import spherical_jn, spherical_yn
+
+from nvhchain.acoustics import PlaneWave, PointSource, solve_direct, sphere, surface_pressure
+from nvhchain.acoustics._coupling import coupling
+from nvhchain.errors import InputError
+from nvhchain.handoff import SurfaceVelocity
+
+LEVELS = {200.0: 114.062, 1000.0: 122.198, 1715.0: 122.912}
+
+
+def pulsating(frequency, radius, distance, air):
+    omega, k = 2 * np.pi * frequency, 2 * np.pi * frequency / air.speed_of_sound
+    return (
+        1j * omega * air.density * radius**2 * np.exp(-1j * k * (distance - radius))
+        / ((1 + 1j * k * radius) * distance)
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(("level", "limit", "hertz"), [(3, 1e-2, tuple(LEVELS)), (4, 3e-3, (1715.0,))])
+def test_pulsating_sphere_complex_pressure_and_level(air, coarse, level, limit, hertz):
+    frequency = np.array(hertz)
+    body = sphere(0.1, level)
+    velocity = SurfaceVelocity(frequency, np.ones((len(frequency), len(body.triangles))), body)
+    points = [[1.0, 0.0, 0.0], [0.0, -0.6, 0.8]]
+    pressure = solve_direct(velocity, points, air=air, fidelity=coarse).pressure
+    exact = pulsating(frequency, 0.1, 1.0, air)[:, None]
+    assert np.abs(pressure / exact - 1).max() < limit
+    decibel = 20 * np.log10(np.abs(pressure) / np.sqrt(2) / 20e-6)
+    assert decibel == pytest.approx(np.array([[LEVELS[f]] * 2 for f in hertz]), abs=9 * limit)
+
+
+def test_low_frequencies_down_to_a_tenth_of_a_hertz_keep_their_accuracy_and_zero_is_silent(air, coarse):
+    frequency = np.array([0.0, 0.1, 1.0, 10.0])
+    body = sphere(0.1, 2)
+    velocity = SurfaceVelocity(frequency, np.ones((4, len(body.triangles))), body)
+    pressure = solve_direct(velocity, [[0.0, 0.0, 1.0]], air=air, fidelity=coarse).pressure[:, 0]
+    assert pressure[0] == 0
+    exact = pulsating(frequency[1:], 0.1, 1.0, air)
+    assert np.abs(pressure[1:] / exact - 1).max() < 5e-3
+    swing = SurfaceVelocity(frequency, np.tile(body.normals[:, 2], (4, 1)), body)
+    pressure = solve_direct(swing, [[0.0, 0.0, 1.0]], air=air, fidelity=coarse).pressure[:, 0]
+    k, omega = 2 * np.pi * frequency / air.speed_of_sound, 2 * np.pi * frequency
+    exact = 1j * omega * air.density * 0.1**3 * (1 + 1j * k) * np.exp(-0.9j * k) / (2 + 0.2j * k - (0.1 * k) ** 2)
+    assert np.abs(pressure[1:] / exact[1:] - 1).max() < 5e-3
+
+
+def rigid_sphere(ka, cosine):
+    """Total pressure on a rigid sphere, e^{+jωt}; cosine 1 faces the source."""
+    n = np.arange(int(ka) + 25)
+    h_slope = spherical_jn(n, ka, True) - 1j * spherical_yn(n, ka, True)
+    legendre = np.polynomial.legendre.legvander(np.atleast_1d(cosine), n[-1])
+    # jn hn' - jn' hn = -j / ka²: Wronskian under e^{+jωt}
+    return legendre @ (1j**n * (2 * n + 1) * (-1j / ka**2) / h_slope)
+
+
+def test_series_of_the_rigid_sphere_gives_the_published_values():
+    assert np.abs(rigid_sphere(1.0, [1, 0, -1])) == pytest.approx([1.41840, 0.97330, 1.06812], abs=1e-5)
+    assert np.abs(rigid_sphere(5.0, [1, 0, -1])) == pytest.approx([1.87408, 1.24800, 1.14520], abs=1e-5)
+
+
+@pytest.mark.parametrize("ka", [1.0, 5.0])
+def test_rigid_sphere_in_a_plane_wave(air, coarse, ka):
+    body = sphere(0.1, 3)
+    frequency = np.array([ka / 0.1 * air.speed_of_sound / (2 * np.pi)])
+    still = SurfaceVelocity(frequency, np.zeros((1, len(body.triangles))), body)
+    result = surface_pressure(still, air=air, fidelity=coarse, incident=PlaneWave((0.0, 0.0, -2.0)))
+    cosine = body.vertices[:, 2] / np.linalg.norm(body.vertices, axis=1)
+    exact = rigid_sphere(ka, cosine)
+    assert np.abs(result.pressure[0] - exact).max() < 0.02 * np.abs(exact).max()
+
+
+def test_scattering_equals_radiation_with_the_opposite_velocity(air, coarse):
+    """Two formulations that share nothing but the matrices; a wrong sign of α in either breaks them apart."""
+    body = sphere(0.1, 3)
+    frequency = np.array([0.8 * 343.0 / (2 * np.pi * 0.1), 3.0 * 343.0 / (2 * np.pi * 0.1)])
+    source = PointSource((0.0, 0.25, 0.1), strength=2.0 - 1.0j)
+    still = SurfaceVelocity(frequency, np.zeros((2, len(body.triangles))), body)
+    total = surface_pressure(still, air=air, fidelity=coarse, incident=source).pressure
+    for i, f in enumerate(frequency):
+        k = 2 * np.pi * f / air.speed_of_sound
+        gradient = np.einsum("fj,fj->f", source.pressure_and_gradient(body.centroids, k)[1], body.normals)
+        opposite = SurfaceVelocity([f], (gradient / (1j * 2 * np.pi * f * air.density))[None], body)
+        scattered = surface_pressure(opposite, air=air, fidelity=coarse).pressure[0]
+        expected = scattered + source.pressure_and_gradient(body.vertices, k)[0]
+        assert np.abs(total[i] - expected).max() < 0.02 * np.abs(expected).max()
+
+
+def test_an_incident_field_at_zero_frequency_is_refused(air, coarse):
+    body = sphere(0.1, 1)
+    with pytest.raises(InputError, match="0 Hz"):
+        surface_pressure(
+            SurfaceVelocity([0.0], np.zeros((1, 80)), body), air=air, fidelity=coarse, incident=PlaneWave((1, 0, 0))
+        )
+
+
+BRACKET = {"size": (0.2, 0.2, 0.1), "remove": lambda c: c[0] > 0.1 and c[1] > 0.1}
+
+
+@pytest.mark.parametrize(
+    ("body", "source"),
+    [
+        (bodies.box((0.2, 0.15, 0.1), 0.0125), (0.01, -0.005, 0.008)),
+        (bodies.box(edge=0.0125, **BRACKET), (-0.045, -0.05, 0.002)),
+        (sphere(0.1, 3), (0.01, -0.015, 0.02)),
+    ],
+    ids=["box", "bracket", "sphere"],
+)
+@pytest.mark.parametrize(("per_wavelength", "limit"), [(8, 0.02), (12, 0.01)])
+def test_interior_source_at_8_and_12_elements_per_wavelength(air, coarse, body, source, per_wavelength, limit):
+    frequency = air.speed_of_sound / (per_wavelength * bodies.mean_edge(body))
+    velocity = bodies.source_velocity(body, source, frequency, air)
+    points = bodies.shell(20, 0.5)
+    exact = bodies.source_field(points, source, 2 * np.pi * frequency / air.speed_of_sound)[0]
+    pressure = solve_direct(velocity, points, air=air, fidelity=coarse).pressure[0]
+    assert np.abs(pressure - exact).max() < limit * np.abs(exact).max()
+
+
+def test_at_a_fixed_frequency_the_error_falls_with_the_square_of_the_element_size(air, coarse):
+    points, source, errors = bodies.shell(10, 0.5), (0.01, -0.015, 0.02), []
+    exact = bodies.source_field(points, source, 2 * np.pi * 1200.0 / air.speed_of_sound)[0]
+    for level in (1, 2, 3):
+        velocity = bodies.source_velocity(sphere(0.1, level), source, 1200.0, air)
+        pressure = solve_direct(velocity, points, air=air, fidelity=coarse).pressure[0]
+        errors.append(np.abs(pressure - exact).max() / np.abs(exact).max())
+    rates = np.log2(np.array(errors[:-1]) / errors[1:])
+    assert (rates > 1.7).all(), (errors, rates)
+
+
+def _errors_around(ka, air, fidelity, body, spread):
+    source, points = (0.03, -0.02, 0.04), bodies.shell(8, 0.5)
+    frequency = ka / 0.1 * air.speed_of_sound / (2 * np.pi) * (1 + spread)
+    pressure = solve_direct(
+        bodies.source_velocity(body, source, frequency, air), points, air=air, fidelity=fidelity
+    ).pressure
+    exact = [bodies.source_field(points, source, 2 * np.pi * f / air.speed_of_sound)[0] for f in frequency]
+    return np.abs(pressure - exact).max(axis=1) / np.abs(exact).max(axis=1)
+
+
+@pytest.mark.parametrize("ka", [np.pi, 4.49341, 5.76346])
+def test_irregular_frequencies_do_not_show_and_would_without_burton_miller(air, coarse, ka, monkeypatch):
+    body = sphere(0.1, 2)
+    near = np.linspace(-0.01, 0.01, 41)
+    away = _errors_around(ka, air, coarse, body, np.array([-0.05, 0.05])).max()
+    assert _errors_around(ka, air, coarse, body, near).max() < 2 * away
+    monkeypatch.setattr("nvhchain.acoustics._fused.coupling", lambda surface, k: 0j)
+    assert _errors_around(ka, air, coarse, body, near).max() > 5 * away
+
+
+def test_coupling_is_minus_j_over_k_and_bounded():
+    body = sphere(0.1, 2)
+    assert coupling(body, 200.0) == pytest.approx(-1j / 200.0, rel=2e-3)
+    assert abs(coupling(body, 1e-3)) < 0.2

@@ -1,0 +1,184 @@
+"""Transfer vectors, their interpolation and what is refused."""
+
+import pickle
+from concurrent.futures import ThreadPoolExecutor
+
+import acoustics_bodies as bodies
+import numpy as np
+import pytest
+
+from nvhchain.acoustics import (
+    interpolation_error,
+    master_frequencies,
+    radiate,
+    solve_direct,
+    sphere,
+    transfer_vectors,
+)
+from nvhchain.acoustics.transfer import _vectors
+from nvhchain.conventions import Air
+from nvhchain.errors import InputError, ResourceError, SolverError
+from nvhchain.fidelity import AcousticsFidelity
+from nvhchain.handoff import SurfaceVelocity, TransferVectors
+
+
+@pytest.fixture(scope="module")
+def bracket():
+    return bodies.box((0.15, 0.15, 0.1), 0.025, remove=lambda c: c[0] > 0.075 and c[1] > 0.075)
+
+
+def random_velocity(surface, frequency, seed=3):
+    rng = np.random.default_rng(seed)
+    shape = (len(frequency), len(surface.triangles))
+    return SurfaceVelocity(frequency, rng.normal(size=shape) + 1j * rng.normal(size=shape), surface)
+
+
+def test_transfer_vectors_times_velocity_equal_the_direct_solution_at_the_masters(bracket, air, coarse):
+    frequency = np.array([120.0, 700.0, 1900.0])
+    velocity = random_velocity(bracket, frequency)
+    points = bodies.shell(4, 0.6)
+    atv = transfer_vectors(bracket, points, frequency, air=air, fidelity=coarse)
+    direct = solve_direct(velocity, points, air=air, fidelity=coarse).pressure
+    by_hand = np.einsum("fmi,fi->fm", atv.vectors, velocity.normal_velocity)
+    assert np.abs(by_hand - direct).max() < 1e-10 * np.abs(direct).max()
+    assert np.abs(radiate(atv, velocity).pressure - direct).max() < 1e-10 * np.abs(direct).max()
+
+
+@pytest.fixture(scope="module")
+def small_body():
+    """0.15 m across, with an edge and an inner corner, and what its transfer vectors are between 50 masters."""
+    surface = bodies.box((0.15, 0.15, 0.1), 0.025, remove=lambda c: c[0] > 0.075 and c[1] > 0.075)
+    air, fidelity = Air(343.0, 1.21), AcousticsFidelity(elements_per_wavelength=1.8, masters=50)
+    points = [[0.8, 0.6, 0.0], [-0.1, 0.2, 0.97]]
+    masters = master_frequencies(50.0, 5000.0, fidelity)
+    atv = transfer_vectors(surface, points, masters, air=air, fidelity=fidelity)
+    lines = np.array([60.0, 75.0, 101.0, 333.0, 808.0, 1515.0, 2777.0, 3580.0, 4747.0, 4949.5, 4990.0])
+    return surface, air, fidelity, atv, lines
+
+
+def test_fifty_masters_interpolate_to_a_thousandth_and_a_tenth_of_a_decibel(small_body):
+    surface, air, fidelity, atv, lines = small_body
+    velocity = random_velocity(surface, lines)
+    exact = solve_direct(velocity, atv.points, air=air, fidelity=fidelity).pressure
+    pressure = radiate(atv, velocity, fidelity=fidelity).pressure
+    assert np.abs(pressure - exact).max() < 1e-3 * np.abs(exact).max()
+    assert np.abs(20 * np.log10(np.abs(pressure / exact))).max() < 0.1
+    linear = AcousticsFidelity(elements_per_wavelength=1.8, masters=50, interpolation="linear")
+    error = np.abs(radiate(atv, velocity, fidelity=linear).pressure - exact).max()
+    assert error > 30e-3 * np.abs(exact).max()
+
+
+@pytest.mark.parametrize(("step", "nodes"), [(1, 4), (3, 8), (3, 2)])
+def test_error_estimate_is_within_a_factor_of_ten_of_the_truth(small_body, step, nodes):
+    surface, air, fidelity, atv, _ = small_body
+    thinned = atv.replace(frequency=atv.frequency[::step], vectors=atv.vectors[::step])
+    fidelity = AcousticsFidelity(elements_per_wavelength=1.8, masters=50, interpolation_points=nodes)
+    lines = 0.5 * (thinned.frequency[1:] + thinned.frequency[:-1])[::3]
+    velocity = random_velocity(surface, lines)
+    exact = solve_direct(velocity, atv.points, air=air, fidelity=fidelity).pressure
+    result = radiate(thinned, velocity, fidelity=fidelity)
+    truth = np.abs(result.pressure - exact).max(axis=0)
+    estimate = interpolation_error(thinned, velocity, fidelity=fidelity).max(axis=0)
+    assert truth.min() > 1e-7 * np.abs(exact).max()
+    assert ((estimate > truth / 10) & (estimate < truth * 10)).all(), estimate / truth
+    stored = np.array(result.provenance["interpolation_error"])
+    assert stored == pytest.approx(estimate / np.abs(result.pressure).max(axis=0))
+
+
+def test_lines_that_are_not_equally_spaced_and_silent_lines_are_right(small_body):
+    surface, _, fidelity, atv, _ = small_body
+    even = np.linspace(200.0, 900.0, 141)
+    velocity = random_velocity(surface, even)
+    reference = radiate(atv, velocity, fidelity=fidelity).pressure
+    some = np.r_[0:40, 43, 44, 46, 50:141:7]
+    silent = velocity.normal_velocity[some].copy()
+    silent[5] = 0.0
+    result = radiate(atv, SurfaceVelocity(even[some], silent, surface), fidelity=fidelity).pressure
+    assert (result[5] == 0).all()
+    keep = np.arange(len(some)) != 5
+    assert np.abs(result - reference[some])[keep].max() < 1e-12 * np.abs(reference).max()
+
+
+def test_no_line_is_extrapolated_beyond_the_masters(small_body):
+    surface, _, fidelity, atv, _ = small_body
+    for outside in (20.0, 5000.1):
+        with pytest.raises(InputError, match=r"1 lines .* outside the master frequencies 50…5000 Hz: widen"):
+            radiate(atv, random_velocity(surface, np.sort([outside, 500.0])), fidelity=fidelity)
+    quiet = SurfaceVelocity([0.0, 500.0], np.ones((2, len(surface.triangles))), surface)
+    assert radiate(atv, quiet, fidelity=fidelity).pressure[0, 0] == 0
+
+
+def test_velocities_of_another_surface_are_refused(small_body):
+    _, _, fidelity, atv, _ = small_body
+    other = sphere(0.1, 1)
+    with pytest.raises(InputError, match="another surface"):
+        radiate(atv, random_velocity(other, np.array([500.0])), fidelity=fidelity)
+
+
+def test_a_mesh_too_coarse_for_the_highest_master_is_refused(bracket, air, coarse):
+    with pytest.raises(InputError, match="mesh supports"):
+        transfer_vectors(bracket, [[0.0, 0.0, 1.0]], [100.0, 9000.0], air=air, fidelity=coarse)
+
+
+@pytest.mark.parametrize("frequency", [[], [200.0, 100.0], [-1.0, 100.0], [100.0, 100.0], [np.nan]])
+def test_frequencies_that_do_not_increase_are_refused(bracket, air, coarse, frequency):
+    with pytest.raises(InputError, match="strictly increasing"):
+        transfer_vectors(bracket, [[0.0, 0.0, 1.0]], frequency, air=air, fidelity=coarse)
+
+
+def test_an_unknown_engine_is_refused_with_the_known_ones(bracket, air, coarse):
+    with pytest.raises(InputError, match="choose from fused, bempp"):
+        transfer_vectors(bracket, [[0.0, 0.0, 1.0]], [100.0], air=air, fidelity=coarse, engine="fast")
+
+
+def test_matrices_that_do_not_fit_into_memory_are_refused_before_any_is_built(bracket, air, coarse, monkeypatch):
+    monkeypatch.setattr("nvhchain.acoustics.engines.psutil.virtual_memory", lambda: type("M", (), {"available": 2**20}))
+    with pytest.raises(ResourceError, match=r"GiB are free: lower the upper frequency"):
+        transfer_vectors(bracket, [[0.0, 0.0, 1.0]], [100.0], air=air, fidelity=coarse)
+
+
+def test_a_singular_matrix_raises_instead_of_giving_numbers(bracket, air, coarse, monkeypatch):
+    n = len(bracket.vertices)
+    broken = np.ones((n, n), dtype=complex), np.ones((n, len(bracket.triangles)), dtype=complex)
+    for value in (1.0, np.nan):
+        monkeypatch.setattr(
+            "nvhchain.acoustics.transfer.systems",
+            lambda engine, surface, k, fidelity, value=value: iter([(value * broken[0], broken[1])]),
+        )
+        with pytest.raises(SolverError):
+            transfer_vectors(bracket, [[0.0, 0.0, 1.0]], [100.0], air=air, fidelity=coarse)
+
+
+def test_bands_on_an_executor_give_the_same_vectors_and_report_progress(bracket, air, coarse):
+    frequency = np.linspace(100.0, 1500.0, 10)
+    points = [[0.0, 0.0, 1.0]]
+    alone = transfer_vectors(bracket, points, frequency, air=air, fidelity=coarse)
+    seen = []
+    with ThreadPoolExecutor(2) as executor:
+        spread = transfer_vectors(
+            bracket, points, frequency, air=air, fidelity=coarse, executor=executor,
+            progress=lambda done, total: seen.append((done, total)),
+        )  # fmt: skip
+    assert np.array_equal(alone.vectors, spread.vectors)
+    assert seen[0] == (0, 10)
+    assert seen[-1] == (10, 10)
+    assert alone.provenance["engine"] == "fused"
+    task = pickle.loads(pickle.dumps((_vectors, frequency[:1], bracket, alone.points, air, coarse, "fused")))
+    assert np.array_equal(task[0](*task[1:])[0], alone.vectors[0])
+
+
+def test_masters_span_the_band(coarse):
+    masters = master_frequencies(50.0, 5000.0, coarse)
+    assert (masters[0], masters[-1], len(masters)) == (50.0, 5000.0, coarse.masters)
+    assert master_frequencies(80.0, 80.0, coarse).tolist() == [80.0]
+    with pytest.raises(InputError, match="empty"):
+        master_frequencies(100.0, 50.0, coarse)
+
+
+def test_a_single_master_serves_its_own_line_only(bracket, air, coarse):
+    atv = transfer_vectors(bracket, [[0.0, 0.0, 1.0]], [400.0], air=air, fidelity=coarse)
+    assert isinstance(atv, TransferVectors)
+    velocity = random_velocity(bracket, np.array([400.0]))
+    assert radiate(atv, velocity).pressure[0, 0] == pytest.approx(atv.vectors[0, 0] @ velocity.normal_velocity[0])
+    with pytest.raises(InputError, match="3 or more"):
+        interpolation_error(atv, velocity)

@@ -20,7 +20,7 @@ class GearFidelity:
 
     profile_elements: quadratic elements along one flank.  width_layers: element layers over the face width.
     transverse_refinement: factor on the elements across tooth and rim (1: four across the tooth).
-    row_aspect: radial over circumferential size of the blank's elements.
+    row_aspect: radial over circumferential size of the blank's elements under the teeth.
     load_pattern_tolerance: what is neglected of the forces a tooth passes to the body, relative.
     slices: axial slices of a contact line.  angles_per_mesh: mesh-law angles per mesh period.
     deflections: mesh-law deflections.  contact_residual: admissible residual of the complementarity
@@ -143,21 +143,21 @@ class Fidelity:
 
 DRAFT = Fidelity(
     "draft",
-    GearFidelity(profile_elements=4, width_layers=3, slices=8, angles_per_mesh=16, deflections=16),
+    GearFidelity(profile_elements=4, width_layers=3, slices=8, angles_per_mesh=24, deflections=16),
     DynamicsFidelity(time_step=20e-6),
-    HousingFidelity(element_size=0.025),
+    HousingFidelity(element_size=0.022),
     AcousticsFidelity(elements_per_wavelength=2.5, masters=16),
 )
 STANDARD = Fidelity(
     "standard",
-    GearFidelity(profile_elements=6, width_layers=5, slices=14, angles_per_mesh=24, deflections=24),
+    GearFidelity(profile_elements=6, width_layers=5, slices=14, angles_per_mesh=48, deflections=24),
     DynamicsFidelity(time_step=10e-6),
-    HousingFidelity(element_size=0.016),
+    HousingFidelity(element_size=0.0125),
     AcousticsFidelity(elements_per_wavelength=4.0, masters=32),
 )
 REFERENCE = Fidelity(
     "reference",
-    GearFidelity(profile_elements=10, width_layers=8, slices=24, angles_per_mesh=40, deflections=40),
+    GearFidelity(profile_elements=10, width_layers=8, slices=24, angles_per_mesh=96, deflections=40),
     DynamicsFidelity(time_step=5e-6),
     HousingFidelity(element_size=0.009),
     AcousticsFidelity(

@@ -15,10 +15,11 @@ from nvhchain.gear.mesh_law import deflection_grid, mesh_law
 from nvhchain.gear.pair import BACK
 
 TORQUE = 250.0
+COARSE = dataclasses.replace(DRAFT.gear, angles_per_mesh=16)
 
 
 def sliced(slices):
-    return dataclasses.replace(DRAFT.gear, slices=slices)
+    return dataclasses.replace(COARSE, slices=slices)
 
 
 @pytest.fixture(scope="module")
@@ -31,13 +32,13 @@ def slotted(make_pair, make_compliances):
 def slotted_law(slotted):
     pair, compliances = slotted
     force = pair.normal_force(TORQUE)
-    return mesh_law(pair, nominal_force=force, fidelity=DRAFT.gear, compliances=compliances)
+    return mesh_law(pair, nominal_force=force, fidelity=COARSE, compliances=compliances)
 
 
 def test_law_covers_the_body_period_and_the_asked_range(slotted, slotted_law):
     pair, _ = slotted
     law = slotted_law
-    assert law.force.shape == (10 * DRAFT.gear.angles_per_mesh, DRAFT.gear.deflections)
+    assert law.force.shape == (10 * COARSE.angles_per_mesh, COARSE.deflections)
     assert law.period == pytest.approx(10 * 2 * np.pi / 50)
     nominal = pair.normal_force(TORQUE)
     assert law.force[:, -1].min() >= 2.95 * nominal
@@ -70,7 +71,7 @@ def test_a_modulated_body_shows_at_its_own_period_and_a_plain_one_does_not(slott
     plain = FlankCompliance(
         wheel.radius, wheel.axial, 50, 10, np.repeat(wheel.blocks[:1] * 0 + wheel.blocks.mean(0), 10, 0)
     )
-    law = mesh_law(pair, nominal_force=pair.normal_force(TORQUE), fidelity=DRAFT.gear, compliances=(pinion, plain))
+    law = mesh_law(pair, nominal_force=pair.normal_force(TORQUE), fidelity=COARSE, compliances=(pinion, plain))
     lines = np.abs(np.fft.rfft(law.force[:, -1])) / len(law.angle)
     assert lines[~mesh].max() < 1e-9 * lines[0]
 
@@ -152,7 +153,7 @@ def test_executor_and_progress_give_the_same_law(slotted, slotted_law):
         law = mesh_law(
             pair,
             nominal_force=pair.normal_force(TORQUE),
-            fidelity=DRAFT.gear,
+            fidelity=COARSE,
             compliances=compliances,
             executor=executor,
             progress=lambda done, total: seen.append((done, total)),
@@ -174,9 +175,7 @@ def test_deflection_grid_is_densest_at_first_contact(slotted):
 
 def test_without_backlash_the_grid_has_no_double_point(make_pair, make_compliances):
     pair = make_pair(1)
-    law = mesh_law(
-        pair, nominal_force=pair.normal_force(TORQUE), fidelity=DRAFT.gear, compliances=make_compliances(pair)
-    )
+    law = mesh_law(pair, nominal_force=pair.normal_force(TORQUE), fidelity=COARSE, compliances=make_compliances(pair))
     assert np.diff(law.deflection).min() > 1e-7
 
 

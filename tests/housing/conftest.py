@@ -1,0 +1,51 @@
+"""A small one-shaft casting, meshed and reduced once for the tests."""
+
+import pytest
+
+from nvhchain.fidelity import HousingFidelity
+from nvhchain.housing import Bore, Casting, GearSpace
+from nvhchain.housing.mesh import mesh_casting, on_engine_plane, radiating_surface
+from nvhchain.housing.reduction import reduce_mesh
+from nvhchain.housing.transfer import normal_motion
+
+
+@pytest.fixture(scope="session")
+def casting():
+    return Casting(
+        bores=(Bore("A1", (0.0, 0.0, 0.039), 0.02), Bore("A2", (0.0, 0.0, 0.149), 0.02)),
+        gear_spaces=(GearSpace((0.0, 0.0), 0.05), GearSpace((0.05, 0.01), 0.06)),
+        depth=0.15,
+        bolts=4,
+        side_ribs=0,
+        spokes=3,
+        modal_damping=0.015,
+    )
+
+
+@pytest.fixture(scope="session")
+def fidelity():
+    return HousingFidelity(element_size=0.03, elements_per_turn=6.0, elements_per_bending_wavelength=3.0)
+
+
+@pytest.fixture(scope="session")
+def mesh(casting, fidelity):
+    return mesh_casting(casting, fidelity)
+
+
+@pytest.fixture(scope="session")
+def surface(casting):
+    return radiating_surface(casting, 0.022)
+
+
+@pytest.fixture(scope="session")
+def motion(mesh, surface, fidelity):
+    return normal_motion(mesh.nodes, mesh.skin, surface, on_engine_plane(surface), fidelity.samples_per_face)
+
+
+F_MAX = 4000.0
+"""Hz, band of the reduced test housing."""
+
+
+@pytest.fixture(scope="session")
+def reduced(mesh, casting, surface, motion, fidelity):
+    return reduce_mesh(mesh, casting, surface, motion, fidelity.mode_ratio * F_MAX)

@@ -1,0 +1,132 @@
+"""Casting mesh and radiating envelope."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from nvhchain.errors import InputError, SolverError
+from nvhchain.fem import stiffness_and_mass
+from nvhchain.housing import _gmsh
+from nvhchain.housing.geometry import casting_recipe, outline_at
+from nvhchain.housing.mesh import boundary_faces, mesh_casting, on_engine_plane, radiating_surface, straightened
+
+UNIT_TET = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])
+
+
+def test_gmsh_stays_out_of_this_process():
+    code = "import sys, nvhchain.housing, nvhchain.housing._gmsh; assert 'gmsh' not in sys.modules"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_meshing_twice_gives_the_same_bytes(casting, fidelity, mesh):
+    again = mesh_casting(casting, fidelity)
+    assert again.nodes.tobytes() == mesh.nodes.tobytes()
+    assert again.elements.tobytes() == mesh.elements.tobytes()
+
+
+def test_every_element_is_right_handed_and_the_volume_is_that_of_the_skin(mesh):
+    corners = mesh.nodes[mesh.elements[:, :4]]
+    volumes = np.linalg.det(corners[:, 1:] - corners[:, :1]) / 6
+    assert volumes.min() > 0
+    faces = mesh.nodes[boundary_faces(mesh.elements)[:, :3]]
+    enclosed = np.einsum("ij,ij->", faces[:, 0], np.cross(faces[:, 1], faces[:, 2])) / 6
+    assert enclosed == pytest.approx(volumes.sum(), rel=1e-10)
+
+
+def test_seat_nodes_lie_on_their_bore_and_bolts_on_theirs(casting, mesh):
+    for bore, members in zip(casting.bores, mesh.seats, strict=True):
+        arm = mesh.nodes[members] - bore.centre
+        # mid-edge nodes may lie on the chord where the arc would have spoiled an element
+        assert np.hypot(arm[:, 0], arm[:, 1]) == pytest.approx(bore.radius, rel=0.14)
+        assert np.ptp(arm[:, 2]) == pytest.approx(bore.length, rel=1e-3)
+        assert np.abs(arm[:, :2].mean(axis=0)).max() < 0.1 * bore.radius
+    assert len(mesh.bolts) == casting.bolts
+    everyone = np.concatenate([*mesh.seats, *mesh.bolts])
+    assert len(np.unique(everyone)) == len(everyone)
+
+
+def test_skin_is_the_outside_only(casting, mesh):
+    corners = mesh.nodes[mesh.skin[:, :3]]
+    outward = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    centre = corners.mean(axis=1)
+    assert not (centre[:, 2] < 1e-6).any()
+    rear = centre[:, 2] > casting.depth + 1e-3
+    assert rear.any()
+    # closed up to the engine plane: the projected areas cancel in x and y, and in z the covered plane is missing
+    total = outward.sum(axis=0) / 2
+    area = np.linalg.norm(outward, axis=1).sum() / 2
+    covered = stadium_area(casting)
+    assert np.abs(total[:2]).max() < 0.02 * area
+    assert total[2] == pytest.approx(covered, rel=0.05)
+
+
+def stadium_area(casting):
+    from nvhchain.housing.outline import stations
+
+    x, y = stations(outline_at(casting, casting.wall + casting.draft + casting.flange_width), 2000)[0].T
+    return 0.5 * abs(x @ np.roll(y, -1) - y @ np.roll(x, -1))
+
+
+def test_radiating_surface_has_well_shaped_triangles_of_the_size_asked_for(casting, surface):
+    size = 0.022
+    assert np.median(surface.longest_edges) == pytest.approx(size, rel=0.25)
+    assert surface.longest_edges.max() < 1.6 * size
+    quality = 4 * np.sqrt(3) * surface.areas
+    corners = surface.vertices[surface.triangles]
+    squares = ((corners - np.roll(corners, 1, axis=1)) ** 2).sum(axis=(1, 2))
+    assert (quality / squares).min() > 0.2
+    assert np.median(quality / squares) > 0.9
+    plane = on_engine_plane(surface)
+    assert surface.areas[plane].sum() == pytest.approx(stadium_area(casting), rel=0.02)
+
+
+def test_radiating_surface_gets_finer_with_the_size(casting, surface):
+    finer = radiating_surface(casting, 0.011)
+    assert 3.0 < len(finer.triangles) / len(surface.triangles) < 5.0
+    assert finer.volume == pytest.approx(surface.volume, rel=0.02)
+
+
+def test_element_bent_too_far_is_straightened():
+    middle = (UNIT_TET[[0, 1, 0, 0, 1, 2]] + UNIT_TET[[1, 2, 2, 3, 3, 3]]) / 2
+    nodes = np.vstack([UNIT_TET, middle])
+    elements = np.arange(10)[None]
+    slightly = nodes.copy()
+    slightly[4] += [0.0, -0.05, 0.0]
+    assert np.array_equal(straightened(slightly, elements), slightly)
+    badly = nodes.copy()
+    badly[4] += [0.0, 0.4, 0.0]
+    assert np.array_equal(straightened(badly, elements), nodes)
+
+
+def test_casting_mesh_is_accepted_by_the_element_routine(casting, mesh):
+    _, M = stiffness_and_mass(mesh.nodes, mesh.elements, "tet10", casting.material)
+    corners = mesh.nodes[mesh.elements[:, :4]]
+    volume = np.linalg.det(corners[:, 1:] - corners[:, :1]).sum() / 6
+    assert M.sum() / 3 == pytest.approx(casting.material.density * volume, rel=0.02)
+
+
+def test_failing_mesher_is_reported_with_what_it_said(casting):
+    recipe = casting_recipe(casting, 0.03, 6.0)
+    apart = {"kind": "cylinder", "base": [1.0, 0.0, 0.0], "axis": [0.0, 0.0, 0.01], "radius": 0.01}
+    recipe["steps"].append({"op": "fuse", "solids": [apart]})
+    with pytest.raises(SolverError, match="falls apart into 2 pieces"):
+        _gmsh.mesh(recipe)
+
+
+def test_missing_system_library_is_named(monkeypatch):
+    class Done:
+        returncode, stdout = 1, ""
+        stderr = "OSError: libGLU.so.1: cannot open shared object file: No such file or directory"
+
+    monkeypatch.setattr(_gmsh.subprocess, "run", lambda *args, **kwargs: Done)
+    with pytest.raises(SolverError, match=r"libGLU\.so\.1.*libglu1-mesa"):
+        _gmsh.mesh({})
+
+
+def test_seat_without_nodes_is_refused(casting, fidelity, monkeypatch):
+    raw = _gmsh.mesh(casting_recipe(casting, 0.03, 6.0))
+    monkeypatch.setattr("nvhchain.housing._gmsh.mesh", lambda recipe: {**raw, "nodes": raw["nodes"] * 1.01})
+    with pytest.raises(InputError, match="seat A1 got 0 mesh nodes"):
+        mesh_casting(casting, fidelity)

@@ -1,11 +1,13 @@
-"""The time loop: exact linear step, the rest of the contact forces implicit at its mean along the deflection travelled.
+"""The time loop: exact linear step, the rest of the contact forces implicit at its mean along the deflection
+travelled.
 
-Contact i carries F_i; its linear part k_i d is in the propagator and the excess r = F − k d is held over a step at its mean
-r̄_i = ∫ r dd/Δd. With the free end deflections d_free and the step compliance G, r̄ solves y = r̄(d_free − G y), which is
-the stationary point of ψ(y) = ½ yᵀG y + Σ P_i(d_free,i − (G y)_i), P_i' = r̄_i, P_i'' ≥ −k_i/2. The linear part is passive: from rest,
-the work of constant forces over a step is at least the energy it has stored, so 0 ≤ G ≤ 2 (static compliance) ≤ 2 k⁻¹ and
-ψ is convex for every step and every law that never falls. Newton's method with a line search on the sign of ψ'
-therefore converges from anywhere, also over contact loss and back-flank contact.
+Contact i carries F_i; its linear part k_i d is in the propagator and the excess r = F − k d is held over a step at
+its mean r̄_i = ∫ r dd/Δd. With the free end deflections d_free and the step compliance G, r̄ solves y = r̄(d_free
+− G y), which is the stationary point of ψ(y) = ½ yᵀG y + Σ P_i(d_free,i − (G y)_i), P_i' = r̄_i, P_i'' ≥ −k_i/2.
+The linear part is passive: from rest, the work of constant forces over a step is at least the energy it has
+stored, so 0 ≤ G ≤ 2 (static compliance) ≤ 2 k⁻¹ and ψ is convex for every step and every law that never falls.
+Newton's method with a line search on the sign of ψ' therefore converges from anywhere, also over contact loss and
+back-flank contact.
 """
 
 from __future__ import annotations
@@ -52,7 +54,8 @@ def _zero(grid, force, k, low, high, weight, n, hint):  # type: ignore[no-untype
     cache=True,
 )
 def _mean(grid, force, potential, k, low, high, weight, n, zero, side, start, end, hint):  # type: ignore[no-untyped-def]
-    """Mean force F̄ of a flank of mesh k between contact deflections `start` and `end`, and its derivative by `end`.
+    """Mean force F̄ of a flank of mesh k between contact deflections `start` and `end`, and its derivative by
+    `end`.
 
     side: +1 drive flank (force of the law where it is positive), −1 back flank (δ = −contact deflection, force −F).
     """
@@ -98,7 +101,8 @@ def _residual(  # type: ignore[no-untyped-def]
     n_c, y, start, free, compliance, linear, grid, force, potential, cells,
     row, following, weight, zero, hint, end, res, rate,
 ):  # fmt: skip
-    """End deflections, residual y − r̄ and slopes r̄' at trial excesses `y`; returns the largest residual, or inf."""
+    """End deflections, residual y − r̄ and slopes r̄' at trial excesses `y`; returns the largest residual, or
+    inf."""
     worst = 0.0
     for i in range(n_c):
         d = free[i]
@@ -214,9 +218,7 @@ def march(  # type: ignore[no-untyped-def]
             row[k] = i0
             following[k] = i0 + 1 if i0 + 1 < rows[k] else 0
             weight[k] = position[n, k] - i0
-            zero[k], zero_hint[k] = _zero(
-                grid, force, k, i0, following[k], weight[k], cells[k], zero_hint[k]
-            )
+            zero[k], zero_hint[k] = _zero(grid, force, k, i0, following[k], weight[k], cells[k], zero_hint[k])
         for i in range(n_c):
             hint[i] = _cell(grid, i // 2, cells[i // 2], (1.0 - 2.0 * (i % 2)) * start[i], hint[i])
 

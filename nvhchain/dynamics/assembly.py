@@ -1,9 +1,11 @@
-"""The linear part of the gearbox: rigid shafts on bearings in series with the reduced housing, and the lines of action.
+"""The linear part of the gearbox: rigid shafts on bearings in series with the reduced housing, and the lines of
+action.
 
 Unknowns x, in this order: five per shaft (translations of its centre of mass along x, y, z; tilts about x, y), the
-housing's modal coordinates, and n_shaft − 1 torsional coordinates τ. The spins φ = free τ, positive in each shaft's running
-direction, come on top of the prescribed nominal spin: the common spin of the train is left out, since the torques balance
-in it. Bearings leave rotations free and sit on the shaft axes, so τ meets the other unknowns only in the gear meshes.
+housing's modal coordinates, and n_shaft − 1 torsional coordinates τ. The spins φ = free τ, positive in each
+shaft's running direction, come on top of the prescribed nominal spin: the common spin of the train is left out,
+since the torques balance in it. Bearings leave rotations free and sit on the shaft axes, so τ meets the other
+unknowns only in the gear meshes.
 Gyroscopic terms and weight are left out.
 
 Contacts: two per mesh, first its drive flank, then its back flank. Contact i is pressed by d_i = contact[i] · x and
@@ -24,7 +26,8 @@ from nvhchain.errors import InputError, require
 from nvhchain.handoff import FloatArray, MeshLaw, ReducedHousing
 
 SEAT_TOLERANCE = 1e-3
-"""m: how far a bearing of the gearbox may lie from the housing's seat of the same name (a modelling gap, not accuracy)."""
+"""m: how far a bearing of the gearbox may lie from the housing's seat of the same name (a modelling gap, not
+accuracy)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,9 +76,10 @@ def flank_normals(pinion_axis: FloatArray, wheel_axis: FloatArray, law: MeshLaw,
     """(2, 3) directions of the force on the wheel: drive flank, then back flank.
 
     rotation: +1 or −1, the pinion's sense about +z. The pinion's drive flank pushes the wheel tooth along its own
-    motion t = rotation ẑ × e (e from pinion to wheel) and away along e. A right-handed tooth trace is t sin β + ẑ cos β on a gear
-    that turns with +z, so its leading flank's normal leans to −ẑ: the driving right-handed pinion is thrust along +z when
-    it turns with +z (right-hand rule). The back flank reverses the tangential and axial parts, never the radial one.
+    motion t = rotation ẑ × e (e from pinion to wheel) and away along e. A right-handed tooth trace is t sin β + ẑ
+    cos β on a gear that turns with +z, so its leading flank's normal leans to −ẑ: the driving right-handed pinion
+    is thrust along +z when it turns with +z (right-hand rule). The back flank reverses the tangential and axial
+    parts, never the radial one.
     """
     centre_line = np.append(wheel_axis - pinion_axis, 0.0)
     e = centre_line / np.linalg.norm(centre_line)
@@ -98,12 +102,14 @@ def _check_law(gearbox: Gearbox, mesh: Mesh, law: MeshLaw) -> None:
     base = law.base_radius
     require(
         abs(base[0] * law.teeth[1] / (base[1] * law.teeth[0]) - 1.0) <= 1e-6,
-        f"{where}: base radii {base[0]:g} and {base[1]:g} m do not stand in the ratio of the teeth {law.teeth}: correct the law",
+        f"{where}: base radii {base[0]:g} and {base[1]:g} m do not stand in the ratio of the teeth {law.teeth}: "
+        "correct the law",
     )
     cosine = float(base.sum()) / law.centre_distance
     require(
         abs(np.cos(law.working_pressure_angle) - cosine) <= 1e-4,
-        f"{where}: working pressure angle {law.working_pressure_angle:g} rad does not fit base radii and centre distance "
+        f"{where}: working pressure angle {law.working_pressure_angle:g} rad does not fit base radii and centre "
+        "distance "
         f"(cos = {cosine:.5f}): correct the law",
     )
 
@@ -119,7 +125,8 @@ def _seats(bearings: Sequence[Bearing], gearbox: Gearbox, housing: ReducedHousin
         gap = float(np.linalg.norm(np.array(position) - housing.positions[seat]))
         require(
             gap <= SEAT_TOLERANCE,
-            f"bearing {bearing.name} lies {1e3 * gap:.3g} mm from its seat in the housing (limit {1e3 * SEAT_TOLERANCE:g} mm): "
+            f"bearing {bearing.name} lies {1e3 * gap:.3g} mm from its seat in the housing (limit "
+            f"{1e3 * SEAT_TOLERANCE:g} mm): "
             "align shaft axis, bearing z and bore",
         )
         seats.append(seat)
@@ -147,7 +154,8 @@ def _contact_rows(
             # ψ_z × r, ψ_z = rotation · φ
             spin = kinematics.rotation[i] * np.array([-arm[1], arm[0], 0.0])
             for flank in (0, 1):
-                # the flank is pressed when the pinion's point moves along the force on the wheel faster than the wheel's
+                # the flank is pressed when the pinion's point moves along the force on the wheel faster than the
+                # wheel's
                 to_lateral[2 * k + flank, 5 * i : 5 * i + 5] = sign * normals[flank] @ rows
                 to_torsion[2 * k + flank, i] = sign * normals[flank] @ spin
             # law base radius and pitch geometry agree to the tolerance of _check_law; the law's is the definition
@@ -157,15 +165,18 @@ def _contact_rows(
 
 
 def assemble(gearbox: Gearbox, mesh_laws: Sequence[MeshLaw], housing: ReducedHousing | None) -> Assembly:
-    """Put shafts, bearings, housing and lines of action together (module docstring; PHYSICS: series of bearing and seat).
+    """Put shafts, bearings, housing and lines of action together (module docstring; PHYSICS: series of bearing and
+    seat).
 
     housing: None for rigid seats. The seats' residual flexibility R sits in series with the bearings:
-    K_eff = (K_b⁻¹ + R)⁻¹, C_eff = K_eff K_b⁻¹ C_b K_b⁻¹ K_eff (first order in the damping of the exact complex series).
+    K_eff = (K_b⁻¹ + R)⁻¹, C_eff = K_eff K_b⁻¹ C_b K_b⁻¹ K_eff (first order in the damping of the exact complex
+    series).
     Raises InputError when bearings, seats, axes and laws do not fit together or a shaft can move freely.
     """
     require(
         len(mesh_laws) == len(gearbox.meshes),
-        f"{len(mesh_laws)} mesh laws for {len(gearbox.meshes)} meshes: give one law per mesh, in the order of the meshes",
+        f"{len(mesh_laws)} mesh laws for {len(gearbox.meshes)} meshes: give one law per mesh, in the order of the "
+        "meshes",
     )
     kinematics = train(gearbox, mesh_laws)
     bodies = [shaft.inertia() for shaft in gearbox.shafts]
@@ -208,9 +219,7 @@ def assemble(gearbox: Gearbox, mesh_laws: Sequence[MeshLaw], housing: ReducedHou
     mass = np.concatenate(
         [[b.mass, b.mass, b.mass, b.transverse_inertia, b.transverse_inertia] for b in bodies] + [np.ones(n_mode)]
     )
-    require(
-        bool((mass > 0).all()), "a shaft has no transverse inertia: give its segments or bodies a transverse inertia"
-    )
+    require(bool((mass > 0).all()), "a shaft has no transverse inertia: give its segments or bodies one")
     diagonal = np.concatenate([np.zeros(5 * n_shaft), modal_stiffness])
     stiffness = np.diag(diagonal) + bearing_map.T @ k_eff @ bearing_map
     damping = np.diag(np.concatenate([np.zeros(5 * n_shaft), modal_damping])) + bearing_map.T @ c_eff @ bearing_map

@@ -23,8 +23,8 @@ def _within(owner: str, name: str, value: float, low: float, high: float, unit: 
 class RigidBody:
     """A body of revolution on a shaft, such as a gear.
 
-    z: m, its centre of mass.  mass: kg.  polar_inertia, transverse_inertia: kg m² about its centre of mass, the first
-    about the shaft axis.
+    z: m, its centre of mass.  mass: kg.  polar_inertia, transverse_inertia: kg m² about its centre of mass, the
+    first about the shaft axis.
     """
 
     z: float
@@ -46,7 +46,8 @@ class RigidBody:
 
 @dataclass(frozen=True)
 class Cylinder:
-    """A piece of shaft between two planes.  start, end: m along z.  outer_diameter, inner_diameter: m.  density: kg/m³."""
+    """A piece of shaft between two planes.  start, end: m along z.  outer_diameter, inner_diameter: m.  density:
+    kg/m³."""
 
     start: float
     end: float

@@ -1,7 +1,8 @@
 """A mesh law prepared for the time loop: rows over the wheel angle, cells over deflection, its potential tabulated.
 
-F(θ, δ) is linear in θ between rows at fixed δ and linear in δ inside a cell; the end slopes continue outside. The tabulated
-law is first refined in θ by a local cubic (modified Akima) of its increments over δ, which keeps every row monotone.
+F(θ, δ) is linear in θ between rows at fixed δ and linear in δ inside a cell; the end slopes continue outside. The
+tabulated law is first refined in θ by a local cubic (modified Akima) of its increments over δ, which keeps every
+row monotone.
 """
 
 from __future__ import annotations
@@ -21,7 +22,8 @@ class LawTable:
     """All mesh laws padded into common arrays.
 
     rows, cells (n_mesh,): number of angle rows (row index = rows · phase, phase in periods) and of deflections.
-    deflection (n_mesh, n_d) m.  force, potential (n_mesh, n_row, n_d): N and J; potential = ∫ F dδ from the first deflection.
+    deflection (n_mesh, n_d) m.  force, potential (n_mesh, n_row, n_d): N and J; potential = ∫ F dδ from the first
+    deflection.
     """
 
     rows: IntArray
@@ -42,7 +44,7 @@ def _between(position: FloatArray, values: FloatArray, wanted: FloatArray) -> Fl
 def refine(law: MeshLaw, refinement: int) -> FloatArray:
     """(refinement · n_angle, n_defl) force at equally spaced angles of one period, starting at angle 0."""
     n_row = refinement * len(law.angle)
-    wanted = np.arange(n_row) * (law.period / n_row)
+    wanted = np.asarray(np.arange(n_row) * (law.period / n_row), dtype=float)
     if len(law.angle) == 1:
         return np.repeat(law.force, n_row, axis=0)
     around = np.arange(-3, len(law.angle) + 4)
@@ -113,14 +115,16 @@ def deflection_under(deflection: FloatArray, row: FloatArray, force: float) -> f
         if row[cell] == force:
             return float(deflection[cell])
         raise SolverError(
-            f"the mesh law carries {row[0]:.6g}…{row[-1]:.6g} N and rises no further, but {force:.6g} N are asked for: "
+            f"the mesh law carries {row[0]:.6g}…{row[-1]:.6g} N and rises no further, but {force:.6g} N are asked "
+            "for: "
             "tabulate it to larger deflections"
         )
     return float(deflection[cell] + (force - row[cell]) * (deflection[cell + 1] - deflection[cell]) / rise)
 
 
 def mean_slope(table: LawTable, mesh: int, force: float) -> float:
-    """N/m: slope of a mesh law where it carries `force`, mean over its angles; never below 1e-3 of its steepest slope."""
+    """N/m: slope of a mesh law where it carries `force`, mean over its angles; never below 1e-3 of its steepest
+    slope."""
     n_row, n_cell = int(table.rows[mesh]), int(table.cells[mesh])
     rows, deflection = table.force[mesh, :n_row, :n_cell], table.deflection[mesh, :n_cell]
     slope = np.diff(rows, axis=1) / np.diff(deflection)

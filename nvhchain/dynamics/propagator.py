@@ -1,8 +1,9 @@
 """Exact propagator of the gearbox's linear part over one step, in complex diagonal first-order form.
 
-The linear part holds shafts, bearings, housing and, at every mesh, a constant stiffness k₀ on its loaded flank. What the
-mesh law adds to it, r = F − k₀δ, acts from outside, constant over a step. State s = [Re z, Im z]: one complex coordinate per
-conjugate pair (or per real eigenvalue) λ. With constant r over a step h, z ← e^{λh} z + (e^{λh} − 1)/λ (load − drive r) exactly.
+The linear part holds shafts, bearings, housing and, at every mesh, a constant stiffness k₀ on its loaded flank.
+What the mesh law adds to it, r = F − k₀δ, acts from outside, constant over a step. State s = [Re z, Im z]: one
+complex coordinate per conjugate pair (or per real eigenvalue) λ. With constant r over a step h, z ← e^{λh} z +
+(e^{λh} − 1)/λ (load − drive r) exactly.
 """
 
 from __future__ import annotations
@@ -33,10 +34,11 @@ class ModalForm:
 def modal_form(assembly: Assembly, contact_stiffness: FloatArray) -> ModalForm:
     """Diagonalise M ẍ + C ẋ + (K + Wᵀ k₀ W) x = Q in first-order form.
 
-    contact_stiffness (2 n_mesh,): k₀ N/m, positive on one flank of every mesh, so that no torsional motion is left free.
-    In undamped modal coordinates η and u = [ω η, η̇], u̇ = [[0, ω], [−ω, −Ĉ]] u + [0, Q̂] is skew plus damping: nearly
-    normal, so its eigenvectors are well conditioned. Raises SolverError when they are not (a mode exactly at critical
-    damping).
+    contact_stiffness (2 n_mesh,): k₀ N/m, positive on one flank of every mesh, so that no torsional motion is left
+    free.
+    In undamped modal coordinates η and u = [ω η, η̇], u̇ = [[0, ω], [−ω, −Ĉ]] u + [0, Q̂] is skew plus damping:
+    nearly normal, so its eigenvectors are well conditioned. Raises SolverError when they are not (a mode exactly
+    at critical damping).
     """
     stiffness = assembly.stiffness + (assembly.contact.T * contact_stiffness) @ assembly.contact
     root = 1.0 / np.sqrt(assembly.mass)
@@ -108,7 +110,8 @@ def output_matrix(modes: ModalForm, on_position: FloatArray, on_velocity: FloatA
 
 
 def state_of(modes: ModalForm, position: FloatArray) -> FloatArray:
-    """(n_state,) of a standstill at `position` (n,): z with Re(displacement z) = position and Re(velocity z) = 0."""
+    """(n_state,) of a standstill at `position` (n,): z with Re(displacement z) = position and Re(velocity z) =
+    0."""
     both = np.vstack([modes.displacement, modes.velocity])
     pairs = modes.eigenvalue.imag > 0
     # a real coordinate has no imaginary part, which leaves as many unknowns as equations

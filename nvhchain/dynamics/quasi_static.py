@@ -1,4 +1,5 @@
-"""The gearbox standing still at given positions of its mesh laws: the torques fix the gear forces, the laws the deflections."""
+"""The gearbox standing still at given positions of its mesh laws: the torques fix the gear forces, the laws the
+deflections."""
 
 from __future__ import annotations
 
@@ -41,8 +42,8 @@ def static_state(assembly: Assembly, table: LawTable, torque: FloatArray, phases
     """Equilibrium under external shaft torques (n_shaft,) N m at mesh-law `phases` (n_mesh,), in periods.
 
     The torques fix one force per mesh, bearings and housing deflect under them, and the laws, inverted, give the
-    torsional positions. A mesh without force rests at the drive side's end of its gap. Raises SolverError when a law cannot
-    carry its force.
+    torsional positions. A mesh without force rests at the drive side's end of its gap. Raises SolverError when a
+    law cannot carry its force.
     """
     force = static_mesh_forces(assembly, torque)
     back = force < 0.0

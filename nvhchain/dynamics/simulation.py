@@ -24,8 +24,9 @@ class Simulation:
 
     torque (n_shaft,): N m, external, along the running directions.
     contact_stiffness (2 n_mesh,): N/m, the part of each contact's stiffness that belongs to the linear system.
-    bearing_output (3 n_bearing, n_state): bearing forces = bearing_output · s.  bearing_jump (3 n_bearing, 2 n_mesh): what
-    a jump of the excess forces takes off their samples (`bearing_force`).  contact_output (2 n_mesh, n_state): contact
+    bearing_output (3 n_bearing, n_state): bearing forces = bearing_output · s.  bearing_jump (3 n_bearing, 2
+    n_mesh): what a jump of the excess forces takes off their samples (`bearing_force`).  contact_output (2 n_mesh,
+    n_state): contact
     deflections = contact_output · s.  tolerance: N, admissible residual of the contact forces.
     """
 
@@ -95,7 +96,8 @@ def advance(
 ) -> tuple[Motion, FloatArray, FloatArray]:
     """Advance by len(phases) steps.
 
-    phases (n_step, n_mesh): mesh-law phases at mid-step, in periods.  stride: every how many steps the state is kept.
+    phases (n_step, n_mesh): mesh-law phases at mid-step, in periods.  stride: every how many steps the state is
+    kept.
     Returns the motion at the end, the states before steps 0, stride, 2 stride … (n_store, n_state), and the excess
     forces of all steps (n_step, 2 n_mesh) N. Raises SolverError with the time of a step that did not converge.
     """
@@ -111,14 +113,15 @@ def advance(
     step = model.step
     complex_parts = (step.decay, step.gain, step.read, step.drive)
     parts = [np.ascontiguousarray(part) for z in complex_parts for part in (z.real, z.imag)]
-    failed = march(
+    failed = march(  # type: ignore[call-arg]
         *parts, step.compliance, model.contact_stiffness,
         model.table.deflection, model.table.force, model.table.potential, rows, model.table.cells, position,
         state, contact, model.tolerance, model.iterations, stride, states, excesses,
     )  # fmt: skip
     if failed >= 0:
         raise SolverError(
-            f"mesh forces did not converge at t = {start_time + failed * step.step:.6g} s within {model.iterations} iterations "
+            f"mesh forces did not converge at t = {start_time + failed * step.step:.6g} s within "
+            f"{model.iterations} iterations "
             f"to {model.tolerance:.3g} N: take a smaller time step"
         )
     return Motion(state, contact), states, excesses
@@ -128,10 +131,10 @@ def bearing_force(model: Simulation, states: FloatArray, before: FloatArray, exc
     """Bearing forces on the housing (n_step, 3 n_bearing) N at the step starts of one `advance` with stride 1.
 
     before (2 n_mesh,): excess forces of the step before the first.  excesses (n_step, 2 n_mesh): of the steps.
-    The held forces jump from step to step, and with bearing damping so does the slope of the bearing force, which its bare
-    samples would fold back into the band. The sum over samples differs from the integral by −h²/12 Σ (slope jumps)
-    (Euler–Maclaurin), so h/12 times the jump goes onto each sample: the spectrum of the record is that of the force
-    which moved the housing, to fourth order.
+    The held forces jump from step to step, and with bearing damping so does the slope of the bearing force, which
+    its bare samples would fold back into the band. The sum over samples differs from the integral by −h²/12 Σ
+    (slope jumps) (Euler–Maclaurin), so h/12 times the jump goes onto each sample: the spectrum of the record is
+    that of the force which moved the housing, to fourth order.
     """
     jump = np.diff(excesses, axis=0, prepend=before[None, :])
     return np.asarray(states @ model.bearing_output.T - jump @ model.bearing_jump.T)

@@ -36,16 +36,16 @@ def bearing_forces(
     """Forces of the bearings on the housing at constant speed, over whole common periods of the train.
 
     mesh_laws: one per mesh, in the gearbox's order.  housing: None for rigid seats.  input_speed: rad/s, > 0.
-    input_torque: N m along the input's rotation; the output torque balances it exactly.  f_max: Hz, upper end of the
-    band of interest; `fidelity.time_step` must resolve it.
+    input_torque: N m along the input's rotation; the output torque balances it exactly.  f_max: Hz, upper end of
+    the band of interest; `fidelity.time_step` must resolve it.
 
-    The nominal spin is prescribed. From the quasi-static solution the speed rises over one common period (half cosine).
-    Then two common periods are compared that lie at least one decay time of the slowest mode apart: what is left of the
-    start is at most 0.58 = 1/(e − 1) of their difference, which must fall below `fidelity.settle_level` of the swing of the
-    bearing forces. The step divides the common period exactly and the phase of every law is reduced in whole numbers, so
-    that the record repeats to rounding. `mesh_deflection` is the deflection on the drive flank's line of action. Raises
-    SolverError when it does not settle, InputError when the step is too long for f_max, ResourceError when the record
-    does not fit.
+    The nominal spin is prescribed. From the quasi-static solution the speed rises over one common period (half
+    cosine). Then two common periods are compared that lie at least one decay time of the slowest mode apart: what is
+    left of the start is at most 0.58 = 1/(e − 1) of their difference, which must fall below `fidelity.settle_level` of
+    the swing of the bearing forces. The step divides the common period exactly and the phase of every law is
+    reduced in whole numbers, so that the record repeats to rounding. `mesh_deflection` is the deflection on the
+    drive flank's line of action. Raises SolverError when it does not settle, InputError when the step is too long
+    for f_max, ResourceError when the record does not fit.
     """
     require(
         isfinite(input_speed) and input_speed > 0,
@@ -56,8 +56,10 @@ def bearing_forces(
     limit = 1.0 / (fidelity.samples_per_period * f_max)
     if fidelity.time_step > limit * (1.0 + 1e-9):
         raise InputError(
-            f"time step {1e6 * fidelity.time_step:.4g} µs samples at {1e-3 / fidelity.time_step:.4g} kHz; f_max = {f_max:g} Hz at "
-            f"{fidelity.samples_per_period:g} samples per period needs at most {1e6 * limit:.4g} µs: shorten the step or lower f_max"
+            f"time step {1e6 * fidelity.time_step:.4g} µs samples at {1e-3 / fidelity.time_step:.4g} kHz; f_max = "
+            f"{f_max:g} Hz at "
+            f"{fidelity.samples_per_period:g} samples per period needs at most {1e6 * limit:.4g} µs: shorten the "
+            f"step or lower f_max"
         )
     kinematics = train(gearbox, mesh_laws)
     duration = float(kinematics.common_period) * 2.0 * pi / input_speed
@@ -79,7 +81,7 @@ def bearing_forces(
         deflections.append(deflection)
     record = np.concatenate(forces)
     return BearingForces(
-        time=np.arange(len(record)) * model.step.step,
+        time=np.arange(len(record), dtype=float) * model.step.step,
         force=record.reshape(len(record), -1, 3),
         names=tuple(bearing.name for bearing in gearbox.bearings),
         positions=np.array(gearbox.bearing_positions),
@@ -105,8 +107,10 @@ def _settle(
     needed = -log(fidelity.settle_level) / decay if decay > 0 else inf
     if needed > fidelity.settle_time:
         raise SolverError(
-            f"the gearbox cannot settle to {fidelity.settle_level:g} within {fidelity.settle_time:g} s: its slowest mode, "
-            f"{abs(model.modes.eigenvalue[slowest].imag) / (2 * pi):.4g} Hz, needs {needed:.3g} s; add damping to housing or "
+            f"the gearbox cannot settle to {fidelity.settle_level:g} within {fidelity.settle_time:g} s: its "
+            f"slowest mode, "
+            f"{abs(model.modes.eigenvalue[slowest].imag) / (2 * pi):.4g} Hz, needs {needed:.3g} s; add damping to "
+            f"housing or "
             "bearings, or raise settle_time or settle_level"
         )
     apart = ceil(1.0 / (decay * duration))
@@ -127,7 +131,8 @@ def _settle(
         force = latest
     raise SolverError(
         f"the gearbox has not settled after {blocks * apart * duration:.3g} s: bearing forces still change by "
-        f"{change / max(swing, 1e-300):.2g} of their swing between periods (limit {fidelity.settle_level:g}); raise "
+        f"{change / max(swing, 1e-300):.2g} of their swing between periods (limit {fidelity.settle_level:g}); "
+        f"raise "
         "settle_time or settle_level, or the motion is not periodic (subharmonic or chaotic contact loss)"
     )
 
@@ -141,13 +146,15 @@ def _check_memory(n_step: int, n_bearing: int, periods: int, duration: float) ->
     available = float(psutil.virtual_memory().available)
     if needed > 0.8 * available:
         raise ResourceError(
-            f"recording {periods} common period(s) of {duration:.3g} s needs {needed / 2**30:.1f} GiB, but {available / 2**30:.1f} GiB "
+            f"recording {periods} common period(s) of {duration:.3g} s needs {needed / 2**30:.1f} GiB, but "
+            f"{available / 2**30:.1f} GiB "
             "are free: raise the input speed, record fewer periods or take a longer time step"
         )
 
 
 def _ramp(model: Simulation, repeats: FloatArray, offset: FloatArray, n_step: int) -> Motion:
-    """Run up from standstill over one common period, half-cosine in speed, so that it ends at `offset` with full speed."""
+    """Run up from standstill over one common period, half-cosine in speed, so that it ends at `offset` with full
+    speed."""
     motion = at_rest(model, offset - 0.5 * repeats)
     for first in range(0, n_step, BLOCK):
         middle = (np.arange(first, min(first + BLOCK, n_step)) + 0.5) / n_step

@@ -33,8 +33,8 @@ class Train:
 def train(gearbox: Gearbox, mesh_laws: Sequence[MeshLaw]) -> Train:
     """Follow the meshes from the input shaft and count teeth.
 
-    The body period of a law must be a whole number of wheel teeth; then every period is a ratio of whole numbers and
-    the common period their least common multiple, lcm(numerators)/gcd(denominators).
+    The body period of a law must be a whole number of wheel teeth; then every period is a ratio of whole numbers
+    and the common period their least common multiple, lcm(numerators)/gcd(denominators).
     """
     ratio: dict[int, Fraction] = {gearbox.shaft_index(gearbox.input_shaft): Fraction(1)}
     sense = {gearbox.shaft_index(gearbox.input_shaft): gearbox.input_rotation}
@@ -52,7 +52,8 @@ def train(gearbox: Gearbox, mesh_laws: Sequence[MeshLaw]) -> Train:
         whole = round(teeth)
         require(
             whole >= 1 and abs(teeth - whole) <= 1e-6 * whole,
-            f"mesh law with teeth {law.teeth}: its period {law.period:g} rad covers {teeth:.6f} wheel teeth, which is not "
+            f"mesh law with teeth {law.teeth}: its period {law.period:g} rad covers {teeth:.6f} wheel teeth, "
+            "which is not "
             "whole: tabulate a whole number of mesh periods",
         )
         periods.append(Fraction(whole, law.teeth[1]) / ratio[wheel])
@@ -62,7 +63,8 @@ def train(gearbox: Gearbox, mesh_laws: Sequence[MeshLaw]) -> Train:
 
 
 def shaft_torques(gearbox: Gearbox, kinematics: Train, input_torque: float) -> FloatArray:
-    """External torque on every shaft, N m, positive in its own running direction: input driving, output in balance."""
+    """External torque on every shaft, N m, positive in its own running direction: input driving, output in
+    balance."""
     torque = np.zeros(len(gearbox.shafts))
     output = gearbox.shaft_index(gearbox.output_shaft)
     torque[gearbox.shaft_index(gearbox.input_shaft)] = input_torque

@@ -65,14 +65,16 @@ def test_parts_that_do_not_fit_together_are_refused(make_gearbox, make_laws, mak
     housing = make_housing(gearbox, modes=3)
     with pytest.raises(InputError, match="1 mesh laws for 2 meshes"):
         assemble(gearbox, laws[:1], None)
-    with pytest.raises(InputError, match="the shaft axes are 95.9584 mm apart, but its mesh law is for"):
+    with pytest.raises(InputError, match=r"the shaft axes are 95\.9578 mm apart, but its mesh law is for"):
         assemble(gearbox, (laws[0].replace(centre_distance=0.0961), laws[1]), None)
     with pytest.raises(InputError, match="do not stand in the ratio of the teeth"):
         assemble(gearbox, (laws[0].replace(base_radius=laws[0].base_radius * [1.01, 1]), laws[1]), None)
     with pytest.raises(InputError, match="bearing A1 has no seat in the housing; its seats: Z1, A2"):
         assemble(gearbox, laws, housing.replace(names=("Z1", *housing.names[1:])))
     with pytest.raises(InputError, match="bearing B2 lies 5 mm from its seat"):
-        assemble(gearbox, laws, housing.replace(positions=housing.positions + np.outer(np.arange(6) == 3, [0, 0, 5e-3])))
+        assemble(
+            gearbox, laws, housing.replace(positions=housing.positions + np.outer(np.arange(6) == 3, [0, 0, 5e-3]))
+        )
     with pytest.raises(InputError, match="rigid-body mode"):
         assemble(gearbox, laws, housing.replace(natural_frequency=[0.0, 100.0, 200.0]))
 

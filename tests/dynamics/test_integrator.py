@@ -7,7 +7,6 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from nvhchain.dynamics.simulation import Motion, Simulation, advance, at_rest, simulation
-from nvhchain.errors import SolverError
 from nvhchain.fidelity import DynamicsFidelity
 
 PLAIN = DynamicsFidelity(time_step=1e-5, angle_refinement=1)
@@ -120,7 +119,9 @@ def test_energy_is_exact_at_fixed_angle_without_damping(make_gearbox, make_laws,
     a, n = model.assembly, len(model.assembly.mass)
     motion = at_rest(model, np.zeros(2))
     rng = np.random.default_rng(3)
-    motion = Motion(motion.state + 2e-3 * rng.standard_normal(len(motion.state)) * np.abs(motion.state).max(), motion.excess)
+    motion = Motion(
+        motion.state + 2e-3 * rng.standard_normal(len(motion.state)) * np.abs(motion.state).max(), motion.excess
+    )
     # a hard push along the torsional coordinates, so that every flank is reached
     push = np.zeros(n)
     push[a.lateral :] = 3.0
@@ -149,5 +150,7 @@ def _potential(laws, phase, d):
             # the gap is tabulated as zeros, so the clipped nodes carry the whole law
             inner = grid < d[flank]
             last = _bilinear(law, phase * law.period, side * d[flank])[0] * side
-            total += np.trapezoid(np.append(np.maximum(force[inner], 0), max(last, 0)), np.append(grid[inner], d[flank]))
+            total += np.trapezoid(
+                np.append(np.maximum(force[inner], 0), max(last, 0)), np.append(grid[inner], d[flank])
+            )
     return total

@@ -14,7 +14,8 @@ from nvhchain.dynamics.quasi_static import static_mesh_forces, static_state
 from nvhchain.dynamics.train import shaft_torques
 
 TABLE = ((9119.0, 1608.0, 3370.0), (15311.0, 2700.0, 5659.0))
-"""N: tangential, axial, radial of both stages at 250 N m (cylindrical gears: F_t = 2T/d, F_a = F_t tan β, F_r = F_t tan α_t)."""
+"""N: tangential, axial, radial of both stages at 250 N m (cylindrical gears: F_t = 2T/d, F_a = F_t tan β, F_r =
+F_t tan α_t)."""
 
 
 def _gear_forces(gearbox, laws, torque):
@@ -62,7 +63,8 @@ def test_the_driver_pushes_along_the_driven_gears_motion_and_both_are_pushed_apa
 @pytest.mark.parametrize("rotation", [1, -1])
 @pytest.mark.parametrize("hand", [1, -1])
 def test_thrust_follows_the_hand_rule(make_law, hand, rotation):
-    """Driver: right hand for a right-handed gear (left for left), fingers along the rotation, thumb along its thrust."""
+    """Driver: right hand for a right-handed gear (left for left), fingers along the rotation, thumb along its
+    thrust."""
     law = make_law(0, hand=hand)
     on_wheel = flank_normals(np.zeros(2), np.array([law.centre_distance, 0.0]), law, rotation)[0]
     thrust_on_driver = -on_wheel[2]
@@ -108,7 +110,8 @@ def test_output_torque_follows_from_the_teeth(make_gearbox, make_laws):
 
 
 def test_bearing_and_seat_deflect_in_series(make_gearbox, make_laws, make_housing):
-    """At standstill shaft − seat = K_b⁻¹ f with the seat at (Φ ω⁻² Φᵀ + R) f: nothing of the chain is counted twice."""
+    """At standstill shaft − seat = K_b⁻¹ f with the seat at (Φ ω⁻² Φᵀ + R) f: nothing of the chain is counted
+    twice."""
     gearbox, laws = make_gearbox(), make_laws()
     housing = make_housing(gearbox, modes=12)
     assembly = assemble(gearbox, laws, housing)
@@ -124,7 +127,9 @@ def test_bearing_and_seat_deflect_in_series(make_gearbox, make_laws, make_housin
         u, tilt = static.position[5 * i : 5 * i + 3], static.position[5 * i + 3 : 5 * i + 5]
         arm = bearing.z - gearbox.shafts[i].inertia().z
         point = u + np.cross(np.append(tilt, 0.0), [0, 0, arm])
-        assert (point - seat[3 * j : 3 * j + 3]) * k[j] == pytest.approx(f[3 * j : 3 * j + 3], abs=1e-7 * np.abs(f).max())
+        assert (point - seat[3 * j : 3 * j + 3]) * k[j] == pytest.approx(
+            f[3 * j : 3 * j + 3], abs=1e-7 * np.abs(f).max()
+        )
 
 
 def test_laws_carry_the_static_forces(make_gearbox, make_laws):

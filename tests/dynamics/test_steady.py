@@ -33,16 +33,14 @@ def test_linear_gearbox_has_the_forced_response_of_its_impedance(make_gearbox, m
     laws = make_laws(mesh_ripple=0.0, plain_wheel=True, error=0.0, cells=3)
     amplitude, harmonics = 1e-6, ((0, 1), (1, 3))  # 1 µm at mesh order 1 of stage 1 and mesh order 3 of stage 2
     made = []
-    for (k, order), law in zip(harmonics, laws, strict=True):
+    for (_, order), law in zip(harmonics, laws, strict=True):
         stiffness = np.diff(law.force, axis=1)[0, -1] / np.diff(law.deflection)[-1]
         angle = np.arange(240) * law.period / 240
         error = amplitude * np.cos(2 * pi * order * angle / law.period)
         # a gap, then one straight line over the working range: what the closed form assumes
         line = stiffness * (np.array([1e-5, 1e-4]) - error[:, None])
         made.append(
-            law.replace(
-                angle=angle, deflection=np.array([-1e-3, -1e-5, 1e-5, 1e-4]), force=np.hstack([0 * line, line])
-            )
+            law.replace(angle=angle, deflection=np.array([-1e-3, -1e-5, 1e-5, 1e-4]), force=np.hstack([0 * line, line]))
         )
     record = _run(gearbox, made, housing, settle_level=1e-8)
     frequency, force = amplitude_spectrum(record.force.reshape(len(record.time), -1), record.sample_rate, periodic=True)
@@ -65,13 +63,19 @@ def test_linear_gearbox_has_the_forced_response_of_its_impedance(make_gearbox, m
 
 
 @pytest.mark.parametrize(
-    ("slotted", "plain_wheel", "base"), [(False, False, 4 / 41), (True, False, 2 / 41), (False, True, 4.0), (True, True, 2.0)]
+    ("slotted", "plain_wheel", "base"),
+    [(False, False, 4 / 41), (True, False, 2 / 41), (False, True, 4.0), (True, True, 2.0)],
 )
 def test_lines_only_at_multiples_of_the_common_order(make_gearbox, make_laws, make_housing, slotted, plain_wheel, base):
     """Two common periods recorded: the lines between are 80 dB below the strongest."""
     gearbox = make_gearbox()
     record = _run(
-        gearbox, make_laws(slotted, plain_wheel), make_housing(gearbox, modes=10), step=2e-5, periods=2, settle_level=1e-6
+        gearbox,
+        make_laws(slotted, plain_wheel),
+        make_housing(gearbox, modes=10),
+        step=2e-5,
+        periods=2,
+        settle_level=1e-6,
     )
     frequency, force = amplitude_spectrum(record.force.reshape(len(record.time), -1), record.sample_rate, periodic=True)
     assert frequency[2] * 2 * pi / SPEED == pytest.approx(base, rel=1e-9)
@@ -86,7 +90,9 @@ def test_slots_bring_the_orders_that_solid_gears_do_not_have(make_gearbox, make_
     gearbox, levels = make_gearbox(), {}
     for slotted in (False, True):
         record = _run(gearbox, make_laws(slotted), None, step=2e-5)
-        frequency, force = amplitude_spectrum(record.force.reshape(len(record.time), -1), record.sample_rate, periodic=True)
+        frequency, force = amplitude_spectrum(
+            record.force.reshape(len(record.time), -1), record.sample_rate, periodic=True
+        )
         strongest = np.abs(force[1:]).max()
         # 10.25 turns hold no line at order 2; its record doubled would show 0 there, see the test of lines above
         on_line = [o * SPEED / (2 * pi) / frequency[1] for o in (2, 6, 10, 14, 18, 22)]
@@ -150,11 +156,15 @@ def _identity_error(gearbox, laws, housing, step):
     shapes = housing.seat_shapes.reshape(n_mode, -1)
     band = slice(1, int(5000 * len(z) * model.step.step) + 1)
     receptance = 1 / (natural**2 - omega[band, None] ** 2 + 2j * housing.modal_damping * natural * omega[band, None])
-    forced = (f[band] @ shapes.T * receptance) @ shapes + f[band] @ housing.seat_residual.reshape(len(a.seat_residual), -1).T
+    forced = (f[band] @ shapes.T * receptance) @ shapes + f[band] @ housing.seat_residual.reshape(
+        len(a.seat_residual), -1
+    ).T
     return np.abs(forced - u[band]).max() / np.abs(u[band]).max()
 
 
-def test_housing_motion_in_the_run_is_its_forced_response_under_the_bearing_forces(make_gearbox, make_laws, make_housing):
+def test_housing_motion_in_the_run_is_its_forced_response_under_the_bearing_forces(
+    make_gearbox, make_laws, make_housing
+):
     """Without bearing damping: 1e-4 at 10 µs, falling at least as h²."""
     gearbox, laws = make_gearbox(damping=0.0), make_laws(True, True)
     housing = make_housing(gearbox, modes=15, damping=0.03)
@@ -209,7 +219,9 @@ def test_torque_reversal_swaps_the_flanks(make_gearbox, make_laws):
     phases = (np.arange(40_000)[:, None] + 0.5) * 1e-5 * SPEED / (2 * pi) * np.array([20, 12])
     from nvhchain.dynamics.propagator import state_of
 
-    x = (driving.modes.displacement @ (start.state[: len(start.state) // 2] + 1j * start.state[len(start.state) // 2 :])).real
+    x = (
+        driving.modes.displacement @ (start.state[: len(start.state) // 2] + 1j * start.state[len(start.state) // 2 :])
+    ).real
     motion = type(motion)(state_of(coasting.modes, x), motion.excess)
     _, states, excess = advance(coasting, motion, phases)
     contact = _contact(coasting, states, excess)[:-1]
@@ -224,7 +236,12 @@ def test_torque_reversal_swaps_the_flanks(make_gearbox, make_laws):
 def test_one_millisecond_step_stays_bounded(make_gearbox, make_laws, make_housing):
     gearbox = make_gearbox()
     model = simulation(
-        gearbox, make_laws(True), make_housing(gearbox), input_torque=250.0, time_step=1e-3, fidelity=DynamicsFidelity(time_step=1e-3)
+        gearbox,
+        make_laws(True),
+        make_housing(gearbox),
+        input_torque=250.0,
+        time_step=1e-3,
+        fidelity=DynamicsFidelity(time_step=1e-3),
     )
     motion = at_rest(model, np.zeros(2))
     phases = (np.arange(20_000)[:, None] + 0.5) * 1e-3 * SPEED / (2 * pi) * np.array([2, 12 / 41])
@@ -236,7 +253,9 @@ def test_one_millisecond_step_stays_bounded(make_gearbox, make_laws, make_housin
 def test_nothing_drifts_in_a_long_run(make_gearbox, make_laws):
     """20 s of running: the mean mesh deflection of the last second is that of the fifth."""
     gearbox, laws = make_gearbox(), make_laws(plain_wheel=True)
-    model = simulation(gearbox, laws, None, input_torque=250.0, time_step=4e-5, fidelity=DynamicsFidelity(time_step=4e-5))
+    model = simulation(
+        gearbox, laws, None, input_torque=250.0, time_step=4e-5, fidelity=DynamicsFidelity(time_step=4e-5)
+    )
     motion, means = at_rest(model, np.zeros(2)), []
     for second in range(20):
         n = np.arange(25_000) + 25_000 * second

@@ -19,7 +19,12 @@ def test_speed_ratios_and_senses_follow_the_teeth(make_gearbox, make_laws):
 
 @pytest.mark.parametrize(
     ("slotted", "plain_wheel", "turns"),
-    [(False, False, Fraction(41, 4)), (True, False, Fraction(41, 2)), (False, True, Fraction(1, 4)), (True, True, Fraction(1, 2))],
+    [
+        (False, False, Fraction(41, 4)),
+        (True, False, Fraction(41, 2)),
+        (False, True, Fraction(1, 4)),
+        (True, True, Fraction(1, 2)),
+    ],
 )
 def test_common_period_of_solid_and_slotted_gearbox(make_gearbox, make_laws, slotted, plain_wheel, turns):
     """Orders of the record's first line: 4/41, 2/41, and with a plain gear 4: 4 and 2."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import combinations_with_replacement, pairwise
 from math import ceil
 
 import numpy as np
@@ -64,6 +65,16 @@ class Engagement:
             tuple(CubicSpline(grid, np.eye(len(grid))) for grid in (c.radius, c.axial)) for c in self.compliances
         )
 
+    @cached_property
+    def _same_side(self) -> tuple[FloatArray, ...]:
+        """Compliances of either gear between flanks of the same side, (2, sector, reach + 1, n_grid, n_grid)."""
+        grids = []
+        for c in self.compliances:
+            n = len(c.radius) * len(c.axial)
+            sides = [c.blocks[:, :, side, :, :, side].reshape(c.sector, c.reach + 1, n, n) for side in (0, 1)]
+            grids.append(np.stack(sides))
+        return tuple(grids)
+
     def compliance(self, lines: ContactLines) -> FloatArray:
         """C (n, n), m/N: normal approach at every slice under a unit normal force at every other, both gears.
 
@@ -72,20 +83,22 @@ class Engagement:
         """
         n = len(lines.length)
         total = np.zeros((n, n))
-        for gear, (c, splines) in enumerate(zip(self.compliances, self._splines, strict=True)):
-            radius = np.clip(lines.radius[gear], c.radius[0], c.radius[-1])
-            weights = splines[0](radius)[:, :, None] * splines[1](lines.axial)[:, None, :]
-            weights = weights.reshape(n, -1)
-            teeth = lines.tooth[gear]
-            for tooth in np.unique(teeth):
-                at = np.flatnonzero(teeth == tooth)
-                for loaded in np.unique(teeth[teeth >= tooth]):
-                    on = np.flatnonzero(teeth == loaded)
-                    block = c.block(int(tooth), int(loaded))[lines.side, :, :, lines.side]
-                    part = weights[at] @ block.reshape(weights.shape[1], -1) @ weights[on].T
-                    total[np.ix_(at, on)] += part
-                    if loaded != tooth:
-                        total[np.ix_(on, at)] += part.T
+        for teeth, radius, c, splines, blocks in zip(
+            lines.tooth, lines.radius, self.compliances, self._splines, self._same_side, strict=True
+        ):
+            over_profile = splines[0](np.clip(radius, c.radius[0], c.radius[-1]))
+            weights = (over_profile[:, :, None] * splines[1](lines.axial)[:, None, :]).reshape(n, -1)
+            changes = np.flatnonzero(np.diff(teeth)) + 1
+            bounds = [0, *changes.tolist(), n] if n else []
+            runs = [slice(a, b) for a, b in pairwise(bounds)]  # the slices of one tooth lie together
+            for one, other in combinations_with_replacement(runs, 2):
+                first, second = (one, other) if teeth[one.start] <= teeth[other.start] else (other, one)
+                tooth = int(teeth[first.start])
+                block = blocks[lines.side, tooth % c.sector, int(teeth[second.start]) - tooth]
+                part = weights[first] @ (block @ weights[second].T)
+                total[first, second] += part
+                if first != second:
+                    total[second, first] += part.T
         return 0.5 * (total + total.T)
 
     def forces(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from concurrent.futures import Executor
+from dataclasses import replace
 
 import numpy as np
 
@@ -56,9 +57,8 @@ def mesh_law(
         )
     engagement = Engagement(pair, compliances, fidelity)
     deflection = deflection_grid(engagement, nominal_force, angle)
-    work = (executor.map if executor else map)(
-        _force_rows, [engagement] * len(blocks), blocks, [deflection] * len(blocks)
-    )
+    task = replace(engagement) if executor else engagement  # a new one travels without what it has cached
+    work = (executor.map if executor else map)(_force_rows, [task] * len(blocks), blocks, [deflection] * len(blocks))
     rows: list[FloatArray] = []
     for done, block in enumerate(work, start=teeth + 1):
         rows.extend(block)

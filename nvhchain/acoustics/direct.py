@@ -17,9 +17,9 @@ from nvhchain.acoustics.potentials import RULE_BARYCENTRIC, RULE_WEIGHT, layer_p
 from nvhchain.acoustics.surface import check_mesh, check_points
 from nvhchain.acoustics.transfer import made_by
 from nvhchain.conventions import Air, Progress
-from nvhchain.errors import InputError, require
+from nvhchain.errors import require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
-from nvhchain.handoff import ComplexArray, FieldPressure, FloatArray, HandOff, Surface, SurfaceVelocity
+from nvhchain.handoff import ComplexArray, FieldPressure, FloatArray, HandOff, Surface, SurfaceVelocity, _array
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,12 +34,8 @@ class SurfacePressure(HandOff):
     surface: Surface
 
     def __post_init__(self) -> None:
-        shape = (len(self.frequency), len(self.surface.vertices))
-        if self.pressure.shape != shape or not np.isfinite(self.pressure).all():
-            raise InputError(
-                f"SurfacePressure.pressure must be finite and have shape {shape}, not {self.pressure.shape}"
-            )
-        self.pressure.flags.writeable = False
+        frequency = _array(self, "frequency", float, (None,))
+        _array(self, "pressure", complex, (len(frequency), len(self.surface.vertices)))
 
 
 def solve_direct(

@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike
 from nvhchain.acoustics.direct import galerkin_pressure, solve_direct
 from nvhchain.acoustics.transfer import made_by
 from nvhchain.conventions import Air, Progress
-from nvhchain.errors import InputError, require
+from nvhchain.errors import require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
-from nvhchain.handoff import FieldPressure, FloatArray, HandOff, SurfaceVelocity
+from nvhchain.handoff import FieldPressure, FloatArray, HandOff, SurfaceVelocity, _array
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,11 +24,8 @@ class SoundPower(HandOff):
     power: FloatArray
 
     def __post_init__(self) -> None:
-        if self.power.shape != self.frequency.shape or not np.isfinite(self.power).all():
-            raise InputError(
-                f"SoundPower.power must be finite, one value for each of {len(self.frequency)} frequencies"
-            )
-        self.power.flags.writeable = False
+        frequency = _array(self, "frequency", float, (None,))
+        _array(self, "power", float, (len(frequency),))
 
 
 def array_points(radius: float, centre: ArrayLike = (0.0, 0.0, 0.0), *, reflecting_plane: bool = False) -> FloatArray:

@@ -1,8 +1,7 @@
 """Transverse mesh of the blank, from the teeth's pitch meshes down to the bore.
 
-Rows and columns in the conformal plane (ln r, φ), in which square cells stay square on every radius. Rows meet the
-radii of web and openings; corners next to an opening are moved onto its outline, and the others follow by a
-discrete Laplace equation.
+Rows meet the radii of web and openings; columns are even. Corners next to an opening are moved onto its outline,
+and the others follow by a discrete Laplace equation in the conformal plane (ln r, φ).
 """
 
 from __future__ import annotations
@@ -56,7 +55,7 @@ def blank_mesh(body: GearBody, top_radius: float, fidelity: GearFidelity) -> Bla
     per_tooth = 2 * fidelity.transverse_refinement
     columns, step = per_tooth * gear.teeth, gear.pitch_angle / per_tooth
     lines = step * np.arange(columns) - 0.5 * gear.pitch_angle
-    radii = _rows(body, top_radius, step * fidelity.row_aspect)
+    radii = _rows(body, top_radius, step * top_radius * fidelity.row_aspect)
     rows = len(radii) - 1
     grid = np.arange((rows + 1) * columns).reshape(rows + 1, columns)
     cell = np.ones((rows, columns), dtype=bool)
@@ -108,7 +107,10 @@ def blank_mesh(body: GearBody, top_radius: float, fidelity: GearFidelity) -> Bla
 
 
 def _rows(body: GearBody, top_radius: float, height: float) -> FloatArray:
-    """Radii of the rows from the bore outwards; `height` is the largest step of ln r."""
+    """Radii of the rows from the bore outwards, at most `height` (m) apart.
+
+    The height is that under the teeth: far from them, towards the bore, elements may grow slender.
+    """
     web, cut = body.blank.web, body.blank.cutouts
     stops = [body.geometry.bore_radius, top_radius]
     stops += [] if web is None else [web.hub_radius, web.rim_radius]
@@ -116,10 +118,9 @@ def _rows(body: GearBody, top_radius: float, height: float) -> FloatArray:
     stops.sort()
     radii = [stops[0]]
     for stop in stops[1:]:
-        ratio = stop / radii[-1]
-        if ratio > 1 + 1e-6:
-            count = max(1, ceil(np.log(ratio) / height - 1e-9))
-            radii += list(radii[-1] * ratio ** (np.arange(1, count + 1) / count))
+        if stop > radii[-1] * (1 + 1e-6):
+            count = ceil((stop - radii[-1]) / height - 1e-9)
+            radii += list(np.linspace(radii[-1], stop, count + 1)[1:])
     return np.array(radii)
 
 

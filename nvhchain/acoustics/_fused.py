@@ -10,10 +10,10 @@ import numpy as np
 import psutil
 
 from nvhchain.acoustics._coupling import coupling
-from nvhchain.acoustics._fused_close import close_block, close_pairs
+from nvhchain.acoustics._fused_close import CHUNK, close_block, close_pairs
 from nvhchain.acoustics._fused_far import far_block
 from nvhchain.acoustics._fused_order import Block, parts_of, restore_columns, sorted_tiles, threads
-from nvhchain.acoustics._fused_quadrature import product_rule, touching_rule, triangle_rule
+from nvhchain.acoustics._fused_quadrature import in_chunks, product_rule, touching_rule, triangle_rule
 from nvhchain.errors import ResourceError
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, IntArray, Surface
@@ -75,6 +75,7 @@ class _Mesh:
     close_rule: IntArray
     rules: FloatArray
     rule_start: IntArray
+    rule_width: IntArray
     far_hats: FloatArray
     far_weights: FloatArray
     extent: float
@@ -111,6 +112,7 @@ def _prepare(surface: Surface, fidelity: AcousticsFidelity) -> _Mesh:
     close_pairs(centroids, sizes, triangles, ratios, start, trial, rule)
     rules = [touching_rule(shared, fidelity.singular_order) for shared in (1, 2, 3)]
     rules += [product_rule(degree) for degree in fidelity.close_orders]
+    chunks, chunk_start, chunk_width = in_chunks(rules, CHUNK)
     hats, weights = triangle_rule(fidelity.quadrature_order)
     spare = -len(weights) % 3  # the far kernel takes points by threes
     hats, weights = np.pad(hats, ((0, 0), (0, spare)), constant_values=1 / 3), np.pad(weights, (0, spare))
@@ -130,8 +132,9 @@ def _prepare(surface: Surface, fidelity: AcousticsFidelity) -> _Mesh:
         close_start=start,
         close_trial=trial,
         close_rule=rule,
-        rules=np.hstack([np.vstack(each) for each in rules]),
-        rule_start=np.cumsum([0] + [len(each.weight) for each in rules]),
+        rules=chunks,
+        rule_start=chunk_start,
+        rule_width=chunk_width,
         far_hats=np.ascontiguousarray(hats.T),
         far_weights=weights,
         extent=float(np.linalg.norm(np.ptp(surface.vertices, axis=0))),
@@ -165,7 +168,7 @@ def _assemble(mesh: _Mesh, surface: Surface, k: FloatArray) -> tuple[ComplexArra
                 mesh.tiles, mesh.far_hats, mesh.far_weights, k, beta, new_step, a, b,
             )  # fmt: skip
             close_block(
-                t, mesh.close_start, mesh.close_trial, mesh.close_rule, mesh.rule_start, mesh.rules, mesh.vertices,
+                t, mesh.close_start, mesh.close_trial, mesh.close_rule, mesh.rule_start, mesh.rules, mesh.rule_width, mesh.vertices,
                 mesh.triangles, mesh.normals, mesh.curls, mesh.areas, mesh.columns, owned, k, beta, new_step, a, b,
             )  # fmt: skip
 

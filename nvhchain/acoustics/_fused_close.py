@@ -8,7 +8,9 @@ import numpy as np
 
 from nvhchain.acoustics._fused_wave import COMPILED, INLINE, cosine_sine
 
-_CHUNK = 256  # points of a pair rule handled side by side
+CHUNK = 256
+"""Points of a pair rule handled side by side."""
+
 _ROWS = 13  # E re, im; step re, im; d/R, d/R², e/R, e/R²; R; integrands of A and B re, im
 
 
@@ -128,8 +130,8 @@ def _sums(work, rule, hat, width):
 
 
 @numba.njit(
-    "void(int64[::1], int64[::1], int64[::1], int64[::1], int64[::1], float64[:,::1], float64[:,::1],"
-    "int64[:,::1], float64[:,::1], float64[:,:,::1], float64[::1], int64[:,::1], boolean[::1],"
+    "void(int64[::1], int64[::1], int64[::1], int64[::1], int64[::1], float64[:,:,::1], int64[::1],"
+    "float64[:,::1], int64[:,::1], float64[:,::1], float64[:,:,::1], float64[::1], int64[:,::1], boolean[::1],"
     "float64[::1], float64[::1], boolean[::1], complex128[:,:,::1], complex128[:,:,::1])",
     **COMPILED,
 )
@@ -138,8 +140,9 @@ def close_block(
     pair_start,  # (n_face + 1,) into `trial` and `kind`
     trial,  # trial triangles of the close pairs
     kind,  # rule of every close pair; 0, 1, 2 are those for 1, 2, 3 shared vertices
-    rule_start,  # (n_rule + 1,) into the points of all rules
-    rule,  # (7, n_point) barycentric coordinates of first and second point, weight
+    rule_start,  # (n_rule + 1,) into the chunks of all rules
+    rule,  # (n_chunk, 7, CHUNK) barycentric coordinates of first and second point, weight
+    rule_width,  # (n_chunk,) points of every chunk
     vertices,  # (n_v, 3)
     triangles,  # (n_face, 3)
     normal,  # (n_face, 3)
@@ -155,7 +158,7 @@ def close_block(
 ):
     """Add the close pairs of a block of test triangles to the rows that are owned."""
     n_k = k.shape[0]
-    work = np.zeros((_ROWS, _CHUNK))
+    work = np.zeros((_ROWS, CHUNK))
     sums = np.empty((n_k, 3, 8))
     whole = np.empty((n_k, 2))
     left, right = np.empty(3, np.int64), np.empty(3, np.int64)
@@ -170,9 +173,8 @@ def close_block(
             share = area[t] * area[s] / (4.0 * np.pi)
             sums[:] = 0.0
             whole[:] = 0.0
-            for begin in range(rule_start[r], rule_start[r + 1], _CHUNK):
-                width = min(_CHUNK, rule_start[r + 1] - begin)
-                points = rule[:, begin : begin + width]
+            for i_chunk in range(rule_start[r], rule_start[r + 1]):
+                points, width = rule[i_chunk], rule_width[i_chunk]
                 _geometry(work, x, y, points, width, normal_x, normal_y, share)
                 _begin(work, k[0], width)
                 for ik in range(n_k):

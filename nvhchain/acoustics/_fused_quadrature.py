@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nvhchain.handoff import FloatArray
+from nvhchain.handoff import FloatArray, IntArray
 
 
 class PairRule(NamedTuple):
@@ -92,3 +92,20 @@ def touching_rule(shared: int, order: int) -> PairRule:
     # The reference triangles have area ½ each.
     weight = np.concatenate([4.0 * gauss * region[2] for region in regions])
     return PairRule(barycentric(0), barycentric(1), weight)
+
+
+def in_chunks(rules: list[PairRule], size: int) -> tuple[FloatArray, IntArray, IntArray]:
+    """Cut rules into chunks of at most `size` points for the compiled loops.
+
+    Returns the chunks (n_chunk, 7, size): coordinates of both points and weight; (n_rule + 1,) first chunk of every
+    rule; (n_chunk,) points of every chunk.
+    """
+    parts, start = [], [0]
+    for rule in rules:
+        rows = np.vstack(rule)
+        parts += [rows[:, i : i + size] for i in range(0, rows.shape[1], size)]
+        start.append(len(parts))
+    chunks = np.zeros((len(parts), 7, size))
+    for chunk, part in zip(chunks, parts, strict=True):
+        chunk[:, : part.shape[1]] = part
+    return chunks, np.array(start), np.array([part.shape[1] for part in parts])

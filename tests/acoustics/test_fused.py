@@ -1,0 +1,119 @@
+"""The fused engine's matrices: against bempp-cl, exact identities, and its own numbering and batching."""
+
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from fused_body import notched_box
+
+from nvhchain.acoustics import _fused, sphere
+from nvhchain.errors import ResourceError
+from nvhchain.fidelity import AcousticsFidelity
+from nvhchain.handoff import Surface
+
+FIDELITY = AcousticsFidelity(elements_per_wavelength=3.0, masters=2)
+EXACT = replace(
+    FIDELITY, quadrature_order=12, singular_order=10, close_distances=(1.5, 3.0, 6.0), close_orders=(15, 15, 15)
+)
+
+
+def relative(value, reference):
+    return np.abs(value - reference).max() / np.abs(reference).max()
+
+
+def mass(surface):
+    result = np.zeros((len(surface.vertices),) * 2)
+    for i in range(3):
+        for j in range(3):
+            pair = (surface.triangles[:, i], surface.triangles[:, j])
+            np.add.at(result, pair, surface.areas * (1 + (i == j)) / 12)
+    return result
+
+
+@pytest.mark.parametrize(("fidelity", "limit"), [(EXACT, 1e-6), (FIDELITY, 1e-3)])
+def test_matrices_and_solution_agree_with_bempp(fidelity, limit):
+    golden = np.load(Path(__file__).with_name("fused_golden.npz"))
+    gradient = np.random.default_rng(1).normal(size=golden["b"].shape[2])
+    systems = list(_fused.systems(notched_box(), golden["wavenumber"], fidelity))
+    for (a, b), a_bempp, b_bempp in zip(systems, golden["a"], golden["b"], strict=True):
+        assert relative(a, a_bempp) < limit
+        assert relative(b, b_bempp) < limit
+        assert relative(np.linalg.solve(a, b @ gradient), np.linalg.solve(a_bempp, b_bempp @ gradient)) < 2 * limit
+
+
+def test_a_constant_pressure_is_half_taken_back_by_the_double_layer_and_ignored_by_the_hypersingular():
+    surface = notched_box()
+    a, _ = next(_fused.systems(surface, [1e-7], EXACT))
+    ones = np.ones(len(surface.vertices))
+    assert relative(a @ ones, mass(surface) @ ones) < 1e-6
+
+
+def test_static_hypersingular_part_is_symmetric_and_not_negative():
+    a, _ = next(_fused.systems(sphere(0.1, 2), [1e-7], FIDELITY))
+    w = -a.imag
+    assert relative(w, w.T) < 1e-6  # edge-sharing pairs take another rule when test and trial change places
+    assert np.linalg.eigvalsh(w)[0] > -1e-6 * np.abs(w).max()
+
+
+def test_equal_uneven_and_single_wavenumbers_give_the_same_matrices():
+    surface = notched_box()
+    even, uneven = [2.0, 9.0, 16.0, 23.0], [2.0, 9.0, 11.0, 23.0]
+    alone = {k: next(_fused.systems(surface, [k], FIDELITY)) for k in {*even, *uneven}}
+    for k in (even, uneven):
+        for value, (a, b) in zip(k, _fused.systems(surface, k, FIDELITY), strict=True):
+            assert relative(a, alone[value][0]) < 1e-12
+            assert relative(b, alone[value][1]) < 1e-12
+
+
+@pytest.mark.parametrize(
+    ("surface", "roll", "fidelity", "limit"), [(sphere(0.1, 2), 0, FIDELITY, 1e-12), (notched_box(), 1, EXACT, 1e-7)]
+)
+def test_numbering_of_vertices_faces_and_corners_does_not_matter(surface, roll, fidelity, limit):
+    random = np.random.default_rng(3)
+    new_vertex, face = random.permutation(len(surface.vertices)), random.permutation(len(surface.triangles))
+    old_vertex = np.argsort(new_vertex)
+    triangles = np.roll(new_vertex[surface.triangles[face]], roll, axis=1)
+    shuffled = Surface(surface.vertices[old_vertex], triangles)
+    a, b = next(_fused.systems(surface, [30.0], fidelity))
+    a_shuffled, b_shuffled = next(_fused.systems(shuffled, [30.0], fidelity))
+    assert relative(a_shuffled, a[np.ix_(old_vertex, old_vertex)]) < limit
+    assert relative(b_shuffled, b[np.ix_(old_vertex, face)]) < limit
+
+
+def test_the_number_of_threads_and_repetition_do_not_change_a_bit(monkeypatch):
+    surface = sphere(0.1, 3)
+    a, b = next(_fused.systems(surface, [30.0], FIDELITY))
+    again = next(_fused.systems(surface, [30.0], FIDELITY))
+    assert (a == again[0]).all()
+    assert (b == again[1]).all()
+    monkeypatch.setattr("nvhchain.acoustics._fused_order.threads", lambda: 1)
+    single = next(_fused.systems(surface, [30.0], FIDELITY))
+    assert relative(single[0], a) < 1e-13
+    assert relative(single[1], b) < 1e-13
+
+
+def test_quadrature_error_is_two_tenths_of_a_percent_at_four_elements_per_wavelength():
+    surface = sphere(0.1, 2)
+    edge = surface.longest_edges.mean()
+    k = 2 * np.pi / (4 * edge)
+    gradient = np.exp(1j * k * surface.centroids @ [0.6, 0.0, 0.8])
+    fine = replace(EXACT, quadrature_order=6, singular_order=6, close_orders=(8, 8, 6))
+    pressures = []
+    for fidelity in (FIDELITY, fine):
+        a, b = next(_fused.systems(surface, [k], fidelity))
+        pressures.append(np.linalg.solve(a, b @ gradient))
+    assert relative(*pressures) < 2e-3
+
+
+def test_condition_stays_bounded_where_the_interior_resonates_and_near_zero():
+    surface = sphere(0.1, 1)
+    k = [1e-4, 1.0, np.pi / 0.1, 4.49341 / 0.1]
+    assert max(np.linalg.cond(a) for a, _ in _fused.systems(surface, k, FIDELITY)) < 20
+
+
+def test_matrices_that_do_not_fit_are_refused_with_numbers(monkeypatch):
+    monkeypatch.setattr(_fused.psutil, "virtual_memory", lambda: SimpleNamespace(available=1e6))
+    with pytest.raises(ResourceError, match=r"1280 triangles take 0\.\d+ GB, but 0\.0 GB are free: use fewer"):
+        next(_fused.systems(sphere(0.1, 3), [1.0], FIDELITY))

@@ -1,0 +1,76 @@
+"""Rules over triangles and pairs against exact integrals.
+
+Self-interaction of a triangle, ∬1/R: T. Eibert, V. Hansen, IEEE Trans. Antennas Propag. 43 (1995) 1499.
+"""
+
+from itertools import product
+from math import factorial
+
+import numpy as np
+import pytest
+
+from nvhchain.acoustics._fused_quadrature import product_rule, touching_rule, triangle_rule
+
+TRIANGLE = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.3, 0.8, 0.0]])
+
+
+def mean_of_monomial(exponents):
+    """Mean of λ₀ᵃ λ₁ᵇ λ₂ᶜ over a triangle."""
+    return 2 * np.prod([factorial(e) for e in exponents]) / factorial(sum(exponents) + 2)
+
+
+def reciprocal_distance(rule, first, second):
+    distance = np.linalg.norm(rule.first.T @ first - rule.second.T @ second, axis=1)
+    areas = [0.5 * np.linalg.norm(np.cross(t[1] - t[0], t[2] - t[0])) for t in (first, second)]
+    return areas[0] * areas[1] * (rule.weight / distance).sum()
+
+
+@pytest.mark.parametrize("degree", [1, 2, 3, 4, 5, 6, 7, 8, 12])
+def test_triangle_rule_is_exact_to_its_degree_with_positive_weights(degree):
+    points, weight = triangle_rule(degree)
+    assert (weight > 0).all()
+    for exponents in product(range(degree + 1), repeat=3):
+        if sum(exponents) <= degree:
+            value = weight @ np.prod(points.T ** np.array(exponents), axis=1)
+            assert value == pytest.approx(mean_of_monomial(exponents), rel=1e-12)
+
+
+@pytest.mark.parametrize("shared", [1, 2, 3])
+def test_touching_rule_integrates_polynomials_of_both_points(shared):
+    rule = touching_rule(shared, 6)
+    for left, right in product(product(range(2), repeat=3), repeat=2):
+        value = rule.weight @ (
+            np.prod(rule.first.T ** np.array(left), axis=1) * np.prod(rule.second.T ** np.array(right), axis=1)
+        )
+        assert value == pytest.approx(mean_of_monomial(left) * mean_of_monomial(right), rel=1e-9)
+
+
+@pytest.mark.parametrize(("order", "limit"), [(3, 3e-4), (4, 2e-5), (8, 1e-8)])
+def test_coincident_rule_reaches_the_exact_self_interaction(order, limit):
+    sides = np.linalg.norm(TRIANGLE - np.roll(TRIANGLE, 1, axis=0), axis=1)
+    half, area = sides.sum() / 2, 0.4
+    exact = -4 / 3 * area**2 * (np.log(1 - sides / half) / sides).sum()
+    assert reciprocal_distance(touching_rule(3, order), TRIANGLE, TRIANGLE) == pytest.approx(exact, rel=limit)
+
+
+@pytest.mark.parametrize(("order", "limit"), [(4, 3e-5), (8, 3e-7)])
+def test_interaction_of_a_triangle_is_the_sum_over_its_quarters(order, limit):
+    corners = [tuple(c) for c in TRIANGLE]
+    middle = [tuple((TRIANGLE[i] + TRIANGLE[(i + 1) % 3]) / 2) for i in range(3)]
+    quarters = [(corners[i], middle[i], middle[i - 1]) for i in range(3)] + [tuple(middle)]
+    total = 0.0
+    for left, right in product(quarters, repeat=2):
+        shared = [p for p in left if p in right]
+        first = np.array(shared + [p for p in left if p not in shared])
+        second = np.array(shared + [p for p in right if p not in shared])
+        total += reciprocal_distance(touching_rule(len(shared), order), first, second)
+    whole = reciprocal_distance(touching_rule(3, 12), TRIANGLE, TRIANGLE)
+    assert total == pytest.approx(whole, rel=limit)
+
+
+def test_product_rule_is_both_triangle_rules():
+    rule = product_rule(4)
+    points, weight = triangle_rule(4)
+    assert rule.weight.sum() == pytest.approx(1.0, rel=1e-12)
+    assert rule.first @ rule.weight == pytest.approx(points @ weight, rel=1e-12)
+    assert (rule.weight * rule.first[0] * rule.second[1]).sum() == pytest.approx(1 / 9, rel=1e-12)

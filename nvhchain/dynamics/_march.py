@@ -16,7 +16,7 @@ import numpy as np
 from numba import njit
 
 
-@njit("i8(f8[:, ::1], i8, i8, f8, i8)", cache=True)
+@njit("i8(f8[:, ::1], i8, i8, f8, i8)", cache=True, forceinline=True)
 def _cell(grid, k, n, x, hint):  # type: ignore[no-untyped-def]
     """Cell of `x` on the grid of mesh k, end cells for values outside, walking from `hint`."""
     j = hint
@@ -27,13 +27,13 @@ def _cell(grid, k, n, x, hint):  # type: ignore[no-untyped-def]
     return j
 
 
-@njit("f8(f8[:, :, ::1], i8, i8, i8, f8, i8)", cache=True)
+@njit("f8(f8[:, :, ::1], i8, i8, i8, f8, i8)", cache=True, forceinline=True)
 def _blend(table, k, low, high, weight, j):  # type: ignore[no-untyped-def]
     """Node j of mesh k between its rows `low` and `high`."""
     return table[k, low, j] + weight * (table[k, high, j] - table[k, low, j])
 
 
-@njit("Tuple((f8, i8))(f8[:, ::1], f8[:, :, ::1], i8, i8, i8, f8, i8, i8)", cache=True)
+@njit("Tuple((f8, i8))(f8[:, ::1], f8[:, :, ::1], i8, i8, i8, f8, i8, i8)", cache=True, forceinline=True)
 def _zero(grid, force, k, low, high, weight, n, hint):  # type: ignore[no-untyped-def]
     """A deflection without force (−1e300 or 1e300 when the law pushes, or pulls, everywhere) and its cell."""
     j = hint
@@ -52,6 +52,7 @@ def _zero(grid, force, k, low, high, weight, n, hint):  # type: ignore[no-untype
 @njit(
     "UniTuple(f8, 2)(f8[:, ::1], f8[:, :, ::1], f8[:, :, ::1], i8, i8, i8, f8, i8, f8, f8, f8, f8, i8)",
     cache=True,
+    forceinline=True,
 )
 def _mean(grid, force, potential, k, low, high, weight, n, zero, side, start, end, hint):  # type: ignore[no-untyped-def]
     """Mean force F̄ of a flank of mesh k between contact deflections `start` and `end`, and its derivative by
@@ -96,6 +97,7 @@ def _mean(grid, force, potential, k, low, high, weight, n, zero, side, start, en
     "f8(i8, f8[::1], f8[::1], f8[::1], f8[:, ::1], f8[::1], f8[:, ::1], f8[:, :, ::1], f8[:, :, ::1], i8[::1],"
     " i8[::1], i8[::1], f8[::1], f8[::1], i8[::1], f8[::1], f8[::1], f8[::1])",
     cache=True,
+    forceinline=True,
 )
 def _residual(  # type: ignore[no-untyped-def]
     n_c, y, start, free, compliance, linear, grid, force, potential, cells,
@@ -122,7 +124,7 @@ def _residual(  # type: ignore[no-untyped-def]
     return worst
 
 
-@njit("void(i8, f8[:, ::1], f8[::1], f8[::1], f8[:, ::1], f8[::1], i8[::1])", cache=True)
+@njit("void(i8, f8[:, ::1], f8[::1], f8[::1], f8[:, ::1], f8[::1], i8[::1])", cache=True, forceinline=True)
 def _newton_step(n_c, compliance, rate, res, work, step, active):  # type: ignore[no-untyped-def]
     """Solve (I + D G) step = −res, D = diag(rate); rows with D = 0 drop out, the others by pivoted elimination."""
     m = 0
@@ -161,7 +163,7 @@ def _newton_step(n_c, compliance, rate, res, work, step, active):  # type: ignor
         step[active[a]] = value / work[a, a]
 
 
-@njit("f8(i8, f8[:, ::1], f8[::1], f8[::1])", cache=True)
+@njit("f8(i8, f8[:, ::1], f8[::1], f8[::1])", cache=True, forceinline=True)
 def _along(n_c, compliance, step, res):  # type: ignore[no-untyped-def]
     """ψ' along `step`: stepᵀ G res."""
     total = 0.0
@@ -242,7 +244,6 @@ def march(  # type: ignore[no-untyped-def]
             if turn > iterations or not worst < np.inf:
                 return n
             _newton_step(n_c, compliance, rate, res, work, move, active)
-            slope = _along(n_c, compliance, move, res)
             reach = 1.0
             for _ in range(iterations):
                 for i in range(n_c):
@@ -251,9 +252,11 @@ def march(  # type: ignore[no-untyped-def]
                     n_c, trial, start, free, compliance, linear, grid, force, potential, cells,
                     row, following, weight, zero, hint, end, trial_res, trial_rate,
                 )  # fmt: skip
-                ahead = _along(n_c, compliance, move, trial_res)
-                if worst <= tolerance or (ahead <= 0.9 * abs(slope) and worst < np.inf):
-                    # ψ still falls there, or rises less steeply than it fell: a step that brings progress
+                if worst <= tolerance:
+                    break
+                # ψ still falls there, or rises less steeply than it fell: a step that brings progress
+                fall = -_along(n_c, compliance, move, res)
+                if worst < np.inf and _along(n_c, compliance, move, trial_res) <= 0.9 * fall:
                     break
                 reach *= 0.5
             for i in range(n_c):

@@ -168,7 +168,8 @@ def _assemble(mesh: _Mesh, surface: Surface, k: FloatArray) -> tuple[ComplexArra
                 mesh.tiles, mesh.far_hats, mesh.far_weights, k, beta, new_step, a, b,
             )  # fmt: skip
             close_block(
-                t, mesh.close_start, mesh.close_trial, mesh.close_rule, mesh.rule_start, mesh.rules, mesh.rule_width, mesh.vertices,
+                t, mesh.close_start, mesh.close_trial, mesh.close_rule,
+                mesh.rule_start, mesh.rules, mesh.rule_width, mesh.vertices,
                 mesh.triangles, mesh.normals, mesh.curls, mesh.areas, mesh.columns, owned, k, beta, new_step, a, b,
             )  # fmt: skip
 

@@ -147,7 +147,7 @@ class GearboxCase:
                 f"{1e3 * distance:.3f} mm apart: move a shaft axis",
             )
         self._check_bores()
-        _ = self.pairs, self.gearbox, self.shaft_orders
+        _ = self.pairs, self.gearbox
 
     def _check_bores(self) -> None:
         """Every bearing sits in the housing's bore of the same name."""
@@ -170,9 +170,17 @@ class GearboxCase:
     @cached_property
     def pairs(self) -> tuple[GearPair, ...]:
         """The gear pair of every stage."""
-        gears = {gear.name: gear.body for gear in self.gears}
+        gears = {gear.name: gear for gear in self.gears}
         try:
-            return tuple(GearPair(gears[s.pinion], gears[s.wheel], s.centre_distance) for s in self.stages)
+            return tuple(
+                GearPair(
+                    gears[stage.pinion].body,
+                    gears[stage.wheel].body,
+                    stage.centre_distance,
+                    sense=self.rotations[gears[stage.pinion].shaft],
+                )
+                for stage in self.stages
+            )
         except InputError as error:
             raise InputError(f"stages: {error}") from None
 
@@ -187,22 +195,32 @@ class GearboxCase:
         return Gearbox(self.shafts, self.bearings, meshes, self.input_shaft, self.output_shaft, self.input_rotation)
 
     @cached_property
-    def shaft_orders(self) -> dict[str, Fraction]:
-        """Turns of every shaft per turn of the input, exact."""
+    def _turns(self) -> dict[str, Fraction]:
+        """Turns of every shaft about +z per turn of the input in its own sense, exact."""
         gears = {gear.name: gear for gear in self.gears}
-        orders = {self.input_shaft: Fraction(1)}
+        turns = {self.input_shaft: Fraction(self.input_rotation)}
         for _ in self.stages:
             for stage in self.stages:
                 pinion, wheel = gears[stage.pinion], gears[stage.wheel]
-                if pinion.shaft in orders:
+                if pinion.shaft in turns:
                     ratio = Fraction(pinion.geometry.teeth, wheel.geometry.teeth)
-                    orders[wheel.shaft] = orders[pinion.shaft] * ratio
+                    turns[wheel.shaft] = -turns[pinion.shaft] * ratio
         for stage in self.stages:
             require(
-                gears[stage.pinion].shaft in orders,
+                gears[stage.pinion].shaft in turns,
                 f"stage {stage.name}: its pinion {stage.pinion} is not driven by the input: add the stage between",
             )
-        return orders
+        return turns
+
+    @property
+    def shaft_orders(self) -> dict[str, Fraction]:
+        """Turns of every shaft per turn of the input, exact and positive."""
+        return {shaft: abs(turns) for shaft, turns in self._turns.items()}
+
+    @property
+    def rotations(self) -> dict[str, int]:
+        """+1 where a shaft turns by the right-hand rule about +z, else −1."""
+        return {shaft: 1 if turns > 0 else -1 for shaft, turns in self._turns.items()}
 
     @property
     def mesh_orders(self) -> dict[str, Fraction]:

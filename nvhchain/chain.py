@@ -82,12 +82,15 @@ def run(
     laws = tuple(mesh_laws or ())
     if surface_velocity is None:
         assert isinstance(case, GearboxCase)
+        if force_spectrum is None and bearing_forces is not None:
+            _check_names(case, bearing_forces.names)
+            force_spectrum = _force_spectrum(case, bearing_forces, spine)
         housing = housing or _housing(case, fidelity, shared)
         if force_spectrum is None:
-            if bearing_forces is None:
-                laws = laws or _mesh_laws(case, fidelity, shared, executor)
-                bearing_forces = _bearing_forces(case, laws, housing, fidelity, spine)
+            laws = laws or _mesh_laws(case, fidelity, shared, executor)
+            bearing_forces = _bearing_forces(case, laws, housing, fidelity, spine)
             force_spectrum = _force_spectrum(case, bearing_forces, spine)
+        _check_names(case, force_spectrum.names)
         surface_velocity = _surface_velocity(housing, force_spectrum, spine)
     transfer_vectors = transfer_vectors or _transfer_vectors(case, surface_velocity, fidelity, shared, executor)
     pressure = _pressure(transfer_vectors, surface_velocity, force_spectrum, fidelity, spine)
@@ -113,6 +116,14 @@ def ready_made(hand_offs: Iterable[HandOff]) -> dict[str, Any]:
         require(names[kind] not in given, f"{kind.__name__} is given twice: keep one")
         given[names[kind]] = hand_off
     return given
+
+
+def _check_names(case: GearboxCase, names: Sequence[str]) -> None:
+    known = [bearing.name for bearing in case.bearings]
+    odd = sorted(set(names) ^ set(known))
+    require(
+        not odd, f"bearings of the forces and of the case differ in {', '.join(odd)}: the case has {', '.join(known)}"
+    )
 
 
 def _mesh_laws(case: GearboxCase, fidelity: Fidelity, shelf: Shelf, executor: Executor | None) -> tuple[MeshLaw, ...]:

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import pi
 
 import psutil
 
-from nvhchain import acoustics
 from nvhchain.case import Case, GearboxCase
 from nvhchain.errors import InputError, ResourceError
 from nvhchain.fidelity import STANDARD, Fidelity

@@ -64,8 +64,9 @@ def compare(
     _write(out / "differences.txt", table.text() + "\n")
     _write(out / "differences.csv", table.csv())
     _figures(results, out)
-    full_scale = 1.05 * max(_peak(pressure) for pressure in pressures.values())
-    for name, pressure in pressures.items():
+    steady = {name: pressure for name, pressure in pressures.items() if pressure.input_speed}
+    full_scale = 1.05 * max((_peak(pressure) for pressure in steady.values()), default=0.0)
+    for name, pressure in steady.items():
         write_wav(pressure, out / f"sound-{name}.wav", full_scale=full_scale)
     _write(out / "summary.json", json.dumps(summary, indent=1) + "\n")
     return summary
@@ -105,7 +106,9 @@ def _figures(results: Mapping[str, chain.Result], out: Path) -> None:
     marks = order_marks([result.case for result in results.values()])
     pressures = {name: result.pressure for name, result in results.items()}
     _save(plots.pressure_spectrum(pressures, marks=marks), out / "pressure_spectrum.png")
-    _save(plots.pressure_history(pressures), out / "pressure_history.png")
+    steady = {name: pressure for name, pressure in pressures.items() if pressure.input_speed}
+    if steady:
+        _save(plots.pressure_history(steady), out / "pressure_history.png")
     spectra = {name: r.force_spectrum for name, r in results.items() if r.force_spectrum is not None}
     if spectra:
         _save(plots.bearing_force_spectra(spectra, marks=marks), out / "bearing_forces.png")

@@ -1,0 +1,155 @@
+"""Bad input on the command line: exit code 2, one line that names value and remedy, nothing left behind."""
+
+import h5py
+import numpy as np
+import psutil
+import pytest
+
+from nvhchain import store
+from nvhchain.cli import main
+from nvhchain.handoff import BearingForces
+
+SOLID = "cases/gearbox/solid.toml"
+SPHERE = "cases/sphere/pulsating.toml"
+
+
+@pytest.fixture
+def refused(tmp_path, capsys, request):
+    """Runs a command that must be refused and returns its one line."""
+    root = request.config.rootpath
+
+    def run(base, change, *, replace=None, arguments=()):
+        text = (root / base).read_text()
+        if replace:
+            assert replace[0] in text
+            text = text.replace(*replace, 1)
+        case = tmp_path / "case.toml"
+        case.write_text(change + text)
+        out = tmp_path / "out"
+        assert main(["run", str(case), "--fidelity", "draft", "--out", str(out), *arguments]) == 2
+        captured = capsys.readouterr()
+        lines = captured.err.strip().splitlines()
+        assert len(lines) == 1, captured.err
+        assert captured.out == ""
+        assert not out.exists() or not list(out.rglob("*"))
+        return lines[0]
+
+    return run
+
+
+def test_unknown_field_is_named_with_the_likely_one(refused):
+    line = refused(SOLID, "", replace=("face_width_mm = 22", "face_widht_mm = 22"))
+    assert "face_widht_mm" in line
+    assert "face_width" in line
+
+
+def test_negative_size_is_named_with_its_limit(refused):
+    line = refused(SOLID, "", replace=("face_width_mm = 22", "face_width_mm = -22"))
+    assert "face_width = -0.022" in line
+
+
+def test_housing_of_412_metres_is_taken_for_a_wrong_unit(refused):
+    line = refused(SOLID, "", replace=("depth_mm = 222", "depth = 412"))
+    assert "depth = 412" in line
+    assert "depth_mm" in line
+
+
+def test_unknown_bearing_name_lists_the_known_ones(refused):
+    line = refused(SOLID, "", replace=('name = "A1"\nshaft', 'name = "Q1"\nshaft'))
+    assert "Q1" in line
+    assert "A1" in line
+
+
+def test_unknown_bearing_in_given_forces_is_named(refused, tmp_path):
+    path = store.save(
+        BearingForces(np.arange(100) * 1e-5, np.zeros((100, 1, 3)), ("nowhere",), [[0.0, 0, 0]], 261.8),
+        tmp_path / "forces.h5",
+    )
+    assert "nowhere" in refused(SOLID, "", arguments=("--use", str(path)))
+
+
+def test_sampling_rate_below_the_band_is_refused_with_the_rate_needed(refused, tmp_path):
+    assert "sampling rate" in refused(SOLID, "", arguments=("--use", str(_forces(tmp_path, 1e-4, 20000))))
+
+
+def test_record_too_short_for_the_resolution_is_refused(refused, tmp_path):
+    assert "resol" in refused(SOLID, "", arguments=("--use", str(_forces(tmp_path, 1e-5, 1000))))
+
+
+def test_band_above_the_time_step_of_the_fidelity_is_refused(refused):
+    line = refused(SOLID, "", replace=("high = 5000", "high = 12000"))
+    assert "time step" in line
+
+
+def test_truncated_hand_off_is_refused(refused, tmp_path):
+    path = _forces(tmp_path, 1e-5, 1000)
+    path.write_bytes(path.read_bytes()[:-500])
+    assert "truncated" in refused(SOLID, "", arguments=("--use", str(path)))
+
+
+def test_foreign_hdf5_is_refused(refused, tmp_path):
+    with h5py.File(tmp_path / "foreign.h5", "w") as file:
+        file["x"] = 1.0
+    assert "not an nvhchain hand-off" in refused(SOLID, "", arguments=("--use", str(tmp_path / "foreign.h5")))
+
+
+def test_field_point_inside_the_body_is_refused(refused):
+    assert "inside the body" in refused(SPHERE, "", replace=("position = [0, 0, 1.0]", "position = [0, 0, 0.05]"))
+
+
+def test_field_point_inside_the_gearbox_is_refused_before_anything_is_computed(refused):
+    line = refused(SOLID, "", replace=("position = [0.13, -0.02, 1.227]", "position = [0.13, -0.02, 0.1]"))
+    assert "inside" in line
+
+
+def _surface_file(tmp_path, triangles):
+    vertices = ["0 0 0", "1 0 0", "0 1 0", "0 0 1"]
+    rows = [f"3 {a} {b} {c}" for a, b, c in triangles]
+    text = ["OFF", f"4 {len(rows)} 0", *vertices, *rows]
+    (tmp_path / "body.off").write_text("\n".join(text) + "\n")
+    return 'type = "sphere"\nradius = 0.1', 'type = "surface_file"\nfile = "body.off"\nscale = 0.1'
+
+
+def test_open_surface_is_refused(refused, tmp_path):
+    edit = _surface_file(tmp_path, [(0, 2, 1), (0, 1, 3), (0, 3, 2), (0, 1, 3)])
+    assert "edges" in refused(SPHERE, "", replace=edit)
+
+
+def test_inward_surface_is_refused(refused, tmp_path):
+    edit = _surface_file(tmp_path, [(0, 1, 2), (0, 3, 1), (0, 2, 3), (1, 3, 2)])
+    assert "inward" in refused(SPHERE, "", replace=edit)
+
+
+def test_surface_too_coarse_for_the_band_is_refused(refused, tmp_path):
+    edit = _surface_file(tmp_path, [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)])
+    line = refused(SPHERE, "", replace=edit)
+    assert "refine" in line
+
+
+def test_boundary_elements_beyond_the_memory_are_refused_with_their_size(refused, monkeypatch):
+    real = psutil.virtual_memory()
+    monkeypatch.setattr(psutil, "virtual_memory", lambda: real._replace(available=10 * 2**20))
+    line = refused(SPHERE, "", replace=("[200, 1000, 1715]", "[200, 1000, 5000]"))
+    assert "free" in line
+
+
+@pytest.mark.parametrize("command", ["check", "plan", "run", "compare"])
+def test_missing_case_file_is_one_line(command, capsys, tmp_path):
+    assert main([command, str(tmp_path / "absent.toml")]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_invalid_toml_names_file_and_line(capsys, tmp_path):
+    (tmp_path / "broken.toml").write_text("kind = \n")
+    assert main(["check", str(tmp_path / "broken.toml")]) == 2
+    error = capsys.readouterr().err
+    assert "broken.toml" in error
+    assert "line 1" in error
+
+
+def _forces(folder, step, count):
+    names = ("A1", "A2", "B1", "B2", "C1", "C2")
+    force = np.random.default_rng(1).standard_normal((count, 6, 3))
+    return store.save(
+        BearingForces(np.arange(count) * step, force, names, np.zeros((6, 3)), 261.8), folder / "forces.h5"
+    )

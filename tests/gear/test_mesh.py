@@ -1,0 +1,126 @@
+"""Gear meshes: exact flanks, matching borders, the drawing's mass, and coarse fidelities that are refused."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from nvhchain.conventions import STEEL
+from nvhchain.errors import InputError
+from nvhchain.fem.elasticity import stiffness_and_mass
+from nvhchain.fidelity import DRAFT
+from nvhchain.gear import Differential, GearBody, GearGeometry, Slots, mass_properties
+from nvhchain.gear.blank import Web
+from nvhchain.gear.mesh import _web_layers, gear_mesh
+
+FIDELITY = dataclasses.replace(DRAFT.gear, profile_elements=3, width_layers=3)
+GEAR = GearGeometry(50, 2.7e-3, np.radians(20.0), np.radians(-10.0), 22e-3, 22e-3)
+CROWN = GearGeometry(82, 2.68e-3, np.radians(20.0), np.radians(10.0), 40e-3, 30e-3)
+PINION = GearGeometry(20, 2.7e-3, np.radians(20.0), np.radians(10.0), 22e-3, 15e-3)
+BODIES = {
+    "pinion": GearBody(PINION),
+    "slots": GearBody(GEAR, Slots(5, 32e-3, 55e-3, np.radians(46.0), 5e-3, phase=0.3)),
+    "thin web with slots": GearBody(
+        GEAR, Slots(3, 32e-3, 50e-3, np.radians(70.0), 3e-3, 0.0, 8e-3, 29e-3, 54e-3, 2e-3)
+    ),
+    "differential": GearBody(
+        CROWN,
+        Differential(94e-3, 58e-3, 14e-3, 64e-3, 86e-3, np.radians(80.0), flange_offset=-8e-3, window_fillet=8e-3),
+    ),
+}
+
+
+@pytest.fixture(scope="module", params=BODIES)
+def meshed(request):
+    body = BODIES[request.param]
+    return body, gear_mesh(body, FIDELITY)
+
+
+def test_mesh_has_the_mass_and_inertia_of_the_drawing(meshed):
+    """No brick is inverted, none missing, none twice."""
+    body, mesh = meshed
+    total = np.zeros(2)
+    for solid, copies in ((mesh.pitch_solid, body.geometry.teeth), (mesh.blank_solid, 1)):
+        _, M = stiffness_and_mass(solid.nodes, solid.elements, "hex20", STEEL)
+        slide, turn = np.zeros((2, *solid.nodes.shape))
+        slide[:, 0] = 1.0
+        turn[:, 0], turn[:, 1] = -solid.nodes[:, 1], solid.nodes[:, 0]
+        total += copies * np.array([u.ravel() @ M @ u.ravel() for u in (slide, turn)])
+    np.testing.assert_allclose(total, mass_properties(body)[:2], rtol=5e-4)
+
+
+def test_flank_nodes_lie_on_the_helicoid(meshed):
+    body, mesh = meshed
+    gear = body.geometry
+    for flank, side in ((0, 1.0), (1, -1.0)):
+        x, y, z = mesh.pitch_solid.nodes[mesh.pitch_solid.on(mesh.pitch.flanks[flank])].T
+        radius = np.hypot(x, y)
+        angle = np.arctan2(y, x) - z * np.tan(gear.helix_angle) / gear.pitch_radius
+        np.testing.assert_allclose(angle, side * gear.half_tooth_angle(radius), atol=1e-12)
+        assert radius.min() == pytest.approx(gear.form_radius)
+        assert radius.max() == pytest.approx(gear.tip_circle_radius)
+        assert np.ptp(z) == pytest.approx(gear.face_width)
+
+
+def test_pitches_meet_each_other_and_the_blank_node_by_node(meshed):
+    body, mesh = meshed
+    solid, tau = mesh.pitch_solid, body.geometry.pitch_angle
+
+    def turned(nodes, angle):
+        c, s = np.cos(angle), np.sin(angle)
+        return nodes @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
+
+    left, right, bottom = (solid.nodes[solid.on(n)] for n in (mesh.pitch.left, mesh.pitch.right, mesh.pitch.bottom))
+    np.testing.assert_allclose(turned(left, tau), right, atol=1e-12)
+    for tooth in (0, 7, body.geometry.teeth - 1):
+        top = mesh.blank_solid.nodes[mesh.blank_solid.on(mesh.blank.top[tooth])]
+        np.testing.assert_allclose(turned(bottom, tooth * tau), top, atol=1e-12)
+
+
+def test_blank_repeats_after_one_sector(meshed):
+    body, mesh = meshed
+    plane, turned = mesh.blank.plane, mesh.blank.turned
+    turn = plane.angle[turned] - plane.angle - body.sector * body.geometry.pitch_angle
+    np.testing.assert_allclose(np.remainder(turn + np.pi, 2 * np.pi), np.pi, atol=1e-9)
+    np.testing.assert_allclose(plane.radius[turned], plane.radius, rtol=1e-9)
+    assert body.geometry.teeth // body.sector * mesh.in_sector.sum() == len(mesh.in_sector)
+
+
+def test_bore_and_openings_stay_straight_along_the_axis():
+    mesh = gear_mesh(BODIES["slots"], FIDELITY)
+    edge = np.abs(mesh.blank.plane.radius - 55e-3) < 1e-9
+    for nodes in (mesh.blank.bore, np.flatnonzero(edge)):
+        columns = mesh.blank_solid.index[::2, nodes]
+        xy = mesh.blank_solid.nodes[columns, :2]
+        np.testing.assert_allclose(np.ptp(xy, axis=0), 0.0, atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("offset", "thickness", "filled"),
+    [
+        (0.0, 14e-3, "00110"),
+        (-12e-3, 16e-3, "11000"),
+        (12e-3, 16e-3, "00011"),
+        (0.0, 40e-3, "11111"),
+        (-16e-3, 8e-3, "10000"),
+        (-17e-3, 2e-3, "01000"),
+    ],
+)
+def test_layers_meet_the_faces_of_the_web(offset, thickness, filled):
+    stations, inside = _web_layers(Web(0.05, 0.09, thickness, offset), np.linspace(-20e-3, 20e-3, 6))
+    assert "".join(str(int(i)) for i in inside) == filled
+    first, last = np.flatnonzero(inside)[[0, -1]]
+    assert (stations[first], stations[last + 1]) == pytest.approx((offset - thickness / 2, offset + thickness / 2))
+    assert (np.diff(stations) > 0).all()
+
+
+def test_web_between_two_recesses_needs_three_layers():
+    with pytest.raises(InputError, match="width_layers = 2 cannot resolve the web: at least 3"):
+        gear_mesh(BODIES["differential"], dataclasses.replace(FIDELITY, width_layers=2))
+
+
+@pytest.mark.parametrize(("count", "width", "phase"), [(20, 17.0, 1.8), (5, 1.0, 0.0)])
+def test_opening_or_spoke_narrower_than_an_element_is_refused(count, width, phase):
+    slots = Slots(count, 32e-3, 50e-3, np.radians(width), phase=np.radians(phase))
+    with pytest.raises(InputError, match="or the spoke beside it, is narrower than one element"):
+        gear_mesh(GearBody(GEAR, slots), FIDELITY)

@@ -43,8 +43,6 @@ def _zero(grid, force, k, low, high, weight, n, hint):  # type: ignore[no-untype
         j -= 1
     a, b = _blend(force, k, low, high, weight, j), _blend(force, k, low, high, weight, j + 1)
     if b == a:
-        if a == 0.0:
-            return grid[k, j], j
         return (-1e300, j) if a > 0.0 else (1e300, j)
     return grid[k, j] - a * (grid[k, j + 1] - grid[k, j]) / (b - a), j
 

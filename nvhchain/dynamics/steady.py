@@ -13,8 +13,8 @@ from nvhchain.conventions import Progress
 from nvhchain.dynamics.gearbox import Gearbox
 from nvhchain.dynamics.quasi_static import law_phases
 from nvhchain.dynamics.simulation import Motion, Simulation, advance, at_rest, bearing_force, simulation
-from nvhchain.dynamics.train import train
-from nvhchain.errors import InputError, ResourceError, SolverError, require
+from nvhchain.dynamics.train import Train, train
+from nvhchain.errors import ResourceError, SolverError, require
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import BearingForces, FloatArray, MeshLaw, ReducedHousing
 
@@ -53,18 +53,11 @@ def bearing_forces(
     )
     require(isfinite(input_torque), f"input_torque = {input_torque} N m must be finite")
     require(isfinite(f_max) and f_max > 0, f"f_max = {f_max} Hz must be positive")
-    limit = 1.0 / (fidelity.samples_per_period * f_max)
-    if fidelity.time_step > limit * (1.0 + 1e-9):
-        raise InputError(
-            f"time step {1e6 * fidelity.time_step:.4g} µs samples at {1e-3 / fidelity.time_step:.4g} kHz; f_max = "
-            f"{f_max:g} Hz at "
-            f"{fidelity.samples_per_period:g} samples per period needs at most {1e6 * limit:.4g} µs: shorten the "
-            f"step or lower f_max"
-        )
     kinematics = train(gearbox, mesh_laws)
+    _check_step(gearbox, mesh_laws, kinematics, input_speed, f_max, fidelity)
     duration = float(kinematics.common_period) * 2.0 * pi / input_speed
+    _check_memory(duration / fidelity.time_step, len(gearbox.bearings), fidelity.periods, duration)
     n_step = next_fast_len(ceil(duration / fidelity.time_step), real=True)
-    _check_memory(n_step, len(gearbox.bearings), fidelity.periods, duration)
     repeats = [int(kinematics.common_period / period) for period in kinematics.law_period]
 
     model = simulation(
@@ -141,7 +134,28 @@ def _silent(done: int, total: int) -> None:
     """Progress that nobody watches."""
 
 
-def _check_memory(n_step: int, n_bearing: int, periods: int, duration: float) -> None:
+def _check_step(
+    gearbox: Gearbox,
+    mesh_laws: Sequence[MeshLaw],
+    kinematics: Train,
+    input_speed: float,
+    f_max: float,
+    fidelity: DynamicsFidelity,
+) -> None:
+    """The step must resolve the band, and the meshes too: what they do faster would fold back into the band."""
+    wheel = [kinematics.speed_ratio[gearbox.shaft_index(mesh.wheel_shaft)] for mesh in gearbox.meshes]
+    mesh = max(float(r * law.teeth[1]) for r, law in zip(wheel, mesh_laws, strict=True)) * input_speed / (2.0 * pi)
+    highest, name = (f_max, "f_max") if f_max >= mesh else (mesh, "the mesh frequency")
+    limit = 1.0 / (fidelity.samples_per_period * highest)
+    require(
+        fidelity.time_step <= limit * (1.0 + 1e-9),
+        f"time step {1e6 * fidelity.time_step:.4g} µs samples at {1e-3 / fidelity.time_step:.4g} kHz; {name} = "
+        f"{highest:.4g} Hz at {fidelity.samples_per_period:g} samples per period needs at most {1e6 * limit:.4g} µs: "
+        "shorten the step, or lower f_max or the input speed",
+    )
+
+
+def _check_memory(n_step: float, n_bearing: int, periods: int, duration: float) -> None:
     needed = 8.0 * n_step * (3 * n_bearing + 2) * (2 + 2 * periods)
     available = float(psutil.virtual_memory().available)
     if needed > 0.8 * available:

@@ -132,6 +132,25 @@ def test_bearing_and_seat_deflect_in_series(make_gearbox, make_laws, make_housin
         )
 
 
+def test_damped_bearing_and_seat_act_in_series_to_first_order(make_gearbox, make_laws, make_housing):
+    """K_eff + jωC_eff against ((K_b + jωC_b)⁻¹ + R)⁻¹: the difference falls as ω²."""
+    gearbox = make_gearbox(damping=2500.0)
+    housing = make_housing(gearbox, modes=0)
+    assembly = assemble(gearbox, make_laws(), housing)
+    k = np.array([[b.radial_stiffness, b.radial_stiffness, b.axial_stiffness] for b in gearbox.bearings]).ravel()
+    c = np.array([[b.radial_damping, b.radial_damping, b.axial_damping] for b in gearbox.bearings]).ravel()
+    errors = []
+    for omega in (100.0, 50.0):
+        exact = np.linalg.inv(np.diag(1 / (k + 1j * omega * c)) + housing.seat_residual.reshape(18, 18))
+        static = np.linalg.inv(np.diag(1 / k) + housing.seat_residual.reshape(18, 18))
+        # the rows carry the same map of the unknowns to the bearings: K_eff⁻¹ (K_eff map) = map
+        to_bearings = np.linalg.solve(static, assembly.bearing_stiffness)
+        found = assembly.bearing_stiffness + 1j * omega * assembly.bearing_damping
+        errors.append(np.abs(found - exact @ to_bearings).max() / np.abs(found.imag).max())
+    assert errors[0] < 1e-3
+    assert errors[1] == pytest.approx(errors[0] / 2, rel=0.05)  # relative to the damping term, itself ∝ ω
+
+
 def test_laws_carry_the_static_forces(make_gearbox, make_laws):
     gearbox, laws = make_gearbox(), make_laws(slotted=True)
     assembly = assemble(gearbox, laws, None)

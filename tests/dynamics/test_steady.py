@@ -13,7 +13,7 @@ from nvhchain.dynamics.quasi_static import law_phases
 from nvhchain.dynamics.simulation import advance, at_rest, bearing_force, simulation
 from nvhchain.dynamics.steady import _period
 from nvhchain.dynamics.train import train
-from nvhchain.errors import InputError, SolverError
+from nvhchain.errors import InputError, ResourceError, SolverError
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.spectrum import amplitude_spectrum
 
@@ -269,6 +269,16 @@ def test_nothing_drifts_in_a_long_run(make_gearbox, make_laws):
 def test_too_long_a_step_for_the_band_is_refused(make_gearbox, make_laws):
     with pytest.raises(InputError, match=r"time step 50 µs samples at 20 kHz; f_max = 5000 Hz"):
         _run(make_gearbox(), make_laws(), None, step=5e-5)
+
+
+def test_a_step_that_skips_over_the_teeth_is_refused(make_gearbox, make_laws):
+    with pytest.raises(InputError, match=r"the mesh frequency = 3\.333e\+04 Hz"):
+        _run(make_gearbox(), make_laws(), None, input_speed=40 * SPEED)
+
+
+def test_a_record_beyond_memory_is_refused_before_it_starts(make_gearbox, make_laws):
+    with pytest.raises(ResourceError, match=r"needs .* GiB, but .* GiB are free: raise the input speed"):
+        _run(make_gearbox(), make_laws(), None, input_speed=1e-6)
 
 
 def test_a_gearbox_that_does_not_settle_is_reported(make_gearbox, make_laws, make_housing):

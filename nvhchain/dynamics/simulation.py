@@ -24,10 +24,10 @@ class Simulation:
 
     torque (n_shaft,): N m, external, along the running directions.
     contact_stiffness (2 n_mesh,): N/m, the part of each contact's stiffness that belongs to the linear system.
-    bearing_output (3 n_bearing, n_state): bearing forces = bearing_output · s.  bearing_jump (3 n_bearing, 2
-    n_mesh): what a jump of the excess forces takes off their samples (`bearing_force`).  contact_output (2 n_mesh,
-    n_state): contact
-    deflections = contact_output · s.  tolerance: N, admissible residual of the contact forces.
+    bearing_output (3 n_bearing, n_state): bearing forces = bearing_output · s.
+    bearing_jump (3 n_bearing, 2 n_mesh): what a jump of the excess forces takes off their samples (`bearing_force`).
+    contact_output (2 n_mesh, n_state): contact deflections = contact_output · s.
+    tolerance: N, admissible residual of the contact forces, reached within `iterations`.
     """
 
     assembly: Assembly

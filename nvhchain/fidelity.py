@@ -91,7 +91,7 @@ class AcousticsFidelity:
     singular_order: Gauss order per direction of pairs that share a corner, an edge or all.
     field_near_ratio: a triangle longer than this multiple of its distance from a field point is subdivided.
     interpolation: between masters, `phase_removed` or `linear` (for comparison).
-    interpolation_points: masters that take part in one interpolated value.
+    interpolation_points: nodes (masters, and below the band their mirror images) of one interpolated value.
     """
 
     elements_per_wavelength: float
@@ -102,7 +102,7 @@ class AcousticsFidelity:
     singular_order: int = 4
     field_near_ratio: float = 0.5
     interpolation: str = "phase_removed"
-    interpolation_points: int = 8
+    interpolation_points: int = 6
 
     def __post_init__(self) -> None:
         for name, low, high in (

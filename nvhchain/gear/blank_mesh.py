@@ -54,7 +54,7 @@ def blank_mesh(body: GearBody, top_radius: float, fidelity: GearFidelity) -> Bla
     gear, web, cut = body.geometry, body.blank.web, body.blank.cutouts
     per_tooth = 2 * fidelity.transverse_refinement
     columns, step = per_tooth * gear.teeth, gear.pitch_angle / per_tooth
-    lines = step * np.arange(columns) - 0.5 * gear.pitch_angle
+    lines: FloatArray = np.arange(columns, dtype=np.float64) * step - 0.5 * gear.pitch_angle
     radii = _rows(body, top_radius, step * top_radius * fidelity.row_aspect)
     rows = len(radii) - 1
     grid = np.arange((rows + 1) * columns).reshape(rows + 1, columns)

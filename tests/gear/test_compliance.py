@@ -96,6 +96,36 @@ def test_condensed_teeth_give_the_undivided_model_without_centre_line_part():
             np.testing.assert_allclose(block, expected, atol=1e-9 * np.abs(expected).max())
 
 
+def test_flank_loads_are_unit_forces_normal_to_the_helicoid_and_into_the_tooth():
+    gear, mesh = SLOTTED.geometry, gear_mesh(SLOTTED, FINE_PATTERNS)
+    solid, n_w = mesh.pitch_solid, len(mesh.pitch_solid.index)
+    loads = flank_loads(gear, mesh).toarray()
+    for flank, side in ((0, 1.0), (1, -1.0)):
+        for i in (0, 2, 4):  # corners of elements along the profile
+            column = (flank * len(mesh.pitch.flanks[flank]) + i) * n_w + 2
+            node = solid.index[2, mesh.pitch.flanks[flank, i]]
+            radial, tangential, axial = loads[unknowns(np.array([node])), column]
+            c, s = np.cos(solid.angle[node]), np.sin(solid.angle[node])
+            force = np.array([c * radial - s * tangential, s * radial + c * tangential, axial])
+            x, y, z = solid.nodes[node]
+            above, below = (solid.nodes[solid.index[j, mesh.pitch.flanks[flank, i]]] for j in (3, 1))
+            r, h = np.hypot(x, y), 1e-7
+            ahead, behind = (
+                (r + d) * np.exp(1j * (side * gear.half_tooth_angle(r + d) + gear.twist * z)) for d in (h, -h)
+            )
+            along = np.array([(ahead - behind).real, (ahead - behind).imag, 0.0])
+            assert np.linalg.norm(force) == pytest.approx(1.0)
+            chord = (above - below) / np.linalg.norm(above - below)  # of the helix, parallel but for its curvature
+            assert force @ chord == pytest.approx(0.0, abs=1e-4)
+            if i:  # the fillet begins below the form circle
+                assert force @ along / np.linalg.norm(along) == pytest.approx(0.0, abs=1e-6)
+            torque = x * force[1] - y * force[0]
+            assert torque == pytest.approx(-side * gear.base_radius * np.cos(gear.base_helix_angle))
+    np.testing.assert_allclose(
+        loads.reshape(-1, 3, loads.shape[1])[:, 2].sum(axis=0).max(), np.sin(gear.base_helix_angle)
+    )
+
+
 SAINSOT = {  # X = A/θ² + B h² + C h/θ + D/θ + E h + F
     "L": (-5.574e-5, -1.9986e-3, -2.3015e-4, 4.7702e-3, 0.0271, 6.8045),
     "M": (60.111e-5, 28.100e-3, -83.431e-4, -9.9256e-3, 0.1624, 0.9086),

@@ -78,8 +78,8 @@ def test_the_lower_end_of_the_band_profits_from_the_conjugate_vectors_at_negativ
     assert np.abs(pressure / exact - 1).max() < 0.015
 
 
-def test_masters_far_from_zero_are_not_mixed_with_their_mirror_images(air, coarse):
-    """A detour of 0.4 m, as around a gearbox: straight lines between the remainders err by 7 %."""
+def test_far_from_zero_the_error_estimate_does_not_count_on_mirrored_masters(air, coarse):
+    """A detour of 0.4 m, as around a gearbox, and few masters: the far mirror images tell nothing about it."""
     body, points, masters = sphere(0.1, 1), np.array([[0.0, 0.0, 1.0]]), np.array([3000.0, 3100.0, 3200.0])
     path = np.linalg.norm(points[:, None] - body.centroids, axis=2) + 0.4
 
@@ -87,12 +87,11 @@ def test_masters_far_from_zero_are_not_mixed_with_their_mirror_images(air, coars
         return np.exp(-2j * np.pi * frequency[:, None, None] / air.speed_of_sound * path)
 
     lines = np.array([3050.0, 3150.0])
+    atv = TransferVectors(masters, points, vectors(masters), body, air)
     velocity = SurfaceVelocity(lines, np.ones((2, len(body.triangles))), body)
-    pressure = radiate(
-        TransferVectors(masters, points, vectors(masters), body, air), velocity, fidelity=coarse
-    ).pressure
-    exact = vectors(lines).sum(axis=2)
-    assert np.abs(pressure - exact).max() < 0.1 * np.abs(exact).max()
+    truth = np.abs(radiate(atv, velocity, fidelity=coarse).pressure - vectors(lines).sum(axis=2))
+    estimate = interpolation_error(atv, velocity, fidelity=coarse)
+    assert ((estimate > truth / 3) & (estimate < truth * 3)).all(), estimate / truth
 
 
 @pytest.mark.parametrize(("step", "nodes"), [(1, 4), (3, 8), (3, 2)])

@@ -8,9 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
-from math import ceil, pi
 from pathlib import Path
 from typing import Any
 
@@ -168,19 +167,17 @@ def _bearing_forces(
         "input_speed": case.operation.input_speed,
         "input_torque": case.operation.input_torque,
         "f_max": case.band.high,
+        "duration": 1.0 / case.band.resolution,
     }
-    turns = float(dynamics.train(gearbox, laws).common_period)
-    period = 2 * pi * turns / case.operation.input_speed
-    knobs = replace(fidelity.dynamics, periods=ceil(1 / (case.band.resolution * period)))
     return shelf.stage(
         "bearing_forces",
         BearingForces,
         "dynamics",
         (gearbox, laws, reduced, arguments),
         lambda progress: dynamics.bearing_forces(
-            gearbox, laws, reduced, **arguments, fidelity=knobs, progress=progress
+            gearbox, laws, reduced, **arguments, fidelity=fidelity.dynamics, progress=progress
         ),
-        fidelity=knobs,
+        fidelity=fidelity.dynamics,
     )
 
 

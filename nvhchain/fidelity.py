@@ -46,8 +46,8 @@ class DynamicsFidelity:
     """Time integration of the gearbox.
 
     time_step: s, largest step of the integrator.  settle_level: what is left of the start when recording begins,
-    relative to the swing of the bearing forces.  settle_time: s allowed for that.  periods: recorded common periods.
-     samples_per_period: steps that the shortest period of the band must have.
+    relative to the swing of the bearing forces.  settle_time: s allowed for that.
+    samples_per_period: steps that the shortest period of the band must have.
     angle_refinement: interpolated rows per tabulated angle of a mesh law.  contact_residual: admissible residual of the
     mesh forces in a step, relative to the largest tabulated force; reached within contact_iterations.
     """
@@ -55,7 +55,6 @@ class DynamicsFidelity:
     time_step: float
     settle_level: float = 1e-6
     settle_time: float = 20.0
-    periods: int = 1
     samples_per_period: float = 8.0
     angle_refinement: int = 4
     contact_residual: float = 1e-12
@@ -143,7 +142,15 @@ class Fidelity:
 
 DRAFT = Fidelity(
     "draft",
-    GearFidelity(profile_elements=4, width_layers=3, slices=8, angles_per_mesh=24, deflections=16),
+    GearFidelity(
+        profile_elements=4,
+        width_layers=3,
+        slices=8,
+        angles_per_mesh=24,
+        deflections=16,
+        row_aspect=2.5,
+        load_pattern_tolerance=3e-3,
+    ),
     DynamicsFidelity(time_step=20e-6),
     HousingFidelity(element_size=0.022),
     AcousticsFidelity(elements_per_wavelength=2.5, masters=16),
@@ -152,14 +159,22 @@ STANDARD = Fidelity(
     "standard",
     GearFidelity(profile_elements=6, width_layers=5, slices=14, angles_per_mesh=48, deflections=24),
     DynamicsFidelity(time_step=10e-6),
-    HousingFidelity(element_size=0.0125),
+    HousingFidelity(element_size=0.0125, mode_ratio=1.4),
     AcousticsFidelity(elements_per_wavelength=4.0, masters=32),
 )
 REFERENCE = Fidelity(
     "reference",
-    GearFidelity(profile_elements=10, width_layers=8, slices=24, angles_per_mesh=96, deflections=40),
+    GearFidelity(
+        profile_elements=10,
+        width_layers=8,
+        slices=24,
+        angles_per_mesh=96,
+        deflections=40,
+        row_aspect=1.0,
+        load_pattern_tolerance=3e-4,
+    ),
     DynamicsFidelity(time_step=5e-6),
-    HousingFidelity(element_size=0.009),
+    HousingFidelity(element_size=0.009, mode_ratio=1.6),
     AcousticsFidelity(
         elements_per_wavelength=5.0,
         masters=48,

@@ -31,13 +31,15 @@ def bearing_forces(
     input_torque: float,
     f_max: float,
     fidelity: DynamicsFidelity,
+    duration: float = 0.0,
     progress: Progress | None = None,
 ) -> BearingForces:
     """Forces of the bearings on the housing at constant speed, over whole common periods of the train.
 
     mesh_laws: one per mesh, in the gearbox's order.  housing: None for rigid seats.  input_speed: rad/s, > 0.
     input_torque: N m along the input's rotation; the output torque balances it exactly.  f_max: Hz, upper end of
-    the band of interest; `fidelity.time_step` must resolve it.
+    the band of interest; `fidelity.time_step` must resolve it.  duration: s that the record covers at least, rounded
+    up to whole common periods.
 
     The nominal spin is prescribed. From the quasi-static solution the speed rises over one common period (half
     cosine). Then two common periods are compared that lie at least one decay time of the slowest mode apart: what is
@@ -55,20 +57,21 @@ def bearing_forces(
     require(isfinite(f_max) and f_max > 0, f"f_max = {f_max} Hz must be positive")
     kinematics = train(gearbox, mesh_laws)
     _check_step(gearbox, mesh_laws, kinematics, input_speed, f_max, fidelity)
-    duration = float(kinematics.common_period) * 2.0 * pi / input_speed
-    _check_memory(duration / fidelity.time_step, len(gearbox.bearings), fidelity.periods, duration)
-    n_step = next_fast_len(ceil(duration / fidelity.time_step), real=True)
+    period = float(kinematics.common_period) * 2.0 * pi / input_speed
+    periods = max(1, ceil(duration / period * (1.0 - 1e-9)))
+    _check_memory(period / fidelity.time_step, len(gearbox.bearings), periods, period)
+    n_step = next_fast_len(ceil(period / fidelity.time_step), real=True)
     repeats = [int(kinematics.common_period / period) for period in kinematics.law_period]
 
     model = simulation(
-        gearbox, mesh_laws, housing, input_torque=input_torque, time_step=duration / n_step, fidelity=fidelity
+        gearbox, mesh_laws, housing, input_torque=input_torque, time_step=period / n_step, fidelity=fidelity
     )
     offset = law_phases(model.assembly, mesh_laws)
     tell = progress if progress is not None else _silent
     motion = _ramp(model, np.array(repeats), offset, n_step)
     motion, force, deflection = _settle(model, motion, repeats, offset, n_step, fidelity, tell)
     forces, deflections = [force], [deflection]
-    for _ in range(fidelity.periods - 1):
+    for _ in range(periods - 1):
         motion, force, deflection = _period(model, motion, repeats, offset, n_step)
         forces.append(force)
         deflections.append(deflection)
@@ -162,7 +165,7 @@ def _check_memory(n_step: float, n_bearing: int, periods: int, duration: float) 
         raise ResourceError(
             f"recording {periods} common period(s) of {duration:.3g} s needs {needed / 2**30:.1f} GiB, but "
             f"{available / 2**30:.1f} GiB "
-            "are free: raise the input speed, record fewer periods or take a longer time step"
+            "are free: raise the input speed, record less or take a longer time step"
         )
 
 

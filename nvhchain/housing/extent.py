@@ -1,0 +1,30 @@
+"""How large a casting is, before it is meshed."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from nvhchain.housing.casting import Casting
+from nvhchain.housing.geometry import outline_at
+from nvhchain.housing.outline import Arc, inside
+
+
+def encloses(casting: Casting, point: tuple[float, float, float]) -> bool:
+    """Whether `point` (m) lies within the outer walls: bosses, ribs and flange stick out further."""
+    x, y, z = point
+    depth_inside = inside(outline_at(casting, casting.wall), np.array([[x, y]]))[0]
+    return bool(0.0 < z < casting.depth and depth_inside > 0)
+
+
+def envelope_area(casting: Casting) -> float:
+    """Area (m²) of the outer walls and both ends as a straight prism, without bosses, ribs and flange."""
+    corners = np.array([_points(arc) for arc in outline_at(casting, casting.wall)]).reshape(-1, 2)
+    x, y = corners.T
+    following = np.roll(corners, -1, axis=0)
+    perimeter = float(np.linalg.norm(following - corners, axis=1).sum())
+    section = 0.5 * float(np.sum(x * following[:, 1] - y * following[:, 0]))
+    return perimeter * casting.depth + 2 * section
+
+
+def _points(arc: Arc) -> list[np.ndarray]:
+    return [arc.point(angle) for angle in np.linspace(arc.start, arc.end, 60)]

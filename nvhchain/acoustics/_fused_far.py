@@ -18,7 +18,7 @@ import numpy as np
 
 from nvhchain.acoustics._fused_wave import COMPILED, INLINE, cosine_sine
 
-TILE = 32
+TILE = 64
 """Trial triangles handled side by side: the innermost loops run over them, and their scratch stays in the cache."""
 
 _TINY = 1e-300

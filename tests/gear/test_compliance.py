@@ -241,7 +241,7 @@ def test_halved_mesh_moves_the_line_compliance_by_less_than_one_and_a_half_perce
 
 def test_few_load_patterns_are_as_good_as_all():
     few = flank_compliance(
-        SLOTTED, dataclasses.replace(FINE_PATTERNS, load_pattern_tolerance=DRAFT.gear.load_pattern_tolerance)
+        SLOTTED, dataclasses.replace(FINE_PATTERNS, load_pattern_tolerance=STANDARD.gear.load_pattern_tolerance)
     )
     all_ = slotted()
     np.testing.assert_allclose(few.blocks, all_.blocks, atol=2e-4 * all_.blocks.max())

@@ -71,7 +71,7 @@ def face_displacement(
     """Outward normal displacement (n_f, n_face) m: modal sum plus residual."""
     q = modal_displacement(housing, frequency, force, structural=structural)
     residual = housing.face_residual.reshape(force.shape[1], -1)
-    return _times_real(q, housing.normal_shapes) + _times_real(force, residual)
+    return _times_real(q, housing.normal_shapes) + _times_real(force, residual) / _lossy(housing, structural)
 
 
 def seat_displacement(
@@ -81,7 +81,12 @@ def seat_displacement(
     q = modal_displacement(housing, frequency, force, structural=structural)
     shapes = housing.seat_shapes.reshape(len(housing.natural_frequency), -1)
     residual = housing.seat_residual.reshape(force.shape[1], -1)
-    return _times_real(q, shapes) + _times_real(force, residual)
+    return _times_real(q, shapes) + _times_real(force, residual) / _lossy(housing, structural)
+
+
+def _lossy(housing: ReducedHousing, structural: bool) -> complex:
+    """What structural damping makes of the residual's stiffness: 1 + jη, with η = 2ζ of the highest mode."""
+    return 1 + 2j * float(housing.modal_damping[-1]) if structural and len(housing.modal_damping) else 1.0
 
 
 def _times_real(left: ComplexArray, right: FloatArray) -> ComplexArray:

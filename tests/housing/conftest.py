@@ -24,7 +24,9 @@ def casting():
 
 @pytest.fixture(scope="session")
 def fidelity():
-    return HousingFidelity(element_size=0.03, elements_per_turn=6.0, elements_per_bending_wavelength=3.0)
+    return HousingFidelity(
+        element_size=0.03, mode_ratio=1.4, elements_per_turn=6.0, elements_per_bending_wavelength=3.0
+    )
 
 
 @pytest.fixture(scope="session")

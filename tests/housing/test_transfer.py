@@ -84,9 +84,7 @@ def test_smooth_motion_of_a_sphere_is_mapped_face_by_face(ball):
 def test_more_samples_bring_the_map_closer(ball):
     nodes, skin, surface, _ = ball
     silent = np.zeros(len(surface.areas), dtype=bool)
-    error = [
-        np.std(normal_motion(nodes, skin, surface, silent, samples) @ nodes.ravel()) for samples in (1.5, 6.0)
-    ]
+    error = [np.std(normal_motion(nodes, skin, surface, silent, samples) @ nodes.ravel()) for samples in (1.5, 6.0)]
     assert error[1] < 0.5 * error[0]
 
 

@@ -1,0 +1,137 @@
+"""The reduced housing against the full finite element model, both with structural damping η = 2ζ."""
+
+import numpy as np
+import pytest
+from scipy.sparse.linalg import LinearOperator, gmres
+
+from nvhchain.errors import InputError
+from nvhchain.fem import factorize
+from nvhchain.fidelity import STANDARD, HousingFidelity
+from nvhchain.housing import Casting, reduce_housing
+from nvhchain.housing.mesh import on_engine_plane
+from nvhchain.housing.reduction import (
+    bending_wavelength,
+    check_bending_resolution,
+    held_matrices,
+    seat_flexibility,
+    seat_unknowns,
+)
+from nvhchain.housing.response import face_displacement, seat_displacement
+
+F_MAX = 4000.0
+"""Hz, the band for which conftest.py reduces the test housing."""
+
+
+@pytest.fixture(scope="module")
+def full(mesh, casting):
+    K, M, T = held_matrices(mesh, casting)
+    return K, M, T, seat_unknowns(K.shape[0], len(casting.bores))
+
+
+def full_response(K, M, seats, force, frequency, loss_factor):
+    """Displacement of the full model, (K(1 + jη) − ω²M) u = f, to a residual of 1e-9 of the load."""
+    A = (K - (2 * np.pi * frequency) ** 2 * M).tocsr()
+    load = np.zeros(K.shape[0], dtype=complex)
+    load[seats] = force
+    with factorize(A, symmetric_positive_definite=False) as factor:
+
+        def undamped(x):
+            real_and_imaginary = factor.solve(np.column_stack([x.real, x.imag]))
+            return real_and_imaginary[:, 0] + 1j * real_and_imaginary[:, 1]
+
+        # the undamped model as preconditioner: all but the resonant modes lie within η of one
+        damped = A + 1j * loss_factor * K
+        u, failed = gmres(damped, load, M=LinearOperator(A.shape, undamped, dtype=complex), rtol=1e-10, restart=60)
+    assert not failed
+    assert np.linalg.norm(damped @ u - load) < 1e-7 * np.linalg.norm(load)
+    return u
+
+
+def test_forced_response_of_reduced_and_full_housing_agree_within_one_percent(full, casting, motion, reduced):
+    K, M, T, seats = full
+    rng = np.random.default_rng(8)
+    faces = rng.choice(np.flatnonzero(~on_engine_plane(reduced.surface)), 40, replace=False)
+    frequency = np.linspace(0.08, 1.0, 12) * F_MAX
+    force = rng.standard_normal((12, len(seats))) + 1j * rng.standard_normal((12, len(seats)))
+    at_seats = seat_displacement(reduced, frequency, force, structural=True)
+    at_faces = face_displacement(reduced, frequency, force, structural=True)[:, faces]
+    pick = (motion @ T)[faces]
+    loss = 2 * casting.modal_damping
+    u = np.array([full_response(K, M, seats, *line, loss) for line in zip(force, frequency, strict=True)])
+    for got, exact in ((at_seats, u[:, seats]), (at_faces, (pick @ u.T).T)):
+        assert np.linalg.norm(got - exact) < 0.01 * np.linalg.norm(exact)
+
+
+def test_residual_is_needed_for_that_accuracy(full, casting, reduced):
+    K, M, _, seats = full
+    force = np.random.default_rng(8).standard_normal((1, len(seats))) + 0j
+    exact = full_response(K, M, seats, force[0], 500.0, 2 * casting.modal_damping)[seats]
+    bare = reduced.replace(seat_residual=np.zeros_like(reduced.seat_residual))
+    got = seat_displacement(bare, np.array([500.0]), force, structural=True)[0]
+    assert np.linalg.norm(got - exact) > 0.1 * np.linalg.norm(exact)
+
+
+def test_static_seat_flexibility_is_that_of_the_full_model(full, reduced):
+    K, _, _, seats = full
+    load = np.zeros((K.shape[0], len(seats)))
+    load[seats, np.arange(len(seats))] = 1.0
+    with factorize(K) as factor:
+        exact = factor.solve(load)[seats]
+    assert np.abs(seat_flexibility(reduced) - exact).max() < 1e-8 * np.abs(exact).max()
+
+
+def test_modes_of_the_reduced_housing_are_mass_normalised_modes_of_the_full_one(full, reduced):
+    K, M, _, seats = full
+    frequency = reduced.natural_frequency
+    assert (np.diff(frequency) > 0).all()
+    assert STANDARD.housing.mode_ratio * F_MAX * 0.8 < frequency[-1] < STANDARD.housing.mode_ratio * F_MAX
+    # Rayleigh quotient of the static deflection under a seat force lies above the lowest mode, by not much
+    load = np.zeros(K.shape[0])
+    load[seats] = reduced.seat_shapes[0].ravel()
+    with factorize(K) as factor:
+        u = factor.solve(load)
+    quotient = np.sqrt(u @ (K @ u) / (u @ (M @ u))) / (2 * np.pi)
+    assert frequency[0] <= quotient < 1.1 * frequency[0]
+
+
+def test_residual_flexibility_is_symmetric_and_has_no_negative_direction(reduced):
+    count = len(reduced.names)
+    residual = reduced.seat_residual.reshape(3 * count, -1)
+    assert np.array_equal(residual, residual.T)
+    values = np.linalg.eigvalsh(residual)
+    assert values[0] > -1e-9 * values[-1]
+
+
+def test_bending_wavelength_of_an_aluminium_plate():
+    # B = 70e9 · 0.0055³ / (12 · (1 − 0.33²)) = 1089.1 N m, m'' = 14.85 kg/m²: c_B at 5 kHz = 518.6 m/s
+    assert bending_wavelength(Casting(), 5000.0) == pytest.approx(0.10372, rel=1e-3)
+
+
+def test_mesh_too_coarse_for_the_band_is_refused_with_remedy():
+    coarse = HousingFidelity(element_size=0.03)
+    with pytest.raises(InputError, match=r"30 mm give 3\.5 .* 5000 Hz, 4 are needed: refine to 25\.9 mm or lower"):
+        check_bending_resolution(Casting(), 5000.0, coarse)
+    with pytest.raises(InputError, match="refine to"):
+        reduce_housing(Casting(), f_max=50e3, surface_size=0.02, fidelity=STANDARD.housing)
+
+
+@pytest.mark.parametrize(("f_max", "size", "message"), [(-1.0, 0.02, "f_max"), (5e3, 0.0, "surface_size")])
+def test_bad_arguments_are_refused(f_max, size, message):
+    with pytest.raises(InputError, match=message):
+        reduce_housing(Casting(), f_max=f_max, surface_size=size, fidelity=STANDARD.housing)
+
+
+def test_reduce_housing_reports_its_progress_and_names_the_seats(casting, fidelity):
+    steps = []
+    reduced = reduce_housing(
+        casting,
+        f_max=1700.0,
+        surface_size=0.03,
+        fidelity=fidelity,
+        progress=lambda done, total: steps.append((done, total)),
+    )
+    assert [done for done, _ in steps] == list(range(7))
+    assert {total for _, total in steps} == {6}
+    assert reduced.names == ("A1", "A2")
+    assert reduced.positions.tolist() == [list(bore.centre) for bore in casting.bores]
+    assert (reduced.modal_damping == 0.015).all()

@@ -230,7 +230,9 @@ def assemble(gearbox: Gearbox, mesh_laws: Sequence[MeshLaw], housing: ReducedHou
             "a shaft can move freely on its bearings: give every shaft two bearings that also hold it along z"
         )
 
-    inertia = np.array([body.polar_inertia for body in bodies])
+    inertia = np.array(
+        [body.polar_inertia + shaft.coupled_inertia for body, shaft in zip(bodies, gearbox.shafts, strict=True)]
+    )
     # common spin r: φ = speed ratios. N with rᵀJN = 0 and NᵀJN = I, so J^½ N is orthonormal and normal to J^½ r.
     root = np.sqrt(inertia)
     common = root * np.array([float(ratio) for ratio in kinematics.speed_ratio])

@@ -79,12 +79,16 @@ class Cylinder:
 
 @dataclass(frozen=True)
 class Shaft:
-    """A rigid shaft.  axis: (x, y) m.  segments: its steel.  bodies: what else it carries (gears, carrier)."""
+    """A rigid shaft.  axis: (x, y) m.  segments: its steel.  bodies: what else it carries (gears, carrier).
+
+    coupled_inertia: kg m² about the axis, of a machine whose coupling passes on torque only (motor, brake).
+    """
 
     name: str
     axis: tuple[float, float]
     segments: tuple[Cylinder, ...] = ()
     bodies: tuple[RigidBody, ...] = ()
+    coupled_inertia: float = 0.0
 
     def __post_init__(self) -> None:
         require(isinstance(self.name, str) and bool(self.name), "shaft: name must be a non-empty string")
@@ -92,11 +96,12 @@ class Shaft:
         require(len(self.axis) == 2, f"shaft {self.name}: axis = {self.axis} must be (x, y) in m")
         for value in self.axis:
             _within(f"shaft {self.name}", "axis", value, -5.0, 5.0, "m")
+        _within(f"shaft {self.name}", "coupled_inertia", self.coupled_inertia, 0.0, 1e4, "kg m²")
         object.__setattr__(self, "segments", tuple(self.segments))
         object.__setattr__(self, "bodies", tuple(self.bodies))
 
     def inertia(self) -> RigidBody:
-        """The whole shaft as one body: centre of mass, mass and inertias (parallel-axis theorem)."""
+        """The shaft with its bodies, without what is coupled to it, as one body (parallel-axis theorem)."""
         parts = [segment.as_body() for segment in self.segments] + list(self.bodies)
         mass = sum(part.mass for part in parts)
         polar = sum(part.polar_inertia for part in parts)

@@ -99,3 +99,14 @@ def test_housing_without_modes_is_a_rigid_wall_with_soft_seats(make_gearbox, mak
     wall = make_housing(gearbox, modes=0, residual=1e-6)
     soft, rigid = (static_bearing_forces(gearbox, laws, h, input_torque=250.0) for h in (wall, None))
     assert soft == pytest.approx(rigid, abs=1e-4 * np.abs(rigid).max())
+
+
+def test_coupled_inertia_resists_torsion_only(make_gearbox, make_laws):
+    gearbox, laws = make_gearbox(), make_laws()
+    shaft = gearbox.shafts[0]
+    coupled = replace(gearbox, shafts=(replace(shaft, coupled_inertia=0.02), *gearbox.shafts[1:]))
+    plain, heavy = assemble(gearbox, laws, None), assemble(coupled, laws, None)
+    assert heavy.inertia[0] - plain.inertia[0] == pytest.approx(0.02, rel=1e-12)
+    assert np.array_equal(heavy.mass, plain.mass)
+    with pytest.raises(InputError, match="coupled_inertia"):
+        replace(shaft, coupled_inertia=-1.0)

@@ -1,4 +1,4 @@
-"""NAFEMS benchmarks FV12 and FV32 (The Standard NAFEMS Benchmarks / Selected Benchmarks for Natural Frequency Analysis)."""
+"""NAFEMS benchmarks FV12 and FV32 (Selected Benchmarks for Natural Frequency Analysis, 1987)."""
 
 import fem_meshes as meshes
 import numpy as np

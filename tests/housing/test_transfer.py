@@ -120,6 +120,8 @@ def test_pieces_of_a_facet_integrate_quadratics_exactly():
         assert np.allclose(value.sum(axis=1), 1.0)
         assert np.allclose(value.mean(axis=0), [0, 0, 0, 1 / 3, 1 / 3, 1 / 3], atol=1e-14)
         assert np.allclose(place.mean(axis=0), 1 / 3)
+    for i, j, nodal in ((0, 1, [0, 0, 0, 0.25, 0, 0]), (1, 2, [0, 0, 0, 0, 0.25, 0]), (2, 0, [0, 0, 0, 0, 0, 0.25])):
+        assert np.allclose(value @ nodal, place[:, i] * place[:, j], atol=0.2 / count**2)
 
 
 def test_distance_to_a_triangle():

@@ -87,6 +87,8 @@ class AcousticsFidelity:
     quadrature_order: Gauss order of well separated triangle pairs.
     close_orders: Gauss orders of pairs nearer than the matching close_distances, which count the distance of the
         centroids in longest edges of the larger triangle.
+    gap_ratio, gap_halvings: triangles that face each other across less than this multiple of the longer one are cut
+        until their pieces do not, at most this number of times.
     singular_order: Gauss order per direction of pairs that share a corner, an edge or all.
     field_near_ratio: a triangle longer than this multiple of its distance from a field point is subdivided.
     interpolation: between masters, `phase_removed` or `linear` (for comparison).
@@ -98,6 +100,8 @@ class AcousticsFidelity:
     quadrature_order: int = 2
     close_distances: tuple[float, ...] = (1.5, 3.0)
     close_orders: tuple[int, ...] = (6, 4)
+    gap_ratio: float = 0.3
+    gap_halvings: int = 5
     singular_order: int = 4
     field_near_ratio: float = 0.5
     interpolation: str = "phase_removed"
@@ -109,6 +113,8 @@ class AcousticsFidelity:
             ("masters", 1, 10_000),
             ("quadrature_order", 1, 20),
             ("singular_order", 1, 20),
+            ("gap_ratio", 0.0, 2.0),
+            ("gap_halvings", 0, 8),
             ("field_near_ratio", 0.01, 2.0),
             ("interpolation_points", 2, 16),
         ):

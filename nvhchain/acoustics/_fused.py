@@ -67,6 +67,7 @@ class _Mesh:
     normals: FloatArray
     curls: FloatArray
     areas: FloatArray
+    sizes: FloatArray
     tiles: IntArray
     parts: tuple[tuple[Block, ...], ...]
     owner: IntArray
@@ -78,6 +79,8 @@ class _Mesh:
     rule_width: IntArray
     far_hats: FloatArray
     far_weights: FloatArray
+    gap: float
+    least_scale: float
     extent: float
 
 
@@ -126,6 +129,7 @@ def _prepare(surface: Surface, fidelity: AcousticsFidelity) -> _Mesh:
         normals=normals,
         curls=np.ascontiguousarray(curls),
         areas=areas,
+        sizes=sizes,
         tiles=tiles,
         parts=parts,
         owner=owner,
@@ -137,6 +141,8 @@ def _prepare(surface: Surface, fidelity: AcousticsFidelity) -> _Mesh:
         rule_width=chunk_width,
         far_hats=np.ascontiguousarray(hats.T),
         far_weights=weights,
+        gap=fidelity.gap_ratio,
+        least_scale=0.5**fidelity.gap_halvings,
         extent=float(np.linalg.norm(np.ptp(surface.vertices, axis=0))),
     )
 
@@ -170,7 +176,8 @@ def _assemble(mesh: _Mesh, surface: Surface, k: FloatArray) -> tuple[ComplexArra
             close_block(
                 t, mesh.close_start, mesh.close_trial, mesh.close_rule,
                 mesh.rule_start, mesh.rules, mesh.rule_width, mesh.vertices,
-                mesh.triangles, mesh.normals, mesh.curls, mesh.areas, mesh.columns, owned, k, beta, new_step, a, b,
+                mesh.triangles, mesh.normals, mesh.curls, mesh.areas, mesh.sizes,
+                mesh.gap, mesh.least_scale, mesh.columns, owned, k, beta, new_step, a, b,
             )  # fmt: skip
 
         restore_columns(np.flatnonzero(owned), mesh.vertex_rank, mesh.face_rank, a, b)

@@ -6,11 +6,13 @@ from __future__ import annotations
 import numba
 import numpy as np
 
+from nvhchain.acoustics._fused_split import PIECE, cut, map_points
 from nvhchain.acoustics._fused_wave import COMPILED, INLINE, cosine_sine
 
 CHUNK = 256
 """Points of a pair rule handled side by side."""
 
+_NEAREST = 3  # rule of the nearest pairs that do not touch
 _ROWS = 13  # E re, im; step re, im; d/R, d/R², e/R, e/R²; R; integrands of A and B re, im
 
 
@@ -131,8 +133,9 @@ def _sums(work, rule, hat, width):
 
 @numba.njit(
     "void(int64[::1], int64[::1], int64[::1], int64[::1], int64[::1], float64[:,:,::1], int64[::1],"
-    "float64[:,::1], int64[:,::1], float64[:,::1], float64[:,:,::1], float64[::1], int64[:,::1], boolean[::1],"
-    "float64[::1], float64[::1], boolean[::1], complex128[:,:,::1], complex128[:,:,::1])",
+    "float64[:,::1], int64[:,::1], float64[:,::1], float64[:,:,::1], float64[::1], float64[::1],"
+    "float64, float64, int64[:,::1], boolean[::1], float64[::1], float64[::1], boolean[::1],"
+    "complex128[:,:,::1], complex128[:,:,::1])",
     **COMPILED,
 )
 def close_block(
@@ -148,6 +151,9 @@ def close_block(
     normal,  # (n_face, 3)
     curl,  # (n_face, 3, 3)
     area,  # (n_face,)
+    size,  # (n_face,) longest edges
+    gap,  # pairs nearer than this multiple of the longer triangle are cut
+    least_scale,  # smallest piece, of its triangle
     corner,  # (n_face, 3) columns of A; those of B are numbered as the triangles
     owned,  # (n_v,) whether the row may be written
     k,  # (n_k,)
@@ -161,6 +167,7 @@ def close_block(
     work = np.zeros((_ROWS, CHUNK))
     sums = np.empty((n_k, 3, 8))
     whole = np.empty((n_k, 2))
+    mapped, pieces = np.empty((7, CHUNK)), np.empty((256, PIECE))
     left, right = np.empty(3, np.int64), np.empty(3, np.int64)
     for t in test:
         for i_pair in range(pair_start[t], pair_start[t + 1]):
@@ -173,20 +180,27 @@ def close_block(
             share = area[t] * area[s] / (4.0 * np.pi)
             sums[:] = 0.0
             whole[:] = 0.0
-            for i_chunk in range(rule_start[r], rule_start[r + 1]):
-                points, width = rule[i_chunk], rule_width[i_chunk]
-                _geometry(work, x, y, points, width, normal_x, normal_y, share)
-                _begin(work, k[0], width)
-                for ik in range(n_k):
-                    if ik + 1 < n_k and new_step[ik]:
-                        _set_step(work, k[ik + 1] - k[ik], width)
-                    re, im = _values(work, width, k[ik], beta[ik], facing)
-                    whole[ik, 0] += re
-                    whole[ik, 1] += im
-                    for i in range(3):
-                        part = _sums(work, points, points[i], width)
-                        for j in range(8):
-                            sums[ik, i, j] += part[j]
+            n_piece = 1
+            if r == _NEAREST:
+                pieces, n_piece = cut(pieces, x, y, size[t], size[s], gap, least_scale)
+            for n in range(n_piece):
+                for i_chunk in range(rule_start[r], rule_start[r + 1]):
+                    points, width = rule[i_chunk], rule_width[i_chunk]
+                    if n_piece > 1:
+                        map_points(mapped, points, width, pieces, n)
+                        points = mapped
+                    _geometry(work, x, y, points, width, normal_x, normal_y, share)
+                    _begin(work, k[0], width)
+                    for ik in range(n_k):
+                        if ik + 1 < n_k and new_step[ik]:
+                            _set_step(work, k[ik + 1] - k[ik], width)
+                        re, im = _values(work, width, k[ik], beta[ik], facing)
+                        whole[ik, 0] += re
+                        whole[ik, 1] += im
+                        for i in range(3):
+                            part = _sums(work, points, points[i], width)
+                            for j in range(8):
+                                sums[ik, i, j] += part[j]
             for i in range(3):
                 vertex = triangles[t, left[i]]
                 if not owned[vertex]:

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from acoustics_bodies import box, source_field
 from fused_body import notched_box
 
 from nvhchain.acoustics import _fused, sphere
@@ -117,3 +118,20 @@ def test_matrices_that_do_not_fit_are_refused_with_numbers(monkeypatch):
     monkeypatch.setattr(_fused.psutil, "virtual_memory", lambda: SimpleNamespace(available=1e6))
     with pytest.raises(ResourceError, match=r"1280 triangles take 0\.\d+ GB, but 0\.0 GB are free: use fewer"):
         next(_fused.systems(sphere(0.1, 3), [1.0], FIDELITY))
+
+
+@pytest.mark.parametrize(("halvings", "low", "high"), [(0, 0.2, 1.0), (5, 0.0, 0.03)])
+def test_two_bodies_a_tenth_of_an_edge_apart_lose_little_when_facing_triangles_are_cut(halvings, low, high):
+    edge, k, source = 0.03, 2 * np.pi / 0.36, np.array([0.01, 0.01, 0.0])
+    body = box((0.15, 0.15, 0.15), edge)
+    shift = np.array([0.0, 0.0, 0.15 + 0.1 * edge])
+    surface = Surface(
+        np.vstack([body.vertices, body.vertices + shift]),
+        np.vstack([body.triangles, body.triangles + len(body.vertices)]),
+    )
+    sources = (source, source + shift)
+    gradient = sum(source_field(surface.centroids, each, k)[1] for each in sources)
+    exact = sum(source_field(surface.vertices, each, k)[0] for each in sources)
+    a, b = next(_fused.systems(surface, [k], replace(FIDELITY, gap_halvings=halvings)))
+    pressure = np.linalg.solve(a, b @ np.einsum("fj,fj->f", gradient, surface.normals))
+    assert low < np.linalg.norm(pressure - exact) / np.linalg.norm(exact) < high

@@ -82,7 +82,8 @@ class HousingFidelity:
 class AcousticsFidelity:
     """Boundary elements and master frequencies.
 
-    elements_per_wavelength: of the radiating surface at the upper band limit.
+    elements_per_wavelength: of a radiating surface made here, at the upper band limit.
+    coarsest_elements_per_wavelength: of any surface, below which it is refused.
     masters: master frequencies over the band.
     quadrature_order: Gauss order of well separated triangle pairs.
     close_orders: Gauss orders of pairs nearer than the matching close_distances, which count the distance of the
@@ -104,12 +105,14 @@ class AcousticsFidelity:
     gap_halvings: int = 5
     singular_order: int = 4
     field_near_ratio: float = 0.5
+    coarsest_elements_per_wavelength: float = 2.0
     interpolation: str = "phase_removed"
     interpolation_points: int = 6
 
     def __post_init__(self) -> None:
         for name, low, high in (
             ("elements_per_wavelength", 1.0, 100.0),
+            ("coarsest_elements_per_wavelength", 1.0, 100.0),
             ("masters", 1, 10_000),
             ("quadrature_order", 1, 20),
             ("singular_order", 1, 20),
@@ -151,19 +154,19 @@ DRAFT = Fidelity(
     GearFidelity(
         profile_elements=4,
         width_layers=3,
-        slices=8,
-        angles_per_mesh=24,
+        slices=16,
+        angles_per_mesh=48,
         deflections=16,
         row_aspect=2.5,
         load_pattern_tolerance=3e-3,
     ),
     DynamicsFidelity(time_step=20e-6),
-    HousingFidelity(element_size=0.022),
+    HousingFidelity(element_size=0.016),
     AcousticsFidelity(elements_per_wavelength=2.5, masters=16),
 )
 STANDARD = Fidelity(
     "standard",
-    GearFidelity(profile_elements=6, width_layers=5, slices=14, angles_per_mesh=48, deflections=24),
+    GearFidelity(profile_elements=6, width_layers=5, slices=32, angles_per_mesh=96, deflections=24),
     DynamicsFidelity(time_step=10e-6),
     HousingFidelity(element_size=0.0125, mode_ratio=1.4),
     AcousticsFidelity(elements_per_wavelength=4.0, masters=32),
@@ -173,8 +176,8 @@ REFERENCE = Fidelity(
     GearFidelity(
         profile_elements=10,
         width_layers=8,
-        slices=24,
-        angles_per_mesh=96,
+        slices=48,
+        angles_per_mesh=192,
         deflections=40,
         row_aspect=1.0,
         load_pattern_tolerance=3e-4,

@@ -38,15 +38,16 @@ def _element_sizes(surface: Surface) -> tuple[float, float]:
 
 
 def check_mesh(surface: Surface, f_max: float, air: Air, fidelity: AcousticsFidelity) -> None:
-    """Raise `InputError` unless the mesh has as many elements per wavelength at `f_max` (Hz) as `fidelity` asks for."""
+    """Raise `InputError` for a mesh coarser at `f_max` (Hz) than `fidelity` admits; below two it carries no wave."""
     if f_max <= 0:
         return
-    asked = required_element_size(f_max, air, fidelity)
+    least = fidelity.coarsest_elements_per_wavelength
+    asked = air.speed_of_sound / (f_max * least)
     mean, coarsest = _element_sizes(surface)
     relative = max(mean / MESH_SCATTER, coarsest / LOCAL_COARSENING) / asked
     require(
         relative <= 1.0,
-        f"mesh supports {f_max / relative:.4g} Hz at {fidelity.elements_per_wavelength:g} elements per wavelength "
+        f"mesh supports {f_max / relative:.4g} Hz at {least:g} elements per wavelength "
         f"(mean edge {1e3 * mean:.3g} mm, coarsest regions {1e3 * coarsest:.3g} mm); {f_max:.4g} Hz asked: refine to "
         f"{1e3 * asked:.3g} mm or lower the upper frequency",
     )

@@ -21,7 +21,7 @@ def test_a_mesh_made_at_the_required_size_is_accepted_and_one_half_as_fine_refus
     fidelity = STANDARD.acoustics
     size = required_element_size(3000.0, air, fidelity)
     assert size == pytest.approx(343.0 / 3000.0 / fidelity.elements_per_wavelength)
-    cell = size / 1.14  # the mean of the edges of a halved square
+    cell = 343.0 / 3000.0 / fidelity.coarsest_elements_per_wavelength / 1.14  # the mean of the edges of a halved square
     check_mesh(bodies.box((6 * cell, 5 * cell, 4 * cell), cell), 3000.0, air, fidelity)
     with pytest.raises(InputError, match=r"mesh supports 17\d\d Hz .* 3000 Hz asked: refine to .* or lower"):
         check_mesh(bodies.box((12 * cell, 10 * cell, 8 * cell), 2 * cell), 3000.0, air, fidelity)
@@ -33,7 +33,7 @@ def test_a_mesh_that_is_coarse_in_one_region_only_is_refused(air):
     both = fine.replace(
         vertices=vertices, triangles=np.concatenate([fine.triangles, coarse.triangles + len(fine.vertices)])
     )
-    f_max = 0.5 * (343.0 / STANDARD.acoustics.elements_per_wavelength) / bodies.mean_edge(fine)
+    f_max = 0.5 * (343.0 / STANDARD.acoustics.coarsest_elements_per_wavelength) / bodies.mean_edge(fine)
     check_mesh(fine, f_max, air, STANDARD.acoustics)
     with pytest.raises(InputError, match="coarsest regions"):
         check_mesh(both, 1.9 * f_max, air, STANDARD.acoustics)

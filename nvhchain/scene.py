@@ -3,17 +3,37 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import ceil, lcm, pi
 
 import psutil
 
-from nvhchain.case import Case, GearboxCase
+from nvhchain import acoustics, housing
+from nvhchain.case import Case, GearboxCase, RadiatorCase, Sphere
 from nvhchain.errors import InputError, ResourceError
 from nvhchain.fidelity import STANDARD, Fidelity
+
+# Estimates below: seconds and bytes per unit of work, fitted to runs of cases/gearbox on an idle two-core machine.
+_BASE_MEGABYTES = 300.0
+_SECONDS_PER_TOOTH_VOLUME = 1.9e-2
+_SECONDS_PER_CONTACT = 1.0e-8
+_MEGABYTES_PER_TOOTH_VOLUME = 0.9
+_UNKNOWNS_PER_AREA = 1.17e3
+_UNKNOWNS_EXPONENT = 1.4
+_SECONDS_PER_UNKNOWN_AND_MODE = 3.2e-6
+_MEGABYTES_PER_UNKNOWN = 11e-3
+_MODES_AT_6_KHZ = 60
+_SECONDS_PER_STEP_AND_MODE = 7e-9
+_SETTLING_PERIODS = 4
+_SECONDS_PER_PAIR = 1.2e-7
+_SECONDS_PER_LU = 4e-11
+_TRIANGLES_PER_AREA = 2.83
+_TRIANGLES_OF_FEATURES = 620
+_SECONDS_PER_LINE_AND_FACE = 3e-8
 
 
 @dataclass(frozen=True)
 class Stage:
-    """One stage of the plan.  seconds, megabytes: estimates for two cores, measured on the cases of this repository."""
+    """One stage of the plan.  seconds, megabytes: estimates for two cores."""
 
     name: str
     models: str
@@ -32,7 +52,7 @@ class Plan:
 
     @property
     def seconds(self) -> float:
-        """Estimated time of all stages without anything found on disk."""
+        """Estimated time of all stages when nothing is found on disk."""
         return sum(stage.seconds for stage in self.stages)
 
     @property
@@ -48,25 +68,33 @@ class Plan:
             for stage in self.stages
         ]
         lines += ["skipped:", *(f"  {reason}" for reason in self.skipped)]
-        lines += [f"in all about {self.seconds:.0f} s and {self.megabytes:.0f} MB at the peak"]
+        lines += [f"in all about {self.seconds:.0f} s on two cores, {self.megabytes:.0f} MB at the peak"]
         return "\n".join(lines)
 
 
 def plan(case: Case, *, fidelity: Fidelity = STANDARD) -> Plan:
     """What will be modelled for `case`, what is skipped and why, memory and time (estimates)."""
-    if isinstance(case, GearboxCase):
-        return _gearbox_plan(case, fidelity)
-    lines = len(case.frequencies)
-    return Plan(
-        case.name,
-        fidelity.name,
-        (_acoustic_stage(case, fidelity, case.frequencies[-1], None, lines),),
-        ("gears, dynamics, housing: the surface velocity is given",),
+    if isinstance(case, RadiatorCase):
+        stages: tuple[Stage, ...] = (_transfer_vectors(case, fidelity, _radiator_area(case), case.frequencies[-1]),)
+        return Plan(
+            case.name,
+            fidelity.name,
+            stages,
+            ("gears, dynamics and housing: the surface velocity is given in the case",),
+        )
+    area = housing.envelope_area(case.housing)
+    stages = (
+        _housing(case, fidelity, area),
+        *_mesh_laws(case, fidelity),
+        _dynamics(case, fidelity),
+        _transfer_vectors(case, fidelity, area, case.band.high),
+        _radiation(case, fidelity, area),
     )
+    return Plan(case.name, fidelity.name, stages, _skipped(case, fidelity))
 
 
 def preflight(case: Case, fidelity: Fidelity) -> None:
-    """Refuse before any work starts what cannot be done: a time step too long for the band, too little memory."""
+    """Refuse before any work starts: a time step too long for the band, a point in the body, too little memory."""
     if isinstance(case, GearboxCase):
         dynamics = fidelity.dynamics
         longest = 1.0 / (dynamics.samples_per_period * case.band.high)
@@ -75,6 +103,11 @@ def preflight(case: Case, fidelity: Fidelity) -> None:
                 f"time step {1e6 * dynamics.time_step:.4g} µs does not sample {case.band.high:g} Hz with "
                 f"{dynamics.samples_per_period:g} points per period: at most {1e6 * longest:.4g} µs, or lower band.high"
             )
+        for point in case.field_points:
+            if housing.encloses(case.housing, point.position):
+                raise InputError(
+                    f"field point {point.name!r} at {point.position} m lies inside the housing: move it out"
+                )
     needed, free = 1e6 * plan(case, fidelity=fidelity).megabytes, psutil.virtual_memory().available
     if needed > free:
         raise ResourceError(
@@ -83,9 +116,111 @@ def preflight(case: Case, fidelity: Fidelity) -> None:
         )
 
 
-def _gearbox_plan(case: GearboxCase, fidelity: Fidelity) -> Plan:
-    return Plan(case.name, fidelity.name, (Stage("x", "y", 1, 1),), ())
+def _mesh_laws(case: GearboxCase, fidelity: Fidelity) -> list[Stage]:
+    knobs, stages = fidelity.gear, []
+    for stage, pair in zip(case.stages, case.pairs, strict=True):
+        bodies = (pair.pinion, pair.wheel)
+        meshes = lcm(*(body.sector for body in bodies))
+        volumes = [
+            body.geometry.teeth * knobs.profile_elements * knobs.width_layers / knobs.row_aspect for body in bodies
+        ]
+        loaded = sum(body.sector * volume for body, volume in zip(bodies, volumes, strict=True)) / 40
+        contacts = meshes * knobs.angles_per_mesh * knobs.deflections * (3 * knobs.slices) ** 2
+        described = " and ".join(
+            f"{body.geometry.teeth} teeth {type(body.blank).__name__.lower()} ({body.sector} by symmetry)"
+            for body in bodies
+        )
+        stages.append(
+            Stage(
+                f"mesh law {stage.name}",
+                f"{described}; {meshes * knobs.angles_per_mesh} angles × {knobs.deflections} deflections, "
+                f"{knobs.slices} slices",
+                _SECONDS_PER_TOOTH_VOLUME * (sum(volumes) * 0.2 + loaded) + _SECONDS_PER_CONTACT * contacts,
+                _BASE_MEGABYTES + _MEGABYTES_PER_TOOTH_VOLUME * max(volumes),
+            )
+        )
+    return stages
 
 
-def _acoustic_stage(case: Case, fidelity: Fidelity, high: float, area: float | None, lines: int) -> Stage:
-    return Stage("x", "y", 1, 1)
+def _modes(case: GearboxCase, fidelity: Fidelity) -> float:
+    """Modes of the casting up to the limit of the reduction: they grow about with frequency, as in a plate."""
+    return _MODES_AT_6_KHZ * fidelity.housing.mode_ratio * case.band.high / 6250.0
+
+
+def _housing(case: GearboxCase, fidelity: Fidelity, area: float) -> Stage:
+    top = fidelity.housing.mode_ratio * case.band.high
+    size = fidelity.housing.element_size
+    unknowns = _UNKNOWNS_PER_AREA * area / size**_UNKNOWNS_EXPONENT
+    return Stage(
+        "housing",
+        f"about {unknowns / 1e3:.0f} k unknowns of {1e3 * size:g} mm elements; modes to {top:g} Hz, "
+        f"residual flexibility of {len(case.bearings)} seats",
+        10.0 + _SECONDS_PER_UNKNOWN_AND_MODE * unknowns * _modes(case, fidelity),
+        _BASE_MEGABYTES + _MEGABYTES_PER_UNKNOWN * unknowns,
+    )
+
+
+def _dynamics(case: GearboxCase, fidelity: Fidelity) -> Stage:
+    turns = 1 / min(case.shaft_orders.values())
+    duration = max(1 / case.band.resolution, 2 * pi * float(turns) / case.operation.input_speed)
+    steps = duration / fidelity.dynamics.time_step
+    unknowns = 6 * len(case.shafts) + _modes(case, fidelity)
+    return Stage(
+        "bearing forces",
+        f"{len(case.shafts)} shafts of 6 unknowns, about {_modes(case, fidelity):.0f} housing modes in the loop, "
+        f"{len(case.stages)} tabulated meshes; steps of {1e6 * fidelity.dynamics.time_step:g} µs",
+        2.0 + _SECONDS_PER_STEP_AND_MODE * steps * _SETTLING_PERIODS * unknowns,
+        _BASE_MEGABYTES + 8e-6 * steps * (3 * len(case.bearings) + 2) * 6,
+    )
+
+
+def _faces(case: Case, fidelity: Fidelity, area: float, high: float) -> int:
+    size = acoustics.required_element_size(high, case.air, fidelity.acoustics)
+    features = _TRIANGLES_OF_FEATURES if isinstance(case, GearboxCase) else 0
+    return ceil(_TRIANGLES_PER_AREA * area / size**2 + features)
+
+
+def _transfer_vectors(case: Case, fidelity: Fidelity, area: float, high: float) -> Stage:
+    faces = _faces(case, fidelity, area, high)
+    lines = len(case.frequencies) if isinstance(case, RadiatorCase) else fidelity.acoustics.masters
+    masters = min(lines, fidelity.acoustics.masters)
+    seconds = masters * (_SECONDS_PER_PAIR * faces**2 + _SECONDS_PER_LU * (faces / 2) ** 3)
+    return Stage(
+        "transfer vectors",
+        f"about {faces} triangles at {fidelity.acoustics.elements_per_wavelength:g} per wavelength, {masters} master "
+        f"frequencies, {len(case.field_points)} field point(s), engine {case.engine}",
+        5.0 + seconds,
+        _BASE_MEGABYTES + 1e-6 * acoustics.estimate_memory(faces // 2, faces, case.engine),
+    )
+
+
+def _radiation(case: GearboxCase, fidelity: Fidelity, area: float) -> Stage:
+    lines = (case.band.high - case.band.low) / case.band.resolution
+    faces = _faces(case, fidelity, area, case.band.high)
+    return Stage(
+        "velocity, pressure",
+        f"about {lines:.0f} lines from {case.band.low:g} to {case.band.high:g} Hz, forced response and dot products",
+        1.0 + _SECONDS_PER_LINE_AND_FACE * lines * faces * (1 + len(case.field_points)),
+        _BASE_MEGABYTES + 3 * 16e-6 * lines * faces,
+    )
+
+
+def _skipped(case: GearboxCase, fidelity: Fidelity) -> tuple[str, ...]:
+    reasons = [
+        f"{gear.name}: loads on {gear.geometry.teeth - gear.body.sector} of {gear.geometry.teeth} teeth, "
+        "alike by the symmetry of its blank"
+        for gear in case.gears
+    ]
+    top = fidelity.housing.mode_ratio * case.band.high
+    return (
+        *reasons,
+        f"housing modes above {top:g} Hz: their flexibility is kept as residual",
+        f"lines outside {case.band.low:g}…{case.band.high:g} Hz and lines without force",
+        "transfer vectors between masters: interpolated; points that are not asked for",
+        "acoustic load on the housing: one-way coupling",
+    )
+
+
+def _radiator_area(case: RadiatorCase) -> float:
+    """Area of a sphere; for a file the plan assumes a body of 1 m², its mesh is read when the case runs."""
+    return 4 * pi * case.body.radius**2 if isinstance(case.body, Sphere) else 1.0

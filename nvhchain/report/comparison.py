@@ -131,8 +131,8 @@ def _transmission_errors(results: Mapping[str, chain.Result]) -> dict[str, dict[
     return stages
 
 
-def _first_point(case: Case) -> tuple[str, tuple[float, float, float]]:
-    return case.field_points[0].name, case.field_points[0].position
+def _first_point(case: Case) -> tuple[str, list[float]]:
+    return case.field_points[0].name, list(case.field_points[0].position)
 
 
 def _peak(pressure: FieldPressure) -> float:

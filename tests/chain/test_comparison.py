@@ -1,0 +1,140 @@
+"""The gearbox, solid and slotted, from drawing to sound pressure: what is left on disk and what it says."""
+
+import json
+
+import numpy as np
+import pytest
+from scipy.io import wavfile
+
+import nvhchain as nvh
+from nvhchain import store
+from nvhchain.acoustics import solve_direct
+from nvhchain.handoff import (
+    BearingForces,
+    FieldPressure,
+    ForceSpectrum,
+    MeshLaw,
+    ReducedHousing,
+    SurfaceVelocity,
+    TransferVectors,
+)
+from nvhchain.report import compare
+
+SLOT_ORDERS = (2, 6, 10, 14, 18, 22)
+
+
+def test_everything_asked_for_is_on_disk(compared):
+    out, summary, _ = compared
+    for name in ("pressure_spectrum", "pressure_history", "transmission_errors", "bearing_forces"):
+        assert (out / f"{name}.png").stat().st_size > 10_000
+    assert json.loads((out / "summary.json").read_text()) == summary
+    assert "slotted − solid" in (out / "differences.txt").read_text()
+    for name in ("solid", "slotted"):
+        assert (out / f"surface_velocity-{name}.png").stat().st_size > 10_000
+        rate, samples = wavfile.read(out / f"sound-{name}.wav")
+        assert 4.5 < len(samples) / rate < 6
+        kinds = {type(store.load(path)) for path in (out / name).glob("*.h5")}
+        assert kinds == {BearingForces, ForceSpectrum, SurfaceVelocity, FieldPressure}
+    operators = [type(store.load(path)) for path in (out / "operators").glob("*.h5")]
+    assert sorted(kind.__name__ for kind in operators) == sorted(
+        kind.__name__ for kind in (ReducedHousing, TransferVectors, MeshLaw, MeshLaw, MeshLaw)
+    )
+    assert not list(out.rglob("*.part"))
+
+
+def test_operators_are_computed_once_for_both_configurations(compared):
+    began = compared[2].began
+    assert began.count("housing") == began.count("transfer_vectors") == 1
+    assert began.count("mesh_law_stage1") == 2
+    assert began.count("mesh_law_stage2") == 1
+    assert began.count("bearing_forces") == 2
+
+
+def test_summary_holds_speed_level_and_orders_of_the_input(compared):
+    summary = compared[1]
+    for configuration in summary["configurations"].values():
+        assert configuration["input_speed_rpm"] == pytest.approx(2500.0)
+        assert 30 < configuration["overall_dBA"] < 110
+        order = {round(line["order"], 6): line for line in configuration["orders"]}
+        assert {12.0, 20.0, 24.0} <= set(order)
+        assert order[20.0]["frequency_hz"] == pytest.approx(20 * 2500 / 60)
+        energy = sum(10 ** (line["level_db"] / 10) for line in configuration["orders"])
+        assert 10 * np.log10(energy) > configuration["overall_dBA"] - 3
+
+
+def test_slot_orders_are_heard_only_with_slots(compared):
+    """Bearing forces and field pressure at 2 mod 4 of the input: present with slots, 80 dB down without."""
+    out, summary, _ = compared
+    level = {
+        name: {round(line["order"], 6): line["level_db"] for line in configuration["orders"]}
+        for name, configuration in summary["configurations"].items()
+    }
+    for name, orders in level.items():
+        strongest = max(orders.values())
+        relative = np.array([orders[float(order)] - strongest for order in SLOT_ORDERS])
+        force = store.load(out / name / "force_spectrum.h5", ForceSpectrum)
+        lines = [np.argmin(np.abs(force.frequency - order * 2500 / 60)) for order in SLOT_ORDERS]
+        size = np.abs(force.force).max(axis=(1, 2))
+        if name == "solid":
+            assert relative.max() < -80
+            assert size[lines].max() < 1e-4 * size.max()
+        else:
+            assert relative.min() > -100
+            assert size[lines].min() > 1e-4 * size.max()
+
+
+def test_a_second_run_finds_every_stage(compared, cases, coarse, record):
+    out, summary, _ = compared
+    assert compare(cases, fidelity=coarse, out=out, watcher=record) == summary
+    assert record.began == []
+    assert {how for _, how in record.ended} == {"found"}
+
+
+def test_an_interrupted_run_resumes_from_what_is_finished(compared, cases, coarse, record, tmp_path):
+    out = compared[0]
+
+    class Interrupt(type(record)):
+        def begin(self, stage):
+            super().begin(stage)
+            if stage == "surface_velocity":
+                raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        nvh.run(cases[0], fidelity=coarse, out=tmp_path, operators=out / "operators", watcher=Interrupt())
+    result = nvh.run(cases[0], fidelity=coarse, out=tmp_path, operators=out / "operators", watcher=record)
+    assert record.began == ["surface_velocity", "pressure"]
+    assert result.pressure.content_hash == store.load(out / "solid" / "pressure.h5").content_hash
+
+
+def test_ready_made_hand_offs_are_taken_and_what_only_they_needed_is_not_computed(compared, cases, coarse, record):
+    out = compared[0]
+    housing = store.load(next((out / "operators").glob("housing-*.h5")), ReducedHousing)
+    vectors = store.load(next((out / "operators").glob("transfer_vectors-*.h5")), TransferVectors)
+    forces = store.load(out / "slotted" / "bearing_forces.h5", BearingForces)
+    result = nvh.run(
+        cases[1], fidelity=coarse, housing=housing, transfer_vectors=vectors, bearing_forces=forces, watcher=record
+    )
+    assert record.began == ["force_spectrum", "surface_velocity", "pressure"]
+    assert result.mesh_laws == ()
+    assert result.pressure.content_hash == store.load(out / "slotted" / "pressure.h5").content_hash
+
+
+def test_transfer_vectors_give_the_pressure_of_a_direct_solution_at_a_master(compared, cases, coarse):
+    """Identity at a master frequency, 1e-8, on the gearbox surface with the gearbox's own velocity pattern."""
+    out = compared[0]
+    vectors = store.load(next((out / "operators").glob("transfer_vectors-*.h5")), TransferVectors)
+    velocity = store.load(out / "slotted" / "surface_velocity.h5", SurfaceVelocity)
+    strongest = np.argmax(np.abs(velocity.normal_velocity).max(axis=1))
+    master = vectors.frequency[4]
+    pattern = SurfaceVelocity([master], velocity.normal_velocity[[strongest]], velocity.surface)
+    direct = solve_direct(pattern, vectors.points, air=cases[0].air, fidelity=coarse.acoustics)
+    product = vectors.vectors[4] @ pattern.normal_velocity[0]
+    assert np.abs(product - direct.pressure[0]).max() < 1e-8 * np.abs(direct.pressure).max()
+
+
+def test_every_hand_off_carries_fidelity_and_version(compared):
+    out = compared[0]
+    for path in out.rglob("*.h5"):
+        provenance = store.load(path).provenance
+        assert provenance["version"].startswith(nvh.__version__)
+        assert "key" in provenance

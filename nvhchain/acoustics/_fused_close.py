@@ -6,7 +6,7 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from nvhchain.acoustics._fused_split import PIECE, cut, map_points
+from nvhchain.acoustics._fused_split import cut, map_points
 from nvhchain.acoustics._fused_wave import COMPILED, INLINE, cosine_sine
 
 CHUNK = 256
@@ -167,7 +167,8 @@ def close_block(
     work = np.zeros((_ROWS, CHUNK))
     sums = np.empty((n_k, 3, 8))
     whole = np.empty((n_k, 2))
-    mapped, pieces = np.empty((7, CHUNK)), np.empty((256, PIECE))
+    mapped, corners = np.empty((7, CHUNK)), np.empty((2, 3, 3))
+    pieces, scale = np.empty((256, 2, 3, 3)), np.empty((256, 2))
     left, right = np.empty(3, np.int64), np.empty(3, np.int64)
     for t in test:
         for i_pair in range(pair_start[t], pair_start[t + 1]):
@@ -182,12 +183,16 @@ def close_block(
             whole[:] = 0.0
             n_piece = 1
             if r == _NEAREST:
-                pieces, n_piece = cut(pieces, x, y, size[t], size[s], gap, least_scale)
+                for i in range(3):
+                    for axis in range(3):
+                        corners[0, i, axis] = vertices[triangles[t, left[i]], axis]
+                        corners[1, i, axis] = vertices[triangles[s, right[i]], axis]
+                pieces, scale, n_piece = cut(pieces, scale, corners, size[t], size[s], gap, least_scale)
             for n in range(n_piece):
                 for i_chunk in range(rule_start[r], rule_start[r + 1]):
                     points, width = rule[i_chunk], rule_width[i_chunk]
                     if n_piece > 1:
-                        map_points(mapped, points, width, pieces, n)
+                        map_points(mapped, points, width, pieces, scale, n)
                         points = mapped
                     _geometry(work, x, y, points, width, normal_x, normal_y, share)
                     _begin(work, k[0], width)

@@ -80,9 +80,11 @@ def restore_columns(
     n_vertex, n_face = len(vertex_rank), len(face_rank)
     for ik in range(a.shape[0]):
         for row in rows:
-            line[:n_vertex] = a[ik, row]
+            for j in range(n_vertex):
+                line[j] = a[ik, row, j]
             for j in range(n_vertex):
                 a[ik, row, j] = line[vertex_rank[j]]
-            line[:] = b[ik, row]
+            for j in range(n_face):
+                line[j] = b[ik, row, j]
             for j in range(n_face):
                 b[ik, row, j] = line[face_rank[j]]

@@ -22,7 +22,7 @@ extensions = [
 ]
 myst_enable_extensions = ["dollarmath", "amsmath", "deflist", "colon_fence"]
 myst_heading_anchors = 3
-exclude_patterns = ["_build"]
+exclude_patterns = ["_build", "measured"]
 nitpicky = False
 # A class is documented where it is defined and again where its package offers it: two targets for one name.
 suppress_warnings = ["ref.python"]

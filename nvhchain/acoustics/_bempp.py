@@ -34,7 +34,7 @@ def systems(
     rows, columns = np.argsort(vertex), np.argsort(face)
 
     parameters = bempp.utils.DefaultParameters()
-    parameters.quadrature.regular = fidelity.quadrature_order
+    parameters.quadrature.regular = max(fidelity.quadrature_order, *fidelity.close_orders)
     parameters.quadrature.singular = fidelity.singular_order
     options = {"parameters": parameters, **_DEVICE}
 

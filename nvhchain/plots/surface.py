@@ -65,7 +65,7 @@ def surface_velocity(
         ax = _draw(figure, surface, colours, towards, elevation, azimuth)
     mean = np.sqrt(0.5 * (np.abs(normal_velocity) ** 2) @ surface.areas / surface.areas.sum())
     ax.set_title(
-        f"{name}{': ' if name else ''}{velocity.frequency[line]:.0f} Hz, {1e6 * mean:.3g} µm/s RMS over the surface",
+        f"{name}{': ' if name else ''}{velocity.frequency[line]:.0f} Hz, {1e3 * mean:.3g} mm/s RMS over the surface",
         loc="left",
     )
     figure.colorbar(scale, ax=ax, label="normal velocity level / dB re 1 nm/s", shrink=0.8, extend="min", pad=0.06)

@@ -13,7 +13,7 @@ def test_strongest_line_is_chosen_and_named_with_its_velocity(housing_velocity):
     ax = surface_velocity(housing_velocity, name="slotted", engine="matplotlib")
     areas = housing_velocity.surface.areas
     mean = np.sqrt(0.5 * (np.abs(housing_velocity.normal_velocity[1]) ** 2 @ areas) / areas.sum())
-    assert ax.get_title(loc="left") == f"slotted: 300 Hz, {1e6 * mean:.3g} µm/s RMS over the surface"
+    assert ax.get_title(loc="left") == f"slotted: 300 Hz, {1e3 * mean:.3g} mm/s RMS over the surface"
 
 
 def test_matplotlib_draws_exactly_the_faces_that_look_at_the_viewer(housing_velocity):

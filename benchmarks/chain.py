@@ -1,0 +1,88 @@
+"""Time, memory and error of the gearbox comparison at every fidelity; writes docs/measured/chain.md.
+
+    python benchmarks/chain.py OUT [draft standard reference]
+
+Runs `nvhchain compare` for each preset in OUT/<preset> (finished stages are found again) and compares with the last
+preset named: overall dB(A), and every mesh harmonic within 30 dB of the strongest line. Time and memory are given
+only for presets of which nothing was found on disk.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import nvhchain as nvh
+
+ROOT = Path(__file__).parents[1]
+CASES = [ROOT / "cases" / "gearbox" / f"{name}.toml" for name in ("solid", "slotted")]
+REACH = 30.0
+"""dB below the strongest line down to which mesh harmonics are compared (ACCEPTANCE, chain)."""
+
+
+def measure(preset: str, out: Path) -> dict[str, float | None]:
+    """Run one preset; seconds and peak MB, None where stages were found on disk."""
+    command = [sys.executable, "-m", "nvhchain.cli", "compare", *map(str, CASES)]
+    start = time.perf_counter()
+    child = subprocess.Popen([*command, "--fidelity", preset, "--out", str(out)], stderr=subprocess.PIPE, text=True)
+    assert child.stderr is not None
+    log = child.stderr.read()
+    _, status, usage = os.wait4(child.pid, 0)
+    if os.waitstatus_to_exitcode(status) != 0:
+        sys.exit(log)
+    fresh = log.count(": found") == 3  # what the second configuration shares with the first
+    seconds = time.perf_counter() - start
+    return {"seconds": seconds if fresh else None, "megabytes": usage.ru_maxrss / 1024 if fresh else None}
+
+
+def levels(out: Path, name: str) -> tuple[float, dict[float, float]]:
+    """Overall dB(A) and order → dB of one configuration."""
+    configuration = json.loads((out / "summary.json").read_text())["configurations"][name]
+    return configuration["overall_dBA"], {round(o["order"], 6): o["level_db"] for o in configuration["orders"]}
+
+
+def errors(out: Path, reference: Path, name: str, mesh_orders: list[float]) -> tuple[float, float, float, float]:
+    """Overall error in dB, largest and RMS error of the mesh harmonics in dB, and the order of the largest."""
+    (overall, level), (right, true) = levels(out, name), levels(reference, name)
+    strongest = max(true.values())
+    harmonics = {n * order for order in mesh_orders for n in range(1, 100) if n * order in true}
+    loud = sorted(order for order in harmonics if true[order] > strongest - REACH)
+    error = [level[order] - true[order] for order in loud]
+    worst = max(range(len(error)), key=lambda i: abs(error[i]))
+    return overall - right, error[worst], (sum(e * e for e in error) / len(error)) ** 0.5, loud[worst]
+
+
+def main() -> None:
+    out = Path(sys.argv[1])
+    presets = sys.argv[2:] or ["draft", "standard", "reference"]
+    case = nvh.load_case(CASES[0])
+    mesh_orders = [float(order) for order in case.mesh_orders.values()]  # type: ignore[union-attr]
+    lines = [
+        "| fidelity | configuration | s | peak MB | overall dB(A) | error / dB | worst mesh harmonic / dB | RMS / dB |",
+        "|---|---|---:|---:|---:|---:|---:|---:|",
+    ]
+    measured = {preset: measure(preset, out / preset) for preset in presets}
+    for preset in presets:
+        for name in ("solid", "slotted"):
+            cost = [f"{v:.0f}" if v and name == "solid" else "" for v in measured[preset].values()]
+            overall, _ = levels(out / preset, name)
+            row = [preset, name, *cost, f"{overall:.1f}"]
+            if preset != presets[-1]:
+                total, worst, rms, order = errors(out / preset, out / presets[-1], name, mesh_orders)
+                row += [f"{total:+.2f}", f"{worst:+.1f} (order {order:g})", f"{rms:.1f}"]
+            else:
+                row += ["", "", ""]
+            lines.append("| " + " | ".join(row) + " |")
+    text = "\n".join(lines) + "\n"
+    target = ROOT / "docs" / "measured" / "chain.md"
+    target.parent.mkdir(exist_ok=True)
+    target.write_text(text)
+    print(text)
+
+
+if __name__ == "__main__":
+    main()

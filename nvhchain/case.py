@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -17,7 +18,7 @@ from nvhchain.conventions import STEEL, Air, Material
 from nvhchain.dynamics import Bearing, Gearbox, Mesh, Shaft
 from nvhchain.errors import InputError, require
 from nvhchain.gear import Differential, GearBody, GearGeometry, GearPair, Slots, Solid
-from nvhchain.housing import Casting
+from nvhchain.housing import Casting, encloses
 
 _CENTRE_TOLERANCE = 1e-5
 """m, between a stage's centre distance and the distance of its shafts."""
@@ -125,13 +126,24 @@ class GearboxCase:
     engine: Literal["fused", "bempp"] = "fused"
 
     def __post_init__(self) -> None:
+        _check_name(self.name)
         _check_field_points(self.field_points)
+        for point in self.field_points:
+            require(
+                not encloses(self.housing, point.position),
+                f"field point {point.name!r} at {point.position} m lies inside the housing: move it out",
+            )
         for kind in ("gears", "stages"):
             names = [item.name for item in getattr(self, kind)]
             require(len(set(names)) == len(names) > 0, f"{kind}: names must be distinct and not empty, got {names}")
         gears = {gear.name: gear for gear in self.gears}
         shafts = {shaft.name: shaft for shaft in self.shafts}
         for gear in self.gears:
+            face = 0.5 * gear.geometry.face_width
+            require(
+                face < gear.z < self.housing.depth - face,
+                f"gear {gear.name}: z = {1e3 * gear.z:g} mm is outside the housing, 0…{1e3 * self.housing.depth:g} mm",
+            )
             require(
                 gear.shaft in shafts, f"gear {gear.name}: shaft {gear.shaft!r} is unknown; known: {', '.join(shafts)}"
             )
@@ -139,6 +151,11 @@ class GearboxCase:
             for end in (stage.pinion, stage.wheel):
                 require(end in gears, f"stage {stage.name}: gear {end!r} is unknown; known: {', '.join(gears)}")
             ends = [gears[stage.pinion], gears[stage.wheel]]
+            require(
+                abs(ends[0].z - ends[1].z) < _CENTRE_TOLERANCE,
+                f"stage {stage.name}: {stage.pinion} at z = {1e3 * ends[0].z:g} mm and {stage.wheel} at "
+                f"{1e3 * ends[1].z:g} mm do not meet: give both gears the same mid-plane",
+            )
             (x1, y1), (x2, y2) = (shafts[gear.shaft].axis for gear in ends)
             distance = hypot(x2 - x1, y2 - y1)
             require(
@@ -276,6 +293,7 @@ class RadiatorCase:
     folder: str = "."
 
     def __post_init__(self) -> None:
+        _check_name(self.name)
         _check_field_points(self.field_points)
         f = self.frequencies
         require(
@@ -288,6 +306,14 @@ class RadiatorCase:
 
 
 Case = GearboxCase | RadiatorCase
+
+
+def _check_name(name: str) -> None:
+    """The name of a case becomes that of its folder."""
+    require(
+        bool(re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9 _.-]*", name)) and name != "operators",
+        f"name = {name!r} must be letters, digits, blank, '_', '-' or '.', and not 'operators'",
+    )
 
 
 def _check_field_points(points: tuple[FieldPoint, ...]) -> None:
@@ -305,7 +331,7 @@ def load_case(path: str | Path) -> Case:
     table = _read(path, ())
     kind = table.pop("kind", None)
     kinds: dict[str, type[GearboxCase] | type[RadiatorCase]] = {"gearbox": GearboxCase, "radiator": RadiatorCase}
-    if kind not in kinds:
+    if not isinstance(kind, str) or kind not in kinds:
         raise InputError(f"{path}: kind = {kind!r}: choose one of {', '.join(kinds)}")
     if kind == "radiator":
         table["folder"] = str(path.parent)
@@ -345,4 +371,8 @@ def _merge(base: Mapping[str, Any], change: Mapping[str, Any]) -> dict[str, Any]
 
 
 def _named(value: Any) -> bool:
-    return isinstance(value, list) and bool(value) and all(isinstance(v, Mapping) and "name" in v for v in value)
+    return (
+        isinstance(value, list)
+        and bool(value)
+        and all(isinstance(v, Mapping) and isinstance(v.get("name"), str) for v in value)
+    )

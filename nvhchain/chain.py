@@ -72,7 +72,22 @@ def run(
 
     Raises InputError for what cannot be used, SolverError for a stage that did not reach its residual.
     """
-    preflight(case, fidelity)
+    given = {
+        "mesh_laws": mesh_laws,
+        "bearing_forces": bearing_forces,
+        "force_spectrum": force_spectrum,
+        "housing": housing,
+        "surface_velocity": surface_velocity,
+        "transfer_vectors": transfer_vectors,
+    }
+    preflight(case, fidelity, [name for name, value in given.items() if value is not None])
+    if transfer_vectors is not None:
+        _check_transfer_vectors(case, transfer_vectors)
+    if mesh_laws is not None and isinstance(case, GearboxCase):
+        require(
+            len(mesh_laws) == len(case.stages),
+            f"{len(mesh_laws)} mesh laws are given for {len(case.stages)} stages: give one per stage, in their order",
+        )
     watcher = watcher or Unwatched()
     spine = Shelf(Path(out) if out else None, watcher)
     shared = Shelf(Path(operators) if operators else spine.folder, watcher)
@@ -115,6 +130,18 @@ def ready_made(hand_offs: Iterable[HandOff]) -> dict[str, Any]:
         require(names[kind] not in given, f"{kind.__name__} is given twice: keep one")
         given[names[kind]] = hand_off
     return given
+
+
+def _check_transfer_vectors(case: Case, vectors: TransferVectors) -> None:
+    points = np.array([point.position for point in case.field_points])
+    require(
+        vectors.points.shape == points.shape and np.allclose(vectors.points, points, rtol=0, atol=1e-9),
+        f"transfer vectors lead to {vectors.points.tolist()} m, the case asks for {points.tolist()} m: recompute them",
+    )
+    require(
+        vectors.air == case.air,
+        f"the transfer vectors belong to {vectors.air}, the case has {case.air}: recompute them",
+    )
 
 
 def _check_names(case: GearboxCase, names: Sequence[str]) -> None:

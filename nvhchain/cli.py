@@ -7,7 +7,7 @@ import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 from nvhchain import __version__
 from nvhchain.errors import InputError, SolverError
@@ -51,6 +51,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except InputError as error:
         print(f"nvhchain: {_one_line(error)}", file=sys.stderr)
         return 2
+    except MemoryError as error:
+        print(f"nvhchain: out of memory ({_one_line(error)}): choose a lower fidelity", file=sys.stderr)
+        return 2
     except (SolverError, OSError) as error:
         print(f"nvhchain: {_one_line(error)}", file=sys.stderr)
         return 1
@@ -63,12 +66,19 @@ def _one_line(error: BaseException) -> str:
     return " ".join(str(error).split()) or type(error).__name__
 
 
+class _Parser(argparse.ArgumentParser):
+    """Says what is wrong in one line, with exit code 2."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"{self.prog}: {message} (see {self.prog} --help)\n")
+
+
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="nvhchain", description="Gear geometry to sound pressure.")
+    parser = _Parser(prog="nvhchain", description="Gear geometry to sound pressure.")
     parser.add_argument("--version", action="version", version=f"nvhchain {__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
-    common = argparse.ArgumentParser(add_help=False)
+    common = _Parser(add_help=False)
     common.add_argument("--fidelity", choices=list(PRESETS), default="standard", help="accuracy preset")
 
     run = commands.add_parser("run", parents=[common], help="compute the sound pressure of a case")

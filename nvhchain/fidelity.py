@@ -154,8 +154,8 @@ DRAFT = Fidelity(
     GearFidelity(
         profile_elements=4,
         width_layers=3,
-        slices=16,
-        angles_per_mesh=48,
+        slices=24,
+        angles_per_mesh=96,
         deflections=16,
         row_aspect=2.5,
         load_pattern_tolerance=3e-3,
@@ -191,6 +191,7 @@ REFERENCE = Fidelity(
         close_distances=(1.5, 3.0, 6.0),
         close_orders=(8, 6, 4),
         singular_order=5,
+        coarsest_elements_per_wavelength=4.0,
     ),
 )
 PRESETS = {preset.name: preset for preset in (DRAFT, STANDARD, REFERENCE)}

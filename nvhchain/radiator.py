@@ -17,15 +17,28 @@ from nvhchain.handoff import Surface, SurfaceVelocity
 
 def radiator_velocity(case: RadiatorCase, fidelity: AcousticsFidelity) -> SurfaceVelocity:
     """Outward normal velocity, pulsation + velocity · n, on every face at every frequency of the case."""
-    body = case.body
-    if isinstance(body, Sphere):
-        edge = acoustics.required_element_size(case.frequencies[-1], case.air, fidelity)
-        surface = acoustics.sphere(body.radius, _subdivisions(body.radius, edge), body.centre)
-    else:
-        surface = _read(Path(case.folder), body)
+    surface = _surface(case, fidelity)
     normal = case.pulsation + surface.normals @ np.array(case.velocity)
     lines = np.tile(normal.astype(complex), (len(case.frequencies), 1))
     return SurfaceVelocity(np.array(case.frequencies), lines, surface)
+
+
+def radiator_faces(case: RadiatorCase, fidelity: AcousticsFidelity) -> int:
+    """Number of triangles of the body's surface; a surface file is read for it."""
+    if isinstance(case.body, Sphere):
+        return int(20 * 4 ** _subdivisions(case.body.radius, _edge(case, fidelity)))
+    return len(_surface(case, fidelity).triangles)
+
+
+def _surface(case: RadiatorCase, fidelity: AcousticsFidelity) -> Surface:
+    if isinstance(case.body, Sphere):
+        level = _subdivisions(case.body.radius, _edge(case, fidelity))
+        return acoustics.sphere(case.body.radius, level, case.body.centre)
+    return _read(Path(case.folder), case.body)
+
+
+def _edge(case: RadiatorCase, fidelity: AcousticsFidelity) -> float:
+    return acoustics.required_element_size(case.frequencies[-1], case.air, fidelity)
 
 
 def _subdivisions(radius: float, edge: float) -> int:

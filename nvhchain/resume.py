@@ -110,7 +110,7 @@ class Shelf:
                     self.watcher.end(stage, "found")
                     return found
             except FileFormatError:
-                path.unlink()
+                pass  # computed again and replaced below
         provenance = {
             "key": key,
             "stage": stage,

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from math import ceil, lcm, pi
 
 import psutil
 
 from nvhchain import acoustics, housing
-from nvhchain.case import Case, GearboxCase, RadiatorCase, Sphere
+from nvhchain.case import Case, GearboxCase, RadiatorCase
 from nvhchain.errors import InputError, ResourceError
 from nvhchain.fidelity import STANDARD, Fidelity
+from nvhchain.radiator import radiator_faces
 
 # Estimates below: seconds and bytes per unit of work, fitted to runs of cases/gearbox on an idle two-core machine.
 _BASE_MEGABYTES = 300.0
@@ -75,11 +77,10 @@ class Plan:
 def plan(case: Case, *, fidelity: Fidelity = STANDARD) -> Plan:
     """What will be modelled for `case`, what is skipped and why, memory and time (estimates)."""
     if isinstance(case, RadiatorCase):
-        stages: tuple[Stage, ...] = (_transfer_vectors(case, fidelity, _radiator_area(case), case.frequencies[-1]),)
         return Plan(
             case.name,
             fidelity.name,
-            stages,
+            (_transfer_vectors(case, fidelity, radiator_faces(case, fidelity.acoustics)),),
             ("gears, dynamics and housing: the surface velocity is given in the case",),
         )
     area = housing.envelope_area(case.housing)
@@ -87,28 +88,37 @@ def plan(case: Case, *, fidelity: Fidelity = STANDARD) -> Plan:
         _housing(case, fidelity, area),
         *_mesh_laws(case, fidelity),
         _dynamics(case, fidelity),
-        _transfer_vectors(case, fidelity, area, case.band.high),
+        _transfer_vectors(case, fidelity, _faces(case, fidelity, area)),
         _radiation(case, fidelity, area),
     )
     return Plan(case.name, fidelity.name, stages, _skipped(case, fidelity))
 
 
-def preflight(case: Case, fidelity: Fidelity) -> None:
-    """Refuse before any work starts: a time step too long for the band, a point in the body, too little memory."""
-    if isinstance(case, GearboxCase):
-        dynamics = fidelity.dynamics
-        longest = 1.0 / (dynamics.samples_per_period * case.band.high)
-        if dynamics.time_step > longest * (1 + 1e-9):
-            raise InputError(
-                f"time step {1e6 * dynamics.time_step:.4g} µs does not sample {case.band.high:g} Hz with "
-                f"{dynamics.samples_per_period:g} points per period: at most {1e6 * longest:.4g} µs, or lower band.high"
-            )
-        for point in case.field_points:
-            if housing.encloses(case.housing, point.position):
-                raise InputError(
-                    f"field point {point.name!r} at {point.position} m lies inside the housing: move it out"
-                )
-    needed, free = 1e6 * plan(case, fidelity=fidelity).megabytes, psutil.virtual_memory().available
+def preflight(case: Case, fidelity: Fidelity, given: Collection[str] = ()) -> None:
+    """Refuse before any work starts what the stages to come cannot do: time step too long, too little memory.
+
+    given: names of the hand-offs that are ready-made, as `run` calls them; their stages are not looked at.
+    """
+    if not isinstance(case, GearboxCase):
+        return
+    forced = {"bearing_forces", "force_spectrum", "surface_velocity"}.intersection(given)
+    dynamics = fidelity.dynamics
+    longest = 1.0 / (dynamics.samples_per_period * case.band.high)
+    if not forced and dynamics.time_step > longest * (1 + 1e-9):
+        raise InputError(
+            f"time step {1e6 * dynamics.time_step:.4g} µs does not sample {case.band.high:g} Hz with "
+            f"{dynamics.samples_per_period:g} points per period: at most {1e6 * longest:.4g} µs, or lower band.high"
+        )
+    skipped = {
+        "housing": {"housing", "surface_velocity"}.intersection(given),
+        "mesh law": forced or {"mesh_laws"}.intersection(given),
+        "bearing forces": forced,
+        "transfer vectors": {"transfer_vectors"}.intersection(given),
+    }
+    needed, free = 0.0, float(psutil.virtual_memory().available)
+    for stage in plan(case, fidelity=fidelity).stages:
+        if not any(stage.name.startswith(name) for name, reasons in skipped.items() if reasons):
+            needed = max(needed, 1e6 * stage.megabytes)
     if needed > free:
         raise ResourceError(
             f"{case.name} at fidelity {fidelity.name} needs about {needed / 1e9:.1f} GB, {free / 1e9:.1f} GB are free: "
@@ -174,14 +184,12 @@ def _dynamics(case: GearboxCase, fidelity: Fidelity) -> Stage:
     )
 
 
-def _faces(case: Case, fidelity: Fidelity, area: float, high: float) -> int:
-    size = acoustics.required_element_size(high, case.air, fidelity.acoustics)
-    features = _TRIANGLES_OF_FEATURES if isinstance(case, GearboxCase) else 0
-    return ceil(_TRIANGLES_PER_AREA * area / size**2 + features)
+def _faces(case: GearboxCase, fidelity: Fidelity, area: float) -> int:
+    size = acoustics.required_element_size(case.band.high, case.air, fidelity.acoustics)
+    return ceil(_TRIANGLES_PER_AREA * area / size**2 + _TRIANGLES_OF_FEATURES)
 
 
-def _transfer_vectors(case: Case, fidelity: Fidelity, area: float, high: float) -> Stage:
-    faces = _faces(case, fidelity, area, high)
+def _transfer_vectors(case: Case, fidelity: Fidelity, faces: int) -> Stage:
     lines = len(case.frequencies) if isinstance(case, RadiatorCase) else fidelity.acoustics.masters
     masters = min(lines, fidelity.acoustics.masters)
     seconds = masters * (_SECONDS_PER_PAIR * faces**2 + _SECONDS_PER_LU * (faces / 2) ** 3)
@@ -196,7 +204,7 @@ def _transfer_vectors(case: Case, fidelity: Fidelity, area: float, high: float) 
 
 def _radiation(case: GearboxCase, fidelity: Fidelity, area: float) -> Stage:
     lines = (case.band.high - case.band.low) / case.band.resolution
-    faces = _faces(case, fidelity, area, case.band.high)
+    faces = _faces(case, fidelity, area)
     return Stage(
         "velocity, pressure",
         f"about {lines:.0f} lines from {case.band.low:g} to {case.band.high:g} Hz, forced response and dot products",
@@ -215,12 +223,7 @@ def _skipped(case: GearboxCase, fidelity: Fidelity) -> tuple[str, ...]:
     return (
         *reasons,
         f"housing modes above {top:g} Hz: their flexibility is kept as residual",
-        f"lines outside {case.band.low:g}…{case.band.high:g} Hz and lines without force",
+        f"lines outside {case.band.low:g}…{case.band.high:g} Hz",
         "transfer vectors between masters: interpolated; points that are not asked for",
         "acoustic load on the housing: one-way coupling",
     )
-
-
-def _radiator_area(case: RadiatorCase) -> float:
-    """Area of a sphere; for a file the plan assumes a body of 1 m², its mesh is read when the case runs."""
-    return 4 * pi * case.body.radius**2 if isinstance(case.body, Sphere) else 1.0

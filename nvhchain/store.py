@@ -113,7 +113,7 @@ def load(path: str | Path, kind: type[H] = HandOff) -> H:  # type: ignore[assign
                 )
             hand_off = _read(file, path)
             stored_hash = file.attrs["content_hash"]
-    except (OSError, KeyError, RuntimeError, ValueError) as error:
+    except (OSError, KeyError, RuntimeError, ValueError, TypeError, AttributeError) as error:
         if isinstance(error, FileFormatError):
             raise
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__

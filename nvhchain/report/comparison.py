@@ -43,6 +43,7 @@ def compare(
     names = [case.name for case in cases]
     require(len(set(names)) == len(names), f"cases need distinct names, got {names}")
     out = Path(out)
+    (out / "summary.json").unlink(missing_ok=True)
     results = {
         case.name: chain.run(
             case,
@@ -80,7 +81,7 @@ def summarise(pressure: FieldPressure) -> dict[str, Any]:
         "input_speed_rpm": 60 * turns,
         "overall_dBA": float(levels.overall(pressure.frequency, pressure.pressure[:, 0])),
         "orders": [
-            {"order": float(f / turns), "frequency_hz": float(f), "level_db": float(db)}
+            {"order": round(float(f / turns), 9), "frequency_hz": float(f), "level_db": float(db)}
             for f, db in zip(pressure.frequency, level, strict=True)
         ]
         if turns

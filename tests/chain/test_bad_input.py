@@ -93,6 +93,32 @@ def test_foreign_hdf5_is_refused(refused, tmp_path):
     assert "not an nvhchain hand-off" in refused(SOLID, "", arguments=("--use", str(tmp_path / "foreign.h5")))
 
 
+def test_hand_off_with_a_missing_array_is_refused(refused, tmp_path):
+    path = _forces(tmp_path, 1e-5, 1000)
+    with h5py.File(path, "r+") as file:
+        del file["force"]
+    assert "damaged" in refused(SOLID, "", arguments=("--use", str(path)))
+
+
+def test_transfer_vectors_of_another_point_or_air_are_refused(refused, tmp_path, request, capsys):
+    out = tmp_path / "sphere"
+    assert main(["run", str(request.config.rootpath / SPHERE), "--out", str(out)]) == 0
+    capsys.readouterr()
+    use = ("--use", str(next(out.glob("transfer_vectors-*.h5"))))
+    assert "the case asks for" in refused(SPHERE, "", replace=("[0, 0, 1.0]", "[0, 0, 5.0]"), arguments=use)
+    assert "air" in refused(SPHERE, "", replace=("343.0", "1500.0"), arguments=use).lower()
+
+
+def test_gears_that_do_not_meet_are_refused(refused):
+    line = refused(SOLID, "", replace=("z_mm = 85", "z_mm = 60"))
+    assert "mid-plane" in line
+
+
+@pytest.mark.parametrize("name", ["a/b", "../x", "", "operators"])
+def test_a_name_that_is_no_folder_is_refused(refused, name):
+    assert "name" in refused(SOLID, "", replace=('name = "solid"', f'name = "{name}"'))
+
+
 def test_field_point_inside_the_body_is_refused(refused):
     assert "inside the body" in refused(SPHERE, "", replace=("position = [0, 0, 1.0]", "position = [0, 0, 0.05]"))
 

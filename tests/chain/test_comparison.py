@@ -63,7 +63,8 @@ def test_summary_holds_speed_level_and_orders_of_the_input(compared):
 
 
 def test_slot_orders_are_heard_only_with_slots(compared):
-    """Bearing forces and field pressure at 2 mod 4 of the input: present with slots, 80 dB down without."""
+    """Orders 2 mod 4 of the input: in the bearing forces present with slots and 80 dB down without; in the pressure,
+    where the housing hardly radiates at 83 Hz, 80 dB above what the solid gear leaves there."""
     out, summary, _ = compared
     level = {
         name: {round(line["order"], 6): line["level_db"] for line in configuration["orders"]}
@@ -79,7 +80,8 @@ def test_slot_orders_are_heard_only_with_slots(compared):
             assert relative.max() < -80
             assert size[lines].max() < 1e-4 * size.max()
         else:
-            assert relative.min() > -100
+            solid = np.array([level["solid"][float(order)] for order in SLOT_ORDERS])
+            assert (relative + strongest - solid).min() > 80
             assert size[lines].min() > 1e-4 * size.max()
 
 

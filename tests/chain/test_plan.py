@@ -1,0 +1,72 @@
+"""The plan says what will be modelled; progress appears as single lines where there is no terminal."""
+
+from dataclasses import replace
+
+import pytest
+
+import nvhchain as nvh
+from nvhchain.cli import Console, main
+from nvhchain.errors import InputError
+from nvhchain.radiator import radiator_velocity
+from nvhchain.scene import preflight
+
+
+def test_gearbox_plan_names_every_stage_and_what_symmetry_skips(request):
+    case = nvh.load_case(request.config.rootpath / "cases/gearbox/slotted.toml")
+    text = str(nvh.plan(case, fidelity=nvh.STANDARD))
+    for part in ("housing", "mesh law stage1", "mesh law stage2", "bearing forces", "transfer vectors"):
+        assert part in text
+    assert "50 teeth slots (10 by symmetry)" in text
+    assert "gear4: loads on 41 of 82 teeth" in text
+    assert "7000 Hz" in text
+
+
+def test_plan_costs_rise_with_fidelity(request):
+    case = nvh.load_case(request.config.rootpath / "cases/gearbox/solid.toml")
+    plans = [nvh.plan(case, fidelity=fidelity) for fidelity in (nvh.DRAFT, nvh.STANDARD, nvh.REFERENCE)]
+    assert plans[0].seconds < plans[1].seconds < plans[2].seconds
+    assert plans[0].megabytes < plans[1].megabytes < plans[2].megabytes
+
+
+def test_sphere_plan_counts_the_triangles_of_the_run(request):
+    case = nvh.load_case(request.config.rootpath / "cases/sphere/pulsating.toml")
+    faces = len(radiator_velocity(case, nvh.STANDARD.acoustics).surface.triangles)
+    assert f"about {faces} triangles" in str(nvh.plan(case, fidelity=nvh.STANDARD))
+
+
+def test_a_time_step_is_not_looked_at_when_the_forces_are_given(request):
+    case = nvh.load_case(request.config.rootpath / "cases/gearbox/solid.toml")
+    case = replace(case, band=replace(case.band, high=9000.0))
+    with pytest.raises(InputError, match="time step"):
+        preflight(case, nvh.DRAFT)
+    preflight(case, nvh.DRAFT, ["bearing_forces", "housing", "transfer_vectors"])
+
+
+def test_without_a_terminal_a_stage_is_one_line(capsys):
+    console = Console()
+    console.begin("housing")
+    for done in range(5):
+        console.step("housing", done, 4)
+    console.end("housing", "computed")
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 1
+    assert lines[0].startswith("housing: computed in ")
+
+
+def test_on_a_terminal_a_bar_shows_the_phase_and_the_share(capsys, monkeypatch):
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True)
+    console = Console()
+    console.begin("housing")
+    console.step("housing", 1, 2)
+    console.end("housing", "computed")
+    shown = capsys.readouterr().err
+    assert "housing:  50%" in shown
+    assert "housing: computed in" in shown
+
+
+@pytest.mark.parametrize("arguments", [["run"], ["run", "x.toml", "--fidelity", "fast"], ["dance"]])
+def test_wrong_arguments_are_one_line_and_exit_code_2(arguments, capsys):
+    with pytest.raises(SystemExit) as stopped:
+        main(arguments)
+    assert stopped.value.code == 2
+    assert capsys.readouterr().err.count("\n") == 1

@@ -153,7 +153,7 @@ DRAFT = Fidelity(
     "draft",
     GearFidelity(
         profile_elements=4,
-        width_layers=3,
+        width_layers=6,
         slices=24,
         angles_per_mesh=96,
         deflections=16,
@@ -161,15 +161,15 @@ DRAFT = Fidelity(
         load_pattern_tolerance=3e-3,
     ),
     DynamicsFidelity(time_step=20e-6),
-    HousingFidelity(element_size=0.016),
+    HousingFidelity(element_size=0.014),
     AcousticsFidelity(elements_per_wavelength=2.5, masters=16),
 )
 STANDARD = Fidelity(
     "standard",
-    GearFidelity(profile_elements=6, width_layers=5, slices=32, angles_per_mesh=96, deflections=24),
+    GearFidelity(profile_elements=4, width_layers=8, slices=32, angles_per_mesh=96, deflections=24),
     DynamicsFidelity(time_step=10e-6),
-    HousingFidelity(element_size=0.0125, mode_ratio=1.4),
-    AcousticsFidelity(elements_per_wavelength=4.0, masters=32),
+    HousingFidelity(element_size=0.0105, mode_ratio=1.4),
+    AcousticsFidelity(elements_per_wavelength=4.5, masters=32),
 )
 REFERENCE = Fidelity(
     "reference",

@@ -3,7 +3,7 @@
 
 PYTHON ?= python3
 VENV ?= .venv
-FIDELITY ?= draft
+FIDELITY ?= standard
 OUT ?= out
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready

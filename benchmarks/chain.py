@@ -2,9 +2,9 @@
 
     python benchmarks/chain.py OUT [draft standard reference]
 
-Runs `nvhchain compare` for each preset in OUT/<preset> (finished stages are found again) and compares with the last
-preset named: overall dB(A), and every mesh harmonic within 30 dB of the strongest line. Time and memory are given
-only for presets of which nothing was found on disk.
+Runs `nvhchain compare` for each preset in OUT/<preset>, unless OUT/<preset>.json says that it has been measured, and
+compares with the last preset named: overall dB(A), and every mesh harmonic within 30 dB of the strongest line. Time and
+memory are given only for presets of which nothing was found on disk.
 """
 
 from __future__ import annotations
@@ -26,6 +26,9 @@ REACH = 30.0
 
 def measure(preset: str, out: Path) -> dict[str, float | None]:
     """Run one preset; seconds and peak MB, None where stages were found on disk."""
+    record = out.with_suffix(".json")
+    if record.exists():
+        return dict(json.loads(record.read_text()))
     command = [sys.executable, "-m", "nvhchain.cli", "compare", *map(str, CASES)]
     start = time.perf_counter()
     child = subprocess.Popen([*command, "--fidelity", preset, "--out", str(out)], stderr=subprocess.PIPE, text=True)
@@ -36,7 +39,9 @@ def measure(preset: str, out: Path) -> dict[str, float | None]:
         sys.exit(log)
     fresh = log.count(": found") == 3  # what the second configuration shares with the first
     seconds = time.perf_counter() - start
-    return {"seconds": seconds if fresh else None, "megabytes": usage.ru_maxrss / 1024 if fresh else None}
+    cost = {"seconds": seconds if fresh else None, "megabytes": usage.ru_maxrss / 1024 if fresh else None}
+    record.write_text(json.dumps(cost))
+    return cost
 
 
 def levels(out: Path, name: str) -> tuple[float, dict[float, float]]:

@@ -118,7 +118,8 @@ class Shelf:
             "fidelity": dataclasses.asdict(fidelity) if fidelity is not None else None,
         }
         self.watcher.begin(stage)
-        result: H = compute(partial(self.watcher.step, stage)).replace(provenance=provenance)
+        made = compute(partial(self.watcher.step, stage))
+        result: H = made.replace(provenance={**made.provenance, **provenance})
         if path is not None:
             store.save(result, path)
         self.watcher.end(stage, "computed")

@@ -18,7 +18,7 @@ def counted(tmp_path):
         def compute(progress):
             progress(1, 1)
             calls.append(inputs)
-            return FieldPressure([50.0], [[0.0, 0, 1]], [[1.0 + 1j]])
+            return FieldPressure([50.0], [[0.0, 0, 1]], [[1.0 + 1j]], provenance={"interpolation_error": [0.01]})
 
         return Shelf(tmp_path).stage(name, FieldPressure, "acoustics", inputs, compute, fidelity=fidelity)
 
@@ -64,6 +64,7 @@ def test_result_carries_fidelity_version_and_key(counted):
     assert provenance["fidelity"]["masters"] == DRAFT.acoustics.masters
     assert provenance["version"].startswith("0.")
     assert len(provenance["key"]) == 64
+    assert provenance["interpolation_error"] == [0.01]
 
 
 def test_fingerprint_tells_structure_and_type_apart():

@@ -153,16 +153,16 @@ DRAFT = Fidelity(
     "draft",
     GearFidelity(
         profile_elements=4,
-        width_layers=6,
-        slices=24,
-        angles_per_mesh=96,
+        width_layers=8,
+        slices=16,
+        angles_per_mesh=48,
         deflections=16,
         row_aspect=2.5,
         load_pattern_tolerance=3e-3,
     ),
     DynamicsFidelity(time_step=20e-6),
-    HousingFidelity(element_size=0.014),
-    AcousticsFidelity(elements_per_wavelength=2.5, masters=16),
+    HousingFidelity(element_size=0.016),
+    AcousticsFidelity(elements_per_wavelength=3.0, masters=16),
 )
 STANDARD = Fidelity(
     "standard",

@@ -161,7 +161,7 @@ DRAFT = Fidelity(
         load_pattern_tolerance=3e-3,
     ),
     DynamicsFidelity(time_step=20e-6),
-    HousingFidelity(element_size=0.016),
+    HousingFidelity(element_size=0.013),
     AcousticsFidelity(elements_per_wavelength=3.0, masters=16),
 )
 STANDARD = Fidelity(

@@ -9,6 +9,7 @@ from __future__ import annotations
 import ctypes
 import platform
 import weakref
+from abc import ABC, abstractmethod
 from functools import cache
 from types import TracebackType
 from typing import Any, Protocol
@@ -109,11 +110,12 @@ def _rhs(rhs: FloatArray, unknowns: int) -> FloatArray:
     return rhs
 
 
-class _Closing:
+class _Closing(ABC):
     """`with` for factors."""
 
+    @abstractmethod
     def close(self) -> None:
-        raise NotImplementedError
+        """Release the memory of the factor."""
 
     def __enter__(self) -> Any:
         return self

@@ -4,6 +4,7 @@ from nvhchain.acoustics.direct import SurfacePressure, solve_direct, surface_pre
 from nvhchain.acoustics.engines import ENGINES, estimate_memory
 from nvhchain.acoustics.incident import IncidentField, PlaneWave, PointSource
 from nvhchain.acoustics.power import SoundPower, array_points, array_power, sound_power
+from nvhchain.acoustics.projection import project, vectors_at
 from nvhchain.acoustics.radiate import interpolation_error, radiate
 from nvhchain.acoustics.surface import check_mesh, check_points, required_element_size, sphere
 from nvhchain.acoustics.transfer import master_frequencies, transfer_vectors
@@ -22,6 +23,7 @@ __all__ = [
     "estimate_memory",
     "interpolation_error",
     "master_frequencies",
+    "project",
     "radiate",
     "required_element_size",
     "solve_direct",
@@ -29,4 +31,5 @@ __all__ = [
     "sphere",
     "surface_pressure",
     "transfer_vectors",
+    "vectors_at",
 ]

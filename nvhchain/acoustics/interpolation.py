@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from nvhchain.errors import require
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, IntArray, TransferVectors
 
@@ -94,6 +95,19 @@ def interpolant(atv: TransferVectors, fidelity: AcousticsFidelity) -> Interpolan
     spare = len(node) - (2 if len(images) else 1)
     taking_part = min(fidelity.interpolation_points, max(min(2, count), spare))
     return Interpolant(node, len(images), per_hertz, distance, remainder, taking_part)
+
+
+def check_lines(atv: TransferVectors, frequency: FloatArray) -> None:
+    """Raise `InputError` for lines (n_f,) Hz outside the masters: nothing is extrapolated."""
+    masters = atv.frequency
+    slack = 1e-12 * masters[-1]
+    outside = frequency[(frequency < masters[0] - slack) | (frequency > masters[-1] + slack)]
+    require(
+        len(outside) == 0,
+        f"{len(outside)} lines of the surface velocity ({outside.min(initial=np.inf):.6g}…"
+        f"{outside.max(initial=0.0):.6g} Hz) lie outside the master frequencies {masters[0]:.6g}…{masters[-1]:.6g} Hz: "
+        "widen the masters or cut the band",
+    )
 
 
 def left_out(smooth: Interpolant) -> ComplexArray:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numba as nb
 import numpy as np
 
-from nvhchain.acoustics.interpolation import Interpolant, interpolant, left_out
+from nvhchain.acoustics.interpolation import Interpolant, check_lines, interpolant, left_out
 from nvhchain.conventions import Progress
-from nvhchain.errors import InputError, require
+from nvhchain.errors import InputError
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FieldPressure, FloatArray, SurfaceVelocity, TransferVectors
 
@@ -97,16 +97,7 @@ def _prepare(atv: TransferVectors, surface_velocity: SurfaceVelocity, fidelity: 
             f"transfer vectors belong to another surface ({len(atv.surface.triangles)} triangles) than the surface "
             f"velocity ({len(surface_velocity.surface.triangles)} triangles): compute both on the same one"
         )
-    masters = atv.frequency
-    frequency = surface_velocity.frequency[_radiating(surface_velocity)]
-    slack = 1e-12 * masters[-1]
-    outside = frequency[(frequency < masters[0] - slack) | (frequency > masters[-1] + slack)]
-    require(
-        len(outside) == 0,
-        f"{len(outside)} lines of the surface velocity ({outside.min(initial=np.inf):.6g}…"
-        f"{outside.max(initial=0.0):.6g} Hz) lie outside the master frequencies {masters[0]:.6g}…{masters[-1]:.6g} Hz: "
-        "widen the masters or cut the band",
-    )
+    check_lines(atv, surface_velocity.frequency[_radiating(surface_velocity)])
     return interpolant(atv, fidelity)
 
 

@@ -1,0 +1,98 @@
+"""Transfer vectors between their masters, whole or multiplied with shapes of the surface."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import psutil
+from numpy.typing import ArrayLike
+
+from nvhchain.acoustics.interpolation import check_lines, interpolant
+from nvhchain.conventions import Progress
+from nvhchain.errors import ResourceError, require
+from nvhchain.fidelity import STANDARD, AcousticsFidelity
+from nvhchain.handoff import ComplexArray, FloatArray, TransferVectors
+
+LINES = 64
+"""Frequency lines per piece of work: some ten milliseconds for a usual surface."""
+
+
+def vectors_at(
+    atv: TransferVectors, frequency: ArrayLike, *, fidelity: AcousticsFidelity = STANDARD.acoustics
+) -> TransferVectors:
+    """Transfer vectors at lines (n_f,) Hz between the masters, as `radiate` takes them.
+
+    Raises InputError for a line outside the masters, ResourceError where the vectors do not fit into free memory.
+    """
+    lines = np.atleast_1d(np.asarray(frequency, dtype=float))
+    check_memory(16 * len(lines) * atv.vectors[0].size, "transfer vectors at the lines", "lines")
+    vectors = np.empty((len(lines), *atv.vectors.shape[1:]), dtype=complex)
+    for piece, point, values in _pieces(atv, lines, fidelity):
+        vectors[piece, point] = values
+    provenance = {"stage": "acoustics.vectors_at", "fidelity": repr(fidelity), "masters": len(atv.frequency)}
+    return TransferVectors(lines, atv.points, vectors, atv.surface, atv.air, provenance=provenance)
+
+
+def project(
+    atv: TransferVectors,
+    shapes: ArrayLike,
+    frequency: ArrayLike,
+    *,
+    fidelity: AcousticsFidelity = STANDARD.acoustics,
+    progress: Progress | None = None,
+) -> ComplexArray:
+    """Transfer vectors times shapes at lines between the masters: (n_f, n_point, n_column) Pa per unit of a column.
+
+    shapes: (n_face, n_column), real or complex, normal velocity per unit of a column.  frequency: (n_f,) Hz.
+    The vectors are interpolated first and multiplied then, line by line: the removed phase differs from face to face,
+    so that the product at the masters is no smooth function of frequency.  Equal to `vectors_at` times shapes; the
+    only error is that of interpolation.
+    Raises InputError for a line outside the masters or shapes of another surface, ResourceError.
+    """
+    lines = np.atleast_1d(np.asarray(frequency, dtype=float))
+    columns = np.asarray(shapes)
+    faces = len(atv.surface.triangles)
+    require(
+        columns.ndim == 2 and len(columns) == faces,
+        f"shapes have shape {columns.shape}, but ({faces}, n_column) is needed: one row per face of the surface",
+    )
+    check_memory(16 * len(lines) * len(atv.points) * columns.shape[1], "projected transfer vectors", "lines")
+    real = not np.iscomplexobj(columns)
+    product = np.empty((len(lines), len(atv.points), columns.shape[1]), dtype=complex)
+    report = progress or (lambda done, total: None)
+    report(0, len(lines))
+    for piece, point, values in _pieces(atv, lines, fidelity):
+        if real:  # half the work of a complex product
+            product[piece, point].real = values.real @ columns
+            product[piece, point].imag = values.imag @ columns
+        else:
+            product[piece, point] = values @ columns
+        if point == len(atv.points) - 1:
+            report(piece.stop, len(lines))
+    return product
+
+
+def check_memory(size: int, what: str, fewer: str) -> None:
+    """Raise `ResourceError` unless `size` bytes of `what` fit into free memory."""
+    free = int(psutil.virtual_memory().available)
+    if size > free:
+        raise ResourceError(
+            f"{what} need {size / 2**30:.3g} GiB, {free / 2**30:.3g} GiB are free: "
+            f"ask for fewer {fewer} or field points"
+        )
+
+
+def _pieces(
+    atv: TransferVectors, lines: FloatArray, fidelity: AcousticsFidelity
+) -> Iterator[tuple[slice, int, ComplexArray]]:
+    """Lines, field point and the vectors (lines, n_face) there, piece by piece."""
+    check_lines(atv, lines)
+    smooth = interpolant(atv, fidelity)
+    for start in range(0, len(lines), LINES):
+        piece = slice(start, min(start + LINES, len(lines)))
+        nodes, weights = smooth.weights(lines[piece])
+        wavenumber = smooth.wavenumber_per_hertz * lines[piece, None]
+        for point, distance in enumerate(smooth.distance):
+            values = weights @ smooth.remainder[nodes, point]
+            yield piece, point, values * np.exp(-1j * wavenumber * distance)

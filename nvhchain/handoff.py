@@ -84,6 +84,8 @@ class HandOff:
             if f.name == "provenance":
                 continue
             value = getattr(self, f.name)
+            if value is None:
+                continue  # what is absent leaves the identity of objects made before the field existed
             digest.update(f.name.encode())
             if isinstance(value, np.ndarray):
                 digest.update(f"{value.dtype}{value.shape}".encode())
@@ -366,11 +368,51 @@ class SurfaceVelocity(HandOff):
         _array(self, "normal_velocity", complex, (len(frequency), len(self.surface.triangles)))
 
 
+@dataclass(frozen=True)
+class RigidPlane:
+    """A rigid plane that reflects all sound; bodies and field points lie on the side its normal points to.
+
+    point: m, any point of the plane.  normal: any length, into the air; kept with unit length.
+    """
+
+    point: tuple[float, float, float]
+    normal: tuple[float, float, float]
+
+    def __post_init__(self) -> None:
+        for name in ("point", "normal"):
+            value = np.asarray(getattr(self, name), dtype=float)
+            require(
+                value.shape == (3,) and bool(np.isfinite(value).all()),
+                f"rigid plane {name} = {getattr(self, name)}: three finite coordinates are needed",
+            )
+            if name == "normal":
+                length = float(np.linalg.norm(value))
+                require(length > 0, "rigid plane normal has no length: give the direction into the air")
+                value = value if abs(length - 1.0) < 1e-14 else value / length  # stored planes come back bit for bit
+            object.__setattr__(self, name, tuple(value.tolist()))
+
+    def height(self, points: FloatArray) -> FloatArray:
+        """Distance (n,) m of points (n, 3) m from the plane, positive on the side of the air."""
+        return np.asarray((points - np.asarray(self.point)) @ np.asarray(self.normal))
+
+    def mirror(self, points: FloatArray) -> FloatArray:
+        """Mirror images (n, 3) m of points (n, 3) m."""
+        return np.asarray(points - 2.0 * self.height(points)[:, None] * np.asarray(self.normal))
+
+    def mirror_direction(self, vectors: FloatArray) -> FloatArray:
+        """Mirror images (n, 3) of directions (n, 3): the component along the normal changes its sign."""
+        normal = np.asarray(self.normal)
+        return np.asarray(vectors - 2.0 * (vectors @ normal)[:, None] * normal)
+
+
 @dataclass(frozen=True, eq=False)
 class TransferVectors(HandOff):
     """Acoustic transfer vectors at master frequencies: p = vectors · v_n.
 
     frequency: (n_f,) Hz.  points: (n_point, 3) m.  vectors: (n_f, n_point, n_face) complex Pa/(m/s).
+    plane: a rigid plane near the body, or None for a free field.
+    image_vectors: (n_f, n_point, n_face) complex Pa/(m/s), with a plane: the part of `vectors` that reaches the points
+        by way of the plane, as if it went to their mirror images; its phase is that of the longer path.
     """
 
     frequency: FloatArray
@@ -378,13 +420,39 @@ class TransferVectors(HandOff):
     vectors: ComplexArray
     surface: Surface
     air: Air
+    plane: RigidPlane | None = None
+    image_vectors: ComplexArray | None = None
 
     def __post_init__(self) -> None:
         frequency = _array(self, "frequency", float, (None,))
         points = _array(self, "points", float, (None, 3))
         _increasing(self, "frequency", 0.0)
         require(len(points) > 0, "TransferVectors.points is empty: at least one field point is needed")
-        _array(self, "vectors", complex, (len(frequency), len(points), len(self.surface.triangles)))
+        shape = (len(frequency), len(points), len(self.surface.triangles))
+        _array(self, "vectors", complex, shape)
+        require(
+            (self.plane is None) == (self.image_vectors is None),
+            "TransferVectors.image_vectors belong to a plane: give both or neither",
+        )
+        if self.image_vectors is not None:
+            _array(self, "image_vectors", complex, shape)
+
+    def unfolded(self) -> TransferVectors:
+        """The same vectors without a plane, to the points and then to their mirror images (2 n_point in all).
+
+        The pressure at a point is the sum of both. Each part has the one phase of its own path, which interpolation
+        between masters removes. Without a plane: the vectors themselves.
+        """
+        if self.plane is None or self.image_vectors is None:
+            return self
+        return TransferVectors(
+            self.frequency,
+            np.concatenate([self.points, self.plane.mirror(self.points)]),
+            np.concatenate([self.vectors - self.image_vectors, self.image_vectors], axis=1),
+            self.surface,
+            self.air,
+            provenance=self.provenance,
+        )
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,7 +17,7 @@ import numpy as np
 
 from nvhchain.conventions import Air
 from nvhchain.errors import FileFormatError
-from nvhchain.handoff import HAND_OFFS, HandOff
+from nvhchain.handoff import HAND_OFFS, HandOff, RigidPlane
 
 SCHEMA_VERSION = 1
 CONVENTIONS = "e^{+j omega t}; outward normals; single-sided peak amplitudes; SI; frequency axes in Hz"
@@ -65,6 +65,7 @@ _META: dict[str, tuple[str, str, tuple[str, ...]]] = {
     "TransferVectors.frequency": ("Hz", "master frequency", ("frequency",)),
     "TransferVectors.points": ("m", "field points", ("point", "axis")),
     "TransferVectors.vectors": ("Pa s/m", "acoustic transfer vectors", ("frequency", "point", "face")),
+    "TransferVectors.image_vectors": ("Pa s/m", "part by way of the plane", ("frequency", "point", "face")),
     "FieldPressure.frequency": ("Hz", "frequency", ("frequency",)),
     "FieldPressure.points": ("m", "field points", ("point", "axis")),
     "FieldPressure.pressure": ("Pa", "sound pressure, peak", ("frequency", "point")),
@@ -136,12 +137,18 @@ def _write(group: Any, hand_off: HandOff) -> None:
         if f.name == "provenance":
             continue
         value = getattr(hand_off, f.name)
+        if value is None:
+            continue
         if isinstance(value, HandOff):
             _write(group.create_group(f.name), value)
         elif isinstance(value, Air):
             air = group.create_group(f.name)
             air.attrs.update(dataclasses.asdict(value))
             air.attrs["units"] = "speed_of_sound m/s, density kg/m3"
+        elif isinstance(value, RigidPlane):
+            plane = group.create_group(f.name)
+            plane.attrs.update(dataclasses.asdict(value))
+            plane.attrs["units"] = "point m, unit normal into the air"
         else:
             _write_array(group, kind, f.name, value)
 
@@ -173,6 +180,8 @@ def _read(group: Any, path: Path) -> HandOff:
             fields[name] = _read_array(item)
         elif "kind" in item.attrs:
             fields[name] = _read(item, path)
+        elif "normal" in item.attrs:
+            fields[name] = RigidPlane(tuple(item.attrs["point"]), tuple(item.attrs["normal"]))
         else:
             fields[name] = Air(float(item.attrs["speed_of_sound"]), float(item.attrs["density"]))
     known = {f.name for f in dataclasses.fields(HAND_OFFS[kind])}

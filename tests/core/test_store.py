@@ -14,6 +14,7 @@ from nvhchain.handoff import (
     ForceSpectrum,
     MeshLaw,
     ReducedHousing,
+    RigidPlane,
     Surface,
     SurfaceVelocity,
     TransferVectors,
@@ -31,6 +32,10 @@ EXAMPLES = [
     ),
     SurfaceVelocity([50.0], [[1j, 2, 3, 4]], SURFACE),
     TransferVectors([50.0], [[0.0, 0, 5]], np.full((1, 1, 4), 2 + 1j), SURFACE, Air(340.0, 1.2)),
+    TransferVectors(
+        [50.0], [[0.0, 0, 5]], np.full((1, 1, 4), 2 + 1j), SURFACE, Air(340.0, 1.2),
+        RigidPlane((0.1, 0, -2), (1.0, 2, 7)), np.full((1, 1, 4), 1j),
+    ),
     FieldPressure([50.0, 60.0], [[0.0, 0, 5]], [[1 + 1j], [2 - 1j]], 261.8),
 ]  # fmt: skip
 

@@ -12,7 +12,6 @@ from nvhchain.acoustics._coupling import coupling
 from nvhchain.acoustics.bands import over_bands
 from nvhchain.acoustics.engines import check_engine, check_memory, systems
 from nvhchain.acoustics.incident import IncidentField
-from nvhchain.acoustics.linear_system import Factor
 from nvhchain.acoustics.potentials import RULE_BARYCENTRIC, RULE_WEIGHT, layer_potentials
 from nvhchain.acoustics.surface import check_mesh, check_points
 from nvhchain.acoustics.transfer import made_by
@@ -162,12 +161,12 @@ def _pressures(
     omega = 2 * np.pi * frequency
     solved = np.flatnonzero(frequency > 0)
     wavenumbers = omega[solved] / air.speed_of_sound
-    for at, k, (a, b) in zip(solved, wavenumbers, systems(engine, surface, wavenumbers, fidelity), strict=True):
+    for at, k, system in zip(solved, wavenumbers, systems(engine, surface, wavenumbers, fidelity), strict=True):
         gradient = -1j * omega[at] * air.density * normal_velocity[at]
-        rhs = b @ gradient
+        rhs = system.apply_b(gradient)
         if incident is not None:
             rhs += _tested(surface, incident, float(k))
-        on_surface = Factor(a).solve(rhs)
+        on_surface = system.solve(rhs)
         if points is None:
             pressure[at] = on_surface
         else:

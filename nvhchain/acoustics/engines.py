@@ -8,9 +8,10 @@ from importlib import import_module
 import psutil
 
 from nvhchain.acoustics.bands import BAND
+from nvhchain.acoustics.linear_system import DirectSystem, System
 from nvhchain.errors import ResourceError, require
 from nvhchain.fidelity import AcousticsFidelity
-from nvhchain.handoff import ComplexArray, FloatArray, Surface
+from nvhchain.handoff import FloatArray, RigidPlane, Surface
 
 ENGINES = {"fused": "nvhchain.acoustics._fused", "bempp": "nvhchain.acoustics._bempp"}
 """Name of every engine and the module that offers `systems(surface, wavenumbers, fidelity)`; opened when first used."""
@@ -28,15 +29,25 @@ def check_engine(engine: str) -> None:
 
 
 def systems(
-    engine: str, surface: Surface, wavenumbers: FloatArray, fidelity: AcousticsFidelity
-) -> Iterator[tuple[ComplexArray, ComplexArray]]:
-    """Yield (A (n_v, n_v), B (n_v, n_face)) of A p = B ∂p/∂n per wavenumber (rad/m, > 0): Galerkin, Burton–Miller.
+    engine: str,
+    surface: Surface,
+    wavenumbers: FloatArray,
+    fidelity: AcousticsFidelity,
+    plane: RigidPlane | None = None,
+) -> Iterator[System]:
+    """Yield A p = B ∂p/∂n per wavenumber (rad/m, > 0), ready to be solved: Galerkin, Burton–Miller.
 
     (½ − K + αW) p = −(S + α(½ + K′)) ∂p/∂n, tested with the linear functions of p; e^{+jωt}, α of `coupling`.
+    plane: a rigid plane that reflects.  Use a system before the next is asked for: then its memory is given back.
     """
+    require(plane is None or engine == "fused", f"engine {engine} knows no reflecting plane: use fused")
     module = import_module(ENGINES[engine])
-    result: Iterator[tuple[ComplexArray, ComplexArray]] = module.systems(surface, wavenumbers, fidelity)
-    return result
+    extra = () if plane is None else (plane,)
+    for a, b in module.systems(surface, wavenumbers, fidelity, *extra):
+        system = DirectSystem(a, b)
+        del a, b  # else they would be alive while the next ones are built
+        yield system
+        system.release()
 
 
 def estimate_memory(n_vertex: int, n_face: int, engine: str = "fused") -> int:

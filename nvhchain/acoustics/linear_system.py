@@ -1,12 +1,57 @@
-"""LU factors of a boundary element matrix: one factorisation, direct and adjoint solves."""
+"""Boundary element systems A p = B ∂p/∂n ready to be solved, and the dense one by LU factors."""
 
 from __future__ import annotations
+
+from typing import Protocol
 
 import numpy as np
 from scipy.linalg import lapack
 
 from nvhchain.errors import SolverError
 from nvhchain.handoff import ComplexArray
+
+
+class System(Protocol):
+    """A p = B ∂p/∂n at one wavenumber, whatever way its matrices are held and solved.
+
+    Every method takes and gives one column or several: (n,) or (n, m).
+    """
+
+    def solve(self, rhs: ComplexArray) -> ComplexArray:
+        """p at the vertices (n_v, …) of A p = rhs; `SolverError` where it cannot be found."""
+
+    def adjoint(self, rhs: ComplexArray) -> ComplexArray:
+        """Bᵀ A⁻ᵀ rhs (n_face, …), transposed and not conjugated: what every face adds to rhs · p; `SolverError`."""
+
+    def apply_b(self, gradient: ComplexArray) -> ComplexArray:
+        """B · gradient (n_v, …) of the pressure gradient ∂p/∂n of every face."""
+
+    def release(self) -> None:
+        """Give the memory back; nothing can be solved afterwards."""
+
+
+class DirectSystem:
+    """Dense A and B; A is factorised in its own memory."""
+
+    def __init__(self, a: ComplexArray, b: ComplexArray) -> None:
+        """Factorise (n_v, n_v) A; B (n_v, n_face) is kept.  Raises what `Factor` raises."""
+        self._factor, self._b = Factor(a), b
+
+    def solve(self, rhs: ComplexArray) -> ComplexArray:
+        """A⁻¹ rhs."""
+        return self._factor.solve(rhs)
+
+    def adjoint(self, rhs: ComplexArray) -> ComplexArray:
+        """Bᵀ A⁻ᵀ rhs."""
+        return self._b.T @ self._factor.solve_transposed(rhs)
+
+    def apply_b(self, gradient: ComplexArray) -> ComplexArray:
+        """B · gradient."""
+        return self._b @ gradient
+
+    def release(self) -> None:
+        """Forget A's factors and B."""
+        del self._factor, self._b
 
 
 class Factor:

@@ -9,7 +9,6 @@ from numpy.typing import ArrayLike
 
 from nvhchain.acoustics.bands import over_bands
 from nvhchain.acoustics.engines import check_engine, check_memory, systems
-from nvhchain.acoustics.linear_system import Factor
 from nvhchain.acoustics.potentials import layer_potentials
 from nvhchain.acoustics.surface import check_mesh, check_points
 from nvhchain.conventions import Air, Progress
@@ -100,8 +99,7 @@ def _vectors(
     omega = 2 * np.pi * frequency
     solved = np.flatnonzero(frequency > 0)
     wavenumbers = omega[solved] / air.speed_of_sound
-    for at, k, (a, b) in zip(solved, wavenumbers, systems(engine, surface, wavenumbers, fidelity), strict=True):
+    for at, k, system in zip(solved, wavenumbers, systems(engine, surface, wavenumbers, fidelity), strict=True):
         double, single = layer_potentials(surface, points, float(k), fidelity.field_near_ratio)
-        adjoint = Factor(a).solve_transposed(double.T)
-        vectors[at] = -1j * omega[at] * air.density * (adjoint.T @ b - single)
+        vectors[at] = -1j * omega[at] * air.density * (system.adjoint(double.T).T - single)
     return vectors

@@ -168,8 +168,8 @@ def test_a_singular_matrix_raises_instead_of_giving_numbers(bracket, air, coarse
     broken = np.ones((n, n), dtype=complex), np.ones((n, len(bracket.triangles)), dtype=complex)
     for value in (1.0, np.nan):
         monkeypatch.setattr(
-            "nvhchain.acoustics.transfer.systems",
-            lambda engine, surface, k, fidelity, value=value: iter([(value * broken[0], broken[1])]),
+            "nvhchain.acoustics._fused.systems",
+            lambda surface, k, fidelity, value=value: iter([(value * broken[0], broken[1])]),
         )
         with pytest.raises(SolverError):
             transfer_vectors(bracket, [[0.0, 0.0, 1.0]], [100.0], air=air, fidelity=coarse)

@@ -193,6 +193,10 @@ class BearingForces(HandOff):
         """Samples per second, Hz."""
         return float((len(self.time) - 1) / (self.time[-1] - self.time[0]))
 
+    def in_order(self, names: tuple[str, ...]) -> FloatArray:
+        """Force (n_t, 3 n_bearing) N with the bearings in the order of `names`, which must be the same ones."""
+        return np.asarray(_in_order(self.force, self.names, names).reshape(len(self.time), -1))
+
 
 @dataclass(frozen=True, eq=False)
 class ForceSpectrum(HandOff):
@@ -213,6 +217,21 @@ class ForceSpectrum(HandOff):
         _names(self, "names", force.shape[1])
         _increasing(self, "frequency", 0.0)
         object.__setattr__(self, "input_speed", float(self.input_speed))
+
+    def in_order(self, names: tuple[str, ...]) -> ComplexArray:
+        """Force (n_f, 3 n_bearing) N with the bearings in the order of `names`, which must be the same ones."""
+        return _in_order(self.force, self.names, names).reshape(len(self.frequency), -1)
+
+
+def _in_order(force: Any, given: tuple[str, ...], names: tuple[str, ...]) -> Any:
+    """Forces (n, n_bearing, 3) of the bearings `given` in the order of `names`."""
+    unknown, missing = sorted(set(given) - set(names)), sorted(set(names) - set(given))
+    require(
+        not unknown and not missing,
+        f"bearing names differ: the housing has {', '.join(names)}; unknown to it: "
+        f"{', '.join(unknown) or 'none'}; without force: {', '.join(missing) or 'none'}",
+    )
+    return force[:, [given.index(name) for name in names]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -350,6 +369,16 @@ class ReducedHousing(HandOff):
             "ReducedHousing.seat_residual must be symmetric",
         )
 
+    def receptance(self, frequency: FloatArray, *, structural: bool = False) -> ComplexArray:
+        """Modal coordinate per modal force (n_f, n_mode) s² at `frequency` (n_f,) Hz.
+
+        1/(ω_r² − ω² + 2jζω_rω), or 1/(ω_r²(1 + 2jζ) − ω²) with `structural` damping of loss factor 2ζ.
+        """
+        omega = 2 * np.pi * np.asarray(frequency)[:, None]
+        natural = 2 * np.pi * self.natural_frequency
+        loss = 2j * self.modal_damping * natural * (natural if structural else omega)
+        return np.asarray(1.0 / (natural**2 - omega**2 + loss))
+
 
 @dataclass(frozen=True, eq=False)
 class SurfaceVelocity(HandOff):
@@ -456,6 +485,53 @@ class TransferVectors(HandOff):
 
 
 @dataclass(frozen=True, eq=False)
+class ModalTransferVectors(HandOff):
+    """Transfer vectors times the shapes of a reduced housing: p = modes · q̇ + residual · Ḟ.
+
+    frequency: (n_f,) Hz, the lines of a load case.  points: (n_point, 3) m.
+    modes: (n_f, n_point, n_mode) complex Pa per unit velocity of a modal coordinate, Pa s/(m kg^½).
+    residual: (n_f, n_point, n_bearing, 3) complex Pa per unit rate of a bearing force, Pa s/N.
+    names: n_bearing.  housing: content hash of the reduced housing whose shapes they are.
+    """
+
+    frequency: FloatArray
+    points: FloatArray
+    modes: ComplexArray
+    residual: ComplexArray
+    names: tuple[str, ...]
+    housing: str
+
+    def __post_init__(self) -> None:
+        frequency = _array(self, "frequency", float, (None,))
+        points = _array(self, "points", float, (None, 3))
+        _increasing(self, "frequency", 0.0)
+        _array(self, "modes", complex, (len(frequency), len(points), None))
+        residual = _array(self, "residual", complex, (len(frequency), len(points), None, 3))
+        _names(self, "names", residual.shape[2])
+
+
+@dataclass(frozen=True, eq=False)
+class NoiseTransferFunctions(HandOff):
+    """Sound pressure per bearing force: p = functions · F.
+
+    frequency: (n_f,) Hz.  points: (n_point, 3) m.  functions: (n_f, n_point, n_bearing, 3) complex Pa/N.
+    names: n_bearing.
+    """
+
+    frequency: FloatArray
+    points: FloatArray
+    functions: ComplexArray
+    names: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        frequency = _array(self, "frequency", float, (None,))
+        points = _array(self, "points", float, (None, 3))
+        _increasing(self, "frequency", 0.0)
+        functions = _array(self, "functions", complex, (len(frequency), len(points), None, 3))
+        _names(self, "names", functions.shape[2])
+
+
+@dataclass(frozen=True, eq=False)
 class FieldPressure(HandOff):
     """Sound pressure at field points.
 
@@ -486,6 +562,8 @@ HAND_OFFS: dict[str, type[HandOff]] = {
         Surface,
         SurfaceVelocity,
         TransferVectors,
+        ModalTransferVectors,
+        NoiseTransferFunctions,
         FieldPressure,
     )
 }

@@ -66,6 +66,24 @@ _META: dict[str, tuple[str, str, tuple[str, ...]]] = {
     "TransferVectors.points": ("m", "field points", ("point", "axis")),
     "TransferVectors.vectors": ("Pa s/m", "acoustic transfer vectors", ("frequency", "point", "face")),
     "TransferVectors.image_vectors": ("Pa s/m", "part by way of the plane", ("frequency", "point", "face")),
+    "ModalTransferVectors.frequency": ("Hz", "frequency", ("frequency",)),
+    "ModalTransferVectors.points": ("m", "field points", ("point", "axis")),
+    "ModalTransferVectors.modes": ("Pa s m-1 kg-1/2", "pressure per modal velocity", ("frequency", "point", "mode")),
+    "ModalTransferVectors.residual": (
+        "Pa s/N",
+        "pressure per rate of bearing force, residual flexibility",
+        ("frequency", "point", "bearing", "axis"),
+    ),
+    "ModalTransferVectors.names": ("", "bearing names", ("bearing",)),
+    "ModalTransferVectors.housing": ("", "content hash of the reduced housing", ()),
+    "NoiseTransferFunctions.frequency": ("Hz", "frequency", ("frequency",)),
+    "NoiseTransferFunctions.points": ("m", "field points", ("point", "axis")),
+    "NoiseTransferFunctions.functions": (
+        "Pa/N",
+        "pressure per bearing force",
+        ("frequency", "point", "bearing", "axis"),
+    ),
+    "NoiseTransferFunctions.names": ("", "bearing names", ("bearing",)),
     "FieldPressure.frequency": ("Hz", "frequency", ("frequency",)),
     "FieldPressure.points": ("m", "field points", ("point", "axis")),
     "FieldPressure.pressure": ("Pa", "sound pressure, peak", ("frequency", "point")),
@@ -155,7 +173,7 @@ def _write(group: Any, hand_off: HandOff) -> None:
 
 def _write_array(group: Any, kind: str, name: str, value: Any) -> None:
     units, long_name, axes = _META[f"{kind}.{name}"]
-    if isinstance(value, tuple) and value and isinstance(value[0], str):
+    if isinstance(value, str) or (isinstance(value, tuple) and value and isinstance(value[0], str)):
         value = np.array(value, dtype=h5py.string_dtype())
     array = np.asarray(value)
     is_complex = np.iscomplexobj(array)
@@ -190,7 +208,8 @@ def _read(group: Any, path: Path) -> HandOff:
 
 def _read_array(dataset: Any) -> Any:
     if h5py.check_string_dtype(dataset.dtype) is not None:
-        return tuple(dataset.asstr()[()])
+        text = dataset.asstr()[()]
+        return text if dataset.ndim == 0 else tuple(text)
     value = dataset[()]
     if dataset.attrs["complex"]:
         return value.view(np.complex128)[..., 0]

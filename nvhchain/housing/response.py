@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import psutil
 
-from nvhchain.errors import ResourceError, require
+from nvhchain.errors import ResourceError
 from nvhchain.handoff import ComplexArray, FloatArray, ForceSpectrum, ReducedHousing, SurfaceVelocity
 
 _CHUNK = 512
@@ -40,15 +40,7 @@ def respond(housing: ReducedHousing, force_spectrum: ForceSpectrum) -> SurfaceVe
 
 def aligned_force(housing: ReducedHousing, spectrum: ForceSpectrum) -> ComplexArray:
     """Forces (n_f, 3 n_bearing) N in the order of the housing's seats."""
-    unknown = sorted(set(spectrum.names) - set(housing.names))
-    missing = sorted(set(housing.names) - set(spectrum.names))
-    require(
-        not unknown and not missing,
-        f"bearing names differ: the housing has {', '.join(housing.names)}; unknown to it: "
-        f"{', '.join(unknown) or 'none'}; without force: {', '.join(missing) or 'none'}",
-    )
-    order = [spectrum.names.index(name) for name in housing.names]
-    return spectrum.force[:, order].reshape(len(spectrum.frequency), -1)
+    return spectrum.in_order(housing.names)
 
 
 def modal_displacement(
@@ -56,13 +48,10 @@ def modal_displacement(
 ) -> ComplexArray:
     """Modal coordinates (n_f, n_mode) kg^½ m under seat forces (n_f, 3 n_bearing) N at `frequency` (n_f,) Hz.
 
-    Denominator ω_r² − ω² + 2jζω_rω, or ω_r²(1 + 2jζ) − ω² with `structural` damping of loss factor 2ζ.
+    The damping is viscous or, with `structural`, of loss factor 2ζ (`ReducedHousing.receptance`).
     """
-    omega = 2 * np.pi * np.asarray(frequency)[:, None]
-    natural = 2 * np.pi * housing.natural_frequency
-    loss = 2j * housing.modal_damping * natural * (natural if structural else omega)
-    shapes = housing.seat_shapes.reshape(len(natural), -1)
-    return np.asarray(_times_real(force, shapes.T) / (natural**2 - omega**2 + loss))
+    shapes = housing.seat_shapes.reshape(len(housing.natural_frequency), -1)
+    return np.asarray(_times_real(force, shapes.T) * housing.receptance(frequency, structural=structural))
 
 
 def face_displacement(

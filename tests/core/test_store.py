@@ -13,6 +13,8 @@ from nvhchain.handoff import (
     FieldPressure,
     ForceSpectrum,
     MeshLaw,
+    ModalTransferVectors,
+    NoiseTransferFunctions,
     ReducedHousing,
     RigidPlane,
     Surface,
@@ -36,6 +38,10 @@ EXAMPLES = [
         [50.0], [[0.0, 0, 5]], np.full((1, 1, 4), 2 + 1j), SURFACE, Air(340.0, 1.2),
         RigidPlane((0.1, 0, -2), (1.0, 2, 7)), np.full((1, 1, 4), 1j),
     ),
+    ModalTransferVectors(
+        [50.0], [[0.0, 0, 5]], np.full((1, 1, 2), 2 + 1j), np.full((1, 1, 1, 3), 3j), ("A1",), "abc",
+    ),
+    NoiseTransferFunctions([50.0], [[0.0, 0, 5]], np.full((1, 1, 1, 3), 3j), ("A1",)),
     FieldPressure([50.0, 60.0], [[0.0, 0, 5]], [[1 + 1j], [2 - 1j]], 261.8),
 ]  # fmt: skip
 

@@ -134,7 +134,8 @@ def _sums(work, rule, hat, width):
 @numba.njit(
     "void(int64[::1], int64[::1], int64[::1], int64[::1], int64[::1], float64[:,:,::1], int64[::1],"
     "float64[:,::1], int64[:,::1], float64[:,::1], float64[:,:,::1], float64[::1], float64[::1],"
-    "float64, float64, int64[:,::1], boolean[::1], float64[::1], float64[::1], boolean[::1],"
+    "float64[:,::1], float64[:,::1], float64[:,:,::1], float64, float64, int64[:,::1], int64[::1], float64[::1],"
+    "float64[::1], boolean[::1],"
     "complex128[:,:,::1], complex128[:,:,::1])",
     **COMPILED,
 )
@@ -152,15 +153,18 @@ def close_block(
     curl,  # (n_face, 3, 3)
     area,  # (n_face,)
     size,  # (n_face,) longest edges
+    trial_vertices,  # (n_v, 3) those of the surface, or of its mirror image
+    trial_normal,  # (n_face, 3)
+    trial_curl,  # (n_face, 3, 3)
     gap,  # pairs nearer than this multiple of the longer triangle are cut
     least_scale,  # smallest piece, of its triangle
     corner,  # (n_face, 3) columns of A; those of B are numbered as the triangles
-    owned,  # (n_v,) whether the row may be written
+    row_of,  # (n_v,) row of A and B of every vertex, −1 where it belongs to somebody else
     k,  # (n_k,)
     beta,  # (n_k,)
     new_step,  # (n_k,)
-    a,  # (n_k, n_v, n_v) added to
-    b,  # (n_k, n_v, n_face) added to
+    a,  # (n_k, n_row, n_v) added to
+    b,  # (n_k, n_row, n_face) added to
 ):
     """Add the close pairs of a block of test triangles to the rows that are owned."""
     n_k = k.shape[0]
@@ -173,10 +177,13 @@ def close_block(
     for t in test:
         for i_pair in range(pair_start[t], pair_start[t + 1]):
             s, r = trial[i_pair], kind[i_pair]
-            _match(triangles, t, s, left, right)
-            x, y = _corners(vertices, triangles, t, left), _corners(vertices, triangles, s, right)
+            for i in range(3):
+                left[i] = right[i] = i
+            if r < _NEAREST:
+                _match(triangles, t, s, left, right)
+            x, y = _corners(vertices, triangles, t, left), _corners(trial_vertices, triangles, s, right)
             normal_x = (normal[t, 0], normal[t, 1], normal[t, 2])
-            normal_y = (normal[s, 0], normal[s, 1], normal[s, 2])
+            normal_y = (trial_normal[s, 0], trial_normal[s, 1], trial_normal[s, 2])
             facing = normal_x[0] * normal_y[0] + normal_x[1] * normal_y[1] + normal_x[2] * normal_y[2]
             share = area[t] * area[s] / (4.0 * np.pi)
             sums[:] = 0.0
@@ -186,7 +193,7 @@ def close_block(
                 for i in range(3):
                     for axis in range(3):
                         corners[0, i, axis] = vertices[triangles[t, left[i]], axis]
-                        corners[1, i, axis] = vertices[triangles[s, right[i]], axis]
+                        corners[1, i, axis] = trial_vertices[triangles[s, right[i]], axis]
                 pieces, scale, n_piece = cut(pieces, scale, corners, size[t], size[s], gap, least_scale)
             for n in range(n_piece):
                 for i_chunk in range(rule_start[r], rule_start[r + 1]):
@@ -207,29 +214,33 @@ def close_block(
                             for j in range(8):
                                 sums[ik, i, j] += part[j]
             for i in range(3):
-                vertex = triangles[t, left[i]]
-                if not owned[vertex]:
+                row = row_of[triangles[t, left[i]]]
+                if row < 0:
                     continue
                 for j in range(3):
                     c = 0.0
                     for axis in range(3):
-                        c += curl[t, left[i], axis] * curl[s, right[j], axis]
+                        c += curl[t, left[i], axis] * trial_curl[s, right[j], axis]
                     for ik in range(n_k):
-                        a[ik, vertex, corner[s, right[j]]] += complex(
+                        a[ik, row, corner[s, right[j]]] += complex(
                             sums[ik, i, 2 * j] + beta[ik] * c * whole[ik, 1],
                             sums[ik, i, 2 * j + 1] - beta[ik] * c * whole[ik, 0],
                         )
                 for ik in range(n_k):
-                    b[ik, vertex, s] += complex(sums[ik, i, 6], sums[ik, i, 7])
+                    b[ik, row, s] += complex(sums[ik, i, 6], sums[ik, i, 7])
 
 
 @numba.njit(
-    "void(float64[:,::1], float64[::1], int64[:,::1], float64[::1], int64[::1], int64[::1], int64[::1])", **COMPILED
+    "void(float64[:,::1], float64[:,::1], float64[::1], int64[:,::1], boolean, float64[::1], int64[::1], int64[::1],"
+    "int64[::1])",
+    **COMPILED,
 )
 def close_pairs(
     centroid,  # (n_face, 3)
+    trial_centroid,  # (n_face, 3) of the surface, or of its mirror image
     size,  # (n_face,)
     triangles,  # (n_face, 3)
+    same,  # whether the trial triangles are the surface itself, so that equal vertices touch
     ratio,  # (n_level,) increasing: level of a pair from centroid distance / larger size
     start,  # (n_face + 1,): counts the close pairs when start[-1] < 0, else tells where they go
     trial,  # out
@@ -245,7 +256,7 @@ def close_pairs(
         for j in range(n):
             square = 0.0
             for axis in range(3):
-                square += (centroid[i, axis] - centroid[j, axis]) ** 2
+                square += (centroid[i, axis] - trial_centroid[j, axis]) ** 2
             larger = max(size[i], size[j])
             if square >= (ratio[n_level - 1] * larger) ** 2:
                 continue
@@ -253,7 +264,7 @@ def close_pairs(
                 shared = 0
                 for p in range(3):
                     for q in range(3):
-                        if triangles[i, p] == triangles[j, q]:
+                        if same and triangles[i, p] == triangles[j, q]:
                             shared += 1
                 level = 0
                 while square >= (ratio[level] * larger) ** 2:

@@ -25,6 +25,18 @@ class Block:
     lines: IntArray
 
 
+@dataclass(frozen=True)
+class Part:
+    """Rows that one thread assembles: no other part writes them, so that parts need no lock and add in fixed order.
+
+    rows: (n_row,) vertices.  triangles: (n_test,) all that touch them, sorted numbering.  blocks: the same in portions.
+    """
+
+    rows: IntArray
+    triangles: IntArray
+    blocks: tuple[Block, ...]
+
+
 def threads() -> int:
     """Threads that assemble: as many as cores, or what NUMBA_NUM_THREADS says."""
     return int(numba.config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]
@@ -46,9 +58,9 @@ def sorted_tiles(centroids: FloatArray) -> tuple[IntArray, IntArray]:
     return np.concatenate(leaves), np.cumsum([0] + [len(leaf) for leaf in leaves])
 
 
-def parts_of(triangles: IntArray, tiles: IntArray, n_vertex: int) -> tuple[IntArray, tuple[tuple[Block, ...], ...]]:
-    """Deal the rows out to parts, several per thread to even out the load; border triangles belong to both sides."""
-    n_part = min(4 * threads() if threads() > 1 else 1, len(tiles) - 1)
+def parts_of(triangles: IntArray, tiles: IntArray, n_vertex: int, n_part: int) -> tuple[Part, ...]:
+    """Deal the rows out to at most `n_part` parts; border triangles belong to both sides."""
+    n_part = min(n_part, len(tiles) - 1)
     limits = tiles[np.linspace(0, len(tiles) - 1, n_part + 1).astype(int)]
     owner = np.full(n_vertex, n_part)
     np.minimum.at(
@@ -63,8 +75,8 @@ def parts_of(triangles: IntArray, tiles: IntArray, n_vertex: int) -> tuple[IntAr
             rows = np.unique(triangles[test][own])
             lines = np.where(own, np.searchsorted(rows, triangles[test]), len(rows) + np.arange(3))
             blocks.append(Block(test, rows, lines))
-        parts.append(tuple(blocks))
-    return owner, tuple(parts)
+        parts.append(Part(np.flatnonzero(owner == part), mine, tuple(blocks)))
+    return tuple(parts)
 
 
 @numba.njit("void(int64[::1], int64[::1], int64[::1], complex128[:,:,::1], complex128[:,:,::1])", **COMPILED)
@@ -72,8 +84,8 @@ def restore_columns(
     rows,  # rows of A and B to work on
     vertex_rank,  # (n_v,) column of A that holds every vertex
     face_rank,  # (n_face,) column of B that holds every face
-    a,  # (n_k, n_v, n_v) changed in place
-    b,  # (n_k, n_v, n_face) changed in place
+    a,  # (n_k, n_row, n_v) changed in place
+    b,  # (n_k, n_row, n_face) changed in place
 ):
     """Give the columns, assembled in the order of the sorted triangles, their place in the caller's numbering."""
     line = np.empty(len(face_rank), dtype=np.complex128)

@@ -87,7 +87,7 @@ def test_the_number_of_threads_and_repetition_do_not_change_a_bit(monkeypatch):
     again = next(_fused.systems(surface, [30.0], FIDELITY))
     assert (a == again[0]).all()
     assert (b == again[1]).all()
-    monkeypatch.setattr("nvhchain.acoustics._fused_order.threads", lambda: 1)
+    monkeypatch.setattr("nvhchain.acoustics._fused.threads", lambda: 1)
     single = next(_fused.systems(surface, [30.0], FIDELITY))
     assert relative(single[0], a) < 1e-13
     assert relative(single[1], b) < 1e-13

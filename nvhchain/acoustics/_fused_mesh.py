@@ -1,0 +1,165 @@
+"""A surface, and its mirror image behind a rigid plane, as the fused engine's kernels want them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from nvhchain.acoustics._fused_close import CHUNK, close_pairs
+from nvhchain.acoustics._fused_order import sorted_tiles
+from nvhchain.acoustics._fused_quadrature import in_chunks, product_rule, touching_rule, triangle_rule
+from nvhchain.fidelity import AcousticsFidelity
+from nvhchain.handoff import FloatArray, IntArray, Surface
+
+
+class Plane(Protocol):
+    """A rigid plane that reflects: G(x, y) + G(x, y′) with the mirrored point y′ has no normal derivative on it."""
+
+    def mirror(self, points: FloatArray) -> FloatArray:
+        """Mirrored points (n, 3), m."""
+
+    def mirror_direction(self, vectors: FloatArray) -> FloatArray:
+        """Mirrored directions (n, 3)."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """Triangles that radiate: those of the surface, or their mirror images, whose normals point out of the image.
+
+    vertices: (n_v, 3).  points: (n_m, 3, n_face) quadrature points.  normals, curls: (n_face, 3), (n_face, 3, 3), and
+    as rows over the faces.  close_start: (n_face + 1,) into close_trial and close_rule, the pairs too near for the far
+    rule.
+    """
+
+    vertices: FloatArray
+    points: FloatArray
+    normals: FloatArray
+    normal_rows: FloatArray
+    curls: FloatArray
+    curl_rows: FloatArray
+    close_start: IntArray
+    close_trial: IntArray
+    close_rule: IntArray
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """The surface in the order the kernels want: triangles that are neighbours in space are neighbours in memory.
+
+    order: (n_face,) original number of every sorted triangle; face_rank: its inverse.
+    columns: (n_face, 3) vertices, numbered as the sorted triangles meet them; vertex_rank: (n_v,) that number.
+    tiles: (n_tile + 1,) first triangle of every tile.  trials: the surface, and its image if there is a plane.
+    rules: chunks of the pair rules.  extent: m, no two points of surface and image are farther apart.
+    """
+
+    order: IntArray
+    face_rank: IntArray
+    columns: IntArray
+    vertex_rank: IntArray
+    vertices: FloatArray
+    triangles: IntArray
+    normals: FloatArray
+    curls: FloatArray
+    areas: FloatArray
+    sizes: FloatArray
+    tiles: IntArray
+    trials: tuple[Trial, ...]
+    rules: FloatArray
+    rule_start: IntArray
+    rule_width: IntArray
+    far_hats: FloatArray
+    far_weights: FloatArray
+    gap: float
+    least_scale: float
+    extent: float
+
+
+def prepare(surface: Surface, fidelity: AcousticsFidelity, plane: Plane | None) -> Mesh:
+    """Sort the surface, mirror it if there is a plane, list its close pairs and choose their rules."""
+    order, tiles = sorted_tiles(surface.centroids)
+    triangles = np.ascontiguousarray(surface.triangles[order])
+    vertices = np.array(surface.vertices)  # a copy: the kernels are compiled for writeable arrays
+    areas, sizes = surface.areas[order], surface.longest_edges[order]
+    normals = np.ascontiguousarray(surface.normals[order])
+    curls = _curls(vertices[triangles], areas)
+
+    vertex_rank = np.argsort(np.argsort(np.unique(triangles, return_index=True)[1]))
+    rules = [touching_rule(shared, fidelity.singular_order) for shared in (1, 2, 3)]
+    rules += [product_rule(degree) for degree in fidelity.close_orders]
+    chunks, chunk_start, chunk_width = in_chunks(rules, CHUNK)
+    hats, weights = triangle_rule(fidelity.quadrature_order)
+    spare = -len(weights) % 3  # the far kernel takes points by threes
+    hats, weights = np.pad(hats, ((0, 0), (0, spare)), constant_values=1 / 3), np.pad(weights, (0, spare))
+
+    ratios = np.asarray(fidelity.close_distances, dtype=float)
+    trials = [_trial(vertices, vertices, triangles, normals, curls, sizes, hats, ratios)]
+    corners = vertices
+    if plane is not None:
+        image = np.ascontiguousarray(plane.mirror(vertices))
+        mirrored = np.ascontiguousarray(plane.mirror_direction(normals))
+        # n × ∇φ is an axial vector: with n and ∇φ mirrored it is the mirrored curl times −1, which keeps the image's
+        # triangles right-handed about normals that point out of the image.
+        turned = -np.ascontiguousarray(plane.mirror_direction(curls.reshape(-1, 3))).reshape(curls.shape)
+        trials.append(_trial(image, vertices, triangles, mirrored, turned, sizes, hats, ratios))
+        corners = np.vstack([vertices, image])
+    return Mesh(
+        order=order,
+        face_rank=np.argsort(order),
+        columns=np.ascontiguousarray(vertex_rank[triangles]),
+        vertex_rank=vertex_rank,
+        vertices=vertices,
+        triangles=triangles,
+        normals=normals,
+        curls=curls,
+        areas=areas,
+        sizes=sizes,
+        tiles=tiles,
+        trials=tuple(trials),
+        rules=chunks,
+        rule_start=chunk_start,
+        rule_width=chunk_width,
+        far_hats=np.ascontiguousarray(hats.T),
+        far_weights=weights,
+        gap=fidelity.gap_ratio,
+        least_scale=0.5**fidelity.gap_halvings,
+        extent=float(np.linalg.norm(np.ptp(corners, axis=0))),
+    )
+
+
+def _curls(corners: FloatArray, areas: FloatArray) -> FloatArray:
+    """Surface curl n × ∇φᵢ (n_face, 3, 3) of the hats, constant on a triangle: the opposite edge over twice the area."""
+    edges = np.roll(corners, -2, axis=1) - np.roll(corners, -1, axis=1)
+    return np.ascontiguousarray(edges / (2.0 * areas[:, None, None]))
+
+
+def _trial(
+    vertices: FloatArray,
+    test_vertices: FloatArray,
+    triangles: IntArray,
+    normals: FloatArray,
+    curls: FloatArray,
+    sizes: FloatArray,
+    hats: FloatArray,
+    ratios: FloatArray,
+) -> Trial:
+    corners = vertices[triangles]
+    centroids, test_centroids = corners.mean(axis=1), test_vertices[triangles].mean(axis=1)
+    same = vertices is test_vertices
+    start = np.full(len(triangles) + 1, -1)
+    nothing = np.empty(0, dtype=np.int64)
+    close_pairs(test_centroids, centroids, sizes, triangles, same, ratios, start, nothing, nothing)
+    trial, rule = np.empty(start[-1], dtype=np.int64), np.empty(start[-1], dtype=np.int64)
+    close_pairs(test_centroids, centroids, sizes, triangles, same, ratios, start, trial, rule)
+    return Trial(
+        vertices=vertices,
+        points=np.ascontiguousarray(np.einsum("im,tia->mat", hats, corners)),
+        normals=normals,
+        normal_rows=np.ascontiguousarray(normals.T),
+        curls=curls,
+        curl_rows=np.ascontiguousarray(curls.transpose(1, 2, 0)),
+        close_start=start,
+        close_trial=trial,
+        close_rule=rule,
+    )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
+import shutil
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache, partial
 from pathlib import Path
@@ -54,6 +55,17 @@ def code_version(package: str) -> str:
     return f"{__version__}+{fingerprint(*(file.read_bytes() for file in files))[:12]}"
 
 
+def found(path: Path, kind: type[H], key: str) -> H | None:
+    """The hand-off in `path` if it is whole, of this kind and made under `key` (in its provenance), else None."""
+    if not path.exists():
+        return None
+    try:
+        hand_off = store.load(path, kind)
+    except FileFormatError:
+        return None
+    return hand_off if hand_off.provenance.get("key") == key else None
+
+
 class Watcher(Protocol):
     """What follows a run: stages begin, advance and end."""
 
@@ -100,17 +112,11 @@ class Shelf:
         so that several variants live side by side.
         """
         version = code_version(package)
-        key = fingerprint(name, version, fidelity, *inputs)
-        stage = name.split("-{key}")[0]
-        path = self.folder / f"{name.replace('{key}', key[:10])}.h5" if self.folder else None
-        if path is not None and path.exists():
-            try:
-                found = store.load(path, kind)
-                if found.provenance.get("key") == key:
-                    self.watcher.end(stage, "found")
-                    return found
-            except FileFormatError:
-                pass  # computed again and replaced below
+        key, stage, path = self._place(name, version, inputs, fidelity)
+        there = found(path, kind, key) if path else None
+        if there is not None:
+            self.watcher.end(stage, "found")
+            return there
         provenance = {
             "key": key,
             "stage": stage,
@@ -124,3 +130,27 @@ class Shelf:
             store.save(result, path)
         self.watcher.end(stage, "computed")
         return result
+
+    def stage_in_parts(
+        self,
+        name: str,
+        kind: type[H],
+        package: str,
+        inputs: Sequence[Any],
+        compute: Callable[[Progress, Path | None], H],
+        *,
+        fidelity: Any,
+    ) -> H:
+        """As `stage`; `compute` also gets a folder for finished parts, which goes once the whole is on the shelf."""
+        key, stage, path = self._place(name, code_version(package), inputs, fidelity)
+        parts = path.with_name(f"{stage}-{key[:10]}.parts") if path else None
+        whole = self.stage(name, kind, package, inputs, lambda progress: compute(progress, parts), fidelity=fidelity)
+        if parts is not None:
+            shutil.rmtree(parts, ignore_errors=True)
+        return whole
+
+    def _place(self, name: str, version: str, inputs: Sequence[Any], fidelity: Any) -> tuple[str, str, Path | None]:
+        """(key, name, file) of a stage."""
+        key = fingerprint(name, version, fidelity, *inputs)
+        path = self.folder / f"{name.replace('{key}', key[:10])}.h5" if self.folder else None
+        return key, name.split("-{key}")[0], path

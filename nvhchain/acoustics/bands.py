@@ -1,19 +1,41 @@
-"""Frequencies in bands: the unit of work that goes to an executor."""
+"""Frequencies in bands: the unit of work that goes to an executor and, finished, to disk."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
-from typing import Any
+import os
+import warnings
+from collections import Counter
+from collections.abc import Callable, Generator
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
+from contextlib import closing
+from typing import Any, Protocol
 
 import numpy as np
-import psutil
+from threadpoolctl import threadpool_limits
 
+from nvhchain.cluster import cores, room, share, worker_lost
 from nvhchain.conventions import Progress
+from nvhchain.errors import SolverError, require
 from nvhchain.handoff import ComplexArray, FloatArray
+from nvhchain.resume import code_version
 
 BAND = 4
 """Frequencies per task: enough to share an engine's geometric work, few enough to spread and to report progress."""
+
+_LOSSES = 3
+"""Times a band may lose its worker before it is taken to be what kills workers."""
+
+Job = tuple[Any, ...]
+
+
+class Shards(Protocol):
+    """Keeps finished bands, so that what was killed goes on where it was."""
+
+    def find(self, frequency: FloatArray) -> ComplexArray | None:
+        """Values of the band of these frequencies, None where there are none or they are not to be trusted."""
+
+    def keep(self, frequency: FloatArray, values: ComplexArray) -> None:
+        """Save the values of a band."""
 
 
 def over_bands(
@@ -25,38 +47,115 @@ def over_bands(
     memory_per_task: int,
     executor: Executor | None,
     progress: Progress | None,
+    shards: Shards | None = None,
 ) -> ComplexArray:
     """Values of `solve(frequency band, *extra bands, *arguments)` stacked over all frequencies.
 
     extra: arrays with one row per frequency, cut like the frequencies.  memory_per_task: bytes; no more tasks are under
-    way at once than fit into the memory that is free now.  progress: called with (frequencies done, in all).
+    way at once than fit into the memory of the executor's machines.  progress: called with (frequencies done, in all).
+    shards: bands found there are not solved, solved ones are kept there at once.
+
+    The first exception of a task ends the call and cancels what has not begun.  A band whose worker is lost is given to
+    another one; where none is left the rest is solved in this process, and a RuntimeWarning says so.  Raises
+    ResourceError where no worker holds a task and SolverError where a band loses one worker after the other.
     """
-    starts = range(0, len(frequency), BAND)
-    report = progress or (lambda done, total: None)
-    parts: dict[int, ComplexArray] = {}
-
-    def job(start: int) -> tuple[Any, ...]:
-        cut = slice(start, start + BAND)
-        return (frequency[cut], *(rows[cut] for rows in extra), *arguments)
-
+    bands = [slice(start, start + BAND) for start in range(0, len(frequency), BAND)]
+    values: ComplexArray | None = None
     done = 0
-    report(0, len(frequency))
+
+    def put(band: slice, part: ComplexArray) -> None:
+        nonlocal values, done
+        if values is None:
+            values = np.empty((len(frequency), *part.shape[1:]), dtype=part.dtype)
+        values[band] = part
+        done += len(part)
+        if progress:
+            progress(done, len(frequency))
+
+    if progress:
+        progress(0, len(frequency))
+    jobs = []
+    for band in bands:
+        kept = shards.find(frequency[band]) if shards else None
+        if kept is None:
+            jobs.append((band, (frequency[band], *(rows[band] for rows in extra), *arguments)))
+        else:
+            put(band, kept)
     if executor is None:
-        for start in starts:
-            parts[start] = solve(*job(start))
-            done += len(parts[start])
-            report(done, len(frequency))
+        solved = ((number, solve(*job)) for number, (_, job) in enumerate(jobs))
     else:
-        limit = max(1, int(psutil.virtual_memory().available // memory_per_task))
-        waiting, running = list(starts), dict[Future[ComplexArray], int]()
-        while waiting or running:
-            while waiting and len(running) < limit:
-                start = waiting.pop(0)
-                running[executor.submit(solve, *job(start))] = start
-            finished, _ = wait(running, return_when=FIRST_COMPLETED)
-            for future in finished:
-                start = running.pop(future)
-                parts[start] = future.result()
-                done += len(parts[start])
-                report(done, len(frequency))
-    return np.concatenate([parts[start] for start in starts])
+        solved = _spread(solve, [job for _, job in jobs], memory_per_task, executor)
+    with closing(solved):
+        for number, part in solved:
+            band = jobs[number][0]
+            if shards:
+                shards.keep(frequency[band], part)
+            put(band, part)
+    assert values is not None
+    return values
+
+
+def _spread(
+    solve: Callable[..., ComplexArray], jobs: list[Job], memory_per_task: int, executor: Executor
+) -> Generator[tuple[int, ComplexArray]]:
+    """(number of the job, its values) as they are finished; what is left is cancelled when the caller stops asking."""
+    place = room(executor, memory_per_task)
+    common = (code_version("acoustics"), place.neighbours, os.getpid(), solve)
+    waiting, running, losses = list(range(len(jobs))), dict[Future[ComplexArray], int](), Counter[int]()
+    with threadpool_limits(max(1, cores() // place.neighbours)):
+        try:
+            while waiting or running:
+                while waiting and len(running) < place.tasks:
+                    running[executor.submit(_task, *common, *jobs[waiting[0]])] = waiting[0]
+                    del waiting[0]
+                finished, _ = wait(running, return_when=FIRST_COMPLETED)
+                for future in finished:
+                    number = running[future]
+                    error = _lost(future)
+                    if isinstance(error, BrokenExecutor):
+                        raise error
+                    del running[future]
+                    if error is None:
+                        yield number, future.result()
+                        continue
+                    losses[number] += 1
+                    if losses[number] == _LOSSES:
+                        raise SolverError(
+                            f"{_LOSSES} workers were lost one after the other under the same band of frequencies "
+                            f"({error}): it needs {memory_per_task / 2**30:.3g} GiB; give workers more memory"
+                        ) from error
+                    waiting.insert(0, number)
+        except BrokenExecutor as error:
+            left = sorted([*running.values(), *waiting])
+            warnings.warn(
+                f"the executor is broken ({error}): {len(left)} bands of frequencies are solved in this process",
+                RuntimeWarning,
+                stacklevel=2,
+            )
+            running.clear()
+            for number in left:
+                yield number, _task(*common, *jobs[number])
+        finally:
+            for future in running:
+                future.cancel()
+
+
+def _lost(future: Future[ComplexArray]) -> BaseException | None:
+    """What says that the worker of a finished task was lost; an error of the task itself is raised."""
+    try:
+        future.result()
+    except BaseException as error:
+        if not worker_lost(error):
+            raise
+        return error
+    return None
+
+
+def _task(version: str, neighbours: int, home: int, solve: Callable[..., ComplexArray], *job: Any) -> ComplexArray:
+    """One band on a worker, which must run the code that its caller runs."""
+    require(
+        code_version("acoustics") == version,
+        f"a worker runs nvhchain {code_version('acoustics')}, its caller {version}: install the same on all machines "
+        "and restart the workers",
+    )
+    return share(neighbours, home, solve, *job)

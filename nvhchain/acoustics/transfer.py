@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from concurrent.futures import Executor
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,6 +11,7 @@ from numpy.typing import ArrayLike
 from nvhchain.acoustics.bands import over_bands
 from nvhchain.acoustics.engines import check_engine, check_memory, systems
 from nvhchain.acoustics.potentials import layer_potentials
+from nvhchain.acoustics.shards import VectorShards
 from nvhchain.acoustics.surface import check_mesh, check_points
 from nvhchain.conventions import Air, Progress
 from nvhchain.errors import require
@@ -50,6 +52,7 @@ def transfer_vectors(
     engine: str = "fused",
     executor: Executor | None = None,
     progress: Progress | None = None,
+    shards: Path | None = None,
 ) -> TransferVectors:
     """Pressure at field points per unit normal velocity of every face, p = vectors · v_n, at master frequencies.
 
@@ -59,6 +62,7 @@ def transfer_vectors(
     surface: closed, outward, resolving the highest frequency at `fidelity.elements_per_wavelength`.
     points: (n_point, 3) m, outside the body.  frequencies: (n_f,) Hz, increasing; at 0 Hz the vectors vanish.
     engine: `fused` or `bempp`.  executor: takes bands of four frequencies, as many at once as memory allows.
+    shards: folder in which every finished band is saved, and from which a run that was killed takes them again.
     Assumes one-way coupling and a free field.  Raises InputError (mesh too coarse, point inside or too near),
     ResourceError (matrices do not fit into free memory), SolverError (singular system).
     """
@@ -75,6 +79,7 @@ def transfer_vectors(
         memory_per_task=check_memory(surface, size, engine),
         executor=executor,
         progress=progress,
+        shards=VectorShards(shards, surface, x, air, (fidelity, engine)) if shards else None,
     )
     return TransferVectors(
         frequency, x, vectors, surface, air, provenance=made_by("transfer_vectors", fidelity, engine)

@@ -1,0 +1,156 @@
+"""Executors: dask.distributed on this machine or at an address, and what any executor offers to a task.
+
+Every `concurrent.futures.Executor` serves. They differ in how many tasks of a size they hold at once, in how many tasks
+share a machine, and in how they tell that a worker was lost.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable, Iterator
+from concurrent.futures import BrokenExecutor, CancelledError, Executor
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any, TypeVar
+
+import psutil
+from threadpoolctl import threadpool_limits
+
+from nvhchain.errors import InputError, ResourceError, require
+
+T = TypeVar("T")
+
+_USABLE = 0.8
+"""Share of a dask worker's memory limit that tasks may fill: beyond it dask pauses the worker, at 0.95 it ends it."""
+
+_GRANTED: ContextVar[int | None] = ContextVar("granted_threads", default=None)
+
+
+@contextmanager
+def local_cluster(workers: int | None = None, *, memory_per_worker: int | None = None) -> Iterator[Executor]:
+    """An executor of worker processes on this machine (dask.distributed); a worker that dies is replaced.
+
+    workers: processes (default: one per core).  memory_per_worker: bytes (default: an equal part of 90 % of what is
+    free now).  Workers import the calling script: it must keep its own work under `if __name__ == "__main__":`.
+    Raises InputError when dask.distributed is not installed.
+    """
+    distributed = _distributed()
+    require(workers is None or workers >= 1, f"{workers} workers cannot work: ask for 1 or more")
+    count = workers or cores()
+    memory = memory_per_worker or int(0.9 * psutil.virtual_memory().available / count)
+    with (
+        distributed.LocalCluster(
+            n_workers=count, threads_per_worker=1, memory_limit=memory, dashboard_address=None
+        ) as cluster,
+        distributed.Client(cluster, set_as_default=False) as client,
+    ):
+        yield client.get_executor(pure=False)
+
+
+@contextmanager
+def connect(address: str, *, timeout: float = 10.0) -> Iterator[Executor]:
+    """An executor of the workers of a running dask scheduler; scheduler and workers are left running.
+
+    address: such as `tcp://host:8786`.  timeout: s in which the scheduler, and then its first worker, must answer.
+    Raises InputError when dask.distributed is not installed, the address is wrong or nothing answers there.
+    """
+    distributed = _distributed()
+    try:
+        client = distributed.Client(address, timeout=timeout, set_as_default=False)
+    except (OSError, ValueError) as error:
+        raise InputError(
+            f"no dask scheduler answers at {address} within {timeout:g} s: start one with 'dask scheduler' or "
+            "correct the address"
+        ) from error
+    with client:
+        try:
+            client.wait_for_workers(1, timeout=timeout)
+        except TimeoutError as error:
+            raise InputError(
+                f"the dask scheduler at {address} has no workers after {timeout:g} s: start some with "
+                f"'dask worker {address} --nthreads 1'"
+            ) from error
+        yield client.get_executor(pure=False)
+
+
+def cores() -> int:
+    """Cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+@dataclass(frozen=True)
+class Room:
+    """tasks: how many an executor may hold at once.  neighbours: tasks that share a machine then, at most."""
+
+    tasks: int
+    neighbours: int
+
+
+def room(executor: Executor, memory_per_task: int) -> Room:
+    """Room for tasks of `memory_per_task` bytes; ResourceError where no worker of a cluster holds even one."""
+    client = getattr(executor, "_client", None)
+    if hasattr(client, "scheduler_info"):
+        return _room_of_cluster(client.scheduler_info(n_workers=-1)["workers"], memory_per_task)  # type: ignore[union-attr]
+    fit = max(1, int(psutil.virtual_memory().available // memory_per_task))
+    # The pools of the standard library and of joblib keep the number of their workers there.
+    tasks = min(fit, int(getattr(executor, "_max_workers", cores())))
+    return Room(tasks, tasks)
+
+
+def _room_of_cluster(workers: dict[str, Any], memory_per_task: int) -> Room:
+    """Each worker by its own memory limit; the most crowded machine counts for all."""
+    tasks, machines = 0, dict[str, int]()
+    for worker in workers.values():
+        limit, threads = worker["memory_limit"], worker["nthreads"]
+        tasks += min(threads, int(_USABLE * limit // memory_per_task)) if limit else threads
+        machines[worker["host"]] = machines.get(worker["host"], 0) + threads
+    if workers and tasks == 0:
+        largest = max(worker["memory_limit"] for worker in workers.values())
+        raise ResourceError(
+            f"a task needs {memory_per_task / 2**30:.3g} GiB, the largest worker has {largest / 2**30:.3g} GiB and may "
+            f"fill {100 * _USABLE:g} % of it: use fewer, larger workers or lower the upper frequency"
+        )
+    return Room(max(1, tasks), max(1, *machines.values(), 1))
+
+
+def share(neighbours: int, home: int, solve: Callable[..., T], *arguments: Any) -> T:
+    """`solve(*arguments)` on this machine's cores divided by the `neighbours` that share it.
+
+    home: process that hands out the tasks.  There, tasks side by side share one BLAS, whose threads only the one that
+    hands out may set (`threadpool_limits`); in a process that does nothing but tasks the setting stays.
+    """
+    count = max(1, cores() // neighbours)
+    if os.getpid() != home:
+        threadpool_limits(count)
+    token = _GRANTED.set(count)
+    try:
+        return solve(*arguments)
+    finally:
+        _GRANTED.reset(token)
+
+
+def at_most(threads: int) -> int:
+    """`threads`, or fewer where the task under way shares the machine with others (`share`)."""
+    granted = _GRANTED.get()
+    return threads if granted is None else min(threads, granted)
+
+
+def worker_lost(error: BaseException) -> bool:
+    """Whether `error` says that a worker died under a task, not that the task itself failed."""
+    if isinstance(error, BrokenExecutor | CancelledError):
+        return True
+    scheduler = sys.modules.get("distributed.scheduler")
+    return scheduler is not None and isinstance(error, scheduler.KilledWorker)
+
+
+def _distributed() -> Any:
+    try:
+        return import_module("distributed")
+    except ImportError as error:
+        raise InputError(
+            "dask.distributed is not installed: run 'pip install nvhchain[cluster]', or hand in an executor of "
+            "concurrent.futures"
+        ) from error

@@ -246,12 +246,12 @@ def _transfer_vectors(
 ) -> TransferVectors:
     points = np.array([point.position for point in case.field_points])
     masters = _masters(case, velocity, fidelity)
-    return shelf.stage(
+    return shelf.stage_in_parts(
         "transfer_vectors-{key}",
         TransferVectors,
         "acoustics",
         (velocity.surface, points, masters, case.air, case.engine),
-        lambda progress: acoustics.transfer_vectors(
+        lambda progress, parts: acoustics.transfer_vectors(
             velocity.surface,
             points,
             masters,
@@ -260,6 +260,7 @@ def _transfer_vectors(
             engine=case.engine,
             executor=executor,
             progress=progress,
+            shards=parts,
         ),
         fidelity=fidelity.acoustics,
     )

@@ -10,6 +10,7 @@ import numpy as np
 
 from nvhchain.acoustics._fused_far import TILE
 from nvhchain.acoustics._fused_wave import COMPILED
+from nvhchain.cluster import at_most
 from nvhchain.handoff import FloatArray, IntArray
 
 
@@ -38,8 +39,8 @@ class Part:
 
 
 def threads() -> int:
-    """Threads that assemble: as many as cores, or what NUMBA_NUM_THREADS says."""
-    return int(numba.config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]
+    """Threads that assemble: as many as cores, or what NUMBA_NUM_THREADS says; fewer beside tasks on one machine."""
+    return at_most(int(numba.config.NUMBA_NUM_THREADS))  # type: ignore[attr-defined]
 
 
 def sorted_tiles(centroids: FloatArray) -> tuple[IntArray, IntArray]:

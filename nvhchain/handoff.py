@@ -428,7 +428,7 @@ class RigidPlane:
         """Mirror images (n, 3) m of points (n, 3) m."""
         return np.asarray(points - 2.0 * self.height(points)[:, None] * np.asarray(self.normal))
 
-    def mirror_direction(self, vectors: FloatArray) -> FloatArray:
+    def mirror_direction(self, vectors: NDArray[Any]) -> NDArray[Any]:
         """Mirror images (n, 3) of directions (n, 3): the component along the normal changes its sign."""
         normal = np.asarray(self.normal)
         return np.asarray(vectors - 2.0 * (vectors @ normal)[:, None] * normal)
@@ -552,6 +552,34 @@ class FieldPressure(HandOff):
         object.__setattr__(self, "input_speed", float(self.input_speed))
 
 
+@dataclass(frozen=True, eq=False)
+class SurfacePressure(HandOff):
+    """Sound pressure at the vertices of the radiating surface.
+
+    frequency: (n_f,) Hz.  pressure: (n_f, n_v) complex Pa, peak.  surface: the radiating surface.
+    """
+
+    frequency: FloatArray
+    pressure: ComplexArray
+    surface: Surface
+
+    def __post_init__(self) -> None:
+        frequency = _array(self, "frequency", float, (None,))
+        _array(self, "pressure", complex, (len(frequency), len(self.surface.vertices)))
+
+
+@dataclass(frozen=True, eq=False)
+class SoundPower(HandOff):
+    """Time-averaged radiated sound power.  frequency: (n_f,) Hz.  power: (n_f,) W."""
+
+    frequency: FloatArray
+    power: FloatArray
+
+    def __post_init__(self) -> None:
+        frequency = _array(self, "frequency", float, (None,))
+        _array(self, "power", float, (len(frequency),))
+
+
 HAND_OFFS: dict[str, type[HandOff]] = {
     cls.__name__: cls
     for cls in (
@@ -565,6 +593,8 @@ HAND_OFFS: dict[str, type[HandOff]] = {
         ModalTransferVectors,
         NoiseTransferFunctions,
         FieldPressure,
+        SurfacePressure,
+        SoundPower,
     )
 }
 """Every hand-off by name, as `store` writes it."""

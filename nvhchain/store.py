@@ -88,6 +88,10 @@ _META: dict[str, tuple[str, str, tuple[str, ...]]] = {
     "FieldPressure.points": ("m", "field points", ("point", "axis")),
     "FieldPressure.pressure": ("Pa", "sound pressure, peak", ("frequency", "point")),
     "FieldPressure.input_speed": ("rad/s", "speed of the input shaft, 0 if there is none", ()),
+    "SurfacePressure.frequency": ("Hz", "frequency", ("frequency",)),
+    "SurfacePressure.pressure": ("Pa", "sound pressure at the vertices, peak", ("frequency", "vertex")),
+    "SoundPower.frequency": ("Hz", "frequency", ("frequency",)),
+    "SoundPower.power": ("W", "radiated sound power, time average", ("frequency",)),
 }
 """Units, long name and axis labels of every stored field."""
 

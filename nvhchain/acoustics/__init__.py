@@ -1,19 +1,23 @@
 """Exterior acoustics: boundary elements, transfer vectors and what a vibrating surface radiates."""
 
-from nvhchain.acoustics.direct import SurfacePressure, solve_direct, surface_pressure
+from nvhchain.acoustics.direct import solve_direct, surface_pressure
 from nvhchain.acoustics.engines import ENGINES, estimate_memory
 from nvhchain.acoustics.incident import IncidentField, PlaneWave, PointSource
-from nvhchain.acoustics.power import SoundPower, array_points, array_power, sound_power
+from nvhchain.acoustics.modal import modal_pressure, modal_transfer_vectors, noise_transfer_functions, transfer_pressure
+from nvhchain.acoustics.plane import RigidPlane
+from nvhchain.acoustics.power import array_points, array_power, sound_power
 from nvhchain.acoustics.projection import project, vectors_at
 from nvhchain.acoustics.radiate import interpolation_error, radiate
 from nvhchain.acoustics.surface import check_mesh, check_points, required_element_size, sphere
 from nvhchain.acoustics.transfer import master_frequencies, transfer_vectors
+from nvhchain.handoff import SoundPower, SurfacePressure
 
 __all__ = [
     "ENGINES",
     "IncidentField",
     "PlaneWave",
     "PointSource",
+    "RigidPlane",
     "SoundPower",
     "SurfacePressure",
     "array_points",
@@ -23,6 +27,9 @@ __all__ = [
     "estimate_memory",
     "interpolation_error",
     "master_frequencies",
+    "modal_pressure",
+    "modal_transfer_vectors",
+    "noise_transfer_functions",
     "project",
     "radiate",
     "required_element_size",
@@ -30,6 +37,7 @@ __all__ = [
     "sound_power",
     "sphere",
     "surface_pressure",
+    "transfer_pressure",
     "transfer_vectors",
     "vectors_at",
 ]

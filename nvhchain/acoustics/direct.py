@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from concurrent.futures import Executor
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,30 +10,23 @@ from numpy.typing import ArrayLike
 from nvhchain.acoustics._coupling import coupling
 from nvhchain.acoustics.bands import over_bands
 from nvhchain.acoustics.engines import check_engine, check_memory, systems
-from nvhchain.acoustics.incident import IncidentField
+from nvhchain.acoustics.incident import IncidentField, Reflected
+from nvhchain.acoustics.plane import check_plane, with_images
 from nvhchain.acoustics.potentials import RULE_BARYCENTRIC, RULE_WEIGHT, layer_potentials
 from nvhchain.acoustics.surface import check_mesh, check_points
 from nvhchain.acoustics.transfer import made_by
 from nvhchain.conventions import Air, Progress
 from nvhchain.errors import require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
-from nvhchain.handoff import ComplexArray, FieldPressure, FloatArray, HandOff, Surface, SurfaceVelocity, _array
-
-
-@dataclass(frozen=True, eq=False)
-class SurfacePressure(HandOff):
-    """Sound pressure at the vertices of the radiating surface.
-
-    frequency: (n_f,) Hz.  pressure: (n_f, n_v) complex Pa, peak.  surface: the radiating surface.
-    """
-
-    frequency: FloatArray
-    pressure: ComplexArray
-    surface: Surface
-
-    def __post_init__(self) -> None:
-        frequency = _array(self, "frequency", float, (None,))
-        _array(self, "pressure", complex, (len(frequency), len(self.surface.vertices)))
+from nvhchain.handoff import (
+    ComplexArray,
+    FieldPressure,
+    FloatArray,
+    RigidPlane,
+    Surface,
+    SurfacePressure,
+    SurfaceVelocity,
+)
 
 
 def solve_direct(
@@ -44,6 +36,7 @@ def solve_direct(
     air: Air = Air(),  # noqa: B008 (frozen)
     fidelity: AcousticsFidelity = STANDARD.acoustics,
     engine: str = "fused",
+    plane: RigidPlane | None = None,
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> FieldPressure:
@@ -53,7 +46,7 @@ def solve_direct(
     At 0 Hz the pressure is zero, the limit of a finite velocity.
     """
     x = check_points(surface_velocity.surface, points)
-    pressure = _solve(surface_velocity, x, None, air, fidelity, engine, executor, progress)
+    pressure = _solve(surface_velocity, x, None, air, fidelity, engine, plane, executor, progress)
     return FieldPressure(surface_velocity.frequency, x, pressure, provenance=made_by("solve_direct", fidelity, engine))
 
 
@@ -64,17 +57,26 @@ def surface_pressure(
     fidelity: AcousticsFidelity = STANDARD.acoustics,
     engine: str = "fused",
     incident: IncidentField | None = None,
+    plane: RigidPlane | None = None,
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> SurfacePressure:
     """Total sound pressure at the vertices of the radiating surface, fourth-order accurate where the mesh is regular.
 
     incident: a field that the body scatters in addition; with zero velocity the body is rigid.  It adds
-    p_inc + α ∂p_inc/∂n to the right-hand side of (½ − K + αW) p = −(S + α(½ + K′)) ∂p/∂n, the total field's equation.
+    p_inc + α ∂p_inc/∂n to the right-hand side of (½ − K + αW) p = −(S + α(½ + K′)) ∂p/∂n, the total field's equation;
+    with a plane, p_inc comes with its own reflection.
     The other arguments and errors are those of `transfer_vectors`.
     """
     galerkin = galerkin_pressure(
-        surface_velocity, incident, air=air, fidelity=fidelity, engine=engine, executor=executor, progress=progress
+        surface_velocity,
+        incident,
+        air=air,
+        fidelity=fidelity,
+        engine=engine,
+        plane=plane,
+        executor=executor,
+        progress=progress,
     )
     return SurfacePressure(
         surface_velocity.frequency,
@@ -91,6 +93,7 @@ def galerkin_pressure(
     air: Air,
     fidelity: AcousticsFidelity,
     engine: str,
+    plane: RigidPlane | None,
     executor: Executor | None,
     progress: Progress | None,
 ) -> ComplexArray:
@@ -98,7 +101,7 @@ def galerkin_pressure(
 
     Right for integrals over the surface; at the vertices themselves see `_vertex_values`.
     """
-    return _solve(surface_velocity, None, incident, air, fidelity, engine, executor, progress)
+    return _solve(surface_velocity, None, incident, air, fidelity, engine, plane, executor, progress)
 
 
 def _vertex_values(surface: Surface, galerkin: ComplexArray) -> ComplexArray:
@@ -124,6 +127,7 @@ def _solve(
     air: Air,
     fidelity: AcousticsFidelity,
     engine: str,
+    plane: RigidPlane | None,
     executor: Executor | None,
     progress: Progress | None,
 ) -> ComplexArray:
@@ -134,11 +138,13 @@ def _solve(
         "an incident field has no limit at 0 Hz: drop the line at 0 Hz from the surface velocity",
     )
     check_mesh(surface, float(frequency[-1]), air, fidelity)
+    if plane is not None:
+        check_plane(plane, surface, points)
     return over_bands(
         _pressures,
         frequency,
         (surface_velocity.normal_velocity,),
-        (surface, points, incident, air, fidelity, engine),
+        (surface, points, incident, air, fidelity, engine, plane),
         memory_per_task=check_memory(surface, 0, engine),
         executor=executor,
         progress=progress,
@@ -154,6 +160,7 @@ def _pressures(
     air: Air,
     fidelity: AcousticsFidelity,
     engine: str,
+    plane: RigidPlane | None,
 ) -> ComplexArray:
     """Pressure of one band at the field points (n_f, n_point), or at the vertices (n_f, n_v) when there are none."""
     columns = len(surface.vertices) if points is None else len(points)
@@ -161,7 +168,9 @@ def _pressures(
     omega = 2 * np.pi * frequency
     solved = np.flatnonzero(frequency > 0)
     wavenumbers = omega[solved] / air.speed_of_sound
-    for at, k, system in zip(solved, wavenumbers, systems(engine, surface, wavenumbers, fidelity), strict=True):
+    if incident is not None and plane is not None:
+        incident = Reflected(incident, plane)
+    for at, k, system in zip(solved, wavenumbers, systems(engine, surface, wavenumbers, fidelity, plane), strict=True):
         gradient = -1j * omega[at] * air.density * normal_velocity[at]
         rhs = system.apply_b(gradient)
         if incident is not None:
@@ -170,8 +179,9 @@ def _pressures(
         if points is None:
             pressure[at] = on_surface
         else:
-            double, single = layer_potentials(surface, points, float(k), fidelity.field_near_ratio)
-            pressure[at] = double @ on_surface - single @ gradient
+            ends = with_images(points, plane)
+            double, single = layer_potentials(surface, ends, float(k), fidelity.field_near_ratio)
+            pressure[at] = (double @ on_surface - single @ gradient).reshape(-1, len(points)).sum(axis=0)
     return pressure
 
 

@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 
 from nvhchain.errors import require
-from nvhchain.handoff import ComplexArray, FloatArray
+from nvhchain.handoff import ComplexArray, FloatArray, RigidPlane
 
 
 class IncidentField(Protocol):
@@ -49,3 +49,17 @@ class PointSource:
         r = np.linalg.norm(offset, axis=1)
         pressure = self.strength * np.exp(-1j * wavenumber * r) / (4 * np.pi * r)
         return pressure, (-(1j * wavenumber + 1.0 / r) * pressure / r)[:, None] * offset
+
+
+@dataclass(frozen=True)
+class Reflected:
+    """A field together with its reflection at a rigid plane: without normal velocity there."""
+
+    field: IncidentField
+    plane: RigidPlane
+
+    def pressure_and_gradient(self, points: FloatArray, wavenumber: float) -> tuple[ComplexArray, ComplexArray]:
+        """See `IncidentField`."""
+        pressure, gradient = self.field.pressure_and_gradient(points, wavenumber)
+        image, slope = self.field.pressure_and_gradient(self.plane.mirror(points), wavenumber)
+        return pressure + image, gradient + self.plane.mirror_direction(slope)

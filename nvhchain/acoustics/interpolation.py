@@ -68,7 +68,8 @@ class Interpolant:
 
 
 def interpolant(atv: TransferVectors, fidelity: AcousticsFidelity) -> Interpolant:
-    """Split transfer vectors into propagation phase and remainder.
+    """Split transfer vectors into propagation phase and remainder; with a plane, those to the points and then those to
+    their mirror images, whose sum is the whole (`TransferVectors.unfolded`).
 
     The remainder of a face–point pair is what the body adds to e^{−jkr}, r the distance from the face's centroid: it
     oscillates in frequency with the detour around the body only, so that master spacing depends on the size of the
@@ -78,6 +79,7 @@ def interpolant(atv: TransferVectors, fidelity: AcousticsFidelity) -> Interpolan
     left out to estimate the error; `fidelity.interpolation` = `linear` keeps the phase in and joins neighbouring
     masters by straight lines.
     """
+    atv = atv.unfolded()
     per_hertz = 2 * np.pi / atv.air.speed_of_sound
     masters, count = atv.frequency, len(atv.frequency)
     if fidelity.interpolation == "linear":

@@ -7,7 +7,7 @@ import numpy as np
 from nvhchain.errors import require
 from nvhchain.handoff import FloatArray, RigidPlane, Surface
 
-__all__ = ["RigidPlane", "check_plane"]
+__all__ = ["RigidPlane", "check_plane", "with_images"]
 
 PLANE_CLEARANCE = 0.1
 """Least height of a triangle over the plane, in its own longest edges: body and image face each other across twice of
@@ -44,3 +44,11 @@ def check_plane(plane: RigidPlane, surface: Surface, points: FloatArray | None =
         f"field point {behind} at {points[behind].tolist()} m lies {-1e3 * above[behind]:.4g} mm behind the rigid "
         "plane: move it to the side the plane's normal points to",
     )
+
+
+def with_images(points: FloatArray, plane: RigidPlane | None) -> FloatArray:
+    """Points (n, 3) m followed by their mirror images, (2n, 3); without a plane the points alone.
+
+    The field at a point above the plane is the sum of what the surface layers radiate to the point and to its image.
+    """
+    return points if plane is None else np.concatenate([points, plane.mirror(points)])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from concurrent.futures import Executor
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,27 +12,17 @@ from nvhchain.acoustics.transfer import made_by
 from nvhchain.conventions import Air, Progress
 from nvhchain.errors import require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
-from nvhchain.handoff import FieldPressure, FloatArray, HandOff, SurfaceVelocity, _array
+from nvhchain.handoff import FieldPressure, FloatArray, RigidPlane, SoundPower, SurfaceVelocity
 
 
-@dataclass(frozen=True, eq=False)
-class SoundPower(HandOff):
-    """Time-averaged radiated sound power.  frequency: (n_f,) Hz.  power: (n_f,) W."""
-
-    frequency: FloatArray
-    power: FloatArray
-
-    def __post_init__(self) -> None:
-        frequency = _array(self, "frequency", float, (None,))
-        _array(self, "power", float, (len(frequency),))
-
-
-def array_points(radius: float, centre: ArrayLike = (0.0, 0.0, 0.0), *, reflecting_plane: bool = False) -> FloatArray:
+def array_points(
+    radius: float, centre: ArrayLike = (0.0, 0.0, 0.0), *, reflecting_plane: RigidPlane | bool = False
+) -> FloatArray:
     """Microphone positions of ISO 3744:2010, table B.1 (20 on a hemisphere), m.
 
     Three rings of six at z/r = 0.15, 0.45 and 0.75, 60° apart, and two at the top: each stands for the same area.
-    reflecting_plane: the plane z = centre z reflects and the hemisphere stands on it; without it the sphere is closed
-    by the mirrored positions (40 in all) for a source in a free field.
+    reflecting_plane: the hemisphere stands on this plane, about the foot of `centre` on it (True: on the plane
+    z = centre z); without it the sphere is closed by the mirrored positions (40 in all) for a source in a free field.
     """
     require(radius > 0, f"array radius {radius:g} m must be positive")
     azimuth = np.radians(np.arange(6) * 60.0)
@@ -42,9 +31,16 @@ def array_points(radius: float, centre: ArrayLike = (0.0, 0.0, 0.0), *, reflecti
         for z in (0.15, 0.45, 0.75)
     ]
     unit = np.concatenate([*rings, [[0.0, 0.0, 1.0]] * 2])
-    if not reflecting_plane:
+    middle = np.asarray(centre, dtype=float)
+    if isinstance(reflecting_plane, RigidPlane):
+        normal = np.asarray(reflecting_plane.normal)
+        middle = middle - reflecting_plane.height(middle[None])[0] * normal
+        across = np.cross(np.roll(np.eye(3)[np.abs(normal).argmax()], 1), normal)
+        across /= np.linalg.norm(across)
+        unit = unit @ np.stack([across, np.cross(normal, across), normal])
+    elif not reflecting_plane:
         unit = np.concatenate([unit, unit * [1.0, 1.0, -1.0]])
-    return np.asarray(centre, dtype=float) + radius * unit
+    return middle + radius * unit
 
 
 def array_power(pressure: FieldPressure, radius: float, air: Air, *, reflecting_plane: bool = False) -> SoundPower:
@@ -66,29 +62,45 @@ def sound_power(
     air: Air = Air(),  # noqa: B008 (frozen)
     fidelity: AcousticsFidelity = STANDARD.acoustics,
     engine: str = "fused",
+    plane: RigidPlane | None = None,
     array_radius: float | None = None,
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> SoundPower:
-    """Sound power that a vibrating surface radiates into a free field, W = ½ Re ∫ p v_n* dS.
+    """Sound power that a vibrating surface radiates into a free field or above a plane, W = ½ Re ∫ p v_n* dS.
 
     array_radius: m; without it the intensity on the surface is integrated, with it the pressure is taken at the 40
-    positions of a sphere of this radius about the surface's centre (`array_points`), as a measurement would.
+    positions of a sphere of this radius about the surface's centre, or the 20 of a hemisphere on the plane
+    (`array_points`), as a measurement would.
     The other arguments and errors are those of `transfer_vectors`.
     """
     if array_radius is None:
         # Integrals over the surface want the best fit, not the vertex values.
         pressure = galerkin_pressure(
-            surface_velocity, None, air=air, fidelity=fidelity, engine=engine, executor=executor, progress=progress
+            surface_velocity,
+            None,
+            air=air,
+            fidelity=fidelity,
+            engine=engine,
+            plane=plane,
+            executor=executor,
+            progress=progress,
         )
         surface, velocity = surface_velocity.surface, surface_velocity.normal_velocity
         intensity = 0.5 * np.real(pressure[:, surface.triangles].mean(axis=2) * velocity.conj())
         power = SoundPower(surface_velocity.frequency, intensity @ surface.areas)
     else:
         vertices = surface_velocity.surface.vertices
-        points = array_points(array_radius, 0.5 * (vertices.min(axis=0) + vertices.max(axis=0)))
+        middle = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
         field = solve_direct(
-            surface_velocity, points, air=air, fidelity=fidelity, engine=engine, executor=executor, progress=progress
+            surface_velocity,
+            array_points(array_radius, middle, reflecting_plane=plane or False),
+            air=air,
+            fidelity=fidelity,
+            engine=engine,
+            plane=plane,
+            executor=executor,
+            progress=progress,
         )
-        power = array_power(field, array_radius, air)
+        power = array_power(field, array_radius, air, reflecting_plane=plane is not None)
     return power.replace(provenance=made_by("sound_power", fidelity, engine))

@@ -26,12 +26,18 @@ def vectors_at(
     Raises InputError for a line outside the masters, ResourceError where the vectors do not fit into free memory.
     """
     lines = np.atleast_1d(np.asarray(frequency, dtype=float))
-    check_memory(16 * len(lines) * atv.vectors[0].size, "transfer vectors at the lines", "lines")
-    vectors = np.empty((len(lines), *atv.vectors.shape[1:]), dtype=complex)
-    for piece, point, values in _pieces(atv, lines, fidelity):
-        vectors[piece, point] = values
+    paths = 1 if atv.plane is None else 2
+    check_memory(paths * 16 * len(lines) * atv.vectors[0].size, "transfer vectors at the lines", "lines")
+    points, faces = atv.vectors.shape[1:]
+    vectors = np.empty((len(lines), paths * points, faces), dtype=complex)
+    for piece, end, values in _pieces(atv, lines, fidelity):
+        vectors[piece, end] = values
+    image = None
+    if atv.plane is not None:
+        image = vectors[:, points:]
+        vectors = vectors[:, :points] + image
     provenance = {"stage": "acoustics.vectors_at", "fidelity": repr(fidelity), "masters": len(atv.frequency)}
-    return TransferVectors(lines, atv.points, vectors, atv.surface, atv.air, provenance=provenance)
+    return TransferVectors(lines, atv.points, vectors, atv.surface, atv.air, atv.plane, image, provenance=provenance)
 
 
 def project(
@@ -59,15 +65,16 @@ def project(
     )
     check_memory(16 * len(lines) * len(atv.points) * columns.shape[1], "projected transfer vectors", "lines")
     real = not np.iscomplexobj(columns)
-    product = np.empty((len(lines), len(atv.points), columns.shape[1]), dtype=complex)
+    product = np.zeros((len(lines), len(atv.points), columns.shape[1]), dtype=complex)
     report = progress or (lambda done, total: None)
     report(0, len(lines))
-    for piece, point, values in _pieces(atv, lines, fidelity):
+    for piece, end, values in _pieces(atv, lines, fidelity):
+        point = end % len(atv.points)
         if real:  # half the work of a complex product
-            product[piece, point].real = values.real @ columns
-            product[piece, point].imag = values.imag @ columns
+            product[piece, point].real += values.real @ columns
+            product[piece, point].imag += values.imag @ columns
         else:
-            product[piece, point] = values @ columns
+            product[piece, point] += values @ columns
         if point == len(atv.points) - 1:
             report(piece.stop, len(lines))
     return product
@@ -86,13 +93,14 @@ def check_memory(size: int, what: str, fewer: str) -> None:
 def _pieces(
     atv: TransferVectors, lines: FloatArray, fidelity: AcousticsFidelity
 ) -> Iterator[tuple[slice, int, ComplexArray]]:
-    """Lines, field point and the vectors (lines, n_face) there, piece by piece."""
+    """Lines, field point and the vectors (lines, n_face) there, piece by piece; with a plane, the field points are
+    followed by their mirror images."""
     check_lines(atv, lines)
     smooth = interpolant(atv, fidelity)
     for start in range(0, len(lines), LINES):
         piece = slice(start, min(start + LINES, len(lines)))
         nodes, weights = smooth.weights(lines[piece])
         wavenumber = smooth.wavenumber_per_hertz * lines[piece, None]
-        for point, distance in enumerate(smooth.distance):
-            values = weights @ smooth.remainder[nodes, point]
-            yield piece, point, values * np.exp(-1j * wavenumber * distance)
+        for end, distance in enumerate(smooth.distance):
+            values = weights @ smooth.remainder[nodes, end]
+            yield piece, end, values * np.exp(-1j * wavenumber * distance)

@@ -65,7 +65,7 @@ def radiate(
     Raises InputError when the surfaces differ or a line lies outside the masters.
     """
     smooth = _prepare(atv, surface_velocity, fidelity)
-    pressure, error = _evaluate(smooth, surface_velocity, progress)
+    pressure, error = _evaluate(smooth, surface_velocity, len(atv.points), progress)
     provenance: dict[str, object] = {"stage": "acoustics.radiate", "fidelity": repr(fidelity)}
     if error is not None:
         peak = np.abs(pressure).max(axis=0)
@@ -82,7 +82,7 @@ def interpolation_error(
     with the known ratio of the interpolation polynomials.  Zero at the masters.  Needs three masters or more.
     """
     smooth = _prepare(atv, surface_velocity, fidelity)
-    _, error = _evaluate(smooth, surface_velocity, None)
+    _, error = _evaluate(smooth, surface_velocity, len(atv.points), None)
     if error is None:
         raise InputError(
             f"{len(atv.frequency)} master frequencies leave none to spare for an error estimate: use 3 or more"
@@ -108,15 +108,15 @@ def _radiating(surface_velocity: SurfaceVelocity) -> np.ndarray:
 
 
 def _evaluate(
-    smooth: Interpolant, surface_velocity: SurfaceVelocity, progress: Progress | None
+    smooth: Interpolant, surface_velocity: SurfaceVelocity, points: int, progress: Progress | None
 ) -> tuple[ComplexArray, FloatArray | None]:
     """Pressure (n_f, n_point), zero on lines that do not radiate, and its estimated error where there is one.
 
     Velocities are projected on the remainders at the masters and the projections are interpolated: no vector between
-    masters is ever formed.
+    masters is ever formed.  What reaches a point by way of a plane comes in further rows of `smooth` and is added.
     """
     lines = _radiating(surface_velocity)
-    shape = (len(surface_velocity.frequency), len(smooth.distance))
+    shape = (len(surface_velocity.frequency), points)
     pressure, error = np.zeros(shape, dtype=complex), None
     if smooth.can_estimate:
         error = np.zeros(shape)
@@ -132,8 +132,8 @@ def _evaluate(
         nearest, factors = smooth.carried_over(frequency) if smooth.can_estimate else (needed, weights)
         for m, distance in enumerate(smooth.distance):
             delayed = _delayed(smooth.wavenumber_per_hertz * frequency, distance, velocity)
-            pressure[piece, m] = (delayed @ smooth.remainder[needed, m].T * weights).sum(axis=1)
+            pressure[piece, m % points] += (delayed @ smooth.remainder[needed, m].T * weights).sum(axis=1)
             if error is not None:
-                error[piece, m] = np.abs(delayed @ misfit[nearest, m].T * factors).sum(axis=1)
+                error[piece, m % points] += np.abs(delayed @ misfit[nearest, m].T * factors).sum(axis=1)
     report(len(pieces), len(pieces))
     return pressure, error

@@ -10,13 +10,14 @@ from numpy.typing import ArrayLike
 
 from nvhchain.acoustics.bands import over_bands
 from nvhchain.acoustics.engines import check_engine, check_memory, systems
+from nvhchain.acoustics.plane import check_plane, with_images
 from nvhchain.acoustics.potentials import layer_potentials
 from nvhchain.acoustics.shards import VectorShards
 from nvhchain.acoustics.surface import check_mesh, check_points
 from nvhchain.conventions import Air, Progress
 from nvhchain.errors import require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
-from nvhchain.handoff import ComplexArray, FloatArray, Surface, TransferVectors
+from nvhchain.handoff import ComplexArray, FloatArray, RigidPlane, Surface, TransferVectors
 
 
 def master_frequencies(low: float, high: float, fidelity: AcousticsFidelity) -> FloatArray:
@@ -50,6 +51,7 @@ def transfer_vectors(
     air: Air = Air(),  # noqa: B008 (frozen)
     fidelity: AcousticsFidelity = STANDARD.acoustics,
     engine: str = "fused",
+    plane: RigidPlane | None = None,
     executor: Executor | None = None,
     progress: Progress | None = None,
     shards: Path | None = None,
@@ -61,28 +63,37 @@ def transfer_vectors(
 
     surface: closed, outward, resolving the highest frequency at `fidelity.elements_per_wavelength`.
     points: (n_point, 3) m, outside the body.  frequencies: (n_f,) Hz, increasing; at 0 Hz the vectors vanish.
-    engine: `fused` or `bempp`.  executor: takes bands of four frequencies, as many at once as memory allows.
+    engine: `fused` or `bempp`.  plane: a rigid plane that reflects (`fused` only), with body and points on the side of
+    its normal; the part of the vectors that goes by way of it is kept apart (`TransferVectors.image_vectors`).
+    executor: takes bands of four frequencies, as many at once as memory allows.
     shards: folder in which every finished band is saved, and from which a run that was killed takes them again.
-    Assumes one-way coupling and a free field.  Raises InputError (mesh too coarse, point inside or too near),
-    ResourceError (matrices do not fit into free memory), SolverError (singular system).
+    Assumes one-way coupling.  Raises InputError (mesh too coarse, point inside or too near, body or point behind the
+    plane or too near it), ResourceError (matrices do not fit into free memory), SolverError (singular system).
     """
     check_engine(engine)
     frequency = check_frequencies(frequencies)
     x = check_points(surface, points)
     check_mesh(surface, float(frequency[-1]), air, fidelity)
-    size = 2 * 16 * len(frequency) * len(x) * len(surface.triangles)
+    if plane is not None:
+        check_plane(plane, surface, x)
+    ends = with_images(x, plane)
+    size = 2 * 16 * len(frequency) * len(ends) * len(surface.triangles)
     vectors = over_bands(
         _vectors,
         frequency,
         (),
-        (surface, x, air, fidelity, engine),
+        (surface, ends, air, fidelity, engine, plane),
         memory_per_task=check_memory(surface, size, engine),
         executor=executor,
         progress=progress,
-        shards=VectorShards(shards, surface, x, air, (fidelity, engine)) if shards else None,
+        shards=VectorShards(shards, surface, ends, air, (fidelity, engine, plane)) if shards else None,
     )
+    image = None
+    if plane is not None:
+        image = vectors[:, len(x) :]
+        vectors = vectors[:, : len(x)] + image
     return TransferVectors(
-        frequency, x, vectors, surface, air, provenance=made_by("transfer_vectors", fidelity, engine)
+        frequency, x, vectors, surface, air, plane, image, provenance=made_by("transfer_vectors", fidelity, engine)
     )
 
 
@@ -98,13 +109,14 @@ def _vectors(
     air: Air,
     fidelity: AcousticsFidelity,
     engine: str,
+    plane: RigidPlane | None = None,
 ) -> ComplexArray:
-    """Transfer vectors (n_f, n_point, n_face) of one band."""
+    """Transfer vectors (n_f, n_point, n_face) of one band; with a plane, `points` are followed by their images."""
     vectors = np.zeros((len(frequency), len(points), len(surface.triangles)), dtype=complex)
     omega = 2 * np.pi * frequency
     solved = np.flatnonzero(frequency > 0)
     wavenumbers = omega[solved] / air.speed_of_sound
-    for at, k, system in zip(solved, wavenumbers, systems(engine, surface, wavenumbers, fidelity), strict=True):
+    for at, k, system in zip(solved, wavenumbers, systems(engine, surface, wavenumbers, fidelity, plane), strict=True):
         double, single = layer_potentials(surface, points, float(k), fidelity.field_near_ratio)
         vectors[at] = -1j * omega[at] * air.density * (system.adjoint(double.T).T - single)
     return vectors

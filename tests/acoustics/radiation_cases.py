@@ -32,7 +32,7 @@ def monopoles(surface, points, frequency, air, **fields):
     r = np.linalg.norm(np.asarray(points)[:, None] - surface.centroids, axis=2)
     omega = 2 * np.pi * np.asarray(frequency)[:, None, None]
     vectors = 1j * omega * air.density * surface.areas / (4 * np.pi * r) * np.exp(-1j * omega / air.speed_of_sound * r)
-    return TransferVectors(frequency, points, vectors, surface, air, **fields)
+    return TransferVectors(frequency, points, vectors, surface, air).replace(**fields)
 
 
 def forces(frequency, names=NAMES, seed=5):

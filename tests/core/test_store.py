@@ -17,7 +17,9 @@ from nvhchain.handoff import (
     NoiseTransferFunctions,
     ReducedHousing,
     RigidPlane,
+    SoundPower,
     Surface,
+    SurfacePressure,
     SurfaceVelocity,
     TransferVectors,
 )
@@ -42,6 +44,8 @@ EXAMPLES = [
         [50.0], [[0.0, 0, 5]], np.full((1, 1, 2), 2 + 1j), np.full((1, 1, 1, 3), 3j), ("A1",), "abc",
     ),
     NoiseTransferFunctions([50.0], [[0.0, 0, 5]], np.full((1, 1, 1, 3), 3j), ("A1",)),
+    SurfacePressure([50.0], [[1 + 1j, 2, 3, 4]], SURFACE),
+    SoundPower([50.0], [1e-3]),
     FieldPressure([50.0, 60.0], [[0.0, 0, 5]], [[1 + 1j], [2 - 1j]], 261.8),
 ]  # fmt: skip
 

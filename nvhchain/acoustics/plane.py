@@ -9,9 +9,9 @@ from nvhchain.handoff import FloatArray, RigidPlane, Surface
 
 __all__ = ["RigidPlane", "check_plane", "with_images"]
 
-PLANE_CLEARANCE = 0.1
-"""Least height of a triangle over the plane, in its own longest edges: body and image face each other across twice of
-it, and a narrower gap asks for finer triangles on both sides."""
+PLANE_CLEARANCE = 0.01
+"""Least height of a triangle over the plane, in its own longest edges: down to there the error of a box whose bottom
+pumps air through the gap, and of a source inside it, is that of the same box high above (measured)."""
 
 
 def check_plane(plane: RigidPlane, surface: Surface, points: FloatArray | None = None) -> None:

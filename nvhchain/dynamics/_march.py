@@ -7,16 +7,21 @@ its mean r̄_i = ∫ r dd/Δd. With the free end deflections d_free and the step
 The linear part is passive: from rest, the work of constant forces over a step is at least the energy it has
 stored, so 0 ≤ G ≤ 2 (static compliance) ≤ 2 k⁻¹ and ψ is convex for every step and every law that never falls.
 Newton's method with a line search on the sign of ψ' therefore converges from anywhere, also over contact loss and
-back-flank contact.
+back-flank contact. Most steps stay inside one cell of every law and need one linear solution only.
 """
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numba import njit
 
+COMPILED: dict[str, Any] = {"cache": True, "error_model": "numpy", "_nrt": False}
+"""Nothing is allocated in here, so arrays need no reference counts, which would cost as much as the arithmetic."""
 
-@njit("i8(f8[:, ::1], i8, i8, f8, i8)", cache=True, forceinline=True)
+
+@njit("i8(f8[:, ::1], i8, i8, f8, i8)", **COMPILED, forceinline=True)
 def _cell(grid, k, n, x, hint):  # type: ignore[no-untyped-def]
     """Cell of `x` on the grid of mesh k, end cells for values outside, walking from `hint`."""
     j = hint
@@ -27,13 +32,13 @@ def _cell(grid, k, n, x, hint):  # type: ignore[no-untyped-def]
     return j
 
 
-@njit("f8(f8[:, :, ::1], i8, i8, i8, f8, i8)", cache=True, forceinline=True)
+@njit("f8(f8[:, :, ::1], i8, i8, i8, f8, i8)", **COMPILED, forceinline=True)
 def _blend(table, k, low, high, weight, j):  # type: ignore[no-untyped-def]
     """Node j of mesh k between its rows `low` and `high`."""
     return table[k, low, j] + weight * (table[k, high, j] - table[k, low, j])
 
 
-@njit("Tuple((f8, i8))(f8[:, ::1], f8[:, :, ::1], i8, i8, i8, f8, i8, i8)", cache=True, forceinline=True)
+@njit("Tuple((f8, i8))(f8[:, ::1], f8[:, :, ::1], i8, i8, i8, f8, i8, i8)", **COMPILED, forceinline=True)
 def _zero(grid, force, k, low, high, weight, n, hint):  # type: ignore[no-untyped-def]
     """A deflection without force (−1e300 or 1e300 when the law pushes, or pulls, everywhere) and its cell."""
     j = hint
@@ -49,7 +54,7 @@ def _zero(grid, force, k, low, high, weight, n, hint):  # type: ignore[no-untype
 
 @njit(
     "UniTuple(f8, 2)(f8[:, ::1], f8[:, :, ::1], f8[:, :, ::1], i8, i8, i8, f8, i8, f8, f8, f8, f8, i8)",
-    cache=True,
+    **COMPILED,
     forceinline=True,
 )
 def _mean(grid, force, potential, k, low, high, weight, n, zero, side, start, end, hint):  # type: ignore[no-untyped-def]
@@ -94,7 +99,7 @@ def _mean(grid, force, potential, k, low, high, weight, n, zero, side, start, en
 @njit(
     "f8(i8, f8[::1], f8[::1], f8[::1], f8[:, ::1], f8[::1], f8[:, ::1], f8[:, :, ::1], f8[:, :, ::1], i8[::1],"
     " i8[::1], i8[::1], f8[::1], f8[::1], i8[::1], f8[::1], f8[::1], f8[::1])",
-    cache=True,
+    **COMPILED,
     forceinline=True,
 )
 def _residual(  # type: ignore[no-untyped-def]
@@ -122,7 +127,7 @@ def _residual(  # type: ignore[no-untyped-def]
     return worst
 
 
-@njit("void(i8, f8[:, ::1], f8[::1], f8[::1], f8[:, ::1], f8[::1], i8[::1])", cache=True, forceinline=True)
+@njit("void(i8, f8[:, ::1], f8[::1], f8[::1], f8[:, ::1], f8[::1], i8[::1])", **COMPILED, forceinline=True)
 def _newton_step(n_c, compliance, rate, res, work, step, active):  # type: ignore[no-untyped-def]
     """Solve (I + D G) step = −res, D = diag(rate); rows with D = 0 drop out, the others by pivoted elimination."""
     m = 0
@@ -161,7 +166,7 @@ def _newton_step(n_c, compliance, rate, res, work, step, active):  # type: ignor
         step[active[a]] = value / work[a, a]
 
 
-@njit("f8(i8, f8[:, ::1], f8[::1], f8[::1])", cache=True, forceinline=True)
+@njit("f8(i8, f8[:, ::1], f8[::1], f8[::1])", **COMPILED, forceinline=True)
 def _along(n_c, compliance, step, res):  # type: ignore[no-untyped-def]
     """ψ' along `step`: stepᵀ G res."""
     total = 0.0
@@ -172,104 +177,202 @@ def _along(n_c, compliance, step, res):  # type: ignore[no-untyped-def]
 
 
 @njit(
-    # decay, gain, read, drive (real and imaginary parts), compliance, linear
-    "i8(f8[::1], f8[::1], f8[::1], f8[::1], f8[:, ::1], f8[:, ::1], f8[:, ::1], f8[:, ::1], f8[:, ::1], f8[::1],"
+    "boolean(i8, f8[::1], f8[::1], f8[::1], f8[:, ::1], f8[::1], f8, f8[:, ::1], f8[:, :, ::1], i8[::1], i8[::1],"
+    " i8[::1], f8[::1], i8[::1], f8[::1], f8[::1], f8[::1], f8[::1], f8[::1], f8[:, ::1], i8[::1])",
+    **COMPILED,
+    forceinline=True,
+)
+def _within_cells(  # type: ignore[no-untyped-def]
+    n_c, y, start, free, compliance, linear, tolerance, grid, force, cells, row,
+    following, weight, hint, end, rate, offset, node, slope, work, active,
+):  # fmt: skip
+    """Solve a step in which no contact leaves its cell, opens or closes: r̄ = offset + rate · end, so that one linear
+    solution is exact. False when one does after all: then `y` and `end` mean nothing. Fills `hint` in any case."""
+    m = 0
+    for i in range(n_c):
+        k, side = i // 2, 1.0 - 2.0 * (i % 2)
+        x = side * start[i]
+        j = _cell(grid, k, cells[k], x, hint[i])
+        hint[i] = j
+        a = _blend(force, k, row[k], following[k], weight[k], j)
+        b = _blend(force, k, row[k], following[k], weight[k], j + 1)
+        offset[i], rate[i], slope[i], y[i] = -0.5 * linear[i] * start[i], -0.5 * linear[i], 0.0, 0.0
+        # what pulls at the loaded end of the cell may already pull here; an end cell goes on beyond its nodes
+        if (b if side > 0.0 else -a) > 0.0 or (j == cells[k] - 2 if side > 0.0 else j == 0):
+            steep = (b - a) / (grid[k, j + 1] - grid[k, j])
+            if side * (a + steep * (x - grid[k, j])) > 0.0:
+                slope[i], node[i] = steep, a
+                offset[i] += side * (a + steep * (0.5 * x - grid[k, j]))
+                rate[i] += 0.5 * steep
+        if rate[i] != 0.0 or offset[i] != 0.0:
+            active[m] = i
+            m += 1
+    if m == 1:
+        p = active[0]
+        y[p] = (offset[p] + rate[p] * free[p]) / (1.0 + rate[p] * compliance[p, p])
+    elif m == 2:
+        p, q = active[0], active[1]
+        b_p, b_q = offset[p] + rate[p] * free[p], offset[q] + rate[q] * free[q]
+        m_pp, m_pq = 1.0 + rate[p] * compliance[p, p], rate[p] * compliance[p, q]
+        m_qp, m_qq = rate[q] * compliance[q, p], 1.0 + rate[q] * compliance[q, q]
+        scale = 1.0 / (m_pp * m_qq - m_pq * m_qp)
+        y[p], y[q] = (m_qq * b_p - m_pq * b_q) * scale, (m_pp * b_q - m_qp * b_p) * scale
+    elif m > 2:
+        for i in range(n_c):
+            end[i] = -offset[i] - rate[i] * free[i]
+        _newton_step(n_c, compliance, rate, end, work, y, active)
+    for i in range(n_c):
+        d = free[i]
+        for j in range(n_c):
+            d -= compliance[i, j] * y[j]
+        end[i] = d
+        k, side = i // 2, 1.0 - 2.0 * (i % 2)
+        x, j = side * d, hint[i]
+        if slope[i] > 0.0:
+            if (x < grid[k, j] and j > 0) or (x >= grid[k, j + 1] and j < cells[k] - 2):
+                return False
+            if not side * (node[i] + slope[i] * (x - grid[k, j])) > 0.0:
+                return False
+        else:
+            # open all the way: the node beyond carries nothing yet
+            j = _cell(grid, k, cells[k], x, j)
+            if (j == cells[k] - 2) if side > 0.0 else (j == 0):
+                return False
+            if side * _blend(force, k, row[k], following[k], weight[k], j + 1 if side > 0.0 else j) > 0.0:
+                return False
+        if not abs(y[i] - offset[i] - rate[i] * d) <= tolerance:
+            return False
+    return True
+
+
+@njit(
+    # decay, gain, read, drive (each real, imaginary), compliance, linear
+    "i8(f8[:, ::1], f8[:, ::1], f8[:, :, ::1], f8[:, :, ::1], f8[:, ::1], f8[::1],"
     # grid, force, potential, rows, cells, position
     " f8[:, ::1], f8[:, :, ::1], f8[:, :, ::1], i8[::1], i8[::1], f8[:, ::1],"
     # state, excess, tolerance, iterations, stride, states, excesses
-    " f8[::1], f8[::1], f8, i8, i8, f8[:, ::1], f8[:, ::1])",
-    cache=True,
+    " f8[:, ::1], f8[::1], f8, i8, i8, f8[:, ::1], f8[:, ::1],"
+    # space to work in
+    " f8[:, ::1], i8[:, ::1], f8[:, ::1], f8[::1])",
+    **COMPILED,
+    nogil=True,
     # sums may be reordered to use vector units; NaN and infinity keep their meaning
     fastmath={"reassoc", "contract", "nsz"},
 )
 def march(  # type: ignore[no-untyped-def]
-    decay_re, decay_im, gain_re, gain_im, read_re, read_im, drive_re, drive_im, compliance, linear,
+    decay, gain, read, drive, compliance, linear,
     grid, force, potential, rows, cells, position,
     state, excess, tolerance, iterations, stride, states, excesses,
+    scratch, counters, work, turned,
 ):  # fmt: skip
     """Advance `state` and `excess` in place by len(position) steps; −1, or the step that did not converge.
 
     position (n_step, n_mesh): row coordinate of every law at mid-step, 0 ≤ position < rows.
-    states (n_store, n_state): filled with the state before steps 0, stride, 2 stride, …
+    state (2, n_z): real and imaginary parts, idle modes at the end included.
+    states (n_store, n_state): filled with the state before steps 0, stride, 2 stride, …, without idle modes.
     excesses (n_step, n_contact): filled with the excess forces of the steps, N.
+    scratch (14, n_contact), counters (5, n_contact), work (n_contact, n_contact + 1), turned (n_z,): zeros.
     """
     n_step, n_mesh = position.shape
-    n_c, n_z = read_re.shape
-    start, free, end = np.zeros(n_c), np.zeros(n_c), np.zeros(n_c)
-    res, rate, trial_res, trial_rate = np.zeros(n_c), np.zeros(n_c), np.zeros(n_c), np.zeros(n_c)
-    move, trial = np.zeros(n_c), np.zeros(n_c)
-    work, active = np.zeros((n_c, n_c + 1)), np.zeros(n_c, np.int64)
-    row, following = np.zeros(n_mesh, np.int64), np.zeros(n_mesh, np.int64)
-    weight, zero = np.zeros(n_mesh), np.zeros(n_mesh)
-    hint, zero_hint = np.zeros(n_c, np.int64), np.zeros(n_mesh, np.int64)
-    y = excess.copy()
+    n_c, n_z = len(excess), len(turned)
+    n_kept = states.shape[1] // 2
+    start, free, end, res, rate = scratch[0], scratch[1], scratch[2], scratch[3], scratch[4]
+    trial_res, trial_rate, move, trial = scratch[5], scratch[6], scratch[7], scratch[8]
+    offset, node, slope, weight, zero = scratch[9], scratch[10], scratch[11], scratch[12], scratch[13]
+    active, hint, row, following, zero_hint = counters[0], counters[1], counters[2], counters[3], counters[4]
+    y = excess
+    re, im = state[0], state[1]
+    decay_re, decay_im, gain_re, gain_im = decay[0], decay[1], gain[0], gain[1]
+    read_re, read_im, drive_re, drive_im = read[0], read[1], drive[0], drive[1]
 
-    for i in range(n_c):
-        d = 0.0
+    for k in range(n_mesh):
+        d = back = 0.0
         for m in range(n_z):
-            d += read_re[i, m] * state[m] - read_im[i, m] * state[n_z + m]
-        start[i] = d
+            d += read_re[2 * k, m] * re[m] - read_im[2 * k, m] * im[m]
+            back += read_re[2 * k + 1, m] * re[m] - read_im[2 * k + 1, m] * im[m]
+        start[2 * k], start[2 * k + 1] = d, back
 
     for n in range(n_step):
         if n % stride == 0:
-            states[n // stride, :] = state
+            for m in range(n_kept):
+                states[n // stride, m] = re[m]
+            for m in range(n_kept):
+                states[n // stride, n_kept + m] = im[m]
         for k in range(n_mesh):
             i0 = int(position[n, k])
             row[k] = i0
             following[k] = i0 + 1 if i0 + 1 < rows[k] else 0
             weight[k] = position[n, k] - i0
-            zero[k], zero_hint[k] = _zero(grid, force, k, i0, following[k], weight[k], cells[k], zero_hint[k])
-        for i in range(n_c):
-            hint[i] = _cell(grid, i // 2, cells[i // 2], (1.0 - 2.0 * (i % 2)) * start[i], hint[i])
 
+        # one array written per loop: with more, the compiler gives up on proving that they do not overlap
         for m in range(n_z):
-            a, b = state[m], state[n_z + m]
-            state[m] = decay_re[m] * a - decay_im[m] * b + gain_re[m]
-            state[n_z + m] = decay_im[m] * a + decay_re[m] * b + gain_im[m]
-        for i in range(n_c):
-            d = 0.0
+            turned[m] = decay_im[m] * re[m] + decay_re[m] * im[m] + gain_im[m]
+        for m in range(n_z):
+            re[m] = decay_re[m] * re[m] - decay_im[m] * im[m] + gain_re[m]
+        for k in range(n_mesh):
+            d = back = 0.0
             for m in range(n_z):
-                d += read_re[i, m] * state[m] - read_im[i, m] * state[n_z + m]
-            free[i] = d
+                d += read_re[2 * k, m] * re[m] - read_im[2 * k, m] * turned[m]
+                back += read_re[2 * k + 1, m] * re[m] - read_im[2 * k + 1, m] * turned[m]
+            free[2 * k], free[2 * k + 1] = d, back
 
-        worst = _residual(
-            n_c, y, start, free, compliance, linear, grid, force, potential, cells,
-            row, following, weight, zero, hint, end, res, rate,
-        )  # fmt: skip
-        turn = 0
-        while not worst <= tolerance:
-            turn += 1
-            if turn > iterations or not worst < np.inf:
-                return n
-            _newton_step(n_c, compliance, rate, res, work, move, active)
-            reach = 1.0
-            for _ in range(iterations):
-                for i in range(n_c):
-                    trial[i] = y[i] + reach * move[i]
-                worst = _residual(
-                    n_c, trial, start, free, compliance, linear, grid, force, potential, cells,
-                    row, following, weight, zero, hint, end, trial_res, trial_rate,
-                )  # fmt: skip
-                if worst <= tolerance:
-                    break
-                # ψ still falls there, or rises less steeply than it fell: a step that brings progress
-                fall = -_along(n_c, compliance, move, res)
-                if worst < np.inf and _along(n_c, compliance, move, trial_res) <= 0.9 * fall:
-                    break
-                reach *= 0.5
+        if _within_cells(
+            n_c, trial, start, free, compliance, linear, tolerance, grid, force, cells, row,
+            following, weight, hint, end, rate, offset, node, slope, work, active,
+        ):  # fmt: skip
             for i in range(n_c):
                 y[i] = trial[i]
-                res[i] = trial_res[i]
-                rate[i] = trial_rate[i]
+        else:
+            for k in range(n_mesh):
+                zero[k], zero_hint[k] = _zero(
+                    grid, force, k, row[k], following[k], weight[k], cells[k], zero_hint[k]
+                )  # fmt: skip
+            worst = _residual(
+                n_c, y, start, free, compliance, linear, grid, force, potential, cells,
+                row, following, weight, zero, hint, end, res, rate,
+            )  # fmt: skip
+            turn = 0
+            while not worst <= tolerance:
+                turn += 1
+                if turn > iterations or not worst < np.inf:
+                    return n
+                _newton_step(n_c, compliance, rate, res, work, move, active)
+                reach = 1.0
+                for _ in range(iterations):
+                    for i in range(n_c):
+                        trial[i] = y[i] + reach * move[i]
+                    worst = _residual(
+                        n_c, trial, start, free, compliance, linear, grid, force, potential, cells,
+                        row, following, weight, zero, hint, end, trial_res, trial_rate,
+                    )  # fmt: skip
+                    if worst <= tolerance:
+                        break
+                    # ψ still falls there, or rises less steeply than it fell: a step that brings progress
+                    fall = -_along(n_c, compliance, move, res)
+                    if worst < np.inf and _along(n_c, compliance, move, trial_res) <= 0.9 * fall:
+                        break
+                    reach *= 0.5
+                for i in range(n_c):
+                    y[i], res[i], rate[i] = trial[i], trial_res[i], trial_rate[i]
 
+        p, q = -1, -1
         for i in range(n_c):
-            f = y[i]
-            excesses[n, i] = f
+            excesses[n, i] = y[i]
             start[i] = end[i]
-            if f != 0.0:
-                for m in range(n_z):
-                    state[m] -= drive_re[i, m] * f
-                    state[n_z + m] -= drive_im[i, m] * f
-    for i in range(n_c):
-        excess[i] = y[i]
+            if y[i] != 0.0:
+                if p < 0:
+                    p = i
+                elif q < 0:
+                    q = i
+                else:
+                    for m in range(n_z):
+                        re[m] -= drive_re[i, m] * y[i]
+                    for m in range(n_z):
+                        turned[m] -= drive_im[i, m] * y[i]
+        p, q = max(p, 0), max(q, 0)
+        f_p, f_q = y[p], y[q] if q != p else 0.0
+        for m in range(n_z):
+            re[m] -= drive_re[p, m] * f_p + drive_re[q, m] * f_q
+        for m in range(n_z):
+            im[m] = turned[m] - drive_im[p, m] * f_p - drive_im[q, m] * f_q
     return -1

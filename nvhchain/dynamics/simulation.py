@@ -15,7 +15,10 @@ from nvhchain.dynamics.quasi_static import static_mesh_forces, static_state
 from nvhchain.dynamics.train import shaft_torques
 from nvhchain.errors import SolverError
 from nvhchain.fidelity import DynamicsFidelity
-from nvhchain.handoff import FloatArray, MeshLaw, ReducedHousing
+from nvhchain.handoff import ComplexArray, FloatArray, MeshLaw, ReducedHousing
+
+LANES = 16
+"""Modes that the compiled loops take at once: what is left over would be done one by one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,6 +30,8 @@ class Simulation:
     bearing_output (3 n_bearing, n_state): bearing forces = bearing_output · s.
     bearing_jump (3 n_bearing, 2 n_mesh): what a jump of the excess forces takes off their samples (`bearing_force`).
     contact_output (2 n_mesh, n_state): contact deflections = contact_output · s.
+    kernel: decay, gain, read and drive of `step` as the time loop wants them: each (2, …) real over imaginary parts,
+    the modes filled up with idle ones to whole vector registers.
     tolerance: N, admissible residual of the contact forces, reached within `iterations`.
     """
 
@@ -39,6 +44,7 @@ class Simulation:
     bearing_output: FloatArray
     bearing_jump: FloatArray
     contact_output: FloatArray
+    kernel: tuple[FloatArray, ...]
     tolerance: float
     iterations: int
 
@@ -70,19 +76,29 @@ def simulation(
     for k, force in enumerate(nominal):
         contact_stiffness[2 * k + (force < 0.0)] = mean_slope(table, k, force)
     modes = modal_form(assembly, contact_stiffness)
+    step = propagator(assembly, modes, assembly.load(torque), time_step)
     return Simulation(
         assembly,
         table,
         torque,
         contact_stiffness,
         modes,
-        propagator(assembly, modes, assembly.load(torque), time_step),
+        step,
         output_matrix(modes, assembly.bearing_stiffness, assembly.bearing_damping),
         time_step / 12.0 * assembly.bearing_damping @ (assembly.contact / assembly.mass).T,
         output_matrix(modes, assembly.contact, np.zeros_like(assembly.contact)),
+        tuple(_in_registers(part) for part in (step.decay, step.gain, step.read, step.drive)),
         fidelity.contact_residual * float(np.abs(table.force).max()),
         fidelity.contact_iterations,
     )
+
+
+def _in_registers(modal: ComplexArray) -> FloatArray:
+    """(2, …, n_z) real and imaginary parts, n_z filled up with zeros to a multiple of `LANES`."""
+    n_z = modal.shape[-1]
+    filled = np.zeros((2, *modal.shape[:-1], -(-n_z // LANES) * LANES))
+    filled[0, ..., :n_z], filled[1, ..., :n_z] = modal.real, modal.imag
+    return filled
 
 
 def at_rest(model: Simulation, phases: FloatArray) -> Motion:
@@ -109,22 +125,23 @@ def advance(
     n_step = len(position)
     states = np.empty((-(-n_step // stride), len(motion.state)))
     excesses = np.empty((n_step, len(motion.excess)))
-    state, contact = motion.state.copy(), motion.excess.copy()
-    step = model.step
-    complex_parts = (step.decay, step.gain, step.read, step.drive)
-    parts = [np.ascontiguousarray(part) for z in complex_parts for part in (z.real, z.imag)]
+    excess = motion.excess.copy()
+    n_c, n_z = len(excess), model.kernel[0].shape[-1]
+    re_im = np.zeros((2, n_z))
+    re_im[:, : len(motion.state) // 2] = motion.state.reshape(2, -1)
     failed = march(  # type: ignore[call-arg]
-        *parts, step.compliance, model.contact_stiffness,
+        *model.kernel, model.step.compliance, model.contact_stiffness,
         model.table.deflection, model.table.force, model.table.potential, rows, model.table.cells, position,
-        state, contact, model.tolerance, model.iterations, stride, states, excesses,
+        re_im, excess, model.tolerance, model.iterations, stride, states, excesses,
+        np.zeros((14, n_c)), np.zeros((5, n_c), np.int64), np.zeros((n_c, n_c + 1)), np.zeros(n_z),
     )  # fmt: skip
     if failed >= 0:
         raise SolverError(
-            f"mesh forces did not converge at t = {start_time + failed * step.step:.6g} s within "
+            f"mesh forces did not converge at t = {start_time + failed * model.step.step:.6g} s within "
             f"{model.iterations} iterations "
             f"to {model.tolerance:.3g} N: take a smaller time step"
         )
-    return Motion(state, contact), states, excesses
+    return Motion(re_im[:, : len(motion.state) // 2].ravel(), excess), states, excesses
 
 
 def bearing_force(model: Simulation, states: FloatArray, before: FloatArray, excesses: FloatArray) -> FloatArray:

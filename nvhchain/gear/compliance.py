@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import solve_triangular
@@ -14,7 +14,7 @@ from nvhchain.gear.body import GearBody
 from nvhchain.gear.body_flexibility import body_flexibility
 from nvhchain.gear.mesh import gear_mesh
 from nvhchain.gear.tooth_compliance import CondensedTooth, condensed_tooth
-from nvhchain.handoff import FloatArray
+from nvhchain.handoff import FloatArray, IntArray
 
 USUAL_REACH = 3
 """Neighbours to either side that are coupled; a pair of contact ratio ε_γ loads teeth ⌈ε_γ⌉ − 1 pitches apart."""
@@ -44,6 +44,7 @@ class FlankCompliance:
         with depth `GearGeometry.depth_to_centre_line`).
 
     Tooth t and t + sector are alike, and C(t, u) = C(u, t)ᵀ: `block` serves any two teeth within reach.
+    held: teeth of the sector that `blocks` has, rising; all by default. `of_teeth` makes such a part.
     """
 
     radius: FloatArray
@@ -51,14 +52,15 @@ class FlankCompliance:
     tooth_count: int
     sector: int
     blocks: FloatArray
+    held: tuple[int, ...] | None = None
 
     def __post_init__(self) -> None:
         n_p, n_w = len(self.radius), len(self.axial)
         shape = np.shape(self.blocks)
         tail = (2, n_p, n_w, 2, n_p, n_w)
         require(
-            len(shape) == 8 and shape[0] == self.sector and shape[2:] == tail,
-            f"FlankCompliance.blocks has shape {shape}, but {(self.sector, 'reach + 1', *tail)} is needed",
+            len(shape) == 8 and shape[0] == len(self.teeth_held) and shape[2:] == tail,
+            f"FlankCompliance.blocks has shape {shape}, but {(len(self.teeth_held), 'reach + 1', *tail)} is needed",
         )
         require(
             self.sector >= 1 and self.tooth_count % self.sector == 0,
@@ -70,6 +72,17 @@ class FlankCompliance:
         """Teeth to either side of a loaded one whose displacement is known."""
         return int(np.shape(self.blocks)[1]) - 1
 
+    @property
+    def teeth_held(self) -> tuple[int, ...]:
+        """Teeth of the sector that `blocks` has."""
+        return tuple(range(self.sector)) if self.held is None else self.held
+
+    def of_teeth(self, teeth: IntArray) -> FlankCompliance:
+        """What is needed of it where only `teeth` (any integers) are in contact: less to send to another process."""
+        held = sorted({int(t) % self.sector for t in teeth})
+        at = [self.teeth_held.index(t) for t in held]
+        return replace(self, blocks=self.blocks[at], held=tuple(held))
+
     def block(self, tooth: int, loaded: int) -> FloatArray:
         """(2, n_p, n_w, 2, n_p, n_w) m/N: displacement of `tooth` under forces on tooth `loaded` (any integers)."""
         z = self.tooth_count
@@ -80,8 +93,8 @@ class FlankCompliance:
                 f"{self.reach}: ask flank_compliance for a larger reach"
             )
         if offset >= 0:
-            return self.blocks[tooth % self.sector, offset]
-        return np.moveaxis(self.blocks[loaded % self.sector, -offset], (3, 4, 5), (0, 1, 2))
+            return self.blocks[self.teeth_held.index(tooth % self.sector), offset]
+        return np.moveaxis(self.blocks[self.teeth_held.index(loaded % self.sector), -offset], (3, 4, 5), (0, 1, 2))
 
 
 def flank_compliance(

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import combinations_with_replacement, pairwise
 from math import ceil
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from nvhchain.errors import SolverError, require
 from nvhchain.fidelity import GearFidelity
 from nvhchain.gear.compliance import FlankCompliance
 from nvhchain.gear.contact import contact_half_width, local_law, slice_forces
+from nvhchain.gear.flank_splines import FlankSplines, flank_splines
 from nvhchain.gear.pair import BACK, DRIVE, ContactLines, GearPair, contact_lines
 from nvhchain.handoff import FloatArray
 
@@ -59,47 +58,29 @@ class Engagement:
             )
 
     @cached_property
-    def _splines(self) -> tuple[tuple[CubicSpline, CubicSpline], ...]:
-        """Cardinal splines over radius and axial position of either gear."""
-        return tuple(
-            tuple(CubicSpline(grid, np.eye(len(grid))) for grid in (c.radius, c.axial)) for c in self.compliances
-        )
-
-    @cached_property
-    def _same_side(self) -> tuple[FloatArray, ...]:
-        """Compliances of either gear between flanks of the same side, (2, sector, reach + 1, n_grid, n_grid)."""
-        grids = []
-        for c in self.compliances:
-            n = len(c.radius) * len(c.axial)
-            sides = [c.blocks[:, :, side, :, :, side].reshape(c.sector, c.reach + 1, n, n) for side in (0, 1)]
-            grids.append(np.stack(sides))
-        return tuple(grids)
+    def _splines(self) -> tuple[FlankSplines, FlankSplines]:
+        pinion, wheel = self.compliances
+        return flank_splines(pinion), flank_splines(wheel)
 
     def compliance(self, lines: ContactLines) -> FloatArray:
-        """C (n, n), m/N: normal approach at every slice under a unit normal force at every other, both gears.
-
-        Interpolated by cubic splines on the compliance grid; the transposed weights spread a slice force over the
-        grid, so C stays symmetric and not negative.
-        """
+        """C (n, n), m/N: normal approach at every slice under a unit normal force at every other, both gears."""
         n = len(lines.length)
         total = np.zeros((n, n))
-        for teeth, radius, c, splines, blocks in zip(
-            lines.tooth, lines.radius, self.compliances, self._splines, self._same_side, strict=True
-        ):
-            over_profile = splines[0](np.clip(radius, c.radius[0], c.radius[-1]))
-            weights = (over_profile[:, :, None] * splines[1](lines.axial)[:, None, :]).reshape(n, -1)
-            changes = np.flatnonzero(np.diff(teeth)) + 1
-            bounds = [0, *changes.tolist(), n] if n else []
-            runs = [slice(a, b) for a, b in pairwise(bounds)]  # the slices of one tooth lie together
-            for one, other in combinations_with_replacement(runs, 2):
-                first, second = (one, other) if teeth[one.start] <= teeth[other.start] else (other, one)
-                tooth = int(teeth[first.start])
-                block = blocks[lines.side, tooth % c.sector, int(teeth[second.start]) - tooth]
-                part = weights[first] @ (block @ weights[second].T)
-                total[first, second] += part
-                if first != second:
-                    total[second, first] += part.T
-        return 0.5 * (total + total.T)
+        for tooth, radius, splines in zip(lines.tooth, lines.radius, self._splines, strict=True):
+            splines.add(total, lines.side, tooth, radius, lines.axial)
+        return total
+
+    def at_angles(self, angles: FloatArray) -> Engagement:
+        """The same pair with the compliances that it needs at these wheel `angles`, rad, and no others."""
+        teeth = np.hstack(
+            [
+                contact_lines(self.pair, angle, slices=1, flank=flank).tooth
+                for angle in angles
+                for flank in (DRIVE, BACK)
+            ]
+        )
+        pinion, wheel = (c.of_teeth(t) for c, t in zip(self.compliances, teeth, strict=True))
+        return replace(self, compliances=(pinion, wheel))
 
     def forces(
         self, angle: float, approach: FloatArray, *, flank: int = DRIVE, separation: FloatArray | None = None

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from concurrent.futures import Executor
-from dataclasses import replace
 
 import numpy as np
 
@@ -57,8 +56,9 @@ def mesh_law(
         )
     engagement = Engagement(pair, compliances, fidelity)
     deflection = deflection_grid(engagement, nominal_force, angle)
-    task = replace(engagement) if executor else engagement  # a new one travels without what it has cached
-    work = (executor.map if executor else map)(_force_rows, [task] * len(blocks), blocks, [deflection] * len(blocks))
+    # a part travels without the teeth that its angles do not reach
+    tasks = [engagement.at_angles(block) if executor else engagement for block in blocks]
+    work = (executor.map if executor else map)(_force_rows, tasks, blocks, [deflection] * len(blocks))
     rows: list[FloatArray] = []
     for done, block in enumerate(work, start=teeth + 1):
         rows.extend(block)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 
 import numpy as np
 import pytest
 
 from nvhchain.conventions import STEEL
+from nvhchain.fidelity import DRAFT, GearFidelity
 from nvhchain.gear.blank import SOLID, Slots
 from nvhchain.gear.body import GearBody
 from nvhchain.gear.compliance import FlankCompliance
@@ -39,13 +41,14 @@ def body(geometry: GearGeometry, symmetry: int = 0) -> GearBody:
 
 
 def stage_pair(
-    stage: int, *, symmetries: tuple[int, int] = (0, 0), mirrored: bool = False, **changes: float
+    stage: int, *, symmetries: tuple[int, int] = (0, 0), mirrored: bool = False, sense: int = 1, **changes: float
 ) -> GearPair:
     """Pinion (right-handed unless mirrored) and wheel of a gearbox stage; `changes` go to both geometries."""
     hands = (-1, 1) if mirrored else (1, -1)
     teeth = ((20, 50), (30, 82))[stage - 1]
     pinion, wheel = (gearbox_geometry(z, stage=stage, hand=h, **changes) for z, h in zip(teeth, hands, strict=True))
-    return GearPair(body(pinion, symmetries[0]), body(wheel, symmetries[1]), pinion.pitch_radius + wheel.pitch_radius)
+    distance = pinion.pitch_radius + wheel.pitch_radius
+    return GearPair(body(pinion, symmetries[0]), body(wheel, symmetries[1]), distance, sense)
 
 
 def beam_compliance(
@@ -99,6 +102,11 @@ def make_compliances() -> Callable[..., tuple[FlankCompliance, FlankCompliance]]
         return beam_compliance(pair.pinion), beam_compliance(pair.wheel, modulation=modulation)
 
     return make
+
+
+@pytest.fixture(scope="session")
+def sliced_fidelity() -> Callable[[int], GearFidelity]:
+    return lambda slices: dataclasses.replace(DRAFT.gear, slices=slices)
 
 
 @pytest.fixture(scope="session")

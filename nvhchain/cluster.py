@@ -43,7 +43,7 @@ def local_cluster(workers: int | None = None, *, memory_per_worker: int | None =
     memory = memory_per_worker or int(0.9 * psutil.virtual_memory().available / count)
     with (
         distributed.LocalCluster(
-            n_workers=count, threads_per_worker=1, memory_limit=memory, dashboard_address=None
+            n_workers=count, threads_per_worker=1, memory_limit=memory, dashboard_address="127.0.0.1:0"
         ) as cluster,
         distributed.Client(cluster, set_as_default=False) as client,
     ):
@@ -136,6 +136,11 @@ def at_most(threads: int) -> int:
     """`threads`, or fewer where the task under way shares the machine with others (`share`)."""
     granted = _GRANTED.get()
     return threads if granted is None else min(threads, granted)
+
+
+def is_gone(executor: Executor) -> bool:
+    """Whether the scheduler behind an executor is lost: its tasks then stay under way for ever."""
+    return getattr(getattr(executor, "_client", None), "status", None) in ("closing", "closed")
 
 
 def worker_lost(error: BaseException) -> bool:

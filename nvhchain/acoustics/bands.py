@@ -13,7 +13,7 @@ from typing import Any, Protocol
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from nvhchain.cluster import cores, room, share, worker_lost
+from nvhchain.cluster import cores, is_gone, room, share, worker_lost
 from nvhchain.conventions import Progress
 from nvhchain.errors import SolverError, require
 from nvhchain.handoff import ComplexArray, FloatArray
@@ -24,6 +24,9 @@ BAND = 4
 
 _LOSSES = 3
 """Times a band may lose its worker before it is taken to be what kills workers."""
+
+_PATIENCE = 5.0
+"""s after which a wait looks whether there is still somebody to wait for."""
 
 Job = tuple[Any, ...]
 
@@ -108,7 +111,9 @@ def _spread(
                 while waiting and len(running) < place.tasks:
                     running[executor.submit(_task, *common, *jobs[waiting[0]])] = waiting[0]
                     del waiting[0]
-                finished, _ = wait(running, return_when=FIRST_COMPLETED)
+                finished, _ = wait(running, timeout=_PATIENCE, return_when=FIRST_COMPLETED)
+                if not finished and is_gone(executor):
+                    raise BrokenExecutor("its scheduler is gone")
                 for future in finished:
                     number = running[future]
                     error = _lost(future)

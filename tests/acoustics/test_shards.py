@@ -1,0 +1,161 @@
+"""A run that is killed goes on with the bands it had finished, and with no others."""
+
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import nvhchain as nvh
+from nvhchain.acoustics import sphere, transfer, transfer_vectors
+from nvhchain.acoustics.bands import BAND
+from nvhchain.conventions import Air
+from nvhchain.errors import SolverError
+from nvhchain.fidelity import AcousticsFidelity
+from nvhchain.handoff import FieldPressure
+from nvhchain.resume import Shelf
+
+CASES = Path(__file__).parents[2] / "cases"
+BODY, POINTS, AIR = sphere(0.1, 2), np.array([[0.0, 0.0, 1.0]]), Air(343.0, 1.21)
+FIDELITY = AcousticsFidelity(elements_per_wavelength=3.0, masters=14)
+MASTERS = np.linspace(100.0, 2000.0, 14)
+
+
+def vectors(folder, *, surface=BODY, points=POINTS, masters=MASTERS, air=AIR, fidelity=FIDELITY, **more):
+    return transfer_vectors(surface, points, masters, air=air, fidelity=fidelity, shards=folder, **more)
+
+
+@pytest.fixture
+def solved(monkeypatch):
+    """Wavenumbers that an engine was asked for."""
+    seen, real = [], transfer.systems
+
+    def systems(engine, surface, wavenumbers, *others):
+        seen.extend(wavenumbers)
+        return real(engine, surface, wavenumbers, *others)
+
+    monkeypatch.setattr(transfer, "systems", systems)
+    return seen
+
+
+@pytest.fixture(scope="module")
+def whole():
+    return vectors(None)
+
+
+@pytest.fixture
+def half(tmp_path):
+    """A folder with the first two bands of four."""
+    vectors(tmp_path, masters=MASTERS[: 2 * BAND])
+    assert len(list(tmp_path.glob("*.h5"))) == 2
+    return tmp_path
+
+
+def test_a_killed_process_leaves_whole_bands_and_the_next_one_solves_only_the_rest(tmp_path, solved, whole):
+    script = f"""
+        import sys
+        import numpy as np
+        sys.path.insert(0, {str(Path(__file__).parent)!r})
+        from test_shards import Path, vectors
+        vectors(Path({str(tmp_path)!r}), progress=lambda done, total: print(done, flush=True))
+    """
+    with subprocess.Popen([sys.executable, "-c", textwrap.dedent(script)], stdout=subprocess.PIPE, text=True) as child:
+        for line in child.stdout:
+            if int(line) == 2 * BAND:
+                os.kill(child.pid, signal.SIGKILL)
+                break
+    assert child.wait() == -signal.SIGKILL
+    there = list(tmp_path.glob("*.h5"))
+    assert 2 <= len(there) < 4
+    resumed = vectors(tmp_path)
+    assert len(solved) == len(MASTERS) - BAND * len(there)
+    assert np.array_equal(resumed.vectors, whole.vectors)
+
+
+def test_bands_are_found_from_the_start_and_progress_counts_them(half, solved, whole):
+    seen = []
+    assert np.array_equal(vectors(half, progress=lambda done, total: seen.append(done)).vectors, whole.vectors)
+    assert (len(solved), seen) == (6, [0, 4, 8, 12, 14])
+    assert np.array_equal(vectors(half).vectors, whole.vectors)
+    assert len(solved) == 6
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [lambda data: data[: len(data) // 2], lambda data: data[:-3000] + bytes(3000), lambda data: b""],
+    ids=["truncated", "altered", "empty"],
+)
+def test_a_damaged_band_is_solved_again(half, solved, whole, damage):
+    first = min(half.glob("*.h5"))
+    first.write_bytes(damage(first.read_bytes()))
+    assert np.array_equal(vectors(half).vectors, whole.vectors)
+    assert len(solved) == len(MASTERS) - BAND
+
+
+def test_bands_of_another_surface_under_the_right_names_are_not_used(half, tmp_path_factory, solved, whole):
+    other = tmp_path_factory.mktemp("other")
+    vectors(other, surface=sphere(0.11, 2), masters=MASTERS[: 2 * BAND])
+    for right, wrong in zip(sorted(half.glob("*.h5")), sorted(other.glob("*.h5")), strict=True):
+        right.write_bytes(wrong.read_bytes())
+    solved.clear()
+    assert np.array_equal(vectors(half).vectors, whole.vectors)
+    assert len(solved) == len(MASTERS)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"points": POINTS + 0.01},
+        {"masters": MASTERS + 0.01},
+        {"air": Air(343.0, 1.2)},
+        {"fidelity": AcousticsFidelity(elements_per_wavelength=3.0, masters=14, singular_order=5)},
+        {"surface": sphere(0.1, 2, centre=(0.0, 0.0, 1e-9))},
+    ],
+    ids=lambda change: next(iter(change)),
+)
+def test_bands_made_from_anything_else_are_not_used(half, solved, change):
+    vectors(half, **change)
+    assert len(solved) == len(MASTERS)
+
+
+def test_bands_made_by_other_code_are_not_used(half, solved, monkeypatch):
+    monkeypatch.setattr("nvhchain.acoustics.shards.code_version", lambda package: "0.0")
+    vectors(half)
+    assert len(solved) == len(MASTERS)
+
+
+def test_the_chain_goes_on_with_finished_bands_and_drops_them_when_the_set_is_whole(tmp_path, solved, monkeypatch):
+    case = replace(nvh.load_case(CASES / "sphere" / "pulsating.toml"), frequencies=tuple(np.linspace(100.0, 600.0, 10)))
+    real, count = transfer.layer_potentials, []
+
+    def fails_late(*arguments):
+        count.append(1)
+        if len(count) == BAND + 1:
+            raise SolverError("the power failed")
+        return real(*arguments)
+
+    with monkeypatch.context() as broken:
+        broken.setattr(transfer, "layer_potentials", fails_late)
+        with pytest.raises(SolverError, match="the power failed"):
+            nvh.run(case, fidelity=nvh.DRAFT, out=tmp_path)
+    assert len(list(tmp_path.glob("transfer_vectors-*.parts/*.h5"))) == 1
+    solved.clear()
+    result = nvh.run(case, fidelity=nvh.DRAFT, out=tmp_path)
+    assert len(solved) == len(result.transfer_vectors.frequency) - BAND
+    assert [path.suffix for path in tmp_path.glob("transfer_vectors-*")] == [".h5"]
+
+
+def test_a_shelf_without_a_folder_keeps_no_parts():
+    seen = []
+
+    def compute(progress, parts):
+        seen.append(parts)
+        return FieldPressure([50.0], [[0.0, 0, 1]], [[1.0 + 1j]])
+
+    Shelf(None).stage_in_parts("p-{key}", FieldPressure, "acoustics", (), compute, fidelity=None)
+    assert seen == [None]

@@ -1,0 +1,225 @@
+"""Bands on executors that lose workers, run out of room, fail or are not there."""
+
+import os
+import signal
+import time
+from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from multiprocessing import get_context
+
+import numpy as np
+import pytest
+from threadpoolctl import threadpool_info, threadpool_limits
+
+from nvhchain import cluster
+from nvhchain.acoustics import sphere, transfer_vectors
+from nvhchain.acoustics.bands import BAND, _task, over_bands
+from nvhchain.conventions import Air
+from nvhchain.errors import InputError, ResourceError, SolverError
+from nvhchain.fidelity import AcousticsFidelity
+
+BODY, POINTS, AIR = sphere(0.1, 2), np.array([[0.0, 0.0, 1.0], [0.3, 0.2, -0.4]]), Air(343.0, 1.21)
+FIDELITY = AcousticsFidelity(elements_per_wavelength=3.0, masters=32)
+MASTERS = np.linspace(50.0, 2500.0, 32)
+
+
+def vectors(executor=None, progress=None):
+    return transfer_vectors(
+        BODY, POINTS, MASTERS, air=AIR, fidelity=FIDELITY, executor=executor, progress=progress
+    ).vectors
+
+
+@pytest.fixture(scope="module")
+def serial():
+    """On one thread: rounding depends on how many take part in a factorisation."""
+    with threadpool_limits(1), ThreadPoolExecutor(1) as own:
+        return own.submit(cluster.share, cluster.cores(), os.getpid(), vectors).result()
+
+
+@pytest.fixture(scope="module")
+def two_workers():
+    with cluster.local_cluster(2, memory_per_worker=2 * 2**30) as executor:
+        yield executor
+
+
+def processes(executor):
+    return executor._client.run(os.getpid)
+
+
+def test_two_workers_one_killed_under_way_give_the_same_bits_as_one_process(two_workers, serial):
+    before, seen = processes(two_workers), []
+
+    def kill_one(done, total):
+        seen.append(done)
+        if done == 2 * BAND:
+            os.kill(next(iter(before.values())), signal.SIGKILL)
+
+    assert len(set(before.values())) == 2
+    assert np.array_equal(vectors(two_workers, kill_one), serial)
+    assert seen == list(range(0, len(MASTERS) + 1, BAND))
+    two_workers._client.wait_for_workers(2, timeout=30)
+    assert len(set(before.values()) & set(processes(two_workers).values())) == 1  # replaced, and the other one lived
+
+
+def test_a_scheduler_is_reached_by_its_address_and_left_running(two_workers, serial):
+    address = two_workers._client.scheduler.address
+    for _ in range(2):
+        with cluster.connect(address) as executor:
+            assert np.array_equal(vectors(executor), serial)
+
+
+def test_workers_leave_cores_to_each_other(two_workers):
+    room = cluster.room(two_workers, 2**20)
+    assert (room.tasks, room.neighbours) == (2, 2)
+    blas, assembly = two_workers.submit(cluster.share, room.neighbours, os.getpid(), _threads).result()
+    assert blas == assembly == max(1, cluster.cores() // 2)
+
+
+def _threads():
+    from nvhchain.acoustics import _fused_order
+
+    return max(pool["num_threads"] for pool in threadpool_info()), _fused_order.at_most(1000)
+
+
+def test_a_task_larger_than_every_worker_is_refused_with_the_number(two_workers):
+    assert cluster.room(two_workers, 2**30).tasks == 2
+    with pytest.raises(ResourceError, match=r"needs 1.7 GiB, the largest worker has 2 GiB .* fewer, larger workers"):
+        cluster.room(two_workers, int(1.7 * 2**30))
+
+
+def test_no_more_tasks_are_under_way_than_memory_holds(monkeypatch):
+    monkeypatch.setattr(cluster.psutil, "virtual_memory", lambda: type("M", (), {"available": 3 * 2**30}))
+    running, most = [], []
+
+    def solve(frequency):
+        running.append(1)
+        most.append(len(running))
+        time.sleep(0.02)
+        running.pop()
+        return frequency + 0j
+
+    with ThreadPoolExecutor(8) as executor:
+        over_bands(solve, MASTERS, (), (), memory_per_task=2**30, executor=executor, progress=None)
+    assert max(most) == 3
+
+
+def test_an_error_of_a_task_comes_out_as_it_is_and_what_has_not_begun_is_cancelled():
+    begun = []
+
+    def solve(frequency):
+        begun.append(frequency[0])
+        if len(begun) == 3:
+            raise SolverError("singular")
+        return frequency + 0j
+
+    with ThreadPoolExecutor(2) as executor:
+        with pytest.raises(SolverError, match="singular"):
+            over_bands(solve, np.arange(400.0), (), (), memory_per_task=1, executor=executor, progress=None)
+        assert executor.submit(int, 5).result() == 5  # the executor is as good as before
+    assert len(begun) <= 6
+
+
+def test_an_error_on_a_worker_process_comes_out_as_it_is(two_workers):
+    with pytest.raises(ResourceError, match="too large"):
+        over_bands(_refuse, MASTERS, (), (), memory_per_task=1, executor=two_workers, progress=None)
+    assert two_workers.submit(int, 5).result() == 5
+
+
+def _refuse(frequency):
+    raise ResourceError("too large")
+
+
+def test_a_process_pool_broken_by_a_killed_worker_is_finished_here_with_a_warning(serial):
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as executor:
+
+        def kill_one(done, total):
+            if done == BAND:
+                os.kill(next(iter(executor._processes)), signal.SIGKILL)
+
+        with pytest.warns(RuntimeWarning, match=r"the executor is broken .* bands of frequencies are solved in this"):
+            spread = vectors(executor, kill_one)
+    assert np.array_equal(spread, serial)
+
+
+class Losing:
+    """An executor that loses the worker of its first tasks, in one of the ways of telling so."""
+
+    def __init__(self, losses, error):
+        self.losses, self.error = losses, error
+
+    def submit(self, function, *arguments):
+        future = Future()
+        if self.losses > 0:
+            self.losses -= 1
+            if self.error is None:
+                future.cancel()
+                future.set_running_or_notify_cancel()
+            else:
+                future.set_exception(self.error)
+        else:
+            future.set_result(function(*arguments))
+        return future
+
+
+def killed():
+    from distributed.scheduler import KilledWorker
+
+    return KilledWorker("task", type("W", (), {"address": "tcp://w"}), 3)
+
+
+@pytest.mark.parametrize("error", [None, killed()], ids=["cancelled", "killed"])
+def test_a_lost_band_is_given_out_again_until_it_is_clear_that_it_kills(error):
+    def solve(frequency):
+        return frequency + 0j
+
+    arguments = {"memory_per_task": 2**31, "progress": None}
+    found = over_bands(solve, MASTERS, (), (), executor=Losing(2, error), **arguments)
+    assert np.array_equal(found, MASTERS)
+    with pytest.raises(SolverError, match=r"3 workers were lost .* needs 2 GiB; give workers more memory"):
+        over_bands(solve, MASTERS, (), (), executor=Losing(99, error), **arguments)
+
+
+def test_only_signs_of_a_lost_worker_count_as_one():
+    assert cluster.worker_lost(BrokenProcessPool())
+    assert not any(cluster.worker_lost(error) for error in (SolverError(), InputError(), MemoryError(), OSError()))
+
+
+def test_a_worker_with_other_code_refuses():
+    with pytest.raises(InputError, match=r"a worker runs nvhchain 0.* its caller 0.0: install the same"):
+        _task("0.0", 1, os.getpid(), vectors)
+
+
+@pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "nonsense", ""])
+def test_an_address_where_nothing_answers_is_bad_input_within_the_time_given(address):
+    start = time.monotonic()
+    with (
+        pytest.raises(InputError, match=r"no dask scheduler answers at .* start one"),
+        cluster.connect(address, timeout=0.5),
+    ):
+        pass
+    assert time.monotonic() - start < 5
+
+
+def test_a_scheduler_without_workers_is_bad_input(two_workers, monkeypatch):
+    def none_come(client, count, timeout):
+        raise TimeoutError
+
+    monkeypatch.setattr("distributed.Client.wait_for_workers", none_come)
+    message = r"has no workers after 3 s: start some with 'dask worker tcp://.* --nthreads 1'"
+    with (
+        pytest.raises(InputError, match=message),
+        cluster.connect(two_workers._client.scheduler.address, timeout=3),
+    ):
+        pass
+
+
+def test_without_dask_the_remedy_is_named(monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "distributed", None)
+    for opened in (cluster.local_cluster(2), cluster.connect("tcp://127.0.0.1:8786")):
+        with pytest.raises(InputError, match=r"pip install nvhchain\[cluster\]"), opened:
+            pass
+
+
+def test_no_workers_at_all_are_refused():
+    with pytest.raises(InputError, match="0 workers"), cluster.local_cluster(0):
+        pass

@@ -13,6 +13,16 @@ from nvhchain.errors import require
 INTERPOLATIONS = ("phase_removed", "linear")
 """Ways to go from master frequencies to a line between them."""
 
+RADIATIONS = ("boundary_elements", "rayleigh", "equivalent_radiated_power")
+"""Ways to go from surface velocity to sound, the exact one first."""
+
+MESH_LEVELS = ("stiffness", "table", "contact")
+"""Models of a gear mesh in the time loop, the simplest first."""
+
+
+PRECISIONS = ("double", "single")
+"""Widths of the boundary element matrices: 16 and 8 bytes per entry."""
+
 
 @dataclass(frozen=True)
 class GearFidelity:
@@ -22,6 +32,7 @@ class GearFidelity:
     transverse_refinement: factor on the elements across tooth and rim (1: four across the tooth).
     row_aspect: radial over circumferential size of the blank's elements under the teeth.
     load_pattern_tolerance: what is neglected of the forces a tooth passes to the body, relative.
+    far_pattern_tolerance: what of them is taken to answer alike at all teeth of a sector, relative.
     slices: axial slices of a contact line.  angles_per_mesh: mesh-law angles per mesh period.
     deflections: mesh-law deflections.  contact_residual: admissible residual of the complementarity
     problem, relative to the deflection scale.  drive_reach, back_reach: mesh-law forces on the drive and back flank,
@@ -37,6 +48,7 @@ class GearFidelity:
     transverse_refinement: int = 1
     row_aspect: float = 1.5
     load_pattern_tolerance: float = 1e-3
+    far_pattern_tolerance: float = 3e-2
     drive_reach: float = 3.0
     back_reach: float = 1.5
 
@@ -50,6 +62,10 @@ class DynamicsFidelity:
     samples_per_period: steps that the shortest period of the band must have.
     angle_refinement: interpolated rows per tabulated angle of a mesh law.  contact_residual: admissible residual of the
     mesh forces in a step, relative to the largest tabulated force; reached within contact_iterations.
+    stored_samples_per_period: samples of a run-up's record in the shortest period of the band, at least.
+    stopband_attenuation: dB by which what would fold back into the band is lowered before a run-up is thinned out.
+    mesh_level: `table`, the mesh law F(θ, δ); `stiffness`, its tangent k(θ) at the nominal force, without a gap;
+    `contact`, the contact problem itself at every step (slow: the yardstick of the others).
     """
 
     time_step: float
@@ -59,6 +75,28 @@ class DynamicsFidelity:
     angle_refinement: int = 4
     contact_residual: float = 1e-12
     contact_iterations: int = 100
+    stored_samples_per_period: float = 5.0
+    stopband_attenuation: float = 100.0
+    mesh_level: str = "table"
+
+    def __post_init__(self) -> None:
+        for name, low, high in (
+            ("time_step", 1e-9, 1e-2),
+            ("settle_level", 1e-12, 0.5),
+            ("settle_time", 0.0, 1e5),
+            ("samples_per_period", 2.0, 1e4),
+            ("angle_refinement", 1, 64),
+            ("contact_residual", 1e-15, 1e-3),
+            ("contact_iterations", 0, 10_000),
+            ("stored_samples_per_period", 2.56, 1e4),
+            ("stopband_attenuation", 20.0, 200.0),
+        ):
+            value = getattr(self, name)
+            require(low <= value <= high, f"dynamics {name} = {value} is outside {low:g}…{high:g}")
+        require(
+            self.mesh_level in MESH_LEVELS,
+            f"dynamics mesh_level = {self.mesh_level!r} is unknown: choose from {', '.join(MESH_LEVELS)}",
+        )
 
 
 @dataclass(frozen=True)
@@ -91,7 +129,10 @@ class AcousticsFidelity:
     gap_ratio, gap_halvings: triangles that face each other across less than this multiple of the longer one are cut
         until their pieces do not, at most this number of times.
     singular_order: Gauss order per direction of pairs that share a corner, an edge or all.
+    precision: of the matrices and of well separated pairs, `double` or `single` (half the memory).
     field_near_ratio: a triangle longer than this multiple of its distance from a field point is subdivided.
+    radiation: `boundary_elements`, or a cheaper level (docs/measured/radiation.md): `rayleigh`, every visible face in
+        an infinite baffle, or `equivalent_radiated_power`, plane waves from every face, which knows no phase.
     interpolation: between masters, `phase_removed` or `linear` (for comparison).
     interpolation_points: nodes (masters, and below the band their mirror images) of one interpolated value.
     """
@@ -104,8 +145,10 @@ class AcousticsFidelity:
     gap_ratio: float = 0.3
     gap_halvings: int = 5
     singular_order: int = 4
+    precision: str = "double"
     field_near_ratio: float = 0.5
     coarsest_elements_per_wavelength: float = 2.0
+    radiation: str = "boundary_elements"
     interpolation: str = "phase_removed"
     interpolation_points: int = 6
 
@@ -133,9 +176,59 @@ class AcousticsFidelity:
             f"acoustics close_distances = {ratios} must increase, to 1.4 at least: that far, triangles touch",
         )
         require(
+            self.radiation in RADIATIONS,
+            f"acoustics radiation = {self.radiation!r} is unknown: choose from {', '.join(RADIATIONS)}",
+        )
+        require(
+            self.precision in PRECISIONS,
+            f"acoustics precision = {self.precision!r} is unknown: choose from {', '.join(PRECISIONS)}",
+        )
+        require(
             self.interpolation in INTERPOLATIONS,
             f"acoustics interpolation = {self.interpolation!r} is unknown: choose from {', '.join(INTERPOLATIONS)}",
         )
+
+
+@dataclass(frozen=True)
+class LumpedFidelity:
+    """Gear pairs with one degree of freedom: time integration and harmonic balance; not part of the chain.
+
+    time_step: s, of the Runge–Kutta integration, at most.  steps_per_period: fewest steps of a natural period and of a
+    mesh cycle.  settle_time: s at each speed of a sweep before it is measured.  settle_level: what may be left then of
+    a disturbance, relative, as linear damping has it die out.  body_periods: measured at each speed.
+    harmonics, harmonic_samples: of the balance, per mesh cycle of the body period.  residual: admissible, relative to
+    the load, reached within newton_iterations.  arc_step: largest step along the curve, in units of static deflection
+    and natural frequency.  arc_points: most points of a curve.
+    """
+
+    time_step: float = 2e-6
+    steps_per_period: float = 20.0
+    settle_time: float = 0.02
+    settle_level: float = 1e-6
+    body_periods: int = 1
+    harmonics: int = 32
+    harmonic_samples: int = 1024
+    residual: float = 1e-9
+    newton_iterations: int = 20
+    arc_step: float = 0.02
+    arc_points: int = 5000
+
+    def __post_init__(self) -> None:
+        for name, low, high in (
+            ("time_step", 1e-12, 1.0),
+            ("steps_per_period", 8.0, 1e6),
+            ("settle_time", 0.0, 1e4),
+            ("settle_level", 1e-15, 1.0),
+            ("body_periods", 1, 100_000),
+            ("harmonics", 1, 1000),
+            ("harmonic_samples", 8, 100_000),
+            ("residual", 1e-14, 1e-3),
+            ("newton_iterations", 2, 1000),
+            ("arc_step", 1e-6, 1.0),
+            ("arc_points", 10, 10_000_000),
+        ):
+            value = getattr(self, name)
+            require(low <= value <= high, f"lumped {name} = {value} is outside {low:g}…{high:g}")
 
 
 @dataclass(frozen=True)

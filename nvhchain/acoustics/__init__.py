@@ -1,6 +1,15 @@
 """Exterior acoustics: boundary elements, transfer vectors and what a vibrating surface radiates."""
 
 from nvhchain.acoustics.direct import solve_direct, surface_pressure
+from nvhchain.acoustics.efficiency import (
+    circle_points,
+    directivity_index,
+    equivalent_pressure,
+    equivalent_radiated_power,
+    mean_square_velocity,
+    radiation_efficiency,
+    spread_power,
+)
 from nvhchain.acoustics.engines import ENGINES, estimate_memory
 from nvhchain.acoustics.incident import IncidentField, PlaneWave, PointSource
 from nvhchain.acoustics.modal import modal_pressure, modal_transfer_vectors, noise_transfer_functions, transfer_pressure
@@ -24,18 +33,25 @@ __all__ = [
     "array_power",
     "check_mesh",
     "check_points",
+    "circle_points",
+    "directivity_index",
+    "equivalent_pressure",
+    "equivalent_radiated_power",
     "estimate_memory",
     "interpolation_error",
     "master_frequencies",
+    "mean_square_velocity",
     "modal_pressure",
     "modal_transfer_vectors",
     "noise_transfer_functions",
     "project",
     "radiate",
+    "radiation_efficiency",
     "required_element_size",
     "solve_direct",
     "sound_power",
     "sphere",
+    "spread_power",
     "surface_pressure",
     "transfer_pressure",
     "transfer_vectors",

@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nvhchain.acoustics.direct import galerkin_pressure, solve_direct
+from nvhchain.acoustics.efficiency import equivalent_radiated_power
+from nvhchain.acoustics.rayleigh import rayleigh_field
 from nvhchain.acoustics.transfer import made_by
 from nvhchain.conventions import Air, Progress
 from nvhchain.errors import require
@@ -72,8 +74,15 @@ def sound_power(
     array_radius: m; without it the intensity on the surface is integrated, with it the pressure is taken at the 40
     positions of a sphere of this radius about the surface's centre, or the 20 of a hemisphere on the plane
     (`array_points`), as a measurement would.
-    The other arguments and errors are those of `transfer_vectors`.
+    fidelity.radiation: `rayleigh` needs an array, as it knows no pressure on the surface; `equivalent_radiated_power`
+    is a power by itself.  The other arguments and errors are those of `transfer_vectors`.
     """
+    if fidelity.radiation == "equivalent_radiated_power":
+        return equivalent_radiated_power(surface_velocity, air)
+    require(
+        fidelity.radiation == "boundary_elements" or array_radius is not None,
+        "the Rayleigh integral knows no pressure on the surface: give array_radius, or use boundary_elements",
+    )
     if array_radius is None:
         # Integrals over the surface want the best fit, not the vertex values.
         pressure = galerkin_pressure(
@@ -92,15 +101,19 @@ def sound_power(
     else:
         vertices = surface_velocity.surface.vertices
         middle = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
-        field = solve_direct(
-            surface_velocity,
-            array_points(array_radius, middle, reflecting_plane=plane or False),
-            air=air,
-            fidelity=fidelity,
-            engine=engine,
-            plane=plane,
-            executor=executor,
-            progress=progress,
-        )
+        points = array_points(array_radius, middle, reflecting_plane=plane or False)
+        if fidelity.radiation == "rayleigh":
+            field = rayleigh_field(surface_velocity, points, air, fidelity.field_near_ratio, plane)
+        else:
+            field = solve_direct(
+                surface_velocity,
+                points,
+                air=air,
+                fidelity=fidelity,
+                engine=engine,
+                plane=plane,
+                executor=executor,
+                progress=progress,
+            )
         power = array_power(field, array_radius, air, reflecting_plane=plane is not None)
     return power.replace(provenance=made_by("sound_power", fidelity, engine))

@@ -12,6 +12,7 @@ from nvhchain.acoustics.bands import over_bands
 from nvhchain.acoustics.engines import check_engine, check_memory, systems
 from nvhchain.acoustics.plane import check_plane, with_images
 from nvhchain.acoustics.potentials import layer_potentials
+from nvhchain.acoustics.rayleigh import rayleigh_vectors
 from nvhchain.acoustics.shards import VectorShards
 from nvhchain.acoustics.surface import check_mesh, check_points
 from nvhchain.conventions import Air, Progress
@@ -67,10 +68,15 @@ def transfer_vectors(
     its normal; the part of the vectors that goes by way of it is kept apart (`TransferVectors.image_vectors`).
     executor: takes bands of four frequencies, as many at once as memory allows.
     shards: folder in which every finished band is saved, and from which a run that was killed takes them again.
+    `fidelity.radiation` = `rayleigh` takes the Rayleigh integral instead (`rayleigh_vectors`).
     Assumes one-way coupling.  Raises InputError (mesh too coarse, point inside or too near, body or point behind the
     plane or too near it), ResourceError (matrices do not fit into free memory), SolverError (singular system).
     """
     check_engine(engine)
+    require(
+        fidelity.radiation != "equivalent_radiated_power",
+        "equivalent radiated power knows no transfer vectors: spread its power with equivalent_pressure instead",
+    )
     frequency = check_frequencies(frequencies)
     x = check_points(surface, points)
     check_mesh(surface, float(frequency[-1]), air, fidelity)
@@ -83,7 +89,7 @@ def transfer_vectors(
         frequency,
         (),
         (surface, ends, air, fidelity, engine, plane),
-        memory_per_task=check_memory(surface, size, engine),
+        memory_per_task=check_memory(surface, size, engine) if fidelity.radiation == "boundary_elements" else size,
         executor=executor,
         progress=progress,
         shards=VectorShards(shards, surface, ends, air, (fidelity, engine, plane)) if shards else None,
@@ -112,6 +118,8 @@ def _vectors(
     plane: RigidPlane | None = None,
 ) -> ComplexArray:
     """Transfer vectors (n_f, n_point, n_face) of one band; with a plane, `points` are followed by their images."""
+    if fidelity.radiation == "rayleigh":
+        return rayleigh_vectors(frequency, surface, points, air, fidelity.field_near_ratio)
     vectors = np.zeros((len(frequency), len(points), len(surface.triangles)), dtype=complex)
     omega = 2 * np.pi * frequency
     solved = np.flatnonzero(frequency > 0)

@@ -1,0 +1,129 @@
+"""How well a vibrating surface radiates: equivalent radiated power, radiation efficiency, directivity."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nvhchain.conventions import Air
+from nvhchain.errors import InputError, require
+from nvhchain.handoff import FieldPressure, FloatArray, RigidPlane, SoundPower, SurfaceVelocity
+
+
+def mean_square_velocity(surface_velocity: SurfaceVelocity) -> FloatArray:
+    """⟨v_n²⟩ (n_f,) (m/s)², over the period and over the surface: Σ A ½|v_n|² / Σ A."""
+    areas = surface_velocity.surface.areas
+    squares = surface_velocity.normal_velocity.real**2 + surface_velocity.normal_velocity.imag**2
+    return np.asarray(0.5 * squares @ areas / areas.sum())
+
+
+def equivalent_radiated_power(surface_velocity: SurfaceVelocity, air: Air) -> SoundPower:
+    """Power of plane waves that leave every face on their own, ρc S ⟨v_n²⟩: radiation efficiency 1.
+
+    Neither the size of the body against the wavelength nor faces that cancel each other are seen: far too much where
+    the body is small, near the truth where its parts are several wavelengths apart (docs/measured/radiation.md).
+    """
+    area = float(surface_velocity.surface.areas.sum())
+    return SoundPower(
+        surface_velocity.frequency,
+        air.impedance * area * mean_square_velocity(surface_velocity),
+        provenance={"stage": "acoustics.equivalent_radiated_power"},
+    )
+
+
+def spread_power(
+    power: SoundPower, points: ArrayLike, centre: ArrayLike, air: Air, *, plane: RigidPlane | None = None
+) -> FieldPressure:
+    """Pressure of a source that radiates `power` evenly into all directions: ½|p|² = ρc P/(4πr²).
+
+    points: (n_point, 3) m.  centre: (3,) m, where the source sits.  plane: the power goes into half the directions.
+    A level without phase: the amplitudes are real.  Raises InputError for a point at the centre or behind the plane.
+    """
+    x = np.atleast_2d(np.asarray(points, dtype=float))
+    r = np.linalg.norm(x - np.asarray(centre, dtype=float), axis=1)
+    require(bool((r > 0).all()), "a field point lies at the centre of the source: move it away")
+    if plane is not None:
+        require(bool((plane.height(x) >= 0).all()), "a field point lies behind the rigid plane: move it to the air")
+    # rounding of an intensity integral may leave a power of zero slightly negative
+    mean_square = air.impedance * np.maximum(power.power, 0.0)[:, None] / (_solid_angle(plane) * r**2)
+    return FieldPressure(
+        power.frequency, x, np.sqrt(2.0 * mean_square), provenance={"stage": "acoustics.spread_power", "phase": "none"}
+    )
+
+
+def equivalent_pressure(
+    surface_velocity: SurfaceVelocity, points: ArrayLike, air: Air, *, plane: RigidPlane | None = None
+) -> FieldPressure:
+    """Level without phase of the equivalent radiated power, spread evenly from the centroid of the surface.
+
+    The cheapest radiation level; arguments and errors are those of `spread_power`.
+    """
+    surface = surface_velocity.surface
+    centre = surface.areas @ surface.centroids / surface.areas.sum()
+    power = equivalent_radiated_power(surface_velocity, air)
+    return spread_power(power, points, centre, air, plane=plane)
+
+
+def radiation_efficiency(power: SoundPower, surface_velocity: SurfaceVelocity, air: Air) -> FloatArray:
+    """σ = P/(ρc S ⟨v_n²⟩), (n_f,).
+
+    power: what `surface_velocity` radiates, at the same lines.  Raises InputError for other lines and for lines at
+    rest, which have none.
+    """
+    _same_lines(power, surface_velocity.frequency)
+    equivalent = equivalent_radiated_power(surface_velocity, air).power
+    still = np.flatnonzero(equivalent == 0)
+    if len(still):
+        raise InputError(
+            f"the surface is at rest at {surface_velocity.frequency[still[0]]:g} Hz ({len(still)} such lines): "
+            "radiation efficiency needs a velocity; drop these lines"
+        )
+    return np.asarray(power.power / equivalent)
+
+
+def directivity_index(
+    pressure: FieldPressure, power: SoundPower, centre: ArrayLike, air: Air, *, plane: RigidPlane | None = None
+) -> FloatArray:
+    """DI (n_f, n_point) dB: intensity at a point over that of the same power spread evenly, 10 lg(|p|² Ω r²/(2ρc P)).
+
+    pressure: in the far field.  centre: (3,) m, from where r counts.  plane: Ω is 2π instead of 4π.
+    Raises InputError where pressure and power have other lines or nothing is radiated.
+    """
+    _same_lines(power, pressure.frequency)
+    silent = np.flatnonzero(power.power <= 0)
+    require(
+        len(silent) == 0,
+        f"nothing is radiated at {len(silent)} lines: directivity needs a power; drop these lines",
+    )
+    even = spread_power(power, pressure.points, centre, air, plane=plane).pressure
+    amplitude = np.abs(pressure.pressure)
+    floor = np.finfo(float).tiny
+    return np.asarray(20.0 * np.log10(np.maximum(amplitude, floor) / even.real))
+
+
+def circle_points(radius: float, centre: ArrayLike, axis: ArrayLike, count: int) -> FloatArray:
+    """Field points (count, 3) m, evenly spaced on a circle of `radius` m about `axis` through `centre`.
+
+    The first lies where the coordinate axis that `axis` is most nearly normal to points.
+    """
+    require(radius > 0 and count > 0, f"circle of {count} points at {radius:g} m: both must be positive")
+    normal = np.asarray(axis, dtype=float)
+    require(bool(np.any(normal)), "the axis of the circle has no length")
+    normal = normal / np.linalg.norm(normal)
+    first = np.eye(3)[np.abs(normal).argmin()]
+    first = first - (first @ normal) * normal
+    first /= np.linalg.norm(first)
+    angle = 2 * np.pi * np.arange(count)[:, None] / count
+    return np.asarray(centre, dtype=float) + radius * (np.cos(angle) * first + np.sin(angle) * np.cross(normal, first))
+
+
+def _solid_angle(plane: RigidPlane | None) -> float:
+    return 4.0 * np.pi if plane is None else 2.0 * np.pi
+
+
+def _same_lines(power: SoundPower, frequency: FloatArray) -> None:
+    require(
+        len(power.frequency) == len(frequency) and bool(np.allclose(power.frequency, frequency, rtol=1e-9, atol=0)),
+        f"sound power has {len(power.frequency)} lines, the other quantity {len(frequency)}, or at other frequencies: "
+        "take both at the same lines",
+    )

@@ -1,0 +1,105 @@
+"""Radiation efficiency, equivalent radiated power and directivity of spheres with exact solutions."""
+
+import numpy as np
+import pytest
+from scipy.special import spherical_jn, spherical_yn
+
+from nvhchain.acoustics import (
+    circle_points,
+    directivity_index,
+    equivalent_pressure,
+    equivalent_radiated_power,
+    mean_square_velocity,
+    radiation_efficiency,
+    solve_direct,
+    sound_power,
+    sphere,
+)
+from nvhchain.acoustics.plane import RigidPlane
+from nvhchain.errors import InputError
+from nvhchain.handoff import SoundPower, SurfaceVelocity
+
+FREQUENCY = np.array([300.0, 900.0, 1715.0])
+LEGENDRE = [lambda x: np.ones_like(x), lambda x: x, lambda x: 0.5 * (3 * x * x - 1)]
+
+
+def vibrating(n, radius=0.1, subdivisions=3, frequency=FREQUENCY):
+    """A sphere with v_n = P_n(cos θ) about z."""
+    body = sphere(radius, subdivisions)
+    cosine = body.centroids[:, 2] / np.linalg.norm(body.centroids, axis=1)
+    return SurfaceVelocity(frequency, np.tile(LEGENDRE[n](cosine), (len(frequency), 1)), body)
+
+
+def hankel_slope(n, ka):
+    """h_n'(ka) of the second kind: h = j − jy under e^{+jωt}."""
+    return spherical_jn(n, ka, derivative=True) - 1j * spherical_yn(n, ka, derivative=True)
+
+
+@pytest.mark.parametrize("n", [0, 1, 2])
+def test_radiation_efficiency_of_a_sphere_within_a_tenth_of_a_decibel(air, coarse, n):
+    """σ_n = 1/|ka h_n'(ka)|² (Fahy & Gardonio, Sound and Structural Vibration, 3.4)."""
+    velocity = vibrating(n)
+    ka = 2 * np.pi * FREQUENCY * 0.1 / air.speed_of_sound
+    exact = 1.0 / np.abs(ka * hankel_slope(n, ka)) ** 2
+    power = sound_power(velocity, air=air, fidelity=coarse)
+    error = 10 * np.log10(radiation_efficiency(power, velocity, air) / exact)
+    assert error == pytest.approx(np.zeros(3), abs=0.1)
+
+
+def test_equivalent_radiated_power_is_that_of_a_plane_wave_from_every_face(air):
+    velocity = vibrating(1)
+    area = 4 * np.pi * 0.1**2
+    assert mean_square_velocity(velocity) == pytest.approx(np.full(3, 1 / 6), rel=0.01)  # ½⟨cos²⟩
+    power = equivalent_radiated_power(velocity, air).power
+    assert power == pytest.approx(np.full(3, air.impedance * area / 6), rel=0.01)
+    assert radiation_efficiency(equivalent_radiated_power(velocity, air), velocity, air) == pytest.approx(np.ones(3))
+
+
+def test_equivalent_pressure_carries_the_power_through_a_sphere_or_a_hemisphere(air):
+    velocity = vibrating(0)
+    power = equivalent_radiated_power(velocity, air).power
+    points = np.array([[2.0, 0.0, 0.0], [0.0, 0.0, 4.0]])
+    free = equivalent_pressure(velocity, points, air).pressure
+    assert not free.imag.any()
+    through = 4 * np.pi * np.array([2.0, 4.0]) ** 2 * np.abs(free) ** 2 / (2 * air.impedance)
+    assert through == pytest.approx(np.stack([power, power], axis=1), rel=1e-6)
+    half = equivalent_pressure(velocity, points, air, plane=RigidPlane((0, 0, -0.2), (0, 0, 1))).pressure
+    assert half / free == pytest.approx(np.full((3, 2), np.sqrt(2)))
+
+
+def test_directivity_of_an_oscillating_sphere_is_that_of_a_dipole(air, coarse):
+    """DI = 10 lg 3 cos² θ in the far field."""
+    velocity = vibrating(1)
+    points = circle_points(50.0, (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), 24)
+    field = solve_direct(velocity, points, air=air, fidelity=coarse)
+    power = sound_power(velocity, air=air, fidelity=coarse)
+    cosine = points[:, 2] / 50.0
+    loud = np.abs(cosine) > 0.2
+    got = directivity_index(field, power, (0, 0, 0), air)
+    exact = np.tile(10 * np.log10(3 * cosine[loud] ** 2), (3, 1))
+    assert got[:, loud] == pytest.approx(exact, abs=0.1)
+    assert got[:, ~loud].max() < -8.0
+
+
+def test_circle_lies_about_its_axis():
+    points = circle_points(2.0, (1.0, 2.0, 3.0), (0.0, 0.0, 4.0), 8) - [1.0, 2.0, 3.0]
+    assert points[0] == pytest.approx([2.0, 0.0, 0.0])
+    assert points[2] == pytest.approx([0.0, 2.0, 0.0])
+    tilted = circle_points(1.0, (0, 0, 0), (1.0, 2.0, -2.0), 5)
+    assert tilted @ np.array([1.0, 2.0, -2.0]) == pytest.approx(np.zeros(5), abs=1e-12)
+    assert np.linalg.norm(tilted, axis=1) == pytest.approx(np.ones(5))
+
+
+def test_lines_without_velocity_or_power_and_other_lines_are_refused(air):
+    velocity = vibrating(0)
+    still = velocity.replace(normal_velocity=velocity.normal_velocity * [[1.0], [0.0], [1.0]])
+    power = equivalent_radiated_power(still, air)
+    with pytest.raises(InputError, match="at rest at 900 Hz"):
+        radiation_efficiency(power, still, air)
+    with pytest.raises(InputError, match="same lines"):
+        radiation_efficiency(SoundPower(FREQUENCY[:2], np.ones(2)), velocity, air)
+    field = equivalent_pressure(still, [[1.0, 0, 0]], air)
+    with pytest.raises(InputError, match="nothing is radiated at 1 lines"):
+        directivity_index(field, power, (0, 0, 0), air)
+    with pytest.raises(InputError, match="behind"):
+        equivalent_pressure(velocity, [[0, 0, -1.0]], air, plane=RigidPlane((0, 0, -0.2), (0, 0, 1)))

@@ -1,0 +1,119 @@
+"""The Rayleigh integral: exact for a piston in a baffle, and what it leaves out."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.special import j1
+
+from nvhchain.acoustics import radiate, sound_power, sphere, transfer_vectors
+from nvhchain.acoustics.efficiency import equivalent_radiated_power
+from nvhchain.acoustics.plane import RigidPlane
+from nvhchain.errors import InputError
+from nvhchain.handoff import Surface, SurfaceVelocity
+
+RADIUS = 0.1
+
+
+@pytest.fixture(scope="module")
+def rayleigh(coarse):
+    return replace(coarse, radiation="rayleigh")
+
+
+@pytest.fixture(scope="module")
+def disc():
+    """A flat cylinder, top at z = 0: rings of triangles on top and bottom, one row of them on the side."""
+    rings, sides = 12, 72
+    angle = 2 * np.pi * np.arange(sides) / sides
+    true = RADIUS * np.sqrt(2 * np.pi / (sides * np.sin(2 * np.pi / sides)))  # the polygon has the area of the disc
+    circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    flat = np.concatenate([np.zeros((1, 2))] + [true * (i + 1) / rings * circle for i in range(rings)])
+    following = np.roll(np.arange(sides), -1)
+    own = np.arange(sides)
+    top = [np.stack([np.zeros(sides, int), 1 + own, 1 + following], axis=1)]
+    for i in range(rings - 1):
+        a, b = 1 + i * sides, 1 + (i + 1) * sides
+        top.append(np.stack([a + own, b + own, b + following], axis=1))
+        top.append(np.stack([a + own, b + following, a + following], axis=1))
+    top = np.concatenate(top)
+    count, rim = len(flat), 1 + (rings - 1) * sides
+    side = np.concatenate(
+        [
+            np.stack([rim + own, count + rim + own, count + rim + following], axis=1),
+            np.stack([rim + own, count + rim + following, rim + following], axis=1),
+        ]
+    )
+    vertices = np.concatenate([np.insert(flat, 2, 0.0, axis=1), np.insert(flat, 2, -0.02, axis=1)])
+    return Surface(vertices, np.concatenate([top, top[:, ::-1] + count, side]))
+
+
+def piston(disc, frequency):
+    top = (disc.centroids[:, 2] > -1e-9).astype(float)
+    return SurfaceVelocity(frequency, np.tile(top, (len(frequency), 1)), disc)
+
+
+def test_baffled_piston_on_its_axis_is_exact(disc, air, rayleigh):
+    """p = ρc v (e^{−jkz} − e^{−jk√(z²+a²)}) (Pierce, Acoustics, eq. 5-7.3)."""
+    frequency = np.array([0.0, 100.0, 1000.0, 4000.0])
+    z = np.array([0.02, 0.1, 0.5, 3.0])
+    points = np.stack([0 * z, 0 * z, z], axis=1)
+    atv = transfer_vectors(disc, points, frequency, air=air, fidelity=rayleigh)
+    got = radiate(atv, piston(disc, frequency), fidelity=rayleigh).pressure
+    k = 2 * np.pi * frequency[:, None] / air.speed_of_sound
+    exact = air.impedance * (np.exp(-1j * k * z) - np.exp(-1j * k * np.hypot(z, RADIUS)))
+    assert np.abs(got - exact).max(axis=0) / np.abs(exact).max(axis=0) == pytest.approx(np.zeros(4), abs=2e-3)
+
+
+def test_baffled_piston_far_away_has_its_directivity(disc, air, rayleigh):
+    """p = jωρ v a² e^{−jkr}/(2r) · 2J₁(ka sin θ)/(ka sin θ)."""
+    frequency, r = np.array([3000.0]), 60.0
+    theta = np.radians([10.0, 30.0, 50.0, 80.0])
+    points = r * np.stack([np.sin(theta), 0 * theta, np.cos(theta)], axis=1)
+    atv = transfer_vectors(disc, points, frequency, air=air, fidelity=rayleigh)
+    omega = 2 * np.pi * frequency[0]
+    x = omega / air.speed_of_sound * RADIUS * np.sin(theta)
+    axis = omega * air.density * RADIUS**2 / (2 * r)
+    got = np.abs(radiate(atv, piston(disc, frequency), fidelity=rayleigh).pressure[0])
+    assert got / axis == pytest.approx(np.abs(2 * j1(x) / x), abs=2e-3)
+
+
+def test_faces_that_look_away_are_silent_and_a_plane_adds_its_image(disc, air, rayleigh):
+    frequency = np.array([500.0])
+    plane = RigidPlane((0, 0, -0.5), (0, 0, 1))
+    above, below = [0.0, 0.0, 0.4], [0.0, 0.0, -0.4]
+    free = transfer_vectors(disc, [above, below, [0, 0, -1.4]], frequency, air=air, fidelity=rayleigh)
+    top = disc.centroids[:, 2] > -1e-9
+    assert not free.vectors[0, 1:][:, top].any()
+    assert free.vectors[0, 0, top].all()
+    mirrored = transfer_vectors(disc, [above], frequency, air=air, fidelity=rayleigh, plane=plane)
+    assert mirrored.vectors[0, 0] == pytest.approx(free.vectors[0, 0] + free.vectors[0, 2])
+    assert mirrored.image_vectors[0, 0] == pytest.approx(free.vectors[0, 2])
+
+
+def test_pulsating_sphere_has_its_power_where_it_is_small_and_where_it_is_large(air, rayleigh):
+    """Half of a small pulsating sphere is seen, with doubled pressure, which is right; at high frequency the
+    power is that of equivalent radiated power."""
+    frequency = np.array([20.0, 4000.0])
+    body = sphere(0.1, 4)
+    velocity = SurfaceVelocity(frequency, np.ones((2, len(body.triangles))), body)
+    ka = 2 * np.pi * frequency * 0.1 / air.speed_of_sound
+    exact = 0.5 * air.impedance * 4 * np.pi * 0.1**2 * ka**2 / (1 + ka**2)
+    got = sound_power(velocity, air=air, fidelity=rayleigh, array_radius=5.0).power
+    error = 10 * np.log10(got / exact)
+    assert error[0] == pytest.approx(0.0, abs=0.2)
+    assert error[1] == pytest.approx(0.0, abs=1.0)
+    equivalent = sound_power(velocity, air=air, fidelity=replace(rayleigh, radiation="equivalent_radiated_power"))
+    assert equivalent.power == pytest.approx(equivalent_radiated_power(velocity, air).power)
+    assert 10 * np.log10(equivalent.power / exact) == pytest.approx(-10 * np.log10(ka**2 / (1 + ka**2)), abs=0.02)
+
+
+def test_levels_that_cannot_give_what_is_asked_are_refused(disc, air, coarse, rayleigh):
+    velocity = piston(disc, np.array([500.0]))
+    with pytest.raises(InputError, match="give array_radius"):
+        sound_power(velocity, air=air, fidelity=rayleigh)
+    with pytest.raises(InputError, match="equivalent_pressure"):
+        transfer_vectors(
+            disc, [[0, 0, 1.0]], [500.0], air=air, fidelity=replace(coarse, radiation="equivalent_radiated_power")
+        )
+    with pytest.raises(InputError, match="radiation = 'guess' is unknown"):
+        replace(coarse, radiation="guess")

@@ -231,6 +231,10 @@ class LumpedFidelity:
             require(low <= value <= high, f"lumped {name} = {value} is outside {low:g}…{high:g}")
 
 
+LUMPED = LumpedFidelity()
+"""For the studies of single gear pairs, which cost seconds: the same in every preset."""
+
+
 @dataclass(frozen=True)
 class Fidelity:
     """One preset: a name and a knob set per stage."""

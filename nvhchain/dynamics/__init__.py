@@ -2,6 +2,8 @@
 
 from nvhchain.dynamics.gearbox import Bearing, Cylinder, Gearbox, Mesh, RigidBody, Shaft
 from nvhchain.dynamics.quasi_static import static_bearing_forces
+from nvhchain.dynamics.recording import Recording, record_run_up
+from nvhchain.dynamics.speed_ramp import run_up, run_up_time
 from nvhchain.dynamics.steady import bearing_forces
 from nvhchain.dynamics.train import Train, train
 
@@ -10,10 +12,14 @@ __all__ = [
     "Cylinder",
     "Gearbox",
     "Mesh",
+    "Recording",
     "RigidBody",
     "Shaft",
     "Train",
     "bearing_forces",
+    "record_run_up",
+    "run_up",
+    "run_up_time",
     "static_bearing_forces",
     "train",
 ]

@@ -66,10 +66,16 @@ def simulation(
     input_torque: float,
     time_step: float,
     fidelity: DynamicsFidelity,
+    input_acceleration: float = 0.0,
 ) -> Simulation:
-    """Assemble, diagonalise and discretise.  input_torque: N m (negative: coasting).  time_step: s."""
+    """Assemble, diagonalise and discretise.
+
+    input_torque: N m (negative: coasting).  time_step: s.  input_acceleration: rad/s², prescribed for the train. The
+    inertia torques it brings need no term of their own: along the free torsion they do no work (`Assembly.free`), and
+    the output torque leaves room for them.
+    """
     assembly = assemble(gearbox, mesh_laws, housing)
-    torque = shaft_torques(gearbox, assembly.train, input_torque)
+    torque = shaft_torques(gearbox, assembly.train, input_torque, assembly.inertia, input_acceleration)
     table = tabulate(mesh_laws, fidelity.angle_refinement)
     nominal = static_mesh_forces(assembly, torque)
     contact_stiffness = np.zeros(2 * len(nominal))

@@ -56,7 +56,7 @@ def bearing_forces(
     require(isfinite(input_torque), f"input_torque = {input_torque} N m must be finite")
     require(isfinite(f_max) and f_max > 0, f"f_max = {f_max} Hz must be positive")
     kinematics = train(gearbox, mesh_laws)
-    _check_step(gearbox, mesh_laws, kinematics, input_speed, f_max, fidelity)
+    check_step(gearbox, mesh_laws, kinematics, input_speed, f_max, fidelity)
     period = float(kinematics.common_period) * 2.0 * pi / input_speed
     periods = max(1, ceil(duration / period * (1.0 - 1e-9)))
     _check_memory(period / fidelity.time_step, len(gearbox.bearings), periods, period)
@@ -98,18 +98,8 @@ def _settle(
 ) -> tuple[Motion, FloatArray, FloatArray]:
     """Run until the start is forgotten: motion, bearing forces and deflections of the first settled period."""
     duration = n_step * model.step.step
-    slowest = int(np.argmax(model.modes.eigenvalue.real))
-    decay = -float(model.modes.eigenvalue[slowest].real)
-    needed = -log(fidelity.settle_level) / decay if decay > 0 else inf
-    if needed > fidelity.settle_time:
-        raise SolverError(
-            f"the gearbox cannot settle to {fidelity.settle_level:g} within {fidelity.settle_time:g} s: its "
-            f"slowest mode, "
-            f"{abs(model.modes.eigenvalue[slowest].imag) / (2 * pi):.4g} Hz, needs {needed:.3g} s; add damping to "
-            f"housing or "
-            "bearings, or raise settle_time or settle_level"
-        )
-    apart = ceil(1.0 / (decay * duration))
+    needed = settling_time(model, fidelity)
+    apart = ceil(1.0 / (_slowest_decay(model) * duration))
     blocks = max(2, ceil(fidelity.settle_time / (apart * duration)))
     expected = min(blocks, max(1, ceil(needed / (apart * duration))))
     force: FloatArray | None = None
@@ -133,11 +123,30 @@ def _settle(
     )
 
 
+def _slowest_decay(model: Simulation) -> float:
+    """1/s: decay rate of the mode that decays most slowly."""
+    return -float(model.modes.eigenvalue.real.max())
+
+
+def settling_time(model: Simulation, fidelity: DynamicsFidelity) -> float:
+    """s in which the slowest mode falls to `settle_level`; SolverError when that is longer than `settle_time`."""
+    decay = _slowest_decay(model)
+    needed = -log(fidelity.settle_level) / decay if decay > 0 else inf
+    if needed > fidelity.settle_time:
+        slowest = abs(model.modes.eigenvalue[np.argmax(model.modes.eigenvalue.real)].imag) / (2 * pi)
+        raise SolverError(
+            f"the gearbox cannot settle to {fidelity.settle_level:g} within {fidelity.settle_time:g} s: its slowest "
+            f"mode, {slowest:.4g} Hz, needs {needed:.3g} s; add damping to housing or bearings, or raise settle_time "
+            "or settle_level"
+        )
+    return needed
+
+
 def _silent(done: int, total: int) -> None:
     """Progress that nobody watches."""
 
 
-def _check_step(
+def check_step(
     gearbox: Gearbox,
     mesh_laws: Sequence[MeshLaw],
     kinematics: Train,

@@ -62,11 +62,28 @@ def train(gearbox: Gearbox, mesh_laws: Sequence[MeshLaw]) -> Train:
     return Train(tuple(ratio[i] for i in count), tuple(sense[i] for i in count), tuple(periods), common)
 
 
-def shaft_torques(gearbox: Gearbox, kinematics: Train, input_torque: float) -> FloatArray:
+def shaft_torques(
+    gearbox: Gearbox,
+    kinematics: Train,
+    input_torque: float,
+    inertia: FloatArray | None = None,
+    acceleration: float = 0.0,
+) -> FloatArray:
     """External torque on every shaft, N m, positive in its own running direction: input driving, output in
-    balance."""
+    balance.
+
+    inertia: (n_shaft,) kg m², needed for acceleration (rad/s² of the input): what the input torque spends on speeding
+    up the train does not reach the output, rᵀT = rᵀJr · acceleration with the speed ratios r.
+    """
     torque = np.zeros(len(gearbox.shafts))
     output = gearbox.shaft_index(gearbox.output_shaft)
+    spent = 0.0 if inertia is None else train_inertia(kinematics, inertia) * acceleration
     torque[gearbox.shaft_index(gearbox.input_shaft)] = input_torque
-    torque[output] = -input_torque / float(kinematics.speed_ratio[output])
+    torque[output] = (spent - input_torque) / float(kinematics.speed_ratio[output])
     return torque
+
+
+def train_inertia(kinematics: Train, inertia: FloatArray) -> float:
+    """Inertia of the whole train felt at the input, kg m²: rᵀJr.  inertia: (n_shaft,) kg m²."""
+    ratio = np.array([float(r) for r in kinematics.speed_ratio])
+    return float(ratio @ (inertia * ratio))

@@ -1,0 +1,104 @@
+"""From the states and contact forces of the time loop to its outputs at a lower sampling rate, without folding.
+
+A symmetric low-pass of 2 H + 1 taps is applied to outputs at every step, but they are never formed: the state at the
+start of the filter's window and the excess forces inside it determine them all. With y = Re(c z) and
+z ← D z + gain − drive r,
+
+    Σ_k h_k y_{m+k} = Re(Σ_k h_k c D^k) z_m − Σ_j Σ_{k>j} h_k Re(c D^{k−1−j} drive) r_{m+j} + constant,
+
+one matrix product per block of samples.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+from scipy.signal import firwin, kaiserord
+
+from nvhchain.dynamics.simulation import Simulation
+from nvhchain.errors import require
+from nvhchain.fidelity import DynamicsFidelity
+from nvhchain.handoff import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Decimator:
+    """Filtered outputs: bearing forces (3 n_bearing) N, then drive-flank deflections (n_mesh) m.
+
+    stride: steps per sample.  half: H, steps on either side of a sample that its filter sees, a multiple of stride.
+    on_state (n_state, n_out), on_excess ((2 H + 2) 2 n_mesh, n_out), constant (n_out,): the output around step m + H
+    is state_m · on_state + (excesses m − 1 … m + 2 H) · on_excess + constant.
+    """
+
+    stride: int
+    half: int
+    on_state: FloatArray
+    on_excess: FloatArray
+    constant: FloatArray
+
+    def apply(self, states: FloatArray, excesses: FloatArray) -> FloatArray:
+        """(n, n_out) samples from states (n, n_state) at every stride-th step and excesses, those before the first
+        state and 2 H after the last included."""
+        width = 2 * self.half + 2
+        windows = sliding_window_view(excesses, width, axis=0)[:: self.stride][: len(states)].transpose(0, 2, 1)
+        return np.asarray(
+            states @ self.on_state + windows.reshape(len(states), -1) @ self.on_excess + self.constant, dtype=float
+        )
+
+
+def low_pass(rate: float, stride: int, f_max: float, attenuation: float) -> FloatArray:
+    """Taps (2 H + 1) of the filter before every `stride`-th sample of a record at `rate` Hz is kept.
+
+    It passes up to f_max and stops from where things would fold back below f_max; Kaiser window, attenuation in dB.
+    Source: A. V. Oppenheim, R. W. Schafer, Discrete-Time Signal Processing, section 7.5.3.
+    """
+    if stride == 1:
+        return np.ones(1)
+    kept = rate / stride
+    require(
+        kept > 2.0 * f_max,
+        f"a record at {kept:g} Hz does not cover f_max = {f_max:g} Hz: store more than {2 * f_max:g} samples a second",
+    )
+    count, beta = kaiserord(attenuation, (kept - 2.0 * f_max) / (0.5 * rate))
+    half = -(-(count // 2) // stride) * stride
+    return np.asarray(firwin(2 * half + 1, 0.5 * kept, window=("kaiser", beta), fs=rate))
+
+
+def record_stride(time_step: float, f_max: float, fidelity: DynamicsFidelity) -> int:
+    """Steps per stored sample: as many as leave `stored_samples_per_period` samples in a period of f_max."""
+    return max(1, int(1.0 / (time_step * f_max * fidelity.stored_samples_per_period) * (1.0 + 1e-9)))
+
+
+def decimator(model: Simulation, stride: int, taps: FloatArray) -> Decimator:
+    """The outputs of `model` at every `stride`-th step through `taps` (2 H + 1)."""
+    n_z, n_c = len(model.step.decay), len(model.contact_stiffness)
+    outputs = np.vstack([model.bearing_output, model.contact_output[0::2]])
+    rows = outputs[:, :n_z] - 1j * outputs[:, n_z:]  # y = Re(rows z)
+    jump = np.zeros((len(outputs), n_c))
+    jump[: len(model.bearing_jump)] = model.bearing_jump
+    count, n_out = len(taps), len(outputs)
+    on_state, turned = np.zeros_like(rows), rows
+    constant, settled = np.zeros(n_out), np.zeros(n_out)
+    response = np.zeros((count, n_out, n_c))  # of the output l + 1 steps after a unit force
+    for k, tap in enumerate(taps):
+        on_state += tap * turned
+        constant += tap * settled
+        settled = settled + (turned @ model.step.gain).real
+        response[k] = (turned @ model.step.drive.T).real
+        turned = turned * model.step.decay
+    # on_excess[j] belongs to the force of step m − 1 + j
+    on_excess = np.zeros((count + 1, n_c, n_out))
+    for k, tap in enumerate(taps):
+        on_excess[k + 1] -= tap * jump.T
+        on_excess[k] += tap * jump.T
+        for j in range(k):
+            on_excess[j + 1] -= tap * response[k - 1 - j].T
+    return Decimator(
+        stride,
+        count // 2,
+        np.ascontiguousarray(np.hstack([on_state.real, -on_state.imag]).T),
+        on_excess.reshape(-1, n_out),
+        constant,
+    )

@@ -1,0 +1,125 @@
+"""Run-ups of any length: the record goes to files piece by piece, and a run that was stopped goes on where it stood.
+
+A folder holds `forces-00000.h5`, `forces-00001.h5`, … , each a `BearingForces` of its own that `store.load` reads, and
+`standing.npz`: where the run stands after the last of them. Both appear whole or not at all.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from zipfile import BadZipFile
+
+import numpy as np
+
+from nvhchain import store
+from nvhchain.conventions import Progress
+from nvhchain.dynamics.gearbox import Gearbox
+from nvhchain.dynamics.simulation import Motion
+from nvhchain.dynamics.speed_ramp import Ramp, RunUp, Standing, prepare, record, samples, start
+from nvhchain.errors import FileFormatError, InputError
+from nvhchain.fidelity import DynamicsFidelity
+from nvhchain.handoff import BearingForces, FloatArray, MeshLaw, ReducedHousing
+from nvhchain.resume import code_version, fingerprint
+
+PIECE = 64 * 2048
+"""Samples of a file, at least: 5 s at 25 kHz, about 21 MB with six bearings."""
+
+
+@dataclass(frozen=True)
+class Recording:
+    """A record in files, in their order."""
+
+    paths: tuple[Path, ...]
+
+    def pieces(self) -> Iterator[BearingForces]:
+        """One hand-off after the other, each with the time axis of the whole record."""
+        for path in self.paths:
+            yield store.load(path, BearingForces)
+
+
+def record_run_up(
+    gearbox: Gearbox,
+    mesh_laws: Sequence[MeshLaw],
+    housing: ReducedHousing | None,
+    *,
+    start_speed: float,
+    end_speed: float,
+    duration: float,
+    input_torque: float,
+    f_max: float,
+    fidelity: DynamicsFidelity,
+    folder: str | Path,
+    progress: Progress | None = None,
+) -> Recording:
+    """`run_up` into files of `folder`; memory does not grow with the duration.
+
+    A run that was stopped is taken up again by the same call and ends in the same bits as one that was not. Raises what
+    `run_up` raises, and InputError when `folder` holds another run.
+    """
+    ramp = Ramp(start_speed, end_speed, duration)
+    run = prepare(gearbox, mesh_laws, housing, ramp=ramp, input_torque=input_torque, f_max=f_max, fidelity=fidelity)
+    version = code_version("dynamics")
+    key = fingerprint(version, gearbox, list(mesh_laws), housing, ramp, input_torque, f_max, fidelity)
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    written, first, standing = _taken_up(folder / "standing.npz", key, run)
+    provenance = {"key": key, "stage": "run_up", "version": version}
+    waiting: list[FloatArray] = []
+    for piece, stands in samples(run, standing):
+        waiting.append(piece)
+        whole = sum(len(part) for part in waiting)
+        if whole >= PIECE or (stands.block == run.blocks and whole > 0):
+            forces = record(run, first, np.concatenate(waiting)).replace(provenance=provenance)
+            store.save(forces, _path(folder, written))
+            written, first, waiting = written + 1, first + whole, []
+            _keep(folder / "standing.npz", key, written, first, stands)
+        if progress:
+            progress(stands.block, run.blocks)
+    return Recording(tuple(_path(folder, index) for index in range(written)))
+
+
+def _path(folder: Path, index: int) -> Path:
+    return folder / f"forces-{index:05d}.h5"
+
+
+def _taken_up(path: Path, key: str, run: RunUp) -> tuple[int, int, Standing]:
+    """Files and samples already written and where the run stands; the beginning when there is nothing yet."""
+    if not path.exists():
+        return 0, 0, start(run)
+    try:
+        with np.load(path) as kept:
+            found: dict[str, Any] = {name: kept[name] for name in kept.files}
+        stored_key, written, first = str(found["key"]), int(found["written"]), int(found["first"])
+        standing = Standing(
+            int(found["block"]), Motion(found["state"], found["excess"]), found["states"], found["excesses"]
+        )
+    except (OSError, ValueError, KeyError, BadZipFile) as error:
+        raise FileFormatError(f"{path}: damaged ({error}): delete the folder and run again") from error
+    if stored_key != key:
+        raise InputError(
+            f"{path.parent} holds another run-up (other gearbox, laws, operation, fidelity or version): choose another "
+            "folder or delete it"
+        )
+    return written, first, standing
+
+
+def _keep(path: Path, key: str, written: int, first: int, standing: Standing) -> None:
+    """Write where the run stands, whole or not at all."""
+    part = path.with_suffix(".part")
+    with part.open("wb") as file:
+        np.savez(
+            file,
+            key=key,
+            written=written,
+            first=first,
+            block=standing.block,
+            state=standing.motion.state,
+            excess=standing.motion.excess,
+            states=standing.states,
+            excesses=standing.excesses,
+        )
+    os.replace(part, path)

@@ -1,0 +1,299 @@
+"""Run-up: the input's speed rises or falls evenly in time, the mesh forces follow, and a record is taken on the way.
+
+The nominal spin is prescribed, so that the phases of the mesh laws are known beforehand; inertia torques of the train
+are taken off the output torque. The common spin of the train decouples from all other unknowns (the meshes do no work
+along it), so that a run-up driven by given torques is the same thing with the acceleration they bring: `run_up_time`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from math import ceil, isfinite, pi
+
+import numpy as np
+import psutil
+from threadpoolctl import ThreadpoolController
+
+from nvhchain.conventions import Progress
+from nvhchain.dynamics.assembly import assemble
+from nvhchain.dynamics.decimation import Decimator, decimator, low_pass, record_stride
+from nvhchain.dynamics.gearbox import Gearbox
+from nvhchain.dynamics.quasi_static import law_phases
+from nvhchain.dynamics.simulation import Motion, Simulation, advance, at_rest, simulation
+from nvhchain.dynamics.steady import check_step, settling_time
+from nvhchain.dynamics.train import train_inertia
+from nvhchain.errors import ResourceError, require
+from nvhchain.fidelity import DynamicsFidelity
+from nvhchain.handoff import BearingForces, FloatArray, MeshLaw, ReducedHousing
+
+BLOCK = 2048
+"""Samples that leave the time loop at once: bounds the memory of the state history."""
+
+
+@dataclass(frozen=True)
+class Ramp:
+    """Speed of the input against time.  start_speed, end_speed: rad/s, not negative.  duration: s.
+
+    Before the start and after the end the speed is constant.
+    """
+
+    start_speed: float
+    end_speed: float
+    duration: float
+
+    def __post_init__(self) -> None:
+        for name in ("start_speed", "end_speed"):
+            value = getattr(self, name)
+            require(
+                isfinite(value) and value >= 0.0,
+                f"{name} = {value} rad/s must not be negative: give the sense of rotation as gearbox.input_rotation",
+            )
+        require(isfinite(self.duration) and self.duration > 0, f"duration = {self.duration} s must be positive")
+
+    @property
+    def acceleration(self) -> float:
+        """rad/s²."""
+        return (self.end_speed - self.start_speed) / self.duration
+
+    def speed(self, time: FloatArray) -> FloatArray:
+        """rad/s at `time` (s)."""
+        return np.asarray(self.start_speed + self.acceleration * np.clip(time, 0.0, self.duration))
+
+    def turns(self, time: FloatArray) -> FloatArray:
+        """Turns of the input since time 0."""
+        inside = np.clip(time, 0.0, self.duration)
+        angle = (self.start_speed + 0.5 * self.acceleration * inside) * inside + self.speed(time) * (time - inside)
+        return np.asarray(angle / (2.0 * pi))
+
+
+@dataclass(frozen=True, eq=False)
+class RunUp:
+    """A run-up prepared for the time loop.
+
+    stride: steps per sample.  lead: steps before the first sample, in which the start is forgotten.
+    count: samples of the record.
+    """
+
+    model: Simulation
+    ramp: Ramp
+    decimator: Decimator
+    law_period: FloatArray
+    offset: FloatArray
+    lead: int
+    count: int
+
+    @property
+    def sample_time(self) -> float:
+        """s between samples."""
+        return self.decimator.stride * self.model.step.step
+
+    @property
+    def blocks(self) -> int:
+        """Blocks of the time loop, the last one with the steps that the last sample's filter sees."""
+        steps = self.lead + (self.count - 1) * self.decimator.stride + self.decimator.half + 1
+        return ceil(steps / (BLOCK * self.decimator.stride))
+
+    def phases(self, block: int) -> FloatArray:
+        """(n_step, n_mesh) mid-step phases of the laws, in periods."""
+        steps = BLOCK * self.decimator.stride
+        middle = (np.arange(block * steps, (block + 1) * steps, dtype=float) - self.lead + 0.5) * self.model.step.step
+        return np.asarray(self.ramp.turns(middle)[:, None] / self.law_period + self.offset)
+
+
+@dataclass(frozen=True, eq=False)
+class Standing:
+    """Where a run-up stands after `block` blocks: the motion, and what of the past later samples still need.
+
+    states (2 H/stride, n_state), excesses (2 H + 1, n_contact): of the last steps.
+    """
+
+    block: int
+    motion: Motion
+    states: FloatArray
+    excesses: FloatArray
+
+
+def prepare(
+    gearbox: Gearbox,
+    mesh_laws: Sequence[MeshLaw],
+    housing: ReducedHousing | None,
+    *,
+    ramp: Ramp,
+    input_torque: float,
+    f_max: float,
+    fidelity: DynamicsFidelity,
+) -> RunUp:
+    """Check the run-up, assemble and discretise it (arguments of `run_up`)."""
+    require(isfinite(input_torque), f"input_torque = {input_torque} N m must be finite")
+    require(isfinite(f_max) and f_max > 0, f"f_max = {f_max} Hz must be positive")
+    model = simulation(
+        gearbox,
+        mesh_laws,
+        housing,
+        input_torque=input_torque,
+        time_step=fidelity.time_step,
+        fidelity=fidelity,
+        input_acceleration=ramp.acceleration,
+    )
+    kinematics = model.assembly.train
+    check_step(gearbox, mesh_laws, kinematics, max(ramp.start_speed, ramp.end_speed), f_max, fidelity)
+    stride = record_stride(fidelity.time_step, f_max, fidelity)
+    taps = low_pass(1.0 / fidelity.time_step, stride, f_max, fidelity.stopband_attenuation)
+    filtered = decimator(model, stride, taps)
+    # from a standstill the quasi-static start is exact
+    settle = settling_time(model, fidelity) / fidelity.time_step if ramp.start_speed > 0.0 else 0.0
+    return RunUp(
+        model,
+        ramp,
+        filtered,
+        np.array([float(period) for period in kinematics.law_period]),
+        law_phases(model.assembly, mesh_laws),
+        (ceil(settle / stride) + 1) * stride + 2 * filtered.half,
+        max(2, ceil(ramp.duration / (fidelity.time_step * stride) * (1.0 - 1e-9))),
+    )
+
+
+def start(run: RunUp) -> Standing:
+    """The quasi-static solution at the angle from which the run starts."""
+    motion = at_rest(run.model, run.phases(0)[0])
+    past = 2 * run.decimator.half
+    return Standing(
+        0,
+        motion,
+        np.tile(motion.state, (past // run.decimator.stride, 1)),
+        np.zeros((past + 1, len(motion.excess))),
+    )
+
+
+def samples(run: RunUp, standing: Standing) -> Iterator[tuple[FloatArray, Standing]]:
+    """Samples of the record (n, n_out) block by block, each with where the run stands after it.
+
+    While one thread advances a block, another forms the samples of the block before.
+    """
+    stride, past = run.decimator.stride, 2 * run.decimator.half
+    one_thread = ThreadpoolController()
+
+    def form(states: FloatArray, excesses: FloatArray, block: int) -> FloatArray:
+        # the rounding of a product must not depend on the number of threads
+        with one_thread.limit(limits=1, user_api="blas"):
+            formed = run.decimator.apply(states, excesses)
+        first = block * BLOCK - (run.lead + run.decimator.half) // stride
+        return formed[max(0, -first) : max(0, run.count - first)]
+
+    with ThreadPoolExecutor(1) as forming:
+        waiting = None
+        for block in range(standing.block, run.blocks):
+            steps = BLOCK * stride
+            motion, states, excesses = advance(
+                run.model,
+                standing.motion,
+                run.phases(block),
+                stride=stride,
+                start_time=(block * steps - run.lead) * run.model.step.step,
+            )
+            states = np.concatenate([standing.states, states])
+            excesses = np.concatenate([standing.excesses, excesses])
+            standing = Standing(
+                block + 1, motion, states[len(states) - past // stride :].copy(), excesses[-past - 1 :].copy()
+            )
+            if waiting is not None:
+                yield waiting[0].result(), waiting[1]
+            waiting = forming.submit(form, states[:BLOCK], excesses, block), standing
+        if waiting is not None:
+            yield waiting[0].result(), waiting[1]
+
+
+def record(run: RunUp, first: int, sampled: FloatArray) -> BearingForces:
+    """The hand-off of samples `first`, first + 1, … of a run."""
+    gearbox = run.model.assembly.gearbox
+    time = np.arange(first, first + len(sampled), dtype=float) * run.sample_time
+    n_force = 3 * len(gearbox.bearings)
+    return BearingForces(
+        time=time,
+        force=sampled[:, :n_force].reshape(len(sampled), -1, 3),
+        names=tuple(bearing.name for bearing in gearbox.bearings),
+        positions=np.array(gearbox.bearing_positions),
+        input_speed=run.ramp.speed(time),
+        mesh_deflection=sampled[:, n_force:],
+    )
+
+
+def run_up(
+    gearbox: Gearbox,
+    mesh_laws: Sequence[MeshLaw],
+    housing: ReducedHousing | None,
+    *,
+    start_speed: float,
+    end_speed: float,
+    duration: float,
+    input_torque: float,
+    f_max: float,
+    fidelity: DynamicsFidelity,
+    progress: Progress | None = None,
+) -> BearingForces:
+    """Forces of the bearings on the housing while the input speed changes evenly from start_speed to end_speed.
+
+    mesh_laws: one per mesh, in the gearbox's order.  housing: None for rigid seats.  start_speed, end_speed: rad/s of
+    the input, not negative; equal for a long record at constant speed.  duration: s.  input_torque: N m along the
+    input's rotation, constant; the output torque balances it but for what speeds up the train.  f_max: Hz, upper end
+    of the band of interest.
+
+    From a standstill the run starts on the quasi-static solution; from any other speed it runs at that speed until
+    `settle_level` of the start is left. Every so many steps that a period of f_max keeps
+    `stored_samples_per_period` samples, one is stored, after a low-pass that keeps the rest from folding into the band
+    up to f_max; between f_max and half the sampling rate the record fades out. Bit for bit reproducible on one machine.
+    Raises InputError when the step is too long for f_max or the meshes, ResourceError when the record does not fit
+    into memory (`record_run_up` writes it to files), SolverError when the start cannot be forgotten.
+    """
+    run = prepare(
+        gearbox,
+        mesh_laws,
+        housing,
+        ramp=Ramp(start_speed, end_speed, duration),
+        input_torque=input_torque,
+        f_max=f_max,
+        fidelity=fidelity,
+    )
+    n_out = len(run.decimator.constant)
+    needed, available = 3 * 8.0 * run.count * (n_out + 2), float(psutil.virtual_memory().available)
+    if needed > 0.8 * available:
+        raise ResourceError(
+            f"a record of {run.count} samples needs {needed / 2**30:.1f} GiB, but {available / 2**30:.1f} are free: "
+            "write it to files with record_run_up, or lower f_max or the duration"
+        )
+    sampled, filled = np.empty((run.count, n_out)), 0
+    for piece, standing in samples(run, start(run)):
+        sampled[filled : filled + len(piece)] = piece
+        filled += len(piece)
+        if progress:
+            progress(standing.block, run.blocks)
+    return record(run, 0, sampled)
+
+
+def run_up_time(
+    gearbox: Gearbox,
+    mesh_laws: Sequence[MeshLaw],
+    *,
+    start_speed: float,
+    end_speed: float,
+    input_torque: float,
+    output_torque: float,
+) -> float:
+    """s that the train takes from start_speed to end_speed (rad/s of the input) under constant torques.
+
+    input_torque: N m, drives along the input's rotation.  output_torque: N m, brakes the output shaft.
+    Rigid train: (T_in − ratio T_out) / J, J its inertia felt at the input. Raises InputError when the torques do not
+    lead from the one speed to the other.
+    """
+    model = assemble(gearbox, mesh_laws, None)
+    ratio = float(model.train.speed_ratio[gearbox.shaft_index(gearbox.output_shaft)])
+    left = input_torque - ratio * output_torque
+    change = end_speed - start_speed
+    require(
+        change * left > 0,
+        f"the torques leave {left:.4g} N m at the input, which does not lead from {start_speed:g} to {end_speed:g} "
+        f"rad/s: the output torque that balances {input_torque:g} N m is {input_torque / ratio:.6g} N m",
+    )
+    return change * train_inertia(model.train, model.inertia) / left

@@ -1,0 +1,220 @@
+"""Run-ups: the decimated record is that of every step, inertia torque, streaming, resuming, bits."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import pi
+
+import numpy as np
+import pytest
+
+from nvhchain import store
+from nvhchain.dynamics import bearing_forces, record_run_up, recording, run_up, run_up_time, speed_ramp
+from nvhchain.dynamics.assembly import assemble
+from nvhchain.dynamics.decimation import low_pass
+from nvhchain.dynamics.quasi_static import static_mesh_forces
+from nvhchain.dynamics.simulation import advance, at_rest, bearing_force
+from nvhchain.dynamics.speed_ramp import Ramp, prepare
+from nvhchain.dynamics.train import shaft_torques
+from nvhchain.errors import FileFormatError, InputError, ResourceError, SolverError
+from nvhchain.fidelity import DynamicsFidelity
+from nvhchain.handoff import BearingForces
+from nvhchain.spectrum import amplitude_spectrum
+
+SPEED = 2500 * 2 * pi / 60
+
+
+def _operation(**changes):
+    operation = {"start_speed": 0.0, "end_speed": SPEED, "duration": 0.2, "input_torque": 250.0, "f_max": 5000.0}
+    return operation | changes
+
+
+def _run_up(gearbox, laws, housing, step=1e-5, fidelity=None, **changes):
+    return run_up(gearbox, laws, housing, fidelity=fidelity or DynamicsFidelity(step), **_operation(**changes))
+
+
+def test_every_fourth_step_is_stored_and_equals_the_filtered_record_of_every_step(make_gearbox, make_laws):
+    gearbox, laws, fidelity = make_gearbox(), make_laws(slotted=True), DynamicsFidelity(1e-5)
+    record = _run_up(gearbox, laws, None)
+    assert record.sample_rate == pytest.approx(25e3, rel=1e-9)
+    run = prepare(gearbox, laws, None, ramp=Ramp(0.0, SPEED, 0.2), input_torque=250.0, f_max=5000.0, fidelity=fidelity)
+    middle = (np.arange(19_000) - run.lead + 0.5) * 1e-5
+    turns = 0.5 * SPEED / 0.2 * np.maximum(middle, 0.0) ** 2 / (2 * pi)
+    motion = at_rest(run.model, np.zeros(2))
+    _, states, excesses = advance(run.model, motion, turns[:, None] * [2, 12 / 41])
+    every = bearing_force(run.model, states, excesses[0], excesses)
+    taps = low_pass(1e5, 4, 5000.0, fidelity.stopband_attenuation)
+    half = len(taps) // 2
+    wanted = np.array([taps @ every[c - half : c + half + 1] for c in range(run.lead, len(every) - half, 4)])
+    assert np.abs(record.force[: len(wanted)].reshape(len(wanted), -1) - wanted).max() < 1e-12 * np.abs(wanted).max()
+    deflection = states @ run.model.contact_output[0::2].T
+    wanted = np.array([taps @ deflection[c - half : c + half + 1] for c in range(run.lead, len(every) - half, 4)])
+    assert np.abs(record.mesh_deflection[: len(wanted)] - wanted).max() < 1e-12 * np.abs(wanted).max()
+
+
+@pytest.mark.parametrize("stride", [2, 4, 7])
+def test_low_pass_keeps_the_band_and_stops_what_would_fold_into_it(stride):
+    taps = low_pass(1e5, stride, 5000.0, 100.0)
+    assert (len(taps) // 2) % stride == 0
+    frequency = np.linspace(0.0, 5e4, 4001)
+    response = np.abs(np.exp(-2j * pi * np.outer(frequency, np.arange(len(taps))) / 1e5) @ taps)
+    assert np.abs(response[frequency <= 5000.0] - 1.0).max() < 3e-5
+    assert response[frequency >= 1e5 / stride - 5000.0].max() < 3e-5
+
+
+def test_a_record_that_does_not_cover_the_band_is_refused():
+    with pytest.raises(InputError, match=r"a record at 10000 Hz does not cover f_max = 5000 Hz"):
+        low_pass(1e5, 10, 5000.0, 100.0)
+
+
+def test_at_constant_speed_it_is_the_steady_record(make_gearbox, make_laws, make_housing):
+    """Same lines, from another start, another step, another filter: 1e-3 of the strongest, phases included."""
+    gearbox, laws = make_gearbox(), make_laws(slotted=True, plain_wheel=True)
+    housing = make_housing(gearbox, modes=8)
+    steady = bearing_forces(
+        gearbox, laws, housing, input_speed=SPEED, input_torque=250.0, f_max=5000.0, fidelity=DynamicsFidelity(1e-5)
+    )
+    # 41.67 turns a second: 12 ms hold half a turn, the common period; a step of 10 µs divides them
+    record = _run_up(gearbox, laws, housing, start_speed=SPEED, duration=0.12)
+    at = []
+    for forces, periods in ((steady, 1), (record, 10)):
+        n = len(forces.time)
+        frequency, force = amplitude_spectrum(forces.force.reshape(n, -1), forces.sample_rate, periodic=True)
+        at.append(force[:: periods * 1][:61] if periods == 1 else force[::periods][:61])
+        assert frequency[periods] == pytest.approx(2 * SPEED / (2 * pi), rel=1e-4)
+    assert np.abs(at[1] - at[0]).max() < 1e-3 * np.abs(at[0][1:]).max()
+
+
+def test_inertia_torque_leaves_less_for_the_output_and_loads_the_meshes_in_between(make_gearbox, make_laws):
+    """d'Alembert by hand: what shafts A and B need to speed up is missing from the meshes behind them."""
+    gearbox, laws = make_gearbox(), make_laws()
+    a = assemble(gearbox, laws, None)
+    acceleration = 1e4  # rad/s²: thousand times the run-up's, so that it shows
+    torque = shaft_torques(gearbox, a.train, 250.0, a.inertia, acceleration)
+    ratio = np.array([1.0, 0.4, 0.4 * 30 / 82])
+    force = static_mesh_forces(a, torque)
+    levers = [law.base_radius * np.cos(law.base_helix_angle) for law in laws]
+    first = (250.0 - a.inertia[0] * acceleration) / levers[0][0]
+    second = (first * levers[0][1] - a.inertia[1] * 0.4 * acceleration) / levers[1][0]
+    assert force == pytest.approx([first, second], rel=1e-12)
+    assert -torque[2] == pytest.approx(second * levers[1][1] - a.inertia[2] * ratio[2] * acceleration, rel=1e-12)
+
+
+def test_mean_bearing_force_shows_the_inertia_torque(make_gearbox, make_laws):
+    """The tangential force on shaft A's bearings falls in proportion to the torque that reaches the mesh."""
+    gearbox, laws = make_gearbox(), make_laws(plain_wheel=True)
+    shaft = replace(gearbox.shafts[0], coupled_inertia=0.1)
+    heavy = replace(gearbox, shafts=(shaft, *gearbox.shafts[1:]))
+    acceleration = SPEED / 0.5
+    fast, slow = (
+        _run_up(heavy, laws, None, step=2e-5, duration=0.5),
+        _run_up(heavy, laws, None, step=2e-5, start_speed=SPEED / 2, end_speed=SPEED / 2, duration=0.3),
+    )
+    means = [np.abs(r.force[len(r.time) // 5 :, :2].sum(axis=1)).mean(axis=0) for r in (fast, slow)]
+    needed = (assemble(heavy, laws, None).inertia[0]) * acceleration
+    assert means[0] / means[1] == pytest.approx(np.full(3, 1.0 - needed / 250.0), rel=5e-3)
+
+
+def test_from_a_standstill_it_starts_without_a_jerk(make_gearbox, make_laws):
+    record = _run_up(make_gearbox(), make_laws(), None, duration=20.0 / 100, end_speed=SPEED / 100)
+    first = record.force[:50]
+    assert np.abs(first - first[0]).max() < 1e-6 * np.abs(first).max()
+
+
+def test_speed_and_time_axes(make_gearbox, make_laws):
+    record = _run_up(make_gearbox(), make_laws(), None, start_speed=SPEED, end_speed=SPEED / 2, duration=0.1, f_max=2e3)
+    assert record.time[0] == 0.0
+    assert record.input_speed[0] == pytest.approx(SPEED)
+    assert record.input_speed == pytest.approx(SPEED * (1 - record.time / 0.2), rel=1e-12)
+    assert not record.periodic
+
+
+def test_two_runs_are_equal_bit_for_bit(make_gearbox, make_laws, make_housing):
+    gearbox = make_gearbox()
+    one, other = (_run_up(gearbox, make_laws(), make_housing(gearbox, modes=20), duration=0.5) for _ in range(2))
+    assert one.content_hash == other.content_hash
+
+
+class Stop(Exception):
+    """What ends a run from outside."""
+
+
+def test_a_stopped_run_goes_on_and_ends_in_the_same_bits(make_gearbox, make_laws, tmp_path, monkeypatch):
+    gearbox, laws, fidelity = make_gearbox(), make_laws(slotted=True), DynamicsFidelity(2e-5)
+    monkeypatch.setattr(speed_ramp, "BLOCK", 256)
+    monkeypatch.setattr(recording, "PIECE", 1024)
+    whole = run_up(gearbox, laws, None, fidelity=fidelity, **_operation(duration=0.4))
+
+    def stop(done, total):
+        if done == 23:
+            raise Stop
+
+    with pytest.raises(Stop):
+        record_run_up(
+            gearbox, laws, None, fidelity=fidelity, folder=tmp_path, progress=stop, **_operation(duration=0.4)
+        )
+    before = {path.name: path.stat().st_mtime_ns for path in tmp_path.glob("forces-*.h5")}
+    assert len(before) >= 3
+    made = record_run_up(gearbox, laws, None, fidelity=fidelity, folder=tmp_path, **_operation(duration=0.4))
+    assert all((tmp_path / name).stat().st_mtime_ns == when for name, when in before.items())
+    pieces = list(made.pieces())
+    assert len(pieces) > len(before)
+    for name in ("time", "force", "mesh_deflection", "input_speed"):
+        assert np.array_equal(np.concatenate([getattr(piece, name) for piece in pieces]), getattr(whole, name))
+    # finished: found, not run again
+    again = record_run_up(gearbox, laws, None, fidelity=fidelity, folder=tmp_path, **_operation(duration=0.4))
+    assert again == made
+    assert store.load(made.paths[-1], BearingForces).time[-1] == whole.time[-1]
+
+
+def test_another_run_in_the_folder_and_a_damaged_one_are_refused(make_gearbox, make_laws, tmp_path):
+    gearbox, laws, fidelity = make_gearbox(), make_laws(), DynamicsFidelity(2e-5)
+    record_run_up(gearbox, laws, None, fidelity=fidelity, folder=tmp_path, **_operation(duration=0.01))
+    with pytest.raises(InputError, match="holds another run-up"):
+        record_run_up(gearbox, laws, None, fidelity=fidelity, folder=tmp_path, **_operation(duration=0.02))
+    (tmp_path / "standing.npz").write_bytes(b"PK not a checkpoint")
+    with pytest.raises(FileFormatError, match=r"standing\.npz: damaged"):
+        record_run_up(gearbox, laws, None, fidelity=fidelity, folder=tmp_path, **_operation(duration=0.01))
+
+
+def test_an_hour_in_memory_is_refused_with_a_remedy(make_gearbox, make_laws):
+    with pytest.raises(ResourceError, match=r"needs .* GiB, .* write it to files with record_run_up"):
+        _run_up(make_gearbox(), make_laws(), None, duration=100 * 3600.0)
+
+
+def test_progress_ends_at_its_total(make_gearbox, make_laws):
+    told = []
+    _run_up(make_gearbox(), make_laws(), None, duration=0.3, progress=lambda done, total: told.append((done, total)))
+    assert told[-1][0] == told[-1][1]
+    assert [done for done, _ in told] == list(range(1, told[-1][1] + 1))
+
+
+def test_torques_drive_the_train_to_speed_in_the_time_they_need(make_gearbox, make_laws):
+    gearbox, laws = make_gearbox(), make_laws()
+    a = assemble(gearbox, laws, None)
+    ratio = np.array([1.0, 0.4, 0.4 * 30 / 82])
+    inertia = (a.inertia * ratio**2).sum()
+    output = (250.0 - inertia * SPEED / 20.0) / ratio[2]
+    speeds = {"start_speed": 0.0, "end_speed": SPEED}
+    found = run_up_time(gearbox, laws, **speeds, input_torque=250.0, output_torque=output)
+    assert found == pytest.approx(20.0, rel=1e-9)
+    with pytest.raises(InputError, match=r"balances 250 N m is 1708\.33"):
+        run_up_time(gearbox, laws, **speeds, input_torque=250.0, output_torque=1800.0)
+
+
+@pytest.mark.parametrize(
+    ("change", "error", "message"),
+    [
+        ({"start_speed": -1.0}, InputError, r"start_speed = -1.0 rad/s must not be negative"),
+        ({"end_speed": np.inf}, InputError, "end_speed = inf"),
+        ({"duration": 0.0}, InputError, "duration = 0.0 s must be positive"),
+        ({"input_torque": np.nan}, InputError, "must be finite"),
+        ({"f_max": 0.0}, InputError, "must be positive"),
+        ({"f_max": 2e4}, InputError, "time step 10 µs samples at 100 kHz; f_max"),
+        ({"end_speed": 100 * SPEED}, InputError, "the mesh frequency"),
+        ({"start_speed": SPEED, "fidelity": DynamicsFidelity(1e-5, settle_time=1e-3)}, SolverError, "cannot settle"),
+    ],
+)
+def test_nonsense_is_refused(make_gearbox, make_laws, change, error, message):
+    with pytest.raises(error, match=message):
+        _run_up(make_gearbox(), make_laws(), None, **change)

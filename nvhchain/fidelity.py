@@ -10,6 +10,9 @@ from itertools import pairwise
 
 from nvhchain.errors import require
 
+SOLVERS = ("auto", "direct", "iterative", "compressed")
+"""Ways to solve boundary element systems."""
+
 INTERPOLATIONS = ("phase_removed", "linear")
 """Ways to go from master frequencies to a line between them."""
 
@@ -51,6 +54,24 @@ class GearFidelity:
     far_pattern_tolerance: float = 3e-2
     drive_reach: float = 3.0
     back_reach: float = 1.5
+
+    def __post_init__(self) -> None:
+        for name, low, high in (
+            ("profile_elements", 1, 100),
+            ("width_layers", 1, 200),
+            ("slices", 1, 2000),
+            ("angles_per_mesh", 2, 10_000),
+            ("deflections", 6, 1000),
+            ("contact_residual", 1e-13, 1e-4),
+            ("transverse_refinement", 1, 16),
+            ("row_aspect", 0.1, 10.0),
+            ("load_pattern_tolerance", 0.0, 0.1),
+            ("far_pattern_tolerance", 0.0, 0.5),
+            ("drive_reach", 0.1, 100.0),
+            ("back_reach", 0.1, 100.0),
+        ):
+            value = getattr(self, name)
+            require(low <= value <= high, f"gear {name} = {value} is outside {low:g}…{high:g}")
 
 
 @dataclass(frozen=True)
@@ -131,6 +152,11 @@ class AcousticsFidelity:
     singular_order: Gauss order per direction of pairs that share a corner, an edge or all.
     precision: of the matrices and of well separated pairs, `double` or `single` (half the memory).
     field_near_ratio: a triangle longer than this multiple of its distance from a field point is subdivided.
+    solver: of the dense systems, `direct` (LU factors) or `iterative` (GMRES), `compressed` (GMRES on compressed
+        matrices), or `auto`, the cheapest that fits into memory.
+    solver_residual: of an iterative solution, relative to the right-hand side, reached within solver_iterations; a
+        tenth of compression_error is enough for compressed matrices.
+    compression_error: of the compressed matrices, relative (Frobenius norm, in every group of rows).
     radiation: `boundary_elements`, or a cheaper level (docs/measured/radiation.md): `rayleigh`, every visible face in
         an infinite baffle, or `equivalent_radiated_power`, plane waves from every face, which knows no phase.
     interpolation: between masters, `phase_removed` or `linear` (for comparison).
@@ -148,6 +174,10 @@ class AcousticsFidelity:
     precision: str = "double"
     field_near_ratio: float = 0.5
     coarsest_elements_per_wavelength: float = 2.0
+    solver: str = "auto"
+    solver_residual: float = 1e-10
+    solver_iterations: int = 200
+    compression_error: float = 1e-5
     radiation: str = "boundary_elements"
     interpolation: str = "phase_removed"
     interpolation_points: int = 6
@@ -163,6 +193,9 @@ class AcousticsFidelity:
             ("gap_halvings", 0, 8),
             ("field_near_ratio", 0.01, 2.0),
             ("interpolation_points", 2, 16),
+            ("solver_residual", 1e-13, 1e-2),
+            ("solver_iterations", 1, 10_000),
+            ("compression_error", 1e-7, 1e-2),
         ):
             value = getattr(self, name)
             require(low <= value <= high, f"acoustics {name} = {value} is outside {low:g}…{high:g}")
@@ -174,6 +207,10 @@ class AcousticsFidelity:
         require(
             ratios[-1] >= 1.4 and all(low < high for low, high in pairwise(ratios)),
             f"acoustics close_distances = {ratios} must increase, to 1.4 at least: that far, triangles touch",
+        )
+        require(
+            self.solver in SOLVERS,
+            f"acoustics solver = {self.solver!r} is unknown: choose from {', '.join(SOLVERS)}",
         )
         require(
             self.radiation in RADIATIONS,
@@ -256,6 +293,7 @@ DRAFT = Fidelity(
         deflections=16,
         row_aspect=2.5,
         load_pattern_tolerance=3e-3,
+        far_pattern_tolerance=0.1,
     ),
     DynamicsFidelity(time_step=20e-6),
     HousingFidelity(element_size=0.013),
@@ -278,6 +316,7 @@ REFERENCE = Fidelity(
         deflections=40,
         row_aspect=1.0,
         load_pattern_tolerance=3e-4,
+        far_pattern_tolerance=0.01,
     ),
     DynamicsFidelity(time_step=5e-6),
     HousingFidelity(element_size=0.009, mode_ratio=1.6),

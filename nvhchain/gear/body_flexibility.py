@@ -8,7 +8,7 @@ import scipy.sparse as sp
 
 from nvhchain.conventions import Material, Progress
 from nvhchain.errors import ResourceError
-from nvhchain.fem._sparse import factorize
+from nvhchain.fem._sparse import BLOCK, factorize
 from nvhchain.gear.mesh import GearMesh
 from nvhchain.gear.tooth_compliance import CondensedTooth, cylindrical_stiffness, unknowns
 from nvhchain.handoff import FloatArray, IntArray
@@ -23,6 +23,7 @@ def body_flexibility(
     material: Material,
     patterns: FloatArray,
     *,
+    far: int,
     sector: int,
     reach: int,
     progress: Progress | None = None,
@@ -30,6 +31,8 @@ def body_flexibility(
     """(sector, reach + 1, r, r) m/N: answer of tooth t to `patterns` of force on tooth t + d.
 
     patterns: (3 n_i, r) forces on the shared nodes of one tooth; the answer is the displacement conjugate to them.
+    far: how many of them, the first, are applied to every tooth. The others stay near the tooth, where the body is
+    the same for all (Saint-Venant): what they answer to one another is taken from tooth 0.
 
     Raises ResourceError when the matrix does not fit into memory.
     """
@@ -43,17 +46,33 @@ def body_flexibility(
     answer = np.empty((sector, reach + 1, count, count))
     with factorize(K[free][:, free]) as factor:
         del K
-        for t in range(sector):
-            load = np.zeros((len(free), count))
-            load[own[t]] = patterns
+        for first, loaded in _batches(sector, count, far):
+            load = np.zeros((len(free), sum(n for _, n in loaded)))
+            start = 0
+            for t, n in loaded:
+                load[own[t], start : start + n] = patterns[:, :n]
+                start += n
             displacement = factor.solve(load)
-            for d in range(reach + 1):
-                # tooth t + d under loads on t; the reverse, by reciprocity, is its transpose
-                answer[t, d] = (patterns.T @ displacement[own[(t + d) % teeth]]).T
+            start = 0
+            for t, n in loaded:
+                part = displacement[:, start : start + n]
+                for d in range(reach + 1):
+                    # under loads on t: tooth t + d by reciprocity, tooth t − d as it is
+                    answer[t, d, :n] = (patterns.T @ part[own[(t + d) % teeth]]).T
+                    answer[(t - d) % sector, d, :, :n] = patterns.T @ part[own[(t - d) % teeth]]
+                start += n
             if progress is not None:
-                progress(t + 1, sector)
+                progress(first + len(loaded), sector)
+    answer[1:, :, far:, far:] = answer[:1, :, far:, far:]
     answer[:, 0] = 0.5 * (answer[:, 0] + answer[:, 0].transpose(0, 2, 1))
     return answer
+
+
+def _batches(sector: int, count: int, far: int) -> list[tuple[int, list[tuple[int, int]]]]:
+    """First tooth, and (tooth, patterns) of each solve: all patterns on tooth 0, then teeth that fill a block."""
+    together = max(1, BLOCK // far)
+    rest = [(t, [(u, far) for u in range(t, min(t + together, sector))]) for t in range(1, sector, together)]
+    return [(0, [(0, count)]), *rest]
 
 
 def _shared_nodes(mesh: GearMesh, tooth: CondensedTooth) -> tuple[IntArray, IntArray]:

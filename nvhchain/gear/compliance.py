@@ -111,9 +111,10 @@ def flank_compliance(
     require(0 <= reach < teeth / 2, f"reach = {reach} must lie between 0 and less than half of the {teeth} teeth")
     mesh = gear_mesh(body, fidelity)
     tooth = condensed_tooth(body.geometry, mesh, body.material)
-    patterns, share = load_patterns(tooth, fidelity.load_pattern_tolerance)
+    patterns, share, strength = load_patterns(tooth, fidelity.load_pattern_tolerance)
+    far = int((strength > fidelity.far_pattern_tolerance).sum())
     flexibility = body_flexibility(
-        mesh, tooth, body.material, patterns, sector=body.sector, reach=reach, progress=progress
+        mesh, tooth, body.material, patterns, far=far, sector=body.sector, reach=reach, progress=progress
     )
     blocks = share.T @ flexibility @ share
     blocks[:, 0] += tooth.own
@@ -127,8 +128,10 @@ def flank_compliance(
     )
 
 
-def load_patterns(tooth: CondensedTooth, tolerance: float) -> tuple[FloatArray, FloatArray]:
+def load_patterns(tooth: CondensedTooth, tolerance: float) -> tuple[FloatArray, FloatArray, FloatArray]:
     """The few patterns of force in which a tooth passes its flank loads on: (3 n_i, r), and their shares (r, n).
+
+    The third array (r,) is their singular value over the largest.
 
     patterns · shares = tooth.passed, less singular values below `tolerance` of the largest. They are ordered by the
     energy they store in the tooth itself on weak springs: what balances within the tooth reaches no neighbour
@@ -138,4 +141,4 @@ def load_patterns(tooth: CondensedTooth, tolerance: float) -> tuple[FloatArray, 
     root = np.linalg.cholesky(tooth.stiffness + springs)
     left, strength, right = np.linalg.svd(solve_triangular(root, tooth.passed, lower=True), full_matrices=False)
     kept = strength > tolerance * strength[0]
-    return root @ left[:, kept], strength[kept, None] * right[kept]
+    return root @ left[:, kept], strength[kept, None] * right[kept], strength[kept] / strength[0]

@@ -1,0 +1,184 @@
+"""Periodic motions of a gear pair by harmonic balance, followed through jumps: the peer of the time integration.
+
+x = Σ X_n e^{jnωt} over the body period, the contact force by alternating between frequency and time. The curve is
+followed by its arc length, so that the branch between two jumps, which no integration settles on, is found as well.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from nvhchain.errors import SolverError, require
+from nvhchain.fidelity import LUMPED, LumpedFidelity
+from nvhchain.handoff import ComplexArray, FloatArray
+from nvhchain.lumped.pair import GearPair
+
+
+@dataclass(frozen=True, eq=False)
+class PeriodicResponse:
+    """Points along a response curve, in the order of its arc length.
+
+    mesh_frequency (n,) Hz.  coefficients (n, harmonics + 1) m: single-sided complex amplitudes of x at multiples of
+    the body frequency, mean first.  lowest (n,) m.
+    """
+
+    mesh_frequency: FloatArray
+    coefficients: ComplexArray
+    lowest: FloatArray
+
+    @property
+    def rms(self) -> FloatArray:
+        """(n,) m, of the oscillating part."""
+        return np.asarray(np.sqrt(0.5 * (np.abs(self.coefficients[:, 1:]) ** 2).sum(axis=1)))
+
+    @property
+    def folds(self) -> FloatArray:
+        """Hz: where the curve turns back, that is where a sweep has to jump, in the order of the curve."""
+        f = self.mesh_frequency
+        turn = np.flatnonzero((f[1:-1] - f[:-2]) * (f[2:] - f[1:-1]) < 0) + 1
+        found = []
+        for i in turn:
+            # extremum of the parabola through three points over the arc length
+            arc = np.concatenate(
+                ([0.0], np.cumsum(np.linalg.norm(np.diff(self._points[i - 1 : i + 2], axis=0), axis=1)))
+            )
+            a, b, c = np.polyfit(arc, f[i - 1 : i + 2], 2)
+            found.append(c - b * b / (4.0 * a))
+        return np.array(found)
+
+    @property
+    def _points(self) -> FloatArray:
+        """(n, 2) response and frequency, each scaled by its largest value."""
+        return np.stack([self.rms / self.rms.max(), self.mesh_frequency / self.mesh_frequency.max()], axis=1)
+
+
+def periodic_response(
+    pair: GearPair, start: float, stop: float, *, fidelity: LumpedFidelity = LUMPED
+) -> PeriodicResponse:
+    """Follow the periodic motion from mesh frequency `start` to `stop` (Hz) over all turns of the curve.
+
+    Begins with the motion reached by Newton's method from static deflection, so `start` should lie where the
+    response is unique.  Raises SolverError where Newton's method fails at the smallest step.
+    """
+    require(start > 0 and stop > 0 and start != stop, f"{start:g} → {stop:g} Hz: two different positive frequencies")
+    balance = _Balance.of(pair, fidelity)
+    towards = float(np.sign(stop - start))
+    u = np.zeros(2 * balance.harmonics + 2)
+    u[0], u[-1] = 1.0 + pair.half_backlash / balance.length, start / balance.unit
+    u = balance.newton(u, np.eye(len(u))[-1], fidelity)
+    tangent = balance.tangent(u, towards * np.eye(len(u))[-1])
+    points, step = [u], fidelity.arc_step
+    while points[-1][-1] * balance.unit * towards < stop * towards:
+        if len(points) > fidelity.arc_points:
+            raise SolverError(f"the curve did not reach {stop:g} Hz within {fidelity.arc_points} points")
+        try:
+            new = balance.newton(points[-1] + step * tangent, tangent, fidelity)
+            turned = balance.tangent(new, tangent)
+            # sharp bends are taken in smaller steps
+            accepted = float(turned @ tangent) > 0.9
+        except SolverError:
+            accepted = False
+        if accepted:
+            points.append(new)
+            tangent, step = turned, min(1.4 * step, fidelity.arc_step)
+        else:
+            step *= 0.5
+            if step < 1e-6 * fidelity.arc_step:
+                raise SolverError(
+                    f"harmonic balance stopped at {points[-1][-1] * balance.unit:g} Hz: use more harmonics"
+                )
+    curve = np.array(points)
+    x = curve[:, :-1] * balance.length
+    n = balance.harmonics
+    coefficients = np.zeros((len(x), n + 1), dtype=complex)
+    coefficients[:, 0] = x[:, 0]
+    coefficients[:, 1:] = x[:, 1 : n + 1] - 1j * x[:, n + 1 :]
+    return PeriodicResponse(curve[:, -1] * balance.unit, coefficients, (x @ balance.series.T).min(axis=1))
+
+
+@dataclass(frozen=True, eq=False)
+class _Balance:
+    """The balance in units of static deflection and natural frequency: Ω² D2 a + Ω D1 a + S⁺ κ g(S a) = e0.
+
+    a: mean, cosine and sine coefficients.  Ω: mesh frequency over the natural one.  series S (n_t, n_a) takes a to
+    the time samples, projection S⁺ back.
+    """
+
+    harmonics: int
+    stiffness: FloatArray
+    damping_ratio: float
+    gap: float
+    length: float
+    unit: float
+    cycles: int
+    series: FloatArray
+    projection: FloatArray
+
+    @classmethod
+    def of(cls, pair: GearPair, fidelity: LumpedFidelity) -> _Balance:
+        require(pair.force > 0, "harmonic balance needs a load: without force the pair hangs free in its backlash")
+        harmonics, n_t = fidelity.harmonics * pair.mesh_cycles, fidelity.harmonic_samples * pair.mesh_cycles
+        count = len(pair.stiffness)
+        curve = CubicSpline(np.arange(count + 1), np.append(pair.stiffness, pair.stiffness[0]), bc_type="periodic")
+        phase = np.arange(n_t) / n_t
+        angle = 2.0 * np.pi * phase[:, None] * np.arange(1, harmonics + 1)
+        series = np.hstack([np.ones((n_t, 1)), np.cos(angle), np.sin(angle)])
+        projection = series.T * (2.0 / n_t)
+        projection[0] *= 0.5
+        return cls(
+            harmonics,
+            curve(phase * count) / pair.mean_stiffness,
+            pair.damping_ratio,
+            pair.half_backlash * pair.mean_stiffness / pair.force,
+            pair.force / pair.mean_stiffness,
+            pair.natural_frequency,
+            pair.mesh_cycles,
+            series,
+            projection,
+        )
+
+    def residual(self, u: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Residual (n_a,) and its derivative (n_a, n_a + 1) by coefficients and frequency."""
+        a, ratio = u[:-1], u[-1] / self.cycles
+        n = self.harmonics
+        order = np.arange(1, n + 1)
+        x = self.series @ a
+        open_gap = np.clip(x, -self.gap, self.gap)
+        force = self.stiffness * (x - open_gap)
+        slope = self.stiffness * ((np.abs(x) > self.gap) | (self.gap == 0.0))
+        res = self.projection @ force
+        res[0] -= 1.0
+        derivative = np.empty((len(a), len(u)))
+        derivative[:, :-1] = self.projection @ (slope[:, None] * self.series)
+        inertia, drag = -((order * ratio) ** 2), 2.0 * self.damping_ratio * order * ratio
+        c, s = slice(1, n + 1), slice(n + 1, 2 * n + 1)
+        res[c] += inertia * a[c] + drag * a[s]
+        res[s] += inertia * a[s] - drag * a[c]
+        i, j = np.arange(1, n + 1), np.arange(n + 1, 2 * n + 1)
+        derivative[i, i] += inertia
+        derivative[j, j] += inertia
+        derivative[i, j] += drag
+        derivative[j, i] -= drag
+        derivative[0, -1] = 0.0
+        derivative[c, -1] = (2.0 * inertia * a[c] + drag * a[s]) / u[-1]
+        derivative[s, -1] = (2.0 * inertia * a[s] - drag * a[c]) / u[-1]
+        return res, derivative
+
+    def newton(self, u: FloatArray, normal: FloatArray, fidelity: LumpedFidelity) -> FloatArray:
+        """The point of the curve in the plane through `u` normal to `normal`."""
+        u = u.copy()
+        for _ in range(fidelity.newton_iterations):
+            res, derivative = self.residual(u)
+            if np.abs(res).max() <= fidelity.residual:
+                return u
+            u -= np.linalg.solve(np.vstack([derivative, normal]), np.append(res, 0.0))
+        raise SolverError(f"harmonic balance did not converge at {u[-1] * self.unit:g} Hz")
+
+    def tangent(self, u: FloatArray, along: FloatArray) -> FloatArray:
+        """Unit tangent of the curve at `u`, on the side of `along`."""
+        _, derivative = self.residual(u)
+        direction = np.linalg.solve(np.vstack([derivative, along]), np.eye(len(u))[-1])
+        return np.asarray(direction / np.linalg.norm(direction))

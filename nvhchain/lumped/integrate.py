@@ -1,0 +1,166 @@
+"""Runge–Kutta integration of gear pairs through windows of constant step and linearly changing speed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from nvhchain.errors import SolverError, require
+from nvhchain.fidelity import LUMPED, LumpedFidelity
+from nvhchain.handoff import FloatArray, IntArray
+from nvhchain.lumped._march import march_four, march_one
+from nvhchain.lumped.pair import GearPair
+
+LANES = 4
+"""Curves that one call advances side by side."""
+
+
+@dataclass(frozen=True, eq=False)
+class Windows:
+    """Successive stretches of time, each with its own step and statistics.
+
+    step (n_w,) s.  steps (n_w,): their number.  phase (n_w,): mesh cycles since angle 0, at the start.
+    frequency (n_w,) Hz of the mesh at the start.  rate: Hz/s, its rise.
+    stride (n_w,): steps from one stored sample to the next, 0 for none; the first follows that many steps after the
+    start, and the count runs on through windows of equal stride.
+    """
+
+    step: FloatArray
+    steps: IntArray
+    phase: FloatArray
+    frequency: FloatArray
+    stride: IntArray
+    rate: float = 0.0
+
+    @property
+    def sample_count(self) -> int:
+        """Samples stored in all."""
+        count = 0
+        edges = np.flatnonzero(np.diff(self.stride)) + 1
+        for part in np.split(np.arange(len(self.stride)), edges):
+            if len(part) and self.stride[part[0]] > 0:
+                count += int(self.steps[part].sum() // self.stride[part[0]])
+        return count
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """What an integration leaves.
+
+    mean, rms, lowest, highest (n_w, n_pair) m: of x in each window, rms of its oscillating part.
+    samples (n_sample, n_pair) m.  state (2, n_pair): x m and ẋ m/s at the end.
+    """
+
+    mean: FloatArray
+    rms: FloatArray
+    lowest: FloatArray
+    highest: FloatArray
+    samples: FloatArray
+    state: FloatArray
+
+
+def at_static_equilibrium(pairs: Sequence[GearPair]) -> FloatArray:
+    """State (2, n_pair): at rest on the drive flank at angle 0."""
+    return np.array([[p.half_backlash + p.force / p.stiffness[0] for p in pairs], [0.0] * len(pairs)])
+
+
+def integrate(
+    pairs: Sequence[GearPair],
+    windows: Windows,
+    *,
+    state: FloatArray | None = None,
+    fidelity: LumpedFidelity = LUMPED,
+    executor: Executor | None = None,
+) -> Motion:
+    """March all pairs through the same windows; stiffness between its samples by a periodic cubic spline.
+
+    state (2, n_pair): start, by default at rest in static equilibrium.
+    executor: runs groups of four pairs in parallel (threads: the loop holds no lock).
+    Raises InputError where a step does not resolve a pair's natural period, a mesh cycle or the cells of the
+    stiffness curve, SolverError where the motion overflows (undamped parametric resonance).
+    """
+    require(len(pairs) > 0, "no gear pair given: at least one is needed")
+    start = at_static_equilibrium(pairs) if state is None else np.array(state, dtype=float)
+    require(start.shape == (2, len(pairs)), f"state has shape {start.shape}, but (2, {len(pairs)}) is needed")
+    _check_steps(pairs, windows, fidelity)
+    groups: dict[tuple[int, int], list[int]] = {}
+    for index, pair in enumerate(pairs):
+        groups.setdefault((len(pair.stiffness), pair.mesh_cycles), []).append(index)
+    # four at a time; a pair left alone takes the faster loop for one
+    lots = [lot[i : i + LANES] for lot in groups.values() for i in range(0, len(lot), LANES)]
+    jobs = [([pairs[i] for i in lot], windows, np.ascontiguousarray(start[:, lot])) for lot in lots]
+    results = (
+        [_march(*job) for job in jobs] if executor is None else list(executor.map(_march, *zip(*jobs, strict=True)))
+    )
+    n = len(pairs)
+    statistics = np.empty((len(windows.steps), 4, n))
+    samples, final = np.empty((windows.sample_count, n)), np.empty((2, n))
+    for lot, (values, stored, end) in zip(lots, results, strict=True):
+        statistics[:, :, lot], samples[:, lot], final[:, lot] = values, stored, end
+    if not (np.isfinite(final).all() and np.isfinite(statistics).all()):
+        lost = int(np.argmin(np.isfinite(final).all(axis=0)))
+        raise SolverError(
+            f"the motion of pair {lost} grew beyond all bounds: it is parametrically unstable at this damping"
+        )
+    count = windows.steps[:, None]
+    mean = statistics[:, 0] / count
+    rms = np.sqrt(np.maximum(statistics[:, 1] / count - mean**2, 0.0))
+    return Motion(mean, rms, statistics[:, 2], statistics[:, 3], samples, final)
+
+
+def _check_steps(pairs: Sequence[GearPair], windows: Windows, fidelity: LumpedFidelity) -> None:
+    longest = float(windows.step.max())
+    shortest = 2.0 * np.pi / max(np.sqrt(p.stiffness.max() / p.mass) for p in pairs)
+    allowed = shortest / fidelity.steps_per_period
+    require(
+        longest <= allowed,
+        f"step {longest:g} s gives the shortest natural period {shortest:.3g} s fewer than "
+        f"{fidelity.steps_per_period:g} steps: use a time_step of {allowed:.3g} s or less",
+    )
+    ends = windows.frequency + windows.rate * windows.step * windows.steps
+    cycle = 1.0 / np.maximum(np.maximum(windows.frequency, ends), 1e-300)
+    worst = int(np.argmax(windows.step / cycle))
+    require(
+        bool(windows.step[worst] * fidelity.steps_per_period <= cycle[worst] * (1 + 1e-9)),
+        f"step {windows.step[worst]:g} s gives the mesh cycle of {cycle[worst]:.3g} s fewer than "
+        f"{fidelity.steps_per_period:g} steps: use a time_step of {cycle[worst] / fidelity.steps_per_period:.3g} s "
+        "or less",
+    )
+
+
+def _march(pairs: Sequence[GearPair], windows: Windows, state: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Statistics (n_w, 4, n), samples (n_sample, n) and final state (2, n) of up to four pairs of one table size."""
+    n, lanes = len(pairs), 1 if len(pairs) == 1 else LANES
+    # idle lanes repeat the last pair
+    lane = [min(i, n - 1) for i in range(lanes)]
+    cells, cycles = len(pairs[0].stiffness), pairs[0].mesh_cycles
+    node = np.arange(cells + 1)
+    table = np.empty((cells, 4, lanes))
+    for i, which in enumerate(lane):
+        curve = pairs[which].stiffness / pairs[which].mass
+        table[:, :, i] = CubicSpline(node, np.append(curve, curve[0]), bc_type="periodic").c.T
+    chosen = [pairs[i] for i in lane]
+    load = np.array([p.force / p.mass for p in chosen])
+    damping = np.array([2.0 * p.damping_ratio * p.angular_frequency for p in chosen])
+    gap = np.array([p.half_backlash for p in chosen])
+    per_cycle = cells / cycles
+    schedule = np.empty((len(windows.steps), 4))
+    schedule[:, 0] = windows.step
+    schedule[:, 1] = (windows.phase % cycles) * per_cycle
+    schedule[:, 2] = per_cycle * windows.frequency * windows.step
+    schedule[:, 3] = per_cycle * windows.rate * windows.step**2
+    # a phase that rounds up to the end of the table is its start
+    schedule[schedule[:, 1] >= cells, 1] = 0.0
+    moving = np.ascontiguousarray(state[:, lane])
+    statistics = np.empty((len(windows.steps), 4, lanes))
+    samples = np.empty((windows.sample_count, lanes))
+    march = march_one if lanes == 1 else march_four
+    march(
+        table, load, damping, gap, moving, np.asarray(windows.steps, dtype=np.int64), schedule,
+        np.asarray(windows.stride, dtype=np.int64), statistics, samples,
+    )  # fmt: skip
+    return statistics[:, :, :n], samples[:, :n], moving[:, :n]

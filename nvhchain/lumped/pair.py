@@ -1,0 +1,132 @@
+"""A gear pair with one degree of freedom: m ẍ + c ẋ + k(θ) g(x) = F, x the dynamic transmission error."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import gcd, isfinite, pi
+
+import numpy as np
+
+from nvhchain.errors import InputError, require
+from nvhchain.handoff import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class GearPair:
+    """Mass on a mesh spring that varies with the angle and has backlash (S. Shweiki's thesis, eq. 3.2).
+
+    mass: kg, of both gears along the line of action.  force: N along it, ≥ 0; x > 0 closes the drive flank.
+    stiffness: (n,) N/m at equally spaced angles from 0, one body period, end point left out.
+    mesh_cycles: whole mesh cycles in the body period.
+    damping_ratio: ζ, of the critical damping at mean stiffness: c = 2 ζ √(k_mean m).
+    half_backlash: m; the flanks carry no force for abs(x) below it. With 0 the spring acts both ways, linearly.
+    """
+
+    mass: float
+    force: float
+    stiffness: FloatArray
+    mesh_cycles: int
+    damping_ratio: float
+    half_backlash: float = 0.0
+
+    def __post_init__(self) -> None:
+        stiffness = np.array(self.stiffness, dtype=float)
+        require(
+            stiffness.ndim == 1 and len(stiffness) >= 4,
+            f"pair stiffness has shape {stiffness.shape}: at least 4 values over one body period are needed",
+        )
+        require(
+            bool(np.isfinite(stiffness).all() and (stiffness > 0).all()),
+            "pair stiffness must be finite and positive at every angle",
+        )
+        stiffness.flags.writeable = False
+        object.__setattr__(self, "stiffness", stiffness)
+        for name, unit, positive in (
+            ("mass", "kg", True),
+            ("force", "N", False),
+            ("damping_ratio", "", False),
+            ("half_backlash", "m", False),
+        ):
+            value = getattr(self, name)
+            require(
+                isfinite(value) and (value > 0 if positive else value >= 0),
+                f"pair {name} = {value} {unit} must be {'positive' if positive else 'zero or more'} and finite",
+            )
+        require(self.mesh_cycles >= 1, f"pair mesh_cycles = {self.mesh_cycles}: at least one mesh cycle is needed")
+
+    @property
+    def mean_stiffness(self) -> float:
+        """N/m, mean over the body period."""
+        return float(self.stiffness.mean())
+
+    @property
+    def angular_frequency(self) -> float:
+        """ω_n = √(k_mean / m), rad/s."""
+        return float(np.sqrt(self.mean_stiffness / self.mass))
+
+    @property
+    def natural_frequency(self) -> float:
+        """Hz, at mean stiffness with the flanks in contact."""
+        return self.angular_frequency / (2.0 * pi)
+
+
+def static_transmission_error(
+    *,
+    average: float,
+    mesh: float,
+    blank: float = 0.0,
+    teeth: int,
+    blank_order: int = 1,
+    samples_per_mesh: int = 64,
+) -> tuple[FloatArray, int]:
+    """STE = STE_av + STE_h cos(2π N_h ϑ) + STE_m cos(2π N_t ϑ), ϑ in turns, over one body period (thesis, ch. 3).
+
+    average, mesh, blank: m, average and the amplitudes at mesh order `teeth` and at `blank_order`.
+    samples_per_mesh: angles per mesh cycle.
+    Returns the curve (n,) m and the mesh cycles it covers, teeth / gcd(teeth, blank_order).
+    Raises InputError where the curve would not stay positive: k = F/STE needs contact everywhere.
+    """
+    require(teeth >= 1 and blank_order >= 1, f"teeth = {teeth} and blank_order = {blank_order} must be 1 or more")
+    require(
+        average > abs(mesh) + abs(blank),
+        f"average error {average:g} m does not exceed its amplitudes {abs(mesh):g} + {abs(blank):g} m: the "
+        "stiffness F/STE would be infinite; raise the load or lower the amplitudes",
+    )
+    repeats = gcd(teeth, blank_order)
+    cycles = teeth // repeats
+    turn = np.arange(samples_per_mesh * cycles) / (samples_per_mesh * teeth)
+    error = average + blank * np.cos(2 * pi * blank_order * turn) + mesh * np.cos(2 * pi * teeth * turn)
+    return error, cycles
+
+
+def pair_from_error(
+    error: FloatArray,
+    *,
+    force: float,
+    mass: float,
+    mesh_cycles: int,
+    damping_ratio: float,
+    half_backlash: float,
+) -> GearPair:
+    """A pair whose stiffness is k = F/STE, as in the thesis (ch. 3).
+
+    error: (n,) m, loaded static transmission error (> 0) under `force` N over one body period of `mesh_cycles`.
+    The secant stiffness makes `force` deflect the pair by exactly `error`; at other loads it does not hold.
+    """
+    error = np.asarray(error, dtype=float)
+    if not bool((error > 0).all()):
+        raise InputError(
+            f"static transmission error falls to {error.min():g} m: it must be positive under load (flank approach)"
+        )
+    require(force > 0, f"force = {force:g} N must be positive: k = F/STE has no meaning without load")
+    return GearPair(mass, force, force / error, mesh_cycles, damping_ratio, half_backlash)
+
+
+def order_lines(signal: FloatArray, mesh_cycles: int, teeth: int) -> tuple[FloatArray, FloatArray]:
+    """Orders (per turn) and peak amplitudes of a signal over one body period.
+
+    signal: (n, …) at equally spaced angles.  teeth: mesh cycles per turn.
+    """
+    lines = np.abs(np.fft.rfft(signal, axis=0)) * (2.0 / len(signal))
+    lines[0] *= 0.5
+    return np.asarray(np.arange(len(lines)) * (teeth / mesh_cycles), dtype=float), np.asarray(lines)

@@ -1,0 +1,111 @@
+"""The torsional test rig: test pair and reaction pair, closed into a ring by two shafts (thesis, ch. 3)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import isfinite
+
+import numpy as np
+from scipy.linalg import eigh
+
+from nvhchain.errors import require
+from nvhchain.handoff import ComplexArray, FloatArray
+
+
+@dataclass(frozen=True)
+class TorsionalRig:
+    """Four inertias in a ring: test mesh 1–2, shaft 2–4, reaction mesh 4–3, shaft 3–1.
+
+    inertias: kg m², test gears 1, 2 and reaction gears 3, 4.  All rotations are counted positive in the running
+    direction of their shaft, both meshes have the ratio 1.  test_mesh, reaction_mesh, shaft_13, shaft_24: Nm/rad.
+    damping_ratio: of every elastic mode.
+    """
+
+    inertias: tuple[float, float, float, float]
+    test_mesh: float
+    reaction_mesh: float
+    shaft_13: float
+    shaft_24: float
+    damping_ratio: float
+
+    def __post_init__(self) -> None:
+        positive = {
+            **{f"inertias[{i}]": value for i, value in enumerate(self.inertias)},
+            "test_mesh": self.test_mesh,
+            "reaction_mesh": self.reaction_mesh,
+            "shaft_13": self.shaft_13,
+            "shaft_24": self.shaft_24,
+        }
+        require(len(self.inertias) == 4, f"rig inertias = {self.inertias}: four are needed")
+        for name, value in positive.items():
+            require(isfinite(value) and value > 0, f"rig {name} = {value} must be positive and finite")
+        require(0 <= self.damping_ratio < 1, f"rig damping_ratio = {self.damping_ratio} is outside 0…1")
+
+    @property
+    def inertia_matrix(self) -> FloatArray:
+        """(4, 4) kg m²."""
+        return np.diag(np.array(self.inertias))
+
+    @property
+    def stiffness_matrix(self) -> FloatArray:
+        """(4, 4) Nm/rad."""
+        springs = np.array([self.test_mesh, self.reaction_mesh, self.shaft_13, self.shaft_24])
+        return np.asarray(TWISTS.T @ (springs[:, None] * TWISTS))
+
+
+TWISTS = np.array([[1.0, -1, 0, 0], [0, 0, 1, -1], [1, 0, -1, 0], [0, 1, 0, -1]])
+"""Twist of test mesh, reaction mesh, shaft 1–3 and shaft 2–4 from the four rotations."""
+
+FITTED_RIG = TorsionalRig((0.0218, 0.0118, 0.2, 0.2), 1.1444e6, 1.8020e6, 4.806e4, 4.806e4, 0.05)
+"""The thesis's rig with stiffnesses fitted to its modes 280, 680 and 1968 Hz; the printed k12 = 1.6e6 gives 2319."""
+
+
+@dataclass(frozen=True, eq=False)
+class RigModes:
+    """Elastic modes of a rig, the turning of the whole ring left out.
+
+    frequency (3,) Hz.  shapes (4, 3) kg^-1/2 m^-1, mass-normalised.  twist (4, 3): of test mesh, reaction mesh,
+    shaft 1–3, shaft 2–4.  energy (4, 3): their shares of the strain energy.
+    """
+
+    frequency: FloatArray
+    shapes: FloatArray
+    twist: FloatArray
+    energy: FloatArray
+
+    @property
+    def other_side_share(self) -> FloatArray:
+        """(3,): of both meshes' twist, the part in the mesh that twists less."""
+        mesh = np.abs(self.twist[:2])
+        return np.asarray(mesh.min(axis=0) / mesh.sum(axis=0))
+
+
+def rig_modes(rig: TorsionalRig) -> RigModes:
+    """Natural modes without damping."""
+    squared, shapes = eigh(rig.stiffness_matrix, rig.inertia_matrix)
+    shapes, squared = shapes[:, 1:], squared[1:]
+    twist = TWISTS @ shapes
+    springs = np.array([rig.test_mesh, rig.reaction_mesh, rig.shaft_13, rig.shaft_24])
+    energy = springs[:, None] * twist**2
+    return RigModes(np.sqrt(squared) / (2.0 * np.pi), shapes, twist, energy / energy.sum(axis=0))
+
+
+def mesh_cross_response(rig: TorsionalRig, frequency: FloatArray, *, at: str, due_to: str) -> ComplexArray:
+    """Twist of one mesh per torque that opens a mesh, rad/Nm, under e^{+jωt}: sum over the elastic modes.
+
+    frequency: (n_f,) Hz.  at, due_to: `test` or `reaction`.  The pair of opposite torques of a mesh does not turn
+    the ring as a whole, so that the response stays finite at 0 Hz.  Times the square of the base radius (equal at
+    both meshes) it is the transmission error in m per N of mesh force.
+    """
+    for name, value in (("at", at), ("due_to", due_to)):
+        require(value in MESHES, f"{name} = {value!r}: choose from {', '.join(MESHES)}")
+    modes = rig_modes(rig)
+    natural = 2.0 * np.pi * modes.frequency
+    omega = 2.0 * np.pi * np.asarray(frequency, dtype=float)[:, None]
+    participation = modes.twist[MESHES.index(at)] * modes.twist[MESHES.index(due_to)]
+    modal = natural**2 - omega**2 + 2j * rig.damping_ratio * natural * omega
+    return np.asarray((participation / modal).sum(axis=1))
+
+
+MESHES = ("test", "reaction")
+"""The two meshes of the ring."""

@@ -1,0 +1,237 @@
+"""Steady sweeps up or down and run-ups of gear pairs: RMS of the oscillating transmission error over mesh frequency."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nvhchain.errors import require
+from nvhchain.fidelity import LUMPED, LumpedFidelity
+from nvhchain.handoff import FloatArray
+from nvhchain.lumped.integrate import Motion, Windows, integrate
+from nvhchain.lumped.pair import GearPair
+
+FOLDING_MARGIN = 8.0
+"""Sampling rate over the highest natural or mesh frequency, at least: above resonance the motion falls by 12 dB per
+octave and more, so that what folds back into the band around resonance lies 60 dB below it."""
+
+
+@dataclass(frozen=True, eq=False)
+class SweepResponse:
+    """Dynamic transmission error x against mesh frequency, rows in the order in which the speeds were passed.
+
+    mesh_frequency (n_f,) Hz.  mean, rms, lowest, highest (n_f, n_pair) m, rms of the oscillating part: over whole body
+    periods of a steady speed, over one mesh cycle of a run-up.  cycle_rms (n_f, n_pair) m: about the mean of each mesh
+    cycle, which leaves out what the blank adds slowly; quadratic mean over the cycles.
+    half_backlash (n_pair,) m.
+    """
+
+    mesh_frequency: FloatArray
+    rms: FloatArray
+    cycle_rms: FloatArray
+    mean: FloatArray
+    lowest: FloatArray
+    highest: FloatArray
+    half_backlash: FloatArray
+
+    @property
+    def loses_contact(self) -> np.ndarray:
+        """(n_f, n_pair): the drive flanks separate; never where there is no backlash."""
+        return (self.half_backlash > 0.0) & (self.lowest < self.half_backlash)
+
+    @property
+    def hits_back_flank(self) -> np.ndarray:
+        """(n_f, n_pair): the motion crosses the whole backlash."""
+        return (self.half_backlash > 0.0) & (self.lowest < -self.half_backlash)
+
+
+@dataclass(frozen=True, eq=False)
+class RunUp:
+    """A run-up: one row of `response` per mesh cycle, and the motion itself where it was asked for.
+
+    time (n_t,) s.  mesh_frequency (n_t,) Hz.  error (n_t, n_pair) m, dynamic transmission error.
+    """
+
+    response: SweepResponse
+    time: FloatArray
+    mesh_frequency: FloatArray
+    error: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class SteadyMotion:
+    """Transmission error at constant speed over whole body periods.
+
+    mesh_frequency: Hz.  time (n_t,) s.  error (n_t, n_pair) m.  mesh_cycles: in the record.
+    """
+
+    mesh_frequency: float
+    time: FloatArray
+    error: FloatArray
+    mesh_cycles: int
+
+
+def steady_sweep(
+    pairs: Sequence[GearPair],
+    mesh_frequency: ArrayLike,
+    *,
+    fidelity: LumpedFidelity = LUMPED,
+    executor: Executor | None = None,
+) -> SweepResponse:
+    """Pass the speeds one after the other, each from the state the last one left, and measure when settled.
+
+    mesh_frequency: (n_f,) Hz in the order in which they are passed, rising or falling or as they come.
+    Every speed takes fidelity.settle_time, then fidelity.body_periods whole body periods are measured.  The step is
+    at most fidelity.time_step and a whole fraction of the mesh cycle.
+    Raises InputError for speeds that are not positive and where a start does not die out in the settling time.
+    """
+    frequency = np.atleast_1d(np.asarray(mesh_frequency, dtype=float))
+    windows = _steady_windows(pairs, frequency, fidelity, stride=0)
+    motion = integrate(pairs, windows, fidelity=fidelity, executor=executor)
+    return _response(pairs, frequency, motion, len(windows.steps) // len(frequency), settling=1)
+
+
+def steady_motion(
+    pairs: Sequence[GearPair],
+    mesh_frequency: float,
+    *,
+    approach: ArrayLike = (),
+    samples_per_cycle: int = 64,
+    fidelity: LumpedFidelity = LUMPED,
+) -> SteadyMotion:
+    """Settled motion at one speed, reached from rest or through the speeds `approach` (Hz), as in a sweep.
+
+    samples_per_cycle: fewest samples in a mesh cycle.
+    """
+    frequency = np.append(np.atleast_1d(np.asarray(approach, dtype=float)), mesh_frequency)
+    windows = _steady_windows(pairs, frequency, fidelity, stride=samples_per_cycle)
+    motion = integrate(pairs, windows, fidelity=fidelity)
+    time = np.arange(1, len(motion.samples) + 1) * (windows.step[-1] * windows.stride[-1])
+    cycles = fidelity.body_periods * max(p.mesh_cycles for p in pairs)
+    return SteadyMotion(float(mesh_frequency), time, motion.samples, cycles)
+
+
+def run_up(
+    pairs: Sequence[GearPair],
+    *,
+    start: float,
+    stop: float,
+    duration: float,
+    sample_rate: float | None = None,
+    fidelity: LumpedFidelity = LUMPED,
+    executor: Executor | None = None,
+) -> RunUp:
+    """Mesh frequency changing linearly from `start` to `stop` (Hz) in `duration` (s), step fidelity.time_step.
+
+    A run-down is a run-up with start > stop.  sample_rate: Hz at which the motion is kept, a whole fraction of the
+    step rate; without it none is kept.  Begins at rest in static equilibrium at angle 0.
+    Raises InputError where the steps do not resolve mesh cycle or natural period, or samples would fold.
+    """
+    h = fidelity.time_step
+    require(start >= 0 and stop >= 0 and start != stop, f"run-up {start:g} → {stop:g} Hz: two speeds, none negative")
+    require(duration > h, f"duration = {duration:g} s must exceed the step of {h:g} s")
+    stride = _stride(pairs, max(start, stop), sample_rate, h)
+    total = round(duration / h)
+    rate = (stop - start) / duration
+    # φ = start t + rate t²/2 reaches cycle number c at this time, in the form that has no cancellation
+    cycle = np.arange(1, int(0.5 * (start + stop) * duration * (1 + 1e-12)) + 1)
+    when = 2.0 * cycle / (start + np.sqrt(np.maximum(start**2 + 2.0 * rate * cycle, 0.0)))
+    first = np.concatenate(([0], np.minimum(np.ceil(when / h - 1e-9).astype(np.int64), total)))
+    whole = len(first) - 1
+    require(whole >= 1, f"the run-up passes {0.5 * (start + stop) * duration:.3g} mesh cycles: at least one is needed")
+    edges = np.append(first, total) if first[-1] < total else first
+    time = edges[:-1] * h
+    windows = Windows(
+        np.full(len(time), h),
+        np.diff(edges),
+        start * time + 0.5 * rate * time**2,
+        start + rate * time,
+        np.full(len(time), stride),
+        rate,
+    )
+    motion = integrate(pairs, windows, fidelity=fidelity, executor=executor)
+    middle = 0.5 * (first[1:] + first[:-1]) * h
+    response = _response(pairs, start + rate * middle, motion, 1, settling=0)
+    kept = np.asarray(np.arange(1, len(motion.samples) + 1) * (stride * h), dtype=float)
+    return RunUp(response, kept, start + rate * kept, motion.samples)
+
+
+def _stride(pairs: Sequence[GearPair], highest: float, sample_rate: float | None, step: float) -> int:
+    if sample_rate is None:
+        return 0
+    stride = round(1.0 / (sample_rate * step))
+    require(
+        stride >= 1 and abs(stride * sample_rate * step - 1.0) < 1e-9,
+        f"sample rate {sample_rate:g} Hz is not a whole fraction of the step rate {1 / step:g} Hz: choose "
+        f"{1 / (step * max(stride, 1)):g} Hz",
+    )
+    needed = FOLDING_MARGIN * max(highest, *(p.natural_frequency for p in pairs))
+    require(
+        sample_rate >= needed,
+        f"sample rate {sample_rate:g} Hz lets components fold back into the band: use {needed:g} Hz or more",
+    )
+    return stride
+
+
+def _steady_windows(pairs: Sequence[GearPair], frequency: FloatArray, fidelity: LumpedFidelity, stride: int) -> Windows:
+    """Settling and one window per mesh cycle for each speed; stride: samples per mesh cycle in the last record."""
+    require(len(pairs) > 0, "no gear pair given: at least one is needed")
+    require(
+        len(frequency) > 0 and bool(np.isfinite(frequency).all() and (frequency > 0).all()),
+        "mesh frequencies must be positive and finite, and there must be one at least",
+    )
+    slowest = min(p.damping_ratio * p.angular_frequency for p in pairs)
+    needed = -np.log(fidelity.settle_level)
+    require(
+        slowest * fidelity.settle_time >= needed,
+        f"a start dies out with {slowest:.3g} 1/s, which leaves more than {fidelity.settle_level:g} of it after "
+        f"settle_time = {fidelity.settle_time:g} s: "
+        + (f"use {needed / slowest:.3g} s" if slowest > 0 else "give the pair some damping"),
+    )
+    periods = {p.mesh_cycles for p in pairs}
+    require(
+        all(max(periods) % cycles == 0 for cycles in periods),
+        f"body periods of {sorted(periods)} mesh cycles do not fit into the longest: sweep these pairs apart",
+    )
+    record = fidelity.body_periods * max(periods)
+    per_cycle = np.ceil(np.maximum(1.0 / (frequency * fidelity.time_step) * (1 - 1e-12), fidelity.steps_per_period))
+    per_cycle = per_cycle.astype(np.int64)
+    every = np.zeros((len(frequency), 1 + record), dtype=np.int64)
+    if stride:
+        # the last speed's steps per cycle become a multiple of the samples
+        every[-1, 1:] = -(-per_cycle[-1] // stride)
+        per_cycle[-1] = every[-1, -1] * stride
+    cycles = np.ones((len(frequency), 1 + record), dtype=np.int64)
+    cycles[:, 0] = np.ceil(fidelity.settle_time * frequency).astype(np.int64)
+    return Windows(
+        np.repeat(1.0 / (frequency * per_cycle), 1 + record),
+        (cycles * per_cycle[:, None]).ravel(),
+        np.concatenate(([0], np.cumsum(cycles.ravel())[:-1])).astype(float),
+        np.repeat(frequency, 1 + record),
+        every.ravel(),
+    )
+
+
+def _response(
+    pairs: Sequence[GearPair], frequency: FloatArray, motion: Motion, per_speed: int, *, settling: int
+) -> SweepResponse:
+    """Join the windows of each speed, mesh cycles of equal length, after the first `settling`."""
+    n_f, n_pair = len(frequency), len(pairs)
+    mean, rms, lowest, highest = (
+        v[: n_f * per_speed].reshape(n_f, per_speed, n_pair)[:, settling:]
+        for v in (motion.mean, motion.rms, motion.lowest, motion.highest)
+    )
+    within = np.square(rms).mean(axis=1)
+    return SweepResponse(
+        frequency,
+        np.sqrt(within + mean.var(axis=1)),
+        np.sqrt(within),
+        mean.mean(axis=1),
+        lowest.min(axis=1),
+        highest.max(axis=1),
+        np.array([p.half_backlash for p in pairs]),
+    )

@@ -7,6 +7,7 @@ share a machine, and in how they tell that a worker was lost.
 from __future__ import annotations
 
 import os
+import socket
 import sys
 from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor, CancelledError, Executor
@@ -58,11 +59,15 @@ def connect(address: str, *, timeout: float = 10.0) -> Iterator[Executor]:
     Raises InputError when dask.distributed is not installed, the address is wrong or nothing answers there.
     """
     distributed = _distributed()
+    addressing = import_module("distributed.comm.addressing")
     try:
+        # A client that found nobody is closed by the garbage collector, which may lock up another one just starting.
+        host, port = addressing.parse_host_port(addressing.parse_address(address)[1])
+        socket.create_connection((host, port), timeout).close()
         client = distributed.Client(address, timeout=timeout, set_as_default=False)
     except (OSError, ValueError) as error:
         raise InputError(
-            f"no dask scheduler answers at {address} within {timeout:g} s: start one with 'dask scheduler' or "
+            f"no dask scheduler answers at {address!r} within {timeout:g} s: start one with 'dask scheduler' or "
             "correct the address"
         ) from error
     with client:

@@ -6,6 +6,7 @@ from nvhchain.plots.mesh import mesh_law_map, transmission_errors
 from nvhchain.plots.orders import OrderMarks
 from nvhchain.plots.spectrum import bearing_force_spectra, pressure_spectrum
 from nvhchain.plots.surface import strongest_line, surface_velocity
+from nvhchain.plots.waterfall import waterfall_maps
 
 __all__ = [
     "OrderMarks",
@@ -18,4 +19,5 @@ __all__ = [
     "strongest_line",
     "surface_velocity",
     "transmission_errors",
+    "waterfall_maps",
 ]

@@ -1,0 +1,77 @@
+"""Waterfalls: level over speed and frequency, or over speed and order of the input."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from nvhchain.errors import require
+from nvhchain.plots._style import MARK_LINES, panels, styled
+from nvhchain.plots.orders import OrderMarks
+from nvhchain.spectrum import Waterfall
+
+
+@styled
+def waterfall_maps(
+    waterfalls: Mapping[str, Waterfall],
+    *,
+    unit: str,
+    marks: OrderMarks | None = None,
+    dynamic_range: float = 70.0,
+    axes: Sequence[Axes] | None = None,
+) -> list[Axes]:
+    """One panel per configuration with a common colour scale; speed upwards, frequency or order to the right.
+
+    waterfalls: configuration → waterfall, all against frequency or all against order; amplitudes of several channels
+    are added in energy.  unit: of the signal, such as `N`; levels are dB re 1 of it, peak.  marks: mesh orders to draw,
+    rays in a map of frequencies, upright lines in one of orders.  dynamic_range: dB shown below the strongest line.
+    """
+    require(len(waterfalls) > 0, "no waterfall given: at least one configuration is needed")
+    kinds = {of.of_orders for of in waterfalls.values()}
+    require(len(kinds) == 1, "some waterfalls are against frequency, some against order: plot them apart")
+    sizes = {
+        name: np.sqrt((np.abs(of.amplitude.reshape(*of.amplitude.shape[:2], -1)) ** 2).sum(axis=2))[:, 1:]
+        for name, of in waterfalls.items()
+    }
+    highest = 20.0 * np.log10(max(size.max() for size in sizes.values()) or 1.0)
+    drawn = panels(len(waterfalls), axes, height=4.4)
+    for ax, (name, of) in zip(drawn, waterfalls.items(), strict=True):
+        speed = 60.0 / (2.0 * np.pi) * of.input_speed
+        level = 20.0 * np.log10(np.maximum(sizes[name], 10.0 ** ((highest - dynamic_range) / 20.0)))
+        upwards = np.argsort(speed)
+        image = ax.pcolormesh(
+            of.axis[1:],
+            speed[upwards],
+            level[upwards],
+            shading="nearest",
+            cmap="magma",
+            vmin=highest - dynamic_range,
+            vmax=highest,
+            rasterized=True,
+        )
+        ax.set_title(name, loc="left", fontweight="bold")
+        ax.set_ylabel("input speed / rpm")
+        ax.grid(False)
+        figure = ax.get_figure(root=True)
+        assert figure is not None
+        figure.colorbar(image, ax=ax, label=f"dB re 1 {unit}")
+        if marks is not None:
+            _draw_orders(ax, of, marks)
+    drawn[-1].set_xlabel("order of the input shaft" if kinds == {True} else "frequency / Hz")
+    return drawn
+
+
+def _draw_orders(ax: Axes, of: Waterfall, marks: OrderMarks) -> None:
+    """First mesh order of every stage, without a line that would hide the signal: short strokes at the upper edge."""
+    top, right = float(of.input_speed.max()) * 60.0 / (2.0 * np.pi), float(of.axis[-1])
+    for index, (stage, order) in enumerate(marks.mesh.items()):
+        _, dashes = MARK_LINES[index % len(MARK_LINES)]
+        for number, harmonic in enumerate(marks.harmonics(stage, right if of.of_orders else 60.0 * right / top)):
+            foot = 0.93 * top
+            ends = [harmonic, harmonic] if of.of_orders else [harmonic * foot / 60.0, harmonic * top / 60.0]
+            label = f"{stage}: order {order:g} × 1, 2, …" if number == 0 else None
+            ax.plot(ends, [foot, top], color="white", linestyle=dashes, linewidth=1.2, label=label)
+    if marks.mesh:
+        ax.legend(loc="upper left", labelcolor="white", facecolor="black")

@@ -1,0 +1,48 @@
+"""Waterfall maps show the levels they are given, over speed and frequency or order."""
+
+import numpy as np
+import pytest
+
+from nvhchain.errors import InputError
+from nvhchain.plots import OrderMarks, waterfall_maps
+from nvhchain.spectrum import Waterfall
+
+
+def _falling(of_orders=True, channels=2):
+    """Four windows, five lines; line 2 carries 3 and 4 in two channels, everything else a hundredth."""
+    amplitude = np.full((4, 5, channels), 0.01 + 0j)
+    amplitude[:, 2] = [3.0, 4.0j][:channels]
+    speed = 2 * np.pi * np.array([40.0, 30.0, 20.0, 10.0])
+    return Waterfall(np.arange(4.0), speed, np.arange(5) * 10.0, amplitude, of_orders)
+
+
+def test_levels_add_the_channels_in_energy_and_speed_goes_up():
+    (ax,) = waterfall_maps({"run-down": _falling()}, unit="N")
+    mesh = ax.collections[0]
+    level = np.asarray(mesh.get_array())
+    assert level.shape == (4, 4)  # the mean is not shown
+    assert level[:, 1] == pytest.approx(20 * np.log10(5.0) * np.ones(4))
+    assert level[0, 0] == pytest.approx(20 * np.log10(0.01 * np.sqrt(2)))
+    assert mesh.get_clim() == pytest.approx((20 * np.log10(5.0) - 70, 20 * np.log10(5.0)))
+    assert ax.get_ylim()[0] < 600.0 < 2400.0 < ax.get_ylim()[1]
+    assert ax.get_xlabel() == "order of the input shaft"
+    assert ax.figure.axes[1].get_ylabel() == "dB re 1 N"
+
+
+@pytest.mark.parametrize(("of_orders", "ends"), [(True, [20.0, 20.0]), (False, [20.0 * 0.93 * 40.0, 20.0 * 40.0])])
+def test_mesh_orders_are_upright_over_orders_and_rays_over_frequency(of_orders, ends):
+    of = _falling(of_orders)
+    if not of_orders:
+        of = Waterfall(of.time, of.input_speed, of.axis * 20.0, of.amplitude, False)
+    (ax,) = waterfall_maps({"solid": of}, unit="N", marks=OrderMarks({"stage 1": 20.0}))
+    assert ax.lines[0].get_xdata() == pytest.approx(ends)
+    assert ax.get_legend().get_texts()[0].get_text() == "stage 1: order 20 × 1, 2, …"
+
+
+def test_configurations_share_one_scale_and_one_kind_of_axis():
+    axes = waterfall_maps({"solid": _falling(), "slotted": _falling(channels=1)}, unit="N")
+    assert axes[0].collections[0].get_clim() == axes[1].collections[0].get_clim()
+    with pytest.raises(InputError, match="plot them apart"):
+        waterfall_maps({"a": _falling(True), "b": _falling(False)}, unit="N")
+    with pytest.raises(InputError, match="no waterfall given"):
+        waterfall_maps({}, unit="N")

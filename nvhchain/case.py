@@ -13,11 +13,14 @@ from math import dist, hypot, isfinite
 from pathlib import Path
 from typing import Any, Literal
 
+import numpy as np
+
 from nvhchain._table import build
 from nvhchain.conventions import STEEL, Air, Material
 from nvhchain.dynamics import Bearing, Gearbox, Mesh, Shaft
 from nvhchain.errors import InputError, require
 from nvhchain.gear import Differential, GearBody, GearGeometry, GearPair, Slots, Solid
+from nvhchain.handoff import RigidPlane
 from nvhchain.housing import Casting, encloses
 
 _CENTRE_TOLERANCE = 1e-5
@@ -108,6 +111,7 @@ class GearboxCase:
 
     input_rotation: +1 where the input turns by the right-hand rule about +z, else −1.
     engine: of the boundary elements, `fused` or `bempp`.
+    reflecting_plane: a rigid plane beside the housing, such as the floor; without one the field is free.
     """
 
     name: str
@@ -124,10 +128,13 @@ class GearboxCase:
     input_rotation: int = 1
     air: Air = Air()  # noqa: RUF009 (frozen)
     engine: Literal["fused", "bempp"] = "fused"
+    reflecting_plane: RigidPlane | None = None
 
     def __post_init__(self) -> None:
         _check_name(self.name)
         _check_field_points(self.field_points)
+        _check_plane(self.reflecting_plane, self.field_points)
+        self._check_floor()
         for point in self.field_points:
             require(
                 not encloses(self.housing, point.position),
@@ -165,6 +172,21 @@ class GearboxCase:
             )
         self._check_bores()
         _ = self.pairs, self.gearbox
+
+    def _check_floor(self) -> None:
+        """No gear space with its wall reaches through the reflecting plane; all else is checked on the surface."""
+        plane, housing = self.reflecting_plane, self.housing
+        if plane is None:
+            return
+        for number, space in enumerate(housing.gear_spaces):
+            ends = np.array([[*space.centre, 0.0], [*space.centre, housing.depth]])
+            across = hypot(*plane.normal[:2]) * (space.radius + housing.wall)
+            lowest = float(plane.height(ends).min()) - across
+            require(
+                lowest > 0,
+                f"reflecting_plane: gear space {number} of the housing reaches {-1e3 * lowest:.4g} mm "
+                "behind the plane: move the plane away or turn its normal into the air",
+            )
 
     def _check_bores(self) -> None:
         """Every bearing sits in the housing's bore of the same name."""
@@ -279,7 +301,7 @@ class RadiatorCase:
     """A body with a given surface velocity, heard at field points.
 
     velocity: (3,) m/s peak, the body moves as a whole; pulsation: m/s peak, outward everywhere.
-    frequencies: (n_f,) Hz.
+    frequencies: (n_f,) Hz.  reflecting_plane: a rigid plane beside the body, or None in a free field.
     """
 
     name: str
@@ -290,11 +312,20 @@ class RadiatorCase:
     velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
     air: Air = Air()  # noqa: RUF009 (frozen)
     engine: Literal["fused", "bempp"] = "fused"
+    reflecting_plane: RigidPlane | None = None
     folder: str = "."
 
     def __post_init__(self) -> None:
         _check_name(self.name)
         _check_field_points(self.field_points)
+        _check_plane(self.reflecting_plane, self.field_points)
+        if self.reflecting_plane is not None and isinstance(self.body, Sphere):
+            height = float(self.reflecting_plane.height(np.array([self.body.centre]))[0])
+            require(
+                height > self.body.radius,
+                f"reflecting_plane: the sphere's centre is {1e3 * height:.4g} mm above the plane, its radius is "
+                f"{1e3 * self.body.radius:.4g} mm: raise the sphere or turn the plane's normal into the air",
+            )
         f = self.frequencies
         require(
             len(f) > 0 and f[0] > 0 and all(a < b for a, b in pairwise(f)),
@@ -319,6 +350,16 @@ def _check_name(name: str) -> None:
 def _check_field_points(points: tuple[FieldPoint, ...]) -> None:
     names = [point.name for point in points]
     require(len(set(names)) == len(names) > 0, f"field_points: distinct names and at least one are needed, got {names}")
+
+
+def _check_plane(plane: RigidPlane | None, points: tuple[FieldPoint, ...]) -> None:
+    for point in points if plane is not None else ():
+        height = float(plane.height(np.array([point.position]))[0])  # type: ignore[union-attr]
+        require(
+            height >= 0,
+            f"field point {point.name!r} at {point.position} m lies {-1e3 * height:.4g} mm behind the reflecting "
+            "plane: move it to the side the plane's normal points to",
+        )
 
 
 def load_case(path: str | Path) -> Case:

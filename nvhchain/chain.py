@@ -142,6 +142,11 @@ def _check_transfer_vectors(case: Case, vectors: TransferVectors) -> None:
         vectors.air == case.air,
         f"the transfer vectors belong to {vectors.air}, the case has {case.air}: recompute them",
     )
+    require(
+        vectors.plane == case.reflecting_plane,
+        f"the transfer vectors belong to reflecting plane {vectors.plane}, the case has {case.reflecting_plane}: "
+        "recompute them",
+    )
 
 
 def _check_names(case: GearboxCase, names: Sequence[str]) -> None:
@@ -250,7 +255,7 @@ def _transfer_vectors(
         "transfer_vectors-{key}",
         TransferVectors,
         "acoustics",
-        (velocity.surface, points, masters, case.air, case.engine),
+        (velocity.surface, points, masters, case.air, case.engine, case.reflecting_plane),
         lambda progress, parts: acoustics.transfer_vectors(
             velocity.surface,
             points,
@@ -258,6 +263,7 @@ def _transfer_vectors(
             air=case.air,
             fidelity=fidelity.acoustics,
             engine=case.engine,
+            plane=case.reflecting_plane,
             executor=executor,
             progress=progress,
             shards=parts,

@@ -6,6 +6,8 @@ import argparse
 import sys
 import time
 from collections.abc import Sequence
+from concurrent.futures import Executor
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -81,7 +83,12 @@ def _parser() -> argparse.ArgumentParser:
     common = _Parser(add_help=False)
     common.add_argument("--fidelity", choices=list(PRESETS), default="standard", help="accuracy preset")
 
-    run = commands.add_parser("run", parents=[common], help="compute the sound pressure of a case")
+    spread = _Parser(add_help=False)
+    where = spread.add_mutually_exclusive_group()
+    where.add_argument("--workers", metavar="N", type=int, help="spread the work over N processes of this machine")
+    where.add_argument("--scheduler", metavar="ADDRESS", help="spread the work over a dask scheduler, tcp://HOST:PORT")
+
+    run = commands.add_parser("run", parents=[common, spread], help="compute the sound pressure of a case")
     run.add_argument("case", metavar="CASE", help="case file (TOML)")
     run.add_argument("--out", metavar="DIR", help="folder for the hand-offs (default: out/<case name>)")
     run.add_argument(
@@ -93,7 +100,9 @@ def _parser() -> argparse.ArgumentParser:
     )
     run.set_defaults(action=_run)
 
-    compare = commands.add_parser("compare", parents=[common], help="compare cases: figures, sound, summary.json")
+    compare = commands.add_parser(
+        "compare", parents=[common, spread], help="compare cases: figures, sound, summary.json"
+    )
     compare.add_argument("cases", metavar="CASE", nargs="+", help="case files (TOML); the first is the base")
     compare.add_argument("--out", metavar="DIR", default="out", help="folder for results (default: out)")
     compare.set_defaults(action=_compare)
@@ -107,8 +116,18 @@ def _parser() -> argparse.ArgumentParser:
     check.set_defaults(action=_check)
 
     doctor = commands.add_parser("doctor", help="check this machine: packages, system libraries, compiler cache")
+    doctor.add_argument("--acoustics", action="store_true", help="compare the boundary element engines on a small body")
     doctor.set_defaults(action=_doctor)
     return parser
+
+
+def _executor(options: argparse.Namespace) -> AbstractContextManager[Executor | None]:
+    """Where the work goes: nowhere but here, unless workers or a scheduler are named."""
+    if options.workers is None and options.scheduler is None:
+        return nullcontext()
+    from nvhchain import cluster
+
+    return cluster.connect(options.scheduler) if options.scheduler else cluster.local_cluster(options.workers)
 
 
 def _run(options: argparse.Namespace) -> int:
@@ -118,7 +137,10 @@ def _run(options: argparse.Namespace) -> int:
     case = load_case(options.case)
     given = chain.ready_made(store.load(path) for path in options.use)
     out = Path(options.out or Path("out") / case.name)
-    result = chain.run(case, fidelity=PRESETS[options.fidelity], out=out, watcher=Console(), **given)
+    with _executor(options) as executor:
+        result = chain.run(
+            case, fidelity=PRESETS[options.fidelity], out=out, executor=executor, watcher=Console(), **given
+        )
     for i, point in enumerate(case.field_points):
         level = levels.overall(result.pressure.frequency, result.pressure.pressure[:, i])
         print(f"{case.name}: {level:.1f} dB(A) at {point.name}")
@@ -129,12 +151,11 @@ def _compare(options: argparse.Namespace) -> int:
     from nvhchain.case import load_case
     from nvhchain.report import compare
 
-    summary = compare(
-        [load_case(path) for path in options.cases],
-        fidelity=PRESETS[options.fidelity],
-        out=Path(options.out),
-        watcher=Console(),
-    )
+    cases = [load_case(path) for path in options.cases]
+    with _executor(options) as executor:
+        summary = compare(
+            cases, fidelity=PRESETS[options.fidelity], out=Path(options.out), executor=executor, watcher=Console()
+        )
     for name, configuration in summary["configurations"].items():
         print(f"{name}: {configuration['overall_dBA']:.1f} dB(A)")
     return 0

@@ -59,7 +59,8 @@ def test_work_spread_over_worker_processes_gives_the_same_pressure(case, request
     assert main(["run", path, "--workers", "2", "--out", str(tmp_path)]) == 0
     capsys.readouterr()
     spread = store.load(tmp_path / "pressure.h5")
-    assert np.array_equal(spread.pressure, nvh.run(case).pressure.pressure)
+    here = nvh.run(case).pressure.pressure
+    assert np.abs(spread.pressure - here).max() < 1e-10 * np.abs(here).max()
 
 
 def test_scheduler_that_does_not_answer_is_bad_input(request, tmp_path, capsys):

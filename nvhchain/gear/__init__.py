@@ -7,7 +7,9 @@ from nvhchain.gear.engagement import Engagement, engaged_reach
 from nvhchain.gear.geometry import GearGeometry
 from nvhchain.gear.iso6336 import IsoStiffness, iso_stiffness
 from nvhchain.gear.mesh_law import mesh_law
+from nvhchain.gear.micro_geometry import Flank, MicroGeometry, Relief
 from nvhchain.gear.pair import GearPair, nominal_centre_distance
+from nvhchain.gear.separation import Misalignment
 from nvhchain.gear.transmission_error import (
     LoadedMesh,
     deflection_at_force,
@@ -20,6 +22,7 @@ __all__ = [
     "Blank",
     "Differential",
     "Engagement",
+    "Flank",
     "FlankCompliance",
     "GearBody",
     "GearGeometry",
@@ -27,6 +30,9 @@ __all__ = [
     "IsoStiffness",
     "LoadedMesh",
     "MassProperties",
+    "MicroGeometry",
+    "Misalignment",
+    "Relief",
     "Slots",
     "Solid",
     "deflection_at_force",

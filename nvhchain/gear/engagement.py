@@ -14,6 +14,7 @@ from nvhchain.gear.compliance import FlankCompliance
 from nvhchain.gear.contact import contact_half_width, local_law, slice_forces
 from nvhchain.gear.flank_splines import FlankSplines, flank_splines
 from nvhchain.gear.pair import BACK, DRIVE, ContactLines, GearPair, contact_lines
+from nvhchain.gear.pair import separation as unloaded_gap
 from nvhchain.handoff import FloatArray
 
 
@@ -88,19 +89,20 @@ class Engagement:
         """Contact lines and slice forces (n_case, n), N, at wheel `angle`, rad.
 
         approach: (n_case,) m, how far the flanks are pushed together along their normal.
-        separation: (n,) m, unloaded gap of every slice beyond that of the pure involutes; none by default.
+        separation: (n,) m, unloaded gap of every slice beyond that of aligned pure involutes; by default what
+        micro-geometry and misalignment of the pair make it.
         Raises SolverError where the contact does not converge or the local law leaves its range.
         """
         lines = contact_lines(self.pair, angle, slices=self.fidelity.slices, flank=flank)
+        gap = unloaded_gap(self.pair, lines) if separation is None else separation
+        return lines, self.forces_on(lines, np.asarray(approach, float)[:, None] - gap)
+
+    def forces_on(self, lines: ContactLines, approach: FloatArray) -> FloatArray:
+        """Slice forces (n_case, n), N, for the approach (n_case, n), m, of every slice, its unloaded gap taken off."""
         materials = (self.pair.pinion.material, self.pair.wheel.material)
         law = local_law(lines.curvature, (lines.depth[0], lines.depth[1]), materials)
-        offset = np.zeros(len(lines.length)) if separation is None else separation
         forces = slice_forces(
-            self.compliance(lines),
-            np.asarray(approach, float)[:, None] - offset,
-            lines.length,
-            law,
-            tolerance=self.fidelity.contact_residual,
+            self.compliance(lines), approach, lines.length, law, tolerance=self.fidelity.contact_residual
         )
         width = contact_half_width(forces / lines.length, lines.curvature, materials)
         if (width[:, None] > lines.depth).any():
@@ -108,18 +110,23 @@ class Engagement:
                 f"contact half width reaches {1e3 * width.max():.3g} mm, beyond the tooth's centre line: the load is "
                 "too large for the Weber–Banaschek formula"
             )
-        return lines, forces
+        return forces
 
     def mesh_force(self, angle: float, deflection: FloatArray) -> FloatArray:
         """F(θ, δ), (n_defl,) N: > 0 on the drive flank, 0 in the backlash gap, < 0 on the back flank."""
         deflection = np.asarray(deflection, float)
         force = np.zeros(len(deflection))
-        closed = deflection > 0
-        if closed.any():
-            force[closed] = self.forces(angle, deflection[closed])[1].sum(axis=1)
-        closed = deflection < -self.pair.backlash
-        if closed.any():
-            # deepest last: each solution starts the next
-            approach = -(deflection[closed] + self.pair.backlash)[::-1]
-            force[closed] = -self.forces(angle, approach, flank=BACK)[1].sum(axis=1)[::-1]
+        for flank, sign in ((DRIVE, 1.0), (BACK, -1.0)):
+            approach = deflection if flank == DRIVE else -(deflection + self.pair.backlash)
+            lines = contact_lines(self.pair, angle, slices=self.fidelity.slices, flank=flank)
+            gap = unloaded_gap(self.pair, lines)
+            closed = np.flatnonzero(approach > gap.min(initial=np.inf))
+            closed = closed[np.argsort(approach[closed])]  # each solution starts the next, deeper one
+            if len(closed):
+                force[closed] += sign * self.forces_on(lines, approach[closed, None] - gap).sum(axis=1)
         return force
+
+    def first_contact(self, angle: float, flank: int = DRIVE) -> float:
+        """Approach, m, at which the flanks first touch at wheel `angle`, rad; 0 without micro-geometry and tilt."""
+        lines = contact_lines(self.pair, angle, slices=self.fidelity.slices, flank=flank)
+        return float(unloaded_gap(self.pair, lines).min())

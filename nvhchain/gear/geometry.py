@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nvhchain.errors import require
+from nvhchain.gear.micro_geometry import MicroGeometry
 from nvhchain.handoff import FloatArray
 
 USUAL_RACK_TIP_RADIUS = 0.38
@@ -33,6 +34,7 @@ class GearGeometry:
     face_width, bore_radius: m.  profile_shift, addendum, dedendum, rack_tip_radius: in normal modules.
     thickness_allowance: m, reduction of the normal tooth thickness at the reference circle (gives backlash).
     tip_radius: m, when it differs from r + m_n (addendum + profile_shift).
+    micro: what is taken off the flanks.
 
     Raises InputError for drawings that cannot be made (pointed tip, undercut, bore beyond the root).
     """
@@ -49,6 +51,7 @@ class GearGeometry:
     rack_tip_radius: float | None = None
     thickness_allowance: float = 0.0
     tip_radius: float | None = None
+    micro: MicroGeometry = MicroGeometry()  # noqa: RUF009 (frozen)
 
     def __post_init__(self) -> None:
         z = self.teeth
@@ -108,6 +111,8 @@ class GearGeometry:
             f"bore_radius = {bore:g} m leaves less than one module below the root circle ({root:g} m): "
             f"at most {root - self.normal_module:g} m",
         )
+        low, high = self.usable_flank
+        self.micro.check(high - low, 0.05 * self.normal_module)
 
     @property
     def transverse_module(self) -> float:
@@ -222,6 +227,20 @@ class GearGeometry:
     def form_radius(self) -> float:
         """Radius where the involute ends and the root fillet begins, m."""
         return float(self.fillet(0.0)[0])
+
+    @property
+    def usable_flank(self) -> tuple[float, float]:
+        """Rolled length √(r² − r_b²) of form and tip circle, m."""
+        low, high = (
+            self.base_radius * float(self.roll_angle_at(r)) for r in (self.form_radius, self.tip_circle_radius)
+        )
+        return low, high
+
+    def removed(self, radius: FloatArray, axial: FloatArray, *, drive: bool) -> FloatArray:
+        """Material removed from the drive or coast flank along its normal, m, at `radius` and `axial`, m."""
+        flank = self.micro.drive if drive else self.micro.coast
+        rolled = self.base_radius * self.roll_angle_at(radius)
+        return flank.removed(rolled, self.usable_flank, axial, self.face_width)
 
     def fillet(self, fraction: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Root fillet cut by the rack's tip arc: (radius in m, angle from the tooth's centre line in rad).

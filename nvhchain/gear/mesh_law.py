@@ -11,7 +11,7 @@ from nvhchain.errors import SolverError, require
 from nvhchain.fidelity import GearFidelity
 from nvhchain.gear.compliance import FlankCompliance, flank_compliance
 from nvhchain.gear.engagement import Engagement, engaged_reach
-from nvhchain.gear.pair import GearPair
+from nvhchain.gear.pair import BACK, DRIVE, GearPair
 from nvhchain.gear.transmission_error import loaded_mesh
 from nvhchain.handoff import FloatArray, MeshLaw
 
@@ -97,13 +97,21 @@ def deflection_grid(engagement: Engagement, nominal_force: float, angle: FloatAr
     for at in probes:
         guess = loaded_mesh(engagement, at, fidelity.drive_reach * nominal_force, guess=guess).deflection
         softest = max(softest, guess)
-    gap = max(engagement.pair.backlash, 0.0)
+    first, behind = (min(engagement.first_contact(at, flank) for at in probes) for flank in (DRIVE, BACK))
+    behind = -max(engagement.pair.backlash, 0.0) - behind
+    require(
+        first - behind > -1e-9,
+        f"misalignment closes the backlash by {1e6 * (behind - first):.1f} µm too much, the flanks jam: increase "
+        "centre_distance or thickness_allowance",
+    )
     total = fidelity.deflections
     back = max(2, round((total - 2) * fidelity.back_reach / (fidelity.back_reach + fidelity.drive_reach)))
     drive = total - 2 - back
+    reach = softest - first
 
     def grading(n: int, reach: float) -> FloatArray:
         return reach * (np.arange(1, n + 1) / n) ** 1.5
 
-    behind = -gap - grading(back, softest * fidelity.back_reach / fidelity.drive_reach)
-    return np.concatenate([behind[::-1], [-gap] if gap > 1e-9 else [], [0.0], grading(drive, softest)])
+    backwards = behind - grading(back, reach * fidelity.back_reach / fidelity.drive_reach)
+    gap = [behind] if first - behind > 1e-9 else []
+    return np.concatenate([backwards[::-1], gap, [first], first + grading(drive, reach)])

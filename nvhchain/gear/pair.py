@@ -29,6 +29,7 @@ import numpy as np
 from nvhchain.errors import InputError, require
 from nvhchain.gear.body import GearBody
 from nvhchain.gear.geometry import GearGeometry, involute
+from nvhchain.gear.separation import Misalignment
 from nvhchain.handoff import FloatArray, IntArray
 
 DRIVE, BACK = 0, 1
@@ -38,13 +39,15 @@ DRIVE, BACK = 0, 1
 class ContactLines:
     """Slices of all contact lines at one angle; one entry per slice that touches the path of contact.
 
-    side: flank index in `FlankCompliance`, 0 faces counter-clockwise.  tooth: (2, n) index of pinion and wheel.
+    flank: DRIVE or BACK.  side: its index in `FlankCompliance`, 0 faces counter-clockwise.
+    tooth: (2, n) index of pinion and wheel.
     axial: (n,) m, middle of the part in contact.  position: (n,) s, m.  length: (n,) m along the contact line.
     radius: (2, n) m, of the contact point on pinion and wheel.  depth: (2, n) m, from there along the normal to the
     tooth centre line.
     curvature: (n,) m, ρ₁ρ₂/(ρ₁+ρ₂) in the normal plane.
     """
 
+    flank: int
     side: int
     tooth: IntArray
     axial: FloatArray
@@ -60,6 +63,7 @@ class GearPair:
     """Pinion and wheel at a centre distance, m; the wheel's tooth 0 touches at the pitch point at wheel angle 0.
 
     sense: +1 where the pinion, driving, turns counter-clockwise about +z, −1 clockwise.
+    misalignment: angles between the axes.
     Raises InputError for gears that cannot run together.
     """
 
@@ -67,6 +71,7 @@ class GearPair:
     wheel: GearBody
     centre_distance: float
     sense: int = 1
+    misalignment: Misalignment = Misalignment()  # noqa: RUF009 (frozen)
 
     def __post_init__(self) -> None:
         p, w, a = self.pinion.geometry, self.wheel.geometry, self.centre_distance
@@ -266,6 +271,7 @@ def contact_lines(pair: GearPair, angle: float, *, slices: int, flank: int = DRI
     wheel_tooth = k[pairs] + (1 if flank == BACK else 0)
     depth = np.stack([g.depth_to_centre_line(r) for g, r in zip(pair._geometries, radius, strict=True)])
     return ContactLines(
+        flank=flank,
         side=flank if pair.sense > 0 else 1 - flank,
         tooth=pair.sense * np.stack([-k[pairs], wheel_tooth]),
         axial=axial,
@@ -275,3 +281,22 @@ def contact_lines(pair: GearPair, angle: float, *, slices: int, flank: int = DRI
         depth=depth,
         curvature=distances[0] * distances[1] / (pair.line_length * cos(pair.base_helix_angle)),
     )
+
+
+def separation(pair: GearPair, lines: ContactLines) -> FloatArray:
+    """(n,) m: unloaded gap of every slice beyond that of aligned pure involutes; negative where misalignment closes it.
+
+    What micro-geometry takes off both flanks, and the misalignment.
+    """
+    drive = lines.flank == DRIVE
+    gap = pair.misalignment.separation(
+        lines.position - pair.pitch_point,
+        lines.axial,
+        drive=drive,
+        sense=pair.sense,
+        pressure_angle=pair.working_pressure_angle,
+        tilt=pair.base_helix_angle,
+    )
+    for gear, radius in zip(pair._geometries, lines.radius, strict=True):
+        gap = gap + gear.removed(radius, lines.axial, drive=drive)
+    return gap

@@ -75,9 +75,10 @@ def loaded_mesh(
     relative force error of 1e3 × its contact residual.  Raises SolverError if it does not get there.
     """
     require(force > 0, f"force = {force:g} N must be positive")
-    deflection, tolerance = guess, 1e3 * engagement.fidelity.contact_residual
+    tolerance, start = 1e3 * engagement.fidelity.contact_residual, engagement.first_contact(angle)
+    pressed = max(guess - start, 0.1 * guess)
     for _ in range(max_iterations):
-        probe = np.array([deflection, deflection * (1 + 1e-4)])
+        probe = start + pressed * np.array([1.0, 1 + 1e-4])
         lines, forces = engagement.forces(angle, probe)
         total = forces.sum(axis=1)
         tangent = (total[1] - total[0]) / (probe[1] - probe[0])
@@ -86,6 +87,6 @@ def loaded_mesh(
             q = forces[0] / lines.length
             width = contact_half_width(q, lines.curvature, materials)
             pressure = np.divide(2 * q, np.pi * width, out=np.zeros_like(q), where=width > 0)
-            return LoadedMesh(lines, deflection, forces[0], pressure, tangent, total[0] / deflection)
-        deflection = max(deflection + (force - total[0]) / tangent, deflection / 10)
+            return LoadedMesh(lines, float(probe[0]), forces[0], pressure, tangent, total[0] / probe[0])
+        pressed = max(pressed + (force - total[0]) / tangent, pressed / 10)
     raise SolverError(f"no deflection found for {force:g} N at wheel angle {angle:g} rad")

@@ -1,0 +1,198 @@
+"""Convergence and cost of the gear stage; writes docs/measured/gear.md.
+
+    python benchmarks/gear.py OUT [NAME ...]
+
+Measures what is named (all by default: see `MEASUREMENTS`) and is not yet in OUT/<name>.json, each in its own process,
+then writes the tables of everything found in OUT. A deflection δ is that of the loaded mesh at the case's nominal
+force, at 48 angles per mesh over one body period unless the table says otherwise. Seconds are processor time.
+"""
+
+from __future__ import annotations
+
+import json
+import resource
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import nvhchain as nvh
+from nvhchain.case import GearboxCase
+from nvhchain.fidelity import STANDARD, GearFidelity
+from nvhchain.gear import (
+    Engagement,
+    FlankCompliance,
+    GearBody,
+    GearPair,
+    engaged_reach,
+    flank_compliance,
+    loaded_mesh,
+    mesh_law,
+)
+from nvhchain.handoff import FloatArray
+
+ROOT = Path(__file__).parents[1]
+TABLE = ROOT / "docs" / "measured" / "gear.md"
+Record = dict[str, Any]
+
+
+def stage(configuration: str, number: int) -> tuple[GearPair, float]:
+    """Pair and nominal force (N) of a stage of cases/gearbox, counted from 1."""
+    case = nvh.load_case(ROOT / "cases" / "gearbox" / f"{configuration}.toml")
+    assert isinstance(case, GearboxCase)
+    return case.pairs[number - 1], case.mesh_forces[number - 1]
+
+
+def compliances(pair: GearPair, fidelity: GearFidelity) -> tuple[FlankCompliance, FlankCompliance]:
+    """Of pinion and wheel."""
+
+    def of(body: GearBody) -> FlankCompliance:
+        return flank_compliance(body, fidelity, reach=engaged_reach(pair))
+
+    return of(pair.pinion), of(pair.wheel)
+
+
+def deflection(engagement: Engagement, force: float, per_mesh: int) -> FloatArray:
+    """δ (n,), m, over one body period."""
+    pair, guess, found = engagement.pair, 20e-6, []
+    for i in range(pair.meshes_per_body_period * per_mesh):
+        guess = loaded_mesh(engagement, i * pair.mesh_period / per_mesh, force, guess=guess).deflection
+        found.append(guess)
+    return np.array(found)
+
+
+def converged(configuration: str, number: int, fidelity: GearFidelity, per_mesh: int = 48) -> Record:
+    """δ over the body period with its cost."""
+    pair, force = stage(configuration, number)
+    start = time.process_time()
+    both = compliances(pair, fidelity)
+    seconds = time.process_time() - start
+    delta = deflection(Engagement(pair, both, replace(fidelity, slices=48)), force, per_mesh)
+    return {
+        "seconds": seconds,
+        "megabytes": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
+        "meshes": pair.meshes_per_body_period,
+        "delta": delta.tolist(),
+    }
+
+
+def timed_law(configuration: str, number: int, angles_per_mesh: int) -> Record:
+    """Seconds of wall clock for a whole law at standard, finite elements included."""
+    pair, force = stage(configuration, number)
+    fidelity = replace(STANDARD.gear, angles_per_mesh=angles_per_mesh)
+    start, used = time.perf_counter(), time.process_time()
+    both = compliances(pair, fidelity)
+    elements = time.perf_counter() - start
+    law = mesh_law(pair, nominal_force=force, fidelity=fidelity, compliances=both)
+    return {
+        "wall": time.perf_counter() - start,
+        "elements": elements,
+        "seconds": time.process_time() - used,
+        "megabytes": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
+        "shape": list(law.force.shape),
+    }
+
+
+LAYERS = (5, 8, 12, 16)
+FINE = replace(STANDARD.gear, profile_elements=8, transverse_refinement=2, row_aspect=1.0)
+
+MEASUREMENTS: dict[str, Callable[[], Record]] = {
+    **{f"stage2-layers{n}": lambda n=n: converged("solid", 2, replace(STANDARD.gear, width_layers=n)) for n in LAYERS},
+    **{
+        f"slotted-layers{n}": lambda n=n: converged("slotted", 1, replace(STANDARD.gear, width_layers=n))
+        for n in LAYERS
+    },
+    "slotted-plane": lambda: converged("slotted", 1, FINE),
+    "law-slotted": lambda: timed_law("slotted", 1, 24),
+    "law-differential": lambda: timed_law("solid", 2, 96),
+}
+
+
+def harmonics(record: Record, count: int = 10) -> FloatArray:
+    """Amplitudes (count,) m of the mesh harmonics of δ."""
+    delta = np.array(record["delta"])
+    lines = 2 * np.abs(np.fft.rfft(delta)) / len(delta)
+    return np.asarray(lines[record["meshes"] :: record["meshes"]][:count])
+
+
+def layers_table(title: str, records: dict[str, Record]) -> list[str]:
+    """Mesh harmonics against those of the finest."""
+    *_, last = records
+    fine = harmonics(records[last])
+    delta = np.array(records[last]["delta"])
+    head = " | ".join(str(n) for n in range(1, 11))
+    lines = [f"**{title}**", "", f"| layers | s | peak MB | mean δ / % | swing of δ / % | {head} |"]
+    lines.append("|" + "---:|" * 15)
+    for name, record in records.items():
+        mine, own = harmonics(record), np.array(record["delta"])
+        cells = [f"{record['seconds']:.0f}", f"{record['megabytes']:.0f}"]
+        if name == last:
+            cells += [f"{1e6 * own.mean():.3f} µm", f"{1e6 * np.ptp(own):.3f} µm"]
+            cells += [f"{1e9 * h:.1f} nm" for h in mine]
+        else:
+            cells += [
+                f"{100 * (own.mean() / delta.mean() - 1):+.2f}",
+                f"{100 * (np.ptp(own) / np.ptp(delta) - 1):+.2f}",
+            ]
+            cells += [f"{20 * np.log10(a / b):+.1f}" for a, b in zip(mine, fine, strict=True)]
+        lines.append(f"| {name} | " + " | ".join(cells) + " |")
+    return [*lines, ""]
+
+
+def written(records: dict[str, Record]) -> str:
+    """The page."""
+    lines = [
+        "Measured by `benchmarks/gear.py`. δ: deflection along the flank normal at the nominal force of the gearbox "
+        "cases; mesh harmonics 1 to 10 of δ in dB against the last row, which gives them in nm.",
+        "",
+    ]
+    for key, title in (
+        ("stage2", "Layers over the face width, stage 2 (30/82, 40 mm, differential)"),
+        ("slotted", "Layers over the face width, stage 1 (20/50, 22 mm, slotted)"),
+    ):
+        rows = {str(n): records[f"{key}-layers{n}"] for n in LAYERS if f"{key}-layers{n}" in records}
+        if len(rows) > 1:
+            lines += layers_table(title, rows)
+    if {"slotted-plane", "slotted-layers8"} <= records.keys():
+        rows = {"standard": records["slotted-layers8"], "halved": records["slotted-plane"]}
+        lines += layers_table("Elements halved in the transverse plane, stage 1 slotted, 8 layers", rows)
+    laws = {"law-slotted": "slotted, 10 teeth", "law-differential": "differential, 41 teeth"}
+    if laws.keys() & records.keys():
+        lines += ["**A whole law at standard, finite elements included**", ""]
+        lines += [
+            "| law | angles × deflections | wall s | of it elements | processor s | peak MB |",
+            "|---|---|---:|---:|---:|---:|",
+        ]
+        for name, title in laws.items():
+            if name in records:
+                r = records[name]
+                lines.append(
+                    f"| {title} | {r['shape'][0]} × {r['shape'][1]} | {r['wall']:.0f} | {r['elements']:.0f} | "
+                    f"{r['seconds']:.0f} | {r['megabytes']:.0f} |"
+                )
+        lines.append("")
+    return "\n".join(lines)
+
+
+def main() -> None:
+    out = Path(sys.argv[1])
+    out.mkdir(parents=True, exist_ok=True)
+    names = sys.argv[2:] or list(MEASUREMENTS)
+    if len(sys.argv) == 3 and names[0].endswith("!"):  # the child
+        name = names[0][:-1]
+        (out / f"{name}.json").write_text(json.dumps(MEASUREMENTS[name]()))
+        return
+    for name in names:
+        if not (out / f"{name}.json").exists():
+            subprocess.run([sys.executable, __file__, str(out), name + "!"], check=True)
+    records = {n: json.loads((out / f"{n}.json").read_text()) for n in MEASUREMENTS if (out / f"{n}.json").exists()}
+    TABLE.write_text(written(records))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,114 @@
+"""Micro-geometry: the material taken off the flanks of a gear, some 10 µm, so that loaded teeth meet smoothly.
+
+All amounts are taken along the flank's normal, into the tooth: 0 leaves the involute, and none is negative. Profile
+lengths are rolled ones, √(r² − r_b²): the way that contact travels on the path of contact.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Literal
+
+import numpy as np
+
+from nvhchain.errors import require
+from nvhchain.handoff import FloatArray
+
+LARGEST_AMOUNT = 1e-3
+"""m, of one modification; beyond it a unit was mistaken."""
+
+
+@dataclass(frozen=True)
+class Relief:
+    """What is taken off towards one end of the profile.
+
+    amount: m, at the end.  length: m of rolled length from the end to where it begins.
+    shape: grows from there `linear` or `parabolic` (without a kink).
+    """
+
+    amount: float
+    length: float
+    shape: Literal["linear", "parabolic"] = "parabolic"
+
+    def __post_init__(self) -> None:
+        require(
+            0 <= self.amount <= LARGEST_AMOUNT,
+            f"relief amount = {self.amount:g} m is outside 0…{LARGEST_AMOUNT:g} m: give it in m",
+        )
+        require(self.length > 0, f"relief length = {self.length:g} m must be positive")
+        require(self.shape in ("linear", "parabolic"), f"relief shape = {self.shape!r}: choose linear or parabolic")
+
+    def removed(self, beyond: FloatArray) -> FloatArray:
+        """m, at `beyond` m of rolled length past where it begins."""
+        share = np.clip(beyond / self.length, 0.0, None)
+        return self.amount * (share if self.shape == "linear" else share**2)
+
+
+@dataclass(frozen=True)
+class Flank:
+    """Modifications of one flank.
+
+    profile_crowning: m, at both ends of the usable flank (form to tip circle), 0 half-way in rolled length.
+    lead_crowning: m, at both ends of the face width, 0 in its middle.
+    lead_slope: m, at one end of the face width, 0 at the other: > 0 at +z, < 0 takes its amount off at −z.
+    tip_relief, root_relief: from the tip circle inwards and from the form circle outwards.
+    """
+
+    profile_crowning: float = 0.0
+    lead_crowning: float = 0.0
+    lead_slope: float = 0.0
+    tip_relief: Relief | None = None
+    root_relief: Relief | None = None
+
+    def __post_init__(self) -> None:
+        for name, low in (("profile_crowning", 0.0), ("lead_crowning", 0.0), ("lead_slope", -LARGEST_AMOUNT)):
+            value = getattr(self, name)
+            require(
+                low <= value <= LARGEST_AMOUNT,
+                f"{name} = {value:g} m is outside {low:g}…{LARGEST_AMOUNT:g} m: give it in m",
+            )
+
+    def removed(
+        self, rolled: FloatArray, usable: tuple[float, float], axial: FloatArray, face_width: float
+    ) -> FloatArray:
+        """Material removed, m, at rolled length `rolled` and axial position `axial`, m.
+
+        usable: m, rolled length of form and tip circle.
+        """
+        low, high = usable
+        profile = (2 * rolled - low - high) / (high - low)
+        along = 2 * axial / face_width
+        total = self.profile_crowning * profile**2 + self.lead_crowning * along**2
+        total = total + 0.5 * abs(self.lead_slope) * (1 + np.sign(self.lead_slope) * along)
+        if self.tip_relief is not None:
+            total = total + self.tip_relief.removed(rolled - (high - self.tip_relief.length))
+        if self.root_relief is not None:
+            total = total + self.root_relief.removed(low + self.root_relief.length - rolled)
+        return np.asarray(total)
+
+
+@dataclass(frozen=True)
+class MicroGeometry:
+    """Both flanks of all teeth of a gear: `drive` transmits while the pinion drives, `coast` is its back."""
+
+    drive: Flank = Flank()
+    coast: Flank = Flank()
+
+    def check(self, rolled_length: float, largest: float) -> None:
+        """Refuse reliefs longer than the usable flank's `rolled_length`, m, and amounts beyond `largest`, m."""
+        for side in ("drive", "coast"):
+            flank: Flank = getattr(self, side)
+            for f in fields(flank):
+                value = getattr(flank, f.name)
+                amount = value.amount if isinstance(value, Relief) else abs(value or 0.0)
+                require(
+                    amount <= largest,
+                    f"{side} flank: {f.name} takes {1e6 * amount:g} µm off, more than {1e6 * largest:.4g} µm "
+                    "(a twentieth of a module): lower it",
+                )
+                if isinstance(value, Relief):
+                    require(
+                        value.length <= rolled_length * (1 + 1e-9),
+                        f"{side} flank: {f.name} is {1e3 * value.length:.4g} mm long, the usable flank only "
+                        f"{1e3 * rolled_length:.4g} mm of rolled length: shorten it",
+                    )

@@ -500,6 +500,7 @@ class ModalTransferVectors(HandOff):
     residual: ComplexArray
     names: tuple[str, ...]
     housing: str
+    air: Air
 
     def __post_init__(self) -> None:
         frequency = _array(self, "frequency", float, (None,))
@@ -522,6 +523,7 @@ class NoiseTransferFunctions(HandOff):
     points: FloatArray
     functions: ComplexArray
     names: tuple[str, ...]
+    air: Air
 
     def __post_init__(self) -> None:
         frequency = _array(self, "frequency", float, (None,))
@@ -550,6 +552,30 @@ class FieldPressure(HandOff):
         _increasing(self, "frequency", 0.0)
         _array(self, "pressure", complex, (len(frequency), len(points)))
         object.__setattr__(self, "input_speed", float(self.input_speed))
+
+
+@dataclass(frozen=True, eq=False)
+class PressureHistory(HandOff):
+    """Sound pressure in time at field points.
+
+    time: (n_t,) s, uniform.  points: (n_point, 3) m.  pressure: (n_t, n_point) Pa.
+    input_speed: (n_t,) rad/s of the input shaft (a scalar is spread over the record).
+    """
+
+    time: FloatArray
+    points: FloatArray
+    pressure: FloatArray
+    input_speed: FloatArray
+
+    def __post_init__(self) -> None:
+        time = _array(self, "time", float, (None,))
+        points = _array(self, "points", float, (None, 3))
+        _increasing(self, "time")
+        require(len(time) >= 2, f"PressureHistory.time has {len(time)} samples: at least 2 are needed")
+        _array(self, "pressure", float, (len(time), len(points)))
+        if np.ndim(self.input_speed) == 0:
+            object.__setattr__(self, "input_speed", np.full(len(time), self.input_speed, dtype=float))
+        _array(self, "input_speed", float, (len(time),))
 
 
 @dataclass(frozen=True, eq=False)
@@ -593,6 +619,7 @@ HAND_OFFS: dict[str, type[HandOff]] = {
         ModalTransferVectors,
         NoiseTransferFunctions,
         FieldPressure,
+        PressureHistory,
         SurfacePressure,
         SoundPower,
     )

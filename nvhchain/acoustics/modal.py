@@ -50,6 +50,7 @@ def modal_transfer_vectors(
         product[:, :, modes:].reshape(len(lines), len(atv.points), bearings, 3),
         housing.names,
         housing.content_hash,
+        atv.air,
         provenance={"stage": "acoustics.modal_transfer_vectors", "fidelity": repr(fidelity)},
     )
 
@@ -71,6 +72,7 @@ def noise_transfer_functions(modal: ModalTransferVectors, housing: ReducedHousin
         modal.points,
         functions.reshape(modal.residual.shape),
         modal.names,
+        modal.air,
         provenance={"stage": "acoustics.noise_transfer_functions", "fidelity": modal.provenance.get("fidelity", "")},
     )
 

@@ -1,6 +1,7 @@
 """Gearbox dynamics: rigid shafts, bearings, reduced housing and nonlinear gear meshes give bearing forces."""
 
 from nvhchain.dynamics.gearbox import Bearing, Cylinder, Gearbox, Mesh, RigidBody, Shaft
+from nvhchain.dynamics.mesh_levels import ContactForce
 from nvhchain.dynamics.quasi_static import static_bearing_forces
 from nvhchain.dynamics.recording import Recording, record_run_up
 from nvhchain.dynamics.speed_ramp import run_up, run_up_time
@@ -9,6 +10,7 @@ from nvhchain.dynamics.train import Train, train
 
 __all__ = [
     "Bearing",
+    "ContactForce",
     "Cylinder",
     "Gearbox",
     "Mesh",

@@ -61,7 +61,15 @@ def record_run_up(
     `run_up` raises, and InputError when `folder` holds another run.
     """
     ramp = Ramp(start_speed, end_speed, duration)
-    run = prepare(gearbox, mesh_laws, housing, ramp=ramp, input_torque=input_torque, f_max=f_max, fidelity=fidelity)
+    run = prepare(
+        gearbox,
+        mesh_laws,
+        housing,
+        ramp=ramp,
+        input_torque=input_torque,
+        f_max=f_max,
+        fidelity=fidelity,
+    )
     version = code_version("dynamics")
     key = fingerprint(version, gearbox, list(mesh_laws), housing, ramp, input_torque, f_max, fidelity)
     folder = Path(folder)

@@ -10,6 +10,7 @@ import numpy as np
 from nvhchain.dynamics.assembly import Assembly, assemble
 from nvhchain.dynamics.gearbox import Gearbox
 from nvhchain.dynamics.law_table import LawTable, mean_slope, tabulate
+from nvhchain.dynamics.mesh_levels import ContactForce, ContactLoop, contact_loop, tangent_law
 from nvhchain.dynamics.propagator import ModalForm, Propagator, modal_form, output_matrix, propagator, state_of
 from nvhchain.dynamics.quasi_static import static_mesh_forces, static_state
 from nvhchain.dynamics.train import shaft_torques
@@ -33,6 +34,7 @@ class Simulation:
     kernel: decay, gain, read and drive of `step` as the time loop wants them: each (2, …) real over imaginary parts,
     the modes filled up with idle ones to whole vector registers.
     tolerance: N, admissible residual of the contact forces, reached within `iterations`.
+    contact_loop: solves the contact problem at every step instead of reading `table`, if there is one.
     """
 
     assembly: Assembly
@@ -47,6 +49,7 @@ class Simulation:
     kernel: tuple[FloatArray, ...]
     tolerance: float
     iterations: int
+    contact_loop: ContactLoop | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,17 +70,23 @@ def simulation(
     time_step: float,
     fidelity: DynamicsFidelity,
     input_acceleration: float = 0.0,
+    contact_forces: Sequence[ContactForce] | None = None,
 ) -> Simulation:
     """Assemble, diagonalise and discretise.
 
     input_torque: N m (negative: coasting).  time_step: s.  input_acceleration: rad/s², prescribed for the train. The
     inertia torques it brings need no term of their own: along the free torsion they do no work (`Assembly.free`), and
     the output torque leaves room for them.
+    contact_forces: one per mesh, for the mesh level `contact`, which also needs the laws: for the start and the
+    linear part.
     """
     assembly = assemble(gearbox, mesh_laws, housing)
     torque = shaft_torques(gearbox, assembly.train, input_torque, assembly.inertia, input_acceleration)
-    table = tabulate(mesh_laws, fidelity.angle_refinement)
     nominal = static_mesh_forces(assembly, torque)
+    loop = contact_loop(contact_forces, mesh_laws) if fidelity.mesh_level == "contact" else None
+    if fidelity.mesh_level == "stiffness":
+        mesh_laws = [tangent_law(law, force) for law, force in zip(mesh_laws, nominal, strict=True)]
+    table = tabulate(mesh_laws, fidelity.angle_refinement)
     contact_stiffness = np.zeros(2 * len(nominal))
     for k, force in enumerate(nominal):
         contact_stiffness[2 * k + (force < 0.0)] = mean_slope(table, k, force)
@@ -96,6 +105,7 @@ def simulation(
         tuple(_in_registers(part) for part in (step.decay, step.gain, step.read, step.drive)),
         fidelity.contact_residual * float(np.abs(table.force).max()),
         fidelity.contact_iterations,
+        loop,
     )
 
 
@@ -123,6 +133,19 @@ def advance(
     Returns the motion at the end, the states before steps 0, stride, 2 stride … (n_store, n_state), and the excess
     forces of all steps (n_step, 2 n_mesh) N. Raises SolverError with the time of a step that did not converge.
     """
+    if model.contact_loop is not None:
+        state, excess, states, excesses = model.contact_loop.march(
+            model.step,
+            model.contact_stiffness,
+            phases,
+            motion.state,
+            motion.excess,
+            tolerance=model.tolerance,
+            iterations=model.iterations,
+            stride=stride,
+            start_time=start_time,
+        )
+        return Motion(state, excess), states, excesses
     from nvhchain.dynamics._march import march  # compiles, or reads its cache, when first needed
 
     rows = model.table.rows

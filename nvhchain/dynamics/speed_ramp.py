@@ -20,6 +20,7 @@ from nvhchain.conventions import Progress
 from nvhchain.dynamics.assembly import assemble
 from nvhchain.dynamics.decimation import Decimator, decimator, low_pass, record_stride
 from nvhchain.dynamics.gearbox import Gearbox
+from nvhchain.dynamics.mesh_levels import ContactForce
 from nvhchain.dynamics.quasi_static import law_phases
 from nvhchain.dynamics.simulation import Motion, Simulation, advance, at_rest, simulation
 from nvhchain.dynamics.steady import check_step, settling_time
@@ -124,6 +125,7 @@ def prepare(
     input_torque: float,
     f_max: float,
     fidelity: DynamicsFidelity,
+    contact_forces: Sequence[ContactForce] | None = None,
 ) -> RunUp:
     """Check the run-up, assemble and discretise it (arguments of `run_up`)."""
     require(isfinite(input_torque), f"input_torque = {input_torque} N m must be finite")
@@ -136,6 +138,7 @@ def prepare(
         time_step=fidelity.time_step,
         fidelity=fidelity,
         input_acceleration=ramp.acceleration,
+        contact_forces=contact_forces,
     )
     kinematics = model.assembly.train
     check_step(gearbox, mesh_laws, kinematics, max(ramp.start_speed, ramp.end_speed), f_max, fidelity)
@@ -231,6 +234,7 @@ def run_up(
     input_torque: float,
     f_max: float,
     fidelity: DynamicsFidelity,
+    contact_forces: Sequence[ContactForce] | None = None,
     progress: Progress | None = None,
 ) -> BearingForces:
     """Forces of the bearings on the housing while the input speed changes evenly from start_speed to end_speed.
@@ -238,7 +242,7 @@ def run_up(
     mesh_laws: one per mesh, in the gearbox's order.  housing: None for rigid seats.  start_speed, end_speed: rad/s of
     the input, not negative; equal for a long record at constant speed.  duration: s.  input_torque: N m along the
     input's rotation, constant; the output torque balances it but for what speeds up the train.  f_max: Hz, upper end
-    of the band of interest.
+    of the band of interest.  contact_forces: one per mesh, for `fidelity.mesh_level` "contact".
 
     From a standstill the run starts on the quasi-static solution; from any other speed it runs at that speed until
     `settle_level` of the start is left. Every so many steps that a period of f_max keeps
@@ -255,6 +259,7 @@ def run_up(
         input_torque=input_torque,
         f_max=f_max,
         fidelity=fidelity,
+        contact_forces=contact_forces,
     )
     n_out = len(run.decimator.constant)
     needed, available = 3 * 8.0 * run.count * (n_out + 2), float(psutil.virtual_memory().available)

@@ -11,6 +11,7 @@ from scipy.fft import next_fast_len
 
 from nvhchain.conventions import Progress
 from nvhchain.dynamics.gearbox import Gearbox
+from nvhchain.dynamics.mesh_levels import ContactForce
 from nvhchain.dynamics.quasi_static import law_phases
 from nvhchain.dynamics.simulation import Motion, Simulation, advance, at_rest, bearing_force, simulation
 from nvhchain.dynamics.train import Train, train
@@ -32,6 +33,7 @@ def bearing_forces(
     f_max: float,
     fidelity: DynamicsFidelity,
     duration: float = 0.0,
+    contact_forces: Sequence[ContactForce] | None = None,
     progress: Progress | None = None,
 ) -> BearingForces:
     """Forces of the bearings on the housing at constant speed, over whole common periods of the train.
@@ -39,7 +41,7 @@ def bearing_forces(
     mesh_laws: one per mesh, in the gearbox's order.  housing: None for rigid seats.  input_speed: rad/s, > 0.
     input_torque: N m along the input's rotation; the output torque balances it exactly.  f_max: Hz, upper end of
     the band of interest; `fidelity.time_step` must resolve it.  duration: s that the record covers at least, rounded
-    up to whole common periods.
+    up to whole common periods.  contact_forces: one per mesh, for `fidelity.mesh_level` "contact".
 
     The nominal spin is prescribed. From the quasi-static solution the speed rises over one common period (half
     cosine). Then two common periods are compared that lie at least one decay time of the slowest mode apart: what is
@@ -64,7 +66,13 @@ def bearing_forces(
     repeats = [int(kinematics.common_period / period) for period in kinematics.law_period]
 
     model = simulation(
-        gearbox, mesh_laws, housing, input_torque=input_torque, time_step=period / n_step, fidelity=fidelity
+        gearbox,
+        mesh_laws,
+        housing,
+        input_torque=input_torque,
+        time_step=period / n_step,
+        fidelity=fidelity,
+        contact_forces=contact_forces,
     )
     offset = law_phases(model.assembly, mesh_laws)
     tell = progress if progress is not None else _silent

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
 
 from nvhchain.errors import require
 from nvhchain.plots._style import MARK_LINES, panels, styled
@@ -57,21 +59,25 @@ def waterfall_maps(
         figure = ax.get_figure(root=True)
         assert figure is not None
         figure.colorbar(image, ax=ax, label=f"dB re 1 {unit}")
-        if marks is not None:
-            _draw_orders(ax, of, marks)
+        handles = _draw_orders(ax, of, marks) if marks is not None else []
+        if handles and ax is drawn[0]:
+            # below the figure: inside, it would hide what it explains
+            figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
     drawn[-1].set_xlabel("order of the input shaft" if kinds == {True} else "frequency / Hz")
     return drawn
 
 
-def _draw_orders(ax: Axes, of: Waterfall, marks: OrderMarks) -> None:
-    """First mesh order of every stage, without a line that would hide the signal: short strokes at the upper edge."""
+def _draw_orders(ax: Axes, of: Waterfall, marks: OrderMarks) -> list[Line2D]:
+    """Short strokes at the upper edge at the mesh harmonics of every stage; returns what a legend shows."""
     top, right = float(of.input_speed.max()) * 60.0 / (2.0 * np.pi), float(of.axis[-1])
+    handles = []
     for index, (stage, order) in enumerate(marks.mesh.items()):
-        _, dashes = MARK_LINES[index % len(MARK_LINES)]
-        for number, harmonic in enumerate(marks.harmonics(stage, right if of.of_orders else 60.0 * right / top)):
+        dashes: Any = MARK_LINES[index % len(MARK_LINES)][1]
+        for harmonic in marks.harmonics(stage, right if of.of_orders else 60.0 * right / top):
             foot = 0.93 * top
             ends = [harmonic, harmonic] if of.of_orders else [harmonic * foot / 60.0, harmonic * top / 60.0]
-            label = f"{stage}: order {order:g} × 1, 2, …" if number == 0 else None
-            ax.plot(ends, [foot, top], color="white", linestyle=dashes, linewidth=1.2, label=label)
-    if marks.mesh:
-        ax.legend(loc="upper left", labelcolor="white", facecolor="black")
+            ax.plot(ends, [foot, top], color="white", linestyle=dashes, linewidth=1.2)
+        handles.append(
+            Line2D([], [], color="black", linestyle=dashes, linewidth=1.2, label=f"{stage}: order {order:g} × 1, 2, …")
+        )
+    return handles

@@ -36,7 +36,7 @@ def test_mesh_orders_are_upright_over_orders_and_rays_over_frequency(of_orders, 
         of = Waterfall(of.time, of.input_speed, of.axis * 20.0, of.amplitude, False)
     (ax,) = waterfall_maps({"solid": of}, unit="N", marks=OrderMarks({"stage 1": 20.0}))
     assert ax.lines[0].get_xdata() == pytest.approx(ends)
-    assert ax.get_legend().get_texts()[0].get_text() == "stage 1: order 20 × 1, 2, …"
+    assert ax.figure.legends[0].get_texts()[0].get_text() == "stage 1: order 20 × 1, 2, …"
 
 
 def test_configurations_share_one_scale_and_one_kind_of_axis():

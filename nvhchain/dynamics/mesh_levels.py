@@ -1,0 +1,123 @@
+"""Mesh models beside the table F(θ, δ): its tangent k(θ) below it, the contact problem itself above it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.polynomial.legendre import leggauss
+from scipy.interpolate import PchipInterpolator
+
+from nvhchain.dynamics.propagator import Propagator
+from nvhchain.errors import InputError, SolverError
+from nvhchain.handoff import FloatArray, MeshLaw
+
+ContactForce = Callable[[float, FloatArray], FloatArray]
+"""Force of a mesh, (n,) N along the flank normal, at a wheel angle in rad and deflections (n,) m: what a `MeshLaw`
+tabulates, > 0 on the drive flank, 0 in the gap, < 0 on the back flank."""
+
+
+def tangent_law(law: MeshLaw, force: float) -> MeshLaw:
+    """The law's tangent at `force` (N, along the flank normal), k(θ) (δ − e(θ)), for every deflection: no gap.
+
+    Tangents are those of a monotone cubic through each row. Where the tangent pulls, the back flank carries, along its
+    own normal. Raises InputError where the law has no stiffness at `force`.
+    """
+    stiffness, offset = np.empty(len(law.angle)), np.empty(len(law.angle))
+    for i, row in enumerate(law.force):
+        curve = PchipInterpolator(law.deflection, row, extrapolate=True)
+        where = [x for x in np.atleast_1d(curve.solve(force)) if curve(x, 1) > 0.0]
+        if not where:
+            raise InputError(
+                f"mesh level `stiffness`: the law with teeth {law.teeth} has no stiffness at {force:.6g} N, what its "
+                "torque asks for: load the gearbox or use the level `table`"
+            )
+        stiffness[i] = curve(where[-1], 1)
+        offset[i] = where[-1] - force / stiffness[i]
+    reach = 2.0 * float(np.abs(law.deflection).max())
+    deflection = np.array([-reach, reach])
+    return law.replace(deflection=deflection, force=stiffness[:, None] * (deflection - offset[:, None]))
+
+
+@dataclass(frozen=True, eq=False)
+class ContactLoop:
+    """The time loop with the contact problem solved at every step, the yardstick of the table: the same propagator, the
+    same mean force along the deflection travelled, here by Gauss quadrature.
+
+    contact_forces: one per mesh.  period (n_mesh,): rad of wheel angle, of the laws.  points: of the quadrature; with
+    two the energy is exact where the force is a cubic of the deflection.
+    """
+
+    contact_forces: tuple[ContactForce, ...]
+    period: FloatArray
+    points: int = 2
+
+    def mean(self, angle: FloatArray, start: FloatArray, end: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Mean contact forces (2 n_mesh,) N on the way from `start` to `end` (2 n_mesh,) m, and their slopes by
+        `end`."""
+        node, weight = leggauss(self.points)
+        share = np.append(0.5 * (node + 1.0), 1.0)  # the end itself gives the slope
+        force = np.empty((len(start), len(share)))
+        for k, solve in enumerate(self.contact_forces):
+            drive, back = (start[i] + share * (end[i] - start[i]) for i in (2 * k, 2 * k + 1))
+            found = solve(float(angle[k]), np.concatenate([drive, -back]))
+            force[2 * k] = np.maximum(found[: len(share)], 0.0)
+            force[2 * k + 1] = np.maximum(-found[len(share) :], 0.0)
+        mean = force[:, :-1] @ (0.5 * weight)
+        travelled = end - start
+        rate = np.zeros(len(start))
+        np.divide(force[:, -1] - mean, travelled, out=rate, where=np.abs(travelled) > 1e-12)
+        return mean, np.maximum(rate, 0.0)
+
+    def march(
+        self,
+        step: Propagator,
+        linear: FloatArray,
+        phases: FloatArray,
+        state: FloatArray,
+        excess: FloatArray,
+        *,
+        tolerance: float,
+        iterations: int,
+        stride: int,
+        start_time: float,
+    ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """State and excess after len(phases) steps, states before every `stride`-th step and excesses of all (as
+        `advance`)."""
+        n_z = len(step.decay)
+        z = state[:n_z] + 1j * state[n_z:]
+        y, start = excess.copy(), (step.read @ z).real
+        states, excesses = [], np.empty((len(phases), len(excess)))
+        for n, phase in enumerate(phases):
+            if n % stride == 0:
+                states.append(np.concatenate([z.real, z.imag]))
+            z = step.decay * z + step.gain
+            free = (step.read @ z).real
+            for _ in range(iterations + 1):
+                end = free - step.compliance @ y
+                mean, rate = self.mean(np.mod(phase, 1.0) * self.period, start, end)
+                residual = y - mean + 0.5 * linear * (start + end)
+                if float(np.abs(residual).max()) <= tolerance:
+                    break
+                slope = rate - 0.5 * linear
+                y = y - np.linalg.solve(np.eye(len(y)) + slope[:, None] * step.compliance, residual)
+            else:
+                raise SolverError(
+                    f"mesh forces did not converge at t = {start_time + n * step.step:.6g} s within {iterations} "
+                    f"iterations to {tolerance:.3g} N: take a smaller time step"
+                )
+            excesses[n], start = y, end
+            z = z - step.drive.T @ y
+        return np.concatenate([z.real, z.imag]), y, np.array(states), excesses
+
+
+def contact_loop(contact_forces: Sequence[ContactForce] | None, mesh_laws: Sequence[MeshLaw]) -> ContactLoop:
+    """The loop for the mesh level `contact`; InputError where the solvers are missing."""
+    if contact_forces is None or len(contact_forces) != len(mesh_laws):
+        given = "none" if contact_forces is None else str(len(contact_forces))
+        raise InputError(
+            f"mesh level `contact` needs the contact solver of each of the {len(mesh_laws)} meshes, but {given} given: "
+            "hand in contact_forces, or use the level `table`"
+        )
+    return ContactLoop(tuple(contact_forces), np.array([law.period for law in mesh_laws]))

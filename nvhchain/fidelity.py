@@ -157,6 +157,9 @@ class AcousticsFidelity:
     solver_residual: of an iterative solution, relative to the right-hand side, reached within solver_iterations; a
         tenth of compression_error is enough for compressed matrices.
     compression_error: of the compressed matrices, relative (Frobenius norm, in every group of rows).
+    coarse_edge_ratios: lengths of the edges of coarser surfaces for lower frequencies, relative to the given surface;
+        none: every frequency on the given one.  coarse_elements_per_wavelength: of a coarser surface, at the highest
+        frequency it is used for.
     radiation: `boundary_elements`, or a cheaper level (docs/measured/radiation.md): `rayleigh`, every visible face in
         an infinite baffle, or `equivalent_radiated_power`, plane waves from every face, which knows no phase.
     interpolation: between masters, `phase_removed` or `linear` (for comparison).
@@ -178,6 +181,8 @@ class AcousticsFidelity:
     solver_residual: float = 1e-10
     solver_iterations: int = 200
     compression_error: float = 1e-5
+    coarse_edge_ratios: tuple[float, ...] = ()
+    coarse_elements_per_wavelength: float = 6.0
     radiation: str = "boundary_elements"
     interpolation: str = "phase_removed"
     interpolation_points: int = 6
@@ -193,6 +198,7 @@ class AcousticsFidelity:
             ("gap_halvings", 0, 8),
             ("field_near_ratio", 0.01, 2.0),
             ("interpolation_points", 2, 16),
+            ("coarse_elements_per_wavelength", 2.0, 100.0),
             ("solver_residual", 1e-13, 1e-2),
             ("solver_iterations", 1, 10_000),
             ("compression_error", 1e-7, 1e-2),
@@ -211,6 +217,11 @@ class AcousticsFidelity:
         require(
             self.solver in SOLVERS,
             f"acoustics solver = {self.solver!r} is unknown: choose from {', '.join(SOLVERS)}",
+        )
+        ratios = self.coarse_edge_ratios
+        require(
+            all(1.0 < ratio <= 20.0 for ratio in ratios),
+            f"acoustics coarse_edge_ratios = {ratios} must lie between 1 and 20: coarser than the given surface",
         )
         require(
             self.radiation in RADIATIONS,

@@ -37,6 +37,11 @@ def _element_sizes(surface: Surface) -> tuple[float, float]:
     return mean, float(surface.longest_edges[order][np.searchsorted(share, 0.95)])
 
 
+def mean_edge(surface: Surface) -> float:
+    """Mean edge length (m) of a surface, weighted with the area."""
+    return _element_sizes(surface)[0]
+
+
 def check_mesh(surface: Surface, f_max: float, air: Air, fidelity: AcousticsFidelity) -> None:
     """Raise `InputError` for a mesh coarser at `f_max` (Hz) than `fidelity` admits; below two it carries no wave."""
     if f_max <= 0:
@@ -76,19 +81,22 @@ def _winding_and_clearance(surface: Surface, point: FloatArray) -> tuple[float, 
     return float(angle.sum() / (4.0 * np.pi)), float((nearest / surface.longest_edges).min())
 
 
-def check_points(surface: Surface, points: ArrayLike) -> FloatArray:
-    """Field points as a (n_point, 3) array in m; `InputError` if one lies inside the body or too near its surface."""
+def check_points(surface: Surface, points: ArrayLike, clearance: float = CLEARANCE) -> FloatArray:
+    """Field points as a (n_point, 3) array in m; `InputError` if one lies inside the body or nearer to its surface than
+    `clearance` times the longest edge of the nearest triangle."""
     x = np.ascontiguousarray(np.atleast_2d(np.asarray(points, dtype=float)))
     if x.ndim != 2 or x.shape[1] != 3 or len(x) == 0:
         raise InputError(f"field points have shape {np.shape(points)}, but (n_point, 3) in m is needed")
     require(bool(np.isfinite(x).all()), "field points hold a value that is not finite: repair it")
-    for m, point in enumerate(x):
-        winding, clearance = _winding_and_clearance(surface, point)
-        require(winding < 0.5, f"field point {m} at {point.tolist()} m lies inside the body: move it outside")
+    # most points lie so far outside the bounding box that no triangle needs to be looked at
+    beyond = np.maximum(surface.vertices.min(axis=0) - x, x - surface.vertices.max(axis=0)).max(axis=1)
+    for m in np.flatnonzero(beyond <= clearance * surface.longest_edges.max()):
+        winding, distance = _winding_and_clearance(surface, x[m])
+        require(winding < 0.5, f"field point {m} at {x[m].tolist()} m lies inside the body: move it outside")
         require(
-            clearance >= CLEARANCE,
-            f"field point {m} at {point.tolist()} m is {clearance:.3g} element edges from the surface, at least "
-            f"{CLEARANCE:g} are needed: move it away or refine the mesh there",
+            distance >= clearance,
+            f"field point {m} at {x[m].tolist()} m is {distance:.3g} element edges from the surface, at least "
+            f"{clearance:g} are needed: move it away or refine the mesh there",
         )
     return x
 

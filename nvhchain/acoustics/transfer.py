@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from concurrent.futures import Executor
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nvhchain.acoustics.bands import over_bands
+from nvhchain.acoustics.coarsening import CoarseSurface, coarse_surfaces
 from nvhchain.acoustics.engines import check_engine, check_memory, systems
 from nvhchain.acoustics.plane import check_plane, with_images
 from nvhchain.acoustics.potentials import layer_potentials
@@ -56,6 +58,7 @@ def transfer_vectors(
     executor: Executor | None = None,
     progress: Progress | None = None,
     shards: Path | None = None,
+    coarser: Sequence[Surface] = (),
 ) -> TransferVectors:
     """Pressure at field points per unit normal velocity of every face, p = vectors · v_n, at master frequencies.
 
@@ -68,6 +71,8 @@ def transfer_vectors(
     its normal; the part of the vectors that goes by way of it is kept apart (`TransferVectors.image_vectors`).
     executor: takes bands of four frequencies, as many at once as memory allows.
     shards: folder in which every finished band is saved, and from which a run that was killed takes them again.
+    coarser: surfaces of the same body for lower frequencies, instead of `fidelity.coarse_edge_ratios`; each is used
+    where it has `fidelity.coarse_elements_per_wavelength`, and the vectors are brought back to the faces of `surface`.
     `fidelity.radiation` = `rayleigh` takes the Rayleigh integral instead (`rayleigh_vectors`).
     Assumes one-way coupling.  Raises InputError (mesh too coarse, point inside or too near, body or point behind the
     plane or too near it), ResourceError (matrices do not fit into free memory), SolverError (singular system).
@@ -83,16 +88,19 @@ def transfer_vectors(
     if plane is not None:
         check_plane(plane, surface, x)
     ends = with_images(x, plane)
+    exact = fidelity.radiation == "boundary_elements"
+    below = coarse_surfaces(surface, coarser, ends, plane, air, fidelity) if exact else ()
+    settings = (fidelity, engine, plane, *(coarse.surface for coarse in below))
     size = 2 * 16 * len(frequency) * len(ends) * len(surface.triangles)
     vectors = over_bands(
         _vectors,
         frequency,
         (),
-        (surface, ends, air, fidelity, engine, plane),
-        memory_per_task=check_memory(surface, size, engine) if fidelity.radiation == "boundary_elements" else size,
+        (surface, ends, air, fidelity, engine, plane, below),
+        memory_per_task=check_memory(surface, size, engine) if exact else size,
         executor=executor,
         progress=progress,
-        shards=VectorShards(shards, surface, ends, air, (fidelity, engine, plane)) if shards else None,
+        shards=VectorShards(shards, surface, ends, air, settings) if shards else None,
     )
     image = None
     if plane is not None:
@@ -116,10 +124,39 @@ def _vectors(
     fidelity: AcousticsFidelity,
     engine: str,
     plane: RigidPlane | None = None,
+    below: Sequence[CoarseSurface] = (),
 ) -> ComplexArray:
-    """Transfer vectors (n_f, n_point, n_face) of one band; with a plane, `points` are followed by their images."""
+    """Transfer vectors (n_f, n_point, n_face) of one band; with a plane, `points` are followed by their images.
+
+    below: surfaces for lower frequencies, coarsest first.
+    """
     if fidelity.radiation == "rayleigh":
         return rayleigh_vectors(frequency, surface, points, air, fidelity.field_near_ratio)
+    vectors = np.empty((len(frequency), len(points), len(surface.triangles)), dtype=complex)
+    left = np.ones(len(frequency), dtype=bool)
+    for coarse in below:
+        mine = np.flatnonzero(left & (frequency <= coarse.highest_frequency))
+        if len(mine) == 0:
+            continue
+        left[mine] = False
+        solved = _solved(frequency[mine], coarse.surface, points, air, fidelity, engine, plane)
+        for row, f, coarse_vectors in zip(mine, frequency[mine], solved, strict=True):
+            vectors[row] = coarse.on_fine_faces(coarse_vectors, points, 2 * np.pi * f / air.speed_of_sound)
+    if left.any():
+        vectors[left] = _solved(frequency[left], surface, points, air, fidelity, engine, plane)
+    return vectors
+
+
+def _solved(
+    frequency: FloatArray,
+    surface: Surface,
+    points: FloatArray,
+    air: Air,
+    fidelity: AcousticsFidelity,
+    engine: str,
+    plane: RigidPlane | None,
+) -> ComplexArray:
+    """Transfer vectors (n_f, n_point, n_face) by boundary elements on `surface`."""
     vectors = np.zeros((len(frequency), len(points), len(surface.triangles)), dtype=complex)
     omega = 2 * np.pi * frequency
     solved = np.flatnonzero(frequency > 0)

@@ -1,0 +1,85 @@
+"""gmsh in a process of its own: a closed triangulation in, one with another edge length out.
+
+Nothing of gmsh is loaded into the calling process. Sharp edges of the given surface stay edges.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from nvhchain.errors import SolverError
+from nvhchain.handoff import FloatArray, IntArray
+
+_LIBRARIES = "libgl1 libglu1-mesa libxcursor1 libxft2 libxinerama1 libgomp1"
+_TIME_LIMIT = 300.0
+"""s after which the mesher is given up."""
+
+
+def remesh(
+    vertices: FloatArray, triangles: IntArray, element_size: float, sharp_angle: float
+) -> tuple[FloatArray, IntArray]:
+    """Vertices (n, 3) m and triangles (m, 3) of the same surface with edges of about `element_size`, m.
+
+    sharp_angle: rad between neighbouring triangles beyond which their edge is kept.  The triangles need not be turned
+    as the given ones.  Deterministic: one thread, fixed options.  Raises SolverError with what gmsh says.
+    """
+    with tempfile.TemporaryDirectory(prefix="nvhchain-remesh-") as folder:
+        job, result = Path(folder) / "surface.npz", Path(folder) / "mesh.npz"
+        np.savez(job, vertices=vertices, triangles=triangles, element_size=element_size, sharp_angle=sharp_angle)
+        command = [sys.executable, "-m", "nvhchain.acoustics._gmsh", str(job), str(result)]
+        try:
+            done = subprocess.run(command, capture_output=True, text=True, timeout=_TIME_LIMIT, check=False)
+        except subprocess.TimeoutExpired:
+            raise SolverError(f"the mesher did not finish within {_TIME_LIMIT:g} s: give the coarse surface") from None
+        if done.returncode != 0 or not result.exists():
+            said = (done.stderr.strip() or done.stdout.strip() or "nothing").splitlines()[-1]
+            if "cannot open shared object file" in done.stderr:
+                said += f"; install the system libraries gmsh needs: {_LIBRARIES}"
+            raise SolverError(f"gmsh could not mesh the surface anew (exit code {done.returncode}): {said}")
+        with np.load(result) as file:
+            return file["vertices"], file["triangles"]
+
+
+def _serve(job: str, result: str) -> None:
+    """Run inside the child process."""
+    import gmsh
+
+    with np.load(job) as file:
+        vertices, triangles = file["vertices"], file["triangles"]
+        size, angle = float(file["element_size"]), float(file["sharp_angle"])
+    gmsh.initialize(interruptible=False)
+    for name, value in {
+        "General.Terminal": 0,
+        "General.NumThreads": 1,
+        "Mesh.RandomSeed": 1,
+        "Mesh.MeshSizeMax": size,
+        "Mesh.MeshSizeMin": 0.5 * size,
+        "Mesh.MeshSizeExtendFromBoundary": 0,
+        "Mesh.MeshSizeFromPoints": 0,
+        "Mesh.Algorithm": 6,
+    }.items():
+        gmsh.option.setNumber(name, value)
+    tag = gmsh.model.addDiscreteEntity(2)
+    gmsh.model.mesh.addNodes(2, tag, np.arange(1, len(vertices) + 1), vertices.ravel())
+    gmsh.model.mesh.addElementsByType(tag, 2, [], (triangles + 1).ravel())
+    # patches that can be mapped to the plane, cut along sharp edges, and along others where there are too few
+    gmsh.model.mesh.classifySurfaces(angle, True, True, np.pi)
+    gmsh.model.mesh.createGeometry()
+    gmsh.model.mesh.generate(2)
+    tags, coordinates, _ = gmsh.model.mesh.getNodes()
+    _, number = gmsh.model.mesh.getElementsByType(2)
+    used = np.unique(number)
+    order = np.argsort(tags)
+    rows = order[np.searchsorted(tags, used, sorter=order)]
+    corners = np.searchsorted(used, number).reshape(-1, 3).astype(np.int64)
+    np.savez(result, vertices=coordinates.reshape(-1, 3)[rows], triangles=corners)
+    gmsh.finalize()
+
+
+if __name__ == "__main__":
+    _serve(*sys.argv[1:3])

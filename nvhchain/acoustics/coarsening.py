@@ -1,0 +1,230 @@
+"""A coarser surface for the lower part of the band, with velocities mapped so that volume velocity is kept."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.spatial import cKDTree
+
+from nvhchain.acoustics._gmsh import remesh
+from nvhchain.acoustics.plane import check_plane
+from nvhchain.acoustics.surface import check_points, mean_edge
+from nvhchain.conventions import Air
+from nvhchain.errors import InputError, SolverError, require
+from nvhchain.fidelity import AcousticsFidelity
+from nvhchain.handoff import ComplexArray, FloatArray, IntArray, RigidPlane, Surface
+
+SHARP_ANGLE = np.radians(40.0)
+"""Edges between triangles that meet under a larger angle are kept."""
+
+VOLUME_TOLERANCE = 0.03
+"""Largest change of the enclosed volume, relative, that a coarser surface may bring."""
+
+DISTANCE_TOLERANCE = 0.5
+"""Largest distance of a coarse vertex from the fine surface, and of a fine one from the coarse, in coarse edges."""
+
+NEAREST_POINT = 2.0
+"""Least distance of a field point from a coarse surface that is used for it, in edges of the nearest triangle."""
+
+_PIECES = 3
+"""Pieces per edge into which a fine face is cut to find the coarse faces that take its flux."""
+
+_CANDIDATES = 12
+"""Coarse faces with the nearest centroids among which the nearest face is found."""
+
+
+@dataclass(frozen=True, eq=False)
+class CoarseSurface:
+    """A surface for low frequencies and the map that brings velocities of the fine one onto it.
+
+    surface: the coarse one.  velocity_map: (n_coarse, n_fine), coarse normal velocity = velocity_map · fine normal
+    velocity; every fine face's flux v A arrives as a whole.  fine_centroids: (n_fine, 3) m.
+    highest_frequency: Hz, up to which it is used.
+    """
+
+    surface: Surface
+    velocity_map: sp.csr_matrix
+    fine_centroids: FloatArray
+    highest_frequency: float
+
+    def on_fine_faces(self, vectors: ComplexArray, points: FloatArray, wavenumber: float) -> ComplexArray:
+        """Transfer vectors (n_point, n_fine) of the fine faces from those of the coarse ones (n_point, n_coarse).
+
+        The transposed map spreads the vector of a coarse face over its fine faces; the phase e^{−jkr} of each face's
+        own distance r from the point is taken out before and put back after, so that it does not jump from one coarse
+        face to the next. At low frequency nothing but volume velocity is left.
+        """
+        spread = np.empty((len(points), len(self.fine_centroids)), dtype=complex)
+        for row, vector, point in zip(spread, vectors, points, strict=True):
+            coarse = np.linalg.norm(self.surface.centroids - point, axis=1)
+            fine = np.linalg.norm(self.fine_centroids - point, axis=1)
+            row[:] = (vector * np.exp(1j * wavenumber * coarse)) @ self.velocity_map * np.exp(-1j * wavenumber * fine)
+        return spread
+
+
+def coarse_surfaces(
+    fine: Surface,
+    given: Sequence[Surface],
+    points: FloatArray,
+    plane: RigidPlane | None,
+    air: Air,
+    fidelity: AcousticsFidelity,
+) -> tuple[CoarseSurface, ...]:
+    """The surfaces for lower frequencies, coarsest first: those `given`, or `fidelity.coarse_edge_ratios` of them.
+
+    Each carries `fidelity.coarse_elements_per_wavelength` at its highest frequency.  One that a field point or the
+    plane comes too near to is left out: there the fine one is needed at every frequency.  Raises InputError for a given
+    surface that is not the same body, SolverError where none can be made.
+    """
+    for coarse in given:
+        check_coarse(fine, coarse)
+    made = given or [coarsen(fine, ratio) for ratio in fidelity.coarse_edge_ratios]
+    usable = [coarse for coarse in made if _is_clear(coarse, points, plane)]
+    usable.sort(key=mean_edge, reverse=True)
+    reach = air.speed_of_sound / fidelity.coarse_elements_per_wavelength
+    return tuple(CoarseSurface(c, velocity_map(fine, c), fine.centroids, reach / mean_edge(c)) for c in usable)
+
+
+def _is_clear(coarse: Surface, points: FloatArray, plane: RigidPlane | None) -> bool:
+    try:
+        check_points(coarse, points, NEAREST_POINT)
+        if plane is not None:
+            check_plane(plane, coarse)
+    except InputError:
+        return False
+    return True
+
+
+def coarsen(surface: Surface, edge_ratio: float) -> Surface:
+    """The same body with edges `edge_ratio` times as long, closed and outward, sharp edges kept.
+
+    Raises SolverError where the mesher fails or delivers a surface that intersects itself, is not closed or changes the
+    volume by more than `VOLUME_TOLERANCE`; InputError for a ratio that coarsens nothing.
+    """
+    require(1.0 < edge_ratio <= 20.0, f"edge ratio {edge_ratio:g} of a coarser surface is outside 1…20")
+    vertices, triangles = remesh(surface.vertices, surface.triangles, edge_ratio * mean_edge(surface), SHARP_ANGLE)
+    a, b, c = (vertices[triangles[:, i]] for i in range(3))
+    normals = np.cross(b - a, c - a)
+    _, nearest = cKDTree(surface.centroids).query((a + b + c) / 3.0)
+    inward = np.einsum("ij,ij->i", normals, surface.normals[nearest]) < 0
+    triangles[inward] = triangles[inward, ::-1]
+    remedy = "leave this ratio out, or give a coarse surface of your own"
+    try:
+        coarse = Surface(vertices, triangles)
+    except InputError as error:
+        raise SolverError(f"no closed surface came out of coarsening by {edge_ratio:g} ({error}): {remedy}") from None
+    try:
+        check_coarse(surface, coarse)
+    except InputError as error:
+        raise SolverError(f"coarsening by {edge_ratio:g} failed, {error}: {remedy}") from None
+    return coarse
+
+
+def check_coarse(fine: Surface, coarse: Surface) -> None:
+    """Raise `InputError` unless `coarse` describes the body of `fine`: volume, distance, no self-intersection."""
+    change = coarse.volume / fine.volume - 1.0
+    require(
+        abs(change) <= VOLUME_TOLERANCE,
+        f"the coarse surface encloses {100 * change:+.2g} % more than the fine one, "
+        f"±{100 * VOLUME_TOLERANCE:g} % are admitted",
+    )
+    limit = DISTANCE_TOLERANCE * mean_edge(coarse)
+    for one, other, what in ((coarse, fine, "coarse vertex"), (fine, coarse, "fine vertex")):
+        distance = _distances(one.vertices, other)
+        worst = int(distance.argmax())
+        require(
+            distance[worst] <= limit,
+            f"{what} {worst} lies {1e3 * distance[worst]:.3g} mm from the other surface, "
+            f"{1e3 * limit:.3g} mm are admitted",
+        )
+    crossing = self_intersections(coarse)
+    require(crossing == 0, f"the coarse surface intersects itself at {crossing} pairs of triangles")
+
+
+def velocity_map(fine: Surface, coarse: Surface) -> sp.csr_matrix:
+    """Normal velocity of the coarse faces from that of the fine ones, (n_coarse, n_fine): each piece of a fine face
+    gives its flux to the nearest coarse face.
+
+    Nearness counts a turned normal as distance, so that flux does not pass through a thin wall or round an edge.
+    """
+    points = _pieces(fine)
+    per_face = points.shape[1]
+    length = 0.5 * mean_edge(coarse)  # a normal turned by 60° counts as much as half an edge
+    place = np.concatenate([points.reshape(-1, 3), np.repeat(length * fine.normals, per_face, axis=0)], axis=1)
+    tree = cKDTree(np.concatenate([coarse.centroids, length * coarse.normals], axis=1))
+    candidates = tree.query(place, k=min(_CANDIDATES, len(coarse.areas)))[1]
+    turned = np.linalg.norm(coarse.normals[candidates] - np.repeat(fine.normals, per_face, axis=0)[:, None], axis=2)
+    corners = coarse.vertices[coarse.triangles]
+    squared = _squared_distance(place[:, None, :3], corners[candidates]) + (0.5 * length * turned) ** 2
+    receiver = np.take_along_axis(candidates, squared.argmin(axis=1)[:, None], axis=1)[:, 0]
+    giver = np.repeat(np.arange(len(fine.areas)), per_face)
+    share = fine.areas[giver] / per_face / coarse.areas[receiver]
+    shape = (len(coarse.areas), len(fine.areas))
+    return sp.csr_matrix(sp.coo_matrix((share, (receiver, giver)), shape))
+
+
+def self_intersections(surface: Surface) -> int:
+    """Pairs of triangles without a common vertex of which an edge of one passes through the other."""
+    reach = float(surface.longest_edges.max())
+    # no corner is farther from the centroid than two thirds of the longest edge
+    pairs = cKDTree(surface.centroids).query_pairs(4.0 / 3.0 * reach, output_type="ndarray")
+    t = surface.triangles
+    apart = (t[pairs[:, 0]][:, :, None] != t[pairs[:, 1]][:, None, :]).all(axis=(1, 2))
+    pairs = pairs[apart]
+    corners = surface.vertices[t]
+    crossing = np.zeros(len(pairs), dtype=bool)
+    for one, other in ((pairs[:, 0], pairs[:, 1]), (pairs[:, 1], pairs[:, 0])):
+        a, b, c = np.moveaxis(corners[other], 1, 0)
+        for i in range(3):
+            start, end = corners[one, i], corners[one, (i + 1) % 3]
+            crossing |= _pierces(start, end, a, b, c)
+    return int(crossing.sum())
+
+
+def _pierces(start: FloatArray, end: FloatArray, a: FloatArray, b: FloatArray, c: FloatArray) -> IntArray:
+    """Whether segments (n, 3) pass through triangles, by the signs of five tetrahedron volumes."""
+
+    def volume(p: FloatArray, q: FloatArray, r: FloatArray, s: FloatArray) -> FloatArray:
+        return np.asarray(np.einsum("ij,ij->i", np.cross(q - p, r - p), s - p))
+
+    split = volume(a, b, c, start) * volume(a, b, c, end) < 0
+    around = [volume(start, end, p, q) for p, q in ((a, b), (b, c), (c, a))]
+    same = (np.sign(around[0]) == np.sign(around[1])) & (np.sign(around[1]) == np.sign(around[2]))
+    return np.asarray(split & same)
+
+
+def _pieces(surface: Surface) -> FloatArray:
+    """Centroids (n_face, pieces, 3) m of the equal pieces of every face."""
+    i, j = (index.ravel() for index in np.indices((_PIECES, _PIECES)))
+    upward = np.stack([i, j], axis=1)[i + j < _PIECES] + 1 / 3
+    downward = np.stack([i, j], axis=1)[i + j < _PIECES - 1] + 2 / 3
+    place = np.concatenate([upward, downward]) / _PIECES
+    barycentric = np.concatenate([1 - place.sum(axis=1, keepdims=True), place], axis=1)
+    return np.asarray(np.einsum("pc,fcx->fpx", barycentric, surface.vertices[surface.triangles]))
+
+
+def _distances(points: FloatArray, surface: Surface) -> FloatArray:
+    """Distance (n,) m of points (n, 3) from the surface."""
+    candidates = cKDTree(surface.centroids).query(points, k=min(_CANDIDATES, len(surface.areas)))[1]
+    corners = surface.vertices[surface.triangles]
+    return np.asarray(np.sqrt(_squared_distance(points[:, None], corners[candidates]).min(axis=1)))
+
+
+def _squared_distance(point: FloatArray, corners: FloatArray) -> FloatArray:
+    """Squared distance m² of points (..., 3) from triangles (..., 3, 3)."""
+    a, b, c = (corners[..., i, :] for i in range(3))
+    normal = np.cross(b - a, c - a)
+    normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
+    height = np.einsum("...i,...i->...", point - a, normal)
+    inside = np.ones(height.shape, dtype=bool)
+    nearest = np.full(height.shape, np.inf)
+    for p, q in ((a, b), (b, c), (c, a)):
+        edge, arm = q - p, point - p
+        inside &= np.einsum("...i,...i->...", np.cross(edge, arm), normal) >= 0
+        along = np.einsum("...i,...i->...", arm, edge) / np.einsum("...i,...i->...", edge, edge)
+        gap = arm - along.clip(0, 1)[..., None] * edge
+        nearest = np.minimum(nearest, np.einsum("...i,...i->...", gap, gap))
+    return np.where(inside, height**2, nearest)

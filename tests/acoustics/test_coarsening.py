@@ -1,0 +1,124 @@
+"""Coarser surfaces for lower frequencies: same body, same volume velocity, nearly the same sound."""
+
+from dataclasses import replace
+
+import acoustics_bodies as bodies
+import numpy as np
+import pytest
+
+from nvhchain.acoustics import RigidPlane, sphere, transfer_vectors
+from nvhchain.acoustics.coarsening import (
+    check_coarse,
+    coarse_surfaces,
+    coarsen,
+    self_intersections,
+    velocity_map,
+)
+from nvhchain.acoustics.surface import mean_edge
+from nvhchain.errors import InputError, SolverError
+from nvhchain.handoff import Surface
+
+POINTS = np.array([[0.6, 0.1, 0.2], [-0.2, 0.7, 0.1], [0.1, -0.2, -0.8]])
+
+
+@pytest.fixture(scope="module")
+def corner():
+    """An L-shaped block: edges of every kind."""
+    return bodies.box((0.2, 0.2, 0.1), 0.0125, remove=lambda c: c[0] > 0.1 and c[1] > 0.1)
+
+
+@pytest.fixture(scope="module")
+def coarse_corner(corner):
+    return coarsen(corner, 2.0)
+
+
+@pytest.fixture(scope="module")
+def coarse_ball():
+    return coarsen(sphere(0.1, 3), 1.6)
+
+
+def test_coarse_surface_is_the_same_body_with_longer_edges(corner, coarse_corner, coarse_ball):
+    """Surface itself checks that it is closed and outward."""
+    assert mean_edge(coarse_corner) / mean_edge(corner) == pytest.approx(2.0, rel=0.15)
+    assert coarse_corner.volume == pytest.approx(corner.volume, rel=1e-9)  # sharp edges are kept
+    assert coarse_corner.areas.sum() == pytest.approx(corner.areas.sum(), rel=1e-9)
+    assert len(coarse_corner.triangles) < 0.35 * len(corner.triangles)
+    assert coarse_ball.volume == pytest.approx(sphere(0.1, 3).volume, rel=0.025)
+    assert self_intersections(coarse_corner) == self_intersections(coarse_ball) == 0
+
+
+def test_every_face_gives_all_its_flux(corner, coarse_corner, coarse_ball):
+    for fine, coarse in ((corner, coarse_corner), (sphere(0.1, 3), coarse_ball)):
+        mapped = velocity_map(fine, coarse)
+        assert coarse.areas @ mapped == pytest.approx(fine.areas, rel=1e-12)
+        # and gives it to faces beside it: uniform flow stays nearly uniform, also along each axis
+        assert (coarse.areas[:, None] * (mapped @ fine.normals) * coarse.normals).sum(axis=0) == pytest.approx(
+            (fine.areas[:, None] * fine.normals**2).sum(axis=0), rel=0.03
+        )
+        assert (mapped @ np.ones(len(fine.areas))).std() < 0.3
+
+
+def test_transfer_vectors_with_a_coarser_surface_give_the_field_of_an_interior_source(corner, air, coarse):
+    """Within 0.1 dB at six elements per wavelength of the coarse surface, exact reference."""
+    knobs = replace(coarse, coarse_edge_ratios=(2.0,), coarse_elements_per_wavelength=6.0)
+    limit = air.speed_of_sound / (6.0 * 2.0 * mean_edge(corner))
+    frequency = np.array([0.0, 0.2 * limit, 0.6 * limit, 0.9 * limit, 1.3 * limit])
+    source = (-0.03, -0.03, 0.0)
+    velocity = bodies.source_velocity(corner, source, frequency[1:], air).normal_velocity
+    exact = np.array(
+        [bodies.source_field(POINTS, source, 2 * np.pi * f / air.speed_of_sound)[0] for f in frequency[1:]]
+    )
+    vectors = {
+        name: transfer_vectors(corner, POINTS, frequency, air=air, fidelity=knob).vectors
+        for name, knob in (("fine", coarse), ("coarse", knobs))
+    }
+    assert not vectors["coarse"][0].any()
+    got = np.einsum("fpn,fn->fp", vectors["coarse"][1:], velocity)
+    error = np.abs(got - exact).max(axis=1) / np.abs(exact).max(axis=1)
+    assert error.max() < 0.012
+    scale = np.abs(vectors["fine"]).max()
+    above, below = (np.abs(vectors["coarse"][i] - vectors["fine"][i]).max() / scale for i in (4, 3))
+    assert above < 1e-10  # above its limit the fine surface is used
+    assert below > 1e-4
+
+
+def test_coarse_surfaces_of_the_caller_are_used_and_checked(corner, coarse_corner, air, coarse):
+    frequency = np.array([300.0])
+    own = transfer_vectors(corner, POINTS, frequency, air=air, fidelity=coarse, coarser=[coarse_corner]).vectors
+    made = transfer_vectors(
+        corner, POINTS, frequency, air=air, fidelity=replace(coarse, coarse_edge_ratios=(2.0,))
+    ).vectors
+    assert np.array_equal(own, made)
+    larger = Surface(1.05 * coarse_corner.vertices, coarse_corner.triangles)
+    with pytest.raises(InputError, match=r"encloses \+16 % more"):
+        transfer_vectors(corner, POINTS, frequency, air=air, fidelity=coarse, coarser=[larger])
+    moved = Surface(coarse_corner.vertices + 0.05, coarse_corner.triangles)
+    with pytest.raises(InputError, match=r"vertex .* mm from the other surface"):
+        check_coarse(corner, moved)
+
+
+def test_surfaces_too_near_a_point_or_a_plane_are_left_out(corner, coarse_corner, air, coarse):
+    top = corner.vertices[:, 2].max()
+    near = np.array([[-0.05, -0.05, top + 1.2 * mean_edge(corner)]])
+    plane = RigidPlane((0, 0, corner.vertices[:, 2].min() - 2e-4), (0, 0, 1))
+    assert len(coarse_surfaces(corner, [coarse_corner], POINTS, None, air, coarse)) == 1
+    assert coarse_surfaces(corner, [coarse_corner], near, None, air, coarse) == ()
+    assert coarse_surfaces(corner, [coarse_corner], POINTS[:1], plane, air, coarse) == ()
+
+
+def test_surface_that_passes_through_itself_is_found(corner):
+    assert self_intersections(corner) == 0
+    top = np.flatnonzero(corner.vertices[:, 2] == corner.vertices[:, 2].max())
+    pushed = corner.vertices.copy()
+    centre = top[np.linalg.norm(pushed[top, :2] + 0.05, axis=1).argmin()]
+    pushed[centre] += [0.004, 0.003, -0.11]  # one vertex through the bottom
+    assert self_intersections(Surface(pushed, corner.triangles)) > 0
+    with pytest.raises(InputError, match=r"intersects itself|from the other surface"):
+        check_coarse(corner, Surface(pushed, corner.triangles))
+
+
+def test_ratios_that_leave_too_little_of_the_body_are_refused(coarse):
+    with pytest.raises(SolverError, match="leave this ratio out"):
+        coarsen(sphere(0.1, 2), 3.5)
+    with pytest.raises(InputError, match="coarse_edge_ratios"):
+        replace(coarse, coarse_edge_ratios=(0.5,))

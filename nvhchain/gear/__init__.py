@@ -1,6 +1,6 @@
 """Gears: geometry, finite element bodies, contact and mesh laws."""
 
-from nvhchain.gear.blank import SOLID, Blank, Differential, Slots, Solid
+from nvhchain.gear.blank import SOLID, Blank, Differential, Holes, Slots, Solid, ThinRim
 from nvhchain.gear.body import GearBody, MassProperties, mass_properties
 from nvhchain.gear.compliance import FlankCompliance, flank_compliance
 from nvhchain.gear.engagement import Engagement, engaged_reach
@@ -27,6 +27,7 @@ __all__ = [
     "GearBody",
     "GearGeometry",
     "GearPair",
+    "Holes",
     "IsoStiffness",
     "LoadedMesh",
     "MassProperties",
@@ -35,6 +36,7 @@ __all__ = [
     "Relief",
     "Slots",
     "Solid",
+    "ThinRim",
     "deflection_at_force",
     "engaged_reach",
     "flank_compliance",

@@ -1,4 +1,4 @@
-"""What lies between bore and rim of a gear: solid, slotted, or the crown ring on a differential's carrier.
+"""What lies between bore and rim of a gear: solid, a thin web, holes, slots, or the carrier of a differential.
 
 Every blank says the same three things to the mesh: its web (a disc thinner than the face width), its cut-outs,
 and the order of its rotational symmetry.
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nvhchain.errors import require
+from nvhchain.errors import InputError, require
 from nvhchain.handoff import FloatArray
 
 
@@ -100,6 +100,77 @@ class Cutouts:
 
 
 @dataclass(frozen=True)
+class RoundCutouts:
+    """Equal round openings on a circle.
+
+    pitch_radius: m, of the circle.  radius: m, of an opening.
+    phase: rad, angle of the middle of opening 0; opening i follows at 2π i / count.
+    """
+
+    count: int
+    pitch_radius: float
+    radius: float
+    phase: float
+
+    def __post_init__(self) -> None:
+        require(self.count >= 1, f"count = {self.count} openings: at least 1 is needed (or take the solid blank)")
+        require(
+            0 < self.radius < self.pitch_radius,
+            f"radius {self.radius:g} m of the openings must be positive and below their pitch radius "
+            f"{self.pitch_radius:g} m",
+        )
+        share = self.angular_width * self.count / (2 * np.pi)
+        require(
+            share < 0.95,
+            f"openings of radius {self.radius:g} m take {100 * share:.3g} % of their pitch circle, at most 95 %: make "
+            "them smaller or fewer",
+        )
+
+    @property
+    def inner_radius(self) -> float:
+        """Smallest radius that an opening reaches, m."""
+        return self.pitch_radius - self.radius
+
+    @property
+    def outer_radius(self) -> float:
+        """Largest radius that an opening reaches, m."""
+        return self.pitch_radius + self.radius
+
+    @property
+    def angular_width(self) -> float:
+        """Angle in which an opening is seen from the axis, rad."""
+        return 2 * float(np.arcsin(self.radius / self.pitch_radius))
+
+    def outline(self, side: int, fraction: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """(radius m, angle rad from the middle) at `fraction` 0…1 of a quarter; sides as in `Cutouts.outline`."""
+        turn = (side + np.asarray(fraction, float) - 0.5) * np.pi / 2
+        outwards, across = self.pitch_radius + self.radius * np.cos(turn), self.radius * np.sin(turn)
+        return np.hypot(outwards, across), np.arctan2(across, outwards)
+
+
+Openings = Cutouts | RoundCutouts
+
+
+def _web(
+    hub_radius: float | None, rim_radius: float | None, thickness: float | None, offset: float, openings: Openings
+) -> Web | None:
+    """The web in which `openings` are cut; None for a disc of full width."""
+    if hub_radius is None and rim_radius is None and thickness is None:
+        return None
+    if hub_radius is None or rim_radius is None or thickness is None:
+        raise InputError(
+            "web_thickness, hub_radius and rim_radius belong together: give all three, or none for full width"
+        )
+    web = Web(hub_radius, rim_radius, thickness, offset)
+    require(
+        hub_radius <= openings.inner_radius and openings.outer_radius <= rim_radius,
+        f"openings from {openings.inner_radius:g} to {openings.outer_radius:g} m leave the web from {hub_radius:g} to "
+        f"{rim_radius:g} m: keep them inside it",
+    )
+    return web
+
+
+@dataclass(frozen=True)
 class Solid:
     """Material from the bore to the teeth over the whole face width."""
 
@@ -114,9 +185,79 @@ class Solid:
         return None
 
     @property
-    def cutouts(self) -> Cutouts | None:
+    def cutouts(self) -> Openings | None:
         """Openings, if there are any."""
         return None
+
+
+@dataclass(frozen=True)
+class ThinRim:
+    """A rim on a web thinner than the face width.
+
+    web_thickness: m.  hub_radius, rim_radius: m, the web spans from the one to the other.
+    web_offset: m, of the web's middle along z from mid-width.
+    """
+
+    web_thickness: float
+    hub_radius: float
+    rim_radius: float
+    web_offset: float = 0.0
+
+    def __post_init__(self) -> None:
+        _ = self.web
+
+    @property
+    def symmetry(self) -> int:
+        """Order of the rotational symmetry; 0: every angle."""
+        return 0
+
+    @property
+    def web(self) -> Web:
+        """The thin disc."""
+        return Web(self.hub_radius, self.rim_radius, self.web_thickness, self.web_offset)
+
+    @property
+    def cutouts(self) -> Openings | None:
+        """Openings: none."""
+        return None
+
+
+@dataclass(frozen=True)
+class Holes:
+    """A disc with round holes, drilled through the whole face width or through a thin web.
+
+    count: holes.  pitch_radius, hole_radius: m.
+    phase: rad, middle of hole 0 against the middle of tooth 0.
+    web_thickness, hub_radius, rim_radius: m, all three for a thin web, none for a disc of full width.
+    web_offset: m, of the web's middle along z from mid-width.
+    """
+
+    count: int
+    pitch_radius: float
+    hole_radius: float
+    phase: float = 0.0
+    web_thickness: float | None = None
+    hub_radius: float | None = None
+    rim_radius: float | None = None
+    web_offset: float = 0.0
+
+    def __post_init__(self) -> None:
+        _ = self.web
+
+    @property
+    def symmetry(self) -> int:
+        """Order of the rotational symmetry."""
+        return self.count
+
+    @property
+    def web(self) -> Web | None:
+        """The thin disc, if there is one."""
+        return _web(self.hub_radius, self.rim_radius, self.web_thickness, self.web_offset, self.cutouts)
+
+    @property
+    def cutouts(self) -> RoundCutouts:
+        """The holes."""
+        return RoundCutouts(self.count, self.pitch_radius, self.hole_radius, self.phase)
 
 
 @dataclass(frozen=True)
@@ -141,18 +282,7 @@ class Slots:
     web_offset: float = 0.0
 
     def __post_init__(self) -> None:
-        given = [v is not None for v in (self.web_thickness, self.hub_radius, self.rim_radius)]
-        require(
-            all(given) or not any(given),
-            "web_thickness, hub_radius and rim_radius belong together: give all three, or none for full width",
-        )
-        cut = self.cutouts
-        web = self.web
-        require(
-            web is None or (web.hub_radius <= cut.inner_radius and cut.outer_radius <= web.rim_radius),
-            f"slots from {self.inner_radius:g} to {self.outer_radius:g} m leave the web from {self.hub_radius} to "
-            f"{self.rim_radius} m: keep them inside it",
-        )
+        _ = self.web
 
     @property
     def symmetry(self) -> int:
@@ -162,9 +292,7 @@ class Slots:
     @property
     def web(self) -> Web | None:
         """The thin disc, if there is one."""
-        if self.web_thickness is None or self.hub_radius is None or self.rim_radius is None:
-            return None
-        return Web(self.hub_radius, self.rim_radius, self.web_thickness, self.web_offset)
+        return _web(self.hub_radius, self.rim_radius, self.web_thickness, self.web_offset, self.cutouts)
 
     @property
     def cutouts(self) -> Cutouts:
@@ -225,4 +353,4 @@ class Differential:
 
 
 SOLID = Solid()
-Blank = Solid | Slots | Differential
+Blank = Solid | ThinRim | Holes | Slots | Differential

@@ -15,7 +15,7 @@ from scipy.sparse.linalg import spsolve
 
 from nvhchain.errors import require
 from nvhchain.fidelity import GearFidelity
-from nvhchain.gear.blank import Cutouts
+from nvhchain.gear.blank import Openings
 from nvhchain.gear.body import GearBody
 from nvhchain.gear.plane import BoolArray, Curve, PlaneMesh, quadratic_mesh
 from nvhchain.handoff import FloatArray, IntArray
@@ -129,7 +129,7 @@ def _row(radii: FloatArray, radius: float) -> int:
 
 
 def _ring(
-    cut: Cutouts, middle: float, radii: FloatArray, lines: FloatArray, cell: BoolArray
+    cut: Openings, middle: float, radii: FloatArray, lines: FloatArray, cell: BoolArray
 ) -> tuple[IntArray, FloatArray, FloatArray]:
     """Take one opening out of `cell`.
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from nvhchain.conventions import STEEL, Material
 from nvhchain.errors import require
-from nvhchain.gear.blank import SOLID, Blank, Cutouts
+from nvhchain.gear.blank import SOLID, Blank, Openings
 from nvhchain.gear.geometry import GearGeometry
 from nvhchain.handoff import FloatArray
 
@@ -118,7 +118,7 @@ def toothed_outline(gear: GearGeometry) -> tuple[FloatArray, FloatArray]:
     return np.tile(radius, gear.teeth), (angle[None, :] + turns[:, None]).ravel()
 
 
-def opening_outline(cut: Cutouts) -> tuple[FloatArray, FloatArray]:
+def opening_outline(cut: Openings) -> tuple[FloatArray, FloatArray]:
     """(radius m, angle rad) of one closed opening about angle 0, counter-clockwise."""
     fraction = np.linspace(0.0, 1.0, PROFILE_POINTS, endpoint=False)
     sides = [cut.outline(side, fraction) for side in range(4)]

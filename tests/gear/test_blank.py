@@ -7,13 +7,14 @@ import pytest
 
 from nvhchain.conventions import STEEL
 from nvhchain.errors import InputError
-from nvhchain.gear import Differential, GearBody, GearGeometry, Slots, Solid, mass_properties
-from nvhchain.gear.blank import Cutouts
+from nvhchain.gear import Differential, GearBody, GearGeometry, Holes, Slots, Solid, ThinRim, mass_properties
+from nvhchain.gear.blank import Cutouts, RoundCutouts
 from nvhchain.gear.body import opening_outline, toothed_outline
 
 GEAR = GearGeometry(50, 2.7e-3, np.radians(20.0), np.radians(-10.0), 22e-3, 22e-3)
 CROWN = GearGeometry(82, 2.68e-3, np.radians(20.0), np.radians(10.0), 40e-3, 30e-3)
 SLOTS = Slots(5, 34e-3, 55e-3, np.radians(44.0))
+HOLES = Holes(8, 42e-3, 9e-3)
 RING = Differential(94e-3, 58e-3, 14e-3, 64e-3, 86e-3, np.radians(80.0), flange_offset=-8e-3, window_fillet=8e-3)
 
 
@@ -66,6 +67,22 @@ def test_rounding_the_corners_gives_back_four_corner_areas():
     assert sharp - rounded == pytest.approx(4 * (1 - np.pi / 4) * fillet**2, rel=0.03)
 
 
+def test_holes_remove_their_cylinders_and_a_thin_web_its_rings():
+    """Steiner's theorem about the shaft; holes in a web as deep as the web."""
+    full = mass_properties(GearBody(GEAR))
+    drilled = mass_properties(GearBody(GEAR, HOLES))
+    volume = 8 * np.pi * HOLES.hole_radius**2 * GEAR.face_width
+    polar = volume * (HOLES.pitch_radius**2 + HOLES.hole_radius**2 / 2)
+    removed = np.subtract(full[:2], drilled[:2])
+    np.testing.assert_allclose(removed, STEEL.density * np.array([volume, polar]), rtol=1e-5)
+    rim = mass_properties(GearBody(GEAR, ThinRim(8e-3, 30e-3, 54e-3)))
+    recess = STEEL.density * (GEAR.face_width - 8e-3) * annulus(54e-3, 30e-3)
+    np.testing.assert_allclose(np.subtract(full[:2], rim[:2]), recess, rtol=1e-9)
+    both = dataclasses.replace(HOLES, web_thickness=8e-3, hub_radius=30e-3, rim_radius=54e-3)
+    web = np.subtract(rim[:2], mass_properties(GearBody(GEAR, both))[:2])
+    np.testing.assert_allclose(web, removed * 8e-3 / GEAR.face_width, rtol=1e-9)
+
+
 def test_differential_is_ring_flange_and_carrier():
     m = mass_properties(GearBody(CROWN, dataclasses.replace(RING, window_fillet=0.0)))
     solid = mass_properties(GearBody(CROWN))
@@ -104,12 +121,25 @@ def test_teeth_of_one_symmetric_sector(teeth, count, sector):
         (lambda: dataclasses.replace(SLOTS, web_thickness=8e-3), "belong together"),
         (
             lambda: dataclasses.replace(SLOTS, web_thickness=8e-3, hub_radius=30e-3, rim_radius=50e-3),
-            "slots from 0.034 to 0.055 m leave the web from 0.03 to 0.05 m",
+            "openings from 0.034 to 0.055 m leave the web from 0.03 to 0.05 m",
         ),
         (
             lambda: dataclasses.replace(SLOTS, web_thickness=30e-3, hub_radius=30e-3, rim_radius=56e-3),
             "web of 0.03 m at offset 0 m sticks out of the face width 0.022 m",
         ),
+        (
+            lambda: dataclasses.replace(HOLES, hole_radius=23e-3, count=2),
+            "outer radius of the openings = 0.065 m leaves",
+        ),
+        (lambda: dataclasses.replace(HOLES, pitch_radius=30e-3), "inner radius of the openings = 0.021 m reaches"),
+        (lambda: dataclasses.replace(HOLES, hole_radius=50e-3), "radius 0.05 m of the openings must be positive and"),
+        (lambda: dataclasses.replace(HOLES, count=14), "openings of radius 0.009 m take 96.2 % of their pitch circle"),
+        (
+            lambda: dataclasses.replace(HOLES, web_thickness=8e-3, hub_radius=35e-3, rim_radius=54e-3),
+            "openings from 0.033 to 0.051 m leave the web from 0.035 to 0.054 m",
+        ),
+        (lambda: ThinRim(8e-3, 54e-3, 30e-3), "hub radius 0.054 m must be positive and below the rim radius 0.03 m"),
+        (lambda: ThinRim(8e-3, 30e-3, 63e-3), "rim .or ring. inner radius = 0.063 m leaves less than one module"),
         (lambda: dataclasses.replace(RING, carrier_radius=99e-3), "hub radius 0.099 m must be positive and below"),
         (
             lambda: dataclasses.replace(RING, window_outer_radius=97e-3),
@@ -124,7 +154,7 @@ def test_blank_that_cannot_be_made_is_refused_with_its_number(make, message):
 
 
 def test_outline_is_continuous_from_side_to_side():
-    cut = Cutouts(3, 30e-3, 50e-3, np.radians(60.0), 4e-3, 0.0)
-    for side in range(4):
-        end, start = cut.outline(side, np.array([1.0])), cut.outline((side + 1) % 4, np.array([0.0]))
-        np.testing.assert_allclose(np.ravel(end), np.ravel(start), rtol=1e-12)
+    for cut in (Cutouts(3, 30e-3, 50e-3, np.radians(60.0), 4e-3, 0.0), RoundCutouts(3, 40e-3, 12e-3, 0.0)):
+        for side in range(4):
+            end, start = cut.outline(side, np.array([1.0])), cut.outline((side + 1) % 4, np.array([0.0]))
+            np.testing.assert_allclose(np.ravel(end), np.ravel(start), rtol=1e-12)

@@ -9,7 +9,7 @@ from nvhchain.conventions import STEEL
 from nvhchain.errors import InputError
 from nvhchain.fem.elasticity import stiffness_and_mass
 from nvhchain.fidelity import DRAFT
-from nvhchain.gear import Differential, GearBody, GearGeometry, Slots, mass_properties
+from nvhchain.gear import Differential, GearBody, GearGeometry, Holes, Slots, ThinRim, mass_properties
 from nvhchain.gear.blank import Web
 from nvhchain.gear.mesh import _web_layers, gear_mesh
 
@@ -23,6 +23,9 @@ BODIES = {
     "thin web with slots": GearBody(
         GEAR, Slots(3, 32e-3, 50e-3, np.radians(70.0), 3e-3, 0.0, 8e-3, 29e-3, 54e-3, 2e-3)
     ),
+    "thin rim": GearBody(CROWN, ThinRim(12e-3, 45e-3, 98e-3, 4e-3)),
+    "holes": GearBody(GEAR, Holes(5, 42e-3, 11e-3, phase=0.2)),
+    "thin web with holes": GearBody(GEAR, Holes(8, 40e-3, 8e-3, 0.0, 7e-3, 28e-3, 54e-3)),
     "differential": GearBody(
         CROWN,
         Differential(94e-3, 58e-3, 14e-3, 64e-3, 86e-3, np.radians(80.0), flange_offset=-8e-3, window_fillet=8e-3),

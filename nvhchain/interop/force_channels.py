@@ -1,0 +1,239 @@
+"""What the channels of a foreign force record mean, and its translation into `BearingForces`.
+
+Nothing is guessed from names: units, sign, sampling, axes and positions are stated, and what the file says about
+itself (units, sampling) must not contradict them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import isfinite, pi
+from typing import Literal
+
+import numpy as np
+
+from nvhchain.errors import InputError, require
+from nvhchain.handoff import BearingForces, FloatArray
+from nvhchain.interop.sampling import resampled, uniform_time
+
+FORCE_UNITS = {
+    "N": 1.0, "kN": 1e3, "MN": 1e6, "mN": 1e-3, "cN": 1e-2, "kgf": 9.80665, "lbf": 4.4482216152605,
+}  # fmt: skip
+"""Newtons in one unit; kgf and lbf by their definitions (BIPM, NIST SP 811)."""
+
+TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
+"""Seconds in one unit."""
+
+SPEED_UNITS = {"rad/s": 1.0, "rpm": 2.0 * pi / 60.0, "Hz": 2.0 * pi}
+"""rad/s in one unit; Hz counts turns per second."""
+
+SAMPLE_RATE_MATCH = 1e-5
+"""Relative difference of a stated sampling rate from the file's own; UFF 58 keeps six digits of the time step."""
+
+
+@dataclass(frozen=True)
+class BearingChannels:
+    """Three force channels of one bearing.
+
+    name: of the bearing.  x, y, z: channel names, along the axes of the record's frame.
+    position: m, in the gearbox frame; without it the positions given by name on reading are used.
+    """
+
+    name: str
+    x: str
+    y: str
+    z: str
+    position: tuple[float, float, float] | None = None
+
+
+@dataclass(frozen=True)
+class ForceChannels:
+    """Meaning of a record of bearing forces.
+
+    bearings: in the order in which the hand-off keeps them.  force_unit: of all force channels.
+    acts_on: the body that the recorded force acts on; forces on the `shaft` change sign.
+    speed: rad/s of the input shaft, constant, or speed_channel with speed_unit.
+    time_channel with time_unit, or sample_rate in Hz; a UFF file has its own time axis, which sample_rate refines.
+    resample_rate: Hz; the record is low-pass filtered and resampled to it. Without it, jitter and gaps are refused.
+    rotation: rows are the axes of the record's frame in the gearbox frame, right-handed and orthonormal.
+    periodic: the record covers whole periods of a steady state.
+    """
+
+    bearings: tuple[BearingChannels, ...]
+    force_unit: str
+    acts_on: Literal["housing", "shaft"]
+    speed: float | None = None
+    speed_channel: str | None = None
+    speed_unit: str = "rad/s"
+    time_channel: str | None = None
+    time_unit: str = "s"
+    sample_rate: float | None = None
+    resample_rate: float | None = None
+    rotation: tuple[tuple[float, ...], ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+    periodic: bool = False
+
+    def __post_init__(self) -> None:
+        require(len(self.bearings) > 0, "no bearing is described: at least one is needed")
+        for what, unit, known in (
+            ("force_unit", self.force_unit, FORCE_UNITS),
+            ("time_unit", self.time_unit, TIME_UNITS),
+            ("speed_unit", self.speed_unit, SPEED_UNITS),
+        ):
+            require(unit in known, f"{what} = {unit!r} is unknown: choose from {', '.join(known)}")
+        require(self.acts_on in ("housing", "shaft"), f"acts_on = {self.acts_on!r}: choose 'housing' or 'shaft'")
+        require(
+            (self.speed is None) != (self.speed_channel is None),
+            "the input speed is needed once: speed (rad/s) or speed_channel",
+        )
+        for name in ("speed", "sample_rate", "resample_rate"):
+            value = getattr(self, name)
+            require(
+                value is None or (isfinite(value) and (value > 0 or name == "speed")),
+                f"{name} = {value} must be a finite number" + ("" if name == "speed" else " above 0 Hz"),
+            )
+        require(
+            self.time_channel is None or self.sample_rate is None,
+            "time_channel and sample_rate are both given: keep one, the other follows",
+        )
+        require(
+            not (self.periodic and self.resample_rate is not None),
+            "a resampled record no longer covers whole periods: drop periodic or resample_rate",
+        )
+        turn = np.array(self.rotation, dtype=float)
+        require(
+            turn.shape == (3, 3) and bool(np.abs(turn @ turn.T - np.eye(3)).max() < 1e-6) and np.linalg.det(turn) > 0,
+            f"rotation = {self.rotation} is not a right-handed orthonormal frame: give three unit axes",
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """A foreign file as it is.
+
+    source: what messages call it.  channels: name → (n_t,) values.  units: name → unit, where the file states one.
+    time: (n_t,) s of the file's own time axis, None where it has none.
+    """
+
+    source: str
+    channels: Mapping[str, FloatArray]
+    units: Mapping[str, str]
+    time: FloatArray | None = None
+
+    def values(self, name: str) -> FloatArray:
+        """One channel; InputError when it is missing or holds values that are not finite."""
+        if name not in self.channels:
+            known = ", ".join(list(self.channels)[:20])
+            raise InputError(f"{self.source}: no channel {name!r}; it has {known or 'none'}")
+        value = np.asarray(self.channels[name], dtype=float)
+        bad = np.flatnonzero(~np.isfinite(value))
+        require(
+            len(bad) == 0,
+            f"{self.source}: channel {name!r} has no finite value in sample {bad[0] if len(bad) else 0} "
+            f"({len(bad)} such samples): cut the record or repair the gap",
+        )
+        return value
+
+    def check_unit(self, name: str, unit: str) -> None:
+        """InputError when the file states another unit for the channel."""
+        stated = self.units.get(name)
+        require(
+            stated is None or stated == unit,
+            f"{self.source}: channel {name!r} is in {stated!r} by the file, but {unit!r} is declared: correct one",
+        )
+
+
+def to_bearing_forces(
+    record: Record,
+    channels: ForceChannels,
+    *,
+    positions: Mapping[str, tuple[float, float, float]] | None = None,
+) -> BearingForces:
+    """Translate `record` by its declared meaning.
+
+    positions: bearing name → m, for bearings that state none themselves.
+    Raises InputError for missing or unequal channels, contradicting units or rates, unknown positions, jitter and gaps.
+    """
+    force = []
+    for bearing in channels.bearings:
+        for name in (bearing.x, bearing.y, bearing.z):
+            record.check_unit(name, channels.force_unit)
+            force.append(record.values(name))
+    lengths = {len(values) for values in force}
+    require(len(lengths) == 1, f"{record.source}: force channels have {sorted(lengths)} samples: they must be equal")
+    count = lengths.pop()
+    time = _time_axis(record, channels, count)
+    if channels.speed_channel is None:
+        speed = np.full(count, channels.speed, dtype=float)
+    else:
+        record.check_unit(channels.speed_channel, channels.speed_unit)
+        speed = record.values(channels.speed_channel) * SPEED_UNITS[channels.speed_unit]
+        require(
+            len(speed) == count,
+            f"{record.source}: speed channel has {len(speed)} samples, the forces {count}: they must be equal",
+        )
+    scale = FORCE_UNITS[channels.force_unit] * (1.0 if channels.acts_on == "housing" else -1.0)
+    table = np.stack(force, axis=1).reshape(count, len(channels.bearings), 3)
+    turn = np.array(channels.rotation)
+    if scale != 1.0:
+        table = table * scale
+    if not np.array_equal(turn, np.eye(3)):
+        table = table @ turn
+    if channels.resample_rate is None:
+        time = uniform_time(time, record.source)
+    else:
+        joined = np.column_stack([table.reshape(count, -1), speed])
+        time, joined = resampled(time, joined, channels.resample_rate, record.source)
+        table, speed = joined[:, :-1].reshape(len(time), -1, 3), joined[:, -1]
+    return BearingForces(
+        time=time,
+        force=table,
+        names=tuple(bearing.name for bearing in channels.bearings),
+        positions=np.array([_position(bearing, positions or {}) for bearing in channels.bearings]),
+        input_speed=speed,
+        periodic=channels.periodic,
+        provenance={"source": record.source, "resampled": channels.resample_rate},
+    )
+
+
+def _time_axis(record: Record, channels: ForceChannels, count: int) -> FloatArray:
+    """(n_t,) s, by time channel, stated rate or the file's own axis."""
+    if channels.time_channel is not None:
+        record.check_unit(channels.time_channel, channels.time_unit)
+        time = record.values(channels.time_channel) * TIME_UNITS[channels.time_unit]
+    elif channels.sample_rate is not None:
+        start = 0.0
+        if record.time is not None:
+            start = float(record.time[0])
+            own = (len(record.time) - 1) / (record.time[-1] - start)
+            require(
+                abs(own / channels.sample_rate - 1.0) < SAMPLE_RATE_MATCH,
+                f"{record.source}: sampled at {own:g} Hz by its own time axis, but sample_rate = "
+                f"{channels.sample_rate:g} Hz is declared: correct it",
+            )
+        time = start + np.arange(count) / channels.sample_rate
+    else:
+        require(
+            record.time is not None,
+            f"{record.source}: no time axis: give time_channel or sample_rate",
+        )
+        assert record.time is not None
+        time = np.asarray(record.time, dtype=float)
+    require(
+        len(time) == count,
+        f"{record.source}: the time axis has {len(time)} samples, the forces {count}: they must be equal",
+    )
+    return np.asarray(time)
+
+
+def _position(
+    bearing: BearingChannels, positions: Mapping[str, tuple[float, float, float]]
+) -> tuple[float, float, float]:
+    if bearing.position is not None:
+        return bearing.position
+    require(
+        bearing.name in positions,
+        f"bearing {bearing.name!r} has no position, and none of that name is known "
+        f"({', '.join(positions) or 'no positions given'}): state its position",
+    )
+    return positions[bearing.name]

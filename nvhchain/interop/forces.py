@@ -1,0 +1,86 @@
+"""Bearing forces from other multibody codes and back: CSV, MAT, HDF5 and UFF 58, by the file's suffix."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from nvhchain.errors import FileFormatError, InputError
+from nvhchain.handoff import BearingForces
+from nvhchain.interop.force_channels import BearingChannels, ForceChannels, Record, to_bearing_forces
+from nvhchain.interop.records import AXES, read_csv, read_hdf5, read_mat, write_csv, write_hdf5, write_mat
+from nvhchain.interop.uff import SPEED_NODE, read_uff, write_uff
+
+SUFFIXES = {
+    ".csv": "csv",
+    ".mat": "mat",
+    ".h5": "hdf5",
+    ".hdf5": "hdf5",
+    ".uff": "uff",
+    ".unv": "uff",
+    ".bunv": "uff",
+    ".58": "uff",
+}
+READERS = {"csv": read_csv, "mat": read_mat, "hdf5": read_hdf5, "uff": read_uff}
+WRITERS = {"csv": write_csv, "mat": write_mat, "hdf5": write_hdf5, "uff": write_uff}
+
+
+def read_record(path: str | Path) -> Record:
+    """Channels of a foreign file, unchanged: to see how they are called before they are declared."""
+    path = Path(path)
+    if not path.is_file():
+        raise FileFormatError(f"{path}: no such file")
+    return READERS[_format(path)](path)
+
+
+def read_bearing_forces(
+    path: str | Path,
+    channels: ForceChannels,
+    *,
+    positions: Mapping[str, tuple[float, float, float]] | None = None,
+) -> BearingForces:
+    """Bearing forces on the housing from a foreign file.
+
+    channels: what its channels mean.  positions: bearing name → m in the gearbox frame, for bearings that state none.
+    Raises InputError for anything missing, contradictory, not uniform in time or not of that format.
+    """
+    return to_bearing_forces(read_record(path), channels, positions=positions)
+
+
+def write_bearing_forces(forces: BearingForces, path: str | Path) -> ForceChannels:
+    """Write `forces` (N on the housing, s, rad/s) for another program; returns what reads the file back.
+
+    Values keep all digits. UFF 58 keeps six digits of time start and step, so that reading it back relies on the
+    returned sample_rate. Mesh deflections are left out.
+    """
+    path = Path(path)
+    kind = _format(path)
+    WRITERS[kind](forces, path)
+    bearings = []
+    for i, (name, place) in enumerate(zip(forces.names, forces.positions.tolist(), strict=True)):
+        x, y, z = _names(kind, i, name)
+        bearings.append(BearingChannels(name, x, y, z, (place[0], place[1], place[2])))
+    return ForceChannels(
+        tuple(bearings),
+        force_unit="N",
+        acts_on="housing",
+        speed_channel=f"{SPEED_NODE}:scalar" if kind == "uff" else "input_speed",
+        time_channel=None if kind == "uff" else "time",
+        sample_rate=forces.sample_rate if kind == "uff" else None,
+        periodic=forces.periodic,
+    )
+
+
+def _names(kind: str, index: int, bearing: str) -> list[str]:
+    if kind == "csv":
+        return [f"{bearing}:{axis}" for axis in AXES]
+    if kind == "uff":
+        return [f"{index + 1}:{axis}" for axis in AXES]
+    return [f"force[{index},{i}]" for i in range(3)]
+
+
+def _format(path: Path) -> str:
+    kind = SUFFIXES.get(path.suffix.lower())
+    if kind is None:
+        raise InputError(f"{path}: suffix {path.suffix!r} names no known format: use one of {', '.join(SUFFIXES)}")
+    return kind

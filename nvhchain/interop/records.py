@@ -1,0 +1,170 @@
+"""Foreign files with named channels: CSV, MAT and HDF5, read as they are and written from `BearingForces`.
+
+Numbers keep all digits, so that a file written here reads back bit for bit.
+"""
+
+from __future__ import annotations
+
+import csv
+import os
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+from scipy.io import loadmat, savemat
+
+from nvhchain.errors import FileFormatError
+from nvhchain.handoff import BearingForces, FloatArray
+from nvhchain.interop.force_channels import Record
+
+AXES = "xyz"
+
+
+def read_csv(path: Path, *, delimiter: str = ",") -> Record:
+    """Comments after #, one line of channel names, one line of units where it holds no number, then numbers."""
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            skip, names = _next_row(file, delimiter)
+            more, second = _next_row(file, delimiter)
+        has_units = bool(second) and not any(_is_number(cell) for cell in second)
+        if has_units and len(second) != len(names):
+            raise ValueError(f"{len(names)} names, but {len(second)} units")
+        units = {n: u for n, u in zip(names, second, strict=True) if u} if has_units else {}
+        skip += more if has_units else 0
+        table = np.loadtxt(path, delimiter=delimiter, skiprows=skip, ndmin=2, comments="#", encoding="utf-8-sig")
+        if table.shape[1] != len(names):
+            raise ValueError(f"{len(names)} names, but {table.shape[1]} columns")
+    except (OSError, ValueError, UnicodeDecodeError, StopIteration) as error:
+        raise FileFormatError(f"{path}: not a table of numbers under a line of names: {_reason(error)}") from None
+    if len(set(names)) != len(names):
+        raise FileFormatError(f"{path}: channel names repeat: {', '.join(names)}")
+    return Record(str(path), {name: table[:, i].copy() for i, name in enumerate(names)}, units)
+
+
+def _next_row(file: Any, delimiter: str) -> tuple[int, list[str]]:
+    """Lines read up to and with the next that is neither empty nor a comment, and its cells."""
+    for number, line in enumerate(file, start=1):
+        if line.strip() and not line.startswith("#"):
+            return number, [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter))]
+    raise ValueError("it ends before the first number")
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def read_mat(path: Path) -> Record:
+    """MATLAB level 5 or 7.3; arrays (n_t, …) give channels name[i] or name[i,j], counted from 0."""
+    if h5py.is_hdf5(path):
+        return read_hdf5(path)
+    try:
+        content = loadmat(path)
+    except Exception as error:  # damaged files raise whatever the parser stumbles over
+        raise FileFormatError(f"{path}: not a MAT file: {_reason(error)}") from None
+    arrays = {name: value for name, value in content.items() if not name.startswith("__")}
+    return Record(str(path), _channels(arrays), {})
+
+
+def read_hdf5(path: Path) -> Record:
+    """Datasets of numbers anywhere in the file, named by their path; attribute `units` where there is one."""
+    arrays: dict[str, Any] = {}
+    stated: dict[str, str] = {}
+
+    def visit(name: str, item: Any) -> None:
+        if isinstance(item, h5py.Dataset) and item.dtype.kind in "fiu" and item.ndim > 0:
+            arrays[name] = item[()]
+            if "units" in item.attrs:
+                unit = item.attrs["units"]
+                stated[name] = unit.decode() if isinstance(unit, bytes) else str(unit)
+
+    try:
+        with h5py.File(path, "r") as file:
+            file.visititems(visit)
+    except (OSError, RuntimeError, KeyError) as error:
+        raise FileFormatError(f"{path}: damaged, truncated or not HDF5: {_reason(error)}") from None
+    channels = _channels(arrays)
+    return Record(str(path), channels, {name: stated[base] for name in channels if (base := _base(name)) in stated})
+
+
+def _channels(arrays: Mapping[str, Any]) -> dict[str, FloatArray]:
+    """One channel per column of every real numeric array; a row or column vector is a single channel."""
+    channels: dict[str, FloatArray] = {}
+    for name, value in arrays.items():
+        array = np.asarray(value)
+        if array.dtype.kind not in "fiu" or array.size < 2:
+            continue
+        if array.ndim == 2 and 1 in array.shape:
+            array = array.ravel()
+        if array.ndim == 1:
+            channels[name] = array.astype(float)
+            continue
+        for place in np.ndindex(array.shape[1:]):
+            channels[f"{name}[{','.join(map(str, place))}]"] = array[(slice(None), *place)].astype(float)
+    return channels
+
+
+def _base(name: str) -> str:
+    return name.partition("[")[0]
+
+
+def write_csv(forces: BearingForces, path: Path) -> Path:
+    """Columns time, input_speed and `bearing:x` …; a line of names, a line of units."""
+    names = ["time", "input_speed", *(f"{bearing}:{axis}" for bearing in forces.names for axis in AXES)]
+    units = ["s", "rad/s", *["N"] * (3 * len(forces.names))]
+    table = np.column_stack([forces.time, forces.input_speed, forces.force.reshape(len(forces.time), -1)])
+
+    def write(part: Path) -> None:
+        with part.open("w", newline="", encoding="utf-8") as file:
+            rows = csv.writer(file, lineterminator="\n")
+            rows.writerow(names)
+            rows.writerow(units)
+            rows.writerows([repr(value) for value in row] for row in table.tolist())
+
+    return whole(path, write)
+
+
+def write_mat(forces: BearingForces, path: Path) -> Path:
+    """MATLAB level 5: time, input_speed, force (n_t, n_bearing, 3), names, positions and their units."""
+    content = {
+        "time": forces.time,
+        "input_speed": forces.input_speed,
+        "force": forces.force,
+        "names": np.array(forces.names, dtype=object),
+        "positions": forces.positions,
+        "units": {"time": "s", "input_speed": "rad/s", "force": "N", "positions": "m"},
+    }
+    return whole(path, lambda part: savemat(part, content, appendmat=False, oned_as="column"))
+
+
+def write_hdf5(forces: BearingForces, path: Path) -> Path:
+    """Datasets time, input_speed, force (n_t, n_bearing, 3), names and positions with attribute `units`."""
+
+    def write(part: Path) -> None:
+        with h5py.File(part, "w") as file:
+            for name, unit in (("time", "s"), ("input_speed", "rad/s"), ("force", "N"), ("positions", "m")):
+                file.create_dataset(name, data=getattr(forces, name)).attrs["units"] = unit
+            file.create_dataset("names", data=np.array(forces.names, dtype=h5py.string_dtype()))
+
+    return whole(path, write)
+
+
+def whole(path: Path, write: Callable[[Path], None]) -> Path:
+    """Let `write` fill a file beside `path` and rename it, so that no half file is seen."""
+    part = path.with_suffix(".part")
+    try:
+        write(part)
+        os.replace(part, path)
+    except BaseException:
+        part.unlink(missing_ok=True)
+        raise
+    return path
+
+
+def _reason(error: BaseException) -> str:
+    return str(error).splitlines()[0] if str(error) else type(error).__name__

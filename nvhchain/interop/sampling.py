@@ -1,0 +1,85 @@
+"""Time axes of foreign records: uniform ones pass, others are refused or resampled against aliasing."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.interpolate import make_interp_spline
+from scipy.signal import firwin, kaiserord, upfirdn
+
+from nvhchain.errors import InputError, require
+from nvhchain.handoff import FloatArray
+
+JITTER = 1e-4
+"""Largest difference of a step from the mean step, relative, that counts as uniform (as in `BearingForces`)."""
+
+USABLE_BAND = 1.0 / 2.56
+"""Of the new sampling rate: what lies below is kept, what would fold into it is removed."""
+
+STOP_BAND = 80.0
+"""dB by which components that would fold into the usable band are attenuated."""
+
+OVERSAMPLING = 4.0
+"""Times the record's own rate at which its spline is read before filtering, at least."""
+
+SPLINE_DEGREE = 5
+
+
+def uniform_time(time: FloatArray, source: str) -> FloatArray:
+    """`time` if it rises uniformly; InputError naming the first step back, gap or the jitter otherwise."""
+    step = _steps(time, source)
+    mean = float(step.mean())
+    gap = np.flatnonzero(step > 1.5 * np.median(step))
+    if len(gap):
+        at = int(gap[0])
+        raise InputError(
+            f"{source}: gap of {step[at]:.4g} s after t = {time[at]:.6g} s in a record with steps of "
+            f"{np.median(step):.4g} s ({len(gap)} gaps): cut the record there or give resample_rate"
+        )
+    jitter = float(np.abs(step - mean).max() / mean)
+    require(
+        jitter < JITTER,
+        f"{source}: steps differ by up to {100 * jitter:.3g} % from their mean of {mean:.6g} s: give resample_rate, or "
+        "sample_rate instead of the time channel if the clock was steady and only its digits are few",
+    )
+    return time
+
+
+def resampled(time: FloatArray, values: FloatArray, rate: float, source: str) -> tuple[FloatArray, FloatArray]:
+    """Values (n, …) at uniform times with `rate` Hz, free of aliases: interpolating spline, linear-phase FIR filter.
+
+    Components up to rate/2.56 are kept, those that would fold into that band lose 80 dB. The first and last
+    stretches of a few samples carry the filter's transient, with the ends continued at their values.
+    Raises InputError where two samples lie further apart than the new step, so that the record cannot carry the
+    rate, and for records of fewer than 8 samples.
+    """
+    step = _steps(time, source)
+    widest = int(np.argmax(step))
+    require(
+        float(step[widest]) <= (1.0 + JITTER) / rate,
+        f"{source}: {step[widest]:.4g} s without a sample after t = {time[widest]:.6g} s cannot carry resample_rate = "
+        f"{rate:g} Hz: lower it to {1 / step[widest]:.4g} Hz or cut the record",
+    )
+    require(len(time) >= 8, f"{source}: {len(time)} samples are too few to resample: 8 are needed")
+    own = (len(time) - 1) / (time[-1] - time[0])
+    factor = int(np.ceil(OVERSAMPLING * own / rate))
+    count = int(np.floor((time[-1] - time[0]) * rate * (1.0 + 1e-12))) + 1
+    grid = np.minimum(time[0] + np.arange((count - 1) * factor + 1) / (rate * factor), time[-1])
+    dense = make_interp_spline(time, values, k=SPLINE_DEGREE)(grid)
+    taps, beta = kaiserord(STOP_BAND, 2.0 * (1.0 - 2.0 * USABLE_BAND) / factor)
+    half = taps // 2 + 1
+    low_pass = firwin(2 * half + 1, 1.0 / factor, window=("kaiser", beta))
+    padded = np.concatenate([np.repeat(dense[:1], half, axis=0), dense, np.repeat(dense[-1:], half, axis=0)])
+    filtered = upfirdn(low_pass, padded, axis=0)[2 * half : 2 * half + len(dense)]
+    return time[0] + np.arange(count) / rate, np.ascontiguousarray(filtered[::factor])
+
+
+def _steps(time: FloatArray, source: str) -> FloatArray:
+    require(len(time) >= 2, f"{source}: {len(time)} samples: at least 2 are needed")
+    step = np.diff(time)
+    if not bool((step > 0).all()):
+        at = int(np.argmin(step > 0))
+        raise InputError(
+            f"{source}: time goes {time[at]:.9g} → {time[at + 1]:.9g} s after sample {at}: it must increase strictly; "
+            "remove repeated samples"
+        )
+    return np.asarray(step)

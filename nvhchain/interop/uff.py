@@ -1,0 +1,146 @@
+"""Universal file format, dataset 58 (function at nodal DOF): time histories of forces, in and out, through pyuff.
+
+Channels are called `node:x`, `node:y`, `node:z` by response node and direction, `node:scalar` without direction; a
+record along a negative direction changes sign, as the format defines it.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from nvhchain.errors import FileFormatError
+from nvhchain.handoff import BearingForces, FloatArray
+from nvhchain.interop.force_channels import Record
+from nvhchain.interop.records import whole
+
+DIRECTIONS = {0: "scalar", 1: "x", 2: "y", 3: "z"}
+FORCE_TYPES = {0, 1, 9, 13}
+"""Ordinates that may be a force: unknown, general, reaction force, excitation force."""
+
+SPEED_TYPES = {0, 1, 11, 19}
+"""Ordinates that may be a speed: unknown, general, velocity, rpm."""
+
+TIME_RESPONSE, TIME_AXIS, DOUBLE = 1, 17, 4
+
+UNIT_CODES = {1: "N", 2: "lbf", 3: "kgf", 5: "mN", 6: "cN", 7: "lbf", 8: "kgf"}
+"""Unit of force of dataset 164, by its code."""
+
+SPEED_NODE = 0
+"""Node under which the input speed is written."""
+
+
+def read_uff(path: Path) -> Record:
+    """All time responses of dataset 58; they must share one time axis.
+
+    The unit of a channel is the ordinate's label, or for directions the system of units of dataset 164.
+    """
+    import pyuff
+
+    try:
+        file = pyuff.UFF(str(path))
+        types = [int(kind) for kind in file.get_set_types()]
+        sets = [_as_dict(file.read_sets(i)) for i, kind in enumerate(types) if kind in (58, 164)]
+    except Exception as error:  # pyuff raises bare Exception
+        raise FileFormatError(f"{path}: not a universal file: {str(error).splitlines()[0]}") from None
+    system = next((UNIT_CODES.get(int(s["units_code"])) for s in sets if s["type"] == 164), None)
+    functions = [s for s in sets if s["type"] == 58 and s["func_type"] == TIME_RESPONSE]
+    if not functions:
+        raise FileFormatError(f"{path}: no time response in dataset 58; its datasets are {sorted(set(types))}")
+    channels: dict[str, FloatArray] = {}
+    units: dict[str, str] = {}
+    time: FloatArray | None = None
+    for function in functions:
+        name, sign = _name(function, path)
+        if name in channels:
+            raise FileFormatError(f"{path}: two time responses at {name}: keep one")
+        _check_types(function, name, path)
+        own = np.asarray(function["x"], dtype=float)
+        if len(own) != len(function["data"]):
+            raise FileFormatError(f"{path}: {name} has {len(function['data'])} values at {len(own)} times: truncated")
+        if time is not None and (len(own) != len(time) or np.abs(own - time).max() > 1e-6 * (time[1] - time[0])):
+            raise FileFormatError(
+                f"{path}: {name} has another time axis than the channels before it: export them alike"
+            )
+        time = own if time is None else time
+        channels[name] = sign * np.asarray(function["data"], dtype=float)
+        label = str(function["ordinate_axis_units_lab"]).strip()
+        if label and label != "NONE":
+            units[name] = label
+        elif system is not None and not name.endswith(":scalar"):
+            units[name] = system
+    return Record(str(path), channels, units, time)
+
+
+def write_uff(forces: BearingForces, path: Path) -> Path:
+    """Binary dataset 58: force of bearing number i at node i + 1, input speed at node 0.
+
+    Values keep all digits, start and step of the time axis six.
+    """
+    import pyuff
+
+    sets: list[dict[str, Any]] = [_function(forces, forces.input_speed, SPEED_NODE, 0, "input speed", 11, "rad/s")]
+    for i, bearing in enumerate(forces.names):
+        for axis in (1, 2, 3):
+            sets.append(_function(forces, forces.force[:, i, axis - 1], i + 1, axis, bearing, 9, "N"))
+
+    def write(part: Path) -> None:
+        part.unlink(missing_ok=True)
+        # mode "overwrite" would drop the header of the first binary set (pyuff 2.5)
+        pyuff.UFF(str(part)).write_sets(sets, mode="add")
+
+    return whole(path, write)
+
+
+def _function(
+    forces: BearingForces, values: FloatArray, node: int, direction: int, label: str, kind: int, unit: str
+) -> dict[str, Any]:
+    return {
+        "type": 58,
+        "binary": 1,
+        "func_type": TIME_RESPONSE,
+        "id1": label[:80],
+        "rsp_ent_name": label[:10],
+        "rsp_node": node,
+        "rsp_dir": direction,
+        "ref_node": 0,
+        "ref_dir": 0,
+        "ord_data_type": DOUBLE,
+        "abscissa_spacing": 1,
+        "abscissa_spec_data_type": TIME_AXIS,
+        "abscissa_axis_lab": "time",
+        "abscissa_axis_units_lab": "s",
+        "ordinate_spec_data_type": kind,
+        "ordinate_axis_units_lab": unit,
+        "orddenom_spec_data_type": 0,
+        "z_axis_spec_data_type": 0,
+        "x": np.array(forces.time),
+        "data": np.array(values),
+    }
+
+
+def _name(function: dict[str, Any], path: Path) -> tuple[str, float]:
+    direction = int(function["rsp_dir"])
+    if abs(direction) not in DIRECTIONS:
+        raise FileFormatError(f"{path}: response direction {direction} is a rotation: forces are needed, not moments")
+    return f"{int(function['rsp_node'])}:{DIRECTIONS[abs(direction)]}", -1.0 if direction < 0 else 1.0
+
+
+def _check_types(function: dict[str, Any], name: str, path: Path) -> None:
+    if np.iscomplexobj(function["data"]):
+        raise FileFormatError(f"{path}: {name} holds complex values: a time response is real")
+    if int(function["abscissa_spec_data_type"]) not in (0, TIME_AXIS):
+        raise FileFormatError(f"{path}: the axis of {name} is not time (type {function['abscissa_spec_data_type']})")
+    if str(function["abscissa_axis_units_lab"]).strip() not in ("", "NONE", "s"):
+        raise FileFormatError(f"{path}: the time axis of {name} is in {function['abscissa_axis_units_lab']!r}, not s")
+    allowed = SPEED_TYPES | FORCE_TYPES if name.endswith(":scalar") else FORCE_TYPES
+    if int(function["ordinate_spec_data_type"]) not in allowed:
+        raise FileFormatError(
+            f"{path}: {name} holds no force (ordinate type {function['ordinate_spec_data_type']} of dataset 58)"
+        )
+
+
+def _as_dict(found: Any) -> dict[str, Any]:
+    return dict(found)

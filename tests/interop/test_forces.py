@@ -1,0 +1,294 @@
+"""Foreign bearing forces: round trips, units, sign, axes, sampling, and a clear refusal of everything doubtful."""
+
+from dataclasses import replace
+
+import h5py
+import numpy as np
+import pytest
+import pyuff
+from scipy.io import loadmat, savemat
+
+from nvhchain._table import build
+from nvhchain.errors import InputError
+from nvhchain.handoff import BearingForces
+from nvhchain.interop import BearingChannels, ForceChannels, read_bearing_forces, read_record, write_bearing_forces
+from nvhchain.store import save
+
+RATE = 25e3
+POSITIONS = {"A": (0.0, 0.0, 0.01), "B": (0.05, -0.02, 0.13)}
+
+
+@pytest.fixture
+def forces():
+    rng = np.random.default_rng(5)
+    time = np.arange(500) / RATE
+    return BearingForces(
+        time=time,
+        force=1e3 * rng.standard_normal((500, 2, 3)),
+        names=("A", "B"),
+        positions=np.array(list(POSITIONS.values())),
+        input_speed=260.0 + time,
+        periodic=True,
+    )
+
+
+@pytest.fixture
+def declared():
+    return ForceChannels(
+        (BearingChannels("A", "Ax", "Ay", "Az"), BearingChannels("B", "Bx", "By", "Bz")),
+        force_unit="N", acts_on="housing", speed=260.0, time_channel="t",
+    )  # fmt: skip
+
+
+def csv(path, time, columns, *, header="t,Ax,Ay,Az,Bx,By,Bz", units=None):
+    rows = [header] + ([units] if units else [])
+    rows += [",".join(repr(float(v)) for v in row) for row in np.column_stack([time, columns])]
+    path.write_text("\n".join(rows))
+    return path
+
+
+def six_tones(time, frequency=300.0):
+    return np.stack([np.sin(2 * np.pi * frequency * time + k) for k in range(6)], axis=1)
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".mat", ".h5", ".uff"])
+def test_written_forces_read_back_bit_for_bit(forces, tmp_path, suffix):
+    path = tmp_path / f"forces{suffix}"
+    back = read_bearing_forces(path, write_bearing_forces(forces, path))
+    assert back.force.tobytes() == forces.force.tobytes()
+    assert back.input_speed.tobytes() == forces.input_speed.tobytes()
+    assert back.names == forces.names
+    assert back.positions.tobytes() == forces.positions.tobytes()
+    assert back.periodic
+    np.testing.assert_allclose(back.time, forces.time, rtol=0, atol=1e-12)
+    assert [p.name for p in tmp_path.iterdir()] == [path.name]
+
+
+def test_stored_hand_off_and_matlab_73_file_are_read_as_hdf5(forces, tmp_path, declared):
+    stored = save(forces, tmp_path / "forces.h5")
+    names = [f"force[{i},{k}]" for i in range(2) for k in range(3)]
+    channels = replace(
+        declared,
+        bearings=(BearingChannels("A", *names[:3]), BearingChannels("B", *names[3:])),
+        time_channel="time",
+        speed=None,
+        speed_channel="input_speed",
+    )
+    np.testing.assert_array_equal(read_bearing_forces(stored, channels, positions=POSITIONS).force, forces.force)
+    matlab = tmp_path / "v73.mat"
+    matlab.write_bytes(stored.read_bytes())
+    np.testing.assert_array_equal(read_bearing_forces(matlab, channels, positions=POSITIONS).force, forces.force)
+
+
+def test_units_sign_and_axes_are_taken_as_declared(tmp_path, declared):
+    time = np.arange(100) * 1e-3
+    values = np.tile([1.0, 2.0, 3.0, 4.0, 5.0, 6.0], (100, 1))
+    path = csv(tmp_path / "a.csv", 1e3 * time, values)
+    # the record's x is the gearbox's z, its y the gearbox's x
+    turned = ((0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+    channels = replace(declared, force_unit="kN", acts_on="shaft", time_unit="ms", rotation=turned)
+    found = read_bearing_forces(path, channels, positions=POSITIONS)
+    np.testing.assert_allclose(found.force[0], [[-2e3, -3e3, -1e3], [-5e3, -6e3, -4e3]])
+    np.testing.assert_allclose(found.time, time)
+    np.testing.assert_array_equal(found.input_speed, 260.0)
+    pounds = read_bearing_forces(path, replace(channels, force_unit="lbf"), positions=POSITIONS)
+    np.testing.assert_allclose(pounds.force / found.force, 4.4482216152605e-3)
+
+
+def test_speed_channel_is_converted_and_sample_rate_replaces_a_time_channel(tmp_path, declared):
+    time = np.arange(100) / 10e3
+    values = np.column_stack([six_tones(time), np.full(100, 2500.0)])
+    path = csv(tmp_path / "a.csv", time, values, header="t,Ax,Ay,Az,Bx,By,Bz,n")
+    channels = replace(declared, speed=None, speed_channel="n", speed_unit="rpm", time_channel=None, sample_rate=10e3)
+    found = read_bearing_forces(path, channels, positions=POSITIONS)
+    np.testing.assert_allclose(found.input_speed, 2500 * 2 * np.pi / 60)
+    assert found.sample_rate == pytest.approx(10e3, rel=1e-12)
+
+
+def test_order_of_bearings_is_the_declared_one_and_positions_match_by_name(tmp_path, declared):
+    time = np.arange(100) / 10e3
+    path = csv(tmp_path / "a.csv", time, six_tones(time))
+    swapped = replace(declared, bearings=declared.bearings[::-1])
+    found = read_bearing_forces(path, swapped, positions={**POSITIONS, "C": (9.0, 9.0, 9.0)})
+    assert found.names == ("B", "A")
+    np.testing.assert_array_equal(found.positions, [POSITIONS["B"], POSITIONS["A"]])
+    own = BearingChannels("A", "Ax", "Ay", "Az", position=(1.0, 2.0, 3.0))
+    found = read_bearing_forces(path, replace(declared, bearings=(own,)), positions=POSITIONS)
+    np.testing.assert_array_equal(found.positions, [[1.0, 2.0, 3.0]])
+
+
+def test_units_in_the_file_must_agree_with_the_declared_ones(tmp_path, declared):
+    time = np.arange(100) / 10e3
+    path = csv(tmp_path / "a.csv", time, six_tones(time), units="s,N,N,N,N,kN,N")
+    with pytest.raises(InputError, match=r"'By' is in 'kN' by the file, but 'N' is declared"):
+        read_bearing_forces(path, declared, positions=POSITIONS)
+    path = csv(tmp_path / "b.csv", time, six_tones(time), units="ms,N,N,N,N,N,N")
+    with pytest.raises(InputError, match=r"'t' is in 'ms' by the file, but 's' is declared"):
+        read_bearing_forces(path, declared, positions=POSITIONS)
+
+
+def test_gaps_jitter_and_repeated_times_are_refused_with_place_and_remedy(tmp_path, declared):
+    time = np.arange(400) / 10e3
+
+    def read(at, keep=slice(None)):
+        return read_bearing_forces(
+            csv(tmp_path / "a.csv", at[keep], six_tones(at)[keep]), declared, positions=POSITIONS
+        )
+
+    with pytest.raises(
+        InputError, match=r"gap of 0\.0006 s after t = 0\.0149 s .*cut the record there or give resample"
+    ):
+        read(time, np.r_[0:150, 155:400])
+    with pytest.raises(InputError, match=r"steps differ by up to .* % from their mean of .* s: give resample_rate"):
+        read(np.round(time + 2e-6 * np.sin(np.arange(400)), 9))
+    with pytest.raises(InputError, match=r"time goes .* after sample 7: it must increase strictly"):
+        read(np.where(np.arange(400) == 8, time[7], time))
+
+
+def test_jittered_record_is_resampled_without_aliases(tmp_path, declared):
+    rng = np.random.default_rng(1)
+    time = np.arange(4000) / 20e3 + 8e-6 * rng.uniform(-1, 1, 4000)
+    inside, folding = 1500.0, 3700.0  # 3700 Hz would fold to 1300 Hz at 5000 Hz
+    values = six_tones(time, inside) + six_tones(time, folding)
+    path = csv(tmp_path / "a.csv", time, values)
+    found = read_bearing_forces(path, replace(declared, resample_rate=5e3), positions=POSITIONS)
+    assert found.sample_rate == pytest.approx(5e3, rel=1e-12)
+    expected = six_tones(found.time, inside).reshape(-1, 2, 3)
+    middle = slice(40, -40)  # away from the transient of the filter
+    assert np.abs(found.force - expected)[middle].max() < 1e-3
+    assert found.provenance["resampled"] == 5e3
+
+
+def test_resampling_keeps_constants_and_carries_no_faster_than_the_record(tmp_path, declared):
+    time = np.delete(np.arange(400) / 10e3, [150, 151])
+    path = csv(tmp_path / "a.csv", time, np.full((398, 6), 7.0))
+    found = read_bearing_forces(path, replace(declared, resample_rate=2e3), positions=POSITIONS)
+    np.testing.assert_allclose(found.force, 7.0, rtol=1e-9)
+    with pytest.raises(InputError, match=r"0\.0003 s without a sample .* lower it to 3333 Hz"):
+        read_bearing_forces(path, replace(declared, resample_rate=5e3), positions=POSITIONS)
+
+
+def test_uff_axes_units_and_directions_follow_the_format(forces, tmp_path):
+    path = tmp_path / "a.uff"
+    channels = write_bearing_forces(forces, path)
+
+    def rewrite(change):
+        other = tmp_path / "b.uff"
+        other.unlink(missing_ok=True)
+        kept = [dict(s) for s in pyuff.UFF(str(path)).read_sets()]
+        change(kept)
+        pyuff.UFF(str(other)).write_sets(kept, mode="add")
+        return other
+
+    flipped = read_bearing_forces(rewrite(lambda s: s[1].update(rsp_dir=-1)), channels)
+    np.testing.assert_array_equal(flipped.force[:, 0, 0], -forces.force[:, 0, 0])
+    for change, message in (
+        (lambda s: s[2].update(ordinate_axis_units_lab="kN"), "'1:y' is in 'kN' by the file"),
+        (lambda s: s[2].update(ordinate_spec_data_type=12), "1:y holds no force"),
+        (lambda s: s[2].update(rsp_dir=4), "is a rotation"),
+        (lambda s: s[2].update(rsp_dir=1), "two time responses at 1:x"),
+        (lambda s: s[2].update(func_type=4), r"no channel '1:y'"),
+    ):
+        with pytest.raises(InputError, match=message):
+            read_bearing_forces(rewrite(change), channels)
+    with pytest.raises(InputError, match=r"sampled at 25000 Hz by its own time axis"):
+        read_bearing_forces(path, replace(channels, sample_rate=24e3))
+
+
+def test_uff_without_stated_rate_uses_its_own_axis(forces, tmp_path):
+    path = tmp_path / "a.uff"
+    channels = replace(write_bearing_forces(forces, path), sample_rate=None)
+    assert read_bearing_forces(path, channels).sample_rate == pytest.approx(RATE, rel=1e-5)
+
+
+def test_what_a_record_lacks_is_named(tmp_path, declared):
+    time = np.arange(100) / 10e3
+    values = six_tones(time)
+    path = csv(tmp_path / "a.csv", time, values)
+    read = lambda channels, **more: read_bearing_forces(path, channels, **more)  # noqa: E731
+    with pytest.raises(InputError, match=r"bearing 'A' has no position"):
+        read(declared)
+    with pytest.raises(InputError, match=r"no channel 'Q'; it has t, Ax"):
+        read(replace(declared, bearings=(BearingChannels("A", "Ax", "Ay", "Q"),)), positions=POSITIONS)
+    with pytest.raises(InputError, match="no time axis"):
+        read(replace(declared, time_channel=None), positions=POSITIONS)
+    values[17, 3] = np.nan
+    csv(path, time, values)
+    with pytest.raises(InputError, match=r"'Bx' has no finite value in sample 17"):
+        read(declared, positions=POSITIONS)
+
+
+def test_unequal_channels_are_refused(tmp_path, declared):
+    path = tmp_path / "a.mat"
+    content = {name: np.zeros(50) for name in ("Ax", "Ay", "Az", "Bx", "By")}
+    savemat(path, {**content, "Bz": np.zeros(49), "t": np.arange(50) * 1e-3})
+    with pytest.raises(InputError, match=r"force channels have \[49, 50\] samples"):
+        read_bearing_forces(path, declared, positions=POSITIONS)
+    savemat(path, {**content, "Bz": np.zeros(50), "t": np.arange(51) * 1e-3})
+    with pytest.raises(InputError, match="time axis has 51 samples, the forces 50"):
+        read_bearing_forces(path, declared, positions=POSITIONS)
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "message"),
+    [
+        ("a.csv", b"", "line of names"),
+        ("a.csv", b"t,Ax\n0,1,2\n", "2 names, but 3 columns"),
+        ("a.csv", b"t,Ax\n0,1\n1,oops\n", "line of names"),
+        ("a.csv", b"t,t\n0,1\n1,1\n", "names repeat"),
+        ("a.csv", b"\xff\xfe\x00", "line of names"),
+        ("a.mat", b"MATLAB 5.0 MAT-file" + b"\0" * 40, "not a MAT file"),
+        ("a.h5", b"\x89HDF\r\n\x1a\n" + b"\0" * 30, "damaged, truncated or not HDF5"),
+        ("a.uff", b"    -1\n    58\nrubbish\n    -1\n", "universal file|no time response"),
+        ("a.uff", b"hello", "universal file|no time response"),
+        ("a.txt", b"", "suffix '.txt' names no known format"),
+    ],
+)
+def test_damaged_and_foreign_files_are_refused_in_one_line(tmp_path, declared, name, content, message):
+    path = tmp_path / name
+    path.write_bytes(content)
+    with pytest.raises(InputError, match=message) as caught:
+        read_bearing_forces(path, declared, positions=POSITIONS)
+    assert "\n" not in str(caught.value)
+
+
+def test_missing_file_is_named(tmp_path):
+    with pytest.raises(InputError, match="no such file"):
+        read_record(tmp_path / "no.csv")
+
+
+def test_declarations_that_contradict_themselves_are_refused(declared):
+    for change, message in (
+        ({"force_unit": "newton"}, "force_unit"),
+        ({"acts_on": "gear"}, "housing"),
+        ({"speed_channel": "n"}, "needed once"),
+        ({"speed": None}, "needed once"),
+        ({"sample_rate": 1e3}, "both given"),
+        ({"resample_rate": -1.0}, "above 0 Hz"),
+        ({"resample_rate": 1e3, "periodic": True}, "whole periods"),
+        ({"rotation": ((1.0, 0, 0), (0, 1.0, 0), (0, 0, -1.0))}, "right-handed"),
+        ({"bearings": ()}, "at least one"),
+    ):
+        with pytest.raises(InputError, match=message):
+            replace(declared, **change)
+
+
+def test_declaration_can_be_a_table_with_units_in_the_keys():
+    table = {
+        "force_unit": "kN", "acts_on": "shaft", "speed_rpm": 2500, "time_channel": "t", "time_unit": "ms",
+        "bearings": [{"name": "A", "x": "1", "y": "2", "z": "3", "position_mm": [1.0, 2.0, 3.0]}],
+    }  # fmt: skip
+    channels = build(ForceChannels, table, "forces")
+    assert channels.speed == pytest.approx(261.799, abs=1e-3)
+    assert channels.bearings[0].position == pytest.approx((1e-3, 2e-3, 3e-3))
+
+
+def test_matlab_reads_names_and_units(forces, tmp_path):
+    write_bearing_forces(forces, tmp_path / "a.mat")
+    content = loadmat(tmp_path / "a.mat", simplify_cells=True)
+    assert list(content["names"]) == ["A", "B"]
+    assert content["units"]["force"] == "N"
+    write_bearing_forces(forces, tmp_path / "a.h5")
+    with h5py.File(tmp_path / "a.h5") as file:
+        assert file["force"].attrs["units"] == "N"
+        assert list(file["names"].asstr()) == ["A", "B"]

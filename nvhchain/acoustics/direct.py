@@ -145,7 +145,7 @@ def _solve(
         frequency,
         (surface_velocity.normal_velocity,),
         (surface, points, incident, air, fidelity, engine, plane),
-        memory_per_task=check_memory(surface, 0, engine),
+        memory_per_task=check_memory(surface, 0, engine, fidelity),
         executor=executor,
         progress=progress,
     )

@@ -11,6 +11,31 @@ from nvhchain.errors import SolverError
 from nvhchain.handoff import ComplexArray
 
 
+class Matrix(Protocol):
+    """What can be multiplied with a matrix (n_row, n_column), however it is held: one column or several."""
+
+    def apply(self, x: ComplexArray) -> ComplexArray:
+        """Matrix · x, (n_row, …) of (n_column, …)."""
+
+    def apply_transposed(self, x: ComplexArray) -> ComplexArray:
+        """Matrixᵀ · x (not conjugated), (n_column, …) of (n_row, …)."""
+
+
+class DenseMatrix:
+    """A matrix held as an array, which is left as it is; products in its own precision."""
+
+    def __init__(self, values: ComplexArray) -> None:
+        self._values = values
+
+    def apply(self, x: ComplexArray) -> ComplexArray:
+        """Matrix · x."""
+        return np.asarray(self._values @ x.astype(self._values.dtype), dtype=complex)
+
+    def apply_transposed(self, x: ComplexArray) -> ComplexArray:
+        """Matrixᵀ · x."""
+        return np.asarray(self._values.T @ x.astype(self._values.dtype), dtype=complex)
+
+
 class System(Protocol):
     """A p = B ∂p/∂n at one wavenumber, whatever way its matrices are held and solved.
 
@@ -31,11 +56,11 @@ class System(Protocol):
 
 
 class DirectSystem:
-    """Dense A and B; A is factorised in its own memory."""
+    """Dense A and B; A is factorised in its own memory and precision."""
 
     def __init__(self, a: ComplexArray, b: ComplexArray) -> None:
-        """Factorise (n_v, n_v) A; B (n_v, n_face) is kept.  Raises what `Factor` raises."""
-        self._factor, self._b = Factor(a), b
+        """Factorise A (n_v, n_v); B (n_v, n_face) is kept.  Raises what `Factor` raises."""
+        self._factor, self._b = Factor(a), DenseMatrix(b)
 
     def solve(self, rhs: ComplexArray) -> ComplexArray:
         """A⁻¹ rhs."""
@@ -43,11 +68,11 @@ class DirectSystem:
 
     def adjoint(self, rhs: ComplexArray) -> ComplexArray:
         """Bᵀ A⁻ᵀ rhs."""
-        return self._b.T @ self._factor.solve_transposed(rhs)
+        return self._b.apply_transposed(self._factor.solve_transposed(rhs))
 
     def apply_b(self, gradient: ComplexArray) -> ComplexArray:
         """B · gradient."""
-        return self._b @ gradient
+        return self._b.apply(gradient)
 
     def release(self) -> None:
         """Forget A's factors and B."""
@@ -62,10 +87,11 @@ class Factor:
         norm = float(np.abs(matrix).sum(axis=1).max())  # the 1-norm of Aᵀ
         if not np.isfinite(norm):
             raise SolverError("boundary element matrix holds values that are not finite: the engine failed")
+        factorise, condition, self._substitute = lapack.get_lapack_funcs(("getrf", "gecon", "getrs"), (matrix,))
         # LAPACK wants columns in a row: the transposed view of a C-ordered array is one without a copy.
-        self._lu, self._pivots, info = lapack.zgetrf(matrix.T, overwrite_a=True)
-        reciprocal_condition, _ = lapack.zgecon(self._lu, norm) if info == 0 else (0.0, 0)
-        if reciprocal_condition < len(matrix) * np.finfo(float).eps:
+        self._lu, self._pivots, info = factorise(matrix.T, overwrite_a=True)
+        reciprocal_condition, _ = condition(self._lu, norm) if info == 0 else (0.0, 0)
+        if reciprocal_condition < len(matrix) * np.finfo(matrix.real.dtype).eps:
             raise SolverError(
                 f"boundary element matrix of {len(matrix)} unknowns is singular to working precision (reciprocal "
                 f"condition number {reciprocal_condition:.2g}): look for coinciding surfaces or very thin gaps"
@@ -80,7 +106,7 @@ class Factor:
         return self._solve(rhs, transposed=False)
 
     def _solve(self, rhs: ComplexArray, transposed: bool) -> ComplexArray:
-        x, _ = lapack.zgetrs(self._lu, self._pivots, rhs, trans=1 if transposed else 0)
+        x, _ = self._substitute(self._lu, self._pivots, rhs.astype(self._lu.dtype), trans=1 if transposed else 0)
         if not np.isfinite(x).all():
             raise SolverError("boundary element solution holds values that are not finite: check the right-hand side")
-        return np.ascontiguousarray(x)
+        return np.ascontiguousarray(x, dtype=complex)

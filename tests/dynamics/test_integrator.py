@@ -154,3 +154,16 @@ def _potential(laws, phase, d):
                 np.append(np.maximum(force[inner], 0), max(last, 0)), np.append(grid[inner], d[flank])
             )
     return total
+
+
+def test_agrees_with_radau_through_back_flank_impacts(make_gearbox, make_laws):
+    """A narrow gap, a light torque and a hard start: the flanks part, hit behind, and come back, for 20 ms."""
+    gearbox = make_gearbox()
+    laws = make_laws(angles=8, plain_wheel=True, error=4e-6, backlash=25e-6)
+    model, motion, deflection, force = _run(gearbox, laws, None, 60.0, 2.5e-7, 0.02, 2e-5, kick=6.0)
+    drive, back = deflection[:, 0::2], deflection[:, 1::2]
+    assert (drive < -8e-6).mean(axis=0).max() > 0.01
+    assert (back > 40e-6).sum() > 5
+    expected_deflection, expected = _radau(model, laws, motion, 0.02, 1000)
+    assert np.abs(force - expected).max() < 1e-4 * np.abs(expected).max()
+    assert np.abs(drive - expected_deflection[:, 0::2]).max() < 1e-4 * np.abs(expected_deflection).max()

@@ -4,6 +4,7 @@ from nvhchain.gear.blank import SOLID, Blank, Differential, Holes, Slots, Solid,
 from nvhchain.gear.body import GearBody, MassProperties, mass_properties
 from nvhchain.gear.compliance import FlankCompliance, flank_compliance
 from nvhchain.gear.engagement import Engagement, engaged_reach
+from nvhchain.gear.friction import lever_arms, sliding_sense
 from nvhchain.gear.geometry import GearGeometry
 from nvhchain.gear.iso6336 import IsoStiffness, iso_stiffness
 from nvhchain.gear.mesh_law import mesh_law
@@ -14,6 +15,7 @@ from nvhchain.gear.transmission_error import (
     LoadedMesh,
     deflection_at_force,
     loaded_mesh,
+    loaded_transmission_error,
     quasi_static_transmission_error,
 )
 
@@ -41,9 +43,12 @@ __all__ = [
     "engaged_reach",
     "flank_compliance",
     "iso_stiffness",
+    "lever_arms",
     "loaded_mesh",
+    "loaded_transmission_error",
     "mass_properties",
     "mesh_law",
     "nominal_centre_distance",
     "quasi_static_transmission_error",
+    "sliding_sense",
 ]

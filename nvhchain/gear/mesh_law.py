@@ -12,11 +12,8 @@ from nvhchain.fidelity import GearFidelity
 from nvhchain.gear.compliance import FlankCompliance, flank_compliance
 from nvhchain.gear.engagement import Engagement, engaged_reach
 from nvhchain.gear.pair import BACK, DRIVE, GearPair
-from nvhchain.gear.transmission_error import loaded_mesh
+from nvhchain.gear.transmission_error import ANGLE_BLOCK, loaded_mesh
 from nvhchain.handoff import FloatArray, MeshLaw
-
-_BLOCK = 48
-"""Angles per piece of work handed to an executor."""
 
 
 def mesh_law(
@@ -40,7 +37,7 @@ def mesh_law(
     meshes = pair.meshes_per_body_period
     count = meshes * fidelity.angles_per_mesh
     angle: FloatArray = np.arange(count, dtype=np.float64) * (pair.mesh_period / fidelity.angles_per_mesh)
-    blocks = [angle[i : i + _BLOCK] for i in range(0, count, _BLOCK)]
+    blocks = [angle[i : i + ANGLE_BLOCK] for i in range(0, count, ANGLE_BLOCK)]
     teeth = 0 if compliances else pair.pinion.sector + pair.wheel.sector
     steps = teeth + len(blocks)
 

@@ -5,6 +5,7 @@ TE = r_bG θ_G − r_bP θ_P = −δ/cos β_b; the functions return δ/cos β_b,
 
 from __future__ import annotations
 
+from concurrent.futures import Executor
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,8 +14,12 @@ from scipy.interpolate import PchipInterpolator
 from nvhchain.errors import SolverError, require
 from nvhchain.gear.contact import contact_half_width
 from nvhchain.gear.engagement import Engagement
+from nvhchain.gear.friction import lever_arms
 from nvhchain.gear.pair import ContactLines
 from nvhchain.handoff import FloatArray, MeshLaw
+
+ANGLE_BLOCK = 48
+"""Angles per piece of work handed to an executor."""
 
 
 def deflection_at_force(law: MeshLaw, force: float) -> FloatArray:
@@ -49,7 +54,8 @@ class LoadedMesh:
     """Equilibrium at one wheel angle under a given normal force.
 
     deflection: δ, m.  force: (n,) N per slice of `lines`.  pressure: (n,) Pa, Hertzian maximum 2q/(πL).
-    tangent_stiffness, secant_stiffness: dF/dδ and F/δ along the normal, N/m.
+    tangent_stiffness, secant_stiffness: dF/dδ and F/δ along the normal, N/m, F the sum of normal forces.
+    torque: (pinion, wheel) N m, into the one and out of the other, friction included.
     """
 
     lines: ContactLines
@@ -58,6 +64,7 @@ class LoadedMesh:
     pressure: FloatArray
     tangent_stiffness: float
     secant_stiffness: float
+    torque: tuple[float, float]
 
     def load_share(self) -> dict[int, float]:
         """Share of the force on each tooth pair, by wheel tooth."""
@@ -67,26 +74,65 @@ class LoadedMesh:
 
 
 def loaded_mesh(
-    engagement: Engagement, angle: float, force: float, *, guess: float, max_iterations: int = 50
+    engagement: Engagement,
+    angle: float,
+    force: float,
+    *,
+    guess: float,
+    friction: float = 0.0,
+    max_iterations: int = 50,
 ) -> LoadedMesh:
-    """Solve for the δ > 0 at which the drive flanks carry `force`, N, at wheel `angle`, rad.
+    """Solve for the δ at which the drive flanks carry the pinion torque of `force`, N, at wheel `angle`, rad.
 
-    guess: m, any positive deflection of the right order.  Newton on the tangent stiffness by differences, to a
-    relative force error of 1e3 × its contact residual.  Raises SolverError if it does not get there.
+    force: T_P/(r_bP cos β_b), `GearPair.normal_force`; without friction the sum of the normal forces.
+    guess: m, any positive deflection of the right order.  friction: coefficient μ; its part of the torque is included,
+    what it bends is not.  Newton on the tangent stiffness by differences, to a relative force error of 1e3 × the
+    contact residual.  Raises SolverError if it does not get there.
     """
     require(force > 0, f"force = {force:g} N must be positive")
     tolerance, start = 1e3 * engagement.fidelity.contact_residual, engagement.first_contact(angle)
     pressed = max(guess - start, 0.1 * guess)
+    unit = engagement.pair.base_radius[0] * np.cos(engagement.pair.base_helix_angle)
     for _ in range(max_iterations):
         probe = start + pressed * np.array([1.0, 1 + 1e-4])
         lines, forces = engagement.forces(angle, probe)
-        total = forces.sum(axis=1)
+        arms = lever_arms(engagement.pair, lines, friction)
+        total = forces @ (arms[0] / unit)
         tangent = (total[1] - total[0]) / (probe[1] - probe[0])
         if abs(total[0] - force) <= tolerance * force:
+            normal, into, out = forces.sum(axis=1), *(arms @ forces[0])
+            stiffness = (normal[1] - normal[0]) / (probe[1] - probe[0])
             materials = (engagement.pair.pinion.material, engagement.pair.wheel.material)
             q = forces[0] / lines.length
             width = contact_half_width(q, lines.curvature, materials)
             pressure = np.divide(2 * q, np.pi * width, out=np.zeros_like(q), where=width > 0)
-            return LoadedMesh(lines, float(probe[0]), forces[0], pressure, tangent, total[0] / probe[0])
+            return LoadedMesh(lines, float(probe[0]), forces[0], pressure, stiffness, normal[0] / probe[0], (into, out))
         pressed = max(pressed + (force - total[0]) / tangent, pressed / 10)
     raise SolverError(f"no deflection found for {force:g} N at wheel angle {angle:g} rad")
+
+
+def loaded_transmission_error(
+    engagement: Engagement, pinion_torque: float, *, friction: float = 0.0, executor: Executor | None = None
+) -> tuple[FloatArray, FloatArray]:
+    """(angle, te): wheel angle, rad, over one body period and δ/cos β_b, m, at a constant `pinion_torque`, N m.
+
+    Solved at every one of the fidelity's angles, not interpolated in a law.  friction: coefficient μ.
+    executor: takes blocks of angles.
+    """
+    pair, per_mesh = engagement.pair, engagement.fidelity.angles_per_mesh
+    force = pair.normal_force(pinion_torque)
+    angle = np.arange(pair.meshes_per_body_period * per_mesh) * (pair.mesh_period / per_mesh)
+    blocks = [angle[i : i + ANGLE_BLOCK] for i in range(0, len(angle), ANGLE_BLOCK)]
+    tasks = [engagement.at_angles(block) if executor else engagement for block in blocks]
+    n = len(blocks)
+    work = (executor.map if executor else map)(_deflections, tasks, blocks, [force] * n, [friction] * n)
+    return angle, np.concatenate(list(work)) / np.cos(pair.base_helix_angle)
+
+
+def _deflections(engagement: Engagement, angles: FloatArray, force: float, friction: float) -> FloatArray:
+    """(n_angle,) m: the piece of work of an executor."""
+    guess, found = 1e-9 * force, []
+    for angle in angles:
+        guess = loaded_mesh(engagement, angle, force, guess=guess, friction=friction).deflection
+        found.append(guess)
+    return np.array(found)

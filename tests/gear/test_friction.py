@@ -1,0 +1,76 @@
+"""Friction on the flanks: power balance, the jump at the pitch point in closed form, transmission error."""
+
+import dataclasses
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+from nvhchain.errors import InputError
+from nvhchain.gear import Engagement, GearPair, lever_arms, loaded_mesh, loaded_transmission_error, sliding_sense
+from nvhchain.gear.pair import BACK, DRIVE, contact_lines
+
+MU = 0.3
+
+
+@pytest.fixture(scope="module")
+def alike(make_pair, make_body, make_geometry, make_compliances, sliced_fidelity):
+    """Two equal spur gears: pitch point amid the path of single contact."""
+    gear = make_geometry(57, stage=1, hand=1, helix_angle=0.0)
+    pair = GearPair(make_body(gear), make_body(gear), 2 * gear.pitch_radius)
+    return Engagement(pair, make_compliances(pair), dataclasses.replace(sliced_fidelity(8), angles_per_mesh=24))
+
+
+@pytest.mark.parametrize("flank", [DRIVE, BACK])
+@pytest.mark.parametrize("stage", [1, 2])
+def test_friction_takes_the_power_of_sliding_and_never_gives_any(make_pair, stage, flank):
+    """Sliding speed from the flank velocities ω × r of both gears placed in space, not from the path of contact."""
+    pair = make_pair(stage, thickness_allowance=40e-6)
+    lines = contact_lines(pair, 0.37 * pair.mesh_period, slices=9, flank=flank)
+    pinion, wheel = 1.0, pair.base_radius[0] / pair.base_radius[1]  # rad/s
+    alpha = pair.working_pressure_angle * (1 if flank == DRIVE else -1)
+    foot = pair.base_radius[0] * np.array([np.cos(alpha), -np.sin(alpha)])
+    along = np.array([np.sin(alpha), np.cos(alpha)]) * (1 if flank == DRIVE else -1)
+    at = foot + lines.position[:, None] * along  # in the transverse plane, pinion at the origin, turning left
+    from_wheel = at - [pair.centre_distance, 0.0]
+    slip = pinion * np.stack([-at[:, 1], at[:, 0]]) + wheel * np.stack([-from_wheel[:, 1], from_wheel[:, 0]])
+    np.testing.assert_allclose(along @ slip, 0.0, atol=1e-12)  # they slide, they neither part nor meet
+    power = lever_arms(pair, lines, MU).T @ [pinion, -wheel]
+    np.testing.assert_allclose(power, MU * np.hypot(*slip), rtol=1e-9)
+    assert {-1.0, 1.0} <= set(sliding_sense(pair, lines))
+
+
+def test_normal_force_jumps_at_the_pitch_point_by_the_closed_form(alike):
+    """One pair in contact: F (r_b ± μ r_b tan α_wt) is the torque on either side."""
+    force, step = 3000.0, 1e-9
+    before, after = (loaded_mesh(alike, a, force, guess=20e-6, friction=MU) for a in (-step, step))
+    assert len(before.load_share()) == 1
+    tangent = np.tan(alike.pair.working_pressure_angle)
+    ratio = before.force.sum() / after.force.sum()
+    assert ratio == pytest.approx((1 + MU * tangent) / (1 - MU * tangent), rel=1e-6)
+    assert before.deflection > 1.1 * after.deflection
+    for mesh in (before, after):
+        assert mesh.torque[0] == pytest.approx(force * alike.pair.base_radius[0], rel=1e-6)
+    plain = loaded_mesh(alike, 0.0, force, guess=20e-6)
+    assert plain.torque == pytest.approx((force * alike.pair.base_radius[0],) * 2, rel=1e-6)
+
+
+def test_transmission_error_jumps_only_with_friction_and_only_there(alike):
+    torque = 150.0
+    angle, smooth = loaded_transmission_error(alike, torque)
+    with ThreadPoolExecutor(2) as executor:
+        _, rough = loaded_transmission_error(alike, torque, friction=MU, executor=executor)
+    force = alike.pair.normal_force(torque)
+    expected = [loaded_mesh(alike, a, force, guess=20e-6).deflection for a in angle[:3]]
+    np.testing.assert_allclose(smooth[:3], expected, rtol=1e-6)
+    # from the pitch point (angle 0) on, before the next pair comes in, friction takes load off the flank
+    single = np.array([len(loaded_mesh(alike, a, force, guess=20e-6).load_share()) == 1 for a in angle])
+    after = single & (angle < 0.5 * alike.pair.mesh_period) & (angle > 0)
+    before = single & (angle > 0.5 * alike.pair.mesh_period)
+    assert (rough[after] < 0.93 * smooth[after]).all()
+    assert (rough[before] > 1.07 * smooth[before]).all()
+
+
+def test_friction_that_cannot_be_meant_is_refused(alike):
+    with pytest.raises(InputError, match="friction = 30 is outside 0…1"):
+        loaded_mesh(alike, 0.0, 100.0, guess=1e-6, friction=30)

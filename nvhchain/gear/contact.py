@@ -93,6 +93,26 @@ def local_law(
     return LocalLaw(np.ascontiguousarray(level), 0.5 * a, np.ascontiguousarray(limit))
 
 
+def complementarity_residual(
+    compliance: FloatArray, approach: FloatArray, length: FloatArray, law: LocalLaw, force: FloatArray
+) -> float:
+    """Largest violation, m, of F ≥ 0, g ≥ 0, F g = 0 by the slice forces `force` (n,), N, of one case.
+
+    |g| where F > 0 and max(0, −g) where F = 0, g from the definition; arguments as in `slice_forces`.
+    Raises SolverError for a force that pulls.
+    """
+    if not len(force):
+        return 0.0
+    if not (force >= 0).all():
+        raise SolverError(f"a slice pulls with {-force.min():g} N")
+    q = force / length
+    within = np.clip(q, 1e-300, law.limit)
+    local = within * (law.level - law.half_slope * np.log(within))
+    local = local + (law.level - law.half_slope * (np.log(within) + 1)) * np.maximum(q - law.limit, 0.0)
+    gap = np.where(force > 0, local, 0.0) + compliance @ force - approach
+    return float(np.where(force > 0, np.abs(gap), np.maximum(-gap, 0.0)).max())
+
+
 def slice_forces(
     compliance: FloatArray,
     approach: FloatArray,

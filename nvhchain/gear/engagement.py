@@ -11,7 +11,7 @@ import numpy as np
 from nvhchain.errors import SolverError, require
 from nvhchain.fidelity import GearFidelity
 from nvhchain.gear.compliance import FlankCompliance
-from nvhchain.gear.contact import contact_half_width, local_law, slice_forces
+from nvhchain.gear.contact import LocalLaw, complementarity_residual, contact_half_width, local_law, slice_forces
 from nvhchain.gear.flank_splines import FlankSplines, flank_splines
 from nvhchain.gear.pair import BACK, DRIVE, ContactLines, GearPair, contact_lines
 from nvhchain.gear.pair import separation as unloaded_gap
@@ -97,10 +97,20 @@ class Engagement:
         gap = unloaded_gap(self.pair, lines) if separation is None else separation
         return lines, self.forces_on(lines, np.asarray(approach, float)[:, None] - gap)
 
+    def local_law(self, lines: ContactLines) -> LocalLaw:
+        """Local deflection of every slice."""
+        materials = (self.pair.pinion.material, self.pair.wheel.material)
+        return local_law(lines.curvature, (lines.depth[0], lines.depth[1]), materials)
+
+    def residual(self, lines: ContactLines, approach: float, force: FloatArray) -> float:
+        """Largest violation of the contact conditions, m, by the slice forces (n,), N, at an approach, m."""
+        pressed = approach - unloaded_gap(self.pair, lines)
+        return complementarity_residual(self.compliance(lines), pressed, lines.length, self.local_law(lines), force)
+
     def forces_on(self, lines: ContactLines, approach: FloatArray) -> FloatArray:
         """Slice forces (n_case, n), N, for the approach (n_case, n), m, of every slice, its unloaded gap taken off."""
         materials = (self.pair.pinion.material, self.pair.wheel.material)
-        law = local_law(lines.curvature, (lines.depth[0], lines.depth[1]), materials)
+        law = self.local_law(lines)
         forces = slice_forces(
             self.compliance(lines), approach, lines.length, law, tolerance=self.fidelity.contact_residual
         )

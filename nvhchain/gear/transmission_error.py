@@ -56,6 +56,7 @@ class LoadedMesh:
     deflection: δ, m.  force: (n,) N per slice of `lines`.  pressure: (n,) Pa, Hertzian maximum 2q/(πL).
     tangent_stiffness, secant_stiffness: dF/dδ and F/δ along the normal, N/m, F the sum of normal forces.
     torque: (pinion, wheel) N m, into the one and out of the other, friction included.
+    residual: of the complementarity problem, m: gap left on loaded slices, overlap left on others, whichever is larger.
     """
 
     lines: ContactLines
@@ -65,6 +66,7 @@ class LoadedMesh:
     tangent_stiffness: float
     secant_stiffness: float
     torque: tuple[float, float]
+    residual: float
 
     def load_share(self) -> dict[int, float]:
         """Share of the force on each tooth pair, by wheel tooth."""
@@ -100,13 +102,22 @@ def loaded_mesh(
         total = forces @ (arms[0] / unit)
         tangent = (total[1] - total[0]) / (probe[1] - probe[0])
         if abs(total[0] - force) <= tolerance * force:
-            normal, into, out = forces.sum(axis=1), *(arms @ forces[0])
+            normal, (into, out) = forces.sum(axis=1), (arms @ forces[0]).tolist()
             stiffness = (normal[1] - normal[0]) / (probe[1] - probe[0])
             materials = (engagement.pair.pinion.material, engagement.pair.wheel.material)
             q = forces[0] / lines.length
             width = contact_half_width(q, lines.curvature, materials)
             pressure = np.divide(2 * q, np.pi * width, out=np.zeros_like(q), where=width > 0)
-            return LoadedMesh(lines, float(probe[0]), forces[0], pressure, stiffness, normal[0] / probe[0], (into, out))
+            return LoadedMesh(
+                lines,
+                float(probe[0]),
+                forces[0],
+                pressure,
+                stiffness,
+                normal[0] / probe[0],
+                (into, out),
+                engagement.residual(lines, float(probe[0]), forces[0]),
+            )
         pressed = max(pressed + (force - total[0]) / tangent, pressed / 10)
     raise SolverError(f"no deflection found for {force:g} N at wheel angle {angle:g} rad")
 
@@ -121,7 +132,7 @@ def loaded_transmission_error(
     """
     pair, per_mesh = engagement.pair, engagement.fidelity.angles_per_mesh
     force = pair.normal_force(pinion_torque)
-    angle = np.arange(pair.meshes_per_body_period * per_mesh) * (pair.mesh_period / per_mesh)
+    angle: FloatArray = np.arange(float(pair.meshes_per_body_period * per_mesh)) * (pair.mesh_period / per_mesh)
     blocks = [angle[i : i + ANGLE_BLOCK] for i in range(0, len(angle), ANGLE_BLOCK)]
     tasks = [engagement.at_angles(block) if executor else engagement for block in blocks]
     n = len(blocks)

@@ -1,0 +1,112 @@
+"""The contact at the ends of its range: no load, hardly any, ten times too much, one slice, soft blanks, no contact."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from nvhchain.errors import InputError, SolverError
+from nvhchain.fidelity import DRAFT
+from nvhchain.gear import Engagement, GearBody, ThinRim, engaged_reach, flank_compliance, loaded_mesh
+from nvhchain.gear.contact import complementarity_residual
+from nvhchain.gear.pair import BACK
+
+NOMINAL = 250.0  # N m at the pinion
+
+
+@pytest.fixture(scope="module")
+def pair(make_pair):
+    return make_pair(1, symmetries=(0, 5), thickness_allowance=40e-6)
+
+
+def engaged(pair, make_compliances, slices, scale=1.0):
+    fidelity = dataclasses.replace(DRAFT.gear, slices=slices)
+    compliances = make_compliances(pair, modulation=0.3)
+    return Engagement(pair, tuple(dataclasses.replace(c, blocks=scale * c.blocks) for c in compliances), fidelity)
+
+
+def check(mesh, engagement, force):
+    assert mesh.force.sum() == pytest.approx(force, rel=1e-6)
+    assert (mesh.force >= 0).all()
+    assert mesh.residual <= engagement.fidelity.contact_residual * mesh.deflection * 1.01
+
+
+@pytest.mark.parametrize("slices", [1, 8, 60])
+@pytest.mark.parametrize("torque", [0.01, NOMINAL, 10 * NOMINAL])
+def test_contact_is_solved_from_a_hundredth_newton_metre_to_ten_times_nominal(pair, make_compliances, torque, slices):
+    engagement, force = engaged(pair, make_compliances, slices), pair.normal_force(torque)
+    for angle in (0.0, 0.31, 0.77):
+        check(loaded_mesh(engagement, angle * pair.mesh_period, force, guess=1e-6), engagement, force)
+
+
+def test_one_slice_loads_a_point_and_is_softer_than_sixty(pair, make_compliances):
+    force = pair.normal_force(NOMINAL)
+    one, sixty = (
+        loaded_mesh(engaged(pair, make_compliances, slices), 0.1, force, guess=20e-6).deflection for slices in (1, 60)
+    )
+    assert sixty < one < 3 * sixty
+
+
+def test_no_load_means_no_deflection_and_is_not_asked_for(pair, make_compliances):
+    engagement = engaged(pair, make_compliances, 8)
+    assert not engagement.mesh_force(0.1, np.array([0.0, -0.5 * pair.backlash, -pair.backlash])).any()
+    with pytest.raises(InputError, match="force = 0 N must be positive"):
+        loaded_mesh(engagement, 0.1, 0.0, guess=1e-6)
+
+
+def test_back_flank_carries_what_the_drive_flank_does_not(pair, make_compliances):
+    engagement = engaged(pair, make_compliances, 8)
+    beyond = 10e-6
+    force = engagement.mesh_force(0.1, np.array([-pair.backlash - beyond, beyond]))
+    back = engagement.forces(0.1, np.array([beyond]), flank=BACK)[1].sum()
+    assert force[0] == pytest.approx(-back, rel=1e-12)
+    assert force[1] > 0
+
+
+def test_gears_pushed_past_contact_carry_nothing_on_any_slice(pair, make_compliances):
+    engagement = engaged(pair, make_compliances, 8)
+    lines, forces = engagement.forces(0.1, np.array([-5e-6, -1e-9, 0.0]))
+    assert not forces.any()
+    assert engagement.residual(lines, -5e-6, forces[0]) == 0.0
+
+
+def test_load_beyond_the_local_formula_is_refused(pair, make_compliances):
+    engagement = engaged(pair, make_compliances, 8, scale=1e-9)
+    with pytest.raises(SolverError, match="contact half width reaches"):
+        engagement.forces(0.1, np.array([2e-3]))
+
+
+def test_soft_gears_are_solved_and_lift_slices_off(pair, make_compliances):
+    """A hundred times softer: 0.4 mm of deflection, the same conditions."""
+    engagement, force = engaged(pair, make_compliances, 24, scale=100.0), pair.normal_force(NOMINAL)
+    for angle in (0.0, 0.31, 0.77):
+        check(loaded_mesh(engagement, angle * pair.mesh_period, force, guess=1e-6), engagement, force)
+
+
+def test_rim_so_thin_that_a_tooth_lifts_its_neighbours(make_pair, make_compliances):
+    """A rim of one module on a 1 mm web: teeth rock together, and contact moves from pair to pair under load."""
+    pair = make_pair(1, thickness_allowance=40e-6, helix_angle=0.0)
+    gear = pair.wheel.geometry
+    rim = gear.root_radius - 1.01 * gear.normal_module
+    soft = dataclasses.replace(pair, wheel=GearBody(gear, ThinRim(1e-3, gear.bore_radius + 2e-3, rim)))
+    coarse = dataclasses.replace(DRAFT.gear, profile_elements=2, width_layers=3, slices=6)
+    force, (pinion, usual) = pair.normal_force(NOMINAL), make_compliances(pair)
+    deflection = []
+    for candidate, wheel in ((pair, usual), (soft, flank_compliance(soft.wheel, coarse, reach=engaged_reach(pair)))):
+        engagement = Engagement(candidate, (pinion, wheel), coarse)
+        mesh = loaded_mesh(engagement, 0.4 * pair.mesh_period, force, guess=20e-6)
+        check(mesh, engagement, force)
+        deflection.append(mesh.deflection)
+    assert deflection[1] > 3 * deflection[0]
+
+
+def test_residual_is_that_of_the_conditions_themselves(pair, make_compliances):
+    engagement = engaged(pair, make_compliances, 5)
+    lines, forces = engagement.forces(0.1, np.array([20e-6]))
+    law, C = engagement.local_law(lines), engagement.compliance(lines)
+    wrong = forces[0].copy()
+    wrong[0] += 100.0
+    assert engagement.residual(lines, 20e-6, wrong) > 100.0 * C[0, 0]
+    assert engagement.residual(lines, 20e-6, 0 * wrong) == pytest.approx(20e-6)
+    with pytest.raises(SolverError, match="a slice pulls with 1 N"):
+        complementarity_residual(C, np.full(len(wrong), 20e-6), lines.length, law, wrong * 0 - 1.0)

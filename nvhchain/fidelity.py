@@ -13,7 +13,7 @@ from nvhchain.errors import require
 SOLVERS = ("auto", "direct", "iterative", "compressed")
 """Ways to solve boundary element systems."""
 
-INTERPOLATIONS = ("phase_removed", "linear")
+INTERPOLATIONS = ("rational", "phase_removed", "linear")
 """Ways to go from master frequencies to a line between them."""
 
 RADIATIONS = ("boundary_elements", "rayleigh", "equivalent_radiated_power")
@@ -162,8 +162,10 @@ class AcousticsFidelity:
         frequency it is used for.
     radiation: `boundary_elements`, or a cheaper level (docs/measured/radiation.md): `rayleigh`, every visible face in
         an infinite baffle, or `equivalent_radiated_power`, plane waves from every face, which knows no phase.
-    interpolation: between masters, `phase_removed` or `linear` (for comparison).
+    interpolation: between masters: `rational` functions or polynomials (`phase_removed`) of the vectors without their
+        phase, or `linear` (both for comparison).
     interpolation_points: nodes (masters, and below the band their mirror images) of one interpolated value.
+    interpolation_poles: poles of the rational function through these nodes, at most.
     """
 
     elements_per_wavelength: float
@@ -184,8 +186,9 @@ class AcousticsFidelity:
     coarse_edge_ratios: tuple[float, ...] = ()
     coarse_elements_per_wavelength: float = 6.0
     radiation: str = "boundary_elements"
-    interpolation: str = "phase_removed"
-    interpolation_points: int = 6
+    interpolation: str = "rational"
+    interpolation_points: int = 8
+    interpolation_poles: int = 6
 
     def __post_init__(self) -> None:
         for name, low, high in (
@@ -199,6 +202,7 @@ class AcousticsFidelity:
             ("field_near_ratio", 0.01, 2.0),
             ("interpolation_points", 2, 16),
             ("coarse_elements_per_wavelength", 2.0, 100.0),
+            ("interpolation_poles", 1, 14),
             ("solver_residual", 1e-13, 1e-2),
             ("solver_iterations", 1, 10_000),
             ("compression_error", 1e-7, 1e-2),

@@ -1,31 +1,38 @@
-"""Between master frequencies: Lagrange interpolation of transfer vectors whose propagation phase is removed."""
+"""Between master frequencies: transfer vectors whose propagation phase is removed, joined by rational functions."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
+from nvhchain.acoustics.rational import Window, window
 from nvhchain.errors import require
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, IntArray, TransferVectors
 
+_PAIRS = 2**15
+"""Face–point pairs whose inner products find the poles: all pairs share them, and few are enough to tell."""
+
 
 @dataclass(frozen=True, eq=False)
 class Interpolant:
-    """Transfer vectors as e^{−jkr} times a smooth remainder known at the nodes.
+    """Transfer vectors as jω e^{−jkr} times a smooth remainder known at the nodes.
 
-    node: (n_node,) Hz, the masters, before them mirrored masters where those help.  mirrored: nodes before the first
-    master.  wavenumber_per_hertz: 2π/c.  distance: (n_point, n_face) m, the r of the removed phase (zero where no
-    phase is removed).  remainder: (n_node, n_point, n_face) Pa/(m/s).  taking_part: nodes per interpolated value.
+    atv: without a plane (`TransferVectors.unfolded`).  node: (n_node,) Hz, masters above 0 Hz, before them mirrored
+    masters where those help.  mirrored: nodes before the first master.  taking_part: nodes per interpolated value.
+    poles: of a rational function through them, at most.  gram: (n_node, n_node) inner products of the remainders at
+    the nodes, None where no poles are looked for.  phase_removed: else neighbouring vectors are joined as they are.
     """
 
+    atv: TransferVectors
     node: FloatArray
     mirrored: int
-    wavenumber_per_hertz: float
-    distance: FloatArray
-    remainder: ComplexArray
     taking_part: int
+    poles: int
+    gram: ComplexArray | None
+    phase_removed: bool
 
     @property
     def masters(self) -> FloatArray:
@@ -37,66 +44,124 @@ class Interpolant:
         """Whether a master can be left out and predicted from as many nodes as take part in one value."""
         return len(self.node) - (2 if self.mirrored else 1) >= self.taking_part
 
-    def weights(self, frequency: FloatArray) -> tuple[slice, FloatArray]:
-        """The nodes that values at `frequency` (n_f,) Hz need, a range, and their weights (n_f, nodes in it)."""
-        used = _nearest(self.node, frequency, self.taking_part)
-        low, high = int(used.min()), int(used.max()) + 1
-        weights = np.zeros((len(frequency), high - low))
-        np.put_along_axis(weights, used - low, _lagrange(self.node[used], frequency), axis=1)
-        return slice(low, high), weights
+    def wavenumber(self, frequency: FloatArray) -> FloatArray:
+        """rad/m of the removed phase at frequencies in Hz (zero where no phase is removed)."""
+        return frequency * (2 * np.pi / self.atv.air.speed_of_sound if self.phase_removed else 0.0)
 
-    def carried_over(self, frequency: FloatArray) -> tuple[slice, FloatArray]:
-        """The masters nearest to `frequency` (n_f,) Hz, a range, and factors (n_f, masters in it).
+    def distance(self, point: int) -> FloatArray:
+        """(n_face,) m from the faces' centroids: the r of the removed phase."""
+        return np.asarray(np.linalg.norm(self.atv.surface.centroids - self.atv.points[point], axis=1), dtype=float)
 
-        The remainder's error at a line is about factor times that of the left-out master (`left_out`): a polynomial of
-        degree n − 1 errs by g⁽ⁿ⁾(ξ)/n! · Π(f − f_j), the derivative is taken as the same, and the products are known.
+    def at_nodes(self, point: int) -> ComplexArray:
+        """e^{jkr} times the vectors at the nodes: (n_node, n_face) Pa/(m/s)."""
+        first = len(self.atv.frequency) - len(self.masters)
+        values = np.empty((len(self.node), len(self.atv.surface.triangles)), dtype=complex)
+        values[self.mirrored :] = self.atv.vectors[first:, point]
+        if self.phase_removed:
+            values[self.mirrored :] *= np.exp(1j * self.wavenumber(self.masters)[:, None] * self.distance(point))
+        np.conj(values[self.mirrored : 2 * self.mirrored][::-1], out=values[: self.mirrored])
+        return values
+
+    def weights(self, frequency: FloatArray) -> ComplexArray:
+        """Weights (n_f, n_node) of the values at the nodes for those at `frequency` (n_f,) Hz."""
+        weights = np.zeros((len(frequency), len(self.node)), dtype=complex)
+        first = _nearest(self.node, frequency, self.taking_part)[:, 0]
+        for start in np.unique(first):
+            rows = np.flatnonzero(first == start)
+            used = np.arange(start, start + self.taking_part)
+            weights[rows[:, None], used] = self._rescaled(
+                self._windows[start].weights(frequency[rows]), used, frequency[rows]
+            )
+        return weights
+
+    def error_weights(self, frequency: FloatArray) -> ComplexArray:
+        """Two sets of weights (2, n_f, n_node) of the values at the nodes: the larger of both is the estimated error at
+        `frequency` (n_f,) Hz.
+
+        What changes at the line if the next master below (above) and its mirror image are left out and the denominator
+        is found without them, times a factor: interpolation errs by a divided difference times Π(f − f_j), and the
+        factor is the ratio of the products of both sets of nodes.  Zero at the masters.
         """
-        nearest = np.abs(frequency[:, None] - self.masters).argmin(axis=1)
-        around = self.node[_nearest(self.node, frequency, self.taking_part)]
-        product = np.prod(frequency[:, None] - around, axis=1)
-        low, high = int(nearest.min()), int(nearest.max()) + 1
-        reference = np.array([np.prod(self.masters[i] - self.node[self.others(i)]) for i in range(low, high)])
-        factors = np.zeros((len(frequency), high - low))
-        factors[np.arange(len(frequency)), nearest - low] = product / reference[nearest - low]
-        return slice(low, high), factors
+        whole = self.weights(frequency)
+        weights = np.stack([whole, whole])
+        above = np.clip(np.searchsorted(self.masters, frequency), 1, max(1, len(self.masters) - 1))
+        first = _nearest(self.node, frequency, self.taking_part)[:, 0]
+        for side, neighbour in zip(weights, (above - 1, np.minimum(above, len(self.masters) - 1)), strict=True):
+            for i, start in set(zip(neighbour.tolist(), first.tolist(), strict=True)):
+                rows = np.flatnonzero((neighbour == i) & (first == start))
+                others, without = self._without[i]
+                line = frequency[rows]
+                side[rows[:, None], others] -= self._rescaled(without.weights(line), others, line)
+                around = np.arange(start, start + self.taking_part)
+                lost, gained = (np.setdiff1d(a, b, assume_unique=True) for a, b in ((around, others), (others, around)))
+                factor = np.prod(line[:, None] - self.node[lost], axis=1)
+                side[rows] *= np.abs(factor / np.prod(line[:, None] - self.node[gained], axis=1))[:, None]
+        return weights
 
-    def others(self, master: int) -> IntArray:
-        """The nodes that predict a master that is left out, together with its mirror image."""
-        left = self.masters[master]
-        kept = np.flatnonzero(np.abs(self.node) != left)
-        return kept[_nearest(self.node[kept], np.array([left]), self.taking_part)[0]]
+    def poles_between(self, low: float, high: float) -> ComplexArray:
+        """Poles (Hz, complex) of the rational functions whose real part lies between two frequencies."""
+        first = _nearest(self.node, np.array([0.5 * (low + high)]), self.taking_part)[0, 0]
+        roots = np.asarray(self._windows[first].denominator.roots(), dtype=complex)
+        return roots[(roots.real > low) & (roots.real < high)]
+
+    @cached_property
+    def _windows(self) -> list[Window]:
+        """The window that begins with each node."""
+        starts = range(len(self.node) - self.taking_part + 1)
+        return [self._window(np.arange(start, start + self.taking_part)) for start in starts]
+
+    @cached_property
+    def _without(self) -> list[tuple[IntArray, Window]]:
+        """For each master the nodes that predict it if it is left out with its mirror image, and their window."""
+        found = []
+        for left in self.masters:
+            kept = np.flatnonzero(np.abs(self.node) != left)
+            others = kept[_nearest(self.node[kept], np.array([left]), self.taking_part)[0]]
+            found.append((others, self._window(others)))
+        return found
+
+    def _window(self, used: IntArray) -> Window:
+        gram = None if self.gram is None else self.gram[np.ix_(used, used)]
+        return window(self.node[used], gram, self.poles)
+
+    def _rescaled(self, weights: ComplexArray, used: IntArray, frequency: FloatArray) -> ComplexArray:
+        """Weights of what is divided by jω as weights of what is not."""
+        return weights * (frequency[:, None] / self.node[used]) if self.phase_removed else weights
+
+
+def support(weights: ComplexArray) -> slice:
+    """The range of nodes with weights (n_f, n_node) that are not zero."""
+    used = np.flatnonzero(weights.any(axis=0))
+    return slice(int(used[0]), int(used[-1]) + 1) if len(used) else slice(0, 0)
 
 
 def interpolant(atv: TransferVectors, fidelity: AcousticsFidelity) -> Interpolant:
     """Split transfer vectors into propagation phase and remainder; with a plane, those to the points and then those to
     their mirror images, whose sum is the whole (`TransferVectors.unfolded`).
 
-    The remainder of a face–point pair is what the body adds to e^{−jkr}, r the distance from the face's centroid: it
+    The remainder of a face–point pair is what the body adds to jω e^{−jkr}, r the distance from the face's centroid: it
     oscillates in frequency with the detour around the body only, so that master spacing depends on the size of the
     body and not on the distance of the point.  Where the band starts no farther from 0 Hz than masters lie apart, the
     lower end is closed by what is known beyond it: the vectors at −f are conjugate to those at f, the response in time
     being real.  `fidelity.interpolation_points` nodes take part in a value, fewer where one more could not be
-    left out to estimate the error; `fidelity.interpolation` = `linear` keeps the phase in and joins neighbouring
-    masters by straight lines.
+    left out to estimate the error.  `fidelity.interpolation` = `rational` joins them by a rational function with
+    `fidelity.interpolation_poles` poles at most, which all face–point pairs share; `phase_removed` by a polynomial;
+    `linear` keeps the phase in and joins neighbouring masters by straight lines.
     """
     atv = atv.unfolded()
-    per_hertz = 2 * np.pi / atv.air.speed_of_sound
     masters, count = atv.frequency, len(atv.frequency)
-    if fidelity.interpolation == "linear":
-        return Interpolant(masters, 0, per_hertz, np.zeros(atv.vectors.shape[1:]), atv.vectors, min(2, count))
-    distance = np.linalg.norm(atv.points[:, None] - atv.surface.centroids[None], axis=2)
-    images = masters[masters > 0][: fidelity.interpolation_points][::-1]
+    if fidelity.interpolation == "linear" or masters[-1] == 0:
+        return Interpolant(atv, masters, 0, min(2, count), 0, None, phase_removed=False)
+    positive = masters[masters > 0]
+    images = positive[: fidelity.interpolation_points][::-1]
     if count == 1 or masters[0] > np.diff(masters).max():
         images = images[:0]
-    node = np.concatenate([-images, masters])
-    remainder = np.zeros((len(node), *atv.vectors.shape[1:]), dtype=complex)
-    for i, frequency in enumerate(masters):
-        remainder[len(images) + i] = atv.vectors[i] * np.exp(1j * per_hertz * frequency * distance)
-    for i, image in enumerate(images):
-        remainder[i] = remainder[np.searchsorted(node, image)].conj()
+    node = np.concatenate([-images, positive])
     spare = len(node) - (2 if len(images) else 1)
-    taking_part = min(fidelity.interpolation_points, max(min(2, count), spare))
-    return Interpolant(node, len(images), per_hertz, distance, remainder, taking_part)
+    taking_part = min(fidelity.interpolation_points, max(min(2, len(node)), spare))
+    poles = min(fidelity.interpolation_poles, taking_part - 2) if fidelity.interpolation == "rational" else 0
+    gram = _inner_products(atv, positive, len(images)) if poles > 0 else None
+    return Interpolant(atv, node, len(images), taking_part, max(poles, 0), gram, phase_removed=True)
 
 
 def check_lines(atv: TransferVectors, frequency: FloatArray) -> None:
@@ -112,15 +177,21 @@ def check_lines(atv: TransferVectors, frequency: FloatArray) -> None:
     )
 
 
-def left_out(smooth: Interpolant) -> ComplexArray:
-    """What interpolation gets wrong at every master if that one is left out: (n_master, n_point, n_face) Pa/(m/s)."""
-    error = -smooth.remainder[smooth.mirrored :]
-    for i, frequency in enumerate(smooth.masters):
-        others = smooth.others(i)
-        weights = _lagrange(smooth.node[others][None], np.array([frequency]))[0]
-        for weight, other in zip(weights, others, strict=True):
-            error[i] += weight * smooth.remainder[other]
-    return error
+def _inner_products(atv: TransferVectors, masters: FloatArray, mirrored: int) -> ComplexArray:
+    """Inner products of the remainders at mirrored masters and masters, conjugate first; every point counts alike."""
+    faces = len(atv.surface.triangles)
+    pairs = np.arange(len(atv.points) * faces)
+    if len(pairs) > _PAIRS:
+        pairs = np.unique(np.random.default_rng(0).integers(0, len(pairs), _PAIRS))
+    point, face = pairs // faces, pairs % faces
+    distance = np.linalg.norm(atv.points[point] - atv.surface.centroids[face], axis=1)
+    wavenumber = 2 * np.pi / atv.air.speed_of_sound * masters[:, None]
+    values = atv.vectors[len(atv.frequency) - len(masters) :, point, face] * np.exp(1j * wavenumber * distance)
+    values /= masters[:, None]
+    power = np.bincount(point, (np.abs(values) ** 2).sum(axis=0), len(atv.points))
+    values /= np.sqrt(np.where(power > 0, power, 1.0))[point]
+    values = np.concatenate([-values[:mirrored][::-1].conj(), values])
+    return np.asarray(values.conj() @ values.T, dtype=complex)
 
 
 def _nearest(nodes: FloatArray, frequency: FloatArray, count: int) -> IntArray:
@@ -131,14 +202,3 @@ def _nearest(nodes: FloatArray, frequency: FloatArray, count: int) -> IntArray:
     reach = np.maximum(frequency[:, None] - nodes[first], nodes[first + count - 1] - frequency[:, None])
     best = np.take_along_axis(first, reach.argmin(axis=1)[:, None], axis=1)
     return best + np.arange(count)
-
-
-def _lagrange(nodes: FloatArray, at: FloatArray) -> FloatArray:
-    """Lagrange weights (n, m) of nodes (n, m) at values (n,)."""
-    n, m = nodes.shape
-    weights = np.ones((n, m))
-    for i in range(m):
-        for j in range(m):
-            if j != i:
-                weights[:, i] *= (at - nodes[:, j]) / (nodes[:, i] - nodes[:, j])
-    return weights

@@ -8,7 +8,7 @@ import numpy as np
 import psutil
 from numpy.typing import ArrayLike
 
-from nvhchain.acoustics.interpolation import check_lines, interpolant
+from nvhchain.acoustics.interpolation import check_lines, interpolant, support
 from nvhchain.conventions import Progress
 from nvhchain.errors import ResourceError, require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
@@ -97,10 +97,11 @@ def _pieces(
     followed by their mirror images."""
     check_lines(atv, lines)
     smooth = interpolant(atv, fidelity)
-    for start in range(0, len(lines), LINES):
-        piece = slice(start, min(start + LINES, len(lines)))
-        nodes, weights = smooth.weights(lines[piece])
-        wavenumber = smooth.wavenumber_per_hertz * lines[piece, None]
-        for end, distance in enumerate(smooth.distance):
-            values = weights @ smooth.remainder[nodes, end]
-            yield piece, end, values * np.exp(-1j * wavenumber * distance)
+    for end in range(len(smooth.atv.points)):
+        values, distance = smooth.at_nodes(end), smooth.distance(end)
+        for start in range(0, len(lines), LINES):
+            piece = slice(start, min(start + LINES, len(lines)))
+            weights = smooth.weights(lines[piece])
+            nodes = support(weights)
+            phase = np.exp(-1j * smooth.wavenumber(lines[piece])[:, None] * distance)
+            yield piece, end, weights[:, nodes] @ values[nodes] * phase

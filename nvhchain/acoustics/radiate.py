@@ -5,14 +5,15 @@ from __future__ import annotations
 import numba as nb
 import numpy as np
 
-from nvhchain.acoustics.interpolation import Interpolant, check_lines, interpolant, left_out
+from nvhchain.acoustics.interpolation import Interpolant, check_lines, interpolant, support
+from nvhchain.acoustics.projection import LINES, check_memory
 from nvhchain.conventions import Progress
 from nvhchain.errors import InputError
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FieldPressure, FloatArray, SurfaceVelocity, TransferVectors
 
-LINES = 64
-"""Frequency lines per piece of work: some ten milliseconds for a usual surface."""
+_BLOCK_BYTES = 2**28
+"""Remainders at the nodes that are alive at once: those of some points, which then share the reading of velocities."""
 
 _COMPLEX_2 = nb.types.Array(nb.complex128, 2, "C", readonly=True)
 _REAL_1 = nb.types.Array(nb.float64, 1, "C", readonly=True)
@@ -117,23 +118,30 @@ def _evaluate(
     """
     lines = _radiating(surface_velocity)
     shape = (len(surface_velocity.frequency), points)
-    pressure, error = np.zeros(shape, dtype=complex), None
-    if smooth.can_estimate:
-        error = np.zeros(shape)
-        misfit = left_out(smooth)
-
-    report = progress or (lambda done, total: None)
+    check_memory(24 * shape[0] * points, "pressures and their error estimates", "lines")
+    pressure = np.zeros(shape, dtype=complex)
+    error = np.zeros(shape) if smooth.can_estimate else None
     pieces = [lines[start : start + LINES] for start in range(0, len(lines), LINES)]
-    for done, piece in enumerate(pieces):
-        report(done, len(pieces))
-        frequency = surface_velocity.frequency[piece]
-        velocity = np.ascontiguousarray(surface_velocity.normal_velocity[piece])
-        needed, weights = smooth.weights(frequency)
-        nearest, factors = smooth.carried_over(frequency) if smooth.can_estimate else (needed, weights)
-        for m, distance in enumerate(smooth.distance):
-            delayed = _delayed(smooth.wavenumber_per_hertz * frequency, distance, velocity)
-            pressure[piece, m % points] += (delayed @ smooth.remainder[needed, m].T * weights).sum(axis=1)
+    ends = range(len(smooth.atv.points))
+    together = max(1, _BLOCK_BYTES // (16 * len(smooth.node) * len(smooth.atv.surface.triangles)))
+    blocks = [ends[start : start + together] for start in range(0, len(ends), together)]
+    report = progress or (lambda done, total: None)
+    for done, block in enumerate(blocks):
+        values = [smooth.at_nodes(end) for end in block]
+        distances = [smooth.distance(end) for end in block]
+        for at, piece in enumerate(pieces):
+            report(done * len(pieces) + at, len(blocks) * len(pieces))
+            frequency = surface_velocity.frequency[piece]
+            velocity = np.ascontiguousarray(surface_velocity.normal_velocity[piece])
+            weights, misfit = smooth.weights(frequency), None
+            needed = support(weights)
             if error is not None:
-                error[piece, m % points] += np.abs(delayed @ misfit[nearest, m].T * factors).sum(axis=1)
-    report(len(pieces), len(pieces))
+                misfit = smooth.error_weights(frequency)
+                needed = support(np.concatenate([weights, *misfit]))
+            for end, value, distance in zip(block, values, distances, strict=True):
+                projected = _delayed(smooth.wavenumber(frequency), distance, velocity) @ value[needed].T
+                pressure[piece, end % points] += (projected * weights[:, needed]).sum(axis=1)
+                if error is not None and misfit is not None:
+                    error[piece, end % points] += np.abs((projected * misfit[:, :, needed]).sum(axis=2)).max(axis=0)
+    report(len(blocks) * len(pieces), len(blocks) * len(pieces))
     return pressure, error

@@ -26,6 +26,9 @@ MESH_LEVELS = ("stiffness", "table", "contact")
 PRECISIONS = ("double", "single")
 """Widths of the boundary element matrices: 16 and 8 bytes per entry."""
 
+BODIES = ("elements", "analytic")
+"""Ways to find how teeth and blanks give way."""
+
 
 @dataclass(frozen=True)
 class GearFidelity:
@@ -35,6 +38,8 @@ class GearFidelity:
     transverse_refinement: factor on the elements across tooth and rim (1: four across the tooth).
     row_aspect: radial over circumferential size of the blank's elements under the teeth.
     load_pattern_tolerance: what is neglected of the forces a tooth passes to the body, relative.
+    bodies: how teeth and blanks give way, `elements` or, for a first look, `analytic` (Weber–Banaschek beam on
+    Sainsot–Velex ring; it sees no web, hole or slot).
     far_pattern_tolerance: what of them is taken to answer alike at all teeth of a sector, relative.
     slices: axial slices of a contact line.  angles_per_mesh: mesh-law angles per mesh period.
     deflections: mesh-law deflections.  contact_residual: admissible residual of the complementarity
@@ -52,6 +57,7 @@ class GearFidelity:
     row_aspect: float = 1.5
     load_pattern_tolerance: float = 1e-3
     far_pattern_tolerance: float = 3e-2
+    bodies: str = "elements"
     drive_reach: float = 3.0
     back_reach: float = 1.5
 
@@ -72,6 +78,7 @@ class GearFidelity:
         ):
             value = getattr(self, name)
             require(low <= value <= high, f"gear {name} = {value} is outside {low:g}…{high:g}")
+        require(self.bodies in BODIES, f"gear bodies = {self.bodies!r} is unknown: choose from {', '.join(BODIES)}")
 
 
 @dataclass(frozen=True)
@@ -87,6 +94,7 @@ class DynamicsFidelity:
     stopband_attenuation: dB by which what would fold back into the band is lowered before a run-up is thinned out.
     mesh_level: `table`, the mesh law F(θ, δ); `stiffness`, its tangent k(θ) at the nominal force, without a gap;
     `contact`, the contact problem itself at every step (slow: the yardstick of the others).
+    gyroscopic: whether the shafts' spin turns their tilting (constant speed only).
     """
 
     time_step: float
@@ -99,6 +107,7 @@ class DynamicsFidelity:
     stored_samples_per_period: float = 5.0
     stopband_attenuation: float = 100.0
     mesh_level: str = "table"
+    gyroscopic: bool = False
 
     def __post_init__(self) -> None:
         for name, low, high in (

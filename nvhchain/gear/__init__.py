@@ -1,5 +1,6 @@
 """Gears: geometry, finite element bodies, contact and mesh laws."""
 
+from nvhchain.gear.analytic import SliceCompliance, slice_compliance
 from nvhchain.gear.blank import SOLID, Blank, Differential, Holes, Slots, Solid, ThinRim
 from nvhchain.gear.body import GearBody, MassProperties, mass_properties
 from nvhchain.gear.compliance import FlankCompliance, flank_compliance
@@ -36,6 +37,7 @@ __all__ = [
     "MicroGeometry",
     "Misalignment",
     "Relief",
+    "SliceCompliance",
     "Slots",
     "Solid",
     "ThinRim",
@@ -50,5 +52,6 @@ __all__ = [
     "mesh_law",
     "nominal_centre_distance",
     "quasi_static_transmission_error",
+    "slice_compliance",
     "sliding_sense",
 ]

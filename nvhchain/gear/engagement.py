@@ -10,6 +10,7 @@ import numpy as np
 
 from nvhchain.errors import SolverError, require
 from nvhchain.fidelity import GearFidelity
+from nvhchain.gear.analytic import SliceCompliance
 from nvhchain.gear.compliance import FlankCompliance
 from nvhchain.gear.contact import LocalLaw, complementarity_residual, contact_half_width, local_law, slice_forces
 from nvhchain.gear.flank_splines import FlankSplines, flank_splines
@@ -31,7 +32,7 @@ class Engagement:
     """
 
     pair: GearPair
-    compliances: tuple[FlankCompliance, FlankCompliance]
+    compliances: tuple[FlankCompliance | SliceCompliance, FlankCompliance | SliceCompliance]
     fidelity: GearFidelity
 
     def __post_init__(self) -> None:
@@ -40,6 +41,8 @@ class Engagement:
         for name, body, c in zip(
             ("pinion", "wheel"), (self.pair.pinion, self.pair.wheel), self.compliances, strict=True
         ):
+            if isinstance(c, SliceCompliance):
+                continue
             require(
                 c.tooth_count == body.geometry.teeth and c.sector == body.sector,
                 f"compliance of the {name} is for {c.tooth_count} teeth in sectors of {c.sector}, the gear has "
@@ -59,16 +62,18 @@ class Engagement:
             )
 
     @cached_property
-    def _splines(self) -> tuple[FlankSplines, FlankSplines]:
-        pinion, wheel = self.compliances
-        return flank_splines(pinion), flank_splines(wheel)
+    def _between_points(self) -> tuple[FlankSplines | SliceCompliance, ...]:
+        return tuple(c if isinstance(c, SliceCompliance) else flank_splines(c) for c in self.compliances)
 
     def compliance(self, lines: ContactLines) -> FloatArray:
         """C (n, n), m/N: normal approach at every slice under a unit normal force at every other, both gears."""
         n = len(lines.length)
         total = np.zeros((n, n))
-        for tooth, radius, splines in zip(lines.tooth, lines.radius, self._splines, strict=True):
-            splines.add(total, lines.side, tooth, radius, lines.axial)
+        for tooth, radius, between in zip(lines.tooth, lines.radius, self._between_points, strict=True):
+            if isinstance(between, SliceCompliance):
+                between.add(total, radius, lines.length)
+            else:
+                between.add(total, lines.side, tooth, radius, lines.axial)
         return total
 
     def at_angles(self, angles: FloatArray) -> Engagement:
@@ -80,7 +85,9 @@ class Engagement:
                 for flank in (DRIVE, BACK)
             ]
         )
-        pinion, wheel = (c.of_teeth(t) for c, t in zip(self.compliances, teeth, strict=True))
+        pinion, wheel = (
+            c if isinstance(c, SliceCompliance) else c.of_teeth(t) for c, t in zip(self.compliances, teeth, strict=True)
+        )
         return replace(self, compliances=(pinion, wheel))
 
     def forces(

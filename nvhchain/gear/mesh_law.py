@@ -9,6 +9,7 @@ import numpy as np
 from nvhchain.conventions import Progress
 from nvhchain.errors import SolverError, require
 from nvhchain.fidelity import GearFidelity
+from nvhchain.gear.analytic import SliceCompliance, slice_compliance
 from nvhchain.gear.compliance import FlankCompliance, flank_compliance
 from nvhchain.gear.engagement import Engagement, engaged_reach
 from nvhchain.gear.pair import BACK, DRIVE, GearPair
@@ -21,7 +22,7 @@ def mesh_law(
     *,
     nominal_force: float,
     fidelity: GearFidelity,
-    compliances: tuple[FlankCompliance, FlankCompliance] | None = None,
+    compliances: tuple[FlankCompliance | SliceCompliance, FlankCompliance | SliceCompliance] | None = None,
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> MeshLaw:
@@ -38,6 +39,8 @@ def mesh_law(
     count = meshes * fidelity.angles_per_mesh
     angle: FloatArray = np.arange(count, dtype=np.float64) * (pair.mesh_period / fidelity.angles_per_mesh)
     blocks = [angle[i : i + ANGLE_BLOCK] for i in range(0, count, ANGLE_BLOCK)]
+    if compliances is None and fidelity.bodies == "analytic":
+        compliances = slice_compliance(pair.pinion), slice_compliance(pair.wheel)
     teeth = 0 if compliances else pair.pinion.sector + pair.wheel.sector
     steps = teeth + len(blocks)
 

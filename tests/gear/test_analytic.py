@@ -1,0 +1,78 @@
+"""Closed-form compliance against ISO 6336-1, finite elements, and the level of fidelity that uses it."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from nvhchain.errors import InputError
+from nvhchain.fidelity import DRAFT
+from nvhchain.gear import (
+    Engagement,
+    GearBody,
+    GearPair,
+    Slots,
+    flank_compliance,
+    iso_stiffness,
+    loaded_mesh,
+    mesh_law,
+    slice_compliance,
+)
+
+ANALYTIC = dataclasses.replace(DRAFT.gear, bodies="analytic", slices=6, angles_per_mesh=8)
+
+
+@pytest.fixture(scope="module")
+def alike(make_body, make_geometry):
+    gear = make_geometry(40, stage=1, hand=1, helix_angle=0.0, dedendum=1.2)
+    return GearPair(make_body(gear), make_body(gear), 2 * gear.pitch_radius)
+
+
+def engaged(pair):
+    return Engagement(pair, (slice_compliance(pair.pinion), slice_compliance(pair.wheel)), ANALYTIC)
+
+
+def test_one_pair_of_teeth_is_as_stiff_as_iso_6336_says(alike):
+    """c' of solid discs, theory corrected to measurement, at 300 N/mm; one pair in contact at the pitch point."""
+    force = 300e3 * alike.face_width
+    mesh = loaded_mesh(engaged(alike), 0.0, force, guess=20e-6)
+    assert len(mesh.load_share()) == 1
+    stiffness = force / mesh.deflection / alike.face_width
+    assert stiffness == pytest.approx(iso_stiffness(alike).single, rel=0.08)
+
+
+def test_compliance_of_a_narrow_spur_tooth_is_near_the_finite_elements(make_geometry):
+    gear = make_geometry(40, stage=1, hand=1, helix_angle=0.0, face_width=6e-3)
+    body = GearBody(gear)
+    elements = flank_compliance(body, dataclasses.replace(DRAFT.gear, profile_elements=4, width_layers=2), reach=0)
+    w = np.ones(len(elements.axial))
+    w[1::2], w[2:-1:2] = 4.0, 2.0
+    w /= w.sum()
+    found = [gear.face_width * (w @ elements.block(0, 0)[0, i, :, 0, i] @ w) for i in range(len(elements.radius))]
+    closed = slice_compliance(body)
+    expected = np.interp(elements.radius, closed.radius, closed.compliance)
+    np.testing.assert_allclose(found, expected, rtol=0.12)  # plane strain in the one, nearly plane stress in the other
+
+
+def test_helical_slices_are_stiffer_by_cos_squared_per_width(make_body, make_geometry):
+    """A cosine each for force and displacement; the width is the contact line's length times another."""
+    gear = make_geometry(40, stage=1, hand=1)
+    c = slice_compliance(make_body(gear))
+    width, radius = 2e-3, np.array([gear.pitch_radius])
+    total = np.zeros((1, 1))
+    c.add(total, radius, np.array([width / np.cos(gear.base_helix_angle)]))
+    plain = np.interp(radius, c.radius, c.compliance)[0] / width
+    assert total[0, 0] == pytest.approx(plain * np.cos(gear.base_helix_angle) ** 2)
+
+
+def test_fidelity_chooses_it_and_the_blank_does_not_enter(make_pair):
+    plain = make_pair(1, thickness_allowance=40e-6)
+    gear = plain.wheel.geometry
+    cut = GearBody(gear, Slots(5, 1.2 * gear.bore_radius, 0.85 * gear.root_radius, np.radians(40.0)))
+    slotted = dataclasses.replace(plain, wheel=cut)
+    law = mesh_law(slotted, nominal_force=3000.0, fidelity=ANALYTIC)
+    assert law.force.shape == (80, ANALYTIC.deflections)
+    np.testing.assert_allclose(law.force[8:16], law.force[:8], rtol=1e-8, atol=1e-6)
+    np.testing.assert_array_equal(slice_compliance(cut).compliance, slice_compliance(plain.wheel).compliance)
+    with pytest.raises(InputError, match="gear bodies = 'beams' is unknown: choose from elements, analytic"):
+        dataclasses.replace(ANALYTIC, bodies="beams")

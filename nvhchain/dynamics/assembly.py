@@ -6,7 +6,7 @@ housing's modal coordinates, and n_shaft − 1 torsional coordinates τ. The spi
 shaft's running direction, come on top of the prescribed nominal spin: the common spin of the train is left out,
 since the torques balance in it. Bearings leave rotations free and sit on the shaft axes, so τ meets the other
 unknowns only in the gear meshes.
-Gyroscopic terms and weight are left out.
+Weight is left out. Gyroscopic terms belong to one speed: they come in where it is given.
 
 Contacts: two per mesh, first its drive flank, then its back flank. Contact i is pressed by d_i = contact[i] · x and
 its force F_i ≥ 0 acts back on x as −contact[i] F_i.
@@ -34,7 +34,8 @@ accuracy)."""
 class Assembly:
     """Matrices of the gearbox; n = 5 n_shaft + n_mode + (n_shaft − 1).
 
-    mass (n,), stiffness (n, n), damping (n, n): bearings and housing included, meshes not.
+    mass (n,), stiffness (n, n), damping (n, n): bearings and housing included, meshes not. The gyroscopic terms are the
+    skew part of the damping.
     contact (2 n_mesh, n): contact rows, above.
     bearing_stiffness, bearing_damping (3 n_bearing, n): bearing force on the housing = stiffness x + damping ẋ.
     seat_shapes (3 n_bearing, n_mode), seat_residual (3 n_bearing, 3 n_bearing): of the bearings in their order.
@@ -164,13 +165,28 @@ def _contact_rows(
     return to_lateral, to_torsion
 
 
-def assemble(gearbox: Gearbox, mesh_laws: Sequence[MeshLaw], housing: ReducedHousing | None) -> Assembly:
+def _gyroscopic(
+    gearbox: Gearbox, kinematics: Train, bodies: Sequence[RigidBody], input_speed: float, size: int
+) -> FloatArray:
+    """(size, size) forces per velocity: a shaft that spins at Ω about +z and tilts at ψ̇x, ψ̇y resists with
+    J_p Ω ψ̇y about x and −J_p Ω ψ̇x about y (rate of change of its angular momentum J_p Ω (ψy, −ψx, 1))."""
+    gyroscopic = np.zeros((size, size))
+    for i, body in enumerate(bodies):
+        momentum = body.polar_inertia * kinematics.rotation[i] * float(kinematics.speed_ratio[i]) * input_speed
+        gyroscopic[5 * i + 3, 5 * i + 4], gyroscopic[5 * i + 4, 5 * i + 3] = momentum, -momentum
+    return gyroscopic
+
+
+def assemble(
+    gearbox: Gearbox, mesh_laws: Sequence[MeshLaw], housing: ReducedHousing | None, *, input_speed: float = 0.0
+) -> Assembly:
     """Put shafts, bearings, housing and lines of action together (module docstring; PHYSICS: series of bearing and
     seat).
 
     housing: None for rigid seats. The seats' residual flexibility R sits in series with the bearings:
     K_eff = (K_b⁻¹ + R)⁻¹, C_eff = K_eff K_b⁻¹ C_b K_b⁻¹ K_eff (first order in the damping of the exact complex
     series).
+    input_speed: rad/s, for gyroscopic terms; 0 leaves them out.
     Raises InputError when bearings, seats, axes and laws do not fit together or a shaft can move freely.
     """
     require(
@@ -223,6 +239,7 @@ def assemble(gearbox: Gearbox, mesh_laws: Sequence[MeshLaw], housing: ReducedHou
     diagonal = np.concatenate([np.zeros(5 * n_shaft), modal_stiffness])
     stiffness = np.diag(diagonal) + bearing_map.T @ k_eff @ bearing_map
     damping = np.diag(np.concatenate([np.zeros(5 * n_shaft), modal_damping])) + bearing_map.T @ c_eff @ bearing_map
+    damping += _gyroscopic(gearbox, kinematics, bodies, input_speed, size)
     scaled = stiffness / np.sqrt(np.outer(mass, mass))
     lowest, *_, highest = np.linalg.eigvalsh(scaled)
     if lowest <= 1e-12 * highest:

@@ -75,7 +75,8 @@ class Propagator:
     decay (n_z,) complex: e^{λh}.  gain (n_z,) complex: what the external torques add to z.
     read (n_contact, n_z): contact deflection = Re(read z).  drive (n_contact, n_z): z loses Σ drive r.
     compliance (n_contact, n_contact) m/N: fall of the end deflections per unit contact force r over the step.
-    It is symmetric, not negative, and at most twice the static compliance, since the linear part is passive.
+    It is not negative and at most twice the static compliance, since the linear part is passive; symmetric but for
+    gyroscopic terms.
     """
 
     step: float
@@ -92,14 +93,16 @@ def propagator(assembly: Assembly, modes: ModalForm, load: FloatArray, step: flo
     hold = np.expm1(modes.eigenvalue * step) / modes.eigenvalue
     read = assembly.contact @ modes.displacement
     drive = (hold[:, None] * (modes.input @ assembly.contact.T)).T
-    compliance = (read @ drive.T).real
+    compliance = np.ascontiguousarray((read @ drive.T).real)
+    if np.array_equal(assembly.damping, assembly.damping.T):
+        compliance = 0.5 * (compliance + compliance.T)
     return Propagator(
         step,
         np.exp(modes.eigenvalue * step),
         hold * (modes.input @ load),
         np.ascontiguousarray(read),
         np.ascontiguousarray(drive),
-        0.5 * (compliance + compliance.T),
+        compliance,
     )
 
 

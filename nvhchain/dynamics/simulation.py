@@ -70,6 +70,7 @@ def simulation(
     time_step: float,
     fidelity: DynamicsFidelity,
     input_acceleration: float = 0.0,
+    gyroscopic_speed: float = 0.0,
     contact_forces: Sequence[ContactForce] | None = None,
 ) -> Simulation:
     """Assemble, diagonalise and discretise.
@@ -77,10 +78,11 @@ def simulation(
     input_torque: N m (negative: coasting).  time_step: s.  input_acceleration: rad/s², prescribed for the train. The
     inertia torques it brings need no term of their own: along the free torsion they do no work (`Assembly.free`), and
     the output torque leaves room for them.
+    gyroscopic_speed: rad/s of the input, for gyroscopic terms; 0 leaves them out.
     contact_forces: one per mesh, for the mesh level `contact`, which also needs the laws: for the start and the
     linear part.
     """
-    assembly = assemble(gearbox, mesh_laws, housing)
+    assembly = assemble(gearbox, mesh_laws, housing, input_speed=gyroscopic_speed)
     torque = shaft_torques(gearbox, assembly.train, input_torque, assembly.inertia, input_acceleration)
     nominal = static_mesh_forces(assembly, torque)
     loop = contact_loop(contact_forces, mesh_laws) if fidelity.mesh_level == "contact" else None

@@ -130,6 +130,10 @@ def prepare(
     """Check the run-up, assemble and discretise it (arguments of `run_up`)."""
     require(isfinite(input_torque), f"input_torque = {input_torque} N m must be finite")
     require(isfinite(f_max) and f_max > 0, f"f_max = {f_max} Hz must be positive")
+    require(
+        not fidelity.gyroscopic or ramp.acceleration == 0.0,
+        "gyroscopic terms need constant speed, since the modes depend on it: set gyroscopic to False for a run-up",
+    )
     model = simulation(
         gearbox,
         mesh_laws,
@@ -138,6 +142,7 @@ def prepare(
         time_step=fidelity.time_step,
         fidelity=fidelity,
         input_acceleration=ramp.acceleration,
+        gyroscopic_speed=ramp.start_speed if fidelity.gyroscopic else 0.0,
         contact_forces=contact_forces,
     )
     kinematics = model.assembly.train

@@ -167,3 +167,16 @@ def test_agrees_with_radau_through_back_flank_impacts(make_gearbox, make_laws):
     expected_deflection, expected = _radau(model, laws, motion, 0.02, 1000)
     assert np.abs(force - expected).max() < 1e-4 * np.abs(expected).max()
     assert np.abs(drive - expected_deflection[:, 0::2]).max() < 1e-4 * np.abs(expected_deflection).max()
+
+
+def test_agrees_with_radau_without_backlash(make_gearbox, make_laws):
+    """One flank takes over from the other inside a cell of the law, each along its own normal."""
+    gearbox, laws = make_gearbox(), []
+    for law in make_laws(angles=8, plain_wheel=True):
+        deflection = np.array([-2e-4, -3e-5, 5e-5, 2e-4])
+        e = 5e-6 * np.sin(law.teeth[1] * law.angle)
+        laws.append(law.replace(deflection=deflection, force=4e8 * (deflection - e[:, None])))
+    model, motion, deflection, force = _run(gearbox, laws, None, 60.0, 2.5e-7, 0.005, 2e-5, kick=4.0)
+    assert (deflection > 5.1e-6).any(axis=0).all()
+    _, expected = _radau(model, laws, motion, 0.005, 250)
+    assert np.abs(force - expected).max() < 1e-4 * np.abs(expected).max()

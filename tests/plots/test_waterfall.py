@@ -9,8 +9,10 @@ from nvhchain.spectrum import Waterfall
 
 
 def _falling(of_orders=True, channels=2):
-    """Four windows, five lines; line 2 carries 3 and 4 in two channels, everything else a hundredth."""
+    """Four windows, five lines; line 2 carries 3 and 4 in two channels, everything else a hundredth, and the last
+    window, the slowest, a tenth in line 1."""
     amplitude = np.full((4, 5, channels), 0.01 + 0j)
+    amplitude[3, 1] = 0.1
     amplitude[:, 2] = [3.0, 4.0j][:channels]
     speed = 2 * np.pi * np.array([40.0, 30.0, 20.0, 10.0])
     return Waterfall(np.arange(4.0), speed, np.arange(5) * 10.0, amplitude, of_orders)
@@ -22,7 +24,7 @@ def test_levels_add_the_channels_in_energy_and_speed_goes_up():
     level = np.asarray(mesh.get_array())
     assert level.shape == (4, 4)  # the mean is not shown
     assert level[:, 1] == pytest.approx(20 * np.log10(5.0) * np.ones(4))
-    assert level[0, 0] == pytest.approx(20 * np.log10(0.01 * np.sqrt(2)))
+    assert level[:, 0] == pytest.approx(20 * np.log10(np.sqrt(2) * np.array([0.1, 0.01, 0.01, 0.01])))
     assert mesh.get_clim() == pytest.approx((20 * np.log10(5.0) - 70, 20 * np.log10(5.0)))
     assert ax.get_ylim()[0] < 600.0 < 2400.0 < ax.get_ylim()[1]
     assert ax.get_xlabel() == "order of the input shaft"

@@ -42,12 +42,13 @@ def test_overlap_sets_how_far_apart_the_windows_are():
 
 
 def test_an_order_stays_on_its_line_with_amplitude_and_phase_through_a_ramp():
+    """Order 20.2 is not whole over the 1.25 turns between windows, so that its phase would show where they start."""
     _, speed, turns = _ramp()
-    signal = 2.0 * np.cos(2 * np.pi * 20.0 * turns + 0.7)
+    signal = 2.0 * np.cos(2 * np.pi * 20.2 * turns + 0.7)
     of = order_waterfall(signal, sample_rate=RATE, input_speed=speed, resolution=0.3, high=100.0)
-    cut = order_cut(of, [20.0])[:, 0]
+    cut = order_cut(of, [20.2])[:, 0]
     assert cut == pytest.approx(np.full(len(cut), 2.0 * np.exp(0.7j)), rel=1e-5)
-    assert np.abs(of.amplitude[:, np.abs(of.axis - 20.0) > 0.5]).max() < 1e-4
+    assert np.abs(of.amplitude[:, np.abs(of.axis - 20.2) > 0.5]).max() < 1e-4
     # the same signal smears over many lines of a waterfall against frequency: the order sweeps 0.5 s · 100 Hz/s
     smeared = waterfall(signal, sample_rate=RATE, input_speed=speed, resolution=3.0, high=2000.0)
     assert np.abs(smeared.amplitude).max() < 0.8 * 2.0

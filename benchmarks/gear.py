@@ -16,6 +16,7 @@ import sys
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -25,14 +26,19 @@ import nvhchain as nvh
 from nvhchain.case import GearboxCase
 from nvhchain.fidelity import STANDARD, GearFidelity
 from nvhchain.gear import (
+    SOLID,
     Engagement,
     FlankCompliance,
     GearBody,
     GearPair,
+    ThinRim,
+    deflection_at_force,
     engaged_reach,
     flank_compliance,
+    iso_stiffness,
     loaded_mesh,
     mesh_law,
+    slice_compliance,
 )
 from nvhchain.handoff import FloatArray
 
@@ -98,18 +104,77 @@ def timed_law(configuration: str, number: int, angles_per_mesh: int) -> Record:
     }
 
 
-LAYERS = (5, 8, 12, 16)
+SLICES = (4, 8, 16, 32, 64, 128)
+GRIDS = ((48, 16), (96, 24), (192, 40))
+"""Angles per mesh and deflections of the presets."""
+
+
+def grids() -> Record:
+    """What slices, angles and deflections of the law do to the slotted stage, on the same compliances."""
+    pair, force = stage("slotted", 1)
+    both = compliances(pair, STANDARD.gear)
+    record: Record = {"meshes": pair.meshes_per_body_period, "slices": {}, "laws": {}}
+    for slices in SLICES:
+        engagement = Engagement(pair, both, replace(STANDARD.gear, slices=slices))
+        record["slices"][slices] = deflection(engagement, force, 48).tolist()
+    for angles, deflections in GRIDS:
+        fidelity = replace(STANDARD.gear, angles_per_mesh=angles, deflections=deflections)
+        law = mesh_law(pair, nominal_force=force, fidelity=fidelity, compliances=both)
+        direct = deflection(Engagement(pair, both, fidelity), force, angles)
+        record["laws"][f"{angles} × {deflections}"] = float(np.abs(deflection_at_force(law, force) - direct).max())
+    return record
+
+
+def analytic() -> Record:
+    """Mean and swing of δ: analytic level and ISO 6336-1 Method B against elements, for three blanks of stage 1."""
+    pair, force = stage("slotted", 1)
+    gear = pair.wheel.geometry
+    blanks = {
+        "solid": SOLID,
+        "thin rim": ThinRim(7e-3, 30e-3, 55e-3),
+        "slotted": pair.wheel.blank,
+    }
+    record: Record = {}
+    for name, blank in blanks.items():
+        pair = replace(pair, wheel=replace(pair.wheel, blank=blank))
+        levels = {
+            "elements": compliances(pair, STANDARD.gear),
+            "analytic": (slice_compliance(pair.pinion), slice_compliance(pair.wheel)),
+        }
+        rows: Record = {}
+        for level, both in levels.items():
+            engagement = Engagement(pair, both, STANDARD.gear)
+            start = time.process_time()
+            delta = deflection(engagement, force, 24)
+            angles = np.arange(24) / 24 * pair.mesh_period
+            tangent = [loaded_mesh(engagement, a, force, guess=delta.mean()).tangent_stiffness for a in angles]
+            rows[level] = {
+                "mean": delta.mean(),
+                "swing": float(np.ptp(delta)),
+                "stiffness": float(np.mean(tangent)),
+                "seconds": time.process_time() - start,
+            }
+        # per width in the transverse plane → of the whole mesh along the normal
+        iso = iso_stiffness(pair).mesh * gear.face_width / np.cos(pair.base_helix_angle) ** 2
+        rows["iso"] = {"stiffness": iso}
+        record[name] = rows
+    return record
+
+
+LAYERS = {"stage2": (5, 8, 10, 12, 14), "slotted": (5, 8, 12, 16)}
 FINE = replace(STANDARD.gear, profile_elements=8, transverse_refinement=2, row_aspect=1.0)
 
 MEASUREMENTS: dict[str, Callable[[], Record]] = {
-    **{f"stage2-layers{n}": lambda n=n: converged("solid", 2, replace(STANDARD.gear, width_layers=n)) for n in LAYERS},
     **{
-        f"slotted-layers{n}": lambda n=n: converged("slotted", 1, replace(STANDARD.gear, width_layers=n))
-        for n in LAYERS
+        f"{name}-layers{n}": partial(converged, *which, replace(STANDARD.gear, width_layers=n))
+        for name, which in (("stage2", ("solid", 2)), ("slotted", ("slotted", 1)))
+        for n in LAYERS[name]
     },
-    "slotted-plane": lambda: converged("slotted", 1, FINE),
-    "law-slotted": lambda: timed_law("slotted", 1, 24),
-    "law-differential": lambda: timed_law("solid", 2, 96),
+    "slotted-plane": partial(converged, "slotted", 1, FINE),
+    "slotted-grids": grids,
+    "analytic": analytic,
+    "law-slotted": partial(timed_law, "slotted", 1, 24),
+    "law-differential": partial(timed_law, "solid", 2, 96),
 }
 
 
@@ -144,6 +209,44 @@ def layers_table(title: str, records: dict[str, Record]) -> list[str]:
     return [*lines, ""]
 
 
+def grids_table(record: Record) -> list[str]:
+    """Slices against the most; laws against the deflection solved directly."""
+    rows = {n: {"delta": d, "meshes": record["meshes"]} for n, d in record["slices"].items()}
+    *_, last = rows
+    fine, most = harmonics(rows[last]), np.array(rows[last]["delta"])
+    head = " | ".join(str(n) for n in range(1, 11))
+    lines = ["**Slices, stage 1 slotted, 8 layers**", "", f"| slices | mean δ / % | swing of δ / % | {head} |"]
+    lines.append("|" + "---:|" * 13)
+    for name, row in rows.items():
+        own = np.array(row["delta"])
+        cells = [f"{100 * (own.mean() / most.mean() - 1):+.3f}", f"{100 * (np.ptp(own) / np.ptp(most) - 1):+.2f}"]
+        cells += [f"{20 * np.log10(a / b):+.2f}" for a, b in zip(harmonics(row), fine, strict=True)]
+        lines.append(f"| {name} | " + " | ".join(cells) + " |")
+    lines += ["", "**Law against the deflection solved directly, stage 1 slotted**", ""]
+    lines += ["| angles per mesh × deflections | largest difference / nm |", "|---|---:|"]
+    lines += [f"| {name} | {1e9 * value:.2f} |" for name, value in record["laws"].items()]
+    return [*lines, ""]
+
+
+def analytic_table(record: Record) -> list[str]:
+    """Cheap levels against elements."""
+    lines = ["**Analytic level and ISO 6336-1 Method B against elements, stage 1 (steel, nominal force)**", ""]
+    lines += [
+        "| wheel | level | mean δ / µm | swing of δ / µm | mean stiffness / (N/µm) | error of mean δ / % | of stiffness / % |"
+    ]
+    lines += ["|---|---|---:|---:|---:|---:|---:|"]
+    for name, rows in record.items():
+        true = rows["elements"]
+        for level, row in rows.items():
+            mean, swing = (f"{1e6 * row[k]:.2f}" if k in row else "" for k in ("mean", "swing"))
+            error = f"{100 * (row['mean'] / true['mean'] - 1):+.1f}" if "mean" in row else ""
+            stiff = 100 * (row["stiffness"] / true["stiffness"] - 1)
+            lines.append(
+                f"| {name} | {level} | {mean} | {swing} | {1e-6 * row['stiffness']:.0f} | {error} | {stiff:+.1f} |"
+            )
+    return [*lines, ""]
+
+
 def written(records: dict[str, Record]) -> str:
     """The page."""
     lines = [
@@ -155,12 +258,16 @@ def written(records: dict[str, Record]) -> str:
         ("stage2", "Layers over the face width, stage 2 (30/82, 40 mm, differential)"),
         ("slotted", "Layers over the face width, stage 1 (20/50, 22 mm, slotted)"),
     ):
-        rows = {str(n): records[f"{key}-layers{n}"] for n in LAYERS if f"{key}-layers{n}" in records}
+        rows = {str(n): records[f"{key}-layers{n}"] for n in LAYERS[key] if f"{key}-layers{n}" in records}
         if len(rows) > 1:
             lines += layers_table(title, rows)
     if {"slotted-plane", "slotted-layers8"} <= records.keys():
         rows = {"standard": records["slotted-layers8"], "halved": records["slotted-plane"]}
         lines += layers_table("Elements halved in the transverse plane, stage 1 slotted, 8 layers", rows)
+    if "slotted-grids" in records:
+        lines += grids_table(records["slotted-grids"])
+    if "analytic" in records:
+        lines += analytic_table(records["analytic"])
     laws = {"law-slotted": "slotted, 10 teeth", "law-differential": "differential, 41 teeth"}
     if laws.keys() & records.keys():
         lines += ["**A whole law at standard, finite elements included**", ""]

@@ -1,9 +1,9 @@
-"""Mesh levels `stiffness` and `table` against the contact problem; writes docs/measured/mesh_levels.md.
+"""What mesh levels and options of the dynamics change, in dB; writes docs/measured/dynamics_options.md.
 
-    python benchmarks/mesh_levels.py OPERATORS [levels contact]
+    python benchmarks/dynamics_options.py OPERATORS [options levels contact]
 
 OPERATORS: folder with the mesh laws and the housing that cases/studies/run_up.py leaves. The sections named (all, if
-none is) are measured anew and kept in OPERATORS/mesh_levels.json; the table is written from what is there.
+none is) are measured anew and kept in OPERATORS/dynamics_options.json; the table is written from what is there.
 """
 
 from __future__ import annotations
@@ -53,23 +53,54 @@ def worst(found: dict[float, float], wanted: dict[float, float]) -> list[float]:
     return [float(off[at]), float(np.sqrt((off**2).mean())), loud[at]]
 
 
+def steady(gearbox: dynamics.Gearbox, laws: Any, housing: Any, torque: float, **knobs: Any) -> dict[float, float]:
+    """Levels of the mesh harmonics of the solid gearbox at 2500 rpm."""
+    record = dynamics.bearing_forces(
+        gearbox,
+        laws,
+        housing,
+        input_speed=SPEED,
+        input_torque=torque,
+        f_max=5000.0,
+        fidelity=DynamicsFidelity(**({"time_step": 1e-5, "settle_level": 1e-4} | knobs)),
+    )
+    return order_levels(record.force.reshape(len(record.time), -1), 10.25)
+
+
+def options(folder: Path) -> list[list[Any]]:
+    """What single changes of the model do, in dB."""
+    laws, housing = operators(folder)
+    box = gearbox_of("solid")
+    halved, doubled = (
+        replace(
+            box,
+            bearings=tuple(
+                replace(b, radial_damping=factor * b.radial_damping, axial_damping=factor * b.axial_damping)
+                for b in box.bearings
+            ),
+        )
+        for factor in (0.5, 2.0)
+    )
+    usual = steady(box, laws["solid"], housing, TORQUE)
+    changed = {
+        "gyroscopic terms": steady(box, laws["solid"], housing, TORQUE, gyroscopic=True),
+        "rigid housing": steady(box, laws["solid"], None, TORQUE),
+        "bearing damping halved": steady(halved, laws["solid"], housing, TORQUE),
+        "bearing damping doubled": steady(doubled, laws["solid"], housing, TORQUE),
+        "half the step": steady(box, laws["solid"], housing, TORQUE, time_step=5e-6),
+    }
+    return [[name, *worst(found, usual)] for name, found in changed.items()]
+
+
 def levels(folder: Path) -> list[list[Any]]:
     """Mesh level `stiffness` against `table`: torque in N m and deviation in dB, steady at 2500 rpm."""
     laws, housing = operators(folder)
     rows = []
     for torque in (250.0, 100.0, 25.0):
-        found = {}
-        for level in ("table", "stiffness"):
-            record = dynamics.bearing_forces(
-                gearbox_of("solid"),
-                laws["solid"],
-                housing,
-                input_speed=SPEED,
-                input_torque=torque,
-                f_max=5000.0,
-                fidelity=DynamicsFidelity(1e-5, mesh_level=level, settle_level=1e-4),
-            )
-            found[level] = order_levels(record.force.reshape(len(record.time), -1), 10.25)
+        found = {
+            level: steady(gearbox_of("solid"), laws["solid"], housing, torque, mesh_level=level)
+            for level in ("table", "stiffness")
+        }
         rows.append([torque, *worst(found["stiffness"], found["table"])])
     return rows
 
@@ -149,13 +180,23 @@ def last_period(model: Simulation, motion: Motion, phases: FloatArray) -> tuple[
     return bearing_force(model, states, motion.excess, excesses), 0.25
 
 
-SECTIONS = {"levels": levels, "contact": contact}
+SECTIONS = {"options": options, "levels": levels, "contact": contact}
 
 
 def table(found: dict[str, Any]) -> list[str]:
     """What has been measured, in Markdown."""
-    lines = ["# Mesh levels", "", "Written by `benchmarks/mesh_levels.py`; bearing forces at 2500 rpm, draft.", ""]
+    lines = ["# Mesh levels and options of the dynamics", ""]
+    lines += ["Written by `benchmarks/dynamics_options.py`; bearing forces at 2500 rpm, draft laws and housing.", ""]
     lines += ["Harmonics within 30 dB of the strongest, all bearings and directions together.", ""]
+    if "options" in found:
+        lines += [
+            "## Options, solid, 250 N m, against the case as it is",
+            "",
+            "| change | worst mesh harmonic / dB | RMS / dB |",
+            "|---|---:|---:|",
+            *(f"| {name} | {off:+.3f} (order {order:g}) | {rms:.3f} |" for name, off, rms, order in found["options"]),
+            "",
+        ]
     if "levels" in found:
         lines += [
             "## `stiffness` against `table`, solid",
@@ -186,12 +227,12 @@ def table(found: dict[str, Any]) -> list[str]:
 
 def main() -> None:
     folder = Path(sys.argv[1])
-    kept = folder / "mesh_levels.json"
+    kept = folder / "dynamics_options.json"
     found: dict[str, Any] = json.loads(kept.read_text()) if kept.exists() else {}
     for name in sys.argv[2:] or list(SECTIONS):
         found[name] = SECTIONS[name](folder)
         kept.write_text(json.dumps(found))
-    (MEASURED / "mesh_levels.md").write_text("\n".join(table(found)))
+    (MEASURED / "dynamics_options.md").write_text("\n".join(table(found)))
 
 
 if __name__ == "__main__":

@@ -27,6 +27,7 @@ from nvhchain.case import GearboxCase
 from nvhchain.fidelity import STANDARD, GearFidelity
 from nvhchain.gear import (
     SOLID,
+    Blank,
     Engagement,
     FlankCompliance,
     GearBody,
@@ -129,7 +130,7 @@ def analytic() -> Record:
     """Mean and swing of δ: analytic level and ISO 6336-1 Method B against elements, for three blanks of stage 1."""
     pair, force = stage("slotted", 1)
     gear = pair.wheel.geometry
-    blanks = {
+    blanks: dict[str, Blank] = {
         "solid": SOLID,
         "thin rim": ThinRim(7e-3, 30e-3, 55e-3),
         "slotted": pair.wheel.blank,
@@ -137,7 +138,7 @@ def analytic() -> Record:
     record: Record = {}
     for name, blank in blanks.items():
         pair = replace(pair, wheel=replace(pair.wheel, blank=blank))
-        levels = {
+        levels: dict[str, Any] = {
             "elements": compliances(pair, STANDARD.gear),
             "analytic": (slice_compliance(pair.pinion), slice_compliance(pair.wheel)),
         }
@@ -232,7 +233,7 @@ def analytic_table(record: Record) -> list[str]:
     """Cheap levels against elements."""
     lines = ["**Analytic level and ISO 6336-1 Method B against elements, stage 1 (steel, nominal force)**", ""]
     lines += [
-        "| wheel | level | mean δ / µm | swing of δ / µm | mean stiffness / (N/µm) | error of mean δ / % | of stiffness / % |"
+        "| wheel | level | mean δ / µm | swing / µm | mean stiffness / (N/µm) | error of δ / % | of stiffness / % |"
     ]
     lines += ["|---|---|---:|---:|---:|---:|---:|"]
     for name, rows in record.items():

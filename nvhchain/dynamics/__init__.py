@@ -5,7 +5,7 @@ from nvhchain.dynamics.mesh_levels import ContactForce
 from nvhchain.dynamics.quasi_static import static_bearing_forces
 from nvhchain.dynamics.recording import Recording, record_run_up
 from nvhchain.dynamics.speed_ramp import run_up, run_up_time
-from nvhchain.dynamics.steady import bearing_forces
+from nvhchain.dynamics.steady import bearing_forces, steady_sweep
 from nvhchain.dynamics.train import Train, train
 
 __all__ = [
@@ -23,5 +23,6 @@ __all__ = [
     "run_up",
     "run_up_time",
     "static_bearing_forces",
+    "steady_sweep",
     "train",
 ]

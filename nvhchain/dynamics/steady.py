@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
+from functools import partial
 from math import ceil, inf, isfinite, log, pi
 
 import numpy as np
@@ -94,6 +96,37 @@ def bearing_forces(
         periodic=True,
         mesh_deflection=np.concatenate(deflections),
     )
+
+
+def steady_sweep(
+    gearbox: Gearbox,
+    mesh_laws: Sequence[MeshLaw],
+    housing: ReducedHousing | None,
+    *,
+    input_speeds: Sequence[float],
+    input_torque: float,
+    f_max: float,
+    fidelity: DynamicsFidelity,
+    executor: Executor | None = None,
+    progress: Progress | None = None,
+) -> tuple[BearingForces, ...]:
+    """`bearing_forces` at each of `input_speeds` (rad/s), every one from its own quasi-static start.
+
+    executor: takes the speeds.  progress: called with speeds done and speeds in all. Raises what `bearing_forces`
+    raises at the first speed that fails.
+    """
+    settled = partial(
+        bearing_forces, gearbox, mesh_laws, housing, input_torque=input_torque, f_max=f_max, fidelity=fidelity
+    )
+    tell, records = progress if progress is not None else _silent, []
+    for record in (executor.map if executor else map)(partial(_at_speed, settled), input_speeds):
+        records.append(record)
+        tell(len(records), len(input_speeds))
+    return tuple(records)
+
+
+def _at_speed(settled: Callable[..., BearingForces], speed: float) -> BearingForces:
+    return settled(input_speed=speed)
 
 
 def _settle(

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from nvhchain import store
-from nvhchain.dynamics import bearing_forces, record_run_up, recording, run_up, run_up_time, speed_ramp
+from nvhchain.dynamics import bearing_forces, record_run_up, recording, run_up, run_up_time, speed_ramp, steady_sweep
 from nvhchain.dynamics.assembly import assemble
 from nvhchain.dynamics.decimation import low_pass
 from nvhchain.dynamics.quasi_static import static_mesh_forces
@@ -19,7 +19,7 @@ from nvhchain.dynamics.train import shaft_torques
 from nvhchain.errors import FileFormatError, InputError, ResourceError, SolverError
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import BearingForces
-from nvhchain.spectrum import amplitude_spectrum
+from nvhchain.spectrum import amplitude_spectrum, order_cut, order_waterfall
 
 SPEED = 2500 * 2 * pi / 60
 
@@ -218,3 +218,35 @@ def test_torques_drive_the_train_to_speed_in_the_time_they_need(make_gearbox, ma
 def test_nonsense_is_refused(make_gearbox, make_laws, change, error, message):
     with pytest.raises(error, match=message):
         _run_up(make_gearbox(), make_laws(), None, **change)
+
+
+def test_a_slow_run_up_passes_through_the_orders_of_a_steady_sweep(make_gearbox, make_laws):
+    """Order cuts of the run-up's waterfall against lines of steady records at the same speeds: 2 % of the strongest."""
+    gearbox, laws = make_gearbox(damping=10_000.0), make_laws(slotted=True, plain_wheel=True)
+    record = _run_up(gearbox, laws, None, step=2e-5, start_speed=0.4 * SPEED, end_speed=SPEED, duration=6.0)
+    of = order_waterfall(
+        record.force.reshape(len(record.time), -1),
+        sample_rate=record.sample_rate,
+        input_speed=record.input_speed,
+        resolution=0.75,
+        high=50.0,
+    )
+    orders = [2.0, 12.0, 18.0, 20.0, 22.0, 40.0]
+    cut, at = np.abs(order_cut(of, orders)), [len(of.time) // 5, len(of.time) // 2, -len(of.time) // 5]
+    told = []
+    sweep = steady_sweep(
+        gearbox,
+        laws,
+        None,
+        input_speeds=[float(of.input_speed[i]) for i in at],
+        input_torque=250.0,
+        f_max=5000.0,
+        fidelity=DynamicsFidelity(2e-5),
+        progress=lambda done, total: told.append((done, total)),
+    )
+    assert told == [(1, 3), (2, 3), (3, 3)]
+    for i, steady in zip(at, sweep, strict=True):
+        n = len(steady.time)
+        lines = np.abs(np.fft.rfft(steady.force.reshape(n, -1), axis=0)) * 2 / n
+        wanted = lines[[round(order / 2) for order in orders]]
+        assert np.abs(cut[i] - wanted).max() < 0.02 * wanted.max()

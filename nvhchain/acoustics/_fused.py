@@ -12,10 +12,11 @@ import numpy as np
 import psutil
 
 from nvhchain.acoustics._coupling import coupling
-from nvhchain.acoustics._fused_close import close_block
-from nvhchain.acoustics._fused_far import far_block
+from nvhchain.acoustics._fused_close import CLOSE_BLOCK, close_block
+from nvhchain.acoustics._fused_far import FAR_BLOCK, far_block
 from nvhchain.acoustics._fused_mesh import Mesh, Plane, prepare
-from nvhchain.acoustics._fused_order import Part, parts_of, restore_columns, threads
+from nvhchain.acoustics._fused_order import RESTORE_COLUMNS, Part, parts_of, restore_columns, threads
+from nvhchain.acoustics._fused_wave import COMPLEX, REAL, compiled, wave_coefficients
 from nvhchain.errors import ResourceError
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, IntArray, Surface
@@ -25,6 +26,10 @@ _BATCH_BYTES = 2 * 1024**3
 
 _PHASE_TOLERANCE = 1e-11
 """rad; wavenumber steps whose phase over the whole body agrees to this count as equal."""
+
+_RESTART = 16
+"""Wavenumbers after which the exponential is formed afresh instead of by multiplication, which loses a rounding error
+each time."""
 
 
 class Stripe(NamedTuple):
@@ -57,11 +62,12 @@ def systems(
     mesh = prepare(surface, fidelity, plane)
     n_vertex, n_face = len(surface.vertices), len(surface.triangles)
     parts = parts_of(mesh.triangles, mesh.tiles, n_vertex, 4 * threads() if threads() > 1 else 1)
-    count = _batch_size(n_vertex, n_face)
+    count = _batch_size(n_vertex, n_face, np.dtype(COMPLEX[fidelity.precision]).itemsize)
+    _compile(fidelity.precision)
     for start in range(0, len(k), count):
-        batch = _batch(mesh, surface, k[start : start + count])
-        a = np.zeros((len(batch.k), n_vertex, n_vertex), dtype=complex)
-        b = np.zeros((len(batch.k), n_vertex, n_face), dtype=complex)
+        batch = _batch(mesh, surface, k[start : start + count], fidelity.precision)
+        a = _zeros((len(batch.k), n_vertex, n_vertex), fidelity.precision)
+        b = _zeros((len(batch.k), n_vertex, n_face), fidelity.precision)
         with ThreadPoolExecutor(threads()) as pool:
             for done in [pool.submit(_assemble, mesh, batch, part, np.arange(n_vertex), a, b) for part in parts]:
                 done.result()
@@ -88,7 +94,7 @@ def stripes(
     k = np.asarray(wavenumbers, dtype=float)
     mesh = prepare(surface, fidelity, plane)
     n_vertex, n_face = len(surface.vertices), len(surface.triangles)
-    per_row = 16 * len(k) * (n_vertex + n_face)
+    per_row = np.dtype(COMPLEX[fidelity.precision]).itemsize * len(k) * (n_vertex + n_face)
     alive = threads() + 1
     parts = parts_of(mesh.triangles, mesh.tiles, n_vertex, max(1, -(-alive * n_vertex * per_row // memory)))
     need, free = alive * per_row * max(len(part.rows) for part in parts), psutil.virtual_memory().available
@@ -97,17 +103,19 @@ def stripes(
             f"stripes of {n_face} triangles and {len(k)} wavenumbers take {need / 1e9:.1f} GB, but {free / 1e9:.1f} GB "
             "are free: give stripes less memory or fewer wavenumbers at a time"
         )
-    batch = _batch(mesh, surface, k)
+    batch = _batch(mesh, surface, k, fidelity.precision)
 
     def assemble(part: Part) -> Stripe:
         n_row = len(part.rows)
         row_of = np.full(n_vertex, -1)
         row_of[part.rows] = np.arange(n_row)
-        a, b = np.zeros((len(k), n_row, n_vertex), dtype=complex), np.zeros((len(k), n_row, n_face), dtype=complex)
+        a = _zeros((len(k), n_row, n_vertex), fidelity.precision)
+        b = _zeros((len(k), n_row, n_face), fidelity.precision)
         _assemble(mesh, batch, part, row_of, a, b)
         return Stripe(part.rows, a, b)
 
     waiting: deque[Future[Stripe]] = deque()
+    _compile(fidelity.precision)
     with ThreadPoolExecutor(threads()) as pool:
         for part in parts:
             if len(waiting) == threads():
@@ -117,9 +125,13 @@ def stripes(
             yield waiting.popleft().result()
 
 
-def _batch_size(n_vertex: int, n_face: int) -> int:
+def _zeros(shape: tuple[int, int, int], precision: str) -> ComplexArray:
+    return np.zeros(shape, dtype=COMPLEX[precision])
+
+
+def _batch_size(n_vertex: int, n_face: int, itemsize: int) -> int:
     """Wavenumbers whose matrices are built together, from the free memory."""
-    need = 16 * n_vertex * (n_vertex + n_face)
+    need = itemsize * n_vertex * (n_vertex + n_face)
     free = psutil.virtual_memory().available
     if need > 0.9 * free:
         raise ResourceError(
@@ -134,42 +146,62 @@ class _Batch:
     """Wavenumbers assembled together.
 
     k: (n_k,).  beta: (n_k,) β of α = −jβ.  new_step: (n_k,) whether the step after k[i] differs from the last.
+    precision: of the matrices and the far pairs.
     """
 
     k: FloatArray
     beta: FloatArray
     new_step: IntArray
+    precision: str
 
 
-def _batch(mesh: Mesh, surface: Surface, k: FloatArray) -> _Batch:
+def _batch(mesh: Mesh, surface: Surface, k: FloatArray, precision: str) -> _Batch:
     new_step = np.ones(len(k), dtype=bool)
     new_step[1:-1] = np.abs(np.diff(np.diff(k))) * len(k) * mesh.extent > _PHASE_TOLERANCE
-    return _Batch(k, np.array([-coupling(surface, float(value)).imag for value in k]), new_step)
+    return _Batch(k, np.array([-coupling(surface, float(value)).imag for value in k]), new_step, precision)
+
+
+def _compile(precision: str) -> None:
+    """Have the kernels ready before threads ask for them."""
+    for kernel, signature in ((far_block, FAR_BLOCK), (close_block, CLOSE_BLOCK), (restore_columns, RESTORE_COLUMNS)):
+        compiled(kernel, signature, precision)
 
 
 def _assemble(mesh: Mesh, batch: _Batch, part: Part, row_of: IntArray, a: ComplexArray, b: ComplexArray) -> None:
     """Fill the rows of one part; row_of: (n_v,) row of A and B of every vertex."""
+    real = REAL[batch.precision]
+    far = compiled(far_block, FAR_BLOCK, batch.precision)
+    close = compiled(close_block, CLOSE_BLOCK, batch.precision)
     own = np.full(len(mesh.vertices), -1)
     own[part.rows] = row_of[part.rows]
-    for block in part.blocks:
-        t = block.triangles
-        points = np.einsum("qi,tia->tqa", mesh.far_hats, mesh.vertices[mesh.triangles[t]])
-        for trial in mesh.trials:
+    areas, hats, weights = mesh.areas.astype(real), mesh.far_hats.astype(real), mesh.far_weights.astype(real)
+    far_wave, close_wave = wave_coefficients(batch.precision), wave_coefficients("double")
+    for trial in mesh.trials:
+        normal_rows, curl_rows = trial.normal_rows.astype(real), trial.curl_rows.astype(real)
+        for block in part.blocks:
+            t = block.triangles
+            points = np.einsum("qi,tia->tqa", mesh.far_hats, mesh.vertices[mesh.triangles[t]])
             first, last = trial.close_start[t], trial.close_start[t + 1]
             skip = np.concatenate([trial.close_trial[i:j] for i, j in zip(first, last, strict=True)])
             skip_start = np.concatenate([[0], np.cumsum(last - first)])
-            far_block(
-                points, mesh.normals[t], mesh.curls[t], mesh.areas[t], block.lines, row_of[block.rows], skip_start,
-                skip, mesh.far_hats, mesh.far_weights, trial.points, trial.normal_rows, trial.curl_rows, mesh.areas,
-                mesh.columns, mesh.tiles, mesh.far_hats, mesh.far_weights, batch.k, batch.beta, batch.new_step, a, b,
-            )  # fmt: skip
-            close_block(
-                t, trial.close_start, trial.close_trial, trial.close_rule, mesh.rule_start, mesh.rules,
-                mesh.rule_width, mesh.vertices, mesh.triangles, mesh.normals, mesh.curls, mesh.areas, mesh.sizes,
-                trial.vertices, trial.normals, trial.curls, mesh.gap, mesh.least_scale, mesh.columns, own, batch.k,
-                batch.beta, batch.new_step, a, b,
-            )  # fmt: skip
-    restore_columns(row_of[part.rows], mesh.vertex_rank, mesh.face_rank, a, b)
+            normals, curls = mesh.normals[t].astype(real), mesh.curls[t].astype(real)
+            for start in range(0, len(batch.k), _RESTART):
+                some = slice(start, start + _RESTART)
+                k, beta, new_step = batch.k[some], batch.beta[some], batch.new_step[some].copy()
+                new_step[0] = True
+                far(
+                    points, normals, curls, areas[t], block.lines, row_of[block.rows], skip_start, skip, hats,
+                    weights, trial.points, normal_rows, curl_rows, areas, mesh.columns, mesh.tiles, hats, weights,
+                    k.astype(real), beta.astype(real), new_step, far_wave, a[some], b[some],
+                )  # fmt: skip
+                close(
+                    t, trial.close_start, trial.close_trial, trial.close_rule, mesh.rule_start, mesh.rules,
+                    mesh.rule_width, mesh.vertices, mesh.triangles, mesh.normals, mesh.curls, mesh.areas, mesh.sizes,
+                    trial.vertices, trial.normals, trial.curls, mesh.gap, mesh.least_scale, mesh.columns, own, k, beta,
+                    new_step, close_wave, a[some], b[some],
+                )  # fmt: skip
+    restore = compiled(restore_columns, RESTORE_COLUMNS, batch.precision)
+    restore(row_of[part.rows], mesh.vertex_rank, mesh.face_rank, a, b)
     _add_identities(mesh, batch, part, own, a, b)
 
 

@@ -7,7 +7,7 @@ import numba
 import numpy as np
 
 from nvhchain.acoustics._fused_split import cut, map_points
-from nvhchain.acoustics._fused_wave import COMPILED, INLINE, cosine_sine
+from nvhchain.acoustics._fused_wave import COMPILED, cosine_sine, inline
 
 CHUNK = 256
 """Points of a pair rule handled side by side."""
@@ -16,7 +16,7 @@ _NEAREST = 3  # rule of the nearest pairs that do not touch
 _ROWS = 13  # E re, im; step re, im; d/R, d/R², e/R, e/R²; R; integrands of A and B re, im
 
 
-@numba.njit(**INLINE)
+@inline
 def _match(triangles, t, s, left_order, right_order):
     """Local vertex orders of two triangles with their shared vertices first and in the same order."""
     shared = 0
@@ -39,7 +39,7 @@ def _match(triangles, t, s, left_order, right_order):
             n_right += 1
 
 
-@numba.njit(**INLINE)
+@inline
 def _corners(vertices, triangles, t, order):
     """Coordinates of the three corners in the given local order, flat."""
     a, b, c = triangles[t, order[0]], triangles[t, order[1]], triangles[t, order[2]]
@@ -50,7 +50,7 @@ def _corners(vertices, triangles, t, order):
     )  # fmt: skip
 
 
-@numba.njit(**INLINE)
+@inline
 def _geometry(work, x, y, rule, width, normal_x, normal_y, share):
     """Distance and projections at a chunk of the points of a pair rule."""
     x00, x01, x02, x10, x11, x12, x20, x21, x22 = x
@@ -74,26 +74,26 @@ def _geometry(work, x, y, rule, width, normal_x, normal_y, share):
         work[8, u] = square * inverse
 
 
-@numba.njit(**INLINE)
-def _begin(work, k, width):
+@inline
+def _begin(work, k, width, wave):
     """Multiply the weight in the first row by e^{−jkR}."""
     for u in range(width):
-        c, s = cosine_sine(k * work[8, u])
+        c, s = cosine_sine(k * work[8, u], wave)
         w = work[0, u]
         work[0, u] = w * c
         work[1, u] = -w * s
 
 
-@numba.njit(**INLINE)
-def _set_step(work, k, width):
+@inline
+def _set_step(work, k, width, wave):
     """Set the factor that advances the exponential by the wavenumber step k."""
     for u in range(width):
-        c, s = cosine_sine(k * work[8, u])
+        c, s = cosine_sine(k * work[8, u], wave)
         work[2, u] = c
         work[3, u] = -s
 
 
-@numba.njit(**INLINE)
+@inline
 def _values(work, width, k, beta, facing):
     """Leave the integrands of A and B in the last rows, advance the exponential, return the sum of G."""
     total_re, total_im = 0.0, 0.0
@@ -113,7 +113,7 @@ def _values(work, width, k, beta, facing):
     return total_re, total_im
 
 
-@numba.njit(**INLINE)
+@inline
 def _sums(work, rule, hat, width):
     """Integrals over a chunk against test hat i: A with the three trial hats, then B; re, im of each."""
     a0r, a0i, a1r, a1i, a2r, a2i, br, bi = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -131,14 +131,15 @@ def _sums(work, rule, hat, width):
     return a0r, a0i, a1r, a1i, a2r, a2i, br, bi
 
 
-@numba.njit(
+CLOSE_BLOCK = (
     "void(int64[::1], int64[::1], int64[::1], int64[::1], int64[::1], float64[:,:,::1], int64[::1],"
     "float64[:,::1], int64[:,::1], float64[:,::1], float64[:,:,::1], float64[::1], float64[::1],"
     "float64[:,::1], float64[:,::1], float64[:,:,::1], float64, float64, int64[:,::1], int64[::1], float64[::1],"
-    "float64[::1], boolean[::1],"
-    "complex128[:,:,::1], complex128[:,:,::1])",
-    **COMPILED,
+    "float64[::1], boolean[::1], float64[::1], cplx[:,:,::1], cplx[:,:,::1])"
 )
+"""Signature of `close_block`: in double whatever the precision of the matrices."""
+
+
 def close_block(
     test,  # (n_test,) test triangles
     pair_start,  # (n_face + 1,) into `trial` and `kind`
@@ -163,6 +164,7 @@ def close_block(
     k,  # (n_k,)
     beta,  # (n_k,)
     new_step,  # (n_k,)
+    wave,  # coefficients of `cosine_sine`
     a,  # (n_k, n_row, n_v) added to
     b,  # (n_k, n_row, n_face) added to
 ):
@@ -202,10 +204,10 @@ def close_block(
                         map_points(mapped, points, width, pieces, scale, n)
                         points = mapped
                     _geometry(work, x, y, points, width, normal_x, normal_y, share)
-                    _begin(work, k[0], width)
+                    _begin(work, k[0], width, wave)
                     for ik in range(n_k):
                         if ik + 1 < n_k and new_step[ik]:
-                            _set_step(work, k[ik + 1] - k[ik], width)
+                            _set_step(work, k[ik + 1] - k[ik], width, wave)
                         re, im = _values(work, width, k[ik], beta[ik], facing)
                         whole[ik, 0] += re
                         whole[ik, 1] += im

@@ -1,165 +1,219 @@
 """Compiled inner loops of the fused engine: every operator from one evaluation of distance and exponential.
 
-With r = x − y, R = |r|, G = e^{−jkR}/(4πR), the project's α = −jβ, and for flat triangles the lengths
-d = r·n(y) (constant over y) and e = −r·n(x) (constant over x), a pair of points contributes
+With r = x − y, R = |r|, G = e^{−jkR}/(4πR), the project's α = −jβ, and for flat triangles the heights
+d = r·n(y) (the same for every y of a triangle) and e = −r·n(x) (the same for every x), a pair of points contributes
 
-    A: φᵢ(x) φⱼ(y) G [−d/R² + j (βk² n·n′ − k d/R)]  − jβ G curlᵢ·curlⱼ      (−K + αW, W by Maue's formula)
-    B: −φᵢ(x) G [1 + βk e/R − jβ e/R²]                                       (−(S + αK′))
+    A: φᵢ(x) φⱼ(y) [−d F + jβk² n·n′ G]  − jβ G curlᵢ·curlⱼ      (−K + αW, W by Maue's formula)
+    B: −φᵢ(x) [G − jβ e F]                                       (−(S + αK′))
 
-so one complex factor each for A and B. Everything but e^{−jkR} is kept over all wavenumbers of a batch, and
-e^{−jkR} advances from one wavenumber to the next by a complex factor that equal steps share.
+with F = G (1/R² + jk/R). So only sums of G and e F over y enter B, and one complex factor each for G and F has to be
+formed. Everything but e^{−jkR} is kept over all wavenumbers of a batch, and e^{−jkR} advances from one wavenumber to
+the next by a complex factor that equal steps share.
 """
 
 # mypy: disable-error-code="no-untyped-def"
 from __future__ import annotations
 
-import numba
 import numpy as np
 
-from nvhchain.acoustics._fused_wave import COMPILED, INLINE, cosine_sine
+from nvhchain.acoustics._fused_wave import cosine_sine, inline
 
-TILE = 64
-"""Trial triangles handled side by side: the innermost loops run over them, and their scratch stays in the cache."""
+TILE = 32
+"""Trial triangles handled side by side: the innermost loops run over them, and their scratch stays in the first-level
+cache."""
 
-_TINY = 1e-300
-# Rows of the scratch of a test triangle over the tile: G re, im; B and A of the three test hats re, im;
-# 0/1 · area · area′/(4π); n·n′. Few arrays with rows at fixed places let the compiler see that rows do not overlap.
-_SUM_G, _SUM_B, _SUM_A, _SHARE, _FACING, _SUMS = 0, 2, 8, 14, 15, 16
-_PAIR = 9  # rows per pair of points: E re, im; step re, im; d/R, d/R², e/R, e/R²; R
-_LINE = 8  # rows of a test vertex before the trial points: B re, im; three components of the curl sum, re, im
+# Few arrays with rows at fixed places let the compiler see that rows do not overlap.
+# Three test points against a trial point: G, the step's factor, re, im, and 1/R of each; d of each; e.
+_POINT, _HEIGHT, _TRIAL_HEIGHT, _THREE = 5, 15, 18, 19
+_SHARE, _FACING = 0, 1  # of a pair of triangles: area · area′/(4π) or 0; n·n′
+_OVER_TRIAL = 12  # three test points, summed over the trial points: G re, im of each; e F re, im of each
+_OVER_TEST = 6  # a trial point, summed over the test points: A of the three test hats, re, im
+_OVER_BOTH = 8  # G re, im; B of the three test hats, re, im
+_LINE = 8  # rows of a test vertex before A: B re, im; three components of the curl sum, re, im
 
 
-@numba.njit(**INLINE)
-def _geometry(pair, sums, y, normal_y, x0, x1, x2, nx, ny, nz, weight):
-    """Distance and projections of one test point to one point of every trial triangle of the tile."""
+@inline
+def _heights(three, y, normal_y, x0, x1, x2, nx, ny, nz, q):
+    """Heights of one test point over the trial triangles and of their points over the test triangle."""
+    for u in range(TILE):
+        r0, r1, r2 = x0 - y[0, u], x1 - y[1, u], x2 - y[2, u]
+        three[_HEIGHT + q, u] = r0 * normal_y[0, u] + r1 * normal_y[1, u] + r2 * normal_y[2, u]
+        three[_TRIAL_HEIGHT, u] = -(r0 * nx + r1 * ny + r2 * nz)
+
+
+@inline
+def _distances(three, distance, pair, y, x0, x1, x2, weight, q, one, tiny):
+    """Distance of one test point to one point of every trial triangle of the tile, and the weight of the pair."""
     for u in range(TILE):
         r0, r1, r2 = x0 - y[0, u], x1 - y[1, u], x2 - y[2, u]
         square = r0 * r0 + r1 * r1 + r2 * r2
         # Pairs with share 0 may meet in a point; their numbers must only stay finite.
-        inverse = 1.0 / np.sqrt(max(square, _TINY))
-        d = (r0 * normal_y[0, u] + r1 * normal_y[1, u] + r2 * normal_y[2, u]) * inverse
-        e = -(r0 * nx + r1 * ny + r2 * nz) * inverse
-        pair[0, u] = weight * sums[_SHARE, u] * inverse
-        pair[4, u] = d
-        pair[5, u] = d * inverse
-        pair[6, u] = e
-        pair[7, u] = e * inverse
-        pair[8, u] = square * inverse
+        inverse = one / np.sqrt(max(square, tiny))
+        three[_POINT * q, u] = weight * pair[_SHARE, u] * inverse
+        three[_POINT * q + 4, u] = inverse
+        distance[u] = square * inverse
 
 
-@numba.njit(**INLINE)
-def _begin(pair, k):
-    """Multiply the weight in the first row by e^{−jkR}."""
+@inline
+def _begin(three, distance, k, q, wave):
+    """Multiply the weights by e^{−jkR}."""
     for u in range(TILE):
-        c, s = cosine_sine(k * pair[8, u])
-        w = pair[0, u]
-        pair[0, u] = w * c
-        pair[1, u] = -w * s
+        c, s = cosine_sine(k * distance[u], wave)
+        w = three[_POINT * q, u]
+        three[_POINT * q, u] = w * c
+        three[_POINT * q + 1, u] = -w * s
 
 
-@numba.njit(**INLINE)
-def _set_step(pair, k):
-    """Set the factor that advances the exponential by the wavenumber step k."""
+@inline
+def _set_step(three, distance, k, q, wave):
+    """Set the factors that advance the exponentials by the wavenumber step k."""
     for u in range(TILE):
-        c, s = cosine_sine(k * pair[8, u])
-        pair[2, u] = c
-        pair[3, u] = -s
+        c, s = cosine_sine(k * distance[u], wave)
+        three[_POINT * q + 2, u] = c
+        three[_POINT * q + 3, u] = -s
 
 
-@numba.njit(**INLINE)
-def _point(three, q, u, facing, k, beta):
-    """Values of G and of the integrands of A and B at a pair of points; advances the exponential."""
-    er, ei = three[q, 0, u], three[q, 1, u]
-    sr, si = three[q, 2, u], three[q, 3, u]
-    a0, a1 = -three[q, 5, u], k * (k * beta * facing - three[q, 4, u])
-    b0, b1 = -1.0 - k * beta * three[q, 6, u], beta * three[q, 7, u]
-    three[q, 0, u] = er * sr - ei * si
-    three[q, 1, u] = er * si + ei * sr
-    return er, ei, er * a0 - ei * a1, er * a1 + ei * a0, er * b0 - ei * b1, er * b1 + ei * b0
+@inline
+def _point(three, q, u, k, turn):
+    """G, F and the integrand of A at a pair of points; advances the exponential.  turn: βk² n·n′."""
+    er, ei = three[_POINT * q, u], three[_POINT * q + 1, u]
+    sr, si, inverse = three[_POINT * q + 2, u], three[_POINT * q + 3, u], three[_POINT * q + 4, u]
+    height = three[_HEIGHT + q, u]
+    fr, fi = inverse * (inverse * er - k * ei), inverse * (inverse * ei + k * er)
+    three[_POINT * q, u] = er * sr - ei * si
+    three[_POINT * q + 1, u] = er * si + ei * sr
+    return er, ei, fr, fi, -height * fr - turn * ei, turn * er - height * fi
 
 
-@numba.njit(**INLINE)
-def _three_points(sums, three, hat, q, k, beta):
-    """Add test points q, q + 1, q + 2 against one trial point to the sums of the three test hats."""
-    h00, h01, h02 = hat[q, 0], hat[q, 1], hat[q, 2]
-    h10, h11, h12 = hat[q + 1, 0], hat[q + 1, 1], hat[q + 1, 2]
-    h20, h21, h22 = hat[q + 2, 0], hat[q + 2, 1], hat[q + 2, 2]
+@inline
+def _three_points(over_test, over_trial, three, pair, hat, first, k, scale):
+    """Add three test points against one trial point: A of the three test hats, G and e F of the points."""
+    h00, h01, h02 = hat[first, 0], hat[first, 1], hat[first, 2]
+    h10, h11, h12 = hat[first + 1, 0], hat[first + 1, 1], hat[first + 1, 2]
+    h20, h21, h22 = hat[first + 2, 0], hat[first + 2, 1], hat[first + 2, 2]
     for u in range(TILE):
-        facing = sums[_FACING, u]
-        e0r, e0i, a0r, a0i, b0r, b0i = _point(three, 0, u, facing, k, beta)
-        e1r, e1i, a1r, a1i, b1r, b1i = _point(three, 1, u, facing, k, beta)
-        e2r, e2i, a2r, a2i, b2r, b2i = _point(three, 2, u, facing, k, beta)
-        sums[_SUM_G, u] += e0r + e1r + e2r
-        sums[_SUM_G + 1, u] += e0i + e1i + e2i
-        sums[_SUM_B, u] += h00 * b0r + h10 * b1r + h20 * b2r
-        sums[_SUM_B + 1, u] += h00 * b0i + h10 * b1i + h20 * b2i
-        sums[_SUM_B + 2, u] += h01 * b0r + h11 * b1r + h21 * b2r
-        sums[_SUM_B + 3, u] += h01 * b0i + h11 * b1i + h21 * b2i
-        sums[_SUM_B + 4, u] += h02 * b0r + h12 * b1r + h22 * b2r
-        sums[_SUM_B + 5, u] += h02 * b0i + h12 * b1i + h22 * b2i
-        sums[_SUM_A, u] += h00 * a0r + h10 * a1r + h20 * a2r
-        sums[_SUM_A + 1, u] += h00 * a0i + h10 * a1i + h20 * a2i
-        sums[_SUM_A + 2, u] += h01 * a0r + h11 * a1r + h21 * a2r
-        sums[_SUM_A + 3, u] += h01 * a0i + h11 * a1i + h21 * a2i
-        sums[_SUM_A + 4, u] += h02 * a0r + h12 * a1r + h22 * a2r
-        sums[_SUM_A + 5, u] += h02 * a0i + h12 * a1i + h22 * a2i
+        turn, e = scale * pair[_FACING, u], three[_TRIAL_HEIGHT, u]
+        e0r, e0i, f0r, f0i, a0r, a0i = _point(three, 0, u, k, turn)
+        e1r, e1i, f1r, f1i, a1r, a1i = _point(three, 1, u, k, turn)
+        e2r, e2i, f2r, f2i, a2r, a2i = _point(three, 2, u, k, turn)
+        over_trial[0, u] += e0r
+        over_trial[1, u] += e0i
+        over_trial[2, u] += e1r
+        over_trial[3, u] += e1i
+        over_trial[4, u] += e2r
+        over_trial[5, u] += e2i
+        over_trial[6, u] += e * f0r
+        over_trial[7, u] += e * f0i
+        over_trial[8, u] += e * f1r
+        over_trial[9, u] += e * f1i
+        over_trial[10, u] += e * f2r
+        over_trial[11, u] += e * f2i
+        over_test[0, u] += h00 * a0r + h10 * a1r + h20 * a2r
+        over_test[1, u] += h00 * a0i + h10 * a1i + h20 * a2i
+        over_test[2, u] += h01 * a0r + h11 * a1r + h21 * a2r
+        over_test[3, u] += h01 * a0i + h11 * a1i + h21 * a2i
+        over_test[4, u] += h02 * a0r + h12 * a1r + h22 * a2r
+        over_test[5, u] += h02 * a0i + h12 * a1i + h22 * a2i
 
 
-@numba.njit(**INLINE)
-def _add_line(line, part, sums, i, curl_0, curl_1, curl_2):
-    """Add B and G of test hat i to the line of its vertex, G times the components of the hat's curl."""
+@inline
+def _test_points(over_both, over_trial, hat, first, beta):
+    """Add G and B = −G + jβ e F of three test points to the sums of the three test hats."""
+    h00, h01, h02 = hat[first, 0], hat[first, 1], hat[first, 2]
+    h10, h11, h12 = hat[first + 1, 0], hat[first + 1, 1], hat[first + 1, 2]
+    h20, h21, h22 = hat[first + 2, 0], hat[first + 2, 1], hat[first + 2, 2]
     for u in range(TILE):
-        re, im = sums[_SUM_G, u], sums[_SUM_G + 1, u]
-        line[0, u] += part[0, u]
-        line[1, u] += part[1, u]
+        e0r, e0i, e1r = over_trial[0, u], over_trial[1, u], over_trial[2, u]
+        e1i, e2r, e2i = over_trial[3, u], over_trial[4, u], over_trial[5, u]
+        b0r, b0i = -beta * over_trial[7, u] - e0r, beta * over_trial[6, u] - e0i
+        b1r, b1i = -beta * over_trial[9, u] - e1r, beta * over_trial[8, u] - e1i
+        b2r, b2i = -beta * over_trial[11, u] - e2r, beta * over_trial[10, u] - e2i
+        over_both[0, u] += e0r + e1r + e2r
+        over_both[1, u] += e0i + e1i + e2i
+        over_both[2, u] += h00 * b0r + h10 * b1r + h20 * b2r
+        over_both[3, u] += h00 * b0i + h10 * b1i + h20 * b2i
+        over_both[4, u] += h01 * b0r + h11 * b1r + h21 * b2r
+        over_both[5, u] += h01 * b0i + h11 * b1i + h21 * b2i
+        over_both[6, u] += h02 * b0r + h12 * b1r + h22 * b2r
+        over_both[7, u] += h02 * b0i + h12 * b1i + h22 * b2i
+
+
+@inline
+def _add_line(line, over_both, a0, a1, a2, i, curl_0, curl_1, curl_2):
+    """Add test hat i to the line of its vertex: B, G times the hat's curl, A at three trial points."""
+    for u in range(TILE):
+        re, im = over_both[0, u], over_both[1, u]
+        line[0, u] += over_both[2 * i + 2, u]
+        line[1, u] += over_both[2 * i + 3, u]
         line[2, u] += curl_0 * re
         line[3, u] += curl_0 * im
         line[4, u] += curl_1 * re
         line[5, u] += curl_1 * im
         line[6, u] += curl_2 * re
         line[7, u] += curl_2 * im
+        line[_LINE, u] += a0[2 * i, u]
+        line[_LINE + 1, u] += a0[2 * i + 1, u]
+        line[_LINE + 2, u] += a1[2 * i, u]
+        line[_LINE + 3, u] += a1[2 * i + 1, u]
+        line[_LINE + 4, u] += a2[2 * i, u]
+        line[_LINE + 5, u] += a2[2 * i + 1, u]
 
 
-@numba.njit(**INLINE)
-def _add_rows(to, part):
-    """Add two rows, re and im."""
-    for r in range(2):
-        for u in range(TILE):
-            to[r, u] += part[r, u]
+@inline
+def _add_points(line, first, over_test, m, i):
+    """Add A of test hat i at another trial point to the line of its vertex."""
+    for u in range(TILE):
+        line[first, u] += over_test[m, 2 * i, u]
+        line[first + 1, u] += over_test[m, 2 * i + 1, u]
 
 
-@numba.njit(**INLINE)
-def _accumulate(lines, sums, threes, line_of, curl, t, hat, n_m, n_q, k, beta):
+@inline
+def _accumulate(lines, over_test, over_trial, over_both, threes, pair, line_of, curl, t, hat, k, beta):
     """Add one test triangle at one wavenumber to the lines of its three vertices."""
-    sums[_SUM_G:_SUM_A] = 0.0
+    n_m, n_three = threes.shape[0], threes.shape[1]
+    scale = beta * k * k
+    over_test[:] = 0.0
+    over_trial[:] = 0.0
+    over_both[:] = 0.0
     for m in range(n_m):
-        sums[_SUM_A:_SHARE] = 0.0
-        for q in range(0, n_q, 3):
-            _three_points(sums, threes[(m * n_q + q) // 3], hat, q, k, beta)
-        for i in range(3):
-            _add_rows(lines[line_of[t, i], _LINE + 2 * m :], sums[_SUM_A + 2 * i :])
+        for g in range(n_three):
+            _three_points(over_test[m], over_trial[g], threes[m, g], pair, hat, 3 * g, k, scale)
+    for g in range(n_three):
+        _test_points(over_both, over_trial[g], hat, 3 * g, beta)
     for i in range(3):
-        _add_line(lines[line_of[t, i]], sums[_SUM_B + 2 * i :], sums, i, curl[t, i, 0], curl[t, i, 1], curl[t, i, 2])
+        line = lines[line_of[t, i]]
+        c0, c1, c2 = curl[t, i, 0], curl[t, i, 1], curl[t, i, 2]
+        _add_line(line, over_both, over_test[0], over_test[1], over_test[2], i, c0, c1, c2)
+        for m in range(3, n_m):
+            _add_points(line, _LINE + 2 * m, over_test, m, i)
 
 
-@numba.njit(**INLINE)
-def _column_values(values, line, curl, beta):
-    """Turn the curl sums of a line into A for the three trial hats of every triangle: −jβ Σ G curlᵢ · curlⱼ."""
+@inline
+def _column_values(values, line, curl, hat, beta):
+    """A for the three trial hats of every triangle: −jβ Σ G curlᵢ · curlⱼ and the first three trial points."""
+    h00, h01, h02, h10, h11, h12 = hat[0, 0], hat[0, 1], hat[0, 2], hat[1, 0], hat[1, 1], hat[1, 2]
+    h20, h21, h22 = hat[2, 0], hat[2, 1], hat[2, 2]
     for u in range(TILE):
-        re_0, im_0, re_1, im_1, re_2, im_2 = line[2, u], line[3, u], line[4, u], line[5, u], line[6, u], line[7, u]
-        values[0, u] = beta * (im_0 * curl[0, 0, u] + im_1 * curl[0, 1, u] + im_2 * curl[0, 2, u])
-        values[1, u] = -beta * (re_0 * curl[0, 0, u] + re_1 * curl[0, 1, u] + re_2 * curl[0, 2, u])
-        values[2, u] = beta * (im_0 * curl[1, 0, u] + im_1 * curl[1, 1, u] + im_2 * curl[1, 2, u])
-        values[3, u] = -beta * (re_0 * curl[1, 0, u] + re_1 * curl[1, 1, u] + re_2 * curl[1, 2, u])
-        values[4, u] = beta * (im_0 * curl[2, 0, u] + im_1 * curl[2, 1, u] + im_2 * curl[2, 2, u])
-        values[5, u] = -beta * (re_0 * curl[2, 0, u] + re_1 * curl[2, 1, u] + re_2 * curl[2, 2, u])
+        re_0, im_0, re_1, im_1 = -beta * line[2, u], beta * line[3, u], -beta * line[4, u], beta * line[5, u]
+        re_2, im_2 = -beta * line[6, u], beta * line[7, u]
+        a0r, a0i, a1r, a1i = line[_LINE, u], line[_LINE + 1, u], line[_LINE + 2, u], line[_LINE + 3, u]
+        a2r, a2i = line[_LINE + 4, u], line[_LINE + 5, u]
+        c0, c1, c2 = curl[0, 0, u], curl[0, 1, u], curl[0, 2, u]
+        values[0, u] = im_0 * c0 + im_1 * c1 + im_2 * c2 + h00 * a0r + h10 * a1r + h20 * a2r
+        values[1, u] = re_0 * c0 + re_1 * c1 + re_2 * c2 + h00 * a0i + h10 * a1i + h20 * a2i
+        c0, c1, c2 = curl[1, 0, u], curl[1, 1, u], curl[1, 2, u]
+        values[2, u] = im_0 * c0 + im_1 * c1 + im_2 * c2 + h01 * a0r + h11 * a1r + h21 * a2r
+        values[3, u] = re_0 * c0 + re_1 * c1 + re_2 * c2 + h01 * a0i + h11 * a1i + h21 * a2i
+        c0, c1, c2 = curl[2, 0, u], curl[2, 1, u], curl[2, 2, u]
+        values[4, u] = im_0 * c0 + im_1 * c1 + im_2 * c2 + h02 * a0r + h12 * a1r + h22 * a2r
+        values[5, u] = re_0 * c0 + re_1 * c1 + re_2 * c2 + h02 * a0i + h12 * a1i + h22 * a2i
 
 
-@numba.njit(**INLINE)
-def _add_column_values(values, part, hat_0, hat_1, hat_2):
-    """Add the sums at one trial point to A of the three trial hats."""
+@inline
+def _add_column_values(values, line, first, hat_0, hat_1, hat_2):
+    """Add the sums at another trial point to A of the three trial hats."""
     for u in range(TILE):
-        re, im = part[0, u], part[1, u]
+        re, im = line[first, u], line[first + 1, u]
         values[0, u] += hat_0 * re
         values[1, u] += hat_0 * im
         values[2, u] += hat_1 * re
@@ -168,12 +222,12 @@ def _add_column_values(values, part, hat_0, hat_1, hat_2):
         values[5, u] += hat_2 * im
 
 
-@numba.njit(**INLINE)
+@inline
 def _scatter(values, line, curl, hat, beta, to_a, to_b, corner, width):
     """Add the line of a test vertex to the tile's part of its row of A and B."""
-    _column_values(values, line, curl, beta)
-    for m in range(hat.shape[0]):
-        _add_column_values(values, line[_LINE + 2 * m :], hat[m, 0], hat[m, 1], hat[m, 2])
+    _column_values(values, line, curl, hat, beta)
+    for m in range(3, hat.shape[0]):
+        _add_column_values(values, line, _LINE + 2 * m, hat[m, 0], hat[m, 1], hat[m, 2])
     for u in range(width):
         to_b[u] += complex(line[0, u], line[1, u])
     for u in range(width):
@@ -182,13 +236,14 @@ def _scatter(values, line, curl, hat, beta, to_a, to_b, corner, width):
         to_a[corner[u, 2]] += complex(values[4, u], values[5, u])
 
 
-@numba.njit(
-    "void(float64[:,:,::1], float64[:,::1], float64[:,:,::1], float64[::1], int64[:,::1], int64[::1], int64[::1],"
-    "int64[::1], float64[:,::1], float64[::1], float64[:,:,::1], float64[:,::1], float64[:,:,::1], float64[::1],"
-    "int64[:,::1], int64[::1], float64[:,::1], float64[::1], float64[::1], float64[::1], boolean[::1],"
-    "complex128[:,:,::1], complex128[:,:,::1])",
-    **COMPILED,
+FAR_BLOCK = (
+    "void(float64[:,:,::1], real[:,::1], real[:,:,::1], real[::1], int64[:,::1], int64[::1], int64[::1], int64[::1],"
+    "real[:,::1], real[::1], float64[:,:,::1], real[:,::1], real[:,:,::1], real[::1], int64[:,::1], int64[::1],"
+    "real[:,::1], real[::1], real[::1], real[::1], boolean[::1], real[::1], cplx[:,:,::1], cplx[:,:,::1])"
 )
+"""Signature of `far_block`."""
+
+
 def far_block(
     x,  # (n_test, n_q, 3) quadrature points of the test triangles, m
     normal_x,  # (n_test, 3)
@@ -197,7 +252,7 @@ def far_block(
     line_of,  # (n_test, 3) line of the test vertices; corner i of another owner goes to the spare line n_row + i
     row,  # (n_row,) row of A and B of every line but the spare ones
     skip_start,  # (n_test + 1,) into `skip`
-    skip,  # trial triangles that the pair rules handle
+    skip,  # trial triangles that the pair rules handle, ascending for every test triangle
     hat_x,  # (n_q, 3)
     weight_x,  # (n_q,)
     y,  # (n_m, 3, n_face) quadrature points of the trial triangles
@@ -211,51 +266,66 @@ def far_block(
     k,  # (n_k,) wavenumbers
     beta,  # (n_k,) β of α = −jβ
     new_step,  # (n_k,) whether the step from k[i] to k[i + 1] differs from the one before
-    a,  # (n_k, n_v, n_v) added to
-    b,  # (n_k, n_v, n_face) added to
+    wave,  # coefficients of `cosine_sine`
+    a,  # (n_k, n_row, n_v) added to
+    b,  # (n_k, n_row, n_face) added to
 ):
     """Add the well separated pairs of a block of test triangles with all trial triangles to the rows they own."""
     n_test, n_q, n_m, n_k = x.shape[0], x.shape[1], y.shape[0], k.shape[0]
-    n_row = row.shape[0]
-    lines = np.empty((n_k, n_row + 3, _LINE + 2 * n_m, TILE))
-    threes = np.empty((n_m * n_q // 3, 3, _PAIR, TILE))
-    sums = np.zeros((_SUMS, TILE))
+    n_row, n_three = row.shape[0], n_q // 3
+    one, tiny, full_angle = k.dtype.type(1.0), k.dtype.type(1e-30), k.dtype.type(4.0 * np.pi)
+    lines = np.empty((n_k, n_row + 3, _LINE + 2 * n_m, TILE), k.dtype)
+    threes, distance = np.empty((n_m, n_three, _THREE, TILE), k.dtype), np.empty((n_m, n_q, TILE), k.dtype)
+    pair, over_both = np.empty((2, TILE), k.dtype), np.empty((_OVER_BOTH, TILE), k.dtype)
+    over_test, over_trial = np.empty((n_m, _OVER_TEST, TILE), k.dtype), np.empty((n_three, _OVER_TRIAL, TILE), k.dtype)
     # The last tile is padded with its own first triangle, at share 0.
-    points, normals, curls = np.empty((n_m, 3, TILE)), np.empty((3, TILE)), np.empty((3, 3, TILE))
-    values = np.empty((6, TILE))
+    points, normals = np.empty((n_m, 3, TILE), k.dtype), np.empty((3, TILE), k.dtype)
+    curls, values, origin = np.empty((3, 3, TILE), k.dtype), np.empty((6, TILE), k.dtype), np.empty(3)
+    here, at = np.empty((n_q, 3), k.dtype), skip_start[:-1].copy()
     for it in range(tile.shape[0] - 1):
         start, width = tile[it], tile[it + 1] - tile[it]
-        for u in range(TILE):
-            v = start + (u if u < width else 0)
-            for axis in range(3):
+        for axis in range(3):
+            origin[axis] = y[0, axis, start]  # single precision needs short distances to be differences of short ones
+            for u in range(TILE):
+                v = start + (u if u < width else 0)
                 normals[axis, u] = normal_y[axis, v]
                 for j in range(3):
                     curls[j, axis, u] = curl_y[j, axis, v]
                 for m in range(n_m):
-                    points[m, axis, u] = y[m, axis, v]
-        sums[_SHARE] = 0.0
+                    points[m, axis, u] = y[m, axis, v] - origin[axis]
+        pair[:] = 0.0
         lines[:] = 0.0
         for t in range(n_test):
             nx, ny, nz = normal_x[t, 0], normal_x[t, 1], normal_x[t, 2]
             for u in range(width):
-                sums[_SHARE, u] = area_y[start + u] * area_x[t] / (4.0 * np.pi)
-                sums[_FACING, u] = nx * normals[0, u] + ny * normals[1, u] + nz * normals[2, u]
-            for i in range(skip_start[t], skip_start[t + 1]):
-                u = skip[i] - start
-                if 0 <= u < width:
-                    sums[_SHARE, u] = 0.0
+                pair[_SHARE, u] = area_y[start + u] * area_x[t] / full_angle
+            for u in range(TILE):
+                pair[_FACING, u] = nx * normals[0, u] + ny * normals[1, u] + nz * normals[2, u]
+            while at[t] < skip_start[t + 1] and skip[at[t]] < start + width:
+                if skip[at[t]] >= start:
+                    pair[_SHARE, skip[at[t]] - start] = 0.0
+                at[t] += 1
+            for q in range(n_q):
+                for axis in range(3):
+                    here[q, axis] = x[t, q, axis] - origin[axis]
             for m in range(n_m):
                 for q in range(n_q):
-                    pair = threes[(m * n_q + q) // 3, q % 3]
-                    x0, x1, x2 = x[t, q, 0], x[t, q, 1], x[t, q, 2]
-                    _geometry(pair, sums, points[m], normals, x0, x1, x2, nx, ny, nz, weight_x[q] * weight_y[m])
-                    _begin(pair, k[0])
+                    three, x0, x1, x2 = threes[m, q // 3], here[q, 0], here[q, 1], here[q, 2]
+                    _heights(three, points[m], normals, x0, x1, x2, nx, ny, nz, q % 3)
+                    _distances(
+                        three, distance[m, q], pair, points[m], x0, x1, x2, weight_x[q] * weight_y[m], q % 3, one, tiny
+                    )
             for ik in range(n_k):
-                if ik + 1 < n_k and new_step[ik]:
-                    for three in threes:
-                        for q in range(3):
-                            _set_step(three[q], k[ik + 1] - k[ik])
-                _accumulate(lines[ik], sums, threes, line_of, curl_x, t, hat_x, n_m, n_q, k[ik], beta[ik])
+                for m in range(n_m):
+                    for q in range(n_q):
+                        if ik == 0:
+                            _begin(threes[m, q // 3], distance[m, q], k[0], q % 3, wave)
+                        if ik + 1 < n_k and new_step[ik]:
+                            _set_step(threes[m, q // 3], distance[m, q], k[ik + 1] - k[ik], q % 3, wave)
+                _accumulate(
+                    lines[ik], over_test, over_trial, over_both, threes, pair, line_of, curl_x, t, hat_x, k[ik],
+                    beta[ik],
+                )  # fmt: skip
         for ik in range(n_k):
             for i in range(n_row):
                 to_a, to_b = a[ik, row[i]], b[ik, row[i], start : start + width]

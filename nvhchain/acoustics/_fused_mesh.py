@@ -129,7 +129,7 @@ def prepare(surface: Surface, fidelity: AcousticsFidelity, plane: Plane | None) 
 
 
 def _curls(corners: FloatArray, areas: FloatArray) -> FloatArray:
-    """Surface curl n × ∇φᵢ (n_face, 3, 3) of the hats, constant on a triangle: the opposite edge over twice the area."""
+    """Surface curl n × ∇φᵢ (n_face, 3, 3) of the hats: the opposite edge over twice the area, a constant."""
     edges = np.roll(corners, -2, axis=1) - np.roll(corners, -1, axis=1)
     return np.ascontiguousarray(edges / (2.0 * areas[:, None, None]))
 

@@ -9,9 +9,11 @@ import numba
 import numpy as np
 
 from nvhchain.acoustics._fused_far import TILE
-from nvhchain.acoustics._fused_wave import COMPILED
 from nvhchain.cluster import at_most
 from nvhchain.handoff import FloatArray, IntArray
+
+BLOCK = 64
+"""Test triangles assembled together: their rows are written once per tile, and must fit into the cache until then."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +73,7 @@ def parts_of(triangles: IntArray, tiles: IntArray, n_vertex: int, n_part: int) -
     for part in range(n_part):
         mine = np.flatnonzero((owner[triangles] == part).any(axis=1))
         blocks = []
-        for test in np.array_split(mine, -(-len(mine) // TILE)):
+        for test in np.array_split(mine, -(-len(mine) // BLOCK)):
             own = owner[triangles[test]] == part
             rows = np.unique(triangles[test][own])
             lines = np.where(own, np.searchsorted(rows, triangles[test]), len(rows) + np.arange(3))
@@ -80,7 +82,10 @@ def parts_of(triangles: IntArray, tiles: IntArray, n_vertex: int, n_part: int) -
     return tuple(parts)
 
 
-@numba.njit("void(int64[::1], int64[::1], int64[::1], complex128[:,:,::1], complex128[:,:,::1])", **COMPILED)
+RESTORE_COLUMNS = "void(int64[::1], int64[::1], int64[::1], cplx[:,:,::1], cplx[:,:,::1])"
+"""Signature of `restore_columns`."""
+
+
 def restore_columns(
     rows,  # rows of A and B to work on
     vertex_rank,  # (n_v,) column of A that holds every vertex
@@ -89,7 +94,7 @@ def restore_columns(
     b,  # (n_k, n_row, n_face) changed in place
 ):
     """Give the columns, assembled in the order of the sorted triangles, their place in the caller's numbering."""
-    line = np.empty(len(face_rank), dtype=np.complex128)
+    line = np.empty(len(face_rank), a.dtype)
     n_vertex, n_face = len(vertex_rank), len(face_rank)
     for ik in range(a.shape[0]):
         for row in rows:

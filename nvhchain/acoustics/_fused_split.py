@@ -6,7 +6,7 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from nvhchain.acoustics._fused_wave import COMPILED, INLINE
+from nvhchain.acoustics._fused_wave import COMPILED, inline
 
 # Barycentric corners of the four quarters of a triangle, and of the whole.
 _PARTS = np.array(
@@ -94,7 +94,7 @@ def cut(pieces, scale, corners, size_x, size_y, gap, least_scale):
     return pieces, scale, count
 
 
-@numba.njit(**INLINE)
+@inline
 def map_points(mapped, points, width, pieces, scale, n):
     """Points and weights of a rule over the whole pair, moved to a pair of pieces."""
     share = (scale[n, 0] * scale[n, 1]) ** 2

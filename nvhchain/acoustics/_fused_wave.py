@@ -1,40 +1,51 @@
-"""How the fused engine's kernels are compiled, and the complex exponential they share."""
+"""How the fused engine's kernels are compiled, in which precision, and the complex exponential they share."""
 
 # mypy: disable-error-code="no-untyped-def"
 from __future__ import annotations
 
+import re
+from collections.abc import Callable
+from functools import cache
+from math import factorial
 from typing import Any
 
 import numba
 import numpy as np
 
+from nvhchain.handoff import FloatArray
+
 # Not "nnan" and "ninf": a reciprocal distance that overflows must stay visible.
 FAST = {"contract", "reassoc", "nsz", "arcp"}
 COMPILED: dict[str, Any] = {"fastmath": FAST, "error_model": "numpy", "nogil": True, "cache": True}
-INLINE: dict[str, Any] = {"forceinline": True, "fastmath": FAST, "error_model": "numpy"}
+
+inline = numba.njit(forceinline=True, fastmath=FAST, error_model="numpy")
+"""Compile as a part of every kernel that calls it."""
+
+REAL = {"double": np.float64, "single": np.float32}
+COMPLEX = {"double": np.complex128, "single": np.complex64}
 
 
-@numba.njit(**INLINE)
-def cosine_sine(phase):
+@cache
+def compiled(kernel: Callable[..., Any], signature: str, precision: str) -> Any:
+    """The kernel for one precision: what the signature calls `real` and `cplx` is of that width."""
+    width = {"real": np.dtype(REAL[precision]).name, "cplx": np.dtype(COMPLEX[precision]).name}
+    return numba.njit(re.sub("real|cplx", lambda found: width[found.group()], signature), **COMPILED)(kernel)
+
+
+def wave_coefficients(precision: str) -> FloatArray:
+    """What `cosine_sine` needs: 1/2π, ½, π/2, 1, 2, Taylor coefficients of sine and cosine to the 14th power."""
+    sine = [(-1.0) ** n / factorial(2 * n + 1) for n in range(1, 7)]
+    cosine = [(-1.0) ** n / factorial(2 * n) for n in range(1, 8)]
+    return np.array([0.5 / np.pi, 0.5, 0.5 * np.pi, 1.0, 2.0, *sine, *cosine], dtype=REAL[precision])
+
+
+@inline
+def cosine_sine(phase, w):
     """cos and sin of `phase` without branches, to 1e-13: a quarter of the angle by Taylor, then doubled twice."""
-    turns = phase * 0.15915494309189535
-    angle = (turns - np.floor(turns + 0.5)) * 1.5707963267948966
+    turns = phase * w[0]
+    angle = (turns - np.floor(turns + w[1])) * w[2]
     q = angle * angle
-    s = angle * (
-        1.0
-        + q
-        * (
-            -1.0 / 6
-            + q * (1.0 / 120 + q * (-1.0 / 5040 + q * (1.0 / 362880 + q * (-1.0 / 39916800 + q / 6227020800.0))))
-        )
-    )
-    c = 1.0 + q * (
-        -0.5
-        + q
-        * (
-            1.0 / 24
-            + q * (-1.0 / 720 + q * (1.0 / 40320 + q * (-1.0 / 3628800 + q * (1.0 / 479001600 - q / 87178291200.0))))
-        )
-    )
-    c, s = c * c - s * s, 2.0 * c * s
-    return c * c - s * s, 2.0 * c * s
+    s = angle * (w[3] + q * (w[5] + q * (w[6] + q * (w[7] + q * (w[8] + q * (w[9] + q * w[10]))))))
+    c = w[3] + q * (w[11] + q * (w[12] + q * (w[13] + q * (w[14] + q * (w[15] + q * (w[16] + q * w[17]))))))
+    c, s = c * c - s * s, w[4] * c * s
+    return c * c - s * s, w[4] * c * s

@@ -168,10 +168,12 @@ def velocity_map(fine: Surface, coarse: Surface) -> sp.csr_matrix:
 
 def self_intersections(surface: Surface) -> int:
     """Pairs of triangles without a common vertex of which an edge of one passes through the other."""
-    reach = float(surface.longest_edges.max())
     # no corner is farther from the centroid than two thirds of the longest edge
-    pairs = cKDTree(surface.centroids).query_pairs(4.0 / 3.0 * reach, output_type="ndarray")
-    t = surface.triangles
+    reach = 4.0 / 3.0 * float(surface.longest_edges.max())
+    pairs = cKDTree(surface.centroids).query_pairs(reach, output_type="ndarray")
+    t, size = surface.triangles, surface.longest_edges
+    gap = np.linalg.norm(surface.centroids[pairs[:, 0]] - surface.centroids[pairs[:, 1]], axis=1)
+    pairs = pairs[gap <= 2.0 / 3.0 * (size[pairs[:, 0]] + size[pairs[:, 1]])]
     apart = (t[pairs[:, 0]][:, :, None] != t[pairs[:, 1]][:, None, :]).all(axis=(1, 2))
     pairs = pairs[apart]
     corners = surface.vertices[t]

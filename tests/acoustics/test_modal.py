@@ -8,6 +8,7 @@ from nvhchain import store
 from nvhchain.acoustics import radiate
 from nvhchain.acoustics.modal import modal_pressure, modal_transfer_vectors, noise_transfer_functions, transfer_pressure
 from nvhchain.errors import InputError
+from nvhchain.handoff import ForceSpectrum
 from nvhchain.housing import respond
 
 POINTS = np.array([[1.0, 0.2, 0.0], [0.0, -1.3, 0.4]])
@@ -62,6 +63,14 @@ def test_only_lines_with_force_are_returned_and_need_an_operator(reduced, modal)
     assert partial.pressure[3:] == pytest.approx(whole.pressure[9:])
     with pytest.raises(InputError, match=r"1 lines with force \(9000"):
         modal_pressure(modal, reduced, load)
+
+
+def test_lines_that_differ_by_rounding_are_the_same(reduced, modal):
+    load = cases.forces(LINES)
+    exact = modal_pressure(modal, reduced, load).pressure
+    for shift in (1e-12, -1e-12):
+        shifted = ForceSpectrum(LINES[3:] * (1 + shift), load.force[3:], load.names)
+        assert relative(modal_pressure(modal, reduced, shifted).pressure, exact[3:]) < 1e-8
 
 
 def test_another_housing_surface_or_bearing_is_refused(atv, reduced, modal, coarse):

@@ -62,7 +62,7 @@ class CompressedMatrix:
     def __init__(self, positions: FloatArray, columns: Sequence[FloatArray], error: float) -> None:
         """positions: (n_row, 3) m of the rows.  columns: (n_column, 3) m of the columns, and of their images.
 
-        error: of the matrix, relative, in the Frobenius norm, of every group of rows.
+        error: relative to the norm of each row, as the root mean square over every group of rows.
         """
         self._positions, self._columns, self._error = positions, columns, error
         self.shape = len(positions), len(columns[0])
@@ -75,32 +75,32 @@ class CompressedMatrix:
         """Compress some rows, neighbours in space, of which `values` (n_row, n_column) is the matrix."""
         if not np.isfinite(values).all():
             raise SolverError("boundary element matrix holds values that are not finite: the engine failed")
-        squares = np.array([np.vdot(row, row).real for row in values])
+        norms = np.sqrt([np.vdot(row, row).real for row in values])
+        norms[norms == 0.0] = 1.0
         for group in groups(self._positions[rows], LARGEST):
-            self._divide(rows, values, squares, group, np.arange(self.shape[1]))
+            self._divide(rows, values, norms, group, np.arange(self.shape[1]))
 
     def _divide(
-        self, rows: IntArray, values: ComplexArray, squares: FloatArray, group: IntArray, columns: IntArray
+        self, rows: IntArray, values: ComplexArray, norms: FloatArray, group: IntArray, columns: IntArray
     ) -> None:
         """Store the entries of `group` (into rows) and `columns`: far ones as factors, the others divided or kept.
 
-        squares: (n_row,) squared norms of all rows.
+        norms: (n_row,) of all rows, in which errors are counted: rows of small triangles are small.
         """
         here = self._positions[rows[group]]
         distance = np.min([distance_to_box(here, points[columns]) for points in self._columns], axis=0)
         far = distance >= SEPARATION * diameter(here)
         if far.sum() > len(group):
-            allowed = self._error * np.sqrt(squares[group].sum() * far.sum() / self.shape[1])
-            block = values[np.ix_(group, columns[far])]
-            directions = self._dominant(block, float(allowed))
+            block = values[np.ix_(group, columns[far])] / norms[group, None].astype(values.real.dtype)
+            directions = self._dominant(block, self._error * np.sqrt(len(group) * far.sum() / self.shape[1]))
             if directions.shape[1] * (len(group) + far.sum()) < WORTH * block.size:
-                directions = directions.astype(self._kind)
-                weights = directions.conj().T @ block.astype(self._kind)
+                weights = directions.conj().T.astype(self._kind) @ block.astype(self._kind)
+                directions = (directions * norms[group, None]).astype(self._kind)
                 self._far.append(_Far(rows[group], columns[far], directions, weights))
                 columns = columns[~far]
         if len(group) > SMALLEST:
             for half in halves(self._positions[rows], group):
-                self._divide(rows, values, squares, half, columns)
+                self._divide(rows, values, norms, half, columns)
         else:
             self._near.append(_Near(rows[group], columns, values[np.ix_(group, columns)].astype(self._kind)))
 

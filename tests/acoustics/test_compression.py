@@ -1,0 +1,139 @@
+"""Compressed boundary element matrices against dense ones, and what is chosen for the memory at hand."""
+
+from dataclasses import replace
+
+import acoustics_bodies as bodies
+import numpy as np
+import pytest
+
+from nvhchain.acoustics import _fused, engines, estimate_memory, solve_direct, transfer_vectors
+from nvhchain.acoustics.compression import CompressedMatrix
+from nvhchain.acoustics.linear_system import DirectSystem
+from nvhchain.errors import InputError, ResourceError, SolverError
+from nvhchain.fidelity import AcousticsFidelity
+from nvhchain.handoff import RigidPlane
+
+FIDELITY = AcousticsFidelity(elements_per_wavelength=3.0, masters=4, solver="compressed")
+DIRECT = replace(FIDELITY, solver="direct")
+
+
+@pytest.fixture(scope="module")
+def body():
+    """An L of 1850 triangles, the wavenumber at 6 elements per wavelength, and its dense matrices."""
+    surface = bodies.box((0.3, 0.2, 0.1), 0.0125, remove=lambda c: c[0] > 0.15 and c[1] > 0.1)
+    k = 2 * np.pi / (6 * bodies.mean_edge(surface))
+    return surface, k, *next(_fused.systems(surface, [k], FIDELITY))
+
+
+def compressed(positions, columns, values, error, pieces=3):
+    matrix = CompressedMatrix(positions, (columns,), error)
+    order = np.argsort(positions[:, 0], kind="stable")
+    for rows in np.array_split(order, pieces):
+        matrix.fill(rows, values[rows])
+    return matrix
+
+
+def dense(matrix):
+    return matrix.apply(np.eye(matrix.shape[1], dtype=complex))
+
+
+@pytest.mark.parametrize("error", [1e-2, 1e-3, 1e-5, 1e-6])
+def test_error_is_what_was_asked_for_and_not_much_less(body, error):
+    surface, _, a, b = body
+    for values, columns in ((a, surface.vertices), (b, surface.centroids)):
+        matrix = compressed(surface.vertices, columns, values, error)
+        rows = np.linalg.norm(dense(matrix) - values, axis=1) / np.linalg.norm(values, axis=1)
+        assert 0.4 * error < np.sqrt((rows**2).mean()) < 1.05 * error
+        assert matrix.memory < (0.55 if error >= 1e-5 else 1.0) * values.nbytes
+
+
+def test_every_row_keeps_the_error_also_where_triangles_are_small():
+    """A matrix whose rows differ by four orders of magnitude, as between fine and coarse parts of a mesh."""
+    rng = np.random.default_rng(1)
+    x = rng.uniform(size=(700, 3))
+    distance = np.linalg.norm(x[:, None] - x[None], axis=2) + 0.02
+    size = 10.0 ** (-4 * (x[:, 0] > 0.5))
+    values = size[:, None] * np.exp(-5j * distance) / distance
+    matrix = compressed(x, x, values, 1e-3)
+    error = np.linalg.norm(dense(matrix) - values, axis=1) / np.linalg.norm(values, axis=1)
+    assert error.max() < 5e-3
+
+
+def test_transposed_product_is_that_of_the_same_matrix(body):
+    surface, _, _, b = body
+    matrix = compressed(surface.vertices, surface.centroids, b, 1e-6)
+    rng = np.random.default_rng(0)
+    x, y = rng.normal(size=(b.shape[1], 3)) + 0j, rng.normal(size=(b.shape[0], 3)) + 0j
+    left, right = y.T @ matrix.apply(x), matrix.apply_transposed(y).T @ x
+    assert np.abs(left - right).max() < 1e-13 * np.abs(b).sum()
+    assert matrix.apply(x[:, 0]).shape == (b.shape[0],)
+
+
+def test_far_columns_of_a_plane_are_those_far_from_body_and_image(body):
+    """The image of a part that stands on the plane is near it: taking it for far would cost memory, not accuracy."""
+    surface, k, _, _ = body
+    plane = RigidPlane((0.0, 0.0, surface.vertices[:, 2].min() - 0.005), (0.0, 0.0, 1.0))
+    points = np.array([[0.5, 0.3, 0.4]])
+    frequency = [k * 343.0 / (2 * np.pi)]
+    found, exact = (
+        transfer_vectors(surface, points, frequency, fidelity=f, plane=plane).vectors for f in (FIDELITY, DIRECT)
+    )
+    assert np.abs(found - exact).max() < 2e-5 * np.abs(exact).max()
+
+
+def test_compressed_transfer_vectors_meet_the_direct_ones_and_the_exact_field(body, air):
+    surface, k, _, _ = body
+    frequency = np.array([300.0, k * air.speed_of_sound / (2 * np.pi)])
+    points, source = bodies.shell(5, 0.7), (-0.07, -0.05, 0.0)
+    atv = transfer_vectors(surface, points, frequency, air=air, fidelity=FIDELITY)
+    exact = transfer_vectors(surface, points, frequency, air=air, fidelity=DIRECT)
+    scale = np.abs(exact.vectors).max(axis=(1, 2), keepdims=True)
+    assert (np.abs(atv.vectors - exact.vectors) / scale).max() < 2e-5
+    for i, f in enumerate(frequency):
+        velocity = bodies.source_velocity(surface, source, f, air)
+        field = bodies.source_field(points, source, 2 * np.pi * f / air.speed_of_sound)[0]
+        pressure = atv.vectors[i] @ velocity.normal_velocity[0]
+        assert np.abs(pressure - field).max() < 0.03 * np.abs(field).max()
+        solved = solve_direct(velocity, points, air=air, fidelity=FIDELITY).pressure[0]
+        assert np.abs(pressure - solved).max() < 1e-5 * np.abs(field).max()
+
+
+def test_values_that_are_not_finite_raise(body):
+    surface, _, a, _ = body
+    with pytest.raises(SolverError, match="not finite"):
+        CompressedMatrix(surface.vertices, (surface.vertices,), 1e-3).fill(np.arange(2), np.full((2, len(a)), np.nan))
+
+
+def free(monkeypatch, size):
+    memory = type("M", (), {"available": int(size)})
+    monkeypatch.setattr("nvhchain.acoustics.engines.psutil.virtual_memory", lambda: memory)
+
+
+def test_auto_takes_dense_matrices_where_they_fit_and_compressed_ones_where_only_they_do(monkeypatch, body):
+    surface, k, _, _ = body
+    auto = replace(FIDELITY, solver="auto")
+    n_vertex, n_face = 15_000, 30_000
+    dense_size = estimate_memory(n_vertex, n_face)
+    small = estimate_memory(n_vertex, n_face, "fused", FIDELITY)
+    assert small < 0.5 * dense_size
+    assert small < 6 * 2**30
+    for size, solver in ((1.01 * dense_size, "auto"), (0.99 * dense_size, "compressed"), (1.01 * small, "compressed")):
+        free(monkeypatch, size)
+        chosen, need = engines._fitting(n_vertex, n_face, 0, "fused", auto)
+        assert chosen.solver == solver
+        assert need <= size
+    free(monkeypatch, 0.99 * small)
+    with pytest.raises(ResourceError, match=r"30000 triangles .*need .* GiB, .* GiB are free: lower the upper freq"):
+        engines._fitting(n_vertex, n_face, 0, "fused", auto)
+    with pytest.raises(ResourceError, match="choose solver = 'compressed'"):
+        engines._fitting(n_vertex, n_face, 0, "fused", DIRECT)
+    free(monkeypatch, 2**34)
+    assert isinstance(next(engines.systems("fused", surface, np.array([k]), DIRECT)), DirectSystem)
+
+
+def test_bempp_cannot_compress_and_knows_no_plane(body):
+    surface, k, _, _ = body
+    with pytest.raises(InputError, match="engine bempp cannot compress its matrices: use engine fused"):
+        next(engines.systems("bempp", surface, np.array([k]), FIDELITY))
+    with pytest.raises(InputError, match="engine bempp knows no reflecting plane: use fused"):
+        next(engines.systems("bempp", surface, np.array([k]), DIRECT, RigidPlane((0, 0, -1), (0, 0, 1))))

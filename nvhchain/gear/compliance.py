@@ -45,6 +45,9 @@ class FlankCompliance:
 
     Tooth t and t + sector are alike, and C(t, u) = C(u, t)ᵀ: `block` serves any two teeth within reach.
     held: teeth of the sector that `blocks` has, rising; all by default. `of_teeth` makes such a part.
+    friction: (sector, 2 reach + 1, 2, n_p n_w, n_p n_w) m/N, where asked for. friction[t, reach + d, f] is the normal
+        displacement of flank f of tooth t, into the tooth, under unit forces along the profile of the same flank of
+        tooth t + d, towards the tip and in the transverse plane; less that of the held tooth, as in `blocks`.
     """
 
     radius: FloatArray
@@ -53,6 +56,7 @@ class FlankCompliance:
     sector: int
     blocks: FloatArray
     held: tuple[int, ...] | None = None
+    friction: FloatArray | None = None
 
     def __post_init__(self) -> None:
         n_p, n_w = len(self.radius), len(self.axial)
@@ -81,7 +85,8 @@ class FlankCompliance:
         """What is needed of it where only `teeth` (any integers) are in contact: less to send to another process."""
         held = sorted({int(t) % self.sector for t in teeth})
         at = [self.teeth_held.index(t) for t in held]
-        return replace(self, blocks=self.blocks[at], held=tuple(held))
+        friction = None if self.friction is None else self.friction[at]
+        return replace(self, blocks=self.blocks[at], held=tuple(held), friction=friction)
 
     def block(self, tooth: int, loaded: int) -> FloatArray:
         """(2, n_p, n_w, 2, n_p, n_w) m/N: displacement of `tooth` under forces on tooth `loaded` (any integers)."""
@@ -98,11 +103,17 @@ class FlankCompliance:
 
 
 def flank_compliance(
-    body: GearBody, fidelity: GearFidelity, *, reach: int = USUAL_REACH, progress: Progress | None = None
+    body: GearBody,
+    fidelity: GearFidelity,
+    *,
+    reach: int = USUAL_REACH,
+    friction: bool = False,
+    progress: Progress | None = None,
 ) -> FlankCompliance:
     """Compliance of all flanks of one symmetric sector of `body`, bore rigid and held.
 
     reach: neighbouring teeth to either side that are coupled (fewer than half of all teeth).
+    friction: also under forces along the profile, which friction needs; a third more work.
     progress: called with (teeth done, teeth of the sector).
 
     Raises InputError for a blank that the fidelity cannot resolve, ResourceError when memory is short.
@@ -110,13 +121,15 @@ def flank_compliance(
     teeth = body.geometry.teeth
     require(0 <= reach < teeth / 2, f"reach = {reach} must lie between 0 and less than half of the {teeth} teeth")
     mesh = gear_mesh(body, fidelity)
-    tooth = condensed_tooth(body.geometry, mesh, body.material)
+    tooth = condensed_tooth(body.geometry, mesh, body.material, friction=friction)
     patterns, share, strength = load_patterns(tooth, fidelity.load_pattern_tolerance)
     far = int((strength > fidelity.far_pattern_tolerance).sum())
     flexibility = body_flexibility(
         mesh, tooth, body.material, patterns, far=far, sector=body.sector, reach=reach, progress=progress
     )
-    blocks = share.T @ flexibility @ share
+    n = tooth.own.shape[0]
+    normal, sliding = share[:, :n], share[:, n:]
+    blocks = normal.T @ flexibility @ normal
     blocks[:, 0] += tooth.own
     n_p, n_w = len(tooth.radius), len(tooth.axial)
     return FlankCompliance(
@@ -125,20 +138,35 @@ def flank_compliance(
         tooth_count=teeth,
         sector=body.sector,
         blocks=blocks.reshape(body.sector, reach + 1, 2, n_p, n_w, 2, n_p, n_w),
+        friction=None if tooth.own_friction is None else _friction(normal, sliding, flexibility, tooth.own_friction),
     )
+
+
+def _friction(normal: FloatArray, sliding: FloatArray, flexibility: FloatArray, own: FloatArray) -> FloatArray:
+    """`FlankCompliance.friction` from the shares (r, n) of normal forces and of those along the profile."""
+    sector, reach, n = len(flexibility), flexibility.shape[1] - 1, own.shape[0] // 2
+    total = np.empty((sector, 2 * reach + 1, 2, n, n))
+    for t in range(sector):
+        for d in range(-reach, reach + 1):
+            answer = flexibility[t, d] if d >= 0 else flexibility[(t + d) % sector, -d].T
+            for f, flank in enumerate((slice(0, n), slice(n, 2 * n))):
+                total[t, reach + d, f] = normal[:, flank].T @ answer @ sliding[:, flank]
+                if d == 0:
+                    total[t, reach, f] += own[flank, flank]
+    return total
 
 
 def load_patterns(tooth: CondensedTooth, tolerance: float) -> tuple[FloatArray, FloatArray, FloatArray]:
     """The few patterns of force in which a tooth passes its flank loads on: (3 n_i, r), and their shares (r, n).
 
+    patterns · shares = tooth.passed (and passed_friction beside it), less singular values below `tolerance` of the
+    largest. They are ordered by the energy they store in the tooth itself on weak springs: what balances within the
+    tooth reaches no neighbour (Saint-Venant), what moves it as a whole does.
     The third array (r,) is their singular value over the largest.
-
-    patterns · shares = tooth.passed, less singular values below `tolerance` of the largest. They are ordered by the
-    energy they store in the tooth itself on weak springs: what balances within the tooth reaches no neighbour
-    (Saint-Venant), what moves it as a whole does.
     """
     springs = _SPRINGS * np.diag(tooth.stiffness).mean() * np.eye(len(tooth.stiffness))
     root = np.linalg.cholesky(tooth.stiffness + springs)
-    left, strength, right = np.linalg.svd(solve_triangular(root, tooth.passed, lower=True), full_matrices=False)
+    passed = tooth.passed if tooth.passed_friction is None else np.hstack([tooth.passed, tooth.passed_friction])
+    left, strength, right = np.linalg.svd(solve_triangular(root, passed, lower=True), full_matrices=False)
     kept = strength > tolerance * strength[0]
     return root @ left[:, kept], strength[kept, None] * right[kept], strength[kept] / strength[0]

@@ -8,15 +8,19 @@ from math import ceil
 
 import numpy as np
 
-from nvhchain.errors import SolverError, require
+from nvhchain.errors import InputError, SolverError, require
 from nvhchain.fidelity import GearFidelity
 from nvhchain.gear.analytic import SliceCompliance
 from nvhchain.gear.compliance import FlankCompliance
 from nvhchain.gear.contact import LocalLaw, complementarity_residual, contact_half_width, local_law, slice_forces
 from nvhchain.gear.flank_splines import FlankSplines, flank_splines
+from nvhchain.gear.friction import sliding_sense
 from nvhchain.gear.pair import BACK, DRIVE, ContactLines, GearPair, contact_lines
 from nvhchain.gear.pair import separation as unloaded_gap
 from nvhchain.handoff import FloatArray
+
+FRICTION_ROUNDS = 60
+"""Of following what friction bends; a dozen is usual, more means failure."""
 
 
 def engaged_reach(pair: GearPair) -> int:
@@ -76,6 +80,20 @@ class Engagement:
                 between.add(total, lines.side, tooth, radius, lines.axial)
         return total
 
+    def friction_compliance(self, lines: ContactLines) -> FloatArray:
+        """(n, n) m/N: normal approach at every slice under unit friction at every other, both gears, by its sense.
+
+        Friction pushes both flanks towards their tips where the pinion's slides ahead of the wheel's, and towards
+        their roots before the pitch point.  Raises InputError for compliances without it.
+        """
+        n = len(lines.length)
+        total = np.zeros((n, n))
+        for tooth, radius, between in zip(lines.tooth, lines.radius, self._between_points, strict=True):
+            if isinstance(between, SliceCompliance) or between.friction is None:
+                raise InputError("friction needs the compliance along the profile: flank_compliance(…, friction=True)")
+            total += between.friction_compliance(lines.side, tooth, radius, lines.axial)
+        return total * (sliding_sense(self.pair, lines) * (1.0 if lines.flank == DRIVE else -1.0))
+
     def at_angles(self, angles: FloatArray) -> Engagement:
         """The same pair with the compliances that it needs at these wheel `angles`, rad, and no others."""
         teeth = np.hstack(
@@ -91,36 +109,61 @@ class Engagement:
         return replace(self, compliances=(pinion, wheel))
 
     def forces(
-        self, angle: float, approach: FloatArray, *, flank: int = DRIVE, separation: FloatArray | None = None
+        self,
+        angle: float,
+        approach: FloatArray,
+        *,
+        flank: int = DRIVE,
+        separation: FloatArray | None = None,
+        friction: float = 0.0,
     ) -> tuple[ContactLines, FloatArray]:
         """Contact lines and slice forces (n_case, n), N, at wheel `angle`, rad.
 
         approach: (n_case,) m, how far the flanks are pushed together along their normal.
         separation: (n,) m, unloaded gap of every slice beyond that of aligned pure involutes; by default what
         micro-geometry and misalignment of the pair make it.
+        friction: coefficient μ of what bends the teeth along their profile.
         Raises SolverError where the contact does not converge or the local law leaves its range.
         """
         lines = contact_lines(self.pair, angle, slices=self.fidelity.slices, flank=flank)
         gap = unloaded_gap(self.pair, lines) if separation is None else separation
-        return lines, self.forces_on(lines, np.asarray(approach, float)[:, None] - gap)
+        return lines, self.forces_on(lines, np.asarray(approach, float)[:, None] - gap, friction=friction)
 
     def local_law(self, lines: ContactLines) -> LocalLaw:
         """Local deflection of every slice."""
         materials = (self.pair.pinion.material, self.pair.wheel.material)
         return local_law(lines.curvature, (lines.depth[0], lines.depth[1]), materials)
 
-    def residual(self, lines: ContactLines, approach: float, force: FloatArray) -> float:
+    def residual(self, lines: ContactLines, approach: float, force: FloatArray, *, friction: float = 0.0) -> float:
         """Largest violation of the contact conditions, m, by the slice forces (n,), N, at an approach, m."""
-        pressed = approach - unloaded_gap(self.pair, lines)
-        return complementarity_residual(self.compliance(lines), pressed, lines.length, self.local_law(lines), force)
+        pressed, compliance = approach - unloaded_gap(self.pair, lines), self.compliance(lines)
+        if friction:
+            compliance = compliance + friction * self.friction_compliance(lines)
+        return complementarity_residual(compliance, pressed, lines.length, self.local_law(lines), force)
 
-    def forces_on(self, lines: ContactLines, approach: FloatArray) -> FloatArray:
-        """Slice forces (n_case, n), N, for the approach (n_case, n), m, of every slice, its unloaded gap taken off."""
+    def forces_on(self, lines: ContactLines, approach: FloatArray, *, friction: float = 0.0) -> FloatArray:
+        """Slice forces (n_case, n), N, for the approach (n_case, n), m, of every slice, its unloaded gap taken off.
+
+        With friction the problem is no longer that of a minimum; what friction bends is put on the right-hand side
+        and followed, which shrinks the change by about μ tan α each time.
+        """
         materials = (self.pair.pinion.material, self.pair.wheel.material)
         law = self.local_law(lines)
-        forces = slice_forces(
-            self.compliance(lines), approach, lines.length, law, tolerance=self.fidelity.contact_residual
-        )
+        tolerance, compliance = self.fidelity.contact_residual, self.compliance(lines)
+        forces = slice_forces(compliance, approach, lines.length, law, tolerance=tolerance)
+        if friction:
+            along = friction * self.friction_compliance(lines)
+            for _ in range(FRICTION_ROUNDS):
+                before = along @ forces.T
+                forces = slice_forces(compliance, approach - before.T, lines.length, law, tolerance=tolerance)
+                change = np.abs(along @ forces.T - before).max(initial=0.0)
+                if change <= tolerance * np.abs(approach).max(initial=0.0):
+                    break
+            else:
+                raise SolverError(
+                    f"friction = {friction:g}: slice forces still move the flanks by {1e6 * change:.3g} µm after "
+                    f"{FRICTION_ROUNDS} rounds: lower the coefficient"
+                )
         width = contact_half_width(forces / lines.length, lines.curvature, materials)
         if (width[:, None] > lines.depth).any():
             raise SolverError(

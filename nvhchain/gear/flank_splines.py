@@ -12,6 +12,7 @@ from math import factorial
 
 import numba
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline, make_interp_spline
 
@@ -64,12 +65,14 @@ class FlankSplines:
     over_radius, over_axial: the bases.
     coefficients: (2, n_tooth, reach + 1, n_p n_w, n_p n_w) m/N, by flank, tooth held, distance in teeth.
     place: (sector,) position of each tooth of the sector among those held, −1 where it is not.
+    friction: (n_tooth, 2 reach + 1, 2, n_p n_w, n_p n_w) m/N, of `FlankCompliance.friction`, where it is known.
     """
 
     over_radius: LocalBasis
     over_axial: LocalBasis
     coefficients: FloatArray
     place: IntArray
+    friction: FloatArray | None = None
 
     def weights(self, radius: FloatArray, axial: FloatArray) -> tuple[NDArray[np.int32], FloatArray]:
         """(n, 16) numbers of the coefficients that matter at points (n,) m, and their weights."""
@@ -87,23 +90,48 @@ class FlankSplines:
             index, weight = self.weights(radius, axial)
             _couple(self.coefficients[side], self.place, tooth, index, weight, total)
 
+    def friction_compliance(self, side: int, tooth: IntArray, radius: FloatArray, axial: FloatArray) -> FloatArray:
+        """(n, n) m/N: normal displacement at every point under unit forces along the profile at every other."""
+        assert self.friction is not None
+        n, reach = len(tooth), self.friction.shape[1] // 2
+        total = np.zeros((n, n))
+        if not n:
+            return total
+        index, weight = self.weights(radius, axial)
+        start = np.arange(n + 1) * index.shape[1]
+        spread = sp.csr_matrix((weight.ravel(), index.ravel(), start), shape=(n, self.friction.shape[-1]))
+        for a in np.unique(tooth):
+            for b in np.unique(tooth):
+                block = self.friction[self.place[a % len(self.place)], reach + b - a, side]
+                on, under = np.flatnonzero(tooth == a), np.flatnonzero(tooth == b)
+                total[np.ix_(on, under)] = spread[on] @ (spread[under] @ block.T).T
+        return total
+
 
 def flank_splines(compliance: FlankCompliance) -> FlankSplines:
     """Interpolate `compliance` on its grid."""
     c = compliance
     n = len(c.radius) * len(c.axial)
     (radius, over_r), (axial, over_z) = local_basis(c.radius), local_basis(c.axial)
-    coefficients = np.empty((2, len(c.blocks), c.reach + 1, n, n))
-    for side in (0, 1):
-        values = c.blocks[:, :, side, :, :, side].reshape(-1, n, n)
-        for value, out in zip(values, coefficients[side].reshape(-1, n, n), strict=True):
+
+    def coefficients_of(values: FloatArray) -> FloatArray:
+        """(m, n, n) from grid values (m, n, n)."""
+        out = np.empty(values.shape)
+        for i, value in enumerate(values):
             for _ in range(2):  # both points, the second time round transposed
                 value = (over_r @ value.reshape(len(over_r), -1)).reshape(len(over_r), len(over_z), n)
                 value = (over_z @ value).reshape(n, n).T
-            out[:] = value
+            out[i] = value
+        return out
+
+    shape = (len(c.blocks), c.reach + 1, n, n)
+    coefficients = np.stack(
+        [coefficients_of(c.blocks[:, :, f, :, :, f].reshape(-1, n, n)).reshape(shape) for f in (0, 1)]
+    )
+    friction = None if c.friction is None else coefficients_of(c.friction.reshape(-1, n, n)).reshape(c.friction.shape)
     place = np.full(c.sector, -1)
     place[list(c.teeth_held)] = np.arange(len(c.teeth_held))
-    return FlankSplines(radius, axial, coefficients, place)
+    return FlankSplines(radius, axial, coefficients, place, friction)
 
 
 @numba.njit(

@@ -31,6 +31,8 @@ class CondensedTooth:
     radius: (n_p,) m.  axial: (n_w,) m.
     stiffness: (3 n_i, 3 n_i) N/m.  passed: (3 n_i, n) G, what a unit flank load puts on the shared nodes.
     own: (n, n) m/N, flank compliance with the shared nodes held, less that with the centre-line surface held.
+    passed_friction, own_friction: the same for unit forces along the profile, towards the tip; `own_friction` is the
+        normal displacement under them. None where not asked for.
     left, right, bottom: shared nodes of the pitch's solid mesh in their order in `stiffness`; left and right
         without those on the bottom.
     """
@@ -43,38 +45,45 @@ class CondensedTooth:
     left: IntArray
     right: IntArray
     bottom: IntArray
+    passed_friction: FloatArray | None = None
+    own_friction: FloatArray | None = None
 
 
-def condensed_tooth(gear: GearGeometry, mesh: GearMesh, material: Material) -> CondensedTooth:
-    """Condense one pitch of `mesh`."""
+def condensed_tooth(
+    gear: GearGeometry, mesh: GearMesh, material: Material, *, friction: bool = False
+) -> CondensedTooth:
+    """Condense one pitch of `mesh`; with `friction`, under forces along the profile too."""
     pitch, solid = mesh.pitch, mesh.pitch_solid
     left, right, bottom = (solid.on(line) for line in (pitch.left[:-1], pitch.right[:-1], pitch.bottom))
     shared = unknowns(np.concatenate([left, right, bottom]))
     inner = np.setdiff1d(np.arange(3 * len(solid.nodes)), shared)
     K = cylindrical_stiffness(solid, solid.elements, material)
-    load = flank_loads(gear, mesh)[inner].toarray()
-    points = load.shape[1]
+    loads = [flank_loads(gear, mesh)] + ([flank_loads(gear, mesh, along_profile=True)] if friction else [])
+    load = np.hstack([forces[inner].toarray() for forces in loads])
+    points, n = load.shape[1], loads[0].shape[1]
     K_io = K[shared][:, inner]
     with factorize(K[inner][:, inner]) as factor:
         response = factor.solve(np.hstack([load, K_io.T.toarray()]))
-    free = load.T @ response[:, :points]
+    free = load[:, :n].T @ response[:, :points]
     passed = -(K_io @ response[:, :points])
     stiffness = K[shared][:, shared].toarray() - K_io @ response[:, points:]
 
     loose = ~np.isin(inner, unknowns(solid.on(pitch.centre)))
     held_nodes = inner[loose]
     with factorize(K[held_nodes][:, held_nodes]) as factor:
-        held = load[loose].T @ factor.solve(load[loose])
-    own = free - held
+        held = load[loose, :n].T @ factor.solve(load[loose])
+    own, own_friction = np.split(free - held, [n], axis=1)
     return CondensedTooth(
         radius=pitch.plane.radius[pitch.flanks[0]],
         axial=solid.nodes[solid.index[:, pitch.flanks[0, 0]], 2],
         stiffness=0.5 * (stiffness + stiffness.T),
-        passed=passed,
+        passed=passed[:, :n],
         own=0.5 * (own + own.T),
         left=left,
         right=right,
         bottom=bottom,
+        passed_friction=passed[:, n:] if friction else None,
+        own_friction=own_friction if friction else None,
     )
 
 
@@ -95,8 +104,10 @@ def cylindrical_stiffness(solid: SolidMesh, elements: IntArray, material: Materi
     return sp.csr_matrix(turn.T @ K @ turn)
 
 
-def flank_loads(gear: GearGeometry, mesh: GearMesh) -> sp.csr_matrix:
+def flank_loads(gear: GearGeometry, mesh: GearMesh, *, along_profile: bool = False) -> sp.csr_matrix:
     """(unknowns of the pitch, flank points) nodal forces of unit normal forces into the tooth.
+
+    along_profile: of unit forces towards the tip instead, in the transverse plane and tangential to the flank.
 
     A point on a node loads that node; one in the middle of a brick's face loads the face's eight nodes by their shape
     functions, so that force and displacement stay conjugate.
@@ -123,11 +134,14 @@ def flank_loads(gear: GearGeometry, mesh: GearMesh) -> sp.csr_matrix:
             node = solid.index[j[at] + dj, pitch.flanks[flank][i[at] + di]]
             # inward normal: −sin α_r outwards, ∓cos α_r along φ, ±sin β_b along z (helicoid), turned to the node's axes
             direction = alpha[at] + side * (solid.angle[node] - angle[at])
-            normal = np.cos(base) * np.stack(
-                [-np.sin(direction), -side * np.cos(direction), np.full(len(at), side * np.tan(base))]
-            )
+            if along_profile:
+                force = np.stack([np.cos(direction), -side * np.sin(direction), np.zeros(len(at))])
+            else:
+                force = np.cos(base) * np.stack(
+                    [-np.sin(direction), -side * np.cos(direction), np.full(len(at), side * np.tan(base))]
+                )
             rows.append((3 * node + np.arange(3)[:, None]).ravel())
             columns.append(np.tile(flank * n_p * n_w + at, 3))
-            values.append((weight[at] * normal).ravel())
+            values.append((weight[at] * force).ravel())
     shape = (3 * len(solid.nodes), 2 * n_p * n_w)
     return sp.csr_matrix((np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), shape=shape)

@@ -87,9 +87,10 @@ def loaded_mesh(
     """Solve for the δ at which the drive flanks carry the pinion torque of `force`, N, at wheel `angle`, rad.
 
     force: T_P/(r_bP cos β_b), `GearPair.normal_force`; without friction the sum of the normal forces.
-    guess: m, any positive deflection of the right order.  friction: coefficient μ; its part of the torque is included,
-    what it bends is not.  Newton on the tangent stiffness by differences, to a relative force error of 1e3 × the
-    contact residual.  Raises SolverError if it does not get there.
+    guess: m, any positive deflection of the right order.
+    friction: coefficient μ, in the torque and in what bends the teeth (the compliances need to know it).
+    Newton on the tangent stiffness by differences, to a relative force error of 1e3 × the contact residual. Raises
+    SolverError if it does not get there.
     """
     require(force > 0, f"force = {force:g} N must be positive")
     tolerance, start = 1e3 * engagement.fidelity.contact_residual, engagement.first_contact(angle)
@@ -97,7 +98,7 @@ def loaded_mesh(
     unit = engagement.pair.base_radius[0] * np.cos(engagement.pair.base_helix_angle)
     for _ in range(max_iterations):
         probe = start + pressed * np.array([1.0, 1 + 1e-4])
-        lines, forces = engagement.forces(angle, probe)
+        lines, forces = engagement.forces(angle, probe, friction=friction)
         arms = lever_arms(engagement.pair, lines, friction)
         total = forces @ (arms[0] / unit)
         tangent = (total[1] - total[0]) / (probe[1] - probe[0])
@@ -116,7 +117,7 @@ def loaded_mesh(
                 stiffness,
                 normal[0] / probe[0],
                 (into, out),
-                engagement.residual(lines, float(probe[0]), forces[0]),
+                engagement.residual(lines, float(probe[0]), forces[0], friction=friction),
             )
         pressed = max(pressed + (force - total[0]) / tangent, pressed / 10)
     raise SolverError(f"no deflection found for {force:g} N at wheel angle {angle:g} rad")

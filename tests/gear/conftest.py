@@ -88,7 +88,16 @@ def beam_compliance(
                 for flank in range(2):
                     blocks[t, d, flank, :, :, flank] += tooth
                     blocks[t, d, flank, :, :, 1 - flank] -= 0.8 * tooth
-    return FlankCompliance(radius, axial, g.teeth, sector, blocks)
+    # friction towards the tip has tan α_r of the circumferential force that the normal one has
+    share = np.repeat(g.roll_angle_at(radius), n_w)
+    n = n_p * n_w
+    friction = np.empty((sector, 2 * reach + 1, 2, n, n))
+    for t in teeth:
+        for d in range(-reach, reach + 1):
+            for flank in range(2):
+                near = blocks[t, d] if d >= 0 else np.moveaxis(blocks[(t + d) % sector, -d], (3, 4, 5), (0, 1, 2))
+                friction[t, reach + d, flank] = near[flank, :, :, flank].reshape(n, n) * share
+    return FlankCompliance(radius, axial, g.teeth, sector, blocks, friction=friction)
 
 
 @pytest.fixture(scope="session")

@@ -69,11 +69,11 @@ def test_condensed_teeth_give_the_undivided_model_without_centre_line_part():
     held = label[blank.on(mesh.blank.bore)]
     free = np.setdiff1d(np.arange(3 * count), unknowns(held))
 
-    loads = flank_loads(gear, mesh)  # in cylindrical axes of tooth 0
+    loads, along = (flank_loads(gear, mesh, along_profile=a) for a in (False, True))  # in cylindrical axes of tooth 0
     per_flank = loads.shape[1] // 2
     chosen = np.array([3, 17, per_flank + 8])
 
-    def cartesian(tooth):
+    def cartesian(tooth, loads=loads):
         angle = pitch.angle + tooth * gear.pitch_angle
         radial, tangential, axial = loads[:, chosen].toarray().reshape(-1, 3, len(chosen)).transpose(1, 0, 2)
         c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
@@ -84,27 +84,38 @@ def test_condensed_teeth_give_the_undivided_model_without_centre_line_part():
         np.add.at(total, unknowns(own), f.reshape(-1, len(chosen)))
         return total[free]
 
-    compliance = slotted()
+    compliance = flank_compliance(SLOTTED, FINE_PATTERNS, friction=True)
+    np.testing.assert_allclose(compliance.blocks, slotted().blocks, atol=1e-9 * slotted().blocks.max())
     n_p, n_w = len(compliance.radius), len(compliance.axial)
     centre = mesh.pitch_solid.on(mesh.pitch.centre)
     tooth = condensed_tooth(gear, mesh, STEEL)  # only for the numbers of its shared nodes
     stiff = cylindrical_stiffness(pitch, pitch.elements, STEEL)
     fixed = unknowns(np.unique(np.concatenate([centre, tooth.left, tooth.right, tooth.bottom])))
     loose = np.setdiff1d(np.arange(stiff.shape[0]), fixed)
-    local = loads[loose][:, chosen].toarray()
+    local, slid = (forces[loose][:, chosen].toarray() for forces in (loads, along))
     with factorize(stiff[loose][:, loose]) as factor:
-        held_tooth = local.T @ factor.solve(local)
+        held_tooth, held_slid = local.T @ factor.solve(local), local.T @ factor.solve(slid)
     with factorize(K[free][:, free]) as factor:
         for t, u in ((0, 0), (5, 5), (4, 6), (7, 4), (17, 1)):
             expected = cartesian(t).T @ factor.solve(cartesian(u)) - (held_tooth if t == u else 0.0)
             block = compliance.block(t, u).reshape(2 * n_p * n_w, -1)[np.ix_(chosen, chosen)]
             np.testing.assert_allclose(block, expected, atol=1e-9 * np.abs(expected).max())
+            expected = cartesian(t).T @ factor.solve(cartesian(u, along)) - (held_slid if t == u else 0.0)
+            offset = (u - t + gear.teeth // 2) % gear.teeth - gear.teeth // 2
+            block = compliance.friction[t % compliance.sector, compliance.reach + offset, 0]
+            first = np.ix_(chosen[:2], chosen[:2])  # both on flank 0
+            np.testing.assert_allclose(block[first], expected[:2, :2], atol=1e-9 * np.abs(expected).max())
+            np.testing.assert_allclose(
+                compliance.friction[t % compliance.sector, compliance.reach + offset, 1][8, 8],
+                expected[2, 2],
+                atol=1e-9 * np.abs(expected).max(),
+            )
 
 
 def test_flank_loads_are_unit_forces_normal_to_the_helicoid_and_into_the_tooth():
     gear, mesh = SLOTTED.geometry, gear_mesh(SLOTTED, FINE_PATTERNS)
     solid, n_w = mesh.pitch_solid, len(mesh.pitch_solid.index)
-    loads = flank_loads(gear, mesh).toarray()
+    loads, slid = (flank_loads(gear, mesh, along_profile=a).toarray() for a in (False, True))
     for flank, side in ((0, 1.0), (1, -1.0)):
         for i in (0, 2, 4):  # corners of elements along the profile
             column = (flank * len(mesh.pitch.flanks[flank]) + i) * n_w + 2
@@ -120,6 +131,10 @@ def test_flank_loads_are_unit_forces_normal_to_the_helicoid_and_into_the_tooth()
             )
             along = np.array([(ahead - behind).real, (ahead - behind).imag, 0.0])
             assert np.linalg.norm(force) == pytest.approx(1.0)
+            radial, tangential, axial = slid[unknowns(np.array([node])), column]
+            towards_tip = np.array([c * radial - s * tangential, s * radial + c * tangential, axial])
+            if i:
+                np.testing.assert_allclose(towards_tip, along / np.linalg.norm(along), atol=1e-6)
             chord = (above - below) / np.linalg.norm(above - below)  # of the helix, parallel but for its curvature
             assert force @ chord == pytest.approx(0.0, abs=1e-4)
             if i:  # the fillet begins below the form circle

@@ -8,6 +8,7 @@ import pytest
 
 from nvhchain.errors import InputError
 from nvhchain.gear import Engagement, GearPair, lever_arms, loaded_mesh, loaded_transmission_error, sliding_sense
+from nvhchain.gear.contact import local_deflection
 from nvhchain.gear.pair import BACK, DRIVE, contact_lines
 
 MU = 0.3
@@ -48,7 +49,14 @@ def test_normal_force_jumps_at_the_pitch_point_by_the_closed_form(alike):
     tangent = np.tan(alike.pair.working_pressure_angle)
     ratio = before.force.sum() / after.force.sum()
     assert ratio == pytest.approx((1 + MU * tangent) / (1 - MU * tangent), rel=1e-6)
-    assert before.deflection > 1.1 * after.deflection
+    # at the same torque the circumferential load on the teeth, all that bends them here, stays: flattening jumps
+    materials = (alike.pair.pinion.material,) * 2
+    flat = [
+        local_deflection(m.force / m.lines.length, m.lines.curvature, tuple(m.lines.depth), materials).mean()
+        for m in (before, after)
+    ]
+    assert before.deflection - after.deflection == pytest.approx(flat[0] - flat[1], rel=0.03)
+    assert before.deflection > 1.03 * after.deflection
     for mesh in (before, after):
         assert mesh.torque[0] == pytest.approx(force * alike.pair.base_radius[0], rel=1e-6)
     plain = loaded_mesh(alike, 0.0, force, guess=20e-6)
@@ -67,8 +75,14 @@ def test_transmission_error_jumps_only_with_friction_and_only_there(alike):
     single = np.array([len(loaded_mesh(alike, a, force, guess=20e-6).load_share()) == 1 for a in angle])
     after = single & (angle < 0.5 * alike.pair.mesh_period) & (angle > 0)
     before = single & (angle > 0.5 * alike.pair.mesh_period)
-    assert (rough[after] < 0.93 * smooth[after]).all()
-    assert (rough[before] > 1.07 * smooth[before]).all()
+    assert (rough[after] < 0.985 * smooth[after]).all()
+    assert (rough[before] > 1.015 * smooth[before]).all()
+
+
+def test_friction_needs_the_compliance_along_the_profile(alike):
+    without = tuple(dataclasses.replace(c, friction=None) for c in alike.compliances)
+    with pytest.raises(InputError, match=r"flank_compliance\(…, friction=True\)"):
+        loaded_mesh(dataclasses.replace(alike, compliances=without), 0.0, 100.0, guess=1e-6, friction=MU)
 
 
 def test_friction_that_cannot_be_meant_is_refused(alike):

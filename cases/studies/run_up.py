@@ -26,9 +26,11 @@ from nvhchain.spectrum import Waterfall, order_cut, order_waterfall, waterfall
 
 END_SPEED = 2500.0 * 2.0 * np.pi / 60.0
 DURATION = 20.0
-RESOLUTION = 0.15
-"""Orders: windows of ten turns."""
-ORDERS = (2.0, 4.0, 16.0, 18.0, 20.0, 22.0, 24.0, 38.0, 40.0, 42.0)
+RESOLUTION = 1.5 / 20.5
+"""Orders: windows of one common period of the slotted gearbox, so that every order it can have is a line."""
+WINDOWS = 12.0 / 41.0
+"""Order in which the differential's windows pass."""
+ORDERS = (2.0, 4.0, 12.0 - WINDOWS, 12.0, 12.0 + WINDOWS, 16.0, 18.0, 20.0, 22.0, 24.0, 38.0, 40.0, 42.0)
 CASES = Path(__file__).parents[1] / "gearbox"
 
 
@@ -122,7 +124,9 @@ def main() -> None:
     levels = [level(of) for maps in (force, deflection) for of in maps.values()]
     for order in ORDERS:
         row = [of[order] for of in levels]
-        print(f"{order:5.0f}  {row[0]:10.1f}  {row[1]:10.1f}         {row[2]:10.1f}  {row[3]:10.1f}")
+        print(f"{order:5.2f}  {row[0]:10.1f}  {row[1]:10.1f}         {row[2]:10.1f}  {row[3]:10.1f}")
+    windows = min(of[12.0 + side] for of in levels[:2] for side in (-WINDOWS, WINDOWS))
+    assert windows > 0.0, f"the differential's windows leave {windows:.1f} dB re 1 N beside order 12 only"
     sidebands = min(levels[1][order] - levels[0][order] for order in (18.0, 22.0))
     assert sidebands > 40.0, f"slots raise the sidebands of the mesh order by {sidebands:.1f} dB only"
 

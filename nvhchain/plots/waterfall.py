@@ -10,9 +10,13 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from nvhchain.errors import require
+from nvhchain.handoff import FloatArray
 from nvhchain.plots._style import MARK_LINES, panels, styled
 from nvhchain.plots.orders import OrderMarks
 from nvhchain.spectrum import Waterfall
+
+ACROSS = 700
+"""Lines that a map can show side by side; of more, the strongest of neighbours is shown, so that none is lost."""
 
 
 @styled
@@ -41,10 +45,11 @@ def waterfall_maps(
     drawn = panels(len(waterfalls), axes, height=4.4)
     for ax, (name, of) in zip(drawn, waterfalls.items(), strict=True):
         speed = 60.0 / (2.0 * np.pi) * of.input_speed
-        level = 20.0 * np.log10(np.maximum(sizes[name], 10.0 ** ((highest - dynamic_range) / 20.0)))
+        axis, size = _strongest(of.axis[1:], sizes[name])
+        level = 20.0 * np.log10(np.maximum(size, 10.0 ** ((highest - dynamic_range) / 20.0)))
         upwards = np.argsort(speed)
         image = ax.pcolormesh(
-            of.axis[1:],
+            axis,
             speed[upwards],
             level[upwards],
             shading="nearest",
@@ -65,6 +70,13 @@ def waterfall_maps(
             figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
     drawn[-1].set_xlabel("order of the input shaft" if kinds == {True} else "frequency / Hz")
     return drawn
+
+
+def _strongest(axis: FloatArray, size: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """`axis` (n,) and `size` (n_window, n) with every few lines put together, so that at most `ACROSS` are left."""
+    few = -(-len(axis) // ACROSS)
+    first = np.arange(0, len(axis), few)
+    return np.add.reduceat(axis, first) / np.diff(np.append(first, len(axis))), np.maximum.reduceat(size, first, axis=1)
 
 
 def _draw_orders(ax: Axes, of: Waterfall, marks: OrderMarks) -> list[Line2D]:

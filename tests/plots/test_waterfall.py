@@ -48,3 +48,15 @@ def test_configurations_share_one_scale_and_one_kind_of_axis():
         waterfall_maps({"a": _falling(True), "b": _falling(False)}, unit="N")
     with pytest.raises(InputError, match="no waterfall given"):
         waterfall_maps({}, unit="N")
+
+
+def test_no_line_is_lost_where_there_are_more_than_the_map_can_show():
+    amplitude = np.full((2, 3001), 1e-3 + 0j)
+    amplitude[:, 1234] = 1.0
+    of = Waterfall(np.arange(2.0), np.array([1.0, 2.0]), np.arange(3001) * 0.1, amplitude, True)
+    (ax,) = waterfall_maps({"solid": of}, unit="N")
+    level = np.asarray(ax.collections[0].get_array())
+    assert level.shape[1] <= 700
+    assert level.max(axis=1) == pytest.approx([0.0, 0.0], abs=1e-12)
+    strongest = int(np.argmax(level[0])) / level.shape[1] * 300.0
+    assert strongest == pytest.approx(123.4, abs=0.5)

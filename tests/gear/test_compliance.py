@@ -47,7 +47,7 @@ def line_compliance(compliance, tooth=0, flank=0):
 
 @cache
 def slotted():
-    return flank_compliance(SLOTTED, FINE_PATTERNS)
+    return flank_compliance(SLOTTED, FINE_PATTERNS, friction=True)
 
 
 def test_condensed_teeth_give_the_undivided_model_without_centre_line_part():
@@ -84,8 +84,7 @@ def test_condensed_teeth_give_the_undivided_model_without_centre_line_part():
         np.add.at(total, unknowns(own), f.reshape(-1, len(chosen)))
         return total[free]
 
-    compliance = flank_compliance(SLOTTED, FINE_PATTERNS, friction=True)
-    np.testing.assert_allclose(compliance.blocks, slotted().blocks, atol=1e-9 * slotted().blocks.max())
+    compliance = slotted()
     n_p, n_w = len(compliance.radius), len(compliance.axial)
     centre = mesh.pitch_solid.on(mesh.pitch.centre)
     tooth = condensed_tooth(gear, mesh, STEEL)  # only for the numbers of its shared nodes

@@ -16,18 +16,23 @@ from nvhchain.fidelity import LUMPED, LumpedFidelity
 from nvhchain.handoff import ComplexArray, FloatArray
 from nvhchain.lumped.pair import GearPair
 
+FOLD_RESOLUTION = 1e-4
+"""Relative: two turns of the curve closer than this cancel; where flanks touch, the samples of a period let the curve
+waver by that much."""
+
 
 @dataclass(frozen=True, eq=False)
 class PeriodicResponse:
     """Points along a response curve, in the order of its arc length.
 
     mesh_frequency (n,) Hz.  coefficients (n, harmonics + 1) m: single-sided complex amplitudes of x at multiples of
-    the body frequency, mean first.  lowest (n,) m.
+    the body frequency, mean first.  lowest, highest (n,) m.
     """
 
     mesh_frequency: FloatArray
     coefficients: ComplexArray
     lowest: FloatArray
+    highest: FloatArray
 
     @property
     def rms(self) -> FloatArray:
@@ -39,14 +44,18 @@ class PeriodicResponse:
         """Hz: where the curve turns back, that is where a sweep has to jump, in the order of the curve."""
         f = self.mesh_frequency
         turn = np.flatnonzero((f[1:-1] - f[:-2]) * (f[2:] - f[1:-1]) < 0) + 1
-        found = []
+        found: list[float] = []
         for i in turn:
             # extremum of the parabola through three points over the arc length
             arc = np.concatenate(
                 ([0.0], np.cumsum(np.linalg.norm(np.diff(self._points[i - 1 : i + 2], axis=0), axis=1)))
             )
             a, b, c = np.polyfit(arc, f[i - 1 : i + 2], 2)
-            found.append(c - b * b / (4.0 * a))
+            fold = float(c - b * b / (4.0 * a))
+            if found and abs(fold - found[-1]) < FOLD_RESOLUTION * fold:
+                found.pop()
+            else:
+                found.append(fold)
         return np.array(found)
 
     @property
@@ -96,7 +105,8 @@ def periodic_response(
     coefficients = np.zeros((len(x), n + 1), dtype=complex)
     coefficients[:, 0] = x[:, 0]
     coefficients[:, 1:] = x[:, 1 : n + 1] - 1j * x[:, n + 1 :]
-    return PeriodicResponse(curve[:, -1] * balance.unit, coefficients, (x @ balance.series.T).min(axis=1))
+    motion = x @ balance.series.T
+    return PeriodicResponse(curve[:, -1] * balance.unit, coefficients, motion.min(axis=1), motion.max(axis=1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,6 +129,11 @@ class _Balance:
 
     @classmethod
     def of(cls, pair: GearPair, fidelity: LumpedFidelity) -> _Balance:
+        require(
+            fidelity.harmonic_samples >= 8 * fidelity.harmonics,
+            f"{fidelity.harmonic_samples} harmonic_samples cannot hold products of {fidelity.harmonics} harmonics: use "
+            f"{8 * fidelity.harmonics} or more",
+        )
         require(pair.force > 0, "harmonic balance needs a load: without force the pair hangs free in its backlash")
         harmonics, n_t = fidelity.harmonics * pair.mesh_cycles, fidelity.harmonic_samples * pair.mesh_cycles
         count = len(pair.stiffness)
@@ -148,11 +163,11 @@ class _Balance:
         x = self.series @ a
         open_gap = np.clip(x, -self.gap, self.gap)
         force = self.stiffness * (x - open_gap)
-        slope = self.stiffness * ((np.abs(x) > self.gap) | (self.gap == 0.0))
+        slope = self.stiffness * ((np.abs(x) > self.gap) | (self.gap == 0.0)).astype(float)
         res = self.projection @ force
         res[0] -= 1.0
         derivative = np.empty((len(a), len(u)))
-        derivative[:, :-1] = self.projection @ (slope[:, None] * self.series)
+        derivative[:, :-1] = self._products(slope)
         inertia, drag = -((order * ratio) ** 2), 2.0 * self.damping_ratio * order * ratio
         c, s = slice(1, n + 1), slice(n + 1, 2 * n + 1)
         res[c] += inertia * a[c] + drag * a[s]
@@ -166,6 +181,23 @@ class _Balance:
         derivative[c, -1] = (2.0 * inertia * a[c] + drag * a[s]) / u[-1]
         derivative[s, -1] = (2.0 * inertia * a[s] - drag * a[c]) / u[-1]
         return res, derivative
+
+    def _products(self, slope: FloatArray) -> FloatArray:
+        """(n_a, n_a) S⁺ diag(slope) S from the transform of `slope`; harmonics multiply into sums and differences."""
+        n, n_t = self.harmonics, len(slope)
+        lines = np.fft.rfft(slope)[: 2 * n + 1] * (2.0 / n_t)
+        even = np.concatenate([lines.real[:0:-1], lines.real])
+        odd = np.concatenate([lines.imag[:0:-1], -lines.imag])
+        row, column = np.arange(n + 1)[:, None], np.arange(n + 1)
+        plus, minus = 2 * n + row + column, 2 * n + row - column
+        matrix = np.empty((2 * n + 1, 2 * n + 1))
+        matrix[: n + 1, : n + 1] = 0.5 * (even[minus] + even[plus])
+        matrix[: n + 1, n + 1 :] = 0.5 * (odd[plus] - odd[minus])[:, 1:]
+        matrix[n + 1 :, : n + 1] = 0.5 * (odd[plus] + odd[minus])[1:]
+        matrix[n + 1 :, n + 1 :] = 0.5 * (even[minus] - even[plus])[1:, 1:]
+        # the mean is projected with half the weight of the other terms
+        matrix[0] *= 0.5
+        return matrix
 
     def newton(self, u: FloatArray, normal: FloatArray, fidelity: LumpedFidelity) -> FloatArray:
         """The point of the curve in the plane through `u` normal to `normal`."""

@@ -2,6 +2,7 @@
 
 from nvhchain.plots.differences import Table, difference_table
 from nvhchain.plots.history import pressure_history
+from nvhchain.plots.lumped import backbone_curves, order_spectra, rig_responses, sweep_responses
 from nvhchain.plots.mesh import mesh_law_map, transmission_errors
 from nvhchain.plots.orders import OrderMarks
 from nvhchain.plots.spectrum import bearing_force_spectra, pressure_spectrum
@@ -11,13 +12,17 @@ from nvhchain.plots.waterfall import waterfall_maps
 __all__ = [
     "OrderMarks",
     "Table",
+    "backbone_curves",
     "bearing_force_spectra",
     "difference_table",
     "mesh_law_map",
+    "order_spectra",
     "pressure_history",
     "pressure_spectrum",
+    "rig_responses",
     "strongest_line",
     "surface_velocity",
+    "sweep_responses",
     "transmission_errors",
     "waterfall_maps",
 ]

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from nvhchain.errors import InputError
+from nvhchain.errors import InputError, SolverError
 from nvhchain.fidelity import LUMPED
 from nvhchain.lumped import backbone_frequency, periodic_response, run_up, steady_motion, steady_sweep
 
@@ -58,8 +58,7 @@ def test_peaks_at_low_damping_lie_on_the_backbone(study_pair):
     pair = study_pair(20, 1, order=57, damping_ratio=0.01)
     curve = periodic_response(pair, 1500.0, 4500.0, fidelity=replace(LUMPED, harmonics=24))
     peak = int(np.argmax(curve.rms))
-    x = np.real(curve.coefficients[peak] @ np.exp(2j * np.pi * np.outer(np.arange(25), np.linspace(0, 1, 400))))
-    ratio = (x.max() - 50e-6) / 20e-6 - 1.0
+    ratio = (curve.highest[peak] - 50e-6) / 20e-6 - 1.0
     assert ratio > 1.5, "the peak must lose contact for long"
     expected = float(backbone_frequency(ratio)) * pair.natural_frequency
     assert curve.mesh_frequency[peak] == pytest.approx(expected, rel=5e-3)
@@ -132,3 +131,12 @@ def test_what_a_sweep_cannot_do_is_refused(study_pair):
         run_up([pair], start=100.0, stop=1000.0, duration=1.0, sample_rate=44.1e3)
     with pytest.raises(InputError, match="gear pair"):
         steady_sweep([], [100.0])
+    with pytest.raises(InputError, match="256 or more"):
+        periodic_response(pair, 1000.0, 2000.0, fidelity=replace(LUMPED, harmonic_samples=128))
+    with pytest.raises(InputError, match="hangs free"):
+        periodic_response(replace(pair, force=0.0), 1000.0, 2000.0)
+
+
+def test_curve_that_needs_more_points_than_allowed_is_an_error(study_pair):
+    with pytest.raises(SolverError, match="within 10 points"):
+        periodic_response(study_pair(18, 4, order=57), 1500.0, 4500.0, fidelity=replace(LUMPED, arc_points=10))

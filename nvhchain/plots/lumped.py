@@ -1,0 +1,143 @@
+"""Gear pairs with one degree of freedom: response to sweeps, backbone, orders of an error; responses of the rig."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+
+from nvhchain.errors import require
+from nvhchain.handoff import ComplexArray, FloatArray
+from nvhchain.lumped import GearPair, PeriodicResponse, SweepResponse, backbone_frequency
+from nvhchain.plots._style import colour, panels, styled
+
+MICRO = 1e6
+
+
+@styled
+def sweep_responses(
+    up: SweepResponse,
+    down: SweepResponse,
+    names: Sequence[str],
+    *,
+    axes: Sequence[Axes] | None = None,
+) -> list[Axes]:
+    """RMS of the oscillating error within mesh cycles against mesh frequency, one curve per pair and direction.
+
+    up, down: sweeps of the same pairs with rising and falling speed.  names: of the pairs.  A bar below the curves
+    spans the speeds at which contact is lost on the way up.
+    """
+    require(
+        len(names) == up.rms.shape[1] == down.rms.shape[1],
+        f"{len(names)} names for {up.rms.shape[1]} and {down.rms.shape[1]} pairs: one name per pair",
+    )
+    (ax,) = panels(1, axes, height=5.2)
+    highest = MICRO * float(max(up.cycle_rms.max(), down.cycle_rms.max()))
+    for i, name in enumerate(names):
+        ax.plot(1e-3 * up.mesh_frequency, MICRO * up.cycle_rms[:, i], color=colour(i), label=name)
+        ax.plot(1e-3 * down.mesh_frequency, MICRO * down.cycle_rms[:, i], color=colour(i), linestyle=(0, (4, 2)))
+        lost = np.where(up.loses_contact[:, i], -0.02 * (i + 1) * highest, np.nan)
+        ax.plot(1e-3 * up.mesh_frequency, lost, color=colour(i), linewidth=3.0, solid_capstyle="butt")
+    ax.set_ylim(-0.02 * (len(names) + 1.5) * highest, 1.06 * highest)
+    ax.set_xlabel("mesh frequency / kHz")
+    ax.set_ylabel("RMS of dynamic error / µm")
+    ax.margins(x=0.0)
+    ways = [
+        Line2D([], [], color="black", label="rising speed"),
+        Line2D([], [], color="black", linestyle=(0, (4, 2)), label="falling speed"),
+        Line2D([], [], color="black", linewidth=3.0, label="contact lost, rising"),
+    ]
+    # beside the axes: a resonance may lie anywhere inside
+    ax.legend(handles=[*ax.lines[0 : 3 * len(names) : 3], *ways], loc="upper left", bbox_to_anchor=(1.01, 1.0))
+    return [ax]
+
+
+@styled
+def backbone_curves(
+    curves: Mapping[str, tuple[GearPair, PeriodicResponse]],
+    *,
+    axes: Sequence[Axes] | None = None,
+) -> list[Axes]:
+    """Periodic responses of pairs and the backbone of their contact loss: largest deflection against speed.
+
+    curves: name → pair and its response.  Deflection in units of the static one, mesh frequency of the natural one.
+    The part between two folds, which no motion settles on, is dotted.
+    """
+    require(len(curves) > 0, "no response given: at least one is needed")
+    (ax,) = panels(1, axes, height=5.0)
+    top = 1.0
+    for index, (name, (pair, response)) in enumerate(curves.items()):
+        static = pair.force / pair.mean_stiffness
+        amplitude = (response.highest - pair.half_backlash) / static - 1.0
+        speed = response.mesh_frequency / pair.natural_frequency
+        # back along the curve: against the direction in which it set out
+        back = np.gradient(speed) * np.sign(speed[-1] - speed[0]) < 0
+        ax.plot(speed, np.where(back, np.nan, amplitude), color=colour(index), label=name)
+        ax.plot(speed, np.where(back, amplitude, np.nan), color=colour(index), linestyle=(0, (1, 1.5)))
+        top = max(top, float(amplitude.max()))
+    ratio = np.linspace(0.0, 1.05 * top, 400)
+    ax.plot(backbone_frequency(ratio), ratio, color="black", linestyle=(0, (6, 2)), label="backbone, exact")
+    ax.set_xlabel("mesh frequency / natural frequency")
+    ax.set_ylabel("amplitude / static deflection")
+    ax.margins(x=0.0)
+    ax.legend(loc="upper right")
+    return [ax]
+
+
+@styled
+def order_spectra(
+    spectra: Mapping[str, tuple[FloatArray, FloatArray]],
+    *,
+    mesh_order: float,
+    spacing: float = 0.0,
+    sidebands: int = 3,
+    highest: float | None = None,
+    decades: float = 5.0,
+    axes: Sequence[Axes] | None = None,
+) -> list[Axes]:
+    """Peak amplitude of every order of an error, one panel per spectrum.
+
+    spectra: title → orders per turn and amplitudes in m.  spacing: orders between sidebands of mesh_order to mark, 0
+    for none.  highest: last order shown, by default twice mesh_order.  decades: shown below the strongest line.
+    """
+    require(len(spectra) > 0, "no spectrum given: at least one is needed")
+    last = 2.2 * mesh_order if highest is None else highest
+    drawn = panels(len(spectra), axes, height=2.8)
+    for index, (ax, (title, (orders, amplitude))) in enumerate(zip(drawn, spectra.items(), strict=True)):
+        shown = (orders > 0) & (orders <= last)
+        top = MICRO * float(amplitude[shown].max())
+        floor = top * 10.0**-decades
+        size = np.maximum(MICRO * amplitude[shown], floor)
+        ax.set_yscale("log")
+        ax.vlines(orders[shown], floor, size, colors=colour(index), linewidth=1.4)
+        if spacing > 0.0:
+            for n in range(-sidebands, sidebands + 1):
+                ax.axvline(mesh_order + n * spacing, color="#8C8C8C", linestyle=(0, (2, 2)), linewidth=0.8, zorder=0.5)
+        ax.set_ylim(floor, 3.0 * top)
+        ax.set_xlim(0.0, last)
+        ax.grid(False, axis="x")
+        ax.set_title(title, loc="left", fontweight="bold")
+        ax.set_ylabel("amplitude / µm")
+    drawn[-1].set_xlabel("order of rotation")
+    return drawn
+
+
+@styled
+def rig_responses(
+    frequency: FloatArray, responses: Mapping[str, ComplexArray], *, axes: Sequence[Axes] | None = None
+) -> list[Axes]:
+    """Magnitudes of mesh twists per torque over frequency.
+
+    frequency (n_f,) Hz.  responses: name → (n_f,) rad/Nm.
+    """
+    require(len(responses) > 0, "no response given: at least one is needed")
+    (ax,) = panels(1, axes, height=4.4)
+    for index, (name, response) in enumerate(responses.items()):
+        ax.semilogy(frequency, MICRO * np.abs(response), color=colour(index), label=name)
+    ax.set_xlabel("frequency / Hz")
+    ax.set_ylabel("twist per torque / (µrad/Nm)")
+    ax.margins(x=0.0)
+    ax.legend()
+    return [ax]

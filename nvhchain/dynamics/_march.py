@@ -7,7 +7,8 @@ its mean r̄_i = ∫ r dd/Δd. With the free end deflections d_free and the step
 The linear part is passive: from rest, the work of constant forces over a step is at least the energy it has
 stored, so 0 ≤ G ≤ 2 (static compliance) ≤ 2 k⁻¹ and ψ is convex for every step and every law that never falls.
 Newton's method with a line search on the sign of ψ' therefore converges from anywhere, also over contact loss and
-back-flank contact. Most steps stay inside one cell of every law and need one linear solution only.
+back-flank contact. (Gyroscopic terms make G slightly unsymmetric, with 0 ≤ G + Gᵀ still; the line search then holds in
+all but the strictest sense.) Most steps stay inside one cell of every law and need one linear solution only.
 """
 
 from __future__ import annotations

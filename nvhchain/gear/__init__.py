@@ -8,7 +8,7 @@ from nvhchain.gear.engagement import Engagement, engaged_reach
 from nvhchain.gear.friction import lever_arms, sliding_sense
 from nvhchain.gear.geometry import GearGeometry
 from nvhchain.gear.iso6336 import IsoStiffness, iso_stiffness
-from nvhchain.gear.mesh_law import mesh_law
+from nvhchain.gear.mesh_law import mesh_law, pair_compliances
 from nvhchain.gear.micro_geometry import Flank, MicroGeometry, Relief
 from nvhchain.gear.pair import GearPair, nominal_centre_distance
 from nvhchain.gear.separation import Misalignment
@@ -51,6 +51,7 @@ __all__ = [
     "mass_properties",
     "mesh_law",
     "nominal_centre_distance",
+    "pair_compliances",
     "quasi_static_transmission_error",
     "slice_compliance",
     "sliding_sense",

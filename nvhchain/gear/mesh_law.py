@@ -13,7 +13,7 @@ from nvhchain.gear.analytic import SliceCompliance, slice_compliance
 from nvhchain.gear.compliance import FlankCompliance, flank_compliance
 from nvhchain.gear.engagement import Engagement, engaged_reach
 from nvhchain.gear.pair import BACK, DRIVE, GearPair
-from nvhchain.gear.transmission_error import ANGLE_BLOCK, loaded_mesh
+from nvhchain.gear.transmission_error import angle_blocks, loaded_mesh
 from nvhchain.handoff import FloatArray, MeshLaw
 
 
@@ -38,10 +38,8 @@ def mesh_law(
     meshes = pair.meshes_per_body_period
     count = meshes * fidelity.angles_per_mesh
     angle: FloatArray = np.arange(count, dtype=np.float64) * (pair.mesh_period / fidelity.angles_per_mesh)
-    blocks = [angle[i : i + ANGLE_BLOCK] for i in range(0, count, ANGLE_BLOCK)]
-    if compliances is None and fidelity.bodies == "analytic":
-        compliances = slice_compliance(pair.pinion), slice_compliance(pair.wheel)
-    teeth = 0 if compliances else pair.pinion.sector + pair.wheel.sector
+    blocks = angle_blocks(angle)
+    teeth = 0 if compliances or fidelity.bodies == "analytic" else pair.pinion.sector + pair.wheel.sector
     steps = teeth + len(blocks)
 
     def report(done: int) -> None:
@@ -49,11 +47,7 @@ def mesh_law(
             progress(done, steps)
 
     if compliances is None:
-        reach, first = engaged_reach(pair), pair.pinion.sector
-        compliances = (
-            flank_compliance(pair.pinion, fidelity, reach=reach, progress=lambda done, _: report(done)),
-            flank_compliance(pair.wheel, fidelity, reach=reach, progress=lambda done, _: report(first + done)),
-        )
+        compliances = pair_compliances(pair, fidelity, progress=lambda done, _: report(done))
     engagement = Engagement(pair, compliances, fidelity)
     deflection = deflection_grid(engagement, nominal_force, angle)
     # a part travels without the teeth that its angles do not reach
@@ -77,6 +71,27 @@ def mesh_law(
         working_pressure_angle=pair.working_pressure_angle,
         centre_distance=pair.centre_distance,
         face_width=pair.face_width,
+    )
+
+
+def pair_compliances(
+    pair: GearPair, fidelity: GearFidelity, *, progress: Progress | None = None
+) -> tuple[FlankCompliance | SliceCompliance, FlankCompliance | SliceCompliance]:
+    """Compliances of pinion and wheel, each over `engaged_reach(pair)` teeth, as `fidelity.bodies` says.
+
+    progress: called with (teeth done, teeth of both sectors).
+    """
+    if fidelity.bodies == "analytic":
+        return slice_compliance(pair.pinion), slice_compliance(pair.wheel)
+    reach, first, teeth = engaged_reach(pair), pair.pinion.sector, pair.pinion.sector + pair.wheel.sector
+
+    def report(done: int) -> None:
+        if progress:
+            progress(done, teeth)
+
+    return (
+        flank_compliance(pair.pinion, fidelity, reach=reach, progress=lambda done, _: report(done)),
+        flank_compliance(pair.wheel, fidelity, reach=reach, progress=lambda done, _: report(first + done)),
     )
 
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from concurrent.futures import Executor
 from dataclasses import dataclass
+from math import ceil
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
@@ -18,8 +19,11 @@ from nvhchain.gear.friction import lever_arms
 from nvhchain.gear.pair import ContactLines
 from nvhchain.handoff import FloatArray, MeshLaw
 
-ANGLE_BLOCK = 48
-"""Angles per piece of work handed to an executor."""
+_ANGLE_BLOCK = 48
+"""Angles at least per piece of work handed to an executor, which take about a second."""
+
+_PIECES = 16
+"""Pieces at most: each travels with the compliances of its own teeth and of those beside them."""
 
 
 def deflection_at_force(law: MeshLaw, force: float) -> FloatArray:
@@ -134,11 +138,17 @@ def loaded_transmission_error(
     pair, per_mesh = engagement.pair, engagement.fidelity.angles_per_mesh
     force = pair.normal_force(pinion_torque)
     angle: FloatArray = np.arange(float(pair.meshes_per_body_period * per_mesh)) * (pair.mesh_period / per_mesh)
-    blocks = [angle[i : i + ANGLE_BLOCK] for i in range(0, len(angle), ANGLE_BLOCK)]
+    blocks = angle_blocks(angle)
     tasks = [engagement.at_angles(block) if executor else engagement for block in blocks]
     n = len(blocks)
     work = (executor.map if executor else map)(_deflections, tasks, blocks, [force] * n, [friction] * n)
     return angle, np.concatenate(list(work)) / np.cos(pair.base_helix_angle)
+
+
+def angle_blocks(angle: FloatArray) -> list[FloatArray]:
+    """Pieces of work of an executor."""
+    size = max(_ANGLE_BLOCK, ceil(len(angle) / _PIECES))
+    return [angle[i : i + size] for i in range(0, len(angle), size)]
 
 
 def _deflections(engagement: Engagement, angles: FloatArray, force: float, friction: float) -> FloatArray:

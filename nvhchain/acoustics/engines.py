@@ -88,14 +88,17 @@ def _compressed(
 def estimate_memory(
     n_vertex: int, n_face: int, engine: str = "fused", fidelity: AcousticsFidelity = STANDARD.acoustics
 ) -> int:
-    """Peak bytes of one task, a band of frequencies solved as `fidelity.solver` says ("auto": dense matrices)."""
+    """Peak bytes of one task, a band of frequencies solved as `fidelity.solver` says ("auto": dense matrices).
+
+    Compressed matrices: at the frequency where the mesh has `fidelity.elements_per_wavelength`; finer meshes take less.
+    """
     check_engine(engine)
     entry = 8 if fidelity.precision == "single" and engine == "fused" else 16
     one = entry * n_vertex * (n_vertex + n_face)
     if fidelity.solver == "compressed":
         size = compressed_size(n_vertex, n_face, fidelity)
         return int(min(_STRIPE_BYTES, BAND * one) + _compressed_batch(size) * size + iteration_size(n_vertex))
-    dense = _MATRIX_COPIES[engine] * max(one, min(BAND * one, _BATCH_BYTES[engine]))
+    dense = _MATRIX_COPIES[engine] * one * max(1, min(BAND, _BATCH_BYTES[engine] // one))
     return int(dense + (0 if fidelity.solver == "direct" else iteration_size(n_vertex)))
 
 

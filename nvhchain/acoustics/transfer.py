@@ -97,7 +97,7 @@ def transfer_vectors(
         frequency,
         (),
         (surface, ends, air, fidelity, engine, plane, below),
-        memory_per_task=check_memory(surface, size, engine) if exact else size,
+        memory_per_task=check_memory(surface, size, engine, fidelity) if exact else size,
         executor=executor,
         progress=progress,
         shards=VectorShards(shards, surface, ends, air, settings) if shards else None,

@@ -1,0 +1,194 @@
+"""Time, memory and error of complete sets of transfer vectors; writes docs/measured/transfer_vectors.md.
+
+    python benchmarks/transfer_vectors.py OUT set growth masters threads cold large peer
+
+Each part named is measured, every row in a process of its own, unless OUT holds its record already; the table is made
+of all records in OUT. Sizes can be given: `growth=500,2000,20000`, `masters=1,128`, `set=6500`, `large=30000`.
+
+Seconds are elapsed and of all processors; on a machine that does other work only the latter compare. Memory is the peak
+of the process above what it takes before the call. Errors are those of an interior point source at the upper frequency,
+relative to the peak over the field points (4.5 elements per wavelength: the mesh itself errs by a few percent), and the
+largest difference from LU factors relative to the largest entry of a transfer vector, where both were measured.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import replace
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+LOW, C, DENSITY = 50.0, 343.0, 1.21
+SIZES = {
+    "set": [6500],
+    "growth": [500, 1000, 2000, 5000, 10000, 20000],
+    "masters": [1, 8, 32, 128],
+    "threads": [5000],
+    "cold": [2000],
+    "large": [30000],
+    "peer": [2000],
+}
+POINTS = 10
+
+
+def body(faces: int):
+    """The gearbox of the demonstration case with about `faces` triangles, and a source inside it."""
+    import numpy as np
+
+    import nvhchain as nvh
+    from nvhchain.housing.mesh import radiating_surface
+
+    casting = nvh.load_case(ROOT / "cases" / "gearbox" / "solid.toml").housing
+    surface = radiating_surface(casting, 0.0152 * (5404 / faces) ** 0.5)
+    return surface, np.asarray(surface.vertices.mean(axis=0))
+
+
+def points_around(centre):
+    """Field points on a sphere of 1 m."""
+    import numpy as np
+
+    x = np.random.default_rng(7).normal(size=(POINTS, 3))
+    return centre + x / np.linalg.norm(x, axis=1, keepdims=True)
+
+
+def measure(job: dict) -> dict:
+    """One row: a complete set of transfer vectors in this process."""
+    import numpy as np
+
+    from nvhchain.acoustics import estimate_memory, transfer_vectors
+    from nvhchain.conventions import Air
+    from nvhchain.fidelity import STANDARD
+
+    surface, source = body(job["faces"])
+    points = points_around(source)
+    corners = surface.vertices[surface.triangles]
+    edge = float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).mean())
+    high = min(5000.0, C / (4.5 * edge))
+    frequency = np.linspace(LOW, high, job["masters"]) if job["masters"] > 1 else np.array([high])
+    fidelity = replace(STANDARD.acoustics, solver=job["solver"])
+    air = Air(C, DENSITY)
+    if not job["cold"] and job["engine"] == "fused":
+        from nvhchain.acoustics import sphere
+
+        transfer_vectors(sphere(0.1, 1), [[0, 0, 1.0]], [100.0], air=air)
+    before, start, used = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, time.perf_counter(), time.process_time()
+    atv = transfer_vectors(surface, points, frequency, air=air, fidelity=fidelity, engine=job["engine"])
+    seconds, processor = time.perf_counter() - start, time.process_time() - used
+    peak = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 1024
+    k = 2 * np.pi * high / C
+    offset, to_point = surface.centroids - source, np.linalg.norm(points - source, axis=1)
+    r = np.linalg.norm(offset, axis=1)
+    slope = (
+        -(1j * k + 1 / r) * np.exp(-1j * k * r) / (4 * np.pi * r**2) * np.einsum("ij,ij->i", offset, surface.normals)
+    )
+    exact = np.exp(-1j * k * to_point) / (4 * np.pi * to_point)
+    error = np.abs(atv.vectors[-1] @ slope / (-2j * np.pi * high * DENSITY) - exact).max() / np.abs(exact).max()
+    np.save(job["vectors"], atv.vectors[-1])
+    n_vertex, n_face = len(surface.vertices), len(surface.triangles)
+    kept = 2 * atv.vectors.nbytes / 2**20
+    estimated = estimate_memory(n_vertex, n_face, job["engine"], fidelity) / 2**20 + kept
+    return {
+        "n_face": n_face, "high": high, "seconds": seconds, "processor": processor, "peak": peak, "error": float(error),
+        "estimate": estimated,
+    }  # fmt: skip
+
+
+def record(out: Path, part: str, **job) -> None:
+    """Measure one row in a fresh process, unless its record exists."""
+    job = {"engine": "fused", "solver": "auto", "threads": 2, "masters": 4, "cold": False, **job}
+    name = "-".join([part, *(f"{job[key]}" for key in ("faces", "engine", "solver", "masters", "threads"))])
+    name += "-cold" if job["cold"] else ""
+    target = out / f"{name}.json"
+    if target.exists():
+        return
+    job["vectors"] = str(out / f"{name}.npy")
+    environment = dict(os.environ)
+    for variable in ("OMP", "MKL", "OPENBLAS", "NUMBA"):
+        environment[f"{variable}_NUM_THREADS"] = str(job["threads"])
+    with tempfile.TemporaryDirectory() as empty:
+        if job["cold"]:
+            environment["NUMBA_CACHE_DIR"] = empty
+        command = [sys.executable, __file__, "--measure", json.dumps(job)]
+        done = subprocess.run(command, env=environment, capture_output=True, text=True)
+    if done.returncode != 0:
+        sys.exit(f"{name}: {done.stderr}")
+    target.write_text(json.dumps({"part": part, **job, **json.loads(done.stdout.splitlines()[-1])}))
+
+
+def run(out: Path, part: str, sizes: list[int]) -> None:
+    """All rows of one part."""
+    for size in sizes:
+        if part == "set":
+            for solver in ("auto", "direct", "compressed"):
+                record(out, part, faces=size, masters=32, solver=solver)
+        elif part == "growth":
+            for solver in ("direct", "iterative", "compressed"):
+                record(out, part, faces=size, masters=1, solver=solver)
+        elif part == "masters":
+            record(out, part, faces=1000, masters=size)
+        elif part == "threads":
+            for threads in (1, 2):
+                record(out, part, faces=size, threads=threads)
+        elif part == "cold":
+            for cold in (True, False):
+                record(out, part, faces=size, masters=1, cold=cold)
+        elif part == "large":
+            record(out, part, faces=size, masters=1, solver="compressed")
+        elif part == "peer":
+            for engine in ("bempp", "fused"):
+                record(out, part, faces=size, masters=1, engine=engine, solver="direct", cold=engine == "bempp")
+
+
+def table(out: Path) -> str:
+    """Markdown of all records."""
+    import numpy as np
+
+    rows = sorted(
+        (json.loads(path.read_text()) for path in out.glob("*.json")), key=lambda r: list(SIZES).index(r["part"])
+    )
+    lines = [
+        "| part | faces | engine, solver | masters | threads | s | processor s | MB | estimated MB | error | from LU |",
+        "|---|---:|---|---:|---:|---:|---:|---:|---:|---:|---:|",
+    ]
+    for row in sorted(rows, key=lambda r: (list(SIZES).index(r["part"]), r["faces"], r["masters"], r["threads"])):
+        others = [
+            r for r in rows if (r["faces"], r["masters"], r["solver"]) == (row["faces"], row["masters"], "direct")
+        ]
+        vectors = np.load(row["vectors"])
+        apart = ""
+        if others and others[0]["vectors"] != row["vectors"]:
+            right = np.load(others[0]["vectors"])
+            apart = f"{np.abs(vectors - right).max() / np.abs(right).max():.0e}"
+        part = f"{row['part']}, cold" if row["cold"] else row["part"]
+        lines.append(
+            f"| {part} | {row['n_face']} | {row['engine']}, {row['solver']} | {row['masters']} | {row['threads']} | "
+            f"{row['seconds']:.3g} | {row['processor']:.3g} | {row['peak']:.0f} | {row['estimate']:.0f} | "
+            f"{100 * row['error']:.2g} % | {apart} |"
+        )
+    return "\n".join(lines) + "\n"
+
+
+def main() -> None:
+    if sys.argv[1] == "--measure":
+        print(json.dumps(measure(json.loads(sys.argv[2]))))
+        return
+    out = Path(sys.argv[1])
+    out.mkdir(parents=True, exist_ok=True)
+    for argument in sys.argv[2:]:
+        part, _, sizes = argument.partition("=")
+        run(out, part, [int(size) for size in sizes.split(",")] if sizes else SIZES[part])
+    text = table(out)
+    target = ROOT / "docs" / "measured" / "transfer_vectors.md"
+    target.parent.mkdir(exist_ok=True)
+    target.write_text(text)
+    print(text)
+
+
+if __name__ == "__main__":
+    main()

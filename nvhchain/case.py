@@ -58,16 +58,39 @@ class FieldPoint:
 
 
 @dataclass(frozen=True)
-class Operation:
-    """input_speed: rad/s, constant, > 0 by the input's sense of rotation.  input_torque: N m."""
+class Ramp:
+    """A run-up (or run-down): the input speed changes evenly to end_speed, rad/s, within `duration`, s."""
 
-    input_speed: float
-    input_torque: float
+    end_speed: float
+    duration: float
 
     def __post_init__(self) -> None:
         require(
-            0 < self.input_speed <= 2e4,
+            0 <= self.end_speed <= 2e4,
+            f"end_speed = {self.end_speed:g} rad/s is outside 0…20000 rad/s: give it as end_speed_rpm",
+        )
+        require(0 < self.duration <= 86400, f"duration = {self.duration:g} s is outside 0…86400 s: give it in s")
+
+
+@dataclass(frozen=True)
+class Operation:
+    """input_speed: rad/s, ≥ 0 by the input's sense of rotation.  input_torque: N m.
+
+    ramp: None at constant speed, else what follows input_speed.
+    """
+
+    input_speed: float
+    input_torque: float
+    ramp: Ramp | None = None
+
+    def __post_init__(self) -> None:
+        require(
+            0 <= self.input_speed <= 2e4,
             f"input_speed = {self.input_speed:g} rad/s is outside 0…20000 rad/s: give it as input_speed_rpm",
+        )
+        require(
+            self.input_speed > 0 or self.ramp is not None,
+            "input_speed = 0 rad/s: a gearbox at rest is silent; give a speed, or a ramp that starts from rest",
         )
         require(
             0 < self.input_torque <= 1e7,
@@ -107,7 +130,7 @@ class Stage:
 
 @dataclass(frozen=True)
 class GearboxCase:
-    """A gearbox in its housing at constant speed, heard at field points.
+    """A gearbox in its housing at constant or changing speed, heard at field points.
 
     input_rotation: +1 where the input turns by the right-hand rule about +z, else −1.
     engine: of the boundary elements, `fused` or `bempp`.

@@ -9,22 +9,24 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from nvhchain import acoustics, dynamics, gear, housing, spectrum
+from nvhchain import levels, stages
 from nvhchain.case import Case, GearboxCase, RadiatorCase
 from nvhchain.errors import require
 from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.handoff import (
     BearingForces,
     FieldPressure,
+    FloatArray,
     ForceSpectrum,
     HandOff,
     MeshLaw,
+    NoiseTransferFunctions,
+    PressureHistory,
     ReducedHousing,
     SurfaceVelocity,
     TransferVectors,
@@ -43,9 +45,21 @@ class Result:
     bearing_forces: BearingForces | None
     force_spectrum: ForceSpectrum | None
     housing: ReducedHousing | None
-    surface_velocity: SurfaceVelocity
+    surface_velocity: SurfaceVelocity | None
     transfer_vectors: TransferVectors
-    pressure: FieldPressure
+    pressure: FieldPressure | None
+    noise_transfer_functions: NoiseTransferFunctions | None = None
+    pressure_history: PressureHistory | None = None
+
+    @property
+    def overall(self) -> FloatArray:
+        """Level (n_point,) in dB(A) at the field points, over the lines or over the record of a run-up."""
+        if self.pressure_history is not None:
+            time = self.pressure_history.time
+            rate = (len(time) - 1) / float(time[-1] - time[0])
+            return levels.equivalent(self.pressure_history.pressure, sample_rate=rate)
+        assert self.pressure is not None
+        return levels.overall(self.pressure.frequency, self.pressure.pressure)
 
 
 def run(
@@ -94,21 +108,35 @@ def run(
     if isinstance(case, RadiatorCase):
         surface_velocity = surface_velocity or radiator_velocity(case, fidelity.acoustics)
     laws = tuple(mesh_laws or ())
+    if isinstance(case, GearboxCase) and case.operation.ramp is not None:
+        _check_run_up(given)
+        housing = housing or stages.reduced_housing(case, fidelity, shared)
+        if bearing_forces is None:
+            laws = laws or stages.mesh_laws(case, fidelity, shared, executor)
+            bearing_forces = stages.run_up_forces(case, laws, housing, fidelity, spine)
+        _check_names(case, bearing_forces.names)
+        vectors = transfer_vectors or stages.transfer_vectors(case, housing.surface, None, fidelity, shared, executor)
+        functions = stages.noise_transfer_functions(case, vectors, housing, bearing_forces, fidelity, shared)
+        history = stages.pressure_history(functions, bearing_forces, spine)
+        return Result(case, laws, bearing_forces, None, housing, None, vectors, None, functions, history)
     if surface_velocity is None:
         assert isinstance(case, GearboxCase)
         if force_spectrum is None and bearing_forces is not None:
             _check_names(case, bearing_forces.names)
-            force_spectrum = _force_spectrum(case, bearing_forces, spine)
-        housing = housing or _housing(case, fidelity, shared)
+            force_spectrum = stages.force_spectrum(case, bearing_forces, spine)
+        housing = housing or stages.reduced_housing(case, fidelity, shared)
         if force_spectrum is None:
-            laws = laws or _mesh_laws(case, fidelity, shared, executor)
-            bearing_forces = _bearing_forces(case, laws, housing, fidelity, spine)
-            force_spectrum = _force_spectrum(case, bearing_forces, spine)
+            laws = laws or stages.mesh_laws(case, fidelity, shared, executor)
+            bearing_forces = stages.steady_forces(case, laws, housing, fidelity, spine)
+            force_spectrum = stages.force_spectrum(case, bearing_forces, spine)
         _check_names(case, force_spectrum.names)
-        surface_velocity = _surface_velocity(housing, force_spectrum, spine)
-    transfer_vectors = transfer_vectors or _transfer_vectors(case, surface_velocity, fidelity, shared, executor)
-    pressure = _pressure(transfer_vectors, surface_velocity, force_spectrum, fidelity, spine)
-    return Result(case, laws, bearing_forces, force_spectrum, housing, surface_velocity, transfer_vectors, pressure)
+        surface_velocity = stages.surface_velocity(housing, force_spectrum, spine)
+    lines = surface_velocity.frequency
+    vectors = transfer_vectors or stages.transfer_vectors(
+        case, surface_velocity.surface, lines, fidelity, shared, executor
+    )
+    pressure = stages.pressure(vectors, surface_velocity, force_spectrum, fidelity, spine)
+    return Result(case, laws, bearing_forces, force_spectrum, housing, surface_velocity, vectors, pressure)
 
 
 def ready_made(hand_offs: Iterable[HandOff]) -> dict[str, Any]:
@@ -149,153 +177,14 @@ def _check_transfer_vectors(case: Case, vectors: TransferVectors) -> None:
     )
 
 
+def _check_run_up(given: dict[str, Any]) -> None:
+    useless = [name for name in ("force_spectrum", "surface_velocity") if given[name] is not None]
+    require(not useless, f"a run-up is heard in time, from bearing forces: {', '.join(useless)} cannot be used for it")
+
+
 def _check_names(case: GearboxCase, names: Sequence[str]) -> None:
     known = [bearing.name for bearing in case.bearings]
     odd = sorted(set(names) ^ set(known))
     require(
         not odd, f"bearings of the forces and of the case differ in {', '.join(odd)}: the case has {', '.join(known)}"
-    )
-
-
-def _mesh_laws(case: GearboxCase, fidelity: Fidelity, shelf: Shelf, executor: Executor | None) -> tuple[MeshLaw, ...]:
-    return tuple(
-        shelf.stage(
-            f"mesh_law_{stage.name}-{{key}}",
-            MeshLaw,
-            "gear",
-            (pair, force),
-            partial(_mesh_law, pair, force, fidelity, executor),
-            fidelity=fidelity.gear,
-        )
-        for stage, pair, force in zip(case.stages, case.pairs, case.mesh_forces, strict=True)
-    )
-
-
-def _mesh_law(
-    pair: gear.GearPair, force: float, fidelity: Fidelity, executor: Executor | None, progress: Any
-) -> MeshLaw:
-    return gear.mesh_law(pair, nominal_force=force, fidelity=fidelity.gear, executor=executor, progress=progress)
-
-
-def _housing(case: GearboxCase, fidelity: Fidelity, shelf: Shelf) -> ReducedHousing:
-    size = acoustics.required_element_size(case.band.high, case.air, fidelity.acoustics)
-    return shelf.stage(
-        "housing-{key}",
-        ReducedHousing,
-        "housing",
-        (case.housing, case.band.high, size),
-        lambda progress: housing.reduce_housing(
-            case.housing, surface_size=size, f_max=case.band.high, fidelity=fidelity.housing, progress=progress
-        ),
-        fidelity=fidelity.housing,
-    )
-
-
-def _bearing_forces(
-    case: GearboxCase, laws: tuple[MeshLaw, ...], reduced: ReducedHousing, fidelity: Fidelity, shelf: Shelf
-) -> BearingForces:
-    gearbox = _with_gear_inertia(case)
-    arguments: dict[str, Any] = {
-        "input_speed": case.operation.input_speed,
-        "input_torque": case.operation.input_torque,
-        "f_max": case.band.high,
-        "duration": 1.0 / case.band.resolution,
-    }
-    return shelf.stage(
-        "bearing_forces",
-        BearingForces,
-        "dynamics",
-        (gearbox, laws, reduced, arguments),
-        lambda progress: dynamics.bearing_forces(
-            gearbox, laws, reduced, **arguments, fidelity=fidelity.dynamics, progress=progress
-        ),
-        fidelity=fidelity.dynamics,
-    )
-
-
-def _with_gear_inertia(case: GearboxCase) -> dynamics.Gearbox:
-    """The gearbox with the mass and inertia of its gears on the shafts."""
-    gearbox = case.gearbox
-    for item in case.gears:
-        own = gear.mass_properties(item.body)
-        body = dynamics.RigidBody(item.z + own.centre, own.mass, own.polar_inertia, own.transverse_inertia)
-        gearbox = gearbox.with_bodies(item.shaft, [body])
-    return gearbox
-
-
-def _force_spectrum(case: GearboxCase, forces: BearingForces, shelf: Shelf) -> ForceSpectrum:
-    band = case.band
-    return shelf.stage(
-        "force_spectrum",
-        ForceSpectrum,
-        "spectrum",
-        (forces, band),
-        lambda progress: spectrum.force_spectrum(forces, low=band.low, high=band.high, resolution=band.resolution),
-        fidelity=None,
-    )
-
-
-def _surface_velocity(reduced: ReducedHousing, forces: ForceSpectrum, shelf: Shelf) -> SurfaceVelocity:
-    return shelf.stage(
-        "surface_velocity",
-        SurfaceVelocity,
-        "housing",
-        (reduced, forces),
-        lambda progress: housing.respond(reduced, forces),
-        fidelity=None,
-    )
-
-
-def _transfer_vectors(
-    case: Case, velocity: SurfaceVelocity, fidelity: Fidelity, shelf: Shelf, executor: Executor | None
-) -> TransferVectors:
-    points = np.array([point.position for point in case.field_points])
-    masters = _masters(case, velocity, fidelity)
-    return shelf.stage_in_parts(
-        "transfer_vectors-{key}",
-        TransferVectors,
-        "acoustics",
-        (velocity.surface, points, masters, case.air, case.engine, case.reflecting_plane),
-        lambda progress, parts: acoustics.transfer_vectors(
-            velocity.surface,
-            points,
-            masters,
-            air=case.air,
-            fidelity=fidelity.acoustics,
-            engine=case.engine,
-            plane=case.reflecting_plane,
-            executor=executor,
-            progress=progress,
-            shards=parts,
-        ),
-        fidelity=fidelity.acoustics,
-    )
-
-
-def _masters(case: Case, velocity: SurfaceVelocity, fidelity: Fidelity) -> Any:
-    """Master frequencies over the case's band; the lines themselves where they are fewer."""
-    lines = velocity.frequency
-    if len(lines) <= fidelity.acoustics.masters:
-        return lines
-    low, high = (case.band.low, case.band.high) if isinstance(case, GearboxCase) else (lines[0], lines[-1])
-    return acoustics.master_frequencies(min(low, lines[0]), max(high, lines[-1]), fidelity.acoustics)
-
-
-def _pressure(
-    vectors: TransferVectors,
-    velocity: SurfaceVelocity,
-    forces: ForceSpectrum | None,
-    fidelity: Fidelity,
-    shelf: Shelf,
-) -> FieldPressure:
-    speed = forces.input_speed if forces is not None else 0.0
-    return shelf.stage(
-        "pressure",
-        FieldPressure,
-        "acoustics",
-        (vectors, velocity, speed),
-        lambda progress: acoustics.radiate(vectors, velocity, fidelity=fidelity.acoustics, progress=progress).replace(
-            input_speed=speed
-        ),
-        fidelity=fidelity.acoustics,
     )

@@ -131,7 +131,7 @@ def _executor(options: argparse.Namespace) -> AbstractContextManager[Executor | 
 
 
 def _run(options: argparse.Namespace) -> int:
-    from nvhchain import chain, levels, store
+    from nvhchain import chain, store
     from nvhchain.case import load_case
 
     case = load_case(options.case)
@@ -141,8 +141,7 @@ def _run(options: argparse.Namespace) -> int:
         result = chain.run(
             case, fidelity=PRESETS[options.fidelity], out=out, executor=executor, watcher=Console(), **given
         )
-    for i, point in enumerate(case.field_points):
-        level = levels.overall(result.pressure.frequency, result.pressure.pressure[:, i])
+    for point, level in zip(case.field_points, result.overall, strict=True):
         print(f"{case.name}: {level:.1f} dB(A) at {point.name}")
     return 0
 

@@ -38,6 +38,17 @@ def overall(frequency: FloatArray, pressure: ComplexArray, *, weighted: bool = T
     return np.asarray(10.0 * np.log10(np.maximum((10.0 ** (level / 10.0)).sum(axis=0), _FLOOR)))
 
 
+def equivalent(signal: FloatArray, *, sample_rate: float, weighted: bool = True) -> FloatArray:
+    """Equivalent continuous level in dB(A) (dB if not `weighted`) of records (n_t, ...) Pa, by their mean square.
+
+    sample_rate: Hz.  Weighted in the frequency domain, the record taken as periodic (Parseval).
+    """
+    line = np.asarray(np.fft.rfft(signal, axis=0) / len(signal), dtype=complex)
+    line[1 : (len(signal) + 1) // 2] *= 2.0
+    frequency = np.asarray(np.fft.rfftfreq(len(signal), 1.0 / sample_rate), dtype=float)
+    return overall(frequency[1:], line[1:], weighted=weighted)
+
+
 def line_at(frequency: FloatArray, wanted: float, tolerance: float) -> int | None:
     """Index of the line within `tolerance` (Hz) of `wanted`, None where there is no such line."""
     index = int(np.argmin(np.abs(frequency - wanted)))

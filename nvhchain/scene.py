@@ -170,16 +170,22 @@ def _housing(case: GearboxCase, fidelity: Fidelity, area: float) -> Stage:
     )
 
 
-def _dynamics(case: GearboxCase, fidelity: Fidelity) -> Stage:
+def _recorded_time(case: GearboxCase) -> float:
+    """s of bearing forces: the ramp, or whole turns of the slowest shaft."""
+    if case.operation.ramp is not None:
+        return case.operation.ramp.duration
     turns = 1 / min(case.shaft_orders.values())
-    duration = max(1 / case.band.resolution, 2 * pi * float(turns) / case.operation.input_speed)
-    steps = duration / fidelity.dynamics.time_step
+    return max(1 / case.band.resolution, 2 * pi * float(turns) / case.operation.input_speed)
+
+
+def _dynamics(case: GearboxCase, fidelity: Fidelity) -> Stage:
+    steps = _recorded_time(case) / fidelity.dynamics.time_step
     unknowns = 6 * len(case.shafts) + _modes(case, fidelity)
     return Stage(
         "bearing forces",
         f"{len(case.shafts)} shafts of 6 unknowns, about {_modes(case, fidelity):.0f} housing modes in the loop, "
         f"{len(case.stages)} tabulated meshes; steps of {1e6 * fidelity.dynamics.time_step:g} µs",
-        2.0 + _SECONDS_PER_STEP_AND_MODE * steps * _SETTLING_PERIODS * unknowns,
+        2.0 + _SECONDS_PER_STEP_AND_MODE * steps * (1 if case.operation.ramp else _SETTLING_PERIODS) * unknowns,
         _BASE_MEGABYTES + 8e-6 * steps * (3 * len(case.bearings) + 2) * 6,
     )
 

@@ -17,7 +17,7 @@ from nvhchain.acoustics.plane import RigidPlane
 from nvhchain.acoustics.power import array_points, array_power, sound_power
 from nvhchain.acoustics.projection import project, vectors_at
 from nvhchain.acoustics.radiate import interpolation_error, radiate
-from nvhchain.acoustics.run_up import convolution_lines, run_up_pressure
+from nvhchain.acoustics.run_up import convolution_lines, decay_time, run_up_pressure
 from nvhchain.acoustics.surface import check_mesh, check_points, required_element_size, sphere
 from nvhchain.acoustics.transfer import master_frequencies, transfer_vectors
 from nvhchain.handoff import SoundPower, SurfacePressure
@@ -36,6 +36,7 @@ __all__ = [
     "check_points",
     "circle_points",
     "convolution_lines",
+    "decay_time",
     "directivity_index",
     "equivalent_pressure",
     "equivalent_radiated_power",

@@ -9,10 +9,20 @@ from scipy.fft import irfft, next_fast_len, rfft
 
 from nvhchain.conventions import Progress
 from nvhchain.errors import ResourceError, require
-from nvhchain.handoff import BearingForces, FloatArray, IntArray, NoiseTransferFunctions, PressureHistory
+from nvhchain.handoff import (
+    BearingForces,
+    FloatArray,
+    IntArray,
+    NoiseTransferFunctions,
+    PressureHistory,
+    ReducedHousing,
+)
 
 FADE = 0.1
 """Share of the band over which the upper end of the transfer functions is faded out: a sharp end would ring."""
+
+FADE_TURNS = 15.0
+"""Periods of the fade's width after which its ringing is below `DECAY` (8 leave just that, measured)."""
 
 EARLY = 0.25
 """Share of an impulse response's record that stands for times before the first arrival, where only ringing is left."""
@@ -33,6 +43,23 @@ def convolution_lines(sample_rate: float, high: float, duration: float) -> Float
     )
     samples = next_fast_len(int(np.ceil(duration * sample_rate)), real=True)
     return np.arange(int(high * samples / sample_rate * (1 + 1e-12)) + 1) * (sample_rate / samples)
+
+
+def decay_time(housing: ReducedHousing, high: float) -> float:
+    """s that the record of an impulse response must last: the slowest mode of the housing falls to a tenth of `DECAY`,
+    and the ringing of the faded upper end at `high` (Hz), which falls with the third power of time, is over.
+
+    Raises InputError where a mode is not damped.
+    """
+    rate = 2 * np.pi * housing.natural_frequency * housing.modal_damping
+    slowest = int(rate.argmin())
+    require(
+        rate[slowest] > 0,
+        f"housing mode {slowest} ({housing.natural_frequency[slowest]:g} Hz) is not damped and rings for ever: "
+        "give it modal damping",
+    )
+    ring, fade = -np.log(0.1 * DECAY) / rate[slowest], FADE_TURNS / (FADE * high)
+    return float(max(ring, fade) / (1.0 - EARLY))
 
 
 def run_up_pressure(

@@ -2,7 +2,7 @@
 
 from nvhchain.interop.force_channels import BearingChannels, ForceChannels, Record
 from nvhchain.interop.forces import read_bearing_forces, read_record, write_bearing_forces
-from nvhchain.interop.wav import write_wav
+from nvhchain.interop.wav import write_history_wav, write_wav
 
 __all__ = [
     "BearingChannels",
@@ -11,5 +11,6 @@ __all__ = [
     "read_bearing_forces",
     "read_record",
     "write_bearing_forces",
+    "write_history_wav",
     "write_wav",
 ]

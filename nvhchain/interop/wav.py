@@ -1,4 +1,4 @@
-"""Field pressure at steady speed → a WAV file to listen to."""
+"""Sound pressure → a WAV file to listen to."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from scipy.io import wavfile
 
 from nvhchain.errors import require
-from nvhchain.handoff import FieldPressure
+from nvhchain.handoff import FieldPressure, FloatArray, PressureHistory
 from nvhchain.levels import time_history
 
 SAMPLE_RATE = 48000.0
@@ -24,13 +24,20 @@ def write_wav(
     The same `full_scale` for several files keeps their loudness comparable.  Raises InputError where the signal
     exceeds it or the lines are not harmonic.
     """
-    path = Path(path)
     time, signal = time_history(pressure.frequency, pressure.pressure[:, point], sample_rate=SAMPLE_RATE)
+    repeats = int(np.ceil(seconds / (len(time) * time[1])))
+    return _write(np.tile(signal, repeats), 1.0 / time[1], Path(path), full_scale)
+
+
+def write_history_wav(history: PressureHistory, path: str | Path, *, point: int = 0, full_scale: float) -> Path:
+    """The record at one field point at its own sampling rate, rounded to whole hertz; else as `write_wav`."""
+    return _write(history.pressure[:, point], 1.0 / float(np.diff(history.time).mean()), Path(path), full_scale)
+
+
+def _write(signal: FloatArray, sample_rate: float, path: Path, full_scale: float) -> Path:
     peak = float(np.abs(signal).max())
     require(peak <= full_scale, f"signal peak {peak:g} Pa exceeds full scale {full_scale:g} Pa: raise full_scale")
-    repeats = int(np.ceil(seconds / (len(time) * time[1])))
-    samples = np.tile(np.rint(signal / full_scale * 32767).astype(np.int16), repeats)
     part = path.with_suffix(".part")
-    wavfile.write(part, round(1.0 / time[1]), samples)
+    wavfile.write(part, round(sample_rate), np.rint(signal / full_scale * 32767).astype(np.int16))
     os.replace(part, path)
     return path

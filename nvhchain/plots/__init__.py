@@ -6,6 +6,7 @@ from nvhchain.plots.lumped import backbone_curves, order_spectra, rig_responses,
 from nvhchain.plots.mesh import mesh_law_map, transmission_errors
 from nvhchain.plots.orders import OrderMarks
 from nvhchain.plots.spectrum import bearing_force_spectra, pressure_spectrum
+from nvhchain.plots.speed import levels_over_speed
 from nvhchain.plots.surface import strongest_line, surface_velocity
 from nvhchain.plots.waterfall import waterfall_maps
 
@@ -15,6 +16,7 @@ __all__ = [
     "backbone_curves",
     "bearing_force_spectra",
     "difference_table",
+    "levels_over_speed",
     "mesh_law_map",
     "order_spectra",
     "pressure_history",

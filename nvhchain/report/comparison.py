@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from math import pi
@@ -11,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
 
 from nvhchain import chain, levels, plots
 from nvhchain.case import Case, GearboxCase
@@ -21,10 +19,10 @@ from nvhchain.gear import quasi_static_transmission_error
 from nvhchain.handoff import FieldPressure
 from nvhchain.interop import write_wav
 from nvhchain.interop.wav import SAMPLE_RATE
+from nvhchain.report.files import save, write
+from nvhchain.report.marks import order_marks
+from nvhchain.report.run_up import compare_run_ups
 from nvhchain.resume import Watcher
-
-RESOLUTION = 150
-"""Dots per inch of the figures."""
 
 
 def compare(
@@ -37,11 +35,13 @@ def compare(
 ) -> dict[str, Any]:
     """Run all cases with shared mesh laws, housing and transfer vectors, and leave their comparison in `out`.
 
-    Each case has its hand-offs in out/<name>, shared operators lie in out/operators; figures (PNG), sound (WAV), the
-    table of differences (text, CSV) and summary.json in `out` itself. Returns what summary.json holds.
+    Each case has its hand-offs in out/<name>, shared operators lie in out/operators; figures (PNG), sound (WAV),
+    summary.json and, at constant speed, the table of differences (text, CSV) in `out` itself. Returns what
+    summary.json holds.  Raises InputError where some cases run up and others do not.
     """
     names = [case.name for case in cases]
     require(len(set(names)) == len(names), f"cases need distinct names, got {names}")
+    running_up = _running_up(cases)
     out = Path(out)
     (out / "summary.json").unlink(missing_ok=True)
     results = {
@@ -55,22 +55,36 @@ def compare(
         )
         for case in cases
     }
-    pressures = {name: result.pressure for name, result in results.items()}
+    configurations = compare_run_ups(results, out) if running_up else _steady(results, out)
     summary = {
         "fidelity": fidelity.name,
         "field_point": dict(zip(("name", "position_m"), _first_point(cases[0]), strict=True)),
-        "configurations": {name: summarise(pressure) for name, pressure in pressures.items()},
+        "configurations": configurations,
     }
-    table = plots.difference_table(summary["configurations"])  # type: ignore[arg-type]
-    _write(out / "differences.txt", table.text() + "\n")
-    _write(out / "differences.csv", table.csv())
-    _figures(results, out)
+    write(out / "summary.json", json.dumps(summary, indent=1) + "\n")
+    return summary
+
+
+def _running_up(cases: Sequence[Case]) -> bool:
+    """Whether the speed changes, in all cases or in none."""
+    kinds = {isinstance(case, GearboxCase) and case.operation.ramp is not None for case in cases}
+    require(len(kinds) == 1, "run-ups and constant speeds cannot be compared: give one kind of cases")
+    return kinds == {True}
+
+
+def _steady(results: Mapping[str, chain.Result], out: Path) -> dict[str, Any]:
+    """Table, figures and sound at constant speed; the summary of every configuration."""
+    pressures = {name: result.pressure for name, result in results.items() if result.pressure is not None}
+    configurations = {name: summarise(pressure) for name, pressure in pressures.items()}
+    table = plots.difference_table(configurations)
+    write(out / "differences.txt", table.text() + "\n")
+    write(out / "differences.csv", table.csv())
+    _figures(results, pressures, out)
     steady = {name: pressure for name, pressure in pressures.items() if pressure.input_speed}
     full_scale = 1.05 * max((_peak(pressure) for pressure in steady.values()), default=0.0)
     for name, pressure in steady.items():
         write_wav(pressure, out / f"sound-{name}.wav", full_scale=full_scale)
-    _write(out / "summary.json", json.dumps(summary, indent=1) + "\n")
-    return summary
+    return configurations
 
 
 def summarise(pressure: FieldPressure) -> dict[str, Any]:
@@ -89,36 +103,22 @@ def summarise(pressure: FieldPressure) -> dict[str, Any]:
     }
 
 
-def order_marks(cases: Sequence[Case]) -> plots.OrderMarks:
-    """Mesh orders of the first gearbox and the sidebands that the structured gears of any of them make."""
-    gearboxes = [case for case in cases if isinstance(case, GearboxCase)]
-    slots: dict[str, float] = {}
-    for case in gearboxes:
-        gears = {gear.name: gear for gear in case.gears}
-        for stage in case.stages:
-            for gear in (gears[stage.pinion], gears[stage.wheel]):
-                if gear.blank.symmetry > 2:
-                    slots[stage.name] = gear.blank.symmetry * float(case.shaft_orders[gear.shaft])
-    mesh = {name: float(order) for name, order in gearboxes[0].mesh_orders.items()} if gearboxes else {}
-    return plots.OrderMarks(mesh=mesh, slots=slots)
-
-
-def _figures(results: Mapping[str, chain.Result], out: Path) -> None:
+def _figures(results: Mapping[str, chain.Result], pressures: Mapping[str, FieldPressure], out: Path) -> None:
     marks = order_marks([result.case for result in results.values()])
-    pressures = {name: result.pressure for name, result in results.items()}
-    _save(plots.pressure_spectrum(pressures, marks=marks), out / "pressure_spectrum.png")
+    save(plots.pressure_spectrum(pressures, marks=marks), out / "pressure_spectrum.png")
     steady = {name: pressure for name, pressure in pressures.items() if pressure.input_speed}
     if steady:
-        _save(plots.pressure_history(steady), out / "pressure_history.png")
+        save(plots.pressure_history(steady), out / "pressure_history.png")
     spectra = {name: r.force_spectrum for name, r in results.items() if r.force_spectrum is not None}
     if spectra:
-        _save(plots.bearing_force_spectra(spectra, marks=marks), out / "bearing_forces.png")
+        save(plots.bearing_force_spectra(spectra, marks=marks), out / "bearing_forces.png")
     errors = _transmission_errors(results)
     if errors:
-        _save(plots.transmission_errors(errors), out / "transmission_errors.png")
+        save(plots.transmission_errors(errors), out / "transmission_errors.png")
     for name, result in results.items():
+        assert result.surface_velocity is not None
         axes = plots.surface_velocity(result.surface_velocity, name=name)
-        _save([axes], out / f"surface_velocity-{name}.png")
+        save([axes], out / f"surface_velocity-{name}.png")
 
 
 def _transmission_errors(results: Mapping[str, chain.Result]) -> dict[str, dict[str, Any]]:
@@ -139,17 +139,3 @@ def _first_point(case: Case) -> tuple[str, list[float]]:
 def _peak(pressure: FieldPressure) -> float:
     _, signal = levels.time_history(pressure.frequency, pressure.pressure[:, 0], sample_rate=SAMPLE_RATE)
     return float(np.abs(signal).max())
-
-
-def _save(axes: Sequence[Axes], path: Path) -> None:
-    figure = axes[0].get_figure(root=True)
-    assert figure is not None
-    part = path.with_suffix(".part")
-    figure.savefig(part, dpi=RESOLUTION, format="png")
-    os.replace(part, path)
-
-
-def _write(path: Path, text: str) -> None:
-    part = path.with_suffix(".part")
-    part.write_text(text, encoding="utf-8")
-    os.replace(part, path)

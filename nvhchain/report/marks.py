@@ -1,0 +1,22 @@
+"""The orders that the figures of some cases mark."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from nvhchain import plots
+from nvhchain.case import Case, GearboxCase
+
+
+def order_marks(cases: Sequence[Case]) -> plots.OrderMarks:
+    """Mesh orders of the first gearbox and the sidebands that the structured gears of any of them make."""
+    gearboxes = [case for case in cases if isinstance(case, GearboxCase)]
+    slots: dict[str, float] = {}
+    for case in gearboxes:
+        gears = {gear.name: gear for gear in case.gears}
+        for stage in case.stages:
+            for gear in (gears[stage.pinion], gears[stage.wheel]):
+                if gear.blank.symmetry > 2:
+                    slots[stage.name] = gear.blank.symmetry * float(case.shaft_orders[gear.shaft])
+    mesh = {name: float(order) for name, order in gearboxes[0].mesh_orders.items()} if gearboxes else {}
+    return plots.OrderMarks(mesh=mesh, slots=slots)

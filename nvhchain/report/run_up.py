@@ -1,0 +1,96 @@
+"""Run-ups side by side: waterfalls, levels over speed, sound."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import pi
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from nvhchain import chain, levels, plots
+from nvhchain.handoff import FloatArray, PressureHistory
+from nvhchain.interop import write_history_wav
+from nvhchain.plots import OrderMarks
+from nvhchain.report.files import save
+from nvhchain.report.marks import order_marks
+from nvhchain.spectrum import Waterfall, order_cut, order_waterfall, waterfall
+
+ORDER_RESOLUTION = 0.15
+"""Orders of the input that figures and order cuts resolve: windows of ten turns."""
+
+HARMONICS = 3
+"""Of each mesh order, that are followed over speed."""
+
+WINDOW_BANDWIDTH = 1.5
+"""Noise bandwidth of a Hann window in lines: by so much the energy of amplitude-corrected lines adds up too high."""
+
+
+def compare_run_ups(results: Mapping[str, chain.Result], out: Path) -> dict[str, Any]:
+    """Figures and sound of run-ups, at the first field point; the summary of every configuration."""
+    marks = order_marks([result.case for result in results.values()])
+    histories = {name: result.pressure_history for name, result in results.items() if result.pressure_history}
+    band = max(result.case.band.high for result in results.values() if hasattr(result.case, "band"))
+    against_frequency = {name: _over_frequency(history, band) for name, history in histories.items()}
+    against_order = {name: _over_order(history, marks) for name, history in histories.items()}
+    save(plots.waterfall_maps(against_frequency, unit="Pa", marks=marks), out / "waterfall.png")
+    save(plots.waterfall_maps(against_order, unit="Pa", marks=marks), out / "orders.png")
+    profiles = {name: _profiles(against_frequency[name], against_order[name], marks) for name in histories}
+    save(plots.levels_over_speed(profiles), out / "levels.png")
+    full_scale = 1.05 * max(float(np.abs(history.pressure[:, 0]).max()) for history in histories.values())
+    for name, history in histories.items():
+        write_history_wav(history, out / f"sound-{name}.wav", full_scale=full_scale)
+    return {name: _summarise(history, profiles[name]) for name, history in histories.items()}
+
+
+def _over_frequency(history: PressureHistory, high: float) -> Waterfall:
+    """Spectra of windows in which the input turns ten times at the middle of its speeds."""
+    turns = float(history.input_speed.mean()) / (2 * pi)
+    return waterfall(
+        history.pressure[:, 0],
+        sample_rate=_rate(history),
+        input_speed=history.input_speed,
+        resolution=ORDER_RESOLUTION * turns,
+        high=high,
+    )
+
+
+def _over_order(history: PressureHistory, marks: OrderMarks) -> Waterfall:
+    return order_waterfall(
+        history.pressure[:, 0],
+        sample_rate=_rate(history),
+        input_speed=history.input_speed,
+        resolution=ORDER_RESOLUTION,
+        high=(HARMONICS + 1) * max(marks.mesh.values()),
+    )
+
+
+def _rate(history: PressureHistory) -> float:
+    return (len(history.time) - 1) / float(history.time[-1] - history.time[0])
+
+
+def _profiles(
+    against_frequency: Waterfall, against_order: Waterfall, marks: OrderMarks
+) -> dict[str, tuple[FloatArray, FloatArray]]:
+    """What is drawn over speed: name → (speed (n,) rad/s, level (n,) dB): overall A-weighted, and mesh orders."""
+    lines = against_frequency.amplitude[:, 1:].T / np.sqrt(WINDOW_BANDWIDTH)
+    profiles = {"overall, dB(A)": (against_frequency.input_speed, levels.overall(against_frequency.axis[1:], lines))}
+    for stage, order in marks.mesh.items():
+        nearest = np.abs(against_order.axis - order).argmin()
+        cut = order_cut(against_order, [float(against_order.axis[nearest])])[:, 0]
+        profiles[f"order {order:g} ({stage}), dB"] = (against_order.input_speed, levels.decibel(cut))
+    return profiles
+
+
+def _summarise(history: PressureHistory, profiles: Mapping[str, tuple[FloatArray, FloatArray]]) -> dict[str, Any]:
+    """Speeds, equivalent level of the whole record, and of everything drawn over speed the highest level."""
+    return {
+        "start_speed_rpm": 30 / pi * float(history.input_speed[0]),
+        "end_speed_rpm": 30 / pi * float(history.input_speed[-1]),
+        "overall_dBA": float(levels.equivalent(history.pressure[:, 0], sample_rate=_rate(history))),
+        "highest": {
+            name: {"level_db": float(level.max()), "speed_rpm": 30 / pi * float(speed[level.argmax()])}
+            for name, (speed, level) in profiles.items()
+        },
+    }

@@ -1,0 +1,271 @@
+"""Every stage of the chain on the shelf: what of a case and which hand-offs it takes; `chain` knows their order."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import Executor
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from nvhchain import acoustics, dynamics, gear, housing, spectrum
+from nvhchain.case import Case, GearboxCase
+from nvhchain.fidelity import AcousticsFidelity, Fidelity
+from nvhchain.handoff import (
+    BearingForces,
+    FieldPressure,
+    FloatArray,
+    ForceSpectrum,
+    MeshLaw,
+    NoiseTransferFunctions,
+    PressureHistory,
+    ReducedHousing,
+    Surface,
+    SurfaceVelocity,
+    TransferVectors,
+)
+from nvhchain.resume import Shelf
+
+
+def mesh_laws(case: GearboxCase, fidelity: Fidelity, shelf: Shelf, executor: Executor | None) -> tuple[MeshLaw, ...]:
+    """Mesh law of every stage."""
+    return tuple(
+        shelf.stage(
+            f"mesh_law_{stage.name}-{{key}}",
+            MeshLaw,
+            "gear",
+            (pair, force),
+            partial(_mesh_law, pair, force, fidelity, executor),
+            fidelity=fidelity.gear,
+        )
+        for stage, pair, force in zip(case.stages, case.pairs, case.mesh_forces, strict=True)
+    )
+
+
+def _mesh_law(
+    pair: gear.GearPair, force: float, fidelity: Fidelity, executor: Executor | None, progress: Any
+) -> MeshLaw:
+    return gear.mesh_law(pair, nominal_force=force, fidelity=fidelity.gear, executor=executor, progress=progress)
+
+
+def reduced_housing(case: GearboxCase, fidelity: Fidelity, shelf: Shelf) -> ReducedHousing:
+    """The casting at the seats and on the radiating surface."""
+    size = acoustics.required_element_size(case.band.high, case.air, fidelity.acoustics)
+    return shelf.stage(
+        "housing-{key}",
+        ReducedHousing,
+        "housing",
+        (case.housing, case.band.high, size),
+        lambda progress: housing.reduce_housing(
+            case.housing, surface_size=size, f_max=case.band.high, fidelity=fidelity.housing, progress=progress
+        ),
+        fidelity=fidelity.housing,
+    )
+
+
+def steady_forces(
+    case: GearboxCase, laws: tuple[MeshLaw, ...], reduced: ReducedHousing, fidelity: Fidelity, shelf: Shelf
+) -> BearingForces:
+    """Bearing forces over whole common periods at constant speed."""
+    arguments = {"input_speed": case.operation.input_speed, "duration": 1.0 / case.band.resolution}
+    return _forces(dynamics.bearing_forces, case, laws, reduced, arguments, fidelity, shelf)
+
+
+def run_up_forces(
+    case: GearboxCase, laws: tuple[MeshLaw, ...], reduced: ReducedHousing, fidelity: Fidelity, shelf: Shelf
+) -> BearingForces:
+    """Bearing forces while the input speed changes."""
+    ramp = case.operation.ramp
+    assert ramp is not None
+    arguments = {
+        "start_speed": case.operation.input_speed,
+        "end_speed": ramp.end_speed,
+        "duration": ramp.duration,
+    }
+    return _forces(dynamics.run_up, case, laws, reduced, arguments, fidelity, shelf)
+
+
+def _forces(
+    simulate: Callable[..., BearingForces],
+    case: GearboxCase,
+    laws: tuple[MeshLaw, ...],
+    reduced: ReducedHousing,
+    operation: dict[str, float],
+    fidelity: Fidelity,
+    shelf: Shelf,
+) -> BearingForces:
+    gearbox = _with_gear_inertia(case)
+    arguments: dict[str, Any] = {
+        **operation,
+        "input_torque": case.operation.input_torque,
+        "f_max": case.band.high,
+    }
+    return shelf.stage(
+        "bearing_forces",
+        BearingForces,
+        "dynamics",
+        (gearbox, laws, reduced, arguments),
+        lambda progress: simulate(
+            gearbox,
+            laws,
+            reduced,
+            **arguments,
+            fidelity=fidelity.dynamics,
+            contact_forces=_contact_forces(case, fidelity),
+            progress=progress,
+        ),
+        fidelity=fidelity.dynamics,
+    )
+
+
+def _contact_forces(case: GearboxCase, fidelity: Fidelity) -> list[dynamics.ContactForce] | None:
+    """The contact problem of every mesh, for the mesh level that solves it in the time loop."""
+    if fidelity.dynamics.mesh_level != "contact":
+        return None
+    forces: list[dynamics.ContactForce] = []
+    for pair in case.pairs:
+        reach = gear.engaged_reach(pair)
+        pinion, wheel = (gear.flank_compliance(body, fidelity.gear, reach=reach) for body in (pair.pinion, pair.wheel))
+        forces.append(gear.Engagement(pair, (pinion, wheel), fidelity.gear).mesh_force)
+    return forces
+
+
+def _with_gear_inertia(case: GearboxCase) -> dynamics.Gearbox:
+    """The gearbox with the mass and inertia of its gears on the shafts."""
+    gearbox = case.gearbox
+    for item in case.gears:
+        own = gear.mass_properties(item.body)
+        body = dynamics.RigidBody(item.z + own.centre, own.mass, own.polar_inertia, own.transverse_inertia)
+        gearbox = gearbox.with_bodies(item.shaft, [body])
+    return gearbox
+
+
+def force_spectrum(case: GearboxCase, forces: BearingForces, shelf: Shelf) -> ForceSpectrum:
+    """Lines of the bearing forces in the band."""
+    band = case.band
+    return shelf.stage(
+        "force_spectrum",
+        ForceSpectrum,
+        "spectrum",
+        (forces, band),
+        lambda progress: spectrum.force_spectrum(forces, low=band.low, high=band.high, resolution=band.resolution),
+        fidelity=None,
+    )
+
+
+def surface_velocity(reduced: ReducedHousing, forces: ForceSpectrum, shelf: Shelf) -> SurfaceVelocity:
+    """Forced response of the housing."""
+    return shelf.stage(
+        "surface_velocity",
+        SurfaceVelocity,
+        "housing",
+        (reduced, forces),
+        lambda progress: housing.respond(reduced, forces),
+        fidelity=None,
+    )
+
+
+def transfer_vectors(
+    case: Case,
+    surface: Surface,
+    lines: FloatArray | None,
+    fidelity: Fidelity,
+    shelf: Shelf,
+    executor: Executor | None,
+) -> TransferVectors:
+    """Transfer vectors to the field points at master frequencies.  lines: (n_f,) Hz wanted; None: the whole band."""
+    points = np.array([point.position for point in case.field_points])
+    masters = _masters(case, lines, fidelity.acoustics)
+    return shelf.stage_in_parts(
+        "transfer_vectors-{key}",
+        TransferVectors,
+        "acoustics",
+        (surface, points, masters, case.air, case.engine, case.reflecting_plane),
+        lambda progress, parts: acoustics.transfer_vectors(
+            surface,
+            points,
+            masters,
+            air=case.air,
+            fidelity=fidelity.acoustics,
+            engine=case.engine,
+            plane=case.reflecting_plane,
+            executor=executor,
+            progress=progress,
+            shards=parts,
+        ),
+        fidelity=fidelity.acoustics,
+    )
+
+
+def _masters(case: Case, lines: FloatArray | None, fidelity: AcousticsFidelity) -> FloatArray:
+    """Master frequencies over the case's band; the lines themselves where they are fewer."""
+    if lines is not None and len(lines) <= fidelity.masters:
+        return lines
+    edges = [] if lines is None else [lines[0], lines[-1]]
+    if isinstance(case, GearboxCase):
+        edges += [case.band.low, case.band.high]
+    return acoustics.master_frequencies(min(edges), max(edges), fidelity)
+
+
+def pressure(
+    vectors: TransferVectors,
+    velocity: SurfaceVelocity,
+    forces: ForceSpectrum | None,
+    fidelity: Fidelity,
+    shelf: Shelf,
+) -> FieldPressure:
+    """Sound pressure at the lines of the surface velocity."""
+    speed = forces.input_speed if forces is not None else 0.0
+    return shelf.stage(
+        "pressure",
+        FieldPressure,
+        "acoustics",
+        (vectors, velocity, speed),
+        lambda progress: acoustics.radiate(vectors, velocity, fidelity=fidelity.acoustics, progress=progress).replace(
+            input_speed=speed
+        ),
+        fidelity=fidelity.acoustics,
+    )
+
+
+def noise_transfer_functions(
+    case: GearboxCase,
+    vectors: TransferVectors,
+    reduced: ReducedHousing,
+    forces: BearingForces,
+    fidelity: Fidelity,
+    shelf: Shelf,
+) -> NoiseTransferFunctions:
+    """Pressure per bearing force over the band, at lines as close as the housing's decay asks for."""
+    lines = acoustics.convolution_lines(
+        forces.sample_rate, case.band.high, acoustics.decay_time(reduced, case.band.high)
+    )
+    lines = lines[lines >= case.band.low]
+
+    def compute(progress: Any) -> NoiseTransferFunctions:
+        modal = acoustics.modal_transfer_vectors(
+            vectors, reduced, lines, fidelity=fidelity.acoustics, progress=progress
+        )
+        return acoustics.noise_transfer_functions(modal, reduced)
+
+    return shelf.stage(
+        "noise_transfer_functions-{key}",
+        NoiseTransferFunctions,
+        "acoustics",
+        (vectors, reduced, lines),
+        compute,
+        fidelity=fidelity.acoustics,
+    )
+
+
+def pressure_history(functions: NoiseTransferFunctions, forces: BearingForces, shelf: Shelf) -> PressureHistory:
+    """Sound pressure in time."""
+    return shelf.stage(
+        "pressure_history",
+        PressureHistory,
+        "acoustics",
+        (functions, forces),
+        lambda progress: acoustics.run_up_pressure(functions, forces, progress=progress),
+        fidelity=None,
+    )

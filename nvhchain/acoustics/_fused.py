@@ -6,6 +6,7 @@ from collections import deque
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -14,8 +15,9 @@ import psutil
 from nvhchain.acoustics._coupling import coupling
 from nvhchain.acoustics._fused_close import CLOSE_BLOCK, close_block
 from nvhchain.acoustics._fused_far import FAR_BLOCK, far_block
-from nvhchain.acoustics._fused_mesh import Mesh, Plane, prepare
+from nvhchain.acoustics._fused_mesh import Mesh, Plane, Rules, prepare, rules_of
 from nvhchain.acoustics._fused_order import RESTORE_COLUMNS, Part, parts_of, restore_columns, threads
+from nvhchain.acoustics._fused_quadrature import order_for
 from nvhchain.acoustics._fused_wave import COMPLEX, REAL, compiled, wave_coefficients
 from nvhchain.errors import ResourceError
 from nvhchain.fidelity import AcousticsFidelity
@@ -65,7 +67,7 @@ def systems(
     count = _batch_size(n_vertex, n_face, np.dtype(COMPLEX[fidelity.precision]).itemsize)
     _compile(fidelity.precision)
     for start in range(0, len(k), count):
-        batch = _batch(mesh, surface, k[start : start + count], fidelity.precision)
+        batch = _batch(mesh, surface, k[start : start + count], fidelity)
         a = _zeros((len(batch.k), n_vertex, n_vertex), fidelity.precision)
         b = _zeros((len(batch.k), n_vertex, n_face), fidelity.precision)
         with ThreadPoolExecutor(threads()) as pool:
@@ -103,7 +105,7 @@ def stripes(
             f"stripes of {n_face} triangles and {len(k)} wavenumbers take {need / 1e9:.1f} GB, but {free / 1e9:.1f} GB "
             "are free: give stripes less memory or fewer wavenumbers at a time"
         )
-    batch = _batch(mesh, surface, k, fidelity.precision)
+    batch = _batch(mesh, surface, k, fidelity)
 
     def assemble(part: Part) -> Stripe:
         n_row = len(part.rows)
@@ -142,23 +144,49 @@ def _batch_size(n_vertex: int, n_face: int, itemsize: int) -> int:
 
 
 @dataclass(frozen=True)
-class _Batch:
-    """Wavenumbers assembled together.
+class _Group:
+    """Neighbouring wavenumbers of a batch that share quadrature and the advance of the exponential.
 
-    k: (n_k,).  beta: (n_k,) β of α = −jβ.  new_step: (n_k,) whether the step after k[i] differs from the last.
-    precision: of the matrices and the far pairs.
+    some: where they stand in the batch.  k: (n_k,).  beta: (n_k,) β of α = −jβ.  new_step: (n_k,) whether the step
+    after k[i] differs from the last.  points: per trial surface (n_m, 3, n_face) quadrature points.
     """
 
+    some: slice
     k: FloatArray
     beta: FloatArray
     new_step: IntArray
+    rules: Rules
+    points: tuple[FloatArray, ...]
+
+
+@dataclass(frozen=True)
+class _Batch:
+    """Wavenumbers assembled together.  precision: of the matrices and the far pairs."""
+
+    k: FloatArray
+    beta: FloatArray
+    groups: tuple[_Group, ...]
     precision: str
 
 
-def _batch(mesh: Mesh, surface: Surface, k: FloatArray, precision: str) -> _Batch:
-    new_step = np.ones(len(k), dtype=bool)
-    new_step[1:-1] = np.abs(np.diff(np.diff(k))) * len(k) * mesh.extent > _PHASE_TOLERANCE
-    return _Batch(k, np.array([-coupling(surface, float(value)).imag for value in k]), new_step, precision)
+def _batch(mesh: Mesh, surface: Surface, k: FloatArray, fidelity: AcousticsFidelity) -> _Batch:
+    beta = np.array([-coupling(surface, float(value)).imag for value in k])
+    orders = [order_for(fidelity.quadrature_order, float(value) * mesh.edge, fidelity.quadrature_error) for value in k]
+    starts = [i for i in range(len(k)) if i == 0 or orders[i] != orders[i - 1]]
+    groups = []
+    for start, stop in pairwise([*starts, len(k)]):
+        rules = rules_of(orders[start], fidelity)
+        points = tuple(
+            np.ascontiguousarray(np.einsum("mi,tia->mat", rules.far_hats, trial.vertices[mesh.triangles]))
+            for trial in mesh.trials
+        )
+        for first in range(start, stop, _RESTART):
+            some = slice(first, min(first + _RESTART, stop))
+            steps = np.diff(k[some])
+            new_step = np.ones(len(k[some]), dtype=bool)
+            new_step[1:-1] = np.abs(np.diff(steps)) * len(k) * mesh.extent > _PHASE_TOLERANCE
+            groups.append(_Group(some, k[some], beta[some], new_step, rules, points))
+    return _Batch(k, beta, tuple(groups), fidelity.precision)
 
 
 def _compile(precision: str) -> None:
@@ -174,31 +202,30 @@ def _assemble(mesh: Mesh, batch: _Batch, part: Part, row_of: IntArray, a: Comple
     close = compiled(close_block, CLOSE_BLOCK, batch.precision)
     own = np.full(len(mesh.vertices), -1)
     own[part.rows] = row_of[part.rows]
-    areas, hats, weights = mesh.areas.astype(real), mesh.far_hats.astype(real), mesh.far_weights.astype(real)
+    areas = mesh.areas.astype(real)
     far_wave, close_wave = wave_coefficients(batch.precision), wave_coefficients("double")
-    for trial in mesh.trials:
+    for at, trial in enumerate(mesh.trials):
         normal_rows, curl_rows = trial.normal_rows.astype(real), trial.curl_rows.astype(real)
         for block in part.blocks:
             t = block.triangles
-            points = np.einsum("qi,tia->tqa", mesh.far_hats, mesh.vertices[mesh.triangles[t]])
             first, last = trial.close_start[t], trial.close_start[t + 1]
             skip = np.concatenate([trial.close_trial[i:j] for i, j in zip(first, last, strict=True)])
             skip_start = np.concatenate([[0], np.cumsum(last - first)])
             normals, curls = mesh.normals[t].astype(real), mesh.curls[t].astype(real)
-            for start in range(0, len(batch.k), _RESTART):
-                some = slice(start, start + _RESTART)
-                k, beta, new_step = batch.k[some], batch.beta[some], batch.new_step[some].copy()
-                new_step[0] = True
+            for group in batch.groups:
+                rules, to_a, to_b = group.rules, a[group.some], b[group.some]
+                hats, weights = rules.far_hats.astype(real), rules.far_weights.astype(real)
+                points = np.einsum("qi,tia->tqa", rules.far_hats, mesh.vertices[mesh.triangles[t]])
                 far(
-                    points, normals, curls, areas[t], block.lines, row_of[block.rows], skip_start, skip, hats,
-                    weights, trial.points, normal_rows, curl_rows, areas, mesh.columns, mesh.tiles, hats, weights,
-                    k.astype(real), beta.astype(real), new_step, far_wave, a[some], b[some],
+                    points, normals, curls, areas[t], block.lines, row_of[block.rows], skip_start, skip, hats, weights,
+                    group.points[at], normal_rows, curl_rows, areas, mesh.columns, mesh.tiles, hats, weights,
+                    group.k.astype(real), group.beta.astype(real), group.new_step, far_wave, to_a, to_b,
                 )  # fmt: skip
                 close(
-                    t, trial.close_start, trial.close_trial, trial.close_rule, mesh.rule_start, mesh.rules,
-                    mesh.rule_width, mesh.vertices, mesh.triangles, mesh.normals, mesh.curls, mesh.areas, mesh.sizes,
-                    trial.vertices, trial.normals, trial.curls, mesh.gap, mesh.least_scale, mesh.columns, own, k, beta,
-                    new_step, close_wave, a[some], b[some],
+                    t, trial.close_start, trial.close_trial, trial.close_rule, rules.start, rules.chunks, rules.width,
+                    mesh.vertices, mesh.triangles, mesh.normals, mesh.curls, mesh.areas, mesh.sizes, trial.vertices,
+                    trial.normals, trial.curls, mesh.gap, mesh.least_scale, mesh.columns, own, group.k, group.beta,
+                    group.new_step, close_wave, to_a, to_b,
                 )  # fmt: skip
     restore = compiled(restore_columns, RESTORE_COLUMNS, batch.precision)
     restore(row_of[part.rows], mesh.vertex_rank, mesh.face_rank, a, b)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from typing import Protocol
 
 import numpy as np
@@ -28,13 +29,11 @@ class Plane(Protocol):
 class Trial:
     """Triangles that radiate: those of the surface, or their mirror images, whose normals point out of the image.
 
-    vertices: (n_v, 3).  points: (n_m, 3, n_face) quadrature points.  normals, curls: (n_face, 3), (n_face, 3, 3), and
-    as rows over the faces.  close_start: (n_face + 1,) into close_trial and close_rule, the pairs too near for the far
-    rule.
+    vertices: (n_v, 3).  normals, curls: (n_face, 3), (n_face, 3, 3), and as rows over the faces.  close_start:
+    (n_face + 1,) into close_trial and close_rule, the pairs too near for the far rule.
     """
 
     vertices: FloatArray
-    points: FloatArray
     normals: FloatArray
     normal_rows: FloatArray
     curls: FloatArray
@@ -45,13 +44,24 @@ class Trial:
 
 
 @dataclass(frozen=True)
+class Rules:
+    """Quadrature of one order: far_hats (n_q, 3) and far_weights (n_q,) on a triangle; chunks of the pair rules."""
+
+    far_hats: FloatArray
+    far_weights: FloatArray
+    chunks: FloatArray
+    start: IntArray
+    width: IntArray
+
+
+@dataclass(frozen=True)
 class Mesh:
     """The surface in the order the kernels want: triangles that are neighbours in space are neighbours in memory.
 
     order: (n_face,) original number of every sorted triangle; face_rank: its inverse.
     columns: (n_face, 3) vertices, numbered as the sorted triangles meet them; vertex_rank: (n_v,) that number.
     tiles: (n_tile + 1,) first triangle of every tile.  trials: the surface, and its image if there is a plane.
-    rules: chunks of the pair rules.  extent: m, no two points of surface and image are farther apart.
+    edge: m, longest edge of a triangle in the mean over the area.  extent: m, longest distance in surface and image.
     """
 
     order: IntArray
@@ -66,13 +76,9 @@ class Mesh:
     sizes: FloatArray
     tiles: IntArray
     trials: tuple[Trial, ...]
-    rules: FloatArray
-    rule_start: IntArray
-    rule_width: IntArray
-    far_hats: FloatArray
-    far_weights: FloatArray
     gap: float
     least_scale: float
+    edge: float
     extent: float
 
 
@@ -86,15 +92,8 @@ def prepare(surface: Surface, fidelity: AcousticsFidelity, plane: Plane | None) 
     curls = _curls(vertices[triangles], areas)
 
     vertex_rank = np.argsort(np.argsort(np.unique(triangles, return_index=True)[1]))
-    rules = [touching_rule(shared, fidelity.singular_order) for shared in (1, 2, 3)]
-    rules += [product_rule(degree) for degree in fidelity.close_orders]
-    chunks, chunk_start, chunk_width = in_chunks(rules, CHUNK)
-    hats, weights = triangle_rule(fidelity.quadrature_order)
-    spare = -len(weights) % 3  # the far kernel takes points by threes
-    hats, weights = np.pad(hats, ((0, 0), (0, spare)), constant_values=1 / 3), np.pad(weights, (0, spare))
-
     ratios = np.asarray(fidelity.close_distances, dtype=float)
-    trials = [_trial(vertices, vertices, triangles, normals, curls, sizes, hats, ratios)]
+    trials = [_trial(vertices, vertices, triangles, normals, curls, sizes, ratios)]
     corners = vertices
     if plane is not None:
         image = np.ascontiguousarray(plane.mirror(vertices))
@@ -102,7 +101,7 @@ def prepare(surface: Surface, fidelity: AcousticsFidelity, plane: Plane | None) 
         # n × ∇φ is an axial vector: with n and ∇φ mirrored it is the mirrored curl times −1, which keeps the image's
         # triangles right-handed about normals that point out of the image.
         turned = -np.ascontiguousarray(plane.mirror_direction(curls.reshape(-1, 3))).reshape(curls.shape)
-        trials.append(_trial(image, vertices, triangles, mirrored, turned, sizes, hats, ratios))
+        trials.append(_trial(image, vertices, triangles, mirrored, turned, sizes, ratios))
         corners = np.vstack([vertices, image])
     return Mesh(
         order=order,
@@ -117,15 +116,23 @@ def prepare(surface: Surface, fidelity: AcousticsFidelity, plane: Plane | None) 
         sizes=sizes,
         tiles=tiles,
         trials=tuple(trials),
-        rules=chunks,
-        rule_start=chunk_start,
-        rule_width=chunk_width,
-        far_hats=np.ascontiguousarray(hats.T),
-        far_weights=weights,
         gap=fidelity.gap_ratio,
         least_scale=0.5**fidelity.gap_halvings,
+        edge=float(np.average(sizes, weights=areas)),
         extent=float(np.linalg.norm(np.ptp(corners, axis=0))),
     )
+
+
+@cache
+def rules_of(order: int, fidelity: AcousticsFidelity) -> Rules:
+    """Rules where well separated triangles take `order`: no close pair that does not touch takes a lower one."""
+    pairs = [touching_rule(shared, fidelity.singular_order) for shared in (1, 2, 3)]
+    pairs += [product_rule(max(degree, order)) for degree in fidelity.close_orders]
+    chunks, start, width = in_chunks(pairs, CHUNK)
+    hats, weights = triangle_rule(order)
+    spare = -len(weights) % 3  # the far kernel takes points by threes
+    hats, weights = np.pad(hats, ((0, 0), (0, spare)), constant_values=1 / 3), np.pad(weights, (0, spare))
+    return Rules(np.ascontiguousarray(hats.T), weights, chunks, start, width)
 
 
 def _curls(corners: FloatArray, areas: FloatArray) -> FloatArray:
@@ -141,7 +148,6 @@ def _trial(
     normals: FloatArray,
     curls: FloatArray,
     sizes: FloatArray,
-    hats: FloatArray,
     ratios: FloatArray,
 ) -> Trial:
     corners = vertices[triangles]
@@ -154,7 +160,6 @@ def _trial(
     close_pairs(test_centroids, centroids, sizes, triangles, same, ratios, start, trial, rule)
     return Trial(
         vertices=vertices,
-        points=np.ascontiguousarray(np.einsum("im,tia->mat", hats, corners)),
         normals=normals,
         normal_rows=np.ascontiguousarray(normals.T),
         curls=curls,

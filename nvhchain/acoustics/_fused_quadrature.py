@@ -12,7 +12,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nvhchain.handoff import FloatArray, IntArray
+from nvhchain.errors import require
+from nvhchain.handoff import ComplexArray, FloatArray, IntArray
+
+HIGHEST_ORDER = 19
+"""Of the triangle rules."""
 
 
 class PairRule(NamedTuple):
@@ -29,11 +33,35 @@ def triangle_rule(degree: int) -> tuple[FloatArray, FloatArray]:
 
     The rules of degree 3 and 7 have a negative weight, which spoils close pairs; the next higher ones stand in.
     """
+    require(degree <= HIGHEST_ORDER, f"quadrature order {degree} of a triangle is too high: {HIGHEST_ORDER} at most")
     from skfem.quadrature import get_quadrature
     from skfem.refdom import RefTri
 
     points, weight = get_quadrature(RefTri, {1: 2, 3: 4, 7: 8}.get(degree, degree))
     return np.vstack([1.0 - points.sum(axis=0), points]), weight / weight.sum()
+
+
+@cache
+def oscillation_error(degree: int, phase: float) -> float:
+    """RMS error, over directions, of the mean of a plane wave on an equilateral triangle by the rule of a degree.
+
+    phase: wavenumber × edge, rad.  What quadrature of well separated triangles does to the surface pressure lies
+    between half and five times this (docs/measured/boundary_elements.md).
+    """
+    angle = np.arange(12) * (2.0 * np.pi / 36.0)
+    height = np.array([[0.0, 0.0], [1.0, 0.0], [0.5, np.sqrt(0.75)]]) @ np.array([np.cos(angle), np.sin(angle)])
+
+    def mean(order: int) -> ComplexArray:
+        points, weight = triangle_rule(order)
+        return np.asarray(weight @ np.exp(1j * phase * (points.T @ height)))
+
+    return float(np.sqrt(np.mean(np.abs(mean(degree) - mean(HIGHEST_ORDER)) ** 2)))
+
+
+def order_for(least: int, phase: float, tolerance: float) -> int:
+    """Lowest triangle order from `least` up whose `oscillation_error` keeps to the tolerance, else the highest."""
+    orders = range(least, HIGHEST_ORDER)
+    return next((order for order in orders if oscillation_error(order, phase) <= tolerance), HIGHEST_ORDER)
 
 
 @cache

@@ -106,6 +106,19 @@ def test_quadrature_error_is_two_tenths_of_a_percent_at_four_elements_per_wavele
     assert relative(*pressures) < 2e-3
 
 
+def test_two_elements_per_wavelength_take_a_higher_order_and_one_percent_becomes_two_permille():
+    surface = sphere(0.1, 2)
+    k = np.pi / surface.longest_edges.mean()
+    gradient = np.exp(1j * k * surface.centroids @ [0.6, 0.0, 0.8])
+    fine = replace(EXACT, quadrature_order=8, singular_order=6, close_distances=(1.5, 3.0), close_orders=(12, 10))
+    pressures = {}
+    for name, fidelity in (("fine", fine), ("set", FIDELITY), ("fixed", replace(FIDELITY, quadrature_error=1.0))):
+        a, b = next(_fused.systems(surface, [k], fidelity))
+        pressures[name] = np.linalg.solve(a, b @ gradient)
+    assert relative(pressures["fixed"], pressures["fine"]) > 8e-3
+    assert relative(pressures["set"], pressures["fine"]) < 3e-3
+
+
 def test_condition_stays_bounded_where_the_interior_resonates_and_near_zero():
     surface = sphere(0.1, 1)
     k = [1e-4, 1.0, np.pi / 0.1, 4.49341 / 0.1]

@@ -9,7 +9,14 @@ from math import factorial
 import numpy as np
 import pytest
 
-from nvhchain.acoustics._fused_quadrature import product_rule, touching_rule, triangle_rule
+from nvhchain.acoustics._fused_quadrature import (
+    order_for,
+    oscillation_error,
+    product_rule,
+    touching_rule,
+    triangle_rule,
+)
+from nvhchain.errors import InputError
 
 TRIANGLE = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.3, 0.8, 0.0]])
 
@@ -74,3 +81,19 @@ def test_product_rule_is_both_triangle_rules():
     assert rule.weight.sum() == pytest.approx(1.0, rel=1e-12)
     assert rule.first @ rule.weight == pytest.approx(points @ weight, rel=1e-12)
     assert (rule.weight * rule.first[0] * rule.second[1]).sum() == pytest.approx(1 / 9, rel=1e-12)
+
+
+def test_oscillation_error_falls_with_order_and_with_the_third_power_of_the_phase_or_faster():
+    assert oscillation_error(2, 0.5) / oscillation_error(2, 0.25) == pytest.approx(8.0, rel=0.05)
+    assert oscillation_error(4, 1.0) / oscillation_error(4, 0.5) > 30.0
+    assert oscillation_error(2, 2 * np.pi / 3) == pytest.approx(1.9e-3, rel=0.05)
+
+
+@pytest.mark.parametrize(("per_wavelength", "order"), [(100.0, 2), (4.5, 2), (2.8, 3), (0.7, 7)])
+def test_order_rises_only_where_elements_are_few_per_wavelength(per_wavelength, order):
+    assert order_for(2, 2 * np.pi / per_wavelength, 2e-3) == order
+
+
+def test_an_order_beyond_the_tables_is_refused():
+    with pytest.raises(InputError, match="order 20 of a triangle is too high: 19 at most"):
+        triangle_rule(20)

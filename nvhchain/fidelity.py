@@ -38,6 +38,7 @@ class GearFidelity:
     transverse_refinement: factor on the elements across tooth and rim (1: four across the tooth).
     row_aspect: radial over circumferential size of the blank's elements under the teeth.
     load_pattern_tolerance: what is neglected of the forces a tooth passes to the body, relative.
+    corner_gap: m, unloaded gap up to which contact of tip edges beyond the path of contact is looked for; 0: none.
     bodies: how teeth and blanks give way, `elements` or, for a first look, `analytic` (Weber–Banaschek beam on
     Sainsot–Velex ring; it sees no web, hole or slot).
     far_pattern_tolerance: what of them is taken to answer alike at all teeth of a sector, relative.
@@ -58,6 +59,7 @@ class GearFidelity:
     load_pattern_tolerance: float = 1e-3
     far_pattern_tolerance: float = 3e-2
     bodies: str = "elements"
+    corner_gap: float = 0.0
     drive_reach: float = 3.0
     back_reach: float = 1.5
 
@@ -75,6 +77,7 @@ class GearFidelity:
             ("far_pattern_tolerance", 0.0, 0.5),
             ("drive_reach", 0.1, 100.0),
             ("back_reach", 0.1, 100.0),
+            ("corner_gap", 0.0, 1e-3),
         ):
             value = getattr(self, name)
             require(low <= value <= high, f"gear {name} = {value} is outside {low:g}…{high:g}")
@@ -152,7 +155,8 @@ class AcousticsFidelity:
 
     elements_per_wavelength: of a radiating surface made here, at the upper band limit.
     coarsest_elements_per_wavelength: of any surface, below which it is refused.
-    masters: master frequencies over the band.
+    masters: master frequencies over the band; the most of them where they are chosen by `master_tolerance_db`.
+    master_tolerance_db: dB, error of interpolation for which masters are chosen (`adaptive_transfer_vectors`).
     quadrature_order: least Gauss order of well separated triangle pairs.
     quadrature_error: the order rises with the frequency until the mean of a plane wave over one triangle keeps to this
         relative error; that of the pressure is half to five times as large.
@@ -201,6 +205,7 @@ class AcousticsFidelity:
     interpolation: str = "rational"
     interpolation_points: int = 8
     interpolation_poles: int = 6
+    master_tolerance_db: float = 0.1
 
     def __post_init__(self) -> None:
         for name, low, high in (
@@ -216,6 +221,7 @@ class AcousticsFidelity:
             ("interpolation_points", 2, 16),
             ("coarse_elements_per_wavelength", 2.0, 100.0),
             ("interpolation_poles", 1, 14),
+            ("master_tolerance_db", 1e-4, 20.0),
             ("solver_residual", 1e-13, 1e-2),
             ("solver_iterations", 1, 10_000),
             ("compression_error", 1e-7, 1e-2),

@@ -23,9 +23,12 @@ FRICTION_ROUNDS = 60
 """Of following what friction bends; a dozen is usual, more means failure."""
 
 
-def engaged_reach(pair: GearPair) -> int:
-    """Largest distance in teeth between two pairs in contact at once."""
-    return ceil(pair.total_contact_ratio) - 1
+def engaged_reach(pair: GearPair, corner_gap: float = 0.0) -> int:
+    """Largest distance in teeth between two pairs in contact at once.
+
+    corner_gap: m, unloaded gap up to which tip edges beyond the path count (`GearFidelity.corner_gap`).
+    """
+    return ceil(pair.total_contact_ratio + sum(pair.extensions(corner_gap)) / pair.base_pitch) - 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +55,7 @@ class Engagement:
                 f"compliance of the {name} is for {c.tooth_count} teeth in sectors of {c.sector}, the gear has "
                 f"{body.geometry.teeth} in sectors of {body.sector}: compute it for this gear",
             )
-            reach = engaged_reach(self.pair)
+            reach = engaged_reach(self.pair, self.fidelity.corner_gap)
             require(
                 c.reach >= reach,
                 f"compliance of the {name} reaches over {c.reach} teeth, {reach} are in contact beside each other: "
@@ -68,6 +71,11 @@ class Engagement:
     @cached_property
     def _between_points(self) -> tuple[FlankSplines | SliceCompliance, ...]:
         return tuple(c if isinstance(c, SliceCompliance) else flank_splines(c) for c in self.compliances)
+
+    def lines(self, angle: float, flank: int = DRIVE) -> ContactLines:
+        """Contact lines at wheel `angle`, rad, as the fidelity cuts them."""
+        fidelity = self.fidelity
+        return contact_lines(self.pair, angle, slices=fidelity.slices, flank=flank, corner_gap=fidelity.corner_gap)
 
     def compliance(self, lines: ContactLines) -> FloatArray:
         """C (n, n), m/N: normal approach at every slice under a unit normal force at every other, both gears."""
@@ -98,7 +106,7 @@ class Engagement:
         """The same pair with the compliances that it needs at these wheel `angles`, rad, and no others."""
         teeth = np.hstack(
             [
-                contact_lines(self.pair, angle, slices=1, flank=flank).tooth
+                contact_lines(self.pair, angle, slices=1, flank=flank, corner_gap=self.fidelity.corner_gap).tooth
                 for angle in angles
                 for flank in (DRIVE, BACK)
             ]
@@ -125,7 +133,7 @@ class Engagement:
         friction: coefficient μ of what bends the teeth along their profile.
         Raises SolverError where the contact does not converge or the local law leaves its range.
         """
-        lines = contact_lines(self.pair, angle, slices=self.fidelity.slices, flank=flank)
+        lines = self.lines(angle, flank)
         gap = unloaded_gap(self.pair, lines) if separation is None else separation
         return lines, self.forces_on(lines, np.asarray(approach, float)[:, None] - gap, friction=friction)
 
@@ -178,7 +186,7 @@ class Engagement:
         force = np.zeros(len(deflection))
         for flank, sign in ((DRIVE, 1.0), (BACK, -1.0)):
             approach = deflection if flank == DRIVE else -(deflection + self.pair.backlash)
-            lines = contact_lines(self.pair, angle, slices=self.fidelity.slices, flank=flank)
+            lines = self.lines(angle, flank)
             gap = unloaded_gap(self.pair, lines)
             closed = np.flatnonzero(approach > gap.min(initial=np.inf))
             closed = closed[np.argsort(approach[closed])]  # each solution starts the next, deeper one
@@ -188,5 +196,5 @@ class Engagement:
 
     def first_contact(self, angle: float, flank: int = DRIVE) -> float:
         """Approach, m, at which the flanks first touch at wheel `angle`, rad; 0 without micro-geometry and tilt."""
-        lines = contact_lines(self.pair, angle, slices=self.fidelity.slices, flank=flank)
+        lines = self.lines(angle, flank)
         return float(unloaded_gap(self.pair, lines).min())

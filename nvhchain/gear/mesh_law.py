@@ -83,7 +83,8 @@ def pair_compliances(
     """
     if fidelity.bodies == "analytic":
         return slice_compliance(pair.pinion), slice_compliance(pair.wheel)
-    reach, first, teeth = engaged_reach(pair), pair.pinion.sector, pair.pinion.sector + pair.wheel.sector
+    reach, first = engaged_reach(pair, fidelity.corner_gap), pair.pinion.sector
+    teeth = first + pair.wheel.sector
 
     def report(done: int) -> None:
         if progress:

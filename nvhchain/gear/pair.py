@@ -12,10 +12,9 @@ back flanks meet on the mirrored line, with s measured from its own tangent poin
 
     s = s_C + (k + 1) p_bt − s_wG cos α_wt − r_bG θ − z tan β_b sense,
 
-s_wG the wheel's tooth thickness on its working circle. Contact is restricted to the theoretical path of contact
-between the tip circles: corner contact ahead of it and behind it, which a loaded pair without tip relief has, is left
-out, as is usual in sliced contact models; overlapping helical teeth lose little by it. The deflection (some
-10 µm) is left out of s against the base pitch (some mm).
+s_wG the wheel's tooth thickness on its working circle. Beyond the path of contact between the tip circles a tip edge
+meets the mating flank: loaded teeth do so where the gap is small enough (`corner_gap`). The deflection (some 10 µm) is
+left out of s against the base pitch (some mm).
 """
 
 from __future__ import annotations
@@ -28,6 +27,7 @@ import numpy as np
 
 from nvhchain.errors import InputError, require
 from nvhchain.gear.body import GearBody
+from nvhchain.gear.corner import edge_gap, extension
 from nvhchain.gear.geometry import GearGeometry, involute
 from nvhchain.gear.separation import Misalignment
 from nvhchain.handoff import FloatArray, IntArray
@@ -44,7 +44,8 @@ class ContactLines:
     axial: (n,) m, middle of the part in contact.  position: (n,) s, m.  length: (n,) m along the contact line.
     radius: (2, n) m, of the contact point on pinion and wheel.  depth: (2, n) m, from there along the normal to the
     tooth centre line.
-    curvature: (n,) m, ρ₁ρ₂/(ρ₁+ρ₂) in the normal plane.
+    curvature: (n,) m, ρ₁ρ₂/(ρ₁+ρ₂) in the normal plane; of the end of the path where an edge touches.
+    corner: (n,) m, gap along the normal by which an edge beyond the end of the path misses the flank; 0 on the path.
     """
 
     flank: int
@@ -56,6 +57,7 @@ class ContactLines:
     radius: FloatArray
     depth: FloatArray
     curvature: FloatArray
+    corner: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,6 +166,15 @@ class GearPair:
             sqrt(p.tip_circle_radius**2 - p.base_radius**2),
         )
 
+    def edge(self, gear: int) -> tuple[float, float, float, float, float]:
+        """What `edge_gap` wants of the tip edge of the pinion (0) or the wheel (1)."""
+        own, mating = (float(r) for r in self.base_radius[[gear, 1 - gear]])
+        return own, mating, self._geometries[gear].tip_circle_radius, self.line_length, self.centre_distance
+
+    def extensions(self, corner_gap: float) -> tuple[float, float]:
+        """Lengths, m, before and after the path where tip edges miss the flank by less than `corner_gap`, m."""
+        return extension(corner_gap, *self.edge(1)), extension(corner_gap, *self.edge(0))
+
     @property
     def transverse_contact_ratio(self) -> float:
         """ε_α."""
@@ -231,14 +242,18 @@ def nominal_centre_distance(pinion: GearGeometry, wheel: GearGeometry) -> float:
     raise InputError(f"no working pressure angle found for inv α = {target:g}")
 
 
-def contact_lines(pair: GearPair, angle: float, *, slices: int, flank: int = DRIVE) -> ContactLines:
+def contact_lines(
+    pair: GearPair, angle: float, *, slices: int, flank: int = DRIVE, corner_gap: float = 0.0
+) -> ContactLines:
     """Contact lines of all tooth pairs at wheel `angle`, rad, cut into `slices` over the common face width.
 
+    corner_gap: m, unloaded gap up to which tip edges beyond the path count as in contact.
     A slice that is crossed by an end of the path keeps the part inside it, so lengths vary continuously for
     helical gears. Tooth indices count counter-clockwise in each gear's own numbering and are not reduced modulo z.
     """
     tangent, width, pitch = pair.sense * tan(pair.base_helix_angle), pair.face_width, pair.base_pitch
-    start, end = pair.path
+    before, after = pair.extensions(corner_gap)
+    start, end = pair.path[0] - before, pair.path[1] + after
     travel = float(pair.base_radius[1]) * angle
     if flank == DRIVE:
         direction, origin = 1.0, pair.pitch_point + travel
@@ -266,8 +281,10 @@ def contact_lines(pair: GearPair, angle: float, *, slices: int, flank: int = DRI
     position = middle[pairs] + slope * axial
     length = (upper - lower) / cos(pair.base_helix_angle)
 
-    distances = np.stack([position, pair.line_length - position])
+    on_path = np.clip(position, *pair.path)
+    distances = np.stack([on_path, pair.line_length - on_path])
     radius = np.hypot(distances, pair.base_radius[:, None])
+    corner = _touch_edges(pair, position, radius) if corner_gap else np.zeros(len(position))
     wheel_tooth = k[pairs] + (1 if flank == BACK else 0)
     depth = np.stack([g.depth_to_centre_line(r) for g, r in zip(pair._geometries, radius, strict=True)])
     return ContactLines(
@@ -280,13 +297,25 @@ def contact_lines(pair: GearPair, angle: float, *, slices: int, flank: int = DRI
         radius=radius,
         depth=depth,
         curvature=distances[0] * distances[1] / (pair.line_length * cos(pair.base_helix_angle)),
+        corner=corner,
     )
+
+
+def _touch_edges(pair: GearPair, position: FloatArray, radius: FloatArray) -> FloatArray:
+    """Gaps (n,) m of the slices beyond the path; their place on the flank goes into `radius` (2, n) m."""
+    gap = np.zeros(len(position))
+    for edge, beyond in ((1, pair.path[0] - position), (0, position - pair.path[1])):
+        at = np.flatnonzero(beyond > 0)
+        arc, met = edge_gap(beyond[at], *pair.edge(edge))
+        gap[at] = arc * cos(pair.base_helix_angle)
+        radius[1 - edge, at] = met
+    return gap
 
 
 def separation(pair: GearPair, lines: ContactLines) -> FloatArray:
     """(n,) m: unloaded gap of every slice beyond that of aligned pure involutes; negative where misalignment closes it.
 
-    What micro-geometry takes off both flanks, and the misalignment.
+    What micro-geometry takes off both flanks, the misalignment, and what an edge beyond the path misses.
     """
     drive = lines.flank == DRIVE
     gap = pair.misalignment.separation(
@@ -297,6 +326,7 @@ def separation(pair: GearPair, lines: ContactLines) -> FloatArray:
         pressure_angle=pair.working_pressure_angle,
         tilt=pair.base_helix_angle,
     )
+    gap = gap + lines.corner
     for gear, radius in zip(pair._geometries, lines.radius, strict=True):
         gap = gap + gear.removed(radius, lines.axial, drive=drive)
     return gap

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from nvhchain.acoustics._gmsh import remesh
@@ -20,7 +21,7 @@ from nvhchain.handoff import ComplexArray, FloatArray, IntArray, RigidPlane, Sur
 SHARP_ANGLE = np.radians(40.0)
 """Edges between triangles that meet under a larger angle are kept."""
 
-VOLUME_TOLERANCE = 0.03
+VOLUME_TOLERANCE = 0.05
 """Largest change of the enclosed volume, relative, that a coarser surface may bring."""
 
 DISTANCE_TOLERANCE = 0.5
@@ -106,11 +107,7 @@ def coarsen(surface: Surface, edge_ratio: float) -> Surface:
     """
     require(1.0 < edge_ratio <= 20.0, f"edge ratio {edge_ratio:g} of a coarser surface is outside 1…20")
     vertices, triangles = remesh(surface.vertices, surface.triangles, edge_ratio * mean_edge(surface), SHARP_ANGLE)
-    a, b, c = (vertices[triangles[:, i]] for i in range(3))
-    normals = np.cross(b - a, c - a)
-    _, nearest = cKDTree(surface.centroids).query((a + b + c) / 3.0)
-    inward = np.einsum("ij,ij->i", normals, surface.normals[nearest]) < 0
-    triangles[inward] = triangles[inward, ::-1]
+    triangles = _outward(vertices, triangles, surface)
     remedy = "leave this ratio out, or give a coarse surface of your own"
     try:
         coarse = Surface(vertices, triangles)
@@ -121,6 +118,18 @@ def coarsen(surface: Surface, edge_ratio: float) -> Surface:
     except InputError as error:
         raise SolverError(f"coarsening by {edge_ratio:g} failed, {error}: {remedy}") from None
     return coarse
+
+
+def _outward(vertices: FloatArray, triangles: IntArray, fine: Surface) -> IntArray:
+    """Triangles of every connected body turned as most of the fine triangles beside them are."""
+    a, b, c = (vertices[triangles[:, i]] for i in range(3))
+    _, nearest = cKDTree(fine.centroids).query((a + b + c) / 3.0)
+    agreement = np.einsum("ij,ij->i", np.cross(b - a, c - a), fine.normals[nearest])
+    edges = triangles[:, [0, 1, 1, 2]].reshape(-1, 2).T
+    link = sp.coo_matrix((np.ones(edges.shape[1]), edges), shape=(len(vertices), len(vertices)))
+    body = connected_components(link, directed=False)[1][triangles[:, 0]]
+    inward = np.bincount(body, agreement) < 0
+    return np.where(inward[body][:, None], triangles[:, ::-1], triangles)
 
 
 def check_coarse(fine: Surface, coarse: Surface) -> None:

@@ -16,32 +16,50 @@ from nvhchain.errors import require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
 from nvhchain.handoff import FieldPressure, FloatArray, RigidPlane, SoundPower, SurfaceVelocity
 
+ARRAYS = ("ISO 3744", "ISO 3745")
+"""Standards whose microphone positions are known: engineering and precision grade."""
+
+# Azimuths in degrees of the positions of ISO 3745:2012, from the equator up: annex D (sphere, upper half; the other
+# half lies opposite) and annex E (hemisphere).
+_SPHERE_AZIMUTH = (180, 300, 60, 120, 240, 0, 60, 180, 300, 0)
+_HEMISPHERE_AZIMUTH = (*_SPHERE_AZIMUTH, 120, 240, 300, 60, 180, 240, 0, 120, 180, 300)
+
 
 def array_points(
-    radius: float, centre: ArrayLike = (0.0, 0.0, 0.0), *, reflecting_plane: RigidPlane | bool = False
+    radius: float,
+    centre: ArrayLike = (0.0, 0.0, 0.0),
+    *,
+    reflecting_plane: RigidPlane | bool = False,
+    standard: str = "ISO 3744",
 ) -> FloatArray:
-    """Microphone positions of ISO 3744:2010, table B.1 (20 on a hemisphere), m.
+    """Microphone positions on a sphere or, above a reflecting plane, on a hemisphere, each for the same area, m.
 
-    Three rings of six at z/r = 0.15, 0.45 and 0.75, 60° apart, and two at the top: each stands for the same area.
+    standard: `ISO 3744` (2010, table B.1): three rings of six at z/r = 0.15, 0.45 and 0.75 and two at the top, on the
+    sphere with their mirror images (40 in all); `ISO 3745` (2012): 20 positions at 20 equally spaced heights.
     reflecting_plane: the hemisphere stands on this plane, about the foot of `centre` on it (True: on the plane
-    z = centre z); without it the sphere is closed by the mirrored positions (40 in all) for a source in a free field.
+    z = centre z); without it the array is a whole sphere for a source in a free field.
     """
     require(radius > 0, f"array radius {radius:g} m must be positive")
-    azimuth = np.radians(np.arange(6) * 60.0)
-    rings = [
-        np.stack([np.sqrt(1 - z * z) * np.cos(azimuth), np.sqrt(1 - z * z) * np.sin(azimuth), np.full(6, z)], axis=1)
-        for z in (0.15, 0.45, 0.75)
-    ]
-    unit = np.concatenate([*rings, [[0.0, 0.0, 1.0]] * 2])
+    require(standard in ARRAYS, f"array standard {standard!r} is unknown: choose from {', '.join(ARRAYS)}")
+    half = bool(reflecting_plane)
+    if standard == "ISO 3744":
+        height = np.repeat([0.15, 0.45, 0.75, 1.0], [6, 6, 6, 2])
+        azimuth = np.radians(np.arange(20) * 60.0)
+    else:
+        azimuth = np.radians(_HEMISPHERE_AZIMUTH if half else _SPHERE_AZIMUTH)
+        height = (np.arange(len(azimuth)) + 0.5) / len(azimuth)
+    across = np.sqrt(1.0 - height**2)
+    unit = np.stack([across * np.cos(azimuth), across * np.sin(azimuth), height], axis=1)
+    if not half:
+        opposite = [1.0, 1.0, -1.0] if standard == "ISO 3744" else [-1.0, -1.0, -1.0]
+        unit = np.concatenate([unit, unit * opposite])
     middle = np.asarray(centre, dtype=float)
     if isinstance(reflecting_plane, RigidPlane):
         normal = np.asarray(reflecting_plane.normal)
         middle = middle - reflecting_plane.height(middle[None])[0] * normal
-        across = np.cross(np.roll(np.eye(3)[np.abs(normal).argmax()], 1), normal)
-        across /= np.linalg.norm(across)
-        unit = unit @ np.stack([across, np.cross(normal, across), normal])
-    elif not reflecting_plane:
-        unit = np.concatenate([unit, unit * [1.0, 1.0, -1.0]])
+        first = np.cross(np.roll(np.eye(3)[np.abs(normal).argmax()], 1), normal)
+        first /= np.linalg.norm(first)
+        unit = unit @ np.stack([first, np.cross(normal, first), normal])
     return middle + radius * unit
 
 
@@ -66,13 +84,14 @@ def sound_power(
     engine: str = "fused",
     plane: RigidPlane | None = None,
     array_radius: float | None = None,
+    array_standard: str = "ISO 3744",
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> SoundPower:
     """Sound power that a vibrating surface radiates into a free field or above a plane, W = ½ Re ∫ p v_n* dS.
 
-    array_radius: m; without it the intensity on the surface is integrated, with it the pressure is taken at the 40
-    positions of a sphere of this radius about the surface's centre, or the 20 of a hemisphere on the plane
+    array_radius: m; without it the intensity on the surface is integrated, with it the pressure is taken at the
+    positions of `array_standard` on a sphere of this radius about the surface's centre, or on a hemisphere on the plane
     (`array_points`), as a measurement would.
     fidelity.radiation: `rayleigh` needs an array, as it knows no pressure on the surface; `equivalent_radiated_power`
     is a power by itself.  The other arguments and errors are those of `transfer_vectors`.
@@ -101,7 +120,7 @@ def sound_power(
     else:
         vertices = surface_velocity.surface.vertices
         middle = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
-        points = array_points(array_radius, middle, reflecting_plane=plane or False)
+        points = array_points(array_radius, middle, reflecting_plane=plane or False, standard=array_standard)
         if fidelity.radiation == "rayleigh":
             field = rayleigh_field(surface_velocity, points, air, fidelity.field_near_ratio, plane)
         else:

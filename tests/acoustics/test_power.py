@@ -9,14 +9,18 @@ from nvhchain.errors import InputError
 from nvhchain.handoff import FieldPressure, SurfaceVelocity
 
 
-@pytest.mark.parametrize("array_radius", [None, 1.0], ids=["surface", "array"])
-def test_sound_power_of_a_pulsating_sphere_in_free_field(air, coarse, array_radius):
+@pytest.mark.parametrize(
+    ("array_radius", "standard"),
+    [(None, "ISO 3744"), (1.0, "ISO 3744"), (1.0, "ISO 3745")],
+    ids=["surface", "ISO 3744", "ISO 3745"],
+)
+def test_sound_power_of_a_pulsating_sphere_in_free_field(air, coarse, array_radius, standard):
     frequency = np.array([1.0, 200.0, 1715.0])
     body = sphere(0.1, 3)
     velocity = SurfaceVelocity(frequency, np.ones((3, len(body.triangles))), body)
     ka = 2 * np.pi * frequency * 0.1 / air.speed_of_sound
     exact = 0.5 * air.impedance * 4 * np.pi * 0.1**2 * ka**2 / (1 + ka**2)
-    power = sound_power(velocity, air=air, fidelity=coarse, array_radius=array_radius).power
+    power = sound_power(velocity, air=air, fidelity=coarse, array_radius=array_radius, array_standard=standard).power
     assert 10 * np.log10(power / exact) == pytest.approx(np.zeros(3), abs=0.02)
 
 
@@ -52,3 +56,16 @@ def test_array_positions_lie_on_the_sphere_and_stand_for_equal_areas():
     assert hemisphere[:, 2].mean() == pytest.approx(1.0, rel=0.05)  # the mean height of a hemisphere of radius 2
     with pytest.raises(InputError, match="radius"):
         array_points(0.0)
+
+
+def test_precision_positions_have_equally_spaced_heights_and_no_direction():
+    sphere_points = array_points(1.0, standard="ISO 3745")
+    hemisphere = array_points(1.0, standard="ISO 3745", reflecting_plane=True)
+    assert np.sort(sphere_points[:, 2]) == pytest.approx(np.linspace(-0.95, 0.95, 20))
+    assert np.sort(hemisphere[:, 2]) == pytest.approx(np.linspace(0.025, 0.975, 20))
+    for points in (sphere_points, hemisphere):
+        assert np.linalg.norm(points, axis=1) == pytest.approx(np.ones(20))
+        assert np.abs(points.mean(axis=0)[:2]).max() < 0.08
+        assert (points**2).mean(axis=0) == pytest.approx(np.full(3, 1 / 3), abs=0.04)  # a dipole's power in any axis
+    with pytest.raises(InputError, match="ISO 9999"):
+        array_points(1.0, standard="ISO 9999")

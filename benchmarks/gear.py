@@ -126,6 +126,17 @@ def grids() -> Record:
     return record
 
 
+def corners() -> Record:
+    """What contact of tip edges does to the slotted stage, up to several unloaded gaps."""
+    pair, force = stage("slotted", 1)
+    both = compliances(pair, replace(STANDARD.gear, corner_gap=max(CORNER_GAPS)))
+    record: Record = {"meshes": pair.meshes_per_body_period, "gaps": {}}
+    for gap in CORNER_GAPS:
+        fidelity = replace(STANDARD.gear, corner_gap=gap)
+        record["gaps"][f"{1e6 * gap:g}"] = deflection(Engagement(pair, both, fidelity), force, 48).tolist()
+    return record
+
+
 def analytic() -> Record:
     """Mean and swing of δ: analytic level and ISO 6336-1 Method B against elements, for three blanks of stage 1."""
     pair, force = stage("slotted", 1)
@@ -162,8 +173,12 @@ def analytic() -> Record:
     return record
 
 
+CORNER_GAPS = (0.0, 10e-6, 30e-6, 100e-6)
+"""m, `GearFidelity.corner_gap`."""
+
 LAYERS = {"stage2": (5, 8, 10, 12, 14), "slotted": (5, 8, 12, 16)}
-FINE = replace(STANDARD.gear, profile_elements=8, transverse_refinement=2, row_aspect=1.0)
+PLANE = replace(STANDARD.gear, width_layers=4)
+HALVED = replace(PLANE, profile_elements=2 * PLANE.profile_elements, transverse_refinement=2)
 
 MEASUREMENTS: dict[str, Callable[[], Record]] = {
     **{
@@ -171,8 +186,10 @@ MEASUREMENTS: dict[str, Callable[[], Record]] = {
         for name, which in (("stage2", ("solid", 2)), ("slotted", ("slotted", 1)))
         for n in LAYERS[name]
     },
-    "slotted-plane": partial(converged, "slotted", 1, FINE),
+    "slotted-plane": partial(converged, "slotted", 1, PLANE),
+    "slotted-halved": partial(converged, "slotted", 1, HALVED),
     "slotted-grids": grids,
+    "slotted-corners": corners,
     "analytic": analytic,
     "law-slotted": partial(timed_law, "slotted", 1, 24),
     "law-differential": partial(timed_law, "solid", 2, 96),
@@ -210,20 +227,26 @@ def layers_table(title: str, records: dict[str, Record]) -> list[str]:
     return [*lines, ""]
 
 
-def grids_table(record: Record) -> list[str]:
-    """Slices against the most; laws against the deflection solved directly."""
-    rows = {n: {"delta": d, "meshes": record["meshes"]} for n, d in record["slices"].items()}
+def against_last(title: str, what: str, meshes: int, curves: dict[str, list[float]]) -> list[str]:
+    """Mean, swing and mesh harmonics of curves of δ against the last one."""
+    rows: dict[str, Record] = {n: {"delta": d, "meshes": meshes} for n, d in curves.items()}
     *_, last = rows
     fine, most = harmonics(rows[last]), np.array(rows[last]["delta"])
     head = " | ".join(str(n) for n in range(1, 11))
-    lines = ["**Slices, stage 1 slotted, 8 layers**", "", f"| slices | mean δ / % | swing of δ / % | {head} |"]
+    lines = [f"**{title}**", "", f"| {what} | mean δ / % | swing of δ / % | {head} |"]
     lines.append("|" + "---:|" * 13)
     for name, row in rows.items():
         own = np.array(row["delta"])
         cells = [f"{100 * (own.mean() / most.mean() - 1):+.3f}", f"{100 * (np.ptp(own) / np.ptp(most) - 1):+.2f}"]
         cells += [f"{20 * np.log10(a / b):+.2f}" for a, b in zip(harmonics(row), fine, strict=True)]
         lines.append(f"| {name} | " + " | ".join(cells) + " |")
-    lines += ["", "**Law against the deflection solved directly, stage 1 slotted**", ""]
+    return [*lines, ""]
+
+
+def grids_table(record: Record) -> list[str]:
+    """Slices against the most; laws against the deflection solved directly."""
+    lines = against_last("Slices, stage 1 slotted, 8 layers", "slices", record["meshes"], record["slices"])
+    lines += ["**Law against the deflection solved directly, stage 1 slotted**", ""]
     lines += ["| angles per mesh × deflections | largest difference / nm |", "|---|---:|"]
     lines += [f"| {name} | {1e9 * value:.2f} |" for name, value in record["laws"].items()]
     return [*lines, ""]
@@ -262,11 +285,15 @@ def written(records: dict[str, Record]) -> str:
         rows = {str(n): records[f"{key}-layers{n}"] for n in LAYERS[key] if f"{key}-layers{n}" in records}
         if len(rows) > 1:
             lines += layers_table(title, rows)
-    if {"slotted-plane", "slotted-layers8"} <= records.keys():
-        rows = {"standard": records["slotted-layers8"], "halved": records["slotted-plane"]}
-        lines += layers_table("Elements halved in the transverse plane, stage 1 slotted, 8 layers", rows)
+    if {"slotted-plane", "slotted-halved"} <= records.keys():
+        rows = {"standard": records["slotted-plane"], "halved": records["slotted-halved"]}
+        lines += layers_table("Elements halved in the transverse plane, stage 1 slotted, 4 layers", rows)
     if "slotted-grids" in records:
         lines += grids_table(records["slotted-grids"])
+    if "slotted-corners" in records:
+        record = records["slotted-corners"]
+        title = "Tip edges beyond the path of contact up to an unloaded gap, stage 1 slotted"
+        lines += against_last(title, "gap / µm", record["meshes"], record["gaps"])
     if "analytic" in records:
         lines += analytic_table(records["analytic"])
     laws = {"law-slotted": "slotted, 10 teeth", "law-differential": "differential, 41 teeth"}

@@ -12,6 +12,7 @@ from nvhchain.acoustics.efficiency import (
 )
 from nvhchain.acoustics.engines import ENGINES, estimate_memory
 from nvhchain.acoustics.incident import IncidentField, PlaneWave, PointSource
+from nvhchain.acoustics.masters import adaptive_transfer_vectors
 from nvhchain.acoustics.modal import modal_pressure, modal_transfer_vectors, noise_transfer_functions, transfer_pressure
 from nvhchain.acoustics.plane import RigidPlane
 from nvhchain.acoustics.power import array_points, array_power, sound_power
@@ -30,6 +31,7 @@ __all__ = [
     "RigidPlane",
     "SoundPower",
     "SurfacePressure",
+    "adaptive_transfer_vectors",
     "array_points",
     "array_power",
     "check_mesh",

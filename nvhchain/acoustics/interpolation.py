@@ -15,6 +15,9 @@ from nvhchain.handoff import ComplexArray, FloatArray, IntArray, TransferVectors
 _PAIRS = 2**15
 """Face–point pairs whose inner products find the poles: all pairs share them, and few are enough to tell."""
 
+_NEXT_TO = 0.02
+"""Share of a gap between masters within which a pole counts as lying at the master."""
+
 
 @dataclass(frozen=True, eq=False)
 class Interpolant:
@@ -98,11 +101,13 @@ class Interpolant:
                 side[rows] *= np.abs(factor / np.prod(line[:, None] - self.node[gained], axis=1))[:, None]
         return weights
 
-    def poles_between(self, low: float, high: float) -> ComplexArray:
-        """Poles (Hz, complex) of the rational functions whose real part lies between two frequencies."""
+    def poles_between(self, low: float, high: float) -> FloatArray:
+        """Real parts (Hz) of the poles of the rational function used between two neighbouring masters that lie there,
+        but for those next to a master."""
         first = _nearest(self.node, np.array([0.5 * (low + high)]), self.taking_part)[0, 0]
-        roots = np.asarray(self._windows[first].denominator.roots(), dtype=complex)
-        return roots[(roots.real > low) & (roots.real < high)]
+        poles = np.asarray(self._windows[first].denominator.roots(), dtype=complex).real
+        margin = _NEXT_TO * (high - low)
+        return np.asarray(poles[(poles > low + margin) & (poles < high - margin)], dtype=float)
 
     @cached_property
     def _windows(self) -> list[Window]:

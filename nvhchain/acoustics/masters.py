@@ -1,0 +1,184 @@
+"""Master frequencies: equally spaced, or as few as an error in dB allows."""
+
+from __future__ import annotations
+
+from concurrent.futures import Executor
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nvhchain.acoustics.bands import BAND
+from nvhchain.acoustics.interpolation import Interpolant, interpolant
+from nvhchain.acoustics.transfer import made_by, transfer_vectors
+from nvhchain.conventions import Air, Progress
+from nvhchain.errors import SolverError, require
+from nvhchain.fidelity import STANDARD, AcousticsFidelity
+from nvhchain.handoff import ComplexArray, FloatArray, RigidPlane, Surface, TransferVectors
+
+_FIRST = (2.0, 0.2)
+"""Masters to begin with: the first plus the second times the wavenumber of the band times the body's diagonal. About
+two thirds of what 0.1 dB takes for a convex body; how many are in the end does not depend on it."""
+
+_LINES = np.array([0.25, 0.5, 0.75])
+"""Where between two masters the error is estimated, besides at the poles."""
+
+_POINTS = 64
+"""Field points, spread over those asked for, that decide."""
+
+
+def adaptive_transfer_vectors(
+    surface: Surface,
+    points: ArrayLike,
+    low: float,
+    high: float,
+    *,
+    air: Air = Air(),  # noqa: B008 (frozen)
+    fidelity: AcousticsFidelity = STANDARD.acoustics,
+    engine: str = "fused",
+    plane: RigidPlane | None = None,
+    executor: Executor | None = None,
+    progress: Progress | None = None,
+    shards: Path | None = None,
+) -> TransferVectors:
+    """Transfer vectors at as few master frequencies as interpolation within `fidelity.master_tolerance_db` allows.
+
+    The error of a vector is its 2-norm over the faces relative to the vector's, the worst of the field points: what a
+    velocity that is alike on all faces and random in phase suffers in the mean.  Masters are added, a band of four
+    at least, where the error estimated from the masters known (`Interpolant.error_weights`) is largest, until it is
+    nowhere above the tolerance.  Every new master tests the prediction of those before it; the last band of masters is
+    solved for that alone and must be predicted within the tolerance.
+
+    What no master shows can be missed: a resonance whose flank, at the nearest master, stays below the tolerance.
+    At its peak it raises the vectors by a factor H over a full width at half maximum below 2 ε d/H, with ε the
+    tolerance as a ratio and d the distance to that master.  The provenance keeps that width for H = 1 and the widest
+    gap (`missed_width`, Hz), the largest estimated error (`estimated_error_db`) and that at the masters solved as a
+    test (`tested_error_db`).
+
+    low, high: Hz, the band.  fidelity.masters: the most masters that may be taken.  The other arguments are those of
+    `transfer_vectors`.  Raises what that raises, and SolverError when the most masters do not reach the tolerance.
+    """
+    tolerance = fidelity.master_tolerance_db
+    require(0 <= low < high, f"band {low:g}…{high:g} Hz is empty: give 0 ≤ low < high")
+    most = fidelity.masters
+    require(most >= 2 * BAND, f"{most} masters are too few to choose from: allow {2 * BAND} at least")
+    report = progress or (lambda done, total: None)
+    allowed = 10 ** (tolerance / 20) - 1
+    new = np.linspace(low, high, min(most - BAND, _first_masters(surface, high - low, air, plane)))
+    atv: TransferVectors | None = None
+    smooth: Interpolant | None = None
+    tested, test = np.inf, False
+    while True:
+        known = 0 if atv is None else len(atv.frequency)
+        solved = transfer_vectors(
+            surface, points, new, air=air, fidelity=fidelity, engine=engine, plane=plane, executor=executor,
+            progress=lambda done, _, known=known: report(known + done, most), shards=shards,
+        )  # fmt: skip
+        if smooth is not None:
+            tested = _misprediction(smooth, solved)
+        atv = solved if atv is None else _together(atv, solved)
+        smooth = interpolant(atv, fidelity)
+        lines, gap = _lines_between(smooth)
+        error = _estimated_errors(smooth, lines, len(atv.points))
+        if error.max() <= allowed and test and tested <= allowed:
+            break
+        if len(atv.frequency) >= most:
+            worst = int(error.argmax())
+            raise SolverError(
+                f"{most} masters leave an estimated error of {_decibel(max(error[worst], tested)):.2g} dB near "
+                f"{lines[worst]:.4g} Hz, {tolerance:g} dB asked: allow more masters or a larger master_tolerance_db"
+            )
+        test = bool(error.max() <= allowed)
+        count = min(BAND * max(1, len(atv.frequency) // (4 * BAND)) if not test else BAND, most - len(atv.frequency))
+        new = _next(atv.frequency, lines, gap, error, count)
+    report(len(atv.frequency), len(atv.frequency))
+    widest = float(np.diff(atv.frequency).max())
+    provenance = made_by("adaptive_transfer_vectors", fidelity, engine) | {
+        "estimated_error_db": _decibel(float(error.max())),
+        "tested_error_db": _decibel(tested),
+        "missed_width": allowed * widest,
+    }
+    return atv.replace(provenance=provenance)
+
+
+def _first_masters(surface: Surface, band: float, air: Air, plane: RigidPlane | None) -> int:
+    """Masters to begin with, whole bands of work; sound that returns from a plane makes the body larger."""
+    vertices = surface.vertices
+    if plane is not None:
+        vertices = np.concatenate([vertices, plane.mirror(vertices)])
+    waves = 2 * np.pi * band / air.speed_of_sound * float(np.linalg.norm(np.ptp(vertices, axis=0)))
+    return BAND * int(np.ceil((_FIRST[0] + _FIRST[1] * waves) / BAND))
+
+
+def _lines_between(smooth: Interpolant) -> tuple[FloatArray, FloatArray]:
+    """Lines (Hz) at which the error is estimated, and the index of the gap between masters each lies in."""
+    edges = smooth.atv.frequency
+    lines: list[float] = []
+    for left, right in zip(edges[:-1], edges[1:], strict=True):
+        lines += [*(left + _LINES * (right - left)), *smooth.poles_between(left, right)]
+    at = np.unique(lines)
+    return at, np.searchsorted(edges, at) - 1
+
+
+def _estimated_errors(smooth: Interpolant, lines: FloatArray, points: int) -> FloatArray:
+    """(n_f,) largest estimated error of a point's vector relative to the vector, 2-norms over the faces."""
+    whole, sides = smooth.weights(lines), smooth.error_weights(lines)
+    worst = np.zeros(len(lines))
+    for point in np.unique(np.linspace(0, points - 1, _POINTS).astype(int)):
+        gram = sum(_gram(smooth.at_nodes(end)) for end in range(point, len(smooth.atv.points), points))
+        error = np.maximum(*(_squared(side, gram) for side in sides))
+        worst = np.maximum(worst, np.sqrt(error / _squared(whole, gram)))
+    return worst
+
+
+def _gram(values: ComplexArray) -> ComplexArray:
+    return np.asarray(values.conj() @ values.T)
+
+
+def _squared(weights: ComplexArray, gram: ComplexArray) -> FloatArray:
+    """Squared norms (n_f,) of weights (n_f, n_node) times values with these inner products, conjugate first."""
+    norm = np.einsum("fi,ij,fj->f", weights.conj(), gram, weights, optimize=True)
+    return np.asarray(np.maximum(norm.real, 0.0))
+
+
+def _misprediction(smooth: Interpolant, solved: TransferVectors) -> float:
+    """Largest error of a point's vector, relative to the vector, at frequencies that were solved after `smooth`."""
+    points = len(solved.points)
+    truth = solved.unfolded()
+    weights = smooth.weights(solved.frequency)
+    worst = 0.0
+    for point in np.unique(np.linspace(0, points - 1, _POINTS).astype(int)):
+        error, size = np.zeros(len(weights)), np.zeros(len(weights))
+        for end in range(point, len(truth.points), points):
+            phase = np.exp(-1j * smooth.wavenumber(solved.frequency)[:, None] * smooth.distance(end))
+            error += (np.abs(weights @ smooth.at_nodes(end) * phase - truth.vectors[:, end]) ** 2).sum(axis=1)
+            size += (np.abs(truth.vectors[:, end]) ** 2).sum(axis=1)
+        worst = max(worst, float(np.sqrt(error / size).max()))
+    return worst
+
+
+def _next(masters: FloatArray, lines: FloatArray, gap: FloatArray, error: FloatArray, count: int) -> FloatArray:
+    """Frequencies to solve next: in the gaps of the largest estimated errors, and for one in four in the widest."""
+    best: dict[int, int] = {}
+    for at in np.argsort(error):
+        best[int(gap[at])] = int(at)  # the last one stays, which has the largest error
+    by_error = sorted(best, key=lambda i: -error[best[i]])
+    widest = [int(i) for i in np.argsort(-np.diff(masters))]
+    chosen = by_error[: count - count // 4]
+    chosen += [i for i in widest if i not in chosen][: count - len(chosen)]
+    return np.sort(lines[[best[i] for i in chosen]])
+
+
+def _together(first: TransferVectors, second: TransferVectors) -> TransferVectors:
+    """The vectors of two sets at different frequencies as one set."""
+    frequency = np.concatenate([first.frequency, second.frequency])
+    order = np.argsort(frequency)
+    image = None
+    if first.image_vectors is not None and second.image_vectors is not None:
+        image = np.concatenate([first.image_vectors, second.image_vectors])[order]
+    vectors = np.concatenate([first.vectors, second.vectors])[order]
+    return first.replace(frequency=frequency[order], vectors=vectors, image_vectors=image)
+
+
+def _decibel(relative_error: float) -> float:
+    return float(20 * np.log10(1 + relative_error))

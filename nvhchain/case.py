@@ -19,7 +19,17 @@ from nvhchain._table import build
 from nvhchain.conventions import STEEL, Air, Material
 from nvhchain.dynamics import Bearing, Gearbox, Mesh, Shaft
 from nvhchain.errors import InputError, require
-from nvhchain.gear import Differential, GearBody, GearGeometry, GearPair, Slots, Solid
+from nvhchain.gear import (
+    Differential,
+    GearBody,
+    GearGeometry,
+    GearPair,
+    Holes,
+    Misalignment,
+    Slots,
+    Solid,
+    ThinRim,
+)
 from nvhchain.handoff import RigidPlane
 from nvhchain.housing import Casting, encloses
 
@@ -106,7 +116,7 @@ class Gear:
     shaft: str
     z: float
     geometry: GearGeometry
-    blank: Solid | Slots | Differential = field(default_factory=Solid)
+    blank: Solid | ThinRim | Holes | Slots | Differential = field(default_factory=Solid)
     material: Material = STEEL
 
     def __post_init__(self) -> None:
@@ -120,12 +130,16 @@ class Gear:
 
 @dataclass(frozen=True)
 class Stage:
-    """Two gears in mesh.  pinion, wheel: gear names, the pinion drives.  centre_distance: m."""
+    """Two gears in mesh.  pinion, wheel: gear names, the pinion drives.  centre_distance: m.
+
+    misalignment: angles between the axes in the mesh; the dynamics has them parallel.
+    """
 
     name: str
     pinion: str
     wheel: str
     centre_distance: float
+    misalignment: Misalignment = Misalignment()  # noqa: RUF009 (frozen)
 
 
 @dataclass(frozen=True)
@@ -240,6 +254,7 @@ class GearboxCase:
                     gears[stage.wheel].body,
                     stage.centre_distance,
                     sense=self.rotations[gears[stage.pinion].shaft],
+                    misalignment=stage.misalignment,
                 )
                 for stage in self.stages
             )

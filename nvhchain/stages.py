@@ -123,12 +123,10 @@ def _contact_forces(case: GearboxCase, fidelity: Fidelity) -> list[dynamics.Cont
     """The contact problem of every mesh, for the mesh level that solves it in the time loop."""
     if fidelity.dynamics.mesh_level != "contact":
         return None
-    forces: list[dynamics.ContactForce] = []
-    for pair in case.pairs:
-        reach = gear.engaged_reach(pair)
-        pinion, wheel = (gear.flank_compliance(body, fidelity.gear, reach=reach) for body in (pair.pinion, pair.wheel))
-        forces.append(gear.Engagement(pair, (pinion, wheel), fidelity.gear).mesh_force)
-    return forces
+    return [
+        gear.Engagement(pair, gear.pair_compliances(pair, fidelity.gear), fidelity.gear).mesh_force
+        for pair in case.pairs
+    ]
 
 
 def _with_gear_inertia(case: GearboxCase) -> dynamics.Gearbox:

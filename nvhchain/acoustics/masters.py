@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from concurrent.futures import Executor
+from functools import partial
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +16,7 @@ from nvhchain.acoustics.transfer import made_by, transfer_vectors
 from nvhchain.conventions import Air, Progress
 from nvhchain.errors import SolverError, require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
-from nvhchain.handoff import ComplexArray, FloatArray, RigidPlane, Surface, TransferVectors
+from nvhchain.handoff import ComplexArray, FloatArray, IntArray, RigidPlane, Surface, TransferVectors
 
 _FIRST = (2.0, 0.2)
 """Masters to begin with: the first plus the second times the wavenumber of the band times the body's diagonal. About
@@ -72,7 +74,7 @@ def adaptive_transfer_vectors(
         known = 0 if atv is None else len(atv.frequency)
         solved = transfer_vectors(
             surface, points, new, air=air, fidelity=fidelity, engine=engine, plane=plane, executor=executor,
-            progress=lambda done, _, known=known: report(known + done, most), shards=shards,
+            progress=partial(_report, report, known, most), shards=shards,
         )  # fmt: skip
         if smooth is not None:
             tested = _misprediction(smooth, solved)
@@ -101,6 +103,10 @@ def adaptive_transfer_vectors(
     return atv.replace(provenance=provenance)
 
 
+def _report(report: Progress, known: int, most: int, done: int, _: int) -> None:
+    report(known + done, most)
+
+
 def _first_masters(surface: Surface, band: float, air: Air, plane: RigidPlane | None) -> int:
     """Masters to begin with, whole bands of work; sound that returns from a plane makes the body larger."""
     vertices = surface.vertices
@@ -110,13 +116,13 @@ def _first_masters(surface: Surface, band: float, air: Air, plane: RigidPlane | 
     return BAND * int(np.ceil((_FIRST[0] + _FIRST[1] * waves) / BAND))
 
 
-def _lines_between(smooth: Interpolant) -> tuple[FloatArray, FloatArray]:
+def _lines_between(smooth: Interpolant) -> tuple[FloatArray, IntArray]:
     """Lines (Hz) at which the error is estimated, and the index of the gap between masters each lies in."""
     edges = smooth.atv.frequency
     lines: list[float] = []
-    for left, right in zip(edges[:-1], edges[1:], strict=True):
+    for left, right in pairwise(edges):
         lines += [*(left + _LINES * (right - left)), *smooth.poles_between(left, right)]
-    at = np.unique(lines)
+    at = np.unique(np.array(lines))
     return at, np.searchsorted(edges, at) - 1
 
 
@@ -125,14 +131,13 @@ def _estimated_errors(smooth: Interpolant, lines: FloatArray, points: int) -> Fl
     whole, sides = smooth.weights(lines), smooth.error_weights(lines)
     worst = np.zeros(len(lines))
     for point in np.unique(np.linspace(0, points - 1, _POINTS).astype(int)):
-        gram = sum(_gram(smooth.at_nodes(end)) for end in range(point, len(smooth.atv.points), points))
+        gram = np.zeros((len(smooth.node), len(smooth.node)), dtype=complex)
+        for end in range(point, len(smooth.atv.points), points):
+            values = smooth.at_nodes(end)
+            gram += values.conj() @ values.T
         error = np.maximum(*(_squared(side, gram) for side in sides))
         worst = np.maximum(worst, np.sqrt(error / _squared(whole, gram)))
     return worst
-
-
-def _gram(values: ComplexArray) -> ComplexArray:
-    return np.asarray(values.conj() @ values.T)
 
 
 def _squared(weights: ComplexArray, gram: ComplexArray) -> FloatArray:
@@ -157,7 +162,7 @@ def _misprediction(smooth: Interpolant, solved: TransferVectors) -> float:
     return worst
 
 
-def _next(masters: FloatArray, lines: FloatArray, gap: FloatArray, error: FloatArray, count: int) -> FloatArray:
+def _next(masters: FloatArray, lines: FloatArray, gap: IntArray, error: FloatArray, count: int) -> FloatArray:
     """Frequencies to solve next: in the gaps of the largest estimated errors, and for one in four in the widest."""
     best: dict[int, int] = {}
     for at in np.argsort(error):

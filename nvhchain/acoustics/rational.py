@@ -28,7 +28,7 @@ class Window:
         distance = at[:, None] - self.nodes
         on_node = distance == 0
         distance[on_node] = 1.0
-        weights = barycentric(self.nodes) * self.denominator(self.nodes) / distance
+        weights = np.asarray(barycentric(self.nodes) * self.denominator(self.nodes) / distance, dtype=complex)
         weights /= weights.sum(axis=1, keepdims=True)
         weights[on_node.any(axis=1)] = on_node[on_node.any(axis=1)]
         return weights

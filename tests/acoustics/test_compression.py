@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from nvhchain.acoustics import _fused, engines, estimate_memory, solve_direct, transfer_vectors
+from nvhchain.acoustics.compressed import compressed_size, compressed_systems
 from nvhchain.acoustics.compression import CompressedMatrix
 from nvhchain.acoustics.linear_system import DirectSystem
 from nvhchain.errors import InputError, ResourceError, SolverError
@@ -69,16 +70,26 @@ def test_transposed_product_is_that_of_the_same_matrix(body):
     assert matrix.apply(x[:, 0]).shape == (b.shape[0],)
 
 
-def test_far_columns_of_a_plane_are_those_far_from_body_and_image(body):
-    """The image of a part that stands on the plane is near it: taking it for far would cost memory, not accuracy."""
+def test_a_rigid_plane_is_part_of_the_compressed_matrices(body, air):
     surface, k, _, _ = body
     plane = RigidPlane((0.0, 0.0, surface.vertices[:, 2].min() - 0.005), (0.0, 0.0, 1.0))
     points = np.array([[0.5, 0.3, 0.4]])
-    frequency = [k * 343.0 / (2 * np.pi)]
+    frequency = [k * air.speed_of_sound / (2 * np.pi)]
     found, exact = (
-        transfer_vectors(surface, points, frequency, fidelity=f, plane=plane).vectors for f in (FIDELITY, DIRECT)
+        transfer_vectors(surface, points, frequency, air=air, fidelity=f, plane=plane).vectors
+        for f in (FIDELITY, DIRECT)
     )
     assert np.abs(found - exact).max() < 2e-5 * np.abs(exact).max()
+
+
+@pytest.mark.parametrize("per_wavelength", [4.0, 6.0, 20.0])
+def test_estimated_size_is_that_of_the_matrices(body, per_wavelength):
+    surface, _, _, _ = body
+    knobs = replace(FIDELITY, elements_per_wavelength=per_wavelength)
+    k = 2 * np.pi / (per_wavelength * bodies.mean_edge(surface))
+    system = compressed_systems(_fused.stripes(surface, [k], knobs), surface, 1, knobs, None)[0]
+    size = system._a.memory + system._b.memory
+    assert compressed_size(len(surface.vertices), len(surface.triangles), knobs) == pytest.approx(size, rel=0.2)
 
 
 def test_compressed_transfer_vectors_meet_the_direct_ones_and_the_exact_field(body, air):
@@ -98,6 +109,15 @@ def test_compressed_transfer_vectors_meet_the_direct_ones_and_the_exact_field(bo
         assert np.abs(pressure - solved).max() < 1e-5 * np.abs(field).max()
 
 
+def test_below_single_precision_the_factors_are_double_and_the_iteration_still_converges(body, air):
+    surface, _, _, _ = body
+    fine = replace(FIDELITY, compression_error=1e-7)
+    found, exact = (
+        transfer_vectors(surface, [[0.6, 0.0, 0.1]], [200.0], air=air, fidelity=f).vectors for f in (fine, DIRECT)
+    )
+    assert np.abs(found - exact).max() < 3e-7 * np.abs(exact).max()
+
+
 def test_values_that_are_not_finite_raise(body):
     surface, _, a, _ = body
     with pytest.raises(SolverError, match="not finite"):
@@ -111,12 +131,13 @@ def free(monkeypatch, size):
 
 def test_auto_takes_dense_matrices_where_they_fit_and_compressed_ones_where_only_they_do(monkeypatch, body):
     surface, k, _, _ = body
-    auto = replace(FIDELITY, solver="auto")
+    six = replace(FIDELITY, elements_per_wavelength=6.0)
+    auto = replace(six, solver="auto")
     n_vertex, n_face = 15_000, 30_000
     dense_size = estimate_memory(n_vertex, n_face)
-    small = estimate_memory(n_vertex, n_face, "fused", FIDELITY)
+    small = estimate_memory(n_vertex, n_face, "fused", six)
     assert small < 0.5 * dense_size
-    assert small < 6 * 2**30
+    assert small < 5 * 2**30
     for size, solver in ((1.01 * dense_size, "auto"), (0.99 * dense_size, "compressed"), (1.01 * small, "compressed")):
         free(monkeypatch, size)
         chosen, need = engines._fitting(n_vertex, n_face, 0, "fused", auto)

@@ -29,7 +29,7 @@ _BATCH_BYTES = {"fused": 2 * 2**30, "bempp": 0}
 _MATRIX_COPIES = {"fused": 1.1, "bempp": 3.0}
 """Matrices alive at once per matrix handed over (bempp assembles its four operators one by one and adds them)."""
 
-_COMPRESSED_BYTES = 4 * 2**30
+_COMPRESSED_BYTES = 2 * 2**30
 """Compressed matrices of as many frequencies as fit into this are made together."""
 
 _STRIPE_BYTES = 1536 * 2**20
@@ -134,6 +134,7 @@ def _fitting(
     raise ResourceError(
         f"boundary element matrices of {n_face} triangles (solver {chosen.solver!r}) need "
         f"{(task + kept) / 2**30:.3g} GiB, {free / 2**30:.3g} GiB are free: "
+        + ("ask for fewer field points or frequencies at once, " if kept > task else "")
         + ("choose solver = 'compressed', " if striped and chosen.solver != "compressed" else "")
         + "lower the upper frequency or the elements per wavelength (memory falls with their fourth power)"
     )

@@ -142,14 +142,12 @@ def contact(folder: Path) -> dict[str, Any]:
     coarse = model(fidelity, "table")
     start, begin = settled(coarse), time.perf_counter()
     reference = order_levels(*last_period(model(fidelity, "contact"), start, phases))
-    cost = {"contact": (time.perf_counter() - begin) / (PERIODS * count)}
+    cost = (time.perf_counter() - begin) / (PERIODS * count)
     rows = []
     for angles, deflections in ((24, 16), (48, 16), (96, 24), (192, 40)):
         detail = replace(fidelity, angles_per_mesh=angles, deflections=deflections)
         of = model(detail, "table")
-        begin = time.perf_counter()
         found = order_levels(*last_period(of, start_of(of, coarse, start), phases))
-        cost["table"] = (time.perf_counter() - begin) / (PERIODS * count)
         rows.append([angles, deflections, *worst(found, reference)])
     return {"rows": rows, "cost": cost}
 
@@ -218,8 +216,7 @@ def table(found: dict[str, Any]) -> list[str]:
                 for angles, deflections, off, rms, order in found["contact"]["rows"]
             ),
             "",
-            f"A step costs {1e6 * cost['table']:.1f} µs with the table,",
-            f"{1e3 * cost['contact']:.1f} ms with the contact problem.",
+            f"A step with the contact problem costs {1e3 * cost:.0f} ms. Both levels use the same 16 slices.",
             "",
         ]
     return lines

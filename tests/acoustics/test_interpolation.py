@@ -1,9 +1,12 @@
 """Transfer vectors between their masters."""
 
+from importlib import import_module
+
 import numpy as np
 import pytest
 
-from nvhchain.acoustics import project, radiate, sphere, vectors_at
+from nvhchain.acoustics import interpolation_error, project, radiate, sphere, vectors_at
+from nvhchain.acoustics.rational import window
 from nvhchain.conventions import Air
 from nvhchain.errors import InputError, ResourceError
 from nvhchain.fidelity import AcousticsFidelity
@@ -60,3 +63,58 @@ def test_results_that_do_not_fit_into_memory_are_refused_before_any_is_computed(
         vectors_at(detour, LINES, fidelity=fidelity)
     with pytest.raises(ResourceError, match="fewer lines"):
         project(detour, np.ones((80, 9)), LINES, fidelity=fidelity)
+
+
+def resonating(frequency, points, poles, body, air):
+    """Vectors jω e^{−jkr} (1 + detour + resonances), resonances being conjugate at negative frequency."""
+    f = frequency[:, None, None]
+    r = np.linalg.norm(points[:, None] - body.centroids, axis=2)
+    wavenumber = 2 * np.pi * f / air.speed_of_sound
+    rng = np.random.default_rng(2)
+    response = 1.0 + 0.5 * np.exp(-1j * wavenumber * rng.uniform(0.05, 0.2, len(body.triangles)))
+    for pole in poles:
+        residue = 50.0 * (rng.normal(size=(2, len(body.triangles))).T @ [1.0, 1.0j])
+        response = response + residue / (1j * (f - pole)) + residue.conj() / (1j * (f + np.conj(pole)))
+    return TransferVectors(frequency, points, 1j * wavenumber * np.exp(-1j * wavenumber * r) * response, body, air)
+
+
+@pytest.mark.parametrize("start", [0.0, 20.0, 900.0])
+def test_resonances_between_masters_are_reproduced_by_rational_functions_and_not_by_polynomials(start, fidelity):
+    """Half widths of 2 and 5 Hz, masters 60 Hz apart; from 0 Hz on, the vectors at −f close the lower end."""
+    body, points, air = sphere(0.1, 1), np.array([[0.0, 0.0, 1.0], [5.0, 0.0, 0.0]]), Air()
+    poles = [start + 193.0 + 2.0j, start + 409.0 + 5.0j]
+    masters, lines = np.arange(start, start + 620.0, 60.0), np.arange(start + 1.0, start + 590.0, 2.0)
+    atv = resonating(masters, points, poles, body, air)
+    truth = resonating(lines, points, poles, body, air).vectors
+    size = np.linalg.norm(truth, axis=2)
+    error = np.linalg.norm(vectors_at(atv, lines, fidelity=fidelity).vectors - truth, axis=2) / size
+    assert error.max() < 2e-3
+    polynomial = AcousticsFidelity(elements_per_wavelength=2.0, masters=16, interpolation="phase_removed")
+    assert (np.linalg.norm(vectors_at(atv, lines, fidelity=polynomial).vectors - truth, axis=2) / size).max() > 0.3
+    velocity = SurfaceVelocity(lines, np.random.default_rng(8).normal(size=(len(lines), len(body.triangles))), body)
+    exact = np.einsum("fmi,fi->fm", truth, velocity.normal_velocity)
+    wrong = np.abs(radiate(atv, velocity, fidelity=fidelity).pressure - exact).max(axis=0)
+    estimate = interpolation_error(atv, velocity, fidelity=fidelity).max(axis=0)
+    assert ((estimate > wrong / 10) & (estimate < wrong * 10)).all(), estimate / wrong
+
+
+def test_rational_functions_of_low_degree_are_exact_and_vectors_of_rank_one_make_no_false_poles():
+    nodes, lines = np.linspace(1.0, 2.0, 8), np.linspace(1.0, 2.0, 101)
+    rng = np.random.default_rng(5)
+
+    def error(function):
+        values = function(nodes)
+        return np.abs(window(nodes, values.conj() @ values.T, 6).weights(lines) @ values - function(lines)).max()
+
+    shapes = rng.normal(size=(4, 40))
+    poles = np.array([1.3 + 0.001j, 1.62 + 0.01j])
+    assert error(lambda f: shapes[0] + f[:, None] * shapes[1] + (1 / (f[:, None] - poles)) @ shapes[2:]) < 1e-8 * 1e3
+    assert error(lambda f: np.outer(np.exp(-3j * f), shapes[0])) < 1e-5
+    assert error(lambda f: np.outer(np.ones_like(f), shapes[0])) < 1e-12
+
+
+def test_pressure_does_not_depend_on_how_points_are_put_together(detour, fidelity, monkeypatch):
+    velocity = SurfaceVelocity(LINES, np.ones((len(LINES), len(detour.surface.triangles))), detour.surface)
+    pressure = radiate(detour, velocity, fidelity=fidelity).pressure
+    monkeypatch.setattr(import_module("nvhchain.acoustics.radiate"), "_BLOCK_BYTES", 1)
+    assert np.array_equal(radiate(detour, velocity, fidelity=fidelity).pressure, pressure)

@@ -54,6 +54,15 @@ def test_march_agrees_with_dop853_over_contact_loss(study_pair, half_backlash, f
     assert error[8] < 5e-6
 
 
+def test_phase_of_a_steep_run_up_is_followed_within_the_step(study_pair):
+    pair = study_pair(28, 0.5, order=57)
+    state = at_static_equilibrium([pair])
+    time = np.arange(1, 501) * 2e-6
+    x = peer(pair, time, 500.0, 2e7, state[:, 0])
+    march = integrate([pair], windows(2e-6, 500, 500.0, 2e7), state=state)
+    assert np.abs(march.samples[:, 0] - x).max() < 5e-7 * np.ptp(x)
+
+
 def test_error_falls_with_the_fourth_power_of_the_step_while_in_contact(study_pair):
     pair = study_pair(28, 2)
     state = at_static_equilibrium([pair])

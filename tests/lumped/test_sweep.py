@@ -9,6 +9,7 @@ import pytest
 from nvhchain.errors import InputError, SolverError
 from nvhchain.fidelity import LUMPED
 from nvhchain.lumped import backbone_frequency, periodic_response, run_up, steady_motion, steady_sweep
+from nvhchain.lumped.harmonic_balance import _Balance
 
 
 def test_small_error_amplitude_gives_the_linear_oscillator(study_pair):
@@ -83,6 +84,8 @@ def test_run_up_from_rest_counts_every_mesh_cycle_and_keeps_the_motion(study_pai
     assert len(passed.response.mesh_frequency) == int(0.25 * 4750)
     assert len(passed.time) == len(passed.error) == 25_000
     np.testing.assert_allclose(passed.mesh_frequency, 9500.0 * passed.time)
+    cycle = np.arange(100, 1187)
+    np.testing.assert_allclose(passed.response.mesh_frequency[100:], np.sqrt(2 * 9500.0 * (cycle + 0.5)), rtol=2e-3)
     turned = 0.5 * 9500.0 * passed.time**2
     inside = (turned > 1000) & (turned < 1001)
     assert passed.response.rms[1000, 0] == pytest.approx(passed.error[inside, 0].std(), rel=0.05)
@@ -135,6 +138,17 @@ def test_what_a_sweep_cannot_do_is_refused(study_pair):
         periodic_response(pair, 1000.0, 2000.0, fidelity=replace(LUMPED, harmonic_samples=128))
     with pytest.raises(InputError, match="hangs free"):
         periodic_response(replace(pair, force=0.0), 1000.0, 2000.0)
+
+
+def test_derivative_of_the_balance_is_that_of_its_residual(study_pair):
+    balance = _Balance.of(study_pair(18, 6, order=57), replace(LUMPED, harmonics=6))
+    rng = np.random.default_rng(2)
+    u = np.append(np.concatenate(([4.0], 0.5 * rng.standard_normal(12))), 0.9)
+    assert (np.abs(balance.series @ u[:-1]) < balance.gap).any(), "the motion must lose contact"
+    _, exact = balance.residual(u)
+    for column, direction in enumerate(1e-6 * np.eye(14)):
+        numeric = (balance.residual(u + direction)[0] - balance.residual(u - direction)[0]) / 2e-6
+        np.testing.assert_allclose(exact[:, column], numeric, atol=1e-4 * np.abs(exact).max())
 
 
 def test_curve_that_needs_more_points_than_allowed_is_an_error(study_pair):

@@ -177,9 +177,9 @@ def _check(options: argparse.Namespace) -> int:
 
 
 def _doctor(options: argparse.Namespace) -> int:
-    from nvhchain.doctor import diagnose
+    from nvhchain.doctor import diagnose, diagnose_acoustics
 
-    findings = diagnose()
+    findings = diagnose_acoustics() if options.acoustics else diagnose()
     for finding in findings:
         mark = "ok  " if finding.ok else "FAIL"
         print(f"{mark} {finding.name}: {finding.detail}" + ("" if finding.ok else f"; {finding.remedy}"))

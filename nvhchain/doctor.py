@@ -6,15 +6,18 @@ exception, and the diagnosis has to survive that.
 
 from __future__ import annotations
 
+import json
 import os
 import platform
 import re
 import subprocess
 import sys
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from importlib import metadata
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import psutil
@@ -45,6 +48,18 @@ double = numba.njit("float64(float64)")(lambda x: 2.0 * x)
 assert double(1.5) == 3.0
 print(numba.__version__)
 """
+_ENGINE = "import json; from nvhchain.doctor import engine_trial; print(json.dumps(engine_trial({engine!r})))"
+
+ENGINE_SECONDS = 600.0
+"""Time one boundary element engine may take for its trial, most of which is compilation."""
+
+SPHERE_ERROR = 0.03
+"""Admissible error of either engine against closed forms, relative to their peak, on 320 triangles; 0.017 is reached
+at the upper of the two frequencies, 0.004 on the pulsating sphere."""
+
+ENGINE_DIFFERENCE = 1e-4
+"""Admissible difference of both engines at equal quadrature, relative to the peak; 1e-6 is reached."""
+
 _BEMPP = "import bempp_cl, bempp_cl.api; print(bempp_cl.__version__)"
 
 
@@ -62,6 +77,80 @@ def diagnose() -> list[Finding]:
     """Try everything the chain relies on; takes about ten seconds."""
     findings = [check() for check in CHECKS]
     return [replace(finding, remedy="") if finding.ok else finding for finding in findings]
+
+
+def diagnose_acoustics() -> list[Finding]:
+    """Compare both boundary element engines with closed forms and with each other on a sphere; takes 1 to 3 minutes."""
+    findings, pressures = [], {}
+    for engine in ("fused", "bempp"):
+        ok, said = _attempt(_ENGINE.format(engine=engine), ENGINE_SECONDS)
+        if not ok:
+            findings.append(Finding(f"engine {engine}", False, said, f"see the line {engine!r} of 'nvhchain doctor'"))
+            continue
+        trial = json.loads(said)
+        pressures[engine] = np.array(trial["real"]) + 1j * np.array(trial["imaginary"])
+        errors = trial["pulsating"], trial["interior"]
+        detail = (
+            f"{errors[0]:.2e} off a pulsating sphere, {errors[1]:.2e} off an interior source, "
+            f"first {trial['first']:.2f} s, then {trial['again']:.2f} s"
+        )
+        remedy = f"run 'python -m pytest tests/acoustics' and report it; until then use the engine other than {engine}"
+        findings.append(Finding(f"engine {engine}", max(errors) < SPHERE_ERROR, detail, remedy))
+    if len(pressures) == 2:
+        one, other = pressures.values()
+        difference = float(np.abs(one - other).max() / np.abs(one).max())
+        remedy = "trust the engine that is nearer to the closed forms above, and report it"
+        findings.append(
+            Finding("engines agree", difference < ENGINE_DIFFERENCE, f"difference {difference:.2e} of the peak", remedy)
+        )
+    return [replace(finding, remedy="") if finding.ok else finding for finding in findings]
+
+
+def engine_trial(engine: str) -> dict[str, Any]:
+    """What one boundary element engine makes of a sphere at an ordinary and at an irregular frequency.
+
+    Errors relative to the peak: pulsating at 1 m/s, p = jωρ a² e^{−jk(r−a)} / ((1 + jka) r) (Pierce, Acoustics, 4-1),
+    and with the velocity of a point source inside.  first, again: s with and without compilation.
+    real, imaginary: (2, n_f, n_point), relative to the peak.
+    """
+    from nvhchain.acoustics import transfer_vectors
+    from nvhchain.acoustics.incident import PointSource
+    from nvhchain.acoustics.surface import sphere
+    from nvhchain.conventions import Air
+    from nvhchain.fidelity import AcousticsFidelity
+
+    air, radius, frequency = Air(), 0.1, np.array([400.0, 1715.0])
+    fidelity = AcousticsFidelity(
+        elements_per_wavelength=3.0, masters=2, quadrature_order=6, close_orders=(6, 6), singular_order=6
+    )
+    body = sphere(radius, 2)
+    points = np.array([[1.0, 0.0, 0.0], [0.0, -0.6, 0.8], [-0.2, 0.3, -0.1]])
+    seconds = []
+    for _ in range(2):
+        start = time.perf_counter()
+        vectors = transfer_vectors(body, points, frequency, air=air, fidelity=fidelity, engine=engine).vectors
+        seconds.append(time.perf_counter() - start)
+
+    k = 2 * np.pi * frequency[:, None] / air.speed_of_sound
+    r = np.linalg.norm(points, axis=1)
+    flow = 1j * k * air.impedance
+    pulsating = flow * radius**2 * np.exp(-1j * k * (r - radius)) / ((1 + 1j * k * radius) * r)
+    source = PointSource((0.02, -0.03, 0.01))
+    there = np.array([source.pressure_and_gradient(points, float(value))[0] for value in k[:, 0]])
+    gradient = np.array([source.pressure_and_gradient(body.centroids, float(value))[1] for value in k[:, 0]])
+    velocity = np.einsum("fij,ij->fi", gradient, body.normals) / -flow
+    exact = np.array([pulsating, there])
+    found = np.array([vectors.sum(axis=2), np.einsum("fpi,fi->fp", vectors, velocity)])
+    error = np.abs(found - exact).max(axis=2) / np.abs(exact).max(axis=2)
+    found /= np.abs(exact).max(axis=(1, 2), keepdims=True)
+    return {
+        "pulsating": float(error[0].max()),
+        "interior": float(error[1].max()),
+        "first": seconds[0],
+        "again": seconds[1],
+        "real": found.real.tolist(),
+        "imaginary": found.imag.tolist(),
+    }
 
 
 def _python() -> Finding:
@@ -161,14 +250,14 @@ def _machine() -> Finding:
     return Finding("machine", memory.available >= MEMORY, detail, f"free at least {MEMORY / 2**30:.0f} GiB of memory")
 
 
-def _attempt(code: str) -> tuple[bool, str]:
-    """Run `code` in a fresh interpreter: whether it ended well, and the last line it said."""
+def _attempt(code: str, seconds: float = SECONDS) -> tuple[bool, str]:
+    """Run `code` in a fresh interpreter for at most `seconds`: whether it ended well, and the last line it said."""
     try:
         done = subprocess.run(
-            [sys.executable, "-c", code], capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=SECONDS
+            [sys.executable, "-c", code], capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=seconds
         )
     except subprocess.TimeoutExpired:
-        return False, f"no answer within {SECONDS:.0f} s"
+        return False, f"no answer within {seconds:.0f} s"
     said = (done.stdout if done.returncode == 0 else done.stderr).strip().splitlines()
     return done.returncode == 0, said[-1] if said else f"ended with code {done.returncode}"
 

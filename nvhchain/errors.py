@@ -19,6 +19,10 @@ class SolverError(RuntimeError):
     """A numerical method that did not reach its stated residual."""
 
 
+class AccuracyWarning(UserWarning):
+    """A result less accurate than its fidelity asks for; the message says by how much and what would help."""
+
+
 def require(condition: bool, message: str) -> None:
     """Raise `InputError` with `message` unless `condition` holds."""
     if not condition:

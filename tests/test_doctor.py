@@ -1,8 +1,10 @@
 """The diagnosis says yes on a working machine, and names the culprit and the remedy on a broken one."""
 
+import json
 import subprocess
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from nvhchain import doctor
@@ -64,3 +66,38 @@ def test_read_only_cache_folder_is_named(monkeypatch, tmp_path):
 def test_set_up_script_installs_what_the_diagnosis_names():
     script = (Path(__file__).parents[1] / "scripts" / "prepare.sh").read_text()
     assert f'GMSH_PACKAGES="{doctor.GMSH_PACKAGES}"' in script
+
+
+def said_by(trials):
+    """An `_attempt` that answers for the engines: a dictionary of changes to a sound trial, or what broke."""
+    sound = {"pulsating": 2e-3, "interior": 3e-3, "first": 1.0, "again": 0.1, "real": [[[1.0]]], "imaginary": [[[0.5]]]}
+
+    def attempt(code, seconds):
+        engine = "fused" if "'fused'" in code else "bempp"
+        answer = trials.get(engine, {})
+        return (False, answer) if isinstance(answer, str) else (True, json.dumps({**sound, **answer}))
+
+    return attempt
+
+
+def test_fused_engine_passes_its_trial_on_the_sphere():
+    trial = doctor.engine_trial("fused")
+    assert max(trial["pulsating"], trial["interior"]) < doctor.SPHERE_ERROR
+    assert np.shape(trial["real"]) == np.shape(trial["imaginary"]) == (2, 2, 3)
+
+
+@pytest.mark.parametrize(
+    ("trials", "failed"),
+    [
+        ({}, []),
+        ({"bempp": {"pulsating": 0.04}}, ["engine bempp"]),
+        ({"fused": {"interior": 0.04}}, ["engine fused"]),
+        ({"bempp": {"real": [[[1.001]]]}}, ["engines agree"]),
+        ({"bempp": "ended with code -6"}, ["engine bempp"]),
+    ],
+)
+def test_engines_that_err_differ_or_break_are_named(monkeypatch, trials, failed):
+    monkeypatch.setattr(doctor, "_attempt", said_by(trials))
+    findings = doctor.diagnose_acoustics()
+    assert [finding.name for finding in findings if not finding.ok] == failed
+    assert all(finding.remedy for finding in findings if not finding.ok)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nvhchain.acoustics._coupling import coupling
+from nvhchain.acoustics.accuracy import expected_accuracy
 from nvhchain.acoustics.bands import over_bands
 from nvhchain.acoustics.engines import check_engine, check_memory, systems
 from nvhchain.acoustics.incident import IncidentField, Reflected
@@ -45,9 +46,12 @@ def solve_direct(
     points: (n_point, 3) m, outside the body.  The other arguments and errors are those of `transfer_vectors`.
     At 0 Hz the pressure is zero, the limit of a finite velocity.
     """
-    x = check_points(surface_velocity.surface, points)
+    surface, frequency = surface_velocity.surface, surface_velocity.frequency
+    x = check_points(surface, points)
+    provenance = made_by("solve_direct", fidelity, engine)
+    provenance |= expected_accuracy(surface, x, float(frequency[-1]), air, fidelity)
     pressure = _solve(surface_velocity, x, None, air, fidelity, engine, plane, executor, progress)
-    return FieldPressure(surface_velocity.frequency, x, pressure, provenance=made_by("solve_direct", fidelity, engine))
+    return FieldPressure(frequency, x, pressure, provenance=provenance)
 
 
 def surface_pressure(
@@ -68,6 +72,9 @@ def surface_pressure(
     with a plane, p_inc comes with its own reflection.
     The other arguments and errors are those of `transfer_vectors`.
     """
+    surface, frequency = surface_velocity.surface, surface_velocity.frequency
+    provenance = made_by("surface_pressure", fidelity, engine)
+    provenance |= expected_accuracy(surface, None, float(frequency[-1]), air, fidelity)
     galerkin = galerkin_pressure(
         surface_velocity,
         incident,
@@ -78,12 +85,7 @@ def surface_pressure(
         executor=executor,
         progress=progress,
     )
-    return SurfacePressure(
-        surface_velocity.frequency,
-        _vertex_values(surface_velocity.surface, galerkin),
-        surface_velocity.surface,
-        provenance=made_by("surface_pressure", fidelity, engine),
-    )
+    return SurfacePressure(frequency, _vertex_values(surface, galerkin), surface, provenance=provenance)
 
 
 def galerkin_pressure(

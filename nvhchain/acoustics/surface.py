@@ -16,9 +16,8 @@ MESH_SCATTER = 1.15
 LOCAL_COARSENING = 2.0
 """Longest edge, relative to the edge asked for, that all but a twentieth of the area must keep to."""
 
-CLEARANCE = 0.5
-"""Least distance of a field point from the surface, in local element edges: nearer, the piecewise-constant velocity
-itself is visible in the field, whatever the quadrature."""
+CLEARANCE = 1e-3
+"""Least distance of a field point from the surface, in local element edges: nearer, it may as well lie on it."""
 
 
 def required_element_size(f_max: float, air: Air, fidelity: AcousticsFidelity) -> float:
@@ -27,7 +26,7 @@ def required_element_size(f_max: float, air: Air, fidelity: AcousticsFidelity) -
     return air.speed_of_sound / (f_max * fidelity.elements_per_wavelength)
 
 
-def _element_sizes(surface: Surface) -> tuple[float, float]:
+def element_sizes(surface: Surface) -> tuple[float, float]:
     """(mean edge, longest edge exceeded on a twentieth of the area), m, both weighted with the area."""
     corners = surface.vertices[surface.triangles]
     edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
@@ -39,7 +38,7 @@ def _element_sizes(surface: Surface) -> tuple[float, float]:
 
 def mean_edge(surface: Surface) -> float:
     """Mean edge length (m) of a surface, weighted with the area."""
-    return _element_sizes(surface)[0]
+    return element_sizes(surface)[0]
 
 
 def check_mesh(surface: Surface, f_max: float, air: Air, fidelity: AcousticsFidelity) -> None:
@@ -48,7 +47,7 @@ def check_mesh(surface: Surface, f_max: float, air: Air, fidelity: AcousticsFide
         return
     least = fidelity.coarsest_elements_per_wavelength
     asked = air.speed_of_sound / (f_max * least)
-    mean, coarsest = _element_sizes(surface)
+    mean, coarsest = element_sizes(surface)
     relative = max(mean / MESH_SCATTER, coarsest / LOCAL_COARSENING) / asked
     require(
         relative <= 1.0,
@@ -99,6 +98,14 @@ def check_points(surface: Surface, points: ArrayLike, clearance: float = CLEARAN
             f"{clearance:g} are needed: move it away or refine the mesh there",
         )
     return x
+
+
+def point_clearance(surface: Surface, points: FloatArray, reach: float) -> float:
+    """Least distance of the points (n_point, 3) m from a triangle in edges of that triangle; inf if above `reach`."""
+    beyond = np.maximum(surface.vertices.min(axis=0) - points, points - surface.vertices.max(axis=0)).max(axis=1)
+    near = points[beyond <= reach * surface.longest_edges.max()]
+    least = min((_winding_and_clearance(surface, point)[1] for point in near), default=np.inf)
+    return least if least < reach else np.inf
 
 
 def sphere(radius: float, subdivisions: int, centre: ArrayLike = (0.0, 0.0, 0.0)) -> Surface:

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nvhchain.acoustics.bands import over_bands
+from nvhchain.acoustics.accuracy import expected_accuracy
+from nvhchain.acoustics.bands import BAND, over_bands
 from nvhchain.acoustics.coarsening import CoarseSurface, coarse_surfaces
 from nvhchain.acoustics.engines import check_engine, check_memory, systems
 from nvhchain.acoustics.plane import check_plane, with_images
@@ -89,15 +91,18 @@ def transfer_vectors(
         check_plane(plane, surface, x)
     ends = with_images(x, plane)
     exact = fidelity.radiation == "boundary_elements"
+    expected = expected_accuracy(surface, x, float(frequency[-1]), air, fidelity) if exact else {}
     below = coarse_surfaces(surface, coarser, ends, plane, air, fidelity) if exact else ()
     settings = (fidelity, engine, plane, *(coarse.surface for coarse in below))
     size = 2 * 16 * len(frequency) * len(ends) * len(surface.triangles)
+    # of a band under way: both layers, the adjoint solution and the finished vectors
+    columns = 16 * len(ends) * (2 * len(surface.vertices) + (2 + BAND) * len(surface.triangles))
     vectors = over_bands(
         _vectors,
         frequency,
         (),
         (surface, ends, air, fidelity, engine, plane, below),
-        memory_per_task=check_memory(surface, size, engine, fidelity) if exact else size,
+        memory_per_task=columns + (check_memory(surface, size + columns, engine, fidelity) if exact else 0),
         executor=executor,
         progress=progress,
         shards=VectorShards(shards, surface, ends, air, settings) if shards else None,
@@ -106,12 +111,11 @@ def transfer_vectors(
     if plane is not None:
         image = vectors[:, len(x) :]
         vectors = vectors[:, : len(x)] + image
-    return TransferVectors(
-        frequency, x, vectors, surface, air, plane, image, provenance=made_by("transfer_vectors", fidelity, engine)
-    )
+    provenance = made_by("transfer_vectors", fidelity, engine) | expected
+    return TransferVectors(frequency, x, vectors, surface, air, plane, image, provenance=provenance)
 
 
-def made_by(stage: str, fidelity: AcousticsFidelity, engine: str) -> dict[str, str]:
+def made_by(stage: str, fidelity: AcousticsFidelity, engine: str) -> dict[str, Any]:
     """Provenance of an acoustic result."""
     return {"stage": f"acoustics.{stage}", "fidelity": repr(fidelity), "engine": engine}
 

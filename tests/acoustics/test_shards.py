@@ -30,6 +30,11 @@ def vectors(folder, *, surface=BODY, points=POINTS, masters=MASTERS, air=AIR, fi
     return transfer_vectors(surface, points, masters, air=air, fidelity=fidelity, shards=folder, **more)
 
 
+def same(some, whole):
+    """To rounding: the sums of a matrix product depend on where its arrays happen to lie in memory."""
+    return np.abs(some - whole.vectors).max() < 1e-14 * np.abs(whole.vectors).max()
+
+
 @pytest.fixture
 def solved(monkeypatch):
     """Wavenumbers that an engine was asked for."""
@@ -74,14 +79,14 @@ def test_a_killed_process_leaves_whole_bands_and_the_next_one_solves_only_the_re
     assert 2 <= len(there) < 4
     resumed = vectors(tmp_path)
     assert len(solved) == len(MASTERS) - BAND * len(there)
-    assert np.array_equal(resumed.vectors, whole.vectors)
+    assert same(resumed.vectors, whole)
 
 
 def test_bands_are_found_from_the_start_and_progress_counts_them(half, solved, whole):
     seen = []
-    assert np.array_equal(vectors(half, progress=lambda done, total: seen.append(done)).vectors, whole.vectors)
+    assert same(vectors(half, progress=lambda done, total: seen.append(done)).vectors, whole)
     assert (len(solved), seen) == (6, [0, 4, 8, 12, 14])
-    assert np.array_equal(vectors(half).vectors, whole.vectors)
+    assert same(vectors(half).vectors, whole)
     assert len(solved) == 6
 
 
@@ -93,7 +98,7 @@ def test_bands_are_found_from_the_start_and_progress_counts_them(half, solved, w
 def test_a_damaged_band_is_solved_again(half, solved, whole, damage):
     first = min(half.glob("*.h5"))
     first.write_bytes(damage(first.read_bytes()))
-    assert np.array_equal(vectors(half).vectors, whole.vectors)
+    assert same(vectors(half).vectors, whole)
     assert len(solved) == len(MASTERS) - BAND
 
 
@@ -103,7 +108,7 @@ def test_bands_of_another_surface_under_the_right_names_are_not_used(half, tmp_p
     for right, wrong in zip(sorted(half.glob("*.h5")), sorted(other.glob("*.h5")), strict=True):
         right.write_bytes(wrong.read_bytes())
     solved.clear()
-    assert np.array_equal(vectors(half).vectors, whole.vectors)
+    assert same(vectors(half).vectors, whole)
     assert len(solved) == len(MASTERS)
 
 

@@ -165,6 +165,7 @@ class AcousticsFidelity:
     gap_ratio, gap_halvings: triangles that face each other across less than this multiple of the longer one are cut
         until their pieces do not, at most this number of times.
     singular_order: Gauss order per direction of pairs that share a corner, an edge or all.
+    needle_aspect: triangles longer than this multiple of their height take twice that order, beyond its square thrice.
     precision: of the matrices and of well separated pairs, `double` or `single` (half the memory).
     field_near_ratio: a triangle longer than this multiple of its distance from a field point is subdivided.
     solver: of the dense systems, `direct` (LU factors) or `iterative` (GMRES), `compressed` (GMRES on compressed
@@ -192,6 +193,7 @@ class AcousticsFidelity:
     gap_ratio: float = 0.3
     gap_halvings: int = 5
     singular_order: int = 4
+    needle_aspect: float = 5.0
     precision: str = "double"
     field_near_ratio: float = 0.5
     coarsest_elements_per_wavelength: float = 2.0
@@ -215,6 +217,7 @@ class AcousticsFidelity:
             ("quadrature_order", 1, 20),
             ("quadrature_error", 1e-9, 1.0),
             ("singular_order", 1, 20),
+            ("needle_aspect", 2.5, 1e6),
             ("gap_ratio", 0.0, 2.0),
             ("gap_halvings", 0, 8),
             ("field_near_ratio", 0.01, 2.0),

@@ -175,7 +175,7 @@ def _batch(mesh: Mesh, surface: Surface, k: FloatArray, fidelity: AcousticsFidel
     starts = [i for i in range(len(k)) if i == 0 or orders[i] != orders[i - 1]]
     groups = []
     for start, stop in pairwise([*starts, len(k)]):
-        rules = rules_of(orders[start], fidelity)
+        rules = rules_of(orders[start], mesh.slenderest, fidelity)
         points = tuple(
             np.ascontiguousarray(np.einsum("mi,tia->mat", rules.far_hats, trial.vertices[mesh.triangles]))
             for trial in mesh.trials
@@ -222,7 +222,8 @@ def _assemble(mesh: Mesh, batch: _Batch, part: Part, row_of: IntArray, a: Comple
                     group.k.astype(real), group.beta.astype(real), group.new_step, far_wave, to_a, to_b,
                 )  # fmt: skip
                 close(
-                    t, trial.close_start, trial.close_trial, trial.close_rule, rules.start, rules.chunks, rules.width,
+                    t, trial.close_start, trial.close_trial, trial.close_rule, rules.plain, rules.start, rules.chunks,
+                    rules.width,
                     mesh.vertices, mesh.triangles, mesh.normals, mesh.curls, mesh.areas, mesh.sizes, trial.vertices,
                     trial.normals, trial.curls, mesh.gap, mesh.least_scale, mesh.columns, own, group.k, group.beta,
                     group.new_step, close_wave, to_a, to_b,

@@ -132,7 +132,7 @@ def _sums(work, rule, hat, width):
 
 
 CLOSE_BLOCK = (
-    "void(int64[::1], int64[::1], int64[::1], int64[::1], int64[::1], float64[:,:,::1], int64[::1],"
+    "void(int64[::1], int64[::1], int64[::1], int64[::1], int64, int64[::1], float64[:,:,::1], int64[::1],"
     "float64[:,::1], int64[:,::1], float64[:,::1], float64[:,:,::1], float64[::1], float64[::1],"
     "float64[:,::1], float64[:,::1], float64[:,:,::1], float64, float64, int64[:,::1], int64[::1], float64[::1],"
     "float64[::1], boolean[::1], float64[::1], cplx[:,:,::1], cplx[:,:,::1])"
@@ -144,7 +144,8 @@ def close_block(
     test,  # (n_test,) test triangles
     pair_start,  # (n_face + 1,) into `trial` and `kind`
     trial,  # trial triangles of the close pairs
-    kind,  # rule of every close pair; 0, 1, 2 are those for 1, 2, 3 shared vertices
+    kind,  # rule of every close pair; 0, 1, 2 are those for 1, 2, 3 shared vertices, as are all from n_plain on
+    n_plain,  # number of the others
     rule_start,  # (n_rule + 1,) into the chunks of all rules
     rule,  # (n_chunk, 7, CHUNK) barycentric coordinates of first and second point, weight
     rule_width,  # (n_chunk,) points of every chunk
@@ -181,7 +182,7 @@ def close_block(
             s, r = trial[i_pair], kind[i_pair]
             for i in range(3):
                 left[i] = right[i] = i
-            if r < _NEAREST:
+            if r < _NEAREST or r >= n_plain:
                 _match(triangles, t, s, left, right)
             x, y = _corners(vertices, triangles, t, left), _corners(trial_vertices, triangles, s, right)
             normal_x = (normal[t, 0], normal[t, 1], normal[t, 2])
@@ -233,20 +234,21 @@ def close_block(
 
 
 @numba.njit(
-    "void(float64[:,::1], float64[:,::1], float64[::1], int64[:,::1], boolean, float64[::1], int64[::1], int64[::1],"
-    "int64[::1])",
+    "void(float64[:,::1], float64[:,::1], float64[::1], int64[::1], int64[:,::1], boolean, float64[::1], int64[::1],"
+    "int64[::1], int64[::1])",
     **COMPILED,
 )
 def close_pairs(
     centroid,  # (n_face, 3)
     trial_centroid,  # (n_face, 3) of the surface, or of its mirror image
     size,  # (n_face,)
+    slenderness,  # (n_face,) 0, 1, 2: how needle-like
     triangles,  # (n_face, 3)
     same,  # whether the trial triangles are the surface itself, so that equal vertices touch
     ratio,  # (n_level,) increasing: level of a pair from centroid distance / larger size
     start,  # (n_face + 1,): counts the close pairs when start[-1] < 0, else tells where they go
     trial,  # out
-    rule,  # out: shared vertices − 1 for touching pairs, else 3 + level
+    rule,  # out: shared vertices − 1 for touching pairs (those of needles after all others), else 3 + level
 ):
     """List the close pairs of every triangle in ascending order of the trial triangle, or count them."""
     n, n_level = len(size), len(ratio)
@@ -272,7 +274,10 @@ def close_pairs(
                 while square >= (ratio[level] * larger) ** 2:
                     level += 1
                 trial[found] = j
-                rule[found] = shared - 1 if shared > 0 else 3 + level
+                needle = max(slenderness[i], slenderness[j])
+                rule[found] = 3 + level
+                if shared > 0:
+                    rule[found] = shared - 1 + (n_level + 3 * needle if needle > 0 else 0)
             found += 1
     if counting:
         start[n] = found

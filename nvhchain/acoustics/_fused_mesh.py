@@ -45,13 +45,17 @@ class Trial:
 
 @dataclass(frozen=True)
 class Rules:
-    """Quadrature of one order: far_hats (n_q, 3) and far_weights (n_q,) on a triangle; chunks of the pair rules."""
+    """Quadrature of one order: far_hats (n_q, 3) and far_weights (n_q,) on a triangle; chunks of the pair rules.
+
+    The first three pair rules are for 1, 2, 3 shared vertices, and so are all from `plain` on.
+    """
 
     far_hats: FloatArray
     far_weights: FloatArray
     chunks: FloatArray
     start: IntArray
     width: IntArray
+    plain: int
 
 
 @dataclass(frozen=True)
@@ -61,6 +65,7 @@ class Mesh:
     order: (n_face,) original number of every sorted triangle; face_rank: its inverse.
     columns: (n_face, 3) vertices, numbered as the sorted triangles meet them; vertex_rank: (n_v,) that number.
     tiles: (n_tile + 1,) first triangle of every tile.  trials: the surface, and its image if there is a plane.
+    slenderest: highest of the levels 0, 1, 2 at which a triangle is a needle.
     edge: m, longest edge of a triangle in the mean over the area.  extent: m, longest distance in surface and image.
     """
 
@@ -78,6 +83,7 @@ class Mesh:
     trials: tuple[Trial, ...]
     gap: float
     least_scale: float
+    slenderest: int
     edge: float
     extent: float
 
@@ -92,8 +98,10 @@ def prepare(surface: Surface, fidelity: AcousticsFidelity, plane: Plane | None) 
     curls = _curls(vertices[triangles], areas)
 
     vertex_rank = np.argsort(np.argsort(np.unique(triangles, return_index=True)[1]))
+    aspect = sizes**2 / (2.0 * areas)  # longest edge over the height on it
+    slenderness = (aspect > fidelity.needle_aspect).astype(np.int64) + (aspect > fidelity.needle_aspect**2)
     ratios = np.asarray(fidelity.close_distances, dtype=float)
-    trials = [_trial(vertices, vertices, triangles, normals, curls, sizes, ratios)]
+    trials = [_trial(vertices, vertices, triangles, normals, curls, sizes, slenderness, ratios)]
     corners = vertices
     if plane is not None:
         image = np.ascontiguousarray(plane.mirror(vertices))
@@ -101,7 +109,7 @@ def prepare(surface: Surface, fidelity: AcousticsFidelity, plane: Plane | None) 
         # n × ∇φ is an axial vector: with n and ∇φ mirrored it is the mirrored curl times −1, which keeps the image's
         # triangles right-handed about normals that point out of the image.
         turned = -np.ascontiguousarray(plane.mirror_direction(curls.reshape(-1, 3))).reshape(curls.shape)
-        trials.append(_trial(image, vertices, triangles, mirrored, turned, sizes, ratios))
+        trials.append(_trial(image, vertices, triangles, mirrored, turned, sizes, slenderness, ratios))
         corners = np.vstack([vertices, image])
     return Mesh(
         order=order,
@@ -118,21 +126,31 @@ def prepare(surface: Surface, fidelity: AcousticsFidelity, plane: Plane | None) 
         trials=tuple(trials),
         gap=fidelity.gap_ratio,
         least_scale=0.5**fidelity.gap_halvings,
+        slenderest=int(slenderness.max()),
         edge=float(np.average(sizes, weights=areas)),
         extent=float(np.linalg.norm(np.ptp(corners, axis=0))),
     )
 
 
 @cache
-def rules_of(order: int, fidelity: AcousticsFidelity) -> Rules:
-    """Rules where well separated triangles take `order`: no close pair that does not touch takes a lower one."""
+def rules_of(order: int, slenderest: int, fidelity: AcousticsFidelity) -> Rules:
+    """Rules where well separated triangles take `order`: no close pair that does not touch takes a lower one.
+
+    slenderest: 0 where there is no needle, 1 or 2 for the higher orders that touching needles take.
+    """
     pairs = [touching_rule(shared, fidelity.singular_order) for shared in (1, 2, 3)]
     pairs += [product_rule(max(degree, order)) for degree in fidelity.close_orders]
+    # Touching needles: the rule's directions see a nearly singular integrand, which only a higher order resolves.
+    pairs += [
+        touching_rule(shared, factor * fidelity.singular_order)
+        for factor in (2, 3)[:slenderest]
+        for shared in (1, 2, 3)
+    ]
     chunks, start, width = in_chunks(pairs, CHUNK)
     hats, weights = triangle_rule(order)
     spare = -len(weights) % 3  # the far kernel takes points by threes
     hats, weights = np.pad(hats, ((0, 0), (0, spare)), constant_values=1 / 3), np.pad(weights, (0, spare))
-    return Rules(np.ascontiguousarray(hats.T), weights, chunks, start, width)
+    return Rules(np.ascontiguousarray(hats.T), weights, chunks, start, width, 3 + len(fidelity.close_orders))
 
 
 def _curls(corners: FloatArray, areas: FloatArray) -> FloatArray:
@@ -148,6 +166,7 @@ def _trial(
     normals: FloatArray,
     curls: FloatArray,
     sizes: FloatArray,
+    slenderness: IntArray,
     ratios: FloatArray,
 ) -> Trial:
     corners = vertices[triangles]
@@ -155,9 +174,9 @@ def _trial(
     same = vertices is test_vertices
     start = np.full(len(triangles) + 1, -1)
     nothing = np.empty(0, dtype=np.int64)
-    close_pairs(test_centroids, centroids, sizes, triangles, same, ratios, start, nothing, nothing)
+    close_pairs(test_centroids, centroids, sizes, slenderness, triangles, same, ratios, start, nothing, nothing)
     trial, rule = np.empty(start[-1], dtype=np.int64), np.empty(start[-1], dtype=np.int64)
-    close_pairs(test_centroids, centroids, sizes, triangles, same, ratios, start, trial, rule)
+    close_pairs(test_centroids, centroids, sizes, slenderness, triangles, same, ratios, start, trial, rule)
     return Trial(
         vertices=vertices,
         normals=normals,

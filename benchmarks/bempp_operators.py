@@ -1,0 +1,58 @@
+"""Peer of boundary_elements.py: bempp-cl's four operators, timed in a process and an interpreter of their own.
+
+    python benchmarks/bempp_operators.py {numba|opencl} ORDER IN.npz OUT.npz
+
+IN: vertices, triangles, gradient (n_face,) and wavenumber of one mesh, and alpha, the coupling under e^{−jωt}. Every
+call assembles S, K′, K, W at quadrature ORDER (regular and singular), twice: the first run compiles. OUT: seconds
+(2,), pressure (n_v,) of the combined equation and the peak memory in bytes. Needs bempp-cl and numpy only, so that an
+interpreter with an OpenCL driver, which may spoil others, can stay apart.
+"""
+
+from __future__ import annotations
+
+import resource
+import sys
+import time
+
+import bempp_cl.api as bempp
+import numpy as np
+from bempp_cl.api.operators.boundary import helmholtz, sparse
+
+
+def assemble(interface, order, mesh):  # type: ignore[no-untyped-def]
+    """(A, B) of (½ − K + αW) p = −(S + α(½ + K′)) ∂p/∂n in bempp's own numbering and sign of time."""
+    parameters = bempp.utils.DefaultParameters()
+    parameters.quadrature.regular = parameters.quadrature.singular = order
+    options = {"parameters": parameters, "device_interface": interface, "precision": "double"}
+    grid = bempp.Grid(mesh["vertices"].T.copy(), mesh["triangles"].T.astype(np.uint32))
+    linear, constant = bempp.function_space(grid, "P", 1), bempp.function_space(grid, "DP", 0)
+    k, alpha = float(mesh["wavenumber"]), complex(mesh["alpha"])
+    a = alpha * bempp.as_matrix(helmholtz.hypersingular(linear, linear, linear, k, **options).weak_form())
+    a -= bempp.as_matrix(helmholtz.double_layer(linear, linear, linear, k, **options).weak_form())
+    b = -alpha * bempp.as_matrix(helmholtz.adjoint_double_layer(constant, linear, linear, k, **options).weak_form())
+    b -= bempp.as_matrix(helmholtz.single_layer(constant, linear, linear, k, **options).weak_form())
+    return a, b, linear, constant
+
+
+def main() -> None:
+    interface, order = sys.argv[1], int(sys.argv[2])
+    mesh = np.load(sys.argv[3])
+    seconds = []
+    for _ in range(2):
+        start = time.perf_counter()
+        a, b, linear, constant = assemble(interface, order, mesh)
+        seconds.append(time.perf_counter() - start)
+    device = {"device_interface": "numba", "precision": "double"}
+    a += 0.5 * bempp.as_matrix(sparse.identity(linear, linear, linear, **device).weak_form())
+    b -= 0.5 * complex(mesh["alpha"]) * bempp.as_matrix(sparse.identity(constant, linear, linear, **device).weak_form())
+    vertex = np.empty(linear.global_dof_count, dtype=np.int64)
+    vertex[linear.local2global] = mesh["triangles"]
+    gradient = np.conj(mesh["gradient"])[np.argsort(constant.local2global[:, 0])]
+    pressure = np.empty(len(vertex), dtype=complex)
+    pressure[vertex] = np.conj(np.linalg.solve(np.asarray(a), np.asarray(b) @ gradient))
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+    np.savez(sys.argv[4], seconds=seconds, pressure=pressure, peak=peak)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,217 @@
+"""Operators of the fused boundary element engine against bempp-cl; writes docs/measured/boundary_elements.md.
+
+    python benchmarks/boundary_elements.py OUT [--compare 1280 5120] [--grow 1280 5120 20480] [--opencl PYTHON]
+
+Spheres of 20 · 4ⁿ triangles at six elements per wavelength; every figure is taken in a process of its own and kept in
+OUT, so that a run that was cut short goes on. The error is that of the surface pressure under a plane-wave velocity,
+against the same mesh at quadrature orders past convergence (relative, RMS): it is quadrature alone. PYTHON: an
+interpreter whose bempp-cl finds Intel's OpenCL runtime; without it those rows say `not installed`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import nvhchain as nvh
+from nvhchain.acoustics import _fused, sphere
+from nvhchain.acoustics._coupling import coupling
+from nvhchain.acoustics._fused_wave import COMPLEX
+
+ROOT = Path(__file__).parents[1]
+FIDELITIES: dict[str, dict[str, Any]] = {
+    "order 2": {},
+    "order 2, single": {"precision": "single"},
+    "order 4": {"quadrature_order": 4},
+    "converged": {
+        "quadrature_order": 8, "close_distances": (1.5, 3.0, 6.0), "close_orders": (14, 12, 10), "singular_order": 8
+    },
+}  # fmt: skip
+PER_WAVELENGTH = 6.0
+BATCH = 4
+FLOPS = 517
+"""Multiplications and additions per pair of triangles and wavenumber at order 2: 9 point pairs at 38 (advance 6, F 8,
+integrand 6, sums 18), 54 for B, 60 into the three rows, 58 from rows to columns; exponentials are extra, once per
+batch."""
+
+
+def body(n_face: int) -> nvh.handoff.Surface:
+    return sphere(0.1, round(np.log(n_face / 20) / np.log(4)))
+
+
+def wavenumber(surface: nvh.handoff.Surface) -> float:
+    return 2 * np.pi / (PER_WAVELENGTH * float(surface.longest_edges.mean()))
+
+
+def wave_gradient(surface: nvh.handoff.Surface) -> nvh.handoff.ComplexArray:
+    return np.asarray(np.exp(1j * wavenumber(surface) * surface.centroids @ np.array([0.6, 0.0, 0.8])))
+
+
+def worker(task: dict[str, Any], target: Path) -> None:
+    """Assemble twice, the first time from what lies in the compiler's cache; solve if asked."""
+    surface = body(task["faces"])
+    fidelity = replace(nvh.STANDARD.acoustics, **FIDELITIES[task["fidelity"]])
+    k = wavenumber(surface) * np.linspace(0.5, 1.0, task["wavenumbers"] + 1)[1:]
+    wall, cpu = [], []
+    for _ in range(1 if task["faces"] > 6000 else 2):
+        start, spent = time.perf_counter(), time.process_time()
+        for _ in _fused.stripes(surface, k, fidelity):
+            pass
+        wall.append(time.perf_counter() - start)
+        cpu.append(time.process_time() - spent)
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+    pressure = np.empty(0)
+    if task["solve"]:
+        a, b = next(_fused.systems(surface, k[-1:], fidelity))
+        pressure = np.linalg.solve(a, b @ wave_gradient(surface).astype(COMPLEX[fidelity.precision]))
+    np.savez(target, seconds=wall, cpu=cpu, peak=peak, pressure=pressure)
+
+
+def measure(out: Path, name: str, command: list[str], environment: dict[str, str]) -> dict[str, Any] | None:
+    """What a process leaves in OUT/name.npz, made if it is not there yet; None where it fails."""
+    target = out / f"{name}.npz"
+    if not target.exists():
+        done = subprocess.run(
+            [*command, str(target)], env={**os.environ, **environment}, capture_output=True, text=True
+        )
+        if done.returncode != 0:
+            (out / f"{name}.log").write_text(done.stderr)
+            return None
+    return dict(np.load(target))
+
+
+def own(out: Path, faces: int, fidelity: str, wavenumbers: int, threads: int, **more: Any) -> dict[str, Any]:
+    """Time, memory and pressure of the fused engine; cold=True: with an empty compiler cache."""
+    cold = more.get("cold", False)
+    task = {"faces": faces, "fidelity": fidelity, "wavenumbers": wavenumbers, "solve": more.get("solve", False)}
+    name = f"own-{faces}-{fidelity}-{wavenumbers}-{threads}{'-cold' if cold else ''}".replace(", ", "-")
+    with tempfile.TemporaryDirectory() as cache:
+        environment = {"NUMBA_NUM_THREADS": str(threads), **({"NUMBA_CACHE_DIR": cache} if cold else {})}
+        result = measure(out, name, [sys.executable, __file__, "--worker", json.dumps(task)], environment)
+    if result is None:
+        sys.exit((out / f"{name}.log").read_text())
+    return result
+
+
+def peer(out: Path, faces: int, order: int, threads: int, interpreter: str, interface: str) -> dict[str, Any] | None:
+    """Time, memory and pressure of bempp-cl at one wavenumber."""
+    surface, mesh = body(faces), out / f"mesh-{faces}.npz"
+    k = wavenumber(surface)
+    alpha, gradient = np.conj(coupling(surface, k)), wave_gradient(surface)
+    np.savez(mesh, vertices=surface.vertices, triangles=surface.triangles, gradient=gradient, wavenumber=k, alpha=alpha)
+    command = [interpreter, str(Path(__file__).with_name("bempp_operators.py")), interface, str(order), str(mesh)]
+    environment = {"NUMBA_NUM_THREADS": str(threads), "OMP_NUM_THREADS": str(threads)}
+    return measure(out, f"bempp-{interface}-{faces}-{order}-{threads}", command, environment)
+
+
+def comparison(out: Path, faces: int, opencl: str | None) -> list[str]:
+    """Rows of one mesh: engine, threads, cold and warm seconds per wavenumber, ratio to ours, peak memory, error."""
+    truth = own(out, faces, "converged", 1, 2, solve=True)["pressure"]
+    rows, base = [], 0.0
+    for fidelity in ("order 2", "order 4", "order 2, single"):
+        for threads in (1, 2):
+            done = own(out, faces, fidelity, BATCH, threads, solve=True)
+            cold = own(out, faces, fidelity, BATCH, threads, cold=True)["seconds"][0] if threads == 2 else np.nan
+            warm = done["seconds"][-1] / BATCH
+            if fidelity == "order 2" and threads == 2:
+                base = warm
+            rows.append((f"fused, {fidelity}", threads, cold, warm, done["peak"], error(done, truth)))
+    for interface, interpreter in (("numba", sys.executable), ("opencl", opencl)):
+        label = {"numba": "bempp-cl, numba", "opencl": "bempp-cl, Intel OpenCL"}[interface]
+        for order in (4,):
+            found = peer(out, faces, order, 2, interpreter, interface) if interpreter else None
+            if found is None:
+                rows.append((f"{label}, order {order}", 2, np.nan, np.nan, np.nan, np.nan))
+                continue
+            cold, warm = found["seconds"]
+            rows.append((f"{label}, order {order}", 2, cold, warm, found["peak"], error(found, truth)))
+    lines = []
+    for label, threads, cold, warm, peak, wrong in rows:
+        if np.isnan(warm):
+            lines.append(f"| {faces} | {label} | {threads} | not installed | | | | |")
+            continue
+        first = "" if np.isnan(cold) else f"{cold:.1f}"
+        figures = f"{first} | {warm:.3g} | {warm / base:.3g} | {peak / 1e6:.0f} | {wrong:.1e}"
+        lines.append(f"| {faces} | {label} | {threads} | {figures} |")
+    return lines
+
+
+def error(found: dict[str, Any], truth: nvh.handoff.ComplexArray) -> float:
+    return float(np.linalg.norm(found["pressure"] - truth) / np.linalg.norm(truth))
+
+
+def growth(out: Path, faces: int, wavenumbers: int) -> str:
+    """A row: seconds, nanoseconds per pair and wavenumber, operations and matrix bytes per second."""
+    done = own(out, faces, "order 2", wavenumbers, 2)
+    cpu, pairs = done["cpu"][-1], float(faces) ** 2 * wavenumbers
+    entries = 16 * (faces / 2 + 2) * (1.5 * faces + 2) * wavenumbers
+    return (
+        f"| {faces} | {wavenumbers} | {done['seconds'][-1]:.2f} | {cpu / wavenumbers:.3f} | {1e9 * cpu / pairs:.0f} | "
+        f"{FLOPS * pairs / cpu / 1e9:.1f} | {entries / cpu / 1e9:.2f} | {done['peak'] / 1e6:.0f} |"
+    )
+
+
+def peak_flops() -> float:
+    """GFlop/s of one core in a product of real matrices, the most that arithmetic gets out of it."""
+    from threadpoolctl import threadpool_limits
+
+    a = np.random.default_rng(0).normal(size=(1500, 1500))
+    with threadpool_limits(1):
+        best = min(_timed(lambda: a @ a) for _ in range(5))
+    return float(2 * 1500**3 / best / 1e9)
+
+
+def _timed(work: Any) -> float:
+    start = time.process_time()
+    work()
+    return time.process_time() - start
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("out", nargs="?", type=Path)
+    parser.add_argument("--compare", nargs="*", type=int, default=[1280, 5120])
+    parser.add_argument("--grow", nargs="*", type=int, default=[320, 1280, 5120, 20480])
+    parser.add_argument("--opencl")
+    parser.add_argument("--worker", nargs="+")
+    arguments = parser.parse_args()
+    if arguments.worker:
+        worker(json.loads(arguments.worker[0]), Path(arguments.worker[1]))
+        return
+    out = arguments.out
+    out.mkdir(parents=True, exist_ok=True)
+    lines = [
+        "Operators (S, K, K′, W combined into A and B) per wavenumber; cold: first call of a process with nothing "
+        "compiled, for the fused engine four wavenumbers. Error: quadrature alone, of the surface pressure.",
+        "",
+        "| triangles | engine | threads | cold / s | warm / s per wavenumber | times ours | peak MB | error |",
+        "|---:|---|---:|---:|---:|---:|---:|---:|",
+        *(line for faces in arguments.compare for line in comparison(out, faces, arguments.opencl)),
+        "",
+        "Growth at order 2, double precision, in stripes of 1 GiB, two threads; processor seconds per wavenumber, "
+        f"nanoseconds per pair of triangles and wavenumber, GFlop/s of {FLOPS} operations per pair against "
+        f"{peak_flops():.0f} GFlop/s of a core in a matrix product, and GB/s of matrix entries written.",
+        "",
+        "| triangles | wavenumbers | s | CPU s / wavenumber | ns / pair | GFlop/s per core | GB/s per core | peak MB |",
+        "|---:|---:|---:|---:|---:|---:|---:|---:|",
+        *(growth(out, faces, BATCH) for faces in arguments.grow),
+        *(growth(out, 1280, count) for count in (1, 2, 8, 16, 32, 64, 128)),
+    ]
+    text = "\n".join(lines) + "\n"
+    (ROOT / "docs" / "measured" / "boundary_elements.md").write_text(text)
+    print(text)
+
+
+if __name__ == "__main__":
+    main()

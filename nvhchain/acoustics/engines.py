@@ -7,6 +7,7 @@ from dataclasses import replace
 from importlib import import_module
 
 import psutil
+from threadpoolctl import threadpool_limits
 
 from nvhchain.acoustics.bands import BAND
 from nvhchain.acoustics.compressed import compressed_size, compressed_systems
@@ -77,12 +78,14 @@ def _compressed(
 ) -> Iterator[System]:
     module = import_module(ENGINES[engine])
     count = _compressed_batch(compressed_size(len(surface.vertices), len(surface.triangles), fidelity))
-    for start in range(0, len(wavenumbers), count):
-        some = wavenumbers[start : start + count]
-        stripes = module.stripes(surface, some, fidelity, plane, memory=_STRIPE_BYTES)
-        waiting = compressed_systems(stripes, surface, len(some), fidelity, plane)
-        while waiting:
-            yield waiting.pop(0)
+    # Thousands of small products: threads of their own cost ten times what they save; the engine has its threads.
+    with threadpool_limits(1, user_api="blas"):
+        for start in range(0, len(wavenumbers), count):
+            some = wavenumbers[start : start + count]
+            stripes = module.stripes(surface, some, fidelity, plane, memory=_STRIPE_BYTES)
+            waiting = compressed_systems(stripes, surface, len(some), fidelity, plane)
+            while waiting:
+                yield waiting.pop(0)
 
 
 def estimate_memory(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from nvhchain.acoustics.clusters import distance_to_box, groups
 from nvhchain.acoustics.linear_system import Matrix
@@ -67,10 +68,11 @@ class Patches:
 
     def _apply(self, x: ComplexArray, transposed: bool) -> ComplexArray:
         if transposed not in self._inverses:
-            self._inverses[transposed] = [
-                _rows_of_inverse(block.T if transposed else block, own)
-                for block, own in zip(self._blocks, self.own, strict=True)
-            ]
+            with threadpool_limits(1, user_api="blas"):  # small matrices: waking threads costs more than it saves
+                self._inverses[transposed] = [
+                    _rows_of_inverse(block.T if transposed else block, own)
+                    for block, own in zip(self._blocks, self.own, strict=True)
+                ]
         y = np.empty_like(x)
         for members, own, inverse in zip(self.members, self.own, self._inverses[transposed], strict=True):
             y[members[:own]] = inverse @ x[members]

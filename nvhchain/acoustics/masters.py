@@ -18,9 +18,9 @@ from nvhchain.errors import SolverError, require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, IntArray, RigidPlane, Surface, TransferVectors
 
-_FIRST = (2.0, 0.2)
+_FIRST = (2.0, 0.15)
 """Masters to begin with: the first plus the second times the wavenumber of the band times the body's diagonal. About
-two thirds of what 0.1 dB takes for a convex body; how many are in the end does not depend on it."""
+half of what 0.1 dB takes for a convex body."""
 
 _LINES = np.array([0.25, 0.5, 0.75])
 """Where between two masters the error is estimated, besides at the poles."""

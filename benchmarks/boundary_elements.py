@@ -116,33 +116,35 @@ def peer(out: Path, faces: int, order: int, threads: int, interpreter: str, inte
 
 
 def comparison(out: Path, faces: int, opencl: str | None) -> list[str]:
-    """Rows of one mesh: engine, threads, cold and warm seconds per wavenumber, ratio to ours, peak memory, error."""
+    """Rows of one mesh: engine, threads, cold and warm and processor seconds, ratio to ours, peak memory, error."""
     truth = own(out, faces, "converged", 1, 2, solve=True)["pressure"]
     rows, base = [], 0.0
     for fidelity in ("order 2", "order 4", "order 2, single"):
         for threads in (1, 2):
             done = own(out, faces, fidelity, BATCH, threads, solve=True)
             cold = own(out, faces, fidelity, BATCH, threads, cold=True)["seconds"][0] if threads == 2 else np.nan
-            warm = done["seconds"][-1] / BATCH
+            warm, spent = done["seconds"][-1] / BATCH, done["cpu"][-1] / BATCH
             if fidelity == "order 2" and threads == 2:
-                base = warm
-            rows.append((f"fused, {fidelity}", threads, cold, warm, done["peak"], error(done, truth)))
+                base = spent
+            rows.append((f"fused, {fidelity}", threads, cold, warm, spent, done["peak"], error(done, truth)))
     for interface, interpreter in (("numba", sys.executable), ("opencl", opencl)):
         label = {"numba": "bempp-cl, numba", "opencl": "bempp-cl, Intel OpenCL"}[interface]
         for order in (4,):
             found = peer(out, faces, order, 2, interpreter, interface) if interpreter else None
             if found is None:
-                rows.append((f"{label}, order {order}", 2, np.nan, np.nan, np.nan, np.nan))
+                rows.append((f"{label}, order {order}", 2, np.nan, np.nan, np.nan, np.nan, np.nan))
                 continue
             cold, warm = found["seconds"]
-            rows.append((f"{label}, order {order}", 2, cold, warm, found["peak"], error(found, truth)))
+            rows.append(
+                (f"{label}, order {order}", 2, cold, warm, found["cpu"][-1], found["peak"], error(found, truth))
+            )
     lines = []
-    for label, threads, cold, warm, peak, wrong in rows:
+    for label, threads, cold, warm, spent, peak, wrong in rows:
         if np.isnan(warm):
-            lines.append(f"| {faces} | {label} | {threads} | not installed | | | | |")
+            lines.append(f"| {faces} | {label} | {threads} | not installed | | | | | |")
             continue
         first = "" if np.isnan(cold) else f"{cold:.1f}"
-        figures = f"{first} | {warm:.3g} | {warm / base:.3g} | {peak / 1e6:.0f} | {wrong:.1e}"
+        figures = f"{first} | {warm:.3g} | {spent:.3g} | {spent / base:.3g} | {peak / 1e6:.0f} | {wrong:.1e}"
         lines.append(f"| {faces} | {label} | {threads} | {figures} |")
     return lines
 
@@ -195,8 +197,8 @@ def main() -> None:
         "Operators (S, K, K′, W combined into A and B) per wavenumber; cold: first call of a process with nothing "
         "compiled, for the fused engine four wavenumbers. Error: quadrature alone, of the surface pressure.",
         "",
-        "| triangles | engine | threads | cold / s | warm / s per wavenumber | times ours | peak MB | error |",
-        "|---:|---|---:|---:|---:|---:|---:|---:|",
+        "| triangles | engine | threads | cold / s | warm / s | warm / CPU s | CPU ratio | peak MB | error |",
+        "|---:|---|---:|---:|---:|---:|---:|---:|---:|",
         *(line for faces in arguments.compare for line in comparison(out, faces, arguments.opencl)),
         "",
         "Growth at order 2, double precision, in stripes of 1 GiB, two threads; processor seconds per wavenumber, "

@@ -1,0 +1,144 @@
+"""Error between master frequencies against their number, and what a tolerance takes; writes docs/measured/masters.md.
+
+    python benchmarks/masters.py [OUT]
+
+Three bodies from 50 Hz: a sphere of 0.2 m, a box as large as the gearbox housing, a cube with a cavity behind a neck
+that resonates (Q 80 at 257 Hz). Vectors to a point near the surface, one at 1 m and one at 10 m are solved at lines
+50 Hz apart, 2 Hz around the resonance. The error is the 2-norm over the faces of what is wrong with a vector,
+relative to the vector, in dB, the worst of points and lines. OUT: folder for the figure masters.png.
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+import nvhchain as nvh
+from nvhchain.acoustics import adaptive_transfer_vectors, sphere, transfer_vectors, vectors_at
+from nvhchain.acoustics.interpolation import interpolant
+from nvhchain.errors import SolverError
+from nvhchain.handoff import FloatArray, Surface, TransferVectors
+
+ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT / "tests" / "acoustics"))
+from acoustics_bodies import box  # noqa: E402
+
+FIDELITY = replace(
+    nvh.STANDARD.acoustics, elements_per_wavelength=2.0, coarsest_elements_per_wavelength=1.5, masters=64
+)
+KINDS = {
+    "linear": replace(FIDELITY, interpolation="linear"),
+    "polynomial": replace(FIDELITY, interpolation="phase_removed", interpolation_points=6),
+    "rational": FIDELITY,
+}
+COUNTS = (8, 12, 16, 24, 32, 48)
+CELL = 0.02
+
+
+def hollow(centre: FloatArray) -> bool:
+    """Cells of the cavity and of its neck."""
+    cell = np.round(np.asarray(centre) / CELL - 0.5).astype(int)
+    return bool(((cell >= 1) & (cell <= 4)).all()) or cell.tolist() == [2, 2, 5]
+
+
+def bodies() -> dict[str, tuple[Surface, float]]:
+    """Name → surface and upper frequency in Hz."""
+    return {
+        "sphere 0.2 m": (sphere(0.1, 2), 3000.0),
+        "box 0.45 × 0.3 × 0.25 m": (box((0.45, 0.3, 0.25), 0.05), 3000.0),
+        "cavity behind a neck": (box((6 * CELL,) * 3, CELL, remove=hollow), 2600.0),
+    }
+
+
+def decibel(relative: float) -> float:
+    return float(20 * np.log10(1 + relative))
+
+
+def wrong(atv: TransferVectors, truth: TransferVectors, kind: str) -> float:
+    """Largest error between masters, relative."""
+    difference = vectors_at(atv, truth.frequency, fidelity=KINDS[kind]).vectors - truth.vectors
+    return float((np.linalg.norm(difference, axis=2) / np.linalg.norm(truth.vectors, axis=2)).max())
+
+
+def estimate(atv: TransferVectors, truth: TransferVectors, kind: str) -> float:
+    """The same as `error_weights` estimates it."""
+    smooth = interpolant(atv, KINDS[kind])
+    sides = smooth.error_weights(truth.frequency)
+    size = np.linalg.norm(truth.vectors, axis=2)
+    return max(
+        float((np.linalg.norm(sides @ smooth.at_nodes(point), axis=2) / size[:, point]).max())
+        for point in range(len(atv.points))
+    )
+
+
+def main() -> None:
+    text = [
+        "Error (estimate) in dB with equally spaced masters:",
+        "",
+        "| body | interpolation | " + " | ".join(map(str, COUNTS)) + " |",
+        "|---|---|" + "---:|" * len(COUNTS),
+    ]
+    chosen = [
+        "Masters chosen for an error in dB (true error in dB):",
+        "",
+        "| body | triangles | interpolation | 1 dB | 0.3 dB | 0.1 dB |",
+        "|---|---:|---|---:|---:|---:|",
+    ]
+    curves: dict[tuple[str, str], list[float]] = {}
+    for name, (surface, high) in bodies().items():
+        top = surface.vertices.max(axis=0)
+        points = np.array([[0.3 * top[0], 0.3 * top[1], top[2] + 0.04], [0.3, -0.2, 0.93], [8.0, 0.0, 6.0]])
+        lines = np.unique(np.r_[np.arange(50.0, high + 1, 50.0), np.arange(246.0, 268.0, 2.0)])
+        truth = transfer_vectors(surface, points, lines, fidelity=FIDELITY)
+        even = [transfer_vectors(surface, points, np.linspace(50.0, high, n), fidelity=FIDELITY) for n in COUNTS]
+        for kind in KINDS:
+            cells = []
+            for atv in even:
+                true = wrong(atv, truth, kind)
+                curves.setdefault((name, kind), []).append(decibel(true))
+                cells.append(f"{decibel(true):.2g} ({decibel(estimate(atv, truth, kind)):.2g})")
+            text.append(f"| {name} | {kind} | " + " | ".join(cells) + " |")
+        for kind in ("polynomial", "rational"):
+            cells = []
+            for tolerance in (1.0, 0.3, 0.1):
+                fidelity = replace(KINDS[kind], master_tolerance_db=tolerance)
+                try:
+                    atv = adaptive_transfer_vectors(surface, points, 50.0, high, fidelity=fidelity)
+                except SolverError:
+                    cells.append(f"> {fidelity.masters}")
+                    continue
+                cells.append(f"{len(atv.frequency)} ({decibel(wrong(atv, truth, kind)):.2g})")
+            chosen.append(f"| {name} | {len(surface.triangles)} | {kind} | " + " | ".join(cells) + " |")
+    target = ROOT / "docs" / "measured" / "masters.md"
+    target.write_text("\n".join([*text, "", *chosen]) + "\n")
+    print(target.read_text())
+    if len(sys.argv) > 1:
+        draw(curves, Path(sys.argv[1]))
+
+
+def draw(curves: dict[tuple[str, str], list[float]], out: Path) -> None:
+    """Error against number of masters."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+
+    names = list(dict.fromkeys(name for name, _ in curves))
+    figure, axes = pyplot.subplots(1, len(names), figsize=(4 * len(names), 3.6), sharey=True, layout="constrained")
+    for ax, name in zip(axes, names, strict=True):
+        for kind in KINDS:
+            ax.loglog(COUNTS, curves[name, kind], "o-", label=kind)
+        ax.set(title=name, xlabel="masters", xticks=COUNTS, xticklabels=COUNTS)
+        ax.axhline(0.1, color="0.6", lw=0.8)
+        ax.minorticks_off()
+    axes[0].set_ylabel("worst error of a vector / dB")
+    axes[0].legend()
+    out.mkdir(parents=True, exist_ok=True)
+    figure.savefig(out / "masters.png", dpi=120)
+
+
+if __name__ == "__main__":
+    main()

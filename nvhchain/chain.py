@@ -46,7 +46,7 @@ class Result:
     force_spectrum: ForceSpectrum | None
     housing: ReducedHousing | None
     surface_velocity: SurfaceVelocity | None
-    transfer_vectors: TransferVectors
+    transfer_vectors: TransferVectors | None
     pressure: FieldPressure | None
     noise_transfer_functions: NoiseTransferFunctions | None = None
     pressure_history: PressureHistory | None = None
@@ -109,7 +109,7 @@ def run(
         surface_velocity = surface_velocity or radiator_velocity(case, fidelity.acoustics)
     laws = tuple(mesh_laws or ())
     if isinstance(case, GearboxCase) and case.operation.ramp is not None:
-        _check_run_up(given)
+        _check_run_up(given, fidelity)
         housing = housing or stages.reduced_housing(case, fidelity, shared)
         if bearing_forces is None:
             laws = laws or stages.mesh_laws(case, fidelity, shared, executor)
@@ -131,6 +131,9 @@ def run(
             force_spectrum = stages.force_spectrum(case, bearing_forces, spine)
         _check_names(case, force_spectrum.names)
         surface_velocity = stages.surface_velocity(housing, force_spectrum, spine)
+    if fidelity.acoustics.radiation == "equivalent_radiated_power":
+        pressure = stages.equivalent_pressure(case, surface_velocity, force_spectrum, spine)
+        return Result(case, laws, bearing_forces, force_spectrum, housing, surface_velocity, None, pressure)
     lines = surface_velocity.frequency
     vectors = transfer_vectors or stages.transfer_vectors(
         case, surface_velocity.surface, lines, fidelity, shared, executor
@@ -177,7 +180,12 @@ def _check_transfer_vectors(case: Case, vectors: TransferVectors) -> None:
     )
 
 
-def _check_run_up(given: dict[str, Any]) -> None:
+def _check_run_up(given: dict[str, Any], fidelity: Fidelity) -> None:
+    require(
+        fidelity.acoustics.radiation != "equivalent_radiated_power",
+        "a run-up is heard in time, but the equivalent radiated power has no phase: choose radiation = rayleigh or "
+        "boundary_elements",
+    )
     useless = [name for name in ("force_spectrum", "surface_velocity") if given[name] is not None]
     require(not useless, f"a run-up is heard in time, from bearing forces: {', '.join(useless)} cannot be used for it")
 

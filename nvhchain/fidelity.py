@@ -334,20 +334,20 @@ DRAFT = Fidelity(
     ),
     DynamicsFidelity(time_step=20e-6),
     HousingFidelity(element_size=0.013),
-    AcousticsFidelity(elements_per_wavelength=3.0, masters=16),
+    AcousticsFidelity(elements_per_wavelength=3.0, masters=64, master_tolerance_db=0.5),
 )
 STANDARD = Fidelity(
     "standard",
     GearFidelity(profile_elements=4, width_layers=8, slices=32, angles_per_mesh=96, deflections=24),
     DynamicsFidelity(time_step=10e-6),
     HousingFidelity(element_size=0.0105, mode_ratio=1.4),
-    AcousticsFidelity(elements_per_wavelength=4.5, masters=32),
+    AcousticsFidelity(elements_per_wavelength=4.5, masters=128),
 )
 REFERENCE = Fidelity(
     "reference",
     GearFidelity(
         profile_elements=10,
-        width_layers=8,
+        width_layers=12,
         slices=48,
         angles_per_mesh=192,
         deflections=40,
@@ -359,7 +359,8 @@ REFERENCE = Fidelity(
     HousingFidelity(element_size=0.009, mode_ratio=1.6),
     AcousticsFidelity(
         elements_per_wavelength=5.0,
-        masters=48,
+        masters=256,
+        master_tolerance_db=0.02,
         quadrature_order=4,
         close_distances=(1.5, 3.0, 6.0),
         close_orders=(8, 6, 4),

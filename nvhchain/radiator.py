@@ -23,11 +23,13 @@ def radiator_velocity(case: RadiatorCase, fidelity: AcousticsFidelity) -> Surfac
     return SurfaceVelocity(np.array(case.frequencies), lines, surface)
 
 
-def radiator_faces(case: RadiatorCase, fidelity: AcousticsFidelity) -> int:
-    """Number of triangles of the body's surface; a surface file is read for it."""
+def radiator_faces(case: RadiatorCase, fidelity: AcousticsFidelity) -> tuple[int, float]:
+    """Number of triangles and area (m²) of the body's surface; a surface file is read for it."""
     if isinstance(case.body, Sphere):
-        return int(20 * 4 ** _subdivisions(case.body.radius, _edge(case, fidelity)))
-    return len(_surface(case, fidelity).triangles)
+        count = int(20 * 4 ** _subdivisions(case.body.radius, _edge(case, fidelity)))
+        return count, 4 * pi * case.body.radius**2
+    surface = _surface(case, fidelity)
+    return len(surface.triangles), float(surface.areas.sum())
 
 
 def _surface(case: RadiatorCase, fidelity: AcousticsFidelity) -> Surface:

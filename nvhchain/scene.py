@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import dataclass
-from math import ceil, lcm, pi
+from math import ceil, inf, lcm, pi
 
 import psutil
 
@@ -28,6 +28,8 @@ _SECONDS_PER_STEP_AND_MODE = 7e-9
 _SETTLING_PERIODS = 4
 _SECONDS_PER_PAIR = 1.2e-7
 _SECONDS_PER_LU = 4e-11
+_MASTERS_AT_LEAST = 6
+_MASTERS_PER_RADIAN = 0.45
 _TRIANGLES_PER_AREA = 2.83
 _TRIANGLES_OF_FEATURES = 620
 _SECONDS_PER_LINE_AND_FACE = 3e-8
@@ -80,7 +82,7 @@ def plan(case: Case, *, fidelity: Fidelity = STANDARD) -> Plan:
         return Plan(
             case.name,
             fidelity.name,
-            (_transfer_vectors(case, fidelity, radiator_faces(case, fidelity.acoustics)),),
+            (_transfer_vectors(case, fidelity, *radiator_faces(case, fidelity.acoustics)),),
             ("gears, dynamics and housing: the surface velocity is given in the case",),
         )
     area = housing.envelope_area(case.housing)
@@ -88,7 +90,7 @@ def plan(case: Case, *, fidelity: Fidelity = STANDARD) -> Plan:
         _housing(case, fidelity, area),
         *_mesh_laws(case, fidelity),
         _dynamics(case, fidelity),
-        _transfer_vectors(case, fidelity, _faces(case, fidelity, area)),
+        _transfer_vectors(case, fidelity, _faces(case, fidelity, area), area),
         _radiation(case, fidelity, area),
     )
     return Plan(case.name, fidelity.name, stages, _skipped(case, fidelity))
@@ -195,16 +197,35 @@ def _faces(case: GearboxCase, fidelity: Fidelity, area: float) -> int:
     return ceil(_TRIANGLES_PER_AREA * area / size**2 + _TRIANGLES_OF_FEATURES)
 
 
-def _transfer_vectors(case: Case, fidelity: Fidelity, faces: int) -> Stage:
-    lines = len(case.frequencies) if isinstance(case, RadiatorCase) else fidelity.acoustics.masters
-    masters = min(lines, fidelity.acoustics.masters)
+def _transfer_vectors(case: Case, fidelity: Fidelity, faces: int, area: float) -> Stage:
+    knobs = fidelity.acoustics
+    described = (
+        f"about {faces} triangles at {knobs.elements_per_wavelength:g} per wavelength, {len(case.field_points)} "
+        "field point(s)"
+    )
+    if knobs.radiation == "equivalent_radiated_power":
+        return Stage("radiated power", f"{described}, plane waves from every face", 1.0, _BASE_MEGABYTES)
+    masters = _masters(case, area)
+    if knobs.radiation == "rayleigh":
+        return Stage("transfer vectors", f"{described}, Rayleigh integral", 1.0, _BASE_MEGABYTES)
     seconds = masters * (_SECONDS_PER_PAIR * faces**2 + _SECONDS_PER_LU * (faces / 2) ** 3)
     return Stage(
         "transfer vectors",
-        f"about {faces} triangles at {fidelity.acoustics.elements_per_wavelength:g} per wavelength, {masters} master "
-        f"frequencies, {len(case.field_points)} field point(s), engine {case.engine}",
+        f"{described}, about {masters} master frequencies, engine {case.engine}",
         5.0 + seconds,
         _BASE_MEGABYTES + 1e-6 * acoustics.estimate_memory(faces // 2, faces, case.engine),
+    )
+
+
+def _masters(case: Case, area: float) -> int:
+    """Master frequencies: they grow with the band times the body's size, or are the lines where those are few."""
+    if isinstance(case, RadiatorCase):
+        band, lines = case.frequencies[-1] - case.frequencies[0], float(len(case.frequencies))
+    else:
+        band, lines = case.band.high - case.band.low, inf
+    size = (area / pi) ** 0.5
+    return int(
+        min(lines, ceil(_MASTERS_AT_LEAST + _MASTERS_PER_RADIAN * 2 * pi * band / case.air.speed_of_sound * size))
     )
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from nvhchain import acoustics, dynamics, gear, housing, spectrum
 from nvhchain.case import Case, GearboxCase
-from nvhchain.fidelity import AcousticsFidelity, Fidelity
+from nvhchain.fidelity import Fidelity
 from nvhchain.handoff import (
     BearingForces,
     FieldPressure,
@@ -164,6 +164,10 @@ def surface_velocity(reduced: ReducedHousing, forces: ForceSpectrum, shelf: Shel
     )
 
 
+_FEW_LINES = 16
+"""So many lines are solved as they are: masters between which they could be interpolated would hardly be fewer."""
+
+
 def transfer_vectors(
     case: Case,
     surface: Surface,
@@ -173,21 +177,27 @@ def transfer_vectors(
     executor: Executor | None,
 ) -> TransferVectors:
     """Transfer vectors to the field points at master frequencies.  lines: (n_f,) Hz wanted; None: the whole band."""
-    points = np.array([point.position for point in case.field_points])
-    masters = _masters(case, lines, fidelity.acoustics)
+    points = _points(case)
+    where: dict[str, Any] = {"air": case.air, "engine": case.engine, "plane": case.reflecting_plane}
+    if lines is not None and len(lines) <= _FEW_LINES:
+        frequencies: tuple[Any, ...] = (lines,)
+        compute: Callable[..., TransferVectors] = acoustics.transfer_vectors
+    else:
+        edges = [] if lines is None else [float(lines[0]), float(lines[-1])]
+        edges += [case.band.low, case.band.high] if isinstance(case, GearboxCase) else []
+        frequencies = (min(edges), max(edges))
+        compute = acoustics.adaptive_transfer_vectors
     return shelf.stage_in_parts(
         "transfer_vectors-{key}",
         TransferVectors,
         "acoustics",
-        (surface, points, masters, case.air, case.engine, case.reflecting_plane),
-        lambda progress, parts: acoustics.transfer_vectors(
+        (surface, points, frequencies, where),
+        lambda progress, parts: compute(
             surface,
             points,
-            masters,
-            air=case.air,
+            *frequencies,
+            **where,
             fidelity=fidelity.acoustics,
-            engine=case.engine,
-            plane=case.reflecting_plane,
             executor=executor,
             progress=progress,
             shards=parts,
@@ -196,14 +206,25 @@ def transfer_vectors(
     )
 
 
-def _masters(case: Case, lines: FloatArray | None, fidelity: AcousticsFidelity) -> FloatArray:
-    """Master frequencies over the case's band; the lines themselves where they are fewer."""
-    if lines is not None and len(lines) <= fidelity.masters:
-        return lines
-    edges = [] if lines is None else [lines[0], lines[-1]]
-    if isinstance(case, GearboxCase):
-        edges += [case.band.low, case.band.high]
-    return acoustics.master_frequencies(min(edges), max(edges), fidelity)
+def _points(case: Case) -> FloatArray:
+    return np.array([point.position for point in case.field_points])
+
+
+def equivalent_pressure(
+    case: Case, velocity: SurfaceVelocity, forces: ForceSpectrum | None, shelf: Shelf
+) -> FieldPressure:
+    """Level without phase of the equivalent radiated power, spread evenly."""
+    speed = forces.input_speed if forces is not None else 0.0
+    return shelf.stage(
+        "pressure",
+        FieldPressure,
+        "acoustics",
+        (velocity, _points(case), case.air, case.reflecting_plane, speed),
+        lambda progress: acoustics.equivalent_pressure(
+            velocity, _points(case), case.air, plane=case.reflecting_plane
+        ).replace(input_speed=speed),
+        fidelity=None,
+    )
 
 
 def pressure(

@@ -21,7 +21,7 @@ COARSE = Fidelity(
     ),
     DynamicsFidelity(time_step=40e-6),
     HousingFidelity(element_size=0.04, elements_per_turn=10),
-    AcousticsFidelity(elements_per_wavelength=2.5, masters=8),
+    AcousticsFidelity(elements_per_wavelength=2.5, masters=64, master_tolerance_db=1.0),
 )
 
 

@@ -68,11 +68,10 @@ class Patches:
 
     def _apply(self, x: ComplexArray, transposed: bool) -> ComplexArray:
         if transposed not in self._inverses:
-            with threadpool_limits(1, user_api="blas"):  # small matrices: waking threads costs more than it saves
-                self._inverses[transposed] = [
-                    _rows_of_inverse(block.T if transposed else block, own)
-                    for block, own in zip(self._blocks, self.own, strict=True)
-                ]
+            self._inverses[transposed] = [
+                _rows_of_inverse(block.T if transposed else block, own)
+                for block, own in zip(self._blocks, self.own, strict=True)
+            ]
         y = np.empty_like(x)
         for members, own, inverse in zip(self.members, self.own, self._inverses[transposed], strict=True):
             y[members[:own]] = inverse @ x[members]
@@ -113,7 +112,9 @@ class IterativeSystem:
         del self._a, self._b, self._patches
 
     def _solve(self, product: Product, precondition: Product, rhs: ComplexArray) -> ComplexArray:
-        return gmres(product, precondition, rhs, residual=self._residual, iterations=self._iterations)
+        # Most products are small: BLAS threads waiting for the next one would cost more than they save.
+        with threadpool_limits(1, user_api="blas"):
+            return gmres(product, precondition, rhs, residual=self._residual, iterations=self._iterations)
 
 
 def iteration_size(unknowns: int) -> int:

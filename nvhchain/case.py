@@ -32,6 +32,7 @@ from nvhchain.gear import (
 )
 from nvhchain.handoff import RigidPlane
 from nvhchain.housing import Casting, encloses
+from nvhchain.interop import ForceChannels
 
 _CENTRE_TOLERANCE = 1e-5
 """m, between a stage's centre distance and the distance of its shafts."""
@@ -398,6 +399,15 @@ def _check_plane(plane: RigidPlane | None, points: tuple[FieldPoint, ...]) -> No
             f"field point {point.name!r} at {point.position} m lies {-1e3 * height:.4g} mm behind the reflecting "
             "plane: move it to the side the plane's normal points to",
         )
+
+
+def load_channels(path: str | Path) -> ForceChannels:
+    """Read what the channels of a foreign record of bearing forces mean (TOML).
+
+    Raises InputError with file, field, value, limit and remedy.
+    """
+    path = Path(path)
+    return build(ForceChannels, _read(path, ()), str(path))
 
 
 def load_case(path: str | Path) -> Case:

@@ -9,11 +9,15 @@ from collections.abc import Sequence
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from nvhchain import __version__
 from nvhchain.errors import InputError, SolverError
 from nvhchain.fidelity import PRESETS
+
+if TYPE_CHECKING:
+    from nvhchain.case import Case
+    from nvhchain.handoff import BearingForces
 
 
 class Console:
@@ -98,6 +102,11 @@ def _parser() -> argparse.ArgumentParser:
         default=[],
         help="ready-made hand-off (HDF5) to take instead of computing it",
     )
+    run.add_argument(
+        "--forces",
+        metavar="FILE",
+        help="bearing forces of another program (CSV, MAT, HDF5, UFF 58), described in the TOML file beside it",
+    )
     run.set_defaults(action=_run)
 
     compare = commands.add_parser(
@@ -130,12 +139,25 @@ def _executor(options: argparse.Namespace) -> AbstractContextManager[Executor | 
     return cluster.connect(options.scheduler) if options.scheduler else cluster.local_cluster(options.workers)
 
 
+def _foreign_forces(path: Path, case: Case) -> BearingForces:
+    """Bearing forces from another program's file; their channels are described in a file of the same name, .toml."""
+    from nvhchain.case import GearboxCase, load_channels
+    from nvhchain.interop import read_bearing_forces
+
+    if not isinstance(case, GearboxCase):
+        raise InputError(f"{case.name} has no bearings: --forces belongs to a gearbox")
+    bores = {bore.name: bore.centre for bore in case.housing.bores}
+    return read_bearing_forces(path, load_channels(path.with_suffix(".toml")), positions=bores)
+
+
 def _run(options: argparse.Namespace) -> int:
     from nvhchain import chain, store
     from nvhchain.case import load_case
 
     case = load_case(options.case)
     given = chain.ready_made(store.load(path) for path in options.use)
+    if options.forces:
+        given["bearing_forces"] = _foreign_forces(Path(options.forces), case)
     out = Path(options.out or Path("out") / case.name)
     with _executor(options) as executor:
         result = chain.run(

@@ -1,7 +1,5 @@
 """Gear drawings in case files: every blank and modification of the gear package can be written as a table."""
 
-from math import radians
-
 import pytest
 
 import nvhchain as nvh
@@ -50,8 +48,8 @@ def test_crowning_and_relief_are_written_in_micrometres(load):
 
 
 def test_a_stage_may_be_misaligned(load):
-    case = load('[[stages]]\nname = "stage1"\nmisalignment = { in_plane_deg = 0.05 }')
-    assert case.pairs[0].misalignment.in_plane == pytest.approx(radians(0.05))
+    case = load('[[stages]]\nname = "stage1"\nmisalignment = { in_plane_mrad = 0.9 }')
+    assert case.pairs[0].misalignment.in_plane == pytest.approx(0.9e-3)
     assert case.pairs[1].misalignment.in_plane == 0.0
 
 

@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 
 from nvhchain.errors import InputError
 
-UNITS = {"mm": 1e-3, "um": 1e-6, "deg": pi / 180, "rpm": 2 * pi / 60, "kg_cm2": 1e-4, "GPa": 1e9}
+UNITS = {"mm": 1e-3, "um": 1e-6, "deg": pi / 180, "mrad": 1e-3, "rpm": 2 * pi / 60, "kg_cm2": 1e-4, "GPa": 1e9}
 """Unit suffixes of keys and their factors to SI."""
 
 T = TypeVar("T")

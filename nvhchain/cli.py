@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+import warnings
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager, nullcontext
@@ -53,7 +54,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit code."""
     options = _parser().parse_args(arguments)
     try:
-        return int(options.action(options))
+        with warnings.catch_warnings():
+            warnings.showwarning = _warn
+            return int(options.action(options))
     except InputError as error:
         print(f"nvhchain: {_one_line(error)}", file=sys.stderr)
         return 2
@@ -66,6 +69,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("nvhchain: interrupted; finished stages are kept and will be found again", file=sys.stderr)
         return 130
+
+
+def _warn(message: Warning | str, *_: Any, **__: Any) -> None:
+    """What may be wrong with a result, in one line."""
+    print(f"nvhchain: {' '.join(str(message).split())}", file=sys.stderr, flush=True)
 
 
 def _one_line(error: BaseException) -> str:

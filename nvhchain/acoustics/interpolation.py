@@ -101,13 +101,13 @@ class Interpolant:
                 side[rows] *= np.abs(factor / np.prod(line[:, None] - self.node[gained], axis=1))[:, None]
         return weights
 
-    def poles_between(self, low: float, high: float) -> FloatArray:
-        """Real parts (Hz) of the poles of the rational function used between two neighbouring masters that lie there,
-        but for those next to a master."""
+    def poles_between(self, low: float, high: float) -> ComplexArray:
+        """Poles (Hz) of the rational function used between two neighbouring masters whose real part lies there, but for
+        those next to a master."""
         first = _nearest(self.node, np.array([0.5 * (low + high)]), self.taking_part)[0, 0]
-        poles = np.asarray(self._windows[first].denominator.roots(), dtype=complex).real
+        poles = np.asarray(self._windows[first].denominator.roots(), dtype=complex)
         margin = _NEXT_TO * (high - low)
-        return np.asarray(poles[(poles > low + margin) & (poles < high - margin)], dtype=float)
+        return np.asarray(poles[(poles.real > low + margin) & (poles.real < high - margin)])
 
     @cached_property
     def _windows(self) -> list[Window]:

@@ -19,8 +19,11 @@ from nvhchain.fidelity import STANDARD, AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, IntArray, RigidPlane, Surface, TransferVectors
 
 _FIRST = (2.0, 0.15)
-"""Masters to begin with: the first plus the second times the wavenumber of the band times the body's diagonal. About
-half of what 0.1 dB takes for a convex body."""
+"""Masters to begin with: the first plus the second times the wavenumber of the band times the body's diagonal, two
+bands of work at least. About half of what 0.1 dB takes for a convex body."""
+
+_NARROW = 0.25
+"""Half width of a resonance, relative to the gap between masters it lies in, below which its peak needs a master."""
 
 _LINES = np.array([0.25, 0.5, 0.75])
 """Where between two masters the error is estimated, besides at the poles."""
@@ -48,8 +51,9 @@ def adaptive_transfer_vectors(
     The error of a vector is its 2-norm over the faces relative to the vector's, the worst of the field points: what a
     velocity that is alike on all faces and random in phase suffers in the mean.  Masters are added, a band of four
     at least, where the error estimated from the masters known (`Interpolant.error_weights`) is largest, until it is
-    nowhere above the tolerance.  Every new master tests the prediction of those before it; the last band of masters is
-    solved for that alone and must be predicted within the tolerance.
+    nowhere above the tolerance.  Every new master tests the prediction of those before it; the last masters, at the
+    predicted peak of every resonance narrower than the gap it lies in and in the widest gaps, are solved for that alone
+    and must be predicted within the tolerance.
 
     What no master shows can be missed: a resonance whose flank, at the nearest master, stays below the tolerance.
     At its peak it raises the vectors by a factor H over a full width at half maximum below 2 ε d/H, with ε the
@@ -90,9 +94,14 @@ def adaptive_transfer_vectors(
                 f"{most} masters leave an estimated error of {_decibel(max(error[worst], tested)):.2g} dB near "
                 f"{lines[worst]:.4g} Hz, {tolerance:g} dB asked: allow more masters or a larger master_tolerance_db"
             )
+        left = most - len(atv.frequency)
         test = bool(error.max() <= allowed)
-        count = min(BAND * max(1, len(atv.frequency) // (4 * BAND)) if not test else BAND, most - len(atv.frequency))
-        new = _next(atv.frequency, lines, gap, error, count)
+        if test:
+            peaks = _untested_peaks(smooth)[:left]
+            others = _next(atv.frequency, lines, gap, error, min(max(BAND - len(peaks), 0), left - len(peaks)))
+            new = np.union1d(peaks, others)
+        else:
+            new = _next(atv.frequency, lines, gap, error, min(BAND * max(1, len(atv.frequency) // (4 * BAND)), left))
     report(len(atv.frequency), len(atv.frequency))
     widest = float(np.diff(atv.frequency).max())
     provenance = made_by("adaptive_transfer_vectors", fidelity, engine) | {
@@ -113,7 +122,7 @@ def _first_masters(surface: Surface, band: float, air: Air, plane: RigidPlane | 
     if plane is not None:
         vertices = np.concatenate([vertices, plane.mirror(vertices)])
     waves = 2 * np.pi * band / air.speed_of_sound * float(np.linalg.norm(np.ptp(vertices, axis=0)))
-    return BAND * int(np.ceil((_FIRST[0] + _FIRST[1] * waves) / BAND))
+    return BAND * max(2, int(np.ceil((_FIRST[0] + _FIRST[1] * waves) / BAND)))
 
 
 def _lines_between(smooth: Interpolant) -> tuple[FloatArray, IntArray]:
@@ -121,9 +130,19 @@ def _lines_between(smooth: Interpolant) -> tuple[FloatArray, IntArray]:
     edges = smooth.atv.frequency
     lines: list[float] = []
     for left, right in pairwise(edges):
-        lines += [*(left + _LINES * (right - left)), *smooth.poles_between(left, right)]
+        lines += [*(left + _LINES * (right - left)), *smooth.poles_between(left, right).real]
     at = np.unique(np.array(lines))
     return at, np.searchsorted(edges, at) - 1
+
+
+def _untested_peaks(smooth: Interpolant) -> FloatArray:
+    """Frequencies (Hz) of resonances narrower than the gap between masters in which they are predicted."""
+    found = [
+        poles.real[np.abs(poles.imag) < _NARROW * (right - left)]
+        for left, right in pairwise(smooth.atv.frequency)
+        for poles in (smooth.poles_between(left, right),)
+    ]
+    return np.unique(np.concatenate(found))
 
 
 def _estimated_errors(smooth: Interpolant, lines: FloatArray, points: int) -> FloatArray:

@@ -92,6 +92,14 @@ def test_error_estimate_of_a_resonating_cavity_is_within_a_factor_of_ten_of_the_
     assert ((estimate > wrong / 10) & (estimate < wrong * 10)).all(), estimate / wrong
 
 
+def test_peaks_predicted_between_masters_are_tested_before_they_are_trusted(resonator, air):
+    """Without a master at the predicted peak 11 masters passed for 1 dB and were wrong by 4.6 dB at 257 Hz."""
+    fidelity = chosen(1.0)
+    atv = adaptive_transfer_vectors(resonator, POINTS, 50.0, 2600.0, air=air, fidelity=fidelity)
+    lines = np.array([251.0, 254.0, 255.5, 256.6, 258.0, 261.0, 2150.0, 2162.0, 2175.0])
+    assert error_db(atv, lines, fidelity).max() < 1.0
+
+
 def test_vectors_over_a_plane_are_chosen_for_and_joined_with_their_images(air):
     box = bodies.box((0.1, 0.1, 0.05), 0.025)
     floor, fidelity = RigidPlane((0.0, 0.0, -0.2), (0.0, 0.0, 1.0)), chosen(0.3)

@@ -185,7 +185,8 @@ def test_bands_on_an_executor_give_the_same_vectors_and_report_progress(bracket,
             bracket, points, frequency, air=air, fidelity=coarse, executor=executor,
             progress=lambda done, total: seen.append((done, total)),
         )  # fmt: skip
-    assert np.array_equal(alone.vectors, spread.vectors)
+    # the order of sums follows the number of threads, which tasks beside each other share
+    assert np.abs(spread.vectors - alone.vectors).max() < 1e-14 * np.abs(alone.vectors).max()
     assert seen[0] == (0, 10)
     assert seen[-1] == (10, 10)
     assert alone.provenance["engine"] == "fused"

@@ -168,6 +168,10 @@ _FEW_LINES = 16
 """So many lines are solved as they are: masters between which they could be interpolated would hardly be fewer."""
 
 
+_ROUNDING = 1e-9
+"""Relative; lines of a Fourier transform that pass the band's edge by less share the transfer vectors of the band."""
+
+
 def transfer_vectors(
     case: Case,
     surface: Surface,
@@ -183,9 +187,7 @@ def transfer_vectors(
         frequencies: tuple[Any, ...] = (lines,)
         compute: Callable[..., TransferVectors] = acoustics.transfer_vectors
     else:
-        edges = [] if lines is None else [float(lines[0]), float(lines[-1])]
-        edges += [case.band.low, case.band.high] if isinstance(case, GearboxCase) else []
-        frequencies = (min(edges), max(edges))
+        frequencies = _span(case, lines)
         compute = acoustics.adaptive_transfer_vectors
     return shelf.stage_in_parts(
         "transfer_vectors-{key}",
@@ -204,6 +206,17 @@ def transfer_vectors(
         ),
         fidelity=fidelity.acoustics,
     )
+
+
+def _span(case: Case, lines: FloatArray | None) -> tuple[float, float]:
+    """Hz that the masters span: the band of the case, or the lines where those pass it by more than rounding."""
+    if isinstance(case, GearboxCase):
+        low, high = case.band.low, case.band.high
+        if lines is None or (lines[0] > low * (1 - _ROUNDING) and lines[-1] < high * (1 + _ROUNDING)):
+            return low, high
+        return min(low, float(lines[0])), max(high, float(lines[-1]))
+    assert lines is not None
+    return float(lines[0]), float(lines[-1])
 
 
 def _points(case: Case) -> FloatArray:

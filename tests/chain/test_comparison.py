@@ -140,3 +140,14 @@ def test_every_hand_off_carries_fidelity_and_version(compared):
         provenance = store.load(path).provenance
         assert provenance["version"].startswith(nvh.__version__)
         assert "key" in provenance
+
+
+def test_lines_that_pass_the_edge_of_the_band_by_rounding_share_its_transfer_vectors(compared, cases, coarse, record):
+    out, _, _ = compared
+    velocity = store.load(out / "solid" / "surface_velocity.h5", SurfaceVelocity)
+    high = cases[0].band.high
+    lines = np.append(velocity.frequency[:-1], high * (1 + 1e-15))
+    nudged = velocity.replace(frequency=lines)
+    run = nvh.run(cases[0], fidelity=coarse, operators=out / "operators", surface_velocity=nudged, watcher=record)
+    assert [how for stage, how in record.ended if stage.startswith("transfer_vectors")] == ["found"]
+    assert run.pressure.pressure.shape[0] == len(lines)

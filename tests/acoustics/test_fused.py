@@ -81,12 +81,14 @@ def test_numbering_of_vertices_faces_and_corners_does_not_matter(surface, roll, 
     assert relative(b_shuffled, b[np.ix_(old_vertex, face)]) < limit
 
 
-def test_the_number_of_threads_and_repetition_do_not_change_a_bit(monkeypatch):
+def test_the_number_of_threads_and_repetition_change_rounding_only(monkeypatch):
+    # vectorised sums before the kernels depend on where arrays lie in memory: once in some hundred repetitions a bit
+    # differs; a race of two threads for a row would be far larger
     surface = sphere(0.1, 3)
     a, b = next(_fused.systems(surface, [30.0], FIDELITY))
     again = next(_fused.systems(surface, [30.0], FIDELITY))
-    assert (a == again[0]).all()
-    assert (b == again[1]).all()
+    assert relative(again[0], a) < 1e-13
+    assert relative(again[1], b) < 1e-13
     monkeypatch.setattr("nvhchain.acoustics._fused.threads", lambda: 1)
     single = next(_fused.systems(surface, [30.0], FIDELITY))
     assert relative(single[0], a) < 1e-13

@@ -82,8 +82,8 @@ def test_numbering_of_vertices_faces_and_corners_does_not_matter(surface, roll, 
 
 
 def test_the_number_of_threads_and_repetition_change_rounding_only(monkeypatch):
-    # vectorised sums before the kernels depend on where arrays lie in memory: once in some hundred repetitions a bit
-    # differs; a race of two threads for a row would be far larger
+    # one of many runs differed in some bits, 306 repetitions did not: where arrays lie in memory may reorder sums;
+    # a race of two threads for a row would be far larger than this bound
     surface = sphere(0.1, 3)
     a, b = next(_fused.systems(surface, [30.0], FIDELITY))
     again = next(_fused.systems(surface, [30.0], FIDELITY))

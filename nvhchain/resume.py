@@ -49,7 +49,7 @@ def code_version(package: str) -> str:
     root = Path(__file__).parent
     source = root / package
     files = sorted(source.rglob("*.py")) if source.is_dir() else [source.with_suffix(".py")]
-    files += [root / "conventions.py", root / "handoff.py"]
+    files += [root / "conventions.py", *sorted((root / "handoff").rglob("*.py"))]
     if package in ("gear", "housing"):
         files += sorted((root / "fem").rglob("*.py"))
     return f"{__version__}+{fingerprint(*(file.read_bytes() for file in files))[:12]}"

@@ -35,7 +35,7 @@ def test_every_fidelity_knob_is_listed_with_its_three_values(pages):
 def test_every_name_scripts_rely_on_is_documented(pages):
     names = set(re.findall(r"nvhchain\.[\w.]+", pages["api"]))
     wanted = {
-        "handoff.BearingForces",
+        "handoff.forces.BearingForces",
         "conventions.Air",
         "acoustics.transfer.transfer_vectors",
         "chain.run",

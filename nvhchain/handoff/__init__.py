@@ -1,0 +1,54 @@
+"""The frozen objects that cross the borders between stages; each checks itself when it is made.
+
+Leading axis frequency or time, C-contiguous float64/complex128 arrays, SI units (Hz on frequency axes).
+"""
+
+from nvhchain.handoff.base import ComplexArray, FloatArray, HandOff, IntArray
+from nvhchain.handoff.forces import BearingForces, ForceSpectrum
+from nvhchain.handoff.housing import ReducedHousing, SurfaceVelocity
+from nvhchain.handoff.mesh_law import MeshLaw
+from nvhchain.handoff.sound import FieldPressure, PressureHistory, SoundPower, SurfacePressure
+from nvhchain.handoff.surface import Surface
+from nvhchain.handoff.transfer import ModalTransferVectors, NoiseTransferFunctions, RigidPlane, TransferVectors
+
+__all__ = [
+    "HAND_OFFS",
+    "BearingForces",
+    "ComplexArray",
+    "FieldPressure",
+    "FloatArray",
+    "ForceSpectrum",
+    "HandOff",
+    "IntArray",
+    "MeshLaw",
+    "ModalTransferVectors",
+    "NoiseTransferFunctions",
+    "PressureHistory",
+    "ReducedHousing",
+    "RigidPlane",
+    "SoundPower",
+    "Surface",
+    "SurfacePressure",
+    "SurfaceVelocity",
+    "TransferVectors",
+]
+
+HAND_OFFS: dict[str, type[HandOff]] = {
+    cls.__name__: cls
+    for cls in (
+        MeshLaw,
+        BearingForces,
+        ForceSpectrum,
+        ReducedHousing,
+        Surface,
+        SurfaceVelocity,
+        TransferVectors,
+        ModalTransferVectors,
+        NoiseTransferFunctions,
+        FieldPressure,
+        PressureHistory,
+        SurfacePressure,
+        SoundPower,
+    )
+}
+"""Every hand-off by name, as `store` writes it."""

@@ -1,0 +1,90 @@
+"""The housing and the motion of its surface."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from nvhchain.errors import require
+from nvhchain.handoff.base import (
+    ComplexArray,
+    FloatArray,
+    HandOff,
+    array,
+    distinct_names,
+    frequencies,
+)
+from nvhchain.handoff.surface import Surface
+
+
+@dataclass(frozen=True, eq=False)
+class ReducedHousing(HandOff):
+    """A housing as grounded normal modes plus residual flexibility at its bearing seats.
+
+    natural_frequency: (n_mode,) Hz.  modal_damping: (n_mode,) fraction of critical.
+    seat_shapes: (n_mode, n_bearing, 3) kg^-½, mass-normalised.  normal_shapes: (n_mode, n_face) kg^-½, outward.
+    seat_residual: (n_bearing, 3, n_bearing, 3) m/N.  face_residual: (n_bearing, 3, n_face) m/N, outward.
+    names: n_bearing.  positions: (n_bearing, 3) m.  surface: the radiating surface.
+    """
+
+    natural_frequency: FloatArray
+    modal_damping: FloatArray
+    seat_shapes: FloatArray
+    normal_shapes: FloatArray
+    seat_residual: FloatArray
+    face_residual: FloatArray
+    names: tuple[str, ...]
+    positions: FloatArray
+    surface: Surface
+
+    def __post_init__(self) -> None:
+        frequency = array(self, "natural_frequency", float, (None,))
+        n_mode, n_face = len(frequency), len(self.surface.triangles)
+        damping = array(self, "modal_damping", float, (n_mode,))
+        seats = array(self, "seat_shapes", float, (n_mode, None, 3))
+        n_bearing = seats.shape[1]
+        array(self, "normal_shapes", float, (n_mode, n_face))
+        residual = array(self, "seat_residual", float, (n_bearing, 3, n_bearing, 3))
+        array(self, "face_residual", float, (n_bearing, 3, n_face))
+        distinct_names(self, "names", n_bearing)
+        array(self, "positions", float, (n_bearing, 3))
+        require(
+            bool((frequency >= 0).all() and (np.diff(frequency) >= 0).all()),
+            "ReducedHousing.natural_frequency must be sorted and not negative",
+        )
+        require(
+            bool(((damping >= 0) & (damping < 1)).all()),
+            "ReducedHousing.modal_damping must lie in 0 … 1 (fraction of critical damping)",
+        )
+        matrix = residual.reshape(3 * n_bearing, -1)
+        require(
+            bool(np.abs(matrix - matrix.T).max(initial=0.0) <= 1e-6 * np.abs(matrix).max(initial=0.0)),
+            "ReducedHousing.seat_residual must be symmetric",
+        )
+
+    def receptance(self, frequency: FloatArray, *, structural: bool = False) -> ComplexArray:
+        """Modal coordinate per modal force (n_f, n_mode) s² at `frequency` (n_f,) Hz.
+
+        1/(ω_r² − ω² + 2jζω_rω), or 1/(ω_r²(1 + 2jζ) − ω²) with `structural` damping of loss factor 2ζ.
+        """
+        omega = 2 * np.pi * np.asarray(frequency)[:, None]
+        natural = 2 * np.pi * self.natural_frequency
+        loss = 2j * self.modal_damping * natural * (natural if structural else omega)
+        return np.asarray(1.0 / (natural**2 - omega**2 + loss))
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceVelocity(HandOff):
+    """Outward normal velocity of every face.
+
+    frequency: (n_f,) Hz.  normal_velocity: (n_f, n_face) complex m/s, peak.  surface: the radiating surface.
+    """
+
+    frequency: FloatArray
+    normal_velocity: ComplexArray
+    surface: Surface
+
+    def __post_init__(self) -> None:
+        frequency = frequencies(self)
+        array(self, "normal_velocity", complex, (len(frequency), len(self.surface.triangles)))

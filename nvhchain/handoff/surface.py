@@ -1,0 +1,106 @@
+"""The radiating surface."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from nvhchain.errors import InputError, require
+from nvhchain.handoff.base import (
+    FloatArray,
+    HandOff,
+    IntArray,
+    array,
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Surface(HandOff):
+    """A closed triangulated surface (one or more bodies) with outward normals.
+
+    vertices: (n_v, 3) m.  triangles: (n_face, 3) vertex indices, counter-clockwise seen from outside.
+    """
+
+    vertices: FloatArray
+    triangles: IntArray
+
+    def __post_init__(self) -> None:
+        vertices = array(self, "vertices", float, (None, 3))
+        if np.asarray(self.triangles).dtype.kind not in "iu":
+            raise InputError("Surface.triangles must hold whole vertex indices")
+        triangles = array(self, "triangles", np.int64, (None, 3))
+        require(len(triangles) >= 4, f"Surface has {len(triangles)} triangles: a closed surface needs at least 4")
+        require(
+            triangles.min() >= 0 and triangles.max() < len(vertices),
+            f"Surface.triangles refer to vertices {triangles.min()}…{triangles.max()}, but there are {len(vertices)}",
+        )
+        require(
+            len(np.unique(triangles)) == len(vertices),
+            "Surface.vertices holds vertices that no triangle uses: remove them",
+        )
+        area = self.areas
+        smallest = int(np.argmin(area))
+        require(
+            area[smallest] > 1e-12 * area.mean(),
+            f"Surface triangle {smallest} has no area ({area[smallest]:.3g} m²): remove degenerate triangles",
+        )
+        self._check_closed()
+        volume = self.volume
+        require(
+            volume > 0,
+            f"Surface encloses {volume:.3g} m³: its normals point inward; flip the triangles (swap two columns)",
+        )
+
+    def _check_closed(self) -> None:
+        edges = self.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+        n = len(self.vertices)
+        forward, backward = edges[:, 0] * n + edges[:, 1], edges[:, 1] * n + edges[:, 0]
+        unique, count = np.unique(forward, return_counts=True)
+        undirected, sides = np.unique(np.minimum(forward, backward), return_counts=True)
+        open_edges = int((sides == 1).sum())
+        require(
+            open_edges == 0,
+            f"Surface is open: {open_edges} edges belong to one triangle only; close it (cap the openings)",
+        )
+        require(
+            bool((sides == 2).all()),
+            f"Surface has {int((sides > 2).sum())} edges shared by more than two triangles: make it a manifold",
+        )
+        require(
+            bool((count == 1).all()) and len(undirected) * 2 == len(unique),
+            "Surface triangles are not oriented alike: neighbours must run along a common edge in opposite directions",
+        )
+
+    @cached_property
+    def _cross(self) -> FloatArray:
+        a, b, c = (self.vertices[self.triangles[:, i]] for i in range(3))
+        return np.cross(b - a, c - a)
+
+    @cached_property
+    def areas(self) -> FloatArray:
+        """(n_face,) m²."""
+        return np.asarray(0.5 * np.linalg.norm(self._cross, axis=1))
+
+    @cached_property
+    def normals(self) -> FloatArray:
+        """(n_face, 3) outward unit normals."""
+        return np.asarray(self._cross / (2.0 * self.areas[:, None]))
+
+    @cached_property
+    def centroids(self) -> FloatArray:
+        """(n_face, 3) m."""
+        return np.asarray(self.vertices[self.triangles].mean(axis=1))
+
+    @cached_property
+    def longest_edges(self) -> FloatArray:
+        """(n_face,) m, the longest edge of every triangle."""
+        corners = self.vertices[self.triangles]
+        return np.asarray(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1))
+
+    @cached_property
+    def volume(self) -> float:
+        """Enclosed volume, m³; positive for outward normals."""
+        centre = self.vertices.mean(axis=0)
+        return float(np.einsum("ij,ij->", self._cross, self.centroids - centre) / 6.0)

@@ -1,0 +1,154 @@
+"""What turns surface motion into sound pressure."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nvhchain.conventions import Air
+from nvhchain.errors import require
+from nvhchain.handoff.base import (
+    ComplexArray,
+    FloatArray,
+    HandOff,
+    array,
+    distinct_names,
+    frequencies,
+)
+from nvhchain.handoff.surface import Surface
+
+
+@dataclass(frozen=True)
+class RigidPlane:
+    """A rigid plane that reflects all sound; bodies and field points lie on the side its normal points to.
+
+    point: m, any point of the plane.  normal: any length, into the air; kept with unit length.
+    """
+
+    point: tuple[float, float, float]
+    normal: tuple[float, float, float]
+
+    def __post_init__(self) -> None:
+        for name in ("point", "normal"):
+            value = np.asarray(getattr(self, name), dtype=float)
+            require(
+                value.shape == (3,) and bool(np.isfinite(value).all()),
+                f"rigid plane {name} = {getattr(self, name)}: three finite coordinates are needed",
+            )
+            if name == "normal":
+                length = float(np.linalg.norm(value))
+                require(length > 0, "rigid plane normal has no length: give the direction into the air")
+                value = value if abs(length - 1.0) < 1e-14 else value / length  # stored planes come back bit for bit
+            object.__setattr__(self, name, tuple(value.tolist()))
+
+    def height(self, points: FloatArray) -> FloatArray:
+        """Distance (n,) m of points (n, 3) m from the plane, positive on the side of the air."""
+        return np.asarray((points - np.asarray(self.point)) @ np.asarray(self.normal))
+
+    def mirror(self, points: FloatArray) -> FloatArray:
+        """Mirror images (n, 3) m of points (n, 3) m."""
+        return np.asarray(points - 2.0 * self.height(points)[:, None] * np.asarray(self.normal))
+
+    def mirror_direction(self, vectors: NDArray[Any]) -> NDArray[Any]:
+        """Mirror images (n, 3) of directions (n, 3): the component along the normal changes its sign."""
+        normal = np.asarray(self.normal)
+        return np.asarray(vectors - 2.0 * (vectors @ normal)[:, None] * normal)
+
+
+@dataclass(frozen=True, eq=False)
+class TransferVectors(HandOff):
+    """Acoustic transfer vectors at master frequencies: p = vectors · v_n.
+
+    frequency: (n_f,) Hz.  points: (n_point, 3) m.  vectors: (n_f, n_point, n_face) complex Pa/(m/s).
+    plane: a rigid plane near the body, or None for a free field.
+    image_vectors: (n_f, n_point, n_face) complex Pa/(m/s), with a plane: the part of `vectors` that reaches the points
+        by way of the plane, as if it went to their mirror images; its phase is that of the longer path.
+    """
+
+    frequency: FloatArray
+    points: FloatArray
+    vectors: ComplexArray
+    surface: Surface
+    air: Air
+    plane: RigidPlane | None = None
+    image_vectors: ComplexArray | None = None
+
+    def __post_init__(self) -> None:
+        frequency = frequencies(self)
+        points = array(self, "points", float, (None, 3))
+        require(len(points) > 0, "TransferVectors.points is empty: at least one field point is needed")
+        shape = (len(frequency), len(points), len(self.surface.triangles))
+        array(self, "vectors", complex, shape)
+        require(
+            (self.plane is None) == (self.image_vectors is None),
+            "TransferVectors.image_vectors belong to a plane: give both or neither",
+        )
+        if self.image_vectors is not None:
+            array(self, "image_vectors", complex, shape)
+
+    def unfolded(self) -> TransferVectors:
+        """The same vectors without a plane, to the points and then to their mirror images (2 n_point in all).
+
+        The pressure at a point is the sum of both. Each part has the one phase of its own path, which interpolation
+        between masters removes. Without a plane: the vectors themselves.
+        """
+        if self.plane is None or self.image_vectors is None:
+            return self
+        return TransferVectors(
+            self.frequency,
+            np.concatenate([self.points, self.plane.mirror(self.points)]),
+            np.concatenate([self.vectors - self.image_vectors, self.image_vectors], axis=1),
+            self.surface,
+            self.air,
+            provenance=self.provenance,
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class ModalTransferVectors(HandOff):
+    """Transfer vectors times the shapes of a reduced housing: p = modes · q̇ + residual · Ḟ.
+
+    frequency: (n_f,) Hz, the lines of a load case.  points: (n_point, 3) m.
+    modes: (n_f, n_point, n_mode) complex Pa per unit velocity of a modal coordinate, Pa s/(m kg^½).
+    residual: (n_f, n_point, n_bearing, 3) complex Pa per unit rate of a bearing force, Pa s/N.
+    names: n_bearing.  housing: content hash of the reduced housing whose shapes they are.
+    """
+
+    frequency: FloatArray
+    points: FloatArray
+    modes: ComplexArray
+    residual: ComplexArray
+    names: tuple[str, ...]
+    housing: str
+    air: Air
+
+    def __post_init__(self) -> None:
+        frequency = frequencies(self)
+        points = array(self, "points", float, (None, 3))
+        array(self, "modes", complex, (len(frequency), len(points), None))
+        residual = array(self, "residual", complex, (len(frequency), len(points), None, 3))
+        distinct_names(self, "names", residual.shape[2])
+
+
+@dataclass(frozen=True, eq=False)
+class NoiseTransferFunctions(HandOff):
+    """Sound pressure per bearing force: p = functions · F.
+
+    frequency: (n_f,) Hz.  points: (n_point, 3) m.  functions: (n_f, n_point, n_bearing, 3) complex Pa/N.
+    names: n_bearing.
+    """
+
+    frequency: FloatArray
+    points: FloatArray
+    functions: ComplexArray
+    names: tuple[str, ...]
+    air: Air
+
+    def __post_init__(self) -> None:
+        frequency = frequencies(self)
+        points = array(self, "points", float, (None, 3))
+        functions = array(self, "functions", complex, (len(frequency), len(points), None, 3))
+        distinct_names(self, "names", functions.shape[2])

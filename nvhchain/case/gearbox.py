@@ -1,21 +1,16 @@
-"""A case file (TOML) → a frozen, validated case: what is asked, never how accurately."""
+"""A gearbox in its housing."""
 
 from __future__ import annotations
 
-import re
-import tomllib
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
-from itertools import pairwise
-from math import dist, hypot, isfinite
-from pathlib import Path
-from typing import Any, Literal
+from math import dist, hypot
+from typing import Literal
 
 import numpy as np
 
-from nvhchain._table import build
+from nvhchain.case.asked import Band, FieldPoint, Operation, check_field_points, check_name, check_plane
 from nvhchain.conventions import STEEL, Air, Material
 from nvhchain.dynamics import Bearing, Gearbox, Mesh, Shaft
 from nvhchain.errors import InputError, require
@@ -32,81 +27,9 @@ from nvhchain.gear import (
 )
 from nvhchain.handoff import RigidPlane
 from nvhchain.housing import Casting, encloses
-from nvhchain.interop import ForceChannels
 
 _CENTRE_TOLERANCE = 1e-5
 """m, between a stage's centre distance and the distance of its shafts."""
-
-
-@dataclass(frozen=True)
-class Band:
-    """low, high: Hz, limits of the lines that are computed.  resolution: Hz, widest admissible line spacing."""
-
-    low: float
-    high: float
-    resolution: float = 5.0
-
-    def __post_init__(self) -> None:
-        require(
-            0 < self.low < self.high <= 20e3,
-            f"band {self.low:g}…{self.high:g} Hz: needs 0 < low < high ≤ 20000 Hz",
-        )
-        require(self.resolution > 0, f"band resolution = {self.resolution:g} Hz must be positive")
-
-
-@dataclass(frozen=True)
-class FieldPoint:
-    """A microphone.  position: (x, y, z) m in the frame of the case."""
-
-    name: str
-    position: tuple[float, float, float]
-
-    def __post_init__(self) -> None:
-        require(
-            all(isfinite(x) and abs(x) <= 1e4 for x in self.position),
-            f"position = {self.position} m is beyond 10 km: give it in m, or in mm as position_mm",
-        )
-
-
-@dataclass(frozen=True)
-class Ramp:
-    """A run-up (or run-down): the input speed changes evenly to end_speed, rad/s, within `duration`, s."""
-
-    end_speed: float
-    duration: float
-
-    def __post_init__(self) -> None:
-        require(
-            0 <= self.end_speed <= 2e4,
-            f"end_speed = {self.end_speed:g} rad/s is outside 0…20000 rad/s: give it as end_speed_rpm",
-        )
-        require(0 < self.duration <= 86400, f"duration = {self.duration:g} s is outside 0…86400 s: give it in s")
-
-
-@dataclass(frozen=True)
-class Operation:
-    """input_speed: rad/s, ≥ 0 by the input's sense of rotation.  input_torque: N m.
-
-    ramp: None at constant speed, else what follows input_speed.
-    """
-
-    input_speed: float
-    input_torque: float
-    ramp: Ramp | None = None
-
-    def __post_init__(self) -> None:
-        require(
-            0 <= self.input_speed <= 2e4,
-            f"input_speed = {self.input_speed:g} rad/s is outside 0…20000 rad/s: give it as input_speed_rpm",
-        )
-        require(
-            self.input_speed > 0 or self.ramp is not None,
-            "input_speed = 0 rad/s: a gearbox at rest is silent; give a speed, or a ramp that starts from rest",
-        )
-        require(
-            0 < self.input_torque <= 1e7,
-            f"input_torque = {self.input_torque:g} N m is outside 0…1e7 N m: give it in N m",
-        )
 
 
 @dataclass(frozen=True)
@@ -169,9 +92,9 @@ class GearboxCase:
     reflecting_plane: RigidPlane | None = None
 
     def __post_init__(self) -> None:
-        _check_name(self.name)
-        _check_field_points(self.field_points)
-        _check_plane(self.reflecting_plane, self.field_points)
+        check_name(self.name)
+        check_field_points(self.field_points)
+        check_plane(self.reflecting_plane, self.field_points)
         self._check_floor()
         for point in self.field_points:
             require(
@@ -314,154 +237,3 @@ class GearboxCase:
         turns = [self.shaft_orders[gears[stage.pinion].shaft] for stage in self.stages]
         torque = self.operation.input_torque
         return tuple(pair.normal_force(torque / float(n)) for pair, n in zip(self.pairs, turns, strict=True))
-
-
-@dataclass(frozen=True)
-class Sphere:
-    """An icosphere of volume 4/3 π radius³ about `centre`, m."""
-
-    radius: float
-    centre: tuple[float, float, float] = (0.0, 0.0, 0.0)
-
-    def __post_init__(self) -> None:
-        require(1e-4 <= self.radius <= 100, f"radius = {self.radius:g} m is outside 1e-4…100 m: give it in m")
-
-
-@dataclass(frozen=True)
-class SurfaceFile:
-    """A closed triangle mesh that meshio reads.  file: path, beside the case.  scale: m per unit of the file."""
-
-    file: str
-    scale: float = 1.0
-
-
-@dataclass(frozen=True)
-class RadiatorCase:
-    """A body with a given surface velocity, heard at field points.
-
-    velocity: (3,) m/s peak, the body moves as a whole; pulsation: m/s peak, outward everywhere.
-    frequencies: (n_f,) Hz.  reflecting_plane: a rigid plane beside the body, or None in a free field.
-    """
-
-    name: str
-    body: Sphere | SurfaceFile
-    frequencies: tuple[float, ...]
-    field_points: tuple[FieldPoint, ...]
-    pulsation: float = 0.0
-    velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    air: Air = Air()  # noqa: RUF009 (frozen)
-    engine: Literal["fused", "bempp"] = "fused"
-    reflecting_plane: RigidPlane | None = None
-    folder: str = "."
-
-    def __post_init__(self) -> None:
-        _check_name(self.name)
-        _check_field_points(self.field_points)
-        _check_plane(self.reflecting_plane, self.field_points)
-        if self.reflecting_plane is not None and isinstance(self.body, Sphere):
-            height = float(self.reflecting_plane.height(np.array([self.body.centre]))[0])
-            require(
-                height > self.body.radius,
-                f"reflecting_plane: the sphere's centre is {1e3 * height:.4g} mm above the plane, its radius is "
-                f"{1e3 * self.body.radius:.4g} mm: raise the sphere or turn the plane's normal into the air",
-            )
-        f = self.frequencies
-        require(
-            len(f) > 0 and f[0] > 0 and all(a < b for a, b in pairwise(f)),
-            f"frequencies = {f} Hz must be positive and increasing",
-        )
-        require(
-            self.pulsation != 0 or any(self.velocity), "the body is at rest: give it a pulsation or a velocity in m/s"
-        )
-
-
-Case = GearboxCase | RadiatorCase
-
-
-def _check_name(name: str) -> None:
-    """The name of a case becomes that of its folder."""
-    require(
-        bool(re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9 _.-]*", name)) and name != "operators",
-        f"name = {name!r} must be letters, digits, blank, '_', '-' or '.', and not 'operators'",
-    )
-
-
-def _check_field_points(points: tuple[FieldPoint, ...]) -> None:
-    names = [point.name for point in points]
-    require(len(set(names)) == len(names) > 0, f"field_points: distinct names and at least one are needed, got {names}")
-
-
-def _check_plane(plane: RigidPlane | None, points: tuple[FieldPoint, ...]) -> None:
-    for point in points if plane is not None else ():
-        height = float(plane.height(np.array([point.position]))[0])  # type: ignore[union-attr]
-        require(
-            height >= 0,
-            f"field point {point.name!r} at {point.position} m lies {-1e3 * height:.4g} mm behind the reflecting "
-            "plane: move it to the side the plane's normal points to",
-        )
-
-
-def load_channels(path: str | Path) -> ForceChannels:
-    """Read what the channels of a foreign record of bearing forces mean (TOML).
-
-    Raises InputError with file, field, value, limit and remedy.
-    """
-    path = Path(path)
-    return build(ForceChannels, _read(path, ()), str(path))
-
-
-def load_case(path: str | Path) -> Case:
-    """Read and validate a case file.
-
-    A file may name another as its `base` and state only what differs; lists of named tables are merged by name.
-    Raises InputError with file, field, value, limit and remedy.
-    """
-    path = Path(path)
-    table = _read(path, ())
-    kind = table.pop("kind", None)
-    kinds: dict[str, type[GearboxCase] | type[RadiatorCase]] = {"gearbox": GearboxCase, "radiator": RadiatorCase}
-    if not isinstance(kind, str) or kind not in kinds:
-        raise InputError(f"{path}: kind = {kind!r}: choose one of {', '.join(kinds)}")
-    if kind == "radiator":
-        table["folder"] = str(path.parent)
-    return build(kinds[kind], table, str(path))
-
-
-def _read(path: Path, seen: tuple[Path, ...]) -> dict[str, Any]:
-    require(path.resolve() not in seen, f"{path}: base files refer to each other in a circle")
-    try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: not valid TOML: {error}") from None
-    base = table.pop("base", None)
-    if base is None:
-        return table
-    require(isinstance(base, str), f"{path}: base = {base!r} must be the path of a case file")
-    return _merge(_read(path.parent / base, (*seen, path.resolve())), table)
-
-
-def _merge(base: Mapping[str, Any], change: Mapping[str, Any]) -> dict[str, Any]:
-    """`base` with `change` over it; a table with another `type` replaces the base's."""
-    merged = dict(base)
-    for key, value in change.items():
-        old = merged.get(key)
-        if isinstance(value, Mapping) and isinstance(old, Mapping) and value.get("type") == old.get("type"):
-            merged[key] = _merge(old, value)
-        elif _named(value) and _named(old):
-            by_name = {item["name"]: item for item in old}  # type: ignore[union-attr]
-            for item in value:
-                by_name[item["name"]] = _merge(by_name.get(item["name"], {}), item)
-            merged[key] = list(by_name.values())
-        else:
-            merged[key] = value
-    return merged
-
-
-def _named(value: Any) -> bool:
-    return (
-        isinstance(value, list)
-        and bool(value)
-        and all(isinstance(v, Mapping) and isinstance(v.get("name"), str) for v in value)
-    )

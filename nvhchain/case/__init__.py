@@ -1,0 +1,22 @@
+"""A case file (TOML) → a frozen, validated case: what is asked, never how accurately."""
+
+from nvhchain.case.asked import Band, FieldPoint, Operation, Ramp
+from nvhchain.case.gearbox import Gear, GearboxCase, Stage
+from nvhchain.case.load import Case, load_case, load_channels
+from nvhchain.case.radiator import RadiatorCase, Sphere, SurfaceFile
+
+__all__ = [
+    "Band",
+    "Case",
+    "FieldPoint",
+    "Gear",
+    "GearboxCase",
+    "Operation",
+    "RadiatorCase",
+    "Ramp",
+    "Sphere",
+    "Stage",
+    "SurfaceFile",
+    "load_case",
+    "load_channels",
+]

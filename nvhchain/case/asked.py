@@ -1,0 +1,108 @@
+"""What every case asks for: where it is heard, in which band, how the gearbox is driven."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from math import isfinite
+
+import numpy as np
+
+from nvhchain.errors import require
+from nvhchain.handoff import RigidPlane
+
+
+@dataclass(frozen=True)
+class Band:
+    """low, high: Hz, limits of the lines that are computed.  resolution: Hz, widest admissible line spacing."""
+
+    low: float
+    high: float
+    resolution: float = 5.0
+
+    def __post_init__(self) -> None:
+        require(
+            0 < self.low < self.high <= 20e3,
+            f"band {self.low:g}…{self.high:g} Hz: needs 0 < low < high ≤ 20000 Hz",
+        )
+        require(self.resolution > 0, f"band resolution = {self.resolution:g} Hz must be positive")
+
+
+@dataclass(frozen=True)
+class FieldPoint:
+    """A microphone.  position: (x, y, z) m in the frame of the case."""
+
+    name: str
+    position: tuple[float, float, float]
+
+    def __post_init__(self) -> None:
+        require(
+            all(isfinite(x) and abs(x) <= 1e4 for x in self.position),
+            f"position = {self.position} m is beyond 10 km: give it in m, or in mm as position_mm",
+        )
+
+
+@dataclass(frozen=True)
+class Ramp:
+    """A run-up (or run-down): the input speed changes evenly to end_speed, rad/s, within `duration`, s."""
+
+    end_speed: float
+    duration: float
+
+    def __post_init__(self) -> None:
+        require(
+            0 <= self.end_speed <= 2e4,
+            f"end_speed = {self.end_speed:g} rad/s is outside 0…20000 rad/s: give it as end_speed_rpm",
+        )
+        require(0 < self.duration <= 86400, f"duration = {self.duration:g} s is outside 0…86400 s: give it in s")
+
+
+@dataclass(frozen=True)
+class Operation:
+    """input_speed: rad/s, ≥ 0 by the input's sense of rotation.  input_torque: N m.
+
+    ramp: None at constant speed, else what follows input_speed.
+    """
+
+    input_speed: float
+    input_torque: float
+    ramp: Ramp | None = None
+
+    def __post_init__(self) -> None:
+        require(
+            0 <= self.input_speed <= 2e4,
+            f"input_speed = {self.input_speed:g} rad/s is outside 0…20000 rad/s: give it as input_speed_rpm",
+        )
+        require(
+            self.input_speed > 0 or self.ramp is not None,
+            "input_speed = 0 rad/s: a gearbox at rest is silent; give a speed, or a ramp that starts from rest",
+        )
+        require(
+            0 < self.input_torque <= 1e7,
+            f"input_torque = {self.input_torque:g} N m is outside 0…1e7 N m: give it in N m",
+        )
+
+
+def check_name(name: str) -> None:
+    """The name of a case becomes that of its folder."""
+    require(
+        bool(re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9 _.-]*", name)) and name != "operators",
+        f"name = {name!r} must be letters, digits, blank, '_', '-' or '.', and not 'operators'",
+    )
+
+
+def check_field_points(points: tuple[FieldPoint, ...]) -> None:
+    """At least one, with distinct names."""
+    names = [point.name for point in points]
+    require(len(set(names)) == len(names) > 0, f"field_points: distinct names and at least one are needed, got {names}")
+
+
+def check_plane(plane: RigidPlane | None, points: tuple[FieldPoint, ...]) -> None:
+    """All field points lie on the side of the air."""
+    for point in points if plane is not None else ():
+        height = float(plane.height(np.array([point.position]))[0])  # type: ignore[union-attr]
+        require(
+            height >= 0,
+            f"field point {point.name!r} at {point.position} m lies {-1e3 * height:.4g} mm behind the reflecting "
+            "plane: move it to the side the plane's normal points to",
+        )

@@ -1,0 +1,82 @@
+"""A case file (TOML) → a case."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from nvhchain._table import build
+from nvhchain.case.gearbox import GearboxCase
+from nvhchain.case.radiator import RadiatorCase
+from nvhchain.errors import InputError, require
+from nvhchain.interop import ForceChannels
+
+Case = GearboxCase | RadiatorCase
+
+
+def load_channels(path: str | Path) -> ForceChannels:
+    """Read what the channels of a foreign record of bearing forces mean (TOML).
+
+    Raises InputError with file, field, value, limit and remedy.
+    """
+    path = Path(path)
+    return build(ForceChannels, _read(path, ()), str(path))
+
+
+def load_case(path: str | Path) -> Case:
+    """Read and validate a case file.
+
+    A file may name another as its `base` and state only what differs; lists of named tables are merged by name.
+    Raises InputError with file, field, value, limit and remedy.
+    """
+    path = Path(path)
+    table = _read(path, ())
+    kind = table.pop("kind", None)
+    kinds: dict[str, type[GearboxCase] | type[RadiatorCase]] = {"gearbox": GearboxCase, "radiator": RadiatorCase}
+    if not isinstance(kind, str) or kind not in kinds:
+        raise InputError(f"{path}: kind = {kind!r}: choose one of {', '.join(kinds)}")
+    if kind == "radiator":
+        table["folder"] = str(path.parent)
+    return build(kinds[kind], table, str(path))
+
+
+def _read(path: Path, seen: tuple[Path, ...]) -> dict[str, Any]:
+    require(path.resolve() not in seen, f"{path}: base files refer to each other in a circle")
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: not valid TOML: {error}") from None
+    base = table.pop("base", None)
+    if base is None:
+        return table
+    require(isinstance(base, str), f"{path}: base = {base!r} must be the path of a case file")
+    return _merge(_read(path.parent / base, (*seen, path.resolve())), table)
+
+
+def _merge(base: Mapping[str, Any], change: Mapping[str, Any]) -> dict[str, Any]:
+    """`base` with `change` over it; a table with another `type` replaces the base's."""
+    merged = dict(base)
+    for key, value in change.items():
+        old = merged.get(key)
+        if isinstance(value, Mapping) and isinstance(old, Mapping) and value.get("type") == old.get("type"):
+            merged[key] = _merge(old, value)
+        elif _named(value) and _named(old):
+            by_name = {item["name"]: item for item in old}  # type: ignore[union-attr]
+            for item in value:
+                by_name[item["name"]] = _merge(by_name.get(item["name"], {}), item)
+            merged[key] = list(by_name.values())
+        else:
+            merged[key] = value
+    return merged
+
+
+def _named(value: Any) -> bool:
+    return (
+        isinstance(value, list)
+        and bool(value)
+        and all(isinstance(v, Mapping) and isinstance(v.get("name"), str) for v in value)
+    )

@@ -1,0 +1,73 @@
+"""A body with a given surface velocity."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Literal
+
+import numpy as np
+
+from nvhchain.case.asked import FieldPoint, check_field_points, check_name, check_plane
+from nvhchain.conventions import Air
+from nvhchain.errors import require
+from nvhchain.handoff import RigidPlane
+
+
+@dataclass(frozen=True)
+class Sphere:
+    """An icosphere of volume 4/3 π radius³ about `centre`, m."""
+
+    radius: float
+    centre: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        require(1e-4 <= self.radius <= 100, f"radius = {self.radius:g} m is outside 1e-4…100 m: give it in m")
+
+
+@dataclass(frozen=True)
+class SurfaceFile:
+    """A closed triangle mesh that meshio reads.  file: path, beside the case.  scale: m per unit of the file."""
+
+    file: str
+    scale: float = 1.0
+
+
+@dataclass(frozen=True)
+class RadiatorCase:
+    """A body with a given surface velocity, heard at field points.
+
+    velocity: (3,) m/s peak, the body moves as a whole; pulsation: m/s peak, outward everywhere.
+    frequencies: (n_f,) Hz.  reflecting_plane: a rigid plane beside the body, or None in a free field.
+    """
+
+    name: str
+    body: Sphere | SurfaceFile
+    frequencies: tuple[float, ...]
+    field_points: tuple[FieldPoint, ...]
+    pulsation: float = 0.0
+    velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    air: Air = Air()  # noqa: RUF009 (frozen)
+    engine: Literal["fused", "bempp"] = "fused"
+    reflecting_plane: RigidPlane | None = None
+    folder: str = "."
+
+    def __post_init__(self) -> None:
+        check_name(self.name)
+        check_field_points(self.field_points)
+        check_plane(self.reflecting_plane, self.field_points)
+        if self.reflecting_plane is not None and isinstance(self.body, Sphere):
+            height = float(self.reflecting_plane.height(np.array([self.body.centre]))[0])
+            require(
+                height > self.body.radius,
+                f"reflecting_plane: the sphere's centre is {1e3 * height:.4g} mm above the plane, its radius is "
+                f"{1e3 * self.body.radius:.4g} mm: raise the sphere or turn the plane's normal into the air",
+            )
+        f = self.frequencies
+        require(
+            len(f) > 0 and f[0] > 0 and all(a < b for a, b in pairwise(f)),
+            f"frequencies = {f} Hz must be positive and increasing",
+        )
+        require(
+            self.pulsation != 0 or any(self.velocity), "the body is at rest: give it a pulsation or a velocity in m/s"
+        )

@@ -19,6 +19,7 @@ import scipy.sparse as sp
 from nvhchain.conventions import Material
 from nvhchain.fem._sparse import factorize
 from nvhchain.fem.elasticity import stiffness_and_mass
+from nvhchain.gear.flank_forces import flank_loads
 from nvhchain.gear.geometry import GearGeometry
 from nvhchain.gear.mesh import GearMesh, SolidMesh
 from nvhchain.handoff import FloatArray, IntArray
@@ -102,46 +103,3 @@ def cylindrical_stiffness(solid: SolidMesh, elements: IntArray, material: Materi
     n = np.arange(len(c) + 1)
     turn = sp.bsr_matrix((axes, n[:-1], n))
     return sp.csr_matrix(turn.T @ K @ turn)
-
-
-def flank_loads(gear: GearGeometry, mesh: GearMesh, *, along_profile: bool = False) -> sp.csr_matrix:
-    """(unknowns of the pitch, flank points) nodal forces of unit normal forces into the tooth.
-
-    along_profile: of unit forces towards the tip instead, in the transverse plane and tangential to the flank.
-
-    A point on a node loads that node; one in the middle of a brick's face loads the face's eight nodes by their shape
-    functions, so that force and displacement stay conjugate.
-    """
-    pitch, solid = mesh.pitch, mesh.pitch_solid
-    n_p, n_w = pitch.flanks.shape[1], len(solid.index)
-    i, j = (a.ravel() for a in np.meshgrid(np.arange(n_p), np.arange(n_w), indexing="ij"))
-    middle = (i % 2 == 1) & (j % 2 == 1)
-    around = [(0, 0, 1.0, 0.0)] + [
-        (di, dj, 0.0, 0.5 if di == 0 or dj == 0 else -0.25)
-        for di in (-1, 0, 1)
-        for dj in (-1, 0, 1)
-        if (di, dj) != (0, 0)
-    ]
-    alpha = gear.pressure_angle_at(pitch.plane.radius[pitch.flanks[0]])[i]
-    base = gear.base_helix_angle
-    rows, columns, values = [], [], []
-    for flank, side in ((0, 1.0), (1, -1.0)):
-        level = solid.nodes[solid.index[:, pitch.flanks[flank, 0]], 2]
-        angle = pitch.plane.angle[pitch.flanks[flank]][i] + gear.twist * level[j]
-        for di, dj, alone, shared in around:
-            weight = np.where(middle, shared, alone)
-            at = np.flatnonzero(weight)
-            node = solid.index[j[at] + dj, pitch.flanks[flank][i[at] + di]]
-            # inward normal: −sin α_r outwards, ∓cos α_r along φ, ±sin β_b along z (helicoid), turned to the node's axes
-            direction = alpha[at] + side * (solid.angle[node] - angle[at])
-            if along_profile:
-                force = np.stack([np.cos(direction), -side * np.sin(direction), np.zeros(len(at))])
-            else:
-                force = np.cos(base) * np.stack(
-                    [-np.sin(direction), -side * np.cos(direction), np.full(len(at), side * np.tan(base))]
-                )
-            rows.append((3 * node + np.arange(3)[:, None]).ravel())
-            columns.append(np.tile(flank * n_p * n_w + at, 3))
-            values.append((weight[at] * force).ravel())
-    shape = (3 * len(solid.nodes), 2 * n_p * n_w)
-    return sp.csr_matrix((np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), shape=shape)

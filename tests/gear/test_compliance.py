@@ -14,8 +14,9 @@ from nvhchain.fem._sparse import factorize
 from nvhchain.fem.elasticity import stiffness_and_mass
 from nvhchain.fidelity import DRAFT, STANDARD
 from nvhchain.gear import GearBody, GearGeometry, Slots, flank_compliance
+from nvhchain.gear.flank_forces import flank_loads
 from nvhchain.gear.mesh import gear_mesh
-from nvhchain.gear.tooth_compliance import condensed_tooth, cylindrical_stiffness, flank_loads, unknowns
+from nvhchain.gear.tooth_compliance import condensed_tooth, cylindrical_stiffness, unknowns
 
 FINE_PATTERNS = dataclasses.replace(
     DRAFT.gear,

@@ -1,0 +1,77 @@
+"""Forces on the flanks of a meshed tooth: points anywhere on a flank, spread over nodes by shape functions."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse as sp
+
+from nvhchain.fem.elements import hex20_shape
+from nvhchain.gear.geometry import GearGeometry
+from nvhchain.gear.mesh import GearMesh
+from nvhchain.handoff import FloatArray, IntArray
+
+_FACE = np.array([(0, 0), (2, 0), (2, 2), (0, 2), (1, 0), (2, 1), (1, 2), (0, 1)])
+"""Nodes of a brick's face on the flank, counted along the profile and in levels from its first corner."""
+
+_TOP = [4, 5, 6, 7, 12, 13, 14, 15]
+"""The same nodes in the order of the brick, of the face ζ = 1."""
+
+
+def point_forces(
+    gear: GearGeometry,
+    mesh: GearMesh,
+    flank: IntArray,
+    radius: FloatArray,
+    axial: FloatArray,
+    *,
+    along_profile: bool = False,
+) -> sp.csr_matrix:
+    """(unknowns of the pitch, n) nodal forces of a unit normal force into the tooth at each of n points.
+
+    flank: (n,) 0 faces +φ, 1 −φ.  radius, axial: (n,) m; beyond the flank its nearest edge is loaded.
+    along_profile: unit forces towards the tip instead, in the transverse plane and tangential to the flank.
+
+    The shape functions of the eight nodes of the brick's face spread each force, so that force and displacement stay
+    conjugate.
+    """
+    pitch, solid = mesh.pitch, mesh.pitch_solid
+    row, xi = _cell(pitch.plane.radius[pitch.flanks[0]], radius)
+    level, eta = _cell(solid.nodes[solid.index[:, pitch.flanks[0, 0]], 2], axial)
+    weight = hex20_shape(np.column_stack([xi, eta, np.ones(len(xi))]))[0][:, _TOP]
+    node = solid.index[level[:, None] + _FACE[:, 1], pitch.flanks[flank[:, None], row[:, None] + _FACE[:, 0]]]
+    side = 1.0 - 2.0 * flank
+    angle = side * gear.half_tooth_angle(radius) + gear.twist * axial
+    # inward normal: −sin α_r outwards, ∓cos α_r along φ, ±sin β_b along z (helicoid), turned to the node's axes
+    direction = gear.pressure_angle_at(radius)[:, None] + side[:, None] * (solid.angle[node] - angle[:, None])
+    sense = np.broadcast_to(side[:, None], direction.shape)
+    if along_profile:
+        force = np.stack([np.cos(direction), -sense * np.sin(direction), np.zeros(direction.shape)], axis=-1)
+    else:
+        tilt = gear.base_helix_angle
+        force = np.cos(tilt) * np.stack([-np.sin(direction), -sense * np.cos(direction), sense * np.tan(tilt)], axis=-1)
+    column = np.broadcast_to(np.arange(len(radius))[:, None, None], force.shape)
+    rows = 3 * node[..., None] + np.arange(3)
+    shape = (3 * len(solid.nodes), len(radius))
+    forces = sp.csr_matrix(((weight[..., None] * force).ravel(), (rows.ravel(), column.ravel())), shape=shape)
+    forces.eliminate_zeros()
+    return forces
+
+
+def flank_loads(gear: GearGeometry, mesh: GearMesh, *, along_profile: bool = False) -> sp.csr_matrix:
+    """(unknowns of the pitch, flank points) nodal forces of unit forces at all nodes and face middles of both flanks.
+
+    Points are ordered flank, radius, axial; directions as in `point_forces`.
+    """
+    pitch, solid = mesh.pitch, mesh.pitch_solid
+    radius = pitch.plane.radius[pitch.flanks[0]]
+    axial = solid.nodes[solid.index[:, pitch.flanks[0, 0]], 2]
+    flank, r, z = (a.ravel() for a in np.meshgrid([0, 1], radius, axial, indexing="ij"))
+    return point_forces(gear, mesh, flank, r, z, along_profile=along_profile)
+
+
+def _cell(grid: FloatArray, at: FloatArray) -> tuple[IntArray, FloatArray]:
+    """First grid point of the element that holds each of `at`, and its place in it, −1 … 1."""
+    ends = grid[::2]
+    cell = np.searchsorted(ends[1:-1], at, side="right")
+    place = (2 * at - ends[cell] - ends[cell + 1]) / (ends[cell + 1] - ends[cell])
+    return 2 * cell, np.clip(np.round(place, 12), -1.0, 1.0)  # nodes are met in spite of rounding

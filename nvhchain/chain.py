@@ -6,24 +6,21 @@ A spine of signals (mesh force → bearing force → surface velocity → pressu
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from nvhchain import levels, stages
-from nvhchain.case import Case, GearboxCase, RadiatorCase
-from nvhchain.errors import require
+from nvhchain import levels, ready_made, stages
+from nvhchain.case import Case, GearboxCase, Quantity, RadiatorCase
 from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.handoff import (
     BearingForces,
     FieldPressure,
     FloatArray,
     ForceSpectrum,
-    HandOff,
     MeshLaw,
     NoiseTransferFunctions,
     PressureHistory,
@@ -31,7 +28,6 @@ from nvhchain.handoff import (
     SurfaceVelocity,
     TransferVectors,
 )
-from nvhchain.radiator import radiator_velocity
 from nvhchain.resume import Shelf, Unwatched, Watcher
 from nvhchain.scene import preflight
 
@@ -41,13 +37,13 @@ class Result:
     """Everything a run made or was given; what the case does not need is None (or empty)."""
 
     case: Case
-    mesh_laws: tuple[MeshLaw, ...]
-    bearing_forces: BearingForces | None
-    force_spectrum: ForceSpectrum | None
-    housing: ReducedHousing | None
-    surface_velocity: SurfaceVelocity | None
-    transfer_vectors: TransferVectors | None
-    pressure: FieldPressure | None
+    mesh_laws: tuple[MeshLaw, ...] = ()
+    bearing_forces: BearingForces | None = None
+    force_spectrum: ForceSpectrum | None = None
+    housing: ReducedHousing | None = None
+    surface_velocity: SurfaceVelocity | None = None
+    transfer_vectors: TransferVectors | None = None
+    pressure: FieldPressure | None = None
     noise_transfer_functions: NoiseTransferFunctions | None = None
     pressure_history: PressureHistory | None = None
 
@@ -77,7 +73,7 @@ def run(
     executor: Executor | None = None,
     watcher: Watcher | None = None,
 ) -> Result:
-    """Sound pressure of a case at its field points.
+    """What a case asks for (its `quantities`), and all that it takes on the way.
 
     out: folder for the hand-offs; finished stages in it whose inputs have not changed are found, not computed.
     operators: folder for mesh laws, housing and transfer vectors, which several cases may share (default: `out`).
@@ -86,113 +82,110 @@ def run(
 
     Raises InputError for what cannot be used, SolverError for a stage that did not reach its residual.
     """
-    given = {
-        "mesh_laws": mesh_laws,
+    given: dict[str, Any] = {
+        "mesh_laws": None if mesh_laws is None else tuple(mesh_laws),
         "bearing_forces": bearing_forces,
         "force_spectrum": force_spectrum,
         "housing": housing,
         "surface_velocity": surface_velocity,
         "transfer_vectors": transfer_vectors,
     }
-    preflight(case, fidelity, [name for name, value in given.items() if value is not None])
-    if transfer_vectors is not None:
-        _check_transfer_vectors(case, transfer_vectors)
-    if mesh_laws is not None and isinstance(case, GearboxCase):
-        require(
-            len(mesh_laws) == len(case.stages),
-            f"{len(mesh_laws)} mesh laws are given for {len(case.stages)} stages: give one per stage, in their order",
-        )
+    given = {name: value for name, value in given.items() if value is not None}
+    preflight(case, fidelity, given)
+    ready_made.check(case, fidelity, given)
     watcher = watcher or Unwatched()
     spine = Shelf(Path(out) if out else None, watcher)
     shared = Shelf(Path(operators) if operators else spine.folder, watcher)
-    if isinstance(case, RadiatorCase):
-        surface_velocity = surface_velocity or radiator_velocity(case, fidelity.acoustics)
-    laws = tuple(mesh_laws or ())
-    if isinstance(case, GearboxCase) and case.operation.ramp is not None:
-        _check_run_up(given, fidelity)
-        housing = housing or stages.reduced_housing(case, fidelity, shared)
-        if bearing_forces is None:
-            laws = laws or stages.mesh_laws(case, fidelity, shared, executor)
-            bearing_forces = stages.run_up_forces(case, laws, housing, fidelity, spine)
-        _check_names(case, bearing_forces.names)
-        vectors = transfer_vectors or stages.transfer_vectors(case, housing.surface, None, fidelity, shared, executor)
-        functions = stages.noise_transfer_functions(case, vectors, housing, bearing_forces, fidelity, shared)
-        history = stages.pressure_history(functions, bearing_forces, spine)
-        return Result(case, laws, bearing_forces, None, housing, None, vectors, None, functions, history)
-    if surface_velocity is None:
-        assert isinstance(case, GearboxCase)
-        if force_spectrum is None and bearing_forces is not None:
-            _check_names(case, bearing_forces.names)
-            force_spectrum = stages.force_spectrum(case, bearing_forces, spine)
-        housing = housing or stages.reduced_housing(case, fidelity, shared)
-        if force_spectrum is None:
-            laws = laws or stages.mesh_laws(case, fidelity, shared, executor)
-            bearing_forces = stages.steady_forces(case, laws, housing, fidelity, spine)
-            force_spectrum = stages.force_spectrum(case, bearing_forces, spine)
-        _check_names(case, force_spectrum.names)
-        surface_velocity = stages.surface_velocity(housing, force_spectrum, spine)
-    if fidelity.acoustics.radiation == "equivalent_radiated_power":
-        pressure = stages.equivalent_pressure(case, surface_velocity, force_spectrum, spine)
-        return Result(case, laws, bearing_forces, force_spectrum, housing, surface_velocity, None, pressure)
-    lines = surface_velocity.frequency
-    vectors = transfer_vectors or stages.transfer_vectors(
-        case, surface_velocity.surface, lines, fidelity, shared, executor
-    )
-    pressure = stages.pressure(vectors, surface_velocity, force_spectrum, fidelity, spine)
-    return Result(case, laws, bearing_forces, force_spectrum, housing, surface_velocity, vectors, pressure)
+    chain = _Chain(case, fidelity, given, spine, shared, executor)
+    for quantity in case.quantities:
+        chain.make(quantity)
+    names = [field.name for field in fields(Result)]
+    return Result(**{name: value for name, value in vars(chain).items() if name in names})
 
 
-def ready_made(hand_offs: Iterable[HandOff]) -> dict[str, Any]:
-    """Sort loaded hand-offs into the arguments of `run`."""
-    names = {
-        BearingForces: "bearing_forces",
-        ForceSpectrum: "force_spectrum",
-        ReducedHousing: "housing",
-        SurfaceVelocity: "surface_velocity",
-        TransferVectors: "transfer_vectors",
-    }
-    given: dict[str, Any] = {}
-    for hand_off in hand_offs:
-        if isinstance(hand_off, MeshLaw):
-            given.setdefault("mesh_laws", []).append(hand_off)
-            continue
-        kind = type(hand_off)
-        require(kind in names, f"{kind.__name__} is not a hand-off that a run can start from")
-        require(names[kind] not in given, f"{kind.__name__} is given twice: keep one")
-        given[names[kind]] = hand_off
-    return given
+class _Chain:
+    """The hand-offs of one run by name: each is the given one, or is made, once, when something asks for it."""
 
+    def __init__(
+        self,
+        case: Case,
+        fidelity: Fidelity,
+        given: dict[str, Any],
+        spine: Shelf,
+        shared: Shelf,
+        executor: Executor | None,
+    ) -> None:
+        self.case, self._fidelity = case, fidelity
+        self._spine, self._shared, self._executor = spine, shared, executor
+        vars(self).update(given)
 
-def _check_transfer_vectors(case: Case, vectors: TransferVectors) -> None:
-    points = np.array([point.position for point in case.field_points])
-    require(
-        vectors.points.shape == points.shape and np.allclose(vectors.points, points, rtol=0, atol=1e-9),
-        f"transfer vectors lead to {vectors.points.tolist()} m, the case asks for {points.tolist()} m: recompute them",
-    )
-    require(
-        vectors.air == case.air,
-        f"the transfer vectors belong to {vectors.air}, the case has {case.air}: recompute them",
-    )
-    require(
-        vectors.plane == case.reflecting_plane,
-        f"the transfer vectors belong to reflecting plane {vectors.plane}, the case has {case.reflecting_plane}: "
-        "recompute them",
-    )
+    def make(self, quantity: Quantity) -> None:
+        """Have what the case calls by this name."""
+        running_up = self._running_up
+        answers = {
+            "bearing_forces": "bearing_forces" if running_up else "force_spectrum",
+            "surface_velocity": "surface_velocity",
+            "pressure": "pressure_history" if running_up else "pressure",
+        }
+        getattr(self, answers[quantity])
 
+    @property
+    def _running_up(self) -> bool:
+        return isinstance(self.case, GearboxCase) and self.case.operation.ramp is not None
 
-def _check_run_up(given: dict[str, Any], fidelity: Fidelity) -> None:
-    require(
-        fidelity.acoustics.radiation != "equivalent_radiated_power",
-        "a run-up is heard in time, but the equivalent radiated power has no phase: choose radiation = rayleigh or "
-        "boundary_elements",
-    )
-    useless = [name for name in ("force_spectrum", "surface_velocity") if given[name] is not None]
-    require(not useless, f"a run-up is heard in time, from bearing forces: {', '.join(useless)} cannot be used for it")
+    @property
+    def _gearbox(self) -> GearboxCase:
+        assert isinstance(self.case, GearboxCase)
+        return self.case
 
+    @cached_property
+    def housing(self) -> ReducedHousing:
+        return stages.reduced_housing(self._gearbox, self._fidelity, self._shared)
 
-def _check_names(case: GearboxCase, names: Sequence[str]) -> None:
-    known = [bearing.name for bearing in case.bearings]
-    odd = sorted(set(names) ^ set(known))
-    require(
-        not odd, f"bearings of the forces and of the case differ in {', '.join(odd)}: the case has {', '.join(known)}"
-    )
+    @cached_property
+    def mesh_laws(self) -> tuple[MeshLaw, ...]:
+        return stages.mesh_laws(self._gearbox, self._fidelity, self._shared, self._executor)
+
+    @cached_property
+    def bearing_forces(self) -> BearingForces:
+        simulate = stages.run_up_forces if self._running_up else stages.steady_forces
+        housing = self.housing
+        return simulate(self._gearbox, self.mesh_laws, housing, self._fidelity, self._spine)
+
+    @cached_property
+    def force_spectrum(self) -> ForceSpectrum:
+        return stages.force_spectrum(self._gearbox, self.bearing_forces, self._spine)
+
+    @cached_property
+    def surface_velocity(self) -> SurfaceVelocity:
+        if isinstance(self.case, RadiatorCase):
+            return stages.given_velocity(self.case, self._fidelity, self._spine)
+        forces = self.force_spectrum
+        return stages.surface_velocity(self.housing, forces, self._spine)
+
+    @cached_property
+    def transfer_vectors(self) -> TransferVectors:
+        if self._running_up:
+            surface, lines = self.housing.surface, None
+        else:
+            surface, lines = self.surface_velocity.surface, self.surface_velocity.frequency
+        return stages.transfer_vectors(self.case, surface, lines, self._fidelity, self._shared, self._executor)
+
+    @cached_property
+    def pressure(self) -> FieldPressure:
+        velocity = self.surface_velocity
+        forces = vars(self).get("force_spectrum")
+        if self._fidelity.acoustics.radiation == "equivalent_radiated_power":
+            return stages.equivalent_pressure(self.case, velocity, forces, self._spine)
+        return stages.pressure(self.transfer_vectors, velocity, forces, self._fidelity, self._spine)
+
+    @cached_property
+    def noise_transfer_functions(self) -> NoiseTransferFunctions:
+        forces = self.bearing_forces
+        return stages.noise_transfer_functions(
+            self._gearbox, self.transfer_vectors, self.housing, forces, self._fidelity, self._shared
+        )
+
+    @cached_property
+    def pressure_history(self) -> PressureHistory:
+        return stages.pressure_history(self.noise_transfer_functions, self.bearing_forces, self._spine)

@@ -159,11 +159,11 @@ def _foreign_forces(path: Path, case: Case) -> BearingForces:
 
 
 def _run(options: argparse.Namespace) -> int:
-    from nvhchain import chain, store
+    from nvhchain import chain, ready_made, store
     from nvhchain.case import load_case
 
     case = load_case(options.case)
-    given = chain.ready_made(store.load(path) for path in options.use)
+    given = ready_made.arguments(store.load(path) for path in options.use)
     if options.forces:
         given["bearing_forces"] = _foreign_forces(Path(options.forces), case)
     out = Path(options.out or Path("out") / case.name)
@@ -171,6 +171,9 @@ def _run(options: argparse.Namespace) -> int:
         result = chain.run(
             case, fidelity=PRESETS[options.fidelity], out=out, executor=executor, watcher=Console(), **given
         )
+    if "pressure" not in case.quantities:
+        print(f"{case.name}: {', '.join(case.quantities)} in {out}")
+        return 0
     for point, level in zip(case.field_points, result.overall, strict=True):
         print(f"{case.name}: {level:.1f} dB(A) at {point.name}")
     return 0

@@ -79,21 +79,21 @@ class Plan:
 def plan(case: Case, *, fidelity: Fidelity = STANDARD) -> Plan:
     """What will be modelled for `case`, what is skipped and why, memory and time (estimates)."""
     if isinstance(case, RadiatorCase):
+        faces, area = radiator_faces(case, fidelity.acoustics)
+        given = Stage("surface", f"{faces} triangles with the velocity of the case", 1.0, _BASE_MEGABYTES)
         return Plan(
             case.name,
             fidelity.name,
-            (_transfer_vectors(case, fidelity, *radiator_faces(case, fidelity.acoustics)),),
+            (given, _transfer_vectors(case, fidelity, faces, area)) if "pressure" in case.quantities else (given,),
             ("gears, dynamics and housing: the surface velocity is given in the case",),
         )
     area = housing.envelope_area(case.housing)
-    stages = (
-        _housing(case, fidelity, area),
-        *_mesh_laws(case, fidelity),
-        _dynamics(case, fidelity),
-        _transfer_vectors(case, fidelity, _faces(case, fidelity, area), area),
-        _radiation(case, fidelity, area),
-    )
-    return Plan(case.name, fidelity.name, stages, _skipped(case, fidelity))
+    stages = [_housing(case, fidelity, area), *_mesh_laws(case, fidelity), _dynamics(case, fidelity)]
+    if "pressure" in case.quantities:
+        stages.append(_transfer_vectors(case, fidelity, _faces(case, fidelity, area), area))
+    if {"pressure", "surface_velocity"}.intersection(case.quantities):
+        stages.append(_radiation(case, fidelity, area))
+    return Plan(case.name, fidelity.name, tuple(stages), _skipped(case, fidelity))
 
 
 def preflight(case: Case, fidelity: Fidelity, given: Collection[str] = ()) -> None:
@@ -232,10 +232,18 @@ def _masters(case: Case, area: float) -> int:
 def _radiation(case: GearboxCase, fidelity: Fidelity, area: float) -> Stage:
     lines = (case.band.high - case.band.low) / case.band.resolution
     faces = _faces(case, fidelity, area)
+    points = len(case.field_points) if "pressure" in case.quantities else 0
+    band = f"from {case.band.low:g} to {case.band.high:g} Hz"
+    if case.operation.ramp is not None:
+        name, models = "pressure", f"noise transfer functions {band}, convolved with the bearing forces"
+    elif points:
+        name, models = "velocity, pressure", f"about {lines:.0f} lines {band}, forced response and dot products"
+    else:
+        name, models = "velocity", f"about {lines:.0f} lines {band}, forced response"
     return Stage(
-        "velocity, pressure",
-        f"about {lines:.0f} lines from {case.band.low:g} to {case.band.high:g} Hz, forced response and dot products",
-        1.0 + _SECONDS_PER_LINE_AND_FACE * lines * faces * (1 + len(case.field_points)),
+        name,
+        models,
+        1.0 + _SECONDS_PER_LINE_AND_FACE * lines * faces * (1 + points),
         _BASE_MEGABYTES + 3 * 16e-6 * lines * faces,
     )
 
@@ -247,10 +255,15 @@ def _skipped(case: GearboxCase, fidelity: Fidelity) -> tuple[str, ...]:
         for gear in case.gears
     ]
     top = fidelity.housing.mode_ratio * case.band.high
-    return (
-        *reasons,
+    reasons += [
         f"housing modes above {top:g} Hz: their flexibility is kept as residual",
         f"lines outside {case.band.low:g}…{case.band.high:g} Hz",
-        "transfer vectors between masters: interpolated; points that are not asked for",
         "acoustic load on the housing: one-way coupling",
-    )
+    ]
+    if "pressure" in case.quantities:
+        reasons.append("transfer vectors between masters: interpolated; points that are not asked for")
+    else:
+        reasons.append("transfer vectors and sound pressure: not asked for")
+    if case.quantities == ("bearing_forces",):
+        reasons.append("motion of the housing's surface: not asked for")
+    return tuple(reasons)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from nvhchain import acoustics, dynamics, gear, housing, spectrum
-from nvhchain.case import Case, GearboxCase
+from nvhchain.case import Case, GearboxCase, RadiatorCase
 from nvhchain.fidelity import Fidelity
 from nvhchain.handoff import (
     BearingForces,
@@ -25,6 +25,7 @@ from nvhchain.handoff import (
     SurfaceVelocity,
     TransferVectors,
 )
+from nvhchain.radiator import radiator_velocity
 from nvhchain.resume import Shelf
 
 
@@ -161,6 +162,21 @@ def surface_velocity(reduced: ReducedHousing, forces: ForceSpectrum, shelf: Shel
         (reduced, forces),
         lambda progress: housing.respond(reduced, forces),
         fidelity=None,
+    )
+
+
+def given_velocity(case: RadiatorCase, fidelity: Fidelity, shelf: Shelf) -> SurfaceVelocity:
+    """The velocity that a case states, on its surface; kept where the case asks for it."""
+    velocity = radiator_velocity(case, fidelity.acoustics)
+    if "surface_velocity" not in case.quantities:
+        return velocity
+    return shelf.stage(
+        "surface_velocity",
+        SurfaceVelocity,
+        "radiator",
+        (velocity,),
+        lambda progress: velocity,
+        fidelity=fidelity.acoustics,
     )
 
 

@@ -39,7 +39,7 @@ def test_every_name_scripts_rely_on_is_documented(pages):
         "conventions.Air",
         "acoustics.transfer.transfer_vectors",
         "chain.run",
-        "case.load_case",
+        "case.load.load_case",
     }
     assert {f"nvhchain.{name}" for name in wanted} <= names
 

@@ -1,6 +1,6 @@
 """A case file (TOML) → a frozen, validated case: what is asked, never how accurately."""
 
-from nvhchain.case.asked import Band, FieldPoint, Operation, Ramp
+from nvhchain.case.asked import Band, FieldPoint, Operation, Quantity, Ramp
 from nvhchain.case.gearbox import Gear, GearboxCase, Stage
 from nvhchain.case.load import Case, load_case, load_channels
 from nvhchain.case.radiator import RadiatorCase, Sphere, SurfaceFile
@@ -12,6 +12,7 @@ __all__ = [
     "Gear",
     "GearboxCase",
     "Operation",
+    "Quantity",
     "RadiatorCase",
     "Ramp",
     "Sphere",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from math import isfinite
+from typing import Literal, get_args
 
 import numpy as np
 
@@ -83,18 +84,30 @@ class Operation:
         )
 
 
+Quantity = Literal["bearing_forces", "surface_velocity", "pressure"]
+"""What a case can ask for; nothing that only the others need is computed."""
+
+
+def check_quantities(quantities: tuple[Quantity, ...], points: tuple[FieldPoint, ...]) -> None:
+    """At least one, none twice, and sound pressure only with a place where it is heard."""
+    require(
+        len(set(quantities)) == len(quantities) > 0,
+        f"quantities = {list(quantities)}: name at least one and none twice, of {', '.join(get_args(Quantity))}",
+    )
+    names = [point.name for point in points]
+    require(len(set(names)) == len(names), f"field_points: names must be distinct, got {names}")
+    require(
+        "pressure" not in quantities or bool(points),
+        "field_points: the sound pressure is asked for nowhere: give one, or leave `pressure` out of quantities",
+    )
+
+
 def check_name(name: str) -> None:
     """The name of a case becomes that of its folder."""
     require(
         bool(re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9 _.-]*", name)) and name != "operators",
         f"name = {name!r} must be letters, digits, blank, '_', '-' or '.', and not 'operators'",
     )
-
-
-def check_field_points(points: tuple[FieldPoint, ...]) -> None:
-    """At least one, with distinct names."""
-    names = [point.name for point in points]
-    require(len(set(names)) == len(names) > 0, f"field_points: distinct names and at least one are needed, got {names}")
 
 
 def check_plane(plane: RigidPlane | None, points: tuple[FieldPoint, ...]) -> None:

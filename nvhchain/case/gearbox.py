@@ -10,7 +10,7 @@ from typing import Literal
 
 import numpy as np
 
-from nvhchain.case.asked import Band, FieldPoint, Operation, check_field_points, check_name, check_plane
+from nvhchain.case.asked import Band, FieldPoint, Operation, Quantity, check_name, check_plane, check_quantities
 from nvhchain.conventions import STEEL, Air, Material
 from nvhchain.dynamics import Bearing, Gearbox, Mesh, Shaft
 from nvhchain.errors import InputError, require
@@ -68,9 +68,10 @@ class Stage:
 
 @dataclass(frozen=True)
 class GearboxCase:
-    """A gearbox in its housing at constant or changing speed, heard at field points.
+    """A gearbox in its housing at constant or changing speed.
 
     input_rotation: +1 where the input turns by the right-hand rule about +z, else −1.
+    quantities: what is asked for: `bearing_forces`, `surface_velocity`, `pressure`.
     engine: of the boundary elements, `fused` or `bempp`.
     reflecting_plane: a rigid plane beside the housing, such as the floor; without one the field is free.
     """
@@ -85,15 +86,21 @@ class GearboxCase:
     input_shaft: str
     output_shaft: str
     housing: Casting
-    field_points: tuple[FieldPoint, ...]
+    field_points: tuple[FieldPoint, ...] = ()
     input_rotation: int = 1
+    quantities: tuple[Quantity, ...] = ("pressure",)
     air: Air = Air()  # noqa: RUF009 (frozen)
     engine: Literal["fused", "bempp"] = "fused"
     reflecting_plane: RigidPlane | None = None
 
     def __post_init__(self) -> None:
         check_name(self.name)
-        check_field_points(self.field_points)
+        check_quantities(self.quantities, self.field_points)
+        require(
+            self.operation.ramp is None or "surface_velocity" not in self.quantities,
+            "quantities: a run-up is followed in time, its surface velocity has no lines: ask for `bearing_forces` or "
+            "`pressure`",
+        )
         check_plane(self.reflecting_plane, self.field_points)
         self._check_floor()
         for point in self.field_points:

@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from nvhchain.case.asked import FieldPoint, check_field_points, check_name, check_plane
+from nvhchain.case.asked import FieldPoint, Quantity, check_name, check_plane, check_quantities
 from nvhchain.conventions import Air
 from nvhchain.errors import require
 from nvhchain.handoff import RigidPlane
@@ -35,18 +35,20 @@ class SurfaceFile:
 
 @dataclass(frozen=True)
 class RadiatorCase:
-    """A body with a given surface velocity, heard at field points.
+    """A body with a given surface velocity.
 
     velocity: (3,) m/s peak, the body moves as a whole; pulsation: m/s peak, outward everywhere.
-    frequencies: (n_f,) Hz.  reflecting_plane: a rigid plane beside the body, or None in a free field.
+    frequencies: (n_f,) Hz.  quantities: what is asked for, `surface_velocity`, `pressure`.
+    reflecting_plane: a rigid plane beside the body, or None in a free field.
     """
 
     name: str
     body: Sphere | SurfaceFile
     frequencies: tuple[float, ...]
-    field_points: tuple[FieldPoint, ...]
+    field_points: tuple[FieldPoint, ...] = ()
     pulsation: float = 0.0
     velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    quantities: tuple[Quantity, ...] = ("pressure",)
     air: Air = Air()  # noqa: RUF009 (frozen)
     engine: Literal["fused", "bempp"] = "fused"
     reflecting_plane: RigidPlane | None = None
@@ -54,7 +56,8 @@ class RadiatorCase:
 
     def __post_init__(self) -> None:
         check_name(self.name)
-        check_field_points(self.field_points)
+        check_quantities(self.quantities, self.field_points)
+        require("bearing_forces" not in self.quantities, f"quantities: {self.name} has no bearings")
         check_plane(self.reflecting_plane, self.field_points)
         if self.reflecting_plane is not None and isinstance(self.body, Sphere):
             height = float(self.reflecting_plane.height(np.array([self.body.centre]))[0])

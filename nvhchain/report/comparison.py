@@ -41,6 +41,8 @@ def compare(
     """
     names = [case.name for case in cases]
     require(len(set(names)) == len(names), f"cases need distinct names, got {names}")
+    for case in cases:
+        require("pressure" in case.quantities, f"{case.name} does not ask for `pressure`, which is what is compared")
     running_up = _running_up(cases)
     out = Path(out)
     (out / "summary.json").unlink(missing_ok=True)

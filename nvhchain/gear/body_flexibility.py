@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import psutil
 import scipy.sparse as sp
@@ -15,6 +17,39 @@ from nvhchain.handoff import FloatArray, IntArray
 
 _ASSEMBLY_BYTES = 60
 """Peak memory per entry while the condensed teeth are summed: triplets, sorting and the finished rows."""
+
+
+class HeldBody:
+    """The blank with all its condensed teeth, bore held, factored; use `with` to give the memory back.
+
+    unknowns: of the shared nodes of each tooth, (teeth, 3 n_i), in the order of `CondensedTooth.stiffness`.
+
+    Raises ResourceError when the matrix does not fit into memory.
+    """
+
+    def __init__(self, mesh: GearMesh, tooth: CondensedTooth, material: Material, sector: int) -> None:
+        nodes, held = _shared_nodes(mesh, tooth)
+        K = _assembled(mesh, tooth, material, nodes, sector)
+        free = np.setdiff1d(np.arange(K.shape[0]), unknowns(held))
+        place = np.full(K.shape[0], -1)
+        place[free] = np.arange(len(free))
+        self.unknowns = np.stack([place[unknowns(n)] for n in nodes])
+        self._factor = factorize(K[free][:, free])
+
+    def solve(self, loads: Sequence[tuple[int, FloatArray]]) -> FloatArray:
+        """Displacement, m, of all unknowns under forces on single teeth: (tooth, (3 n_i, m) N), all in a row."""
+        total = np.zeros((self._factor.unknowns, sum(force.shape[1] for _, force in loads)))
+        start = 0
+        for tooth, force in loads:
+            total[self.unknowns[tooth], start : start + force.shape[1]] = force
+            start += force.shape[1]
+        return self._factor.solve(total)
+
+    def __enter__(self) -> HeldBody:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._factor.close()
 
 
 def body_flexibility(
@@ -36,30 +71,18 @@ def body_flexibility(
 
     Raises ResourceError when the matrix does not fit into memory.
     """
-    nodes, held = _shared_nodes(mesh, tooth)
-    teeth, count = nodes.shape[0], patterns.shape[1]
-    K = _assembled(mesh, tooth, material, nodes, sector)
-    free = np.setdiff1d(np.arange(K.shape[0]), unknowns(held))
-    place = np.full(K.shape[0], -1)
-    place[free] = np.arange(len(free))
-    own = [place[unknowns(nodes[t])] for t in range(teeth)]
+    teeth, count = len(mesh.blank.top), patterns.shape[1]
     answer = np.empty((sector, reach + 1, count, count))
-    with factorize(K[free][:, free]) as factor:
-        del K
+    with HeldBody(mesh, tooth, material, sector) as body:
         for first, loaded in _batches(sector, count, far):
-            load = np.zeros((len(free), sum(n for _, n in loaded)))
+            part = body.solve([(t, patterns[:, :n]) for t, n in loaded])
             start = 0
             for t, n in loaded:
-                load[own[t], start : start + n] = patterns[:, :n]
-                start += n
-            displacement = factor.solve(load)
-            start = 0
-            for t, n in loaded:
-                part = displacement[:, start : start + n]
+                mine = part[:, start : start + n]
                 for d in range(reach + 1):
                     # under loads on t: tooth t + d by reciprocity, tooth t − d as it is
-                    answer[t, d, :n] = (patterns.T @ part[own[(t + d) % teeth]]).T
-                    answer[(t - d) % sector, d, :, :n] = patterns.T @ part[own[(t - d) % teeth]]
+                    answer[t, d, :n] = (patterns.T @ mine[body.unknowns[(t + d) % teeth]]).T
+                    answer[(t - d) % sector, d, :, :n] = patterns.T @ mine[body.unknowns[(t - d) % teeth]]
                 start += n
             if progress is not None:
                 progress(first + len(loaded), sector)

@@ -14,6 +14,7 @@ from functools import cache
 import numpy as np
 
 from nvhchain.errors import InputError
+from nvhchain.fem.wedge import wedge15_shape, wedge_rule
 from nvhchain.handoff import FloatArray
 
 TET10_EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
@@ -43,7 +44,7 @@ class ReferenceElement:
 
 @cache
 def reference_element(kind: str) -> ReferenceElement:
-    """The tabulated element of `kind` `tet10` or `hex20`."""
+    """The tabulated element of `kind` `tet10`, `wedge15` or `hex20`."""
     if kind == "tet10":
         # Straight-sided: strain energy is of degree 2, kinetic energy of degree 4. The 4-point rule is the usual
         # choice for curved ones as well; the rules of degree 3 and 4 have negative weights, hence 5 for the mass.
@@ -51,7 +52,10 @@ def reference_element(kind: str) -> ReferenceElement:
     if kind == "hex20":
         rule = _brick_rule(3)
         return _tabulate(hex20_shape, rule, rule)
-    raise InputError(f"element kind {kind!r} is not known: use tet10 or hex20")
+    if kind == "wedge15":
+        rule = wedge_rule(4, 3)
+        return _tabulate(wedge15_shape, rule, rule)
+    raise InputError(f"element kind {kind!r} is not known: use wedge15, tet10 or hex20")
 
 
 _Rule = tuple[FloatArray, FloatArray]

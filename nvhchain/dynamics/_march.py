@@ -13,88 +13,11 @@ all but the strictest sense.) Most steps stay inside one cell of every law and n
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numba import njit
 
-COMPILED: dict[str, Any] = {"cache": True, "error_model": "numpy", "_nrt": False}
-"""Nothing is allocated in here, so arrays need no reference counts, which would cost as much as the arithmetic."""
-
-
-@njit("i8(f8[:, ::1], i8, i8, f8, i8)", **COMPILED, forceinline=True)
-def _cell(grid, k, n, x, hint):  # type: ignore[no-untyped-def]
-    """Cell of `x` on the grid of mesh k, end cells for values outside, walking from `hint`."""
-    j = hint
-    while j < n - 2 and x >= grid[k, j + 1]:
-        j += 1
-    while j > 0 and x < grid[k, j]:
-        j -= 1
-    return j
-
-
-@njit("f8(f8[:, :, ::1], i8, i8, i8, f8, i8)", **COMPILED, forceinline=True)
-def _blend(table, k, low, high, weight, j):  # type: ignore[no-untyped-def]
-    """Node j of mesh k between its rows `low` and `high`."""
-    return table[k, low, j] + weight * (table[k, high, j] - table[k, low, j])
-
-
-@njit("Tuple((f8, i8))(f8[:, ::1], f8[:, :, ::1], i8, i8, i8, f8, i8, i8)", **COMPILED, forceinline=True)
-def _zero(grid, force, k, low, high, weight, n, hint):  # type: ignore[no-untyped-def]
-    """A deflection without force (−1e300 or 1e300 when the law pushes, or pulls, everywhere) and its cell."""
-    j = hint
-    while j < n - 2 and _blend(force, k, low, high, weight, j + 1) <= 0.0:
-        j += 1
-    while j > 0 and _blend(force, k, low, high, weight, j) > 0.0:
-        j -= 1
-    a, b = _blend(force, k, low, high, weight, j), _blend(force, k, low, high, weight, j + 1)
-    if b == a:
-        return (-1e300, j) if a > 0.0 else (1e300, j)
-    return grid[k, j] - a * (grid[k, j + 1] - grid[k, j]) / (b - a), j
-
-
-@njit(
-    "UniTuple(f8, 2)(f8[:, ::1], f8[:, :, ::1], f8[:, :, ::1], i8, i8, i8, f8, i8, f8, f8, f8, f8, i8)",
-    **COMPILED,
-    forceinline=True,
-)
-def _mean(grid, force, potential, k, low, high, weight, n, zero, side, start, end, hint):  # type: ignore[no-untyped-def]
-    """Mean force F̄ of a flank of mesh k between contact deflections `start` and `end`, and its derivative by
-    `end`.
-
-    side: +1 drive flank (force of the law where it is positive), −1 back flank (δ = −contact deflection, force −F).
-    """
-    x0, x1 = side * start, side * end
-    # outside its own sign of force a flank carries nothing
-    p0 = max(x0, zero) if side > 0.0 else min(x0, zero)
-    p1 = max(x1, zero) if side > 0.0 else min(x1, zero)
-    open0, open1 = p0 != x0, p1 != x1
-    if open0 and open1:
-        return 0.0, 0.0
-    i = _cell(grid, k, n, p0, hint)
-    j = _cell(grid, k, n, p1, i)
-    a1, b1 = _blend(force, k, low, high, weight, j), _blend(force, k, low, high, weight, j + 1)
-    slope = (b1 - a1) / (grid[k, j + 1] - grid[k, j])
-    if i == j and not open0 and not open1:
-        return side * (a1 + slope * (0.5 * (p0 + p1) - grid[k, j])), 0.5 * slope
-    f1 = a1 + slope * (p1 - grid[k, j])
-    a0, b0 = _blend(force, k, low, high, weight, i), _blend(force, k, low, high, weight, i + 1)
-    f0 = a0 + (b0 - a0) * (p0 - grid[k, i]) / (grid[k, i + 1] - grid[k, i])
-    if i == j:
-        work = 0.5 * (f0 + f1) * (p1 - p0)
-    else:
-        # part cells exactly, whole cells from the potential: nothing cancels when the step is short
-        u = i + 1 if j > i else i
-        v = j if j > i else j + 1
-        fu, fv = _blend(force, k, low, high, weight, u), _blend(force, k, low, high, weight, v)
-        cells = _blend(potential, k, low, high, weight, v) - _blend(potential, k, low, high, weight, u)
-        work = 0.5 * (f0 + fu) * (grid[k, u] - p0) + cells + 0.5 * (fv + f1) * (p1 - grid[k, v])
-    mean = work / (x1 - x0)
-    rate = ((0.0 if open1 else f1) - mean) / (x1 - x0)
-    # F̄ never falls with the end deflection; below 0 is the rounding of a very short step over an edge
-    if not rate >= 0.0:
-        rate = 0.0
-    return side * mean, rate
+from nvhchain.dynamics._law_step import COMPILED, blend, cell, mean_force, unloaded_at
+from nvhchain.dynamics._newton import along, newton_step
 
 
 @njit(
@@ -118,7 +41,7 @@ def _residual(  # type: ignore[no-untyped-def]
         if not abs(d) < 1e30:
             return np.inf
         k = i // 2
-        mean, slope = _mean(
+        mean, slope = mean_force(
             grid, force, potential, k, row[k], following[k], weight[k], cells[k], zero[k],
             1.0 - 2.0 * (i % 2), start[i], d, hint[i],
         )  # fmt: skip
@@ -126,55 +49,6 @@ def _residual(  # type: ignore[no-untyped-def]
         rate[i] = slope - 0.5 * linear[i]
         worst = max(worst, abs(res[i]))
     return worst
-
-
-@njit("void(i8, f8[:, ::1], f8[::1], f8[::1], f8[:, ::1], f8[::1], i8[::1])", **COMPILED, forceinline=True)
-def _newton_step(n_c, compliance, rate, res, work, step, active):  # type: ignore[no-untyped-def]
-    """Solve (I + D G) step = −res, D = diag(rate); rows with D = 0 drop out, the others by pivoted elimination."""
-    m = 0
-    for i in range(n_c):
-        if rate[i] != 0.0:
-            active[m] = i
-            m += 1
-        else:
-            step[i] = -res[i]
-    for a in range(m):
-        i = active[a]
-        right = -res[i]
-        for j in range(n_c):
-            if rate[j] == 0.0:
-                right -= rate[i] * compliance[i, j] * step[j]
-        for b in range(m):
-            work[a, b] = rate[i] * compliance[i, active[b]]
-        work[a, a] += 1.0
-        work[a, m] = right
-    for a in range(m):
-        pivot = a
-        for b in range(a + 1, m):
-            if abs(work[b, a]) > abs(work[pivot, a]):
-                pivot = b
-        if pivot != a:
-            for c in range(a, m + 1):
-                work[a, c], work[pivot, c] = work[pivot, c], work[a, c]
-        for b in range(a + 1, m):
-            ratio = work[b, a] / work[a, a]
-            for c in range(a + 1, m + 1):
-                work[b, c] -= ratio * work[a, c]
-    for a in range(m - 1, -1, -1):
-        value = work[a, m]
-        for c in range(a + 1, m):
-            value -= work[a, c] * step[active[c]]
-        step[active[a]] = value / work[a, a]
-
-
-@njit("f8(i8, f8[:, ::1], f8[::1], f8[::1])", **COMPILED, forceinline=True)
-def _along(n_c, compliance, step, res):  # type: ignore[no-untyped-def]
-    """ψ' along `step`: stepᵀ G res."""
-    total = 0.0
-    for i in range(n_c):
-        for j in range(n_c):
-            total += step[i] * compliance[i, j] * res[j]
-    return total
 
 
 @njit(
@@ -193,10 +67,10 @@ def _within_cells(  # type: ignore[no-untyped-def]
     for i in range(n_c):
         k, side = i // 2, 1.0 - 2.0 * (i % 2)
         x = side * start[i]
-        j = _cell(grid, k, cells[k], x, hint[i])
+        j = cell(grid, k, cells[k], x, hint[i])
         hint[i] = j
-        a = _blend(force, k, row[k], following[k], weight[k], j)
-        b = _blend(force, k, row[k], following[k], weight[k], j + 1)
+        a = blend(force, k, row[k], following[k], weight[k], j)
+        b = blend(force, k, row[k], following[k], weight[k], j + 1)
         offset[i], rate[i], slope[i], y[i] = -0.5 * linear[i] * start[i], -0.5 * linear[i], 0.0, 0.0
         # what pulls at the loaded end of the cell may already pull here; an end cell goes on beyond its nodes
         if (b if side > 0.0 else -a) > 0.0 or (j == cells[k] - 2 if side > 0.0 else j == 0):
@@ -221,7 +95,7 @@ def _within_cells(  # type: ignore[no-untyped-def]
     elif m > 2:
         for i in range(n_c):
             end[i] = -offset[i] - rate[i] * free[i]
-        _newton_step(n_c, compliance, rate, end, work, y, active)
+        newton_step(n_c, compliance, rate, end, work, y, active)
     for i in range(n_c):
         d = free[i]
         for j in range(n_c):
@@ -236,14 +110,31 @@ def _within_cells(  # type: ignore[no-untyped-def]
                 return False
         else:
             # open all the way: the node beyond carries nothing yet
-            j = _cell(grid, k, cells[k], x, j)
+            j = cell(grid, k, cells[k], x, j)
             if (j == cells[k] - 2) if side > 0.0 else (j == 0):
                 return False
-            if side * _blend(force, k, row[k], following[k], weight[k], j + 1 if side > 0.0 else j) > 0.0:
+            if side * blend(force, k, row[k], following[k], weight[k], j + 1 if side > 0.0 else j) > 0.0:
                 return False
         if not abs(y[i] - offset[i] - rate[i] * d) <= tolerance:
             return False
     return True
+
+
+REORDERED = {"reassoc", "contract", "nsz"}
+"""Sums may be reordered to use vector units; NaN and infinity keep their meaning."""
+
+
+@njit(
+    "void(i8, i8, f8[:, ::1], f8[:, ::1], f8[::1], f8[::1], f8[::1])", **COMPILED, forceinline=True, fastmath=REORDERED
+)
+def _deflections(n_mesh, n_z, read_re, read_im, re, im, out):  # type: ignore[no-untyped-def]
+    """Contact deflections of both flanks of every mesh at modal coordinates re + j im."""
+    for k in range(n_mesh):
+        d = back = 0.0
+        for m in range(n_z):
+            d += read_re[2 * k, m] * re[m] - read_im[2 * k, m] * im[m]
+            back += read_re[2 * k + 1, m] * re[m] - read_im[2 * k + 1, m] * im[m]
+        out[2 * k], out[2 * k + 1] = d, back
 
 
 @njit(
@@ -257,8 +148,7 @@ def _within_cells(  # type: ignore[no-untyped-def]
     " f8[:, ::1], i8[:, ::1], f8[:, ::1], f8[::1])",
     **COMPILED,
     nogil=True,
-    # sums may be reordered to use vector units; NaN and infinity keep their meaning
-    fastmath={"reassoc", "contract", "nsz"},
+    fastmath=REORDERED,
 )
 def march(  # type: ignore[no-untyped-def]
     decay, gain, read, drive, compliance, linear,
@@ -286,12 +176,7 @@ def march(  # type: ignore[no-untyped-def]
     decay_re, decay_im, gain_re, gain_im = decay[0], decay[1], gain[0], gain[1]
     read_re, read_im, drive_re, drive_im = read[0], read[1], drive[0], drive[1]
 
-    for k in range(n_mesh):
-        d = back = 0.0
-        for m in range(n_z):
-            d += read_re[2 * k, m] * re[m] - read_im[2 * k, m] * im[m]
-            back += read_re[2 * k + 1, m] * re[m] - read_im[2 * k + 1, m] * im[m]
-        start[2 * k], start[2 * k + 1] = d, back
+    _deflections(n_mesh, n_z, read_re, read_im, re, im, start)
 
     for n in range(n_step):
         if n % stride == 0:
@@ -310,12 +195,7 @@ def march(  # type: ignore[no-untyped-def]
             turned[m] = decay_im[m] * re[m] + decay_re[m] * im[m] + gain_im[m]
         for m in range(n_z):
             re[m] = decay_re[m] * re[m] - decay_im[m] * im[m] + gain_re[m]
-        for k in range(n_mesh):
-            d = back = 0.0
-            for m in range(n_z):
-                d += read_re[2 * k, m] * re[m] - read_im[2 * k, m] * turned[m]
-                back += read_re[2 * k + 1, m] * re[m] - read_im[2 * k + 1, m] * turned[m]
-            free[2 * k], free[2 * k + 1] = d, back
+        _deflections(n_mesh, n_z, read_re, read_im, re, turned, free)
 
         if _within_cells(
             n_c, trial, start, free, compliance, linear, tolerance, grid, force, cells, row,
@@ -325,7 +205,7 @@ def march(  # type: ignore[no-untyped-def]
                 y[i] = trial[i]
         else:
             for k in range(n_mesh):
-                zero[k], zero_hint[k] = _zero(
+                zero[k], zero_hint[k] = unloaded_at(
                     grid, force, k, row[k], following[k], weight[k], cells[k], zero_hint[k]
                 )  # fmt: skip
             worst = _residual(
@@ -337,7 +217,7 @@ def march(  # type: ignore[no-untyped-def]
                 turn += 1
                 if turn > iterations or not worst < np.inf:
                     return n
-                _newton_step(n_c, compliance, rate, res, work, move, active)
+                newton_step(n_c, compliance, rate, res, work, move, active)
                 reach = 1.0
                 for _ in range(iterations):
                     for i in range(n_c):
@@ -349,8 +229,8 @@ def march(  # type: ignore[no-untyped-def]
                     if worst <= tolerance:
                         break
                     # ψ still falls there, or rises less steeply than it fell: a step that brings progress
-                    fall = -_along(n_c, compliance, move, res)
-                    if worst < np.inf and _along(n_c, compliance, move, trial_res) <= 0.9 * fall:
+                    fall = -along(n_c, compliance, move, res)
+                    if worst < np.inf and along(n_c, compliance, move, trial_res) <= 0.9 * fall:
                         break
                     reach *= 0.5
                 for i in range(n_c):

@@ -40,7 +40,19 @@ def _cubic(table, cell, lane, r):  # type: ignore[no-untyped-def]
     ) * r + table[cell, 3, lane]  # fmt: skip
 
 
-@njit(
+@njit("UniTuple(f8, 3)(f8, f8, f8, f8)", forceinline=True, fastmath=_FAST)
+def _turned(p, rate, rise, n):  # type: ignore[no-untyped-def]
+    """Phase in cells in the middle and at the end of a step from `p`, and the cells of the next step."""
+    q = p + 0.5 * rate + 0.125 * rise
+    if q >= n:
+        q -= n
+    p += rate + 0.5 * rise
+    if p >= n:
+        p -= n
+    return q, p, rate + rise
+
+
+_loop = njit(
     # table, load, damping, gap, state
     "void(f8[:, :, ::1], f8[::1], f8[::1], f8[::1], f8[:, ::1],"
     # steps, schedule, stride, statistics, samples
@@ -49,6 +61,9 @@ def _cubic(table, cell, lane, r):  # type: ignore[no-untyped-def]
     nogil=True,
     fastmath=_FAST,
 )
+
+
+@_loop
 def march_one(table, load, damping, gap, state, steps, schedule, stride, statistics, samples):  # type: ignore[no-untyped-def]
     """Advance lane 0 of `state` in place; arguments as `march_four`."""
     n = float(table.shape[0])
@@ -65,13 +80,7 @@ def march_one(table, load, damping, gap, state, steps, schedule, stride, statist
         k0 = hh * _cubic(table, np.uint64(whole), 0, p - whole)
         total, square, low, high = 0.0, 0.0, np.inf, -np.inf
         for _ in range(steps[w]):
-            q = p + 0.5 * rate + 0.125 * rise
-            if q >= n:
-                q -= n
-            p += rate + 0.5 * rise
-            if p >= n:
-                p -= n
-            rate += rise
+            q, p, rate = _turned(p, rate, rise, n)
             whole = np.int64(q)
             k1 = hh * _cubic(table, np.uint64(whole), 0, q - whole)
             whole = np.int64(p)
@@ -93,13 +102,7 @@ def march_one(table, load, damping, gap, state, steps, schedule, stride, statist
     state[0, 0], state[1, 0] = x, v
 
 
-@njit(
-    "void(f8[:, :, ::1], f8[::1], f8[::1], f8[::1], f8[:, ::1],"
-    " i8[::1], f8[:, ::1], i8[::1], f8[:, :, ::1], f8[:, ::1])",
-    cache=True,
-    nogil=True,
-    fastmath=_FAST,
-)
+@_loop
 def march_four(table, load, damping, gap, state, steps, schedule, stride, statistics, samples):  # type: ignore[no-untyped-def]
     """Advance four curves in place through windows of constant step and linearly rising speed.
 
@@ -131,13 +134,7 @@ def march_four(table, load, damping, gap, state, steps, schedule, stride, statis
         low0 = low1 = low2 = low3 = np.inf
         high0 = high1 = high2 = high3 = -np.inf
         for _ in range(steps[w]):
-            q = p + 0.5 * rate + 0.125 * rise
-            if q >= n:
-                q -= n
-            p += rate + 0.5 * rise
-            if p >= n:
-                p -= n
-            rate += rise
+            q, p, rate = _turned(p, rate, rise, n)
             whole = np.int64(q)
             r, c = q - whole, np.uint64(whole)
             m0, m1 = hh * _cubic(table, c, 0, r), hh * _cubic(table, c, 1, r)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from nvhchain.dynamics._march import _mean, _zero
+from nvhchain.dynamics._law_step import mean_force, unloaded_at
 from nvhchain.dynamics.law_table import deflection_under, force_at, mean_slope, refine, row_at, tabulate
 from nvhchain.errors import SolverError
 
@@ -47,8 +47,10 @@ def _mean_force(table, phase, side, start, end):
     place = phase * table.rows[0]
     low = int(place)
     high, weight, n = (low + 1) % int(table.rows[0]), place - low, int(table.cells[0])
-    zero, _ = _zero(table.deflection, table.force, 0, low, high, weight, n, 0)
-    return _mean(table.deflection, table.force, table.potential, 0, low, high, weight, n, zero, side, start, end, 0)
+    zero, _ = unloaded_at(table.deflection, table.force, 0, low, high, weight, n, 0)
+    return mean_force(
+        table.deflection, table.force, table.potential, 0, low, high, weight, n, zero, side, start, end, 0
+    )
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])

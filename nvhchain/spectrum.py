@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import ceil
+from typing import NotRequired, TypedDict, Unpack
 
 import numpy as np
 from scipy.fft import rfft
@@ -136,24 +137,29 @@ class Waterfall:
     of_orders: bool
 
 
-def waterfall(
-    signal: FloatArray,
-    *,
-    sample_rate: float,
-    input_speed: FloatArray,
-    resolution: float,
-    high: float,
-    overlap: float = 0.75,
-) -> Waterfall:
+class WindowedRecord(TypedDict):
+    """What both waterfalls take by name.
+
+    sample_rate: Hz.  input_speed: (n_t,) rad/s.  resolution: Hz (`waterfall`) or orders (`order_waterfall`) that must
+    be resolved, 1.5 line spacings, the noise bandwidth of the Hann window.  high: last line, Hz or order.
+    overlap: of windows that follow each other, 0 … 1; 0.75 where it is left out.
+    """
+
+    sample_rate: float
+    input_speed: FloatArray
+    resolution: float
+    high: float
+    overlap: NotRequired[float]
+
+
+def waterfall(signal: FloatArray, **record: Unpack[WindowedRecord]) -> Waterfall:
     """Short-time spectra against frequency: Hann windows, amplitude-corrected.
 
-    signal: (n_t, …), such as `BearingForces.force`.  sample_rate: Hz.  input_speed: (n_t,) rad/s.
-    resolution: Hz that must be resolved, 1.5 line spacings, the noise bandwidth of the window; a line that sweeps by
-    more than that within a window is smeared, which `order_waterfall` avoids.  high: Hz, last line.
-    overlap: of windows that follow each other, 0 … 1.
+    signal: (n_t, …), such as `BearingForces.force`.  record: `WindowedRecord`, resolution and high in Hz; a line that
+    sweeps by more than the resolution within a window is smeared, which `order_waterfall` avoids.
     Raises InputError when the sampling rate is below 2.56 `high` or the record is shorter than a window.
     """
-    _check_waterfall(signal, input_speed, resolution, high, overlap)
+    sample_rate, input_speed, resolution, high, overlap = _checked(signal, record)
     require(
         sample_rate >= BAND_MARGIN * high * (1.0 - 1e-9),
         f"sampling rate {sample_rate:g} Hz is below {BAND_MARGIN} × {high:g} Hz, what the band needs: lower the band "
@@ -179,26 +185,16 @@ def waterfall(
     )
 
 
-def order_waterfall(
-    signal: FloatArray,
-    *,
-    sample_rate: float,
-    input_speed: FloatArray,
-    resolution: float,
-    high: float,
-    overlap: float = 0.75,
-) -> Waterfall:
+def order_waterfall(signal: FloatArray, **record: Unpack[WindowedRecord]) -> Waterfall:
     """Short-angle spectra against order of the input (computed order tracking): the signal is interpolated to equal
     angles, so that an order stays on its line however the speed changes.
 
-    signal: (n_t, …).  sample_rate: Hz.  input_speed: (n_t,) rad/s, not negative; the angle is its integral.
-    resolution: orders that must be resolved, 1.5 line spacings of the Hann window: windows last 1.5 / resolution turns.
-    high: order of the last line; lines above the band of the record (sampling rate / 2.56) are set to 0.
-    overlap: of windows that follow each other, 0 … 1.
+    signal: (n_t, …).  record: `WindowedRecord`; input_speed must not be negative, the angle is its integral; windows
+    last 1.5 / resolution turns; lines above the band of the record (sampling rate / 2.56) are set to 0.
     Source: K. R. Fyfe, E. D. S. Munck, Mech. Syst. Signal Process. 11 (1997) 187–205.
     Raises InputError when the input turns backwards or less than a window.
     """
-    _check_waterfall(signal, input_speed, resolution, high, overlap)
+    sample_rate, input_speed, resolution, high, overlap = _checked(signal, record)
     require(bool((input_speed >= 0.0).all()), "the input turns backwards: orders need a speed that is not negative")
     time = np.arange(len(signal)) / sample_rate
     turned = cumulative_trapezoid(input_speed / (2.0 * np.pi), dx=1.0 / sample_rate, initial=0.0)
@@ -245,9 +241,10 @@ def _along(line: ComplexArray, dimensions: int) -> ComplexArray:
     return line.reshape((-1,) + (1,) * (dimensions - 1))
 
 
-def _check_waterfall(
-    signal: FloatArray, input_speed: FloatArray, resolution: float, high: float, overlap: float
-) -> None:
+def _checked(signal: FloatArray, record: WindowedRecord) -> tuple[float, FloatArray, float, float, float]:
+    """Sampling rate, input speed, resolution, last line and overlap of the windows."""
+    input_speed, resolution, high = record["input_speed"], record["resolution"], record["high"]
+    overlap = record.get("overlap", 0.75)
     require(
         len(signal) == len(input_speed) and len(signal) > SPLINE_DEGREE,
         f"{len(signal)} samples of the signal and {len(input_speed)} of the speed: give the same number, more than "
@@ -255,3 +252,4 @@ def _check_waterfall(
     )
     require(0.0 <= overlap < 1.0, f"overlap = {overlap} must be at least 0 and below 1")
     require(resolution > 0.0 and high > 0.0, f"resolution = {resolution} and high = {high} must be positive")
+    return record["sample_rate"], input_speed, resolution, high, overlap

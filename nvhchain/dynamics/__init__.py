@@ -4,7 +4,8 @@ from nvhchain.dynamics.gearbox import Bearing, Cylinder, Gearbox, Mesh, RigidBod
 from nvhchain.dynamics.mesh_levels import ContactForce
 from nvhchain.dynamics.quasi_static import static_bearing_forces
 from nvhchain.dynamics.recording import Recording, record_run_up
-from nvhchain.dynamics.speed_ramp import run_up, run_up_time
+from nvhchain.dynamics.rigid_train import run_up_time
+from nvhchain.dynamics.speed_ramp import run_up
 from nvhchain.dynamics.steady import bearing_forces, steady_sweep
 from nvhchain.dynamics.train import Train, train
 

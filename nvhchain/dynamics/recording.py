@@ -10,7 +10,7 @@ import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Unpack
 from zipfile import BadZipFile
 
 import numpy as np
@@ -19,9 +19,8 @@ from nvhchain import store
 from nvhchain.conventions import Progress
 from nvhchain.dynamics.gearbox import Gearbox
 from nvhchain.dynamics.simulation import Motion
-from nvhchain.dynamics.speed_ramp import Ramp, RunUp, Standing, prepare, record, samples, start
-from nvhchain.errors import FileFormatError, InputError
-from nvhchain.fidelity import DynamicsFidelity
+from nvhchain.dynamics.speed_ramp import Operation, RunUp, Standing, prepare, record, samples, start
+from nvhchain.errors import FileFormatError, InputError, require
 from nvhchain.handoff import BearingForces, FloatArray, MeshLaw, ReducedHousing
 from nvhchain.resume import code_version, fingerprint
 
@@ -46,32 +45,22 @@ def record_run_up(
     mesh_laws: Sequence[MeshLaw],
     housing: ReducedHousing | None,
     *,
-    start_speed: float,
-    end_speed: float,
-    duration: float,
-    input_torque: float,
-    f_max: float,
-    fidelity: DynamicsFidelity,
     folder: str | Path,
     progress: Progress | None = None,
+    **operation: Unpack[Operation],
 ) -> Recording:
     """`run_up` into files of `folder`; memory does not grow with the duration.
 
     A run that was stopped is taken up again by the same call and ends in the same bits as one that was not. Raises what
     `run_up` raises, and InputError when `folder` holds another run.
     """
-    ramp = Ramp(start_speed, end_speed, duration)
-    run = prepare(
-        gearbox,
-        mesh_laws,
-        housing,
-        ramp=ramp,
-        input_torque=input_torque,
-        f_max=f_max,
-        fidelity=fidelity,
+    require(
+        operation.get("contact_forces") is None,
+        "a run-up at the mesh level `contact` cannot be taken up again, since its solvers are not data: use run_up",
     )
+    run = prepare(gearbox, mesh_laws, housing, **operation)
     version = code_version("dynamics")
-    key = fingerprint(version, gearbox, list(mesh_laws), housing, ramp, input_torque, f_max, fidelity)
+    key = fingerprint(version, gearbox, list(mesh_laws), housing, operation)
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     written, first, standing = _taken_up(folder / "standing.npz", key, run)

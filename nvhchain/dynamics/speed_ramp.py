@@ -11,20 +11,19 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from math import ceil, isfinite, pi
+from typing import NotRequired, TypedDict, Unpack
 
 import numpy as np
 import psutil
 from threadpoolctl import ThreadpoolController
 
 from nvhchain.conventions import Progress
-from nvhchain.dynamics.assembly import assemble
 from nvhchain.dynamics.decimation import Decimator, decimator, low_pass, record_stride
 from nvhchain.dynamics.gearbox import Gearbox
 from nvhchain.dynamics.mesh_levels import ContactForce
 from nvhchain.dynamics.quasi_static import law_phases
 from nvhchain.dynamics.simulation import Motion, Simulation, advance, at_rest, simulation
 from nvhchain.dynamics.steady import check_step, settling_time
-from nvhchain.dynamics.train import train_inertia
 from nvhchain.errors import ResourceError, require
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import BearingForces, FloatArray, MeshLaw, ReducedHousing
@@ -116,18 +115,30 @@ class Standing:
     excesses: FloatArray
 
 
+class Operation(TypedDict):
+    """What a run-up takes by name.
+
+    start_speed, end_speed: rad/s of the input, not negative; equal for a long record at constant speed.  duration: s.
+    input_torque: N m along the input's rotation, constant; the output torque balances it but for what speeds up the
+    train.  f_max: Hz, upper end of the band of interest.  fidelity: of the dynamics.
+    contact_forces: one per mesh, for `fidelity.mesh_level` "contact".
+    """
+
+    start_speed: float
+    end_speed: float
+    duration: float
+    input_torque: float
+    f_max: float
+    fidelity: DynamicsFidelity
+    contact_forces: NotRequired[Sequence[ContactForce] | None]
+
+
 def prepare(
-    gearbox: Gearbox,
-    mesh_laws: Sequence[MeshLaw],
-    housing: ReducedHousing | None,
-    *,
-    ramp: Ramp,
-    input_torque: float,
-    f_max: float,
-    fidelity: DynamicsFidelity,
-    contact_forces: Sequence[ContactForce] | None = None,
+    gearbox: Gearbox, mesh_laws: Sequence[MeshLaw], housing: ReducedHousing | None, **operation: Unpack[Operation]
 ) -> RunUp:
     """Check the run-up, assemble and discretise it (arguments of `run_up`)."""
+    ramp = Ramp(operation["start_speed"], operation["end_speed"], operation["duration"])
+    input_torque, f_max, fidelity = operation["input_torque"], operation["f_max"], operation["fidelity"]
     require(isfinite(input_torque), f"input_torque = {input_torque} N m must be finite")
     require(isfinite(f_max) and f_max > 0, f"f_max = {f_max} Hz must be positive")
     require(
@@ -143,7 +154,7 @@ def prepare(
         fidelity=fidelity,
         input_acceleration=ramp.acceleration,
         gyroscopic_speed=ramp.start_speed if fidelity.gyroscopic else 0.0,
-        contact_forces=contact_forces,
+        contact_forces=operation.get("contact_forces"),
     )
     kinematics = model.assembly.train
     check_step(gearbox, mesh_laws, kinematics, max(ramp.start_speed, ramp.end_speed), f_max, fidelity)
@@ -233,21 +244,12 @@ def run_up(
     mesh_laws: Sequence[MeshLaw],
     housing: ReducedHousing | None,
     *,
-    start_speed: float,
-    end_speed: float,
-    duration: float,
-    input_torque: float,
-    f_max: float,
-    fidelity: DynamicsFidelity,
-    contact_forces: Sequence[ContactForce] | None = None,
     progress: Progress | None = None,
+    **operation: Unpack[Operation],
 ) -> BearingForces:
     """Forces of the bearings on the housing while the input speed changes evenly from start_speed to end_speed.
 
-    mesh_laws: one per mesh, in the gearbox's order.  housing: None for rigid seats.  start_speed, end_speed: rad/s of
-    the input, not negative; equal for a long record at constant speed.  duration: s.  input_torque: N m along the
-    input's rotation, constant; the output torque balances it but for what speeds up the train.  f_max: Hz, upper end
-    of the band of interest.  contact_forces: one per mesh, for `fidelity.mesh_level` "contact".
+    mesh_laws: one per mesh, in the gearbox's order.  housing: None for rigid seats.  operation: `Operation`.
 
     From a standstill the run starts on the quasi-static solution; from any other speed it runs at that speed until
     `settle_level` of the start is left. Every so many steps that a period of f_max keeps
@@ -256,16 +258,7 @@ def run_up(
     Raises InputError when the step is too long for f_max or the meshes, ResourceError when the record does not fit
     into memory (`record_run_up` writes it to files), SolverError when the start cannot be forgotten.
     """
-    run = prepare(
-        gearbox,
-        mesh_laws,
-        housing,
-        ramp=Ramp(start_speed, end_speed, duration),
-        input_torque=input_torque,
-        f_max=f_max,
-        fidelity=fidelity,
-        contact_forces=contact_forces,
-    )
+    run = prepare(gearbox, mesh_laws, housing, **operation)
     n_out = len(run.decimator.constant)
     needed, available = 3 * 8.0 * run.count * (n_out + 2), float(psutil.virtual_memory().available)
     if needed > 0.8 * available:
@@ -280,30 +273,3 @@ def run_up(
         if progress:
             progress(standing.block, run.blocks)
     return record(run, 0, sampled)
-
-
-def run_up_time(
-    gearbox: Gearbox,
-    mesh_laws: Sequence[MeshLaw],
-    *,
-    start_speed: float,
-    end_speed: float,
-    input_torque: float,
-    output_torque: float,
-) -> float:
-    """s that the train takes from start_speed to end_speed (rad/s of the input) under constant torques.
-
-    input_torque: N m, drives along the input's rotation.  output_torque: N m, brakes the output shaft.
-    Rigid train: (T_in − ratio T_out) / J, J its inertia felt at the input. Raises InputError when the torques do not
-    lead from the one speed to the other.
-    """
-    model = assemble(gearbox, mesh_laws, None)
-    ratio = float(model.train.speed_ratio[gearbox.shaft_index(gearbox.output_shaft)])
-    left = input_torque - ratio * output_torque
-    change = end_speed - start_speed
-    require(
-        change * left > 0,
-        f"the torques leave {left:.4g} N m at the input, which does not lead from {start_speed:g} to {end_speed:g} "
-        f"rad/s: the output torque that balances {input_torque:g} N m is {input_torque / ratio:.6g} N m",
-    )
-    return change * train_inertia(model.train, model.inertia) / left

@@ -14,7 +14,7 @@ from nvhchain.dynamics.assembly import assemble
 from nvhchain.dynamics.decimation import low_pass
 from nvhchain.dynamics.quasi_static import static_mesh_forces
 from nvhchain.dynamics.simulation import advance, at_rest, bearing_force
-from nvhchain.dynamics.speed_ramp import Ramp, prepare
+from nvhchain.dynamics.speed_ramp import prepare
 from nvhchain.dynamics.train import shaft_torques
 from nvhchain.errors import FileFormatError, InputError, ResourceError, SolverError
 from nvhchain.fidelity import DynamicsFidelity
@@ -37,7 +37,7 @@ def test_every_fourth_step_is_stored_and_equals_the_filtered_record_of_every_ste
     gearbox, laws, fidelity = make_gearbox(), make_laws(slotted=True), DynamicsFidelity(1e-5)
     record = _run_up(gearbox, laws, None)
     assert record.sample_rate == pytest.approx(25e3, rel=1e-9)
-    run = prepare(gearbox, laws, None, ramp=Ramp(0.0, SPEED, 0.2), input_torque=250.0, f_max=5000.0, fidelity=fidelity)
+    run = prepare(gearbox, laws, None, fidelity=fidelity, **_operation())
     middle = (np.arange(19_000) - run.lead + 0.5) * 1e-5
     turns = 0.5 * SPEED / 0.2 * np.maximum(middle, 0.0) ** 2 / (2 * pi)
     motion = at_rest(run.model, np.zeros(2))
@@ -175,6 +175,15 @@ def test_another_run_in_the_folder_and_a_damaged_one_are_refused(make_gearbox, m
     (tmp_path / "standing.npz").write_bytes(b"PK not a checkpoint")
     with pytest.raises(FileFormatError, match=r"standing\.npz: damaged"):
         record_run_up(gearbox, laws, None, fidelity=fidelity, folder=tmp_path, **_operation(duration=0.01))
+
+
+def test_a_run_whose_contact_solvers_are_no_data_goes_to_no_files(make_gearbox, make_laws, tmp_path):
+    fidelity, solvers = DynamicsFidelity(2e-5, mesh_level="contact"), [lambda angle, d: d, lambda angle, d: d]
+    with pytest.raises(InputError, match="cannot be taken up again"):
+        record_run_up(
+            make_gearbox(), make_laws(), None, fidelity=fidelity, folder=tmp_path, contact_forces=solvers,
+            **_operation(),
+        )  # fmt: skip
 
 
 def test_an_hour_in_memory_is_refused_with_a_remedy(make_gearbox, make_laws):

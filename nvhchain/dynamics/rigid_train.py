@@ -1,0 +1,38 @@
+"""The train as one rigid body: how long given torques take to change its speed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from nvhchain.dynamics.assembly import assemble
+from nvhchain.dynamics.gearbox import Gearbox
+from nvhchain.dynamics.train import train_inertia
+from nvhchain.errors import require
+from nvhchain.handoff import MeshLaw
+
+
+def run_up_time(
+    gearbox: Gearbox,
+    mesh_laws: Sequence[MeshLaw],
+    *,
+    start_speed: float,
+    end_speed: float,
+    input_torque: float,
+    output_torque: float,
+) -> float:
+    """s that the train takes from start_speed to end_speed (rad/s of the input) under constant torques.
+
+    input_torque: N m, drives along the input's rotation.  output_torque: N m, brakes the output shaft.
+    Rigid train: (T_in − ratio T_out) / J, J its inertia felt at the input. Raises InputError when the torques do not
+    lead from the one speed to the other.
+    """
+    model = assemble(gearbox, mesh_laws, None)
+    ratio = float(model.train.speed_ratio[gearbox.shaft_index(gearbox.output_shaft)])
+    left = input_torque - ratio * output_torque
+    change = end_speed - start_speed
+    require(
+        change * left > 0,
+        f"the torques leave {left:.4g} N m at the input, which does not lead from {start_speed:g} to {end_speed:g} "
+        f"rad/s: the output torque that balances {input_torque:g} N m is {input_torque / ratio:.6g} N m",
+    )
+    return change * train_inertia(model.train, model.inertia) / left

@@ -1,4 +1,4 @@
-"""Command line: run, compare, plan, check, doctor.  Exit code 0: everything asked for is there; 2: bad input."""
+"""Command line.  Exit code 0: everything asked for is there; 2: bad input."""
 
 from __future__ import annotations
 
@@ -124,6 +124,16 @@ def _parser() -> argparse.ArgumentParser:
     compare.add_argument("--out", metavar="DIR", default="out", help="folder for results (default: out)")
     compare.set_defaults(action=_compare)
 
+    plot = commands.add_parser("plot", help="draw hand-offs of one kind into one figure")
+    plot.add_argument("files", metavar="FILE", nargs="+", type=Path, help="hand-offs (HDF5)")
+    plot.add_argument("--orders", action="store_true", help="records against order of the input, not frequency")
+    plot.add_argument("--out", metavar="PNG", type=Path, help="figure (default: beside the first file)")
+    plot.set_defaults(action=_plot)
+
+    report = commands.add_parser("report", help="make a page (HTML) of what `compare` left in a folder")
+    report.add_argument("folder", metavar="DIR")
+    report.set_defaults(action=_report)
+
     plan = commands.add_parser("plan", parents=[common], help="say what will be modelled, skipped, and what it takes")
     plan.add_argument("case", metavar="CASE")
     plan.set_defaults(action=_plan)
@@ -190,6 +200,22 @@ def _compare(options: argparse.Namespace) -> int:
         )
     for name, configuration in summary["configurations"].items():
         print(f"{name}: {configuration['overall_dBA']:.1f} dB(A)")
+    return 0
+
+
+def _plot(options: argparse.Namespace) -> int:
+    from nvhchain.report import draw
+
+    picture = options.out or options.files[0].with_suffix(".png")
+    draw(options.files, picture, orders=options.orders)
+    print(picture)
+    return 0
+
+
+def _report(options: argparse.Namespace) -> int:
+    from nvhchain.report import write_page
+
+    print(write_page(options.folder))
     return 0
 
 

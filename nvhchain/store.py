@@ -154,6 +154,18 @@ def load(path: str | Path, kind: type[H] = HandOff) -> H:  # type: ignore[assign
     return hand_off
 
 
+def record(path: str | Path) -> tuple[str, dict[str, Any]]:
+    """What the hand-off in `path` is and how it was made: the name of its class, its provenance; no array is read.
+
+    Raises FileFormatError for a file that is not a hand-off.
+    """
+    try:
+        with h5py.File(path, "r") as file:
+            return str(file.attrs["kind"]), json.loads(file.attrs["provenance"])
+    except (OSError, KeyError, ValueError, TypeError) as error:
+        raise FileFormatError(f"{path}: not a whole hand-off ({error}): delete it or restore it from a copy") from error
+
+
 def _write(group: Any, hand_off: HandOff) -> None:
     kind = type(hand_off).__name__
     group.attrs["kind"] = kind

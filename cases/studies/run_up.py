@@ -10,74 +10,23 @@ configurations. Leaves waterfalls in OUT; mesh laws and housing are kept in OUT/
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 import nvhchain as nvh
-from nvhchain import acoustics, dynamics, gear, housing
-from nvhchain.case import GearboxCase
-from nvhchain.fidelity import PRESETS, Fidelity
-from nvhchain.handoff import BearingForces, MeshLaw, ReducedHousing
+from nvhchain.fidelity import PRESETS
 from nvhchain.plots import OrderMarks, waterfall_maps
-from nvhchain.resume import Shelf
 from nvhchain.spectrum import Waterfall, order_cut, order_waterfall, waterfall
 
-END_SPEED = 2500.0 * 2.0 * np.pi / 60.0
-DURATION = 20.0
 RESOLUTION = 1.5 / 20.5
 """Orders: windows of one common period of the slotted gearbox, so that every order it can have is a line."""
 WINDOWS = 12.0 / 41.0
 """Order in which the differential's windows pass."""
 ORDERS = (2.0, 4.0, 12.0 - WINDOWS, 12.0, 12.0 + WINDOWS, 16.0, 18.0, 20.0, 22.0, 24.0, 38.0, 40.0, 42.0)
 CASES = Path(__file__).parents[1] / "gearbox"
-
-
-def run_up(case: GearboxCase, fidelity: Fidelity, shelf: Shelf) -> BearingForces:
-    """The bearing forces of `case` on the way from standstill to END_SPEED."""
-    laws = [
-        shelf.stage(
-            f"mesh_law_{stage.name}-{{key}}",
-            MeshLaw,
-            "gear",
-            (pair, force),
-            partial(_mesh_law, pair, force, fidelity),
-            fidelity=fidelity.gear,
-        )
-        for stage, pair, force in zip(case.stages, case.pairs, case.mesh_forces, strict=True)
-    ]
-    size = acoustics.required_element_size(case.band.high, case.air, fidelity.acoustics)
-    reduced = shelf.stage(
-        "housing-{key}",
-        ReducedHousing,
-        "housing",
-        (case.housing, case.band.high, size),
-        lambda progress: housing.reduce_housing(
-            case.housing, surface_size=size, f_max=case.band.high, fidelity=fidelity.housing, progress=progress
-        ),
-        fidelity=fidelity.housing,
-    )
-    gearbox = case.gearbox
-    for item in case.gears:
-        own = gear.mass_properties(item.body)
-        body = dynamics.RigidBody(item.z + own.centre, own.mass, own.polar_inertia, own.transverse_inertia)
-        gearbox = gearbox.with_bodies(item.shaft, [body])
-    return dynamics.run_up(
-        gearbox,
-        laws,
-        reduced,
-        start_speed=0.0,
-        end_speed=END_SPEED,
-        duration=DURATION,
-        input_torque=case.operation.input_torque,
-        f_max=case.band.high,
-        fidelity=fidelity.dynamics,
-    )
-
-
-def _mesh_law(pair: gear.GearPair, force: float, fidelity: Fidelity, progress: nvh.conventions.Progress) -> MeshLaw:
-    return gear.mesh_law(pair, nominal_force=force, fidelity=fidelity.gear, progress=progress)
 
 
 def level(of: Waterfall) -> dict[float, float]:
@@ -93,9 +42,8 @@ def main() -> None:
     out.mkdir(parents=True, exist_ok=True)
     force, deflection, over_frequency = {}, {}, {}
     for name in ("solid", "slotted"):
-        case = nvh.load_case(CASES / f"{name}.toml")
-        assert isinstance(case, GearboxCase)
-        record = run_up(case, fidelity, Shelf(out / "operators"))
+        case = replace(nvh.load_case(CASES / f"run_up_{name}.toml"), quantities=("bearing_forces",))
+        record = nvh.run(case, fidelity=fidelity, out=out / name, operators=out / "operators").bearing_forces
         track = partial(
             order_waterfall,
             sample_rate=record.sample_rate,

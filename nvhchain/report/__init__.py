@@ -1,5 +1,7 @@
-"""What is made for people: figures, tables, sound files and summary.json."""
+"""What is made for people: figures, tables, sound files, summary.json and a page that shows them."""
 
 from nvhchain.report.comparison import compare
+from nvhchain.report.drawing import draw
+from nvhchain.report.page import write_page
 
-__all__ = ["compare"]
+__all__ = ["compare", "draw", "write_page"]

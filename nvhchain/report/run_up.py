@@ -32,8 +32,10 @@ def compare_run_ups(results: Mapping[str, chain.Result], out: Path) -> dict[str,
     marks = order_marks([result.case for result in results.values()])
     histories = {name: result.pressure_history for name, result in results.items() if result.pressure_history}
     band = max(result.case.band.high for result in results.values() if hasattr(result.case, "band"))
-    against_frequency = {name: _over_frequency(history, band) for name, history in histories.items()}
-    against_order = {name: _over_order(history, marks) for name, history in histories.items()}
+    highest = (HARMONICS + 1) * max(marks.mesh.values())
+    heard = {name: (of.pressure[:, 0], _rate(of), of.input_speed) for name, of in histories.items()}
+    against_frequency = {name: over_frequency(*signal, high=band) for name, signal in heard.items()}
+    against_order = {name: over_order(*signal, high=highest) for name, signal in heard.items()}
     save(plots.waterfall_maps(against_frequency, unit="Pa", marks=marks), out / "waterfall.png")
     save(plots.waterfall_maps(against_order, unit="Pa", marks=marks), out / "orders.png")
     profiles = {name: _profiles(against_frequency[name], against_order[name], marks) for name in histories}
@@ -44,26 +46,16 @@ def compare_run_ups(results: Mapping[str, chain.Result], out: Path) -> dict[str,
     return {name: _summarise(history, profiles[name]) for name, history in histories.items()}
 
 
-def _over_frequency(history: PressureHistory, high: float) -> Waterfall:
-    """Spectra of windows in which the input turns ten times at the middle of its speeds."""
-    turns = float(history.input_speed.mean()) / (2 * pi)
-    return waterfall(
-        history.pressure[:, 0],
-        sample_rate=_rate(history),
-        input_speed=history.input_speed,
-        resolution=ORDER_RESOLUTION * turns,
-        high=high,
-    )
+def over_frequency(signal: FloatArray, rate: float, input_speed: FloatArray, *, high: float) -> Waterfall:
+    """Waterfall of `signal` (n_t, …), sampled at `rate` Hz, to `high` Hz: the input turns ten times in a window at the
+    middle of its speeds (n_t,) rad/s."""
+    turns = float(input_speed.mean()) / (2 * pi)
+    return waterfall(signal, sample_rate=rate, input_speed=input_speed, resolution=ORDER_RESOLUTION * turns, high=high)
 
 
-def _over_order(history: PressureHistory, marks: OrderMarks) -> Waterfall:
-    return order_waterfall(
-        history.pressure[:, 0],
-        sample_rate=_rate(history),
-        input_speed=history.input_speed,
-        resolution=ORDER_RESOLUTION,
-        high=(HARMONICS + 1) * max(marks.mesh.values()),
-    )
+def over_order(signal: FloatArray, rate: float, input_speed: FloatArray, *, high: float) -> Waterfall:
+    """Waterfall of `signal` against order of the input, to `high`; the input turns ten times in every window."""
+    return order_waterfall(signal, sample_rate=rate, input_speed=input_speed, resolution=ORDER_RESOLUTION, high=high)
 
 
 def _rate(history: PressureHistory) -> float:

@@ -9,6 +9,7 @@ from scipy.io import wavfile
 
 import nvhchain as nvh
 from nvhchain.case import Operation, Ramp
+from nvhchain.cli import main
 from nvhchain.errors import InputError
 from nvhchain.handoff import PressureHistory
 from nvhchain.interop import write_history_wav
@@ -49,6 +50,12 @@ def test_run_ups_compared_leave_figures_sound_and_levels(cases, coarse, operator
     assert summary == json.loads((out / "summary.json").read_text())
     for name in ("waterfall.png", "orders.png", "levels.png", *(f"sound-{case.name}.wav" for case in cases)):
         assert (out / name).stat().st_size > 1000
+    records = [str(out / case.name / "pressure_history.h5") for case in fast]
+    for axis, figure in (([], out / "again.png"), (["--orders"], out / "again_orders.png")):
+        assert main(["plot", *records, *axis, "--out", str(figure)]) == 0
+        assert figure.stat().st_size > 10_000
+    assert main(["report", str(out)]) == 0
+    assert (out / "report.html").read_text().count("<audio") == 2
     for case in fast:
         found = summary["configurations"][case.name]
         assert found["end_speed_rpm"] == pytest.approx(2.0 * found["start_speed_rpm"], rel=1e-3)

@@ -1,0 +1,106 @@
+"""One figure of hand-offs, chosen by what they are."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from nvhchain import plots, spectrum, store
+from nvhchain.errors import InputError, require
+from nvhchain.gear import quasi_static_transmission_error
+from nvhchain.handoff import (
+    BearingForces,
+    FieldPressure,
+    ForceSpectrum,
+    HandOff,
+    MeshLaw,
+    PressureHistory,
+    SurfaceVelocity,
+)
+from nvhchain.report.files import save
+from nvhchain.report.run_up import over_frequency, over_order
+from nvhchain.spectrum import BAND_MARGIN
+
+HIGHEST_ORDER = 100.0
+"""Of the input, in maps against order."""
+
+
+def draw(files: list[Path], picture: Path, *, orders: bool = False) -> None:
+    """The figure of the hand-offs in `files` (HDF5, all of one kind) as PNG in `picture`.
+
+    orders: maps of records against order of the input instead of frequency.
+    Raises InputError for kinds that differ or cannot be drawn.
+    """
+    hand_offs: dict[str, HandOff] = dict(zip(_names(files), (store.load(path) for path in files), strict=True))
+    kinds = {type(hand_off) for hand_off in hand_offs.values()}
+    require(len(kinds) == 1, f"{', '.join(sorted(k.__name__ for k in kinds))} do not go into one figure: draw one kind")
+    (kind,) = kinds
+    known: dict[type[HandOff], Callable[[Mapping[str, Any], bool], list[Axes]]] = {
+        MeshLaw: _mesh_laws,
+        BearingForces: _bearing_forces,
+        ForceSpectrum: lambda of, _: plots.bearing_force_spectra(of),
+        SurfaceVelocity: _surface_velocity,
+        FieldPressure: lambda of, _: plots.pressure_spectrum(of),
+        PressureHistory: lambda of, orders: _maps({name: p.pressure for name, p in of.items()}, of, "Pa", orders),
+    }
+    if kind not in known:
+        raise InputError(f"{kind.__name__} has no figure: choose from {', '.join(k.__name__ for k in known)}")
+    save(known[kind](hand_offs, orders), picture)
+
+
+def _names(files: list[Path]) -> list[str]:
+    """What tells the files apart: their names, or those of their folders."""
+    for names in ([path.stem for path in files], [path.absolute().parent.name for path in files]):
+        if len(set(names)) == len(files):
+            return names
+    return [str(path) for path in files]
+
+
+def _mesh_laws(laws: Mapping[str, MeshLaw], orders: bool) -> list[Axes]:
+    """The map of one law; of several the transmission errors at half of the largest force that all of them hold."""
+    if len(laws) == 1:
+        return plots.mesh_law_map(next(iter(laws.values())))
+    force = 0.5 * min(float(law.force.max(axis=1).min()) for law in laws.values())
+    curves = {name: quasi_static_transmission_error(law, force) for name, law in laws.items()}
+    return plots.transmission_errors({f"{force:.0f} N": curves})
+
+
+def _bearing_forces(forces: Mapping[str, BearingForces], orders: bool) -> list[Axes]:
+    """Lines of steady records, maps of run-ups."""
+    if not all(record.periodic for record in forces.values()):
+        return _maps({name: record.force for name, record in forces.items()}, forces, "N", orders)
+    lines = {
+        name: spectrum.force_spectrum(record, low=0.0, high=record.sample_rate / BAND_MARGIN)
+        for name, record in forces.items()
+    }
+    last = max(_last_line(of) for of in lines.values())
+    return plots.bearing_force_spectra(
+        {name: of.replace(frequency=of.frequency[:last], force=of.force[:last]) for name, of in lines.items()}
+    )
+
+
+def _last_line(of: ForceSpectrum) -> int:
+    """Number of lines up to the last within 80 dB of the strongest that is not static."""
+    size = np.abs(of.force[1:]).max(axis=(1, 2))
+    return 2 + int(np.flatnonzero(size >= 1e-4 * size.max())[-1])
+
+
+def _surface_velocity(velocities: Mapping[str, SurfaceVelocity], orders: bool) -> list[Axes]:
+    require(len(velocities) == 1, f"{len(velocities)} surface velocities: a figure shows one")
+    ((name, velocity),) = velocities.items()
+    return [plots.surface_velocity(velocity, name=name)]
+
+
+def _maps(signals: Mapping[str, Any], records: Mapping[str, Any], unit: str, orders: bool) -> list[Axes]:
+    maps = {}
+    for name, record in records.items():
+        rate = (len(record.time) - 1) / float(record.time[-1] - record.time[0])
+        if orders:
+            maps[name] = over_order(signals[name], rate, record.input_speed, high=HIGHEST_ORDER)
+        else:
+            maps[name] = over_frequency(signals[name], rate, record.input_speed, high=rate / BAND_MARGIN)
+    return plots.waterfall_maps(maps, unit=unit)

@@ -1,0 +1,118 @@
+"""A page (HTML) of what `compare` left in a folder: levels, figures, sound, and how every number was made."""
+
+from __future__ import annotations
+
+import base64
+import json
+from collections.abc import Iterable
+from html import escape
+from pathlib import Path
+from string import Template
+
+from nvhchain import store
+from nvhchain.errors import InputError
+from nvhchain.report.files import write
+
+CAPTIONS = {
+    "pressure_spectrum": "Sound pressure level at the field point, plain and A-weighted.",
+    "pressure_history": "Sound pressure over turns of the input.",
+    "bearing_forces": "Bearing forces on the housing.",
+    "transmission_errors": "Quasi-static transmission error of every stage.",
+    "surface_velocity": "Normal velocity of the housing at its strongest line.",
+    "waterfall": "Sound pressure over speed and frequency.",
+    "orders": "Sound pressure over speed and order of the input.",
+    "levels": "Levels over speed.",
+}
+"""Figures in the order in which they are shown; `surface_velocity-NAME` belongs to configuration NAME."""
+
+PAGE = Template("""<!doctype html>
+<html lang="en"><head><meta charset="utf-8"><title>$title</title>
+<style>
+body { font: 16px/1.5 system-ui, sans-serif; max-width: 60rem; margin: 2rem auto; padding: 0 1rem; color: #222 }
+table { border-collapse: collapse } th, td { padding: .2rem .8rem; border-bottom: 1px solid #ddd; text-align: left }
+figure { margin: 2rem 0 } img { max-width: 100% } figcaption { color: #555 } pre { overflow-x: auto }
+</style></head><body>
+<h1>$title</h1>
+<p>Fidelity <code>$fidelity</code>, field point $point.</p>
+$levels
+$differences
+$figures
+<h2>How it was made</h2>
+$making
+</body></html>
+""")
+
+
+def write_page(folder: str | Path) -> Path:
+    """Write `report.html` into the folder that `compare` filled, figures inside it; returns its path.
+
+    Raises InputError for a folder without a comparison.
+    """
+    folder = Path(folder)
+    try:
+        summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise InputError(f"{folder}/summary.json cannot be read ({error}): run `nvhchain compare` first") from None
+    names = list(summary["configurations"])
+    point = summary["field_point"]
+    page = PAGE.substitute(
+        title=escape(" and ".join(names)),
+        fidelity=escape(summary["fidelity"]),
+        point=escape(f"{point['name']} at {point['position_m']} m"),
+        levels=_table(
+            ("configuration", "level / dB(A)", "sound"),
+            (
+                (escape(name), f"{configuration['overall_dBA']:.1f}", _sound(folder, name))
+                for name, configuration in summary["configurations"].items()
+            ),
+        ),
+        differences=_differences(folder),
+        figures="\n".join(_figures(folder, names)),
+        making=_table(("hand-off", "file", "version", "fidelity"), _made(folder)),
+    )
+    write(folder / "report.html", page)
+    return folder / "report.html"
+
+
+def _table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
+    """Cells are HTML."""
+    lines = ["<tr>" + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>" for row in rows]
+    return f"<table><tr>{''.join(f'<th>{cell}</th>' for cell in head)}</tr>{''.join(lines)}</table>"
+
+
+def _sound(folder: Path, name: str) -> str:
+    file = f"sound-{name}.wav"
+    return f'<audio controls src="{escape(file)}"></audio>' if (folder / file).exists() else ""
+
+
+def _differences(folder: Path) -> str:
+    path = folder / "differences.txt"
+    if not path.exists():
+        return ""
+    return f"<h2>Strongest orders</h2><pre>{escape(path.read_text(encoding='utf-8'))}</pre>"
+
+
+def _figures(folder: Path, names: list[str]) -> Iterable[str]:
+    for stem, caption in CAPTIONS.items():
+        for file, of in [(stem, ""), *((f"{stem}-{name}", f" ({name})") for name in names)]:
+            path = folder / f"{file}.png"
+            if path.exists():
+                image = base64.b64encode(path.read_bytes()).decode("ascii")
+                text = escape(caption.removesuffix(".") + of + ".")
+                yield (
+                    f'<figure><img alt="{text}" src="data:image/png;base64,{image}">'
+                    f"<figcaption>{text}</figcaption></figure>"
+                )
+
+
+def _made(folder: Path) -> Iterable[tuple[str, ...]]:
+    for path in sorted(folder.rglob("*.h5")):
+        kind, provenance = store.record(path)
+        knobs = provenance.get("fidelity")
+        detail = f"<pre>{escape(json.dumps(knobs, indent=1))}</pre>" if knobs else ""
+        yield (
+            kind,
+            escape(str(path.relative_to(folder))),
+            escape(str(provenance.get("version", ""))),
+            f"<details><summary>values</summary>{detail}</details>" if detail else "",
+        )

@@ -1,0 +1,69 @@
+"""What a comparison left can be drawn again, file by file, and shown on one page."""
+
+import html
+import re
+
+import pytest
+from matplotlib.image import imread
+
+from nvhchain.cli import main
+
+
+@pytest.fixture
+def drawn(tmp_path, capsys):
+    """Draw files; the picture (rows, columns, colours)."""
+
+    def draw(*files, arguments=()):
+        picture = tmp_path / "picture.png"
+        assert main(["plot", *map(str, files), "--out", str(picture), *arguments]) == 0
+        assert capsys.readouterr().out.strip() == str(picture)
+        return imread(picture)
+
+    return draw
+
+
+@pytest.mark.parametrize("name", ["bearing_forces", "force_spectrum", "pressure"])
+def test_one_kind_of_both_configurations_goes_into_one_figure(compared, drawn, name):
+    one = drawn(compared[0] / "solid" / f"{name}.h5")
+    both = drawn(*(compared[0] / case / f"{name}.h5" for case in ("solid", "slotted")))
+    assert one.std() > 0.01
+    assert both.std() != one.std()
+
+
+def test_a_mesh_law_is_a_map_and_several_are_transmission_errors(compared, drawn):
+    laws = sorted((compared[0] / "operators").glob("mesh_law_stage1-*.h5"))
+    assert len(laws) == 2
+    assert drawn(laws[0]).shape != drawn(*laws).shape
+
+
+def test_surface_velocity_is_a_picture_of_the_housing(compared, drawn):
+    assert drawn(compared[0] / "slotted" / "surface_velocity.h5").std() > 0.01
+
+
+def test_what_does_not_go_into_one_figure_is_refused(compared, tmp_path, capsys):
+    solid = compared[0] / "solid"
+    for files, reason in (
+        ([solid / "pressure.h5", solid / "force_spectrum.h5"], "do not go into one figure"),
+        (list((compared[0] / "operators").glob("transfer_vectors-*.h5")), "TransferVectors has no figure"),
+        ([tmp_path / "none.h5"], "no such file"),
+    ):
+        assert main(["plot", *map(str, files), "--out", str(tmp_path / "p.png")]) == 2
+        assert reason in capsys.readouterr().err
+    assert not (tmp_path / "p.png").exists()
+
+
+def test_page_shows_levels_figures_sound_and_how_they_were_made(compared, capsys):
+    out, summary, _ = compared
+    assert main(["report", str(out)]) == 0
+    page = (out / "report.html").read_text()
+    for configuration in summary["configurations"].values():
+        assert f"{configuration['overall_dBA']:.1f}" in page
+    assert page.count("data:image/png;base64,") == len(list(out.glob("*.png")))
+    assert page.count("<audio") == 2
+    assert len(re.findall(r"<td>[\w/.-]+\.h5</td>", page)) == len(list(out.rglob("*.h5")))
+    assert html.escape((out / "differences.txt").read_text()) in page
+
+
+def test_page_without_a_comparison_is_refused(tmp_path, capsys):
+    assert main(["report", str(tmp_path)]) == 2
+    assert "run `nvhchain compare` first" in capsys.readouterr().err

@@ -22,11 +22,13 @@ class OrderMarks:
 
     mesh: name of a stage → its mesh order.  slots: name of a stage → orders between its sidebands, that is slots
     per turn of their gear times that shaft's order.  sidebands: how many on each side of a mesh harmonic.
+    slotted: configurations that have slots, on whose lines sidebands are marked; None: all.
     """
 
     mesh: Mapping[str, float] = field(default_factory=dict)
     slots: Mapping[str, float] = field(default_factory=dict)
     sidebands: int = 2
+    slotted: tuple[str, ...] | None = None
 
     def __post_init__(self) -> None:
         for name, order in (*self.mesh.items(), *self.slots.items()):

@@ -135,10 +135,11 @@ def _draw(
         if marks is None or not marked:
             continue
         orders = frequency / input_frequency
-        for kind, wanted, marker, size, fill in (
-            ("mesh order", marks.mesh_orders(orders[-1]), "o", 5.5, None),
-            ("slot sideband", marks.sideband_orders(orders[-1]), "D", 4.5, "white"),
-        ):
+        kinds: list[tuple[str, FloatArray, str, float, str | None]]
+        kinds = [("mesh order", marks.mesh_orders(orders[-1]), "o", 5.5, None)]
+        if marks.slotted is None or name in marks.slotted:
+            kinds.append(("slot sideband", marks.sideband_orders(orders[-1]), "D", 4.5, "white"))
+        for kind, wanted, marker, size, fill in kinds:
             at = seen & matching(orders, wanted)
             if at.any():
                 style: dict[str, Any] = {"marker": marker, "markersize": size, "linestyle": "none"}

@@ -1,5 +1,7 @@
 """The spectra show the levels they are given, on the axes and with the marks they claim."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -45,6 +47,12 @@ def test_slot_sidebands_are_marked_on_the_slotted_configuration_only_where_lines
     assert not np.isclose(orders[:, None], MARKS.mesh_orders(120.0)).any()
     assert 18.0 not in np.round(marked.get("_solid slot sideband", np.empty(0)), 6)
     np.testing.assert_allclose(marked["_solid mesh order"][:3], [12.0, 20.0, 24.0])
+
+
+def test_sidebands_are_marked_only_on_configurations_said_to_have_slots(pressures):
+    for name in ("solid", "slotted"):
+        ax = pressure_spectrum(pressures, marks=replace(MARKS, slotted=(name,)))[0]
+        assert {line.get_label() for line in ax.lines if "sideband" in line.get_label()} <= {f"_{name} slot sideband"}
 
 
 def test_order_axis_counts_turns_of_the_input_shaft(pressures):

@@ -1,0 +1,97 @@
+"""Two involute flanks seen along the line of action of one transverse section: where they are and how far apart.
+
+Axes of a section: s along the line of action from the pinion's base tangent point to the wheel's, t across it, away
+from the pinion's centre; the pinion's tooth points to +t, the wheel's to −t. A flank that crosses the line at s has at
+rolled length ρ the point (r_b sin α + ρ cos α, r_b cos α − r_b − ρ sin α), α = (s − ρ)/r_b. Turned by 180° about the
+middle between the tangent points, that is the wheel's flank too.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from nvhchain.errors import require
+from nvhchain.gear.pair import GearPair
+from nvhchain.handoff import FloatArray
+
+_NEWTON = 12
+"""Steps for the rolled length of a point; three suffice."""
+
+
+@dataclass(frozen=True, eq=False)
+class Section:
+    """One pair of teeth in one transverse section.
+
+    crossing: m, s where the pinion's flank crosses the line of action; held within what `limits` allow.
+    apart: m, by how much the true one lies outside of them; 0 where the teeth can touch.
+    low, high: m, t of the wheel's and of the pinion's tip, between which both flanks exist.
+    nearest: m, t of the least gap: 0, or the tip edge where the path has ended.
+    """
+
+    crossing: float
+    apart: float
+    low: float
+    high: float
+
+    @property
+    def nearest(self) -> float:
+        """t, m."""
+        return min(max(0.0, self.low), self.high)
+
+
+def section(pair: GearPair, angle: float, tooth: int, axial: float, limits: tuple[float, float]) -> Section:
+    """Tooth pair `tooth` at wheel `angle`, rad, and `axial`, m; `limits` m, of s, between which it is drawn."""
+    true = pair.pitch_point + pair.base_radius[1] * angle - tooth * pair.base_pitch
+    true += axial * np.tan(pair.base_helix_angle) * pair.sense
+    crossing = min(max(true, limits[0]), limits[1])
+    tips = [float(across(pair, gear, crossing, _tip(pair, gear))) for gear in (0, 1)]
+    require(
+        tips[1] < tips[0],
+        f"tooth pair {tooth} is out of reach at s = {1e3 * crossing:.4g} mm: narrow the limits",
+    )
+    return Section(crossing, abs(true - crossing), tips[1], tips[0])
+
+
+def _tip(pair: GearPair, gear: int) -> float:
+    return (pair.pinion, pair.wheel)[gear].geometry.usable_flank[1]
+
+
+def _own(pair: GearPair, gear: int, crossing: float) -> float:
+    """Rolled length at which the flank of `gear` crosses the line of action."""
+    return crossing if gear == 0 else pair.line_length - crossing
+
+
+def across(pair: GearPair, gear: int, crossing: float, rolled: FloatArray | float) -> FloatArray:
+    """t, m, of the points of the flank of `gear` (0 pinion, 1 wheel) with these rolled lengths, m."""
+    base, rho = float(pair.base_radius[gear]), np.asarray(rolled, float)
+    alpha = (_own(pair, gear, crossing) - rho) / base
+    t = base * (np.cos(alpha) - 1) - rho * np.sin(alpha)
+    return np.asarray(t if gear == 0 else -t)
+
+
+def rolled_length(pair: GearPair, gear: int, crossing: float, t: FloatArray) -> FloatArray:
+    """Rolled lengths, m, of the points of the flank of `gear` at `t`, m."""
+    base, own = float(pair.base_radius[gear]), _own(pair, gear, crossing)
+    wanted = np.asarray(t if gear == 0 else -np.asarray(t), float)
+    rho = np.sqrt(np.maximum(own**2 + 2 * base * wanted, 1e-4 * own**2))
+    for _ in range(_NEWTON):
+        alpha = (own - rho) / base
+        found = base * (np.cos(alpha) - 1) - rho * np.sin(alpha)
+        rho = rho - (found - wanted) * base / (rho * np.cos(alpha))
+    return np.asarray(rho)
+
+
+def gap(pair: GearPair, crossing: float, t: FloatArray) -> FloatArray:
+    """Distance, m, of the two flanks along the line of action at `t`, m: what lies between pure involutes."""
+    along = []
+    for gear in (0, 1):
+        rho, base, own = (
+            rolled_length(pair, gear, crossing, t),
+            float(pair.base_radius[gear]),
+            _own(pair, gear, crossing),
+        )
+        alpha = (own - rho) / base
+        along.append(base * np.sin(alpha) + rho * np.cos(alpha))
+    return np.asarray(pair.line_length - along[1] - along[0])

@@ -1,0 +1,113 @@
+"""The loaded pair with refined flanks: compliance of all cells that can touch, and the pressure on them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from nvhchain.conventions import Progress
+from nvhchain.errors import SolverError
+from nvhchain.gear.body_flexibility import body_flexibility
+from nvhchain.gear.compliance import load_patterns
+from nvhchain.gear.pair import GearPair
+from nvhchain.gear.reference.pressure import pressed
+from nvhchain.gear.reference.resolution import ReferenceResolution
+from nvhchain.gear.reference.touching import CoarseGear, TouchingTeeth
+from nvhchain.handoff import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Carried:
+    """How one blank carries refined teeth.
+
+    answer: (sector, reach + 1, r, r) m/N, of a tooth to patterns of force on another.  share: [place][pair], (r, n)
+    patterns in what each cell's unit force passes on.
+    """
+
+    sector: int
+    answer: FloatArray
+    share: tuple[tuple[FloatArray, ...], ...]
+
+    def between(self, tooth: int, loaded: int) -> FloatArray:
+        """(r, r) m/N: answer of `tooth` to patterns on `loaded`, any integers."""
+        if loaded >= tooth:
+            return self.answer[tooth % self.sector, loaded - tooth]
+        return self.answer[loaded % self.sector, tooth - loaded].T
+
+
+def carried(
+    coarse: CoarseGear,
+    gear: int,
+    places: Sequence[TouchingTeeth],
+    resolution: ReferenceResolution,
+    progress: Progress | None = None,
+) -> Carried:
+    """Load the blank of `gear` (0 pinion, 1 wheel) with what the refined teeth of all `places` pass on."""
+    passed = [tooth.passed for place in places for tooth in place.teeth[gear]]
+    tooth = replace(coarse.tooth, passed=np.hstack(passed), passed_friction=None)
+    patterns, share, strength = load_patterns(tooth, resolution.pattern_tolerance)
+    reach = max(place.pairs[-1] - place.pairs[0] for place in places)
+    answer = body_flexibility(
+        coarse.mesh,
+        coarse.tooth,
+        coarse.body.material,
+        patterns,
+        far=int((strength > resolution.far_tolerance).sum()),
+        sector=coarse.body.sector,
+        reach=reach,
+        progress=progress,
+    )
+    parts = iter(np.split(share, np.cumsum([p.shape[1] for p in passed])[:-1], axis=1))
+    return Carried(coarse.body.sector, answer, tuple(tuple(next(parts) for _ in place.pairs) for place in places))
+
+
+def pair_compliance(touching: TouchingTeeth, place: int, gears: tuple[Carried, Carried], shift: int = 0) -> FloatArray:
+    """C (n, n), m/N, of all cells of `touching`, the number `place` of those that the gears carry.
+
+    shift: mesh periods by which both gears have moved on; the wheel's angle is then larger by so many mesh periods.
+    """
+    n = len(touching.pair)
+    total = np.zeros((n, n))
+    at = [np.flatnonzero(touching.pair == i) for i in range(len(touching.pairs))]
+    for gear, carrier in enumerate(gears):
+        sense = -1 if gear == 0 else 1
+        share = carrier.share[place]
+        for i, first in enumerate(touching.pairs):
+            total[np.ix_(at[i], at[i])] += touching.teeth[gear][i].own
+            for j, second in enumerate(touching.pairs):
+                answer = carrier.between(sense * (first + shift), sense * (second + shift))
+                total[np.ix_(at[i], at[j])] += share[i].T @ answer @ share[j]
+    return 0.5 * (total + total.T)
+
+
+@dataclass(frozen=True, eq=False)
+class ReferenceMesh:
+    """Equilibrium under one normal force.
+
+    deflection: δ, m.  force: (n,) N per cell.  pressure: (n,) Pa.  share: force on each tooth pair over the sum.
+    residual: m, of the contact conditions.
+    """
+
+    deflection: float
+    force: FloatArray
+    pressure: FloatArray
+    share: dict[int, float]
+    residual: float
+
+
+def reference_mesh(
+    pair: GearPair, touching: TouchingTeeth, compliance: FloatArray, force: float, guess: FloatArray | None = None
+) -> ReferenceMesh:
+    """Press the pair together with `force`, N, along the normal: `GearPair.normal_force` of the pinion's torque.
+
+    Raises SolverError where the pressure reaches the limit of the cells that were looked at.
+    """
+    cells = touching.cells
+    field = pressed(compliance, cells.gap, force, guess=guess)
+    if (field.force[cells.edge] > 0).any():
+        raise SolverError("contact pressure reaches the last cells looked at: raise `reach` or `largest_gap`")
+    share = {k: float(field.force[touching.pair == i].sum() / force) for i, k in enumerate(touching.pairs)}
+    area = cells.width * cells.length / np.cos(pair.base_helix_angle)
+    return ReferenceMesh(field.approach, field.force, field.force / area, share, field.residual)

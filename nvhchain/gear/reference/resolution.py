@@ -1,0 +1,50 @@
+"""Resolution of the reference contact."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from nvhchain.errors import require
+
+
+@dataclass(frozen=True)
+class ReferenceResolution:
+    """Elements of a tooth whose flank is refined where it is in contact; all of them quadratic bricks.
+
+    contact_element: m, edge along the profile at the contact, and width of a cell of even pressure.
+    fine_zone: m, to either side of the contact in which elements keep that size.
+    growth: of the element size per distance beyond that zone, and into the tooth.
+    root_rows: rows from mid-fillet to where the mating tip reaches.  space_columns: from mid-fillet to mid-space.
+    rim_rows: from the root down to where the pitch joins the blank.
+    reach: m, to either side of the place of the least gap in which pressure is looked for.
+    largest_gap: m, unloaded gap up to which pressure is looked for.
+    pattern_tolerance: what is neglected of the forces that a refined tooth passes to the blank, relative.
+    far_tolerance: what of them is taken to answer alike at all teeth of a sector, relative.
+    """
+
+    contact_element: float = 14e-6
+    fine_zone: float = 90e-6
+    growth: float = 0.35
+    root_rows: int = 6
+    space_columns: int = 5
+    rim_rows: int = 6
+    reach: float = 0.35e-3
+    largest_gap: float = 80e-6
+    pattern_tolerance: float = 1e-5
+    far_tolerance: float = 1e-3
+
+    def __post_init__(self) -> None:
+        for name, low, high in (
+            ("contact_element", 1e-6, 1e-3),
+            ("fine_zone", 0.0, 1e-2),
+            ("growth", 0.02, 2.0),
+            ("root_rows", 2, 100),
+            ("space_columns", 2, 100),
+            ("rim_rows", 2, 100),
+            ("reach", 1e-5, 1e-2),
+            ("largest_gap", 1e-6, 1e-3),
+            ("pattern_tolerance", 0.0, 0.01),
+            ("far_tolerance", 0.0, 0.1),
+        ):
+            value = getattr(self, name)
+            require(low <= value <= high, f"reference contact {name} = {value} is outside {low:g}…{high:g}")

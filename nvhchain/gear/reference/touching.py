@@ -1,0 +1,222 @@
+"""The teeth that can touch at one wheel angle: cells of pressure on their flanks, gaps, refined teeth of both gears."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import ceil, floor
+
+import numpy as np
+
+from nvhchain.errors import require
+from nvhchain.fidelity import GearFidelity
+from nvhchain.gear.blank_mesh import innermost_solid
+from nvhchain.gear.body import GearBody
+from nvhchain.gear.geometry import GearGeometry
+from nvhchain.gear.mesh import GearMesh, gear_mesh
+from nvhchain.gear.pair import GearPair
+from nvhchain.gear.plane import BoolArray
+from nvhchain.gear.reference.flanks import Section, gap, rolled_length, section
+from nvhchain.gear.reference.grading import elements_needed, graded
+from nvhchain.gear.reference.patch import RefinedTooth, cell_loads, cells, refined_tooth
+from nvhchain.gear.reference.resolution import ReferenceResolution
+from nvhchain.gear.reference.tooth_mesh import RefinedPitch, refined_pitch, with_middles
+from nvhchain.gear.tooth_compliance import CondensedTooth, condensed_tooth
+from nvhchain.handoff import FloatArray, IntArray
+
+_SIMPSON = np.array([1.0, 4.0, 1.0]) / 6
+"""Mean over a layer from its faces and its middle, and over a cell's width from its ends and its middle."""
+
+
+@dataclass(frozen=True, eq=False)
+class CellFields:
+    """Cells of one tooth pair or of several, where they can touch.
+
+    across, axial: (n,) m, t and z of their middles.  width: (n,) m, along t.  length: (n,) m, along the axis, both
+    halves where one half of the width stands for both.  gap: (n,) m, unloaded, along the normal.
+    edge: (n,) cells at the limit of where pressure is looked for, which must stay free of it.
+    """
+
+    across: FloatArray
+    axial: FloatArray
+    width: FloatArray
+    length: FloatArray
+    gap: FloatArray
+    edge: BoolArray
+
+
+@dataclass(frozen=True, eq=False)
+class TouchingTeeth:
+    """angle: rad, of the wheel.  pairs: numbers of the tooth pairs.  pair: (n,) place in `pairs` of each cell.
+    teeth: [gear][pair], refined."""
+
+    angle: float
+    pairs: tuple[int, ...]
+    pair: IntArray
+    cells: CellFields
+    teeth: tuple[tuple[RefinedTooth, ...], ...]
+
+
+@dataclass(frozen=True, eq=False)
+class CoarseGear:
+    """A gear as the hybrid contact has it: its mesh and its condensed tooth."""
+
+    body: GearBody
+    mesh: GearMesh
+    tooth: CondensedTooth
+
+
+def coarse_gear(body: GearBody, fidelity: GearFidelity) -> CoarseGear:
+    """Mesh `body` and condense its tooth."""
+    mesh = gear_mesh(body, fidelity)
+    return CoarseGear(body, mesh, condensed_tooth(body.geometry, mesh, body.material))
+
+
+def touching_teeth(
+    pair: GearPair, coarse: tuple[CoarseGear, CoarseGear], angle: float, resolution: ReferenceResolution
+) -> TouchingTeeth:
+    """Refine the teeth in contact at wheel `angle`, rad: drive flanks, pinion turning counter-clockwise about z.
+
+    coarse: pinion and wheel; the refined teeth have their layers.  Raises InputError for another sense and for spur
+    gears with an odd number of layers, of which one half of the width is solved.
+    """
+    require(pair.sense == 1, f"sense = {pair.sense}: the reference contact is made for sense = 1")
+    layers, half = coarse[0].mesh.pitch_solid.index.shape[0] // 2, symmetric(pair)
+    require(not half or layers % 2 == 0, f"width_layers = {layers}: spur gears need an even number")
+    width = {c.body.geometry.face_width for c in coarse}
+    require(len(width) == 1, "the reference contact needs gears of one face width")
+    faces = np.linspace(0.0, 0.5, layers // 2 + 1) if half else np.linspace(-0.5, 0.5, layers + 1)
+    axial = with_middles(faces * pair.face_width)
+    numbers, fields, teeth = _pairs(pair, angle, resolution), [], []
+    for number in numbers:
+        found, refined = _one_pair(pair, coarse, angle, number, axial, resolution, half=half)
+        fields.append(found)
+        teeth.append(refined)
+    place = np.repeat(np.arange(len(numbers)), [len(f.gap) for f in fields])
+    joined = [np.concatenate([getattr(f, name) for f in fields]) for name in CellFields.__dataclass_fields__]
+    return TouchingTeeth(angle, tuple(numbers), place, CellFields(*joined), tuple(zip(*teeth, strict=True)))
+
+
+def symmetric(pair: GearPair) -> bool:
+    """Whether teeth and load are mirrored about mid-width, so that one half of a tooth is enough."""
+    flanks = [body.geometry.micro.drive for body in (pair.pinion, pair.wheel)]
+    return pair.base_helix_angle == 0 and pair.misalignment.in_plane == 0 and all(f.lead_slope == 0 for f in flanks)
+
+
+def _limits(pair: GearPair, resolution: ReferenceResolution) -> tuple[float, float]:
+    """s, m, between which flanks or tip edges come close enough to be looked at."""
+    before, after = pair.extensions(resolution.largest_gap)
+    return pair.path[0] - before, pair.path[1] + after
+
+
+def _pairs(pair: GearPair, angle: float, resolution: ReferenceResolution) -> list[int]:
+    """Tooth pairs any part of which lies within the limits."""
+    low, high = _limits(pair, resolution)
+    middle = pair.pitch_point + float(pair.base_radius[1]) * angle
+    spread = abs(np.tan(pair.base_helix_angle)) * pair.face_width / 2
+    first, last = (middle - spread - high) / pair.base_pitch, (middle + spread - low) / pair.base_pitch
+    return list(range(ceil(first), floor(last) + 1))
+
+
+def _one_pair(
+    pair: GearPair,
+    coarse: tuple[CoarseGear, CoarseGear],
+    angle: float,
+    number: int,
+    axial: FloatArray,
+    resolution: ReferenceResolution,
+    *,
+    half: bool,
+) -> tuple[CellFields, tuple[RefinedTooth, ...]]:
+    sections = [section(pair, angle, number, z, _limits(pair, resolution)) for z in axial]
+    grading = (resolution.contact_element, resolution.fine_zone, resolution.growth)
+    rows = max(elements_needed(s.low, s.high, s.nearest, *grading) for s in sections)
+    t = np.array([with_middles(graded(s.low, s.high, s.nearest, *grading, rows)) for s in sections])
+    fields, kept = _candidates(pair, sections, t, axial, resolution, half=half)
+    teeth = []
+    for gear, c in enumerate(coarse):
+        g, crossing = c.body.geometry, np.array([s.crossing for s in sections])
+        rolled = np.array([rolled_length(pair, gear, s, row) for s, row in zip(crossing, t, strict=True)])
+        upwards = slice(None) if gear == 0 else slice(None, None, -1)  # from root to tip
+        pitch = refined_pitch(
+            g, rolled[:, upwards], axial, c.mesh.pitch.inner_radius, innermost_solid(c.body), resolution
+        )
+        part = cells(pitch.flank[:, upwards])[kept]
+        own = crossing if gear == 0 else pair.line_length - crossing
+        load = cell_loads(pitch.solid, part, _inwards(g, pitch, part, own, axial))
+        teeth.append(refined_tooth(pitch, load, c.mesh, c.tooth, c.body.material, half=half))
+    return fields, tuple(teeth)
+
+
+def _candidates(
+    pair: GearPair,
+    sections: list[Section],
+    t: FloatArray,
+    axial: FloatArray,
+    resolution: ReferenceResolution,
+    *,
+    half: bool,
+) -> tuple[CellFields, IntArray]:
+    """The cells that can touch, and their numbers among all in the order of `cells`."""
+    opened = np.stack([_gap(pair, s, row, z) for s, row, z in zip(sections, t, axial, strict=True)])
+    over_width = _SIMPSON[0] * (opened[:, :-2:2] + opened[:, 2::2]) + _SIMPSON[1] * opened[:, 1::2]
+    over_layer = [
+        np.tensordot(_SIMPSON, np.stack([a[:-2:2], a[1::2], a[2::2]]), axes=1)
+        for a in (over_width, t[:, 1::2], np.diff(t[:, ::2]))
+    ]
+    gaps, middle, width = (a.ravel() for a in over_layer)
+    cells_across = t.shape[1] // 2
+    nearest = np.repeat(np.array([s.nearest for s in sections])[1::2], cells_across)
+    apart = np.array([s.apart for s in sections])
+    free = np.repeat(np.maximum(np.maximum(apart[:-2:2], apart[1::2]), apart[2::2]) > 0, cells_across)
+    wanted = (np.abs(middle - nearest) < resolution.reach) & (gaps < resolution.largest_gap) & ~free
+    grid = wanted.reshape(-1, cells_across)
+    before, after = np.ones_like(grid), np.ones_like(grid)
+    before[:, 1:], after[:, :-1] = grid[:, :-1], grid[:, 1:]
+    kept = np.flatnonzero(wanted)
+    fields = CellFields(
+        across=middle[kept],
+        axial=np.repeat(axial[1::2], cells_across)[kept],
+        width=width[kept],
+        length=np.repeat(np.diff(axial[::2]), cells_across)[kept] * (1 + half),
+        gap=gaps[kept],
+        edge=~(before & after).ravel()[kept],
+    )
+    return fields, kept
+
+
+def _gap(pair: GearPair, s: Section, t: FloatArray, axial: float) -> FloatArray:
+    """Unloaded gap along the normal, m, at `t` (n,), m: involutes, micro-geometry, misalignment."""
+    total = gap(pair, s.crossing, t) * np.cos(pair.base_helix_angle)
+    z = np.full(len(t), axial)
+    for gear, body in enumerate((pair.pinion, pair.wheel)):
+        radius = np.hypot(pair.base_radius[gear], rolled_length(pair, gear, s.crossing, t))
+        total = total + body.geometry.removed(radius, z, drive=True)
+    return total + pair.misalignment.separation(
+        np.full(len(t), s.crossing - pair.pitch_point),
+        z,
+        drive=True,
+        sense=pair.sense,
+        pressure_angle=pair.working_pressure_angle,
+        tilt=pair.base_helix_angle,
+    )
+
+
+def _inwards(
+    gear: GearGeometry, pitch: RefinedPitch, part: IntArray, crossing: FloatArray, axial: FloatArray
+) -> FloatArray:
+    """(n, 8, 3) the line of action, into the tooth, in the cylindrical axes of each cell's nodes.
+
+    One direction for all of a section, the common normal where the flanks cross the line of action at the rolled
+    length `crossing` (levels,), m.
+    """
+    alpha = np.arctan(crossing / gear.base_radius)
+    flank = gear.half_tooth_angle(np.hypot(gear.base_radius, crossing)) + gear.twist * axial
+    level = np.full(len(pitch.solid.nodes), -1)
+    for number, nodes in enumerate(pitch.flank):
+        level[nodes[nodes >= 0]] = number
+    of = level[part]
+    turned = alpha[of] + pitch.solid.angle[part] - flank[of]
+    tilt = gear.base_helix_angle
+    return np.stack(
+        [-np.cos(tilt) * np.sin(turned), -np.cos(tilt) * np.cos(turned), np.full(of.shape, np.sin(tilt))], axis=-1
+    )

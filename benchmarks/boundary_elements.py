@@ -23,6 +23,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from publish import publish
 
 import nvhchain as nvh
 from nvhchain.acoustics import _fused, sphere
@@ -210,9 +211,7 @@ def main() -> None:
         *(growth(out, faces, BATCH) for faces in arguments.grow),
         *(growth(out, 1280, count) for count in (1, 2, 8, 16, 32, 64, 128)),
     ]
-    text = "\n".join(lines) + "\n"
-    (ROOT / "docs" / "measured" / "boundary_elements.md").write_text(text)
-    print(text)
+    publish("boundary_elements", "\n".join(lines) + "\n")
 
 
 if __name__ == "__main__":

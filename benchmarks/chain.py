@@ -16,6 +16,8 @@ import sys
 import time
 from pathlib import Path
 
+from publish import publish
+
 import nvhchain as nvh
 
 ROOT = Path(__file__).parents[1]
@@ -82,11 +84,7 @@ def main() -> None:
             else:
                 row += ["", "", ""]
             lines.append("| " + " | ".join(row) + " |")
-    text = "\n".join(lines) + "\n"
-    target = ROOT / "docs" / "measured" / "chain.md"
-    target.parent.mkdir(exist_ok=True)
-    target.write_text(text)
-    print(text)
+    publish("chain", "\n".join(lines) + "\n")
 
 
 if __name__ == "__main__":

@@ -23,6 +23,8 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
+from publish import publish
+
 ROOT = Path(__file__).parents[1]
 LOW, C, DENSITY = 50.0, 343.0, 1.21
 SIZES = {
@@ -183,11 +185,7 @@ def main() -> None:
     for argument in sys.argv[2:]:
         part, _, sizes = argument.partition("=")
         run(out, part, [int(size) for size in sizes.split(",")] if sizes else SIZES[part])
-    text = table(out)
-    target = ROOT / "docs" / "measured" / "transfer_vectors.md"
-    target.parent.mkdir(exist_ok=True)
-    target.write_text(text)
-    print(text)
+    publish("transfer_vectors", table(out))
 
 
 if __name__ == "__main__":

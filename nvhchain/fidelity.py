@@ -176,6 +176,7 @@ class AcousticsFidelity:
     coarse_edge_ratios: lengths of the edges of coarser surfaces for lower frequencies, relative to the given surface;
         none: every frequency on the given one.  coarse_elements_per_wavelength: of a coarser surface, at the highest
         frequency it is used for.
+    multipole_digits: decimal digits to which sound power resolves the spherical waves that leave the surface.
     radiation: `boundary_elements`, or a cheaper level (docs/measured/radiation.md): `rayleigh`, every visible face in
         an infinite baffle, or `equivalent_radiated_power`, plane waves from every face, which knows no phase.
     interpolation: between masters: `rational` functions or polynomials (`phase_removed`) of the vectors without their
@@ -203,6 +204,7 @@ class AcousticsFidelity:
     compression_error: float = 1e-5
     coarse_edge_ratios: tuple[float, ...] = ()
     coarse_elements_per_wavelength: float = 6.0
+    multipole_digits: float = 4.0
     radiation: str = "boundary_elements"
     interpolation: str = "rational"
     interpolation_points: int = 8
@@ -224,6 +226,7 @@ class AcousticsFidelity:
             ("interpolation_points", 2, 16),
             ("coarse_elements_per_wavelength", 2.0, 100.0),
             ("interpolation_poles", 1, 14),
+            ("multipole_digits", 1.0, 12.0),
             ("master_tolerance_db", 1e-4, 20.0),
             ("solver_residual", 1e-13, 1e-2),
             ("solver_iterations", 1, 10_000),

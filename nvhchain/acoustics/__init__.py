@@ -13,9 +13,10 @@ from nvhchain.acoustics.efficiency import (
 from nvhchain.acoustics.engines import ENGINES, estimate_memory
 from nvhchain.acoustics.incident import IncidentField, PlaneWave, PointSource
 from nvhchain.acoustics.masters import adaptive_transfer_vectors
+from nvhchain.acoustics.microphones import array_points, array_power
 from nvhchain.acoustics.modal import modal_pressure, modal_transfer_vectors, noise_transfer_functions, transfer_pressure
 from nvhchain.acoustics.plane import RigidPlane
-from nvhchain.acoustics.power import array_points, array_power, sound_power
+from nvhchain.acoustics.power import sound_power
 from nvhchain.acoustics.projection import project, vectors_at
 from nvhchain.acoustics.radiate import interpolation_error, radiate
 from nvhchain.acoustics.run_up import convolution_lines, decay_time, run_up_pressure

@@ -1,79 +1,32 @@
-"""Radiated sound power from the intensity on the surface or from a microphone array."""
+"""Radiated sound power from the waves that leave the surface, or from a microphone array."""
 
 from __future__ import annotations
 
+import warnings
 from concurrent.futures import Executor
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from nvhchain.acoustics.direct import galerkin_pressure, solve_direct
+from nvhchain.acoustics.accuracy import MESH_ERROR, expected_accuracy
+from nvhchain.acoustics.bands import over_bands
+from nvhchain.acoustics.direct import solve_direct
 from nvhchain.acoustics.efficiency import equivalent_radiated_power
+from nvhchain.acoustics.engines import check_engine, check_memory, systems
+from nvhchain.acoustics.microphones import array_points, array_power, check_array
+from nvhchain.acoustics.multipoles import expansion_memory, multipole_amplitudes, multipole_order
+from nvhchain.acoustics.plane import check_plane
 from nvhchain.acoustics.rayleigh import rayleigh_field
+from nvhchain.acoustics.surface import check_mesh, mean_edge
 from nvhchain.acoustics.transfer import made_by
 from nvhchain.conventions import Air, Progress
-from nvhchain.errors import require
+from nvhchain.errors import AccuracyWarning, require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
-from nvhchain.handoff import FieldPressure, FloatArray, RigidPlane, SoundPower, SurfaceVelocity
+from nvhchain.handoff import ComplexArray, FloatArray, RigidPlane, SoundPower, Surface, SurfaceVelocity
 
-ARRAYS = ("ISO 3744", "ISO 3745")
-"""Standards whose microphone positions are known: engineering and precision grade."""
-
-# Azimuths in degrees of the positions of ISO 3745:2012, from the equator up: annex D (sphere, upper half; the other
-# half lies opposite) and annex E (hemisphere).
-_SPHERE_AZIMUTH = (180, 300, 60, 120, 240, 0, 60, 180, 300, 0)
-_HEMISPHERE_AZIMUTH = (*_SPHERE_AZIMUTH, 120, 240, 300, 60, 180, 240, 0, 120, 180, 300)
-
-
-def array_points(
-    radius: float,
-    centre: ArrayLike = (0.0, 0.0, 0.0),
-    *,
-    reflecting_plane: RigidPlane | bool = False,
-    standard: str = "ISO 3744",
-) -> FloatArray:
-    """Microphone positions on a sphere or, above a reflecting plane, on a hemisphere, each for the same area, m.
-
-    standard: `ISO 3744` (2010, table B.1): three rings of six at z/r = 0.15, 0.45 and 0.75 and two at the top, on the
-    sphere with their mirror images (40 in all); `ISO 3745` (2012): 20 positions at 20 equally spaced heights.
-    reflecting_plane: the hemisphere stands on this plane, about the foot of `centre` on it (True: on the plane
-    z = centre z); without it the array is a whole sphere for a source in a free field.
-    """
-    require(radius > 0, f"array radius {radius:g} m must be positive")
-    require(standard in ARRAYS, f"array standard {standard!r} is unknown: choose from {', '.join(ARRAYS)}")
-    half = bool(reflecting_plane)
-    if standard == "ISO 3744":
-        height = np.repeat([0.15, 0.45, 0.75, 1.0], [6, 6, 6, 2])
-        azimuth = np.radians(np.arange(20) * 60.0)
-    else:
-        azimuth = np.radians(_HEMISPHERE_AZIMUTH if half else _SPHERE_AZIMUTH)
-        height = (np.arange(len(azimuth)) + 0.5) / len(azimuth)
-    across = np.sqrt(1.0 - height**2)
-    unit = np.stack([across * np.cos(azimuth), across * np.sin(azimuth), height], axis=1)
-    if not half:
-        opposite = [1.0, 1.0, -1.0] if standard == "ISO 3744" else [-1.0, -1.0, -1.0]
-        unit = np.concatenate([unit, unit * opposite])
-    middle = np.asarray(centre, dtype=float)
-    if isinstance(reflecting_plane, RigidPlane):
-        normal = np.asarray(reflecting_plane.normal)
-        middle = middle - reflecting_plane.height(middle[None])[0] * normal
-        first = np.cross(np.roll(np.eye(3)[np.abs(normal).argmax()], 1), normal)
-        first /= np.linalg.norm(first)
-        unit = unit @ np.stack([first, np.cross(normal, first), normal])
-    return middle + radius * unit
-
-
-def array_power(pressure: FieldPressure, radius: float, air: Air, *, reflecting_plane: bool = False) -> SoundPower:
-    """Sound power from the mean square pressure over an array of `array_points`: W = ⟨p²⟩ S/(ρc), ISO 3744:2010.
-
-    pressure: at the array's positions.  radius: m.  reflecting_plane: S is a hemisphere instead of a sphere.
-    Assumes the array in the far field (ISO 3744: radius at least twice the source's size, no less than λ/4 or so).
-    """
-    area = (2.0 if reflecting_plane else 4.0) * np.pi * radius**2
-    mean_square = 0.5 * (np.abs(pressure.pressure) ** 2).mean(axis=1)
-    return SoundPower(
-        pressure.frequency.copy(), mean_square * area / air.impedance, provenance=dict(pressure.provenance)
-    )
+CANCELLATION = 0.2
+"""Error of the resultant of the pressure on the surface, relative to the sum of its magnitudes, times the square of
+half the body's diagonal over the mean edge: a bound; a box moving to and fro 0.2, rotating boxes and ellipsoids of
+irregular mesh, whose resultant should vanish, 0.005 to 0.18."""
 
 
 def sound_power(
@@ -88,38 +41,30 @@ def sound_power(
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> SoundPower:
-    """Sound power that a vibrating surface radiates into a free field or above a plane, W = ½ Re ∫ p v_n* dS.
+    """Sound power that a vibrating surface radiates into a free field or above a plane.
 
-    array_radius: m; without it the intensity on the surface is integrated, with it the pressure is taken at the
-    positions of `array_standard` on a sphere of this radius about the surface's centre, or on a hemisphere on the plane
-    (`array_points`), as a measurement would.
+    The sum over the spherical waves that leave the surface (`multipole_amplitudes`), which are found from its velocity
+    and its pressure: equal to the intensity on the surface, ½ Re ∫ p v_n* dS, but right too where the body is small
+    against the wavelength and the real part of p a small remainder (docs/decisions/0007.md).
+    array_radius: m; with it the pressure is taken instead at the positions of `array_standard` on a sphere of this
+    radius about the surface's centre, or on a hemisphere on the plane (`array_points`), as a measurement would.
     fidelity.radiation: `rayleigh` needs an array, as it knows no pressure on the surface; `equivalent_radiated_power`
     is a power by itself.  The other arguments and errors are those of `transfer_vectors`.
+
+    The provenance keeps what the mesh lets expect (`expected_accuracy`) and, from the surface, the largest error of
+    motions whose parts cancel each other (`cancellation_error_dB`, at `cancellation_frequency` Hz): AccuracyWarning
+    where they exceed what the fidelity asks for, and for an array that stands too near (`array_power`).
     """
+    check_engine(engine)
+    surface, frequency = surface_velocity.surface, surface_velocity.frequency
+    if plane is not None:
+        check_plane(plane, surface)
     if fidelity.radiation == "equivalent_radiated_power":
         return equivalent_radiated_power(surface_velocity, air)
-    require(
-        fidelity.radiation == "boundary_elements" or array_radius is not None,
-        "the Rayleigh integral knows no pressure on the surface: give array_radius, or use boundary_elements",
-    )
-    if array_radius is None:
-        # Integrals over the surface want the best fit, not the vertex values.
-        pressure = galerkin_pressure(
-            surface_velocity,
-            None,
-            air=air,
-            fidelity=fidelity,
-            engine=engine,
-            plane=plane,
-            executor=executor,
-            progress=progress,
-        )
-        surface, velocity = surface_velocity.surface, surface_velocity.normal_velocity
-        intensity = 0.5 * np.real(pressure[:, surface.triangles].mean(axis=2) * velocity.conj())
-        power = SoundPower(surface_velocity.frequency, intensity @ surface.areas)
-    else:
-        vertices = surface_velocity.surface.vertices
-        middle = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
+    provenance = made_by("sound_power", fidelity, engine)
+    if array_radius is not None:
+        check_array(surface, array_radius, plane)
+        middle = 0.5 * (surface.vertices.min(axis=0) + surface.vertices.max(axis=0))
         points = array_points(array_radius, middle, reflecting_plane=plane or False, standard=array_standard)
         if fidelity.radiation == "rayleigh":
             field = rayleigh_field(surface_velocity, points, air, fidelity.field_near_ratio, plane)
@@ -135,4 +80,75 @@ def sound_power(
                 progress=progress,
             )
         power = array_power(field, array_radius, air, reflecting_plane=plane is not None)
-    return power.replace(provenance=made_by("sound_power", fidelity, engine))
+        return power.replace(provenance=power.provenance | provenance)
+    require(
+        fidelity.radiation == "boundary_elements",
+        "the Rayleigh integral knows no pressure on the surface: give array_radius, or use boundary_elements",
+    )
+    check_mesh(surface, float(frequency[-1]), air, fidelity)
+    provenance |= expected_accuracy(surface, None, float(frequency[-1]), air, fidelity)
+    order = multipole_order(
+        surface, 2 * np.pi * float(frequency[-1]) / air.speed_of_sound, plane, fidelity.multipole_digits
+    )
+    memory = expansion_memory(surface, order)
+    found = over_bands(
+        _powers,
+        frequency,
+        (surface_velocity.normal_velocity,),
+        (surface, air, fidelity, engine, plane),
+        memory_per_task=memory + check_memory(surface, memory, engine, fidelity),
+        executor=executor,
+        progress=progress,
+    ).real
+    provenance |= _cancellation(surface, frequency, found, fidelity)
+    return SoundPower(frequency, found[:, 0], provenance=provenance)
+
+
+def _powers(
+    frequency: FloatArray,
+    normal_velocity: ComplexArray,
+    surface: Surface,
+    air: Air,
+    fidelity: AcousticsFidelity,
+    engine: str,
+    plane: RigidPlane | None,
+) -> ComplexArray:
+    """Sound power (n_f, 2) W of one band, and that of a dipole to which the pressure on all faces would add up."""
+    power = np.zeros((len(frequency), 2), dtype=complex)
+    omega = 2 * np.pi * frequency
+    moving = np.flatnonzero((frequency > 0) & normal_velocity.any(axis=1))
+    wavenumbers = omega[moving] / air.speed_of_sound
+    for at, k, system in zip(moving, wavenumbers, systems(engine, surface, wavenumbers, fidelity, plane), strict=True):
+        gradient = -1j * omega[at] * air.density * normal_velocity[at]
+        pressure = system.solve(system.apply_b(gradient))
+        order = multipole_order(surface, float(k), plane, fidelity.multipole_digits)
+        waves = multipole_amplitudes(surface, float(k), pressure[:, None], gradient[:, None], order, plane)
+        thrust = float(np.abs(pressure[surface.triangles].mean(axis=1)) @ surface.areas)
+        power[at] = np.linalg.norm(waves) ** 2, (k * thrust) ** 2 / (4 * np.pi)
+    return np.asarray(power / (2 * air.impedance), dtype=complex)
+
+
+def _cancellation(
+    surface: Surface, frequency: FloatArray, powers: FloatArray, fidelity: AcousticsFidelity
+) -> dict[str, float]:
+    """Provenance of the error that discretisation leaves of pressures whose thrusts cancel each other.
+
+    powers: (n_f, 2) of `_powers`.  Gives an AccuracyWarning where it is larger than that of a mesh with
+    `fidelity.elements_per_wavelength`.
+    """
+    loud = np.flatnonzero(powers[:, 0] > 0)
+    if len(loud) == 0:
+        return {}
+    size = 0.5 * float(np.linalg.norm(np.ptp(surface.vertices, axis=0)))
+    error = CANCELLATION * (mean_edge(surface) / size) ** 2 * np.sqrt(powers[loud, 1] / powers[loud, 0])
+    worst = int(error.argmax())
+    largest, at = float(20 * np.log10(1 + error[worst])), float(frequency[loud[worst]])
+    asked = MESH_ERROR / fidelity.elements_per_wavelength**2
+    if error[worst] > asked:
+        warnings.warn(
+            f"the parts of the motion cancel each other at {np.count_nonzero(error > asked)} lines: expect errors of "
+            f"the sound power up to {largest:.2g} dB, at {at:.4g} Hz; refine the mesh or raise the lower frequency",
+            AccuracyWarning,
+            stacklevel=3,
+        )
+    return {"cancellation_error_dB": largest, "cancellation_frequency": at}

@@ -1,0 +1,123 @@
+"""Microphone arrays of the sound power standards: positions, the power they show, and the error of the near field."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nvhchain.acoustics.multipoles import plane_axes
+from nvhchain.conventions import Air
+from nvhchain.errors import AccuracyWarning, require
+from nvhchain.handoff import FieldPressure, FloatArray, RigidPlane, SoundPower, Surface
+
+ARRAYS = ("ISO 3744", "ISO 3745")
+"""Standards whose microphone positions are known: engineering and precision grade."""
+
+NEAREST = 2.0
+"""Least radius of an array in characteristic source dimensions, ISO 3744:2010 and ISO 3745:2012."""
+
+# Azimuths in degrees of the positions of ISO 3745:2012, from the equator up: annex D (sphere, upper half; the other
+# half lies opposite) and annex E (hemisphere).
+_SPHERE_AZIMUTH = (180, 300, 60, 120, 240, 0, 60, 180, 300, 0)
+_HEMISPHERE_AZIMUTH = (*_SPHERE_AZIMUTH, 120, 240, 300, 60, 180, 240, 0, 120, 180, 300)
+
+
+def array_points(
+    radius: float,
+    centre: ArrayLike = (0.0, 0.0, 0.0),
+    *,
+    reflecting_plane: RigidPlane | bool = False,
+    standard: str = "ISO 3744",
+) -> FloatArray:
+    """Microphone positions on a sphere or, above a reflecting plane, on a hemisphere, each for the same area, m.
+
+    standard: `ISO 3744` (2010, table B.1): three rings of six at z/r = 0.15, 0.45 and 0.75 and two at the top, on the
+    sphere with their mirror images (40 in all); `ISO 3745` (2012): 20 positions at 20 equally spaced heights.
+    reflecting_plane: the hemisphere stands on this plane, about the foot of `centre` on it (True: on the plane
+    z = centre z); without it the array is a whole sphere for a source in a free field.
+    """
+    _check_radius(radius)
+    require(standard in ARRAYS, f"array standard {standard!r} is unknown: choose from {', '.join(ARRAYS)}")
+    middle = np.asarray(centre, dtype=float)
+    require(
+        middle.shape == (3,) and bool(np.isfinite(middle).all()),
+        f"centre {np.asarray(centre).tolist()} of the array: three finite coordinates in m are needed",
+    )
+    half = bool(reflecting_plane)
+    if standard == "ISO 3744":
+        height = np.repeat([0.15, 0.45, 0.75, 1.0], [6, 6, 6, 2])
+        azimuth = np.radians(np.arange(20) * 60.0)
+    else:
+        azimuth = np.radians(_HEMISPHERE_AZIMUTH if half else _SPHERE_AZIMUTH)
+        height = (np.arange(len(azimuth)) + 0.5) / len(azimuth)
+    across = np.sqrt(1.0 - height**2)
+    unit = np.stack([across * np.cos(azimuth), across * np.sin(azimuth), height], axis=1)
+    if not half:
+        opposite = [1.0, 1.0, -1.0] if standard == "ISO 3744" else [-1.0, -1.0, -1.0]
+        unit = np.concatenate([unit, unit * opposite])
+    if isinstance(reflecting_plane, RigidPlane):
+        middle = middle - reflecting_plane.height(middle[None])[0] * np.asarray(reflecting_plane.normal)
+        unit = unit @ plane_axes(reflecting_plane)
+    return middle + radius * unit
+
+
+def array_power(pressure: FieldPressure, radius: float, air: Air, *, reflecting_plane: bool = False) -> SoundPower:
+    """Sound power from the mean square pressure over an array of `array_points`: W = ⟨p²⟩ S/(ρc), ISO 3744:2010.
+
+    pressure: at the array's positions.  radius: m.  reflecting_plane: S is a hemisphere instead of a sphere.
+    The standards' corrections for background noise and room (K1, K2) are zero in a computed field; ρc is that of `air`,
+    so that the reference conditions of ISO 3745 (C1, C2) do not enter.
+    The provenance keeps the largest standard error of the mean over the positions (`array_sampling_dB`) and what the
+    near field adds to a dipole at the lowest line, 10 lg(1 + 1/(kr)²) (`array_near_field_dB`): nothing to a monopole,
+    more to higher orders.  Gives an AccuracyWarning where the radius is below a quarter of a wavelength there.
+    """
+    _check_radius(radius)
+    area = (2.0 if reflecting_plane else 4.0) * np.pi * radius**2
+    square = 0.5 * np.abs(pressure.pressure) ** 2
+    mean_square = square.mean(axis=1)
+    loud = np.flatnonzero((mean_square > 0) & (pressure.frequency > 0))
+    provenance = dict(pressure.provenance)
+    if len(loud):
+        scatter = square[loud].std(axis=1) / (mean_square[loud] * np.sqrt(square.shape[1]))
+        provenance["array_sampling_dB"] = float(10 * np.log10(1 + scatter.max()))
+        lowest = float(pressure.frequency[loud[0]])
+        kr = 2 * np.pi * lowest / air.speed_of_sound * radius
+        near = provenance["array_near_field_dB"] = float(10 * np.log10(1 + kr**-2))
+        if kr < 0.5 * np.pi:
+            warnings.warn(
+                f"array radius {radius:g} m is {radius * lowest / air.speed_of_sound:.2g} wavelengths at {lowest:.4g} "
+                f"Hz, 0.25 are needed (ISO 3745): a dipole's power there is {near:.2g} dB too high, more for "
+                f"higher orders; take {0.25 * air.speed_of_sound / lowest:.3g} m or more, or the surface's power",
+                AccuracyWarning,
+                stacklevel=2,
+            )
+    return SoundPower(pressure.frequency.copy(), mean_square * area / air.impedance, provenance=provenance)
+
+
+def source_dimension(surface: Surface, plane: RigidPlane | None) -> float:
+    """Characteristic source dimension d₀ (m): half the diagonal of the reference box, which above a reflecting plane
+    stands on it and includes its mirror image (ISO 3744:2010, 3.11 and figure 2)."""
+    if plane is None:
+        return 0.5 * float(np.linalg.norm(np.ptp(surface.vertices, axis=0)))
+    along = np.ptp(surface.vertices @ plane_axes(plane)[:2].T, axis=0)
+    return float(np.linalg.norm([*(0.5 * along), plane.height(surface.vertices).max()]))
+
+
+def check_array(surface: Surface, radius: float, plane: RigidPlane | None) -> None:
+    """Give an AccuracyWarning where an array of `radius` m stands nearer than `NEAREST` source dimensions."""
+    _check_radius(radius)
+    dimension = source_dimension(surface, plane)
+    if radius < NEAREST * dimension:
+        warnings.warn(
+            f"array radius {radius:g} m is {radius / dimension:.2g} times the source's dimension of {dimension:.3g} m, "
+            f"{NEAREST:g} times are needed (ISO 3744): its positions see single parts of the surface; take "
+            f"{NEAREST * dimension:.3g} m or more",
+            AccuracyWarning,
+            stacklevel=3,
+        )
+
+
+def _check_radius(radius: float) -> None:
+    require(0 < radius < np.inf, f"array radius {radius:g} m must be positive and finite")

@@ -37,6 +37,7 @@ class GearFidelity:
     profile_elements: quadratic elements along one flank.  width_layers: element layers over the face width.
     transverse_refinement: factor on the elements across tooth and rim (1: four across the tooth).
     row_aspect: radial over circumferential size of the blank's elements under the teeth.
+    root_refinement: the same factor for the mesh in which root strain is read, of one tooth.
     load_pattern_tolerance: what is neglected of the forces a tooth passes to the body, relative.
     corner_gap: m, unloaded gap up to which contact of tip edges beyond the path of contact is looked for; 0: none.
     bodies: how teeth and blanks give way, `elements` or, for a first look, `analytic` (Weber–Banaschek beam on
@@ -62,6 +63,7 @@ class GearFidelity:
     corner_gap: float = 0.0
     drive_reach: float = 3.0
     back_reach: float = 1.5
+    root_refinement: int = 4
 
     def __post_init__(self) -> None:
         for name, low, high in (
@@ -72,6 +74,7 @@ class GearFidelity:
             ("deflections", 6, 1000),
             ("contact_residual", 1e-13, 1e-4),
             ("transverse_refinement", 1, 16),
+            ("root_refinement", 1, 16),
             ("row_aspect", 0.1, 10.0),
             ("load_pattern_tolerance", 0.0, 0.1),
             ("far_pattern_tolerance", 0.0, 0.5),
@@ -97,7 +100,14 @@ class DynamicsFidelity:
     stopband_attenuation: dB by which what would fold back into the band is lowered before a run-up is thinned out.
     mesh_level: `table`, the mesh law F(θ, δ); `stiffness`, its tangent k(θ) at the nominal force, without a gap;
     `contact`, the contact problem itself at every step (slow: the yardstick of the others).
-    gyroscopic: whether the shafts' spin turns their tilting (constant speed only).
+    contact_loss: whether at the level `stiffness` flanks part, with the law's backlash, instead of pulling.
+    edge_cells: of deflection, over which the ends of the gap are resolved where contact_loss is set.
+    face_points: of a mesh across its face, at which it carries: one, at mid-width, or more, which feel the tilt of the
+    gears.
+    gyroscopic: whether the shafts' spin turns their tilting.  gyroscopic_speeds: at which the modes are taken along a
+    run-up.
+    flexible_shafts: whether shafts bend and twist (Timoshenko beams).  shaft_element: m, largest length of a beam
+    element.  shaft_frequency: Hz, up to which modes of the free shafts are kept; beyond it their statics is.
     """
 
     time_step: float
@@ -110,7 +120,14 @@ class DynamicsFidelity:
     stored_samples_per_period: float = 5.0
     stopband_attenuation: float = 100.0
     mesh_level: str = "table"
+    contact_loss: bool = False
+    edge_cells: int = 64
+    face_points: int = 1
     gyroscopic: bool = False
+    gyroscopic_speeds: int = 16
+    flexible_shafts: bool = False
+    shaft_element: float = 10e-3
+    shaft_frequency: float = 10e3
 
     def __post_init__(self) -> None:
         for name, low, high in (
@@ -123,12 +140,21 @@ class DynamicsFidelity:
             ("contact_iterations", 0, 10_000),
             ("stored_samples_per_period", 2.56, 1e4),
             ("stopband_attenuation", 20.0, 200.0),
+            ("edge_cells", 1, 10_000),
+            ("face_points", 1, 16),
+            ("gyroscopic_speeds", 1, 1000),
+            ("shaft_element", 1e-4, 1.0),
+            ("shaft_frequency", 0.0, 1e6),
         ):
             value = getattr(self, name)
             require(low <= value <= high, f"dynamics {name} = {value} is outside {low:g}…{high:g}")
         require(
             self.mesh_level in MESH_LEVELS,
             f"dynamics mesh_level = {self.mesh_level!r} is unknown: choose from {', '.join(MESH_LEVELS)}",
+        )
+        require(
+            not self.contact_loss or self.mesh_level == "stiffness",
+            f"dynamics contact_loss belongs to the mesh level `stiffness`; at {self.mesh_level!r} flanks part anyhow",
         )
 
 

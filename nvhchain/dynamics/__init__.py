@@ -1,11 +1,12 @@
-"""Gearbox dynamics: rigid shafts, bearings, reduced housing and nonlinear gear meshes give bearing forces."""
+"""Gearbox dynamics: shafts, bearings, reduced housing and nonlinear gear meshes give bearing forces."""
 
+from nvhchain.dynamics.friction import MeshFriction
 from nvhchain.dynamics.gearbox import Bearing, Cylinder, Gearbox, Mesh, RigidBody, Shaft
 from nvhchain.dynamics.mesh_levels import ContactForce
 from nvhchain.dynamics.quasi_static import static_bearing_forces
 from nvhchain.dynamics.recording import Recording, record_run_up
 from nvhchain.dynamics.rigid_train import run_up_time
-from nvhchain.dynamics.speed_ramp import run_up
+from nvhchain.dynamics.speed_ramp import run_up, run_up_with_error
 from nvhchain.dynamics.steady import bearing_forces, steady_sweep
 from nvhchain.dynamics.train import Train, train
 
@@ -15,6 +16,7 @@ __all__ = [
     "Cylinder",
     "Gearbox",
     "Mesh",
+    "MeshFriction",
     "Recording",
     "RigidBody",
     "Shaft",
@@ -23,6 +25,7 @@ __all__ = [
     "record_run_up",
     "run_up",
     "run_up_time",
+    "run_up_with_error",
     "static_bearing_forces",
     "steady_sweep",
     "train",

@@ -9,6 +9,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from math import isfinite, pi
 
+from nvhchain.dynamics.friction import MeshFriction
 from nvhchain.errors import require
 
 
@@ -46,14 +47,18 @@ class RigidBody:
 
 @dataclass(frozen=True)
 class Cylinder:
-    """A piece of shaft between two planes.  start, end: m along z.  outer_diameter, inner_diameter: m.  density:
-    kg/m³."""
+    """A piece of shaft between two planes.  start, end: m along z.  outer_diameter, inner_diameter: m.  density: kg/m³.
+
+    young: Pa and poisson, of flexible shafts.
+    """
 
     start: float
     end: float
     outer_diameter: float
     inner_diameter: float = 0.0
     density: float = 7850.0
+    young: float = 210e9
+    poisson: float = 0.3
 
     def __post_init__(self) -> None:
         _within("segment", "start", self.start, -5.0, 5.0, "m")
@@ -61,6 +66,8 @@ class Cylinder:
         _within("segment", "outer_diameter", self.outer_diameter, 1e-4, 5.0, "m")
         _within("segment", "inner_diameter", self.inner_diameter, 0.0, 5.0, "m")
         _within("segment", "density", self.density, 10.0, 3e4, "kg/m³")
+        _within("segment", "young", self.young, 1e6, 1e16, "Pa")
+        _within("segment", "poisson", self.poisson, 0.0, 0.499, "")
         require(self.end > self.start, f"segment: end = {self.end} m must lie beyond start = {self.start} m")
         require(
             self.inner_diameter < self.outer_diameter,
@@ -79,9 +86,13 @@ class Cylinder:
 
 @dataclass(frozen=True)
 class Shaft:
-    """A rigid shaft.  axis: (x, y) m.  segments: its steel.  bodies: what else it carries (gears, carrier).
+    """A shaft, rigid or flexible as the fidelity has it.  axis: (x, y) m.  segments: its steel.  bodies: what else it
+    carries (gears, carrier), rigid.
 
     coupled_inertia: kg m² about the axis, of a machine whose coupling passes on torque only (motor, brake).
+    coupling_z: m, where torques and what is coupled enter a flexible shaft; by default its end at the lowest z.
+    drag_torque: N m ≥ 0, constant friction of bearings and seals against its rotation.
+    modal_damping: ratio, of the elastic modes of a flexible shaft.
     """
 
     name: str
@@ -89,6 +100,9 @@ class Shaft:
     segments: tuple[Cylinder, ...] = ()
     bodies: tuple[RigidBody, ...] = ()
     coupled_inertia: float = 0.0
+    coupling_z: float | None = None
+    drag_torque: float = 0.0
+    modal_damping: float = 0.005
 
     def __post_init__(self) -> None:
         require(isinstance(self.name, str) and bool(self.name), "shaft: name must be a non-empty string")
@@ -96,9 +110,21 @@ class Shaft:
         require(len(self.axis) == 2, f"shaft {self.name}: axis = {self.axis} must be (x, y) in m")
         for value in self.axis:
             _within(f"shaft {self.name}", "axis", value, -5.0, 5.0, "m")
-        _within(f"shaft {self.name}", "coupled_inertia", self.coupled_inertia, 0.0, 1e4, "kg m²")
+        for field, high, unit in (
+            ("coupled_inertia", 1e4, "kg m²"),
+            ("drag_torque", 1e5, "N m"),
+            ("modal_damping", 0.5, ""),
+        ):
+            _within(f"shaft {self.name}", field, getattr(self, field), 0.0, high, unit)
         object.__setattr__(self, "segments", tuple(self.segments))
         object.__setattr__(self, "bodies", tuple(self.bodies))
+
+    @property
+    def torque_plane(self) -> float:
+        """z in m where torques enter."""
+        if self.coupling_z is not None:
+            return self.coupling_z
+        return min((segment.start for segment in self.segments), default=0.0)
 
     def inertia(self) -> RigidBody:
         """The shaft with its bodies, without what is coupled to it, as one body (parallel-axis theorem)."""
@@ -144,13 +170,14 @@ class Bearing:
 class Mesh:
     """Where two gears meet.  pinion_shaft, wheel_shaft: names.  z: m, mid-plane of the common face width.
 
-    phase: rad, wheel angle at which the mesh law stands when the record begins.
+    phase: rad, wheel angle at which the mesh law stands when the record begins.  friction: of its flanks, or None.
     """
 
     pinion_shaft: str
     wheel_shaft: str
     z: float
     phase: float = 0.0
+    friction: MeshFriction | None = None
 
     def __post_init__(self) -> None:
         _within("mesh", "z", self.z, -5.0, 5.0, "m")

@@ -97,8 +97,13 @@ def row_at(table: LawTable, mesh: int, phase: float) -> FloatArray:
 def force_at(deflection: FloatArray, row: FloatArray, where: FloatArray) -> FloatArray:
     """Force of a row at deflections `where`, end slopes continued."""
     cell = np.clip(np.searchsorted(deflection, where, side="right") - 1, 0, len(deflection) - 2)
-    slope = np.diff(row) / np.diff(deflection)
-    return np.asarray(row[cell] + slope[cell] * (where - deflection[cell]))
+    return np.asarray(row[cell] + slope_at(deflection, row, where) * (where - deflection[cell]))
+
+
+def slope_at(deflection: FloatArray, row: FloatArray, where: FloatArray) -> FloatArray:
+    """Slope of a row at deflections `where`, N/m."""
+    cell = np.clip(np.searchsorted(deflection, where, side="right") - 1, 0, len(deflection) - 2)
+    return np.asarray((np.diff(row) / np.diff(deflection))[cell])
 
 
 def deflection_under(deflection: FloatArray, row: FloatArray, force: float) -> float:

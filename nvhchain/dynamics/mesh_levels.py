@@ -18,12 +18,31 @@ ContactForce = Callable[[float, FloatArray], FloatArray]
 tabulates, > 0 on the drive flank, 0 in the gap, < 0 on the back flank."""
 
 
-def tangent_law(law: MeshLaw, force: float) -> MeshLaw:
-    """The law's tangent at `force` (N, along the flank normal), k(θ) (δ − e(θ)), for every deflection: no gap.
+def tangent_law(law: MeshLaw, force: float, edge_cells: int = 0) -> MeshLaw:
+    """The law's tangent at `force` (N, along the flank normal), k(θ) (δ − e(θ)).
 
-    Tangents are those of a monotone cubic through each row. Where the tangent pulls, the back flank carries, along its
-    own normal. Raises InputError where the law has no stiffness at `force`.
+    Tangents are those of a monotone cubic through each row. Without `edge_cells` there is no gap: where the tangent
+    pulls, the back flank carries, along its own normal. With them the drive flank carries by its tangent from
+    δ = e(θ) on, the back flank by the one at −`force` up to its own zero, nothing in between, and both ends of the gap
+    are resolved by so many cells over all that the angle moves them. Raises InputError where the law has no stiffness
+    at `force`.
     """
+    stiffness, offset = _tangents(law, force)
+    reach = 2.0 * float(np.abs(law.deflection).max())
+    line = np.array([-reach, reach])
+    if not edge_cells:
+        return law.replace(deflection=line, force=stiffness[:, None] * (line - offset[:, None]))
+    other = _tangents(law, -force)
+    (drive, front), (back, behind) = ((stiffness, offset), other) if force > 0.0 else (other, (stiffness, offset))
+    ends = [np.linspace(edge.min(), edge.max(), edge_cells + 1) for edge in (behind, front)]
+    # the slope of a row is whole from the first node beyond its own end of the gap
+    grid = np.unique(np.concatenate([line, *(np.append(e, [2 * e[0] - e[1], 2 * e[-1] - e[-2]]) for e in ends)]))
+    pushed = drive[:, None] * np.maximum(grid - front[:, None], 0.0)
+    return law.replace(deflection=grid, force=pushed + back[:, None] * np.minimum(grid - behind[:, None], 0.0))
+
+
+def _tangents(law: MeshLaw, force: float) -> tuple[FloatArray, FloatArray]:
+    """Slope in N/m and zero in m of the tangent of every row at `force`."""
     stiffness, offset = np.empty(len(law.angle)), np.empty(len(law.angle))
     for i, row in enumerate(law.force):
         curve = PchipInterpolator(law.deflection, row, extrapolate=True)
@@ -33,11 +52,10 @@ def tangent_law(law: MeshLaw, force: float) -> MeshLaw:
                 f"mesh level `stiffness`: the law with teeth {law.teeth} has no stiffness at {force:.6g} N, what its "
                 "torque asks for: load the gearbox or use the level `table`"
             )
-        stiffness[i] = curve(where[-1], 1)
-        offset[i] = where[-1] - force / stiffness[i]
-    reach = 2.0 * float(np.abs(law.deflection).max())
-    deflection = np.array([-reach, reach])
-    return law.replace(deflection=deflection, force=stiffness[:, None] * (deflection - offset[:, None]))
+        at = where[-1] if force >= 0.0 else where[0]
+        stiffness[i] = curve(at, 1)
+        offset[i] = at - force / stiffness[i]
+    return stiffness, offset
 
 
 @dataclass(frozen=True, eq=False)

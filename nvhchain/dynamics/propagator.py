@@ -112,16 +112,16 @@ def output_matrix(modes: ModalForm, on_position: FloatArray, on_velocity: FloatA
     return np.hstack([rows.real, -rows.imag])
 
 
-def state_of(modes: ModalForm, position: FloatArray) -> FloatArray:
-    """(n_state,) of a standstill at `position` (n,): z with Re(displacement z) = position and Re(velocity z) =
-    0."""
+def state_of(modes: ModalForm, position: FloatArray, velocity: FloatArray | None = None) -> FloatArray:
+    """(n_state,) at `position` (n,) and `velocity` (n,), by default a standstill: z with Re(displacement z) = position
+    and Re(velocity z) = velocity."""
     both = np.vstack([modes.displacement, modes.velocity])
     pairs = modes.eigenvalue.imag > 0
     # a real coordinate has no imaginary part, which leaves as many unknowns as equations
     real_form = np.hstack([both.real, -both.imag[:, pairs]])
     # displacements and velocities differ by a frequency: bring the rows to one size
     scale = 1.0 / np.abs(real_form).max(axis=1)
-    wanted = np.concatenate([position, np.zeros_like(position)])
+    wanted = np.concatenate([position, np.zeros_like(position) if velocity is None else velocity])
     solution = np.linalg.solve(scale[:, None] * real_form, scale * wanted)
     imaginary = np.zeros(len(pairs))
     imaginary[pairs] = solution[len(pairs) :]

@@ -10,9 +10,17 @@ import numpy as np
 
 from nvhchain.dynamics.assembly import Assembly, assemble
 from nvhchain.dynamics.gearbox import Gearbox
-from nvhchain.dynamics.law_table import LawTable, deflection_under, row_at, tabulate
+from nvhchain.dynamics.law_table import LawTable, deflection_under, force_at, row_at, slope_at, tabulate
 from nvhchain.dynamics.train import shaft_torques
-from nvhchain.handoff import FloatArray, MeshLaw, ReducedHousing
+from nvhchain.errors import SolverError
+from nvhchain.handoff import FloatArray, IntArray, MeshLaw, ReducedHousing
+
+STIFF = 1e8
+"""N/m: a mesh, for the size of a residual."""
+RESIDUAL = 1e-11
+"""Of the loads, at which points across the faces are in balance: rounding."""
+ROUNDS = 60
+"""Of Newton's method, a few of which are usual; more means failure."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,11 +36,13 @@ class StaticState:
     bearing_force: FloatArray
 
 
-def static_mesh_forces(assembly: Assembly, torque: FloatArray) -> FloatArray:
-    """(n_mesh,) N along the flank normals, < 0 on back flanks: an open train is statically determinate."""
-    # drive-flank rows serve both signs in torsion, where the back flank's row is their negative
-    rows = assembly.contact[0::2, assembly.lateral :]
-    force = np.linalg.solve(rows.T, assembly.free.T @ torque)
+def static_mesh_forces(assembly: Assembly, load: FloatArray) -> FloatArray:
+    """(n_mesh,) N along the flank normals, < 0 on back flanks, under a generalised force (n,): an open train is
+    statically determinate."""
+    # all points of a mesh share its row in torsion, and drive-flank rows serve both signs, since the back flank's is
+    # their negative there
+    _, first = np.unique(assembly.mesh[assembly.share > 0.0], return_index=True)
+    force = np.linalg.solve(assembly.contact[2 * first, assembly.lateral :].T, load[assembly.lateral :])
     # what rounding leaves on a mesh without torque is no contact
     force[np.abs(force) <= 1e-12 * np.abs(force).max(initial=0.0)] = 0.0
     return np.asarray(force)
@@ -42,25 +52,74 @@ def static_state(assembly: Assembly, table: LawTable, torque: FloatArray, phases
     """Equilibrium under external shaft torques (n_shaft,) N m at mesh-law `phases` (n_mesh,), in periods.
 
     The torques fix one force per mesh, bearings and housing deflect under them, and the laws, inverted, give the
-    torsional positions. A mesh without force rests at the drive side's end of its gap. Raises SolverError when a
-    law cannot carry its force.
+    torsional positions. A mesh without force rests at the drive side's end of its gap. Where a mesh has several points
+    this, with the load spread evenly, is where Newton's method starts. Raises SolverError when a law cannot carry its
+    force or the points do not settle.
     """
-    force = static_mesh_forces(assembly, torque)
-    back = force < 0.0
-    flank = 2 * np.arange(len(force)) + back
+    rows = [row_at(table, e, phases[k]) for e, k in enumerate(assembly.mesh)]
+    grids = [table.deflection[e, : table.cells[e]] for e in range(len(rows))]
+    points = np.flatnonzero(assembly.share > 0.0)
+    load = assembly.load(torque)
+    for e in np.flatnonzero(assembly.share == 0.0):
+        load = load - assembly.contact[2 * e] * force_at(grids[e], rows[e], np.zeros(1))[0]
+    force = static_mesh_forces(assembly, load)
+    of_mesh = assembly.mesh[points]
+    carried = assembly.share[points] * force[of_mesh]
+    back = carried < 0.0
+    flank = assembly.contact[2 * points + back]
     n = assembly.lateral
-    rows = assembly.contact[flank]
-    lateral = np.linalg.solve(assembly.stiffness[:n, :n], -rows[:, :n].T @ np.abs(force))
-    wanted = np.array(
-        [
-            deflection_under(table.deflection[k, : table.cells[k]], row_at(table, k, phase), force[k])
-            for k, phase in enumerate(phases)
-        ]
-    )
-    pressed = np.where(back, -wanted, wanted)
-    torsion = np.linalg.solve(rows[:, n:], pressed - rows[:, :n] @ lateral)
+    lateral = np.linalg.solve(assembly.stiffness[:n, :n], load[:n] - flank[:, :n].T @ np.abs(carried))
+    wanted = np.array([deflection_under(grids[e], rows[e], f) for e, f in zip(points, carried, strict=True)])
+    gap = np.where(back, -wanted, wanted) - flank[:, :n] @ lateral
+    mean = assembly.share[points] * (of_mesh == np.arange(len(force))[:, None])
+    torsion = np.linalg.solve(mean @ flank[:, n:], mean @ gap)
     position = np.concatenate([lateral, torsion])
+    if len(points) > len(force):
+        position = _settled(assembly, [(grids[e], rows[e]) for e in points], points, load, position)
     return StaticState(position, force, (assembly.bearing_stiffness @ position).reshape(-1, 3))
+
+
+def _settled(
+    assembly: Assembly,
+    laws: Sequence[tuple[FloatArray, FloatArray]],
+    points: IntArray,
+    load: FloatArray,
+    position: FloatArray,
+) -> FloatArray:
+    """Position (n,) at which the forces of all points balance `load`, by Newton's method from `position`."""
+    contact = assembly.contact[np.stack([2 * points, 2 * points + 1], axis=1).ravel()]
+    size = np.sqrt(np.diag(assembly.stiffness) + (contact**2).sum(axis=0) * STIFF)
+
+    def balance(x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        pressed = contact @ x
+        force, slope = np.zeros(len(pressed)), np.zeros(len(pressed))
+        for k, (grid, row) in enumerate(laws):
+            for i, side in ((2 * k, 1.0), (2 * k + 1, -1.0)):
+                at = np.array([side * pressed[i]])
+                f = side * float(force_at(grid, row, at)[0])
+                if f > 0.0:
+                    force[i], slope[i] = f, float(slope_at(grid, row, at)[0])
+        return assembly.stiffness @ x + contact.T @ force - load, slope
+
+    residual, slope = balance(position)
+    tolerance = RESIDUAL * max(float(np.linalg.norm(load / size)), float(np.linalg.norm(residual / size)))
+    for _ in range(ROUNDS):
+        if float(np.linalg.norm(residual / size)) <= tolerance:
+            return position
+        # where every point of a mesh is open nothing holds its torsion: a weak spring does for a step
+        matrix = assembly.stiffness + (contact.T * np.maximum(slope, 1e-6 * STIFF)) @ contact
+        step, reach = np.linalg.solve(matrix, -residual), 1.0
+        before = float(np.linalg.norm(residual / size))
+        while True:
+            trial = position + reach * step
+            residual, slope = balance(trial)
+            if float(np.linalg.norm(residual / size)) < before or reach < 1e-4:
+                break
+            reach *= 0.5
+        position = trial
+    raise SolverError(
+        f"the load of the meshes did not settle across their faces within {ROUNDS} rounds: use one face point"
+    )
 
 
 def static_bearing_forces(

@@ -18,8 +18,9 @@ import numpy as np
 from nvhchain import store
 from nvhchain.conventions import Progress
 from nvhchain.dynamics.gearbox import Gearbox
+from nvhchain.dynamics.ramp import Operation
 from nvhchain.dynamics.simulation import Motion
-from nvhchain.dynamics.speed_ramp import Operation, RunUp, Standing, prepare, record, samples, start
+from nvhchain.dynamics.speed_ramp import RunUp, Standing, prepare, record, samples, start
 from nvhchain.errors import FileFormatError, InputError, require
 from nvhchain.handoff import BearingForces, FloatArray, MeshLaw, ReducedHousing
 from nvhchain.resume import code_version, fingerprint

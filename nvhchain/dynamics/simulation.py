@@ -8,13 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from nvhchain.dynamics.assembly import Assembly, assemble
+from nvhchain.dynamics.friction import friction_laws
 from nvhchain.dynamics.gearbox import Gearbox
 from nvhchain.dynamics.law_table import LawTable, mean_slope, tabulate
 from nvhchain.dynamics.mesh_levels import ContactForce, ContactLoop, contact_loop, tangent_law
 from nvhchain.dynamics.propagator import ModalForm, Propagator, modal_form, output_matrix, propagator, state_of
 from nvhchain.dynamics.quasi_static import static_mesh_forces, static_state
 from nvhchain.dynamics.train import shaft_torques
-from nvhchain.errors import SolverError
+from nvhchain.errors import SolverError, require
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, MeshLaw, ReducedHousing
 
@@ -27,10 +28,12 @@ class Simulation:
     """A gearbox under constant torques, ready for the time loop.
 
     torque (n_shaft,): N m, external, along the running directions.
-    contact_stiffness (2 n_mesh,): N/m, the part of each contact's stiffness that belongs to the linear system.
+    contact_stiffness (2 n_row,): N/m, the part of each contact's stiffness that belongs to the linear system.
     bearing_output (3 n_bearing, n_state): bearing forces = bearing_output · s.
-    bearing_jump (3 n_bearing, 2 n_mesh): what a jump of the excess forces takes off their samples (`bearing_force`).
-    contact_output (2 n_mesh, n_state): contact deflections = contact_output · s.
+    bearing_jump (3 n_bearing, 2 n_row): what a jump of the excess forces takes off their samples (`bearing_force`).
+    contact_output (2 n_row, n_state): contact deflections = contact_output · s.
+    deflection_output (n_mesh, n_state): of the drive flanks, mean over the face.  error_output (1, n_state): angle in
+    rad by which the output lags behind the input.
     kernel: decay, gain, read and drive of `step` as the time loop wants them: each (2, …) real over imaginary parts,
     the modes filled up with idle ones to whole vector registers.
     tolerance: N, admissible residual of the contact forces, reached within `iterations`.
@@ -46,6 +49,8 @@ class Simulation:
     bearing_output: FloatArray
     bearing_jump: FloatArray
     contact_output: FloatArray
+    deflection_output: FloatArray
+    error_output: FloatArray
     kernel: tuple[FloatArray, ...]
     tolerance: float
     iterations: int
@@ -54,7 +59,7 @@ class Simulation:
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """Where a simulation stands.  state (n_state,); excess (2 n_mesh,) N: part of the contact forces that the
+    """Where a simulation stands.  state (n_state,); excess (2 n_row,) N: part of the contact forces that the
     linear system does not hold, mean over the last step."""
 
     state: FloatArray
@@ -82,18 +87,67 @@ def simulation(
     contact_forces: one per mesh, for the mesh level `contact`, which also needs the laws: for the start and the
     linear part.
     """
-    assembly = assemble(gearbox, mesh_laws, housing, input_speed=gyroscopic_speed)
+    assembly = assemble(gearbox, mesh_laws, housing, input_speed=gyroscopic_speed, fidelity=fidelity)
     torque = shaft_torques(gearbox, assembly.train, input_torque, assembly.inertia, input_acceleration)
-    nominal = static_mesh_forces(assembly, torque)
-    loop = contact_loop(contact_forces, mesh_laws) if fidelity.mesh_level == "contact" else None
+    nominal = static_mesh_forces(assembly, assembly.load(torque))
+    loop = None
+    if fidelity.mesh_level == "contact":
+        require(
+            fidelity.face_points == 1 and all(mesh.friction is None for mesh in gearbox.meshes),
+            "the mesh level `contact` has neither friction nor points across the face: use the level `table` for them",
+        )
+        loop = contact_loop(contact_forces, mesh_laws)
     if fidelity.mesh_level == "stiffness":
-        mesh_laws = [tangent_law(law, force) for law, force in zip(mesh_laws, nominal, strict=True)]
-    table = tabulate(mesh_laws, fidelity.angle_refinement)
-    contact_stiffness = np.zeros(2 * len(nominal))
-    for k, force in enumerate(nominal):
-        contact_stiffness[2 * k + (force < 0.0)] = mean_slope(table, k, force)
+        edge_cells = fidelity.edge_cells if fidelity.contact_loss else 0
+        mesh_laws = [tangent_law(law, force, edge_cells) for law, force in zip(mesh_laws, nominal, strict=True)]
+    table = tabulate(_laws_of_rows(assembly, mesh_laws, nominal), fidelity.angle_refinement)
+    contact_stiffness = np.zeros(2 * len(assembly.mesh))
+    for row, (mesh, share) in enumerate(zip(assembly.mesh, assembly.share, strict=True)):
+        if share == 0.0:
+            continue
+        force = share * nominal[mesh]
+        contact_stiffness[2 * row + (force < 0.0)] = mean_slope(table, row, force)
+    return _discretised(
+        assembly,
+        table,
+        torque,
+        contact_stiffness,
+        time_step,
+        fidelity.contact_residual * float(np.abs(table.force).max()),
+        fidelity.contact_iterations,
+        loop,
+    )
+
+
+def _laws_of_rows(assembly: Assembly, mesh_laws: Sequence[MeshLaw], nominal: FloatArray) -> list[MeshLaw]:
+    """The law of every pair of contact rows: a share of its mesh's, or friction under the nominal forces (n_mesh,)."""
+    laws = []
+    for mesh, share in zip(assembly.mesh, assembly.share, strict=True):
+        if share > 0.0:
+            laws.append(mesh_laws[mesh].replace(force=share * mesh_laws[mesh].force))
+    for mesh, law, force in zip(assembly.gearbox.meshes, mesh_laws, nominal, strict=True):
+        if mesh.friction is not None:
+            laws += friction_laws(law, mesh.friction, float(force))
+    return laws
+
+
+def _discretised(
+    assembly: Assembly,
+    table: LawTable,
+    torque: FloatArray,
+    contact_stiffness: FloatArray,
+    time_step: float,
+    tolerance: float,
+    iterations: int,
+    loop: ContactLoop | None,
+) -> Simulation:
+    """Diagonalise and discretise (fields of `Simulation`; time_step in s)."""
     modes = modal_form(assembly, contact_stiffness)
     step = propagator(assembly, modes, assembly.load(torque), time_step)
+    contact_output = output_matrix(modes, assembly.contact, np.zeros_like(assembly.contact))
+    n_mesh = len(assembly.gearbox.meshes)
+    mean = assembly.share * (assembly.mesh == np.arange(n_mesh)[:, None])
+    error = assembly.transmission_error[None, :]
     return Simulation(
         assembly,
         table,
@@ -103,12 +157,36 @@ def simulation(
         step,
         output_matrix(modes, assembly.bearing_stiffness, assembly.bearing_damping),
         time_step / 12.0 * assembly.bearing_damping @ (assembly.contact / assembly.mass).T,
-        output_matrix(modes, assembly.contact, np.zeros_like(assembly.contact)),
+        contact_output,
+        mean @ contact_output[0::2],
+        output_matrix(modes, error, np.zeros_like(error)),
         tuple(_in_registers(part) for part in (step.decay, step.gain, step.read, step.drive)),
-        fidelity.contact_residual * float(np.abs(table.force).max()),
-        fidelity.contact_iterations,
+        tolerance,
+        iterations,
         loop,
     )
+
+
+def at_speed(model: Simulation, input_speed: float) -> Simulation:
+    """The same gearbox with the gyroscopic terms of another input speed, rad/s."""
+    return _discretised(
+        model.assembly.at_speed(input_speed),
+        model.table,
+        model.torque,
+        model.contact_stiffness,
+        model.step.step,
+        model.tolerance,
+        model.iterations,
+        model.contact_loop,
+    )
+
+
+def carried_over(motion: Motion, before: Simulation, after: Simulation) -> Motion:
+    """The motion of one model in the modes of another with the same unknowns."""
+    z = motion.state.reshape(2, -1)
+    z = z[0] + 1j * z[1]
+    x, v = (before.modes.displacement @ z).real, (before.modes.velocity @ z).real
+    return Motion(state_of(after.modes, x, v), motion.excess)
 
 
 def _in_registers(modal: ComplexArray) -> FloatArray:
@@ -122,7 +200,7 @@ def _in_registers(modal: ComplexArray) -> FloatArray:
 def at_rest(model: Simulation, phases: FloatArray) -> Motion:
     """The quasi-static solution at mesh-law `phases` (n_mesh,), in periods."""
     static = static_state(model.assembly, model.table, model.torque, phases)
-    return Motion(state_of(model.modes, static.position), np.zeros(2 * len(static.mesh_force)))
+    return Motion(state_of(model.modes, static.position), np.zeros(len(model.contact_stiffness)))
 
 
 def advance(
@@ -133,7 +211,7 @@ def advance(
     phases (n_step, n_mesh): mesh-law phases at mid-step, in periods.  stride: every how many steps the state is
     kept.
     Returns the motion at the end, the states before steps 0, stride, 2 stride … (n_store, n_state), and the excess
-    forces of all steps (n_step, 2 n_mesh) N. Raises SolverError with the time of a step that did not converge.
+    forces of all steps (n_step, 2 n_row) N. Raises SolverError with the time of a step that did not converge.
     """
     if model.contact_loop is not None:
         state, excess, states, excesses = model.contact_loop.march(
@@ -150,8 +228,8 @@ def advance(
         return Motion(state, excess), states, excesses
     from nvhchain.dynamics._march import march  # compiles, or reads its cache, when first needed
 
-    rows = model.table.rows
-    position = np.mod(phases, 1.0) * rows
+    rows, mesh = model.table.rows, model.assembly.mesh
+    position = np.mod(phases if len(mesh) == phases.shape[1] else phases[:, mesh], 1.0) * rows
     position[position >= rows] = 0.0  # 1 − ε rounds up to a whole period
     n_step = len(position)
     states = np.empty((-(-n_step // stride), len(motion.state)))
@@ -178,7 +256,7 @@ def advance(
 def bearing_force(model: Simulation, states: FloatArray, before: FloatArray, excesses: FloatArray) -> FloatArray:
     """Bearing forces on the housing (n_step, 3 n_bearing) N at the step starts of one `advance` with stride 1.
 
-    before (2 n_mesh,): excess forces of the step before the first.  excesses (n_step, 2 n_mesh): of the steps.
+    before (2 n_row,): excess forces of the step before the first.  excesses (n_step, 2 n_row): of the steps.
     The held forces jump from step to step, and with bearing damping so does the slope of the bearing force, which
     its bare samples would fold back into the band. The sum over samples differs from the integral by −h²/12 Σ
     (slope jumps) (Euler–Maclaurin), so h/12 times the jump goes onto each sample: the spectrum of the record is

@@ -10,8 +10,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from math import ceil, isfinite, pi
-from typing import NotRequired, TypedDict, Unpack
+from math import ceil, isfinite
+from typing import Unpack
 
 import numpy as np
 import psutil
@@ -20,69 +20,47 @@ from threadpoolctl import ThreadpoolController
 from nvhchain.conventions import Progress
 from nvhchain.dynamics.decimation import Decimator, decimator, low_pass, record_stride
 from nvhchain.dynamics.gearbox import Gearbox
-from nvhchain.dynamics.mesh_levels import ContactForce
 from nvhchain.dynamics.quasi_static import law_phases
-from nvhchain.dynamics.simulation import Motion, Simulation, advance, at_rest, simulation
+from nvhchain.dynamics.ramp import Operation, Ramp
+from nvhchain.dynamics.simulation import Motion, Simulation, advance, at_rest, at_speed, carried_over, simulation
 from nvhchain.dynamics.steady import check_step, settling_time
 from nvhchain.errors import ResourceError, require
-from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import BearingForces, FloatArray, MeshLaw, ReducedHousing
 
 BLOCK = 2048
 """Samples that leave the time loop at once: bounds the memory of the state history."""
 
 
-@dataclass(frozen=True)
-class Ramp:
-    """Speed of the input against time.  start_speed, end_speed: rad/s, not negative.  duration: s.
-
-    Before the start and after the end the speed is constant.
-    """
-
-    start_speed: float
-    end_speed: float
-    duration: float
-
-    def __post_init__(self) -> None:
-        for name in ("start_speed", "end_speed"):
-            value = getattr(self, name)
-            require(
-                isfinite(value) and value >= 0.0,
-                f"{name} = {value} rad/s must not be negative: give the sense of rotation as gearbox.input_rotation",
-            )
-        require(isfinite(self.duration) and self.duration > 0, f"duration = {self.duration} s must be positive")
-
-    @property
-    def acceleration(self) -> float:
-        """rad/s²."""
-        return (self.end_speed - self.start_speed) / self.duration
-
-    def speed(self, time: FloatArray) -> FloatArray:
-        """rad/s at `time` (s)."""
-        return np.asarray(self.start_speed + self.acceleration * np.clip(time, 0.0, self.duration))
-
-    def turns(self, time: FloatArray) -> FloatArray:
-        """Turns of the input since time 0."""
-        inside = np.clip(time, 0.0, self.duration)
-        angle = (self.start_speed + 0.5 * self.acceleration * inside) * inside + self.speed(time) * (time - inside)
-        return np.asarray(angle / (2.0 * pi))
-
-
 @dataclass(frozen=True, eq=False)
 class RunUp:
     """A run-up prepared for the time loop.
 
-    stride: steps per sample.  lead: steps before the first sample, in which the start is forgotten.
-    count: samples of the record.
+    models, decimators: of the speeds at which gyroscopic terms are taken on the way, evenly spread; else one.
+    lead: steps before the first sample, in which the start is forgotten.  count: samples of the record.
     """
 
-    model: Simulation
+    models: tuple[Simulation, ...]
+    decimators: tuple[Decimator, ...]
     ramp: Ramp
-    decimator: Decimator
     law_period: FloatArray
     offset: FloatArray
     lead: int
     count: int
+
+    @property
+    def model(self) -> Simulation:
+        """At the start."""
+        return self.models[0]
+
+    @property
+    def decimator(self) -> Decimator:
+        """At the start."""
+        return self.decimators[0]
+
+    def part(self, block: int) -> int:
+        """Index of the model that a block of the time loop takes: the one of the speed in its middle."""
+        middle = ((block + 0.5) * BLOCK * self.decimator.stride - self.lead) * self.model.step.step
+        return min(len(self.models) - 1, max(0, int(middle / self.ramp.duration * len(self.models))))
 
     @property
     def sample_time(self) -> float:
@@ -115,24 +93,6 @@ class Standing:
     excesses: FloatArray
 
 
-class Operation(TypedDict):
-    """What a run-up takes by name.
-
-    start_speed, end_speed: rad/s of the input, not negative; equal for a long record at constant speed.  duration: s.
-    input_torque: N m along the input's rotation, constant; the output torque balances it but for what speeds up the
-    train.  f_max: Hz, upper end of the band of interest.  fidelity: of the dynamics.
-    contact_forces: one per mesh, for `fidelity.mesh_level` "contact".
-    """
-
-    start_speed: float
-    end_speed: float
-    duration: float
-    input_torque: float
-    f_max: float
-    fidelity: DynamicsFidelity
-    contact_forces: NotRequired[Sequence[ContactForce] | None]
-
-
 def prepare(
     gearbox: Gearbox, mesh_laws: Sequence[MeshLaw], housing: ReducedHousing | None, **operation: Unpack[Operation]
 ) -> RunUp:
@@ -141,10 +101,9 @@ def prepare(
     input_torque, f_max, fidelity = operation["input_torque"], operation["f_max"], operation["fidelity"]
     require(isfinite(input_torque), f"input_torque = {input_torque} N m must be finite")
     require(isfinite(f_max) and f_max > 0, f"f_max = {f_max} Hz must be positive")
-    require(
-        not fidelity.gyroscopic or ramp.acceleration == 0.0,
-        "gyroscopic terms need constant speed, since the modes depend on it: set gyroscopic to False for a run-up",
-    )
+    # in the middle of equal parts of the way
+    parts = fidelity.gyroscopic_speeds if fidelity.gyroscopic and ramp.acceleration else 1
+    way = ramp.speed((np.arange(parts) + 0.5) / parts * ramp.duration) * fidelity.gyroscopic
     model = simulation(
         gearbox,
         mesh_laws,
@@ -153,23 +112,24 @@ def prepare(
         time_step=fidelity.time_step,
         fidelity=fidelity,
         input_acceleration=ramp.acceleration,
-        gyroscopic_speed=ramp.start_speed if fidelity.gyroscopic else 0.0,
+        gyroscopic_speed=float(way[0]),
         contact_forces=operation.get("contact_forces"),
     )
     kinematics = model.assembly.train
     check_step(gearbox, mesh_laws, kinematics, max(ramp.start_speed, ramp.end_speed), f_max, fidelity)
     stride = record_stride(fidelity.time_step, f_max, fidelity)
     taps = low_pass(1.0 / fidelity.time_step, stride, f_max, fidelity.stopband_attenuation)
-    filtered = decimator(model, stride, taps)
+    models = (model, *(at_speed(model, float(speed)) for speed in way[1:]))
+    decimators = tuple(decimator(each, stride, taps) for each in models)
     # from a standstill the quasi-static start is exact
     settle = settling_time(model, fidelity) / fidelity.time_step if ramp.start_speed > 0.0 else 0.0
     return RunUp(
-        model,
+        models,
+        decimators,
         ramp,
-        filtered,
         np.array([float(period) for period in kinematics.law_period]),
         law_phases(model.assembly, mesh_laws),
-        (ceil(settle / stride) + 1) * stride + 2 * filtered.half,
+        (ceil(settle / stride) + 1) * stride + 2 * decimators[0].half,
         max(2, ceil(ramp.duration / (fidelity.time_step * stride) * (1.0 - 1e-9))),
     )
 
@@ -197,20 +157,30 @@ def samples(run: RunUp, standing: Standing) -> Iterator[tuple[FloatArray, Standi
     def form(states: FloatArray, excesses: FloatArray, block: int) -> FloatArray:
         # the rounding of a product must not depend on the number of threads
         with one_thread.limit(limits=1, user_api="blas"):
-            formed = run.decimator.apply(states, excesses)
+            before, after = (run.decimators[run.part(b)] for b in (max(0, block - 1), block))
+            if before is after:
+                formed = after.apply(states, excesses)
+            else:
+                old = past // stride
+                formed = np.concatenate(
+                    [before.apply(states[:old], excesses), after.apply(states[old:], excesses[old * stride :])]
+                )
         first = block * BLOCK - (run.lead + run.decimator.half) // stride
         return formed[max(0, -first) : max(0, run.count - first)]
 
     with ThreadPoolExecutor(1) as forming:
         waiting = None
         for block in range(standing.block, run.blocks):
-            steps = BLOCK * stride
+            steps, model, motion = BLOCK * stride, run.models[run.part(block)], standing.motion
+            before = run.models[run.part(max(0, block - 1))]
+            if before is not model:
+                motion = carried_over(motion, before, model)
             motion, states, excesses = advance(
-                run.model,
-                standing.motion,
+                model,
+                motion,
                 run.phases(block),
                 stride=stride,
-                start_time=(block * steps - run.lead) * run.model.step.step,
+                start_time=(block * steps - run.lead) * model.step.step,
             )
             states = np.concatenate([standing.states, states])
             excesses = np.concatenate([standing.excesses, excesses])
@@ -235,7 +205,7 @@ def record(run: RunUp, first: int, sampled: FloatArray) -> BearingForces:
         names=tuple(bearing.name for bearing in gearbox.bearings),
         positions=np.array(gearbox.bearing_positions),
         input_speed=run.ramp.speed(time),
-        mesh_deflection=sampled[:, n_force:],
+        mesh_deflection=sampled[:, n_force:-1],
     )
 
 
@@ -258,6 +228,22 @@ def run_up(
     Raises InputError when the step is too long for f_max or the meshes, ResourceError when the record does not fit
     into memory (`record_run_up` writes it to files), SolverError when the start cannot be forgotten.
     """
+    return run_up_with_error(gearbox, mesh_laws, housing, progress=progress, **operation)[0]
+
+
+def run_up_with_error(
+    gearbox: Gearbox,
+    mesh_laws: Sequence[MeshLaw],
+    housing: ReducedHousing | None,
+    *,
+    progress: Progress | None = None,
+    **operation: Unpack[Operation],
+) -> tuple[BearingForces, FloatArray]:
+    """`run_up` and the transmission error of the whole gearbox at the same samples.
+
+    (n_t,) rad by which the output shaft lags behind the input shaft's angle times the speed ratio, > 0 under a driving
+    torque.
+    """
     run = prepare(gearbox, mesh_laws, housing, **operation)
     n_out = len(run.decimator.constant)
     needed, available = 3 * 8.0 * run.count * (n_out + 2), float(psutil.virtual_memory().available)
@@ -272,4 +258,4 @@ def run_up(
         filled += len(piece)
         if progress:
             progress(standing.block, run.blocks)
-    return record(run, 0, sampled)
+    return record(run, 0, sampled), sampled[:, -1].copy()

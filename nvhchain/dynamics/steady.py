@@ -261,5 +261,5 @@ def _period(
         before = motion.excess
         motion, states, excesses = advance(model, motion, phases, start_time=first * model.step.step)
         force[first:last] = bearing_force(model, states, before, excesses)
-        np.matmul(states, model.contact_output[0::2].T, out=deflection[first:last])
+        np.matmul(states, model.deflection_output.T, out=deflection[first:last])
     return motion, force, deflection

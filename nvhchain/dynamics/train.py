@@ -69,17 +69,18 @@ def shaft_torques(
     inertia: FloatArray | None = None,
     acceleration: float = 0.0,
 ) -> FloatArray:
-    """External torque on every shaft, N m, positive in its own running direction: input driving, output in
-    balance.
+    """External torque on every shaft, N m, positive in its own running direction: input driving, drag of the shafts,
+    output in balance.
 
     inertia: (n_shaft,) kg m², needed for acceleration (rad/s² of the input): what the input torque spends on speeding
     up the train does not reach the output, rᵀT = rᵀJr · acceleration with the speed ratios r.
     """
-    torque = np.zeros(len(gearbox.shafts))
+    torque = np.array([-shaft.drag_torque for shaft in gearbox.shafts])
     output = gearbox.shaft_index(gearbox.output_shaft)
     spent = 0.0 if inertia is None else train_inertia(kinematics, inertia) * acceleration
-    torque[gearbox.shaft_index(gearbox.input_shaft)] = input_torque
-    torque[output] = (spent - input_torque) / float(kinematics.speed_ratio[output])
+    torque[gearbox.shaft_index(gearbox.input_shaft)] += input_torque
+    ratio = np.array([float(ratio) for ratio in kinematics.speed_ratio])
+    torque[output] = (spent - np.delete(ratio * torque, output).sum()) / ratio[output]
     return torque
 
 

@@ -92,7 +92,7 @@ def test_inertia_torque_leaves_less_for_the_output_and_loads_the_meshes_in_betwe
     acceleration = 1e4  # rad/s²: thousand times the run-up's, so that it shows
     torque = shaft_torques(gearbox, a.train, 250.0, a.inertia, acceleration)
     ratio = np.array([1.0, 0.4, 0.4 * 30 / 82])
-    force = static_mesh_forces(a, torque)
+    force = static_mesh_forces(a, a.load(torque))
     levers = [law.base_radius * np.cos(law.base_helix_angle) for law in laws]
     first = (250.0 - a.inertia[0] * acceleration) / levers[0][0]
     second = (first * levers[0][1] - a.inertia[1] * 0.4 * acceleration) / levers[1][0]

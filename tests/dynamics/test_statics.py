@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from nvhchain.dynamics import static_bearing_forces
-from nvhchain.dynamics.assembly import assemble, flank_normals
+from nvhchain.dynamics.assembly import assemble
 from nvhchain.dynamics.law_table import tabulate
+from nvhchain.dynamics.mesh_rows import flank_normals
 from nvhchain.dynamics.quasi_static import static_mesh_forces, static_state
 from nvhchain.dynamics.train import shaft_torques
 
@@ -21,7 +22,7 @@ F_t tan α_t)."""
 def _gear_forces(gearbox, laws, torque):
     """(mesh, 3) force on the wheel and (3,) pitch point of each mesh."""
     assembly = assemble(gearbox, laws, None)
-    normal_force = static_mesh_forces(assembly, shaft_torques(gearbox, assembly.train, torque))
+    normal_force = static_mesh_forces(assembly, assembly.load(shaft_torques(gearbox, assembly.train, torque)))
     result = []
     for mesh, law, f in zip(gearbox.meshes, laws, normal_force, strict=True):
         p, w = (np.array(gearbox.shafts[gearbox.shaft_index(s)].axis) for s in (mesh.pinion_shaft, mesh.wheel_shaft))

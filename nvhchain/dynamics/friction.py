@@ -1,0 +1,95 @@
+"""Friction of the flanks in a mesh: what it adds to the forces on both gears, by the position of the mesh.
+
+At s from the pinion's base tangent point the pinion's flank moves across the line of action with ω_P s, the wheel's
+with ω_G (L − s), both along e = ẑ × n for a pinion that turns with +z, n the transverse direction of the line of action
+from pinion to wheel. A contact that carries F is dragged by μ F σ, σ the sign of ω_P s − ω_G (L − s): along e on the
+wheel, against it on the pinion. With A = Σ μ σ F and S = Σ μ σ F s over the contact, the pinion loses the torque S and
+the wheel gains L A − S, each along its own running direction.
+
+F is taken at its nominal value: what the mesh force moves about it changes the friction in second order only (of μ
+times that), and friction stays where flanks part, which it should not.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import isfinite, pi
+
+import numpy as np
+
+from nvhchain.errors import require
+from nvhchain.handoff import FloatArray, MeshLaw
+
+LARGEST_COEFFICIENT = 1.0
+"""Of friction, beyond which a unit was mistaken."""
+
+
+@dataclass(frozen=True, eq=False)
+class MeshFriction:
+    """Friction of the drive flanks under nominal load.
+
+    coefficient: μ.  angle: (n_angle,) rad of the wheel, increasing from 0 within one `period`, rad.
+    sliding: (n_angle,) Σ σ F / Σ F, −1 … 1.  arm: (n_angle,) m, Σ σ F s / Σ F.
+    """
+
+    coefficient: float
+    period: float
+    angle: FloatArray
+    sliding: FloatArray
+    arm: FloatArray
+
+    def __post_init__(self) -> None:
+        require(
+            isfinite(self.coefficient) and 0.0 <= self.coefficient <= LARGEST_COEFFICIENT,
+            f"mesh friction: coefficient = {self.coefficient} is outside 0…{LARGEST_COEFFICIENT:g}; usual is 0.05",
+        )
+        for name in ("angle", "sliding", "arm"):
+            object.__setattr__(self, name, np.ascontiguousarray(getattr(self, name), dtype=float))
+            value = getattr(self, name)
+            require(
+                value.shape == (len(self.angle),) and bool(np.isfinite(value).all()),
+                f"mesh friction: {name} must hold {len(self.angle)} finite numbers, one per angle",
+            )
+        require(
+            0.0 < self.period <= 2.0 * pi * 1e3
+            and bool((np.diff(self.angle) > 0).all())
+            and self.angle[0] >= 0.0
+            and self.angle[-1] < self.period,
+            f"mesh friction: angles must increase within 0…{self.period:g} rad, the period, which must be positive",
+        )
+        require(
+            bool((np.abs(self.sliding) <= 1.0 + 1e-9).all()),
+            "mesh friction: sliding is the share of the force with its sense, −1…1",
+        )
+
+
+SHORT = np.array([-3.0, -1.0, 1.0, 3.0])
+"""m: grid of a force that does not depend on the deflection; its middle cell holds every deflection."""
+LEVEL = 1.0
+"""N/m: slope that such a force is given, far below any mesh stiffness, since the time loop wants one."""
+
+
+def friction_laws(law: MeshLaw, friction: MeshFriction, force: float) -> tuple[MeshLaw, MeshLaw]:
+    """A and S / r_bP in N as laws that do not depend on the deflection.  force: nominal, N along the flank normal.
+
+    Raises InputError when the back flanks carry: their lines of action are others.
+    """
+    teeth = friction.period * law.teeth[1] / (2.0 * pi)
+    require(
+        abs(teeth - round(teeth)) <= 1e-6 * max(1.0, teeth) and abs(friction.period / law.period - 1.0) <= 1e-6,
+        f"mesh friction repeats after {friction.period:g} rad, its mesh law with teeth {law.teeth} after "
+        f"{law.period:g} rad: tabulate both over the same period",
+    )
+    require(
+        force >= 0.0,
+        f"mesh friction of the drive flanks is given, but the back flanks carry {-force:.4g} N: leave friction out",
+    )
+
+    def flat(values: FloatArray) -> MeshLaw:
+        return law.replace(
+            angle=friction.angle,
+            deflection=SHORT,
+            force=friction.coefficient * force * values[:, None] + LEVEL * SHORT,
+        )
+
+    return flat(friction.sliding), flat(friction.arm / law.base_radius[0])

@@ -1,0 +1,141 @@
+"""Lines of action: the forces of meshes on the shafts.
+
+A mesh carries at one point of its face width or at several. Each point has two contacts, first its drive flank, then
+its back flank.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.polynomial.legendre import leggauss
+
+from nvhchain.dynamics.gearbox import Gearbox, Mesh
+from nvhchain.dynamics.sections import Wrench
+from nvhchain.dynamics.train import Train
+from nvhchain.errors import require
+from nvhchain.handoff import FloatArray, IntArray, MeshLaw
+
+
+def flank_normals(pinion_axis: FloatArray, wheel_axis: FloatArray, law: MeshLaw, rotation: int) -> FloatArray:
+    """(2, 3) directions of the force on the wheel: drive flank, then back flank.
+
+    rotation: +1 or −1, the pinion's sense about +z. The pinion's drive flank pushes the wheel tooth along its own
+    motion t = rotation ẑ × e (e from pinion to wheel) and away along e. A right-handed tooth trace is t sin β + ẑ
+    cos β on a gear that turns with +z, so its leading flank's normal leans to −ẑ: the driving right-handed pinion
+    is thrust along +z when it turns with +z (right-hand rule). The back flank reverses the tangential and axial
+    parts, never the radial one.
+    """
+    centre_line = np.append(wheel_axis - pinion_axis, 0.0)
+    e = centre_line / np.linalg.norm(centre_line)
+    t = rotation * np.cross([0.0, 0.0, 1.0], e)
+    alpha, beta_b = law.working_pressure_angle, law.base_helix_angle
+    along = np.cos(beta_b) * np.cos(alpha) * t - rotation * np.sin(beta_b) * np.array([0.0, 0.0, 1.0])
+    apart = np.cos(beta_b) * np.sin(alpha) * e
+    return np.array([along + apart, -along + apart])
+
+
+def check_law(gearbox: Gearbox, mesh: Mesh, law: MeshLaw) -> None:
+    """InputError where the law is not that of the mesh."""
+    axes = [np.array(gearbox.shafts[gearbox.shaft_index(s)].axis) for s in (mesh.pinion_shaft, mesh.wheel_shaft)]
+    distance = float(np.linalg.norm(axes[1] - axes[0]))
+    where = f"mesh {mesh.pinion_shaft}–{mesh.wheel_shaft}"
+    require(
+        abs(distance - law.centre_distance) <= 1e-5,
+        f"{where}: the shaft axes are {1e3 * distance:.4f} mm apart, but its mesh law is for "
+        f"{1e3 * law.centre_distance:.4f} mm (limit 0.01 mm): move an axis or compute the law anew",
+    )
+    base = law.base_radius
+    require(
+        abs(base[0] * law.teeth[1] / (base[1] * law.teeth[0]) - 1.0) <= 1e-6,
+        f"{where}: base radii {base[0]:g} and {base[1]:g} m do not stand in the ratio of the teeth {law.teeth}: "
+        "correct the law",
+    )
+    cosine = float(base.sum()) / law.centre_distance
+    require(
+        abs(np.cos(law.working_pressure_angle) - cosine) <= 1e-4,
+        f"{where}: working pressure angle {law.working_pressure_angle:g} rad does not fit base radii and centre "
+        "distance "
+        f"(cos = {cosine:.5f}): correct the law",
+    )
+
+
+def face_points(count: int) -> tuple[FloatArray, FloatArray]:
+    """Places on the face, −½ … ½ of its width, and shares of the force of `count` Gauss points.
+
+    Two give slices of equal stiffness, side by side without bending each other, their exact resistance to tilt.
+    """
+    node, weight = leggauss(count)
+    return 0.5 * node, 0.5 * weight
+
+
+def contact_wrenches(
+    gearbox: Gearbox, kinematics: Train, mesh: Mesh, law: MeshLaw, offset: float
+) -> list[list[Wrench]]:
+    """On the pinion and on the wheel, for the drive flank and for the back flank, what unit deflection does work on.
+
+    offset: m along z, of the point from mid-width; it acts there at the pitch point, and the gear, rigid, passes it on
+    to its shaft at mid-width.
+    """
+    pair = [gearbox.shaft_index(mesh.pinion_shaft), gearbox.shaft_index(mesh.wheel_shaft)]
+    axes = [np.array(gearbox.shafts[i].axis) for i in pair]
+    normals = flank_normals(axes[0], axes[1], law, kinematics.rotation[pair[0]])
+    pitch_point = axes[0] + (axes[1] - axes[0]) * law.teeth[0] / sum(law.teeth)
+    wrenches: list[list[Wrench]] = [[], []]
+    for side, (i, axis, sign) in enumerate(zip(pair, axes, (1.0, -1.0), strict=True)):
+        for flank, way in ((0, 1.0), (1, -1.0)):
+            # the flank is pressed when the pinion's point moves along the force on the wheel faster than the wheel's
+            force = sign * normals[flank]
+            moment = np.cross(np.append(pitch_point - axis, offset), force)
+            # law base radius and pitch geometry agree to the tolerance of check_law; the law's is the definition
+            lever = sign * way * law.base_radius[side] * np.cos(law.base_helix_angle)
+            moment[2] = kinematics.rotation[i] * lever
+            wrenches[flank].append(Wrench(i, mesh.z, np.concatenate([force, moment])))
+    return wrenches
+
+
+def friction_wrenches(gearbox: Gearbox, kinematics: Train, mesh: Mesh, law: MeshLaw) -> list[list[Wrench]]:
+    """What A and S / r_bP of `nvhchain.dynamics.friction` do work on, to be taken off like a contact force."""
+    pair = [gearbox.shaft_index(mesh.pinion_shaft), gearbox.shaft_index(mesh.wheel_shaft)]
+    axes = [np.array(gearbox.shafts[i].axis) for i in pair]
+    turn = [kinematics.rotation[i] for i in pair]
+    normal = flank_normals(axes[0], axes[1], law, turn[0])[0]
+    transverse = np.array([normal[0], normal[1], 0.0]) / np.hypot(normal[0], normal[1])
+    across = turn[0] * np.cross([0.0, 0.0, 1.0], transverse)
+    line = float(law.base_radius.sum()) * np.tan(law.working_pressure_angle)
+    slide = [
+        Wrench(pair[0], mesh.z, np.concatenate([across, np.zeros(3)])),
+        Wrench(pair[1], mesh.z, np.concatenate([-across, [0.0, 0.0, -turn[1] * line]])),
+    ]
+    arm = [
+        Wrench(i, mesh.z, np.array([0.0, 0.0, 0.0, 0.0, 0.0, t * law.base_radius[0]]))
+        for i, t in zip(pair, turn, strict=True)
+    ]
+    return [slide, arm]
+
+
+def all_wrenches(
+    gearbox: Gearbox, kinematics: Train, laws: Sequence[MeshLaw], points: int
+) -> tuple[list[list[Wrench]], IntArray, FloatArray]:
+    """Wrenches of all contact rows, and of every pair of rows its mesh (index) and its share in the mesh's force.
+
+    First the points of all meshes, then two pairs of rows for the friction of each mesh that has it, of share 0.
+    """
+    rows: list[list[Wrench]] = []
+    meshes, shares = [], []
+    place, weight = face_points(points)
+    for k, (mesh, law) in enumerate(zip(gearbox.meshes, laws, strict=True)):
+        check_law(gearbox, mesh, law)
+        for offset, share in zip(place * law.face_width, weight, strict=True):
+            rows += contact_wrenches(gearbox, kinematics, mesh, law, offset)
+            meshes.append(k)
+            shares.append(share)
+    for k, (mesh, law) in enumerate(zip(gearbox.meshes, laws, strict=True)):
+        if mesh.friction is not None:
+            for channel in friction_wrenches(gearbox, kinematics, mesh, law):
+                against = [Wrench(w.shaft, w.z, -w.load) for w in channel]
+                rows += [channel, against]
+                meshes.append(k)
+                shares.append(0.0)
+    return rows, np.array(meshes, dtype=np.int64), np.array(shares)

@@ -1,0 +1,211 @@
+"""Flexible shafts: Timoshenko beams with the gears as rigid bodies on them, condensed to few elastic modes.
+
+Elements with shear-exact shape functions (two nodes, six motions each) and the mass, rotary inertia and gyroscopic
+matrix that belong to them. Source: H. D. Nelson, J. Mech. Des. 102 (1980) 793–803; shear coefficient of the hollow
+circle: G. R. Cowper, J. Appl. Mech. 33 (1966) 335–340.
+
+The free shaft is condensed to its elastic modes up to a frequency, and to what the modes beyond it add to the static
+deflection under the forces that can act on it (residual vectors): its statics is kept exactly. Its six rigid motions
+stay those of a rigid shaft, to which all elastic ones are orthogonal in mass.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from math import pi
+
+import numpy as np
+from numpy.polynomial.legendre import leggauss
+from scipy.linalg import eigh
+
+from nvhchain.dynamics.gearbox import Cylinder, Shaft
+from nvhchain.errors import require
+from nvhchain.handoff import FloatArray
+
+ALIKE = 1e-6
+"""m: cross-sections closer together than this are one node."""
+
+
+@dataclass(frozen=True, eq=False)
+class ElasticShaft:
+    """Elastic motions of a free shaft, of unit modal mass.
+
+    squared (n_e,): rad²/s², natural frequencies.  z (n_node,): m.
+    shapes (n_node, 6, n_e): displacement along x, y, z and rotation about them of the cross-sections.
+    gyroscopic (5 + n_e, 5 + n_e): force per velocity and rad/s of spin about +z on the rigid shaft's translations and
+    tilts and on the elastic motions.
+    """
+
+    squared: FloatArray
+    z: FloatArray
+    shapes: FloatArray
+    gyroscopic: FloatArray
+
+    def at(self, z: float) -> FloatArray:
+        """(6, n_e) motion of the cross-section at `z`, one of the nodes."""
+        return np.asarray(self.shapes[int(np.argmin(np.abs(self.z - z)))])
+
+
+def elastic_shaft(
+    shaft: Shaft, loads: Sequence[tuple[float, FloatArray]], *, element: float, frequency: float
+) -> ElasticShaft:
+    """Condense `shaft` for `loads`: (z in m, (6,) force and moment on the cross-section there).
+
+    element: m, largest length of a beam element.  frequency: Hz, up to which its modes are kept.
+    Raises InputError when its segments leave a gap or do not reach what sits on them.
+    """
+    z = _nodes(shaft, [place for place, _ in loads], element)
+    stiffness, mass, spin = _beam(shaft, z)
+    squared, shapes = eigh(stiffness, mass)
+    squared, shapes = squared[6:], shapes[:, 6:]  # six rigid motions come first
+    acting = np.zeros((len(mass), len(loads)))
+    for column, (place, load) in enumerate(loads):
+        node = int(np.argmin(np.abs(z - place)))
+        acting[6 * node : 6 * node + 6, column] = load
+    kept = int(np.searchsorted(squared, (2.0 * pi * frequency) ** 2))
+    found, residual = _residual_vectors(squared[kept:], shapes[:, kept:].T @ acting)
+    squared = np.concatenate([squared[:kept], found])
+    shapes = np.hstack([shapes[:, :kept], shapes[:, kept:] @ residual])
+    rigid = _rigid_motions(z, shaft.inertia().z)
+    moving = np.hstack([rigid, shapes])
+    return ElasticShaft(squared, z, shapes.reshape(len(z), 6, -1), moving.T @ spin @ moving)
+
+
+def _residual_vectors(squared: FloatArray, share: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Squared frequencies and (n, r) orthonormal shapes that carry what modes (n,) of unit mass, whose shares in the
+    loads are `share` (n, n_load), add to the statics."""
+    static = share / squared[:, None]
+    size = np.linalg.norm(static, axis=0)
+    static = static[:, size > 0.0] / size[size > 0.0]
+    base, weight, _ = np.linalg.svd(static, full_matrices=False)
+    base = base[:, weight > 1e-9 * weight.max(initial=0.0)]  # the others are rounding
+    found, turned = eigh((base.T * squared) @ base)
+    return found, base @ turned
+
+
+def _nodes(shaft: Shaft, places: Sequence[float], element: float) -> FloatArray:
+    """z of the nodes: ends of segments, everything that sits on the shaft, and between them elements short enough."""
+    require(len(shaft.segments) > 0, f"shaft {shaft.name}: a flexible shaft needs segments")
+    ends = sorted((segment.start, segment.end) for segment in shaft.segments)
+    reached = ends[0][1]
+    for start, end in ends[1:]:
+        require(
+            start <= reached + ALIKE,
+            f"shaft {shaft.name}: no segment covers z = {1e3 * reached:g}…{1e3 * start:g} mm: fill the gap, or take "
+            "it as rigid (flexible_shafts = false)",
+        )
+        reached = max(reached, end)
+    fixed = [z for pair in ends for z in pair] + list(places) + [body.z for body in shaft.bodies]
+    for z in fixed:
+        require(
+            ends[0][0] - ALIKE <= z <= reached + ALIKE,
+            f"shaft {shaft.name}: its segments span z = {1e3 * ends[0][0]:g}…{1e3 * reached:g} mm, but a bearing, gear "
+            f"or body sits at {1e3 * z:g} mm: lengthen the shaft, or take it as rigid (flexible_shafts = false)",
+        )
+    stations = np.unique(fixed)
+    stations = stations[np.concatenate([[True], np.diff(stations) > ALIKE])]
+    pieces = [
+        np.linspace(a, b, max(1, int(np.ceil((b - a) / element - 1e-9))), endpoint=False) for a, b in pairwise(stations)
+    ]
+    return np.concatenate([*pieces, stations[-1:]])
+
+
+def _section(segments: Sequence[Cylinder]) -> tuple[float, ...]:
+    """EA, EI, GJ, κGA, and per length mass, transverse and polar inertia of coaxial tubes side by side."""
+    total = np.zeros(7)
+    for s in segments:
+        outer, inner = 0.5 * s.outer_diameter, 0.5 * s.inner_diameter
+        area, second = pi * (outer**2 - inner**2), 0.25 * pi * (outer**4 - inner**4)
+        shear, nu, m = s.young / (2.0 * (1.0 + s.poisson)), s.poisson, inner / outer
+        square = (1.0 + m * m) ** 2
+        kappa = 6.0 * (1.0 + nu) * square / ((7.0 + 6.0 * nu) * square + (20.0 + 12.0 * nu) * m * m)
+        total += [
+            s.young * area,
+            s.young * second,
+            2.0 * shear * second,
+            kappa * shear * area,
+            s.density * area,
+            s.density * second,
+            2.0 * s.density * second,
+        ]
+    return tuple(total)
+
+
+# motions of two nodes that bend the beam in the planes z–x and z–y: deflections and slopes
+_IN_X = np.zeros((4, 12))
+_IN_X[[0, 1, 2, 3], [0, 4, 6, 10]] = 1.0, 1.0, 1.0, 1.0
+_IN_Y = np.zeros((4, 12))
+_IN_Y[[0, 1, 2, 3], [1, 3, 7, 9]] = 1.0, -1.0, 1.0, -1.0
+
+
+def _bending(length: float, bend: float, shear: float, mass: float, rotary: float) -> tuple[FloatArray, ...]:
+    """(4, 4) stiffness, mass and rotation matrices of an element in one plane; the last is ∫ ψ ψᵀ dz."""
+    phi = 12.0 * bend / (shear * length**2)
+    node, weight = leggauss(4)
+    x = 0.5 * (node + 1.0)
+    deflection = np.array(
+        [
+            1.0 - 3.0 * x**2 + 2.0 * x**3 + phi * (1.0 - x),
+            length * (x - 2.0 * x**2 + x**3 + 0.5 * phi * (x - x**2)),
+            3.0 * x**2 - 2.0 * x**3 + phi * x,
+            length * (-(x**2) + x**3 - 0.5 * phi * (x - x**2)),
+        ]
+    ) / (1.0 + phi)
+    rotation = np.array(
+        [
+            6.0 * (x**2 - x) / length,
+            1.0 - 4.0 * x + 3.0 * x**2 + phi * (1.0 - x),
+            6.0 * (x - x**2) / length,
+            -2.0 * x + 3.0 * x**2 + phi * x,
+        ]
+    ) / (1.0 + phi)
+    curvature = np.array(
+        [6.0 * (2.0 * x - 1.0) / length, -4.0 + 6.0 * x - phi, 6.0 * (1.0 - 2.0 * x) / length, -2.0 + 6.0 * x + phi]
+    ) / ((1.0 + phi) * length)
+    # w′ − ψ is the same all along the element
+    slide = phi / (1.0 + phi) * np.array([-1.0 / length, -0.5, 1.0 / length, -0.5])
+    share = 0.5 * length * weight
+    turning = (rotation * share) @ rotation.T
+    stiffness = bend * (curvature * share) @ curvature.T + shear * length * np.outer(slide, slide)
+    return stiffness, mass * (deflection * share) @ deflection.T + rotary * turning, turning
+
+
+def _beam(shaft: Shaft, z: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Stiffness, mass and gyroscopic matrix per rad/s (6 n_node, 6 n_node) of the free shaft with its bodies."""
+    size = 6 * len(z)
+    stiffness, mass, spin = (np.zeros((size, size)) for _ in range(3))
+    for first, (a, b) in enumerate(pairwise(z)):
+        middle, length = 0.5 * (a + b), b - a
+        stretch, bend, twist, shear, heavy, rotary, polar = _section(
+            [segment for segment in shaft.segments if segment.start <= middle <= segment.end]
+        )
+        k, m, turning = _bending(length, bend, shear, heavy, rotary)
+        at = slice(6 * first, 6 * first + 12)
+        stiffness[at, at] += _IN_X.T @ k @ _IN_X + _IN_Y.T @ k @ _IN_Y
+        mass[at, at] += _IN_X.T @ m @ _IN_X + _IN_Y.T @ m @ _IN_Y
+        # θx is minus the slope in the plane z–y
+        spin[at, at] += polar * (_IN_X.T @ turning @ _IN_Y - _IN_Y.T @ turning @ _IN_X)
+        for own, along, per_length in ((2, stretch, heavy), (5, twist, polar)):
+            pair = np.ix_([6 * first + own, 6 * first + 6 + own], [6 * first + own, 6 * first + 6 + own])
+            stiffness[pair] += along / length * np.array([[1.0, -1.0], [-1.0, 1.0]])
+            mass[pair] += per_length * length / 6.0 * np.array([[2.0, 1.0], [1.0, 2.0]])
+    for body in shaft.bodies:
+        n = 6 * int(np.argmin(np.abs(z - body.z)))
+        mass[range(n, n + 6), range(n, n + 6)] += [
+            body.mass, body.mass, body.mass, body.transverse_inertia, body.transverse_inertia, body.polar_inertia,
+        ]  # fmt: skip
+        spin[n + 3, n + 4] += body.polar_inertia
+        spin[n + 4, n + 3] -= body.polar_inertia
+    n = 6 * int(np.argmin(np.abs(z - shaft.torque_plane)))
+    mass[n + 5, n + 5] += shaft.coupled_inertia
+    return stiffness, mass, spin
+
+
+def _rigid_motions(z: FloatArray, centre: float) -> FloatArray:
+    """(6 n_node, 5) translations of the shaft and tilts about its centre of mass."""
+    motions = np.zeros((len(z), 6, 5))
+    motions[:, range(5), range(5)] = 1.0
+    motions[:, 0, 4], motions[:, 1, 3] = z - centre, centre - z
+    return motions.reshape(-1, 5)

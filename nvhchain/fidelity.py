@@ -165,7 +165,9 @@ class HousingFidelity:
     element_size: m, quadratic tetrahedra.  mode_ratio: modes up to this multiple of the band's upper limit.
     elements_per_turn: around bores and other round edges.  elements_per_bending_wavelength: fewest that are accepted
     in the wall at the upper band limit.  samples_per_face: points per edge of a radiating face at which the motion of
-    the skin is collected.
+    the skin is collected.  voxels_per_face: of the grid in which the envelope of a foreign mesh is found, per edge of a
+    radiating face.  mapping_tolerance_db: dB by which the radiating faces may miss the sound power of the skin they
+    stand for before it is warned of.
     """
 
     element_size: float
@@ -173,6 +175,8 @@ class HousingFidelity:
     elements_per_turn: float = 16.0
     elements_per_bending_wavelength: float = 4.0
     samples_per_face: float = 6.0
+    voxels_per_face: float = 5.0
+    mapping_tolerance_db: float = 1.0
 
 
 @dataclass(frozen=True)

@@ -26,6 +26,12 @@ _DENSE = 400
 _ROUNDING = 4 * np.finfo(float).eps
 """Relative error of a stiffness entry that is a sum of some element contributions."""
 
+_DEPENDENT = 1e-12
+"""Eigenvalue of a scaled Gram matrix, relative, below which a direction is taken to depend on the others."""
+
+_STEEP = 1e-4
+"""The same below which a block is made orthogonal to the basis once more after it has been normalised."""
+
 _SHIFT = 0.1
 """Default shift in parts of f_max: K + (2π · 0.1 f_max)² M is positive definite for a free structure too."""
 
@@ -69,30 +75,29 @@ def modes_below(K: Any, M: Any, frequency: float) -> int:
 def _lanczos(
     M: Any, factor: Factor, shift: float, limit: float, expected: int, tolerance: float
 ) -> tuple[FloatArray, FloatArray]:
-    """The `expected` eigenpairs of (K, M) below `limit`; `factor` solves with K − shift·M."""
+    """The `expected` eigenpairs of (K, M) below `limit`; `factor` solves with K − shift·M.
+
+    Three-term recurrence, then a pass against the whole basis; M Q is kept with Q: two products with M per step.
+    """
     n = M.shape[0]
     capacity = min(n, 6 * expected + 12 * BLOCK)
     _check_memory(n, min(capacity, 4 * expected + 4 * BLOCK))
-    basis: list[FloatArray] = []
+    basis = np.empty((n, capacity + BLOCK), order="F")  # pages are taken as they are filled
     projected = np.zeros((capacity + BLOCK, capacity + BLOCK))
-    block = _orthonormal(np.random.default_rng(20).standard_normal((n, BLOCK)), M)[0]
-    size = 0
+    start = np.random.default_rng(20).standard_normal((n, BLOCK))
+    block, weighted, _ = _next_block(start, basis[:, :0], M)
+    first, size, coupling = 0, 0, np.empty((block.shape[1], 0))
     while True:
-        basis.append(block)
-        first, size = size, size + block.shape[1]
-        new = factor.solve(M @ block)
-        for _ in range(2):  # classical Gram–Schmidt, twice is enough
-            weighted = M @ new
-            row = 0
-            for old in basis:
-                part = old.T @ weighted
-                new -= old @ part
-                projected[row : row + old.shape[1], first:size] += part
-                row += old.shape[1]
-        block, coupling = _orthonormal(new, M)
-        projected[size : size + block.shape[1], first:size] = coupling
+        before, first, size = first, size, size + block.shape[1]
+        basis[:, first:size] = block
+        new = factor.solve(weighted)
+        diagonal = weighted.T @ new
+        new -= block @ diagonal
+        new -= basis[:, before:first] @ coupling.T
+        projected[first:size, first:size] = (diagonal + diagonal.T) / 2
+        block, weighted, coupling = _next_block(new, basis[:, :size], M)
         small = projected[:size, :size]
-        inverse, vectors = np.linalg.eigh((small + small.T) / 2)
+        inverse, vectors = np.linalg.eigh(small)  # reads the lower triangle
         inverse, vectors = inverse[::-1], vectors[:, ::-1]
         wanted = inverse * (limit - shift) >= 1.0
         found = int(wanted.sum())
@@ -108,25 +113,32 @@ def _lanczos(
                 f"{found} of {expected} modes converged in a Krylov space of {size}: "
                 "refine the tolerance or look for a badly scaled mass matrix"
             )
-    values = shift + 1 / inverse[:expected]
-    shapes = np.zeros((n, expected))
-    row = 0
-    for old in basis:
-        shapes += old @ vectors[row : row + old.shape[1], :expected]
-        row += old.shape[1]
-    return values, shapes
+        projected[size : size + block.shape[1], first:size] = coupling
+    return shift + 1 / inverse[:expected], basis[:, :size] @ vectors[:, :expected]
 
 
-def _orthonormal(block: FloatArray, M: Any) -> tuple[FloatArray, FloatArray]:
-    """M-orthonormal Q and R with block = Q R; dependent directions are left out of Q."""
-    scale = np.sqrt(np.einsum("ij,ij->j", block, M @ block))
-    gram = block.T @ (M @ block)
-    value, vector = np.linalg.eigh(gram / np.outer(scale, scale).clip(np.finfo(float).tiny))
-    keep = value > 1e-12 * max(value[-1], np.finfo(float).tiny)
-    Q = block @ (vector[:, keep] / np.sqrt(value[keep]) / scale[:, None])
-    again = Q.T @ (M @ Q)
-    Q = np.ascontiguousarray(scipy.linalg.solve_triangular(np.linalg.cholesky(again), Q.T, lower=True).T)
-    return Q, Q.T @ (M @ block)
+def _next_block(new: FloatArray, basis: FloatArray, M: Any) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """M-orthonormal Q, orthogonal to the basis too, M Q, and R with new = Q R + what lies in the basis.
+
+    Directions that depend on others are left out of Q.
+    """
+    weighted = M @ new
+    new = new - basis @ (basis.T @ weighted)
+    gram = new.T @ weighted
+    scale = np.sqrt(gram.diagonal().clip(np.finfo(float).tiny))
+    value, vector = np.linalg.eigh(gram / np.outer(scale, scale))
+    keep = value > _DEPENDENT * max(value[-1], np.finfo(float).tiny)
+    Q = new @ (vector[:, keep] / np.sqrt(value[keep]) / scale[:, None])
+    R = (vector[:, keep] * np.sqrt(value[keep])).T * scale
+    weighted = M @ Q
+    if value[0] < _STEEP * value[-1]:
+        # what of the basis was left by rounding has been enlarged with the directions nearly lost
+        inside = basis.T @ weighted
+        Q -= basis @ inside
+        weighted = M @ Q
+    lower = np.linalg.cholesky(Q.T @ weighted)
+    normalise = scipy.linalg.solve_triangular(lower, np.eye(len(lower)), lower=True).T
+    return Q @ normalise, weighted @ normalise, lower.T @ R
 
 
 def _check_memory(unknowns: int, vectors: int) -> None:

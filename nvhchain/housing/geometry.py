@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any
@@ -154,6 +155,11 @@ def _boss(casting: Casting, bore: Bore) -> Solid:
     return _cylinder(bore.centre, low, high, bore.radius + casting.boss_thickness)
 
 
+def _first_outside(border: tuple[Arc, ...], path: FloatArray) -> int:
+    """Index of the first point of a straight `path` (k, 2) m that lies outside the convex border; 0: there is none."""
+    return bisect_left(range(len(path)), True, key=lambda i: bool(inside(border, path[i])[0] < 0)) % len(path)
+
+
 def _end_ribs(casting: Casting, bores: Sequence[Bore]) -> list[Solid]:
     """Ribs on the outside of an end wall: from boss to boss, and spokes from each boss to the side wall."""
     if casting.rib_height == 0 or not bores:
@@ -176,7 +182,7 @@ def _end_ribs(casting: Casting, bores: Sequence[Bore]) -> list[Solid]:
             along = np.array([np.cos(angle), np.sin(angle)])
             distance = np.arange(reach, 2.0, 1e-3)
             path = np.array(bore.centre[:2]) + distance[:, None] * along
-            length = distance[np.argmax(inside(border, path) < 0)]
+            length = distance[_first_outside(border, path)]
             end = np.array(bore.centre[:2]) + length * along
             nearest = np.linalg.norm(path[distance < length][:, None] - axes, axis=2).argmin(axis=1)
             # a spoke that leaves the region around its own boss would cross a neighbour's ribs at a sharp angle

@@ -1,0 +1,26 @@
+"""Speed for accuracy, measured: every knob of fidelity.py alone and the presets, and the cheapest that suffice."""
+
+from nvhchain.tradeoff.deviation import Deviation, deviation, deviation_in_time
+from nvhchain.tradeoff.files import save_tradeoff
+from nvhchain.tradeoff.knobs import KNOBS, NOT_SWEPT, Knob, knobs_of, variants
+from nvhchain.tradeoff.sweep import Measurement, Tradeoff, tradeoff
+from nvhchain.tradeoff.table import as_json, comma_separated, from_json, markdown
+
+__all__ = [
+    "KNOBS",
+    "NOT_SWEPT",
+    "Deviation",
+    "Knob",
+    "Measurement",
+    "Tradeoff",
+    "as_json",
+    "comma_separated",
+    "deviation",
+    "deviation_in_time",
+    "from_json",
+    "knobs_of",
+    "markdown",
+    "save_tradeoff",
+    "tradeoff",
+    "variants",
+]

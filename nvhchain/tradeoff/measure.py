@@ -1,0 +1,153 @@
+"""Seconds and peak memory of every stage of a run, measured from outside; a stage found on disk costs what it did."""
+
+from __future__ import annotations
+
+import json
+import os
+import pickle
+import select
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import psutil
+
+from nvhchain.case import Case
+from nvhchain.errors import SolverError
+from nvhchain.fidelity import Fidelity
+from nvhchain.resume import Watcher
+from nvhchain.tradeoff.files import write_whole
+
+_SAMPLING = 0.02
+"""s between two looks at the memory of the run."""
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Of one stage.  seconds: wall time.  megabytes: peak resident memory of the process and its children."""
+
+    seconds: float
+    megabytes: float
+
+
+@dataclass
+class Ledger:
+    """Costs of finished stages by the key under which the shelf has them, kept in `file`."""
+
+    file: Path
+    costs: dict[str, Cost] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if self.file.exists():
+            self.costs = {key: Cost(*cost) for key, cost in json.loads(self.file.read_text()).items()}
+
+    def enter(self, key: str, cost: Cost) -> None:
+        """Keep a cost, on disk at once."""
+        self.costs[key] = cost
+        rows = {key: (cost.seconds, cost.megabytes) for key, cost in self.costs.items()}
+        write_whole(self.file, json.dumps(rows))
+
+
+@dataclass(frozen=True)
+class Run:
+    """What a measured run took.  stages: name → cost.  refused: why there is no result, or None."""
+
+    stages: dict[str, Cost]
+    refused: str | None = None
+
+    @property
+    def seconds(self) -> float:
+        """Of all stages together, had none been found."""
+        return sum(cost.seconds for cost in self.stages.values())
+
+    @property
+    def megabytes(self) -> float:
+        """Of the stage that needs most."""
+        return max((cost.megabytes for cost in self.stages.values()), default=0.0)
+
+
+def measured_run(
+    case: Case, fidelity: Fidelity, *, out: Path, operators: Path, ledger: Ledger, watcher: Watcher
+) -> Run:
+    """Run `case` in a process of its own, its hand-offs in `out` and `operators`; what is there is found.
+
+    A refusal of the chain, or of the system (killed for its memory), is a result: `Run.refused`.  Raises SolverError
+    where the run fails otherwise.
+    """
+    for folder in (out, operators):
+        folder.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryFile() as arguments, tempfile.TemporaryFile() as errors:
+        pickle.dump((case, fidelity, out, operators), arguments)
+        arguments.seek(0)
+        reader, writer = os.pipe()
+        command = [sys.executable, "-m", "nvhchain.tradeoff.worker", str(writer)]
+        process = subprocess.Popen(
+            command, stdin=arguments, stdout=subprocess.DEVNULL, stderr=errors, pass_fds=[writer]
+        )
+        os.close(writer)
+        try:
+            run = _followed(reader, process, ledger, watcher)
+        except BaseException:
+            process.kill()
+            raise
+        finally:
+            os.close(reader)
+            process.wait()
+        if run is None and process.returncode < 0:
+            run = Run({}, f"killed by signal {-process.returncode}")
+        if run is None:
+            errors.seek(0)
+            lines = errors.read().decode(errors="replace").strip().splitlines() or ["no message"]
+            raise SolverError(
+                f"{case.name} at {fidelity.name}: the run failed with code {process.returncode}: {lines[-1]}"
+            )
+    return run
+
+
+def _followed(reader: int, process: subprocess.Popen[bytes], ledger: Ledger, watcher: Watcher) -> Run | None:
+    """Listen to a run until its pipe closes; None if it never said how it ended."""
+    peak, run = 0.0, None
+    for event in _events(reader):
+        peak = max(peak, _resident(process.pid))
+        if event is None:
+            continue
+        if event["event"] == "begin":
+            peak = _resident(process.pid)
+            watcher.begin(event["stage"])
+        elif event["event"] == "end":
+            ledger.enter(event["key"], Cost(event["seconds"], peak))
+            watcher.end(event["stage"], "computed")
+        elif event["event"] == "refused":
+            run = Run({}, event["reason"])
+        else:
+            run = Run({stage: ledger.costs[key] for stage, key in event["stages"] if key in ledger.costs})
+    return run
+
+
+def _events(reader: int) -> Iterator[dict[str, Any] | None]:
+    """What the run tells, and None whenever it tells nothing for a while."""
+    rest = b""
+    while True:
+        if not select.select([reader], [], [], _SAMPLING)[0]:
+            yield None
+            continue
+        piece = os.read(reader, 65536)
+        if not piece:
+            return
+        *lines, rest = (rest + piece).split(b"\n")
+        for line in lines:
+            yield json.loads(line)
+
+
+def _resident(pid: int) -> float:
+    """MB of resident memory of a process and its children; 0 when it is gone."""
+    try:
+        process = psutil.Process(pid)
+        family = [process, *process.children(recursive=True)]
+        return sum(member.memory_info().rss for member in family) / 1e6
+    except psutil.NoSuchProcess:
+        return 0.0

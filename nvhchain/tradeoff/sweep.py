@@ -1,0 +1,169 @@
+"""Every knob turned alone, and the presets: what each saves and what it costs in accuracy, measured."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from nvhchain import store
+from nvhchain.case import Case, GearboxCase
+from nvhchain.conventions import Progress
+from nvhchain.errors import require
+from nvhchain.fidelity import REFERENCE, Fidelity
+from nvhchain.handoff import FieldPressure, PressureHistory
+from nvhchain.resume import Unwatched, Watcher, code_version, fingerprint
+from nvhchain.tradeoff.deviation import Deviation, deviation, deviation_in_time
+from nvhchain.tradeoff.files import write_whole
+from nvhchain.tradeoff.knobs import STAGES, variants
+from nvhchain.tradeoff.measure import Cost, Ledger, Run, measured_run
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """One row: a knob at a value, the rest at the base.
+
+    knob: as in `gear.slices`, or `preset`, or `base`.  stages: cost of every stage, found or computed.
+    deviation: from the base, None where the run was refused or is the base.  refused: why.
+    """
+
+    knob: str
+    value: str
+    stages: dict[str, Cost]
+    deviation: Deviation | None
+    refused: str | None = None
+
+    @property
+    def seconds(self) -> float:
+        """Of a run in which nothing is found."""
+        return sum(cost.seconds for cost in self.stages.values())
+
+    @property
+    def megabytes(self) -> float:
+        """Of the stage that needs most."""
+        return max((cost.megabytes for cost in self.stages.values()), default=0.0)
+
+
+@dataclass(frozen=True)
+class Tradeoff:
+    """All rows of a sweep, the base first.  case, base: names."""
+
+    case: str
+    base: str
+    measurements: tuple[Measurement, ...]
+
+
+def tradeoff(
+    case: Case,
+    *,
+    out: str | Path,
+    fidelity: Fidelity = REFERENCE,
+    knobs: Sequence[str] | None = None,
+    progress: Progress | None = None,
+    watcher: Watcher | None = None,
+) -> Tradeoff:
+    """Sweep knobs of fidelity.py one by one with the rest at `fidelity`, and the presets; errors against `fidelity`.
+
+    knobs: names as in `gear.slices`, of stages, or `preset`; None: all that a run of `case` looks at.
+    out: folder of the measurements; a sweep that was interrupted goes on where it was, and operators that a variant
+    leaves unchanged are found there.  progress: is told the variants done; watcher: the stages of each.
+    Every run has a process of its own.  A variant that the chain refuses is a row with its reason.
+
+    Raises InputError for an unknown knob, a case without sound pressure, or a base that is refused; SolverError where
+    a run dies.
+    """
+    require(
+        "pressure" in case.quantities,
+        f"{case.name} asks for {', '.join(case.quantities)}: errors are those of the sound pressure; ask for it",
+    )
+    out, report = Path(out), progress or (lambda done, total: None)
+    todo = variants(case, fidelity, knobs)
+    sweep = _Sweep(case, fidelity, out, watcher or Unwatched())
+    report(0, len(todo) + 1)
+    rows = [sweep.base()]
+    for done, (knob, value, variant) in enumerate(todo):
+        report(done + 1, len(todo) + 1)
+        rows.append(sweep.row(knob, value, variant))
+    report(len(todo) + 1, len(todo) + 1)
+    return Tradeoff(case.name, fidelity.name, tuple(rows))
+
+
+class _Sweep:
+    """The folder of a sweep: operators, the base's spine, costs and rows."""
+
+    def __init__(self, case: Case, fidelity: Fidelity, out: Path, watcher: Watcher) -> None:
+        out.mkdir(parents=True, exist_ok=True)
+        self._case, self._fidelity, self._out, self._watcher = case, fidelity, out, watcher
+        self._ledger = Ledger(out / "costs.json")
+        self._spine = out / f"base-{_identity(case, fidelity)[:10]}"
+
+    def base(self) -> Measurement:
+        """Row of the yardstick, its spine kept."""
+        run = self._run(self._fidelity, self._spine)
+        require(run.refused is None, f"the base {self._fidelity.name} is refused: {run.refused}")
+        return Measurement("base", self._fidelity.name, run.stages, None)
+
+    def row(self, knob: str, value: str, variant: Fidelity) -> Measurement:
+        """Row of a variant: the kept one, or measured now."""
+        kept = self._out / "rows" / f"{fingerprint(_identity(self._case, self._fidelity), knob, value)[:16]}.json"
+        identity = _identity(self._case, variant)
+        if kept.exists():
+            record = json.loads(kept.read_text())
+            if record["identity"] == identity:
+                return measurement(record)
+        made = self._measure(knob, value, variant)
+        kept.parent.mkdir(exist_ok=True)
+        write_whole(kept, json.dumps({"identity": identity, **asdict(made)}))
+        return made
+
+    def _measure(self, knob: str, value: str, variant: Fidelity) -> Measurement:
+        spine = self._out / "variant"
+        shutil.rmtree(spine, ignore_errors=True)
+        spine.mkdir()
+        for file in self._spine.glob("*.h5"):  # what the variant leaves unchanged is found by its key
+            os.link(file, spine / file.name)
+        try:
+            run = self._run(variant, spine)
+            error = None if run.refused else _deviation(self._case, spine, self._spine)
+        finally:
+            shutil.rmtree(spine, ignore_errors=True)
+        return Measurement(knob, value, run.stages, error, run.refused)
+
+    def _run(self, fidelity: Fidelity, spine: Path) -> Run:
+        return measured_run(
+            self._case,
+            fidelity,
+            out=spine,
+            operators=self._out / "operators",
+            ledger=self._ledger,
+            watcher=self._watcher,
+        )
+
+
+def _identity(case: Case, fidelity: Fidelity) -> str:
+    """Of a run: case, knobs and code, not the names of presets."""
+    versions = [code_version(package) for package in (*STAGES, "spectrum")]
+    return fingerprint(case, *(getattr(fidelity, stage) for stage in STAGES), *versions)
+
+
+def _deviation(case: Case, spine: Path, base: Path) -> Deviation:
+    if (base / "pressure_history.h5").exists():
+        histories = [store.load(folder / "pressure_history.h5", PressureHistory) for folder in (spine, base)]
+        return deviation_in_time(*histories)
+    orders = [float(order) for order in case.mesh_orders.values()] if isinstance(case, GearboxCase) else []
+    pressures = [store.load(folder / "pressure.h5", FieldPressure) for folder in (spine, base)]
+    return deviation(pressures[0], pressures[1], orders)
+
+
+def measurement(record: dict[str, Any]) -> Measurement:
+    """A row from what `dataclasses.asdict` and JSON made of it."""
+    error = record["deviation"]
+    if error is not None:
+        orders = {float(order): value for order, value in error["orders"].items()}
+        error = Deviation(error["overall"], error["worst_line"], error["worst_frequency"], orders)
+    stages = {name: Cost(**cost) for name, cost in record["stages"].items()}
+    return Measurement(record["knob"], record["value"], stages, error, record["refused"])

@@ -1,0 +1,92 @@
+"""Tables of a sweep: Markdown to read, CSV with every mesh order, JSON for the planner."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from collections.abc import Iterable
+from dataclasses import asdict
+from pathlib import Path
+
+from nvhchain.errors import FileFormatError
+from nvhchain.tradeoff.sweep import Measurement, Tradeoff, measurement
+
+_HEADINGS = ("knob", "value", "s", "peak MB", "dB(A)", "worst mesh harmonic / dB", "worst line / dB")
+
+
+def markdown(sweep: Tradeoff) -> str:
+    """A table for docs/measured: one row per variant, errors against the base."""
+    lines = ["| " + " | ".join(_HEADINGS) + " |", "|---|---|---:|---:|---:|---:|---:|"]
+    lines += ["| " + " | ".join(_row(sweep, item)) + " |" for item in sweep.measurements]
+    return "\n".join(lines) + "\n"
+
+
+def comma_separated(sweep: Tradeoff) -> str:
+    """CSV: seconds and MB of every stage, errors overall, at the worst line and of every mesh harmonic."""
+    stages = _union(item.stages for item in sweep.measurements)
+    orders = sorted(_union(item.deviation.orders for item in sweep.measurements if item.deviation))
+    head = ["knob", "value", "seconds", "megabytes"]
+    head += [f"{stage} {unit}" for stage in stages for unit in ("s", "MB")]
+    head += ["overall dB(A)", "worst line dB", "worst line Hz", *(f"order {order:g} dB" for order in orders), "refused"]
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(head)
+    for item in sweep.measurements:
+        costs = [item.stages.get(stage) for stage in stages]
+        row: list[object] = [item.knob, item.value, item.seconds, item.megabytes]
+        row += [figure for cost in costs for figure in ((cost.seconds, cost.megabytes) if cost else ("", ""))]
+        error = item.deviation
+        row += [error.overall, error.worst_line, error.worst_frequency] if error else ["", "", ""]
+        row += [error.orders.get(order, "") if error else "" for order in orders]
+        writer.writerow([*row, item.refused or ""])
+    return text.getvalue()
+
+
+def as_json(sweep: Tradeoff) -> str:
+    """Everything that was measured; `from_json` reads it."""
+    return json.dumps(asdict(sweep), indent=1) + "\n"
+
+
+def from_json(path: str | Path) -> Tradeoff:
+    """A sweep that `as_json` wrote.  Raises FileFormatError for a file that is missing or something else."""
+    path = Path(path)
+    if not path.is_file():
+        raise FileFormatError(f"{path}: no such file: measure it with `nvhchain tradeoff`")
+    try:
+        record = json.loads(path.read_text())
+        rows = tuple(measurement(row) for row in record["measurements"])
+        return Tradeoff(record["case"], record["base"], rows)
+    except (json.JSONDecodeError, KeyError, TypeError) as error:
+        raise FileFormatError(
+            f"{path}: not the table of a sweep ({error}): measure it with `nvhchain tradeoff`"
+        ) from None
+
+
+def _row(sweep: Tradeoff, item: Measurement) -> list[str]:
+    cost = [f"{item.seconds:.3g}", f"{item.megabytes:.0f}"]
+    if item.refused:
+        return [item.knob, item.value, *cost, f"refused: {item.refused}", "", ""]
+    error = item.deviation
+    if error is None:
+        return [item.knob, item.value, *cost, "", "", ""]
+    order = max(error.orders, key=lambda order: abs(error.orders[order])) if error.orders else None
+    harmonic = f"{_db(error.orders[order])} (order {order:g})" if order is not None else ""
+    return [
+        item.knob,
+        item.value,
+        *cost,
+        _db(error.overall),
+        harmonic,
+        f"{_db(error.worst_line)} ({error.worst_frequency:.4g} Hz)",
+    ]
+
+
+def _db(value: float) -> str:
+    """Errors below a thousandth of a decibel are none."""
+    return f"{value:+.3f}" if abs(value) >= 5e-4 else "0"
+
+
+def _union(groups: Iterable[Iterable[object]]) -> list:
+    """Members of all groups, each once, in the order of their first appearance."""
+    return list(dict.fromkeys(member for group in groups for member in group))

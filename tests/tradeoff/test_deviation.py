@@ -1,0 +1,60 @@
+"""Errors between two pressures that are known beforehand."""
+
+import numpy as np
+import pytest
+
+from nvhchain.errors import InputError
+from nvhchain.handoff import FieldPressure, PressureHistory
+from nvhchain.tradeoff import deviation, deviation_in_time
+
+POINTS = np.array([[0.0, 0, 1], [1.0, 0, 0]])
+TURNS = 30.0  # per second
+
+
+def pressure(amplitude, lines=None):
+    lines = TURNS * np.arange(1, len(amplitude) + 1) if lines is None else lines
+    return FieldPressure(lines, POINTS, np.array(amplitude, dtype=complex), input_speed=2 * np.pi * TURNS)
+
+
+def test_half_a_decibel_everywhere_is_half_a_decibel_overall_per_order_and_at_the_worst_line():
+    true = np.ones((40, 2))
+    found = deviation(pressure(10 ** (0.5 / 20) * true), pressure(true), [20.0])
+    assert found.overall == pytest.approx(0.5)
+    assert found.worst_line == pytest.approx(0.5)
+    assert found.orders == pytest.approx({20.0: 0.5, 40.0: 0.5})
+
+
+def test_the_worst_line_is_the_worst_within_forty_decibels_of_its_own_point_with_its_sign():
+    true, changed = np.ones((40, 2)), np.ones((40, 2))
+    true[6, 1], changed[6, 1] = 0.011, 0.0055  # 39 dB below the point's strongest
+    true[8, 0], changed[8, 0] = 0.009, 0.0009  # 41 dB below
+    found = deviation(pressure(changed), pressure(true), [20.0])
+    assert found.worst_line == pytest.approx(-6.02, abs=0.01)
+    assert found.worst_frequency == pytest.approx(7 * TURNS)
+    assert found.worst_order == pytest.approx(0.0, abs=1e-9)
+
+
+def test_lines_that_are_missing_count_as_silent():
+    true = np.ones((4, 2))
+    found = deviation(pressure(true[:3]), pressure(true))
+    assert found.worst_line < -1000
+    assert found.worst_frequency == pytest.approx(4 * TURNS)
+
+
+def test_other_field_points_are_refused():
+    moved = FieldPressure([100.0], POINTS + 0.1, np.ones((1, 2)))
+    with pytest.raises(InputError, match="compare the same points"):
+        deviation(moved, FieldPressure([100.0], POINTS, np.ones((1, 2))))
+
+
+def test_a_run_up_twice_as_loud_in_one_twentieth_is_six_decibels_off_there():
+    time = np.arange(40_000) / 20_000
+    tone = np.sin(2 * np.pi * 1000 * time)[:, None] * np.ones((1, 2))
+    louder = tone * np.where((time >= 0.5) & (time < 0.6), 2.0, 1.0)[:, None]
+    speed = 2 * np.pi * np.linspace(0, 40, len(time))
+    histories = [PressureHistory(time, POINTS, signal, speed) for signal in (louder, tone)]
+    found = deviation_in_time(*histories)
+    assert found.worst_line == pytest.approx(6.02, abs=0.01)
+    assert found.worst_frequency == pytest.approx(11.0, abs=0.1)
+    assert found.overall == pytest.approx(10 * np.log10(1 + 3 / 20), abs=0.01)
+    assert found.orders == {}

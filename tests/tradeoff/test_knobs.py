@@ -1,0 +1,65 @@
+"""Every accuracy knob is swept or is left out with a reason, and turning one leaves the others alone."""
+
+from dataclasses import asdict, fields, replace
+
+import pytest
+
+from nvhchain.errors import InputError
+from nvhchain.fidelity import DRAFT, REFERENCE, STANDARD
+from nvhchain.tradeoff import KNOBS, NOT_SWEPT, knobs_of, variants
+
+STAGES = ("gear", "dynamics", "housing", "acoustics")
+
+
+def test_every_field_of_every_stage_is_swept_or_left_out_with_a_reason():
+    swept = {f"{knob.stage}.{field}" for knob in KNOBS for field in knob.fields}
+    every = {f"{stage}.{field.name}" for stage in STAGES for field in fields(getattr(REFERENCE, stage))}
+    assert swept | set(NOT_SWEPT) == every
+    assert all(NOT_SWEPT.values())
+    assert not swept & set(NOT_SWEPT)
+
+
+@pytest.mark.parametrize("knob", KNOBS, ids=lambda knob: knob.name)
+def test_a_knob_changes_its_own_fields_and_no_others_and_each_setting_is_valid(knob):
+    base = asdict(REFERENCE)
+    for value in knob.values:
+        turned = knob.turned(REFERENCE, value)
+        changed = {
+            f"{stage}.{name}"
+            for stage in STAGES
+            for name, setting in asdict(turned)[stage].items()
+            if setting != base[stage][name]
+        }
+        assert changed <= {f"{knob.stage}.{field}" for field in knob.fields}
+        assert knob.at(turned) == value
+        assert bool(changed) == (value != knob.at(REFERENCE))
+
+
+def test_variants_leave_out_the_base_and_end_with_the_other_presets(sphere, gearbox):
+    for case in (sphere, gearbox):
+        made = variants(case, STANDARD)
+        assert [row[1] for row in made if row[0] == "preset"] == ["draft", "reference"]
+        assert all(asdict(fidelity) | {"name": ""} != asdict(STANDARD) | {"name": ""} for _, _, fidelity in made)
+        assert len({(knob, value) for knob, value, _ in made}) == len(made)
+    mine = variants(sphere, replace(DRAFT, name="mine"), ["acoustics.precision", "preset"])
+    assert [row[:2] for row in mine] == [
+        ("acoustics.precision", "single"),
+        ("preset", "standard"),
+        ("preset", "reference"),
+    ]
+    assert [row[0] for row in variants(sphere, DRAFT, ["acoustics.precision"])] == ["acoustics.precision"]
+
+
+def test_a_radiator_turns_acoustics_only_and_a_steady_gearbox_nothing_of_the_run_up(sphere, gearbox):
+    assert {knob.stage for knob in knobs_of(sphere)} == {"acoustics"}
+    assert {knob.stage for knob in knobs_of(gearbox)} == set(STAGES)
+    assert not any(knob.run_up for knob in knobs_of(gearbox))
+
+
+def test_knobs_are_chosen_by_knob_field_or_stage_and_unknown_names_are_refused(gearbox):
+    assert [knob.name for knob in knobs_of(gearbox, ["gear.slices"])] == ["gear.slices"]
+    joint = knobs_of(gearbox, ["acoustics.close_orders"])
+    assert [knob.name for knob in joint] == ["acoustics.close_distances+close_orders"]
+    assert {knob.stage for knob in knobs_of(gearbox, ["housing"])} == {"housing"}
+    with pytest.raises(InputError, match=r"knob 'gear.sliecs' is unknown"):
+        knobs_of(gearbox, ["gear.sliecs"])

@@ -1,0 +1,140 @@
+"""A sweep on a small body: rows, costs, resumption, and that what a knob leaves alone is not computed again."""
+
+import csv
+import io
+import json
+from dataclasses import replace
+
+import pytest
+
+import nvhchain as nvh
+from nvhchain.errors import InputError
+from nvhchain.tradeoff import Knob, comma_separated, from_json, markdown, save_tradeoff, tradeoff
+from nvhchain.tradeoff import knobs as catalogue
+from nvhchain.tradeoff import sweep as sweeping
+
+KNOBS = ["acoustics.precision", "acoustics.radiation"]
+
+
+class Record:
+    def __init__(self):
+        self.computed = []
+
+    def begin(self, stage):
+        self.computed.append(stage)
+
+    def step(self, stage, done, total):
+        pass
+
+    def end(self, stage, how):
+        pass
+
+
+@pytest.fixture(scope="module")
+def swept(sphere, tmp_path_factory):
+    """(folder, sweep, record)."""
+    out, record = tmp_path_factory.mktemp("sweep"), Record()
+    return out, tradeoff(sphere, out=out, fidelity=nvh.DRAFT, knobs=KNOBS, watcher=record), record
+
+
+def test_rows_are_the_base_and_every_value(swept):
+    rows = [(row.knob, row.value) for row in swept[1].measurements]
+    assert rows == [
+        ("base", "draft"),
+        ("acoustics.radiation", "equivalent_radiated_power"),
+        ("acoustics.radiation", "rayleigh"),
+        ("acoustics.precision", "single"),
+    ]
+
+
+def test_every_row_has_time_and_memory_of_all_stages_and_the_base_no_error(swept):
+    for row in swept[1].measurements:
+        assert {"pressure"} <= set(row.stages) <= {"transfer_vectors", "pressure"}
+        assert row.seconds > 0
+        assert 100 < row.megabytes < 3000
+        assert (row.deviation is None) == (row.knob == "base")
+
+
+def test_single_precision_is_inaudible_and_levels_without_boundary_elements_are_not(swept):
+    error = {row.value: abs(row.deviation.worst_line) for row in swept[1].measurements[1:]}
+    assert error["single"] < 0.01
+    assert error["rayleigh"] > 1.0
+    assert error["equivalent_radiated_power"] > 1.0
+
+
+def test_a_second_sweep_computes_nothing_and_says_the_same(swept, sphere):
+    out, first, _ = swept
+    record = Record()
+    second = tradeoff(sphere, out=out, fidelity=nvh.DRAFT, knobs=KNOBS, watcher=record)
+    assert record.computed == []
+    assert second == first
+
+
+def test_an_interrupted_sweep_goes_on_where_it_was(sphere, tmp_path):
+    class Interrupt(Record):
+        def begin(self, stage):
+            super().begin(stage)
+            if len(self.computed) == 4:  # pressure of the variant, its transfer vectors are made
+                raise KeyboardInterrupt
+
+    knobs = ["acoustics.precision"]
+    first, second = Interrupt(), Record()
+    with pytest.raises(KeyboardInterrupt):
+        tradeoff(sphere, out=tmp_path, fidelity=nvh.DRAFT, knobs=knobs, watcher=first)
+    sweep = tradeoff(sphere, out=tmp_path, fidelity=nvh.DRAFT, knobs=knobs, watcher=second)
+    assert first.computed == ["transfer_vectors", "pressure"] * 2
+    assert second.computed == ["pressure"]
+    assert set(sweep.measurements[1].stages) == {"transfer_vectors", "pressure"}
+
+
+def test_rows_of_other_code_are_measured_again(swept, sphere, monkeypatch):
+    monkeypatch.setattr(sweeping, "code_version", lambda package: f"other {package}")
+    record = Record()
+    tradeoff(sphere, out=swept[0], fidelity=nvh.DRAFT, knobs=["acoustics.precision"], watcher=record)
+    assert record.computed == ["pressure", "pressure"]  # operators are found: the shelf knows the true version
+
+
+def test_a_gear_knob_recomputes_no_housing_and_no_transfer_vectors(gearbox, tiny, tmp_path):
+    record = Record()
+    sweep = tradeoff(gearbox, out=tmp_path, fidelity=tiny, knobs=["gear.slices"], watcher=record)
+    assert [(row.knob, row.value) for row in sweep.measurements[1:]] == [
+        ("gear.slices", "8"),
+        ("gear.slices", "16"),
+    ]
+    assert record.computed.count("housing") == record.computed.count("transfer_vectors") == 1
+    assert record.computed.count("mesh_law_stage") == record.computed.count("bearing_forces") == 3
+    for row in sweep.measurements:
+        assert row.stages["housing"] == sweep.measurements[0].stages["housing"]
+    errors = [abs(row.deviation.worst_order) for row in sweep.measurements[1:]]
+    assert 20.0 in sweep.measurements[1].deviation.orders
+    assert errors[0] > 0.01
+
+
+def test_a_variant_that_the_chain_refuses_is_a_row_with_its_reason(sphere, tmp_path, monkeypatch):
+    monkeypatch.setattr(catalogue, "KNOBS", (Knob("acoustics", ("master_tolerance_db",), ((0.1,),)),))
+    few = replace(nvh.DRAFT, acoustics=replace(nvh.DRAFT.acoustics, masters=9))
+    sweep = tradeoff(sphere, out=tmp_path, fidelity=few, knobs=["acoustics.master_tolerance_db"])
+    refused = [row for row in sweep.measurements if row.refused]
+    assert [row.value for row in refused] == ["0.1"]
+    assert "master_tolerance_db" in refused[0].refused
+    assert "refused" in markdown(sweep)
+
+
+def test_a_case_without_pressure_has_no_error_to_measure(gearbox, tmp_path):
+    forces = replace(gearbox, quantities=("bearing_forces",))
+    with pytest.raises(InputError, match="errors are those of the sound pressure"):
+        tradeoff(forces, out=tmp_path, knobs=["gear.slices"])
+
+
+def test_tables_and_figure_hold_every_row(swept, tmp_path):
+    _, sweep, _ = swept
+    save_tradeoff(sweep, tmp_path)
+    assert (tmp_path / "tradeoff.md").read_text().count("\n") == 2 + len(sweep.measurements)
+    rows = list(csv.DictReader(io.StringIO(comma_separated(sweep))))
+    assert [row["value"] for row in rows] == [row.value for row in sweep.measurements]
+    assert float(rows[3]["worst line dB"]) == sweep.measurements[3].deviation.worst_line
+    assert from_json(tmp_path / "tradeoff.json") == sweep
+    assert (tmp_path / "tradeoff.png").stat().st_size > 20_000
+    (tmp_path / "tradeoff.json").write_text(json.dumps({"case": 1}))
+    with pytest.raises(InputError, match="not the table of a sweep"):
+        from_json(tmp_path / "tradeoff.json")

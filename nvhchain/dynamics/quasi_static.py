@@ -17,6 +17,8 @@ from nvhchain.handoff import FloatArray, IntArray, MeshLaw, ReducedHousing
 
 STIFF = 1e8
 """N/m: a mesh, for the size of a residual."""
+SMALL = 1e-5
+"""m: deflection of a mesh, likewise."""
 RESIDUAL = 1e-11
 """Of the loads, at which points across the faces are in balance: rounding."""
 ROUNDS = 60
@@ -102,7 +104,7 @@ def _settled(
         return assembly.stiffness @ x + contact.T @ force - load, slope
 
     residual, slope = balance(position)
-    tolerance = RESIDUAL * max(float(np.linalg.norm(load / size)), float(np.linalg.norm(residual / size)))
+    tolerance = RESIDUAL * max(float(np.linalg.norm(load / size)), np.sqrt(STIFF) * SMALL)
     for _ in range(ROUNDS):
         if float(np.linalg.norm(residual / size)) <= tolerance:
             return position

@@ -70,7 +70,8 @@ def elastic_shaft(
     shapes = np.hstack([shapes[:, :kept], shapes[:, kept:] @ residual])
     rigid = _rigid_motions(z, shaft.inertia().z)
     moving = np.hstack([rigid, shapes])
-    return ElasticShaft(squared, z, shapes.reshape(len(z), 6, -1), moving.T @ spin @ moving)
+    turning = moving.T @ spin @ moving
+    return ElasticShaft(squared, z, shapes.reshape(len(z), 6, -1), 0.5 * (turning - turning.T))
 
 
 def _residual_vectors(squared: FloatArray, share: FloatArray) -> tuple[FloatArray, FloatArray]:

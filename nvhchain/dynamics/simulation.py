@@ -229,7 +229,7 @@ def advance(
     from nvhchain.dynamics._march import march  # compiles, or reads its cache, when first needed
 
     rows, mesh = model.table.rows, model.assembly.mesh
-    position = np.mod(phases if len(mesh) == phases.shape[1] else phases[:, mesh], 1.0) * rows
+    position = np.mod(phases if len(mesh) == phases.shape[1] else np.take(phases, mesh, axis=1), 1.0) * rows
     position[position >= rows] = 0.0  # 1 − ε rounds up to a whole period
     n_step = len(position)
     states = np.empty((-(-n_step // stride), len(motion.state)))

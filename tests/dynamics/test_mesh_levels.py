@@ -39,8 +39,8 @@ def _pair(make_laws):
     return list(forces), list(laws)
 
 
-def _histories(gearbox, laws, housing, forces, level, torque=250.0, kick=0.0, steps=1500, step=1e-5):
-    fidelity = DynamicsFidelity(step, mesh_level=level, contact_residual=1e-11)
+def _histories(gearbox, laws, housing, forces, level, torque=250.0, kick=0.0, steps=1500, step=1e-5, **changes):
+    fidelity = DynamicsFidelity(step, mesh_level=level, contact_residual=1e-11, **changes)
     model = simulation(
         gearbox, laws, housing, input_torque=torque, time_step=step, fidelity=fidelity, contact_forces=forces
     )
@@ -97,6 +97,53 @@ def test_small_motion_about_the_nominal_load_needs_the_tangent_only(make_gearbox
     stiffness, _ = _histories(gearbox, laws, None, None, "stiffness", torque=40.0, kick=4.0)
     assert (deflection[:, 0::2] < -10e-6).any()
     assert np.abs(table - stiffness).max() > 0.2 * np.abs(table).max()
+
+
+@pytest.mark.parametrize("force", [8000.0, -8000.0])
+def test_tangents_with_a_gap_carry_on_both_sides_of_it_and_nothing_within(make_law, force):
+    """Each row: the tangent at ±F beyond its own end of the gap, 0 between, off by less than a quarter of a cell."""
+    _, law = _hertzian(make_law(0))
+    cells = 32
+    few = slice(None, None, 16)
+    law = law.replace(angle=law.angle[few], force=law.force[few])
+    gap, line, other = tangent_law(law, force, cells), tangent_law(law, force), tangent_law(law, -force)
+    for i in range(6):
+        slope = np.diff(line.force[i]) / np.diff(line.deflection)
+        zero = line.deflection[0] - line.force[i, 0] / slope[0]
+        back = np.diff(other.force[i]) / np.diff(other.deflection)
+        behind = other.deflection[0] - other.force[i, 0] / back[0]
+        drive, back, zero, behind = (
+            (slope[0], back[0], zero, behind) if force > 0 else (back[0], slope[0], behind, zero)
+        )
+        assert behind < -80e-6 < -1.5e-6 < zero
+        at = np.linspace(-150e-6, 90e-6, 3001)
+        wanted = drive * np.maximum(at - zero, 0.0) + back * np.minimum(at - behind, 0.0)
+        width = 3e-6 / cells * 1.3  # the error moves the ends by ±1.5 µm, the stiffness a little more
+        found = np.interp(at, gap.deflection, gap.force[i])
+        assert np.abs(found - wanted).max() < 0.25 * width * max(drive, back)
+        inside = (at > behind + width) & (at < zero - width)
+        assert not found[inside].any()
+
+
+def test_stiffness_level_with_a_gap_follows_the_table_through_contact_loss_and_back_flank_impacts(
+    make_gearbox, make_laws
+):
+    """Piecewise linear laws, which are their own tangents: the same motion; without the gap another one altogether."""
+    gearbox, laws = make_gearbox(), make_laws(plain_wheel=True, angles=96)
+    hit = {"torque": 40.0, "kick": 6.0, "steps": 2000, "step": 2e-6}
+    table, deflection = _histories(gearbox, laws, None, None, "table", **hit)
+    assert (deflection[:, 0::2] < -10e-6).any()
+    assert (deflection[:, 1::2] > 85e-6).any()
+    parted, _ = _histories(gearbox, laws, None, None, "stiffness", contact_loss=True, edge_cells=256, **hit)
+    pulled, _ = _histories(gearbox, laws, None, None, "stiffness", **hit)
+    size = np.abs(table).max()
+    assert np.abs(parted - table).max() < 2e-2 * size
+    assert np.abs(pulled - table).max() > 0.2 * size
+
+
+def test_contact_loss_belongs_to_the_stiffness_level():
+    with pytest.raises(InputError, match="at 'table' flanks part anyhow"):
+        DynamicsFidelity(1e-5, contact_loss=True)
 
 
 def test_mean_force_is_the_integral_over_the_way_and_its_slope_a_derivative():

@@ -26,7 +26,8 @@ class Section:
 
     crossing: m, s where the pinion's flank crosses the line of action; held within what `limits` allow.
     apart: m, by how much the true one lies outside of them; 0 where the teeth can touch.
-    low, high: m, t of the wheel's and of the pinion's tip, between which both flanks exist.
+    low, high: m, t of the wheel's and of the pinion's tip, between which rows of elements are laid.
+    ends: m, t where the involutes of pinion and wheel begin.
     nearest: m, t of the least gap: 0, or the tip edge where the path has ended.
     """
 
@@ -34,6 +35,7 @@ class Section:
     apart: float
     low: float
     high: float
+    ends: tuple[float, float]
 
     @property
     def nearest(self) -> float:
@@ -46,16 +48,29 @@ def section(pair: GearPair, angle: float, tooth: int, axial: float, limits: tupl
     true = pair.pitch_point + pair.base_radius[1] * angle - tooth * pair.base_pitch
     true += axial * np.tan(pair.base_helix_angle) * pair.sense
     crossing = min(max(true, limits[0]), limits[1])
-    tips = [float(across(pair, gear, crossing, _tip(pair, gear))) for gear in (0, 1)]
+    usable = [body.geometry.usable_flank for body in (pair.pinion, pair.wheel)]
+    (start, high), (end, low) = ([float(across(pair, gear, crossing, r)) for r in usable[gear]] for gear in (0, 1))
     require(
-        tips[1] < tips[0],
+        low < high,
         f"tooth pair {tooth} is out of reach at s = {1e3 * crossing:.4g} mm: narrow the limits",
     )
-    return Section(crossing, abs(true - crossing), tips[1], tips[0])
+    return Section(crossing, abs(true - crossing), low, high, (start, end))
 
 
-def _tip(pair: GearPair, gear: int) -> float:
-    return (pair.pinion, pair.wheel)[gear].geometry.usable_flank[1]
+def on_flank(s: Section, gear: int, t: FloatArray, reach: float) -> tuple[FloatArray, float]:
+    """Rows `t` (n,), m, as the flank of `gear` takes them, and the t, m, up to which, counted from the tip, they stay.
+
+    Where the mating tip stands beside the fillet, its rows are squeezed into what there is of the involute: those
+    farther from the contact than `reach`, m, or than half of what is left of the involute.
+    """
+    sign = 1.0 if gear == 0 else -1.0  # towards the tip
+    rows, end = sign * t, sign * s.ends[gear]
+    kept = sign * s.nearest - min(reach, 0.5 * (sign * s.nearest - end))
+    lowest = rows.min()
+    if lowest < end:
+        squeezed = end + (rows - lowest) * (kept - end) / (kept - lowest)
+        rows = np.where(rows < kept, squeezed, rows)
+    return sign * rows, sign * kept
 
 
 def _own(pair: GearPair, gear: int, crossing: float) -> float:

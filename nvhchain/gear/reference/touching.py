@@ -15,7 +15,7 @@ from nvhchain.gear.geometry import GearGeometry
 from nvhchain.gear.mesh import GearMesh, gear_mesh
 from nvhchain.gear.pair import GearPair
 from nvhchain.gear.plane import BoolArray
-from nvhchain.gear.reference.flanks import Section, gap, rolled_length, section
+from nvhchain.gear.reference.flanks import Section, gap, on_flank, rolled_length, section
 from nvhchain.gear.reference.grading import elements_needed, graded
 from nvhchain.gear.reference.patch import RefinedTooth, cell_loads, cells, refined_tooth
 from nvhchain.gear.reference.resolution import ReferenceResolution
@@ -86,11 +86,13 @@ def touching_teeth(
     require(len(width) == 1, "the reference contact needs gears of one face width")
     faces = np.linspace(0.0, 0.5, layers // 2 + 1) if half else np.linspace(-0.5, 0.5, layers + 1)
     axial = with_middles(faces * pair.face_width)
-    numbers, fields, teeth = _pairs(pair, angle, resolution), [], []
-    for number in numbers:
-        found, refined = _one_pair(pair, coarse, angle, number, axial, resolution, half=half)
-        fields.append(found)
-        teeth.append(refined)
+    numbers, fields, teeth = [], [], []
+    for number in _pairs(pair, angle, resolution):
+        found = _one_pair(pair, coarse, angle, number, axial, resolution, half=half)
+        if found is not None:
+            numbers.append(number)
+            fields.append(found[0])
+            teeth.append(found[1])
     place = np.repeat(np.arange(len(numbers)), [len(f.gap) for f in fields])
     joined = [np.concatenate([getattr(f, name) for f in fields]) for name in CellFields.__dataclass_fields__]
     return TouchingTeeth(angle, tuple(numbers), place, CellFields(*joined), tuple(zip(*teeth, strict=True)))
@@ -126,16 +128,20 @@ def _one_pair(
     resolution: ReferenceResolution,
     *,
     half: bool,
-) -> tuple[CellFields, tuple[RefinedTooth, ...]]:
+) -> tuple[CellFields, tuple[RefinedTooth, ...]] | None:
+    """Cells and refined teeth of pair `number`; None where its flanks are too far apart everywhere."""
     sections = [section(pair, angle, number, z, _limits(pair, resolution)) for z in axial]
     grading = (resolution.contact_element, resolution.fine_zone, resolution.growth)
     rows = max(elements_needed(s.low, s.high, s.nearest, *grading) for s in sections)
     t = np.array([with_middles(graded(s.low, s.high, s.nearest, *grading, rows)) for s in sections])
     fields, kept = _candidates(pair, sections, t, axial, resolution, half=half)
+    if not len(kept):
+        return None
     teeth = []
     for gear, c in enumerate(coarse):
         g, crossing = c.body.geometry, np.array([s.crossing for s in sections])
-        rolled = np.array([rolled_length(pair, gear, s, row) for s, row in zip(crossing, t, strict=True)])
+        own_rows = [on_flank(s, gear, row, _shared(resolution))[0] for s, row in zip(sections, t, strict=True)]
+        rolled = np.array([rolled_length(pair, gear, s, row) for s, row in zip(crossing, own_rows, strict=True)])
         upwards = slice(None) if gear == 0 else slice(None, None, -1)  # from root to tip
         pitch = refined_pitch(
             g, rolled[:, upwards], axial, c.mesh.pitch.inner_radius, innermost_solid(c.body), resolution
@@ -165,10 +171,14 @@ def _candidates(
     ]
     gaps, middle, width = (a.ravel() for a in over_layer)
     cells_across = t.shape[1] // 2
+    shared = _shared(resolution)
+    ends = np.array([[on_flank(s, gear, t[0], shared)[1] for gear in (0, 1)] for s in sections])
+    common = (t[:, :-2:2] >= ends[:, :1]) & (t[:, 2::2] <= ends[:, 1:])
+    common = (common[:-2:2] & common[1::2] & common[2::2]).ravel()
     nearest = np.repeat(np.array([s.nearest for s in sections])[1::2], cells_across)
     apart = np.array([s.apart for s in sections])
     free = np.repeat(np.maximum(np.maximum(apart[:-2:2], apart[1::2]), apart[2::2]) > 0, cells_across)
-    wanted = (np.abs(middle - nearest) < resolution.reach) & (gaps < resolution.largest_gap) & ~free
+    wanted = (np.abs(middle - nearest) < resolution.reach) & (gaps < resolution.largest_gap) & common & ~free
     grid = wanted.reshape(-1, cells_across)
     before, after = np.ones_like(grid), np.ones_like(grid)
     before[:, 1:], after[:, :-1] = grid[:, :-1], grid[:, 1:]
@@ -184,8 +194,14 @@ def _candidates(
     return fields, kept
 
 
+def _shared(resolution: ReferenceResolution) -> float:
+    """Distance, m, from the least gap within which both flanks have the same rows."""
+    return 1.5 * resolution.reach
+
+
 def _gap(pair: GearPair, s: Section, t: FloatArray, axial: float) -> FloatArray:
     """Unloaded gap along the normal, m, at `t` (n,), m: involutes, micro-geometry, misalignment."""
+    t = np.clip(t, *s.ends)  # beyond them no cell is looked at
     total = gap(pair, s.crossing, t) * np.cos(pair.base_helix_angle)
     z = np.full(len(t), axial)
     for gear, body in enumerate((pair.pinion, pair.wheel)):

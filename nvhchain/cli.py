@@ -134,6 +134,19 @@ def _parser() -> argparse.ArgumentParser:
     report.add_argument("folder", metavar="DIR")
     report.set_defaults(action=_report)
 
+    tradeoff = commands.add_parser("tradeoff", help="measure what each knob of the fidelity costs and saves")
+    tradeoff.add_argument("case", metavar="CASE")
+    tradeoff.add_argument(
+        "--fidelity", choices=list(PRESETS), default="reference", help="the yardstick, from which knobs are turned"
+    )
+    tradeoff.add_argument(
+        "--knob", metavar="NAME", action="append", help="a knob (gear.slices), a stage or `preset` (default: all)"
+    )
+    tradeoff.add_argument(
+        "--out", metavar="DIR", help="folder for the measurements (default: out/tradeoff-<case name>)"
+    )
+    tradeoff.set_defaults(action=_tradeoff)
+
     plan = commands.add_parser("plan", parents=[common], help="say what will be modelled, skipped, and what it takes")
     plan.add_argument("case", metavar="CASE")
     plan.set_defaults(action=_plan)
@@ -217,6 +230,24 @@ def _report(options: argparse.Namespace) -> int:
 
     print(write_page(options.folder))
     return 0
+
+
+def _tradeoff(options: argparse.Namespace) -> int:
+    from nvhchain import tradeoff
+    from nvhchain.case import load_case
+
+    case = load_case(options.case)
+    out = Path(options.out or Path("out") / f"tradeoff-{case.name}")
+    sweep = tradeoff.tradeoff(
+        case, out=out, fidelity=PRESETS[options.fidelity], knobs=options.knob, progress=_variants, watcher=Console()
+    )
+    tradeoff.save_tradeoff(sweep, out)
+    print(tradeoff.markdown(sweep), end="")
+    return 0
+
+
+def _variants(done: int, total: int) -> None:
+    print(f"variant {done} of {total}", file=sys.stderr, flush=True)
 
 
 def _plan(options: argparse.Namespace) -> int:

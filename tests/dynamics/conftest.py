@@ -126,22 +126,22 @@ def _housing(gearbox: Gearbox, modes: int = 30, damping: float = 0.02, residual:
     )
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def make_law() -> Callable[..., MeshLaw]:
     return _law
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def make_laws() -> Callable[..., tuple[MeshLaw, MeshLaw]]:
     return _laws
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def make_gearbox() -> Callable[..., Gearbox]:
     return _gearbox
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def make_housing() -> Callable[..., ReducedHousing]:
     return _housing
 

@@ -222,6 +222,20 @@ def test_reactions_are_fixed_by_statics_however_the_shafts_bend(make_gearbox, ma
     assert lag[0] * torque > 0
 
 
+def test_torque_twists_the_shaft_between_coupling_and_gear(make_gearbox, make_laws):
+    """T l/(G J) of shaft A, l from the gear to where the torque enters, at the output times the speed ratio."""
+    laws, lag = make_laws(plain_wheel=True), []
+    for z in (0.05, 0.135, -0.115):
+        gearbox = make_gearbox()
+        shafts = (replace(gearbox.shafts[0], coupling_z=z), *gearbox.shafts[1:])
+        a = assemble(replace(gearbox, shafts=shafts), laws, None, fidelity=FLEXIBLE)
+        torques = shaft_torques(gearbox, a.train, 250.0)
+        lag.append(a.transmission_error @ static_state(a, tabulate(laws, 1), torques, np.zeros(2)).position)
+    per_length = 250.0 / SHEAR / (pi / 32 * 0.03**4) * 0.4 * 30 / 82
+    assert lag[1] - lag[0] == pytest.approx(0.085 * per_length, rel=1e-6)
+    assert lag[2] - lag[0] == pytest.approx(0.165 * per_length, rel=1e-6)
+
+
 def test_unknowns_stay_few(make_gearbox, make_laws, make_housing):
     gearbox = make_gearbox()
     model = simulation(

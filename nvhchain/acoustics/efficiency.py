@@ -37,15 +37,29 @@ def spread_power(
     """Pressure of a source that radiates `power` evenly into all directions: ½|p|² = ρc P/(4πr²).
 
     points: (n_point, 3) m.  centre: (3,) m, where the source sits.  plane: the power goes into half the directions.
-    A level without phase: the amplitudes are real.  Raises InputError for a point at the centre or behind the plane.
+    A level without phase: the amplitudes are real.  Raises InputError for a point that is not finite, at the centre or
+    behind the plane, and for a negative power.
     """
-    x = np.atleast_2d(np.asarray(points, dtype=float))
-    r = np.linalg.norm(x - np.asarray(centre, dtype=float), axis=1)
+    x, middle = _positions(points, "field points"), _positions(centre, "centre")
+    require(len(middle) == 1, f"centre has shape {np.shape(centre)}: one point is needed")
+    r = np.linalg.norm(x - middle, axis=1)
     require(bool((r > 0).all()), "a field point lies at the centre of the source: move it away")
     if plane is not None:
-        require(bool((plane.height(x) >= 0).all()), "a field point lies behind the rigid plane: move it to the air")
-    # rounding of an intensity integral may leave a power of zero slightly negative
-    mean_square = air.impedance * np.maximum(power.power, 0.0)[:, None] / (_solid_angle(plane) * r**2)
+        height = plane.height(x)
+        # a point on a tilted plane is off it by rounding
+        slack = 1e-12 * float(np.abs(x - np.asarray(plane.point)).max())
+        behind = int(height.argmin())
+        require(
+            height[behind] >= -slack,
+            f"field point {behind} at {x[behind].tolist()} m lies {-1e3 * height[behind]:.4g} mm behind the rigid "
+            "plane: move it to the air",
+        )
+    negative = np.flatnonzero(power.power < 0)
+    require(
+        len(negative) == 0,
+        f"sound power is negative at {len(negative)} lines: no source radiates it; take it from sound_power",
+    )
+    mean_square = air.impedance * power.power[:, None] / (_solid_angle(plane) * r**2)
     return FieldPressure(
         power.frequency, x, np.sqrt(2.0 * mean_square), provenance={"stage": "acoustics.spread_power", "phase": "none"}
     )
@@ -115,6 +129,16 @@ def circle_points(radius: float, centre: ArrayLike, axis: ArrayLike, count: int)
     first /= np.linalg.norm(first)
     angle = 2 * np.pi * np.arange(count)[:, None] / count
     return np.asarray(centre, dtype=float) + radius * (np.cos(angle) * first + np.sin(angle) * np.cross(normal, first))
+
+
+def _positions(points: ArrayLike, what: str) -> FloatArray:
+    """Points (n, 3) m, finite, else `InputError`."""
+    x = np.atleast_2d(np.asarray(points, dtype=float))
+    require(
+        x.ndim == 2 and x.shape[1] == 3 and len(x) > 0 and bool(np.isfinite(x).all()),
+        f"{what} of shape {np.shape(points)}: three finite coordinates in m per point are needed",
+    )
+    return x
 
 
 def _solid_angle(plane: RigidPlane | None) -> float:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -20,16 +21,15 @@ _NEXT_TO = 0.02
 
 
 @dataclass(frozen=True, eq=False)
-class Interpolant:
-    """Transfer vectors as jω e^{−jkr} times a smooth remainder known at the nodes.
+class Nodes:
+    """Frequencies at which jω times a smooth function is known, and the weights of the values there between them.
 
-    atv: without a plane (`TransferVectors.unfolded`).  node: (n_node,) Hz, masters above 0 Hz, before them mirrored
-    masters where those help.  mirrored: nodes before the first master.  taking_part: nodes per interpolated value.
-    poles: of a rational function through them, at most.  gram: (n_node, n_node) inner products of the remainders at
-    the nodes, None where no poles are looked for.  phase_removed: else neighbouring vectors are joined as they are.
+    node: (n_node,) Hz, masters above 0 Hz, before them mirrored masters where those help.  mirrored: nodes before the
+    first master.  taking_part: nodes per interpolated value.  poles: of a rational function through them, at most.
+    gram: (n_node, n_node) inner products of the smooth function at the nodes, None where no poles are looked for.
+    phase_removed: else neighbouring values are joined as they are.
     """
 
-    atv: TransferVectors
     node: FloatArray
     mirrored: int
     taking_part: int
@@ -46,24 +46,6 @@ class Interpolant:
     def can_estimate(self) -> bool:
         """Whether a master can be left out and predicted from as many nodes as take part in one value."""
         return len(self.node) - (2 if self.mirrored else 1) >= self.taking_part
-
-    def wavenumber(self, frequency: FloatArray) -> FloatArray:
-        """rad/m of the removed phase at frequencies in Hz (zero where no phase is removed)."""
-        return frequency * (2 * np.pi / self.atv.air.speed_of_sound if self.phase_removed else 0.0)
-
-    def distance(self, point: int) -> FloatArray:
-        """(n_face,) m from the faces' centroids: the r of the removed phase."""
-        return np.asarray(np.linalg.norm(self.atv.surface.centroids - self.atv.points[point], axis=1), dtype=float)
-
-    def at_nodes(self, point: int) -> ComplexArray:
-        """e^{jkr} times the vectors at the nodes: (n_node, n_face) Pa/(m/s)."""
-        first = len(self.atv.frequency) - len(self.masters)
-        values = np.empty((len(self.node), len(self.atv.surface.triangles)), dtype=complex)
-        values[self.mirrored :] = self.atv.vectors[first:, point]
-        if self.phase_removed:
-            values[self.mirrored :] *= np.exp(1j * self.wavenumber(self.masters)[:, None] * self.distance(point))
-        np.conj(values[self.mirrored : 2 * self.mirrored][::-1], out=values[: self.mirrored])
-        return values
 
     def weights(self, frequency: FloatArray) -> ComplexArray:
         """Weights (n_f, n_node) of the values at the nodes for those at `frequency` (n_f,) Hz."""
@@ -134,6 +116,34 @@ class Interpolant:
         return weights * (frequency[:, None] / self.node[used]) if self.phase_removed else weights
 
 
+@dataclass(frozen=True, eq=False)
+class Interpolant(Nodes):
+    """Transfer vectors as jω e^{−jkr} times a smooth remainder known at the nodes.
+
+    atv: without a plane (`TransferVectors.unfolded`).
+    """
+
+    atv: TransferVectors
+
+    def wavenumber(self, frequency: FloatArray) -> FloatArray:
+        """rad/m of the removed phase at frequencies in Hz (zero where no phase is removed)."""
+        return frequency * (2 * np.pi / self.atv.air.speed_of_sound if self.phase_removed else 0.0)
+
+    def distance(self, point: int) -> FloatArray:
+        """(n_face,) m from the faces' centroids: the r of the removed phase."""
+        return np.asarray(np.linalg.norm(self.atv.surface.centroids - self.atv.points[point], axis=1), dtype=float)
+
+    def at_nodes(self, point: int) -> ComplexArray:
+        """e^{jkr} times the vectors at the nodes: (n_node, n_face) Pa/(m/s)."""
+        first = len(self.atv.frequency) - len(self.masters)
+        values = np.empty((len(self.node), len(self.atv.surface.triangles)), dtype=complex)
+        values[self.mirrored :] = self.atv.vectors[first:, point]
+        if self.phase_removed:
+            values[self.mirrored :] *= np.exp(1j * self.wavenumber(self.masters)[:, None] * self.distance(point))
+        np.conj(values[self.mirrored : 2 * self.mirrored][::-1], out=values[: self.mirrored])
+        return values
+
+
 def support(weights: ComplexArray) -> slice:
     """The range of nodes with weights (n_f, n_node) that are not zero."""
     used = np.flatnonzero(weights.any(axis=0))
@@ -154,9 +164,21 @@ def interpolant(atv: TransferVectors, fidelity: AcousticsFidelity) -> Interpolan
     `linear` keeps the phase in and joins neighbouring masters by straight lines.
     """
     atv = atv.unfolded()
-    masters, count = atv.frequency, len(atv.frequency)
+    nodes = nodes_at(atv.frequency, fidelity, partial(_inner_products, atv))
+    return Interpolant(**vars(nodes), atv=atv)
+
+
+def nodes_at(
+    masters: FloatArray, fidelity: AcousticsFidelity, inner_products: Callable[[FloatArray, int], ComplexArray]
+) -> Nodes:
+    """Nodes of the interpolation between masters (n_f,) Hz.
+
+    inner_products: of the smooth function at mirrored masters and masters, conjugate first, called with the masters
+    above 0 Hz and the number of mirrored ones.
+    """
+    count = len(masters)
     if fidelity.interpolation == "linear" or masters[-1] == 0:
-        return Interpolant(atv, masters, 0, min(2, count), 0, None, phase_removed=False)
+        return Nodes(masters, 0, min(2, count), 0, None, phase_removed=False)
     positive = masters[masters > 0]
     images = positive[: fidelity.interpolation_points][::-1]
     if count == 1 or masters[0] > np.diff(masters).max():
@@ -165,8 +187,8 @@ def interpolant(atv: TransferVectors, fidelity: AcousticsFidelity) -> Interpolan
     spare = len(node) - (2 if len(images) else 1)
     taking_part = min(fidelity.interpolation_points, max(min(2, len(node)), spare))
     poles = min(fidelity.interpolation_poles, taking_part - 2) if fidelity.interpolation == "rational" else 0
-    gram = _inner_products(atv, positive, len(images)) if poles > 0 else None
-    return Interpolant(atv, node, len(images), taking_part, max(poles, 0), gram, phase_removed=True)
+    gram = inner_products(positive, len(images)) if poles > 0 else None
+    return Nodes(node, len(images), taking_part, max(poles, 0), gram, phase_removed=True)
 
 
 def check_lines(atv: TransferVectors, frequency: FloatArray) -> None:

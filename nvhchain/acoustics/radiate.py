@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numba as nb
 import numpy as np
 
 from nvhchain.acoustics.interpolation import Interpolant, check_lines, interpolant, support
 from nvhchain.acoustics.projection import LINES, check_memory
 from nvhchain.conventions import Progress
-from nvhchain.errors import InputError
+from nvhchain.errors import AccuracyWarning, InputError
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FieldPressure, FloatArray, SurfaceVelocity, TransferVectors
 
@@ -62,7 +64,7 @@ def radiate(
     Transfer vectors are interpolated between their master frequencies (`fidelity.interpolation`), velocities never.
     A line without any velocity, and a line at 0 Hz, has zero pressure.  The provenance keeps the largest estimated
     interpolation error of each point relative to its peak pressure (`interpolation_error`) where three masters or
-    more allow one.
+    more allow one; AccuracyWarning where it exceeds `fidelity.master_tolerance_db`.
     Raises InputError when the surfaces differ or a line lies outside the masters.
     """
     smooth = _prepare(atv, surface_velocity, fidelity)
@@ -70,8 +72,24 @@ def radiate(
     provenance: dict[str, object] = {"stage": "acoustics.radiate", "fidelity": repr(fidelity)}
     if error is not None:
         peak = np.abs(pressure).max(axis=0)
-        provenance["interpolation_error"] = (error.max(axis=0) / np.where(peak > 0, peak, 1.0)).tolist()
+        relative = error.max(axis=0) / np.where(peak > 0, peak, 1.0)
+        provenance["interpolation_error"] = relative.tolist()
+        _warn(relative, surface_velocity.frequency[error.argmax(axis=0)], fidelity)
     return FieldPressure(surface_velocity.frequency, atv.points, pressure, provenance=provenance)
+
+
+def _warn(relative: FloatArray, frequency: FloatArray, fidelity: AcousticsFidelity) -> None:
+    """Say that interpolation errs by more than asked; both arrays (n_point,), frequency in Hz where it errs most."""
+    worst = int(relative.argmax())
+    decibel = float(20 * np.log10(1 + relative[worst]))
+    if decibel > fidelity.master_tolerance_db:
+        warnings.warn(
+            f"interpolation between master frequencies errs by an estimated {decibel:.2g} dB of the peak pressure at "
+            f"field point {worst}, {frequency[worst]:.4g} Hz; {fidelity.master_tolerance_db:g} dB asked: take more "
+            "masters, or choose them by adaptive_transfer_vectors",
+            AccuracyWarning,
+            stacklevel=3,
+        )
 
 
 def interpolation_error(

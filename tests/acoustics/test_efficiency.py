@@ -14,6 +14,7 @@ from nvhchain.acoustics import (
     solve_direct,
     sound_power,
     sphere,
+    spread_power,
 )
 from nvhchain.acoustics.plane import RigidPlane
 from nvhchain.errors import InputError
@@ -103,3 +104,49 @@ def test_lines_without_velocity_or_power_and_other_lines_are_refused(air):
         directivity_index(field, power, (0, 0, 0), air)
     with pytest.raises(InputError, match="behind"):
         equivalent_pressure(velocity, [[0, 0, -1.0]], air, plane=RigidPlane((0, 0, -0.2), (0, 0, 1)))
+
+
+def test_points_of_a_spread_power_are_checked(air):
+    power = SoundPower(FREQUENCY, np.ones(3))
+    plane = RigidPlane((0.3, -0.2, 0.1), (1.0, 2.0, 3.0))
+    along = np.cross(np.eye(3), plane.normal)
+    points = np.concatenate([plane.point + s * along for s in (0.3, 1.7, 23.0)])
+    assert plane.height(points).min() < 0  # by rounding
+    centre = np.array(plane.point) + 0.1 * np.array(plane.normal)
+    assert spread_power(power, points, centre, air, plane=plane).pressure.shape == (3, 9)
+    beyond = centre - 0.101 * np.array(plane.normal)
+    with pytest.raises(InputError, match=r"field point 9 at .* lies 1 mm behind"):
+        spread_power(power, [*points, beyond], centre, air, plane=plane)
+    for bad in ([[0.0, 1.0]], [[[1.0, 0.0, 0.0]]], [[np.nan, 0.0, 1.0]], [[np.inf, 0.0, 1.0]], np.zeros((0, 3))):
+        with pytest.raises(InputError, match="field points of shape"):
+            spread_power(power, bad, centre, air)
+    for bad in ([0.0, np.nan, 0.0], [0.0, 1.0], points[:2]):
+        with pytest.raises(InputError, match="centre"):
+            spread_power(power, points, bad, air)
+    with pytest.raises(InputError, match="negative at 1 lines"):
+        spread_power(SoundPower(FREQUENCY, [1.0, -1e-9, 1.0]), points, centre, air)
+
+
+def test_directivity_above_a_plane_counts_half_the_directions(air, coarse):
+    """A pulsating sphere a quarter wavelength above a plane: |1 + e^{−j2kh cos θ}|² over its mean."""
+    frequency = np.array([343.0])
+    height, k = 0.25, 2 * np.pi
+    plane = RigidPlane((0, 0, 0), (0, 0, 1))
+    body = sphere(0.03, 2, (0, 0, height))
+    velocity = SurfaceVelocity(frequency, np.ones((1, len(body.triangles))), body)
+    cosine = np.array([0.0, 0.3, 0.7, 0.9])
+    points = 200.0 * np.stack([np.sqrt(1 - cosine**2), 0 * cosine, cosine], axis=1)
+    field = solve_direct(velocity, points, air=air, fidelity=coarse, plane=plane)
+    power = sound_power(velocity, air=air, fidelity=coarse, plane=plane)
+    exact = (1 + np.cos(2 * k * height * cosine)) / (1 + np.sinc(2 * k * height / np.pi))
+    got = directivity_index(field, power, (0, 0, 0), air, plane=plane)[0]
+    assert got == pytest.approx(10 * np.log10(exact), abs=0.1)
+
+
+@pytest.mark.filterwarnings("ignore:the parts of the motion cancel")
+def test_radiation_efficiency_of_a_dipole_from_a_hundredth_to_ten_wavelengths_around(air, coarse):
+    """ka = 0.01 … 10; σ₁ = (ka)⁴/(4 + (ka)⁴)."""
+    ka = np.array([0.01, 0.1, 1.0, 10.0])
+    velocity = vibrating(1, frequency=ka * air.speed_of_sound / (2 * np.pi * 0.1), subdivisions=4)
+    sigma = radiation_efficiency(sound_power(velocity, air=air, fidelity=coarse), velocity, air)
+    assert 10 * np.log10(sigma / (ka**4 / (4 + ka**4))) == pytest.approx(np.zeros(4), abs=0.1)

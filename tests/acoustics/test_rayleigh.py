@@ -1,5 +1,6 @@
 """The Rayleigh integral: exact for a piston in a baffle, and what it leaves out."""
 
+import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -9,10 +10,13 @@ from scipy.special import j1
 from nvhchain.acoustics import radiate, sound_power, sphere, transfer_vectors
 from nvhchain.acoustics.efficiency import equivalent_radiated_power
 from nvhchain.acoustics.plane import RigidPlane
-from nvhchain.errors import InputError
+from nvhchain.acoustics.rayleigh import rayleigh_field
+from nvhchain.errors import AccuracyWarning, InputError, ResourceError
 from nvhchain.handoff import Surface, SurfaceVelocity
 
 RADIUS = 0.1
+
+pytestmark = pytest.mark.filterwarnings("ignore:Rayleigh integral")
 
 
 @pytest.fixture(scope="module")
@@ -117,3 +121,38 @@ def test_levels_that_cannot_give_what_is_asked_are_refused(disc, air, coarse, ra
         )
     with pytest.raises(InputError, match="radiation = 'guess' is unknown"):
         replace(coarse, radiation="guess")
+
+
+def test_vectors_fields_and_power_carry_what_the_level_lets_expect(air, rayleigh):
+    """The numbers of docs/measured/radiation.md by wavenumber times half size, and a warning where the mean is off."""
+    body = sphere(0.1, 2)
+    half_size = 0.5 * np.ptp(body.vertices, axis=0).max()
+    for ka, mean, single in ((0.2, 9.5, 16.0), (0.8, 4.2, 13.0), (3.0, 0.5, 11.0)):
+        frequency = np.array([0.0, ka * air.speed_of_sound / (2 * np.pi * half_size), 2500.0])
+        velocity = SurfaceVelocity(frequency, np.ones((3, len(body.triangles))), body)
+        with warnings.catch_warnings(record=True) as said:
+            warnings.simplefilter("always")
+            made = [
+                transfer_vectors(body, [[1.0, 0, 0]], frequency, air=air, fidelity=rayleigh),
+                sound_power(velocity, air=air, fidelity=rayleigh, array_radius=30.0),
+            ]
+        said = [str(w.message) for w in said if issubclass(w.category, AccuracyWarning)]
+        assert len(said) == (2 if mean > 3 else 0)
+        assert all(f"{mean:.2g} dB too high in the mean, {single:.2g} dB off at single points" in text for text in said)
+        for result in made:
+            assert result.provenance["expected_mean_error_dB"] == mean
+            assert result.provenance["expected_error_dB"] == single
+
+
+def test_vectors_that_do_not_fit_into_memory_are_refused(disc, air, rayleigh, monkeypatch):
+    class Full:
+        available = 30 * 2**20
+
+    monkeypatch.setattr("psutil.virtual_memory", Full)
+    points = np.random.default_rng(0).normal((0.0, 0.0, 10.0), size=(300, 3))
+    velocity = piston(disc, np.array([500.0]))
+    assert transfer_vectors(disc, points[:3], [500.0], air=air, fidelity=rayleigh).vectors.any()
+    with pytest.raises(ResourceError, match=r"Rayleigh integrals need .* GiB are free: ask for fewer frequencies"):
+        transfer_vectors(disc, points, [500.0], air=air, fidelity=rayleigh)
+    with pytest.raises(ResourceError, match="Rayleigh integrals need"):
+        rayleigh_field(velocity, points, air, 0.5, None)

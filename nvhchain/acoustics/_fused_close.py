@@ -175,7 +175,7 @@ def close_block(
     sums = np.empty((n_k, 3, 8))
     whole = np.empty((n_k, 2))
     mapped, corners = np.empty((7, CHUNK)), np.empty((2, 3, 3))
-    pieces, scale = np.empty((256, 2, 3, 3)), np.empty((256, 2))
+    pieces, part_share = np.empty((256, 2, 3, 3)), np.empty(256)
     left, right = np.empty(3, np.int64), np.empty(3, np.int64)
     for t in test:
         for i_pair in range(pair_start[t], pair_start[t + 1]):
@@ -197,12 +197,13 @@ def close_block(
                     for axis in range(3):
                         corners[0, i, axis] = vertices[triangles[t, left[i]], axis]
                         corners[1, i, axis] = trial_vertices[triangles[s, right[i]], axis]
-                pieces, scale, n_piece = cut(pieces, scale, corners, size[t], size[s], gap, least_scale)
+                least_x, least_y = least_scale * size[t], least_scale * size[s]
+                pieces, part_share, n_piece = cut(pieces, part_share, corners, gap, least_x, least_y)
             for n in range(n_piece):
                 for i_chunk in range(rule_start[r], rule_start[r + 1]):
                     points, width = rule[i_chunk], rule_width[i_chunk]
                     if n_piece > 1:
-                        map_points(mapped, points, width, pieces, scale, n)
+                        map_points(mapped, points, width, pieces, part_share, n)
                         points = mapped
                     _geometry(work, x, y, points, width, normal_x, normal_y, share)
                     _begin(work, k[0], width, wave)

@@ -8,14 +8,15 @@ from collections import Counter
 from collections.abc import Callable, Generator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
 from contextlib import closing
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from nvhchain.acoustics.linear_system import SolverRecord
 from nvhchain.cluster import cores, is_gone, room, share, worker_lost
 from nvhchain.conventions import Progress
-from nvhchain.errors import SolverError, require
+from nvhchain.errors import InputError, SolverError, require
 from nvhchain.handoff import ComplexArray, FloatArray
 from nvhchain.resume import code_version
 
@@ -31,18 +32,28 @@ _PATIENCE = 5.0
 Job = tuple[Any, ...]
 
 
+class Solved(NamedTuple):
+    """values: one row per frequency of a band.  record: how its systems were solved."""
+
+    values: ComplexArray
+    record: SolverRecord
+
+
+Band = ComplexArray | Solved
+
+
 class Shards(Protocol):
     """Keeps finished bands, so that what was killed goes on where it was."""
 
-    def find(self, frequency: FloatArray) -> ComplexArray | None:
-        """Values of the band of these frequencies, None where there are none or they are not to be trusted."""
+    def find(self, frequency: FloatArray) -> Solved | None:
+        """The band of these frequencies, None where there is none or it is not to be trusted."""
 
-    def keep(self, frequency: FloatArray, values: ComplexArray) -> None:
-        """Save the values of a band."""
+    def keep(self, frequency: FloatArray, solved: Solved) -> None:
+        """Save a band."""
 
 
 def over_bands(
-    solve: Callable[..., ComplexArray],
+    solve: Callable[..., Band],
     frequency: FloatArray,
     extra: tuple[Any, ...],
     arguments: tuple[Any, ...],
@@ -51,23 +62,29 @@ def over_bands(
     executor: Executor | None,
     progress: Progress | None,
     shards: Shards | None = None,
+    records: list[SolverRecord] | None = None,
 ) -> ComplexArray:
     """Values of `solve(frequency band, *extra bands, *arguments)` stacked over all frequencies.
 
     extra: arrays with one row per frequency, cut like the frequencies.  memory_per_task: bytes; no more tasks are under
     way at once than fit into the memory of the executor's machines.  progress: called with (frequencies done, in all).
-    shards: bands found there are not solved, solved ones are kept there at once.
+    shards: bands found there are not solved, solved ones are kept there at once.  records: where `solve` tells how it
+    solved, that is added here.
 
     The first exception of a task ends the call and cancels what has not begun.  A band whose worker is lost is given to
     another one; where none is left the rest is solved in this process, and a RuntimeWarning says so.  Raises
-    ResourceError where no worker holds a task and SolverError where a band loses one worker after the other.
+    InputError for an executor that takes no tasks any more, ResourceError where no worker holds a task and SolverError
+    where a band loses one worker after the other.
     """
     bands = [slice(start, start + BAND) for start in range(0, len(frequency), BAND)]
     values: ComplexArray | None = None
     done = 0
 
-    def put(band: slice, part: ComplexArray) -> None:
+    def put(band: slice, solved: Band) -> None:
         nonlocal values, done
+        part = solved.values if isinstance(solved, Solved) else solved
+        if records is not None and isinstance(solved, Solved):
+            records.append(solved.record)
         if values is None:
             values = np.empty((len(frequency), *part.shape[1:]), dtype=part.dtype)
         values[band] = part
@@ -91,7 +108,7 @@ def over_bands(
     with closing(solved):
         for number, part in solved:
             band = jobs[number][0]
-            if shards:
+            if shards and isinstance(part, Solved):
                 shards.keep(frequency[band], part)
             put(band, part)
     assert values is not None
@@ -99,17 +116,17 @@ def over_bands(
 
 
 def _spread(
-    solve: Callable[..., ComplexArray], jobs: list[Job], memory_per_task: int, executor: Executor
-) -> Generator[tuple[int, ComplexArray]]:
+    solve: Callable[..., Band], jobs: list[Job], memory_per_task: int, executor: Executor
+) -> Generator[tuple[int, Band]]:
     """(number of the job, its values) as they are finished; what is left is cancelled when the caller stops asking."""
     place = room(executor, memory_per_task)
     common = (code_version("acoustics"), place.neighbours, os.getpid(), solve)
-    waiting, running, losses = list(range(len(jobs))), dict[Future[ComplexArray], int](), Counter[int]()
+    waiting, running, losses = list(range(len(jobs))), dict[Future[Band], int](), Counter[int]()
     with threadpool_limits(max(1, cores() // place.neighbours)):
         try:
             while waiting or running:
                 while waiting and len(running) < place.tasks:
-                    running[executor.submit(_task, *common, *jobs[waiting[0]])] = waiting[0]
+                    running[_submitted(executor, *common, *jobs[waiting[0]])] = waiting[0]
                     del waiting[0]
                 finished, _ = wait(running, timeout=_PATIENCE, return_when=FIRST_COMPLETED)
                 if not finished and is_gone(executor):
@@ -145,7 +162,22 @@ def _spread(
                 future.cancel()
 
 
-def _lost(future: Future[ComplexArray]) -> BaseException | None:
+def _submitted(executor: Executor, *task: Any) -> Future[Band]:
+    """A task on its way; `InputError` for an executor that was shut down, else what the executor raises."""
+    try:
+        return executor.submit(_task, *task)
+    except BrokenExecutor:
+        raise
+    except RuntimeError as error:
+        # what concurrent.futures and dask say of themselves has no type of its own
+        if "shutdown" not in str(error) and "closed" not in str(error):
+            raise
+        raise InputError(
+            f"the executor takes no tasks any more ({error}): hand in one that is open until the call returns"
+        ) from None
+
+
+def _lost(future: Future[Band]) -> BaseException | None:
     """What says that the worker of a finished task was lost; an error of the task itself is raised."""
     try:
         future.result()
@@ -156,7 +188,7 @@ def _lost(future: Future[ComplexArray]) -> BaseException | None:
     return None
 
 
-def _task(version: str, neighbours: int, home: int, solve: Callable[..., ComplexArray], *job: Any) -> ComplexArray:
+def _task(version: str, neighbours: int, home: int, solve: Callable[..., Band], *job: Any) -> Band:
     """One band on a worker, which must run the code that its caller runs."""
     require(
         code_version("acoustics") == version,

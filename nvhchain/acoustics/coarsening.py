@@ -4,17 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from nvhchain.acoustics._gmsh import remesh
+from nvhchain.acoustics.bodies import bodies_of
+from nvhchain.acoustics.intersections import crossing_pairs, neighbours
 from nvhchain.acoustics.plane import check_plane
 from nvhchain.acoustics.surface import check_points, mean_edge
 from nvhchain.conventions import Air
 from nvhchain.errors import InputError, SolverError, require
+from nvhchain.fem.triangles import equal_pieces, squared_distance
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, IntArray, RigidPlane, Surface
 
@@ -99,6 +102,7 @@ def _is_clear(coarse: Surface, points: FloatArray, plane: RigidPlane | None) -> 
     return True
 
 
+@lru_cache(maxsize=8)
 def coarsen(surface: Surface, edge_ratio: float) -> Surface:
     """The same body with edges `edge_ratio` times as long, closed and outward, sharp edges kept.
 
@@ -125,9 +129,7 @@ def _outward(vertices: FloatArray, triangles: IntArray, fine: Surface) -> IntArr
     a, b, c = (vertices[triangles[:, i]] for i in range(3))
     _, nearest = cKDTree(fine.centroids).query((a + b + c) / 3.0)
     agreement = np.einsum("ij,ij->i", np.cross(b - a, c - a), fine.normals[nearest])
-    edges = triangles[:, [0, 1, 1, 2]].reshape(-1, 2).T
-    link = sp.coo_matrix((np.ones(edges.shape[1]), edges), shape=(len(vertices), len(vertices)))
-    body = connected_components(link, directed=False)[1][triangles[:, 0]]
+    body = bodies_of(triangles)
     inward = np.bincount(body, agreement) < 0
     return np.where(inward[body][:, None], triangles[:, ::-1], triangles)
 
@@ -167,7 +169,7 @@ def velocity_map(fine: Surface, coarse: Surface) -> sp.csr_matrix:
     candidates = tree.query(place, k=min(_CANDIDATES, len(coarse.areas)))[1]
     turned = np.linalg.norm(coarse.normals[candidates] - np.repeat(fine.normals, per_face, axis=0)[:, None], axis=2)
     corners = coarse.vertices[coarse.triangles]
-    squared = _squared_distance(place[:, None, :3], corners[candidates]) + (0.5 * length * turned) ** 2
+    squared = squared_distance(place[:, None, :3], corners[candidates]) + (0.5 * length * turned) ** 2
     receiver = np.take_along_axis(candidates, squared.argmin(axis=1)[:, None], axis=1)[:, 0]
     giver = np.repeat(np.arange(len(fine.areas)), per_face)
     share = fine.areas[giver] / per_face / coarse.areas[receiver]
@@ -176,66 +178,18 @@ def velocity_map(fine: Surface, coarse: Surface) -> sp.csr_matrix:
 
 
 def self_intersections(surface: Surface) -> int:
-    """Pairs of triangles without a common vertex of which an edge of one passes through the other."""
-    # no corner is farther from the centroid than two thirds of the longest edge
-    reach = 4.0 / 3.0 * float(surface.longest_edges.max())
-    pairs = cKDTree(surface.centroids).query_pairs(reach, output_type="ndarray")
-    t, size = surface.triangles, surface.longest_edges
-    gap = np.linalg.norm(surface.centroids[pairs[:, 0]] - surface.centroids[pairs[:, 1]], axis=1)
-    pairs = pairs[gap <= 2.0 / 3.0 * (size[pairs[:, 0]] + size[pairs[:, 1]])]
-    apart = (t[pairs[:, 0]][:, :, None] != t[pairs[:, 1]][:, None, :]).all(axis=(1, 2))
-    pairs = pairs[apart]
-    corners = surface.vertices[t]
-    crossing = np.zeros(len(pairs), dtype=bool)
-    for one, other in ((pairs[:, 0], pairs[:, 1]), (pairs[:, 1], pairs[:, 0])):
-        a, b, c = np.moveaxis(corners[other], 1, 0)
-        for i in range(3):
-            start, end = corners[one, i], corners[one, (i + 1) % 3]
-            crossing |= _pierces(start, end, a, b, c)
-    return int(crossing.sum())
-
-
-def _pierces(start: FloatArray, end: FloatArray, a: FloatArray, b: FloatArray, c: FloatArray) -> IntArray:
-    """Whether segments (n, 3) pass through triangles, by the signs of five tetrahedron volumes."""
-
-    def volume(p: FloatArray, q: FloatArray, r: FloatArray, s: FloatArray) -> FloatArray:
-        return np.asarray(np.einsum("ij,ij->i", np.cross(q - p, r - p), s - p))
-
-    split = volume(a, b, c, start) * volume(a, b, c, end) < 0
-    around = [volume(start, end, p, q) for p, q in ((a, b), (b, c), (c, a))]
-    same = (np.sign(around[0]) == np.sign(around[1])) & (np.sign(around[1]) == np.sign(around[2]))
-    return np.asarray(split & same)
+    """Pairs of triangles without a common vertex that pass through each other."""
+    return len(crossing_pairs(surface, neighbours(surface, 0.0)))
 
 
 def _pieces(surface: Surface) -> FloatArray:
     """Centroids (n_face, pieces, 3) m of the equal pieces of every face."""
-    i, j = (index.ravel() for index in np.indices((_PIECES, _PIECES)))
-    upward = np.stack([i, j], axis=1)[i + j < _PIECES] + 1 / 3
-    downward = np.stack([i, j], axis=1)[i + j < _PIECES - 1] + 2 / 3
-    place = np.concatenate([upward, downward]) / _PIECES
-    barycentric = np.concatenate([1 - place.sum(axis=1, keepdims=True), place], axis=1)
-    return np.asarray(np.einsum("pc,fcx->fpx", barycentric, surface.vertices[surface.triangles]))
+    place = equal_pieces(_PIECES).mean(axis=1)
+    return np.asarray(np.einsum("pc,fcx->fpx", place, surface.vertices[surface.triangles]))
 
 
 def _distances(points: FloatArray, surface: Surface) -> FloatArray:
     """Distance (n,) m of points (n, 3) from the surface."""
     candidates = cKDTree(surface.centroids).query(points, k=min(_CANDIDATES, len(surface.areas)))[1]
     corners = surface.vertices[surface.triangles]
-    return np.asarray(np.sqrt(_squared_distance(points[:, None], corners[candidates]).min(axis=1)))
-
-
-def _squared_distance(point: FloatArray, corners: FloatArray) -> FloatArray:
-    """Squared distance m² of points (..., 3) from triangles (..., 3, 3)."""
-    a, b, c = (corners[..., i, :] for i in range(3))
-    normal = np.cross(b - a, c - a)
-    normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
-    height = np.einsum("...i,...i->...", point - a, normal)
-    inside = np.ones(height.shape, dtype=bool)
-    nearest = np.full(height.shape, np.inf)
-    for p, q in ((a, b), (b, c), (c, a)):
-        edge, arm = q - p, point - p
-        inside &= np.einsum("...i,...i->...", np.cross(edge, arm), normal) >= 0
-        along = np.einsum("...i,...i->...", arm, edge) / np.einsum("...i,...i->...", edge, edge)
-        gap = arm - along.clip(0, 1)[..., None] * edge
-        nearest = np.minimum(nearest, np.einsum("...i,...i->...", gap, gap))
-    return np.where(inside, height**2, nearest)
+    return np.asarray(np.sqrt(squared_distance(points[:, None], corners[candidates]).min(axis=1)))

@@ -39,7 +39,8 @@ def compressed_systems(
             b[i].fill(rows, b_rows[i])
     residual = max(fidelity.solver_residual, 0.1 * error, SINGLE_RESIDUAL if single else 0.0)
     return [
-        IterativeSystem(*matrices, residual, fidelity.solver_iterations) for matrices in zip(a, b, patches, strict=True)
+        IterativeSystem(*matrices, residual, fidelity.solver_iterations, "compressed")
+        for matrices in zip(a, b, patches, strict=True)
     ]
 
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from nvhchain.acoustics.iterative import IterativeSystem, Patches
-from nvhchain.acoustics.linear_system import DenseMatrix, DirectSystem, System
+from nvhchain.acoustics.linear_system import DenseMatrix, DirectSystem, SolverRecord, System
 from nvhchain.errors import SolverError
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray
@@ -51,6 +51,7 @@ class CheapestSystem:
         self._a, self._b, self._positions, self._fidelity = a, b, positions, fidelity
         self._iterative: System | None = None
         self._direct: System | None = None
+        self.record = SolverRecord()
 
     def solve(self, rhs: ComplexArray) -> ComplexArray:
         """A⁻¹ rhs."""
@@ -72,11 +73,15 @@ class CheapestSystem:
         if self._direct is None and iteration_pays(len(self._a), rhs.size // len(rhs)):
             try:
                 self._iterative = self._iterative or iterated(self._a, self._b, self._positions, self._fidelity)
-                return solution(self._iterative)
+                return self._recorded(solution(self._iterative), self._iterative)
             except SolverError:
                 self._iterative = None
         self._direct = self._direct or DirectSystem(self._a, self._b)
-        return solution(self._direct)
+        return self._recorded(solution(self._direct), self._direct)
+
+    def _recorded(self, solved: ComplexArray, by: System) -> ComplexArray:
+        self.record += by.record
+        return solved
 
 
 def iteration_pays(unknowns: int, columns: int) -> bool:

@@ -9,9 +9,10 @@ from numpy.typing import ArrayLike
 
 from nvhchain.acoustics._coupling import coupling
 from nvhchain.acoustics.accuracy import expected_accuracy
-from nvhchain.acoustics.bands import over_bands
+from nvhchain.acoustics.bands import Solved, over_bands
 from nvhchain.acoustics.engines import check_engine, check_memory, systems
-from nvhchain.acoustics.incident import IncidentField, Reflected
+from nvhchain.acoustics.incident import IncidentField, Reflected, check_incident
+from nvhchain.acoustics.linear_system import SolverRecord
 from nvhchain.acoustics.plane import check_plane, with_images
 from nvhchain.acoustics.potentials import RULE_BARYCENTRIC, RULE_WEIGHT, layer_potentials
 from nvhchain.acoustics.surface import check_mesh, check_points
@@ -29,6 +30,9 @@ from nvhchain.handoff import (
     SurfaceVelocity,
 )
 
+_LAYER_BYTES = 2**28
+"""Layer potentials of as many field points as fit into this are made at once."""
+
 
 def solve_direct(
     surface_velocity: SurfaceVelocity,
@@ -43,14 +47,16 @@ def solve_direct(
 ) -> FieldPressure:
     """Sound pressure at field points by a boundary element solution at every frequency, without transfer vectors.
 
-    points: (n_point, 3) m, outside the body.  The other arguments and errors are those of `transfer_vectors`.
+    points: (n_point, 3) m, outside the body.  The other arguments and errors are those of `transfer_vectors`; always
+    boundary elements on the given surface, whatever `fidelity.radiation` and `fidelity.coarse_edge_ratios` say.
     At 0 Hz the pressure is zero, the limit of a finite velocity.
     """
     surface, frequency = surface_velocity.surface, surface_velocity.frequency
+    check_engine(engine)
     x = check_points(surface, points)
-    provenance = made_by("solve_direct", fidelity, engine)
-    provenance |= expected_accuracy(surface, x, float(frequency[-1]), air, fidelity)
-    pressure = _solve(surface_velocity, x, None, air, fidelity, engine, plane, executor, progress)
+    expected = expected_accuracy(surface, x, float(frequency[-1]), air, fidelity)
+    pressure, record = _solve(surface_velocity, x, None, air, fidelity, engine, plane, executor, progress)
+    provenance = made_by("solve_direct", fidelity, engine, records=record) | expected
     return FieldPressure(frequency, x, pressure, provenance=provenance)
 
 
@@ -70,40 +76,15 @@ def surface_pressure(
     incident: a field that the body scatters in addition; with zero velocity the body is rigid.  It adds
     p_inc + α ∂p_inc/∂n to the right-hand side of (½ − K + αW) p = −(S + α(½ + K′)) ∂p/∂n, the total field's equation;
     with a plane, p_inc comes with its own reflection.
-    The other arguments and errors are those of `transfer_vectors`.
+    The other arguments and errors are those of `solve_direct`; InputError for a point source inside the body or behind
+    the plane.
     """
     surface, frequency = surface_velocity.surface, surface_velocity.frequency
-    provenance = made_by("surface_pressure", fidelity, engine)
-    provenance |= expected_accuracy(surface, None, float(frequency[-1]), air, fidelity)
-    galerkin = galerkin_pressure(
-        surface_velocity,
-        incident,
-        air=air,
-        fidelity=fidelity,
-        engine=engine,
-        plane=plane,
-        executor=executor,
-        progress=progress,
-    )
+    check_engine(engine)
+    expected = expected_accuracy(surface, None, float(frequency[-1]), air, fidelity)
+    galerkin, record = _solve(surface_velocity, None, incident, air, fidelity, engine, plane, executor, progress)
+    provenance = made_by("surface_pressure", fidelity, engine, records=record) | expected
     return SurfacePressure(frequency, _vertex_values(surface, galerkin), surface, provenance=provenance)
-
-
-def galerkin_pressure(
-    surface_velocity: SurfaceVelocity,
-    incident: IncidentField | None,
-    *,
-    air: Air,
-    fidelity: AcousticsFidelity,
-    engine: str,
-    plane: RigidPlane | None,
-    executor: Executor | None,
-    progress: Progress | None,
-) -> ComplexArray:
-    """Coefficients (n_f, n_v) of the linear functions whose sum comes nearest to the surface pressure in the mean.
-
-    Right for integrals over the surface; at the vertices themselves see `_vertex_values`.
-    """
-    return _solve(surface_velocity, None, incident, air, fidelity, engine, plane, executor, progress)
 
 
 def _vertex_values(surface: Surface, galerkin: ComplexArray) -> ComplexArray:
@@ -132,8 +113,9 @@ def _solve(
     plane: RigidPlane | None,
     executor: Executor | None,
     progress: Progress | None,
-) -> ComplexArray:
-    check_engine(engine)
+) -> tuple[ComplexArray, list[SolverRecord]]:
+    """Pressure at the field points (n_f, n_point), or without them the coefficients (n_f, n_v) of the linear functions
+    whose sum comes nearest to the surface pressure in the mean, and how it was solved."""
     surface, frequency = surface_velocity.surface, surface_velocity.frequency
     require(
         incident is None or frequency[0] > 0,
@@ -142,15 +124,33 @@ def _solve(
     check_mesh(surface, float(frequency[-1]), air, fidelity)
     if plane is not None:
         check_plane(plane, surface, points)
-    return over_bands(
+    if incident is not None:
+        check_incident(incident, surface, plane)
+    ends = 0 if points is None else len(with_images(points, plane))
+    kept = 16 * len(frequency) * (len(surface.vertices) if points is None else len(points))
+    layers = min(ends, _layer_block(surface)) * _layer_bytes(surface)
+    records: list[SolverRecord] = []
+    pressure = over_bands(
         _pressures,
         frequency,
         (surface_velocity.normal_velocity,),
         (surface, points, incident, air, fidelity, engine, plane),
-        memory_per_task=check_memory(surface, 0, engine, fidelity),
+        memory_per_task=layers + check_memory(surface, kept + layers, engine, fidelity),
         executor=executor,
         progress=progress,
+        records=records,
     )
+    return pressure, records
+
+
+def _layer_bytes(surface: Surface) -> int:
+    """Bytes of both layer potentials at one field point."""
+    return 16 * (len(surface.vertices) + len(surface.triangles))
+
+
+def _layer_block(surface: Surface) -> int:
+    """Field points whose layer potentials are made at once."""
+    return max(1, _LAYER_BYTES // _layer_bytes(surface))
 
 
 def _pressures(
@@ -163,12 +163,12 @@ def _pressures(
     fidelity: AcousticsFidelity,
     engine: str,
     plane: RigidPlane | None,
-) -> ComplexArray:
+) -> Solved:
     """Pressure of one band at the field points (n_f, n_point), or at the vertices (n_f, n_v) when there are none."""
     columns = len(surface.vertices) if points is None else len(points)
     pressure = np.zeros((len(frequency), columns), dtype=complex)
     omega = 2 * np.pi * frequency
-    solved = np.flatnonzero(frequency > 0)
+    record, solved = SolverRecord(), np.flatnonzero(frequency > 0)
     wavenumbers = omega[solved] / air.speed_of_sound
     if incident is not None and plane is not None:
         incident = Reflected(incident, plane)
@@ -182,9 +182,14 @@ def _pressures(
             pressure[at] = on_surface
         else:
             ends = with_images(points, plane)
-            double, single = layer_potentials(surface, ends, float(k), fidelity.field_near_ratio)
-            pressure[at] = (double @ on_surface - single @ gradient).reshape(-1, len(points)).sum(axis=0)
-    return pressure
+            at_ends = np.empty(len(ends), dtype=complex)
+            for start in range(0, len(ends), _layer_block(surface)):
+                some = slice(start, start + _layer_block(surface))
+                double, single = layer_potentials(surface, ends[some], float(k), fidelity.field_near_ratio)
+                at_ends[some] = double @ on_surface - single @ gradient
+            pressure[at] = at_ends.reshape(-1, len(points)).sum(axis=0)
+        record += system.record
+    return Solved(pressure, record)
 
 
 def _tested(surface: Surface, incident: IncidentField, k: float) -> ComplexArray:

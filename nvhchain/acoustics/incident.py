@@ -7,8 +7,9 @@ from typing import Protocol
 
 import numpy as np
 
+from nvhchain.acoustics.surface import CLEARANCE, winding_and_clearance
 from nvhchain.errors import require
-from nvhchain.handoff import ComplexArray, FloatArray, RigidPlane
+from nvhchain.handoff import ComplexArray, FloatArray, RigidPlane, Surface
 
 
 class IncidentField(Protocol):
@@ -63,3 +64,27 @@ class Reflected:
         pressure, gradient = self.field.pressure_and_gradient(points, wavenumber)
         image, slope = self.field.pressure_and_gradient(self.plane.mirror(points), wavenumber)
         return pressure + image, gradient + self.plane.mirror_direction(slope)
+
+
+def check_incident(incident: IncidentField, surface: Surface, plane: RigidPlane | None) -> None:
+    """Raise `InputError` for a point source inside the body, on its surface or behind the rigid plane."""
+    if not isinstance(incident, PointSource):
+        return
+    position = np.asarray(incident.position, dtype=float)
+    require(bool(np.isfinite(position).all()), f"point source position {incident.position} is not finite: repair it")
+    winding, clearance = winding_and_clearance(surface, position)
+    where = f"point source at {position.tolist()} m lies"
+    require(
+        winding < 0.5,
+        f"{where} {clearance:.3g} element edges deep inside the body: move it outside, its sound does not get out",
+    )
+    require(
+        clearance >= CLEARANCE,
+        f"{where} {clearance:.3g} element edges from the surface, at least {CLEARANCE:g} are needed: move it away",
+    )
+    if plane is not None:
+        height = float(plane.height(position[None])[0])
+        require(
+            height >= 0,
+            f"{where} {-1e3 * height:.4g} mm behind the rigid plane: move it to the side the plane's normal points to",
+        )

@@ -8,7 +8,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from nvhchain.acoustics.clusters import distance_to_box, groups
-from nvhchain.acoustics.linear_system import Matrix
+from nvhchain.acoustics.linear_system import Matrix, SolverRecord
 from nvhchain.errors import SolverError
 from nvhchain.handoff import ComplexArray, FloatArray, IntArray
 
@@ -90,10 +90,16 @@ def _rows_of_inverse(block: ComplexArray, count: int) -> ComplexArray:
 class IterativeSystem:
     """A p = B ∂p/∂n solved by GMRES to a relative residual."""
 
-    def __init__(self, a: Matrix, b: Matrix, patches: Patches, residual: float, iterations: int) -> None:
-        """patches: filled with the rows of A.  residual: relative to each right-hand side.  iterations: at most."""
+    def __init__(
+        self, a: Matrix, b: Matrix, patches: Patches, residual: float, iterations: int, name: str = "iterative"
+    ) -> None:
+        """patches: filled with the rows of A.  residual: relative to each right-hand side.  iterations: at most.
+
+        name: of the solver in the record.
+        """
         self._a, self._b, self._patches = a, b, patches
         self._residual, self._iterations = residual, iterations
+        self.record = SolverRecord((name,), tolerance=residual)
 
     def solve(self, rhs: ComplexArray) -> ComplexArray:
         """A⁻¹ rhs; `SolverError` where the residual is not reached."""
@@ -114,7 +120,13 @@ class IterativeSystem:
     def _solve(self, product: Product, precondition: Product, rhs: ComplexArray) -> ComplexArray:
         # Most products are small: BLAS threads waiting for the next one would cost more than they save.
         with threadpool_limits(1, user_api="blas"):
-            return gmres(product, precondition, rhs, residual=self._residual, iterations=self._iterations)
+            x = gmres(
+                product, precondition, rhs, residual=self._residual, iterations=self._iterations, reached=self._reached
+            )
+        return x
+
+    def _reached(self, residual: float) -> None:
+        self.record += SolverRecord(residual=residual)
 
 
 def iteration_size(unknowns: int) -> int:
@@ -124,30 +136,42 @@ def iteration_size(unknowns: int) -> int:
 
 
 def gmres(
-    product: Product, precondition: Product, rhs: ComplexArray, *, residual: float, iterations: int
+    product: Product,
+    precondition: Product,
+    rhs: ComplexArray,
+    *,
+    residual: float,
+    iterations: int,
+    reached: Callable[[float], None] = lambda residual: None,
 ) -> ComplexArray:
     """x with |rhs − A x| ≤ residual · |rhs| for every column of rhs (n,) or (n, m): restarted, preconditioned GMRES.
 
     Every column has its own Krylov space; the products with A are made for all of them at once.  product, precondition:
-    A and, from the right, what comes near its inverse, on (n, m).  Raises SolverError with the residual reached where
-    `iterations` do not do.
+    A and, from the right, what comes near its inverse, on (n, m).  reached: is told the largest residual left.  Raises
+    SolverError with the residual reached where `iterations` do not do.
     """
     columns = rhs.reshape(len(rhs), -1)
     parts = [
-        _converged(product, precondition, columns[:, start : start + COLUMNS], residual, iterations)
+        _converged(product, precondition, columns[:, start : start + COLUMNS], residual, iterations, reached)
         for start in range(0, columns.shape[1], COLUMNS)
     ]
     return np.concatenate(parts, axis=1).reshape(rhs.shape)
 
 
 def _converged(
-    product: Product, precondition: Product, rhs: ComplexArray, residual: float, iterations: int
+    product: Product,
+    precondition: Product,
+    rhs: ComplexArray,
+    residual: float,
+    iterations: int,
+    reached: Callable[[float], None],
 ) -> ComplexArray:
     target = residual * np.linalg.norm(rhs, axis=0)
     x, left, done = np.zeros_like(rhs, dtype=complex), rhs, 0
     while True:
         size = np.linalg.norm(left, axis=0)
         if (size <= target).all():
+            reached(float((residual * size / np.where(target > 0, target, 1.0)).max()))
             return x
         if done >= iterations or not np.isfinite(size).all():
             worst = float((size / np.maximum(target, np.finfo(float).tiny)).max() * residual)

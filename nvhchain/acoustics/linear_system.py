@@ -2,13 +2,57 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from dataclasses import dataclass
+from typing import Any, Protocol
 
 import numpy as np
 from scipy.linalg import lapack
 
 from nvhchain.errors import SolverError
 from nvhchain.handoff import ComplexArray
+
+
+@dataclass(frozen=True)
+class SolverRecord:
+    """How systems were solved.
+
+    solvers: of `direct`, `iterative` and `compressed` those that were used.  residual: largest that an iteration
+    left, relative to its right-hand side, and tolerance: what it was asked for; 0 where nothing was iterated.
+    condition: smallest reciprocal condition number of a matrix that was factorised; 1 where none was.
+    """
+
+    solvers: tuple[str, ...] = ()
+    residual: float = 0.0
+    tolerance: float = 0.0
+    condition: float = 1.0
+
+    def __add__(self, other: SolverRecord) -> SolverRecord:
+        return SolverRecord(
+            tuple(sorted({*self.solvers, *other.solvers})),
+            max(self.residual, other.residual),
+            max(self.tolerance, other.tolerance),
+            min(self.condition, other.condition),
+        )
+
+    @property
+    def provenance(self) -> dict[str, Any]:
+        """What there is to tell."""
+        told: dict[str, Any] = {"solver": ", ".join(self.solvers)} if self.solvers else {}
+        if self.tolerance:
+            told |= {"solver_tolerance": self.tolerance, "solver_residual": self.residual}
+        if self.condition < 1.0:
+            told["solver_reciprocal_condition"] = self.condition
+        return told
+
+    @classmethod
+    def of(cls, provenance: dict[str, Any]) -> SolverRecord:
+        """The record that `provenance` tells of."""
+        return cls(
+            tuple(filter(None, provenance.get("solver", "").split(", "))),
+            provenance.get("solver_residual", 0.0),
+            provenance.get("solver_tolerance", 0.0),
+            provenance.get("solver_reciprocal_condition", 1.0),
+        )
 
 
 class Matrix(Protocol):
@@ -51,6 +95,10 @@ class System(Protocol):
     def apply_b(self, gradient: ComplexArray) -> ComplexArray:
         """B · gradient (n_v, …) of the pressure gradient ∂p/∂n of every face."""
 
+    @property
+    def record(self) -> SolverRecord:
+        """How it has been solved so far."""
+
     def release(self) -> None:
         """Give the memory back; nothing can be solved afterwards."""
 
@@ -61,6 +109,7 @@ class DirectSystem:
     def __init__(self, a: ComplexArray, b: ComplexArray) -> None:
         """Factorise A (n_v, n_v); B (n_v, n_face) is kept.  Raises what `Factor` raises."""
         self._factor, self._b = Factor(a), DenseMatrix(b)
+        self.record = SolverRecord(("direct",), condition=self._factor.reciprocal_condition)
 
     def solve(self, rhs: ComplexArray) -> ComplexArray:
         """A⁻¹ rhs."""
@@ -91,6 +140,7 @@ class Factor:
         # LAPACK wants columns in a row: the transposed view of a C-ordered array is one without a copy.
         self._lu, self._pivots, info = factorise(matrix.T, overwrite_a=True)
         reciprocal_condition, _ = condition(self._lu, norm) if info == 0 else (0.0, 0)
+        self.reciprocal_condition = float(reciprocal_condition)
         if reciprocal_condition < len(matrix) * np.finfo(matrix.real.dtype).eps:
             raise SolverError(
                 f"boundary element matrix of {len(matrix)} unknowns is singular to working precision (reciprocal "

@@ -7,8 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from nvhchain import store
+from nvhchain.acoustics.bands import Solved
+from nvhchain.acoustics.linear_system import SolverRecord
 from nvhchain.conventions import Air
-from nvhchain.handoff import ComplexArray, FloatArray, Surface, TransferVectors
+from nvhchain.handoff import FloatArray, Surface, TransferVectors
 from nvhchain.resume import code_version, fingerprint, found
 
 
@@ -26,17 +28,18 @@ class VectorShards:
     air: Air
     settings: tuple[Any, ...]
 
-    def find(self, frequency: FloatArray) -> ComplexArray | None:
+    def find(self, frequency: FloatArray) -> Solved | None:
         """(n_f, n_point, n_face) Pa/(m/s) of the band of these frequencies, None if it has to be solved."""
         path, key = self._place(frequency)
         shard = found(path, TransferVectors, key)
-        return shard.vectors if shard is not None else None
+        return Solved(shard.vectors, SolverRecord.of(shard.provenance)) if shard is not None else None
 
-    def keep(self, frequency: FloatArray, values: ComplexArray) -> None:
+    def keep(self, frequency: FloatArray, solved: Solved) -> None:
         """Save a band: written aside and renamed, so that it is there as a whole or not at all."""
         path, key = self._place(frequency)
-        provenance = {"stage": "acoustics.transfer_vectors", "key": key}
-        store.save(TransferVectors(frequency, self.points, values, self.surface, self.air, provenance=provenance), path)
+        provenance = {"stage": "acoustics.transfer_vectors", "key": key, **solved.record.provenance}
+        vectors = TransferVectors(frequency, self.points, solved.values, self.surface, self.air, provenance=provenance)
+        store.save(vectors, path)
 
     def _place(self, frequency: FloatArray) -> tuple[Path, str]:
         """(file, key) of the band of these frequencies."""

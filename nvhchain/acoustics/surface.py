@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from nvhchain.acoustics.bodies import check_bodies, winding_number
 from nvhchain.conventions import Air
 from nvhchain.errors import InputError, require
 from nvhchain.fidelity import AcousticsFidelity
@@ -42,7 +43,11 @@ def mean_edge(surface: Surface) -> float:
 
 
 def check_mesh(surface: Surface, f_max: float, air: Air, fidelity: AcousticsFidelity) -> None:
-    """Raise `InputError` for a mesh coarser at `f_max` (Hz) than `fidelity` admits; below two it carries no wave."""
+    """Raise `InputError` for a mesh coarser at `f_max` (Hz) than `fidelity` admits; below two it carries no wave.
+
+    Also for bodies that are turned inward, lie in each other or touch (`check_bodies`).
+    """
+    check_bodies(surface)
     if f_max <= 0:
         return
     least = fidelity.coarsest_elements_per_wavelength
@@ -57,14 +62,13 @@ def check_mesh(surface: Surface, f_max: float, air: Air, fidelity: AcousticsFide
     )
 
 
-def _winding_and_clearance(surface: Surface, point: FloatArray) -> tuple[float, float]:
-    """Winding number of the surface about `point` (van Oosterom & Strackee 1983, eq. 8) and the least ratio of its
-    distance from a triangle to that triangle's longest edge (Ericson, Real-Time Collision Detection, 5.1.5)."""
-    a, b, c = np.moveaxis(surface.vertices[surface.triangles] - point, 1, 0)
+def winding_and_clearance(surface: Surface, point: FloatArray) -> tuple[float, float]:
+    """Winding number of the surface about `point` and its least distance from a triangle in longest edges of that
+    triangle (Ericson, Real-Time Collision Detection, 5.1.5)."""
+    corners = surface.vertices[surface.triangles]
+    a, b, c = np.moveaxis(corners - point, 1, 0)
     aa, bb, cc, ab, bc, ca = (np.einsum("ij,ij->i", u, v) for u, v in ((a, a), (b, b), (c, c), (a, b), (b, c), (c, a)))
-    la, lb, lc = np.sqrt(aa), np.sqrt(bb), np.sqrt(cc)
     triple = np.einsum("ij,ij->i", a, np.cross(b, c))
-    angle = 2.0 * np.arctan2(triple, la * lb * lc + ab * lc + bc * la + ca * lb)
 
     # Voronoi regions of the triangle; every edge parameter is the clipped projection on that edge.
     u, v = aa - ab, aa - ca
@@ -77,7 +81,7 @@ def _winding_and_clearance(surface: Surface, point: FloatArray) -> tuple[float, 
     for first, second, p, q, pq in ((a, b, aa, bb, ab), (b, c, bb, cc, bc), (c, a, cc, aa, ca)):
         w = np.clip((p - pq) / (p + q - 2 * pq), 0.0, 1.0)[:, None]
         nearest = np.minimum(nearest, np.linalg.norm(first + w * (second - first), axis=1))
-    return float(angle.sum() / (4.0 * np.pi)), float((nearest / surface.longest_edges).min())
+    return winding_number(corners, point), float((nearest / surface.longest_edges).min())
 
 
 def check_points(surface: Surface, points: ArrayLike, clearance: float = CLEARANCE) -> FloatArray:
@@ -90,7 +94,7 @@ def check_points(surface: Surface, points: ArrayLike, clearance: float = CLEARAN
     # most points lie so far outside the bounding box that no triangle needs to be looked at
     beyond = np.maximum(surface.vertices.min(axis=0) - x, x - surface.vertices.max(axis=0)).max(axis=1)
     for m in np.flatnonzero(beyond <= clearance * surface.longest_edges.max()):
-        winding, distance = _winding_and_clearance(surface, x[m])
+        winding, distance = winding_and_clearance(surface, x[m])
         require(winding < 0.5, f"field point {m} at {x[m].tolist()} m lies inside the body: move it outside")
         require(
             distance >= clearance,
@@ -104,7 +108,7 @@ def point_clearance(surface: Surface, points: FloatArray, reach: float) -> float
     """Least distance of the points (n_point, 3) m from a triangle in edges of that triangle; inf if above `reach`."""
     beyond = np.maximum(surface.vertices.min(axis=0) - points, points - surface.vertices.max(axis=0)).max(axis=1)
     near = points[beyond <= reach * surface.longest_edges.max()]
-    least = min((_winding_and_clearance(surface, point)[1] for point in near), default=np.inf)
+    least = min((winding_and_clearance(surface, point)[1] for point in near), default=np.inf)
     return least if least < reach else np.inf
 
 

@@ -1,4 +1,4 @@
-"""Acoustic transfer vectors by the adjoint: one factorisation per frequency, one solve per field point."""
+"""Acoustic transfer vectors by the adjoint: one system per frequency, one right-hand side per field point."""
 
 from __future__ import annotations
 
@@ -11,24 +11,34 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nvhchain.acoustics.accuracy import expected_accuracy
-from nvhchain.acoustics.bands import BAND, over_bands
+from nvhchain.acoustics.bands import BAND, Solved, over_bands
 from nvhchain.acoustics.coarsening import CoarseSurface, coarse_surfaces
 from nvhchain.acoustics.engines import check_engine, check_memory, systems
+from nvhchain.acoustics.linear_system import SolverRecord
 from nvhchain.acoustics.plane import check_plane, with_images
 from nvhchain.acoustics.potentials import layer_potentials
-from nvhchain.acoustics.rayleigh import rayleigh_vectors
+from nvhchain.acoustics.rayleigh import check_rayleigh_memory, rayleigh_accuracy, rayleigh_vectors
 from nvhchain.acoustics.shards import VectorShards
 from nvhchain.acoustics.surface import check_mesh, check_points
 from nvhchain.conventions import Air, Progress
 from nvhchain.errors import require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
-from nvhchain.handoff import ComplexArray, FloatArray, RigidPlane, Surface, TransferVectors
+from nvhchain.handoff import FloatArray, RigidPlane, Surface, TransferVectors
+
+QUADRATURE = {
+    "fused": (
+        "quadrature_order", "quadrature_error", "close_distances", "close_orders", "gap_ratio", "gap_halvings",
+        "singular_order", "needle_aspect", "precision",
+    ),
+    "bempp": ("quadrature_order", "close_orders", "singular_order"),
+}  # fmt: skip
+"""Knobs that the matrices of every engine depend on."""
 
 
 def master_frequencies(low: float, high: float, fidelity: AcousticsFidelity) -> FloatArray:
     """Equally spaced master frequencies (Hz) from `low` to `high`: what is left of a transfer vector once its phase is
     removed oscillates in frequency with the body's own travel time, at every frequency alike."""
-    require(0 <= low <= high and high > 0, f"band {low:g}…{high:g} Hz is empty: give 0 ≤ low ≤ high")
+    require(0 <= low <= high < np.inf and high > 0, f"band {low:g}…{high:g} Hz is empty: give 0 ≤ low ≤ high, finite")
     if low == high:
         return np.array([high])
     require(
@@ -65,7 +75,8 @@ def transfer_vectors(
     """Pressure at field points per unit normal velocity of every face, p = vectors · v_n, at master frequencies.
 
     A p = B ∂p/∂n on the surface, ∂p/∂n = −jωρ v_n and p(x) = d·p − s·∂p/∂n give the vector −jωρ (Bᵀ A⁻ᵀ d − s): one
-    LU factorisation per frequency and one solve per field point, whatever the number of faces.
+    system per frequency, solved for one right-hand side per field point, whatever the number of faces.  How it was
+    solved is in the provenance: `solver`, and what is left of the right-hand sides where it was iterated.
 
     surface: closed, outward, resolving the highest frequency at `fidelity.elements_per_wavelength`.
     points: (n_point, 3) m, outside the body.  frequencies: (n_f,) Hz, increasing; at 0 Hz the vectors vanish.
@@ -75,7 +86,7 @@ def transfer_vectors(
     shards: folder in which every finished band is saved, and from which a run that was killed takes them again.
     coarser: surfaces of the same body for lower frequencies, instead of `fidelity.coarse_edge_ratios`; each is used
     where it has `fidelity.coarse_elements_per_wavelength`, and the vectors are brought back to the faces of `surface`.
-    `fidelity.radiation` = `rayleigh` takes the Rayleigh integral instead (`rayleigh_vectors`).
+    `fidelity.radiation` = `rayleigh` takes the Rayleigh integral instead (`rayleigh_vectors`, `rayleigh_accuracy`).
     Assumes one-way coupling.  Raises InputError (mesh too coarse, point inside or too near, body or point behind the
     plane or too near it), ResourceError (matrices do not fit into free memory), SolverError (singular system).
     """
@@ -91,33 +102,69 @@ def transfer_vectors(
         check_plane(plane, surface, x)
     ends = with_images(x, plane)
     exact = fidelity.radiation == "boundary_elements"
-    expected = expected_accuracy(surface, x, float(frequency[-1]), air, fidelity) if exact else {}
+    if exact:
+        expected = expected_accuracy(surface, x, float(frequency[-1]), air, fidelity)
+    else:
+        expected = rayleigh_accuracy(surface, frequency, air)
     below = coarse_surfaces(surface, coarser, ends, plane, air, fidelity) if exact else ()
+    records: list[SolverRecord] = []
     settings = (fidelity, engine, plane, *(coarse.surface for coarse in below))
     size = 2 * 16 * len(frequency) * len(ends) * len(surface.triangles)
     # of a band under way: both layers, the adjoint solution and the finished vectors
     columns = 16 * len(ends) * (2 * len(surface.vertices) + (2 + BAND) * len(surface.triangles))
+    if exact:
+        task = columns + check_memory(surface, size + columns, engine, fidelity)
+    else:
+        task = columns + check_rayleigh_memory(surface, len(ends), size + columns)
     vectors = over_bands(
         _vectors,
         frequency,
         (),
         (surface, ends, air, fidelity, engine, plane, below),
-        memory_per_task=columns + (check_memory(surface, size + columns, engine, fidelity) if exact else 0),
+        memory_per_task=task,
         executor=executor,
         progress=progress,
         shards=VectorShards(shards, surface, ends, air, settings) if shards else None,
+        records=records,
     )
     image = None
     if plane is not None:
         image = vectors[:, len(x) :]
         vectors = vectors[:, : len(x)] + image
-    provenance = made_by("transfer_vectors", fidelity, engine) | expected
-    return TransferVectors(frequency, x, vectors, surface, air, plane, image, provenance=provenance)
+    if exact:
+        coarse_knobs = ("coarse_edge_ratios", "coarse_elements_per_wavelength") if below else ()
+        provenance = made_by("transfer_vectors", fidelity, engine, coarse_knobs, records)
+    else:
+        knobs = told(fidelity, ("radiation", "field_near_ratio"))
+        provenance = {"stage": "acoustics.transfer_vectors", "fidelity": knobs}
+    return TransferVectors(frequency, x, vectors, surface, air, plane, image, provenance=provenance | expected)
 
 
-def made_by(stage: str, fidelity: AcousticsFidelity, engine: str) -> dict[str, Any]:
-    """Provenance of an acoustic result."""
-    return {"stage": f"acoustics.{stage}", "fidelity": repr(fidelity), "engine": engine}
+def made_by(
+    stage: str,
+    fidelity: AcousticsFidelity,
+    engine: str,
+    others: Sequence[str] = (),
+    records: Sequence[SolverRecord] = (),
+) -> dict[str, Any]:
+    """Provenance of what boundary elements gave: the knobs that took part, with `others`, and how it was solved."""
+    knobs = (*QUADRATURE[engine], "field_near_ratio", "solver", *others)
+    record = sum(records, SolverRecord())
+    if record.tolerance:
+        knobs = (*knobs, "solver_residual", "solver_iterations")
+    if "compressed" in record.solvers:
+        knobs = (*knobs, "compression_error")
+    return {
+        "stage": f"acoustics.{stage}",
+        "fidelity": told(fidelity, knobs),
+        "engine": engine,
+        **record.provenance,
+    }
+
+
+def told(fidelity: AcousticsFidelity, knobs: Sequence[str]) -> str:
+    """Some knobs as text."""
+    return f"AcousticsFidelity({', '.join(f'{name}={getattr(fidelity, name)!r}' for name in knobs)})"
 
 
 def _vectors(
@@ -129,13 +176,15 @@ def _vectors(
     engine: str,
     plane: RigidPlane | None = None,
     below: Sequence[CoarseSurface] = (),
-) -> ComplexArray:
-    """Transfer vectors (n_f, n_point, n_face) of one band; with a plane, `points` are followed by their images.
+) -> Solved:
+    """Transfer vectors (n_f, n_point, n_face) of one band and how they were solved; with a plane, `points` are
+    followed by their images.
 
     below: surfaces for lower frequencies, coarsest first.
     """
     if fidelity.radiation == "rayleigh":
-        return rayleigh_vectors(frequency, surface, points, air, fidelity.field_near_ratio)
+        return Solved(rayleigh_vectors(frequency, surface, points, air, fidelity.field_near_ratio), SolverRecord())
+    record = SolverRecord()
     vectors = np.empty((len(frequency), len(points), len(surface.triangles)), dtype=complex)
     left = np.ones(len(frequency), dtype=bool)
     for coarse in below:
@@ -144,11 +193,13 @@ def _vectors(
             continue
         left[mine] = False
         solved = _solved(frequency[mine], coarse.surface, points, air, fidelity, engine, plane)
-        for row, f, coarse_vectors in zip(mine, frequency[mine], solved, strict=True):
+        record += solved.record
+        for row, f, coarse_vectors in zip(mine, frequency[mine], solved.values, strict=True):
             vectors[row] = coarse.on_fine_faces(coarse_vectors, points, 2 * np.pi * f / air.speed_of_sound)
     if left.any():
-        vectors[left] = _solved(frequency[left], surface, points, air, fidelity, engine, plane)
-    return vectors
+        vectors[left], fine = _solved(frequency[left], surface, points, air, fidelity, engine, plane)
+        record += fine
+    return Solved(vectors, record)
 
 
 def _solved(
@@ -159,8 +210,9 @@ def _solved(
     fidelity: AcousticsFidelity,
     engine: str,
     plane: RigidPlane | None,
-) -> ComplexArray:
+) -> Solved:
     """Transfer vectors (n_f, n_point, n_face) by boundary elements on `surface`."""
+    record = SolverRecord()
     vectors = np.zeros((len(frequency), len(points), len(surface.triangles)), dtype=complex)
     omega = 2 * np.pi * frequency
     solved = np.flatnonzero(frequency > 0)
@@ -168,4 +220,5 @@ def _solved(
     for at, k, system in zip(solved, wavenumbers, systems(engine, surface, wavenumbers, fidelity, plane), strict=True):
         double, single = layer_potentials(surface, points, float(k), fidelity.field_near_ratio)
         vectors[at] = -1j * omega[at] * air.density * (system.adjoint(double.T).T - single)
-    return vectors
+        record += system.record
+    return Solved(vectors, record)

@@ -5,14 +5,16 @@ series of Bowman, Senior & Uslenghi, Electromagnetic and Acoustic Scattering by 
 a point source inside a body of any shape gives the body a normal velocity; outside, its field is that of the source.
 """
 
+from dataclasses import replace
+
 import acoustics_bodies as bodies
 import numpy as np
 import pytest
 from scipy.special import spherical_jn, spherical_yn
 
-from nvhchain.acoustics import PlaneWave, PointSource, solve_direct, sphere, surface_pressure
+from nvhchain.acoustics import PlaneWave, PointSource, RigidPlane, direct, solve_direct, sphere, surface_pressure
 from nvhchain.acoustics._coupling import coupling
-from nvhchain.errors import InputError
+from nvhchain.errors import InputError, ResourceError
 from nvhchain.handoff import SurfaceVelocity
 
 LEVELS = {200.0: 114.062, 1000.0: 122.198, 1715.0: 122.912}
@@ -103,6 +105,21 @@ def test_an_incident_field_at_zero_frequency_is_refused(air, coarse):
         )
 
 
+def test_a_point_source_inside_the_body_on_it_or_behind_the_plane_is_refused_with_the_number(air, coarse):
+    body = sphere(0.1, 2)
+    still = SurfaceVelocity([500.0], np.zeros((1, 320)), body)
+    floor = RigidPlane((0.0, 0.0, -0.15), (0.0, 0.0, 1.0))
+    on_face = body.centroids[3] + 1e-4 * body.longest_edges[3] * body.normals[3]
+    for position, plane, message in (
+        ((0.0, 0.0, 0.05), None, r"point source at .* m lies 1\.\d+ element edges deep inside the body"),
+        (tuple(on_face), None, r"lies 0\.0001 element edges from the surface, at least 0\.001 are needed"),
+        ((0.3, 0.0, -0.2), floor, r"lies 50 mm behind the rigid plane"),
+        ((np.nan, 0.0, 0.3), None, "is not finite"),
+    ):
+        with pytest.raises(InputError, match=message):
+            surface_pressure(still, air=air, fidelity=coarse, incident=PointSource(position), plane=plane)
+
+
 BRACKET = {"size": (0.2, 0.2, 0.1), "remove": lambda c: c[0] > 0.1 and c[1] > 0.1}
 
 
@@ -160,3 +177,38 @@ def test_coupling_is_minus_j_over_k_and_bounded():
     body = sphere(0.1, 2)
     assert coupling(body, 200.0) == pytest.approx(-1j / 200.0, rel=2e-3)
     assert abs(coupling(body, 1e-3)) < 0.2
+
+
+def test_provenance_tells_the_knobs_that_took_part_and_how_it_was_solved(air, coarse):
+    body = sphere(0.1, 2)
+    velocity = SurfaceVelocity([500.0], np.ones((1, 320)), body)
+    asked = replace(coarse, radiation="rayleigh", coarse_edge_ratios=(2.0,))
+    for result in (
+        solve_direct(velocity, [[0.0, 0.0, 1.0]], air=air, fidelity=asked),
+        surface_pressure(velocity, air=air, fidelity=asked),
+    ):
+        told = result.provenance
+        assert not any(word in told["fidelity"] for word in ("radiation", "masters", "interpolation", "coarse"))
+        assert "singular_order=4" in told["fidelity"]
+        assert told["solver"] == "direct"
+        assert 1e-6 < told["solver_reciprocal_condition"] < 1.0
+    iterated = solve_direct(velocity, [[0.0, 0.0, 1.0]], air=air, fidelity=replace(coarse, solver="compressed"))
+    told = iterated.provenance
+    assert told["solver"] == "compressed"
+    assert 0.0 < told["solver_residual"] <= told["solver_tolerance"] < 1.001e-6
+    assert "compression_error=1e-05" in told["fidelity"]
+
+
+def test_field_points_come_in_blocks_and_what_they_take_is_counted(air, coarse, monkeypatch):
+    body, points = sphere(0.1, 1), bodies.shell(50, 1.0)
+    velocity = SurfaceVelocity([300.0, 500.0], np.ones((2, 80)), body)
+    whole = solve_direct(velocity, points, air=air, fidelity=coarse).pressure
+    asked, real = [], direct.check_memory
+    monkeypatch.setattr(direct, "check_memory", lambda *some: asked.append(some[1]) or real(*some))
+    monkeypatch.setattr(direct, "_LAYER_BYTES", 7 * 16 * (len(body.vertices) + 80))
+    assert np.abs(solve_direct(velocity, points, air=air, fidelity=coarse).pressure - whole).max() < 1e-14
+    assert asked == [7 * 16 * (len(body.vertices) + 80) + 16 * 2 * 50]
+    monkeypatch.setattr("nvhchain.acoustics.engines.psutil.virtual_memory", lambda: type("M", (), {"available": 2**24}))
+    many = np.broadcast_to([[0.0, 0.0, 1.0]], (10**6, 3))
+    with pytest.raises(ResourceError, match=r"GiB are free: ask for fewer field points"):
+        solve_direct(velocity, many, air=air, fidelity=coarse)

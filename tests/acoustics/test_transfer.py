@@ -191,7 +191,7 @@ def test_bands_on_an_executor_give_the_same_vectors_and_report_progress(bracket,
     assert seen[-1] == (10, 10)
     assert alone.provenance["engine"] == "fused"
     task = pickle.loads(pickle.dumps((_vectors, frequency[:1], bracket, alone.points, air, coarse, "fused")))
-    assert np.array_equal(task[0](*task[1:])[0], alone.vectors[0])
+    assert np.array_equal(task[0](*task[1:]).values[0], alone.vectors[0])
 
 
 def test_masters_span_the_band(coarse):
@@ -200,6 +200,19 @@ def test_masters_span_the_band(coarse):
     assert master_frequencies(80.0, 80.0, coarse).tolist() == [80.0]
     with pytest.raises(InputError, match="empty"):
         master_frequencies(100.0, 50.0, coarse)
+
+
+def test_a_band_without_a_finite_end_is_refused(coarse):
+    for low, high in ((0.0, np.inf), (np.nan, 100.0), (0.0, np.nan)):
+        with pytest.raises(InputError, match="empty: give 0 ≤ low ≤ high, finite"):
+            master_frequencies(low, high, coarse)
+
+
+def test_an_executor_that_was_shut_down_is_refused_in_one_line(bracket, air, coarse):
+    executor = ThreadPoolExecutor(1)
+    executor.shutdown()
+    with pytest.raises(InputError, match=r"the executor takes no tasks any more \(cannot schedule .*: hand in one"):
+        transfer_vectors(bracket, [[0.0, 0.0, 1.0]], [100.0], air=air, fidelity=coarse, executor=executor)
 
 
 def test_a_single_master_serves_its_own_line_only(bracket, air, coarse):

@@ -1,0 +1,104 @@
+"""The bodies that a surface is made of: each turned outward, none inside, through or touching another."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from itertools import permutations
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
+
+from nvhchain.acoustics.intersections import crossing_pairs, gaps, neighbours
+from nvhchain.errors import InputError, require
+from nvhchain.handoff import FloatArray, IntArray, Surface
+
+LEAST_GAP = 1e-3
+"""Air between two triangles, in longest edges of the longer one, below which they count as touching."""
+
+
+def bodies_of(triangles: IntArray) -> IntArray:
+    """Number (n_face,) of the connected body every triangle (n_face, 3) belongs to."""
+    edges = triangles[:, [0, 1, 1, 2]].reshape(-1, 2).T
+    count = int(triangles.max()) + 1
+    link = sp.coo_matrix((np.ones(edges.shape[1], dtype=bool), edges), shape=(count, count))
+    return np.unique(connected_components(link, directed=False)[1][triangles[:, 0]], return_inverse=True)[1]
+
+
+@lru_cache(maxsize=8)
+def check_bodies(surface: Surface) -> None:
+    """Raise `InputError` unless every body of the surface is turned outward and keeps clear of itself and the others.
+
+    A body inside another one, and a cavity without an opening, radiates nothing outside and would only add its own
+    resonances.  0.25 s for 30 000 triangles, once for a surface.
+    """
+    body = bodies_of(surface.triangles)
+    _check_orientation(surface, body)
+    pairs = neighbours(surface, LEAST_GAP)
+    crossing = crossing_pairs(surface, pairs)
+    if len(crossing):
+        one, other = crossing[0]
+        where = surface.centroids[one].tolist()
+        itself = body[crossing[:, 0]] == body[crossing[:, 1]]
+        what = "a body passes through itself" if itself.all() else "two bodies pass through each other or touch"
+        raise InputError(
+            f"{what} at {len(crossing)} pairs of triangles (the first: {one} and {other} near {where} m): unite them "
+            "to one surface or move them apart"
+        )
+    gap = gaps(surface, pairs, LEAST_GAP)
+    if len(gap.ratio):
+        at = int(gap.ratio.argmin())
+        one, other = gap.pairs[at]
+        edge = float(surface.longest_edges[[one, other]].max())
+        raise InputError(
+            f"triangles {one} and {other} near {surface.centroids[one].tolist()} m face each other across "
+            f"{1e3 * gap.ratio[at] * edge:.3g} mm of air, at least {1e3 * LEAST_GAP * edge:.3g} mm ({LEAST_GAP:g} of "
+            "their edge) are needed: close the gap, widen it or refine the surface there"
+        )
+    _check_nesting(surface, body)
+
+
+def _check_orientation(surface: Surface, body: IntArray) -> None:
+    """Every body must enclose a positive volume."""
+    first = np.unique(body, return_index=True)[1]
+    origin = surface.vertices[surface.triangles[first, 0]][body]
+    corners = surface.vertices[surface.triangles] - origin[:, None]
+    volume = np.bincount(body, np.linalg.det(corners) / 6.0)
+    worst = int(volume.argmin())
+    require(
+        volume[worst] > 0,
+        f"body {worst} of {len(volume)} (triangle {first[worst]} and what is joined to it) encloses "
+        f"{volume[worst]:.3g} m³: its normals point inward; flip its triangles, or drop them if they are the wall of a "
+        "cavity inside another body, from which no sound gets out",
+    )
+
+
+def _check_nesting(surface: Surface, body: IntArray) -> None:
+    """No body may lie inside another; that none passes through another is known."""
+    count = int(body.max()) + 1
+    if count == 1:
+        return
+    corners = surface.vertices[surface.triangles]
+    parts = [corners[body == number] for number in range(count)]
+    low = np.array([part.min(axis=(0, 1)) for part in parts])
+    high = np.array([part.max(axis=(0, 1)) for part in parts])
+    for inner, outer in permutations(range(count), 2):
+        if (low[inner] >= low[outer]).all() and (high[inner] <= high[outer]).all():
+            require(
+                winding_number(parts[outer], parts[inner][0, 0]) < 0.5,
+                f"body {inner} of {count} near {parts[inner][0, 0].tolist()} m lies inside body {outer}: drop it, its "
+                "sound does not get out",
+            )
+
+
+def winding_number(corners: FloatArray, point: FloatArray) -> float:
+    """Winding number about `point` (3,) of a closed surface of triangles (n, 3, 3): one inside, zero outside.
+
+    Source: van Oosterom & Strackee 1983, eq. 8.
+    """
+    a, b, c = np.moveaxis(corners - point, 1, 0)
+    la, lb, lc = (np.linalg.norm(side, axis=1) for side in (a, b, c))
+    ab, bc, ca = (np.einsum("ij,ij->i", u, v) for u, v in ((a, b), (b, c), (c, a)))
+    triple = np.einsum("ij,ij->i", a, np.cross(b, c))
+    angle = 2.0 * np.arctan2(triple, la * lb * lc + ab * lc + bc * la + ca * lb)
+    return float(angle.sum() / (4.0 * np.pi))

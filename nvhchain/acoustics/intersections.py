@@ -1,0 +1,123 @@
+"""Where triangles of a surface pass through each other, touch, or face each other across a gap."""
+
+# mypy: disable-error-code="no-untyped-def"
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numba
+import numpy as np
+
+from nvhchain.fem.triangles import squared_distance
+from nvhchain.handoff import FloatArray, IntArray, Surface
+
+FACING = np.cos(np.radians(120.0))
+"""Cosine of the angle between normals below which two triangles face each other."""
+
+_ROUNDING = 1e-12
+"""Height over a plane, in edges, that counts as lying in it."""
+
+
+class Gap(NamedTuple):
+    """Triangles that face each other with air in between.
+
+    pairs: (n, 2).  ratio: (n,) their distance in longest edges of the longer one.
+    """
+
+    pairs: IntArray
+    ratio: FloatArray
+
+
+def neighbours(surface: Surface, reach: float) -> IntArray:
+    """Pairs (n, 2) of triangles without a common vertex whose bounding boxes, widened by `reach` times half the longest
+    edge of the triangle on every side, overlap."""
+    corners = surface.vertices[surface.triangles]
+    margin = 0.5 * reach * surface.longest_edges[:, None]
+    low, high = corners.min(axis=1) - margin, corners.max(axis=1) + margin
+    axis = int(np.argmax(np.ptp(surface.vertices, axis=0)))
+    order = np.argsort(low[:, axis], kind="stable")
+    # sorted along the longest extent, so that a sweep looks at few pairs
+    turned = np.roll(np.arange(3), -axis)
+    boxes = np.ascontiguousarray(np.concatenate([low[:, turned], high[:, turned]], axis=1)[order])
+    triangles = np.ascontiguousarray(surface.triangles[order])
+    pairs = np.empty((_sweep(boxes, triangles, np.empty((0, 2), dtype=np.int64)), 2), dtype=np.int64)
+    _sweep(boxes, triangles, pairs)
+    return order[pairs]
+
+
+@numba.njit("int64(float64[:,::1], int64[:,::1], int64[:,::1])", cache=True, nogil=True)
+def _sweep(boxes, triangles, pairs):
+    """Count overlapping boxes (n, 6), sorted by their first lower limit, and list as many as `pairs` holds."""
+    found = 0
+    for i in range(len(boxes)):
+        for j in range(i + 1, len(boxes)):
+            if boxes[j, 0] > boxes[i, 3]:
+                break
+            if boxes[j, 1] > boxes[i, 4] or boxes[j, 4] < boxes[i, 1]:
+                continue
+            if boxes[j, 2] > boxes[i, 5] or boxes[j, 5] < boxes[i, 2]:
+                continue
+            shared = False
+            for p in range(3):
+                for q in range(3):
+                    shared |= triangles[i, p] == triangles[j, q]
+            if shared:
+                continue
+            if found < len(pairs):
+                pairs[found, 0], pairs[found, 1] = i, j
+            found += 1
+    return found
+
+
+def crossing_pairs(surface: Surface, pairs: IntArray) -> IntArray:
+    """Those of `pairs` (n, 2) of triangles of which an edge of one passes through the other or ends on it.
+
+    Triangles in one plane do not count.
+    """
+    corners = surface.vertices[surface.triangles]
+    size = surface.longest_edges
+    for one, other in ((0, 1), (1, 0)):
+        # most neighbours lie on one side of each other's plane
+        height = _heights(corners[pairs[:, one]], corners[pairs[:, other]], surface.normals[pairs[:, other]])
+        slack = _ROUNDING * np.maximum(size[pairs[:, 0]], size[pairs[:, 1]])[:, None]
+        one_side = (height > slack).all(axis=1) | (height < -slack).all(axis=1) | (np.abs(height) <= slack).all(axis=1)
+        pairs = pairs[~one_side]
+    crossing = np.zeros(len(pairs), dtype=bool)
+    for left, right in ((pairs[:, 0], pairs[:, 1]), (pairs[:, 1], pairs[:, 0])):
+        height = _heights(corners[left], corners[right], surface.normals[right])
+        slack = _ROUNDING * np.maximum(size[left], size[right])
+        for i in range(3):
+            start, end = height[:, i], height[:, (i + 1) % 3]
+            through = (np.minimum(start, end) <= slack) & (np.maximum(start, end) >= -slack)
+            through &= np.abs(end - start) > 2.0 * slack  # an edge in the plane passes through nothing
+            share = (start / np.where(through, start - end, 1.0)).clip(0.0, 1.0)[:, None]
+            point = (1.0 - share) * corners[left, i] + share * corners[left, (i + 1) % 3]
+            crossing |= through & (squared_distance(point, corners[right]) <= slack**2)
+    return pairs[crossing]
+
+
+def _heights(points: FloatArray, corners: FloatArray, normals: FloatArray) -> FloatArray:
+    """Heights (n, 3) of three points each over the planes of triangles with these corners (n, 3, 3) and normals."""
+    return np.asarray(np.einsum("nij,nj->ni", points - corners[:, :1], normals))
+
+
+def gaps(surface: Surface, pairs: IntArray, reach: float) -> Gap:
+    """Those of `pairs` (n, 2) of triangles that face each other across air of less than `reach` edges.
+
+    The distance is that of corners, middles of edges and centroid of one from the other.
+    """
+    normals, corners, size = surface.normals, surface.vertices[surface.triangles], surface.longest_edges
+    facing = np.einsum("ni,ni->n", normals[pairs[:, 0]], normals[pairs[:, 1]]) < FACING
+    between = surface.centroids[pairs[:, 1]] - surface.centroids[pairs[:, 0]]
+    facing &= np.einsum("ni,ni->n", between, normals[pairs[:, 0]]) > 0
+    facing &= np.einsum("ni,ni->n", between, normals[pairs[:, 1]]) < 0
+    pairs = pairs[facing]
+    least = np.full(len(pairs), np.inf)
+    for one, other in ((pairs[:, 0], pairs[:, 1]), (pairs[:, 1], pairs[:, 0])):
+        for i in range(3):
+            for point in (corners[one, i], 0.5 * (corners[one, i] + corners[one, (i + 1) % 3])):
+                least = np.minimum(least, squared_distance(point, corners[other]))
+        least = np.minimum(least, squared_distance(surface.centroids[one], corners[other]))
+    ratio = np.sqrt(least) / np.maximum(size[pairs[:, 0]], size[pairs[:, 1]])
+    near = ratio < reach
+    return Gap(pairs[near], ratio[near])

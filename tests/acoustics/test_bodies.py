@@ -1,0 +1,115 @@
+"""Bodies that are turned inward, lie in each other, pass through each other or touch are refused; others are not."""
+
+import time
+
+import acoustics_bodies as bodies
+import numpy as np
+import pytest
+
+from nvhchain.acoustics import solve_direct, sphere, transfer_vectors
+from nvhchain.acoustics.bodies import LEAST_GAP, check_bodies
+from nvhchain.acoustics.intersections import gaps, neighbours
+from nvhchain.errors import InputError
+from nvhchain.handoff import Surface, SurfaceVelocity
+
+CUBE = bodies.box((0.2, 0.2, 0.1), 0.025)
+
+
+def moved(body, shift):
+    return body.replace(vertices=body.vertices + np.array(shift))
+
+
+def together(*parts):
+    """One surface of (vertices, triangles) or surfaces."""
+    arrays = [(part.vertices, part.triangles) if isinstance(part, Surface) else part for part in parts]
+    start = np.cumsum([0] + [len(vertices) for vertices, _ in arrays])
+    triangles = [part + first for (_, part), first in zip(arrays, start, strict=False)]
+    return Surface(np.concatenate([vertices for vertices, _ in arrays]), np.concatenate(triangles))
+
+
+def inward(body):
+    return body.vertices, body.triangles[:, ::-1]
+
+
+@pytest.mark.parametrize(
+    "shift",
+    [
+        (0.013, 0.017, 0.021),  # edges through triangles
+        (0.05, 0.05, 0.05),  # the same, but corners on corners
+        (0.05, 0.0, 0.0),  # faces in one plane
+        (0.2, 0.0, 0.0),  # a face on a face
+        (0.2, 0.2, 0.1),  # a corner on a corner
+        (0.0, 0.0, 0.0),  # the same body twice
+        (1e-9, 0.0, 0.0),
+    ],
+)
+def test_bodies_that_pass_through_each_other_touch_or_coincide_are_refused(shift):
+    with pytest.raises(InputError, match=r"two bodies pass through each other or touch at \d+ pairs of triangles"):
+        check_bodies(together(CUBE, moved(CUBE, shift)))
+
+
+def test_a_body_that_passes_through_itself_is_refused():
+    pushed = CUBE.vertices.copy()
+    top = np.flatnonzero(pushed[:, 2] == pushed[:, 2].max())
+    centre = top[np.linalg.norm(pushed[top, :2] + 0.05, axis=1).argmin()]
+    pushed[centre] += [0.004, 0.003, -0.11]
+    with pytest.raises(InputError, match="a body passes through itself"):
+        check_bodies(Surface(pushed, CUBE.triangles))
+
+
+def test_air_thinner_than_a_thousandth_of_an_edge_is_refused_with_the_number_and_wider_air_is_not():
+    edge = float(CUBE.longest_edges.max())
+    for axis, size in ((0, 0.2), (2, 0.1)):
+        shift = np.zeros(3)
+        shift[axis] = size + 0.5 * LEAST_GAP * edge
+        with pytest.raises(InputError, match=r"across 0.0177 mm of air, at least 0.0354 mm .* are needed: close"):
+            check_bodies(together(CUBE, moved(CUBE, shift)))
+        shift[axis] = size + 2.0 * LEAST_GAP * edge
+        check_bodies(together(CUBE, moved(CUBE, shift)))
+
+
+def test_gaps_are_told_with_their_width_and_walls_are_none():
+    """Air between two boxes; not the solid between the faces of a plate a hundredth of an edge thick."""
+    wide = together(CUBE, moved(CUBE, (0.0, 0.0, 0.1 + 0.0035)))
+    found = gaps(wide, neighbours(wide, 0.2), 0.2)
+    assert len(np.unique(found.pairs)) == 2 * 128
+    assert found.ratio.min() == pytest.approx(0.0035 / CUBE.longest_edges.max(), rel=1e-9)
+    plate = bodies.box((0.2, 0.2, 0.025), 0.025)
+    plate = plate.replace(vertices=plate.vertices * [1.0, 1.0, 0.01])
+    check_bodies(plate)
+    assert len(gaps(plate, neighbours(plate, 0.2), 0.2).ratio) == 0
+
+
+def test_a_second_body_turned_inward_a_closed_cavity_and_a_body_inside_another_are_refused():
+    ball, small, beside = sphere(0.1, 2), sphere(0.04, 2), sphere(0.04, 2, (0.2, 0.0, 0.0))
+    check_bodies(together(ball, beside))
+    with pytest.raises(InputError, match=r"body 1 of 2 \(triangle 320 .* encloses -0.000268 m³: its normals point inw"):
+        check_bodies(together(ball, inward(beside)))
+    with pytest.raises(InputError, match=r"body 1 of 2 .* the wall of a cavity inside another body"):
+        check_bodies(together(ball, inward(small)))
+    for order in ((ball, small), (small, ball)):
+        with pytest.raises(InputError, match=r"body \d of 2 near .* lies inside body \d"):
+            check_bodies(together(*order))
+
+
+def test_an_open_notch_and_a_body_in_the_bounding_box_of_another_are_no_nesting():
+    bracket = bodies.box((0.2, 0.2, 0.1), 0.025, remove=lambda c: c[0] > 0.1 and c[1] > 0.1)
+    check_bodies(together(bracket, sphere(0.03, 2, (0.05, 0.05, 0.0))))
+
+
+def test_the_check_stands_at_every_border(air, coarse):
+    twice = together(CUBE, moved(CUBE, (0.05, 0.0, 0.0)))
+    still = SurfaceVelocity([100.0], np.zeros((1, len(twice.triangles))), twice)
+    points = [[0.0, 0.0, 1.0]]
+    with pytest.raises(InputError, match="pass through each other"):
+        transfer_vectors(twice, points, [100.0], air=air, fidelity=coarse)
+    with pytest.raises(InputError, match="pass through each other"):
+        solve_direct(still, points, air=air, fidelity=coarse)
+
+
+def test_thirty_thousand_faces_are_checked_in_less_than_a_second():
+    body = bodies.box((0.6, 0.4, 0.3), 0.0085)
+    assert len(body.triangles) > 29_000
+    start = time.process_time()
+    check_bodies(body)
+    assert time.process_time() - start < 1.0

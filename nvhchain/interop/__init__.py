@@ -1,16 +1,27 @@
 """Foreign files: hand-offs in and out of other programs' formats."""
 
+from nvhchain.interop.abaqus import read_abaqus
 from nvhchain.interop.force_channels import BearingChannels, ForceChannels, Record
 from nvhchain.interop.forces import read_bearing_forces, read_record, write_bearing_forces
+from nvhchain.interop.model_files import write_abaqus, write_nastran
+from nvhchain.interop.models import read_solid_model
+from nvhchain.interop.nastran import read_nastran
+from nvhchain.interop.units import UNIT_SYSTEMS
 from nvhchain.interop.wav import write_history_wav, write_wav
 
 __all__ = [
+    "UNIT_SYSTEMS",
     "BearingChannels",
     "ForceChannels",
     "Record",
+    "read_abaqus",
     "read_bearing_forces",
+    "read_nastran",
     "read_record",
+    "read_solid_model",
+    "write_abaqus",
     "write_bearing_forces",
     "write_history_wav",
+    "write_nastran",
     "write_wav",
 ]

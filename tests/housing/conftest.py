@@ -1,5 +1,8 @@
 """A small one-shaft casting, meshed and reduced once for the tests."""
 
+import sys
+from pathlib import Path
+
 import pytest
 
 from nvhchain.fidelity import HousingFidelity
@@ -7,6 +10,8 @@ from nvhchain.housing import Bore, Casting, GearSpace
 from nvhchain.housing.mesh import mesh_casting, on_engine_plane, radiating_surface
 from nvhchain.housing.reduction import reduce_mesh
 from nvhchain.housing.transfer import normal_motion
+
+sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "fem")]
 
 
 @pytest.fixture(scope="session")

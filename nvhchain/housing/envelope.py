@@ -1,0 +1,225 @@
+"""The closed outer envelope of a meshed body as a radiating surface, and the part of its skin that touches the air.
+
+The body with its cavities filled is averaged over the size of a face, and the surface through one half is drawn by one
+vertex per cell of a lattice (surface nets: Gibson, MICCAI 1998) after diagonal contacts have been filled, so that it is
+closed and manifold whatever the mesh. Ribs much thinner than a face melt into the wall; their flux does not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.ndimage import binary_dilation, distance_transform_edt, gaussian_filter, map_coordinates
+from scipy.sparse.csgraph import connected_components
+
+from nvhchain.errors import InputError, require
+from nvhchain.handoff import FloatArray, IntArray, Surface
+from nvhchain.housing.regions import CAVITY, OUTSIDE, PLUG, WALL, Regions, regions
+from nvhchain.housing.skin import Skin
+from nvhchain.housing.surface_nets import relaxed, split, surface_nets, well_composed
+
+_CELL = 0.98
+"""Lattice cell per mean edge of the triangles that come out."""
+
+_SMOOTHING = 0.35
+"""Standard deviation of the averaging in cells."""
+
+
+@dataclass(frozen=True, eq=False)
+class Envelope:
+    """A radiating surface and what of the skin belongs to it.
+
+    surface: closed, outward.  silent: (n_face,) bool, faces on the engine's plane.  exposed: (k,) bool, facets of the
+    skin that touch the air.  notes: what was found, in words.
+    """
+
+    surface: Surface
+    silent: IntArray
+    exposed: IntArray
+    notes: tuple[str, ...]
+
+
+def outer_envelope(
+    skin: Skin,
+    plugs: Sequence[IntArray],
+    *,
+    face_size: float,
+    opening: float,
+    voxels_per_face: float,
+    floor: tuple[FloatArray, FloatArray] | None = None,
+    surface: Surface | None = None,
+) -> Envelope:
+    """Envelope with edges of about `face_size` (m).
+
+    plugs: node sets of bores and bolts, taken as filled; facets of which all nodes belong to one are not exposed.
+    floor: a point (m) on the engine's plane and its unit normal, pointing at the engine; None where the body is free.
+    opening: m, diameter of the largest other hole that counts as closed.  voxels_per_face: per edge of a face.
+    surface: taken as it is where one is given.
+
+    Raises InputError for a body that is thinner than a face, which has no envelope of that size.
+    """
+    size = face_size / voxels_per_face
+    space = regions(skin.nodes, skin.facets[:, :3], plugs, floor, size, opening)
+    exposed = _exposed(skin, space, plugs, floor, face_size**2)
+    if surface is None:
+        surface, silent = _net(space, face_size * _CELL)
+    else:
+        silent = _on_plane(surface, floor)
+    notes = _notes(skin, space, surface, exposed)
+    return Envelope(surface, silent, exposed, notes)
+
+
+def _exposed(
+    skin: Skin,
+    space: Regions,
+    plugs: Sequence[IntArray],
+    floor: tuple[FloatArray, FloatArray] | None,
+    least: float,
+) -> IntArray:
+    """Facets that look into the outside; patches below `least` (m²) go with what surrounds them."""
+    corners = skin.nodes[skin.facets[:, :3]]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    length = np.linalg.norm(normal, axis=1)
+    normal, area, centre = normal / length[:, None], length / 2, corners.mean(axis=1)
+    front = space.index(centre + space.size * normal)
+    result = space.label[tuple(front.T)]
+    beside = _neighbours(skin.facets)
+    _follow_neighbours(result, beside)
+    buried = result == WALL
+    if buried.any():  # no neighbour that looks into the air: as the air nearest to the place in front
+        solid = (space.label == WALL) | (space.label == PLUG)
+        nearest = distance_transform_edt(solid, return_distances=False, return_indices=True)
+        place = tuple(front[buried].T)
+        result[buried] = space.label[tuple(axis[place] for axis in nearest)]
+    exposed = _without_crumbs(result == OUTSIDE, beside, area, least)
+    for plug in plugs:
+        strange = np.ones(skin.interpolation.shape[1])
+        strange[plug] = 0.0
+        inside = abs(skin.interpolation) @ strange == 0.0  # centres of faces whose nodes are all inside, too
+        exposed &= ~inside[skin.facets].all(axis=1)
+    if floor is not None:
+        height = np.abs((corners - floor[0]) @ floor[1]).max(axis=1)
+        exposed &= height > 0.05 * space.size
+    return exposed
+
+
+def _on_plane(surface: Surface, floor: tuple[FloatArray, FloatArray] | None) -> IntArray:
+    """Faces (n_face,) bool of a given surface that lie on the engine's plane."""
+    if floor is None:
+        return np.zeros(len(surface.areas), dtype=bool)
+    height = np.abs((surface.vertices - floor[0]) @ floor[1])
+    return np.asarray((height[surface.triangles] < 1e-3 * np.sqrt(surface.areas)[:, None]).all(axis=1))
+
+
+def _neighbours(facets: IntArray) -> sp.csr_matrix:
+    """Which facets (k, k) share an edge."""
+    edges = np.sort(facets[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    _, edge = np.unique(edges, axis=0, return_inverse=True)
+    owner = np.repeat(np.arange(len(facets)), 3)
+    touch = sp.csr_matrix((np.ones(len(edge)), (owner, edge.ravel())))
+    return sp.csr_matrix(touch @ touch.T)
+
+
+def _follow_neighbours(result: IntArray, beside: sp.csr_matrix) -> None:
+    """Facets in gaps narrower than a voxel, or beside another wall, are where most of their neighbours are."""
+    while True:
+        open_yet = np.flatnonzero(result == WALL)
+        sides = np.column_stack([result == OUTSIDE, (result == CAVITY) | (result == PLUG)])
+        votes = beside[open_yet] @ sides.astype(float)
+        decided = votes[:, 0] != votes[:, 1]
+        if not decided.any():
+            return
+        result[open_yet[decided]] = np.where(votes[decided, 0] > votes[decided, 1], OUTSIDE, CAVITY)
+
+
+def _without_crumbs(exposed: IntArray, beside: sp.csr_matrix, area: FloatArray, least: float) -> IntArray:
+    """Patches smaller than `least` (m²) join what surrounds them."""
+    first, second = beside.nonzero()
+    same = exposed[first] == exposed[second]
+    link = sp.coo_matrix((np.ones(int(same.sum())), (first[same], second[same])), shape=beside.shape)
+    _, patch = connected_components(link, directed=False)
+    alone = np.bincount(patch, area)[patch] < least
+    surrounded = np.zeros(len(exposed), dtype=bool)
+    surrounded[first[~same]] = True
+    return exposed ^ (alone & (np.bincount(patch, surrounded)[patch] > 0))
+
+
+def _net(space: Regions, cell: float) -> tuple[Surface, IntArray]:
+    """Surface through one half of the averaged body, and its faces on the floor."""
+    body = (space.label != OUTSIDE).astype(np.float32)
+    # the skin passes the middle of the voxels it touches
+    body[binary_dilation(space.label == OUTSIDE, mask=space.label != CAVITY) & (space.label == WALL)] = 0.5
+    sigma = _SMOOTHING * cell / space.size
+    layers = [(0, 0), (0, 0), (0, 0)]
+    if space.on_floor:  # mirrored below, so that nothing is rounded there
+        mirrored = min(body.shape[2], int(np.ceil(4 * sigma + 2 * cell / space.size)))
+        body = np.concatenate([body[:, :, :mirrored][:, :, ::-1], body], axis=2)
+        layers[2] = (mirrored, 0)
+    smooth = gaussian_filter(body, sigma, mode="constant" if not space.on_floor else "nearest")
+    lattice = _lattice(space, cell)
+    inside = _sampled(smooth, space, lattice, layers[2][0]) - 0.5
+    if space.on_floor:
+        inside[:, :, 0] = -0.5
+    full = well_composed(inside > 0, space.on_floor)
+    if not full.any():
+        raise InputError(
+            f"the body is thinner than a radiating face of {1e3 * cell / _CELL:.3g} mm and has no such envelope: "
+            "use smaller faces, or give a radiating surface of your own"
+        )
+    level = np.where(full, np.maximum(inside, 0.02), np.minimum(inside, -0.02))
+    vertices, quads = surface_nets(full, level)
+    vertices = relaxed(vertices, quads, lambda at: _field(smooth, space, lattice, cell, layers[2][0], at))
+    if space.on_floor:
+        vertices[vertices[:, 2] < 1.0, 2] = 0.5  # the lattice's first layer lies half a cell below the floor
+    triangles = split(vertices, quads)
+    on_floor = space.on_floor & (vertices[triangles, 2] < 0.5 + 1e-9).all(axis=1)
+    start = np.array([axis[0] for axis in lattice])
+    place = (start + cell * vertices) @ space.axes.T
+    surface = Surface(place, triangles)
+    return surface, np.asarray(on_floor)
+
+
+def _lattice(space: Regions, cell: float) -> list[FloatArray]:
+    """Coordinates of the lattice points along the grid's axes, in the grid's frame."""
+    axes = []
+    for axis, count in enumerate(space.label.shape):
+        low, high = space.origin[axis], space.origin[axis] + (count - 1) * space.size
+        if axis == 2 and space.on_floor:
+            low -= space.size / 2 + cell / 2
+            number = int(np.ceil((high - low) / cell)) + 2
+        else:
+            number = int(np.ceil((high - low) / cell)) + 2
+            low -= ((number - 1) * cell - (high - low)) / 2
+        axes.append(low + cell * np.arange(number))
+    return axes
+
+
+def _sampled(smooth: FloatArray, space: Regions, lattice: list[FloatArray], below: int) -> FloatArray:
+    grid = np.stack(np.meshgrid(*lattice, indexing="ij"))
+    place = (grid - space.origin[:, None, None, None]) / space.size
+    place[2] += below
+    return np.asarray(map_coordinates(smooth, place, order=1, mode="constant"))
+
+
+def _field(
+    smooth: FloatArray, space: Regions, lattice: list[FloatArray], cell: float, below: int, at: FloatArray
+) -> FloatArray:
+    """Averaged body minus one half at places (v, 3) in lattice units."""
+    start = np.array([axis[0] for axis in lattice])
+    place = (start + cell * at - space.origin) / space.size
+    place[:, 2] += below
+    return np.asarray(map_coordinates(smooth, place.T, order=1, mode="constant")) - 0.5
+
+
+def _notes(skin: Skin, space: Regions, surface: Surface, exposed: IntArray) -> tuple[str, ...]:
+    corners = skin.nodes[skin.facets[:, :3]]
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
+    require(bool(exposed.any()), "no facet of the skin touches the outside: is the engine's plane on the right side?")
+    cavity = int((space.label == CAVITY).sum()) * space.size**3
+    return (
+        f"envelope of {len(surface.triangles)} faces, {1e3 * surface.volume:.4g} litres with {1e3 * cavity:.3g} litres "
+        f"of cavity closed off; {area[exposed].sum():.4g} of {area.sum():.4g} m² of skin touch the air",
+    )

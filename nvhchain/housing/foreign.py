@@ -1,0 +1,204 @@
+"""A housing from somebody else's solid model: repaired, given an envelope, reduced as the parametric casting is."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy.sparse as sp
+
+from nvhchain.conventions import Progress
+from nvhchain.errors import AccuracyWarning, require
+from nvhchain.fem import rigid_map, stiffness_and_mass
+from nvhchain.fem.solid_model import RigidSet, SolidModel
+from nvhchain.fidelity import HousingFidelity
+from nvhchain.handoff import FloatArray, IntArray, ReducedHousing, Surface
+from nvhchain.housing.envelope import outer_envelope
+from nvhchain.housing.foreign_mesh import edge_nodes, sound_mesh
+from nvhchain.housing.mapping_error import facet_flux, gathered, mapping_error
+from nvhchain.housing.response import face_displacement, modal_displacement
+from nvhchain.housing.seat_modes import seat_modes
+from nvhchain.housing.skin import Skin, solid_skin
+from nvhchain.housing.transfer import normal_motion
+from nvhchain.housing.truncation import RESIDUAL_MASS, truncation_error
+
+_STEPS = 6
+_ERROR_FREQUENCIES = 4
+"""Frequencies in the upper three octaves of the band at which the error of the mapping is measured."""
+
+
+@dataclass(frozen=True)
+class EnginePlane:
+    """The rigid plane that closes a housing.  point: m on it.  normal: unit vector that points at the engine."""
+
+    point: tuple[float, float, float]
+    normal: tuple[float, float, float]
+
+    def __post_init__(self) -> None:
+        length = float(np.linalg.norm(self.normal))
+        require(abs(length - 1) < 1e-6, f"EnginePlane normal = {self.normal} has length {length:g}: make it 1")
+
+    @property
+    def arrays(self) -> tuple[FloatArray, FloatArray]:
+        """Point and normal."""
+        return np.array(self.point, dtype=float), np.array(self.normal, dtype=float)
+
+
+def reduce_model(
+    model: SolidModel,
+    seats: Sequence[RigidSet],
+    *,
+    f_max: float,
+    surface_size: float,
+    modal_damping: float,
+    fidelity: HousingFidelity,
+    engine_plane: EnginePlane | None = None,
+    opening: float | None = None,
+    surface: Surface | None = None,
+    progress: Progress | None = None,
+) -> ReducedHousing:
+    """Modes up to fidelity.mode_ratio · f_max and residual flexibility of a foreign model at `seats`.
+
+    seats: from `bearing_seats`, in the order of the bearings.  f_max: Hz.  surface_size: m, edge of radiating faces.
+    modal_damping: fraction of critical, of every mode.  engine_plane: closes the housing, rigid; None for a closed one.
+    opening: m, diameter of the largest hole that counts as closed, surface_size by default.  surface: the radiating
+    surface, if it is not to be made from the skin.
+
+    The provenance holds what was repaired and, in dB, what truncation and the mapping onto the faces cost. Repairs, a
+    mesh too coarse for f_max and a mapping off by more than fidelity.mapping_tolerance_db are warned of.
+    Raises InputError for a mesh that cannot be repaired safely, SolverError when the eigensolver fails.
+    """
+    require(np.isfinite(f_max) and f_max > 0, f"f_max = {f_max} Hz must be positive")
+    require(np.isfinite(surface_size) and surface_size > 0, f"surface_size = {surface_size:g} m must be positive")
+    require(0 < modal_damping < 0.5, f"modal_damping = {modal_damping:g} must lie in 0 … 0.5")
+    tell = progress or (lambda done, total: None)
+    tell(0, _STEPS)
+    model, notes = sound_mesh(_with_seats(model, seats))
+    _warn(f"{model.source}: {note}" for note in notes)
+    skin = solid_skin(model)
+    _check_resolution(model, skin, f_max, fidelity)
+    tell(1, _STEPS)
+    plugs = [rigid.nodes for rigid in model.rigid_sets]
+    floor = engine_plane.arrays if engine_plane is not None else None
+    envelope = outer_envelope(
+        skin,
+        plugs,
+        face_size=surface_size,
+        opening=surface_size if opening is None else opening,
+        voxels_per_face=fidelity.voxels_per_face,
+        floor=floor,
+        surface=surface,
+    )
+    facets = skin.facets[envelope.exposed]
+    motion = normal_motion(skin.nodes, facets, envelope.surface, envelope.silent, fidelity.samples_per_face)
+    places, flux = _gathered_flux(skin, facets, surface_size)
+    tell(2, _STEPS)
+    K, M, T = constrained(model)
+    tell(3, _STEPS)
+    modes = seat_modes(K, M, len(seats), f_max * fidelity.mode_ratio)
+    tell(5, _STEPS)
+    to_faces, to_flux = (sp.csr_matrix(skin.on_nodes(operator) @ T) for operator in (motion, flux))
+    count, frequency = len(seats), modes.frequency
+    reduced = ReducedHousing(
+        natural_frequency=frequency,
+        modal_damping=np.full(len(frequency), modal_damping),
+        seat_shapes=modes.shapes[modes.seats].T.reshape(-1, count, 3),
+        normal_shapes=(to_faces @ modes.shapes).T,
+        seat_residual=modes.residual[modes.seats].reshape(count, 3, count, 3),
+        face_residual=(to_faces @ modes.residual).T.reshape(count, 3, -1),
+        names=tuple(seat.name for seat in seats),
+        positions=np.array([seat.reference for seat in seats]),
+        surface=envelope.surface,
+        provenance={RESIDUAL_MASS: modes.residual_mass.tolist()},
+    )
+    error = _error_of_mapping(reduced, places, to_flux @ modes.shapes, to_flux @ modes.residual, f_max)
+    worst = max(error.values(), key=abs)
+    if abs(worst) > fidelity.mapping_tolerance_db:
+        _warn(
+            [
+                f"{model.source}: the radiating faces miss the sound power of the skin by {worst:+.2g} dB, "
+                f"{fidelity.mapping_tolerance_db:g} dB are tolerated: use smaller faces"
+            ]
+        )
+    report = {
+        "stage": "housing.reduce_model",
+        "source": model.source,
+        "repairs": list(notes),
+        "envelope": list(envelope.notes),
+        "truncation_error_db": truncation_error(reduced, f_max).level,
+        "mapping_error_db": {f"{at:.4g} Hz": round(value, 3) for at, value in error.items()},
+    }
+    tell(_STEPS, _STEPS)
+    return reduced.replace(provenance={**reduced.provenance, **report})
+
+
+def _with_seats(model: SolidModel, seats: Sequence[RigidSet]) -> SolidModel:
+    """The model with `seats` as its last rigid sets."""
+    require(len(seats) > 0, "no bearing seats are given: at least one is needed")
+    for seat in seats:
+        require(not seat.held.any(), f"seat {seat.name}: its reference point is held: release it")
+    taken = {seat.label for seat in seats if seat.label}
+    others = [rigid for rigid in model.rigid_sets if rigid.label not in taken]
+    return replace(model, rigid_sets=(*others, *seats))
+
+
+def constrained(model: SolidModel) -> tuple[sp.csr_matrix, sp.csr_matrix, sp.csr_matrix]:
+    """Stiffness and mass with rigid sets and held freedoms, and the map T to all nodes; seats come last, six each."""
+    pairs = [stiffness_and_mass(model.nodes, block.nodes, block.kind, block.material) for block in model.blocks]
+    K, M = (sp.csr_matrix(sum(matrix[1:], start=matrix[0])) for matrix in zip(*pairs, strict=True))
+    T = rigid_map(model.nodes, [(rigid.nodes, rigid.reference) for rigid in model.rigid_sets])
+    rigid = np.zeros(len(model.nodes), dtype=bool)
+    rigid[np.concatenate([r.nodes for r in model.rigid_sets])] = True
+    held = np.concatenate([model.held[~rigid].ravel(), *(r.held for r in model.rigid_sets)])
+    T = sp.csr_matrix(T[:, np.flatnonzero(~held)])
+    return sp.csr_matrix(T.T @ K @ T), sp.csr_matrix(T.T @ M @ T), T
+
+
+def _gathered_flux(skin: Skin, facets: IntArray, surface_size: float) -> tuple[FloatArray, sp.csr_matrix]:
+    """Places (c, 3) m and volume displaced there (c, 3 n) of the skin's facets, gathered over a quarter of a face."""
+    centres = skin.nodes[facets[:, :3]].mean(axis=1)
+    places, gather = gathered(centres, surface_size / 4)
+    return places, sp.csr_matrix(gather @ facet_flux(skin.nodes, facets))
+
+
+def _error_of_mapping(
+    reduced: ReducedHousing, places: FloatArray, flux_shapes: FloatArray, flux_residual: FloatArray, f_max: float
+) -> dict[float, float]:
+    """dB at some frequencies, for unit forces at the seats taken one after the other."""
+    result = {}
+    load = np.eye(3 * len(reduced.names), dtype=complex)
+    for frequency in np.geomspace(f_max / 8, f_max, _ERROR_FREQUENCIES):
+        lines, rate = np.full(len(load), frequency), 2j * np.pi * frequency
+        skin = modal_displacement(reduced, lines, load) @ flux_shapes.T + load @ flux_residual.T
+        faces = face_displacement(reduced, lines, load)
+        result[float(frequency)] = mapping_error(rate * skin.T, places, rate * faces.T, reduced.surface, frequency)
+    return result
+
+
+def _check_resolution(model: SolidModel, skin: Skin, f_max: float, fidelity: HousingFidelity) -> None:
+    """Warn where the mesh is too coarse for the bending waves of its own mean wall, 2 V / A, at f_max (Hz)."""
+    corners = skin.nodes[skin.facets[:, :3]]
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    volume = float(np.einsum("ka,ka->", corners.mean(axis=1), cross)) / 6
+    wall = 4 * volume / float(np.linalg.norm(cross, axis=1).sum())
+    ends = np.concatenate([edge_nodes(block).reshape(-1, 2) for block in model.blocks])
+    edge = float(np.linalg.norm(model.nodes[ends[:, 0]] - model.nodes[ends[:, 1]], axis=1).mean())
+    material = model.blocks[0].material
+    plate = material.young * wall**2 / (12 * (1 - material.poisson**2) * material.density)
+    wave = float(2 * np.pi * (plate / (2 * np.pi * f_max) ** 2) ** 0.25)
+    least = fidelity.elements_per_bending_wavelength
+    if wave / edge < least:
+        _warn(
+            [
+                f"{model.source}: elements of {1e3 * edge:.3g} mm give {wave / edge:.2g} per bending wavelength of "
+                f"the mean wall of {1e3 * wall:.2g} mm at {f_max:g} Hz, {least:g} are needed: valid to "
+                f"{f_max * (wave / edge / least) ** 2:.4g} Hz"
+            ]
+        )
+
+
+def _warn(messages: Iterable[str]) -> None:
+    for message in messages:
+        warnings.warn(message, AccuracyWarning, stacklevel=3)

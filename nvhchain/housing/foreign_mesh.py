@@ -1,0 +1,266 @@
+"""A foreign solid mesh made fit for analysis: what is safe is repaired and reported, the rest is refused by number.
+
+Safe: nodes without elements, elements numbered inside out, elements collapsed to nothing, mid-edge nodes that turn a
+curved element over. Linear elements are raised to quadratic ones with straight edges: they lock otherwise, and what
+other codes do against it (bubble functions, selective integration) differs from code to code.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from nvhchain.errors import InputError, require
+from nvhchain.fem.elements import reference_element
+from nvhchain.fem.solid_model import CORNERS, EDGES, ElementBlock, RigidSet, SolidModel
+from nvhchain.handoff import FloatArray, IntArray
+
+QUADRATIC = {"tet": "tet10", "wedge": "wedge15", "hex": "hex20"}
+_FLIP = {"tet": (0, 2, 1, 3), "wedge": (3, 4, 5, 0, 1, 2), "hex": (4, 5, 6, 7, 0, 1, 2, 3)}
+"""Corners renumbered so that an element that is inside out becomes right."""
+
+_COINCIDENT = 1e-6
+"""Parts of the mean edge within which two nodes of separate parts lie at the same place."""
+
+_CHUNK = 20_000
+
+
+def sound_mesh(model: SolidModel) -> tuple[SolidModel, tuple[str, ...]]:
+    """The model as one connected body of valid quadratic elements, and what had to be done to it, in words.
+
+    Raises InputError for distorted elements, parts that hang together nowhere, and nodes both held and rigid.
+    """
+    notes: list[str] = []
+    model = _without_collapsed(model, notes)
+    model = _compact(model, notes)
+    model = _right_side_out(model, notes)
+    model = _raised(model, notes)
+    model = _straightened(model, notes)
+    _check_connected(model)
+    _check_constraints(model)
+    return model, tuple(notes)
+
+
+def edge_nodes(block: ElementBlock) -> IntArray:
+    """Corner node pairs (m, n_edge, 2) of the edges of every element."""
+    return np.asarray(block.nodes[:, np.array(EDGES[block.shape])])
+
+
+def _without_collapsed(model: SolidModel, notes: list[str]) -> SolidModel:
+    """Elements that repeat a corner so often that nothing is left are dropped; those that repeat one are refused."""
+    blocks, dropped = [], 0
+    for block in model.blocks:
+        corners = np.sort(block.nodes[:, : CORNERS[block.shape]], axis=1)
+        distinct = 1 + (np.diff(corners, axis=1) > 0).sum(axis=1)
+        nothing = distinct < 4
+        odd = ~nothing & (distinct < corners.shape[1])
+        require(
+            not odd.any(),
+            f"{model.source}: {int(odd.sum())} {block.kind} elements repeat a corner, first "
+            f"{block.labels[odd][:1]}: write them as wedges or tetrahedra",
+        )
+        dropped += int(nothing.sum())
+        if not nothing.all():
+            blocks.append(replace(block, nodes=block.nodes[~nothing], labels=block.labels[~nothing]))
+    if dropped:
+        notes.append(f"{dropped} elements collapsed to a face, an edge or a point left out")
+    return replace(model, blocks=tuple(blocks))
+
+
+def _compact(model: SolidModel, notes: list[str]) -> SolidModel:
+    """Nodes that belong to elements only."""
+    used = np.unique(np.concatenate([block.nodes.ravel() for block in model.blocks]))
+    row = np.full(len(model.nodes), -1)
+    row[used] = np.arange(len(used))
+    references = {rigid.label for rigid in model.rigid_sets}
+    loose = np.setdiff1d(np.arange(len(model.nodes)), used)
+    strangers = [int(label) for label in model.labels[loose] if int(label) not in references]
+    if strangers:
+        notes.append(f"{len(strangers)} nodes without elements left out, first {strangers[0]}")
+    rigid_sets = []
+    for rigid in model.rigid_sets:
+        members = row[rigid.nodes]
+        require(
+            bool((members >= 0).any()), f"{model.source}: rigid set {rigid.name} has no node that belongs to an element"
+        )
+        rigid_sets.append(replace(rigid, nodes=members[members >= 0]))
+    return replace(
+        model,
+        nodes=model.nodes[used],
+        labels=model.labels[used],
+        blocks=tuple(replace(block, nodes=row[block.nodes]) for block in model.blocks),
+        rigid_sets=tuple(rigid_sets),
+        held=model.held[used],
+        groups={name: row[nodes][row[nodes] >= 0] for name, nodes in model.groups.items()},
+    )
+
+
+def _right_side_out(model: SolidModel, notes: list[str]) -> SolidModel:
+    """Elements whose straight twin has a negative volume everywhere are renumbered."""
+    blocks, turned = [], 0
+    for block in model.blocks:
+        jacobian = _straight_jacobian(model.nodes, block)
+        inside_out = (jacobian < 0).all(axis=1)
+        bad = ~inside_out & (jacobian <= 0).any(axis=1)
+        if bad.any():
+            raise InputError(
+                f"{model.source}: {int(bad.sum())} {block.kind} elements are degenerate or twisted, first "
+                f"{', '.join(map(str, block.labels[bad][:5]))}: mesh this place again"
+            )
+        members = block.nodes.copy()
+        members[inside_out] = members[inside_out][:, _flip(block)]
+        turned += int(inside_out.sum())
+        blocks.append(replace(block, nodes=members))
+    if turned:
+        notes.append(f"{turned} elements that were numbered inside out turned over")
+    return replace(model, blocks=tuple(blocks))
+
+
+def _flip(block: ElementBlock) -> list[int]:
+    corner = list(_FLIP[block.shape])
+    if not block.quadratic:
+        return corner
+    edges = [frozenset(edge) for edge in EDGES[block.shape]]
+    return corner + [len(corner) + edges.index(frozenset((corner[a], corner[b]))) for a, b in EDGES[block.shape]]
+
+
+def _straight_jacobian(nodes: FloatArray, block: ElementBlock) -> FloatArray:
+    """Jacobians (m, q) of the straight-edged elements, m³; one within rounding of zero counts as zero."""
+    corners = block.nodes[:, : CORNERS[block.shape]]
+    middle = (nodes[edge_nodes(block)[..., 0]] + nodes[edge_nodes(block)[..., 1]]) / 2
+    twin = np.concatenate([nodes[corners], middle], axis=1)
+    jacobian = _jacobian(twin, QUADRATIC[block.shape])
+    size = np.ptp(nodes[corners], axis=1).max(axis=1) ** 3
+    jacobian[np.abs(jacobian) < 1e-12 * size[:, None]] = 0.0
+    return jacobian
+
+
+def _jacobian(positions: FloatArray, kind: str) -> FloatArray:
+    """Jacobians (m, q) of quadratic elements with nodes at `positions` (m, k, 3), at every quadrature point."""
+    reference = reference_element(kind)
+    gradient = np.concatenate([reference.gradient, reference.mass_gradient])
+    parts = [
+        np.linalg.det(np.einsum("mna,qnb->mqab", positions[start : start + _CHUNK], gradient, optimize=True))
+        for start in range(0, len(positions), _CHUNK)
+    ]
+    return np.concatenate(parts)
+
+
+def _raised(model: SolidModel, notes: list[str]) -> SolidModel:
+    """Linear elements as quadratic ones; they share the mid-edge nodes of quadratic neighbours."""
+    linear = [block for block in model.blocks if not block.quadratic]
+    if not linear:
+        return model
+    count = len(model.nodes)
+    known = [
+        np.column_stack([_edge_list(block), block.nodes[:, CORNERS[block.shape] :].ravel()])
+        for block in model.blocks
+        if block.quadratic
+    ]
+    wanted = np.unique(np.concatenate([_edge_list(block) for block in linear]), axis=0)
+    keys = wanted[:, 0] * count + wanted[:, 1]
+    middle = np.full(len(keys), -1)
+    if known:
+        table = np.unique(np.concatenate(known), axis=0)
+        at = np.searchsorted(keys, table[:, 0] * count + table[:, 1])
+        hit = (at < len(keys)) & (keys[np.minimum(at, len(keys) - 1)] == table[:, 0] * count + table[:, 1])
+        middle[at[hit]] = table[hit, 2]
+    new = np.flatnonzero(middle < 0)
+    middle[new] = count + np.arange(len(new))
+    ends = wanted[new]
+    nodes = np.vstack([model.nodes, model.nodes[ends].mean(axis=1)])
+    blocks = []
+    for block in model.blocks:
+        if block.quadratic:
+            blocks.append(block)
+            continue
+        pairs = np.sort(edge_nodes(block), axis=-1)
+        slot = np.searchsorted(keys, pairs[..., 0] * count + pairs[..., 1])
+        blocks.append(replace(block, kind=QUADRATIC[block.shape], nodes=np.hstack([block.nodes, middle[slot]])))
+    elements = sum(len(block.nodes) for block in linear)
+    notes.append(f"{elements} linear elements raised to quadratic: {count} nodes became {len(nodes)}")
+    last = max(int(model.labels.max()), *(rigid.label for rigid in model.rigid_sets), 0)
+    return replace(
+        model,
+        nodes=nodes,
+        labels=np.concatenate([model.labels, last + 1 + np.arange(len(new))]),
+        blocks=tuple(blocks),
+        rigid_sets=tuple(_with_middles(rigid, ends, count) for rigid in model.rigid_sets),
+        held=np.vstack([model.held, model.held[ends].all(axis=1)]),
+        groups={name: _joined(members, ends, count) for name, members in model.groups.items()},
+    )
+
+
+def _edge_list(block: ElementBlock) -> IntArray:
+    return np.sort(edge_nodes(block), axis=-1).reshape(-1, 2)
+
+
+def _with_middles(rigid: RigidSet, ends: IntArray, count: int) -> RigidSet:
+    return replace(rigid, nodes=_joined(rigid.nodes, ends, count))
+
+
+def _joined(members: IntArray, ends: IntArray, count: int) -> IntArray:
+    """The members and the new mid-edge nodes between two of them."""
+    inside = np.zeros(count, dtype=bool)
+    inside[members] = True
+    return np.concatenate([members, count + np.flatnonzero(inside[ends].all(axis=1))])
+
+
+def _straightened(model: SolidModel, notes: list[str]) -> SolidModel:
+    """Mid-edge nodes moved to the chord in elements that their curved edges turn over."""
+    nodes, touched = model.nodes.copy(), 0
+    while True:
+        changed = False
+        for block in model.blocks:
+            bad = (_jacobian(nodes[block.nodes], block.kind) <= 0).any(axis=1)
+            if bad.any():
+                ends = edge_nodes(block)[bad]
+                nodes[block.nodes[bad, CORNERS[block.shape] :]] = nodes[ends].mean(axis=2)
+                touched += int(bad.sum())
+                changed = True
+        if not changed:
+            break
+    if touched:
+        notes.append(f"{touched} curved elements that overlapped themselves straightened")
+    return replace(model, nodes=nodes)
+
+
+def _check_connected(model: SolidModel) -> None:
+    """Every element hangs together with every other, by nodes or by rigid sets."""
+    count = len(model.nodes)
+    chains = [block.nodes for block in model.blocks]
+    pairs = [np.column_stack([np.repeat(c[:, 0], c.shape[1] - 1), c[:, 1:].ravel()]) for c in chains]
+    pairs += [np.column_stack([np.full(len(r.nodes), r.nodes[0]), r.nodes]) for r in model.rigid_sets]
+    first, second = np.concatenate(pairs).T
+    link = sp.coo_matrix((np.ones(len(first)), (first, second)), shape=(count, count))
+    parts, label = connected_components(link, directed=False)
+    if parts == 1:
+        return
+    sizes = np.zeros(parts, dtype=int)
+    for block in model.blocks:
+        sizes += np.bincount(label[block.nodes[:, 0]], minlength=parts)
+    edges = np.concatenate([edge_nodes(block).reshape(-1, 2) for block in model.blocks])
+    length = float(np.linalg.norm(model.nodes[edges[:, 0]] - model.nodes[edges[:, 1]], axis=1).mean())
+    touching = cKDTree(model.nodes).query_pairs(_COINCIDENT * length, output_type="ndarray")
+    apart = int((label[touching[:, 0]] != label[touching[:, 1]]).sum()) if len(touching) else 0
+    remedy = (
+        f"{apart} pairs of nodes of different parts coincide: merge them in the preprocessor"
+        if apart
+        else "connect them by common nodes or an RBE2, or remove the loose ones"
+    )
+    listed = ", ".join(map(str, np.sort(sizes)[::-1][:6]))
+    raise InputError(f"{model.source}: the mesh is in {parts} parts of {listed} elements: {remedy}")
+
+
+def _check_constraints(model: SolidModel) -> None:
+    for rigid in model.rigid_sets:
+        both = model.held[rigid.nodes].any(axis=1)
+        require(
+            not both.any(),
+            f"{model.source}: node {model.labels[rigid.nodes[both]][:1]} is held and belongs to rigid set "
+            f"{rigid.name}: hold the reference point instead",
+        )

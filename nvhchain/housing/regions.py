@@ -1,0 +1,166 @@
+"""What around a meshed body is outside and what is cavity, on a grid of voxels: thin walls, cracks and holes included.
+
+Openings are closed to a ball that rolls around the body: what it reaches from far away is outside, what it could fill
+but not reach is cavity, and the corners it fits nowhere belong to whichever lies nearer through the air.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import binary_dilation, distance_transform_edt
+from scipy.ndimage import label as components
+from scipy.spatial import Delaunay
+
+from nvhchain.errors import ResourceError, require
+from nvhchain.handoff import FloatArray, IntArray
+from nvhchain.housing.surface_nets import BoolArray
+
+WALL, OUTSIDE, CAVITY, PLUG = 0, 1, 2, 3
+
+LARGEST_GRID = 60_000_000
+"""Voxels; about 25 bytes each are in use at a time."""
+
+_CRUMB = 30
+"""Voxels; a smaller pocket of air that nothing reaches is a gap between elements or ribs, not a cavity."""
+
+_MARGIN = 3
+"""Free voxels around the body beyond the ball."""
+
+
+@dataclass(frozen=True, eq=False)
+class Regions:
+    """Voxels of edge `size` (m); voxel (i, j, k) has its centre at origin + size · (i, j, k) in the grid's frame.
+
+    label: `WALL`, `OUTSIDE`, `CAVITY` or `PLUG` of every voxel.  axes: (3, 3), columns are the grid's axes in space.
+    on_floor: the grid ends half a voxel below its first layer, at the engine's plane.
+    """
+
+    label: IntArray
+    origin: FloatArray
+    axes: FloatArray
+    size: float
+    on_floor: bool
+
+    def index(self, points: FloatArray) -> IntArray:
+        """Voxels (p, 3) in which points (p, 3) m lie, moved into the grid."""
+        place = np.rint((points @ self.axes - self.origin) / self.size).astype(np.int64)
+        return np.clip(place, 0, np.array(self.label.shape) - 1)
+
+
+def regions(
+    nodes: FloatArray,
+    triangles: IntArray,
+    plugs: Sequence[IntArray],
+    floor: tuple[FloatArray, FloatArray] | None,
+    size: float,
+    opening: float,
+) -> Regions:
+    """Voxels of edge `size` (m) around the body.
+
+    nodes: (n, 3) m.  triangles: (k, 3) of its whole boundary.  plugs: node sets whose hull is filled (bores, bolts).
+    floor: a point (3,) m and the outward unit normal (3,) of the plane that closes the engine side.
+    opening: m, diameter of the largest hole that counts as closed.
+    """
+    axes = _frame(floor)
+    local = nodes @ axes
+    radius = max(opening / 2, size)
+    margin = radius + _MARGIN * size
+    used = local[np.unique(triangles)]
+    low, high = used.min(axis=0) - margin, used.max(axis=0) + margin
+    if floor is not None:
+        low[2] = floor[0] @ axes[:, 2] + size / 2
+    shape = np.ceil((high - low) / size).astype(int) + 1
+    if np.prod(shape.astype(float)) > LARGEST_GRID:
+        raise ResourceError(
+            f"a grid of {np.prod(shape.astype(float)) / 1e6:.0f} million voxels of {1e3 * size:.3g} mm is needed, "
+            f"{LARGEST_GRID / 1e6:.0f} are admitted: use larger radiating faces"
+        )
+    wall = np.zeros(shape, dtype=bool)
+    for points in _samples(local, triangles, size / 2):
+        _mark(wall, points, low, size)
+    plugged = np.zeros(shape, dtype=bool)
+    for plug in plugs:
+        for points in _filled(local[plug], size):
+            _mark(plugged, points, low, size)
+    label = _labelled(wall | plugged, radius / size, floor is not None)
+    label[plugged & ~wall] = PLUG
+    return Regions(label, low, axes, size, floor is not None)
+
+
+def _frame(floor: tuple[FloatArray, FloatArray] | None) -> FloatArray:
+    """Axes as columns; the third points from the floor into the body."""
+    if floor is None:
+        return np.eye(3)
+    up = -np.asarray(floor[1], dtype=float)
+    require(abs(float(np.linalg.norm(up)) - 1) < 1e-6, f"engine plane: normal {floor[1]} must have length 1")
+    helper = np.eye(3)[int(np.abs(up).argmin())]
+    first = np.cross(helper, up)
+    first /= np.linalg.norm(first)
+    return np.column_stack([first, np.cross(up, first), up])
+
+
+def _samples(local: FloatArray, triangles: IntArray, spacing: float) -> Iterable[FloatArray]:
+    """Points on every triangle no further apart than `spacing`."""
+    corners = local[triangles]
+    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+    cuts = np.maximum(1, np.ceil(longest / spacing)).astype(int)
+    for count in np.unique(cuts):
+        i, j = np.indices((count + 1, count + 1)).reshape(2, -1)
+        inside = i + j <= count
+        place = np.column_stack([count - i - j, i, j])[inside] / count
+        chosen = corners[cuts == count]
+        step = max(1, 2_000_000 // len(place))
+        for start in range(0, len(chosen), step):
+            yield np.einsum("pc,kca->kpa", place, chosen[start : start + step]).reshape(-1, 3)
+
+
+def _filled(points: FloatArray, size: float) -> Iterable[FloatArray]:
+    """Grid points in the hull of `points`; a flat set is filled by triangles about its middle."""
+    middle = points.mean(axis=0)
+    _, _, directions = np.linalg.svd(points - middle, full_matrices=False)
+    thickness = np.ptp((points - middle) @ directions[2])
+    if thickness < size:
+        angle = np.arctan2((points - middle) @ directions[1], (points - middle) @ directions[0])
+        ring = points[np.argsort(angle)]
+        fan = np.vstack([ring, middle])
+        n = len(ring)
+        yield from _samples(fan, np.column_stack([np.arange(n), (np.arange(n) + 1) % n, np.full(n, n)]), size / 2)
+        return
+    hull = Delaunay(points)
+    lattice = [np.arange(a - size / 2, b + size, size / 2) for a, b in zip(points.min(0), points.max(0), strict=True)]
+    grid = np.stack(np.meshgrid(*lattice, indexing="ij"), axis=-1).reshape(-1, 3)
+    for start in range(0, len(grid), 1_000_000):
+        part = grid[start : start + 1_000_000]
+        yield part[hull.find_simplex(part) >= 0]
+
+
+def _mark(wall: BoolArray, points: FloatArray, low: FloatArray, size: float) -> None:
+    place = np.rint((points - low) / size).astype(np.int64)
+    place = place[((place >= 0) & (place < wall.shape)).all(axis=1)]
+    wall[tuple(place.T)] = True
+
+
+def _labelled(wall: BoolArray, radius: float, on_floor: bool) -> IntArray:
+    """Region of every voxel.  radius: of the ball, in voxels."""
+    free = ~wall
+    core = distance_transform_edt(free) > radius
+    number, _ = components(core)
+    border = [number[0], number[-1], number[:, 0], number[:, -1], number[:, :, -1]]
+    border += [] if on_floor else [number[:, :, 0]]
+    reached = np.unique(np.concatenate([side.ravel() for side in border]))
+    outside = np.isin(number, reached[reached > 0])
+    cavity = core & ~outside
+    while True:
+        # both grow by one voxel through the air that neither holds; the outside goes first by half a voxel
+        more = binary_dilation(outside, mask=free & ~cavity)
+        inner = binary_dilation(cavity, mask=free & ~more)
+        if more.sum() == outside.sum() and inner.sum() == cavity.sum():
+            break
+        outside, cavity = more, inner
+    pocket, _ = components(free & ~outside & ~cavity)
+    crumb = (np.bincount(pocket.ravel()) < _CRUMB)[pocket]
+    cavity |= (pocket > 0) & ~crumb
+    return np.select([outside, cavity], [OUTSIDE, CAVITY], WALL).astype(np.int8)

@@ -1,0 +1,95 @@
+"""What the readers of foreign solid models collect, and how it becomes a `SolidModel`."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from nvhchain.conventions import Material
+from nvhchain.errors import FileFormatError, InputError, require
+from nvhchain.fem.solid_model import ElementBlock, RigidSet, SolidModel
+from nvhchain.handoff import FloatArray, IntArray
+
+TRANSLATIONS, ALL_SIX = frozenset("123"), frozenset("123456")
+
+
+@dataclass
+class Rigid:
+    """A rigid set as read.  reference: label of its reference node.  nodes: labels."""
+
+    name: str
+    reference: int
+    nodes: list[int]
+
+
+@dataclass
+class Parts:
+    """Everything in the numbers of the file.
+
+    nodes: label → (3,).  elements: (kind, property) → labels and rows of node labels.  held: label → held components
+    `1` … `6`.  rotated: label → its own displacement frame.  materials: property → Material (SI).  groups: name → node
+    labels.
+    """
+
+    source: str
+    nodes: dict[int, tuple[float, float, float]] = field(default_factory=dict)
+    elements: dict[tuple[str, str], tuple[list[int], list[list[int]]]] = field(
+        default_factory=lambda: defaultdict(lambda: ([], []))
+    )
+    materials: dict[str, Material] = field(default_factory=dict)
+    rigid: list[Rigid] = field(default_factory=list)
+    held: dict[int, set[str]] = field(default_factory=lambda: defaultdict(set))
+    rotated: dict[int, int] = field(default_factory=dict)
+    groups: dict[str, list[int]] = field(default_factory=dict)
+
+    def model(self, length: float) -> SolidModel:
+        """The model in SI.  length: m per unit of the file.  Raises InputError for what refers to nothing."""
+        require(len(self.nodes) > 0, f"{self.source}: no nodes")
+        require(len(self.elements) > 0, f"{self.source}: no solid elements (tetrahedra, wedges or bricks)")
+        labels = np.array(sorted(self.nodes), dtype=np.int64)
+        nodes = length * np.array([self.nodes[int(label)] for label in labels], dtype=float)
+        held = np.zeros((len(nodes), 3), dtype=bool)
+        free_points = {rigid.reference for rigid in self.rigid}
+        for label, components in self.held.items():
+            require(
+                label not in self.rotated or components >= TRANSLATIONS or not components & TRANSLATIONS,
+                f"{self.source}: node {label} is held in part of the directions of its own frame "
+                f"{self.rotated.get(label)}: hold all three or use the basic system",
+            )
+            if label not in free_points:
+                row = self._rows(labels, [label], "a constraint")[0]
+                held[row] |= [str(axis + 1) in components for axis in range(3)]
+        return SolidModel(
+            nodes=nodes,
+            labels=labels,
+            blocks=tuple(self._block(labels, kind, group) for kind, group in self.elements),
+            rigid_sets=tuple(self._rigid(labels, nodes, rigid) for rigid in self.rigid),
+            held=held,
+            groups={name: self._rows(labels, members, f"group {name}") for name, members in self.groups.items()},
+            source=self.source,
+        )
+
+    def _block(self, labels: IntArray, kind: str, group: str) -> ElementBlock:
+        numbers, rows = self.elements[kind, group]
+        if group not in self.materials:
+            raise InputError(f"{self.source}: elements of property {group!r} have no material: assign one")
+        members = self._rows(labels, np.array(rows).ravel(), f"{kind} elements").reshape(len(rows), -1)
+        return ElementBlock(kind, members, self.materials[group], np.array(numbers, dtype=np.int64), group)
+
+    def _rigid(self, labels: IntArray, nodes: FloatArray, rigid: Rigid) -> RigidSet:
+        reference = int(self._rows(labels, [rigid.reference], f"rigid set {rigid.name}")[0])
+        members = np.unique(self._rows(labels, rigid.nodes, f"rigid set {rigid.name}"))
+        require(members.size > 0, f"{self.source}: rigid set {rigid.name} has no nodes")
+        fixed = np.array([str(c + 1) in self.held.get(rigid.reference, ()) for c in range(6)])
+        return RigidSet(rigid.name, nodes[reference].copy(), members, rigid.reference, fixed)
+
+    def _rows(self, labels: IntArray, wanted: Iterable[int], what: str) -> IntArray:
+        numbers = np.asarray(list(wanted), dtype=np.int64)
+        rows = np.searchsorted(labels, numbers)
+        known = np.take(labels, np.minimum(rows, len(labels) - 1)) == numbers
+        if not known.all():
+            raise FileFormatError(f"{self.source}: {what}: node {numbers[~known][0]} is not defined")
+        return np.asarray(rows, dtype=np.int64)

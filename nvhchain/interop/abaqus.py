@@ -1,0 +1,198 @@
+"""Abaqus (and CalculiX) input → `SolidModel`: C3D4/10, C3D6/15, C3D8/20, sets, surfaces, couplings, boundary.
+
+One part in one instance, or a flat file.  Keywords that carry stiffness or mass and are not read are refused, since
+leaving them out would change the answer; steps, loads and requests for output are passed over.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+from nvhchain.errors import FileFormatError, InputError, require
+from nvhchain.fem.solid_model import SolidModel
+from nvhchain.interop._model_parts import Parts
+from nvhchain.interop.abaqus_keywords import Block, blocks
+from nvhchain.interop.abaqus_rigid import (
+    read_boundary,
+    read_coupling,
+    read_kinematic,
+    read_mpc,
+    read_rigid_body,
+    read_surface,
+)
+from nvhchain.interop.abaqus_sets import ASSEMBLY, AbaqusFile, extend, members_of
+from nvhchain.interop.units import unit_system
+
+_SOLID = re.compile(r"C3D(4|6|8|10|15|20)(?=$|[RIHMTS])")
+_KIND = {"4": "tet4", "10": "tet10", "6": "wedge6", "15": "wedge15", "8": "hex8", "20": "hex20"}
+
+_REFUSED = {
+    "SHELL SECTION", "BEAM SECTION", "BEAM GENERAL SECTION", "MEMBRANE SECTION", "MASS", "ROTARY INERTIA", "SPRING",
+    "DASHPOT", "CONNECTOR SECTION", "TIE", "EQUATION", "DISTRIBUTING", "DISTRIBUTING COUPLING", "NONSTRUCTURAL MASS",
+    "TRANSFORM", "SYSTEM", "NGEN", "ELGEN", "NFILL", "NCOPY", "ELCOPY", "EMBEDDED ELEMENT", "CONTACT PAIR",
+    "SHELL TO SOLID COUPLING", "ORIENTATION", "MATRIX INPUT", "SUBSTRUCTURE PROPERTY",
+}  # fmt: skip
+
+
+def read_abaqus(path: str | Path, *, units: str) -> SolidModel:
+    """Read an input file.  units: of the file, a key of `UNIT_SYSTEMS`.
+
+    Raises FileFormatError for a damaged file, InputError for keywords that cannot be carried over.
+    """
+    path = Path(path)
+    file = AbaqusFile(Parts(str(path)), unit_system(units))
+    late: list[Block] = []
+    try:
+        for block in blocks(path):
+            if block.name in _REFUSED:
+                raise InputError(
+                    f"{path}: *{block.name} is not read: replace it by solid elements and kinematic couplings"
+                )
+            _READERS.get(block.name, _ignored)(file, block)
+            if block.name in _LATE:
+                late.append(block)
+        for name, apply in _LATE.items():
+            for block in late:
+                if block.name == name:
+                    apply(file, block)
+        _assign(file)
+    except (ValueError, IndexError, KeyError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise FileFormatError(f"{path}: not an Abaqus input file: {type(error).__name__} {error}") from None
+    return file.parts.model(file.system.length)
+
+
+def _ignored(file: AbaqusFile, block: Block) -> None:
+    pass
+
+
+def _node(file: AbaqusFile, block: Block) -> None:
+    require(
+        block.get("SYSTEM", "R").upper() == "R",
+        f"{file.parts.source}: *NODE in a cylindrical or spherical system: write it in the rectangular one",
+    )
+    offset = ASSEMBLY if file.depth == "assembly" else 0
+    labels = []
+    for row in block.data:
+        label = int(row[0]) + offset
+        x, y, z = ((*(float(c) if c else 0.0 for c in row[1:4]), 0.0, 0.0, 0.0))[:3]
+        file.parts.nodes[label] = (x, y, z)
+        labels.append(label)
+    if block.get("NSET"):
+        extend(file.nsets, block.get("NSET"), labels)
+        file.parts.groups.setdefault(block.get("NSET"), []).extend(labels)
+
+
+def _element(file: AbaqusFile, block: Block) -> None:
+    kind = block.get("TYPE").upper()
+    found = _SOLID.match(kind)
+    require(
+        found is not None,
+        f"{file.parts.source}: elements of type {kind} are not read: use C3D4/10, C3D6/15 or C3D8/20",
+    )
+    assert found is not None
+    count = int(found[1])
+    cells = [int(c) for row in block.data for c in row if c]
+    require(len(cells) % (count + 1) == 0, f"{file.parts.source}: {kind} elements have {len(cells)} numbers in all")
+    labels = cells[:: count + 1]
+    for i, label in enumerate(labels):
+        start = i * (count + 1) + 1
+        file.elements[label] = (_KIND[found[1]], cells[start : start + count])
+    if block.get("ELSET"):
+        extend(file.elsets, block.get("ELSET"), labels)
+
+
+def _nset(file: AbaqusFile, block: Block) -> None:
+    name = block.get("NSET")
+    if block.get("ELSET"):
+        labels = sorted({n for e in file.elsets[block.get("ELSET").upper()] for n in file.elements[e][1]})
+    else:
+        offset = ASSEMBLY if file.depth == "assembly" and not block.get("INSTANCE") else 0
+        labels = members_of(block, file.nsets, offset)
+    extend(file.nsets, name, labels)
+    file.parts.groups.setdefault(name, []).extend(labels)
+
+
+def _elset(file: AbaqusFile, block: Block) -> None:
+    extend(file.elsets, block.get("ELSET"), members_of(block, file.elsets, 0))
+
+
+def _start_material(file: AbaqusFile, block: Block) -> None:
+    file.material = block.get("NAME").upper()
+    file.materials.setdefault(file.material, {})
+
+
+def _elastic(file: AbaqusFile, block: Block) -> None:
+    kind = block.get("TYPE", "ISOTROPIC").upper()
+    require(kind.startswith("ISO"), f"{file.parts.source}: *ELASTIC of type {kind}: only isotropic is read")
+    file.materials[file.material] |= {"young": float(block.data[0][0]), "poisson": float(block.data[0][1])}
+
+
+def _density(file: AbaqusFile, block: Block) -> None:
+    file.materials[file.material]["density"] = float(block.data[0][0])
+
+
+def _section(file: AbaqusFile, block: Block) -> None:
+    file.sections.append((block.get("ELSET").upper(), block.get("MATERIAL").upper()))
+
+
+def _assembly(file: AbaqusFile, block: Block) -> None:
+    file.depth = "assembly"
+
+
+def _part(file: AbaqusFile, block: Block) -> None:
+    file.depth = "part"
+
+
+def _instance(file: AbaqusFile, block: Block) -> None:
+    file.instances += 1
+    require(
+        file.instances == 1 and not any(float(c) for row in block.data for c in row if c),
+        f"{file.parts.source}: several instances, or one that is moved: write the model as one part in place",
+    )
+
+
+def _assign(file: AbaqusFile) -> None:
+    """Material of every element by the section of its set."""
+    for elset, name in file.sections:
+        found = file.materials.get(name, {})
+        where = f"{file.parts.source}: material {name} of section {elset}"
+        require({"young", "poisson", "density"} <= found.keys(), f"{where} needs *ELASTIC and *DENSITY")
+        require(elset in file.elsets, f"{file.parts.source}: section for set {elset}, which is not defined")
+        file.parts.materials[elset] = file.system.material(**found, where=where)
+        for label in file.elsets[elset]:
+            if label in file.elements:
+                kind, members = file.elements.pop(label)
+                labels, rows = file.parts.elements[kind, elset]
+                labels.append(label)
+                rows.append(members)
+    require(
+        not file.elements,
+        f"{file.parts.source}: {len(file.elements)} elements, first {next(iter(file.elements), 0)}, have no section",
+    )
+
+
+_READERS: dict[str, Callable[[AbaqusFile, Block], None]] = {
+    "NODE": _node,
+    "ELEMENT": _element,
+    "NSET": _nset,
+    "ELSET": _elset,
+    "SURFACE": read_surface,
+    "COUPLING": read_coupling,
+    "KINEMATIC": read_kinematic,
+    "MATERIAL": _start_material,
+    "ELASTIC": _elastic,
+    "DENSITY": _density,
+    "SOLID SECTION": _section,
+    "ASSEMBLY": _assembly,
+    "PART": _part,
+    "INSTANCE": _instance,
+}
+_LATE: dict[str, Callable[[AbaqusFile, Block], None]] = {
+    "BOUNDARY": read_boundary,
+    "RIGID BODY": read_rigid_body,
+    "MPC": read_mpc,
+}

@@ -1,0 +1,132 @@
+"""Rigid sets and constraints of an Abaqus file: surfaces, kinematic couplings, rigid bodies, beam MPCs, boundary."""
+
+from __future__ import annotations
+
+import re
+
+from nvhchain.errors import require
+from nvhchain.fem.solid_model import CORNERS, EDGES, KINDS
+from nvhchain.interop._model_parts import Rigid
+from nvhchain.interop.abaqus_keywords import Block
+from nvhchain.interop.abaqus_sets import ASSEMBLY, AbaqusFile, labels_of
+
+SIDES: dict[str, tuple[tuple[int, ...], ...]] = {
+    "tet": ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0)),
+    "wedge": ((0, 1, 2), (3, 5, 4), (0, 3, 4, 1), (1, 4, 5, 2), (2, 5, 3, 0)),
+    "hex": ((0, 1, 2, 3), (4, 7, 6, 5), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 4, 0)),
+}
+"""Corners of the faces S1, S2, …"""
+
+_NAMED_SUPPORTS = {
+    "ENCASTRE": "123456",
+    "PINNED": "123",
+    "XSYMM": "156",
+    "YSYMM": "246",
+    "ZSYMM": "345",
+    "XASYMM": "234",
+    "YASYMM": "135",
+    "ZASYMM": "126",
+}
+
+
+def read_surface(file: AbaqusFile, block: Block) -> None:
+    nodes: list[int] = []
+    by_nodes = block.get("TYPE", "ELEMENT").upper() == "NODE"
+    for row in block.data:
+        if by_nodes:
+            nodes += labels_of(row[0], file.nsets, ASSEMBLY if file.depth == "assembly" else 0)
+            continue
+        require(
+            len(row) > 1 and re.fullmatch(r"S[1-6]", row[1].upper()) is not None,
+            f"{file.parts.source}: *SURFACE {block.get('NAME')}: faces {row[1:]} are not read: name them S1 … S6",
+        )
+        for label in labels_of(row[0], file.elsets, 0):
+            kind, members = file.elements[label]
+            corners = SIDES[KINDS[kind]][int(row[1][1]) - 1]
+            place = [*corners]
+            if len(members) > CORNERS[KINDS[kind]]:
+                edges = enumerate(EDGES[KINDS[kind]], CORNERS[KINDS[kind]])
+                place += [i for i, (a, b) in edges if a in corners and b in corners]
+            nodes += [members[i] for i in place]
+    file.surfaces[block.get("NAME").upper()] = sorted(set(nodes))
+
+
+def read_coupling(file: AbaqusFile, block: Block) -> None:
+    require(
+        "INFLUENCE RADIUS" not in block.parameters,
+        f"{file.parts.source}: *COUPLING with an influence radius is not read: leave the radius out",
+    )
+    file.coupling = block
+
+
+def read_kinematic(file: AbaqusFile, block: Block) -> None:
+    coupling = file.coupling
+    require(coupling is not None, f"{file.parts.source}: *KINEMATIC without *COUPLING before it")
+    assert coupling is not None
+    components = {c for row in block.data for c in _range(row)} or set("123456")
+    require(
+        components >= set("123"),
+        f"{file.parts.source}: coupling {coupling.get('CONSTRAINT NAME')} couples {sorted(components)}: 1 … 3 needed",
+    )
+    surface = coupling.get("SURFACE").upper()
+    nodes = file.surfaces[surface] if surface in file.surfaces else file.nsets[surface]
+    _add_rigid(file, coupling.get("CONSTRAINT NAME") or surface, coupling.get("REF NODE"), nodes)
+
+
+def read_rigid_body(file: AbaqusFile, block: Block) -> None:
+    nodes: list[int] = []
+    for parameter in ("TIE NSET", "NSET", "PIN NSET"):
+        if block.get(parameter):
+            nodes += file.nsets[block.get(parameter).upper()]
+    if block.get("ELSET"):
+        nodes += sorted({n for e in file.elsets[block.get("ELSET").upper()] for n in file.elements[e][1]})
+    name = next((block.get(p) for p in ("TIE NSET", "NSET", "PIN NSET", "ELSET") if block.get(p)), "rigid body")
+    _add_rigid(file, name, block.get("REF NODE"), nodes, rotation=block.get("ROT NODE"))
+
+
+def read_mpc(file: AbaqusFile, block: Block) -> None:
+    """`BEAM, dependent, reference`: each node follows its reference rigidly."""
+    followers: dict[int, list[int]] = {}
+    for kind, dependent, reference in (row[:3] for row in block.data):
+        require(kind.upper() == "BEAM", f"{file.parts.source}: *MPC of type {kind} is not read: use BEAM")
+        followers.setdefault(_reference(file, reference), []).extend(labels_of(dependent, file.nsets, 0))
+    for label, nodes in followers.items():
+        file.parts.rigid.append(Rigid(f"MPC {label}", label, nodes))
+
+
+def _add_rigid(file: AbaqusFile, name: str, reference: str, nodes: list[int], rotation: str = "") -> None:
+    label = _reference(file, reference)
+    if rotation:  # CalculiX: translations of this node are the rotations of the body
+        turning = _reference(file, rotation)
+        rotations = {str(int(c) + 3) for c in file.parts.held.pop(turning, set()) & set("123")}
+        file.parts.held[label] = (file.parts.held[label] & set("123")) | rotations
+    file.parts.rigid.append(Rigid(name, label, nodes))
+
+
+def _reference(file: AbaqusFile, cell: str) -> int:
+    in_assembly = cell.isdigit() and file.depth == "assembly" and int(cell) + ASSEMBLY in file.parts.nodes
+    labels = labels_of(cell, file.nsets, ASSEMBLY if in_assembly else 0)
+    require(len(labels) == 1, f"{file.parts.source}: reference {cell} stands for {len(labels)} nodes: one is needed")
+    return labels[0]
+
+
+def _range(row: list[str]) -> set[str]:
+    first = int(row[0])
+    last = int(row[1]) if len(row) > 1 and row[1] else first
+    return {str(c) for c in range(first, last + 1)}
+
+
+def read_boundary(file: AbaqusFile, block: Block) -> None:
+    for row in block.data:
+        labels = labels_of(row[0], file.nsets, 0)
+        kind = row[1].upper()
+        if kind in _NAMED_SUPPORTS:
+            components = set(_NAMED_SUPPORTS[kind])
+        else:
+            require(
+                len(row) < 4 or not row[3] or float(row[3]) == 0.0,
+                f"{file.parts.source}: *BOUNDARY moves {row[0]} by {row[3:4]}: only 0 can be held",
+            )
+            components = _range(row[1:3])
+        for label in labels:
+            file.parts.held[label] |= components & set("123456")

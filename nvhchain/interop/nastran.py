@@ -1,0 +1,221 @@
+"""Nastran bulk data → `SolidModel`: GRID, CTETRA, CPENTA, CHEXA, PSOLID, MAT1, RBE2, SPC, SPC1, SPCADD, SET1.
+
+Cards that carry stiffness or mass and are not among these are refused, since leaving them out would change the answer;
+loads, parameters and requests for output are passed over.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from nvhchain.errors import FileFormatError, InputError
+from nvhchain.fem.solid_model import SolidModel
+from nvhchain.handoff import FloatArray
+from nvhchain.interop._model_parts import TRANSLATIONS, Parts, Rigid
+from nvhchain.interop.nastran_cards import cards, numbers, real, split_deck
+from nvhchain.interop.units import UnitSystem, unit_system
+
+SOLIDS: dict[str, tuple[str, str, tuple[int, ...]]] = {
+    "CTETRA": ("tet4", "tet10", tuple(range(10))),
+    "CPENTA": ("wedge6", "wedge15", (*range(9), 12, 13, 14, 9, 10, 11)),
+    "CHEXA": ("hex8", "hex20", (*range(12), 16, 17, 18, 19, 12, 13, 14, 15)),
+}
+"""Card → linear and quadratic kind, and the place in the card of every node of the quadratic kind."""
+
+GROUP_MARK = "$ nvhchain group"
+"""Comment before a SET1 that carries its name."""
+
+_CARRIES = re.compile(
+    r"C(QUAD|TRI|BAR|BEAM|ROD|ONROD|TUBE|BUSH|ELAS|DAMP|ONM|MASS|PYRA|SHEAR|GAP|WELD|FAST|VISC|AERO|RAC|AXIF|CONE)"
+    r"|RBE1|RBE3|RBAR|RJOINT|RROD|RTRPLT|RSPLINE|MPC|GENEL|DMIG|MAT([2-9]|1[01])|PCOMPS|SPOINT|SUPORT|ASET|OMIT"
+)
+
+
+def read_nastran(path: str | Path, *, units: str, spc: int | None = None) -> SolidModel:
+    """Read a bulk data file.
+
+    units: of the file, a key of `UNIT_SYSTEMS`.  spc: set of constraints; by default the one case control selects, or
+    the only one there is.
+
+    Raises FileFormatError for a damaged file, InputError for cards that cannot be carried over.
+    """
+    path, system = Path(path), unit_system(units)
+    control, bulk = split_deck(path)
+    by_name: dict[str, list[list[str]]] = {}
+    for card in cards(bulk):
+        by_name.setdefault(card[0], []).append(card)
+    refused = Counter({name: len(found) for name, found in by_name.items() if _CARRIES.match(name)})
+    if refused:
+        listed = ", ".join(f"{count} {name}" for name, count in sorted(refused.items()))
+        raise InputError(
+            f"{path}: carries {listed}, which are not read: replace them by solid elements and RBE2, or remove them"
+        )
+    parts = Parts(str(path))
+    try:
+        _grids(by_name, parts)
+        _elements(by_name, parts)
+        _materials(by_name, parts, system)
+        _rigid_sets(by_name, parts)
+        _constraints(by_name, parts, _selected(control) if spc is None else spc)
+        _groups(bulk, by_name, parts)
+    except (ValueError, IndexError, KeyError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise FileFormatError(f"{path}: not Nastran bulk data: {type(error).__name__} {error}") from None
+    return parts.model(system.length)
+
+
+def _grids(by_name: dict[str, list[list[str]]], parts: Parts) -> None:
+    frames = _frames(by_name)
+    defaults = (by_name.get("GRDSET", [[]])[0] + [""] * 9)[1:9]
+    for card in by_name.get("GRID", []):
+        field = card[1:] + [""] * (8 - len(card[1:]))
+        point = tuple(real(x) if x else 0.0 for x in field[2:5])
+        system = int(field[1] or defaults[1] or 0)
+        if system:
+            point = tuple(frames[system](np.array(point)))
+        label = int(field[0])
+        if label in parts.nodes:
+            raise FileFormatError(f"{parts.source}: GRID {label} is defined twice")
+        parts.nodes[label] = point  # type: ignore[assignment]
+        held = field[6] or defaults[6]
+        if held:
+            parts.held[label] |= set(held)
+        rotated = int(field[5] or defaults[5] or 0)
+        if rotated > 0:
+            parts.rotated[label] = rotated
+
+
+def _frames(by_name: dict[str, list[list[str]]]) -> dict[int, Callable[[FloatArray], FloatArray]]:
+    """Coordinate systems CORD2R, CORD2C and CORD2S: number → map of coordinates to the basic system."""
+    frames: dict[int, Callable[[FloatArray], FloatArray]] = {0: lambda point: point}
+    waiting = [card for name in ("CORD2R", "CORD2C", "CORD2S") for card in by_name.get(name, [])]
+    while waiting:
+        ready = [card for card in waiting if int(card[2] or 0) in frames]
+        if not ready:
+            raise InputError(f"coordinate system {waiting[0][1]} rests on system {waiting[0][2]}, which is not defined")
+        for card in ready:
+            a, b, c = (frames[int(card[2] or 0)](np.array([real(x) for x in card[i : i + 3]])) for i in (3, 6, 9))
+            z = (b - a) / np.linalg.norm(b - a)
+            x = (c - a) - z * (z @ (c - a))
+            x /= np.linalg.norm(x)
+            axes = np.column_stack([x, np.cross(z, x), z])
+            frames[int(card[1])] = _placed(card[0], a, axes)
+            waiting.remove(card)
+    return frames
+
+
+def _placed(kind: str, origin: FloatArray, axes: FloatArray) -> Callable[[FloatArray], FloatArray]:
+    def place(point: FloatArray) -> FloatArray:
+        if kind == "CORD2C":  # r, θ in degrees, z
+            r, angle, z = point[0], np.radians(point[1]), point[2]
+            point = np.array([r * np.cos(angle), r * np.sin(angle), z])
+        elif kind == "CORD2S":  # r, θ from z, φ about z
+            r, polar, angle = point[0], np.radians(point[1]), np.radians(point[2])
+            point = r * np.array([np.sin(polar) * np.cos(angle), np.sin(polar) * np.sin(angle), np.cos(polar)])
+        return np.asarray(origin + axes @ point)
+
+    return place
+
+
+def _elements(by_name: dict[str, list[list[str]]], parts: Parts) -> None:
+    for name, (linear, quadratic, place) in SOLIDS.items():
+        corners = int(linear.lstrip("tehxwdg"))
+        for card in by_name.get(name, []):
+            members = [int(x) if x else 0 for x in card[3:]]
+            while len(members) > corners and not members[-1]:
+                members.pop()
+            kind = linear if len(members) == corners else quadratic
+            if kind == quadratic:
+                members = [members[i] if i < len(members) else 0 for i in place]
+                if 0 in members:
+                    raise InputError(
+                        f"{parts.source}: {name} {card[1]} has mid-edge nodes on some edges only: give all or none"
+                    )
+            if len(members) < corners or 0 in members:
+                raise FileFormatError(f"{parts.source}: {name} {card[1]} has {len(members)} nodes")
+            labels, rows = parts.elements[kind, card[2] or card[1]]
+            labels.append(int(card[1]))
+            rows.append(members)
+
+
+def _materials(by_name: dict[str, list[list[str]]], parts: Parts, system: UnitSystem) -> None:
+    scale = 1.0
+    for card in by_name.get("PARAM", []):
+        if card[1].upper() == "WTMASS":
+            scale = real(card[2])
+    known = {card[1]: card[2:] + [""] * 4 for card in by_name.get("MAT1", [])}
+    for card in by_name.get("PSOLID", []):
+        where = f"{parts.source}: MAT1 {card[2]} of PSOLID {card[1]}"
+        if card[2] not in known:
+            raise InputError(f"{where} is not defined")
+        young, shear, poisson = (real(x) if x else None for x in known[card[2]][:3])
+        if young is None and shear is not None and poisson is not None:
+            young = 2 * shear * (1 + poisson)
+        if poisson is None and young is not None and shear is not None:
+            poisson = young / (2 * shear) - 1
+        density = known[card[2]][3]
+        if young is None or poisson is None or not density:
+            raise InputError(f"{where} must state two of E, G, NU, and RHO")
+        parts.materials[card[1]] = system.material(young, poisson, real(density) * scale, where)
+
+
+def _rigid_sets(by_name: dict[str, list[list[str]]], parts: Parts) -> None:
+    for card in by_name.get("RBE2", []):
+        members = [x for x in card[4:] if x and "." not in x]  # the last field may be a thermal expansion
+        if not set(card[3]) >= TRANSLATIONS:
+            raise InputError(
+                f"{parts.source}: RBE2 {card[1]} couples components {card[3]} only: 123 (or 123456) are needed"
+            )
+        reference = int(card[2])
+        nodes = numbers(members)
+        in_solid = any(reference in row for _, rows in parts.elements.values() for row in rows)
+        parts.rigid.append(Rigid(card[1], reference, [*nodes, reference] if in_solid else nodes))
+
+
+def _selected(control: list[str]) -> int | None:
+    for line in control:
+        found = re.match(r"\s*SPC\s*=\s*(\d+)", line, re.I)
+        if found:
+            return int(found[1])
+    return None
+
+
+def _constraints(by_name: dict[str, list[list[str]]], parts: Parts, chosen: int | None) -> None:
+    sets: dict[int, list[tuple[int, str]]] = {}
+    for card in by_name.get("SPC1", []):
+        sets.setdefault(int(card[1]), []).extend((node, card[2]) for node in numbers(card[3:]))
+    for card in by_name.get("SPC", []):
+        for i in range(2, len(card), 3):
+            if card[i]:
+                if i + 2 < len(card) and card[i + 2] and real(card[i + 2]) != 0.0:
+                    raise InputError(f"{parts.source}: SPC {card[1]} enforces a motion: only 0 can be held")
+                sets.setdefault(int(card[1]), []).append((int(card[i]), card[i + 1]))
+    for card in by_name.get("SPCADD", []):
+        sets[int(card[1])] = [entry for number in numbers(card[2:]) for entry in sets.get(number, [])]
+    if not sets:
+        return
+    if chosen is None:
+        if len(sets) > 1:
+            listed = ", ".join(map(str, sorted(sets)))
+            raise InputError(f"{parts.source}: constraint sets {listed} are there: say which by spc")
+        chosen = next(iter(sets))
+    if chosen not in sets:
+        raise InputError(f"{parts.source}: constraint set {chosen} is not there; known: {sorted(sets)}")
+    for node, components in sets[chosen]:
+        parts.held[node] |= set(components)
+
+
+def _groups(bulk: list[str], by_name: dict[str, list[list[str]]], parts: Parts) -> None:
+    names = {}
+    for line in bulk:
+        if line.startswith(GROUP_MARK):
+            number, _, name = line[len(GROUP_MARK) :].strip().partition(" ")
+            names[number] = name.strip()
+    for card in by_name.get("SET1", []):
+        parts.groups[names.get(card[1], f"SET1 {card[1]}")] = numbers(card[2:])

@@ -1,0 +1,98 @@
+"""Nastran bulk data as cards: small, large and free fields, continuations, INCLUDE; case control before BEGIN BULK."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+from nvhchain.errors import FileFormatError
+
+_SHORT_EXPONENT = re.compile(r"(?<=[0-9.])([+-]\d+)$")
+
+
+def read_lines(path: Path, seen: tuple[Path, ...] = ()) -> Iterator[str]:
+    """Lines of the file and of those it includes.  Raises FileFormatError where one is missing or includes itself."""
+    if path in seen:
+        raise FileFormatError(f"{path}: includes itself")
+    try:
+        content = path.read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError as error:
+        raise FileFormatError(f"{path}: cannot be read: {error.strerror}") from None
+    for line in content:
+        if line[:7].upper() == "INCLUDE":
+            name = line[7:].split("$")[0].strip().strip("'\"")
+            yield from read_lines(path.parent / name, (*seen, path))
+        else:
+            yield line.rstrip()
+
+
+def split_deck(path: Path) -> tuple[list[str], list[str]]:
+    """Case control and bulk data lines; a file without BEGIN BULK is all bulk data."""
+    lines = list(read_lines(path))
+    start = next((i for i, line in enumerate(lines) if re.match(r"\s*BEGIN\s+BULK", line, re.I)), -1)
+    return lines[: max(start, 0)], lines[start + 1 :]
+
+
+def cards(lines: list[str]) -> Iterator[list[str]]:
+    """Each card as its upper-case name and its fields without the continuation marks, up to ENDDATA."""
+    card: list[str] = []
+    for raw in lines:
+        line = raw.split("$", 1)[0].rstrip().expandtabs(8)
+        if not line.strip():
+            continue
+        fields, continues = _fields(line)
+        if continues:
+            if card:
+                # a line holds eight fields (large: four) even where trailing ones are blank
+                card += [""] * (-(len(card) - 1) % (4 if "*" in line[:8] else 8))
+                card += fields
+            continue
+        if card:
+            yield card
+        name = fields[0].rstrip("*").upper()
+        if name == "ENDDATA":
+            return
+        card = [name, *fields[1:]]
+    if card:
+        yield card
+
+
+def _fields(line: str) -> tuple[list[str], bool]:
+    """Fields of one line, and whether it continues the card before; continuation marks are left out."""
+    if "," in line:
+        parts = [part.strip() for part in line.split(",")]
+        limit = 5 if "*" in parts[0] else 9
+        continues = parts[0] == "" or parts[0][0] in "+*"
+        return (parts[1:limit] if continues else parts[:limit]), continues
+    head = line[:8].strip()
+    width, count = (16, 4) if "*" in head else (8, 8)
+    values = [line[8 + width * i : 8 + width * (i + 1)].strip() for i in range(count)]
+    while values and not values[-1]:
+        values.pop()
+    continues = head == "" or head[0] in "+*"
+    return (values if continues else [head, *values]), continues
+
+
+def real(text: str) -> float:
+    """A Nastran real: `1.5`, `1.5E-3`, `1.5D-3` or `1.5-3`.  Raises ValueError."""
+    text = text.upper().replace("D", "E").replace(" ", "")
+    if "E" not in text:
+        text = _SHORT_EXPONENT.sub(r"E\1", text)
+    return float(text)
+
+
+def numbers(fields: list[str]) -> list[int]:
+    """Whole numbers with `THRU` (and `BY`) written out; blanks are left out."""
+    words = [field.upper() for field in fields if field]
+    result: list[int] = []
+    i = 0
+    while i < len(words):
+        if words[i] == "THRU":
+            step = int(words[i + 3]) if i + 2 < len(words) and words[i + 2] == "BY" else 1
+            result += range(result[-1] + step, int(words[i + 1]) + 1, step)
+            i += 4 if step != 1 or (i + 2 < len(words) and words[i + 2] == "BY") else 2
+        else:
+            result.append(int(words[i]))
+            i += 1
+    return result

@@ -1,0 +1,242 @@
+"""Solid models through Nastran and Abaqus files: units, groups, rigid sets, constraints, and what is refused."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from box_models import SPLITS, box
+
+from nvhchain.errors import FileFormatError, InputError
+from nvhchain.fem import lowest_modes
+from nvhchain.housing.foreign import constrained
+from nvhchain.housing.foreign_mesh import sound_mesh
+from nvhchain.interop import read_abaqus, read_nastran, read_solid_model, write_abaqus, write_nastran
+
+FORMATS = [(write_nastran, read_nastran), (write_abaqus, read_abaqus)]
+UNITS = ["m-kg-s", "mm-t-s", "mm-kg-ms", "in-lbf-s"]
+
+
+def frequencies(model, top=4000.0):
+    K, M, _ = constrained(sound_mesh(model)[0])
+    return lowest_modes(K, M, top)[0]
+
+
+@pytest.mark.parametrize("units", UNITS)
+@pytest.mark.parametrize(("write", "read"), FORMATS)
+def test_units_groups_and_rigid_sets_survive_a_file(write, read, units, tmp_path):
+    model = box("hex8")
+    back = read(write(model, tmp_path / "model", units=units), units=units)
+    assert frequencies(back) == pytest.approx(frequencies(model), rel=1e-10)
+    assert np.array_equal(back.labels[back.groups["TOP"]], model.labels[model.groups["TOP"]])
+    assert [r.label for r in back.rigid_sets] == [r.label for r in model.rigid_sets]
+    assert [r.held.all() for r in back.rigid_sets] == [True, False]
+    assert back.blocks[0].material.young == pytest.approx(210e9, rel=1e-12)
+    assert back.blocks[0].material.density == pytest.approx(7850.0, rel=1e-12)
+
+
+@pytest.mark.parametrize("quadratic", [False, True])
+@pytest.mark.parametrize("kind", list(SPLITS))
+@pytest.mark.parametrize(("write", "read"), FORMATS)
+def test_every_kind_of_element_keeps_its_nodes_in_order(write, read, kind, quadratic, tmp_path):
+    model = sound_mesh(box(kind))[0] if quadratic else box(kind)
+    nodes = model.nodes.copy()
+    nodes[:, 1] += 0.02 * nodes[:, 0] ** 2 / 0.2**2  # bent, so that no mid-edge node is at a middle
+    model = replace(model, nodes=nodes)
+    back = read(write(model, tmp_path / "model", units="mm-t-s"), units="mm-t-s")
+    assert back.blocks[0].kind == model.blocks[0].kind
+    assert frequencies(back, 3000.0) == pytest.approx(frequencies(model, 3000.0), rel=1e-10)
+
+
+@pytest.mark.parametrize(("write", "read"), FORMATS)
+def test_held_translations_survive_a_file(write, read, tmp_path):
+    model = box("hex8", held=False)
+    held = np.zeros_like(model.held)
+    held[model.nodes[:, 0] < 1e-9] = [True, False, True]
+    back = read(write(replace(model, held=held), tmp_path / "m", units="mm-t-s"), units="mm-t-s")
+    keep = np.isin(back.labels, model.labels)
+    assert np.array_equal(back.held[keep], held)
+
+
+NASTRAN = """\
+SOL 103
+CEND
+SPC = 7
+BEGIN BULK
+PARAM,WTMASS,0.001
+CORD2C         5              1.      0.      0.      1.      0.      1.+
++             2.      0.      0.
+$ free, small and large fields, a cylindrical system, exponents without E
+GRID,1,,0.,0.,0.
+GRID           2              1.      0.      0.
+GRID*                  3                            1.+0             1.0
+*                    0.0
+GRID    4               0.      1.      0.
+GRID,5,5,1.0,180.,1.0
+GRID,6,,1.,0.,1.
+GRID*   7                               1.0D0           1.0E+0
+*       1.
+GRID,8,,0.,1.,1.
+GRID,99,,2.,.5,.5
+CHEXA          1       3       1       2       3       4       5       6+A
++A             7       8
+PSOLID         3       4
+MAT1           4  2.1+11             0.3  7.85+6
+RBE2,11,99,123456,2,3,6,7
+SPC1,7,123,1,4
+SPC1,7,123,5,THRU,5
+SPC,7,8,13,0.0
+SPC1,8,3,2
+SET1,1,1,THRU,3
+ENDDATA
+"""
+
+
+def test_nastran_fields_systems_sets_and_mass_factor(tmp_path):
+    path = tmp_path / "cube.bdf"
+    path.write_text(NASTRAN)
+    model = read_solid_model(path, units="m-kg-s")
+    at = {int(label): point for label, point in zip(model.labels, model.nodes, strict=True)}
+    corners = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1.0]])
+    assert np.allclose([at[i] for i in range(1, 9)], corners, atol=1e-12)
+    assert model.blocks[0].material.young == 2.1e11
+    assert model.blocks[0].material.density == pytest.approx(7850.0)
+    row = {int(label): i for i, label in enumerate(model.labels)}
+    assert model.held[[row[i] for i in (1, 4, 5)]].all()
+    assert model.held[row[8]].tolist() == [True, False, True]
+    assert not model.held[row[2]].any()
+    assert model.labels[model.rigid_sets[0].nodes].tolist() == [2, 3, 6, 7]
+    assert model.rigid_sets[0].reference.tolist() == [2.0, 0.5, 0.5]
+    assert model.labels[model.groups["SET1 1"]].tolist() == [1, 2, 3]
+    assert read_nastran(path, units="m-kg-s", spc=8).held.sum() == 1
+
+
+ABAQUS = """\
+*HEADING
+*PART, NAME=Case
+*NODE
+1, 0., 0., 0.
+2, 1., 0., 0.
+3, 1., 1., 0.
+4, 0., 1., 0.
+5, 0., 0., 1.
+6, 1., 0., 1.
+7, 1., 1., 1.
+8, 0., 1., 1.
+*ELEMENT, TYPE=C3D8R, ELSET=All
+1, 1, 2, 3, 4,
+5, 6, 7, 8
+*NSET, NSET=bottom, GENERATE
+1, 4, 1
+*SOLID SECTION, ELSET=all, MATERIAL=Steel
+,
+*END PART
+*ASSEMBLY, NAME=Assembly
+*INSTANCE, NAME=Case-1, PART=Case
+*END INSTANCE
+*NODE
+1, 2., 0.5, 0.5
+*NSET, NSET=Ref
+1,
+*NSET, NSET=corner, INSTANCE=Case-1
+8,
+*ELSET, ELSET=seat, INSTANCE=Case-1
+1
+*SURFACE, TYPE=ELEMENT, NAME=Seat
+seat, S4
+*COUPLING, CONSTRAINT NAME=A1, REF NODE=Ref, SURFACE=Seat
+*KINEMATIC
+*END ASSEMBLY
+*MATERIAL, NAME=Steel
+*DENSITY
+7.85e-09,
+*ELASTIC
+210000., 0.3
+*BOUNDARY
+bottom, PINNED
+Case-1.8, 3, 3
+*STEP
+*END STEP
+"""
+
+
+def test_abaqus_part_assembly_surface_and_coupling(tmp_path):
+    path = tmp_path / "cube.inp"
+    path.write_text(ABAQUS)
+    model = read_solid_model(path, units="mm-t-s")
+    assert model.blocks[0].material.young == pytest.approx(210e9)
+    seat = model.rigid_sets[0]
+    assert seat.name == "A1"
+    assert seat.reference == pytest.approx([2e-3, 0.5e-3, 0.5e-3])
+    # face S4 of C3D8 is 2-3-7-6, at x = 1
+    assert model.nodes[seat.nodes, 0] == pytest.approx([1e-3] * 4)
+    row = {int(label): i for i, label in enumerate(model.labels)}
+    assert model.held[[row[i] for i in (1, 2, 3, 4)]].all()
+    assert model.held[row[8]].tolist() == [False, False, True]
+    assert model.labels[model.groups["corner"]].tolist() == [8]
+
+
+def test_calculix_rigid_body_held_at_both_reference_nodes(tmp_path):
+    text = ABAQUS[: ABAQUS.index("*SURFACE")].replace("*PART, NAME=Case\n", "").replace("*END PART\n", "")
+    text = text[: text.index("*ASSEMBLY")] + "*NODE\n9, 2., .5, .5\n10, 2., .5, .5\n*NSET, NSET=END\n2, 3, 6, 7\n"
+    text += "*RIGID BODY, NSET=END, REF NODE=9, ROT NODE=10\n" + ABAQUS[ABAQUS.index("*MATERIAL") :]
+    text = text.replace("bottom, PINNED\nCase-1.8, 3, 3", "9, 1, 3\n10, 1, 2")
+    path = tmp_path / "rigid.inp"
+    path.write_text(text)
+    assert read_abaqus(path, units="mm-t-s").rigid_sets[0].held.tolist() == [True, True, True, True, True, False]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("RBE2,11,99,123456,", "RBE3,11,,99,123456,1.,123,", "1 RBE3, which are not read"),
+        ("RBE2,11,99,123456,", "RBE2,11,99,12,", "couples components 12 only"),
+        ("SPC = 7", "", "constraint sets 7, 8"),
+        ("SPC = 7", "SPC = 3", "constraint set 3 is not there"),
+        ("MAT1           4", "MAT1           5", "is not defined"),
+        ("+A             7       8", "+A             7      77", "node 77 is not defined"),
+        ("GRID,8,,0.,1.,1.", "GRID,8,,0.,x,1.", "not Nastran bulk data"),
+        ("GRID,8,,0.,1.,1.", "CQUAD4,5,3,1,2,3,4", "1 CQUAD4"),
+        ("SPC,7,8,13,0.0", "SPC,7,8,13,0.1", "enforces a motion"),
+    ],
+)
+def test_nastran_that_would_change_the_answer_is_refused(tmp_path, old, new, message):
+    path = tmp_path / "bad.bdf"
+    assert old in NASTRAN
+    path.write_text(NASTRAN.replace(old, new, 1))
+    with pytest.raises(InputError, match=message):
+        read_nastran(path, units="m-kg-s")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("*KINEMATIC", "*DISTRIBUTING", r"\*DISTRIBUTING is not read"),
+        ("TYPE=C3D8R", "TYPE=S8R", "type S8R are not read"),
+        ("*DENSITY\n7.85e-09,\n", "", "needs \\*ELASTIC and \\*DENSITY"),
+        ("*SOLID SECTION, ELSET=all", "*SOLID SECTION, ELSET=seat2", "SEAT2"),
+        ("Case-1.8, 3, 3", "Case-1.8, 3, 3, 0.5", "only 0 can be held"),
+        ("bottom, PINNED", "bottem, PINNED", "'bottem' is not defined"),
+        ("210000., 0.3", "2.1e5, 0.6", "poisson"),
+    ],
+)
+def test_abaqus_that_would_change_the_answer_is_refused(tmp_path, old, new, message):
+    path = tmp_path / "bad.inp"
+    assert old in ABAQUS
+    path.write_text(ABAQUS.replace(old, new, 1))
+    with pytest.raises(InputError, match=message):
+        read_abaqus(path, units="mm-t-s")
+
+
+def test_wrong_units_are_recognised_by_the_material(tmp_path):
+    path = write_nastran(box("hex8"), tmp_path / "box.bdf", units="mm-t-s")
+    with pytest.raises(InputError, match=r"read in m-kg-s.*may be in mm-t-s"):
+        read_nastran(path, units="m-kg-s")
+    with pytest.raises(InputError, match="unit system 'SI' is not known"):
+        read_nastran(path, units="SI")
+
+
+def test_missing_file_and_foreign_ending_are_named(tmp_path):
+    with pytest.raises(FileFormatError, match="cannot be read"):
+        read_solid_model(tmp_path / "none.bdf", units="mm-t-s")
+    with pytest.raises(InputError, match="is not a solid model"):
+        read_solid_model(tmp_path / "none.op2", units="mm-t-s")

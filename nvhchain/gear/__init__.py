@@ -11,6 +11,8 @@ from nvhchain.gear.iso6336 import IsoStiffness, iso_stiffness
 from nvhchain.gear.mesh_law import mesh_law, pair_compliances
 from nvhchain.gear.micro_geometry import Flank, MicroGeometry, Relief
 from nvhchain.gear.pair import GearPair, nominal_centre_distance
+from nvhchain.gear.root_strain import PINION, WHEEL, RootStrainModes, nodal_force_strain, root_strain_modes
+from nvhchain.gear.root_strain_places import RootElement, RootPlace, StrainGauge, von_mises
 from nvhchain.gear.separation import Misalignment
 from nvhchain.gear.transmission_error import (
     LoadedMesh,
@@ -21,7 +23,9 @@ from nvhchain.gear.transmission_error import (
 )
 
 __all__ = [
+    "PINION",
     "SOLID",
+    "WHEEL",
     "Blank",
     "Differential",
     "Engagement",
@@ -37,9 +41,13 @@ __all__ = [
     "MicroGeometry",
     "Misalignment",
     "Relief",
+    "RootElement",
+    "RootPlace",
+    "RootStrainModes",
     "SliceCompliance",
     "Slots",
     "Solid",
+    "StrainGauge",
     "ThinRim",
     "deflection_at_force",
     "engaged_reach",
@@ -50,9 +58,12 @@ __all__ = [
     "loaded_transmission_error",
     "mass_properties",
     "mesh_law",
+    "nodal_force_strain",
     "nominal_centre_distance",
     "pair_compliances",
     "quasi_static_transmission_error",
+    "root_strain_modes",
     "slice_compliance",
     "sliding_sense",
+    "von_mises",
 ]

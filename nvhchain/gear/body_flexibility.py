@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import psutil
@@ -36,13 +36,19 @@ class HeldBody:
         self.unknowns = np.stack([place[unknowns(n)] for n in nodes])
         self._factor = factorize(K[free][:, free])
 
-    def solve(self, loads: Sequence[tuple[int, FloatArray]]) -> FloatArray:
-        """Displacement, m, of all unknowns under forces on single teeth: (tooth, (3 n_i, m) N), all in a row."""
-        total = np.zeros((self._factor.unknowns, sum(force.shape[1] for _, force in loads)))
+    def solve(self, loads: Sequence[Mapping[int, FloatArray]]) -> FloatArray:
+        """Displacement, m, of all unknowns under sets of loads, set after set in columns.
+
+        Each set gives forces (3 n_i, m), N, on the shared nodes of one tooth or of several at once, by tooth.
+        """
+        width = [next(iter(teeth.values())).shape[1] for teeth in loads]
+        total = np.zeros((self._factor.unknowns, sum(width)))
         start = 0
-        for tooth, force in loads:
-            total[self.unknowns[tooth], start : start + force.shape[1]] = force
-            start += force.shape[1]
+        for teeth, columns in zip(loads, width, strict=True):
+            for tooth, force in teeth.items():
+                # neighbours share nodes, the unknowns of one tooth are distinct
+                total[self.unknowns[tooth], start : start + columns] += force
+            start += columns
         return self._factor.solve(total)
 
     def __enter__(self) -> HeldBody:
@@ -75,7 +81,7 @@ def body_flexibility(
     answer = np.empty((sector, reach + 1, count, count))
     with HeldBody(mesh, tooth, material, sector) as body:
         for first, loaded in _batches(sector, count, far):
-            part = body.solve([(t, patterns[:, :n]) for t, n in loaded])
+            part = body.solve([{t: patterns[:, :n]} for t, n in loaded])
             start = 0
             for t, n in loaded:
                 mine = part[:, start : start + n]

@@ -7,7 +7,8 @@ import scipy.sparse as sp
 
 from nvhchain.fem.elements import hex20_shape
 from nvhchain.gear.geometry import GearGeometry
-from nvhchain.gear.mesh import GearMesh
+from nvhchain.gear.mesh import SolidMesh
+from nvhchain.gear.pitch_mesh import PitchMesh
 from nvhchain.handoff import FloatArray, IntArray
 
 _FACE = np.array([(0, 0), (2, 0), (2, 2), (0, 2), (1, 0), (2, 1), (1, 2), (0, 1)])
@@ -19,7 +20,7 @@ _TOP = [4, 5, 6, 7, 12, 13, 14, 15]
 
 def point_forces(
     gear: GearGeometry,
-    mesh: GearMesh,
+    tooth: tuple[PitchMesh, SolidMesh],
     flank: IntArray,
     radius: FloatArray,
     axial: FloatArray,
@@ -28,15 +29,16 @@ def point_forces(
 ) -> sp.csr_matrix:
     """(unknowns of the pitch, n) nodal forces of a unit normal force into the tooth at each of n points.
 
-    flank: (n,) 0 faces +φ, 1 −φ.  radius, axial: (n,) m; beyond the flank its nearest edge is loaded.
+    tooth: mesh of one pitch.  flank: (n,) 0 faces +φ, 1 −φ.
+    radius, axial: (n,) m; beyond the flank its nearest edge is loaded.
     along_profile: unit forces towards the tip instead, in the transverse plane and tangential to the flank.
 
     The shape functions of the eight nodes of the brick's face spread each force, so that force and displacement stay
     conjugate.
     """
-    pitch, solid = mesh.pitch, mesh.pitch_solid
-    row, xi = _cell(pitch.plane.radius[pitch.flanks[0]], radius)
-    level, eta = _cell(solid.nodes[solid.index[:, pitch.flanks[0, 0]], 2], axial)
+    pitch, solid = tooth
+    rows, levels = flank_grid(tooth)
+    (row, xi), (level, eta) = _cell(rows, radius), _cell(levels, axial)
     weight = hex20_shape(np.column_stack([xi, eta, np.ones(len(xi))]))[0][:, _TOP]
     node = solid.index[level[:, None] + _FACE[:, 1], pitch.flanks[flank[:, None], row[:, None] + _FACE[:, 0]]]
     side = 1.0 - 2.0 * flank
@@ -50,23 +52,34 @@ def point_forces(
         tilt = gear.base_helix_angle
         force = np.cos(tilt) * np.stack([-np.sin(direction), -sense * np.cos(direction), sense * np.tan(tilt)], axis=-1)
     column = np.broadcast_to(np.arange(len(radius))[:, None, None], force.shape)
-    rows = 3 * node[..., None] + np.arange(3)
+    unknown = 3 * node[..., None] + np.arange(3)
     shape = (3 * len(solid.nodes), len(radius))
-    forces = sp.csr_matrix(((weight[..., None] * force).ravel(), (rows.ravel(), column.ravel())), shape=shape)
+    forces = sp.csr_matrix(((weight[..., None] * force).ravel(), (unknown.ravel(), column.ravel())), shape=shape)
     forces.eliminate_zeros()
     return forces
 
 
-def flank_loads(gear: GearGeometry, mesh: GearMesh, *, along_profile: bool = False) -> sp.csr_matrix:
-    """(unknowns of the pitch, flank points) nodal forces of unit forces at all nodes and face middles of both flanks.
+def flank_loads(
+    gear: GearGeometry,
+    tooth: tuple[PitchMesh, SolidMesh],
+    radius: FloatArray,
+    axial: FloatArray,
+    *,
+    along_profile: bool = False,
+) -> sp.csr_matrix:
+    """(unknowns of the pitch, 2 n_p n_w) nodal forces of unit forces at a grid of points on both flanks.
 
-    Points are ordered flank, radius, axial; directions as in `point_forces`.
+    radius: (n_p,) m.  axial: (n_w,) m.  Points are ordered flank, radius, axial; the rest as in `point_forces`.
     """
-    pitch, solid = mesh.pitch, mesh.pitch_solid
-    radius = pitch.plane.radius[pitch.flanks[0]]
-    axial = solid.nodes[solid.index[:, pitch.flanks[0, 0]], 2]
-    flank, r, z = (a.ravel() for a in np.meshgrid([0, 1], radius, axial, indexing="ij"))
-    return point_forces(gear, mesh, flank, r, z, along_profile=along_profile)
+    flank = np.repeat(np.arange(2), len(radius) * len(axial))
+    r, z = np.tile(np.repeat(radius, len(axial)), 2), np.tile(axial, 2 * len(radius))
+    return point_forces(gear, tooth, flank, r, z, along_profile=along_profile)
+
+
+def flank_grid(tooth: tuple[PitchMesh, SolidMesh]) -> tuple[FloatArray, FloatArray]:
+    """(n_p,) radii and (n_w,) axial positions, m, of the nodes of a flank; those between four have none."""
+    pitch, solid = tooth
+    return pitch.plane.radius[pitch.flanks[0]], solid.nodes[solid.index[:, pitch.flanks[0, 0]], 2]
 
 
 def _cell(grid: FloatArray, at: FloatArray) -> tuple[IntArray, FloatArray]:

@@ -58,6 +58,19 @@ def local_basis(grid: FloatArray) -> tuple[LocalBasis, FloatArray]:
     return LocalBasis(breaks, powers), spline.c
 
 
+def point_weights(
+    over_radius: LocalBasis, over_axial: LocalBasis, radius: FloatArray, axial: FloatArray
+) -> tuple[NDArray[np.int32], FloatArray]:
+    """(n, 16) numbers of the coefficients (radius by axial) that matter at points (n,) m, and their weights."""
+    first_r, value_r = over_radius.values(radius)
+    first_z, value_z = over_axial.values(axial)
+    rows = over_axial.count * (first_r[:, None] + np.arange(value_r.shape[1]))
+    index = rows[:, :, None] + (first_z[:, None] + np.arange(value_z.shape[1]))[:, None, :]
+    weight = value_r[:, :, None] * value_z[:, None, :]
+    n = len(radius)
+    return index.reshape(n, -1).astype(np.int32), np.ascontiguousarray(weight.reshape(n, -1))
+
+
 @dataclass(frozen=True, eq=False)
 class FlankSplines:
     """B-spline coefficients of the compliance between flanks of the same side.
@@ -75,14 +88,8 @@ class FlankSplines:
     friction: FloatArray | None = None
 
     def weights(self, radius: FloatArray, axial: FloatArray) -> tuple[NDArray[np.int32], FloatArray]:
-        """(n, 16) numbers of the coefficients that matter at points (n,) m, and their weights."""
-        first_r, value_r = self.over_radius.values(radius)
-        first_z, value_z = self.over_axial.values(axial)
-        rows = self.over_axial.count * (first_r[:, None] + np.arange(value_r.shape[1]))
-        index = rows[:, :, None] + (first_z[:, None] + np.arange(value_z.shape[1]))[:, None, :]
-        weight = value_r[:, :, None] * value_z[:, None, :]
-        n = len(radius)
-        return index.reshape(n, -1).astype(np.int32), np.ascontiguousarray(weight.reshape(n, -1))
+        """`point_weights` of its own grid."""
+        return point_weights(self.over_radius, self.over_axial, radius, axial)
 
     def add(self, total: FloatArray, side: int, tooth: IntArray, radius: FloatArray, axial: FloatArray) -> None:
         """Add to `total` (n, n) m/N the compliance between points on flanks `side` of `tooth` (n,), in runs."""

@@ -56,30 +56,45 @@ class GearMesh:
 
 def gear_mesh(body: GearBody, fidelity: GearFidelity) -> GearMesh:
     """Mesh `body`; raises InputError when the fidelity is too coarse for the blank."""
-    rim = innermost_solid(body)
-    pitch = pitch_mesh(body.geometry, rim, fidelity)
+    rim, (pitch, pitch_solid) = innermost_solid(body), tooth_mesh(body, fidelity)
     blank = blank_mesh(body, pitch.inner_radius, fidelity)
-    web, layers = body.blank.web, fidelity.width_layers
-    even = np.linspace(-0.5, 0.5, layers + 1) * body.geometry.face_width
-    present = np.ones((layers, len(blank.plane.quads)), dtype=bool)
-    stations = even
-    if web is not None:
-        stations, in_web = _web_layers(web, even)
-        present[:, blank.in_web] = in_web[:, None]
-
-    def swept(plane: PlaneMesh, cells: BoolArray) -> SolidMesh:
-        above = np.clip((plane.radius - rim) / (pitch.inner_radius - rim), 0.0, 1.0)
-        z = stations[:, None] + above * (even - stations)[:, None]
-        turn = np.clip((plane.radius - rim) / (body.geometry.root_radius - rim), 0.0, 1.0)
-        return _sweep(plane, z, body.geometry.twist * turn, cells)
-
+    stations, in_web = _stations(body, fidelity)
+    present = np.ones((fidelity.width_layers, len(blank.plane.quads)), dtype=bool)
+    present[:, blank.in_web] = in_web[:, None]
     return GearMesh(
         pitch=pitch,
         blank=blank,
-        pitch_solid=swept(pitch.plane, np.ones((layers, len(pitch.plane.quads)), dtype=bool)),
-        blank_solid=swept(blank.plane, present),
+        pitch_solid=pitch_solid,
+        blank_solid=_swept(body, blank.plane, rim, pitch.inner_radius, stations, present),
         in_sector=np.broadcast_to(blank.in_sector, present.shape)[present],
     )
+
+
+def tooth_mesh(body: GearBody, fidelity: GearFidelity) -> tuple[PitchMesh, SolidMesh]:
+    """One pitch of teeth alone, transverse and solid."""
+    rim = innermost_solid(body)
+    pitch = pitch_mesh(body.geometry, rim, fidelity)
+    stations, _ = _stations(body, fidelity)
+    present = np.ones((fidelity.width_layers, len(pitch.plane.quads)), dtype=bool)
+    return pitch, _swept(body, pitch.plane, rim, pitch.inner_radius, stations, present)
+
+
+def _stations(body: GearBody, fidelity: GearFidelity) -> tuple[FloatArray, BoolArray]:
+    """Layer faces (m) at the rim's inner radius, and which layers the web fills."""
+    even = np.linspace(-0.5, 0.5, fidelity.width_layers + 1) * body.geometry.face_width
+    web = body.blank.web
+    return (even, np.ones(fidelity.width_layers, dtype=bool)) if web is None else _web_layers(web, even)
+
+
+def _swept(
+    body: GearBody, plane: PlaneMesh, rim: float, even_from: float, stations: FloatArray, cells: BoolArray
+) -> SolidMesh:
+    """Sweep `plane`; layers change from `stations` at the rim's inner radius to even ones at `even_from`, m."""
+    even = np.linspace(stations[0], stations[-1], len(stations))
+    above = np.clip((plane.radius - rim) / (even_from - rim), 0.0, 1.0)
+    z = stations[:, None] + above * (even - stations)[:, None]
+    turn = np.clip((plane.radius - rim) / (body.geometry.root_radius - rim), 0.0, 1.0)
+    return _sweep(plane, z, body.geometry.twist * turn, cells)
 
 
 def _web_layers(web: Web, even: FloatArray) -> tuple[FloatArray, BoolArray]:

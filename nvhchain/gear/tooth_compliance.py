@@ -19,7 +19,7 @@ import scipy.sparse as sp
 from nvhchain.conventions import Material
 from nvhchain.fem._sparse import factorize
 from nvhchain.fem.elasticity import stiffness_and_mass
-from nvhchain.gear.flank_forces import flank_loads
+from nvhchain.gear.flank_forces import flank_grid, flank_loads
 from nvhchain.gear.geometry import GearGeometry
 from nvhchain.gear.mesh import GearMesh, SolidMesh
 from nvhchain.handoff import FloatArray, IntArray
@@ -59,7 +59,11 @@ def condensed_tooth(
     shared = unknowns(np.concatenate([left, right, bottom]))
     inner = np.setdiff1d(np.arange(3 * len(solid.nodes)), shared)
     K = cylindrical_stiffness(solid, solid.elements, material)
-    loads = [flank_loads(gear, mesh)] + ([flank_loads(gear, mesh, along_profile=True)] if friction else [])
+    radius, axial = flank_grid((pitch, solid))
+    loads = [
+        flank_loads(gear, (pitch, solid), radius, axial, along_profile=along)
+        for along in ((False, True) if friction else (False,))
+    ]
     load = np.hstack([forces[inner].toarray() for forces in loads])
     points, n = load.shape[1], loads[0].shape[1]
     K_io = K[shared][:, inner]
@@ -75,8 +79,8 @@ def condensed_tooth(
         held = load[loose, :n].T @ factor.solve(load[loose])
     own, own_friction = np.split(free - held, [n], axis=1)
     return CondensedTooth(
-        radius=pitch.plane.radius[pitch.flanks[0]],
-        axial=solid.nodes[solid.index[:, pitch.flanks[0, 0]], 2],
+        radius=radius,
+        axial=axial,
         stiffness=0.5 * (stiffness + stiffness.T),
         passed=passed[:, :n],
         own=0.5 * (own + own.T),

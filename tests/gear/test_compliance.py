@@ -14,7 +14,7 @@ from nvhchain.fem._sparse import factorize
 from nvhchain.fem.elasticity import stiffness_and_mass
 from nvhchain.fidelity import DRAFT, STANDARD
 from nvhchain.gear import GearBody, GearGeometry, Slots, flank_compliance
-from nvhchain.gear.flank_forces import flank_loads
+from nvhchain.gear.flank_forces import flank_grid, flank_loads
 from nvhchain.gear.mesh import gear_mesh
 from nvhchain.gear.tooth_compliance import condensed_tooth, cylindrical_stiffness, unknowns
 
@@ -70,7 +70,10 @@ def test_condensed_teeth_give_the_undivided_model_without_centre_line_part():
     held = label[blank.on(mesh.blank.bore)]
     free = np.setdiff1d(np.arange(3 * count), unknowns(held))
 
-    loads, along = (flank_loads(gear, mesh, along_profile=a) for a in (False, True))  # in cylindrical axes of tooth 0
+    tooth = (mesh.pitch, mesh.pitch_solid)
+    loads, along = (  # in cylindrical axes of tooth 0
+        flank_loads(gear, tooth, *flank_grid(tooth), along_profile=a) for a in (False, True)
+    )
     per_flank = loads.shape[1] // 2
     chosen = np.array([3, 17, per_flank + 8])
 
@@ -115,7 +118,8 @@ def test_condensed_teeth_give_the_undivided_model_without_centre_line_part():
 def test_flank_loads_are_unit_forces_normal_to_the_helicoid_and_into_the_tooth():
     gear, mesh = SLOTTED.geometry, gear_mesh(SLOTTED, FINE_PATTERNS)
     solid, n_w = mesh.pitch_solid, len(mesh.pitch_solid.index)
-    loads, slid = (flank_loads(gear, mesh, along_profile=a).toarray() for a in (False, True))
+    tooth = (mesh.pitch, solid)
+    loads, slid = (flank_loads(gear, tooth, *flank_grid(tooth), along_profile=a).toarray() for a in (False, True))
     for flank, side in ((0, 1.0), (1, -1.0)):
         for i in (0, 2, 4):  # corners of elements along the profile
             column = (flank * len(mesh.pitch.flanks[flank]) + i) * n_w + 2

@@ -1,6 +1,6 @@
 """What mesh levels and options of the dynamics change, in dB; writes docs/measured/dynamics_options.md.
 
-    python benchmarks/dynamics_options.py OPERATORS [options levels contact]
+    python benchmarks/dynamics_options.py OPERATORS [options tilt ramp levels contact]
 
 OPERATORS: folder with the mesh laws and the housing that cases/studies/run_up.py leaves. The sections named (all, if
 none is) are measured anew and kept in OPERATORS/dynamics_options.json; the table is written from what is there.
@@ -17,15 +17,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from dynamics import MEASURED, ROOT, SPEED, TORQUE, gearbox_of, operators
+from dynamics import MEASURED, MODES, ROOT, SPEED, TORQUE, gearbox_of, one_step, operators, with_modes
+from dynamics_gears import mesh_friction, solid_solvers, tilt_stiffness
 
 import nvhchain as nvh
 from nvhchain import dynamics, gear
+from nvhchain.case import GearboxCase
 from nvhchain.dynamics.simulation import Motion, Simulation, advance, at_rest, bearing_force, simulation
 from nvhchain.fidelity import DynamicsFidelity, GearFidelity
 from nvhchain.gear.blank import SOLID
-from nvhchain.gear.compliance import flank_compliance
-from nvhchain.gear.engagement import Engagement, engaged_reach
 from nvhchain.handoff import FloatArray
 
 MESH_ORDERS = (20.0, 12.0)
@@ -68,40 +68,104 @@ def steady(gearbox: dynamics.Gearbox, laws: Any, housing: Any, torque: float, **
 
 
 def options(folder: Path) -> list[list[Any]]:
-    """What single changes of the model do, in dB."""
+    """What single changes of the model do: dB, unknowns and ns per step."""
     laws, housing = operators(folder)
     box = gearbox_of("solid")
-    halved, doubled = (
-        replace(
-            box,
-            bearings=tuple(
-                replace(b, radial_damping=factor * b.radial_damping, axial_damping=factor * b.axial_damping)
-                for b in box.bearings
-            ),
-        )
-        for factor in (0.5, 2.0)
-    )
     usual = steady(box, laws["solid"], housing, TORQUE)
-    changed = {
-        "gyroscopic terms": steady(box, laws["solid"], housing, TORQUE, gyroscopic=True),
-        "rigid housing": steady(box, laws["solid"], None, TORQUE),
-        "bearing damping halved": steady(halved, laws["solid"], housing, TORQUE),
-        "bearing damping doubled": steady(doubled, laws["solid"], housing, TORQUE),
-        "half the step": steady(box, laws["solid"], housing, TORQUE, time_step=5e-6),
+    rows = []
+    for name, (changed, reduced, knobs) in changes(folder).items():
+        found = steady(changed, laws["solid"], reduced, TORQUE, **knobs)
+        fidelity = DynamicsFidelity(**({"time_step": 1e-5} | {k: v for k, v in knobs.items() if k != "time_step"}))
+        model = simulation(changed, laws["solid"], reduced, input_torque=TORQUE, time_step=1e-5, fidelity=fidelity)
+        rows.append([name, *worst(found, usual), len(model.assembly.mass), one_step(model, laws["solid"])])
+    return rows
+
+
+def changes(folder: Path) -> dict[str, tuple[dynamics.Gearbox, Any, dict[str, Any]]]:
+    """By name: gearbox, housing and knobs that differ from the case in one thing."""
+    laws, housing = operators(folder)
+    box, bare = gearbox_of("solid"), nvh.load_case(ROOT / "cases" / "gearbox" / "solid.toml")
+    assert isinstance(bare, GearboxCase)
+
+    def damped(factor: float) -> dynamics.Gearbox:
+        bearings = tuple(
+            replace(b, radial_damping=factor * b.radial_damping, axial_damping=factor * b.axial_damping)
+            for b in box.bearings
+        )
+        return replace(box, bearings=bearings)
+
+    solvers = solid_solvers(bare, nvh.DRAFT.gear)
+    rubbing = tuple(
+        replace(mesh, friction=mesh_friction(solver, law, force, 0.05))
+        for mesh, solver, law, force in zip(box.meshes, solvers, laws["solid"], bare.mesh_forces, strict=True)
+    )
+    stiffer = tuple(replace(mesh, tilt_ratio=1.65) for mesh in box.meshes)
+    dragged = tuple(replace(shaft, drag_torque=drag) for shaft, drag in zip(box.shafts, (0.5, 0.7, 2.0), strict=True))
+    flexible = {"flexible_shafts": True}
+    return {
+        "as it is": (box, housing, {}),
+        "half the step": (box, housing, {"time_step": 5e-6}),
+        "gyroscopic terms": (box, housing, {"gyroscopic": True}),
+        "rigid housing": (box, None, {}),
+        "gear bodies without mass": (bare.gearbox, housing, {}),
+        "bearing damping halved": (damped(0.5), housing, {}),
+        "bearing damping doubled": (damped(2.0), housing, {}),
+        "friction, 0.05": (replace(box, meshes=rubbing), housing, {}),
+        "drag 0.5, 0.7, 2 N m": (replace(box, shafts=dragged), housing, {}),
+        "tilt, 2 points across the face": (box, housing, {"face_points": 2}),
+        "tilt, 3 points": (box, housing, {"face_points": 3}),
+        "tilt, 2 points, tilt_ratio 1.65": (replace(box, meshes=stiffer), housing, {"face_points": 2}),
+        "flexible shafts": (box, housing, flexible),
+        "flexible shafts, 5 mm elements": (box, housing, flexible | {"shaft_element": 5e-3}),
+        "flexible shafts, modes to 20 kHz": (box, housing, flexible | {"shaft_frequency": 20e3}),
+        "flexible shafts and tilt": (box, housing, flexible | {"face_points": 2}),
     }
-    return [[name, *worst(found, usual)] for name, found in changed.items()]
+
+
+def tilt(folder: Path) -> list[list[Any]]:
+    """By stage: N m/rad of slices side by side, of the contact problem, mm of swing of the load's centre."""
+    laws, _ = operators(folder)
+    case: Any = nvh.load_case(ROOT / "cases" / "gearbox" / "solid.toml")
+    solvers = solid_solvers(case, nvh.DRAFT.gear)
+    rows = []
+    for number, (solver, law, force) in enumerate(zip(solvers, laws["solid"], case.mesh_forces, strict=True), 1):
+        found = tilt_stiffness(solver, law, force)
+        rows.append([number, found["slices"], found["contact"], 1e3 * found["centre"]])
+    return rows
+
+
+def along_ramp(folder: Path) -> dict[str, Any]:
+    """Run-up of 20 s with and without gyroscopic terms and flexible shafts: seconds, and dB of overall force."""
+    laws, housing = operators(folder)
+    housing = with_modes(housing, MODES)
+    found: dict[str, Any] = {}
+    for name, knobs in (
+        ("off", {}),
+        ("gyroscopic, 16 speeds", {"gyroscopic": True}),
+        ("flexible shafts", {"flexible_shafts": True}),
+        ("2 points across the face", {"face_points": 2}),
+    ):
+        begin = time.perf_counter()
+        record = dynamics.run_up(
+            gearbox_of("slotted"), laws["slotted"], housing, start_speed=0.0, end_speed=SPEED, duration=20.0,
+            input_torque=TORQUE, f_max=5000.0, fidelity=DynamicsFidelity(1e-5, **knobs),
+        )  # fmt: skip
+        seconds = time.perf_counter() - begin
+        moving = record.force - record.force.mean(axis=0)
+        found[name] = [seconds, float(10.0 * np.log10((moving**2).mean()))]
+    return found
 
 
 def levels(folder: Path) -> list[list[Any]]:
-    """Mesh level `stiffness` against `table`: torque in N m and deviation in dB, steady at 2500 rpm."""
+    """Mesh level `stiffness` against `table`: torque in N m, whether flanks part, deviation in dB, at 2500 rpm."""
     laws, housing = operators(folder)
     rows = []
     for torque in (250.0, 100.0, 25.0):
-        found = {
-            level: steady(gearbox_of("solid"), laws["solid"], housing, torque, mesh_level=level)
-            for level in ("table", "stiffness")
-        }
-        rows.append([torque, *worst(found["stiffness"], found["table"])])
+        table = steady(gearbox_of("solid"), laws["solid"], housing, torque)
+        for gap in (False, True):
+            knobs = {"mesh_level": "stiffness", "contact_loss": gap}
+            found = steady(gearbox_of("solid"), laws["solid"], housing, torque, **knobs)
+            rows.append([torque, "yes" if gap else "no", *worst(found, table)])
     return rows
 
 
@@ -114,7 +178,7 @@ def contact(folder: Path) -> dict[str, Any]:
     case: Any = nvh.load_case(ROOT / "cases" / "gearbox" / "solid.toml")
     pairs = [replace(pair, wheel=replace(pair.wheel, blank=SOLID)) for pair in case.pairs]
     fidelity = nvh.DRAFT.gear
-    solvers = [contact_solver(pair, fidelity) for pair in pairs]
+    solvers = solid_solvers(case, fidelity)
     count = round(pi / 2.0 / SPEED / 1e-5)
     phases = (np.arange(count)[:, None] + 0.5) / count * [5, 3]
 
@@ -163,13 +227,6 @@ def start_of(of: Simulation, like: Simulation, motion: Motion) -> Motion:
     return Motion(found, np.zeros_like(motion.excess))
 
 
-def contact_solver(pair: gear.GearPair, fidelity: GearFidelity) -> Engagement:
-    """The contact problem of a pair at any angle."""
-    reach = engaged_reach(pair)
-    pinion, wheel = (flank_compliance(body, fidelity, reach=reach) for body in (pair.pinion, pair.wheel))
-    return Engagement(pair, (pinion, wheel), fidelity)
-
-
 def last_period(model: Simulation, motion: Motion, phases: FloatArray) -> tuple[FloatArray, float]:
     """Bearing forces (n, 3 n_bearing) N of the last of PERIODS common periods from `motion`, and its turns."""
     for _ in range(PERIODS - 1):
@@ -178,7 +235,7 @@ def last_period(model: Simulation, motion: Motion, phases: FloatArray) -> tuple[
     return bearing_force(model, states, motion.excess, excesses), 0.25
 
 
-SECTIONS = {"options": options, "levels": levels, "contact": contact}
+SECTIONS = {"options": options, "tilt": tilt, "ramp": along_ramp, "levels": levels, "contact": contact}
 
 
 def table(found: dict[str, Any]) -> list[str]:
@@ -190,18 +247,52 @@ def table(found: dict[str, Any]) -> list[str]:
         lines += [
             "## Options, solid, 250 N m, against the case as it is",
             "",
-            "| change | worst mesh harmonic / dB | RMS / dB |",
+            "| change | worst mesh harmonic / dB | RMS / dB | unknowns | ns per step |",
+            "|---|---:|---:|---:|---:|",
+            *(
+                f"| {name} | {off:+.3f} (order {order:g}) | {rms:.3f} | {unknowns} | {ns:.0f} |"
+                for name, off, rms, order, unknowns, ns in found["options"]
+            ),
+            "",
+            "Friction 0.05 acts under the nominal mesh force; elastic modes of the shafts are damped by 0.5 %.",
+            "",
+        ]
+    if "tilt" in found:
+        lines += [
+            "## Tilt: slices side by side against the contact problem, nominal load, mean over a mesh period",
+            "",
+            "| stage | slices / N m/rad | contact problem / N m/rad | slices are off by | load's centre swings / mm |",
+            "|---:|---:|---:|---:|---:|",
+            *(
+                f"| {stage} | {slices:.3g} | {real:.3g} | {100 * (slices / real - 1):+.0f} % | {centre:.2f} |"
+                for stage, slices, real, centre in found["tilt"]
+            ),
+            "",
+            "The swing of the load's centre (shuttling) is not in the dynamics: a mesh spreads its force evenly.",
+            "",
+        ]
+    if "ramp" in found:
+        lines += [
+            "## Run-up 0 → 2500 rpm in 20 s, slotted, 109 unknowns without options",
+            "",
+            "| option | s | moving bearing force / dB |",
             "|---|---:|---:|",
-            *(f"| {name} | {off:+.3f} (order {order:g}) | {rms:.3f} |" for name, off, rms, order in found["options"]),
+            *(
+                f"| {name} | {seconds:.2f} | {level - found['ramp']['off'][1]:+.3f} |"
+                for name, (seconds, level) in found["ramp"].items()
+            ),
             "",
         ]
     if "levels" in found:
         lines += [
             "## `stiffness` against `table`, solid",
             "",
-            "| input torque / N m | worst mesh harmonic / dB | RMS / dB |",
-            "|---:|---:|---:|",
-            *(f"| {load:g} | {off:+.2f} (order {order:g}) | {rms:.2f} |" for load, off, rms, order in found["levels"]),
+            "| input torque / N m | flanks part | worst mesh harmonic / dB | RMS / dB |",
+            "|---:|---|---:|---:|",
+            *(
+                f"| {load:g} | {gap} | {off:+.2f} (order {order:g}) | {rms:.2f} |"
+                for load, gap, off, rms, order in found["levels"]
+            ),
             "",
         ]
     if "contact" in found:

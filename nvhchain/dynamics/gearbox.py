@@ -171,6 +171,8 @@ class Mesh:
     """Where two gears meet.  pinion_shaft, wheel_shaft: names.  z: m, mid-plane of the common face width.
 
     phase: rad, wheel angle at which the mesh law stands when the record begins.  friction: of its flanks, or None.
+    tilt_ratio: how much more the teeth resist tilt than slices side by side of the same stiffness, which do not bend
+    each other, would (`face_points`); 1.6…1.7 by the contact problem (docs/measured/dynamics_options.md).
     """
 
     pinion_shaft: str
@@ -178,10 +180,12 @@ class Mesh:
     z: float
     phase: float = 0.0
     friction: MeshFriction | None = None
+    tilt_ratio: float = 1.0
 
     def __post_init__(self) -> None:
         _within("mesh", "z", self.z, -5.0, 5.0, "m")
         _within("mesh", "phase", self.phase, -100.0, 100.0, "rad")
+        _within("mesh", "tilt_ratio", self.tilt_ratio, 0.0, 10.0, "")
         require(
             self.pinion_shaft != self.wheel_shaft,
             f"mesh: pinion_shaft and wheel_shaft are both {self.pinion_shaft!r}: a mesh joins two shafts",

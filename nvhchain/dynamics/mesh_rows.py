@@ -127,7 +127,8 @@ def all_wrenches(
     place, weight = face_points(points)
     for k, (mesh, law) in enumerate(zip(gearbox.meshes, laws, strict=True)):
         check_law(gearbox, mesh, law)
-        for offset, share in zip(place * law.face_width, weight, strict=True):
+        offsets = place * law.face_width * np.sqrt(mesh.tilt_ratio)
+        for offset, share in zip(offsets, weight, strict=True):
             rows += contact_wrenches(gearbox, kinematics, mesh, law, offset)
             meshes.append(k)
             shares.append(share)

@@ -33,13 +33,14 @@ def _soft(gearbox):
     return replace(gearbox, bearings=softer)
 
 
-@pytest.mark.parametrize("count", [2, 3, 5])
-def test_points_resist_tilt_as_the_whole_face_does(make_gearbox, make_laws, count):
+@pytest.mark.parametrize(("count", "ratio"), [(2, 1.0), (3, 1.0), (5, 1.0), (2, 1.7)])
+def test_points_resist_tilt_as_the_whole_face_does(make_gearbox, make_laws, count, ratio):
     """Slices of k/b per length over b: k b²/12 about the middle, by the tilt of the normal in the plane of action."""
     place, share = face_points(count)
     assert share.sum() == pytest.approx(1.0, rel=1e-14)
     assert share @ place**2 == pytest.approx(1 / 12, rel=1e-12)
     gearbox, laws = make_gearbox(), make_laws()
+    gearbox = replace(gearbox, meshes=tuple(replace(mesh, tilt_ratio=ratio) for mesh in gearbox.meshes))
     one, more = (assemble(gearbox, laws, None, fidelity=_points(n)) for n in (1, count))
     rows = more.contact[0 : 2 * count : 2]
     whole, spread = np.outer(one.contact[0], one.contact[0]), (rows.T * share) @ rows
@@ -48,7 +49,7 @@ def test_points_resist_tilt_as_the_whole_face_does(make_gearbox, make_laws, coun
     normal = -one.contact[0, 5:8]
     arm = np.cross([0.0, 0.0, 1.0], normal)[:2]
     tilt = np.concatenate([np.zeros(3), -arm, np.zeros(3), arm])
-    expected = laws[0].face_width ** 2 / 12 * np.outer(tilt, tilt)
+    expected = ratio * laws[0].face_width ** 2 / 12 * np.outer(tilt, tilt)
     assert np.abs(extra[:10, :10] - expected).max() < 1e-9 * np.abs(whole).max()
     assert np.abs(extra[10:]).max() < 1e-12
 

@@ -1,0 +1,81 @@
+"""What the contact problem of a gear pair says about friction and tilt, for the options of the dynamics."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from nvhchain import dynamics, gear
+from nvhchain.dynamics.law_table import deflection_under
+from nvhchain.fidelity import GearFidelity
+from nvhchain.gear.blank import SOLID
+from nvhchain.gear.compliance import flank_compliance
+from nvhchain.gear.engagement import Engagement, engaged_reach
+from nvhchain.handoff import FloatArray, MeshLaw
+
+TILT = 5e-5
+"""rad, of the finite differences: 1 µm over 20 mm of face."""
+
+
+def contact_solver(pair: gear.GearPair, fidelity: GearFidelity) -> Engagement:
+    """The contact problem of a pair at any angle."""
+    reach = engaged_reach(pair)
+    pinion, wheel = (flank_compliance(body, fidelity, reach=reach) for body in (pair.pinion, pair.wheel))
+    return Engagement(pair, (pinion, wheel), fidelity)
+
+
+def solid_solvers(case: Any, fidelity: GearFidelity) -> list[Engagement]:
+    """The contact problems of all pairs with solid gears."""
+    return [contact_solver(replace(pair, wheel=replace(pair.wheel, blank=SOLID)), fidelity) for pair in case.pairs]
+
+
+def mesh_friction(solver: Engagement, law: MeshLaw, force: float, coefficient: float) -> dynamics.MeshFriction:
+    """Friction of a mesh under `force`, N, from the contact of solid gears, repeated over the law's period."""
+    pitch = 2.0 * np.pi / law.teeth[1]
+    angles = np.arange(48) * pitch / 48
+    sliding, arm = np.empty(48), np.empty(48)
+    for i, angle in enumerate(angles):
+        lines, forces, _ = _loaded(solver, law, float(angle), force)
+        share = forces * gear.sliding_sense(solver.pair, lines) / forces.sum()
+        sliding[i], arm[i] = share.sum(), share @ lines.position
+    repeats = round(law.period / pitch)
+    every = (angles + np.arange(repeats)[:, None] * pitch).ravel()
+    return dynamics.MeshFriction(coefficient, law.period, every, np.tile(sliding, repeats), np.tile(arm, repeats))
+
+
+def _loaded(solver: Engagement, law: MeshLaw, angle: float, force: float) -> tuple[Any, FloatArray, float]:
+    """Contact lines, slice forces (n,) N and deflection, m, at `angle` under `force` in all."""
+    tried = law.deflection[law.deflection > 0.0]
+    total = np.concatenate([[0.0], solver.mesh_force(angle, tried)])
+    deflection = deflection_under(np.concatenate([[0.0], tried]), total, force)
+    lines, forces = solver.forces(angle, np.array([deflection]))
+    return lines, forces[0], deflection
+
+
+def tilt_stiffness(solver: Engagement, law: MeshLaw, force: float) -> dict[str, float]:
+    """How the contact under `force`, N, resists tilt in the plane of action, mean over a mesh period.
+
+    Returns k b²/12 cos² β_b of slices side by side, the stiffness of the contact problem, both N m/rad, and the swing
+    of the load's centre along the face, m.
+    """
+    pitch = 2.0 * np.pi / law.teeth[1]
+    found = []
+    for angle in np.arange(12) * pitch / 12:
+        lines, forces, at = _loaded(solver, law, float(angle), force)
+        near = solver.mesh_force(float(angle), np.array([at * 0.98, at * 1.02]))
+        arm = np.cos(solver.pair.base_helix_angle) * lines.axial + solver.pair.sense * np.sin(
+            solver.pair.base_helix_angle
+        ) * (lines.position - solver.pair.pitch_point)
+        tilted = [solver.forces_on(lines, (at + side * TILT * arm)[None, :])[0] for side in (-1.0, 1.0)]
+        stiffness = (near[1] - near[0]) / (0.04 * at)
+        found.append(
+            [
+                stiffness * (law.face_width * np.cos(law.base_helix_angle)) ** 2 / 12.0,
+                (tilted[1] - tilted[0]) @ arm / (2.0 * TILT),
+                forces @ lines.axial / forces.sum(),
+            ]
+        )
+    slices, contact, centre = np.array(found).T
+    return {"slices": float(slices.mean()), "contact": float(contact.mean()), "centre": float(np.ptp(centre))}

@@ -15,10 +15,16 @@ from nvhchain.acoustics.incident import IncidentField, PlaneWave, PointSource
 from nvhchain.acoustics.masters import adaptive_transfer_vectors
 from nvhchain.acoustics.microphones import array_points, array_power
 from nvhchain.acoustics.modal import modal_pressure, modal_transfer_vectors, noise_transfer_functions, transfer_pressure
+from nvhchain.acoustics.modal_power import modal_power, radiation_modes, resistance_matrices, waves_power
 from nvhchain.acoustics.plane import RigidPlane
 from nvhchain.acoustics.power import sound_power
 from nvhchain.acoustics.projection import project, vectors_at
 from nvhchain.acoustics.radiate import interpolation_error, radiate
+from nvhchain.acoustics.radiation_resistance import (
+    RadiationResistance,
+    housing_radiation_resistance,
+    radiation_resistance,
+)
 from nvhchain.acoustics.run_up import convolution_lines, decay_time, run_up_pressure
 from nvhchain.acoustics.surface import check_mesh, check_points, required_element_size, sphere
 from nvhchain.acoustics.transfer import master_frequencies, transfer_vectors
@@ -29,6 +35,7 @@ __all__ = [
     "IncidentField",
     "PlaneWave",
     "PointSource",
+    "RadiationResistance",
     "RigidPlane",
     "SoundPower",
     "SurfacePressure",
@@ -44,16 +51,21 @@ __all__ = [
     "equivalent_pressure",
     "equivalent_radiated_power",
     "estimate_memory",
+    "housing_radiation_resistance",
     "interpolation_error",
     "master_frequencies",
     "mean_square_velocity",
+    "modal_power",
     "modal_pressure",
     "modal_transfer_vectors",
     "noise_transfer_functions",
     "project",
     "radiate",
     "radiation_efficiency",
+    "radiation_modes",
+    "radiation_resistance",
     "required_element_size",
+    "resistance_matrices",
     "run_up_pressure",
     "solve_direct",
     "sound_power",
@@ -63,4 +75,5 @@ __all__ = [
     "transfer_pressure",
     "transfer_vectors",
     "vectors_at",
+    "waves_power",
 ]

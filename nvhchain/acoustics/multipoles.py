@@ -153,12 +153,12 @@ def multipole_amplitudes(
     order: int,
     plane: RigidPlane | None = None,
 ) -> ComplexArray:
-    """Amplitudes c (n_row, m) in Pa m of the spherical waves that carry the power Σ|c|²/(2ρc) away from the surface.
+    """Amplitudes a (n_row, m) in Pa m of the spherical waves that carry the power Σ|a|²/(2ρc) away from the surface.
 
-    c_lm = ∫ (p ∂ψ_lm/∂n − ψ_lm ∂p/∂n) dS with the regular waves ψ_lm = j_l(kr) Y_lm, Y_lm real and of unit norm: the
-    addition theorem G = −jk Σ ψ_lm(y) h_l(kr) Y_lm(x) in Kirchhoff and Helmholtz' integral makes the pressure
-    −jk Σ c_lm h_l(kr) Y_lm, h_l of the second kind, and |h_l| tends to 1/(kr).  Rows follow each other as l² + l + m
-    (m < 0: sin |m|φ); where amplitudes at several wavenumbers share an order they can be compared row by row.
+    The far field is r e^{jkr} p = Σ a_lm Y_lm, Y_lm real and of unit norm, with a_lm = j^l ∫ (p ∂ψ/∂n − ψ ∂p/∂n) dS and
+    the regular waves ψ = j_l(kr) Y_lm: the addition theorem G = −jk Σ ψ_lm(y) h_l(kr) Y_lm(x), h_l of the second kind,
+    in Kirchhoff and Helmholtz' integral.  Amplitudes at −k are conjugate to those at k.  Rows follow each other as
+    l² + l + m (m < 0: sin |m|φ), so that amplitudes at several wavenumbers compare row by row.
     plane: the origin is the foot of the body's centre on this rigid plane, its normal the polar axis; the mirror image
     doubles the waves with even l + m, which are then the only rows, and half of their power stays in the air: they
     come √2 times as large.
@@ -192,6 +192,8 @@ def multipole_amplitudes(
         rows = np.concatenate([_rows(m, order, step) for m in range(low, high)])
         amplitudes[rows] = (double.T @ on_vertices - single.T @ on_faces).view(complex)
         low = high
+    for degree in range(order + 1):
+        amplitudes[degree**2 : (degree + 1) ** 2] *= (1, 1j, -1, -1j)[degree % 4]
     if plane is None:
         return amplitudes
     even = np.concatenate([_rows(m, order, step) for m in range(order + 1)])

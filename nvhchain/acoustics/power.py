@@ -8,10 +8,11 @@ from concurrent.futures import Executor
 import numpy as np
 
 from nvhchain.acoustics.accuracy import MESH_ERROR, expected_accuracy
-from nvhchain.acoustics.bands import over_bands
+from nvhchain.acoustics.bands import Solved, over_bands
 from nvhchain.acoustics.direct import solve_direct
 from nvhchain.acoustics.efficiency import equivalent_radiated_power
 from nvhchain.acoustics.engines import check_engine, check_memory, systems
+from nvhchain.acoustics.linear_system import SolverRecord
 from nvhchain.acoustics.microphones import array_points, array_power, check_array
 from nvhchain.acoustics.multipoles import expansion_memory, multipole_amplitudes, multipole_order
 from nvhchain.acoustics.plane import check_plane
@@ -61,7 +62,6 @@ def sound_power(
         check_plane(plane, surface)
     if fidelity.radiation == "equivalent_radiated_power":
         return equivalent_radiated_power(surface_velocity, air)
-    provenance = made_by("sound_power", fidelity, engine)
     if array_radius is not None:
         check_array(surface, array_radius, plane)
         middle = 0.5 * (surface.vertices.min(axis=0) + surface.vertices.max(axis=0))
@@ -80,17 +80,18 @@ def sound_power(
                 progress=progress,
             )
         power = array_power(field, array_radius, air, reflecting_plane=plane is not None)
-        return power.replace(provenance=power.provenance | provenance)
+        return power.replace(provenance=power.provenance | {"stage": "acoustics.sound_power"})
     require(
         fidelity.radiation == "boundary_elements",
         "the Rayleigh integral knows no pressure on the surface: give array_radius, or use boundary_elements",
     )
     check_mesh(surface, float(frequency[-1]), air, fidelity)
-    provenance |= expected_accuracy(surface, None, float(frequency[-1]), air, fidelity)
+    expected = expected_accuracy(surface, None, float(frequency[-1]), air, fidelity)
     order = multipole_order(
         surface, 2 * np.pi * float(frequency[-1]) / air.speed_of_sound, plane, fidelity.multipole_digits
     )
     memory = expansion_memory(surface, order)
+    records: list[SolverRecord] = []
     found = over_bands(
         _powers,
         frequency,
@@ -99,9 +100,11 @@ def sound_power(
         memory_per_task=memory + check_memory(surface, memory, engine, fidelity),
         executor=executor,
         progress=progress,
+        records=records,
     ).real
-    provenance |= _cancellation(surface, frequency, found, fidelity)
-    return SoundPower(frequency, found[:, 0], provenance=provenance)
+    expected |= _cancellation(surface, frequency, found, fidelity)
+    provenance = made_by("sound_power", fidelity, engine, ("multipole_digits",), records)
+    return SoundPower(frequency, found[:, 0], provenance=provenance | expected)
 
 
 def _powers(
@@ -112,8 +115,9 @@ def _powers(
     fidelity: AcousticsFidelity,
     engine: str,
     plane: RigidPlane | None,
-) -> ComplexArray:
+) -> Solved:
     """Sound power (n_f, 2) W of one band, and that of a dipole to which the pressure on all faces would add up."""
+    record = SolverRecord()
     power = np.zeros((len(frequency), 2), dtype=complex)
     omega = 2 * np.pi * frequency
     moving = np.flatnonzero((frequency > 0) & normal_velocity.any(axis=1))
@@ -125,7 +129,8 @@ def _powers(
         waves = multipole_amplitudes(surface, float(k), pressure[:, None], gradient[:, None], order, plane)
         thrust = float(np.abs(pressure[surface.triangles].mean(axis=1)) @ surface.areas)
         power[at] = np.linalg.norm(waves) ** 2, (k * thrust) ** 2 / (4 * np.pi)
-    return np.asarray(power / (2 * air.impedance), dtype=complex)
+        record += system.record
+    return Solved(np.asarray(power / (2 * air.impedance), dtype=complex), record)
 
 
 def _cancellation(

@@ -144,9 +144,9 @@ def test_directivity_above_a_plane_counts_half_the_directions(air, coarse):
 
 
 @pytest.mark.filterwarnings("ignore:the parts of the motion cancel")
-def test_radiation_efficiency_of_a_dipole_from_a_hundredth_to_ten_wavelengths_around(air, coarse):
-    """ka = 0.01 … 10; σ₁ = (ka)⁴/(4 + (ka)⁴)."""
-    ka = np.array([0.01, 0.1, 1.0, 10.0])
-    velocity = vibrating(1, frequency=ka * air.speed_of_sound / (2 * np.pi * 0.1), subdivisions=4)
+def test_radiation_efficiency_of_a_dipole_over_three_decades(air, coarse):
+    """ka = 0.01 … 5; σ₁ = (ka)⁴/(4 + (ka)⁴)."""
+    ka = np.array([0.01, 0.1, 1.0, 5.0])
+    velocity = vibrating(1, frequency=ka * air.speed_of_sound / (2 * np.pi * 0.1))
     sigma = radiation_efficiency(sound_power(velocity, air=air, fidelity=coarse), velocity, air)
     assert 10 * np.log10(sigma / (ka**4 / (4 + ka**4))) == pytest.approx(np.zeros(4), abs=0.1)

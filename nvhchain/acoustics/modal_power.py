@@ -1,0 +1,198 @@
+"""Sound power of thousands of lines from radiation resistance: waves interpolated between masters, power from them."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.linalg import eigh
+
+from nvhchain.acoustics.interpolation import Nodes, nodes_at, support
+from nvhchain.acoustics.radiation_resistance import RadiationResistance
+from nvhchain.errors import AccuracyWarning, InputError, require
+from nvhchain.fidelity import STANDARD, AcousticsFidelity
+from nvhchain.handoff import ComplexArray, FloatArray, ForceSpectrum, ReducedHousing, SoundPower
+
+_DEPENDENT = 1e-10
+"""Mean square velocity of a combination of shapes, relative to that of the shapes, below which it is none."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Products:
+    """Inner products F_iᴴ F_j (n_column, n_column) of the waves at two nodes, each made once."""
+
+    resistance: RadiationResistance
+    nodes: Nodes
+    known: dict[tuple[int, int], ComplexArray] = field(default_factory=dict)
+
+    def at(self, i: int, j: int) -> ComplexArray:
+        """For nodes i ≤ j."""
+        if (i, j) not in self.known:
+            left, right = self._waves(i), self._waves(j)
+            rows = min(len(left), len(right))
+            self.known[i, j] = left[:rows].conj().T @ right[:rows]
+        return self.known[i, j]
+
+    def _waves(self, node: int) -> ComplexArray:
+        """Waves (n_row, n_column) at a node; those at −f are conjugate to those at f, the response being real."""
+        first = len(self.resistance.frequency) - len(self.nodes.masters)
+        place = node - self.nodes.mirrored
+        waves = self.resistance.waves_at(first + (place if place >= 0 else -1 - place))
+        return waves if place >= 0 else waves.conj()
+
+
+def waves_power(
+    resistance: RadiationResistance,
+    frequency: FloatArray,
+    velocity: ComplexArray,
+    *,
+    fidelity: AcousticsFidelity = STANDARD.acoustics,
+) -> SoundPower:
+    """Sound power P = ½ q̇ᴴ R q̇ at lines between the masters.
+
+    The waves are interpolated as transfer vectors are (`fidelity.interpolation`), not R: P is a sum of squares at every
+    line, and what cancels in one wave does so at all lines.
+    frequency: (n_f,) Hz, increasing, within the masters.  velocity: (n_f, n_column) of the coordinates, peak.
+    The provenance keeps the largest estimated error of interpolation of a line (`interpolation_error_dB`) where the
+    masters allow one; AccuracyWarning where it exceeds `fidelity.master_tolerance_db`.
+    Raises InputError for a line outside the masters or another number of columns.
+    """
+    columns = resistance.waves.shape[2]
+    require(
+        velocity.shape == (len(frequency), columns),
+        f"velocities have shape {velocity.shape}, but ({len(frequency)}, {columns}) is needed: one per line and shape",
+    )
+    _check_lines(resistance, frequency[velocity.any(axis=1) & (frequency > 0)])
+    nodes = nodes_at(resistance.frequency, fidelity, lambda masters, mirrored: _inner_products(resistance, mirrored))
+    products = _Products(resistance, nodes)
+    lines = np.flatnonzero(velocity.any(axis=1) & (frequency > 0))
+    power, error = np.zeros(len(frequency)), np.zeros(len(frequency))
+    for piece in _pieces(nodes, frequency, lines):
+        sets = [nodes.weights(frequency[piece])]
+        if nodes.can_estimate:
+            sets += [*nodes.error_weights(frequency[piece])]
+        squares = _squares(products, sets, velocity[piece])
+        power[piece] = 0.5 * squares[0]
+        if len(sets) > 1:
+            error[piece] = np.sqrt(np.maximum(*squares[1:]) / np.where(squares[0] > 0, squares[0], 1.0))
+    told = _told(error, frequency, fidelity) if nodes.can_estimate else {}
+    provenance = resistance.provenance | {"stage": "acoustics.waves_power"} | told
+    return SoundPower(frequency, power, provenance=provenance)
+
+
+def modal_power(
+    resistance: RadiationResistance,
+    housing: ReducedHousing,
+    force_spectrum: ForceSpectrum,
+    *,
+    fidelity: AcousticsFidelity = STANDARD.acoustics,
+) -> SoundPower:
+    """Sound power of a housing under bearing forces, at the lines that carry force.
+
+    The same as forced response and `sound_power` one after the other, but for interpolation between the masters of
+    `resistance` (`waves_power`), which must be that of this housing (`housing_radiation_resistance`).
+    Raises InputError otherwise, for other bearings and for a line outside the masters.
+    """
+    if resistance.housing != housing.content_hash:
+        raise InputError(
+            f"radiation resistance belongs to another housing ({resistance.housing[:12] or 'none'}) than the one given "
+            f"({housing.content_hash[:12]}): make it from this one"
+        )
+    force = force_spectrum.in_order(housing.names)
+    loaded = np.flatnonzero(force.any(axis=1))
+    loaded = loaded if loaded.size else np.array([0])  # no force anywhere: one silent line
+    frequency = force_spectrum.frequency[loaded]
+    rate = 2j * np.pi * frequency[:, None] * force[loaded]
+    seats = housing.seat_shapes.reshape(len(housing.natural_frequency), -1)
+    velocity = np.concatenate([(rate @ seats.T) * housing.receptance(frequency), rate], axis=1)
+    return waves_power(resistance, frequency, velocity, fidelity=fidelity)
+
+
+def resistance_matrices(
+    resistance: RadiationResistance, frequency: FloatArray, *, fidelity: AcousticsFidelity = STANDARD.acoustics
+) -> FloatArray:
+    """Radiation resistance matrix R (n_f, n_column, n_column) N s/m at lines (n_f,) Hz: symmetric, semidefinite.
+
+    Raises InputError for a line outside the masters.
+    """
+    _check_lines(resistance, frequency[frequency > 0])
+    nodes = nodes_at(resistance.frequency, fidelity, lambda masters, mirrored: _inner_products(resistance, mirrored))
+    weights = nodes.weights(frequency)
+    matrices = np.zeros((len(frequency), *resistance.plane_wave_resistance.shape))
+    products = _Products(resistance, nodes)
+    for line in np.flatnonzero(frequency > 0):
+        for i in np.flatnonzero(weights[line]).tolist():
+            for j in np.flatnonzero(weights[line, : i + 1]).tolist():
+                share = (weights[line, j].conj() * weights[line, i] * products.at(j, i)).real
+                matrices[line] += 0.5 * share if i == j else share
+    return matrices + matrices.transpose(0, 2, 1)
+
+
+def radiation_modes(resistance: FloatArray, plane_wave_resistance: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Acoustic radiation modes: combinations of shapes that radiate independently of each other.
+
+    R x = σ ρc⟨φφᵀ⟩S x with both matrices (n_column, n_column) N s/m at one frequency: radiation efficiencies σ (n,),
+    largest first, and coefficients (n_column, n) of the modes, each of the same mean square velocity.  Combinations of
+    shapes that hardly move are left out.  Source: Elliott & Johnson, J. Acoust. Soc. Am. 94 (1993) 2194.
+    """
+    scale = np.sqrt(plane_wave_resistance.diagonal())
+    scale = np.where(scale > 0, scale, 1.0)
+    value, vector = eigh(plane_wave_resistance / np.outer(scale, scale))
+    kept = value > _DEPENDENT * value[-1]
+    basis = vector[:, kept] / np.sqrt(value[kept]) / scale[:, None]
+    efficiency, modes = eigh(basis.T @ resistance @ basis)
+    return np.asarray(efficiency[::-1]), np.asarray((basis @ modes)[:, ::-1])
+
+
+def _pieces(nodes: Nodes, frequency: FloatArray, lines: np.ndarray) -> list[np.ndarray]:
+    """Lines by the gap between masters they lie in, which share their nodes."""
+    gap = np.searchsorted(nodes.masters, frequency[lines])
+    return [lines[gap == g] for g in np.unique(gap)]
+
+
+def _squares(products: _Products, sets: list[ComplexArray], velocity: ComplexArray) -> list[FloatArray]:
+    """|Σ_j w_j F_j q̇|² (n_line,) for every set of weights (n_line, n_node)."""
+    used = support(np.concatenate(sets))
+    squares = [np.zeros(len(velocity)) for _ in sets]
+    for i in range(used.start, used.stop):
+        for j in range(i, used.stop):
+            form = np.einsum("lc,lc->l", velocity.conj(), velocity @ products.at(i, j).T)
+            for square, weights in zip(squares, sets, strict=True):
+                square += (1.0 if i == j else 2.0) * (weights[:, i].conj() * weights[:, j] * form).real
+    return [np.maximum(square, 0.0) for square in squares]
+
+
+def _inner_products(resistance: RadiationResistance, mirrored: int) -> ComplexArray:
+    """Inner products of waves over frequency at mirrored masters and masters; every column counts alike."""
+    masters = np.flatnonzero(resistance.frequency > 0)
+    values = resistance.waves[masters] / resistance.frequency[masters, None, None]
+    size = np.sqrt((np.abs(values) ** 2).sum(axis=(0, 1)))
+    values = (values / np.where(size > 0, size, 1.0)).reshape(len(masters), -1)
+    values = np.concatenate([-values[:mirrored][::-1].conj(), values])
+    return np.asarray(values.conj() @ values.T, dtype=complex)
+
+
+def _check_lines(resistance: RadiationResistance, frequency: FloatArray) -> None:
+    masters = resistance.frequency
+    slack = 1e-12 * masters[-1]
+    outside = frequency[(frequency < masters[0] - slack) | (frequency > masters[-1] + slack)]
+    require(
+        len(outside) == 0,
+        f"{len(outside)} lines ({outside.min(initial=np.inf):.6g}…{outside.max(initial=0.0):.6g} Hz) lie outside the "
+        f"master frequencies {masters[0]:.6g}…{masters[-1]:.6g} Hz of the radiation resistance: widen them",
+    )
+
+
+def _told(error: FloatArray, frequency: FloatArray, fidelity: AcousticsFidelity) -> dict[str, float]:
+    """Provenance of the estimated error of interpolation, relative to the line's own amplitude."""
+    worst = int(error.argmax())
+    decibel = float(20 * np.log10(1 + error[worst]))
+    if decibel > fidelity.master_tolerance_db:
+        warnings.warn(
+            f"interpolation between master frequencies errs by an estimated {decibel:.2g} dB of the sound power at "
+            f"{frequency[worst]:.4g} Hz, {fidelity.master_tolerance_db:g} dB asked: take more masters",
+            AccuracyWarning,
+            stacklevel=3,
+        )
+    return {"interpolation_error_dB": decibel}

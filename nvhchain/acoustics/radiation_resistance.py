@@ -1,0 +1,173 @@
+"""Radiation resistance of a surface that moves in given shapes: P = ½ q̇ᴴ R q̇, for any number of load cases."""
+
+from __future__ import annotations
+
+from concurrent.futures import Executor
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nvhchain.acoustics.accuracy import expected_accuracy
+from nvhchain.acoustics.bands import Solved, over_bands
+from nvhchain.acoustics.engines import check_engine, check_memory, systems
+from nvhchain.acoustics.linear_system import SolverRecord
+from nvhchain.acoustics.multipoles import expansion_memory, multipole_amplitudes, multipole_count, multipole_order
+from nvhchain.acoustics.plane import check_plane
+from nvhchain.acoustics.surface import check_mesh
+from nvhchain.acoustics.transfer import check_frequencies, made_by
+from nvhchain.conventions import Air, Progress
+from nvhchain.errors import require
+from nvhchain.fidelity import STANDARD, AcousticsFidelity
+from nvhchain.handoff import ComplexArray, FloatArray, HandOff, ReducedHousing, RigidPlane, Surface
+from nvhchain.handoff.base import array, frequencies
+
+
+@dataclass(frozen=True, eq=False)
+class RadiationResistance(HandOff):
+    """Spherical waves that leave a surface per unit velocity of its coordinates, at master frequencies.
+
+    frequency: (n_f,) Hz.  waves: (n_f, n_wave, n_column) complex (N s/m)^½ and more per unit of a column, so that
+    P = ½ |waves q̇|² and the radiation resistance matrix is R = Re(wavesᴴ waves), positive semidefinite by its making;
+    rows beyond those that count at a frequency are zero.
+    plane_wave_resistance: (n_column, n_column) ρc ∫ φ_i φ_j dS, what R tends to at high frequency; ½ q̇ᴴ … q̇ is the
+    equivalent radiated power.  housing: content hash of the reduced housing whose modes, followed by its residual
+    motions per bearing and axis, the columns are; empty for other shapes.
+    """
+
+    frequency: FloatArray
+    waves: ComplexArray
+    plane_wave_resistance: FloatArray
+    air: Air
+    housing: str = ""
+
+    def __post_init__(self) -> None:
+        frequency = frequencies(self)
+        waves = array(self, "waves", complex, (len(frequency), None, None))
+        array(self, "plane_wave_resistance", float, (waves.shape[2], waves.shape[2]))
+
+    def waves_at(self, master: int) -> ComplexArray:
+        """The waves (n_row, n_column) of a master without the rows that are zero at its end."""
+        used = np.flatnonzero(self.waves[master].any(axis=1))
+        return self.waves[master, : used[-1] + 1 if len(used) else 0]
+
+
+def radiation_resistance(
+    surface: Surface,
+    shapes: ArrayLike,
+    master_frequencies: ArrayLike,
+    *,
+    air: Air = Air(),  # noqa: B008 (frozen)
+    fidelity: AcousticsFidelity = STANDARD.acoustics,
+    engine: str = "fused",
+    plane: RigidPlane | None = None,
+    executor: Executor | None = None,
+    progress: Progress | None = None,
+) -> RadiationResistance:
+    """Radiation resistance of a surface in the coordinates of some shapes, at master frequencies.
+
+    One boundary element system per frequency is solved for all shapes, as `sound_power` solves it for one velocity, and
+    the spherical waves of each are kept (`multipole_amplitudes`).
+
+    shapes: (n_face, n_column) real, outward normal velocity per unit of a coordinate.
+    master_frequencies: (n_f,) Hz, increasing, those of transfer vectors for instance; `waves_power` goes between them.
+    The other arguments and errors are those of `transfer_vectors`.
+    """
+    check_engine(engine)
+    frequency = check_frequencies(master_frequencies)
+    columns = np.ascontiguousarray(shapes, dtype=float)
+    require(
+        columns.ndim == 2 and len(columns) == len(surface.triangles) and columns.shape[1] > 0,
+        f"shapes have shape {columns.shape}, but ({len(surface.triangles)}, n_column) is needed: one row per face",
+    )
+    require(bool(np.isfinite(columns).all()), "shapes hold a value that is not finite: repair it")
+    check_mesh(surface, float(frequency[-1]), air, fidelity)
+    if plane is not None:
+        check_plane(plane, surface)
+    expected = expected_accuracy(surface, None, float(frequency[-1]), air, fidelity)
+    top = _order(surface, float(frequency[-1]), air, fidelity, plane)
+    size = 2 * 16 * len(frequency) * multipole_count(top, plane) * columns.shape[1]
+    task = expansion_memory(surface, top) + 16 * columns.shape[1] * (3 * len(surface.vertices) + 2 * len(columns))
+    records: list[SolverRecord] = []
+    waves = over_bands(
+        _waves,
+        frequency,
+        (),
+        (surface, columns, top, air, fidelity, engine, plane),
+        memory_per_task=task + check_memory(surface, size + task, engine, fidelity),
+        executor=executor,
+        progress=progress,
+        records=records,
+    )
+    resistance = air.impedance * (columns.T * surface.areas) @ columns
+    provenance = made_by("radiation_resistance", fidelity, engine, ("multipole_digits",), records) | expected
+    return RadiationResistance(frequency, waves, resistance, air, provenance=provenance)
+
+
+def housing_radiation_resistance(
+    housing: ReducedHousing,
+    master_frequencies: ArrayLike,
+    *,
+    air: Air = Air(),  # noqa: B008 (frozen)
+    fidelity: AcousticsFidelity = STANDARD.acoustics,
+    engine: str = "fused",
+    plane: RigidPlane | None = None,
+    executor: Executor | None = None,
+    progress: Progress | None = None,
+) -> RadiationResistance:
+    """Radiation resistance in the modal coordinates of a housing and the rates of its bearing forces.
+
+    Columns: normal shapes of the modes, (m/s)/(kg^½ m/s), then residual motion of every bearing and axis, (m/s)/(N/s).
+    The arguments and errors are those of `radiation_resistance`; `modal_power` takes the result.
+    """
+    residual = housing.face_residual.reshape(-1, housing.normal_shapes.shape[1])
+    resistance = radiation_resistance(
+        housing.surface,
+        np.concatenate([housing.normal_shapes, residual]).T,
+        master_frequencies,
+        air=air,
+        fidelity=fidelity,
+        engine=engine,
+        plane=plane,
+        executor=executor,
+        progress=progress,
+    )
+    return RadiationResistance(
+        resistance.frequency,
+        resistance.waves,
+        resistance.plane_wave_resistance,
+        air,
+        housing.content_hash,
+        provenance=resistance.provenance,
+    )
+
+
+def _order(surface: Surface, frequency: float, air: Air, fidelity: AcousticsFidelity, plane: RigidPlane | None) -> int:
+    wavenumber = 2 * np.pi * frequency / air.speed_of_sound
+    return multipole_order(surface, wavenumber, plane, fidelity.multipole_digits)
+
+
+def _waves(
+    frequency: FloatArray,
+    surface: Surface,
+    shapes: FloatArray,
+    top: int,
+    air: Air,
+    fidelity: AcousticsFidelity,
+    engine: str,
+    plane: RigidPlane | None,
+) -> Solved:
+    """Waves (n_f, n_row, n_column) of one band, with the rows that belong to the order `top`."""
+    record = SolverRecord()
+    waves = np.zeros((len(frequency), multipole_count(top, plane), shapes.shape[1]), dtype=complex)
+    omega = 2 * np.pi * frequency
+    solved = np.flatnonzero(frequency > 0)
+    wavenumbers = omega[solved] / air.speed_of_sound
+    for at, k, system in zip(solved, wavenumbers, systems(engine, surface, wavenumbers, fidelity, plane), strict=True):
+        gradient = -1j * omega[at] * air.density * shapes
+        pressure = system.solve(system.apply_b(gradient))
+        order = _order(surface, float(frequency[at]), air, fidelity, plane)
+        amplitudes = multipole_amplitudes(surface, float(k), pressure, gradient, order, plane)
+        waves[at, : len(amplitudes)] = amplitudes / np.sqrt(air.impedance)
+        record += system.record
+    return Solved(waves, record)

@@ -1,0 +1,156 @@
+"""Radiation resistance in modal coordinates against the power of one velocity at a time, and closed forms."""
+
+import warnings
+
+import numpy as np
+import pytest
+import radiation_cases as cases
+from scipy.special import spherical_jn, spherical_yn
+
+from nvhchain.acoustics import sound_power, sphere
+from nvhchain.acoustics.modal_power import modal_power, radiation_modes, resistance_matrices, waves_power
+from nvhchain.acoustics.plane import RigidPlane
+from nvhchain.acoustics.radiation_resistance import housing_radiation_resistance, radiation_resistance
+from nvhchain.errors import AccuracyWarning, InputError, ResourceError
+from nvhchain.handoff import SurfaceVelocity
+from nvhchain.housing import respond
+
+MASTERS = np.linspace(100.0, 2000.0, 16)
+LINES = np.linspace(110.0, 1990.0, 23)
+
+pytestmark = pytest.mark.filterwarnings("ignore:the parts of the motion cancel")
+
+
+def decibel(ratio):
+    return 10 * np.log10(ratio)
+
+
+def harmonics(body):
+    """Real spherical harmonics up to the second degree at the centroids, (n_face, 9)."""
+    x, y, z = (body.centroids / np.linalg.norm(body.centroids, axis=1, keepdims=True)).T
+    return np.stack([0 * x + 1, x, y, z, x * y, y * z, z * x, x * x - y * y, 3 * z * z - 1], axis=1)
+
+
+@pytest.fixture(scope="module")
+def ball():
+    return sphere(0.1, 2)
+
+
+@pytest.fixture(scope="module")
+def resistance(ball, air, coarse):
+    return radiation_resistance(ball, harmonics(ball), MASTERS, air=air, fidelity=coarse)
+
+
+def random_velocity(lines, columns, seed=2):
+    rng = np.random.default_rng(seed)
+    return rng.standard_normal((len(lines), columns)) + 1j * rng.standard_normal((len(lines), columns))
+
+
+def test_power_at_the_masters_is_that_of_the_velocity_itself(ball, resistance, air, coarse):
+    velocity = random_velocity(MASTERS, 9)
+    exact = sound_power(SurfaceVelocity(MASTERS, velocity @ harmonics(ball).T, ball), air=air, fidelity=coarse).power
+    assert waves_power(resistance, MASTERS, velocity, fidelity=coarse).power == pytest.approx(exact, rel=1e-8)
+    matrices = resistance_matrices(resistance, MASTERS, fidelity=coarse)
+    # the shapes are real and radiation is reciprocal: what is imaginary of wavesᴴ waves is discretisation
+    assert 0.5 * np.einsum("fi,fij,fj->f", velocity.conj(), matrices, velocity).real == pytest.approx(exact, rel=2e-3)
+
+
+@pytest.mark.parametrize("plane", [None, RigidPlane((0, 0, -0.15), (0, 0, 1))], ids=["free", "plane"])
+def test_power_between_masters_within_its_estimate(ball, air, coarse, plane):
+    masters = np.linspace(100.0, 2000.0, 8 if plane is None else 14)
+    few = radiation_resistance(ball, harmonics(ball), masters, air=air, fidelity=coarse, plane=plane)
+    velocity = random_velocity(LINES, 9)
+    moving = SurfaceVelocity(LINES, velocity @ harmonics(ball).T, ball)
+    exact = sound_power(moving, air=air, fidelity=coarse, plane=plane).power
+    got = waves_power(few, LINES, velocity, fidelity=coarse)
+    truth = np.abs(decibel(got.power / exact)).max()
+    assert truth < 0.05
+    assert truth / 10 < got.provenance["interpolation_error_dB"] < max(10 * truth, 1e-3)
+
+
+def test_resistance_is_symmetric_and_semidefinite_everywhere(resistance, coarse):
+    matrices = resistance_matrices(resistance, LINES, fidelity=coarse)
+    assert np.abs(matrices - matrices.transpose(0, 2, 1)).max() == 0.0
+    value = np.linalg.eigvalsh(matrices)
+    assert value.min() > -1e-12 * value.max()
+    assert value[:, 0].min() > 0.0
+
+
+def test_radiation_modes_of_a_sphere_are_its_harmonics(ball, resistance, air, coarse):
+    """σ_n = 1/|ka h_n'(ka)|², 2n + 1 times each, and ordered by degree where ka is small."""
+    frequency = np.array([150.0, 1000.0])
+    ka = 2 * np.pi * frequency * 0.1 / air.speed_of_sound
+    for matrix, x in zip(resistance_matrices(resistance, frequency, fidelity=coarse), ka, strict=True):
+        efficiency, modes = radiation_modes(matrix, resistance.plane_wave_resistance)
+        slope = [spherical_jn(n, x, True) - 1j * spherical_yn(n, x, True) for n in range(3)]
+        exact = [1 / np.abs(x * slope[n]) ** 2 for n in (0, 1, 1, 1, 2, 2, 2, 2, 2)]
+        assert decibel(efficiency / np.sort(exact)[::-1]) == pytest.approx(np.zeros(9), abs=0.15)
+        unit = modes.T @ resistance.plane_wave_resistance @ modes
+        assert unit == pytest.approx(np.eye(9), abs=1e-9)
+    power = waves_power(resistance, frequency[:1], np.eye(9)[:1], fidelity=coarse).power
+    assert decibel(power / (0.5 * air.impedance * 4 * np.pi * 0.01 * ka[0] ** 2 / (1 + ka[0] ** 2))) == pytest.approx(
+        [0.0], abs=0.05
+    )
+
+
+def test_dependent_shapes_have_no_radiation_mode_of_their_own(resistance, coarse):
+    twice = np.hstack([np.eye(9), np.eye(9)[:, :1]])
+    matrix = twice.T @ resistance_matrices(resistance, LINES[:1], fidelity=coarse)[0] @ twice
+    efficiency, modes = radiation_modes(matrix, twice.T @ resistance.plane_wave_resistance @ twice)
+    assert len(efficiency) == modes.shape[1] == 9
+
+
+def test_housing_under_bearing_forces_is_response_and_sound_power(air, coarse):
+    reduced, load = cases.housing(), cases.forces(LINES, names=("B1", "A1", "A2"))
+    got = modal_power(
+        housing_radiation_resistance(reduced, MASTERS, air=air, fidelity=coarse), reduced, load, fidelity=coarse
+    )
+    exact = sound_power(respond(reduced, load), air=air, fidelity=coarse)
+    assert got.frequency == pytest.approx(exact.frequency)
+    assert np.abs(decibel(got.power / exact.power)).max() < 0.01
+    assert got.provenance["interpolation_error_dB"] < 0.1
+
+
+def test_too_few_masters_are_warned_of_and_enough_are_quiet(resistance, coarse):
+    few = resistance.replace(frequency=MASTERS[::3], waves=resistance.waves[::3])
+    velocity = random_velocity(LINES, 9)
+    exact = waves_power(resistance, LINES, velocity, fidelity=coarse).power
+    with pytest.warns(
+        AccuracyWarning, match=r"errs by an estimated .* dB of the sound power at [\d.]+ Hz, 0\.1 dB asked"
+    ):
+        got = waves_power(few, LINES, velocity, fidelity=coarse)
+    truth = np.abs(decibel(got.power / exact)).max()
+    assert 0.05 < truth < 10 * got.provenance["interpolation_error_dB"]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        waves_power(resistance, LINES, velocity, fidelity=coarse)
+
+
+def test_silent_lines_and_0_hz_have_no_power(resistance, coarse):
+    lines = np.array([0.0, 150.0, 1000.0])
+    velocity = random_velocity(lines, 9)
+    velocity[1] = 0.0
+    power = waves_power(resistance, lines, velocity, fidelity=coarse).power
+    assert power[:2].tolist() == [0.0, 0.0]
+    assert power[2] > 0
+    assert not resistance_matrices(resistance, lines[:1], fidelity=coarse).any()
+
+
+def test_what_does_not_belong_together_is_refused(ball, resistance, air, coarse, monkeypatch):
+    velocity = random_velocity(LINES, 9)
+    with pytest.raises(InputError, match=r"1 lines \(2500…2500 Hz\) lie outside the master frequencies 100…2000 Hz"):
+        waves_power(resistance, np.append(LINES, 2500.0), random_velocity(range(24), 9), fidelity=coarse)
+    with pytest.raises(InputError, match=r"\(23, 9\) is needed"):
+        waves_power(resistance, LINES, velocity[:, :5], fidelity=coarse)
+    with pytest.raises(InputError, match=r"another housing \(none\)"):
+        modal_power(resistance, cases.housing(), cases.forces(LINES), fidelity=coarse)
+    for shapes, said in ((np.ones(320), "one row per face"), (np.full((320, 1), np.nan), "not finite")):
+        with pytest.raises(InputError, match=said):
+            radiation_resistance(ball, shapes, MASTERS, air=air, fidelity=coarse)
+
+    class Full:
+        available = 2**20
+
+    monkeypatch.setattr("psutil.virtual_memory", Full)
+    with pytest.raises(ResourceError, match="GiB are free"):
+        radiation_resistance(ball, harmonics(ball), MASTERS, air=air, fidelity=coarse)

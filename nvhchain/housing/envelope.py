@@ -84,9 +84,19 @@ def _exposed(
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     length = np.linalg.norm(normal, axis=1)
     normal, area, centre = normal / length[:, None], length / 2, corners.mean(axis=1)
-    front = space.index(centre + space.size * normal)
+    closed = np.zeros(len(centre), dtype=bool)
+    for plug in plugs:
+        strange = np.ones(skin.interpolation.shape[1])
+        strange[plug] = 0.0
+        inside = abs(skin.interpolation) @ strange == 0.0  # centres of faces whose nodes are all inside, too
+        closed |= inside[skin.facets].all(axis=1)
+    if floor is not None:
+        closed |= np.abs((corners - floor[0]) @ floor[1]).max(axis=1) < 0.05 * space.size
+    # just as far as the voxels reach that the facet's own plane marks
+    reach = 1.05 * space.size * np.abs(normal @ space.axes).sum(axis=1, keepdims=True)
+    front = space.index(centre + reach * normal)
     result = space.label[tuple(front.T)]
-    beside = _neighbours(skin.facets)
+    beside = _neighbours(skin.facets, ~closed)
     _follow_neighbours(result, beside)
     buried = result == WALL
     if buried.any():  # no neighbour that looks into the air: as the air nearest to the place in front
@@ -94,16 +104,7 @@ def _exposed(
         nearest = distance_transform_edt(solid, return_distances=False, return_indices=True)
         place = tuple(front[buried].T)
         result[buried] = space.label[tuple(axis[place] for axis in nearest)]
-    exposed = _without_crumbs(result == OUTSIDE, beside, area, least)
-    for plug in plugs:
-        strange = np.ones(skin.interpolation.shape[1])
-        strange[plug] = 0.0
-        inside = abs(skin.interpolation) @ strange == 0.0  # centres of faces whose nodes are all inside, too
-        exposed &= ~inside[skin.facets].all(axis=1)
-    if floor is not None:
-        height = np.abs((corners - floor[0]) @ floor[1]).max(axis=1)
-        exposed &= height > 0.05 * space.size
-    return exposed
+    return _without_crumbs(result == OUTSIDE, beside, area, least) & ~closed
 
 
 def _on_plane(surface: Surface, floor: tuple[FloatArray, FloatArray] | None) -> IntArray:
@@ -114,12 +115,12 @@ def _on_plane(surface: Surface, floor: tuple[FloatArray, FloatArray] | None) -> 
     return np.asarray((height[surface.triangles] < 1e-3 * np.sqrt(surface.areas)[:, None]).all(axis=1))
 
 
-def _neighbours(facets: IntArray) -> sp.csr_matrix:
-    """Which facets (k, k) share an edge."""
+def _neighbours(facets: IntArray, among: IntArray) -> sp.csr_matrix:
+    """Which facets (k, k) share an edge; both must be `among` (k,) those that count."""
     edges = np.sort(facets[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
     _, edge = np.unique(edges, axis=0, return_inverse=True)
     owner = np.repeat(np.arange(len(facets)), 3)
-    touch = sp.csr_matrix((np.ones(len(edge)), (owner, edge.ravel())))
+    touch = sp.csr_matrix((among[owner].astype(float), (owner, edge.ravel())))
     return sp.csr_matrix(touch @ touch.T)
 
 

@@ -146,8 +146,14 @@ def _with_seats(model: SolidModel, seats: Sequence[RigidSet]) -> SolidModel:
 
 def constrained(model: SolidModel) -> tuple[sp.csr_matrix, sp.csr_matrix, sp.csr_matrix]:
     """Stiffness and mass with rigid sets and held freedoms, and the map T to all nodes; seats come last, six each."""
-    pairs = [stiffness_and_mass(model.nodes, block.nodes, block.kind, block.material) for block in model.blocks]
-    K, M = (sp.csr_matrix(sum(matrix[1:], start=matrix[0])) for matrix in zip(*pairs, strict=True))
+    size = 3 * len(model.nodes)
+    K, M = sp.csr_matrix((size, size)), sp.csr_matrix((size, size))
+    for block in model.blocks:
+        stiffness, mass = stiffness_and_mass(model.nodes, block.nodes, block.kind, block.material)
+        assert mass is not None
+        for own in (stiffness, mass):
+            own.resize(size, size)  # the last nodes may belong to other blocks
+        K, M = K + stiffness, M + mass
     T = rigid_map(model.nodes, [(rigid.nodes, rigid.reference) for rigid in model.rigid_sets])
     rigid = np.zeros(len(model.nodes), dtype=bool)
     rigid[np.concatenate([r.nodes for r in model.rigid_sets])] = True

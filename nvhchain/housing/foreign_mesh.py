@@ -38,7 +38,7 @@ def sound_mesh(model: SolidModel) -> tuple[SolidModel, tuple[str, ...]]:
     model = _without_collapsed(model, notes)
     model = _compact(model, notes)
     model = _right_side_out(model, notes)
-    model = _raised(model, notes)
+    model = raised(model, notes)
     model = _straightened(model, notes)
     _check_connected(model)
     _check_constraints(model)
@@ -150,7 +150,7 @@ def _jacobian(positions: FloatArray, kind: str) -> FloatArray:
     return np.concatenate(parts)
 
 
-def _raised(model: SolidModel, notes: list[str]) -> SolidModel:
+def raised(model: SolidModel, notes: list[str] | None = None) -> SolidModel:
     """Linear elements as quadratic ones; they share the mid-edge nodes of quadratic neighbours."""
     linear = [block for block in model.blocks if not block.quadratic]
     if not linear:
@@ -182,7 +182,8 @@ def _raised(model: SolidModel, notes: list[str]) -> SolidModel:
         slot = np.searchsorted(keys, pairs[..., 0] * count + pairs[..., 1])
         blocks.append(replace(block, kind=QUADRATIC[block.shape], nodes=np.hstack([block.nodes, middle[slot]])))
     elements = sum(len(block.nodes) for block in linear)
-    notes.append(f"{elements} linear elements raised to quadratic: {count} nodes became {len(nodes)}")
+    if notes is not None:
+        notes.append(f"{elements} linear elements raised to quadratic: {count} nodes became {len(nodes)}")
     last = max(int(model.labels.max()), *(rigid.label for rigid in model.rigid_sets), 0)
     return replace(
         model,

@@ -1,0 +1,153 @@
+"""Outer envelope of foreign meshes and the power that the mapping onto it keeps."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from box_models import box, grid
+
+from nvhchain.conventions import STEEL, Air
+from nvhchain.errors import InputError
+from nvhchain.fem.solid_model import ElementBlock, SolidModel
+from nvhchain.housing.envelope import outer_envelope
+from nvhchain.housing.foreign_mesh import raised, sound_mesh
+from nvhchain.housing.mapping_error import facet_flux, gathered, mapping_error, source_power
+from nvhchain.housing.skin import solid_skin
+from nvhchain.housing.transfer import normal_motion
+
+SIZE = (0.4, 0.3, 0.2)
+CELLS = (20, 15, 10)
+WALL = 0.02
+
+
+def hollow(hole=None, bottom=True):
+    """Box with walls of one cell, 20 mm; `hole`: cells (i, j) of the top wall left out; no bottom: open below."""
+    nodes, bricks = grid(CELLS, SIZE)
+    i, j, k = np.indices(CELLS).reshape(3, -1)
+    wall = (i == 0) | (i == 19) | (j == 0) | (j == 14) | (k == 9) | ((k == 0) & bottom)
+    if hole:
+        wall &= ~((k == 9) & np.isin(i, hole[0]) & np.isin(j, hole[1]))
+    used, members = np.unique(bricks[wall], return_inverse=True)
+    block = ElementBlock("hex8", members.reshape(-1, 8), STEEL, np.arange(1, wall.sum() + 1), "BOX")
+    held = np.zeros((len(used), 3), dtype=bool)
+    model = SolidModel(nodes[used], np.arange(1, len(used) + 1), (block,), (), held, {}, "hollow box")
+    return solid_skin(sound_mesh(model)[0])
+
+
+def envelope(skin, face=0.025, **options):
+    return outer_envelope(skin, [], face_size=face, opening=options.pop("opening", face), voxels_per_face=5, **options)
+
+
+def area(skin, chosen):
+    corners = skin.nodes[skin.facets[chosen, :3]]
+    return np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum() / 2
+
+
+OUTSIDE = 2 * (0.4 * 0.3 + 0.4 * 0.2 + 0.3 * 0.2)
+
+
+def test_solid_box_has_its_own_volume_and_faces_of_the_size_asked_for():
+    skin = solid_skin(sound_mesh(box("hex8", counts=(8, 6, 4), lengths=SIZE))[0])
+    made = envelope(skin)
+    assert made.exposed.all()
+    assert made.surface.volume == pytest.approx(0.4 * 0.3 * 0.2, rel=0.03)
+    assert made.surface.areas.sum() == pytest.approx(OUTSIDE, rel=0.08)  # edges are rounded over about a face
+    corners = made.surface.vertices[made.surface.triangles]
+    edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
+    assert edges.mean() == pytest.approx(0.025, rel=0.1)
+    assert (edges.max(axis=1) ** 2 / made.surface.areas).max() < 20
+
+
+def test_cavity_is_closed_off_and_its_walls_do_not_radiate():
+    made = envelope(skin := hollow())
+    assert made.surface.volume == pytest.approx(0.4 * 0.3 * 0.2, rel=0.03)
+    assert area(skin, made.exposed) == pytest.approx(OUTSIDE, rel=1e-9)
+
+
+def test_small_hole_is_capped_and_a_large_one_is_not():
+    skin = hollow(hole=([9, 10], [7, 8]))  # 40 × 40 mm
+    capped = envelope(skin, opening=0.08)
+    assert area(skin, capped.exposed) == pytest.approx(OUTSIDE, rel=0.03)
+    assert capped.surface.volume == pytest.approx(0.4 * 0.3 * 0.2, rel=0.03)
+    opened = envelope(skin, opening=0.02)
+    inner = 2 * (0.36 * 0.26 + 0.36 * 0.16 + 0.26 * 0.16)
+    assert area(skin, opened.exposed) == pytest.approx(OUTSIDE + inner, rel=0.03)
+
+
+def test_engine_plane_closes_the_open_side_and_is_silent():
+    skin = hollow(bottom=False)
+    made = envelope(skin, floor=(np.zeros(3), np.array([0.0, 0.0, -1.0])))
+    assert area(skin, made.exposed) == pytest.approx(OUTSIDE - 0.4 * 0.3, rel=1e-9)
+    assert made.surface.areas[made.silent].sum() == pytest.approx(0.4 * 0.3, rel=0.03)
+    assert np.abs(made.surface.vertices[made.surface.triangles[made.silent], 2]).max() < 1e-12
+    assert made.surface.volume == pytest.approx(0.4 * 0.3 * 0.2, rel=0.03)
+
+
+def test_engine_plane_may_lie_anyhow():
+    skin = hollow(bottom=False)
+    turn = np.linalg.qr(np.random.default_rng(4).standard_normal((3, 3)))[0]
+    turn *= np.sign(np.linalg.det(turn))
+    moved = replace(skin, nodes=skin.nodes @ turn.T + [1.0, -2.0, 0.5])
+    made = envelope(moved, floor=(np.array([1.0, -2.0, 0.5]), turn @ [0.0, 0.0, -1.0]))
+    assert made.surface.volume == pytest.approx(0.4 * 0.3 * 0.2, rel=0.03)
+    assert area(moved, made.exposed) == pytest.approx(OUTSIDE - 0.4 * 0.3, rel=1e-9)
+
+
+def test_gap_between_two_halves_does_not_let_the_outside_in():
+    """A joint all round, 3 mm wide, through which inside and outside are connected."""
+    nodes, bricks = grid(CELLS, SIZE)
+    i, j, k = np.indices(CELLS).reshape(3, -1)
+    wall = (i == 0) | (i == 19) | (j == 0) | (j == 14) | (k == 9) | (k == 0)
+    members = bricks[wall] + len(nodes) * (i[wall] >= 10)[:, None]
+    used, members = np.unique(members, return_inverse=True)
+    both = np.vstack([nodes, nodes + np.array([0.003, 0.0, 0.0])])[used]
+    block = ElementBlock("hex8", members.reshape(-1, 8), STEEL, np.arange(1, wall.sum() + 1))
+    model = SolidModel(both, np.arange(1, len(used) + 1), (block,), (), np.zeros(both.shape, dtype=bool), {}, "halves")
+    skin = solid_skin(raised(model))
+    made = envelope(skin)
+    assert made.surface.volume == pytest.approx(0.4 * 0.3 * 0.2, rel=0.03)
+    assert area(skin, made.exposed) == pytest.approx(OUTSIDE, rel=0.08)  # with the flanks of the joint
+
+
+def test_body_thinner_than_a_face_is_refused():
+    skin = solid_skin(sound_mesh(box("hex8", counts=(8, 6, 1), lengths=(0.4, 0.3, 0.004)))[0])
+    with pytest.raises(InputError, match="thinner than a radiating face of 25 mm"):
+        envelope(skin)
+
+
+def test_volume_velocity_of_any_motion_is_kept():
+    skin = hollow(hole=([9, 10], [7, 8]))
+    made = envelope(skin, opening=0.08)
+    facets = skin.facets[made.exposed]
+    motion = normal_motion(skin.nodes, facets, made.surface, made.silent, 6.0)
+    u = np.random.default_rng(3).standard_normal(skin.nodes.size)
+    flux = facet_flux(skin.nodes, facets) @ u
+    assert made.surface.areas @ (motion @ u) == pytest.approx(flux.sum(), abs=1e-12 * np.abs(flux).sum())
+
+
+def test_power_of_small_sources_is_that_of_monopoles():
+    air = Air()
+    single = source_power(np.array([[2e-3 + 0j]]), np.zeros((1, 3)), 800.0)
+    k = 2 * np.pi * 800.0 / air.speed_of_sound
+    exact = air.impedance * k**2 * (2e-3) ** 2 / (8 * np.pi)
+    assert single[0] == pytest.approx(exact, rel=1e-12)
+    pair = source_power(np.array([[2e-3], [-2e-3]], dtype=complex), np.array([[0, 0, 0], [0.1, 0.2, 0.0]]), 800.0)
+    distance = k * np.hypot(0.1, 0.2)
+    assert pair[0] == pytest.approx(2 * exact * (1 - np.sin(distance) / distance), rel=1e-9)
+
+
+@pytest.mark.parametrize("frequency", [300.0, 1500.0])
+def test_mapped_power_of_a_bending_box_is_that_of_its_skin(frequency):
+    skin = hollow()
+    made = envelope(skin)
+    facets = skin.facets[made.exposed]
+    motion = normal_motion(skin.nodes, facets, made.surface, made.silent, 6.0)
+    places, gather = gathered(skin.nodes[facets[:, :3]].mean(axis=1), 0.006)
+    x, y, z = skin.nodes.T
+    fields = [np.zeros_like(skin.nodes) for _ in range(2)]
+    fields[0][:, 2] = np.sin(np.pi * x / 0.4) * np.sin(np.pi * y / 0.3) * (z > 0.1)
+    fields[1][:, 0] = np.cos(np.pi * z / 0.2)
+    for u in (field.ravel() for field in fields):
+        flux = (gather @ (facet_flux(skin.nodes, facets) @ u)).astype(complex)[:, None]
+        faces = (motion @ u).astype(complex)[:, None]
+        assert abs(mapping_error(flux, places, faces, made.surface, frequency)) < 0.3

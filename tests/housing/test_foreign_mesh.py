@@ -1,0 +1,138 @@
+"""Repair of foreign meshes: what is safe is done and reported, the rest is refused by number."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from box_models import SPLITS, box
+
+from nvhchain.errors import InputError
+from nvhchain.fem import lowest_modes
+from nvhchain.fem.solid_model import ElementBlock, RigidSet
+from nvhchain.housing.foreign import constrained
+from nvhchain.housing.foreign_mesh import sound_mesh
+
+
+def frequencies(model, top=4000.0):
+    K, M, _ = constrained(model)
+    return lowest_modes(K, M, top)[0]
+
+
+def changed(model, **block):
+    """The model with something else in its only block."""
+    return replace(model, blocks=(replace(model.blocks[0], **block),))
+
+
+@pytest.mark.parametrize("kind", list(SPLITS))
+def test_raised_box_bends_as_a_slender_cantilever(kind):
+    """First bending frequency of a clamped-free bar; one linear element across would lock and double it."""
+    length, height = 0.4, 0.012
+    model, notes = sound_mesh(box(kind, counts=(8, 1, 1), lengths=(length, height, height)))
+    assert "raised to quadratic" in notes[0]
+    steel = model.blocks[0].material
+    slender = 1.8751**2 / (2 * np.pi) * np.sqrt(steel.young * height**2 / 12 / steel.density) / length**2
+    # eight elements along, sections rigid at both ends
+    assert frequencies(model, 100.0)[0] == pytest.approx(slender, rel=0.02)
+
+
+def test_inside_out_elements_are_turned_over_and_reported():
+    for kind in SPLITS:
+        sound = sound_mesh(box(kind))[0]
+        members = sound.blocks[0].nodes.copy()
+        flipped = {"hex8": [4, 5, 6, 7, 0, 1, 2, 3], "wedge6": [3, 4, 5, 0, 1, 2], "tet4": [0, 2, 1, 3]}[kind]
+        linear = box(kind)
+        wrong = linear.blocks[0].nodes.copy()
+        wrong[:2] = wrong[:2][:, flipped]
+        repaired, notes = sound_mesh(changed(linear, nodes=wrong))
+        assert notes[0] == "2 elements that were numbered inside out turned over"
+        assert frequencies(repaired) == pytest.approx(frequencies(sound), rel=1e-9)
+        assert members.shape == repaired.blocks[0].nodes.shape
+
+
+def test_quadratic_elements_inside_out_are_turned_over_with_their_edges():
+    sound = sound_mesh(box("tet4"))[0]
+    members = sound.blocks[0].nodes.copy()
+    members[0] = members[0][[0, 2, 1, 3, 6, 5, 4, 7, 9, 8]]
+    repaired, notes = sound_mesh(changed(sound, nodes=members))
+    assert notes == ("1 elements that were numbered inside out turned over",)
+    assert np.array_equal(repaired.blocks[0].nodes, sound.blocks[0].nodes)
+
+
+def test_collapsed_elements_and_loose_nodes_are_left_out_and_reported():
+    sound = box("tet4")
+    block = sound.blocks[0]
+    flat = np.vstack([block.nodes, [[0, 1, 1, 0]]])
+    model = replace(
+        changed(sound, nodes=flat, labels=np.append(block.labels, 999)),
+        nodes=np.vstack([sound.nodes, [[9.0, 9.0, 9.0]]]),
+        labels=np.append(sound.labels, 777),
+        held=np.vstack([sound.held, [[False] * 3]]),
+    )
+    repaired, notes = sound_mesh(model)
+    assert "1 elements collapsed" in notes[0]
+    assert "1 nodes without elements left out, first 777" in notes[1]
+    assert frequencies(repaired) == pytest.approx(frequencies(sound_mesh(sound)[0]), rel=1e-9)
+
+
+def test_curved_element_that_overlaps_itself_is_straightened_and_reported():
+    sound = sound_mesh(box("tet4"))[0]
+    nodes = sound.nodes.copy()
+    middle = sound.blocks[0].nodes[0, 4]
+    nodes[middle] += 0.06
+    repaired, notes = sound_mesh(replace(sound, nodes=nodes))
+    assert "overlapped themselves straightened" in notes[0]
+    assert repaired.nodes[middle] == pytest.approx(sound.nodes[middle], abs=1e-15)
+
+
+def test_degenerate_element_is_refused_with_its_number():
+    model = box("hex8")
+    nodes = model.nodes.copy()
+    nodes[model.blocks[0].nodes[3, 6]] = nodes[model.blocks[0].nodes[3, 0]] - 0.01
+    with pytest.raises(InputError, match="degenerate or twisted, first 4"):
+        sound_mesh(replace(model, nodes=nodes))
+    members = model.blocks[0].nodes.copy()
+    members[2, 3] = members[2, 2]
+    with pytest.raises(InputError, match="repeat a corner"):
+        sound_mesh(changed(model, nodes=members))
+
+
+def test_parts_that_only_touch_are_refused_with_the_number_of_pairs():
+    one = box("hex8", held=False)
+    other = one.nodes + np.array([0.2, 0.0, 0.0])
+    both = replace(
+        one,
+        nodes=np.vstack([one.nodes, other]),
+        labels=np.arange(1, 2 * len(other) + 1),
+        held=np.zeros((2 * len(other), 3), dtype=bool),
+        blocks=(one.blocks[0], replace(one.blocks[0], nodes=one.blocks[0].nodes + len(other))),
+        groups={},
+    )
+    with pytest.raises(InputError, match=r"2 parts of 6, 6 elements: 13 pairs of nodes of different parts coincide"):
+        sound_mesh(both)
+    joint = RigidSet("JOINT", np.array([0.2, 0.0, 0.0]), np.flatnonzero(np.abs(both.nodes[:, 0] - 0.2) < 1e-9), 500)
+    assert sound_mesh(replace(both, rigid_sets=(joint,)))[0].elements == 12
+
+
+def test_linear_elements_share_the_mid_edge_nodes_of_quadratic_neighbours():
+    linear = box("hex8")
+    quadratic = sound_mesh(linear)[0]
+    half = linear.nodes[linear.blocks[0].nodes].mean(axis=1)[:, 0] < 0.1
+    block = quadratic.blocks[0]
+    mixed = replace(
+        quadratic,
+        blocks=(
+            replace(block, nodes=block.nodes[half], labels=block.labels[half]),
+            ElementBlock("hex8", block.nodes[~half, :8], block.material, block.labels[~half], "B"),
+        ),
+    )
+    repaired, _ = sound_mesh(mixed)
+    assert len(repaired.nodes) == len(quadratic.nodes)
+    assert frequencies(repaired) == pytest.approx(frequencies(quadratic), rel=1e-9)
+
+
+def test_node_both_held_and_rigid_is_refused():
+    model = box("hex8")
+    held = model.held.copy()
+    held[model.rigid_sets[1].nodes[0]] = True
+    with pytest.raises(InputError, match="is held and belongs to rigid set S"):
+        sound_mesh(replace(model, held=held))

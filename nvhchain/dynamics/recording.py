@@ -18,6 +18,7 @@ import numpy as np
 from nvhchain import store
 from nvhchain.conventions import Progress
 from nvhchain.dynamics.gearbox import Gearbox
+from nvhchain.dynamics.one_thread import on_one_thread
 from nvhchain.dynamics.ramp import Operation
 from nvhchain.dynamics.simulation import Motion
 from nvhchain.dynamics.speed_ramp import RunUp, Standing, prepare, record, samples, start
@@ -41,6 +42,7 @@ class Recording:
             yield store.load(path, BearingForces)
 
 
+@on_one_thread
 def record_run_up(
     gearbox: Gearbox,
     mesh_laws: Sequence[MeshLaw],

@@ -15,11 +15,11 @@ from typing import Unpack
 
 import numpy as np
 import psutil
-from threadpoolctl import ThreadpoolController
 
 from nvhchain.conventions import Progress
 from nvhchain.dynamics.decimation import Decimator, decimator, low_pass, record_stride
 from nvhchain.dynamics.gearbox import Gearbox
+from nvhchain.dynamics.one_thread import on_one_thread
 from nvhchain.dynamics.quasi_static import law_phases
 from nvhchain.dynamics.ramp import Operation, Ramp
 from nvhchain.dynamics.simulation import Motion, Simulation, advance, at_rest, at_speed, carried_over, simulation
@@ -152,19 +152,16 @@ def samples(run: RunUp, standing: Standing) -> Iterator[tuple[FloatArray, Standi
     While one thread advances a block, another forms the samples of the block before.
     """
     stride, past = run.decimator.stride, 2 * run.decimator.half
-    one_thread = ThreadpoolController()
 
     def form(states: FloatArray, excesses: FloatArray, block: int) -> FloatArray:
-        # the rounding of a product must not depend on the number of threads
-        with one_thread.limit(limits=1, user_api="blas"):
-            before, after = (run.decimators[run.part(b)] for b in (max(0, block - 1), block))
-            if before is after:
-                formed = after.apply(states, excesses)
-            else:
-                old = past // stride
-                formed = np.concatenate(
-                    [before.apply(states[:old], excesses), after.apply(states[old:], excesses[old * stride :])]
-                )
+        before, after = (run.decimators[run.part(b)] for b in (max(0, block - 1), block))
+        if before is after:
+            formed = after.apply(states, excesses)
+        else:
+            old = past // stride
+            formed = np.concatenate(
+                [before.apply(states[:old], excesses), after.apply(states[old:], excesses[old * stride :])]
+            )
         first = block * BLOCK - (run.lead + run.decimator.half) // stride
         return formed[max(0, -first) : max(0, run.count - first)]
 
@@ -231,6 +228,7 @@ def run_up(
     return run_up_with_error(gearbox, mesh_laws, housing, progress=progress, **operation)[0]
 
 
+@on_one_thread
 def run_up_with_error(
     gearbox: Gearbox,
     mesh_laws: Sequence[MeshLaw],

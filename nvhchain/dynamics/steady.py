@@ -14,6 +14,7 @@ from scipy.fft import next_fast_len
 from nvhchain.conventions import Progress
 from nvhchain.dynamics.gearbox import Gearbox
 from nvhchain.dynamics.mesh_levels import ContactForce
+from nvhchain.dynamics.one_thread import on_one_thread
 from nvhchain.dynamics.quasi_static import law_phases
 from nvhchain.dynamics.simulation import Motion, Simulation, advance, at_rest, bearing_force, simulation
 from nvhchain.dynamics.train import Train, train
@@ -25,6 +26,7 @@ BLOCK = 8192
 """Steps per call of the time loop: bounds the memory of the state history."""
 
 
+@on_one_thread
 def bearing_forces(
     gearbox: Gearbox,
     mesh_laws: Sequence[MeshLaw],
@@ -98,6 +100,7 @@ def bearing_forces(
     )
 
 
+@on_one_thread
 def steady_sweep(
     gearbox: Gearbox,
     mesh_laws: Sequence[MeshLaw],

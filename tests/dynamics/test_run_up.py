@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import pickle
+import subprocess
+import sys
 from dataclasses import replace
 from math import pi
 
@@ -137,6 +141,33 @@ def test_two_runs_are_equal_bit_for_bit(make_gearbox, make_laws, make_housing):
 
 class Stop(Exception):
     """What ends a run from outside."""
+
+
+FINGERPRINT = """
+import hashlib, pickle, sys
+from nvhchain.dynamics import bearing_forces, run_up
+from nvhchain.fidelity import DynamicsFidelity
+
+model = pickle.load(sys.stdin.buffer)
+ramp = {"start_speed": 0.0, "end_speed": 260.0, "duration": 0.3}
+at = {"input_torque": 250.0, "f_max": 5000.0, "fidelity": DynamicsFidelity(2e-5, settle_level=1e-2)}
+for record in (run_up(*model, **ramp, **at), bearing_forces(*model, input_speed=260.0, **at)):
+    print(hashlib.sha256(record.force.tobytes() + record.mesh_deflection.tobytes()).hexdigest())
+"""
+
+
+def test_bits_do_not_depend_on_the_number_of_threads(make_gearbox, make_laws, make_housing):
+    gearbox = make_gearbox()
+    model = pickle.dumps((gearbox, make_laws(plain_wheel=True), make_housing(gearbox, modes=92)))
+    found = set()
+    for count in ("1", "2"):
+        threads = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), count)
+        done = subprocess.run(
+            [sys.executable, "-c", FINGERPRINT], input=model, env=os.environ | threads, capture_output=True, check=True
+        )
+        found.add(done.stdout)
+    assert len(found) == 1
+    assert len(found.pop().split()) == 2
 
 
 def test_a_stopped_run_goes_on_and_ends_in_the_same_bits(make_gearbox, make_laws, tmp_path, monkeypatch):

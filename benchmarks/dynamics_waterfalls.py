@@ -1,0 +1,108 @@
+"""Run-up 0 → 2500 rpm in 20 s: transmission error input to output beside bearing forces, solid and slotted.
+
+    python benchmarks/dynamics_waterfalls.py OPERATORS
+
+OPERATORS: folder with the mesh laws and the housing that cases/studies/run_up.py leaves. Writes
+docs/measured/dynamics_waterfalls.md and its two figures, over orders and over frequency (S. Shweiki's thesis, fig.
+5.5–5.8: slots bring orders 2, 4, … and sidebands of the mesh orders, the differential's windows 12 ± 12/41).
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+from dynamics import SPEED, TORQUE, gearbox_of, operators
+from publish import MEASURED, publish
+
+from nvhchain import dynamics
+from nvhchain.fidelity import DynamicsFidelity
+from nvhchain.plots import OrderMarks, waterfall_maps
+from nvhchain.spectrum import Waterfall, order_cut, order_waterfall, waterfall
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+
+RESOLUTION = 1.5 / 20.5
+"""Orders: windows of one common period of the slotted gearbox, so that every order it can have is a line."""
+WINDOWS = 12.0 / 41.0
+ORDERS = (WINDOWS, 2.0, 4.0, 6.0, 12.0 - WINDOWS, 12.0, 12.0 + WINDOWS, 16.0, 18.0, 20.0, 22.0, 24.0, 38.0, 40.0, 42.0)
+MARKS = OrderMarks({"stage 1": 20.0, "stage 2": 12.0})
+
+
+def histories(folder: Path) -> dict[str, dict[str, Any]]:
+    """By configuration: sampling rate, speed, radial forces of shaft B's bearings in N, transmission error in µrad."""
+    laws, housing = operators(folder)
+    found = {}
+    for name in ("solid", "slotted"):
+        record, error = dynamics.run_up_with_error(
+            gearbox_of(name), laws[name], housing, start_speed=0.0, end_speed=SPEED, duration=20.0,
+            input_torque=TORQUE, f_max=5000.0, fidelity=DynamicsFidelity(1e-5),
+        )  # fmt: skip
+        found[name] = {
+            "axes": {"sample_rate": record.sample_rate, "input_speed": record.input_speed},
+            "N": record.force[:, 2:4, :2].reshape(len(error), -1),
+            "µrad": 1e6 * error[:, None],
+        }
+    return found
+
+
+def level(of: Waterfall) -> list[float]:
+    """dB of every order of ORDERS, mean square over the run-up and all channels."""
+    cut = np.abs(order_cut(of, ORDERS)) ** 2
+    return list(10.0 * np.log10(np.maximum(cut.sum(axis=2).mean(axis=0), 1e-30)))
+
+
+def figure(maps: dict[str, dict[str, Waterfall]], name: str) -> None:
+    """Bearing force on top, transmission error below, one column per configuration."""
+    drawn, axes = plt.subplots(2, 2, figsize=(13.0, 9.5), layout="constrained")
+    for row, (unit, title) in enumerate((("N", "bearing force"), ("µrad", "transmission error"))):
+        labelled = {f"{title}, {name}": of for name, of in maps[unit].items()}
+        waterfall_maps(labelled, unit=unit, marks=MARKS if row == 0 else None, axes=list(axes[row]))
+    drawn.savefig(MEASURED / f"{name}.png", dpi=90)
+
+
+def main() -> None:
+    found = histories(Path(sys.argv[1]))
+    orders: dict[str, dict[str, Waterfall]] = {"N": {}, "µrad": {}}
+    over_frequency: dict[str, dict[str, Waterfall]] = {"N": {}, "µrad": {}}
+    for name, record in found.items():
+        for unit in orders:
+            orders[unit][name] = order_waterfall(record[unit], **record["axes"], resolution=RESOLUTION, high=60.0)
+            over_frequency[unit][name] = waterfall(record[unit], **record["axes"], resolution=20.0, high=3000.0)
+    figure(orders, "dynamics_waterfall_orders")
+    figure(over_frequency, "dynamics_waterfall_frequencies")
+    levels = {(unit, name): level(of) for unit, maps in orders.items() for name, of in maps.items()}
+    rows = [
+        f"| {order:.2f} | " + " | ".join(f"{of[i]:.1f}" for of in levels.values()) + " |"
+        for i, order in enumerate(ORDERS)
+    ]
+    publish(
+        "dynamics_waterfalls",
+        "\n".join(
+            [
+                "# Waterfalls of the run-up",
+                "",
+                "Written by `benchmarks/dynamics_waterfalls.py`; draft laws and housing, 0 → 2500 rpm in 20 s.",
+                "",
+                "![over orders](dynamics_waterfall_orders.png)",
+                "",
+                "![over frequency](dynamics_waterfall_frequencies.png)",
+                "",
+                "Mean square over the run-up; bearing force: radial, both bearings of shaft B, dB re 1 N; transmission",
+                "error: output shaft behind input shaft, dB re 1 µrad.",
+                "",
+                "| order | force, solid | force, slotted | error, solid | error, slotted |",
+                "|---:|---:|---:|---:|---:|",
+                *rows,
+                "",
+            ]
+        ),
+    )
+
+
+if __name__ == "__main__":
+    main()

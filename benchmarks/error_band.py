@@ -90,7 +90,9 @@ def computed(case: GearboxCase, preset: str, out: Path) -> Result:
 def judged(case: GearboxCase, preset: str, out: Path) -> Verdict:
     """The band of a preset against the answer of `reference`."""
     result, reference = computed(case, preset, out), computed(case, "reference", out).pressure
-    assert result.pressure is not None and result.surface_velocity is not None and reference is not None
+    assert result.pressure is not None
+    assert result.surface_velocity is not None
+    assert reference is not None
     band = error_band(
         case,
         PRESETS[preset],
@@ -136,8 +138,8 @@ def main() -> None:
     out, presets = Path(sys.argv[1]), sys.argv[2:] or ["draft", "standard"]
     verdicts = {(case.name, preset): judged(case, preset, out) for case in varied() for preset in presets}
     lines = [
-        "| case | fidelity | lines held | RMS error / dB | largest / dB | median half width / dB | overall error / dB(A) "
-        "| its band / dB |",
+        "| case | fidelity | lines held | RMS error / dB | largest / dB | median half width / dB | overall error "
+        "/ dB(A) | its band / dB |",
         "|---|---|---:|---:|---:|---:|---:|---:|",
         *(row(name, preset, verdict) for (name, preset), verdict in verdicts.items()),
     ]

@@ -163,6 +163,8 @@ class HousingFidelity:
     """Mesh of the casting, modes and the transfer of its motion to the radiating surface.
 
     element_size: m, quadratic tetrahedra.  mode_ratio: modes up to this multiple of the band's upper limit.
+    truncation_tolerance_db: dB of surface velocity that may be lost with the modes left out; the fewest modes that keep
+    to it are taken, looked for from mode_ratio up; 0: mode_ratio alone decides.
     elements_per_turn: around bores and other round edges.  elements_per_bending_wavelength: fewest that are accepted
     in the wall at the upper band limit.  samples_per_face: points per edge of a radiating face at which the motion of
     the skin is collected.  voxels_per_face: of the grid in which the envelope of a foreign mesh is found, per edge of a
@@ -177,6 +179,21 @@ class HousingFidelity:
     samples_per_face: float = 6.0
     voxels_per_face: float = 5.0
     mapping_tolerance_db: float = 1.0
+    truncation_tolerance_db: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name, low, high in (
+            ("element_size", 1e-5, 1.0),
+            ("mode_ratio", 0.1, 20.0),
+            ("elements_per_turn", 0.0, 1000.0),
+            ("elements_per_bending_wavelength", 0.1, 100.0),
+            ("samples_per_face", 0.5, 100.0),
+            ("voxels_per_face", 1.0, 100.0),
+            ("mapping_tolerance_db", 0.0, 100.0),
+            ("truncation_tolerance_db", 0.0, 20.0),
+        ):
+            value = getattr(self, name)
+            require(low <= value <= high, f"housing {name} = {value} is outside {low:g}…{high:g}")
 
 
 @dataclass(frozen=True)

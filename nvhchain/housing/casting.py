@@ -70,9 +70,9 @@ class Casting:
     wall, end_wall: thickness of the side wall and of the two end walls.  depth: z of the rear wall's outside.
     bell_depth: z of the engine-side wall's engine face.  draft: growth of the outline from the rear to the flange.
     chamfer: of the rear edge.  boss_thickness: of the metal around a seat.  cover_thickness: of the closed end behind
-    a rear seat.  flange_width, flange_thickness, bolts, bolt_radius, lug_radius: the bolted joint with the engine.
-    rib_height, rib_thickness: of the ribs on end walls and sides.  spokes: ribs around each boss.
-    side_ribs: ribs along the sides.  material.  modal_damping: fraction of critical, of every mode.
+    a rear seat.  flange_width, flange_thickness, bolts, bolt_radius, lug_radius: the bolted joint with the engine;
+    without bolts the casting is free.  rib_height, rib_thickness: of the ribs on end walls and sides.  spokes: ribs
+    around each boss.  side_ribs: ribs along the sides.  material.  modal_damping: fraction of critical, of every mode.
     """
 
     bores: tuple[Bore, ...] = (
@@ -112,7 +112,7 @@ class Casting:
                 smallest = 0.0 if field.name in ("draft", "chamfer", "rib_height") else 1e-3
                 _length(self, field.name, getattr(self, field.name), smallest, LARGEST)
         require(0 < self.modal_damping < 0.5, f"Casting modal_damping = {self.modal_damping} must lie in 0 … 0.5")
-        for name, least in (("bolts", 3), ("spokes", 0), ("side_ribs", 0)):
+        for name, least in (("bolts", 0), ("spokes", 0), ("side_ribs", 0)):
             value = getattr(self, name)
             require(
                 isinstance(value, int) and least <= value <= 200,

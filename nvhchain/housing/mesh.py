@@ -57,7 +57,8 @@ def mesh_casting(casting: Casting, fidelity: HousingFidelity) -> HousingMesh:
         for number, axis in enumerate(bolt_circle(casting))
     )
     held = np.zeros(len(nodes), dtype=bool)
-    held[np.concatenate(bolts)] = True
+    for nodes_of_bolt in bolts:
+        held[nodes_of_bolt] = True
     on_engine = (nodes[boundary[:, :3], 2] < _TOUCH).all(axis=1)
     exposed = boundary[~on_engine & ~held[boundary].all(axis=1)]
     return HousingMesh(nodes, elements, seats, bolts, _outermost(nodes, exposed))

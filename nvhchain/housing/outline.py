@@ -82,7 +82,7 @@ def stations(arcs: Sequence[Arc], count: int, start: float = 0.0) -> tuple[Float
         angle = arc.start + share * (arc.end - arc.start) if along is None else arc.end
         points.append(arc.point(angle) + (0.0 if along is None else share * along))
         normals.append([np.cos(angle), np.sin(angle)])
-    return np.array(points), np.array(normals)
+    return np.array(points).reshape(-1, 2), np.array(normals).reshape(-1, 2)
 
 
 def inside(arcs: Sequence[Arc], points: FloatArray) -> FloatArray:

@@ -6,21 +6,34 @@ carry the static share of the modes left out (MacNeal, Computers & Structures 1,
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 
 from nvhchain.conventions import Progress
-from nvhchain.errors import require
-from nvhchain.fem import factorize, lowest_modes, rigid_map, stiffness_and_mass
+from nvhchain.errors import SolverError, require
+from nvhchain.fem import rigid_map, stiffness_and_mass
 from nvhchain.fidelity import HousingFidelity
-from nvhchain.handoff import FloatArray, IntArray, ReducedHousing, Surface
+from nvhchain.handoff import FloatArray, ReducedHousing, Surface
 from nvhchain.housing.casting import Casting
 from nvhchain.housing.mesh import HousingMesh, mesh_casting, on_engine_plane, radiating_surface
+from nvhchain.housing.seat_modes import seat_modes
+from nvhchain.housing.seat_modes import seat_unknowns as seat_unknowns
 from nvhchain.housing.transfer import normal_motion
+from nvhchain.housing.truncation import (
+    RESIDUAL_MASS,
+    fewest_modes,
+    truncation_error,
+    without_modes,
+)
 
 _STEPS = 6
+
+_ENLARGEMENTS = 6
+"""Attempts at finding enough modes for a tolerance; the range of modes grows by up to 1.6 each time."""
 
 
 def reduce_housing(
@@ -31,9 +44,11 @@ def reduce_housing(
     fidelity: HousingFidelity,
     progress: Progress | None = None,
 ) -> ReducedHousing:
-    """Modes up to fidelity.mode_ratio · f_max and residual flexibility of the casting, bolted to a rigid engine.
+    """Modes and residual flexibility of the casting, bolted to a rigid engine; without bolts it is free.
 
     f_max: Hz, upper band limit.  surface_size: m, edge length of the radiating triangles.
+    fidelity: modes up to mode_ratio · f_max, or as many as truncation_tolerance_db asks for.  The estimated truncation
+    error (dB of surface velocity, `truncation_error`) stands in the provenance.
 
     Raises InputError when the mesh cannot carry the bending waves of the wall at f_max or a triangle size is not
     usable; SolverError when gmsh or the eigensolver fail.
@@ -52,7 +67,29 @@ def reduce_housing(
     silent = on_engine_plane(surface)
     motion = normal_motion(mesh.nodes, mesh.skin, surface, silent, fidelity.samples_per_face)
     tell(2, _STEPS)
-    return reduce_mesh(mesh, casting, surface, motion, f_max * fidelity.mode_ratio, lambda n: tell(n + 2, _STEPS))
+    reduce_to = partial(reduce_mesh, mesh, casting, surface, motion, tell=lambda n: tell(n + 2, _STEPS))
+    reduced = _accurate(reduce_to, f_max, fidelity)
+    estimate = {"truncation_error_db": truncation_error(reduced, f_max).level}
+    return reduced.replace(provenance={**reduced.provenance, **estimate})
+
+
+def _accurate(reduce_to: Callable[[float], ReducedHousing], f_max: float, fidelity: HousingFidelity) -> ReducedHousing:
+    """Modes up to mode_ratio · f_max, or the fewest that keep the truncation error to the tolerance if there is one."""
+    f_top, tolerance = f_max * fidelity.mode_ratio, fidelity.truncation_tolerance_db
+    if tolerance == 0:
+        return reduce_to(f_top)
+    for _ in range(_ENLARGEMENTS):
+        reduced = reduce_to(f_top)
+        keep = fewest_modes(reduced, f_max, tolerance)
+        if keep is not None:
+            return without_modes(reduced, keep)
+        # the error falls about with the square of f_top
+        excess = truncation_error(reduced, f_max).level / tolerance
+        f_top *= min(max(1.1 * float(np.sqrt(excess)), 1.15), 1.6)
+    raise SolverError(
+        f"a truncation error of {tolerance:g} dB up to {f_max:g} Hz is not reached with modes to {f_top:g} Hz: "
+        "allow a larger truncation_tolerance_db"
+    )
 
 
 def check_bending_resolution(casting: Casting, f_max: float, fidelity: HousingFidelity) -> None:
@@ -86,29 +123,21 @@ def reduce_mesh(
     """Reduce a meshed casting to its modes up to f_top (Hz); `motion` maps nodal to normal face displacements."""
     K, M, T = held_matrices(mesh, casting)
     tell(1)
-    count = len(casting.bores)
-    seats = seat_unknowns(K.shape[0], count)
-    load = np.zeros((K.shape[0], 3 * count))
-    load[seats, np.arange(3 * count)] = 1.0
-    with factorize(K) as factor:
-        static = factor.solve(load)
-        tell(2)
-        frequency, shapes = lowest_modes(K, M, f_top, factor=factor)
+    to_faces, count = sp.csr_matrix(motion @ T), len(casting.bores)
+    tell(2)
+    modes = seat_modes(K, M, count, f_top)
     tell(3)
-    omega2 = (2 * np.pi * frequency) ** 2
-    residual = static - shapes @ (shapes[seats].T / omega2[:, None])
-    at_seats = residual[seats]
-    to_faces = sp.csr_matrix(motion @ T)
     reduced = ReducedHousing(
-        natural_frequency=frequency,
-        modal_damping=np.full(len(frequency), casting.modal_damping),
-        seat_shapes=shapes[seats].T.reshape(-1, count, 3),
-        normal_shapes=(to_faces @ shapes).T,
-        seat_residual=((at_seats + at_seats.T) / 2).reshape(count, 3, count, 3),
-        face_residual=(to_faces @ residual).T.reshape(count, 3, -1),
+        natural_frequency=modes.frequency,
+        modal_damping=np.full(len(modes.frequency), casting.modal_damping),
+        seat_shapes=modes.shapes[modes.seats].T.reshape(-1, count, 3),
+        normal_shapes=(to_faces @ modes.shapes).T,
+        seat_residual=modes.residual[modes.seats].reshape(count, 3, count, 3),
+        face_residual=(to_faces @ modes.residual).T.reshape(count, 3, -1),
         names=tuple(bore.name for bore in casting.bores),
         positions=np.array([bore.centre for bore in casting.bores]),
         surface=surface,
+        provenance={RESIDUAL_MASS: modes.residual_mass.tolist()},
     )
     tell(4)
     return reduced
@@ -121,12 +150,6 @@ def held_matrices(mesh: HousingMesh, casting: Casting) -> tuple[sp.csr_matrix, s
     seats = [(nodes, np.array(bore.centre)) for nodes, bore in zip(mesh.seats, casting.bores, strict=True)]
     T = rigid_map(mesh.nodes, [*held, *seats])
     return sp.csr_matrix(T.T @ K @ T), sp.csr_matrix(T.T @ M @ T), T
-
-
-def seat_unknowns(unknowns: int, seats: int) -> IntArray:
-    """Numbers (3 · seats,) of the seat translations: each reference point has its six unknowns at the end."""
-    first = unknowns - 6 * np.arange(seats, 0, -1)
-    return np.asarray((first[:, None] + np.arange(3)).ravel(), dtype=np.int64)
 
 
 def seat_flexibility(housing: ReducedHousing) -> FloatArray:

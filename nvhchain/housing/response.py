@@ -5,18 +5,32 @@ from __future__ import annotations
 import numpy as np
 import psutil
 
-from nvhchain.errors import ResourceError
+from nvhchain.errors import InputError, ResourceError
 from nvhchain.handoff import ComplexArray, FloatArray, ForceSpectrum, ReducedHousing, SurfaceVelocity
+from nvhchain.housing.damping import DampingCurve
 
 _CHUNK = 512
 """Frequency lines per matrix product."""
 
+_AT_RESONANCE = 1e-9
+"""Relative distance of ω² and ω_r² below which an undamped response is nothing but the rounding of either."""
 
-def respond(housing: ReducedHousing, force_spectrum: ForceSpectrum) -> SurfaceVelocity:
+
+def respond(
+    housing: ReducedHousing,
+    force_spectrum: ForceSpectrum,
+    *,
+    structural: bool = False,
+    damping: DampingCurve | None = None,
+) -> SurfaceVelocity:
     """Normal velocity v_n = jω u_n (n_f, n_face) m/s of every face at the lines that carry force.
 
     The forces act on the housing at its seats; the names must be those of the housing, in any order.
-    Raises InputError for an unknown or missing bearing; ResourceError when the result does not fit into memory.
+    structural: the damping is a loss factor of twice the ratio, else viscous.  damping: its ratio as it depends on the
+    frequency of the line, for all modes alike; the housing's modal damping by default.
+
+    Raises InputError for an unknown or missing bearing and for a mode without damping that is driven at its resonance
+    (a free housing at 0 Hz too); ResourceError when the result does not fit into memory.
     """
     force = aligned_force(housing, force_spectrum)
     loaded = np.flatnonzero((force != 0).any(axis=1))
@@ -33,7 +47,9 @@ def respond(housing: ReducedHousing, force_spectrum: ForceSpectrum) -> SurfaceVe
     velocity = np.empty((loaded.size, faces), dtype=complex)
     for start in range(0, loaded.size, _CHUNK):
         part = slice(start, start + _CHUNK)
-        velocity[part] = face_displacement(housing, frequency[part], force[part])
+        velocity[part] = face_displacement(
+            housing, frequency[part], force[part], structural=structural, damping=damping
+        )
         velocity[part] *= 2j * np.pi * frequency[part, None]
     return SurfaceVelocity(frequency=frequency, normal_velocity=velocity, surface=housing.surface)
 
@@ -44,38 +60,81 @@ def aligned_force(housing: ReducedHousing, spectrum: ForceSpectrum) -> ComplexAr
 
 
 def modal_displacement(
-    housing: ReducedHousing, frequency: FloatArray, force: ComplexArray, *, structural: bool = False
+    housing: ReducedHousing,
+    frequency: FloatArray,
+    force: ComplexArray,
+    *,
+    structural: bool = False,
+    damping: DampingCurve | None = None,
 ) -> ComplexArray:
     """Modal coordinates (n_f, n_mode) kg^½ m under seat forces (n_f, 3 n_bearing) N at `frequency` (n_f,) Hz.
 
-    The damping is viscous or, with `structural`, of loss factor 2ζ (`ReducedHousing.receptance`).
+    structural, damping: as for `respond`.
     """
     shapes = housing.seat_shapes.reshape(len(housing.natural_frequency), -1)
-    return np.asarray(_times_real(force, shapes.T) * housing.receptance(frequency, structural=structural))
+    return np.asarray(_times_real(force, shapes.T) * _receptance(housing, frequency, structural, damping))
 
 
 def face_displacement(
-    housing: ReducedHousing, frequency: FloatArray, force: ComplexArray, *, structural: bool = False
+    housing: ReducedHousing,
+    frequency: FloatArray,
+    force: ComplexArray,
+    *,
+    structural: bool = False,
+    damping: DampingCurve | None = None,
 ) -> ComplexArray:
-    """Outward normal displacement (n_f, n_face) m: modal sum plus residual."""
-    q = modal_displacement(housing, frequency, force, structural=structural)
+    """Outward normal displacement (n_f, n_face) m: modal sum plus residual.  structural, damping: as for `respond`."""
+    q = modal_displacement(housing, frequency, force, structural=structural, damping=damping)
     residual = housing.face_residual.reshape(force.shape[1], -1)
-    return _times_real(q, housing.normal_shapes) + _times_real(force, residual) / _lossy(housing, structural)
+    lossy = force / _residual_loss(housing, frequency, structural, damping)
+    return _times_real(np.hstack([q, lossy]), np.vstack([housing.normal_shapes, residual]))
 
 
 def seat_displacement(
-    housing: ReducedHousing, frequency: FloatArray, force: ComplexArray, *, structural: bool = False
+    housing: ReducedHousing,
+    frequency: FloatArray,
+    force: ComplexArray,
+    *,
+    structural: bool = False,
+    damping: DampingCurve | None = None,
 ) -> ComplexArray:
-    """Displacement (n_f, 3 n_bearing) m of the seats: modal sum plus residual."""
-    q = modal_displacement(housing, frequency, force, structural=structural)
+    """Displacement (n_f, 3 n_bearing) m of the seats: modal sum plus residual.  Keywords: as for `respond`."""
+    q = modal_displacement(housing, frequency, force, structural=structural, damping=damping)
     shapes = housing.seat_shapes.reshape(len(housing.natural_frequency), -1)
     residual = housing.seat_residual.reshape(force.shape[1], -1)
-    return _times_real(q, shapes) + _times_real(force, residual) / _lossy(housing, structural)
+    return _times_real(q, shapes) + _times_real(
+        force / _residual_loss(housing, frequency, structural, damping), residual
+    )
 
 
-def _lossy(housing: ReducedHousing, structural: bool) -> complex:
-    """What structural damping makes of the residual's stiffness: 1 + jη, with η = 2ζ of the highest mode."""
-    return 1 + 2j * float(housing.modal_damping[-1]) if structural and len(housing.modal_damping) else 1.0
+def _receptance(
+    housing: ReducedHousing, frequency: FloatArray, structural: bool, damping: DampingCurve | None
+) -> ComplexArray:
+    """Modal coordinate per modal force (n_f, n_mode) s², as `ReducedHousing.receptance` with other damping."""
+    omega = 2 * np.pi * np.asarray(frequency)[:, None]
+    natural = 2 * np.pi * housing.natural_frequency
+    zeta = housing.modal_damping if damping is None else damping.at(np.asarray(frequency))[:, None]
+    stiff = natural**2 - omega**2
+    loss = 2 * zeta * natural * (natural if structural else omega)
+    endless = (np.abs(stiff) <= _AT_RESONANCE * natural**2) & (loss <= _AT_RESONANCE * natural**2)
+    if endless.any():
+        line, mode = np.argwhere(endless)[0]
+        raise InputError(
+            f"mode {mode + 1} at {housing.natural_frequency[mode]:.6g} Hz has no damping and is driven at its "
+            f"resonance ({frequency[line]:.6g} Hz): its response is unbounded; give it damping or leave the line out"
+        )
+    return np.asarray(1.0 / (stiff + 1j * loss))
+
+
+def _residual_loss(
+    housing: ReducedHousing, frequency: FloatArray, structural: bool, damping: DampingCurve | None
+) -> ComplexArray | float:
+    """What structural damping makes of the residual's stiffness: 1 + jη, η = 2ζ of the line or of the highest mode."""
+    if not structural or (len(housing.modal_damping) == 0 and damping is None):
+        return 1.0
+    if damping is not None:
+        return np.asarray(1 + 2j * damping.at(np.asarray(frequency))[:, None])
+    return np.asarray([[1 + 2j * float(housing.modal_damping[-1])]])
 
 
 def _times_real(left: ComplexArray, right: FloatArray) -> ComplexArray:

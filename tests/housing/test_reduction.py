@@ -14,9 +14,9 @@ from nvhchain.housing.reduction import (
     check_bending_resolution,
     held_matrices,
     seat_flexibility,
-    seat_unknowns,
 )
 from nvhchain.housing.response import face_displacement, seat_displacement
+from nvhchain.housing.seat_modes import seat_unknowns
 
 F_MAX = 4000.0
 """Hz, the band for which conftest.py reduces the test housing."""

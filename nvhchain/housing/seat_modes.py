@@ -1,0 +1,93 @@
+"""Normal modes of a housing and what the modes left out add, at zero frequency, to unit forces at its seats.
+
+Held: residual R = K⁻¹ − Σ φ_r φ_rᵀ / ω_r² (MacNeal, Computers & Structures 1, 1971). Free to move as a whole: K⁻¹ is
+replaced by the elastic flexibility Aᵀ K_c⁻¹ A, where A = I − M φ₀ φ₀ᵀ balances a force with the inertia of the rigid
+modes φ₀ (inertia relief) and K_c is K held at as many unknowns as there are rigid modes; the balanced forces leave
+those without reaction, so that the choice does not matter (Craig & Kurdila, Fundamentals of Structural Dynamics, 2nd
+ed., §17.6).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg
+import scipy.sparse as sp
+
+from nvhchain.errors import SolverError
+from nvhchain.fem import factorize, lowest_modes
+from nvhchain.handoff import FloatArray, IntArray
+
+_RIGID = 1e-5
+"""Of the highest frequency asked for, below which a motion counts as rigid; structures on springs begin above it."""
+
+
+@dataclass(frozen=True, eq=False)
+class SeatModes:
+    """Modes and residual flexibility.
+
+    frequency: (m,) Hz, 0 for rigid modes.  shapes: (n, m) kg^-½.  residual: (n, 3 n_seat) m/N.
+    residual_mass: (3 n_seat, 3 n_seat) kg m²/N², residualᵀ M residual.  seats: (3 n_seat,) unknowns of the seats.
+    """
+
+    frequency: FloatArray
+    shapes: FloatArray
+    residual: FloatArray
+    residual_mass: FloatArray
+    seats: IntArray
+
+
+def seat_modes(K: sp.csr_matrix, M: sp.csr_matrix, count: int, f_top: float) -> SeatModes:
+    """Normal modes up to f_top (Hz), rigid ones included, and the residual of unit forces at the `count` seats.
+
+    K, M: (n, n) with the six unknowns of every seat at the end (`rigid_map`).  Raises SolverError when a mode does not
+    converge.
+    """
+    seats = seat_unknowns(K.shape[0], count)
+    load = np.zeros((K.shape[0], len(seats)))
+    load[seats, np.arange(len(seats))] = 1.0
+    try:
+        with factorize(K) as factor:
+            static = factor.solve(load)
+            held = _slowest(K, M, static) > _RIGID * f_top
+            if held:
+                frequency, shapes = lowest_modes(K, M, f_top, factor=factor)
+    except SolverError:
+        held = False
+    if not held:
+        frequency, shapes = lowest_modes(K, M, f_top)
+        frequency = np.where(frequency < _RIGID * f_top, 0.0, frequency)
+        static = _inertia_relief(K, M, shapes[:, frequency == 0], load)
+    elastic = shapes[:, frequency > 0]
+    omega2 = (2 * np.pi * frequency[frequency > 0]) ** 2
+    residual = static - elastic @ (elastic[seats].T / omega2[:, None])
+    residual[seats] = (residual[seats] + residual[seats].T) / 2
+    return SeatModes(frequency, shapes, residual, residual.T @ (M @ residual), seats)
+
+
+def seat_unknowns(unknowns: int, seats: int) -> IntArray:
+    """Numbers (3 · seats,) of the seat translations: each reference point has its six unknowns at the end."""
+    first = unknowns - 6 * np.arange(seats, 0, -1)
+    return np.asarray((first[:, None] + np.arange(3)).ravel(), dtype=np.int64)
+
+
+def _slowest(K: sp.csr_matrix, M: sp.csr_matrix, motion: FloatArray) -> float:
+    """Lowest of the Rayleigh quotients (Hz) of some motions: where K is singular to rounding, rigid ones prevail."""
+    energy = np.einsum("ij,ij->j", motion, K @ motion) / np.einsum("ij,ij->j", motion, M @ motion)
+    return float(np.sqrt(energy.min().clip(0))) / (2 * np.pi)
+
+
+def _inertia_relief(K: sp.csr_matrix, M: sp.csr_matrix, rigid: FloatArray, load: FloatArray) -> FloatArray:
+    """Elastic displacement (n, k) under loads (n, k) that the inertia of the rigid modes (n, r) balances."""
+    unknowns, count = rigid.shape
+    if count == 0:
+        raise SolverError("the stiffness matrix is singular, but no rigid mode was found: is a part badly scaled?")
+    balanced = load - M @ (rigid @ (rigid.T @ load))
+    # the r unknowns in which the rigid modes differ most from one another
+    hold = scipy.linalg.qr(rigid.T, mode="r", pivoting=True)[1][:count]
+    free = np.setdiff1d(np.arange(unknowns), hold)
+    displacement = np.zeros_like(load)
+    with factorize(sp.csr_matrix(K[free][:, free])) as factor:
+        displacement[free] = factor.solve(balanced[free])
+    return np.asarray(displacement - rigid @ (rigid.T @ (M @ displacement)))

@@ -1,0 +1,149 @@
+"""What a reduced housing misses because its highest modes stand still, as an estimate from the reduced housing itself.
+
+The residual flexibility gives every mode that was left out its static share φφᵀ/ω_r² instead of φφᵀ/(ω_r² − ω²). The
+modes left out are replaced by the Ritz vectors in the space of the residual vectors Ψ (ΨᵀKΨ is the residual flexibility
+at the seats, ΨᵀMΨ the residual mass), which keep the first two moments Σ (φᵀf)²/ω_r², Σ (φᵀf)²/ω_r⁴ of what they stand
+for; the difference between their dynamic and their static share is the estimate.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy.linalg
+
+from nvhchain.errors import InputError, require
+from nvhchain.handoff import FloatArray, ReducedHousing
+
+RESIDUAL_MASS = "residual_mass"
+"""Name in the provenance of a reduced housing: ΨᵀMΨ (3 n_bearing, 3 n_bearing), kg m²/N²."""
+
+_LINES = 400
+"""Frequencies, evenly spaced over the band, of the RMS error."""
+
+_NEGLIGIBLE = 1e-12
+"""Share of the residual's largest Ritz value (1/ω²) below which a Ritz vector moves statically in any band."""
+
+
+@dataclass(frozen=True)
+class TruncationError:
+    """RMS error over the band and all unit forces at the seats, relative to the RMS response.
+
+    seats, faces: displacement at the seats, and on the radiating faces weighted by their area.
+    """
+
+    seats: float
+    faces: float
+
+    @property
+    def level(self) -> float:
+        """dB by which the surface velocity's level may be off."""
+        return float(20 * np.log10(1 + self.faces))
+
+
+@dataclass(frozen=True, eq=False)
+class _Modes:
+    """Modes, then Ritz vectors.  omega2: (k,) rad²/s².  zeta: (k,).  Gram matrices (k, k) of seat and face shapes."""
+
+    omega2: FloatArray
+    zeta: FloatArray
+    seat_gram: FloatArray
+    face_gram: FloatArray
+
+
+def truncation_error(housing: ReducedHousing, f_max: float, *, modes: int | None = None) -> TruncationError:
+    """Estimated error of the forced response up to f_max (Hz) when the lowest `modes` modes are kept (all by default).
+
+    Raises InputError when the housing does not carry its residual mass: it was then reduced elsewhere.
+    """
+    require(np.isfinite(f_max) and f_max > 0, f"f_max = {f_max} Hz must be positive")
+    return _error(_with_ritz_vectors(housing), len(housing.natural_frequency) if modes is None else modes, f_max)
+
+
+def fewest_modes(housing: ReducedHousing, f_max: float, tolerance_db: float) -> int | None:
+    """Fewest of the modes, lowest first, that keep the estimate within the tolerance; None when all are too few."""
+    everything, total = _with_ritz_vectors(housing), len(housing.natural_frequency)
+    rigid = int((housing.natural_frequency == 0).sum())
+    low, high = rigid, total
+    if _error(everything, total, f_max).level > tolerance_db:
+        return None
+    while low < high:  # the error falls with the number of modes
+        middle = (low + high) // 2
+        if _error(everything, middle, f_max).level > tolerance_db:
+            low = middle + 1
+        else:
+            high = middle
+    return high
+
+
+def without_modes(housing: ReducedHousing, keep: int) -> ReducedHousing:
+    """The housing with the lowest `keep` modes; the static share of the others moves to the residual."""
+    count = 3 * len(housing.names)
+    omega2 = (2 * np.pi * housing.natural_frequency[keep:]) ** 2
+    require(bool((omega2 > 0).all()), "a rigid mode has no static share: keep it")
+    seats = housing.seat_shapes[keep:].reshape(-1, count)
+    share = (seats / omega2[:, None]).T
+    at_seats = share @ seats
+    mass = _residual_mass(housing) + (seats / omega2[:, None] ** 2).T @ seats
+    return replace(
+        housing,
+        natural_frequency=housing.natural_frequency[:keep],
+        modal_damping=housing.modal_damping[:keep],
+        seat_shapes=housing.seat_shapes[:keep],
+        normal_shapes=housing.normal_shapes[:keep],
+        seat_residual=housing.seat_residual + ((at_seats + at_seats.T) / 2).reshape(housing.seat_residual.shape),
+        face_residual=housing.face_residual
+        + (share @ housing.normal_shapes[keep:]).reshape(housing.face_residual.shape),
+        provenance={**housing.provenance, RESIDUAL_MASS: mass.tolist()},
+    )
+
+
+def _with_ritz_vectors(housing: ReducedHousing) -> _Modes:
+    """The modes of the housing and, mass-normalised, the Ritz vectors of what is left."""
+    count = 3 * len(housing.names)
+    residual = housing.seat_residual.reshape(count, count)
+    scale = np.sqrt(residual.diagonal().clip(np.finfo(float).tiny))
+    regular = residual / np.outer(scale, scale) + np.finfo(float).eps * count * np.eye(count)
+    # eigenvalues 1/ω² of (ΨᵀMΨ, ΨᵀKΨ); the small ones move statically far beyond the band
+    inverse, vector = scipy.linalg.eigh(_residual_mass(housing) / np.outer(scale, scale), regular)
+    moving = inverse > _NEGLIGIBLE * max(inverse[-1], np.finfo(float).tiny)
+    inverse, combination = inverse[moving], vector[:, moving] / scale[:, None] / np.sqrt(inverse[moving])
+    seats = np.vstack([housing.seat_shapes.reshape(-1, count), combination.T @ residual])
+    faces = np.vstack([housing.normal_shapes, combination.T @ housing.face_residual.reshape(count, -1)])
+    faces = faces * np.sqrt(housing.surface.areas)
+    zeta = housing.modal_damping
+    highest = zeta[-1] if len(zeta) else 0.0
+    return _Modes(
+        np.concatenate([(2 * np.pi * housing.natural_frequency) ** 2, 1 / inverse]),
+        np.concatenate([zeta, np.full(len(inverse), highest)]),
+        seats @ seats.T,
+        faces @ faces.T,
+    )
+
+
+def _error(modes: _Modes, keep: int, f_max: float) -> TruncationError:
+    """Error when the modes from `keep` on and the Ritz vectors stand still."""
+    frequency = (np.arange(_LINES) + 0.5) / _LINES * f_max
+    omega = 2 * np.pi * frequency[:, None]
+    gain = 1 / (modes.omega2 - omega**2 + 2j * modes.zeta * np.sqrt(modes.omega2) * omega)
+    missed = gain[:, keep:] - 1 / modes.omega2[keep:]
+
+    def relative(gram: FloatArray) -> float:
+        # Frobenius norm of Σ_r b_r g_r a_rᵀ over all unit forces: Σ_rs g_r g_s* (a_r·a_s)(b_r·b_s)
+        product = gram * modes.seat_gram
+        whole = np.einsum("fr,rs,fs->", gain, product, gain.conj(), optimize=True).real
+        part = np.einsum("fr,rs,fs->", missed, product[keep:, keep:], missed.conj(), optimize=True).real
+        return float(np.sqrt(max(part, 0.0) / whole)) if whole > 0 else 0.0
+
+    return TruncationError(relative(modes.seat_gram), relative(modes.face_gram))
+
+
+def _residual_mass(housing: ReducedHousing) -> FloatArray:
+    stored = housing.provenance.get(RESIDUAL_MASS)
+    if stored is None:
+        raise InputError(
+            f"the reduced housing carries no {RESIDUAL_MASS} in its provenance: its truncation error can be estimated "
+            "only where it was reduced"
+        )
+    return np.asarray(stored, dtype=float)

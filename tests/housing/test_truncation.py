@@ -1,0 +1,109 @@
+"""Estimated against true error of a reduced housing; the number of modes that a tolerance asks for."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from nvhchain.errors import InputError, SolverError
+from nvhchain.fem import factorize
+from nvhchain.housing import reduce_housing
+from nvhchain.housing.reduction import held_matrices
+from nvhchain.housing.response import face_displacement, seat_displacement
+from nvhchain.housing.seat_modes import seat_unknowns
+from nvhchain.housing.truncation import RESIDUAL_MASS, fewest_modes, truncation_error, without_modes
+
+F_MAX = 4000.0
+"""Hz, the band for which conftest.py reduces the test housing."""
+
+LINES = (np.arange(50) + 0.5) / 50 * F_MAX
+
+
+def relative(got, exact, weight=1.0):
+    """RMS of a difference relative to RMS of the exact values; the last axis is weighted."""
+    return np.sqrt((np.abs(got - exact) ** 2 * weight).sum() / (np.abs(exact) ** 2 * weight).sum())
+
+
+def both(housing):
+    """Response at seats and faces to unit forces at every seat, at all lines."""
+    count = 3 * len(housing.names)
+    force = np.tile(np.eye(count, dtype=complex), (len(LINES), 1))
+    frequency = np.repeat(LINES, count)
+    return seat_displacement(housing, frequency, force), face_displacement(housing, frequency, force)
+
+
+def test_estimate_lies_within_a_factor_of_2_of_the_true_error(reduced, rich):
+    (seats, faces), (true_seats, true_faces) = both(reduced), both(rich)
+    estimate = truncation_error(reduced, F_MAX)
+    assert 0.5 < estimate.faces / relative(faces, true_faces, reduced.surface.areas) < 2
+    assert 0.8 < estimate.seats / relative(seats, true_seats) < 1.25
+
+
+@pytest.mark.parametrize("keep", [2, 4, 6, 8])
+def test_estimate_of_a_part_of_the_modes_is_within_a_quarter(reduced, rich, keep):
+    few = without_modes(reduced, keep)
+    (seats, faces), (true_seats, true_faces) = both(few), both(rich)
+    estimate = truncation_error(reduced, F_MAX, modes=keep)
+    assert relative(faces, true_faces, few.surface.areas) == pytest.approx(estimate.faces, rel=0.25)
+    assert relative(seats, true_seats) == pytest.approx(estimate.seats, rel=0.25)
+    # when those left out are known by two moments only, it is still of the right order
+    assert 0.25 < truncation_error(few, F_MAX).faces / relative(faces, true_faces, few.surface.areas) < 2
+
+
+def test_static_flexibility_does_not_change_when_modes_are_left_out(reduced):
+    few = without_modes(reduced, 3)
+    force = np.eye(3 * len(reduced.names), dtype=complex)
+    still = np.zeros(len(force))
+    for respond in (seat_displacement, face_displacement):
+        exact = respond(reduced, still, force)
+        assert np.abs(respond(few, still, force) - exact).max() < 1e-12 * np.abs(exact).max()
+
+
+def test_residual_mass_of_what_is_left_is_that_of_the_full_model(reduced, mesh, casting):
+    few = without_modes(reduced, 5)
+    K, M, _ = held_matrices(mesh, casting)
+    seats = seat_unknowns(K.shape[0], len(casting.bores))
+    load = np.zeros((K.shape[0], len(seats)))
+    load[seats, np.arange(len(seats))] = 1.0
+    with factorize(K) as factor:
+        static = factor.solve(load)
+    kept = few.seat_shapes.reshape(5, -1) / (2 * np.pi * few.natural_frequency[:, None]) ** 2
+    exact = static.T @ (M @ static) - kept.T @ kept
+    assert np.abs(np.array(few.provenance[RESIDUAL_MASS]) - exact).max() < 1e-6 * np.abs(exact).max()
+
+
+def test_fewest_modes_meet_the_tolerance_and_one_less_does_not(reduced):
+    tolerance = 3 * truncation_error(reduced, F_MAX).level
+    keep = fewest_modes(reduced, F_MAX, tolerance)
+    assert 0 < keep < len(reduced.natural_frequency)
+    assert truncation_error(reduced, F_MAX, modes=keep).level <= tolerance
+    assert truncation_error(reduced, F_MAX, modes=keep - 1).level > tolerance
+    assert fewest_modes(reduced, F_MAX, 1e-6) is None
+
+
+def test_tolerance_in_decibel_decides_how_many_modes_a_reduction_takes(casting, fidelity):
+    f_max = 1700.0
+    found = {}
+    for tolerance in (0.3, 0.03):
+        asked = replace(fidelity, mode_ratio=1.0, truncation_tolerance_db=tolerance)
+        reduced = reduce_housing(casting, f_max=f_max, surface_size=0.03, fidelity=asked)
+        assert reduced.provenance["truncation_error_db"] <= tolerance
+        found[tolerance] = len(reduced.natural_frequency)
+    assert found[0.3] < found[0.03]
+
+
+def test_tolerance_that_no_number_of_modes_reaches_is_an_error(casting, fidelity, reduced, monkeypatch):
+    import nvhchain.housing.reduction as reduction
+
+    monkeypatch.setattr(reduction, "reduce_mesh", lambda *_, **__: reduced)
+    asked = replace(fidelity, truncation_tolerance_db=1e-9)
+    with pytest.raises(SolverError, match="not reached with modes to"):
+        reduce_housing(casting, f_max=1700.0, surface_size=0.03, fidelity=asked)
+
+
+def test_housing_reduced_elsewhere_and_rigid_modes_are_refused(reduced):
+    with pytest.raises(InputError, match="carries no residual_mass"):
+        truncation_error(reduced.replace(provenance={}), F_MAX)
+    free = reduced.replace(natural_frequency=np.concatenate([[0.0], reduced.natural_frequency[1:]]))
+    with pytest.raises(InputError, match="rigid mode"):
+        without_modes(free, 0)

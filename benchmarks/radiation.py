@@ -1,6 +1,6 @@
 """Errors of the cheaper radiation levels and of coarser surfaces, time of stored operators; writes docs/measured.
 
-    python benchmarks/radiation.py OUT [levels coarsening operators power]
+    python benchmarks/radiation.py OUT [levels coarsening operators]
 
 Every part leaves OUT/<part>.json; docs/measured/radiation.md and radiation.png are written from those that are there.
 Bodies: a sphere with exact solutions (v_n = P_n(cos θ)), a box whose walls carry bending waves of random direction and
@@ -26,7 +26,6 @@ from scipy.special import spherical_jn, spherical_yn
 import nvhchain as nvh
 from nvhchain import acoustics, housing, store
 from nvhchain.conventions import Air
-from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import ForceSpectrum, ReducedHousing, Surface, SurfaceVelocity
 
 ROOT = Path(__file__).parents[1]
@@ -257,37 +256,6 @@ def operators(out: Path) -> dict[str, Any]:
     return result
 
 
-def power(_: Path) -> dict[str, Any]:
-    """Sound power by surface and by array: pulsating sphere in free field, small one on and above a rigid plane."""
-    fidelity = AcousticsFidelity(elements_per_wavelength=3.0, masters=20)
-    result: dict[str, Any] = {}
-
-    def pulsating(body: Surface, frequency: np.ndarray) -> SurfaceVelocity:
-        return SurfaceVelocity(frequency, np.ones((len(frequency), len(body.triangles))), body)
-
-    frequency = np.array([200.0, 1000.0, 1715.0])
-    ka = 2 * np.pi * frequency * 0.1 / AIR.speed_of_sound
-    exact = 0.5 * AIR.impedance * 4 * np.pi * 0.1**2 * ka**2 / (1 + ka**2)
-    for name, array in (("surface", None), ("array", 2.0)):
-        got = acoustics.sound_power(
-            pulsating(acoustics.sphere(0.1, 3), frequency), air=AIR, fidelity=fidelity, array_radius=array
-        )
-        result[f"sphere in free field, {name}"] = float(np.abs(decibel(got.power / exact)).max())
-    plane = acoustics.RigidPlane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
-    frequency = np.array([100.0, 300.0])
-    k = 2 * np.pi * frequency / AIR.speed_of_sound
-    for height in (0.0202, 0.2):
-        exact = (1 + np.sinc(2 * k * height / np.pi)) * AIR.impedance * k**2 * (4 * np.pi * 0.02**2) ** 2 / (8 * np.pi)
-        for name, array in (("surface", None), ("array", 2.0)):
-            got = acoustics.sound_power(
-                pulsating(acoustics.sphere(0.02, 3, (0, 0, height)), frequency),
-                air=AIR, fidelity=fidelity, plane=plane, array_radius=array,
-            )  # fmt: skip
-            where = "on" if height < 0.1 else "0.2 m above"
-            result[f"monopole {where} a rigid plane, {name}"] = float(np.abs(decibel(got.power / exact)).max())
-    return result
-
-
 def picture(data: dict[str, Any], path: Path) -> None:
     """Level error over frequency times size."""
     import matplotlib
@@ -371,10 +339,6 @@ def report(out: Path) -> str:
             f"| reading the modal transfer vectors once (the limit) | {data['read']:.3f} | |",
             f"| run-up of 20 s at 25 kHz, 10 points, in time | {data['run_up']:.1f} | |", "",
         ]  # fmt: skip
-    if "power" in parts:
-        lines += ["| sound power | largest error / dB |", "|---|---:|"]
-        lines += [f"| {name} | {value:.3f} |" for name, value in parts["power"].items()]
-        lines.append("")
     if "levels" in parts:
         picture(parts["levels"], ROOT / "docs" / "measured" / "radiation.png")
     return "\n".join(lines)
@@ -384,7 +348,6 @@ PARTS: dict[str, Callable[[Path], dict[str, Any]]] = {
     "levels": levels,
     "coarsening": coarsening,
     "operators": operators,
-    "power": power,
 }
 
 

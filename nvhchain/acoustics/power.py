@@ -46,7 +46,7 @@ def sound_power(
 
     The sum over the spherical waves that leave the surface (`multipole_amplitudes`), which are found from its velocity
     and its pressure: equal to the intensity on the surface, ½ Re ∫ p v_n* dS, but right too where the body is small
-    against the wavelength and the real part of p a small remainder (docs/decisions/0007.md).
+    against the wavelength and the real part of p a small remainder (docs/decisions/0007).
     array_radius: m; with it the pressure is taken instead at the positions of `array_standard` on a sphere of this
     radius about the surface's centre, or on a hemisphere on the plane (`array_points`), as a measurement would.
     fidelity.radiation: `rayleigh` needs an array, as it knows no pressure on the surface; `equivalent_radiated_power`

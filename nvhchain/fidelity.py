@@ -40,6 +40,7 @@ class GearFidelity:
     root_refinement: the same factor for the mesh in which root strain is read, of one tooth.
     load_pattern_tolerance: what is neglected of the forces a tooth passes to the body, relative.
     corner_gap: m, unloaded gap up to which contact of tip edges beyond the path of contact is looked for; 0: none.
+    The default holds up to three times the nominal load of the gearbox stages (docs/decisions/0008.md).
     bodies: how teeth and blanks give way, `elements` or, for a first look, `analytic` (Weber–Banaschek beam on
     Sainsot–Velex ring; it sees no web, hole or slot).
     far_pattern_tolerance: what of them is taken to answer alike at all teeth of a sector, relative.
@@ -60,7 +61,7 @@ class GearFidelity:
     load_pattern_tolerance: float = 1e-3
     far_pattern_tolerance: float = 3e-2
     bodies: str = "elements"
-    corner_gap: float = 0.0
+    corner_gap: float = 60e-6
     drive_reach: float = 3.0
     back_reach: float = 1.5
     root_refinement: int = 4

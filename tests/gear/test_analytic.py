@@ -19,7 +19,7 @@ from nvhchain.gear import (
     slice_compliance,
 )
 
-ANALYTIC = dataclasses.replace(DRAFT.gear, bodies="analytic", slices=6, angles_per_mesh=8)
+ANALYTIC = dataclasses.replace(DRAFT.gear, bodies="analytic", slices=6, angles_per_mesh=8, corner_gap=0.0)
 
 
 @pytest.fixture(scope="module")

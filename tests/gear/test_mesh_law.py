@@ -19,7 +19,8 @@ COARSE = dataclasses.replace(DRAFT.gear, angles_per_mesh=16)
 
 
 def sliced(slices):
-    return dataclasses.replace(COARSE, slices=slices)
+    """Contact on the path alone."""
+    return dataclasses.replace(COARSE, slices=slices, corner_gap=0.0)
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +42,7 @@ def test_law_covers_the_body_period_and_the_asked_range(slotted, slotted_law):
     assert law.force.shape == (10 * COARSE.angles_per_mesh, COARSE.deflections)
     assert law.period == pytest.approx(10 * 2 * np.pi / 50)
     nominal = pair.normal_force(TORQUE)
-    assert law.force[:, -1].min() >= 2.95 * nominal
+    assert law.force[:, -1].min() >= 2.9 * nominal
     assert law.force[:, 0].max() < -1.3 * nominal
 
 

@@ -19,6 +19,9 @@ from nvhchain.handoff import FloatArray
 _NEWTON = 12
 """Steps for the rolled length of a point; three suffice."""
 
+_LEFT = 0.8
+"""Part of the involute between the contact and its end that keeps its rows."""
+
 
 @dataclass(frozen=True, eq=False)
 class Section:
@@ -61,16 +64,16 @@ def on_flank(s: Section, gear: int, t: FloatArray, reach: float) -> tuple[FloatA
     """Rows `t` (n,), m, as the flank of `gear` takes them, and the t, m, up to which, counted from the tip, they stay.
 
     Where the mating tip stands beside the fillet, its rows are squeezed into what there is of the involute: those
-    farther from the contact than `reach`, m, or than half of what is left of the involute.
+    farther from the contact than `reach`, m, or than most of what is left of the involute.
     """
     sign = 1.0 if gear == 0 else -1.0  # towards the tip
     rows, end = sign * t, sign * s.ends[gear]
-    kept = sign * s.nearest - min(reach, 0.5 * (sign * s.nearest - end))
     lowest = rows.min()
-    if lowest < end:
-        squeezed = end + (rows - lowest) * (kept - end) / (kept - lowest)
-        rows = np.where(rows < kept, squeezed, rows)
-    return sign * rows, sign * kept
+    if lowest >= end:
+        return t, sign * lowest
+    kept = sign * s.nearest - min(reach, _LEFT * (sign * s.nearest - end))
+    squeezed = end + (rows - lowest) * (kept - end) / (kept - lowest)
+    return sign * np.where(rows < kept, squeezed, rows), sign * kept
 
 
 def _own(pair: GearPair, gear: int, crossing: float) -> float:

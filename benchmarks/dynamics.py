@@ -1,6 +1,6 @@
 """Speed, limits and errors of the gearbox dynamics; writes docs/measured/dynamics.md and dynamics_scaling.png.
 
-    python benchmarks/dynamics.py OPERATORS [speed scaling peers steps]
+    python benchmarks/dynamics.py OPERATORS [speed scaling peers steps hour]
 
 OPERATORS: folder with the mesh laws and the housing that cases/studies/run_up.py leaves. The sections named (all, if
 none is) are measured anew and kept in OPERATORS/measured.json; the table is written from what is there.
@@ -11,66 +11,28 @@ from __future__ import annotations
 
 import json
 import os
+import resource
 import sys
+import tempfile
 import time
 from math import pi
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from dynamics_models import MODES, SPEED, TORQUE, gearbox_of, one_step, operators, with_modes
+from dynamics_peers import peers
 from matplotlib.figure import Figure
-from scipy.integrate import solve_ivp
-from threadpoolctl import threadpool_limits
+from publish import MEASURED, publish
 
-import nvhchain as nvh
-from nvhchain import dynamics, gear, store
+from nvhchain import dynamics
 from nvhchain.dynamics.quasi_static import law_phases
-from nvhchain.dynamics.simulation import Simulation, advance, at_rest, bearing_force, simulation
+from nvhchain.dynamics.simulation import advance, at_rest, bearing_force, simulation
 from nvhchain.fidelity import DynamicsFidelity
-from nvhchain.handoff import BearingForces, FloatArray, MeshLaw, ReducedHousing
+from nvhchain.handoff import BearingForces, MeshLaw, ReducedHousing
 
-ROOT = Path(__file__).parents[1]
-MEASURED = ROOT / "docs" / "measured"
-SPEED = 2500.0 * 2.0 * pi / 60.0
-TORQUE = 250.0
-MODES = 92
-"""Housing modes that make 109 unknowns with 15 of the shafts and 2 torsional ones."""
 FLOPS_PER_MODE = 36
 """8 for the decay and 2 for the load, 4 for each of four contact rows, 4 for each of two loaded flanks and 2 spare."""
-
-
-def gearbox_of(name: str) -> dynamics.Gearbox:
-    """The gearbox of a case with the inertia of its gears."""
-    case: Any = nvh.load_case(ROOT / "cases" / "gearbox" / f"{name}.toml")
-    found = case.gearbox
-    for item in case.gears:
-        own = gear.mass_properties(item.body)
-        body = dynamics.RigidBody(item.z + own.centre, own.mass, own.polar_inertia, own.transverse_inertia)
-        found = found.with_bodies(item.shaft, [body])
-    return found
-
-
-def operators(folder: Path) -> tuple[dict[str, list[MeshLaw]], ReducedHousing]:
-    """Mesh laws of both configurations and the housing."""
-    first = sorted((store.load(p, MeshLaw) for p in folder.glob("mesh_law_stage1-*.h5")), key=lambda law: law.period)
-    (second,) = (store.load(p, MeshLaw) for p in folder.glob("mesh_law_stage2-*.h5"))
-    (housing,) = (store.load(p, ReducedHousing) for p in folder.glob("housing-*.h5"))
-    return {"solid": [first[0], second], "slotted": [first[-1], second]}, housing
-
-
-def with_modes(housing: ReducedHousing, count: int) -> ReducedHousing:
-    """A housing of `count` modes: the first ones, and repetitions a little higher where there are fewer."""
-    have = len(housing.natural_frequency)
-    turn, index = np.divmod(np.arange(count), have)
-    frequency = housing.natural_frequency[index] * (1.0 + 0.013 * turn) + turn * housing.natural_frequency[-1]
-    order = np.argsort(frequency)
-    shrink = 0.5 ** turn[order]
-    return housing.replace(
-        natural_frequency=frequency[order],
-        modal_damping=housing.modal_damping[index[order]],
-        seat_shapes=housing.seat_shapes[index[order]] * shrink[:, None, None],
-        normal_shapes=housing.normal_shapes[index[order]],
-    )
 
 
 def run_up(laws: list[MeshLaw], housing: ReducedHousing, step: float, duration: float) -> BearingForces:
@@ -114,19 +76,6 @@ def speed(folder: Path) -> dict[str, float]:
     }
 
 
-def one_step(model: Simulation, laws: list[MeshLaw], steps: int = 32_768) -> float:
-    """ns per step of the time loop, every fourth state stored; best of several."""
-    turns = (np.arange(steps)[:, None] + 0.5) * 1e-5 * SPEED / (2.0 * pi)
-    phases = turns / np.array([float(p) for p in model.assembly.train.law_period])
-    motion = at_rest(model, phases[0])
-    best = np.inf
-    for _ in range(7):
-        begin = time.thread_time()  # the same on a busy machine
-        advance(model, motion, phases, stride=4)
-        best = min(best, time.thread_time() - begin)
-    return 1e9 * best / steps
-
-
 def scaling(folder: Path) -> list[list[float]]:
     """Unknowns, complex modes and ns per step."""
     laws, housing = operators(folder)
@@ -165,74 +114,6 @@ def plot_scaling(rows: list[list[float]], path: Path) -> None:
     figure.savefig(path, dpi=130)
 
 
-def peers(folder: Path) -> dict[str, float | None]:
-    """Processor seconds per simulated second of the same equations in other integrators, in this run."""
-    laws, housing = operators(folder)
-    model = simulation(
-        gearbox_of("slotted"),
-        laws["slotted"],
-        with_modes(housing, MODES),
-        input_torque=TORQUE,
-        time_step=1e-5,
-        fidelity=DynamicsFidelity(1e-5),
-    )
-    a, load = model.assembly, model.assembly.load(model.torque)
-    stiffness = a.stiffness + (a.contact.T * model.contact_stiffness) @ a.contact
-    n = len(a.mass)
-    system = np.block([[np.zeros((n, n)), np.eye(n)], [-stiffness / a.mass[:, None], -a.damping / a.mass[:, None]]])
-    push = np.concatenate([np.zeros(n), load / a.mass])
-    with threadpool_limits(1):
-        begin = time.process_time()
-        solve_ivp(
-            lambda t, x: system @ x + push * (1 + 0.1 * np.sin(20 * SPEED * t)), (0, 0.01), np.zeros(2 * n), "Radau",
-            jac=system, rtol=1e-6, atol=1e-10, max_step=2e-5,
-        )  # fmt: skip
-        radau = (time.process_time() - begin) / 0.01
-    return {
-        "own": one_step(model, laws["slotted"]) * 1e-9 / 1e-5,
-        "radau": radau,
-        "exudyn": exudyn_seconds(a.mass, stiffness, a.damping, load),
-    }
-
-
-def exudyn_seconds(mass: FloatArray, stiffness: FloatArray, damping: FloatArray, load: FloatArray) -> float | None:
-    """s per simulated second of Exudyn's generalised-α on the linear system, no contact, 10 µs; None without it."""
-    try:
-        import exudyn
-        from exudyn.itemInterface import NodeGenericODE2, ObjectGenericODE2
-    except ImportError:
-        return None
-    container = exudyn.SystemContainer()
-    system = container.AddSystem()
-    n, zeros = len(mass), np.zeros(len(mass))
-    node = system.AddNode(
-        NodeGenericODE2(
-            referenceCoordinates=zeros, initialCoordinates=zeros, initialCoordinates_t=zeros, numberOfODE2Coordinates=n
-        )
-    )
-    system.AddObject(
-        ObjectGenericODE2(
-            nodeNumbers=[node],
-            massMatrix=np.diag(mass),
-            stiffnessMatrix=stiffness,
-            dampingMatrix=damping,
-            forceVector=load,
-        )
-    )
-    system.Assemble()
-    settings = exudyn.SimulationSettings()
-    duration = 0.02
-    settings.timeIntegration.numberOfSteps = round(duration / 1e-5)
-    settings.timeIntegration.endTime = duration
-    settings.timeIntegration.generalizedAlpha.spectralRadius = 1.0
-    settings.timeIntegration.newton.useModifiedNewton = True
-    settings.timeIntegration.verboseMode = 0
-    settings.solution.file.write = False
-    begin = time.process_time()
-    system.SolveDynamic(settings)
-    return (time.process_time() - begin) / duration
-
-
 def steps(folder: Path) -> list[list[float]]:
     """Step in µs, error of the bearing forces over 20 ms at 2500 rpm against 0.2 µs, and their largest value."""
     laws, housing = operators(folder)
@@ -257,11 +138,29 @@ def steps(folder: Path) -> list[list[float]]:
     return rows
 
 
+def hour(folder: Path) -> list[list[float]]:
+    """Records in files, a minute and an hour long: their s, seconds to make, MB on disk, MB of the process at most."""
+    laws, housing = operators(folder)
+    rows = []
+    for duration in (60.0, 3600.0):
+        with tempfile.TemporaryDirectory() as place:
+            begin = time.perf_counter()
+            made = dynamics.record_run_up(
+                gearbox_of("solid"), laws["solid"], housing, start_speed=0.0, end_speed=SPEED, duration=duration,
+                input_torque=TORQUE, f_max=100.0, fidelity=DynamicsFidelity(1e-4), folder=place,
+            )  # fmt: skip
+            seconds = time.perf_counter() - begin
+            size = 1e-6 * sum(path.stat().st_size for path in made.paths)
+        rows.append([duration, seconds, size, 1e-3 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss])
+    return rows
+
+
 SECTIONS = {
     "speed": speed,
     "scaling": scaling,
     "peers": peers,
     "steps": steps,
+    "hour": hour,
 }
 
 
@@ -332,6 +231,15 @@ def table(found: dict[str, Any]) -> list[str]:
             "Steps longer than 25 µs do not cover a band of 5 kHz and are refused for a record.",
             "",
         ]
+    if "hour" in found:
+        lines += [
+            "## Long records, 0 → 2500 rpm at 100 µs, band of 100 Hz, in files",
+            "",
+            "| record / s | time to make / s | on disk / MB | process at most / MB |",
+            "|---:|---:|---:|---:|",
+            *(f"| {long:.0f} | {took:.1f} | {disk:.0f} | {peak:.0f} |" for long, took, disk, peak in found["hour"]),
+            "",
+        ]
     return lines
 
 
@@ -344,7 +252,7 @@ def main() -> None:
         kept.write_text(json.dumps(found))
     if "scaling" in found:
         plot_scaling(found["scaling"], MEASURED / "dynamics_scaling.png")
-    (MEASURED / "dynamics.md").write_text("\n".join(table(found)))
+    publish("dynamics", "\n".join(table(found)))
 
 
 if __name__ == "__main__":

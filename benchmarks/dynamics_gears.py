@@ -11,31 +11,26 @@ from nvhchain import dynamics, gear
 from nvhchain.dynamics.law_table import deflection_under
 from nvhchain.fidelity import GearFidelity
 from nvhchain.gear.blank import SOLID
-from nvhchain.gear.compliance import flank_compliance
-from nvhchain.gear.engagement import Engagement, engaged_reach
 from nvhchain.handoff import FloatArray, MeshLaw
+
+ANGLES = 24
+"""Of a mesh period, at which friction is tabulated."""
 
 TILT = 5e-5
 """rad, of the finite differences: 1 µm over 20 mm of face."""
 
 
-def contact_solver(pair: gear.GearPair, fidelity: GearFidelity) -> Engagement:
-    """The contact problem of a pair at any angle."""
-    reach = engaged_reach(pair)
-    pinion, wheel = (flank_compliance(body, fidelity, reach=reach) for body in (pair.pinion, pair.wheel))
-    return Engagement(pair, (pinion, wheel), fidelity)
+def solid_solvers(case: Any, fidelity: GearFidelity) -> list[gear.Engagement]:
+    """The contact problems of all pairs with solid gears, at any angle."""
+    pairs = [replace(pair, wheel=replace(pair.wheel, blank=SOLID)) for pair in case.pairs]
+    return [gear.Engagement(pair, gear.pair_compliances(pair, fidelity), fidelity) for pair in pairs]
 
 
-def solid_solvers(case: Any, fidelity: GearFidelity) -> list[Engagement]:
-    """The contact problems of all pairs with solid gears."""
-    return [contact_solver(replace(pair, wheel=replace(pair.wheel, blank=SOLID)), fidelity) for pair in case.pairs]
-
-
-def mesh_friction(solver: Engagement, law: MeshLaw, force: float, coefficient: float) -> dynamics.MeshFriction:
+def mesh_friction(solver: gear.Engagement, law: MeshLaw, force: float, coefficient: float) -> dynamics.MeshFriction:
     """Friction of a mesh under `force`, N, from the contact of solid gears, repeated over the law's period."""
     pitch = 2.0 * np.pi / law.teeth[1]
-    angles = np.arange(48) * pitch / 48
-    sliding, arm = np.empty(48), np.empty(48)
+    angles = np.arange(ANGLES) * pitch / ANGLES
+    sliding, arm = np.empty(ANGLES), np.empty(ANGLES)
     for i, angle in enumerate(angles):
         lines, forces, _ = _loaded(solver, law, float(angle), force)
         share = forces * gear.sliding_sense(solver.pair, lines) / forces.sum()
@@ -45,7 +40,7 @@ def mesh_friction(solver: Engagement, law: MeshLaw, force: float, coefficient: f
     return dynamics.MeshFriction(coefficient, law.period, every, np.tile(sliding, repeats), np.tile(arm, repeats))
 
 
-def _loaded(solver: Engagement, law: MeshLaw, angle: float, force: float) -> tuple[Any, FloatArray, float]:
+def _loaded(solver: gear.Engagement, law: MeshLaw, angle: float, force: float) -> tuple[Any, FloatArray, float]:
     """Contact lines, slice forces (n,) N and deflection, m, at `angle` under `force` in all."""
     tried = law.deflection[law.deflection > 0.0]
     total = np.concatenate([[0.0], solver.mesh_force(angle, tried)])
@@ -54,7 +49,7 @@ def _loaded(solver: Engagement, law: MeshLaw, angle: float, force: float) -> tup
     return lines, forces[0], deflection
 
 
-def tilt_stiffness(solver: Engagement, law: MeshLaw, force: float) -> dict[str, float]:
+def tilt_stiffness(solver: gear.Engagement, law: MeshLaw, force: float) -> dict[str, float]:
     """How the contact under `force`, N, resists tilt in the plane of action, mean over a mesh period.
 
     Returns k b²/12 cos² β_b of slices side by side, the stiffness of the contact problem, both N m/rad, and the swing

@@ -17,8 +17,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from dynamics import MEASURED, MODES, ROOT, SPEED, TORQUE, gearbox_of, one_step, operators, with_modes
 from dynamics_gears import mesh_friction, solid_solvers, tilt_stiffness
+from dynamics_models import MODES, ROOT, SPEED, TORQUE, gearbox_of, one_step, operators, with_modes
+from publish import publish
 
 import nvhchain as nvh
 from nvhchain import dynamics, gear
@@ -320,7 +321,7 @@ def main() -> None:
     for name in sys.argv[2:] or list(SECTIONS):
         found[name] = SECTIONS[name](folder)
         kept.write_text(json.dumps(found))
-    (MEASURED / "dynamics_options.md").write_text("\n".join(table(found)))
+    publish("dynamics_options", "\n".join(table(found)))
 
 
 if __name__ == "__main__":

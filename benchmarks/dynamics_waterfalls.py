@@ -15,7 +15,7 @@ from typing import Any
 
 import matplotlib
 import numpy as np
-from dynamics import SPEED, TORQUE, gearbox_of, operators
+from dynamics_models import SPEED, TORQUE, gearbox_of, operators
 from publish import MEASURED, publish
 
 from nvhchain import dynamics

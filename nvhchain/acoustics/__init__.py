@@ -22,9 +22,11 @@ from nvhchain.acoustics.projection import project, vectors_at
 from nvhchain.acoustics.radiate import interpolation_error, radiate
 from nvhchain.acoustics.radiation_resistance import (
     RadiationResistance,
-    housing_radiation_resistance,
+    SurfaceShapes,
+    housing_shapes,
     radiation_resistance,
 )
+from nvhchain.acoustics.resistance_masters import adaptive_radiation_resistance
 from nvhchain.acoustics.run_up import convolution_lines, decay_time, run_up_pressure
 from nvhchain.acoustics.surface import check_mesh, check_points, required_element_size, sphere
 from nvhchain.acoustics.transfer import master_frequencies, transfer_vectors
@@ -39,6 +41,8 @@ __all__ = [
     "RigidPlane",
     "SoundPower",
     "SurfacePressure",
+    "SurfaceShapes",
+    "adaptive_radiation_resistance",
     "adaptive_transfer_vectors",
     "array_points",
     "array_power",
@@ -51,7 +55,7 @@ __all__ = [
     "equivalent_pressure",
     "equivalent_radiated_power",
     "estimate_memory",
-    "housing_radiation_resistance",
+    "housing_shapes",
     "interpolation_error",
     "master_frequencies",
     "mean_square_velocity",

@@ -29,17 +29,10 @@ class _Products:
     def at(self, i: int, j: int) -> ComplexArray:
         """For nodes i ≤ j."""
         if (i, j) not in self.known:
-            left, right = self._waves(i), self._waves(j)
+            left, right = (waves_at_nodes(self.resistance, self.nodes, node) for node in (i, j))
             rows = min(len(left), len(right))
             self.known[i, j] = left[:rows].conj().T @ right[:rows]
         return self.known[i, j]
-
-    def _waves(self, node: int) -> ComplexArray:
-        """Waves (n_row, n_column) at a node; those at −f are conjugate to those at f, the response being real."""
-        first = len(self.resistance.frequency) - len(self.nodes.masters)
-        place = node - self.nodes.mirrored
-        waves = self.resistance.waves_at(first + (place if place >= 0 else -1 - place))
-        return waves if place >= 0 else waves.conj()
 
 
 def waves_power(
@@ -64,7 +57,7 @@ def waves_power(
         f"velocities have shape {velocity.shape}, but ({len(frequency)}, {columns}) is needed: one per line and shape",
     )
     _check_lines(resistance, frequency[velocity.any(axis=1) & (frequency > 0)])
-    nodes = nodes_at(resistance.frequency, fidelity, lambda masters, mirrored: _inner_products(resistance, mirrored))
+    nodes = waves_nodes(resistance, fidelity)
     products = _Products(resistance, nodes)
     lines = np.flatnonzero(velocity.any(axis=1) & (frequency > 0))
     power, error = np.zeros(len(frequency)), np.zeros(len(frequency))
@@ -91,7 +84,7 @@ def modal_power(
     """Sound power of a housing under bearing forces, at the lines that carry force.
 
     The same as forced response and `sound_power` one after the other, but for interpolation between the masters of
-    `resistance` (`waves_power`), which must be that of this housing (`housing_radiation_resistance`).
+    `resistance` (`waves_power`), which must be that of this housing (`housing_shapes`).
     Raises InputError otherwise, for other bearings and for a line outside the masters.
     """
     if resistance.housing != housing.content_hash:
@@ -104,7 +97,7 @@ def modal_power(
     loaded = loaded if loaded.size else np.array([0])  # no force anywhere: one silent line
     frequency = force_spectrum.frequency[loaded]
     rate = 2j * np.pi * frequency[:, None] * force[loaded]
-    seats = housing.seat_shapes.reshape(len(housing.natural_frequency), -1)
+    seats = housing.seat_shapes.reshape(len(housing.natural_frequency), 3 * len(housing.names))
     velocity = np.concatenate([(rate @ seats.T) * housing.receptance(frequency), rate], axis=1)
     return waves_power(resistance, frequency, velocity, fidelity=fidelity)
 
@@ -117,7 +110,7 @@ def resistance_matrices(
     Raises InputError for a line outside the masters.
     """
     _check_lines(resistance, frequency[frequency > 0])
-    nodes = nodes_at(resistance.frequency, fidelity, lambda masters, mirrored: _inner_products(resistance, mirrored))
+    nodes = waves_nodes(resistance, fidelity)
     weights = nodes.weights(frequency)
     matrices = np.zeros((len(frequency), *resistance.plane_wave_resistance.shape))
     products = _Products(resistance, nodes)
@@ -161,6 +154,19 @@ def _squares(products: _Products, sets: list[ComplexArray], velocity: ComplexArr
             for square, weights in zip(squares, sets, strict=True):
                 square += (1.0 if i == j else 2.0) * (weights[:, i].conj() * weights[:, j] * form).real
     return [np.maximum(square, 0.0) for square in squares]
+
+
+def waves_nodes(resistance: RadiationResistance, fidelity: AcousticsFidelity) -> Nodes:
+    """Nodes of the interpolation between the masters."""
+    return nodes_at(resistance.frequency, fidelity, lambda _, mirrored: _inner_products(resistance, mirrored))
+
+
+def waves_at_nodes(resistance: RadiationResistance, nodes: Nodes, node: int) -> ComplexArray:
+    """Waves (n_row, n_column) at a node; those at −f are conjugate to those at f, the response in time being real."""
+    first = len(resistance.frequency) - len(nodes.masters)
+    place = node - nodes.mirrored
+    waves = resistance.waves_at(first + (place if place >= 0 else -1 - place))
+    return waves if place >= 0 else waves.conj()
 
 
 def _inner_products(resistance: RadiationResistance, mirrored: int) -> ComplexArray:

@@ -130,9 +130,14 @@ def multipole_order(surface: Surface, wavenumber: float, plane: RigidPlane | Non
     of fast multipole methods; Chew et al., Fast and Efficient Algorithms in Computational Electromagnetics, 2001);
     where kR < 1, that of kR = 1.
     """
-    origin, _ = _frame(surface, plane)
-    reach = wavenumber * float(np.linalg.norm(surface.vertices - origin, axis=1).max())
+    reach = wavenumber * wave_reach(surface, plane)
     return int(np.ceil(reach + 1.8 * digits ** (2 / 3) * max(reach, 1.0) ** (1 / 3)))
+
+
+def wave_reach(surface: Surface, plane: RigidPlane | None) -> float:
+    """Distance (m) of the farthest vertex from the origin of the waves."""
+    origin, _ = _frame(surface, plane)
+    return float(np.linalg.norm(surface.vertices - origin, axis=1).max())
 
 
 def multipole_count(order: int, plane: RigidPlane | None) -> int:

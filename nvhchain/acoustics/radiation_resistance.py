@@ -24,6 +24,30 @@ from nvhchain.handoff.base import array, frequencies
 
 
 @dataclass(frozen=True, eq=False)
+class SurfaceShapes:
+    """Shapes in which a surface moves: v_n = shapes · q̇.
+
+    surface: closed, outward.  shapes: (n_face, n_column) real, outward normal velocity per unit of a coordinate.
+    housing: content hash of the reduced housing they belong to (`housing_shapes`), or empty.
+    """
+
+    surface: Surface
+    shapes: FloatArray
+    housing: str = ""
+
+    def __post_init__(self) -> None:
+        array(self, "shapes", float, (len(self.surface.triangles), None))
+        require(self.shapes.shape[1] > 0, "SurfaceShapes.shapes has no column: at least one shape is needed")
+
+
+def housing_shapes(housing: ReducedHousing) -> SurfaceShapes:
+    """Shapes of a housing: normal shapes of its modes, kg^-½, then residual motion of every bearing and axis, m/N."""
+    residual = housing.face_residual.reshape(-1, housing.normal_shapes.shape[1])
+    shapes = np.concatenate([housing.normal_shapes, residual]).T
+    return SurfaceShapes(housing.surface, shapes, housing.content_hash)
+
+
+@dataclass(frozen=True, eq=False)
 class RadiationResistance(HandOff):
     """Spherical waves that leave a surface per unit velocity of its coordinates, at master frequencies.
 
@@ -31,8 +55,7 @@ class RadiationResistance(HandOff):
     P = ½ |waves q̇|² and the radiation resistance matrix is R = Re(wavesᴴ waves), positive semidefinite by its making;
     rows beyond those that count at a frequency are zero.
     plane_wave_resistance: (n_column, n_column) ρc ∫ φ_i φ_j dS, what R tends to at high frequency; ½ q̇ᴴ … q̇ is the
-    equivalent radiated power.  housing: content hash of the reduced housing whose modes, followed by its residual
-    motions per bearing and axis, the columns are; empty for other shapes.
+    equivalent radiated power.  housing: as of the `SurfaceShapes` it was made for.
     """
 
     frequency: FloatArray
@@ -53,8 +76,7 @@ class RadiationResistance(HandOff):
 
 
 def radiation_resistance(
-    surface: Surface,
-    shapes: ArrayLike,
+    motion: SurfaceShapes,
     master_frequencies: ArrayLike,
     *,
     air: Air = Air(),  # noqa: B008 (frozen)
@@ -69,77 +91,35 @@ def radiation_resistance(
     One boundary element system per frequency is solved for all shapes, as `sound_power` solves it for one velocity, and
     the spherical waves of each are kept (`multipole_amplitudes`).
 
-    shapes: (n_face, n_column) real, outward normal velocity per unit of a coordinate.
-    master_frequencies: (n_f,) Hz, increasing, those of transfer vectors for instance; `waves_power` goes between them.
+    motion: the surface and the shapes, those of a housing for instance (`housing_shapes`).
+    master_frequencies: (n_f,) Hz, increasing, those of transfer vectors for instance; `waves_power` and `modal_power`
+    go between them.
     The other arguments and errors are those of `transfer_vectors`.
     """
     check_engine(engine)
     frequency = check_frequencies(master_frequencies)
-    columns = np.ascontiguousarray(shapes, dtype=float)
-    require(
-        columns.ndim == 2 and len(columns) == len(surface.triangles) and columns.shape[1] > 0,
-        f"shapes have shape {columns.shape}, but ({len(surface.triangles)}, n_column) is needed: one row per face",
-    )
-    require(bool(np.isfinite(columns).all()), "shapes hold a value that is not finite: repair it")
+    surface, shapes = motion.surface, motion.shapes
     check_mesh(surface, float(frequency[-1]), air, fidelity)
     if plane is not None:
         check_plane(plane, surface)
     expected = expected_accuracy(surface, None, float(frequency[-1]), air, fidelity)
     top = _order(surface, float(frequency[-1]), air, fidelity, plane)
-    size = 2 * 16 * len(frequency) * multipole_count(top, plane) * columns.shape[1]
-    task = expansion_memory(surface, top) + 16 * columns.shape[1] * (3 * len(surface.vertices) + 2 * len(columns))
+    size = 2 * 16 * len(frequency) * multipole_count(top, plane) * shapes.shape[1]
+    task = expansion_memory(surface, top) + 16 * shapes.shape[1] * (3 * len(surface.vertices) + 2 * len(shapes))
     records: list[SolverRecord] = []
     waves = over_bands(
         _waves,
         frequency,
         (),
-        (surface, columns, top, air, fidelity, engine, plane),
+        (surface, shapes, top, air, fidelity, engine, plane),
         memory_per_task=task + check_memory(surface, size + task, engine, fidelity),
         executor=executor,
         progress=progress,
         records=records,
     )
-    resistance = air.impedance * (columns.T * surface.areas) @ columns
+    resistance = air.impedance * (shapes.T * surface.areas) @ shapes
     provenance = made_by("radiation_resistance", fidelity, engine, ("multipole_digits",), records) | expected
-    return RadiationResistance(frequency, waves, resistance, air, provenance=provenance)
-
-
-def housing_radiation_resistance(
-    housing: ReducedHousing,
-    master_frequencies: ArrayLike,
-    *,
-    air: Air = Air(),  # noqa: B008 (frozen)
-    fidelity: AcousticsFidelity = STANDARD.acoustics,
-    engine: str = "fused",
-    plane: RigidPlane | None = None,
-    executor: Executor | None = None,
-    progress: Progress | None = None,
-) -> RadiationResistance:
-    """Radiation resistance in the modal coordinates of a housing and the rates of its bearing forces.
-
-    Columns: normal shapes of the modes, (m/s)/(kg^½ m/s), then residual motion of every bearing and axis, (m/s)/(N/s).
-    The arguments and errors are those of `radiation_resistance`; `modal_power` takes the result.
-    """
-    residual = housing.face_residual.reshape(-1, housing.normal_shapes.shape[1])
-    resistance = radiation_resistance(
-        housing.surface,
-        np.concatenate([housing.normal_shapes, residual]).T,
-        master_frequencies,
-        air=air,
-        fidelity=fidelity,
-        engine=engine,
-        plane=plane,
-        executor=executor,
-        progress=progress,
-    )
-    return RadiationResistance(
-        resistance.frequency,
-        resistance.waves,
-        resistance.plane_wave_resistance,
-        air,
-        housing.content_hash,
-        provenance=resistance.provenance,
-    )
+    return RadiationResistance(frequency, waves, resistance, air, motion.housing, provenance=provenance)
 
 
 def _order(surface: Surface, frequency: float, air: Air, fidelity: AcousticsFidelity, plane: RigidPlane | None) -> int:

@@ -1,6 +1,7 @@
 """Radiation resistance in modal coordinates against the power of one velocity at a time, and closed forms."""
 
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,8 +11,9 @@ from scipy.special import spherical_jn, spherical_yn
 from nvhchain.acoustics import sound_power, sphere
 from nvhchain.acoustics.modal_power import modal_power, radiation_modes, resistance_matrices, waves_power
 from nvhchain.acoustics.plane import RigidPlane
-from nvhchain.acoustics.radiation_resistance import housing_radiation_resistance, radiation_resistance
-from nvhchain.errors import AccuracyWarning, InputError, ResourceError
+from nvhchain.acoustics.radiation_resistance import SurfaceShapes, housing_shapes, radiation_resistance
+from nvhchain.acoustics.resistance_masters import adaptive_radiation_resistance
+from nvhchain.errors import AccuracyWarning, InputError, ResourceError, SolverError
 from nvhchain.handoff import SurfaceVelocity
 from nvhchain.housing import respond
 
@@ -38,7 +40,7 @@ def ball():
 
 @pytest.fixture(scope="module")
 def resistance(ball, air, coarse):
-    return radiation_resistance(ball, harmonics(ball), MASTERS, air=air, fidelity=coarse)
+    return radiation_resistance(SurfaceShapes(ball, harmonics(ball)), MASTERS, air=air, fidelity=coarse)
 
 
 def random_velocity(lines, columns, seed=2):
@@ -58,7 +60,7 @@ def test_power_at_the_masters_is_that_of_the_velocity_itself(ball, resistance, a
 @pytest.mark.parametrize("plane", [None, RigidPlane((0, 0, -0.15), (0, 0, 1))], ids=["free", "plane"])
 def test_power_between_masters_within_its_estimate(ball, air, coarse, plane):
     masters = np.linspace(100.0, 2000.0, 8 if plane is None else 14)
-    few = radiation_resistance(ball, harmonics(ball), masters, air=air, fidelity=coarse, plane=plane)
+    few = radiation_resistance(SurfaceShapes(ball, harmonics(ball)), masters, air=air, fidelity=coarse, plane=plane)
     velocity = random_velocity(LINES, 9)
     moving = SurfaceVelocity(LINES, velocity @ harmonics(ball).T, ball)
     exact = sound_power(moving, air=air, fidelity=coarse, plane=plane).power
@@ -103,7 +105,7 @@ def test_dependent_shapes_have_no_radiation_mode_of_their_own(resistance, coarse
 def test_housing_under_bearing_forces_is_response_and_sound_power(air, coarse):
     reduced, load = cases.housing(), cases.forces(LINES, names=("B1", "A1", "A2"))
     got = modal_power(
-        housing_radiation_resistance(reduced, MASTERS, air=air, fidelity=coarse), reduced, load, fidelity=coarse
+        radiation_resistance(housing_shapes(reduced), MASTERS, air=air, fidelity=coarse), reduced, load, fidelity=coarse
     )
     exact = sound_power(respond(reduced, load), air=air, fidelity=coarse)
     assert got.frequency == pytest.approx(exact.frequency)
@@ -144,13 +146,35 @@ def test_what_does_not_belong_together_is_refused(ball, resistance, air, coarse,
         waves_power(resistance, LINES, velocity[:, :5], fidelity=coarse)
     with pytest.raises(InputError, match=r"another housing \(none\)"):
         modal_power(resistance, cases.housing(), cases.forces(LINES), fidelity=coarse)
-    for shapes, said in ((np.ones(320), "one row per face"), (np.full((320, 1), np.nan), "not finite")):
+    for shapes, said in (
+        (np.ones(320), "shape"),
+        (np.full((320, 1), np.nan), "not finite"),
+        (np.ones((320, 0)), "no c"),
+    ):
         with pytest.raises(InputError, match=said):
-            radiation_resistance(ball, shapes, MASTERS, air=air, fidelity=coarse)
+            SurfaceShapes(ball, shapes)
 
     class Full:
         available = 2**20
 
     monkeypatch.setattr("psutil.virtual_memory", Full)
     with pytest.raises(ResourceError, match="GiB are free"):
-        radiation_resistance(ball, harmonics(ball), MASTERS, air=air, fidelity=coarse)
+        radiation_resistance(SurfaceShapes(ball, harmonics(ball)), MASTERS, air=air, fidelity=coarse)
+
+
+@pytest.mark.parametrize("tolerance", [1.0, 0.01])
+def test_masters_are_chosen_from_a_tolerance(ball, air, coarse, tolerance):
+    knobs = replace(coarse, master_tolerance_db=tolerance, masters=64)
+    chosen = adaptive_radiation_resistance(SurfaceShapes(ball, harmonics(ball)), 50.0, 2400.0, air=air, fidelity=knobs)
+    assert chosen.provenance["estimated_error_db"] <= tolerance
+    assert len(chosen.frequency) == {1.0: 8, 0.01: 15}[tolerance]
+    velocity = random_velocity(LINES, 9)
+    exact = sound_power(SurfaceVelocity(LINES, velocity @ harmonics(ball).T, ball), air=air, fidelity=coarse).power
+    truth = np.abs(decibel(waves_power(chosen, LINES, velocity, fidelity=knobs).power / exact)).max()
+    assert truth < tolerance
+
+
+def test_masters_that_do_not_suffice_are_refused(ball, air, coarse):
+    knobs = replace(coarse, master_tolerance_db=1e-4, masters=8)
+    with pytest.raises(SolverError, match=r"8 masters leave an estimated error of .* dB near .* 0\.0001 dB asked"):
+        adaptive_radiation_resistance(SurfaceShapes(ball, harmonics(ball)), 50.0, 2400.0, air=air, fidelity=knobs)

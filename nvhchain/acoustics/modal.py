@@ -88,7 +88,7 @@ def modal_pressure(
     _check_housing(modal, housing)
     force, loaded, rows = _loaded(force_spectrum, modal.names, modal.frequency)
     rate = 2j * np.pi * force_spectrum.frequency[loaded, None] * force
-    seats = housing.seat_shapes.reshape(len(housing.natural_frequency), -1)
+    seats = housing.seat_shapes.reshape(len(housing.natural_frequency), 3 * len(housing.names))
     velocity = (rate @ seats.T) * housing.receptance(force_spectrum.frequency[loaded])
     residual = modal.residual.reshape(*modal.residual.shape[:2], -1)
     pressure = _products(modal.modes, velocity, rows) + _products(residual, rate, rows)

@@ -154,6 +154,6 @@ def held_matrices(mesh: HousingMesh, casting: Casting) -> tuple[sp.csr_matrix, s
 
 def seat_flexibility(housing: ReducedHousing) -> FloatArray:
     """Static flexibility (3 n_bearing, 3 n_bearing) m/N of the seats: modes plus residual."""
-    shapes = housing.seat_shapes.reshape(len(housing.natural_frequency), -1)
+    shapes = housing.seat_shapes.reshape(len(housing.natural_frequency), 3 * len(housing.names))
     omega2 = (2 * np.pi * housing.natural_frequency) ** 2
     return np.asarray(shapes.T @ (shapes / omega2[:, None]) + housing.seat_residual.reshape(shapes.shape[1], -1))

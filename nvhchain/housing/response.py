@@ -71,7 +71,7 @@ def modal_displacement(
 
     structural, damping: as for `respond`.
     """
-    shapes = housing.seat_shapes.reshape(len(housing.natural_frequency), -1)
+    shapes = housing.seat_shapes.reshape(len(housing.natural_frequency), 3 * len(housing.names))
     return np.asarray(_times_real(force, shapes.T) * _receptance(housing, frequency, structural, damping))
 
 
@@ -100,7 +100,7 @@ def seat_displacement(
 ) -> ComplexArray:
     """Displacement (n_f, 3 n_bearing) m of the seats: modal sum plus residual.  Keywords: as for `respond`."""
     q = modal_displacement(housing, frequency, force, structural=structural, damping=damping)
-    shapes = housing.seat_shapes.reshape(len(housing.natural_frequency), -1)
+    shapes = housing.seat_shapes.reshape(len(housing.natural_frequency), 3 * len(housing.names))
     residual = housing.seat_residual.reshape(force.shape[1], -1)
     return _times_real(q, shapes) + _times_real(
         force / _residual_loss(housing, frequency, structural, damping), residual

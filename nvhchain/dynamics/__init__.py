@@ -2,8 +2,9 @@
 
 from nvhchain.dynamics.friction import MeshFriction
 from nvhchain.dynamics.gearbox import Bearing, Cylinder, Gearbox, Mesh, RigidBody, Shaft
+from nvhchain.dynamics.load_centre import LoadCentre
 from nvhchain.dynamics.mesh_levels import ContactForce
-from nvhchain.dynamics.quasi_static import static_bearing_forces
+from nvhchain.dynamics.quasi_static import static_bearing_forces, static_misalignment
 from nvhchain.dynamics.recording import Recording, record_run_up
 from nvhchain.dynamics.rigid_train import run_up_time
 from nvhchain.dynamics.speed_ramp import run_up, run_up_with_error
@@ -15,6 +16,7 @@ __all__ = [
     "ContactForce",
     "Cylinder",
     "Gearbox",
+    "LoadCentre",
     "Mesh",
     "MeshFriction",
     "Recording",
@@ -27,6 +29,7 @@ __all__ = [
     "run_up_time",
     "run_up_with_error",
     "static_bearing_forces",
+    "static_misalignment",
     "steady_sweep",
     "train",
 ]

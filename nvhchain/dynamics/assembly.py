@@ -20,7 +20,7 @@ import numpy as np
 from scipy.linalg import null_space
 
 from nvhchain.dynamics.gearbox import Bearing, Gearbox
-from nvhchain.dynamics.mesh_rows import all_wrenches
+from nvhchain.dynamics.mesh_rows import all_wrenches, tilt_wrenches
 from nvhchain.dynamics.sections import Sections, Wrench, sections
 from nvhchain.dynamics.train import Train, train
 from nvhchain.errors import InputError, require
@@ -39,7 +39,8 @@ class Assembly:
     mass (n,), stiffness (n, n), damping (n, n): bearings and housing included, meshes not. The gyroscopic terms are the
     skew part of the damping; gyroscopic (n, n): they per rad/s of the input.  input_speed: rad/s that they stand for.
     contact (2 n_row, n): pairs of contact rows, above.  mesh (n_row,): index of the mesh that a pair belongs to.
-    share (n_row,): in that mesh's force; 0 for friction.
+    share (n_row,): in that mesh's force; 0 for friction and shuttling.
+    misalignment (2 n_mesh, n): rad, tilt of each wheel against its pinion (`tilt_wrenches`).
     torques (n_shaft, n): rotation of each shaft where its torques enter, along its running direction.
     bearing_stiffness, bearing_damping (3 n_bearing, n): bearing force on the housing = stiffness x + damping ẋ.
     seat_shapes (3 n_bearing, n_mode), seat_residual (3 n_bearing, 3 n_bearing): of the bearings in their order.
@@ -57,6 +58,7 @@ class Assembly:
     contact: FloatArray
     mesh: IntArray
     share: FloatArray
+    misalignment: FloatArray
     torques: FloatArray
     bearing_stiffness: FloatArray
     bearing_damping: FloatArray
@@ -115,7 +117,7 @@ def assemble(
     n_mode = 0 if housing is None else len(housing.natural_frequency)
     shapes, residual, modal_stiffness, modal_damping = _of_housing(gearbox, housing)
 
-    contacts, mesh, share = all_wrenches(gearbox, kinematics, mesh_laws, fidelity.face_points if fidelity else 1)
+    contacts, of_mesh, share = all_wrenches(gearbox, kinematics, mesh_laws, fidelity.face_points if fidelity else 1)
     seats = [
         Wrench(gearbox.shaft_index(bearing.shaft), bearing.z, push) for bearing in bearings for push in np.eye(6)[:3]
     ]
@@ -181,8 +183,15 @@ def assemble(
         gyroscopic=gyroscopic,
         input_speed=0.0,
         contact=with_torsion(contacts),
-        mesh=mesh,
+        mesh=of_mesh,
         share=share,
+        misalignment=with_torsion(
+            [
+                tilt
+                for mesh, law in zip(gearbox.meshes, mesh_laws, strict=True)
+                for tilt in tilt_wrenches(gearbox, kinematics, mesh, law)
+            ]
+        ),
         torques=with_torsion([[twist] for twist in twists]),
         bearing_stiffness=widened(k_eff @ bearing_map),
         bearing_damping=widened(c_eff @ bearing_map),

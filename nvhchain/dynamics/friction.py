@@ -13,10 +13,11 @@ times that), and friction stays where flanks part, which it should not.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import isfinite, pi
+from math import isfinite
 
 import numpy as np
 
+from nvhchain.dynamics.angle_laws import law_of_angle, tabulated
 from nvhchain.errors import require
 from nvhchain.handoff import FloatArray, MeshLaw
 
@@ -43,30 +44,11 @@ class MeshFriction:
             isfinite(self.coefficient) and 0.0 <= self.coefficient <= LARGEST_COEFFICIENT,
             f"mesh friction: coefficient = {self.coefficient} is outside 0…{LARGEST_COEFFICIENT:g}; usual is 0.05",
         )
-        for name in ("angle", "sliding", "arm"):
-            object.__setattr__(self, name, np.ascontiguousarray(getattr(self, name), dtype=float))
-            value = getattr(self, name)
-            require(
-                value.shape == (len(self.angle),) and bool(np.isfinite(value).all()),
-                f"mesh friction: {name} must hold {len(self.angle)} finite numbers, one per angle",
-            )
-        require(
-            0.0 < self.period <= 2.0 * pi * 1e3
-            and bool((np.diff(self.angle) > 0).all())
-            and self.angle[0] >= 0.0
-            and self.angle[-1] < self.period,
-            f"mesh friction: angles must increase within 0…{self.period:g} rad, the period, which must be positive",
-        )
+        tabulated(self, "friction", "sliding", "arm")
         require(
             bool((np.abs(self.sliding) <= 1.0 + 1e-9).all()),
             "mesh friction: sliding is the share of the force with its sense, −1…1",
         )
-
-
-SHORT = np.array([-3.0, -1.0, 1.0, 3.0])
-"""m: grid of a force that does not depend on the deflection; its middle cell holds every deflection."""
-LEVEL = 1.0
-"""N/m: slope that such a force is given, far below any mesh stiffness, since the time loop wants one."""
 
 
 def friction_laws(law: MeshLaw, friction: MeshFriction, force: float) -> tuple[MeshLaw, MeshLaw]:
@@ -74,22 +56,8 @@ def friction_laws(law: MeshLaw, friction: MeshFriction, force: float) -> tuple[M
 
     Raises InputError when the back flanks carry: their lines of action are others.
     """
-    teeth = friction.period * law.teeth[1] / (2.0 * pi)
-    require(
-        abs(teeth - round(teeth)) <= 1e-6 * max(1.0, teeth) and abs(friction.period / law.period - 1.0) <= 1e-6,
-        f"mesh friction repeats after {friction.period:g} rad, its mesh law with teeth {law.teeth} after "
-        f"{law.period:g} rad: tabulate both over the same period",
+    push = friction.coefficient * force
+    return tuple(  # type: ignore[return-value]
+        law_of_angle(law, friction.period, friction.angle, push * values, force, "friction")
+        for values in (friction.sliding, friction.arm / law.base_radius[0])
     )
-    require(
-        force >= 0.0,
-        f"mesh friction of the drive flanks is given, but the back flanks carry {-force:.4g} N: leave friction out",
-    )
-
-    def flat(values: FloatArray) -> MeshLaw:
-        return law.replace(
-            angle=friction.angle,
-            deflection=SHORT,
-            force=friction.coefficient * force * values[:, None] + LEVEL * SHORT,
-        )
-
-    return flat(friction.sliding), flat(friction.arm / law.base_radius[0])

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from math import isfinite, pi
 
 from nvhchain.dynamics.friction import MeshFriction
+from nvhchain.dynamics.load_centre import LoadCentre
 from nvhchain.errors import require
 
 
@@ -171,6 +172,7 @@ class Mesh:
     """Where two gears meet.  pinion_shaft, wheel_shaft: names.  z: m, mid-plane of the common face width.
 
     phase: rad, wheel angle at which the mesh law stands when the record begins.  friction: of its flanks, or None.
+    load_centre: along the face, or None for mid-width.
     tilt_ratio: how much more the teeth resist tilt than slices side by side of the same stiffness, which do not bend
     each other, would (`face_points`); 1.6…1.7 by the contact problem (docs/measured/dynamics_options.md).
     """
@@ -180,6 +182,7 @@ class Mesh:
     z: float
     phase: float = 0.0
     friction: MeshFriction | None = None
+    load_centre: LoadCentre | None = None
     tilt_ratio: float = 1.0
 
     def __post_init__(self) -> None:

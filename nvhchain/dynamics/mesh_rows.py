@@ -115,12 +115,36 @@ def friction_wrenches(gearbox: Gearbox, kinematics: Train, mesh: Mesh, law: Mesh
     return [slide, arm]
 
 
+def shuttling_wrenches(gearbox: Gearbox, kinematics: Train, mesh: Mesh, law: MeshLaw) -> list[Wrench]:
+    """What F ζ / b of `nvhchain.dynamics.load_centre` does work on, to be taken off like a contact force."""
+    middle, edge = (contact_wrenches(gearbox, kinematics, mesh, law, offset)[0] for offset in (0.0, law.face_width))
+    return [Wrench(a.shaft, a.z, b.load - a.load) for a, b in zip(middle, edge, strict=True)]
+
+
+def tilt_wrenches(gearbox: Gearbox, kinematics: Train, mesh: Mesh, law: MeshLaw) -> list[list[Wrench]]:
+    """What the tilts of the wheel's axis against the pinion's do work on, rad: in the plane of action of the drive
+    flanks, > 0 where it closes them towards +z, and across it, > 0 where the wheel leaves the pinion towards +z."""
+    pair = [gearbox.shaft_index(mesh.pinion_shaft), gearbox.shaft_index(mesh.wheel_shaft)]
+    axes = [np.array(gearbox.shafts[i].axis) for i in pair]
+    along = flank_normals(axes[0], axes[1], law, kinematics.rotation[pair[0]])[0] * [1.0, 1.0, 0.0]
+    along /= np.linalg.norm(along)
+    away = np.cross([0.0, 0.0, 1.0], along)
+    away *= np.sign(away[:2] @ (axes[1] - axes[0]))
+    # a shaft tilted by ψ moves by ψ × ẑ per length: along −`along` to close the flanks, along `away` to leave
+    moments = [np.cross([0.0, 0.0, 1.0], direction) for direction in (-along, away)]
+    return [
+        [Wrench(i, mesh.z, np.concatenate([np.zeros(3), side * m])) for i, side in zip(pair, (-1.0, 1.0), strict=True)]
+        for m in moments
+    ]
+
+
 def all_wrenches(
     gearbox: Gearbox, kinematics: Train, laws: Sequence[MeshLaw], points: int
 ) -> tuple[list[list[Wrench]], IntArray, FloatArray]:
     """Wrenches of all contact rows, and of every pair of rows its mesh (index) and its share in the mesh's force.
 
-    First the points of all meshes, then two pairs of rows for the friction of each mesh that has it, of share 0.
+    First the points of all meshes, then what depends on the angle alone, of share 0: for each mesh two pairs of rows
+    for friction and one for shuttling, where it has them.
     """
     rows: list[list[Wrench]] = []
     meshes, shares = [], []
@@ -133,10 +157,11 @@ def all_wrenches(
             meshes.append(k)
             shares.append(share)
     for k, (mesh, law) in enumerate(zip(gearbox.meshes, laws, strict=True)):
-        if mesh.friction is not None:
-            for channel in friction_wrenches(gearbox, kinematics, mesh, law):
-                against = [Wrench(w.shaft, w.z, -w.load) for w in channel]
-                rows += [channel, against]
-                meshes.append(k)
-                shares.append(0.0)
+        channels = friction_wrenches(gearbox, kinematics, mesh, law) if mesh.friction is not None else []
+        if mesh.load_centre is not None:
+            channels.append(shuttling_wrenches(gearbox, kinematics, mesh, law))
+        for channel in channels:
+            rows += [channel, [Wrench(w.shaft, w.z, -w.load) for w in channel]]
+            meshes.append(k)
+            shares.append(0.0)
     return rows, np.array(meshes, dtype=np.int64), np.array(shares)

@@ -9,10 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from nvhchain.dynamics.assembly import Assembly, assemble
+from nvhchain.dynamics.friction import friction_laws
 from nvhchain.dynamics.gearbox import Gearbox
 from nvhchain.dynamics.law_table import LawTable, deflection_under, force_at, row_at, slope_at, tabulate
+from nvhchain.dynamics.load_centre import centre_law
 from nvhchain.dynamics.train import shaft_torques
 from nvhchain.errors import SolverError
+from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import FloatArray, IntArray, MeshLaw, ReducedHousing
 
 STIFF = 1e8
@@ -134,8 +137,44 @@ def static_bearing_forces(
     """(n_bearing, 3) N on the housing at standstill under `input_torque` (N m)."""
     assembly = assemble(gearbox, mesh_laws, housing)
     torque = shaft_torques(gearbox, assembly.train, input_torque)
-    phases = law_phases(assembly, mesh_laws)
-    return static_state(assembly, tabulate(mesh_laws, 1), torque, phases).bearing_force
+    table = tabulate(laws_of_rows(assembly, mesh_laws, static_mesh_forces(assembly, assembly.load(torque))), 1)
+    return static_state(assembly, table, torque, law_phases(assembly, mesh_laws)).bearing_force
+
+
+def static_misalignment(
+    gearbox: Gearbox,
+    mesh_laws: Sequence[MeshLaw],
+    housing: ReducedHousing | None,
+    *,
+    input_torque: float,
+    fidelity: DynamicsFidelity | None = None,
+) -> FloatArray:
+    """(n_mesh, 2) rad by which the load tilts each wheel's axis against its pinion's at standstill.
+
+    First in the plane of action of the drive flanks, > 0 where it closes them towards +z; then across it, > 0 where it
+    takes the wheel away from the pinion towards +z: what a gear pair takes as its misalignment.
+    input_torque: N m.  fidelity: as in `assemble`: flexible shafts, points across the face.
+    """
+    assembly = assemble(gearbox, mesh_laws, housing, fidelity=fidelity)
+    torque = shaft_torques(gearbox, assembly.train, input_torque)
+    table = tabulate(laws_of_rows(assembly, mesh_laws, static_mesh_forces(assembly, assembly.load(torque))), 1)
+    position = static_state(assembly, table, torque, law_phases(assembly, mesh_laws)).position
+    return np.asarray((assembly.misalignment @ position).reshape(-1, 2))
+
+
+def laws_of_rows(assembly: Assembly, mesh_laws: Sequence[MeshLaw], nominal: FloatArray) -> list[MeshLaw]:
+    """The law of every pair of contact rows: a share of its mesh's, or friction and shuttling under the nominal forces
+    (n_mesh,)."""
+    laws = []
+    for mesh, share in zip(assembly.mesh, assembly.share, strict=True):
+        if share > 0.0:
+            laws.append(mesh_laws[mesh].replace(force=share * mesh_laws[mesh].force))
+    for mesh, law, force in zip(assembly.gearbox.meshes, mesh_laws, nominal, strict=True):
+        if mesh.friction is not None:
+            laws += friction_laws(law, mesh.friction, float(force))
+        if mesh.load_centre is not None:
+            laws.append(centre_law(law, mesh.load_centre, float(force)))
+    return laws
 
 
 def law_phases(assembly: Assembly, mesh_laws: Sequence[MeshLaw]) -> FloatArray:

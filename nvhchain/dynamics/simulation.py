@@ -8,12 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from nvhchain.dynamics.assembly import Assembly, assemble
-from nvhchain.dynamics.friction import friction_laws
 from nvhchain.dynamics.gearbox import Gearbox
 from nvhchain.dynamics.law_table import LawTable, mean_slope, tabulate
 from nvhchain.dynamics.mesh_levels import ContactForce, ContactLoop, contact_loop, tangent_law
 from nvhchain.dynamics.propagator import ModalForm, Propagator, modal_form, output_matrix, propagator, state_of
-from nvhchain.dynamics.quasi_static import static_mesh_forces, static_state
+from nvhchain.dynamics.quasi_static import laws_of_rows, static_mesh_forces, static_state
 from nvhchain.dynamics.train import shaft_torques
 from nvhchain.errors import SolverError, require
 from nvhchain.fidelity import DynamicsFidelity
@@ -93,14 +92,16 @@ def simulation(
     loop = None
     if fidelity.mesh_level == "contact":
         require(
-            fidelity.face_points == 1 and all(mesh.friction is None for mesh in gearbox.meshes),
-            "the mesh level `contact` has neither friction nor points across the face: use the level `table` for them",
+            fidelity.face_points == 1
+            and all(mesh.friction is None and mesh.load_centre is None for mesh in gearbox.meshes),
+            "the mesh level `contact` has neither friction, shuttling nor points across the face: use the level "
+            "`table` for them",
         )
         loop = contact_loop(contact_forces, mesh_laws)
     if fidelity.mesh_level == "stiffness":
         edge_cells = fidelity.edge_cells if fidelity.contact_loss else 0
         mesh_laws = [tangent_law(law, force, edge_cells) for law, force in zip(mesh_laws, nominal, strict=True)]
-    table = tabulate(_laws_of_rows(assembly, mesh_laws, nominal), fidelity.angle_refinement)
+    table = tabulate(laws_of_rows(assembly, mesh_laws, nominal), fidelity.angle_refinement)
     contact_stiffness = np.zeros(2 * len(assembly.mesh))
     for row, (mesh, share) in enumerate(zip(assembly.mesh, assembly.share, strict=True)):
         if share == 0.0:
@@ -117,18 +118,6 @@ def simulation(
         fidelity.contact_iterations,
         loop,
     )
-
-
-def _laws_of_rows(assembly: Assembly, mesh_laws: Sequence[MeshLaw], nominal: FloatArray) -> list[MeshLaw]:
-    """The law of every pair of contact rows: a share of its mesh's, or friction under the nominal forces (n_mesh,)."""
-    laws = []
-    for mesh, share in zip(assembly.mesh, assembly.share, strict=True):
-        if share > 0.0:
-            laws.append(mesh_laws[mesh].replace(force=share * mesh_laws[mesh].force))
-    for mesh, law, force in zip(assembly.gearbox.meshes, mesh_laws, nominal, strict=True):
-        if mesh.friction is not None:
-            laws += friction_laws(law, mesh.friction, float(force))
-    return laws
 
 
 def _discretised(

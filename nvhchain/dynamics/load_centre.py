@@ -1,0 +1,43 @@
+"""Shuttling: the centre of a mesh's load moves along the face with the position of the mesh.
+
+A force F at ζ from mid-width is the same force at mid-width and the moment ζ ẑ × F on the wheel, its opposite on the
+pinion. F is taken at its nominal value, as in `nvhchain.dynamics.friction`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from nvhchain.dynamics.angle_laws import law_of_angle, tabulated
+from nvhchain.errors import require
+from nvhchain.handoff import FloatArray, MeshLaw
+
+FARTHEST = 1.0
+"""m, from mid-width, beyond which a unit was mistaken."""
+
+
+@dataclass(frozen=True, eq=False)
+class LoadCentre:
+    """Where the load of the drive flanks acts along the face under nominal load.
+
+    angle: (n_angle,) rad of the wheel, increasing from 0 within one `period`, rad.  offset: (n_angle,) m along z, from
+    mid-width.
+    """
+
+    period: float
+    angle: FloatArray
+    offset: FloatArray
+
+    def __post_init__(self) -> None:
+        tabulated(self, "load centre", "offset")
+        require(
+            bool((np.abs(self.offset) <= FARTHEST).all()),
+            f"mesh load centre: offset of {np.abs(self.offset).max():g} m is off any face: give it in m",
+        )
+
+
+def centre_law(law: MeshLaw, centre: LoadCentre, force: float) -> MeshLaw:
+    """F ζ / b in N as a law that does not depend on the deflection.  force: nominal, N along the flank normal."""
+    return law_of_angle(law, centre.period, centre.angle, force * centre.offset / law.face_width, force, "load centre")

@@ -16,7 +16,7 @@ from nvhchain.acoustics._coupling import coupling
 from nvhchain.acoustics._fused_close import CLOSE_BLOCK, close_block
 from nvhchain.acoustics._fused_far import FAR_BLOCK, far_block
 from nvhchain.acoustics._fused_mesh import Mesh, Plane, Rules, prepare, rules_of
-from nvhchain.acoustics._fused_order import RESTORE_COLUMNS, Part, parts_of, restore_columns, threads
+from nvhchain.acoustics._fused_order import RESTORE_COLUMNS, Part, part_of, parts_of, restore_columns, threads
 from nvhchain.acoustics._fused_quadrature import order_for
 from nvhchain.acoustics._fused_wave import COMPLEX, REAL, compiled, wave_coefficients
 from nvhchain.errors import ResourceError
@@ -125,6 +125,22 @@ def stripes(
             waiting.append(pool.submit(assemble, part))
         while waiting:
             yield waiting.popleft().result()
+
+
+def rows_of(
+    surface: Surface, wavenumber: float, fidelity: AcousticsFidelity, rows: IntArray
+) -> tuple[ComplexArray, ComplexArray]:
+    """Rows (n_row, n_v) of A and (n_row, n_face) of B of the vertices `rows`, increasing, at one wavenumber."""
+    mesh = prepare(surface, fidelity, None)
+    n_vertex = len(surface.vertices)
+    part = part_of(mesh.triangles, np.isin(np.arange(n_vertex), rows))
+    row_of = np.full(n_vertex, -1)
+    row_of[part.rows] = np.arange(len(rows))
+    a = _zeros((1, len(rows), n_vertex), fidelity.precision)
+    b = _zeros((1, len(rows), len(surface.triangles)), fidelity.precision)
+    _compile(fidelity.precision)
+    _assemble(mesh, _batch(mesh, surface, np.array([wavenumber]), fidelity), part, row_of, a, b)
+    return a[0], b[0]
 
 
 def _zeros(shape: tuple[int, int, int], precision: str) -> ComplexArray:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numba
 import numpy as np
+from numpy.typing import NDArray
 
 from nvhchain.acoustics._fused_far import TILE
 from nvhchain.cluster import at_most
@@ -69,17 +70,19 @@ def parts_of(triangles: IntArray, tiles: IntArray, n_vertex: int, n_part: int) -
     np.minimum.at(
         owner, triangles.ravel(), np.repeat(np.searchsorted(limits, np.arange(len(triangles)), "right") - 1, 3)
     )
-    parts = []
-    for part in range(n_part):
-        mine = np.flatnonzero((owner[triangles] == part).any(axis=1))
-        blocks = []
-        for test in np.array_split(mine, -(-len(mine) // BLOCK)):
-            own = owner[triangles[test]] == part
-            rows = np.unique(triangles[test][own])
-            lines = np.where(own, np.searchsorted(rows, triangles[test]), len(rows) + np.arange(3))
-            blocks.append(Block(test, rows, lines))
-        parts.append(Part(np.flatnonzero(owner == part), mine, tuple(blocks)))
-    return tuple(parts)
+    return tuple(part_of(triangles, owner == part) for part in range(n_part))
+
+
+def part_of(triangles: IntArray, owned: NDArray[np.bool_]) -> Part:
+    """The part that assembles the rows of the vertices that are `owned`, (n_v,)."""
+    mine = np.flatnonzero(owned[triangles].any(axis=1))
+    blocks = []
+    for test in np.array_split(mine, -(-len(mine) // BLOCK)):
+        own = owned[triangles[test]]
+        rows = np.unique(triangles[test][own])
+        lines = np.where(own, np.searchsorted(rows, triangles[test]), len(rows) + np.arange(3))
+        blocks.append(Block(test, rows, lines))
+    return Part(np.flatnonzero(owned), mine, tuple(blocks))
 
 
 RESTORE_COLUMNS = "void(int64[::1], int64[::1], int64[::1], cplx[:,:,::1], cplx[:,:,::1])"

@@ -6,6 +6,7 @@ import warnings
 
 import numpy as np
 
+from nvhchain.acoustics.coarsening import SHARP_ANGLE
 from nvhchain.acoustics.surface import LOCAL_COARSENING, MESH_SCATTER, check_mesh, element_sizes, point_clearance
 from nvhchain.conventions import Air
 from nvhchain.errors import AccuracyWarning
@@ -17,6 +18,15 @@ MESH_ERROR = 1.2
 point sources in boxes, brackets and plates at 1.7…12 elements per wavelength, which it meets within a factor of three;
 round bodies are up to eight times better."""
 
+FACETS = 0.32
+"""Error at field points relative to their peak, over the mean square of the angle (rad) under which neighbouring
+triangles meet: what facets do to a round body whose own velocity they are given. Measured (docs/measured/surfaces.md):
+0.13 where the facets enclose the body's volume, up to 1.1 where their corners lie on it."""
+
+COARSENESS = 0.03
+"""Error at low frequency relative to the peak at field points, over the square of the mean edge in radii of the sphere
+of equal area: 0.002 for monopoles, 0.07 for dipoles in the same measurements."""
+
 NEAR_POINT = 0.5
 """Clearance in element edges below which a field point sees the single elements."""
 
@@ -27,16 +37,29 @@ NEAR_FLOOR = 0.005
 """Relative error next to the surface at low frequency, from the velocity that is constant on each element: 0.3 to 1.3 %
 in the same measurements."""
 
+SLOW = 10.0
+"""s of processor time per frequency spent on narrow gaps above which that is said."""
+
 
 def expected_accuracy(
-    surface: Surface, points: FloatArray | None, f_max: float, air: Air, fidelity: AcousticsFidelity
+    surface: Surface,
+    points: FloatArray | None,
+    f_max: float,
+    air: Air,
+    fidelity: AcousticsFidelity,
+    engine: str = "fused",
 ) -> dict[str, float]:
     """Provenance of what the mesh and the field points let expect at the upper frequency `f_max` (Hz).
 
-    elements_per_wavelength: there.  expected_error_dB: at the loudest field points.  With a point nearer than half
-    an element edge also clearance: in edges, and expected_error_nearest_dB: there, at its own pressure.
-    Gives an AccuracyWarning where the mesh is coarser than `fidelity.elements_per_wavelength` asks for, or a point
-    that near.  An error of e dB means a factor 10^(e/20) in either direction; silent directions are worse.
+    elements_per_wavelength: there.  expected_error_dB: at the loudest field points.  Part of it: expected_error_low_dB,
+    at any frequency however low; of that, faceting_error_dB, from facets in the place of round faces (triangles that
+    meet at more than 40° form an edge of the body).  With a point nearer than half an element edge also clearance: in
+    edges, and expected_error_nearest_dB: there, at its own pressure.  With needles, or gaps narrower than the engine
+    `fused` resolves, also quadrature_error: of the pressure on the surface, relative.
+    Gives an AccuracyWarning where the mesh is coarser than `fidelity.elements_per_wavelength` asks for or, for its own
+    size, as coarse as that, for a point that near, and for a quadrature error above `fidelity.quadrature_error`;
+    a RuntimeWarning for gaps so narrow that they cost more than `SLOW`.
+    An error of e dB means a factor 10^(e/20) in either direction; silent directions are worse.
     Raises what `check_mesh` raises.
     """
     if f_max <= 0:
@@ -44,9 +67,26 @@ def expected_accuracy(
     check_mesh(surface, f_max, air, fidelity)
     mean, coarsest = element_sizes(surface)
     per_wavelength = air.speed_of_sound / (f_max * max(mean / MESH_SCATTER, coarsest / LOCAL_COARSENING))
-    error = MESH_ERROR / per_wavelength**2
-    expected = {"elements_per_wavelength": per_wavelength, "expected_error_dB": _decibel(error)}
+    faceting = FACETS * mean_square_angle(surface)
+    low = faceting + COARSENESS * mean**2 * 4.0 * np.pi / float(surface.areas.sum())
+    error = MESH_ERROR / per_wavelength**2 + low
+    expected = {
+        "elements_per_wavelength": per_wavelength,
+        "expected_error_dB": _decibel(error),
+        "expected_error_low_dB": _decibel(low),
+    }
+    if faceting > 0:
+        expected["faceting_error_dB"] = _decibel(faceting)
     asked = fidelity.elements_per_wavelength
+    if engine == "fused":
+        expected |= _quadrature_accuracy(surface, fidelity)
+    if low > MESH_ERROR / asked**2:
+        warnings.warn(
+            f"mesh of {len(surface.triangles)} triangles with edges of {1e3 * mean:.3g} mm is coarse for the body: "
+            f"expect errors of about {_decibel(low):.2g} dB at any frequency; refine it",
+            AccuracyWarning,
+            stacklevel=3,
+        )
     if per_wavelength < asked:
         warnings.warn(
             f"mesh has {per_wavelength:.3g} elements per wavelength at {f_max:.4g} Hz, {asked:g} asked: expect errors "
@@ -66,6 +106,48 @@ def expected_accuracy(
             stacklevel=3,
         )
     return expected
+
+
+def mean_square_angle(surface: Surface) -> float:
+    """Mean square (rad²) over the area of the angles under which triangles meet, but for those above `SHARP_ANGLE`.
+
+    Each triangle counts its three edges alike.
+    """
+    edges = np.sort(surface.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    order = np.lexsort(edges.T)
+    sides = np.repeat(np.arange(len(surface.triangles)), 3)[order].reshape(-1, 2)
+    one, other = surface.normals[sides[:, 0]], surface.normals[sides[:, 1]]
+    angle = 2.0 * np.arcsin(0.5 * np.linalg.norm(one - other, axis=1).clip(0.0, 2.0))
+    smooth = angle < SHARP_ANGLE
+    share = surface.areas[sides].sum(axis=1) / (3.0 * surface.areas.sum())
+    return float(share[smooth] @ angle[smooth] ** 2)
+
+
+def _quadrature_accuracy(surface: Surface, fidelity: AcousticsFidelity) -> dict[str, float]:
+    """Closure error of a surface with needles or gaps that are not resolved, nothing for any other."""
+    from nvhchain.acoustics._fused_closure import gap_cost, suspect_error
+
+    count, width, seconds = gap_cost(surface, fidelity)
+    if seconds > SLOW:
+        warnings.warn(
+            f"{count} triangles face each other across gaps or walls down to {width:.2g} of their edge: every "
+            f"frequency takes about {seconds:.0f} s of processor time more; refine the surface there, or close or "
+            "widen the gap",
+            RuntimeWarning,
+            stacklevel=4,
+        )
+    error = suspect_error(surface, fidelity)
+    if error is None:
+        return {}
+    if error > fidelity.quadrature_error:
+        warnings.warn(
+            f"needles or thin gaps of the mesh leave a relative quadrature error of {error:.2g} on the surface, "
+            f"{fidelity.quadrature_error:g} asked: make triangles less than {fidelity.needle_aspect:g} times as long "
+            "as high, or raise singular_order and gap_halvings",
+            AccuracyWarning,
+            stacklevel=4,
+        )
+    return {"quadrature_error": error}
 
 
 def _decibel(relative_error: float) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
-from nvhchain.acoustics.intersections import crossing_pairs, gaps, neighbours
+from nvhchain.acoustics.intersections import crossing_pairs, facing_pairs, neighbours
 from nvhchain.errors import InputError, require
 from nvhchain.handoff import FloatArray, IntArray, Surface
 
@@ -45,14 +45,15 @@ def check_bodies(surface: Surface) -> None:
             f"{what} at {len(crossing)} pairs of triangles (the first: {one} and {other} near {where} m): unite them "
             "to one surface or move them apart"
         )
-    gap = gaps(surface, pairs, LEAST_GAP)
-    if len(gap.ratio):
-        at = int(gap.ratio.argmin())
-        one, other = gap.pairs[at]
+    facing = facing_pairs(surface, pairs, LEAST_GAP)
+    width = np.where(facing.air, facing.ratio, np.inf)
+    if (width < LEAST_GAP).any():
+        at = int(width.argmin())
+        one, other = facing.pairs[at]
         edge = float(surface.longest_edges[[one, other]].max())
         raise InputError(
             f"triangles {one} and {other} near {surface.centroids[one].tolist()} m face each other across "
-            f"{1e3 * gap.ratio[at] * edge:.3g} mm of air, at least {1e3 * LEAST_GAP * edge:.3g} mm ({LEAST_GAP:g} of "
+            f"{1e3 * width[at] * edge:.3g} mm of air, at least {1e3 * LEAST_GAP * edge:.3g} mm ({LEAST_GAP:g} of "
             "their edge) are needed: close the gap, widen it or refine the surface there"
         )
     _check_nesting(surface, body)

@@ -54,7 +54,7 @@ def solve_direct(
     surface, frequency = surface_velocity.surface, surface_velocity.frequency
     check_engine(engine)
     x = check_points(surface, points)
-    expected = expected_accuracy(surface, x, float(frequency[-1]), air, fidelity)
+    expected = expected_accuracy(surface, x, float(frequency[-1]), air, fidelity, engine)
     pressure, record = _solve(surface_velocity, x, None, air, fidelity, engine, plane, executor, progress)
     provenance = made_by("solve_direct", fidelity, engine, records=record) | expected
     return FieldPressure(frequency, x, pressure, provenance=provenance)
@@ -81,7 +81,7 @@ def surface_pressure(
     """
     surface, frequency = surface_velocity.surface, surface_velocity.frequency
     check_engine(engine)
-    expected = expected_accuracy(surface, None, float(frequency[-1]), air, fidelity)
+    expected = expected_accuracy(surface, None, float(frequency[-1]), air, fidelity, engine)
     galerkin, record = _solve(surface_velocity, None, incident, air, fidelity, engine, plane, executor, progress)
     provenance = made_by("surface_pressure", fidelity, engine, records=record) | expected
     return SurfacePressure(frequency, _vertex_values(surface, galerkin), surface, provenance=provenance)

@@ -7,25 +7,28 @@ from typing import NamedTuple
 
 import numba
 import numpy as np
+from numpy.typing import NDArray
 
 from nvhchain.fem.triangles import squared_distance
 from nvhchain.handoff import FloatArray, IntArray, Surface
 
 FACING = np.cos(np.radians(120.0))
-"""Cosine of the angle between normals below which two triangles face each other."""
+"""Cosine of the angle between normals below which two triangles stand opposite to each other."""
 
 _ROUNDING = 1e-12
 """Height over a plane, in edges, that counts as lying in it."""
 
 
-class Gap(NamedTuple):
-    """Triangles that face each other with air in between.
+class Facing(NamedTuple):
+    """Triangles that stand opposite to each other.
 
-    pairs: (n, 2).  ratio: (n,) their distance in longest edges of the longer one.
+    pairs: (n, 2).  ratio: (n,) their distance in longest edges of the longer one.  air: (n,) whether they look at each
+    other across a gap; else they are the two sides of a wall.
     """
 
     pairs: IntArray
     ratio: FloatArray
+    air: NDArray[np.bool_]
 
 
 def neighbours(surface: Surface, reach: float) -> IntArray:
@@ -101,17 +104,18 @@ def _heights(points: FloatArray, corners: FloatArray, normals: FloatArray) -> Fl
     return np.asarray(np.einsum("nij,nj->ni", points - corners[:, :1], normals))
 
 
-def gaps(surface: Surface, pairs: IntArray, reach: float) -> Gap:
-    """Those of `pairs` (n, 2) of triangles that face each other across air of less than `reach` edges.
+def facing_pairs(surface: Surface, pairs: IntArray, reach: float) -> Facing:
+    """Those of `pairs` (n, 2) of triangles that stand opposite to each other nearer than `reach` edges.
 
     The distance is that of corners, middles of edges and centroid of one from the other.
     """
     normals, corners, size = surface.normals, surface.vertices[surface.triangles], surface.longest_edges
-    facing = np.einsum("ni,ni->n", normals[pairs[:, 0]], normals[pairs[:, 1]]) < FACING
+    opposite = np.einsum("ni,ni->n", normals[pairs[:, 0]], normals[pairs[:, 1]]) < FACING
     between = surface.centroids[pairs[:, 1]] - surface.centroids[pairs[:, 0]]
-    facing &= np.einsum("ni,ni->n", between, normals[pairs[:, 0]]) > 0
-    facing &= np.einsum("ni,ni->n", between, normals[pairs[:, 1]]) < 0
-    pairs = pairs[facing]
+    ahead = np.einsum("ni,ni->n", between, normals[pairs[:, 0]])
+    behind = np.einsum("ni,ni->n", between, normals[pairs[:, 1]])
+    chosen = opposite & (ahead * behind < 0)
+    pairs, air = pairs[chosen], ahead[chosen] > 0
     least = np.full(len(pairs), np.inf)
     for one, other in ((pairs[:, 0], pairs[:, 1]), (pairs[:, 1], pairs[:, 0])):
         for i in range(3):
@@ -120,4 +124,4 @@ def gaps(surface: Surface, pairs: IntArray, reach: float) -> Gap:
         least = np.minimum(least, squared_distance(surface.centroids[one], corners[other]))
     ratio = np.sqrt(least) / np.maximum(size[pairs[:, 0]], size[pairs[:, 1]])
     near = ratio < reach
-    return Gap(pairs[near], ratio[near])
+    return Facing(pairs[near], ratio[near], air[near])

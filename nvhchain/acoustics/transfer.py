@@ -103,7 +103,7 @@ def transfer_vectors(
     ends = with_images(x, plane)
     exact = fidelity.radiation == "boundary_elements"
     if exact:
-        expected = expected_accuracy(surface, x, float(frequency[-1]), air, fidelity)
+        expected = expected_accuracy(surface, x, float(frequency[-1]), air, fidelity, engine)
     else:
         expected = rayleigh_accuracy(surface, frequency, air)
     below = coarse_surfaces(surface, coarser, ends, plane, air, fidelity) if exact else ()

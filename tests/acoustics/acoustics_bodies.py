@@ -63,3 +63,61 @@ def shell(count, radius, seed=7):
     """Points spread over a sphere."""
     x = np.random.default_rng(seed).normal(size=(count, 3))
     return radius * x / np.linalg.norm(x, axis=1, keepdims=True)
+
+
+def turned(profile, around):
+    """Surface of revolution about z: (r, z) from the lower to the upper pole, both at r = 0, rings of `around` corners
+    turned by half a corner against each other."""
+    rings, vertices = [], [[[0.0, 0.0, profile[0][1]]]]
+    for number, (r, z) in enumerate(profile[1:-1]):
+        angle = 2 * np.pi * (np.arange(around) + 0.5 * (number % 2)) / around
+        rings.append(1 + number * around + np.arange(around))
+        vertices.append(np.stack([r * np.cos(angle), r * np.sin(angle), np.full(around, z)], axis=1))
+    vertices = np.concatenate([*vertices, [[0.0, 0.0, profile[-1][1]]]])
+    low, top = np.zeros(around, dtype=int), np.full(around, len(vertices) - 1)
+    triangles = [np.stack([low, np.roll(rings[0], -1), rings[0]], axis=1)]
+    for number, (a, b) in enumerate(itertools.pairwise(rings)):
+        a_next, b_next = np.roll(a, -1), np.roll(b, -1)
+        if number % 2 == 0:
+            triangles += [np.stack(t, axis=1) for t in ((a, a_next, b), (a_next, b_next, b))]
+        else:
+            triangles += [np.stack(t, axis=1) for t in ((a, b_next, b), (a, a_next, b_next))]
+    triangles.append(np.stack([top, rings[-1], np.roll(rings[-1], -1)], axis=1))
+    return Surface(vertices, np.concatenate(triangles))
+
+
+def cylinder(radius, half_length, around):
+    """Closed cylinder about z, its corners on the true one."""
+    edge = 0.9 * 2 * np.pi * radius / around
+    up, out = max(1, round(2 * half_length / edge)), max(1, round(radius / edge))
+    lid = [(radius * i / out, -half_length) for i in range(out)]
+    wall = [(radius, half_length * (2 * i / up - 1)) for i in range(up + 1)]
+    return turned([*lid, *wall, *((r, -z) for r, z in lid[::-1])], around)
+
+
+def capsule(radius, half_length, around):
+    """Cylinder about z with half spheres as ends, its corners on the true one."""
+    edge = 0.9 * 2 * np.pi * radius / around
+    up, down = max(1, round(2 * half_length / edge)), max(2, round(0.5 * np.pi * radius / edge))
+    angle = 0.5 * np.pi * np.arange(down + 1) / down
+    end = [(radius * np.sin(a), -half_length - radius * np.cos(a)) for a in angle]
+    end[0] = (0.0, end[0][1])
+    wall = [(radius, half_length * (2 * i / up - 1)) for i in range(1, up)]
+    return turned([*end, *wall, *((r, -z) for r, z in end[::-1])], around)
+
+
+def round_normals(points, radius, half_length, flat_ends):
+    """Nearest points of the true cylinder (`flat_ends`), capsule or (half_length 0) sphere and the normals there.
+
+    points: (n, 3) on facets of its surface.
+    """
+    offset = points.copy()
+    offset[:, 2] -= points[:, 2] if flat_ends else np.clip(points[:, 2], -half_length, half_length)
+    distance = np.linalg.norm(offset, axis=1, keepdims=True)
+    normals = offset / np.where(distance > 0, distance, 1.0)
+    nearest = points - offset + radius * normals
+    if flat_ends:
+        end = np.abs(points[:, 2]) > half_length * (1 - 1e-9)
+        normals[end] = np.sign(points[end, 2])[:, None] * [0.0, 0.0, 1.0]
+        nearest[end] = points[end]
+    return nearest, normals

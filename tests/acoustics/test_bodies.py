@@ -8,7 +8,7 @@ import pytest
 
 from nvhchain.acoustics import solve_direct, sphere, transfer_vectors
 from nvhchain.acoustics.bodies import LEAST_GAP, check_bodies
-from nvhchain.acoustics.intersections import gaps, neighbours
+from nvhchain.acoustics.intersections import facing_pairs, neighbours
 from nvhchain.errors import InputError
 from nvhchain.handoff import Surface, SurfaceVelocity
 
@@ -68,16 +68,19 @@ def test_air_thinner_than_a_thousandth_of_an_edge_is_refused_with_the_number_and
         check_bodies(together(CUBE, moved(CUBE, shift)))
 
 
-def test_gaps_are_told_with_their_width_and_walls_are_none():
-    """Air between two boxes; not the solid between the faces of a plate a hundredth of an edge thick."""
+def test_gaps_are_told_with_their_width_and_from_walls():
+    """Air between two boxes, and the solid of a plate a hundredth of an edge thick."""
     wide = together(CUBE, moved(CUBE, (0.0, 0.0, 0.1 + 0.0035)))
-    found = gaps(wide, neighbours(wide, 0.2), 0.2)
+    found = facing_pairs(wide, neighbours(wide, 0.2), 0.2)
     assert len(np.unique(found.pairs)) == 2 * 128
+    assert found.air.all()
     assert found.ratio.min() == pytest.approx(0.0035 / CUBE.longest_edges.max(), rel=1e-9)
     plate = bodies.box((0.2, 0.2, 0.025), 0.025)
     plate = plate.replace(vertices=plate.vertices * [1.0, 1.0, 0.01])
     check_bodies(plate)
-    assert len(gaps(plate, neighbours(plate, 0.2), 0.2).ratio) == 0
+    walls = facing_pairs(plate, neighbours(plate, 0.2), 0.2)
+    assert len(walls.ratio) > 128
+    assert not walls.air.any()
 
 
 def test_a_second_body_turned_inward_a_closed_cavity_and_a_body_inside_another_are_refused():
@@ -107,9 +110,8 @@ def test_the_check_stands_at_every_border(air, coarse):
         solve_direct(still, points, air=air, fidelity=coarse)
 
 
-def test_thirty_thousand_faces_are_checked_in_less_than_a_second():
-    body = bodies.box((0.6, 0.4, 0.3), 0.0085)
-    assert len(body.triangles) > 29_000
+def test_eighty_thousand_faces_are_checked_in_less_than_two_seconds():
+    body = sphere(0.1, 6)
     start = time.process_time()
     check_bodies(body)
-    assert time.process_time() - start < 1.0
+    assert time.process_time() - start < 2.0

@@ -1,0 +1,146 @@
+"""The errors that are stated beforehand, against the truth: round bodies, low frequencies, needles, narrow gaps."""
+
+import warnings
+from dataclasses import replace
+from functools import partial
+
+import acoustics_bodies as bodies
+import numpy as np
+import pytest
+
+from nvhchain.acoustics import solve_direct, sphere, transfer_vectors
+from nvhchain.acoustics._fused_closure import closure_error, gap_cost, suspect_error
+from nvhchain.acoustics.accuracy import expected_accuracy, mean_square_angle
+from nvhchain.acoustics.potentials import RULE_BARYCENTRIC, RULE_WEIGHT
+from nvhchain.errors import AccuracyWarning
+from nvhchain.fidelity import AcousticsFidelity
+from nvhchain.handoff import Surface, SurfaceVelocity
+
+RADIUS = 0.1
+KNOBS = AcousticsFidelity(elements_per_wavelength=1.0, masters=4, coarsest_elements_per_wavelength=1.0)
+SOURCES = {
+    "monopole": [((0.02, -0.015, 0.03), 1.0)],
+    "dipole": [((0.003, -0.005, 0.004), 1.0), ((-0.003, 0.005, -0.004), -1.0)],
+}
+round_body = partial(bodies.round_normals, radius=RADIUS)
+BALL = sphere(RADIUS, 1).vertices
+BODIES = {
+    "sphere": (
+        Surface(RADIUS * BALL / np.linalg.norm(BALL, axis=1, keepdims=True), sphere(RADIUS, 1).triangles),
+        partial(round_body, half_length=0.0, flat_ends=False),
+    ),
+    "cylinder": (bodies.cylinder(RADIUS, RADIUS, 14), partial(round_body, half_length=RADIUS, flat_ends=True)),
+    "capsule": (bodies.capsule(RADIUS, RADIUS, 12), partial(round_body, half_length=RADIUS, flat_ends=False)),
+    "box": (bodies.box((0.2, 0.2, 0.15), 0.05), None),
+}
+
+
+def field(points, source, k):
+    parts = [(weight, bodies.source_field(points, place, k)) for place, weight in SOURCES[source]]
+    return sum(w * p for w, (p, _) in parts), sum(w * g for w, (_, g) in parts)
+
+
+def velocity(surface, normals, source, k, air):
+    """Mean over every face of the normal velocity of the true body nearby."""
+    corners, total = surface.vertices[surface.triangles], 0.0
+    for barycentric, weight in zip(RULE_BARYCENTRIC, RULE_WEIGHT, strict=True):
+        x = np.einsum("i,fij->fj", barycentric, corners)
+        x, n = (x, surface.normals) if normals is None else normals(x)
+        total = total + weight * np.einsum("fj,fj->f", field(x, source, k)[1], n)
+    return total / (-1j * k * air.impedance)
+
+
+@pytest.mark.parametrize("name", BODIES)
+def test_stated_error_of_coarse_bodies_is_true_from_low_frequency_to_the_mesh_limit(name, air):
+    """Facets have the velocity of the true body next to them: at ka 0.05 the mesh errs by what its shape is off."""
+    surface, normals = BODIES[name]
+    k, points = np.array([0.05, 1.0, 3.0]) / RADIUS, bodies.shell(12, 1.0)
+    ratios = []
+    for source in SOURCES:
+        frequency = k * air.speed_of_sound / (2 * np.pi)
+        moving = SurfaceVelocity(
+            frequency, np.array([velocity(surface, normals, source, value, air) for value in k]), surface
+        )
+        pressure = solve_direct(moving, points, air=air, fidelity=KNOBS).pressure
+        for at, value in enumerate(k):
+            exact = field(points, source, value)[0]
+            true = 20 * np.log10(1 + np.abs(pressure[at] - exact).max() / np.abs(exact).max())
+            stated = expected_accuracy(surface, None, frequency[at], air, KNOBS)["expected_error_dB"]
+            ratios.append(stated / true)
+    assert min(ratios) > 1 / 3, ratios
+    assert np.exp(np.mean(np.log(ratios))) < 3, ratios
+
+
+def test_flat_faces_have_no_facets_and_those_of_a_round_body_fall_with_the_square_of_the_edge(air):
+    assert mean_square_angle(bodies.box((0.2, 0.15, 0.1), 0.025)) < 1e-12
+    angles = [mean_square_angle(sphere(RADIUS, level)) for level in (1, 2, 3)]
+    assert angles[0] / angles[1] == pytest.approx(4.0, rel=0.02)
+    assert angles[1] / angles[2] == pytest.approx(4.0, rel=0.02)
+    # equilateral triangles of edge h on a sphere of radius a meet under h / (√3 a)
+    h = np.sqrt(4 * np.pi / 1280 * 4 / np.sqrt(3))
+    assert angles[2] == pytest.approx(h**2 / 3, rel=0.05)
+    assert "faceting_error_dB" not in expected_accuracy(bodies.box((0.2, 0.2, 0.1), 0.05), None, 10.0, air, KNOBS)
+
+
+def test_a_body_of_few_faces_is_warned_of_at_any_frequency(air):
+    asked = replace(KNOBS, elements_per_wavelength=5.0)
+    with pytest.warns(AccuracyWarning, match=r"mesh of 80 triangles .* is coarse for the body: expect errors of about"):
+        transfer_vectors(sphere(RADIUS, 1), [[0.0, 0.0, 1.0]], [1.0], air=air, fidelity=asked)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        transfer_vectors(sphere(RADIUS, 2), [[0.0, 0.0, 1.0]], [1.0], air=air, fidelity=asked)
+
+
+def needles(aspect):
+    body = bodies.box((0.1, 0.1, 0.1), 0.05)
+    return Surface(body.vertices * [1.0, 1.0, aspect], body.triangles)
+
+
+def test_quadrature_error_from_some_rows_of_needles_is_that_of_all(air):
+    for aspect in (10, 30):
+        assert suspect_error(needles(aspect), KNOBS) == pytest.approx(closure_error(needles(aspect), KNOBS), rel=0.3)
+    assert suspect_error(bodies.box((0.1, 0.1, 0.1), 0.05), KNOBS) is None
+
+
+def test_needles_are_reported_and_warned_of_with_their_quadrature_error_and_other_meshes_are_not(air):
+    with pytest.warns(
+        AccuracyWarning, match=r"needles or thin gaps .* relative quadrature error of 0.02\d on the surface, 0.002"
+    ):
+        vectors = transfer_vectors(needles(30), [[1.0, 0.0, 0.0]], [10.0], air=air, fidelity=KNOBS)
+    assert vectors.provenance["quadrature_error"] == suspect_error(needles(30), KNOBS)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        vectors = transfer_vectors(needles(1), [[1.0, 0.0, 0.0]], [10.0], air=air, fidelity=KNOBS)
+    assert "quadrature_error" not in vectors.provenance
+
+
+def stacked(gap):
+    body = bodies.box((0.12, 0.12, 0.12), 0.04)
+    shift = np.array([0.0, 0.0, 0.12 + gap])
+    return Surface(
+        np.vstack([body.vertices, body.vertices + shift]),
+        np.vstack([body.triangles, body.triangles + len(body.vertices)]),
+    )
+
+
+def test_a_gap_below_what_is_resolved_is_reported_and_a_wider_one_is_not():
+    wide, narrow = (stacked(ratio * 0.04 * np.sqrt(2)) for ratio in (0.1, 0.02))
+    knobs = replace(KNOBS, gap_halvings=3)
+    assert suspect_error(wide, knobs) is None
+    assert 5e-4 < suspect_error(narrow, knobs) < 0.1
+    assert suspect_error(narrow, KNOBS) is None
+
+
+def test_what_narrow_gaps_cost_is_said_before_it_is_spent(air):
+    edge = 0.04 * np.sqrt(2)
+    count, width, seconds = gap_cost(stacked(0.02 * edge), KNOBS)
+    assert (count, width) == (36, pytest.approx(0.02, rel=1e-6))
+    assert seconds == pytest.approx(36 * 4e-6 / 0.02**2, rel=1e-6)
+    assert gap_cost(stacked(0.2 * edge), KNOBS)[2] == 0.0
+    body = bodies.box((0.2, 0.2, 0.1), 0.0125)
+    shifted = body.vertices + np.array([0.0, 0.0, 0.1 + 2e-4])
+    pair = Surface(
+        np.vstack([body.vertices, shifted]), np.vstack([body.triangles, body.triangles + len(body.vertices)])
+    )
+    with pytest.warns(RuntimeWarning, match=r"1024 triangles face .* down to 0.011 .* about 3\d s of processor time"):
+        expected_accuracy(pair, None, 100.0, air, KNOBS)

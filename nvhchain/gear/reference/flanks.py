@@ -19,7 +19,7 @@ from nvhchain.handoff import FloatArray
 _NEWTON = 12
 """Steps for the rolled length of a point; three suffice."""
 
-_LEFT = 0.8
+_LEFT = 0.9
 """Part of the involute between the contact and its end that keeps its rows."""
 
 
@@ -60,8 +60,8 @@ def section(pair: GearPair, angle: float, tooth: int, axial: float, limits: tupl
     return Section(crossing, abs(true - crossing), low, high, (start, end))
 
 
-def on_flank(s: Section, gear: int, t: FloatArray, reach: float) -> tuple[FloatArray, float]:
-    """Rows `t` (n,), m, as the flank of `gear` takes them, and the t, m, up to which, counted from the tip, they stay.
+def on_flank(s: Section, gear: int, t: FloatArray, reach: float) -> FloatArray:
+    """Ends of rows `t` (n,), m, as the flank of `gear` takes them.
 
     Where the mating tip stands beside the fillet, its rows are squeezed into what there is of the involute: those
     farther from the contact than `reach`, m, or than most of what is left of the involute.
@@ -70,10 +70,10 @@ def on_flank(s: Section, gear: int, t: FloatArray, reach: float) -> tuple[FloatA
     rows, end = sign * t, sign * s.ends[gear]
     lowest = rows.min()
     if lowest >= end:
-        return t, sign * lowest
+        return t
     kept = sign * s.nearest - min(reach, _LEFT * (sign * s.nearest - end))
     squeezed = end + (rows - lowest) * (kept - end) / (kept - lowest)
-    return sign * np.where(rows < kept, squeezed, rows), sign * kept
+    return np.asarray(sign * np.where(rows < kept, squeezed, rows))
 
 
 def _own(pair: GearPair, gear: int, crossing: float) -> float:

@@ -132,16 +132,17 @@ def _one_pair(
     """Cells and refined teeth of pair `number`; None where its flanks are too far apart everywhere."""
     sections = [section(pair, angle, number, z, _limits(pair, resolution)) for z in axial]
     grading = (resolution.contact_element, resolution.fine_zone, resolution.growth)
-    rows = max(elements_needed(s.low, s.high, s.nearest, *grading) for s in sections)
-    t = np.array([with_middles(graded(s.low, s.high, s.nearest, *grading, rows)) for s in sections])
-    fields, kept = _candidates(pair, sections, t, axial, resolution, half=half)
+    count = max(elements_needed(s.low, s.high, s.nearest, *grading) for s in sections)
+    t = np.array([with_middles(graded(s.low, s.high, s.nearest, *grading, count)) for s in sections])
+    rows = [_rows_on(sections, gear, t, resolution) for gear in (0, 1)]
+    apart = np.abs(np.stack(rows) - t).max(axis=0)
+    fields, kept = _candidates(pair, sections, t, apart <= resolution.contact_element, axial, resolution, half=half)
     if not len(kept):
         return None
     teeth = []
     for gear, c in enumerate(coarse):
         g, crossing = c.body.geometry, np.array([s.crossing for s in sections])
-        own_rows = [on_flank(s, gear, row, _shared(resolution))[0] for s, row in zip(sections, t, strict=True)]
-        rolled = np.array([rolled_length(pair, gear, s, row) for s, row in zip(crossing, own_rows, strict=True)])
+        rolled = np.array([rolled_length(pair, gear, s, row) for s, row in zip(crossing, rows[gear], strict=True)])
         upwards = slice(None) if gear == 0 else slice(None, None, -1)  # from root to tip
         pitch = refined_pitch(
             g, rolled[:, upwards], axial, c.mesh.pitch.inner_radius, innermost_solid(c.body), resolution
@@ -157,12 +158,16 @@ def _candidates(
     pair: GearPair,
     sections: list[Section],
     t: FloatArray,
+    matched: BoolArray,
     axial: FloatArray,
     resolution: ReferenceResolution,
     *,
     half: bool,
 ) -> tuple[CellFields, IntArray]:
-    """The cells that can touch, and their numbers among all in the order of `cells`."""
+    """The cells that can touch, and their numbers among all in the order of `cells`.
+
+    matched: (levels, 2 n + 1) where the rows of both flanks lie at `t`, to an element.
+    """
     opened = np.stack([_gap(pair, s, row, z) for s, row, z in zip(sections, t, axial, strict=True)])
     over_width = _SIMPSON[0] * (opened[:, :-2:2] + opened[:, 2::2]) + _SIMPSON[1] * opened[:, 1::2]
     over_layer = [
@@ -171,15 +176,14 @@ def _candidates(
     ]
     gaps, middle, width = (a.ravel() for a in over_layer)
     cells_across = t.shape[1] // 2
-    shared = _shared(resolution)
-    ends = np.array([[on_flank(s, gear, t[0], shared)[1] for gear in (0, 1)] for s in sections])
-    common = (t[:, :-2:2] >= ends[:, :1]) & (t[:, 2::2] <= ends[:, 1:])
+    common = matched[:, :-2:2] & matched[:, 1::2] & matched[:, 2::2]
     common = (common[:-2:2] & common[1::2] & common[2::2]).ravel()
     nearest = np.repeat(np.array([s.nearest for s in sections])[1::2], cells_across)
     apart = np.array([s.apart for s in sections])
     free = np.repeat(np.maximum(np.maximum(apart[:-2:2], apart[1::2]), apart[2::2]) > 0, cells_across)
-    wanted = (np.abs(middle - nearest) < resolution.reach) & (gaps < resolution.largest_gap) & common & ~free
-    grid = wanted.reshape(-1, cells_across)
+    near = (np.abs(middle - nearest) < resolution.reach) & (gaps < resolution.largest_gap) & ~free
+    wanted = near & common
+    grid = (near | ~common).reshape(-1, cells_across)  # where the involute ends, pressure may reach the last cell
     before, after = np.ones_like(grid), np.ones_like(grid)
     before[:, 1:], after[:, :-1] = grid[:, :-1], grid[:, 1:]
     kept = np.flatnonzero(wanted)
@@ -194,9 +198,11 @@ def _candidates(
     return fields, kept
 
 
-def _shared(resolution: ReferenceResolution) -> float:
-    """Distance, m, from the least gap within which both flanks have the same rows."""
-    return 1.5 * resolution.reach
+def _rows_on(sections: list[Section], gear: int, t: FloatArray, resolution: ReferenceResolution) -> FloatArray:
+    """Row ends and middles (levels, 2 n + 1) m as the flank of `gear` takes them."""
+    reach = 1.5 * resolution.reach  # a margin beyond the cells
+    ends = zip(sections, t[:, ::2], strict=True)
+    return np.array([with_middles(on_flank(s, gear, row, reach)) for s, row in ends])
 
 
 def _gap(pair: GearPair, s: Section, t: FloatArray, axial: float) -> FloatArray:

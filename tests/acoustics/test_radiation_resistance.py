@@ -102,8 +102,9 @@ def test_dependent_shapes_have_no_radiation_mode_of_their_own(resistance, coarse
     assert len(efficiency) == modes.shape[1] == 9
 
 
-def test_housing_under_bearing_forces_is_response_and_sound_power(air, coarse):
-    reduced, load = cases.housing(), cases.forces(LINES, names=("B1", "A1", "A2"))
+@pytest.mark.parametrize("modes", [12, 0])
+def test_housing_under_bearing_forces_is_response_and_sound_power(air, coarse, modes):
+    reduced, load = cases.housing(modes), cases.forces(LINES, names=("B1", "A1", "A2"))
     got = modal_power(
         radiation_resistance(housing_shapes(reduced), MASTERS, air=air, fidelity=coarse), reduced, load, fidelity=coarse
     )
@@ -126,6 +127,22 @@ def test_too_few_masters_are_warned_of_and_enough_are_quiet(resistance, coarse):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         waves_power(resistance, LINES, velocity, fidelity=coarse)
+
+
+@pytest.mark.parametrize("interpolation", ["rational", "linear"])
+def test_band_from_0_hz(ball, air, coarse, interpolation):
+    """Below the first master above 0 Hz the waves go to zero with frequency, those of a volume flow in proportion."""
+    knobs = replace(coarse, interpolation=interpolation)
+    found = radiation_resistance(
+        SurfaceShapes(ball, harmonics(ball)), np.linspace(0.0, 1000.0, 9), air=air, fidelity=knobs
+    )
+    lines = np.array([1.0, 60.0])
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        power = waves_power(found, lines, np.eye(9)[[0, 0]], fidelity=knobs).power
+    ka = 2 * np.pi * lines * 0.1 / air.speed_of_sound
+    exact = 0.5 * air.impedance * 4 * np.pi * 0.01 * ka**2 / (1 + ka**2)
+    assert decibel(power / exact) == pytest.approx(np.zeros(2), abs=0.05 if interpolation == "rational" else 0.3)
 
 
 def test_silent_lines_and_0_hz_have_no_power(resistance, coarse):

@@ -1,4 +1,4 @@
-"""Contact of cut flanks: Weber–Banaschek local deflection and the complementarity problem of all slices.
+"""Contact of cut flanks: the complementarity problem of all slices.
 
 Of n slices (all engaged pairs together) the normal forces F_i ≥ 0 (N) and gaps g_i ≥ 0 (m) obey F_i g_i = 0,
 
@@ -12,85 +12,34 @@ exists, is unique, and Σ F never falls with δ.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numba
 import numpy as np
-from numpy.typing import ArrayLike
 
-from nvhchain.conventions import Material
 from nvhchain.errors import SolverError
+from nvhchain.gear.flattening import (
+    LocalLaw,
+    contact_half_width,
+    half_space_compliance,
+    local_deflection,
+    local_law,
+)
 from nvhchain.handoff import FloatArray
+
+__all__ = [
+    "LocalLaw",
+    "complementarity_residual",
+    "contact_half_width",
+    "half_space_compliance",
+    "local_deflection",
+    "local_law",
+    "slice_forces",
+]
 
 MAX_ITERATIONS = 100
 """Newton steps of one complementarity problem; a dozen is usual, more means failure."""
 
 _SUMS = {"reassoc", "contract"}
 """Sums in the order of the processor's vectors: four times as fast, rounding apart the same."""
-
-
-def half_space_compliance(material: Material) -> float:
-    """2 (1 − ν²)/(π E), 1/Pa: what one flank contributes to the local deflection per unit q."""
-    return 2.0 * (1.0 - material.poisson**2) / (np.pi * material.young)
-
-
-def contact_half_width(
-    load: ArrayLike, curvature_radius: ArrayLike, materials: tuple[Material, Material]
-) -> FloatArray:
-    """Hertzian half width L = √{(4/π)[(1−ν₁²)/E₁ + (1−ν₂²)/E₂] q ρ}, m.
-
-    load: q, N per metre of contact line.  curvature_radius: ρ = ρ₁ρ₂/(ρ₁+ρ₂), m, in the normal plane.
-    """
-    a = sum(half_space_compliance(m) for m in materials)
-    return np.sqrt(2.0 * a * np.asarray(load, float) * np.asarray(curvature_radius, float))
-
-
-def local_deflection(
-    load: ArrayLike,
-    curvature_radius: ArrayLike,
-    depths: tuple[ArrayLike, ArrayLike],
-    materials: tuple[Material, Material],
-) -> FloatArray:
-    """Approach of the two tooth centre lines by flattening, m (Weber–Banaschek).
-
-    δ_loc = Σ_i 2q(1−ν_i²)/(πE_i) [ln(2h_i/L) − ν_i/(2(1−ν_i))], 0 without load.
-    load: q, N/m.  curvature_radius: m.  depths: h_i, m, along the normal from flank to tooth centre line.
-    Holds while L is well below h_i.  Source: C. Weber, K. Banaschek, Schriftenreihe Antriebstechnik 11 (1953).
-    """
-    q = np.asarray(load, float)
-    width = contact_half_width(q, curvature_radius, materials)
-    total = np.zeros(np.broadcast(q, curvature_radius, *depths).shape)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        for h, m in zip(depths, materials, strict=True):
-            bracket = np.log(2.0 * np.asarray(h, float) / width) - m.poisson / (2.0 * (1.0 - m.poisson))
-            total = total + half_space_compliance(m) * q * bracket
-    return np.where(q > 0, total, 0.0)
-
-
-@dataclass(frozen=True, eq=False)
-class LocalLaw:
-    """δ_loc = q (A − (a/2) ln q) per slice, q in N/m; from `limit` on its tangent.
-
-    level: A, (n,) 1/Pa.  half_slope: a/2, 1/Pa.  limit: (n,) N/m, where L reaches half the smaller depth, as far as
-    the formula means anything; the tangent keeps the law rising (by itself it falls from L ≈ h on).
-    """
-
-    level: FloatArray
-    half_slope: float
-    limit: FloatArray
-
-
-def local_law(
-    curvature_radius: FloatArray, depths: tuple[FloatArray, FloatArray], materials: tuple[Material, Material]
-) -> LocalLaw:
-    """`local_deflection` of slices with given ρ (n,), m, and depths, two (n,), m, in the form the solver uses."""
-    parts = [half_space_compliance(m) for m in materials]
-    a = sum(parts)
-    level = -0.5 * a * np.log(2.0 * a * curvature_radius)
-    for part, h, m in zip(parts, depths, materials, strict=True):
-        level = level + part * (np.log(2.0 * h) - m.poisson / (2.0 * (1.0 - m.poisson)))
-    limit = (0.5 * np.minimum(*depths)) ** 2 / (2.0 * a * curvature_radius)
-    return LocalLaw(np.ascontiguousarray(level), 0.5 * a, np.ascontiguousarray(limit))
 
 
 def complementarity_residual(

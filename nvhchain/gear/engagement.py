@@ -13,10 +13,11 @@ from nvhchain.fidelity import GearFidelity
 from nvhchain.gear.analytic import SliceCompliance
 from nvhchain.gear.compliance import FlankCompliance
 from nvhchain.gear.contact import LocalLaw, complementarity_residual, contact_half_width, local_law, slice_forces
+from nvhchain.gear.contact_lines import ContactLines, contact_lines
+from nvhchain.gear.contact_lines import separation as unloaded_gap
 from nvhchain.gear.flank_splines import FlankSplines, flank_splines
 from nvhchain.gear.friction import sliding_sense
-from nvhchain.gear.pair import BACK, DRIVE, ContactLines, GearPair, contact_lines
-from nvhchain.gear.pair import separation as unloaded_gap
+from nvhchain.gear.pair import BACK, DRIVE, GearPair
 from nvhchain.handoff import FloatArray
 
 FRICTION_ROUNDS = 60

@@ -12,7 +12,8 @@ from math import cos
 import numpy as np
 
 from nvhchain.errors import require
-from nvhchain.gear.pair import DRIVE, ContactLines, GearPair
+from nvhchain.gear.contact_lines import ContactLines
+from nvhchain.gear.pair import DRIVE, GearPair
 from nvhchain.handoff import FloatArray
 
 LARGEST_COEFFICIENT = 1.0

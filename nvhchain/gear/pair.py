@@ -1,20 +1,6 @@
-"""A pair of external involute gears: working geometry and the plane of action.
+"""A pair of external involute gears: its working geometry, the path of contact, backlash, and what it refuses.
 
-The pinion drives and turns counter-clockwise about +z (sense +1) or clockwise (−1), the wheel the other way. Each
-angle counts positive in its own running direction; r_bP φ_P = r_bG φ_G without load. On the plane of action
-s is the distance from the pinion's base tangent point along the transverse line of action, z the distance from
-mid-width. Drive flanks (of both gears: those that face the pinion's running direction), tooth pair k, wheel angle θ:
-
-    s = s_C + r_bG θ − k p_bt + z tan β_b sense,     s_A ≤ s ≤ s_E,
-
-so that pair 0 touches at the pitch point C at mid-width at θ = 0; β_b > 0 where the pinion is right-handed. The
-back flanks meet on the mirrored line, with s measured from its own tangent point:
-
-    s = s_C + (k + 1) p_bt − s_wG cos α_wt − r_bG θ − z tan β_b sense,
-
-s_wG the wheel's tooth thickness on its working circle. Beyond the path of contact between the tip circles a tip edge
-meets the mating flank: loaded teeth do so where the gap is small enough (`corner_gap`). The deflection (some 10 µm) is
-left out of s against the base pitch (some mm).
+The pinion drives and turns counter-clockwise about +z (sense +1) or clockwise (−1), the wheel the other way.
 """
 
 from __future__ import annotations
@@ -27,37 +13,12 @@ import numpy as np
 
 from nvhchain.errors import InputError, require
 from nvhchain.gear.body import GearBody
-from nvhchain.gear.corner import edge_gap, extension
+from nvhchain.gear.corner import extension
 from nvhchain.gear.geometry import GearGeometry, involute
 from nvhchain.gear.separation import Misalignment
-from nvhchain.handoff import FloatArray, IntArray
+from nvhchain.handoff import FloatArray
 
 DRIVE, BACK = 0, 1
-
-
-@dataclass(frozen=True, eq=False)
-class ContactLines:
-    """Slices of all contact lines at one angle; one entry per slice that touches the path of contact.
-
-    flank: DRIVE or BACK.  side: its index in `FlankCompliance`, 0 faces counter-clockwise.
-    tooth: (2, n) index of pinion and wheel.
-    axial: (n,) m, middle of the part in contact.  position: (n,) s, m.  length: (n,) m along the contact line.
-    radius: (2, n) m, of the contact point on pinion and wheel.  depth: (2, n) m, from there along the normal to the
-    tooth centre line.
-    curvature: (n,) m, ρ₁ρ₂/(ρ₁+ρ₂) in the normal plane; of the end of the path where an edge touches.
-    corner: (n,) m, gap along the normal by which an edge beyond the end of the path misses the flank; 0 on the path.
-    """
-
-    flank: int
-    side: int
-    tooth: IntArray
-    axial: FloatArray
-    position: FloatArray
-    length: FloatArray
-    radius: FloatArray
-    depth: FloatArray
-    curvature: FloatArray
-    corner: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,13 +80,14 @@ class GearPair:
         )
 
     @property
-    def _geometries(self) -> tuple[GearGeometry, GearGeometry]:
+    def geometries(self) -> tuple[GearGeometry, GearGeometry]:
+        """Of pinion and wheel."""
         return self.pinion.geometry, self.wheel.geometry
 
     @cached_property
     def base_radius(self) -> FloatArray:
         """(2,) m, pinion and wheel."""
-        return np.array([g.base_radius for g in self._geometries])
+        return np.array([g.base_radius for g in self.geometries])
 
     @cached_property
     def working_pressure_angle(self) -> float:
@@ -140,7 +102,7 @@ class GearPair:
     @property
     def face_width(self) -> float:
         """Common face width, m; both gears are centred on the same plane."""
-        return min(g.face_width for g in self._geometries)
+        return min(g.face_width for g in self.geometries)
 
     @property
     def base_pitch(self) -> float:
@@ -160,7 +122,7 @@ class GearPair:
     @cached_property
     def path(self) -> tuple[float, float]:
         """(s_A, s_E), m: where the wheel's tip and the pinion's tip cross the line of action."""
-        p, w = self._geometries
+        p, w = self.geometries
         return (
             self.line_length - sqrt(w.tip_circle_radius**2 - w.base_radius**2),
             sqrt(p.tip_circle_radius**2 - p.base_radius**2),
@@ -169,7 +131,7 @@ class GearPair:
     def edge(self, gear: int) -> tuple[float, float, float, float, float]:
         """What `edge_gap` wants of the tip edge of the pinion (0) or the wheel (1)."""
         own, mating = (float(r) for r in self.base_radius[[gear, 1 - gear]])
-        return own, mating, self._geometries[gear].tip_circle_radius, self.line_length, self.centre_distance
+        return own, mating, self.geometries[gear].tip_circle_radius, self.line_length, self.centre_distance
 
     def extensions(self, corner_gap: float) -> tuple[float, float]:
         """Lengths, m, before and after the path where tip edges miss the flank by less than `corner_gap`, m."""
@@ -191,17 +153,17 @@ class GearPair:
         return self.transverse_contact_ratio + self.overlap_ratio
 
     @cached_property
-    def _working_thickness(self) -> tuple[float, float]:
+    def working_thickness(self) -> tuple[float, float]:
         """Tooth thickness of pinion and wheel on the working pitch circles, transverse arc, m."""
         radii = self.base_radius / cos(self.working_pressure_angle)
-        p, w = (2 * r * float(g.half_tooth_angle(r)) for g, r in zip(self._geometries, radii, strict=True))
+        p, w = (2 * r * float(g.half_tooth_angle(r)) for g, r in zip(self.geometries, radii, strict=True))
         return p, w
 
     @cached_property
     def backlash(self) -> float:
         """Normal backlash j_bn, m: what δ travels between the two flanks."""
         working_pitch = self.base_pitch / cos(self.working_pressure_angle)
-        transverse = (working_pitch - sum(self._working_thickness)) * cos(self.working_pressure_angle)
+        transverse = (working_pitch - sum(self.working_thickness)) * cos(self.working_pressure_angle)
         return transverse * cos(self.base_helix_angle)
 
     @property
@@ -240,93 +202,3 @@ def nominal_centre_distance(pinion: GearGeometry, wheel: GearGeometry) -> float:
         if abs(change) < 1e-14:
             return (pinion.base_radius + wheel.base_radius) / cos(working)
     raise InputError(f"no working pressure angle found for inv α = {target:g}")
-
-
-def contact_lines(
-    pair: GearPair, angle: float, *, slices: int, flank: int = DRIVE, corner_gap: float = 0.0
-) -> ContactLines:
-    """Contact lines of all tooth pairs at wheel `angle`, rad, cut into `slices` over the common face width.
-
-    corner_gap: m, unloaded gap up to which tip edges beyond the path count as in contact.
-    A slice that is crossed by an end of the path keeps the part inside it, so lengths vary continuously for
-    helical gears. Tooth indices count counter-clockwise in each gear's own numbering and are not reduced modulo z.
-    """
-    tangent, width, pitch = pair.sense * tan(pair.base_helix_angle), pair.face_width, pair.base_pitch
-    before, after = pair.extensions(corner_gap)
-    start, end = pair.path[0] - before, pair.path[1] + after
-    travel = float(pair.base_radius[1]) * angle
-    if flank == DRIVE:
-        direction, origin = 1.0, pair.pitch_point + travel
-    else:
-        lag = pair._working_thickness[1] * cos(pair.working_pressure_angle)
-        direction, origin = -1.0, pair.pitch_point + pitch - lag - travel
-    reach = abs(tangent) * width / 2
-    low, high = (origin - reach - end) / pitch, (origin + reach - start) / pitch
-    count = np.arange(np.ceil(low), np.floor(high) + 1)
-    k = (direction * count).astype(np.int64)
-    middle = origin - count * pitch
-
-    edges = np.linspace(-width / 2, width / 2, slices + 1)
-    slope = direction * tangent
-    if slope != 0.0:
-        bounds = np.sort(np.stack([(start - middle) / slope, (end - middle) / slope]), axis=0)
-    else:
-        inside = (middle >= start) & (middle < end)
-        bounds = np.where(inside, np.array([[-width], [width]]), 0.0)
-    lower = np.maximum(edges[:-1], bounds[0][:, None])
-    upper = np.minimum(edges[1:], bounds[1][:, None])
-    pairs, cuts = np.nonzero(upper - lower > 1e-9 * width)
-    lower, upper = lower[pairs, cuts], upper[pairs, cuts]
-    axial = (lower + upper) / 2
-    position = middle[pairs] + slope * axial
-    length = (upper - lower) / cos(pair.base_helix_angle)
-
-    on_path = np.clip(position, *pair.path)
-    distances = np.stack([on_path, pair.line_length - on_path])
-    radius = np.hypot(distances, pair.base_radius[:, None])
-    corner = _touch_edges(pair, position, radius) if corner_gap else np.zeros(len(position))
-    wheel_tooth = k[pairs] + (1 if flank == BACK else 0)
-    depth = np.stack([g.depth_to_centre_line(r) for g, r in zip(pair._geometries, radius, strict=True)])
-    return ContactLines(
-        flank=flank,
-        side=flank if pair.sense > 0 else 1 - flank,
-        tooth=pair.sense * np.stack([-k[pairs], wheel_tooth]),
-        axial=axial,
-        position=position,
-        length=length,
-        radius=radius,
-        depth=depth,
-        curvature=distances[0] * distances[1] / (pair.line_length * cos(pair.base_helix_angle)),
-        corner=corner,
-    )
-
-
-def _touch_edges(pair: GearPair, position: FloatArray, radius: FloatArray) -> FloatArray:
-    """Gaps (n,) m of the slices beyond the path; their place on the flank goes into `radius` (2, n) m."""
-    gap = np.zeros(len(position))
-    for edge, beyond in ((1, pair.path[0] - position), (0, position - pair.path[1])):
-        at = np.flatnonzero(beyond > 0)
-        arc, met = edge_gap(beyond[at], *pair.edge(edge))
-        gap[at] = arc * cos(pair.base_helix_angle)
-        radius[1 - edge, at] = met
-    return gap
-
-
-def separation(pair: GearPair, lines: ContactLines) -> FloatArray:
-    """(n,) m: unloaded gap of every slice beyond that of aligned pure involutes; negative where misalignment closes it.
-
-    What micro-geometry takes off both flanks, the misalignment, and what an edge beyond the path misses.
-    """
-    drive = lines.flank == DRIVE
-    gap = pair.misalignment.separation(
-        lines.position - pair.pitch_point,
-        lines.axial,
-        drive=drive,
-        sense=pair.sense,
-        pressure_angle=pair.working_pressure_angle,
-        tilt=pair.base_helix_angle,
-    )
-    gap = gap + lines.corner
-    for gear, radius in zip(pair._geometries, lines.radius, strict=True):
-        gap = gap + gear.removed(radius, lines.axial, drive=drive)
-    return gap

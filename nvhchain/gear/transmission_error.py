@@ -14,9 +14,9 @@ from scipy.interpolate import PchipInterpolator
 
 from nvhchain.errors import SolverError, require
 from nvhchain.gear.contact import contact_half_width
+from nvhchain.gear.contact_lines import ContactLines
 from nvhchain.gear.engagement import Engagement
 from nvhchain.gear.friction import lever_arms
-from nvhchain.gear.pair import ContactLines
 from nvhchain.handoff import FloatArray, MeshLaw
 
 _ANGLE_BLOCK = 48

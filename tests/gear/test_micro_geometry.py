@@ -8,7 +8,8 @@ import pytest
 from nvhchain.errors import InputError
 from nvhchain.gear import Engagement, Flank, GearPair, MicroGeometry, Misalignment, Relief, loaded_mesh, mesh_law
 from nvhchain.gear.contact import local_deflection
-from nvhchain.gear.pair import BACK, DRIVE, contact_lines, separation
+from nvhchain.gear.contact_lines import contact_lines, separation
+from nvhchain.gear.pair import BACK, DRIVE
 
 
 def with_flank(pair, *, pinion=None, wheel=None, coast=False):

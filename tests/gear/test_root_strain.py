@@ -28,9 +28,9 @@ from nvhchain.gear import (
     sliding_sense,
     von_mises,
 )
+from nvhchain.gear.contact_lines import contact_lines
 from nvhchain.gear.flank_forces import point_forces
 from nvhchain.gear.mesh import gear_mesh, tooth_mesh
-from nvhchain.gear.pair import contact_lines
 from nvhchain.gear.root_strain_places import strain_operator
 from nvhchain.gear.tooth_compliance import unknowns
 

@@ -1,0 +1,147 @@
+"""Shapes in a gear's blank: a web thinner than the face width, and the openings cut through it or through the disc."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from nvhchain.errors import require
+from nvhchain.handoff import FloatArray
+
+
+@dataclass(frozen=True)
+class Web:
+    """A disc from hub_radius to rim_radius, m; thickness m, its middle `offset` m along z from mid-width."""
+
+    hub_radius: float
+    rim_radius: float
+    thickness: float
+    offset: float
+
+    def __post_init__(self) -> None:
+        require(
+            0 < self.hub_radius < self.rim_radius,
+            f"hub radius {self.hub_radius:g} m must be positive and below the rim radius {self.rim_radius:g} m",
+        )
+        require(self.thickness > 0, f"web thickness {self.thickness:g} m must be positive")
+
+
+@dataclass(frozen=True)
+class Cutouts:
+    """Equal openings between two circles, with radial sides and rounded corners.
+
+    inner_radius, outer_radius: m.  angular_width: rad, between the radial sides.  fillet: m, corner radius.
+    phase: rad, angle of the middle of opening 0; opening i follows at 2π i / count.
+    """
+
+    count: int
+    inner_radius: float
+    outer_radius: float
+    angular_width: float
+    fillet: float
+    phase: float
+
+    def __post_init__(self) -> None:
+        require(self.count >= 1, f"count = {self.count} openings: at least 1 is needed (or take the solid blank)")
+        require(
+            0 < self.inner_radius < self.outer_radius,
+            f"inner radius {self.inner_radius:g} m of the openings must be positive and below the outer radius "
+            f"{self.outer_radius:g} m",
+        )
+        pitch = 2 * np.pi / self.count
+        require(
+            0 < self.angular_width < 0.95 * pitch,
+            f"angular width {np.degrees(self.angular_width):.4g}° of the openings is outside 0…"
+            f"{np.degrees(0.95 * pitch):.4g}° (95 % of their pitch): make them narrower or fewer",
+        )
+        largest = 0.45 * min(self.outer_radius - self.inner_radius, self.angular_width * self.inner_radius)
+        require(
+            0 <= self.fillet <= largest,
+            f"fillet {self.fillet:g} m of the openings is outside 0…{largest:.4g} m "
+            "(0.45 of their smaller size): lower it",
+        )
+
+    def outline(self, side: int, fraction: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """(radius m, angle rad from the middle) at `fraction` 0…1 of the arc length of one side.
+
+        Sides, counter-clockwise: 0 outer arc, 1 the side at +width/2 (outwards first), 2 inner arc,
+        3 the side at −width/2; each runs from the middle of one corner to the middle of the next. The corner is a
+        quarter circle of radius fillet/r in the conformal plane (ln r, φ).
+        """
+        half = self.angular_width / 2
+        low, high = np.log(self.inner_radius), np.log(self.outer_radius)
+        small, large = self.fillet / self.outer_radius, self.fillet / self.inner_radius  # rounding out-, inside
+        corners = [  # (ln r, φ) of the sharp corner, and its rounding
+            (high, -half, small),
+            (high, half, small),
+            (low, half, large),
+            (low, -half, large),
+        ]
+        outward = [np.array(v) for v in ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))]
+        along, normal = outward[(side + 1) % 4], outward[side]
+        back = outward[(side - 1) % 4]
+        start, end = np.array(corners[side][:2]), np.array(corners[(side + 1) % 4][:2])
+        rho_start, rho_end = corners[side][2], corners[(side + 1) % 4][2]
+        arc_start, arc_end = rho_start * np.pi / 4, rho_end * np.pi / 4
+        straight = float(np.linalg.norm(end - start)) - rho_start - rho_end
+        s = np.asarray(fraction, float) * (arc_start + straight + arc_end)
+        middle = np.clip(s - arc_start, 0.0, straight)
+        before = np.clip(arc_start - s, 0.0, None) / max(rho_start, 1e-300)
+        after = np.clip(s - arc_start - straight, 0.0, None) / max(rho_end, 1e-300)
+        point = start + along * rho_start + middle[:, None] * along
+        point = point + rho_start * (np.sin(before)[:, None] * back - (1 - np.cos(before))[:, None] * normal)
+        point = point + rho_end * (np.sin(after)[:, None] * along - (1 - np.cos(after))[:, None] * normal)
+        return np.exp(point[:, 0]), point[:, 1]
+
+
+@dataclass(frozen=True)
+class RoundCutouts:
+    """Equal round openings on a circle.
+
+    pitch_radius: m, of the circle.  radius: m, of an opening.
+    phase: rad, angle of the middle of opening 0; opening i follows at 2π i / count.
+    """
+
+    count: int
+    pitch_radius: float
+    radius: float
+    phase: float
+
+    def __post_init__(self) -> None:
+        require(self.count >= 1, f"count = {self.count} openings: at least 1 is needed (or take the solid blank)")
+        require(
+            0 < self.radius < self.pitch_radius,
+            f"radius {self.radius:g} m of the openings must be positive and below their pitch radius "
+            f"{self.pitch_radius:g} m",
+        )
+        share = self.angular_width * self.count / (2 * np.pi)
+        require(
+            share < 0.95,
+            f"openings of radius {self.radius:g} m take {100 * share:.3g} % of their pitch circle, at most 95 %: make "
+            "them smaller or fewer",
+        )
+
+    @property
+    def inner_radius(self) -> float:
+        """Smallest radius that an opening reaches, m."""
+        return self.pitch_radius - self.radius
+
+    @property
+    def outer_radius(self) -> float:
+        """Largest radius that an opening reaches, m."""
+        return self.pitch_radius + self.radius
+
+    @property
+    def angular_width(self) -> float:
+        """Angle in which an opening is seen from the axis, rad."""
+        return 2 * float(np.arcsin(self.radius / self.pitch_radius))
+
+    def outline(self, side: int, fraction: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """(radius m, angle rad from the middle) at `fraction` 0…1 of a quarter; sides as in `Cutouts.outline`."""
+        turn = (side + np.asarray(fraction, float) - 0.5) * np.pi / 2
+        outwards, across = self.pitch_radius + self.radius * np.cos(turn), self.radius * np.sin(turn)
+        return np.hypot(outwards, across), np.arctan2(across, outwards)
+
+
+Openings = Cutouts | RoundCutouts

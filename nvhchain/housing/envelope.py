@@ -51,19 +51,20 @@ def outer_envelope(
     voxels_per_face: float,
     floor: tuple[FloatArray, FloatArray] | None = None,
     surface: Surface | None = None,
+    shells: IntArray | None = None,
 ) -> Envelope:
     """Envelope with edges of about `face_size` (m).
 
     plugs: node sets of bores and bolts, taken as filled; facets of which all nodes belong to one are not exposed.
     floor: a point (m) on the engine's plane and its unit normal, pointing at the engine; None where the body is free.
     opening: m, diameter of the largest other hole that counts as closed.  voxels_per_face: per edge of a face.
-    surface: taken as it is where one is given.
+    surface: taken as it is where one is given.  shells: (k,) bool, facets that are one of the two sides of a shell.
 
     Raises InputError for a body that is thinner than a face, which has no envelope of that size.
     """
     size = face_size / voxels_per_face
     space = regions(skin.nodes, skin.facets[:, :3], plugs, floor, size, opening)
-    exposed = _exposed(skin, space, plugs, floor, face_size**2)
+    exposed = _exposed(skin, space, plugs, floor, shells, face_size**2)
     if surface is None:
         surface, silent = _net(space, face_size * _CELL)
     else:
@@ -77,6 +78,7 @@ def _exposed(
     space: Regions,
     plugs: Sequence[IntArray],
     floor: tuple[FloatArray, FloatArray] | None,
+    shells: IntArray | None,
     least: float,
 ) -> IntArray:
     """Facets that look into the outside; patches below `least` (m²) go with what surrounds them."""
@@ -99,6 +101,8 @@ def _exposed(
     beside = _neighbours(skin.facets, ~closed)
     _follow_neighbours(result, beside)
     buried = result == WALL
+    if shells is not None:
+        buried &= ~shells  # the side of a shell that looks into nothing
     if buried.any():  # no neighbour that looks into the air: as the air nearest to the place in front
         solid = (space.label == WALL) | (space.label == PLUG)
         nearest = distance_transform_edt(solid, return_distances=False, return_indices=True)
@@ -116,12 +120,21 @@ def _on_plane(surface: Surface, floor: tuple[FloatArray, FloatArray] | None) -> 
 
 
 def _neighbours(facets: IntArray, among: IntArray) -> sp.csr_matrix:
-    """Which facets (k, k) share an edge; both must be `among` (k,) those that count."""
-    edges = np.sort(facets[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
-    _, edge = np.unique(edges, axis=0, return_inverse=True)
+    """Which facets (k, k) run along a common edge in opposite directions; both must be `among` (k,) those that count.
+
+    The other side of a shell shares all three edges and is no neighbour.
+    """
+    start, end = facets[:, [0, 1, 2]].ravel(), facets[:, [1, 2, 0]].ravel()
+    nodes = int(facets.max()) + 1
+    edge = np.unique(np.concatenate([start * nodes + end, end * nodes + start]), return_inverse=True)[1]
+    forward, backward = edge.ravel()[: len(start)], edge.ravel()[len(start) :]
     owner = np.repeat(np.arange(len(facets)), 3)
-    touch = sp.csr_matrix((among[owner].astype(float), (owner, edge.ravel())))
-    return sp.csr_matrix(touch @ touch.T)
+    weight, shape = among[owner].astype(float), (len(facets), int(edge.max()) + 1)
+    one, other = (sp.csr_matrix((weight, (owner, side)), shape=shape) for side in (forward, backward))
+    beside = sp.csr_matrix(one @ other.T)
+    beside.data = np.where(beside.data == 1.0, 1.0, 0.0)
+    beside.eliminate_zeros()
+    return beside
 
 
 def _follow_neighbours(result: IntArray, beside: sp.csr_matrix) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import scipy.sparse as sp
@@ -15,6 +15,7 @@ from nvhchain.fem import rigid_map, stiffness_and_mass
 from nvhchain.fem.solid_model import RigidSet, SolidModel
 from nvhchain.fidelity import HousingFidelity
 from nvhchain.handoff import FloatArray, IntArray, ReducedHousing, Surface
+from nvhchain.housing.engine_plane import EnginePlane
 from nvhchain.housing.envelope import outer_envelope
 from nvhchain.housing.foreign_mesh import edge_nodes, sound_mesh
 from nvhchain.housing.mapping_error import facet_flux, gathered, mapping_error
@@ -27,23 +28,6 @@ from nvhchain.housing.truncation import RESIDUAL_MASS, truncation_error
 _STEPS = 6
 _ERROR_FREQUENCIES = 4
 """Frequencies in the upper three octaves of the band at which the error of the mapping is measured."""
-
-
-@dataclass(frozen=True)
-class EnginePlane:
-    """The rigid plane that closes a housing.  point: m on it.  normal: unit vector that points at the engine."""
-
-    point: tuple[float, float, float]
-    normal: tuple[float, float, float]
-
-    def __post_init__(self) -> None:
-        length = float(np.linalg.norm(self.normal))
-        require(abs(length - 1) < 1e-6, f"EnginePlane normal = {self.normal} has length {length:g}: make it 1")
-
-    @property
-    def arrays(self) -> tuple[FloatArray, FloatArray]:
-        """Point and normal."""
-        return np.array(self.point, dtype=float), np.array(self.normal, dtype=float)
 
 
 def reduce_model(

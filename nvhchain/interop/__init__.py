@@ -3,6 +3,8 @@
 from nvhchain.interop.abaqus import read_abaqus
 from nvhchain.interop.force_channels import BearingChannels, ForceChannels, Record
 from nvhchain.interop.forces import read_bearing_forces, read_record, write_bearing_forces
+from nvhchain.interop.modal_hdf5 import read_modal_hdf5, write_modal_hdf5
+from nvhchain.interop.modal_uff import read_modal_uff, write_modal_uff
 from nvhchain.interop.model_files import write_abaqus, write_nastran
 from nvhchain.interop.models import read_solid_model
 from nvhchain.interop.nastran import read_nastran
@@ -16,12 +18,16 @@ __all__ = [
     "Record",
     "read_abaqus",
     "read_bearing_forces",
+    "read_modal_hdf5",
+    "read_modal_uff",
     "read_nastran",
     "read_record",
     "read_solid_model",
     "write_abaqus",
     "write_bearing_forces",
     "write_history_wav",
+    "write_modal_hdf5",
+    "write_modal_uff",
     "write_nastran",
     "write_wav",
 ]

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from nvhchain.housing.casting_model import casting_model
-from nvhchain.housing.foreign import EnginePlane, reduce_model
+from nvhchain.housing.engine_plane import EnginePlane
+from nvhchain.housing.foreign import reduce_model
 from nvhchain.housing.foreign_seats import bearing_seats
 from nvhchain.interop import read_nastran, write_nastran
 

@@ -1,0 +1,233 @@
+"""Normal modes in the universal file format: nodes 15 or 2411, elements 2412, shapes 55 or 2414, units 164.
+
+The blocks are read here and not by pyuff, which takes no element of more than eight nodes and splits a 2414 only at
+blanks, where numbers may stand shoulder to shoulder.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from nvhchain.errors import FileFormatError, InputError, require
+from nvhchain.fem.modal_model import ModalModel, boundary_triangles
+from nvhchain.handoff import FloatArray, IntArray
+from nvhchain.interop.records import whole
+
+_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[EeDd][+-]?\d+)?")
+
+SHELLS = {41: (0, 1, 2), 42: (0, 2, 4), 91: (0, 1, 2), 92: (0, 2, 4), 44: (0, 1, 2, 3), 45: (0, 2, 4, 6)}
+SHELLS |= {94: (0, 1, 2, 3), 95: (0, 2, 4, 6)}
+SOLIDS = {
+    111: ("tet", (0, 1, 2, 3)),
+    118: ("tet", (0, 2, 4, 9)),
+    112: ("wedge", (0, 1, 2, 3, 4, 5)),
+    113: ("wedge", (0, 2, 4, 9, 11, 13)),
+    115: ("hex", (0, 1, 2, 3, 4, 5, 6, 7)),
+    116: ("hex", (0, 2, 4, 6, 12, 14, 16, 18)),
+}
+"""Descriptors of dataset 2412: shape and the places of the corners; parabolic elements list nodes round each layer."""
+
+_BEAMS = {11, 21, 22, 23, 24}
+"""Descriptors with a record of orientation before the nodes."""
+
+_NORMAL_MODE = 2
+
+
+def read_modal_uff(path: str | Path) -> ModalModel:
+    """Real normal modes of a universal file, with the skin that its elements make.
+
+    Without dataset 164 the file counts as SI. Complex modes are refused.
+    Raises FileFormatError for a damaged file, InputError for what cannot be carried over.
+    """
+    path = Path(path)
+    nodes: dict[int, list[float]] = {}
+    elements: list[tuple[int, list[int]]] = []
+    modes: list[tuple[float, float, float, dict[int, list[float]]]] = []
+    length = force = 1.0
+    try:
+        for kind, lines in _blocks(path):
+            if kind == 164:
+                length, force = (1.0 / value for value in _floats(" ".join(lines[1:3]))[:2])
+            elif kind in (15, 2411):
+                nodes.update(_nodes(kind, lines))
+            elif kind == 2412:
+                elements += _elements(lines)
+            elif kind in (55, 2414):
+                modes += _mode(kind, lines)
+    except (ValueError, IndexError, UnicodeDecodeError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise FileFormatError(f"{path}: not a universal file: {error}") from None
+    require(bool(nodes), f"{path}: no nodes (dataset 15 or 2411)")
+    require(bool(modes), f"{path}: no normal modes (dataset 55 or 2414 with analysis type 2)")
+    labels = np.array(sorted(nodes), dtype=np.int64)
+    triangles, shells = _skin(elements, labels, path)
+    modes.sort(key=lambda mode: mode[0])
+    mass_unit = force / length  # of a second in the file
+    shapes = np.zeros((len(modes), len(labels), 3))
+    for shape, (_, mass, _, values) in zip(shapes, modes, strict=True):
+        require(mass > 0, f"{path}: a mode has modal mass {mass:g}: export shapes with their modal mass")
+        rows = _rows(labels, list(values), path)
+        shape[rows] = np.array([value[:3] for value in values.values()]) / np.sqrt(mass * mass_unit)
+    return ModalModel(
+        nodes=length * np.array([nodes[int(label)] for label in labels]),
+        labels=labels,
+        triangles=triangles,
+        two_sided=shells,
+        frequency=np.array([mode[0] for mode in modes]),
+        damping=np.array([mode[2] for mode in modes]),
+        shapes=shapes,
+        source=str(path),
+    )
+
+
+def write_modal_uff(model: ModalModel, path: str | Path) -> Path:
+    """Datasets 164, 2411, 2412 (triangles) and 55, in SI; shapes keep six digits, as the format has them."""
+    lines = [*_framed(164, ["         1SI: Meter (newton)         1", _wide([1.0, 1.0, 1.0]), _wide([0.0])])]
+    points = []
+    for label, point in zip(model.labels.tolist(), model.nodes, strict=True):
+        points += [f"{label:10d}{0:10d}{0:10d}{11:10d}", _wide(point)]
+    lines += _framed(2411, points)
+    faces = []
+    for number, corners in enumerate(model.labels[model.triangles].tolist(), start=1):
+        faces += [f"{number:10d}{91:10d}{1:10d}{1:10d}{7:10d}{3:10d}", "".join(f"{c:10d}" for c in corners)]
+    lines += _framed(2412, faces)
+    for number, shape in enumerate(model.shapes, start=1):
+        head = [["NONE"] * 5, [_six(1, _NORMAL_MODE, 2, 8, 2, 3), f"{2:10d}{4:10d}{1:10d}{number:10d}"]]
+        reals = [model.frequency[number - 1], 1.0, model.damping[number - 1], 0.0]
+        data = [text for label, row in zip(model.labels, shape, strict=True) for text in (f"{label:10d}", _narrow(row))]
+        lines += _framed(55, [*head[0], *head[1], _narrow(reals), *data])
+
+    def write(part: Path) -> None:
+        part.write_text("\n".join([*lines, ""]), encoding="ascii")
+
+    return whole(Path(path), write)
+
+
+def _blocks(path: Path) -> Iterator[tuple[int, list[str]]]:
+    """Dataset number and lines of every block."""
+    try:
+        content = path.read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError as error:
+        raise FileFormatError(f"{path}: cannot be read: {error.strerror}") from None
+    marks = [i for i, line in enumerate(content) if line.strip() == "-1" and line[:6].strip() == "-1"]
+    for start, end in zip(marks[::2], marks[1::2], strict=False):
+        number = content[start + 1].split()[0]
+        if number.isdigit():
+            yield int(number), content[start + 2 : end]
+
+
+def _floats(text: str) -> list[float]:
+    return [float(token.upper().replace("D", "E")) for token in _NUMBER.findall(text)]
+
+
+def _nodes(kind: int, lines: list[str]) -> Iterator[tuple[int, list[float]]]:
+    step = 1 if kind == 15 else 2
+    for i in range(0, len(lines) - step + 1, step):
+        head = lines[i].split()
+        if int(head[2]) > 1:  # 0 and 1 are the part's own rectangular system
+            raise InputError(
+                f"node {head[0]} moves in its own system {head[2]}: export displacements in the global one"
+            )
+        yield (
+            int(head[0]),
+            [float(x.upper().replace("D", "E")) for x in (head[4:7] if step == 1 else _split(lines[i + 1]))],
+        )
+
+
+def _split(line: str) -> list[str]:
+    return _NUMBER.findall(line)
+
+
+def _elements(lines: list[str]) -> Iterator[tuple[int, list[int]]]:
+    i = 0
+    while i < len(lines):
+        head = [int(x) for x in lines[i].split()]
+        descriptor, count = head[1], head[5]
+        i += 2 if descriptor in _BEAMS else 1
+        members: list[int] = []
+        while len(members) < count:
+            members += [int(x) for x in lines[i].split()]
+            i += 1
+        yield descriptor, members
+
+
+def _mode(kind: int, lines: list[str]) -> Iterator[tuple[float, float, float, dict[int, list[float]]]]:
+    """Frequency Hz, modal mass, damping and node → displacement of one block, if it holds a real normal mode."""
+    first = 5 if kind == 55 else 8
+    head = [int(x) for x in lines[first].split()]
+    analysis, characteristic, data_type, count = head[1], head[2], head[4], head[5]
+    if kind == 2414 and int(lines[2]) != 1:
+        return  # not at nodes
+    if analysis in (3, 7):
+        raise InputError("complex modes are not read: export real normal modes")
+    if analysis != _NORMAL_MODE or characteristic not in (2, 3):
+        return
+    require(data_type in (2, 4), f"mode shapes of data type {data_type} are complex or whole numbers: export real ones")
+    if kind == 55:
+        reals, body = _floats(lines[first + 2]), lines[first + 3 :]
+        frequency, mass, viscous, hysteretic = (*reals, 0.0, 0.0, 0.0)[:4]
+    else:
+        reals, body = _floats(lines[first + 3]), lines[first + 5 :]
+        _, frequency, _, mass, viscous, hysteretic = (*reals, *[0.0] * 6)[:6]
+    values: dict[int, list[float]] = {}
+    i = 0
+    while i < len(body):
+        label = int(body[i].split()[0])
+        found: list[float] = []
+        i += 1
+        while len(found) < count:
+            found += _floats(body[i])
+            i += 1
+        values[label] = found
+    # a loss factor η of a mode damps it as η/2 of critical
+    yield frequency, mass, viscous + hysteretic / 2, values
+
+
+def _skin(elements: list[tuple[int, list[int]]], labels: IntArray, path: Path) -> tuple[IntArray, bool]:
+    """Triangles of the shells, or of the boundary of the solids where there are no shells."""
+    shells: list[list[int]] = []
+    solids: dict[int, list[list[int]]] = {}
+    for descriptor, members in elements:
+        if descriptor in SHELLS:
+            corners = [members[i] for i in SHELLS[descriptor]]
+            shells += [corners[:3]] + ([[corners[0], corners[2], corners[3]]] if len(corners) == 4 else [])
+        elif descriptor in SOLIDS:
+            solids.setdefault(descriptor, []).append([members[i] for i in SOLIDS[descriptor][1]])
+    if shells:
+        return _rows(labels, np.array(shells).ravel(), path).reshape(-1, 3), True
+    require(bool(solids), f"{path}: dataset 2412 holds no shells and no solids: export the skin with the shapes")
+    blocks = [
+        (SOLIDS[kind][0], _rows(labels, np.array(rows).ravel(), path).reshape(len(rows), -1))
+        for kind, rows in solids.items()
+    ]
+    return boundary_triangles(blocks), False
+
+
+def _rows(labels: IntArray, wanted: IntArray | list[int], path: Path) -> IntArray:
+    numbers = np.asarray(wanted, dtype=np.int64)
+    rows = np.minimum(np.searchsorted(labels, numbers), len(labels) - 1)
+    known = labels[rows] == numbers
+    if not known.all():
+        raise FileFormatError(f"{path}: node {numbers[~known][0]} is not defined")
+    return np.asarray(rows)
+
+
+def _framed(kind: int, lines: list[str]) -> list[str]:
+    return [f"{-1:6d}", f"{kind:6d}", *lines, f"{-1:6d}"]
+
+
+def _wide(values: FloatArray | list[float]) -> str:
+    return "".join(f"{value:25.16E}" for value in values)
+
+
+def _narrow(values: FloatArray | list[float]) -> str:
+    return "".join(f"{value:13.5E}" for value in values)
+
+
+def _six(*values: int) -> str:
+    return "".join(f"{value:10d}" for value in values)

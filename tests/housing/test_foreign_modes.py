@@ -1,0 +1,230 @@
+"""Modes of another solver as a reduced housing: universal file and HDF5, sides of the skin, what is missing."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from nvhchain.errors import AccuracyWarning, FileFormatError, InputError
+from nvhchain.fem import lowest_modes
+from nvhchain.fem.modal_model import ModalModel
+from nvhchain.housing.engine_plane import EnginePlane
+from nvhchain.housing.foreign_modes import housing_from_modes, missing_flexibility
+from nvhchain.housing.mesh import boundary_faces
+from nvhchain.housing.reduction import held_matrices, seat_flexibility
+from nvhchain.housing.shell_sides import outward_sides
+from nvhchain.interop.modal_hdf5 import read_modal_hdf5, write_modal_hdf5
+from nvhchain.interop.modal_uff import read_modal_uff, write_modal_uff
+
+ENGINE = EnginePlane((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
+F_MAX = 3000.0
+
+
+@pytest.fixture(scope="module")
+def modes(mesh, casting, reduced):
+    """The casting's modes at all nodes and at two more in the middle of the seats."""
+    K, M, T = held_matrices(mesh, casting)
+    frequency, shapes = lowest_modes(K, M, reduced.natural_frequency[-1] * 1.001)
+    at_nodes = (T @ shapes).T.reshape(len(frequency), -1, 3)
+    unknowns = K.shape[0] - 6 * np.array([2, 1])
+    at_seats = shapes[unknowns[:, None] + np.arange(3)].transpose(2, 0, 1)
+    return ModalModel(
+        nodes=np.vstack([mesh.nodes, [bore.centre for bore in casting.bores]]),
+        labels=np.arange(1, len(mesh.nodes) + 3),
+        triangles=boundary_faces(mesh.elements)[:, :3],
+        two_sided=False,
+        frequency=frequency,
+        damping=np.full(len(frequency), casting.modal_damping),
+        shapes=np.concatenate([at_nodes, at_seats], axis=1),
+    )
+
+
+def housing(model, casting, fidelity, surface, **options):
+    with pytest.warns(AccuracyWarning, match="without residual flexibility"):
+        return housing_from_modes(
+            model,
+            {bore.name: bore.centre for bore in casting.bores},
+            f_max=F_MAX,
+            surface_size=0.022,
+            fidelity=fidelity,
+            engine_plane=ENGINE,
+            surface=surface,
+            **options,
+        )
+
+
+@pytest.fixture(scope="module")
+def from_file(modes, casting, fidelity, surface, tmp_path_factory):
+    path = write_modal_uff(modes, tmp_path_factory.mktemp("uff") / "modes.unv")
+    return housing(read_modal_uff(path), casting, fidelity, surface)
+
+
+def test_universal_file_keeps_frequencies_damping_and_seat_shapes_to_six_digits(from_file, reduced, casting):
+    count = len(from_file.natural_frequency)
+    assert count == (reduced.natural_frequency <= 1.4 * F_MAX).sum() > 3
+    assert from_file.natural_frequency == pytest.approx(reduced.natural_frequency[:count], rel=1e-5)
+    assert from_file.modal_damping == pytest.approx(casting.modal_damping)
+    signs = np.sign((from_file.seat_shapes * reduced.seat_shapes[:count]).sum(axis=(1, 2)))
+    largest = np.abs(reduced.seat_shapes).max()
+    assert from_file.seat_shapes * signs[:, None, None] == pytest.approx(
+        reduced.seat_shapes[:count], abs=2e-5 * largest
+    )
+    assert not from_file.seat_residual.any()
+
+
+def test_faces_move_as_those_of_the_casting(from_file, reduced):
+    """The skin is taken to move linearly between its corners, 30 mm apart."""
+    count, area = len(from_file.natural_frequency), reduced.surface.areas
+    difference = np.abs(from_file.normal_shapes) - np.abs(reduced.normal_shapes[:count])
+    assert (difference**2 @ area).sum() < 0.1**2 * (reduced.normal_shapes[:count] ** 2 @ area).sum()
+
+
+def test_missing_flexibility_is_estimated_within_a_factor_of_three(from_file, reduced):
+    modal = from_file.seat_shapes.reshape(len(from_file.natural_frequency), -1)
+    static = np.trace(seat_flexibility(reduced))
+    truth = 1 - ((modal**2).sum(axis=1) / (2 * np.pi * from_file.natural_frequency) ** 2).sum() / static
+    assert truth / 3 < from_file.provenance["missing_flexibility"] < 3 * truth
+
+
+def test_missing_flexibility_of_a_constant_modal_density_is_that_of_the_top_octave():
+    frequency = np.arange(1.0, 4001.0)
+    shapes = np.ones((len(frequency), 1, 3))
+    cut = 500
+    truth = (1 / frequency[cut:] ** 2).sum() / (1 / frequency**2).sum()
+    assert missing_flexibility(frequency[:cut], shapes[:cut]) == pytest.approx(truth, rel=0.15)
+
+
+def test_hdf5_keeps_every_digit(modes, tmp_path):
+    back = read_modal_hdf5(write_modal_hdf5(modes, tmp_path / "modes.h5"))
+    for name in ("nodes", "labels", "triangles", "frequency", "damping", "shapes"):
+        assert np.array_equal(getattr(back, name), getattr(modes, name))
+
+
+def test_shells_are_turned_outward_whichever_way_they_are_numbered(modes, casting, fidelity, surface, from_file):
+    rng = np.random.default_rng(5)
+    triangles = modes.triangles.copy()
+    wrong = rng.random(len(triangles)) < 0.5
+    triangles[wrong] = triangles[wrong][:, [0, 2, 1]]
+    shells = housing(replace(modes, triangles=triangles, two_sided=True), casting, fidelity, surface)
+    difference = np.abs(shells.normal_shapes) - np.abs(from_file.normal_shapes)
+    area = surface.areas
+    assert (difference**2 @ area).sum() < 0.02**2 * (from_file.normal_shapes**2 @ area).sum()
+
+
+UFF = """\
+    -1
+   164
+         5mm (milli newton)           1
+  1.0000000000000000D+03  1.0000000000000000D+03  1.0000000000000000D+00
+  0.0000000000000000D+00
+    -1
+    -1
+    15
+         1         0         0        11  0.00000E+00  0.00000E+00  0.00000E+00
+         2         0         0        11  1.00000E+03  0.00000E+00  0.00000E+00
+         3         0         0        11  0.00000E+00  1.00000E+03  0.00000E+00
+         4         0         0        11  0.00000E+00  0.00000E+00  1.00000E+03
+    -1
+    -1
+  2412
+         1       111         1         1         7         4
+         1         2         3         4
+    -1
+    -1
+  2414
+         1
+mode
+         1
+NONE
+NONE
+NONE
+NONE
+NONE
+         1         2         2         8         2         3
+         0         0         1         0         1         1         0         0
+         0         0
+  0.00000E+00  1.50000E+02  0.00000E+00  4.00000E+00  1.00000E-02  2.00000E-02
+  0.00000E+00  0.00000E+00  0.00000E+00  0.00000E+00  0.00000E+00  0.00000E+00
+         1
+  1.00000E+00-2.00000E+00  3.00000E+00
+         3
+ -1.00000E+00-2.00000E+00-3.00000E+00
+    -1
+"""
+
+
+def test_side_of_open_shells_and_closed_bodies():
+    """A tetrahedron with one face turned, and a plate of two triangles beside it."""
+    nodes = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [5, 0, 0], [6, 0, 0], [5, 1, 0], [6, 1, 0]], float)
+    triangles = np.array([[0, 2, 1], [0, 1, 3], [1, 3, 2], [0, 3, 2], [4, 5, 6], [5, 6, 7]])
+    found, shells = outward_sides(nodes, triangles)
+    assert shells.tolist() == [False] * 4 + [True] * 4
+    closed = nodes[found[:4]]
+    normal = np.cross(closed[:, 1] - closed[:, 0], closed[:, 2] - closed[:, 0])
+    assert (np.einsum("ij,ij->i", normal, closed.mean(axis=1) - nodes[:4].mean(axis=0)) > 0).all()
+    plate = np.cross(nodes[found[4:, 1]] - nodes[found[4:, 0]], nodes[found[4:, 2]] - nodes[found[4:, 0]])[:, 2]
+    assert plate.tolist() in ([1, 1, -1, -1], [-1, -1, 1, 1])
+
+
+def test_dataset_2414_units_modal_mass_and_loss_factor(tmp_path):
+    path = tmp_path / "modes.unv"
+    path.write_text(UFF)
+    model = read_modal_uff(path)
+    assert model.nodes[1].tolist() == [1.0, 0.0, 0.0]
+    assert model.frequency.tolist() == [150.0]
+    assert model.damping[0] == pytest.approx(0.02)  # 1 % viscous and a loss factor of 2 %
+    # mN s²/mm = kg
+    assert model.shapes[0, 0] == pytest.approx(np.array([1.0, -2.0, 3.0]) / 2)
+    assert model.shapes[0, 1].tolist() == [0.0, 0.0, 0.0]
+    assert len(model.triangles) == 4
+    normal = np.cross(*(model.nodes[model.triangles[:, i]] - model.nodes[model.triangles[:, 0]] for i in (1, 2)))
+    outward = model.nodes[model.triangles].mean(axis=1) - model.nodes.mean(axis=0)
+    assert (np.einsum("ij,ij->i", normal, outward) > 0).all()
+
+
+HEAD = "         1         2         2         8         2         3"
+NODE = "         2         0         0        11"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (HEAD, HEAD.replace("2         2         8         2", "3         2         8         5"), "complex modes"),
+        ("  2412\n         1       111", "  2412\n         1       121", "no shells and no solids"),
+        ("4.00000E+00  1.00000E-02", "0.00000E+00  1.00000E-02", "modal mass 0"),
+        ("         3\n -1", "         9\n -1", "node 9 is not defined"),
+        (NODE, NODE.replace("0        11", "7        11"), "moves in its own system"),
+        (HEAD, HEAD.replace("8", "x"), "not a universal"),
+    ],
+)  # fmt: skip
+def test_universal_file_that_cannot_be_used_is_refused(tmp_path, old, new, message):
+    path = tmp_path / "bad.unv"
+    assert old in UFF
+    path.write_text(UFF.replace(old, new, 1))
+    with pytest.raises(InputError, match=message):
+        read_modal_uff(path)
+
+
+def test_modes_that_end_below_the_band_and_missing_nodes_are_refused(modes, casting, fidelity):
+    few = replace(modes, frequency=modes.frequency[:2], damping=modes.damping[:2], shapes=modes.shapes[:2])
+    at = {"A1": casting.bores[0].centre}
+    with pytest.raises(InputError, match="its modes end at"):
+        housing_from_modes(few, at, f_max=F_MAX, surface_size=0.022, fidelity=fidelity)
+    with pytest.raises(InputError, match="name the node"):
+        housing_from_modes(modes, {"A1": (0, 0, 0.5)}, f_max=F_MAX, surface_size=0.022, fidelity=fidelity)
+    undamped = replace(modes, damping=0 * modes.damping)
+    with pytest.raises(InputError, match="no damping"):
+        housing_from_modes(undamped, at, f_max=F_MAX, surface_size=0.022, fidelity=fidelity)
+
+
+def test_hdf5_in_other_units_is_refused(modes, tmp_path):
+    import h5py
+
+    path = write_modal_hdf5(modes, tmp_path / "modes.h5")
+    with h5py.File(path, "a") as file:
+        file["nodes"].attrs["units"] = "mm"
+    with pytest.raises(InputError, match="nodes is in 'mm', not 'm'"):
+        read_modal_hdf5(path)
+    path.write_bytes(b"nothing")
+    with pytest.raises(FileFormatError, match="damaged"):
+        read_modal_hdf5(path)

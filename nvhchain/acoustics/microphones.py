@@ -98,7 +98,7 @@ def array_power(pressure: FieldPressure, radius: float, air: Air, *, reflecting_
 
 def source_dimension(surface: Surface, plane: RigidPlane | None) -> float:
     """Characteristic source dimension d₀ (m): half the diagonal of the reference box, which above a reflecting plane
-    stands on it and includes its mirror image (ISO 3744:2010, 3.11 and figure 2)."""
+    stands on it and includes its mirror image (ISO 3744:2010)."""
     if plane is None:
         return 0.5 * float(np.linalg.norm(np.ptp(surface.vertices, axis=0)))
     along = np.ptp(surface.vertices @ plane_axes(plane)[:2].T, axis=0)

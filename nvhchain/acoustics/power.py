@@ -86,7 +86,7 @@ def sound_power(
         "the Rayleigh integral knows no pressure on the surface: give array_radius, or use boundary_elements",
     )
     check_mesh(surface, float(frequency[-1]), air, fidelity)
-    expected = expected_accuracy(surface, None, float(frequency[-1]), air, fidelity)
+    expected = expected_accuracy(surface, None, float(frequency[-1]), air, fidelity, engine)
     order = multipole_order(
         surface, 2 * np.pi * float(frequency[-1]) / air.speed_of_sound, plane, fidelity.multipole_digits
     )

@@ -102,7 +102,7 @@ def radiation_resistance(
     check_mesh(surface, float(frequency[-1]), air, fidelity)
     if plane is not None:
         check_plane(plane, surface)
-    expected = expected_accuracy(surface, None, float(frequency[-1]), air, fidelity)
+    expected = expected_accuracy(surface, None, float(frequency[-1]), air, fidelity, engine)
     top = _order(surface, float(frequency[-1]), air, fidelity, plane)
     size = 2 * 16 * len(frequency) * multipole_count(top, plane) * shapes.shape[1]
     task = expansion_memory(surface, top) + 16 * shapes.shape[1] * (3 * len(surface.vertices) + 2 * len(shapes))

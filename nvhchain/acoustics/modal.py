@@ -63,7 +63,7 @@ def noise_transfer_functions(modal: ModalTransferVectors, housing: ReducedHousin
     _check_housing(modal, housing)
     rate = 2j * np.pi * modal.frequency[:, None, None]
     weighted = modal.modes * housing.receptance(modal.frequency)[:, None, :]
-    flat = weighted.reshape(-1, weighted.shape[2])
+    flat = weighted.reshape(weighted.shape[0] * weighted.shape[1], weighted.shape[2])
     seats = housing.seat_shapes.reshape(flat.shape[1], 3 * len(housing.names))
     compliant = (flat.real @ seats + 1j * (flat.imag @ seats)).reshape(*weighted.shape[:2], seats.shape[1])
     functions = rate * (compliant + modal.residual.reshape(compliant.shape))

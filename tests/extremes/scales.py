@@ -1,0 +1,17 @@
+"""Numbers over all scales, and nonsense."""
+
+import numpy as np
+from hypothesis import strategies as st
+
+ANY = st.one_of(st.floats(allow_nan=True, allow_infinity=True), st.just(0.0), st.just(-1.0))
+"""Whatever a file may hold."""
+
+
+def powers(low, high):
+    """Numbers spread evenly over their logarithm."""
+    return st.floats(np.log10(low), np.log10(high)).map(lambda exponent: 10.0**exponent)
+
+
+def mostly(good):
+    """A strategy that draws nonsense one time in four."""
+    return st.one_of(good, good, good, ANY)

@@ -9,6 +9,7 @@ from nvhchain.interop.model_files import write_abaqus, write_nastran
 from nvhchain.interop.models import read_solid_model
 from nvhchain.interop.nastran import read_nastran
 from nvhchain.interop.units import UNIT_SYSTEMS
+from nvhchain.interop.vtk_files import write_modes_vtkhdf, write_velocity_vtkhdf, write_vtu
 from nvhchain.interop.wav import write_history_wav, write_wav
 
 __all__ = [
@@ -28,6 +29,9 @@ __all__ = [
     "write_history_wav",
     "write_modal_hdf5",
     "write_modal_uff",
+    "write_modes_vtkhdf",
     "write_nastran",
+    "write_velocity_vtkhdf",
+    "write_vtu",
     "write_wav",
 ]

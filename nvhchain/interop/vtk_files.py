@@ -1,0 +1,108 @@
+"""Surfaces with modes or operating shapes for ParaView: VTKHDF with one step per mode or line, VTU for a single one.
+
+VTKHDF is HDF5 of a fixed layout (VTK File Formats, "VTKHDF", version 2.2) and is written here through h5py.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from nvhchain.conventions import REFERENCE_VELOCITY
+from nvhchain.errors import require
+from nvhchain.handoff import FloatArray, ReducedHousing, Surface, SurfaceVelocity
+from nvhchain.interop.records import whole
+from nvhchain.interop.surface_motion import vertex_motion
+from nvhchain.levels import decibel
+
+TRIANGLE = 5
+"""Number of the cell type."""
+
+
+def write_modes_vtkhdf(housing: ReducedHousing, path: str | Path) -> Path:
+    """Mode shapes on the radiating surface, one step per mode whose value is the natural frequency in Hz.
+
+    Cells: normal_shape kg^-½; points: shape, vectors for Warp By Vector.
+    """
+    shapes = housing.normal_shapes
+    vectors = np.stack([vertex_motion(housing.surface, shape) for shape in shapes])
+    return _write(housing.surface, housing.natural_frequency, {"normal_shape": shapes}, {"shape": vectors}, path)
+
+
+def write_velocity_vtkhdf(velocity: SurfaceVelocity, path: str | Path) -> Path:
+    """Operating shapes, one step per line whose value is its frequency in Hz.
+
+    Cells: normal velocity m/s (real, imaginary) and its level dB re 1 nm/s; points: the same as vectors.
+    """
+    v = velocity.normal_velocity
+    vectors = np.stack([vertex_motion(velocity.surface, line) for line in v])
+    cells = {
+        "normal_velocity_real": v.real,
+        "normal_velocity_imaginary": v.imag,
+        "level": np.maximum(decibel(v, REFERENCE_VELOCITY), -200.0),
+    }
+    points = {"velocity_real": vectors.real, "velocity_imaginary": vectors.imag}
+    return _write(velocity.surface, velocity.frequency, cells, points, path)
+
+
+def write_vtu(
+    surface: Surface, path: str | Path, *, cells: Mapping[str, FloatArray], points: Mapping[str, FloatArray]
+) -> Path:
+    """One state of the surface.  cells: name → (n_face, …).  points: name → (n_v, …)."""
+    import meshio
+
+    mesh = meshio.Mesh(
+        np.array(surface.vertices),
+        [("triangle", np.array(surface.triangles))],
+        point_data={name: np.array(values) for name, values in points.items()},
+        cell_data={name: [np.array(values)] for name, values in cells.items()},
+    )
+    return whole(Path(path), lambda part: meshio.write(part, mesh, file_format="vtu"))
+
+
+def _write(
+    surface: Surface,
+    steps: FloatArray,
+    cells: Mapping[str, FloatArray],
+    points: Mapping[str, FloatArray],
+    path: str | Path,
+) -> Path:
+    """One mesh for all steps; data (n_step, n, …) are stacked along the first axis."""
+    count, faces, vertices = len(steps), len(surface.triangles), len(surface.vertices)
+    require(count > 0, "nothing to write: no modes or lines")
+
+    def write(part: Path) -> None:
+        with h5py.File(part, "w") as file:
+            root = file.create_group("VTKHDF")
+            root.attrs["Version"] = np.array([2, 2], dtype=np.int64)
+            root.attrs.create("Type", np.bytes_("UnstructuredGrid"))
+            root["NumberOfPoints"] = np.array([vertices], dtype=np.int64)
+            root["NumberOfCells"] = np.array([faces], dtype=np.int64)
+            root["NumberOfConnectivityIds"] = np.array([3 * faces], dtype=np.int64)
+            root["Points"] = surface.vertices
+            root["Connectivity"] = surface.triangles.ravel()
+            root["Offsets"] = 3 * np.arange(faces + 1, dtype=np.int64)
+            root["Types"] = np.full(faces, TRIANGLE, dtype=np.uint8)
+            time = root.create_group("Steps")
+            time.attrs["NSteps"] = np.int64(count)
+            time["Values"] = np.asarray(steps, dtype=float)
+            for name in ("PartOffsets", "PointOffsets", "CellOffsets", "ConnectivityIdOffsets"):
+                time[name] = np.zeros(count, dtype=np.int64)
+            time["NumberOfParts"] = np.ones(count, dtype=np.int64)
+            for kind, data, size in (("CellData", cells, faces), ("PointData", points, vertices)):
+                _stack(root, time, kind, data, size, count)
+
+    return whole(Path(path), write)
+
+
+def _stack(root: Any, time: Any, kind: str, data: Mapping[str, FloatArray], size: int, count: int) -> None:
+    group, offsets = root.create_group(kind), time.create_group(f"{kind}Offsets")
+    for name, values in data.items():
+        group.create_dataset(
+            name, data=values.reshape(count * size, *values.shape[2:]), compression="gzip", shuffle=True
+        )
+        offsets[name] = size * np.arange(count, dtype=np.int64)

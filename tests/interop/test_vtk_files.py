@@ -1,0 +1,77 @@
+"""VTKHDF and VTU are read back by VTK's own readers, which are ParaView's."""
+
+import numpy as np
+import pytest
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkIOHDF import vtkHDFReader
+from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
+
+from nvhchain.conventions import REFERENCE_VELOCITY
+from nvhchain.handoff import ReducedHousing, Surface, SurfaceVelocity
+from nvhchain.interop.surface_motion import vertex_motion
+from nvhchain.interop.vtk_files import write_modes_vtkhdf, write_velocity_vtkhdf, write_vtu
+
+OCTAHEDRON = Surface(
+    np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], dtype=float),
+    np.array([[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]]),
+)
+
+
+def read(path, step):
+    """The unstructured grid of one step, and the values of all steps."""
+    reader = vtkHDFReader()
+    reader.SetFileName(str(path))
+    assert reader.CanReadFile(str(path))
+    reader.UpdateInformation()
+    times = reader.GetOutputInformation(0).Get(reader.GetExecutive().TIME_STEPS())
+    reader.SetStep(step)
+    reader.Update()
+    return reader.GetOutputDataObject(0), times
+
+
+def test_modes_are_steps_at_their_natural_frequencies(tmp_path):
+    shapes = np.random.default_rng(1).standard_normal((3, 8))
+    housing = ReducedHousing(
+        natural_frequency=np.array([100.0, 250.0, 260.0]),
+        modal_damping=np.full(3, 0.01),
+        seat_shapes=np.zeros((3, 1, 3)),
+        normal_shapes=shapes,
+        seat_residual=np.zeros((1, 3, 1, 3)),
+        face_residual=np.zeros((1, 3, 8)),
+        names=("A",),
+        positions=np.zeros((1, 3)),
+        surface=OCTAHEDRON,
+    )
+    path = write_modes_vtkhdf(housing, tmp_path / "modes.vtkhdf")
+    for step in (0, 2):
+        grid, times = read(path, step)
+        assert list(times) == [100.0, 250.0, 260.0]
+        assert grid.GetNumberOfCells() == 8
+        assert vtk_to_numpy(grid.GetPoints().GetData()) == pytest.approx(OCTAHEDRON.vertices)
+        assert vtk_to_numpy(grid.GetCellData().GetArray("normal_shape")) == pytest.approx(shapes[step])
+        found = vtk_to_numpy(grid.GetPointData().GetArray("shape"))
+        assert found == pytest.approx(vertex_motion(OCTAHEDRON, shapes[step]))
+
+
+def test_operating_shapes_are_steps_at_their_lines(tmp_path):
+    v = np.random.default_rng(2).standard_normal((2, 8, 2)) @ [1, 1j] * 1e-4
+    path = write_velocity_vtkhdf(SurfaceVelocity(np.array([50.0, 75.0]), v, OCTAHEDRON), tmp_path / "v.vtkhdf")
+    grid, times = read(path, 1)
+    assert list(times) == [50.0, 75.0]
+    assert vtk_to_numpy(grid.GetCellData().GetArray("normal_velocity_imaginary")) == pytest.approx(v[1].imag)
+    level = 20 * np.log10(np.abs(v[1]) / np.sqrt(2) / REFERENCE_VELOCITY)
+    assert vtk_to_numpy(grid.GetCellData().GetArray("level")) == pytest.approx(level)
+
+
+def test_single_state_as_vtu(tmp_path):
+    path = write_vtu(OCTAHEDRON, tmp_path / "s.vtu", cells={"a": np.arange(8.0)}, points={"u": np.ones((6, 3))})
+    reader = vtkXMLUnstructuredGridReader()
+    reader.SetFileName(str(path))
+    reader.Update()
+    assert vtk_to_numpy(reader.GetOutput().GetCellData().GetArray("a")).tolist() == list(range(8))
+    assert reader.GetOutput().GetPointData().GetArray("u").GetNumberOfComponents() == 3
+
+
+def test_vertices_of_a_pulsating_octahedron_move_outward():
+    motion = vertex_motion(OCTAHEDRON, np.ones(8))
+    assert motion == pytest.approx(OCTAHEDRON.vertices / np.sqrt(3))

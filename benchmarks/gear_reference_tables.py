@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 from gear_reference_studies import CORNER_GAPS, ROOT, STUDIES, TORQUES, VARIANTS, Record
+from matplotlib.figure import Figure
 
 from nvhchain.gear import Blank
 from nvhchain.handoff import FloatArray
@@ -111,6 +112,36 @@ def convergence(out: Path) -> list[str]:
     return [*lines, ""]
 
 
+SHOWN = (("spur", "3 slots"), ("stage1", "5 slots"))
+"""Study and blank drawn; the first tooth over which each is looked at."""
+
+
+def figure(out: Path) -> None:
+    """Deflection over the mesh period: reference, and the hybrid with and without tip edges."""
+    shown = [(study, blank) for study, blank in SHOWN if (out / f"{study}-{blank}").exists()]
+    fig = Figure(figsize=(4.5 * len(shown), 7.5), layout="constrained")
+    axes = fig.subplots(len(TORQUES), len(shown), squeeze=False)
+    for column, (study, blank) in enumerate(shown):
+        s = STUDIES[study]()
+        rows = next(iter(pickle.loads((out / f"{study}-{blank}").read_bytes())["shifts"].values()))
+        place = np.arange(s.angles + 1) / s.angles
+        for row, torque in enumerate(TORQUES):
+            ax = axes[len(TORQUES) - 1 - row, column]
+            for key, label, style in (
+                ("reference", "reference", "k.-"),
+                (f"hybrid {1e6 * CORNER_GAPS[-1]:g}", "hybrid, tip edges", "C0-"),
+                (f"hybrid {1e6 * CORNER_GAPS[0]:g}", "hybrid, path alone", "C3--"),
+            ):
+                curve = 1e6 * np.array(rows[key])[:, row]
+                ax.plot(place, np.append(curve, np.nan), style, label=label, linewidth=1)
+            ax.set_title(f"{study}, {blank}, {torque:g} N m", fontsize=9)
+            ax.set_ylabel("deflection / µm")
+        axes[-1, column].set_xlabel("mesh periods")
+    if shown:
+        axes[0, 0].legend(fontsize=8)
+        fig.savefig(TABLE.with_suffix(".png"), dpi=110)
+
+
 def write(out: Path) -> None:
     """Regression data and tables from what there is."""
     DATA.mkdir(parents=True, exist_ok=True)
@@ -125,4 +156,5 @@ def write(out: Path) -> None:
         if data is not None:
             (DATA / f"reference_{study}.json").write_text(json.dumps(data, indent=1) + "\n")
             lines += comparison(study, out)
+    figure(out)
     TABLE.write_text("\n".join([*lines, *convergence(out)]))

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import pickle
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,32 +14,43 @@ from nvhchain.dynamics.law_table import deflection_under
 from nvhchain.fidelity import GearFidelity
 from nvhchain.gear.blank import SOLID
 from nvhchain.handoff import FloatArray, MeshLaw
+from nvhchain.resume import code_version, fingerprint
 
-ANGLES = 24
+ANGLES = 48
 """Of a mesh period, at which friction is tabulated."""
 
 TILT = 5e-5
 """rad, of the finite differences: 1 µm over 20 mm of face."""
 
 
-def solid_solvers(case: Any, fidelity: GearFidelity) -> list[gear.Engagement]:
-    """The contact problems of all pairs with solid gears, at any angle."""
+def solid_solvers(case: Any, fidelity: GearFidelity, folder: Path) -> list[gear.Engagement]:
+    """The contact problems of all pairs with solid gears, at any angle; their compliances are kept in `folder`."""
     pairs = [replace(pair, wheel=replace(pair.wheel, blank=SOLID)) for pair in case.pairs]
-    return [gear.Engagement(pair, gear.pair_compliances(pair, fidelity), fidelity) for pair in pairs]
+    kept = folder / f"solid-{fingerprint(code_version('gear'), pairs, fidelity)[:10]}.pickle"
+    if not kept.exists():
+        kept.write_bytes(pickle.dumps([gear.pair_compliances(pair, fidelity) for pair in pairs]))
+    found = pickle.loads(kept.read_bytes())
+    return [gear.Engagement(pair, c, fidelity) for pair, c in zip(pairs, found, strict=True)]
 
 
-def mesh_friction(solver: gear.Engagement, law: MeshLaw, force: float, coefficient: float) -> dynamics.MeshFriction:
-    """Friction of a mesh under `force`, N, from the contact of solid gears, repeated over the law's period."""
+def angle_tables(
+    solver: gear.Engagement, law: MeshLaw, force: float, coefficient: float
+) -> tuple[dynamics.MeshFriction, dynamics.LoadCentre]:
+    """Friction and load centre of a mesh under `force`, N, from the contact of solid gears, over the law's period."""
     pitch = 2.0 * np.pi / law.teeth[1]
     angles = np.arange(ANGLES) * pitch / ANGLES
-    sliding, arm = np.empty(ANGLES), np.empty(ANGLES)
+    sliding, arm, offset = np.empty((3, ANGLES))
     for i, angle in enumerate(angles):
         lines, forces, _ = _loaded(solver, law, float(angle), force)
-        share = forces * gear.sliding_sense(solver.pair, lines) / forces.sum()
-        sliding[i], arm[i] = share.sum(), share @ lines.position
+        share = forces / forces.sum()
+        rubbing = share * gear.sliding_sense(solver.pair, lines)
+        sliding[i], arm[i], offset[i] = rubbing.sum(), rubbing @ lines.position, share @ lines.axial
     repeats = round(law.period / pitch)
     every = (angles + np.arange(repeats)[:, None] * pitch).ravel()
-    return dynamics.MeshFriction(coefficient, law.period, every, np.tile(sliding, repeats), np.tile(arm, repeats))
+    return (
+        dynamics.MeshFriction(coefficient, law.period, every, np.tile(sliding, repeats), np.tile(arm, repeats)),
+        dynamics.LoadCentre(law.period, every, np.tile(offset, repeats)),
+    )
 
 
 def _loaded(solver: gear.Engagement, law: MeshLaw, angle: float, force: float) -> tuple[Any, FloatArray, float]:

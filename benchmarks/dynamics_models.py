@@ -12,13 +12,16 @@ import numpy as np
 import nvhchain as nvh
 from nvhchain import dynamics, gear, store
 from nvhchain.dynamics.simulation import Simulation, advance, at_rest
-from nvhchain.handoff import MeshLaw, ReducedHousing
+from nvhchain.fidelity import DynamicsFidelity
+from nvhchain.handoff import FloatArray, MeshLaw, ReducedHousing
 
 ROOT = Path(__file__).parents[1]
 SPEED = 2500.0 * 2.0 * pi / 60.0
 TORQUE = 250.0
 MODES = 92
 """Housing modes that make 109 unknowns with 15 of the shafts and 2 torsional ones."""
+
+MESH_ORDERS = (20.0, 12.0)
 
 
 def gearbox_of(name: str) -> dynamics.Gearbox:
@@ -66,3 +69,39 @@ def one_step(model: Simulation, laws: list[MeshLaw], steps: int = 32_768) -> flo
         advance(model, motion, phases, stride=4)
         best = min(best, time.thread_time() - begin)
     return 1e9 * best / steps
+
+
+def order_levels(force: FloatArray, turns: float) -> dict[float, float]:
+    """dB of the mesh harmonics up to 5 kHz of a steady record (n, 3 n_bearing) N over so many turns of the input."""
+    lines = np.abs(np.fft.rfft(force, axis=0)) * 2.0 / len(force)
+    energy = (lines**2).sum(axis=1)
+    orders = {k * base for base in MESH_ORDERS for k in range(1, 12)}
+    return {
+        order: float(10.0 * np.log10(max(energy[round(order * turns)], 1e-30)))
+        for order in sorted(orders)
+        if order * SPEED / (2.0 * pi) <= 5000.0
+    }
+
+
+def worst(found: dict[float, float], wanted: dict[float, float]) -> list[float]:
+    """Largest and RMS deviation in dB over harmonics within 30 dB of the strongest, and the order of the largest."""
+    loud = [order for order, level in wanted.items() if level > max(wanted.values()) - 30.0]
+    off = np.array([found[order] - wanted[order] for order in loud])
+    at = int(np.argmax(np.abs(off)))
+    return [float(off[at]), float(np.sqrt((off**2).mean())), loud[at]]
+
+
+def steady(
+    gearbox: dynamics.Gearbox, laws: Any, housing: Any, torque: float, *, turns: float = 10.25, **knobs: Any
+) -> dict[float, float]:
+    """Levels of the mesh harmonics of the solid gearbox at 2500 rpm."""
+    record = dynamics.bearing_forces(
+        gearbox,
+        laws,
+        housing,
+        input_speed=SPEED,
+        input_torque=torque,
+        f_max=5000.0,
+        fidelity=DynamicsFidelity(**({"time_step": 1e-5, "settle_level": 1e-4} | knobs)),
+    )
+    return order_levels(record.force.reshape(len(record.time), -1), turns)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from nvhchain.acoustics.plane import check_plane
 from nvhchain.conventions import Air
 from nvhchain.errors import InputError, require
 from nvhchain.handoff import FieldPressure, FloatArray, RigidPlane, SoundPower, SurfaceVelocity
@@ -70,9 +71,12 @@ def equivalent_pressure(
 ) -> FieldPressure:
     """Level without phase of the equivalent radiated power, spread evenly from the centroid of the surface.
 
-    The cheapest radiation level; arguments and errors are those of `spread_power`.
+    The cheapest radiation level; arguments and errors are those of `spread_power`, and InputError for a body that is
+    not above the plane.
     """
     surface = surface_velocity.surface
+    if plane is not None:
+        check_plane(plane, surface)
     centre = surface.areas @ surface.centroids / surface.areas.sum()
     power = equivalent_radiated_power(surface_velocity, air)
     return spread_power(power, points, centre, air, plane=plane)

@@ -55,13 +55,15 @@ class RadiationResistance(HandOff):
     P = ½ |waves q̇|² and the radiation resistance matrix is R = Re(wavesᴴ waves), positive semidefinite by its making;
     rows beyond those that count at a frequency are zero.
     plane_wave_resistance: (n_column, n_column) ρc ∫ φ_i φ_j dS, what R tends to at high frequency; ½ q̇ᴴ … q̇ is the
-    equivalent radiated power.  housing: as of the `SurfaceShapes` it was made for.
+    equivalent radiated power.  plane: a rigid plane near the body, or None for a free field.
+    housing: as of the `SurfaceShapes` it was made for.
     """
 
     frequency: FloatArray
     waves: ComplexArray
     plane_wave_resistance: FloatArray
     air: Air
+    plane: RigidPlane | None = None
     housing: str = ""
 
     def __post_init__(self) -> None:
@@ -97,6 +99,10 @@ def radiation_resistance(
     The other arguments and errors are those of `transfer_vectors`.
     """
     check_engine(engine)
+    require(
+        fidelity.radiation == "boundary_elements",
+        f"radiation = {fidelity.radiation!r} knows no radiation resistance: choose boundary_elements",
+    )
     frequency = check_frequencies(master_frequencies)
     surface, shapes = motion.surface, motion.shapes
     check_mesh(surface, float(frequency[-1]), air, fidelity)
@@ -119,7 +125,7 @@ def radiation_resistance(
     )
     resistance = air.impedance * (shapes.T * surface.areas) @ shapes
     provenance = made_by("radiation_resistance", fidelity, engine, ("multipole_digits",), records) | expected
-    return RadiationResistance(frequency, waves, resistance, air, motion.housing, provenance=provenance)
+    return RadiationResistance(frequency, waves, resistance, air, plane, motion.housing, provenance=provenance)
 
 
 def _order(surface: Surface, frequency: float, air: Air, fidelity: AcousticsFidelity, plane: RigidPlane | None) -> int:

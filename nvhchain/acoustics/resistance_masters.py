@@ -99,11 +99,4 @@ def _together(first: RadiationResistance, second: RadiationResistance) -> Radiat
     order = np.argsort(frequency)
     rows = max(first.waves.shape[1], second.waves.shape[1])
     waves = [np.pad(one.waves, ((0, 0), (0, rows - one.waves.shape[1]), (0, 0))) for one in (first, second)]
-    return RadiationResistance(
-        frequency[order],
-        np.concatenate(waves)[order],
-        first.plane_wave_resistance,
-        first.air,
-        first.housing,
-        provenance=first.provenance,
-    )
+    return first.replace(frequency=frequency[order], waves=np.concatenate(waves)[order])

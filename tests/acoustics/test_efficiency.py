@@ -104,6 +104,8 @@ def test_lines_without_velocity_or_power_and_other_lines_are_refused(air):
         directivity_index(field, power, (0, 0, 0), air)
     with pytest.raises(InputError, match="behind"):
         equivalent_pressure(velocity, [[0, 0, -1.0]], air, plane=RigidPlane((0, 0, -0.2), (0, 0, 1)))
+    with pytest.raises(InputError, match=r"surface reaches .* behind the rigid plane"):
+        equivalent_pressure(velocity, [[0, 0, 1.0]], air, plane=RigidPlane((0, 0, 0), (0, 0, 1)))
 
 
 def test_points_of_a_spread_power_are_checked(air):

@@ -51,9 +51,9 @@ def housing_shapes(housing: ReducedHousing) -> SurfaceShapes:
 class RadiationResistance(HandOff):
     """Spherical waves that leave a surface per unit velocity of its coordinates, at master frequencies.
 
-    frequency: (n_f,) Hz.  waves: (n_f, n_wave, n_column) complex (N s/m)^½ and more per unit of a column, so that
-    P = ½ |waves q̇|² and the radiation resistance matrix is R = Re(wavesᴴ waves), positive semidefinite by its making;
-    rows beyond those that count at a frequency are zero.
+    frequency: (n_f,) Hz.  waves: (n_f, n_wave, n_column) complex √W per unit of q̇, so that P = ½ |waves q̇|²
+    and the radiation resistance matrix is R = Re(wavesᴴ waves), positive semidefinite by its making; rows beyond those
+    that count at a frequency are zero.
     plane_wave_resistance: (n_column, n_column) ρc ∫ φ_i φ_j dS, what R tends to at high frequency; ½ q̇ᴴ … q̇ is the
     equivalent radiated power.  plane: a rigid plane near the body, or None for a free field.
     housing: as of the `SurfaceShapes` it was made for.

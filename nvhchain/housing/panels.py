@@ -1,0 +1,58 @@
+"""Named parts of a radiating surface: bosses, walls and flange of the casting, node groups of a foreign model."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from nvhchain.errors import require
+from nvhchain.handoff import FloatArray, IntArray, Surface
+from nvhchain.housing.casting import Casting
+from nvhchain.housing.mesh import on_engine_plane
+
+
+@dataclass(frozen=True, eq=False)
+class Panels:
+    """names: of the parts.  part: (n_face,) number of the part that each face belongs to."""
+
+    names: tuple[str, ...]
+    part: IntArray
+
+    def __post_init__(self) -> None:
+        require(len(set(self.names)) == len(self.names) > 0, f"panels: names must be distinct, got {self.names}")
+        require(
+            bool((self.part >= 0).all() and (self.part < len(self.names)).all()),
+            f"panels: a face belongs to none of the {len(self.names)} parts",
+        )
+
+
+def casting_panels(casting: Casting, surface: Surface) -> Panels:
+    """Rear bosses by bearing, rear wall, flange, engine side, and the side wall by the direction it looks in."""
+    centre, normal = surface.centroids, surface.normals
+    names = ["side wall +x", "side wall −x", "side wall +y", "side wall −y", "rear wall", "flange", "engine side"]
+    along_x = np.abs(normal[:, 0]) >= np.abs(normal[:, 1])
+    part = np.where(along_x, np.where(normal[:, 0] >= 0, 0, 1), np.where(normal[:, 1] >= 0, 2, 3))
+    edge = surface.areas.mean() ** 0.5
+    part[centre[:, 2] > casting.depth - casting.chamfer] = 4
+    part[(centre[:, 2] < casting.flange_thickness + 0.25 * edge) & (np.abs(normal[:, 2]) > 0.5)] = 5
+    part[centre[:, 2] < 0.9 * casting.flange_thickness] = 5
+    part[on_engine_plane(surface)] = 6
+    for bore in casting.bores:
+        if casting.on_engine_side(bore):
+            continue
+        reach = bore.radius + casting.boss_thickness + 0.1 * edge
+        distance = np.hypot(centre[:, 0] - bore.centre[0], centre[:, 1] - bore.centre[1])
+        part[(distance < reach) & (centre[:, 2] > casting.depth - 0.1 * edge)] = len(names)
+        names.append(f"boss {bore.name}")
+    return Panels(tuple(names), part)
+
+
+def group_panels(surface: Surface, groups: Mapping[str, FloatArray]) -> Panels:
+    """Each face goes with the nearest point (m) of `groups`, name → (n, 3)."""
+    require(len(groups) > 0, "no groups are given: at least one is needed")
+    owner = np.repeat(np.arange(len(groups)), [len(points) for points in groups.values()])
+    nearest = cKDTree(np.vstack(list(groups.values()))).query(surface.centroids)[1]
+    return Panels(tuple(groups), owner[nearest])

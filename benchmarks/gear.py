@@ -59,7 +59,7 @@ def compliances(pair: GearPair, fidelity: GearFidelity) -> tuple[FlankCompliance
     """Of pinion and wheel."""
 
     def of(body: GearBody) -> FlankCompliance:
-        return flank_compliance(body, fidelity, reach=engaged_reach(pair))
+        return flank_compliance(body, fidelity, reach=engaged_reach(pair, fidelity.corner_gap))
 
     return of(pair.pinion), of(pair.wheel)
 

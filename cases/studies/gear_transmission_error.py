@@ -58,7 +58,8 @@ def main() -> None:
     out = Path(sys.argv[1])
     out.mkdir(parents=True, exist_ok=True)
     pinion = GearBody(CROWNED)
-    driving = flank_compliance(pinion, FIDELITY, reach=1, friction=True)
+    reach = engaged_reach(GearPair(pinion, pinion, CENTRE_DISTANCE), FIDELITY.corner_gap)
+    driving = flank_compliance(pinion, FIDELITY, reach=reach, friction=True)
     curves: dict[str, dict[str, tuple[np.ndarray, np.ndarray]]] = {}
     spectra, jumps, rows = {}, {}, []
     for name, blank in blanks_of_chapter_4().items():
@@ -67,7 +68,7 @@ def main() -> None:
         print(
             f"{name}: {blank}, {mass_properties(wheel).mass:.3f} kg, contact ratio {pair.transverse_contact_ratio:.4f}"
         )
-        driven = flank_compliance(wheel, FIDELITY, reach=engaged_reach(pair), friction=True)
+        driven = flank_compliance(wheel, FIDELITY, reach=reach, friction=True)
         engagement = Engagement(pair, (driving, driven), FIDELITY)
         for friction in (0.0, FRICTION):
             for torque in TORQUES:

@@ -33,8 +33,7 @@ def casting_recipe(casting: Casting, size: float, per_turn: float) -> dict[str, 
     return {
         "dimension": 3,
         "size": size,
-        "smallest": size / 2,
-        "per_turn": per_turn,
+        **_round_edges(casting, size, per_turn),
         "steps": [
             {"op": "fuse", "solids": outside},
             {"op": "cut", "solids": [_cavity(casting), _recess(casting)]},
@@ -42,6 +41,18 @@ def casting_recipe(casting: Casting, size: float, per_turn: float) -> dict[str, 
             {"op": "cut", "solids": holes},
         ],
     }
+
+
+def _round_edges(casting: Casting, size: float, per_turn: float) -> dict[str, float]:
+    """Smallest element (m) and elements per turn: chords of a thin wall's two sides must not cross.
+
+    A chord falls short of its arc by r (1 − cos(π/n)), which is kept below half the wall.
+    """
+    radius = max(space.radius for space in casting.gear_spaces) + casting.wall + casting.draft
+    fewest = float(np.pi / np.arccos(1 - min(casting.wall, casting.end_wall) / (2 * radius)))
+    if fewest <= 2 * np.pi * radius / size:
+        return {"smallest": size / 2, "per_turn": per_turn}
+    return {"smallest": min(size / 2, 2 * np.pi * radius / fewest), "per_turn": max(per_turn, fewest)}
 
 
 def envelope_recipe(casting: Casting, size: float) -> dict[str, Any]:

@@ -100,7 +100,7 @@ def tilt(folder: Path) -> list[list[Any]]:
 
 
 def along_ramp(folder: Path) -> dict[str, Any]:
-    """Run-up of 20 s with and without gyroscopic terms and flexible shafts: processor seconds, and dB of overall force."""
+    """Run-up of 20 s with and without options: processor seconds, and dB of the moving bearing force."""
     laws, housing = operators(folder)
     housing = with_modes(housing, MODES)
     found: dict[str, Any] = {}

@@ -170,8 +170,9 @@ def test_bits_do_not_depend_on_the_number_of_threads(make_gearbox, make_laws, ma
     assert len(found.pop().split()) == 2
 
 
-def test_a_stopped_run_goes_on_and_ends_in_the_same_bits(make_gearbox, make_laws, tmp_path, monkeypatch):
-    gearbox, laws, fidelity = make_gearbox(), make_laws(slotted=True), DynamicsFidelity(2e-5)
+@pytest.mark.parametrize("options", [{}, {"gyroscopic": True, "flexible_shafts": True, "face_points": 2}])
+def test_a_stopped_run_goes_on_and_ends_in_the_same_bits(make_gearbox, make_laws, tmp_path, monkeypatch, options):
+    gearbox, laws, fidelity = make_gearbox(), make_laws(slotted=True), DynamicsFidelity(2e-5, **options)
     monkeypatch.setattr(speed_ramp, "BLOCK", 256)
     monkeypatch.setattr(recording, "PIECE", 1024)
     whole = run_up(gearbox, laws, None, fidelity=fidelity, **_operation(duration=0.4))

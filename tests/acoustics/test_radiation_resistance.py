@@ -59,7 +59,7 @@ def test_power_at_the_masters_is_that_of_the_velocity_itself(ball, resistance, a
 
 @pytest.mark.parametrize("plane", [None, RigidPlane((0, 0, -0.15), (0, 0, 1))], ids=["free", "plane"])
 def test_power_between_masters_within_its_estimate(ball, air, coarse, plane):
-    masters = np.linspace(100.0, 2000.0, 8 if plane is None else 14)
+    masters = np.linspace(100.0, 2000.0, 8 if plane is None else 16)
     few = radiation_resistance(SurfaceShapes(ball, harmonics(ball)), masters, air=air, fidelity=coarse, plane=plane)
     velocity = random_velocity(LINES, 9)
     moving = SurfaceVelocity(LINES, velocity @ harmonics(ball).T, ball)
@@ -179,12 +179,12 @@ def test_what_does_not_belong_together_is_refused(ball, resistance, air, coarse,
         radiation_resistance(SurfaceShapes(ball, harmonics(ball)), MASTERS, air=air, fidelity=coarse)
 
 
-@pytest.mark.parametrize("tolerance", [1.0, 0.01])
-def test_masters_are_chosen_from_a_tolerance(ball, air, coarse, tolerance):
+@pytest.mark.parametrize(("tolerance", "fewest", "most"), [(1.0, 8, 12), (0.01, 13, 24)])
+def test_masters_are_chosen_from_a_tolerance(ball, air, coarse, tolerance, fewest, most):
     knobs = replace(coarse, master_tolerance_db=tolerance, masters=64)
     chosen = adaptive_radiation_resistance(SurfaceShapes(ball, harmonics(ball)), 50.0, 2400.0, air=air, fidelity=knobs)
     assert chosen.provenance["estimated_error_db"] <= tolerance
-    assert len(chosen.frequency) == {1.0: 8, 0.01: 15}[tolerance]
+    assert fewest <= len(chosen.frequency) <= most
     velocity = random_velocity(LINES, 9)
     exact = sound_power(SurfaceVelocity(LINES, velocity @ harmonics(ball).T, ball), air=air, fidelity=coarse).power
     truth = np.abs(decibel(waves_power(chosen, LINES, velocity, fidelity=knobs).power / exact)).max()

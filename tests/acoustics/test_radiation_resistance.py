@@ -57,6 +57,7 @@ def test_power_at_the_masters_is_that_of_the_velocity_itself(ball, resistance, a
     assert 0.5 * np.einsum("fi,fij,fj->f", velocity.conj(), matrices, velocity).real == pytest.approx(exact, rel=2e-3)
 
 
+@pytest.mark.filterwarnings("ignore:interpolation between")
 @pytest.mark.parametrize("plane", [None, RigidPlane((0, 0, -0.15), (0, 0, 1))], ids=["free", "plane"])
 def test_power_between_masters_within_its_estimate(ball, air, coarse, plane):
     masters = np.linspace(100.0, 2000.0, 8 if plane is None else 16)

@@ -12,6 +12,8 @@ from nvhchain.acoustics import (
     transfer_vectors,
     vectors_at,
 )
+from nvhchain.acoustics.interpolation import interpolant
+from nvhchain.acoustics.masters import _deciding
 from nvhchain.errors import InputError, SolverError
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import SurfaceVelocity
@@ -113,6 +115,54 @@ def test_too_few_masters_allowed_are_refused_or_reported_with_the_error_left(res
         adaptive_transfer_vectors(resonator, POINTS, 50.0, 500.0, air=air, fidelity=chosen(0.1, most=7))
     with pytest.raises(SolverError, match=r"8 masters leave an estimated error of .* dB near .* 0.1 dB asked: allow"):
         adaptive_transfer_vectors(resonator, POINTS, 50.0, 2500.0, air=air, fidelity=chosen(0.1, most=8))
+
+
+@pytest.mark.parametrize(("low", "high"), [(50.0, np.inf), (np.nan, 100.0), (100.0, 100.0)])
+def test_a_band_that_is_empty_or_has_no_finite_end_is_refused(box, air, low, high):
+    with pytest.raises(InputError, match="is empty: give 0 ≤ low < high, finite"):
+        adaptive_transfer_vectors(box, POINTS, low, high, air=air, fidelity=chosen(1.0))
+
+
+def test_of_many_points_those_far_apart_decide_and_all_are_tested(box, air):
+    """One point near the surface among a thousand far away, where every 16th would miss it."""
+    far = bodies.shell(1000, 5.0)
+    points = np.insert(far, 501, POINTS[0], axis=0)
+    assert 501 in _deciding(box, points)
+    assert len(_deciding(box, points)) == 64
+    chosen_far = far[_deciding(box, far)]
+    apart = np.linalg.norm(chosen_far[:, None] - chosen_far, axis=2) + 99.0 * np.eye(64)
+    assert apart.min() > 2.5 * (np.linalg.norm(far[:64, None] - far[:64], axis=2) + 99.0 * np.eye(64)).min()
+    fidelity = chosen(0.3)
+    atv = adaptive_transfer_vectors(box, points, 50.0, 3000.0, air=air, fidelity=fidelity)
+    assert atv.provenance["deciding_points"] == 64
+    lines = np.array([71.0, 1010.0, 2422.0, 2977.0])
+    some = atv.replace(points=points[495:505], vectors=atv.vectors[:, 495:505])
+    assert error_db(some, lines, fidelity).max() < 0.3
+
+
+def test_where_the_quadrature_order_changes_the_estimate_stays_within_a_factor_of_ten(air):
+    """49 masters leave 1.3e-3 at 1.66 kHz, where the vectors jump with the order from 2 to 3."""
+    body, fidelity = bodies.box((0.45, 0.3, 0.25), 0.05), chosen(0.3)
+    points = POINTS[1:] + np.array([0.0, 0.0, 0.3])
+    masters, lines = np.linspace(1150.0, 2150.0, 17), np.array([1635.0, 1648.0, 1668.0, 1680.0])
+    atv = transfer_vectors(body, points, masters, air=air, fidelity=fidelity)
+    smooth = interpolant(atv, fidelity)
+    whole, sides = smooth.weights(lines), smooth.error_weights(lines)
+    estimate = max(
+        float((np.linalg.norm(sides @ values, axis=2) / np.linalg.norm(whole @ values, axis=1)).max())
+        for values in map(smooth.at_nodes, range(2))
+    )
+    true = 10 ** (error_db(atv, lines, fidelity).max() / 20) - 1
+    assert true > 5e-4
+    assert true / 10 < estimate < 10 * true
+
+
+def test_provenance_tells_knobs_solver_and_expected_error(box, air):
+    told = adaptive_transfer_vectors(box, POINTS, 50.0, 2000.0, air=air, fidelity=chosen(1.0)).provenance
+    assert told["stage"] == "acoustics.adaptive_transfer_vectors"
+    assert "master_tolerance_db=1.0" in told["fidelity"]
+    assert told["solver"] == "direct"
+    assert told["elements_per_wavelength"] == pytest.approx(343.0 / 2000.0 / 0.025, rel=0.05)
 
 
 def test_progress_and_shards_reach_the_solver(box, air, tmp_path):

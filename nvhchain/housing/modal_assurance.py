@@ -11,6 +11,7 @@ from nvhchain.handoff import FloatArray, ReducedHousing
 def modal_assurance(one: ReducedHousing, other: ReducedHousing) -> FloatArray:
     """MAC (n_mode_one, n_mode_other), |φᵀWψ|² / (φᵀWφ · ψᵀWψ), 0 … 1, of the normal shapes, weighted by area (W).
 
+    Only the outer surface counts, without its mass: modes that differ inside or along the surface may look alike here.
     On another radiating surface ψ is read at the face whose centroid is nearest (Allemang & Brown, IMAC 1982).
     """
     weight = one.surface.areas

@@ -1,0 +1,76 @@
+"""The door to pyvista for moving surfaces: many pictures of one mesh from one process (`_pyvista` makes one)."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from nvhchain.handoff import FloatArray, IntArray
+from nvhchain.plots._pyvista import SECONDS
+
+
+def render_frames(
+    vertices: FloatArray, triangles: IntArray, colours: FloatArray, towards: FloatArray
+) -> np.ndarray | None:
+    """Pictures (n_frame, height, width, 3) uint8, cropped alike, or None where this machine cannot render off screen.
+
+    vertices: (n_frame, n_v, 3).  triangles: (n_face, 3).  colours: (n_frame, n_face, 3) in 0 … 1.
+    towards: (3,) direction from the body to the viewer; y is up.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        scene, pictures = Path(folder) / "scene.npz", Path(folder) / "pictures.npy"
+        painted = np.round(255 * colours).astype(np.uint8)
+        np.savez(scene, vertices=vertices, triangles=triangles, colours=painted, towards=towards)
+        try:
+            done = subprocess.run(
+                [sys.executable, "-m", "nvhchain.plots._pyvista_frames", str(scene), str(pictures)],
+                capture_output=True,
+                stdin=subprocess.DEVNULL,
+                timeout=SECONDS + 2 * len(vertices),
+            )
+        except subprocess.TimeoutExpired:
+            return None
+        if done.returncode != 0 or not pictures.exists():
+            return None
+        images: np.ndarray = np.load(pictures)
+    drawn = np.any(images < 255, axis=(0, 3))
+    if not drawn.any():
+        return None
+    rows, columns = np.flatnonzero(drawn.any(axis=1)), np.flatnonzero(drawn.any(axis=0))
+    return images[:, rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
+
+
+def _draw(scene_file: str, pictures_file: str) -> None:
+    """Body of the rendering process."""
+    import pyvista
+
+    scene = np.load(scene_file)
+    triangles, frames = scene["triangles"], scene["vertices"]
+    faces = np.column_stack([np.full(len(triangles), 3), triangles]).ravel()
+    body = pyvista.PolyData(frames[0], faces)
+    body.cell_data["colour"] = scene["colours"][0]
+    plotter = pyvista.Plotter(off_screen=True, window_size=[900, 700])
+    plotter.set_background("white")  # type: ignore[arg-type]
+    plotter.add_mesh(body, scalars="colour", rgb=True, lighting=False)
+    plotter.enable_parallel_projection()  # type: ignore[call-arg]
+    low, high = frames.min(axis=(0, 1)), frames.max(axis=(0, 1))
+    middle = (low + high) / 2
+    plotter.camera.position = middle + scene["towards"]
+    plotter.camera.focal_point = middle
+    plotter.camera.up = (0.0, 1.0, 0.0)
+    plotter.reset_camera(bounds=np.column_stack([low, high]).ravel())  # type: ignore[call-arg]
+    pictures = []
+    for vertices, colours in zip(frames, scene["colours"], strict=True):
+        body.points = vertices
+        body.cell_data["colour"] = colours
+        plotter.render()
+        pictures.append(np.asarray(plotter.screenshot(return_img=True)))
+    np.save(pictures_file, np.array(pictures))
+
+
+if __name__ == "__main__":
+    _draw(*sys.argv[1:])

@@ -1,0 +1,196 @@
+"""Modes and operating shapes of the radiating surface, bent and coloured by its normal motion, still or moving."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+from nvhchain.errors import require
+from nvhchain.handoff import ComplexArray, FloatArray, ReducedHousing, Surface, SurfaceVelocity
+from nvhchain.interop.surface_motion import vertex_motion
+from nvhchain.plots._pyvista_frames import render_frames
+from nvhchain.plots._style import panels, styled
+from nvhchain.plots.surface import strongest_line
+
+COLOUR_MAP = "RdBu_r"
+BEND = 0.06
+"""Largest displacement in the picture, in parts of the body's diagonal."""
+
+_ENGINES = ("auto", "pyvista", "matplotlib")
+
+
+@styled
+def mode_shapes(
+    housing: ReducedHousing,
+    *,
+    modes: Sequence[int] | None = None,
+    elevation: float = 0.45,
+    azimuth: float = 0.6,
+    engine: str = "auto",
+) -> list[Axes]:
+    """Some modes, one panel each: red moves outward while blue moves inward.
+
+    modes: numbers from 0, the first six by default.  elevation, azimuth: rad, of the viewer above the xz-plane and from
+    +z towards +x.  engine: `pyvista`, `matplotlib`, or `auto`, the first where it can render off screen.
+    """
+    count = len(housing.natural_frequency)
+    chosen = list(range(min(6, count))) if modes is None else list(modes)
+    require(
+        bool(chosen) and all(0 <= mode < count for mode in chosen),
+        f"modes = {chosen}: numbers from 0 to {count - 1} are there",
+    )
+    drawn = panels(len(chosen), None, columns=min(3, len(chosen)), height=2.7, share="")
+    states = np.array([housing.normal_shapes[mode] for mode in chosen])
+    images = _pictures(housing.surface, states, states, elevation, azimuth, engine)
+    for ax, mode, image in zip(drawn, chosen, images, strict=True):
+        ax.imshow(image)
+        ax.set_axis_off()
+        damping = 100 * housing.modal_damping[mode]
+        ax.set_title(f"{mode + 1}: {housing.natural_frequency[mode]:.0f} Hz, ζ {damping:.2g} %", loc="left")
+    return drawn
+
+
+@styled
+def operating_shape(
+    velocity: SurfaceVelocity,
+    *,
+    line: int | None = None,
+    name: str = "",
+    elevation: float = 0.45,
+    azimuth: float = 0.6,
+    engine: str = "auto",
+) -> Axes:
+    """Normal velocity at one line at the instant of most motion, mm/s; the body is bent in proportion to it.
+
+    line: number of the frequency, the strongest by default.  name: for the title.  The rest as in `mode_shapes`.
+    """
+    line = strongest_line(velocity) if line is None else line
+    v = _at_its_largest(velocity.normal_velocity[line], velocity.surface)
+    (image,) = _pictures(velocity.surface, v.real[None], v.real[None], elevation, azimuth, engine)
+    (ax,) = panels(1, None, height=6.4, width=9.0)
+    ax.imshow(image)
+    ax.set_axis_off()
+    ax.set_title(f"{name}{': ' if name else ''}{velocity.frequency[line]:.0f} Hz", loc="left")
+    top = 1e3 * float(np.abs(v.real).max())
+    figure = ax.get_figure(root=True)
+    assert figure is not None
+    scale = ScalarMappable(Normalize(-top, top), colormaps[COLOUR_MAP])
+    figure.colorbar(scale, ax=ax, label="outward normal velocity / (mm/s)", shrink=0.8, pad=0.04)
+    return ax
+
+
+def animate(
+    surface: Surface,
+    normal_motion: ComplexArray,
+    path: str | Path,
+    *,
+    frames: int = 24,
+    seconds: float = 1.6,
+    elevation: float = 0.45,
+    azimuth: float = 0.6,
+    engine: str = "auto",
+) -> Path:
+    """One period of a normal motion (n_face,), real for a mode, complex for an operating shape, as an endless GIF.
+
+    path: ends in .gif.  frames: 4 … 200 per period.  seconds: one period takes in the picture.
+    """
+    from PIL import Image
+
+    path = Path(path)
+    require(path.suffix.lower() == ".gif", f"{path}: an animation is written as .gif")
+    require(4 <= frames <= 200, f"frames = {frames} must lie in 4 … 200")
+    require(0.1 <= seconds <= 60, f"seconds = {seconds:g} must lie in 0.1 … 60")
+    require(
+        np.shape(normal_motion) == (len(surface.triangles),),
+        f"normal motion of shape {np.shape(normal_motion)}: ({len(surface.triangles)},) is needed",
+    )
+    turned = _at_its_largest(np.asarray(normal_motion, dtype=complex), surface)
+    phase = np.exp(2j * np.pi * np.arange(frames) / frames)
+    states = (turned * phase[:, None]).real
+    images = _pictures(surface, states, np.broadcast_to(turned.real, states.shape), elevation, azimuth, engine)
+    pictures = [Image.fromarray(image) for image in images]
+    part = path.with_suffix(".part")
+    pictures[0].save(
+        part, format="GIF", save_all=True, append_images=pictures[1:], duration=round(1e3 * seconds / frames), loop=0
+    )
+    return part.replace(path)
+
+
+def _at_its_largest(motion: ComplexArray, surface: Surface) -> ComplexArray:
+    """The motion with its phase turned so that its real part carries most of it."""
+    moment = np.sum(surface.areas * motion**2)
+    turned = motion * np.exp(-0.5j * np.angle(moment))
+    return np.asarray(turned)
+
+
+def _pictures(
+    surface: Surface,
+    states: FloatArray,
+    scale: FloatArray,
+    elevation: float,
+    azimuth: float,
+    engine: str,
+) -> np.ndarray:
+    """Pictures (n, height, width, 3) uint8 of states (n, n_face); the peak of `scale` (n, n_face) is full scale."""
+    require(engine in _ENGINES, f"engine = {engine!r}: use {', '.join(_ENGINES)}")
+    top = np.abs(scale).max(axis=1, keepdims=True)
+    relative = states / np.where(top > 0, top, 1.0)
+    diagonal = float(np.linalg.norm(np.ptp(surface.vertices, axis=0)))
+    moved = np.stack([surface.vertices + BEND * diagonal * vertex_motion(surface, state) for state in relative])
+    towards = np.array([np.cos(elevation) * np.sin(azimuth), np.sin(elevation), np.cos(elevation) * np.cos(azimuth)])
+    colours = np.stack([_shaded(state, v, surface, towards) for state, v in zip(relative, moved, strict=True)])
+    images = None if engine == "matplotlib" else render_frames(moved, surface.triangles, colours, towards)
+    require(engine != "pyvista" or images is not None, "this machine cannot render off screen: use engine='matplotlib'")
+    if images is None:
+        low, high = moved.min(axis=(0, 1)), moved.max(axis=(0, 1))
+        drawn = [_drawn(v, surface, c, (low, high), elevation, azimuth) for v, c in zip(moved, colours, strict=True)]
+        images = np.stack(drawn)
+        inked = np.any(images < 255, axis=(0, 3))
+        rows, columns = np.flatnonzero(inked.any(axis=1)), np.flatnonzero(inked.any(axis=0))
+        images = images[:, rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
+    return images
+
+
+def _shaded(state: FloatArray, vertices: FloatArray, surface: Surface, towards: FloatArray) -> FloatArray:
+    """Colours (n_face, 3) of a state in −1 … 1, mildly lit from above the viewer's left."""
+    colour = np.asarray(colormaps[COLOUR_MAP](0.5 + 0.5 * state))[:, :3]
+    corners = vertices[surface.triangles]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    side = np.cross([0.0, 1.0, 0.0], towards)
+    light = towards - 0.6 * side / np.linalg.norm(side) + np.array([0.0, 0.5, 0.0])
+    return np.asarray(colour * (0.55 + 0.45 * np.clip(normal @ (light / np.linalg.norm(light)), 0, 1))[:, None])
+
+
+def _drawn(
+    vertices: FloatArray,
+    surface: Surface,
+    colours: FloatArray,
+    box: tuple[FloatArray, FloatArray],
+    elevation: float,
+    azimuth: float,
+) -> np.ndarray:
+    """The same picture by matplotlib, (height, width, 3) uint8."""
+    figure = Figure(figsize=(6.0, 4.6), dpi=150)
+    ax = figure.add_axes((0.0, 0.0, 1.0, 1.0), projection="3d", proj_type="ortho")
+    faces = Poly3DCollection(vertices[surface.triangles], facecolors=colours, edgecolors=colours, linewidths=0.3)
+    ax.add_collection3d(faces)  # type: ignore[attr-defined]
+    low, high = box
+    ax.set_xlim(low[0], high[0])
+    ax.set_ylim(low[1], high[1])
+    ax.set_zlim(low[2], high[2])  # type: ignore[attr-defined]
+    ax.view_init(elev=np.degrees(elevation), azim=np.degrees(azimuth), vertical_axis="y")  # type: ignore[attr-defined]
+    ax.set_box_aspect(tuple(high - low), zoom=0.9)  # type: ignore[arg-type, call-arg]
+    ax.set_axis_off()
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    return np.asarray(canvas.buffer_rgba())[:, :, :3].copy()

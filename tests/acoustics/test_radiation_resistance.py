@@ -52,9 +52,17 @@ def test_power_at_the_masters_is_that_of_the_velocity_itself(ball, resistance, a
     velocity = random_velocity(MASTERS, 9)
     exact = sound_power(SurfaceVelocity(MASTERS, velocity @ harmonics(ball).T, ball), air=air, fidelity=coarse).power
     assert waves_power(resistance, MASTERS, velocity, fidelity=coarse).power == pytest.approx(exact, rel=1e-8)
-    matrices = resistance_matrices(resistance, MASTERS, fidelity=coarse)
-    # the shapes are real and radiation is reciprocal: what is imaginary of wavesᴴ waves is discretisation
-    assert 0.5 * np.einsum("fi,fij,fj->f", velocity.conj(), matrices, velocity).real == pytest.approx(exact, rel=2e-3)
+
+
+def test_matrices_give_the_power_of_the_waves(resistance, coarse):
+    """The shapes are real and radiation is reciprocal: what is imaginary of wavesᴴ waves is discretisation."""
+    lines = np.sort(np.concatenate([MASTERS, LINES]))
+    velocity = random_velocity(lines, 9)
+    power = waves_power(resistance, lines, velocity, fidelity=coarse).power
+    matrices = resistance_matrices(resistance, lines, fidelity=coarse)
+    assert 0.5 * np.einsum("fi,fij,fj->f", velocity.conj(), matrices, velocity).real == pytest.approx(power, rel=2e-3)
+    real = waves_power(resistance, lines, velocity.real.astype(complex), fidelity=coarse).power
+    assert 0.5 * np.einsum("fi,fij,fj->f", velocity.real, matrices, velocity.real) == pytest.approx(real, rel=1e-12)
 
 
 @pytest.mark.filterwarnings("ignore:interpolation between")

@@ -46,7 +46,7 @@ def oscillation_error(degree: int, phase: float) -> float:
     """RMS error, over directions, of the mean of a plane wave on an equilateral triangle by the rule of a degree.
 
     phase: wavenumber × edge, rad.  What quadrature of well separated triangles does to the surface pressure lies
-    between half and five times this (docs/measured/boundary_elements.md).
+    between 0.4 and ten times this, as measured.
     """
     angle = np.arange(12) * (2.0 * np.pi / 36.0)
     height = np.array([[0.0, 0.0], [1.0, 0.0], [0.5, np.sqrt(0.75)]]) @ np.array([np.cos(angle), np.sin(angle)])

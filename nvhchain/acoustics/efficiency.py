@@ -122,17 +122,20 @@ def directivity_index(
 def circle_points(radius: float, centre: ArrayLike, axis: ArrayLike, count: int) -> FloatArray:
     """Field points (count, 3) m, evenly spaced on a circle of `radius` m about `axis` through `centre`.
 
-    The first lies where the coordinate axis that `axis` is most nearly normal to points.
+    The first lies where the coordinate axis that `axis` is most nearly normal to points.  Raises InputError for numbers
+    that are not finite, an axis without length and no points.
     """
-    require(radius > 0 and count > 0, f"circle of {count} points at {radius:g} m: both must be positive")
-    normal = np.asarray(axis, dtype=float)
-    require(bool(np.any(normal)), "the axis of the circle has no length")
+    require(0 < radius < np.inf and count > 0, f"circle of {count} points at {radius:g} m: both must be positive")
+    middle, normal = _positions(centre, "centre of a circle"), _positions(axis, "axis of a circle")
+    require(len(middle) == len(normal) == 1, "a circle has one centre and one axis: give three coordinates of each")
+    require(bool(np.any(normal)), "the axis of the circle has no length: give the direction it points to")
+    normal = normal[0] / np.abs(normal).max()
     normal = normal / np.linalg.norm(normal)
     first = np.eye(3)[np.abs(normal).argmin()]
     first = first - (first @ normal) * normal
     first /= np.linalg.norm(first)
     angle = 2 * np.pi * np.arange(count)[:, None] / count
-    return np.asarray(centre, dtype=float) + radius * (np.cos(angle) * first + np.sin(angle) * np.cross(normal, first))
+    return middle + radius * (np.cos(angle) * first + np.sin(angle) * np.cross(normal, first))
 
 
 def _positions(points: ArrayLike, what: str) -> FloatArray:

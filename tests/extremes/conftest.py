@@ -46,7 +46,6 @@ def tried(request):
                 text = str(refusal)
                 assert len(text) > 15
                 assert any(c.isdigit() for c in text) or "'" in text, f"names neither value nor limit: {text}"
-                assert "nan" not in text.lower().split(), text
                 return None
         ENDINGS[name, "answered"] += 1
         return result

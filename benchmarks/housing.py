@@ -1,0 +1,316 @@
+"""Modes of the casting against CalculiX on the same mesh, and their cost; writes docs/measured/housing.md.
+
+    python benchmarks/housing.py OUT [NAME ...]
+
+Measures what is named (all by default: see `MEASUREMENTS`) and is not yet in OUT/<name>.json, each in its own process,
+then writes the tables of everything found in OUT. CalculiX (`ccx`, Debian package calculix-ccx) is left out where it is
+not installed. Seconds are wall time on an otherwise idle machine, memory is the process's largest resident set.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import resource
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from publish import publish
+
+import nvhchain as nvh
+from nvhchain.acoustics import required_element_size
+from nvhchain.case import GearboxCase
+from nvhchain.fem import factorize
+from nvhchain.handoff import FloatArray, ReducedHousing
+from nvhchain.housing import reduce_housing, truncation_error
+from nvhchain.housing.casting import Casting
+from nvhchain.housing.mesh import HousingMesh, mesh_casting, on_engine_plane, radiating_surface
+from nvhchain.housing.reduction import held_matrices, reduce_mesh
+from nvhchain.housing.response import face_displacement
+from nvhchain.housing.seat_modes import seat_modes
+from nvhchain.housing.transfer import normal_motion
+from nvhchain.housing.truncation import without_modes
+
+ROOT = Path(__file__).parents[1]
+Record = dict[str, Any]
+
+MODES = 40
+"""Compared with CalculiX (issue: the first 40 within 0.1 %)."""
+
+PEER_SIZE = 0.03
+"""m, elements of the mesh that CalculiX gets."""
+
+
+def case() -> GearboxCase:
+    found = nvh.load_case(ROOT / "cases" / "gearbox" / "solid.toml")
+    assert isinstance(found, GearboxCase)
+    return found
+
+
+def meshed(size: float) -> tuple[HousingMesh, Casting]:
+    casting = case().housing
+    return mesh_casting(casting, replace(nvh.DRAFT.housing, element_size=size)), casting
+
+
+def deck(mesh: HousingMesh, casting: Casting, count: int) -> str:
+    """CalculiX input: the same nodes and elements, bolt bores held, seats rigid about their reference points."""
+    lines = ["*NODE, NSET=ALL"]
+    lines += [f"{i},{x:.12e},{y:.12e},{z:.12e}" for i, (x, y, z) in enumerate(mesh.nodes, start=1)]
+    first = len(mesh.nodes) + 1
+    for number, bore in enumerate(casting.bores):
+        # reference point and the node that carries its rotations
+        lines += [f"{first + 2 * number + k},{bore.centre[0]},{bore.centre[1]},{bore.centre[2]}" for k in (0, 1)]
+    lines.append("*ELEMENT, TYPE=C3D10, ELSET=CASTING")
+    lines += [",".join(map(str, [i, *(element + 1)])) for i, element in enumerate(mesh.elements, start=1)]
+    material = casting.material
+    lines += ["*MATERIAL, NAME=METAL", "*ELASTIC", f"{material.young},{material.poisson}"]
+    lines += ["*DENSITY", f"{material.density}", "*SOLID SECTION, ELSET=CASTING, MATERIAL=METAL"]
+    lines.append("*NSET, NSET=BOLTS")
+    lines += [f"{node + 1}," for node in np.concatenate(mesh.bolts)]
+    for number, nodes in enumerate(mesh.seats):
+        lines.append(f"*NSET, NSET=SEAT{number}")
+        lines += [f"{node + 1}," for node in nodes]
+        reference = first + 2 * number
+        lines.append(f"*RIGID BODY, NSET=SEAT{number}, REF NODE={reference}, ROT NODE={reference + 1}")
+    lines += ["*BOUNDARY", "BOLTS,1,3", "*STEP", "*FREQUENCY", f"{count}", "*END STEP", ""]
+    return "\n".join(lines)
+
+
+def calculix(mesh: HousingMesh, casting: Casting, folder: Path, count: int) -> tuple[FloatArray, Record]:
+    """First `count` frequencies (Hz) by ccx and what they cost."""
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "casting.inp").write_text(deck(mesh, casting, count))
+    threads = {"OMP_NUM_THREADS": str(os.cpu_count()), "CCX_NPROC_EQUATION_SOLVER": str(os.cpu_count())}
+    start = time.perf_counter()
+    child = subprocess.Popen(
+        ["ccx", "casting"], cwd=folder, stdout=subprocess.PIPE, text=True, env={**os.environ, **threads}
+    )
+    assert child.stdout is not None
+    log = child.stdout.read()
+    _, status, usage = os.wait4(child.pid, 0)
+    seconds = time.perf_counter() - start
+    data = folder / "casting.dat"
+    if os.waitstatus_to_exitcode(status) != 0 or not data.exists():
+        sys.exit(log[-2000:])
+    table = data.read_text().split("P A R T I C I P A T I O N")[0]
+    rows = re.findall(r"^\s+\d+((?:\s+[-+.\dE]+){4})\s*$", table, re.MULTILINE)
+    frequency = np.array([float(row.split()[2]) for row in rows])
+    return frequency[:count], {"seconds": seconds, "megabytes": usage.ru_maxrss / 1024}
+
+
+def peer(out: Path) -> Record | None:
+    """The first 40 frequencies against CalculiX on the same mesh."""
+    if shutil.which("ccx") is None:
+        return None
+    mesh, casting = meshed(PEER_SIZE)
+    # first theirs: the largest resident set of a child counts what this process has when it starts it
+    theirs, cost = calculix(mesh, casting, out / "calculix", MODES)
+    shutil.rmtree(out / "calculix")
+    start = time.perf_counter()
+    K, M, _ = held_matrices(mesh, casting)
+    modes = seat_modes(K, M, len(casting.bores), 6000.0)
+    own = {"seconds": time.perf_counter() - start, "megabytes": peak()}
+    return {
+        "unknowns": K.shape[0],
+        "elements": len(mesh.elements),
+        "modes": len(modes.frequency),
+        "own": own,
+        "calculix": cost,
+        "frequency": modes.frequency[:MODES].tolist(),
+        "theirs": theirs.tolist(),
+    }
+
+
+def peak() -> float:
+    """Largest resident set so far, MB."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+
+
+def superlu(out: Path) -> Record:
+    """One factorisation of the peer's stiffness matrix by scipy's SuperLU, symmetric mode, and by PARDISO."""
+    from scipy.sparse.linalg import splu
+
+    mesh, casting = meshed(PEER_SIZE)
+    K, M, _ = held_matrices(mesh, casting)
+    del M
+    start = time.perf_counter()
+    with factorize(K) as factor:
+        own, memory = time.perf_counter() - start, factor.memory
+    start = time.perf_counter()
+    lu = splu(K.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    seconds = time.perf_counter() - start
+    return {
+        "unknowns": K.shape[0],
+        "own": {"seconds": own, "megabytes": memory / 2**20},
+        "superlu": {"seconds": seconds, "megabytes": 12 * lu.nnz / 2**20},
+    }
+
+
+def reduction(preset: str, out: Path) -> Record:
+    """Cost of a preset's reduction, step by step, and the truncation error it expects of itself."""
+    found, fidelity = case(), nvh.fidelity.PRESETS[preset]
+    size = required_element_size(found.band.high, found.air, fidelity.acoustics)
+    times: list[float] = []
+    reduced = reduce_housing(
+        found.housing,
+        f_max=found.band.high,
+        surface_size=size,
+        fidelity=fidelity.housing,
+        progress=lambda done, total: times.append(time.perf_counter()),
+    )
+    megabytes = peak()
+    mesh = mesh_casting(found.housing, fidelity.housing)
+    held = np.unique(np.concatenate([*mesh.bolts, *mesh.seats]))
+    error = truncation_error(reduced, found.band.high)
+    return {
+        "unknowns": 3 * (len(mesh.nodes) - len(held)) + 6 * len(mesh.seats),
+        "modes": len(reduced.natural_frequency),
+        "ratio": fidelity.housing.mode_ratio,
+        "faces": reduced.normal_shapes.shape[1],
+        "steps": np.diff(times).tolist(),
+        "megabytes": megabytes,
+        "seats": error.seats,
+        "skin": error.faces,
+        "lines": lines_per_second(reduced, found.band.high),
+    }
+
+
+def lines_per_second(reduced: ReducedHousing, f_max: float) -> float:
+    """Lines of face displacement per second, 4000 of them at once."""
+    frequency = np.linspace(50.0, f_max, 4000)
+    force = np.random.default_rng(1).standard_normal((4000, 3 * len(reduced.names))) + 0j
+    face_displacement(reduced, frequency[:10], force[:10])
+    start = time.perf_counter()
+    face_displacement(reduced, frequency, force)
+    return 4000 / (time.perf_counter() - start)
+
+
+def truncation(out: Path) -> Record:
+    """Estimated and true error against the number of modes, on the peer's mesh; the truth has modes to 2.5 f_max."""
+    found = case()
+    mesh, casting = meshed(PEER_SIZE)
+    surface = radiating_surface(casting, 0.03)
+    motion = normal_motion(mesh.nodes, mesh.skin, surface, on_engine_plane(surface), 6.0)
+    f_max = found.band.high
+    rich = reduce_mesh(mesh, casting, surface, motion, 2.5 * f_max)
+    count = 3 * len(rich.names)
+    lines = (np.arange(60) + 0.5) / 60 * f_max
+    frequency, force = np.repeat(lines, count), np.tile(np.eye(count, dtype=complex), (len(lines), 1))
+    rows = []
+    exact = face_displacement(rich, frequency, force)
+    for ratio in (1.0, 1.1, 1.25, 1.4, 1.6):
+        keep = int((rich.natural_frequency < ratio * f_max).sum())
+        few = without_modes(rich, keep)
+        got = face_displacement(few, frequency, force)
+        weight = surface.areas
+        true = np.sqrt((np.abs(got - exact) ** 2 * weight).sum() / (np.abs(exact) ** 2 * weight).sum())
+        rows.append([ratio, keep, float(true), truncation_error(few, f_max).faces])
+    return {"rows": rows}
+
+
+MEASUREMENTS: dict[str, Callable[[Path], Record | None]] = {
+    "draft": partial(reduction, "draft"),
+    "standard": partial(reduction, "standard"),
+    "peer": peer,
+    "superlu": superlu,
+    "truncation": truncation,
+}
+
+STEPS = ("mesh", "envelope and its mapping", "matrices", "face operator", "modes and residual", "shapes")
+
+
+def cost_table(records: dict[str, Record]) -> list[str]:
+    rows = []
+    for preset in ("draft", "standard"):
+        r = records.get(preset)
+        if r is None:
+            continue
+        steps = " | ".join(f"{seconds:.1f}" for seconds in r["steps"])
+        rows.append(
+            f"| {preset} | {r['unknowns']} | {r['ratio']:g} | {r['modes']} | {steps} | {sum(r['steps']):.0f} | "
+            f"{r['megabytes']:.0f} | {100 * r['skin']:.2g} | {r['lines']:.0f} |"
+        )
+    if not rows:
+        return []
+    head = [
+        "fidelity", "unknowns", "modes to × f_max", "modes", *STEPS, "s in all", "peak MB",
+        "estimated truncation error of the faces / %", "lines per s",
+    ]  # fmt: skip
+    return ["**The housing stage, 5 kHz, by step (s)**", "", _row(head), _row(["---:"] * len(head)), *rows, ""]
+
+
+def peer_table(records: dict[str, Record]) -> list[str]:
+    lines = []
+    r = records.get("peer")
+    if r is not None:
+        error = np.abs(np.array(r["theirs"]) / np.array(r["frequency"]) - 1)
+        lines += [
+            f"**Against CalculiX on the same mesh: {r['elements']} C3D10, {r['unknowns']} unknowns, rigid seats**",
+            "",
+            "| | modes | s | peak MB |",
+            "|---|---:|---:|---:|",
+            f"| own, with residual vectors | {r['modes']} | {r['own']['seconds']:.0f} | {r['own']['megabytes']:.0f} |",
+            f"| CalculiX 2.20 | {len(error)} | {r['calculix']['seconds']:.0f} | {r['calculix']['megabytes']:.0f} |",
+            "",
+            f"Frequencies 1 to {len(error)}, {r['frequency'][0]:.1f} to {r['frequency'][len(error) - 1]:.1f} Hz: they "
+            f"differ by {100 * error.max():.4f} % at most, by {100 * np.median(error):.4f} % in the median.",
+            "",
+        ]
+    r = records.get("superlu")
+    if r is not None:
+        lines += [
+            f"**One factorisation, {r['unknowns']} unknowns**",
+            "",
+            "| | s | MB of the factor |",
+            "|---|---:|---:|",
+            f"| PARDISO, as used | {r['own']['seconds']:.1f} | {r['own']['megabytes']:.0f} |",
+            f"| scipy SuperLU, symmetric mode | {r['superlu']['seconds']:.1f} | {r['superlu']['megabytes']:.0f} |",
+            "",
+        ]
+    return lines
+
+
+def truncation_table(records: dict[str, Record]) -> list[str]:
+    r = records.get("truncation")
+    if r is None:
+        return []
+    return [
+        "**Error of the faces' displacement (RMS over 0 … 5 kHz, all unit forces) for modes left out**",
+        "",
+        "| modes to × f_max | modes | true / % | estimated / % |",
+        "|---:|---:|---:|---:|",
+        *[f"| {ratio:g} | {keep} | {100 * true:.2g} | {100 * guess:.2g} |" for ratio, keep, true, guess in r["rows"]],
+        "",
+    ]
+
+
+def _row(cells: list[str]) -> str:
+    return "| " + " | ".join(cells) + " |"
+
+
+def main() -> None:
+    out = Path(sys.argv[1])
+    out.mkdir(parents=True, exist_ok=True)
+    names = sys.argv[2:] or list(MEASUREMENTS)
+    if names[0] == "--measure":
+        (out / f"{names[1]}.json").write_text(json.dumps(MEASUREMENTS[names[1]](out)))
+        return
+    for name in names:
+        if not (out / f"{name}.json").exists():
+            subprocess.run([sys.executable, __file__, str(out), "--measure", name], check=True)
+    records = {name: json.loads(path.read_text()) for name in MEASUREMENTS if (path := out / f"{name}.json").exists()}
+    tables = [*cost_table(records), *peer_table(records), *truncation_table(records)]
+    publish("housing", "\n".join(["Measured by `benchmarks/housing.py`.", "", *tables]).rstrip() + "\n")
+
+
+if __name__ == "__main__":
+    main()

@@ -8,6 +8,7 @@ from nvhchain.gear.engagement import Engagement, engaged_reach
 from nvhchain.gear.friction import lever_arms, sliding_sense
 from nvhchain.gear.geometry import GearGeometry
 from nvhchain.gear.iso6336 import IsoStiffness, iso_stiffness
+from nvhchain.gear.mesh_files import read_gear_mesh, write_gear_mesh
 from nvhchain.gear.mesh_law import mesh_law, pair_compliances
 from nvhchain.gear.micro_geometry import Flank, MicroGeometry, Relief
 from nvhchain.gear.pair import GearPair, nominal_centre_distance
@@ -21,6 +22,8 @@ from nvhchain.gear.transmission_error import (
     loaded_transmission_error,
     quasi_static_transmission_error,
 )
+from nvhchain.gear.volume_mesh import VolumeMesh
+from nvhchain.gear.whole_mesh import whole_mesh
 
 __all__ = [
     "PINION",
@@ -49,6 +52,7 @@ __all__ = [
     "Solid",
     "StrainGauge",
     "ThinRim",
+    "VolumeMesh",
     "deflection_at_force",
     "engaged_reach",
     "flank_compliance",
@@ -62,8 +66,11 @@ __all__ = [
     "nominal_centre_distance",
     "pair_compliances",
     "quasi_static_transmission_error",
+    "read_gear_mesh",
     "root_strain_modes",
     "slice_compliance",
     "sliding_sense",
     "von_mises",
+    "whole_mesh",
+    "write_gear_mesh",
 ]

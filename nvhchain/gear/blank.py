@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 from nvhchain.errors import InputError, require
 from nvhchain.gear.openings import Cutouts, Openings, RoundCutouts, Web
+from nvhchain.gear.volume_mesh import VolumeMesh
 
 
 class _Opened:
@@ -210,4 +211,4 @@ class Differential:
 
 
 SOLID = Solid()
-Blank = Solid | ThinRim | Holes | Slots | Differential
+Blank = Solid | ThinRim | Holes | Slots | Differential | VolumeMesh

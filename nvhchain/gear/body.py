@@ -12,6 +12,7 @@ from nvhchain.conventions import STEEL, Material
 from nvhchain.errors import require
 from nvhchain.gear.blank import SOLID, Blank, Openings
 from nvhchain.gear.geometry import GearGeometry
+from nvhchain.gear.volume_mesh import VolumeMesh
 from nvhchain.handoff import FloatArray
 
 PROFILE_POINTS = 400
@@ -28,6 +29,8 @@ class GearBody:
 
     def __post_init__(self) -> None:
         gear, web, cut = self.geometry, self.blank.web, self.blank.cutouts
+        if isinstance(self.blank, VolumeMesh):
+            self.blank.check(gear)
         outermost = gear.root_radius - gear.normal_module
         names = []
         if web is not None:
@@ -76,10 +79,16 @@ class MassProperties(NamedTuple):
 def mass_properties(body: GearBody) -> MassProperties:
     """Mass and inertia of the homogeneous body, teeth included.
 
-    Prisms between outlines: area and polar moment of each outline by Green's theorem, times its axial extent.
+    Prisms between outlines: area and polar moment of each outline by Green's theorem, times its axial extent; of a
+    volume mesh its quadrature.
     With fewer than three openings the body has no single transverse inertia; the mean is given.
     """
-    gear, web, cut = body.geometry, body.blank.web, body.blank.cutouts
+    gear, web, cut, rho = body.geometry, body.blank.web, body.blank.cutouts, body.material.density
+    if isinstance(body.blank, VolumeMesh):
+        volume, polar, first, second = body.blank.moments()
+        return MassProperties(
+            rho * volume, rho * polar, rho * (0.5 * polar + second - first**2 / volume), first / volume
+        )
     half = 0.5 * gear.face_width
     area, polar = _moments(*toothed_outline(gear))
     bore = _circle(gear.bore_radius)
@@ -93,7 +102,6 @@ def mass_properties(body: GearBody) -> MassProperties:
         opening = _moments(*opening_outline(cut))
         parts.append((-cut.count * opening[0], -cut.count * opening[1], low, high))
     a, p, z0, z1 = np.array(parts).T
-    rho = body.material.density
     mass = rho * float(a @ (z1 - z0))
     centre = rho * float(a @ (z1**2 - z0**2)) / 2 / mass
     polar_inertia = rho * float(p @ (z1 - z0))

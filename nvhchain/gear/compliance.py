@@ -12,8 +12,10 @@ from nvhchain.errors import InputError, require
 from nvhchain.fidelity import GearFidelity
 from nvhchain.gear.body import GearBody
 from nvhchain.gear.body_flexibility import body_flexibility
+from nvhchain.gear.foreign_compliance import foreign_compliance
 from nvhchain.gear.mesh import gear_mesh
 from nvhchain.gear.tooth_compliance import CondensedTooth, condensed_tooth
+from nvhchain.gear.volume_mesh import VolumeMesh
 from nvhchain.handoff import FloatArray, IntArray
 
 USUAL_REACH = 3
@@ -120,6 +122,11 @@ def flank_compliance(
     """
     teeth = body.geometry.teeth
     require(0 <= reach < teeth / 2, f"reach = {reach} must lie between 0 and less than half of the {teeth} teeth")
+    if isinstance(body.blank, VolumeMesh):
+        radius, axial, blocks, along = foreign_compliance(
+            body, body.blank, fidelity, reach=reach, friction=friction, progress=progress
+        )
+        return FlankCompliance(radius, axial, teeth, body.sector, blocks, friction=along)
     mesh = gear_mesh(body, fidelity)
     tooth = condensed_tooth(body.geometry, mesh, body.material, friction=friction)
     patterns, share, strength = load_patterns(tooth, fidelity.load_pattern_tolerance)

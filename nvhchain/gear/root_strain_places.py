@@ -65,7 +65,7 @@ def strain_operator(gear: GearGeometry, solid: SolidMesh, places: list[RootPlace
     """
     require(len(places) > 0, "no places are given at which to read the strain: give gauges or elements")
     profile = _Profile(gear)
-    search = ElementSearch(solid)
+    search = ElementSearch(solid.nodes, solid.elements)
     rows = [_rows(gear, solid, search, profile, place) for place in places]
     return sp.csr_matrix(sp.vstack(rows))
 

@@ -22,7 +22,7 @@ from nvhchain.fidelity import GearFidelity
 from nvhchain.gear.body import GearBody
 from nvhchain.gear.mesh import GearMesh, SolidMesh, tooth_mesh
 from nvhchain.gear.pitch_mesh import PitchMesh
-from nvhchain.gear.point_location import ElementSearch
+from nvhchain.gear.point_location import interpolation
 from nvhchain.gear.root_strain_places import RootPlace, strain_operator
 from nvhchain.gear.tooth_compliance import cylindrical_stiffness, unknowns
 from nvhchain.handoff import FloatArray
@@ -57,5 +57,5 @@ def root_submodel(body: GearBody, mesh: GearMesh, places: list[RootPlace], fidel
     forces = np.zeros((operator.shape[0], K.shape[0]))
     forces[:, inner] = adjoint.T
     boundary = sp.csr_matrix(operator[:, moved].toarray() - (K[moved][:, inner] @ adjoint).T)
-    follow = ElementSearch(mesh.pitch_solid).interpolation(solid.nodes[moved_nodes], solid.angle[moved_nodes])
+    follow = interpolation(mesh.pitch_solid, solid.nodes[moved_nodes], solid.angle[moved_nodes])
     return RootSubmodel((pitch, solid), forces, sp.csr_matrix(boundary @ follow))

@@ -89,12 +89,32 @@ def _compressed(
 
 
 def estimate_memory(
-    n_vertex: int, n_face: int, engine: str = "fused", fidelity: AcousticsFidelity = STANDARD.acoustics
+    n_vertex: int,
+    n_face: int,
+    engine: str = "fused",
+    fidelity: AcousticsFidelity = STANDARD.acoustics,
+    *,
+    points: int = 0,
+    frequencies: int = 0,
 ) -> int:
     """Peak bytes of one task, a band of frequencies solved as `fidelity.solver` says ("auto": dense matrices).
 
+    points, frequencies: field points (twice as many with a reflecting plane) and masters of transfer vectors, whose
+    results and columns come on top (`vectors_memory`).
     Compressed matrices: at the frequency where the mesh has `fidelity.elements_per_wavelength`; finer meshes take less.
     """
+    return _solver_memory(n_vertex, n_face, engine, fidelity) + sum(
+        vectors_memory(n_vertex, n_face, points, frequencies)
+    )
+
+
+def vectors_memory(n_vertex: int, n_face: int, points: int, frequencies: int) -> tuple[int, int]:
+    """Bytes of transfer vectors, once as bands and once as a whole, and of what one band of them needs on the way: both
+    layers, the adjoint solution and the finished vectors."""
+    return 2 * 16 * frequencies * points * n_face, 16 * points * (2 * n_vertex + (2 + BAND) * n_face)
+
+
+def _solver_memory(n_vertex: int, n_face: int, engine: str, fidelity: AcousticsFidelity) -> int:
     check_engine(engine)
     entry = 8 if fidelity.precision == "single" and engine == "fused" else 16
     one = entry * n_vertex * (n_vertex + n_face)
@@ -131,7 +151,7 @@ def _fitting(
     solvers = ("auto", "compressed") if fidelity.solver == "auto" and striped else (fidelity.solver,)
     for solver in solvers:
         chosen = replace(fidelity, solver=solver)
-        task = estimate_memory(n_vertex, n_face, engine, chosen)
+        task = _solver_memory(n_vertex, n_face, engine, chosen)
         if task + kept <= free:
             return chosen, task
     raise ResourceError(

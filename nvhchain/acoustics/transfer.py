@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nvhchain.acoustics.accuracy import expected_accuracy
-from nvhchain.acoustics.bands import BAND, Solved, over_bands
+from nvhchain.acoustics.bands import Solved, over_bands
 from nvhchain.acoustics.coarsening import CoarseSurface, coarse_surfaces
-from nvhchain.acoustics.engines import check_engine, check_memory, systems
+from nvhchain.acoustics.engines import check_engine, check_memory, systems, vectors_memory
 from nvhchain.acoustics.linear_system import SolverRecord
 from nvhchain.acoustics.plane import check_plane, with_images
 from nvhchain.acoustics.potentials import layer_potentials
@@ -109,9 +109,7 @@ def transfer_vectors(
     below = coarse_surfaces(surface, coarser, ends, plane, air, fidelity) if exact else ()
     records: list[SolverRecord] = []
     settings = (fidelity, engine, plane, *(coarse.surface for coarse in below))
-    size = 2 * 16 * len(frequency) * len(ends) * len(surface.triangles)
-    # of a band under way: both layers, the adjoint solution and the finished vectors
-    columns = 16 * len(ends) * (2 * len(surface.vertices) + (2 + BAND) * len(surface.triangles))
+    size, columns = vectors_memory(len(surface.vertices), len(surface.triangles), len(ends), len(frequency))
     if exact:
         task = columns + check_memory(surface, size + columns, engine, fidelity)
     else:

@@ -129,6 +129,19 @@ def free(monkeypatch, size):
     monkeypatch.setattr("nvhchain.acoustics.engines.psutil.virtual_memory", lambda: memory)
 
 
+def test_estimated_memory_of_transfer_vectors_is_what_they_are_refused_by(monkeypatch, body):
+    """Field points and masters come on top of the matrices, with the knobs of the case."""
+    surface, _, _, _ = body
+    sizes, direct = (len(surface.vertices), len(surface.triangles)), replace(FIDELITY, solver="direct")
+    points, masters = np.array([[0.0, 0.0, 9.0], [9.0, 0.0, 0.0]]), np.linspace(50.0, 100.0, 3)
+    need = estimate_memory(*sizes, "fused", direct, points=2, frequencies=3)
+    assert need - estimate_memory(*sizes, "fused", direct) > 2 * 16 * 3 * 2 * sizes[1]
+    assert estimate_memory(*sizes, "fused", replace(direct, precision="single")) < 0.6 * estimate_memory(*sizes)
+    free(monkeypatch, need - 1)
+    with pytest.raises(ResourceError, match="GiB are free"):
+        transfer_vectors(surface, points, masters, fidelity=direct)
+
+
 def test_auto_takes_dense_matrices_where_they_fit_and_compressed_ones_where_only_they_do(monkeypatch, body):
     surface, k, _, _ = body
     six = replace(FIDELITY, elements_per_wavelength=6.0)

@@ -5,17 +5,15 @@ Nothing of gmsh is loaded into the calling process. Sharp edges of the given sur
 
 from __future__ import annotations
 
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
 import numpy as np
 
-from nvhchain.errors import SolverError
+from nvhchain.fem.mesher import run_mesher
 from nvhchain.handoff import FloatArray, IntArray
 
-_LIBRARIES = "libgl1 libglu1-mesa libxcursor1 libxft2 libxinerama1 libgomp1"
 _TIME_LIMIT = 300.0
 """s after which the mesher is given up."""
 
@@ -31,16 +29,14 @@ def remesh(
     with tempfile.TemporaryDirectory(prefix="nvhchain-remesh-") as folder:
         job, result = Path(folder) / "surface.npz", Path(folder) / "mesh.npz"
         np.savez(job, vertices=vertices, triangles=triangles, element_size=element_size, sharp_angle=sharp_angle)
-        command = [sys.executable, "-m", "nvhchain.acoustics._gmsh", str(job), str(result)]
-        try:
-            done = subprocess.run(command, capture_output=True, text=True, timeout=_TIME_LIMIT, check=False)
-        except subprocess.TimeoutExpired:
-            raise SolverError(f"the mesher did not finish within {_TIME_LIMIT:g} s: give the coarse surface") from None
-        if done.returncode != 0 or not result.exists():
-            said = (done.stderr.strip() or done.stdout.strip() or "nothing").splitlines()[-1]
-            if "cannot open shared object file" in done.stderr:
-                said += f"; install the system libraries gmsh needs: {_LIBRARIES}"
-            raise SolverError(f"gmsh could not mesh the surface anew (exit code {done.returncode}): {said}")
+        run_mesher(
+            "nvhchain.acoustics._gmsh",
+            job,
+            result,
+            time_limit=_TIME_LIMIT,
+            failure="gmsh could not mesh the surface anew",
+            remedy="give the coarse surface",
+        )
         with np.load(result) as file:
             return file["vertices"], file["triangles"]
 

@@ -25,7 +25,7 @@ def squared_distance(point: FloatArray, corners: FloatArray) -> FloatArray:
 
 
 def equal_pieces(count: int) -> FloatArray:
-    """Corners (count², 3, 3) in area coordinates of the equal pieces into which `count` cuts per edge part a triangle."""
+    """Corners (count², 3, 3) in area coordinates of the equal pieces of a triangle, `count` of them along each edge."""
     i, j = (index.ravel() for index in np.indices((count, count)))
     corner = np.array([[0, 0], [1, 0], [0, 1]])
     upward = np.stack([i, j], axis=1)[i + j < count][:, None] + corner

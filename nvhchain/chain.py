@@ -24,7 +24,9 @@ from nvhchain.handoff import (
     MeshLaw,
     NoiseTransferFunctions,
     PressureHistory,
+    RadiationResistance,
     ReducedHousing,
+    SoundPower,
     SurfaceVelocity,
     TransferVectors,
 )
@@ -46,6 +48,8 @@ class Result:
     pressure: FieldPressure | None = None
     noise_transfer_functions: NoiseTransferFunctions | None = None
     pressure_history: PressureHistory | None = None
+    radiation_resistance: RadiationResistance | None = None
+    sound_power: SoundPower | None = None
 
     @property
     def overall(self) -> FloatArray:
@@ -117,6 +121,7 @@ class _Chain:
     ) -> None:
         self.case, self._fidelity = case, fidelity
         self._spine, self._shared, self._executor = spine, shared, executor
+        self._given = given
         vars(self).update(given)
 
     def make(self, quantity: Quantity) -> None:
@@ -126,6 +131,7 @@ class _Chain:
             "bearing_forces": "bearing_forces" if running_up else "force_spectrum",
             "surface_velocity": "surface_velocity",
             "pressure": "pressure_history" if running_up else "pressure",
+            "sound_power": "sound_power",
         }
         getattr(self, answers[quantity])
 
@@ -178,6 +184,21 @@ class _Chain:
         if self._fidelity.acoustics.radiation == "equivalent_radiated_power":
             return stages.equivalent_pressure(self.case, velocity, forces, self._spine)
         return stages.pressure(self.transfer_vectors, velocity, forces, self._fidelity, self._spine)
+
+    @cached_property
+    def radiation_resistance(self) -> RadiationResistance:
+        return stages.radiation_resistance(self._gearbox, self.housing, self._fidelity, self._shared, self._executor)
+
+    @cached_property
+    def sound_power(self) -> SoundPower:
+        """From the housing's modes, unless only a velocity is given or the level takes nothing else."""
+        cheap = self._fidelity.acoustics.radiation != "boundary_elements"
+        if cheap or isinstance(self.case, RadiatorCase) or "surface_velocity" in self._given:
+            velocity = self.surface_velocity
+            forces = vars(self).get("force_spectrum")
+            return stages.sound_power(self.case, velocity, forces, self._fidelity, self._spine, self._executor)
+        forces = self.force_spectrum
+        return stages.modal_power(self.radiation_resistance, self.housing, forces, self._fidelity, self._spine)
 
     @cached_property
     def noise_transfer_functions(self) -> NoiseTransferFunctions:

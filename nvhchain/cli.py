@@ -182,7 +182,7 @@ def _foreign_forces(path: Path, case: Case) -> BearingForces:
 
 
 def _run(options: argparse.Namespace) -> int:
-    from nvhchain import chain, ready_made, store
+    from nvhchain import chain, levels, ready_made, store
     from nvhchain.case import load_case
 
     case = load_case(options.case)
@@ -194,11 +194,15 @@ def _run(options: argparse.Namespace) -> int:
         result = chain.run(
             case, fidelity=PRESETS[options.fidelity], out=out, executor=executor, watcher=Console(), **given
         )
-    if "pressure" not in case.quantities:
-        print(f"{case.name}: {', '.join(case.quantities)} in {out}")
-        return 0
-    for point, level in zip(case.field_points, result.overall, strict=True):
-        print(f"{case.name}: {level:.1f} dB(A) at {point.name}")
+    silent = [quantity for quantity in case.quantities if quantity not in ("pressure", "sound_power")]
+    if silent:
+        print(f"{case.name}: {', '.join(silent)} in {out}")
+    if result.sound_power is not None:
+        level = levels.overall_power(result.sound_power.frequency, result.sound_power.power)
+        print(f"{case.name}: sound power {level:.1f} dB(A) re 1 pW")
+    if "pressure" in case.quantities:
+        for point, heard in zip(case.field_points, result.overall, strict=True):
+            print(f"{case.name}: {heard:.1f} dB(A) at {point.name}")
     return 0
 
 

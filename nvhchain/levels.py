@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nvhchain.conventions import REFERENCE_PRESSURE
+from nvhchain.conventions import REFERENCE_POWER, REFERENCE_PRESSURE
 from nvhchain.errors import require
 from nvhchain.handoff import ComplexArray, FloatArray
 
@@ -16,6 +16,11 @@ _FLOOR = 1e-300
 def decibel(amplitude: ArrayLike, reference: float = REFERENCE_PRESSURE) -> FloatArray:
     """Level in dB of complex peak amplitudes re `reference` (RMS): 20 log10(|a| / (√2 reference))."""
     return np.asarray(20.0 * np.log10(np.maximum(np.abs(amplitude), _FLOOR) / (np.sqrt(2.0) * reference)))
+
+
+def power_level(power: ArrayLike) -> FloatArray:
+    """Sound power level in dB re 1 pW of powers in W: 10 log10(P / 1e-12)."""
+    return np.asarray(10.0 * np.log10(np.maximum(power, _FLOOR) / REFERENCE_POWER))
 
 
 def a_weighting(frequency: ArrayLike) -> FloatArray:
@@ -32,7 +37,16 @@ def a_weighting(frequency: ArrayLike) -> FloatArray:
 def overall(frequency: FloatArray, pressure: ComplexArray, *, weighted: bool = True) -> FloatArray:
     """Overall level in dB(A) (dB if not `weighted`) of lines `pressure` (n_f, ...) Pa peak: energy sum over axis 0."""
     require(len(frequency) == len(pressure), f"{len(frequency)} frequencies for {len(pressure)} lines of pressure")
-    level = decibel(pressure)
+    return _energy_sum(frequency, decibel(pressure), weighted)
+
+
+def overall_power(frequency: FloatArray, power: FloatArray, *, weighted: bool = True) -> FloatArray:
+    """Sound power level of all lines `power` (n_f, ...) W in dB(A) (dB if not `weighted`) re 1 pW."""
+    require(len(frequency) == len(power), f"{len(frequency)} frequencies for {len(power)} lines of power")
+    return _energy_sum(frequency, power_level(power), weighted)
+
+
+def _energy_sum(frequency: FloatArray, level: FloatArray, weighted: bool) -> FloatArray:
     if weighted:
         level = level + a_weighting(frequency).reshape(-1, *(1,) * (level.ndim - 1))
     return np.asarray(10.0 * np.log10(np.maximum((10.0 ** (level / 10.0)).sum(axis=0), _FLOOR)))

@@ -84,13 +84,19 @@ def plan(case: Case, *, fidelity: Fidelity = STANDARD) -> Plan:
         return Plan(
             case.name,
             fidelity.name,
-            (given, _transfer_vectors(case, fidelity, faces, area)) if "pressure" in case.quantities else (given,),
+            tuple(
+                [given]
+                + [_transfer_vectors(case, fidelity, faces, area)] * ("pressure" in case.quantities)
+                + [_sound_power(case, fidelity, faces, area)] * ("sound_power" in case.quantities)
+            ),
             ("gears, dynamics and housing: the surface velocity is given in the case",),
         )
     area = housing.envelope_area(case.housing)
     stages = [_housing(case, fidelity, area), *_mesh_laws(case, fidelity), _dynamics(case, fidelity)]
     if "pressure" in case.quantities:
         stages.append(_transfer_vectors(case, fidelity, _faces(case, fidelity, area), area))
+    if "sound_power" in case.quantities:
+        stages.append(_sound_power(case, fidelity, _faces(case, fidelity, area), area))
     if {"pressure", "surface_velocity"}.intersection(case.quantities):
         stages.append(_radiation(case, fidelity, area))
     return Plan(case.name, fidelity.name, tuple(stages), _skipped(case, fidelity))
@@ -213,7 +219,27 @@ def _transfer_vectors(case: Case, fidelity: Fidelity, faces: int, area: float) -
         "transfer vectors",
         f"{described}, about {masters} master frequencies, engine {case.engine}",
         5.0 + seconds,
-        _BASE_MEGABYTES + 1e-6 * acoustics.estimate_memory(faces // 2, faces, case.engine),
+        _BASE_MEGABYTES + 1e-6 * acoustics.estimate_memory(faces // 2, faces, case.engine, knobs),
+    )
+
+
+def _sound_power(case: Case, fidelity: Fidelity, faces: int, area: float) -> Stage:
+    """Solutions for every mode and seat direction at masters, or for one velocity at every line."""
+    knobs = fidelity.acoustics
+    if knobs.radiation != "boundary_elements":
+        return Stage("sound power", f"about {faces} triangles, {knobs.radiation}", 1.0, _BASE_MEGABYTES)
+    systems = _masters(case, area)
+    shapes = 1.0
+    described = f"{systems} lines"
+    if isinstance(case, GearboxCase):
+        shapes = _modes(case, fidelity) + 3 * len(case.bearings)
+        described = f"about {systems} master frequencies, {shapes:.0f} modes and seat directions"
+    seconds = systems * (_SECONDS_PER_PAIR * faces**2 + _SECONDS_PER_LU * (faces / 2) ** 3)
+    return Stage(
+        "radiation resistance" if shapes > 1 else "sound power",
+        f"about {faces} triangles, {described}, engine {case.engine}",
+        5.0 + seconds,
+        _BASE_MEGABYTES + 1e-6 * acoustics.estimate_memory(faces // 2, faces, case.engine, knobs),
     )
 
 
@@ -260,6 +286,8 @@ def _skipped(case: GearboxCase, fidelity: Fidelity) -> tuple[str, ...]:
         f"lines outside {case.band.low:g}…{case.band.high:g} Hz",
         "acoustic load on the housing: one-way coupling",
     ]
+    if "sound_power" in case.quantities:
+        reasons.append("radiation resistance between masters: interpolated")
     if "pressure" in case.quantities:
         reasons.append("transfer vectors between masters: interpolated; points that are not asked for")
     else:

@@ -84,6 +84,14 @@ _META: dict[str, tuple[str, str, tuple[str, ...]]] = {
         ("frequency", "point", "bearing", "axis"),
     ),
     "NoiseTransferFunctions.names": ("", "bearing names", ("bearing",)),
+    "RadiationResistance.frequency": ("Hz", "master frequency", ("frequency",)),
+    "RadiationResistance.waves": ("", "spherical waves, W^1/2 per unit of a column", ("frequency", "wave", "column")),
+    "RadiationResistance.plane_wave_resistance": (
+        "N s/m",
+        "radiation resistance at high frequency",
+        ("column", "other_column"),
+    ),
+    "RadiationResistance.housing": ("", "content hash of the reduced housing", ()),
     "FieldPressure.frequency": ("Hz", "frequency", ("frequency",)),
     "FieldPressure.points": ("m", "field points", ("point", "axis")),
     "FieldPressure.pressure": ("Pa", "sound pressure, peak", ("frequency", "point")),
@@ -96,6 +104,7 @@ _META: dict[str, tuple[str, str, tuple[str, ...]]] = {
     "SurfacePressure.pressure": ("Pa", "sound pressure at the vertices, peak", ("frequency", "vertex")),
     "SoundPower.frequency": ("Hz", "frequency", ("frequency",)),
     "SoundPower.power": ("W", "radiated sound power, time average", ("frequency",)),
+    "SoundPower.input_speed": ("rad/s", "speed of the input shaft, 0 if there is none", ()),
 }
 """Units, long name and axis labels of every stored field."""
 

@@ -21,7 +21,6 @@ from nvhchain.acoustics.power import sound_power
 from nvhchain.acoustics.projection import project, vectors_at
 from nvhchain.acoustics.radiate import interpolation_error, radiate
 from nvhchain.acoustics.radiation_resistance import (
-    RadiationResistance,
     SurfaceShapes,
     housing_shapes,
     radiation_resistance,
@@ -30,7 +29,7 @@ from nvhchain.acoustics.resistance_masters import adaptive_radiation_resistance
 from nvhchain.acoustics.run_up import convolution_lines, decay_time, run_up_pressure
 from nvhchain.acoustics.surface import check_mesh, check_points, required_element_size, sphere
 from nvhchain.acoustics.transfer import master_frequencies, transfer_vectors
-from nvhchain.handoff import SoundPower, SurfacePressure
+from nvhchain.handoff import RadiationResistance, SoundPower, SurfacePressure
 
 __all__ = [
     "ENGINES",

@@ -9,10 +9,9 @@ import numpy as np
 from scipy.linalg import eigh
 
 from nvhchain.acoustics.interpolation import Nodes, nodes_at, support
-from nvhchain.acoustics.radiation_resistance import RadiationResistance
 from nvhchain.errors import AccuracyWarning, InputError, require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
-from nvhchain.handoff import ComplexArray, FloatArray, ForceSpectrum, ReducedHousing, SoundPower
+from nvhchain.handoff import ComplexArray, FloatArray, ForceSpectrum, RadiationResistance, ReducedHousing, SoundPower
 
 _DEPENDENT = 1e-10
 """Mean square velocity of a combination of shapes, relative to that of the shapes, below which it is none."""

@@ -10,11 +10,11 @@ import numpy as np
 from nvhchain.acoustics.bands import BAND
 from nvhchain.acoustics.modal_power import waves_at_nodes, waves_nodes
 from nvhchain.acoustics.multipoles import wave_reach
-from nvhchain.acoustics.radiation_resistance import RadiationResistance, SurfaceShapes, radiation_resistance
+from nvhchain.acoustics.radiation_resistance import SurfaceShapes, radiation_resistance
 from nvhchain.conventions import Air, Progress
 from nvhchain.errors import SolverError, require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
-from nvhchain.handoff import FloatArray, RigidPlane
+from nvhchain.handoff import FloatArray, RadiationResistance, RigidPlane
 
 _FIRST = (2.0, 0.4)
 """Masters to begin with: the first plus the second times the wavenumber of the band times the reach of the surface from

@@ -84,7 +84,7 @@ class Operation:
         )
 
 
-Quantity = Literal["bearing_forces", "surface_velocity", "pressure"]
+Quantity = Literal["bearing_forces", "surface_velocity", "pressure", "sound_power"]
 """What a case can ask for; nothing that only the others need is computed."""
 
 

@@ -71,7 +71,7 @@ class GearboxCase:
     """A gearbox in its housing at constant or changing speed.
 
     input_rotation: +1 where the input turns by the right-hand rule about +z, else −1.
-    quantities: what is asked for: `bearing_forces`, `surface_velocity`, `pressure`.
+    quantities: what is asked for: `bearing_forces`, `surface_velocity`, `pressure`, `sound_power`.
     engine: of the boundary elements, `fused` or `bempp`.
     reflecting_plane: a rigid plane beside the housing, such as the floor; without one the field is free.
     """
@@ -97,9 +97,9 @@ class GearboxCase:
         check_name(self.name)
         check_quantities(self.quantities, self.field_points)
         require(
-            self.operation.ramp is None or "surface_velocity" not in self.quantities,
-            "quantities: a run-up is followed in time, its surface velocity has no lines: ask for `bearing_forces` or "
-            "`pressure`",
+            self.operation.ramp is None or not {"surface_velocity", "sound_power"}.intersection(self.quantities),
+            "quantities: a run-up is followed in time, its surface velocity and sound power have no lines: ask for "
+            "`bearing_forces` or `pressure`",
         )
         check_plane(self.reflecting_plane, self.field_points)
         self._check_floor()

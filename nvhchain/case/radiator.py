@@ -38,7 +38,7 @@ class RadiatorCase:
     """A body with a given surface velocity.
 
     velocity: (3,) m/s peak, the body moves as a whole; pulsation: m/s peak, outward everywhere.
-    frequencies: (n_f,) Hz.  quantities: what is asked for, `surface_velocity`, `pressure`.
+    frequencies: (n_f,) Hz.  quantities: what is asked for, `surface_velocity`, `pressure`, `sound_power`.
     reflecting_plane: a rigid plane beside the body, or None in a free field.
     """
 

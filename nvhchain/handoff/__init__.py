@@ -9,7 +9,13 @@ from nvhchain.handoff.housing import ReducedHousing, SurfaceVelocity
 from nvhchain.handoff.mesh_law import MeshLaw
 from nvhchain.handoff.sound import FieldPressure, PressureHistory, SoundPower, SurfacePressure
 from nvhchain.handoff.surface import Surface
-from nvhchain.handoff.transfer import ModalTransferVectors, NoiseTransferFunctions, RigidPlane, TransferVectors
+from nvhchain.handoff.transfer import (
+    ModalTransferVectors,
+    NoiseTransferFunctions,
+    RadiationResistance,
+    RigidPlane,
+    TransferVectors,
+)
 
 __all__ = [
     "HAND_OFFS",
@@ -24,6 +30,7 @@ __all__ = [
     "ModalTransferVectors",
     "NoiseTransferFunctions",
     "PressureHistory",
+    "RadiationResistance",
     "ReducedHousing",
     "RigidPlane",
     "SoundPower",
@@ -45,6 +52,7 @@ HAND_OFFS: dict[str, type[HandOff]] = {
         TransferVectors,
         ModalTransferVectors,
         NoiseTransferFunctions,
+        RadiationResistance,
         FieldPressure,
         PressureHistory,
         SurfacePressure,

@@ -77,11 +77,16 @@ class SurfacePressure(HandOff):
 
 @dataclass(frozen=True, eq=False)
 class SoundPower(HandOff):
-    """Time-averaged radiated sound power.  frequency: (n_f,) Hz.  power: (n_f,) W."""
+    """Time-averaged radiated sound power.
+
+    frequency: (n_f,) Hz.  power: (n_f,) W.  input_speed: rad/s of the input shaft, 0 when there is none.
+    """
 
     frequency: FloatArray
     power: FloatArray
+    input_speed: float = 0.0
 
     def __post_init__(self) -> None:
         frequency = frequencies(self)
         array(self, "power", float, (len(frequency),))
+        object.__setattr__(self, "input_speed", float(self.input_speed))

@@ -152,3 +152,33 @@ class NoiseTransferFunctions(HandOff):
         points = array(self, "points", float, (None, 3))
         functions = array(self, "functions", complex, (len(frequency), len(points), None, 3))
         distinct_names(self, "names", functions.shape[2])
+
+
+@dataclass(frozen=True, eq=False)
+class RadiationResistance(HandOff):
+    """Spherical waves that leave a surface per unit velocity of its coordinates, at master frequencies.
+
+    frequency: (n_f,) Hz.  waves: (n_f, n_wave, n_column) complex √W per unit of q̇, so that P = ½ |waves q̇|²
+    and the radiation resistance matrix is R = Re(wavesᴴ waves), positive semidefinite by its making; rows beyond those
+    that count at a frequency are zero.
+    plane_wave_resistance: (n_column, n_column) ρc ∫ φ_i φ_j dS, what R tends to at high frequency; ½ q̇ᴴ … q̇ is the
+    equivalent radiated power.  plane: a rigid plane near the body, or None for a free field.
+    housing: content hash of the reduced housing whose modes and residual motions the columns are, or empty.
+    """
+
+    frequency: FloatArray
+    waves: ComplexArray
+    plane_wave_resistance: FloatArray
+    air: Air
+    plane: RigidPlane | None = None
+    housing: str = ""
+
+    def __post_init__(self) -> None:
+        frequency = frequencies(self)
+        waves = array(self, "waves", complex, (len(frequency), None, None))
+        array(self, "plane_wave_resistance", float, (waves.shape[2], waves.shape[2]))
+
+    def waves_at(self, master: int) -> ComplexArray:
+        """The waves (n_row, n_column) of a master without the rows that are zero at its end."""
+        used = np.flatnonzero(self.waves[master].any(axis=1))
+        return self.waves[master, : used[-1] + 1 if len(used) else 0]

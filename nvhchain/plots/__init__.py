@@ -5,7 +5,7 @@ from nvhchain.plots.history import pressure_history
 from nvhchain.plots.lumped import backbone_curves, order_spectra, rig_responses, sweep_responses
 from nvhchain.plots.mesh import mesh_law_map, transmission_errors
 from nvhchain.plots.orders import OrderMarks
-from nvhchain.plots.spectrum import bearing_force_spectra, pressure_spectrum
+from nvhchain.plots.spectrum import bearing_force_spectra, power_spectrum, pressure_spectrum
 from nvhchain.plots.speed import levels_over_speed
 from nvhchain.plots.surface import strongest_line, surface_velocity
 from nvhchain.plots.waterfall import waterfall_maps
@@ -19,6 +19,7 @@ __all__ = [
     "levels_over_speed",
     "mesh_law_map",
     "order_spectra",
+    "power_spectrum",
     "pressure_history",
     "pressure_spectrum",
     "rig_responses",

@@ -12,7 +12,7 @@ from matplotlib.transforms import ScaledTranslation
 
 from nvhchain import levels
 from nvhchain.errors import require
-from nvhchain.handoff import FieldPressure, FloatArray, ForceSpectrum
+from nvhchain.handoff import FieldPressure, FloatArray, ForceSpectrum, SoundPower
 from nvhchain.plots._style import colour, panels, styled
 from nvhchain.plots.orders import OrderMarks, add_order_axis, draw_mesh_orders, matching
 
@@ -37,21 +37,49 @@ def pressure_spectrum(
     pressures: configuration → pressure.  marks: orders to mark; needs one input speed common to all.
     point: index of the field point.  dynamic_range: dB shown below the strongest line.
     """
-    require(len(pressures) > 0, "no pressure given: at least one configuration is needed")
+    heard = {name: (field.frequency, levels.decibel(field.pressure[:, point])) for name, field in pressures.items()}
+    return _plain_and_weighted(heard, "p", "20 µPa", _common_input_frequency(pressures), marks, dynamic_range, axes)
+
+
+@styled
+def power_spectrum(
+    powers: Mapping[str, SoundPower],
+    *,
+    marks: OrderMarks | None = None,
+    dynamic_range: float = 70.0,
+    axes: Sequence[Axes] | None = None,
+) -> list[Axes]:
+    """Sound power level of every line, unweighted above and A-weighted below; the rest as in `pressure_spectrum`."""
+    lines = {name: (of.frequency, levels.power_level(of.power)) for name, of in powers.items()}
+    return _plain_and_weighted(lines, "W", "1 pW", _common_input_frequency(powers), marks, dynamic_range, axes)
+
+
+def _plain_and_weighted(
+    plain: Mapping[str, tuple[FloatArray, FloatArray]],
+    symbol: str,
+    reference: str,
+    input_frequency: float,
+    marks: OrderMarks | None,
+    dynamic_range: float,
+    axes: Sequence[Axes] | None,
+) -> list[Axes]:
+    """Two panels of levels, configuration → (frequency (n_f,) Hz, level (n_f,) dB), without and with A-weighting."""
+    require(len(plain) > 0, "nothing is given to draw: at least one configuration is needed")
     drawn = panels(2, axes, share="x")
-    input_frequency = _common_input_frequency(pressures)
     for ax, weighted, unit in ((drawn[0], False, "dB"), (drawn[1], True, "dB(A)")):
-        lines, totals = {}, {}
-        for name, field in pressures.items():
-            level = levels.decibel(field.pressure[:, point])
-            lines[name] = (field.frequency, level + levels.a_weighting(field.frequency) if weighted else level)
-            totals[name] = float(levels.overall(field.frequency, field.pressure[:, point], weighted=weighted))
+        lines = {
+            name: (frequency, level + levels.a_weighting(frequency) if weighted else level)
+            for name, (frequency, level) in plain.items()
+        }
         highest = max(level.max() for _, level in lines.values())
         ax.set_ylim(5.0 * np.ceil(highest / 5.0) + HEADROOM - dynamic_range, 5.0 * np.ceil(highest / 5.0) + HEADROOM)
-        ax.set_ylabel(f"{'$L_{pA}$' if weighted else '$L_p$'} / {unit} re 20 µPa")
+        ax.set_ylabel(f"$L_{{{symbol}{'A' if weighted else ''}}}$ / {unit} re {reference}")
         handles = _draw(ax, lines, input_frequency, marks)
         overall = [Line2D([], [], color=colour(index), linewidth=3.0) for index in range(len(lines))]
-        values = [f"{name}: overall {total:.1f} {unit}" for name, total in totals.items()]
+        values = [
+            f"{name}: overall {10.0 * np.log10((10.0 ** (level / 10.0)).sum()):.1f} {unit}"
+            for name, (_, level) in lines.items()
+        ]
         ax.legend(overall, values, loc="upper right", ncols=len(lines))
         if input_frequency > 0.0 and not weighted:
             add_order_axis(ax, input_frequency)
@@ -103,7 +131,9 @@ def bearing_force_spectra(
     return drawn
 
 
-def _common_input_frequency(handoffs: Mapping[str, FieldPressure] | Mapping[str, ForceSpectrum]) -> float:
+def _common_input_frequency(
+    handoffs: Mapping[str, FieldPressure] | Mapping[str, ForceSpectrum] | Mapping[str, SoundPower],
+) -> float:
     """Turns per second of the input shaft, 0 where the configurations do not share one."""
     speeds = {round(h.input_speed, 9) for h in handoffs.values()}
     return speeds.pop() / (2.0 * np.pi) if len(speeds) == 1 else 0.0

@@ -19,6 +19,7 @@ from nvhchain.handoff import (
     HandOff,
     MeshLaw,
     PressureHistory,
+    SoundPower,
     SurfaceVelocity,
 )
 from nvhchain.report.files import save
@@ -45,6 +46,7 @@ def draw(files: list[Path], picture: Path, *, orders: bool = False) -> None:
         ForceSpectrum: lambda of, _: plots.bearing_force_spectra(of),
         SurfaceVelocity: _surface_velocity,
         FieldPressure: lambda of, _: plots.pressure_spectrum(of),
+        SoundPower: lambda of, _: plots.power_spectrum(of),
         PressureHistory: lambda of, orders: _maps({name: p.pressure for name, p in of.items()}, of, "Pa", orders),
     }
     if kind not in known:

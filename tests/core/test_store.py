@@ -16,6 +16,7 @@ from nvhchain.handoff import (
     ModalTransferVectors,
     NoiseTransferFunctions,
     PressureHistory,
+    RadiationResistance,
     ReducedHousing,
     RigidPlane,
     SoundPower,
@@ -46,9 +47,10 @@ EXAMPLES = [
         Air(340.0, 1.2),
     ),
     NoiseTransferFunctions([50.0], [[0.0, 0, 5]], np.full((1, 1, 1, 3), 3j), ("A1",), Air(340.0, 1.2)),
+    RadiationResistance([50.0], np.full((1, 4, 2), 1 + 2j), np.eye(2), Air(340.0, 1.2), housing="abc"),
     PressureHistory([0.0, 0.1], [[0.0, 0, 5]], [[1.0], [2.0]], 261.8),
     SurfacePressure([50.0], [[1 + 1j, 2, 3, 4]], SURFACE),
-    SoundPower([50.0], [1e-3]),
+    SoundPower([50.0], [1e-3], 261.8),
     FieldPressure([50.0, 60.0], [[0.0, 0, 5]], [[1 + 1j], [2 - 1j]], 261.8),
 ]  # fmt: skip
 

@@ -20,7 +20,7 @@ def stems(ax, label):
 
 def test_pressure_panels_show_plain_and_a_weighted_levels(pressures):
     axes = pressure_spectrum(pressures, marks=MARKS)
-    assert [ax.get_ylabel() for ax in axes] == ["$L_p$ / dB re 20 µPa", "$L_{pA}$ / dB(A) re 20 µPa"]
+    assert [ax.get_ylabel() for ax in axes] == ["$L_{p}$ / dB re 20 µPa", "$L_{pA}$ / dB(A) re 20 µPa"]
     for ax, weight in zip(axes, (0.0, 1.0), strict=True):
         for name, field in pressures.items():
             frequency, level = stems(ax, name).T

@@ -8,7 +8,7 @@ import pytest
 import radiation_cases as cases
 from scipy.special import spherical_jn, spherical_yn
 
-from nvhchain.acoustics import sound_power, sphere
+from nvhchain.acoustics import equivalent_radiated_power, sound_power, sphere
 from nvhchain.acoustics.modal_power import modal_power, radiation_modes, resistance_matrices, waves_power
 from nvhchain.acoustics.plane import RigidPlane
 from nvhchain.acoustics.radiation_resistance import SurfaceShapes, housing_shapes, radiation_resistance
@@ -102,6 +102,13 @@ def test_radiation_modes_of_a_sphere_are_its_harmonics(ball, resistance, air, co
     assert decibel(power / (0.5 * air.impedance * 4 * np.pi * 0.01 * ka[0] ** 2 / (1 + ka[0] ** 2))) == pytest.approx(
         [0.0], abs=0.05
     )
+
+
+def test_plane_wave_resistance_gives_the_equivalent_radiated_power(ball, resistance, air):
+    velocity = random_velocity(LINES, 9)
+    exact = equivalent_radiated_power(SurfaceVelocity(LINES, velocity @ harmonics(ball).T, ball), air).power
+    form = np.einsum("fi,ij,fj->f", velocity.conj(), resistance.plane_wave_resistance, velocity)
+    assert 0.5 * form.real == pytest.approx(exact, rel=1e-12)
 
 
 def test_dependent_shapes_have_no_radiation_mode_of_their_own(resistance, coarse):

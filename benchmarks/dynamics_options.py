@@ -201,7 +201,7 @@ def table(found: dict[str, Any]) -> list[str]:
         ]
     if "misaligned" in found:
         lines += [
-            "## Laws of solid gears that tilt under their load, against laws of parallel axes",
+            "## Laws of solid gears that tilt under their load, against laws of parallel axes (teeth as slices)",
             "",
             "| | stage 1, in plane, across / mrad | stage 2 / mrad | worst harmonic / dB | RMS / dB |",
             "|---|---:|---:|---:|---:|",

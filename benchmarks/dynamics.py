@@ -139,10 +139,10 @@ def steps(folder: Path) -> list[list[float]]:
 
 
 def hour(folder: Path) -> list[list[float]]:
-    """Records in files, a minute and an hour long: their s, seconds to make, MB on disk, MB of the process at most."""
+    """Records in files, ten minutes and an hour long: their s, seconds to make, MB on disk, MB of the process at most."""
     laws, housing = operators(folder)
     rows = []
-    for duration in (60.0, 3600.0):
+    for duration in (600.0, 3600.0):
         with tempfile.TemporaryDirectory() as place:
             begin = time.perf_counter()
             made = dynamics.record_run_up(

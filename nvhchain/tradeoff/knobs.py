@@ -77,6 +77,7 @@ KNOBS: tuple[Knob, ...] = (
     _one("dynamics", "stopband_attenuation", 40.0, 60.0, run_up=True),
     _one("housing", "element_size", 0.02, 0.013, 0.0105),
     _one("housing", "mode_ratio", 1.0, 1.25, 1.4),
+    _one("housing", "truncation_tolerance_db", 1.0, 0.3),
     _one("housing", "elements_per_turn", 8.0, 12.0),
     _one("housing", "samples_per_face", 1.0, 3.0),
     _one("acoustics", "radiation", "equivalent_radiated_power", "rayleigh"),
@@ -113,6 +114,9 @@ KNOBS: tuple[Knob, ...] = (
 """Every knob with the settings that are tried, cheapest first."""
 
 NOT_SWEPT: dict[str, str] = {
+    "gear.root_refinement": "of root strains only",
+    "housing.mapping_tolerance_db": "a limit, beyond which a foreign housing is warned of",
+    "housing.voxels_per_face": "of foreign housings only",
     "gear.transverse_refinement": "1 is its coarsest value",
     "dynamics.edge_cells": "of the level `stiffness` with contact_loss only",
     "dynamics.gyroscopic_speeds": "of a run-up with gyroscopic terms only",

@@ -139,7 +139,7 @@ def steps(folder: Path) -> list[list[float]]:
 
 
 def hour(folder: Path) -> list[list[float]]:
-    """Records in files, ten minutes and an hour long: their s, seconds to make, MB on disk, MB of the process at most."""
+    """Records in files, ten minutes and an hour: their s, seconds to make, MB on disk, MB of the process at most."""
     laws, housing = operators(folder)
     rows = []
     for duration in (600.0, 3600.0):

@@ -149,3 +149,27 @@ def make_housing() -> Callable[..., ReducedHousing]:
 @pytest.fixture
 def fidelity() -> DynamicsFidelity:
     return DynamicsFidelity(time_step=10e-6)
+
+
+@pytest.fixture(scope="session")
+def forced_bearing_forces() -> Callable[..., np.ndarray]:
+    """(3 n_bearing,) complex N under a harmonic generalised force (n,), drive flanks closed, by the impedance."""
+
+    def of(assembly, mesh_stiffness, omega, push):
+        drive = assembly.contact[0 : 2 * len(mesh_stiffness) : 2]
+        stiffness = assembly.stiffness + (drive.T * np.array(mesh_stiffness)) @ drive
+        dynamic = stiffness + 1j * omega * assembly.damping - omega**2 * np.diag(assembly.mass)
+        return (assembly.bearing_stiffness + 1j * omega * assembly.bearing_damping) @ np.linalg.solve(dynamic, push)
+
+    return of
+
+
+@pytest.fixture(scope="session")
+def nominal_mesh_forces() -> Callable[..., np.ndarray]:
+    """(n_mesh,) N along the drive flanks' normals under shaft torques (n_shaft,), from the balance in torsion."""
+
+    def of(assembly, torque):
+        drive = assembly.contact[0 : 2 * len(assembly.gearbox.meshes) : 2]
+        return np.linalg.solve(drive[:, assembly.lateral :].T, assembly.load(torque)[assembly.lateral :])
+
+    return of

@@ -11,6 +11,8 @@ from nvhchain.fem import lowest_modes
 from nvhchain.housing.foreign import constrained
 from nvhchain.housing.foreign_mesh import sound_mesh
 from nvhchain.interop import read_abaqus, read_nastran, read_solid_model, write_abaqus, write_nastran
+from nvhchain.interop.abaqus_keywords import blocks
+from nvhchain.interop.nastran_cards import cards, split_deck
 
 FORMATS = [(write_nastran, read_nastran), (write_abaqus, read_abaqus)]
 UNITS = ["m-kg-s", "mm-t-s", "mm-kg-ms", "in-lbf-s"]
@@ -45,6 +47,34 @@ def test_every_kind_of_element_keeps_its_nodes_in_order(write, read, kind, quadr
     back = read(write(model, tmp_path / "model", units="mm-t-s"), units="mm-t-s")
     assert back.blocks[0].kind == model.blocks[0].kind
     assert frequencies(back, 3000.0) == pytest.approx(frequencies(model, 3000.0), rel=1e-10)
+
+
+NASTRAN_EDGES = {
+    "wedge6": ["12", "23", "31", "14", "25", "36", "45", "56", "64"],
+    "hex8": ["12", "23", "34", "41", "15", "26", "37", "48", "56", "67", "78", "85"],
+    "tet4": ["12", "23", "31", "14", "24", "34"],
+}
+ABAQUS_EDGES = {
+    "wedge6": ["12", "23", "31", "45", "56", "64", "14", "25", "36"],
+    "hex8": ["12", "23", "34", "41", "56", "67", "78", "85", "15", "26", "37", "48"],
+    "tet4": ["12", "23", "31", "14", "24", "34"],
+}
+
+
+@pytest.mark.parametrize("kind", list(SPLITS))
+def test_mid_edge_nodes_stand_where_the_manuals_have_them(kind, tmp_path):
+    """Quick Reference Guide, CTETRA, CPENTA, CHEXA; Abaqus Elements Guide, node ordering of solid elements."""
+    model = sound_mesh(box(kind))[0]
+    at = dict(zip(model.labels.tolist(), model.nodes, strict=True))
+    corners = int(kind[-1])
+    bulk = split_deck(write_nastran(model, tmp_path / "m.bdf", units="m-kg-s"))[1]
+    card = next([int(x) for x in card[3:]] for card in cards(bulk) if card[0] in ("CTETRA", "CPENTA", "CHEXA"))
+    blocked = blocks(write_abaqus(model, tmp_path / "m.inp", units="m-kg-s"))
+    cells = [int(x) for row in next(b for b in blocked if b.name == "ELEMENT").data for x in row if x]
+    for nodes, edges in ((card, NASTRAN_EDGES[kind]), (cells[1 : len(card) + 1], ABAQUS_EDGES[kind])):
+        for middle, (a, b) in zip(nodes[corners:], edges, strict=True):
+            ends = (at[nodes[int(a) - 1]] + at[nodes[int(b) - 1]]) / 2
+            assert at[middle] == pytest.approx(ends, abs=1e-12)
 
 
 @pytest.mark.parametrize(("write", "read"), FORMATS)

@@ -1,7 +1,8 @@
 """True against stated error of boundary elements on coarse to fine surfaces; writes docs/measured/surfaces.md.
 
-    python benchmarks/surfaces.py
+    python benchmarks/surfaces.py OUT [BODY …]
 
+Every body leaves OUT/<body>.json; the table is written from those that are there.
 A monopole in the middle, one off it and a dipole inside sphere (with the true one's volume, and with its corners on the
 true one), cylinder, capsule and box of 80 to 5120 triangles. Every face has the mean of the true body's normal velocity
 over it; 20 points at ten radii hear it. The error is the largest difference from the exact pressure relative to the
@@ -10,12 +11,14 @@ peak over the points, in dB; in brackets `expected_error_dB`.
 
 from __future__ import annotations
 
+import json
 import sys
 import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from publish import publish
@@ -56,13 +59,13 @@ def bodies() -> dict[str, tuple[Normals | None, list[Surface]]]:
     ball = partial(round_normals, radius=RADIUS, half_length=0.0, flat_ends=False)
     tube = partial(round_normals, radius=RADIUS, half_length=RADIUS, flat_ends=True)
     pill = partial(round_normals, radius=RADIUS, half_length=RADIUS, flat_ends=False)
-    counts = (9, 16, 28, 56)
+    counts = (9, 16, 28)
     return {
-        "sphere of equal volume": (ball, [sphere(RADIUS, level) for level in (1, 2, 3, 4)]),
+        "sphere of equal volume": (ball, [sphere(RADIUS, level) for level in (1, 2, 3)]),
         "sphere, corners on it": (ball, [inscribed(level) for level in (1, 2, 3, 4)]),
         "cylinder": (tube, [cylinder(RADIUS, RADIUS, count) for count in counts]),
         "capsule": (pill, [capsule(RADIUS, RADIUS, count) for count in counts]),
-        "box": (None, [box((0.2, 0.2, 0.15), edge) for edge in (0.05, 0.025, 0.0125, 0.01)]),
+        "box": (None, [box((0.2, 0.2, 0.15), edge) for edge in (0.05, 0.025, 0.0125)]),
     }
 
 
@@ -90,41 +93,59 @@ def decibel(error: float) -> float:
     return float(20 * np.log10(1 + error))
 
 
-def main() -> None:
-    warnings.simplefilter("ignore", AccuracyWarning)
-    points = shell(20, 1.0)
+def measure(name: str) -> list[dict[str, Any]]:
+    """True and stated error in dB of every mesh, source and frequency of a body."""
+    points, rows = shell(20, 1.0), []
+    normals, meshes = bodies()[name]
+    for surface in meshes:
+        mean, coarsest = element_sizes(surface)
+        edge = max(mean / MESH_SCATTER, coarsest / LOCAL_COARSENING)
+        limits = [2 * np.pi / (limit * edge) for limit in LIMITS]
+        k = np.sort([*(ka / RADIUS for ka in KA if ka / RADIUS < limits[0]), *limits])
+        frequency = k * AIR.speed_of_sound / (2 * np.pi)
+        vectors = transfer_vectors(surface, points, frequency, air=AIR, fidelity=FIDELITY).vectors
+        for source in SOURCES:
+            cells = []
+            for at, value in enumerate(k):
+                exact = field(points, source, value)[0]
+                pressure = vectors[at] @ velocity(surface, normals, source, value)
+                true = decibel(float(np.abs(pressure - exact).max() / np.abs(exact).max()))
+                stated = expected_accuracy(surface, None, frequency[at], AIR, FIDELITY)["expected_error_dB"]
+                cells.append((true, stated))
+            rows.append({"faces": len(surface.triangles), "source": source, "cells": cells})
+    return rows
+
+
+def report(out: Path) -> str:
+    """The table of all bodies that have been measured."""
     head = [*(f"ka {ka:g}" for ka in KA), *(f"{limit:g} per wavelength" for limit in LIMITS)]
     lines = [f"| body | triangles | source | {' | '.join(head)} |", "|---|---:|---|" + "---:|" * len(head)]
     ratios = []
-    for name, (normals, meshes) in bodies().items():
-        for surface in meshes:
-            mean, coarsest = element_sizes(surface)
-            edge = max(mean / MESH_SCATTER, coarsest / LOCAL_COARSENING)
-            k = np.array([*(ka / RADIUS for ka in KA), *(2 * np.pi / (limit * edge) for limit in LIMITS)])
-            lined = np.sort(k)
-            frequency = lined * AIR.speed_of_sound / (2 * np.pi)
-            vectors = transfer_vectors(surface, points, frequency, air=AIR, fidelity=FIDELITY).vectors
-            for source in SOURCES:
-                cells = []
-                for wanted in k:
-                    at = int(np.searchsorted(lined, wanted))
-                    if wanted > k[-1]:
-                        cells.append("")
-                        continue
-                    exact = field(points, source, wanted)[0]
-                    pressure = vectors[at] @ velocity(surface, normals, source, wanted)
-                    true = float(np.abs(pressure - exact).max() / np.abs(exact).max())
-                    stated = expected_accuracy(surface, None, frequency[at], AIR, FIDELITY)["expected_error_dB"]
-                    cells.append(f"{decibel(true):.2g} ({stated:.2g})")
-                    ratios.append(stated / decibel(true))
-                lines.append(f"| {name} | {len(surface.triangles)} | {source} | {' | '.join(cells)} |")
+    for name in bodies():
+        path = out / f"{name}.json"
+        for row in json.loads(path.read_text()) if path.exists() else []:
+            cells = [f"{true:.2g} ({stated:.2g})" for true, stated in row["cells"]]
+            missing = len(head) - len(cells)  # frequencies above the limit of the mesh
+            cells[len(cells) - len(LIMITS) : len(cells) - len(LIMITS)] = [""] * missing
+            lines.append(f"| {name} | {row['faces']} | {row['source']} | {' | '.join(cells)} |")
+            ratios += [stated / true for true, stated in row["cells"]]
     ratio = np.array(ratios)
+    within, below, above = (100 * np.mean(some) for some in ((ratio > 1 / 3) & (ratio < 3), ratio < 1 / 3, ratio > 3))
     summary = (
-        f"Stated over true error in {len(ratio)} cells: {ratio.min():.2g} … {ratio.max():.2g}; within a factor of "
-        f"three in {100 * np.mean((ratio > 1 / 3) & (ratio < 3)):.0f} %, less than a third of the truth in "
-        f"{100 * np.mean(ratio < 1 / 3):.0f} %, more than three times in {100 * np.mean(ratio > 3):.0f} %."
+        f"Stated over true error in {len(ratio)} cells: {ratio.min():.2g} … {ratio.max():.2g}, in the middle "
+        f"{np.median(ratio):.2g}; within a factor of three in {within:.0f} %, less than a third of the truth in "
+        f"{below:.0f} %, more than three times the truth in {above:.0f} %."
     )
-    publish("surfaces", "\n".join(["Error in dB, true (stated):", "", *lines, "", summary]) + "\n")
+    return "\n".join(["Error in dB, true (stated):", "", *lines, "", summary]) + "\n"
+
+
+def main() -> None:
+    warnings.simplefilter("ignore", AccuracyWarning)
+    out = Path(sys.argv[1])
+    out.mkdir(parents=True, exist_ok=True)
+    for name in sys.argv[2:] or bodies():
+        (out / f"{name}.json").write_text(json.dumps(measure(name)))
+    publish("surfaces", report(out))
 
 
 if __name__ == "__main__":

@@ -95,7 +95,7 @@ def test_band_below_the_first_mode_is_answered_by_flexibility_alone(casting, fid
     assert len(found.natural_frequency) == 0
     exact = seat_flexibility(reduced)
     assert np.abs(seat_flexibility(found) - exact).max() < 1e-8 * np.abs(exact).max()
-    assert 0 < truncation_error(found, 200.0).faces < 0.02
+    assert 0 < truncation_error(found, 200.0).faces < 0.05
     assert is_sound(found)
 
 

@@ -40,12 +40,12 @@ class Measurement:
     @property
     def seconds(self) -> float:
         """Of a run in which nothing is found."""
-        return sum(cost.seconds for cost in self.stages.values())
+        return Run(self.stages).seconds
 
     @property
     def megabytes(self) -> float:
         """Of the stage that needs most."""
-        return max((cost.megabytes for cost in self.stages.values()), default=0.0)
+        return Run(self.stages).megabytes
 
 
 @dataclass(frozen=True)

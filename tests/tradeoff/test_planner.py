@@ -56,6 +56,7 @@ def test_one_decibel_buys_the_gentle_settings_and_their_errors_and_times_add_up(
     assert choice.fidelity.housing.element_size == 0.013
     assert choice.fidelity.acoustics.precision == "single"
     assert "gear.width_layers = 8" in str(choice)
+    assert "housing.element_size" not in cheapest(case, 0.75, sweep).turned  # 0.55 dB exceed the share of 0.75 dB
 
 
 def test_a_wide_tolerance_buys_the_coarse_setting_instead_and_never_two_of_one_knob(case, sweep):

@@ -208,8 +208,8 @@ CAUSES = [
     "holes in a web do not soften enough. Of the slots their distance to the root circle decides the blank order: a "
     "rim of 5 mm over them gives the thesis's amplitude. Its stiffness d/c needs softer spokes as well.",
     "- The mesh order is a quarter smaller in all pairs alike, less with the thin rim. Contact of tip edges beyond "
-    "the path accounts for a part of it; it depends on the clearance that the thesis's tip and root diameters leave and on "
-    "its finite elements at the tip edge.",
+    "the path accounts for a part of it; it depends on the clearance that the thesis's tip and root diameters leave "
+    "and on its finite elements at the tip edge.",
     "- Ranking: stiffness a > c > b > d and blank order d > b > 0 as in the thesis. Its mesh orders differ by 7 % "
     "among the pairs and rank c, d, a, b, ours d, b, a, c: within what the unknown openings move.",
 ]

@@ -5,7 +5,6 @@ from functools import cache
 
 import numpy as np
 import pytest
-import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
 from nvhchain.conventions import STEEL
@@ -27,10 +26,11 @@ from nvhchain.gear import (
     root_strain_modes,
     sliding_sense,
     von_mises,
+    whole_mesh,
 )
 from nvhchain.gear.contact_lines import contact_lines
 from nvhchain.gear.flank_forces import point_forces
-from nvhchain.gear.mesh import gear_mesh, tooth_mesh
+from nvhchain.gear.mesh import tooth_mesh
 from nvhchain.gear.root_strain_places import strain_operator
 from nvhchain.gear.tooth_compliance import unknowns
 
@@ -109,27 +109,23 @@ def test_gauge_averages_over_its_width():
 @cache
 def undivided():
     """All teeth and the whole blank in one mesh in Cartesian axes, bore held and factored."""
-    mesh = gear_mesh(BODY, COARSE)
-    pitch, blank = mesh.pitch_solid, mesh.blank_solid
-    points, bricks = [blank.nodes], [blank.elements]
-    for tooth in range(GEOMETRY.teeth):
-        c, s = np.cos(tooth * GEOMETRY.pitch_angle), np.sin(tooth * GEOMETRY.pitch_angle)
-        bricks.append(pitch.elements + sum(len(p) for p in points))
-        points.append(pitch.nodes @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1.0]]))
-    nodes = np.vstack(points)
-    same = cKDTree(nodes).query_pairs(1e-8, output_type="ndarray")
-    joined = sp.coo_matrix((np.ones(len(same)), same.T), shape=(len(nodes),) * 2)
-    count, label = sp.csgraph.connected_components(joined)
-    place = np.empty((count, 3))
-    place[label] = nodes
-    K, _ = stiffness_and_mass(place, label[np.vstack(bricks)], "hex20", STEEL, mass=False)
-    free = np.setdiff1d(np.arange(3 * count), unknowns(label[blank.on(mesh.blank.bore)]))
-    return mesh, label, free, factorize(K[free][:, free]), 3 * count
+    mesh = whole_mesh(BODY, COARSE)
+    K, _ = stiffness_and_mass(mesh.nodes, mesh.elements, mesh.kind, STEEL, mass=False)
+    free = np.setdiff1d(np.arange(K.shape[0]), unknowns(mesh.bore))
+    return cKDTree(mesh.nodes), free, factorize(K[free][:, free]), K.shape[0]
+
+
+def placed(tree, pitch, tooth):
+    """Nodes of the undivided mesh at those of the pitch of `tooth`."""
+    c, s = np.cos(tooth * GEOMETRY.pitch_angle), np.sin(tooth * GEOMETRY.pitch_angle)
+    distance, node = tree.query(pitch.nodes @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1.0]]))
+    assert distance.max() < 1e-9
+    return node
 
 
 def test_nodal_forces_with_friction_give_the_strain_of_the_undivided_model():
-    mesh, label, free, factor, size = undivided()
-    pitch, n = mesh.pitch_solid, len(mesh.pitch_solid.nodes)
+    tree, free, factor, size = undivided()
+    drawn, pitch = tooth_mesh(BODY, COARSE)
     operator = strain_operator(GEOMETRY, pitch, list(PLACES))
     teeth = (0, 1, -1)
     loaded = meshes()
@@ -140,19 +136,17 @@ def test_nodal_forces_with_friction_give_the_strain_of_the_undivided_model():
         for i, tooth in enumerate(lines.tooth[WHEEL]):
             at = (np.array([lines.side]), lines.radius[WHEEL, [i]], lines.axial[[i]])
             force = sum(
-                share * contact.force[i] * point_forces(GEOMETRY, (mesh.pitch, pitch), *at, along_profile=a).toarray()
+                share * contact.force[i] * point_forces(GEOMETRY, (drawn, pitch), *at, along_profile=a).toarray()
                 for a, share in ((False, 1.0), (True, slid[i]))
             ).reshape(-1, 3)
             angle = pitch.angle + tooth * GEOMETRY.pitch_angle
             c, s = np.cos(angle), np.sin(angle)
             cartesian = np.stack([c * force[:, 0] - s * force[:, 1], s * force[:, 0] + c * force[:, 1], force[:, 2]], 1)
-            own = label[len(mesh.blank_solid.nodes) + n * (tooth % 18) + np.arange(n)]
-            np.add.at(total, unknowns(own), cartesian.ravel())
+            np.add.at(total, unknowns(placed(tree, pitch, tooth)), cartesian.ravel())
         answer = np.zeros(size)
         answer[free] = factor.solve(total[free])
         for i, tooth in enumerate(teeth):
-            own = label[len(mesh.blank_solid.nodes) + n * (tooth % 18) + np.arange(n)]
-            u, angle = answer.reshape(-1, 3)[own], tooth * GEOMETRY.pitch_angle
+            u, angle = answer.reshape(-1, 3)[placed(tree, pitch, tooth)], tooth * GEOMETRY.pitch_angle
             c, s = np.cos(angle), np.sin(angle)
             back = np.column_stack([c * u[:, 0] + s * u[:, 1], c * u[:, 1] - s * u[:, 0], u[:, 2]])
             expected = (operator @ in_cylindrical_axes(pitch, back)).reshape(-1, 6)

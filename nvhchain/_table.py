@@ -86,11 +86,11 @@ def _split_unit(key: str, fields: Mapping[str, Any]) -> tuple[str, float]:
 
 
 def _convert_union(choices: list[Any], raw: Any, where: str, factor: float) -> Any:
-    """Of several dataclasses the one whose lower-case name `type` gives; of one choice, that."""
-    if len(choices) == 1:
+    """Of several dataclasses the one whose lower-case name `type` gives, the first without; of one choice, that."""
+    if len(choices) == 1 or (isinstance(raw, Mapping) and "type" not in raw):
         return convert(choices[0], raw, where, factor)
     by_name = {choice.__name__.lower(): choice for choice in choices}
-    if not isinstance(raw, Mapping) or str(raw.get("type", "")).replace("_", "") not in by_name:
+    if not isinstance(raw, Mapping) or str(raw["type"]).replace("_", "") not in by_name:
         given = raw.get("type") if isinstance(raw, Mapping) else raw
         raise InputError(f"{where}.type = {given!r}: choose one of {', '.join(by_name)}")
     fields = {key: value for key, value in raw.items() if key != "type"}

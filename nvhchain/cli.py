@@ -177,8 +177,7 @@ def _foreign_forces(path: Path, case: Case) -> BearingForces:
 
     if not isinstance(case, GearboxCase):
         raise InputError(f"{case.name} has no bearings: --forces belongs to a gearbox")
-    bores = {bore.name: bore.centre for bore in case.housing.bores}
-    return read_bearing_forces(path, load_channels(path.with_suffix(".toml")), positions=bores)
+    return read_bearing_forces(path, load_channels(path.with_suffix(".toml")), positions=case.seats)
 
 
 def _run(options: argparse.Namespace) -> int:

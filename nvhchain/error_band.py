@@ -30,6 +30,7 @@ from nvhchain.handoff import (
     SurfaceVelocity,
     TransferVectors,
 )
+from nvhchain.housing import Casting
 from nvhchain.housing.reduction import bending_wavelength
 
 COVERAGE = 2.0
@@ -167,9 +168,14 @@ def _modal_sound(
 def _housing_errors(
     case: GearboxCase, fidelity: Fidelity, housing: ReducedHousing, modal: _ModalSound
 ) -> dict[str, FloatArray]:
-    """Every mode moved by the error of its frequency, each by itself; what the residual leaves out of modes above."""
-    wave = np.array([bending_wavelength(case.housing, f) for f in housing.natural_frequency])
-    shift = FREQUENCY_ERROR * (fidelity.housing.element_size / wave) ** 2
+    """Every mode moved by the error of its frequency, each by itself; what the residual leaves out of modes above.
+
+    The mesh of another program is not judged.
+    """
+    shift = np.zeros(len(housing.natural_frequency))
+    if isinstance(case.housing, Casting):
+        wave = np.array([bending_wavelength(case.housing, f) for f in housing.natural_frequency])
+        shift = FREQUENCY_ERROR * (fidelity.housing.element_size / wave) ** 2
     here = housing.receptance(modal.frequency)
     moved = np.zeros(here.shape)
     for way in (-1.0, 1.0):

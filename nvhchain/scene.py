@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import dataclass
 from math import ceil, inf, lcm, pi
+from pathlib import Path
 
 import psutil
 
-from nvhchain import acoustics, housing
-from nvhchain.case import Case, GearboxCase, RadiatorCase
+from nvhchain import acoustics, housing, interop
+from nvhchain.case import Case, GearboxCase, HousingModel, RadiatorCase
 from nvhchain.errors import InputError, ResourceError
 from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.radiator import radiator_faces
@@ -91,8 +92,8 @@ def plan(case: Case, *, fidelity: Fidelity = STANDARD) -> Plan:
             ),
             ("gears, dynamics and housing: the surface velocity is given in the case",),
         )
-    area = housing.envelope_area(case.housing)
-    stages = [_housing(case, fidelity, area), *_mesh_laws(case, fidelity), _dynamics(case, fidelity)]
+    area, unknowns = _extent(case, fidelity)
+    stages = [_housing(case, fidelity, unknowns), *_mesh_laws(case, fidelity), _dynamics(case, fidelity)]
     if "pressure" in case.quantities:
         stages.append(_transfer_vectors(case, fidelity, _faces(case, fidelity, area), area))
     if "sound_power" in case.quantities:
@@ -165,13 +166,23 @@ def _modes(case: GearboxCase, fidelity: Fidelity) -> float:
     return _MODES_AT_6_KHZ * fidelity.housing.mode_ratio * case.band.high / 6250.0
 
 
-def _housing(case: GearboxCase, fidelity: Fidelity, area: float) -> Stage:
+def _extent(case: GearboxCase, fidelity: Fidelity) -> tuple[float, float]:
+    """Area of the radiating surface, m², and unknowns of the finite elements; a housing's file is read for it."""
+    if isinstance(case.housing, HousingModel):
+        path = Path(case.folder) / case.housing.file
+        return housing.model_extent(interop.read_solid_model(path, units=case.housing.units))
+    area = housing.envelope_area(case.housing)
+    return area, _UNKNOWNS_PER_AREA * area / fidelity.housing.element_size**_UNKNOWNS_EXPONENT
+
+
+def _housing(case: GearboxCase, fidelity: Fidelity, unknowns: float) -> Stage:
     top = fidelity.housing.mode_ratio * case.band.high
-    size = fidelity.housing.element_size
-    unknowns = _UNKNOWNS_PER_AREA * area / size**_UNKNOWNS_EXPONENT
+    elements = f"{1e3 * fidelity.housing.element_size:g} mm elements"
+    if isinstance(case.housing, HousingModel):
+        elements = f"the mesh in {case.housing.file}"
     return Stage(
         "housing",
-        f"about {unknowns / 1e3:.0f} k unknowns of {1e3 * size:g} mm elements; modes to {top:g} Hz, "
+        f"about {unknowns / 1e3:.0f} k unknowns of {elements}; modes to {top:g} Hz, "
         f"residual flexibility of {len(case.bearings)} seats",
         10.0 + _SECONDS_PER_UNKNOWN_AND_MODE * unknowns * _modes(case, fidelity),
         _BASE_MEGABYTES + _MEGABYTES_PER_UNKNOWN * unknowns,

@@ -2,6 +2,7 @@
 
 from nvhchain.case.asked import Band, FieldPoint, Operation, Quantity, Ramp
 from nvhchain.case.gearbox import Gear, GearboxCase, Stage
+from nvhchain.case.housing_model import HousingModel, Seat
 from nvhchain.case.load import Case, load_case, load_channels
 from nvhchain.case.radiator import RadiatorCase, Sphere, SurfaceFile
 
@@ -11,10 +12,12 @@ __all__ = [
     "FieldPoint",
     "Gear",
     "GearboxCase",
+    "HousingModel",
     "Operation",
     "Quantity",
     "RadiatorCase",
     "Ramp",
+    "Seat",
     "Sphere",
     "Stage",
     "SurfaceFile",

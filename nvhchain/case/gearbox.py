@@ -11,6 +11,7 @@ from typing import Literal
 import numpy as np
 
 from nvhchain.case.asked import Band, FieldPoint, Operation, Quantity, check_name, check_plane, check_quantities
+from nvhchain.case.housing_model import HousingModel
 from nvhchain.conventions import STEEL, Air, Material
 from nvhchain.dynamics import Bearing, Gearbox, Mesh, Shaft
 from nvhchain.errors import InputError, require
@@ -85,13 +86,14 @@ class GearboxCase:
     bearings: tuple[Bearing, ...]
     input_shaft: str
     output_shaft: str
-    housing: Casting
+    housing: Casting | HousingModel
     field_points: tuple[FieldPoint, ...] = ()
     input_rotation: int = 1
     quantities: tuple[Quantity, ...] = ("pressure",)
     air: Air = Air()  # noqa: RUF009 (frozen)
     engine: Literal["fused", "bempp"] = "fused"
     reflecting_plane: RigidPlane | None = None
+    folder: str = "."
 
     def __post_init__(self) -> None:
         check_name(self.name)
@@ -102,23 +104,14 @@ class GearboxCase:
             "`bearing_forces` or `pressure`",
         )
         check_plane(self.reflecting_plane, self.field_points)
-        self._check_floor()
-        for point in self.field_points:
-            require(
-                not encloses(self.housing, point.position),
-                f"field point {point.name!r} at {point.position} m lies inside the housing: move it out",
-            )
+        if isinstance(self.housing, Casting):
+            self._check_casting(self.housing)
         for kind in ("gears", "stages"):
             names = [item.name for item in getattr(self, kind)]
             require(len(set(names)) == len(names) > 0, f"{kind}: names must be distinct and not empty, got {names}")
         gears = {gear.name: gear for gear in self.gears}
         shafts = {shaft.name: shaft for shaft in self.shafts}
         for gear in self.gears:
-            face = 0.5 * gear.geometry.face_width
-            require(
-                face < gear.z < self.housing.depth - face,
-                f"gear {gear.name}: z = {1e3 * gear.z:g} mm is outside the housing, 0…{1e3 * self.housing.depth:g} mm",
-            )
             require(
                 gear.shaft in shafts, f"gear {gear.name}: shaft {gear.shaft!r} is unknown; known: {', '.join(shafts)}"
             )
@@ -138,41 +131,39 @@ class GearboxCase:
                 f"stage {stage.name}: centre_distance = {1e3 * stage.centre_distance:.3f} mm, but its shafts are "
                 f"{1e3 * distance:.3f} mm apart: move a shaft axis",
             )
-        self._check_bores()
         _ = self.pairs, self.gearbox
 
-    def _check_floor(self) -> None:
-        """No gear space with its wall reaches through the reflecting plane; all else is checked on the surface."""
-        plane, housing = self.reflecting_plane, self.housing
-        if plane is None:
-            return
-        for number, space in enumerate(housing.gear_spaces):
-            ends = np.array([[*space.centre, 0.0], [*space.centre, housing.depth]])
-            across = hypot(*plane.normal[:2]) * (space.radius + housing.wall)
-            lowest = float(plane.height(ends).min()) - across
+    def _check_casting(self, casting: Casting) -> None:
+        """Gears and field points are inside and outside; every bearing sits in the bore of its name."""
+        for point in self.field_points:
             require(
-                lowest > 0,
-                f"reflecting_plane: gear space {number} of the housing reaches {-1e3 * lowest:.4g} mm "
-                "behind the plane: move the plane away or turn its normal into the air",
+                not encloses(casting, point.position),
+                f"field point {point.name!r} at {point.position} m lies inside the housing: move it out",
             )
-
-    def _check_bores(self) -> None:
-        """Every bearing sits in the housing's bore of the same name."""
-        bores = {bore.name: bore.centre for bore in self.housing.bores}
-        axes = {shaft.name: shaft.axis for shaft in self.shafts}
-        for bearing in self.bearings:
+        for gear in self.gears:
+            face = 0.5 * gear.geometry.face_width
             require(
-                bearing.name in bores,
-                f"bearing {bearing.name!r}: the housing has no such bore; known: {', '.join(bores)}",
+                face < gear.z < casting.depth - face,
+                f"gear {gear.name}: z = {1e3 * gear.z:g} mm is outside the housing, 0…{1e3 * casting.depth:g} mm",
             )
-            seat = (*axes.get(bearing.shaft, (0.0, 0.0)), bearing.z)
-            gap = dist(seat, bores[bearing.name])
+        if self.reflecting_plane is not None:
+            _check_floor(casting, self.reflecting_plane)
+        bores = {bore.name: bore.centre for bore in casting.bores}
+        for name, seat in self.seats.items():
+            require(name in bores, f"bearing {name!r}: the housing has no such bore; known: {', '.join(bores)}")
+            gap = dist(seat, bores[name])
             require(
                 gap < _CENTRE_TOLERANCE,
-                f"bearing {bearing.name} is {1e3 * gap:.3f} mm away from the centre of its bore: move one of them",
+                f"bearing {name} is {1e3 * gap:.3f} mm away from the centre of its bore: move one of them",
             )
-        unused = sorted(set(bores) - {bearing.name for bearing in self.bearings})
+        unused = sorted(set(bores) - set(self.seats))
         require(not unused, f"housing.bores: {', '.join(unused)} carry no bearing: remove them or add the bearing")
+
+    @property
+    def seats(self) -> dict[str, tuple[float, float, float]]:
+        """Bearing → centre of its seat, m."""
+        axes = {shaft.name: shaft.axis for shaft in self.shafts}
+        return {bearing.name: (*axes.get(bearing.shaft, (0.0, 0.0)), bearing.z) for bearing in self.bearings}
 
     @cached_property
     def pairs(self) -> tuple[GearPair, ...]:
@@ -244,3 +235,16 @@ class GearboxCase:
         turns = [self.shaft_orders[gears[stage.pinion].shaft] for stage in self.stages]
         torque = self.operation.input_torque
         return tuple(pair.normal_force(torque / float(n)) for pair, n in zip(self.pairs, turns, strict=True))
+
+
+def _check_floor(casting: Casting, plane: RigidPlane) -> None:
+    """No gear space with its wall reaches through the reflecting plane; all else is checked on the surface."""
+    for number, space in enumerate(casting.gear_spaces):
+        ends = np.array([[*space.centre, 0.0], [*space.centre, casting.depth]])
+        across = hypot(*plane.normal[:2]) * (space.radius + casting.wall)
+        lowest = float(plane.height(ends).min()) - across
+        require(
+            lowest > 0,
+            f"reflecting_plane: gear space {number} of the housing reaches {-1e3 * lowest:.4g} mm "
+            "behind the plane: move the plane away or turn its normal into the air",
+        )

@@ -37,8 +37,7 @@ def load_case(path: str | Path) -> Case:
     kinds: dict[str, type[GearboxCase] | type[RadiatorCase]] = {"gearbox": GearboxCase, "radiator": RadiatorCase}
     if not isinstance(kind, str) or kind not in kinds:
         raise InputError(f"{path}: kind = {kind!r}: choose one of {', '.join(kinds)}")
-    if kind == "radiator":
-        table["folder"] = str(path.parent)
+    table["folder"] = str(path.parent)
     return build(kinds[kind], table, str(path))
 
 

@@ -51,8 +51,8 @@ class ReducedHousing(HandOff):
         array(self, "positions", float, (n_bearing, 3))
         require(
             bool((frequency >= 0).all() and (np.diff(frequency) >= 0).all()),
-            f"ReducedHousing.natural_frequency = {frequency.min(initial=0.0):g}…{frequency.max(initial=0.0):g} Hz must be "
-            "sorted and not negative: give it in rising order with its shapes",
+            f"ReducedHousing.natural_frequency = {frequency.min(initial=0.0):g}…{frequency.max(initial=0.0):g} Hz must "
+            "be sorted and not negative: give it in rising order with its shapes",
         )
         require(
             bool(((damping >= 0) & (damping < 1)).all()),

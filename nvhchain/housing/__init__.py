@@ -1,9 +1,12 @@
-"""Gearbox casting: mesh, reduction to modes and residual flexibility, forced response of its surface."""
+"""Gearbox housing, a parametric casting or a foreign model: modes and residual flexibility, forced response."""
 
 from nvhchain.housing.casting import Bore, Casting, GearSpace
 from nvhchain.housing.craig_bampton import CraigBampton, craig_bampton
 from nvhchain.housing.damping import DampingCurve
+from nvhchain.housing.engine_plane import EnginePlane
 from nvhchain.housing.extent import encloses, envelope_area
+from nvhchain.housing.foreign import model_extent, reduce_model
+from nvhchain.housing.foreign_seats import bearing_seats
 from nvhchain.housing.reduction import reduce_housing
 from nvhchain.housing.response import respond
 from nvhchain.housing.truncation import TruncationError, truncation_error
@@ -13,12 +16,16 @@ __all__ = [
     "Casting",
     "CraigBampton",
     "DampingCurve",
+    "EnginePlane",
     "GearSpace",
     "TruncationError",
+    "bearing_seats",
     "craig_bampton",
     "encloses",
     "envelope_area",
+    "model_extent",
     "reduce_housing",
+    "reduce_model",
     "respond",
     "truncation_error",
 ]

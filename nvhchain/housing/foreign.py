@@ -118,6 +118,18 @@ def reduce_model(
     return reduced.replace(provenance={**reduced.provenance, **report})
 
 
+def model_extent(model: SolidModel) -> tuple[float, int]:
+    """Area of the skin, m², and displacement unknowns of a foreign model once it is sound.
+
+    The skin counts inside and outside; of thin walls half of it radiates.
+    """
+    model, _ = sound_mesh(model)
+    skin = solid_skin(model)
+    a, b, c = (skin.nodes[skin.facets[:, i]] for i in range(3))
+    area = 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
+    return 0.5 * area, 3 * len(model.nodes)
+
+
 def _with_seats(model: SolidModel, seats: Sequence[RigidSet]) -> SolidModel:
     """The model with `seats` as its last rigid sets."""
     require(len(seats) > 0, "no bearing seats are given: at least one is needed")

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable
 from concurrent.futures import Executor
 from functools import partial
+from pathlib import Path
 from typing import Any
 
-from nvhchain import acoustics, dynamics, gear, housing, spectrum
-from nvhchain.case import GearboxCase, RadiatorCase
+from nvhchain import acoustics, dynamics, gear, housing, interop, spectrum
+from nvhchain.case import GearboxCase, HousingModel, RadiatorCase
 from nvhchain.fidelity import Fidelity
 from nvhchain.handoff import (
     BearingForces,
@@ -17,6 +19,7 @@ from nvhchain.handoff import (
     ReducedHousing,
     SurfaceVelocity,
 )
+from nvhchain.housing import Casting
 from nvhchain.radiator import radiator_velocity
 from nvhchain.resume import Shelf
 
@@ -43,17 +46,39 @@ def _mesh_law(
 
 
 def reduced_housing(case: GearboxCase, fidelity: Fidelity, shelf: Shelf) -> ReducedHousing:
-    """The casting at the seats and on the radiating surface."""
+    """The housing at the seats and on the radiating surface."""
     size = acoustics.required_element_size(case.band.high, case.air, fidelity.acoustics)
-    return shelf.stage(
-        "housing-{key}",
-        ReducedHousing,
-        "housing",
-        (case.housing, case.band.high, size),
-        lambda progress: housing.reduce_housing(
-            case.housing, surface_size=size, f_max=case.band.high, fidelity=fidelity.housing, progress=progress
-        ),
+    inputs: tuple[Any, ...] = (case.housing, case.band.high, size)
+    compute = partial(_casting, case, fidelity, size)
+    if isinstance(case.housing, HousingModel):
+        path = Path(case.folder) / case.housing.file
+        inputs = (*inputs, hashlib.sha256(path.read_bytes()).hexdigest(), case.seats)
+        compute = partial(_model, case, case.housing, path, fidelity, size)
+    return shelf.stage("housing-{key}", ReducedHousing, "housing", inputs, compute, fidelity=fidelity.housing)
+
+
+def _casting(case: GearboxCase, fidelity: Fidelity, size: float, progress: Any) -> ReducedHousing:
+    assert isinstance(case.housing, Casting)
+    return housing.reduce_housing(
+        case.housing, surface_size=size, f_max=case.band.high, fidelity=fidelity.housing, progress=progress
+    )
+
+
+def _model(
+    case: GearboxCase, given: HousingModel, path: Path, fidelity: Fidelity, size: float, progress: Any
+) -> ReducedHousing:
+    model = interop.read_solid_model(path, units=given.units)
+    names = {seat.name: seat.nodes for seat in given.seats}
+    return housing.reduce_model(
+        model,
+        housing.bearing_seats(model, case.seats, names),
+        f_max=case.band.high,
+        surface_size=size,
+        modal_damping=given.modal_damping,
         fidelity=fidelity.housing,
+        engine_plane=given.engine_plane,
+        opening=given.opening,
+        progress=progress,
     )
 
 

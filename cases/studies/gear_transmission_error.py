@@ -31,7 +31,7 @@ from nvhchain.lumped import order_lines
 from nvhchain.plots import order_spectra, transmission_errors
 
 SHOWN = (50.0, 150.0, 300.0)
-FIDELITY = replace(STANDARD.gear, slices=8, angles_per_mesh=32)
+FIDELITY = replace(STANDARD.gear, width_layers=6, slices=8, angles_per_mesh=16)
 
 
 def page(rows: list[str]) -> str:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from nvhchain.errors import FileFormatError
+from nvhchain.interop._includes import lines_with_includes
 
 
 @dataclass(frozen=True)
@@ -26,8 +26,10 @@ def blocks(path: Path) -> Iterator[Block]:
     """Every keyword of the file in order, with its data lines."""
     current: Block | None = None
     pending = ""
-    for line in _lines(path):
+    for line in lines_with_includes(path, _included):
         text = line.strip()
+        if text.startswith("**"):
+            continue
         if pending:
             text, pending = pending + text, ""
         if text.startswith("*"):
@@ -43,21 +45,9 @@ def blocks(path: Path) -> Iterator[Block]:
         yield current
 
 
-def _lines(path: Path, seen: tuple[Path, ...] = ()) -> Iterator[str]:
-    if path in seen:
-        raise FileFormatError(f"{path}: includes itself")
-    try:
-        content = path.read_text(encoding="utf-8", errors="replace").splitlines()
-    except OSError as error:
-        raise FileFormatError(f"{path}: cannot be read: {error.strerror}") from None
-    for line in content:
-        if line.startswith("**"):
-            continue
-        if line[:8].upper() == "*INCLUDE":
-            block = _keyword(line.strip())
-            yield from _lines(path.parent / block.get("INPUT"), (*seen, path))
-        else:
-            yield line
+def _included(line: str) -> str | None:
+    """Name of the file that *INCLUDE names."""
+    return _keyword(line.strip()).get("INPUT") if line[:8].upper() == "*INCLUDE" else None
 
 
 def _keyword(text: str) -> Block:

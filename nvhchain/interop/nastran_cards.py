@@ -6,30 +6,19 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-from nvhchain.errors import FileFormatError
+from nvhchain.interop._includes import lines_with_includes
 
 _SHORT_EXPONENT = re.compile(r"(?<=[0-9.])([+-]\d+)$")
 
 
-def read_lines(path: Path, seen: tuple[Path, ...] = ()) -> Iterator[str]:
-    """Lines of the file and of those it includes.  Raises FileFormatError where one is missing or includes itself."""
-    if path in seen:
-        raise FileFormatError(f"{path}: includes itself")
-    try:
-        content = path.read_text(encoding="utf-8", errors="replace").splitlines()
-    except OSError as error:
-        raise FileFormatError(f"{path}: cannot be read: {error.strerror}") from None
-    for line in content:
-        if line[:7].upper() == "INCLUDE":
-            name = line[7:].split("$")[0].strip().strip("'\"")
-            yield from read_lines(path.parent / name, (*seen, path))
-        else:
-            yield line.rstrip()
+def _included(line: str) -> str | None:
+    """Name of the file that an INCLUDE statement names."""
+    return line[7:].split("$")[0].strip().strip("'\"") if line[:7].upper() == "INCLUDE" else None
 
 
 def split_deck(path: Path) -> tuple[list[str], list[str]]:
     """Case control and bulk data lines; a file without BEGIN BULK is all bulk data."""
-    lines = list(read_lines(path))
+    lines = list(lines_with_includes(path, _included))
     start = next((i for i, line in enumerate(lines) if re.match(r"\s*BEGIN\s+BULK", line, re.I)), -1)
     return lines[: max(start, 0)], lines[start + 1 :]
 

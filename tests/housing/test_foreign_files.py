@@ -13,6 +13,7 @@ from nvhchain.housing.foreign_mesh import sound_mesh
 from nvhchain.interop import read_abaqus, read_nastran, read_solid_model, write_abaqus, write_nastran
 from nvhchain.interop.abaqus_keywords import blocks
 from nvhchain.interop.nastran_cards import cards, split_deck
+from nvhchain.interop.units import unit_system
 
 FORMATS = [(write_nastran, read_nastran), (write_abaqus, read_abaqus)]
 UNITS = ["m-kg-s", "mm-t-s", "mm-kg-ms", "in-lbf-s"]
@@ -194,6 +195,7 @@ def test_abaqus_part_assembly_surface_and_coupling(tmp_path):
     path.write_text(ABAQUS)
     model = read_solid_model(path, units="mm-t-s")
     assert model.blocks[0].material.young == pytest.approx(210e9)
+    assert model.blocks[0].material.density == pytest.approx(7850.0)
     seat = model.rigid_sets[0]
     assert seat.name == "A1"
     assert seat.reference == pytest.approx([2e-3, 0.5e-3, 0.5e-3])
@@ -263,6 +265,43 @@ def test_wrong_units_are_recognised_by_the_material(tmp_path):
         read_nastran(path, units="m-kg-s")
     with pytest.raises(InputError, match="unit system 'SI' is not known"):
         read_nastran(path, units="SI")
+
+
+@pytest.mark.parametrize(
+    ("name", "young", "density"),
+    [
+        ("m-kg-s", 210e9, 7850.0),
+        ("mm-t-s", 210e3, 7.85e-9),
+        ("mm-kg-ms", 210.0, 7.85e-6),
+        ("in-lbf-s", 30.458e6, 7.3453e-4),
+    ],
+)
+def test_unit_systems_give_steel_its_handbook_values(name, young, density):
+    steel = unit_system(name).material(young, 0.3, density, "steel")
+    assert steel.young == pytest.approx(210e9, rel=1e-4)
+    assert steel.density == pytest.approx(7850.0, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("text", "cut", "statement", "name"),
+    [
+        (NASTRAN, "PSOLID", "INCLUDE 'rest.bdf'", "rest.bdf"),
+        (ABAQUS, "*MATERIAL", "*INCLUDE, INPUT=rest.inp", "rest.inp"),
+    ],
+)
+def test_included_files_stand_in_their_place(tmp_path, text, cut, statement, name):
+    units = "m-kg-s" if name.endswith("bdf") else "mm-t-s"
+    at = text.index(cut)
+    whole, main = tmp_path / f"whole{name[4:]}", tmp_path / f"main{name[4:]}"
+    whole.write_text(text)
+    main.write_text(f"{text[:at]}{statement}\n")
+    (tmp_path / name).write_text(text[at:])
+    one, two = read_solid_model(whole, units=units), read_solid_model(main, units=units)
+    assert np.array_equal(one.nodes, two.nodes)
+    assert two.blocks[0].material == one.blocks[0].material
+    (tmp_path / name).write_text(f"{statement}\n")
+    with pytest.raises(FileFormatError, match="includes itself"):
+        read_solid_model(main, units=units)
 
 
 def test_missing_file_and_foreign_ending_are_named(tmp_path):

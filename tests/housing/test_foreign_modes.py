@@ -114,8 +114,8 @@ def test_shells_are_turned_outward_whichever_way_they_are_numbered(modes, castin
 UFF = """\
     -1
    164
-         5mm (milli newton)           1
-  1.0000000000000000D+03  1.0000000000000000D+03  1.0000000000000000D+00
+         9user: mm, N                 1
+  1.0000000000000000D+03  1.0000000000000000D+00  1.0000000000000000D+00
   0.0000000000000000D+00
     -1
     -1
@@ -173,8 +173,8 @@ def test_dataset_2414_units_modal_mass_and_loss_factor(tmp_path):
     assert model.nodes[1].tolist() == [1.0, 0.0, 0.0]
     assert model.frequency.tolist() == [150.0]
     assert model.damping[0] == pytest.approx(0.02)  # 1 % viscous and a loss factor of 2 %
-    # mN s²/mm = kg
-    assert model.shapes[0, 0] == pytest.approx(np.array([1.0, -2.0, 3.0]) / 2)
+    # N s²/mm = 1000 kg
+    assert model.shapes[0, 0] == pytest.approx(np.array([1.0, -2.0, 3.0]) / np.sqrt(4000.0))
     assert model.shapes[0, 1].tolist() == [0.0, 0.0, 0.0]
     assert len(model.triangles) == 4
     normal = np.cross(*(model.nodes[model.triangles[:, i]] - model.nodes[model.triangles[:, 0]] for i in (1, 2)))

@@ -47,6 +47,8 @@ def test_modes_are_steps_at_their_natural_frequencies(tmp_path):
         grid, times = read(path, step)
         assert list(times) == [100.0, 250.0, 260.0]
         assert grid.GetNumberOfCells() == 8
+        corners = [[grid.GetCell(i).GetPointId(j) for j in range(3)] for i in range(8)]
+        assert corners == OCTAHEDRON.triangles.tolist()
         assert vtk_to_numpy(grid.GetPoints().GetData()) == pytest.approx(OCTAHEDRON.vertices)
         assert vtk_to_numpy(grid.GetCellData().GetArray("normal_shape")) == pytest.approx(shapes[step])
         found = vtk_to_numpy(grid.GetPointData().GetArray("shape"))

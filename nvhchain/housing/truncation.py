@@ -144,7 +144,9 @@ def _error(modes: _Modes, keep: int, f_max: float) -> TruncationError:
         part = np.einsum("fr,rs,fs->", missed, product[keep:, keep:], missed.conj(), optimize=True).real
         return float(np.sqrt(max(part, 0.0) / whole)) if whole > 0 else 0.0
 
-    return TruncationError(relative(modes.seat_gram, missed), relative(modes.face_gram, missed * beyond))
+    return TruncationError(
+        relative(modes.seat_gram, missed), relative(modes.face_gram, np.asarray(missed * beyond, dtype=complex))
+    )
 
 
 def _residual_mass(housing: ReducedHousing) -> FloatArray:

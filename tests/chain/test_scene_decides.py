@@ -15,7 +15,7 @@ from nvhchain.case import FieldPoint
 from nvhchain.fidelity import AcousticsFidelity, DynamicsFidelity, Fidelity, GearFidelity, HousingFidelity
 from nvhchain.gear import Slots, body_flexibility
 from nvhchain.handoff import ForceSpectrum
-from nvhchain.housing import reduction
+from nvhchain.housing import seat_modes
 
 TINY = Fidelity(
     "tiny",
@@ -39,7 +39,7 @@ class Counts:
         self.teeth = defaultdict(set)
         self.responses = 0
         self._wrap(patch, transfer, "_solved", self._solved)
-        self._wrap(patch, reduction, "lowest_modes", self._modes)
+        self._wrap(patch, seat_modes, "lowest_modes", self._modes)
         solve = body_flexibility.HeldBody.solve
 
         def counted(body, loads):
@@ -129,9 +129,7 @@ def test_another_field_point_solves_boundary_elements_only(whole, case, counts):
     assert set(counts.points) == {2}
 
 
-def test_another_blank_solves_its_own_body_and_the_pinion_but_no_housing_and_no_boundary_elements(
-    whole, case, counts
-):
+def test_another_blank_solves_its_own_body_and_the_pinion_but_no_housing_and_no_boundary_elements(whole, case, counts):
     pinion, wheel = case.gears
     three = replace(case, gears=(pinion, replace(wheel, blank=Slots(3, 0.02, 0.03, 1.2, 0.004))))
     nvh.run(three, fidelity=TINY, operators=whole[0])

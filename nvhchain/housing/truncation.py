@@ -9,12 +9,13 @@ for; the difference between their dynamic and their static share is the estimate
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import scipy.linalg
 
 from nvhchain.errors import InputError, require
-from nvhchain.handoff import ComplexArray, FloatArray, ReducedHousing
+from nvhchain.handoff import FloatArray, ReducedHousing
 
 RESIDUAL_MASS = "residual_mass"
 """Name in the provenance of a reduced housing: ΨᵀMΨ (3 n_bearing, 3 n_bearing), kg m²/N²."""
@@ -137,16 +138,14 @@ def _error(modes: _Modes, keep: int, f_max: float) -> TruncationError:
 
     beyond = np.where(np.arange(keep, len(modes.omega2)) < modes.count, 1.0, _UNSEEN)
 
-    def relative(gram: FloatArray, missed: ComplexArray) -> float:
+    def relative(gram: FloatArray, missed: Any) -> float:
         # Frobenius norm of Σ_r b_r g_r a_rᵀ over all unit forces: Σ_rs g_r g_s* (a_r·a_s)(b_r·b_s)
         product = gram * modes.seat_gram
         whole = np.einsum("fr,rs,fs->", gain, product, gain.conj(), optimize=True).real
         part = np.einsum("fr,rs,fs->", missed, product[keep:, keep:], missed.conj(), optimize=True).real
         return float(np.sqrt(max(part, 0.0) / whole)) if whole > 0 else 0.0
 
-    return TruncationError(
-        relative(modes.seat_gram, missed), relative(modes.face_gram, np.asarray(missed * beyond, dtype=complex))
-    )
+    return TruncationError(relative(modes.seat_gram, missed), relative(modes.face_gram, missed * beyond))
 
 
 def _residual_mass(housing: ReducedHousing) -> FloatArray:

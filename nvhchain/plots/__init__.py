@@ -1,10 +1,12 @@
 """Hand-offs in, matplotlib axes out: `axes[0].figure.savefig("spectrum.png")` writes the figure."""
 
+from nvhchain.plots.contributions import contribution_bars, modal_assurance_table
 from nvhchain.plots.differences import Table, difference_table
 from nvhchain.plots.history import pressure_history
 from nvhchain.plots.lumped import backbone_curves, order_spectra, rig_responses, sweep_responses
 from nvhchain.plots.mesh import mesh_law_map, transmission_errors
 from nvhchain.plots.orders import OrderMarks
+from nvhchain.plots.shapes import animate, mode_shapes, operating_shape
 from nvhchain.plots.spectrum import bearing_force_spectra, power_spectrum, pressure_spectrum
 from nvhchain.plots.speed import levels_over_speed
 from nvhchain.plots.surface import strongest_line, surface_velocity
@@ -13,11 +15,16 @@ from nvhchain.plots.waterfall import waterfall_maps
 __all__ = [
     "OrderMarks",
     "Table",
+    "animate",
     "backbone_curves",
     "bearing_force_spectra",
+    "contribution_bars",
     "difference_table",
     "levels_over_speed",
     "mesh_law_map",
+    "modal_assurance_table",
+    "mode_shapes",
+    "operating_shape",
     "order_spectra",
     "power_spectrum",
     "pressure_history",

@@ -19,9 +19,11 @@ from nvhchain.handoff import (
     HandOff,
     MeshLaw,
     PressureHistory,
+    ReducedHousing,
     SoundPower,
     SurfaceVelocity,
 )
+from nvhchain.interop import write_modes_vtkhdf, write_velocity_vtkhdf
 from nvhchain.report.files import save
 from nvhchain.report.run_up import over_frequency, over_order
 from nvhchain.spectrum import BAND_MARGIN
@@ -33,6 +35,8 @@ HIGHEST_ORDER = 100.0
 def draw(files: list[Path], picture: Path, *, orders: bool = False) -> None:
     """The figure of the hand-offs in `files` (HDF5, all of one kind) as PNG in `picture`.
 
+    A `picture` that ends in .gif is one period of the strongest line of a surface velocity, one in .vtkhdf all lines or
+    modes for ParaView.
     orders: maps of records against order of the input instead of frequency.
     Raises InputError for kinds that differ or cannot be drawn.
     """
@@ -40,10 +44,14 @@ def draw(files: list[Path], picture: Path, *, orders: bool = False) -> None:
     kinds = {type(hand_off) for hand_off in hand_offs.values()}
     require(len(kinds) == 1, f"{', '.join(sorted(k.__name__ for k in kinds))} do not go into one figure: draw one kind")
     (kind,) = kinds
+    if picture.suffix in (".gif", ".vtkhdf"):
+        _moving(hand_offs, picture)
+        return
     known: dict[type[HandOff], Callable[[Mapping[str, Any], bool], list[Axes]]] = {
         MeshLaw: _mesh_laws,
         BearingForces: _bearing_forces,
         ForceSpectrum: lambda of, _: plots.bearing_force_spectra(of),
+        ReducedHousing: _modes,
         SurfaceVelocity: _surface_velocity,
         FieldPressure: lambda of, _: plots.pressure_spectrum(of),
         SoundPower: lambda of, _: plots.power_spectrum(of),
@@ -89,6 +97,25 @@ def _last_line(of: ForceSpectrum) -> int:
     """Number of lines up to the last within 80 dB of the strongest that is not static."""
     size = np.abs(of.force[1:]).max(axis=(1, 2))
     return 2 + int(np.flatnonzero(size >= 1e-4 * size.max())[-1])
+
+
+def _moving(hand_offs: Mapping[str, HandOff], picture: Path) -> None:
+    require(len(hand_offs) == 1, f"{len(hand_offs)} hand-offs: {picture.name} shows one")
+    (hand_off,) = hand_offs.values()
+    if isinstance(hand_off, SurfaceVelocity) and picture.suffix == ".gif":
+        line = plots.strongest_line(hand_off)
+        plots.animate(hand_off.surface, hand_off.normal_velocity[line], picture)
+    elif isinstance(hand_off, SurfaceVelocity):
+        write_velocity_vtkhdf(hand_off, picture)
+    elif isinstance(hand_off, ReducedHousing) and picture.suffix == ".vtkhdf":
+        write_modes_vtkhdf(hand_off, picture)
+    else:
+        raise InputError(f"{type(hand_off).__name__} does not go into {picture.name}: choose a PNG")
+
+
+def _modes(housings: Mapping[str, ReducedHousing], orders: bool) -> list[Axes]:
+    require(len(housings) == 1, f"{len(housings)} housings: a figure shows one")
+    return plots.mode_shapes(next(iter(housings.values())))
 
 
 def _surface_velocity(velocities: Mapping[str, SurfaceVelocity], orders: bool) -> list[Axes]:

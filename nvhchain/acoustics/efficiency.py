@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from nvhchain.acoustics.level_accuracy import level_accuracy
 from nvhchain.acoustics.plane import check_plane
 from nvhchain.conventions import Air
 from nvhchain.errors import InputError, require
@@ -23,13 +24,12 @@ def equivalent_radiated_power(surface_velocity: SurfaceVelocity, air: Air) -> So
 
     Neither the size of the body against the wavelength nor faces that cancel each other are seen: far too much where
     the body is small, near the truth where its parts are several wavelengths apart (docs/measured/radiation.md).
+    Provenance and AccuracyWarning are those of `level_accuracy`.
     """
-    area = float(surface_velocity.surface.areas.sum())
-    return SoundPower(
-        surface_velocity.frequency,
-        air.impedance * area * mean_square_velocity(surface_velocity),
-        provenance={"stage": "acoustics.equivalent_radiated_power"},
-    )
+    frequency = surface_velocity.frequency
+    expected = level_accuracy(surface_velocity.surface, frequency, air, "equivalent_radiated_power")
+    provenance = {"stage": "acoustics.equivalent_radiated_power"} | expected
+    return SoundPower(frequency, _plane_wave_power(surface_velocity, air), provenance=provenance)
 
 
 def spread_power(
@@ -72,14 +72,16 @@ def equivalent_pressure(
     """Level without phase of the equivalent radiated power, spread evenly from the centroid of the surface.
 
     The cheapest radiation level; arguments and errors are those of `spread_power`, and InputError for a body that is
-    not above the plane.
+    not above the plane.  Provenance and AccuracyWarning are those of `level_accuracy`.
     """
     surface = surface_velocity.surface
     if plane is not None:
         check_plane(plane, surface)
     centre = surface.areas @ surface.centroids / surface.areas.sum()
-    power = equivalent_radiated_power(surface_velocity, air)
-    return spread_power(power, points, centre, air, plane=plane)
+    power = SoundPower(surface_velocity.frequency, _plane_wave_power(surface_velocity, air))
+    field = spread_power(power, points, centre, air, plane=plane)
+    expected = level_accuracy(surface, surface_velocity.frequency, air, "equivalent_radiated_power")
+    return field.replace(provenance=field.provenance | {"stage": "acoustics.equivalent_pressure"} | expected)
 
 
 def radiation_efficiency(power: SoundPower, surface_velocity: SurfaceVelocity, air: Air) -> FloatArray:
@@ -89,7 +91,7 @@ def radiation_efficiency(power: SoundPower, surface_velocity: SurfaceVelocity, a
     rest, which have none.
     """
     _same_lines(power, surface_velocity.frequency)
-    equivalent = equivalent_radiated_power(surface_velocity, air).power
+    equivalent = _plane_wave_power(surface_velocity, air)
     still = np.flatnonzero(equivalent == 0)
     if len(still):
         raise InputError(
@@ -136,6 +138,12 @@ def circle_points(radius: float, centre: ArrayLike, axis: ArrayLike, count: int)
     first /= np.linalg.norm(first)
     angle = 2 * np.pi * np.arange(count)[:, None] / count
     return middle + radius * (np.cos(angle) * first + np.sin(angle) * np.cross(normal, first))
+
+
+def _plane_wave_power(surface_velocity: SurfaceVelocity, air: Air) -> FloatArray:
+    """ρc S ⟨v_n²⟩, (n_f,) W."""
+    area = float(surface_velocity.surface.areas.sum())
+    return np.asarray(air.impedance * area * mean_square_velocity(surface_velocity))
 
 
 def _positions(points: ArrayLike, what: str) -> FloatArray:

@@ -2,48 +2,20 @@
 
 from __future__ import annotations
 
-import warnings
-
 import numpy as np
 
+from nvhchain.acoustics.level_accuracy import level_accuracy
 from nvhchain.acoustics.plane import check_plane, with_images
 from nvhchain.acoustics.potentials import layer_potentials
 from nvhchain.acoustics.projection import check_memory
 from nvhchain.acoustics.surface import check_points
 from nvhchain.conventions import Air
-from nvhchain.errors import AccuracyWarning
 from nvhchain.handoff import ComplexArray, FieldPressure, FloatArray, RigidPlane, Surface, SurfaceVelocity
-
-MEASURED = ((0.5, 9.5, 16.0), (1.0, 4.2, 13.0), (2.0, 1.3, 12.0), (4.0, 0.5, 11.0), (np.inf, 0.0, 8.0))
-"""Wavenumber times half size of the body up to which a row holds, mean level error and error of single levels (RMS),
-dB: the worse of a box under bending waves and a gearbox (docs/measured/radiation.md)."""
-
-TOLERABLE = 3.0
-"""dB of mean level error, twice the power, above which it is warned of."""
 
 
 def rayleigh_accuracy(surface: Surface, frequency: FloatArray, air: Air) -> dict[str, float]:
-    """Provenance of what the Rayleigh integral lets expect at the lowest frequency (n_f,) Hz above 0 Hz.
-
-    expected_error_dB: of single levels, expected_mean_error_dB: of the mean over points and excitations, and so of the
-    power.  Gives an AccuracyWarning where the mean is off by more than `TOLERABLE`.  A flat radiator in a baffle is
-    exact all the same.
-    """
-    radiating = frequency[frequency > 0]
-    if len(radiating) == 0:
-        return {}
-    half_size = 0.5 * float(np.linalg.norm(np.ptp(surface.vertices, axis=0))) / np.sqrt(3.0)
-    ka = 2 * np.pi * float(radiating[0]) / air.speed_of_sound * half_size
-    _, mean, single = next(row for row in MEASURED if ka < row[0])
-    if mean > TOLERABLE:
-        warnings.warn(
-            f"Rayleigh integral at {radiating[0]:.4g} Hz, where wavenumber times half size of the body is {ka:.2g}: "
-            f"unless it is flat and in a baffle, expect levels {mean:.2g} dB too high in the mean, {single:.2g} dB off "
-            "at single points; choose radiation = 'boundary_elements' or raise the lower frequency",
-            AccuracyWarning,
-            stacklevel=3,
-        )
-    return {"expected_error_dB": single, "expected_mean_error_dB": mean}
+    """`level_accuracy` of the Rayleigh integral; a flat radiator in a baffle is exact all the same."""
+    return level_accuracy(surface, frequency, air, "rayleigh")
 
 
 def check_rayleigh_memory(surface: Surface, points: int, kept: int) -> int:

@@ -1,5 +1,7 @@
 """Radiation efficiency, equivalent radiated power and directivity of spheres with exact solutions."""
 
+import warnings
+
 import numpy as np
 import pytest
 from scipy.special import spherical_jn, spherical_yn
@@ -17,8 +19,10 @@ from nvhchain.acoustics import (
     spread_power,
 )
 from nvhchain.acoustics.plane import RigidPlane
-from nvhchain.errors import InputError
+from nvhchain.errors import AccuracyWarning, InputError
 from nvhchain.handoff import SoundPower, SurfaceVelocity
+
+pytestmark = pytest.mark.filterwarnings("ignore:equivalent radiated power")
 
 FREQUENCY = np.array([300.0, 900.0, 1715.0])
 LEGENDRE = [lambda x: np.ones_like(x), lambda x: x, lambda x: 0.5 * (3 * x * x - 1)]
@@ -66,6 +70,25 @@ def test_equivalent_pressure_carries_the_power_through_a_sphere_or_a_hemisphere(
     assert through == pytest.approx(np.stack([power, power], axis=1), rel=1e-6)
     half = equivalent_pressure(velocity, points, air, plane=RigidPlane((0, 0, -0.2), (0, 0, 1))).pressure
     assert half / free == pytest.approx(np.full((3, 2), np.sqrt(2)))
+
+
+def test_equivalent_power_and_pressure_state_what_they_let_expect_and_warn_where_the_body_is_small(air):
+    """Over ka = 4 only single levels are off; a ratio of powers is no estimate and says nothing."""
+    for lowest, mean, single in ((55.0, 75.0, 80.0), (819.0, 16.0, 20.0), (4000.0, 1.7, 8.0)):
+        velocity = vibrating(0, frequency=np.array([0.0, lowest, 5000.0]))
+        with warnings.catch_warnings(record=True) as said:
+            warnings.simplefilter("always")
+            power = equivalent_radiated_power(velocity, air)
+            made = [power, equivalent_pressure(velocity, [[1.0, 0, 0]], air)]
+            radiation_efficiency(power, velocity, air)
+        said = [w for w in said if issubclass(w.category, AccuracyWarning)]
+        assert len(said) == (2 if mean > 3 else 0)
+        for warning in said:
+            assert f"equivalent radiated power at {lowest:g} Hz" in str(warning.message)
+            assert f"up to {mean:.2g} dB too high in the mean" in str(warning.message)
+        for result in made:
+            assert result.provenance["expected_mean_error_dB"] == mean
+            assert result.provenance["expected_error_dB"] == single
 
 
 def test_directivity_of_an_oscillating_sphere_is_that_of_a_dipole(air, coarse):

@@ -92,6 +92,11 @@ _META: dict[str, tuple[str, str, tuple[str, ...]]] = {
         ("column", "other_column"),
     ),
     "RadiationResistance.housing": ("", "content hash of the reduced housing", ()),
+    "RadiationResistance.cancellation": (
+        "N s/m",
+        "radiation resistance of the error of motions that cancel",
+        ("frequency", "column", "other_column"),
+    ),
     "FieldPressure.frequency": ("Hz", "frequency", ("frequency",)),
     "FieldPressure.points": ("m", "field points", ("point", "axis")),
     "FieldPressure.pressure": ("Pa", "sound pressure, peak", ("frequency", "point")),

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.linalg import eigh
 
+from nvhchain.acoustics.cancellation import told_cancellation
 from nvhchain.acoustics.interpolation import Nodes, nodes_at, support
 from nvhchain.errors import AccuracyWarning, InputError, require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
@@ -47,7 +48,9 @@ def waves_power(
     line, and what cancels in one wave does so at all lines.
     frequency: (n_f,) Hz, increasing, within the masters.  velocity: (n_f, n_column) of the coordinates, peak.
     The provenance keeps the largest estimated error of interpolation of a line (`interpolation_error_dB`) where the
-    masters allow one; AccuracyWarning where it exceeds `fidelity.master_tolerance_db`.
+    masters allow one, AccuracyWarning where it exceeds `fidelity.master_tolerance_db`; and, as that of `sound_power`
+    does, the largest error of motions whose parts cancel each other (`cancellation_error_dB`, at
+    `cancellation_frequency` Hz), with an AccuracyWarning too.
     Raises InputError for a line outside the masters or another number of columns.
     """
     columns = resistance.waves.shape[2]
@@ -69,6 +72,8 @@ def waves_power(
         if len(sets) > 1:
             error[piece] = np.sqrt(np.maximum(*squares[1:]) / np.where(squares[0] > 0, squares[0], 1.0))
     told = _told(error, frequency, fidelity) if nodes.can_estimate else {}
+    if resistance.cancellation is not None:
+        told |= told_cancellation(frequency, power, _error_power(resistance, frequency, velocity), fidelity)
     provenance = resistance.provenance | {"stage": "acoustics.waves_power"} | told
     return SoundPower(frequency, power, provenance=provenance)
 
@@ -153,6 +158,23 @@ def _squares(products: _Products, sets: list[ComplexArray], velocity: ComplexArr
             for square, weights in zip(squares, sets, strict=True):
                 square += (1.0 if i == j else 2.0) * (weights[:, i].conj() * weights[:, j] * form).real
     return [np.maximum(square, 0.0) for square in squares]
+
+
+def _error_power(resistance: RadiationResistance, frequency: FloatArray, velocity: ComplexArray) -> FloatArray:
+    """Power (n_f,) W of the error where parts of a motion cancel: its resistance goes with f⁴ at low frequency, over
+    which straight lines between masters keep it semidefinite."""
+    assert resistance.cancellation is not None
+    masters = np.flatnonzero(resistance.frequency > 0)
+    error = np.zeros(len(frequency))
+    if len(masters) == 0:
+        return error
+    known = resistance.frequency[masters]
+    place = np.interp(frequency, known, np.arange(len(known)))
+    for at, master in enumerate(masters):
+        near = np.flatnonzero(np.abs(place - at) < 1)
+        form = np.einsum("lc,lc->l", velocity[near].conj(), velocity[near] @ resistance.cancellation[master].T).real
+        error[near] += (1 - np.abs(place[near] - at)) * 0.5 * form * (frequency[near] / known[at]) ** 4
+    return np.maximum(error, 0.0)
 
 
 def waves_nodes(resistance: RadiationResistance, fidelity: AcousticsFidelity) -> Nodes:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import warnings
 from concurrent.futures import Executor
 
 import numpy as np
 
-from nvhchain.acoustics.accuracy import MESH_ERROR, expected_accuracy
+from nvhchain.acoustics.accuracy import expected_accuracy
 from nvhchain.acoustics.bands import Solved, over_bands
+from nvhchain.acoustics.cancellation import cancellation_resistance, told_cancellation
 from nvhchain.acoustics.direct import solve_direct
 from nvhchain.acoustics.efficiency import equivalent_radiated_power
 from nvhchain.acoustics.engines import check_engine, check_memory, systems
@@ -17,17 +17,12 @@ from nvhchain.acoustics.microphones import array_points, array_power, check_arra
 from nvhchain.acoustics.multipoles import expansion_memory, multipole_amplitudes, multipole_order
 from nvhchain.acoustics.plane import check_plane
 from nvhchain.acoustics.rayleigh import rayleigh_field
-from nvhchain.acoustics.surface import check_mesh, mean_edge
+from nvhchain.acoustics.surface import check_mesh
 from nvhchain.acoustics.transfer import made_by
 from nvhchain.conventions import Air, Progress
-from nvhchain.errors import AccuracyWarning, require
+from nvhchain.errors import require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, RigidPlane, SoundPower, Surface, SurfaceVelocity
-
-CANCELLATION = 0.2
-"""Error of the resultant of the pressure on the surface, relative to the sum of its magnitudes, times the square of
-half the body's diagonal over the mean edge: a bound; a box moving to and fro 0.2, rotating boxes and ellipsoids of
-irregular mesh, whose resultant should vanish, 0.005 to 0.18."""
 
 
 def sound_power(
@@ -102,7 +97,7 @@ def sound_power(
         progress=progress,
         records=records,
     ).real
-    expected |= _cancellation(surface, frequency, found, fidelity)
+    expected |= told_cancellation(frequency, found[:, 0], found[:, 1], fidelity)
     provenance = made_by("sound_power", fidelity, engine, ("multipole_digits",), records)
     return SoundPower(frequency, found[:, 0], provenance=provenance | expected)
 
@@ -116,7 +111,7 @@ def _powers(
     engine: str,
     plane: RigidPlane | None,
 ) -> Solved:
-    """Sound power (n_f, 2) W of one band, and that of a dipole to which the pressure on all faces would add up."""
+    """Sound power (n_f, 2) W of one band, and that of the error where its parts cancel."""
     record = SolverRecord()
     power = np.zeros((len(frequency), 2), dtype=complex)
     omega = 2 * np.pi * frequency
@@ -127,33 +122,7 @@ def _powers(
         pressure = system.solve(system.apply_b(gradient))
         order = multipole_order(surface, float(k), plane, fidelity.multipole_digits)
         waves = multipole_amplitudes(surface, float(k), pressure[:, None], gradient[:, None], order, plane)
-        thrust = float(np.abs(pressure[surface.triangles].mean(axis=1)) @ surface.areas)
-        power[at] = np.linalg.norm(waves) ** 2, (k * thrust) ** 2 / (4 * np.pi)
+        error = cancellation_resistance(surface, float(k), pressure[:, None], plane)
+        power[at] = np.linalg.norm(waves) ** 2, error[0, 0]
         record += system.record
     return Solved(np.asarray(power / (2 * air.impedance), dtype=complex), record)
-
-
-def _cancellation(
-    surface: Surface, frequency: FloatArray, powers: FloatArray, fidelity: AcousticsFidelity
-) -> dict[str, float]:
-    """Provenance of the error that discretisation leaves of pressures whose thrusts cancel each other.
-
-    powers: (n_f, 2) of `_powers`.  Gives an AccuracyWarning where it is larger than that of a mesh with
-    `fidelity.elements_per_wavelength`.
-    """
-    loud = np.flatnonzero(powers[:, 0] > 0)
-    if len(loud) == 0:
-        return {}
-    size = 0.5 * float(np.linalg.norm(np.ptp(surface.vertices, axis=0)))
-    error = CANCELLATION * (mean_edge(surface) / size) ** 2 * np.sqrt(powers[loud, 1] / powers[loud, 0])
-    worst = int(error.argmax())
-    largest, at = float(20 * np.log10(1 + error[worst])), float(frequency[loud[worst]])
-    asked = MESH_ERROR / fidelity.elements_per_wavelength**2
-    if error[worst] > asked:
-        warnings.warn(
-            f"the parts of the motion cancel each other at {np.count_nonzero(error > asked)} lines: expect errors of "
-            f"the sound power up to {largest:.2g} dB, at {at:.4g} Hz; refine the mesh or raise the lower frequency",
-            AccuracyWarning,
-            stacklevel=3,
-        )
-    return {"cancellation_error_dB": largest, "cancellation_frequency": at}

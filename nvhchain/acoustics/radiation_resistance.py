@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from nvhchain.acoustics.accuracy import expected_accuracy
 from nvhchain.acoustics.bands import Solved, over_bands
+from nvhchain.acoustics.cancellation import cancellation_resistance
 from nvhchain.acoustics.engines import check_engine, check_memory, systems
 from nvhchain.acoustics.linear_system import SolverRecord
 from nvhchain.acoustics.multipoles import expansion_memory, multipole_amplitudes, multipole_count, multipole_order
@@ -61,7 +62,8 @@ def radiation_resistance(
     """Radiation resistance of a surface in the coordinates of some shapes, at master frequencies.
 
     One boundary element system per frequency is solved for all shapes, as `sound_power` solves it for one velocity, and
-    the spherical waves of each are kept (`multipole_amplitudes`).
+    the spherical waves of each are kept (`multipole_amplitudes`), with what bounds the error of motions whose parts
+    cancel (`cancellation_resistance`).
 
     motion: the surface and the shapes, those of a housing for instance (`housing_shapes`).
     master_frequencies: (n_f,) Hz, increasing, those of transfer vectors for instance; `waves_power` and `modal_power`
@@ -80,11 +82,12 @@ def radiation_resistance(
         check_plane(plane, surface)
     expected = expected_accuracy(surface, None, float(frequency[-1]), air, fidelity, engine)
     top = _order(surface, float(frequency[-1]), air, fidelity, plane)
-    size = 2 * 16 * len(frequency) * multipole_count(top, plane) * shapes.shape[1]
-    task = expansion_memory(surface, top) + 16 * shapes.shape[1] * (3 * len(surface.vertices) + 2 * len(shapes))
+    columns, rows = shapes.shape[1], multipole_count(top, plane)
+    size = 2 * 16 * len(frequency) * (rows + columns) * columns
+    task = expansion_memory(surface, top) + 16 * columns * (3 * len(surface.vertices) + 6 * len(shapes))
     records: list[SolverRecord] = []
-    waves = over_bands(
-        _waves,
+    found = over_bands(
+        _waves_and_errors,
         frequency,
         (),
         (surface, shapes, top, air, fidelity, engine, plane),
@@ -95,7 +98,9 @@ def radiation_resistance(
     )
     resistance = air.impedance * (shapes.T * surface.areas) @ shapes
     provenance = made_by("radiation_resistance", fidelity, engine, ("multipole_digits",), records) | expected
-    return RadiationResistance(frequency, waves, resistance, air, plane, motion.housing, provenance=provenance)
+    return RadiationResistance(
+        frequency, found[:, :rows], resistance, air, plane, motion.housing, found[:, rows:], provenance=provenance
+    )
 
 
 def _order(surface: Surface, frequency: float, air: Air, fidelity: AcousticsFidelity, plane: RigidPlane | None) -> int:
@@ -103,7 +108,7 @@ def _order(surface: Surface, frequency: float, air: Air, fidelity: AcousticsFide
     return multipole_order(surface, wavenumber, plane, fidelity.multipole_digits)
 
 
-def _waves(
+def _waves_and_errors(
     frequency: FloatArray,
     surface: Surface,
     shapes: FloatArray,
@@ -113,9 +118,11 @@ def _waves(
     engine: str,
     plane: RigidPlane | None,
 ) -> Solved:
-    """Waves (n_f, n_row, n_column) of one band, with the rows that belong to the order `top`."""
+    """Waves (n_f, n_row, n_column) of one band, with the rows that belong to the order `top`, and below them the
+    `cancellation_resistance` (n_f, n_column, n_column)."""
     record = SolverRecord()
-    waves = np.zeros((len(frequency), multipole_count(top, plane), shapes.shape[1]), dtype=complex)
+    columns = shapes.shape[1]
+    found = np.zeros((len(frequency), multipole_count(top, plane) + columns, columns), dtype=complex)
     omega = 2 * np.pi * frequency
     solved = np.flatnonzero(frequency > 0)
     wavenumbers = omega[solved] / air.speed_of_sound
@@ -124,6 +131,7 @@ def _waves(
         pressure = system.solve(system.apply_b(gradient))
         order = _order(surface, float(frequency[at]), air, fidelity, plane)
         amplitudes = multipole_amplitudes(surface, float(k), pressure, gradient, order, plane)
-        waves[at, : len(amplitudes)] = amplitudes / np.sqrt(air.impedance)
+        found[at, : len(amplitudes)] = amplitudes / np.sqrt(air.impedance)
+        found[at, -columns:] = cancellation_resistance(surface, float(k), pressure, plane) / air.impedance
         record += system.record
-    return Solved(waves, record)
+    return Solved(found, record)

@@ -99,4 +99,9 @@ def _together(first: RadiationResistance, second: RadiationResistance) -> Radiat
     order = np.argsort(frequency)
     rows = max(first.waves.shape[1], second.waves.shape[1])
     waves = [np.pad(one.waves, ((0, 0), (0, rows - one.waves.shape[1]), (0, 0))) for one in (first, second)]
-    return first.replace(frequency=frequency[order], waves=np.concatenate(waves)[order])
+    cancellation = [one.cancellation for one in (first, second) if one.cancellation is not None]
+    return first.replace(
+        frequency=frequency[order],
+        waves=np.concatenate(waves)[order],
+        cancellation=np.concatenate(cancellation)[order],
+    )

@@ -164,6 +164,8 @@ class RadiationResistance(HandOff):
     plane_wave_resistance: (n_column, n_column) ρc ∫ φ_i φ_j dS, what R tends to at high frequency; ½ q̇ᴴ … q̇ is the
     equivalent radiated power.  plane: a rigid plane near the body, or None for a free field.
     housing: content hash of the reduced housing whose modes and residual motions the columns are, or empty.
+    cancellation: (n_f, n_column, n_column) N s/m, hermitian: ½ q̇ᴴ … q̇ is a power that bounds what the mesh leaves where
+        parts of a motion cancel each other, or None where that is not known.
     """
 
     frequency: FloatArray
@@ -172,11 +174,14 @@ class RadiationResistance(HandOff):
     air: Air
     plane: RigidPlane | None = None
     housing: str = ""
+    cancellation: ComplexArray | None = None
 
     def __post_init__(self) -> None:
         frequency = frequencies(self)
         waves = array(self, "waves", complex, (len(frequency), None, None))
         array(self, "plane_wave_resistance", float, (waves.shape[2], waves.shape[2]))
+        if self.cancellation is not None:
+            array(self, "cancellation", complex, (len(frequency), waves.shape[2], waves.shape[2]))
 
     def waves_at(self, master: int) -> ComplexArray:
         """The waves (n_row, n_column) of a master without the rows that are zero at its end."""

@@ -4,6 +4,7 @@ import itertools
 
 import numpy as np
 
+from nvhchain.acoustics import sphere
 from nvhchain.handoff import Surface, SurfaceVelocity
 
 
@@ -121,3 +122,14 @@ def round_normals(points, radius, half_length, flat_ends):
         normals[end] = np.sign(points[end, 2])[:, None] * [0.0, 0.0, 1.0]
         nearest[end] = points[end]
     return nearest, normals
+
+
+def rotating_ellipsoids():
+    """Two of 320 faces that rotate about an axis not theirs, each with its normal velocity (n_face,): the icosahedron's
+    mesh, and one whose vertices were shifted."""
+    rng = np.random.default_rng(0)
+    unit = sphere(1.0, 2)
+    shifted = unit.vertices + 0.3 * np.sqrt(unit.areas.mean()) * rng.uniform(-1, 1, unit.vertices.shape)
+    shifted /= np.linalg.norm(shifted, axis=1, keepdims=True)
+    found = [Surface(vertices * [0.2, 0.15, 0.1], unit.triangles) for vertices in (unit.vertices, shifted)]
+    return [(b, np.einsum("fi,fi->f", np.cross([0.0, 0.0, 1.0], b.centroids), b.normals)) for b in found]

@@ -5,9 +5,11 @@ import numpy as np
 import pytest
 from scipy.special import spherical_jn, spherical_yn
 
-from nvhchain.acoustics import sound_power, sphere
+from nvhchain.acoustics import SurfaceShapes, radiation_resistance, sound_power, sphere, waves_power
+from nvhchain.acoustics.cancellation import CANCELLATION, cancellation_resistance
 from nvhchain.acoustics.multipoles import multipole_amplitudes, multipole_order
 from nvhchain.acoustics.plane import RigidPlane
+from nvhchain.acoustics.surface import mean_edge
 from nvhchain.errors import AccuracyWarning, InputError, ResourceError
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import Surface, SurfaceVelocity
@@ -173,25 +175,35 @@ def test_power_carries_what_the_mesh_lets_expect(air):
     assert 0.3 < got.provenance["expected_error_dB"] < 1.0
 
 
-def test_motions_that_cancel_come_with_their_error(air, coarse):
+@pytest.mark.parametrize("way", ["velocity", "radiation resistance"])
+def test_motions_that_cancel_come_with_their_error(air, coarse, way):
     """A rotating ellipsoid on a coarse irregular mesh: a lateral quadrupole, at 1 Hz below what the mesh resolves."""
-    rng = np.random.default_rng(0)
-    unit = sphere(1.0, 2)
-    shifted = unit.vertices + 0.3 * np.sqrt(unit.areas.mean()) * rng.uniform(-1, 1, unit.vertices.shape)
-    shifted /= np.linalg.norm(shifted, axis=1, keepdims=True)
+    lines = np.array([1.0, 200.0])
 
-    def rotating(body):
-        shape = np.einsum("fi,fi->f", np.cross([0.0, 0.0, 1.0], body.centroids), body.normals)
-        return SurfaceVelocity(np.array([1.0, 200.0]), np.tile(shape, (2, 1)), body)
+    def power(body, shape):
+        if way == "velocity":
+            return sound_power(SurfaceVelocity(lines, np.tile(shape, (2, 1)), body), air=air, fidelity=coarse)
+        left = np.where(body.centroids[:, 0] < 0, shape, 0.0)
+        halves = SurfaceShapes(body, np.stack([left, shape - left], axis=1))
+        found = radiation_resistance(halves, [1.0, 70.0, 130.0, 200.0], air=air, fidelity=coarse)
+        return waves_power(found, lines, np.ones((2, 2), dtype=complex), fidelity=coarse)
 
     with pytest.warns(AccuracyWarning, match=r"cancel each other at 1 lines: expect errors .* at 1 Hz"):
-        exact, got = (
-            sound_power(rotating(Surface(vertices * [0.2, 0.15, 0.1], unit.triangles)), air=air, fidelity=coarse)
-            for vertices in (unit.vertices, shifted)
-        )
+        exact, got = (power(*one) for one in bodies.rotating_ellipsoids())
     error = abs(decibel(got.power / exact.power))
     assert error[1] < 1.0 < error[0] < got.provenance["cancellation_error_dB"] < 20.0
     assert got.provenance["cancellation_frequency"] == 1.0
+
+
+@pytest.mark.parametrize("plane", [None, RigidPlane((0, 0, -2 * RADIUS), (0, 0, 1))], ids=["free", "plane"])
+def test_error_of_motions_that_cancel_is_that_of_a_dipole(plane):
+    """Pressure x/r on a sphere pushes with 1/√3 of area times its root mean square; a rigid plane reflects it."""
+    body, k = sphere(RADIUS, 3), 0.01 / RADIUS
+    pressure = (body.vertices[:, :1] / RADIUS).astype(complex)
+    waves = multipole_amplitudes(body, k, pressure, np.zeros((len(body.triangles), 1), complex), 6, plane)
+    share = CANCELLATION * (mean_edge(body) / (np.sqrt(3) * RADIUS)) ** 2
+    bound = cancellation_resistance(body, k, pressure, plane)[0, 0].real
+    assert bound == pytest.approx(3 * share**2 * np.linalg.norm(waves) ** 2, rel=0.02)
 
 
 def test_arguments_are_checked_at_every_level(air, coarse, monkeypatch):

@@ -1,4 +1,4 @@
-"""Where triangles of a surface pass through each other, touch, or face each other across a gap."""
+"""Where triangles of a surface pass through each other, touch, are folded or face each other across a gap."""
 
 # mypy: disable-error-code="no-untyped-def"
 from __future__ import annotations
@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numba
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from nvhchain.fem.triangles import squared_distance
@@ -17,6 +18,12 @@ FACING = np.cos(np.radians(120.0))
 
 _ROUNDING = 1e-12
 """Height over a plane, in edges, that counts as lying in it."""
+
+FOLD = 1e-3
+"""Angle (rad) between two triangles at their common edge below which they lie on each other."""
+
+_IN_PLANE = 1e-9
+"""Angle (rad), and overlap in edges, that rounding may give to triangles that only touch each other."""
 
 
 class Facing(NamedTuple):
@@ -73,12 +80,11 @@ def _sweep(boxes, triangles, pairs):
 
 
 def crossing_pairs(surface: Surface, pairs: IntArray) -> IntArray:
-    """Those of `pairs` (n, 2) of triangles of which an edge of one passes through the other or ends on it.
-
-    Triangles in one plane do not count.
-    """
+    """Those of `pairs` (n, 2) of triangles without a common vertex of which an edge of one passes through the other or
+    ends on it, or which overlap in one plane."""
     corners = surface.vertices[surface.triangles]
     size = surface.longest_edges
+    flat = pairs[_in_one_plane(surface, pairs)]
     for one, other in ((0, 1), (1, 0)):
         # most neighbours lie on one side of each other's plane
         height = _heights(corners[pairs[:, one]], corners[pairs[:, other]], surface.normals[pairs[:, other]])
@@ -96,7 +102,95 @@ def crossing_pairs(surface: Surface, pairs: IntArray) -> IntArray:
             share = (start / np.where(through, start - end, 1.0)).clip(0.0, 1.0)[:, None]
             point = (1.0 - share) * corners[left, i] + share * corners[left, (i + 1) % 3]
             crossing |= through & (squared_distance(point, corners[right]) <= slack**2)
-    return pairs[crossing]
+    return np.concatenate([pairs[crossing], flat[_overlapping(surface, flat)]])
+
+
+def folded_pairs(surface: Surface) -> IntArray:
+    """Pairs (n, 2) of triangles with a common vertex or edge that have more than it in common.
+
+    At an edge they are folded onto each other, to less than `FOLD`; at a vertex they overlap in one plane, or the line
+    in which their planes meet runs into both from there.
+    """
+    pairs, common = _joined_pairs(surface)
+    at_edge, at_vertex = pairs[common == 2], pairs[common == 1]
+    inward = np.array([_inward(surface, at_edge[:, i], at_edge[:, 1 - i]) for i in (0, 1)])
+    folded = np.linalg.norm(inward[0] - inward[1], axis=1) < FOLD
+    flat = _in_one_plane(surface, at_vertex)
+    meeting, in_plane = at_vertex[~flat], at_vertex[flat]
+    line = np.cross(surface.normals[meeting[:, 0]], surface.normals[meeting[:, 1]])
+    line /= np.linalg.norm(line, axis=1, keepdims=True)
+    through = np.zeros(len(meeting), dtype=bool)
+    for ray in (line, -line):
+        through |= _runs_into(surface, meeting, ray) & _runs_into(surface, meeting[:, ::-1], ray)
+    twice = pairs[common == 3]
+    return np.concatenate([twice, at_edge[folded], meeting[through], in_plane[_overlapping(surface, in_plane)]])
+
+
+def _joined_pairs(surface: Surface) -> tuple[IntArray, IntArray]:
+    """Pairs (n, 2) of triangles with common vertices, and how many (n,)."""
+    count = len(surface.triangles)
+    corner = np.repeat(np.arange(count), 3)
+    incidence = sp.csr_matrix((np.ones(3 * count, dtype=np.int64), (corner, surface.triangles.ravel())))
+    joined = sp.triu(incidence @ incidence.T, k=1).tocoo()
+    return np.stack([joined.row, joined.col], axis=1).astype(np.int64), joined.data
+
+
+def _inward(surface: Surface, own: IntArray, other: IntArray) -> FloatArray:
+    """Unit vectors (n, 3) in triangles `own` (n,), at right angles to the edge in common with `other`, into them."""
+    shared = (surface.triangles[own][:, :, None] == surface.triangles[other][:, None, :]).any(axis=2)
+    apex = np.argmin(shared, axis=1)
+    start, end, tip = (_corner(surface, own, apex + i) for i in (1, 2, 0))
+    edge, arm = end - start, tip - start
+    along = np.einsum("ni,ni->n", edge, arm) / np.einsum("ni,ni->n", edge, edge)
+    across = arm - along[:, None] * edge
+    return np.asarray(across / np.linalg.norm(across, axis=1, keepdims=True))
+
+
+def _runs_into(surface: Surface, pairs: IntArray, ray: FloatArray) -> NDArray[np.bool_]:
+    """Whether unit rays (n, 3) in the planes of the first of `pairs` (n, 2), from the vertex in common with the second,
+    run into the first."""
+    own = pairs[:, 0]
+    shared = (surface.triangles[own][:, :, None] == surface.triangles[pairs[:, 1]][:, None, :]).any(axis=2)
+    at = np.argmax(shared, axis=1)
+    vertex, normal = _corner(surface, own, at), surface.normals[own]
+    inside = np.ones(len(pairs), dtype=bool)
+    for turn, side in ((1, 1.0), (2, -1.0)):
+        edge = _corner(surface, own, at + turn) - vertex
+        sine = np.einsum("ni,ni->n", np.cross(edge, ray), normal) / np.linalg.norm(edge, axis=1)
+        inside &= side * sine >= -_IN_PLANE
+    return inside
+
+
+def _corner(surface: Surface, triangles: IntArray, number: IntArray) -> FloatArray:
+    """Corners (n, 3) of `triangles` (n,) by their numbers (n,), counted round."""
+    return np.asarray(surface.vertices[surface.triangles[triangles, number % 3]])
+
+
+def _in_one_plane(surface: Surface, pairs: IntArray) -> NDArray[np.bool_]:
+    """Whether the triangles of `pairs` (n, 2) lie in one plane."""
+    corners = surface.vertices[surface.triangles]
+    slack = _IN_PLANE * surface.longest_edges[pairs].max(axis=1)
+    parallel = np.einsum("ni,ni->n", *surface.normals[pairs].transpose(1, 0, 2)) ** 2 > 0.9
+    flat = np.zeros(len(pairs), dtype=bool)
+    one, other = pairs[parallel].T
+    height = [_heights(corners[a], corners[b], surface.normals[b]) for a, b in ((one, other), (other, one))]
+    flat[parallel] = np.abs(height).max(axis=(0, 2)) <= slack[parallel]
+    return flat
+
+
+def _overlapping(surface: Surface, pairs: IntArray) -> NDArray[np.bool_]:
+    """Whether triangles of `pairs` (n, 2) in one plane overlap: no edge has the two on different sides."""
+    corners = surface.vertices[surface.triangles[pairs]]
+    slack = _IN_PLANE * surface.longest_edges[pairs].max(axis=1)
+    overlapping = np.ones(len(pairs), dtype=bool)
+    for own in (0, 1):
+        for i in range(3):
+            start = corners[:, own, i]
+            outward = np.cross(corners[:, own, (i + 1) % 3] - start, surface.normals[pairs[:, own]])
+            outward /= np.linalg.norm(outward, axis=1, keepdims=True)
+            nearest = np.einsum("nij,nj->ni", corners[:, 1 - own] - start[:, None], outward).min(axis=1)
+            overlapping &= nearest < -slack
+    return overlapping
 
 
 def _heights(points: FloatArray, corners: FloatArray, normals: FloatArray) -> FloatArray:

@@ -8,7 +8,7 @@ import pytest
 
 from nvhchain.acoustics import solve_direct, sphere, transfer_vectors
 from nvhchain.acoustics.bodies import LEAST_GAP, check_bodies
-from nvhchain.acoustics.intersections import facing_pairs, neighbours
+from nvhchain.acoustics.intersections import crossing_pairs, facing_pairs, folded_pairs, neighbours
 from nvhchain.errors import InputError
 from nvhchain.handoff import Surface, SurfaceVelocity
 
@@ -55,6 +55,70 @@ def test_a_body_that_passes_through_itself_is_refused():
     pushed[centre] += [0.004, 0.003, -0.11]
     with pytest.raises(InputError, match="a body passes through itself"):
         check_bodies(Surface(pushed, CUBE.triangles))
+
+
+FLAT = bodies.box((0.2, 0.2, 0.1), 0.05)
+
+
+def with_top_moved(shift, vertices=FLAT.vertices, triangles=FLAT.triangles):
+    """The box with the middle of its top moved, m."""
+    pushed = vertices.copy()
+    top = np.flatnonzero(pushed[:, 2] == pushed[:, 2].max())
+    pushed[top[np.linalg.norm(pushed[top, :2], axis=1).argmin()]] += shift
+    return Surface(pushed, triangles)
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.7])
+@pytest.mark.parametrize("shift", [(0.083, 0.011), (0.051, 0.003), (-0.003, 0.07), (0.02, 0.19)])
+def test_a_vertex_moved_in_its_plane_until_triangles_are_flipped_is_refused(shift, turn):
+    body = with_top_moved([*shift, 0.0])
+    tilt = np.array([[1, 0, 0], [0, np.cos(turn), -np.sin(turn)], [0, np.sin(turn), np.cos(turn)]])
+    with pytest.raises(InputError, match=r"at \d+ pairs"):
+        check_bodies(Surface(body.vertices @ tilt.T + turn, body.triangles))
+
+
+@pytest.mark.parametrize("shift", [(0.03, 0.011, 0.0), (-0.049, 0.0, 0.0), (0.0, 0.0, 0.09), (0.0, 0.0, -0.04)])
+def test_a_vertex_moved_within_its_neighbours_is_no_fold(shift):
+    check_bodies(with_top_moved(np.array(shift)))
+
+
+def open_surface(vertices, triangles):
+    """What no closed surface would be: some triangles alone."""
+    surface = Surface.__new__(Surface)
+    object.__setattr__(surface, "vertices", np.array(vertices, dtype=float))
+    object.__setattr__(surface, "triangles", np.array(triangles))
+    return surface
+
+
+def test_triangles_that_pass_through_each_other_at_a_common_vertex_are_found():
+    """Two bodies joined at one vertex: side by side, through each other, in one plane beside and over each other."""
+    flat = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+    for other, folded in (
+        ([[1, 1, 1], [1, 1, -1]], True),
+        ([[1, 1, 1], [1, 1, 0.2]], False),
+        ([[-1, -1, 1], [-1, -1, -1]], False),
+        ([[0.3, 0.3, 1], [2, 2, -0.1]], True),
+        ([[2, 1, 0], [1, 2, 0]], True),
+        ([[-1, 0, 0], [0, -1, 0]], False),
+        ([[1, -1, 0], [0, -1, 0]], False),
+        ([[1, 1, 0], [1, 1, 1]], True),
+    ):
+        for order in ([0, 3, 4], [0, 4, 3]):
+            assert len(folded_pairs(open_surface([*flat, *other], [[0, 1, 2], order]))) == folded, other
+
+
+def test_triangles_folded_onto_each_other_at_their_edge_are_found():
+    flat = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+    for apex, folded in (((0.2, 0.3, 0), 1), ((0.2, 0.3, 2e-4), 1), ((0.2, 0.3, 1e-3), 0), ((0.2, -0.3, 0), 0)):
+        assert len(folded_pairs(open_surface([*flat, apex], [[0, 1, 2], [1, 0, 3]]))) == folded, apex
+
+
+def test_triangles_in_one_plane_that_overlap_are_found_and_those_beside_each_other_are_not():
+    flat = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]])
+    for shift, overlap in (((0.4, 0.4, 0), True), ((0.6, 0.6, 0), False), ((0, 0, 0), True), ((1, 0, 0), False)):
+        for order in ([3, 4, 5], [3, 5, 4]):
+            pair = open_surface([*flat, *(flat + shift)], [[0, 1, 2], order])
+            assert len(crossing_pairs(pair, np.array([[0, 1]]))) == overlap
 
 
 def test_air_thinner_than_a_thousandth_of_an_edge_is_refused_with_the_number_and_wider_air_is_not():

@@ -8,11 +8,12 @@ OUT ?= out
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: help setup demo test lint docs clean distclean
+.PHONY: help setup demo test extremes lint docs clean distclean
 
 help:
 	@echo "make demo       compare the solid and the slotted gearbox, results in $(OUT)/  (FIDELITY=draft|standard|reference)"
 	@echo "make test       run the tests"
+	@echo "make extremes   try thousands of generated cases within and beyond sense"
 	@echo "make lint       style, formatting and types"
 	@echo "make docs       build the documentation in docs/_build/html"
 	@echo "make clean      remove results and caches;  make distclean also removes $(VENV)/"
@@ -28,6 +29,9 @@ demo: $(READY)
 
 test: $(READY)
 	$(BIN)/python -m pytest --durations=15
+
+extremes: $(READY)
+	NVHCHAIN_EXTREMES=1000 $(BIN)/python -m pytest tests/extremes
 
 lint: $(READY)
 	$(BIN)/ruff check .

@@ -15,6 +15,7 @@ from typing import Any
 
 from nvhchain import levels, ready_made, stages
 from nvhchain.case import Case, GearboxCase, Quantity, RadiatorCase
+from nvhchain.error_band import ErrorBand, error_band
 from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.handoff import (
     BearingForces,
@@ -39,6 +40,7 @@ class Result:
     """Everything a run made or was given; what the case does not need is None (or empty)."""
 
     case: Case
+    fidelity: Fidelity
     mesh_laws: tuple[MeshLaw, ...] = ()
     bearing_forces: BearingForces | None = None
     force_spectrum: ForceSpectrum | None = None
@@ -60,6 +62,22 @@ class Result:
             return levels.equivalent(self.pressure_history.pressure, sample_rate=rate)
         assert self.pressure is not None
         return levels.overall(self.pressure.frequency, self.pressure.pressure)
+
+    @cached_property
+    def error_band(self) -> ErrorBand:
+        """How wrong the pressure of a steady run may be, per line and overall (`nvhchain.error_band`)."""
+        assert self.pressure is not None
+        assert self.surface_velocity is not None
+        return error_band(
+            self.case,
+            self.fidelity,
+            self.pressure,
+            self.surface_velocity,
+            transfer_vectors=self.transfer_vectors,
+            housing=self.housing,
+            force_spectrum=self.force_spectrum,
+            mesh_laws=self.mesh_laws,
+        )
 
 
 def run(
@@ -119,7 +137,7 @@ class _Chain:
         shared: Shelf,
         executor: Executor | None,
     ) -> None:
-        self.case, self._fidelity = case, fidelity
+        self.case, self.fidelity = case, fidelity
         self._spine, self._shared, self._executor = spine, shared, executor
         self._given = given
         vars(self).update(given)
@@ -146,17 +164,17 @@ class _Chain:
 
     @cached_property
     def housing(self) -> ReducedHousing:
-        return stages.reduced_housing(self._gearbox, self._fidelity, self._shared)
+        return stages.reduced_housing(self._gearbox, self.fidelity, self._shared)
 
     @cached_property
     def mesh_laws(self) -> tuple[MeshLaw, ...]:
-        return stages.mesh_laws(self._gearbox, self._fidelity, self._shared, self._executor)
+        return stages.mesh_laws(self._gearbox, self.fidelity, self._shared, self._executor)
 
     @cached_property
     def bearing_forces(self) -> BearingForces:
         simulate = stages.run_up_forces if self._running_up else stages.steady_forces
         housing = self.housing
-        return simulate(self._gearbox, self.mesh_laws, housing, self._fidelity, self._spine)
+        return simulate(self._gearbox, self.mesh_laws, housing, self.fidelity, self._spine)
 
     @cached_property
     def force_spectrum(self) -> ForceSpectrum:
@@ -165,7 +183,7 @@ class _Chain:
     @cached_property
     def surface_velocity(self) -> SurfaceVelocity:
         if isinstance(self.case, RadiatorCase):
-            return stages.given_velocity(self.case, self._fidelity, self._spine)
+            return stages.given_velocity(self.case, self.fidelity, self._spine)
         forces = self.force_spectrum
         return stages.surface_velocity(self.housing, forces, self._spine)
 
@@ -175,36 +193,39 @@ class _Chain:
             surface, lines = self.housing.surface, None
         else:
             surface, lines = self.surface_velocity.surface, self.surface_velocity.frequency
-        return stages.transfer_vectors(self.case, surface, lines, self._fidelity, self._shared, self._executor)
+        return stages.transfer_vectors(self.case, surface, lines, self.fidelity, self._shared, self._executor)
 
     @cached_property
     def pressure(self) -> FieldPressure:
         velocity = self.surface_velocity
         forces = vars(self).get("force_spectrum")
-        if self._fidelity.acoustics.radiation == "equivalent_radiated_power":
+        if self.fidelity.acoustics.radiation == "equivalent_radiated_power":
             return stages.equivalent_pressure(self.case, velocity, forces, self._spine)
-        return stages.pressure(self.transfer_vectors, velocity, forces, self._fidelity, self._spine)
+        return stages.pressure(self.transfer_vectors, velocity, forces, self.fidelity, self._spine)
 
     @cached_property
     def radiation_resistance(self) -> RadiationResistance:
-        return stages.radiation_resistance(self._gearbox, self.housing, self._fidelity, self._shared, self._executor)
+        lines = self.force_spectrum.frequency
+        return stages.radiation_resistance(
+            self._gearbox, self.housing, lines, self.fidelity, self._shared, self._executor
+        )
 
     @cached_property
     def sound_power(self) -> SoundPower:
         """From the housing's modes, unless only a velocity is given or the level takes nothing else."""
-        cheap = self._fidelity.acoustics.radiation != "boundary_elements"
+        cheap = self.fidelity.acoustics.radiation != "boundary_elements"
         if cheap or isinstance(self.case, RadiatorCase) or "surface_velocity" in self._given:
             velocity = self.surface_velocity
             forces = vars(self).get("force_spectrum")
-            return stages.sound_power(self.case, velocity, forces, self._fidelity, self._spine, self._executor)
+            return stages.sound_power(self.case, velocity, forces, self.fidelity, self._spine, self._executor)
         forces = self.force_spectrum
-        return stages.modal_power(self.radiation_resistance, self.housing, forces, self._fidelity, self._spine)
+        return stages.modal_power(self.radiation_resistance, self.housing, forces, self.fidelity, self._spine)
 
     @cached_property
     def noise_transfer_functions(self) -> NoiseTransferFunctions:
         forces = self.bearing_forces
         return stages.noise_transfer_functions(
-            self._gearbox, self.transfer_vectors, self.housing, forces, self._fidelity, self._shared
+            self._gearbox, self.transfer_vectors, self.housing, forces, self.fidelity, self._shared
         )
 
     @cached_property

@@ -200,8 +200,10 @@ def _run(options: argparse.Namespace) -> int:
         level = levels.overall_power(result.sound_power.frequency, result.sound_power.power)
         print(f"{case.name}: sound power {level:.1f} dB(A) re 1 pW")
     if "pressure" in case.quantities:
-        for point, heard in zip(case.field_points, result.overall, strict=True):
-            print(f"{case.name}: {heard:.1f} dB(A) at {point.name}")
+        band = result.error_band.overall if result.pressure is not None else None
+        for index, (point, heard) in enumerate(zip(case.field_points, result.overall, strict=True)):
+            limits = f" ({band[index, 0]:.1f}…{band[index, 1]:.1f})" if band is not None else ""
+            print(f"{case.name}: {heard:.1f} dB(A){limits} at {point.name}")
     return 0
 
 

@@ -228,5 +228,6 @@ def _surface_error(velocity: SurfaceVelocity, case: Case, fidelity: AcousticsFid
     """Relative error of the boundary elements at the upper frequency; that of their shape is left at the lowest."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # the transfer vectors gave it
-        expected = expected_accuracy(velocity.surface, None, float(velocity.frequency[-1]), case.air, fidelity)
+        highest = float(velocity.frequency[-1])
+        expected = expected_accuracy(velocity.surface, None, highest, case.air, fidelity, case.engine)
     return float(10 ** (expected["expected_error_dB"] / 20) - 1)

@@ -108,6 +108,11 @@ def preflight(case: Case, fidelity: Fidelity, given: Collection[str] = ()) -> No
 
     given: names of the hand-offs that are ready-made, as `run` calls them; their stages are not looked at.
     """
+    if "sound_power" in case.quantities and fidelity.acoustics.radiation == "rayleigh":
+        raise InputError(
+            f"{case.name} asks for sound_power, but the Rayleigh integral knows no pressure on the surface: choose "
+            "radiation = boundary_elements or equivalent_radiated_power"
+        )
     if not isinstance(case, GearboxCase):
         return
     forced = {"bearing_forces", "force_spectrum", "surface_velocity"}.intersection(given)
@@ -230,7 +235,16 @@ def _transfer_vectors(case: Case, fidelity: Fidelity, faces: int, area: float) -
         "transfer vectors",
         f"{described}, about {masters} master frequencies, engine {case.engine}",
         5.0 + seconds,
-        _BASE_MEGABYTES + 1e-6 * acoustics.estimate_memory(faces // 2, faces, case.engine, knobs),
+        _BASE_MEGABYTES
+        + 1e-6
+        * acoustics.estimate_memory(
+            faces // 2,
+            faces,
+            case.engine,
+            knobs,
+            points=len(case.field_points) * (1 if case.reflecting_plane is None else 2),
+            frequencies=masters,
+        ),
     )
 
 
@@ -239,10 +253,12 @@ def _sound_power(case: Case, fidelity: Fidelity, faces: int, area: float) -> Sta
     knobs = fidelity.acoustics
     if knobs.radiation != "boundary_elements":
         return Stage("sound power", f"about {faces} triangles, {knobs.radiation}", 1.0, _BASE_MEGABYTES)
-    systems = _masters(case, area)
     shapes = 1.0
-    described = f"{systems} lines"
-    if isinstance(case, GearboxCase):
+    if isinstance(case, RadiatorCase):
+        systems = len(case.frequencies)
+        described = f"{systems} lines"
+    else:
+        systems = _masters(case, area)
         shapes = _modes(case, fidelity) + 3 * len(case.bearings)
         described = f"about {systems} master frequencies, {shapes:.0f} modes and seat directions"
     seconds = systems * (_SECONDS_PER_PAIR * faces**2 + _SECONDS_PER_LU * (faces / 2) ** 3)

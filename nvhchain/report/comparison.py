@@ -77,7 +77,10 @@ def _running_up(cases: Sequence[Case]) -> bool:
 def _steady(results: Mapping[str, chain.Result], out: Path) -> dict[str, Any]:
     """Table, figures and sound at constant speed; the summary of every configuration."""
     pressures = {name: result.pressure for name, result in results.items() if result.pressure is not None}
-    configurations = {name: summarise(pressure) for name, pressure in pressures.items()}
+    configurations = {
+        name: summarise(pressure) | {"error_band_dBA": results[name].error_band.overall[0].tolist()}
+        for name, pressure in pressures.items()
+    }
     table = plots.difference_table(configurations)
     write(out / "differences.txt", table.text() + "\n")
     write(out / "differences.csv", table.csv())

@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from html import escape
 from pathlib import Path
 from string import Template
+from typing import Any
 
 from nvhchain import store
 from nvhchain.errors import InputError
@@ -60,9 +61,9 @@ def write_page(folder: str | Path) -> Path:
         fidelity=escape(summary["fidelity"]),
         point=escape(f"{point['name']} at {point['position_m']} m"),
         levels=_table(
-            ("configuration", "level / dB(A)", "sound"),
+            ("configuration", "level / dB(A)", "limits / dB(A)", "sound"),
             (
-                (escape(name), f"{configuration['overall_dBA']:.1f}", _sound(folder, name))
+                (escape(name), f"{configuration['overall_dBA']:.1f}", _limits(configuration), _sound(folder, name))
                 for name, configuration in summary["configurations"].items()
             ),
         ),
@@ -78,6 +79,11 @@ def _table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
     """Cells are HTML."""
     lines = ["<tr>" + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>" for row in rows]
     return f"<table><tr>{''.join(f'<th>{cell}</th>' for cell in head)}</tr>{''.join(lines)}</table>"
+
+
+def _limits(configuration: dict[str, Any]) -> str:
+    """Of the error band, which run-ups do not have."""
+    return "…".join(f"{limit:.1f}" for limit in configuration.get("error_band_dBA", ()))
 
 
 def _sound(folder: Path, name: str) -> str:

@@ -148,11 +148,17 @@ def sound_power(
 
 
 def radiation_resistance(
-    case: GearboxCase, reduced: ReducedHousing, fidelity: Fidelity, shelf: Shelf, executor: Executor | None
+    case: GearboxCase,
+    reduced: ReducedHousing,
+    lines: FloatArray,
+    fidelity: Fidelity,
+    shelf: Shelf,
+    executor: Executor | None,
 ) -> RadiationResistance:
-    """Radiation resistance of the housing in its modal coordinates over the band."""
+    """Radiation resistance of the housing in its modal coordinates over the band and the lines (n_f,) Hz wanted."""
     where: dict[str, Any] = {"air": case.air, "engine": case.engine, "plane": case.reflecting_plane}
-    band = (case.band.low * (1 - _ROUNDING), case.band.high * (1 + _ROUNDING))
+    low, high = _span(case, lines)
+    band = (low * (1 - _ROUNDING), high * (1 + _ROUNDING))
     return shelf.stage(
         "radiation_resistance-{key}",
         RadiationResistance,

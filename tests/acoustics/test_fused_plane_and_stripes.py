@@ -67,11 +67,13 @@ def test_stripes_that_do_not_fit_are_refused_with_numbers(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("surface", "normal", "gap"),
-    [(notched_box(), (0.0, 0.0, 1.0), 0.02), (sphere(0.1, 2), (0.6, 0.0, 0.8), 0.001)],
+    ("surface", "normal", "gap", "alike"),
+    [(notched_box(), (0.0, 0.0, 1.0), 0.02, 1e-12), (sphere(0.1, 2), (0.6, 0.0, 0.8), 0.001, 1e-5)],
     ids=["notched box", "sphere over a narrow gap"],
 )
-def test_a_rigid_plane_does_what_the_mirrored_body_does(surface, normal, gap, monkeypatch):
+def test_a_rigid_plane_does_what_the_mirrored_body_does(surface, normal, gap, alike, monkeypatch):
+    """To rounding; where triangles are cut beside the plane, to 1e-5: of edges equally long the one that comes first is
+    halved, which is another one on the mirrored body (5e-6, and the quadrature itself keeps to 1e-4 there)."""
     # The doubled body is larger and would take another coupling.
     monkeypatch.setattr(_fused, "coupling", lambda surface, k: -1j / np.hypot(k, 10.0))
     lowest = (surface.vertices @ np.array(normal)).min()
@@ -81,8 +83,8 @@ def test_a_rigid_plane_does_what_the_mirrored_body_does(surface, normal, gap, mo
     for (a, b), (a_two, b_two) in zip(
         _fused.systems(surface, k, FIDELITY, plane), _fused.systems(two, k, FIDELITY), strict=True
     ):
-        assert relative(a, a_two[:n, :n] + a_two[:n, n:]) < 1e-12
-        assert relative(b, b_two[:n, : len(gradient)] + b_two[:n, len(gradient) :]) < 1e-12
+        assert relative(a, a_two[:n, :n] + a_two[:n, n:]) < alike
+        assert relative(b, b_two[:n, : len(gradient)] + b_two[:n, len(gradient) :]) < alike
         pressure_two = np.linalg.solve(a_two, b_two @ np.tile(gradient, 2))
         assert relative(np.linalg.solve(a, b @ gradient), pressure_two[:n]) < 1e-3
 

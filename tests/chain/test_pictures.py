@@ -68,7 +68,8 @@ def test_page_shows_levels_figures_sound_and_how_they_were_made(compared, capsys
     assert main(["report", str(out)]) == 0
     page = (out / "report.html").read_text()
     for configuration in summary["configurations"].values():
-        assert f"{configuration['overall_dBA']:.1f}" in page
+        assert f"<td>{configuration['overall_dBA']:.1f}</td>" in page
+        assert "…".join(f"{limit:.1f}" for limit in configuration["error_band_dBA"]) in page
     assert page.count("data:image/png;base64,") == len(list(out.glob("*.png")))
     assert page.count("<audio") == 2
     assert len(re.findall(r"<td>[\w/.-]+\.h5</td>", page)) == len(list(out.rglob("*.h5")))

@@ -107,6 +107,20 @@ def test_quantities_that_cannot_be_had_are_refused(request, cases, coarse, tmp_p
         compare([replace(case, quantities=("bearing_forces",))], fidelity=coarse, out=tmp_path)
 
 
+def test_sound_power_of_a_level_without_surface_pressure_is_refused_before_any_work(cases, coarse, record):
+    rayleigh = replace(coarse, acoustics=replace(coarse.acoustics, radiation="rayleigh"))
+    with pytest.raises(InputError, match="knows no pressure on the surface"):
+        nvh.run(replace(cases[0], quantities=("sound_power",)), fidelity=rayleigh, watcher=record)
+    assert record.began == []
+
+
+def test_plan_of_a_radiators_sound_power_counts_its_lines(request):
+    case = nvh.load_case(request.config.rootpath / "cases/sphere/pulsating.toml")
+    lines = tuple(float(f) for f in range(100, 500))
+    plan = nvh.plan(replace(case, quantities=("sound_power",), frequencies=lines))
+    assert "400 lines" in str(plan)
+
+
 def test_command_line_says_where_the_quantities_are(request, tmp_path, capsys):
     sphere = request.config.rootpath / "cases/sphere/pulsating.toml"
     path = tmp_path / "case.toml"

@@ -17,8 +17,8 @@ COARSE = GearFidelity(
 FORCE = 3000.0  # N
 
 
-def law(pair, force=FORCE):
-    return mesh_law(pair, nominal_force=force, fidelity=COARSE)
+def law(pair, force=FORCE, fidelity=COARSE):
+    return mesh_law(pair, nominal_force=force, fidelity=fidelity)
 
 
 @pytest.fixture(scope="module")
@@ -46,6 +46,7 @@ def test_gears_twice_the_size_carry_four_times_the_force_at_twice_the_deflection
     twice = law(
         changed(pair, pair.sense, 2 * pair.centre_distance, **dict.fromkeys(lengths, lambda value: 2 * value)),
         4 * FORCE,
+        replace(COARSE, corner_gap=2 * COARSE.corner_gap),
     )
     assert twice.deflection == pytest.approx(2 * solid.deflection, rel=1e-6, abs=1e-12)
     assert np.abs(twice.force - 4 * solid.force).max() < 1e-6 * np.abs(twice.force).max()

@@ -260,6 +260,9 @@ class AcousticsFidelity:
     master_tolerance_db: float = 0.1
 
     def __post_init__(self) -> None:
+        for name in ("close_distances", "close_orders", "coarse_edge_ratios"):
+            # lists cannot be hashed, and what is computed once per surface is kept by the knobs
+            object.__setattr__(self, name, tuple(getattr(self, name)))
         for name, low, high in (
             ("elements_per_wavelength", 1.0, 100.0),
             ("coarsest_elements_per_wavelength", 1.0, 100.0),

@@ -102,6 +102,12 @@ def test_quadrature_error_from_some_rows_of_needles_is_that_of_all(air):
     assert suspect_error(bodies.box((0.1, 0.1, 0.1), 0.05), KNOBS) is None
 
 
+def test_lists_of_close_orders_and_distances_count_as_tuples():
+    listed = replace(KNOBS, close_distances=[1.5, 3.0], close_orders=[6, 4], coarse_edge_ratios=[1.4])
+    assert listed == replace(KNOBS, coarse_edge_ratios=(1.4,))
+    assert suspect_error(needles(10), listed) == suspect_error(needles(10), KNOBS)
+
+
 def test_needles_are_reported_and_warned_of_with_their_quadrature_error_and_other_meshes_are_not(air):
     with pytest.warns(
         AccuracyWarning, match=r"needles or thin gaps .* relative quadrature error of 0.02\d on the surface, 0.002"

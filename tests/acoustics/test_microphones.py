@@ -83,6 +83,8 @@ def test_pulsating_sphere_in_a_free_field(standard, air, coarse):
     assert decibel(power.power / exact) == pytest.approx(np.zeros(3), abs=0.02)
     assert power.provenance["array_sampling_dB"] < 0.01
     assert power.provenance["engine"] == "fused"
+    assert power.provenance["array_radius"] == 1.0
+    assert power.provenance["array_standard"] == standard
 
 
 def test_monopole_on_a_reflecting_plane_within_a_tenth_of_a_decibel(air, coarse):

@@ -229,6 +229,9 @@ def test_masters_are_chosen_from_a_tolerance(ball, air, coarse, tolerance, fewes
     assert told["stage"] == "acoustics.adaptive_radiation_resistance"
     assert f"master_tolerance_db={tolerance}" in told["fidelity"]
     assert told["solver"] == "direct"
+    some = np.arange(0, len(chosen.frequency), 5)
+    alone = radiation_resistance(SurfaceShapes(ball, harmonics(ball)), chosen.frequency[some], air=air, fidelity=coarse)
+    assert np.abs(chosen.cancellation[some] - alone.cancellation).max() < 1e-9 * np.abs(alone.cancellation).max()
     assert fewest <= len(chosen.frequency) <= most
     velocity = random_velocity(LINES, 9)
     exact = sound_power(SurfaceVelocity(LINES, velocity @ harmonics(ball).T, ball), air=air, fidelity=coarse).power

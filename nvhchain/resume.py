@@ -43,6 +43,10 @@ def _bytes(item: Any) -> bytes:
     return f"{type(item).__name__}:{item!r};".encode()
 
 
+_USED = {"gear": ("fem",), "housing": ("fem", "interop"), "acoustics": ("fem",)}
+"""Packages whose code the results of another one depend on."""
+
+
 @cache
 def code_version(package: str) -> str:
     """Package version and a digest of the source of `package` and its basis: old results do not survive new code."""
@@ -50,8 +54,8 @@ def code_version(package: str) -> str:
     source = root / package
     files = sorted(source.rglob("*.py")) if source.is_dir() else [source.with_suffix(".py")]
     files += [root / "conventions.py", *sorted((root / "handoff").rglob("*.py"))]
-    if package in ("gear", "housing"):
-        files += sorted((root / "fem").rglob("*.py"))
+    for used in _USED.get(package, ()):
+        files += sorted((root / used).rglob("*.py"))
     return f"{__version__}+{fingerprint(*(file.read_bytes() for file in files))[:12]}"
 
 

@@ -66,11 +66,26 @@ class Parts:
             nodes=nodes,
             labels=labels,
             blocks=tuple(self._block(labels, kind, group) for kind, group in self.elements),
-            rigid_sets=tuple(self._rigid(labels, nodes, rigid) for rigid in self.rigid),
+            rigid_sets=tuple(self._rigid(labels, nodes, rigid) for rigid in self._rigid_bodies()),
             held=held,
             groups={name: self._rows(labels, members, f"group {name}") for name, members in self.groups.items()},
             source=self.source,
         )
+
+    def _rigid_bodies(self) -> list[Rigid]:
+        """Rigid sets with the same reference node as one; a set that carries the reference of another is refused."""
+        bodies: dict[int, Rigid] = {}
+        for rigid in self.rigid:
+            body = bodies.setdefault(rigid.reference, Rigid(rigid.name, rigid.reference, []))
+            body.nodes = list(dict.fromkeys([*body.nodes, *rigid.nodes]))
+        for body in bodies.values():
+            chained = [label for label in body.nodes if label in bodies and label != body.reference]
+            require(
+                not chained,
+                f"{self.source}: rigid set {body.name} carries node {(chained or [0])[0]}, the reference node of "
+                "another rigid set: write both as one set",
+            )
+        return list(bodies.values())
 
     def _block(self, labels: IntArray, kind: str, group: str) -> ElementBlock:
         numbers, rows = self.elements[kind, group]

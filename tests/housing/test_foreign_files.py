@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 from box_models import SPLITS, box
 
+from nvhchain.conventions import STEEL
 from nvhchain.errors import FileFormatError, InputError
 from nvhchain.fem import lowest_modes
 from nvhchain.housing.foreign import constrained
 from nvhchain.housing.foreign_mesh import sound_mesh
 from nvhchain.interop import read_abaqus, read_nastran, read_solid_model, write_abaqus, write_nastran
+from nvhchain.interop._model_parts import Parts, Rigid
 from nvhchain.interop.abaqus_keywords import blocks
 from nvhchain.interop.nastran_cards import cards, split_deck
 from nvhchain.interop.units import unit_system
@@ -309,3 +311,22 @@ def test_missing_file_and_foreign_ending_are_named(tmp_path):
         read_solid_model(tmp_path / "none.bdf", units="mm-t-s")
     with pytest.raises(InputError, match="is not a solid model"):
         read_solid_model(tmp_path / "none.op2", units="mm-t-s")
+
+
+def parts_of_a_tetrahedron(*rigid):
+    """One tetrahedron, two loose nodes, and rigid sets (name, reference, nodes)."""
+    corners = {1: (0.0, 0, 0), 2: (1.0, 0, 0), 3: (0.0, 1, 0), 4: (0.0, 0, 1), 5: (2.0, 0, 0), 6: (3.0, 0, 0)}
+    parts = Parts("a.bdf", nodes=corners, materials={"1": STEEL}, rigid=[Rigid(*one) for one in rigid])
+    parts.elements["tet4", "1"] = ([1], [[1, 2, 3, 4]])
+    return parts
+
+
+def test_rigid_sets_with_one_reference_node_are_one_body():
+    (body,) = parts_of_a_tetrahedron(("10", 5, [1, 2]), ("11", 5, [2, 3])).model(1.0).rigid_sets
+    assert body.nodes.tolist() == [0, 1, 2]
+    assert body.label == 5
+
+
+def test_a_rigid_set_that_carries_the_reference_of_another_is_refused():
+    with pytest.raises(InputError, match="rigid set 11 carries node 5, the reference node of another"):
+        parts_of_a_tetrahedron(("10", 5, [1, 2]), ("11", 6, [3, 5])).model(1.0)

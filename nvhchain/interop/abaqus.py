@@ -1,7 +1,7 @@
 """Abaqus (and CalculiX) input → `SolidModel`: C3D4/10, C3D6/15, C3D8/20, sets, surfaces, couplings, boundary.
 
-One part in one instance, or a flat file.  Keywords that carry stiffness or mass and are not read are refused, since
-leaving them out would change the answer; steps, loads and requests for output are passed over.
+One part in one instance, or a flat file.  Keywords of the model that are neither read nor known to change nothing are
+refused; steps, loads and requests for output are passed over.
 """
 
 from __future__ import annotations
@@ -28,12 +28,13 @@ from nvhchain.interop.units import unit_system
 _SOLID = re.compile(r"C3D(4|6|8|10|15|20)(?=$|[RIHMTS])")
 _KIND = {"4": "tet4", "10": "tet10", "6": "wedge6", "15": "wedge15", "8": "hex8", "20": "hex20"}
 
-_REFUSED = {
-    "SHELL SECTION", "BEAM SECTION", "BEAM GENERAL SECTION", "MEMBRANE SECTION", "MASS", "ROTARY INERTIA", "SPRING",
-    "DASHPOT", "CONNECTOR SECTION", "TIE", "EQUATION", "DISTRIBUTING", "DISTRIBUTING COUPLING", "NONSTRUCTURAL MASS",
-    "TRANSFORM", "SYSTEM", "NGEN", "ELGEN", "NFILL", "NCOPY", "ELCOPY", "EMBEDDED ELEMENT", "CONTACT PAIR",
-    "SHELL TO SOLID COUPLING", "ORIENTATION", "MATRIX INPUT", "SUBSTRUCTURE PROPERTY",
+_PASSED_OVER = {
+    "HEADING", "PREPRINT", "END PART", "END INSTANCE", "END ASSEMBLY", "AMPLITUDE", "RESTART", "FILE FORMAT",
+    "PHYSICAL CONSTANTS", "DAMPING", "PLASTIC", "EXPANSION", "CONDUCTIVITY", "SPECIFIC HEAT", "INITIAL CONDITIONS",
+    "DISTRIBUTION", "DISTRIBUTION TABLE", "SECTION CONTROLS", "HOURGLASS STIFFNESS", "SURFACE INTERACTION", "FRICTION",
+    "SURFACE BEHAVIOR", "TIME POINTS", "FILTER",
 }  # fmt: skip
+"""Keywords of the model that change neither stiffness nor mass; those of steps are passed over altogether."""
 
 
 def read_abaqus(path: str | Path, *, units: str) -> SolidModel:
@@ -44,9 +45,12 @@ def read_abaqus(path: str | Path, *, units: str) -> SolidModel:
     path = Path(path)
     file = AbaqusFile(Parts(str(path)), unit_system(units))
     late: list[Block] = []
+    in_step = False
     try:
         for block in blocks(path):
-            if block.name in _REFUSED:
+            in_step = (in_step or block.name == "STEP") and block.name != "END STEP"
+            known = block.name in _READERS or block.name in _LATE or block.name in _PASSED_OVER
+            if not known and not in_step and block.name != "END STEP":
                 raise InputError(
                     f"{path}: *{block.name} is not read: replace it by solid elements and kinematic couplings"
                 )
@@ -128,6 +132,10 @@ def _start_material(file: AbaqusFile, block: Block) -> None:
 def _elastic(file: AbaqusFile, block: Block) -> None:
     kind = block.get("TYPE", "ISOTROPIC").upper()
     require(kind.startswith("ISO"), f"{file.parts.source}: *ELASTIC of type {kind}: only isotropic is read")
+    require(
+        len(block.data) == 1,
+        f"{file.parts.source}: *ELASTIC has {len(block.data)} rows: write the one of the temperature wanted",
+    )
     file.materials[file.material] |= {"young": float(block.data[0][0]), "poisson": float(block.data[0][1])}
 
 

@@ -1,7 +1,7 @@
 """Nastran bulk data → `SolidModel`: GRID, CTETRA, CPENTA, CHEXA, PSOLID, MAT1, RBE2, SPC, SPC1, SPCADD, SET1.
 
-Cards that carry stiffness or mass and are not among these are refused, since leaving them out would change the answer;
-loads, parameters and requests for output are passed over.
+Cards that are neither read nor known to change nothing are refused; loads, parameters and requests for output are
+passed over.
 """
 
 from __future__ import annotations
@@ -30,10 +30,12 @@ SOLIDS: dict[str, tuple[str, str, tuple[int, ...]]] = {
 GROUP_MARK = "$ nvhchain group"
 """Comment before a SET1 that carries its name."""
 
-_CARRIES = re.compile(
-    r"C(QUAD|TRI|BAR|BEAM|ROD|ONROD|TUBE|BUSH|ELAS|DAMP|ONM|MASS|PYRA|SHEAR|GAP|WELD|FAST|VISC|AERO|RAC|AXIF|CONE)"
-    r"|RBE1|RBE3|RBAR|RJOINT|RROD|RTRPLT|RSPLINE|MPC|GENEL|DMIG|MAT([2-9]|1[01])|PCOMPS|SPOINT|SUPORT|ASET|OMIT"
+_PASSED_OVER = re.compile(
+    r"(GRID|GRDSET|CORD2[RCS]|CTETRA|CPENTA|CHEXA|PSOLID|MAT1|RBE2|SPC|SPC1|SPCADD|SPCD|SET1|SET3|PARAM|MDLPRM|ENDDATA|ECHO\w*)$"
+    r"|(EIG\w*|FORCE\d?|MOMENT\d?|PLOAD\w*|GRAV|ACCEL\d?|RFORCE|TEMP\w*|LOAD|LSEQ|DLOAD|[RT]LOAD[12]|DAREA|DELAY|DPHASE"
+    r"|FREQ\d?|TSTEP\w*|TABLE\w*|TABD\w*|RANDPS|NLPARM|DESVAR|DRESP\w*|DCONSTR|DVPREL\w*|BSURF\w*)$"
 )
+"""Cards that are read, and those of loads, frequencies, tables and output, which change neither stiffness nor mass."""
 
 
 def read_nastran(path: str | Path, *, units: str, spc: int | None = None) -> SolidModel:
@@ -49,7 +51,10 @@ def read_nastran(path: str | Path, *, units: str, spc: int | None = None) -> Sol
     by_name: dict[str, list[list[str]]] = {}
     for card in cards(bulk):
         by_name.setdefault(card[0], []).append(card)
-    refused = Counter({name: len(found) for name, found in by_name.items() if _CARRIES.match(name)})
+    direct = [line.strip() for line in control if re.match(r"\s*[KMB]2(GG|PP)", line, re.IGNORECASE)]
+    if direct:
+        raise InputError(f"{path}: case control adds matrices, {direct[0]}, which are not read: remove them")
+    refused = Counter({name: len(found) for name, found in by_name.items() if not _PASSED_OVER.match(name)})
     if refused:
         listed = ", ".join(f"{count} {name}" for name, count in sorted(refused.items()))
         raise InputError(

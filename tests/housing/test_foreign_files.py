@@ -224,6 +224,8 @@ def test_calculix_rigid_body_held_at_both_reference_nodes(tmp_path):
     [
         ("RBE2,11,99,123456,", "RBE3,11,,99,123456,1.,123,", "1 RBE3, which are not read"),
         ("RBE2,11,99,123456,", "RBE2,11,99,12,", "couples components 12 only"),
+        ("RBE2,11,99,123456,", "CSEAM,11,99,1,2,", "1 CSEAM, which are not read"),
+        ("SPC = 7", "SPC = 7\nK2GG = STIFF", "case control adds matrices, K2GG = STIFF"),
         ("SPC = 7", "", "constraint sets 7, 8"),
         ("SPC = 7", "SPC = 3", "constraint set 3 is not there"),
         ("MAT1           4", "MAT1           5", "is not defined"),
@@ -245,6 +247,8 @@ def test_nastran_that_would_change_the_answer_is_refused(tmp_path, old, new, mes
     ("old", "new", "message"),
     [
         ("*KINEMATIC", "*DISTRIBUTING", r"\*DISTRIBUTING is not read"),
+        ("*KINEMATIC", "*KINEMATIC COUPLING", r"\*KINEMATIC COUPLING is not read"),
+        ("210000., 0.3", "210000., 0.3, 20.\n70000., 0.3, 400.", r"\*ELASTIC has 2 rows"),
         ("TYPE=C3D8R", "TYPE=S8R", "type S8R are not read"),
         ("*DENSITY\n7.85e-09,\n", "", "needs \\*ELASTIC and \\*DENSITY"),
         ("*SOLID SECTION, ELSET=all", "*SOLID SECTION, ELSET=seat2", "SEAT2"),

@@ -8,7 +8,6 @@ gearboxes at `draft` and `standard` against `reference` and hold for others (doc
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -54,6 +53,9 @@ MASTER_MARGIN = 3.0
 RADIATION_ERROR = {"boundary_elements": 0.0, "rayleigh": 1.5, "equivalent_radiated_power": 1.0}
 """Relative error of a level of radiation, one standard deviation (docs/measured/radiation.md: 11.6 and 7.6 dB)."""
 
+_NOTHING = 1e-300
+"""Keeps the logarithm of a lower limit finite where the error takes all of the energy."""
+
 
 @dataclass(frozen=True, eq=False)
 class ErrorBand:
@@ -98,8 +100,8 @@ class ErrorBand:
             squares += (parts**2).sum(axis=0) if name == "housing" else parts.sum(axis=0) ** 2
         share = COVERAGE * np.sqrt(squares) / np.where(energy > 0, energy, 1.0)
         middle = levels.overall(self.frequency, self.pressure.astype(complex))
-        width = 10 * np.log10(1.0 + share)
-        return np.stack([middle - width, middle + width], axis=1)
+        lower, upper = (10 * np.log10(np.maximum(1.0 + way * share, _NOTHING)) for way in (-1.0, 1.0))
+        return np.stack([middle + lower, middle + upper], axis=1)
 
 
 def error_band(
@@ -135,7 +137,7 @@ def error_band(
         sources["time step"] = _step_error(pressure.frequency, fidelity.dynamics.time_step) * size
         sources["settling"] = np.broadcast_to(fidelity.dynamics.settle_level * size.max(axis=0), size.shape)
     if fidelity.acoustics.radiation == "boundary_elements":
-        sources["surface mesh"] = _surface_error(velocity, case, fidelity.acoustics) * scale
+        sources["surface mesh"] = _surface_error(transfer_vectors, velocity, case, fidelity.acoustics) * scale
     else:
         sources["radiation"] = RADIATION_ERROR[fidelity.acoustics.radiation] * scale
     if transfer_vectors is not None and len(transfer_vectors.frequency) > 2:
@@ -224,10 +226,16 @@ def _step_error(frequency: FloatArray, step: float) -> FloatArray:
     return np.asarray(((2 * np.pi * frequency * step) ** 2 / 12.0)[:, None])
 
 
-def _surface_error(velocity: SurfaceVelocity, case: Case, fidelity: AcousticsFidelity) -> float:
-    """Relative error of the boundary elements at the upper frequency; that of their shape is left at the lowest."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # the transfer vectors gave it
+def _surface_error(
+    vectors: TransferVectors | None, velocity: SurfaceVelocity, case: Case, fidelity: AcousticsFidelity
+) -> float:
+    """Relative error of the boundary elements at the upper frequency; that of their shape is left at the lowest.
+
+    Taken from what the transfer vectors say of themselves, of the nearest point too.
+    """
+    expected = vectors.provenance if vectors is not None else {}
+    if "expected_error_dB" not in expected:
         highest = float(velocity.frequency[-1])
         expected = expected_accuracy(velocity.surface, None, highest, case.air, fidelity, case.engine)
-    return float(10 ** (expected["expected_error_dB"] / 20) - 1)
+    decibel = max(expected["expected_error_dB"], expected.get("expected_error_nearest_dB", 0.0))
+    return float(10 ** (decibel / 20) - 1)

@@ -6,6 +6,7 @@ and the order of its rotational symmetry.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 from nvhchain.errors import InputError, require
@@ -13,7 +14,7 @@ from nvhchain.gear.openings import Cutouts, Openings, RoundCutouts, Web
 from nvhchain.gear.volume_mesh import VolumeMesh
 
 
-class _Opened:
+class _Opened(ABC):
     """A disc with `cutouts`, through the whole face width or through a thin web: all three of its sizes, or none."""
 
     count: int
@@ -31,9 +32,9 @@ class _Opened:
         return self.count
 
     @property
+    @abstractmethod
     def cutouts(self) -> Openings:
         """The openings."""
-        raise NotImplementedError
 
     @property
     def web(self) -> Web | None:

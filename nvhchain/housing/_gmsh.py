@@ -10,7 +10,6 @@ Solids: {"kind": "loft", "sections": [{"z", "arcs": [[x, y, r, start, end]]}]}, 
 from __future__ import annotations
 
 import json
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
@@ -18,9 +17,8 @@ from typing import Any
 
 import numpy as np
 
-from nvhchain.errors import SolverError
+from nvhchain.fem.mesher import run_mesher
 
-_LIBRARIES = "libgl1 libglu1-mesa libxcursor1 libxft2 libxinerama1 libgomp1"
 _TIME_LIMIT = 900.0
 """s after which the mesher is given up."""
 
@@ -35,18 +33,14 @@ def mesh(recipe: dict[str, Any]) -> dict[str, np.ndarray]:
     with tempfile.TemporaryDirectory(prefix="nvhchain-mesh-") as folder:
         job, result = Path(folder) / "recipe.json", Path(folder) / "mesh.npz"
         job.write_text(json.dumps(recipe))
-        command = [sys.executable, "-m", "nvhchain.housing._gmsh", str(job), str(result)]
-        try:
-            done = subprocess.run(command, capture_output=True, text=True, timeout=_TIME_LIMIT, check=False)
-        except subprocess.TimeoutExpired:
-            raise SolverError(
-                f"the mesher did not finish within {_TIME_LIMIT:g} s: use a larger element size"
-            ) from None
-        if done.returncode != 0 or not result.exists():
-            said = (done.stderr.strip() or done.stdout.strip() or "nothing").splitlines()[-1]
-            if "cannot open shared object file" in done.stderr:
-                said += f"; install the system libraries gmsh needs: {_LIBRARIES}"
-            raise SolverError(f"gmsh could not mesh the housing (exit code {done.returncode}): {said}")
+        run_mesher(
+            "nvhchain.housing._gmsh",
+            job,
+            result,
+            time_limit=_TIME_LIMIT,
+            failure="gmsh could not mesh the housing",
+            remedy="use a larger element size",
+        )
         with np.load(result) as file:
             return {name: file[name] for name in file.files}
 

@@ -10,6 +10,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
+from nvhchain.fem.triangles import equal_pieces, squared_distance
 from nvhchain.handoff import FloatArray, IntArray, Surface
 
 _CANDIDATES = 12
@@ -49,14 +50,7 @@ def normal_motion(
 
 def _pieces(count: int) -> tuple[FloatArray, FloatArray]:
     """Mean quadratic shape functions (p, 6) and centroids in area coordinates (p, 3) of count² equal pieces."""
-    i, j = (a.ravel() for a in np.meshgrid(np.arange(count), np.arange(count), indexing="ij"))
-    up = i + j < count
-    down = i + j < count - 1
-    corner = np.array([[0, 0], [1, 0], [0, 1]])
-    upward = np.stack([i[up], j[up]], axis=-1)[:, None] + corner
-    downward = np.stack([i[down], j[down]], axis=-1)[:, None] + 1 - corner
-    xy = np.concatenate([upward, downward]) / count
-    L = np.concatenate([1 - xy.sum(axis=2, keepdims=True), xy], axis=2)
+    L = equal_pieces(count)
     # three mid-edge points integrate quadratics exactly
     middle = (L + np.roll(L, 1, axis=1)) / 2
     value = np.concatenate(
@@ -74,23 +68,6 @@ def _nearest(surface: Surface, faces: IntArray, points: FloatArray) -> IntArray:
     for start in range(0, len(points), 50_000):
         part = points[start : start + 50_000]
         candidates = tree.query(part, k=count)[1].reshape(len(part), count)
-        distance = _squared_distance(part[:, None], corners[candidates])
+        distance = squared_distance(part[:, None], corners[candidates])
         result[start : start + 50_000] = np.take_along_axis(candidates, distance.argmin(axis=1)[:, None], axis=1)[:, 0]
     return result
-
-
-def _squared_distance(point: FloatArray, corners: FloatArray) -> FloatArray:
-    """Squared distance m² of points (..., 3) to triangles (..., 3, 3)."""
-    a, b, c = (corners[..., i, :] for i in range(3))
-    normal = np.cross(b - a, c - a)
-    normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
-    height = np.einsum("...a,...a->...", point - a, normal)
-    inside = np.ones(height.shape, dtype=bool)
-    nearest = np.full(height.shape, np.inf)
-    for p, q in ((a, b), (b, c), (c, a)):
-        edge, arm = q - p, point - p
-        inside &= np.einsum("...a,...a->...", np.cross(edge, arm), normal) >= 0
-        share = np.einsum("...a,...a->...", arm, edge) / np.einsum("...a,...a->...", edge, edge)
-        gap = arm - share.clip(0, 1)[..., None] * edge
-        nearest = np.minimum(nearest, np.einsum("...a,...a->...", gap, gap))
-    return np.where(inside, height**2, nearest)

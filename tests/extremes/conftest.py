@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
-from nvhchain.errors import InputError, SolverError
+from nvhchain.errors import AccuracyWarning, InputError, SolverError
 
 sys.path.insert(0, str(Path(__file__).parent))  # scales.py
 
@@ -38,7 +38,7 @@ def tried(request):
     def call(function, *arguments, **options):
         ENDINGS[name, "tried"] += 1
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
+            warnings.simplefilter("ignore", AccuracyWarning)
             try:
                 result = function(*arguments, **options)
             except (InputError, SolverError) as refusal:

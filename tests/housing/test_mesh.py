@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from nvhchain.errors import InputError, SolverError
-from nvhchain.fem import stiffness_and_mass
+from nvhchain.fem import mesher, stiffness_and_mass
 from nvhchain.housing import _gmsh
 from nvhchain.housing.geometry import casting_recipe, outline_at
 from nvhchain.housing.mesh import boundary_faces, mesh_casting, on_engine_plane, radiating_surface, straightened
@@ -123,7 +123,7 @@ def test_missing_system_library_is_named(monkeypatch):
         returncode, stdout = 1, ""
         stderr = "OSError: libGLU.so.1: cannot open shared object file: No such file or directory"
 
-    monkeypatch.setattr(_gmsh.subprocess, "run", lambda *args, **kwargs: Done)
+    monkeypatch.setattr(mesher.subprocess, "run", lambda *args, **kwargs: Done)
     with pytest.raises(SolverError, match=r"libGLU\.so\.1.*libglu1-mesa"):
         _gmsh.mesh({})
 

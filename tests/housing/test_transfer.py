@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from nvhchain.handoff import Surface
 from nvhchain.housing.mesh import boundary_faces, on_engine_plane
-from nvhchain.housing.transfer import _pieces, _squared_distance, normal_motion
+from nvhchain.housing.transfer import _pieces, normal_motion
 
 
 def sphere(subdivisions):
@@ -122,13 +122,6 @@ def test_pieces_of_a_facet_integrate_quadratics_exactly():
         assert np.allclose(place.mean(axis=0), 1 / 3)
     for i, j, nodal in ((0, 1, [0, 0, 0, 0.25, 0, 0]), (1, 2, [0, 0, 0, 0, 0.25, 0]), (2, 0, [0, 0, 0, 0, 0, 0.25])):
         assert np.allclose(value @ nodal, place[:, i] * place[:, j], atol=0.2 / count**2)
-
-
-def test_distance_to_a_triangle():
-    corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
-    points = np.array([[0.2, 0.2, 0.5], [-1.0, 0, 0], [1.0, 1.0, 0], [0.5, -0.3, 0.4], [2.0, -1.0, 0]])
-    exact = [0.25, 1.0, 0.5, 0.25, 2.0]
-    assert np.allclose(_squared_distance(points, np.broadcast_to(corners, (5, 3, 3))), exact)
 
 
 def test_boundary_faces_of_two_tetrahedra_are_six():

@@ -41,11 +41,19 @@ def test_errors_of_one_source_add_up_over_the_lines_those_of_the_housing_in_quad
     """Two equal lines, each 5 % off: both up make 20 % with coverage, at random √½ of it."""
     frequency, pressure, error = np.array([1000.0, 1000.1]), np.ones((2, 1)), 0.05 * np.ones((2, 1))
     middle = overall(frequency, pressure.astype(complex))[0]
-    widths = [
-        np.ptp(ErrorBand(frequency, pressure, {name: error}).overall[0]) / 2 for name in ("surface mesh", "housing")
-    ]
-    assert widths == pytest.approx([10 * np.log10(1.2), 10 * np.log10(1 + 0.2 / 2**0.5)], rel=1e-3)
-    assert ErrorBand(frequency, pressure, {"housing": error}).overall.mean() == pytest.approx(middle)
+    for name, share in (("surface mesh", 0.2), ("housing", 0.2 / 2**0.5)):
+        lower, upper = ErrorBand(frequency, pressure, {name: error}).overall[0] - middle
+        assert upper == pytest.approx(10 * np.log10(1 + share), rel=1e-3)
+        assert lower == pytest.approx(10 * np.log10(1 - share), rel=1e-3)
+
+
+@pytest.mark.parametrize("relative", [0.05, 0.2, 0.4])
+def test_overall_limits_hold_errors_that_go_the_same_way_at_all_lines(relative):
+    frequency, pressure = np.array([900.0, 1000.0, 1100.0]), np.array([[1.0], [0.3], [0.6]])
+    band = ErrorBand(frequency, pressure, {"gear": relative / 2 * pressure})
+    low, high = (overall(frequency, (1 + way * relative) * pressure.astype(complex))[0] for way in (-1, 1))
+    assert band.overall[0, 0] <= low
+    assert abs(high - band.overall[0, 1]) < 10 * np.log10(1 + relative**2)
 
 
 @pytest.fixture(scope="module")

@@ -37,7 +37,10 @@ from nvhchain.scene import preflight
 
 @dataclass(frozen=True)
 class Result:
-    """Everything a run made or was given; what the case does not need is None (or empty)."""
+    """Everything a run made or was given; what the case does not need is None (or empty).
+
+    given: names of the hand-offs that were ready-made.
+    """
 
     case: Case
     fidelity: Fidelity
@@ -52,6 +55,7 @@ class Result:
     pressure_history: PressureHistory | None = None
     radiation_resistance: RadiationResistance | None = None
     sound_power: SoundPower | None = None
+    given: tuple[str, ...] = ()
 
     @property
     def overall(self) -> FloatArray:
@@ -65,7 +69,10 @@ class Result:
 
     @cached_property
     def error_band(self) -> ErrorBand:
-        """How wrong the pressure of a steady run may be, per line and overall (`nvhchain.error_band`)."""
+        """How wrong the pressure of a steady run may be, per line and overall (`nvhchain.error_band`).
+
+        Ready-made mesh laws and housings count as exact.
+        """
         assert self.pressure is not None
         assert self.surface_velocity is not None
         return error_band(
@@ -74,9 +81,9 @@ class Result:
             self.pressure,
             self.surface_velocity,
             transfer_vectors=self.transfer_vectors,
-            housing=self.housing,
+            housing=None if "housing" in self.given else self.housing,
             force_spectrum=self.force_spectrum,
-            mesh_laws=self.mesh_laws,
+            mesh_laws=() if "mesh_laws" in self.given else self.mesh_laws,
         )
 
 
@@ -122,7 +129,8 @@ def run(
     for quantity in case.quantities:
         chain.make(quantity)
     names = [field.name for field in fields(Result)]
-    return Result(**{name: value for name, value in vars(chain).items() if name in names})
+    made = {name: value for name, value in vars(chain).items() if name in names}
+    return Result(**made, given=tuple(given))
 
 
 class _Chain:

@@ -183,6 +183,7 @@ def _foreign_forces(path: Path, case: Case) -> BearingForces:
 def _run(options: argparse.Namespace) -> int:
     from nvhchain import chain, levels, ready_made, store
     from nvhchain.case import load_case
+    from nvhchain.error_band import format_limits
 
     case = load_case(options.case)
     given = ready_made.arguments(store.load(path) for path in options.use)
@@ -202,7 +203,7 @@ def _run(options: argparse.Namespace) -> int:
     if "pressure" in case.quantities:
         band = result.error_band.overall if result.pressure is not None else None
         for index, (point, heard) in enumerate(zip(case.field_points, result.overall, strict=True)):
-            limits = f" ({band[index, 0]:.1f}…{band[index, 1]:.1f})" if band is not None else ""
+            limits = f" ({format_limits(band[index])})" if band is not None else ""
             print(f"{case.name}: {heard:.1f} dB(A){limits} at {point.name}")
     return 0
 

@@ -53,9 +53,6 @@ MASTER_MARGIN = 3.0
 RADIATION_ERROR = {"boundary_elements": 0.0, "rayleigh": 1.5, "equivalent_radiated_power": 1.0}
 """Relative error of a level of radiation, one standard deviation (docs/measured/radiation.md: 11.6 and 7.6 dB)."""
 
-_NOTHING = 1e-300
-"""Keeps the logarithm of a lower limit finite where the error takes all of the energy."""
-
 
 @dataclass(frozen=True, eq=False)
 class ErrorBand:
@@ -87,21 +84,31 @@ class ErrorBand:
 
     @property
     def overall(self) -> FloatArray:
-        """(n_point, 2) dB(A): lower and upper limit of the overall level.
+        """(n_point, 2) dB(A): lower and upper limit of the overall level; −inf where an error takes all of the sound.
 
         The errors of one source go the same way at all lines (a mesh is too stiff everywhere), those of `housing` one
         way below a resonance and the other above it: the first add up over the lines, the second in quadrature.
+        Energy changes by (p ± e)² − p², summed; for the lower limit by Cauchy and Schwarz at most to (1 − Σpe/Σp²)².
         """
         weight = 10 ** (levels.a_weighting(self.frequency) / 10)[:, None]
         energy = (weight * self.pressure**2).sum(axis=0)
+        energy = np.where(energy > 0, energy, 1.0)
         squares = np.zeros_like(energy)
         for name, source in self.sources.items():
-            parts = 2 * weight * self.pressure * source
+            parts = weight * self.pressure * source
             squares += (parts**2).sum(axis=0) if name == "housing" else parts.sum(axis=0) ** 2
-        share = COVERAGE * np.sqrt(squares) / np.where(energy > 0, energy, 1.0)
-        middle = levels.overall(self.frequency, self.pressure.astype(complex))
-        lower, upper = (10 * np.log10(np.maximum(1.0 + way * share, _NOTHING)) for way in (-1.0, 1.0))
-        return np.stack([middle + lower, middle + upper], axis=1)
+        share = COVERAGE * np.sqrt(squares) / energy
+        added = (weight * self.error**2).sum(axis=0) / energy
+        with np.errstate(divide="ignore"):
+            limits = np.log10([np.maximum(1.0 - share, 0.0) ** 2, 1.0 + 2.0 * share + added])
+        return levels.overall(self.frequency, self.pressure.astype(complex))[:, None] + 10 * limits.T
+
+
+def format_limits(limits: Sequence[float | None]) -> str:
+    """Lower and upper limit as text; −inf and None are no limit."""
+    lower, upper = limits
+    assert upper is not None
+    return f"below {upper:.1f}" if lower is None or lower == -np.inf else f"{lower:.1f}…{upper:.1f}"
 
 
 def error_band(

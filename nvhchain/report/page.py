@@ -11,6 +11,7 @@ from string import Template
 from typing import Any
 
 from nvhchain import store
+from nvhchain.error_band import format_limits
 from nvhchain.errors import InputError
 from nvhchain.report.files import write
 
@@ -83,7 +84,8 @@ def _table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
 
 def _limits(configuration: dict[str, Any]) -> str:
     """Of the error band, which run-ups do not have."""
-    return "…".join(f"{limit:.1f}" for limit in configuration.get("error_band_dBA", ()))
+    limits = configuration.get("error_band_dBA")
+    return format_limits(limits) if limits else ""
 
 
 def _sound(folder: Path, name: str) -> str:

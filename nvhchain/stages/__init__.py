@@ -8,6 +8,7 @@ from nvhchain.stages.motion import (
     run_up_forces,
     steady_forces,
     surface_velocity,
+    with_gear_inertia,
 )
 from nvhchain.stages.sound import (
     equivalent_pressure,
@@ -36,4 +37,5 @@ __all__ = [
     "steady_forces",
     "surface_velocity",
     "transfer_vectors",
+    "with_gear_inertia",
 ]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable
 from concurrent.futures import Executor
 from functools import partial
@@ -11,6 +10,7 @@ from typing import Any
 
 from nvhchain import acoustics, dynamics, gear, housing, interop, spectrum
 from nvhchain.case import GearboxCase, HousingModel, RadiatorCase
+from nvhchain.fem.solid_model import SolidModel
 from nvhchain.fidelity import Fidelity
 from nvhchain.handoff import (
     BearingForces,
@@ -52,8 +52,9 @@ def reduced_housing(case: GearboxCase, fidelity: Fidelity, shelf: Shelf) -> Redu
     compute = partial(_casting, case, fidelity, size)
     if isinstance(case.housing, HousingModel):
         path = Path(case.folder) / case.housing.file
-        inputs = (*inputs, hashlib.sha256(path.read_bytes()).hexdigest(), case.seats)
-        compute = partial(_model, case, case.housing, path, fidelity, size)
+        model = interop.read_solid_model(path, units=case.housing.units)
+        inputs = (*inputs, model, case.seats)  # what the file and those it includes say
+        compute = partial(_model, case, case.housing, model, fidelity, size)
     return shelf.stage("housing-{key}", ReducedHousing, "housing", inputs, compute, fidelity=fidelity.housing)
 
 
@@ -65,9 +66,8 @@ def _casting(case: GearboxCase, fidelity: Fidelity, size: float, progress: Any) 
 
 
 def _model(
-    case: GearboxCase, given: HousingModel, path: Path, fidelity: Fidelity, size: float, progress: Any
+    case: GearboxCase, given: HousingModel, model: SolidModel, fidelity: Fidelity, size: float, progress: Any
 ) -> ReducedHousing:
-    model = interop.read_solid_model(path, units=given.units)
     names = {seat.name: seat.nodes for seat in given.seats}
     return housing.reduce_model(
         model,
@@ -113,7 +113,7 @@ def _forces(
     fidelity: Fidelity,
     shelf: Shelf,
 ) -> BearingForces:
-    gearbox = _with_gear_inertia(case)
+    gearbox = with_gear_inertia(case)
     arguments: dict[str, Any] = {
         **operation,
         "input_torque": case.operation.input_torque,
@@ -147,7 +147,7 @@ def _contact_forces(case: GearboxCase, fidelity: Fidelity) -> list[dynamics.Cont
     ]
 
 
-def _with_gear_inertia(case: GearboxCase) -> dynamics.Gearbox:
+def with_gear_inertia(case: GearboxCase) -> dynamics.Gearbox:
     """The gearbox with the mass and inertia of its gears on the shafts."""
     gearbox = case.gearbox
     for item in case.gears:

@@ -56,7 +56,8 @@ def test_summary_holds_speed_level_and_orders_of_the_input(compared):
         assert configuration["input_speed_rpm"] == pytest.approx(2500.0)
         assert 30 < configuration["overall_dBA"] < 110
         lower, upper = configuration["error_band_dBA"]
-        assert configuration["overall_dBA"] - 20 < lower < configuration["overall_dBA"] < upper
+        assert lower is None  # meshes this coarse leave nothing certain: the housing's own error takes all of the sound
+        assert configuration["overall_dBA"] < upper < configuration["overall_dBA"] + 20
         order = {round(line["order"], 6): line for line in configuration["orders"]}
         assert {12.0, 20.0, 24.0} <= set(order)
         assert order[20.0]["frequency_hz"] == pytest.approx(20 * 2500 / 60)

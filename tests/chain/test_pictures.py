@@ -7,6 +7,7 @@ import pytest
 from matplotlib.image import imread
 
 from nvhchain.cli import main
+from nvhchain.error_band import format_limits
 
 
 @pytest.fixture
@@ -69,7 +70,7 @@ def test_page_shows_levels_figures_sound_and_how_they_were_made(compared, capsys
     page = (out / "report.html").read_text()
     for configuration in summary["configurations"].values():
         assert f"<td>{configuration['overall_dBA']:.1f}</td>" in page
-        assert "…".join(f"{limit:.1f}" for limit in configuration["error_band_dBA"]) in page
+        assert format_limits(configuration["error_band_dBA"]) in page
     assert page.count("data:image/png;base64,") == len(list(out.glob("*.png")))
     assert page.count("<audio") == 2
     assert len(re.findall(r"<td>[\w/.-]+\.h5</td>", page)) == len(list(out.rglob("*.h5")))

@@ -8,7 +8,7 @@ import pytest
 import nvhchain as nvh
 from nvhchain.acoustics import radiate, sphere, transfer_vectors
 from nvhchain.case import FieldPoint, RadiatorCase, Sphere
-from nvhchain.error_band import COVERAGE, ErrorBand, error_band
+from nvhchain.error_band import COVERAGE, ErrorBand, error_band, format_limits
 from nvhchain.errors import InputError
 from nvhchain.fidelity import DRAFT, STANDARD
 from nvhchain.handoff import ForceSpectrum, MeshLaw, ReducedHousing
@@ -38,13 +38,22 @@ def test_an_error_beyond_the_pressure_leaves_no_lower_limit():
 
 
 def test_errors_of_one_source_add_up_over_the_lines_those_of_the_housing_in_quadrature():
-    """Two equal lines, each 5 % off: both up make 20 % with coverage, at random √½ of it."""
+    """Two equal lines, each 10 % off with coverage: both up, or at random √½ of it."""
     frequency, pressure, error = np.array([1000.0, 1000.1]), np.ones((2, 1)), 0.05 * np.ones((2, 1))
     middle = overall(frequency, pressure.astype(complex))[0]
-    for name, share in (("surface mesh", 0.2), ("housing", 0.2 / 2**0.5)):
+    for name, share in (("surface mesh", 0.1), ("housing", 0.1 / 2**0.5)):
         lower, upper = ErrorBand(frequency, pressure, {name: error}).overall[0] - middle
-        assert upper == pytest.approx(10 * np.log10(1 + share), rel=1e-3)
-        assert lower == pytest.approx(10 * np.log10(1 - share), rel=1e-3)
+        assert upper == pytest.approx(10 * np.log10(1 + 2 * share + 0.01), rel=1e-3)
+        assert lower == pytest.approx(20 * np.log10(1 - share), rel=1e-3)
+
+
+def test_an_error_beyond_all_of_the_sound_leaves_no_lower_overall_limit():
+    limits = band(gear=[[0.6], [0.05]]).overall[0]
+    assert limits[0] == -np.inf
+    assert np.isfinite(limits[1])
+    assert format_limits(limits) == f"below {limits[1]:.1f}"
+    assert format_limits([None, 70.0]) == "below 70.0"
+    assert format_limits([60.0, 70.0]) == "60.0…70.0"
 
 
 @pytest.mark.parametrize("relative", [0.05, 0.2, 0.4])
@@ -52,8 +61,16 @@ def test_overall_limits_hold_errors_that_go_the_same_way_at_all_lines(relative):
     frequency, pressure = np.array([900.0, 1000.0, 1100.0]), np.array([[1.0], [0.3], [0.6]])
     band = ErrorBand(frequency, pressure, {"gear": relative / 2 * pressure})
     low, high = (overall(frequency, (1 + way * relative) * pressure.astype(complex))[0] for way in (-1, 1))
-    assert band.overall[0, 0] <= low
-    assert abs(high - band.overall[0, 1]) < 10 * np.log10(1 + relative**2)
+    assert band.overall[0] == pytest.approx([low, high], abs=1e-9)
+
+
+def test_overall_limits_hold_errors_of_one_sign_that_differ_from_line_to_line():
+    frequency, pressure = np.array([900.0, 1000.0, 1100.0]), np.array([[1.0], [0.3], [0.6]])
+    error = np.array([[0.1], [0.2], [0.3]])
+    band = ErrorBand(frequency, pressure, {"gear": error / COVERAGE})
+    low, high = (overall(frequency, (pressure + way * error).astype(complex))[0] for way in (-1, 1))
+    assert low - 1.0 < band.overall[0, 0] <= low
+    assert band.overall[0, 1] == pytest.approx(high, abs=1e-9)
 
 
 @pytest.fixture(scope="module")

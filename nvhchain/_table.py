@@ -86,7 +86,11 @@ def _split_unit(key: str, fields: Mapping[str, Any]) -> tuple[str, float]:
 
 
 def _convert_union(choices: list[Any], raw: Any, where: str, factor: float) -> Any:
-    """Of several dataclasses the one whose lower-case name `type` gives, the first without; of one choice, that."""
+    """Of several dataclasses the one whose lower-case name `type` gives, the first without; of one choice, that.
+
+    A table is read as one of the dataclasses, anything else as one of the others, where there are both.
+    """
+    choices = [c for c in choices if dataclasses.is_dataclass(c) is isinstance(raw, Mapping)] or choices
     if len(choices) == 1 or (isinstance(raw, Mapping) and "type" not in raw):
         return convert(choices[0], raw, where, factor)
     by_name = {choice.__name__.lower(): choice for choice in choices}

@@ -67,6 +67,7 @@ _META: dict[str, tuple[str, str, tuple[str, ...]]] = {
     "TransferVectors.vectors": ("Pa s/m", "acoustic transfer vectors", ("frequency", "point", "face")),
     "TransferVectors.image_vectors": ("Pa s/m", "part by way of the plane", ("frequency", "point", "face")),
     "ModalTransferVectors.frequency": ("Hz", "frequency", ("frequency",)),
+    "ReducedHousing.structural_damping": ("", "damping is a loss factor of twice the fraction of critical", ()),
     "ModalTransferVectors.points": ("m", "field points", ("point", "axis")),
     "ModalTransferVectors.modes": ("Pa s m-1 kg-1/2", "pressure per modal velocity", ("frequency", "point", "mode")),
     "ModalTransferVectors.residual": (

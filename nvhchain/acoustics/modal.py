@@ -47,7 +47,7 @@ def modal_transfer_vectors(
         lines,
         atv.points,
         product[:, :, :modes],
-        product[:, :, modes:].reshape(len(lines), len(atv.points), bearings, 3),
+        housing.residual_gain() * product[:, :, modes:].reshape(len(lines), len(atv.points), bearings, 3),
         housing.names,
         housing.content_hash,
         atv.air,

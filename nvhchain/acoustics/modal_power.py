@@ -102,7 +102,8 @@ def modal_power(
     frequency = force_spectrum.frequency[loaded]
     rate = 2j * np.pi * frequency[:, None] * force[loaded]
     seats = housing.seat_shapes.reshape(len(housing.natural_frequency), 3 * len(housing.names))
-    velocity = np.concatenate([(rate @ seats.T) * housing.receptance(frequency), rate], axis=1)
+    motion = (rate @ seats.T) * housing.receptance(frequency)
+    velocity = np.concatenate([motion, rate * housing.residual_gain()], axis=1)
     return waves_power(resistance, frequency, velocity, fidelity=fidelity)
 
 

@@ -26,6 +26,8 @@ class ReducedHousing(HandOff):
     seat_shapes: (n_mode, n_bearing, 3) kg^-½, mass-normalised.  normal_shapes: (n_mode, n_face) kg^-½, outward.
     seat_residual: (n_bearing, 3, n_bearing, 3) m/N.  face_residual: (n_bearing, 3, n_face) m/N, outward.
     names: n_bearing.  positions: (n_bearing, 3) m.  surface: the radiating surface.
+    structural_damping: whether at the lines of a spectrum the damping is a loss factor of 2ζ; absent: viscous. In time
+    it is always viscous.
     """
 
     natural_frequency: FloatArray
@@ -37,8 +39,10 @@ class ReducedHousing(HandOff):
     names: tuple[str, ...]
     positions: FloatArray
     surface: Surface
+    structural_damping: bool | None = None
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "structural_damping", True if self.structural_damping else None)
         frequency = array(self, "natural_frequency", float, (None,))
         n_mode, n_face = len(frequency), len(self.surface.triangles)
         damping = array(self, "modal_damping", float, (n_mode,))
@@ -64,15 +68,24 @@ class ReducedHousing(HandOff):
             "ReducedHousing.seat_residual must be symmetric",
         )
 
-    def receptance(self, frequency: FloatArray, *, structural: bool = False) -> ComplexArray:
+    def receptance(self, frequency: FloatArray, *, structural: bool | None = None) -> ComplexArray:
         """Modal coordinate per modal force (n_f, n_mode) s² at `frequency` (n_f,) Hz.
 
-        1/(ω_r² − ω² + 2jζω_rω), or 1/(ω_r²(1 + 2jζ) − ω²) with `structural` damping of loss factor 2ζ.
+        1/(ω_r² − ω² + 2jζω_rω), or 1/(ω_r²(1 + 2jζ) − ω²) with `structural` damping of loss factor 2ζ, by default as
+        `structural_damping` says.
         """
+        structural = bool(self.structural_damping) if structural is None else structural
         omega = 2 * np.pi * np.asarray(frequency)[:, None]
         natural = 2 * np.pi * self.natural_frequency
         loss = 2j * self.modal_damping * natural * (natural if structural else omega)
         return np.asarray(1.0 / (natural**2 - omega**2 + loss))
+
+    def residual_gain(self, *, structural: bool | None = None) -> complex:
+        """Factor of both residual flexibilities at a line: 1/(1 + jη) of the highest mode with structural damping."""
+        structural = bool(self.structural_damping) if structural is None else structural
+        if not structural or len(self.modal_damping) == 0:
+            return 1.0
+        return 1.0 / (1.0 + 2j * float(self.modal_damping[-1]))
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,6 +11,7 @@ from math import hypot, isfinite
 
 from nvhchain.conventions import ALUMINIUM, Material
 from nvhchain.errors import require
+from nvhchain.housing.damping import DampingCurve, check_modal_damping
 
 LARGEST = 5.0
 """m, above which a gearbox housing is taken for a mistake in the unit."""
@@ -72,7 +73,9 @@ class Casting:
     chamfer: of the rear edge.  boss_thickness: of the metal around a seat.  cover_thickness: of the closed end behind
     a rear seat.  flange_width, flange_thickness, bolts, bolt_radius, lug_radius: the bolted joint with the engine;
     without bolts the casting is free.  rib_height, rib_thickness: of the ribs on end walls and sides.  spokes: ribs
-    around each boss.  side_ribs: ribs along the sides.  material.  modal_damping: fraction of critical, of every mode.
+    around each boss.  side_ribs: ribs along the sides.  material.  modal_damping: fraction of critical, of every mode,
+    or a curve that is read at its natural frequency.  structural_damping: whether the damping is hysteretic at the
+    lines of a spectrum, a loss factor of twice modal_damping; in time it is viscous, the same at a mode's resonance.
     """
 
     bores: tuple[Bore, ...] = (
@@ -102,16 +105,17 @@ class Casting:
     spokes: int = 6
     side_ribs: int = 12
     material: Material = ALUMINIUM
-    modal_damping: float = 0.01
+    modal_damping: float | DampingCurve = 0.01
+    structural_damping: bool = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "bores", tuple(self.bores))
         object.__setattr__(self, "gear_spaces", tuple(self.gear_spaces))
         for field in fields(self):
-            if field.type == "float" and field.name != "modal_damping":
+            if field.type == "float":
                 smallest = 0.0 if field.name in ("draft", "chamfer", "rib_height") else 1e-3
                 _length(self, field.name, getattr(self, field.name), smallest, LARGEST)
-        require(0 < self.modal_damping < 0.5, f"Casting modal_damping = {self.modal_damping} must lie in 0 … 0.5")
+        check_modal_damping(self.modal_damping, "Casting")
         for name, least in (("bolts", 0), ("spokes", 0), ("side_ribs", 0)):
             value = getattr(self, name)
             require(

@@ -1,4 +1,4 @@
-"""Damping of the forced response that depends on frequency."""
+"""Damping of the housing's modes, and of the forced response where it depends on the frequency of the line."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from nvhchain.errors import require
 from nvhchain.handoff import FloatArray
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class DampingCurve:
     """Fraction of critical damping against frequency, linear between the given points and constant beyond them.
 
     frequency: (k,) Hz, increasing.  ratio: (k,), 0 … 1.
     """
 
-    frequency: FloatArray
-    ratio: FloatArray
+    frequency: tuple[float, ...]
+    ratio: tuple[float, ...]
 
     def __post_init__(self) -> None:
         frequency, ratio = (np.array(a, dtype=float, ndmin=1) for a in (self.frequency, self.ratio))
@@ -35,9 +35,24 @@ class DampingCurve:
             f"DampingCurve.ratio reaches from {ratio.min():g} to {ratio.max():g}: fractions of critical, 0 … 1",
         )
         for name, value in (("frequency", frequency), ("ratio", ratio)):
-            value.flags.writeable = False
-            object.__setattr__(self, name, value)
+            object.__setattr__(self, name, tuple(value.tolist()))
 
     def at(self, frequency: FloatArray) -> FloatArray:
         """Ratio at `frequency` (any shape, Hz)."""
         return np.asarray(np.interp(frequency, self.frequency, self.ratio))
+
+
+def check_modal_damping(damping: float | DampingCurve, owner: str) -> None:
+    """Every mode is damped, and less than half critically: an undamped gearbox would never settle."""
+    ratios = damping.ratio if isinstance(damping, DampingCurve) else (damping,)
+    require(
+        all(0 < ratio < 0.5 for ratio in ratios),
+        f"{owner} modal_damping = {', '.join(f'{ratio:g}' for ratio in ratios)} must lie in 0 … 0.5",
+    )
+
+
+def damping_of_modes(damping: float | DampingCurve, natural_frequency: FloatArray) -> FloatArray:
+    """Fraction of critical (m,) of the modes at `natural_frequency` (m,) Hz: a curve is read there."""
+    if isinstance(damping, DampingCurve):
+        return damping.at(natural_frequency)
+    return np.full(len(natural_frequency), float(damping))

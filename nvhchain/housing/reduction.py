@@ -19,6 +19,7 @@ from nvhchain.fem import rigid_map, stiffness_and_mass
 from nvhchain.fidelity import HousingFidelity
 from nvhchain.handoff import FloatArray, ReducedHousing, Surface
 from nvhchain.housing.casting import Casting
+from nvhchain.housing.damping import damping_of_modes
 from nvhchain.housing.mesh import HousingMesh, mesh_casting, on_engine_plane, radiating_surface
 from nvhchain.housing.seat_modes import seat_modes
 from nvhchain.housing.seat_modes import seat_unknowns as seat_unknowns
@@ -129,7 +130,7 @@ def reduce_mesh(
     tell(3)
     reduced = ReducedHousing(
         natural_frequency=modes.frequency,
-        modal_damping=np.full(len(modes.frequency), casting.modal_damping),
+        modal_damping=damping_of_modes(casting.modal_damping, modes.frequency),
         seat_shapes=modes.shapes[modes.seats].T.reshape(-1, count, 3),
         normal_shapes=(to_faces @ modes.shapes).T,
         seat_residual=modes.residual[modes.seats].reshape(count, 3, count, 3),
@@ -137,6 +138,7 @@ def reduce_mesh(
         names=tuple(bore.name for bore in casting.bores),
         positions=np.array([bore.centre for bore in casting.bores]),
         surface=surface,
+        structural_damping=casting.structural_damping,
         provenance={RESIDUAL_MASS: modes.residual_mass.tolist()},
     )
     tell(4)

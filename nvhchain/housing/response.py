@@ -20,14 +20,15 @@ def respond(
     housing: ReducedHousing,
     force_spectrum: ForceSpectrum,
     *,
-    structural: bool = False,
+    structural: bool | None = None,
     damping: DampingCurve | None = None,
 ) -> SurfaceVelocity:
     """Normal velocity v_n = jω u_n (n_f, n_face) m/s of every face at the lines that carry force.
 
     The forces act on the housing at its seats; the names must be those of the housing, in any order.
-    structural: the damping is a loss factor of twice the ratio, else viscous.  damping: its ratio as it depends on the
-    frequency of the line, for all modes alike; the housing's modal damping by default.
+    structural: the damping is a loss factor of twice the ratio, else viscous; by default what the housing says.
+    damping: its ratio as it depends on the frequency of the line, for all modes alike; the housing's modal damping by
+    default.
 
     Raises InputError for an unknown or missing bearing and for a mode without damping that is driven at its resonance
     (a free housing at 0 Hz too); ResourceError when the result does not fit into memory.
@@ -64,7 +65,7 @@ def modal_displacement(
     frequency: FloatArray,
     force: ComplexArray,
     *,
-    structural: bool = False,
+    structural: bool | None = None,
     damping: DampingCurve | None = None,
 ) -> ComplexArray:
     """Modal coordinates (n_f, n_mode) kg^½ m under seat forces (n_f, 3 n_bearing) N at `frequency` (n_f,) Hz.
@@ -80,7 +81,7 @@ def face_displacement(
     frequency: FloatArray,
     force: ComplexArray,
     *,
-    structural: bool = False,
+    structural: bool | None = None,
     damping: DampingCurve | None = None,
 ) -> ComplexArray:
     """Outward normal displacement (n_f, n_face) m: modal sum plus residual.  structural, damping: as for `respond`."""
@@ -95,7 +96,7 @@ def seat_displacement(
     frequency: FloatArray,
     force: ComplexArray,
     *,
-    structural: bool = False,
+    structural: bool | None = None,
     damping: DampingCurve | None = None,
 ) -> ComplexArray:
     """Displacement (n_f, 3 n_bearing) m of the seats: modal sum plus residual.  Keywords: as for `respond`."""
@@ -108,11 +109,12 @@ def seat_displacement(
 
 
 def _receptance(
-    housing: ReducedHousing, frequency: FloatArray, structural: bool, damping: DampingCurve | None
+    housing: ReducedHousing, frequency: FloatArray, structural: bool | None, damping: DampingCurve | None
 ) -> ComplexArray:
     """Modal coordinate per modal force (n_f, n_mode) s², as `ReducedHousing.receptance` with other damping."""
     omega = 2 * np.pi * np.asarray(frequency)[:, None]
     natural = 2 * np.pi * housing.natural_frequency
+    structural = bool(housing.structural_damping) if structural is None else structural
     zeta = housing.modal_damping if damping is None else damping.at(np.asarray(frequency))[:, None]
     stiff = natural**2 - omega**2
     loss = 2 * zeta * natural * (natural if structural else omega)
@@ -127,14 +129,13 @@ def _receptance(
 
 
 def _residual_loss(
-    housing: ReducedHousing, frequency: FloatArray, structural: bool, damping: DampingCurve | None
-) -> ComplexArray | float:
+    housing: ReducedHousing, frequency: FloatArray, structural: bool | None, damping: DampingCurve | None
+) -> ComplexArray | complex:
     """What structural damping makes of the residual's stiffness: 1 + jη, η = 2ζ of the line or of the highest mode."""
-    if not structural or (len(housing.modal_damping) == 0 and damping is None):
-        return 1.0
-    if damping is not None:
+    structural = bool(housing.structural_damping) if structural is None else structural
+    if structural and damping is not None:
         return np.asarray(1 + 2j * damping.at(np.asarray(frequency))[:, None])
-    return np.asarray([[1 + 2j * float(housing.modal_damping[-1])]])
+    return 1 / housing.residual_gain(structural=structural)
 
 
 def _times_real(left: ComplexArray, right: FloatArray) -> ComplexArray:

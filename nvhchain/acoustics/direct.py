@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from concurrent.futures import Executor
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,6 +16,7 @@ from nvhchain.acoustics.incident import IncidentField, Reflected, check_incident
 from nvhchain.acoustics.linear_system import SolverRecord
 from nvhchain.acoustics.plane import check_plane, with_images
 from nvhchain.acoustics.potentials import RULE_BARYCENTRIC, RULE_WEIGHT, layer_potentials
+from nvhchain.acoustics.shards import BandShards, kept_in
 from nvhchain.acoustics.surface import check_mesh, check_points
 from nvhchain.acoustics.transfer import made_by
 from nvhchain.conventions import Air, Progress
@@ -44,6 +46,7 @@ def solve_direct(
     plane: RigidPlane | None = None,
     executor: Executor | None = None,
     progress: Progress | None = None,
+    shards: Path | None = None,
 ) -> FieldPressure:
     """Sound pressure at field points by a boundary element solution at every frequency, without transfer vectors.
 
@@ -55,7 +58,8 @@ def solve_direct(
     check_engine(engine)
     x = check_points(surface, points)
     expected = expected_accuracy(surface, x, float(frequency[-1]), air, fidelity, engine)
-    pressure, record = _solve(surface_velocity, x, None, air, fidelity, engine, plane, executor, progress)
+    kept = kept_in(shards, "solve_direct", surface_velocity, x, air, fidelity, engine, plane)
+    pressure, record = _solve(surface_velocity, x, None, air, fidelity, engine, plane, executor, progress, kept)
     provenance = made_by("solve_direct", fidelity, engine, records=record) | expected
     return FieldPressure(frequency, x, pressure, provenance=provenance)
 
@@ -113,6 +117,7 @@ def _solve(
     plane: RigidPlane | None,
     executor: Executor | None,
     progress: Progress | None,
+    shards: BandShards | None = None,
 ) -> tuple[ComplexArray, list[SolverRecord]]:
     """Pressure at the field points (n_f, n_point), or without them the coefficients (n_f, n_v) of the linear functions
     whose sum comes nearest to the surface pressure in the mean, and how it was solved."""
@@ -138,6 +143,7 @@ def _solve(
         memory_per_task=layers + check_memory(surface, kept + layers, engine, fidelity),
         executor=executor,
         progress=progress,
+        shards=shards,
         records=records,
     )
     return pressure, records

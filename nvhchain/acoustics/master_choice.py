@@ -123,6 +123,7 @@ def choose_masters(
             new = _next(
                 found.frequency, lines, gap, error, min(BAND * max(1, len(found.frequency) // (4 * BAND)), left)
             )
+        new = _round_numbers(new)
     report(len(found.frequency), len(found.frequency))
     told = {
         "estimated_error_db": _decibel(float(error.max())),
@@ -136,6 +137,11 @@ def squared_norms(weights: ComplexArray, gram: ComplexArray) -> FloatArray:
     """Squared norms (n_f,) of weights (n_f, n_node) times values with these inner products, conjugate first."""
     norm = np.einsum("fi,ij,fj->f", weights.conj(), gram, weights, optimize=True)
     return np.asarray(np.maximum(norm.real, 0.0))
+
+
+def _round_numbers(frequency: FloatArray) -> FloatArray:
+    """Frequencies (Hz) to ten digits: a run that goes on asks for the same masters in spite of rounding."""
+    return np.array([float(f"{f:.10g}") for f in frequency])
 
 
 def _report(report: Progress, known: int, most: int, done: int, _: int) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from concurrent.futures import Executor
+from pathlib import Path
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from nvhchain.acoustics.microphones import array_points, array_power, check_arra
 from nvhchain.acoustics.multipoles import expansion_memory, multipole_amplitudes, multipole_order
 from nvhchain.acoustics.plane import check_plane
 from nvhchain.acoustics.rayleigh import rayleigh_field
+from nvhchain.acoustics.shards import kept_in
 from nvhchain.acoustics.surface import check_mesh
 from nvhchain.acoustics.transfer import made_by
 from nvhchain.conventions import Air, Progress
@@ -36,6 +38,7 @@ def sound_power(
     array_standard: str = "ISO 3744",
     executor: Executor | None = None,
     progress: Progress | None = None,
+    shards: Path | None = None,
 ) -> SoundPower:
     """Sound power that a vibrating surface radiates into a free field or above a plane.
 
@@ -74,6 +77,7 @@ def sound_power(
                 plane=plane,
                 executor=executor,
                 progress=progress,
+                shards=shards,
             )
         power = array_power(field, array_radius, air, reflecting_plane=plane is not None)
         told = {"stage": "acoustics.sound_power", "array_radius": float(array_radius), "array_standard": array_standard}
@@ -97,6 +101,7 @@ def sound_power(
         memory_per_task=memory + check_memory(surface, memory, engine, fidelity),
         executor=executor,
         progress=progress,
+        shards=kept_in(shards, "sound_power", surface_velocity, air, fidelity, engine, plane),
         records=records,
     ).real
     expected |= told_cancellation(frequency, found[:, 0], found[:, 1], fidelity)

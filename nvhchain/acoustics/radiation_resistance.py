@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from concurrent.futures import Executor
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,6 +16,7 @@ from nvhchain.acoustics.engines import check_engine, check_memory, systems
 from nvhchain.acoustics.linear_system import SolverRecord
 from nvhchain.acoustics.multipoles import expansion_memory, multipole_amplitudes, multipole_count, multipole_order
 from nvhchain.acoustics.plane import check_plane
+from nvhchain.acoustics.shards import kept_in
 from nvhchain.acoustics.surface import check_mesh
 from nvhchain.acoustics.transfer import check_frequencies, made_by
 from nvhchain.conventions import Air, Progress
@@ -58,6 +60,7 @@ def radiation_resistance(
     plane: RigidPlane | None = None,
     executor: Executor | None = None,
     progress: Progress | None = None,
+    shards: Path | None = None,
 ) -> RadiationResistance:
     """Radiation resistance of a surface in the coordinates of some shapes, at master frequencies.
 
@@ -68,7 +71,7 @@ def radiation_resistance(
     motion: the surface and the shapes, those of a housing for instance (`housing_shapes`).
     master_frequencies: (n_f,) Hz, increasing, those of transfer vectors for instance; `waves_power` and `modal_power`
     go between them.
-    The other arguments and errors are those of `transfer_vectors`.
+    The other arguments, `shards` among them, and errors are those of `transfer_vectors`.
     """
     check_engine(engine)
     require(
@@ -94,6 +97,7 @@ def radiation_resistance(
         memory_per_task=task + check_memory(surface, size + task, engine, fidelity),
         executor=executor,
         progress=progress,
+        shards=kept_in(shards, "radiation_resistance", surface, shapes, top, air, fidelity, engine, plane),
         records=records,
     )
     resistance = air.impedance * (shapes.T * surface.areas) @ shapes

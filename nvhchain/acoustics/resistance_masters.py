@@ -6,6 +6,7 @@ from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 
@@ -35,6 +36,7 @@ def adaptive_radiation_resistance(
     plane: RigidPlane | None = None,
     executor: Executor | None = None,
     progress: Progress | None = None,
+    shards: Path | None = None,
 ) -> RadiationResistance:
     """Radiation resistance at as few masters as interpolation within `fidelity.master_tolerance_db` allows.
 
@@ -48,8 +50,9 @@ def adaptive_radiation_resistance(
     """
     check_band(low, high, fidelity)
     solve = partial(
-        radiation_resistance, motion, air=air, fidelity=fidelity, engine=engine, plane=plane, executor=executor
-    )
+        radiation_resistance, motion, air=air, fidelity=fidelity, engine=engine, plane=plane, executor=executor,
+        shards=shards,
+    )  # fmt: skip
     waves = 2 * np.pi * (high - low) / air.speed_of_sound * wave_reach(motion.surface, plane)
     first = first_masters(low, high, _FIRST[0] + _FIRST[1] * waves, fidelity)
     chosen = choose_masters(_Waves(solve, fidelity), first, fidelity, progress)

@@ -18,7 +18,7 @@ from nvhchain.acoustics.linear_system import SolverRecord
 from nvhchain.acoustics.plane import check_plane, with_images
 from nvhchain.acoustics.potentials import layer_potentials
 from nvhchain.acoustics.rayleigh import check_rayleigh_memory, rayleigh_accuracy, rayleigh_vectors
-from nvhchain.acoustics.shards import VectorShards
+from nvhchain.acoustics.shards import kept_in
 from nvhchain.acoustics.surface import check_mesh, check_points
 from nvhchain.conventions import Air, Progress
 from nvhchain.errors import require
@@ -108,7 +108,7 @@ def transfer_vectors(
         expected = rayleigh_accuracy(surface, frequency, air)
     below = coarse_surfaces(surface, coarser, ends, plane, air, fidelity) if exact else ()
     records: list[SolverRecord] = []
-    settings = (fidelity, engine, plane, *(coarse.surface for coarse in below))
+    coarse = tuple(one.surface for one in below)
     size, columns = vectors_memory(len(surface.vertices), len(surface.triangles), len(ends), len(frequency))
     if exact:
         task = columns + check_memory(surface, size + columns, engine, fidelity)
@@ -122,7 +122,7 @@ def transfer_vectors(
         memory_per_task=task,
         executor=executor,
         progress=progress,
-        shards=VectorShards(shards, surface, ends, air, settings) if shards else None,
+        shards=kept_in(shards, "transfer_vectors", surface, ends, air, fidelity, engine, plane, coarse),
         records=records,
     )
     image = None

@@ -14,6 +14,7 @@ from nvhchain.handoff.transfer import (
     NoiseTransferFunctions,
     RadiationResistance,
     RigidPlane,
+    SolvedBand,
     TransferVectors,
 )
 
@@ -33,6 +34,7 @@ __all__ = [
     "RadiationResistance",
     "ReducedHousing",
     "RigidPlane",
+    "SolvedBand",
     "SoundPower",
     "Surface",
     "SurfacePressure",
@@ -57,6 +59,7 @@ HAND_OFFS: dict[str, type[HandOff]] = {
         PressureHistory,
         SurfacePressure,
         SoundPower,
+        SolvedBand,
     )
 }
 """Every hand-off by name, as `store` writes it."""

@@ -14,6 +14,7 @@ from nvhchain.handoff.base import (
     ComplexArray,
     FloatArray,
     HandOff,
+    IntArray,
     array,
     distinct_names,
     frequencies,
@@ -187,3 +188,21 @@ class RadiationResistance(HandOff):
         """The waves (n_row, n_column) of a master without the rows that are zero at its end."""
         used = np.flatnonzero(self.waves[master].any(axis=1))
         return self.waves[master, : used[-1] + 1 if len(used) else 0]
+
+
+@dataclass(frozen=True, eq=False)
+class SolvedBand(HandOff):
+    """What a stage found at a few consecutive frequencies, kept until the stage is done.
+
+    frequency: (n_f,) Hz.  values: (n_f, n) complex, those of a frequency one after the other.  shape: (n_axis,) of the
+    values of one frequency.
+    """
+
+    frequency: FloatArray
+    values: ComplexArray
+    shape: IntArray
+
+    def __post_init__(self) -> None:
+        frequency = frequencies(self)
+        shape = array(self, "shape", np.int64, (None,))
+        array(self, "values", complex, (len(frequency), int(np.prod(shape))))

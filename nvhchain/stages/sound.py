@@ -135,13 +135,13 @@ def sound_power(
     """Sound power of a surface velocity, solved at every line."""
     speed = forces.input_speed if forces is not None else 0.0
     where: dict[str, Any] = {"air": case.air, "engine": case.engine, "plane": case.reflecting_plane}
-    return shelf.stage(
+    return shelf.stage_in_parts(
         "sound_power",
         SoundPower,
         "acoustics",
         (velocity, where, speed),
-        lambda progress: acoustics.sound_power(
-            velocity, **where, fidelity=fidelity.acoustics, executor=executor, progress=progress
+        lambda progress, parts: acoustics.sound_power(
+            velocity, **where, fidelity=fidelity.acoustics, executor=executor, progress=progress, shards=parts
         ).replace(input_speed=speed),
         fidelity=fidelity.acoustics,
     )
@@ -159,18 +159,19 @@ def radiation_resistance(
     where: dict[str, Any] = {"air": case.air, "engine": case.engine, "plane": case.reflecting_plane}
     low, high = _span(case, lines)
     band = (low * (1 - _ROUNDING), high * (1 + _ROUNDING))
-    return shelf.stage(
+    return shelf.stage_in_parts(
         "radiation_resistance-{key}",
         RadiationResistance,
         "acoustics",
         (reduced, band, where),
-        lambda progress: acoustics.adaptive_radiation_resistance(
+        lambda progress, parts: acoustics.adaptive_radiation_resistance(
             acoustics.housing_shapes(reduced),
             *band,
             **where,
             fidelity=fidelity.acoustics,
             executor=executor,
             progress=progress,
+            shards=parts,
         ),
         fidelity=fidelity.acoustics,
     )

@@ -1,0 +1,158 @@
+"""Radiation resistance and sound power go on with the bands that a run had finished, as transfer vectors do."""
+
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import nvhchain as nvh
+from nvhchain.acoustics import (
+    SurfaceShapes,
+    adaptive_radiation_resistance,
+    radiation_resistance,
+    solve_direct,
+    sound_power,
+    sphere,
+)
+from nvhchain.acoustics.bands import BAND
+from nvhchain.conventions import Air
+from nvhchain.fidelity import AcousticsFidelity
+from nvhchain.handoff import SurfaceVelocity
+
+BODY, AIR = sphere(0.1, 2), Air(343.0, 1.21)
+FIDELITY = AcousticsFidelity(elements_per_wavelength=3.0, masters=32, master_tolerance_db=0.1)
+LINES = np.linspace(100.0, 2000.0, 10)
+SHAPES = SurfaceShapes(BODY, np.stack([np.ones(len(BODY.areas)), BODY.normals[:, 2]], axis=1))
+VELOCITY = SurfaceVelocity(LINES, np.outer(1 + 1j * LINES, SHAPES.shapes.sum(axis=1)), BODY)
+SAME = {"air": AIR, "fidelity": FIDELITY}
+
+pytestmark = pytest.mark.filterwarnings("ignore:the parts of the motion cancel")
+
+
+def waves(folder, **more):
+    return radiation_resistance(SHAPES, LINES, **SAME | more, shards=folder).waves
+
+
+def power(folder, **more):
+    return sound_power(VELOCITY, **SAME | more, shards=folder).power
+
+
+def pressure(folder, **more):
+    return solve_direct(VELOCITY, [[0.0, 0.2, 1.0]], **SAME | more, shards=folder).pressure
+
+
+def same(some, whole):
+    """To rounding: the sums of a matrix product depend on where its arrays happen to lie in memory."""
+    return np.abs(some - whole).max() < 1e-13 * np.abs(whole).max()
+
+
+@pytest.fixture
+def solved(monkeypatch):
+    """Wavenumbers that an engine was asked for."""
+    seen = []
+    for name in ("radiation_resistance", "power", "direct"):
+        module = sys.modules[f"nvhchain.acoustics.{name}"]  # the package has functions of these names
+
+        def systems(engine, surface, wavenumbers, *others, real=module.systems):
+            seen.extend(wavenumbers)
+            return real(engine, surface, wavenumbers, *others)
+
+        monkeypatch.setattr(module, "systems", systems)
+    return seen
+
+
+class Interrupted(Exception):
+    pass
+
+
+def interrupt(after):
+    """Progress that stops a run once so many frequencies are done."""
+
+    def progress(done, total):
+        if done >= after:
+            raise Interrupted
+
+    return progress
+
+
+@pytest.mark.parametrize("run", [waves, power, pressure])
+def test_an_interrupted_run_solves_only_what_is_missing(tmp_path, solved, run):
+    whole = run(None)
+    with pytest.raises(Interrupted):
+        run(tmp_path, progress=interrupt(BAND + 1))
+    there = list(tmp_path.glob("*.h5"))
+    assert len(there) == 2
+    solved.clear()
+    assert same(run(tmp_path), whole)
+    assert len(solved) == len(LINES) - BAND * len(there)
+    solved.clear()
+    assert same(run(tmp_path), whole)
+    assert solved == []
+
+
+@pytest.mark.parametrize("run", [waves, power, pressure])
+def test_damaged_bands_and_those_of_other_air_are_solved_again(tmp_path, solved, run):
+    whole = run(tmp_path)
+    solved.clear()
+    first = min(tmp_path.glob("*.h5"))
+    first.write_bytes(first.read_bytes()[: first.stat().st_size // 2])
+    assert same(run(tmp_path), whole)
+    assert len(solved) in (BAND, len(LINES) % BAND)
+    solved.clear()
+    assert not same(run(tmp_path, air=Air(343.0, 1.2)), whole)
+    assert len(solved) == len(LINES)
+
+
+def test_bands_of_another_motion_are_not_used(tmp_path, solved):
+    power(tmp_path)
+    waves(tmp_path)
+    solved.clear()
+    sound_power(VELOCITY.replace(normal_velocity=2 * VELOCITY.normal_velocity), **SAME, shards=tmp_path)
+    radiation_resistance(replace(SHAPES, shapes=2 * SHAPES.shapes), LINES, **SAME, shards=tmp_path)
+    assert len(solved) == 2 * len(LINES)
+
+
+def test_chosen_masters_are_asked_for_again_when_the_run_goes_on(tmp_path, solved):
+    """Beyond the first masters they come from what was solved."""
+    knobs = SAME | {"fidelity": replace(FIDELITY, master_tolerance_db=1e-3)}
+    whole = adaptive_radiation_resistance(SHAPES, 50.0, 2000.0, **knobs)
+    count = len(whole.frequency)
+    with pytest.raises(Interrupted):
+        adaptive_radiation_resistance(
+            SHAPES, 50.0, 2000.0, **knobs, shards=tmp_path, progress=interrupt(count - BAND + 1)
+        )
+    kept = len(list(tmp_path.glob("*.h5")))
+    assert kept > 2
+    solved.clear()
+    again = adaptive_radiation_resistance(SHAPES, 50.0, 2000.0, **knobs, shards=tmp_path)
+    assert len(solved) <= count - BAND * (kept - 1)
+    assert same(again.waves, whole.waves)
+    solved.clear()
+    adaptive_radiation_resistance(SHAPES, 50.0, 2000.0, **knobs, shards=tmp_path)
+    assert solved == []
+
+
+def test_the_chain_goes_on_with_the_lines_of_a_sound_power(request, tmp_path, solved):
+    case = nvh.load_case(request.config.rootpath / "cases" / "sphere" / "pulsating.toml")
+    case = replace(case, quantities=("sound_power",), frequencies=tuple(LINES))
+
+    class Watcher:
+        def begin(self, stage):
+            pass
+
+        def step(self, stage, done, total):
+            if stage == "sound_power" and done > BAND:
+                raise Interrupted
+
+        def end(self, stage, how):
+            pass
+
+    with pytest.raises(Interrupted):
+        nvh.run(case, fidelity=nvh.DRAFT, out=tmp_path, watcher=Watcher())
+    kept = list(tmp_path.glob("sound_power-*.parts/*.h5"))
+    assert len(kept) == 2
+    solved.clear()
+    nvh.run(case, fidelity=nvh.DRAFT, out=tmp_path)
+    assert len(solved) == len(LINES) - 2 * BAND
+    assert [path.suffix for path in tmp_path.glob("sound_power*")] == [".h5"]

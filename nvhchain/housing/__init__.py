@@ -9,7 +9,7 @@ from nvhchain.housing.foreign import model_extent, reduce_model
 from nvhchain.housing.foreign_seats import bearing_seats
 from nvhchain.housing.reduction import reduce_housing
 from nvhchain.housing.response import respond
-from nvhchain.housing.truncation import TruncationError, truncation_error
+from nvhchain.housing.truncation import TruncationError, truncation_error, truncation_errors
 
 __all__ = [
     "Bore",
@@ -29,3 +29,4 @@ __all__ = [
     "respond",
     "truncation_error",
 ]
+    "truncation_errors",

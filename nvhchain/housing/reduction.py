@@ -28,6 +28,7 @@ from nvhchain.housing.truncation import (
     RESIDUAL_MASS,
     fewest_modes,
     truncation_error,
+    truncation_report,
     without_modes,
 )
 
@@ -70,8 +71,7 @@ def reduce_housing(
     tell(2, _STEPS)
     reduce_to = partial(reduce_mesh, mesh, casting, surface, motion, tell=lambda n: tell(n + 2, _STEPS))
     reduced = _accurate(reduce_to, f_max, fidelity)
-    estimate = {"truncation_error_db": truncation_error(reduced, f_max).level}
-    return reduced.replace(provenance={**reduced.provenance, **estimate})
+    return reduced.replace(provenance={**reduced.provenance, **truncation_report(reduced, f_max)})
 
 
 def _accurate(reduce_to: Callable[[float], ReducedHousing], f_max: float, fidelity: HousingFidelity) -> ReducedHousing:

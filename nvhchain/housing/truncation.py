@@ -23,6 +23,9 @@ RESIDUAL_MASS = "residual_mass"
 _LINES = 400
 """Frequencies, evenly spaced over the band, of the RMS error."""
 
+_REPORTED = 4
+"""Lines of the upper three octaves at which the provenance states the error."""
+
 _UNSEEN = 2.0
 """What the faces miss in terms of what the Ritz vectors of the seats say they miss: 1.7 to 3.0 where it was measured,
 for modes to 1 … 1.6 times the band (benchmarks/housing.py)."""
@@ -65,6 +68,26 @@ def truncation_error(housing: ReducedHousing, f_max: float, *, modes: int | None
     """
     require(np.isfinite(f_max) and f_max > 0, f"f_max = {f_max} Hz must be positive")
     return _error(_with_ritz_vectors(housing), len(housing.natural_frequency) if modes is None else modes, f_max)
+
+
+def truncation_errors(housing: ReducedHousing, frequency: FloatArray) -> FloatArray:
+    """Estimated error (n_f,) of the faces' motion at every line (Hz), over all unit forces, relative to the motion there.
+
+    Raises InputError as `truncation_error` does.
+    """
+    modes = _with_ritz_vectors(housing)
+    _, (missed, whole) = _energies(modes, modes.count, np.asarray(frequency, dtype=float))
+    return np.asarray(np.sqrt(missed / np.where(whole > 0, whole, 1.0)))
+
+
+def truncation_report(housing: ReducedHousing, f_max: float) -> dict[str, Any]:
+    """The estimate for the provenance of a reduced housing: dB over the band to f_max (Hz), and at some lines of it."""
+    lines = np.geomspace(f_max / 8, f_max, _REPORTED)
+    at = 20 * np.log10(1 + truncation_errors(housing, lines))
+    return {
+        "truncation_error_db": truncation_error(housing, f_max).level,
+        "truncation_error_at_db": {f"{f:.4g} Hz": float(level) for f, level in zip(lines, at, strict=True)},
+    }
 
 
 def fewest_modes(housing: ReducedHousing, f_max: float, tolerance_db: float) -> int | None:
@@ -131,21 +154,27 @@ def _with_ritz_vectors(housing: ReducedHousing) -> _Modes:
 
 def _error(modes: _Modes, keep: int, f_max: float) -> TruncationError:
     """Error when the modes from `keep` on and the Ritz vectors stand still."""
-    frequency = (np.arange(_LINES) + 0.5) / _LINES * f_max
+    energies = _energies(modes, keep, (np.arange(_LINES) + 0.5) / _LINES * f_max)
+    sums = [(missed.sum(), whole.sum()) for missed, whole in energies]
+    return TruncationError(*(float(np.sqrt(missed / whole)) if whole > 0 else 0.0 for missed, whole in sums))
+
+
+def _energies(modes: _Modes, keep: int, frequency: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
+    """Squares (n_f,), over all unit forces, of what is missed and of all motion: of the seats, then of the faces."""
     omega = 2 * np.pi * frequency[:, None]
     gain = 1 / (modes.omega2 - omega**2 + 2j * modes.zeta * np.sqrt(modes.omega2) * omega)
     missed = gain[:, keep:] - 1 / modes.omega2[keep:]
 
     beyond = np.where(np.arange(keep, len(modes.omega2)) < modes.count, 1.0, _UNSEEN)
 
-    def relative(gram: FloatArray, missed: Any) -> float:
+    def squares(gram: FloatArray, missed: Any) -> tuple[FloatArray, FloatArray]:
         # Frobenius norm of Σ_r b_r g_r a_rᵀ over all unit forces: Σ_rs g_r g_s* (a_r·a_s)(b_r·b_s)
         product = gram * modes.seat_gram
-        whole = np.einsum("fr,rs,fs->", gain, product, gain.conj(), optimize=True).real
-        part = np.einsum("fr,rs,fs->", missed, product[keep:, keep:], missed.conj(), optimize=True).real
-        return float(np.sqrt(max(part, 0.0) / whole)) if whole > 0 else 0.0
+        whole = np.einsum("fr,fr->f", gain @ product, gain.conj()).real
+        part = np.einsum("fr,fr->f", missed @ product[keep:, keep:], missed.conj()).real
+        return part.clip(0), whole
 
-    return TruncationError(relative(modes.seat_gram, missed), relative(modes.face_gram, missed * beyond))
+    return [squares(modes.seat_gram, missed), squares(modes.face_gram, missed * beyond)]
 
 
 def _residual_mass(housing: ReducedHousing) -> FloatArray:

@@ -11,7 +11,13 @@ from nvhchain.housing import reduce_housing
 from nvhchain.housing.reduction import held_matrices
 from nvhchain.housing.response import face_displacement, seat_displacement
 from nvhchain.housing.seat_modes import seat_unknowns
-from nvhchain.housing.truncation import RESIDUAL_MASS, fewest_modes, truncation_error, without_modes
+from nvhchain.housing.truncation import (
+    RESIDUAL_MASS,
+    fewest_modes,
+    truncation_error,
+    truncation_errors,
+    without_modes,
+)
 
 F_MAX = 4000.0
 """Hz, the band for which conftest.py reduces the test housing."""
@@ -48,6 +54,21 @@ def test_estimate_of_a_part_of_the_modes_is_within_a_quarter(reduced, rich, keep
     assert relative(seats, true_seats) == pytest.approx(estimate.seats, rel=0.25)
     # when those left out are known by two moments only, it is still of the right order
     assert 0.25 < truncation_error(few, F_MAX).faces / relative(faces, true_faces, few.surface.areas) < 2
+
+
+def test_estimate_at_every_line_follows_the_true_error(reduced, rich):
+    faces, true = both(reduced)[1], both(rich)[1]
+    by_line = [of.reshape(len(LINES), -1, of.shape[1]) for of in (faces, true)]
+    weight = reduced.surface.areas
+    truth = np.array([relative(got, exact, weight) for got, exact in zip(*by_line, strict=True)])
+    estimate = truncation_errors(reduced, LINES)
+    ratio = estimate / truth
+    assert ((ratio > 0.4) & (ratio < 2.5)).all()
+    assert estimate[-1] > 10 * estimate[len(LINES) // 8]
+    # over the band the lines add up as energies do
+    level = np.array([np.sqrt((np.abs(exact) ** 2 * weight).sum()) for exact in by_line[1]])
+    total = np.sqrt(((estimate * level) ** 2).sum() / (level**2).sum())
+    assert total == pytest.approx(truncation_error(reduced, F_MAX).faces, rel=0.1)  # 50 lines of 400
 
 
 def test_static_flexibility_does_not_change_when_modes_are_left_out(reduced):
@@ -88,6 +109,9 @@ def test_tolerance_in_decibel_decides_how_many_modes_a_reduction_takes(casting, 
         asked = replace(fidelity, mode_ratio=1.0, truncation_tolerance_db=tolerance)
         reduced = reduce_housing(casting, f_max=f_max, surface_size=0.03, fidelity=asked)
         assert reduced.provenance["truncation_error_db"] <= tolerance
+        at = reduced.provenance["truncation_error_at_db"]
+        assert list(at) == ["212.5 Hz", "425 Hz", "850 Hz", "1700 Hz"]
+        assert at["1700 Hz"] == pytest.approx(20 * np.log10(1 + truncation_errors(reduced, [f_max])[0]))
         found[tolerance] = len(reduced.natural_frequency)
     assert found[0.3] < found[0.03]
 

@@ -127,7 +127,15 @@ def _parser() -> argparse.ArgumentParser:
     plot = commands.add_parser("plot", help="draw hand-offs of one kind into one figure")
     plot.add_argument("files", metavar="FILE", nargs="+", type=Path, help="hand-offs (HDF5)")
     plot.add_argument("--orders", action="store_true", help="records against order of the input, not frequency")
-    plot.add_argument("--out", metavar="PNG", type=Path, help="figure (default: beside the first file)")
+    plot.add_argument(
+        "--at", metavar="HZ", type=float, nargs="+", default=[], help="modes of a housing, line of a surface velocity"
+    )
+    plot.add_argument(
+        "--out",
+        metavar="FILE",
+        type=Path,
+        help="figure (PNG, default: beside the first file), or motion of a housing: .gif, .vtu, .vtkhdf, .csv (MAC)",
+    )
     plot.set_defaults(action=_plot)
 
     report = commands.add_parser("report", help="make a page (HTML) of what `compare` left in a folder")
@@ -137,6 +145,15 @@ def _parser() -> argparse.ArgumentParser:
     tradeoff = commands.add_parser("tradeoff", help="measure what each knob of the fidelity costs and saves")
     tradeoff.add_argument("case", metavar="CASE")
     tradeoff.add_argument(
+    parts = commands.add_parser(
+        "contributions", parents=[common], help="what modes and panels of the housing add to the sound"
+    )
+    parts.add_argument("case", metavar="CASE")
+    parts.add_argument("--use", metavar="FILE", action="append", default=[], help="ready-made hand-off, as for `run`")
+    parts.add_argument("--at", metavar="HZ", type=float, help="line of the bars (default: the loudest)")
+    parts.add_argument("--out", metavar="DIR", help="folder of the run and its tables (default: out/<case name>)")
+    parts.set_defaults(action=_contributions)
+
         "--fidelity", choices=list(PRESETS), default="reference", help="the yardstick, from which knobs are turned"
     )
     tradeoff.add_argument(
@@ -226,7 +243,7 @@ def _plot(options: argparse.Namespace) -> int:
     from nvhchain.report import draw
 
     picture = options.out or options.files[0].with_suffix(".png")
-    draw(options.files, picture, orders=options.orders)
+    draw(options.files, picture, orders=options.orders, at=options.at)
     print(picture)
     return 0
 
@@ -254,6 +271,21 @@ def _tradeoff(options: argparse.Namespace) -> int:
 
 def _variants(done: int, total: int) -> None:
     print(f"variant {done} of {total}", file=sys.stderr, flush=True)
+
+def _contributions(options: argparse.Namespace) -> int:
+    from nvhchain import ready_made, store
+    from nvhchain.case import load_case
+    from nvhchain.report import contributions
+
+    case = load_case(options.case)
+    given = ready_made.arguments(store.load(path) for path in options.use)
+    out = Path(options.out or Path("out") / case.name)
+    fidelity = PRESETS[options.fidelity]
+    found = contributions(case, fidelity=fidelity, out=out, at=options.at, given=given, watcher=Console())
+    for kind in found:
+        print(out / f"contributions-{kind}.csv")
+    return 0
+
 
 
 def _plan(options: argparse.Namespace) -> int:

@@ -13,6 +13,9 @@ from nvhchain.handoff import FloatArray, IntArray, Surface
 from nvhchain.housing.casting import Casting
 from nvhchain.housing.mesh import on_engine_plane
 
+_SAME_PLACE = 1e-9
+"""Of the surface's extent, within which two distances to groups of nodes are one."""
+
 
 @dataclass(frozen=True, eq=False)
 class Panels:
@@ -51,8 +54,9 @@ def casting_panels(casting: Casting, surface: Surface) -> Panels:
 
 
 def group_panels(surface: Surface, groups: Mapping[str, FloatArray]) -> Panels:
-    """Each face goes with the nearest point (m) of `groups`, name → (n, 3)."""
+    """Each face goes with the nearest point (m) of `groups`, name → (n, 3), and the smallest group that has it."""
     require(len(groups) > 0, "no groups are given: at least one is needed")
-    owner = np.repeat(np.arange(len(groups)), [len(points) for points in groups.values()])
-    nearest = cKDTree(np.vstack(list(groups.values()))).query(surface.centroids)[1]
-    return Panels(tuple(groups), owner[nearest])
+    distance = np.array([cKDTree(points).query(surface.centroids)[0] for points in groups.values()])
+    near = distance <= distance.min(axis=0) + _SAME_PLACE * np.ptp(surface.vertices, axis=0).max()
+    size = np.array([len(points) for points in groups.values()])
+    return Panels(tuple(groups), np.where(near, size[:, None], size.max() + 1).argmin(axis=0))

@@ -71,7 +71,7 @@ def truncation_error(housing: ReducedHousing, f_max: float, *, modes: int | None
 
 
 def truncation_errors(housing: ReducedHousing, frequency: FloatArray) -> FloatArray:
-    """Estimated error (n_f,) of the faces' motion at every line (Hz), over all unit forces, relative to the motion there.
+    """Estimated error (n_f,) of the faces' motion at every line (Hz), over all unit forces, relative to that motion.
 
     Raises InputError as `truncation_error` does.
     """

@@ -1,7 +1,8 @@
 """What is made for people: figures, tables, sound files, summary.json and a page that shows them."""
 
 from nvhchain.report.comparison import compare
+from nvhchain.report.contributions import contributions
 from nvhchain.report.drawing import draw
 from nvhchain.report.page import write_page
 
-__all__ = ["compare", "draw", "write_page"]
+__all__ = ["compare", "contributions", "draw", "write_page"]

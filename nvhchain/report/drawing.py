@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,17 +14,19 @@ from nvhchain.errors import InputError, require
 from nvhchain.gear import quasi_static_transmission_error
 from nvhchain.handoff import (
     BearingForces,
+    Directivity,
     FieldPressure,
     ForceSpectrum,
     HandOff,
     MeshLaw,
     PressureHistory,
+    RadiationEfficiency,
     ReducedHousing,
     SoundPower,
     SurfaceVelocity,
 )
-from nvhchain.interop import write_modes_vtkhdf, write_velocity_vtkhdf
 from nvhchain.report.files import save
+from nvhchain.report.housing_pictures import SUFFIXES, draw_housings, draw_velocities, write_motion
 from nvhchain.report.run_up import over_frequency, over_order
 from nvhchain.spectrum import BAND_MARGIN
 
@@ -32,29 +34,31 @@ HIGHEST_ORDER = 100.0
 """Of the input, in maps against order."""
 
 
-def draw(files: list[Path], picture: Path, *, orders: bool = False) -> None:
+def draw(files: list[Path], picture: Path, *, orders: bool = False, at: Sequence[float] = ()) -> None:
     """The figure of the hand-offs in `files` (HDF5, all of one kind) as PNG in `picture`.
 
-    A `picture` that ends in .gif is one period of the strongest line of a surface velocity, one in .vtkhdf all lines or
-    modes for ParaView.
-    orders: maps of records against order of the input instead of frequency.
+    A `picture` that ends in .gif, .vtu, .vtkhdf or .csv is the motion of a housing or its surface (`write_motion`).
+    orders: maps of records against order of the input instead of frequency.  at: Hz, the modes or the line shown.
     Raises InputError for kinds that differ or cannot be drawn.
     """
     hand_offs: dict[str, HandOff] = dict(zip(_names(files), (store.load(path) for path in files), strict=True))
     kinds = {type(hand_off) for hand_off in hand_offs.values()}
     require(len(kinds) == 1, f"{', '.join(sorted(k.__name__ for k in kinds))} do not go into one figure: draw one kind")
     (kind,) = kinds
-    if picture.suffix in (".gif", ".vtkhdf"):
-        _moving(hand_offs, picture)
+    require(not at or kind in (ReducedHousing, SurfaceVelocity), f"{kind.__name__} is drawn whole: leave `at` out")
+    if picture.suffix in SUFFIXES:
+        write_motion(hand_offs, picture, at)
         return
     known: dict[type[HandOff], Callable[[Mapping[str, Any], bool], list[Axes]]] = {
         MeshLaw: _mesh_laws,
         BearingForces: _bearing_forces,
         ForceSpectrum: lambda of, _: plots.bearing_force_spectra(of),
-        ReducedHousing: _modes,
-        SurfaceVelocity: _surface_velocity,
+        ReducedHousing: lambda of, _: draw_housings(of, at),
+        SurfaceVelocity: lambda of, _: draw_velocities(of, at),
         FieldPressure: lambda of, _: plots.pressure_spectrum(of),
         SoundPower: lambda of, _: plots.power_spectrum(of),
+        RadiationEfficiency: lambda of, _: [plots.efficiency_spectrum(of)],
+        Directivity: lambda of, _: [plots.directivity_spectrum(of)],
         PressureHistory: lambda of, orders: _maps({name: p.pressure for name, p in of.items()}, of, "Pa", orders),
     }
     if kind not in known:
@@ -97,31 +101,6 @@ def _last_line(of: ForceSpectrum) -> int:
     """Number of lines up to the last within 80 dB of the strongest that is not static."""
     size = np.abs(of.force[1:]).max(axis=(1, 2))
     return 2 + int(np.flatnonzero(size >= 1e-4 * size.max())[-1])
-
-
-def _moving(hand_offs: Mapping[str, HandOff], picture: Path) -> None:
-    require(len(hand_offs) == 1, f"{len(hand_offs)} hand-offs: {picture.name} shows one")
-    (hand_off,) = hand_offs.values()
-    if isinstance(hand_off, SurfaceVelocity) and picture.suffix == ".gif":
-        line = plots.strongest_line(hand_off)
-        plots.animate(hand_off.surface, hand_off.normal_velocity[line], picture)
-    elif isinstance(hand_off, SurfaceVelocity):
-        write_velocity_vtkhdf(hand_off, picture)
-    elif isinstance(hand_off, ReducedHousing) and picture.suffix == ".vtkhdf":
-        write_modes_vtkhdf(hand_off, picture)
-    else:
-        raise InputError(f"{type(hand_off).__name__} does not go into {picture.name}: choose a PNG")
-
-
-def _modes(housings: Mapping[str, ReducedHousing], orders: bool) -> list[Axes]:
-    require(len(housings) == 1, f"{len(housings)} housings: a figure shows one")
-    return plots.mode_shapes(next(iter(housings.values())))
-
-
-def _surface_velocity(velocities: Mapping[str, SurfaceVelocity], orders: bool) -> list[Axes]:
-    require(len(velocities) == 1, f"{len(velocities)} surface velocities: a figure shows one")
-    ((name, velocity),) = velocities.items()
-    return [plots.surface_velocity(velocity, name=name)]
 
 
 def _maps(signals: Mapping[str, Any], records: Mapping[str, Any], unit: str, orders: bool) -> list[Axes]:

@@ -1,0 +1,126 @@
+"""Pictures and exchange files of a housing's modes and operating shapes: still, moving, for ParaView."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from nvhchain import plots
+from nvhchain.errors import InputError, require
+from nvhchain.handoff import FloatArray, HandOff, ReducedHousing, SurfaceVelocity
+from nvhchain.housing.modal_assurance import modal_assurance
+from nvhchain.interop import write_modes_vtkhdf, write_velocity_vtkhdf, write_vtu
+from nvhchain.interop.surface_motion import vertex_motion
+from nvhchain.report.files import write
+
+SUFFIXES = (".csv", ".gif", ".vtkhdf", ".vtu")
+"""Of files that are not still pictures."""
+
+
+def draw_housings(housings: Mapping[str, ReducedHousing], at: Sequence[float]) -> list[Axes]:
+    """Modes of one housing, the first six or those nearest to `at` (Hz); of two the modal assurance between them."""
+    if len(housings) == 1:
+        (housing,) = housings.values()
+        chosen = [_nearest(housing.natural_frequency, f) for f in at]
+        return plots.mode_shapes(housing, modes=list(dict.fromkeys(chosen)) or None)
+    one, other = _pair(housings)
+    rows, columns = (housings[name].natural_frequency for name in (one, other))
+    table = modal_assurance(housings[one], housings[other])
+    return [plots.modal_assurance_table(table, rows, columns, row_name=one, column_name=other)]
+
+
+def draw_velocities(velocities: Mapping[str, SurfaceVelocity], at: Sequence[float]) -> list[Axes]:
+    """Levels on the faces at the strongest line, or the operating shape, bent, at the line nearest to `at` (Hz)."""
+    require(len(velocities) == 1, f"{len(velocities)} surface velocities: a figure shows one")
+    ((name, velocity),) = velocities.items()
+    if not at:
+        return [plots.surface_velocity(velocity, name=name)]
+    return [plots.operating_shape(velocity, line=_nearest(velocity.frequency, _one(at)), name=name)]
+
+
+def write_motion(hand_offs: Mapping[str, HandOff], path: Path, at: Sequence[float]) -> None:
+    """A file of one of the `SUFFIXES`.
+
+    .gif: one period of the mode or line nearest to `at` (Hz), by default of the first elastic mode or the strongest
+    line.  .vtu: the same, at rest.  .vtkhdf: all modes or lines.  .csv: modal assurance of two housings.
+    Raises InputError where the hand-offs do not go into such a file.
+    """
+    if path.suffix == ".csv":
+        write(path, _assurance_csv(hand_offs))
+        return
+    require(len(hand_offs) == 1, f"{len(hand_offs)} hand-offs: {path.name} shows one")
+    (hand_off,) = hand_offs.values()
+    if not isinstance(hand_off, ReducedHousing | SurfaceVelocity):
+        raise InputError(f"{type(hand_off).__name__} does not go into {path.name}: choose a PNG")
+    if path.suffix == ".vtkhdf":
+        require(not at, f"{path.name} holds all modes or lines: leave the frequency out, or choose .vtu")
+        if isinstance(hand_off, ReducedHousing):
+            write_modes_vtkhdf(hand_off, path)
+        else:
+            write_velocity_vtkhdf(hand_off, path)
+        return
+    state = _state(hand_off, at)
+    if path.suffix == ".gif":
+        plots.animate(hand_off.surface, state, path)
+        return
+    name = "normal_shape" if isinstance(hand_off, ReducedHousing) else "normal_velocity"
+    parts = (
+        {"": state.real} if isinstance(hand_off, ReducedHousing) else {"_real": state.real, "_imaginary": state.imag}
+    )
+    cells = {name + part: values for part, values in parts.items()}
+    points = {f"motion{part}": vertex_motion(hand_off.surface, values) for part, values in parts.items()}
+    write_vtu(hand_off.surface, path, cells=cells, points=points)
+
+
+def _state(hand_off: ReducedHousing | SurfaceVelocity, at: Sequence[float]) -> Any:
+    """Normal motion (n_face,) of one mode or line."""
+    if isinstance(hand_off, ReducedHousing):
+        natural = hand_off.natural_frequency
+        require(len(natural) > 0, "the housing has no modes in its band: there is nothing to move")
+        first = min(int((natural == 0).sum()), len(natural) - 1)
+        return hand_off.normal_shapes[_nearest(natural, _one(at)) if at else first]
+    line = _nearest(hand_off.frequency, _one(at)) if at else plots.strongest_line(hand_off)
+    return hand_off.normal_velocity[line]
+
+
+def _assurance_csv(hand_offs: Mapping[str, HandOff]) -> str:
+    """MAC with the natural frequencies (Hz) of one housing in the first column, of the other in the first row."""
+    housings = {name: item for name, item in hand_offs.items() if isinstance(item, ReducedHousing)}
+    require(len(housings) == len(hand_offs), "a table is made of reduced housings: choose a PNG")
+    one, other = _pair(housings)
+    table = modal_assurance(housings[one], housings[other])
+    head = [f"MAC of {one} (rows) and {other}, Hz", *(f"{f:.6g}" for f in housings[other].natural_frequency)]
+    rows = [
+        [f"{f:.6g}", *(f"{value:.4f}" for value in row)]
+        for f, row in zip(housings[one].natural_frequency, table, strict=True)
+    ]
+    return plots.Table(tuple(head), tuple(map(tuple, rows))).csv()
+
+
+def _pair(housings: Mapping[str, ReducedHousing]) -> tuple[str, str]:
+    require(
+        len(housings) == 2,
+        f"{len(housings)} housings: give one for its modes, two for their modal assurance",
+    )
+    one, other = housings
+    for name in (one, other):
+        require(len(housings[name].natural_frequency) > 0, f"{name} has no modes: nothing can be compared")
+    return one, other
+
+
+def _one(at: Sequence[float]) -> float:
+    require(len(at) == 1, f"{len(at)} frequencies are given: one is shown here")
+    return at[0]
+
+
+def _nearest(axis: FloatArray, wanted: float) -> int:
+    require(len(axis) > 0, "there is neither mode nor line to choose from")
+    require(
+        bool(np.isfinite(wanted)) and 0 <= wanted <= 2 * axis[-1],
+        f"at = {wanted:g} Hz: modes or lines lie between {axis[0]:g} and {axis[-1]:g} Hz",
+    )
+    return int(np.abs(axis - wanted).argmin())

@@ -138,13 +138,6 @@ def _parser() -> argparse.ArgumentParser:
     )
     plot.set_defaults(action=_plot)
 
-    report = commands.add_parser("report", help="make a page (HTML) of what `compare` left in a folder")
-    report.add_argument("folder", metavar="DIR")
-    report.set_defaults(action=_report)
-
-    tradeoff = commands.add_parser("tradeoff", help="measure what each knob of the fidelity costs and saves")
-    tradeoff.add_argument("case", metavar="CASE")
-    tradeoff.add_argument(
     parts = commands.add_parser(
         "contributions", parents=[common], help="what modes and panels of the housing add to the sound"
     )
@@ -154,6 +147,13 @@ def _parser() -> argparse.ArgumentParser:
     parts.add_argument("--out", metavar="DIR", help="folder of the run and its tables (default: out/<case name>)")
     parts.set_defaults(action=_contributions)
 
+    report = commands.add_parser("report", help="make a page (HTML) of what `compare` left in a folder")
+    report.add_argument("folder", metavar="DIR")
+    report.set_defaults(action=_report)
+
+    tradeoff = commands.add_parser("tradeoff", help="measure what each knob of the fidelity costs and saves")
+    tradeoff.add_argument("case", metavar="CASE")
+    tradeoff.add_argument(
         "--fidelity", choices=list(PRESETS), default="reference", help="the yardstick, from which knobs are turned"
     )
     tradeoff.add_argument(
@@ -248,6 +248,21 @@ def _plot(options: argparse.Namespace) -> int:
     return 0
 
 
+def _contributions(options: argparse.Namespace) -> int:
+    from nvhchain import ready_made, store
+    from nvhchain.case import load_case
+    from nvhchain.report import contributions
+
+    case = load_case(options.case)
+    given = ready_made.arguments(store.load(path) for path in options.use)
+    out = Path(options.out or Path("out") / case.name)
+    fidelity = PRESETS[options.fidelity]
+    found = contributions(case, fidelity=fidelity, out=out, at=options.at, given=given, watcher=Console())
+    for kind in found:
+        print(out / f"contributions-{kind}.csv")
+    return 0
+
+
 def _report(options: argparse.Namespace) -> int:
     from nvhchain.report import write_page
 
@@ -271,21 +286,6 @@ def _tradeoff(options: argparse.Namespace) -> int:
 
 def _variants(done: int, total: int) -> None:
     print(f"variant {done} of {total}", file=sys.stderr, flush=True)
-
-def _contributions(options: argparse.Namespace) -> int:
-    from nvhchain import ready_made, store
-    from nvhchain.case import load_case
-    from nvhchain.report import contributions
-
-    case = load_case(options.case)
-    given = ready_made.arguments(store.load(path) for path in options.use)
-    out = Path(options.out or Path("out") / case.name)
-    fidelity = PRESETS[options.fidelity]
-    found = contributions(case, fidelity=fidelity, out=out, at=options.at, given=given, watcher=Console())
-    for kind in found:
-        print(out / f"contributions-{kind}.csv")
-    return 0
-
 
 
 def _plan(options: argparse.Namespace) -> int:

@@ -28,5 +28,5 @@ __all__ = [
     "reduce_model",
     "respond",
     "truncation_error",
-]
     "truncation_errors",
+]

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 from nvhchain import __version__
 from nvhchain.errors import InputError, SolverError
-from nvhchain.fidelity import PRESETS
+from nvhchain.fidelity import PRESETS, Fidelity
 
 if TYPE_CHECKING:
     from nvhchain.case import Case
@@ -93,7 +93,14 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
     common = _Parser(add_help=False)
-    common.add_argument("--fidelity", choices=list(PRESETS), default="standard", help="accuracy preset")
+    accuracy = common.add_mutually_exclusive_group()
+    accuracy.add_argument("--fidelity", choices=list(PRESETS), default="standard", help="accuracy preset")
+    accuracy.add_argument(
+        "--tolerance-db",
+        metavar="X",
+        type=float,
+        help="the cheapest knobs that keep to X dB against `reference`, by measured tables",
+    )
 
     spread = _Parser(add_help=False)
     where = spread.add_mutually_exclusive_group()
@@ -178,6 +185,17 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
+def _fidelity(options: argparse.Namespace, cases: Sequence[Case]) -> Fidelity:
+    """The preset, or what the planner chooses, which is said on stderr."""
+    if options.tolerance_db is None:
+        return PRESETS[options.fidelity]
+    from nvhchain.tradeoff import cheapest
+
+    choice = cheapest(cases, options.tolerance_db)
+    print(choice, file=sys.stderr, flush=True)
+    return choice.fidelity
+
+
 def _executor(options: argparse.Namespace) -> AbstractContextManager[Executor | None]:
     """Where the work goes: nowhere but here, unless workers or a scheduler are named."""
     if options.workers is None and options.scheduler is None:
@@ -209,7 +227,7 @@ def _run(options: argparse.Namespace) -> int:
     out = Path(options.out or Path("out") / case.name)
     with _executor(options) as executor:
         result = chain.run(
-            case, fidelity=PRESETS[options.fidelity], out=out, executor=executor, watcher=Console(), **given
+            case, fidelity=_fidelity(options, [case]), out=out, executor=executor, watcher=Console(), **given
         )
     silent = [quantity for quantity in case.quantities if quantity not in ("pressure", "sound_power")]
     if silent:
@@ -232,7 +250,7 @@ def _compare(options: argparse.Namespace) -> int:
     cases = [load_case(path) for path in options.cases]
     with _executor(options) as executor:
         summary = compare(
-            cases, fidelity=PRESETS[options.fidelity], out=Path(options.out), executor=executor, watcher=Console()
+            cases, fidelity=_fidelity(options, cases), out=Path(options.out), executor=executor, watcher=Console()
         )
     for name, configuration in summary["configurations"].items():
         print(f"{name}: {configuration['overall_dBA']:.1f} dB(A)")
@@ -292,7 +310,8 @@ def _plan(options: argparse.Namespace) -> int:
     from nvhchain.case import load_case
     from nvhchain.scene import plan
 
-    print(plan(load_case(options.case), fidelity=PRESETS[options.fidelity]))
+    case = load_case(options.case)
+    print(plan(case, fidelity=_fidelity(options, [case])))
     return 0
 
 

@@ -171,6 +171,7 @@ class HousingFidelity:
     the skin is collected.  voxels_per_face: of the grid in which the envelope of a foreign mesh is found, per edge of a
     radiating face.  mapping_tolerance_db: dB by which the radiating faces may miss the sound power of the skin they
     stand for before it is warned of.
+    residual_flexibility: whether the modes left out move statically, or not at all.
     """
 
     element_size: float
@@ -181,6 +182,7 @@ class HousingFidelity:
     voxels_per_face: float = 5.0
     mapping_tolerance_db: float = 1.0
     truncation_tolerance_db: float = 0.0
+    residual_flexibility: bool = True
 
     def __post_init__(self) -> None:
         for name, low, high in (

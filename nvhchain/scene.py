@@ -13,6 +13,7 @@ from nvhchain import acoustics, housing, interop
 from nvhchain.case import Case, GearboxCase, HousingModel, RadiatorCase
 from nvhchain.errors import InputError, ResourceError
 from nvhchain.fidelity import STANDARD, Fidelity
+from nvhchain.housing.reduction import check_bending_resolution
 from nvhchain.radiator import radiator_faces
 
 # Estimates below: seconds and bytes per unit of work, fitted to runs of cases/gearbox on an idle two-core machine.
@@ -104,25 +105,14 @@ def plan(case: Case, *, fidelity: Fidelity = STANDARD) -> Plan:
 
 
 def preflight(case: Case, fidelity: Fidelity, given: Collection[str] = ()) -> None:
-    """Refuse before any work starts what the stages to come cannot do: time step too long, too little memory.
+    """Refuse before any work starts what the stages to come cannot do (`check_knobs`), too little memory too.
 
     given: names of the hand-offs that are ready-made, as `run` calls them; their stages are not looked at.
     """
-    if "sound_power" in case.quantities and fidelity.acoustics.radiation == "rayleigh":
-        raise InputError(
-            f"{case.name} asks for sound_power, but the Rayleigh integral knows no pressure on the surface: choose "
-            "radiation = boundary_elements or equivalent_radiated_power"
-        )
+    check_knobs(case, fidelity, given)
     if not isinstance(case, GearboxCase):
         return
-    forced = {"bearing_forces", "force_spectrum", "surface_velocity"}.intersection(given)
-    dynamics = fidelity.dynamics
-    longest = 1.0 / (dynamics.samples_per_period * case.band.high)
-    if not forced and dynamics.time_step > longest * (1 + 1e-9):
-        raise InputError(
-            f"time step {1e6 * dynamics.time_step:.4g} µs does not sample {case.band.high:g} Hz with "
-            f"{dynamics.samples_per_period:g} points per period: at most {1e6 * longest:.4g} µs, or lower band.high"
-        )
+    forced = _forced(given)
     skipped = {
         "housing": {"housing", "surface_velocity"}.intersection(given),
         "mesh law": forced or {"mesh_laws"}.intersection(given),
@@ -138,6 +128,34 @@ def preflight(case: Case, fidelity: Fidelity, given: Collection[str] = ()) -> No
             f"{case.name} at fidelity {fidelity.name} needs about {needed / 1e9:.1f} GB, {free / 1e9:.1f} GB are free: "
             "choose a lower fidelity or lower the upper frequency"
         )
+
+
+def check_knobs(case: Case, fidelity: Fidelity, given: Collection[str] = ()) -> None:
+    """Refuse (InputError) knobs that are too coarse for the band, or know less than is asked for.
+
+    given: as `preflight` takes it.
+    """
+    if "sound_power" in case.quantities and fidelity.acoustics.radiation == "rayleigh":
+        raise InputError(
+            f"{case.name} asks for sound_power, but the Rayleigh integral knows no pressure on the surface: choose "
+            "radiation = boundary_elements or equivalent_radiated_power"
+        )
+    if not isinstance(case, GearboxCase):
+        return
+    dynamics = fidelity.dynamics
+    longest = 1.0 / (dynamics.samples_per_period * case.band.high)
+    if not _forced(given) and dynamics.time_step > longest * (1 + 1e-9):
+        raise InputError(
+            f"time step {1e6 * dynamics.time_step:.4g} µs does not sample {case.band.high:g} Hz with "
+            f"{dynamics.samples_per_period:g} points per period: at most {1e6 * longest:.4g} µs, or lower band.high"
+        )
+    if isinstance(case.housing, housing.Casting) and not {"housing", "surface_velocity"}.intersection(given):
+        check_bending_resolution(case.housing, case.band.high, fidelity.housing)
+
+
+def _forced(given: Collection[str]) -> set[str]:
+    """Ready-made hand-offs that make the time integration needless."""
+    return {"bearing_forces", "force_spectrum", "surface_velocity"}.intersection(given)
 
 
 def _mesh_laws(case: GearboxCase, fidelity: Fidelity) -> list[Stage]:

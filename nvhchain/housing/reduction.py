@@ -7,6 +7,7 @@ carry the static share of the modes left out (MacNeal, Computers & Structures 1,
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -71,7 +72,8 @@ def reduce_housing(
     tell(2, _STEPS)
     reduce_to = partial(reduce_mesh, mesh, casting, surface, motion, tell=lambda n: tell(n + 2, _STEPS))
     reduced = _accurate(reduce_to, f_max, fidelity)
-    return reduced.replace(provenance={**reduced.provenance, **truncation_report(reduced, f_max)})
+    reduced = reduced.replace(provenance={**reduced.provenance, **truncation_report(reduced, f_max)})
+    return with_residual(reduced, fidelity)
 
 
 def _accurate(reduce_to: Callable[[float], ReducedHousing], f_max: float, fidelity: HousingFidelity) -> ReducedHousing:
@@ -90,6 +92,22 @@ def _accurate(reduce_to: Callable[[float], ReducedHousing], f_max: float, fideli
     raise SolverError(
         f"a truncation error of {tolerance:g} dB up to {f_max:g} Hz is not reached with modes to {f_top:g} Hz: "
         "allow a larger truncation_tolerance_db"
+    )
+
+
+def with_residual(housing: ReducedHousing, fidelity: HousingFidelity) -> ReducedHousing:
+    """The housing as it is or, where fidelity asks for no residual flexibility, with modes alone.
+
+    The modes left out then do not move at all; what the provenance says of truncation no longer holds and goes.
+    """
+    if fidelity.residual_flexibility:
+        return housing
+    kept = {key: value for key, value in housing.provenance.items() if not key.startswith(("truncation", "residual"))}
+    return replace(
+        housing,
+        seat_residual=np.zeros_like(housing.seat_residual),
+        face_residual=np.zeros_like(housing.face_residual),
+        provenance=kept,
     )
 
 

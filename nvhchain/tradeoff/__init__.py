@@ -4,6 +4,7 @@ from nvhchain.tradeoff.deviation import Deviation, deviation, deviation_in_time
 from nvhchain.tradeoff.files import save_tradeoff
 from nvhchain.tradeoff.knobs import KNOBS, NOT_SWEPT, Knob, knobs_of, variants
 from nvhchain.tradeoff.planner import Choice, cheapest
+from nvhchain.tradeoff.shipped import shipped_sweep
 from nvhchain.tradeoff.sweep import Measurement, Tradeoff, tradeoff
 from nvhchain.tradeoff.table import as_json, comma_separated, from_json, markdown
 
@@ -24,6 +25,7 @@ __all__ = [
     "knobs_of",
     "markdown",
     "save_tradeoff",
+    "shipped_sweep",
     "tradeoff",
     "variants",
 ]

@@ -78,10 +78,15 @@ KNOBS: tuple[Knob, ...] = (
     _one("housing", "element_size", 0.02, 0.013, 0.0105),
     _one("housing", "mode_ratio", 1.0, 1.25, 1.4),
     _one("housing", "truncation_tolerance_db", 1.0, 0.3),
+    _one("housing", "residual_flexibility", False),
     _one("housing", "elements_per_turn", 8.0, 12.0),
     _one("housing", "samples_per_face", 1.0, 3.0),
     _one("acoustics", "radiation", "equivalent_radiated_power", "rayleigh"),
-    _one("acoustics", "elements_per_wavelength", 2.5, 3.0, 4.0),
+    Knob(
+        "acoustics",
+        ("elements_per_wavelength", "coarsest_elements_per_wavelength"),
+        ((2.5, 2.0), (3.0, 2.0), (4.0, 2.0)),
+    ),
     _one("acoustics", "quadrature_order", 1, 2, 3),
     _one("acoustics", "quadrature_error", 1e-1, 1e-2),
     Knob(
@@ -127,11 +132,14 @@ NOT_SWEPT: dict[str, str] = {
     "dynamics.samples_per_period": "a limit, beyond which the run is refused",
     "dynamics.contact_iterations": "a limit, beyond which the run is refused",
     "housing.elements_per_bending_wavelength": "a limit, beyond which the mesh is refused",
-    "acoustics.coarsest_elements_per_wavelength": "a limit, beyond which the surface is refused",
     "acoustics.solver_iterations": "a limit, beyond which the run is refused",
     "acoustics.masters": "the most masters that master_tolerance_db may take",
 }
 """Fields that change no answer, or only towards finer, with the reason."""
+
+
+_OF_THE_SURFACE = ("elements_per_wavelength", "samples_per_face")
+"""Fields that decide on the radiating faces and their motion."""
 
 
 def knobs_of(case: Case, names: Sequence[str] | None = None) -> tuple[Knob, ...]:
@@ -168,9 +176,14 @@ def variants(case: Case, base: Fidelity, names: Sequence[str] | None = None) -> 
     return (*single, *joint)
 
 
+def knobs_by_stage(fidelity: Fidelity) -> dict[str, dict[str, Any]]:
+    """Stage → field → value, without the fidelity's name."""
+    return {stage: dataclasses.asdict(getattr(fidelity, stage)) for stage in STAGES}
+
+
 def same(one: Fidelity, other: Fidelity) -> bool:
     """Whether two fidelities differ in their names at most."""
-    return all(getattr(one, stage) == getattr(other, stage) for stage in STAGES)
+    return knobs_by_stage(one) == knobs_by_stage(other)
 
 
 def spoken(value: Sequence[Any]) -> str:
@@ -180,10 +193,21 @@ def spoken(value: Sequence[Any]) -> str:
 
 
 def _matters(knob: Knob, case: Case) -> bool:
+    """Whether what the case asks for depends on a knob."""
     if isinstance(case, RadiatorCase):
-        return knob.stage == "acoustics"
+        return knob.stage == "acoustics" and _heard(knob, case)
     assert isinstance(case, GearboxCase)
-    return not knob.run_up or case.operation.ramp is not None
+    return (not knob.run_up or case.operation.ramp is not None) and _heard(knob, case)
+
+
+def _heard(knob: Knob, case: Case) -> bool:
+    """Forces know nothing of the radiating surface, and a velocity of nothing but its mesh."""
+    if {"pressure", "sound_power"}.intersection(case.quantities):
+        return True
+    of_the_surface = any(name in _OF_THE_SURFACE for name in knob.fields)
+    if "surface_velocity" in case.quantities:
+        return knob.stage != "acoustics" or of_the_surface
+    return knob.stage != "acoustics" and not of_the_surface
 
 
 def _called(knob: Knob, name: str) -> bool:

@@ -1,4 +1,4 @@
-"""Seconds and peak memory of every stage of a run, measured from outside; a stage found on disk costs what it did."""
+"""What every stage of a run takes, its memory measured from outside; a stage found on disk costs what it did."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import astuple, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -28,9 +28,14 @@ _SAMPLING = 0.02
 
 @dataclass(frozen=True)
 class Cost:
-    """Of one stage.  seconds: wall time.  megabytes: peak resident memory of the process and its children."""
+    """Of one stage.
+
+    seconds: wall time.  processor: s of all processors, user and system, which other work on the machine hardly moves.
+    megabytes: peak resident memory.  The last two are of the process and its children.
+    """
 
     seconds: float
+    processor: float
     megabytes: float
 
 
@@ -48,8 +53,7 @@ class Ledger:
     def enter(self, key: str, cost: Cost) -> None:
         """Keep a cost, on disk at once."""
         self.costs[key] = cost
-        rows = {key: (cost.seconds, cost.megabytes) for key, cost in self.costs.items()}
-        write_whole(self.file, json.dumps(rows))
+        write_whole(self.file, json.dumps({key: astuple(cost) for key, cost in self.costs.items()}))
 
 
 @dataclass(frozen=True)
@@ -63,6 +67,11 @@ class Run:
     def seconds(self) -> float:
         """Of all stages together, had none been found."""
         return sum(cost.seconds for cost in self.stages.values())
+
+    @property
+    def processor(self) -> float:
+        """As `seconds`, of all processors."""
+        return sum(cost.processor for cost in self.stages.values())
 
     @property
     def megabytes(self) -> float:
@@ -119,7 +128,7 @@ def _followed(reader: int, process: subprocess.Popen[bytes], ledger: Ledger, wat
             peak = _resident(process.pid)
             watcher.begin(event["stage"])
         elif event["event"] == "end":
-            ledger.enter(event["key"], Cost(event["seconds"], peak))
+            ledger.enter(event["key"], Cost(event["seconds"], event["processor"], peak))
             watcher.end(event["stage"], "computed")
         elif event["event"] == "refused":
             run = Run({}, event["reason"])

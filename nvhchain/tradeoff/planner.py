@@ -1,15 +1,18 @@
-"""The cheapest knobs that keep to a tolerance, chosen from a measured sweep."""
+"""The cheapest knobs that keep to a tolerance in a scene, chosen from a measured sweep."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from math import hypot
 
 from nvhchain.case import Case
-from nvhchain.errors import require
+from nvhchain.errors import InputError, require
 from nvhchain.fidelity import PRESETS, Fidelity
-from nvhchain.tradeoff.knobs import Knob, knobs_of, spoken
+from nvhchain.scene import check_knobs, plan
+from nvhchain.tradeoff.knobs import Knob, knobs_by_stage, knobs_of, spoken
+from nvhchain.tradeoff.shipped import shipped_sweep
 from nvhchain.tradeoff.sweep import Measurement, Tradeoff
 
 SHARE = 0.7
@@ -19,14 +22,28 @@ case does not show, and for knobs that make each other worse."""
 SMALLEST_GAIN = 0.01
 """Part of the whole time that a knob must save to be turned."""
 
+_MEASURED_AS = {
+    "mesh law": "mesh_law",
+    "housing": "housing",
+    "bearing forces": "bearing_forces",
+    "transfer vectors": "transfer_vectors",
+    "radiation resistance": "transfer_vectors",
+    "sound power": "transfer_vectors",
+    "velocity": "surface_velocity",
+    "pressure": "pressure",
+    "surface": "surface_velocity",
+}
+"""What a stage of the plan begins with → what the stage of a sweep begins with whose share of time it keeps."""
+
 
 @dataclass(frozen=True)
 class Choice:
     """What a planner chose.
 
     fidelity: to run with.  turned: knob → value that is cheaper than the sweep's base.  expected_error_db: sum of the
-    errors that were measured for each alone.  expected_seconds, base_seconds: of a run in which nothing is found, on
-    the machine of the sweep.
+    errors of the sound pressure that were measured for each alone, against the base.  expected_seconds, base_seconds:
+    of what is run when nothing is found on disk, as `plan` estimates them.  base_error_db: what the base itself leaves
+    open.  sweep, base: names of the case that was swept and of the preset.  errors: knob → dB of its setting.
     """
 
     fidelity: Fidelity
@@ -34,87 +51,195 @@ class Choice:
     expected_error_db: float
     expected_seconds: float
     base_seconds: float
+    base_error_db: float
+    sweep: str
+    base: str
+    errors: Mapping[str, float]
 
     def __str__(self) -> str:
-        settings = [f"  {knob} = {value}" for knob, value in self.turned.items()]
+        settings = [f"  {knob} = {value} ({self.errors[knob]:.2g} dB)" for knob, value in self.turned.items()]
         return "\n".join(
             [
-                f"{self.fidelity.name}: about {self.expected_error_db:.2g} dB, {self.expected_seconds:.3g} s instead "
-                f"of {self.base_seconds:.3g} s at the base",
-                *(settings or ["  every knob as in the base"]),
+                f"{self.fidelity.name}: about {self.expected_error_db:.2g} dB from {self.base}, itself known to "
+                f"{self.base_error_db:.2g} dB; {self.expected_seconds:.3g} s instead of {self.base_seconds:.3g} s "
+                f"(by the sweep of {self.sweep})",
+                *(settings or [f"  every knob as in {self.base}"]),
             ]
         )
 
 
-def cheapest(case: Case, tolerance_db: float, sweep: Tradeoff) -> Choice:
+@dataclass(frozen=True)
+class _Offer:
+    """A knob at a value.  error: dB.  shares: stage of the sweep → what it leaves of the stage's time."""
+
+    knob: Knob
+    value: tuple[object, ...]
+    error: float
+    shares: Mapping[str, float]
+
+
+def cheapest(case: Case | Sequence[Case], tolerance_db: float, sweep: Tradeoff | None = None) -> Choice:
     """The knobs that promise to run `case` soonest with errors of overall level and mesh harmonics within a tolerance.
 
-    tolerance_db: dB against the sweep's base.  sweep: measured on this or a similar case, around a preset; the scene
-    decides which of its knobs count.
+    case: one, or several that are run alike.  tolerance_db: dB against the sweep's base.  sweep: measured on this or a
+    similar case, around a preset (the shipped one by default).  The scene decides which of its knobs count, and how
+    much of the time each stage takes (`plan`).  Where the case asks for forces or velocities alone, errors of the
+    pressure stand for theirs.
+
     Errors of different knobs may go the same way: they are added up, to `SHARE` of the tolerance. Seconds of a stage
     are multiplied with what each knob leaves of them. Knobs are turned once, in the order of time saved per error.
-    Raises InputError for a tolerance that is not positive or a base that is no preset.
+    Raises InputError for a tolerance that is not positive or finer than the base is known, and for a base that is no
+    preset, or no longer what the preset is.
     """
     require(
-        tolerance_db > 0, f"tolerance = {tolerance_db:g} dB must be positive: a model is never exact; ask for 0.1 dB"
+        0 < tolerance_db < 100,
+        f"tolerance = {tolerance_db:g} dB is outside 0…100 dB: a model is never exact, ask for 1",
     )
-    require(sweep.base in PRESETS, f"the sweep's base {sweep.base!r} is no preset: sweep around {', '.join(PRESETS)}")
-    base, *rows = sweep.measurements
-    offers = _offers(case, rows, PRESETS[sweep.base])
-    left, turned, error = {stage: 1.0 for stage in base.stages}, dict[str, tuple[Knob, tuple[object, ...]]](), 0.0
+    sweep, cases = sweep or shipped_sweep(), tuple(case) if isinstance(case, Sequence) else (case,)
+    base = _base(sweep)
+    known = base_error(sweep, *cases)
+    require(
+        tolerance_db >= known,
+        f"tolerance = {tolerance_db:g} dB is not reached: the best there is, {sweep.base}, is itself known to "
+        f"{known:.2g} dB only, by the last steps of its knobs ({sweep.case}): ask for {known:.2g} dB or more",
+    )
+    seconds = _seconds_by_stage(cases, base, sweep)
+    left, turned, error = dict.fromkeys(seconds, 1.0), dict[str, _Offer](), 0.0
+    offers = _offers(cases, base, sweep)
     while True:
-        best: tuple[float, Measurement, Knob, tuple[object, ...], float] | None = None
-        for row, knob, value, size in offers:
-            if _taken(knob, turned) or error + size > SHARE * tolerance_db:
+        best: tuple[float, _Offer] | None = None
+        for offer in offers:
+            if _taken(offer.knob, turned) or error + offer.error > SHARE * tolerance_db:
                 continue
-            gain = _seconds(base, left) - _seconds(base, _after(left, base, row))
-            if gain < SMALLEST_GAIN * base.seconds:
+            gain = _total(seconds, left) - _total(seconds, _after(left, offer))
+            if gain < SMALLEST_GAIN * _total(seconds) or not _possible(cases, base, [*turned.values(), offer]):
                 continue
-            worth = gain / max(size, 1e-3 * tolerance_db)
+            worth = gain / max(offer.error, 1e-3 * tolerance_db)
             if best is None or worth > best[0]:
-                best = worth, row, knob, value, size
+                best = worth, offer
         if best is None:
             break
-        _, row, knob, value, size = best
-        left, error = _after(left, base, row), error + size
-        turned[knob.name] = knob, value
-    fidelity = PRESETS[sweep.base]
-    for knob, value in turned.values():
-        fidelity = knob.turned(fidelity, value)
-    fidelity = dataclasses.replace(fidelity, name=f"within {tolerance_db:g} dB")
-    settings = {name: spoken(value) for name, (_, value) in turned.items()}
-    return Choice(fidelity, settings, error, _seconds(base, left), base.seconds)
+        offer = best[1]
+        left, error = _after(left, offer), error + offer.error
+        turned[offer.knob.name] = offer
+    return Choice(
+        dataclasses.replace(_turned(base, list(turned.values())), name=f"within {tolerance_db:g} dB"),
+        {name: spoken(offer.value) for name, offer in turned.items()},
+        error,
+        _total(seconds, left),
+        _total(seconds),
+        known,
+        sweep.case,
+        sweep.base,
+        {name: offer.error for name, offer in turned.items()},
+    )
 
 
-def _offers(
-    case: Case, rows: list[Measurement], base: Fidelity
-) -> list[tuple[Measurement, Knob, tuple[object, ...], float]]:
-    """Rows of single knobs that the case looks at, with the knob's value and the error that counts, dB."""
-    known = {(knob.name, spoken(value)): (knob, value) for knob in knobs_of(case) for value in knob.values}
-    found = []
-    for row in rows:
-        if row.deviation is None or (row.knob, row.value) not in known:
-            continue
-        knob, value = known[row.knob, row.value]
-        found.append((row, knob, value, max(abs(row.deviation.overall), abs(row.deviation.worst_order))))
-    return found
+def base_error(sweep: Tradeoff, *cases: Case) -> float:
+    """dB that the base of a sweep leaves open in these cases, independent knobs in quadrature.
+
+    A knob that converges moves the result with every step less: what is left after its last measured step, to the base,
+    is at most about that step. Of knobs with one measured value it is not known whether they converge.
+    """
+    last: dict[str, list[float]] = {}
+    for row, knob, _ in _rows(cases, sweep):
+        if isinstance(knob.values[-1][0], float | int) and not isinstance(knob.values[-1][0], bool):
+            last.setdefault(knob.name, []).append(_error(row))
+    return hypot(*(errors[-1] for errors in last.values() if len(errors) > 1))
 
 
-def _taken(knob: Knob, turned: Mapping[str, tuple[Knob, tuple[object, ...]]]) -> bool:
+def _base(sweep: Tradeoff) -> Fidelity:
+    """The preset around which the sweep was measured, as it still is."""
+    require(sweep.base in PRESETS, f"the sweep's base {sweep.base!r} is no preset: sweep around {', '.join(PRESETS)}")
+    base, then = PRESETS[sweep.base], sweep.provenance.get("fidelity")
+    changed = [
+        f"{stage}.{name}"
+        for stage, knobs in knobs_by_stage(base).items()
+        for name, value in knobs.items()
+        if then is not None and _listed(then[stage].get(name)) != _listed(value)
+    ]
+    require(
+        not changed,
+        f"the sweep of {sweep.case} was measured when {sweep.base} had other {', '.join(changed)}: measure it again "
+        "with `nvhchain tradeoff`",
+    )
+    return base
+
+
+def _listed(value: object) -> object:
+    """As JSON has it."""
+    return list(value) if isinstance(value, tuple) else value
+
+
+def _rows(cases: Sequence[Case], sweep: Tradeoff) -> list[tuple[Measurement, Knob, tuple[object, ...]]]:
+    """Rows of single knobs that some case looks at and that were not refused, with the knob and its value."""
+    knobs = [knob for case in cases for knob in knobs_of(case)]
+    known = {(knob.name, spoken(value)): (knob, value) for knob in knobs for value in knob.values}
+    return [
+        (row, *known[row.knob, row.value])
+        for row in sweep.measurements[1:]
+        if row.deviation is not None and (row.knob, row.value) in known
+    ]
+
+
+def _error(row: Measurement) -> float:
+    """dB of the overall level or of the worst mesh harmonic, whichever is larger."""
+    assert row.deviation is not None
+    return max(abs(row.deviation.overall), abs(row.deviation.worst_order))
+
+
+def _offers(cases: Sequence[Case], base: Fidelity, sweep: Tradeoff) -> list[_Offer]:
+    """What the sweep has to offer to these cases: settings that are not refused by themselves."""
+    offers = [_Offer(knob, value, _error(row), _shares(row, sweep)) for row, knob, value in _rows(cases, sweep)]
+    return [offer for offer in offers if _possible(cases, base, [offer])]
+
+
+def _shares(row: Measurement, sweep: Tradeoff) -> dict[str, float]:
+    """What a row leaves of every stage's processor time; of a stage that it drops, nothing."""
+    before = sweep.measurements[0].stages
+    return {
+        stage: (row.stages[stage].processor / cost.processor if stage in row.stages else 0.0)
+        for stage, cost in before.items()
+        if cost.processor > 0
+    }
+
+
+def _possible(cases: Sequence[Case], base: Fidelity, offers: list[_Offer]) -> bool:
+    """Whether the chain takes these settings for all cases."""
+    try:
+        for case in cases:
+            check_knobs(case, _turned(base, offers))
+    except InputError:
+        return False
+    return True
+
+
+def _turned(base: Fidelity, offers: list[_Offer]) -> Fidelity:
+    for offer in offers:
+        base = offer.knob.turned(base, offer.value)
+    return base
+
+
+def _taken(knob: Knob, turned: Mapping[str, _Offer]) -> bool:
     """Whether one of its fields is turned already."""
-    fields = {(other.stage, field) for other, _ in turned.values() for field in other.fields}
-    return any((knob.stage, field) in fields for field in knob.fields)
+    fields = {(offer.knob.stage, name) for offer in turned.values() for name in offer.knob.fields}
+    return any((knob.stage, name) in fields for name in knob.fields)
 
 
-def _after(left: Mapping[str, float], base: Measurement, row: Measurement) -> dict[str, float]:
-    """Share of every stage's seconds that is left when this row's knob is turned too; a stage it drops takes none."""
-    shares = {}
-    for stage, share in left.items():
-        before = base.stages[stage].seconds
-        now = row.stages[stage].seconds if stage in row.stages else 0.0
-        shares[stage] = share * now / before if before > 0 else share
-    return shares
+def _seconds_by_stage(cases: Sequence[Case], base: Fidelity, sweep: Tradeoff) -> dict[str, float]:
+    """s that the cases take at the base by stage of the sweep."""
+    seconds: dict[str, float] = {}
+    for stage in [stage for case in cases for stage in plan(case, fidelity=base).stages]:
+        like = next(name for start, name in _MEASURED_AS.items() if stage.name.startswith(start))
+        measured = next((name for name in sweep.measurements[0].stages if name.startswith(like)), like)
+        seconds[measured] = seconds.get(measured, 0.0) + stage.seconds
+    return seconds
 
 
-def _seconds(base: Measurement, left: Mapping[str, float]) -> float:
-    return sum(share * base.stages[stage].seconds for stage, share in left.items())
+def _after(left: Mapping[str, float], offer: _Offer) -> dict[str, float]:
+    """Share of every stage's seconds that is left when this setting is turned too."""
+    return {stage: share * offer.shares.get(stage, 1.0) for stage, share in left.items()}
+
+
+def _total(seconds: Mapping[str, float], left: Mapping[str, float] | None = None) -> float:
+    return sum(value * (left or {}).get(stage, 1.0) for stage, value in seconds.items())

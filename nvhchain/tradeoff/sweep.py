@@ -5,13 +5,13 @@ from __future__ import annotations
 import json
 import os
 import shutil
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, fields, is_dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from nvhchain import store
-from nvhchain.case import Case, GearboxCase
+from nvhchain import interop, store
+from nvhchain.case import Case, GearboxCase, HousingModel
 from nvhchain.conventions import Progress
 from nvhchain.errors import require
 from nvhchain.fidelity import REFERENCE, Fidelity
@@ -19,8 +19,14 @@ from nvhchain.handoff import FieldPressure, PressureHistory
 from nvhchain.resume import Unwatched, Watcher, code_version, fingerprint
 from nvhchain.tradeoff.deviation import Deviation, deviation, deviation_in_time
 from nvhchain.tradeoff.files import write_whole
-from nvhchain.tradeoff.knobs import STAGES, variants
+from nvhchain.tradeoff.knobs import STAGES, knobs_by_stage, variants
 from nvhchain.tradeoff.measure import Cost, Ledger, Run, measured_run
+
+_CODE = (*STAGES, "spectrum", "radiator", "stages", "tradeoff/deviation", "tradeoff/measure", "tradeoff/worker")
+"""Packages and modules that a row depends on."""
+
+_THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
+"""Environment variables that limit the processors of a run."""
 
 
 @dataclass(frozen=True)
@@ -43,6 +49,11 @@ class Measurement:
         return Run(self.stages).seconds
 
     @property
+    def processor(self) -> float:
+        """As `seconds`, of all processors."""
+        return Run(self.stages).processor
+
+    @property
     def megabytes(self) -> float:
         """Of the stage that needs most."""
         return Run(self.stages).megabytes
@@ -50,11 +61,17 @@ class Measurement:
 
 @dataclass(frozen=True)
 class Tradeoff:
-    """All rows of a sweep, the base first.  case, base: names."""
+    """All rows of a sweep, the base first.
+
+    case, base: names.  provenance: version and code of every package, identity of the case, knobs of the base by
+    stage, processors and threads.  yardstick: the base's pressure, None for a run-up.
+    """
 
     case: str
     base: str
     measurements: tuple[Measurement, ...]
+    provenance: Mapping[str, Any] = field(default_factory=dict)
+    yardstick: FieldPressure | None = field(default=None, compare=False)
 
 
 def tradeoff(
@@ -89,7 +106,7 @@ def tradeoff(
         report(done + 1, len(todo) + 1)
         rows.append(sweep.row(knob, value, variant))
     report(len(todo) + 1, len(todo) + 1)
-    return Tradeoff(case.name, fidelity.name, tuple(rows))
+    return Tradeoff(case.name, fidelity.name, tuple(rows), _provenance(case, fidelity), sweep.yardstick())
 
 
 class _Sweep:
@@ -106,6 +123,11 @@ class _Sweep:
         run = self._run(self._fidelity, self._spine)
         require(run.refused is None, f"the base {self._fidelity.name} is refused: {run.refused}")
         return Measurement("base", self._fidelity.name, run.stages, None)
+
+    def yardstick(self) -> FieldPressure | None:
+        """The base's pressure at constant speed."""
+        path = self._spine / "pressure.h5"
+        return store.load(path, FieldPressure) if path.exists() else None
 
     def row(self, knob: str, value: str, variant: Fidelity) -> Measurement:
         """Row of a variant: the kept one, or measured now."""
@@ -145,9 +167,45 @@ class _Sweep:
 
 
 def _identity(case: Case, fidelity: Fidelity) -> str:
-    """Of a run: case, knobs and code, not the names of presets."""
-    versions = [code_version(package) for package in (*STAGES, "spectrum")]
-    return fingerprint(case, *(getattr(fidelity, stage) for stage in STAGES), *versions)
+    """Of a run: case, its files, knobs and code, not the names of presets nor where the case lies."""
+    return fingerprint(_case_identity(case), knobs_by_stage(fidelity), _code())
+
+
+def _case_identity(case: Case) -> str:
+    """Of what the case says and of what stands in the files it names, wherever they lie."""
+    contents: list[Any] = [(Path(case.folder) / name).read_bytes() for name in _files(case)]
+    if isinstance(case, GearboxCase) and isinstance(case.housing, HousingModel):  # which may include other files
+        given = case.housing
+        contents.append(interop.read_solid_model(Path(case.folder) / given.file, units=given.units, spc=given.spc))
+    return fingerprint(replace(case, folder=""), contents)
+
+
+def _files(part: Any) -> Iterator[str]:
+    """Names of the files that a part of a case refers to."""
+    if is_dataclass(part):
+        for item in fields(part):
+            value = getattr(part, item.name)
+            if item.name == "file":
+                yield value
+            else:
+                yield from _files(value)
+    elif isinstance(part, tuple):
+        for value in part:
+            yield from _files(value)
+
+
+def _code() -> dict[str, str]:
+    return {package: code_version(package) for package in _CODE}
+
+
+def _provenance(case: Case, fidelity: Fidelity) -> dict[str, Any]:
+    return {
+        "case": _case_identity(case),
+        "fidelity": knobs_by_stage(fidelity),
+        "code": _code(),
+        "processors": os.cpu_count(),
+        "threads": {name: os.environ[name] for name in _THREADS if name in os.environ},
+    }
 
 
 def _deviation(case: Case, spine: Path, base: Path) -> Deviation:

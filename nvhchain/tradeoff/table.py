@@ -6,18 +6,31 @@ import csv
 import io
 import json
 from collections.abc import Iterable
-from dataclasses import asdict
+from dataclasses import asdict, astuple
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from nvhchain.errors import FileFormatError
+from nvhchain.handoff import FieldPressure
 from nvhchain.tradeoff.sweep import Measurement, Tradeoff, measurement
 
-_HEADINGS = ("knob", "value", "s", "peak MB", "dB(A)", "worst mesh harmonic / dB", "worst line / dB")
+_HEADINGS = (
+    "knob",
+    "value",
+    "processor s",
+    "wall s",
+    "peak MB",
+    "dB(A)",
+    "worst mesh harmonic / dB",
+    "worst line / dB",
+)
 
 
 def markdown(sweep: Tradeoff) -> str:
     """A table for docs/measured: one row per variant, errors against the base."""
-    lines = ["| " + " | ".join(_HEADINGS) + " |", "|---|---|---:|---:|---:|---:|---:|"]
+    lines = ["| " + " | ".join(_HEADINGS) + " |", "|---|---|---:|---:|---:|---:|---:|---:|"]
     lines += ["| " + " | ".join(_row(sweep, item)) + " |" for item in sweep.measurements]
     return "\n".join(lines) + "\n"
 
@@ -26,16 +39,16 @@ def comma_separated(sweep: Tradeoff) -> str:
     """CSV: seconds and MB of every stage, errors overall, at the worst line and of every mesh harmonic."""
     stages = _union(item.stages for item in sweep.measurements)
     orders = sorted(_union(item.deviation.orders for item in sweep.measurements if item.deviation))
-    head = ["knob", "value", "seconds", "megabytes"]
-    head += [f"{stage} {unit}" for stage in stages for unit in ("s", "MB")]
+    head = ["knob", "value", "seconds", "processor seconds", "megabytes"]
+    head += [f"{stage} {unit}" for stage in stages for unit in ("s", "processor s", "MB")]
     head += ["overall dB(A)", "worst line dB", "worst line Hz", *(f"order {order:g} dB" for order in orders), "refused"]
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(head)
     for item in sweep.measurements:
         costs = [item.stages.get(stage) for stage in stages]
-        row: list[object] = [item.knob, item.value, item.seconds, item.megabytes]
-        row += [figure for cost in costs for figure in ((cost.seconds, cost.megabytes) if cost else ("", ""))]
+        row: list[object] = [item.knob, item.value, item.seconds, item.processor, item.megabytes]
+        row += [figure for cost in costs for figure in (astuple(cost) if cost else ("", "", ""))]
         error = item.deviation
         row += [error.overall, error.worst_line, error.worst_frequency] if error else ["", "", ""]
         row += [error.orders.get(order, "") if error else "" for order in orders]
@@ -45,7 +58,17 @@ def comma_separated(sweep: Tradeoff) -> str:
 
 def as_json(sweep: Tradeoff) -> str:
     """Everything that was measured; `from_json` reads it."""
-    return json.dumps(asdict(sweep), indent=1) + "\n"
+    record: dict[str, Any] = {"case": sweep.case, "base": sweep.base, "provenance": sweep.provenance}
+    if sweep.yardstick is not None:
+        heard = sweep.yardstick
+        record["yardstick"] = {
+            "frequency": heard.frequency.tolist(),
+            "points": heard.points.tolist(),
+            "pressure_re_im": [heard.pressure.real.tolist(), heard.pressure.imag.tolist()],
+            "input_speed": heard.input_speed,
+        }
+    rows = ",\n".join(json.dumps(asdict(row)) for row in sweep.measurements)
+    return f'{json.dumps(record)[:-1]},\n"measurements": [\n{rows}\n]}}\n'
 
 
 def from_json(path: str | Path) -> Tradeoff:
@@ -56,15 +79,23 @@ def from_json(path: str | Path) -> Tradeoff:
     try:
         record = json.loads(path.read_text())
         rows = tuple(measurement(row) for row in record["measurements"])
-        return Tradeoff(record["case"], record["base"], rows)
+        return Tradeoff(record["case"], record["base"], rows, record["provenance"], _pressure(record.get("yardstick")))
     except (json.JSONDecodeError, KeyError, TypeError) as error:
         raise FileFormatError(
             f"{path}: not the table of a sweep ({error}): measure it with `nvhchain tradeoff`"
         ) from None
 
 
+def _pressure(record: dict[str, Any] | None) -> FieldPressure | None:
+    if record is None:
+        return None
+    real, imaginary = np.array(record["pressure_re_im"])
+    points = np.array(record["points"])
+    return FieldPressure(record["frequency"], points, real + 1j * imaginary, input_speed=record["input_speed"])
+
+
 def _row(sweep: Tradeoff, item: Measurement) -> list[str]:
-    cost = [f"{item.seconds:.3g}", f"{item.megabytes:.0f}"]
+    cost = [f"{item.processor:.3g}", f"{item.seconds:.3g}", f"{item.megabytes:.0f}"]
     if item.refused:
         return [item.knob, item.value, *cost, f"refused: {item.refused}", "", ""]
     error = item.deviation

@@ -28,7 +28,7 @@ class Teller(Watcher):
     """Tells every stage with its seconds, and under which key its result lies in one of the folders."""
 
     def __init__(self, pipe: TextIO, folders: tuple[Path, ...]) -> None:
-        self._pipe, self._folders, self._begun = pipe, folders, 0.0
+        self._pipe, self._folders, self._begun = pipe, folders, (0.0, 0.0)
 
     def tell(self, **event: Any) -> None:
         self._pipe.write(json.dumps(event) + "\n")
@@ -36,21 +36,26 @@ class Teller(Watcher):
 
     def begin(self, stage: str) -> None:
         self.tell(event="begin", stage=stage)
-        self._begun = time.perf_counter()
+        self._begun = _clocks()
 
     def step(self, stage: str, done: int, total: int) -> None:
         pass
 
     def end(self, stage: str, how: str) -> None:
         if how == "computed":
-            seconds = time.perf_counter() - self._begun
-            self.tell(event="end", stage=stage, seconds=seconds, key=self._key(stage))
+            seconds, processor = (now - begun for now, begun in zip(_clocks(), self._begun, strict=True))
+            self.tell(event="end", stage=stage, seconds=seconds, processor=processor, key=self._key(stage))
 
     def _key(self, stage: str) -> str:
         """Key of the file that has just been written."""
         files = [f for folder in self._folders for name in (f"{stage}.h5", f"{stage}-*.h5") for f in folder.glob(name)]
         with h5py.File(max(files, key=lambda file: file.stat().st_mtime_ns), "r") as file:
             return str(json.loads(file.attrs["provenance"])["key"])
+
+
+def _clocks() -> tuple[float, float]:
+    """s of wall time, and of all processors, user and system, this process and the children it has waited for."""
+    return time.perf_counter(), sum(os.times()[:4])
 
 
 def keys_of(result: chain.Result) -> Iterator[tuple[str, str]]:

@@ -1,0 +1,16 @@
+"""The sweep that comes with the package, from which tolerances are planned."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from nvhchain.tradeoff.sweep import Tradeoff
+from nvhchain.tradeoff.table import from_json
+
+SHIPPED = Path(__file__).with_name("single-stage.json")
+"""Every knob around `reference` on cases/small/single_stage.toml, written by benchmarks/tradeoff.py."""
+
+
+def shipped_sweep() -> Tradeoff:
+    """The measured table."""
+    return from_json(SHIPPED)

@@ -1,0 +1,48 @@
+"""Residual flexibility switched off: what is left is the modal sum, and what the modes left out add is gone."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from nvhchain.errors import InputError
+from nvhchain.housing import reduce_housing, reduction, truncation_error
+from nvhchain.housing.reduction import seat_flexibility
+from nvhchain.housing.response import face_displacement
+
+F_MAX = 1700.0
+
+
+@pytest.fixture
+def pair(mesh, surface, casting, fidelity, reduced, monkeypatch):
+    """The same casting with and without; meshed and reduced before."""
+    monkeypatch.setattr(reduction, "mesh_casting", lambda *_: mesh)
+    monkeypatch.setattr(reduction, "radiating_surface", lambda *_: surface)
+    monkeypatch.setattr(reduction, "reduce_mesh", lambda *_, **__: reduced)
+    knobs = [replace(fidelity, residual_flexibility=switch) for switch in (True, False)]
+    return [reduce_housing(casting, f_max=F_MAX, surface_size=0.022, fidelity=knob) for knob in knobs]
+
+
+def test_modes_are_the_same_and_the_response_is_their_sum(pair):
+    with_it, without = pair
+    assert np.array_equal(with_it.natural_frequency, without.natural_frequency)
+    assert np.array_equal(with_it.normal_shapes, without.normal_shapes)
+    line, force = np.array([0.8 * F_MAX]), np.eye(3 * len(without.names), dtype=complex)[:1]
+    shapes = without.seat_shapes.reshape(len(without.natural_frequency), -1)
+    modal = (force @ shapes.T * without.receptance(line)) @ without.normal_shapes
+    assert np.allclose(face_displacement(without, line, force), modal, rtol=1e-12, atol=0)
+    assert not np.allclose(face_displacement(with_it, line, force), modal, rtol=1e-3, atol=0)
+
+
+def test_seats_are_stiffer_by_what_the_modes_left_out_would_give(pair):
+    with_it, without = pair
+    lost = np.diag(seat_flexibility(with_it) - seat_flexibility(without))
+    assert lost == pytest.approx(np.diag(with_it.seat_residual.reshape(len(lost), -1)), rel=1e-9)
+    assert (lost > 0.1 * np.diag(seat_flexibility(with_it))).any()
+
+
+def test_nothing_is_said_of_a_truncation_that_is_no_longer_so(pair):
+    assert any(key.startswith("truncation") for key in pair[0].provenance)
+    assert not any(key.startswith("truncation") for key in pair[1].provenance)
+    with pytest.raises(InputError, match="residual_mass"):
+        truncation_error(pair[1], F_MAX)

@@ -28,7 +28,7 @@ demo: $(READY)
 	$(BIN)/nvhchain compare cases/gearbox/solid.toml cases/gearbox/slotted.toml --fidelity $(FIDELITY) --out $(OUT)
 
 test: $(READY)
-	$(BIN)/python -m pytest --durations=15
+	$(BIN)/python -m pytest --durations=15 -n 2
 
 extremes: $(READY)
 	NVHCHAIN_EXTREMES=1000 $(BIN)/python -m pytest tests/extremes

@@ -1,19 +1,46 @@
 """The error band: what it is made of, and that it holds answers that are known."""
 
+import warnings
 from dataclasses import replace
+from fractions import Fraction
 
 import numpy as np
 import pytest
 
 import nvhchain as nvh
-from nvhchain.acoustics import radiate, sphere, transfer_vectors
+from nvhchain.acoustics import (
+    convolution_lines,
+    decay_time,
+    housing_shapes,
+    modal_power,
+    modal_transfer_vectors,
+    noise_transfer_functions,
+    radiate,
+    radiation_resistance,
+    run_up_pressure,
+    sphere,
+    transfer_vectors,
+)
+from nvhchain.acoustics.level_accuracy import level_accuracy
 from nvhchain.case import FieldPoint, RadiatorCase, Sphere
-from nvhchain.error_band import COVERAGE, ErrorBand, error_band, format_limits
-from nvhchain.errors import InputError
+from nvhchain.error_band import (
+    COVERAGE,
+    ErrorBand,
+    error_band,
+    force_band,
+    format_limits,
+    power_band,
+    run_up_band,
+    run_up_force_band,
+    velocity_band,
+)
+from nvhchain.error_band.gears import folded, law_error
+from nvhchain.error_band.radiation import level_error
+from nvhchain.errors import AccuracyWarning, InputError
 from nvhchain.fidelity import DRAFT, STANDARD
-from nvhchain.handoff import ForceSpectrum, MeshLaw, ReducedHousing
+from nvhchain.handoff import BearingForces, ForceSpectrum, MeshLaw, ReducedHousing
 from nvhchain.housing import respond
-from nvhchain.levels import decibel, overall
+from nvhchain.levels import decibel, overall, overall_power, power_level
 
 LINES = np.array([300.0, 900.0, 980.0, 1000.0, 1100.0, 1600.0])
 POINTS = np.array([[0.0, 0.2, 0.9], [0.7, 0.0, 0.1]])
@@ -156,18 +183,190 @@ def law(amplitudes):
     )  # fmt: skip
 
 
-def test_forces_are_uncertain_where_the_transmission_error_is_weak_and_open_where_it_is_none(case, housing, parts):
+@pytest.fixture(scope="module")
+def meshing(housing, parts):
+    """Pressure, velocity, vectors and forces at the first two mesh orders, their sum with a tenth of the first, and
+    where no mesh excites anything."""
     turns = 188.5 / (2 * np.pi)
-    lines = turns * np.array([20.0, 40.0, 47.0])
+    lines = turns * np.array([20.0, 40.0, 47.3])
     forces = ForceSpectrum(lines, np.ones((3, 1, 3), complex), ("A1",), input_speed=188.5)
     velocity = respond(housing, forces)
     pressure = radiate(parts[2], velocity, fidelity=DRAFT.acoustics).replace(input_speed=188.5)
-    made = of(case, DRAFT, housing, (pressure, velocity, parts[2], forces), [law([1e-6, 1e-8])])
+    return pressure, velocity, parts[2], forces
+
+
+def test_forces_are_uncertain_where_the_transmission_error_is_weak_and_open_where_it_is_none(case, housing, meshing):
+    """At the strongest harmonic the law's error; at one of a hundredth more, up to the square of the first, which
+    excites the second too; nothing is known at a line that nothing excites."""
+    made = of(case, DRAFT, housing, meshing, [law([1e-6, 1e-8])])
     first, weak, none = (made.sources["gear"] / made.pressure)[:, 0]
-    assert weak == pytest.approx(first * (1 + 100) / 2, rel=1e-3)
+    error = law_error(0.016, 2.7e-3, DRAFT.gear)
+    assert first == pytest.approx(error, rel=0.1)
+    assert 5 * error < weak < 100 * error
     assert none == 1.0
-    finer = of(case, STANDARD, housing, (pressure, velocity, parts[2], forces), [law([1e-6, 1e-8])])
+    finer = of(case, STANDARD, housing, meshing, [law([1e-6, 1e-8])])
     assert (finer.sources["gear"][:2] < 0.5 * made.sources["gear"][:2]).all()
+
+
+def test_what_two_harmonics_make_together_is_known_as_well_as_they_are():
+    """A spectrum folded with itself: 2 m² of power at its own line and m⁴ at twice it, beside twice h² of its own."""
+    one, h = 0.03, 1e-5
+    harmonics = np.array([1.0, one, h])
+    made = folded([(Fraction(20), harmonics, np.array([0.0, 0.01 * one, 0.0]))], 60.0)
+    relative = made.relative(np.array([20.0, 40.0]))
+    assert np.sqrt(made.power[1]) == pytest.approx(2**0.5 * one, rel=0.02)
+    assert relative[0] == pytest.approx(0.01, rel=0.05)
+    assert relative[1] == pytest.approx(0.01, rel=0.5)
+    assert made.relative(np.array([30.0]))[0] == 1.0
+    assert made.relative(np.array([30.0]), 11.0)[0] < 0.02
+
+
+def test_sidebands_of_two_stages_are_known_as_well_as_their_mesh_harmonics():
+    spectra = [(Fraction(20), np.array([1.0, 0.05]), np.array([0.0, 1e-3]))]
+    spectra += [(Fraction(12), np.array([1.0, 0.04]), np.array([0.0, 4e-4]))]
+    made = folded(spectra, 40.0)
+    own, other, beside = made.relative(np.array([20.0, 12.0, 32.0]))
+    assert own == pytest.approx(0.02, rel=0.1)
+    assert other == pytest.approx(0.01, rel=0.1)
+    assert beside == pytest.approx(np.hypot(own, other), rel=0.1)
+
+
+def test_error_of_forces_and_velocity_follow_what_the_gears_and_the_housing_leave_open(case, housing, meshing):
+    pressure, velocity, _, forces = meshing
+    laws = [law([1e-6, 1e-8])]
+    force = force_band(case, DRAFT, forces, housing=housing, mesh_laws=laws)
+    assert force.amplitude == pytest.approx(np.full((3, 1), 3**0.5))
+    gear = of(case, DRAFT, housing, meshing, laws).sources["gear"] / np.abs(pressure.pressure)
+    assert force.sources["gear"] / force.amplitude == pytest.approx(gear[:, :1])
+    motion = velocity_band(case, DRAFT, velocity, housing=housing, force_spectrum=forces, mesh_laws=laws)
+    share = housing.surface.areas / housing.surface.areas.sum()
+    assert motion.amplitude[:, 0] == pytest.approx(np.sqrt(np.abs(velocity.normal_velocity) ** 2 @ share))
+    seen = motion.sources["housing"] / motion.amplitude
+    assert (force.sources["housing"] / force.amplitude < seen).all()
+    assert (force.sources["housing"] > 0).all()
+    assert set(motion.sources) == {"housing", "modes left out", "gear", "time step", "settling"}
+    exact = velocity_band(case, DRAFT, velocity)
+    assert exact.overall[0] == pytest.approx([exact.level[0]] * 2)
+    assert exact.level[0] == pytest.approx(
+        10 * np.log10((np.abs(velocity.normal_velocity) ** 2 @ share).sum() / 2 / 1e-18)
+    )
+
+
+def test_velocity_of_a_housing_whose_modes_are_off_by_what_its_mesh_leaves_open_lies_in_the_band(case, housing, parts):
+    _, velocity, _, forces = parts
+    made = velocity_band(case, DRAFT, velocity, housing=housing, force_spectrum=forces)
+    for factors in ((1.002, 1.004, 1.008), (0.998, 0.996, 0.992), (1.002, 0.996, 1.0)):
+        other = respond(housing.replace(natural_frequency=housing.natural_frequency * np.array(factors)), forces)
+        level = velocity_band(case, DRAFT, other)
+        assert ((made.lower < level.upper) & (level.lower < made.upper)).all()
+
+
+@pytest.mark.parametrize("fidelity", [DRAFT, STANDARD], ids=lambda preset: preset.name)
+def test_the_exact_power_of_a_pulsating_sphere_lies_in_the_band(fidelity):
+    """½ ρc v² 4πa² (ka)²/(1 + (ka)²) (Morse & Ingard 1968, eq. 7.1.5)."""
+    ball = RadiatorCase("ball", Sphere(0.1), (100.0, 700.0, 1900.0), (), pulsation=1.0, quantities=("sound_power",))
+    result = nvh.run(ball, fidelity=fidelity)
+    made = result.error_bands["sound_power"]
+    ka = 2 * np.pi * made.frequency / 343.0 * 0.1
+    exact = 0.5 * ball.air.impedance * 4 * np.pi * 0.01 * ka**2 / (1 + ka**2)
+    level = power_level(exact)[:, None]
+    assert ((made.lower < level) & (level < made.upper)).all()
+    assert (made.upper - made.lower < 2.5).all()
+    assert made.level[0] == pytest.approx(overall_power(made.frequency, result.sound_power.power))
+    low, high = made.overall[0]
+    assert low < overall_power(made.frequency, exact) < high
+
+
+def test_power_of_the_modes_is_uncertain_as_the_velocity_is_where_one_mode_radiates(case, housing, parts):
+    """The ball breathes alone at its first resonance: both ways to its power see the same error there."""
+    forces = parts[3]
+    breathing = housing.replace(
+        natural_frequency=housing.natural_frequency[:1],
+        modal_damping=housing.modal_damping[:1],
+        seat_shapes=housing.seat_shapes[:1],
+        normal_shapes=housing.normal_shapes[:1],
+        face_residual=0 * housing.face_residual,
+    )
+    resistance = radiation_resistance(
+        housing_shapes(breathing), [200.0, 600.0, 1000.0, 1700.0], air=case.air, fidelity=DRAFT.acoustics
+    ).replace(housing=breathing.content_hash)
+    power = modal_power(resistance, breathing, forces, fidelity=DRAFT.acoustics)
+    common = {"housing": breathing, "force_spectrum": forces}
+    modal = power_band(case, DRAFT, power, radiation_resistance=resistance, **common)
+    plain = power_band(case, DRAFT, power, velocity=respond(breathing, forces), **common)
+    assert modal.sources["housing"] == pytest.approx(plain.sources["housing"], rel=0.1)
+    assert modal.pressure == pytest.approx(20e-6 * np.sqrt(2 * power.power / 1e-12)[:, None])
+
+
+def test_a_cheap_level_of_radiation_is_less_certain_the_smaller_the_body_is_against_the_wavelength(case, parts):
+    """At every line what the level says of itself when it warns."""
+    pressure, velocity, _, _ = parts
+    for radiation in ("rayleigh", "equivalent_radiated_power"):
+        cheap = replace(DRAFT, acoustics=replace(DRAFT.acoustics, radiation=radiation))
+        made = error_band(case, cheap, pressure, velocity)
+        relative = (made.sources["radiation"] / made.pressure)[:, 0]
+        for line, found in zip(LINES, relative, strict=True):
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", AccuracyWarning)
+                told = level_accuracy(velocity.surface, np.array([line]), case.air, radiation)
+            assert found == pytest.approx(10 ** (told["expected_error_dB"] / 20) - 1)
+        assert (np.diff(relative) <= 0).all()
+    low = level_error(velocity.surface, np.array([1.0, 10.0]), case.air, "rayleigh")
+    assert low[0] - low[1] == pytest.approx(20.0)
+
+
+@pytest.fixture(scope="module")
+def rising():
+    """One bearing's force at a mesh order of 20 from 1500 to 2100 rpm in 2 s, 3 N on every axis."""
+    rate, duration = 12_000.0, 2.0
+    time = np.arange(int(rate * duration)) / rate
+    speed = np.linspace(157.0, 220.0, len(time))
+    angle = np.cumsum(speed) / rate
+    force = 3.0 * np.cos(20 * angle)[:, None, None] * np.ones((1, 1, 3))
+    return BearingForces(time, force, ("A1",), np.zeros((1, 3)), speed)
+
+
+def test_a_run_up_is_as_uncertain_as_the_steady_run_at_each_of_its_speeds(case, housing, parts, rising):
+    laws, vectors = [law([1e-6, 1e-7])], parts[2]
+    case = replace(case, band=replace(case.band, low=300.0, high=1700.0))
+    lines = convolution_lines(rising.sample_rate, 1700.0, decay_time(housing, 1700.0))
+    modal = modal_transfer_vectors(vectors, housing, lines[lines > 250], fidelity=DRAFT.acoustics)
+    history = run_up_pressure(noise_transfer_functions(modal, housing), rising)
+    made = run_up_band(case, DRAFT, history, rising, vectors, housing, mesh_laws=laws)
+    assert made.over_speed.shape == (20, 2)
+    # apart from the first instants, in which the sound arrives
+    for part in (4, 10, 17):
+        line = np.array([20 * made.input_speed[part] / (2 * np.pi)])
+        forces = ForceSpectrum(line, np.full((1, 1, 3), 3.0 + 0j), ("A1",), input_speed=made.input_speed[part])
+        velocity = respond(housing, forces)
+        steady = error_band(
+            case, DRAFT, radiate(vectors, velocity, fidelity=DRAFT.acoustics).replace(input_speed=forces.input_speed),
+            velocity, transfer_vectors=vectors, housing=housing, force_spectrum=forces, mesh_laws=laws,
+        )  # fmt: skip
+        assert made.over_speed[part] == pytest.approx(steady.level, abs=1.0)
+        assert made.limits[part, :, 1] - made.over_speed[part] == pytest.approx(
+            steady.overall[:, 1] - steady.level, abs=0.35
+        )
+    low, high = made.overall.T
+    assert ((low < made.level) & (made.level < high)).all()
+    other = housing.replace(natural_frequency=housing.natural_frequency * 1.002)
+    modal = modal_transfer_vectors(vectors, other, lines[lines > 250], fidelity=DRAFT.acoustics)
+    moved = run_up_pressure(noise_transfer_functions(modal, other), rising)
+    exact = run_up_band(case, DRAFT, moved, rising, vectors, other, housing_is_exact=True)
+    inside = (made.limits[2:, :, 0] < exact.over_speed[2:]) & (exact.over_speed[2:] < made.limits[2:, :, 1])
+    assert inside.all()
+    assert "housing" not in exact.bands[0].sources
+
+
+def test_forces_of_a_run_up_have_their_level_and_band_at_every_speed(case, housing, rising):
+    made = run_up_force_band(case, DRAFT, rising, housing=housing, mesh_laws=[law([1e-6, 1e-7])])
+    assert made.over_speed[:, 0] == pytest.approx(
+        20 * np.log10(3 * 3**0.5 / 2**0.5 / 1e-6) + 10 * np.log10(1.5), abs=0.1
+    )
+    relative = [band.sources["gear"].max() / band.amplitude.max() for band in made.bands]
+    assert max(relative) < 0.05
+    exact = run_up_force_band(case, DRAFT, rising)
+    assert exact.overall[0] == pytest.approx([exact.level[0]] * 2)
 
 
 @pytest.mark.parametrize("fidelity", [DRAFT, STANDARD], ids=lambda preset: preset.name)

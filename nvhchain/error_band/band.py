@@ -1,0 +1,88 @@
+"""Limits of amplitudes at lines, from the errors of independent sources."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from nvhchain import levels
+from nvhchain.conventions import REFERENCE_PRESSURE
+from nvhchain.handoff import FloatArray
+
+COVERAGE = 2.0
+"""Width of the band over the estimated errors: about 95 % of normally distributed ones lie within two."""
+
+
+@dataclass(frozen=True, eq=False)
+class ErrorBand:
+    """Limits of the levels at the lines of a pressure, or of another quantity.
+
+    frequency: (n_f,) Hz.  amplitude: (n_f, n_place), of a pressure Pa at field points.  sources: name → estimated error
+    (n_f, n_place) of one stage or knob.  reference: (RMS) of 0 dB.  weighted: whether the overall level is A-weighted.
+    """
+
+    frequency: FloatArray
+    amplitude: FloatArray
+    sources: Mapping[str, FloatArray]
+    reference: float = REFERENCE_PRESSURE
+    weighted: bool = True
+
+    @property
+    def pressure(self) -> FloatArray:
+        """(n_f, n_point) Pa: the amplitudes of a pressure."""
+        return self.amplitude
+
+    @cached_property
+    def error(self) -> FloatArray:
+        """(n_f, n_place): all sources in quadrature, times `COVERAGE`."""
+        squares = [source**2 for source in self.sources.values()]
+        return np.asarray(COVERAGE * np.sqrt(np.sum(squares, axis=0))) if squares else np.zeros(self.amplitude.shape)
+
+    @property
+    def lower(self) -> FloatArray:
+        """(n_f, n_place) dB; where the error exceeds the amplitude there is no lower limit, and this is below −5000."""
+        return levels.decibel(np.maximum(self.amplitude - self.error, 0.0), self.reference)
+
+    @property
+    def upper(self) -> FloatArray:
+        """(n_f, n_place) dB."""
+        return levels.decibel(self.amplitude + self.error, self.reference)
+
+    @property
+    def level(self) -> FloatArray:
+        """(n_place,) dB(A), or dB where it is not weighted: the overall level that the limits belong to."""
+        total = levels.overall(self.frequency, self.amplitude.astype(complex), weighted=self.weighted)
+        return np.asarray(total - 20 * np.log10(self.reference / REFERENCE_PRESSURE))
+
+    @property
+    def overall(self) -> FloatArray:
+        """(n_place, 2) dB(A) or dB: limits of the overall level; −inf where an error takes all of the sound.
+
+        The errors of one source go the same way at all lines (a mesh is too stiff everywhere), those of `housing` one
+        way below a resonance and the other above it: the first add up over the lines, the second in quadrature.
+        Energy changes by (p ± e)² − p², summed; for the lower limit by Cauchy and Schwarz at most to (1 − Σpe/Σp²)².
+        """
+        weight = np.ones((len(self.frequency), 1))
+        if self.weighted:
+            weight = 10 ** (levels.a_weighting(self.frequency) / 10)[:, None]
+        energy = (weight * self.amplitude**2).sum(axis=0)
+        energy = np.where(energy > 0, energy, 1.0)
+        squares = np.zeros_like(energy)
+        for name, source in self.sources.items():
+            parts = weight * self.amplitude * source
+            squares += (parts**2).sum(axis=0) if name == "housing" else parts.sum(axis=0) ** 2
+        share = COVERAGE * np.sqrt(squares) / energy
+        added = (weight * self.error**2).sum(axis=0) / energy
+        with np.errstate(divide="ignore"):
+            limits = np.log10([np.maximum(1.0 - share, 0.0) ** 2, 1.0 + 2.0 * share + added])
+        return np.asarray(self.level[:, None] + 10 * limits.T)
+
+
+def format_limits(limits: Sequence[float | None]) -> str:
+    """Lower and upper limit as text; −inf and None are no limit."""
+    lower, upper = limits
+    assert upper is not None
+    return f"below {upper:.1f}" if lower is None or lower == -np.inf else f"{lower:.1f}…{upper:.1f}"

@@ -1,0 +1,143 @@
+"""What modes that lie at wrong frequencies, and those left out, do to the motion of a housing and to its sound.
+
+A housing whose modes lie too high is wrong near resonances and nowhere else: every mode is moved by what its mesh
+leaves open, each by itself, and its share is taken again.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from nvhchain.case import GearboxCase
+from nvhchain.fidelity import Fidelity
+from nvhchain.handoff import (
+    ComplexArray,
+    FloatArray,
+    ForceSpectrum,
+    ModalTransferVectors,
+    RadiationResistance,
+    ReducedHousing,
+)
+from nvhchain.housing import Casting
+from nvhchain.housing.reduction import bending_wavelength
+
+FREQUENCY_ERROR = 1.2
+"""Relative error of a natural frequency over the square of element size per bending wavelength of the wall there."""
+
+FORCE_SHARE = 0.75
+"""Share of what a misplaced mode does to the radiated sound that it also does to the bearing forces, which are found
+with the same housing."""
+
+
+@dataclass(frozen=True, eq=False)
+class ModalShares:
+    """modes: (n_f, n_place, n_mode) amplitude of each mode's share.  residual: (n_f, n_place).  moved: (n_f, n_mode)
+    relative change of a mode's motion within the error of its frequency.  frequency: (n_f,) Hz."""
+
+    modes: FloatArray
+    residual: FloatArray
+    moved: FloatArray
+    frequency: FloatArray
+
+    @property
+    def size(self) -> FloatArray:
+        """(n_f, n_place) all shares without cancellation."""
+        return np.asarray(np.sqrt((self.modes**2).sum(axis=2) + self.residual**2))
+
+    def errors(self, case: GearboxCase, fidelity: Fidelity) -> dict[str, FloatArray]:
+        """(n_f, n_place) of modes that are moved, and of those above, of which the residual has the statics."""
+        change = np.sqrt(((self.modes * self.moved[:, None, :]) ** 2).sum(axis=2))
+        top = fidelity.housing.mode_ratio * case.band.high
+        cut = self.residual * (self.frequency / top)[:, None] ** 2
+        return {"housing": (1.0 + FORCE_SHARE) * change, "modes left out": cut}
+
+    def seen_by_forces(self) -> FloatArray:
+        """(n_f, 1) relative error of the bearing forces, from that of the housing's motion at one place."""
+        change = np.sqrt(((self.modes * self.moved[:, None, :]) ** 2).sum(axis=(1, 2)))
+        size = np.sqrt((self.size**2).sum(axis=1))
+        return np.asarray(FORCE_SHARE * (change / np.where(size > 0, size, 1.0))[:, None])
+
+
+def of_pressure(
+    case: GearboxCase,
+    fidelity: Fidelity,
+    housing: ReducedHousing,
+    forces: ForceSpectrum,
+    modal: ModalTransferVectors,
+) -> ModalShares:
+    """Pa at the field points, at the lines of the modal transfer vectors."""
+    lines = modal.frequency
+    rate, motion = _motion(housing, forces, lines)
+    residual = modal.residual.reshape(*modal.residual.shape[:2], rate.shape[1])
+    return ModalShares(
+        np.abs(modal.modes * motion[:, None, :]),
+        np.abs((residual * rate[:, None, :]).sum(axis=2)),
+        _moved(case, fidelity, housing, lines),
+        lines,
+    )
+
+
+def of_velocity(case: GearboxCase, fidelity: Fidelity, housing: ReducedHousing, forces: ForceSpectrum) -> ModalShares:
+    """m/s, root mean square over the surface, in one place."""
+    lines = forces.frequency
+    rate, motion = _motion(housing, forces, lines)
+    share = housing.surface.areas / housing.surface.areas.sum()
+    mode = np.sqrt(housing.normal_shapes**2 @ share)
+    face = housing.face_residual.reshape(rate.shape[1], -1)
+    residual = np.sqrt(np.maximum(np.einsum("fi,ij,fj->f", rate.conj(), (face * share) @ face.T, rate).real, 0.0))
+    return ModalShares(
+        np.abs(motion)[:, None, :] * mode, residual[:, None], _moved(case, fidelity, housing, lines), lines
+    )
+
+
+def of_power(
+    case: GearboxCase,
+    fidelity: Fidelity,
+    housing: ReducedHousing,
+    forces: ForceSpectrum,
+    resistance: RadiationResistance,
+) -> ModalShares:
+    """√W of radiated power, each mode and residual motion by itself."""
+    lines = forces.frequency
+    rate, motion = _motion(housing, forces, lines)
+    waves = np.sqrt(0.5 * (np.abs(resistance.waves) ** 2).sum(axis=1))
+    # the waves of small bodies grow with the frequency: their shares are smooth over it
+    known = np.flatnonzero(resistance.frequency > 0)
+    per_hertz = waves[known] / resistance.frequency[known, None]
+    each = np.stack([np.interp(lines, resistance.frequency[known], column) for column in per_hertz.T], axis=1)
+    each = each * lines[:, None]
+    modes = len(housing.natural_frequency)
+    residual = np.sqrt(((np.abs(rate) * each[:, modes:]) ** 2).sum(axis=1))
+    return ModalShares(
+        (np.abs(motion) * each[:, :modes])[:, None, :],
+        residual[:, None],
+        _moved(case, fidelity, housing, lines),
+        lines,
+    )
+
+
+def _motion(housing: ReducedHousing, forces: ForceSpectrum, lines: FloatArray) -> tuple[ComplexArray, ComplexArray]:
+    """Rates of force (n_f, 3 n_bearing) N/s and modal velocities (n_f, n_mode) at lines of the spectrum."""
+    rows = np.abs(forces.frequency[None, :] - lines[:, None]).argmin(axis=1)
+    rate = 2j * np.pi * lines[:, None] * forces.in_order(housing.names)[rows]
+    count = len(housing.natural_frequency)
+    return rate, (rate @ housing.seat_shapes.reshape(count, rate.shape[1]).T) * housing.receptance(lines)
+
+
+def _moved(case: GearboxCase, fidelity: Fidelity, housing: ReducedHousing, lines: FloatArray) -> FloatArray:
+    """(n_f, n_mode) relative change of a mode's motion within the error of its frequency.
+
+    The mesh of another program is not judged.
+    """
+    shift = np.zeros(len(housing.natural_frequency))
+    if isinstance(case.housing, Casting):
+        wave = np.array([bending_wavelength(case.housing, f) for f in housing.natural_frequency])
+        shift = FREQUENCY_ERROR * (fidelity.housing.element_size / wave) ** 2
+    here = housing.receptance(lines)
+    moved = np.zeros(here.shape)
+    for way in (-1.0, 1.0):
+        other = housing.replace(natural_frequency=housing.natural_frequency * (1.0 + way * shift))
+        moved = np.maximum(moved, np.abs(other.receptance(lines) / here - 1.0))
+    return moved

@@ -1,0 +1,147 @@
+"""Error bands of what a run answers, from the hand-offs it made; what it was given counts as exact."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import Protocol
+
+from nvhchain.case import Case, GearboxCase
+from nvhchain.error_band.band import ErrorBand
+from nvhchain.error_band.quantities import error_band, force_band, power_band, velocity_band
+from nvhchain.error_band.run_up import RunUpBand, run_up_band, run_up_force_band
+from nvhchain.fidelity import Fidelity
+from nvhchain.handoff import (
+    BearingForces,
+    FieldPressure,
+    ForceSpectrum,
+    MeshLaw,
+    PressureHistory,
+    RadiationResistance,
+    ReducedHousing,
+    SoundPower,
+    SurfaceVelocity,
+    TransferVectors,
+)
+
+
+class Run(Protocol):
+    """What a run made or was given (`given`: by name), None where the case needs none."""
+
+    @property
+    def case(self) -> Case: ...
+    @property
+    def fidelity(self) -> Fidelity: ...
+    @property
+    def mesh_laws(self) -> tuple[MeshLaw, ...]: ...
+    @property
+    def bearing_forces(self) -> BearingForces | None: ...
+    @property
+    def force_spectrum(self) -> ForceSpectrum | None: ...
+    @property
+    def housing(self) -> ReducedHousing | None: ...
+    @property
+    def surface_velocity(self) -> SurfaceVelocity | None: ...
+    @property
+    def transfer_vectors(self) -> TransferVectors | None: ...
+    @property
+    def pressure(self) -> FieldPressure | None: ...
+    @property
+    def pressure_history(self) -> PressureHistory | None: ...
+    @property
+    def radiation_resistance(self) -> RadiationResistance | None: ...
+    @property
+    def sound_power(self) -> SoundPower | None: ...
+    @property
+    def given(self) -> tuple[str, ...]: ...
+
+
+def forces_band(run: Run) -> ErrorBand | RunUpBand:
+    """Of the bearing forces, at lines or over the speed."""
+    assert isinstance(run.case, GearboxCase)
+    if run.force_spectrum is not None:
+        return force_band(
+            run.case, run.fidelity, run.force_spectrum, housing=_made_housing(run), mesh_laws=_made_laws(run)
+        )
+    assert run.bearing_forces is not None
+    return run_up_force_band(
+        run.case, run.fidelity, run.bearing_forces, housing=_made_housing(run), mesh_laws=_made_laws(run)
+    )
+
+
+def surface_band(run: Run) -> ErrorBand:
+    """Of the surface velocity."""
+    assert run.surface_velocity is not None
+    return velocity_band(
+        run.case,
+        run.fidelity,
+        run.surface_velocity,
+        housing=_made_housing(run),
+        force_spectrum=run.force_spectrum,
+        mesh_laws=_made_laws(run),
+    )
+
+
+def pressure_band(run: Run) -> ErrorBand | RunUpBand:
+    """Of the sound pressure, at lines or over the speed."""
+    if run.pressure_history is not None:
+        assert isinstance(run.case, GearboxCase)
+        assert run.bearing_forces is not None
+        assert run.transfer_vectors is not None
+        assert run.housing is not None
+        return run_up_band(
+            run.case,
+            run.fidelity,
+            run.pressure_history,
+            run.bearing_forces,
+            run.transfer_vectors,
+            run.housing,
+            housing_is_exact="housing" in run.given,
+            mesh_laws=_made_laws(run),
+        )
+    assert run.pressure is not None
+    assert run.surface_velocity is not None
+    return error_band(
+        run.case,
+        run.fidelity,
+        run.pressure,
+        run.surface_velocity,
+        transfer_vectors=run.transfer_vectors,
+        housing=_made_housing(run),
+        force_spectrum=run.force_spectrum,
+        mesh_laws=_made_laws(run),
+    )
+
+
+def sound_power_band(run: Run) -> ErrorBand:
+    """Of the sound power."""
+    assert run.sound_power is not None
+    return power_band(
+        run.case,
+        run.fidelity,
+        run.sound_power,
+        velocity=run.surface_velocity,
+        radiation_resistance=run.radiation_resistance,
+        housing=_made_housing(run),
+        force_spectrum=run.force_spectrum,
+        mesh_laws=_made_laws(run),
+    )
+
+
+def _made_housing(run: Run) -> ReducedHousing | None:
+    return None if "housing" in run.given else run.housing
+
+
+def _made_laws(run: Run) -> tuple[MeshLaw, ...]:
+    return () if "mesh_laws" in run.given else run.mesh_laws
+
+
+BANDS: Mapping[str, Callable[[Run], ErrorBand | RunUpBand]] = MappingProxyType(
+    {
+        "bearing_forces": forces_band,
+        "surface_velocity": surface_band,
+        "pressure": pressure_band,
+        "sound_power": sound_power_band,
+    }
+)
+"""Quantity of a case → its band."""

@@ -1,0 +1,185 @@
+"""Error bands of what a steady run answers: the sources of every stage that the quantity has passed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from nvhchain import acoustics
+from nvhchain.case import Case, GearboxCase
+from nvhchain.conventions import REFERENCE_FORCE, REFERENCE_POWER, REFERENCE_PRESSURE, REFERENCE_VELOCITY
+from nvhchain.error_band import housing as modal
+from nvhchain.error_band.band import COVERAGE, ErrorBand
+from nvhchain.error_band.gears import force_error
+from nvhchain.error_band.radiation import radiation_error, relative
+from nvhchain.errors import require
+from nvhchain.fidelity import Fidelity
+from nvhchain.handoff import (
+    FieldPressure,
+    FloatArray,
+    ForceSpectrum,
+    MeshLaw,
+    RadiationResistance,
+    ReducedHousing,
+    SoundPower,
+    SurfaceVelocity,
+    TransferVectors,
+)
+
+MASTER_MARGIN = 3.0
+"""Between the estimated error of interpolation and the true one, at most in nine of ten cases."""
+
+
+def error_band(
+    case: Case,
+    fidelity: Fidelity,
+    pressure: FieldPressure,
+    velocity: SurfaceVelocity,
+    *,
+    transfer_vectors: TransferVectors | None = None,
+    housing: ReducedHousing | None = None,
+    force_spectrum: ForceSpectrum | None = None,
+    mesh_laws: Sequence[MeshLaw] = (),
+) -> ErrorBand:
+    """Error band of `pressure` at its lines.
+
+    What is not handed in was given to the run, or does not exist: it is taken as exact (`mesh_laws` without which the
+    forces were given; `housing` and `force_spectrum` without which the velocity was).
+    Raises InputError where pressure and velocity have other lines.
+    """
+    lines, size = pressure.frequency, np.abs(pressure.pressure)
+    require(
+        np.array_equal(lines, velocity.frequency),
+        f"pressure at {len(lines)} and velocity at {len(velocity.frequency)} lines: give those of one run",
+    )
+    scale, sources = size, dict[str, FloatArray]()
+    if housing is not None and force_spectrum is not None and transfer_vectors is not None:
+        assert isinstance(case, GearboxCase)
+        vectors = acoustics.modal_transfer_vectors(transfer_vectors, housing, lines, fidelity=fidelity.acoustics)
+        shares = modal.of_pressure(case, fidelity, housing, force_spectrum, vectors)
+        scale = np.maximum(size, shares.size)
+        sources |= shares.errors(case, fidelity)
+    sources |= times(force_sources(case, fidelity, mesh_laws, lines, pressure.input_speed, size), size)
+    told = transfer_vectors.provenance if transfer_vectors is not None else {}
+    sources |= times(radiation_error(velocity.surface, lines, case, fidelity.acoustics, told), scale)
+    if transfer_vectors is not None and len(transfer_vectors.frequency) > 2:
+        estimate = acoustics.interpolation_error(transfer_vectors, velocity, fidelity=fidelity.acoustics)
+        sources["masters"] = MASTER_MARGIN * estimate / COVERAGE
+    return ErrorBand(lines, size, sources)
+
+
+def force_band(
+    case: GearboxCase,
+    fidelity: Fidelity,
+    force_spectrum: ForceSpectrum,
+    *,
+    housing: ReducedHousing | None = None,
+    mesh_laws: Sequence[MeshLaw] = (),
+    width: FloatArray | float = 0.0,
+) -> ErrorBand:
+    """Error band of the bearing forces, N: every bearing's resultant amplitude √(Σ|F_i|²), (n_f, n_bearing).
+
+    width: orders of the input on either side of a line of which something is in it, as where the speed changes.
+    """
+    lines, speed = force_spectrum.frequency, force_spectrum.input_speed
+    size = np.sqrt((np.abs(force_spectrum.force) ** 2).sum(axis=2))
+    sources = force_sources(case, fidelity, mesh_laws, lines, speed, size, width)
+    if housing is not None and mesh_laws:
+        sources["housing"] = modal.of_velocity(case, fidelity, housing, force_spectrum).seen_by_forces()
+    return ErrorBand(lines, size, times(sources, size), reference=REFERENCE_FORCE, weighted=False)
+
+
+def velocity_band(
+    case: Case,
+    fidelity: Fidelity,
+    velocity: SurfaceVelocity,
+    *,
+    housing: ReducedHousing | None = None,
+    force_spectrum: ForceSpectrum | None = None,
+    mesh_laws: Sequence[MeshLaw] = (),
+) -> ErrorBand:
+    """Error band of the surface velocity, m/s: its root mean square over the surface, (n_f, 1)."""
+    share = velocity.surface.areas / velocity.surface.areas.sum()
+    size = np.sqrt(np.abs(velocity.normal_velocity) ** 2 @ share)[:, None]
+    sources = dict[str, FloatArray]()
+    if housing is not None and force_spectrum is not None:
+        assert isinstance(case, GearboxCase)
+        sources |= modal.of_velocity(case, fidelity, housing, force_spectrum).errors(case, fidelity)
+    speed = force_spectrum.input_speed if force_spectrum is not None else 0.0
+    sources |= times(force_sources(case, fidelity, mesh_laws, velocity.frequency, speed, size), size)
+    return ErrorBand(velocity.frequency, size, sources, reference=REFERENCE_VELOCITY, weighted=False)
+
+
+def power_band(
+    case: Case,
+    fidelity: Fidelity,
+    power: SoundPower,
+    *,
+    velocity: SurfaceVelocity | None = None,
+    radiation_resistance: RadiationResistance | None = None,
+    housing: ReducedHousing | None = None,
+    force_spectrum: ForceSpectrum | None = None,
+    mesh_laws: Sequence[MeshLaw] = (),
+) -> ErrorBand:
+    """Error band of the sound power, as that of a pressure of the same level, Pa: (n_f, 1), re 1 pW.
+
+    Either `velocity` or `radiation_resistance` is what the power was found from.
+    """
+    lines = power.frequency
+    scale_of_level = np.sqrt(2.0 / REFERENCE_POWER) * REFERENCE_PRESSURE
+    size = np.sqrt(power.power)[:, None]
+    sources = dict[str, FloatArray]()
+    if housing is not None and force_spectrum is not None:
+        assert isinstance(case, GearboxCase)
+        rows = np.searchsorted(force_spectrum.frequency, lines)
+        loaded = force_spectrum.replace(frequency=lines, force=force_spectrum.force[rows])
+        if radiation_resistance is not None:
+            sources |= modal.of_power(case, fidelity, housing, loaded, radiation_resistance).errors(case, fidelity)
+        else:
+            shares = modal.of_velocity(case, fidelity, housing, loaded)
+            moving = np.where(shares.size > 0, shares.size, 1.0)
+            sources |= {name: size * error / moving for name, error in shares.errors(case, fidelity).items()}
+    sources |= times(force_sources(case, fidelity, mesh_laws, lines, power.input_speed, size), size)
+    surface = velocity.surface if velocity is not None else housing.surface if housing is not None else None
+    assert surface is not None
+    sources |= times(radiation_error(surface, lines, case, fidelity.acoustics, power.provenance), size)
+    for name, key in (("masters", "interpolation_error_dB"), ("cancellation", "cancellation_error_dB")):
+        if key in power.provenance:
+            sources[name] = relative(power.provenance[key]) * size
+    return ErrorBand(lines, scale_of_level * size, times(sources, scale_of_level))
+
+
+def force_sources(
+    case: Case,
+    fidelity: Fidelity,
+    laws: Sequence[MeshLaw],
+    lines: FloatArray,
+    input_speed: float,
+    size: FloatArray,
+    width: FloatArray | float = 0.0,
+) -> dict[str, FloatArray]:
+    """Relative errors (n_f, n_place) of what bearing forces do at `lines`, where the mesh laws were made.
+
+    size: (n_f, n_place) of what they do.  width: as of `force_band`.
+    """
+    if not isinstance(case, GearboxCase) or not laws:
+        return {}
+    turns = input_speed / (2 * np.pi)
+    orders = lines / turns if turns else lines
+    floor = fidelity.dynamics.settle_level * size.max(axis=0)
+    return {
+        "gear": force_error(case, laws, fidelity.gear, float(orders[-1])).relative(orders, width)[:, None],
+        "time step": step_error(lines, fidelity.dynamics.time_step),
+        "settling": floor / np.where(size > 0, size, 1.0),
+    }
+
+
+def step_error(frequency: FloatArray, step: float) -> FloatArray:
+    """(n_f, 1): forces that are constant over a step lose (ωh)²/24 of their amplitude, their phase as much again."""
+    return np.asarray(((2 * np.pi * frequency * step) ** 2 / 12.0)[:, None])
+
+
+def times(sources: Mapping[str, FloatArray], size: FloatArray | float) -> dict[str, FloatArray]:
+    """Relative errors as amplitudes."""
+    return {name: np.asarray(source * size) for name, source in sources.items()}

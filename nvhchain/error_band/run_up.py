@@ -1,0 +1,162 @@
+"""Error band of a run-up: of the level over the speed, and of the whole record."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from nvhchain import acoustics, levels
+from nvhchain.case import GearboxCase
+from nvhchain.error_band import housing as modal
+from nvhchain.error_band.band import COVERAGE, ErrorBand
+from nvhchain.error_band.quantities import MASTER_MARGIN, force_band, force_sources, times
+from nvhchain.error_band.radiation import radiation_error
+from nvhchain.fidelity import Fidelity
+from nvhchain.handoff import (
+    BearingForces,
+    FloatArray,
+    ForceSpectrum,
+    MeshLaw,
+    PressureHistory,
+    ReducedHousing,
+    TransferVectors,
+)
+from nvhchain.housing import respond
+from nvhchain.spectrum import amplitude_spectrum
+
+INSTANTS = 20
+"""Equal parts into which a run-up is divided."""
+
+LINES = 800
+"""Most lines in the band at which a part is judged, from a window in its middle that is no longer than they need."""
+
+MAIN_LOBE = 2.0
+"""Lines on either side of a wave's own over which a Hann window spreads it."""
+
+
+@dataclass(frozen=True, eq=False)
+class RunUpBand:
+    """Limits of the level over the speed.
+
+    input_speed: (n,) rad/s, mean of each part.  over_speed: (n, n_place) dB(A) of the parts, or dB.
+    limits: (n, n_place, 2) in the same.  bands: of the lines of a window in the middle of every part.
+    """
+
+    input_speed: FloatArray
+    over_speed: FloatArray
+    limits: FloatArray
+    bands: tuple[ErrorBand, ...]
+
+    @property
+    def level(self) -> FloatArray:
+        """(n_place,) of the whole record; its parts last alike."""
+        return np.asarray(10 * np.log10((10 ** (self.over_speed / 10)).mean(axis=0)))
+
+    @property
+    def overall(self) -> FloatArray:
+        """(n_place, 2): limits of the level of the whole record, where all parts are at theirs."""
+        with np.errstate(divide="ignore"):
+            return np.asarray(10 * np.log10((10 ** (self.limits / 10)).mean(axis=0)))
+
+
+@dataclass(frozen=True, eq=False)
+class _Instant:
+    """spectrum: of a window, at lines of the band.  width: (n_f,) orders that the input's speed sweeps at each."""
+
+    spectrum: ForceSpectrum
+    width: FloatArray
+
+
+def run_up_force_band(
+    case: GearboxCase,
+    fidelity: Fidelity,
+    bearing_forces: BearingForces,
+    *,
+    housing: ReducedHousing | None = None,
+    mesh_laws: Sequence[MeshLaw] = (),
+) -> RunUpBand:
+    """Error band of the bearing forces, level (dB re 1 µN) of every bearing's resultant in the band of the case."""
+    instants = list(_instants(case, bearing_forces))
+    bands = tuple(
+        force_band(case, fidelity, instant.spectrum, housing=housing, mesh_laws=mesh_laws, width=instant.width)
+        for instant in instants
+    )
+    return RunUpBand(
+        _speeds(bearing_forces), np.array([band.level for band in bands]), np.array([b.overall for b in bands]), bands
+    )
+
+
+def run_up_band(
+    case: GearboxCase,
+    fidelity: Fidelity,
+    history: PressureHistory,
+    bearing_forces: BearingForces,
+    transfer_vectors: TransferVectors,
+    housing: ReducedHousing,
+    *,
+    housing_is_exact: bool = False,
+    mesh_laws: Sequence[MeshLaw] = (),
+) -> RunUpBand:
+    """Error band of the sound pressure of a run-up, from the sources of a steady run at the lines of each instant.
+
+    mesh_laws: as for `error_band`.  housing_is_exact: it was given to the run.
+    """
+    instants = list(_instants(case, bearing_forces))
+    lines = instants[0].spectrum.frequency
+    vectors = acoustics.modal_transfer_vectors(transfer_vectors, housing, lines, fidelity=fidelity.acoustics)
+    told = transfer_vectors.provenance
+    radiated = radiation_error(housing.surface, lines, case, fidelity.acoustics, told)
+    sounds = [np.abs(acoustics.modal_pressure(vectors, housing, instant.spectrum).pressure) for instant in instants]
+    loudest = int(np.argmax([np.linalg.norm(sound) for sound in sounds]))
+    between = _interpolation(transfer_vectors, housing, instants[loudest].spectrum, fidelity)
+    bands = []
+    for instant, size in zip(instants, sounds, strict=True):
+        shares = modal.of_pressure(case, fidelity, housing, instant.spectrum, vectors)
+        speed = instant.spectrum.input_speed
+        sources = force_sources(case, fidelity, mesh_laws, lines, speed, size, instant.width)
+        errors = {} if housing_is_exact else shares.errors(case, fidelity)
+        sources = errors | times(sources, size) | times(radiated, np.maximum(size, shares.size))
+        share = float(np.linalg.norm(size)) / max(float(np.linalg.norm(sounds[loudest])), 1e-300)
+        bands.append(ErrorBand(lines, size, sources | times(between, share)))
+    parts = np.array_split(history.pressure, INSTANTS)
+    rate = (len(history.time) - 1) / float(history.time[-1] - history.time[0])
+    level = np.array([levels.equivalent(part, sample_rate=rate) for part in parts])
+    limits = level[:, :, None] + np.array([band.overall - band.level[:, None] for band in bands])
+    return RunUpBand(_speeds(bearing_forces), level, limits, tuple(bands))
+
+
+def _instants(case: GearboxCase, forces: BearingForces) -> Iterator[_Instant]:
+    """The middle of every part."""
+    low, high, rate = case.band.low, case.band.high, forces.sample_rate
+    parts = [range(part[0], part[-1] + 1) for part in np.array_split(np.arange(len(forces.time)), INSTANTS)]
+    count = min(*(len(part) for part in parts), int(LINES / (high - low) * rate))
+    for part in parts:
+        first = part.start + (len(part) - count) // 2
+        window = slice(first, first + count)
+        lines, force = amplitude_spectrum(forces.force[window], rate, periodic=False)
+        heard = (lines >= low) & (lines <= high) & (lines > 0)
+        speed = forces.input_speed[window]
+        turns = float(speed.mean()) / (2 * np.pi)
+        sweep = lines * float(np.ptp(speed)) / (2 * np.pi) / 2.0 + MAIN_LOBE * rate / count
+        yield _Instant(
+            ForceSpectrum(lines[heard], force[heard], forces.names, input_speed=float(speed.mean())),
+            sweep[heard] / turns,
+        )
+
+
+def _speeds(forces: BearingForces) -> FloatArray:
+    """(n,) rad/s, mean of every part."""
+    return np.array([part.mean() for part in np.array_split(forces.input_speed, INSTANTS)])
+
+
+def _interpolation(
+    vectors: TransferVectors, housing: ReducedHousing, spectrum: ForceSpectrum, fidelity: Fidelity
+) -> dict[str, FloatArray]:
+    """Error (n_f, n_point) Pa of interpolation between masters where these forces act."""
+    if len(vectors.frequency) < 3:
+        return {}
+    velocity = respond(housing, spectrum)
+    estimate = acoustics.interpolation_error(vectors, velocity, fidelity=fidelity.acoustics)
+    return {"masters": MASTER_MARGIN * estimate / COVERAGE}

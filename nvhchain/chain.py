@@ -19,12 +19,14 @@ from nvhchain.error_band import ErrorBand, error_band
 from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.handoff import (
     BearingForces,
+    Directivity,
     FieldPressure,
     FloatArray,
     ForceSpectrum,
     MeshLaw,
     NoiseTransferFunctions,
     PressureHistory,
+    RadiationEfficiency,
     RadiationResistance,
     ReducedHousing,
     SoundPower,
@@ -55,6 +57,8 @@ class Result:
     pressure_history: PressureHistory | None = None
     radiation_resistance: RadiationResistance | None = None
     sound_power: SoundPower | None = None
+    radiation_efficiency: RadiationEfficiency | None = None
+    directivity: Directivity | None = None
     given: tuple[str, ...] = ()
 
     @property
@@ -158,6 +162,8 @@ class _Chain:
             "surface_velocity": "surface_velocity",
             "pressure": "pressure_history" if running_up else "pressure",
             "sound_power": "sound_power",
+            "radiation_efficiency": "radiation_efficiency",
+            "directivity": "directivity",
         }
         getattr(self, answers[quantity])
 
@@ -218,16 +224,33 @@ class _Chain:
             self._gearbox, self.housing, lines, self.fidelity, self._shared, self._executor
         )
 
+    @property
+    def _by_modes(self) -> bool:
+        """Whether the power is that of the housing's modes: unless only a velocity is given or the level takes nothing
+        else."""
+        cheap = self.fidelity.acoustics.radiation != "boundary_elements"
+        return not (cheap or isinstance(self.case, RadiatorCase) or "surface_velocity" in self._given)
+
     @cached_property
     def sound_power(self) -> SoundPower:
-        """From the housing's modes, unless only a velocity is given or the level takes nothing else."""
-        cheap = self.fidelity.acoustics.radiation != "boundary_elements"
-        if cheap or isinstance(self.case, RadiatorCase) or "surface_velocity" in self._given:
+        if not self._by_modes:
             velocity = self.surface_velocity
             forces = vars(self).get("force_spectrum")
             return stages.sound_power(self.case, velocity, forces, self.fidelity, self._spine, self._executor)
         forces = self.force_spectrum
         return stages.modal_power(self.radiation_resistance, self.housing, forces, self.fidelity, self._spine)
+
+    @cached_property
+    def radiation_efficiency(self) -> RadiationEfficiency:
+        power = self.sound_power
+        if not self._by_modes:
+            return stages.radiation_efficiency(self.case, power, self.surface_velocity, self._spine)
+        return stages.modal_efficiency(power, self.radiation_resistance, self.housing, self.force_spectrum, self._spine)
+
+    @cached_property
+    def directivity(self) -> Directivity:
+        power, pressure = self.sound_power, self.pressure
+        return stages.directivity(self.case, pressure, power, self.surface_velocity.surface, self._spine)
 
     @cached_property
     def noise_transfer_functions(self) -> NoiseTransferFunctions:

@@ -229,12 +229,18 @@ def _run(options: argparse.Namespace) -> int:
         result = chain.run(
             case, fidelity=_fidelity(options, [case]), out=out, executor=executor, watcher=Console(), **given
         )
-    silent = [quantity for quantity in case.quantities if quantity not in ("pressure", "sound_power")]
+    silent = [quantity for quantity in case.quantities if quantity in ("bearing_forces", "surface_velocity")]
     if silent:
         print(f"{case.name}: {', '.join(silent)} in {out}")
-    if result.sound_power is not None:
+    if result.sound_power is not None and "sound_power" in case.quantities:
         level = levels.overall_power(result.sound_power.frequency, result.sound_power.power)
         print(f"{case.name}: sound power {level:.1f} dB(A) re 1 pW")
+    if result.radiation_efficiency is not None:
+        efficiency = result.radiation_efficiency.efficiency
+        print(f"{case.name}: radiation efficiency {efficiency.min():.3g}…{efficiency.max():.3g}")
+    if result.directivity is not None:
+        for point, index in zip(case.field_points, result.directivity.index.T, strict=True):
+            print(f"{case.name}: directivity index {index.min():.1f}…{index.max():.1f} dB at {point.name}")
     if "pressure" in case.quantities:
         band = result.error_band.overall if result.pressure is not None else None
         for index, (point, heard) in enumerate(zip(case.field_points, result.overall, strict=True)):

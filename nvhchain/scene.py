@@ -10,7 +10,7 @@ from pathlib import Path
 import psutil
 
 from nvhchain import acoustics, housing, interop
-from nvhchain.case import Case, GearboxCase, HousingModel, RadiatorCase
+from nvhchain.case import HEARD, RADIATED, Case, GearboxCase, HousingModel, RadiatorCase
 from nvhchain.errors import InputError, ResourceError
 from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.housing.reduction import check_bending_resolution
@@ -88,18 +88,18 @@ def plan(case: Case, *, fidelity: Fidelity = STANDARD) -> Plan:
             fidelity.name,
             tuple(
                 [given]
-                + [_transfer_vectors(case, fidelity, faces, area)] * ("pressure" in case.quantities)
-                + [_sound_power(case, fidelity, faces, area)] * ("sound_power" in case.quantities)
+                + [_transfer_vectors(case, fidelity, faces, area)] * (not HEARD.isdisjoint(case.quantities))
+                + [_sound_power(case, fidelity, faces, area)] * (not RADIATED.isdisjoint(case.quantities))
             ),
             ("gears, dynamics and housing: the surface velocity is given in the case",),
         )
     area, unknowns = _extent(case, fidelity)
     stages = [_housing(case, fidelity, unknowns), *_mesh_laws(case, fidelity), _dynamics(case, fidelity)]
-    if "pressure" in case.quantities:
+    if HEARD.intersection(case.quantities):
         stages.append(_transfer_vectors(case, fidelity, _faces(case, fidelity, area), area))
-    if "sound_power" in case.quantities:
+    if RADIATED.intersection(case.quantities):
         stages.append(_sound_power(case, fidelity, _faces(case, fidelity, area), area))
-    if {"pressure", "surface_velocity"}.intersection(case.quantities):
+    if {"surface_velocity", *HEARD}.intersection(case.quantities):
         stages.append(_radiation(case, fidelity, area))
     return Plan(case.name, fidelity.name, tuple(stages), _skipped(case, fidelity))
 
@@ -135,10 +135,18 @@ def check_knobs(case: Case, fidelity: Fidelity, given: Collection[str] = ()) -> 
 
     given: as `preflight` takes it.
     """
-    if "sound_power" in case.quantities and fidelity.acoustics.radiation == "rayleigh":
+    radiated = sorted(RADIATED.intersection(case.quantities))
+    if radiated and fidelity.acoustics.radiation == "rayleigh":
         raise InputError(
-            f"{case.name} asks for sound_power, but the Rayleigh integral knows no pressure on the surface: choose "
-            "radiation = boundary_elements or equivalent_radiated_power"
+            f"{case.name} asks for {', '.join(radiated)}, but the Rayleigh integral knows no pressure on the surface: "
+            "choose radiation = boundary_elements" + " or equivalent_radiated_power" * (radiated == ["sound_power"])
+        )
+    if {"radiation_efficiency", "directivity"}.intersection(radiated) and (
+        fidelity.acoustics.radiation == "equivalent_radiated_power"
+    ):
+        raise InputError(
+            f"{case.name} asks for {', '.join(radiated)}, but the equivalent radiated power has an efficiency of 1 in "
+            "all directions by its definition: choose radiation = boundary_elements"
         )
     if not isinstance(case, GearboxCase):
         return
@@ -303,7 +311,7 @@ def _masters(case: Case, area: float) -> int:
 def _radiation(case: GearboxCase, fidelity: Fidelity, area: float) -> Stage:
     lines = (case.band.high - case.band.low) / case.band.resolution
     faces = _faces(case, fidelity, area)
-    points = len(case.field_points) if "pressure" in case.quantities else 0
+    points = len(case.field_points) if HEARD.intersection(case.quantities) else 0
     band = f"from {case.band.low:g} to {case.band.high:g} Hz"
     if case.operation.ramp is not None:
         name, models = "pressure", f"noise transfer functions {band}, convolved with the bearing forces"
@@ -331,9 +339,9 @@ def _skipped(case: GearboxCase, fidelity: Fidelity) -> tuple[str, ...]:
         f"lines outside {case.band.low:g}…{case.band.high:g} Hz",
         "acoustic load on the housing: one-way coupling",
     ]
-    if "sound_power" in case.quantities:
+    if RADIATED.intersection(case.quantities):
         reasons.append("radiation resistance between masters: interpolated")
-    if "pressure" in case.quantities:
+    if HEARD.intersection(case.quantities):
         reasons.append("transfer vectors between masters: interpolated; points that are not asked for")
     else:
         reasons.append("transfer vectors and sound pressure: not asked for")

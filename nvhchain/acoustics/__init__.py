@@ -1,6 +1,7 @@
 """Exterior acoustics: boundary elements, transfer vectors and what a vibrating surface radiates."""
 
 from nvhchain.acoustics.direct import solve_direct, surface_pressure
+from nvhchain.acoustics.directivity import directivity
 from nvhchain.acoustics.efficiency import (
     circle_points,
     directivity_index,
@@ -9,13 +10,20 @@ from nvhchain.acoustics.efficiency import (
     mean_square_velocity,
     radiation_efficiency,
     spread_power,
+    surface_efficiency,
 )
 from nvhchain.acoustics.engines import ENGINES, estimate_memory
 from nvhchain.acoustics.incident import IncidentField, PlaneWave, PointSource
 from nvhchain.acoustics.masters import adaptive_transfer_vectors
 from nvhchain.acoustics.microphones import array_points, array_power
 from nvhchain.acoustics.modal import modal_pressure, modal_transfer_vectors, noise_transfer_functions, transfer_pressure
-from nvhchain.acoustics.modal_power import modal_power, radiation_modes, resistance_matrices, waves_power
+from nvhchain.acoustics.modal_power import (
+    modal_efficiency,
+    modal_power,
+    radiation_modes,
+    resistance_matrices,
+    waves_power,
+)
 from nvhchain.acoustics.plane import RigidPlane
 from nvhchain.acoustics.power import sound_power
 from nvhchain.acoustics.projection import project, vectors_at
@@ -50,6 +58,7 @@ __all__ = [
     "circle_points",
     "convolution_lines",
     "decay_time",
+    "directivity",
     "directivity_index",
     "equivalent_pressure",
     "equivalent_radiated_power",
@@ -58,6 +67,7 @@ __all__ = [
     "interpolation_error",
     "master_frequencies",
     "mean_square_velocity",
+    "modal_efficiency",
     "modal_power",
     "modal_pressure",
     "modal_transfer_vectors",
@@ -74,6 +84,7 @@ __all__ = [
     "sound_power",
     "sphere",
     "spread_power",
+    "surface_efficiency",
     "surface_pressure",
     "transfer_pressure",
     "transfer_vectors",

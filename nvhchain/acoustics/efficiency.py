@@ -9,7 +9,7 @@ from nvhchain.acoustics.level_accuracy import level_accuracy
 from nvhchain.acoustics.plane import check_plane
 from nvhchain.conventions import Air
 from nvhchain.errors import InputError, require
-from nvhchain.handoff import FieldPressure, FloatArray, RigidPlane, SoundPower, SurfaceVelocity
+from nvhchain.handoff import FieldPressure, FloatArray, RadiationEfficiency, RigidPlane, SoundPower, SurfaceVelocity
 
 
 def mean_square_velocity(surface_velocity: SurfaceVelocity) -> FloatArray:
@@ -99,6 +99,21 @@ def radiation_efficiency(power: SoundPower, surface_velocity: SurfaceVelocity, a
             "radiation efficiency needs a velocity; drop these lines"
         )
     return np.asarray(power.power / equivalent)
+
+
+def surface_efficiency(power: SoundPower, surface_velocity: SurfaceVelocity, air: Air) -> RadiationEfficiency:
+    """`radiation_efficiency` at the lines at which the surface moves; InputError where it does at none."""
+    _same_lines(power, surface_velocity.frequency)
+    return over_plane_waves(power, _plane_wave_power(surface_velocity, air))
+
+
+def over_plane_waves(power: SoundPower, plane_waves: FloatArray) -> RadiationEfficiency:
+    """Sound power over that of plane waves (n_f,) W at the same lines, but for those at rest."""
+    moving = plane_waves > 0
+    require(bool(moving.any()), "the surface is at rest at all lines: radiation efficiency needs a velocity")
+    provenance = power.provenance | {"stage": "acoustics.radiation_efficiency"}
+    efficiency = power.power[moving] / plane_waves[moving]
+    return RadiationEfficiency(power.frequency[moving], efficiency, power.input_speed, provenance=provenance)
 
 
 def directivity_index(

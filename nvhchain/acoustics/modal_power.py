@@ -9,10 +9,19 @@ import numpy as np
 from scipy.linalg import eigh
 
 from nvhchain.acoustics.cancellation import told_cancellation
+from nvhchain.acoustics.efficiency import over_plane_waves
 from nvhchain.acoustics.interpolation import Nodes, nodes_at, support
 from nvhchain.errors import AccuracyWarning, InputError, require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
-from nvhchain.handoff import ComplexArray, FloatArray, ForceSpectrum, RadiationResistance, ReducedHousing, SoundPower
+from nvhchain.handoff import (
+    ComplexArray,
+    FloatArray,
+    ForceSpectrum,
+    RadiationEfficiency,
+    RadiationResistance,
+    ReducedHousing,
+    SoundPower,
+)
 
 _DEPENDENT = 1e-10
 """Mean square velocity of a combination of shapes, relative to that of the shapes, below which it is none."""
@@ -96,6 +105,25 @@ def modal_power(
             f"radiation resistance belongs to another housing ({resistance.housing[:12] or 'none'}) than the one given "
             f"({housing.content_hash[:12]}): make it from this one"
         )
+    frequency, velocity = _modal_velocity(housing, force_spectrum)
+    return waves_power(resistance, frequency, velocity, fidelity=fidelity)
+
+
+def modal_efficiency(
+    power: SoundPower, resistance: RadiationResistance, housing: ReducedHousing, force_spectrum: ForceSpectrum
+) -> RadiationEfficiency:
+    """Radiation efficiency of a housing under bearing forces, at the lines at which it moves.
+
+    power: what `modal_power` found for the other arguments.  The surface velocity itself is not needed.
+    Raises InputError where the housing is at rest at all lines.
+    """
+    _, velocity = _modal_velocity(housing, force_spectrum)
+    plane_waves = np.einsum("lc,lc->l", velocity.conj(), velocity @ resistance.plane_wave_resistance).real
+    return over_plane_waves(power, 0.5 * plane_waves)
+
+
+def _modal_velocity(housing: ReducedHousing, force_spectrum: ForceSpectrum) -> tuple[FloatArray, ComplexArray]:
+    """Lines (n_f,) Hz that carry force and the velocities (n_f, n_column) there of modes and residual motions."""
     force = force_spectrum.in_order(housing.names)
     loaded = np.flatnonzero(force.any(axis=1))
     loaded = loaded if loaded.size else np.array([0])  # no force anywhere: one silent line
@@ -104,7 +132,7 @@ def modal_power(
     seats = housing.seat_shapes.reshape(len(housing.natural_frequency), 3 * len(housing.names))
     motion = (rate @ seats.T) * housing.receptance(frequency)
     velocity = np.concatenate([motion, rate * housing.residual_gain()], axis=1)
-    return waves_power(resistance, frequency, velocity, fidelity=fidelity)
+    return frequency, velocity
 
 
 def resistance_matrices(

@@ -214,10 +214,13 @@ def _rows(m: int, order: int, step: int) -> IntArray:
 
 def _frame(surface: Surface, plane: RigidPlane | None) -> tuple[FloatArray, FloatArray]:
     """Origin (3,) m of the waves and their axes (3, 3), one per row, the polar axis last."""
+    return plane_foot(surface, plane), np.eye(3) if plane is None else plane_axes(plane)
+
+
+def plane_foot(surface: Surface, plane: RigidPlane | None) -> FloatArray:
+    """Middle (3,) m of the body, or its foot on a plane."""
     centre = 0.5 * (surface.vertices.min(axis=0) + surface.vertices.max(axis=0))
-    if plane is None:
-        return centre, np.eye(3)
-    return centre - plane.height(centre[None])[0] * np.asarray(plane.normal), plane_axes(plane)
+    return centre if plane is None else np.asarray(centre - plane.height(centre[None])[0] * np.asarray(plane.normal))
 
 
 def plane_axes(plane: RigidPlane) -> FloatArray:

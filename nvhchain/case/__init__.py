@@ -1,12 +1,14 @@
 """A case file (TOML) → a frozen, validated case: what is asked, never how accurately."""
 
-from nvhchain.case.asked import Band, FieldPoint, Operation, Quantity, Ramp
+from nvhchain.case.asked import HEARD, RADIATED, Band, FieldPoint, Operation, Quantity, Ramp
 from nvhchain.case.gearbox import Gear, GearboxCase, Stage
 from nvhchain.case.housing_model import HousingModel, Seat
 from nvhchain.case.load import Case, load_case, load_channels
 from nvhchain.case.radiator import RadiatorCase, Sphere, SurfaceFile
 
 __all__ = [
+    "HEARD",
+    "RADIATED",
     "Band",
     "Case",
     "FieldPoint",

@@ -84,8 +84,16 @@ class Operation:
         )
 
 
-Quantity = Literal["bearing_forces", "surface_velocity", "pressure", "sound_power"]
+Quantity = Literal[
+    "bearing_forces", "surface_velocity", "pressure", "sound_power", "radiation_efficiency", "directivity"
+]
 """What a case can ask for; nothing that only the others need is computed."""
+
+HEARD = frozenset({"pressure", "directivity"})
+"""Quantities at field points."""
+
+RADIATED = frozenset({"sound_power", "radiation_efficiency", "directivity"})
+"""Quantities that take the sound power."""
 
 
 def check_quantities(quantities: tuple[Quantity, ...], points: tuple[FieldPoint, ...]) -> None:
@@ -97,8 +105,9 @@ def check_quantities(quantities: tuple[Quantity, ...], points: tuple[FieldPoint,
     names = [point.name for point in points]
     require(len(set(names)) == len(names), f"field_points: names must be distinct, got {names}")
     require(
-        "pressure" not in quantities or bool(points),
-        "field_points: the sound pressure is asked for nowhere: give one, or leave `pressure` out of quantities",
+        not HEARD.intersection(quantities) or bool(points),
+        "field_points: the sound pressure is asked for nowhere: give one, or leave `pressure` and `directivity` out of "
+        "quantities",
     )
 
 

@@ -10,7 +10,16 @@ from typing import Literal
 
 import numpy as np
 
-from nvhchain.case.asked import Band, FieldPoint, Operation, Quantity, check_name, check_plane, check_quantities
+from nvhchain.case.asked import (
+    RADIATED,
+    Band,
+    FieldPoint,
+    Operation,
+    Quantity,
+    check_name,
+    check_plane,
+    check_quantities,
+)
 from nvhchain.case.housing_model import HousingModel
 from nvhchain.conventions import STEEL, Air, Material
 from nvhchain.dynamics import Bearing, Gearbox, Mesh, Shaft
@@ -72,7 +81,8 @@ class GearboxCase:
     """A gearbox in its housing at constant or changing speed.
 
     input_rotation: +1 where the input turns by the right-hand rule about +z, else −1.
-    quantities: what is asked for: `bearing_forces`, `surface_velocity`, `pressure`, `sound_power`.
+    quantities: what is asked for: `bearing_forces`, `surface_velocity`, `pressure`, `sound_power`,
+    `radiation_efficiency`, `directivity`.
     engine: of the boundary elements, `fused` or `bempp`.
     reflecting_plane: a rigid plane beside the housing, such as the floor; without one the field is free.
     """
@@ -99,7 +109,7 @@ class GearboxCase:
         check_name(self.name)
         check_quantities(self.quantities, self.field_points)
         require(
-            self.operation.ramp is None or not {"surface_velocity", "sound_power"}.intersection(self.quantities),
+            self.operation.ramp is None or not {"surface_velocity", *RADIATED}.intersection(self.quantities),
             "quantities: a run-up is followed in time, its surface velocity and sound power have no lines: ask for "
             "`bearing_forces` or `pressure`",
         )

@@ -38,7 +38,8 @@ class RadiatorCase:
     """A body with a given surface velocity.
 
     velocity: (3,) m/s peak, the body moves as a whole; pulsation: m/s peak, outward everywhere.
-    frequencies: (n_f,) Hz.  quantities: what is asked for, `surface_velocity`, `pressure`, `sound_power`.
+    frequencies: (n_f,) Hz.  quantities: what is asked for, `surface_velocity`, `pressure`, `sound_power`,
+    `radiation_efficiency`, `directivity`.
     reflecting_plane: a rigid plane beside the body, or None in a free field.
     """
 

@@ -7,7 +7,14 @@ from nvhchain.handoff.base import ComplexArray, FloatArray, HandOff, IntArray
 from nvhchain.handoff.forces import BearingForces, ForceSpectrum
 from nvhchain.handoff.housing import ReducedHousing, SurfaceVelocity
 from nvhchain.handoff.mesh_law import MeshLaw
-from nvhchain.handoff.sound import FieldPressure, PressureHistory, SoundPower, SurfacePressure
+from nvhchain.handoff.sound import (
+    Directivity,
+    FieldPressure,
+    PressureHistory,
+    RadiationEfficiency,
+    SoundPower,
+    SurfacePressure,
+)
 from nvhchain.handoff.surface import Surface
 from nvhchain.handoff.transfer import (
     ModalTransferVectors,
@@ -22,6 +29,7 @@ __all__ = [
     "HAND_OFFS",
     "BearingForces",
     "ComplexArray",
+    "Directivity",
     "FieldPressure",
     "FloatArray",
     "ForceSpectrum",
@@ -31,6 +39,7 @@ __all__ = [
     "ModalTransferVectors",
     "NoiseTransferFunctions",
     "PressureHistory",
+    "RadiationEfficiency",
     "RadiationResistance",
     "ReducedHousing",
     "RigidPlane",
@@ -59,6 +68,8 @@ HAND_OFFS: dict[str, type[HandOff]] = {
         PressureHistory,
         SurfacePressure,
         SoundPower,
+        RadiationEfficiency,
+        Directivity,
         SolvedBand,
     )
 }

@@ -90,3 +90,41 @@ class SoundPower(HandOff):
         frequency = frequencies(self)
         array(self, "power", float, (len(frequency),))
         object.__setattr__(self, "input_speed", float(self.input_speed))
+
+
+@dataclass(frozen=True, eq=False)
+class RadiationEfficiency(HandOff):
+    """How well a moving surface radiates, at the lines at which it moves.
+
+    frequency: (n_f,) Hz.  efficiency: (n_f,) sound power over that of plane waves from every face, ρcS⟨v²⟩.
+    input_speed: rad/s of the input shaft, 0 when there is none.
+    """
+
+    frequency: FloatArray
+    efficiency: FloatArray
+    input_speed: float = 0.0
+
+    def __post_init__(self) -> None:
+        frequency = frequencies(self)
+        array(self, "efficiency", float, (len(frequency),))
+        object.__setattr__(self, "input_speed", float(self.input_speed))
+
+
+@dataclass(frozen=True, eq=False)
+class Directivity(HandOff):
+    """Where to a source radiates, at the lines at which it does.
+
+    frequency: (n_f,) Hz.  points: (n_point, 3) m.  index: (n_f, n_point) dB, level at a point over that of the same
+    power spread evenly.  input_speed: rad/s of the input shaft, 0 when there is none.
+    """
+
+    frequency: FloatArray
+    points: FloatArray
+    index: FloatArray
+    input_speed: float = 0.0
+
+    def __post_init__(self) -> None:
+        frequency = frequencies(self)
+        points = array(self, "points", float, (None, 3))
+        array(self, "index", float, (len(frequency), len(points)))
+        object.__setattr__(self, "input_speed", float(self.input_speed))

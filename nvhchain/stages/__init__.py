@@ -10,26 +10,34 @@ from nvhchain.stages.motion import (
     surface_velocity,
     with_gear_inertia,
 )
+from nvhchain.stages.power import (
+    directivity,
+    modal_efficiency,
+    modal_power,
+    radiation_efficiency,
+    radiation_resistance,
+    sound_power,
+)
 from nvhchain.stages.sound import (
     equivalent_pressure,
-    modal_power,
     noise_transfer_functions,
     pressure,
     pressure_history,
-    radiation_resistance,
-    sound_power,
     transfer_vectors,
 )
 
 __all__ = [
+    "directivity",
     "equivalent_pressure",
     "force_spectrum",
     "given_velocity",
     "mesh_laws",
+    "modal_efficiency",
     "modal_power",
     "noise_transfer_functions",
     "pressure",
     "pressure_history",
+    "radiation_efficiency",
     "radiation_resistance",
     "reduced_housing",
     "run_up_forces",

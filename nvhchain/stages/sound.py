@@ -18,9 +18,7 @@ from nvhchain.handoff import (
     ForceSpectrum,
     NoiseTransferFunctions,
     PressureHistory,
-    RadiationResistance,
     ReducedHousing,
-    SoundPower,
     Surface,
     SurfaceVelocity,
     TransferVectors,
@@ -31,7 +29,7 @@ _FEW_LINES = 16
 """So many lines are solved as they are: masters between which they could be interpolated would hardly be fewer."""
 
 
-_ROUNDING = 1e-9
+ROUNDING = 1e-9
 """Relative; lines of a Fourier transform that pass the band's edge by less share the transfer vectors of the band."""
 
 
@@ -50,7 +48,7 @@ def transfer_vectors(
         frequencies: tuple[Any, ...] = (lines,)
         compute: Callable[..., TransferVectors] = acoustics.transfer_vectors
     else:
-        frequencies = _span(case, lines)
+        frequencies = span(case, lines)
         compute = acoustics.adaptive_transfer_vectors
     return shelf.stage_in_parts(
         "transfer_vectors-{key}",
@@ -71,11 +69,11 @@ def transfer_vectors(
     )
 
 
-def _span(case: Case, lines: FloatArray | None) -> tuple[float, float]:
+def span(case: Case, lines: FloatArray | None) -> tuple[float, float]:
     """Hz that the masters span: the band of the case, or the lines where those pass it by more than rounding."""
     if isinstance(case, GearboxCase):
         low, high = case.band.low, case.band.high
-        if lines is None or (lines[0] > low * (1 - _ROUNDING) and lines[-1] < high * (1 + _ROUNDING)):
+        if lines is None or (lines[0] > low * (1 - ROUNDING) and lines[-1] < high * (1 + ROUNDING)):
             return low, high
         return min(low, float(lines[0])), max(high, float(lines[-1]))
     assert lines is not None
@@ -119,75 +117,6 @@ def pressure(
         (vectors, velocity, speed),
         lambda progress: acoustics.radiate(vectors, velocity, fidelity=fidelity.acoustics, progress=progress).replace(
             input_speed=speed
-        ),
-        fidelity=fidelity.acoustics,
-    )
-
-
-def sound_power(
-    case: Case,
-    velocity: SurfaceVelocity,
-    forces: ForceSpectrum | None,
-    fidelity: Fidelity,
-    shelf: Shelf,
-    executor: Executor | None,
-) -> SoundPower:
-    """Sound power of a surface velocity, solved at every line."""
-    speed = forces.input_speed if forces is not None else 0.0
-    where: dict[str, Any] = {"air": case.air, "engine": case.engine, "plane": case.reflecting_plane}
-    return shelf.stage_in_parts(
-        "sound_power",
-        SoundPower,
-        "acoustics",
-        (velocity, where, speed),
-        lambda progress, parts: acoustics.sound_power(
-            velocity, **where, fidelity=fidelity.acoustics, executor=executor, progress=progress, shards=parts
-        ).replace(input_speed=speed),
-        fidelity=fidelity.acoustics,
-    )
-
-
-def radiation_resistance(
-    case: GearboxCase,
-    reduced: ReducedHousing,
-    lines: FloatArray,
-    fidelity: Fidelity,
-    shelf: Shelf,
-    executor: Executor | None,
-) -> RadiationResistance:
-    """Radiation resistance of the housing in its modal coordinates over the band and the lines (n_f,) Hz wanted."""
-    where: dict[str, Any] = {"air": case.air, "engine": case.engine, "plane": case.reflecting_plane}
-    low, high = _span(case, lines)
-    band = (low * (1 - _ROUNDING), high * (1 + _ROUNDING))
-    return shelf.stage_in_parts(
-        "radiation_resistance-{key}",
-        RadiationResistance,
-        "acoustics",
-        (reduced, band, where),
-        lambda progress, parts: acoustics.adaptive_radiation_resistance(
-            acoustics.housing_shapes(reduced),
-            *band,
-            **where,
-            fidelity=fidelity.acoustics,
-            executor=executor,
-            progress=progress,
-            shards=parts,
-        ),
-        fidelity=fidelity.acoustics,
-    )
-
-
-def modal_power(
-    resistance: RadiationResistance, reduced: ReducedHousing, forces: ForceSpectrum, fidelity: Fidelity, shelf: Shelf
-) -> SoundPower:
-    """Sound power of the housing under bearing forces."""
-    return shelf.stage(
-        "sound_power",
-        SoundPower,
-        "acoustics",
-        (resistance, reduced, forces),
-        lambda progress: acoustics.modal_power(resistance, reduced, forces, fidelity=fidelity.acoustics).replace(
-            input_speed=forces.input_speed
         ),
         fidelity=fidelity.acoustics,
     )

@@ -9,7 +9,7 @@ import nvhchain as nvh
 from nvhchain import acoustics, levels, store
 from nvhchain.cli import main
 from nvhchain.errors import InputError
-from nvhchain.handoff import ForceSpectrum, SoundPower, SurfaceVelocity
+from nvhchain.handoff import Directivity, ForceSpectrum, RadiationEfficiency, SoundPower, SurfaceVelocity
 from nvhchain.report import compare
 
 
@@ -31,6 +31,10 @@ def test_bearing_forces_alone_move_no_surface_and_need_no_field_point(asked, com
     assert result.surface_velocity is result.transfer_vectors is result.pressure is None
     compared_forces = store.load(compared[0] / "solid" / "force_spectrum.h5", ForceSpectrum)
     assert result.force_spectrum.content_hash == compared_forces.content_hash
+    band = result.error_bands["bearing_forces"]
+    assert set(band.sources) == {"gear", "time step", "settling", "housing"}
+    assert (band.overall[:, 0] < band.level).all()
+    assert (band.level < band.overall[:, 1]).all()
 
 
 def test_surface_velocity_alone_takes_no_boundary_elements(asked, compared):
@@ -79,14 +83,74 @@ def test_sound_power_of_the_pulsating_sphere(request, tmp_path, capsys):
     assert (tmp_path / "out" / "sound_power.png").stat().st_size > 10_000
 
 
+def test_efficiency_and_directivity_of_spheres(request, tmp_path, capsys):
+    """(ka)²/(1 + (ka)²) of the pulsating sphere; 3 cos² θ of the oscillating one, 10 m away."""
+    sphere = request.config.rootpath / "cases/sphere/pulsating.toml"
+    path, out = tmp_path / "case.toml", tmp_path / "out"
+    path.write_text(f'base = "{sphere}"\nquantities = ["radiation_efficiency"]\nfield_points = []\n')
+    assert main(["run", str(path), "--out", str(out)]) == 0
+    found = store.load(out / "radiation_efficiency.h5", RadiationEfficiency)
+    ka = 2 * np.pi * np.array([200.0, 1000.0, 1715.0]) / 343.0 * 0.1
+    np.testing.assert_allclose(found.efficiency, ka**2 / (1 + ka**2), rtol=0.02)
+    assert f"radiation efficiency {found.efficiency.min():.3g}…{found.efficiency.max():.3g}" in capsys.readouterr().out
+    path.write_text(
+        f'base = "{sphere}"\nquantities = ["directivity"]\npulsation = 0.0\nvelocity = [0.0, 0.0, 0.1]\n'
+        "frequencies = [200.0, 400.0]\n"
+        '[[field_points]]\nname = "ahead"\nposition = [0.0, 0.0, 10.0]\n'
+        '[[field_points]]\nname = "aslant"\nposition = [0.0, 8.0, 6.0]\n'
+    )
+    assert main(["run", str(path), "--fidelity", "draft", "--out", str(out)]) == 0
+    index = store.load(out / "directivity.h5", Directivity)
+    named = [point.name for point in nvh.load_case(path).field_points]
+    at = [named.index("ahead"), named.index("aslant")]
+    level = 10 * np.log10([3.0, 3.0 * 0.36])
+    np.testing.assert_allclose(index.index[:, at], [level, level], atol=0.1)
+    assert f"{level[1]:.1f} dB at aslant" in capsys.readouterr().out
+    for name in ("radiation_efficiency", "directivity"):
+        assert main(["plot", str(out / f"{name}.h5")]) == 0
+        assert (out / f"{name}.png").stat().st_size > 10_000
+
+
+def test_efficiency_of_the_gearbox_is_that_of_its_velocity(asked, compared):
+    """From the housing's modes, without the velocity of its surface."""
+    result, stages = asked("radiation_efficiency", field_points=())
+    assert stages[-3:] == ["radiation_resistance", "sound_power", "radiation_efficiency"]
+    assert not {"transfer_vectors", "surface_velocity"}.intersection(stages)
+    velocity = store.load(compared[0] / "solid" / "surface_velocity.h5", SurfaceVelocity)
+    exact = acoustics.surface_efficiency(result.sound_power, velocity, result.case.air)
+    np.testing.assert_allclose(result.radiation_efficiency.frequency, exact.frequency)
+    np.testing.assert_allclose(result.radiation_efficiency.efficiency, exact.efficiency, rtol=1e-6)
+
+
+def test_directivity_of_the_gearbox_compares_its_pressure_with_its_power(asked):
+    result, stages = asked("directivity")
+    assert {"transfer_vectors", "radiation_resistance", "pressure", "sound_power"} <= {*stages}
+    vertices = result.surface_velocity.surface.vertices
+    r = np.linalg.norm(result.directivity.points - 0.5 * (vertices.min(axis=0) + vertices.max(axis=0)), axis=1)
+    even = result.sound_power.power[:, None] * result.case.air.impedance / (2 * np.pi * r**2)
+    np.testing.assert_allclose(
+        result.directivity.index, 10 * np.log10(np.abs(result.pressure.pressure) ** 2 / even), atol=1e-6
+    )
+
+
+@pytest.mark.parametrize("radiation", ["rayleigh", "equivalent_radiated_power"])
+@pytest.mark.parametrize("quantity", ["radiation_efficiency", "directivity"])
+def test_levels_that_know_no_efficiency_are_refused_before_any_work(cases, coarse, record, radiation, quantity):
+    cheap = replace(coarse, acoustics=replace(coarse.acoustics, radiation=radiation))
+    with pytest.raises(InputError, match="choose radiation = boundary_elements"):
+        nvh.run(replace(cases[0], quantities=(quantity,)), fidelity=cheap, watcher=record)
+    assert record.began == []
+
+
 def test_plan_leaves_out_what_is_not_asked_for(cases, coarse):
     plans = {
         quantity: [stage.name for stage in nvh.plan(replace(cases[0], quantities=(quantity,)), fidelity=coarse).stages]
-        for quantity in ("bearing_forces", "surface_velocity", "pressure", "sound_power")
+        for quantity in ("bearing_forces", "surface_velocity", "pressure", "sound_power", "directivity")
     }
     assert plans["bearing_forces"] == ["housing", "mesh law stage1", "mesh law stage2", "bearing forces"]
     assert plans["surface_velocity"] == [*plans["bearing_forces"], "velocity"]
     assert plans["sound_power"] == [*plans["bearing_forces"], "radiation resistance"]
+    assert plans["directivity"] == [*plans["pressure"][:-1], "radiation resistance", "velocity, pressure"]
     assert plans["pressure"] == [*plans["bearing_forces"], "transfer vectors", "velocity, pressure"]
 
 
@@ -100,6 +164,8 @@ def test_quantities_that_cannot_be_had_are_refused(request, cases, coarse, tmp_p
         ({"quantities": ("pressure", "pressure")}, "none twice"),
         ({"field_points": ()}, "asked for nowhere"),
         ({"quantities": ("surface_velocity",), "operation": ramp}, "have no lines"),
+        ({"quantities": ("directivity",), "operation": ramp}, "have no lines"),
+        ({"quantities": ("directivity",), "field_points": ()}, "asked for nowhere"),
     ):
         with pytest.raises(InputError, match=reason):
             replace(case, **changes)
@@ -126,7 +192,11 @@ def test_command_line_says_where_the_quantities_are(request, tmp_path, capsys):
     path = tmp_path / "case.toml"
     path.write_text(f'base = "{sphere}"\nquantities = ["surface_velocity"]\n')
     assert main(["run", str(path), "--fidelity", "draft", "--out", str(tmp_path / "out")]) == 0
-    assert "surface_velocity in" in capsys.readouterr().out
+    told = capsys.readouterr().out
+    assert "surface_velocity in" in told
+    # a pulsation of 1 m/s on every face at three lines, given as it is
+    level = 20 * np.log10(1.0 / 2**0.5 / 1e-9) + 10 * np.log10(3)
+    assert f"surface velocity {level:.1f} dB re 1 nm/s ({level:.1f}…{level:.1f})" in told
     assert store.load(tmp_path / "out" / "surface_velocity.h5", SurfaceVelocity).frequency.tolist() == [200, 1000, 1715]
     path.write_text(f'base = "{sphere}"\nquantities = ["loudness"]\n')
     assert main(["check", str(path)]) == 2

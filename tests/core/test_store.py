@@ -10,12 +10,14 @@ from nvhchain.errors import FileFormatError
 from nvhchain.handoff import (
     HAND_OFFS,
     BearingForces,
+    Directivity,
     FieldPressure,
     ForceSpectrum,
     MeshLaw,
     ModalTransferVectors,
     NoiseTransferFunctions,
     PressureHistory,
+    RadiationEfficiency,
     RadiationResistance,
     ReducedHousing,
     RigidPlane,
@@ -55,6 +57,8 @@ EXAMPLES = [
     PressureHistory([0.0, 0.1], [[0.0, 0, 5]], [[1.0], [2.0]], 261.8),
     SurfacePressure([50.0], [[1 + 1j, 2, 3, 4]], SURFACE),
     SoundPower([50.0], [1e-3], 261.8),
+    RadiationEfficiency([50.0], [0.3], 261.8),
+    Directivity([50.0], [[0.0, 0, 5]], [[-3.0]], 261.8),
     SolvedBand([50.0, 60.0], np.full((2, 6), 1 + 2j), [2, 3]),
     FieldPressure([50.0, 60.0], [[0.0, 0, 5]], [[1 + 1j], [2 - 1j]], 261.8),
 ]  # fmt: skip

@@ -23,6 +23,7 @@ from nvhchain.handoff import (
     FieldPressure,
     FloatArray,
     ForceSpectrum,
+    LoadDistribution,
     MeshLaw,
     NoiseTransferFunctions,
     PressureHistory,
@@ -47,6 +48,7 @@ class Result:
     case: Case
     fidelity: Fidelity
     mesh_laws: tuple[MeshLaw, ...] = ()
+    load_distributions: tuple[LoadDistribution, ...] = ()
     bearing_forces: BearingForces | None = None
     force_spectrum: ForceSpectrum | None = None
     housing: ReducedHousing | None = None
@@ -182,13 +184,36 @@ class _Chain:
 
     @cached_property
     def mesh_laws(self) -> tuple[MeshLaw, ...]:
-        return stages.mesh_laws(self._gearbox, self.fidelity, self._shared, self._executor)
+        options = self._gearbox.options
+        shared = self._compliances if options.tilt or options.load_distribution else None
+        laws = stages.mesh_laws(self._under_load, self.fidelity, self._shared, self._executor, shared)
+        if not options.tilt:
+            return laws
+        return tuple(
+            law.replace(tilt_ratio=of.tilt_ratio) for law, of in zip(laws, self.load_distributions, strict=True)
+        )
+
+    @cached_property
+    def _under_load(self) -> GearboxCase:
+        """The case with the misalignment that its load brings, where it asks for that."""
+        case = self._gearbox
+        return stages.under_load(case, self.housing, self.fidelity) if case.options.loaded_misalignment else case
+
+    @cached_property
+    def _compliances(self) -> tuple[stages.Compliances, ...]:
+        return stages.compliances(self._under_load, self.fidelity)
+
+    @cached_property
+    def load_distributions(self) -> tuple[LoadDistribution, ...]:
+        case, shared = self._under_load, self._compliances
+        return stages.load_distributions(case, self.fidelity, self._shared, self._executor, shared)
 
     @cached_property
     def bearing_forces(self) -> BearingForces:
         simulate = stages.run_up_forces if self._running_up else stages.steady_forces
-        housing = self.housing
-        return simulate(self._gearbox, self.mesh_laws, housing, self.fidelity, self._spine)
+        housing, laws, case = self.housing, self.mesh_laws, self._under_load
+        distributions = self.load_distributions if case.options.load_distribution else ()
+        return simulate(case, laws, housing, self.fidelity, self._spine, distributions)
 
     @cached_property
     def force_spectrum(self) -> ForceSpectrum:

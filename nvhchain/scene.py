@@ -113,6 +113,12 @@ def preflight(case: Case, fidelity: Fidelity, given: Collection[str] = ()) -> No
     if not isinstance(case, GearboxCase):
         return
     forced = _forced(given)
+    along = case.options.tilt or case.options.load_distribution
+    if not forced and fidelity.dynamics.mesh_level == "contact" and along:
+        raise InputError(
+            f"{case.name} asks for friction, shuttling or tilt, which the mesh level `contact` does not have: use the "
+            "level `table`, or leave them out of the options"
+        )
     skipped = {
         "housing": {"housing", "surface_velocity"}.intersection(given),
         "mesh law": forced or {"mesh_laws"}.intersection(given),

@@ -4,6 +4,7 @@ from nvhchain.case.asked import HEARD, RADIATED, Band, FieldPoint, Operation, Qu
 from nvhchain.case.gearbox import Gear, GearboxCase, Stage
 from nvhchain.case.housing_model import HousingModel, Seat
 from nvhchain.case.load import Case, load_case, load_channels
+from nvhchain.case.options import Options
 from nvhchain.case.radiator import RadiatorCase, Sphere, SurfaceFile
 
 __all__ = [
@@ -16,6 +17,7 @@ __all__ = [
     "GearboxCase",
     "HousingModel",
     "Operation",
+    "Options",
     "Quantity",
     "RadiatorCase",
     "Ramp",

@@ -21,6 +21,7 @@ from nvhchain.case.asked import (
     check_quantities,
 )
 from nvhchain.case.housing_model import HousingModel
+from nvhchain.case.options import Options
 from nvhchain.conventions import STEEL, Air, Material
 from nvhchain.dynamics import Bearing, Gearbox, Mesh, Shaft
 from nvhchain.errors import InputError, require
@@ -85,6 +86,7 @@ class GearboxCase:
     `radiation_efficiency`, `directivity`.
     engine: of the boundary elements, `fused` or `bempp`.
     reflecting_plane: a rigid plane beside the housing, such as the floor; without one the field is free.
+    options: of the dynamics, such as friction, beside the plain model.
     """
 
     name: str
@@ -103,6 +105,7 @@ class GearboxCase:
     air: Air = Air()  # noqa: RUF009 (frozen)
     engine: Literal["fused", "bempp"] = "fused"
     reflecting_plane: RigidPlane | None = None
+    options: Options = Options()  # noqa: RUF009 (frozen)
     folder: str = "."
 
     def __post_init__(self) -> None:

@@ -174,7 +174,8 @@ class Mesh:
     phase: rad, wheel angle at which the mesh law stands when the record begins.  friction: of its flanks, or None.
     load_centre: along the face, or None for mid-width.
     tilt_ratio: how much more the teeth resist tilt than slices side by side of the same stiffness, which do not bend
-    each other, would (`face_points`); 1.6…1.7 by the contact problem (docs/measured/dynamics_options.md).
+    each other, would (`face_points`); None: that of the mesh law, 1 where it has none; 1.6…1.7 by the contact problem
+    (docs/measured/dynamics_options.md).
     """
 
     pinion_shaft: str
@@ -183,12 +184,13 @@ class Mesh:
     phase: float = 0.0
     friction: MeshFriction | None = None
     load_centre: LoadCentre | None = None
-    tilt_ratio: float = 1.0
+    tilt_ratio: float | None = None
 
     def __post_init__(self) -> None:
         _within("mesh", "z", self.z, -5.0, 5.0, "m")
         _within("mesh", "phase", self.phase, -100.0, 100.0, "rad")
-        _within("mesh", "tilt_ratio", self.tilt_ratio, 0.0, 10.0, "")
+        if self.tilt_ratio is not None:
+            _within("mesh", "tilt_ratio", self.tilt_ratio, 0.0, 10.0, "")
         require(
             self.pinion_shaft != self.wheel_shaft,
             f"mesh: pinion_shaft and wheel_shaft are both {self.pinion_shaft!r}: a mesh joins two shafts",

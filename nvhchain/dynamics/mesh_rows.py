@@ -151,7 +151,8 @@ def all_wrenches(
     place, weight = face_points(points)
     for k, (mesh, law) in enumerate(zip(gearbox.meshes, laws, strict=True)):
         check_law(gearbox, mesh, law)
-        offsets = place * law.face_width * np.sqrt(mesh.tilt_ratio)
+        known = (ratio for ratio in (mesh.tilt_ratio, law.tilt_ratio) if ratio is not None)
+        offsets = place * law.face_width * np.sqrt(next(known, 1.0))
         for offset, share in zip(offsets, weight, strict=True):
             rows += contact_wrenches(gearbox, kinematics, mesh, law, offset)
             meshes.append(k)

@@ -8,6 +8,7 @@ from nvhchain.gear.engagement import Engagement, engaged_reach
 from nvhchain.gear.friction import lever_arms, sliding_sense
 from nvhchain.gear.geometry import GearGeometry
 from nvhchain.gear.iso6336 import IsoStiffness, iso_stiffness
+from nvhchain.gear.load_distribution import load_distribution
 from nvhchain.gear.mesh_files import read_gear_mesh, write_gear_mesh
 from nvhchain.gear.mesh_law import mesh_law, pair_compliances
 from nvhchain.gear.micro_geometry import Flank, MicroGeometry, Relief
@@ -58,6 +59,7 @@ __all__ = [
     "flank_compliance",
     "iso_stiffness",
     "lever_arms",
+    "load_distribution",
     "loaded_mesh",
     "loaded_transmission_error",
     "mass_properties",

@@ -6,7 +6,7 @@ Leading axis frequency or time, C-contiguous float64/complex128 arrays, SI units
 from nvhchain.handoff.base import ComplexArray, FloatArray, HandOff, IntArray
 from nvhchain.handoff.forces import BearingForces, ForceSpectrum
 from nvhchain.handoff.housing import ReducedHousing, SurfaceVelocity
-from nvhchain.handoff.mesh_law import MeshLaw
+from nvhchain.handoff.mesh_law import LoadDistribution, MeshLaw
 from nvhchain.handoff.sound import (
     Directivity,
     FieldPressure,
@@ -35,6 +35,7 @@ __all__ = [
     "ForceSpectrum",
     "HandOff",
     "IntArray",
+    "LoadDistribution",
     "MeshLaw",
     "ModalTransferVectors",
     "NoiseTransferFunctions",
@@ -55,6 +56,7 @@ HAND_OFFS: dict[str, type[HandOff]] = {
     cls.__name__: cls
     for cls in (
         MeshLaw,
+        LoadDistribution,
         BearingForces,
         ForceSpectrum,
         ReducedHousing,

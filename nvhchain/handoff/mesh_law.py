@@ -1,4 +1,4 @@
-"""What a gear mesh hands to the gearbox."""
+"""What a gear mesh hands to the gearbox: its force, and where along the flanks it is carried."""
 
 from __future__ import annotations
 
@@ -26,6 +26,8 @@ class MeshLaw(HandOff):
     period: rad of wheel angle after which the law repeats.  teeth: (z_pinion, z_wheel).
     base_radius: (2,) m, pinion and wheel.  base_helix_angle: rad, > 0 where the pinion is right-handed.
     working_pressure_angle: rad, transverse.  centre_distance, face_width: m.
+    tilt_ratio: how much more the teeth resist tilt in the plane of action than slices side by side of the same
+        stiffness would; None where it is not known.
     """
 
     angle: FloatArray
@@ -38,6 +40,7 @@ class MeshLaw(HandOff):
     working_pressure_angle: float
     centre_distance: float
     face_width: float
+    tilt_ratio: float | None = None
 
     def __post_init__(self) -> None:
         angle = array(self, "angle", float, (None,))
@@ -62,3 +65,41 @@ class MeshLaw(HandOff):
             worst >= -1e-9 * float(np.abs(force).max(initial=0.0)),
             f"MeshLaw.force falls by {-worst:g} N between neighbouring deflections: it must never fall with deflection",
         )
+        require(
+            self.tilt_ratio is None or 0.0 <= self.tilt_ratio <= 10.0,
+            f"MeshLaw.tilt_ratio = {self.tilt_ratio} is outside 0…10: slices side by side have 1",
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class LoadDistribution(HandOff):
+    """Where the drive flanks carry their nominal load, by the position of the mesh.
+
+    angle: (n_angle,) rad, wheel angle from 0, one body period, end point left out.  period: rad.
+    sliding: (n_angle,) Σ σ F / Σ F, σ = 1 where the pinion's flank slides ahead of the wheel's (towards its tip), else
+        −1.
+    arm: (n_angle,) m, Σ σ F s / Σ F, s from the pinion's base tangent point along the line of action.
+    offset: (n_angle,) m along z, centre of the load from mid-width.
+    force: N along the flank normal, nominal.  tilt_ratio: as in `MeshLaw`, mean over the period.
+    """
+
+    angle: FloatArray
+    period: float
+    sliding: FloatArray
+    arm: FloatArray
+    offset: FloatArray
+    force: float
+    tilt_ratio: float
+
+    def __post_init__(self) -> None:
+        angle = array(self, "angle", float, (None,))
+        increasing(self, "angle", 0.0)
+        for name in ("sliding", "arm", "offset"):
+            array(self, name, float, (len(angle),))
+        for name in ("period", "force", "tilt_ratio"):
+            object.__setattr__(self, name, float(getattr(self, name)))
+        require(
+            angle[-1] < self.period,
+            f"LoadDistribution.period = {self.period:g} rad must lie beyond the last angle {angle[-1]:g}",
+        )
+        require(self.force > 0, f"LoadDistribution.force = {self.force:g} N must be positive")

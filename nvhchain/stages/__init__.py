@@ -1,15 +1,8 @@
 """Every stage of the chain on the shelf: what of a case and which hand-offs it takes; `chain` knows their order."""
 
-from nvhchain.stages.motion import (
-    force_spectrum,
-    given_velocity,
-    mesh_laws,
-    reduced_housing,
-    run_up_forces,
-    steady_forces,
-    surface_velocity,
-    with_gear_inertia,
-)
+from nvhchain.stages.dynamics import gearbox_fidelity, gearbox_of, run_up_forces, steady_forces, with_gear_inertia
+from nvhchain.stages.gears import Compliances, compliances, load_distributions, mesh_laws, under_load
+from nvhchain.stages.motion import force_spectrum, given_velocity, reduced_housing, surface_velocity
 from nvhchain.stages.power import (
     directivity,
     modal_efficiency,
@@ -27,10 +20,15 @@ from nvhchain.stages.sound import (
 )
 
 __all__ = [
+    "Compliances",
+    "compliances",
     "directivity",
     "equivalent_pressure",
     "force_spectrum",
+    "gearbox_fidelity",
+    "gearbox_of",
     "given_velocity",
+    "load_distributions",
     "mesh_laws",
     "modal_efficiency",
     "modal_power",
@@ -45,5 +43,6 @@ __all__ = [
     "steady_forces",
     "surface_velocity",
     "transfer_vectors",
+    "under_load",
     "with_gear_inertia",
 ]

@@ -1,0 +1,44 @@
+"""What the dynamics of a gearbox can take in beside the plain model: nothing is on, or computed, unless asked for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from nvhchain.dynamics.friction import LARGEST_COEFFICIENT
+from nvhchain.errors import require
+
+
+@dataclass(frozen=True)
+class Options:
+    """What each does to the example gearbox is measured in docs/measured/dynamics_options.md.
+
+    friction: coefficient of the flanks under their nominal force; usual is 0.05; 0: none.
+    shuttling: the centre of every mesh's load moves along the face.
+    tilt: meshes carry at several points across the face and so resist, and follow, the tilt of their gears.
+    loaded_misalignment: mesh laws are those of gears tilted by the load at standstill, on top of the stage's own
+    misalignment; not together with tilt, which holds that tilt already.
+    flexible_shafts: shafts bend and twist.
+    gyroscopic: the shafts' spin turns their tilting.
+    """
+
+    friction: float = 0.0
+    shuttling: bool = False
+    tilt: bool = False
+    loaded_misalignment: bool = False
+    flexible_shafts: bool = False
+    gyroscopic: bool = False
+
+    def __post_init__(self) -> None:
+        require(
+            0.0 <= self.friction <= LARGEST_COEFFICIENT,
+            f"friction = {self.friction:g} is outside 0…{LARGEST_COEFFICIENT:g}: give the coefficient, usual is 0.05",
+        )
+        require(
+            not (self.tilt and self.loaded_misalignment),
+            "tilt and loaded_misalignment are both asked for, which would count the tilt under load twice: keep one",
+        )
+
+    @property
+    def load_distribution(self) -> bool:
+        """Whether forces beside those of the mesh laws act, for which it takes where the flanks carry."""
+        return self.friction > 0.0 or self.shuttling

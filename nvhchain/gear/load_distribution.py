@@ -1,0 +1,104 @@
+"""Where a loaded mesh carries: along the line of action, for friction, along the face, and how it resists tilt."""
+
+from __future__ import annotations
+
+from concurrent.futures import Executor
+from math import cos, sin
+
+import numpy as np
+
+from nvhchain.conventions import Progress
+from nvhchain.errors import require
+from nvhchain.fidelity import GearFidelity
+from nvhchain.gear.analytic import SliceCompliance
+from nvhchain.gear.compliance import FlankCompliance
+from nvhchain.gear.contact_lines import ContactLines
+from nvhchain.gear.contact_lines import separation as unloaded_gap
+from nvhchain.gear.engagement import Engagement
+from nvhchain.gear.mesh_law import pair_compliances
+from nvhchain.gear.pair import GearPair
+from nvhchain.gear.transmission_error import angle_blocks, loaded_mesh
+from nvhchain.handoff import FloatArray, LoadDistribution
+
+PROBE = 0.02
+"""Of the deflection: what the ends of the face are tilted by when the resistance to tilt is taken by differences."""
+
+
+def load_distribution(
+    pair: GearPair,
+    *,
+    nominal_force: float,
+    fidelity: GearFidelity,
+    compliances: tuple[FlankCompliance | SliceCompliance, FlankCompliance | SliceCompliance] | None = None,
+    executor: Executor | None = None,
+    progress: Progress | None = None,
+) -> LoadDistribution:
+    """Sliding, arm and centre of the load under `nominal_force` on `angles_per_mesh` angles per mesh period over the
+    body period of `pair`, and its resistance to tilt.
+
+    nominal_force: N along the flank normal.  compliances: as in `mesh_law`; computed here if not handed in.
+    executor: takes blocks of angles.  progress: called with (blocks done, blocks in all).
+    The load is that without friction, which would change it in second order of the coefficient.
+    Raises SolverError where a contact does not converge.
+    """
+    require(nominal_force > 0, f"nominal_force = {nominal_force:g} N must be positive")
+    meshes = pair.meshes_per_body_period
+    angle = np.arange(float(meshes * fidelity.angles_per_mesh)) * (pair.mesh_period / fidelity.angles_per_mesh)
+    engagement = Engagement(pair, compliances or pair_compliances(pair, fidelity), fidelity)
+    blocks = angle_blocks(angle)
+    tasks = [engagement.at_angles(block) if executor else engagement for block in blocks]
+    rows: list[FloatArray] = []
+    for block in (executor.map if executor else map)(_carried, tasks, blocks, [nominal_force] * len(blocks)):
+        rows.append(block)
+        if progress:
+            progress(len(rows), len(blocks))
+    sliding, arm, offset, tilt, slices = np.concatenate(rows).T
+    return LoadDistribution(
+        angle=angle,
+        period=meshes * pair.mesh_period,
+        sliding=sliding,
+        arm=arm,
+        offset=offset,
+        force=nominal_force,
+        tilt_ratio=float(tilt.mean() / slices.mean()),
+    )
+
+
+def _carried(engagement: Engagement, angles: FloatArray, force: float) -> FloatArray:
+    """(n_angle, 5) sliding, arm and offset of the load; N m/rad of tilt by the contact problem and by slices side by
+    side: the piece of work of an executor."""
+    pair = engagement.pair
+    guess, found = 1e-9 * force, []
+    for angle in angles:
+        loaded = loaded_mesh(engagement, float(angle), force, guess=guess)
+        guess, lines = loaded.deflection, loaded.lines
+        share = loaded.force / loaded.force.sum()
+        sense, distance = _sliding(pair, lines)
+        lever = cos(pair.base_helix_angle) * lines.axial + pair.sense * sin(pair.base_helix_angle) * (
+            lines.position - pair.pitch_point
+        )
+        width = pair.face_width * cos(pair.base_helix_angle)
+        tilt = 2.0 * PROBE * guess / width
+        pressed = guess - unloaded_gap(pair, lines) + np.array([[-tilt], [tilt]]) * lever
+        less, more = engagement.forces_on(lines, pressed)
+        found.append(
+            [
+                share @ sense,
+                share @ distance,
+                share @ lines.axial,
+                (more - less) @ lever / (2.0 * tilt),
+                loaded.tangent_stiffness * width**2 / 12.0,
+            ]
+        )
+    return np.array(found)
+
+
+def _sliding(pair: GearPair, lines: ContactLines) -> tuple[FloatArray, FloatArray]:
+    """(n,) mean of σ and (n,) m, mean of σ s over every slice: one that the pitch point crosses counts on both
+    sides."""
+    along = lines.position - pair.pitch_point
+    half = np.maximum(0.5 * lines.length * abs(sin(pair.base_helix_angle)), 1e-12)
+    crossing = np.abs(along) < half
+    sense = np.where(crossing, along / half, np.sign(along))
+    beyond = np.where(crossing, (along**2 + half**2) / (2.0 * half), np.abs(along))  # mean of |s − s_C|
+    return sense, pair.pitch_point * sense + beyond

@@ -1,0 +1,135 @@
+"""From mesh laws to bearing forces: the gearbox with what its case takes in, at constant or changing speed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any
+
+from nvhchain import dynamics, gear
+from nvhchain.case import GearboxCase
+from nvhchain.fidelity import DynamicsFidelity, Fidelity
+from nvhchain.handoff import BearingForces, LoadDistribution, MeshLaw, ReducedHousing
+from nvhchain.resume import Shelf
+
+TILT_POINTS = 2
+"""Across the face, of a mesh that tilts: as many as give slices side by side their exact resistance; with three the
+forces differ by 0.001 dB (docs/measured/dynamics_options.md)."""
+
+
+def steady_forces(
+    case: GearboxCase,
+    laws: tuple[MeshLaw, ...],
+    reduced: ReducedHousing,
+    fidelity: Fidelity,
+    shelf: Shelf,
+    distributions: Sequence[LoadDistribution] = (),
+) -> BearingForces:
+    """Bearing forces over whole common periods at constant speed.
+
+    distributions: of all stages, where `case.options` need them.
+    """
+    arguments = {"input_speed": case.operation.input_speed, "duration": 1.0 / case.band.resolution}
+    return _forces(dynamics.bearing_forces, case, laws, reduced, arguments, fidelity, shelf, distributions)
+
+
+def run_up_forces(
+    case: GearboxCase,
+    laws: tuple[MeshLaw, ...],
+    reduced: ReducedHousing,
+    fidelity: Fidelity,
+    shelf: Shelf,
+    distributions: Sequence[LoadDistribution] = (),
+) -> BearingForces:
+    """Bearing forces while the input speed changes."""
+    ramp = case.operation.ramp
+    assert ramp is not None
+    arguments = {
+        "start_speed": case.operation.input_speed,
+        "end_speed": ramp.end_speed,
+        "duration": ramp.duration,
+    }
+    return _forces(dynamics.run_up, case, laws, reduced, arguments, fidelity, shelf, distributions)
+
+
+def _forces(
+    simulate: Callable[..., BearingForces],
+    case: GearboxCase,
+    laws: tuple[MeshLaw, ...],
+    reduced: ReducedHousing,
+    operation: dict[str, float],
+    fidelity: Fidelity,
+    shelf: Shelf,
+    distributions: Sequence[LoadDistribution],
+) -> BearingForces:
+    gearbox, knobs = gearbox_of(case, distributions), gearbox_fidelity(case, fidelity)
+    arguments: dict[str, Any] = {
+        **operation,
+        "input_torque": case.operation.input_torque,
+        "f_max": case.band.high,
+    }
+    return shelf.stage(
+        "bearing_forces",
+        BearingForces,
+        "dynamics",
+        (gearbox, laws, reduced, arguments),
+        lambda progress: simulate(
+            gearbox,
+            laws,
+            reduced,
+            **arguments,
+            fidelity=knobs,
+            contact_forces=_contact_forces(case, fidelity),
+            progress=progress,
+        ),
+        fidelity=knobs,
+    )
+
+
+def _contact_forces(case: GearboxCase, fidelity: Fidelity) -> list[dynamics.ContactForce] | None:
+    """The contact problem of every mesh, for the mesh level that solves it in the time loop."""
+    if fidelity.dynamics.mesh_level != "contact":
+        return None
+    return [
+        gear.Engagement(pair, gear.pair_compliances(pair, fidelity.gear), fidelity.gear).mesh_force
+        for pair in case.pairs
+    ]
+
+
+def with_gear_inertia(case: GearboxCase) -> dynamics.Gearbox:
+    """The gearbox with the mass and inertia of its gears on the shafts."""
+    gearbox = case.gearbox
+    for item in case.gears:
+        own = gear.mass_properties(item.body)
+        body = dynamics.RigidBody(item.z + own.centre, own.mass, own.polar_inertia, own.transverse_inertia)
+        gearbox = gearbox.with_bodies(item.shaft, [body])
+    return gearbox
+
+
+def gearbox_of(case: GearboxCase, distributions: Sequence[LoadDistribution] = ()) -> dynamics.Gearbox:
+    """The gearbox with the inertia of its gears and, by `distributions`, what its options make of the meshes."""
+    gearbox, options = with_gear_inertia(case), case.options
+    if not distributions:
+        return gearbox
+    meshes = tuple(
+        replace(
+            mesh,
+            friction=dynamics.MeshFriction(options.friction, of.period, of.angle, of.sliding, of.arm)
+            if options.friction > 0.0
+            else None,
+            load_centre=dynamics.LoadCentre(of.period, of.angle, of.offset) if options.shuttling else None,
+        )
+        for mesh, of in zip(gearbox.meshes, distributions, strict=True)
+    )
+    return replace(gearbox, meshes=meshes)
+
+
+def gearbox_fidelity(case: GearboxCase, fidelity: Fidelity) -> DynamicsFidelity:
+    """The knobs of the dynamics with what the options of the case switch on."""
+    options, knobs = case.options, fidelity.dynamics
+    return replace(
+        knobs,
+        gyroscopic=knobs.gyroscopic or options.gyroscopic,
+        flexible_shafts=knobs.flexible_shafts or options.flexible_shafts,
+        face_points=max(knobs.face_points, TILT_POINTS) if options.tilt else knobs.face_points,
+    )

@@ -1,0 +1,160 @@
+"""From gears to what their meshes do: laws, and where the flanks carry."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from nvhchain import dynamics, gear
+from nvhchain.case import GearboxCase
+from nvhchain.fidelity import Fidelity
+from nvhchain.handoff import LoadDistribution, MeshLaw, ReducedHousing
+from nvhchain.resume import Shelf
+from nvhchain.stages.dynamics import gearbox_fidelity, with_gear_inertia
+
+ANGLE_DIGITS = 9
+"""Of tilts in rad: 1 nrad, 0.04 nm at the ends of a face; what rounding changes makes no other gear pair of it."""
+
+Compliances = Callable[[Any], tuple[Any, Any]]
+"""Flank compliances of a pair, computed at the first call, to which progress may be told."""
+
+
+def compliances(case: GearboxCase, fidelity: Fidelity) -> tuple[Compliances, ...]:
+    """Of every stage, for what several stages of the chain take."""
+    return tuple(_lazily(pair, fidelity) for pair in case.pairs)
+
+
+def _lazily(pair: gear.GearPair, fidelity: Fidelity) -> Compliances:
+    found: list[tuple[Any, Any]] = []
+
+    def once(progress: Any) -> tuple[Any, Any]:
+        if not found:
+            found.append(gear.pair_compliances(pair, fidelity.gear, progress=progress))
+        return found[0]
+
+    return once
+
+
+def mesh_laws(
+    case: GearboxCase,
+    fidelity: Fidelity,
+    shelf: Shelf,
+    executor: Executor | None,
+    shared: Sequence[Compliances] | None = None,
+) -> tuple[MeshLaw, ...]:
+    """Mesh law of every stage.  shared: compliances that others take too."""
+    return tuple(
+        shelf.stage(
+            f"mesh_law_{stage.name}-{{key}}",
+            MeshLaw,
+            "gear",
+            (pair, force),
+            partial(_mesh_law, pair, force, fidelity, executor, shared[i] if shared else None),
+            fidelity=fidelity.gear,
+        )
+        for i, (stage, pair, force) in enumerate(zip(case.stages, case.pairs, case.mesh_forces, strict=True))
+    )
+
+
+def _mesh_law(
+    pair: gear.GearPair,
+    force: float,
+    fidelity: Fidelity,
+    executor: Executor | None,
+    shared: Compliances | None,
+    progress: Any,
+) -> MeshLaw:
+    return gear.mesh_law(
+        pair,
+        nominal_force=force,
+        fidelity=fidelity.gear,
+        compliances=shared(progress) if shared else None,
+        executor=executor,
+        progress=progress,
+    )
+
+
+def load_distributions(
+    case: GearboxCase, fidelity: Fidelity, shelf: Shelf, executor: Executor | None, shared: Sequence[Compliances]
+) -> tuple[LoadDistribution, ...]:
+    """Where the flanks of every stage carry."""
+    return tuple(
+        shelf.stage(
+            f"load_distribution_{stage.name}-{{key}}",
+            LoadDistribution,
+            "gear",
+            (pair, force),
+            partial(_load_distribution, pair, force, fidelity, executor, once),
+            fidelity=fidelity.gear,
+        )
+        for stage, pair, force, once in zip(case.stages, case.pairs, case.mesh_forces, shared, strict=True)
+    )
+
+
+def _load_distribution(
+    pair: gear.GearPair,
+    force: float,
+    fidelity: Fidelity,
+    executor: Executor | None,
+    shared: Compliances,
+    progress: Any,
+) -> LoadDistribution:
+    return gear.load_distribution(
+        pair,
+        nominal_force=force,
+        fidelity=fidelity.gear,
+        compliances=shared(progress),
+        executor=executor,
+        progress=progress,
+    )
+
+
+def under_load(case: GearboxCase, housing: ReducedHousing, fidelity: Fidelity) -> GearboxCase:
+    """The case with its stages misaligned by what the load tilts the gears at standstill, where it asks for that.
+
+    The tilt is that of shafts, bearings and housing under the nominal mesh forces at mid-width, which the torques fix:
+    the teeth do not enter.
+    """
+    if not case.options.loaded_misalignment:
+        return case
+    laws = [_plain_law(pair, force) for pair, force in zip(case.pairs, case.mesh_forces, strict=True)]
+    tilts = dynamics.static_misalignment(
+        with_gear_inertia(case),
+        laws,
+        housing,
+        input_torque=case.operation.input_torque,
+        fidelity=gearbox_fidelity(case, fidelity),
+    )
+    stages = tuple(
+        replace(
+            stage,
+            misalignment=gear.Misalignment(
+                stage.misalignment.in_plane + round(float(in_plane), ANGLE_DIGITS),
+                stage.misalignment.normal + round(float(normal), ANGLE_DIGITS),
+            ),
+        )
+        for stage, (in_plane, normal) in zip(case.stages, tilts, strict=True)
+    )
+    return replace(case, stages=stages)
+
+
+def _plain_law(pair: gear.GearPair, force: float) -> MeshLaw:
+    """Geometry of a pair with one constant stiffness, for statics in which the law does not matter."""
+    reach = np.array([-1e-3, 1e-3])
+    return MeshLaw(
+        angle=np.zeros(1),
+        deflection=reach,
+        force=2e6 * force * reach[None, :],
+        period=pair.mesh_period,
+        teeth=(pair.pinion.geometry.teeth, pair.wheel.geometry.teeth),
+        base_radius=pair.base_radius,
+        base_helix_angle=pair.base_helix_angle,
+        working_pressure_angle=pair.working_pressure_angle,
+        centre_distance=pair.centre_distance,
+        face_width=pair.face_width,
+    )

@@ -1,0 +1,225 @@
+"""Options of the dynamics in a case: off, nothing is computed for them; on, the bearing forces are those of the model
+that they name."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import nvhchain as nvh
+from nvhchain import dynamics, gear, stages, store
+from nvhchain.case import Options
+from nvhchain.errors import InputError
+from nvhchain.fidelity import DynamicsFidelity, GearFidelity
+from nvhchain.handoff import LoadDistribution, MeshLaw, ReducedHousing, Surface
+
+
+@pytest.fixture(scope="module")
+def load(request, tmp_path_factory):
+    small = request.config.rootpath / "cases" / "small" / "single_stage.toml"
+    path = tmp_path_factory.mktemp("options") / "case.toml"
+
+    def case(text=""):
+        path.write_text(f'base = "{small}"\nquantities = ["bearing_forces"]\n[band]\nhigh = 1500\n{text}')
+        return nvh.load_case(path)
+
+    return case
+
+
+@pytest.fixture(scope="module")
+def housing(load):
+    """A casting of one mode and soft seats."""
+    case, count = load(), 4
+    corners = np.array([[0.0, 0, 0], [0.1, 0, 0], [0, 0.1, 0], [0, 0, 0.1]])
+    return ReducedHousing(
+        natural_frequency=np.array([900.0]),
+        modal_damping=np.array([0.02]),
+        seat_shapes=0.3 * np.ones((1, count, 3)),
+        normal_shapes=np.ones((1, 4)),
+        seat_residual=1e-9 * np.eye(3 * count).reshape(count, 3, count, 3),
+        face_residual=np.zeros((count, 3, 4)),
+        names=tuple(case.seats),
+        positions=np.array(list(case.seats.values())),
+        surface=Surface(corners, np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])),
+    )
+
+
+COARSE = replace(
+    nvh.DRAFT,
+    gear=GearFidelity(
+        profile_elements=4, width_layers=3, slices=8, angles_per_mesh=16, deflections=10, bodies="analytic"
+    ),
+    dynamics=DynamicsFidelity(time_step=40e-6),
+)
+
+
+@pytest.fixture(scope="module")
+def run(load, housing, tmp_path_factory):
+    """A case with `text` added to it, run from gears to bearing forces with operators that all share."""
+    folder = tmp_path_factory.mktemp("operators")
+
+    def result(text="", **arguments):
+        arguments = {"fidelity": COARSE, "operators": folder, "housing": housing} | arguments
+        return nvh.run(load(text), **arguments)
+
+    return result
+
+
+def moving(result):
+    return result.bearing_forces.force - result.bearing_forces.force.mean(axis=0)
+
+
+def directly(result, gearbox, fidelity=COARSE.dynamics):
+    """Bearing forces of `gearbox` with the laws and the housing of a run."""
+    case = result.case
+    return dynamics.bearing_forces(
+        gearbox,
+        result.mesh_laws,
+        result.housing,
+        input_speed=case.operation.input_speed,
+        input_torque=case.operation.input_torque,
+        f_max=case.band.high,
+        fidelity=fidelity,
+        duration=1.0 / case.band.resolution,
+    )
+
+
+def test_unasked_nothing_is_computed(run, record, monkeypatch, tmp_path):
+    def refuse(*_, **__):
+        raise AssertionError("computed although not asked for")
+
+    for module, name in (
+        (gear, "load_distribution"),
+        (dynamics, "static_misalignment"),
+        (dynamics, "MeshFriction"),
+        (dynamics, "LoadCentre"),
+    ):
+        monkeypatch.setattr(module, name, refuse)
+    result = run(watcher=record, operators=tmp_path)
+    assert sorted(record.began) == ["bearing_forces", "force_spectrum", "mesh_law_stage"]
+    assert result.load_distributions == ()
+    assert result.mesh_laws[0].tilt_ratio is None
+    with pytest.raises(AssertionError, match="not asked"):
+        run("[options]\nshuttling = true", operators=tmp_path)
+
+
+def test_compliances_are_found_once_for_law_and_distribution(run, record, monkeypatch, tmp_path):
+    calls, own = [], gear.pair_compliances
+    monkeypatch.setattr(gear, "pair_compliances", lambda *given, **named: calls.append(1) or own(*given, **named))
+    result = run("[options]\nfriction = 0.05\nshuttling = true", watcher=record, operators=tmp_path)
+    assert len(calls) == 1
+    assert sorted(record.began) == ["bearing_forces", "force_spectrum", "load_distribution_stage", "mesh_law_stage"]
+    (kept,) = tmp_path.glob("load_distribution_stage-*.h5")
+    assert store.load(kept, LoadDistribution).content_hash == result.load_distributions[0].content_hash
+    again = run("[options]\nfriction = 0.03", watcher=record, operators=tmp_path)
+    assert ("load_distribution_stage", "found") in record.ended  # whatever the coefficient
+    assert len(calls) == 1
+    assert np.abs(moving(again) - moving(result)).max() > 0.01 * np.abs(moving(result)).max()
+
+
+@pytest.mark.parametrize(
+    ("text", "change"),
+    [
+        ("friction = 0.05", {"friction": True}),
+        ("shuttling = true", {"load_centre": True}),
+        ("friction = 0.05\nshuttling = true", {"friction": True, "load_centre": True}),
+    ],
+)
+def test_forces_are_those_of_a_gearbox_with_the_tables_of_its_contact(run, text, change):
+    plain, result = run(), run(f"[options]\n{text}")
+    (of,) = result.load_distributions
+    tables = {
+        "friction": dynamics.MeshFriction(0.05, of.period, of.angle, of.sliding, of.arm),
+        "load_centre": dynamics.LoadCentre(of.period, of.angle, of.offset),
+    }
+    gearbox = stages.with_gear_inertia(result.case)
+    mesh = replace(gearbox.meshes[0], **{name: tables[name] for name in change})
+    wanted = directly(result, replace(gearbox, meshes=(mesh,)))
+    assert np.array_equal(result.bearing_forces.force, wanted.force)
+    assert np.abs(moving(result) - moving(plain)).max() > 0.02 * np.abs(moving(plain)).max()
+
+
+def test_tilt_brings_points_across_the_face_and_the_ratio_travels_with_the_law(run, tmp_path):
+    result = run("[options]\ntilt = true")
+    (law,), ratio = result.mesh_laws, result.mesh_laws[0].tilt_ratio
+    assert 0.9 < ratio < 1.1  # slices by themselves
+    assert store.load(store.save(law, tmp_path / "law.h5"), MeshLaw).tilt_ratio == ratio
+    points = replace(COARSE.dynamics, face_points=2)
+    box = stages.with_gear_inertia(result.case)
+    wanted = directly(result, replace(box, meshes=(replace(box.meshes[0], tilt_ratio=ratio),)), points)
+    assert np.array_equal(result.bearing_forces.force, wanted.force)
+    # a law that says nothing counts as slices side by side; one that resists more makes other forces
+    known = [law.replace(tilt_ratio=given) for given in (None, 1.0, 3.0)]
+    silent, one, stiff = (run("[options]\ntilt = true", mesh_laws=[of]).bearing_forces.force for of in known)
+    assert np.array_equal(silent, one)
+    assert np.abs(stiff - one).max() > 1e-3 * np.ptp(one, axis=0).max()
+
+
+@pytest.mark.parametrize(("key", "knob"), [("flexible_shafts", "flexible_shafts"), ("gyroscopic", "gyroscopic")])
+def test_knobs_that_a_case_switches_on(run, key, knob):
+    plain, result = run(), run(f"[options]\n{key} = true")
+    wanted = directly(result, stages.with_gear_inertia(result.case), replace(COARSE.dynamics, **{knob: True}))
+    assert np.array_equal(result.bearing_forces.force, wanted.force)
+    assert not np.array_equal(result.bearing_forces.force, plain.bearing_forces.force)
+
+
+@pytest.mark.parametrize("flexible", [False, True])
+def test_laws_are_those_of_gears_that_tilt_as_the_loaded_gearbox_does(run, housing, flexible):
+    """From the laws that come out, not from the stand-in the chain takes."""
+    text = "loaded_misalignment = true" + ("\nflexible_shafts = true" if flexible else "")
+    result = run(f"[options]\n{text}")
+    case = result.case
+    ((in_plane, normal),) = dynamics.static_misalignment(
+        stages.with_gear_inertia(case),
+        result.mesh_laws,
+        housing,
+        input_torque=case.operation.input_torque,
+        fidelity=replace(COARSE.dynamics, flexible_shafts=flexible),
+    )
+    assert abs(in_plane) > 1e-5
+    tilted = replace(case.pairs[0], misalignment=gear.Misalignment(float(in_plane), float(normal)))
+    wanted = gear.mesh_law(tilted, nominal_force=case.mesh_forces[0], fidelity=COARSE.gear)
+    off = np.abs(result.mesh_laws[0].force - wanted.force).max()
+    assert off < 1e-3 * case.mesh_forces[0]
+    plain = run().mesh_laws[0]
+    assert np.abs(plain.deflection - wanted.deflection).max() > 1e-7
+
+
+def test_what_is_assembled_is_added_to(run):
+    """The stage's own misalignment, of manufacture, counts too."""
+    own = '[[stages]]\nname = "stage"\nmisalignment = { in_plane_mrad = 0.3 }\n'
+    once, twice = run(own + "[options]\nloaded_misalignment = true"), run("[options]\nloaded_misalignment = true")
+    tilts = [
+        stages.under_load(result.case, result.housing, COARSE).stages[0].misalignment.in_plane
+        for result in (once, twice)
+    ]
+    assert tilts[0] - tilts[1] == pytest.approx(3e-4, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("friction = 1.5", r"options: friction = 1.5 is outside 0…1: give the coefficient"),
+        ("friction = -0.1", "friction = -0.1 is outside"),
+        ('friction = "dry"', "must be a finite number"),
+        ("shuttling = 1", "must be of type bool"),
+        ("shutling = true", "did you mean 'shuttling'"),
+        ("tilt = true\nloaded_misalignment = true", "count the tilt under load twice: keep one"),
+    ],
+)
+def test_nonsense_is_refused(load, text, message):
+    with pytest.raises(InputError, match=message):
+        load(f"[options]\n{text}")
+
+
+def test_a_case_without_the_table_has_none_of_them(load):
+    assert load().options == Options()
+    assert load("[options]\nfriction = 0.06").options == Options(friction=0.06)
+
+
+def test_the_contact_problem_in_the_loop_is_refused_before_any_work(run, record):
+    knobs = replace(COARSE, dynamics=replace(COARSE.dynamics, mesh_level="contact"))
+    for text in ("friction = 0.05", "shuttling = true", "tilt = true"):
+        with pytest.raises(InputError, match="mesh level `contact`"):
+            run(f"[options]\n{text}", fidelity=knobs, watcher=record)
+    assert record.began == []

@@ -36,7 +36,7 @@ def _surface(case: RadiatorCase, fidelity: AcousticsFidelity) -> Surface:
     if isinstance(case.body, Sphere):
         level = _subdivisions(case.body.radius, _edge(case, fidelity))
         return acoustics.sphere(case.body.radius, level, case.body.centre)
-    return _read(Path(case.folder), case.body)
+    return read_surface(Path(case.folder), case.body)
 
 
 def _edge(case: RadiatorCase, fidelity: AcousticsFidelity) -> float:
@@ -49,7 +49,8 @@ def _subdivisions(radius: float, edge: float) -> int:
     return max(2, ceil(log(coarsest / edge, 2)))
 
 
-def _read(folder: Path, body: SurfaceFile) -> Surface:
+def read_surface(folder: Path, body: SurfaceFile) -> Surface:
+    """The closed surface in a file under `folder`.  Raises InputError for one that is not there or not closed."""
     path = folder / body.file
     require(path.is_file(), f"{path}: no such surface file")
     try:

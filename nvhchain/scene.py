@@ -10,7 +10,7 @@ from pathlib import Path
 import psutil
 
 from nvhchain import acoustics, housing, interop
-from nvhchain.case import HEARD, RADIATED, Case, GearboxCase, HousingModel, RadiatorCase
+from nvhchain.case import HEARD, RADIATED, Case, GearboxCase, HousingModel, ModalResults, RadiatorCase
 from nvhchain.errors import InputError, ResourceError
 from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.housing.reduction import check_bending_resolution
@@ -205,15 +205,21 @@ def _modes(case: GearboxCase, fidelity: Fidelity) -> float:
 
 def _extent(case: GearboxCase, fidelity: Fidelity) -> tuple[float, float]:
     """Area of the radiating surface, m², and unknowns of the finite elements; a housing's file is read for it."""
+    path = Path(case.folder)
     if isinstance(case.housing, HousingModel):
-        path = Path(case.folder) / case.housing.file
-        return housing.model_extent(interop.read_solid_model(path, units=case.housing.units))
+        given = case.housing
+        return housing.model_extent(interop.read_solid_model(path / given.file, units=given.units, spc=given.spc))
+    if isinstance(case.housing, ModalResults):
+        modes = interop.read_modal_model(path / case.housing.file, units=case.housing.units)
+        return housing.modal_extent(modes), 0.0
     area = housing.envelope_area(case.housing)
     return area, _UNKNOWNS_PER_AREA * area / fidelity.housing.element_size**_UNKNOWNS_EXPONENT
 
 
 def _housing(case: GearboxCase, fidelity: Fidelity, unknowns: float) -> Stage:
     top = fidelity.housing.mode_ratio * case.band.high
+    if isinstance(case.housing, ModalResults):
+        return Stage("housing", f"the modes to {top:g} Hz in {case.housing.file}", 10.0, _BASE_MEGABYTES)
     elements = f"{1e3 * fidelity.housing.element_size:g} mm elements"
     if isinstance(case.housing, HousingModel):
         elements = f"the mesh in {case.housing.file}"

@@ -2,7 +2,7 @@
 
 from nvhchain.case.asked import HEARD, RADIATED, Band, FieldPoint, Operation, Quantity, Ramp
 from nvhchain.case.gearbox import Gear, GearboxCase, Stage
-from nvhchain.case.housing_model import HousingModel, Seat
+from nvhchain.case.housing_model import HousingModel, ModalResults, Seat, SeatNode
 from nvhchain.case.load import Case, load_case, load_channels
 from nvhchain.case.options import Options
 from nvhchain.case.radiator import RadiatorCase, Sphere, SurfaceFile
@@ -16,12 +16,14 @@ __all__ = [
     "Gear",
     "GearboxCase",
     "HousingModel",
+    "ModalResults",
     "Operation",
     "Options",
     "Quantity",
     "RadiatorCase",
     "Ramp",
     "Seat",
+    "SeatNode",
     "Sphere",
     "Stage",
     "SurfaceFile",

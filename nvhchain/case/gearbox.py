@@ -20,7 +20,7 @@ from nvhchain.case.asked import (
     check_plane,
     check_quantities,
 )
-from nvhchain.case.housing_model import HousingModel
+from nvhchain.case.housing_model import HousingModel, ModalResults
 from nvhchain.case.options import Options
 from nvhchain.conventions import STEEL, Air, Material
 from nvhchain.dynamics import Bearing, Gearbox, Mesh, Shaft
@@ -98,7 +98,7 @@ class GearboxCase:
     bearings: tuple[Bearing, ...]
     input_shaft: str
     output_shaft: str
-    housing: Casting | HousingModel
+    housing: Casting | HousingModel | ModalResults
     field_points: tuple[FieldPoint, ...] = ()
     input_rotation: int = 1
     quantities: tuple[Quantity, ...] = ("pressure",)

@@ -6,6 +6,8 @@ from nvhchain.housing.damping import DampingCurve
 from nvhchain.housing.engine_plane import EnginePlane
 from nvhchain.housing.extent import encloses, envelope_area
 from nvhchain.housing.foreign import model_extent, reduce_model
+from nvhchain.housing.foreign_modal_model import modal_model
+from nvhchain.housing.foreign_modes import housing_from_modes, modal_extent
 from nvhchain.housing.foreign_seats import bearing_seats
 from nvhchain.housing.reduction import reduce_housing
 from nvhchain.housing.response import respond
@@ -23,6 +25,9 @@ __all__ = [
     "craig_bampton",
     "encloses",
     "envelope_area",
+    "housing_from_modes",
+    "modal_extent",
+    "modal_model",
     "model_extent",
     "reduce_housing",
     "reduce_model",

@@ -19,6 +19,7 @@ from nvhchain.housing.engine_plane import EnginePlane
 from nvhchain.housing.envelope import outer_envelope
 from nvhchain.housing.foreign_mesh import edge_nodes, sound_mesh
 from nvhchain.housing.mapping_error import facet_flux, gathered, mapping_error
+from nvhchain.housing.reduction import with_residual
 from nvhchain.housing.response import face_displacement, modal_displacement
 from nvhchain.housing.seat_modes import seat_modes
 from nvhchain.housing.skin import Skin, solid_skin
@@ -59,8 +60,8 @@ def reduce_model(
     require(0 < modal_damping < 0.5, f"modal_damping = {modal_damping:g} must lie in 0 … 0.5")
     tell = progress or (lambda done, total: None)
     tell(0, _STEPS)
-    model, notes = sound_mesh(_with_seats(model, seats))
-    _warn(f"{model.source}: {note}" for note in notes)
+    model, notes = sound_mesh(with_seats(model, seats))
+    warn(f"{model.source}: {note}" for note in notes)
     skin = solid_skin(model)
     _check_resolution(model, skin, f_max, fidelity)
     tell(1, _STEPS)
@@ -100,7 +101,7 @@ def reduce_model(
     error = _error_of_mapping(reduced, places, to_flux @ modes.shapes, to_flux @ modes.residual, f_max)
     worst = max(error.values(), key=abs)
     if abs(worst) > fidelity.mapping_tolerance_db:
-        _warn(
+        warn(
             [
                 f"{model.source}: the radiating faces miss the sound power of the skin by {worst:+.2g} dB, "
                 f"{fidelity.mapping_tolerance_db:g} dB are tolerated: use smaller faces"
@@ -115,7 +116,7 @@ def reduce_model(
         "mapping_error_db": {f"{at:.4g} Hz": round(value, 3) for at, value in error.items()},
     }
     tell(_STEPS, _STEPS)
-    return reduced.replace(provenance={**reduced.provenance, **report})
+    return with_residual(reduced.replace(provenance={**reduced.provenance, **report}), fidelity)
 
 
 def model_extent(model: SolidModel) -> tuple[float, int]:
@@ -130,7 +131,7 @@ def model_extent(model: SolidModel) -> tuple[float, int]:
     return 0.5 * area, 3 * len(model.nodes)
 
 
-def _with_seats(model: SolidModel, seats: Sequence[RigidSet]) -> SolidModel:
+def with_seats(model: SolidModel, seats: Sequence[RigidSet]) -> SolidModel:
     """The model with `seats` as its last rigid sets."""
     require(len(seats) > 0, "no bearing seats are given: at least one is needed")
     for seat in seats:
@@ -192,7 +193,7 @@ def _check_resolution(model: SolidModel, skin: Skin, f_max: float, fidelity: Hou
     wave = float(2 * np.pi * (plate / (2 * np.pi * f_max) ** 2) ** 0.25)
     least = fidelity.elements_per_bending_wavelength
     if wave / edge < least:
-        _warn(
+        warn(
             [
                 f"{model.source}: elements of {1e3 * edge:.3g} mm give {wave / edge:.2g} per bending wavelength of "
                 f"the mean wall of {1e3 * wall:.2g} mm at {f_max:g} Hz, {least:g} are needed: valid to "
@@ -201,6 +202,6 @@ def _check_resolution(model: SolidModel, skin: Skin, f_max: float, fidelity: Hou
         )
 
 
-def _warn(messages: Iterable[str]) -> None:
+def warn(messages: Iterable[str]) -> None:
     for message in messages:
         warnings.warn(message, AccuracyWarning, stacklevel=3)

@@ -1,9 +1,10 @@
-"""A housing from the modes that another solver or a modal test has found; they hold no residual flexibility."""
+"""A housing from the modes that another solver or a modal test has found; those above the band make its residual."""
 
 from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -15,9 +16,12 @@ from nvhchain.handoff import FloatArray, IntArray, ReducedHousing, Surface
 from nvhchain.housing.engine_plane import EnginePlane
 from nvhchain.housing.envelope import outer_envelope
 from nvhchain.housing.foreign_seats import SEAT_TOLERANCE
+from nvhchain.housing.reduction import with_residual
+from nvhchain.housing.seat_modes import RIGID
 from nvhchain.housing.shell_sides import outward_sides
 from nvhchain.housing.skin import Skin
 from nvhchain.housing.transfer import normal_motion
+from nvhchain.housing.truncation import RESIDUAL_MASS, truncation_error
 
 
 def housing_from_modes(
@@ -32,30 +36,43 @@ def housing_from_modes(
     engine_plane: EnginePlane | None = None,
     opening: float | None = None,
     surface: Surface | None = None,
+    residual_vectors: bool = False,
 ) -> ReducedHousing:
     """The modes up to fidelity.mode_ratio · f_max at the bearing seats and on the radiating faces.
 
     positions: bearing → centre of its seat, m.  labels: bearing → node of the file; else the node at the position.
     modal_damping: fraction of critical, in place of the file's.  f_max: Hz.  surface_size, engine_plane, opening,
     surface: as for `reduce_model`; the skin moves linearly between its corners.
+    residual_vectors: the uppermost modes are residual vectors of unit forces at the seats (`modal_model`, Nastran
+    RESVEC), which with the modes before them make the whole static flexibility.
 
-    The residual flexibility is zero. What that leaves out of the seats' static flexibility is estimated by what the
-    uppermost octave of the modes adds (of a constant modal density, all modes above add as much), warned of
-    (AccuracyWarning) and stated in the provenance.
-    Raises InputError for a bearing without a node and for modes that end below f_max.
+    Modes above the limit move statically: they are the residual flexibility, φφᵀ/ω² each. Without residual vectors it
+    is not complete. What is left out of the seats' static flexibility is then estimated by what the uppermost octave
+    adds (of a constant modal density, all modes above add as much), warned of (AccuracyWarning) and stated in the
+    provenance.
+    Raises InputError for a bearing without a node, for modes that end below f_max and for too few residual vectors.
     """
     frequency = model.frequency
     require(
         frequency[-1] >= f_max,
         f"{model.source}: its modes end at {frequency[-1]:.4g} Hz, below f_max = {f_max:g} Hz: export more modes",
     )
+    frequency = np.where(frequency < RIGID * f_max, 0.0, frequency)
     keep = frequency <= fidelity.mode_ratio * f_max
-    damping = model.damping[keep] if modal_damping is None else np.full(int(keep.sum()), modal_damping)
+    static = int((~keep).sum())
     require(
-        bool((damping > 0).all()),
-        f"{model.source}: {int((damping <= 0).sum())} modes have no damping: give modal_damping",
+        not residual_vectors or static >= 3 * len(positions),
+        f"{model.source}: residual_vectors are stated, but {static} modes lie above {fidelity.mode_ratio * f_max:g} "
+        f"Hz, three per seat are needed, {3 * len(positions)}: export them, or leave residual_vectors out",
     )
+    damping = model.damping[keep] if modal_damping is None else np.full(int(keep.sum()), modal_damping)
+    undamped = int(((damping <= 0) & (frequency[keep] > 0)).sum())
+    require(undamped == 0, f"{model.source}: {undamped} modes have no damping: give modal_damping")
     named = labels or {}
+    unknown = sorted(set(named) - set(positions))
+    require(
+        not unknown, f"seats are named for {', '.join(unknown)}, which are no bearings: known {', '.join(positions)}"
+    )
     seats = np.array([_node(model, name, np.array(at, float), named.get(name)) for name, at in positions.items()])
     skin, shells = linear_skin(model)
     envelope = outer_envelope(
@@ -72,32 +89,50 @@ def housing_from_modes(
     motion = skin.on_nodes(
         normal_motion(skin.nodes, facets, envelope.surface, envelope.silent, fidelity.samples_per_face)
     )
-    shapes = model.shapes[keep]
-    count, modes = len(seats), len(shapes)
-    missing = missing_flexibility(frequency[keep], shapes[:, seats])
-    warnings.warn(
-        f"{model.source}: modes only, without residual flexibility: about {100 * missing:.2g} % of the static "
-        "flexibility of the seats is left out; reduce the solid model instead where that matters",
-        AccuracyWarning,
-        stacklevel=2,
-    )
-    return ReducedHousing(
+    at_seats = model.shapes[:, seats].reshape(len(frequency), -1)
+    on_faces = (motion @ model.shapes.reshape(len(frequency), -1).T).T
+    omega2 = (2 * np.pi * frequency[~keep]) ** 2
+    share = (at_seats[~keep] / omega2[:, None]).T
+    residual, count = share @ at_seats[~keep], len(seats)
+    provenance: dict[str, Any] = {
+        "stage": "housing.housing_from_modes",
+        "source": model.source,
+        "envelope": list(envelope.notes),
+    }
+    if residual_vectors:
+        provenance |= {"missing_flexibility": 0.0, RESIDUAL_MASS: (share @ share.T).tolist()}
+    else:
+        missing = missing_flexibility(frequency, model.shapes[:, seats])
+        provenance["missing_flexibility"] = missing
+        warnings.warn(
+            f"{model.source}: modes to {frequency[-1]:.4g} Hz without residual vectors: about {100 * missing:.2g} % of "
+            "the static flexibility of the seats is left out; export residual vectors of unit forces at the seats, "
+            "more modes, or the solid model where that matters",
+            AccuracyWarning,
+            stacklevel=2,
+        )
+    reduced = ReducedHousing(
         natural_frequency=frequency[keep],
         modal_damping=damping,
-        seat_shapes=shapes[:, seats],
-        normal_shapes=(motion @ shapes.reshape(modes, -1).T).T,
-        seat_residual=np.zeros((count, 3, count, 3)),
-        face_residual=np.zeros((count, 3, len(envelope.surface.triangles))),
+        seat_shapes=model.shapes[keep][:, seats],
+        normal_shapes=on_faces[keep],
+        seat_residual=((residual + residual.T) / 2).reshape(count, 3, count, 3),
+        face_residual=(share @ on_faces[~keep]).reshape(count, 3, -1),
         names=tuple(positions),
         positions=model.nodes[seats],
         surface=envelope.surface,
-        provenance={
-            "stage": "housing.housing_from_modes",
-            "source": model.source,
-            "envelope": list(envelope.notes),
-            "missing_flexibility": missing,
-        },
+        provenance=provenance,
     )
+    if not residual_vectors:
+        return with_residual(reduced, fidelity)
+    estimate = {"truncation_error_db": truncation_error(reduced, f_max).level}
+    return with_residual(reduced.replace(provenance={**provenance, **estimate}), fidelity)
+
+
+def modal_extent(model: ModalModel) -> float:
+    """Area of the skin, m², of both sides where it is shells; of thin walls half of it radiates."""
+    a, b, c = (model.nodes[model.triangles[:, i]] for i in range(3))
+    return 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
 
 
 def missing_flexibility(frequency: FloatArray, seat_shapes: FloatArray) -> float:

@@ -19,7 +19,7 @@ from nvhchain.errors import SolverError
 from nvhchain.fem import factorize, lowest_modes
 from nvhchain.handoff import FloatArray, IntArray
 
-_RIGID = 1e-5
+RIGID = 1e-5
 """Of the highest frequency asked for, below which a motion counts as rigid; structures on springs begin above it."""
 
 
@@ -50,14 +50,14 @@ def seat_modes(K: sp.csr_matrix, M: sp.csr_matrix, count: int, f_top: float) -> 
     try:
         with factorize(K) as factor:
             static = factor.solve(load)
-            held = _slowest(K, M, static) > _RIGID * f_top
+            held = _slowest(K, M, static) > RIGID * f_top
             if held:
                 frequency, shapes = lowest_modes(K, M, f_top, factor=factor)
     except SolverError:
         held = False
     if not held:
         frequency, shapes = lowest_modes(K, M, f_top)
-        frequency = np.where(frequency < _RIGID * f_top, 0.0, frequency)
+        frequency = np.where(frequency < RIGID * f_top, 0.0, frequency)
         static = _inertia_relief(K, M, shapes[:, frequency == 0], load)
     elastic = shapes[:, frequency > 0]
     omega2 = (2 * np.pi * frequency[frequency > 0]) ** 2

@@ -6,7 +6,7 @@ from nvhchain.interop.forces import read_bearing_forces, read_record, write_bear
 from nvhchain.interop.modal_hdf5 import read_modal_hdf5, write_modal_hdf5
 from nvhchain.interop.modal_uff import read_modal_uff, write_modal_uff
 from nvhchain.interop.model_files import write_abaqus, write_nastran
-from nvhchain.interop.models import read_solid_model
+from nvhchain.interop.models import read_modal_model, read_solid_model
 from nvhchain.interop.nastran import read_nastran
 from nvhchain.interop.units import UNIT_SYSTEMS
 from nvhchain.interop.vtk_files import write_modes_vtkhdf, write_velocity_vtkhdf, write_vtu
@@ -20,6 +20,7 @@ __all__ = [
     "read_abaqus",
     "read_bearing_forces",
     "read_modal_hdf5",
+    "read_modal_model",
     "read_modal_uff",
     "read_nastran",
     "read_record",

@@ -16,6 +16,7 @@ from nvhchain.errors import FileFormatError, InputError, require
 from nvhchain.fem.modal_model import ModalModel, boundary_triangles
 from nvhchain.handoff import FloatArray, IntArray
 from nvhchain.interop.records import whole
+from nvhchain.interop.units import UnitSystem, unit_system
 
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[EeDd][+-]?\d+)?")
 
@@ -37,21 +38,25 @@ _BEAMS = {11, 21, 22, 23, 24}
 _NORMAL_MODE = 2
 
 
-def read_modal_uff(path: str | Path) -> ModalModel:
+def read_modal_uff(path: str | Path, *, units: str | None = None) -> ModalModel:
     """Real normal modes of a universal file, with the skin that its elements make.
 
-    Without dataset 164 the file counts as SI. Complex modes are refused.
-    Raises FileFormatError for a damaged file, InputError for what cannot be carried over.
+    units: of the file, a key of `UNIT_SYSTEMS`; None: those of its dataset 164, or SI without one.
+    Complex modes are refused.
+    Raises FileFormatError for a damaged file, InputError for what cannot be carried over and for units that are not
+    those of dataset 164.
     """
     path = Path(path)
+    asked = None if units is None else unit_system(units)
     nodes: dict[int, list[float]] = {}
     elements: list[tuple[int, list[int]]] = []
     modes: list[tuple[float, float, float, dict[int, list[float]]]] = []
-    length = force = 1.0
+    stated: UnitSystem | None = None
     try:
         for kind, lines in _blocks(path):
             if kind == 164:
                 length, force = (1.0 / value for value in _floats(" ".join(lines[1:3]))[:2])
+                stated = UnitSystem("dataset 164", length, force / length, 1.0)  # its time is the second
             elif kind in (15, 2411):
                 nodes.update(_nodes(kind, lines))
             elif kind == 2412:
@@ -64,25 +69,39 @@ def read_modal_uff(path: str | Path) -> ModalModel:
         raise FileFormatError(f"{path}: not a universal file: {error}") from None
     require(bool(nodes), f"{path}: no nodes (dataset 15 or 2411)")
     require(bool(modes), f"{path}: no normal modes (dataset 55 or 2414 with analysis type 2)")
+    system = _agreed(stated, asked, path)
     labels = np.array(sorted(nodes), dtype=np.int64)
     triangles, shells = _skin(elements, labels, path)
     modes.sort(key=lambda mode: mode[0])
-    mass_unit = force / length  # of a second in the file
     shapes = np.zeros((len(modes), len(labels), 3))
     for shape, (_, mass, _, values) in zip(shapes, modes, strict=True):
         require(mass > 0, f"{path}: a mode has modal mass {mass:g}: export shapes with their modal mass")
         rows = _rows(labels, list(values), path)
-        shape[rows] = np.array([value[:3] for value in values.values()]) / np.sqrt(mass * mass_unit)
+        shape[rows] = np.array([value[:3] for value in values.values()]) / np.sqrt(mass * system.mass)
     return ModalModel(
-        nodes=length * np.array([nodes[int(label)] for label in labels]),
+        nodes=system.length * np.array([nodes[int(label)] for label in labels]),
         labels=labels,
         triangles=triangles,
         two_sided=shells,
-        frequency=np.array([mode[0] for mode in modes]),
+        frequency=np.array([mode[0] for mode in modes]) / system.time,
         damping=np.array([mode[2] for mode in modes]),
         shapes=shapes,
         source=str(path),
     )
+
+
+def _agreed(stated: UnitSystem | None, asked: UnitSystem | None, path: Path) -> UnitSystem:
+    """What the file states, else what is asked for, else SI; both must say the same."""
+    if stated is None:
+        return asked or unit_system("m-kg-s")
+    if asked is not None:
+        same = np.allclose([stated.length, stated.mass], [asked.length, asked.mass], rtol=1e-6) and asked.time == 1.0
+        require(
+            bool(same),
+            f"{path}: dataset 164 states units of {stated.length:g} m and {stated.mass:g} kg, not those of "
+            f"{asked.name}: leave units out",
+        )
+    return stated
 
 
 def write_modal_uff(model: ModalModel, path: str | Path) -> Path:

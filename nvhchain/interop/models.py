@@ -1,25 +1,46 @@
-"""Solid models by the ending of their file."""
+"""Solid models and modal results by the ending of their file."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from nvhchain.errors import InputError
+from nvhchain.errors import InputError, require
+from nvhchain.fem.modal_model import ModalModel
 from nvhchain.fem.solid_model import SolidModel
 from nvhchain.interop.abaqus import read_abaqus
+from nvhchain.interop.modal_hdf5 import read_modal_hdf5
+from nvhchain.interop.modal_uff import read_modal_uff
 from nvhchain.interop.nastran import read_nastran
 
 NASTRAN, ABAQUS = (".bdf", ".dat", ".nas", ".blk", ".bulk"), (".inp",)
+UNIVERSAL, HDF5 = (".unv", ".uff", ".uf"), (".h5", ".hdf5", ".hdf")
 
 
-def read_solid_model(path: str | Path, *, units: str) -> SolidModel:
+def read_solid_model(path: str | Path, *, units: str, spc: int | None = None) -> SolidModel:
     """Nastran bulk data (.bdf, .dat, .nas) or Abaqus input (.inp).  units: of the file, a key of `UNIT_SYSTEMS`.
+
+    spc: set of single-point constraints of a Nastran file, as for `read_nastran`.
 
     Raises InputError for another ending, and what the readers raise.
     """
     ending = Path(path).suffix.lower()
     if ending in NASTRAN:
-        return read_nastran(path, units=units)
+        return read_nastran(path, units=units, spc=spc)
     if ending in ABAQUS:
+        require(spc is None, f"{path}: spc = {spc} chooses a constraint set of Nastran bulk data: leave it out")
         return read_abaqus(path, units=units)
     raise InputError(f"{path}: {ending or 'no ending'} is not a solid model: {', '.join(NASTRAN + ABAQUS)} are read")
+
+
+def read_modal_model(path: str | Path, *, units: str | None = None) -> ModalModel:
+    """Modes of a universal file (.unv, .uff) or HDF5 (.h5).  units: as for `read_modal_uff`; HDF5 is in SI.
+
+    Raises InputError for another ending, and what the readers raise.
+    """
+    ending = Path(path).suffix.lower()
+    if ending in UNIVERSAL:
+        return read_modal_uff(path, units=units)
+    if ending in HDF5:
+        require(units in (None, "m-kg-s"), f"{path}: HDF5 is in SI, not in {units}: leave units out")
+        return read_modal_hdf5(path)
+    raise InputError(f"{path}: {ending or 'no ending'} holds no modes: {', '.join(UNIVERSAL + HDF5)} are read")

@@ -2,22 +2,28 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from nvhchain import acoustics, housing, interop, spectrum
-from nvhchain.case import GearboxCase, HousingModel, RadiatorCase
+from nvhchain.case import GearboxCase, HousingModel, ModalResults, RadiatorCase
+from nvhchain.fem.modal_model import ModalModel
 from nvhchain.fem.solid_model import SolidModel
 from nvhchain.fidelity import Fidelity
 from nvhchain.handoff import (
     BearingForces,
     ForceSpectrum,
     ReducedHousing,
+    Surface,
     SurfaceVelocity,
 )
 from nvhchain.housing import Casting
-from nvhchain.radiator import radiator_velocity
+from nvhchain.housing.damping import damping_of_modes
+from nvhchain.radiator import radiator_velocity, read_surface
 from nvhchain.resume import Shelf
 
 
@@ -28,9 +34,15 @@ def reduced_housing(case: GearboxCase, fidelity: Fidelity, shelf: Shelf) -> Redu
     compute = partial(_casting, case, fidelity, size)
     if isinstance(case.housing, HousingModel):
         path = Path(case.folder) / case.housing.file
-        model = interop.read_solid_model(path, units=case.housing.units)
+        model = interop.read_solid_model(path, units=case.housing.units, spc=case.housing.spc)
         inputs = (*inputs, model, case.seats)  # what the file and those it includes say
         compute = partial(_model, case, case.housing, model, fidelity, size)
+    elif isinstance(case.housing, ModalResults):
+        modes = interop.read_modal_model(Path(case.folder) / case.housing.file, units=case.housing.units)
+        given = case.housing.surface
+        surface = None if given is None else read_surface(Path(case.folder), given)
+        inputs = (*inputs, modes, surface, case.seats)
+        compute = partial(_modal_results, case, case.housing, modes, surface, fidelity, size)
     return shelf.stage("housing-{key}", ReducedHousing, "housing", inputs, compute, fidelity=fidelity.housing)
 
 
@@ -45,17 +57,44 @@ def _model(
     case: GearboxCase, given: HousingModel, model: SolidModel, fidelity: Fidelity, size: float, progress: Any
 ) -> ReducedHousing:
     names = {seat.name: seat.nodes for seat in given.seats}
-    return housing.reduce_model(
+    reduced = housing.reduce_model(
         model,
         housing.bearing_seats(model, case.seats, names),
         f_max=case.band.high,
         surface_size=size,
-        modal_damping=given.modal_damping,
+        modal_damping=float(damping_of_modes(given.modal_damping, np.array([case.band.high]))[0]),
         fidelity=fidelity.housing,
         engine_plane=given.engine_plane,
         opening=given.opening,
         progress=progress,
     )
+    damping = damping_of_modes(given.modal_damping, reduced.natural_frequency)
+    return reduced.replace(modal_damping=damping, structural_damping=given.structural_damping)
+
+
+def _modal_results(
+    case: GearboxCase,
+    given: ModalResults,
+    model: ModalModel,
+    surface: Surface | None,
+    fidelity: Fidelity,
+    size: float,
+    progress: Any,
+) -> ReducedHousing:
+    damping = given.modal_damping
+    reduced = housing.housing_from_modes(
+        model if damping is None else replace(model, damping=damping_of_modes(damping, model.frequency)),
+        case.seats,
+        f_max=case.band.high,
+        surface_size=size,
+        fidelity=fidelity.housing,
+        labels={seat.name: seat.node for seat in given.seats},
+        engine_plane=given.engine_plane,
+        opening=given.opening,
+        surface=surface,
+        residual_vectors=given.residual_vectors,
+    )
+    return reduced.replace(structural_damping=given.structural_damping)
 
 
 def force_spectrum(case: GearboxCase, forces: BearingForces, shelf: Shelf) -> ForceSpectrum:

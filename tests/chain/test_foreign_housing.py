@@ -1,4 +1,4 @@
-"""A housing from another program's file takes the place of the casting."""
+"""A housing from another program's file, solid model or modal results, takes the place of the casting."""
 
 from dataclasses import replace
 
@@ -6,15 +6,18 @@ import numpy as np
 import pytest
 
 import nvhchain as nvh
-from nvhchain.case import HousingModel
+from nvhchain.case import HousingModel, ModalResults, SeatNode, SurfaceFile
 from nvhchain.errors import InputError
-from nvhchain.fidelity import HousingFidelity
+from nvhchain.fidelity import DynamicsFidelity, HousingFidelity
+from nvhchain.housing import bearing_seats, modal_model
 from nvhchain.housing.casting_model import casting_model
 from nvhchain.housing.mesh import mesh_casting
-from nvhchain.interop import write_nastran
+from nvhchain.interop import read_nastran, write_modal_hdf5, write_modal_uff, write_nastran, write_vtu
 from nvhchain.scene import preflight
 
 FIDELITY = HousingFidelity(element_size=0.02, elements_per_turn=10)
+MODAL_BAND = 2500.0
+"""Hz, above the first modes."""
 
 
 @pytest.fixture(scope="module")
@@ -51,6 +54,102 @@ def test_gearbox_in_a_foreign_housing_moves_like_in_the_casting(request, folder,
     ]
     loud = flux[0] > 0.1 * flux[0].max()
     assert np.abs(20 * np.log10(flux[1][loud] / flux[0][loud])).max() < 1.0  # faces of their own, 23 mm
+
+
+@pytest.fixture(scope="module")
+def modal_results(folder, coarse):
+    """(fidelity, run of the solid model, folder with its modes and residual vectors in both formats beside it)."""
+    sound = replace(coarse.acoustics, elements_per_wavelength=6.0, radiation="rayleigh")
+    fidelity = replace(coarse, housing=FIDELITY, acoustics=sound, dynamics=DynamicsFidelity(time_step=20e-6))
+    solid = nvh.load_case(folder / "case.toml")
+    solid = replace(solid, quantities=("pressure",), band=replace(solid.band, high=MODAL_BAND))
+    result = nvh.run(solid, fidelity=fidelity)
+    model = read_nastran(folder / "housing.bdf", units="mm-t-s")
+    seats = bearing_seats(model, solid.seats)
+    modes = modal_model(model, seats, f_top=1.25 * MODAL_BAND, modal_damping=solid.housing.modal_damping)
+    write_modal_uff(modes, folder / "modes.unv")
+    write_modal_hdf5(modes, folder / "modes.h5")
+    write_vtu(result.housing.surface, folder / "surface.vtu", cells={}, points={})
+    named = ", ".join(f'{{ name = "{seat.name}", node = {seat.label} }}' for seat in seats[:2])
+    for ending, surface in (("unv", "opening_mm = 50"), ("h5", 'surface = { file = "surface.vtu" }')):
+        (folder / f"{ending}.toml").write_text(
+            f'base = "case.toml"\nquantities = ["pressure"]\n[band]\nhigh = {MODAL_BAND}\n'
+            f'[housing]\ntype = "modal_results"\nfile = "modes.{ending}"\nresidual_vectors = true\n{surface}\n'
+            f"seats = [{named}]\nengine_plane = {{ point = [0, 0, 0], normal = [0, 0, -1] }}\n"
+        )
+    return fidelity, result, folder
+
+
+def decibels(second, first):
+    """Difference of levels over the strong lines, and overall."""
+    a, b = (np.abs(result.pressure.pressure) for result in (first, second))
+    strong = a > a.max() / 30
+    assert strong.sum() >= 4
+    return np.abs(20 * np.log10(b[strong] / a[strong])).max(), abs(second.overall[0] - first.overall[0])
+
+
+def test_modal_results_with_residual_vectors_sound_as_the_solid_model(modal_results):
+    """On the same radiating surface; mid-edge nodes are split off, so that the skin is the same but for its curves."""
+    fidelity, first, folder = modal_results
+    case = nvh.load_case(folder / "h5.toml")
+    assert isinstance(case.housing, ModalResults)
+    preflight(case, fidelity)
+    second = nvh.run(case, fidelity=fidelity, mesh_laws=first.mesh_laws)
+    assert second.housing.natural_frequency.tolist() == first.housing.natural_frequency.tolist() != []
+    largest = np.abs(first.housing.seat_residual).max()
+    np.testing.assert_allclose(second.housing.seat_residual, first.housing.seat_residual, atol=1e-12 * largest)
+    np.testing.assert_allclose(second.force_spectrum.force, first.force_spectrum.force, atol=1e-9 * 60.0)
+    assert decibels(second, first) < (0.15, 0.15)
+
+
+def test_modal_results_of_six_digits_on_their_own_envelope_sound_within_half_a_decibel(modal_results):
+    """Overall; what is seat is not known in modal results, so that bores are closed by their diameter alone."""
+    fidelity, first, folder = modal_results
+    case = nvh.load_case(folder / "unv.toml")
+    given = {"bearing_forces": first.bearing_forces}
+    second = nvh.run(case, fidelity=fidelity, **given)
+    assert second.housing.natural_frequency == pytest.approx(first.housing.natural_frequency, rel=1e-5)
+    largest = np.abs(first.housing.seat_residual).max()
+    np.testing.assert_allclose(second.housing.seat_residual, first.housing.seat_residual, atol=2e-5 * largest)
+    assert decibels(second, first)[1] < 0.5
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('file = "modes.h5"', "", "housing: required field 'file' is missing"),
+        ("residual_vectors", "residual_vector", "unknown field; did you mean 'residual_vectors'"),
+        ("residual_vectors = true", 'residual_vectors = "yes"', "must be of type bool"),
+        ("residual_vectors = true", 'residual_vectors = true\nunits = "mm"', "units = 'mm': choose one of"),
+        ("residual_vectors = true", "modal_damping = 0.7", r"modal_damping = 0\.7"),
+        ('name = "A2"', 'name = "A1"', "seats: names must be distinct"),
+    ],
+)
+def test_keys_of_modal_results_are_strict(modal_results, tmp_path, old, new, message):
+    text = (modal_results[2] / "h5.toml").read_text().replace("case.toml", str(modal_results[2] / "case.toml"))
+    assert old in text
+    (tmp_path / "case.toml").write_text(text.replace(old, new))
+    with pytest.raises(InputError, match=message):
+        nvh.load_case(tmp_path / "case.toml")
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"units": "mm-t-s"}, "HDF5 is in SI, not in mm-t-s"),
+        ({"file": "modes.op2"}, r"\.op2 holds no modes: \.unv, "),
+        ({"file": "none.h5"}, r"none\.h5"),
+        ({"seats": (SeatNode("A1", 10**7),)}, r"bearing A1: .*modes\.h5 has no node 10000000"),
+        ({"seats": (SeatNode("X", 1),)}, "seats are named for X, which are no bearings"),
+        ({"surface": SurfaceFile("none.stl")}, r"none\.stl: no such surface file"),
+    ],
+)
+def test_modal_results_that_do_not_fit_are_refused(modal_results, change, message):
+    fidelity, first, folder = modal_results
+    case = nvh.load_case(folder / "h5.toml")
+    case = replace(case, housing=replace(case.housing, **change))
+    with pytest.raises(InputError, match=message):
+        nvh.run(case, fidelity=fidelity, bearing_forces=first.bearing_forces)
 
 
 def test_missing_file_and_missing_seat_are_refused(folder, coarse):

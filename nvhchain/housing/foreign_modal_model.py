@@ -1,0 +1,84 @@
+"""Normal modes and residual vectors of a solid model at its skin and seats, as other solvers give them.
+
+Residual vectors: the residual flexibility R of the seats spans, with the modes, the exact static response. Its Ritz
+vectors ψ = R y, mass-normalised, with ψᵀKψ = λ, lie above the modes and carry R = Σ ψψᵀ/λ; Nastran writes them so, as
+further modes (RESVEC).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import scipy.linalg
+import scipy.sparse as sp
+
+from nvhchain.fem.modal_model import ModalModel
+from nvhchain.fem.solid_model import RigidSet, SolidModel
+from nvhchain.handoff import FloatArray, IntArray
+from nvhchain.housing.foreign import constrained, warn, with_seats
+from nvhchain.housing.foreign_mesh import sound_mesh
+from nvhchain.housing.seat_modes import SeatModes, seat_modes
+from nvhchain.housing.skin import solid_skin
+
+_DEPENDENT = 1e-10
+"""Of the residual's largest flexibility, below which a direction of the seats has none of its own."""
+
+_QUARTERS = ((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5))
+"""Four triangles of a six-node facet."""
+
+
+def modal_model(model: SolidModel, seats: Sequence[RigidSet], *, f_top: float, modal_damping: float) -> ModalModel:
+    """Modes up to f_top (Hz), then the residual vectors of unit forces at `seats` (`bearing_seats`).
+
+    modal_damping: fraction of critical, of every mode.  Nodes: those of the skin with their labels, mid-edge ones too,
+    then the reference points of the seats with theirs, or new ones where they are taken.  Repairs are warned of.
+    Raises InputError for a mesh that cannot be repaired safely, SolverError when the eigensolver fails.
+    """
+    model, notes = sound_mesh(with_seats(model, seats))
+    warn(f"{model.source}: {note}" for note in notes)
+    skin = solid_skin(model)
+    K, M, T = constrained(model)
+    modes = seat_modes(K, M, len(seats), f_top)
+    omega2, vectors = residual_vectors(modes)
+    shapes = np.hstack([modes.shapes, vectors])
+    used = np.unique(skin.facets)
+    row = np.full(len(skin.nodes), -1)
+    row[used] = np.arange(len(used))
+    at_skin = sp.kron(skin.interpolation[used], sp.identity(3)) @ (T @ shapes)
+    frequency = np.concatenate([modes.frequency, np.sqrt(omega2) / (2 * np.pi)])
+    at_seats = shapes[modes.seats]
+    return ModalModel(
+        nodes=np.vstack([skin.nodes[used], [seat.reference for seat in seats]]),
+        labels=_labels(model.labels, used, [seat.label for seat in seats]),
+        triangles=row[np.concatenate([skin.facets[:, list(quarter)] for quarter in _QUARTERS])],
+        two_sided=False,
+        frequency=frequency,
+        damping=np.full(len(frequency), modal_damping),
+        shapes=np.vstack([at_skin, at_seats]).T.reshape(len(frequency), -1, 3),
+        source=model.source,
+    )
+
+
+def residual_vectors(modes: SeatModes) -> tuple[FloatArray, FloatArray]:
+    """Eigenvalues (k,) rad²/s², rising, and mass-normalised shapes (n, k) kg^-½, of at most three per seat."""
+    flexibility, directions = np.linalg.eigh(modes.residual[modes.seats])
+    own = flexibility > _DEPENDENT * flexibility[-1]
+    basis = directions[:, own] / np.sqrt(flexibility[own])
+    period2, ritz = scipy.linalg.eigh(basis.T @ modes.residual_mass @ basis)  # 1/λ
+    period2, ritz = period2[::-1], ritz[:, ::-1]
+    return 1 / period2, modes.residual @ (basis @ ritz) / np.sqrt(period2)
+
+
+def _labels(known: IntArray, used: IntArray, seats: Sequence[int]) -> IntArray:
+    """Of nodes `used`, those beyond the known ones numbered on, and of the seats."""
+    last = max(int(known.max()), *seats)
+    numbered = np.concatenate([known, last + 1 + np.arange(max(0, int(used[-1]) + 1 - len(known)))])
+    labels = numbered[used].tolist()
+    taken, free = set(labels), max(last, int(numbered[-1])) + 1
+    for label in seats:
+        if label <= 0 or label in taken:
+            label, free = free, free + 1
+        taken.add(label)
+        labels.append(label)
+    return np.array(labels, dtype=np.int64)

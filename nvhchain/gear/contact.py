@@ -16,13 +16,8 @@ import numba
 import numpy as np
 
 from nvhchain.errors import SolverError
-from nvhchain.gear.flattening import (
-    LocalLaw,
-    contact_half_width,
-    half_space_compliance,
-    local_deflection,
-    local_law,
-)
+from nvhchain.gear.flattening import contact_half_width, half_space_compliance, local_deflection
+from nvhchain.gear.local_law import LocalLaw, local_law
 from nvhchain.handoff import FloatArray
 
 __all__ = [
@@ -54,10 +49,7 @@ def complementarity_residual(
         return 0.0
     if not (force >= 0).all():
         raise SolverError(f"a slice pulls with {-force.min():g} N")
-    q = force / length
-    within = np.clip(q, 1e-300, law.limit)
-    local = within * (law.level - law.half_slope * np.log(within))
-    local = local + (law.level - law.half_slope * (np.log(within) + 1)) * np.maximum(q - law.limit, 0.0)
+    local = law.deflection(force / length)
     gap = np.where(force > 0, local, 0.0) + compliance @ force - approach
     return float(np.where(force > 0, np.abs(gap), np.maximum(-gap, 0.0)).max())
 
@@ -85,9 +77,12 @@ def slice_forces(
             np.ascontiguousarray(compliance, dtype=float),
             approach,
             np.ascontiguousarray(length, dtype=float),
-            law.level,
             law.limit,
+            1.0 / np.log(law.ratio),
+            law.level,
             law.half_slope,
+            law.offset,
+            law.energy,
             tolerance,
             MAX_ITERATIONS,
             forces,
@@ -131,9 +126,17 @@ def _cholesky_solve(H: np.ndarray, x: np.ndarray, n: int) -> bool:
     return True
 
 
+@numba.njit("int64(float64, float64, float64, int64)", cache=True, nogil=True, error_model="numpy")
+def _piece(q: float, limit: float, per_ratio: float, last: int) -> int:
+    """Piece of the local law on which the load q > 0, N/m, lies."""
+    if q >= limit:
+        return last
+    return max(int(np.floor(np.log(q / limit) * per_ratio)) + last, 0)
+
+
 @numba.njit(
-    "Tuple((float64, float64))(float64[:, ::1], float64[::1], float64[::1], float64[::1], float64[::1], float64, "
-    "float64[::1], float64[::1])",
+    "Tuple((float64, float64))(float64[:, ::1], float64[::1], float64[::1], float64[::1], float64, float64[:, ::1], "
+    "float64[:, ::1], float64[:, ::1], float64[:, ::1], float64[::1], float64[::1])",
     cache=True,
     nogil=True,
     error_model="numpy",
@@ -143,14 +146,18 @@ def _gap(
     C: np.ndarray,
     approach: np.ndarray,
     length: np.ndarray,
-    level: np.ndarray,
     limit: np.ndarray,
-    half_slope: float,
+    per_ratio: float,
+    level: np.ndarray,
+    half_slope: np.ndarray,
+    offset: np.ndarray,
+    stored: np.ndarray,
     F: np.ndarray,
     g: np.ndarray,
 ) -> tuple[float, float]:
     """Fill the gaps g; return the potential Φ (J) and the largest violation (m)."""
     n = len(F)
+    last = level.shape[1] - 1
     energy = 0.0
     worst = 0.0
     for i in range(n):
@@ -160,14 +167,11 @@ def _gap(
         energy += F[i] * (0.5 * u - approach[i])
         u -= approach[i]
         if F[i] > 0.0:
-            q = min(F[i] / length[i], limit[i])
-            beyond = F[i] / length[i] - q
-            log = np.log(q)
-            local = q * (level[i] - half_slope * log)
-            slope = level[i] - half_slope * (log + 1.0)
-            u += local + slope * beyond
-            energy += length[i] * q * q * (0.5 * level[i] - half_slope * (0.5 * log - 0.25))
-            energy += length[i] * beyond * (local + 0.5 * slope * beyond)
+            q = F[i] / length[i]
+            k = _piece(q, limit[i], per_ratio, last)
+            A, H, D, log = level[i, k], half_slope[i, k], offset[i, k], np.log(q)
+            u += D + q * (A - H * log)
+            energy += length[i] * (stored[i, k] + q * (D + q * (0.5 * A - H * (0.5 * log - 0.25))))
             worst = max(worst, abs(u))
         else:
             worst = max(worst, -u)
@@ -176,8 +180,8 @@ def _gap(
 
 
 @numba.njit(
-    "void(float64[:, ::1], float64[:, ::1], float64[::1], float64[::1], float64[::1], float64, float64, int64, "
-    "float64[:, ::1], float64[::1])",
+    "void(float64[:, ::1], float64[:, ::1], float64[::1], float64[::1], float64, float64[:, ::1], float64[:, ::1], "
+    "float64[:, ::1], float64[:, ::1], float64, int64, float64[:, ::1], float64[::1])",
     cache=True,
     nogil=True,
     error_model="numpy",
@@ -186,9 +190,12 @@ def _solve(
     C: np.ndarray,
     approach: np.ndarray,
     length: np.ndarray,
-    level: np.ndarray,
     limit: np.ndarray,
-    half_slope: float,
+    per_ratio: float,
+    level: np.ndarray,
+    half_slope: np.ndarray,
+    offset: np.ndarray,
+    stored: np.ndarray,
     tolerance: float,
     max_iterations: int,
     forces: np.ndarray,
@@ -196,6 +203,7 @@ def _solve(
 ) -> None:
     """Projected Newton with an active set, one case after the other, each started from the one before."""
     n = len(length)
+    last = level.shape[1] - 1
     F, trial, g, g_trial = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n)
     step, free = np.zeros(n), np.zeros(n, np.int64)
     H = np.zeros((n, n))
@@ -210,7 +218,7 @@ def _solve(
         # the law is close to linear: the scaled previous answer lies near and below the new one
         F *= scale / before if before > 0.0 else 0.0
         before = scale
-        energy, worst = _gap(C, a, length, level, limit, half_slope, F, g)
+        energy, worst = _gap(C, a, length, limit, per_ratio, level, half_slope, offset, stored, F, g)
         iteration = 0
         while worst > tolerance * scale and iteration < max_iterations:
             iteration += 1
@@ -223,12 +231,13 @@ def _solve(
                 i = free[r]
                 # δ_loc has no finite slope at 0: a slice that closes gets that at a thousandth of about the load that
                 # would take the whole approach locally
-                q = min(F[i] / length[i], limit[i])
+                q = F[i] / length[i]
                 if q <= 0.0:
-                    q = 1e-3 * min(scale / level[i], limit[i])
+                    q = 1e-3 * min(scale / level[i, 0], limit[i])
+                k = _piece(q, limit[i], per_ratio, last)
                 for s in range(r):
                     H[r, s] = C[i, free[s]]
-                H[r, r] = C[i, i] + (level[i] - half_slope * (np.log(q) + 1.0)) / length[i]
+                H[r, r] = C[i, i] + (level[i, k] - half_slope[i, k] * (np.log(q) + 1.0)) / length[i]
                 step[r] = -g[i]
             if not _cholesky_solve(H, step, m):
                 break
@@ -241,7 +250,7 @@ def _solve(
                     i = free[r]
                     trial[i] = max(0.0, F[i] + alpha * step[r])
                     slope += g[i] * (trial[i] - F[i])
-                e, w = _gap(C, a, length, level, limit, half_slope, trial, g_trial)
+                e, w = _gap(C, a, length, limit, per_ratio, level, half_slope, offset, stored, trial, g_trial)
                 # near the solution Φ is flat to rounding; there a falling residual decides
                 if w < 0.5 * worst or e <= energy + 1e-4 * slope:
                     accepted = True

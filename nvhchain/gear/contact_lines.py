@@ -26,6 +26,7 @@ import numpy as np
 
 from nvhchain.gear.corner import edge_gap
 from nvhchain.gear.pair import BACK, DRIVE, GearPair
+from nvhchain.gear.tip_edge import TipEdges
 from nvhchain.handoff import FloatArray, IntArray
 
 
@@ -38,8 +39,9 @@ class ContactLines:
     axial: (n,) m, middle of the part in contact.  position: (n,) s, m.  length: (n,) m along the contact line.
     radius: (2, n) m, of the contact point on pinion and wheel.  depth: (2, n) m, from there along the normal to the
     tooth centre line.
-    curvature: (n,) m, ρ₁ρ₂/(ρ₁+ρ₂) in the normal plane; of the end of the path where an edge touches.
+    curvature: (n,) m, ρ₁ρ₂/(ρ₁+ρ₂) in the normal plane.
     corner: (n,) m, gap along the normal by which an edge beyond the end of the path misses the flank; 0 on the path.
+    edges: tip edges of both gears near the slices.
     """
 
     flank: int
@@ -52,6 +54,7 @@ class ContactLines:
     depth: FloatArray
     curvature: FloatArray
     corner: FloatArray
+    edges: TipEdges
 
 
 def contact_lines(
@@ -94,9 +97,14 @@ def contact_lines(
     length = (upper - lower) / cos(pair.base_helix_angle)
 
     on_path = np.clip(position, *pair.path)
-    distances = np.stack([on_path, pair.line_length - on_path])
-    radius = np.hypot(distances, pair.base_radius[:, None])
-    corner = _touch_edges(pair, position, radius) if corner_gap else np.zeros(len(position))
+    radius = np.hypot(np.stack([on_path, pair.line_length - on_path]), pair.base_radius[:, None])
+    corner, enclosed = _touch_edges(pair, position, radius)
+    rolled = np.sqrt(radius**2 - pair.base_radius[:, None] ** 2)
+    curvature = rolled[0] * rolled[1] / (rolled.sum(axis=0) * cos(pair.base_helix_angle))
+    tips = np.array([[g.usable_flank[1]] for g in pair.geometries])
+    distance = np.maximum(tips**2 - rolled**2, 0.0) / (2 * pair.base_radius[:, None])
+    enclosed = np.where(enclosed > 0, enclosed, -distance.min(axis=0) / curvature)
+    wedge = 0.5 * np.pi + np.arctan(tips[:, 0] / pair.base_radius)
     wheel_tooth = k[pairs] + (1 if flank == BACK else 0)
     depth = np.stack([g.depth_to_centre_line(r) for g, r in zip(pair.geometries, radius, strict=True)])
     return ContactLines(
@@ -108,20 +116,25 @@ def contact_lines(
         length=length,
         radius=radius,
         depth=depth,
-        curvature=distances[0] * distances[1] / (pair.line_length * cos(pair.base_helix_angle)),
+        curvature=curvature,
         corner=corner,
+        edges=TipEdges(distance, enclosed, wedge),
     )
 
 
-def _touch_edges(pair: GearPair, position: FloatArray, radius: FloatArray) -> FloatArray:
-    """Gaps (n,) m of the slices beyond the path; their place on the flank goes into `radius` (2, n) m."""
-    gap = np.zeros(len(position))
+def _touch_edges(pair: GearPair, position: FloatArray, radius: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Gaps, m, and angles between the flanks, rad, in the normal plane (n,) of the slices beyond the path; 0 on it.
+
+    Their place on the mating flank goes into `radius` (2, n) m.
+    """
+    gap, angle = np.zeros(len(position)), np.zeros(len(position))
     for edge, beyond in ((1, pair.path[0] - position), (0, position - pair.path[1])):
         at = np.flatnonzero(beyond > 0)
-        arc, met = edge_gap(beyond[at], *pair.edge(edge))
+        arc, met, turned = edge_gap(beyond[at], *pair.edge(edge))
         gap[at] = arc * cos(pair.base_helix_angle)
+        angle[at] = turned * cos(pair.base_helix_angle)
         radius[1 - edge, at] = met
-    return gap
+    return gap, angle
 
 
 def separation(pair: GearPair, lines: ContactLines) -> FloatArray:

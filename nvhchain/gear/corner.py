@@ -18,8 +18,9 @@ from nvhchain.handoff import FloatArray
 
 def edge_gap(
     beyond: FloatArray, own_base: float, mating_base: float, edge: float, line_length: float, centre_distance: float
-) -> tuple[FloatArray, FloatArray]:
-    """(gap, radius): arc on the mating base circle by which the edge still misses the flank, and where it will meet it.
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """(gap, radius, angle): arc on the mating base circle by which the edge still misses the flank, and where and at
+    what angle, rad, between the flanks it will meet it.
 
     beyond: (n,) m on the line of action from the end of the path, which the edge has gone past or not reached.
     own_base, mating_base: m, base radii of the gear with the edge and of the other.  edge: m, its tip radius.
@@ -33,7 +34,9 @@ def edge_gap(
     rolled = np.sqrt(np.maximum(radius**2 - mating_base**2, 0.0))
     # involute of the mating gear through the edge: where it crosses the line of action, from that tangent point
     crossing = rolled + mating_base * (pressure - np.arctan2(along, across) - np.arctan2(rolled, mating_base))
-    return crossing - (line_length - end - np.asarray(beyond, float)), radius
+    # the normal of an involute turns by rolled length over base radius from the line of action
+    angle = np.asarray(beyond, float) / own_base + (rolled - crossing) / mating_base
+    return crossing - (line_length - end - np.asarray(beyond, float)), radius, angle
 
 
 def extension(gap: float, own_base: float, mating_base: float, edge: float, line: float, distance: float) -> float:

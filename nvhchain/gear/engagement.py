@@ -141,7 +141,9 @@ class Engagement:
     def local_law(self, lines: ContactLines) -> LocalLaw:
         """Local deflection of every slice."""
         materials = (self.pair.pinion.material, self.pair.wheel.material)
-        return local_law(lines.curvature, (lines.depth[0], lines.depth[1]), materials)
+        pinion, wheel = (not isinstance(c, SliceCompliance) for c in self.compliances)
+        depths = (lines.depth[0], lines.depth[1])
+        return local_law(lines.curvature, depths, materials, edges=lines.edges, held=(pinion, wheel))
 
     def residual(self, lines: ContactLines, approach: float, force: FloatArray, *, friction: float = 0.0) -> float:
         """Largest violation of the contact conditions, m, by the slice forces (n,), N, at an approach, m."""

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -47,29 +45,3 @@ def local_deflection(
             bracket = np.log(2.0 * np.asarray(h, float) / width) - m.poisson / (2.0 * (1.0 - m.poisson))
             total = total + half_space_compliance(m) * q * bracket
     return np.where(q > 0, total, 0.0)
-
-
-@dataclass(frozen=True, eq=False)
-class LocalLaw:
-    """δ_loc = q (A − (a/2) ln q) per slice, q in N/m; from `limit` on its tangent.
-
-    level: A, (n,) 1/Pa.  half_slope: a/2, 1/Pa.  limit: (n,) N/m, where L reaches half the smaller depth, as far as
-    the formula means anything; the tangent keeps the law rising (by itself it falls from L ≈ h on).
-    """
-
-    level: FloatArray
-    half_slope: float
-    limit: FloatArray
-
-
-def local_law(
-    curvature_radius: FloatArray, depths: tuple[FloatArray, FloatArray], materials: tuple[Material, Material]
-) -> LocalLaw:
-    """`local_deflection` of slices with given ρ (n,), m, and depths, two (n,), m, in the form the solver uses."""
-    parts = [half_space_compliance(m) for m in materials]
-    a = sum(parts)
-    level = -0.5 * a * np.log(2.0 * a * curvature_radius)
-    for part, h, m in zip(parts, depths, materials, strict=True):
-        level = level + part * (np.log(2.0 * h) - m.poisson / (2.0 * (1.0 - m.poisson)))
-    limit = (0.5 * np.minimum(*depths)) ** 2 / (2.0 * a * curvature_radius)
-    return LocalLaw(np.ascontiguousarray(level), 0.5 * a, np.ascontiguousarray(limit))

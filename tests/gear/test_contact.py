@@ -118,7 +118,8 @@ def test_the_potential_that_guards_each_step_has_the_gap_as_its_slope():
 
     def potential(F):
         gap = np.empty(8)
-        return _gap(C, approach, length, law.level, law.limit, law.half_slope, F, gap)[0], gap
+        pieces = law.level, law.half_slope, law.offset, law.energy
+        return _gap(C, approach, length, law.limit, 1 / np.log(law.ratio), *pieces, F, gap)[0], gap
 
     gap = potential(F)[1]
     for i in range(8):

@@ -7,7 +7,6 @@ import pytest
 
 from nvhchain.errors import InputError
 from nvhchain.gear import Engagement, Flank, GearPair, MicroGeometry, Misalignment, Relief, loaded_mesh, mesh_law
-from nvhchain.gear.contact import local_deflection
 from nvhchain.gear.contact_lines import contact_lines, separation
 from nvhchain.gear.pair import BACK, DRIVE
 
@@ -134,8 +133,7 @@ def test_slices_of_rigid_bodies_carry_what_the_gap_leaves(make_pair, make_compli
     pair = dataclasses.replace(with_flank(make_pair(2), pinion=shape, wheel=shape), misalignment=Misalignment(0.4e-3))
     engagement = rigid(pair, make_compliances, sliced_fidelity(10))
     lines, forces = engagement.forces(0.3 * pair.mesh_period, np.array([4e-6]))
-    materials = (pair.pinion.material, pair.wheel.material)
-    local = local_deflection(forces[0] / lines.length, lines.curvature, tuple(lines.depth), materials)
+    local = engagement.local_law(lines).deflection(forces[0] / lines.length)
     gap = separation(pair, lines)
     assert (gap < 0).any()
     assert (gap > 4e-6).any()

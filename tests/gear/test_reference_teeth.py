@@ -51,7 +51,7 @@ def test_gap_of_a_tip_edge_is_that_of_its_arc(make_pair, beyond):
     for gear, crossing in ((1, pair.path[0] - beyond), (0, pair.path[1] + beyond)):
         angle = (crossing - pair.pitch_point) / pair.base_radius[1]
         s = section(pair, angle, 0, 0.0, (0.0, 1.0))
-        arc, radius = edge_gap(np.array(beyond), *pair.edge(gear))
+        arc, radius, _ = edge_gap(np.array(beyond), *pair.edge(gear))
         assert s.nearest == (s.low if gear == 1 else s.high)
         assert float(gap(pair, crossing, np.array([s.nearest]))[0]) == pytest.approx(float(arc), rel=0.03)
         met = np.hypot(pair.base_radius[1 - gear], rolled_length(pair, 1 - gear, crossing, np.array([s.nearest])))

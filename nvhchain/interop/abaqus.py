@@ -22,14 +22,14 @@ from nvhchain.interop.abaqus_rigid import (
     read_rigid_body,
     read_surface,
 )
-from nvhchain.interop.abaqus_sets import ASSEMBLY, AbaqusFile, extend, members_of
+from nvhchain.interop.abaqus_sets import AbaqusFile, members_of
 from nvhchain.interop.units import unit_system
 
 _SOLID = re.compile(r"C3D(4|6|8|10|15|20)(?=$|[RIHMTS])")
 _KIND = {"4": "tet4", "10": "tet10", "6": "wedge6", "15": "wedge15", "8": "hex8", "20": "hex20"}
 
 _PASSED_OVER = {
-    "HEADING", "PREPRINT", "END PART", "END INSTANCE", "END ASSEMBLY", "AMPLITUDE", "RESTART", "FILE FORMAT",
+    "HEADING", "PREPRINT", "AMPLITUDE", "RESTART", "FILE FORMAT",
     "PHYSICAL CONSTANTS", "DAMPING", "PLASTIC", "EXPANSION", "CONDUCTIVITY", "SPECIFIC HEAT", "INITIAL CONDITIONS",
     "DISTRIBUTION", "DISTRIBUTION TABLE", "SECTION CONTROLS", "HOURGLASS STIFFNESS", "SURFACE INTERACTION", "FRICTION",
     "SURFACE BEHAVIOR", "TIME POINTS", "FILTER",
@@ -44,7 +44,7 @@ def read_abaqus(path: str | Path, *, units: str) -> SolidModel:
     """
     path = Path(path)
     file = AbaqusFile(Parts(str(path)), unit_system(units))
-    late: list[Block] = []
+    late: list[tuple[str, Block]] = []
     in_step = False
     try:
         for block in blocks(path):
@@ -56,16 +56,18 @@ def read_abaqus(path: str | Path, *, units: str) -> SolidModel:
                 )
             _READERS.get(block.name, _ignored)(file, block)
             if block.name in _LATE:
-                late.append(block)
+                late.append((file.level, block))
         for name, apply in _LATE.items():
-            for block in late:
+            for level, block in late:
                 if block.name == name:
+                    file.level = level
                     apply(file, block)
         _assign(file)
     except (ValueError, IndexError, KeyError) as error:
         if isinstance(error, InputError):
             raise
         raise FileFormatError(f"{path}: not an Abaqus input file: {type(error).__name__} {error}") from None
+    file.parts.groups = file.group_names()
     return file.parts.model(file.system.length)
 
 
@@ -78,16 +80,14 @@ def _node(file: AbaqusFile, block: Block) -> None:
         block.get("SYSTEM", "R").upper() == "R",
         f"{file.parts.source}: *NODE in a cylindrical or spherical system: write it in the rectangular one",
     )
-    offset = ASSEMBLY if file.depth == "assembly" else 0
     labels = []
     for row in block.data:
-        label = int(row[0]) + offset
+        label = int(row[0]) + file.offset
         x, y, z = ((*(float(c) if c else 0.0 for c in row[1:4]), 0.0, 0.0, 0.0))[:3]
         file.parts.nodes[label] = (x, y, z)
         labels.append(label)
     if block.get("NSET"):
-        extend(file.nsets, block.get("NSET"), labels)
-        file.parts.groups.setdefault(block.get("NSET"), []).extend(labels)
+        file.add(file.nsets, block.get("NSET"), labels)
 
 
 def _element(file: AbaqusFile, block: Block) -> None:
@@ -98,6 +98,7 @@ def _element(file: AbaqusFile, block: Block) -> None:
         f"{file.parts.source}: elements of type {kind} are not read: use C3D4/10, C3D6/15 or C3D8/20",
     )
     assert found is not None
+    require(file.owner == "part", f"{file.parts.source}: *ELEMENT, TYPE={kind} in the assembly: write it into the part")
     count = int(found[1])
     cells = [int(c) for row in block.data for c in row if c]
     require(len(cells) % (count + 1) == 0, f"{file.parts.source}: {kind} elements have {len(cells)} numbers in all")
@@ -106,22 +107,20 @@ def _element(file: AbaqusFile, block: Block) -> None:
         start = i * (count + 1) + 1
         file.elements[label] = (_KIND[found[1]], cells[start : start + count])
     if block.get("ELSET"):
-        extend(file.elsets, block.get("ELSET"), labels)
+        file.add(file.elsets, block.get("ELSET"), labels)
 
 
 def _nset(file: AbaqusFile, block: Block) -> None:
-    name = block.get("NSET")
     if block.get("ELSET"):
-        labels = sorted({n for e in file.elsets[block.get("ELSET").upper()] for n in file.elements[e][1]})
+        elements = file.named(file.elsets, block.get("ELSET"))
+        labels = sorted({n for e in elements for n in file.elements[e][1]})
     else:
-        offset = ASSEMBLY if file.depth == "assembly" and not block.get("INSTANCE") else 0
-        labels = members_of(block, file.nsets, offset)
-    extend(file.nsets, name, labels)
-    file.parts.groups.setdefault(name, []).extend(labels)
+        labels = members_of(file, block, file.nsets)
+    file.add(file.nsets, block.get("NSET"), labels)
 
 
 def _elset(file: AbaqusFile, block: Block) -> None:
-    extend(file.elsets, block.get("ELSET"), members_of(block, file.elsets, 0))
+    file.add(file.elsets, block.get("ELSET"), members_of(file, block, file.elsets))
 
 
 def _start_material(file: AbaqusFile, block: Block) -> None:
@@ -148,19 +147,37 @@ def _section(file: AbaqusFile, block: Block) -> None:
 
 
 def _assembly(file: AbaqusFile, block: Block) -> None:
-    file.depth = "assembly"
+    file.level, file.assembly = "assembly", block.get("NAME").upper()
 
 
 def _part(file: AbaqusFile, block: Block) -> None:
-    file.depth = "part"
+    require(
+        not file.part and not file.parts.nodes,
+        f"{file.parts.source}: part {block.get('NAME')} is not the only one: write the model as one part",
+    )
+    file.level, file.part = "part", block.get("NAME").upper()
+
+
+def _end_part(file: AbaqusFile, block: Block) -> None:
+    file.level = "assembly"  # what follows, materials apart, belongs to no part
 
 
 def _instance(file: AbaqusFile, block: Block) -> None:
-    file.instances += 1
     require(
-        file.instances == 1 and not any(float(c) for row in block.data for c in row if c),
+        not file.instance and not any(float(c) for row in block.data for c in row if c),
         f"{file.parts.source}: several instances, or one that is moved: write the model as one part in place",
     )
+    part = block.get("PART").upper()
+    require(
+        part == file.part,
+        f"{file.parts.source}: instance {block.get('NAME')} is of part {part or 'no name'}, there is "
+        f"{file.part or 'none'}: write the model as one part",
+    )
+    file.level, file.instance = "instance", block.get("NAME").upper()
+
+
+def _end_instance(file: AbaqusFile, block: Block) -> None:
+    file.level = "assembly"
 
 
 def _assign(file: AbaqusFile) -> None:
@@ -169,9 +186,9 @@ def _assign(file: AbaqusFile) -> None:
         found = file.materials.get(name, {})
         where = f"{file.parts.source}: material {name} of section {elset}"
         require({"young", "poisson", "density"} <= found.keys(), f"{where} needs *ELASTIC and *DENSITY")
-        require(elset in file.elsets, f"{file.parts.source}: section for set {elset}, which is not defined")
+        require(("part", elset) in file.elsets, f"{file.parts.source}: section for set {elset}, which is not defined")
         file.parts.materials[elset] = file.system.material(**found, where=where)
-        for label in file.elsets[elset]:
+        for label in file.elsets["part", elset]:
             if label in file.elements:
                 kind, members = file.elements.pop(label)
                 labels, rows = file.parts.elements[kind, elset]
@@ -196,8 +213,11 @@ _READERS: dict[str, Callable[[AbaqusFile, Block], None]] = {
     "DENSITY": _density,
     "SOLID SECTION": _section,
     "ASSEMBLY": _assembly,
+    "END ASSEMBLY": _ignored,
     "PART": _part,
+    "END PART": _end_part,
     "INSTANCE": _instance,
+    "END INSTANCE": _end_instance,
 }
 _LATE: dict[str, Callable[[AbaqusFile, Block], None]] = {
     "BOUNDARY": read_boundary,

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import re
 
-from nvhchain.errors import require
+from nvhchain.errors import InputError, require
 from nvhchain.fem.solid_model import CORNERS, EDGES, KINDS
 from nvhchain.interop._model_parts import Rigid
 from nvhchain.interop.abaqus_keywords import Block
-from nvhchain.interop.abaqus_sets import ASSEMBLY, AbaqusFile, labels_of
+from nvhchain.interop.abaqus_sets import AbaqusFile
 
 SIDES: dict[str, tuple[tuple[int, ...], ...]] = {
     "tet": ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0)),
@@ -34,13 +34,13 @@ def read_surface(file: AbaqusFile, block: Block) -> None:
     by_nodes = block.get("TYPE", "ELEMENT").upper() == "NODE"
     for row in block.data:
         if by_nodes:
-            nodes += labels_of(row[0], file.nsets, ASSEMBLY if file.depth == "assembly" else 0)
+            nodes += file.labels(row[0], file.nsets)
             continue
         require(
             len(row) > 1 and re.fullmatch(r"S[1-6]", row[1].upper()) is not None,
             f"{file.parts.source}: *SURFACE {block.get('NAME')}: faces {row[1:]} are not read: name them S1 … S6",
         )
-        for label in labels_of(row[0], file.elsets, 0):
+        for label in file.labels(row[0], file.elsets):
             kind, members = file.elements[label]
             corners = SIDES[KINDS[kind]][int(row[1][1]) - 1]
             place = [*corners]
@@ -48,7 +48,7 @@ def read_surface(file: AbaqusFile, block: Block) -> None:
                 edges = enumerate(EDGES[KINDS[kind]], CORNERS[KINDS[kind]])
                 place += [i for i, (a, b) in edges if a in corners and b in corners]
             nodes += [members[i] for i in place]
-    file.surfaces[block.get("NAME").upper()] = sorted(set(nodes))
+    file.add(file.surfaces, block.get("NAME"), sorted(set(nodes)))
 
 
 def read_coupling(file: AbaqusFile, block: Block) -> None:
@@ -68,8 +68,11 @@ def read_kinematic(file: AbaqusFile, block: Block) -> None:
         components >= set("123"),
         f"{file.parts.source}: coupling {coupling.get('CONSTRAINT NAME')} couples {sorted(components)}: 1 … 3 needed",
     )
-    surface = coupling.get("SURFACE").upper()
-    nodes = file.surfaces[surface] if surface in file.surfaces else file.nsets[surface]
+    surface = coupling.get("SURFACE")
+    try:
+        nodes = file.named(file.surfaces, surface)
+    except InputError:  # CalculiX and old Abaqus take a node set, too
+        nodes = file.named(file.nsets, surface)
     _add_rigid(file, coupling.get("CONSTRAINT NAME") or surface, coupling.get("REF NODE"), nodes)
 
 
@@ -77,9 +80,9 @@ def read_rigid_body(file: AbaqusFile, block: Block) -> None:
     nodes: list[int] = []
     for parameter in ("TIE NSET", "NSET", "PIN NSET"):
         if block.get(parameter):
-            nodes += file.nsets[block.get(parameter).upper()]
+            nodes += file.named(file.nsets, block.get(parameter))
     if block.get("ELSET"):
-        nodes += sorted({n for e in file.elsets[block.get("ELSET").upper()] for n in file.elements[e][1]})
+        nodes += sorted({n for e in file.named(file.elsets, block.get("ELSET")) for n in file.elements[e][1]})
     name = next((block.get(p) for p in ("TIE NSET", "NSET", "PIN NSET", "ELSET") if block.get(p)), "rigid body")
     _add_rigid(file, name, block.get("REF NODE"), nodes, rotation=block.get("ROT NODE"))
 
@@ -89,7 +92,7 @@ def read_mpc(file: AbaqusFile, block: Block) -> None:
     followers: dict[int, list[int]] = {}
     for kind, dependent, reference in (row[:3] for row in block.data):
         require(kind.upper() == "BEAM", f"{file.parts.source}: *MPC of type {kind} is not read: use BEAM")
-        followers.setdefault(_reference(file, reference), []).extend(labels_of(dependent, file.nsets, 0))
+        followers.setdefault(_reference(file, reference), []).extend(file.labels(dependent, file.nsets))
     for label, nodes in followers.items():
         file.parts.rigid.append(Rigid(f"MPC {label}", label, nodes))
 
@@ -104,8 +107,7 @@ def _add_rigid(file: AbaqusFile, name: str, reference: str, nodes: list[int], ro
 
 
 def _reference(file: AbaqusFile, cell: str) -> int:
-    in_assembly = cell.isdigit() and file.depth == "assembly" and int(cell) + ASSEMBLY in file.parts.nodes
-    labels = labels_of(cell, file.nsets, ASSEMBLY if in_assembly else 0)
+    labels = file.labels(cell, file.nsets)
     require(len(labels) == 1, f"{file.parts.source}: reference {cell} stands for {len(labels)} nodes: one is needed")
     return labels[0]
 
@@ -118,7 +120,7 @@ def _range(row: list[str]) -> set[str]:
 
 def read_boundary(file: AbaqusFile, block: Block) -> None:
     for row in block.data:
-        labels = labels_of(row[0], file.nsets, 0)
+        labels = file.labels(row[0], file.nsets)
         kind = row[1].upper()
         if kind in _NAMED_SUPPORTS:
             components = set(_NAMED_SUPPORTS[kind])

@@ -209,6 +209,64 @@ def test_abaqus_part_assembly_surface_and_coupling(tmp_path):
     assert model.labels[model.groups["corner"]].tolist() == [8]
 
 
+def read_changed(tmp_path, *changes):
+    """The Abaqus file with some text replaced, read."""
+    text = ABAQUS
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new, 1)
+    (tmp_path / "changed.inp").write_text(text)
+    return read_abaqus(tmp_path / "changed.inp", units="mm-t-s")
+
+
+TWICE = ("*NSET, NSET=Ref\n1,\n", "*NSET, NSET=Ref\n1,\n*NSET, NSET=BOTTOM, INSTANCE=Case-1\n5, 6\n")
+"""The assembly has a set of the name that one of the part has."""
+
+
+@pytest.mark.parametrize(("name", "held"), [("bottom", [5, 6, 8]), ("Case-1.bottom", [1, 2, 3, 4, 8])])
+def test_sets_of_one_name_in_part_and_assembly_are_two(tmp_path, name, held):
+    model = read_changed(tmp_path, TWICE, ("bottom, PINNED", f"{name}, PINNED"))
+    assert model.labels[model.held[:, 2]].tolist() == held
+    groups = {key: model.labels[nodes].tolist() for key, nodes in model.groups.items()}
+    assert groups["BOTTOM"] == [5, 6]
+    assert groups["CASE-1.bottom"] == [1, 2, 3, 4]
+
+
+def test_names_inside_the_part_are_the_parts(tmp_path):
+    """A rigid body and a boundary that the part defines, though they are applied when all is read."""
+    inside = "*RIGID BODY, TIE NSET=bottom, REF NODE=9\n*END PART"
+    model = read_changed(tmp_path, TWICE, ("*END PART", inside), ("8, 0., 1., 1.\n", "8, 0., 1., 1.\n9, 0., 0., -1.\n"))
+    body = next(rigid for rigid in model.rigid_sets if rigid.label == 9)
+    assert model.labels[body.nodes].tolist() == [1, 2, 3, 4]
+
+
+def test_names_of_sets_have_no_case(tmp_path):
+    model = read_changed(tmp_path, ("1, 4, 1\n", "1, 2, 1\n*NSET, NSET=BOTTOM\n3, 4\n"))
+    assert model.labels[model.groups["bottom"]].tolist() == [1, 2, 3, 4]
+    assert set(model.groups) == {"bottom", "Ref", "corner"}
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("bottom, PINNED", "1, PINNED", "node 1 is in the assembly and in instance CASE-1: write CASE-1.1"),
+        (
+            "bottom, PINNED",
+            "Case-2.bottom, PINNED",
+            "'Case-2.bottom' is in 'Case-2', which is not read; there is instance",
+        ),
+        ("*END INSTANCE", "*NSET, NSET=bottom\n8\n*END INSTANCE", "set bottom is defined in the part and in instance"),
+        ("*ASSEMBLY", "*PART, NAME=Lid\n*END PART\n*ASSEMBLY", "part Lid is not the only one"),
+        ("PART=Case", "PART=Lid", "instance Case-1 is of part LID, there is CASE"),
+        ("*NSET, NSET=Ref", "*ELEMENT, TYPE=C3D4\n9, 1, 2, 3, 4\n*NSET, NSET=Ref", "C3D4 in the assembly"),
+        ("*END INSTANCE", "*END INSTANCE\n*INSTANCE, NAME=B, PART=Case\n*END INSTANCE", "several instances"),
+    ],
+)
+def test_ambiguous_names_and_parts_are_refused_with_the_remedy(tmp_path, old, new, message):
+    with pytest.raises(InputError, match=message):
+        read_changed(tmp_path, (old, new))
+
+
 def test_calculix_rigid_body_held_at_both_reference_nodes(tmp_path):
     text = ABAQUS[: ABAQUS.index("*SURFACE")].replace("*PART, NAME=Case\n", "").replace("*END PART\n", "")
     text = text[: text.index("*ASSEMBLY")] + "*NODE\n9, 2., .5, .5\n10, 2., .5, .5\n*NSET, NSET=END\n2, 3, 6, 7\n"

@@ -13,6 +13,7 @@ from nvhchain import acoustics, housing, interop
 from nvhchain.case import HEARD, RADIATED, Case, GearboxCase, HousingModel, ModalResults, RadiatorCase
 from nvhchain.errors import InputError, ResourceError
 from nvhchain.fidelity import STANDARD, Fidelity
+from nvhchain.gear import GearBody, VolumeMesh
 from nvhchain.housing.reduction import check_bending_resolution
 from nvhchain.radiator import radiator_faces
 
@@ -192,10 +193,17 @@ def _mesh_laws(case: GearboxCase, fidelity: Fidelity) -> list[Stage]:
                 f"{described}; {meshes * knobs.angles_per_mesh} angles × {knobs.deflections} deflections, "
                 f"{knobs.slices} slices",
                 _SECONDS_PER_TOOTH_VOLUME * (sum(volumes) * 0.2 + loaded) + _SECONDS_PER_CONTACT * contacts,
-                _BASE_MEGABYTES + _MEGABYTES_PER_TOOTH_VOLUME * max(volumes),
+                _BASE_MEGABYTES + max(map(_gear_megabytes, bodies, volumes)),
             )
         )
     return stages
+
+
+def _gear_megabytes(body: GearBody, volume: float) -> float:
+    """Of a gear's finite elements: of its own mesh, or of a mesh of another program, which is solved as a whole."""
+    if isinstance(body.blank, VolumeMesh):
+        return _MEGABYTES_PER_UNKNOWN * 3 * len(body.blank.nodes)
+    return _MEGABYTES_PER_TOOTH_VOLUME * volume
 
 
 def _modes(case: GearboxCase, fidelity: Fidelity) -> float:

@@ -1,6 +1,7 @@
 """A case file (TOML) → a frozen, validated case: what is asked, never how accurately."""
 
 from nvhchain.case.asked import HEARD, RADIATED, Band, FieldPoint, Operation, Quantity, Ramp
+from nvhchain.case.blank_mesh import Mesh
 from nvhchain.case.gearbox import Gear, GearboxCase, Stage
 from nvhchain.case.housing_model import HousingModel, ModalResults, Seat, SeatNode
 from nvhchain.case.load import Case, load_case, load_channels
@@ -16,6 +17,7 @@ __all__ = [
     "Gear",
     "GearboxCase",
     "HousingModel",
+    "Mesh",
     "ModalResults",
     "Operation",
     "Options",

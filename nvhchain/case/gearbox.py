@@ -20,6 +20,7 @@ from nvhchain.case.asked import (
     check_plane,
     check_quantities,
 )
+from nvhchain.case.blank_mesh import Mesh as BlankMesh
 from nvhchain.case.housing_model import HousingModel, ModalResults
 from nvhchain.case.options import Options
 from nvhchain.conventions import STEEL, Air, Material
@@ -45,13 +46,16 @@ _CENTRE_TOLERANCE = 1e-5
 
 @dataclass(frozen=True)
 class Gear:
-    """A gear on its shaft.  z: m, mid-plane of its face width in the gearbox frame."""
+    """A gear on its shaft.  z: m, mid-plane of its face width in the gearbox frame.
+
+    blank: below the teeth, or a mesh of the whole gear, whose teeth must be those of the geometry.
+    """
 
     name: str
     shaft: str
     z: float
     geometry: GearGeometry
-    blank: Solid | ThinRim | Holes | Slots | Differential = field(default_factory=Solid)
+    blank: Solid | ThinRim | Holes | Slots | Differential | BlankMesh = field(default_factory=Solid)
     material: Material = STEEL
 
     def __post_init__(self) -> None:
@@ -60,7 +64,8 @@ class Gear:
     @cached_property
     def body(self) -> GearBody:
         """The gear as the contact stage sees it."""
-        return GearBody(self.geometry, self.blank, self.material)
+        blank = self.blank.read() if isinstance(self.blank, BlankMesh) else self.blank
+        return GearBody(self.geometry, blank, self.material)
 
 
 @dataclass(frozen=True)

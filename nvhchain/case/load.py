@@ -38,7 +38,16 @@ def load_case(path: str | Path) -> Case:
     if not isinstance(kind, str) or kind not in kinds:
         raise InputError(f"{path}: kind = {kind!r}: choose one of {', '.join(kinds)}")
     table["folder"] = str(path.parent)
+    _place_meshes(table.get("gears"), path.parent)
     return build(kinds[kind], table, str(path))
+
+
+def _place_meshes(gears: Any, folder: Path) -> None:
+    """Meshes of gears lie beside the case."""
+    for gear in gears if isinstance(gears, list) else []:
+        blank = gear.get("blank") if isinstance(gear, Mapping) else None
+        if isinstance(blank, dict) and blank.get("type") == "mesh" and isinstance(blank.get("file"), str):
+            blank["file"] = str(folder / blank["file"])
 
 
 def _read(path: Path, seen: tuple[Path, ...]) -> dict[str, Any]:

@@ -16,10 +16,11 @@ _SOLIDS = ("tetra", "hexahedron", "wedge", "pyramid")
 TAGS = ("bore", "flanks")
 
 
-def read_gear_mesh(path: str | Path, *, scale: float = 1.0, order: int = 1) -> VolumeMesh:
-    """Read a mesh of tetra10 or hexahedron20 cells with tags `bore` and `flanks`.
+def read_gear_mesh(path: str | Path, *, scale: float = 1.0, order: int = 1, tags: tuple[str, str] = TAGS) -> VolumeMesh:
+    """Read a mesh of tetra10 or hexahedron20 cells whose bore and flanks are tagged.
 
     scale: m per unit of the file's coordinates.  order: of the rotational symmetry, 1 for none.
+    tags: names of those of bore and flanks, in upper or lower case.
     A tag is a point set, a point array that is not zero on its nodes, or a cell set (physical group) of surface cells.
 
     Raises FileFormatError for what is not a mesh, InputError for missing tags, other elements, and what `VolumeMesh`
@@ -36,7 +37,7 @@ def read_gear_mesh(path: str | Path, *, scale: float = 1.0, order: int = 1) -> V
             f"{path}: solid cells are {', '.join(kinds) or 'missing'}, one kind of {' or '.join(_KINDS)} is needed: "
             "mesh the gear with quadratic elements of one kind"
         )
-    bore, flanks = (_tagged(mesh, tag, str(path)) for tag in TAGS)
+    bore, flanks = (_tagged(mesh, tag, str(path)) for tag in tags)
     elements = np.vstack([block.data for block in solids]).astype(np.int64)
     used, number = np.unique(elements, return_inverse=True)
     new = np.full(len(mesh.points), -1)
@@ -67,6 +68,7 @@ def write_gear_mesh(path: str | Path, mesh: VolumeMesh) -> None:
 
 def _tagged(mesh: meshio.Mesh, tag: str, path: str) -> IntArray:
     """Numbers of the nodes tagged `tag`."""
+    asked, tag = tag, tag.lower()
     sets = {name.lower(): numbers for name, numbers in mesh.point_sets.items()}
     arrays = {name.lower(): values for name, values in mesh.point_data.items()}
     cells = {name.lower(): numbers for name, numbers in mesh.cell_sets.items()}
@@ -84,6 +86,6 @@ def _tagged(mesh: meshio.Mesh, tag: str, path: str) -> IntArray:
             return np.unique(np.concatenate(found)).astype(np.int64)
     known = sorted({*sets, *arrays, *cells})
     raise InputError(
-        f"{path}: no tag {tag!r} among {', '.join(known) or 'none'}: name the nodes of the bore `bore` and those "
-        "of all flanks `flanks`, as point sets, point arrays or groups of surface cells"
+        f"{path}: no tag {asked!r} among {', '.join(known) or 'none'}: name the nodes of the bore `bore` and those "
+        "of all flanks `flanks`, or say how they are named, as point sets, point arrays or groups of surface cells"
     )

@@ -9,6 +9,7 @@ import warnings
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager, nullcontext
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -102,6 +103,13 @@ def _parser() -> argparse.ArgumentParser:
         help="the cheapest knobs that keep to X dB against `reference`, by measured tables",
     )
 
+    common.add_argument(
+        "--mode-tolerance-db",
+        metavar="X",
+        type=float,
+        help="as few modes of the housing as keep the velocity of its surface to X dB (default: as many as the preset)",
+    )
+
     spread = _Parser(add_help=False)
     where = spread.add_mutually_exclusive_group()
     where.add_argument("--workers", metavar="N", type=int, help="spread the work over N processes of this machine")
@@ -154,6 +162,16 @@ def _parser() -> argparse.ArgumentParser:
     parts.add_argument("--out", metavar="DIR", help="folder of the run and its tables (default: out/<case name>)")
     parts.set_defaults(action=_contributions)
 
+    exchange = commands.add_parser(
+        "craig-bampton", parents=[common], help="hand the housing's mass and stiffness at its seats to other programs"
+    )
+    exchange.add_argument("case", metavar="CASE")
+    exchange.add_argument(
+        "--modes-to", metavar="HZ", type=float, help="modes with held seats up to here (default: as the reduction)"
+    )
+    exchange.add_argument("--out", metavar="FILE", type=Path, required=True, help="MATLAB .mat or Nastran .bdf (DMIG)")
+    exchange.set_defaults(action=_craig_bampton)
+
     report = commands.add_parser("report", help="make a page (HTML) of what `compare` left in a folder")
     report.add_argument("folder", metavar="DIR")
     report.set_defaults(action=_report)
@@ -188,12 +206,20 @@ def _parser() -> argparse.ArgumentParser:
 def _fidelity(options: argparse.Namespace, cases: Sequence[Case]) -> Fidelity:
     """The preset, or what the planner chooses, which is said on stderr."""
     if options.tolerance_db is None:
-        return PRESETS[options.fidelity]
+        return _with_mode_tolerance(PRESETS[options.fidelity], options.mode_tolerance_db)
     from nvhchain.tradeoff import cheapest
 
     choice = cheapest(cases, options.tolerance_db)
     print(choice, file=sys.stderr, flush=True)
-    return choice.fidelity
+    return _with_mode_tolerance(choice.fidelity, options.mode_tolerance_db)
+
+
+def _with_mode_tolerance(fidelity: Fidelity, tolerance: float | None) -> Fidelity:
+    if tolerance is None:
+        return fidelity
+    if not tolerance > 0:
+        raise InputError(f"--mode-tolerance-db = {tolerance:g} must be positive: leave it out for the preset's modes")
+    return replace(fidelity, housing=replace(fidelity.housing, truncation_tolerance_db=tolerance))
 
 
 def _executor(options: argparse.Namespace) -> AbstractContextManager[Executor | None]:
@@ -280,10 +306,20 @@ def _contributions(options: argparse.Namespace) -> int:
     case = load_case(options.case)
     given = ready_made.arguments(store.load(path) for path in options.use)
     out = Path(options.out or Path("out") / case.name)
-    fidelity = PRESETS[options.fidelity]
+    fidelity = _fidelity(options, [case])
     found = contributions(case, fidelity=fidelity, out=out, at=options.at, given=given, watcher=Console())
     for kind in found:
         print(out / f"contributions-{kind}.csv")
+    return 0
+
+
+def _craig_bampton(options: argparse.Namespace) -> int:
+    from nvhchain.case import load_case
+    from nvhchain.report import export_craig_bampton
+
+    case = load_case(options.case)
+    made = export_craig_bampton(case, options.out, fidelity=_fidelity(options, [case]), modes_to=options.modes_to)
+    print(f"{options.out}: {len(made.names)} seats, {len(made.interface_frequency)} modes")
     return 0
 
 

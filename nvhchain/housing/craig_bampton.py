@@ -7,40 +7,25 @@ grounded modes with residual flexibility are the better choice: at equal size th
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 import numpy as np
 import scipy.sparse as sp
 
 from nvhchain.errors import require
 from nvhchain.fem import factorize, lowest_modes
+from nvhchain.fem.solid_model import RigidSet, SolidModel
+from nvhchain.fem.superelement import CraigBampton
+from nvhchain.fidelity import HousingFidelity
 from nvhchain.handoff import FloatArray
+from nvhchain.housing.casting import Casting
+from nvhchain.housing.foreign import constrained, with_seats
+from nvhchain.housing.foreign_mesh import sound_mesh
+from nvhchain.housing.mesh import mesh_casting, on_engine_plane, radiating_surface
+from nvhchain.housing.reduction import check_bending_resolution, held_matrices
+from nvhchain.housing.transfer import normal_motion
 
 _PER_SEAT = 6
-
-
-@dataclass(frozen=True, eq=False)
-class CraigBampton:
-    """Reduced matrices of a housing.
-
-    stiffness, mass: (b + m, b + m) N/m and kg (and with rotations N, N m, kg m, kg m²), b = 6 per seat: three
-    translations (m) and three rotations (rad) about x, y, z; then m modal coordinates, mass-normalised.
-    interface_frequency: (m,) Hz of the modes with the seats held.
-    motion: (n_out, b + m), output motions (normal motion of the radiating faces) per unknown.
-    names: of the seats.  positions: (n_seat, 3) m, their reference points.
-    """
-
-    stiffness: FloatArray
-    mass: FloatArray
-    interface_frequency: FloatArray
-    motion: FloatArray
-    names: tuple[str, ...]
-    positions: FloatArray
-
-    @property
-    def seats(self) -> slice:
-        """Unknowns of the seats."""
-        return slice(0, _PER_SEAT * len(self.names))
 
 
 def craig_bampton(
@@ -82,4 +67,44 @@ def craig_bampton(
         motion=np.asarray(to_outputs @ basis),
         names=tuple(names),
         positions=np.asarray(positions, dtype=float),
+    )
+
+
+def exchange_casting(
+    casting: Casting, *, f_max: float, f_top: float, surface_size: float, fidelity: HousingFidelity
+) -> CraigBampton:
+    """Matrices of the parametric casting, with the normal motion of its radiating faces as output.
+
+    f_max: Hz, which the mesh must carry.  f_top: Hz, up to which modes with the seats held are kept.
+    surface_size: m, edge length of the radiating triangles.  Raises what `reduce_housing` does.
+    """
+    check_bending_resolution(casting, f_max, fidelity)
+    mesh = mesh_casting(casting, fidelity)
+    surface = radiating_surface(casting, surface_size)
+    motion = normal_motion(mesh.nodes, mesh.skin, surface, on_engine_plane(surface), fidelity.samples_per_face)
+    K, M, T = held_matrices(mesh, casting)
+    return craig_bampton(
+        K,
+        M,
+        sp.csr_matrix(motion @ T),
+        f_top,
+        names=tuple(bore.name for bore in casting.bores),
+        positions=np.array([bore.centre for bore in casting.bores]),
+    )
+
+
+def exchange_model(model: SolidModel, seats: Sequence[RigidSet], *, f_top: float) -> CraigBampton:
+    """Matrices of a foreign model at `seats` (from `bearing_seats`), without outputs: its own program has those.
+
+    f_top: Hz, up to which modes with the seats held are kept.
+    """
+    sound, _ = sound_mesh(with_seats(model, seats))
+    K, M, _ = constrained(sound)
+    return craig_bampton(
+        K,
+        M,
+        sp.csr_matrix((0, K.shape[0])),
+        f_top,
+        names=tuple(seat.name for seat in seats),
+        positions=np.array([seat.reference for seat in seats]),
     )

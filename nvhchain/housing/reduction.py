@@ -71,21 +71,20 @@ def reduce_housing(
     motion = normal_motion(mesh.nodes, mesh.skin, surface, silent, fidelity.samples_per_face)
     tell(2, _STEPS)
     reduce_to = partial(reduce_mesh, mesh, casting, surface, motion, tell=lambda n: tell(n + 2, _STEPS))
-    reduced = _accurate(reduce_to, f_max, fidelity)
-    reduced = reduced.replace(provenance={**reduced.provenance, **truncation_report(reduced, f_max)})
-    return with_residual(reduced, fidelity)
+    return with_residual(_accurate(reduce_to, f_max, fidelity), fidelity)
 
 
 def _accurate(reduce_to: Callable[[float], ReducedHousing], f_max: float, fidelity: HousingFidelity) -> ReducedHousing:
     """Modes up to mode_ratio · f_max, or the fewest that keep the truncation error to the tolerance if there is one."""
     f_top, tolerance = f_max * fidelity.mode_ratio, fidelity.truncation_tolerance_db
     if tolerance == 0:
-        return reduce_to(f_top)
+        reduced = reduce_to(f_top)
+        return _reported(reduced, truncation_report(reduced, f_max))
     for _ in range(_ENLARGEMENTS):
         reduced = reduce_to(f_top)
         keep = fewest_modes(reduced, f_max, tolerance)
         if keep is not None:
-            return without_modes(reduced, keep)
+            return _reported(without_modes(reduced, keep), truncation_report(reduced, f_max, modes=keep))
         # the error falls about with the square of f_top
         excess = truncation_error(reduced, f_max).level / tolerance
         f_top *= min(max(1.1 * float(np.sqrt(excess)), 1.15), 1.6)
@@ -109,6 +108,11 @@ def with_residual(housing: ReducedHousing, fidelity: HousingFidelity) -> Reduced
         face_residual=np.zeros_like(housing.face_residual),
         provenance=kept,
     )
+
+
+def _reported(reduced: ReducedHousing, report: dict[str, Any]) -> ReducedHousing:
+    made: ReducedHousing = reduced.replace(provenance={**reduced.provenance, **report})
+    return made
 
 
 def check_bending_resolution(casting: Casting, f_max: float, fidelity: HousingFidelity) -> None:

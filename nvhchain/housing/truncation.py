@@ -70,22 +70,26 @@ def truncation_error(housing: ReducedHousing, f_max: float, *, modes: int | None
     return _error(_with_ritz_vectors(housing), len(housing.natural_frequency) if modes is None else modes, f_max)
 
 
-def truncation_errors(housing: ReducedHousing, frequency: FloatArray) -> FloatArray:
+def truncation_errors(housing: ReducedHousing, frequency: FloatArray, *, modes: int | None = None) -> FloatArray:
     """Estimated error (n_f,) of the faces' motion at every line (Hz), over all unit forces, relative to that motion.
 
-    Raises InputError as `truncation_error` does.
+    modes: the lowest that are kept (all by default).  Raises InputError as `truncation_error` does.
     """
-    modes = _with_ritz_vectors(housing)
-    _, (missed, whole) = _energies(modes, modes.count, np.asarray(frequency, dtype=float))
+    everything = _with_ritz_vectors(housing)
+    keep = everything.count if modes is None else modes
+    _, (missed, whole) = _energies(everything, keep, np.asarray(frequency, dtype=float))
     return np.asarray(np.sqrt(missed / np.where(whole > 0, whole, 1.0)))
 
 
-def truncation_report(housing: ReducedHousing, f_max: float) -> dict[str, Any]:
-    """The estimate for the provenance of a reduced housing: dB over the band to f_max (Hz), and at some lines of it."""
+def truncation_report(housing: ReducedHousing, f_max: float, *, modes: int | None = None) -> dict[str, Any]:
+    """The estimate for the provenance of a reduced housing: dB over the band to f_max (Hz), and at some lines of it.
+
+    modes: the lowest that are kept (all by default); while the others are known the estimate is the closer one.
+    """
     lines = np.geomspace(f_max / 8, f_max, _REPORTED)
-    at = 20 * np.log10(1 + truncation_errors(housing, lines))
+    at = 20 * np.log10(1 + truncation_errors(housing, lines, modes=modes))
     return {
-        "truncation_error_db": truncation_error(housing, f_max).level,
+        "truncation_error_db": truncation_error(housing, f_max, modes=modes).level,
         "truncation_error_at_db": {f"{f:.4g} Hz": float(level) for f, level in zip(lines, at, strict=True)},
     }
 

@@ -8,6 +8,7 @@ from nvhchain.interop.modal_uff import read_modal_uff, write_modal_uff
 from nvhchain.interop.model_files import write_abaqus, write_nastran
 from nvhchain.interop.models import read_modal_model, read_solid_model
 from nvhchain.interop.nastran import read_nastran
+from nvhchain.interop.superelement import write_craig_bampton
 from nvhchain.interop.units import UNIT_SYSTEMS
 from nvhchain.interop.vtk_files import write_modes_vtkhdf, write_velocity_vtkhdf, write_vtu
 from nvhchain.interop.wav import write_history_wav, write_wav
@@ -27,6 +28,7 @@ __all__ = [
     "read_solid_model",
     "write_abaqus",
     "write_bearing_forces",
+    "write_craig_bampton",
     "write_history_wav",
     "write_modal_hdf5",
     "write_modal_uff",

@@ -111,7 +111,7 @@ def test_tolerance_in_decibel_decides_how_many_modes_a_reduction_takes(casting, 
         assert reduced.provenance["truncation_error_db"] <= tolerance
         at = reduced.provenance["truncation_error_at_db"]
         assert list(at) == ["212.5 Hz", "425 Hz", "850 Hz", "1700 Hz"]
-        assert at["1700 Hz"] == pytest.approx(20 * np.log10(1 + truncation_errors(reduced, [f_max])[0]))
+        assert at["1700 Hz"] > at["850 Hz"] > at["425 Hz"] > at["212.5 Hz"] > 0
         found[tolerance] = len(reduced.natural_frequency)
     assert found[0.3] < found[0.03]
 

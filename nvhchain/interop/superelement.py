@@ -1,0 +1,83 @@
+"""Craig–Bampton matrices of a housing for other codes: MATLAB, or Nastran bulk data with DMIG; both in SI units."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from scipy.io import savemat
+
+from nvhchain.errors import require
+from nvhchain.fem.superelement import CraigBampton
+from nvhchain.handoff import FloatArray
+from nvhchain.interop.model_files import real16
+from nvhchain.interop.records import whole
+
+_PER_SEAT = 6
+_DOUBLE, _SYMMETRIC = 2, 6
+"""Type and form of a DMIG matrix: real double precision, symmetric (one triangle is given)."""
+
+
+def write_craig_bampton(model: CraigBampton, path: str | Path) -> Path:
+    """The matrices in `path`, by its suffix.
+
+    .mat: level 5, with `stiffness`, `mass`, `interface_frequency`, `motion`, `names`, `positions` and their `units`.
+    .bdf: DMIG `KHOUSE` and `MHOUSE` with a GRID at every seat (1, 2, …, in the order of the seats) and SPOINTs of the
+    modal coordinates after them; `K2GG = KHOUSE` and `M2GG = MHOUSE` select them.
+    Raises InputError for another suffix.
+    """
+    path = Path(path)
+    check_craig_bampton_path(path)
+    if path.suffix == ".mat":
+        return whole(path, lambda part: savemat(part, _content(model), appendmat=False, oned_as="column"))
+
+    def write(part: Path) -> None:
+        part.write_text("\n".join([*_bulk_data(model), ""]), encoding="utf-8")
+
+    return whole(path, write)
+
+
+def check_craig_bampton_path(path: str | Path) -> None:
+    """Refuse a suffix that is not known before the matrices are made."""
+    require(Path(path).suffix in (".mat", ".bdf"), f"{path}: Craig–Bampton matrices are written as .mat or .bdf")
+
+
+def _content(model: CraigBampton) -> dict[str, object]:
+    return {
+        "stiffness": model.stiffness,
+        "mass": model.mass,
+        "interface_frequency": model.interface_frequency,
+        "motion": model.motion,
+        "names": np.array(model.names, dtype=object),
+        "positions": model.positions,
+        "units": {"stiffness": "N/m, N, N m", "mass": "kg, kg m, kg m2", "interface_frequency": "Hz", "positions": "m"},
+    }
+
+
+def _bulk_data(model: CraigBampton) -> Iterator[str]:
+    seats, modes = len(model.names), len(model.interface_frequency)
+    yield "$ Craig-Bampton matrices of a housing, SI units; select with K2GG = KHOUSE, M2GG = MHOUSE"
+    for number, (name, point) in enumerate(zip(model.names, model.positions, strict=True), start=1):
+        x, y, z = (real16(value) for value in point)
+        yield f"$ seat {name}"
+        yield f"{'GRID*':8}{number:16d}{'':16}{x:>16}{y:>16}"
+        yield f"{'*':8}{z:>16}"
+    if modes:
+        yield f"{'SPOINT':8}{seats + 1:8d}{'THRU':8}{seats + modes:8d}"
+    points = [(1 + i // _PER_SEAT, 1 + i % _PER_SEAT) for i in range(_PER_SEAT * seats)]
+    points += [(seats + i, 0) for i in range(1, modes + 1)]
+    yield from _dmig("KHOUSE", model.stiffness, points)
+    yield from _dmig("MHOUSE", model.mass, points)
+
+
+def _dmig(name: str, matrix: FloatArray, points: list[tuple[int, int]]) -> Iterator[str]:
+    """Columns of the lower triangle, zeros left out."""
+    yield f"{'DMIG':8}{name:8}{0:8d}{_SYMMETRIC:8d}{_DOUBLE:8d}{0:8d}"
+    for column, (grid, component) in enumerate(points):
+        rows = column + np.flatnonzero(matrix[column:, column])
+        if len(rows):
+            yield f"{'DMIG*':8}{name:16}{grid:16d}{component:16d}"
+        for row in rows.tolist():
+            value = f"{matrix[row, column]:.9E}".replace("E", "D")
+            yield f"{'*':8}{points[row][0]:16d}{points[row][1]:16d}{value:>16}"

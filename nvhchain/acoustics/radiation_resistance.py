@@ -85,7 +85,7 @@ def radiation_resistance(
         check_plane(plane, surface)
     expected = expected_accuracy(surface, None, float(frequency[-1]), air, fidelity, engine)
     top = _order(surface, float(frequency[-1]), air, fidelity, plane)
-    columns, rows = shapes.shape[1], multipole_count(top, plane)
+    columns, rows = shapes.shape[1], multipole_count(surface, top, plane)
     size = 2 * 16 * len(frequency) * (rows + columns) * columns
     task = expansion_memory(surface, top) + 16 * columns * (3 * len(surface.vertices) + 6 * len(shapes))
     records: list[SolverRecord] = []
@@ -126,7 +126,7 @@ def _waves_and_errors(
     `cancellation_resistance` (n_f, n_column, n_column)."""
     record = SolverRecord()
     columns = shapes.shape[1]
-    found = np.zeros((len(frequency), multipole_count(top, plane) + columns, columns), dtype=complex)
+    found = np.zeros((len(frequency), multipole_count(surface, top, plane) + columns, columns), dtype=complex)
     omega = 2 * np.pi * frequency
     solved = np.flatnonzero(frequency > 0)
     wavenumbers = omega[solved] / air.speed_of_sound

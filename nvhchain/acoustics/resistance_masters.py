@@ -13,7 +13,7 @@ import numpy as np
 from nvhchain.acoustics.interpolation import Nodes
 from nvhchain.acoustics.master_choice import KNOBS, check_band, choose_masters, first_masters, squared_norms
 from nvhchain.acoustics.modal_power import waves_at_nodes, waves_nodes
-from nvhchain.acoustics.multipoles import wave_reach
+from nvhchain.acoustics.multipoles import path_reach
 from nvhchain.acoustics.radiation_resistance import SurfaceShapes, radiation_resistance
 from nvhchain.acoustics.transfer import made_by
 from nvhchain.conventions import Air, Progress
@@ -53,7 +53,7 @@ def adaptive_radiation_resistance(
         radiation_resistance, motion, air=air, fidelity=fidelity, engine=engine, plane=plane, executor=executor,
         shards=shards,
     )  # fmt: skip
-    waves = 2 * np.pi * (high - low) / air.speed_of_sound * wave_reach(motion.surface, plane)
+    waves = 2 * np.pi * (high - low) / air.speed_of_sound * path_reach(motion.surface, plane)
     first = first_masters(low, high, _FIRST[0] + _FIRST[1] * waves, fidelity)
     chosen = choose_masters(_Waves(solve, fidelity), first, fidelity, progress)
     knobs = ("multipole_digits", *KNOBS)

@@ -11,6 +11,7 @@ from scipy.special import spherical_jn, spherical_yn
 
 from nvhchain.acoustics import equivalent_radiated_power, sound_power, sphere
 from nvhchain.acoustics.modal_power import modal_power, radiation_modes, resistance_matrices, waves_power
+from nvhchain.acoustics.multipoles import is_high
 from nvhchain.acoustics.plane import RigidPlane
 from nvhchain.acoustics.radiation_resistance import SurfaceShapes, housing_shapes, radiation_resistance
 from nvhchain.acoustics.resistance_masters import adaptive_radiation_resistance
@@ -91,6 +92,21 @@ def test_power_between_masters_within_its_estimate(ball, air, coarse, plane):
     got = waves_power(few, LINES, velocity, fidelity=coarse)
     truth = np.abs(decibel(got.power / exact)).max()
     assert truth < 0.05
+    assert truth / 10 < got.provenance["interpolation_error_dB"] < max(10 * truth, 1e-3)
+
+
+def test_power_high_above_a_plane_between_masters_within_its_estimate(air, coarse):
+    """There the waves are those of body and image, which must be smooth in frequency down to 0 Hz too."""
+    plane, body = RigidPlane((0, 0, -0.5), (0, 0, 1)), sphere(0.1, 1)
+    assert is_high(body, plane)
+    masters, lines = np.linspace(50.0, 1000.0, 24), np.linspace(60.0, 990.0, 12)
+    few = radiation_resistance(SurfaceShapes(body, harmonics(body)), masters, air=air, fidelity=coarse, plane=plane)
+    velocity = random_velocity(lines, 9)
+    moving = SurfaceVelocity(lines, velocity @ harmonics(body).T, body)
+    exact = sound_power(moving, air=air, fidelity=coarse, plane=plane).power
+    got = waves_power(few, lines, velocity, fidelity=coarse)
+    truth = np.abs(decibel(got.power / exact)).max()
+    assert truth < 0.03
     assert truth / 10 < got.provenance["interpolation_error_dB"] < max(10 * truth, 1e-3)
 
 

@@ -1,0 +1,68 @@
+"""A body high above a rigid plane: from the waves about its own middle to what it radiates together with its image."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.linalg import qr
+
+from nvhchain.handoff import ComplexArray, FloatArray
+
+_NODES = 64
+"""Of a rule of Gauss and Legendre."""
+
+_TURN = 40.0
+"""Orders of the waves, and rad of the path between body and plane, that one rule resolves to rounding."""
+
+
+def with_image(amplitudes: ComplexArray, height: float, order: int) -> ComplexArray:
+    """Waves (n_row, m) of body and image from the amplitudes (n_row, m) of the body about its own middle.
+
+    Together both radiate F = Σ a_lm Y_lm (e^{jkh cos θ} + (−1)^{l+m} e^{−jkh cos θ}), of which the upper half counts.
+    Its power is a quadratic form of the amplitudes with a matrix for every m, whose triangular factor R gives the rows:
+    P = Σ|waves|²/(2ρc).  R is real once the amplitudes of odd l + m are turned by j, and its rows of low degree do not
+    depend on the highest one: rows compare between wavenumbers, and those at −k are conjugate to those at k.  It comes
+    from the field at nodes of quadrature, not from the matrix, so that waves which body and image almost cancel, near
+    the plane in wavelengths, keep their digits.
+
+    height: wavenumber times that of the middle over the plane.  Rows are those of `multipole_amplitudes`, the plane's
+    normal the polar axis.
+    """
+    cosine, weight = _nodes(height, order)
+    sine = np.sqrt(1.0 - cosine**2)
+    even, odd = 2.0 * np.sqrt(weight) * np.cos(height * cosine), 2.0 * np.sqrt(weight) * np.sin(height * cosine)
+    waves = np.empty_like(amplitudes)
+    sectoral = np.full(len(cosine), np.sqrt(0.5))
+    for m in range(order + 1):
+        if m > 0:
+            sectoral = sectoral * np.sqrt((2 * m + 1) / (2.0 * m)) * sine
+        field = _polar_functions(sectoral, cosine, m, order)
+        field[:, ::2] *= even[:, None]
+        field[:, 1::2] *= odd[:, None]
+        factor = qr(field, mode="r", overwrite_a=True, check_finite=False)[0][: field.shape[1]]
+        factor *= np.where(factor.diagonal() < 0, -1.0, 1.0)[:, None]
+        degree = np.arange(m, order + 1)
+        turn = np.where((degree - m) % 2, 1j, 1.0)[:, None]
+        for rows in {m, -m}:
+            at = degree * degree + degree + rows
+            waves[at] = factor @ (turn * amplitudes[at])
+    return waves
+
+
+def _nodes(height: float, order: int) -> tuple[FloatArray, FloatArray]:
+    """Cosines (n,) between 0 and 1 and weights (n,) that integrate squares of the field."""
+    node, weight = np.polynomial.legendre.leggauss(_NODES)
+    pieces = 1 + int((height + order) / _TURN)
+    cosine = (np.arange(pieces)[:, None] + 0.5 * (1.0 + node)) / pieces
+    return cosine.ravel(), np.tile(0.5 * weight / pieces, pieces)
+
+
+def _polar_functions(sectoral: FloatArray, cosine: FloatArray, m: int, order: int) -> FloatArray:
+    """Associated Legendre functions (n, order − m + 1) of unit norm between −1 and 1, from that of degree m (n,)."""
+    values = np.zeros((len(cosine), order - m + 1))
+    values[:, 0] = sectoral
+    below, b = np.zeros(len(cosine)), 0.0
+    for l in range(m + 1, order + 1):
+        a = np.sqrt((4.0 * l * l - 1.0) / (l * l - m * m))
+        values[:, l - m] = a * (cosine * values[:, l - m - 1] - b * below)
+        below, b = values[:, l - m - 1], 1.0 / a
+    return values

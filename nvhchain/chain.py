@@ -15,7 +15,7 @@ from typing import Any
 
 from nvhchain import levels, ready_made, stages
 from nvhchain.case import Case, GearboxCase, Quantity, RadiatorCase
-from nvhchain.error_band import ErrorBand, error_band
+from nvhchain.error_band import BANDS, ErrorBand, RunUpBand
 from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.handoff import (
     BearingForces,
@@ -74,23 +74,19 @@ class Result:
         return levels.overall(self.pressure.frequency, self.pressure.pressure)
 
     @cached_property
-    def error_band(self) -> ErrorBand:
-        """How wrong the pressure of a steady run may be, per line and overall (`nvhchain.error_band`).
+    def error_band(self) -> ErrorBand | RunUpBand:
+        """How wrong the sound pressure may be (`nvhchain.error_band`): per line and overall, and of a run-up over the
+        speed and overall.
 
-        Ready-made mesh laws and housings count as exact.
+        Ready-made mesh laws, forces and housings count as exact.
         """
-        assert self.pressure is not None
-        assert self.surface_velocity is not None
-        return error_band(
-            self.case,
-            self.fidelity,
-            self.pressure,
-            self.surface_velocity,
-            transfer_vectors=self.transfer_vectors,
-            housing=None if "housing" in self.given else self.housing,
-            force_spectrum=self.force_spectrum,
-            mesh_laws=() if "mesh_laws" in self.given else self.mesh_laws,
-        )
+        return BANDS["pressure"](self)
+
+    @cached_property
+    def error_bands(self) -> dict[str, ErrorBand | RunUpBand]:
+        """How wrong every quantity may be that the case asks for, by its name."""
+        makers = dict(BANDS) | {"pressure": lambda run: run.error_band}
+        return {quantity: makers[quantity](self) for quantity in self.case.quantities if quantity in makers}
 
 
 def run(

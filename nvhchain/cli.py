@@ -242,7 +242,7 @@ def _foreign_forces(path: Path, case: Case) -> BearingForces:
 
 
 def _run(options: argparse.Namespace) -> int:
-    from nvhchain import chain, levels, ready_made, store
+    from nvhchain import chain, ready_made, store
     from nvhchain.case import load_case
     from nvhchain.error_band import format_limits
 
@@ -258,9 +258,16 @@ def _run(options: argparse.Namespace) -> int:
     silent = [quantity for quantity in case.quantities if quantity in ("bearing_forces", "surface_velocity")]
     if silent:
         print(f"{case.name}: {', '.join(silent)} in {out}")
-    if result.sound_power is not None and "sound_power" in case.quantities:
-        level = levels.overall_power(result.sound_power.frequency, result.sound_power.power)
-        print(f"{case.name}: sound power {level:.1f} dB(A) re 1 pW")
+    units = {
+        "bearing_forces": ("largest bearing force", "dB re 1 µN"),
+        "surface_velocity": ("surface velocity", "dB re 1 nm/s"),
+        "sound_power": ("sound power", "dB(A) re 1 pW"),
+    }
+    for quantity in (asked for asked in case.quantities if asked in units):
+        name, unit = units[quantity]
+        band = result.error_bands[quantity]
+        most = int(band.level.argmax())
+        print(f"{case.name}: {name} {band.level[most]:.1f} {unit} ({format_limits(band.overall[most])})")
     if result.radiation_efficiency is not None:
         efficiency = result.radiation_efficiency.efficiency
         print(f"{case.name}: radiation efficiency {efficiency.min():.3g}…{efficiency.max():.3g}")
@@ -268,10 +275,8 @@ def _run(options: argparse.Namespace) -> int:
         for point, index in zip(case.field_points, result.directivity.index.T, strict=True):
             print(f"{case.name}: directivity index {index.min():.1f}…{index.max():.1f} dB at {point.name}")
     if "pressure" in case.quantities:
-        band = result.error_band.overall if result.pressure is not None else None
-        for index, (point, heard) in enumerate(zip(case.field_points, result.overall, strict=True)):
-            limits = f" ({format_limits(band[index])})" if band is not None else ""
-            print(f"{case.name}: {heard:.1f} dB(A){limits} at {point.name}")
+        for point, heard, limits in zip(case.field_points, result.overall, result.error_band.overall, strict=True):
+            print(f"{case.name}: {heard:.1f} dB(A) ({format_limits(limits)}) at {point.name}")
     return 0
 
 

@@ -34,6 +34,10 @@ FAR_SIDEBAND = 0.02
 """Least error of a sideband over that of the strongest mesh harmonic: 0.005 to 0.07 far from the mesh harmonics of the
 same gears."""
 
+AMPLIFICATION = 2.0
+"""Error of a bearing force over that of what excites it: the drive train's own resonances lie where the stiffness of
+the meshes puts them, and the ways to one bearing cancel in part. Fitted to bearing forces of two-stage gearboxes."""
+
 SAME_ORDER = 0.01
 """Orders on either side of a line at which it is looked for."""
 
@@ -53,7 +57,7 @@ class ForceError:
     error: FloatArray
 
     def relative(self, orders: FloatArray, width: FloatArray | float = 0.0) -> FloatArray:
-        """(n,) error over amplitude of the forces at `orders`, of all lines within `width` orders on either side.
+        """(n,) error over amplitude of bearing forces at `orders`, of all lines within `width` orders on either side.
 
         1 where nothing excites a force: all of it is open.
         """
@@ -64,7 +68,9 @@ class ForceError:
         there, wrong = (np.maximum(sums[last] - sums[first], 0.0) for sums in (power, error))
         # sums of many lines are known to rounding of the largest of them
         seen = there > 1e-14 * power[-1]
-        return np.asarray(np.where(seen, np.minimum(np.sqrt(wrong / np.where(seen, there, 1.0)), 1.0), 1.0))
+        return np.asarray(
+            np.where(seen, np.minimum(AMPLIFICATION * np.sqrt(wrong / np.where(seen, there, 1.0)), 1.0), 1.0)
+        )
 
 
 def force_error(case: GearboxCase, laws: Sequence[MeshLaw], fidelity: GearFidelity, highest: float) -> ForceError:

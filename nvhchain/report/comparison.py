@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
-from math import isfinite, pi
+from math import pi
 from pathlib import Path
 from typing import Any
 
@@ -16,10 +16,11 @@ from nvhchain.case import Case, GearboxCase
 from nvhchain.errors import require
 from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.gear import quasi_static_transmission_error
-from nvhchain.handoff import FieldPressure, FloatArray
+from nvhchain.handoff import FieldPressure
 from nvhchain.interop import write_wav
 from nvhchain.interop.wav import SAMPLE_RATE
 from nvhchain.report.files import save, write
+from nvhchain.report.limits import limits
 from nvhchain.report.marks import order_marks
 from nvhchain.report.run_up import compare_run_ups
 from nvhchain.resume import Watcher
@@ -77,10 +78,7 @@ def _running_up(cases: Sequence[Case]) -> bool:
 def _steady(results: Mapping[str, chain.Result], out: Path) -> dict[str, Any]:
     """Table, figures and sound at constant speed; the summary of every configuration."""
     pressures = {name: result.pressure for name, result in results.items() if result.pressure is not None}
-    configurations = {
-        name: summarise(pressure) | {"error_band_dBA": _finite(results[name].error_band.overall[0])}
-        for name, pressure in pressures.items()
-    }
+    configurations = {name: summarise(pressure) | limits(results[name]) for name, pressure in pressures.items()}
     table = plots.difference_table(configurations)
     write(out / "differences.txt", table.text() + "\n")
     write(out / "differences.csv", table.csv())
@@ -90,11 +88,6 @@ def _steady(results: Mapping[str, chain.Result], out: Path) -> dict[str, Any]:
     for name, pressure in steady.items():
         write_wav(pressure, out / f"sound-{name}.wav", full_scale=full_scale)
     return configurations
-
-
-def _finite(limits: FloatArray) -> list[float | None]:
-    """As JSON knows them: null for no limit."""
-    return [float(limit) if isfinite(limit) else None for limit in limits]
 
 
 def summarise(pressure: FieldPressure) -> dict[str, Any]:

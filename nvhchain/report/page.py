@@ -83,7 +83,7 @@ def _table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
 
 
 def _limits(configuration: dict[str, Any]) -> str:
-    """Of the error band, which run-ups do not have."""
+    """Of the error band, which summaries of older versions do not have."""
     limits = configuration.get("error_band_dBA")
     return format_limits(limits) if limits else ""
 

@@ -14,6 +14,7 @@ from nvhchain.handoff import FloatArray, PressureHistory
 from nvhchain.interop import write_history_wav
 from nvhchain.plots import OrderMarks
 from nvhchain.report.files import save
+from nvhchain.report.limits import limits
 from nvhchain.report.marks import order_marks
 from nvhchain.spectrum import Waterfall, order_cut, order_waterfall, waterfall
 
@@ -43,7 +44,7 @@ def compare_run_ups(results: Mapping[str, chain.Result], out: Path) -> dict[str,
     full_scale = 1.05 * max(float(np.abs(history.pressure[:, 0]).max()) for history in histories.values())
     for name, history in histories.items():
         write_history_wav(history, out / f"sound-{name}.wav", full_scale=full_scale)
-    return {name: _summarise(history, profiles[name]) for name, history in histories.items()}
+    return {name: _summarise(history, profiles[name]) | limits(results[name]) for name, history in histories.items()}
 
 
 def over_frequency(signal: FloatArray, rate: float, input_speed: FloatArray, *, high: float) -> Waterfall:

@@ -58,6 +58,10 @@ def test_summary_holds_speed_level_and_orders_of_the_input(compared):
         lower, upper = configuration["error_band_dBA"]
         assert lower is None  # meshes this coarse leave nothing certain: the housing's own error takes all of the sound
         assert configuration["overall_dBA"] < upper < configuration["overall_dBA"] + 20
+        for line, band in zip(configuration["orders"], configuration["lines"], strict=True):
+            assert band["frequency_hz"] == line["frequency_hz"]
+            assert band["limits_db"][1] >= line["level_db"] >= (band["limits_db"][0] or -1000)
+        assert configuration["other_quantities"] == {}
         order = {round(line["order"], 6): line for line in configuration["orders"]}
         assert {12.0, 20.0, 24.0} <= set(order)
         assert order[20.0]["frequency_hz"] == pytest.approx(20 * 2500 / 60)

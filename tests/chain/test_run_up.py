@@ -61,6 +61,12 @@ def test_run_ups_compared_leave_figures_sound_and_levels(cases, coarse, operator
         assert found["end_speed_rpm"] == pytest.approx(2.0 * found["start_speed_rpm"], rel=1e-3)
         loudest = found["highest"]["overall, dB(A)"]
         assert loudest["level_db"] > found["overall_dBA"]
+        lower, upper = found["error_band_dBA"]
+        assert lower is None or lower < found["overall_dBA"]
+        assert found["overall_dBA"] < upper
+        speeds = [instant["speed_rpm"] for instant in found["over_speed"]]
+        assert found["start_speed_rpm"] < speeds[0] < speeds[-1] < found["end_speed_rpm"]
+        assert all(instant["level_dBA"] < instant["limits_dBA"][1] for instant in found["over_speed"])
 
 
 def test_a_tone_has_its_root_mean_square_level():

@@ -1,0 +1,131 @@
+"""Gearboxes on which the error band is tried: those its constants were fitted to, and others that were held out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from math import cos, pi, radians
+from pathlib import Path
+
+import nvhchain as nvh
+from nvhchain.case import FieldPoint, GearboxCase
+from nvhchain.gear import Holes, Slots, ThinRim
+
+CASES = Path(__file__).parents[1] / "cases"
+RPM = pi / 30
+
+
+def fitted() -> Iterator[GearboxCase]:
+    """One thing after the other is changed: speed, torque, blank, field points, housing."""
+    base = loaded("small/single_stage.toml")
+    yield base
+    for rpm in (1300, 2300, 2900):
+        yield at(base, f"{rpm} rpm", rpm)
+    for torque in (20.0, 150.0):
+        yield replace(base, name=f"{torque:g} N m", operation=replace(base.operation, input_torque=torque))
+    blanks = {
+        "5 slots": Slots(5, 0.022, 0.031, 0.7, 0.003),
+        "3 slots": Slots(3, 0.02, 0.03, 1.2, 0.004),
+        "6 holes": Holes(6, 0.0265, 0.005),
+        "thin rim": ThinRim(0.005, 0.02, 0.032),
+    }
+    for name, blank in blanks.items():
+        yield with_blank(replace(base, name=name), blank)
+    yield with_blank(at(base, "5 slots 2300 rpm", 2300), blanks["5 slots"])
+    yield replace(base, name="beside", field_points=(FieldPoint("beside", (0.035, 0.9, 0.08)),))
+    yield replace(
+        with_blank(base, blanks["3 slots"]),
+        name="3 slots near",
+        field_points=(FieldPoint("near", (0.0, -0.2, 0.1)), FieldPoint("oblique", (0.8, 0.5, 0.6))),
+    )
+    yield replace(base, name="wall 4 mm", housing=replace(base.housing, wall=0.004, end_wall=0.004))
+    yield replace(base, name="damping 0.01", housing=replace(base.housing, modal_damping=0.01))
+    ribbed = replace(base.housing, spokes=6, side_ribs=8, wall=0.006)
+    yield replace(with_blank(base, blanks["5 slots"]), name="ribbed and 5 slots", housing=ribbed)
+
+
+def held_out() -> Iterator[GearboxCase]:
+    """Nothing was fitted to these: three other gear sets with blanks, housings, points, speeds and torques of their
+    own, other slots in the fitted set, and the two-stage gearboxes at two speeds each."""
+    base = loaded("small/single_stage.toml")
+    spur = with_gears(base, teeth=(24, 41), module=2e-3, helix=0.0, width=0.014)
+    for rpm in (1800, 1500, 1200):
+        yield at(spur, f"spur 24-41 {rpm} rpm", rpm)
+    coarse = with_gears(base, teeth=(17, 23), module=3.5e-3, helix=20.0, width=0.026)
+    coarse = replace(
+        coarse,
+        operation=replace(coarse.operation, input_torque=110.0),
+        housing=replace(coarse.housing, spokes=4, wall=0.006),
+        field_points=(FieldPoint("above", (0.03, 0.6, 0.1)), FieldPoint("far", (-1.2, 0.4, 0.9))),
+    )
+    yield at(coarse, "17-23 of 26 mm 1500 rpm", 1500)
+    slotted = with_blank(coarse, Slots(4, 0.021, 0.033, 0.8, 0.003))
+    for rpm in (2100, 1100):
+        yield at(slotted, f"17-23 with 4 slots {rpm} rpm", rpm)
+    fine = with_gears(base, teeth=(32, 47), module=1.75e-3, helix=27.0, width=0.02)
+    fine = replace(
+        fine,
+        operation=replace(fine.operation, input_torque=80.0),
+        housing=replace(fine.housing, modal_damping=0.03, end_wall=0.0045),
+        field_points=(FieldPoint("rear", (0.2, 0.1, 0.5)),),
+    )
+    for rpm in (1900, 1300):
+        yield at(fine, f"32-47 at 27 deg {rpm} rpm", rpm)
+    uneven = with_blank(base, Slots(6, 0.022, 0.0305, 0.5, 0.002))
+    uneven = replace(uneven, operation=replace(uneven.operation, input_torque=100.0))
+    for rpm in (2050, 1550):
+        yield at(uneven, f"6 slots 100 N m {rpm} rpm", rpm)
+    for name in ("solid", "slotted"):
+        gearbox = loaded(f"gearbox/{name}.toml")
+        yield replace(gearbox, name=f"two stages {name}")
+        rpm = {"solid": 1900, "slotted": 2300}[name]
+        yield at(gearbox, f"two stages {name} {rpm} rpm", rpm)
+
+
+def loaded(path: str) -> GearboxCase:
+    """A case of the repository."""
+    case = nvh.load_case(CASES / path)
+    assert isinstance(case, GearboxCase)
+    return case
+
+
+def at(case: GearboxCase, name: str, rpm: float) -> GearboxCase:
+    """The case at another speed."""
+    return replace(case, name=name, operation=replace(case.operation, input_speed=rpm * RPM))
+
+
+def with_blank(case: GearboxCase, blank: Slots | Holes | ThinRim) -> GearboxCase:
+    """The case with another blank of its wheel."""
+    pinion, wheel = case.gears
+    return replace(case, gears=(pinion, replace(wheel, blank=blank)))
+
+
+def with_gears(case: GearboxCase, *, teeth: tuple[int, int], module: float, helix: float, width: float) -> GearboxCase:
+    """The single stage with another gear set, its second shaft where that puts it.  Lengths: m, helix: degrees."""
+    distance = module / cos(radians(helix)) * sum(teeth) / 2
+    gears = tuple(
+        replace(
+            gear,
+            geometry=replace(
+                gear.geometry,
+                teeth=count,
+                normal_module=module,
+                helix_angle=way * radians(helix),
+                face_width=width,
+            ),
+        )
+        for gear, count, way in zip(case.gears, teeth, (1, -1), strict=True)
+    )
+    first, second = case.shafts
+    bores = tuple(
+        replace(bore, centre=(distance, *bore.centre[1:])) if bore.name.startswith(second.name) else bore
+        for bore in case.housing.bores
+    )
+    spaces = (case.housing.gear_spaces[0], replace(case.housing.gear_spaces[1], centre=(distance, 0.0)))
+    return replace(
+        case,
+        gears=gears,
+        stages=(replace(case.stages[0], centre_distance=distance),),
+        shafts=(first, replace(second, axis=(distance, 0.0))),
+        housing=replace(case.housing, bores=bores, gear_spaces=spaces),
+    )

@@ -1,0 +1,41 @@
+"""Error bands as a summary holds them: null for no limit."""
+
+from __future__ import annotations
+
+from math import isfinite, pi
+from typing import Any
+
+from nvhchain import chain
+from nvhchain.error_band import RunUpBand
+from nvhchain.handoff import FloatArray
+
+NO_LIMIT = -1000.0
+"""dB below which a lower limit is none."""
+
+
+def limits(result: chain.Result) -> dict[str, Any]:
+    """Limits of the overall level at the first field point and of every line or speed there, dB(A) or dB; for the other
+    quantities that the case asks for those of the place with the highest level."""
+    band = result.error_band
+    found: dict[str, Any] = {"error_band_dBA": finite(band.overall[0])}
+    if isinstance(band, RunUpBand):
+        found["over_speed"] = [
+            {"speed_rpm": 30 / pi * float(speed), "level_dBA": float(level[0]), "limits_dBA": finite(edges[0])}
+            for speed, level, edges in zip(band.input_speed, band.over_speed, band.limits, strict=True)
+        ]
+    else:
+        found["lines"] = [
+            {"frequency_hz": float(f), "limits_db": finite(edges)}
+            for f, *edges in zip(band.frequency, band.lower[:, 0], band.upper[:, 0], strict=True)
+        ]
+    others = {name: of for name, of in result.error_bands.items() if name != "pressure"}
+    found["other_quantities"] = {
+        name: {"level": float(of.level.max()), "limits": finite(of.overall[of.level.argmax()])}
+        for name, of in others.items()
+    }
+    return found
+
+
+def finite(edges: FloatArray | list[Any]) -> list[float | None]:
+    """As JSON knows them."""
+    return [float(edge) if isfinite(edge) and edge > NO_LIMIT else None for edge in edges]

@@ -143,6 +143,12 @@ def _parser() -> argparse.ArgumentParser:
     plot.add_argument("files", metavar="FILE", nargs="+", type=Path, help="hand-offs (HDF5)")
     plot.add_argument("--orders", action="store_true", help="records against order of the input, not frequency")
     plot.add_argument(
+        "--quantity",
+        choices=["force", "transmission_error", "mesh_deflection", "output_lag"],
+        default="force",
+        help="of records of bearing forces",
+    )
+    plot.add_argument(
         "--at", metavar="HZ", type=float, nargs="+", default=[], help="modes of a housing, line of a surface velocity"
     )
     plot.add_argument(
@@ -298,7 +304,7 @@ def _plot(options: argparse.Namespace) -> int:
     from nvhchain.report import draw
 
     picture = options.out or options.files[0].with_suffix(".png")
-    draw(options.files, picture, orders=options.orders, at=options.at)
+    draw(options.files, picture, orders=options.orders, at=options.at, quantity=options.quantity)
     print(picture)
     return 0
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import ceil
+from fractions import Fraction
+from math import ceil, gcd, lcm
 from typing import NotRequired, TypedDict, Unpack
 
 import numpy as np
@@ -222,6 +223,57 @@ def order_waterfall(signal: FloatArray, **record: Unpack[WindowedRecord]) -> Wat
         middle.append(0.5 * (edges[0] + edges[1]))
         speed.append(2.0 * np.pi * turns / (edges[1] - edges[0]))
     return Waterfall(np.array(middle), np.array(speed), axis, np.array(spectra), True)
+
+
+def sweep_waterfall(records: Sequence[BearingForces], quantity: str = "force", *, high: float) -> Waterfall:
+    """Orders of steady records, such as `dynamics.steady_sweep` leaves, over their speeds: a waterfall without windows.
+
+    records: periodic, at constant speeds that differ.  quantity: what `BearingForces.recorded` gives.  high: last order.
+    The lines are those that all records have: multiples of one over the turns of their common periods. Amplitudes are
+    under e^{j order angle} from each record's start; `time` is as if one followed the other.
+    Raises InputError for records that are not periodic, of changing or equal speeds, or sampled too coarsely.
+    """
+    require(len(records) > 0 and high > 0.0, f"{len(records)} records to order {high:g}: give one, and an order above 0")
+    for record in records:
+        speed = record.input_speed
+        require(
+            record.periodic and float(speed[0]) > 0.0 and float(np.ptp(speed)) <= 1e-9 * float(speed[0]),
+            "a sweep of steady speeds takes periodic records at constant speed above 0: use order_waterfall for others",
+        )
+    ordered = sorted(records, key=lambda record: float(record.input_speed[0]))
+    speeds = np.array([float(record.input_speed[0]) for record in ordered])
+    require(bool((np.diff(speeds) > 0.0).all()), f"speeds repeat: {speeds} rad/s; give every speed once")
+    durations = np.array([len(record.time) / record.sample_rate for record in ordered])
+    turns = speeds / (2.0 * np.pi) * durations
+    repeats = _whole_multiples(turns)
+    count = int(high * turns[0] / repeats[0] * (1.0 + 1e-9)) + 1
+    amplitudes = []
+    for record, repeat, turned in zip(ordered, repeats, turns, strict=True):
+        require(
+            len(record.time) / turned >= BAND_MARGIN * high * (1.0 - 1e-9),
+            f"the record at {record.input_speed[0]:g} rad/s has {len(record.time) / turned:.4g} samples per turn, below "
+            f"{BAND_MARGIN} × order {high:g}: lower `high` to {len(record.time) / turned / BAND_MARGIN:.4g}",
+        )
+        amplitude = amplitude_spectrum(record.recorded(quantity), record.sample_rate, periodic=True)[1]
+        amplitudes.append(amplitude[: (count - 1) * repeat + 1 : repeat])
+    return Waterfall(
+        time=np.cumsum(durations) - 0.5 * durations,
+        input_speed=speeds,
+        axis=np.arange(count) * (repeats[0] / turns[0]),
+        amplitude=np.array(amplitudes),
+        of_orders=True,
+    )
+
+
+def _whole_multiples(turns: FloatArray) -> list[int]:
+    """How many times each of `turns` holds their largest common part; InputError where they have none."""
+    ratios = [Fraction(float(t / turns[0])).limit_denominator(1000) for t in turns]
+    require(
+        all(abs(float(r) * turns[0] / t - 1.0) <= 1e-6 for r, t in zip(ratios, turns, strict=True)),
+        f"records over {turns} turns of the input have no common period: they are not of one gearbox",
+    )
+    common = Fraction(gcd(*(r.numerator for r in ratios)), lcm(*(r.denominator for r in ratios)))
+    return [int(r / common) for r in ratios]
 
 
 def order_cut(of: Waterfall, orders: Sequence[float]) -> ComplexArray:

@@ -50,6 +50,8 @@ _META: dict[str, tuple[str, str, tuple[str, ...]]] = {
     "BearingForces.input_speed": ("rad/s", "speed of the input shaft", ("time",)),
     "BearingForces.periodic": ("1", "record covers whole periods of a steady state", ()),
     "BearingForces.mesh_deflection": ("m", "dynamic mesh deflection", ("time", "mesh")),
+    "BearingForces.transmission_error": ("m", "dynamic transmission error of every mesh", ("time", "mesh")),
+    "BearingForces.output_lag": ("rad", "transmission error of the gearbox, input to output", ("time",)),
     "ForceSpectrum.frequency": ("Hz", "frequency", ("frequency",)),
     "ForceSpectrum.force": ("N", "bearing force spectrum, peak", ("frequency", "bearing", "axis")),
     "ForceSpectrum.names": ("", "bearing names", ("bearing",)),

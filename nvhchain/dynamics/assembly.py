@@ -20,7 +20,7 @@ import numpy as np
 from scipy.linalg import null_space
 
 from nvhchain.dynamics.gearbox import Bearing, Gearbox
-from nvhchain.dynamics.mesh_rows import all_wrenches, tilt_wrenches
+from nvhchain.dynamics.mesh_rows import all_wrenches, error_wrenches, tilt_wrenches
 from nvhchain.dynamics.sections import Sections, Wrench, sections
 from nvhchain.dynamics.train import Train, train
 from nvhchain.errors import InputError, require
@@ -41,6 +41,7 @@ class Assembly:
     contact (2 n_row, n): pairs of contact rows, above.  mesh (n_row,): index of the mesh that a pair belongs to.
     share (n_row,): in that mesh's force; 0 for friction and shuttling.
     misalignment (2 n_mesh, n): rad, tilt of each wheel against its pinion (`tilt_wrenches`).
+    mesh_error (n_mesh, n): m, transmission error of each mesh (`error_wrenches`).
     torques (n_shaft, n): rotation of each shaft where its torques enter, along its running direction.
     bearing_stiffness, bearing_damping (3 n_bearing, n): bearing force on the housing = stiffness x + damping ẋ.
     seat_shapes (3 n_bearing, n_mode), seat_residual (3 n_bearing, 3 n_bearing): of the bearings in their order.
@@ -59,6 +60,7 @@ class Assembly:
     mesh: IntArray
     share: FloatArray
     misalignment: FloatArray
+    mesh_error: FloatArray
     torques: FloatArray
     bearing_stiffness: FloatArray
     bearing_damping: FloatArray
@@ -74,7 +76,7 @@ class Assembly:
 
     @property
     def transmission_error(self) -> FloatArray:
-        """(n,) row of the angle, rad, by which the output shaft lags behind the input where torques enter them."""
+        """(n,) row of the whole gearbox's: rad by which the output shaft lags behind the input where torques enter."""
         box = self.gearbox
         first, last = box.shaft_index(box.input_shaft), box.shaft_index(box.output_shaft)
         return np.asarray(float(self.train.speed_ratio[last]) * self.torques[first] - self.torques[last])
@@ -190,6 +192,12 @@ def assemble(
                 tilt
                 for mesh, law in zip(gearbox.meshes, mesh_laws, strict=True)
                 for tilt in tilt_wrenches(gearbox, kinematics, mesh, law)
+            ]
+        ),
+        mesh_error=with_torsion(
+            [
+                error_wrenches(gearbox, kinematics, mesh, law)
+                for mesh, law in zip(gearbox.meshes, mesh_laws, strict=True)
             ]
         ),
         torques=with_torsion([[twist] for twist in twists]),

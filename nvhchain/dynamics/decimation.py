@@ -25,8 +25,8 @@ from nvhchain.handoff import FloatArray
 
 @dataclass(frozen=True, eq=False)
 class Decimator:
-    """Filtered outputs: bearing forces (3 n_bearing) N, drive-flank deflections (n_mesh) m, then the angle
-    in rad by which the output lags behind the input.
+    """Filtered outputs: bearing forces (3 n_bearing) N, drive-flank deflections (n_mesh) m, transmission errors of the
+    meshes (n_mesh) m, then the angle in rad by which the output lags behind the input.
 
     stride: steps per sample.  half: H, steps on either side of a sample that its filter sees, a multiple of stride.
     on_state (n_state, n_out), on_excess ((2 H + 2) 2 n_row, n_out), constant (n_out,): the output around step m + H

@@ -138,6 +138,15 @@ def tilt_wrenches(gearbox: Gearbox, kinematics: Train, mesh: Mesh, law: MeshLaw)
     ]
 
 
+def error_wrenches(gearbox: Gearbox, kinematics: Train, mesh: Mesh, law: MeshLaw) -> list[Wrench]:
+    """What the transmission error r_bP φ_P − r_bG φ_G, m, does work on: the rotation of both gears where they sit."""
+    pair = [gearbox.shaft_index(mesh.pinion_shaft), gearbox.shaft_index(mesh.wheel_shaft)]
+    return [
+        Wrench(i, mesh.z, np.array([0.0, 0.0, 0.0, 0.0, 0.0, side * kinematics.rotation[i] * radius]))
+        for i, side, radius in zip(pair, (1.0, -1.0), law.base_radius, strict=True)
+    ]
+
+
 def all_wrenches(
     gearbox: Gearbox, kinematics: Train, laws: Sequence[MeshLaw], points: int
 ) -> tuple[list[list[Wrench]], IntArray, FloatArray]:

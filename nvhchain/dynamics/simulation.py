@@ -31,8 +31,8 @@ class Simulation:
     bearing_output (3 n_bearing, n_state): bearing forces = bearing_output · s.
     bearing_jump (3 n_bearing, 2 n_row): what a jump of the excess forces takes off their samples (`bearing_force`).
     contact_output (2 n_row, n_state): contact deflections = contact_output · s.
-    deflection_output (n_mesh, n_state): of the drive flanks, mean over the face.  error_output (1, n_state): angle in
-    rad by which the output lags behind the input.
+    deflection_output (n_mesh, n_state): of the drive flanks, mean over the face.  error_output (n_mesh + 1, n_state):
+    transmission errors of the meshes, m, then the angle in rad by which the output lags behind the input.
     kernel: decay, gain, read and drive of `step` as the time loop wants them: each (2, …) real over imaginary parts,
     the modes filled up with idle ones to whole vector registers.
     tolerance: N, admissible residual of the contact forces, reached within `iterations`.
@@ -136,7 +136,7 @@ def _discretised(
     contact_output = output_matrix(modes, assembly.contact, np.zeros_like(assembly.contact))
     n_mesh = len(assembly.gearbox.meshes)
     mean = assembly.share * (assembly.mesh == np.arange(n_mesh)[:, None])
-    error = assembly.transmission_error[None, :]
+    error = np.vstack([assembly.mesh_error, assembly.transmission_error])
     return Simulation(
         assembly,
         table,

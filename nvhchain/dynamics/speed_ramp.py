@@ -195,14 +195,16 @@ def record(run: RunUp, first: int, sampled: FloatArray) -> BearingForces:
     """The hand-off of samples `first`, first + 1, … of a run."""
     gearbox = run.model.assembly.gearbox
     time = np.arange(first, first + len(sampled), dtype=float) * run.sample_time
-    n_force = 3 * len(gearbox.bearings)
+    n_force, n_mesh = 3 * len(gearbox.bearings), len(gearbox.meshes)
     return BearingForces(
         time=time,
         force=sampled[:, :n_force].reshape(len(sampled), -1, 3),
         names=tuple(bearing.name for bearing in gearbox.bearings),
         positions=np.array(gearbox.bearing_positions),
         input_speed=run.ramp.speed(time),
-        mesh_deflection=sampled[:, n_force:-1],
+        mesh_deflection=sampled[:, n_force : n_force + n_mesh],
+        transmission_error=sampled[:, n_force + n_mesh : -1],
+        output_lag=sampled[:, -1],
     )
 
 

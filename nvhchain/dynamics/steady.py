@@ -65,7 +65,8 @@ def bearing_forces(
     check_step(gearbox, mesh_laws, kinematics, input_speed, f_max, fidelity)
     period = float(kinematics.common_period) * 2.0 * pi / input_speed
     periods = max(1, ceil(duration / period * (1.0 - 1e-9)))
-    _check_memory(period / fidelity.time_step, len(gearbox.bearings), periods, period)
+    n_out = 3 * len(gearbox.bearings) + 2 * len(gearbox.meshes) + 1
+    _check_memory(period / fidelity.time_step, n_out, periods, period)
     n_step = next_fast_len(ceil(period / fidelity.time_step), real=True)
     repeats = [int(kinematics.common_period / period) for period in kinematics.law_period]
 
@@ -82,13 +83,13 @@ def bearing_forces(
     offset = law_phases(model.assembly, mesh_laws)
     tell = progress if progress is not None else _silent
     motion = _ramp(model, np.array(repeats), offset, n_step)
-    motion, force, deflection = _settle(model, motion, repeats, offset, n_step, fidelity, tell)
-    forces, deflections = [force], [deflection]
+    motion, force, angular = _settle(model, motion, repeats, offset, n_step, fidelity, tell)
+    forces, angulars, n_mesh = [force], [angular], len(gearbox.meshes)
     for _ in range(periods - 1):
-        motion, force, deflection = _period(model, motion, repeats, offset, n_step)
+        motion, force, angular = _period(model, motion, repeats, offset, n_step)
         forces.append(force)
-        deflections.append(deflection)
-    record = np.concatenate(forces)
+        angulars.append(angular)
+    record, meshes = np.concatenate(forces), np.concatenate(angulars)
     return BearingForces(
         time=np.arange(len(record), dtype=float) * model.step.step,
         force=record.reshape(len(record), -1, 3),
@@ -96,7 +97,9 @@ def bearing_forces(
         positions=np.array(gearbox.bearing_positions),
         input_speed=np.full(len(record), input_speed),
         periodic=True,
-        mesh_deflection=np.concatenate(deflections),
+        mesh_deflection=meshes[:, :n_mesh],
+        transmission_error=meshes[:, n_mesh:-1],
+        output_lag=meshes[:, -1],
     )
 
 
@@ -141,7 +144,7 @@ def _settle(
     fidelity: DynamicsFidelity,
     tell: Progress,
 ) -> tuple[Motion, FloatArray, FloatArray]:
-    """Run until the start is forgotten: motion, bearing forces and deflections of the first settled period."""
+    """Run until the start is forgotten; what `_period` returns, of the first settled one."""
     duration = n_step * model.step.step
     needed = settling_time(model, fidelity)
     apart = ceil(1.0 / (_slowest_decay(model) * duration))
@@ -151,14 +154,14 @@ def _settle(
     for block in range(blocks):
         for _ in range(apart - 1):
             motion = _pass(model, motion, repeats, offset, n_step)
-        motion, latest, deflection = _period(model, motion, repeats, offset, n_step)
+        motion, latest, angular = _period(model, motion, repeats, offset, n_step)
         tell(min(block + 1, expected), expected + 1)
         if force is not None:
             change, swing = float(np.abs(latest - force).max()), float(np.ptp(latest, axis=0).max())
             # rounding of the static force does not decay; without excitation it is all there is
             if change <= max(fidelity.settle_level * swing, 1e-12 * float(np.abs(latest).max())):
                 tell(expected + 1, expected + 1)
-                return motion, latest, deflection
+                return motion, latest, angular
         force = latest
     raise SolverError(
         f"the gearbox has not settled after {blocks * apart * duration:.3g} s: bearing forces still change by "
@@ -212,8 +215,8 @@ def check_step(
     )
 
 
-def _check_memory(n_step: float, n_bearing: int, periods: int, duration: float) -> None:
-    needed = 8.0 * n_step * (3 * n_bearing + 2) * (2 + 2 * periods)
+def _check_memory(n_step: float, n_out: int, periods: int, duration: float) -> None:
+    needed = 8.0 * n_step * (n_out + 1) * (2 + 2 * periods)
     available = float(psutil.virtual_memory().available)
     if needed > 0.8 * available:
         raise ResourceError(
@@ -255,14 +258,16 @@ def _pass(model: Simulation, motion: Motion, repeats: Sequence[int], offset: Flo
 def _period(
     model: Simulation, motion: Motion, repeats: Sequence[int], offset: FloatArray, n_step: int
 ) -> tuple[Motion, FloatArray, FloatArray]:
-    """One common period: bearing forces (n_step, 3 n_bearing) N and drive-flank deflections (n_step, n_mesh) m."""
+    """One common period: bearing forces (n_step, 3 n_bearing) N and (n_step, 2 n_mesh + 1) drive-flank deflections and
+    transmission errors of the meshes, m, and the lag of the output, rad."""
+    output = np.vstack([model.deflection_output, model.error_output]).T
     force = np.empty((n_step, len(model.bearing_output)))
-    deflection = np.empty((n_step, len(repeats)))
+    angular = np.empty((n_step, output.shape[1]))
     for first in range(0, n_step, BLOCK):
         last = min(first + BLOCK, n_step)
         phases = _phases(repeats, offset, n_step, first)
         before = motion.excess
         motion, states, excesses = advance(model, motion, phases, start_time=first * model.step.step)
         force[first:last] = bearing_force(model, states, before, excesses)
-        np.matmul(states, model.deflection_output.T, out=deflection[first:last])
-    return motion, force, deflection
+        np.matmul(states, output, out=angular[first:last])
+    return motion, force, angular

@@ -28,6 +28,10 @@ class BearingForces(HandOff):
     input_speed: (n_t,) rad/s of the input shaft (a scalar is spread over the record).
     periodic: True when the record covers whole common periods of a steady state.
     mesh_deflection: (n_t, n_mesh) m, dynamic deflection δ of each mesh; empty when not recorded.
+    transmission_error: (n_t, n_mesh) m, of every mesh, r_bP φ_P − r_bG φ_G along the transverse line of action, > 0
+    under a driving torque; each φ is counted from the nominal rotation in its gear's running direction.
+    output_lag: (n_t,) rad by which the output shaft lags behind the input's angle times the speed ratio: the error of
+    the whole gearbox, likewise > 0. Both absent when not recorded.
     """
 
     time: FloatArray
@@ -37,6 +41,8 @@ class BearingForces(HandOff):
     input_speed: FloatArray
     periodic: bool = False
     mesh_deflection: FloatArray = field(default_factory=lambda: np.empty((0, 0)))
+    transmission_error: FloatArray | None = None
+    output_lag: FloatArray | None = None
 
     def __post_init__(self) -> None:
         time = array(self, "time", float, (None,))
@@ -47,6 +53,10 @@ class BearingForces(HandOff):
         if np.size(self.mesh_deflection) == 0:
             object.__setattr__(self, "mesh_deflection", np.empty((len(time), 0)))
         array(self, "mesh_deflection", float, (len(time), None))
+        if self.transmission_error is not None:
+            array(self, "transmission_error", float, (len(time), None))
+        if self.output_lag is not None:
+            array(self, "output_lag", float, (len(time),))
         increasing(self, "time")
         require(len(time) >= 2, f"BearingForces.time has {len(time)} samples: at least 2 are needed")
         step = np.diff(time)
@@ -60,6 +70,20 @@ class BearingForces(HandOff):
     def sample_rate(self) -> float:
         """Samples per second, Hz."""
         return float((len(self.time) - 1) / (self.time[-1] - self.time[0]))
+
+    def recorded(self, quantity: str) -> FloatArray:
+        """(n_t, …) `force`, `mesh_deflection`, `transmission_error` or `output_lag`: what spectra and waterfalls take.
+
+        Raises InputError for another name and where the record does not hold it.
+        """
+        known = ("force", "mesh_deflection", "transmission_error", "output_lag")
+        require(quantity in known, f"{quantity!r} is not recorded with bearing forces: choose from {', '.join(known)}")
+        value = getattr(self, quantity)
+        require(
+            value is not None and value.size > 0,
+            f"the record holds no {quantity}: it comes from another program or an earlier version; compute it again",
+        )
+        return np.asarray(value)
 
     def in_order(self, names: tuple[str, ...]) -> FloatArray:
         """Force (n_t, 3 n_bearing) N with the bearings in the order of `names`, which must be the same ones."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -34,11 +35,23 @@ HIGHEST_ORDER = 100.0
 """Of the input, in maps against order."""
 
 
-def draw(files: list[Path], picture: Path, *, orders: bool = False, at: Sequence[float] = ()) -> None:
+RECORDED = {"force": ("N", 1.0), "transmission_error": ("µm", 1e6), "mesh_deflection": ("µm", 1e6), "output_lag": ("µrad", 1e6)}
+"""What records of bearing forces hold: unit of the figures and its factor."""
+
+
+def draw(
+    files: list[Path],
+    picture: Path,
+    *,
+    orders: bool = False,
+    at: Sequence[float] = (),
+    quantity: str = "force",
+) -> None:
     """The figure of the hand-offs in `files` (HDF5, all of one kind) as PNG in `picture`.
 
     A `picture` that ends in .gif, .vtu, .vtkhdf or .csv is the motion of a housing or its surface (`write_motion`).
-    orders: maps of records against order of the input instead of frequency.  at: Hz, the modes or the line shown.
+    orders: maps of records against order of the input instead of frequency; steady records of several speeds then make
+    one map.  at: Hz, the modes or the line shown.  quantity: of records of bearing forces, one of RECORDED.
     Raises InputError for kinds that differ or cannot be drawn.
     """
     hand_offs: dict[str, HandOff] = dict(zip(_names(files), (store.load(path) for path in files), strict=True))
@@ -46,12 +59,13 @@ def draw(files: list[Path], picture: Path, *, orders: bool = False, at: Sequence
     require(len(kinds) == 1, f"{', '.join(sorted(k.__name__ for k in kinds))} do not go into one figure: draw one kind")
     (kind,) = kinds
     require(not at or kind in (ReducedHousing, SurfaceVelocity), f"{kind.__name__} is drawn whole: leave `at` out")
+    require(quantity == "force" or kind is BearingForces, f"{kind.__name__} has no {quantity}: leave `quantity` out")
     if picture.suffix in SUFFIXES:
         write_motion(hand_offs, picture, at)
         return
     known: dict[type[HandOff], Callable[[Mapping[str, Any], bool], list[Axes]]] = {
         MeshLaw: _mesh_laws,
-        BearingForces: _bearing_forces,
+        BearingForces: lambda of, orders: _bearing_forces(of, orders, quantity),
         ForceSpectrum: lambda of, _: plots.bearing_force_spectra(of),
         ReducedHousing: lambda of, _: draw_housings(of, at),
         SurfaceVelocity: lambda of, _: draw_velocities(of, at),
@@ -83,10 +97,20 @@ def _mesh_laws(laws: Mapping[str, MeshLaw], orders: bool) -> list[Axes]:
     return plots.transmission_errors({f"{force:.0f} N": curves})
 
 
-def _bearing_forces(forces: Mapping[str, BearingForces], orders: bool) -> list[Axes]:
-    """Lines of steady records, maps of run-ups."""
+def _bearing_forces(forces: Mapping[str, BearingForces], orders: bool, quantity: str) -> list[Axes]:
+    """Lines of steady records, maps of run-ups and of steady records at several speeds."""
+    unit, factor = RECORDED[quantity]
     if not all(record.periodic for record in forces.values()):
-        return _maps({name: record.force for name, record in forces.items()}, forces, "N", orders)
+        signals = {name: factor * record.recorded(quantity) for name, record in forces.items()}
+        return _maps(signals, forces, unit, orders)
+    if orders and len({float(record.input_speed[0]) for record in forces.values()}) == len(forces) > 1:
+        per_turn = [2 * np.pi * record.sample_rate / float(record.input_speed[0]) for record in forces.values()]
+        high = min(HIGHEST_ORDER, min(per_turn) / BAND_MARGIN)
+        sweep = spectrum.sweep_waterfall(list(forces.values()), quantity, high=high)
+        swept = replace(sweep, amplitude=factor * sweep.amplitude)
+        return plots.waterfall_maps({f"{len(forces)} steady speeds": swept}, unit=unit)
+    if quantity != "force":
+        return _steady_orders(forces, quantity)
     lines = {
         name: spectrum.force_spectrum(record, low=0.0, high=record.sample_rate / BAND_MARGIN)
         for name, record in forces.items()
@@ -95,6 +119,18 @@ def _bearing_forces(forces: Mapping[str, BearingForces], orders: bool) -> list[A
     return plots.bearing_force_spectra(
         {name: of.replace(frequency=of.frequency[:last], force=of.force[:last]) for name, of in lines.items()}
     )
+
+
+def _steady_orders(forces: Mapping[str, BearingForces], quantity: str) -> list[Axes]:
+    """Orders of every mesh, one panel each."""
+    require(quantity != "output_lag", "lines of output_lag have no figure: draw a run-up, or steady speeds with --orders")
+    found = {}
+    for name, record in forces.items():
+        high = min(HIGHEST_ORDER, 2 * np.pi * record.sample_rate / float(record.input_speed[0]) / BAND_MARGIN)
+        of = spectrum.sweep_waterfall([record], quantity, high=high)
+        for mesh, line in enumerate(np.abs(of.amplitude[0]).T, start=1):
+            found[f"{name}, mesh {mesh}"] = of.axis, line
+    return plots.order_spectra(found, mesh_order=0.0, highest=max(float(axis[-1]) for axis, _ in found.values()))
 
 
 def _last_line(of: ForceSpectrum) -> int:

@@ -1,0 +1,61 @@
+"""`nvhchain plot` on records of bearing forces: forces and transmission errors, steady, swept and running up."""
+
+import numpy as np
+import pytest
+from matplotlib.image import imread
+
+from nvhchain import store
+from nvhchain.cli import main
+from nvhchain.handoff import BearingForces
+
+
+def record(folder, speed, *, periodic=True, **left_out):
+    """Ten turns of order 20, or a run-up of a second to `speed`, rad/s."""
+    rate = 5000.0
+    count = round(20 * np.pi / speed * rate) if periodic else 5000
+    time = np.arange(count) / rate
+    turned = speed * time if periodic else 0.5 * speed * time**2
+    wave = 1e-6 * np.sin(20 * turned)
+    history = np.full(count, speed) if periodic else speed * time
+    quantities = {"transmission_error": np.stack([wave, 2 * wave], axis=1), "output_lag": wave} | left_out
+    forces = BearingForces(
+        time, 1e8 * wave[:, None, None] * np.ones((1, 2, 3)), ("A", "B"), np.zeros((2, 3)), history, periodic,
+        **quantities,
+    )  # fmt: skip
+    return str(store.save(forces, folder / f"record-{speed:g}-{periodic}.h5"))
+
+
+@pytest.fixture
+def drawn(tmp_path):
+    def draw(files, *arguments):
+        picture = tmp_path / "picture.png"
+        assert main(["plot", *files, "--out", str(picture), *arguments]) == 0
+        return imread(picture)
+
+    return draw
+
+
+SPEEDS = (20 * np.pi, 25 * np.pi, 40 * np.pi)
+
+
+def test_errors_of_steady_records_are_drawn_over_order_and_those_of_several_speeds_as_one_map(drawn, tmp_path):
+    files = [record(tmp_path, speed) for speed in SPEEDS]
+    lines = drawn(files[:1], "--quantity", "transmission_error")
+    assert lines.std() > 0.01
+    maps = [drawn(files, "--orders", "--quantity", name) for name in ("force", "transmission_error", "output_lag")]
+    assert all(of.std() > 0.05 for of in maps)
+    assert maps[0].shape != drawn(files).shape  # without --orders the lines of every bearing
+
+
+def test_errors_of_run_ups_are_maps(drawn, tmp_path):
+    files = [record(tmp_path, 60 * np.pi, periodic=False)]
+    assert drawn(files, "--quantity", "transmission_error").std() > 0.05
+    assert drawn(files, "--quantity", "output_lag", "--orders").std() > 0.05
+
+
+def test_what_is_not_there_is_said(tmp_path, capsys):
+    file = record(tmp_path, SPEEDS[0], transmission_error=None)
+    assert main(["plot", file, "--quantity", "transmission_error"]) == 2
+    assert "holds no transmission_error" in capsys.readouterr().err
+    assert main(["plot", file, "--quantity", "output_lag"]) == 2
+    assert "steady speeds with --orders" in capsys.readouterr().err

@@ -141,7 +141,7 @@ def assemble(
     bearing_map[:, modes] = -shapes
 
     k_b = np.array([k for b in bearings for k in (b.radial_stiffness, b.radial_stiffness, b.axial_stiffness)])
-    c_b = np.array([c for b in bearings for c in (b.radial_damping, b.radial_damping, b.axial_damping)])
+    c_b = np.array([c for b in bearings for c in (b.damping[0], *b.damping)])
     k_eff = np.linalg.inv(np.diag(1.0 / k_b) + residual)
     k_eff = 0.5 * (k_eff + k_eff.T)
     c_eff = (k_eff / k_b) @ np.diag(c_b) @ (k_eff / k_b).T

@@ -146,7 +146,10 @@ class Bearing:
     """A bearing between a shaft and its seat in the housing; rotations are free.
 
     shaft: name of the shaft.  z: m, its plane.  radial_stiffness, axial_stiffness: N/m.
-    radial_damping, axial_damping: N s/m, viscous.
+    radial_damping, axial_damping: N s/m, viscous.  stiffness_damping: s, viscous damping per stiffness (Rayleigh's β),
+    c = β k in every direction.  loss_factor: structural damping η at loss_factor_frequency, Hz, in time the viscous
+    damping that takes as much energy per cycle there, c = η k/ω: below that frequency it takes less than η says, above
+    more. All that is given adds up.
     """
 
     name: str
@@ -156,6 +159,9 @@ class Bearing:
     axial_stiffness: float = 5.05e7
     radial_damping: float = 0.0
     axial_damping: float = 0.0
+    stiffness_damping: float = 0.0
+    loss_factor: float = 0.0
+    loss_factor_frequency: float | None = None
 
     def __post_init__(self) -> None:
         owner = f"bearing {self.name}"
@@ -165,6 +171,26 @@ class Bearing:
         _within(owner, "axial_stiffness", self.axial_stiffness, 1e3, 1e12, "N/m")
         _within(owner, "radial_damping", self.radial_damping, 0.0, 1e8, "N s/m")
         _within(owner, "axial_damping", self.axial_damping, 0.0, 1e8, "N s/m")
+        _within(owner, "stiffness_damping", self.stiffness_damping, 0.0, 1.0, "s")
+        _within(owner, "loss_factor", self.loss_factor, 0.0, 2.0, "")
+        require(
+            (self.loss_factor > 0.0) == (self.loss_factor_frequency is not None),
+            f"{owner}: loss_factor = {self.loss_factor} and loss_factor_frequency = {self.loss_factor_frequency} Hz: "
+            "structural damping takes both, the frequency being where it is to be right",
+        )
+        if self.loss_factor_frequency is not None:
+            _within(owner, "loss_factor_frequency", self.loss_factor_frequency, 0.1, 1e5, "Hz")
+
+    @property
+    def damping(self) -> tuple[float, float]:
+        """Radial and axial, N s/m, of all that is given."""
+        per_stiffness = self.stiffness_damping
+        if self.loss_factor_frequency is not None:
+            per_stiffness += self.loss_factor / (2.0 * pi * self.loss_factor_frequency)
+        return (
+            self.radial_damping + per_stiffness * self.radial_stiffness,
+            self.axial_damping + per_stiffness * self.axial_stiffness,
+        )
 
 
 @dataclass(frozen=True)

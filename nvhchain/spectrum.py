@@ -228,12 +228,14 @@ def order_waterfall(signal: FloatArray, **record: Unpack[WindowedRecord]) -> Wat
 def sweep_waterfall(records: Sequence[BearingForces], quantity: str = "force", *, high: float) -> Waterfall:
     """Orders of steady records, such as `dynamics.steady_sweep` leaves, over their speeds: a waterfall without windows.
 
-    records: periodic, at constant speeds that differ.  quantity: what `BearingForces.recorded` gives.  high: last order.
-    The lines are those that all records have: multiples of one over the turns of their common periods. Amplitudes are
-    under e^{j order angle} from each record's start; `time` is as if one followed the other.
+    records: periodic, at constant speeds that differ.  quantity: what `BearingForces.recorded` gives.  high: last
+    order. The lines are those that all records have: multiples of one over the turns of their common periods.
+    Amplitudes are under e^{j order angle} from each record's start; `time` is as if one followed the other.
     Raises InputError for records that are not periodic, of changing or equal speeds, or sampled too coarsely.
     """
-    require(len(records) > 0 and high > 0.0, f"{len(records)} records to order {high:g}: give one, and an order above 0")
+    require(
+        len(records) > 0 and high > 0.0, f"{len(records)} records to order {high:g}: give one, and an order above 0"
+    )
     for record in records:
         speed = record.input_speed
         require(
@@ -251,8 +253,8 @@ def sweep_waterfall(records: Sequence[BearingForces], quantity: str = "force", *
     for record, repeat, turned in zip(ordered, repeats, turns, strict=True):
         require(
             len(record.time) / turned >= BAND_MARGIN * high * (1.0 - 1e-9),
-            f"the record at {record.input_speed[0]:g} rad/s has {len(record.time) / turned:.4g} samples per turn, below "
-            f"{BAND_MARGIN} × order {high:g}: lower `high` to {len(record.time) / turned / BAND_MARGIN:.4g}",
+            f"the record at {record.input_speed[0]:g} rad/s has {len(record.time) / turned:.4g} samples per turn, "
+            f"below {BAND_MARGIN} × order {high:g}: lower `high` to {len(record.time) / turned / BAND_MARGIN:.4g}",
         )
         amplitude = amplitude_spectrum(record.recorded(quantity), record.sample_rate, periodic=True)[1]
         amplitudes.append(amplitude[: (count - 1) * repeat + 1 : repeat])

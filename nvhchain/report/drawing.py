@@ -35,7 +35,12 @@ HIGHEST_ORDER = 100.0
 """Of the input, in maps against order."""
 
 
-RECORDED = {"force": ("N", 1.0), "transmission_error": ("µm", 1e6), "mesh_deflection": ("µm", 1e6), "output_lag": ("µrad", 1e6)}
+RECORDED = {
+    "force": ("N", 1.0),
+    "transmission_error": ("µm", 1e6),
+    "mesh_deflection": ("µm", 1e6),
+    "output_lag": ("µrad", 1e6),
+}
 """What records of bearing forces hold: unit of the figures and its factor."""
 
 
@@ -123,7 +128,9 @@ def _bearing_forces(forces: Mapping[str, BearingForces], orders: bool, quantity:
 
 def _steady_orders(forces: Mapping[str, BearingForces], quantity: str) -> list[Axes]:
     """Orders of every mesh, one panel each."""
-    require(quantity != "output_lag", "lines of output_lag have no figure: draw a run-up, or steady speeds with --orders")
+    require(
+        quantity != "output_lag", "lines of output_lag have no figure: draw a run-up, or steady speeds with --orders"
+    )
     found = {}
     for name, record in forces.items():
         high = min(HIGHEST_ORDER, 2 * np.pi * record.sample_rate / float(record.input_speed[0]) / BAND_MARGIN)

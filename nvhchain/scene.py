@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
-from dataclasses import dataclass
-from math import ceil, inf, lcm, pi
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
+from math import ceil, inf, lcm, log10, pi, sqrt
 from pathlib import Path
 
 import psutil
@@ -12,40 +12,57 @@ import psutil
 from nvhchain import acoustics, housing, interop
 from nvhchain.case import HEARD, RADIATED, Case, GearboxCase, HousingModel, ModalResults, RadiatorCase
 from nvhchain.errors import InputError, ResourceError
-from nvhchain.fidelity import STANDARD, Fidelity
+from nvhchain.fidelity import STANDARD, Fidelity, GearFidelity
 from nvhchain.gear import GearBody, VolumeMesh
-from nvhchain.housing.reduction import check_bending_resolution
+from nvhchain.housing.reduction import bending_wavelength, check_bending_resolution
 from nvhchain.radiator import radiator_faces
 
-# Estimates below: seconds and bytes per unit of work, fitted to runs of cases/gearbox on an idle two-core machine.
-_BASE_MEGABYTES = 300.0
-_SECONDS_PER_TOOTH_VOLUME = 1.9e-2
+# Estimates: processor seconds and megabytes per unit of work, fitted to the runs in docs/measured/plan.md, which
+# benchmarks/plan.py measures again.
+_BASE_MEGABYTES = 390.0
+_SECONDS_PER_STAGE = 0.1
+_SECONDS_PER_TOOTH_LAYER = 1.36e-2
+_SECONDS_PER_LOADED_TOOTH = 4.5e-4
+_MESH_GROWTH = 0.65
 _SECONDS_PER_CONTACT = 1.0e-8
-_MEGABYTES_PER_TOOTH_VOLUME = 0.9
-_UNKNOWNS_PER_AREA = 1.17e3
-_UNKNOWNS_EXPONENT = 1.4
-_SECONDS_PER_UNKNOWN_AND_MODE = 3.2e-6
+_MEGABYTES_PER_TOOTH_LAYER = 3.3
+_MEMORY_GROWTH = 0.35
 _MEGABYTES_PER_UNKNOWN = 11e-3
+_UNKNOWNS_PER_AREA = 1.3e3
+_UNKNOWNS_EXPONENT = 1.4
+_SECONDS_PER_UNKNOWN = 1.05e-4
+_SECONDS_PER_UNKNOWN_AND_MODE = 1.06e-6
+_MEGABYTES_PER_THOUSAND_UNKNOWNS = 1.75
+_FILL_EXPONENT = 1.35
 _MODES_AT_6_KHZ = 60
+_EDGES_OF_PLAIN_WALLS, _EDGES_OF_RIBBED_WALLS = 4.3, 6.6
 _SECONDS_PER_STEP_AND_MODE = 7e-9
 _SETTLING_PERIODS = 4
-_SECONDS_PER_PAIR = 1.2e-7
+_SECONDS_PER_SYSTEM = 0.1
+_SECONDS_PER_PAIR = 9.3e-8
 _SECONDS_PER_LU = 4e-11
+_SECONDS_PER_PAIR_AND_SHAPE = 1e-9
 _MASTERS_AT_LEAST = 6
 _MASTERS_PER_RADIAN = 0.45
+_MASTERS_PER_DECADE = 0.48
 _TRIANGLES_PER_AREA = 2.83
-_TRIANGLES_OF_FEATURES = 620
+_TRIANGLES_PER_BORE = 100
 _SECONDS_PER_LINE_AND_FACE = 3e-8
 
 
 @dataclass(frozen=True)
 class Stage:
-    """One stage of the plan.  seconds, megabytes: estimates for two cores."""
+    """One stage of the plan.
+
+    seconds: of all processors, user and system.  megabytes: resident at the peak.  Both are estimates.
+    counts: how much of what is modelled, as far as it is estimated.
+    """
 
     name: str
     models: str
     seconds: float
     megabytes: float
+    counts: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -59,7 +76,7 @@ class Plan:
 
     @property
     def seconds(self) -> float:
-        """Estimated time of all stages when nothing is found on disk."""
+        """Estimated processor time of all stages when nothing is found on disk."""
         return sum(stage.seconds for stage in self.stages)
 
     @property
@@ -75,7 +92,7 @@ class Plan:
             for stage in self.stages
         ]
         lines += ["skipped:", *(f"  {reason}" for reason in self.skipped)]
-        lines += [f"in all about {self.seconds:.0f} s on two cores, {self.megabytes:.0f} MB at the peak"]
+        lines += [f"in all about {self.seconds:.0f} s of processor time, {self.megabytes:.0f} MB at the peak"]
         return "\n".join(lines)
 
 
@@ -83,7 +100,9 @@ def plan(case: Case, *, fidelity: Fidelity = STANDARD) -> Plan:
     """What will be modelled for `case`, what is skipped and why, memory and time (estimates)."""
     if isinstance(case, RadiatorCase):
         faces, area = radiator_faces(case, fidelity.acoustics)
-        given = Stage("surface", f"{faces} triangles with the velocity of the case", 1.0, _BASE_MEGABYTES)
+        given = Stage(
+            "surface", f"{faces} triangles with the velocity of the case", _SECONDS_PER_STAGE, _BASE_MEGABYTES
+        )
         return Plan(
             case.name,
             fidelity.name,
@@ -178,10 +197,10 @@ def _mesh_laws(case: GearboxCase, fidelity: Fidelity) -> list[Stage]:
     for stage, pair in zip(case.stages, case.pairs, strict=True):
         bodies = (pair.pinion, pair.wheel)
         meshes = lcm(*(body.sector for body in bodies))
-        volumes = [
-            body.geometry.teeth * knobs.profile_elements * knobs.width_layers / knobs.row_aspect for body in bodies
-        ]
-        loaded = sum(body.sector * volume for body, volume in zip(bodies, volumes, strict=True)) / 40
+        layers = [body.geometry.teeth * knobs.width_layers for body in bodies]
+        fineness = knobs.profile_elements / knobs.row_aspect
+        held = fineness**_MESH_GROWTH * (knobs.bodies == "elements")
+        loaded = sum((body.sector - 1) * layer for body, layer in zip(bodies, layers, strict=True))
         contacts = meshes * knobs.angles_per_mesh * knobs.deflections * (3 * knobs.slices) ** 2
         described = " and ".join(
             f"{body.geometry.teeth} teeth {type(body.blank).__name__.lower()} ({body.sector} by symmetry)"
@@ -192,23 +211,37 @@ def _mesh_laws(case: GearboxCase, fidelity: Fidelity) -> list[Stage]:
                 f"mesh law {stage.name}",
                 f"{described}; {meshes * knobs.angles_per_mesh} angles × {knobs.deflections} deflections, "
                 f"{knobs.slices} slices",
-                _SECONDS_PER_TOOTH_VOLUME * (sum(volumes) * 0.2 + loaded) + _SECONDS_PER_CONTACT * contacts,
-                _BASE_MEGABYTES + max(map(_gear_megabytes, bodies, volumes)),
+                held * (_SECONDS_PER_TOOTH_LAYER * sum(layers) + _SECONDS_PER_LOADED_TOOTH * loaded)
+                + _SECONDS_PER_CONTACT * contacts,
+                _BASE_MEGABYTES + max(_gear_megabytes(body, knobs) for body in bodies),
+                {"teeth": sum(body.sector for body in bodies)},
             )
         )
     return stages
 
 
-def _gear_megabytes(body: GearBody, volume: float) -> float:
+def _gear_megabytes(body: GearBody, knobs: GearFidelity) -> float:
     """Of a gear's finite elements: of its own mesh, or of a mesh of another program, which is solved as a whole."""
+    if knobs.bodies != "elements":
+        return 0.0
     if isinstance(body.blank, VolumeMesh):
         return _MEGABYTES_PER_UNKNOWN * 3 * len(body.blank.nodes)
-    return _MEGABYTES_PER_TOOTH_VOLUME * volume
+    fineness = knobs.profile_elements / knobs.row_aspect
+    return _MEGABYTES_PER_TOOTH_LAYER * body.geometry.teeth * knobs.width_layers * fineness**_MEMORY_GROWTH
 
 
 def _modes(case: GearboxCase, fidelity: Fidelity) -> float:
-    """Modes of the casting up to the limit of the reduction: they grow about with frequency, as in a plate."""
-    return _MODES_AT_6_KHZ * fidelity.housing.mode_ratio * case.band.high / 6250.0
+    """Modes of the casting up to the limit of the reduction.
+
+    As a plate of the outer walls' area has them (H. Weyl 1911: π A/λ², less in proportion to the length of the held
+    edges over the wavelength); of a housing from a file only that they grow about with frequency.
+    """
+    top = fidelity.housing.mode_ratio * case.band.high
+    if not isinstance(case.housing, housing.Casting):
+        return _MODES_AT_6_KHZ * top / 6250.0
+    free = pi * housing.envelope_area(case.housing) / bending_wavelength(case.housing, top) ** 2
+    ribbed = case.housing.side_ribs > 0 or case.housing.spokes > 0
+    return max(1.0, free - (_EDGES_OF_RIBBED_WALLS if ribbed else _EDGES_OF_PLAIN_WALLS) * sqrt(free))
 
 
 def _extent(case: GearboxCase, fidelity: Fidelity) -> tuple[float, float]:
@@ -235,8 +268,9 @@ def _housing(case: GearboxCase, fidelity: Fidelity, unknowns: float) -> Stage:
         "housing",
         f"about {unknowns / 1e3:.0f} k unknowns of {elements}; modes to {top:g} Hz, "
         f"residual flexibility of {len(case.bearings)} seats",
-        10.0 + _SECONDS_PER_UNKNOWN_AND_MODE * unknowns * _modes(case, fidelity),
-        _BASE_MEGABYTES + _MEGABYTES_PER_UNKNOWN * unknowns,
+        unknowns * (_SECONDS_PER_UNKNOWN + _SECONDS_PER_UNKNOWN_AND_MODE * _modes(case, fidelity)),
+        _BASE_MEGABYTES + _MEGABYTES_PER_THOUSAND_UNKNOWNS * (1e-3 * unknowns) ** _FILL_EXPONENT,
+        {"unknowns": unknowns, "modes": _modes(case, fidelity)},
     )
 
 
@@ -250,19 +284,20 @@ def _recorded_time(case: GearboxCase) -> float:
 
 def _dynamics(case: GearboxCase, fidelity: Fidelity) -> Stage:
     steps = _recorded_time(case) / fidelity.dynamics.time_step
+    run = steps * (1 if case.operation.ramp else _SETTLING_PERIODS)
     unknowns = 6 * len(case.shafts) + _modes(case, fidelity)
     return Stage(
         "bearing forces",
         f"{len(case.shafts)} shafts of 6 unknowns, about {_modes(case, fidelity):.0f} housing modes in the loop, "
         f"{len(case.stages)} tabulated meshes; steps of {1e6 * fidelity.dynamics.time_step:g} µs",
-        2.0 + _SECONDS_PER_STEP_AND_MODE * steps * (1 if case.operation.ramp else _SETTLING_PERIODS) * unknowns,
+        _SECONDS_PER_STAGE + _SECONDS_PER_STEP_AND_MODE * run * unknowns,
         _BASE_MEGABYTES + 8e-6 * steps * (3 * len(case.bearings) + 2) * 6,
     )
 
 
 def _faces(case: GearboxCase, fidelity: Fidelity, area: float) -> int:
     size = acoustics.required_element_size(case.band.high, case.air, fidelity.acoustics)
-    return ceil(_TRIANGLES_PER_AREA * area / size**2 + _TRIANGLES_OF_FEATURES)
+    return ceil(_TRIANGLES_PER_AREA * area / size**2 + _TRIANGLES_PER_BORE * len(case.bearings))
 
 
 def _transfer_vectors(case: Case, fidelity: Fidelity, faces: int, area: float) -> Stage:
@@ -272,15 +307,14 @@ def _transfer_vectors(case: Case, fidelity: Fidelity, faces: int, area: float) -
         "field point(s)"
     )
     if knobs.radiation == "equivalent_radiated_power":
-        return Stage("radiated power", f"{described}, plane waves from every face", 1.0, _BASE_MEGABYTES)
-    masters = _masters(case, area)
+        return Stage("radiated power", f"{described}, plane waves from every face", _SECONDS_PER_STAGE, _BASE_MEGABYTES)
+    masters = _masters(case, fidelity, area)
     if knobs.radiation == "rayleigh":
-        return Stage("transfer vectors", f"{described}, Rayleigh integral", 1.0, _BASE_MEGABYTES)
-    seconds = masters * (_SECONDS_PER_PAIR * faces**2 + _SECONDS_PER_LU * (faces / 2) ** 3)
+        return Stage("transfer vectors", f"{described}, Rayleigh integral", _SECONDS_PER_STAGE, _BASE_MEGABYTES)
     return Stage(
         "transfer vectors",
         f"{described}, about {masters} master frequencies, engine {case.engine}",
-        5.0 + seconds,
+        masters * _system_seconds(faces, fidelity),
         _BASE_MEGABYTES
         + 1e-6
         * acoustics.estimate_memory(
@@ -291,41 +325,49 @@ def _transfer_vectors(case: Case, fidelity: Fidelity, faces: int, area: float) -
             points=len(case.field_points) * (1 if case.reflecting_plane is None else 2),
             frequencies=masters,
         ),
+        {"triangles": faces, "masters": masters},
     )
+
+
+def _system_seconds(faces: int, fidelity: Fidelity) -> float:
+    """Of matrices and factors at one frequency; twice the Gauss order is four times the points of a pair."""
+    pairs = faces**2 * (fidelity.acoustics.quadrature_order / 2) ** 2
+    return _SECONDS_PER_SYSTEM + _SECONDS_PER_PAIR * pairs + _SECONDS_PER_LU * (faces / 2) ** 3
 
 
 def _sound_power(case: Case, fidelity: Fidelity, faces: int, area: float) -> Stage:
     """Solutions for every mode and seat direction at masters, or for one velocity at every line."""
     knobs = fidelity.acoustics
     if knobs.radiation != "boundary_elements":
-        return Stage("sound power", f"about {faces} triangles, {knobs.radiation}", 1.0, _BASE_MEGABYTES)
+        return Stage("sound power", f"about {faces} triangles, {knobs.radiation}", _SECONDS_PER_STAGE, _BASE_MEGABYTES)
     shapes = 1.0
     if isinstance(case, RadiatorCase):
         systems = len(case.frequencies)
         described = f"{systems} lines"
     else:
-        systems = _masters(case, area)
+        systems = _masters(case, fidelity, area)
         shapes = _modes(case, fidelity) + 3 * len(case.bearings)
         described = f"about {systems} master frequencies, {shapes:.0f} modes and seat directions"
-    seconds = systems * (_SECONDS_PER_PAIR * faces**2 + _SECONDS_PER_LU * (faces / 2) ** 3)
+    seconds = systems * (_system_seconds(faces, fidelity) + _SECONDS_PER_PAIR_AND_SHAPE * shapes * faces**2)
     return Stage(
         "radiation resistance" if shapes > 1 else "sound power",
         f"about {faces} triangles, {described}, engine {case.engine}",
-        5.0 + seconds,
+        seconds,
         _BASE_MEGABYTES + 1e-6 * acoustics.estimate_memory(faces // 2, faces, case.engine, knobs),
+        {"triangles": faces, "masters": systems, "shapes": shapes},
     )
 
 
-def _masters(case: Case, area: float) -> int:
-    """Master frequencies: they grow with the band times the body's size, or are the lines where those are few."""
+def _masters(case: Case, fidelity: Fidelity, area: float) -> int:
+    """Master frequencies: they grow with the band times the body's size and with the digits that are asked of them, or
+    are the lines where those are few."""
     if isinstance(case, RadiatorCase):
         band, lines = case.frequencies[-1] - case.frequencies[0], float(len(case.frequencies))
     else:
         band, lines = case.band.high - case.band.low, inf
-    size = (area / pi) ** 0.5
-    return int(
-        min(lines, ceil(_MASTERS_AT_LEAST + _MASTERS_PER_RADIAN * 2 * pi * band / case.air.speed_of_sound * size))
-    )
+    radians = 2 * pi * band / case.air.speed_of_sound * sqrt(area / pi)
+    digits = max(0.5, 1 + _MASTERS_PER_DECADE * log10(0.5 / fidelity.acoustics.master_tolerance_db))
+    return int(min(lines, ceil(digits * (_MASTERS_AT_LEAST + _MASTERS_PER_RADIAN * radians))))
 
 
 def _radiation(case: GearboxCase, fidelity: Fidelity, area: float) -> Stage:
@@ -342,7 +384,7 @@ def _radiation(case: GearboxCase, fidelity: Fidelity, area: float) -> Stage:
     return Stage(
         name,
         models,
-        1.0 + _SECONDS_PER_LINE_AND_FACE * lines * faces * (1 + points),
+        _SECONDS_PER_STAGE + _SECONDS_PER_LINE_AND_FACE * lines * faces * (1 + points),
         _BASE_MEGABYTES + 3 * 16e-6 * lines * faces,
     )
 

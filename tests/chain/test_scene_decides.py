@@ -35,7 +35,7 @@ class Counts:
     """What was done: boundary element solutions (frequencies, points), gear bodies and teeth, housing reductions."""
 
     def __init__(self, patch):
-        self.frequencies, self.points, self.modes_to, self.modes = [], [], [], []
+        self.frequencies, self.points, self.modes_to, self.modes, self.unknowns = [], [], [], [], []
         self.teeth = defaultdict(set)
         self.responses = 0
         self._wrap(patch, transfer, "_solved", self._solved)
@@ -66,6 +66,7 @@ class Counts:
 
     def _modes(self, result, stiffness, mass, limit):
         self.modes_to.append(limit)
+        self.unknowns.append(stiffness.shape[0])
         self.modes.append(result[0])
 
     @property
@@ -114,6 +115,22 @@ def test_boundary_elements_are_solved_for_the_points_asked_for_within_the_band_e
     assert set(counts.points) == {1}
     assert case.band.low <= min(counts.frequencies) < max(counts.frequencies) <= HIGH * (1 + 1e-9)
     assert len(counts.frequencies) == len(set(counts.frequencies))
+
+
+def test_the_plan_counts_what_is_then_done_within_a_factor_of_two(whole, case):
+    counts, result = whole[2], whole[1]
+    planned = {name: n for stage in nvh.plan(case, fidelity=TINY).stages for name, n in stage.counts.items()}
+    done = {
+        "teeth": sum(len(teeth) for teeth in counts.teeth.values()),
+        "unknowns": counts.unknowns[0],
+        "modes": len(result.housing.natural_frequency),
+        "triangles": len(result.housing.surface.triangles),
+        "masters": len(result.transfer_vectors.frequency),
+    }
+    assert set(planned) == set(done)
+    for name, n in done.items():
+        assert 0.5 <= planned[name] / n <= 2, name
+    assert planned["teeth"] == done["teeth"] == 7
 
 
 def test_another_speed_on_the_same_operators_solves_no_finite_and_no_boundary_elements(whole, case, counts):

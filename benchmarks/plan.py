@@ -1,0 +1,103 @@
+"""What `plan` predicts against what runs take; writes docs/measured/plan.md.
+
+    python benchmarks/plan.py OUT [CASE FIDELITY QUANTITY ...]
+
+Every run has a process of its own, whose processor time and peak memory are taken by stage. What OUT holds already is
+not run again; without cases the table is written from it. Processor times hardly feel other work on the machine.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from dataclasses import asdict, replace
+from pathlib import Path
+
+from publish import publish
+
+import nvhchain as nvh
+from nvhchain.fidelity import PRESETS
+from nvhchain.resume import Unwatched
+from nvhchain.tradeoff.measure import Cost, Ledger, measured_run
+
+KEPT = {
+    "mesh law": "mesh_law_",
+    "housing": "housing",
+    "bearing forces": "bearing_forces",
+    "transfer vectors": "transfer_vectors",
+    "radiation resistance": "radiation_resistance",
+    "sound power": "sound_power",
+}
+"""Stage of the plan → beginning of the name under which its result is kept."""
+
+
+def measure(out: Path, path: str, preset: str, quantity: str) -> None:
+    """One run, kept in OUT/runs.json."""
+    case = nvh.load_case(path)
+    points = case.field_points if quantity == "pressure" else ()
+    case = replace(case, quantities=(quantity,), field_points=points)
+    run = measured_run(
+        case,
+        PRESETS[preset],
+        out=out / f"{case.name}-{preset}-{quantity}",
+        operators=out / "operators",
+        ledger=Ledger(out / "costs.json"),
+        watcher=Unwatched(),
+    )
+    if run.refused:
+        raise SystemExit(f"{path} at {preset}: {run.refused}")
+    runs = recorded(out)
+    runs[f"{path} {preset} {quantity}"] = {name: asdict(cost) for name, cost in run.stages.items()}
+    (out / "runs.json").write_text(json.dumps(runs, indent=1))
+
+
+def recorded(out: Path) -> dict[str, dict[str, dict[str, float]]]:
+    """CASE FIDELITY QUANTITY → stage → cost."""
+    file = out / "runs.json"
+    return json.loads(file.read_text()) if file.exists() else {}
+
+
+def rows(out: Path) -> list[str]:
+    """One row per stage that takes a second or more, one per run."""
+    lines = []
+    for title, stages in recorded(out).items():
+        path, preset, quantity = title.split()
+        case = replace(nvh.load_case(path), quantities=(quantity,))
+        plan = nvh.plan(case, fidelity=PRESETS[preset])
+        costs = {name: Cost(**cost) for name, cost in stages.items()}
+        scene = f"{case.name}, {quantity.replace('_', ' ')} | {preset}"
+        for stage in plan.stages:
+            like = next((kept for start, kept in KEPT.items() if stage.name.startswith(start)), None)
+            name = f"mesh_law_{stage.name.split()[-1]}" if like == "mesh_law_" else like
+            if name in costs and costs[name].processor >= 1.0:
+                lines.append(row(scene, stage.name, stage.seconds, stage.megabytes, costs[name]))
+        total = Cost(
+            0.0, sum(cost.processor for cost in costs.values()), max(cost.megabytes for cost in costs.values())
+        )
+        lines.append(row(scene, "**in all**", plan.seconds, plan.megabytes, total))
+    return lines
+
+
+def row(scene: str, stage: str, seconds: float, megabytes: float, cost: Cost) -> str:
+    """Predicted, measured and their ratio."""
+    return (
+        f"| {scene} | {stage} | {seconds:.3g} | {cost.processor:.3g} | {seconds / cost.processor:.2f} "
+        f"| {megabytes:.0f} | {cost.megabytes:.0f} | {megabytes / cost.megabytes:.2f} |"
+    )
+
+
+def main() -> None:
+    """Measure what is named, then publish all."""
+    out, asked = Path(sys.argv[1]), sys.argv[2:]
+    out.mkdir(parents=True, exist_ok=True)
+    for path, preset, quantity in zip(*(iter(asked),) * 3, strict=True):
+        measure(out, path, preset, quantity)
+    head = (
+        "| scene | fidelity | stage | plan / processor s | measured | ratio | plan / MB | measured | ratio |\n"
+        "|---|---|---|---:|---:|---:|---:|---:|---:|\n"
+    )
+    publish("plan", head + "\n".join(rows(out)) + "\n")
+
+
+if __name__ == "__main__":
+    main()

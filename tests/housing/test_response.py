@@ -83,6 +83,21 @@ def test_lines_beyond_one_block_are_computed_alike(housing, monkeypatch):
     assert np.allclose(respond(housing, spectrum(frequency, force)).normal_velocity, whole, rtol=1e-13)
 
 
+def test_thousands_of_lines_take_a_handful_of_matrix_products(housing, monkeypatch):
+    products = []
+    times = response._times_real
+    monkeypatch.setattr(response, "_times_real", lambda a, b: products.append(len(a)) or times(a, b))
+    count = 4000
+    force = np.random.default_rng(6).standard_normal((count, 2, 3))
+    frequency = np.linspace(10, 1000, count)
+    velocity = respond(housing, spectrum(frequency, force)).normal_velocity
+    assert sum(products) == 2 * count  # forces on modes, then modes and residual on faces
+    assert len(products) <= 16
+    for line in (0, 511, 512, 3999):
+        alone = respond(housing, spectrum(frequency[[line]], force[[line]])).normal_velocity
+        assert np.allclose(velocity[line], alone, rtol=1e-12, atol=0)
+
+
 def test_bearings_are_matched_by_name(housing):
     force = np.random.default_rng(7).standard_normal((1, 2, 3))
     one = respond(housing, spectrum([500.0], force)).normal_velocity

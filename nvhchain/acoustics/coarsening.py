@@ -11,8 +11,8 @@ import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
 from nvhchain.acoustics._gmsh import remesh
-from nvhchain.acoustics.bodies import bodies_of
-from nvhchain.acoustics.intersections import crossing_pairs, neighbours
+from nvhchain.acoustics.bodies import bodies_of, check_bodies
+from nvhchain.acoustics.intersections import crossing_pairs, folded_pairs, neighbours
 from nvhchain.acoustics.plane import check_plane
 from nvhchain.acoustics.surface import check_points, mean_edge
 from nvhchain.conventions import Air
@@ -135,7 +135,7 @@ def _outward(vertices: FloatArray, triangles: IntArray, fine: Surface) -> IntArr
 
 
 def check_coarse(fine: Surface, coarse: Surface) -> None:
-    """Raise `InputError` unless `coarse` describes the body of `fine`: volume, distance, no self-intersection."""
+    """Raise `InputError` unless `coarse` describes the body of `fine`: volume, distance, what `check_bodies` asks."""
     change = coarse.volume / fine.volume - 1.0
     require(
         abs(change) <= VOLUME_TOLERANCE,
@@ -151,8 +151,10 @@ def check_coarse(fine: Surface, coarse: Surface) -> None:
             f"{what} {worst} lies {1e3 * distance[worst]:.3g} mm from the other surface, "
             f"{1e3 * limit:.3g} mm are admitted",
         )
-    crossing = self_intersections(coarse)
-    require(crossing == 0, f"the coarse surface intersects itself at {crossing} pairs of triangles")
+    try:
+        check_bodies(coarse)
+    except InputError as error:
+        raise InputError(f"the coarse surface is no body: {error}") from None
 
 
 def velocity_map(fine: Surface, coarse: Surface) -> sp.csr_matrix:
@@ -178,8 +180,8 @@ def velocity_map(fine: Surface, coarse: Surface) -> sp.csr_matrix:
 
 
 def self_intersections(surface: Surface) -> int:
-    """Pairs of triangles without a common vertex that pass through each other."""
-    return len(crossing_pairs(surface, neighbours(surface, 0.0)))
+    """Pairs of triangles that pass through each other or are folded onto each other."""
+    return len(crossing_pairs(surface, neighbours(surface, 0.0))) + len(folded_pairs(surface))
 
 
 def _pieces(surface: Surface) -> FloatArray:

@@ -1,6 +1,6 @@
 """A mesh law on the way of one step: cells, values between two rows, mean force along the deflection travelled.
 
-Inlined into the time loop: numba looks for changes of `_march.py` only, so touch that file after a change here.
+Inlined into the time loop, whose cache is named after this file (`nvhchain._inlined`).
 """
 
 from __future__ import annotations

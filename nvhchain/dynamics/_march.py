@@ -16,8 +16,13 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from nvhchain._inlined import inlines
+from nvhchain.dynamics import _law_step, _newton
 from nvhchain.dynamics._law_step import COMPILED, blend, cell, mean_force, unloaded_at
 from nvhchain.dynamics._newton import along, newton_step
+
+CALLS = inlines(_law_step, _newton)
+"""Of both files: without it the cache would not see that they change."""
 
 
 @njit(
@@ -26,6 +31,7 @@ from nvhchain.dynamics._newton import along, newton_step
     **COMPILED,
     forceinline=True,
 )
+@CALLS
 def _residual(  # type: ignore[no-untyped-def]
     n_c, y, start, free, compliance, linear, grid, force, potential, cells,
     row, following, weight, zero, hint, end, res, rate,
@@ -57,6 +63,7 @@ def _residual(  # type: ignore[no-untyped-def]
     **COMPILED,
     forceinline=True,
 )
+@CALLS
 def _within_cells(  # type: ignore[no-untyped-def]
     n_c, y, start, free, compliance, linear, tolerance, grid, force, cells, row,
     following, weight, hint, end, rate, offset, node, slope, work, active,
@@ -150,6 +157,7 @@ def _deflections(n_mesh, n_z, read_re, read_im, re, im, out):  # type: ignore[no
     nogil=True,
     fastmath=REORDERED,
 )
+@CALLS
 def march(  # type: ignore[no-untyped-def]
     decay, gain, read, drive, compliance, linear,
     grid, force, potential, rows, cells, position,

@@ -1,6 +1,6 @@
 """Newton's method on the contact forces of one step: its linear solution and the slope along it.
 
-Inlined into the time loop: numba looks for changes of `_march.py` only, so touch that file after a change here.
+Inlined into the time loop, whose cache is named after this file (`nvhchain._inlined`).
 """
 
 from __future__ import annotations

@@ -9,7 +9,7 @@ from scipy.integrate import quad
 from nvhchain.conventions import STEEL
 from nvhchain.fidelity import DRAFT
 from nvhchain.gear import Engagement, slice_compliance
-from nvhchain.gear.contact import contact_half_width, half_space_compliance, local_deflection, local_law
+from nvhchain.gear.contact import _gap, contact_half_width, half_space_compliance, local_deflection, local_law
 from nvhchain.gear.contact_lines import contact_lines
 from nvhchain.gear.reference import pressed
 from nvhchain.gear.tip_edge import (
@@ -150,6 +150,47 @@ def test_layer_held_at_the_depth_gives_way_more_than_a_half_space_seen_from_ther
     found = below + above - np.euler_gamma + 0.5 / (1 - nu)
     assert found == pytest.approx(held_excess(nu), abs=1e-3)
     assert held_excess(nu) == pytest.approx(0.1877, abs=1e-4)  # 0.18 to 0.20 in finite elements of whole teeth
+
+
+@pytest.mark.parametrize(
+    ("teeth", "module", "excess"),
+    [(20, 2.7e-3, (0.203, 0.267, 0.596, 1.446)), (82, 2.68e-3, (0.206, 0.348, 0.935, 2.322))],
+)
+def test_bracket_near_a_tip_is_that_of_finite_elements_of_the_held_tooth(make_geometry, teeth, module, excess):
+    """Of docs/measured/gear_tip_edge.md, at 0.6, 0.2, 0.05 and 0.005 of the tip's depth; in a bracket of 3 to 6."""
+    gear = make_geometry(teeth, stage=1, hand=1, helix_angle=0.0, normal_module=module)
+    depth = float(gear.depth_to_centre_line(gear.tip_circle_radius))
+    distance = depth * np.array([0.6, 0.2, 0.05, 0.005])
+    at = np.hypot(gear.base_radius, np.sqrt(gear.usable_flank[1] ** 2 - 2 * gear.base_radius * distance))
+    wedge = np.pi / 2 + float(gear.pressure_angle_at(gear.tip_circle_radius))
+    found = held_excess(0.3) + wedge_excess(distance, np.zeros(4), gear.depth_to_centre_line(at), wedge)
+    np.testing.assert_allclose(found, excess, atol=0.08)
+
+
+@pytest.mark.parametrize(
+    ("teeth", "approach"), [(20, (1.281, 4.236, 1.800, 5.542)), (50, (1.357, 4.474, 1.907, 5.852))]
+)
+def test_edge_in_contact_approaches_as_finite_elements_do(make_geometry, teeth, approach):
+    """A held tooth's tip on a half-plane, ρ = 4 mm, φ = 0 and 0.03, 50 and 200 N/mm; full flanks: 22 to 47 % less."""
+    gear = make_geometry(teeth, stage=1, hand=1, helix_angle=0.0)
+    depth = np.full(4, float(gear.depth_to_centre_line(gear.tip_circle_radius)))
+    wedge = np.array([np.pi / 2 + float(gear.pressure_angle_at(gear.tip_circle_radius)), np.pi])
+    edges = TipEdges(np.array([np.zeros(4), np.ones(4)]), np.array([0.0, 0.0, 0.03, 0.03]), wedge)
+    law = local_law(np.full(4, 4e-3), (depth, depth), PAIR, edges=edges, held=(True, False))
+    found = law.deflection(np.array([5e4, 2e5, 5e4, 2e5]))
+    np.testing.assert_allclose(1e6 * found, approach, rtol=0.02)
+
+
+def test_potential_of_an_edge_is_the_work_of_its_deflection_on_every_piece():
+    law = law_of(0.01, wedge=np.array([2.0, np.pi]), held=(True, True))
+    pieces = law.level, law.half_slope, law.offset, law.energy
+    for share in (1e-7, 3e-5, 0.02, 0.9, 3.0):
+        q = share * float(law.limit[0])
+        work = quad(lambda x: float(law.deflection(np.array([x]))[0]), 0.0, q, epsrel=1e-9, limit=400)[0]
+        zero, one = np.zeros((1, 1)), np.ones(1)
+        energy, worst = _gap(zero, 0 * one, one, law.limit, 1 / np.log(law.ratio), *pieces, q * one, 0 * one)
+        assert energy == pytest.approx(work, rel=1e-6)
+        assert worst == pytest.approx(float(law.deflection(np.array([q]))[0]), rel=1e-12)
 
 
 def test_held_tooth_counts_only_where_it_was_taken_off(make_pair, make_compliances):

@@ -12,8 +12,10 @@ from pathlib import Path
 
 from nvhchain.errors import FileFormatError, InputError, require
 from nvhchain.fem.solid_model import SolidModel
+from nvhchain.interop._includes import lines_with_includes
 from nvhchain.interop._model_parts import Parts
-from nvhchain.interop.abaqus_keywords import Block, blocks
+from nvhchain.interop._names import marks, restored
+from nvhchain.interop.abaqus_keywords import Block, blocks, included
 from nvhchain.interop.abaqus_rigid import (
     read_boundary,
     read_coupling,
@@ -68,7 +70,7 @@ def read_abaqus(path: str | Path, *, units: str) -> SolidModel:
             raise
         raise FileFormatError(f"{path}: not an Abaqus input file: {type(error).__name__} {error}") from None
     file.parts.groups = file.group_names()
-    return file.parts.model(file.system.length)
+    return restored(file.parts.model(file.system.length), marks(lines_with_includes(path, included)))
 
 
 def _ignored(file: AbaqusFile, block: Block) -> None:
@@ -143,7 +145,7 @@ def _density(file: AbaqusFile, block: Block) -> None:
 
 
 def _section(file: AbaqusFile, block: Block) -> None:
-    file.sections.append((block.get("ELSET").upper(), block.get("MATERIAL").upper()))
+    file.sections.append((block.get("ELSET"), block.get("MATERIAL").upper()))
 
 
 def _assembly(file: AbaqusFile, block: Block) -> None:
@@ -186,9 +188,12 @@ def _assign(file: AbaqusFile) -> None:
         found = file.materials.get(name, {})
         where = f"{file.parts.source}: material {name} of section {elset}"
         require({"young", "poisson", "density"} <= found.keys(), f"{where} needs *ELASTIC and *DENSITY")
-        require(("part", elset) in file.elsets, f"{file.parts.source}: section for set {elset}, which is not defined")
+        require(
+            ("part", elset.upper()) in file.elsets,
+            f"{file.parts.source}: section for set {elset}, which is not defined",
+        )
         file.parts.materials[elset] = file.system.material(**found, where=where)
-        for label in file.elsets["part", elset]:
+        for label in file.elsets["part", elset.upper()]:
             if label in file.elements:
                 kind, members = file.elements.pop(label)
                 labels, rows = file.parts.elements[kind, elset]

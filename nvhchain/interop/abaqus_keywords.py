@@ -26,7 +26,7 @@ def blocks(path: Path) -> Iterator[Block]:
     """Every keyword of the file in order, with its data lines."""
     current: Block | None = None
     pending = ""
-    for line in lines_with_includes(path, _included):
+    for line in lines_with_includes(path, included):
         text = line.strip()
         if text.startswith("**"):
             continue
@@ -45,7 +45,7 @@ def blocks(path: Path) -> Iterator[Block]:
         yield current
 
 
-def _included(line: str) -> str | None:
+def included(line: str) -> str | None:
     """Name of the file that *INCLUDE names."""
     return _keyword(line.strip()).get("INPUT") if line[:8].upper() == "*INCLUDE" else None
 

@@ -17,6 +17,9 @@ from nvhchain.interop.units import UnitSystem
 ASSEMBLY = 10**9
 """Added to the labels of nodes that the assembly defines: they may repeat those of the part."""
 
+HIDDEN = "NVHCHAIN_RIGID_"
+"""Starts the names of node sets that stand for rigid sets and are no groups of the model."""
+
 Sets = dict[tuple[str, str], list[int]]
 """(`part` or `assembly`, name in upper case) → labels."""
 
@@ -112,6 +115,8 @@ class AbaqusFile:
         """Node sets as groups; where the assembly has one of the same name the part's is called `instance.name`."""
         named = {}
         for (owner, key), name in self.groups.items():
+            if key.startswith(HIDDEN):
+                continue
             twice = owner == "part" and ("assembly", key) in self.groups
             named[f"{self.instance}.{name}" if twice else name] = self.nsets[owner, key]
         return named

@@ -10,7 +10,9 @@ import numpy as np
 from nvhchain.conventions import Material
 from nvhchain.fem.solid_model import ElementBlock, SolidModel
 from nvhchain.handoff import IntArray
-from nvhchain.interop.nastran import GROUP_MARK, SOLIDS
+from nvhchain.interop._names import abaqus_names, changed, mark, renumbered, short_labels
+from nvhchain.interop.abaqus_sets import HIDDEN
+from nvhchain.interop.nastran import SOLIDS
 from nvhchain.interop.records import whole
 from nvhchain.interop.units import UnitSystem, unit_system
 
@@ -28,41 +30,59 @@ _SPC = 1
 
 
 def write_nastran(model: SolidModel, path: str | Path, *, units: str) -> Path:
-    """Bulk data with GRID*, solids, PSOLID, MAT1*, RBE2, SPC1 and SET1 for the groups."""
+    """Bulk data with GRID*, solids, PSOLID, MAT1*, RBE2, SPC1 and SET1 for the groups.
+
+    Labels of more than eight digits do not fit: such nodes and elements are numbered on from the largest that fits.
+    Comments say what they were, and the names behind the numbers; `read_nastran` restores both.
+    """
     system = unit_system(units)
     lines = ["SOL 103", "CEND", f"SPC = {_SPC}", "BEGIN BULK", *_nastran(model, system), "ENDDATA"]
     return _written(lines, Path(path))
 
 
 def _nastran(model: SolidModel, system: UnitSystem) -> Iterator[str]:
+    long = model
+    nodes = _shortened(np.concatenate([long.labels, [r.label for r in long.rigid_sets]]).astype(np.int64))
+    elements = _shortened(np.concatenate([block.labels for block in long.blocks]))
+    yield from changed("$", "node", nodes.keys(), nodes.values())
+    yield from changed("$", "element", elements.keys(), elements.values())
+    model = renumbered(long, nodes, elements)
     labels, references = model.labels, _references(model)
     for label, point in [*zip(labels.tolist(), model.nodes, strict=True), *references]:
         x, y, z = (real16(value / system.length) for value in point)
         yield f"{'GRID*':8}{label:16d}{'':16}{x:>16}{y:>16}"
         yield f"{'*':8}{z:>16}"
-    for number, (group, material) in enumerate(_materials(model).items(), start=1):
+    numbers = {section: number for number, section in enumerate(_sections(model), start=1)}
+    for (group, material), number in numbers.items():
         young, poisson, density = _constants(material, system)
-        yield f"$ {group}"
+        yield mark("$", "property", number, group)
         yield f"{'PSOLID':8}{number:8d}{number:8d}"
         yield f"{'MAT1*':8}{number:16d}{real16(young):>16}{'':16}{real16(poisson):>16}"
         yield f"{'*':8}{real16(density):>16}"
-    numbers = {group: number for number, group in enumerate(_materials(model), start=1)}
     for block in model.blocks:
         name, place = _CARDS[block.kind]
         order = np.argsort(place) if block.quadratic else slice(None)
+        section = numbers[_section(block)]
         for label, members in zip(block.labels.tolist(), labels[block.nodes][:, order].tolist(), strict=True):
-            yield from _small(name, [label, numbers[_group(block)], *members])
-    taken = int(max(block.labels.max() for block in model.blocks))
-    for number, rigid in enumerate(model.rigid_sets, start=taken + 1):
-        yield f"$ rigid set {rigid.name}"
+            yield from _small(name, [label, section, *members])
+    taken = np.concatenate([block.labels for block in model.blocks])
+    bodies = short_labels(np.concatenate([taken, taken.max() + 1 + np.arange(len(model.rigid_sets))]))[len(taken) :]
+    for number, rigid in zip(bodies.tolist(), model.rigid_sets, strict=True):
+        yield mark("$", "rigid", number, rigid.name)
         yield from _small("RBE2", [number, rigid.label, "123456", *labels[rigid.nodes].tolist()])
         if rigid.held.any():
             yield from _small("SPC1", [_SPC, "".join(str(c + 1) for c in np.flatnonzero(rigid.held)), rigid.label])
-    for components, nodes in _held(model):
-        yield from _small("SPC1", [_SPC, components, *labels[nodes].tolist()])
-    for number, (name, nodes) in enumerate(model.groups.items(), start=1):
-        yield f"{GROUP_MARK} {number} {name}"
-        yield from _small("SET1", [number, *labels[nodes].tolist()])
+    for components, held in _held(model):
+        yield from _small("SPC1", [_SPC, components, *labels[held].tolist()])
+    for number, (name, members) in enumerate(model.groups.items(), start=1):
+        yield mark("$", "group", number, name)
+        yield from _small("SET1", [number, *labels[members].tolist()])
+
+
+def _shortened(labels: IntArray) -> dict[int, int]:
+    """Label → label of at most eight digits."""
+    unique = np.unique(labels)
+    return dict(zip(unique.tolist(), short_labels(unique).tolist(), strict=True))
 
 
 def _small(name: str, values: Iterable[object]) -> Iterator[str]:
@@ -88,45 +108,65 @@ def real16(value: float) -> str:
     raise AssertionError(value)
 
 
+def real20(value: float) -> str:
+    """The number with all its digits, or those that 20 characters hold: CalculiX cuts the rest off, exponent and all."""
+    text = repr(float(value))
+    return text if len(text) <= 20 else f"{value:.13g}"
+
+
 def write_abaqus(model: SolidModel, path: str | Path, *, units: str) -> Path:
-    """Flat input file with *NODE, *ELEMENT, *NSET, *SURFACE of nodes, *COUPLING and *BOUNDARY."""
+    """Flat input file with *NODE, *ELEMENT, *NSET, *SURFACE of nodes, *COUPLING and *BOUNDARY.
+
+    Names that Abaqus does not take are changed; comments say what they were, and `read_abaqus` restores them.
+    CalculiX takes the file as it is; a step is to be added.
+    """
     return _written(list(_abaqus(model, unit_system(units))), Path(path))
 
 
 def _abaqus(model: SolidModel, system: UnitSystem) -> Iterator[str]:
     yield "*HEADING"
     yield f"units {system.name}"
+    names = {
+        "property": [group for group, _ in _sections(model)],
+        "group": list(model.groups),
+        "rigid": [rigid.name for rigid in model.rigid_sets],
+    }
+    plain = {kind: abaqus_names(before) for kind, before in names.items()}
+    for kind, before in names.items():
+        yield from changed("**", kind, before, plain[kind])
+    sections = dict(zip(_sections(model), plain["property"], strict=True))
     yield "*NODE"
     for label, point in [*zip(model.labels.tolist(), model.nodes, strict=True), *_references(model)]:
-        yield f"{label}, " + ", ".join(repr(float(value / system.length)) for value in point)
+        yield f"{label}, " + ", ".join(real20(value / system.length) for value in point)
     for block in model.blocks:
-        yield f"*ELEMENT, TYPE={_ABAQUS[block.kind]}, ELSET={_group(block)}"
+        yield f"*ELEMENT, TYPE={_ABAQUS[block.kind]}, ELSET={sections[_section(block)]}"
         for label, members in zip(block.labels.tolist(), model.labels[block.nodes].tolist(), strict=True):
             yield from _rows([label, *members])
-    for group, material in _materials(model).items():
+    for (_, material), section in sections.items():
         young, poisson, density = _constants(material, system)
-        yield f"*MATERIAL, NAME={group}_MATERIAL"
+        yield f"*MATERIAL, NAME={section}_MATERIAL"
         yield "*ELASTIC"
-        yield f"{young!r}, {poisson!r}"
+        yield f"{real20(young)}, {real20(poisson)}"
         yield "*DENSITY"
-        yield f"{density!r}"
-        yield f"*SOLID SECTION, ELSET={group}, MATERIAL={group}_MATERIAL"
-    for name, nodes in model.groups.items():
+        yield real20(density)
+        yield f"*SOLID SECTION, ELSET={section}, MATERIAL={section}_MATERIAL"
+    for name, nodes in zip(plain["group"], model.groups.values(), strict=True):
         yield f"*NSET, NSET={name}"
         yield from _rows(model.labels[nodes].tolist())
-    for rigid in model.rigid_sets:
-        yield f"*NSET, NSET=_{rigid.name}_NODES"
+    for name, rigid in zip(plain["rigid"], model.rigid_sets, strict=True):
+        yield f"*NSET, NSET={HIDDEN}{name}"
         yield from _rows(model.labels[rigid.nodes].tolist())
-        yield f"*SURFACE, NAME=_{rigid.name}_SURFACE, TYPE=NODE"
-        yield f"_{rigid.name}_NODES"
-        yield f"*COUPLING, CONSTRAINT NAME={rigid.name}, REF NODE={rigid.label}, SURFACE=_{rigid.name}_SURFACE"
+        yield f"*SURFACE, NAME={HIDDEN}{name}, TYPE=NODE"
+        yield f"{HIDDEN}{name}"
+        yield f"*COUPLING, CONSTRAINT NAME={name}, REF NODE={rigid.label}, SURFACE={HIDDEN}{name}"
         yield "*KINEMATIC"
-    yield "*BOUNDARY"
-    for rigid in model.rigid_sets:
-        yield from (f"{rigid.label}, {c + 1}, {c + 1}" for c in np.flatnonzero(rigid.held))
+        yield "1, 3"  # CalculiX couples nothing without; the nodes of solids have no rotations
+    held = [f"{r.label}, {c + 1}, {c + 1}" for r in model.rigid_sets for c in np.flatnonzero(r.held)]
     for components, nodes in _held(model):
-        for label in model.labels[nodes].tolist():
-            yield from (f"{label}, {c}, {c}" for c in components)
+        held += [f"{label}, {c}, {c}" for label in model.labels[nodes].tolist() for c in components]
+    if held:
+        yield "*BOUNDARY"
+        yield from held
 
 
 def _rows(values: list[int]) -> Iterator[str]:
@@ -142,12 +182,13 @@ def _references(model: SolidModel) -> list[tuple[int, np.ndarray]]:
     return [(rigid.label, rigid.reference) for rigid in model.rigid_sets if rigid.label not in known]
 
 
-def _group(block: ElementBlock) -> str:
-    return block.group or "SOLID"
+def _section(block: ElementBlock) -> tuple[str, Material]:
+    return block.group or "SOLID", block.material
 
 
-def _materials(model: SolidModel) -> dict[str, Material]:
-    return {_group(block): block.material for block in model.blocks}
+def _sections(model: SolidModel) -> list[tuple[str, Material]]:
+    """Groups with their materials, each once."""
+    return list(dict.fromkeys(_section(block) for block in model.blocks))
 
 
 def _constants(material: Material, system: UnitSystem) -> tuple[float, float, float]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +17,7 @@ from nvhchain.errors import FileFormatError, InputError
 from nvhchain.fem.solid_model import SolidModel
 from nvhchain.handoff import FloatArray
 from nvhchain.interop._model_parts import TRANSLATIONS, Parts, Rigid
+from nvhchain.interop._names import marks, restored
 from nvhchain.interop.nastran_cards import cards, numbers, real, split_deck
 from nvhchain.interop.units import UnitSystem, unit_system
 
@@ -26,9 +27,6 @@ SOLIDS: dict[str, tuple[str, str, tuple[int, ...]]] = {
     "CHEXA": ("hex8", "hex20", (*range(12), 16, 17, 18, 19, 12, 13, 14, 15)),
 }
 """Card → linear and quadratic kind, and the place in the card of every node of the quadratic kind."""
-
-GROUP_MARK = "$ nvhchain group"
-"""Comment before a SET1 that carries its name."""
 
 _PASSED_OVER = re.compile(
     r"(GRID|GRDSET|CORD2[RCS]|CTETRA|CPENTA|CHEXA|PSOLID|MAT1|RBE2|SPC|SPC1|SPCADD|SPCD|SET1|SET3|PARAM|MDLPRM|ENDDATA|ECHO\w*)$"
@@ -60,19 +58,19 @@ def read_nastran(path: str | Path, *, units: str, spc: int | None = None) -> Sol
         raise InputError(
             f"{path}: carries {listed}, which are not read: replace them by solid elements and RBE2, or remove them"
         )
-    parts = Parts(str(path))
+    parts, found = Parts(str(path)), dict(marks(bulk))
     try:
         _grids(by_name, parts)
         _elements(by_name, parts)
         _materials(by_name, parts, system)
         _rigid_sets(by_name, parts)
         _constraints(by_name, parts, _selected(control) if spc is None else spc)
-        _groups(bulk, by_name, parts)
+        _groups(by_name, parts, found.pop("group", {}))
     except (ValueError, IndexError, KeyError) as error:
         if isinstance(error, InputError):
             raise
         raise FileFormatError(f"{path}: not Nastran bulk data: {type(error).__name__} {error}") from None
-    return parts.model(system.length)
+    return restored(parts.model(system.length), found)
 
 
 def _grids(by_name: dict[str, list[list[str]]], parts: Parts) -> None:
@@ -216,11 +214,6 @@ def _constraints(by_name: dict[str, list[list[str]]], parts: Parts, chosen: int 
         parts.held[node] |= set(components)
 
 
-def _groups(bulk: list[str], by_name: dict[str, list[list[str]]], parts: Parts) -> None:
-    names = {}
-    for line in bulk:
-        if line.startswith(GROUP_MARK):
-            number, _, name = line[len(GROUP_MARK) :].strip().partition(" ")
-            names[number] = name.strip()
+def _groups(by_name: dict[str, list[list[str]]], parts: Parts, names: Mapping[str, str]) -> None:
     for card in by_name.get("SET1", []):
         parts.groups[names.get(card[1], f"SET1 {card[1]}")] = numbers(card[2:])

@@ -309,7 +309,7 @@ def test_nastran_that_would_change_the_answer_is_refused(tmp_path, old, new, mes
         ("210000., 0.3", "210000., 0.3, 20.\n70000., 0.3, 400.", r"\*ELASTIC has 2 rows"),
         ("TYPE=C3D8R", "TYPE=S8R", "type S8R are not read"),
         ("*DENSITY\n7.85e-09,\n", "", "needs \\*ELASTIC and \\*DENSITY"),
-        ("*SOLID SECTION, ELSET=all", "*SOLID SECTION, ELSET=seat2", "SEAT2"),
+        ("*SOLID SECTION, ELSET=all", "*SOLID SECTION, ELSET=seat2", "section for set seat2, which is not defined"),
         ("Case-1.8, 3, 3", "Case-1.8, 3, 3, 0.5", "only 0 can be held"),
         ("bottom, PINNED", "bottem, PINNED", "'bottem' is not defined"),
         ("210000., 0.3", "2.1e5, 0.6", "poisson"),

@@ -1,0 +1,116 @@
+"""Names and numbers that a file can hold, and marks in its comments of what they were.
+
+A mark is `nvhchain KIND NOW BEFORE`: of a Nastran number the name that it stands for, of a name or number that the
+format cannot hold the one it replaces. Other programs pass over comments; the own readers restore what was before.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from nvhchain.errors import require
+from nvhchain.fem.solid_model import SolidModel
+from nvhchain.handoff import IntArray
+
+LARGEST_LABEL = 99_999_999
+"""Of Nastran: eight digits, the width of a small field."""
+
+_LONGEST_NAME = 80
+"""Characters of an Abaqus name."""
+
+Marks = Mapping[str, Mapping[str, str]]
+"""Kind → what stands in the file → what it was."""
+
+
+def mark(comment: str, kind: str, now: object, before: object) -> str:
+    """One line.  comment: what starts a comment, `$` or `**`."""
+    return f"{comment} nvhchain {kind} {now} {before}"
+
+
+def marks(lines: Iterable[str]) -> Marks:
+    """All marks among the lines of a file."""
+    found: defaultdict[str, dict[str, str]] = defaultdict(dict)
+    for line in lines:
+        if "nvhchain" in line and (hit := re.match(r"\s*(?:\$|\*\*)\s*nvhchain (\w+) (\S+) (.+?)\s*$", line)):
+            found[hit[1]][hit[2]] = hit[3]
+    return found
+
+
+def short_labels(labels: IntArray, limit: int = LARGEST_LABEL) -> IntArray:
+    """The same labels, but those above `limit` numbered on from the largest that is not, or into gaps below it.
+
+    Raises InputError where there are more labels than numbers.
+    """
+    long = labels > limit
+    if not long.any():
+        return labels
+    count, kept = int(long.sum()), labels[~long]
+    require(len(labels) <= limit, f"{len(labels)} labels do not fit into 1 … {limit}")
+    first = int(kept.max(initial=0)) + 1
+    if first + count - 1 <= limit:
+        free = np.arange(first, first + count)
+    else:
+        free = np.setdiff1d(np.arange(1, 2 * len(labels) + 1), kept)[:count]
+    result = labels.copy()
+    result[long] = free
+    return result
+
+
+def renumbered(model: SolidModel, nodes: Mapping[int, int], elements: Mapping[int, int]) -> SolidModel:
+    """The model with other labels of nodes, reference points among them, and of elements; others stay."""
+
+    def new(labels: IntArray, table: Mapping[int, int]) -> IntArray:
+        return np.array([table.get(label, label) for label in labels.tolist()], dtype=np.int64)
+
+    if not nodes and not elements:
+        return model
+    return replace(
+        model,
+        labels=new(model.labels, nodes),
+        blocks=tuple(replace(block, labels=new(block.labels, elements)) for block in model.blocks),
+        rigid_sets=tuple(replace(rigid, label=nodes.get(rigid.label, rigid.label)) for rigid in model.rigid_sets),
+    )
+
+
+def restored(model: SolidModel, found: Marks) -> SolidModel:
+    """The model with the labels of nodes and elements and the names that the marks hold."""
+    nodes, elements = (
+        {int(now): int(before) for now, before in found.get(kind, {}).items()} for kind in ("node", "element")
+    )
+    groups, bodies, sections = (found.get(kind, {}) for kind in ("group", "rigid", "property"))
+    return renumbered(
+        replace(
+            model,
+            blocks=tuple(replace(block, group=sections.get(block.group, block.group)) for block in model.blocks),
+            rigid_sets=tuple(replace(rigid, name=bodies.get(rigid.name, rigid.name)) for rigid in model.rigid_sets),
+            groups={groups.get(name, name): members for name, members in model.groups.items()},
+        ),
+        nodes,
+        elements,
+    )
+
+
+def abaqus_names(names: Iterable[str]) -> list[str]:
+    """Names of letters, digits, `_` and `-` that start with a letter and all differ, whatever the case."""
+    result: list[str] = []
+    taken: set[str] = set()
+    for name in names:
+        plain = re.sub(r"[^A-Za-z0-9_-]", "_", name)
+        plain = (plain if plain[:1].isalpha() else f"N{plain}")[: _LONGEST_NAME - 20]
+        unique, number = plain, 1
+        while unique.upper() in taken:
+            number += 1
+            unique = f"{plain}-{number}"
+        taken.add(unique.upper())
+        result.append(unique)
+    return result
+
+
+def changed(comment: str, kind: str, before: Iterable[object], now: Iterable[object]) -> Iterator[str]:
+    """Marks of all that is not what it was."""
+    return (mark(comment, kind, new, old) for old, new in zip(before, now, strict=True) if new != old)

@@ -210,19 +210,24 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _fidelity(options: argparse.Namespace, cases: Sequence[Case]) -> Fidelity:
-    """The preset, or what the planner chooses, which is said on stderr."""
+    """The preset, or what the planner chooses, which is said on stderr; modes of the housing as they are asked for."""
     if options.tolerance_db is None:
-        return _with_mode_tolerance(PRESETS[options.fidelity], options.mode_tolerance_db)
+        return _with_mode_tolerance(PRESETS[options.fidelity], options.mode_tolerance_db, cases)
     from nvhchain.tradeoff import cheapest
 
     choice = cheapest(cases, options.tolerance_db)
     print(choice, file=sys.stderr, flush=True)
-    return _with_mode_tolerance(choice.fidelity, options.mode_tolerance_db)
+    return _with_mode_tolerance(choice.fidelity, options.mode_tolerance_db, cases)
 
 
-def _with_mode_tolerance(fidelity: Fidelity, tolerance: float | None) -> Fidelity:
+def _with_mode_tolerance(fidelity: Fidelity, tolerance: float | None, cases: Sequence[Case]) -> Fidelity:
+    from nvhchain.housing import Casting
+
     if tolerance is None:
         return fidelity
+    for case in cases:
+        if not isinstance(getattr(case, "housing", None), Casting):
+            raise InputError(f"--mode-tolerance-db: {case.name} has no casting, whose modes could be counted by it")
     if not tolerance > 0:
         raise InputError(f"--mode-tolerance-db = {tolerance:g} must be positive: leave it out for the preset's modes")
     return replace(fidelity, housing=replace(fidelity.housing, truncation_tolerance_db=tolerance))

@@ -205,3 +205,6 @@ def test_number_of_modes_follows_from_a_tolerance_on_the_command_line(
     assert housing.natural_frequency[-1] > 2000.0  # mode_ratio alone would have given none
     assert main([*command, "--out", str(tmp_path / "out"), "--mode-tolerance-db", "0"]) == 2
     assert "--mode-tolerance-db = 0 must be positive" in capsys.readouterr().err
+    sphere = request.config.rootpath / "cases/sphere/pulsating.toml"
+    assert main(["plan", str(sphere), "--mode-tolerance-db", "0.2"]) == 2
+    assert "has no casting" in capsys.readouterr().err

@@ -13,7 +13,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import TypeVar
 
-F = TypeVar("F", bound=Callable)  # type: ignore[type-arg]
+F = TypeVar("F", bound=Callable)
 
 
 def inlines(*modules: ModuleType) -> Callable[[F], F]:

@@ -4,7 +4,9 @@
 
 Computes what is named (all by default: see `steps`) and is not yet in OUT, one step per process, and then writes the
 regression data and docs/measured/gear_reference.md from everything found in OUT. Refined teeth (`<pair>-<i>`) are made
-for each angle of one mesh period and then put on every blank (`<pair>-<blank>`): the blank's sector turns under them.
+for each angle of one mesh period and then put on every blank and under every misalignment (`<pair>-<condition>`): the
+blank's sector turns under them. Steps of the hybrid (`<pair>-hybrid, <condition>`) take seconds: delete their files
+when its law has changed.
 """
 
 from __future__ import annotations
@@ -20,11 +22,10 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from gear_reference_studies import CORNER_GAPS, STUDIES, TORQUES, VARIANTS, VARIED, Record, spur
+from gear_reference_studies import CONVERGENCE, CORNER_GAPS, STUDIES, TORQUES, Condition, Record
 from gear_reference_tables import write
 
 from nvhchain.gear import (
-    SOLID,
     Engagement,
     FlankCompliance,
     GearBody,
@@ -38,6 +39,7 @@ from nvhchain.gear.reference import (
     carried,
     coarse_gear,
     pair_compliance,
+    realigned,
     reference_mesh,
     touching_teeth,
 )
@@ -46,8 +48,7 @@ from nvhchain.gear.reference import (
 def touching(study: str, number: int, out: Path) -> TouchingTeeth:
     """Refined teeth at one angle."""
     s = STUDIES[study]()
-    wheel = GearBody(s.pair.wheel.geometry, SOLID) if study == "spur" else s.pair.wheel
-    coarse = (coarse_gear(s.pair.pinion, s.fidelity), coarse_gear(wheel, s.fidelity))
+    coarse = (coarse_gear(s.pair.pinion, s.fidelity), coarse_gear(s.pair.wheel, s.fidelity))
     return touching_teeth(s.pair, coarse, s.angle(number), s.resolution)
 
 
@@ -61,7 +62,7 @@ def body_of(study: str, name: str) -> tuple[int, GearBody]:
     s = STUDIES[study]()
     if name == "pinion":
         return 0, s.pair.pinion
-    return 1, replace(s.pair.wheel, blank=s.blanks[name][0])
+    return 1, replace(s.pair.wheel, blank=s.blanks[name])
 
 
 def carried_by(study: str, name: str, out: Path) -> Carried:
@@ -76,60 +77,67 @@ def compliance_of(study: str, name: str, out: Path) -> FlankCompliance:
     return flank_compliance(body, s.fidelity, reach=max(engaged_reach(s.pair, gap) for gap in CORNER_GAPS))
 
 
-def compared(study: str, blank: str, out: Path) -> Record:
-    """Deflection of reference and hybrid with one blank of the wheel."""
-    s = STUDIES[study]()
-    shape, shifts = s.blanks[blank]
-    pair, places = replace(s.pair, wheel=replace(s.pair.wheel, blank=shape)), places_of(study, out)
-    forces = [pair.normal_force(torque) for torque in TORQUES]
-    gears, both = (
-        tuple(pickle.loads((out / f"{study}-{what} {name}").read_bytes()) for name in ("pinion", blank))
-        for what in ("carried by", "compliance of")
+def found_for(study: str, what: str, condition: Condition, out: Path) -> tuple[Any, Any]:
+    """What was found for pinion and wheel of a condition."""
+    pinion, wheel = (
+        pickle.loads((out / f"{study}-{what} {name}").read_bytes()) for name in ("pinion", condition.blank)
     )
-    record: Record = {"angles": s.angles, "torques": list(TORQUES), "shifts": {}}
-    for shift in shifts:
-        rows: Record = {"reference": [], "share": [], **{f"hybrid {1e6 * g:g}": [] for g in CORNER_GAPS}}
-        for place, found in enumerate(places):
+    return pinion, wheel
+
+
+def reference_deflection(study: str, name: str, out: Path) -> Record:
+    """Deflection of the reference under a condition, and the shares of the tooth pairs."""
+    s = STUDIES[study]()
+    condition, places = s.conditions[name], places_of(study, out)
+    gears, pair = found_for(study, "carried by", condition, out), s.pair_under(condition)
+    forces = [pair.normal_force(torque) for torque in condition.torques]
+    rows: Record = {}
+    for shift in condition.shifts:
+        rows[str(shift)] = {"reference": [], "share": []}
+        for place, drawn in enumerate(places):
+            found = drawn if condition.aligned else realigned(drawn, s.pair, pair)
             compliance, guess, cases = pair_compliance(found, place, gears, shift), None, []
             for force in forces:
                 cases.append(reference_mesh(pair, found, compliance, force, guess))
                 guess = cases[-1].force
-            rows["reference"].append([c.deflection for c in cases])
-            rows["share"].append([{str(k): v for k, v in c.share.items()} for c in cases])
-            angle = found.angle + shift * pair.mesh_period
-            for gap in CORNER_GAPS:
-                engagement = Engagement(pair, both, replace(s.fidelity, slices=48, corner_gap=gap))
-                rows[f"hybrid {1e6 * gap:g}"].append(
-                    [loaded_mesh(engagement, angle, f, guess=20e-6).deflection for f in forces]
-                )
-        record["shifts"][str(shift)] = rows
-    return record
+            rows[str(shift)]["reference"].append([c.deflection for c in cases])
+            rows[str(shift)]["share"].append([{str(k): v for k, v in c.share.items()} for c in cases])
+    return {"angles": s.angles, "torques": list(condition.torques), "shifts": rows}
 
 
-def varied(variant: str, out: Path) -> Record:
-    """Deflection of the solid spur pair with another mesh, and the hybrid's on the same body mesh."""
-    s = spur()
-    coarse_changes, changes = VARIANTS[variant]
+def hybrid_deflection(study: str, name: str, out: Path) -> Record:
+    """[shift][gap] deflection (angles, torques), m, of the hybrid under a condition."""
+    s = STUDIES[study]()
+    condition = s.conditions[name]
+    both, pair = found_for(study, "compliance of", condition, out), s.pair_under(condition)
+    forces = [pair.normal_force(torque) for torque in condition.torques]
+    rows: Record = {}
+    for shift in condition.shifts:
+        rows[str(shift)] = {}
+        for gap in CORNER_GAPS:
+            engagement = Engagement(pair, both, replace(s.fidelity, slices=48, corner_gap=gap))
+            angles = [s.angle(i) + shift * pair.mesh_period for i in range(s.angles)]
+            rows[str(shift)][f"{1e6 * gap:g}"] = [
+                [loaded_mesh(engagement, angle, f, guess=20e-6).deflection for f in forces] for angle in angles
+            ]
+    return rows
+
+
+def finer(study: str, variant: str, place: str, out: Path) -> Record:
+    """Deflection of the reference with a solid wheel at one place and another mesh."""
+    s, which = STUDIES[study](), CONVERGENCE[study]
+    coarse_changes, changes = which.variants[variant]
     fidelity, resolution = replace(s.fidelity, **coarse_changes), replace(s.resolution, **changes)
+    pair, angle = s.pair_under(s.conditions["solid"]), which.places[place] * s.pair.mesh_period
     start = time.process_time()
-    coarse = (coarse_gear(s.pair.pinion, fidelity),) * 2
-    places = [touching_teeth(s.pair, coarse, f * s.pair.mesh_period, resolution) for f in VARIED]
-    gears = (carried(coarse[0], 0, places, resolution), carried(coarse[1], 1, places, resolution))
-    rows = []
-    for place, found in enumerate(places):
-        compliance = pair_compliance(found, place, gears)
-        meshes = [reference_mesh(s.pair, found, compliance, s.pair.normal_force(t)) for t in TORQUES]
-        rows.append([m.deflection for m in meshes])
+    pinion, wheel = (coarse_gear(body, fidelity) for body in (pair.pinion, pair.wheel))
+    found = touching_teeth(pair, (pinion, wheel), angle, resolution)
+    gears = (carried(pinion, 0, [found], resolution), carried(wheel, 1, [found], resolution))
+    compliance, forces = pair_compliance(found, 0, gears), [pair.normal_force(t) for t in TORQUES]
+    meshes = [reference_mesh(pair, found, compliance, force) for force in forces]
     used = time.process_time() - start
-    both = (flank_compliance(s.pair.pinion, fidelity, reach=2),) * 2
-    engagement = Engagement(s.pair, both, replace(fidelity, slices=48))
-    hybrid = [
-        [loaded_mesh(engagement, p.angle, s.pair.normal_force(t), guess=20e-6).deflection for t in TORQUES]
-        for p in places
-    ]
     return {
-        "reference": rows,
-        "hybrid": hybrid,
+        "reference": [m.deflection for m in meshes],
         "seconds": used,
         "megabytes": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
     }
@@ -140,12 +148,19 @@ def steps() -> dict[str, Callable[[Path], Any]]:
     found: dict[str, Callable[[Path], Any]] = {}
     for name, make in STUDIES.items():
         s = make()
+        used = dict.fromkeys(condition.blank for condition in s.conditions.values())
         found |= {f"{name}-{i}": partial(touching, name, i) for i in range(s.angles)}
-        for body in ("pinion", *s.blanks):
+        for body in ("pinion", *used):
             found[f"{name}-carried by {body}"] = partial(carried_by, name, body)
             found[f"{name}-compliance of {body}"] = partial(compliance_of, name, body)
-        found |= {f"{name}-{blank}": partial(compared, name, blank) for blank in s.blanks}
-    return found | {variant: partial(varied, variant) for variant in VARIANTS}
+        for condition in s.conditions:
+            found[f"{name}-{condition}"] = partial(reference_deflection, name, condition)
+            found[f"{name}-hybrid, {condition}"] = partial(hybrid_deflection, name, condition)
+    for name, which in CONVERGENCE.items():
+        for variant in which.variants:
+            for place in which.places:
+                found[f"{name}-{variant}, {place}"] = partial(finer, name, variant, place)
+    return found
 
 
 def main() -> None:

@@ -1,4 +1,4 @@
-"""Pairs, blanks and meshes of `gear_reference.py`."""
+"""Pairs, blanks, alignments and meshes of `gear_reference.py`."""
 
 from __future__ import annotations
 
@@ -16,16 +16,20 @@ from nvhchain.fidelity import STANDARD, GearFidelity
 from nvhchain.gear import (
     SOLID,
     Blank,
+    Flank,
     GearBody,
     GearGeometry,
     GearPair,
     Holes,
+    MicroGeometry,
+    Misalignment,
     Slots,
     ThinRim,
     mass_properties,
 )
 from nvhchain.gear.reference import ReferenceResolution
 
+ALIGNED = Misalignment()
 ROOT = Path(__file__).parents[1]
 TORQUES = (50.0, 150.0, 350.0)
 """N m, of the pinion."""
@@ -37,11 +41,33 @@ Record = dict[str, Any]
 
 
 @dataclass(frozen=True)
+class Condition:
+    """What a pair is looked at with.
+
+    blank: of the wheel, by name.  shifts: mesh periods by which its teeth have moved on, one curve for each.
+    misalignment: of its axis.  lead_slope: m, of the wheel's drive flanks.
+    torques: N m, of the pinion, up to where pressure reaches the last cells that are looked at.
+    """
+
+    blank: str
+    shifts: tuple[int, ...] = (0,)
+    misalignment: Misalignment = ALIGNED
+    lead_slope: float = 0.0
+    torques: tuple[float, ...] = TORQUES
+
+    @property
+    def aligned(self) -> bool:
+        """Whether the gaps are those of the drawn pair."""
+        return self.misalignment == ALIGNED and self.lead_slope == 0
+
+
+@dataclass(frozen=True)
 class Study:
-    """A pair, blanks of its wheel with the mesh periods at which they are looked at, and what is solved with."""
+    """An aligned pair with pure involutes, blanks of its wheel, what it is looked at with, and what is solved with."""
 
     pair: GearPair
-    blanks: dict[str, tuple[Blank, tuple[int, ...]]]
+    blanks: dict[str, Blank]
+    conditions: dict[str, Condition]
     angles: int
     fidelity: GearFidelity
     resolution: ReferenceResolution = ReferenceResolution()  # noqa: RUF009 (frozen)
@@ -49,6 +75,16 @@ class Study:
     def angle(self, number: int) -> float:
         """Wheel angle, rad."""
         return number / self.angles * self.pair.mesh_period
+
+    def pair_under(self, condition: Condition) -> GearPair:
+        """The pair with blank, misalignment and lead slope of a condition."""
+        wheel = self.pair.wheel
+        geometry = wheel.geometry
+        if condition.lead_slope:
+            sloped = MicroGeometry(drive=Flank(lead_slope=condition.lead_slope))
+            geometry = replace(geometry, micro=sloped)
+        wheel = replace(wheel, geometry=geometry, blank=self.blanks[condition.blank])
+        return replace(self.pair, wheel=wheel, misalignment=condition.misalignment)
 
 
 MODULE, SHIFT = 2.6e-3, 0.3614
@@ -78,13 +114,18 @@ def spur() -> Study:
     return Study(
         GearPair(GearBody(SPUR), GearBody(SPUR), 0.15),
         {
-            "solid": (SOLID, (0,)),
-            "thin rim": (fitted(lambda x: ThinRim(x, HUB, RIM), 2e-3, 20e-3, 1.72), (0,)),
-            "8 holes": (fitted(lambda x: Holes(8, 46.5e-3, x, **web), 5e-3, 14e-3, 1.72), (0, 4)),
-            "3 slots": (
-                fitted(lambda x: Slots(3, 34e-3, 60e-3, x, 4e-3, **web), np.radians(20.0), np.radians(110.0), 1.68),
-                (0, 9),
+            "solid": SOLID,
+            "thin rim": fitted(lambda x: ThinRim(x, HUB, RIM), 2e-3, 20e-3, 1.72),
+            "8 holes": fitted(lambda x: Holes(8, 46.5e-3, x, **web), 5e-3, 14e-3, 1.72),
+            "3 slots": fitted(
+                lambda x: Slots(3, 34e-3, 60e-3, x, 4e-3, **web), np.radians(20.0), np.radians(110.0), 1.68
             ),
+        },
+        {
+            "solid": Condition("solid"),
+            "thin rim": Condition("thin rim"),
+            "8 holes": Condition("8 holes", (0, 4)),
+            "3 slots": Condition("3 slots", (0, 9)),
         },
         angles=24,
         fidelity=replace(STANDARD.gear, width_layers=6),
@@ -92,32 +133,71 @@ def spur() -> Study:
 
 
 def stage1() -> Study:
-    """First stage of the gearbox, helical; wheel solid or with five slots."""
+    """First stage of the gearbox, helical; wheel solid or with five slots, aligned, tilted or with sloped flanks."""
     case = nvh.load_case(ROOT / "cases" / "gearbox" / "slotted.toml")
     assert isinstance(case, GearboxCase)
     pair = case.pairs[0]
     return Study(
         pair,
-        {"solid": (SOLID, (0,)), "5 slots": (pair.wheel.blank, (0, 5))},
+        {"solid": SOLID, "5 slots": pair.wheel.blank},
+        {
+            "solid": Condition("solid"),
+            "5 slots": Condition("5 slots", (0, 5)),
+            "solid, −1 mrad": Condition("solid", misalignment=Misalignment(in_plane=-1e-3)),
+            "5 slots, 0.5 mrad": Condition("5 slots", misalignment=Misalignment(in_plane=0.5e-3)),
+            "5 slots, −1 mrad": Condition("5 slots", misalignment=Misalignment(in_plane=-1e-3)),
+            "5 slots, 2 mrad": Condition("5 slots", misalignment=Misalignment(in_plane=2e-3), torques=TORQUES[:2]),
+            "5 slots, −2 mrad": Condition("5 slots", misalignment=Misalignment(in_plane=-2e-3), torques=TORQUES[:2]),
+            "5 slots, lead slope 15 µm": Condition("5 slots", lead_slope=15e-6),
+        },
         angles=12,
         fidelity=replace(STANDARD.gear, width_layers=8),
         resolution=ReferenceResolution(contact_element=25e-6, growth=0.45),
     )
 
 
-STUDIES = {"spur": spur, "stage1": stage1}
+def stage1_apart() -> Study:
+    """The same stage 0.2 mm farther apart: a parallel error of its axes."""
+    drawn = stage1()
+    pair = replace(drawn.pair, centre_distance=drawn.pair.centre_distance + 0.2e-3)
+    conditions = {name: drawn.conditions[name] for name in ("solid", "5 slots")}
+    return replace(drawn, pair=pair, conditions=conditions)
 
 
-VARIANTS: dict[str, tuple[Record, Record]] = {
-    "as used": ({}, {}),
-    "cells and flank elements halved": ({}, {"contact_element": 7e-6, "fine_zone": 60e-6, "growth": 0.2}),
-    "root, rim and blank halved": (
-        {"transverse_refinement": 2, "row_aspect": 1.0},
-        {"root_rows": 12, "space_columns": 10, "rim_rows": 12},
+STUDIES = {"spur": spur, "stage1": stage1, "stage1 apart": stage1_apart}
+
+
+@dataclass(frozen=True)
+class Convergence:
+    """What finer meshes do to a study's pair with a solid wheel.
+
+    places: mesh periods looked at, by what is in contact there.
+    variants: changes of the coarse model and of the refinement; the first has none.
+    """
+
+    places: dict[str, float]
+    variants: dict[str, tuple[Record, Record]]
+
+
+CONVERGENCE = {
+    "spur": Convergence(
+        {"one pair": 0.0, "an incoming edge": 0.24, "two pairs": 0.4},
+        {
+            "as used": ({}, {}),
+            "cells and flank elements halved": ({}, {"contact_element": 7e-6, "fine_zone": 60e-6, "growth": 0.2}),
+            "root, rim and blank halved": (
+                {"transverse_refinement": 2, "row_aspect": 1.0},
+                {"root_rows": 12, "space_columns": 10, "rim_rows": 12},
+            ),
+            "10 layers": ({"width_layers": 10}, {}),
+        },
     ),
-    "10 layers": ({"width_layers": 10}, {}),
+    "stage1": Convergence(
+        {"both edges": 0.0, "no edge": 0.5, "both edges, late": 11 / 12},
+        {
+            "as used": ({}, {}),
+            "cells of 8 µm at the contact": ({}, {"contact_element": 8e-6, "growth": 0.35}),
+            "16 layers": ({"width_layers": 16}, {}),
+        },
+    ),
 }
-"""What is changed of the coarse model and of the refinement."""
-
-VARIED = (0.0, 0.4)
-"""Mesh periods: one and two pairs of spur teeth in contact."""

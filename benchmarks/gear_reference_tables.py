@@ -8,10 +8,11 @@ from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
-from gear_reference_studies import CORNER_GAPS, ROOT, STUDIES, TORQUES, VARIANTS, Record
+from gear_reference_studies import CONVERGENCE, CORNER_GAPS, ROOT, STUDIES, TORQUES, Record
 from matplotlib.figure import Figure
 
 from nvhchain.gear import Blank
+from nvhchain.gear.contact_lines import contact_lines, separation
 from nvhchain.handoff import FloatArray
 
 DATA = ROOT / "tests" / "regression" / "gear"
@@ -24,18 +25,22 @@ def described(blank: Blank) -> Record:
 
 
 def regression(study: str, out: Path) -> Record | None:
-    """What the tests hold the hybrid contact against: the pair, its blanks and the reference's deflections, m."""
+    """What the tests hold the hybrid contact against: the pair, its conditions and the reference's deflections, m."""
     s = STUDIES[study]()
-    found = {b: pickle.loads((out / f"{study}-{b}").read_bytes()) for b in s.blanks if (out / f"{study}-{b}").exists()}
+    found = {name: condition for name, condition in s.conditions.items() if (out / f"{study}-{name}").exists()}
     if not found:
         return None
-    blanks = {
-        name: {
-            "blank": described(s.blanks[name][0]),
-            "deflection": {k: np.round(rows["reference"], 12).tolist() for k, rows in record["shifts"].items()},
+    kinds: Record = {"blanks": {}, "misaligned": {}}
+    for name, condition in found.items():
+        shifts = pickle.loads((out / f"{study}-{name}").read_bytes())["shifts"]
+        record: Record = {
+            "blank": described(s.blanks[condition.blank]),
+            "deflection": {shift: np.round(rows["reference"], 12).tolist() for shift, rows in shifts.items()},
         }
-        for name, record in found.items()
-    }
+        if not condition.aligned:
+            changes = {"in_plane": condition.misalignment.in_plane, "lead_slope": condition.lead_slope}
+            record |= {**changes, "torques": list(condition.torques)}
+        kinds["blanks" if condition.aligned else "misaligned"][name] = record
     pair = s.pair
     return {
         "made_by": "benchmarks/gear_reference.py",
@@ -46,7 +51,13 @@ def regression(study: str, out: Path) -> Record | None:
         "resolution": asdict(s.resolution),
         "angles_per_mesh": s.angles,
         "torques": list(TORQUES),
-        "blanks": blanks,
+        **kinds,
+        "finer": {
+            variant: {
+                f"{CONVERGENCE[study].places[place]:.9g}": record["reference"] for place, record in places.items()
+            }
+            for variant, places in by_variant(study, out).items()
+        },
     }
 
 
@@ -55,30 +66,60 @@ def harmonics(deflection: FloatArray, count: int = 6) -> FloatArray:
     return 2 * np.abs(np.fft.rfft(deflection))[1 : count + 1] / len(deflection)
 
 
+def by_variant(study: str, out: Path) -> dict[str, dict[str, Record]]:
+    """Records of finer meshes by mesh and place."""
+    found: dict[str, dict[str, Record]] = {}
+    for place, records in finer_meshes(study, out).items() if study in CONVERGENCE else ():
+        for variant, record in records.items():
+            found.setdefault(variant, {})[place] = record
+    return found
+
+
+def first_touch(study: str, condition: str, shift: str) -> FloatArray:
+    """(angles,) m: approach at which unloaded flanks touch, 0 without misalignment and slope."""
+    s = STUDIES[study]()
+    pair = s.pair_under(s.conditions[condition])
+    angles = [s.angle(i) + int(shift) * pair.mesh_period for i in range(s.angles)]
+    lines = [contact_lines(pair, a, slices=48, corner_gap=CORNER_GAPS[-1]) for a in angles]
+    return np.array([separation(pair, found).min() for found in lines])
+
+
+def curves(study: str, condition: str, out: Path) -> dict[str, tuple[FloatArray, dict[float, FloatArray]]]:
+    """Deflections (angles, torques), m, by shift: of the reference, and of the hybrid by its `corner_gap`."""
+    paths = out / f"{study}-{condition}", out / f"{study}-hybrid, {condition}"
+    if not all(path.exists() for path in paths):
+        return {}
+    record, hybrid = (pickle.loads(path.read_bytes()) for path in paths)
+    return {
+        shift: (np.array(rows["reference"]), {g: np.array(hybrid[shift][f"{1e6 * g:g}"]) for g in CORNER_GAPS})
+        for shift, rows in record["shifts"].items()
+    }
+
+
 def comparison(study: str, out: Path) -> list[str]:
     """One table per study: reference, and the hybrid's deviation with and without tip edges."""
     s = STUDIES[study]()
     lines = [
         f"**{study}: {s.pair.pinion.geometry.teeth}/{s.pair.wheel.geometry.teeth} teeth, "
-        f"{s.angles} angles of one mesh period**",
+        f"{1e3 * s.pair.centre_distance:.3f} mm apart, {s.angles} angles of one mesh period**",
         "",
         "| wheel | over tooth | N m | mean / µm | swing / µm | hybrid with | mean / % | swing / % | largest / µm | "
         + " | ".join(f"{i} / dB" for i in range(1, 7))
         + " |",
         "|---|---:|---:|---:|---:|---|" + "---:|" * 9,
     ]
-    for blank in s.blanks:
-        if not (out / f"{study}-{blank}").exists():
-            continue
-        for shift, rows in pickle.loads((out / f"{study}-{blank}").read_bytes())["shifts"].items():
-            for i, torque in enumerate(TORQUES):
-                true = np.array(rows["reference"])[:, i]
+    for name, condition in s.conditions.items():
+        for shift, (reference, hybrid) in curves(study, name, out).items():
+            touch = first_touch(study, name, shift).mean()
+            for i, torque in enumerate(condition.torques):
+                true = reference[:, i]
                 for gap in CORNER_GAPS:
-                    own = np.array(rows[f"hybrid {1e6 * gap:g}"])[:, i]
+                    own = hybrid[gap][:, i]
                     change = 20 * np.log10(harmonics(own) / harmonics(true))
+                    mean = 100 * (own.mean() - true.mean()) / (true.mean() - touch)
                     lines.append(
-                        f"| {blank} | {shift} | {torque:g} | {1e6 * true.mean():.3f} | {1e6 * np.ptp(true):.3f} | "
-                        f"{'tip edges' if gap else 'path only'} | {100 * (own.mean() / true.mean() - 1):+.2f} | "
+                        f"| {name} | {shift} | {torque:g} | {1e6 * true.mean():.3f} | {1e6 * np.ptp(true):.3f} | "
+                        f"{'tip edges' if gap else 'path only'} | {mean:+.2f} | "
                         f"{100 * (np.ptp(own) / np.ptp(true) - 1):+.2f} | {1e6 * np.abs(own - true).max():.3f} | "
                         + " | ".join(f"{c:+.1f}" for c in change)
                         + " |"
@@ -86,30 +127,39 @@ def comparison(study: str, out: Path) -> list[str]:
     return [*lines, ""]
 
 
-def convergence(out: Path) -> list[str]:
-    """What finer meshes do to reference and hybrid."""
-    found = {v: pickle.loads((out / v).read_bytes()) for v in VARIANTS if (out / v).exists()}
-    if "as used" not in found:
-        return []
-    base = found["as used"]
+def finer_meshes(study: str, out: Path) -> dict[str, dict[str, Record]]:
+    """What was found by place and mesh; the mesh used comes first."""
+    which = CONVERGENCE[study]
+    found = {
+        place: {
+            v: pickle.loads(path.read_bytes())
+            for v in which.variants
+            if (path := out / f"{study}-{v}, {place}").exists()
+        }
+        for place in which.places
+    }
+    used = next(iter(which.variants))
+    return {place: records for place, records in found.items() if used in records}
+
+
+def convergence(study: str, out: Path) -> list[str]:
+    """What finer meshes do to the reference."""
     lines = [
-        "**Mesh of the reference: solid spur pair, one and two pairs of teeth in contact**",
+        f"**Mesh of the reference: {study}, solid wheel; deflection on the mesh used, and its change on finer ones**",
         "",
-        "| mesh | s | MB | "
-        + " | ".join(f"{n} pair, {t:g} N m / %" for n in ("one", "two") for t in TORQUES)
-        + " | hybrid on the same body mesh, largest / % |",
-        "|---|---:|---:|" + "---:|" * 7,
+        "| in contact | mesh periods | mesh | s | MB | " + " | ".join(f"{t:g} N m" for t in TORQUES) + " |",
+        "|---|---:|---|---:|---:|" + "---:|" * len(TORQUES),
     ]
-    for name, record in found.items():
-        change = 100 * (np.array(record["reference"]) / np.array(base["reference"]) - 1)
-        hybrid = 100 * (np.array(record["hybrid"]) / np.array(base["hybrid"]) - 1)
-        worst = hybrid.ravel()[np.abs(hybrid).argmax()]
-        lines.append(
-            f"| {name} | {record['seconds']:.0f} | {record['megabytes']:.0f} | "
-            + " | ".join(f"{c:+.2f}" for c in change.ravel())
-            + f" | {worst:+.2f} |"
-        )
-    return [*lines, ""]
+    for place, (used, *finer) in ((k, list(v.items())) for k, v in finer_meshes(study, out).items()):
+        base = np.array(used[1]["reference"])
+        for name, record in (used, *finer):
+            change = 100 * (np.array(record["reference"]) / base - 1)
+            cells = [f"{1e6 * d:.3f} µm" for d in base] if name == used[0] else [f"{c:+.2f} %" for c in change]
+            lines.append(
+                f"| {place} | {CONVERGENCE[study].places[place]:.3f} | {name} | {record['seconds']:.0f} | "
+                f"{record['megabytes']:.0f} | " + " | ".join(cells) + " |"
+            )
+    return [*lines, ""] if len(lines) > 4 else []
 
 
 SHOWN = (("spur", "3 slots"), ("stage1", "5 slots"))
@@ -118,28 +168,29 @@ SHOWN = (("spur", "3 slots"), ("stage1", "5 slots"))
 
 def figure(out: Path) -> None:
     """Deflection over the mesh period: reference, and the hybrid with and without tip edges."""
-    shown = [(study, blank) for study, blank in SHOWN if (out / f"{study}-{blank}").exists()]
+    shown = [(study, blank) for study, blank in SHOWN if curves(study, blank, out)]
+    if not shown:
+        return
     fig = Figure(figsize=(4.5 * len(shown), 7.5), layout="constrained")
     axes = fig.subplots(len(TORQUES), len(shown), squeeze=False)
     for column, (study, blank) in enumerate(shown):
         s = STUDIES[study]()
-        rows = next(iter(pickle.loads((out / f"{study}-{blank}").read_bytes())["shifts"].values()))
+        reference, hybrid = next(iter(curves(study, blank, out).values()))
         place = np.arange(s.angles + 1) / s.angles
         for row, torque in enumerate(TORQUES):
             ax = axes[len(TORQUES) - 1 - row, column]
-            for key, label, style in (
-                ("reference", "reference", "k.-"),
-                (f"hybrid {1e6 * CORNER_GAPS[-1]:g}", "hybrid, tip edges", "C0-"),
-                (f"hybrid {1e6 * CORNER_GAPS[0]:g}", "hybrid, path alone", "C3--"),
+            for values, label, style in (
+                (reference, "reference", "k.-"),
+                (hybrid[CORNER_GAPS[-1]], "hybrid, tip edges", "C0-"),
+                (hybrid[CORNER_GAPS[0]], "hybrid, path alone", "C3--"),
             ):
-                curve = 1e6 * np.array(rows[key])[:, row]
+                curve = 1e6 * values[:, row]
                 ax.plot(place, np.append(curve, np.nan), style, label=label, linewidth=1)
             ax.set_title(f"{study}, {blank}, {torque:g} N m", fontsize=9)
             ax.set_ylabel("deflection / µm")
         axes[-1, column].set_xlabel("mesh periods")
-    if shown:
-        axes[0, 0].legend(fontsize=8)
-        fig.savefig(TABLE.with_suffix(".png"), dpi=110)
+    axes[0, 0].legend(fontsize=8)
+    fig.savefig(TABLE.with_suffix(".png"), dpi=110)
 
 
 def write(out: Path) -> None:
@@ -147,14 +198,19 @@ def write(out: Path) -> None:
     DATA.mkdir(parents=True, exist_ok=True)
     lines = [
         "Measured by `benchmarks/gear_reference.py`. Deflection δ along the flank normal, reference contact (finite "
-        "elements with refined flanks alone) against the hybrid contact on the same body mesh, pure involutes. Mesh "
-        "harmonics of the mesh period looked at, hybrid over reference. Seconds are processor time.",
+        "elements with refined flanks alone) against the hybrid contact on the same body mesh, pure involutes. "
+        "Misalignment is of the wheel's axis in the plane of action, a lead slope on its drive flanks. The error of "
+        "the mean is relative to the mean of δ beyond where the unloaded flanks touch. Mesh harmonics of the mesh "
+        "period looked at, hybrid over reference. Seconds are processor time.",
         "",
     ]
     for study in STUDIES:
         data = regression(study, out)
         if data is not None:
-            (DATA / f"reference_{study}.json").write_text(json.dumps(data, indent=1) + "\n")
+            file = DATA / f"reference_{study.replace(' ', '_')}.json"
+            file.write_text(json.dumps(data, indent=1) + "\n")
             lines += comparison(study, out)
+    for study in CONVERGENCE:
+        lines += convergence(study, out)
     figure(out)
-    TABLE.write_text("\n".join([*lines, *convergence(out)]))
+    TABLE.write_text("\n".join(lines))

@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+from functools import cache
 
 import numpy as np
 import pytest
@@ -9,9 +10,13 @@ import pytest
 from nvhchain.fidelity import STANDARD
 from nvhchain.gear import (
     Engagement,
+    Flank,
     GearBody,
     GearGeometry,
     GearPair,
+    Holes,
+    MicroGeometry,
+    Misalignment,
     Slots,
     Solid,
     engaged_reach,
@@ -19,65 +24,111 @@ from nvhchain.gear import (
     loaded_mesh,
 )
 
-BLANKS = {"Solid": Solid, "Slots": Slots}
+BLANKS = {"Solid": Solid, "Holes": Holes, "Slots": Slots}
 FIDELITY = dataclasses.replace(STANDARD.gear, width_layers=4, slices=24)
 
 
 @pytest.fixture(scope="module")
-def hybrid(request):
-    """Deflections (angles, torques), m, of hybrid and reference of a study's pair with a blank, over a tooth."""
-    known, compliances = {}, {}
+def stored(request):
+    """Stored reference deflections of a study."""
 
-    def compliance(body):
-        if body not in compliances:
-            compliances[body] = flank_compliance(body, FIDELITY, reach=2)
-        return compliances[body]
-
-    def solve(study, name, shift, corner_gap):
+    @cache
+    def load(study):
         path = request.config.rootpath / "tests" / "regression" / "gear" / f"reference_{study}.json"
-        data = known.setdefault(study, json.loads(path.read_text()))
+        return json.loads(path.read_text())
+
+    return load
+
+
+@pytest.fixture(scope="module")
+def engaged(stored):
+    """(engagement, record): the hybrid of a study's pair under one of its conditions, and what is stored of that."""
+
+    @cache
+    def compliance(body):
+        return flank_compliance(body, FIDELITY, reach=2)
+
+    def engage(study, name, corner_gap=STANDARD.gear.corner_gap):
+        data = stored(study)
+        record = {**data["blanks"], **data["misaligned"]}[name]
         pinion, wheel = (GearGeometry(**data[gear]) for gear in ("pinion", "wheel"))
-        kind = dict(data["blanks"][name]["blank"])
+        kind = dict(record["blank"])
         blank = BLANKS[kind.pop("type")](**kind)
-        pair = GearPair(GearBody(pinion), GearBody(wheel, blank), data["centre_distance"])
-        fidelity = dataclasses.replace(FIDELITY, corner_gap=corner_gap)
-        assert engaged_reach(pair, corner_gap) <= 2
-        engagement = Engagement(pair, (compliance(pair.pinion), compliance(pair.wheel)), fidelity)
-        angles = (np.arange(data["angles_per_mesh"]) / data["angles_per_mesh"] + shift) * pair.mesh_period
-        forces = [pair.normal_force(torque) for torque in data["torques"]]
-        return np.array([[loaded_mesh(engagement, a, f, guess=20e-6).deflection for f in forces] for a in angles]), (
-            np.array(data["blanks"][name]["deflection"][str(shift)])
+        aligned = GearPair(GearBody(pinion), GearBody(wheel, blank), data["centre_distance"])
+        assert engaged_reach(aligned, corner_gap) <= 2
+        both = (compliance(aligned.pinion), compliance(aligned.wheel))
+        sloped = MicroGeometry(drive=Flank(lead_slope=record.get("lead_slope", 0.0)))
+        pair = dataclasses.replace(
+            aligned,
+            wheel=GearBody(dataclasses.replace(wheel, micro=sloped), blank),
+            misalignment=Misalignment(in_plane=record.get("in_plane", 0.0)),
         )
+        return Engagement(pair, both, dataclasses.replace(FIDELITY, corner_gap=corner_gap)), record
+
+    return engage
+
+
+def deflections(engagement, places, torques):
+    """(places, torques) m, of the hybrid; places in mesh periods."""
+    pair = engagement.pair
+    forces = [pair.normal_force(torque) for torque in torques]
+    return np.array(
+        [[loaded_mesh(engagement, p * pair.mesh_period, f, guess=20e-6).deflection for f in forces] for p in places]
+    )
+
+
+@pytest.fixture(scope="module")
+def hybrid(stored, engaged):
+    """Over a mesh period beginning at `shift`: hybrid, reference (angles, torques), and the mean first touch, all m."""
+
+    def solve(study, name, shift, corner_gap=STANDARD.gear.corner_gap):
+        engagement, record = engaged(study, name, corner_gap)
+        count = stored(study)["angles_per_mesh"]
+        places = np.arange(count) / count + shift
+        found = deflections(engagement, places, record.get("torques", stored(study)["torques"]))
+        touch = np.mean([engagement.first_contact(p * engagement.pair.mesh_period) for p in places])
+        return found, np.array(record["deflection"][str(shift)]), touch
 
     return solve
 
 
 @pytest.mark.parametrize(
-    ("study", "blank", "shift"),
-    [("spur", "solid", 0), ("spur", "3 slots", 0), ("spur", "3 slots", 9)],
+    ("study", "name", "shift"),
+    [
+        ("spur", "solid", 0),
+        ("spur", "8 holes", 0),
+        ("spur", "8 holes", 4),
+        ("spur", "3 slots", 0),
+        ("spur", "3 slots", 9),
+        ("stage1", "solid", 0),
+        ("stage1", "5 slots", 0),
+        ("stage1", "5 slots", 5),
+        ("stage1", "solid, −1 mrad", 0),
+        ("stage1", "5 slots, 0.5 mrad", 0),
+        ("stage1", "5 slots, −1 mrad", 0),
+        ("stage1", "5 slots, 2 mrad", 0),
+        ("stage1", "5 slots, −2 mrad", 0),
+        ("stage1", "5 slots, lead slope 15 µm", 0),
+    ],
 )
-def test_hybrid_meets_the_reference_within_three_and_five_percent(hybrid, study, blank, shift):
-    """50, 150 and 350 N m, a whole mesh period: mean of the deflection and its swing."""
-    found, true = hybrid(study, blank, shift, STANDARD.gear.corner_gap)
+def test_hybrid_meets_the_reference_within_three_and_five_percent(hybrid, study, name, shift):
+    """Mean beyond first touch and swing over a mesh period, 50, 150 and 350 N m (tilted by 2 mrad to 150 N m).
+
+    At 50 N m the helical stage is held to 10 % of its swing: an edge comes in within a few of the 8 layers that the
+    reference has there, and 16 layers take 9 % of the swing away (docs/measured/gear_reference.md).
+    """
+    found, true, touch = hybrid(study, name, shift)
     assert true.shape[0] >= 12
-    np.testing.assert_allclose(found.mean(axis=0), true.mean(axis=0), rtol=0.03)
-    np.testing.assert_allclose(np.ptp(found, axis=0), np.ptp(true, axis=0), rtol=0.05)
+    assert np.abs((found - true).mean(axis=0) / (true.mean(axis=0) - touch)).max() < 0.03
+    swing = np.abs(np.ptp(found, axis=0) / np.ptp(true, axis=0) - 1)
+    assert swing[0] < (0.10 if study == "stage1" else 0.05)
+    assert swing[1:].max() < 0.05
     first = [2 * np.abs(np.fft.rfft(d, axis=0)[1]) / len(d) for d in (found, true)]
-    assert np.abs(20 * np.log10(first[0] / first[1])).max() < 1.0
+    assert np.abs(20 * np.log10(first[0] / first[1])).max() < 0.6
 
 
 def test_contact_on_the_path_alone_misses_the_reference_where_tip_edges_touch(hybrid):
-    found, true = hybrid("spur", "3 slots", 0, 0.0)
+    found, true, _ = hybrid("spur", "3 slots", 0, 0.0)
     assert np.abs(found - true).max() > 6e-6
-    with_edges, _ = hybrid("spur", "3 slots", 0, STANDARD.gear.corner_gap)
-    assert np.abs(with_edges - true).max() < 0.8e-6
-
-
-def test_helical_stage_has_the_mean_and_with_edges_nearly_the_swing(hybrid):
-    """Swing too small by 11 to 16 %: edges are softer than full flanks (docs/decisions/0008.md)."""
-    found, true = hybrid("stage1", "5 slots", 0, STANDARD.gear.corner_gap)
-    alone, _ = hybrid("stage1", "5 slots", 0, 0.0)
-    np.testing.assert_allclose(found.mean(axis=0), true.mean(axis=0), rtol=0.03)
-    swing, without = (np.abs(np.ptp(d, axis=0) / np.ptp(true, axis=0) - 1) for d in (found, alone))
-    assert swing.max() < 0.18
-    assert (swing[1:] < 0.5 * without[1:]).all()
+    with_edges, _, _ = hybrid("spur", "3 slots", 0)
+    assert np.abs(with_edges - true).max() < 0.2e-6

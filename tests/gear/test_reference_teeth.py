@@ -7,12 +7,14 @@ import pytest
 
 from nvhchain.errors import InputError, SolverError
 from nvhchain.fidelity import DRAFT
+from nvhchain.gear import Flank, MicroGeometry, Misalignment
 from nvhchain.gear.corner import edge_gap
 from nvhchain.gear.reference import (
     ReferenceResolution,
     carried,
     coarse_gear,
     pair_compliance,
+    realigned,
     reference_mesh,
     touching_teeth,
 )
@@ -114,3 +116,31 @@ def test_pressure_at_the_limit_of_the_cells_is_an_error(helical):
     gears = tuple(carried(c, gear, [touching], ROUGH) for gear, c in enumerate(coarse))
     with pytest.raises(SolverError, match="reach"):
         reference_mesh(pair, touching, pair_compliance(touching, 0, gears), 3e5)
+
+
+def test_realigned_gaps_are_those_of_teeth_refined_for_the_tilted_pair(helical):
+    pair, coarse, touching = helical
+    sloped = MicroGeometry(drive=Flank(lead_slope=4e-6))
+    wheel = dataclasses.replace(pair.wheel, geometry=dataclasses.replace(pair.wheel.geometry, micro=sloped))
+    tilted = dataclasses.replace(pair, wheel=wheel, misalignment=Misalignment(in_plane=0.3e-3))
+    fresh, found = touching_teeth(tilted, coarse, touching.angle, ROUGH), realigned(touching, pair, tilted)
+
+    def gaps(teeth):
+        places = np.round(np.column_stack([teeth.pair, 1e9 * teeth.cells.across, 1e9 * teeth.cells.axial])).astype(int)
+        return dict(zip(map(tuple, places.tolist()), teeth.cells.gap, strict=True))
+
+    before, first, second = gaps(touching), gaps(fresh), gaps(found)
+    both = first.keys() & second.keys()
+    assert len(both) > 0.8 * len(second)
+    np.testing.assert_allclose([second[k] for k in both], [first[k] for k in both], atol=1e-12)
+    assert max(abs(second[k] - before[k]) for k in both) > 2e-6
+    assert found.teeth is touching.teeth
+
+
+def test_teeth_refined_for_another_pair_or_over_half_the_width_are_not_realigned(make_pair, helical):
+    pair, _, touching = helical
+    with pytest.raises(InputError, match="not those that the teeth were refined for"):
+        realigned(touching, pair, dataclasses.replace(pair, centre_distance=pair.centre_distance + 1e-4))
+    spur = make_pair(1, helix_angle=0.0)
+    with pytest.raises(InputError, match="half of the width"):
+        realigned(touching, spur, spur)

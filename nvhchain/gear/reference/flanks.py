@@ -76,7 +76,7 @@ def on_flank(s: Section, gear: int, t: FloatArray, reach: float) -> FloatArray:
     return np.asarray(sign * np.where(rows < kept, squeezed, rows))
 
 
-def _own(pair: GearPair, gear: int, crossing: float) -> float:
+def _own(pair: GearPair, gear: int, crossing: FloatArray | float) -> FloatArray | float:
     """Rolled length at which the flank of `gear` crosses the line of action."""
     return crossing if gear == 0 else pair.line_length - crossing
 
@@ -89,7 +89,7 @@ def across(pair: GearPair, gear: int, crossing: float, rolled: FloatArray | floa
     return np.asarray(t if gear == 0 else -t)
 
 
-def rolled_length(pair: GearPair, gear: int, crossing: float, t: FloatArray) -> FloatArray:
+def rolled_length(pair: GearPair, gear: int, crossing: FloatArray | float, t: FloatArray) -> FloatArray:
     """Rolled lengths, m, of the points of the flank of `gear` at `t`, m."""
     base, own = float(pair.base_radius[gear]), _own(pair, gear, crossing)
     wanted = np.asarray(t if gear == 0 else -np.asarray(t), float)
@@ -113,3 +113,19 @@ def gap(pair: GearPair, crossing: float, t: FloatArray) -> FloatArray:
         alpha = (own - rho) / base
         along.append(base * np.sin(alpha) + rho * np.cos(alpha))
     return np.asarray(pair.line_length - along[1] - along[0])
+
+
+def opened(pair: GearPair, crossing: FloatArray | float, t: FloatArray, axial: FloatArray) -> FloatArray:
+    """What micro-geometry and misalignment add, m, to the distance along the normal at `t` and `axial` (n,), m."""
+    total = pair.misalignment.separation(
+        np.broadcast_to(np.asarray(crossing) - pair.pitch_point, t.shape),
+        axial,
+        drive=True,
+        sense=pair.sense,
+        pressure_angle=pair.working_pressure_angle,
+        tilt=pair.base_helix_angle,
+    )
+    for gear, geometry in enumerate(pair.geometries):
+        radius = np.hypot(pair.base_radius[gear], rolled_length(pair, gear, crossing, t))
+        total = total + geometry.removed(radius, axial, drive=True)
+    return total

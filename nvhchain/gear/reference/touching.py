@@ -15,7 +15,7 @@ from nvhchain.gear.geometry import GearGeometry
 from nvhchain.gear.mesh import GearMesh, gear_mesh
 from nvhchain.gear.pair import GearPair
 from nvhchain.gear.plane import BoolArray
-from nvhchain.gear.reference.flanks import Section, gap, on_flank, rolled_length, section
+from nvhchain.gear.reference.flanks import Section, gap, on_flank, opened, rolled_length, section
 from nvhchain.gear.reference.grading import elements_needed, graded
 from nvhchain.gear.reference.patch import RefinedTooth, cell_loads, cells, refined_tooth
 from nvhchain.gear.reference.resolution import ReferenceResolution
@@ -168,8 +168,8 @@ def _candidates(
 
     matched: (levels, 2 n + 1) where the rows of both flanks lie at `t`, to an element.
     """
-    opened = np.stack([_gap(pair, s, row, z) for s, row, z in zip(sections, t, axial, strict=True)])
-    over_width = _SIMPSON[0] * (opened[:, :-2:2] + opened[:, 2::2]) + _SIMPSON[1] * opened[:, 1::2]
+    gaps_at = np.stack([_gap(pair, s, row, z) for s, row, z in zip(sections, t, axial, strict=True)])
+    over_width = _SIMPSON[0] * (gaps_at[:, :-2:2] + gaps_at[:, 2::2]) + _SIMPSON[1] * gaps_at[:, 1::2]
     over_layer = [
         np.tensordot(_SIMPSON, np.stack([a[:-2:2], a[1::2], a[2::2]]), axes=1)
         for a in (over_width, t[:, 1::2], np.diff(t[:, ::2]))
@@ -208,19 +208,8 @@ def _rows_on(sections: list[Section], gear: int, t: FloatArray, resolution: Refe
 def _gap(pair: GearPair, s: Section, t: FloatArray, axial: float) -> FloatArray:
     """Unloaded gap along the normal, m, at `t` (n,), m: involutes, micro-geometry, misalignment."""
     t = np.clip(t, *s.ends)  # beyond them no cell is looked at
-    total = gap(pair, s.crossing, t) * np.cos(pair.base_helix_angle)
-    z = np.full(len(t), axial)
-    for gear, body in enumerate((pair.pinion, pair.wheel)):
-        radius = np.hypot(pair.base_radius[gear], rolled_length(pair, gear, s.crossing, t))
-        total = total + body.geometry.removed(radius, z, drive=True)
-    return total + pair.misalignment.separation(
-        np.full(len(t), s.crossing - pair.pitch_point),
-        z,
-        drive=True,
-        sense=pair.sense,
-        pressure_angle=pair.working_pressure_angle,
-        tilt=pair.base_helix_angle,
-    )
+    aligned = gap(pair, s.crossing, t) * np.cos(pair.base_helix_angle)
+    return aligned + opened(pair, s.crossing, t, np.full(len(t), axial))
 
 
 def _inwards(

@@ -1,0 +1,36 @@
+"""Refined teeth once made, looked at under another misalignment or with flanks of another lead."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from nvhchain.errors import require
+from nvhchain.gear.pair import GearPair
+from nvhchain.gear.reference.flanks import opened
+from nvhchain.gear.reference.touching import TouchingTeeth, symmetric
+
+
+def realigned(touching: TouchingTeeth, pair: GearPair, other: GearPair) -> TouchingTeeth:
+    """`touching`, made for `pair`, with the gaps of `other`: the same gears but for misalignment and micro-geometry.
+
+    Gaps change by what the two differ at the middle of every cell: exact for what is linear over a cell. The cells stay
+    those that could touch before, so `largest_gap` must have left room; `reference_mesh` refuses pressure at their
+    limit.  Raises InputError for other gears, and for teeth refined over one half of the width.
+    """
+    same = all(replace(a, micro=b.micro) == b for a, b in zip(pair.geometries, other.geometries, strict=True))
+    require(
+        same and other.centre_distance == pair.centre_distance,
+        "gears or centre distance are not those that the teeth were refined for: refine them again",
+    )
+    require(
+        not symmetric(pair),
+        "the teeth were refined over one half of the width, as their pair is symmetric: refine them for a tilted pair",
+    )
+    cells = touching.cells
+    travel = float(pair.base_radius[1]) * touching.angle - np.array(touching.pairs)[touching.pair] * pair.base_pitch
+    crossing = pair.pitch_point + travel + np.tan(pair.base_helix_angle) * pair.sense * cells.axial
+    at = (crossing, cells.across, cells.axial)
+    gap = cells.gap + opened(other, *at) - opened(pair, *at)
+    return replace(touching, cells=replace(cells, gap=gap))

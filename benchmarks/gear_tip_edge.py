@@ -28,8 +28,10 @@ from nvhchain.handoff import FloatArray, IntArray
 
 TABLE = Path(__file__).parents[1] / "docs" / "measured" / "gear_tip_edge.md"
 PART = half_space_compliance(STEEL)
-PLACES = (0.9, 0.6, 0.4, 0.2, 0.1, 0.05, 0.02, 0.005)
+PLACES = (3.0, 1.8, 0.9, 0.6, 0.4, 0.2, 0.1, 0.05, 0.02, 0.005)
 """Distances from the tip over the depth h at the tip."""
+FOOT = 0.97
+"""The last one, over the length of the flank."""
 
 
 def gear(teeth: int, module: float, **changes: float) -> GearGeometry:
@@ -207,12 +209,13 @@ def main() -> None:
         "**Bracket of a held tooth beyond Weber and Banaschek's** (finite elements / formula), distance from the tip",
         "over the depth there",
         "",
-        "| gear | " + " | ".join(f"{p:g}" for p in PLACES) + " |",
-        "|---|" + "---:|" * len(PLACES),
+        "| gear | foot | " + " | ".join(f"{p:g}" for p in PLACES) + " |",
+        "|---|---:|" + "---:|" * len(PLACES),
     ]
     for name, g in GEARS.items():
         depth = float(g.depth_to_centre_line(g.tip_circle_radius))
-        found = [excess(g, p * depth) for p in PLACES]
+        foot = FOOT * float(rolled_from_tip(g, np.array(g.form_radius)))
+        found = [excess(g, d) for d in (foot, *(p * depth for p in PLACES))]
         lines.append(f"| {name} | " + " | ".join(f"{a:.3f} / {b:.3f}" for a, b in found) + " |")
     lines += ["", "**Tip edge of the gear with 20 teeth on a half-plane**, deviation of the two local laws", ""]
     lines += edge_table(GEARS["20 teeth"])

@@ -1,6 +1,7 @@
-"""Error of sound power against closed forms; what radiation resistance costs and errs; writes docs/measured.
+"""Error of sound power against closed forms, where parts of a motion cancel and on coarser surfaces; cost of radiation
+resistance; writes docs/measured.
 
-    python benchmarks/sound_power.py OUT [power resistance]
+    python benchmarks/sound_power.py OUT [power cancellation coarser resistance]
 
 Every part leaves OUT/<part>.json; docs/measured/sound_power.md is written from those that are there.
 """
@@ -21,12 +22,20 @@ from scipy.special import spherical_jn, spherical_yn
 
 import nvhchain as nvh
 from nvhchain import acoustics, housing
+from nvhchain.acoustics.cancellation import CANCELLATION
+from nvhchain.acoustics.coarsening import coarsen, velocity_map
+from nvhchain.acoustics.engines import systems
+from nvhchain.acoustics.multipoles import multipole_amplitudes
+from nvhchain.acoustics.surface import mean_edge
 from nvhchain.errors import AccuracyWarning
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import ForceSpectrum, Surface, SurfaceVelocity
 
 MASTERS = (12, 17, 24)
 """Masters of radiation resistance between 50 and 4000 Hz."""
+
+COARSE_LINES = np.array([50.0, 100.0, 200.0, 400.0, 600.0])
+"""Hz; the last has six elements per wavelength on the surface with edges twice as long, of 50 mm."""
 
 LINES = 12
 """Lines whose sound power is solved one by one to compare with."""
@@ -80,6 +89,68 @@ def power(_: Path) -> dict[str, Any]:
     return result
 
 
+def cancellation(_: Path) -> dict[str, Any]:
+    """Thrust that rotating bodies have by their mesh alone, over S p times (h/a)²: what CANCELLATION bounds.
+
+    Box, cube and ellipsoids turn about an axis of symmetry, about which a true one has no thrust; S area, p root mean
+    square pressure, h mean edge, a half of the diagonal.
+    """
+    fidelity, k = AcousticsFidelity(elements_per_wavelength=3.0, masters=20), 0.4
+    ball = acoustics.sphere(0.1, 4)
+    whole = {
+        "box 0.3 × 0.2 × 0.12 m": bodies.box((0.3, 0.2, 0.12), 0.01),
+        "cube 0.2 m": bodies.box((0.2, 0.2, 0.2), 0.0125),
+        "ellipsoid 1 : 0.7 : 0.5": Surface(ball.vertices * [1.0, 0.7, 0.5], ball.triangles),
+        "ellipsoid 1 : 1 : 0.5": Surface(ball.vertices * [1.0, 1.0, 0.5], ball.triangles),
+    }
+    rows: dict[str, Any] = {}
+    for name, fine in whole.items():
+        for ratio in (4.0, 3.0, 2.0):
+            body = coarsen(fine, ratio)
+            shapes = np.cross(np.eye(3)[:, None], body.centroids[None])
+            gradient = -1j * k * AIR.impedance * np.einsum("afx,fx->fa", shapes, body.normals)
+            system = next(iter(systems("fused", body, np.array([k]), fidelity, None)))
+            pressure = system.solve(system.apply_b(gradient))
+            waves = multipole_amplitudes(body, k, pressure, gradient, 1)[1:]
+            thrust = np.sqrt(12 * np.pi * (np.abs(waves) ** 2).sum(axis=0)) / k
+            on_faces = pressure[body.triangles].mean(axis=1)
+            pushed = np.sqrt(body.areas.sum() * (body.areas @ np.abs(on_faces) ** 2))
+            half = 0.5 * float(np.linalg.norm(np.ptp(body.vertices, axis=0)))
+            share = thrust / pushed * (half / mean_edge(body)) ** 2
+            moves = np.abs(gradient).max(axis=0) > 0.05 * np.abs(gradient).max()
+            if name.startswith("ellipsoid 1 : 1"):
+                moves[2] = False  # about its own axis the facets alone move the air
+            rows.setdefault(name, []).append([len(body.triangles), [float(x) for x in share[moves]]])
+    return rows
+
+
+def coarser(_: Path) -> dict[str, Any]:
+    """Sound power of a box on a surface with edges twice as long, velocities mapped with all their flux, in dB over
+    that on its own surface."""
+    fidelity = AcousticsFidelity(elements_per_wavelength=3.0, masters=20)
+    box = bodies.box((0.45, 0.35, 0.25), 0.025)
+    rough = coarsen(box, 2.0)
+    x, normal = box.centroids, box.normals
+    lid = np.abs(normal[:, 2]) > 0.9
+    motions = {
+        "pulsating": np.ones(len(normal)),
+        "moving to and fro": normal[:, 0],
+        "rotating": np.einsum("fx,fx->f", np.cross([0.0, 0.0, 1.0], x), normal),
+    }
+    for waves in (1, 2, 3):
+        motions[f"lid and bottom bend in {waves} × {waves} waves"] = np.where(
+            lid, np.cos(2 * np.pi * waves * x[:, 0] / 0.45) * np.cos(2 * np.pi * waves * x[:, 1] / 0.35), 0.0
+        )
+    shapes = np.stack(list(motions.values()), axis=1)
+    found = [
+        acoustics.radiation_resistance(acoustics.SurfaceShapes(body, moved), COARSE_LINES, air=AIR, fidelity=fidelity)
+        for body, moved in ((box, shapes), (rough, velocity_map(box, rough) @ shapes))
+    ]
+    fine, other = ((np.abs(one.waves) ** 2).sum(axis=1) for one in found)
+    sizes = {"faces": [len(box.triangles), len(rough.triangles)]}
+    return sizes | {"rows": {name: decibel(other[:, i] / fine[:, i]).tolist() for i, name in enumerate(motions)}}
+
+
 def resistance(out: Path) -> dict[str, Any]:
     """Radiation resistance of the gearbox at draft: building it, 4000 lines of power, error against line by line."""
     reduced, knobs = gearbox(out, nvh.DRAFT), nvh.DRAFT.acoustics
@@ -118,6 +189,30 @@ def report(out: Path) -> str:
         lines += ["| sound power | largest error / dB |", "|---|---:|"]
         lines += [f"| {name} | {value:.3f} |" for name, value in parts["power"].items()]
         lines.append("")
+    if "cancellation" in parts:
+        lines += [
+            "Thrust that the mesh leaves to rotating bodies, over area times root mean square pressure times (h/a)²",
+            f"(h mean edge, a half of the diagonal), for each axis; `cancellation_error_dB` rests on {CANCELLATION:g}:",
+            "",
+            "| body | triangles | thrust |",
+            "|---|---:|---|",
+        ]
+        for name, cells in parts["cancellation"].items():
+            lines += [f"| {name} | {faces} | {', '.join(f'{x:.2g}' for x in share)} |" for faces, share in cells]
+        lines.append("")
+    if "coarser" in parts:
+        data = parts["coarser"]
+        lines += [
+            f"Sound power of a box of 0.45 × 0.35 × 0.25 m on a surface of {data['faces'][1]} triangles instead of",
+            f"{data['faces'][0]}, velocities mapped with all their flux: dB too much. For that reason sound power and",
+            "radiation resistance leave `coarse_edge_ratios` alone:",
+            "",
+            "| motion | " + " | ".join(f"{f:g} Hz" for f in COARSE_LINES) + " |",
+            "|---|" + "---:|" * len(COARSE_LINES),
+        ]
+        for name, errors in data["rows"].items():
+            lines.append(f"| {name} | " + " | ".join(f"{error:.2f}" for error in errors) + " |")
+        lines.append("")
     if "resistance" in parts:
         data = parts["resistance"]
         lines += [
@@ -135,7 +230,12 @@ def report(out: Path) -> str:
     return "\n".join(lines)
 
 
-PARTS: dict[str, Callable[[Path], dict[str, Any]]] = {"power": power, "resistance": resistance}
+PARTS: dict[str, Callable[[Path], dict[str, Any]]] = {
+    "power": power,
+    "cancellation": cancellation,
+    "coarser": coarser,
+    "resistance": resistance,
+}
 
 
 def main() -> None:

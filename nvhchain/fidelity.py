@@ -225,7 +225,7 @@ class AcousticsFidelity:
     compression_error: of the compressed matrices, relative (Frobenius norm, in every group of rows).
     coarse_edge_ratios: lengths of the edges of coarser surfaces for lower frequencies, relative to the given surface;
         none: every frequency on the given one.  coarse_elements_per_wavelength: of a coarser surface, at the highest
-        frequency it is used for.
+        frequency it is used for.  Transfer vectors alone take them, not sound power (docs/measured/sound_power.md).
     multipole_digits: decimal digits to which sound power resolves the spherical waves that leave the surface.
     radiation: `boundary_elements`, or a cheaper level (docs/measured/radiation.md): `rayleigh`, every visible face in
         an infinite baffle, or `equivalent_radiated_power`, plane waves from every face, which knows no phase.

@@ -15,8 +15,8 @@ from nvhchain.handoff import ComplexArray, FloatArray, RigidPlane, Surface
 CANCELLATION = 0.3
 """Thrust that the error of the mesh leaves, relative to the area times the root mean square pressure on it, times the
 square of half the body's diagonal over the mean edge: a bound; rotating boxes and ellipsoids of irregular mesh, which
-radiate hardly anything else at low frequency, 0.02 to 0.26.  Bodies of revolution that rotate about their own axis are
-beyond it: the facets alone move their air."""
+radiate hardly anything else at low frequency, 0.006 to 0.26 (docs/measured/sound_power.md).  Bodies of revolution that
+rotate about their own axis are beyond it: the facets alone move their air."""
 
 
 def cancellation_resistance(

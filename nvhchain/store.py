@@ -135,6 +135,13 @@ _META: dict[str, tuple[str, str, tuple[str, ...]]] = {
 """Units, long name and axis labels of every stored field."""
 
 
+def write_text(path: Path, text: str) -> None:
+    """Text as UTF-8, first to a file beside `path`, then renamed."""
+    part = path.with_suffix(".part")
+    part.write_text(text, encoding="utf-8")
+    os.replace(part, path)
+
+
 def save(hand_off: HandOff, path: str | Path) -> Path:
     """Write `hand_off` to `path`: first to a temporary file beside it, then renamed, so that no half file is seen."""
     path = Path(path)

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.ticker import LogFormatter
 
 from nvhchain.errors import require
 from nvhchain.plots._style import colour, panels, styled
@@ -29,8 +30,8 @@ def accuracy_cost(
 ) -> list[Axes]:
     """Error over time, one colour per group, with the front of the variants that no other beats in both.
 
-    seconds: group → s of its variants.  errors: group → dB, of either sign.  names: group → what each is called; those
-    on the front are written out.  base_seconds: s of the yardstick, whose error is none.
+    seconds: group → processor s of its variants.  errors: group → dB, of either sign.  names: group → what each is
+    called; those on the front are written out.  base_seconds: s of the yardstick, whose error is none.
     """
     require(
         len(seconds) > 0 and all(len(seconds[g]) == len(errors[g]) == len(names[g]) for g in seconds),
@@ -62,7 +63,10 @@ def accuracy_cost(
             fontsize=9,
             ha="left",
         )
-    ax.set_xlabel("time with nothing on disk / s")
+    for axis in (ax.xaxis, ax.yaxis):
+        for each in (axis.set_major_formatter, axis.set_minor_formatter):
+            each(LogFormatter(minor_thresholds=(1.0, 0.4)))
+    ax.set_xlabel("processor time with nothing on disk / s")
     ax.set_ylabel(f"error, {error_name} / dB")
     ax.margins(x=0.12)
     ax.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0))

@@ -19,11 +19,12 @@ from nvhchain.gear import quasi_static_transmission_error
 from nvhchain.handoff import FieldPressure
 from nvhchain.interop import write_wav
 from nvhchain.interop.wav import SAMPLE_RATE
-from nvhchain.report.files import save, write
+from nvhchain.plots.files import save
 from nvhchain.report.limits import limits
 from nvhchain.report.marks import order_marks
 from nvhchain.report.run_up import compare_run_ups
 from nvhchain.resume import Watcher
+from nvhchain.store import write_text
 
 
 def compare(
@@ -64,7 +65,7 @@ def compare(
         "field_point": dict(zip(("name", "position_m"), _first_point(cases[0]), strict=True)),
         "configurations": configurations,
     }
-    write(out / "summary.json", json.dumps(summary, indent=1) + "\n")
+    write_text(out / "summary.json", json.dumps(summary, indent=1) + "\n")
     return summary
 
 
@@ -80,8 +81,8 @@ def _steady(results: Mapping[str, chain.Result], out: Path) -> dict[str, Any]:
     pressures = {name: result.pressure for name, result in results.items() if result.pressure is not None}
     configurations = {name: summarise(pressure) | limits(results[name]) for name, pressure in pressures.items()}
     table = plots.difference_table(configurations)
-    write(out / "differences.txt", table.text() + "\n")
-    write(out / "differences.csv", table.csv())
+    write_text(out / "differences.txt", table.text() + "\n")
+    write_text(out / "differences.csv", table.csv())
     _figures(results, pressures, out)
     steady = {name: pressure for name, pressure in pressures.items() if pressure.input_speed}
     full_scale = 1.05 * max((_peak(pressure) for pressure in steady.values()), default=0.0)

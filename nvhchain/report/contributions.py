@@ -17,8 +17,9 @@ from nvhchain.handoff import Surface
 from nvhchain.housing import Casting
 from nvhchain.housing.contributions import Contributions, modal_contributions, panel_contributions
 from nvhchain.housing.panels import Panels, casting_panels, group_panels
-from nvhchain.report.files import save, write
+from nvhchain.plots.files import save
 from nvhchain.resume import Watcher
+from nvhchain.store import write_text
 
 
 def contributions(
@@ -53,7 +54,9 @@ def contributions(
         radiate = partial(acoustics.radiate, vectors, fidelity=fidelity.acoustics)
         found["panels"] = panel_contributions(velocity, panels, radiate)
     for kind, parts in found.items():
-        write(Path(out) / f"contributions-{kind}.csv", _table(parts, [point.name for point in case.field_points]).csv())
+        write_text(
+            Path(out) / f"contributions-{kind}.csv", _table(parts, [point.name for point in case.field_points]).csv()
+        )
         line = _line(parts, at)
         axes = plots.contribution_bars(
             parts.names,

@@ -26,7 +26,7 @@ from nvhchain.handoff import (
     SoundPower,
     SurfaceVelocity,
 )
-from nvhchain.report.files import save
+from nvhchain.plots.files import save
 from nvhchain.report.housing_pictures import SUFFIXES, draw_housings, draw_velocities, write_motion
 from nvhchain.report.run_up import over_frequency, over_order
 from nvhchain.spectrum import BAND_MARGIN

@@ -15,7 +15,7 @@ from nvhchain.handoff import FloatArray, HandOff, ReducedHousing, SurfaceVelocit
 from nvhchain.housing.modal_assurance import modal_assurance
 from nvhchain.interop import write_modes_vtkhdf, write_velocity_vtkhdf, write_vtu
 from nvhchain.interop.surface_motion import vertex_motion
-from nvhchain.report.files import write
+from nvhchain.store import write_text
 
 SUFFIXES = (".csv", ".gif", ".vtkhdf", ".vtu")
 """Of files that are not still pictures."""
@@ -50,7 +50,7 @@ def write_motion(hand_offs: Mapping[str, HandOff], path: Path, at: Sequence[floa
     Raises InputError where the hand-offs do not go into such a file.
     """
     if path.suffix == ".csv":
-        write(path, _assurance_csv(hand_offs))
+        write_text(path, _assurance_csv(hand_offs))
         return
     require(len(hand_offs) == 1, f"{len(hand_offs)} hand-offs: {path.name} shows one")
     (hand_off,) = hand_offs.values()

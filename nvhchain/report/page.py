@@ -13,7 +13,7 @@ from typing import Any
 from nvhchain import store
 from nvhchain.error_band import format_limits
 from nvhchain.errors import InputError
-from nvhchain.report.files import write
+from nvhchain.store import write_text
 
 CAPTIONS = {
     "pressure_spectrum": "Sound pressure level at the field point, plain and A-weighted.",
@@ -72,7 +72,7 @@ def write_page(folder: str | Path) -> Path:
         figures="\n".join(_figures(folder, names)),
         making=_table(("hand-off", "file", "version", "fidelity"), _made(folder)),
     )
-    write(folder / "report.html", page)
+    write_text(folder / "report.html", page)
     return folder / "report.html"
 
 

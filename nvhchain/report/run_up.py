@@ -13,7 +13,7 @@ from nvhchain import chain, levels, plots
 from nvhchain.handoff import FloatArray, PressureHistory
 from nvhchain.interop import write_history_wav
 from nvhchain.plots import OrderMarks
-from nvhchain.report.files import save
+from nvhchain.plots.files import save
 from nvhchain.report.limits import limits
 from nvhchain.report.marks import order_marks
 from nvhchain.spectrum import Waterfall, order_cut, order_waterfall, waterfall

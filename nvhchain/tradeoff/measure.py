@@ -20,7 +20,7 @@ from nvhchain.case import Case
 from nvhchain.errors import SolverError
 from nvhchain.fidelity import Fidelity
 from nvhchain.resume import Watcher
-from nvhchain.tradeoff.files import write_whole
+from nvhchain.store import write_text
 
 _SAMPLING = 0.02
 """s between two looks at the memory of the run."""
@@ -53,7 +53,7 @@ class Ledger:
     def enter(self, key: str, cost: Cost) -> None:
         """Keep a cost, on disk at once."""
         self.costs[key] = cost
-        write_whole(self.file, json.dumps({key: astuple(cost) for key, cost in self.costs.items()}))
+        write_text(self.file, json.dumps({key: astuple(cost) for key, cost in self.costs.items()}))
 
 
 @dataclass(frozen=True)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import hypot
+from math import hypot, prod
 
 from nvhchain.case import Case
 from nvhchain.errors import InputError, require
@@ -87,7 +88,8 @@ def cheapest(case: Case | Sequence[Case], tolerance_db: float, sweep: Tradeoff |
     pressure stand for theirs.
 
     Errors of different knobs may go the same way: they are added up, to `SHARE` of the tolerance. Seconds of a stage
-    are multiplied with what each knob leaves of them. Knobs are turned once, in the order of time saved per error.
+    are multiplied with what each knob leaves of them. Knobs are turned, or turned further, in the order of time saved
+    per error.
     Raises InputError for a tolerance that is not positive or finer than the base is known, and for a base that is no
     preset, or no longer what the preset is.
     """
@@ -103,30 +105,28 @@ def cheapest(case: Case | Sequence[Case], tolerance_db: float, sweep: Tradeoff |
         f"tolerance = {tolerance_db:g} dB is not reached: the best there is, {sweep.base}, is itself known to "
         f"{known:.2g} dB only, by the last steps of its knobs ({sweep.case}): ask for {known:.2g} dB or more",
     )
-    seconds = _seconds_by_stage(cases, base, sweep)
-    left, turned, error = dict.fromkeys(seconds, 1.0), dict[str, _Offer](), 0.0
-    offers = _offers(cases, base, sweep)
+    seconds, offers = _seconds_by_stage(cases, base, sweep), _offers(cases, base, sweep)
+    turned: dict[str, _Offer] = {}
     while True:
-        best: tuple[float, _Offer] | None = None
+        best: tuple[float, dict[str, _Offer]] | None = None
         for offer in offers:
-            if _taken(offer.knob, turned) or error + offer.error > SHARE * tolerance_db:
+            if _taken(offer.knob, turned):
                 continue
-            gain = _total(seconds, left) - _total(seconds, _after(left, offer))
-            if gain < SMALLEST_GAIN * _total(seconds) or not _possible(cases, base, [*turned.values(), offer]):
+            further = {**turned, offer.knob.name: offer}
+            gain = _total(seconds, turned) - _total(seconds, further)
+            if gain < SMALLEST_GAIN * _total(seconds) or _sum(further) > SHARE * tolerance_db:
                 continue
-            worth = gain / max(offer.error, 1e-3 * tolerance_db)
-            if best is None or worth > best[0]:
-                best = worth, offer
+            worth = gain / max(_sum(further) - _sum(turned), 1e-3 * tolerance_db)
+            if (best is None or worth > best[0]) and _possible(cases, base, list(further.values())):
+                best = worth, further
         if best is None:
             break
-        offer = best[1]
-        left, error = _after(left, offer), error + offer.error
-        turned[offer.knob.name] = offer
+        turned = best[1]
     return Choice(
         dataclasses.replace(_turned(base, list(turned.values())), name=f"within {tolerance_db:g} dB"),
         {name: spoken(offer.value) for name, offer in turned.items()},
-        error,
-        _total(seconds, left),
+        _sum(turned),
+        _total(seconds, turned),
         _total(seconds),
         known,
         sweep.case,
@@ -151,12 +151,13 @@ def base_error(sweep: Tradeoff, *cases: Case) -> float:
 def _base(sweep: Tradeoff) -> Fidelity:
     """The preset around which the sweep was measured, as it still is."""
     require(sweep.base in PRESETS, f"the sweep's base {sweep.base!r} is no preset: sweep around {', '.join(PRESETS)}")
-    base, then = PRESETS[sweep.base], sweep.provenance.get("fidelity")
+    base, then = PRESETS[sweep.base], sweep.provenance.get("fidelity", {})
+    now = json.loads(json.dumps(knobs_by_stage(base)))
     changed = [
         f"{stage}.{name}"
-        for stage, knobs in knobs_by_stage(base).items()
+        for stage, knobs in then.items()
         for name, value in knobs.items()
-        if then is not None and _listed(then[stage].get(name)) != _listed(value)
+        if now[stage].get(name) != value
     ]
     require(
         not changed,
@@ -164,11 +165,6 @@ def _base(sweep: Tradeoff) -> Fidelity:
         "with `nvhchain tradeoff`",
     )
     return base
-
-
-def _listed(value: object) -> object:
-    """As JSON has it."""
-    return list(value) if isinstance(value, tuple) else value
 
 
 def _rows(cases: Sequence[Case], sweep: Tradeoff) -> list[tuple[Measurement, Knob, tuple[object, ...]]]:
@@ -221,9 +217,14 @@ def _turned(base: Fidelity, offers: list[_Offer]) -> Fidelity:
 
 
 def _taken(knob: Knob, turned: Mapping[str, _Offer]) -> bool:
-    """Whether one of its fields is turned already."""
-    fields = {(offer.knob.stage, name) for offer in turned.values() for name in offer.knob.fields}
-    return any((knob.stage, name) in fields for name in knob.fields)
+    """Whether one of its fields is turned already, by another knob."""
+    others = [offer.knob for name, offer in turned.items() if name != knob.name]
+    return any(other.stage == knob.stage and not set(other.fields).isdisjoint(knob.fields) for other in others)
+
+
+def _sum(turned: Mapping[str, _Offer]) -> float:
+    """dB of all settings together."""
+    return sum(offer.error for offer in turned.values())
 
 
 def _seconds_by_stage(cases: Sequence[Case], base: Fidelity, sweep: Tradeoff) -> dict[str, float]:
@@ -236,10 +237,9 @@ def _seconds_by_stage(cases: Sequence[Case], base: Fidelity, sweep: Tradeoff) ->
     return seconds
 
 
-def _after(left: Mapping[str, float], offer: _Offer) -> dict[str, float]:
-    """Share of every stage's seconds that is left when this setting is turned too."""
-    return {stage: share * offer.shares.get(stage, 1.0) for stage, share in left.items()}
-
-
-def _total(seconds: Mapping[str, float], left: Mapping[str, float] | None = None) -> float:
-    return sum(value * (left or {}).get(stage, 1.0) for stage, value in seconds.items())
+def _total(seconds: Mapping[str, float], turned: Mapping[str, _Offer] | None = None) -> float:
+    """s of all stages when these settings are turned."""
+    return sum(
+        value * prod(offer.shares.get(stage, 1.0) for offer in (turned or {}).values())
+        for stage, value in seconds.items()
+    )

@@ -18,7 +18,6 @@ from nvhchain.fidelity import REFERENCE, Fidelity
 from nvhchain.handoff import FieldPressure, PressureHistory
 from nvhchain.resume import Unwatched, Watcher, code_version, fingerprint
 from nvhchain.tradeoff.deviation import Deviation, deviation, deviation_in_time
-from nvhchain.tradeoff.files import write_whole
 from nvhchain.tradeoff.knobs import STAGES, knobs_by_stage, variants
 from nvhchain.tradeoff.measure import Cost, Ledger, Run, measured_run
 
@@ -139,7 +138,7 @@ class _Sweep:
                 return measurement(record)
         made = self._measure(knob, value, variant)
         kept.parent.mkdir(exist_ok=True)
-        write_whole(kept, json.dumps({"identity": identity, **asdict(made)}))
+        store.write_text(kept, json.dumps({"identity": identity, **asdict(made)}))
         return made
 
     def _measure(self, knob: str, value: str, variant: Fidelity) -> Measurement:
@@ -201,7 +200,7 @@ def _code() -> dict[str, str]:
 def _provenance(case: Case, fidelity: Fidelity) -> dict[str, Any]:
     return {
         "case": _case_identity(case),
-        "fidelity": knobs_by_stage(fidelity),
+        "fidelity": json.loads(json.dumps(knobs_by_stage(fidelity))),  # tuples are lists, as in a file
         "code": _code(),
         "processors": os.cpu_count(),
         "threads": {name: os.environ[name] for name in _THREADS if name in os.environ},

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from itertools import product
 
 import pytest
 
@@ -99,16 +100,27 @@ def test_several_cases_are_run_alike_and_their_times_add_up(case, sweep):
     assert both.expected_seconds == pytest.approx(2 * one.expected_seconds)
 
 
-def test_a_wide_tolerance_buys_coarser_settings_and_never_two_of_one_knob(case, sweep):
+def test_a_wide_tolerance_turns_further_and_never_two_settings_of_one_knob(case, sweep):
+    """8 layers save more per error, 4 more in all."""
     choice = cheapest(case, 5.0, sweep)
-    assert choice.turned["gear.width_layers"] == "8"  # which saves more per error
-    assert choice.turned["gear.slices"] == "16"
-    assert choice.expected_error_db == pytest.approx(0.1 + 0.4 + 0.05)
-    coarse = replace(sweep, measurements=tuple(row for row in sweep.measurements if row.value != "8"))
-    wide = cheapest(case, 5.0, coarse)
-    assert wide.turned["gear.width_layers"] == "4"
-    assert wide.fidelity.gear.width_layers == 4
-    assert wide.expected_error_db == pytest.approx(2.0 + 0.4 + 0.05)
+    assert choice.turned["gear.width_layers"] == "4"
+    assert choice.fidelity.gear.width_layers == 4
+    assert choice.expected_error_db == pytest.approx(2.0 + 0.4 + 0.05)
+    assert choice.expected_seconds == pytest.approx(60 * (15 / 60) * (54 / 60) + 60 * (12 / 30) + 6 + 74 * (7 / 10))
+    assert choice.expected_seconds < cheapest(case, 1.0, sweep).expected_seconds
+
+
+def test_no_choice_within_the_share_of_the_tolerance_would_be_quicker_by_more_than_the_smallest_gain(case, sweep):
+    """Against all combinations."""
+    settings = {"gear.width_layers": [(1, 0), (0.25, 2), (0.5, 0.1)], "gear.slices": [(1, 0), (0.9, 0.05)]}
+    for tolerance in (0.3, 0.5, 0.75, 1.0, 3.0, 4.0, 5.0):
+        quickest = min(
+            60 * a * b + 60 * c + 6 + 74 * 0.7
+            for (a, e), (b, f) in product(*settings.values())
+            for c, g in ((1, 0), (0.4, 0.4))
+            if e + f + g <= 0.7 * tolerance
+        )
+        assert cheapest(case, tolerance, sweep).expected_seconds <= quickest + planner.SMALLEST_GAIN * 200
 
 
 def test_a_small_tolerance_leaves_all_but_what_costs_nothing(case, sweep):

@@ -1,4 +1,4 @@
-"""Files that appear whole or not at all."""
+"""Figures as files that appear whole or not at all."""
 
 from __future__ import annotations
 
@@ -18,11 +18,4 @@ def save(axes: Sequence[Axes], path: Path) -> None:
     assert figure is not None
     part = path.with_suffix(".part")
     figure.savefig(part, dpi=RESOLUTION, format="png")
-    os.replace(part, path)
-
-
-def write(path: Path, text: str) -> None:
-    """Text as UTF-8."""
-    part = path.with_suffix(".part")
-    part.write_text(text, encoding="utf-8")
     os.replace(part, path)

@@ -12,7 +12,6 @@ when its law has changed.
 from __future__ import annotations
 
 import pickle
-import resource
 import subprocess
 import sys
 import time
@@ -129,18 +128,12 @@ def finer(study: str, variant: str, place: str, out: Path) -> Record:
     coarse_changes, changes = which.variants[variant]
     fidelity, resolution = replace(s.fidelity, **coarse_changes), replace(s.resolution, **changes)
     pair, angle = s.pair_under(s.conditions["solid"]), which.places[place] * s.pair.mesh_period
-    start = time.process_time()
     pinion, wheel = (coarse_gear(body, fidelity) for body in (pair.pinion, pair.wheel))
     found = touching_teeth(pair, (pinion, wheel), angle, resolution)
     gears = (carried(pinion, 0, [found], resolution), carried(wheel, 1, [found], resolution))
     compliance, forces = pair_compliance(found, 0, gears), [pair.normal_force(t) for t in TORQUES]
     meshes = [reference_mesh(pair, found, compliance, force) for force in forces]
-    used = time.process_time() - start
-    return {
-        "reference": [m.deflection for m in meshes],
-        "seconds": used,
-        "megabytes": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
-    }
+    return {"reference": [m.deflection for m in meshes]}
 
 
 def steps() -> dict[str, Callable[[Path], Any]]:

@@ -147,18 +147,15 @@ def convergence(study: str, out: Path) -> list[str]:
     lines = [
         f"**Mesh of the reference: {study}, solid wheel; deflection on the mesh used, and its change on finer ones**",
         "",
-        "| in contact | mesh periods | mesh | s | MB | " + " | ".join(f"{t:g} N m" for t in TORQUES) + " |",
-        "|---|---:|---|---:|---:|" + "---:|" * len(TORQUES),
+        "| in contact | mesh periods | mesh | " + " | ".join(f"{t:g} N m" for t in TORQUES) + " |",
+        "|---|---:|---|" + "---:|" * len(TORQUES),
     ]
     for place, (used, *finer) in ((k, list(v.items())) for k, v in finer_meshes(study, out).items()):
         base = np.array(used[1]["reference"])
         for name, record in (used, *finer):
             change = 100 * (np.array(record["reference"]) / base - 1)
             cells = [f"{1e6 * d:.3f} µm" for d in base] if name == used[0] else [f"{c:+.2f} %" for c in change]
-            lines.append(
-                f"| {place} | {CONVERGENCE[study].places[place]:.3f} | {name} | {record['seconds']:.0f} | "
-                f"{record['megabytes']:.0f} | " + " | ".join(cells) + " |"
-            )
+            lines.append(f"| {place} | {CONVERGENCE[study].places[place]:.3f} | {name} | " + " | ".join(cells) + " |")
     return [*lines, ""] if len(lines) > 4 else []
 
 
@@ -201,7 +198,7 @@ def write(out: Path) -> None:
         "elements with refined flanks alone) against the hybrid contact on the same body mesh, pure involutes. "
         "Misalignment is of the wheel's axis in the plane of action, a lead slope on its drive flanks. The error of "
         "the mean is relative to the mean of δ beyond where the unloaded flanks touch. Mesh harmonics of the mesh "
-        "period looked at, hybrid over reference. Seconds are processor time.",
+        "period looked at, hybrid over reference.",
         "",
     ]
     for study in STUDIES:

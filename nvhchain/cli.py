@@ -374,10 +374,13 @@ def _plan(options: argparse.Namespace) -> int:
 
 
 def _check(options: argparse.Namespace) -> int:
-    from nvhchain.case import load_case
+    from nvhchain.advice import advice
+    from nvhchain.case import GearboxCase, load_case
 
     case = load_case(options.case)
     print(f"{options.case}: {case.name} is valid")
+    for why in advice(case) if isinstance(case, GearboxCase) else ():
+        print(f"{case.name} would notice: {why}")
     return 0
 
 

@@ -11,6 +11,7 @@ import psutil
 
 from nvhchain import acoustics, housing, interop
 from nvhchain.case import HEARD, RADIATED, Case, GearboxCase, HousingModel, ModalResults, RadiatorCase
+from nvhchain.advice import advice
 from nvhchain.errors import InputError, ResourceError
 from nvhchain.fidelity import STANDARD, Fidelity, GearFidelity
 from nvhchain.gear import GearBody, VolumeMesh
@@ -67,12 +68,13 @@ class Stage:
 
 @dataclass(frozen=True)
 class Plan:
-    """Stages in order, and what is left out with the reason."""
+    """Stages in order, what is left out with the reason, and options of the case that its gearbox would notice."""
 
     case: str
     fidelity: str
     stages: tuple[Stage, ...]
     skipped: tuple[str, ...]
+    advice: tuple[str, ...] = ()
 
     @property
     def seconds(self) -> float:
@@ -92,6 +94,7 @@ class Plan:
             for stage in self.stages
         ]
         lines += ["skipped:", *(f"  {reason}" for reason in self.skipped)]
+        lines += ["would be noticed:", *(f"  {why}" for why in self.advice)] if self.advice else []
         lines += [f"in all about {self.seconds:.0f} s of processor time, {self.megabytes:.0f} MB at the peak"]
         return "\n".join(lines)
 
@@ -121,7 +124,7 @@ def plan(case: Case, *, fidelity: Fidelity = STANDARD) -> Plan:
         stages.append(_sound_power(case, fidelity, _faces(case, fidelity, area), area))
     if {"surface_velocity", *HEARD}.intersection(case.quantities):
         stages.append(_radiation(case, fidelity, area))
-    return Plan(case.name, fidelity.name, tuple(stages), _skipped(case, fidelity))
+    return Plan(case.name, fidelity.name, tuple(stages), _skipped(case, fidelity), advice(case))
 
 
 def preflight(case: Case, fidelity: Fidelity, given: Collection[str] = ()) -> None:

@@ -24,7 +24,7 @@ from nvhchain.case.blank_mesh import Mesh as BlankMesh
 from nvhchain.case.housing_model import HousingModel, ModalResults
 from nvhchain.case.options import Options
 from nvhchain.conventions import STEEL, Air, Material
-from nvhchain.dynamics import Bearing, Gearbox, Mesh, Shaft
+from nvhchain.dynamics import Bearing, Gearbox, Mesh, RigidBody, Shaft
 from nvhchain.errors import InputError, require
 from nvhchain.gear import (
     Differential,
@@ -36,6 +36,7 @@ from nvhchain.gear import (
     Slots,
     Solid,
     ThinRim,
+    mass_properties,
 )
 from nvhchain.handoff import RigidPlane
 from nvhchain.housing import Casting, encloses
@@ -210,6 +211,16 @@ class GearboxCase:
             for s in self.stages
         )
         return Gearbox(self.shafts, self.bearings, meshes, self.input_shaft, self.output_shaft, self.input_rotation)
+
+    @cached_property
+    def gearbox_with_gears(self) -> Gearbox:
+        """`gearbox` with the mass and inertia of its gears on the shafts."""
+        gearbox = self.gearbox
+        for item in self.gears:
+            own = mass_properties(item.body)
+            body = RigidBody(item.z + own.centre, own.mass, own.polar_inertia, own.transverse_inertia)
+            gearbox = gearbox.with_bodies(item.shaft, [body])
+        return gearbox
 
     @cached_property
     def _turns(self) -> dict[str, Fraction]:

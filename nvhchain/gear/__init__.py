@@ -4,6 +4,7 @@ from nvhchain.gear.analytic import SliceCompliance, slice_compliance
 from nvhchain.gear.blank import SOLID, Blank, Differential, Holes, Slots, Solid, ThinRim
 from nvhchain.gear.body import GearBody, MassProperties, mass_properties
 from nvhchain.gear.compliance import FlankCompliance, flank_compliance
+from nvhchain.gear.contact_lines import ContactLines, contact_lines
 from nvhchain.gear.engagement import Engagement, engaged_reach
 from nvhchain.gear.friction import lever_arms, sliding_sense
 from nvhchain.gear.geometry import GearGeometry
@@ -31,6 +32,7 @@ __all__ = [
     "SOLID",
     "WHEEL",
     "Blank",
+    "ContactLines",
     "Differential",
     "Engagement",
     "Flank",
@@ -54,6 +56,7 @@ __all__ = [
     "StrainGauge",
     "ThinRim",
     "VolumeMesh",
+    "contact_lines",
     "deflection_at_force",
     "engaged_reach",
     "flank_compliance",

@@ -98,12 +98,7 @@ def _contact_forces(case: GearboxCase, fidelity: Fidelity) -> list[dynamics.Cont
 
 def with_gear_inertia(case: GearboxCase) -> dynamics.Gearbox:
     """The gearbox with the mass and inertia of its gears on the shafts."""
-    gearbox = case.gearbox
-    for item in case.gears:
-        own = gear.mass_properties(item.body)
-        body = dynamics.RigidBody(item.z + own.centre, own.mass, own.polar_inertia, own.transverse_inertia)
-        gearbox = gearbox.with_bodies(item.shaft, [body])
-    return gearbox
+    return case.gearbox_with_gears
 
 
 def gearbox_of(case: GearboxCase, distributions: Sequence[LoadDistribution] = ()) -> dynamics.Gearbox:

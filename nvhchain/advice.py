@@ -26,7 +26,7 @@ NOTICED_GIVE = 0.1
 """Of what a gear gives way on its bearings: 5 % of a natural frequency."""
 ANGLES, SLICES = 24, 32
 """Of a mesh period and of the face, at which the contact lines are looked at."""
-ELEMENT = 0.02
+ELEMENT = 1.0
 """m, of a beam whose static deflection at its nodes is exact whatever their distance."""
 
 

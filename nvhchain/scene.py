@@ -10,8 +10,8 @@ from pathlib import Path
 import psutil
 
 from nvhchain import acoustics, housing, interop
-from nvhchain.case import HEARD, RADIATED, Case, GearboxCase, HousingModel, ModalResults, RadiatorCase
 from nvhchain.advice import advice
+from nvhchain.case import HEARD, RADIATED, Case, GearboxCase, HousingModel, ModalResults, RadiatorCase
 from nvhchain.errors import InputError, ResourceError
 from nvhchain.fidelity import STANDARD, Fidelity, GearFidelity
 from nvhchain.gear import GearBody, VolumeMesh
@@ -260,6 +260,13 @@ def _extent(case: GearboxCase, fidelity: Fidelity) -> tuple[float, float]:
     return area, _UNKNOWNS_PER_AREA * area / fidelity.housing.element_size**_UNKNOWNS_EXPONENT
 
 
+def _kept_modes(case: GearboxCase, fidelity: Fidelity) -> str:
+    tolerance = fidelity.housing.truncation_tolerance_db
+    if tolerance and isinstance(case.housing, housing.Casting):
+        return f"the fewest modes that keep to {tolerance:g} dB"
+    return f"modes to {fidelity.housing.mode_ratio * case.band.high:g} Hz"
+
+
 def _housing(case: GearboxCase, fidelity: Fidelity, unknowns: float) -> Stage:
     top = fidelity.housing.mode_ratio * case.band.high
     if isinstance(case.housing, ModalResults):
@@ -269,7 +276,7 @@ def _housing(case: GearboxCase, fidelity: Fidelity, unknowns: float) -> Stage:
         elements = f"the mesh in {case.housing.file}"
     return Stage(
         "housing",
-        f"about {unknowns / 1e3:.0f} k unknowns of {elements}; modes to {top:g} Hz, "
+        f"about {unknowns / 1e3:.0f} k unknowns of {elements}; {_kept_modes(case, fidelity)}, "
         f"residual flexibility of {len(case.bearings)} seats",
         unknowns * (_SECONDS_PER_UNKNOWN + _SECONDS_PER_UNKNOWN_AND_MODE * _modes(case, fidelity)),
         _BASE_MEGABYTES + _MEGABYTES_PER_THOUSAND_UNKNOWNS * (1e-3 * unknowns) ** _FILL_EXPONENT,
@@ -398,9 +405,8 @@ def _skipped(case: GearboxCase, fidelity: Fidelity) -> tuple[str, ...]:
         "alike by the symmetry of its blank"
         for gear in case.gears
     ]
-    top = fidelity.housing.mode_ratio * case.band.high
     reasons += [
-        f"housing modes above {top:g} Hz: their flexibility is kept as residual",
+        f"of the housing all but {_kept_modes(case, fidelity)}: their flexibility is kept as residual",
         f"lines outside {case.band.low:g}…{case.band.high:g} Hz",
         "acoustic load on the housing: one-way coupling",
     ]

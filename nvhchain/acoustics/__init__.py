@@ -14,6 +14,7 @@ from nvhchain.acoustics.efficiency import (
 )
 from nvhchain.acoustics.engines import ENGINES, estimate_memory
 from nvhchain.acoustics.incident import IncidentField, PlaneWave, PointSource
+from nvhchain.acoustics.level_accuracy import expected_radiation_error
 from nvhchain.acoustics.masters import adaptive_transfer_vectors
 from nvhchain.acoustics.microphones import array_points, array_power
 from nvhchain.acoustics.modal import modal_pressure, modal_transfer_vectors, noise_transfer_functions, transfer_pressure
@@ -63,6 +64,7 @@ __all__ = [
     "equivalent_pressure",
     "equivalent_radiated_power",
     "estimate_memory",
+    "expected_radiation_error",
     "housing_shapes",
     "interpolation_error",
     "master_frequencies",

@@ -6,9 +6,10 @@ import warnings
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from nvhchain.conventions import Air
-from nvhchain.errors import AccuracyWarning
+from nvhchain.errors import AccuracyWarning, require
 from nvhchain.handoff import FloatArray, Surface
 
 
@@ -58,6 +59,27 @@ TOLERABLE = 3.0
 _NAMES = {"rayleigh": "Rayleigh integral", "equivalent_radiated_power": "equivalent radiated power"}
 
 
+def expected_radiation_error(radiation: str, ka: ArrayLike) -> FloatArray:
+    """RMS error (n,) dB of levels at single points, and of the power of single motions, that a level of radiation has.
+
+    radiation: `rayleigh` or `equivalent_radiated_power`.  ka: (n,) wavenumber times half size of the body, its diagonal
+    over 2√3; > 0.  From the table of the worst body measured up to each ka; it grows below 0.1 by `SLOPES`.
+    Raises InputError for another level, `boundary_elements` too, whose error `expected_accuracy` tells, and ka ≤ 0.
+    """
+    require(radiation in ERRORS, f"radiation = {radiation!r} has no table of errors: choose from {', '.join(ERRORS)}")
+    x = np.atleast_1d(np.asarray(ka, dtype=float))
+    require(bool((x > 0).all()), f"wavenumber times half size of {x.min():g} must be positive: drop lines at 0 Hz")
+    return np.asarray(_errors(radiation, x)[2])
+
+
+def _errors(radiation: str, ka: FloatArray | float) -> FloatArray:
+    """Housing, mean and single error (3, …) dB."""
+    rows = ERRORS[radiation]
+    row = np.searchsorted([entry.below for entry in rows], ka, side="right")
+    growth = SLOPES[radiation] * np.maximum(0.0, np.log10(SMALLEST / ka))
+    return np.asarray(np.array([entry[1:] for entry in rows])[row].T + growth)
+
+
 def level_accuracy(surface: Surface, frequency: FloatArray, air: Air, radiation: str) -> dict[str, float]:
     """Provenance of what a cheaper level of radiation lets expect at the lowest frequency (n_f,) Hz above 0 Hz.
 
@@ -72,9 +94,7 @@ def level_accuracy(surface: Surface, frequency: FloatArray, air: Air, radiation:
         return {}
     half_size = 0.5 * float(np.linalg.norm(np.ptp(surface.vertices, axis=0))) / np.sqrt(3.0)
     ka = 2 * np.pi * float(radiating[0]) / air.speed_of_sound * half_size
-    row = next(row for row in ERRORS[radiation] if ka < row.below)
-    growth = SLOPES[radiation] * max(0.0, np.log10(SMALLEST / ka))
-    housing, mean, single = row.housing + growth, row.mean + growth, row.single + growth
+    housing, mean, single = _errors(radiation, ka).tolist()
     if mean > TOLERABLE:
         exact = "unless it is flat and in a baffle, " if radiation == "rayleigh" else ""
         warnings.warn(

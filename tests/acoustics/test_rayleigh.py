@@ -9,7 +9,7 @@ from scipy.special import eval_legendre, j1, spherical_jn, spherical_yn
 
 from nvhchain.acoustics import radiate, sound_power, sphere, transfer_vectors
 from nvhchain.acoustics.efficiency import equivalent_radiated_power
-from nvhchain.acoustics.level_accuracy import level_accuracy
+from nvhchain.acoustics.level_accuracy import expected_radiation_error, level_accuracy
 from nvhchain.acoustics.plane import RigidPlane
 from nvhchain.acoustics.rayleigh import rayleigh_field
 from nvhchain.errors import AccuracyWarning, InputError, ResourceError
@@ -213,3 +213,15 @@ def test_vectors_that_do_not_fit_into_memory_are_refused(disc, air, rayleigh, mo
         transfer_vectors(disc, points, [500.0], air=air, fidelity=rayleigh)
     with pytest.raises(ResourceError, match="Rayleigh integrals need"):
         rayleigh_field(velocity, points, air, 0.5, None)
+
+
+def test_expected_error_of_a_level_is_the_table_at_every_ka_and_grows_below_it():
+    """dB: the steps of the table, and 20 or 60 dB a decade below 0.1."""
+    ka = np.array([0.001, 0.01, 0.1, 0.19, 0.2, 0.7, 10.0])
+    rayleigh = expected_radiation_error("rayleigh", ka)
+    assert rayleigh == pytest.approx([61.5, 41.5, 21.5, 21.5, 16.0, 13.0, 8.5])
+    assert expected_radiation_error("equivalent_radiated_power", 0.01) == pytest.approx([140.0])
+    with pytest.raises(InputError, match="choose from rayleigh"):
+        expected_radiation_error("boundary_elements", ka)
+    with pytest.raises(InputError, match="must be positive"):
+        expected_radiation_error("rayleigh", [0.0, 1.0])

@@ -24,6 +24,9 @@ from nvhchain.housing.surface_nets import relaxed, split, surface_nets, well_com
 _CELL = 0.98
 """Lattice cell per mean edge of the triangles that come out."""
 
+_VOLUME_RATIO = 3.0
+"""Between the volumes of surface and body, from which on they are not the same thing."""
+
 _SMOOTHING = 0.35
 """Standard deviation of the averaging in cells."""
 
@@ -69,7 +72,8 @@ def outer_envelope(
         surface, silent = _net(space, face_size * _CELL)
     else:
         silent = _on_plane(surface, floor)
-    notes = _notes(skin, space, surface, exposed)
+    _check_volume(space, surface)
+    notes = (*_notes(skin, space, surface, exposed), *_narrow(space, opening))
     return Envelope(surface, silent, exposed, notes)
 
 
@@ -163,9 +167,7 @@ def _without_crumbs(exposed: IntArray, beside: sp.csr_matrix, area: FloatArray, 
 
 def _net(space: Regions, cell: float) -> tuple[Surface, IntArray]:
     """Surface through one half of the averaged body, and its faces on the floor."""
-    body = (space.label != OUTSIDE).astype(np.float32)
-    # the skin passes the middle of the voxels it touches
-    body[binary_dilation(space.label == OUTSIDE, mask=space.label != CAVITY) & (space.label == WALL)] = 0.5
+    body = _filled(space)
     sigma = _SMOOTHING * cell / space.size
     layers = [(0, 0), (0, 0), (0, 0)]
     if space.on_floor:  # mirrored below, so that nothing is rounded there
@@ -194,6 +196,14 @@ def _net(space: Regions, cell: float) -> tuple[Surface, IntArray]:
     place = (start + cell * vertices) @ space.axes.T
     surface = Surface(place, triangles)
     return surface, np.asarray(on_floor)
+
+
+def _filled(space: Regions) -> FloatArray:
+    """Part of every voxel that the body with its cavities fills."""
+    body = (space.label != OUTSIDE).astype(np.float32)
+    # the skin passes the middle of the voxels it touches
+    body[binary_dilation(space.label == OUTSIDE, mask=space.label != CAVITY) & (space.label == WALL)] = 0.5
+    return body
 
 
 def _lattice(space: Regions, cell: float) -> list[FloatArray]:
@@ -226,6 +236,26 @@ def _field(
     place = (start + cell * at - space.origin) / space.size
     place[:, 2] += below
     return np.asarray(map_coordinates(smooth, place.T, order=1, mode="constant")) - 0.5
+
+
+def _check_volume(space: Regions, surface: Surface) -> None:
+    """Refuse a surface that lost much of the body, or that is another body's."""
+    body = float(_filled(space).sum()) * space.size**3
+    require(
+        1 / _VOLUME_RATIO < surface.volume / body < _VOLUME_RATIO,
+        f"the radiating surface encloses {1e3 * surface.volume:.4g} litres, the body with its cavities "
+        f"{1e3 * body:.4g}: use smaller faces where parts of the body are thinner than a face, check the units of a "
+        "surface that is given",
+    )
+
+
+def _narrow(space: Regions, opening: float) -> tuple[str, ...]:
+    """What was closed though the largest admitted hole is as wide as the cavity behind it."""
+    return tuple(
+        f"opening = {1e3 * opening:.4g} mm is wider than a cavity of {1e3 * volume:.3g} litres, which is closed off "
+        f"all the same: its holes are narrower than {1e3 * diameter:.4g} mm and the cavity is not"
+        for volume, diameter in space.narrow
+    )
 
 
 def _notes(skin: Skin, space: Regions, surface: Surface, exposed: IntArray) -> tuple[str, ...]:

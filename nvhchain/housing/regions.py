@@ -1,7 +1,8 @@
 """What around a meshed body is outside and what is cavity, on a grid of voxels: thin walls, cracks and holes included.
 
 Openings are closed to a ball that rolls around the body: what it reaches from far away is outside, what it could fill
-but not reach is cavity, and the corners it fits nowhere belong to whichever lies nearer through the air.
+but not reach is cavity, and the corners it fits nowhere belong to whichever lies nearer through the air. A cavity too
+narrow for the ball is found by smaller ones, down to a voxel: one of them fits into it but not through its holes.
 """
 
 from __future__ import annotations
@@ -26,6 +27,9 @@ LARGEST_GRID = 60_000_000
 _CRUMB = 30
 """Voxels; a smaller pocket of air that nothing reaches is a gap between elements or ribs, not a cavity."""
 
+_SHRINK = 0.8
+"""Of the ball to the next smaller one."""
+
 _MARGIN = 3
 """Free voxels around the body beyond the ball."""
 
@@ -36,6 +40,7 @@ class Regions:
 
     label: `WALL`, `OUTSIDE`, `CAVITY` or `PLUG` of every voxel.  axes: (3, 3), columns are the grid's axes in space.
     on_floor: the grid ends half a voxel below its first layer, at the engine's plane.
+    narrow: m³ of cavity that the ball does not fit into, and m, diameter of the largest that does, of every such ball.
     """
 
     label: IntArray
@@ -43,6 +48,7 @@ class Regions:
     axes: FloatArray
     size: float
     on_floor: bool
+    narrow: tuple[tuple[float, float], ...] = ()
 
     def index(self, points: FloatArray) -> IntArray:
         """Voxels (p, 3) in which points (p, 3) m lie, moved into the grid."""
@@ -85,9 +91,10 @@ def regions(
     for plug in plugs:
         for points in _filled(local[plug], size):
             _mark(plugged, points, low, size)
-    label = _labelled(wall | plugged, radius / size, floor is not None)
+    label, narrow = _labelled(wall | plugged, radius / size, floor is not None)
     label[plugged & ~wall] = PLUG
-    return Regions(label, low, axes, size, floor is not None)
+    in_metres = tuple((count * size**3, 2 * ball * size) for count, ball in narrow)
+    return Regions(label, low, axes, size, floor is not None, in_metres)
 
 
 def _frame(floor: tuple[FloatArray, FloatArray] | None) -> FloatArray:
@@ -143,24 +150,58 @@ def _mark(wall: BoolArray, points: FloatArray, low: FloatArray, size: float) -> 
     wall[tuple(place.T)] = True
 
 
-def _labelled(wall: BoolArray, radius: float, on_floor: bool) -> IntArray:
-    """Region of every voxel.  radius: of the ball, in voxels."""
+def _labelled(wall: BoolArray, radius: float, on_floor: bool) -> tuple[IntArray, list[tuple[int, float]]]:
+    """Region of every voxel, and voxels and radius of the cavities that only smaller balls find.
+
+    radius: of the ball, in voxels.
+    """
     free = ~wall
-    core = distance_transform_edt(free) > radius
+    # what is sealed, the inside of solid walls too, needs no ball
+    open_air = _reached(free, on_floor)
+    depth = distance_transform_edt(free)
+    outside = _reached(core := open_air & (depth > radius), on_floor)
+    waiting = [(0.0, core & ~outside)]
+    known = core & ~outside
+    narrow = []
+    smaller = radius * _SHRINK
+    while smaller >= 1.0:
+        core = open_air & (depth > smaller)
+        new = core & ~_reached(core, on_floor) & ~known & ~outside
+        if new.any():
+            number, _ = components(new | known)
+            new &= ~np.isin(number, np.unique(number[known]))  # corners of a cavity that is known
+            narrow.append((smaller, new))
+            waiting.append((radius - smaller, new))
+            known |= new
+        smaller *= _SHRINK
+    cavity, step = np.zeros_like(wall), 0
+    while True:
+        # both grow by one voxel through the air that neither holds; the outside goes first by half a voxel, and by what
+        # its ball is larger
+        for delay, seed in waiting:
+            if delay <= step:
+                cavity |= seed
+        waiting = [(delay, seed) for delay, seed in waiting if delay > step]
+        more = binary_dilation(outside, mask=free & ~cavity & ~known)
+        inner = binary_dilation(cavity, mask=free & ~more)
+        step += 1
+        if not waiting and more.sum() == outside.sum() and inner.sum() == cavity.sum():
+            break
+        outside, cavity = more, inner
+    number, _ = components(cavity)
+    volumes = [(int(np.isin(number, np.unique(number[seed])).sum()), ball) for ball, seed in narrow]
+    pocket, _ = components(free & ~outside & ~cavity)
+    crumb = (np.bincount(pocket.ravel()) < _CRUMB)[pocket]
+    cavity |= (pocket > 0) & ~crumb
+    return np.select([outside, cavity], [OUTSIDE, CAVITY], WALL).astype(np.int8), [
+        found for found in volumes if found[0] >= _CRUMB
+    ]
+
+
+def _reached(core: BoolArray, on_floor: bool) -> BoolArray:
+    """What hangs together with the border of the grid."""
     number, _ = components(core)
     border = [number[0], number[-1], number[:, 0], number[:, -1], number[:, :, -1]]
     border += [] if on_floor else [number[:, :, 0]]
     reached = np.unique(np.concatenate([side.ravel() for side in border]))
-    outside = np.isin(number, reached[reached > 0])
-    cavity = core & ~outside
-    while True:
-        # both grow by one voxel through the air that neither holds; the outside goes first by half a voxel
-        more = binary_dilation(outside, mask=free & ~cavity)
-        inner = binary_dilation(cavity, mask=free & ~more)
-        if more.sum() == outside.sum() and inner.sum() == cavity.sum():
-            break
-        outside, cavity = more, inner
-    pocket, _ = components(free & ~outside & ~cavity)
-    crumb = (np.bincount(pocket.ravel()) < _CRUMB)[pocket]
-    cavity |= (pocket > 0) & ~crumb
-    return np.select([outside, cavity], [OUTSIDE, CAVITY], WALL).astype(np.int8)
+    return np.asarray(np.isin(number, reached[reached > 0]))

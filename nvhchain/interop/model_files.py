@@ -109,7 +109,7 @@ def real16(value: float) -> str:
 
 
 def real20(value: float) -> str:
-    """The number with all its digits, or those that 20 characters hold: CalculiX cuts the rest off, exponent and all."""
+    """The number with all digits, or as many as 20 characters hold: CalculiX cuts the rest off, exponent and all."""
     text = repr(float(value))
     return text if len(text) <= 20 else f"{value:.13g}"
 

@@ -1,5 +1,6 @@
 """Outer envelope of foreign meshes and the power that the mapping onto it keeps."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -9,6 +10,7 @@ from box_models import box, grid
 from nvhchain.conventions import STEEL, Air
 from nvhchain.errors import InputError
 from nvhchain.fem.solid_model import ElementBlock, SolidModel
+from nvhchain.handoff import Surface
 from nvhchain.housing.envelope import outer_envelope
 from nvhchain.housing.foreign_mesh import raised, sound_mesh
 from nvhchain.housing.mapping_error import facet_flux, gathered, mapping_error, source_power
@@ -72,6 +74,45 @@ def test_small_hole_is_capped_and_a_large_one_is_not():
     opened = envelope(skin, opening=0.02)
     inner = 2 * (0.36 * 0.26 + 0.36 * 0.16 + 0.26 * 0.16)
     assert area(skin, opened.exposed) == pytest.approx(OUTSIDE + inner, rel=0.03)
+
+
+@pytest.mark.parametrize("opening", [0.16, 0.2])
+def test_cavity_narrower_than_the_widest_admitted_hole_does_not_leak(opening):
+    """No ball of that size fits into it, 160 mm wide, but smaller ones that do not pass its hole of 40 mm do."""
+    made = envelope(skin := hollow(hole=([9, 10], [7, 8])), opening=opening)
+    assert area(skin, made.exposed) == pytest.approx(OUTSIDE, rel=1e-6)
+    assert made.surface.volume == pytest.approx(0.4 * 0.3 * 0.2, rel=0.03)
+    note = re.search(
+        r"opening = (\S+) mm is wider than a cavity of (\S+) litres.*narrower than (\S+) mm", made.notes[1]
+    )
+    assert float(note[1]) == pytest.approx(1e3 * opening)
+    assert float(note[2]) == pytest.approx(0.36 * 0.26 * 0.16 * 1e3, rel=0.1)
+    assert 40 < float(note[3]) < 160
+
+
+def test_recess_as_wide_as_its_mouth_stays_open():
+    made = envelope(skin := hollow(bottom=False), opening=0.15)
+    inner = 0.36 * 0.26 + 2 * (0.36 * 0.18 + 0.26 * 0.18)
+    rim = 0.4 * 0.3 - 0.36 * 0.26
+    assert area(skin, made.exposed) == pytest.approx(OUTSIDE - 0.4 * 0.3 + rim + inner, rel=0.02)
+
+
+def test_surface_that_lost_the_body_or_has_another_unit_is_refused():
+    """A plate of 4 mm with a cube of 40 mm on it: of the plate nothing is left in faces of 25 mm."""
+    nodes, bricks = grid((40, 30, 11), (0.4, 0.3, 0.044))
+    i, j, k = np.indices((40, 30, 11)).reshape(3, -1)
+    used, members = np.unique(bricks[(k == 0) | ((i < 4) & (j < 4))], return_inverse=True)
+    block = ElementBlock("hex8", members.reshape(-1, 8), STEEL, np.arange(1, len(members.reshape(-1, 8)) + 1))
+    held = np.zeros((len(used), 3), dtype=bool)
+    model = SolidModel(nodes[used], np.arange(1, len(used) + 1), (block,), (), held, {}, "plate with a cube")
+    with pytest.raises(
+        InputError, match=r"encloses 0\.0\d+ litres, the body with its cavities 0\.\d+: use smaller faces"
+    ):
+        envelope(solid_skin(sound_mesh(model)[0]))
+    skin = hollow()
+    own = envelope(skin).surface
+    with pytest.raises(InputError, match="check the units of a surface that is given"):
+        envelope(skin, surface=Surface(1e3 * own.vertices, own.triangles))
 
 
 def test_engine_plane_closes_the_open_side_and_is_silent():

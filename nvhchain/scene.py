@@ -101,6 +101,10 @@ class Plan:
 
 def plan(case: Case, *, fidelity: Fidelity = STANDARD) -> Plan:
     """What will be modelled for `case`, what is skipped and why, memory and time (estimates)."""
+    return _plan(case, fidelity, ())
+
+
+def _plan(case: Case, fidelity: Fidelity, ready: Collection[str]) -> Plan:
     if isinstance(case, RadiatorCase):
         faces, area = radiator_faces(case, fidelity.acoustics)
         given = Stage(
@@ -116,7 +120,7 @@ def plan(case: Case, *, fidelity: Fidelity = STANDARD) -> Plan:
             ),
             ("gears, dynamics and housing: the surface velocity is given in the case",),
         )
-    area, unknowns = _extent(case, fidelity)
+    area, unknowns = _extent(case, fidelity, ready)
     stages = [_housing(case, fidelity, unknowns), *_mesh_laws(case, fidelity), _dynamics(case, fidelity)]
     if HEARD.intersection(case.quantities):
         stages.append(_transfer_vectors(case, fidelity, _faces(case, fidelity, area), area))
@@ -130,7 +134,8 @@ def plan(case: Case, *, fidelity: Fidelity = STANDARD) -> Plan:
 def preflight(case: Case, fidelity: Fidelity, given: Collection[str] = ()) -> None:
     """Refuse before any work starts what the stages to come cannot do (`check_knobs`), too little memory too.
 
-    given: names of the hand-offs that are ready-made, as `run` calls them; their stages are not looked at.
+    given: names of the hand-offs that are ready-made, as `run` calls them, or the hand-offs by name; their stages are
+    not looked at, and a foreign housing whose surface is among them is not read.
     """
     check_knobs(case, fidelity, given)
     if not isinstance(case, GearboxCase):
@@ -149,7 +154,7 @@ def preflight(case: Case, fidelity: Fidelity, given: Collection[str] = ()) -> No
         "transfer vectors": {"transfer_vectors"}.intersection(given),
     }
     needed, free = 0.0, float(psutil.virtual_memory().available)
-    for stage in plan(case, fidelity=fidelity).stages:
+    for stage in _plan(case, fidelity, given).stages:
         if not any(stage.name.startswith(name) for name, reasons in skipped.items() if reasons):
             needed = max(needed, 1e6 * stage.megabytes)
     if needed > free:
@@ -247,12 +252,15 @@ def _modes(case: GearboxCase, fidelity: Fidelity) -> float:
     return max(1.0, free - (_EDGES_OF_RIBBED_WALLS if ribbed else _EDGES_OF_PLAIN_WALLS) * sqrt(free))
 
 
-def _extent(case: GearboxCase, fidelity: Fidelity) -> tuple[float, float]:
+def _extent(case: GearboxCase, fidelity: Fidelity, ready: Collection[str]) -> tuple[float, float]:
     """Area of the radiating surface, m², and unknowns of the finite elements; a housing's file is read for it."""
+    for name in ("housing", "surface_velocity"):
+        if isinstance(ready, Mapping) and name in ready:
+            return float(ready[name].surface.areas.sum()), 0.0
     path = Path(case.folder)
     if isinstance(case.housing, HousingModel):
-        given = case.housing
-        return housing.model_extent(interop.read_solid_model(path / given.file, units=given.units, spc=given.spc))
+        model = case.housing
+        return housing.model_extent(interop.read_solid_model(path / model.file, units=model.units, spc=model.spc))
     if isinstance(case.housing, ModalResults):
         modes = interop.read_modal_model(path / case.housing.file, units=case.housing.units)
         return housing.modal_extent(modes), 0.0

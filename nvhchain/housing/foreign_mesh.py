@@ -26,6 +26,9 @@ _FLIP = {"tet": (0, 2, 1, 3), "wedge": (3, 4, 5, 0, 1, 2), "hex": (4, 5, 6, 7, 0
 _COINCIDENT = 1e-6
 """Parts of the mean edge within which two nodes of separate parts lie at the same place."""
 
+_LINE = 1e-9
+"""Width of a set of nodes over its length, below which they lie on a line."""
+
 _CHUNK = 20_000
 
 
@@ -259,6 +262,13 @@ def _check_connected(model: SolidModel) -> None:
 
 def _check_constraints(model: SolidModel) -> None:
     for rigid in model.rigid_sets:
+        arms = model.nodes[rigid.nodes] - model.nodes[rigid.nodes].mean(axis=0)
+        spread = np.linalg.svd(arms, compute_uv=False) if len(arms) > 1 else np.zeros(2)
+        require(
+            bool(rigid.held[3:].all() or spread[1] > _LINE * spread[0]),
+            f"{model.source}: rigid set {rigid.name} is {len(arms)} node(s) on a line: nothing resists its rotation; "
+            "give it three nodes that are not on a line",
+        )
         both = model.held[rigid.nodes].any(axis=1)
         require(
             not both.any(),

@@ -16,7 +16,7 @@ import scipy.linalg
 import scipy.sparse as sp
 
 from nvhchain.errors import SolverError
-from nvhchain.fem import factorize, lowest_modes
+from nvhchain.fem import Factor, factorize, lowest_modes
 from nvhchain.handoff import FloatArray, IntArray
 
 RIGID = 1e-5
@@ -41,20 +41,19 @@ class SeatModes:
 def seat_modes(K: sp.csr_matrix, M: sp.csr_matrix, count: int, f_top: float) -> SeatModes:
     """Normal modes up to f_top (Hz), rigid ones included, and the residual of unit forces at the `count` seats.
 
-    K, M: (n, n) with the six unknowns of every seat at the end (`rigid_map`).  Raises SolverError when a mode does not
-    converge.
+    K, M: (n, n) with the six unknowns of every seat at the end (`rigid_map`).  A K that cannot be factored is that of a
+    free structure.  Raises SolverError when a mode does not converge.
     """
     seats = seat_unknowns(K.shape[0], count)
     load = np.zeros((K.shape[0], len(seats)))
     load[seats, np.arange(len(seats))] = 1.0
-    try:
-        with factorize(K) as factor:
+    held, factor = False, _factored(K)
+    if factor is not None:
+        with factor:
             static = factor.solve(load)
             held = _slowest(K, M, static) > RIGID * f_top
             if held:
                 frequency, shapes = lowest_modes(K, M, f_top, factor=factor)
-    except SolverError:
-        held = False
     if not held:
         frequency, shapes = lowest_modes(K, M, f_top)
         frequency = np.where(frequency < RIGID * f_top, 0.0, frequency)
@@ -64,6 +63,14 @@ def seat_modes(K: sp.csr_matrix, M: sp.csr_matrix, count: int, f_top: float) -> 
     residual = static - elastic @ (elastic[seats].T / omega2[:, None])
     residual[seats] = (residual[seats] + residual[seats].T) / 2
     return SeatModes(frequency, shapes, residual, residual.T @ (M @ residual), seats)
+
+
+def _factored(K: sp.csr_matrix) -> Factor | None:
+    """None where K is singular."""
+    try:
+        return factorize(K)
+    except SolverError:
+        return None
 
 
 def seat_unknowns(unknowns: int, seats: int) -> IntArray:

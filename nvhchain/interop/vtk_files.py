@@ -28,6 +28,10 @@ def write_modes_vtkhdf(housing: ReducedHousing, path: str | Path) -> Path:
 
     Cells: normal_shape kg^-½; points: shape, vectors for Warp By Vector.
     """
+    require(
+        len(housing.natural_frequency) > 0,
+        "the housing has no modes to write: its band ends below the first one; raise f_max or mode_ratio",
+    )
     shapes = housing.normal_shapes
     vectors = np.stack([vertex_motion(housing.surface, shape) for shape in shapes])
     return _write(housing.surface, housing.natural_frequency, {"normal_shape": shapes}, {"shape": vectors}, path)

@@ -152,6 +152,29 @@ def test_modal_results_that_do_not_fit_are_refused(modal_results, change, messag
         nvh.run(case, fidelity=fidelity, bearing_forces=first.bearing_forces)
 
 
+def test_housing_that_is_handed_in_is_not_read_from_its_file(modal_results):
+    fidelity, first, folder = modal_results
+    case = nvh.load_case(folder / "case.toml")
+    gone = replace(case, housing=replace(case.housing, file="gone.bdf"), quantities=("bearing_forces",))
+    preflight(gone, fidelity, {"housing": first.housing})
+    with pytest.raises(InputError, match=r"gone\.bdf"):
+        preflight(gone, fidelity, {"mesh_laws": first.mesh_laws})
+
+
+def test_case_says_which_constraints_hold_a_nastran_housing(folder, coarse):
+    text = (folder / "housing.bdf").read_text().replace("SPC = 1", "$")
+    (folder / "two.bdf").write_text(text.replace("ENDDATA", "SPC1    2       3       1\nENDDATA"))
+    two = (folder / "case.toml").read_text().replace("housing.bdf", "two.bdf")
+    (folder / "two.toml").write_text(two)
+    with pytest.raises(InputError, match=r"two\.bdf: constraint sets 1, 2 are there: say which by spc"):
+        preflight(nvh.load_case(folder / "two.toml"), coarse)
+    (folder / "one.toml").write_text(two.replace('"two.bdf"', '"two.bdf"\nspc = 1'))
+    preflight(nvh.load_case(folder / "one.toml"), coarse)
+    (folder / "none.toml").write_text(two.replace('"two.bdf"', '"two.bdf"\nspc = 3'))
+    with pytest.raises(InputError, match=r"constraint set 3 is not there; known: \[1, 2\]"):
+        preflight(nvh.load_case(folder / "none.toml"), coarse)
+
+
 def test_missing_file_and_missing_seat_are_refused(folder, coarse):
     case = nvh.load_case(folder / "case.toml")
     with pytest.raises(InputError, match=r"none\.bdf: cannot be read"):

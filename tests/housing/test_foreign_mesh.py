@@ -130,6 +130,19 @@ def test_linear_elements_share_the_mid_edge_nodes_of_quadratic_neighbours():
     assert frequencies(repaired) == pytest.approx(frequencies(quadratic), rel=1e-9)
 
 
+@pytest.mark.parametrize("chosen", [[0], [0, 1], "edge"])
+def test_seat_of_one_node_or_of_a_line_is_refused(chosen):
+    """Nothing resists its rotation: the stiffness is singular, or nearly."""
+    model = box("hex8")
+    foot, seat = model.rigid_sets
+    edge = np.flatnonzero(model.nodes[seat.nodes, 2] == 0.0)
+    few = replace(seat, nodes=seat.nodes[edge if chosen == "edge" else chosen])
+    with pytest.raises(InputError, match=r"rigid set S is \d node\(s\) on a line: .* three nodes"):
+        sound_mesh(replace(model, rigid_sets=(foot, few)))
+    bolt = replace(foot, nodes=foot.nodes[:1])  # held in all six: nothing turns
+    assert sound_mesh(replace(model, rigid_sets=(bolt, seat)))[0].elements == model.elements
+
+
 def test_node_both_held_and_rigid_is_refused():
     model = box("hex8")
     held = model.held.copy()

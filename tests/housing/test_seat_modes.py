@@ -133,5 +133,18 @@ def test_singular_matrix_without_a_rigid_mode_is_an_error(monkeypatch):
         seat_modes(K, M, 2, 1000.0)
 
 
+def test_solver_that_fails_on_a_held_block_is_not_taken_for_a_free_one(monkeypatch):
+    import nvhchain.housing.seat_modes as module
+
+    def failing(*_, factor=None, **__):
+        assert factor is not None, "solved again as if it were free"
+        raise SolverError("3 of 5 modes converged")
+
+    K, M, _, _ = block(held=True)
+    monkeypatch.setattr(module, "lowest_modes", failing)
+    with pytest.raises(SolverError, match="3 of 5 modes converged"):
+        seat_modes(K, M, 2, 12e3)
+
+
 def test_seat_unknowns_are_the_translations_of_the_last_reference_points():
     assert seat_unknowns(20, 2).tolist() == [8, 9, 10, 14, 15, 16]

@@ -7,6 +7,7 @@ from vtkmodules.vtkIOHDF import vtkHDFReader
 from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 
 from nvhchain.conventions import REFERENCE_VELOCITY
+from nvhchain.errors import InputError
 from nvhchain.handoff import ReducedHousing, Surface, SurfaceVelocity
 from nvhchain.interop.surface_motion import vertex_motion
 from nvhchain.interop.vtk_files import write_modes_vtkhdf, write_velocity_vtkhdf, write_vtu
@@ -53,6 +54,23 @@ def test_modes_are_steps_at_their_natural_frequencies(tmp_path):
         assert vtk_to_numpy(grid.GetCellData().GetArray("normal_shape")) == pytest.approx(shapes[step])
         found = vtk_to_numpy(grid.GetPointData().GetArray("shape"))
         assert found == pytest.approx(vertex_motion(OCTAHEDRON, shapes[step]))
+
+
+def test_housing_without_modes_is_refused_in_one_line(tmp_path):
+    housing = ReducedHousing(
+        natural_frequency=np.zeros(0),
+        modal_damping=np.zeros(0),
+        seat_shapes=np.zeros((0, 1, 3)),
+        normal_shapes=np.zeros((0, 8)),
+        seat_residual=np.zeros((1, 3, 1, 3)),
+        face_residual=np.zeros((1, 3, 8)),
+        names=("A",),
+        positions=np.zeros((1, 3)),
+        surface=OCTAHEDRON,
+    )
+    with pytest.raises(InputError, match="no modes to write: its band ends below the first one"):
+        write_modes_vtkhdf(housing, tmp_path / "modes.vtkhdf")
+    assert not list(tmp_path.iterdir())
 
 
 def test_operating_shapes_are_steps_at_their_lines(tmp_path):

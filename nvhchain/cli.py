@@ -173,7 +173,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     exchange.add_argument("case", metavar="CASE")
     exchange.add_argument(
-        "--modes-to", metavar="HZ", type=float, help="modes with held seats up to here (default: as the reduction)"
+        "--modes-to", metavar="HZ", type=float, required=True, help="modes with held seats up to here: 4 times the band"
     )
     exchange.add_argument("--out", metavar="FILE", type=Path, required=True, help="MATLAB .mat or Nastran .bdf (DMIG)")
     exchange.set_defaults(action=_craig_bampton)

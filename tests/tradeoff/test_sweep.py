@@ -3,13 +3,17 @@
 import csv
 import io
 import json
+import subprocess
+import sys
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 import nvhchain as nvh
+from nvhchain.case import HousingModel, SurfaceFile
 from nvhchain.errors import InputError
-from nvhchain.tradeoff import Knob, comma_separated, from_json, markdown, save_tradeoff, tradeoff
+from nvhchain.tradeoff import Knob, comma_separated, deviation, from_json, markdown, save_tradeoff, tradeoff
 from nvhchain.tradeoff import knobs as catalogue
 from nvhchain.tradeoff import sweep as sweeping
 
@@ -51,6 +55,7 @@ def test_every_row_has_time_and_memory_of_all_stages_and_the_base_no_error(swept
     for row in swept[1].measurements:
         assert {"pressure"} <= set(row.stages) <= {"transfer_vectors", "pressure"}
         assert row.seconds > 0
+        assert 0 < row.processor == sum(cost.processor for cost in row.stages.values())
         assert 100 < row.megabytes < 3000
         assert (row.deviation is None) == (row.knob == "base")
 
@@ -94,6 +99,42 @@ def test_rows_of_other_code_are_measured_again(swept, sphere, monkeypatch):
     assert record.computed == ["pressure", "pressure"]  # operators are found: the shelf knows the true version
 
 
+def test_a_run_is_known_by_what_stands_in_its_files_and_not_by_where_they_lie(sphere, tmp_path):
+    folders = [tmp_path / name for name in ("here", "there")]
+    cases = [replace(sphere, body=SurfaceFile("body.stl"), folder=str(folder)) for folder in folders]
+    for folder in folders:
+        folder.mkdir()
+        (folder / "body.stl").write_text("solid a")
+    first, moved = (sweeping._identity(case, nvh.DRAFT) for case in cases)
+    assert first == moved
+    assert first == sweeping._identity(cases[0], replace(nvh.DRAFT, name="mine"))
+    (folders[1] / "body.stl").write_text("solid b")
+    assert first != sweeping._identity(cases[1], nvh.DRAFT)
+    assert first != sweeping._identity(cases[0], nvh.STANDARD)
+
+
+def test_a_housing_from_a_file_is_among_the_files_of_a_run(gearbox, tmp_path, monkeypatch):
+    read = []
+    monkeypatch.setattr("nvhchain.interop.read_solid_model", lambda path, **_: read.append(path) or "content")
+    (tmp_path / "housing.bdf").write_text("one")
+    case = replace(gearbox, housing=HousingModel("housing.bdf", "mm-t-s"), folder=str(tmp_path))
+    first = sweeping._identity(case, nvh.DRAFT)
+    assert read == [tmp_path / "housing.bdf"]  # with the files it includes
+    (tmp_path / "housing.bdf").write_text("two")
+    assert sweeping._identity(case, nvh.DRAFT) != first
+
+
+def test_costs_are_of_the_processor_and_not_of_the_wall():
+    """Asleep and busy."""
+    code = "import time; from nvhchain.tradeoff import worker as w; a = w._clocks(); time.sleep(0.5); b = w._clocks(); "
+    code += "sum(i * i for i in range(10**6)); c = w._clocks(); print(b[0] - a[0], b[1] - a[1], c[1] - b[1])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    wall, asleep, busy = map(float, done.stdout.split())
+    assert wall >= 0.5
+    assert asleep < 0.1
+    assert busy > 0.01
+
+
 def test_a_gear_knob_recomputes_no_housing_and_no_transfer_vectors(gearbox, tiny, tmp_path):
     record = Record()
     sweep = tradeoff(gearbox, out=tmp_path, fidelity=tiny, knobs=["gear.slices"], watcher=record)
@@ -133,7 +174,11 @@ def test_tables_and_figure_hold_every_row(swept, tmp_path):
     rows = list(csv.DictReader(io.StringIO(comma_separated(sweep))))
     assert [row["value"] for row in rows] == [row.value for row in sweep.measurements]
     assert float(rows[3]["worst line dB"]) == sweep.measurements[3].deviation.worst_line
-    assert from_json(tmp_path / "tradeoff.json") == sweep
+    again = from_json(tmp_path / "tradeoff.json")
+    assert again == sweep
+    assert np.array_equal(again.yardstick.pressure, sweep.yardstick.pressure)
+    assert deviation(again.yardstick, sweep.yardstick).overall == 0
+    assert set(again.provenance["fidelity"]) == {"gear", "dynamics", "housing", "acoustics"}
     assert (tmp_path / "tradeoff.png").stat().st_size > 20_000
     (tmp_path / "tradeoff.json").write_text(json.dumps({"case": 1}))
     with pytest.raises(InputError, match="not the table of a sweep"):

@@ -99,6 +99,10 @@ def contact_lines(
     on_path = np.clip(position, *pair.path)
     radius = np.hypot(np.stack([on_path, pair.line_length - on_path]), pair.base_radius[:, None])
     corner, enclosed = _touch_edges(pair, position, radius)
+    tip_circles = np.array([[g.tip_circle_radius] for g in pair.geometries])
+    there = np.flatnonzero((radius <= tip_circles * (1 + 1e-9)).all(axis=0))  # an edge past the other tip meets nothing
+    axial, position, length, corner, enclosed = (a[there] for a in (axial, position, length, corner, enclosed))
+    pairs, radius = pairs[there], radius[:, there]
     rolled = np.sqrt(radius**2 - pair.base_radius[:, None] ** 2)
     curvature = rolled[0] * rolled[1] / (rolled.sum(axis=0) * cos(pair.base_helix_angle))
     tips = np.array([[g.usable_flank[1]] for g in pair.geometries])

@@ -230,3 +230,17 @@ def test_edges_of_the_slices_are_the_drawn_ones(make_pair):
     np.testing.assert_allclose(angle[near], moved[near] * (1 / ends[0] + 1 / ends[1]), rtol=0.03)
     assert distance[beyond > 0].max() < 1e-15
     assert p.tip_circle_radius == pytest.approx(np.hypot(p.base_radius, roll))
+
+
+def test_edges_that_have_gone_past_the_mating_tip_meet_nothing(make_pair):
+    """A gap of 1 mm on teeth of module 0.2 mm: the flanks that are left carry by a law that rises."""
+    pair = make_pair(1, normal_module=0.2e-3, face_width=2e-3, bore_radius=0.8e-3)
+    for angle in np.linspace(0.0, 1.0, 7) * pair.mesh_period:
+        lines = contact_lines(pair, angle, slices=4, corner_gap=1e-3)
+        for radius, gear in zip(lines.radius, pair.geometries, strict=True):
+            assert radius.max() <= gear.tip_circle_radius * (1 + 1e-9)
+        assert (lines.depth > 0).all()
+        assert (lines.corner > 0).any()
+        law = local_law(lines.curvature, tuple(lines.depth), PAIR, edges=lines.edges, held=(True, True))
+        found = np.array([law.deflection(share * law.limit) for share in np.geomspace(1e-9, 1e3, 60)])
+        assert (np.diff(found, axis=0) > 0).all()

@@ -5,7 +5,7 @@
 Measures what is named (all by default: see `MEASUREMENTS`) and is not yet in OUT/<name>.json, each in its own process,
 then writes the tables of everything found in OUT. CalculiX (`ccx`, Debian package calculix-ccx) is left out where it is
 not installed. Seconds are wall time on an otherwise idle machine, memory is the process's largest resident set;
-`frequencies`, `truncation` and `damping` hold errors only and may be measured on a busy one.
+`frequencies`, `truncation`, `exchange` and `damping` hold errors only and may be measured on a busy one.
 """
 
 from __future__ import annotations
@@ -207,16 +207,17 @@ def on_peer_mesh() -> tuple[HousingMesh, Casting, Surface, sp.csr_matrix, float]
     return mesh, casting, surface, motion, case().band.high
 
 
-def truncation(out: Path) -> Record:
-    """Estimated and true error against the number of modes, on the peer's mesh; the truth has modes to 2.5 f_max.
+def unit_forces(seats: int, f_max: float) -> tuple[FloatArray, FloatArray, ComplexArray]:
+    """60 lines (Hz) of the band; every one of them as often as there are unit forces at the seats, and these forces."""
+    lines = (np.arange(60) + 0.5) / 60 * f_max
+    return lines, np.repeat(lines, 3 * seats), np.tile(np.eye(3 * seats, dtype=complex), (len(lines), 1))
 
-    For exchange, the error of Craig–Bampton matrices too, with structural damping on both sides.
-    """
+
+def truncation(out: Path) -> Record:
+    """Estimated and true error against the number of modes, on the peer's mesh; the truth has modes to 2.5 f_max."""
     mesh, casting, surface, motion, f_max = on_peer_mesh()
     rich = reduce_mesh(mesh, casting, surface, motion, 2.5 * f_max)
-    count = 3 * len(rich.names)
-    lines = (np.arange(60) + 0.5) / 60 * f_max
-    frequency, force = np.repeat(lines, count), np.tile(np.eye(count, dtype=complex), (len(lines), 1))
+    _, frequency, force = unit_forces(len(rich.names), f_max)
     rows = []
     exact = face_displacement(rich, frequency, force)
     weight = surface.areas
@@ -225,16 +226,24 @@ def truncation(out: Path) -> Record:
         few = without_modes(rich, keep)
         got = face_displacement(few, frequency, force)
         rows.append([ratio, keep, relative(got, exact, weight), truncation_error(few, f_max).faces])
+    return {"rows": rows}
+
+
+def exchange(out: Path) -> Record:
+    """Error of Craig–Bampton matrices against the same truth, with structural damping on both sides."""
+    mesh, casting, surface, motion, f_max = on_peer_mesh()
+    rich = reduce_mesh(mesh, casting, surface, motion, 2.5 * f_max)
+    lines, frequency, force = unit_forces(len(rich.names), f_max)
     K, M, T = held_matrices(mesh, casting)
     to_faces = sp.csr_matrix(motion @ T)
-    exchange = craig_bampton(K, M, to_faces, 2.5 * f_max, names=rich.names, positions=rich.positions)
+    matrices = craig_bampton(K, M, to_faces, 2.5 * f_max, names=rich.names, positions=rich.positions)
     exact = face_displacement(rich, frequency, force, structural=True)
-    fixed = []
+    rows = []
     for ratio in (1.25, 1.6, 2.5):
-        keep = int((exchange.interface_frequency < ratio * f_max).sum())
-        got = exchange_displacement(exchange, keep, lines, 2 * float(rich.modal_damping[0]))
-        fixed.append([ratio, keep, relative(got, exact, weight)])
-    return {"rows": rows, "craig_bampton": fixed}
+        keep = int((matrices.interface_frequency < ratio * f_max).sum())
+        got = exchange_displacement(matrices, keep, lines, 2 * float(rich.modal_damping[0]))
+        rows.append([ratio, keep, relative(got, exact, surface.areas)])
+    return {"rows": rows}
 
 
 def relative(got: ComplexArray, exact: ComplexArray, weight: FloatArray) -> float:
@@ -287,6 +296,7 @@ MEASUREMENTS: dict[str, Callable[[Path], Record | None]] = {
     "peer": peer,
     "superlu": superlu,
     "truncation": truncation,
+    "exchange": exchange,
     "damping": damping,
 }
 

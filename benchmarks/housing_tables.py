@@ -80,11 +80,19 @@ def truncation_table(records: dict[str, Record]) -> list[str]:
         "|---:|---:|---:|---:|",
         *[f"| {ratio:g} | {keep} | {100 * true:.2g} | {100 * guess:.2g} |" for ratio, keep, true, guess in r["rows"]],
         "",
+    ]
+
+
+def exchange_table(records: dict[str, Record]) -> list[str]:
+    r = records.get("exchange")
+    if r is None:
+        return []
+    return [
         "**The same error of Craig–Bampton matrices, for exchange**",
         "",
-        "| modes of the held seats to × f_max | modes | true / % |",
+        "| modes with held seats to × f_max | modes | true / % |",
         "|---:|---:|---:|",
-        *[f"| {ratio:g} | {keep} | {100 * true:.2g} |" for ratio, keep, true in r["craig_bampton"]],
+        *[f"| {ratio:g} | {keep} | {100 * true:.2g} |" for ratio, keep, true in r["rows"]],
         "",
     ]
 
@@ -109,5 +117,5 @@ def _row(cells: list[str]) -> str:
 
 def tables(records: dict[str, Record]) -> list[str]:
     """Lines of all tables of which there are records."""
-    made = (cost_table, peer_table, truncation_table, damping_table)
+    made = (cost_table, peer_table, truncation_table, exchange_table, damping_table)
     return [line for table in made for line in table(records)]

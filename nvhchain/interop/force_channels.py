@@ -28,6 +28,9 @@ TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
 SPEED_UNITS = {"rad/s": 1.0, "rpm": 2.0 * pi / 60.0, "Hz": 2.0 * pi}
 """rad/s in one unit; Hz counts turns per second."""
 
+FARTHEST = 5.0
+"""m, of a bearing from the gearbox's origin, as in `nvhchain.dynamics`."""
+
 SAMPLE_RATE_MATCH = 1e-5
 """Relative difference of a stated sampling rate from the file's own; UFF 58 keeps six digits of the time step."""
 
@@ -45,6 +48,17 @@ class BearingChannels:
     y: str
     z: str
     position: tuple[float, float, float] | None = None
+
+    def __post_init__(self) -> None:
+        require(
+            len({self.x, self.y, self.z}) == 3,
+            f"bearing {self.name!r}: x, y, z = {self.x!r}, {self.y!r}, {self.z!r} name a channel twice: give three",
+        )
+        require(
+            self.position is None or all(isfinite(c) and abs(c) <= FARTHEST for c in self.position),
+            f"bearing {self.name!r}: position = {self.position} m is beyond ±{FARTHEST:g} m: give it in m, or in mm as "
+            "position_mm",
+        )
 
 
 @dataclass(frozen=True)
@@ -75,6 +89,9 @@ class ForceChannels:
 
     def __post_init__(self) -> None:
         require(len(self.bearings) > 0, "no bearing is described: at least one is needed")
+        named = [channel for bearing in self.bearings for channel in (bearing.x, bearing.y, bearing.z)]
+        repeated = sorted({channel for channel in named if named.count(channel) > 1})
+        require(not repeated, f"channels {', '.join(repeated)} are given to two bearings: each has its own three")
         for what, unit, known in (
             ("force_unit", self.force_unit, FORCE_UNITS),
             ("time_unit", self.time_unit, TIME_UNITS),

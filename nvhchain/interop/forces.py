@@ -51,7 +51,7 @@ def write_bearing_forces(forces: BearingForces, path: str | Path) -> ForceChanne
     """Write `forces` (N on the housing, s, rad/s) for another program; returns what reads the file back.
 
     Values keep all digits. UFF 58 keeps six digits of time start and step, so that reading it back relies on the
-    returned sample_rate. Mesh deflections are left out.
+    returned sample_rate. Mesh deflections and transmission errors are left out.
     """
     path = Path(path)
     kind = _format(path)

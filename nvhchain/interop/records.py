@@ -37,7 +37,10 @@ def read_csv(path: Path, *, delimiter: str = ",") -> Record:
         if table.shape[1] != len(names):
             raise ValueError(f"{len(names)} names, but {table.shape[1]} columns")
     except (OSError, ValueError, UnicodeDecodeError, StopIteration) as error:
-        raise FileFormatError(f"{path}: not a table of numbers under a line of names: {_reason(error)}") from None
+        raise FileFormatError(
+            f"{path}: not a table of numbers, with commas between them and decimal points, under a line of names: "
+            f"{_reason(error)}"
+        ) from None
     if len(set(names)) != len(names):
         raise FileFormatError(f"{path}: channel names repeat: {', '.join(names)}")
     return Record(str(path), {name: table[:, i].copy() for i, name in enumerate(names)}, units)
@@ -60,15 +63,28 @@ def _is_number(text: str) -> bool:
 
 
 def read_mat(path: Path) -> Record:
-    """MATLAB level 5 or 7.3; arrays (n_t, …) give channels name[i] or name[i,j], counted from 0."""
+    """MATLAB level 5 or 7.3; arrays (n_t, …) give channels name[i] or name[i,j], counted from 0, fields of a structure
+    name.field (level 7.3: name/field)."""
     if h5py.is_hdf5(path):
         return read_hdf5(path)
     try:
         content = loadmat(path)
     except Exception as error:  # damaged files raise whatever the parser stumbles over
         raise FileFormatError(f"{path}: not a MAT file: {_reason(error)}") from None
-    arrays = {name: value for name, value in content.items() if not name.startswith("__")}
+    arrays = _flat({name: value for name, value in content.items() if not name.startswith("__")})
     return Record(str(path), _channels(arrays), {})
+
+
+def _flat(arrays: Mapping[str, Any]) -> dict[str, Any]:
+    """Fields of single structures under their own names, however deep."""
+    flat: dict[str, Any] = {}
+    for name, value in arrays.items():
+        fields = getattr(getattr(value, "dtype", None), "names", None)
+        if fields and value.size == 1:
+            flat |= _flat({f"{name}.{field}": value.ravel()[0][field] for field in fields})
+        else:
+            flat[name] = value
+    return flat
 
 
 def read_hdf5(path: Path) -> Record:

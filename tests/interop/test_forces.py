@@ -292,3 +292,40 @@ def test_matlab_reads_names_and_units(forces, tmp_path):
     with h5py.File(tmp_path / "a.h5") as file:
         assert file["force"].attrs["units"] == "N"
         assert list(file["names"].asstr()) == ["A", "B"]
+
+
+def test_fields_of_a_matlab_structure_are_channels(tmp_path):
+    time = np.arange(50) / 1000.0
+    force = np.sin(time)
+    savemat(tmp_path / "run.mat", {"run": {"t": time, "left": {"x": force, "y": 2 * force, "z": -force}}})
+    meaning = ForceChannels(
+        (BearingChannels("A1", "run.left.x", "run.left.y", "run.left.z", (0.0, 0.0, 0.0)),),
+        force_unit="N",
+        acts_on="housing",
+        speed=10.0,
+        time_channel="run.t",
+    )
+    found = read_bearing_forces(tmp_path / "run.mat", meaning)
+    assert np.array_equal(found.force[:, 0], np.stack([force, 2 * force, -force], axis=1))
+    assert found.sample_rate == pytest.approx(1000.0)
+
+
+def test_a_channel_given_twice_and_a_position_in_millimetres_are_refused():
+    with pytest.raises(InputError, match="name a channel twice"):
+        BearingChannels("A1", "fx", "fy", "fx")
+    with pytest.raises(InputError, match="position_mm"):
+        BearingChannels("A1", "fx", "fy", "fz", (120.0, 30.0, 85.0))
+    with pytest.raises(InputError, match="channels fz are given to two bearings"):
+        ForceChannels(
+            (BearingChannels("A1", "fx", "fy", "fz"), BearingChannels("A2", "gx", "gy", "fz")),
+            force_unit="N",
+            acts_on="housing",
+            speed=10.0,
+            sample_rate=1000.0,
+        )
+
+
+def test_a_table_with_semicolons_says_how_tables_are_written(tmp_path, declared):
+    (tmp_path / "forces.csv").write_text("t;fx;fy;fz\n0,0;1,5;2;3\n0,1;1;2;3\n")
+    with pytest.raises(InputError, match="commas between them and decimal points"):
+        read_bearing_forces(tmp_path / "forces.csv", declared)

@@ -1,4 +1,4 @@
-"""What the contact problem of a gear pair says about friction and tilt, for the options of the dynamics."""
+"""The contact problems of solid gears, and what they say about tilt, for the options of the dynamics."""
 
 from __future__ import annotations
 
@@ -9,15 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from nvhchain import dynamics, gear
+from nvhchain import gear
 from nvhchain.dynamics.law_table import deflection_under
 from nvhchain.fidelity import GearFidelity
 from nvhchain.gear.blank import SOLID
 from nvhchain.handoff import FloatArray, MeshLaw
 from nvhchain.resume import code_version, fingerprint
-
-ANGLES = 48
-"""Of a mesh period, at which friction is tabulated."""
 
 TILT = 5e-5
 """rad, of the finite differences: 1 µm over 20 mm of face."""
@@ -31,26 +28,6 @@ def solid_solvers(case: Any, fidelity: GearFidelity, folder: Path) -> list[gear.
         kept.write_bytes(pickle.dumps([gear.pair_compliances(pair, fidelity) for pair in pairs]))
     found = pickle.loads(kept.read_bytes())
     return [gear.Engagement(pair, c, fidelity) for pair, c in zip(pairs, found, strict=True)]
-
-
-def angle_tables(
-    solver: gear.Engagement, law: MeshLaw, force: float, coefficient: float
-) -> tuple[dynamics.MeshFriction, dynamics.LoadCentre]:
-    """Friction and load centre of a mesh under `force`, N, from the contact of solid gears, over the law's period."""
-    pitch = 2.0 * np.pi / law.teeth[1]
-    angles = np.arange(ANGLES) * pitch / ANGLES
-    sliding, arm, offset = np.empty((3, ANGLES))
-    for i, angle in enumerate(angles):
-        lines, forces, _ = _loaded(solver, law, float(angle), force)
-        share = forces / forces.sum()
-        rubbing = share * gear.sliding_sense(solver.pair, lines)
-        sliding[i], arm[i], offset[i] = rubbing.sum(), rubbing @ lines.position, share @ lines.axial
-    repeats = round(law.period / pitch)
-    every = (angles + np.arange(repeats)[:, None] * pitch).ravel()
-    return (
-        dynamics.MeshFriction(coefficient, law.period, every, np.tile(sliding, repeats), np.tile(arm, repeats)),
-        dynamics.LoadCentre(law.period, every, np.tile(offset, repeats)),
-    )
 
 
 def _loaded(solver: gear.Engagement, law: MeshLaw, angle: float, force: float) -> tuple[Any, FloatArray, float]:

@@ -66,15 +66,15 @@ def one_step(model: Simulation, laws: list[MeshLaw], steps: int = 32_768) -> flo
     return 1e9 * best / steps
 
 
-def order_levels(force: FloatArray, turns: float) -> dict[float, float]:
-    """dB of the mesh harmonics up to 5 kHz of a steady record (n, 3 n_bearing) N over so many turns of the input."""
+def order_levels(force: FloatArray, turns: float, speed: float = SPEED, highest: float = 5000.0) -> dict[float, float]:
+    """dB of the mesh harmonics up to `highest` Hz of a steady record (n, 3 n_bearing) N over so many turns of the input."""
     lines = np.abs(np.fft.rfft(force, axis=0)) * 2.0 / len(force)
     energy = (lines**2).sum(axis=1)
     orders = {k * base for base in MESH_ORDERS for k in range(1, 12)}
     return {
         order: float(10.0 * np.log10(max(energy[round(order * turns)], 1e-30)))
         for order in sorted(orders)
-        if order * SPEED / (2.0 * pi) <= 5000.0
+        if order * speed / (2.0 * pi) <= highest
     }
 
 
@@ -87,16 +87,24 @@ def worst(found: dict[float, float], wanted: dict[float, float]) -> list[float]:
 
 
 def steady(
-    gearbox: dynamics.Gearbox, laws: Any, housing: Any, torque: float, *, turns: float = 10.25, **knobs: Any
+    gearbox: dynamics.Gearbox,
+    laws: Any,
+    housing: Any,
+    torque: float,
+    *,
+    turns: float = 10.25,
+    speed: float = SPEED,
+    highest: float = 5000.0,
+    **knobs: Any,
 ) -> dict[float, float]:
-    """Levels of the mesh harmonics of the solid gearbox at 2500 rpm."""
+    """Levels of the mesh harmonics of the solid gearbox, at 2500 rpm unless `speed`, rad/s, says else."""
     record = dynamics.bearing_forces(
         gearbox,
         laws,
         housing,
-        input_speed=SPEED,
+        input_speed=speed,
         input_torque=torque,
-        f_max=5000.0,
+        f_max=highest,
         fidelity=DynamicsFidelity(**({"time_step": 1e-5, "settle_level": 1e-4} | knobs)),
     )
-    return order_levels(record.force.reshape(len(record.time), -1), turns)
+    return order_levels(record.force.reshape(len(record.time), -1), turns, speed, highest)

@@ -1,6 +1,6 @@
 """What mesh levels and options of the dynamics change, in dB; writes docs/measured/dynamics_options.md.
 
-    python benchmarks/dynamics_options.py OPERATORS [options tilt ramp levels misaligned contact]
+    python benchmarks/dynamics_options.py OPERATORS [options speeds tilt ramp levels misaligned contact]
 
 OPERATORS: folder with the mesh laws and the housing that cases/studies/run_up.py leaves. The sections named (all, if
 none is) are measured anew and kept in OPERATORS/dynamics_options.json; the table is written from what is there.
@@ -17,12 +17,12 @@ from typing import Any
 
 import numpy as np
 from dynamics_contact import contact, misaligned
-from dynamics_gears import angle_tables, solid_solvers, tilt_stiffness
+from dynamics_gears import solid_solvers, tilt_stiffness
 from dynamics_models import MODES, ROOT, SPEED, TORQUE, gearbox_of, one_step, operators, steady, with_modes, worst
 from publish import publish
 
 import nvhchain as nvh
-from nvhchain import dynamics
+from nvhchain import dynamics, gear
 from nvhchain.case import GearboxCase
 from nvhchain.dynamics.simulation import simulation
 from nvhchain.fidelity import DynamicsFidelity
@@ -55,14 +55,24 @@ def changes(folder: Path) -> dict[str, tuple[dynamics.Gearbox, Any, dict[str, An
         )
         return replace(box, bearings=bearings)
 
+    def undamped(**damping: Any) -> dynamics.Gearbox:
+        bare = {"radial_damping": 0.0, "axial_damping": 0.0}
+        return replace(box, bearings=tuple(replace(b, **(bare | damping)) for b in box.bearings))
+
     # how friction and the load's centre go with the angle needs no finite elements
-    solvers = solid_solvers(bare, replace(nvh.DRAFT.gear, bodies="analytic", slices=64), folder)
+    teeth = replace(nvh.DRAFT.gear, bodies="analytic", slices=64)
     tables = [
-        angle_tables(solver, law, force, 0.05)
-        for solver, law, force in zip(solvers, laws["solid"], bare.mesh_forces, strict=True)
+        gear.load_distribution(pair, nominal_force=force, fidelity=teeth)
+        for pair, force in zip(bare.pairs, bare.mesh_forces, strict=True)
     ]
-    rubbing = tuple(replace(mesh, friction=friction) for mesh, (friction, _) in zip(box.meshes, tables, strict=True))
-    moving = tuple(replace(mesh, load_centre=centre) for mesh, (_, centre) in zip(box.meshes, tables, strict=True))
+    rubbing = tuple(
+        replace(mesh, friction=dynamics.MeshFriction(0.05, of.period, of.angle, of.sliding, of.arm))
+        for mesh, of in zip(box.meshes, tables, strict=True)
+    )
+    moving = tuple(
+        replace(mesh, load_centre=dynamics.LoadCentre(of.period, of.angle, of.offset))
+        for mesh, of in zip(box.meshes, tables, strict=True)
+    )
     stiffer = tuple(replace(mesh, tilt_ratio=1.65) for mesh in box.meshes)
     dragged = tuple(replace(shaft, drag_torque=drag) for shaft, drag in zip(box.shafts, (0.5, 0.7, 2.0), strict=True))
     flexible = {"flexible_shafts": True}
@@ -74,6 +84,9 @@ def changes(folder: Path) -> dict[str, tuple[dynamics.Gearbox, Any, dict[str, An
         "gear bodies without mass": (bare.gearbox, housing, {}),
         "bearing damping halved": (damped(0.5), housing, {}),
         "bearing damping doubled": (damped(2.0), housing, {}),
+        "bearing damping 10 µs × stiffness": (undamped(stiffness_damping=1e-5), housing, {}),
+        "bearing loss factor 0.1 at 1 kHz": (undamped(loss_factor=0.1, loss_factor_frequency=1e3), housing, {}),
+        "bearing loss factor 0.1 at 500 Hz": (undamped(loss_factor=0.1, loss_factor_frequency=500.0), housing, {}),
         "friction, 0.05": (replace(box, meshes=rubbing), housing, {}),
         "shuttling": (replace(box, meshes=moving), housing, {}),
         "drag 0.5, 0.7, 2 N m": (replace(box, shafts=dragged), housing, {}),
@@ -85,6 +98,33 @@ def changes(folder: Path) -> dict[str, tuple[dynamics.Gearbox, Any, dict[str, An
         "flexible shafts, modes to 20 kHz": (box, housing, flexible | {"shaft_frequency": 20e3}),
         "flexible shafts and tilt": (box, housing, flexible | {"face_points": 2}),
     }
+
+
+def speeds(folder: Path) -> list[list[Any]]:
+    """Gyroscopic terms by speed: rpm of the input, widest split of a tilting frequency in %, deviation in dB.
+
+    Harmonics up to the mesh frequency of stage 1 and twice that of stage 2 at least; fast steps, so that they fit.
+    """
+    laws, housing = operators(folder)
+    box, rows = gearbox_of("solid"), []
+    for rpm in (2500.0, 10_000.0, 20_000.0):
+        speed = rpm * np.pi / 30.0
+        highest = max(5000.0, 2.2 * 20.0 * rpm / 60.0)
+        knobs = {"speed": speed, "highest": highest, "time_step": 0.1 / highest}
+        plain = steady(box, laws["solid"], housing, TORQUE, **knobs)
+        turning = steady(box, laws["solid"], housing, TORQUE, gyroscopic=True, **knobs)
+        rows.append([rpm, 100.0 * widest_split(box, speed), *worst(turning, plain)])
+    return rows
+
+
+def widest_split(box: dynamics.Gearbox, speed: float) -> float:
+    """J_p Ω/√(k J) of the shafts' tilting on their bearings, the largest of all shafts; stage ratios 20/50 and 30/82."""
+    found = []
+    for shaft, ratio in zip(box.shafts, (1.0, 0.4, 0.4 * 30.0 / 82.0), strict=True):
+        body = shaft.inertia()
+        stiffness = sum(b.radial_stiffness * (b.z - body.z) ** 2 for b in box.bearings if b.shaft == shaft.name)
+        found.append(body.polar_inertia * speed * ratio / np.sqrt(stiffness * body.transverse_inertia))
+    return float(max(found))
 
 
 def tilt(folder: Path) -> list[list[Any]]:
@@ -136,6 +176,7 @@ def levels(folder: Path) -> list[list[Any]]:
 
 SECTIONS = {
     "options": options,
+    "speeds": speeds,
     "tilt": tilt,
     "ramp": along_ramp,
     "levels": levels,
@@ -161,6 +202,18 @@ def table(found: dict[str, Any]) -> list[str]:
             ),
             "",
             "Friction (0.05) and shuttling act under the nominal mesh force; elastic modes are damped by 0.5 %.",
+            "",
+        ]
+    if "speeds" in found:
+        lines += [
+            "## Gyroscopic terms by speed, solid",
+            "",
+            "| input speed / rpm | widest split of a tilting frequency / % | worst mesh harmonic / dB | RMS / dB |",
+            "|---:|---:|---:|---:|",
+            *(
+                f"| {rpm:.0f} | {split:.2f} | {off:+.3f} (order {order:g}) | {rms:.3f} |"
+                for rpm, split, off, rms, order in found["speeds"]
+            ),
             "",
         ]
     if "tilt" in found:

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import hypot, prod
 
 from nvhchain.case import Case
-from nvhchain.errors import InputError, require
+from nvhchain.errors import AccuracyWarning, InputError, require
 from nvhchain.fidelity import PRESETS, Fidelity
 from nvhchain.scene import check_knobs, plan
-from nvhchain.tradeoff.knobs import Knob, knobs_by_stage, knobs_of, spoken
+from nvhchain.tradeoff.knobs import PRESET, Knob, knobs_by_stage, knobs_of, spoken
 from nvhchain.tradeoff.shipped import shipped_sweep
 from nvhchain.tradeoff.sweep import Measurement, Tradeoff
 
@@ -41,10 +42,11 @@ _MEASURED_AS = {
 class Choice:
     """What a planner chose.
 
-    fidelity: to run with.  turned: knob → value that is cheaper than the sweep's base.  expected_error_db: sum of the
-    errors of the sound pressure that were measured for each alone, against the base.  expected_seconds, base_seconds:
-    of what is run when nothing is found on disk, as `plan` estimates them.  base_error_db: what the base itself leaves
-    open.  sweep, base: names of the case that was swept and of the preset.  errors: knob → dB of its setting.
+    fidelity: to run with.  turned: knob → value that is cheaper than the sweep's base, or `preset` → its name.
+    expected_error_db: sum of the errors of the sound pressure that were measured for each, against the base.
+    expected_seconds, base_seconds: of what is run when nothing is found on disk, as `plan` estimates them.
+    base_error_db: what the base itself leaves open.  sweep, base: names of the case that was swept and of the preset.
+    errors: knob → dB of its setting.
     """
 
     fidelity: Fidelity
@@ -71,7 +73,7 @@ class Choice:
 
 @dataclass(frozen=True)
 class _Offer:
-    """A knob at a value.  error: dB.  shares: stage of the sweep → what it leaves of the stage's time."""
+    """A knob at a value, or a preset.  error: dB.  shares: stage of the sweep → what it leaves of the stage's time."""
 
     knob: Knob
     value: tuple[object, ...]
@@ -89,7 +91,7 @@ def cheapest(case: Case | Sequence[Case], tolerance_db: float, sweep: Tradeoff |
 
     Errors of different knobs may go the same way: they are added up, to `SHARE` of the tolerance. Seconds of a stage
     are multiplied with what each knob leaves of them. Knobs are turned, or turned further, in the order of time saved
-    per error.
+    per error; a preset that was measured to keep to the same share is taken where it is quicker.
     Raises InputError for a tolerance that is not positive or finer than the base is known, and for a base that is no
     preset, or no longer what the preset is.
     """
@@ -122,8 +124,12 @@ def cheapest(case: Case | Sequence[Case], tolerance_db: float, sweep: Tradeoff |
         if best is None:
             break
         turned = best[1]
+    fidelity = _turned(base, list(turned.values()))
+    for preset, offer in _presets(cases, sweep, SHARE * tolerance_db):
+        if _total(seconds, {PRESET: offer}) < _total(seconds, turned):
+            fidelity, turned = preset, {PRESET: offer}
     return Choice(
-        dataclasses.replace(_turned(base, list(turned.values())), name=f"within {tolerance_db:g} dB"),
+        dataclasses.replace(fidelity, name=f"within {tolerance_db:g} dB"),
         {name: spoken(offer.value) for name, offer in turned.items()},
         _sum(turned),
         _total(seconds, turned),
@@ -190,6 +196,17 @@ def _offers(cases: Sequence[Case], base: Fidelity, sweep: Tradeoff) -> list[_Off
     return [offer for offer in offers if _possible(cases, base, [offer])]
 
 
+def _presets(cases: Sequence[Case], sweep: Tradeoff, most: float) -> list[tuple[Fidelity, _Offer]]:
+    """Joint presets with an error of `most` dB at most that the chain takes for all cases."""
+    found = []
+    for row in sweep.measurements[1:]:
+        if row.knob == PRESET and row.deviation is not None and _error(row) <= most:
+            preset = PRESETS[row.value]
+            if _possible(cases, preset, []):
+                found.append((preset, _Offer(Knob(PRESET, (), ()), (row.value,), _error(row), _shares(row, sweep))))
+    return found
+
+
 def _shares(row: Measurement, sweep: Tradeoff) -> dict[str, float]:
     """What a row leaves of every stage's processor time; of a stage that it drops, nothing."""
     before = sweep.measurements[0].stages
@@ -201,11 +218,13 @@ def _shares(row: Measurement, sweep: Tradeoff) -> dict[str, float]:
 
 
 def _possible(cases: Sequence[Case], base: Fidelity, offers: list[_Offer]) -> bool:
-    """Whether the chain takes these settings for all cases."""
+    """Whether the chain takes these settings for all cases, without a warning."""
     try:
-        for case in cases:
-            check_knobs(case, _turned(base, offers))
-    except InputError:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", AccuracyWarning)
+            for case in cases:
+                check_knobs(case, _turned(base, offers))
+    except (InputError, AccuracyWarning):
         return False
     return True
 

@@ -86,7 +86,8 @@ def _panels(case: GearboxCase, surface: Surface) -> Panels | None:
         return casting_panels(case.housing, surface)
     if not isinstance(case.housing, HousingModel):
         return None
-    model = interop.read_solid_model(Path(case.folder) / case.housing.file, units=case.housing.units)
+    given = case.housing
+    model = interop.read_solid_model(Path(case.folder) / given.file, units=given.units, spc=given.spc)
     groups = {name: model.nodes[members] for name, members in model.groups.items() if len(members)}
     return group_panels(surface, groups) if groups else None
 

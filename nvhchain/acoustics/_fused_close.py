@@ -1,4 +1,4 @@
-"""Close and touching pairs of triangles: a rule over both at once, with the integrands of `_fused_far`."""
+"""Close and touching pairs of triangles: a rule over both at once, with the integrands of `_fused_points`."""
 
 # mypy: disable-error-code="no-untyped-def"
 from __future__ import annotations

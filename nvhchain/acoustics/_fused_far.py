@@ -1,141 +1,28 @@
-"""Compiled inner loops of the fused engine: every operator from one evaluation of distance and exponential.
-
-With r = x − y, R = |r|, G = e^{−jkR}/(4πR), the project's α = −jβ, and for flat triangles the heights
-d = r·n(y) (the same for every y of a triangle) and e = −r·n(x) (the same for every x), a pair of points contributes
-
-    A: φᵢ(x) φⱼ(y) [−d F + jβk² n·n′ G]  − jβ G curlᵢ·curlⱼ      (−K + αW, W by Maue's formula)
-    B: −φᵢ(x) [G − jβ e F]                                       (−(S + αK′))
-
-with F = G (1/R² + jk/R). So only sums of G and e F over y enter B, and one complex factor each for G and F has to be
-formed. Everything but e^{−jkR} is kept over all wavenumbers of a batch, and e^{−jkR} advances from one wavenumber to
-the next by a complex factor that equal steps share.
-"""
+"""Compiled inner loop of the fused engine over well separated pairs of triangles, tile by tile of trial triangles."""
 
 # mypy: disable-error-code="no-untyped-def"
 from __future__ import annotations
 
 import numpy as np
 
-from nvhchain.acoustics._fused_wave import cosine_sine, inline
+from nvhchain.acoustics._fused_points import (
+    FACING,
+    OVER_BOTH,
+    OVER_TEST,
+    OVER_TRIAL,
+    SHARE,
+    THREE,
+    TILE,
+    add_test_points,
+    begin,
+    distances,
+    heights,
+    set_step,
+    three_points,
+)
+from nvhchain.acoustics._fused_wave import inline
 
-TILE = 32
-"""Trial triangles handled side by side: the innermost loops run over them, and their scratch stays in the first-level
-cache."""
-
-# Few arrays with rows at fixed places let the compiler see that rows do not overlap.
-# Three test points against a trial point: G, the step's factor, re, im, and 1/R of each; d of each; e.
-_POINT, _HEIGHT, _TRIAL_HEIGHT, _THREE = 5, 15, 18, 19
-_SHARE, _FACING = 0, 1  # of a pair of triangles: area · area′/(4π) or 0; n·n′
-_OVER_TRIAL = 12  # three test points, summed over the trial points: G re, im of each; e F re, im of each
-_OVER_TEST = 6  # a trial point, summed over the test points: A of the three test hats, re, im
-_OVER_BOTH = 8  # G re, im; B of the three test hats, re, im
 _LINE = 8  # rows of a test vertex before A: B re, im; three components of the curl sum, re, im
-
-
-@inline
-def _heights(three, y, normal_y, x0, x1, x2, nx, ny, nz, q):
-    """Heights of one test point over the trial triangles and of their points over the test triangle."""
-    for u in range(TILE):
-        r0, r1, r2 = x0 - y[0, u], x1 - y[1, u], x2 - y[2, u]
-        three[_HEIGHT + q, u] = r0 * normal_y[0, u] + r1 * normal_y[1, u] + r2 * normal_y[2, u]
-        three[_TRIAL_HEIGHT, u] = -(r0 * nx + r1 * ny + r2 * nz)
-
-
-@inline
-def _distances(three, distance, pair, y, x0, x1, x2, weight, q, one, tiny):
-    """Distance of one test point to one point of every trial triangle of the tile, and the weight of the pair."""
-    for u in range(TILE):
-        r0, r1, r2 = x0 - y[0, u], x1 - y[1, u], x2 - y[2, u]
-        square = r0 * r0 + r1 * r1 + r2 * r2
-        # Pairs with share 0 may meet in a point; their numbers must only stay finite.
-        inverse = one / np.sqrt(max(square, tiny))
-        three[_POINT * q, u] = weight * pair[_SHARE, u] * inverse
-        three[_POINT * q + 4, u] = inverse
-        distance[u] = square * inverse
-
-
-@inline
-def _begin(three, distance, k, q, wave):
-    """Multiply the weights by e^{−jkR}."""
-    for u in range(TILE):
-        c, s = cosine_sine(k * distance[u], wave)
-        w = three[_POINT * q, u]
-        three[_POINT * q, u] = w * c
-        three[_POINT * q + 1, u] = -w * s
-
-
-@inline
-def _set_step(three, distance, k, q, wave):
-    """Set the factors that advance the exponentials by the wavenumber step k."""
-    for u in range(TILE):
-        c, s = cosine_sine(k * distance[u], wave)
-        three[_POINT * q + 2, u] = c
-        three[_POINT * q + 3, u] = -s
-
-
-@inline
-def _point(three, q, u, k, turn):
-    """G, F and the integrand of A at a pair of points; advances the exponential.  turn: βk² n·n′."""
-    er, ei = three[_POINT * q, u], three[_POINT * q + 1, u]
-    sr, si, inverse = three[_POINT * q + 2, u], three[_POINT * q + 3, u], three[_POINT * q + 4, u]
-    height = three[_HEIGHT + q, u]
-    fr, fi = inverse * (inverse * er - k * ei), inverse * (inverse * ei + k * er)
-    three[_POINT * q, u] = er * sr - ei * si
-    three[_POINT * q + 1, u] = er * si + ei * sr
-    return er, ei, fr, fi, -height * fr - turn * ei, turn * er - height * fi
-
-
-@inline
-def _three_points(over_test, over_trial, three, pair, hat, first, k, scale):
-    """Add three test points against one trial point: A of the three test hats, G and e F of the points."""
-    h00, h01, h02 = hat[first, 0], hat[first, 1], hat[first, 2]
-    h10, h11, h12 = hat[first + 1, 0], hat[first + 1, 1], hat[first + 1, 2]
-    h20, h21, h22 = hat[first + 2, 0], hat[first + 2, 1], hat[first + 2, 2]
-    for u in range(TILE):
-        turn, e = scale * pair[_FACING, u], three[_TRIAL_HEIGHT, u]
-        e0r, e0i, f0r, f0i, a0r, a0i = _point(three, 0, u, k, turn)
-        e1r, e1i, f1r, f1i, a1r, a1i = _point(three, 1, u, k, turn)
-        e2r, e2i, f2r, f2i, a2r, a2i = _point(three, 2, u, k, turn)
-        over_trial[0, u] += e0r
-        over_trial[1, u] += e0i
-        over_trial[2, u] += e1r
-        over_trial[3, u] += e1i
-        over_trial[4, u] += e2r
-        over_trial[5, u] += e2i
-        over_trial[6, u] += e * f0r
-        over_trial[7, u] += e * f0i
-        over_trial[8, u] += e * f1r
-        over_trial[9, u] += e * f1i
-        over_trial[10, u] += e * f2r
-        over_trial[11, u] += e * f2i
-        over_test[0, u] += h00 * a0r + h10 * a1r + h20 * a2r
-        over_test[1, u] += h00 * a0i + h10 * a1i + h20 * a2i
-        over_test[2, u] += h01 * a0r + h11 * a1r + h21 * a2r
-        over_test[3, u] += h01 * a0i + h11 * a1i + h21 * a2i
-        over_test[4, u] += h02 * a0r + h12 * a1r + h22 * a2r
-        over_test[5, u] += h02 * a0i + h12 * a1i + h22 * a2i
-
-
-@inline
-def _test_points(over_both, over_trial, hat, first, beta):
-    """Add G and B = −G + jβ e F of three test points to the sums of the three test hats."""
-    h00, h01, h02 = hat[first, 0], hat[first, 1], hat[first, 2]
-    h10, h11, h12 = hat[first + 1, 0], hat[first + 1, 1], hat[first + 1, 2]
-    h20, h21, h22 = hat[first + 2, 0], hat[first + 2, 1], hat[first + 2, 2]
-    for u in range(TILE):
-        e0r, e0i, e1r = over_trial[0, u], over_trial[1, u], over_trial[2, u]
-        e1i, e2r, e2i = over_trial[3, u], over_trial[4, u], over_trial[5, u]
-        b0r, b0i = -beta * over_trial[7, u] - e0r, beta * over_trial[6, u] - e0i
-        b1r, b1i = -beta * over_trial[9, u] - e1r, beta * over_trial[8, u] - e1i
-        b2r, b2i = -beta * over_trial[11, u] - e2r, beta * over_trial[10, u] - e2i
-        over_both[0, u] += e0r + e1r + e2r
-        over_both[1, u] += e0i + e1i + e2i
-        over_both[2, u] += h00 * b0r + h10 * b1r + h20 * b2r
-        over_both[3, u] += h00 * b0i + h10 * b1i + h20 * b2i
-        over_both[4, u] += h01 * b0r + h11 * b1r + h21 * b2r
-        over_both[5, u] += h01 * b0i + h11 * b1i + h21 * b2i
-        over_both[6, u] += h02 * b0r + h12 * b1r + h22 * b2r
-        over_both[7, u] += h02 * b0i + h12 * b1i + h22 * b2i
 
 
 @inline
@@ -177,9 +64,9 @@ def _accumulate(lines, over_test, over_trial, over_both, threes, pair, line_of, 
     over_both[:] = 0.0
     for m in range(n_m):
         for g in range(n_three):
-            _three_points(over_test[m], over_trial[g], threes[m, g], pair, hat, 3 * g, k, scale)
+            three_points(over_test[m], over_trial[g], threes[m, g], pair, hat, 3 * g, k, scale)
     for g in range(n_three):
-        _test_points(over_both, over_trial[g], hat, 3 * g, beta)
+        add_test_points(over_both, over_trial[g], hat, 3 * g, beta)
     for i in range(3):
         line = lines[line_of[t, i]]
         c0, c1, c2 = curl[t, i, 0], curl[t, i, 1], curl[t, i, 2]
@@ -275,9 +162,9 @@ def far_block(
     n_row, n_three = row.shape[0], n_q // 3
     one, tiny, full_angle = k.dtype.type(1.0), k.dtype.type(1e-30), k.dtype.type(4.0 * np.pi)
     lines = np.empty((n_k, n_row + 3, _LINE + 2 * n_m, TILE), k.dtype)
-    threes, distance = np.empty((n_m, n_three, _THREE, TILE), k.dtype), np.empty((n_m, n_q, TILE), k.dtype)
-    pair, over_both = np.empty((2, TILE), k.dtype), np.empty((_OVER_BOTH, TILE), k.dtype)
-    over_test, over_trial = np.empty((n_m, _OVER_TEST, TILE), k.dtype), np.empty((n_three, _OVER_TRIAL, TILE), k.dtype)
+    threes, distance = np.empty((n_m, n_three, THREE, TILE), k.dtype), np.empty((n_m, n_q, TILE), k.dtype)
+    pair, over_both = np.empty((2, TILE), k.dtype), np.empty((OVER_BOTH, TILE), k.dtype)
+    over_test, over_trial = np.empty((n_m, OVER_TEST, TILE), k.dtype), np.empty((n_three, OVER_TRIAL, TILE), k.dtype)
     # The last tile is padded with its own first triangle, at share 0.
     points, normals = np.empty((n_m, 3, TILE), k.dtype), np.empty((3, TILE), k.dtype)
     curls, values, origin = np.empty((3, 3, TILE), k.dtype), np.empty((6, TILE), k.dtype), np.empty(3)
@@ -298,12 +185,12 @@ def far_block(
         for t in range(n_test):
             nx, ny, nz = normal_x[t, 0], normal_x[t, 1], normal_x[t, 2]
             for u in range(width):
-                pair[_SHARE, u] = area_y[start + u] * area_x[t] / full_angle
+                pair[SHARE, u] = area_y[start + u] * area_x[t] / full_angle
             for u in range(TILE):
-                pair[_FACING, u] = nx * normals[0, u] + ny * normals[1, u] + nz * normals[2, u]
+                pair[FACING, u] = nx * normals[0, u] + ny * normals[1, u] + nz * normals[2, u]
             while at[t] < skip_start[t + 1] and skip[at[t]] < start + width:
                 if skip[at[t]] >= start:
-                    pair[_SHARE, skip[at[t]] - start] = 0.0
+                    pair[SHARE, skip[at[t]] - start] = 0.0
                 at[t] += 1
             for q in range(n_q):
                 for axis in range(3):
@@ -311,17 +198,17 @@ def far_block(
             for m in range(n_m):
                 for q in range(n_q):
                     three, x0, x1, x2 = threes[m, q // 3], here[q, 0], here[q, 1], here[q, 2]
-                    _heights(three, points[m], normals, x0, x1, x2, nx, ny, nz, q % 3)
-                    _distances(
+                    heights(three, points[m], normals, x0, x1, x2, nx, ny, nz, q % 3)
+                    distances(
                         three, distance[m, q], pair, points[m], x0, x1, x2, weight_x[q] * weight_y[m], q % 3, one, tiny
                     )
             for ik in range(n_k):
                 for m in range(n_m):
                     for q in range(n_q):
                         if ik == 0:
-                            _begin(threes[m, q // 3], distance[m, q], k[0], q % 3, wave)
+                            begin(threes[m, q // 3], distance[m, q], k[0], q % 3, wave)
                         if ik + 1 < n_k and new_step[ik]:
-                            _set_step(threes[m, q // 3], distance[m, q], k[ik + 1] - k[ik], q % 3, wave)
+                            set_step(threes[m, q // 3], distance[m, q], k[ik + 1] - k[ik], q % 3, wave)
                 _accumulate(
                     lines[ik], over_test, over_trial, over_both, threes, pair, line_of, curl_x, t, hat_x, k[ik],
                     beta[ik],

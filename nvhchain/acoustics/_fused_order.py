@@ -9,7 +9,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from nvhchain.acoustics._fused_far import TILE
+from nvhchain.acoustics._fused_points import TILE
 from nvhchain.cluster import at_most
 from nvhchain.handoff import FloatArray, IntArray
 

@@ -6,6 +6,7 @@ carry the static share of the modes left out (MacNeal, Computers & Structures 1,
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -15,7 +16,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from nvhchain.conventions import Progress
-from nvhchain.errors import SolverError, require
+from nvhchain.errors import AccuracyWarning, SolverError, require
 from nvhchain.fem import rigid_map, stiffness_and_mass
 from nvhchain.fidelity import HousingFidelity
 from nvhchain.handoff import FloatArray, ReducedHousing, Surface
@@ -35,6 +36,9 @@ from nvhchain.housing.truncation import (
 
 _STEPS = 6
 
+_FEWEST = 0.5
+"""Of the elements per bending wavelength that are needed, below which a mesh has no such waves."""
+
 _ENLARGEMENTS = 6
 """Attempts at finding enough modes for a tolerance; the range of modes grows by up to 1.6 each time."""
 
@@ -53,8 +57,8 @@ def reduce_housing(
     fidelity: modes up to mode_ratio · f_max, or as many as truncation_tolerance_db asks for.  The estimated truncation
     error (dB of surface velocity, `truncation_error`) stands in the provenance.
 
-    Raises InputError when the mesh cannot carry the bending waves of the wall at f_max or a triangle size is not
-    usable; SolverError when gmsh or the eigensolver fail.
+    A mesh that is too coarse for the bending waves of the wall at f_max is warned of. Raises InputError when it cannot
+    carry them at all or a triangle size is not usable; SolverError when gmsh or the eigensolver fail.
     """
     require(np.isfinite(f_max) and f_max > 0, f"f_max = {f_max} Hz must be positive")
     require(
@@ -116,16 +120,22 @@ def _reported(reduced: ReducedHousing, report: dict[str, Any]) -> ReducedHousing
 
 
 def check_bending_resolution(casting: Casting, f_max: float, fidelity: HousingFidelity) -> None:
-    """Refuse a mesh with too few elements per wavelength of the wall's bending waves at f_max (Hz)."""
+    """Warn of a mesh with too few elements per bending wavelength of the wall at f_max, by the frequency it reaches.
+
+    f_max: Hz.  A mesh with less than half of what is needed, which has no such waves, is refused.
+    """
     wave = bending_wavelength(casting, f_max)
     count, least = wave / fidelity.element_size, fidelity.elements_per_bending_wavelength
     usable = f_max * (count / least) ** 2
-    require(
-        count >= least,
+    if count >= least:
+        return
+    message = (
         f"housing elements of {1e3 * fidelity.element_size:g} mm give {count:.2g} per bending wavelength "
         f"({1e3 * wave:.3g} mm) at {f_max:g} Hz, {least:g} are needed: refine to {1e3 * wave / least:.3g} mm or lower "
-        f"f_max to {usable:.4g} Hz",
+        f"f_max to {usable:.4g} Hz"
     )
+    require(count >= _FEWEST * least, message)
+    warnings.warn(f"{message}, up to which the mesh is valid", AccuracyWarning, stacklevel=3)
 
 
 def bending_wavelength(casting: Casting, frequency: float) -> float:

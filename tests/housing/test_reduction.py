@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.sparse.linalg import LinearOperator, gmres
 
-from nvhchain.errors import InputError
+from nvhchain.errors import AccuracyWarning, InputError
 from nvhchain.fem import factorize
 from nvhchain.fidelity import STANDARD, HousingFidelity
 from nvhchain.housing import Casting, reduce_housing
@@ -107,12 +107,22 @@ def test_bending_wavelength_of_an_aluminium_plate():
     assert bending_wavelength(Casting(), 5000.0) == pytest.approx(0.10372, rel=1e-3)
 
 
-def test_mesh_too_coarse_for_the_band_is_refused_with_remedy():
+def test_mesh_too_coarse_for_the_band_is_warned_of_with_the_frequency_it_is_good_for(recwarn):
     coarse = HousingFidelity(element_size=0.03)
-    with pytest.raises(InputError, match=r"30 mm give 3\.5 .* 5000 Hz, 4 are needed: refine to 25\.9 mm or lower"):
+    message = r"30 mm give 3\.5 .* 5000 Hz, 4 are needed: refine to 25\.9 mm or lower f_max to 37\d\d Hz, up to which"
+    with pytest.warns(AccuracyWarning, match=message):
         check_bending_resolution(Casting(), 5000.0, coarse)
+    check_bending_resolution(Casting(), 3700.0, coarse)
+    assert not recwarn.list
+
+
+def test_mesh_without_bending_waves_is_refused_with_remedy():
+    with pytest.warns(AccuracyWarning):
+        check_bending_resolution(Casting(), 14_900.0, HousingFidelity(element_size=0.03))  # 2.03 per wavelength
+    with pytest.raises(InputError, match=r"give 1\.\d+ per bending wavelength .* 16000 Hz, 4 are needed: refine to"):
+        check_bending_resolution(Casting(), 16_000.0, HousingFidelity(element_size=0.03))
     with pytest.raises(InputError, match="refine to"):
-        reduce_housing(Casting(), f_max=50e3, surface_size=0.02, fidelity=STANDARD.housing)
+        reduce_housing(Casting(), f_max=500e3, surface_size=0.02, fidelity=STANDARD.housing)
 
 
 @pytest.mark.parametrize(("f_max", "size", "message"), [(-1.0, 0.02, "f_max"), (5e3, 0.0, "surface_size")])

@@ -14,6 +14,11 @@ from nvhchain.dynamics.load_centre import LoadCentre
 from nvhchain.errors import require
 
 
+LARGEST_DAMPING_TIME = 1e-2
+"""s, of damping over stiffness: from 16 Hz on such a bearing is more dashpot than spring, and no seat in series with
+it is taken right (`nvhchain.dynamics.assembly`)."""
+
+
 def _within(owner: str, name: str, value: float, low: float, high: float, unit: str) -> None:
     require(
         isinstance(value, int | float) and isfinite(value) and low <= value <= high,
@@ -171,7 +176,7 @@ class Bearing:
         _within(owner, "axial_stiffness", self.axial_stiffness, 1e3, 1e12, "N/m")
         _within(owner, "radial_damping", self.radial_damping, 0.0, 1e8, "N s/m")
         _within(owner, "axial_damping", self.axial_damping, 0.0, 1e8, "N s/m")
-        _within(owner, "stiffness_damping", self.stiffness_damping, 0.0, 1.0, "s")
+        _within(owner, "stiffness_damping", self.stiffness_damping, 0.0, LARGEST_DAMPING_TIME, "s")
         _within(owner, "loss_factor", self.loss_factor, 0.0, 2.0, "")
         require(
             (self.loss_factor > 0.0) == (self.loss_factor_frequency is not None),
@@ -179,7 +184,8 @@ class Bearing:
             "structural damping takes both, the frequency being where it is to be right",
         )
         if self.loss_factor_frequency is not None:
-            _within(owner, "loss_factor_frequency", self.loss_factor_frequency, 0.1, 1e5, "Hz")
+            lowest = self.loss_factor / (2.0 * pi * LARGEST_DAMPING_TIME)
+            _within(owner, "loss_factor_frequency", self.loss_factor_frequency, lowest, 1e5, "Hz")
 
     @property
     def damping(self) -> tuple[float, float]:

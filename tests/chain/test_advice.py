@@ -51,7 +51,7 @@ def test_effects_are_those_measured(request):
 
 @pytest.mark.parametrize("running_up", [False, True])
 def test_speed_makes_gyroscopic_terms_noticed(case, running_up):
-    fast = 30000 * pi / 30
+    fast = 90000 * pi / 30
     operation = case.operation
     operation = replace(operation, ramp=Ramp(fast, 10.0)) if running_up else replace(operation, input_speed=fast)
     found = [why for why in advice(replace(case, operation=operation)) if "gyroscopic" in why]

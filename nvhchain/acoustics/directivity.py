@@ -51,7 +51,7 @@ def _far_field(
     if kr < 0.5 * np.pi or r < NEAREST * dimension:
         far = max(0.25 * air.speed_of_sound / lowest, NEAREST * dimension)
         warnings.warn(
-            f"field point {nearest} is {r:.3g} m from the middle of the source, {r / dimension:.2g} of its dimension "
+            f"field point {nearest} is {r:.3g} m from the source's middle, {r / dimension:.2g} times its dimension "
             f"and {r * lowest / air.speed_of_sound:.2g} wavelengths at {lowest:.4g} Hz: the directivity of a dipole "
             f"is {near:.2g} dB too high there, and single parts of the surface are heard; take {far:.3g} m or more",
             AccuracyWarning,

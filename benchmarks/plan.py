@@ -3,7 +3,8 @@
     python benchmarks/plan.py OUT [CASE FIDELITY QUANTITY ...]
 
 Every run has a process of its own, whose processor time and peak memory are taken by stage. What OUT holds already is
-not run again; without cases the table is written from it. Processor times hardly feel other work on the machine.
+not run again; without cases the table is written from it and from the
+shipped sweep. Processor times hardly feel other work on the machine.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from publish import publish
 import nvhchain as nvh
 from nvhchain.fidelity import PRESETS
 from nvhchain.resume import Unwatched
+from nvhchain.tradeoff import shipped_sweep
 from nvhchain.tradeoff.measure import Cost, Ledger, measured_run
 
 KEPT = {
@@ -57,10 +59,19 @@ def recorded(out: Path) -> dict[str, dict[str, dict[str, float]]]:
     return json.loads(file.read_text()) if file.exists() else {}
 
 
+def shipped() -> dict[str, dict[str, dict[str, float]]]:
+    """As `recorded`: the presets in the sweep that comes with the package."""
+    return {
+        f"cases/small/single_stage.toml {row.value} pressure": {name: asdict(cost) for name, cost in row.stages.items()}
+        for row in shipped_sweep().measurements
+        if row.knob in ("preset", "base")
+    }
+
+
 def rows(out: Path) -> list[str]:
     """One row per stage that takes a second or more, one per run."""
     lines = []
-    for title, stages in recorded(out).items():
+    for title, stages in {**shipped(), **recorded(out)}.items():
         path, preset, quantity = title.split()
         case = replace(nvh.load_case(path), quantities=(quantity,))
         plan = nvh.plan(case, fidelity=PRESETS[preset])

@@ -1,4 +1,4 @@
-"""What the planner chooses for three typical scenes, from the shipped sweep; writes docs/measured/scenes.md.
+"""What the planner chooses for three typical scenes, from the shipped sweep; writes docs/measured/scene_*.md.
 
     python benchmarks/scenes.py
 
@@ -27,13 +27,13 @@ OF_EACH_DESIGN = ("mesh law stage1", "bearing forces", "velocity")
 
 
 def scenes() -> dict[str, tuple[Case, int]]:
-    """Title → case and number of designs that share its operators."""
+    """Name of the table → case and number of designs that share its operators."""
     steady = nvh.load_case(CASES / "slotted.toml")
     power = replace(steady, quantities=("sound_power",), field_points=())
     return {
-        "One speed at one microphone": (steady, 1),
-        "A run-up": (nvh.load_case(CASES / "run_up_slotted.toml"), 1),
-        f"Sound power of {DESIGNS} slot designs": (power, DESIGNS),
+        "scene_speed": (steady, 1),
+        "scene_run_up": (nvh.load_case(CASES / "run_up_slotted.toml"), 1),
+        "scene_designs": (power, DESIGNS),
     }
 
 
@@ -74,11 +74,11 @@ def choices(case: Case) -> str:
 def main() -> None:
     """Publish."""
     sweep = shipped_sweep()
-    rows = len(sweep.measurements) - 1
-    parts = [f"Errors: {rows} settings measured on the case `{sweep.case}`. Seconds: `nvhchain plan`.\n"]
-    for title, (case, designs) in scenes().items():
-        parts += [f"**{title}**\n", where_the_time_goes(case, designs), choices(case)]
-    publish("scenes", "\n".join(parts))
+    source = (
+        f"Errors: of {len(sweep.measurements) - 1} settings measured on the case `{sweep.case}`. Seconds: `plan`.\n"
+    )
+    for name, (case, designs) in scenes().items():
+        publish(name, "\n".join([where_the_time_goes(case, designs), choices(case), source]))
 
 
 if __name__ == "__main__":

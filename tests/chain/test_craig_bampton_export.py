@@ -1,5 +1,6 @@
 """Craig–Bampton matrices of a case's housing in the files of other programs."""
 
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -25,6 +26,16 @@ def small(request):
     path = request.config.rootpath / "cases/small/single_stage.toml"
     found = nvh.load_case(path)
     return path, replace(found, band=replace(found.band, high=1900.0))
+
+
+@pytest.fixture(scope="module", autouse=True)
+def mesh(small, coarse):
+    """The casting is meshed once for all tests."""
+    made = mesh_casting(small[1].housing, coarse.housing)
+    with pytest.MonkeyPatch.context() as patch:
+        for module in ("craig_bampton", "reduction"):
+            patch.setattr(sys.modules[f"nvhchain.housing.{module}"], "mesh_casting", lambda *_: made)
+        yield made
 
 
 @pytest.fixture(scope="module")
@@ -87,8 +98,7 @@ def test_matrices_have_the_static_flexibility_and_the_modes_of_the_reduction(exc
     assert 0 <= lowest / first - 1 < 0.01
 
 
-def test_model_from_a_file_gives_the_matrices_of_the_casting(exchange, small, coarse, tmp_path):
-    mesh = mesh_casting(small[1].housing, coarse.housing)
+def test_model_from_a_file_gives_the_matrices_of_the_casting(exchange, small, mesh, coarse, tmp_path):
     write_nastran(casting_model(mesh, small[1].housing), tmp_path / "housing.bdf", units="mm-t-s")
     foreign = replace(small[1], housing=HousingModel("housing.bdf", "mm-t-s"), folder=str(tmp_path))
     made = export_craig_bampton(foreign, tmp_path / "housing.mat", fidelity=coarse, modes_to=8e3)

@@ -1,15 +1,17 @@
-"""Run-up 0 → 2500 rpm in 20 s: transmission error input to output beside bearing forces, solid and slotted.
+"""Run-up 0 → 2500 rpm in 20 s, and a sweep of steady speeds: transmission error input to output beside bearing forces,
+solid and slotted.
 
     python benchmarks/dynamics_waterfalls.py OPERATORS
 
 OPERATORS: folder with the mesh laws and the housing that cases/studies/run_up.py leaves. Writes
-docs/measured/dynamics_waterfalls.md and its two figures, over orders and over frequency (S. Shweiki's thesis, fig.
+docs/measured/dynamics_waterfalls.md and its figures, over orders and over frequency (S. Shweiki's thesis, fig.
 5.5–5.8: slots bring orders 2, 4, … and sidebands of the mesh orders, the differential's windows 12 ± 12/41).
 """
 
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +23,7 @@ from publish import MEASURED, publish
 from nvhchain import dynamics
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.plots import OrderMarks, waterfall_maps
-from nvhchain.spectrum import Waterfall, order_cut, order_waterfall, waterfall
+from nvhchain.spectrum import Waterfall, order_cut, order_waterfall, sweep_waterfall, waterfall
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
@@ -30,6 +32,8 @@ RESOLUTION = 1.5 / 20.5
 """Orders: windows of one common period of the slotted gearbox, so that every order it can have is a line."""
 WINDOWS = 12.0 / 41.0
 ORDERS = (WINDOWS, 2.0, 4.0, 6.0, 12.0 - WINDOWS, 12.0, 12.0 + WINDOWS, 16.0, 18.0, 20.0, 22.0, 24.0, 38.0, 40.0, 42.0)
+SPEEDS = tuple(SPEED * share / 10.0 for share in range(1, 11))
+"""rad/s of the input, of the sweep."""
 MARKS = OrderMarks({"stage 1": 20.0, "stage 2": 12.0})
 
 
@@ -50,10 +54,40 @@ def histories(folder: Path) -> dict[str, dict[str, Any]]:
     return found
 
 
+def sweeps(folder: Path) -> dict[str, dict[str, Waterfall]]:
+    """By unit and configuration: orders of steady records, forces as in `histories`."""
+    laws, housing = operators(folder)
+    found: dict[str, dict[str, Waterfall]] = {"N": {}, "µrad": {}}
+    for name in ("solid", "slotted"):
+        records = dynamics.steady_sweep(
+            gearbox_of(name), laws[name], housing, input_speeds=SPEEDS, input_torque=TORQUE, f_max=5000.0,
+            fidelity=DynamicsFidelity(1e-5, settle_level=1e-4),
+        )  # fmt: skip
+        force = sweep_waterfall(records, "force", high=60.0)
+        error = sweep_waterfall(records, "output_lag", high=60.0)
+        found["N"][name] = replace(force, amplitude=force.amplitude[:, :, 2:4, :2])
+        found["µrad"][name] = replace(error, amplitude=1e6 * error.amplitude[:, :, None])
+    return found
+
+
 def level(of: Waterfall) -> list[float]:
-    """dB of every order of ORDERS, mean square over the run-up and all channels."""
-    cut = np.abs(order_cut(of, ORDERS)) ** 2
-    return list(10.0 * np.log10(np.maximum(cut.sum(axis=2).mean(axis=0), 1e-30)))
+    """dB of every order of ORDERS, mean square over the speeds and summed over all channels; −300 where it is no
+    line."""
+    place = np.array(ORDERS) / of.axis[1]
+    lines = np.abs(place - np.round(place)) < 1e-3
+    cut = np.abs(order_cut(of, tuple(np.array(ORDERS)[lines]))) ** 2
+    levels = np.full(len(ORDERS), -300.0)
+    levels[lines] = 10.0 * np.log10(np.maximum(cut.reshape(*cut.shape[:2], -1).sum(axis=2).mean(axis=0), 1e-30))
+    return list(levels)
+
+
+def rows_of(maps: dict[str, dict[str, Waterfall]]) -> list[str]:
+    """A line of the table per order: forces, then errors, solid and slotted; a dash where it is no line."""
+    levels = [level(of) for unit in ("N", "µrad") for of in maps[unit].values()]
+    return [
+        f"| {order:.2f} | " + " | ".join(f"{of[i]:.1f}" if of[i] > -300.0 else "–" for of in levels) + " |"
+        for i, order in enumerate(ORDERS)
+    ]
 
 
 def figure(maps: dict[str, dict[str, Waterfall]], name: str) -> None:
@@ -75,11 +109,8 @@ def main() -> None:
             over_frequency[unit][name] = waterfall(record[unit], **record["axes"], resolution=20.0, high=3000.0)
     figure(orders, "dynamics_waterfall_orders")
     figure(over_frequency, "dynamics_waterfall_frequencies")
-    levels = {(unit, name): level(of) for unit, maps in orders.items() for name, of in maps.items()}
-    rows = [
-        f"| {order:.2f} | " + " | ".join(f"{of[i]:.1f}" for of in levels.values()) + " |"
-        for i, order in enumerate(ORDERS)
-    ]
+    steady = sweeps(Path(sys.argv[1]))
+    figure(steady, "dynamics_sweep_orders")
     publish(
         "dynamics_waterfalls",
         "\n".join(
@@ -97,7 +128,17 @@ def main() -> None:
                 "",
                 "| order | force, solid | force, slotted | error, solid | error, slotted |",
                 "|---:|---:|---:|---:|---:|",
-                *rows,
+                *rows_of(orders),
+                "",
+                f"## {len(SPEEDS)} steady speeds, {SPEEDS[0] * 30 / np.pi:.0f} to {SPEEDS[-1] * 30 / np.pi:.0f} rpm",
+                "",
+                "![steady speeds over orders](dynamics_sweep_orders.png)",
+                "",
+                "Mean square over the speeds; a dash where the common period has no such line.",
+                "",
+                "| order | force, solid | force, slotted | error, solid | error, slotted |",
+                "|---:|---:|---:|---:|---:|",
+                *rows_of(steady),
                 "",
             ]
         ),

@@ -13,7 +13,6 @@ from nvhchain.dynamics.friction import MeshFriction
 from nvhchain.dynamics.load_centre import LoadCentre
 from nvhchain.errors import require
 
-
 LARGEST_DAMPING_TIME = 1e-2
 """s, of damping over stiffness: from 16 Hz on such a bearing is more dashpot than spring, and no seat in series with
 it is taken right (`nvhchain.dynamics.assembly`)."""

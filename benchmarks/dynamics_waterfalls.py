@@ -96,7 +96,7 @@ def figure(maps: dict[str, dict[str, Waterfall]], name: str) -> None:
     for row, (unit, title) in enumerate((("N", "bearing force"), ("µrad", "transmission error"))):
         labelled = {f"{title}, {name}": of for name, of in maps[unit].items()}
         waterfall_maps(labelled, unit=unit, marks=MARKS if row == 0 else None, axes=list(axes[row]))
-    drawn.savefig(MEASURED / f"{name}.png", dpi=90)
+    drawn.savefig(MEASURED / f"{name}.png", dpi=170)  # a panel then has a pixel for every line
 
 
 def main() -> None:

@@ -134,7 +134,9 @@ def page(out: Path) -> str:
     """All tables."""
     kinds = {"fitted": list(fitted()), "held out": list(held_out())}
     found = {
-        kind: {case.name: verdicts(case, out) for case in cases if there(case, out)} for kind, cases in kinds.items()
+        kind: {case.name: verdicts(case, out) for case in cases if there(case, out)}
+        for kind, cases in kinds.items()
+        if any(there(case, out) for case in cases)
     }
     missing = [case.name for cases in kinds.values() for case in cases if not there(case, out)]
     lines = [
@@ -142,7 +144,7 @@ def page(out: Path) -> str:
         "|---|---|---|---:|---:|---:|---:|",
     ]
     for kind, of in found.items():
-        lines += counted(kind, of) if of else []
+        lines += counted(kind, of)
     for kind, of in found.items():
         lines += [
             "",

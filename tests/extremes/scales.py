@@ -13,5 +13,5 @@ def powers(low, high):
 
 
 def mostly(good):
-    """A strategy that draws nonsense one time in four."""
-    return st.one_of(good, good, good, ANY)
+    """A strategy that draws nonsense one time in four (`one_of` would drop what it is given twice)."""
+    return st.integers(0, 3).flatmap(lambda drawn: ANY if drawn == 3 else good)

@@ -66,6 +66,12 @@ def outer_envelope(
     Raises InputError for a body that is thinner than a face, which has no envelope of that size.
     """
     size = face_size / voxels_per_face
+    extent = float(np.ptp(skin.nodes[np.unique(skin.facets)], axis=0).max())
+    require(
+        opening <= max(extent, face_size),
+        f"opening = {1e3 * opening:.4g} mm is wider than the whole body, {1e3 * extent:.4g} mm: give the diameter of "
+        "the largest hole that counts as closed",
+    )
     space = regions(skin.nodes, skin.facets[:, :3], plugs, floor, size, opening)
     exposed = _exposed(skin, space, plugs, floor, shells, face_size**2)
     if surface is None:

@@ -1,8 +1,8 @@
 """A foreign solid mesh made fit for analysis: what is safe is repaired and reported, the rest is refused by number.
 
-Safe: nodes without elements, elements numbered inside out, elements collapsed to nothing, mid-edge nodes that turn a
-curved element over. Linear elements are raised to quadratic ones with straight edges: they lock otherwise, and what
-other codes do against it (bubble functions, selective integration) differs from code to code.
+Safe: nodes without elements, elements numbered inside out, collapsed to nothing or given twice, mid-edge nodes that
+turn a curved element over. Linear elements are raised to quadratic ones with straight edges: they lock otherwise, and
+what other codes do against it (bubble functions, selective integration) differs from code to code.
 """
 
 from __future__ import annotations
@@ -26,6 +26,9 @@ _FLIP = {"tet": (0, 2, 1, 3), "wedge": (3, 4, 5, 0, 1, 2), "hex": (4, 5, 6, 7, 0
 _COINCIDENT = 1e-6
 """Parts of the mean edge within which two nodes of separate parts lie at the same place."""
 
+_EXTENT = (5e-3, 20.0)
+"""m, of the longest side of what is taken for a housing."""
+
 _LINE = 1e-9
 """Width of a set of nodes over its length, below which they lie on a line."""
 
@@ -38,7 +41,9 @@ def sound_mesh(model: SolidModel) -> tuple[SolidModel, tuple[str, ...]]:
     Raises InputError for distorted elements, parts that hang together nowhere, and nodes both held and rigid.
     """
     notes: list[str] = []
+    _check_extent(model)
     model = _without_collapsed(model, notes)
+    model = _without_copies(model, notes)
     model = _compact(model, notes)
     model = _right_side_out(model, notes)
     model = raised(model, notes)
@@ -71,6 +76,47 @@ def _without_collapsed(model: SolidModel, notes: list[str]) -> SolidModel:
             blocks.append(replace(block, nodes=block.nodes[~nothing], labels=block.labels[~nothing]))
     if dropped:
         notes.append(f"{dropped} elements collapsed to a face, an edge or a point left out")
+    return replace(model, blocks=tuple(blocks))
+
+
+def _check_extent(model: SolidModel) -> None:
+    """A housing of another size than housings have was read in the wrong unit of length, whatever its material says."""
+    used = np.concatenate([block.nodes.ravel() for block in model.blocks])
+    extent = float(np.ptp(model.nodes[used], axis=0).max())
+    require(
+        _EXTENT[0] <= extent <= _EXTENT[1],
+        f"{model.source}: the mesh is {extent:.4g} m long, {_EXTENT[0]:g} … {_EXTENT[1]:g} m are taken for a housing: "
+        "is it in millimetres, or read as if it were? Choose the units of the file",
+    )
+
+
+def _without_copies(model: SolidModel, notes: list[str]) -> SolidModel:
+    """Of elements on the same corners and of the same material one is kept; of another material they are refused."""
+    table = np.full((model.elements, 8), -1)
+    start = 0
+    for block in model.blocks:
+        corners = block.nodes[:, : CORNERS[block.shape]]
+        table[start : start + len(corners), : corners.shape[1]] = corners
+        start += len(corners)
+    material = np.concatenate([np.full(len(b.nodes), hash(b.material)) for b in model.blocks])
+    labels = np.concatenate([block.labels for block in model.blocks])
+    _, first, owner = np.unique(np.sort(table, axis=1), axis=0, return_index=True, return_inverse=True)
+    original = first[owner.ravel()]
+    copy = original != np.arange(len(table))
+    other = copy & (material != material[original])
+    require(
+        not other.any(),
+        f"{model.source}: element {labels[other][:1]} has the corners of element {labels[original[other]][:1]} and "
+        "another material: remove one",
+    )
+    if copy.any():
+        notes.append(f"{int(copy.sum())} elements on the corners of others left out, first {labels[copy][0]}")
+    blocks, start = [], 0
+    for block in model.blocks:
+        keep = ~copy[start : start + len(block.nodes)]
+        start += len(block.nodes)
+        if keep.any():
+            blocks.append(replace(block, nodes=block.nodes[keep], labels=block.labels[keep]))
     return replace(model, blocks=tuple(blocks))
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
+from nvhchain.errors import require
 from nvhchain.fem.solid_model import CORNERS, EDGES, FACES, SolidModel
 from nvhchain.handoff import FloatArray, IntArray
 
@@ -30,11 +31,16 @@ class Skin:
 
 
 def solid_skin(model: SolidModel) -> Skin:
-    """Faces that belong to one element only, of a model of quadratic elements."""
+    """Faces that belong to one element only, of a model of quadratic elements; InputError where elements overlap."""
     count = len(model.nodes)
     corners, middles = _faces(model)
     key = np.sort(np.where(corners < 0, count, corners), axis=1)
     _, first, sides = np.unique(key, axis=0, return_index=True, return_counts=True)
+    require(
+        bool((sides <= 2).all()),
+        f"{model.source}: {int((sides > 2).sum())} faces belong to more than two elements, first at nodes "
+        f"{model.labels[key[first[sides > 2]][:1, :3]].ravel()}: elements overlap; remove those that are twice",
+    )
     outer = np.sort(first[sides == 1])
     corners, middles = corners[outer], middles[outer]
     three = corners[:, 3] < 0

@@ -90,6 +90,25 @@ def test_cavity_narrower_than_the_widest_admitted_hole_does_not_leak(opening):
     assert 40 < float(note[3]) < 160
 
 
+def test_opening_wider_than_the_body_is_refused():
+    with pytest.raises(InputError, match="opening = 5000 mm is wider than the whole body, 400 mm"):
+        envelope(hollow(), opening=5.0)
+
+
+def test_walls_of_a_millimetre_are_closed():
+    skin = hollow()
+    nodes = skin.nodes.copy()
+    for axis, length in enumerate(SIZE):  # the inner skin 1 mm from the outer one
+        nodes[np.isclose(nodes[:, axis], WALL), axis] = 0.001
+        nodes[np.isclose(nodes[:, axis], length - WALL), axis] = length - 0.001
+        for end in (0.0, length):
+            half = np.isclose(nodes[:, axis], abs(end - WALL / 2))
+            nodes[half, axis] = abs(end - 0.0005)
+    made = envelope(replace(skin, nodes=nodes))
+    assert area(replace(skin, nodes=nodes), made.exposed) == pytest.approx(OUTSIDE, rel=1e-6)
+    assert made.surface.volume == pytest.approx(0.4 * 0.3 * 0.2, rel=0.05)
+
+
 def test_recess_as_wide_as_its_mouth_stays_open():
     made = envelope(skin := hollow(bottom=False), opening=0.15)
     inner = 0.36 * 0.26 + 2 * (0.36 * 0.18 + 0.26 * 0.18)

@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 from box_models import SPLITS, box
 
+from nvhchain.conventions import ALUMINIUM
 from nvhchain.errors import InputError
 from nvhchain.fem import lowest_modes
 from nvhchain.fem.solid_model import ElementBlock, RigidSet
 from nvhchain.housing.foreign import constrained
 from nvhchain.housing.foreign_mesh import sound_mesh
+from nvhchain.housing.skin import solid_skin
 
 
 def frequencies(model, top=4000.0):
@@ -72,6 +74,38 @@ def test_collapsed_elements_and_loose_nodes_are_left_out_and_reported():
     assert "1 elements collapsed" in notes[0]
     assert "1 nodes without elements left out, first 777" in notes[1]
     assert frequencies(repaired) == pytest.approx(frequencies(sound_mesh(sound)[0]), rel=1e-9)
+
+
+def test_elements_given_twice_are_left_out_and_reported():
+    sound = box("hex8")
+    block = sound.blocks[0]
+    twice = replace(block, nodes=block.nodes[:2][:, [4, 5, 6, 7, 0, 1, 2, 3]], labels=block.labels[:2] + 100)
+    repaired, notes = sound_mesh(replace(sound, blocks=(block, twice)))
+    assert notes[0] == "2 elements on the corners of others left out, first 101"
+    assert frequencies(repaired) == pytest.approx(frequencies(sound_mesh(sound)[0]), rel=1e-9)
+    with pytest.raises(InputError, match=r"element \[101\] has the corners of element \[1\] and another material"):
+        sound_mesh(replace(sound, blocks=(block, replace(twice, material=ALUMINIUM))))
+
+
+def test_overlapping_elements_are_refused_by_their_nodes():
+    """A wedge within a brick shares the faces of both."""
+    sound = box("hex8")
+    brick = sound.blocks[0].nodes[2]
+    wedge = ElementBlock("tet4", brick[[0, 1, 3, 4]][None], sound.blocks[0].material, np.array([900]), "X")
+    inner = ElementBlock("tet4", brick[[0, 1, 3, 7]][None], sound.blocks[0].material, np.array([901]), "X")
+    third = ElementBlock("tet4", brick[[0, 1, 3, 5]][None], sound.blocks[0].material, np.array([902]), "X")
+    model = sound_mesh(replace(sound, blocks=(sound.blocks[0], wedge, inner, third)))[0]
+    with pytest.raises(
+        InputError, match=r"1 faces belong to more than two elements, first at nodes .*: elements overlap"
+    ):
+        solid_skin(model)
+
+
+@pytest.mark.parametrize("scale", [1e3, 1e-3])
+def test_mesh_in_another_unit_of_length_is_refused_by_its_size(scale):
+    model = box("hex8")
+    with pytest.raises(InputError, match=r"the mesh is (200|0\.0002) m long, .* is it in millimetres"):
+        sound_mesh(replace(model, nodes=scale * model.nodes))
 
 
 def test_curved_element_that_overlaps_itself_is_straightened_and_reported():

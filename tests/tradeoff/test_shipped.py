@@ -1,0 +1,88 @@
+"""The sweep that tolerances are planned from: of the presets as they are, and still true where it is measured again."""
+
+from dataclasses import replace
+
+import pytest
+
+import nvhchain as nvh
+from nvhchain.errors import InputError
+from nvhchain.fidelity import DRAFT, REFERENCE, STANDARD
+from nvhchain.scene import plan
+from nvhchain.tradeoff import cheapest, deviation, knobs_of, planner, shipped_sweep, variants
+
+SMALL = "cases/small/single_stage.toml"
+
+
+@pytest.fixture(scope="module")
+def case(request):
+    return nvh.load_case(request.config.rootpath / SMALL)
+
+
+@pytest.fixture(scope="module")
+def sweep():
+    return shipped_sweep()
+
+
+def test_rows_are_settings_of_today_around_the_reference_of_today(case, sweep):
+    assert (sweep.case, sweep.base) == (case.name, "reference")
+    known = {(knob, value) for knob, value, _ in variants(case, REFERENCE)}
+    rows = [(row.knob, row.value) for row in sweep.measurements[1:]]
+    assert len(rows) == len(set(rows))
+    assert set(rows) <= known
+    planner.base_error(sweep, case)
+    cheapest(case, 3.0)  # refuses a base that is no longer what was measured
+
+
+def test_the_table_in_the_documentation_is_that_of_the_numbers(request, sweep):
+    from nvhchain.tradeoff import markdown
+
+    table = (request.config.rootpath / "docs/measured/tradeoff_single-stage.md").read_text()
+    assert table.startswith(markdown(sweep))
+
+
+def test_draft_measured_again_is_as_far_from_the_yardstick_as_claimed_and_within_three_decibels(case, sweep, tmp_path):
+    """The whole chain: 10 % and 0.05 dB, at the worst line and at every mesh harmonic; ten seconds."""
+    (claim,) = [row for row in sweep.measurements if (row.knob, row.value) == ("preset", "draft")]
+    orders = [float(order) for order in case.mesh_orders.values()]
+    now = deviation(nvh.run(case, fidelity=DRAFT, out=tmp_path).pressure, sweep.yardstick, orders)
+    assert now.overall == pytest.approx(claim.deviation.overall, rel=0.1, abs=0.05)
+    assert now.worst_line == pytest.approx(claim.deviation.worst_line, rel=0.1, abs=0.05)
+    assert now.orders == pytest.approx(claim.deviation.orders, rel=0.1, abs=0.05)
+    assert max(abs(now.overall), abs(now.worst_order)) < 3.0
+
+
+def test_standard_was_within_one_decibel(sweep):
+    (row,) = [row for row in sweep.measurements if (row.knob, row.value) == ("preset", "standard")]
+    assert max(abs(row.deviation.overall), abs(row.deviation.worst_order)) < 1.0
+
+
+@pytest.mark.parametrize("fidelity", [DRAFT, STANDARD, REFERENCE], ids=lambda preset: preset.name)
+def test_the_plan_was_right_within_a_factor_of_two(case, sweep, fidelity):
+    """Processor seconds of every stage of a second or more and of all together, and peak memory, as measured."""
+    (row,) = [row for row in sweep.measurements if row.value == fidelity.name]
+    planned = plan(case, fidelity=fidelity)
+    for stage in planned.stages:
+        measured = row.stages.get(stage.name.replace(" ", "_"))
+        if measured is not None and measured.processor >= 1.0:
+            assert 0.5 <= stage.seconds / measured.processor <= 2.0, stage.name
+            assert 0.5 <= stage.megabytes / measured.megabytes <= 2.0, stage.name
+    assert {"housing", "mesh_law_stage", "transfer_vectors"} <= set(row.stages)
+    assert 0.5 <= planned.seconds / row.processor <= 2.0
+    assert 0.5 <= planned.megabytes / row.megabytes <= 2.0
+
+
+@pytest.mark.parametrize("tolerance", [0.3, 1.0, 3.0])
+def test_a_tolerance_is_planned_for_in_less_time_than_the_reference(case, tolerance):
+    choice = cheapest(case, tolerance)
+    assert choice.expected_error_db <= planner.SHARE * tolerance
+    assert choice.expected_seconds < 0.8 * choice.base_seconds
+    assert choice.expected_seconds <= cheapest(case, 0.5 * tolerance).expected_seconds
+    assert set(choice.turned) <= {"preset", *(knob.name for knob in knobs_of(case))}
+
+
+def test_no_tolerance_finer_than_the_reference_is_known_is_promised(case, sweep):
+    best = planner.base_error(sweep, case)
+    assert 0 < best < 1.0
+    with pytest.raises(InputError, match="the best there is, reference"):
+        cheapest(case, 0.99 * best)
+    cheapest(replace(case, quantities=("bearing_forces",), field_points=()), 1.01 * best)

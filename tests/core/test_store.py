@@ -13,6 +13,7 @@ from nvhchain.handoff import (
     Directivity,
     FieldPressure,
     ForceSpectrum,
+    LoadDistribution,
     MeshLaw,
     ModalTransferVectors,
     NoiseTransferFunctions,
@@ -33,6 +34,14 @@ SURFACE = Surface([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0
 EXAMPLES = [
     SURFACE,
     MeshLaw([0.0, 0.1], [0.0, 1e-5], [[0.0, 5.0], [0.0, 6.0]], 0.2, (20, 50), [0.025, 0.06], 0.16, 0.35, 0.09, 0.022),
+    MeshLaw(
+        [0.0, 0.1], [0.0, 1e-5], [[0.0, 5.0], [0.0, 6.0]], 0.2, (20, 50), [0.025, 0.06], 0.16, 0.35, 0.09, 0.022, 1.65
+    ),
+    LoadDistribution([0.0, 0.1], 0.2, [0.5, -0.2], [0.01, 0.02], [1e-3, -1e-3], 5e3, 1.65),
+    BearingForces(
+        [0.0, 1.0, 2.0], np.arange(9.0).reshape(3, 1, 3), ("A1",), [[0.0, 1, 2]], 261.8,
+        transmission_error=np.ones((3, 2)), output_lag=np.ones(3),
+    ),
     BearingForces([0.0, 1.0, 2.0], np.arange(9.0).reshape(3, 1, 3), ("A1",), [[0.0, 1, 2]], 261.8, periodic=True),
     ForceSpectrum([10.0, 20.0], np.full((2, 1, 3), 1 - 2j), ("A1",), 261.8),
     ReducedHousing(

@@ -36,6 +36,10 @@ KINDS = {
 COUNTS = (9, 13, 17, 25, 37, 49)
 """Every one is an evenly spaced part of the LINES that are solved."""
 LINES = 145
+LOW = 50.0
+"""Hz."""
+FAR = ((0.3, -0.2, 0.93), (8.0, 0.0, 6.0))
+"""Field points, m, beside one near the surface."""
 CELL = 0.02
 
 
@@ -52,6 +56,16 @@ def bodies() -> dict[str, tuple[Surface, float]]:
         "box 0.45 × 0.3 × 0.25 m": (box((0.45, 0.3, 0.25), 0.05), 3000.0),
         "cavity behind a neck": (box((6 * CELL,) * 3, CELL, remove=hollow), 2600.0),
     }
+
+
+def scene() -> list[str]:
+    """Bands and field points, in words."""
+    return [
+        "Bands: " + ", ".join(f"{name} {LOW:g} … {high:g} Hz" for name, (_, high) in bodies().items()) + ".",
+        "Field points: 40 mm over the top of the body, at "
+        + " and at ".join(f"({', '.join(f'{x:g}' for x in place)}) m" for place in FAR)
+        + f"; error at {LINES} lines, and every 2 Hz near the cavity's resonance at 257 Hz.",
+    ]
 
 
 def part(truth: TransferVectors, masters: FloatArray) -> TransferVectors:
@@ -84,6 +98,8 @@ def estimate(atv: TransferVectors, truth: TransferVectors, kind: str) -> float:
 
 def main() -> None:
     text = [
+        *scene(),
+        "",
         "Error (estimate) in dB with equally spaced masters:",
         "",
         "| body | interpolation | " + " | ".join(map(str, COUNTS)) + " |",
@@ -98,8 +114,8 @@ def main() -> None:
     curves: dict[tuple[str, str], list[float]] = {}
     for name, (surface, high) in bodies().items():
         top = surface.vertices.max(axis=0)
-        points = np.array([[0.3 * top[0], 0.3 * top[1], top[2] + 0.04], [0.3, -0.2, 0.93], [8.0, 0.0, 6.0]])
-        grid = np.linspace(50.0, high, LINES)
+        points = np.array([[0.3 * top[0], 0.3 * top[1], top[2] + 0.04], *FAR])
+        grid = np.linspace(LOW, high, LINES)
         lines = np.union1d(grid, np.arange(246.0, 268.0, 2.0))
         truth = transfer_vectors(surface, points, lines, fidelity=FIDELITY)
         even = [part(truth, grid[:: (LINES - 1) // (count - 1)]) for count in COUNTS]
@@ -113,7 +129,7 @@ def main() -> None:
         cells = []
         for tolerance in (1.0, 0.3, 0.1):
             fidelity = replace(FIDELITY, master_tolerance_db=tolerance)
-            atv = adaptive_transfer_vectors(surface, points, 50.0, high, fidelity=fidelity)
+            atv = adaptive_transfer_vectors(surface, points, LOW, high, fidelity=fidelity)
             cells.append(f"{len(atv.frequency)} ({decibel(wrong(atv, truth, 'rational')):.2g})")
         chosen.append(f"| {name} | {len(surface.triangles)} | " + " | ".join(cells) + " |")
     target = ROOT / "docs" / "measured" / "masters.md"

@@ -55,7 +55,8 @@ def expected_accuracy(
     at any frequency however low; of that, faceting_error_dB, from facets in the place of round faces (triangles that
     meet at more than 40° form an edge of the body).  With a point nearer than half an element edge also clearance: in
     edges, and expected_error_nearest_dB: there, at its own pressure.  With needles, or gaps narrower than the engine
-    `fused` resolves, also quadrature_error: of the pressure on the surface, relative.
+    `fused` resolves, also quadrature_error: of a constant pressure on the surface, relative; sound fields err by two to
+    eight times as much (docs/measured/quadrature.md).
     Gives an AccuracyWarning where the mesh is coarser than `fidelity.elements_per_wavelength` asks for or, for its own
     size, as coarse as that, for a point that near, and for a quadrature error above `fidelity.quadrature_error`;
     a RuntimeWarning for gaps so narrow that they cost more than `SLOW`.
@@ -142,8 +143,8 @@ def _quadrature_accuracy(surface: Surface, fidelity: AcousticsFidelity) -> dict[
     if error > fidelity.quadrature_error:
         warnings.warn(
             f"needles or thin gaps of the mesh leave a relative quadrature error of {error:.2g} on the surface, "
-            f"{fidelity.quadrature_error:g} asked: make triangles less than {fidelity.needle_aspect:g} times as long "
-            "as high, or raise singular_order and gap_halvings",
+            f"{fidelity.quadrature_error:g} asked, and the sound errs by two to eight times as much: make triangles "
+            f"less than {fidelity.needle_aspect:g} times as long as high, or raise singular_order and gap_halvings",
             AccuracyWarning,
             stacklevel=4,
         )

@@ -140,6 +140,9 @@ def page(out: Path) -> str:
     }
     missing = [case.name for cases in kinds.values() for case in cases if not there(case, out)]
     lines = [
+        "The share of the bearing forces (`AMPLIFICATION`, `SEAT_SHARE`) was fitted with all cases below in sight, "
+        "everything else to the fitted ones.",
+        "",
         "| cases | quantity | fidelity | lines held | % | median half width / dB | overall levels held |",
         "|---|---|---|---:|---:|---:|---:|",
     ]

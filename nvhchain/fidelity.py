@@ -209,8 +209,8 @@ class AcousticsFidelity:
     master_tolerance_db: dB, error of interpolation for which masters are chosen (`adaptive_transfer_vectors`).
     quadrature_order: least Gauss order of well separated triangle pairs.
     quadrature_error: the order rises with the frequency until the mean of a plane wave over one triangle keeps to this
-        relative error; that of the pressure is 0.4 to ten times as large (0.002 to 1.5 by well separated pairs on bodies
-        of 0.2 m: docs/measured/quadrature.md).
+        relative error; that of the pressure is 0.4 to ten times as large (0.002 to 1.5 by well separated pairs on
+        bodies of 0.2 m: docs/measured/quadrature.md).
     close_orders: Gauss orders of pairs nearer than the matching close_distances, which count the distance of the
         centroids in longest edges of the larger triangle.
     gap_ratio, gap_halvings: triangles that face each other across less than this multiple of the longer one are cut

@@ -67,7 +67,7 @@ def one_step(model: Simulation, laws: list[MeshLaw], steps: int = 32_768) -> flo
 
 
 def order_levels(force: FloatArray, turns: float, speed: float = SPEED, highest: float = 5000.0) -> dict[float, float]:
-    """dB of the mesh harmonics up to `highest` Hz of a steady record (n, 3 n_bearing) N over so many turns of the input."""
+    """dB of the mesh harmonics up to `highest` Hz of a steady record (n, 3 n_bearing) N over `turns` of the input."""
     lines = np.abs(np.fft.rfft(force, axis=0)) * 2.0 / len(force)
     energy = (lines**2).sum(axis=1)
     orders = {k * base for base in MESH_ORDERS for k in range(1, 12)}

@@ -44,7 +44,7 @@ def options(folder: Path) -> list[list[Any]]:
 
 def changes(folder: Path) -> dict[str, tuple[dynamics.Gearbox, Any, dict[str, Any]]]:
     """By name: gearbox, housing and knobs that differ from the case in one thing."""
-    laws, housing = operators(folder)
+    _, housing = operators(folder)
     box, bare = gearbox_of("solid"), nvh.load_case(ROOT / "cases" / "gearbox" / "solid.toml")
     assert isinstance(bare, GearboxCase)
 
@@ -118,7 +118,7 @@ def speeds(folder: Path) -> list[list[Any]]:
 
 
 def widest_split(box: dynamics.Gearbox, speed: float) -> float:
-    """J_p Ω/√(k J) of the shafts' tilting on their bearings, the largest of all shafts; stage ratios 20/50 and 30/82."""
+    """J_p Ω/√(k J) of the shafts' tilting on their bearings, the largest of all shafts; stages 20/50 and 30/82."""
     found = []
     for shaft, ratio in zip(box.shafts, (1.0, 0.4, 0.4 * 30.0 / 82.0), strict=True):
         body = shaft.inertia()

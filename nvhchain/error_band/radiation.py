@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from nvhchain.acoustics.accuracy import expected_accuracy
-from nvhchain.acoustics.level_accuracy import ERRORS, SLOPES, SMALLEST
+from nvhchain.acoustics.level_accuracy import expected_radiation_error
 from nvhchain.case import Case
 from nvhchain.conventions import Air
 from nvhchain.fidelity import AcousticsFidelity
@@ -33,14 +33,11 @@ def radiation_error(
 def level_error(surface: Surface, lines: FloatArray, air: Air, radiation: str) -> FloatArray:
     """(n_f,) dB, RMS, of the levels at single points and of single motions that a cheaper level gives at `lines` (Hz).
 
-    From the tables of `acoustics.level_accuracy`, over the wavenumber times half size of the body.
+    Over the wavenumber times half size of the body.
     """
     half_size = 0.5 * float(np.linalg.norm(np.ptp(surface.vertices, axis=0))) / np.sqrt(3.0)
     ka = 2 * np.pi * np.maximum(lines, 1e-300) / air.speed_of_sound * half_size
-    rows = ERRORS[radiation]
-    row = np.searchsorted([entry.below for entry in rows], ka, side="right")
-    single = np.array([entry.single for entry in rows])[row]
-    return np.asarray(single + SLOPES[radiation] * np.maximum(0.0, np.log10(SMALLEST / ka)))
+    return expected_radiation_error(radiation, ka)
 
 
 def relative(decibel: FloatArray | float) -> FloatArray:

@@ -112,7 +112,7 @@ def test_model_from_a_file_gives_the_matrices_of_the_casting(exchange, small, me
 
 def test_command_writes_the_file_and_refuses_what_it_cannot(small, coarse, tmp_path, capsys, monkeypatch):
     (tmp_path / "case.toml").write_text(f'base = "{small[0]}"\n[band]\nhigh = 1900\n')
-    monkeypatch.setitem(cli.PRESETS, "draft", coarse)
+    monkeypatch.setitem(cli.commands.PRESETS, "draft", coarse)
     words = ["craig-bampton", str(tmp_path / "case.toml"), "--fidelity", "draft", "--out"]
     assert cli.main([*words, str(tmp_path / "h.mat"), "--modes-to", "2000"]) == 0
     assert capsys.readouterr().out.endswith("h.mat: 4 seats, 0 modes\n")

@@ -191,7 +191,7 @@ def test_number_of_modes_follows_from_a_tolerance_on_the_command_line(
     told, load, fidelity, request, capsys, tmp_path, monkeypatch
 ):
     few = replace(fidelity, housing=replace(fidelity.housing, mode_ratio=1.0))
-    monkeypatch.setitem(cli.PRESETS, "draft", few)
+    monkeypatch.setitem(cli.commands.PRESETS, "draft", few)
     store.save(load, tmp_path / "forces.h5")
     base = request.config.rootpath / "cases/small/single_stage.toml"
     head = f'base = "{base}"\nquantities = ["surface_velocity"]\n[band]\nlow = 150\nhigh = 2000\n'

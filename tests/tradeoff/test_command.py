@@ -2,7 +2,7 @@
 
 import pytest
 
-from nvhchain.cli import _parser, main
+from nvhchain.cli import main, parser
 
 
 def test_command_leaves_tables_and_picture_and_finds_them_again(request, tmp_path, capsys):
@@ -28,4 +28,4 @@ def test_unknown_knob_is_refused_with_the_known_ones(request, tmp_path, capsys):
     ("command", "fidelity"), [("run", "standard"), ("plan", "standard"), ("tradeoff", "reference")]
 )
 def test_every_command_has_its_own_default_fidelity(command, fidelity):
-    assert _parser().parse_args([command, "case.toml"]).fidelity == fidelity
+    assert parser().parse_args([command, "case.toml"]).fidelity == fidelity

@@ -1,0 +1,7 @@
+"""`python -m nvhchain.cli`."""
+
+import sys
+
+from nvhchain.cli import main
+
+sys.exit(main())

@@ -1,0 +1,138 @@
+"""Commands of the command line and their arguments."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import NoReturn
+
+from nvhchain import __version__
+from nvhchain.cli import commands
+from nvhchain.fidelity import PRESETS
+
+
+class _Parser(argparse.ArgumentParser):
+    """Says what is wrong in one line, with exit code 2."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"{self.prog}: {message} (see {self.prog} --help)\n")
+
+
+def parser() -> argparse.ArgumentParser:
+    """Every command names the function of `commands` that does it."""
+    top = _Parser(prog="nvhchain", description="Gear geometry to sound pressure.")
+    top.add_argument("--version", action="version", version=f"nvhchain {__version__}")
+    verbs = top.add_subparsers(required=True, metavar="COMMAND")
+
+    common = _Parser(add_help=False)
+    accuracy = common.add_mutually_exclusive_group()
+    accuracy.add_argument("--fidelity", choices=list(PRESETS), default="standard", help="accuracy preset")
+    accuracy.add_argument(
+        "--tolerance-db",
+        metavar="X",
+        type=float,
+        help="the cheapest knobs that keep to X dB against `reference`, by measured tables",
+    )
+
+    common.add_argument(
+        "--mode-tolerance-db",
+        metavar="X",
+        type=float,
+        help="as few modes of the housing as keep the velocity of its surface to X dB (default: as many as the preset)",
+    )
+
+    spread = _Parser(add_help=False)
+    where = spread.add_mutually_exclusive_group()
+    where.add_argument("--workers", metavar="N", type=int, help="spread the work over N processes of this machine")
+    where.add_argument("--scheduler", metavar="ADDRESS", help="spread the work over a dask scheduler, tcp://HOST:PORT")
+
+    run = verbs.add_parser("run", parents=[common, spread], help="compute the sound pressure of a case")
+    run.add_argument("case", metavar="CASE", help="case file (TOML)")
+    run.add_argument("--out", metavar="DIR", help="folder for the hand-offs (default: out/<case name>)")
+    run.add_argument(
+        "--use",
+        metavar="FILE",
+        action="append",
+        default=[],
+        help="ready-made hand-off (HDF5) to take instead of computing it",
+    )
+    run.add_argument(
+        "--forces",
+        metavar="FILE",
+        help="bearing forces of another program (CSV, MAT, HDF5, UFF 58), described in the TOML file beside it",
+    )
+    run.set_defaults(action=commands.run)
+
+    compare = verbs.add_parser("compare", parents=[common, spread], help="compare cases: figures, sound, summary.json")
+    compare.add_argument("cases", metavar="CASE", nargs="+", help="case files (TOML); the first is the base")
+    compare.add_argument("--out", metavar="DIR", default="out", help="folder for results (default: out)")
+    compare.set_defaults(action=commands.compare)
+
+    plot = verbs.add_parser("plot", help="draw hand-offs of one kind into one figure")
+    plot.add_argument("files", metavar="FILE", nargs="+", type=Path, help="hand-offs (HDF5)")
+    plot.add_argument("--orders", action="store_true", help="records against order of the input, not frequency")
+    plot.add_argument(
+        "--quantity",
+        choices=["force", "transmission_error", "mesh_deflection", "output_lag"],
+        default="force",
+        help="of records of bearing forces",
+    )
+    plot.add_argument(
+        "--at", metavar="HZ", type=float, nargs="+", default=[], help="modes of a housing, line of a surface velocity"
+    )
+    plot.add_argument(
+        "--out",
+        metavar="FILE",
+        type=Path,
+        help="figure (PNG, default: beside the first file), or motion of a housing: .gif, .vtu, .vtkhdf, .csv (MAC)",
+    )
+    plot.set_defaults(action=commands.plot)
+
+    parts = verbs.add_parser(
+        "contributions", parents=[common], help="what modes and panels of the housing add to the sound"
+    )
+    parts.add_argument("case", metavar="CASE")
+    parts.add_argument("--use", metavar="FILE", action="append", default=[], help="ready-made hand-off, as for `run`")
+    parts.add_argument("--at", metavar="HZ", type=float, help="line of the bars (default: the loudest)")
+    parts.add_argument("--out", metavar="DIR", help="folder of the run and its tables (default: out/<case name>)")
+    parts.set_defaults(action=commands.contributions)
+
+    exchange = verbs.add_parser(
+        "craig-bampton", parents=[common], help="hand the housing's mass and stiffness at its seats to other programs"
+    )
+    exchange.add_argument("case", metavar="CASE")
+    exchange.add_argument(
+        "--modes-to", metavar="HZ", type=float, required=True, help="modes with held seats up to here: 4 times the band"
+    )
+    exchange.add_argument("--out", metavar="FILE", type=Path, required=True, help="MATLAB .mat or Nastran .bdf (DMIG)")
+    exchange.set_defaults(action=commands.craig_bampton)
+
+    report = verbs.add_parser("report", help="make a page (HTML) of what `compare` left in a folder")
+    report.add_argument("folder", metavar="DIR")
+    report.set_defaults(action=commands.report)
+
+    tradeoff = verbs.add_parser("tradeoff", help="measure what each knob of the fidelity costs and saves")
+    tradeoff.add_argument("case", metavar="CASE")
+    tradeoff.add_argument(
+        "--fidelity", choices=list(PRESETS), default="reference", help="the yardstick, from which knobs are turned"
+    )
+    tradeoff.add_argument(
+        "--knob", metavar="NAME", action="append", help="a knob (gear.slices), a stage or `preset` (default: all)"
+    )
+    tradeoff.add_argument(
+        "--out", metavar="DIR", help="folder for the measurements (default: out/tradeoff-<case name>)"
+    )
+    tradeoff.set_defaults(action=commands.tradeoff)
+
+    plan = verbs.add_parser("plan", parents=[common], help="say what will be modelled, skipped, and what it takes")
+    plan.add_argument("case", metavar="CASE")
+    plan.set_defaults(action=commands.plan)
+
+    check = verbs.add_parser("check", help="read and validate a case")
+    check.add_argument("case", metavar="CASE")
+    check.set_defaults(action=commands.check)
+
+    doctor = verbs.add_parser("doctor", help="check this machine: packages, system libraries, compiler cache")
+    doctor.add_argument("--acoustics", action="store_true", help="compare the boundary element engines on a small body")
+    doctor.set_defaults(action=commands.doctor)
+    return top

@@ -1,0 +1,215 @@
+"""What every command of the command line does.  Each returns the exit code; heavy packages are imported by need."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from nvhchain.cli.console import Console
+from nvhchain.errors import InputError
+from nvhchain.fidelity import PRESETS, Fidelity
+
+if TYPE_CHECKING:
+    from nvhchain.case import Case
+    from nvhchain.handoff import BearingForces
+
+
+def _fidelity(options: argparse.Namespace, cases: Sequence[Case]) -> Fidelity:
+    """The preset, or what the planner chooses, which is said on stderr; modes of the housing as they are asked for."""
+    if options.tolerance_db is None:
+        return _with_mode_tolerance(PRESETS[options.fidelity], options.mode_tolerance_db, cases)
+    from nvhchain.tradeoff import cheapest
+
+    choice = cheapest(cases, options.tolerance_db)
+    print(choice, file=sys.stderr, flush=True)
+    return _with_mode_tolerance(choice.fidelity, options.mode_tolerance_db, cases)
+
+
+def _with_mode_tolerance(fidelity: Fidelity, tolerance: float | None, cases: Sequence[Case]) -> Fidelity:
+    from nvhchain.housing import Casting
+
+    if tolerance is None:
+        return fidelity
+    for case in cases:
+        if not isinstance(getattr(case, "housing", None), Casting):
+            raise InputError(f"--mode-tolerance-db: {case.name} has no casting, whose modes could be counted by it")
+    if not tolerance > 0:
+        raise InputError(f"--mode-tolerance-db = {tolerance:g} must be positive: leave it out for the preset's modes")
+    return replace(fidelity, housing=replace(fidelity.housing, truncation_tolerance_db=tolerance))
+
+
+def _executor(options: argparse.Namespace) -> AbstractContextManager[Executor | None]:
+    """Where the work goes: nowhere but here, unless workers or a scheduler are named."""
+    if options.workers is None and options.scheduler is None:
+        return nullcontext()
+    from nvhchain import cluster
+
+    return cluster.connect(options.scheduler) if options.scheduler else cluster.local_cluster(options.workers)
+
+
+def _foreign_forces(path: Path, case: Case) -> BearingForces:
+    """Bearing forces from another program's file; their channels are described in a file of the same name, .toml."""
+    from nvhchain.case import GearboxCase, load_channels
+    from nvhchain.interop import read_bearing_forces
+
+    if not isinstance(case, GearboxCase):
+        raise InputError(f"{case.name} has no bearings: --forces belongs to a gearbox")
+    return read_bearing_forces(path, load_channels(path.with_suffix(".toml")), positions=case.seats)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Compute what a case asks for; say the levels with their limits."""
+    from nvhchain import chain, ready_made, store
+    from nvhchain.case import load_case
+    from nvhchain.error_band import format_limits
+
+    case = load_case(options.case)
+    given = ready_made.arguments(store.load(path) for path in options.use)
+    if options.forces:
+        given["bearing_forces"] = _foreign_forces(Path(options.forces), case)
+    out = Path(options.out or Path("out") / case.name)
+    with _executor(options) as executor:
+        result = chain.run(
+            case, fidelity=_fidelity(options, [case]), out=out, executor=executor, watcher=Console(), **given
+        )
+    silent = [quantity for quantity in case.quantities if quantity in ("bearing_forces", "surface_velocity")]
+    if silent:
+        print(f"{case.name}: {', '.join(silent)} in {out}")
+    units = {
+        "bearing_forces": ("largest bearing force", "dB re 1 µN"),
+        "surface_velocity": ("surface velocity", "dB re 1 nm/s"),
+        "sound_power": ("sound power", "dB(A) re 1 pW"),
+    }
+    for quantity in (asked for asked in case.quantities if asked in units):
+        name, unit = units[quantity]
+        band = result.error_bands[quantity]
+        most = int(band.level.argmax())
+        print(f"{case.name}: {name} {band.level[most]:.1f} {unit} ({format_limits(band.overall[most])})")
+    if result.radiation_efficiency is not None:
+        efficiency = result.radiation_efficiency.efficiency
+        print(f"{case.name}: radiation efficiency {efficiency.min():.3g}…{efficiency.max():.3g}")
+    if result.directivity is not None:
+        for point, index in zip(case.field_points, result.directivity.index.T, strict=True):
+            print(f"{case.name}: directivity index {index.min():.1f}…{index.max():.1f} dB at {point.name}")
+    if "pressure" in case.quantities:
+        for point, heard, limits in zip(case.field_points, result.overall, result.error_band.overall, strict=True):
+            print(f"{case.name}: {heard:.1f} dB(A) ({format_limits(limits)}) at {point.name}")
+    return 0
+
+
+def compare(options: argparse.Namespace) -> int:
+    """Compute several cases and leave their comparison."""
+    from nvhchain.case import load_case
+    from nvhchain.report import compare
+
+    cases = [load_case(path) for path in options.cases]
+    with _executor(options) as executor:
+        summary = compare(
+            cases, fidelity=_fidelity(options, cases), out=Path(options.out), executor=executor, watcher=Console()
+        )
+    for name, configuration in summary["configurations"].items():
+        print(f"{name}: {configuration['overall_dBA']:.1f} dB(A)")
+    return 0
+
+
+def plot(options: argparse.Namespace) -> int:
+    """Draw hand-offs."""
+    from nvhchain.report import draw
+
+    picture = options.out or options.files[0].with_suffix(".png")
+    draw(options.files, picture, orders=options.orders, at=options.at, quantity=options.quantity)
+    print(picture)
+    return 0
+
+
+def contributions(options: argparse.Namespace) -> int:
+    """Tables and bars of what modes and panels add."""
+    from nvhchain import ready_made, store
+    from nvhchain.case import load_case
+    from nvhchain.report import contributions
+
+    case = load_case(options.case)
+    given = ready_made.arguments(store.load(path) for path in options.use)
+    out = Path(options.out or Path("out") / case.name)
+    fidelity = _fidelity(options, [case])
+    found = contributions(case, fidelity=fidelity, out=out, at=options.at, given=given, watcher=Console())
+    for kind in found:
+        print(out / f"contributions-{kind}.csv")
+    return 0
+
+
+def craig_bampton(options: argparse.Namespace) -> int:
+    """Export the housing's matrices."""
+    from nvhchain.case import load_case
+    from nvhchain.report import export_craig_bampton
+
+    case = load_case(options.case)
+    made = export_craig_bampton(case, options.out, fidelity=_fidelity(options, [case]), modes_to=options.modes_to)
+    print(f"{options.out}: {len(made.names)} seats, {len(made.interface_frequency)} modes")
+    return 0
+
+
+def report(options: argparse.Namespace) -> int:
+    """Make the page of a comparison."""
+    from nvhchain.report import write_page
+
+    print(write_page(options.folder))
+    return 0
+
+
+def tradeoff(options: argparse.Namespace) -> int:
+    """Measure the knobs of a case."""
+    from nvhchain import tradeoff
+    from nvhchain.case import load_case
+
+    case = load_case(options.case)
+    out = Path(options.out or Path("out") / f"tradeoff-{case.name}")
+    sweep = tradeoff.tradeoff(
+        case, out=out, fidelity=PRESETS[options.fidelity], knobs=options.knob, progress=_variants, watcher=Console()
+    )
+    tradeoff.save_tradeoff(sweep, out)
+    print(tradeoff.markdown(sweep), end="")
+    return 0
+
+
+def _variants(done: int, total: int) -> None:
+    print(f"variant {done} of {total}", file=sys.stderr, flush=True)
+
+
+def plan(options: argparse.Namespace) -> int:
+    """Say what would be done."""
+    from nvhchain.case import load_case
+    from nvhchain.scene import plan
+
+    case = load_case(options.case)
+    print(plan(case, fidelity=_fidelity(options, [case])))
+    return 0
+
+
+def check(options: argparse.Namespace) -> int:
+    """Read a case."""
+    from nvhchain.advice import advice
+    from nvhchain.case import GearboxCase, load_case
+
+    case = load_case(options.case)
+    print(f"{options.case}: {case.name} is valid")
+    for why in advice(case) if isinstance(case, GearboxCase) else ():
+        print(f"{case.name} would notice: {why}")
+    return 0
+
+
+def doctor(options: argparse.Namespace) -> int:
+    """Look at this machine."""
+    from nvhchain.doctor import diagnose, diagnose_acoustics
+
+    findings = diagnose_acoustics() if options.acoustics else diagnose()
+    for finding in findings:
+        mark = "ok  " if finding.ok else "FAIL"
+        print(f"{mark} {finding.name}: {finding.detail}" + ("" if finding.ok else f"; {finding.remedy}"))
+    return 0 if all(finding.ok for finding in findings) else 1

@@ -22,6 +22,7 @@ from nvhchain.handoff import (
 )
 from nvhchain.housing import Casting
 from nvhchain.housing.reduction import bending_wavelength
+from nvhchain.housing.truncation import RESIDUAL_MASS, truncation_errors
 
 FREQUENCY_ERROR = 1.2
 """Relative error of a natural frequency over the square of element size per bending wavelength of the wall there."""
@@ -37,13 +38,18 @@ less evenly, than the surface. Fitted to the bearing forces of single-stage gear
 
 @dataclass(frozen=True, eq=False)
 class ModalShares:
-    """modes: (n_f, n_place, n_mode) amplitude of each mode's share.  residual: (n_f, n_place).  moved: (n_f, n_mode)
-    relative change of a mode's motion within the error of its frequency.  frequency: (n_f,) Hz."""
+    """What a motion is made of.
+
+    modes: (n_f, n_place, n_mode) amplitude of each mode's share.  residual: (n_f, n_place).  moved: (n_f, n_mode)
+    relative change of a mode's motion within the error of its frequency.  frequency: (n_f,) Hz.  left_out: (n_f,)
+    relative error of the motion for want of higher modes, as the housing tells; None where it does not know.
+    """
 
     modes: FloatArray
     residual: FloatArray
     moved: FloatArray
     frequency: FloatArray
+    left_out: FloatArray | None
 
     @property
     def size(self) -> FloatArray:
@@ -53,8 +59,11 @@ class ModalShares:
     def errors(self, case: GearboxCase, fidelity: Fidelity) -> dict[str, FloatArray]:
         """(n_f, n_place) of modes that are moved, and of those above, of which the residual has the statics."""
         change = np.sqrt(((self.modes * self.moved[:, None, :]) ** 2).sum(axis=2))
-        top = fidelity.housing.mode_ratio * case.band.high
-        cut = self.residual * (self.frequency / top)[:, None] ** 2
+        if self.left_out is not None:
+            cut = self.left_out[:, None] * self.size
+        else:
+            top = fidelity.housing.mode_ratio * case.band.high
+            cut = self.residual * (self.frequency / top)[:, None] ** 2
         return {"housing": (1.0 + FORCE_SHARE) * change, "modes left out": cut}
 
     def seen_by_forces(self) -> FloatArray:
@@ -80,6 +89,7 @@ def of_pressure(
         np.abs((residual * rate[:, None, :]).sum(axis=2)),
         _moved(case, fidelity, housing, lines),
         lines,
+        _left_out(housing, lines),
     )
 
 
@@ -92,7 +102,11 @@ def of_velocity(case: GearboxCase, fidelity: Fidelity, housing: ReducedHousing, 
     face = housing.face_residual.reshape(rate.shape[1], -1)
     residual = np.sqrt(np.maximum(np.einsum("fi,ij,fj->f", rate.conj(), (face * share) @ face.T, rate).real, 0.0))
     return ModalShares(
-        np.abs(motion)[:, None, :] * mode, residual[:, None], _moved(case, fidelity, housing, lines), lines
+        np.abs(motion)[:, None, :] * mode,
+        residual[:, None],
+        _moved(case, fidelity, housing, lines),
+        lines,
+        _left_out(housing, lines),
     )
 
 
@@ -119,6 +133,7 @@ def of_power(
         residual[:, None],
         _moved(case, fidelity, housing, lines),
         lines,
+        _left_out(housing, lines),
     )
 
 
@@ -128,6 +143,10 @@ def _motion(housing: ReducedHousing, forces: ForceSpectrum, lines: FloatArray) -
     rate = 2j * np.pi * lines[:, None] * forces.in_order(housing.names)[rows]
     count = len(housing.natural_frequency)
     return rate, (rate @ housing.seat_shapes.reshape(count, rate.shape[1]).T) * housing.receptance(lines)
+
+
+def _left_out(housing: ReducedHousing, lines: FloatArray) -> FloatArray | None:
+    return truncation_errors(housing, lines) if RESIDUAL_MASS in housing.provenance else None
 
 
 def _moved(case: GearboxCase, fidelity: Fidelity, housing: ReducedHousing, lines: FloatArray) -> FloatArray:

@@ -41,7 +41,8 @@ from nvhchain.error_band.radiation import level_error
 from nvhchain.errors import AccuracyWarning, InputError
 from nvhchain.fidelity import DRAFT, STANDARD
 from nvhchain.handoff import BearingForces, ForceSpectrum, MeshLaw, PressureHistory, ReducedHousing
-from nvhchain.housing import respond
+from nvhchain.housing import respond, truncation_errors
+from nvhchain.housing.truncation import RESIDUAL_MASS
 from nvhchain.levels import decibel, overall, overall_power, power_level
 from nvhchain.report.limits import limits
 
@@ -162,6 +163,17 @@ def test_the_sound_of_a_housing_whose_modes_are_off_by_what_its_mesh_leaves_open
         other = housing.replace(natural_frequency=housing.natural_frequency * np.array(factors))
         level = decibel(radiate(vectors, respond(other, forces), fidelity=DRAFT.acoustics).pressure)
         assert ((made.lower < level) & (level < made.upper)).all()
+
+
+def test_modes_left_out_err_as_the_housing_tells_where_it_knows(case, housing, parts):
+    """More residual mass puts the modes that were left out closer to the band."""
+    found = []
+    for mass in (1e-19, 4e-19):
+        told = housing.replace(provenance={RESIDUAL_MASS: (mass * np.eye(3)).tolist()})
+        found.append(of(case, DRAFT, told, parts).sources["modes left out"])
+        sound = np.abs(parts[0].pressure)  # up to √n of what n shares make by themselves
+        assert (found[-1] > 0.5 * truncation_errors(told, LINES)[:, None] * sound).all()
+    assert (found[1] > 2 * found[0]).all()
 
 
 def test_what_is_not_handed_in_is_exact(case, housing, parts):

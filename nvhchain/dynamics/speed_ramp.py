@@ -136,7 +136,8 @@ def prepare(
 
 def start(run: RunUp) -> Standing:
     """The quasi-static solution at the angle from which the run starts."""
-    motion = at_rest(run.model, run.phases(0)[0])
+    # in the modes that the first block advances in, whose speed is that of its middle
+    motion = at_rest(run.models[run.part(0)], run.phases(0)[0])
     past = 2 * run.decimator.half
     return Standing(
         0,
@@ -153,15 +154,13 @@ def samples(run: RunUp, standing: Standing) -> Iterator[tuple[FloatArray, Standi
     """
     stride, past = run.decimator.stride, 2 * run.decimator.half
 
-    def form(states: FloatArray, excesses: FloatArray, block: int) -> FloatArray:
+    def form(old: FloatArray, new: FloatArray, excesses: FloatArray, block: int) -> FloatArray:
         before, after = (run.decimators[run.part(b)] for b in (max(0, block - 1), block))
         if before is after:
-            formed = after.apply(states, excesses)
+            formed = after.apply(np.concatenate([old, new]), excesses)
         else:
-            old = past // stride
-            formed = np.concatenate(
-                [before.apply(states[:old], excesses), after.apply(states[old:], excesses[old * stride :])]
-            )
+            # two models' states may differ in length: terms of the speed turn real modes into pairs
+            formed = np.concatenate([before.apply(old, excesses), after.apply(new, excesses[len(old) * stride :])])
         first = block * BLOCK - (run.lead + run.decimator.half) // stride
         return formed[max(0, -first) : max(0, run.count - first)]
 
@@ -179,14 +178,12 @@ def samples(run: RunUp, standing: Standing) -> Iterator[tuple[FloatArray, Standi
                 stride=stride,
                 start_time=(block * steps - run.lead) * model.step.step,
             )
-            states = np.concatenate([standing.states, states])
-            excesses = np.concatenate([standing.excesses, excesses])
-            standing = Standing(
-                block + 1, motion, states[len(states) - past // stride :].copy(), excesses[-past - 1 :].copy()
-            )
+            old, excesses = standing.states, np.concatenate([standing.excesses, excesses])
+            ahead = BLOCK - past // stride
+            standing = Standing(block + 1, motion, states[ahead:].copy(), excesses[-past - 1 :].copy())
             if waiting is not None:
                 yield waiting[0].result(), waiting[1]
-            waiting = forming.submit(form, states[:BLOCK], excesses, block), standing
+            waiting = forming.submit(form, old, states[:ahead], excesses, block), standing
         if waiting is not None:
             yield waiting[0].result(), waiting[1]
 

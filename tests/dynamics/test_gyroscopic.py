@@ -143,3 +143,41 @@ def test_along_a_ramp_they_follow_the_speed(make_gearbox, make_laws, monkeypatch
     assert error["followed"] < 2e-3
     assert error["once"] > 5 * error["followed"]
     assert error["off"] > 10 * error["followed"]
+
+
+def _short_run_up(gearbox, laws, housing, duration, **changes):
+    return run_up(
+        gearbox, laws, housing, start_speed=0.0, end_speed=SPEED, duration=duration, input_torque=250.0, f_max=5000.0,
+        fidelity=DynamicsFidelity(1e-5, **changes),
+    )  # fmt: skip
+
+
+def test_a_short_run_up_from_standstill_starts_on_the_static_load(make_gearbox, make_laws, make_housing):
+    """The first block of a short run-up takes the terms of a later speed than the first, and so must the start."""
+    gearbox, laws = make_gearbox(), make_laws(plain_wheel=True)
+    housing = make_housing(gearbox, modes=8)
+    off, on = (_short_run_up(gearbox, laws, housing, 0.3, gyroscopic=terms) for terms in (False, True))
+    peak = np.abs(off.force).max()
+    assert np.abs(on.force[0] - off.force[0]).max() < 1e-6 * peak
+    assert np.abs(on.force - off.force).max() < 3e-3 * peak
+
+
+@pytest.mark.parametrize("factor", [1e-3, 1e-2])
+def test_soft_bearings_whose_overdamped_modes_come_and_go_with_the_speed(make_gearbox, make_laws, factor):
+    gearbox, laws = make_gearbox(), make_laws(plain_wheel=True)
+    bearings = tuple(
+        replace(b, radial_stiffness=factor * b.radial_stiffness, axial_stiffness=factor * b.axial_stiffness)
+        for b in gearbox.bearings
+    )
+    soft, step = replace(gearbox, bearings=bearings), DynamicsFidelity(1e-5, gyroscopic=True)
+    count = {
+        len(
+            simulation(
+                soft, laws, None, input_torque=250.0, time_step=1e-5, fidelity=step, gyroscopic_speed=speed
+            ).modes.eigenvalue
+        )
+        for speed in (SPEED / 32, SPEED)
+    }
+    assert len(count) == 2
+    off, on = (_short_run_up(soft, laws, None, 0.2, gyroscopic=terms) for terms in (False, True))
+    assert np.abs(on.force - off.force).max() < 0.05 * np.abs(off.force).max()

@@ -57,14 +57,24 @@ def low_pass(rate: float, stride: int, f_max: float, attenuation: float) -> Floa
     """
     if stride == 1:
         return np.ones(1)
+    half, beta = _window(rate, stride, f_max, attenuation)
+    return np.asarray(firwin(2 * half + 1, 0.5 * rate / stride, window=("kaiser", beta), fs=rate))
+
+
+def low_pass_reach(rate: float, stride: int, f_max: float, attenuation: float) -> int:
+    """H, steps on either side of a sample that `low_pass` sees."""
+    return 0 if stride == 1 else _window(rate, stride, f_max, attenuation)[0]
+
+
+def _window(rate: float, stride: int, f_max: float, attenuation: float) -> tuple[int, float]:
+    """H, a multiple of `stride`, and the shape of the Kaiser window."""
     kept = rate / stride
     require(
         kept > 2.0 * f_max,
         f"a record at {kept:g} Hz does not cover f_max = {f_max:g} Hz: store more than {2 * f_max:g} samples a second",
     )
     count, beta = kaiserord(attenuation, (kept - 2.0 * f_max) / (0.5 * rate))
-    half = -(-(count // 2) // stride) * stride
-    return np.asarray(firwin(2 * half + 1, 0.5 * kept, window=("kaiser", beta), fs=rate))
+    return -(-(count // 2) // stride) * stride, beta
 
 
 def record_stride(time_step: float, f_max: float, fidelity: DynamicsFidelity) -> int:
@@ -80,26 +90,21 @@ def decimator(model: Simulation, stride: int, taps: FloatArray) -> Decimator:
     jump = np.zeros((len(outputs), n_c))
     jump[: len(model.bearing_jump)] = model.bearing_jump
     count, n_out = len(taps), len(outputs)
-    on_state, turned = np.zeros_like(rows), rows
-    constant, settled = np.zeros(n_out), np.zeros(n_out)
-    response = np.zeros((count, n_out, n_c))  # of the output l + 1 steps after a unit force
-    for k, tap in enumerate(taps):
-        on_state += tap * turned
-        constant += tap * settled
-        settled = settled + (turned @ model.step.gain).real
-        response[k] = (turned @ model.step.drive.T).real
-        turned = turned * model.step.decay
+    constant = np.zeros(n_out)
     # on_excess[j] belongs to the force of step m − 1 + j
     on_excess = np.zeros((count + 1, n_c, n_out))
-    for k, tap in enumerate(taps):
-        on_excess[k + 1] -= tap * jump.T
-        on_excess[k] += tap * jump.T
-        for j in range(k):
-            on_excess[j + 1] -= tap * response[k - 1 - j].T
+    on_excess[1:] -= taps[:, None, None] * jump.T
+    on_excess[:-1] += taps[:, None, None] * jump.T
+    # Σ_{k>j} h_k c D^{k−1−j} from its value for j + 1, down to j = −1, which is what the state itself takes
+    remaining = np.zeros_like(rows)
+    for j in range(count - 1, -1, -1):
+        on_excess[j + 1] -= (remaining @ model.step.drive.T).real.T
+        constant += (remaining @ model.step.gain).real
+        remaining = taps[j] * rows + remaining * model.step.decay
     return Decimator(
         stride,
         count // 2,
-        np.ascontiguousarray(np.hstack([on_state.real, -on_state.imag]).T),
+        np.ascontiguousarray(np.hstack([remaining.real, -remaining.imag]).T),
         on_excess.reshape(-1, n_out),
         constant,
     )

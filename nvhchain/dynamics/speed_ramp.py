@@ -17,7 +17,7 @@ import numpy as np
 import psutil
 
 from nvhchain.conventions import Progress
-from nvhchain.dynamics.decimation import Decimator, decimator, low_pass, record_stride
+from nvhchain.dynamics.decimation import Decimator, decimator, low_pass, low_pass_reach, record_stride
 from nvhchain.dynamics.gearbox import Gearbox
 from nvhchain.dynamics.one_thread import on_one_thread
 from nvhchain.dynamics.quasi_static import law_phases
@@ -118,7 +118,9 @@ def prepare(
     kinematics = model.assembly.train
     check_step(gearbox, mesh_laws, kinematics, max(ramp.start_speed, ramp.end_speed), f_max, fidelity)
     stride = record_stride(fidelity.time_step, f_max, fidelity)
-    taps = low_pass(1.0 / fidelity.time_step, stride, f_max, fidelity.stopband_attenuation)
+    band = (1.0 / fidelity.time_step, stride, f_max, fidelity.stopband_attenuation)
+    _check_block(model, stride, low_pass_reach(*band), parts, f_max)
+    taps = low_pass(*band)
     models = (model, *(at_speed(model, float(speed)) for speed in way[1:]))
     decimators = tuple(decimator(each, stride, taps) for each in models)
     # from a standstill the quasi-static start is exact
@@ -132,6 +134,24 @@ def prepare(
         (ceil(settle / stride) + 1) * stride + 2 * decimators[0].half,
         max(2, ceil(ramp.duration / (fidelity.time_step * stride) * (1.0 - 1e-9))),
     )
+
+
+def _check_block(model: Simulation, stride: int, half: int, parts: int, f_max: float) -> None:
+    """ResourceError when a block of the time loop and the filters over it do not fit into memory.
+
+    Beside each sample of a block lie the excess forces that its filter sees; two blocks' forces and phases of all steps
+    are held, and one set of coefficients per model.
+    """
+    n_c, n_out = len(model.contact_stiffness), model.bearing_output.shape[0] + 2 * len(model.deflection_output) + 1
+    width, steps = 2 * half + 2, BLOCK * stride
+    needed = 8.0 * (BLOCK * width * n_c + 2 * steps * 2 * n_c + parts * width * n_c * n_out)
+    available = float(psutil.virtual_memory().available)
+    if needed > 0.8 * available:
+        raise ResourceError(
+            f"f_max = {f_max:g} Hz from steps of {1e6 * model.step.step:g} µs stores every {stride}th step through a "
+            f"filter over {width} steps, which needs {needed / 2**30:.1f} GiB, but {available / 2**30:.1f} are free: "
+            "raise f_max or the time step"
+        )
 
 
 def start(run: RunUp) -> Standing:

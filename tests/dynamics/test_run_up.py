@@ -15,9 +15,9 @@ import pytest
 from nvhchain import store
 from nvhchain.dynamics import bearing_forces, record_run_up, recording, run_up, run_up_time, speed_ramp, steady_sweep
 from nvhchain.dynamics.assembly import assemble
-from nvhchain.dynamics.decimation import low_pass
+from nvhchain.dynamics.decimation import decimator, low_pass
 from nvhchain.dynamics.quasi_static import static_mesh_forces
-from nvhchain.dynamics.simulation import advance, at_rest, bearing_force
+from nvhchain.dynamics.simulation import advance, at_rest, bearing_force, simulation
 from nvhchain.dynamics.speed_ramp import prepare
 from nvhchain.dynamics.train import shaft_torques
 from nvhchain.errors import FileFormatError, InputError, ResourceError, SolverError
@@ -54,6 +54,34 @@ def test_every_fourth_step_is_stored_and_equals_the_filtered_record_of_every_ste
     deflection = states @ run.model.contact_output[0::2].T
     wanted = np.array([taps @ deflection[c - half : c + half + 1] for c in range(run.lead, len(every) - half, 4)])
     assert np.abs(record.mesh_deflection[: len(wanted)] - wanted).max() < 1e-12 * np.abs(wanted).max()
+
+
+def test_coefficients_of_the_filtered_outputs_are_the_sums_they_stand_for(make_gearbox, make_laws):
+    """Term by term, over all pairs of taps, on arbitrary taps."""
+    model = simulation(
+        make_gearbox(), make_laws(), None, input_torque=250.0, time_step=1e-5, fidelity=DynamicsFidelity(1e-5)
+    )
+    taps = np.random.default_rng(2).standard_normal(19)
+    found, step, n_z = decimator(model, 3, taps), model.step, len(model.step.decay)
+    outputs = np.vstack([model.bearing_output, model.deflection_output, model.error_output])
+    rows = outputs[:, :n_z] - 1j * outputs[:, n_z:]
+    jump = np.vstack([model.bearing_jump, np.zeros((len(rows) - len(model.bearing_jump), step.drive.shape[0]))])
+    on_state, constant = np.zeros_like(rows), np.zeros(len(rows))
+    on_excess = np.zeros((len(taps) + 1, *jump.T.shape))
+    for k, tap in enumerate(taps):
+        on_state += tap * rows * step.decay**k
+        on_excess[k] += tap * jump.T
+        on_excess[k + 1] -= tap * jump.T
+        for j in range(k):
+            after = rows * step.decay ** (k - 1 - j)
+            constant += tap * (after @ step.gain).real
+            on_excess[j + 1] -= tap * (after @ step.drive.T).real.T
+    for one, other in (
+        (found.on_state, np.hstack([on_state.real, -on_state.imag]).T),
+        (found.on_excess, on_excess.reshape(-1, len(rows))),
+        (found.constant, constant),
+    ):
+        assert np.abs(one - other).max() < 1e-12 * np.abs(other).max()
 
 
 @pytest.mark.parametrize("stride", [2, 4, 7])
@@ -221,6 +249,11 @@ def test_a_run_whose_contact_solvers_are_no_data_goes_to_no_files(make_gearbox, 
 def test_an_hour_in_memory_is_refused_with_a_remedy(make_gearbox, make_laws):
     with pytest.raises(ResourceError, match=r"needs .* GiB, .* write it to files with record_run_up"):
         _run_up(make_gearbox(), make_laws(), None, duration=100 * 3600.0)
+
+
+def test_a_band_too_low_for_the_step_is_refused_before_anything_is_formed(make_gearbox, make_laws):
+    with pytest.raises(ResourceError, match=r"f_max = 0\.01 Hz from steps of 10 µs .* raise f_max or the time step"):
+        _run_up(make_gearbox(), make_laws(), None, f_max=0.01)
 
 
 def test_progress_ends_at_its_total(make_gearbox, make_laws):

@@ -17,7 +17,7 @@ from nvhchain.fidelity import HousingFidelity
 from nvhchain.handoff import FloatArray, IntArray, ReducedHousing, Surface
 from nvhchain.housing.engine_plane import EnginePlane
 from nvhchain.housing.envelope import outer_envelope
-from nvhchain.housing.foreign_mesh import edge_nodes, sound_mesh
+from nvhchain.housing.foreign_mesh import mean_edge, sound_mesh
 from nvhchain.housing.mapping_error import facet_flux, gathered, mapping_error
 from nvhchain.housing.reduction import with_residual
 from nvhchain.housing.response import face_displacement, modal_displacement
@@ -186,8 +186,7 @@ def _check_resolution(model: SolidModel, skin: Skin, f_max: float, fidelity: Hou
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     volume = float(np.einsum("ka,ka->", corners.mean(axis=1), cross)) / 6
     wall = 4 * volume / float(np.linalg.norm(cross, axis=1).sum())
-    ends = np.concatenate([edge_nodes(block).reshape(-1, 2) for block in model.blocks])
-    edge = float(np.linalg.norm(model.nodes[ends[:, 0]] - model.nodes[ends[:, 1]], axis=1).mean())
+    edge = mean_edge(model)
     material = model.blocks[0].material
     plate = material.young * wall**2 / (12 * (1 - material.poisson**2) * material.density)
     wave = float(2 * np.pi * (plate / (2 * np.pi * f_max) ** 2) ** 0.25)

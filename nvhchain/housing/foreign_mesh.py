@@ -10,27 +10,19 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import scipy.sparse as sp
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 from nvhchain.errors import InputError, require
 from nvhchain.fem.elements import reference_element
 from nvhchain.fem.solid_model import CORNERS, EDGES, ElementBlock, RigidSet, SolidModel
 from nvhchain.handoff import FloatArray, IntArray
+from nvhchain.housing.foreign_joints import check_joints, on_a_line
 
 QUADRATIC = {"tet": "tet10", "wedge": "wedge15", "hex": "hex20"}
 _FLIP = {"tet": (0, 2, 1, 3), "wedge": (3, 4, 5, 0, 1, 2), "hex": (4, 5, 6, 7, 0, 1, 2, 3)}
 """Corners renumbered so that an element that is inside out becomes right."""
 
-_COINCIDENT = 1e-6
-"""Parts of the mean edge within which two nodes of separate parts lie at the same place."""
-
 _EXTENT = (5e-3, 20.0)
 """m, of the longest side of what is taken for a housing."""
-
-_LINE = 1e-9
-"""Width of a set of nodes over its length, below which they lie on a line."""
 
 _CHUNK = 20_000
 
@@ -38,7 +30,7 @@ _CHUNK = 20_000
 def sound_mesh(model: SolidModel) -> tuple[SolidModel, tuple[str, ...]]:
     """The model as one connected body of valid quadratic elements, and what had to be done to it, in words.
 
-    Raises InputError for distorted elements, parts that hang together nowhere, and nodes both held and rigid.
+    Raises InputError for distorted elements, parts without a common face or rigid set, and nodes both held and rigid.
     """
     notes: list[str] = []
     _check_extent(model)
@@ -48,7 +40,7 @@ def sound_mesh(model: SolidModel) -> tuple[SolidModel, tuple[str, ...]]:
     model = _right_side_out(model, notes)
     model = raised(model, notes)
     model = _straightened(model, notes)
-    _check_connected(model)
+    check_joints(model, mean_edge(model))
     _check_constraints(model)
     return model, tuple(notes)
 
@@ -56,6 +48,12 @@ def sound_mesh(model: SolidModel) -> tuple[SolidModel, tuple[str, ...]]:
 def edge_nodes(block: ElementBlock) -> IntArray:
     """Corner node pairs (m, n_edge, 2) of the edges of every element."""
     return np.asarray(block.nodes[:, np.array(EDGES[block.shape])])
+
+
+def mean_edge(model: SolidModel) -> float:
+    """m, mean length of the edges of all elements."""
+    ends = np.concatenate([edge_nodes(block).reshape(-1, 2) for block in model.blocks])
+    return float(np.linalg.norm(model.nodes[ends[:, 0]] - model.nodes[ends[:, 1]], axis=1).mean())
 
 
 def _without_collapsed(model: SolidModel, notes: list[str]) -> SolidModel:
@@ -279,41 +277,12 @@ def _straightened(model: SolidModel, notes: list[str]) -> SolidModel:
     return replace(model, nodes=nodes)
 
 
-def _check_connected(model: SolidModel) -> None:
-    """Every element hangs together with every other, by nodes or by rigid sets."""
-    count = len(model.nodes)
-    chains = [block.nodes for block in model.blocks]
-    pairs = [np.column_stack([np.repeat(c[:, 0], c.shape[1] - 1), c[:, 1:].ravel()]) for c in chains]
-    pairs += [np.column_stack([np.full(len(r.nodes), r.nodes[0]), r.nodes]) for r in model.rigid_sets]
-    first, second = np.concatenate(pairs).T
-    link = sp.coo_matrix((np.ones(len(first)), (first, second)), shape=(count, count))
-    parts, label = connected_components(link, directed=False)
-    if parts == 1:
-        return
-    sizes = np.zeros(parts, dtype=int)
-    for block in model.blocks:
-        sizes += np.bincount(label[block.nodes[:, 0]], minlength=parts)
-    edges = np.concatenate([edge_nodes(block).reshape(-1, 2) for block in model.blocks])
-    length = float(np.linalg.norm(model.nodes[edges[:, 0]] - model.nodes[edges[:, 1]], axis=1).mean())
-    touching = cKDTree(model.nodes).query_pairs(_COINCIDENT * length, output_type="ndarray")
-    apart = int((label[touching[:, 0]] != label[touching[:, 1]]).sum()) if len(touching) else 0
-    remedy = (
-        f"{apart} pairs of nodes of different parts coincide: merge them in the preprocessor"
-        if apart
-        else "connect them by common nodes or an RBE2, or remove the loose ones"
-    )
-    listed = ", ".join(map(str, np.sort(sizes)[::-1][:6]))
-    raise InputError(f"{model.source}: the mesh is in {parts} parts of {listed} elements: {remedy}")
-
-
 def _check_constraints(model: SolidModel) -> None:
     for rigid in model.rigid_sets:
-        arms = model.nodes[rigid.nodes] - model.nodes[rigid.nodes].mean(axis=0)
-        spread = np.linalg.svd(arms, compute_uv=False) if len(arms) > 1 else np.zeros(2)
         require(
-            bool(rigid.held[3:].all() or spread[1] > _LINE * spread[0]),
-            f"{model.source}: rigid set {rigid.name} is {len(arms)} node(s) on a line: nothing resists its rotation; "
-            "give it three nodes that are not on a line",
+            bool(rigid.held[3:].all()) or not on_a_line(model.nodes[rigid.nodes]),
+            f"{model.source}: rigid set {rigid.name} is {len(rigid.nodes)} node(s) on a line: nothing resists its "
+            "rotation; give it three nodes that are not on a line",
         )
         both = model.held[rigid.nodes].any(axis=1)
         require(

@@ -33,7 +33,7 @@ class Skin:
 def solid_skin(model: SolidModel) -> Skin:
     """Faces that belong to one element only, of a model of quadratic elements; InputError where elements overlap."""
     count = len(model.nodes)
-    corners, middles = _faces(model)
+    corners, middles, _ = element_faces(model)
     key = np.sort(np.where(corners < 0, count, corners), axis=1)
     _, first, sides = np.unique(key, axis=0, return_index=True, return_counts=True)
     require(
@@ -58,10 +58,15 @@ def solid_skin(model: SolidModel) -> Skin:
     return Skin(np.asarray(interpolation @ model.nodes), facets, interpolation)
 
 
-def _faces(model: SolidModel) -> tuple[IntArray, IntArray]:
-    """Corners and mid-edge nodes (f, 4) of all faces of all elements; the fourth is −1 on triangles."""
+def element_faces(model: SolidModel) -> tuple[IntArray, IntArray, IntArray]:
+    """Of all faces of all elements corners and mid-edge nodes (f, 4), the fourth −1 on triangles, and element (f,).
+
+    Elements count through the blocks; all are quadratic.
+    """
     corners: list[IntArray] = []
     middles: list[IntArray] = []
+    owners: list[IntArray] = []
+    start = 0
     for block in model.blocks:
         edges = [frozenset(edge) for edge in EDGES[block.shape]]
         for face in FACES[block.shape]:
@@ -70,4 +75,6 @@ def _faces(model: SolidModel) -> tuple[IntArray, IntArray]:
                 table = np.full((len(block.nodes), 4), -1)
                 table[:, : len(columns)] = block.nodes[:, columns]
                 found.append(table)
-    return np.concatenate(corners), np.concatenate(middles)
+            owners.append(np.arange(start, start + len(block.nodes)))
+        start += len(block.nodes)
+    return np.concatenate(corners), np.concatenate(middles), np.concatenate(owners)

@@ -4,9 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from box_models import SPLITS, box
+from box_models import SPLITS, box, grid, turned
+from scipy.spatial import cKDTree
 
-from nvhchain.conventions import ALUMINIUM
+from nvhchain.conventions import ALUMINIUM, STEEL
 from nvhchain.errors import InputError
 from nvhchain.fem import lowest_modes
 from nvhchain.fem.solid_model import ElementBlock, RigidSet
@@ -141,10 +142,60 @@ def test_parts_that_only_touch_are_refused_with_the_number_of_pairs():
         blocks=(one.blocks[0], replace(one.blocks[0], nodes=one.blocks[0].nodes + len(other))),
         groups={},
     )
-    with pytest.raises(InputError, match=r"2 parts of 6, 6 elements: 13 pairs of nodes of different parts coincide"):
+    with pytest.raises(InputError, match=r"2 parts of 6, 6 elements: 6 pairs of corners of different parts coincide"):
         sound_mesh(both)
     joint = RigidSet("JOINT", np.array([0.2, 0.0, 0.0]), np.flatnonzero(np.abs(both.nodes[:, 0] - 0.2) < 1e-9), 500)
     assert sound_mesh(replace(both, rigid_sets=(joint,)))[0].elements == 12
+
+
+def with_second_box(offset):
+    """The held box and another at an offset (m) that shares its nodes where both have one."""
+    one = box("hex8")
+    other, bricks = grid((3, 2, 1), (0.2, 0.06, 0.05))
+    distance, nearest = cKDTree(one.nodes).query(other + np.array(offset))
+    new = distance > 1e-9
+    row = np.where(new, len(one.nodes) + np.cumsum(new) - 1, nearest)
+    nodes = np.vstack([one.nodes, (other + np.array(offset))[new]])
+    second = ElementBlock("hex8", row[bricks], one.blocks[0].material, 100 + np.arange(len(bricks)), "B")
+    return replace(
+        one,
+        nodes=nodes,
+        labels=np.arange(1, len(nodes) + 1),
+        blocks=(one.blocks[0], second),
+        held=np.zeros((len(nodes), 3), dtype=bool),
+        rigid_sets=tuple(replace(r, label=1000 + k) for k, r in enumerate(one.rigid_sets)),
+    )
+
+
+@pytest.mark.parametrize(
+    ("offset", "nodes"), [((0.0, 0.06, 0.05), "6, 12, 18, 24"), ((0.2, 0.06, 0.05), "24"), ((0.0, 0.06, 0.0), None)]
+)
+def test_parts_hinged_along_an_edge_or_at_a_node_are_refused_by_its_nodes(offset, nodes):
+    model = with_second_box(offset)
+    if nodes is None:  # a common side
+        assert sound_mesh(model)[0].elements == 12
+        return
+    with pytest.raises(InputError, match=f"2 parts of 6, 6 elements: .* an edge or a node only, at nodes {nodes}, ab"):
+        sound_mesh(model)
+
+
+def test_rigid_set_joins_parts_by_nodes_that_are_not_on_a_line():
+    model = with_second_box((0.0, 0.06, 0.05))
+    hinge = np.flatnonzero(np.isclose(model.nodes[:, 1], 0.06) & np.isclose(model.nodes[:, 2], 0.05))
+    ends = model.nodes[:, 0] > 0.2 - 1e-9
+    weld = replace(model.rigid_sets[1], nodes=np.flatnonzero(ends))
+    assert sound_mesh(replace(model, rigid_sets=(model.rigid_sets[0], weld)))[0].elements == 12
+    pin = RigidSet("PIN", model.nodes[hinge[0]], hinge[1:3], 2000, np.ones(6, dtype=bool))
+    with pytest.raises(InputError, match="an edge or a node only"):
+        sound_mesh(replace(model, rigid_sets=(model.rigid_sets[0], pin)))
+
+
+def test_brick_against_tetrahedra_on_its_corners_is_one_body():
+    """The brick's side has four corners, those of the tetrahedra three: no face is the same."""
+    model = with_second_box((0.2, 0.0, 0.0))
+    split = turned(model.nodes, model.blocks[1].nodes[:, SPLITS["tet4"]].reshape(-1, 4))
+    tetrahedra = ElementBlock("tet4", split, STEEL, 500 + np.arange(len(split)), "B")
+    assert sound_mesh(replace(model, blocks=(model.blocks[0], tetrahedra)))[0].elements == 42
 
 
 def test_linear_elements_share_the_mid_edge_nodes_of_quadratic_neighbours():

@@ -55,7 +55,7 @@ def record_run_up(
     """`run_up` into files of `folder`; memory does not grow with the duration.
 
     A run that was stopped is taken up again by the same call and ends in the same bits as one that was not. Raises what
-    `run_up` raises, and InputError when `folder` holds another run.
+    `run_up` raises, InputError when `folder` holds another run, FileFormatError when files of it are lost or damaged.
     """
     require(
         operation.get("contact_forces") is None,
@@ -104,6 +104,9 @@ def _taken_up(path: Path, key: str, run: RunUp) -> tuple[int, int, Standing]:
             f"{path.parent} holds another run-up (other gearbox, laws, operation, fidelity or version): choose another "
             "folder or delete it"
         )
+    lost = [file.name for file in (_path(path.parent, index) for index in range(written)) if not file.is_file()]
+    if lost:
+        raise FileFormatError(f"{path.parent}: {', '.join(lost[:3])} missing: delete the folder and run again")
     return written, first, standing
 
 

@@ -232,6 +232,9 @@ def test_another_run_in_the_folder_and_a_damaged_one_are_refused(make_gearbox, m
     record_run_up(gearbox, laws, None, fidelity=fidelity, folder=tmp_path, **_operation(duration=0.01))
     with pytest.raises(InputError, match="holds another run-up"):
         record_run_up(gearbox, laws, None, fidelity=fidelity, folder=tmp_path, **_operation(duration=0.02))
+    (tmp_path / "forces-00000.h5").rename(tmp_path / "elsewhere.h5")
+    with pytest.raises(FileFormatError, match=r"forces-00000\.h5 missing: delete the folder and run again"):
+        record_run_up(gearbox, laws, None, fidelity=fidelity, folder=tmp_path, **_operation(duration=0.01))
     (tmp_path / "standing.npz").write_bytes(b"PK not a checkpoint")
     with pytest.raises(FileFormatError, match=r"standing\.npz: damaged"):
         record_run_up(gearbox, laws, None, fidelity=fidelity, folder=tmp_path, **_operation(duration=0.01))

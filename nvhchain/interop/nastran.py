@@ -39,8 +39,8 @@ _PASSED_OVER = re.compile(
 def read_nastran(path: str | Path, *, units: str, spc: int | None = None) -> SolidModel:
     """Read a bulk data file.
 
-    units: of the file, a key of `UNIT_SYSTEMS`.  spc: set of constraints; by default the one case control selects, or
-    the only one there is.
+    units: of the file, a key of `UNIT_SYSTEMS`.  spc: set of constraints; by default the one that case control selects
+    for all subcases, or the only one there is.
 
     Raises FileFormatError for a damaged file, InputError for cards that cannot be carried over.
     """
@@ -64,7 +64,7 @@ def read_nastran(path: str | Path, *, units: str, spc: int | None = None) -> Sol
         _elements(by_name, parts)
         _materials(by_name, parts, system)
         _rigid_sets(by_name, parts)
-        _constraints(by_name, parts, _selected(control) if spc is None else spc)
+        _constraints(by_name, parts, _selected(control, path) if spc is None else spc)
         _groups(by_name, parts, found.pop("group", {}))
     except (ValueError, IndexError, KeyError) as error:
         if isinstance(error, InputError):
@@ -152,6 +152,10 @@ def _materials(by_name: dict[str, list[list[str]]], parts: Parts, system: UnitSy
     for card in by_name.get("PARAM", []):
         if card[1].upper() == "WTMASS":
             scale = real(card[2])
+    for name in ("MAT1", "PSOLID"):
+        twice = [number for number, count in Counter(card[1] for card in by_name.get(name, [])).items() if count > 1]
+        if twice:
+            raise FileFormatError(f"{parts.source}: {name} {twice[0]} is defined twice")
     known = {card[1]: card[2:] + [""] * 4 for card in by_name.get("MAT1", [])}
     for card in by_name.get("PSOLID", []):
         where = f"{parts.source}: MAT1 {card[2]} of PSOLID {card[1]}"
@@ -181,18 +185,21 @@ def _rigid_sets(by_name: dict[str, list[list[str]]], parts: Parts) -> None:
         parts.rigid.append(Rigid(card[1], reference, [*nodes, reference] if in_solid else nodes))
 
 
-def _selected(control: list[str]) -> int | None:
-    for line in control:
-        found = re.match(r"\s*SPC\s*=\s*(\d+)", line, re.I)
-        if found:
-            return int(found[1])
-    return None
+def _selected(control: list[str], path: Path) -> int | None:
+    """The set of constraints that case control selects.  Raises InputError where subcases select different ones."""
+    found = [re.match(r"\s*SPC\s*=\s*(\d+)", line, re.I) for line in control]
+    chosen = sorted({int(one[1]) for one in found if one})
+    if len(chosen) > 1:
+        raise InputError(
+            f"{path}: case control selects constraint sets {', '.join(map(str, chosen))} in turn: say which by spc"
+        )
+    return chosen[0] if chosen else None
 
 
 def _constraints(by_name: dict[str, list[list[str]]], parts: Parts, chosen: int | None) -> None:
     sets: dict[int, list[tuple[int, str]]] = {}
     for card in by_name.get("SPC1", []):
-        sets.setdefault(int(card[1]), []).extend((node, card[2]) for node in numbers(card[3:]))
+        sets.setdefault(int(card[1]), []).extend((node, card[2]) for node in numbers(card[3:], parts.nodes))
     for card in by_name.get("SPC", []):
         for i in range(2, len(card), 3):
             if card[i]:
@@ -210,10 +217,12 @@ def _constraints(by_name: dict[str, list[list[str]]], parts: Parts, chosen: int 
         chosen = next(iter(sets))
     if chosen not in sets:
         raise InputError(f"{parts.source}: constraint set {chosen} is not there; known: {sorted(sets)}")
+    if not sets[chosen]:
+        raise InputError(f"{parts.source}: constraint set {chosen} holds no node that is defined")
     for node, components in sets[chosen]:
         parts.held[node] |= set(components)
 
 
 def _groups(by_name: dict[str, list[list[str]]], parts: Parts, names: Mapping[str, str]) -> None:
     for card in by_name.get("SET1", []):
-        parts.groups[names.get(card[1], f"SET1 {card[1]}")] = numbers(card[2:])
+        parts.groups[names.get(card[1], f"SET1 {card[1]}")] = numbers(card[2:], parts.nodes)

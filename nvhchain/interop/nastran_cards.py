@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from pathlib import Path
 
 from nvhchain.interop._includes import lines_with_includes
@@ -71,17 +71,28 @@ def real(text: str) -> float:
     return float(text)
 
 
-def numbers(fields: list[str]) -> list[int]:
-    """Whole numbers with `THRU` (and `BY`) written out; blanks are left out."""
+def numbers(fields: list[str], known: Collection[int] | None = None) -> list[int]:
+    """Whole numbers with `THRU` (and `BY`) written out; blanks are left out.
+
+    known: of a range only these, as Nastran takes the grid points that there are.
+    """
     words = [field.upper() for field in fields if field]
     result: list[int] = []
     i = 0
     while i < len(words):
         if words[i] == "THRU":
-            step = int(words[i + 3]) if i + 2 < len(words) and words[i + 2] == "BY" else 1
-            result += range(result[-1] + step, int(words[i + 1]) + 1, step)
-            i += 4 if step != 1 or (i + 2 < len(words) and words[i + 2] == "BY") else 2
+            by = i + 2 < len(words) and words[i + 2] == "BY"
+            span = range(result.pop(), int(words[i + 1]) + 1, int(words[i + 3]) if by else 1)
+            result += span if known is None else _inside(span, known)
+            i += 4 if by else 2
         else:
             result.append(int(words[i]))
             i += 1
     return result
+
+
+def _inside(span: range, known: Collection[int]) -> list[int]:
+    """The known numbers in a range, which may be far longer than what is known."""
+    if len(span) > len(known):
+        return sorted(n for n in known if n in span)
+    return [n for n in span if n in known]

@@ -143,6 +143,29 @@ def test_nastran_fields_systems_sets_and_mass_factor(tmp_path):
     assert read_nastran(path, units="m-kg-s", spc=8).held.sum() == 1
 
 
+@pytest.mark.parametrize("last", [12, 99999999])
+def test_ranges_take_the_grid_points_that_there_are(tmp_path, last):
+    """Quick Reference Guide, SPC1: points in a sequence THRU need not exist."""
+    path = tmp_path / "ranges.bdf"
+    text = NASTRAN.replace("SPC1,7,123,5,THRU,5", f"SPC1,7,123,4,THRU,{last}")
+    path.write_text(
+        text.replace("SET1,1,1,THRU,3", f"SET1,1,0,THRU,{last},BY,4")
+        .replace("GRID,99,", "GRID,999999999,")
+        .replace(",99,", ",999999999,")
+    )
+    model = read_nastran(path, units="m-kg-s")
+    assert model.labels[model.held.all(axis=1)].tolist() == [1, 4, 5, 6, 7, 8]
+    assert model.labels[model.groups["SET1 1"]].tolist() == [4, 8]
+
+
+def test_subcases_held_differently_are_read_by_spc(tmp_path):
+    path = tmp_path / "subcases.bdf"
+    path.write_text(NASTRAN.replace("SPC = 7", "SUBCASE 1\nSPC = 7\nSUBCASE 2\nSPC = 8"))
+    assert read_nastran(path, units="m-kg-s", spc=8).held.sum() == 1
+    path.write_text(NASTRAN.replace("SPC = 7", "SUBCASE 1\nSPC = 7\nSUBCASE 2\nSPC = 7"))
+    assert read_nastran(path, units="m-kg-s").held.sum() == 11
+
+
 ABAQUS = """\
 *HEADING
 *PART, NAME=Case
@@ -291,6 +314,15 @@ def test_calculix_rigid_body_held_at_both_reference_nodes(tmp_path):
         ("GRID,8,,0.,1.,1.", "GRID,8,,0.,x,1.", "not Nastran bulk data"),
         ("GRID,8,,0.,1.,1.", "CQUAD4,5,3,1,2,3,4", "1 CQUAD4"),
         ("SPC,7,8,13,0.0", "SPC,7,8,13,0.1", "enforces a motion"),
+        ("MAT1           4", "MAT1,4,7.+10,,0.3,2.7+6\nMAT1           4", "MAT1 4 is defined twice"),
+        ("PSOLID         3", "PSOLID,3,5\nPSOLID         3", "PSOLID 3 is defined twice"),
+        ("SPC = 7", "SUBCASE 1\nSPC = 7\nSUBCASE 2\nSPC = 8", "selects constraint sets 7, 8 in turn: say which by spc"),
+        ("SPC1,7,123,1,4", "SPC1,7,123,1,9", "a constraint: node 9 is not defined"),
+        (
+            "SPC = 7\nBEGIN BULK",
+            "SPC = 6\nBEGIN BULK\nSPC1,6,123,50,THRU,60",
+            "constraint set 6 holds no node that is defined",
+        ),
     ],
 )
 def test_nastran_that_would_change_the_answer_is_refused(tmp_path, old, new, message):

@@ -47,10 +47,18 @@ def read_abaqus(path: str | Path, *, units: str) -> SolidModel:
     path = Path(path)
     file = AbaqusFile(Parts(str(path)), unit_system(units))
     late: list[tuple[str, Block]] = []
-    in_step = False
+    in_step, steps, holding = False, 0, set()
     try:
         for block in blocks(path):
             in_step = (in_step or block.name == "STEP") and block.name != "END STEP"
+            steps += block.name == "STEP"
+            if block.name == "BOUNDARY" and in_step:
+                holding.add(steps)
+                require(
+                    len(holding) == 1,
+                    f"{path}: *BOUNDARY in steps {', '.join(map(str, sorted(holding)))}: which of them holds the "
+                    "housing is not known: keep it in one step, or before the steps",
+                )
             known = block.name in _READERS or block.name in _LATE or block.name in _PASSED_OVER
             if not known and not in_step and block.name != "END STEP":
                 raise InputError(
@@ -86,6 +94,10 @@ def _node(file: AbaqusFile, block: Block) -> None:
     for row in block.data:
         label = int(row[0]) + file.offset
         x, y, z = ((*(float(c) if c else 0.0 for c in row[1:4]), 0.0, 0.0, 0.0))[:3]
+        require(
+            file.parts.nodes.get(label, (x, y, z)) == (x, y, z),
+            f"{file.parts.source}: node {row[0]} is defined twice, at different places",
+        )
         file.parts.nodes[label] = (x, y, z)
         labels.append(label)
     if block.get("NSET"):
@@ -107,7 +119,12 @@ def _element(file: AbaqusFile, block: Block) -> None:
     labels = cells[:: count + 1]
     for i, label in enumerate(labels):
         start = i * (count + 1) + 1
-        file.elements[label] = (_KIND[found[1]], cells[start : start + count])
+        made = (_KIND[found[1]], cells[start : start + count])
+        require(
+            file.elements.get(label, made) == made,
+            f"{file.parts.source}: element {label} is defined twice, on different nodes",
+        )
+        file.elements[label] = made
     if block.get("ELSET"):
         file.add(file.elsets, block.get("ELSET"), labels)
 
@@ -127,7 +144,8 @@ def _elset(file: AbaqusFile, block: Block) -> None:
 
 def _start_material(file: AbaqusFile, block: Block) -> None:
     file.material = block.get("NAME").upper()
-    file.materials.setdefault(file.material, {})
+    require(file.material not in file.materials, f"{file.parts.source}: material {block.get('NAME')} is defined twice")
+    file.materials[file.material] = {}
 
 
 def _elastic(file: AbaqusFile, block: Block) -> None:
@@ -184,6 +202,7 @@ def _end_instance(file: AbaqusFile, block: Block) -> None:
 
 def _assign(file: AbaqusFile) -> None:
     """Material of every element by the section of its set."""
+    given: dict[int, str] = {}
     for elset, name in file.sections:
         found = file.materials.get(name, {})
         where = f"{file.parts.source}: material {name} of section {elset}"
@@ -193,8 +212,14 @@ def _assign(file: AbaqusFile) -> None:
             f"{file.parts.source}: section for set {elset}, which is not defined",
         )
         file.parts.materials[elset] = file.system.material(**found, where=where)
-        for label in file.elsets["part", elset.upper()]:
+        for label in dict.fromkeys(file.elsets["part", elset.upper()]):
+            require(
+                label not in given,
+                f"{file.parts.source}: element {label} has two sections, of sets {given.get(label)} and {elset}: "
+                "keep one",
+            )
             if label in file.elements:
+                given[label] = elset
                 kind, members = file.elements.pop(label)
                 labels, rows = file.parts.elements[kind, elset]
                 labels.append(label)

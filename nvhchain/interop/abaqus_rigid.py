@@ -119,6 +119,11 @@ def _range(row: list[str]) -> set[str]:
 
 
 def read_boundary(file: AbaqusFile, block: Block) -> None:
+    require(
+        block.get("OP", "MOD").upper() == "MOD",
+        f"{file.parts.source}: *BOUNDARY, OP={block.get('OP')} takes back what was held before, which is not read: "
+        "write what is held once",
+    )
     for row in block.data:
         labels = file.labels(row[0], file.nsets)
         kind = row[1].upper()

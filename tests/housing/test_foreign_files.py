@@ -333,6 +333,10 @@ def test_nastran_that_would_change_the_answer_is_refused(tmp_path, old, new, mes
         read_nastran(path, units="m-kg-s")
 
 
+HOLD = "*STEP\n*BOUNDARY\nCase-1.8, 1, 1\n"
+SECTION = "*SOLID SECTION, ELSET=ALL, MATERIAL=Steel\n,\n"
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
@@ -345,6 +349,13 @@ def test_nastran_that_would_change_the_answer_is_refused(tmp_path, old, new, mes
         ("Case-1.8, 3, 3", "Case-1.8, 3, 3, 0.5", "only 0 can be held"),
         ("bottom, PINNED", "bottem, PINNED", "'bottem' is not defined"),
         ("210000., 0.3", "2.1e5, 0.6", "poisson"),
+        ("*STEP\n", "*STEP\n*BOUNDARY, OP=NEW\nCase-1.8, 1, 1\n", "OP=NEW takes back what was held before"),
+        ("*STEP\n", f"{HOLD}*END STEP\n{HOLD}", r"\*BOUNDARY in steps 1, 2: which of them holds"),
+        ("\n,\n*END PART", f"\n,\n{SECTION}*END PART", "element 1 has two sections, of sets all and ALL"),
+        ("\n,\n*END PART", f"\n,\n*ELSET, ELSET=Some\n1\n{SECTION}*END PART".replace("=ALL", "=Some"), "all and Some"),
+        ("8, 0., 1., 1.\n", "8, 0., 1., 1.\n8, 0., 1., 2.\n", "node 8 is defined twice, at different places"),
+        ("5, 6, 7, 8\n", "5, 6, 7, 8\n1, 1, 2, 3, 4, 5, 6, 8, 7\n", "element 1 is defined twice"),
+        ("*DENSITY", "*DENSITY\n2.7e-9\n*MATERIAL, NAME=STEEL\n*DENSITY", "material STEEL is defined twice"),
     ],
 )
 def test_abaqus_that_would_change_the_answer_is_refused(tmp_path, old, new, message):
@@ -353,6 +364,13 @@ def test_abaqus_that_would_change_the_answer_is_refused(tmp_path, old, new, mess
     path.write_text(ABAQUS.replace(old, new, 1))
     with pytest.raises(InputError, match=message):
         read_abaqus(path, units="mm-t-s")
+
+
+def test_boundary_of_the_model_and_of_one_step_add_up(tmp_path):
+    same = ("8, 0., 1., 1.\n", "8, 0., 1., 1.\n8, 0., 1., 1.\n")
+    step = ("*STEP\n", "*STEP\n*END STEP\n*STEP\n*BOUNDARY, OP=MOD\nCase-1.8, 1, 1\n")
+    model = read_changed(tmp_path, same, step)
+    assert model.held[model.labels == 8].tolist() == [[True, False, True]]
 
 
 def test_wrong_units_are_recognised_by_the_material(tmp_path):

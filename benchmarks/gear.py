@@ -166,9 +166,10 @@ def analytic() -> Record:
                 "stiffness": float(np.mean(tangent)),
                 "seconds": time.process_time() - start,
             }
-        # per width in the transverse plane → of the whole mesh along the normal
-        iso = iso_stiffness(pair).mesh * gear.face_width / np.cos(pair.base_helix_angle) ** 2
-        rows["iso"] = {"stiffness": iso}
+        if blank.cutouts is None:  # Method B knows no openings
+            # per width in the transverse plane → of the whole mesh along the normal
+            iso = iso_stiffness(pair).mesh * gear.face_width / np.cos(pair.base_helix_angle) ** 2
+            rows["iso"] = {"stiffness": iso}
         record[name] = rows
     return record
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from numbers import Real
+
 
 class InputError(ValueError):
     """Input that cannot be used; the message names the value, the limit and the remedy."""
@@ -27,3 +29,8 @@ def require(condition: bool, message: str) -> None:
     """Raise `InputError` with `message` unless `condition` holds."""
     if not condition:
         raise InputError(message)
+
+
+def is_whole(value: object) -> bool:
+    """Whether `value` is a whole number, of whichever numeric type."""
+    return isinstance(value, Real) and float(value).is_integer()

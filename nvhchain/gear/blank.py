@@ -29,7 +29,7 @@ class _Opened(ABC):
     @property
     def symmetry(self) -> int:
         """Order of the rotational symmetry."""
-        return self.count
+        return int(self.count)
 
     @property
     @abstractmethod
@@ -191,7 +191,7 @@ class Differential:
     @property
     def symmetry(self) -> int:
         """Order of the rotational symmetry."""
-        return self.windows
+        return int(self.windows)
 
     @property
     def web(self) -> Web:

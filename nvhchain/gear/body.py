@@ -15,6 +15,9 @@ from nvhchain.gear.geometry import GearGeometry
 from nvhchain.gear.volume_mesh import VolumeMesh
 from nvhchain.handoff import FloatArray
 
+THINNEST_WEB = 1e-3
+"""Least thickness of a web, face widths: below it the elements of the web are too flat to be solved."""
+
 PROFILE_POINTS = 400
 """Points of one flank and one fillet from which areas are computed; the error is below 1e-6."""
 
@@ -36,6 +39,11 @@ class GearBody:
         if web is not None:
             names += [("rim (or ring) inner radius", web.rim_radius), ("hub (or carrier) radius", web.hub_radius)]
             face = 0.5 * gear.face_width
+            require(
+                web.thickness >= THINNEST_WEB * gear.face_width,
+                f"web thickness {web.thickness:g} m is below {THINNEST_WEB:g} of the face width: "
+                f"at least {THINNEST_WEB * gear.face_width:g} m, give it in m",
+            )
             require(
                 abs(web.offset) + 0.5 * web.thickness <= face * (1 + 1e-9),
                 f"web of {web.thickness:g} m at offset {web.offset:g} m sticks out of the face width "

@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nvhchain.errors import require
+from nvhchain.errors import is_whole, require
 from nvhchain.gear.micro_geometry import MicroGeometry
 from nvhchain.handoff import FloatArray
 
@@ -55,7 +55,8 @@ class GearGeometry:
 
     def __post_init__(self) -> None:
         z = self.teeth
-        require(float(z).is_integer() and z >= 5, f"teeth = {z}: a whole number from 5 upwards is needed")
+        require(is_whole(z) and z >= 5, f"teeth = {z!r}: a whole number from 5 upwards is needed")
+        object.__setattr__(self, "teeth", int(z))
         for name, low, high, unit in (
             ("normal_module", 1e-4, 0.1, "m"),
             ("face_width", 1e-4, 2.0, "m"),

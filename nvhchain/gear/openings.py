@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import isfinite
 
 import numpy as np
 
-from nvhchain.errors import require
+from nvhchain.errors import is_whole, require
 from nvhchain.handoff import FloatArray
 
 
@@ -43,7 +44,8 @@ class Cutouts:
     phase: float
 
     def __post_init__(self) -> None:
-        require(self.count >= 1, f"count = {self.count} openings: at least 1 is needed (or take the solid blank)")
+        _check_ring(self.count, self.phase)
+        object.__setattr__(self, "count", int(self.count))
         require(
             0 < self.inner_radius < self.outer_radius,
             f"inner radius {self.inner_radius:g} m of the openings must be positive and below the outer radius "
@@ -109,7 +111,8 @@ class RoundCutouts:
     phase: float
 
     def __post_init__(self) -> None:
-        require(self.count >= 1, f"count = {self.count} openings: at least 1 is needed (or take the solid blank)")
+        _check_ring(self.count, self.phase)
+        object.__setattr__(self, "count", int(self.count))
         require(
             0 < self.radius < self.pitch_radius,
             f"radius {self.radius:g} m of the openings must be positive and below their pitch radius "
@@ -142,6 +145,17 @@ class RoundCutouts:
         turn = (side + np.asarray(fraction, float) - 0.5) * np.pi / 2
         outwards, across = self.pitch_radius + self.radius * np.cos(turn), self.radius * np.sin(turn)
         return np.hypot(outwards, across), np.arctan2(across, outwards)
+
+
+def _check_ring(count: int, phase: float) -> None:
+    """Of equal openings one pitch apart."""
+    require(
+        is_whole(count) and count >= 1,
+        f"count = {count!r} openings: a whole number, at least 1, is needed (or take the solid blank)",
+    )
+    require(
+        isfinite(phase), f"phase = {phase:g} rad of the openings must be finite: give the angle of opening 0 in rad"
+    )
 
 
 Openings = Cutouts | RoundCutouts

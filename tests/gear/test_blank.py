@@ -118,6 +118,16 @@ def test_teeth_of_one_symmetric_sector(teeth, count, sector):
         (lambda: dataclasses.replace(SLOTS, angular_width=np.radians(71)), "angular width 71° .* outside 0…68.4°"),
         (lambda: dataclasses.replace(SLOTS, fillet=20e-3), "fillet 0.02 m .* outside 0…0.00945 m"),
         (lambda: dataclasses.replace(SLOTS, count=0), "count = 0"),
+        (lambda: dataclasses.replace(SLOTS, count=2.5), "count = 2.5 openings: a whole number"),
+        (lambda: dataclasses.replace(SLOTS, count="5"), "count = '5' openings: a whole number"),
+        (lambda: dataclasses.replace(SLOTS, phase=np.nan), "phase = nan rad .* must be finite"),
+        (lambda: dataclasses.replace(HOLES, count=7.5), "count = 7.5 openings: a whole number"),
+        (lambda: dataclasses.replace(HOLES, phase=np.inf), "phase = inf rad .* must be finite"),
+        (lambda: dataclasses.replace(RING, windows=2.5), "count = 2.5 openings: a whole number"),
+        (
+            lambda: ThinRim(1e-9, 30e-3, 55e-3),
+            "web thickness 1e-09 m is below 0.001 of the face width: at least 2.2e-05",
+        ),
         (lambda: dataclasses.replace(SLOTS, web_thickness=8e-3), "belong together"),
         (
             lambda: dataclasses.replace(SLOTS, web_thickness=8e-3, hub_radius=30e-3, rim_radius=50e-3),
@@ -158,3 +168,12 @@ def test_outline_is_continuous_from_side_to_side():
         for side in range(4):
             end, start = cut.outline(side, np.array([1.0])), cut.outline((side + 1) % 4, np.array([0.0]))
             np.testing.assert_allclose(np.ravel(end), np.ravel(start), rtol=1e-12)
+
+
+def test_a_count_of_any_numeric_type_is_a_whole_number():
+    blank = Slots(np.float64(5.0), 34e-3, 45e-3, np.radians(3.0))
+    body = GearBody(dataclasses.replace(GEAR, teeth=50.0), blank)
+    assert body == GearBody(GEAR, Slots(5, 34e-3, 45e-3, np.radians(3.0)))
+    assert body.sector == 10
+    assert type(body.geometry.teeth) is int
+    assert type(blank.cutouts.count) is int

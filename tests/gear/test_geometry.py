@@ -114,6 +114,7 @@ def test_roll_angle_and_radius_are_inverse():
     ("changes", "message"),
     [
         ({"teeth": 3}, "teeth = 3"),
+        ({"teeth": "50"}, "teeth = .50.: a whole number"),
         ({"normal_module": -3e-3}, "normal_module = -0.003"),
         ({"face_width": 20.0}, "face_width = 20.0 is outside"),
         ({"bore_radius": 33e-3}, "bore_radius = 0.033 m leaves less than one module"),

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from nvhchain.case import Case, GearboxCase, RadiatorCase
+from nvhchain.case import HEARD, RADIATED, Case, GearboxCase, RadiatorCase
 from nvhchain.errors import require
 from nvhchain.fidelity import PRESETS, Fidelity
 
@@ -137,6 +137,8 @@ NOT_SWEPT: dict[str, str] = {
 }
 """Fields that change no answer, or only towards finer, with the reason."""
 
+BEYOND = frozenset({"dynamics.gyroscopic", "dynamics.face_points", "dynamics.flexible_shafts"})
+"""Knobs whose settings model more than any preset: what they change is no error of theirs."""
 
 _OF_THE_SURFACE = ("elements_per_wavelength", "samples_per_face")
 """Fields that decide on the radiating faces and their motion."""
@@ -202,7 +204,7 @@ def _matters(knob: Knob, case: Case) -> bool:
 
 def _heard(knob: Knob, case: Case) -> bool:
     """Forces know nothing of the radiating surface, and a velocity of nothing but its mesh."""
-    if {"pressure", "sound_power"}.intersection(case.quantities):
+    if (HEARD | RADIATED).intersection(case.quantities):
         return True
     of_the_surface = any(name in _OF_THE_SURFACE for name in knob.fields)
     if "surface_velocity" in case.quantities:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from math import hypot, prod
 
@@ -13,13 +13,14 @@ from nvhchain.case import Case
 from nvhchain.errors import AccuracyWarning, InputError, require
 from nvhchain.fidelity import PRESETS, Fidelity
 from nvhchain.scene import check_knobs, plan
-from nvhchain.tradeoff.knobs import PRESET, Knob, knobs_by_stage, knobs_of, spoken
+from nvhchain.tradeoff import elsewhere
+from nvhchain.tradeoff.knobs import BEYOND, PRESET, Knob, knobs_by_stage, knobs_of, spoken
 from nvhchain.tradeoff.shipped import shipped_sweep
-from nvhchain.tradeoff.sweep import Measurement, Tradeoff
+from nvhchain.tradeoff.sweep import Measurement, Tradeoff, case_identity
 
 SHARE = 0.7
-"""Part of the tolerance that the measured errors of single knobs may use up together: the rest is for what the sweep's
-case does not show, and for knobs that make each other worse."""
+"""Part of the tolerance that the expected errors of single knobs may use up together: the rest is for knobs that make
+each other worse."""
 
 SMALLEST_GAIN = 0.01
 """Part of the whole time that a knob must save to be turned."""
@@ -43,10 +44,11 @@ class Choice:
     """What a planner chose.
 
     fidelity: to run with.  turned: knob → value that is cheaper than the sweep's base, or `preset` → its name.
-    expected_error_db: sum of the errors of the sound pressure that were measured for each, against the base.
+    expected_error_db: sum of the errors of the sound pressure that were measured for each, against the base; in another
+    case than the swept one times what they grew to in cases that were held out (`elsewhere`).
     expected_seconds, base_seconds: of what is run when nothing is found on disk, as `plan` estimates them.
     base_error_db: what the base itself leaves open.  sweep, base: names of the case that was swept and of the preset.
-    errors: knob → dB of its setting.
+    errors: knob → dB of its setting.  same_case: whether it was planned for the very case that was swept.
     """
 
     fidelity: Fidelity
@@ -58,6 +60,7 @@ class Choice:
     sweep: str
     base: str
     errors: Mapping[str, float]
+    same_case: bool = True
 
     def __str__(self) -> str:
         settings = [f"  {knob} = {value} ({self.errors[knob]:.2g} dB)" for knob, value in self.turned.items()]
@@ -65,7 +68,7 @@ class Choice:
             [
                 f"{self.fidelity.name}: about {self.expected_error_db:.2g} dB from {self.base}, itself known to "
                 f"{self.base_error_db:.2g} dB; {self.expected_seconds:.3g} s instead of {self.base_seconds:.3g} s "
-                f"(by the sweep of {self.sweep})",
+                f"(by the sweep of {self.sweep}{'' if self.same_case else ', errors with the margin for other cases'})",
                 *(settings or [f"  every knob as in {self.base}"]),
             ]
         )
@@ -89,17 +92,20 @@ def cheapest(case: Case | Sequence[Case], tolerance_db: float, sweep: Tradeoff |
     much of the time each stage takes (`plan`).  Where the case asks for forces or velocities alone, errors of the
     pressure stand for theirs.
 
+    In another case than the swept one errors are larger: by the laws of the error band where they know it (width of
+    gears, waves in the walls), and by the margin of `elsewhere`, which is that of the worst case that was held out.
     Errors of different knobs may go the same way: they are added up, to `SHARE` of the tolerance. Seconds of a stage
     are multiplied with what each knob leaves of them. Knobs are turned, or turned further, in the order of time saved
     per error; a preset that was measured to keep to the same share is taken where it is quicker.
-    Raises InputError for a tolerance that is not positive or finer than the base is known, and for a base that is no
-    preset, or no longer what the preset is.
+    Raises InputError for no case, for a tolerance that is not positive or finer than the base is known, for a stage of
+    which the sweep tells nothing, and for a base that is no preset, or no longer what the preset is.
     """
     require(
         0 < tolerance_db < 100,
         f"tolerance = {tolerance_db:g} dB is outside 0…100 dB: a model is never exact, ask for 1",
     )
     sweep, cases = sweep or shipped_sweep(), tuple(case) if isinstance(case, Sequence) else (case,)
+    require(len(cases) > 0, "no case to plan for: give one or more")
     base = _base(sweep)
     known = base_error(sweep, *cases)
     require(
@@ -138,6 +144,7 @@ def cheapest(case: Case | Sequence[Case], tolerance_db: float, sweep: Tradeoff |
         sweep.case,
         sweep.base,
         {name: offer.error for name, offer in turned.items()},
+        is_swept(cases, sweep),
     )
 
 
@@ -146,12 +153,26 @@ def base_error(sweep: Tradeoff, *cases: Case) -> float:
 
     A knob that converges moves the result with every step less: what is left after its last measured step, to the base,
     is at most about that step. Of knobs with one measured value it is not known whether they converge.
+    Raises InputError where a stage of the cases has no knob with two measured values.
     """
-    last: dict[str, list[float]] = {}
-    for row, knob, _ in _rows(cases, sweep):
+    last: dict[Knob, list[float]] = {}
+    expected = _expectation(cases, _base(sweep), sweep)
+    for row, knob, value in _rows(cases, sweep):
         if isinstance(knob.values[-1][0], float | int) and not isinstance(knob.values[-1][0], bool):
-            last.setdefault(knob.name, []).append(_error(row))
-    return hypot(*(errors[-1] for errors in last.values() if len(errors) > 1))
+            last.setdefault(knob, []).append(expected(row, knob.turned(_base(sweep), value)))
+    steps = {knob: errors[-1] for knob, errors in last.items() if len(errors) > 1}
+    unknown = {knob.stage for case in cases for knob in knobs_of(case)} - {knob.stage for knob in steps}
+    require(
+        not unknown,
+        f"the sweep of {sweep.case} has no converging knob of {', '.join(sorted(unknown))}: how well {sweep.base} is "
+        "known there cannot be said; measure two values of one with `nvhchain tradeoff`, or choose a preset",
+    )
+    return hypot(*steps.values())
+
+
+def is_swept(cases: Sequence[Case], sweep: Tradeoff) -> bool:
+    """Whether all these cases are the one that was swept."""
+    return all(case_identity(case) == sweep.provenance.get("case") for case in cases)
 
 
 def _base(sweep: Tradeoff) -> Fidelity:
@@ -174,13 +195,16 @@ def _base(sweep: Tradeoff) -> Fidelity:
 
 
 def _rows(cases: Sequence[Case], sweep: Tradeoff) -> list[tuple[Measurement, Knob, tuple[object, ...]]]:
-    """Rows of single knobs that some case looks at and that were not refused, with the knob and its value."""
+    """Rows of single knobs that some case looks at and that were not refused, with the knob and its value.
+
+    Those of models beyond the yardstick's own (`BEYOND`) are left out: the yardstick is not their truth.
+    """
     knobs = [knob for case in cases for knob in knobs_of(case)]
     known = {(knob.name, spoken(value)): (knob, value) for knob in knobs for value in knob.values}
     return [
         (row, *known[row.knob, row.value])
         for row in sweep.measurements[1:]
-        if row.deviation is not None and (row.knob, row.value) in known
+        if row.deviation is not None and (row.knob, row.value) in known and row.knob not in BEYOND
     ]
 
 
@@ -190,20 +214,39 @@ def _error(row: Measurement) -> float:
     return max(abs(row.deviation.overall), abs(row.deviation.worst_order))
 
 
+def _expectation(cases: Sequence[Case], base: Fidelity, sweep: Tradeoff) -> Callable[[Measurement, Fidelity], float]:
+    """dB that a row's error becomes in these cases, from the row and what was turned for it."""
+    same, swept = is_swept(cases, sweep), sweep.provenance.get("extent")
+
+    def expected(row: Measurement, turned: Fidelity) -> float:
+        error = _error(row)
+        if row.knob == PRESET:
+            return error if same else error * elsewhere.margin(error) * elsewhere.beyond_held_out(turned, base, cases)
+        error *= elsewhere.growth(turned, base, cases, swept)
+        return error if same else error * elsewhere.margin(error)
+
+    return expected
+
+
 def _offers(cases: Sequence[Case], base: Fidelity, sweep: Tradeoff) -> list[_Offer]:
     """What the sweep has to offer to these cases: settings that are not refused by themselves."""
-    offers = [_Offer(knob, value, _error(row), _shares(row, sweep)) for row, knob, value in _rows(cases, sweep)]
+    expected = _expectation(cases, base, sweep)
+    offers = [
+        _Offer(knob, value, expected(row, knob.turned(base, value)), _shares(row, sweep))
+        for row, knob, value in _rows(cases, sweep)
+    ]
     return [offer for offer in offers if _possible(cases, base, [offer])]
 
 
 def _presets(cases: Sequence[Case], sweep: Tradeoff, most: float) -> list[tuple[Fidelity, _Offer]]:
     """Joint presets with an error of `most` dB at most that the chain takes for all cases."""
-    found = []
+    found, expected = [], _expectation(cases, PRESETS[sweep.base], sweep)
     for row in sweep.measurements[1:]:
-        if row.knob == PRESET and row.deviation is not None and _error(row) <= most:
+        if row.knob == PRESET and row.deviation is not None:
             preset = PRESETS[row.value]
-            if _possible(cases, preset, []):
-                found.append((preset, _Offer(Knob(PRESET, (), ()), (row.value,), _error(row), _shares(row, sweep))))
+            error = expected(row, preset)
+            if error <= most and _possible(cases, preset, []):
+                found.append((preset, _Offer(Knob(PRESET, (), ()), (row.value,), error, _shares(row, sweep))))
     return found
 
 

@@ -18,6 +18,7 @@ from nvhchain.fidelity import REFERENCE, Fidelity
 from nvhchain.handoff import FieldPressure, PressureHistory
 from nvhchain.resume import Unwatched, Watcher, code_version, fingerprint
 from nvhchain.tradeoff.deviation import Deviation, deviation, deviation_in_time
+from nvhchain.tradeoff.elsewhere import extent
 from nvhchain.tradeoff.knobs import STAGES, knobs_by_stage, variants
 from nvhchain.tradeoff.measure import Cost, Ledger, Run, measured_run
 
@@ -62,8 +63,8 @@ class Measurement:
 class Tradeoff:
     """All rows of a sweep, the base first.
 
-    case, base: names.  provenance: version and code of every package, identity of the case, knobs of the base by
-    stage, processors and threads.  yardstick: the base's pressure, None for a run-up.
+    case, base: names.  provenance: version and code of every package, identity of the case, what its errors grow with
+    (`extent`), knobs of the base by stage, processors and threads.  yardstick: the base's pressure, None for a run-up.
     """
 
     case: str
@@ -167,10 +168,10 @@ class _Sweep:
 
 def _identity(case: Case, fidelity: Fidelity) -> str:
     """Of a run: case, its files, knobs and code, not the names of presets nor where the case lies."""
-    return fingerprint(_case_identity(case), knobs_by_stage(fidelity), _code())
+    return fingerprint(case_identity(case), knobs_by_stage(fidelity), _code())
 
 
-def _case_identity(case: Case) -> str:
+def case_identity(case: Case) -> str:
     """Of what the case says and of what stands in the files it names, wherever they lie."""
     contents: list[Any] = [(Path(case.folder) / name).read_bytes() for name in _files(case)]
     if isinstance(case, GearboxCase) and isinstance(case.housing, HousingModel):  # which may include other files
@@ -199,7 +200,8 @@ def _code() -> dict[str, str]:
 
 def _provenance(case: Case, fidelity: Fidelity) -> dict[str, Any]:
     return {
-        "case": _case_identity(case),
+        "case": case_identity(case),
+        "extent": extent(case),
         "fidelity": json.loads(json.dumps(knobs_by_stage(fidelity))),  # tuples are lists, as in a file
         "code": _code(),
         "processors": os.cpu_count(),

@@ -13,12 +13,22 @@ from nvhchain.errors import InputError
 from nvhchain.fidelity import REFERENCE, STANDARD
 from nvhchain.scene import Plan, Stage
 from nvhchain.tradeoff import Deviation, Measurement, Tradeoff, as_json, cheapest, planner, shipped
+from nvhchain.tradeoff.elsewhere import extent, growth
 from nvhchain.tradeoff.knobs import knobs_by_stage
 from nvhchain.tradeoff.measure import Cost
+from nvhchain.tradeoff.sweep import case_identity
 
 BASE = {"mesh_law_stage": 60.0, "housing": 30.0, "transfer_vectors": 10.0}
 SCENE = {"mesh law stage": 60.0, "housing": 60.0, "bearing forces": 6.0, "transfer vectors": 74.0}
 """s by stage of what is planned for: another mix than that of the sweep."""
+
+
+CONVERGED = {
+    "dynamics.contact_residual": ("1e-06", "1e-09"),
+    "housing.elements_per_turn": ("8", "12"),
+    "acoustics.singular_order": ("2", "3"),
+}
+"""Knobs of the other stages that move nothing and save nothing, by which the base is known there."""
 
 
 def cost(seconds):
@@ -48,6 +58,9 @@ def sweep():
         row("housing.element_size", "0.013", -0.2, 0.4, housing=12.0),
         row("acoustics.precision", "single", 0.0, 0.0, transfer_vectors=7.0),
         row("dynamics.stored_samples_per_period", "2.56", 0.0, 0.0, housing=1.0),
+        row("gear.drive_reach", "1.5", 0.0, 0.0),
+        row("gear.drive_reach", "2", 0.0, 0.0),
+        *(row(knob, value, 0.0, 0.0) for knob, values in CONVERGED.items() for value in values),
         row("preset", "draft", 1.0, 2.5, mesh_law_stage=50.0, housing=20.0),
     )
     return Tradeoff("single-stage", "reference", (base, *rows))
@@ -60,13 +73,24 @@ def scene(monkeypatch):
 
     def plan(case, *, fidelity):
         asked.append(fidelity)
-        silent = not {"pressure", "sound_power"}.intersection(case.quantities)
+        silent = not {"pressure", "sound_power", "directivity"}.intersection(case.quantities)
         names = ["transfer vectors"] if isinstance(case, RadiatorCase) else list(SCENE)
         stages = [Stage(name, "", SCENE[name], 1.0) for name in names if name != "transfer vectors" or not silent]
         return Plan(case.name, fidelity.name, tuple(stages), ())
 
     monkeypatch.setattr(planner, "plan", plan)
     return asked
+
+
+@pytest.fixture(autouse=True)
+def swept_case(monkeypatch):
+    """Every case counts as the one that was swept."""
+    monkeypatch.setattr(planner, "is_swept", lambda cases, sweep: True)
+
+
+@pytest.fixture
+def two_stages(request):
+    return nvh.load_case(request.config.rootpath / "cases" / "gearbox" / "slotted.toml")
 
 
 def test_one_decibel_buys_the_gentle_settings_and_their_errors_add_up(case, sweep, scene):
@@ -140,7 +164,7 @@ def test_no_choice_within_the_share_of_the_tolerance_would_be_quicker_by_more_th
 def test_a_small_tolerance_leaves_all_but_what_costs_nothing(case, sweep):
     choice = cheapest(case, 0.11, sweep)
     assert choice.turned == {"acoustics.precision": "single", "gear.slices": "16"}
-    nothing = replace(sweep, measurements=sweep.measurements[:2])
+    nothing = replace(sweep, measurements=(sweep.measurements[0], *sweep.measurements[-9:-1]))
     assert knobs_by_stage(cheapest(case, 0.01, nothing).fidelity) == knobs_by_stage(REFERENCE)
     assert "every knob as in reference" in str(cheapest(case, 0.01, nothing))
 
@@ -153,6 +177,83 @@ def test_a_tolerance_finer_than_the_base_is_known_is_refused_with_the_best_there
     second = (row("gear.slices", "32", 0.0, -0.24), *sweep.measurements[-1:])
     assert planner.base_error(replace(sweep, measurements=(*sweep.measurements[:-1], *second)), case) == pytest.approx(
         0.26
+    )
+
+
+def test_a_stage_of_which_the_sweep_tells_nothing_is_refused(case, sweep, sphere):
+    """No error would be added up there, and the base would seem exact."""
+    without = tuple(row for row in sweep.measurements if row.knob != "acoustics.singular_order")
+    with pytest.raises(InputError, match="no converging knob of acoustics"):
+        cheapest(sphere, 1.0, replace(sweep, measurements=without))
+    asked = replace(case, quantities=("bearing_forces",), field_points=())
+    cheapest(asked, 1.0, replace(sweep, measurements=without))
+
+
+def test_no_case_is_refused(sweep):
+    with pytest.raises(InputError, match="no case"):
+        cheapest([], 1.0, sweep)
+
+
+def test_in_another_case_errors_grow_as_much_as_they_did_where_they_were_held_out(case, sweep, monkeypatch):
+    monkeypatch.setattr(planner, "is_swept", lambda cases, sweep: False)
+    choice = cheapest(case, 5.0, sweep)
+    assert choice.turned == {
+        "acoustics.precision": "single",
+        "gear.width_layers": "8",
+        "housing.element_size": "0.013",
+        "gear.slices": "16",
+    }
+    assert choice.expected_error_db == pytest.approx(5 * (0.1 + 0.4 + 0.05))
+    assert choice.base_error_db == pytest.approx(5 * 0.1)
+    assert "margin for other cases" in str(choice)
+    assert cheapest(case, 50.0, sweep).errors["gear.width_layers"] == pytest.approx(12 * 2.0)
+    with pytest.raises(InputError, match=r"known to 0.5 dB"):
+        cheapest(case, 0.4, sweep)
+
+
+def test_only_the_very_case_that_was_swept_goes_without_the_margin(case, sweep, monkeypatch):
+    monkeypatch.undo()
+    recorded = replace(sweep, provenance={"case": case_identity(case)})
+    assert planner.is_swept([replace(case, folder="elsewhere")], recorded)
+    assert not planner.is_swept([case, replace(case, name="other")], recorded)
+    assert not planner.is_swept([case], sweep)
+
+
+def test_layers_over_the_width_of_wider_gears_err_with_the_fifth_power_of_their_thickness(case, two_stages):
+    layers = replace(REFERENCE, gear=replace(REFERENCE.gear, width_layers=4))
+    swept = extent(case)
+    widths = [16 / 2.7, extent(two_stages)["width"][1]]
+    assert swept["width"] == pytest.approx(widths[:1])
+    assert growth(layers, REFERENCE, [case], swept) == 1.0
+    assert growth(layers, REFERENCE, [case, two_stages], swept) == pytest.approx((widths[1] / widths[0]) ** 5)
+    slices = replace(REFERENCE, gear=replace(REFERENCE.gear, slices=8))
+    assert growth(slices, REFERENCE, [two_stages], swept) == pytest.approx(1.0)
+    assert growth(layers, REFERENCE, [two_stages], None) == 1.0
+
+
+def test_elements_of_the_housing_err_with_the_square_of_their_size_over_the_wave(case):
+    coarse = replace(REFERENCE, housing=replace(REFERENCE.housing, element_size=0.013))
+    high = replace(case, band=replace(case.band, high=16_000.0))  # waves of half the length
+    assert growth(coarse, REFERENCE, [high], extent(case)) == pytest.approx(4.0)
+
+
+@pytest.mark.parametrize("tolerance", [0.5, 1.0, 3.0])
+def test_wide_gears_never_get_four_layers(two_stages, sweep, monkeypatch, tolerance):
+    """16/2.7 modules wide as swept, 4 layers cost 0.1 dB; the second stage's gears are 14.9 modules wide."""
+    monkeypatch.setattr(planner, "is_swept", lambda cases, sweep: False)
+    rows = [one for one in sweep.measurements if one.knob != "gear.width_layers"]
+    rows[1:1] = [row("gear.width_layers", "4", -0.05, -0.1, mesh_law_stage=15.0)]
+    narrow = replace(sweep, measurements=tuple(rows))
+    assert cheapest(two_stages, 1.0, narrow).turned["gear.width_layers"] == "4"
+    wide = replace(narrow, provenance={"extent": {"width": [16 / 2.7], "wave": 0.1116}})
+    assert "gear.width_layers" not in cheapest(two_stages, tolerance, wide).turned
+
+
+def test_models_beyond_the_yardstick_are_not_turned_by_what_they_differ_from_it(case, sweep):
+    quick = row("dynamics.gyroscopic", "True", 0.0, 0.0, housing=1.0)
+    assert (
+        "dynamics.gyroscopic"
+        not in cheapest(case, 5.0, replace(sweep, measurements=(*sweep.measurements, quick))).turned
     )
 
 
@@ -173,12 +274,15 @@ def test_settings_that_the_chain_would_refuse_for_the_band_are_not_chosen(case, 
         ("bearing_forces", set()),
         ("surface_velocity", {"acoustics.elements_per_wavelength+coarsest_elements_per_wavelength"}),
         ("sound_power", {"acoustics.elements_per_wavelength+coarsest_elements_per_wavelength", "acoustics.precision"}),
+        ("directivity", {"acoustics.elements_per_wavelength+coarsest_elements_per_wavelength", "acoustics.precision"}),
     ],
 )
 def test_only_knobs_of_what_is_asked_for_are_turned(case, sweep, quantity, knobs):
     faces = row("acoustics.elements_per_wavelength+coarsest_elements_per_wavelength", "3, 2", 0.0, 0.0, housing=3.0)
-    swept = replace(sweep, measurements=(*sweep.measurements[:-1], faces, sweep.measurements[-1]))
-    asked = replace(case, quantities=(quantity,), field_points=())
+    finer = row("acoustics.elements_per_wavelength+coarsest_elements_per_wavelength", "4, 2", 0.0, 0.0)
+    swept = replace(sweep, measurements=(*sweep.measurements[:-1], faces, finer, sweep.measurements[-1]))
+    points = case.field_points if quantity == "directivity" else ()
+    asked = replace(case, quantities=(quantity,), field_points=points)
     turned = cheapest(asked, 1.0, swept).turned
     assert {name for name in turned if name.startswith("acoustics")} == knobs
     assert "gear.width_layers" in turned
@@ -226,7 +330,7 @@ def test_fidelity_and_tolerance_exclude_each_other(capsys):
 @pytest.fixture
 def shipped_table(sweep, tmp_path, monkeypatch):
     monkeypatch.setattr(shipped, "SHIPPED", tmp_path / "table.json")
-    (tmp_path / "table.json").write_text(as_json(sweep))
+    (tmp_path / "table.json").write_text(as_json(replace(sweep, provenance={"extent": None})))
 
 
 def test_run_takes_what_the_planner_chooses_and_says_so(request, shipped_table, tmp_path, capsys):

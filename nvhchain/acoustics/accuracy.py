@@ -57,8 +57,12 @@ def expected_accuracy(
     edges, and expected_error_nearest_dB: there, at its own pressure.  With needles, or gaps narrower than the engine
     `fused` resolves, also quadrature_error: of a constant pressure on the surface, relative; sound fields err by two to
     eight times as much (docs/measured/quadrature.md).
+    With triangles longer than all but a twentieth of the area may be (`LOCAL_COARSENING`): coarse_share of the area,
+    coarse_elements_per_wavelength of the longest one, and their error (`patch_error`) as part of expected_error_dB;
+    that of the nearest points counts as if they lay next to the longest one.
     Gives an AccuracyWarning where the mesh is coarser than `fidelity.elements_per_wavelength` asks for or, for its own
-    size, as coarse as that, for a point that near, and for a quadrature error above `fidelity.quadrature_error`;
+    size, as coarse as that, for such triangles with less than `fidelity.coarsest_elements_per_wavelength` on their
+    longest edge, for a point that near, and for a quadrature error above `fidelity.quadrature_error`;
     a RuntimeWarning for gaps so narrow that they cost more than `SLOW`.
     An error of e dB means a factor 10^(e/20) in either direction; silent directions are worse.
     Raises what `check_mesh` raises.
@@ -67,15 +71,19 @@ def expected_accuracy(
         return {}
     check_mesh(surface, f_max, air, fidelity)
     mean, coarsest = element_sizes(surface)
-    per_wavelength = air.speed_of_sound / (f_max * max(mean / MESH_SCATTER, coarsest / LOCAL_COARSENING))
+    size, wavelength = max(mean / MESH_SCATTER, coarsest / LOCAL_COARSENING), air.speed_of_sound / f_max
+    per_wavelength = wavelength / size
     faceting = FACETS * mean_square_angle(surface)
     low = faceting + COARSENESS * mean**2 * 4.0 * np.pi / float(surface.areas.sum())
-    error = MESH_ERROR / per_wavelength**2 + low
+    patch, at_longest = patch_error(surface, size, wavelength)
+    error = MESH_ERROR / per_wavelength**2 + low + patch
     expected = {
         "elements_per_wavelength": per_wavelength,
         "expected_error_dB": _decibel(error),
         "expected_error_low_dB": _decibel(low),
     }
+    if patch > 0:
+        expected |= _told_patch(surface, size, wavelength, error, fidelity)
     if faceting > 0:
         expected["faceting_error_dB"] = _decibel(faceting)
     asked = fidelity.elements_per_wavelength
@@ -98,7 +106,7 @@ def expected_accuracy(
         )
     clearance = np.inf if points is None else point_clearance(surface, points, NEAR_POINT)
     if clearance < NEAR_POINT:
-        near = _decibel(NEAR_FACTOR * error + NEAR_FLOOR)
+        near = _decibel(NEAR_FACTOR * (error + at_longest) + NEAR_FLOOR)
         expected |= {"clearance": float(clearance), "expected_error_nearest_dB": near}
         warnings.warn(
             f"a field point is {clearance:.2g} element edges from the surface: expect errors of about {near:.2g} dB "
@@ -107,6 +115,41 @@ def expected_accuracy(
             stacklevel=3,
         )
     return expected
+
+
+def patch_error(surface: Surface, size: float, wavelength: float) -> tuple[float, float]:
+    """Error at field points, relative to their peak, that triangles much coarser than the rest add: (of all of them, of
+    the longest one by itself).
+
+    size: m, for which the mesh counts.  wavelength: m.  A triangle longer than `LOCAL_COARSENING` sizes errs by
+    `MESH_ERROR` (longest edge/wavelength)² of what it radiates, less what the longest edge admitted would; sound of
+    irregular phase takes the root of the area-weighted mean square of that.  Zero for even meshes.  Against interior
+    sources under a polar cap of 4.7 % of a sphere: 0.16 and 0.07 stated at 1.2 and 1.8 elements per wavelength of the
+    cap, 0.08…0.37 and 0.04…0.13 found in front of it, a quarter of that elsewhere; three times as much for a source a
+    quarter of the radius below the cap.
+    """
+    squares = (surface.longest_edges**2 - (LOCAL_COARSENING * size) ** 2).clip(0.0)
+    errors = MESH_ERROR * squares / wavelength**2
+    return float(np.sqrt(surface.areas @ errors**2 / surface.areas.sum())), float(errors.max())
+
+
+def _told_patch(
+    surface: Surface, size: float, wavelength: float, error: float, fidelity: AcousticsFidelity
+) -> dict[str, float]:
+    """Provenance of triangles much coarser than the rest, with a warning where they carry no wave."""
+    longest = float(surface.longest_edges.max())
+    share = float(surface.areas[surface.longest_edges > LOCAL_COARSENING * size].sum() / surface.areas.sum())
+    least = fidelity.coarsest_elements_per_wavelength
+    if wavelength < least * longest:
+        warnings.warn(
+            f"{100 * share:.2g} % of the area has triangles up to {1e3 * longest:.3g} mm long, "
+            f"{wavelength / longest:.2g} elements per wavelength at the upper frequency, where {least:g} carry a wave: "
+            f"expect errors of about {_decibel(error):.2g} dB, more in front of them; refine them to "
+            f"{1e3 * LOCAL_COARSENING * size:.3g} mm",
+            AccuracyWarning,
+            stacklevel=4,
+        )
+    return {"coarse_share": share, "coarse_elements_per_wavelength": wavelength / longest}
 
 
 def mean_square_angle(surface: Surface) -> float:

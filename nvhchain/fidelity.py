@@ -164,8 +164,10 @@ class HousingFidelity:
     """Mesh of the casting, modes and the transfer of its motion to the radiating surface.
 
     element_size: m, quadratic tetrahedra.  mode_ratio: modes up to this multiple of the band's upper limit.
-    truncation_tolerance_db: dB of surface velocity that may be lost with the modes left out; the fewest modes that keep
-    to it are taken, looked for from mode_ratio up; 0: mode_ratio alone decides.
+    truncation_tolerance_db: dB of surface velocity that may be lost with the modes left out, in the mean over the upper
+    three octaves of the band and at the four lines that the provenance states, by the housing's own estimate; the
+    fewest modes that keep to it are taken, never fewer than the band holds, looked for from mode_ratio up; 0:
+    mode_ratio alone decides.
     elements_per_turn: around bores and other round edges.  elements_per_bending_wavelength: fewest that are accepted
     in the wall at the upper band limit.  samples_per_face: points per edge of a radiating face at which the motion of
     the skin is collected.  voxels_per_face: of the grid in which the envelope of a foreign mesh is found, per edge of a
@@ -208,7 +210,7 @@ class AcousticsFidelity:
     masters: master frequencies over the band; the most of them where they are chosen by `master_tolerance_db`.
     master_tolerance_db: dB, error of interpolation for which masters are chosen (`adaptive_transfer_vectors`).
     quadrature_order: least Gauss order of well separated triangle pairs.
-    quadrature_error: the order rises with the frequency until the mean of a plane wave over one triangle keeps to this
+    quadrature_error: the order of the engine `fused` rises with the frequency until the mean of a plane wave over one triangle keeps to this
         relative error; that of the pressure is 0.4 to ten times as large (0.002 to 1.5 by well separated pairs on
         bodies of 0.2 m: docs/measured/quadrature.md).
     close_orders: Gauss orders of pairs nearer than the matching close_distances, which count the distance of the

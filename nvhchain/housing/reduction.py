@@ -29,9 +29,9 @@ from nvhchain.housing.transfer import normal_motion
 from nvhchain.housing.truncation import (
     RESIDUAL_MASS,
     fewest_modes,
-    truncation_error,
     truncation_report,
     without_modes,
+    worst_level,
 )
 
 _STEPS = 6
@@ -75,22 +75,23 @@ def reduce_housing(
     motion = normal_motion(mesh.nodes, mesh.skin, surface, silent, fidelity.samples_per_face)
     tell(2, _STEPS)
     reduce_to = partial(reduce_mesh, mesh, casting, surface, motion, tell=lambda n: tell(n + 2, _STEPS))
-    return with_residual(_accurate(reduce_to, f_max, fidelity), fidelity)
+    return with_residual(accurate(reduce_to, f_max, fidelity), fidelity)
 
 
-def _accurate(reduce_to: Callable[[float], ReducedHousing], f_max: float, fidelity: HousingFidelity) -> ReducedHousing:
+def accurate(reduce_to: Callable[[float], ReducedHousing], f_max: float, fidelity: HousingFidelity) -> ReducedHousing:
     """Modes up to mode_ratio · f_max, or the fewest that keep the truncation error to the tolerance if there is one."""
     f_top, tolerance = f_max * fidelity.mode_ratio, fidelity.truncation_tolerance_db
     if tolerance == 0:
         reduced = reduce_to(f_top)
         return _reported(reduced, truncation_report(reduced, f_max))
+    f_top = max(f_top, f_max)  # all modes in the band are to be known before any is left out
     for _ in range(_ENLARGEMENTS):
         reduced = reduce_to(f_top)
         keep = fewest_modes(reduced, f_max, tolerance)
         if keep is not None:
             return _reported(without_modes(reduced, keep), truncation_report(reduced, f_max, modes=keep))
         # the error falls about with the square of f_top
-        excess = truncation_error(reduced, f_max).level / tolerance
+        excess = worst_level(reduced, f_max) / tolerance
         f_top *= min(max(1.1 * float(np.sqrt(excess)), 1.15), 1.6)
     raise SolverError(
         f"a truncation error of {tolerance:g} dB up to {f_max:g} Hz is not reached with modes to {f_top:g} Hz: "

@@ -14,17 +14,21 @@ from typing import Any
 import numpy as np
 import scipy.linalg
 
-from nvhchain.errors import InputError, require
+from nvhchain.errors import InputError, SolverError, require
 from nvhchain.handoff import FloatArray, ReducedHousing
 
 RESIDUAL_MASS = "residual_mass"
 """Name in the provenance of a reduced housing: ΨᵀMΨ (3 n_bearing, 3 n_bearing), kg m²/N²."""
 
-_LINES = 400
-"""Frequencies, evenly spaced over the band, of the RMS error."""
+_JUDGED = 1 / 8
+"""Of the upper band limit, from which the error is judged, over three octaves: below, a free housing moves rigidly, and
+the more the lower the line, so that an RMS from 0 Hz would tell of its rigid modes alone."""
+
+_LINES = 350
+"""Frequencies, evenly spaced over these octaves, of the RMS error."""
 
 _REPORTED = 4
-"""Lines of the upper three octaves at which the provenance states the error."""
+"""Lines, an octave apart, at which the provenance states the error."""
 
 _UNSEEN = 2.0
 """What the faces miss in terms of what the Ritz vectors of the seats say they miss: 1.7 to 3.0 where it was measured,
@@ -36,9 +40,10 @@ _NEGLIGIBLE = 1e-12
 
 @dataclass(frozen=True)
 class TruncationError:
-    """RMS error over the band and all unit forces at the seats, relative to the RMS response.
+    """RMS error over the band's upper three octaves and all unit forces at the seats, relative to the RMS response.
 
-    seats, faces: displacement at the seats, and on the radiating faces weighted by their area; within a factor of 2.
+    seats, faces: velocity at the seats, and of the radiating faces weighted by their area.  Where it was measured
+    (modes to 1 … 2.5 times the band), 0.5 to 1.6 times the true one.
     """
 
     seats: float
@@ -46,7 +51,7 @@ class TruncationError:
 
     @property
     def level(self) -> float:
-        """dB by which the surface velocity's level may be off."""
+        """dB by which the level of the surface velocity may be off in the mean; single lines differ."""
         return float(20 * np.log10(1 + self.faces))
 
 
@@ -76,17 +81,15 @@ def truncation_errors(housing: ReducedHousing, frequency: FloatArray, *, modes: 
     modes: the lowest that are kept (all by default).  Raises InputError as `truncation_error` does.
     """
     everything = _with_ritz_vectors(housing)
-    keep = everything.count if modes is None else modes
-    _, (missed, whole) = _energies(everything, keep, np.asarray(frequency, dtype=float))
-    return np.asarray(np.sqrt(missed / np.where(whole > 0, whole, 1.0)))
+    return _at_lines(everything, everything.count if modes is None else modes, np.asarray(frequency, dtype=float))
 
 
 def truncation_report(housing: ReducedHousing, f_max: float, *, modes: int | None = None) -> dict[str, Any]:
-    """The estimate for the provenance of a reduced housing: dB over the band to f_max (Hz), and at some lines of it.
+    """The estimate for the provenance of a reduced housing: dB over the octaves to f_max (Hz), and at lines of them.
 
     modes: the lowest that are kept (all by default); while the others are known the estimate is the closer one.
     """
-    lines = np.geomspace(f_max / 8, f_max, _REPORTED)
+    lines = _reported(f_max)
     at = 20 * np.log10(1 + truncation_errors(housing, lines, modes=modes))
     return {
         "truncation_error_db": truncation_error(housing, f_max, modes=modes).level,
@@ -94,16 +97,25 @@ def truncation_report(housing: ReducedHousing, f_max: float, *, modes: int | Non
     }
 
 
+def worst_level(housing: ReducedHousing, f_max: float, *, modes: int | None = None) -> float:
+    """Largest error (dB) that `truncation_report` states: over the octaves to f_max (Hz), or at a line of them."""
+    everything = _with_ritz_vectors(housing)
+    return _worst_level(everything, everything.count if modes is None else modes, f_max)
+
+
 def fewest_modes(housing: ReducedHousing, f_max: float, tolerance_db: float) -> int | None:
-    """Fewest of the modes, lowest first, that keep the estimate within the tolerance; None when all are too few."""
+    """Fewest of the modes, lowest first, that keep every error reported within the tolerance; None: all are too few.
+
+    The modes in the band (to f_max, Hz) are always kept: whatever they add in the mean, they are all that there is at
+    their resonances.
+    """
     everything, total = _with_ritz_vectors(housing), len(housing.natural_frequency)
-    rigid = int((housing.natural_frequency == 0).sum())
-    low, high = rigid, total
-    if _error(everything, total, f_max).level > tolerance_db:
+    low, high = int((housing.natural_frequency <= f_max).sum()), total
+    if _worst_level(everything, total, f_max) > tolerance_db:
         return None
     while low < high:  # the error falls with the number of modes
         middle = (low + high) // 2
-        if _error(everything, middle, f_max).level > tolerance_db:
+        if _worst_level(everything, middle, f_max) > tolerance_db:
             low = middle + 1
         else:
             high = middle
@@ -139,7 +151,12 @@ def _with_ritz_vectors(housing: ReducedHousing) -> _Modes:
     scale = np.sqrt(residual.diagonal().clip(np.finfo(float).tiny))
     regular = residual / np.outer(scale, scale) + np.finfo(float).eps * count * np.eye(count)
     # eigenvalues 1/ω² of (ΨᵀMΨ, ΨᵀKΨ); the small ones move statically far beyond the band
-    inverse, vector = scipy.linalg.eigh(_residual_mass(housing) / np.outer(scale, scale), regular)
+    try:
+        inverse, vector = scipy.linalg.eigh(_residual_mass(housing) / np.outer(scale, scale), regular)
+    except np.linalg.LinAlgError:
+        raise SolverError(
+            "the residual flexibility at the seats is not positive: is the housing a mechanism, or badly scaled?"
+        ) from None
     moving = inverse > _NEGLIGIBLE * max(inverse[-1], np.finfo(float).tiny)
     inverse, combination = inverse[moving], vector[:, moving] / scale[:, None] / np.sqrt(inverse[moving])
     seats = np.vstack([housing.seat_shapes.reshape(-1, count), combination.T @ residual])
@@ -158,13 +175,30 @@ def _with_ritz_vectors(housing: ReducedHousing) -> _Modes:
 
 def _error(modes: _Modes, keep: int, f_max: float) -> TruncationError:
     """Error when the modes from `keep` on and the Ritz vectors stand still."""
-    energies = _energies(modes, keep, (np.arange(_LINES) + 0.5) / _LINES * f_max)
-    sums = [(missed.sum(), whole.sum()) for missed, whole in energies]
+    frequency = f_max * (_JUDGED + (1 - _JUDGED) * (np.arange(_LINES) + 0.5) / _LINES)
+    sums = [(frequency**2 @ missed, frequency**2 @ whole) for missed, whole in _energies(modes, keep, frequency)]
     return TruncationError(*(float(np.sqrt(missed / whole)) if whole > 0 else 0.0 for missed, whole in sums))
 
 
+def _at_lines(modes: _Modes, keep: int, frequency: FloatArray) -> FloatArray:
+    """Relative error (n_f,) of the faces' motion line by line."""
+    _, (missed, whole) = _energies(modes, keep, frequency)
+    return np.asarray(np.sqrt(missed / np.where(whole > 0, whole, 1.0)))
+
+
+def _worst_level(modes: _Modes, keep: int, f_max: float) -> float:
+    """dB"""
+    at_lines = _at_lines(modes, keep, _reported(f_max))
+    return max(_error(modes, keep, f_max).level, float(20 * np.log10(1 + at_lines.max())))
+
+
+def _reported(f_max: float) -> FloatArray:
+    """Lines (Hz) at which the error is reported."""
+    return np.geomspace(_JUDGED * f_max, f_max, _REPORTED)
+
+
 def _energies(modes: _Modes, keep: int, frequency: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
-    """Squares (n_f,), over all unit forces, of what is missed and of all motion: of the seats, then of the faces."""
+    """Squares (n_f,), over all unit forces, of displacement missed and of all of it: at the seats, on the faces."""
     omega = 2 * np.pi * frequency[:, None]
     gain = 1 / (modes.omega2 - omega**2 + 2j * modes.zeta * np.sqrt(modes.omega2) * omega)
     missed = gain[:, keep:] - 1 / modes.omega2[keep:]

@@ -44,22 +44,26 @@ def closure_error(surface: Surface, fidelity: AcousticsFidelity, plane: Plane | 
 
 
 @lru_cache(maxsize=8)
-def suspect_error(surface: Surface, fidelity: AcousticsFidelity) -> float | None:
+def suspect_error(
+    surface: Surface, fidelity: AcousticsFidelity, rules: AcousticsFidelity | None = None
+) -> float | None:
     """`closure_error` from the vertices of suspect triangles alone, the others taken as exact; None without suspects.
 
     Suspect are needles, and triangles across gaps and walls narrower than the smallest pieces can do.  Costs the
     assembly of `_SAMPLE` rows of one frequency, once for a surface.
+    rules: those of another engine, with which the rows are assembled; `fidelity` says what a needle is.
     """
+    rules = rules or fidelity
     aspect = surface.longest_edges**2 / (2.0 * surface.areas)
     suspect = aspect > fidelity.needle_aspect
-    narrow = unresolved_gap(fidelity)
+    narrow = unresolved_gap(rules)
     suspect[facing_pairs(surface, neighbours(surface, narrow), narrow).pairs.ravel()] = True
     rows = np.unique(surface.triangles[suspect])
     if len(rows) == 0:
         return None
     some = rows[np.unique(np.linspace(0, len(rows) - 1, _SAMPLE).astype(int))]
     weight = _weights(surface)
-    a, _ = rows_of(surface, _wavenumber(surface), fidelity, some)
+    a, _ = rows_of(surface, _wavenumber(surface), rules, some)
     missed = a.sum(axis=1).real - weight[some]
     mean_square = float((missed**2 / weight[some]).sum() / weight[some].sum())
     return float(np.sqrt(mean_square * weight[rows].sum() / surface.areas.sum()))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from dataclasses import replace
 
 import numpy as np
 
@@ -55,8 +56,8 @@ def expected_accuracy(
     at any frequency however low; of that, faceting_error_dB, from facets in the place of round faces (triangles that
     meet at more than 40° form an edge of the body).  With a point nearer than half an element edge also clearance: in
     edges, and expected_error_nearest_dB: there, at its own pressure.  With needles, or gaps narrower than the engine
-    `fused` resolves, also quadrature_error: of a constant pressure on the surface, relative; sound fields err by two to
-    eight times as much (docs/measured/quadrature.md).
+    resolves (`bempp` cuts no triangles), also quadrature_error: of a constant pressure on the surface, relative; sound
+    fields err by two to eight times as much (docs/measured/quadrature.md).
     With triangles longer than all but a twentieth of the area may be (`LOCAL_COARSENING`): coarse_share of the area,
     coarse_elements_per_wavelength of the longest one, and their error (`patch_error`) as part of expected_error_dB;
     that of the nearest points counts as if they lay next to the longest one.
@@ -87,8 +88,7 @@ def expected_accuracy(
     if faceting > 0:
         expected["faceting_error_dB"] = _decibel(faceting)
     asked = fidelity.elements_per_wavelength
-    if engine == "fused":
-        expected |= _quadrature_accuracy(surface, fidelity)
+    expected |= _quadrature_accuracy(surface, fidelity, engine)
     if low > MESH_ERROR / asked**2:
         warnings.warn(
             f"mesh of {len(surface.triangles)} triangles with edges of {1e3 * mean:.3g} mm is coarse for the body: "
@@ -167,12 +167,19 @@ def mean_square_angle(surface: Surface) -> float:
     return float(share[smooth] @ angle[smooth] ** 2)
 
 
-def _quadrature_accuracy(surface: Surface, fidelity: AcousticsFidelity) -> dict[str, float]:
+def _quadrature_accuracy(surface: Surface, fidelity: AcousticsFidelity, engine: str) -> dict[str, float]:
     """Closure error of a surface with needles or gaps that are not resolved, nothing for any other."""
     from nvhchain.acoustics._fused_closure import gap_cost, suspect_error
 
+    rules, remedy = fidelity, "raise singular_order and gap_halvings"
+    if engine == "bempp":
+        # one order for all pairs that do not touch, whatever lies between them, and no more for needles
+        order = max(fidelity.quadrature_order, *fidelity.close_orders)
+        orders = (order,) * len(fidelity.close_orders)
+        rules = replace(fidelity, gap_halvings=0, quadrature_order=order, close_orders=orders, needle_aspect=1e6)
+        remedy = "use engine fused"
     count, width, seconds = gap_cost(surface, fidelity)
-    if seconds > SLOW:
+    if engine == "fused" and seconds > SLOW:
         warnings.warn(
             f"{count} triangles face each other across gaps or walls down to {width:.2g} of their edge: every "
             f"frequency takes about {seconds:.0f} s of processor time more; refine the surface there, or close or "
@@ -180,14 +187,14 @@ def _quadrature_accuracy(surface: Surface, fidelity: AcousticsFidelity) -> dict[
             RuntimeWarning,
             stacklevel=4,
         )
-    error = suspect_error(surface, fidelity)
+    error = suspect_error(surface, fidelity, rules)
     if error is None:
         return {}
     if error > fidelity.quadrature_error:
         warnings.warn(
             f"needles or thin gaps of the mesh leave a relative quadrature error of {error:.2g} on the surface, "
             f"{fidelity.quadrature_error:g} asked, and the sound errs by two to eight times as much: make triangles "
-            f"less than {fidelity.needle_aspect:g} times as long as high, or raise singular_order and gap_halvings",
+            f"less than {fidelity.needle_aspect:g} times as long as high, or {remedy}",
             AccuracyWarning,
             stacklevel=4,
         )

@@ -139,8 +139,7 @@ def check_coarse(fine: Surface, coarse: Surface) -> None:
     change = coarse.volume / fine.volume - 1.0
     require(
         abs(change) <= VOLUME_TOLERANCE,
-        f"the coarse surface encloses {100 * change:+.2g} % more than the fine one, "
-        f"±{100 * VOLUME_TOLERANCE:g} % are admitted",
+        f"the coarse surface changes the volume by {100 * change:+.3g} %, ±{100 * VOLUME_TOLERANCE:g} % are admitted",
     )
     limit = DISTANCE_TOLERANCE * mean_edge(coarse)
     for one, other, what in ((coarse, fine, "coarse vertex"), (fine, coarse, "fine vertex")):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
@@ -13,7 +14,7 @@ from nvhchain.acoustics.bands import BAND
 from nvhchain.acoustics.interpolation import Nodes
 from nvhchain.acoustics.linear_system import SolverRecord
 from nvhchain.conventions import Progress
-from nvhchain.errors import SolverError, require
+from nvhchain.errors import AccuracyWarning, SolverError, require
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, IntArray, RadiationResistance, TransferVectors
 
@@ -96,7 +97,10 @@ def choose_masters(
     tested, test = np.inf, False
     provenance, records = dict[str, Any](), list[SolverRecord]()
     while True:
-        solved = source.solve(new, partial(_report, report, 0 if found is None else len(found.frequency), most))
+        with warnings.catch_warnings():
+            if found is not None:  # the first masters hold both ends of the band and have said what there is to say
+                warnings.simplefilter("ignore", AccuracyWarning)
+            solved = source.solve(new, partial(_report, report, 0 if found is None else len(found.frequency), most))
         provenance = provenance or solved.provenance
         records.append(SolverRecord.of(solved.provenance))
         if smooth is not None:

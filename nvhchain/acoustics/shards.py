@@ -11,6 +11,7 @@ import numpy as np
 from nvhchain import store
 from nvhchain.acoustics.bands import Solved
 from nvhchain.acoustics.linear_system import SolverRecord
+from nvhchain.errors import require
 from nvhchain.handoff import FloatArray, SolvedBand
 from nvhchain.resume import code_version, fingerprint, found
 
@@ -50,6 +51,16 @@ class BandShards:
         return self.folder / f"{self.stage}-{key[:16]}.h5", key
 
 
-def kept_in(folder: Path | None, stage: str, *inputs: Any) -> BandShards | None:
-    """Where the bands of a stage with these inputs are kept; without a folder nowhere."""
-    return BandShards(folder, stage, inputs) if folder else None
+def kept_in(folder: str | Path | None, stage: str, *inputs: Any) -> BandShards | None:
+    """Where the bands of a stage with these inputs are kept; without a folder nowhere.
+
+    Raises InputError before anything is solved where something else than a folder is in its place.
+    """
+    if not folder:
+        return None
+    place = Path(folder)
+    require(
+        place.is_dir() or not any(path.exists() and not path.is_dir() for path in (place, *place.parents)),
+        f"shards = {str(folder)!r} is not a folder and none can be made there: name another one",
+    )
+    return BandShards(place, stage, inputs)

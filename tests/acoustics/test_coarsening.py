@@ -91,7 +91,7 @@ def test_coarse_surfaces_of_the_caller_are_used_and_checked(corner, coarse_corne
     ).vectors
     assert np.abs(own - made).max() < 1e-13 * np.abs(made).max()  # sums depend on where arrays lie in memory
     larger = Surface(1.05 * coarse_corner.vertices, coarse_corner.triangles)
-    with pytest.raises(InputError, match=r"encloses \+16 % more"):
+    with pytest.raises(InputError, match=r"changes the volume by \+15.8 %"):
         transfer_vectors(corner, POINTS, frequency, air=air, fidelity=coarse, coarser=[larger])
     moved = Surface(coarse_corner.vertices + 0.05, coarse_corner.triangles)
     with pytest.raises(InputError, match=r"vertex .* mm from the other surface"):

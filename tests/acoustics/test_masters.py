@@ -1,5 +1,8 @@
 """Masters chosen from a tolerance, against vectors solved at the lines in between."""
 
+import warnings
+from dataclasses import replace
+
 import acoustics_bodies as bodies
 import numpy as np
 import pytest
@@ -155,6 +158,17 @@ def test_provenance_tells_knobs_solver_and_expected_error(box, air):
     assert "master_tolerance_db=1.0" in told["fidelity"]
     assert told["solver"] == "direct"
     assert told["elements_per_wavelength"] == pytest.approx(343.0 / 2000.0 / 0.025, rel=0.05)
+
+
+def test_a_coarse_mesh_is_warned_of_once_whatever_the_number_of_batches(box, air):
+    asked = replace(chosen(0.03), elements_per_wavelength=6.0)
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        atv = adaptive_transfer_vectors(box, POINTS, 50.0, 4000.0, air=air, fidelity=asked)
+    assert len(atv.frequency) > 12
+    mesh = [str(one.message) for one in said if "elements per wavelength at" in str(one.message)]
+    assert len(mesh) == 1
+    assert "at 4000 Hz" in mesh[0]
 
 
 def test_progress_and_shards_reach_the_solver(box, air, tmp_path):

@@ -15,7 +15,7 @@ import nvhchain as nvh
 from nvhchain.acoustics import sphere, transfer, transfer_vectors
 from nvhchain.acoustics.bands import BAND
 from nvhchain.conventions import Air
-from nvhchain.errors import SolverError
+from nvhchain.errors import InputError, SolverError
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import FieldPressure
 from nvhchain.resume import Shelf
@@ -164,3 +164,14 @@ def test_a_shelf_without_a_folder_keeps_no_parts():
 
     Shelf(None).stage_in_parts("p-{key}", FieldPressure, "acoustics", (), compute, fidelity=None)
     assert seen == [None]
+
+
+def test_a_folder_may_be_named_by_text_and_a_file_in_its_place_is_refused_before_anything_is_solved(tmp_path, solved):
+    file = tmp_path / "file"
+    file.write_text("in the way")
+    for place in (file, file / "below"):
+        with pytest.raises(InputError, match=r"shards = .* is not a folder and none can be made there: name another"):
+            vectors(place, masters=MASTERS[:1])
+    assert solved == []
+    vectors(str(tmp_path / "new" / "folder"), masters=MASTERS[:1])
+    assert len(list((tmp_path / "new" / "folder").glob("*.h5"))) == 1

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nvhchain.errors import require
+from nvhchain.errors import InputError, require
 from nvhchain.handoff.base import (
     ComplexArray,
     FloatArray,
@@ -16,6 +16,9 @@ from nvhchain.handoff.base import (
     frequencies,
 )
 from nvhchain.handoff.surface import Surface
+
+_AT_RESONANCE = 1e-9
+"""Relative distance of ω² and ω_r² below which an undamped response is nothing but the rounding of either."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,17 +71,31 @@ class ReducedHousing(HandOff):
             "ReducedHousing.seat_residual must be symmetric",
         )
 
-    def receptance(self, frequency: FloatArray, *, structural: bool | None = None) -> ComplexArray:
+    def receptance(
+        self, frequency: FloatArray, *, structural: bool | None = None, damping: FloatArray | None = None
+    ) -> ComplexArray:
         """Modal coordinate per modal force (n_f, n_mode) s² at `frequency` (n_f,) Hz.
 
         1/(ω_r² − ω² + 2jζω_rω), or 1/(ω_r²(1 + 2jζ) − ω²) with `structural` damping of loss factor 2ζ, by default as
-        `structural_damping` says.
+        `structural_damping` says.  damping: ratio (n_f,) of all modes at every line, in place of `modal_damping`.
+
+        Raises InputError for a mode without damping that is driven at its resonance (a rigid one at 0 Hz too).
         """
         structural = bool(self.structural_damping) if structural is None else structural
         omega = 2 * np.pi * np.asarray(frequency)[:, None]
         natural = 2 * np.pi * self.natural_frequency
-        loss = 2j * self.modal_damping * natural * (natural if structural else omega)
-        return np.asarray(1.0 / (natural**2 - omega**2 + loss))
+        zeta = self.modal_damping if damping is None else damping[:, None]
+        stiff = natural**2 - omega**2
+        loss = 2 * zeta * natural * (natural if structural else omega)
+        endless = (np.abs(stiff) <= _AT_RESONANCE * natural**2) & (loss <= _AT_RESONANCE * natural**2)
+        if endless.any():
+            line, mode = np.argwhere(endless)[0]
+            raise InputError(
+                f"mode {mode + 1} at {self.natural_frequency[mode]:.6g} Hz has no damping and is driven at its "
+                f"resonance ({np.asarray(frequency)[line]:.6g} Hz): its response is unbounded; give it damping or "
+                "leave the line out"
+            )
+        return np.asarray(1.0 / (stiff + 1j * loss))
 
     def residual_gain(self, *, structural: bool | None = None) -> complex:
         """Factor of both residual flexibilities at a line: 1/(1 + jη) of the highest mode with structural damping."""

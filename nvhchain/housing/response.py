@@ -5,15 +5,12 @@ from __future__ import annotations
 import numpy as np
 import psutil
 
-from nvhchain.errors import InputError, ResourceError
+from nvhchain.errors import ResourceError
 from nvhchain.handoff import ComplexArray, FloatArray, ForceSpectrum, ReducedHousing, SurfaceVelocity
 from nvhchain.housing.damping import DampingCurve
 
 _CHUNK = 512
 """Frequency lines per matrix product."""
-
-_AT_RESONANCE = 1e-9
-"""Relative distance of ω² and ω_r² below which an undamped response is nothing but the rounding of either."""
 
 
 def respond(
@@ -111,21 +108,9 @@ def seat_displacement(
 def _receptance(
     housing: ReducedHousing, frequency: FloatArray, structural: bool | None, damping: DampingCurve | None
 ) -> ComplexArray:
-    """Modal coordinate per modal force (n_f, n_mode) s², as `ReducedHousing.receptance` with other damping."""
-    omega = 2 * np.pi * np.asarray(frequency)[:, None]
-    natural = 2 * np.pi * housing.natural_frequency
-    structural = bool(housing.structural_damping) if structural is None else structural
-    zeta = housing.modal_damping if damping is None else damping.at(np.asarray(frequency))[:, None]
-    stiff = natural**2 - omega**2
-    loss = 2 * zeta * natural * (natural if structural else omega)
-    endless = (np.abs(stiff) <= _AT_RESONANCE * natural**2) & (loss <= _AT_RESONANCE * natural**2)
-    if endless.any():
-        line, mode = np.argwhere(endless)[0]
-        raise InputError(
-            f"mode {mode + 1} at {housing.natural_frequency[mode]:.6g} Hz has no damping and is driven at its "
-            f"resonance ({frequency[line]:.6g} Hz): its response is unbounded; give it damping or leave the line out"
-        )
-    return np.asarray(1.0 / (stiff + 1j * loss))
+    """Modal coordinate per modal force (n_f, n_mode) s²."""
+    curve = None if damping is None else damping.at(np.asarray(frequency))
+    return housing.receptance(frequency, structural=structural, damping=curve)
 
 
 def _residual_loss(

@@ -94,3 +94,21 @@ def test_operators_survive_the_disk(tmp_path, reduced, modal):
         modal_pressure(loaded[0], reduced, load).pressure, modal_pressure(modal, reduced, load).pressure
     )
     assert np.array_equal(transfer_pressure(loaded[1], load).pressure, transfer_pressure(functions, load).pressure)
+
+
+def test_undamped_mode_driven_at_its_resonance_is_refused_as_by_the_forced_response(atv, reduced, coarse):
+    undamped = reduced.replace(modal_damping=np.zeros_like(reduced.modal_damping))
+    at = undamped.natural_frequency[1:2]
+    load = cases.forces(at)
+    modal = modal_transfer_vectors(atv, undamped, at, fidelity=coarse)
+    resonant = rf"mode 2 at {at[0]:.6g} Hz has no damping and is driven at its resonance"
+    for answer in (
+        lambda: respond(undamped, load),
+        lambda: modal_pressure(modal, undamped, load),
+        lambda: noise_transfer_functions(modal, undamped),
+        lambda: undamped.receptance(at, structural=True),
+    ):
+        with pytest.raises(InputError, match=resonant):
+            answer()
+    assert np.isfinite(undamped.receptance(1.001 * at)).all()
+    assert np.isfinite(undamped.receptance(at, damping=np.array([0.01]))).all()

@@ -14,7 +14,7 @@ from nvhchain.dynamics.gearbox import Gearbox
 from nvhchain.dynamics.law_table import LawTable, deflection_under, force_at, row_at, slope_at, tabulate
 from nvhchain.dynamics.load_centre import centre_law
 from nvhchain.dynamics.train import shaft_torques
-from nvhchain.errors import SolverError
+from nvhchain.errors import SolverError, require
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import FloatArray, IntArray, MeshLaw, ReducedHousing
 
@@ -51,6 +51,24 @@ def static_mesh_forces(assembly: Assembly, load: FloatArray) -> FloatArray:
     # what rounding leaves on a mesh without torque is no contact
     force[np.abs(force) <= 1e-12 * np.abs(force).max(initial=0.0)] = 0.0
     return np.asarray(force)
+
+
+def nominal_mesh_forces(assembly: Assembly, mesh_laws: Sequence[MeshLaw], torque: FloatArray) -> FloatArray:
+    """(n_mesh,) N: `static_mesh_forces` under shaft torques (n_shaft,) N m.
+
+    Raises InputError where a law ends below its force at some angle: beyond its last deflections it would only be
+    continued in a straight line.
+    """
+    nominal = static_mesh_forces(assembly, assembly.load(torque))
+    for law, force in zip(mesh_laws, nominal, strict=True):
+        side, end = (1.0, -1) if force >= 0.0 else (-1.0, 0)
+        limit = float((side * law.force[:, end]).min())
+        require(
+            side * force <= limit * (1.0 + 1e-9),
+            f"the torque asks for {force:.6g} N of the mesh law with teeth {law.teeth}, which ends at "
+            f"{side * limit:.6g} N: tabulate it to larger deflections or lower the torque",
+        )
+    return nominal
 
 
 def static_state(assembly: Assembly, table: LawTable, torque: FloatArray, phases: FloatArray) -> StaticState:
@@ -137,7 +155,7 @@ def static_bearing_forces(
     """(n_bearing, 3) N on the housing at standstill under `input_torque` (N m)."""
     assembly = assemble(gearbox, mesh_laws, housing)
     torque = shaft_torques(gearbox, assembly.train, input_torque)
-    table = tabulate(laws_of_rows(assembly, mesh_laws, static_mesh_forces(assembly, assembly.load(torque))), 1)
+    table = tabulate(laws_of_rows(assembly, mesh_laws, nominal_mesh_forces(assembly, mesh_laws, torque)), 1)
     return static_state(assembly, table, torque, law_phases(assembly, mesh_laws)).bearing_force
 
 
@@ -157,7 +175,7 @@ def static_misalignment(
     """
     assembly = assemble(gearbox, mesh_laws, housing, fidelity=fidelity)
     torque = shaft_torques(gearbox, assembly.train, input_torque)
-    table = tabulate(laws_of_rows(assembly, mesh_laws, static_mesh_forces(assembly, assembly.load(torque))), 1)
+    table = tabulate(laws_of_rows(assembly, mesh_laws, nominal_mesh_forces(assembly, mesh_laws, torque)), 1)
     position = static_state(assembly, table, torque, law_phases(assembly, mesh_laws)).position
     return np.asarray((assembly.misalignment @ position).reshape(-1, 2))
 

@@ -12,7 +12,7 @@ from nvhchain.dynamics.gearbox import Gearbox
 from nvhchain.dynamics.law_table import LawTable, mean_slope, tabulate
 from nvhchain.dynamics.mesh_levels import ContactForce, ContactLoop, contact_loop, tangent_law
 from nvhchain.dynamics.propagator import ModalForm, Propagator, modal_form, output_matrix, propagator, state_of
-from nvhchain.dynamics.quasi_static import laws_of_rows, static_mesh_forces, static_state
+from nvhchain.dynamics.quasi_static import laws_of_rows, nominal_mesh_forces, static_state
 from nvhchain.dynamics.train import shaft_torques
 from nvhchain.errors import SolverError, require
 from nvhchain.fidelity import DynamicsFidelity
@@ -85,10 +85,11 @@ def simulation(
     gyroscopic_speed: rad/s of the input, for gyroscopic terms; 0 leaves them out.
     contact_forces: one per mesh, for the mesh level `contact`, which also needs the laws: for the start and the
     linear part.
+    Raises InputError where the torque asks for more than a law holds.
     """
     assembly = assemble(gearbox, mesh_laws, housing, input_speed=gyroscopic_speed, fidelity=fidelity)
     torque = shaft_torques(gearbox, assembly.train, input_torque, assembly.inertia, input_acceleration)
-    nominal = static_mesh_forces(assembly, assembly.load(torque))
+    nominal = nominal_mesh_forces(assembly, mesh_laws, torque)
     loop = None
     if fidelity.mesh_level == "contact":
         require(

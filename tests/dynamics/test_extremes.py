@@ -22,7 +22,7 @@ LEVER = 2.8e-2
 
 def _run_up(gearbox, laws, housing=None, step=1e-5, **changes):
     operation = {"start_speed": 0.0, "end_speed": SPEED, "duration": 0.3, "input_torque": 250.0, "f_max": 5000.0}
-    return run_up(gearbox, laws, housing, fidelity=DynamicsFidelity(step), **(operation | changes))
+    return run_up(gearbox, laws, housing, **({"fidelity": DynamicsFidelity(step)} | operation | changes))
 
 
 def test_without_load_it_rattles_within_its_backlash(make_gearbox, make_laws, make_housing):
@@ -64,11 +64,21 @@ def test_coasting_loads_the_back_flanks_with_the_mirrored_torque(make_gearbox, m
 
 
 def test_ten_times_the_load_gives_ten_times_the_force(make_gearbox, make_laws):
-    gearbox, laws = make_gearbox(), make_laws(plain_wheel=True)
+    gearbox, laws = make_gearbox(), make_laws(plain_wheel=True, top=400e-6, cells=120)
     record = _run_up(gearbox, laws, input_torque=2500.0)
     static = static_bearing_forces(gearbox, laws, None, input_torque=250.0)
     mean = record.force[len(record.time) // 2 :].mean(axis=0)
     assert mean == pytest.approx(10.0 * static, abs=0.02 * np.abs(10.0 * static).max())
+
+
+@pytest.mark.parametrize("torque", [2500.0, -2500.0])
+@pytest.mark.parametrize("level", ["table", "stiffness"])
+def test_a_load_beyond_the_law_is_refused(make_gearbox, make_laws, torque, level):
+    gearbox, laws = make_gearbox(), make_laws(plain_wheel=True)
+    with pytest.raises(InputError, match=r"asks for .* N of the mesh law with teeth .* to larger deflections"):
+        _run_up(gearbox, laws, input_torque=torque, fidelity=DynamicsFidelity(1e-5, mesh_level=level))
+    with pytest.raises(InputError, match="to larger deflections"):
+        static_bearing_forces(gearbox, laws, None, input_torque=torque)
 
 
 def test_standstill_is_the_static_load_and_no_steady_run(make_gearbox, make_laws):

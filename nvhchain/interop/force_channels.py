@@ -19,8 +19,9 @@ from nvhchain.interop.sampling import resampled, uniform_time
 
 FORCE_UNITS = {
     "N": 1.0, "kN": 1e3, "MN": 1e6, "mN": 1e-3, "cN": 1e-2, "kgf": 9.80665, "lbf": 4.4482216152605,
+    "pdl": 0.138254954376,
 }  # fmt: skip
-"""Newtons in one unit; kgf and lbf by their definitions (BIPM, NIST SP 811)."""
+"""Newtons in one unit; kgf, lbf and the poundal by their definitions (BIPM, NIST SP 811)."""
 
 TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
 """Seconds in one unit."""
@@ -106,8 +107,9 @@ class ForceChannels:
         for name in ("speed", "sample_rate", "resample_rate"):
             value = getattr(self, name)
             require(
-                value is None or (isfinite(value) and (value > 0 or name == "speed")),
-                f"{name} = {value} must be a finite number" + ("" if name == "speed" else " above 0 Hz"),
+                value is None or (isfinite(value) and (value > 0 or (name == "speed" and value == 0))),
+                f"{name} = {value} must be a finite number "
+                + ("of rad/s, 0 or more: the sense of rotation is the gearbox's" if name == "speed" else "above 0 Hz"),
             )
         require(
             self.time_channel is None or self.sample_rate is None,

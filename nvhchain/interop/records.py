@@ -64,7 +64,8 @@ def _is_number(text: str) -> bool:
 
 def read_mat(path: Path) -> Record:
     """MATLAB level 5 or 7.3; arrays (n_t, …) give channels name[i] or name[i,j], counted from 0, fields of a structure
-    name.field (level 7.3: name/field)."""
+    name.field (level 7.3: name/field).  Texts in a structure `units` are the units of the channels beside it, as
+    units.force of force."""
     if h5py.is_hdf5(path):
         return read_hdf5(path)
     try:
@@ -72,7 +73,22 @@ def read_mat(path: Path) -> Record:
     except Exception as error:  # damaged files raise whatever the parser stumbles over
         raise FileFormatError(f"{path}: not a MAT file: {_reason(error)}") from None
     arrays = _flat({name: value for name, value in content.items() if not name.startswith("__")})
-    return Record(str(path), _channels(arrays), {})
+    texts = {
+        n: str(v.ravel()[0])
+        for n, v in arrays.items()
+        if getattr(v, "dtype", np.dtype(float)).kind == "U" and v.size == 1
+    }
+    return _record(path, arrays, _stated(texts, "."))
+
+
+def _stated(texts: Mapping[str, str], separator: str) -> dict[str, str]:
+    """Units by array name, from the texts of structures `units`."""
+    units = {}
+    for name, text in texts.items():
+        *parents, field = name.split(separator)
+        if parents[-1:] == ["units"] and text.strip():
+            units[separator.join([*parents[:-1], field])] = text.strip()
+    return units
 
 
 def _flat(arrays: Mapping[str, Any]) -> dict[str, Any]:
@@ -88,12 +104,19 @@ def _flat(arrays: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def read_hdf5(path: Path) -> Record:
-    """Datasets of numbers anywhere in the file, named by their path; attribute `units` where there is one."""
+    """Datasets of numbers anywhere in the file, named by their path; attribute `units` where there is one.
+
+    In a MATLAB file of level 7.3 units are texts, as `read_mat` says.
+    """
     arrays: dict[str, Any] = {}
     stated: dict[str, str] = {}
+    texts: dict[str, str] = {}
 
     def visit(name: str, item: Any) -> None:
-        if isinstance(item, h5py.Dataset) and item.dtype.kind in "fiu" and item.ndim > 0:
+        if isinstance(item, h5py.Dataset) and item.attrs.get("MATLAB_class") == b"char":
+            if not item.attrs.get("MATLAB_empty"):
+                texts[name] = "".join(map(chr, item[()].ravel()))
+        elif isinstance(item, h5py.Dataset) and item.dtype.kind in "fiu" and item.ndim > 0:
             arrays[name] = item[()]
             if "units" in item.attrs:
                 unit = item.attrs["units"]
@@ -104,6 +127,11 @@ def read_hdf5(path: Path) -> Record:
             file.visititems(visit)
     except (OSError, RuntimeError, KeyError) as error:
         raise FileFormatError(f"{path}: damaged, truncated or not HDF5: {_reason(error)}") from None
+    return _record(path, arrays, _stated(texts, "/") | stated)
+
+
+def _record(path: Path, arrays: Mapping[str, Any], stated: Mapping[str, str]) -> Record:
+    """Channels of all arrays, with the unit `stated` for the array."""
     channels = _channels(arrays)
     return Record(str(path), channels, {name: stated[base] for name in channels if (base := _base(name)) in stated})
 

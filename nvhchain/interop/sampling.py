@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.interpolate import make_interp_spline
+from scipy.interpolate import PchipInterpolator, make_interp_spline
 from scipy.signal import firwin, kaiserord, upfirdn
 
 from nvhchain.errors import InputError, require
@@ -11,6 +11,9 @@ from nvhchain.handoff import FloatArray
 
 JITTER = 1e-4
 """Largest difference of a step from the mean step, relative, that counts as uniform (as in `BearingForces`)."""
+
+GAP = 1.5
+"""Times the median step, above which a step counts as a gap."""
 
 USABLE_BAND = 1.0 / 2.56
 """Of the new sampling rate: what lies below is kept, what would fold into it is removed."""
@@ -28,7 +31,7 @@ def uniform_time(time: FloatArray, source: str) -> FloatArray:
     """`time` if it rises uniformly; InputError naming the first step back, gap or the jitter otherwise."""
     step = _steps(time, source)
     mean = float(step.mean())
-    gap = np.flatnonzero(step > 1.5 * np.median(step))
+    gap = np.flatnonzero(step > GAP * np.median(step))
     if len(gap):
         at = int(gap[0])
         raise InputError(
@@ -49,6 +52,8 @@ def resampled(time: FloatArray, values: FloatArray, rate: float, source: str) ->
 
     Components up to rate/2.56 are kept, those that would fold into that band lose 80 dB. The first and last
     stretches of a few samples carry the filter's transient, with the ends continued at their values.
+    Gaps up to the new step are bridged by a monotone cubic between their ends, so that no value beyond them appears:
+    what swung in a gap is lost, and the tones around it are wrong within a few new samples of it.
     Raises InputError where two samples lie further apart than the new step, so that the record cannot carry the
     rate, and for records of fewer than 8 samples.
     """
@@ -61,6 +66,7 @@ def resampled(time: FloatArray, values: FloatArray, rate: float, source: str) ->
     )
     require(len(time) >= 8, f"{source}: {len(time)} samples are too few to resample: 8 are needed")
     own = (len(time) - 1) / (time[-1] - time[0])
+    time, values = _bridged(time, values, step, max(float(np.median(step)), 1.0 / (OVERSAMPLING * own)))
     factor = int(np.ceil(OVERSAMPLING * own / rate))
     count = int(np.floor((time[-1] - time[0]) * rate * (1.0 + 1e-12))) + 1
     grid = np.minimum(time[0] + np.arange((count - 1) * factor + 1) / (rate * factor), time[-1])
@@ -71,6 +77,19 @@ def resampled(time: FloatArray, values: FloatArray, rate: float, source: str) ->
     padded = np.concatenate([np.repeat(dense[:1], half, axis=0), dense, np.repeat(dense[-1:], half, axis=0)])
     filtered = upfirdn(low_pass, padded, axis=0)[2 * half : 2 * half + len(dense)]
     return time[0] + np.arange(count) / rate, np.ascontiguousarray(filtered[::factor])
+
+
+def _bridged(time: FloatArray, values: FloatArray, step: FloatArray, spacing: float) -> tuple[FloatArray, FloatArray]:
+    """The record with samples in its gaps, `spacing` (s) apart at most: the spline alone would swing there freely."""
+    gaps = np.flatnonzero(step > GAP * np.median(step))
+    if not len(gaps):
+        return time, values
+    missing = np.concatenate(
+        [np.linspace(time[i], time[i + 1], int(np.ceil(step[i] / spacing)) + 1)[1:-1] for i in gaps]
+    )
+    whole = np.concatenate([time, missing])
+    order = np.argsort(whole, kind="stable")
+    return whole[order], np.concatenate([values, PchipInterpolator(time, values, axis=0)(missing)])[order]
 
 
 def _steps(time: FloatArray, source: str) -> FloatArray:

@@ -25,8 +25,8 @@ SPEED_TYPES = {0, 1, 11, 19}
 
 TIME_RESPONSE, TIME_AXIS, DOUBLE = 1, 17, 4
 
-UNIT_CODES = {1: "N", 2: "lbf", 3: "kgf", 5: "mN", 6: "cN", 7: "lbf", 8: "kgf"}
-"""Unit of force of dataset 164, by its code."""
+UNIT_CODES = {1: "N", 2: "lbf", 3: "kgf", 4: "pdl", 5: "mN", 6: "cN", 7: "lbf", 8: "kgf", 10: "N"}
+"""Unit of force of dataset 164, by its code; 9 is the user's own."""
 
 SPEED_NODE = 0
 """Node under which the input speed is written."""

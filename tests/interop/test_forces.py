@@ -12,6 +12,7 @@ from nvhchain._table import build
 from nvhchain.errors import InputError
 from nvhchain.handoff import BearingForces
 from nvhchain.interop import BearingChannels, ForceChannels, read_bearing_forces, read_record, write_bearing_forces
+from nvhchain.interop.sampling import resampled
 from nvhchain.store import save
 
 RATE = 25e3
@@ -168,6 +169,70 @@ def test_resampling_keeps_constants_and_carries_no_faster_than_the_record(tmp_pa
         read_bearing_forces(path, replace(declared, resample_rate=5e3), positions=POSITIONS)
 
 
+@pytest.mark.parametrize(("tone", "gap", "rate"), [(833.0, 2e-3, 400.0), (2500.0, 4e-3, 240.0)])
+def test_a_gap_invents_no_forces(tone, gap, rate):
+    """200 N around 1000 N far above the new band: what comes out stays within that, and is right beside the gap."""
+    time = np.arange(5000) / 25e3
+    force = 1000.0 + 200.0 * np.sin(2 * np.pi * tone * time)
+    kept = (time < 0.1) | (time > 0.1 + gap - 4.1e-5)
+    at, found = resampled(time[kept], force[kept], rate, "record")
+    _, wanted = resampled(time, force, rate, "record")
+    assert np.abs(found - 1000.0).max() < 200.0
+    far = np.abs(at - 0.1) * rate > 12
+    assert np.abs(found - wanted)[far].max() < 0.05
+
+
+def test_a_gap_in_a_slow_tone_is_bridged_along_it():
+    time = np.arange(5000) / 25e3
+    force = 1000.0 + 200.0 * np.sin(2 * np.pi * 100.0 * time)
+    kept = (time < 0.1) | (time > 0.102)
+    at, found = resampled(time[kept], force[kept], 400.0, "record")
+    inner = (at > 0.03) & (at < 0.17)
+    assert np.abs(found - 1000.0 - 200.0 * np.sin(2 * np.pi * 100.0 * at))[inner].max() < 3.0
+
+
+@pytest.mark.parametrize("level", ["5", "7.3"])
+def test_units_in_a_matlab_file_must_agree(forces, tmp_path, level):
+    path = tmp_path / "a.mat"
+    channels = write_bearing_forces(forces, path)
+    assert read_record(path).units["force[1,2]"] == "N"
+    if level == "7.3":
+        path.unlink()
+        with h5py.File(path, "w") as file:
+            for name, unit in (("time", "s"), ("input_speed", "rad/s"), ("force", "N")):
+                file[name] = getattr(forces, name)
+                file[f"units/{name}"] = np.array([[ord(c)] for c in unit], dtype=np.uint16)
+                file[f"units/{name}"].attrs["MATLAB_class"] = np.bytes_("char")
+        assert list(read_record(path).units) == list(read_record(path).channels)
+    assert read_bearing_forces(path, channels).force.tobytes() == forces.force.tobytes()
+    for change, message in (
+        ({"force_unit": "kN"}, r"'force\[0,0\]' is in 'N' by the file, but 'kN' is declared"),
+        ({"speed_unit": "rpm"}, "'input_speed' is in 'rad/s' by the file"),
+        ({"time_unit": "ms"}, "'time' is in 's' by the file"),
+    ):
+        with pytest.raises(InputError, match=message):
+            read_bearing_forces(path, replace(channels, **change))
+
+
+def test_units_of_a_nested_matlab_structure_belong_to_the_fields_beside_them(tmp_path):
+    wave = np.sin(np.arange(50.0))
+    savemat(tmp_path / "run.mat", {"run": {"left": wave, "right": wave, "units": {"left": "kN", "right": ""}}})
+    assert read_record(tmp_path / "run.mat").units == {"run.left": "kN"}
+
+
+@pytest.mark.parametrize(("code", "unit"), [(1, "N"), (4, "pdl"), (10, "N")])
+def test_uff_system_of_units_names_the_force(forces, tmp_path, code, unit):
+    path = tmp_path / "a.uff"
+    write_bearing_forces(forces, path)
+    kept = [dict(s) for s in pyuff.UFF(str(path)).read_sets()]
+    for each in kept:
+        each["ordinate_axis_units_lab"] = "NONE"
+    other = tmp_path / "b.uff"
+    system = pyuff.prepare_164(1, "units", 2, 1.0, 1.0, 1.0, 0.0) | {"units_code": code}
+    pyuff.UFF(str(other)).write_sets([system, *kept], mode="add")
+    assert read_record(other).units["1:x"] == unit
+
+
 def test_uff_axes_units_and_directions_follow_the_format(forces, tmp_path):
     path = tmp_path / "a.uff"
     channels = write_bearing_forces(forces, path)
@@ -263,6 +328,7 @@ def test_declarations_that_contradict_themselves_are_refused(declared):
         ({"acts_on": "gear"}, "housing"),
         ({"speed_channel": "n"}, "needed once"),
         ({"speed": None}, "needed once"),
+        ({"speed": -100.0}, "0 or more"),
         ({"sample_rate": 1e3}, "both given"),
         ({"resample_rate": -1.0}, "above 0 Hz"),
         ({"resample_rate": 1e3, "periodic": True}, "whole periods"),

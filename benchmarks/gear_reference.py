@@ -21,13 +21,25 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from gear_reference_studies import CONVERGENCE, CORNER_GAPS, STUDIES, TORQUES, Condition, Record
+from gear_reference_studies import (
+    CONVERGENCE,
+    CORNER_GAPS,
+    RELIEVED,
+    RELIEVED_LAYERS,
+    RELIEVED_RESOLUTION,
+    STUDIES,
+    TORQUES,
+    Condition,
+    Record,
+)
 from gear_reference_tables import write
 
 from nvhchain.gear import (
     Engagement,
+    Flank,
     FlankCompliance,
     GearBody,
+    MicroGeometry,
     engaged_reach,
     flank_compliance,
     loaded_mesh,
@@ -122,6 +134,22 @@ def hybrid_deflection(study: str, name: str, out: Path) -> Record:
     return rows
 
 
+def relieved(name: str, out: Path) -> Record:
+    """Deflection of the reference with tip relief at one place."""
+    s, which, resolution = STUDIES["spur"](), RELIEVED[name], RELIEVED_RESOLUTION
+    fidelity, micro = (
+        replace(s.fidelity, width_layers=RELIEVED_LAYERS),
+        MicroGeometry(drive=Flank(tip_relief=which.relief)),
+    )
+    bodies = [replace(b, geometry=replace(b.geometry, micro=micro)) for b in (s.pair.pinion, s.pair.wheel)]
+    pair = replace(s.pair, pinion=bodies[0], wheel=bodies[1])
+    pinion, wheel = (coarse_gear(body, fidelity) for body in bodies)
+    found = touching_teeth(pair, (pinion, wheel), which.place * pair.mesh_period, resolution)
+    gears = (carried(pinion, 0, [found], resolution), carried(wheel, 1, [found], resolution))
+    mesh = reference_mesh(pair, found, pair_compliance(found, 0, gears), pair.normal_force(which.torque))
+    return {"deflection": mesh.deflection, "share": {str(k): v for k, v in mesh.share.items()}}
+
+
 def finer(study: str, variant: str, place: str, out: Path) -> Record:
     """Deflection of the reference with a solid wheel at one place and another mesh."""
     s, which = STUDIES[study](), CONVERGENCE[study]
@@ -149,6 +177,7 @@ def steps() -> dict[str, Callable[[Path], Any]]:
         for condition in s.conditions:
             found[f"{name}-{condition}"] = partial(reference_deflection, name, condition)
             found[f"{name}-hybrid, {condition}"] = partial(hybrid_deflection, name, condition)
+    found |= {f"relieved, {name}": partial(relieved, name) for name in RELIEVED}
     for name, which in CONVERGENCE.items():
         for variant in which.variants:
             for place in which.places:

@@ -23,6 +23,7 @@ from nvhchain.gear import (
     Holes,
     MicroGeometry,
     Misalignment,
+    Relief,
     Slots,
     ThinRim,
     mass_properties,
@@ -201,3 +202,24 @@ CONVERGENCE = {
         },
     ),
 }
+
+
+@dataclass(frozen=True)
+class Relieved:
+    """Tip relief of both gears of the spur pair with a solid wheel, looked at where a tip comes in.
+
+    place: in mesh periods.  torque: N m, of the pinion.
+    """
+
+    relief: Relief
+    place: float
+    torque: float
+
+
+RELIEVED = {
+    "20 µm parabolic": Relieved(Relief(20e-6, 1.75e-3), 0.32, 350.0),
+    "15 µm linear, short": Relieved(Relief(15e-6, 0.6e-3, "linear"), 0.30, 150.0),
+    "10 µm linear": Relieved(Relief(10e-6, 1.2e-3, "linear"), 0.30, 350.0),
+}
+RELIEVED_LAYERS = 2
+RELIEVED_RESOLUTION = ReferenceResolution(contact_element=20e-6, reach=0.8e-3, fine_zone=0.2e-3)

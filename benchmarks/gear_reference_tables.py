@@ -8,10 +8,20 @@ from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
-from gear_reference_studies import CONVERGENCE, CORNER_GAPS, ROOT, STUDIES, TORQUES, Record
+from gear_reference_studies import (
+    CONVERGENCE,
+    CORNER_GAPS,
+    RELIEVED,
+    RELIEVED_LAYERS,
+    RELIEVED_RESOLUTION,
+    ROOT,
+    STUDIES,
+    TORQUES,
+    Record,
+)
 from matplotlib.figure import Figure
 
-from nvhchain.gear import Blank
+from nvhchain.gear import Blank, GearGeometry
 from nvhchain.gear.contact_lines import contact_lines, separation
 from nvhchain.handoff import FloatArray
 
@@ -22,6 +32,11 @@ TABLE = ROOT / "docs" / "measured" / "gear_reference.md"
 def described(blank: Blank) -> Record:
     """Class and dimensions of a blank."""
     return {"type": type(blank).__name__, **asdict(blank)}
+
+
+def macro(geometry: GearGeometry) -> Record:
+    """Its dimensions without what is taken off the flanks."""
+    return {k: v for k, v in asdict(geometry).items() if k != "micro"}
 
 
 def regression(study: str, out: Path) -> Record | None:
@@ -44,8 +59,8 @@ def regression(study: str, out: Path) -> Record | None:
     pair = s.pair
     return {
         "made_by": "benchmarks/gear_reference.py",
-        "pinion": {k: v for k, v in asdict(pair.pinion.geometry).items() if k != "micro"},
-        "wheel": {k: v for k, v in asdict(pair.wheel.geometry).items() if k != "micro"},
+        "pinion": macro(pair.pinion.geometry),
+        "wheel": macro(pair.wheel.geometry),
         "centre_distance": pair.centre_distance,
         "width_layers": s.fidelity.width_layers,
         "resolution": asdict(s.resolution),
@@ -190,6 +205,24 @@ def figure(out: Path) -> None:
     fig.savefig(TABLE.with_suffix(".png"), dpi=110)
 
 
+def write_relieved(out: Path) -> None:
+    """Regression data of the relieved pair, if there are any."""
+    files = {name: out / f"relieved, {name}" for name in RELIEVED}
+    if not all(file.exists() for file in files.values()):
+        return
+    s = STUDIES["spur"]()
+    data = {
+        "made_by": "benchmarks/gear_reference.py",
+        "pinion": macro(s.pair.pinion.geometry),
+        "wheel": macro(s.pair.wheel.geometry),
+        "centre_distance": s.pair.centre_distance,
+        "width_layers": RELIEVED_LAYERS,
+        "resolution": asdict(RELIEVED_RESOLUTION),
+        "points": {name: asdict(RELIEVED[name]) | pickle.loads(file.read_bytes()) for name, file in files.items()},
+    }
+    (DATA / "reference_relief.json").write_text(json.dumps(data, indent=1) + "\n")
+
+
 def write(out: Path) -> None:
     """Regression data and tables from what there is."""
     DATA.mkdir(parents=True, exist_ok=True)
@@ -201,6 +234,7 @@ def write(out: Path) -> None:
         "period looked at, hybrid over reference.",
         "",
     ]
+    write_relieved(out)
     for study in STUDIES:
         data = regression(study, out)
         if data is not None:

@@ -68,6 +68,11 @@ class Flank:
                 f"{name} = {value:g} m is outside {low:g}…{LARGEST_AMOUNT:g} m: give it in m",
             )
 
+    @property
+    def bends_profile(self) -> bool:
+        """Whether what is taken off changes along the profile."""
+        return bool(self.profile_crowning or self.tip_relief or self.root_relief)
+
     def removed(
         self, rolled: FloatArray, usable: tuple[float, float], axial: FloatArray, face_width: float
     ) -> FloatArray:

@@ -8,6 +8,7 @@ import pytest
 from nvhchain.errors import InputError
 from nvhchain.gear import Engagement, Flank, GearPair, MicroGeometry, Misalignment, Relief, loaded_mesh, mesh_law
 from nvhchain.gear.contact_lines import contact_lines, separation
+from nvhchain.gear.corner import edge_gap
 from nvhchain.gear.pair import BACK, DRIVE
 
 
@@ -73,19 +74,34 @@ def test_modifications_that_cannot_be_meant_are_refused_with_the_number(make_geo
 
 @pytest.mark.parametrize("flank", [DRIVE, BACK])
 def test_gap_is_what_both_gears_have_lost_where_they_touch(make_pair, flank):
-    """On the line of action the rolled length is the distance from either base tangent point."""
+    """The least over the profile of what both have lost and the exact gap of the involutes there.
+
+    A point of the wheel's flank misses the pinion's as a tip edge there would (test_corner turns gears for that).
+    """
     shape = Flank(profile_crowning=10e-6, tip_relief=Relief(15e-6, 2e-3, "linear"))
     pair = with_flank(make_pair(1), pinion=shape, wheel=shape, coast=flank == BACK)
     lines = contact_lines(pair, 0.4 * pair.mesh_period, slices=9, flank=flank)
-    expected = np.zeros(len(lines.length))
-    for gear, rolled in (
-        (pair.pinion.geometry, lines.position),
-        (pair.wheel.geometry, pair.line_length - lines.position),
-    ):
+    p, w = pair.geometries
+
+    def lost(gear, rolled):
         low, high = (np.sqrt(r**2 - gear.base_radius**2) for r in (gear.form_radius, gear.tip_circle_radius))
-        expected += 10e-6 * ((rolled - (low + high) / 2) / ((high - low) / 2)) ** 2
-        expected += 15e-6 * np.clip((rolled - high + 2e-3) / 2e-3, 0, None)
-    np.testing.assert_allclose(separation(pair, lines), expected, atol=1e-15)
+        crowned = 10e-6 * ((rolled - (low + high) / 2) / ((high - low) / 2)) ** 2
+        return crowned + 15e-6 * np.clip((rolled - high + 2e-3) / 2e-3, 0, None)
+
+    expected, on_line = [], []
+    for s in lines.position:
+        there = pair.line_length - s
+        gaps = []
+        for u in there + np.linspace(-0.6e-3, 0.6e-3, 1201):
+            radius = np.hypot(w.base_radius, u)
+            arc, met, _ = edge_gap(np.array(there - u), *pair.base_radius[::-1], radius, *pair.edge(1)[3:])
+            if radius <= w.tip_circle_radius and p.form_radius <= met <= p.tip_circle_radius:
+                rolled = np.sqrt(met**2 - p.base_radius**2)
+                gaps.append(arc * np.cos(pair.base_helix_angle) + lost(w, u) + lost(p, rolled))
+        expected.append(min(gaps))
+        on_line.append(lost(w, there) + lost(p, s))
+    np.testing.assert_allclose(separation(pair, lines), expected, rtol=0.01)
+    assert np.min(np.array(expected) / on_line) < 0.95
     other = contact_lines(pair, 0.4 * pair.mesh_period, slices=9, flank=1 - flank)
     assert not separation(pair, other).any()
 

@@ -210,9 +210,9 @@ class AcousticsFidelity:
     masters: master frequencies over the band; the most of them where they are chosen by `master_tolerance_db`.
     master_tolerance_db: dB, error of interpolation for which masters are chosen (`adaptive_transfer_vectors`).
     quadrature_order: least Gauss order of well separated triangle pairs.
-    quadrature_error: the order of the engine `fused` rises with the frequency until the mean of a plane wave over one triangle keeps to this
-        relative error; that of the pressure is 0.4 to ten times as large (0.002 to 1.5 by well separated pairs on
-        bodies of 0.2 m: docs/measured/quadrature.md).
+    quadrature_error: the order rises with the frequency (engine `fused` alone) until the mean of a plane wave over one
+        triangle keeps to this relative error; that of the pressure is 0.4 to ten times as large (0.002 to 1.5 by well
+        separated pairs on bodies of 0.2 m: docs/measured/quadrature.md).
     close_orders: Gauss orders of pairs nearer than the matching close_distances, which count the distance of the
         centroids in longest edges of the larger triangle.
     gap_ratio, gap_halvings: triangles that face each other across less than this multiple of the longer one are cut
@@ -228,7 +228,10 @@ class AcousticsFidelity:
     compression_error: of the compressed matrices, relative (Frobenius norm, in every group of rows).
     coarse_edge_ratios: lengths of the edges of coarser surfaces for lower frequencies, relative to the given surface;
         none: every frequency on the given one.  coarse_elements_per_wavelength: of a coarser surface, at the highest
-        frequency it is used for.  Transfer vectors alone take them, not sound power (docs/measured/sound_power.md).
+        frequency it is used for.  Monopole and dipole parts of a motion keep to the error that the provenance states
+        (coarse_error_dB); parts that cancel within a few coarse edges lose more, the more the lower the frequency: at
+        ka = 0.09 a sphere of 1280 faces errs at ratio 2 by 1.4 % (l = 1), 4.3 % (2) and 21 % (3), at ratio 1.4 by 0.7,
+        2 and 8 %, of the peak.  Transfer vectors alone take them, not sound power (docs/measured/sound_power.md).
     multipole_digits: decimal digits to which sound power resolves the spherical waves that leave the surface.
     radiation: `boundary_elements`, or a cheaper level (docs/measured/radiation.md): `rayleigh`, every visible face in
         an infinite baffle, or `equivalent_radiated_power`, plane waves from every face, which knows no phase.

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
-from nvhchain.acoustics.coarsening import SHARP_ANGLE
+from nvhchain.acoustics.coarsening import SHARP_ANGLE, CoarseSurface
 from nvhchain.acoustics.surface import LOCAL_COARSENING, MESH_SCATTER, check_mesh, element_sizes, point_clearance
 from nvhchain.conventions import Air
 from nvhchain.errors import AccuracyWarning
@@ -150,6 +152,46 @@ def _told_patch(
             stacklevel=4,
         )
     return {"coarse_share": share, "coarse_elements_per_wavelength": wavelength / longest}
+
+
+def coarse_accuracy(
+    below: Sequence[CoarseSurface], frequency: FloatArray, air: Air, fidelity: AcousticsFidelity, engine: str
+) -> dict[str, Any]:
+    """Provenance of the worst of the coarser surfaces (coarsest first) that frequencies (n_f,) Hz are solved on.
+
+    coarse_error_dB: what `expected_accuracy` expects of it at the highest of these, coarse_highest_frequency, of the
+    monopole and dipole parts of a motion (coarse_error_parts); coarse_faces: its triangles.  Parts that cancel within a
+    few coarse edges lose more, whatever the frequency: quadrupoles three, octupoles twelve to fifteen times as much as
+    dipoles on a sphere at ka = 0.09 (`AcousticsFidelity.coarse_edge_ratios`).
+    AccuracyWarning where the error exceeds that of a mesh as coarse as `fidelity.elements_per_wavelength` asks for.
+    """
+    worst: dict[str, Any] = {}
+    above = 0.0
+    for coarse in below:
+        mine = frequency[(frequency > above) & (frequency <= coarse.highest_frequency)]
+        above = max(above, coarse.highest_frequency)
+        if len(mine) == 0:
+            continue
+        highest = float(mine[-1])
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", AccuracyWarning)  # said once, below, of the worst
+            error = expected_accuracy(coarse.surface, None, highest, air, fidelity, engine)["expected_error_dB"]
+        if error > worst.get("coarse_error_dB", 0.0):
+            worst = {
+                "coarse_error_dB": error,
+                "coarse_faces": len(coarse.surface.triangles),
+                "coarse_highest_frequency": highest,
+                "coarse_error_parts": "monopole and dipole",
+            }
+    if worst and worst["coarse_error_dB"] > _decibel(MESH_ERROR / fidelity.elements_per_wavelength**2):
+        warnings.warn(
+            f"the coarser surface of {worst['coarse_faces']} triangles, used up to "
+            f"{worst['coarse_highest_frequency']:.4g} Hz: expect errors of about {worst['coarse_error_dB']:.2g} dB, "
+            "more of motions whose parts cancel each other within a few of its edges; give a finer one or leave it out",
+            AccuracyWarning,
+            stacklevel=3,
+        )
+    return worst
 
 
 def mean_square_angle(surface: Surface) -> float:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nvhchain.acoustics.accuracy import expected_accuracy
+from nvhchain.acoustics.accuracy import coarse_accuracy, expected_accuracy
 from nvhchain.acoustics.bands import Solved, over_bands
 from nvhchain.acoustics.coarsening import CoarseSurface, coarse_surfaces
 from nvhchain.acoustics.engines import check_engine, check_memory, systems, vectors_memory
@@ -85,7 +85,8 @@ def transfer_vectors(
     executor: takes bands of four frequencies, as many at once as memory allows.
     shards: folder in which every finished band is saved, and from which a run that was killed takes them again.
     coarser: surfaces of the same body for lower frequencies, instead of `fidelity.coarse_edge_ratios`; each is used
-    where it has `fidelity.coarse_elements_per_wavelength`, and the vectors are brought back to the faces of `surface`.
+    where it has `fidelity.coarse_elements_per_wavelength`, and the vectors are brought back to the faces of `surface`;
+    its error is in the provenance (`coarse_accuracy`).
     `fidelity.radiation` = `rayleigh` takes the Rayleigh integral instead (`rayleigh_vectors`, `rayleigh_accuracy`).
     Assumes one-way coupling.  Raises InputError (mesh too coarse, point inside or too near, body or point behind the
     plane or too near it), ResourceError (matrices do not fit into free memory), SolverError (singular system).
@@ -107,6 +108,7 @@ def transfer_vectors(
     else:
         expected = rayleigh_accuracy(surface, frequency, air)
     below = coarse_surfaces(surface, coarser, ends, plane, air, fidelity) if exact else ()
+    of_coarse = coarse_accuracy(below, frequency, air, fidelity, engine)
     records: list[SolverRecord] = []
     coarse = tuple(one.surface for one in below)
     size, columns = vectors_memory(len(surface.vertices), len(surface.triangles), len(ends), len(frequency))
@@ -135,7 +137,9 @@ def transfer_vectors(
     else:
         knobs = told(fidelity, ("radiation", "field_near_ratio"))
         provenance = {"stage": "acoustics.transfer_vectors", "fidelity": knobs}
-    return TransferVectors(frequency, x, vectors, surface, air, plane, image, provenance=provenance | expected)
+    return TransferVectors(
+        frequency, x, vectors, surface, air, plane, image, provenance=provenance | expected | of_coarse
+    )
 
 
 def made_by(

@@ -1,5 +1,6 @@
 """Coarser surfaces for lower frequencies: same body, same volume velocity, nearly the same sound."""
 
+import warnings
 from dataclasses import replace
 
 import acoustics_bodies as bodies
@@ -16,7 +17,8 @@ from nvhchain.acoustics.coarsening import (
 )
 from nvhchain.acoustics.intersections import crossing_pairs, neighbours
 from nvhchain.acoustics.surface import mean_edge
-from nvhchain.errors import InputError, SolverError
+from nvhchain.errors import AccuracyWarning, InputError, SolverError
+from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import Surface
 
 POINTS = np.array([[0.6, 0.1, 0.2], [-0.2, 0.7, 0.1], [0.1, -0.2, -0.8]])
@@ -96,6 +98,31 @@ def test_coarse_surfaces_of_the_caller_are_used_and_checked(corner, coarse_corne
     moved = Surface(coarse_corner.vertices + 0.05, coarse_corner.triangles)
     with pytest.raises(InputError, match=r"vertex .* mm from the other surface"):
         check_coarse(corner, moved)
+
+
+def test_the_error_of_a_coarser_surface_is_stated_and_that_of_a_crude_one_warned_of(air):
+    """A dipole; the fine sphere itself errs by a tenth of that."""
+    fine, frequency = sphere(0.1, 3), np.array([50.0, 400.0, 3000.0])
+    fidelity = AcousticsFidelity(elements_per_wavelength=4.5, masters=4)
+    exact = transfer_vectors(fine, POINTS, frequency, air=air, fidelity=fidelity)
+    assert "coarse_error_dB" not in exact.provenance
+    with pytest.warns(
+        AccuracyWarning, match=r"coarser surface of 20 triangles, used up to 400 Hz: .* 0.5\d dB"
+    ) as said:
+        crude = transfer_vectors(fine, POINTS, frequency, air=air, fidelity=fidelity, coarser=[sphere(0.1, 0)])
+    assert len(said) == 1
+    told = crude.provenance
+    assert (told["coarse_faces"], told["coarse_highest_frequency"]) == (20, 400.0)
+    moving = fine.normals[:, 2]
+    a, b = crude.vectors[0] @ moving, exact.vectors[0] @ moving
+    true = 20 * np.log10(1 + np.abs(a - b).max() / np.abs(b).max())
+    assert true / 3 < told["coarse_error_dB"] < true * 3
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        better = transfer_vectors(fine, POINTS, frequency, air=air, fidelity=fidelity, coarser=[coarsen(fine, 1.6)])
+        none = transfer_vectors(fine, POINTS, [3000.0], air=air, fidelity=fidelity, coarser=[sphere(0.1, 0)])
+    assert 0 < better.provenance["coarse_error_dB"] < 0.4 * told["coarse_error_dB"]
+    assert "coarse_error_dB" not in none.provenance
 
 
 def test_surfaces_too_near_a_point_or_a_plane_are_left_out(corner, coarse_corner, air, coarse):

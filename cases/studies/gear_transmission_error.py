@@ -24,14 +24,40 @@ from nvhchain.gear import (
     GearPair,
     engaged_reach,
     flank_compliance,
+    loaded_mesh,
     loaded_transmission_error,
     mass_properties,
 )
 from nvhchain.lumped import order_lines
 from nvhchain.plots import order_spectra, transmission_errors
 
-SHOWN = (50.0, 150.0, 300.0)
-FIDELITY = replace(STANDARD.gear, width_layers=6, slices=8, angles_per_mesh=16)
+SPECTRA = (50.0, 300.0)
+"""N m, of which order spectra are drawn."""
+
+FIDELITY = replace(STANDARD.gear, width_layers=6, slices=8)
+ANGLES_PER_MESH = {"A, thin rim": 96, "B, three slots": 16}
+"""A's period is one mesh, B's nineteen."""
+
+BESIDE_PITCH = 1 / 96
+"""Mesh periods before and after the pitch point between which the jump is taken."""
+
+
+def jump_at_pitch(engagement: Engagement, torque: float, friction: float) -> float:
+    """Transmission error just before the pitch point, where friction turns, over that just after it."""
+    force = engagement.pair.normal_force(torque)
+    before, after = (
+        loaded_mesh(
+            engagement, side * BESIDE_PITCH * engagement.pair.mesh_period, force, guess=1e-9 * force, friction=friction
+        ).deflection
+        for side in (-1.0, 1.0)
+    )
+    return before / after
+
+
+def with_pitch_point_amid(angle: np.ndarray, error: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """One period from half of it before angle 0, the pitch point, to half of it after."""
+    half, period = len(angle) // 2, len(angle) * angle[1]
+    return np.r_[angle[half:] - period, angle[:half]], np.r_[error[half:], error[:half]]
 
 
 def page(rows: list[str]) -> str:
@@ -39,8 +65,9 @@ def page(rows: list[str]) -> str:
     return "\n".join(
         [
             "Measured by `cases/studies/gear_transmission_error.py`: quasi-static transmission error over the body "
-            "period of the pairs of the thesis, ch. 4, with 10 µm of profile crowning. Jump: from just before the "
-            "pitch point, where friction turns, to just after it.",
+            "period of the pairs of the thesis, ch. 4, with 10 µm of profile crowning. Jump: just before the pitch "
+            f"point, where friction turns, over just after it, {2 * BESIDE_PITCH:.2g} mesh periods apart; angle 0 is "
+            "the pitch point.",
             "",
             "| pair | friction | Nm | mean / µm | peak to peak / µm | mesh order / µm | blank order / µm | jump / % |",
             "|---|---:|---:|---:|---:|---:|---:|---:|",
@@ -69,27 +96,26 @@ def main() -> None:
             f"{name}: {blank}, {mass_properties(wheel).mass:.3f} kg, contact ratio {pair.transverse_contact_ratio:.4f}"
         )
         driven = flank_compliance(wheel, FIDELITY, reach=reach, friction=True)
-        engagement = Engagement(pair, (driving, driven), FIDELITY)
+        engagement = Engagement(pair, (driving, driven), replace(FIDELITY, angles_per_mesh=ANGLES_PER_MESH[name]))
         for friction in (0.0, FRICTION):
             for torque in TORQUES:
                 angle, error = loaded_transmission_error(engagement, torque, friction=friction)
-                if torque in SHOWN:
-                    curves.setdefault(f"{name}, {torque:g} Nm", {})[f"friction {friction:g}"] = angle, error
+                panel = curves.setdefault(f"{name}, {torque:g} Nm", {})
+                panel[f"friction {friction:g}"] = with_pitch_point_amid(angle, error)
                 meshes = pair.meshes_per_body_period
                 orders, lines = order_lines(error, meshes, CROWNED.teeth)
                 blank_order = f"{1e6 * lines[1]:.3f}" if meshes > 1 else "0"
-                # the pitch point lies at angle 0, amid single contact: from just before it to just after
-                jumps[name, friction, torque] = error[-1] / error[1]
+                jump = jumps[name, friction, torque] = jump_at_pitch(engagement, torque, friction)
                 rows.append(
                     f"| {name} | {friction:g} | {torque:g} | {1e6 * error.mean():.2f} | {1e6 * np.ptp(error):.2f} | "
-                    f"{1e6 * lines[meshes]:.3f} | {blank_order} | {100 * (error[-1] / error[1] - 1):+.1f} |"
+                    f"{1e6 * lines[meshes]:.3f} | {blank_order} | {100 * (jump - 1):+.1f} |"
                 )
                 print(rows[-1])
-                if torque in SHOWN[::2]:
+                if torque in SPECTRA:
                     spectra[f"{name}, {torque:g} Nm, friction {friction:g}"] = orders, lines
 
-    figure = Figure(figsize=(11.0, 18.0), layout="constrained")
-    transmission_errors(curves, axes=figure.subplots(len(curves), 1))
+    figure = Figure(figsize=(17.0, 16.0), layout="constrained")  # a column per pair, a row per torque
+    transmission_errors(curves, axes=list(figure.subplots(len(TORQUES), 2).T.ravel()))
     figure.savefig(out / "transmission_error.png", dpi=120)
     orders_file = out / "transmission_error_orders.png"
     order_spectra(spectra, mesh_order=57.0, spacing=3.0, highest=250.0, decades=4.0)[0].figure.savefig(

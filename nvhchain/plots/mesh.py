@@ -40,7 +40,7 @@ def transmission_errors(stages: Mapping[str, Mapping[str, Curve]], *, axes: Sequ
         ax.set_title(stage, loc="left", fontweight="bold")
         ax.set_ylabel("transmission error / µm")
         ax.margins(x=0.0, y=0.2)
-        ax.legend(loc="upper right", ncols=len(curves))
+        ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))  # beside the panel: inside it hides a peak
         ax.set_xlabel("wheel angle / °")
     return drawn
 

@@ -20,6 +20,8 @@ def test_short_period_is_repeated_over_the_longest_and_closed():
     texts = [text.get_text() for text in ax.get_legend().get_texts()]
     assert texts == ["solid: 2 µm peak to peak", "slotted: 6 µm peak to peak"]
     assert ax.get_ylabel() == "transmission error / µm"
+    ax.figure.canvas.draw()
+    assert ax.get_legend().get_window_extent().x0 >= ax.get_window_extent().x1  # hides no curve
 
 
 def test_every_stage_has_its_own_panel_and_scales():

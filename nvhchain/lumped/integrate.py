@@ -19,6 +19,13 @@ LANES = 4
 """Curves that one call advances side by side."""
 
 
+WAVE_STEPS = 4.0
+"""Steps in a wave of the stiffness curve, at least: Runge–Kutta reads the curve twice in a step."""
+
+NOTICED = 1e-2
+"""Of the mean stiffness: amplitude from which a harmonic of the curve counts as a wave to be resolved."""
+
+
 @dataclass(frozen=True, eq=False)
 class Windows:
     """Successive stretches of time, each with its own step and statistics.
@@ -80,7 +87,7 @@ def integrate(
 
     state (2, n_pair): start, by default at rest in static equilibrium.
     executor: runs groups of four pairs in parallel (threads: the loop holds no lock).
-    Raises InputError where a step does not resolve a pair's natural period, a mesh cycle or the cells of the
+    Raises InputError where a step does not resolve a pair's natural period, a mesh cycle or the harmonics of the
     stiffness curve, SolverError where the motion overflows (undamped parametric resonance).
     """
     require(len(pairs) > 0, "no gear pair given: at least one is needed")
@@ -130,6 +137,20 @@ def _check_steps(pairs: Sequence[GearPair], windows: Windows, fidelity: LumpedFi
         f"{fidelity.steps_per_period:g} steps: use a time_step of {cycle[worst] / fidelity.steps_per_period:.3g} s "
         "or less",
     )
+    waves = max(_waves(pair) for pair in pairs)
+    allowed = cycle[worst] / max(WAVE_STEPS * waves, 1e-300)
+    require(
+        bool(windows.step[worst] <= allowed * (1 + 1e-9)),
+        f"step {windows.step[worst]:g} s takes a stiffness curve with {waves:g} waves in the mesh cycle of "
+        f"{cycle[worst]:.3g} s in fewer than {WAVE_STEPS:g} steps a wave: use a time_step of {allowed:.3g} s or less",
+    )
+
+
+def _waves(pair: GearPair) -> float:
+    """Of the fastest noticeable harmonic of the stiffness curve, per mesh cycle."""
+    line = np.abs(np.fft.rfft(pair.stiffness)) * (2.0 / len(pair.stiffness))
+    noticed = np.flatnonzero(line[1:] > NOTICED * pair.mean_stiffness)
+    return float(noticed[-1] + 1) / pair.mesh_cycles if len(noticed) else 0.0
 
 
 def _march(pairs: Sequence[GearPair], windows: Windows, state: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -9,7 +9,7 @@ from scipy.interpolate import CubicSpline
 
 from nvhchain.errors import InputError, SolverError
 from nvhchain.fidelity import LUMPED
-from nvhchain.lumped import Windows, integrate
+from nvhchain.lumped import GearPair, Windows, integrate
 from nvhchain.lumped.integrate import at_static_equilibrium
 
 
@@ -117,6 +117,15 @@ def test_steps_that_do_not_resolve_the_motion_are_refused(study_pair):
         integrate([pair], windows(2e-5, 100, 100.0))
     with pytest.raises(InputError, match=r"mesh cycle .* time_step of"):
         integrate([pair], windows(2e-6, 100, 40e3))
+
+
+def test_steps_that_pass_over_the_waves_of_the_curve_are_refused():
+    """250 waves in a mesh cycle of 250 steps would be read at one point of the wave, as a constant."""
+    angle = 2 * np.pi * np.arange(4000) / 4000
+    fast = GearPair(0.65, 5e3, 2.5e8 * (1 + 0.5 * np.cos(250 * angle)), 1, 0.06, 50e-6)
+    with pytest.raises(InputError, match=r"250 waves in the mesh cycle .* use a time_step of 5e-07 s or less"):
+        integrate([fast], windows(2e-6, 100, 2000.0))
+    assert np.isfinite(integrate([fast], windows(5e-7, 100, 2000.0)).state).all()
 
 
 def test_growth_without_bound_is_an_error(mathieu):

@@ -86,6 +86,7 @@ def choose_masters(
     (`Nodes.error_weights`) is largest, until it is nowhere above the tolerance.  Every new master tests the prediction
     of those before it; the last masters, at the predicted peak of every resonance narrower than the gap it lies in and
     in the widest gaps, are solved for that alone and must be predicted within the tolerance.
+    So 12 are the fewest, two bands and one of test, unless `fidelity.masters` allows less.
     Raises SolverError when `fidelity.masters` do not reach the tolerance.
     """
     tolerance, most = fidelity.master_tolerance_db, fidelity.masters

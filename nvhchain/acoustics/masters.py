@@ -1,4 +1,4 @@
-"""Master frequencies: equally spaced, or as few as an error in dB allows."""
+"""Master frequencies: equally spaced, or as few, from 12 up, as an error in dB allows."""
 
 from __future__ import annotations
 
@@ -44,6 +44,9 @@ def adaptive_transfer_vectors(
     shards: Path | None = None,
 ) -> TransferVectors:
     """Transfer vectors at as few master frequencies as interpolation within `fidelity.master_tolerance_db` allows.
+
+    Never fewer than two bands of four masters and one of test, 12, are taken where `fidelity.masters` allows them,
+    however narrow the band: choose masters of your own where two or three would do.
 
     The error of a vector is its 2-norm over the faces relative to the vector's, the worst of the field points: what a
     velocity that is alike on all faces and random in phase suffers in the mean.  It is estimated at 64 field points at

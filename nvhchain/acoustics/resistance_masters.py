@@ -38,7 +38,7 @@ def adaptive_radiation_resistance(
     progress: Progress | None = None,
     shards: Path | None = None,
 ) -> RadiationResistance:
-    """Radiation resistance at as few masters as interpolation within `fidelity.master_tolerance_db` allows.
+    """Radiation resistance at as few masters, from 12 up, as an error of `fidelity.master_tolerance_db` allows.
 
     The error of a column is the 2-norm of its waves' error relative to that of its waves, the worst of the columns.
     `choose_masters` says how masters are added and tested, and `adaptive_transfer_vectors` what no master shows and

@@ -6,11 +6,21 @@ as the mean over all directions of |Σ Q_i e^{jk s·x_i}|², so that the two fla
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 import scipy.sparse as sp
 
 from nvhchain.conventions import Air
-from nvhchain.handoff import ComplexArray, FloatArray, IntArray, Surface
+from nvhchain.errors import AccuracyWarning
+from nvhchain.handoff import ComplexArray, FloatArray, IntArray, ReducedHousing, Surface
+from nvhchain.housing.response import face_displacement, modal_displacement
+
+MAPPING_ERROR = "mapping_error_db"
+"""Name in the provenance of a reduced housing: dB at some frequencies, by their names."""
+
+_FREQUENCIES = 4
+"""Frequencies in the upper three octaves of the band at which the error of the mapping is measured."""
 
 _BLOCK = 2_000_000
 """Entries of the matrix of phases held at once."""
@@ -71,3 +81,35 @@ def mapping_error(
     skin = source_power(skin_flux, skin_places, frequency)
     faces = source_power(normal_velocity * surface.areas[:, None], surface.centroids, frequency)
     return float(10 * np.log10(faces.sum() / skin.sum()))
+
+
+def stated_mapping_errors(
+    reduced: ReducedHousing, places: FloatArray, flux_shapes: FloatArray, flux_residual: FloatArray, f_max: float
+) -> dict[str, float]:
+    """dB at some frequencies to f_max (Hz), for unit forces at the seats taken one after the other.
+
+    places: (c, 3) m of the skin's sources.  flux_shapes: (c, n_mode) and flux_residual: (c, 3 n_bearing), the volume
+    that the skin displaces there in every mode and residual motion.
+    """
+    result = {}
+    load = np.eye(3 * len(reduced.names), dtype=complex)
+    for frequency in np.geomspace(f_max / 8, f_max, _FREQUENCIES):
+        lines, rate = np.full(len(load), frequency), 2j * np.pi * frequency
+        gain = reduced.residual_gain()
+        skin = modal_displacement(reduced, lines, load) @ flux_shapes.T + gain * load @ flux_residual.T
+        faces = face_displacement(reduced, lines, load)
+        error = mapping_error(rate * skin.T, places, rate * faces.T, reduced.surface, float(frequency))
+        result[f"{frequency:.4g} Hz"] = round(error, 3)
+    return result
+
+
+def warn_of_mapping(source: str, housing: ReducedHousing, tolerance: float) -> None:
+    """Warn where an error of the mapping is stated and more than the tolerance (dB)."""
+    worst = max(housing.provenance.get(MAPPING_ERROR, {}).values(), key=abs, default=0.0)
+    if abs(worst) > tolerance:
+        warnings.warn(
+            f"{source}: the radiating faces miss the sound power of the skin by {worst:+.2g} dB, {tolerance:g} dB are "
+            "tolerated: use smaller faces",
+            AccuracyWarning,
+            stacklevel=3,
+        )

@@ -22,6 +22,7 @@ from nvhchain.fidelity import HousingFidelity
 from nvhchain.handoff import FloatArray, ReducedHousing, Surface
 from nvhchain.housing.casting import Casting
 from nvhchain.housing.damping import damping_of_modes
+from nvhchain.housing.mapping_error import MAPPING_ERROR, facet_flux, gathered, stated_mapping_errors, warn_of_mapping
 from nvhchain.housing.mesh import HousingMesh, mesh_casting, on_engine_plane, radiating_surface
 from nvhchain.housing.seat_modes import seat_modes
 from nvhchain.housing.seat_modes import seat_unknowns as seat_unknowns
@@ -39,6 +40,9 @@ _STEPS = 6
 _FEWEST = 0.5
 """Of the elements per bending wavelength that are needed, below which a mesh has no such waves."""
 
+_CELL = 0.4
+"""Of the square root of a face's area: cells in which the skin's sources are gathered, a quarter of a face's edge."""
+
 _ENLARGEMENTS = 6
 """Attempts at finding enough modes for a tolerance; the range of modes grows by up to 1.6 each time."""
 
@@ -55,7 +59,8 @@ def reduce_housing(
 
     f_max: Hz, upper band limit.  surface_size: m, edge length of the radiating triangles.
     fidelity: modes up to mode_ratio · f_max, or as many as truncation_tolerance_db asks for.  The estimated truncation
-    error (dB of surface velocity, `truncation_error`) stands in the provenance.
+    error (dB of surface velocity, `truncation_error`) and what the mapping onto the radiating faces does to the sound
+    power stand in the provenance; a mapping off by more than fidelity.mapping_tolerance_db is warned of.
 
     A mesh that is too coarse for the bending waves of the wall at f_max is warned of. Raises InputError when it cannot
     carry them at all or a triangle size is not usable; SolverError when gmsh or the eigensolver fail.
@@ -74,8 +79,10 @@ def reduce_housing(
     silent = on_engine_plane(surface)
     motion = normal_motion(mesh.nodes, mesh.skin, surface, silent, fidelity.samples_per_face)
     tell(2, _STEPS)
-    reduce_to = partial(reduce_mesh, mesh, casting, surface, motion, tell=lambda n: tell(n + 2, _STEPS))
-    return with_residual(accurate(reduce_to, f_max, fidelity), fidelity)
+    reduce_to = partial(reduce_mesh, mesh, casting, surface, motion, f_max=f_max, tell=lambda n: tell(n + 2, _STEPS))
+    reduced = accurate(reduce_to, f_max, fidelity)
+    warn_of_mapping("casting", reduced, fidelity.mapping_tolerance_db)
+    return with_residual(reduced, fidelity)
 
 
 def accurate(reduce_to: Callable[[float], ReducedHousing], f_max: float, fidelity: HousingFidelity) -> ReducedHousing:
@@ -153,8 +160,12 @@ def reduce_mesh(
     motion: sp.csr_matrix,
     f_top: float,
     tell: Any = lambda step: None,
+    f_max: float | None = None,
 ) -> ReducedHousing:
-    """Reduce a meshed casting to its modes up to f_top (Hz); `motion` maps nodal to normal face displacements."""
+    """Reduce a meshed casting to its modes up to f_top (Hz); `motion` maps nodal to normal face displacements.
+
+    f_max: Hz, of the band for which the provenance states the error of this mapping; None: it is left out.
+    """
     K, M, T = held_matrices(mesh, casting)
     tell(1)
     to_faces, count = sp.csr_matrix(motion @ T), len(casting.bores)
@@ -174,6 +185,11 @@ def reduce_mesh(
         structural_damping=casting.structural_damping,
         provenance={RESIDUAL_MASS: modes.residual_mass.tolist()},
     )
+    if f_max is not None:
+        places, gather = gathered(mesh.nodes[mesh.skin[:, :3]].mean(axis=1), _CELL * np.sqrt(np.median(surface.areas)))
+        flux = gather @ facet_flux(mesh.nodes, mesh.skin) @ T
+        errors = stated_mapping_errors(reduced, places, flux @ modes.shapes, flux @ modes.residual, f_max)
+        reduced = _reported(reduced, {MAPPING_ERROR: errors})
     tell(4)
     return reduced
 

@@ -270,7 +270,7 @@ def _extent(case: GearboxCase, fidelity: Fidelity, ready: Collection[str]) -> tu
 
 def _kept_modes(case: GearboxCase, fidelity: Fidelity) -> str:
     tolerance = fidelity.housing.truncation_tolerance_db
-    if tolerance and isinstance(case.housing, housing.Casting):
+    if tolerance and isinstance(case.housing, housing.Casting | HousingModel):
         return f"the fewest modes that keep to {tolerance:g} dB"
     return f"modes to {fidelity.housing.mode_ratio * case.band.high:g} Hz"
 

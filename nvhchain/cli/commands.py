@@ -32,13 +32,16 @@ def _fidelity(options: argparse.Namespace, cases: Sequence[Case]) -> Fidelity:
 
 
 def _with_mode_tolerance(fidelity: Fidelity, tolerance: float | None, cases: Sequence[Case]) -> Fidelity:
+    from nvhchain.case import HousingModel
     from nvhchain.housing import Casting
 
     if tolerance is None:
         return fidelity
     for case in cases:
-        if not isinstance(getattr(case, "housing", None), Casting):
-            raise InputError(f"--mode-tolerance-db: {case.name} has no casting, whose modes could be counted by it")
+        if not isinstance(getattr(case, "housing", None), Casting | HousingModel):
+            raise InputError(
+                f"--mode-tolerance-db: {case.name} has no casting or housing_model, whose modes could be counted by it"
+            )
     if not tolerance > 0:
         raise InputError(f"--mode-tolerance-db = {tolerance:g} must be positive: leave it out for the preset's modes")
     return replace(fidelity, housing=replace(fidelity.housing, truncation_tolerance_db=tolerance))

@@ -65,6 +65,7 @@ def outer_envelope(
 
     Raises InputError for a body that is thinner than a face, which has no envelope of that size.
     """
+    require(opening > 0, f"opening = {opening:g} m must be positive: the diameter of the largest hole that is closed")
     size = face_size / voxels_per_face
     extent = float(np.ptp(skin.nodes[np.unique(skin.facets)], axis=0).max())
     require(

@@ -19,14 +19,17 @@ from nvhchain.housing.engine_plane import EnginePlane
 from nvhchain.housing.envelope import outer_envelope
 from nvhchain.housing.foreign_mesh import mean_edge, sound_mesh
 from nvhchain.housing.mapping_error import facet_flux, gathered, mapping_error
-from nvhchain.housing.reduction import with_residual
+from nvhchain.housing.reduction import accurate, with_residual
 from nvhchain.housing.response import face_displacement, modal_displacement
 from nvhchain.housing.seat_modes import seat_modes
 from nvhchain.housing.skin import Skin, solid_skin
 from nvhchain.housing.transfer import normal_motion
-from nvhchain.housing.truncation import RESIDUAL_MASS, truncation_error
+from nvhchain.housing.truncation import RESIDUAL_MASS
 
 _STEPS = 6
+_FREE = 6
+"""Rigid motions of a free body."""
+
 _ERROR_FREQUENCIES = 4
 """Frequencies in the upper three octaves of the band at which the error of the mapping is measured."""
 
@@ -44,15 +47,17 @@ def reduce_model(
     surface: Surface | None = None,
     progress: Progress | None = None,
 ) -> ReducedHousing:
-    """Modes up to fidelity.mode_ratio · f_max and residual flexibility of a foreign model at `seats`.
+    """Modes and residual flexibility of a foreign model at `seats`.
 
+    fidelity: modes up to mode_ratio · f_max, or as many as truncation_tolerance_db asks for, as `reduce_housing`.
     seats: from `bearing_seats`, in the order of the bearings.  f_max: Hz.  surface_size: m, edge of radiating faces.
     modal_damping: fraction of critical, of every mode.  engine_plane: closes the housing, rigid; None for a closed one.
     opening: m, diameter of the largest hole that counts as closed, surface_size by default.  surface: the radiating
     surface, if it is not to be made from the skin.
 
     The provenance holds what was repaired and, in dB, what truncation and the mapping onto the faces cost. Repairs, a
-    mesh too coarse for f_max and a mapping off by more than fidelity.mapping_tolerance_db are warned of.
+    mesh too coarse for f_max, rigid motions that held freedoms leave and a mapping off by more than
+    fidelity.mapping_tolerance_db are warned of.
     Raises InputError for a mesh that cannot be repaired safely, SolverError when the eigensolver fails.
     """
     require(np.isfinite(f_max) and f_max > 0, f"f_max = {f_max} Hz must be positive")
@@ -82,24 +87,31 @@ def reduce_model(
     tell(2, _STEPS)
     K, M, T = constrained(model)
     tell(3, _STEPS)
-    modes = seat_modes(K, M, len(seats), f_max * fidelity.mode_ratio)
-    tell(5, _STEPS)
     to_faces, to_flux = (sp.csr_matrix(skin.on_nodes(operator) @ T) for operator in (motion, flux))
-    count, frequency = len(seats), modes.frequency
-    reduced = ReducedHousing(
-        natural_frequency=frequency,
-        modal_damping=np.full(len(frequency), modal_damping),
-        seat_shapes=modes.shapes[modes.seats].T.reshape(-1, count, 3),
-        normal_shapes=(to_faces @ modes.shapes).T,
-        seat_residual=modes.residual[modes.seats].reshape(count, 3, count, 3),
-        face_residual=(to_faces @ modes.residual).T.reshape(count, 3, -1),
-        names=tuple(seat.name for seat in seats),
-        positions=np.array([seat.reference for seat in seats]),
-        surface=envelope.surface,
-        provenance={RESIDUAL_MASS: modes.residual_mass.tolist()},
-    )
-    error = _error_of_mapping(reduced, places, to_flux @ modes.shapes, to_flux @ modes.residual, f_max)
-    worst = max(error.values(), key=abs)
+    count = len(seats)
+
+    def reduce_to(f_top: float) -> ReducedHousing:
+        modes = seat_modes(K, M, count, f_top)
+        tell(5, _STEPS)
+        reduced = ReducedHousing(
+            natural_frequency=modes.frequency,
+            modal_damping=np.full(len(modes.frequency), modal_damping),
+            seat_shapes=modes.shapes[modes.seats].T.reshape(-1, count, 3),
+            normal_shapes=(to_faces @ modes.shapes).T,
+            seat_residual=modes.residual[modes.seats].reshape(count, 3, count, 3),
+            face_residual=(to_faces @ modes.residual).T.reshape(count, 3, -1),
+            names=tuple(seat.name for seat in seats),
+            positions=np.array([seat.reference for seat in seats]),
+            surface=envelope.surface,
+            provenance={RESIDUAL_MASS: modes.residual_mass.tolist()},
+        )
+        error = _error_of_mapping(reduced, places, to_flux @ modes.shapes, to_flux @ modes.residual, f_max)
+        stated = {f"{at:.4g} Hz": round(value, 3) for at, value in error.items()}
+        return replace(reduced, provenance={**reduced.provenance, "mapping_error_db": stated})
+
+    reduced = accurate(reduce_to, f_max, fidelity)
+    warn(rigid_motions(model, reduced.natural_frequency))
+    worst = max(reduced.provenance["mapping_error_db"].values(), key=abs)
     if abs(worst) > fidelity.mapping_tolerance_db:
         warn(
             [
@@ -112,11 +124,22 @@ def reduce_model(
         "source": model.source,
         "repairs": list(notes),
         "envelope": list(envelope.notes),
-        "truncation_error_db": truncation_error(reduced, f_max).level,
-        "mapping_error_db": {f"{at:.4g} Hz": round(value, 3) for at, value in error.items()},
     }
     tell(_STEPS, _STEPS)
     return with_residual(reduced.replace(provenance={**reduced.provenance, **report}), fidelity)
+
+
+def rigid_motions(model: SolidModel, frequency: FloatArray) -> list[str]:
+    """What is to be warned of where a model has more modes at 0 Hz than what is held leaves.  frequency: (m,) Hz."""
+    found = int((frequency == 0).sum())
+    if found and (model.held.any() or any(rigid.held.any() for rigid in model.rigid_sets)):
+        return [
+            f"{model.source}: freedoms are held, and still {found} rigid motions are left: hold at least three nodes "
+            "that are not on a line, or none for a free housing"
+        ]
+    if found > _FREE:
+        return [f"{model.source}: {found} rigid motions, a free body has {_FREE}: parts hang together loosely"]
+    return []
 
 
 def model_extent(model: SolidModel) -> tuple[float, int]:

@@ -50,8 +50,14 @@ def housing_from_modes(
     is not complete. What is left out of the seats' static flexibility is then estimated by what the uppermost octave
     adds (of a constant modal density, all modes above add as much), warned of (AccuracyWarning) and stated in the
     provenance.
-    Raises InputError for a bearing without a node, for modes that end below f_max and for too few residual vectors.
+    Raises InputError for a bearing without a node, for modes that end below f_max, for too few residual vectors and
+    for a truncation_tolerance_db.
     """
+    require(
+        fidelity.truncation_tolerance_db == 0,
+        f"truncation_tolerance_db = {fidelity.truncation_tolerance_db:g}: the modes of {model.source} are given, "
+        "they are not counted by a tolerance: leave it at 0",
+    )
     frequency = model.frequency
     require(
         frequency[-1] >= f_max,

@@ -7,6 +7,7 @@ import pytest
 
 import nvhchain as nvh
 from nvhchain.case import HousingModel, ModalResults, SeatNode, SurfaceFile
+from nvhchain.cli import main
 from nvhchain.errors import InputError
 from nvhchain.fidelity import DynamicsFidelity, HousingFidelity
 from nvhchain.housing import bearing_seats, modal_model
@@ -54,6 +55,11 @@ def test_gearbox_in_a_foreign_housing_moves_like_in_the_casting(request, folder,
     ]
     loud = flux[0] > 0.1 * flux[0].max()
     assert np.abs(20 * np.log10(flux[1][loud] / flux[0][loud])).max() < 1.0  # faces of their own, 23 mm
+
+
+def test_plan_counts_the_modes_of_a_foreign_model_by_a_tolerance(folder, capsys):
+    assert main(["plan", str(folder / "case.toml"), "--fidelity", "draft", "--mode-tolerance-db", "0.2"]) == 0
+    assert "the fewest modes that keep to 0.2 dB" in capsys.readouterr().out
 
 
 @pytest.fixture(scope="module")

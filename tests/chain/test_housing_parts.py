@@ -207,4 +207,4 @@ def test_number_of_modes_follows_from_a_tolerance_on_the_command_line(
     assert "--mode-tolerance-db = 0 must be positive" in capsys.readouterr().err
     sphere = request.config.rootpath / "cases/sphere/pulsating.toml"
     assert main(["plan", str(sphere), "--mode-tolerance-db", "0.2"]) == 2
-    assert "has no casting" in capsys.readouterr().err
+    assert "has no casting or housing_model" in capsys.readouterr().err

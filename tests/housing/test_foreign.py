@@ -1,8 +1,14 @@
 """Foreign solid models reduced; the parametric casting, which takes another path, is the yardstick."""
 
+import warnings
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from box_models import box
 
+from nvhchain.errors import AccuracyWarning, InputError
+from nvhchain.fidelity import HousingFidelity
 from nvhchain.housing.casting_model import casting_model
 from nvhchain.housing.engine_plane import EnginePlane
 from nvhchain.housing.foreign import reduce_model
@@ -55,3 +61,44 @@ def test_error_of_the_mapped_power_is_stated(foreign):
     errors = foreign.provenance["mapping_error_db"]
     assert len(errors) == 4
     assert all(abs(value) < 1.0 for value in errors.values())
+
+
+BOX = HousingFidelity(element_size=0.01, mode_ratio=1.0, voxels_per_face=3)
+
+
+def reduce_box(model, fidelity=BOX, **options):
+    seats = [rigid for rigid in model.rigid_sets if rigid.name == "S"]
+    given = {"f_max": 3000.0, "surface_size": 0.02, "modal_damping": 0.02, **options}
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", AccuracyWarning)
+        return reduce_model(model, seats, fidelity=fidelity, **given), [str(w.message) for w in caught]
+
+
+def test_tolerance_in_decibel_decides_how_many_modes_a_foreign_model_keeps():
+    found = []
+    for tolerance in (3.0, 0.1):
+        asked = replace(BOX, truncation_tolerance_db=tolerance)
+        reduced, _ = reduce_box(box("hex8"), asked)
+        assert reduced.provenance["truncation_error_db"] <= tolerance
+        assert len(reduced.provenance["truncation_error_at_db"]) == 4
+        found.append(reduced.natural_frequency)
+    assert len(found[0]) < len(found[1])
+    assert found[0] == pytest.approx(found[1][: len(found[0])], rel=1e-9)
+
+
+@pytest.mark.parametrize("opening", [-1.0, 0.0, float("nan")])
+def test_opening_that_is_not_positive_is_refused(opening):
+    with pytest.raises(InputError, match=r"opening = \S+ m must be positive"):
+        reduce_box(box("hex8"), opening=opening)
+
+
+def test_rigid_motions_that_held_freedoms_leave_are_warned_of():
+    free = box("hex8", held=False)
+    sliding = free.held.copy()
+    sliding[free.nodes[:, 0] < 1e-9, 2] = True
+    reduced, caught = reduce_box(replace(free, held=sliding))
+    # along x and y, and about y, on whose axis the held nodes lie, and z
+    assert (reduced.natural_frequency == 0).sum() == 4
+    assert any("freedoms are held, and still 4 rigid motions are left" in text for text in caught)
+    for model in (free, box("hex8")):
+        assert not any("rigid motions" in text for text in reduce_box(model)[1])

@@ -301,6 +301,13 @@ def test_modes_that_end_below_the_band_and_missing_nodes_are_refused(modes, cast
         housing_from_modes(undamped, at, f_max=F_MAX, surface_size=0.022, fidelity=fidelity)
 
 
+def test_tolerance_for_the_number_of_modes_is_refused(modes, casting, fidelity):
+    at = {bore.name: bore.centre for bore in casting.bores}
+    asked = replace(fidelity, truncation_tolerance_db=0.2)
+    with pytest.raises(InputError, match=r"truncation_tolerance_db = 0\.2: the modes of .* are given"):
+        housing_from_modes(modes, at, f_max=F_MAX, surface_size=0.022, fidelity=asked)
+
+
 def test_hdf5_in_other_units_is_refused(modes, tmp_path):
     import h5py
 

@@ -104,15 +104,24 @@ def _force_rows(engagement: Engagement, angles: FloatArray, deflection: FloatArr
 def deflection_grid(engagement: Engagement, nominal_force: float, angle: FloatArray) -> FloatArray:
     """Deflections, m, from the back flank through the gap to the drive flank, closest together at first contact.
 
-    The softest of some angles of the body period sets the reach, so that each one carries `drive_reach` times
-    the nominal force on the drive flank; the back flank reaches `back_reach` times it.
+    The softest angle sets the reach, so that the drive flank carries `drive_reach` times the nominal force: of the
+    phases of a mesh period, looked at on teeth spread over the body period, and then, in the softest of them, of all
+    teeth. Where both do not add up, an angle between may carry some thousandths less. The back flank reaches
+    `back_reach` times it.
     """
     fidelity = engagement.fidelity
-    probes = angle[:: max(1, len(angle) // 24)]
-    guess, softest = 1e-9 * nominal_force, 0.0
+    phases = min(fidelity.angles_per_mesh, len(angle))
+    by_mesh = angle.reshape(-1, phases)
+    probes = by_mesh[np.arange(phases) * len(by_mesh) // phases, np.arange(phases)]
+    guess, carried = 1e-9 * nominal_force, []
     for at in probes:
         guess = loaded_mesh(engagement, at, fidelity.drive_reach * nominal_force, guess=guess).deflection
-        softest = max(softest, guess)
+        carried.append(guess)
+    same_phase = by_mesh[:, int(np.argmax(carried))]
+    for at in same_phase:
+        guess = loaded_mesh(engagement, at, fidelity.drive_reach * nominal_force, guess=guess).deflection
+        carried.append(guess)
+    probes, softest = np.concatenate([probes, same_phase]), max(carried)
     first, behind = (min(engagement.first_contact(at, flank) for at in probes) for flank in (DRIVE, BACK))
     behind = -max(engagement.pair.backlash, 0.0) - behind
     require(

@@ -14,6 +14,7 @@ import numpy as np
 
 from nvhchain.errors import FileFormatError
 from nvhchain.handoff import FieldPressure
+from nvhchain.tradeoff.knobs import BEYOND
 from nvhchain.tradeoff.sweep import Measurement, Tradeoff, measurement
 
 _HEADINGS = (
@@ -32,6 +33,8 @@ def markdown(sweep: Tradeoff) -> str:
     """A table for docs/measured: one row per variant, errors against the base."""
     lines = ["| " + " | ".join(_HEADINGS) + " |", "|---|---|---:|---:|---:|---:|---:|---:|"]
     lines += ["| " + " | ".join(_row(sweep, item)) + " |" for item in sweep.measurements]
+    if any(item.knob in BEYOND for item in sweep.measurements):
+        lines += ["", f"\\* models more than {sweep.base}: what it changes is no error of the row."]
     return "\n".join(lines) + "\n"
 
 
@@ -95,17 +98,18 @@ def _pressure(record: dict[str, Any] | None) -> FieldPressure | None:
 
 
 def _row(sweep: Tradeoff, item: Measurement) -> list[str]:
+    value = item.value + " \\*" * (item.knob in BEYOND)
     cost = [f"{item.processor:.3g}", f"{item.seconds:.3g}", f"{item.megabytes:.0f}"]
     if item.refused:
-        return [item.knob, item.value, *cost, f"refused: {item.refused}", "", ""]
+        return [item.knob, value, *cost, f"refused: {item.refused}", "", ""]
     error = item.deviation
     if error is None:
-        return [item.knob, item.value, *cost, "", "", ""]
+        return [item.knob, value, *cost, "", "", ""]
     order = max(error.orders, key=lambda order: abs(error.orders[order])) if error.orders else None
     harmonic = f"{_db(error.orders[order])} (order {order:g})" if order is not None else ""
     return [
         item.knob,
-        item.value,
+        value,
         *cost,
         _db(error.overall),
         harmonic,

@@ -12,7 +12,7 @@ from nvhchain.cli import main
 from nvhchain.errors import InputError
 from nvhchain.fidelity import REFERENCE, STANDARD
 from nvhchain.scene import Plan, Stage
-from nvhchain.tradeoff import Deviation, Measurement, Tradeoff, as_json, cheapest, planner, shipped
+from nvhchain.tradeoff import Deviation, Measurement, Tradeoff, as_json, cheapest, markdown, planner, shipped
 from nvhchain.tradeoff.elsewhere import extent, growth
 from nvhchain.tradeoff.knobs import knobs_by_stage
 from nvhchain.tradeoff.measure import Cost
@@ -249,6 +249,13 @@ def test_wide_gears_never_get_four_layers(two_stages, sweep, monkeypatch, tolera
     assert "gear.width_layers" not in cheapest(two_stages, tolerance, wide).turned
 
 
+def test_models_beyond_the_yardstick_are_marked_in_the_table(sweep):
+    lines = markdown(sweep).splitlines()
+    assert [line.split("|")[2].strip() for line in lines if "gyroscopic" in line] == ["True \\*"]
+    assert "is no error" in lines[-1]
+    assert "8 \\*" not in markdown(sweep)
+
+
 def test_models_beyond_the_yardstick_are_not_turned_by_what_they_differ_from_it(case, sweep):
     quick = row("dynamics.gyroscopic", "True", 0.0, 0.0, housing=1.0)
     assert (
@@ -342,6 +349,15 @@ def test_run_takes_what_the_planner_chooses_and_says_so(request, shipped_table, 
     stored = nvh.store.load(tmp_path / "pressure.h5").provenance["fidelity"]
     assert stored["precision"] == "single"
     assert stored["quadrature_order"] == REFERENCE.acoustics.quadrature_order
+
+
+def test_a_run_whose_band_is_wider_than_the_tolerance_says_so(request, shipped_table, tmp_path, capsys):
+    case = str(request.config.rootpath / "cases/sphere/pulsating.toml")
+    for tolerance, wider in (("0.001", True), ("20", False)):
+        assert main(["run", case, "--tolerance-db", tolerance, "--out", str(tmp_path)]) == 0
+        said = [line for line in capsys.readouterr().err.splitlines() if "error band of this run" in line]
+        assert len(said) == wider
+        assert all("dB open to one side, more than the 0.001 dB asked for" in line for line in said)
 
 
 def test_compare_runs_all_cases_as_the_planner_chooses(request, shipped_table, sweep, monkeypatch, capsys):

@@ -182,6 +182,7 @@ def check_knobs(case: Case, fidelity: Fidelity, given: Collection[str] = ()) -> 
             f"{case.name} asks for {', '.join(radiated)}, but the equivalent radiated power has an efficiency of 1 in "
             "all directions by its definition: choose radiation = boundary_elements"
         )
+    check_held(case, given)
     if not isinstance(case, GearboxCase):
         return
     dynamics = fidelity.dynamics
@@ -193,6 +194,19 @@ def check_knobs(case: Case, fidelity: Fidelity, given: Collection[str] = ()) -> 
         )
     if isinstance(case.housing, housing.Casting) and not {"housing", "surface_velocity"}.intersection(given):
         check_bending_resolution(case.housing, case.band.high, fidelity.housing)
+
+
+def check_held(case: Case, given: Collection[str] = ()) -> None:
+    """Refuse (InputError) a gearbox in a casting that nothing holds, unless forces or the housing are given.
+
+    given: as `preflight` takes it.
+    """
+    free = isinstance(case, GearboxCase) and isinstance(case.housing, housing.Casting) and case.housing.bolts == 0
+    if free and not _forced(given) and "housing" not in given:
+        raise InputError(
+            f"{case.name}: housing bolts = 0: nothing holds the casting, whose rigid motion no bearing takes: "
+            "give it bolts, or the run its bearing forces"
+        )
 
 
 def _forced(given: Collection[str]) -> set[str]:

@@ -43,6 +43,7 @@ def mode_shapes(
     +z towards +x.  engine: `pyvista`, `matplotlib`, or `auto`, the first where it can render off screen.
     """
     count = len(housing.natural_frequency)
+    require(count > 0, "the housing has no modes, only residual flexibility: no mode shapes to draw")
     chosen = list(range(min(6, count))) if modes is None else list(modes)
     require(
         bool(chosen) and all(0 <= mode < count for mode in chosen),

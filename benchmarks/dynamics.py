@@ -143,8 +143,8 @@ def steps(folder: Path) -> list[list[float]]:
 
 
 def impacts(folder: Path) -> list[list[float]]:
-    """Step in µs, then for two releases, from 2.5 and from 6 times the static deflection under 60 N m at 2500 rpm: error
-    of the bearing forces over 20 ms against 0.25 µs, of the peak, and the lowest mesh deflection in µm."""
+    """Step in µs, then for two releases, from 2.5 and from 6 times the static deflection under 60 N m at 2500 rpm:
+    error of the bearing forces over 20 ms against 0.25 µs, of the peak, and the lowest mesh deflection in µm."""
     laws, housing = operators(folder)
     force, rows = {}, []
     for step in (2.5e-7, 1e-6, 2e-6, 5e-6, 1e-5, 2e-5):
@@ -256,6 +256,9 @@ def table(found: dict[str, Any]) -> list[str]:
             "| step / µs | error of the bearing forces over 20 ms, of the peak | largest bearing force / N |",
             "|---:|---:|---:|",
             *(f"| {step:g} | {error:.1e} | {force:.0f} |" for step, error, force in found["steps"]),
+            "",
+            "The flanks stay in contact here; where they part and strike, errors are larger: on the gearbox of the",
+            "tests 1.2e-2 at 10 µs and 1.1e-4 at 1 µs with contact loss, 7.4e-3 and 7.1e-5 on back flanks.",
             "",
             "Steps longer than 25 µs do not cover a band of 5 kHz and are refused for a record.",
             "",

@@ -10,8 +10,13 @@ from nvhchain.acoustics.accuracy import expected_accuracy
 from nvhchain.acoustics.level_accuracy import expected_radiation_error
 from nvhchain.case import Case
 from nvhchain.conventions import Air
+from nvhchain.error_band.band import COVERAGE
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import FloatArray, Surface
+
+QUADRATURE_MARGIN = 8.0
+"""Relative error of a sound field over the quadrature error of a constant pressure on the surface, at most: two to
+eight (docs/measured/quadrature.md)."""
 
 
 def radiation_error(
@@ -27,7 +32,10 @@ def radiation_error(
     if "expected_error_dB" not in told:
         told = expected_accuracy(surface, None, float(lines[-1]), case.air, fidelity, case.engine)
     worst = max(told.get("expected_error_dB", 0.0), told.get("expected_error_nearest_dB", 0.0))
-    return {"surface mesh": np.full((len(lines), 1), relative(worst))}
+    sources = {"surface mesh": np.full((len(lines), 1), relative(worst))}
+    if "quadrature_error" in told:
+        sources["quadrature"] = np.full((len(lines), 1), QUADRATURE_MARGIN * told["quadrature_error"] / COVERAGE)
+    return sources
 
 
 def level_error(surface: Surface, lines: FloatArray, air: Air, radiation: str) -> FloatArray:

@@ -37,7 +37,7 @@ from nvhchain.error_band import (
     velocity_band,
 )
 from nvhchain.error_band.gears import AMPLIFICATION, folded, law_error
-from nvhchain.error_band.radiation import level_error
+from nvhchain.error_band.radiation import level_error, radiation_error
 from nvhchain.errors import AccuracyWarning, InputError
 from nvhchain.fidelity import DRAFT, STANDARD
 from nvhchain.handoff import BearingForces, ForceSpectrum, MeshLaw, PressureHistory, ReducedHousing
@@ -320,6 +320,20 @@ def test_power_of_the_modes_is_uncertain_as_the_velocity_is_where_one_mode_radia
     plain = power_band(case, DRAFT, power, velocity=respond(breathing, forces), **common)
     assert modal.sources["housing"] == pytest.approx(plain.sources["housing"], rel=0.1)
     assert modal.pressure == pytest.approx(20e-6 * np.sqrt(2 * power.power / 1e-12)[:, None])
+
+
+def test_analytic_gear_bodies_leave_all_of_the_mesh_harmonics_open():
+    rigid = replace(DRAFT.gear, bodies="analytic")
+    assert law_error(0.016, 0.0027, DRAFT.gear) < 0.01
+    assert law_error(0.016, 0.0027, rigid) >= 1.0
+
+
+def test_the_quadrature_error_that_transfer_vectors_tell_widens_the_band(case, parts):
+    surface, told = sphere(0.1, 1), {"expected_error_dB": 0.1, "quadrature_error": 0.05}
+    plain = radiation_error(surface, LINES, case, DRAFT.acoustics, {"expected_error_dB": 0.1})
+    assert set(plain) == {"surface mesh"}
+    made = radiation_error(surface, LINES, case, DRAFT.acoustics, told)
+    assert COVERAGE * made["quadrature"] == pytest.approx(np.full((len(LINES), 1), 8 * 0.05))
 
 
 def test_a_cheap_level_of_radiation_is_less_certain_the_smaller_the_body_is_against_the_wavelength(case, parts):

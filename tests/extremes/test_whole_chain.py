@@ -28,10 +28,9 @@ def test_the_case_of_a_pulsating_sphere_of_any_size_is_within_its_band_or_refuse
 ):
     """ρc v jka² e^{−jk(r−a)}/(r (1 + jka)) (Morse & Ingard 1968, eq. 7.1.4), ½ ρc v² 4πa² (ka)²/(1 + (ka)²)."""
     frequencies = (ka * speed / (2 * np.pi * radius),)
-    point = FieldPoint("p", (0.0, 0.0, radius * (1 + away)))
     case = tried(
         lambda: RadiatorCase(
-            "ball", Sphere(radius), frequencies, (point,),
+            "ball", Sphere(radius), frequencies, (FieldPoint("p", (0.0, 0.0, radius * (1 + away))),),
             pulsation=pulsation, air=Air(speed, density), quantities=("pressure", "sound_power"),
         )
     )  # fmt: skip

@@ -71,12 +71,13 @@ def test_the_plan_was_right_within_a_factor_of_two(case, sweep, fidelity):
     assert 0.5 <= planned.megabytes / row.megabytes <= 2.0
 
 
-@pytest.mark.parametrize("tolerance", [0.3, 1.0, 3.0])
-def test_a_tolerance_is_planned_for_in_less_time_than_the_reference(case, tolerance):
+@pytest.mark.parametrize("tolerance", [1.0, 2.0, 3.0])
+def test_a_tolerance_is_planned_for_in_less_time_than_the_reference(case, sweep, tolerance):
     choice = cheapest(case, tolerance)
     assert choice.expected_error_db <= planner.SHARE * tolerance
     assert choice.expected_seconds < 0.8 * choice.base_seconds
-    assert choice.expected_seconds <= cheapest(case, 0.5 * tolerance).expected_seconds
+    closer = max(0.5 * tolerance, planner.base_error(sweep, case))
+    assert choice.expected_seconds <= cheapest(case, closer).expected_seconds
     assert set(choice.turned) <= {"preset", *(knob.name for knob in knobs_of(case))}
 
 

@@ -14,13 +14,12 @@ from nvhchain.errors import AccuracyWarning, require
 from nvhchain.fem import rigid_map, stiffness_and_mass
 from nvhchain.fem.solid_model import RigidSet, SolidModel
 from nvhchain.fidelity import HousingFidelity
-from nvhchain.handoff import FloatArray, IntArray, ReducedHousing, Surface
+from nvhchain.handoff import FloatArray, ReducedHousing, Surface
 from nvhchain.housing.engine_plane import EnginePlane
 from nvhchain.housing.envelope import outer_envelope
 from nvhchain.housing.foreign_mesh import mean_edge, sound_mesh
-from nvhchain.housing.mapping_error import facet_flux, gathered, mapping_error
+from nvhchain.housing.mapping_error import MAPPING_ERROR, skin_sources, stated_mapping_errors, warn_of_mapping
 from nvhchain.housing.reduction import accurate, with_residual
-from nvhchain.housing.response import face_displacement, modal_displacement
 from nvhchain.housing.seat_modes import seat_modes
 from nvhchain.housing.skin import Skin, solid_skin
 from nvhchain.housing.transfer import normal_motion
@@ -29,9 +28,6 @@ from nvhchain.housing.truncation import RESIDUAL_MASS
 _STEPS = 6
 _FREE = 6
 """Rigid motions of a free body."""
-
-_ERROR_FREQUENCIES = 4
-"""Frequencies in the upper three octaves of the band at which the error of the mapping is measured."""
 
 
 def reduce_model(
@@ -83,7 +79,7 @@ def reduce_model(
     )
     facets = skin.facets[envelope.exposed]
     motion = normal_motion(skin.nodes, facets, envelope.surface, envelope.silent, fidelity.samples_per_face)
-    places, flux = _gathered_flux(skin, facets, surface_size)
+    places, flux = skin_sources(skin.nodes, facets, surface_size)
     tell(2, _STEPS)
     K, M, T = constrained(model)
     tell(3, _STEPS)
@@ -105,20 +101,12 @@ def reduce_model(
             surface=envelope.surface,
             provenance={RESIDUAL_MASS: modes.residual_mass.tolist()},
         )
-        error = _error_of_mapping(reduced, places, to_flux @ modes.shapes, to_flux @ modes.residual, f_max)
-        stated = {f"{at:.4g} Hz": round(value, 3) for at, value in error.items()}
-        return replace(reduced, provenance={**reduced.provenance, "mapping_error_db": stated})
+        errors = stated_mapping_errors(reduced, places, to_flux @ modes.shapes, to_flux @ modes.residual, f_max)
+        return replace(reduced, provenance={**reduced.provenance, MAPPING_ERROR: errors})
 
     reduced = accurate(reduce_to, f_max, fidelity)
     warn(rigid_motions(model, reduced.natural_frequency))
-    worst = max(reduced.provenance["mapping_error_db"].values(), key=abs)
-    if abs(worst) > fidelity.mapping_tolerance_db:
-        warn(
-            [
-                f"{model.source}: the radiating faces miss the sound power of the skin by {worst:+.2g} dB, "
-                f"{fidelity.mapping_tolerance_db:g} dB are tolerated: use smaller faces"
-            ]
-        )
+    warn_of_mapping(model.source, reduced, fidelity.mapping_tolerance_db)
     report = {
         "stage": "housing.reduce_model",
         "source": model.source,
@@ -180,27 +168,6 @@ def constrained(model: SolidModel) -> tuple[sp.csr_matrix, sp.csr_matrix, sp.csr
     held = np.concatenate([model.held[~rigid].ravel(), *(r.held for r in model.rigid_sets)])
     T = sp.csr_matrix(T[:, np.flatnonzero(~held)])
     return sp.csr_matrix(T.T @ K @ T), sp.csr_matrix(T.T @ M @ T), T
-
-
-def _gathered_flux(skin: Skin, facets: IntArray, surface_size: float) -> tuple[FloatArray, sp.csr_matrix]:
-    """Places (c, 3) m and volume displaced there (c, 3 n) of the skin's facets, gathered over a quarter of a face."""
-    centres = skin.nodes[facets[:, :3]].mean(axis=1)
-    places, gather = gathered(centres, surface_size / 4)
-    return places, sp.csr_matrix(gather @ facet_flux(skin.nodes, facets))
-
-
-def _error_of_mapping(
-    reduced: ReducedHousing, places: FloatArray, flux_shapes: FloatArray, flux_residual: FloatArray, f_max: float
-) -> dict[float, float]:
-    """dB at some frequencies, for unit forces at the seats taken one after the other."""
-    result = {}
-    load = np.eye(3 * len(reduced.names), dtype=complex)
-    for frequency in np.geomspace(f_max / 8, f_max, _ERROR_FREQUENCIES):
-        lines, rate = np.full(len(load), frequency), 2j * np.pi * frequency
-        skin = modal_displacement(reduced, lines, load) @ flux_shapes.T + load @ flux_residual.T
-        faces = face_displacement(reduced, lines, load)
-        result[float(frequency)] = mapping_error(rate * skin.T, places, rate * faces.T, reduced.surface, frequency)
-    return result
 
 
 def _check_resolution(model: SolidModel, skin: Skin, f_max: float, fidelity: HousingFidelity) -> None:

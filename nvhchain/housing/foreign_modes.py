@@ -16,6 +16,7 @@ from nvhchain.handoff import FloatArray, IntArray, ReducedHousing, Surface
 from nvhchain.housing.engine_plane import EnginePlane
 from nvhchain.housing.envelope import outer_envelope
 from nvhchain.housing.foreign_seats import SEAT_TOLERANCE
+from nvhchain.housing.mapping_error import MAPPING_ERROR, skin_sources, stated_mapping_errors, warn_of_mapping
 from nvhchain.housing.reduction import with_residual
 from nvhchain.housing.seat_modes import RIGID
 from nvhchain.housing.shell_sides import outward_sides
@@ -129,10 +130,14 @@ def housing_from_modes(
         surface=envelope.surface,
         provenance=provenance,
     )
-    if not residual_vectors:
-        return with_residual(reduced, fidelity)
-    estimate = {"truncation_error_db": truncation_error(reduced, f_max).level}
-    return with_residual(reduced.replace(provenance={**provenance, **estimate}), fidelity)
+    places, displaced = skin_sources(skin.nodes, facets, surface_size)
+    flux = (skin.on_nodes(displaced) @ model.shapes.reshape(len(frequency), -1).T).T
+    provenance[MAPPING_ERROR] = stated_mapping_errors(reduced, places, flux[keep].T, (share @ flux[~keep]).T, f_max)
+    if residual_vectors:
+        provenance["truncation_error_db"] = truncation_error(reduced, f_max).level
+    reduced = reduced.replace(provenance=provenance)
+    warn_of_mapping(model.source, reduced, fidelity.mapping_tolerance_db)
+    return with_residual(reduced, fidelity)
 
 
 def modal_extent(model: ModalModel) -> float:

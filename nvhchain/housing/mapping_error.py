@@ -19,6 +19,9 @@ from nvhchain.housing.response import face_displacement, modal_displacement
 MAPPING_ERROR = "mapping_error_db"
 """Name in the provenance of a reduced housing: dB at some frequencies, by their names."""
 
+_CELL = 0.25
+"""Edge of the cells in which the skin's sources are gathered, of a radiating face's."""
+
 _FREQUENCIES = 4
 """Frequencies in the upper three octaves of the band at which the error of the mapping is measured."""
 
@@ -44,6 +47,12 @@ def gathered(centres: FloatArray, size: float) -> tuple[FloatArray, sp.csr_matri
     cell = cell.ravel()
     gather = sp.csr_matrix((np.ones(len(cell)), (cell, np.arange(len(cell)))), shape=(len(count), len(cell)))
     return np.asarray(gather @ centres) / count[:, None], gather
+
+
+def skin_sources(nodes: FloatArray, facets: IntArray, face_size: float) -> tuple[FloatArray, sp.csr_matrix]:
+    """Places (c, 3) m of the skin's sources and the volume displaced there (c, 3 n), for faces of `face_size` (m)."""
+    places, gather = gathered(nodes[facets[:, :3]].mean(axis=1), _CELL * face_size)
+    return places, sp.csr_matrix(gather @ facet_flux(nodes, facets))
 
 
 def source_power(flux: ComplexArray, places: FloatArray, frequency: float, air: Air = Air()) -> FloatArray:  # noqa: B008

@@ -22,7 +22,7 @@ from nvhchain.fidelity import HousingFidelity
 from nvhchain.handoff import FloatArray, ReducedHousing, Surface
 from nvhchain.housing.casting import Casting
 from nvhchain.housing.damping import damping_of_modes
-from nvhchain.housing.mapping_error import MAPPING_ERROR, facet_flux, gathered, stated_mapping_errors, warn_of_mapping
+from nvhchain.housing.mapping_error import MAPPING_ERROR, skin_sources, stated_mapping_errors, warn_of_mapping
 from nvhchain.housing.mesh import HousingMesh, mesh_casting, on_engine_plane, radiating_surface
 from nvhchain.housing.seat_modes import seat_modes
 from nvhchain.housing.seat_modes import seat_unknowns as seat_unknowns
@@ -39,9 +39,6 @@ _STEPS = 6
 
 _FEWEST = 0.5
 """Of the elements per bending wavelength that are needed, below which a mesh has no such waves."""
-
-_CELL = 0.4
-"""Of the square root of a face's area: cells in which the skin's sources are gathered, a quarter of a face's edge."""
 
 _ENLARGEMENTS = 6
 """Attempts at finding enough modes for a tolerance; the range of modes grows by up to 1.6 each time."""
@@ -186,8 +183,9 @@ def reduce_mesh(
         provenance={RESIDUAL_MASS: modes.residual_mass.tolist()},
     )
     if f_max is not None:
-        places, gather = gathered(mesh.nodes[mesh.skin[:, :3]].mean(axis=1), _CELL * np.sqrt(np.median(surface.areas)))
-        flux = gather @ facet_flux(mesh.nodes, mesh.skin) @ T
+        edge = float(np.sqrt(4 / np.sqrt(3) * np.median(surface.areas)))
+        places, displaced = skin_sources(mesh.nodes, mesh.skin, edge)
+        flux = displaced @ T
         errors = stated_mapping_errors(reduced, places, flux @ modes.shapes, flux @ modes.residual, f_max)
         reduced = _reported(reduced, {MAPPING_ERROR: errors})
     tell(4)

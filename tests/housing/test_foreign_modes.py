@@ -63,6 +63,12 @@ def from_file(modes, casting, fidelity, surface, tmp_path_factory):
     return housing(read_modal_uff(path), casting, fidelity, surface)
 
 
+def test_error_of_the_mapped_power_is_stated_and_small_with_the_castings_own_faces(from_file):
+    errors = from_file.provenance["mapping_error_db"]
+    assert list(errors) == ["375 Hz", "750 Hz", "1500 Hz", "3000 Hz"]
+    assert all(0 < abs(value) < 0.5 for value in errors.values())
+
+
 def test_universal_file_keeps_frequencies_damping_and_seat_shapes_to_six_digits(from_file, reduced, casting):
     count = len(from_file.natural_frequency)
     assert count == (reduced.natural_frequency <= 1.4 * F_MAX).sum() > 3

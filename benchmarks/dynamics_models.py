@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 import nvhchain as nvh
-from nvhchain import dynamics, stages, store
+from nvhchain import dynamics, store
 from nvhchain.dynamics.simulation import Simulation, advance, at_rest
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import FloatArray, MeshLaw, ReducedHousing
@@ -27,7 +27,7 @@ MESH_ORDERS = (20.0, 12.0)
 def gearbox_of(name: str) -> dynamics.Gearbox:
     """The gearbox of a case with the inertia of its gears."""
     case: Any = nvh.load_case(ROOT / "cases" / "gearbox" / f"{name}.toml")
-    return stages.with_gear_inertia(case)
+    return case.gearbox_with_gears
 
 
 def operators(folder: Path) -> tuple[dict[str, list[MeshLaw]], ReducedHousing]:

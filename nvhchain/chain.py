@@ -206,10 +206,9 @@ class _Chain:
 
     @cached_property
     def bearing_forces(self) -> BearingForces:
-        simulate = stages.run_up_forces if self._running_up else stages.steady_forces
         housing, laws, case = self.housing, self.mesh_laws, self._under_load
         distributions = self.load_distributions if case.options.load_distribution else ()
-        return simulate(case, laws, housing, self.fidelity, self._spine, distributions)
+        return stages.bearing_forces(case, laws, housing, self.fidelity, self._spine, distributions)
 
     @cached_property
     def force_spectrum(self) -> ForceSpectrum:

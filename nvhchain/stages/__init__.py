@@ -1,6 +1,6 @@
 """Every stage of the chain on the shelf: what of a case and which hand-offs it takes; `chain` knows their order."""
 
-from nvhchain.stages.dynamics import gearbox_fidelity, gearbox_of, run_up_forces, steady_forces, with_gear_inertia
+from nvhchain.stages.dynamics import bearing_forces, gearbox_fidelity, gearbox_of
 from nvhchain.stages.gears import Compliances, compliances, load_distributions, mesh_laws, under_load
 from nvhchain.stages.motion import force_spectrum, given_velocity, reduced_housing, surface_velocity
 from nvhchain.stages.power import (
@@ -21,6 +21,7 @@ from nvhchain.stages.sound import (
 
 __all__ = [
     "Compliances",
+    "bearing_forces",
     "compliances",
     "directivity",
     "equivalent_pressure",
@@ -38,11 +39,8 @@ __all__ = [
     "radiation_efficiency",
     "radiation_resistance",
     "reduced_housing",
-    "run_up_forces",
     "sound_power",
-    "steady_forces",
     "surface_velocity",
     "transfer_vectors",
     "under_load",
-    "with_gear_inertia",
 ]

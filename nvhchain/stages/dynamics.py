@@ -17,7 +17,7 @@ TILT_POINTS = 2
 forces differ by 0.001 dB (docs/measured/dynamics_options.md)."""
 
 
-def steady_forces(
+def bearing_forces(
     case: GearboxCase,
     laws: tuple[MeshLaw, ...],
     reduced: ReducedHousing,
@@ -25,43 +25,18 @@ def steady_forces(
     shelf: Shelf,
     distributions: Sequence[LoadDistribution] = (),
 ) -> BearingForces:
-    """Bearing forces over whole common periods at constant speed.
+    """Bearing forces over whole common periods at constant speed, or while the input speed changes.
 
     distributions: of all stages, where `case.options` need them.
     """
-    arguments = {"input_speed": case.operation.input_speed, "duration": 1.0 / case.band.resolution}
-    return _forces(dynamics.bearing_forces, case, laws, reduced, arguments, fidelity, shelf, distributions)
-
-
-def run_up_forces(
-    case: GearboxCase,
-    laws: tuple[MeshLaw, ...],
-    reduced: ReducedHousing,
-    fidelity: Fidelity,
-    shelf: Shelf,
-    distributions: Sequence[LoadDistribution] = (),
-) -> BearingForces:
-    """Bearing forces while the input speed changes."""
-    ramp = case.operation.ramp
-    assert ramp is not None
-    arguments = {
-        "start_speed": case.operation.input_speed,
-        "end_speed": ramp.end_speed,
-        "duration": ramp.duration,
-    }
-    return _forces(dynamics.run_up, case, laws, reduced, arguments, fidelity, shelf, distributions)
-
-
-def _forces(
-    simulate: Callable[..., BearingForces],
-    case: GearboxCase,
-    laws: tuple[MeshLaw, ...],
-    reduced: ReducedHousing,
-    operation: dict[str, float],
-    fidelity: Fidelity,
-    shelf: Shelf,
-    distributions: Sequence[LoadDistribution],
-) -> BearingForces:
+    speed, ramp = case.operation.input_speed, case.operation.ramp
+    simulate: Callable[..., BearingForces]
+    if ramp is None:
+        simulate = dynamics.bearing_forces
+        operation = {"input_speed": speed, "duration": 1.0 / case.band.resolution}
+    else:
+        simulate = dynamics.run_up
+        operation = {"start_speed": speed, "end_speed": ramp.end_speed, "duration": ramp.duration}
     gearbox, knobs = gearbox_of(case, distributions), gearbox_fidelity(case, fidelity)
     arguments: dict[str, Any] = {
         **operation,
@@ -96,14 +71,9 @@ def _contact_forces(case: GearboxCase, fidelity: Fidelity) -> list[dynamics.Cont
     ]
 
 
-def with_gear_inertia(case: GearboxCase) -> dynamics.Gearbox:
-    """The gearbox with the mass and inertia of its gears on the shafts."""
-    return case.gearbox_with_gears
-
-
 def gearbox_of(case: GearboxCase, distributions: Sequence[LoadDistribution] = ()) -> dynamics.Gearbox:
     """The gearbox with the inertia of its gears and, by `distributions`, what its options make of the meshes."""
-    gearbox, options = with_gear_inertia(case), case.options
+    gearbox, options = case.gearbox_with_gears, case.options
     if not distributions:
         return gearbox
     meshes = tuple(

@@ -15,7 +15,7 @@ from nvhchain.case import GearboxCase
 from nvhchain.fidelity import Fidelity
 from nvhchain.handoff import LoadDistribution, MeshLaw, ReducedHousing
 from nvhchain.resume import Shelf
-from nvhchain.stages.dynamics import gearbox_fidelity, with_gear_inertia
+from nvhchain.stages.dynamics import gearbox_fidelity
 
 ANGLE_DIGITS = 9
 """Of tilts in rad: 1 nrad, 0.04 nm at the ends of a face; what rounding changes makes no other gear pair of it."""
@@ -124,7 +124,7 @@ def under_load(case: GearboxCase, housing: ReducedHousing, fidelity: Fidelity) -
         return case
     laws = [_plain_law(pair, force) for pair, force in zip(case.pairs, case.mesh_forces, strict=True)]
     tilts = dynamics.static_misalignment(
-        with_gear_inertia(case),
+        case.gearbox_with_gears,
         laws,
         housing,
         input_torque=case.operation.input_torque,

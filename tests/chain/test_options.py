@@ -132,7 +132,7 @@ def test_forces_are_those_of_a_gearbox_with_the_tables_of_its_contact(run, text,
         "friction": dynamics.MeshFriction(0.05, of.period, of.angle, of.sliding, of.arm),
         "load_centre": dynamics.LoadCentre(of.period, of.angle, of.offset),
     }
-    gearbox = stages.with_gear_inertia(result.case)
+    gearbox = result.case.gearbox_with_gears
     mesh = replace(gearbox.meshes[0], **{name: tables[name] for name in change})
     wanted = directly(result, replace(gearbox, meshes=(mesh,)))
     assert np.array_equal(result.bearing_forces.force, wanted.force)
@@ -145,7 +145,7 @@ def test_tilt_brings_points_across_the_face_and_the_ratio_travels_with_the_law(r
     assert 0.9 < ratio < 1.1  # slices by themselves
     assert store.load(store.save(law, tmp_path / "law.h5"), MeshLaw).tilt_ratio == ratio
     points = replace(COARSE.dynamics, face_points=2)
-    box = stages.with_gear_inertia(result.case)
+    box = result.case.gearbox_with_gears
     wanted = directly(result, replace(box, meshes=(replace(box.meshes[0], tilt_ratio=ratio),)), points)
     assert np.array_equal(result.bearing_forces.force, wanted.force)
     # a law that says nothing counts as slices side by side; one that resists more makes other forces
@@ -158,7 +158,7 @@ def test_tilt_brings_points_across_the_face_and_the_ratio_travels_with_the_law(r
 @pytest.mark.parametrize(("key", "knob"), [("flexible_shafts", "flexible_shafts"), ("gyroscopic", "gyroscopic")])
 def test_knobs_that_a_case_switches_on(run, key, knob):
     plain, result = run(), run(f"[options]\n{key} = true")
-    wanted = directly(result, stages.with_gear_inertia(result.case), replace(COARSE.dynamics, **{knob: True}))
+    wanted = directly(result, result.case.gearbox_with_gears, replace(COARSE.dynamics, **{knob: True}))
     assert np.array_equal(result.bearing_forces.force, wanted.force)
     assert not np.array_equal(result.bearing_forces.force, plain.bearing_forces.force)
 
@@ -170,7 +170,7 @@ def test_laws_are_those_of_gears_that_tilt_as_the_loaded_gearbox_does(run, housi
     result = run(f"[options]\n{text}")
     case = result.case
     ((in_plane, normal),) = dynamics.static_misalignment(
-        stages.with_gear_inertia(case),
+        case.gearbox_with_gears,
         result.mesh_laws,
         housing,
         input_torque=case.operation.input_torque,

@@ -29,6 +29,15 @@ TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
 SPEED_UNITS = {"rad/s": 1.0, "rpm": 2.0 * pi / 60.0, "Hz": 2.0 * pi}
 """rad/s in one unit; Hz counts turns per second."""
 
+LENGTH_UNITS = {"m": 1.0, "mm": 1e-3, "um": 1e-6}
+"""Metres in one unit."""
+
+ANGLE_UNITS = {"rad": 1.0, "mrad": 1e-3, "urad": 1e-6, "deg": pi / 180.0}
+"""Radians in one unit."""
+
+OF_MESHES = {"mesh_deflection": "m", "transmission_error": "m", "output_lag": "rad"}
+"""What a record may hold beside forces, by the names of `BearingForces`, with its unit in files written here."""
+
 FARTHEST = 5.0
 """m, of a bearing from the gearbox's origin, as in `nvhchain.dynamics`."""
 
@@ -73,6 +82,8 @@ class ForceChannels:
     resample_rate: Hz; the record is low-pass filtered and resampled to it. Without it, jitter and gaps are refused.
     rotation: rows are the axes of the record's frame in the gearbox frame, right-handed and orthonormal.
     periodic: the record covers whole periods of a steady state.
+    mesh_deflection, transmission_error: channels of the meshes in their order, in length_unit; output_lag, of the whole
+    gearbox, in angle_unit: signs as in `BearingForces`. None where the record has none.
     """
 
     bearings: tuple[BearingChannels, ...]
@@ -87,6 +98,11 @@ class ForceChannels:
     resample_rate: float | None = None
     rotation: tuple[tuple[float, ...], ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
     periodic: bool = False
+    mesh_deflection: tuple[str, ...] = ()
+    transmission_error: tuple[str, ...] = ()
+    output_lag: str | None = None
+    length_unit: str = "m"
+    angle_unit: str = "rad"
 
     def __post_init__(self) -> None:
         require(len(self.bearings) > 0, "no bearing is described: at least one is needed")
@@ -97,6 +113,8 @@ class ForceChannels:
             ("force_unit", self.force_unit, FORCE_UNITS),
             ("time_unit", self.time_unit, TIME_UNITS),
             ("speed_unit", self.speed_unit, SPEED_UNITS),
+            ("length_unit", self.length_unit, LENGTH_UNITS),
+            ("angle_unit", self.angle_unit, ANGLE_UNITS),
         ):
             require(unit in known, f"{what} = {unit!r} is unknown: choose from {', '.join(known)}")
         require(self.acts_on in ("housing", "shaft"), f"acts_on = {self.acts_on!r}: choose 'housing' or 'shaft'")
@@ -118,6 +136,12 @@ class ForceChannels:
         require(
             not (self.periodic and self.resample_rate is not None),
             "a resampled record no longer covers whole periods: drop periodic or resample_rate",
+        )
+        meshes = {len(named) for named in (self.mesh_deflection, self.transmission_error) if named}
+        require(
+            len(meshes) <= 1,
+            f"mesh_deflection = {list(self.mesh_deflection)} and transmission_error = {list(self.transmission_error)} "
+            "are of different numbers of meshes: give one channel per mesh",
         )
         turn = np.array(self.rotation, dtype=float)
         require(
@@ -162,6 +186,14 @@ class Record:
         )
 
 
+def beside_forces(forces: BearingForces) -> dict[str, FloatArray]:
+    """(n_t, n) of all that a record holds of its meshes, by the names of `OF_MESHES`."""
+    found = {name: getattr(forces, name) for name in OF_MESHES}
+    return {
+        name: values.reshape(len(values), -1) for name, values in found.items() if values is not None and values.size
+    }
+
+
 def to_bearing_forces(
     record: Record,
     channels: ForceChannels,
@@ -198,12 +230,16 @@ def to_bearing_forces(
         table = table * scale
     if not np.array_equal(turn, np.eye(3)):
         table = table @ turn
+    of_meshes = _of_meshes(record, channels, count)
     if channels.resample_rate is None:
         time = uniform_time(time, record.source)
     else:
-        joined = np.column_stack([table.reshape(count, -1), speed])
-        time, joined = resampled(time, joined, channels.resample_rate, record.source)
-        table, speed = joined[:, :-1].reshape(len(time), -1, 3), joined[:, -1]
+        columns = [table.reshape(count, -1), speed[:, None], *of_meshes.values()]
+        ends = np.cumsum([column.shape[1] for column in columns])[:-1]
+        time, joined = resampled(time, np.hstack(columns), channels.resample_rate, record.source)
+        force, speed, *parts = np.split(joined, ends, axis=1)
+        table, speed = force.reshape(len(time), -1, 3), speed[:, 0]
+        of_meshes = dict(zip(of_meshes, parts, strict=True))
     return BearingForces(
         time=time,
         force=table,
@@ -212,7 +248,29 @@ def to_bearing_forces(
         input_speed=speed,
         periodic=channels.periodic,
         provenance={"source": record.source, "resampled": channels.resample_rate},
+        **{name: values[:, 0] if name == "output_lag" else values for name, values in of_meshes.items()},
     )
+
+
+def _of_meshes(record: Record, channels: ForceChannels, count: int) -> dict[str, FloatArray]:
+    """(n_t, n) of what is declared beside forces, in m and rad."""
+    lag = (channels.output_lag,) if channels.output_lag is not None else ()
+    found = {}
+    for quantity, names, unit, scale in (
+        ("mesh_deflection", channels.mesh_deflection, channels.length_unit, LENGTH_UNITS[channels.length_unit]),
+        ("transmission_error", channels.transmission_error, channels.length_unit, LENGTH_UNITS[channels.length_unit]),
+        ("output_lag", lag, channels.angle_unit, ANGLE_UNITS[channels.angle_unit]),
+    ):
+        for name in names:
+            record.check_unit(name, unit)
+            samples = len(record.values(name))
+            require(
+                samples == count,
+                f"{record.source}: {quantity} {name!r} has {samples} samples, the forces {count}: they must be equal",
+            )
+        if names:
+            found[quantity] = np.stack([record.values(name) for name in names], axis=1) * scale
+    return found
 
 
 def _time_axis(record: Record, channels: ForceChannels, count: int) -> FloatArray:

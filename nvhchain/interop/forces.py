@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from nvhchain.errors import FileFormatError, InputError
 from nvhchain.handoff import BearingForces
-from nvhchain.interop.force_channels import BearingChannels, ForceChannels, Record, to_bearing_forces
-from nvhchain.interop.records import AXES, read_csv, read_hdf5, read_mat, write_csv, write_hdf5, write_mat
-from nvhchain.interop.uff import SPEED_NODE, read_uff, write_uff
+from nvhchain.interop.force_channels import BearingChannels, ForceChannels, Record, beside_forces, to_bearing_forces
+from nvhchain.interop.records import AXES, columns_of, read_csv, read_hdf5, read_mat, write_csv, write_hdf5, write_mat
+from nvhchain.interop.uff import MESH_NODES, SPEED_NODE, read_uff, write_uff
 
 SUFFIXES = {
     ".csv": "csv",
@@ -50,8 +51,9 @@ def read_bearing_forces(
 def write_bearing_forces(forces: BearingForces, path: str | Path) -> ForceChannels:
     """Write `forces` (N on the housing, s, rad/s) for another program; returns what reads the file back.
 
-    Values keep all digits. UFF 58 keeps six digits of time start and step, so that reading it back relies on the
-    returned sample_rate. Mesh deflections and transmission errors are left out.
+    Mesh deflections and transmission errors (m) and the output's lag (rad) go along where they are recorded. Values
+    keep all digits. UFF 58 keeps six digits of time start and step, so that reading it back relies on the returned
+    sample_rate.
     """
     path = Path(path)
     kind = _format(path)
@@ -68,7 +70,18 @@ def write_bearing_forces(forces: BearingForces, path: str | Path) -> ForceChanne
         time_channel=None if kind == "uff" else "time",
         sample_rate=forces.sample_rate if kind == "uff" else None,
         periodic=forces.periodic,
+        **_of_meshes(kind, forces),
     )
+
+
+def _of_meshes(kind: str, forces: BearingForces) -> dict[str, Any]:
+    """Channels of what the record holds of its meshes, as `ForceChannels` takes them."""
+    named: dict[str, Any] = {}
+    for quantity, values in beside_forces(forces).items():
+        nodes = [f"{MESH_NODES[quantity] + i}:scalar" for i in range(values.shape[1])]
+        channels = nodes if kind == "uff" else columns_of(quantity, values)
+        named[quantity] = channels[0] if quantity == "output_lag" else tuple(channels)
+    return named
 
 
 def _names(kind: str, index: int, bearing: str) -> list[str]:

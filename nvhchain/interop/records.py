@@ -17,7 +17,7 @@ from scipy.io import loadmat, savemat
 
 from nvhchain.errors import FileFormatError
 from nvhchain.handoff import BearingForces, FloatArray
-from nvhchain.interop.force_channels import Record
+from nvhchain.interop.force_channels import OF_MESHES, Record, beside_forces
 
 AXES = "xyz"
 
@@ -158,10 +158,16 @@ def _base(name: str) -> str:
 
 
 def write_csv(forces: BearingForces, path: Path) -> Path:
-    """Columns time, input_speed and `bearing:x` …; a line of names, a line of units."""
+    """Columns time, input_speed, `bearing:x` … and those of the meshes; a line of names, a line of units."""
     names = ["time", "input_speed", *(f"{bearing}:{axis}" for bearing in forces.names for axis in AXES)]
     units = ["s", "rad/s", *["N"] * (3 * len(forces.names))]
-    table = np.column_stack([forces.time, forces.input_speed, forces.force.reshape(len(forces.time), -1)])
+    beside = beside_forces(forces)
+    for quantity, values in beside.items():
+        names += columns_of(quantity, values)
+        units += [OF_MESHES[quantity]] * values.shape[1]
+    table = np.column_stack(
+        [forces.time, forces.input_speed, forces.force.reshape(len(forces.time), -1), *beside.values()]
+    )
 
     def write(part: Path) -> None:
         with part.open("w", newline="", encoding="utf-8") as file:
@@ -173,26 +179,38 @@ def write_csv(forces: BearingForces, path: Path) -> Path:
     return whole(path, write)
 
 
+def columns_of(quantity: str, values: FloatArray) -> list[str]:
+    """Names of the channels of (n_t, n) values: without a number where there is one."""
+    return [quantity] if values.shape[1] == 1 else [f"{quantity}[{i}]" for i in range(values.shape[1])]
+
+
 def write_mat(forces: BearingForces, path: Path) -> Path:
-    """MATLAB level 5: time, input_speed, force (n_t, n_bearing, 3), names, positions and their units."""
+    """MATLAB level 5: time, input_speed, force (n_t, n_bearing, 3), names, positions, what is recorded of the meshes
+    (n_t, n_mesh), and their units."""
+    beside = beside_forces(forces)
     content = {
         "time": forces.time,
         "input_speed": forces.input_speed,
         "force": forces.force,
         "names": np.array(forces.names, dtype=object),
         "positions": forces.positions,
-        "units": {"time": "s", "input_speed": "rad/s", "force": "N", "positions": "m"},
+        **beside,
+        "units": {"time": "s", "input_speed": "rad/s", "force": "N", "positions": "m"}
+        | {name: OF_MESHES[name] for name in beside},
     }
     return whole(path, lambda part: savemat(part, content, appendmat=False, oned_as="column"))
 
 
 def write_hdf5(forces: BearingForces, path: Path) -> Path:
-    """Datasets time, input_speed, force (n_t, n_bearing, 3), names and positions with attribute `units`."""
+    """Datasets time, input_speed, force (n_t, n_bearing, 3), names, positions and what is recorded of the meshes
+    (n_t, n_mesh), with attribute `units`."""
 
     def write(part: Path) -> None:
         with h5py.File(part, "w") as file:
             for name, unit in (("time", "s"), ("input_speed", "rad/s"), ("force", "N"), ("positions", "m")):
                 file.create_dataset(name, data=getattr(forces, name)).attrs["units"] = unit
+            for name, values in beside_forces(forces).items():
+                file.create_dataset(name, data=values).attrs["units"] = OF_MESHES[name]
             file.create_dataset("names", data=np.array(forces.names, dtype=h5py.string_dtype()))
 
     return whole(path, write)

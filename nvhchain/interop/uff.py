@@ -13,7 +13,7 @@ import numpy as np
 
 from nvhchain.errors import FileFormatError
 from nvhchain.handoff import BearingForces, FloatArray
-from nvhchain.interop.force_channels import Record
+from nvhchain.interop.force_channels import OF_MESHES, Record, beside_forces
 from nvhchain.interop.records import whole
 
 DIRECTIONS = {0: "scalar", 1: "x", 2: "y", 3: "z"}
@@ -23,6 +23,9 @@ FORCE_TYPES = {0, 1, 9, 13}
 SPEED_TYPES = {0, 1, 11, 19}
 """Ordinates that may be a speed: unknown, general, velocity, rpm."""
 
+DISPLACEMENT = 8
+"""Ordinate of transmission errors and mesh deflections."""
+
 TIME_RESPONSE, TIME_AXIS, DOUBLE = 1, 17, 4
 
 UNIT_CODES = {1: "N", 2: "lbf", 3: "kgf", 4: "pdl", 5: "mN", 6: "cN", 7: "lbf", 8: "kgf", 10: "N"}
@@ -30,6 +33,9 @@ UNIT_CODES = {1: "N", 2: "lbf", 3: "kgf", 4: "pdl", 5: "mN", 6: "cN", 7: "lbf", 
 
 SPEED_NODE = 0
 """Node under which the input speed is written."""
+
+MESH_NODES = {"mesh_deflection": 1001, "transmission_error": 2001, "output_lag": 3001}
+"""Node of the first mesh, those of the others follow; bearings have the nodes below."""
 
 
 def read_uff(path: Path) -> Record:
@@ -75,7 +81,7 @@ def read_uff(path: Path) -> Record:
 
 
 def write_uff(forces: BearingForces, path: Path) -> Path:
-    """Binary dataset 58: force of bearing number i at node i + 1, input speed at node 0.
+    """Binary dataset 58: force of bearing number i at node i + 1, input speed at node 0, meshes at `MESH_NODES`.
 
     Values keep all digits, start and step of the time axis six.
     """
@@ -85,6 +91,11 @@ def write_uff(forces: BearingForces, path: Path) -> Path:
     for i, bearing in enumerate(forces.names):
         for axis in (1, 2, 3):
             sets.append(_function(forces, forces.force[:, i, axis - 1], i + 1, axis, bearing, 9, "N"))
+
+    for quantity, values in beside_forces(forces).items():
+        for i, column in enumerate(values.T):
+            label, unit = quantity.replace("_", " "), OF_MESHES[quantity]
+            sets.append(_function(forces, column, MESH_NODES[quantity] + i, 0, label, DISPLACEMENT, unit))
 
     def write(part: Path) -> None:
         part.unlink(missing_ok=True)
@@ -135,7 +146,7 @@ def _check_types(function: dict[str, Any], name: str, path: Path) -> None:
         raise FileFormatError(f"{path}: the axis of {name} is not time (type {function['abscissa_spec_data_type']})")
     if str(function["abscissa_axis_units_lab"]).strip() not in ("", "NONE", "s"):
         raise FileFormatError(f"{path}: the time axis of {name} is in {function['abscissa_axis_units_lab']!r}, not s")
-    allowed = SPEED_TYPES | FORCE_TYPES if name.endswith(":scalar") else FORCE_TYPES
+    allowed = {DISPLACEMENT, *SPEED_TYPES, *FORCE_TYPES} if name.endswith(":scalar") else FORCE_TYPES
     if int(function["ordinate_spec_data_type"]) not in allowed:
         raise FileFormatError(
             f"{path}: {name} holds no force (ordinate type {function['ordinate_spec_data_type']} of dataset 58)"

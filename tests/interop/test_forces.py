@@ -52,7 +52,10 @@ def six_tones(time, frequency=300.0):
     return np.stack([np.sin(2 * np.pi * frequency * time + k) for k in range(6)], axis=1)
 
 
-@pytest.mark.parametrize("suffix", [".csv", ".mat", ".h5", ".uff"])
+SUFFIXES = pytest.mark.parametrize("suffix", [".csv", ".mat", ".h5", ".uff"])
+
+
+@SUFFIXES
 def test_written_forces_read_back_bit_for_bit(forces, tmp_path, suffix):
     path = tmp_path / f"forces{suffix}"
     back = read_bearing_forces(path, write_bearing_forces(forces, path))
@@ -63,6 +66,57 @@ def test_written_forces_read_back_bit_for_bit(forces, tmp_path, suffix):
     assert back.periodic
     np.testing.assert_allclose(back.time, forces.time, rtol=0, atol=1e-12)
     assert [p.name for p in tmp_path.iterdir()] == [path.name]
+
+
+@SUFFIXES
+@pytest.mark.parametrize("meshes", [1, 2])
+def test_errors_of_the_meshes_go_along_bit_for_bit(forces, tmp_path, suffix, meshes):
+    rng = np.random.default_rng(6)
+    whole = forces.replace(
+        mesh_deflection=1e-5 * rng.standard_normal((500, meshes)),
+        transmission_error=1e-5 * rng.standard_normal((500, meshes)),
+        output_lag=1e-4 * rng.standard_normal(500),
+    )
+    path = tmp_path / f"forces{suffix}"
+    channels = write_bearing_forces(whole, path)
+    back = read_bearing_forces(path, channels)
+    for quantity in ("force", "mesh_deflection", "transmission_error", "output_lag"):
+        assert back.recorded(quantity).tobytes() == whole.recorded(quantity).tobytes(), quantity
+    named = [*channels.mesh_deflection, *channels.transmission_error, channels.output_lag]
+    assert [read_record(path).units[name] for name in named] == ["m"] * 2 * meshes + ["rad"]
+    for change, message in (({"length_unit": "um"}, "is in 'm' by the file"), ({"angle_unit": "deg"}, "is in 'rad'")):
+        with pytest.raises(InputError, match=message):
+            read_bearing_forces(path, replace(channels, **change))
+
+
+def test_foreign_errors_are_converted_and_resampled_with_the_forces(tmp_path, declared):
+    time = np.arange(4000) / 20e3
+    tone = np.sin(2 * np.pi * 300.0 * time)
+    path = csv(
+        tmp_path / "a.csv", time, np.column_stack([six_tones(time), 7.0 * tone, 2.0 * tone]),
+        header="t,Ax,Ay,Az,Bx,By,Bz,te,lag",
+    )  # fmt: skip
+    channels = replace(declared, transmission_error=("te",), output_lag="lag", length_unit="um", angle_unit="deg")
+    found = read_bearing_forces(path, channels, positions=POSITIONS)
+    np.testing.assert_allclose(found.transmission_error[:, 0], 7e-6 * tone, rtol=1e-12, atol=1e-20)
+    np.testing.assert_allclose(found.output_lag, np.deg2rad(2.0) * tone, rtol=1e-12, atol=1e-16)
+    slower = read_bearing_forces(path, replace(channels, resample_rate=5e3), positions=POSITIONS)
+    middle = slice(40, -40)
+    expected = np.sin(2 * np.pi * 300.0 * slower.time)[middle]
+    assert np.abs(slower.transmission_error[middle, 0] - 7e-6 * expected).max() < 7e-9
+    assert np.abs(slower.output_lag[middle] - np.deg2rad(2.0) * expected).max() < 4e-5
+    assert np.abs(slower.force[middle, 0, 0] - expected).max() < 1e-3
+
+
+def test_errors_that_do_not_fit_the_record_are_refused(tmp_path, declared):
+    savemat(tmp_path / "a.mat", {n: np.zeros(50) for n in ("Ax", "Ay", "Az", "Bx", "By", "Bz")}
+            | {"t": np.arange(50) * 1e-3, "te": np.zeros(49)})  # fmt: skip
+    with pytest.raises(InputError, match="transmission_error 'te' has 49 samples, the forces 50"):
+        read_bearing_forces(tmp_path / "a.mat", replace(declared, transmission_error=("te",)), positions=POSITIONS)
+    with pytest.raises(InputError, match="different numbers of meshes"):
+        replace(declared, transmission_error=("a", "b"), mesh_deflection=("c",))
+    with pytest.raises(InputError, match="length_unit = 'inch' is unknown"):
+        replace(declared, length_unit="inch")
 
 
 def test_stored_hand_off_and_matlab_73_file_are_read_as_hdf5(forces, tmp_path, declared):

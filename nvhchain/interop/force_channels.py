@@ -237,8 +237,8 @@ def to_bearing_forces(
         columns = [table.reshape(count, -1), speed[:, None], *of_meshes.values()]
         ends = np.cumsum([column.shape[1] for column in columns])[:-1]
         time, joined = resampled(time, np.hstack(columns), channels.resample_rate, record.source)
-        force, speed, *parts = np.split(joined, ends, axis=1)
-        table, speed = force.reshape(len(time), -1, 3), speed[:, 0]
+        pressed, speed, *parts = np.split(joined, ends, axis=1)
+        table, speed = pressed.reshape(len(time), -1, 3), speed[:, 0]
         of_meshes = dict(zip(of_meshes, parts, strict=True))
     return BearingForces(
         time=time,

@@ -86,6 +86,16 @@ def test_factor_that_does_not_fit_into_memory_is_refused_before_it_is_made(matri
         factorize(matrices[0], engine="pardiso")
 
 
+@ENGINES
+def test_a_factor_does_not_search_the_installation_for_its_library(matrices, engine, monkeypatch):
+    def search(*_, **__):
+        raise AssertionError("searched")
+
+    monkeypatch.setattr("glob.glob", search)
+    with factorize(matrices[0], engine=engine) as factor:
+        assert factor.unknowns == matrices[0].shape[0]
+
+
 def test_fallback_is_taken_where_pardiso_does_not_exist(monkeypatch):
     monkeypatch.setattr(door.platform, "machine", lambda: "aarch64")
     with factorize(sp.identity(3, format="csr")) as factor:

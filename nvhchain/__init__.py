@@ -10,13 +10,13 @@ from nvhchain.fidelity import DRAFT, REFERENCE, STANDARD
 
 if TYPE_CHECKING:
     from nvhchain.case import load_case
-    from nvhchain.chain import run
+    from nvhchain.chain import record, run
     from nvhchain.scene import plan
 
 __version__ = "0.1.0"
-__all__ = ["DRAFT", "REFERENCE", "STANDARD", "load_case", "plan", "run"]
+__all__ = ["DRAFT", "REFERENCE", "STANDARD", "load_case", "plan", "record", "run"]
 
-_HOMES = {"load_case": "case", "plan": "scene", "run": "chain"}
+_HOMES = {"load_case": "case", "plan": "scene", "record": "chain", "run": "chain"}
 
 
 def __getattr__(name: str) -> Any:

@@ -8,14 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from nvhchain import levels, ready_made, stages
 from nvhchain.case import Case, GearboxCase, Quantity, RadiatorCase
+from nvhchain.dynamics import Recording
 from nvhchain.error_band import BANDS, ErrorBand, RunUpBand
+from nvhchain.errors import InputError, require
 from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.handoff import (
     BearingForces,
@@ -96,6 +98,7 @@ def run(
     out: str | Path | None = None,
     operators: str | Path | None = None,
     mesh_laws: Sequence[MeshLaw] | None = None,
+    load_distributions: Sequence[LoadDistribution] | None = None,
     bearing_forces: BearingForces | None = None,
     force_spectrum: ForceSpectrum | None = None,
     housing: ReducedHousing | None = None,
@@ -115,6 +118,7 @@ def run(
     """
     given: dict[str, Any] = {
         "mesh_laws": None if mesh_laws is None else tuple(mesh_laws),
+        "load_distributions": None if load_distributions is None else tuple(load_distributions),
         "bearing_forces": bearing_forces,
         "force_spectrum": force_spectrum,
         "housing": housing,
@@ -133,6 +137,43 @@ def run(
     names = [field.name for field in fields(Result)]
     made = {name: value for name, value in vars(chain).items() if name in names}
     return Result(**made, given=tuple(given))
+
+
+def record(
+    case: Case,
+    *,
+    fidelity: Fidelity = STANDARD,
+    out: str | Path,
+    operators: str | Path | None = None,
+    mesh_laws: Sequence[MeshLaw] | None = None,
+    load_distributions: Sequence[LoadDistribution] | None = None,
+    housing: ReducedHousing | None = None,
+    executor: Executor | None = None,
+    watcher: Watcher | None = None,
+) -> Recording:
+    """Bearing forces of a run-up of any length, in files of `out`/bearing_forces; memory does not grow with it.
+
+    Stopped, the same call goes on from the last file. Other arguments and errors are those of `run`; of the case's
+    quantities only the bearing forces are made.
+    """
+    if not isinstance(case, GearboxCase) or case.operation.ramp is None:
+        raise InputError(f"{case.name} has no run-up to record: give its operation a ramp, or use `run`")
+    require(
+        fidelity.dynamics.mesh_level != "contact",
+        "a record in files goes on after a stop, which the mesh level `contact` does not: use `run`, or `table`",
+    )
+    case, folder, watcher = replace(case, quantities=("bearing_forces",)), Path(out), watcher or Unwatched()
+    given: dict[str, Any] = {
+        "mesh_laws": None if mesh_laws is None else tuple(mesh_laws),
+        "load_distributions": None if load_distributions is None else tuple(load_distributions),
+        "housing": housing,
+    }
+    given = {name: value for name, value in given.items() if value is not None}
+    preflight(case, fidelity, given, in_files=True)
+    ready_made.check(case, fidelity, given)
+    spine = Shelf(folder, watcher)
+    shared = Shelf(Path(operators) if operators else folder, watcher)
+    return _Chain(case, fidelity, given, spine, shared, executor).recording(folder / "bearing_forces", watcher)
 
 
 class _Chain:
@@ -204,11 +245,20 @@ class _Chain:
         case, shared = self._under_load, self._compliances
         return stages.load_distributions(case, self.fidelity, self._shared, self._executor, shared)
 
+    @property
+    def _acting(self) -> tuple[LoadDistribution, ...]:
+        """Load distributions that bring forces of their own."""
+        return self.load_distributions if self._gearbox.options.load_distribution else ()
+
     @cached_property
     def bearing_forces(self) -> BearingForces:
         housing, laws, case = self.housing, self.mesh_laws, self._under_load
-        distributions = self.load_distributions if case.options.load_distribution else ()
-        return stages.bearing_forces(case, laws, housing, self.fidelity, self._spine, distributions)
+        return stages.bearing_forces(case, laws, housing, self.fidelity, self._spine, self._acting)
+
+    def recording(self, folder: Path, watcher: Watcher) -> Recording:
+        """`bearing_forces` in files of `folder`."""
+        housing, laws, case = self.housing, self.mesh_laws, self._under_load
+        return stages.recording(case, laws, housing, self.fidelity, folder, watcher, self._acting)
 
     @cached_property
     def force_spectrum(self) -> ForceSpectrum:

@@ -14,6 +14,7 @@ from nvhchain.handoff import (
     BearingForces,
     ForceSpectrum,
     HandOff,
+    LoadDistribution,
     MeshLaw,
     ReducedHousing,
     SurfaceVelocity,
@@ -30,12 +31,13 @@ def arguments(hand_offs: Iterable[HandOff]) -> dict[str, Any]:
         SurfaceVelocity: "surface_velocity",
         TransferVectors: "transfer_vectors",
     }
+    of_stages = {MeshLaw: "mesh_laws", LoadDistribution: "load_distributions"}
     given: dict[str, Any] = {}
     for hand_off in hand_offs:
-        if isinstance(hand_off, MeshLaw):
-            given.setdefault("mesh_laws", []).append(hand_off)
-            continue
         kind = type(hand_off)
+        if kind in of_stages:
+            given.setdefault(of_stages[kind], []).append(hand_off)
+            continue
         require(kind in names, f"{kind.__name__} is not a hand-off that a run can start from")
         require(names[kind] not in given, f"{kind.__name__} is given twice: keep one")
         given[names[kind]] = hand_off
@@ -53,10 +55,33 @@ def check(case: Case, fidelity: Fidelity, given: dict[str, Any]) -> None:
         laws is None or len(laws) == len(case.stages),
         f"{len(laws or ())} mesh laws are given for {len(case.stages)} stages: give one per stage, in their order",
     )
+    if "load_distributions" in given:
+        _check_distributions(case, given["load_distributions"], ratios=laws is None)
     for name in {"bearing_forces", "force_spectrum"}.intersection(given):
         _check_names(case, given[name].names)
     if case.operation.ramp is not None:
         _check_run_up(case, given, fidelity)
+
+
+def _check_distributions(case: GearboxCase, distributions: Sequence[LoadDistribution], *, ratios: bool) -> None:
+    """One per stage, over whole mesh periods of it, and taken by an option.  ratios: whether tilt takes them too."""
+    require(
+        case.options.load_distribution or (case.options.tilt and ratios),
+        f"load distributions are given, but {case.name} takes none: switch on options.friction, shuttling or "
+        "tilt (which takes the ratio of given mesh laws instead), or leave them out",
+    )
+    require(
+        len(distributions) == len(case.stages),
+        f"{len(distributions)} load distributions are given for {len(case.stages)} stages: give one per stage, in "
+        "their order",
+    )
+    for stage, pair, of in zip(case.stages, case.pairs, distributions, strict=True):
+        meshes = of.period / pair.mesh_period
+        require(
+            round(meshes) >= 1 and abs(meshes - round(meshes)) < 1e-6 * meshes,
+            f"the load distribution of stage {stage.name} repeats after {meshes:.6g} mesh periods of its gears: it "
+            "belongs to others, or the order is not that of the stages",
+        )
 
 
 def _check_transfer_vectors(case: Case, vectors: TransferVectors) -> None:

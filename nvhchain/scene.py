@@ -131,11 +131,12 @@ def _plan(case: Case, fidelity: Fidelity, ready: Collection[str]) -> Plan:
     return Plan(case.name, fidelity.name, tuple(stages), _skipped(case, fidelity), advice(case))
 
 
-def preflight(case: Case, fidelity: Fidelity, given: Collection[str] = ()) -> None:
+def preflight(case: Case, fidelity: Fidelity, given: Collection[str] = (), *, in_files: bool = False) -> None:
     """Refuse before any work starts what the stages to come cannot do (`check_knobs`), too little memory too.
 
     given: names of the hand-offs that are ready-made, as `run` calls them, or the hand-offs by name; their stages are
     not looked at, and a foreign housing whose surface is among them is not read.
+    in_files: the bearing forces go to files piece by piece, whatever their length.
     """
     check_knobs(case, fidelity, given)
     if not isinstance(case, GearboxCase):
@@ -150,17 +151,20 @@ def preflight(case: Case, fidelity: Fidelity, given: Collection[str] = ()) -> No
     skipped = {
         "housing": {"housing", "surface_velocity"}.intersection(given),
         "mesh law": forced or {"mesh_laws"}.intersection(given),
-        "bearing forces": forced,
+        "bearing forces": forced or in_files,
         "transfer vectors": {"transfer_vectors"}.intersection(given),
     }
-    needed, free = 0.0, float(psutil.virtual_memory().available)
+    needed, largest, free = 0.0, "", float(psutil.virtual_memory().available)
     for stage in _plan(case, fidelity, given).stages:
         if not any(stage.name.startswith(name) for name, reasons in skipped.items() if reasons):
-            needed = max(needed, 1e6 * stage.megabytes)
+            needed, largest = max((needed, largest), (1e6 * stage.megabytes, stage.name))
     if needed > free:
+        long = case.operation.ramp is not None and largest == "bearing forces"
         raise ResourceError(
-            f"{case.name} at fidelity {fidelity.name} needs about {needed / 1e9:.1f} GB, {free / 1e9:.1f} GB are free: "
-            "choose a lower fidelity or lower the upper frequency"
+            f"{case.name} at fidelity {fidelity.name} needs about {needed / 1e9:.1f} GB for its {largest}, "
+            f"{free / 1e9:.1f} GB are free: choose a lower fidelity or lower the upper frequency"
+            + long
+            * ", shorten the ramp, or write its bearing forces to files with `nvhchain record`"
         )
 
 

@@ -63,6 +63,14 @@ def parser() -> argparse.ArgumentParser:
     )
     run.set_defaults(action=commands.run)
 
+    record = verbs.add_parser(
+        "record", parents=[common, spread], help="bearing forces of a run-up of any length, in files piece by piece"
+    )
+    record.add_argument("case", metavar="CASE", help="case file (TOML) whose operation has a ramp")
+    record.add_argument("--out", metavar="DIR", help="folder; stopped, the same command goes on (default: out/<name>)")
+    record.add_argument("--use", metavar="FILE", action="append", default=[], help="ready-made hand-off, as for `run`")
+    record.set_defaults(action=commands.record)
+
     compare = verbs.add_parser("compare", parents=[common, spread], help="compare cases: figures, sound, summary.json")
     compare.add_argument("cases", metavar="CASE", nargs="+", help="case files (TOML); the first is the base")
     compare.add_argument("--out", metavar="DIR", default="out", help="folder for results (default: out)")

@@ -124,6 +124,25 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
+def record(options: argparse.Namespace) -> int:
+    """Follow a run-up into files."""
+    from nvhchain import chain, ready_made, store
+    from nvhchain.case import load_case
+
+    case = load_case(options.case)
+    given = ready_made.arguments(store.load(path) for path in options.use)
+    useless = sorted(set(given) - {"mesh_laws", "load_distributions", "housing"})
+    if useless:
+        raise InputError(f"--use: {', '.join(useless)} is not taken by a record of bearing forces: leave it out")
+    out = Path(options.out or Path("out") / case.name)
+    with _executor(options) as executor:
+        made = chain.record(
+            case, fidelity=_fidelity(options, [case]), out=out, executor=executor, watcher=Console(), **given
+        )
+    print(f"{case.name}: {len(made.paths)} file(s) of bearing forces in {made.paths[0].parent}")
+    return 0
+
+
 def compare(options: argparse.Namespace) -> int:
     """Compute several cases and leave their comparison."""
     from nvhchain.case import load_case

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Unpack
 from zipfile import BadZipFile
@@ -67,7 +67,7 @@ def record_run_up(
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     written, first, standing = _taken_up(folder / "standing.npz", key, run)
-    provenance = {"key": key, "stage": "run_up", "version": version}
+    provenance = {"key": key, "stage": "run_up", "version": version, "fidelity": asdict(operation["fidelity"])}
     waiting: list[FloatArray] = []
     for piece, stands in samples(run, standing):
         waiting.append(piece)

@@ -267,7 +267,7 @@ def run_up_with_error(
     if needed > 0.8 * available:
         raise ResourceError(
             f"a record of {run.count} samples needs {needed / 2**30:.1f} GiB, but {available / 2**30:.1f} are free: "
-            "write it to files with record_run_up, or lower f_max or the duration"
+            "write it to files with record_run_up (`nvhchain record`), or lower f_max or the duration"
         )
     sampled, filled = np.empty((run.count, n_out)), 0
     for piece, standing in samples(run, start(run)):

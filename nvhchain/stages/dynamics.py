@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
+from pathlib import Path
 from typing import Any
 
 from nvhchain import dynamics, gear
 from nvhchain.case import GearboxCase
 from nvhchain.fidelity import DynamicsFidelity, Fidelity
 from nvhchain.handoff import BearingForces, LoadDistribution, MeshLaw, ReducedHousing
-from nvhchain.resume import Shelf
+from nvhchain.resume import Shelf, Watcher
 
 TILT_POINTS = 2
 """Across the face, of a mesh that tilts: as many as give slices side by side their exact resistance; with three the
@@ -29,20 +31,8 @@ def bearing_forces(
 
     distributions: of all stages, where `case.options` need them.
     """
-    speed, ramp = case.operation.input_speed, case.operation.ramp
-    simulate: Callable[..., BearingForces]
-    if ramp is None:
-        simulate = dynamics.bearing_forces
-        operation = {"input_speed": speed, "duration": 1.0 / case.band.resolution}
-    else:
-        simulate = dynamics.run_up
-        operation = {"start_speed": speed, "end_speed": ramp.end_speed, "duration": ramp.duration}
-    gearbox, knobs = gearbox_of(case, distributions), gearbox_fidelity(case, fidelity)
-    arguments: dict[str, Any] = {
-        **operation,
-        "input_torque": case.operation.input_torque,
-        "f_max": case.band.high,
-    }
+    simulate: Callable[..., BearingForces] = dynamics.bearing_forces if case.operation.ramp is None else dynamics.run_up
+    gearbox, knobs, arguments = gearbox_of(case, distributions), gearbox_fidelity(case, fidelity), _operation(case)
     return shelf.stage(
         "bearing_forces",
         BearingForces,
@@ -59,6 +49,40 @@ def bearing_forces(
         ),
         fidelity=knobs,
     )
+
+
+def recording(
+    case: GearboxCase,
+    laws: tuple[MeshLaw, ...],
+    reduced: ReducedHousing,
+    fidelity: Fidelity,
+    folder: Path,
+    watcher: Watcher,
+    distributions: Sequence[LoadDistribution] = (),
+) -> dynamics.Recording:
+    """The run-up of a case into files of `folder`; memory does not limit its length, and what is there is gone on with.
+    """
+    watcher.begin("bearing_forces")
+    made = dynamics.record_run_up(
+        gearbox_of(case, distributions),
+        laws,
+        reduced,
+        folder=folder,
+        progress=partial(watcher.step, "bearing_forces"),
+        fidelity=gearbox_fidelity(case, fidelity),
+        **_operation(case),
+    )
+    watcher.end("bearing_forces", "computed")
+    return made
+
+
+def _operation(case: GearboxCase) -> dict[str, Any]:
+    """What the dynamics is asked for: speed, load and band."""
+    speed, ramp = case.operation.input_speed, case.operation.ramp
+    asked: dict[str, Any] = {"input_torque": case.operation.input_torque, "f_max": case.band.high}
+    if ramp is None:
+        return {"input_speed": speed, "duration": 1.0 / case.band.resolution, **asked}
+    return {"start_speed": speed, "end_speed": ramp.end_speed, "duration": ramp.duration, **asked}
 
 
 def _contact_forces(case: GearboxCase, fidelity: Fidelity) -> list[dynamics.ContactForce] | None:

@@ -9,9 +9,10 @@ import pytest
 import nvhchain as nvh
 from nvhchain import dynamics, gear, stages, store
 from nvhchain.case import Options
+from nvhchain.cli import main
 from nvhchain.errors import InputError
 from nvhchain.fidelity import DynamicsFidelity, GearFidelity
-from nvhchain.handoff import LoadDistribution, MeshLaw, ReducedHousing, Surface
+from nvhchain.handoff import BearingForces, LoadDistribution, MeshLaw, ReducedHousing, Surface
 
 
 @pytest.fixture(scope="module")
@@ -23,6 +24,7 @@ def load(request, tmp_path_factory):
         path.write_text(f'base = "{small}"\nquantities = ["bearing_forces"]\n[band]\nhigh = 1500\n{text}')
         return nvh.load_case(path)
 
+    case.path = path  # of the latest one
     return case
 
 
@@ -222,4 +224,46 @@ def test_the_contact_problem_in_the_loop_is_refused_before_any_work(run, record)
     for text in ("friction = 0.05", "shuttling = true", "tilt = true"):
         with pytest.raises(InputError, match="mesh level `contact`"):
             run(f"[options]\n{text}", fidelity=knobs, watcher=record)
+    assert record.began == []
+
+
+def test_load_distributions_may_be_given(run, load, housing, monkeypatch, tmp_path, record):
+    """Of another program or run: taken as they are, also from the command line."""
+    text = "[options]\nfriction = 0.05\nshuttling = true"
+    own = run(text)
+    (of,) = own.load_distributions
+
+    def refuse(*_, **__):
+        raise AssertionError("computed although given")
+
+    monkeypatch.setattr(gear, "load_distribution", refuse)
+    monkeypatch.setattr(gear, "pair_compliances", refuse)
+    arguments = {"mesh_laws": own.mesh_laws, "operators": tmp_path, "watcher": record}
+    again = run(text, load_distributions=[of], **arguments)
+    assert np.array_equal(again.bearing_forces.force, own.bearing_forces.force)
+    assert sorted(record.began) == ["bearing_forces", "force_spectrum"]
+    assert again.given == ("mesh_laws", "load_distributions", "housing")
+    other = run(text, load_distributions=[of.replace(sliding=0.0 * of.sliding, arm=0.0 * of.arm)], **arguments)
+    assert np.abs(moving(other) - moving(own)).max() > 1e-3 * np.abs(moving(own)).max()
+    files = {"law": own.mesh_laws[0], "distribution": of, "housing": housing}
+    used = [part for name, it in files.items() for part in ("--use", str(store.save(it, tmp_path / f"{name}.h5")))]
+    load(text)
+    assert main(["run", str(load.path), "--fidelity", "draft", "--out", str(tmp_path / "out"), *used]) == 0
+    finer = run(text, load_distributions=[of], **arguments | {"fidelity": nvh.DRAFT}).bearing_forces
+    assert np.array_equal(store.load(tmp_path / "out" / "bearing_forces.h5", BearingForces).force, finer.force)
+
+
+@pytest.mark.parametrize(
+    ("text", "change", "message"),
+    [
+        ("gyroscopic = true", {}, "load distributions are given, but .* takes none: switch on options.friction"),
+        ("shuttling = true", {"count": 2}, "2 load distributions are given for 1 stages"),
+        ("shuttling = true", {"period": 1.1}, "repeats after 1.1 mesh periods of its gears"),
+    ],
+)
+def test_load_distributions_of_another_gearbox_are_refused(run, record, text, change, message):
+    of = run("[options]\nfriction = 0.05\nshuttling = true").load_distributions[0]
+    given = [of.replace(period=change.get("period", 1.0) * of.period)] * change.get("count", 1)
+    with pytest.raises(InputError, match=message):
+        run(f"[options]\n{text}", load_distributions=given, watcher=record)
     assert record.began == []

@@ -6,7 +6,7 @@ import os
 import pickle
 import subprocess
 import sys
-from dataclasses import replace
+from dataclasses import asdict, replace
 from math import pi
 
 import numpy as np
@@ -224,7 +224,9 @@ def test_a_stopped_run_goes_on_and_ends_in_the_same_bits(make_gearbox, make_laws
     # finished: found, not run again
     again = record_run_up(gearbox, laws, None, fidelity=fidelity, folder=tmp_path, **_operation(duration=0.4))
     assert again == made
-    assert store.load(made.paths[-1], BearingForces).time[-1] == whole.time[-1]
+    last = store.load(made.paths[-1], BearingForces)
+    assert last.time[-1] == whole.time[-1]
+    assert last.provenance["fidelity"] == asdict(fidelity)
 
 
 def test_another_run_in_the_folder_and_a_damaged_one_are_refused(make_gearbox, make_laws, tmp_path):

@@ -4,8 +4,8 @@
 
 IN: vertices, triangles, gradient (n_face,) and wavenumber of one mesh, and alpha, the coupling under e^{−jωt}. Every
 call assembles S, K′, K, W at quadrature ORDER (regular and singular), twice: the first run compiles. OUT: seconds and
-processor seconds (2,), pressure (n_v,) of the combined equation and the peak memory in bytes. Needs bempp-cl and numpy
-only, so that an interpreter with an OpenCL driver, which may spoil others, can stay apart.
+processor seconds (2,), peak memory in bytes of that, and pressure (n_v,) of the combined equation. Needs bempp-cl and
+numpy only, so that an interpreter with an OpenCL driver, which may spoil others, can stay apart.
 """
 
 from __future__ import annotations
@@ -43,6 +43,7 @@ def main() -> None:
         a, b, linear, constant = assemble(interface, order, mesh)
         seconds.append(time.perf_counter() - start)
         cpu.append(time.process_time() - spent)
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
     device = {"device_interface": "numba", "precision": "double"}
     a += 0.5 * bempp.as_matrix(sparse.identity(linear, linear, linear, **device).weak_form())
     b -= 0.5 * complex(mesh["alpha"]) * bempp.as_matrix(sparse.identity(constant, linear, linear, **device).weak_form())
@@ -51,7 +52,6 @@ def main() -> None:
     gradient = np.conj(mesh["gradient"])[np.argsort(constant.local2global[:, 0])]
     pressure = np.empty(len(vertex), dtype=complex)
     pressure[vertex] = np.conj(np.linalg.solve(np.asarray(a), np.asarray(b) @ gradient))
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
     np.savez(sys.argv[4], seconds=seconds, cpu=cpu, pressure=pressure, peak=peak)
 
 

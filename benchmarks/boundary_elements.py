@@ -1,11 +1,13 @@
 """Operators of the fused boundary element engine against bempp-cl; writes docs/measured/boundary_elements.md.
 
-    python benchmarks/boundary_elements.py OUT [--compare 1280 5120] [--grow 1280 5120 20480] [--opencl PYTHON]
+    python benchmarks/boundary_elements.py OUT [--compare 1280 5120] [--grow 320 1280 5120 20480] [--opencl PYTHON]
+                                           [--one-thread]
 
 Spheres of 20 · 4ⁿ triangles at six elements per wavelength; every figure is taken in a process of its own and kept in
 OUT, so that a run that was cut short goes on. The error is that of the surface pressure under a plane-wave velocity,
 against the same mesh at quadrature orders past convergence (relative, RMS): it is quadrature alone. PYTHON: an
-interpreter whose bempp-cl finds Intel's OpenCL runtime; without it those rows say `not installed`.
+interpreter whose bempp-cl finds Intel's OpenCL runtime; without it those rows say `not installed`. --one-thread: only
+what takes one thread, without a table; a later call adds what needs a machine that does nothing else.
 """
 
 from __future__ import annotations
@@ -41,6 +43,8 @@ FIDELITIES: dict[str, dict[str, Any]] = {
 }  # fmt: skip
 PER_WAVELENGTH = 6.0
 BATCH = 4
+PEER_ORDER = 4
+"""bempp-cl's own quadrature order."""
 FLOPS = 517
 """Multiplications and additions per pair of triangles and wavenumber at order 2: 9 point pairs at 38 (advance 6, F 8,
 integrand 6, sums 18), 54 for B, 60 into the three rows, 58 from rows to columns; exponentials are extra, once per
@@ -96,7 +100,8 @@ def own(out: Path, faces: int, fidelity: str, wavenumbers: int, threads: int, **
     """Time, memory and pressure of the fused engine; cold=True: with an empty compiler cache."""
     cold = more.get("cold", False)
     task = {"faces": faces, "fidelity": fidelity, "wavenumbers": wavenumbers, "solve": more.get("solve", False)}
-    name = f"own-{faces}-{fidelity}-{wavenumbers}-{threads}{'-cold' if cold else ''}".replace(", ", "-")
+    kind = f"{'-solved' if task['solve'] else ''}{'-cold' if cold else ''}"
+    name = f"own-{faces}-{fidelity}-{wavenumbers}-{threads}{kind}".replace(", ", "-")
     with tempfile.TemporaryDirectory() as cache:
         environment = {"NUMBA_NUM_THREADS": str(threads), **({"NUMBA_CACHE_DIR": cache} if cold else {})}
         result = measure(out, name, [sys.executable, __file__, "--worker", json.dumps(task)], environment)
@@ -112,40 +117,42 @@ def peer(out: Path, faces: int, order: int, threads: int, interpreter: str, inte
     alpha, gradient = np.conj(coupling(surface, k)), wave_gradient(surface)
     np.savez(mesh, vertices=surface.vertices, triangles=surface.triangles, gradient=gradient, wavenumber=k, alpha=alpha)
     command = [interpreter, str(Path(__file__).with_name("bempp_operators.py")), interface, str(order), str(mesh)]
-    environment = {"NUMBA_NUM_THREADS": str(threads), "OMP_NUM_THREADS": str(threads)}
+    variables = ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "CL_CONFIG_CPU_TBB_NUM_WORKERS")
+    environment = dict.fromkeys(variables, str(threads))
     return measure(out, f"bempp-{interface}-{faces}-{order}-{threads}", command, environment)
 
 
-def comparison(out: Path, faces: int, opencl: str | None) -> list[str]:
-    """Rows of one mesh: engine, threads, cold and warm and processor seconds, ratio to ours, peak memory, error."""
-    truth = own(out, faces, "converged", 1, 2, solve=True)["pressure"]
-    rows, base = [], 0.0
+def comparison(out: Path, faces: int, opencl: str | None, counts: tuple[int, ...]) -> list[str]:
+    """Rows of one mesh: engine, threads (of `counts`), cold and warm and processor seconds, both ratios to ours at
+    order 2, peak memory, error."""
+    truth = own(out, faces, "converged", 1, 1, solve=True)["pressure"]
+    rows, base = [], dict[int, tuple[float, float]]()
     for fidelity in ("order 2", "order 4", "order 2, single"):
-        for threads in (1, 2):
+        for threads in counts:
             done = own(out, faces, fidelity, BATCH, threads, solve=True)
-            cold = own(out, faces, fidelity, BATCH, threads, cold=True)["seconds"][0] if threads == 2 else np.nan
+            cold = np.nan
+            if fidelity == "order 2":
+                cold = own(out, faces, fidelity, BATCH, threads, cold=True)["seconds"][0]
             warm, spent = done["seconds"][-1] / BATCH, done["cpu"][-1] / BATCH
-            if fidelity == "order 2" and threads == 2:
-                base = spent
+            base.setdefault(threads, (warm, spent))
             rows.append((f"fused, {fidelity}", threads, cold, warm, spent, done["peak"], error(done, truth)))
     for interface, interpreter in (("numba", sys.executable), ("opencl", opencl)):
-        label = {"numba": "bempp-cl, numba", "opencl": "bempp-cl, Intel OpenCL"}[interface]
-        for order in (4,):
-            found = peer(out, faces, order, 2, interpreter, interface) if interpreter else None
+        label = {"numba": "bempp-cl, numba", "opencl": "bempp-cl, Intel OpenCL"}[interface] + f", order {PEER_ORDER}"
+        for threads in counts:
+            found = peer(out, faces, PEER_ORDER, threads, interpreter, interface) if interpreter else None
             if found is None:
-                rows.append((f"{label}, order {order}", 2, np.nan, np.nan, np.nan, np.nan, np.nan))
+                rows.append((label, threads, *(np.nan,) * 5))
                 continue
             cold, warm = found["seconds"]
-            rows.append(
-                (f"{label}, order {order}", 2, cold, warm, found["cpu"][-1], found["peak"], error(found, truth))
-            )
+            rows.append((label, threads, cold, warm, found["cpu"][-1], found["peak"], error(found, truth)))
     lines = []
     for label, threads, cold, warm, spent, peak, wrong in rows:
         if np.isnan(warm):
-            lines.append(f"| {faces} | {label} | {threads} | not installed | | | | | |")
+            lines.append(f"| {faces} | {label} | {threads} | not installed | | | | | | |")
             continue
         first = "" if np.isnan(cold) else f"{cold:.1f}"
-        figures = f"{first} | {warm:.3g} | {spent:.3g} | {spent / base:.3g} | {peak / 1e6:.0f} | {wrong:.1e}"
+        wall, cpu = warm / base[threads][0], spent / base[threads][1]
+        figures = f"{first} | {warm:.3g} | {spent:.3g} | {wall:.3g} | {cpu:.3g} | {peak / 1e6:.0f} | {wrong:.1e}"
         lines.append(f"| {faces} | {label} | {threads} | {figures} |")
     return lines
 
@@ -156,7 +163,7 @@ def error(found: dict[str, Any], truth: nvh.handoff.ComplexArray) -> float:
 
 def growth(out: Path, faces: int, wavenumbers: int) -> str:
     """A row: seconds, nanoseconds per pair and wavenumber, operations and matrix bytes per second."""
-    done = own(out, faces, "order 2", wavenumbers, 2)
+    done = own(out, faces, "order 2", wavenumbers, 1)
     cpu, pairs = done["cpu"][-1], float(faces) ** 2 * wavenumbers
     entries = 16 * (faces / 2 + 2) * (1.5 * faces + 2) * wavenumbers
     return (
@@ -175,6 +182,13 @@ def peak_flops() -> float:
     return float(2 * 1500**3 / best / 1e9)
 
 
+def bandwidth() -> float:
+    """GB/s that one core writes into memory it reads another part of."""
+    a = np.ones(2**27 // 8)
+    b = np.empty_like(a)
+    return float(a.nbytes / min(_timed(lambda: np.copyto(b, a)) for _ in range(5)) / 1e9)
+
+
 def _timed(work: Any) -> float:
     start = time.process_time()
     work()
@@ -187,6 +201,7 @@ def main() -> None:
     parser.add_argument("--compare", nargs="*", type=int, default=[1280, 5120])
     parser.add_argument("--grow", nargs="*", type=int, default=[320, 1280, 5120, 20480])
     parser.add_argument("--opencl")
+    parser.add_argument("--one-thread", action="store_true")
     parser.add_argument("--worker", nargs="+")
     arguments = parser.parse_args()
     if arguments.worker:
@@ -194,22 +209,29 @@ def main() -> None:
         return
     out = arguments.out
     out.mkdir(parents=True, exist_ok=True)
+    grown = [growth(out, faces, BATCH) for faces in arguments.grow]
+    grown += [growth(out, 1280, count) for count in (1, 2, 8, 16, 32, 64, 128)]
+    counts = (1,) if arguments.one_thread else (1, 2)
+    compared = [line for faces in arguments.compare for line in comparison(out, faces, arguments.opencl, counts)]
+    if arguments.one_thread:
+        return
     lines = [
         "Operators (S, K, K′, W combined into A and B) per wavenumber; cold: first call of a process with nothing "
-        "compiled, for the fused engine four wavenumbers. Error: quadrature alone, of the surface pressure.",
+        "compiled, for the fused engine four wavenumbers. Ratios: to the fused engine at order 2 with as many threads. "
+        "Error: quadrature alone, of the surface pressure.",
         "",
-        "| triangles | engine | threads | cold / s | warm / s | warm / CPU s | CPU ratio | peak MB | error |",
-        "|---:|---|---:|---:|---:|---:|---:|---:|---:|",
-        *(line for faces in arguments.compare for line in comparison(out, faces, arguments.opencl)),
+        "| triangles | engine | threads | cold / s | warm / s | warm / CPU s | ratio | CPU ratio | peak MB | error |",
+        "|---:|---|---:|---:|---:|---:|---:|---:|---:|---:|",
+        *compared,
         "",
-        "Growth at order 2, double precision, in stripes of 1 GiB, two threads; processor seconds per wavenumber, "
+        "Growth at order 2, double precision, in stripes of 1 GiB, one thread; processor seconds per wavenumber, "
         f"nanoseconds per pair of triangles and wavenumber, GFlop/s of {FLOPS} operations per pair against "
-        f"{peak_flops():.0f} GFlop/s of a core in a matrix product, and GB/s of matrix entries written.",
+        f"{peak_flops():.0f} GFlop/s of a core in a matrix product, and GB/s of matrix entries written against "
+        f"{bandwidth():.1f} GB/s of a core in a copy.",
         "",
         "| triangles | wavenumbers | s | CPU s / wavenumber | ns / pair | GFlop/s per core | GB/s per core | peak MB |",
         "|---:|---:|---:|---:|---:|---:|---:|---:|",
-        *(growth(out, faces, BATCH) for faces in arguments.grow),
-        *(growth(out, 1280, count) for count in (1, 2, 8, 16, 32, 64, 128)),
+        *grown,
     ]
     publish("boundary_elements", "\n".join(lines) + "\n")
 

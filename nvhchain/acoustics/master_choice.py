@@ -24,6 +24,14 @@ KNOBS = ("masters", "master_tolerance_db", "interpolation", "interpolation_point
 _NARROW = 0.25
 """Half width of a resonance, relative to the gap between masters it lies in, below which its peak needs a master."""
 
+_LEAST = 3
+"""Masters to begin with at least: one is left out, two predict it."""
+
+_FIRST = (2.0, 0.6)
+"""Masters of a narrow band to begin with: the first plus the second times the wavenumber of the band times the body's
+size, up to two bands of work. With fewer, the second resonance of the cavity of docs/measured/masters.md (2162 Hz,
+half a percent wide) is missed in a band from 50 Hz."""
+
 _LINES = np.array([0.25, 0.5, 0.75])
 """Where between two masters the error is estimated, besides at the poles."""
 
@@ -66,15 +74,20 @@ class Chosen(Generic[Found]):
 def check_band(low: float, high: float, fidelity: AcousticsFidelity) -> None:
     """`InputError` for a band (Hz) that is empty or not finite and for too few masters to choose from."""
     require(0 <= low < high < np.inf, f"band {low:g}…{high:g} Hz is empty: give 0 ≤ low < high, finite")
+    least = _LEAST + _added(_LEAST)
     require(
-        fidelity.masters >= 2 * BAND,
-        f"{fidelity.masters} masters are too few to choose from: allow {2 * BAND} at least",
+        fidelity.masters >= least,
+        f"{fidelity.masters} masters are too few to choose from: allow {least} at least",
     )
 
 
-def first_masters(low: float, high: float, count: float, fidelity: AcousticsFidelity) -> FloatArray:
-    """About `count` masters (Hz) to begin with: whole bands of work, two at least, and one band left for the test."""
-    return np.linspace(low, high, min(fidelity.masters - BAND, BAND * max(2, int(np.ceil(count / BAND)))))
+def first_masters(low: float, high: float, waves: float, per_wave: float, fidelity: AcousticsFidelity) -> FloatArray:
+    """Masters (Hz) to begin with: two and `per_wave` for each of `waves`, the wavenumber of the band times the body's
+    size, in whole bands of work, two at least; fewer, but three, in a band that is narrow for the body.  One band is
+    left for the test where `fidelity.masters` allows it."""
+    narrow = max(_LEAST, int(np.ceil(_FIRST[0] + _FIRST[1] * waves)))
+    wide = BAND * max(2, int(np.ceil((2.0 + per_wave * waves) / BAND)))
+    return np.linspace(low, high, min(narrow if narrow < 2 * BAND else wide, max(_LEAST, fidelity.masters - BAND)))
 
 
 def choose_masters(
@@ -82,11 +95,11 @@ def choose_masters(
 ) -> Chosen[Found]:
     """Masters beside the `first` (n_f,) Hz until interpolation errs by `fidelity.master_tolerance_db` nowhere.
 
-    Masters are added, a band of four at least, where the error estimated from the masters known
-    (`Nodes.error_weights`) is largest, until it is nowhere above the tolerance.  Every new master tests the prediction
-    of those before it; the last masters, at the predicted peak of every resonance narrower than the gap it lies in and
-    in the widest gaps, are solved for that alone and must be predicted within the tolerance.
-    So 12 are the fewest, two bands and one of test, unless `fidelity.masters` allows less.
+    Masters are added, two while they are few and then a band of four at least, where the error estimated from the
+    masters known (`Nodes.error_weights`) is largest, until it is nowhere above the tolerance.  Every new master tests
+    the prediction of those before it; the last masters, at the predicted peak of every resonance narrower than the gap
+    it lies in and in the widest gaps, are solved for that alone and must be predicted within the tolerance.
+    So five are the fewest, three and two of test.
     Raises SolverError when `fidelity.masters` do not reach the tolerance.
     """
     tolerance, most = fidelity.master_tolerance_db, fidelity.masters
@@ -122,12 +135,11 @@ def choose_masters(
         test = bool(error.max() <= allowed)
         if test:
             peaks = _untested_peaks(found.frequency, smooth)[:left]
-            others = _next(found.frequency, lines, gap, error, min(max(BAND - len(peaks), 0), left - len(peaks)))
+            tests = min(BAND, _added(len(found.frequency)))
+            others = _next(found.frequency, lines, gap, error, min(max(tests - len(peaks), 0), left - len(peaks)))
             new = np.union1d(peaks, others)
         else:
-            new = _next(
-                found.frequency, lines, gap, error, min(BAND * max(1, len(found.frequency) // (4 * BAND)), left)
-            )
+            new = _next(found.frequency, lines, gap, error, min(_added(len(found.frequency)), left))
         new = _round_numbers(new)
     report(len(found.frequency), len(found.frequency))
     told = {
@@ -136,6 +148,11 @@ def choose_masters(
         "missed_width": allowed * float(np.diff(found.frequency).max()),
     }
     return Chosen(found.replace(provenance=provenance), records, told)
+
+
+def _added(known: int) -> int:
+    """Masters solved together next, after so many."""
+    return 2 if known < 2 * BAND else BAND * max(1, known // (4 * BAND))
 
 
 def squared_norms(weights: ComplexArray, gram: ComplexArray) -> FloatArray:

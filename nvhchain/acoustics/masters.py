@@ -1,4 +1,4 @@
-"""Master frequencies: equally spaced, or as few, from 12 up, as an error in dB allows."""
+"""Master frequencies: equally spaced, or as few, from five up, as an error in dB allows."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from nvhchain.conventions import Air, Progress
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
 from nvhchain.handoff import FloatArray, IntArray, RigidPlane, Surface, TransferVectors
 
-_FIRST = (2.0, 0.15)
-"""Masters to begin with: the first plus the second times the wavenumber of the band times the body's diagonal, two
-bands of work at least. About half of what 0.1 dB takes for a convex body."""
+_PER_WAVE = 0.15
+"""Masters to begin with, beside two, over the wavenumber of the band times the body's diagonal. About half of what
+0.1 dB takes for a convex body."""
 
 _POINTS = 64
 """Field points, spread over those asked for, for which the error is estimated."""
@@ -45,8 +45,7 @@ def adaptive_transfer_vectors(
 ) -> TransferVectors:
     """Transfer vectors at as few master frequencies as interpolation within `fidelity.master_tolerance_db` allows.
 
-    Never fewer than two bands of four masters and one of test, 12, are taken where `fidelity.masters` allows them,
-    however narrow the band: choose masters of your own where two or three would do.
+    Never fewer than three masters and two of test are taken, however narrow the band.
 
     The error of a vector is its 2-norm over the faces relative to the vector's, the worst of the field points: what a
     velocity that is alike on all faces and random in phase suffers in the mean.  It is estimated at 64 field points at
@@ -72,7 +71,7 @@ def adaptive_transfer_vectors(
         transfer_vectors, surface, points, air=air, fidelity=fidelity, engine=engine, plane=plane, executor=executor,
         shards=shards,
     )  # fmt: skip
-    first = first_masters(low, high, _first_masters(surface, high - low, air, plane), fidelity)
+    first = first_masters(low, high, _waves(surface, high - low, air, plane), _PER_WAVE, fidelity)
     chosen = choose_masters(_Vectors(solve, fidelity, len(points), deciding), first, fidelity, progress)
     provenance = chosen.found.provenance | _made_by(fidelity, engine, chosen.records)
     return chosen.found.replace(provenance=provenance | {"deciding_points": len(deciding)} | chosen.told)
@@ -116,13 +115,12 @@ def _made_by(fidelity: AcousticsFidelity, engine: str, records: list[SolverRecor
     return {"stage": f"acoustics.{stage}", "fidelity": told(fidelity, ("radiation", "field_near_ratio", *KNOBS))}
 
 
-def _first_masters(surface: Surface, band: float, air: Air, plane: RigidPlane | None) -> float:
-    """Masters to begin with; sound that returns from a plane makes the body larger."""
+def _waves(surface: Surface, band: float, air: Air, plane: RigidPlane | None) -> float:
+    """Wavenumber of a band (Hz) times the body's diagonal; sound that returns from a plane makes the body larger."""
     vertices = surface.vertices
     if plane is not None:
         vertices = np.concatenate([vertices, plane.mirror(vertices)])
-    waves = 2 * np.pi * band / air.speed_of_sound * float(np.linalg.norm(np.ptp(vertices, axis=0)))
-    return _FIRST[0] + _FIRST[1] * waves
+    return 2 * np.pi * band / air.speed_of_sound * float(np.linalg.norm(np.ptp(vertices, axis=0)))
 
 
 def _deciding(surface: Surface, points: FloatArray) -> IntArray:

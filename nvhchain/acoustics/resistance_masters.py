@@ -20,9 +20,9 @@ from nvhchain.conventions import Air, Progress
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, RadiationResistance, RigidPlane
 
-_FIRST = (2.0, 0.4)
-"""Masters to begin with: the first plus the second times the wavenumber of the band times the reach of the surface from
-the origin of the waves; two thirds of what 0.1 dB takes for a gearbox."""
+_PER_WAVE = 0.2
+"""Masters to begin with, beside two, over the wavenumber of the band times twice the reach of the surface from the
+origin of the waves; two thirds of what 0.1 dB takes for a gearbox."""
 
 
 def adaptive_radiation_resistance(
@@ -38,7 +38,7 @@ def adaptive_radiation_resistance(
     progress: Progress | None = None,
     shards: Path | None = None,
 ) -> RadiationResistance:
-    """Radiation resistance at as few masters, from 12 up, as an error of `fidelity.master_tolerance_db` allows.
+    """Radiation resistance at as few masters, from five up, as an error of `fidelity.master_tolerance_db` allows.
 
     The error of a column is the 2-norm of its waves' error relative to that of its waves, the worst of the columns.
     `choose_masters` says how masters are added and tested, and `adaptive_transfer_vectors` what no master shows and
@@ -53,8 +53,8 @@ def adaptive_radiation_resistance(
         radiation_resistance, motion, air=air, fidelity=fidelity, engine=engine, plane=plane, executor=executor,
         shards=shards,
     )  # fmt: skip
-    waves = 2 * np.pi * (high - low) / air.speed_of_sound * path_reach(motion.surface, plane)
-    first = first_masters(low, high, _FIRST[0] + _FIRST[1] * waves, fidelity)
+    waves = 2 * np.pi * (high - low) / air.speed_of_sound * 2 * path_reach(motion.surface, plane)
+    first = first_masters(low, high, waves, _PER_WAVE, fidelity)
     chosen = choose_masters(_Waves(solve, fidelity), first, fidelity, progress)
     knobs = ("multipole_digits", *KNOBS)
     made = made_by("adaptive_radiation_resistance", fidelity, engine, knobs, chosen.records)

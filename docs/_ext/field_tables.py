@@ -78,13 +78,14 @@ class FidelityTable(SphinxDirective):
     """One section per stage, one row per knob, one column per preset."""
 
     def run(self):
-        self.env.note_dependency(sys.modules["nvhchain.fidelity"].__file__)
         presets = list(PRESETS.values())
         result = []
+        self.env.note_dependency(sys.modules[type(presets[0]).__module__].__file__)
         for stage in dataclasses.fields(presets[0]):
             knobs = [getattr(preset, stage.name) for preset in presets]
             if not dataclasses.is_dataclass(knobs[0]):
                 continue
+            self.env.note_dependency(sys.modules[type(knobs[0]).__module__].__file__)
             text = meanings(type(knobs[0]))
             rows = [
                 [knob.name, *(shown(getattr(k, knob.name)) for k in knobs), text.get(knob.name, "")]

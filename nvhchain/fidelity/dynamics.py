@@ -1,0 +1,82 @@
+"""Knobs of the time integration of the gearbox."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from nvhchain.errors import require
+from nvhchain.fidelity.limits import within
+
+MESH_LEVELS = ("stiffness", "table", "contact")
+"""Models of a gear mesh in the time loop, the simplest first."""
+
+
+@dataclass(frozen=True)
+class DynamicsFidelity:
+    """Time integration of the gearbox.
+
+    time_step: s, largest step of the integrator.  settle_level: what is left of the start when recording begins,
+    relative to the swing of the bearing forces.  settle_time: s allowed for that.
+    samples_per_period: steps that the shortest period of the band must have.
+    angle_refinement: interpolated rows per tabulated angle of a mesh law.  contact_residual: admissible residual of the
+    mesh forces in a step, relative to the largest tabulated force; reached within contact_iterations.
+    stored_samples_per_period: samples of a run-up's record in the shortest period of the band, at least.
+    stopband_attenuation: dB by which what would fold back into the band is lowered before a run-up is thinned out.
+    mesh_level: `table`, the mesh law F(θ, δ); `stiffness`, its tangent k(θ) at the nominal force, without a gap;
+    `contact`, the contact problem itself at every step (slow: the yardstick of the others).
+    contact_loss: whether at the level `stiffness` flanks part, with the law's backlash, instead of pulling.
+    edge_cells: of deflection, over which the ends of the gap are resolved where contact_loss is set.
+    face_points: of a mesh across its face, at which it carries: one, at mid-width, or more, which feel the tilt of the
+    gears.
+    gyroscopic: whether the shafts' spin turns their tilting.  gyroscopic_speeds: at which the modes are taken along a
+    run-up.
+    flexible_shafts: whether shafts bend and twist (Timoshenko beams).  shaft_element: m, largest length of a beam
+    element.  shaft_frequency: Hz, up to which modes of the free shafts are kept; beyond it their statics is.
+    """
+
+    time_step: float
+    settle_level: float = 1e-6
+    settle_time: float = 20.0
+    samples_per_period: float = 8.0
+    angle_refinement: int = 4
+    contact_residual: float = 1e-12
+    contact_iterations: int = 100
+    stored_samples_per_period: float = 5.0
+    stopband_attenuation: float = 100.0
+    mesh_level: str = "table"
+    contact_loss: bool = False
+    edge_cells: int = 64
+    face_points: int = 1
+    gyroscopic: bool = False
+    gyroscopic_speeds: int = 16
+    flexible_shafts: bool = False
+    shaft_element: float = 10e-3
+    shaft_frequency: float = 10e3
+
+    def __post_init__(self) -> None:
+        within(
+            self,
+            "dynamics",
+            ("time_step", 1e-9, 1e-2),
+            ("settle_level", 1e-12, 0.5),
+            ("settle_time", 0.0, 1e5),
+            ("samples_per_period", 2.0, 1e4),
+            ("angle_refinement", 1, 64),
+            ("contact_residual", 1e-15, 1e-3),
+            ("contact_iterations", 0, 10_000),
+            ("stored_samples_per_period", 2.56, 1e4),
+            ("stopband_attenuation", 20.0, 200.0),
+            ("edge_cells", 1, 10_000),
+            ("face_points", 1, 16),
+            ("gyroscopic_speeds", 1, 1000),
+            ("shaft_element", 1e-4, 1.0),
+            ("shaft_frequency", 0.0, 1e6),
+        )
+        require(
+            self.mesh_level in MESH_LEVELS,
+            f"dynamics mesh_level = {self.mesh_level!r} is unknown: choose from {', '.join(MESH_LEVELS)}",
+        )
+        require(
+            not self.contact_loss or self.mesh_level == "stiffness",
+            f"dynamics contact_loss belongs to the mesh level `stiffness`; at {self.mesh_level!r} flanks part anyhow",
+        )

@@ -1,0 +1,72 @@
+"""The three presets."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from nvhchain.fidelity.acoustics import AcousticsFidelity
+from nvhchain.fidelity.dynamics import DynamicsFidelity
+from nvhchain.fidelity.gear import GearFidelity
+from nvhchain.fidelity.housing import HousingFidelity
+
+
+@dataclass(frozen=True)
+class Fidelity:
+    """One preset: a name and a knob set per stage."""
+
+    name: str
+    gear: GearFidelity
+    dynamics: DynamicsFidelity
+    housing: HousingFidelity
+    acoustics: AcousticsFidelity
+
+
+DRAFT = Fidelity(
+    "draft",
+    GearFidelity(
+        profile_elements=4,
+        width_layers=8,
+        slices=16,
+        angles_per_mesh=48,
+        deflections=16,
+        row_aspect=2.5,
+        load_pattern_tolerance=3e-3,
+        far_pattern_tolerance=0.1,
+    ),
+    DynamicsFidelity(time_step=20e-6),
+    HousingFidelity(element_size=0.013),
+    AcousticsFidelity(elements_per_wavelength=3.0, masters=64, master_tolerance_db=0.5),
+)
+STANDARD = Fidelity(
+    "standard",
+    GearFidelity(profile_elements=4, width_layers=10, slices=32, angles_per_mesh=96, deflections=24),
+    DynamicsFidelity(time_step=10e-6),
+    HousingFidelity(element_size=0.0105, mode_ratio=1.4),
+    AcousticsFidelity(elements_per_wavelength=4.5, masters=128),
+)
+REFERENCE = Fidelity(
+    "reference",
+    GearFidelity(
+        profile_elements=10,
+        width_layers=12,
+        slices=48,
+        angles_per_mesh=192,
+        deflections=40,
+        row_aspect=1.0,
+        load_pattern_tolerance=3e-4,
+        far_pattern_tolerance=0.01,
+    ),
+    DynamicsFidelity(time_step=5e-6),
+    HousingFidelity(element_size=0.009, mode_ratio=1.6),
+    AcousticsFidelity(
+        elements_per_wavelength=5.0,
+        masters=256,
+        master_tolerance_db=0.02,
+        quadrature_order=4,
+        close_distances=(1.5, 3.0, 6.0),
+        close_orders=(8, 6, 4),
+        singular_order=5,
+        coarsest_elements_per_wavelength=4.0,
+    ),
+)
+PRESETS = {preset.name: preset for preset in (DRAFT, STANDARD, REFERENCE)}

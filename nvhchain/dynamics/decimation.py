@@ -44,9 +44,8 @@ class Decimator:
         state and 2 H after the last included."""
         width = 2 * self.half + 2
         windows = sliding_window_view(excesses, width, axis=0)[:: self.stride][: len(states)].transpose(0, 2, 1)
-        return np.asarray(
-            states @ self.on_state + windows.reshape(len(states), -1) @ self.on_excess + self.constant, dtype=float
-        )
+        seen = windows.reshape(len(states), len(self.on_excess))
+        return np.asarray(states @ self.on_state + seen @ self.on_excess + self.constant, dtype=float)
 
 
 def low_pass(rate: float, stride: int, f_max: float, attenuation: float) -> FloatArray:

@@ -32,7 +32,8 @@ ROUNDS = 60
 class StaticState:
     """Equilibrium without motion.
 
-    position (n,): the unknowns x.  mesh_force (n_mesh,): N along the flank normal, < 0 on the back flank.
+    position (n,): the unknowns x.  mesh_force (n_mesh,): N along the flank normal, < 0 on the back flank; where both
+    flanks of a mesh touch, their difference.
     bearing_force (n_bearing, 3): N on the housing.
     """
 
@@ -75,9 +76,9 @@ def static_state(assembly: Assembly, table: LawTable, torque: FloatArray, phases
     """Equilibrium under external shaft torques (n_shaft,) N m at mesh-law `phases` (n_mesh,), in periods.
 
     The torques fix one force per mesh, bearings and housing deflect under them, and the laws, inverted, give the
-    torsional positions. A mesh without force rests at the drive side's end of its gap. Where a mesh has several points
-    this, with the load spread evenly, is where Newton's method starts. Raises SolverError when a law cannot carry its
-    force or the points do not settle.
+    torsional positions. A mesh without force rests at the drive side's end of its gap. Where a mesh has several points,
+    or touches on both flanks, this, with the load spread evenly, is where Newton's method starts. Raises SolverError
+    when a law cannot carry its force or the points do not settle.
     """
     rows = [row_at(table, e, phases[k]) for e, k in enumerate(assembly.mesh)]
     grids = [table.deflection[e, : table.cells[e]] for e in range(len(rows))]
@@ -97,7 +98,14 @@ def static_state(assembly: Assembly, table: LawTable, torque: FloatArray, phases
     mean = assembly.share[points] * (of_mesh == np.arange(len(force))[:, None])
     torsion = np.linalg.solve(mean @ flank[:, n:], mean @ gap)
     position = np.concatenate([lateral, torsion])
-    if len(points) > len(force):
+    # gears that the load brings closer than their backlash lets them touch on their other flanks too
+    sense = np.where(back, 1.0, -1.0)
+    others = sense * (assembly.contact[2 * points + ~back] @ position)
+    wedged = any(
+        turn * force_at(grids[e], rows[e], np.array([at]))[0] > 0.0
+        for e, at, turn in zip(points, others, sense, strict=True)
+    )
+    if wedged or len(points) > len(force):
         position = _settled(assembly, [(grids[e], rows[e]) for e in points], points, load, position)
     return StaticState(position, force, (assembly.bearing_stiffness @ position).reshape(-1, 3))
 
@@ -141,7 +149,8 @@ def _settled(
             reach *= 0.5
         position = trial
     raise SolverError(
-        f"the load of the meshes did not settle across their faces within {ROUNDS} rounds: use one face point"
+        f"the load of the meshes did not settle on their flanks within {ROUNDS} rounds: use one face point, or give "
+        "more backlash where both flanks touch"
     )
 
 

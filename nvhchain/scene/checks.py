@@ -1,0 +1,101 @@
+"""What is refused before any work starts."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+import psutil
+
+from nvhchain import housing
+from nvhchain.case import RADIATED, Case, GearboxCase
+from nvhchain.errors import InputError, ResourceError
+from nvhchain.fidelity import Fidelity
+from nvhchain.housing.reduction import check_bending_resolution
+from nvhchain.scene.planning import plan_without
+
+
+def preflight(case: Case, fidelity: Fidelity, given: Collection[str] = (), *, in_files: bool = False) -> None:
+    """Refuse before any work starts what the stages to come cannot do (`check_knobs`), too little memory too.
+
+    given: names of the hand-offs that are ready-made, as `run` calls them, or the hand-offs by name; their stages are
+    not looked at, and a foreign housing whose surface is among them is not read.
+    in_files: the bearing forces go to files piece by piece, whatever their length.
+    """
+    check_knobs(case, fidelity, given)
+    if not isinstance(case, GearboxCase):
+        return
+    forced = _forced(given)
+    along = case.options.tilt or case.options.load_distribution
+    if not forced and fidelity.dynamics.mesh_level == "contact" and along:
+        raise InputError(
+            f"{case.name} asks for friction, shuttling or tilt, which the mesh level `contact` does not have: use the "
+            "level `table`, or leave them out of the options"
+        )
+    skipped = {
+        "housing": {"housing", "surface_velocity"}.intersection(given),
+        "mesh law": forced or {"mesh_laws"}.intersection(given),
+        "bearing forces": forced or in_files,
+        "transfer vectors": {"transfer_vectors"}.intersection(given),
+    }
+    needed, largest, free = 0.0, "", float(psutil.virtual_memory().available)
+    for stage in plan_without(case, fidelity, given).stages:
+        if not any(stage.name.startswith(name) for name, reasons in skipped.items() if reasons):
+            needed, largest = max((needed, largest), (1e6 * stage.megabytes, stage.name))
+    if needed > free:
+        long = case.operation.ramp is not None and largest == "bearing forces"
+        raise ResourceError(
+            f"{case.name} at fidelity {fidelity.name} needs about {needed / 1e9:.1f} GB for its {largest}, "
+            f"{free / 1e9:.1f} GB are free: choose a lower fidelity or lower the upper frequency"
+            + long
+            * ", shorten the ramp, or write its bearing forces to files with `nvhchain record`"
+        )
+
+
+def check_knobs(case: Case, fidelity: Fidelity, given: Collection[str] = ()) -> None:
+    """Refuse (InputError) knobs that are too coarse for the band, or know less than is asked for.
+
+    given: as `preflight` takes it.
+    """
+    radiated = sorted(RADIATED.intersection(case.quantities))
+    if radiated and fidelity.acoustics.radiation == "rayleigh":
+        raise InputError(
+            f"{case.name} asks for {', '.join(radiated)}, but the Rayleigh integral knows no pressure on the surface: "
+            "choose radiation = boundary_elements" + " or equivalent_radiated_power" * (radiated == ["sound_power"])
+        )
+    if {"radiation_efficiency", "directivity"}.intersection(radiated) and (
+        fidelity.acoustics.radiation == "equivalent_radiated_power"
+    ):
+        raise InputError(
+            f"{case.name} asks for {', '.join(radiated)}, but the equivalent radiated power has an efficiency of 1 in "
+            "all directions by its definition: choose radiation = boundary_elements"
+        )
+    check_held(case, given)
+    if not isinstance(case, GearboxCase):
+        return
+    dynamics = fidelity.dynamics
+    longest = 1.0 / (dynamics.samples_per_period * case.band.high)
+    if not _forced(given) and dynamics.time_step > longest * (1 + 1e-9):
+        raise InputError(
+            f"time step {1e6 * dynamics.time_step:.4g} µs does not sample {case.band.high:g} Hz with "
+            f"{dynamics.samples_per_period:g} points per period: at most {1e6 * longest:.4g} µs, or lower band.high"
+        )
+    if isinstance(case.housing, housing.Casting) and not {"housing", "surface_velocity"}.intersection(given):
+        check_bending_resolution(case.housing, case.band.high, fidelity.housing)
+
+
+def check_held(case: Case, given: Collection[str] = ()) -> None:
+    """Refuse (InputError) a gearbox in a casting that nothing holds, unless forces or the housing are given.
+
+    given: as `preflight` takes it.
+    """
+    free = isinstance(case, GearboxCase) and isinstance(case.housing, housing.Casting) and case.housing.bolts == 0
+    if free and not _forced(given) and "housing" not in given:
+        raise InputError(
+            f"{case.name}: housing bolts = 0: nothing holds the casting, whose rigid motion no bearing takes: "
+            "give it bolts, or the run its bearing forces"
+        )
+
+
+def _forced(given: Collection[str]) -> set[str]:
+    """Ready-made hand-offs that make the time integration needless."""
+    return {"bearing_forces", "force_spectrum", "surface_velocity"}.intersection(given)

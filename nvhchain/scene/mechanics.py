@@ -1,0 +1,85 @@
+"""What gears, their meshes and the time integration take."""
+
+from __future__ import annotations
+
+from math import lcm, pi
+
+from nvhchain.case import GearboxCase
+from nvhchain.fidelity import Fidelity, GearFidelity
+from nvhchain.gear import GearBody, VolumeMesh
+from nvhchain.scene.casting import modes_in_reach
+from nvhchain.scene.planned import BASE_MEGABYTES, SECONDS_PER_STAGE, Stage
+
+# Estimates: processor seconds and megabytes per unit of work, fitted to the runs in docs/measured/plan.md, which
+# benchmarks/plan.py measures again.
+_SECONDS_PER_TOOTH_LAYER = 1.36e-2
+_SECONDS_PER_LOADED_TOOTH = 4.5e-4
+_MESH_GROWTH = 0.65
+_SECONDS_PER_CONTACT = 1.0e-8
+_MEGABYTES_PER_TOOTH_LAYER = 3.3
+_MEMORY_GROWTH = 0.35
+_MEGABYTES_PER_UNKNOWN = 11e-3
+_SECONDS_PER_STEP_AND_MODE = 7e-9
+_SETTLING_PERIODS = 4
+
+
+def mesh_law_stages(case: GearboxCase, fidelity: Fidelity) -> list[Stage]:
+    """Mesh law of every stage of the gearbox."""
+    knobs, stages = fidelity.gear, []
+    for stage, pair in zip(case.stages, case.pairs, strict=True):
+        bodies = (pair.pinion, pair.wheel)
+        meshes = lcm(*(body.sector for body in bodies))
+        layers = [body.geometry.teeth * knobs.width_layers for body in bodies]
+        fineness = knobs.profile_elements / knobs.row_aspect
+        held = fineness**_MESH_GROWTH * (knobs.bodies == "elements")
+        loaded = sum((body.sector - 1) * layer for body, layer in zip(bodies, layers, strict=True))
+        contacts = meshes * knobs.angles_per_mesh * knobs.deflections * (3 * knobs.slices) ** 2
+        described = " and ".join(
+            f"{body.geometry.teeth} teeth {type(body.blank).__name__.lower()} ({body.sector} by symmetry)"
+            for body in bodies
+        )
+        stages.append(
+            Stage(
+                f"mesh law {stage.name}",
+                f"{described}; {meshes * knobs.angles_per_mesh} angles × {knobs.deflections} deflections, "
+                f"{knobs.slices} slices",
+                held * (_SECONDS_PER_TOOTH_LAYER * sum(layers) + _SECONDS_PER_LOADED_TOOTH * loaded)
+                + _SECONDS_PER_CONTACT * contacts,
+                BASE_MEGABYTES + max(_gear_megabytes(body, knobs) for body in bodies),
+                {"teeth": sum(body.sector for body in bodies)},
+            )
+        )
+    return stages
+
+
+def _gear_megabytes(body: GearBody, knobs: GearFidelity) -> float:
+    """Of a gear's finite elements: of its own mesh, or of a mesh of another program, which is solved as a whole."""
+    if knobs.bodies != "elements":
+        return 0.0
+    if isinstance(body.blank, VolumeMesh):
+        return _MEGABYTES_PER_UNKNOWN * 3 * len(body.blank.nodes)
+    fineness = knobs.profile_elements / knobs.row_aspect
+    return _MEGABYTES_PER_TOOTH_LAYER * body.geometry.teeth * knobs.width_layers * fineness**_MEMORY_GROWTH
+
+
+def _recorded_time(case: GearboxCase) -> float:
+    """s of bearing forces: the ramp, or whole turns of the slowest shaft."""
+    if case.operation.ramp is not None:
+        return case.operation.ramp.duration
+    turns = 1 / min(case.shaft_orders.values())
+    return max(1 / case.band.resolution, 2 * pi * float(turns) / case.operation.input_speed)
+
+
+def dynamics_stage(case: GearboxCase, fidelity: Fidelity) -> Stage:
+    """Time integration of the gearbox."""
+    steps = _recorded_time(case) / fidelity.dynamics.time_step
+    run = steps * (1 if case.operation.ramp else _SETTLING_PERIODS)
+    modes = modes_in_reach(case, fidelity)
+    unknowns = 6 * len(case.shafts) + modes
+    return Stage(
+        "bearing forces",
+        f"{len(case.shafts)} shafts of 6 unknowns, about {modes:.0f} housing modes in the loop, {len(case.stages)} "
+        f"tabulated meshes; steps of {1e6 * fidelity.dynamics.time_step:g} µs",
+        SECONDS_PER_STAGE + _SECONDS_PER_STEP_AND_MODE * run * unknowns,
+        BASE_MEGABYTES + 8e-6 * steps * (3 * len(case.bearings) + 2) * 6,
+    )

@@ -1,0 +1,67 @@
+"""The stages that a case asks for, and what is left out and why."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from nvhchain.advice import advice
+from nvhchain.case import HEARD, RADIATED, Case, GearboxCase, RadiatorCase
+from nvhchain.fidelity import STANDARD, Fidelity
+from nvhchain.radiator import radiator_faces
+from nvhchain.scene.casting import extent, housing_stage, kept_modes
+from nvhchain.scene.mechanics import dynamics_stage, mesh_law_stages
+from nvhchain.scene.planned import BASE_MEGABYTES, SECONDS_PER_STAGE, Plan, Stage
+from nvhchain.scene.radiation import faces_of, radiation_stage, sound_power_stage, transfer_vector_stage
+
+
+def plan(case: Case, *, fidelity: Fidelity = STANDARD) -> Plan:
+    """What will be modelled for `case`, what is skipped and why, memory and time (estimates)."""
+    return plan_without(case, fidelity, ())
+
+
+def plan_without(case: Case, fidelity: Fidelity, ready: Collection[str]) -> Plan:
+    """As `plan`; a foreign housing whose surface is among the hand-offs that are `ready`, by name, is not read."""
+    if isinstance(case, RadiatorCase):
+        faces, area = radiator_faces(case, fidelity.acoustics)
+        given = Stage("surface", f"{faces} triangles with the velocity of the case", SECONDS_PER_STAGE, BASE_MEGABYTES)
+        return Plan(
+            case.name,
+            fidelity.name,
+            tuple(
+                [given]
+                + [transfer_vector_stage(case, fidelity, faces, area)] * (not HEARD.isdisjoint(case.quantities))
+                + [sound_power_stage(case, fidelity, faces, area)] * (not RADIATED.isdisjoint(case.quantities))
+            ),
+            ("gears, dynamics and housing: the surface velocity is given in the case",),
+        )
+    area, unknowns = extent(case, fidelity, ready)
+    stages = [housing_stage(case, fidelity, unknowns), *mesh_law_stages(case, fidelity), dynamics_stage(case, fidelity)]
+    if HEARD.intersection(case.quantities):
+        stages.append(transfer_vector_stage(case, fidelity, faces_of(case, fidelity, area), area))
+    if RADIATED.intersection(case.quantities):
+        stages.append(sound_power_stage(case, fidelity, faces_of(case, fidelity, area), area))
+    if {"surface_velocity", *HEARD}.intersection(case.quantities):
+        stages.append(radiation_stage(case, fidelity, area))
+    return Plan(case.name, fidelity.name, tuple(stages), _skipped(case, fidelity), advice(case))
+
+
+def _skipped(case: GearboxCase, fidelity: Fidelity) -> tuple[str, ...]:
+    reasons = [
+        f"{gear.name}: loads on {gear.geometry.teeth - gear.body.sector} of {gear.geometry.teeth} teeth, "
+        "alike by the symmetry of its blank"
+        for gear in case.gears
+    ]
+    reasons += [
+        f"of the housing all but {kept_modes(case, fidelity)}: their flexibility is kept as residual",
+        f"lines outside {case.band.low:g}…{case.band.high:g} Hz",
+        "acoustic load on the housing: one-way coupling",
+    ]
+    if RADIATED.intersection(case.quantities):
+        reasons.append("radiation resistance between masters: interpolated")
+    if HEARD.intersection(case.quantities):
+        reasons.append("transfer vectors between masters: interpolated; points that are not asked for")
+    else:
+        reasons.append("transfer vectors and sound pressure: not asked for")
+    if case.quantities == ("bearing_forces",):
+        reasons.append("motion of the housing's surface: not asked for")
+    return tuple(reasons)

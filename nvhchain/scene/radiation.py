@@ -1,0 +1,121 @@
+"""What the surface's motion and its sound take."""
+
+from __future__ import annotations
+
+from math import ceil, inf, log10, pi, sqrt
+
+from nvhchain import acoustics
+from nvhchain.case import HEARD, Case, GearboxCase, RadiatorCase
+from nvhchain.fidelity import Fidelity
+from nvhchain.scene.casting import modes_in_reach
+from nvhchain.scene.planned import BASE_MEGABYTES, SECONDS_PER_STAGE, Stage
+
+# Estimates: processor seconds and megabytes per unit of work, fitted to the runs in docs/measured/plan.md, which
+# benchmarks/plan.py measures again.
+_SECONDS_PER_SYSTEM = 0.1
+_SECONDS_PER_PAIR = 9.3e-8
+_SECONDS_PER_LU = 4e-11
+_SECONDS_PER_PAIR_AND_SHAPE = 3e-9
+_MASTERS_AT_LEAST = 6
+_MASTERS_PER_RADIAN = 0.45
+_MASTERS_PER_DECADE = 0.48
+_TRIANGLES_PER_AREA = 2.83
+_TRIANGLES_PER_BORE = 100
+_SECONDS_PER_LINE_AND_FACE = 3e-8
+
+
+def faces_of(case: GearboxCase, fidelity: Fidelity, area: float) -> int:
+    """Triangles of a radiating surface of `area`, m²."""
+    size = acoustics.required_element_size(case.band.high, case.air, fidelity.acoustics)
+    return ceil(_TRIANGLES_PER_AREA * area / size**2 + _TRIANGLES_PER_BORE * len(case.bearings))
+
+
+def transfer_vector_stage(case: Case, fidelity: Fidelity, faces: int, area: float) -> Stage:
+    """Transfer vectors to the field points, or the cheaper level of radiation in their place."""
+    knobs = fidelity.acoustics
+    described = (
+        f"about {faces} triangles at {knobs.elements_per_wavelength:g} per wavelength, {len(case.field_points)} "
+        "field point(s)"
+    )
+    if knobs.radiation == "equivalent_radiated_power":
+        return Stage("radiated power", f"{described}, plane waves from every face", SECONDS_PER_STAGE, BASE_MEGABYTES)
+    masters = _masters(case, fidelity, area)
+    if knobs.radiation == "rayleigh":
+        return Stage("transfer vectors", f"{described}, Rayleigh integral", SECONDS_PER_STAGE, BASE_MEGABYTES)
+    return Stage(
+        "transfer vectors",
+        f"{described}, about {masters} master frequencies, engine {case.engine}",
+        masters * _system_seconds(faces, fidelity),
+        BASE_MEGABYTES
+        + 1e-6
+        * acoustics.estimate_memory(
+            faces // 2,
+            faces,
+            case.engine,
+            knobs,
+            points=len(case.field_points) * (1 if case.reflecting_plane is None else 2),
+            frequencies=masters,
+        ),
+        {"triangles": faces, "masters": masters},
+    )
+
+
+def sound_power_stage(case: Case, fidelity: Fidelity, faces: int, area: float) -> Stage:
+    """Solutions for every mode and seat direction at masters, or for one velocity at every line."""
+    knobs = fidelity.acoustics
+    if knobs.radiation != "boundary_elements":
+        return Stage("sound power", f"about {faces} triangles, {knobs.radiation}", SECONDS_PER_STAGE, BASE_MEGABYTES)
+    shapes = 1.0
+    if isinstance(case, RadiatorCase):
+        systems = len(case.frequencies)
+        described = f"{systems} lines"
+    else:
+        systems = _masters(case, fidelity, area)
+        shapes = modes_in_reach(case, fidelity) + 3 * len(case.bearings)
+        described = f"about {systems} master frequencies, {shapes:.0f} modes and seat directions"
+    seconds = systems * (_system_seconds(faces, fidelity) + _SECONDS_PER_PAIR_AND_SHAPE * shapes * faces**2)
+    return Stage(
+        "radiation resistance" if shapes > 1 else "sound power",
+        f"about {faces} triangles, {described}, engine {case.engine}",
+        seconds,
+        BASE_MEGABYTES + 1e-6 * acoustics.estimate_memory(faces // 2, faces, case.engine, knobs),
+        {"triangles": faces, "masters": systems, "shapes": shapes},
+    )
+
+
+def _system_seconds(faces: int, fidelity: Fidelity) -> float:
+    """Of matrices and factors at one frequency; twice the Gauss order is four times the points of a pair."""
+    pairs = faces**2 * (fidelity.acoustics.quadrature_order / 2) ** 2
+    return _SECONDS_PER_SYSTEM + _SECONDS_PER_PAIR * pairs + _SECONDS_PER_LU * (faces / 2) ** 3
+
+
+def _masters(case: Case, fidelity: Fidelity, area: float) -> int:
+    """Master frequencies: they grow with the band times the body's size and with the digits that are asked of them, or
+    are the lines where those are few."""
+    if isinstance(case, RadiatorCase):
+        band, lines = case.frequencies[-1] - case.frequencies[0], float(len(case.frequencies))
+    else:
+        band, lines = case.band.high - case.band.low, inf
+    radians = 2 * pi * band / case.air.speed_of_sound * sqrt(area / pi)
+    digits = max(0.5, 1 + _MASTERS_PER_DECADE * log10(0.5 / fidelity.acoustics.master_tolerance_db))
+    return int(min(lines, ceil(digits * (_MASTERS_AT_LEAST + _MASTERS_PER_RADIAN * radians))))
+
+
+def radiation_stage(case: GearboxCase, fidelity: Fidelity, area: float) -> Stage:
+    """Motion of the surface and its sound pressure where that is asked for, line by line."""
+    lines = (case.band.high - case.band.low) / case.band.resolution
+    faces = faces_of(case, fidelity, area)
+    points = len(case.field_points) if HEARD.intersection(case.quantities) else 0
+    band = f"from {case.band.low:g} to {case.band.high:g} Hz"
+    if case.operation.ramp is not None:
+        name, models = "pressure", f"noise transfer functions {band}, convolved with the bearing forces"
+    elif points:
+        name, models = "velocity, pressure", f"about {lines:.0f} lines {band}, forced response and dot products"
+    else:
+        name, models = "velocity", f"about {lines:.0f} lines {band}, forced response"
+    return Stage(
+        name,
+        models,
+        SECONDS_PER_STAGE + _SECONDS_PER_LINE_AND_FACE * lines * faces * (1 + points),
+        BASE_MEGABYTES + 3 * 16e-6 * lines * faces,
+    )

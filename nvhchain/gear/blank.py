@@ -33,8 +33,8 @@ class _Opened(ABC):
 
     @property
     @abstractmethod
-    def cutouts(self) -> Openings:
-        """The openings."""
+    def cutouts(self) -> Openings | None:
+        """The openings, if there are any."""
 
     @property
     def web(self) -> Web | None:
@@ -47,11 +47,12 @@ class _Opened(ABC):
                 "web_thickness, hub_radius and rim_radius belong together: give all three, or none for full width"
             )
         web = Web(hub, rim, thickness, self.web_offset)
-        require(
-            hub <= openings.inner_radius and openings.outer_radius <= rim,
-            f"openings from {openings.inner_radius:g} to {openings.outer_radius:g} m leave the web from {hub:g} to "
-            f"{rim:g} m: keep them inside it",
-        )
+        if openings is not None:
+            require(
+                hub <= openings.inner_radius and openings.outer_radius <= rim,
+                f"openings from {openings.inner_radius:g} to {openings.outer_radius:g} m leave the web from {hub:g} to "
+                f"{rim:g} m: keep them inside it",
+            )
         return web
 
 
@@ -136,7 +137,7 @@ class Holes(_Opened):
 class Slots(_Opened):
     """A disc with circumferential slots, cut through the whole face width or through a thin web.
 
-    count: slots.  inner_radius, outer_radius: m.  angular_width: rad.  fillet: m, corner radius.
+    count: slots.  inner_radius, outer_radius: m.  angular_width: rad; 0: there are none.  fillet: m, corner radius.
     phase: rad, middle of slot 0 against the middle of tooth 0.
     web_thickness, hub_radius, rim_radius: m, all three for a thin web, none for a disc of full width.
     web_offset: m, of the web's middle along z from mid-width.
@@ -154,8 +155,15 @@ class Slots(_Opened):
     web_offset: float = 0.0
 
     @property
-    def cutouts(self) -> Cutouts:
-        """The slots."""
+    def symmetry(self) -> int:
+        """Order of the rotational symmetry; 0: every angle."""
+        return int(self.count) if self.angular_width else 0
+
+    @property
+    def cutouts(self) -> Cutouts | None:
+        """The slots; none where they have no width."""
+        if self.angular_width == 0:
+            return None
         return Cutouts(self.count, self.inner_radius, self.outer_radius, self.angular_width, self.fillet, self.phase)
 
 

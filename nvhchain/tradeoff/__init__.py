@@ -1,8 +1,8 @@
-"""Speed for accuracy, measured: every knob of fidelity.py alone and the presets, and the cheapest that suffice."""
+"""Speed for accuracy, measured: every knob of a fidelity alone and the presets, and the cheapest that suffice."""
 
 from nvhchain.tradeoff.deviation import Deviation, deviation, deviation_in_time
 from nvhchain.tradeoff.files import save_tradeoff
-from nvhchain.tradeoff.knobs import KNOBS, NOT_SWEPT, Knob, knobs_of, variants
+from nvhchain.tradeoff.knobs import KNOBS, NOT_SWEPT, Knob, knobs_of, records, variants
 from nvhchain.tradeoff.planner import Choice, cheapest
 from nvhchain.tradeoff.shipped import shipped_sweep
 from nvhchain.tradeoff.sweep import Measurement, Tradeoff, tradeoff
@@ -24,6 +24,7 @@ __all__ = [
     "from_json",
     "knobs_of",
     "markdown",
+    "records",
     "save_tradeoff",
     "shipped_sweep",
     "tradeoff",

@@ -28,7 +28,7 @@ def save_tradeoff(sweep: Tradeoff, out: str | Path) -> None:
         if item.deviation is None:
             continue
         group, _, field = item.knob.partition(".")
-        group = "beyond the yardstick" if item.knob in BEYOND else group
+        group = "beyond the yardstick" if (item.knob, item.value) in BEYOND else group
         name = f"{field} {item.value}" if field else item.value
         groups.setdefault(group, []).append((item.processor, item.deviation.worst_order, name))
     if groups:

@@ -1,10 +1,10 @@
-"""The knobs of fidelity.py and the values that a sweep tries, cheapest first; what it leaves alone, and why."""
+"""The knobs of `nvhchain.fidelity` and the values that a sweep tries, cheapest first; what it leaves alone, and why."""
 
 from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from nvhchain.case import HEARD, RADIATED, Case, GearboxCase, RadiatorCase
@@ -17,19 +17,24 @@ STAGES = ("gear", "dynamics", "housing", "acoustics")
 PRESET = "preset"
 """Name under which the joint presets are asked for and measured."""
 
+RECORD = "record"
+"""Name under which records of other lengths are asked for and measured."""
+
 
 @dataclass(frozen=True)
 class Knob:
     """Fields of one stage's fidelity that are turned together.
 
     stage: `gear`, `dynamics`, `housing` or `acoustics`.  fields: names there.  values: one tuple of field values per
-    setting, cheapest first.  run_up: whether only a run-up looks at it.
+    setting, cheapest first.  run_up: whether only a run-up looks at it.  hours: whether one run takes that long; it is
+    swept where it is asked for by name.
     """
 
     stage: str
     fields: tuple[str, ...]
     values: tuple[tuple[Any, ...], ...]
     run_up: bool = False
+    hours: bool = False
 
     @property
     def name(self) -> str:
@@ -65,6 +70,7 @@ KNOBS: tuple[Knob, ...] = (
     _one("gear", "back_reach", 0.5),
     _one("gear", "corner_gap", 30e-6),
     _one("dynamics", "mesh_level", "stiffness"),
+    Knob("dynamics", ("mesh_level",), (("contact",),), hours=True),
     _one("dynamics", "time_step", 30e-6, 20e-6, 10e-6),
     _one("dynamics", "settle_level", 1e-2, 1e-4),
     _one("dynamics", "angle_refinement", 1, 2),
@@ -137,8 +143,18 @@ NOT_SWEPT: dict[str, str] = {
 }
 """Fields that change no answer, or only towards finer, with the reason."""
 
-BEYOND = frozenset({"dynamics.gyroscopic", "dynamics.face_points", "dynamics.flexible_shafts"})
-"""Knobs whose settings model more than any preset: what they change is no error of theirs."""
+BEYOND = frozenset(
+    {
+        ("dynamics.gyroscopic", "True"),
+        ("dynamics.face_points", "3"),
+        ("dynamics.flexible_shafts", "True"),
+        ("dynamics.mesh_level", "contact"),
+    }
+)
+"""Knobs and values that model more than any preset: what they change is no error of theirs."""
+
+RECORDS = (0.25, 0.5, 2.0)
+"""Lengths of the record that are tried, over that of the case."""
 
 _OF_THE_SURFACE = ("elements_per_wavelength", "samples_per_face")
 """Fields that decide on the radiating faces and their motion."""
@@ -147,16 +163,17 @@ _OF_THE_SURFACE = ("elements_per_wavelength", "samples_per_face")
 def knobs_of(case: Case, names: Sequence[str] | None = None) -> tuple[Knob, ...]:
     """The knobs that a run of `case` looks at, or those of them with these names.
 
-    A name is that of a knob, of one of its fields, of a stage, or `preset`, which is no knob.  Raises InputError for an
-    unknown name.
+    A name is that of a knob, of one of its fields, of a stage, or `preset` or `record`, which are no knobs.  Raises
+    InputError for an unknown name.
     """
     looked_at = [knob for knob in KNOBS if _matters(knob, case)]
     if names is None:
-        return tuple(looked_at)
+        return tuple(knob for knob in looked_at if not knob.hours)
+    others = (PRESET, RECORD) if isinstance(case, GearboxCase) else (PRESET,)
     for name in names:
         require(
-            name == PRESET or any(_called(knob, name) for knob in looked_at),
-            f"knob {name!r} is unknown or not used by {case.name}; known: {PRESET}, "
+            name in others or any(_called(knob, name) for knob in looked_at),
+            f"knob {name!r} is unknown or not used by {case.name}; known: {', '.join(others)}, "
             f"{', '.join(knob.name for knob in looked_at)}",
         )
     return tuple(knob for knob in looked_at if any(_called(knob, name) for name in names))
@@ -176,6 +193,25 @@ def variants(case: Case, base: Fidelity, names: Sequence[str] | None = None) -> 
     asked = names is None or PRESET in names
     joint = [(PRESET, name, preset) for name, preset in PRESETS.items() if asked and not same(preset, base)]
     return (*single, *joint)
+
+
+def records(case: Case, names: Sequence[str] | None = None) -> tuple[tuple[str, str, Case], ...]:
+    """(what is turned, its value, case) with records of other lengths (`RECORDS`): they are told by the case.
+
+    At constant speed by its line spacing, in a run-up by its duration.  names: as `knobs_of` takes them.
+    """
+    if not isinstance(case, GearboxCase) or not (names is None or RECORD in names):
+        return ()
+    ramp, made = case.operation.ramp, []
+    for factor in RECORDS:
+        if ramp is None:
+            spacing = case.band.resolution / factor
+            made.append(("band.resolution", spacing, replace(case, band=replace(case.band, resolution=spacing))))
+        else:
+            duration = ramp.duration * factor
+            operation = replace(case.operation, ramp=replace(ramp, duration=duration))
+            made.append(("ramp.duration", duration, replace(case, operation=operation)))
+    return tuple((f"{RECORD}.{field}", f"{value:g}", turned) for field, value, turned in made)
 
 
 def knobs_by_stage(fidelity: Fidelity) -> dict[str, dict[str, Any]]:
@@ -213,4 +249,6 @@ def _heard(knob: Knob, case: Case) -> bool:
 
 
 def _called(knob: Knob, name: str) -> bool:
+    if knob.hours and name == knob.stage:
+        return False
     return name in (knob.name, knob.stage) or name in [f"{knob.stage}.{field}" for field in knob.fields]

@@ -204,7 +204,7 @@ def _rows(cases: Sequence[Case], sweep: Tradeoff) -> list[tuple[Measurement, Kno
     return [
         (row, *known[row.knob, row.value])
         for row in sweep.measurements[1:]
-        if row.deviation is not None and (row.knob, row.value) in known and row.knob not in BEYOND
+        if row.deviation is not None and (row.knob, row.value) in known and (row.knob, row.value) not in BEYOND
     ]
 
 

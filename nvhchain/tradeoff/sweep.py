@@ -19,7 +19,7 @@ from nvhchain.handoff import FieldPressure, PressureHistory
 from nvhchain.resume import Unwatched, Watcher, code_version, fingerprint
 from nvhchain.tradeoff.deviation import Deviation, deviation, deviation_in_time
 from nvhchain.tradeoff.elsewhere import extent
-from nvhchain.tradeoff.knobs import STAGES, knobs_by_stage, variants
+from nvhchain.tradeoff.knobs import STAGES, knobs_by_stage, records, variants
 from nvhchain.tradeoff.measure import Cost, Ledger, Run, measured_run
 
 _CODE = (*STAGES, "spectrum", "radiator", "stages", "tradeoff/deviation", "tradeoff/measure", "tradeoff/worker")
@@ -33,7 +33,8 @@ _THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA
 class Measurement:
     """One row: a knob at a value, the rest at the base.
 
-    knob: as in `gear.slices`, or `preset`, or `base`.  stages: cost of every stage, found or computed.
+    knob: as in `gear.slices`, or `preset`, or `base`, or `record.` and what of the case tells its length.
+    stages: cost of every stage, found or computed.
     deviation: from the base, None where the run was refused or is the base.  refused: why.
     """
 
@@ -83,7 +84,7 @@ def tradeoff(
     progress: Progress | None = None,
     watcher: Watcher | None = None,
 ) -> Tradeoff:
-    """Sweep knobs of fidelity.py one by one with the rest at `fidelity`, and the presets; errors against `fidelity`.
+    """Sweep the knobs of `fidelity` one by one with the rest as they are, and the presets; errors against `fidelity`.
 
     knobs: names as in `gear.slices`, of stages, or `preset`; None: all that a run of `case` looks at.
     out: folder of the measurements; a sweep that was interrupted goes on where it was, and operators that a variant
@@ -98,13 +99,14 @@ def tradeoff(
         f"{case.name} asks for {', '.join(case.quantities)}: errors are those of the sound pressure; ask for it",
     )
     out, report = Path(out), progress or (lambda done, total: None)
-    todo = variants(case, fidelity, knobs)
+    todo = [(knob, value, case, variant) for knob, value, variant in variants(case, fidelity, knobs)]
+    todo += [(knob, value, variant, fidelity) for knob, value, variant in records(case, knobs)]
     sweep = _Sweep(case, fidelity, out, watcher or Unwatched())
     report(0, len(todo) + 1)
     rows = [sweep.base()]
-    for done, (knob, value, variant) in enumerate(todo):
+    for done, variant in enumerate(todo):
         report(done + 1, len(todo) + 1)
-        rows.append(sweep.row(knob, value, variant))
+        rows.append(sweep.row(*variant))
     report(len(todo) + 1, len(todo) + 1)
     return Tradeoff(case.name, fidelity.name, tuple(rows), _provenance(case, fidelity), sweep.yardstick())
 
@@ -120,7 +122,7 @@ class _Sweep:
 
     def base(self) -> Measurement:
         """Row of the yardstick, its spine kept."""
-        run = self._run(self._fidelity, self._spine)
+        run = self._run(self._case, self._fidelity, self._spine)
         require(run.refused is None, f"the base {self._fidelity.name} is refused: {run.refused}")
         return Measurement("base", self._fidelity.name, run.stages, None)
 
@@ -129,35 +131,35 @@ class _Sweep:
         path = self._spine / "pressure.h5"
         return store.load(path, FieldPressure) if path.exists() else None
 
-    def row(self, knob: str, value: str, variant: Fidelity) -> Measurement:
-        """Row of a variant: the kept one, or measured now."""
+    def row(self, knob: str, value: str, case: Case, fidelity: Fidelity) -> Measurement:
+        """Row of a variant of the case or of the fidelity: the kept one, or measured now."""
         kept = self._out / "rows" / f"{fingerprint(_identity(self._case, self._fidelity), knob, value)[:16]}.json"
-        identity = _identity(self._case, variant)
+        identity = _identity(case, fidelity)
         if kept.exists():
             record = json.loads(kept.read_text())
             if record["identity"] == identity:
                 return measurement(record)
-        made = self._measure(knob, value, variant)
+        made = self._measure(knob, value, case, fidelity)
         kept.parent.mkdir(exist_ok=True)
         store.write_text(kept, json.dumps({"identity": identity, **asdict(made)}))
         return made
 
-    def _measure(self, knob: str, value: str, variant: Fidelity) -> Measurement:
+    def _measure(self, knob: str, value: str, case: Case, fidelity: Fidelity) -> Measurement:
         spine = self._out / "variant"
         shutil.rmtree(spine, ignore_errors=True)
         spine.mkdir()
         for file in self._spine.glob("*.h5"):  # what the variant leaves unchanged is found by its key
             os.link(file, spine / file.name)
         try:
-            run = self._run(variant, spine)
+            run = self._run(case, fidelity, spine)
             error = None if run.refused else _deviation(self._case, spine, self._spine)
         finally:
             shutil.rmtree(spine, ignore_errors=True)
         return Measurement(knob, value, run.stages, error, run.refused)
 
-    def _run(self, fidelity: Fidelity, spine: Path) -> Run:
+    def _run(self, case: Case, fidelity: Fidelity, spine: Path) -> Run:
         return measured_run(
-            self._case,
+            case,
             fidelity,
             out=spine,
             operators=self._out / "operators",

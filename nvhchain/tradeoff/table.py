@@ -33,7 +33,7 @@ def markdown(sweep: Tradeoff) -> str:
     """A table for docs/measured: one row per variant, errors against the base."""
     lines = ["| " + " | ".join(_HEADINGS) + " |", "|---|---|---:|---:|---:|---:|---:|---:|"]
     lines += ["| " + " | ".join(_row(sweep, item)) + " |" for item in sweep.measurements]
-    if any(item.knob in BEYOND for item in sweep.measurements):
+    if any((item.knob, item.value) in BEYOND for item in sweep.measurements):
         lines += ["", f"\\* models more than {sweep.base}: what it changes is no error of the row."]
     return "\n".join(lines) + "\n"
 
@@ -98,7 +98,7 @@ def _pressure(record: dict[str, Any] | None) -> FieldPressure | None:
 
 
 def _row(sweep: Tradeoff, item: Measurement) -> list[str]:
-    value = item.value + " \\*" * (item.knob in BEYOND)
+    value = item.value + " \\*" * ((item.knob, item.value) in BEYOND)
     cost = [f"{item.processor:.3g}", f"{item.seconds:.3g}", f"{item.megabytes:.0f}"]
     if item.refused:
         return [item.knob, value, *cost, f"refused: {item.refused}", "", ""]

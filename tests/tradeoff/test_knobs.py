@@ -4,9 +4,10 @@ from dataclasses import asdict, fields, replace
 
 import pytest
 
+from nvhchain.case import Ramp
 from nvhchain.errors import InputError
 from nvhchain.fidelity import DRAFT, REFERENCE, STANDARD
-from nvhchain.tradeoff import KNOBS, NOT_SWEPT, knobs_of, variants
+from nvhchain.tradeoff import KNOBS, NOT_SWEPT, knobs_of, records, variants
 
 STAGES = ("gear", "dynamics", "housing", "acoustics")
 
@@ -54,6 +55,28 @@ def test_a_radiator_turns_acoustics_only_and_a_steady_gearbox_nothing_of_the_run
     assert {knob.stage for knob in knobs_of(sphere)} == {"acoustics"}
     assert {knob.stage for knob in knobs_of(gearbox)} == set(STAGES)
     assert not any(knob.run_up for knob in knobs_of(gearbox))
+
+
+def test_the_contact_problem_in_the_time_loop_is_swept_where_it_is_named_alone(gearbox):
+    for names in (None, ["dynamics"]):
+        assert ("dynamics.mesh_level", "contact") not in {row[:2] for row in variants(gearbox, DRAFT, names)}
+    asked = [row[:2] for row in variants(gearbox, DRAFT, ["dynamics.mesh_level"])]
+    assert ("dynamics.mesh_level", "contact") in asked
+    assert len(set(asked)) == len(asked)
+
+
+def test_records_of_other_lengths_change_the_line_spacing_or_the_duration_and_nothing_else(sphere, gearbox):
+    made = records(gearbox)
+    assert [row[:2] for row in made] == [("record.band.resolution", value) for value in ("120", "60", "15")]
+    assert all(replace(case, band=gearbox.band) == gearbox for _, _, case in made)
+    assert made[0][2].band.resolution == 120.0
+    rising = replace(gearbox, operation=replace(gearbox.operation, ramp=Ramp(400.0, 8.0)))
+    made = records(rising, ["gear", "record"])
+    assert [row[:2] for row in made] == [("record.ramp.duration", value) for value in ("2", "4", "16")]
+    assert all(replace(case, operation=rising.operation) == rising for _, _, case in made)
+    assert records(gearbox, ["gear"]) == records(sphere) == ()
+    with pytest.raises(InputError, match="'record' is unknown or not used"):
+        knobs_of(sphere, ["record"])
 
 
 def test_knobs_are_chosen_by_knob_field_or_stage_and_unknown_names_are_refused(gearbox):

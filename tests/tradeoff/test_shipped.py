@@ -8,7 +8,7 @@ import nvhchain as nvh
 from nvhchain.errors import InputError
 from nvhchain.fidelity import DRAFT, REFERENCE, STANDARD
 from nvhchain.scene import plan
-from nvhchain.tradeoff import cheapest, deviation, knobs_of, planner, shipped_sweep, variants
+from nvhchain.tradeoff import cheapest, deviation, knobs_of, planner, records, shipped_sweep, variants
 
 SMALL = "cases/small/single_stage.toml"
 
@@ -25,7 +25,7 @@ def sweep():
 
 def test_rows_are_settings_of_today_around_the_reference_of_today(case, sweep):
     assert (sweep.case, sweep.base) == (case.name, "reference")
-    known = {(knob, value) for knob, value, _ in variants(case, REFERENCE)}
+    known = {(knob, value) for knob, value, _ in (*variants(case, REFERENCE), *records(case))}
     rows = [(row.knob, row.value) for row in sweep.measurements[1:]]
     assert len(rows) == len(set(rows))
     assert set(rows) <= known

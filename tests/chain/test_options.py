@@ -267,3 +267,61 @@ def test_load_distributions_of_another_gearbox_are_refused(run, record, text, ch
     with pytest.raises(InputError, match=message):
         run(f"[options]\n{text}", load_distributions=given, watcher=record)
     assert record.began == []
+
+
+def bearings(stiffness):
+    rows = (
+        f'[[bearings]]\nname = "{name}"\nradial_stiffness = {stiffness}\naxial_stiffness = {stiffness}\n'
+        for name in ("A1", "A2", "B1", "B2")
+    )
+    return "".join(rows)
+
+
+FLEXIBLE = "flexible_shafts = true\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "flexible", "ratio"),
+    [
+        ("[operation]\ninput_torque = 600\n", "", (10.0, 10.0)),
+        ("[operation]\ninput_torque = 600\n", FLEXIBLE, (10.0, 10.0)),
+        ("[operation]\ninput_torque = 1e-6\n", "", (0.0, 1e-3)),
+        ("[operation]\ninput_torque = 1e-6\n", FLEXIBLE, (0.0, 1e-3)),
+        ("[operation]\ninput_speed_rpm = 20000\n", "", (1.0, 1.0)),
+        (bearings(1e12), "", (0.02, 1.0)),
+        # the slope of the bent shaft is against that of its bearings, which give way most beside the gear
+        (bearings(1e12), FLEXIBLE, (1.0, 3.0)),
+    ],
+)
+def test_tilt_under_load_at_extremes(load, housing, text, flexible, ratio):
+    """It goes with the torque, no matter the speed; beside rigid shafts, stiff bearings leave less of it."""
+    options = f"[options]\nloaded_misalignment = true\n{flexible}"
+
+    def tilt(before):
+        misalignment = stages.under_load(load(before + options), housing, COARSE).stages[0].misalignment
+        return np.array([misalignment.in_plane, misalignment.normal])
+
+    usual, found = tilt(""), tilt(text)
+    of_usual = np.linalg.norm(found) / np.linalg.norm(usual)
+    assert np.linalg.norm(usual) > 1e-5
+    assert ratio[0] - 1e-3 <= of_usual <= ratio[1] + 1e-3
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (bearings(1.63e5), r"misalignment \w+ = -?\d.* mrad is beyond"),
+        ("[operation]\ninput_speed_rpm = 20000\n", "the mesh frequency = 6667 Hz"),
+        ("[operation]\ninput_torque = -60\n", "input_torque = -60 N m is outside"),
+    ],
+)
+def test_laws_of_tilted_gears_at_extremes_are_refused_where_they_mean_nothing(run, text, message):
+    with pytest.raises(InputError, match=message):
+        run(f"{text}[options]\nloaded_misalignment = true")
+
+
+def test_ten_times_the_load_with_laws_of_tilted_gears_is_bounded(run):
+    text = "[options]\nloaded_misalignment = true\nflexible_shafts = true\nfriction = 0.05\nshuttling = true"
+    force = run(f"[operation]\ninput_torque = 600\n{text}").bearing_forces.force
+    mesh = run(text).case.mesh_forces[0]
+    assert 10 * mesh / 4 < np.abs(force).max() < 40 * mesh

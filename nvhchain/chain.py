@@ -289,9 +289,9 @@ class _Chain:
 
     @cached_property
     def radiation_resistance(self) -> RadiationResistance:
-        lines = self.force_spectrum.frequency
+        forces = self.force_spectrum
         return stages.radiation_resistance(
-            self._gearbox, self.housing, lines, self.fidelity, self._shared, self._executor
+            self._gearbox, self.housing, forces, self.fidelity, self._shared, self._executor
         )
 
     @property

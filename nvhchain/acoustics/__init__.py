@@ -19,6 +19,7 @@ from nvhchain.acoustics.masters import adaptive_transfer_vectors
 from nvhchain.acoustics.microphones import array_points, array_power
 from nvhchain.acoustics.modal import modal_pressure, modal_transfer_vectors, noise_transfer_functions, transfer_pressure
 from nvhchain.acoustics.modal_power import (
+    loaded_seats,
     modal_efficiency,
     modal_power,
     radiation_modes,
@@ -67,6 +68,7 @@ __all__ = [
     "expected_radiation_error",
     "housing_shapes",
     "interpolation_error",
+    "loaded_seats",
     "master_frequencies",
     "mean_square_velocity",
     "modal_efficiency",

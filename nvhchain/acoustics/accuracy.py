@@ -9,17 +9,19 @@ from typing import Any
 
 import numpy as np
 
-from nvhchain.acoustics.coarsening import SHARP_ANGLE, CoarseSurface
-from nvhchain.acoustics.surface import LOCAL_COARSENING, MESH_SCATTER, check_mesh, element_sizes, point_clearance
+from nvhchain.acoustics.coarsening import SHARP_ANGLE, CoarseSurface, octupole_error
+from nvhchain.acoustics.surface import (
+    LOCAL_COARSENING,
+    MESH_ERROR,
+    MESH_SCATTER,
+    check_mesh,
+    element_sizes,
+    point_clearance,
+)
 from nvhchain.conventions import Air
 from nvhchain.errors import AccuracyWarning
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import FloatArray, Surface
-
-MESH_ERROR = 1.2
-"""Error at field points relative to their peak, times the square of the elements per wavelength: fitted to interior
-point sources in boxes, brackets and plates at 1.7…12 elements per wavelength, which it meets within a factor of three;
-round bodies are up to eight times better."""
 
 FACETS = 0.32
 """Error at field points relative to their peak, over the mean square of the angle (rad) under which neighbouring
@@ -62,7 +64,8 @@ def expected_accuracy(
     fields err by two to eight times as much (docs/measured/quadrature.md).
     With triangles longer than all but a twentieth of the area may be (`LOCAL_COARSENING`): coarse_share of the area,
     coarse_elements_per_wavelength of the longest one, and their error (`patch_error`) as part of expected_error_dB;
-    that of the nearest points counts as if they lay next to the longest one.
+    expected_error_patch_dB bounds the error of sound that comes from behind them alone, wherever it is heard, and that
+    of the nearest points counts as if they lay next to the longest one.
     Gives an AccuracyWarning where the mesh is coarser than `fidelity.elements_per_wavelength` asks for or, for its own
     size, as coarse as that, for such triangles with less than `fidelity.coarsest_elements_per_wavelength` on their
     longest edge, for a point that near, and for a quadrature error above `fidelity.quadrature_error`;
@@ -86,7 +89,7 @@ def expected_accuracy(
         "expected_error_low_dB": _decibel(low),
     }
     if patch > 0:
-        expected |= _told_patch(surface, size, wavelength, error, fidelity)
+        expected |= _told_patch(surface, size, wavelength, error, NEAR_FACTOR * (error + at_longest), fidelity)
     if faceting > 0:
         expected["faceting_error_dB"] = _decibel(faceting)
     asked = fidelity.elements_per_wavelength
@@ -125,10 +128,11 @@ def patch_error(surface: Surface, size: float, wavelength: float) -> tuple[float
 
     size: m, for which the mesh counts.  wavelength: m.  A triangle longer than `LOCAL_COARSENING` sizes errs by
     `MESH_ERROR` (longest edge/wavelength)² of what it radiates, less what the longest edge admitted would; sound of
-    irregular phase takes the root of the area-weighted mean square of that.  Zero for even meshes.  Against interior
-    sources under a polar cap of 4.7 % of a sphere: 0.16 and 0.07 stated at 1.2 and 1.8 elements per wavelength of the
-    cap, 0.08…0.37 and 0.04…0.13 found in front of it, a quarter of that elsewhere; three times as much for a source a
-    quarter of the radius below the cap.
+    irregular phase takes the root of the area-weighted mean square of that.  Zero for even meshes.  Sources inside a
+    sphere with a cap of 4.7 % at 3 and 1.5 elements per wavelength of the cap: 0.029 and 0.115 stated with the rest of
+    the mesh, 0.030 and 0.154 found 0.4 radii behind the cap, 2.3 times as much at a quarter, 4.8 times at a tenth of
+    the radius, always less than what is stated for the cap alone.  Velocities are means over the faces: those at the
+    centroids of the cap alone would add up to 0.3 at any frequency.
     """
     squares = (surface.longest_edges**2 - (LOCAL_COARSENING * size) ** 2).clip(0.0)
     errors = MESH_ERROR * squares / wavelength**2
@@ -136,9 +140,12 @@ def patch_error(surface: Surface, size: float, wavelength: float) -> tuple[float
 
 
 def _told_patch(
-    surface: Surface, size: float, wavelength: float, error: float, fidelity: AcousticsFidelity
+    surface: Surface, size: float, wavelength: float, error: float, alone: float, fidelity: AcousticsFidelity
 ) -> dict[str, float]:
-    """Provenance of triangles much coarser than the rest, with a warning where they carry no wave."""
+    """Provenance of triangles much coarser than the rest, with a warning where they carry no wave.
+
+    error, alone: of the whole, and of sound that comes from behind these triangles alone.
+    """
     longest = float(surface.longest_edges.max())
     share = float(surface.areas[surface.longest_edges > LOCAL_COARSENING * size].sum() / surface.areas.sum())
     least = fidelity.coarsest_elements_per_wavelength
@@ -146,12 +153,16 @@ def _told_patch(
         warnings.warn(
             f"{100 * share:.2g} % of the area has triangles up to {1e3 * longest:.3g} mm long, "
             f"{wavelength / longest:.2g} elements per wavelength at the upper frequency, where {least:g} carry a wave: "
-            f"expect errors of about {_decibel(error):.2g} dB, more in front of them; refine them to "
-            f"{1e3 * LOCAL_COARSENING * size:.3g} mm",
+            f"expect errors of about {_decibel(error):.2g} dB, up to {_decibel(alone):.2g} dB of sound from behind "
+            f"them alone; refine them to {1e3 * LOCAL_COARSENING * size:.3g} mm",
             AccuracyWarning,
             stacklevel=4,
         )
-    return {"coarse_share": share, "coarse_elements_per_wavelength": wavelength / longest}
+    return {
+        "coarse_share": share,
+        "coarse_elements_per_wavelength": wavelength / longest,
+        "expected_error_patch_dB": _decibel(alone),
+    }
 
 
 def coarse_accuracy(
@@ -159,35 +170,36 @@ def coarse_accuracy(
 ) -> dict[str, Any]:
     """Provenance of the worst of the coarser surfaces (coarsest first) that frequencies (n_f,) Hz are solved on.
 
-    coarse_error_dB: what `expected_accuracy` expects of it at the highest of these, coarse_highest_frequency, of the
-    monopole and dipole parts of a motion (coarse_error_parts); coarse_faces: its triangles.  Parts that cancel within a
-    few coarse edges lose more, whatever the frequency: quadrupoles three, octupoles twelve to fifteen times as much as
-    dipoles on a sphere at ka = 0.09 (`AcousticsFidelity.coarse_edge_ratios`).
+    coarse_error_dB: the larger of what `expected_accuracy` expects of it at the highest of these,
+    coarse_highest_frequency, and the error of octupoles at the lowest, coarse_lowest_frequency (`octupole_error`);
+    coarse_faces: its triangles.  Walls that bend in two waves and more lose more (docs/measured/sound_power.md).
     AccuracyWarning where the error exceeds that of a mesh as coarse as `fidelity.elements_per_wavelength` asks for.
     """
     worst: dict[str, Any] = {}
-    above = 0.0
+    left = frequency > 0
     for coarse in below:
-        mine = frequency[(frequency > above) & (frequency <= coarse.highest_frequency)]
-        above = max(above, coarse.highest_frequency)
+        mine = frequency[left & coarse.carries(frequency)]
+        left &= ~coarse.carries(frequency)
         if len(mine) == 0:
             continue
-        highest = float(mine[-1])
+        lowest, highest = float(mine[0]), float(mine[-1])
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", AccuracyWarning)  # said once, below, of the worst
             error = expected_accuracy(coarse.surface, None, highest, air, fidelity, engine)["expected_error_dB"]
+        error = max(error, _decibel(octupole_error(coarse.surface, lowest, air)))
         if error > worst.get("coarse_error_dB", 0.0):
             worst = {
                 "coarse_error_dB": error,
                 "coarse_faces": len(coarse.surface.triangles),
+                "coarse_lowest_frequency": lowest,
                 "coarse_highest_frequency": highest,
-                "coarse_error_parts": "monopole and dipole",
             }
     if worst and worst["coarse_error_dB"] > _decibel(MESH_ERROR / fidelity.elements_per_wavelength**2):
         warnings.warn(
-            f"the coarser surface of {worst['coarse_faces']} triangles, used up to "
-            f"{worst['coarse_highest_frequency']:.4g} Hz: expect errors of about {worst['coarse_error_dB']:.2g} dB, "
-            "more of motions whose parts cancel each other within a few of its edges; give a finer one or leave it out",
+            f"the coarser surface of {worst['coarse_faces']} triangles, used from "
+            f"{worst['coarse_lowest_frequency']:.4g} to {worst['coarse_highest_frequency']:.4g} Hz: expect errors of "
+            f"about {worst['coarse_error_dB']:.2g} dB, more of walls that bend within four of its edges; give a finer "
+            "one or leave it out",
             AccuracyWarning,
             stacklevel=3,
         )

@@ -8,13 +8,14 @@ from functools import lru_cache
 
 import numpy as np
 import scipy.sparse as sp
+from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from nvhchain.acoustics._gmsh import remesh
 from nvhchain.acoustics.bodies import bodies_of, check_bodies
 from nvhchain.acoustics.intersections import crossing_pairs, folded_pairs, neighbours
 from nvhchain.acoustics.plane import check_plane
-from nvhchain.acoustics.surface import check_points, mean_edge
+from nvhchain.acoustics.surface import MESH_ERROR, check_points, mean_edge
 from nvhchain.conventions import Air
 from nvhchain.errors import InputError, SolverError, require
 from nvhchain.fem.triangles import equal_pieces, squared_distance
@@ -33,6 +34,12 @@ DISTANCE_TOLERANCE = 0.5
 NEAREST_POINT = 2.0
 """Least distance of a field point from a coarse surface that is used for it, in edges of the nearest triangle."""
 
+OCTUPOLE = 0.4
+"""Error of a motion whose monopole, dipole and quadrupole vanish, relative to the peak at far field points, over
+(h/(k a²))², h the mean edge, a the radius of the sphere of equal area: the mapped velocities leave a dipole. Measured
+on a box whose lid and bottom bend in 2 × 2 half waves against each other: 0.16 to 0.48; quadrupoles err by
+0.15 h²/(k a³) at most."""
+
 _PIECES = 3
 """Pieces per edge into which a fine face is cut to find the coarse faces that take its flux."""
 
@@ -46,13 +53,18 @@ class CoarseSurface:
 
     surface: the coarse one.  velocity_map: (n_coarse, n_fine), coarse normal velocity = velocity_map · fine normal
     velocity; every fine face's flux v A arrives as a whole.  fine_centroids: (n_fine, 3) m.
-    highest_frequency: Hz, up to which it is used.
+    lowest_frequency, highest_frequency: Hz, from and up to which it is used.
     """
 
     surface: Surface
     velocity_map: sp.csr_matrix
     fine_centroids: FloatArray
+    lowest_frequency: float
     highest_frequency: float
+
+    def carries(self, frequency: FloatArray) -> NDArray[np.bool_]:
+        """Which of the frequencies (n_f,) Hz lie in its band."""
+        return (frequency >= self.lowest_frequency) & (frequency <= self.highest_frequency)
 
     def on_fine_faces(self, vectors: ComplexArray, points: FloatArray, wavenumber: float) -> ComplexArray:
         """Transfer vectors (n_point, n_fine) of the fine faces from those of the coarse ones (n_point, n_coarse).
@@ -79,9 +91,11 @@ def coarse_surfaces(
 ) -> tuple[CoarseSurface, ...]:
     """The surfaces for lower frequencies, coarsest first: those `given`, or `fidelity.coarse_edge_ratios` of them.
 
-    Each carries `fidelity.coarse_elements_per_wavelength` at its highest frequency.  One that a field point or the
-    plane comes too near to is left out: there the fine one is needed at every frequency.  Raises InputError for a given
-    surface that is not the same body, SolverError where none can be made.
+    Each carries `fidelity.coarse_elements_per_wavelength` at its highest frequency.  At its lowest, where the body is
+    small against the wavelength and the parts of a motion cancel, octupoles err as much as a mesh of
+    `fidelity.elements_per_wavelength` does.  One whose band is empty for that reason, or that a field point or the
+    plane comes too near to, is left out: there the fine one is needed at every frequency.  Raises InputError for a
+    given surface that is not the same body, SolverError where none can be made.
     """
     for coarse in given:
         check_coarse(fine, coarse)
@@ -89,7 +103,24 @@ def coarse_surfaces(
     usable = [coarse for coarse in made if _is_clear(coarse, points, plane)]
     usable.sort(key=mean_edge, reverse=True)
     reach = air.speed_of_sound / fidelity.coarse_elements_per_wavelength
-    return tuple(CoarseSurface(c, velocity_map(fine, c), fine.centroids, reach / mean_edge(c)) for c in usable)
+    bands = [(lowest_frequency(c, air, fidelity), reach / mean_edge(c)) for c in usable]
+    return tuple(
+        CoarseSurface(c, velocity_map(fine, c), fine.centroids, *band)
+        for c, band in zip(usable, bands, strict=True)
+        if band[0] < band[1]
+    )
+
+
+def octupole_error(coarse: Surface, frequency: float, air: Air) -> float:
+    """Error of octupoles on a coarse surface at a frequency (Hz), relative to the peak at field points."""
+    radius_squared = float(coarse.areas.sum()) / (4 * np.pi)
+    return OCTUPOLE * (mean_edge(coarse) * air.speed_of_sound / (2 * np.pi * frequency * radius_squared)) ** 2
+
+
+def lowest_frequency(coarse: Surface, air: Air, fidelity: AcousticsFidelity) -> float:
+    """Hz at which octupoles err on a coarse surface by what a mesh of `fidelity.elements_per_wavelength` errs."""
+    allowed = MESH_ERROR / fidelity.elements_per_wavelength**2
+    return float(np.sqrt(octupole_error(coarse, 1.0, air) / allowed))
 
 
 def _is_clear(coarse: Surface, points: FloatArray, plane: RigidPlane | None) -> bool:

@@ -6,6 +6,7 @@ import warnings
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from nvhchain.acoustics.cancellation import told_cancellation
@@ -106,7 +107,26 @@ def modal_power(
             f"({housing.content_hash[:12]}): make it from this one"
         )
     frequency, velocity = _modal_velocity(housing, force_spectrum)
+    _check_seats(resistance, housing, velocity)
     return waves_power(resistance, frequency, velocity, fidelity=fidelity)
+
+
+def loaded_seats(housing: ReducedHousing, force_spectrum: ForceSpectrum) -> NDArray[np.bool_]:
+    """(n_bearing, 3) which bearings of the housing carry a force along which axis at any line."""
+    return np.asarray(force_spectrum.in_order(housing.names).any(axis=0).reshape(-1, 3))
+
+
+def _check_seats(resistance: RadiationResistance, housing: ReducedHousing, velocity: ComplexArray) -> None:
+    """Raise `InputError` for velocities (n_f, n_column) of residual motions that the resistance leaves out."""
+    known = resistance.plane_wave_resistance.diagonal() > 0
+    moves = np.concatenate([housing.normal_shapes.any(axis=1), housing.face_residual.any(axis=2).ravel()])
+    missing = np.flatnonzero(velocity.any(axis=0) & moves & ~known) - len(housing.natural_frequency)
+    require(
+        len(missing) == 0,
+        f"bearing {housing.names[missing[0] // 3] if len(missing) else ''} carries a force along "
+        f"{'xyz'[missing[0] % 3] if len(missing) else ''} that the radiation resistance leaves out: make it for this "
+        "load (`loaded_seats`)",
+    )
 
 
 def modal_efficiency(

@@ -43,9 +43,20 @@ class SurfaceShapes:
         require(self.shapes.shape[1] > 0, "SurfaceShapes.shapes has no column: at least one shape is needed")
 
 
-def housing_shapes(housing: ReducedHousing) -> SurfaceShapes:
-    """Shapes of a housing: normal shapes of its modes, kg^-½, then residual motion of every bearing and axis, m/N."""
+def housing_shapes(housing: ReducedHousing, loaded: ArrayLike | None = None) -> SurfaceShapes:
+    """Shapes of a housing: normal shapes of its modes, kg^-½, then residual motion of every bearing and axis, m/N.
+
+    loaded: (n_bearing, 3) bool, which bearings carry a force along which axis (`loaded_seats`); the others' columns are
+    zero and cost nothing, and `modal_power` refuses forces there.  None: all.
+    """
     residual = housing.face_residual.reshape(-1, housing.normal_shapes.shape[1])
+    if loaded is not None:
+        carries = np.asarray(loaded, dtype=bool)
+        require(
+            carries.shape == (len(housing.names), 3),
+            f"loaded has shape {carries.shape}, but ({len(housing.names)}, 3) is needed: one per bearing and axis",
+        )
+        residual = np.where(carries.reshape(-1, 1), residual, 0.0)
     shapes = np.concatenate([housing.normal_shapes, residual]).T
     return SurfaceShapes(housing.surface, shapes, housing.content_hash)
 
@@ -131,12 +142,16 @@ def _waves_and_errors(
     omega = 2 * np.pi * frequency
     solved = np.flatnonzero(frequency > 0)
     wavenumbers = omega[solved] / air.speed_of_sound
+    moving = np.flatnonzero(shapes.any(axis=0))
+    if len(moving) == 0:
+        return Solved(found, record)
     for at, k, system in zip(solved, wavenumbers, systems(engine, surface, wavenumbers, fidelity, plane), strict=True):
-        gradient = -1j * omega[at] * air.density * shapes
+        gradient = -1j * omega[at] * air.density * shapes[:, moving]
         pressure = system.solve(system.apply_b(gradient))
         order = _order(surface, float(frequency[at]), air, fidelity, plane)
         amplitudes = multipole_amplitudes(surface, float(k), pressure, gradient, order, plane)
-        found[at, : len(amplitudes)] = amplitudes / np.sqrt(air.impedance)
-        found[at, -columns:] = cancellation_resistance(surface, float(k), pressure, plane) / air.impedance
+        found[at][: len(amplitudes), moving] = amplitudes / np.sqrt(air.impedance)
+        cancelled = cancellation_resistance(surface, float(k), pressure, plane)
+        found[at, -columns:][np.ix_(moving, moving)] = cancelled / air.impedance
         record += system.record
     return Solved(found, record)

@@ -85,7 +85,8 @@ def transfer_vectors(
     executor: takes bands of four frequencies, as many at once as memory allows.
     shards: folder in which every finished band is saved, and from which a run that was killed takes them again.
     coarser: surfaces of the same body for lower frequencies, instead of `fidelity.coarse_edge_ratios`; each is used
-    where it has `fidelity.coarse_elements_per_wavelength`, and the vectors are brought back to the faces of `surface`;
+    where it has `fidelity.coarse_elements_per_wavelength` and the body is not small against the wavelength
+    (`coarse_surfaces`), and the vectors are brought back to the faces of `surface`;
     its error is in the provenance (`coarse_accuracy`).
     `fidelity.radiation` = `rayleigh` takes the Rayleigh integral instead (`rayleigh_vectors`, `rayleigh_accuracy`).
     Assumes one-way coupling.  Raises InputError (mesh too coarse, point inside or too near, body or point behind the
@@ -190,7 +191,7 @@ def _vectors(
     vectors = np.empty((len(frequency), len(points), len(surface.triangles)), dtype=complex)
     left = np.ones(len(frequency), dtype=bool)
     for coarse in below:
-        mine = np.flatnonzero(left & (frequency <= coarse.highest_frequency))
+        mine = np.flatnonzero(left & coarse.carries(frequency))
         if len(mine) == 0:
             continue
         left[mine] = False

@@ -86,7 +86,12 @@ def parser() -> argparse.ArgumentParser:
         help="of records of bearing forces",
     )
     plot.add_argument(
-        "--at", metavar="HZ", type=float, nargs="+", default=[], help="modes of a housing, line of a surface velocity"
+        "--at",
+        metavar="HZ",
+        type=float,
+        nargs="+",
+        default=[],
+        help="modes of a housing, line of a surface velocity, lines of a directivity at points on a circle (polar)",
     )
     plot.add_argument(
         "--out",
@@ -125,7 +130,10 @@ def parser() -> argparse.ArgumentParser:
         "--fidelity", choices=list(PRESETS), default="reference", help="the yardstick, from which knobs are turned"
     )
     tradeoff.add_argument(
-        "--knob", metavar="NAME", action="append", help="a knob (gear.slices), a stage or `preset` (default: all)"
+        "--knob",
+        metavar="NAME",
+        action="append",
+        help="a knob (gear.slices), a stage, `preset` or `record` (default: all)",
     )
     tradeoff.add_argument(
         "--out", metavar="DIR", help="folder for the measurements (default: out/tradeoff-<case name>)"

@@ -48,10 +48,10 @@ class AcousticsFidelity:
     compression_error: of the compressed matrices, relative (Frobenius norm, in every group of rows).
     coarse_edge_ratios: lengths of the edges of coarser surfaces for lower frequencies, relative to the given surface;
         none: every frequency on the given one.  coarse_elements_per_wavelength: of a coarser surface, at the highest
-        frequency it is used for.  Monopole and dipole parts of a motion keep to the error that the provenance states
-        (coarse_error_dB); parts that cancel within a few coarse edges lose more, the more the lower the frequency: at
-        ka = 0.09 a sphere of 1280 faces errs at ratio 2 by 1.4 % (l = 1), 4.3 % (2) and 21 % (3), at ratio 1.4 by 0.7,
-        2 and 8 %, of the peak.  Transfer vectors alone take them, not sound power (docs/measured/sound_power.md).
+        frequency it is used for; the lowest is that down to which octupoles keep to the error that
+        elements_per_wavelength stands for, ka = 0.6 or so.  Motions up to there keep to the error that the provenance
+        states (coarse_error_dB); walls that bend within four coarse edges lose more.  Transfer vectors alone take them,
+        not sound power (docs/measured/sound_power.md).
     multipole_digits: decimal digits to which sound power resolves the spherical waves that leave the surface.
     radiation: `boundary_elements`, or a cheaper level (docs/measured/radiation.md): `rayleigh`, every visible face in
         an infinite baffle, or `equivalent_radiated_power`, plane waves from every face, which knows no phase.

@@ -6,7 +6,7 @@ from nvhchain.plots.history import pressure_history
 from nvhchain.plots.lumped import backbone_curves, order_spectra, rig_responses, sweep_responses
 from nvhchain.plots.mesh import mesh_law_map, transmission_errors
 from nvhchain.plots.orders import OrderMarks
-from nvhchain.plots.radiated import directivity_spectrum, efficiency_spectrum
+from nvhchain.plots.radiated import directivity_polar, directivity_spectrum, efficiency_spectrum
 from nvhchain.plots.shapes import animate, mode_shapes, operating_shape
 from nvhchain.plots.spectrum import bearing_force_spectra, power_spectrum, pressure_spectrum
 from nvhchain.plots.speed import levels_over_speed
@@ -21,6 +21,7 @@ __all__ = [
     "bearing_force_spectra",
     "contribution_bars",
     "difference_table",
+    "directivity_polar",
     "directivity_spectrum",
     "efficiency_spectrum",
     "levels_over_speed",

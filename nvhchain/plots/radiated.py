@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.projections.polar import PolarAxes
 
 from nvhchain.errors import require
 from nvhchain.handoff import Directivity, FloatArray, RadiationEfficiency
@@ -13,6 +15,12 @@ from nvhchain.plots._style import colour, panels, styled
 
 _FEW = 40
 """Lines up to which each one gets a mark."""
+
+_RANGE = 30.0
+"""dB below the largest index at which a polar diagram ends."""
+
+_ROUND = 0.01
+"""Largest distance of field points from a circle, in its radii."""
 
 
 @styled
@@ -41,6 +49,90 @@ def directivity_spectrum(directivities: Mapping[str, Directivity], *, axes: Axes
             label = f"({place}) m" if len(directivities) == 1 else f"{name} ({place}) m"
             curves[label] = (of.frequency, of.index[:, index])
     return _curves(curves, "directivity index / dB", axes)
+
+
+@styled
+def directivity_polar(
+    directivities: Mapping[str, Directivity], at: Sequence[float], *, axes: PolarAxes | None = None
+) -> PolarAxes:
+    """Directivity index over the angle at field points on a circle; 0 dB is that of a source that radiates evenly.
+
+    directivities: configuration → directivity, at the same points.  at: Hz; the nearest lines are drawn.  Angles count
+    from the coordinate axis that is named there, and end 30 dB below the largest index.
+    Raises InputError for fewer than six points and for points on no circle.
+    """
+    require(len(directivities) > 0, "nothing is given to draw: at least one configuration is needed")
+    places = [of.points for of in directivities.values()]
+    require(
+        all(place.shape == places[0].shape and np.allclose(place, places[0]) for place in places),
+        "the directivities have different field points: draw them one by one",
+    )
+    angle, names = _on_circle(places[0])
+    order = np.argsort(angle)
+    gaps = np.diff(angle[order], append=angle[order[0]] + 2 * np.pi)
+    if gaps[-1] <= 1.5 * gaps[:-1].max():  # all the way round
+        order = np.append(order, order[0])
+    ax = axes or Figure(figsize=(7.0, 7.0), layout="constrained").add_subplot(projection="polar")
+    assert isinstance(ax, PolarAxes)
+    top, count = -np.inf, 0
+    for name, of in directivities.items():
+        for wanted in at:
+            line = int(np.abs(of.frequency - wanted).argmin())
+            label = f"{of.frequency[line]:.4g} Hz"
+            index = of.index[line, order]
+            style = ("-", "--", ":")[count // 6 % 3]
+            ax.plot(
+                np.unwrap(angle[order]),
+                index,
+                color=colour(count),
+                linestyle=style,
+                label=label if len(directivities) == 1 else f"{name}, {label}",
+            )
+            top, count = max(top, float(index.max())), count + 1
+    top = 5.0 * np.ceil(top / 5.0)
+    ax.set_rlim(top - _RANGE, top)
+    ax.set_rticks([level for level in np.arange(-200.0, top + 1.0, 10.0) if level > top - _RANGE])
+    ax.set_rlabel_position(22.5)
+    ax.set_thetagrids(np.arange(0, 360, 30), [names.get(degree, f"{degree}°") for degree in range(0, 360, 30)])
+    ax.set_title("directivity index / dB")
+    figure = ax.get_figure(root=True)
+    assert figure is not None
+    figure.legend(loc="outside lower center", ncols=min(count, 4))
+    return ax
+
+
+def _on_circle(points: FloatArray) -> tuple[FloatArray, dict[int, str]]:
+    """Angles (n_point,) rad of points (n_point, 3) on a circle about its middle, from the coordinate axis that lies
+    nearest to its plane, and the names of the directions by degrees."""
+    require(
+        len(points) >= 6,
+        f"{len(points)} field points make no polar diagram: give six or more on a circle, or leave `at` out",
+    )
+    offset = points - points.mean(axis=0)
+    _, spread, frame = np.linalg.svd(offset, full_matrices=False)
+    require(bool(spread[1] > 0.05 * spread[0]), "field points lie on a line: give points on a circle")
+    normal = frame[2] * np.sign(frame[2, np.abs(frame[2]).argmax()])
+    across = int(np.abs(normal).argmax())
+    first = np.eye(3)[(across + 1) % 3]
+    u = first - (first @ normal) * normal
+    u /= np.linalg.norm(u)
+    v = np.cross(normal, u)
+    x, y = offset @ u, offset @ v
+    # circle 2ax + 2by + c = x² + y²
+    solution = np.linalg.lstsq(np.stack([2 * x, 2 * y, np.ones_like(x)], axis=1), x**2 + y**2, rcond=None)[0]
+    radius = float(np.sqrt(solution[2] + solution[0] ** 2 + solution[1] ** 2))
+    x, y = x - solution[0], y - solution[1]
+    apart = float(np.hypot(np.hypot(x, y) - radius, offset @ normal).max())
+    require(
+        apart <= _ROUND * radius,
+        f"field points lie up to {apart:.3g} m from a circle of {radius:.3g} m, {_ROUND * radius:.3g} m are admitted: "
+        "give points on a circle, or leave `at` out",
+    )
+    axis = "xyz"
+    exact = abs(normal[across]) > 1 - 1e-6
+    here, up = axis[(across + 1) % 3], axis[(across + 2) % 3]
+    names = {0: f"{here} 0°", 90: f"{up} 90°"} if exact else {0: f"near {here} 0°"}
+    return np.arctan2(y, x), names
 
 
 def _curves(curves: Mapping[str, tuple[FloatArray, FloatArray]], label: str, axes: Axes | None) -> Axes:

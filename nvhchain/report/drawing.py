@@ -56,14 +56,17 @@ def draw(
 
     A `picture` that ends in .gif, .vtu, .vtkhdf or .csv is the motion of a housing or its surface (`write_motion`).
     orders: maps of records against order of the input instead of frequency; steady records of several speeds then make
-    one map.  at: Hz, the modes or the line shown.  quantity: of records of bearing forces, one of RECORDED.
+    one map.  at: Hz, the modes or the lines shown.  quantity: of records of bearing forces, one of RECORDED.
     Raises InputError for kinds that differ or cannot be drawn.
     """
     hand_offs: dict[str, HandOff] = dict(zip(_names(files), (store.load(path) for path in files), strict=True))
     kinds = {type(hand_off) for hand_off in hand_offs.values()}
     require(len(kinds) == 1, f"{', '.join(sorted(k.__name__ for k in kinds))} do not go into one figure: draw one kind")
     (kind,) = kinds
-    require(not at or kind in (ReducedHousing, SurfaceVelocity), f"{kind.__name__} is drawn whole: leave `at` out")
+    require(
+        not at or kind in (ReducedHousing, SurfaceVelocity, Directivity),
+        f"{kind.__name__} is drawn whole: leave `at` out",
+    )
     require(quantity == "force" or kind is BearingForces, f"{kind.__name__} has no {quantity}: leave `quantity` out")
     if picture.suffix in SUFFIXES:
         write_motion(hand_offs, picture, at)
@@ -77,7 +80,7 @@ def draw(
         FieldPressure: lambda of, _: plots.pressure_spectrum(of),
         SoundPower: lambda of, _: plots.power_spectrum(of),
         RadiationEfficiency: lambda of, _: [plots.efficiency_spectrum(of)],
-        Directivity: lambda of, _: [plots.directivity_spectrum(of)],
+        Directivity: lambda of, _: [plots.directivity_polar(of, at) if at else plots.directivity_spectrum(of)],
         PressureHistory: lambda of, orders: _maps({name: p.pressure for name, p in of.items()}, of, "Pa", orders),
     }
     if kind not in known:

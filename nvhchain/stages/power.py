@@ -11,7 +11,6 @@ from nvhchain.fidelity import Fidelity
 from nvhchain.handoff import (
     Directivity,
     FieldPressure,
-    FloatArray,
     ForceSpectrum,
     RadiationEfficiency,
     RadiationResistance,
@@ -50,22 +49,24 @@ def sound_power(
 def radiation_resistance(
     case: GearboxCase,
     reduced: ReducedHousing,
-    lines: FloatArray,
+    forces: ForceSpectrum,
     fidelity: Fidelity,
     shelf: Shelf,
     executor: Executor | None,
 ) -> RadiationResistance:
-    """Radiation resistance of the housing in its modal coordinates over the band and the lines (n_f,) Hz wanted."""
+    """Radiation resistance of the housing in its modal coordinates over the band and the lines of the forces, with the
+    residual motion of those bearings and axes only that carry any."""
     where: dict[str, Any] = {"air": case.air, "engine": case.engine, "plane": case.reflecting_plane}
-    low, high = span(case, lines)
+    low, high = span(case, forces.frequency)
+    loaded = acoustics.loaded_seats(reduced, forces)
     band = (low * (1 - ROUNDING), high * (1 + ROUNDING))
     return shelf.stage_in_parts(
         "radiation_resistance-{key}",
         RadiationResistance,
         "acoustics",
-        (reduced, band, where),
+        (reduced, loaded, band, where),
         lambda progress, parts: acoustics.adaptive_radiation_resistance(
-            acoustics.housing_shapes(reduced),
+            acoustics.housing_shapes(reduced, loaded),
             *band,
             **where,
             fidelity=fidelity.acoustics,

@@ -2,6 +2,7 @@
 
 import warnings
 from dataclasses import replace
+from importlib import import_module
 
 import acoustics_bodies as bodies
 import numpy as np
@@ -10,7 +11,7 @@ import radiation_cases as cases
 from scipy.special import spherical_jn, spherical_yn
 
 from nvhchain.acoustics import equivalent_radiated_power, sound_power, sphere
-from nvhchain.acoustics.modal_power import modal_power, radiation_modes, resistance_matrices, waves_power
+from nvhchain.acoustics.modal_power import loaded_seats, modal_power, radiation_modes, resistance_matrices, waves_power
 from nvhchain.acoustics.multipoles import is_high
 from nvhchain.acoustics.plane import RigidPlane
 from nvhchain.acoustics.radiation_resistance import SurfaceShapes, housing_shapes, radiation_resistance
@@ -20,6 +21,7 @@ from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import SurfaceVelocity
 from nvhchain.housing import respond
 
+engine_systems = import_module("nvhchain.acoustics.radiation_resistance")
 MASTERS = np.linspace(100.0, 2000.0, 16)
 LINES = np.linspace(110.0, 1990.0, 23)
 
@@ -275,3 +277,36 @@ def test_a_resonating_cavity_is_kept_within_the_tolerance_between_masters(air):
 def test_a_band_that_is_empty_or_has_no_finite_end_is_refused(ball, air, coarse, low, high):
     with pytest.raises(InputError, match="is empty: give 0 ≤ low < high, finite"):
         adaptive_radiation_resistance(SurfaceShapes(ball, harmonics(ball)), low, high, air=air, fidelity=coarse)
+
+
+def test_bearings_and_axes_without_load_are_left_out_and_asked_for_later_refused(air, coarse, monkeypatch):
+    """Right-hand sides are counted: 12 modes and what carries a force, B1 nowhere and no axial force."""
+    body = cases.housing()
+    lines = np.array([400.0, 900.0])
+    load = cases.forces(lines)
+    force = load.force.copy()
+    force[:, load.names.index("B1")] = 0.0
+    force[:, :, 2] = 0.0
+    some = load.replace(force=force)
+    solved = []
+    systems = engine_systems.systems
+
+    def counted(*arguments):
+        for system in systems(*arguments):
+            solve = system.solve
+            monkeypatch.setattr(system, "solve", lambda rhs, solve=solve: solved.append(rhs.shape[1]) or solve(rhs))
+            yield system
+
+    monkeypatch.setattr(engine_systems, "systems", counted)
+    where = {"air": air, "fidelity": coarse}
+    part = radiation_resistance(housing_shapes(body, loaded_seats(body, some)), lines, **where)
+    assert solved == [12 + 4] * 2
+    whole = radiation_resistance(housing_shapes(body), lines, **where)
+    assert solved[2:] == [12 + 9] * 2
+    found, exact = (modal_power(of, body, some, fidelity=coarse) for of in (part, whole))
+    assert found.power == pytest.approx(exact.power, rel=1e-9)
+    assert found.provenance["cancellation_error_dB"] == pytest.approx(exact.provenance["cancellation_error_dB"])
+    with pytest.raises(InputError, match="bearing A1 carries a force along z that the radiation resistance leaves out"):
+        modal_power(part, body, load, fidelity=coarse)
+    with pytest.raises(InputError, match=r"loaded has shape \(3,\), but \(3, 3\) is needed"):
+        housing_shapes(body, [True, False, True])

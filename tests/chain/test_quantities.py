@@ -9,7 +9,14 @@ import nvhchain as nvh
 from nvhchain import acoustics, levels, store
 from nvhchain.cli import main
 from nvhchain.errors import AccuracyWarning, InputError
-from nvhchain.handoff import Directivity, ForceSpectrum, RadiationEfficiency, SoundPower, SurfaceVelocity
+from nvhchain.handoff import (
+    Directivity,
+    ForceSpectrum,
+    RadiationEfficiency,
+    RadiationResistance,
+    SoundPower,
+    SurfaceVelocity,
+)
 from nvhchain.report import compare
 
 
@@ -59,6 +66,21 @@ def test_sound_power_of_the_gearbox_is_that_of_its_velocity_and_takes_no_field_p
     solved = acoustics.sound_power(some, fidelity=coarse.acoustics)
     assert np.abs(10 * np.log10(power.power[loudest] / solved.power)).max() < 0.3
     assert power.input_speed == result.force_spectrum.input_speed
+
+
+def test_radiation_resistance_leaves_out_bearings_without_load(cases, coarse, compared, tmp_path):
+    forces = store.load(compared[0] / "solid" / "force_spectrum.h5", ForceSpectrum)
+    (path,) = (compared[0] / "operators").glob("housing-*.h5")
+    force, some = forces.force.copy(), forces.frequency < 300.0
+    force[:, 0] = 0.0
+    idle = forces.replace(frequency=forces.frequency[some], force=force[some])
+    case = replace(cases[0], quantities=("sound_power",), field_points=(), band=replace(cases[0].band, high=300.0))
+    result = nvh.run(case, fidelity=coarse, force_spectrum=idle, housing=store.load(path), out=tmp_path)
+    (path,) = tmp_path.glob("radiation_resistance-*.h5")
+    moving = store.load(path, RadiationResistance).plane_wave_resistance.diagonal() > 0
+    loaded = idle.in_order(result.housing.names).any(axis=0)
+    assert not loaded[3 * result.housing.names.index(forces.names[0])]
+    assert moving[len(moving) - len(loaded) :].tolist() == loaded.tolist()
 
 
 def test_sound_power_of_the_pulsating_sphere(request, tmp_path, capsys):

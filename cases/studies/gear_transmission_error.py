@@ -38,6 +38,12 @@ FIDELITY = replace(STANDARD.gear, width_layers=6, slices=8)
 ANGLES_PER_MESH = {"A, thin rim": 96, "B, three slots": 16}
 """A's period is one mesh, B's nineteen."""
 
+CLOSE = "B, three slots"
+"""Whose mesh period about the pitch point of a tooth over a slot is drawn as well."""
+
+CLOSE_ANGLES = 64
+"""Of that period; none is the pitch point itself."""
+
 BESIDE_PITCH = 1 / 96
 """Mesh periods before and after the pitch point between which the jump is taken."""
 
@@ -58,6 +64,14 @@ def with_pitch_point_amid(angle: np.ndarray, error: np.ndarray) -> tuple[np.ndar
     """One period from half of it before angle 0, the pitch point, to half of it after."""
     half, period = len(angle) // 2, len(angle) * angle[1]
     return np.r_[angle[half:] - period, angle[:half]], np.r_[error[half:], error[:half]]
+
+
+def about_pitch(engagement: Engagement, torque: float, friction: float) -> tuple[np.ndarray, np.ndarray]:
+    """Wheel angle (n,) rad over the mesh period about the pitch point, and the transmission error there, m."""
+    pair, force = engagement.pair, engagement.pair.normal_force(torque)
+    angle = ((np.arange(CLOSE_ANGLES) + 0.5) / CLOSE_ANGLES - 0.5) * pair.mesh_period
+    meshes = [loaded_mesh(engagement, a, force, guess=1e-9 * force, friction=friction) for a in angle]
+    return angle, np.array([mesh.deflection for mesh in meshes])
 
 
 def page(rows: list[str]) -> str:
@@ -88,6 +102,7 @@ def main() -> None:
     reach = engaged_reach(GearPair(pinion, pinion, CENTRE_DISTANCE), FIDELITY.corner_gap)
     driving = flank_compliance(pinion, FIDELITY, reach=reach, friction=True)
     curves: dict[str, dict[str, tuple[np.ndarray, np.ndarray]]] = {}
+    close: dict[str, dict[str, tuple[np.ndarray, np.ndarray]]] = {}
     spectra, jumps, rows = {}, {}, []
     for name, blank in blanks_of_chapter_4().items():
         wheel = GearBody(CROWNED, blank)
@@ -102,6 +117,9 @@ def main() -> None:
                 angle, error = loaded_transmission_error(engagement, torque, friction=friction)
                 panel = curves.setdefault(f"{name}, {torque:g} Nm", {})
                 panel[f"friction {friction:g}"] = with_pitch_point_amid(angle, error)
+                if name == CLOSE:
+                    panel = close.setdefault(f"{name}, one mesh, {torque:g} Nm", {})
+                    panel[f"friction {friction:g}"] = about_pitch(engagement, torque, friction)
                 meshes = pair.meshes_per_body_period
                 orders, lines = order_lines(error, meshes, CROWNED.teeth)
                 blank_order = f"{1e6 * lines[1]:.3f}" if meshes > 1 else "0"
@@ -114,8 +132,15 @@ def main() -> None:
                 if torque in SPECTRA:
                     spectra[f"{name}, {torque:g} Nm, friction {friction:g}"] = orders, lines
 
-    figure = Figure(figsize=(17.0, 16.0), layout="constrained")  # a column per pair, a row per torque
-    transmission_errors(curves, axes=list(figure.subplots(len(TORQUES), 2).T.ravel()))
+    figure = Figure(figsize=(24.0, 16.0), layout="constrained")  # a row per torque
+    axes = figure.subplots(len(TORQUES), 3)
+    transmission_errors(curves, axes=list(axes[:, :2].T.ravel()))
+    for ax, (title, panel) in zip(axes[:, 2], close.items(), strict=True):
+        for label, (angle, error) in panel.items():
+            ax.plot(np.degrees(angle), 1e6 * error, label=label)
+        ax.set_title(title, loc="left", fontweight="bold")
+        ax.set(xlabel="wheel angle / °", ylabel="transmission error / µm")
+        ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
     figure.savefig(out / "transmission_error.png", dpi=120)
     orders_file = out / "transmission_error_orders.png"
     order_spectra(spectra, mesh_order=57.0, spacing=3.0, highest=250.0, decades=4.0)[0].figure.savefig(
@@ -124,7 +149,7 @@ def main() -> None:
     if len(sys.argv) > 2:
         docs = Path(sys.argv[2])
         (docs / "thesis_transmission_error.md").write_text(page(rows))
-        figure.savefig(docs / "thesis_transmission_error.png", dpi=60)
+        figure.savefig(docs / "thesis_transmission_error.png", dpi=55)
         (docs / "thesis_transmission_error_orders.png").write_bytes(orders_file.read_bytes())
     for (name, friction, torque), jump in jumps.items():
         low, high = (1.01, 1.3) if friction else (0.97, 1.03)

@@ -35,9 +35,9 @@ GEAR = GearGeometry(
     thickness_allowance=50e-6,
 )
 BLANKS = {
-    "a": (ThinRim(4.746e-3, 35e-3, 57.2e-3), 1.72),
+    "a": (ThinRim(5.160e-3, 35e-3, 57.615e-3), 1.72),
     "b": (Holes(8, 47e-3, 14.25e-3), 1.72),
-    "c": (ThinRim(2.911e-3, 35e-3, 56.265e-3), 1.68),
+    "c": (ThinRim(3.067e-3, 35e-3, 56.4e-3), 1.68),
     "d": (Slots(3, 40e-3, 66e-3, 1.2983, 4e-3), 1.68),
 }
 COARSE = dataclasses.replace(

@@ -88,7 +88,7 @@ def force_band(
     scale = np.maximum(size, np.sqrt((size**2).mean(axis=1, keepdims=True)))
     sources = force_sources(case, fidelity, mesh_laws, lines, speed, scale, width)
     if housing is not None and mesh_laws:
-        sources["housing"] = modal.of_velocity(case, fidelity, housing, force_spectrum).seen_by_forces()
+        sources |= modal.of_velocity(case, fidelity, housing, force_spectrum).seen_by_forces(case, fidelity)
     return ErrorBand(lines, size, times(sources, scale), reference=REFERENCE_FORCE, weighted=False)
 
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from math import sqrt
+from math import pi, sin, sqrt
 from typing import Any
 
 from nvhchain.case import Case, GearboxCase
-from nvhchain.error_band.gears import law_error
+from nvhchain.error_band.gears import relative_law_error
 from nvhchain.fidelity import Fidelity
 from nvhchain.housing import Casting
 from nvhchain.housing.reduction import bending_wavelength
@@ -22,19 +22,24 @@ nearly cancels) over 2.35 dB."""
 WIDEST_HELD_OUT = 14.93
 """Face width over module of the widest gear on which the presets were run for these margins (cases/gearbox)."""
 
+LARGEST_OVERLAP_HELD_OUT = 1.652
+"""Largest overlap ratio of these gears (32-47 at 27 degrees)."""
+
 SHORTEST_HELD_OUT = 0.1047
 """m: shortest bending wavelength of a wall at the upper frequency, as `WIDEST_HELD_OUT`."""
 
 
 def extent(case: Case) -> dict[str, Any]:
-    """Of a case what errors grow with: `width` over module of the wheel of every stage, and `wave`, the wavelength (m)
-    of bending in a casting's wall at the upper frequency, None without one."""
+    """Of a case what errors grow with: `width` over module and `overlap` ratio of the wheel of every stage, and `wave`,
+    the wavelength (m) of bending in a casting's wall at the upper frequency, None without one."""
     if not isinstance(case, GearboxCase):
-        return {"width": [], "wave": None}
+        return {"width": [], "overlap": [], "wave": None}
     geometry = {gear.name: gear.geometry for gear in case.gears}
-    widths = [geometry[stage.wheel].face_width / geometry[stage.wheel].normal_module for stage in case.stages]
+    wheels = [geometry[stage.wheel] for stage in case.stages]
+    widths = [wheel.face_width / wheel.normal_module for wheel in wheels]
+    overlaps = [width * sin(abs(wheel.helix_angle)) / pi for width, wheel in zip(widths, wheels, strict=True)]
     wave = bending_wavelength(case.housing, case.band.high) if isinstance(case.housing, Casting) else None
-    return {"width": widths, "wave": wave}
+    return {"width": widths, "overlap": overlaps, "wave": wave}
 
 
 def growth(turned: Fidelity, base: Fidelity, cases: Sequence[Case], swept: Mapping[str, Any] | None) -> float:
@@ -48,9 +53,9 @@ def growth(turned: Fidelity, base: Fidelity, cases: Sequence[Case], swept: Mappi
         return 1.0
     here = [extent(case) for case in cases]
     factors = [1.0]
-    measured = max((_added(width, turned, base) for width in swept["width"]), default=0.0)
+    measured = max(_added(swept, turned, base), default=0.0)
     if measured > 0:
-        factors += [_added(width, turned, base) / measured for of in here for width in of["width"]]
+        factors += [added / measured for of in here for added in _added(of, turned, base)]
     if swept["wave"] and turned.housing.element_size != base.housing.element_size:
         factors += [(swept["wave"] / of["wave"]) ** 2 for of in here if of["wave"]]
     return max(factors)
@@ -58,7 +63,8 @@ def growth(turned: Fidelity, base: Fidelity, cases: Sequence[Case], swept: Mappi
 
 def beyond_held_out(turned: Fidelity, base: Fidelity, cases: Sequence[Case]) -> float:
     """As `growth`, of a joint preset: beyond the widest gears and the shortest waves of the cases it was run on."""
-    return growth(turned, base, cases, {"width": [WIDEST_HELD_OUT], "wave": SHORTEST_HELD_OUT})
+    widest = {"width": [WIDEST_HELD_OUT], "overlap": [LARGEST_OVERLAP_HELD_OUT], "wave": SHORTEST_HELD_OUT}
+    return growth(turned, base, cases, widest)
 
 
 def margin(error: float) -> float:
@@ -66,6 +72,11 @@ def margin(error: float) -> float:
     return SMALL_MARGIN if error <= SMALL else LARGE_MARGIN
 
 
-def _added(width: float, turned: Fidelity, base: Fidelity) -> float:
-    """Error of the transmission error at a width (in modules) that `turned` has and `base` has not, relative."""
-    return sqrt(max(law_error(width, 1.0, turned.gear) ** 2 - law_error(width, 1.0, base.gear) ** 2, 0.0))
+def _added(of: Mapping[str, Any], turned: Fidelity, base: Fidelity) -> list[float]:
+    """Error of the transmission error of every stage that `turned` has and `base` has not, relative."""
+    overlaps = of.get("overlap", [0.0] * len(of["width"]))  # older sweeps do not tell them
+    errors = [
+        (relative_law_error(*gear, turned.gear), relative_law_error(*gear, base.gear))
+        for gear in zip(of["width"], overlaps, strict=True)
+    ]
+    return [sqrt(max(more**2 - less**2, 0.0)) for more, less in errors]

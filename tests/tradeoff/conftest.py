@@ -11,6 +11,9 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 import small_gearbox
 
+import nvhchain as nvh
+from nvhchain.fidelity import DRAFT
+
 
 @pytest.fixture(scope="session")
 def sphere():
@@ -28,3 +31,9 @@ def gearbox():
 @pytest.fixture(scope="session")
 def tiny():
     return small_gearbox.TINY
+
+
+@pytest.fixture(scope="session")
+def draft_of_the_small_case(request):
+    """The whole chain on the case that is swept; ten seconds."""
+    return nvh.run(nvh.load_case(request.config.rootpath / "cases" / "small" / "single_stage.toml"), fidelity=DRAFT)

@@ -4,6 +4,7 @@ import json
 from dataclasses import replace
 from itertools import product
 
+import numpy as np
 import pytest
 
 import nvhchain as nvh
@@ -226,9 +227,16 @@ def test_layers_over_the_width_of_wider_gears_err_with_the_fifth_power_of_their_
     assert swept["width"] == pytest.approx(widths[:1])
     assert growth(layers, REFERENCE, [case], swept) == 1.0
     assert growth(layers, REFERENCE, [case, two_stages], swept) == pytest.approx((widths[1] / widths[0]) ** 5)
-    slices = replace(REFERENCE, gear=replace(REFERENCE.gear, slices=8))
-    assert growth(slices, REFERENCE, [two_stages], swept) == pytest.approx(1.0)
     assert growth(layers, REFERENCE, [two_stages], None) == 1.0
+
+
+def test_slices_of_faces_that_overlap_more_err_with_the_square_of_the_overlap(case, two_stages):
+    """b sin β/(π m): 0.33 of the swept stage, 0.82 of the second one; the base's own slices count on both sides."""
+    slices = replace(REFERENCE, gear=replace(REFERENCE.gear, slices=8))
+    swept = extent(case)
+    overlaps = [16e-3 * np.sin(np.radians(10.0)) / (np.pi * 2.7e-3), extent(two_stages)["overlap"][1]]
+    assert swept["overlap"] == pytest.approx(overlaps[:1])
+    assert growth(slices, REFERENCE, [two_stages], swept) == pytest.approx((overlaps[1] / overlaps[0]) ** 2)
 
 
 def test_elements_of_the_housing_err_with_the_square_of_their_size_over_the_wave(case):

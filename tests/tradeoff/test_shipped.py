@@ -40,11 +40,13 @@ def test_the_table_in_the_documentation_is_that_of_the_numbers(request, sweep):
     assert table.startswith(markdown(sweep))
 
 
-def test_draft_measured_again_is_as_far_from_the_yardstick_as_claimed_and_within_three_decibels(case, sweep, tmp_path):
+def test_draft_measured_again_is_as_far_from_the_yardstick_as_claimed_and_within_three_decibels(
+    case, sweep, draft_of_the_small_case
+):
     """The whole chain: 10 % and 0.05 dB, at the worst line and at every mesh harmonic; ten seconds."""
     (claim,) = [row for row in sweep.measurements if (row.knob, row.value) == ("preset", "draft")]
     orders = [float(order) for order in case.mesh_orders.values()]
-    now = deviation(nvh.run(case, fidelity=DRAFT, out=tmp_path).pressure, sweep.yardstick, orders)
+    now = deviation(draft_of_the_small_case.pressure, sweep.yardstick, orders)
     assert now.overall == pytest.approx(claim.deviation.overall, rel=0.1, abs=0.05)
     assert now.worst_line == pytest.approx(claim.deviation.worst_line, rel=0.1, abs=0.05)
     assert now.orders == pytest.approx(claim.deviation.orders, rel=0.1, abs=0.05)

@@ -1,0 +1,84 @@
+"""What the error band knows of mesh laws: slices, angles, bodies, blanks, and what harmonics make together."""
+
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from made_laws import law
+
+import nvhchain as nvh
+from nvhchain.error_band.gears import AMPLIFICATION, folded, force_error, law_error
+from nvhchain.fidelity import DRAFT, REFERENCE, STANDARD
+
+
+@pytest.fixture(scope="module")
+def case(request):
+    return nvh.load_case(request.config.rootpath / "cases" / "small" / "single_stage.toml")
+
+
+def test_what_two_harmonics_make_together_is_known_as_well_as_they_are():
+    """A spectrum folded with itself: 2 m² of power at its own line and m⁴ at twice it, beside twice h² of its own."""
+    one, h = 0.03, 1e-5
+    harmonics = np.array([1.0, one, h])
+    made = folded([(Fraction(20), harmonics, np.array([0.0, 0.01 * one, 0.0]))], 60.0)
+    relative = made.relative(np.array([20.0, 40.0]))
+    assert np.sqrt(made.power[1]) == pytest.approx(2**0.5 * one, rel=0.02)
+    assert relative[0] == pytest.approx(AMPLIFICATION * 0.01, rel=0.05)
+    assert relative[1] == pytest.approx(AMPLIFICATION * 0.01, rel=0.5)
+    assert made.relative(np.array([30.0]))[0] == 1.0
+    assert made.relative(np.array([30.0]), 11.0)[0] < 0.03
+
+
+def test_sidebands_of_two_stages_are_known_as_well_as_their_mesh_harmonics():
+    spectra = [(Fraction(20), np.array([1.0, 0.05]), np.array([0.0, 1e-3]))]
+    spectra += [(Fraction(12), np.array([1.0, 0.04]), np.array([0.0, 4e-4]))]
+    made = folded(spectra, 40.0)
+    own, other, beside = made.relative(np.array([20.0, 12.0, 32.0]))
+    assert own == pytest.approx(AMPLIFICATION * 0.02, rel=0.1)
+    assert other == pytest.approx(AMPLIFICATION * 0.01, rel=0.1)
+    assert beside == pytest.approx(np.hypot(own, other), rel=0.1)
+
+
+def test_analytic_gear_bodies_leave_all_of_the_mesh_harmonics_open(case):
+    """Of the first one all; of a third one of a tenth of it, three times as much as there is."""
+    rigid, laws = replace(DRAFT.gear, bodies="analytic"), [law([1e-6, 0.0, 1e-7])]
+    first, third = force_error(case, laws, rigid, 80.0).relative(np.array([20.0, 60.0]))
+    assert first == pytest.approx(AMPLIFICATION, rel=0.05)
+    assert third == pytest.approx(AMPLIFICATION * 10 / 3, rel=0.1)
+    assert force_error(case, laws, DRAFT.gear, 80.0).relative(np.array([20.0]))[0] < 0.01
+
+
+def test_slices_err_with_the_square_of_the_overlap_and_spur_gears_not_at_all(case):
+    """A sum over S slices in the place of the integral over the face: harmonic n is (π n ε/S)/sin(π n ε/S) of it."""
+    wheel = case.gears[1].geometry
+    spur, steep = replace(wheel, helix_angle=0.0), replace(wheel, helix_angle=np.radians(25.0))
+    few, many = (replace(REFERENCE.gear, slices=count) for count in (8, 16))
+    rest = law_error(spur, few)
+    assert law_error(spur, many) == rest
+    found = [np.sqrt(law_error(steep, fidelity) ** 2 - rest**2) for fidelity in (few, many)]
+    assert found[0] == pytest.approx(4 * found[1])
+    share = np.pi * 0.016 * np.sin(np.radians(25.0)) / (np.pi * 2.7e-3) / 8
+    assert share / np.sin(share) - 1 < found[0] < 10 * (share / np.sin(share) - 1)
+
+
+def test_every_second_angle_of_a_law_tells_what_its_angles_leave_open(case):
+    """64 angles in a mesh: the 30th harmonic lies on the second one where every other angle is left out."""
+    amplitudes = np.zeros(30)
+    amplitudes[[0, 1, 29]] = 1e-6, 1e-7, 1e-8
+    second = force_error(case, [law(amplitudes)], REFERENCE.gear, 80.0).relative(np.array([40.0]))[0]
+    without = force_error(case, [law(amplitudes[:2])], REFERENCE.gear, 80.0).relative(np.array([40.0]))[0]
+    assert np.sqrt(second**2 - without**2) == pytest.approx(AMPLIFICATION * 0.25 * 0.1, rel=0.05)
+
+
+def test_slow_lines_of_a_blank_are_known_to_a_percent_of_their_mean_with_the_strongest(case):
+    """Slots that turn with 30 teeth: the fourth line 1, the sixteenth 0.01, by a mesh with four elements per flank."""
+    period, count = 2 * np.pi, 30 * 64
+    angle = np.arange(count) * period / count
+    error = 1e-6 * (np.cos(30 * angle) + np.cos(4 * angle) + 0.01 * np.cos(16 * angle))
+    grid = np.linspace(-2e-5, 8e-5, 201)
+    slotted = law([1e-6]).replace(angle=angle, period=period, deflection=grid, force=1e8 * (grid - error[:, None]))
+    lines = np.array([4.0, 16.0]) * 20 / 30
+    strong, weak = force_error(case, [slotted], replace(STANDARD.gear, far_pattern_tolerance=0.0), 30.0).relative(lines)
+    assert strong == pytest.approx(AMPLIFICATION * 0.012, rel=0.1)
+    assert weak == pytest.approx(AMPLIFICATION * 0.12, rel=0.1)

@@ -21,9 +21,8 @@ class GearFidelity:
     root_refinement: the same factor for the mesh in which root strain is read, of one tooth.
     load_pattern_tolerance: what is neglected of the forces a tooth passes to the body, relative.
     corner_gap: m, unloaded gap up to which contact of tip edges beyond the path of contact is looked for; 0: none.
-    A fixed length: the default holds for the gearbox stages, of steel, up to three times their nominal load
-    (docs/decisions/0008.md). Where deflections are larger (heavier loads, aluminium, plastics) edges that would close
-    are left out and the mesh is too soft, by 4 % for a steel spur pair at 3500 N m: give at least the deflection.
+    Where it is too small for the load (`gear.closing_edges`: heavy loads, aluminium, plastics) laws, load distributions
+    and transmission errors take what the flanks approach each other by instead.
     bodies: how teeth and blanks give way, `elements` or, for a first look, `analytic` (Weber–Banaschek beam on
     Sainsot–Velex ring; it sees no web, hole or slot).
     far_pattern_tolerance: what of them is taken to answer alike at all teeth of a sector, relative.
@@ -66,6 +65,6 @@ class GearFidelity:
             ("far_pattern_tolerance", 0.0, 0.5),
             ("drive_reach", 0.1, 100.0),
             ("back_reach", 0.1, 100.0),
-            ("corner_gap", 0.0, 1e-3),
+            ("corner_gap", 0.0, 0.1),
         )
         require(self.bodies in BODIES, f"gear bodies = {self.bodies!r} is unknown: choose from {', '.join(BODIES)}")

@@ -3,6 +3,7 @@
 from nvhchain.gear.analytic import SliceCompliance, slice_compliance
 from nvhchain.gear.blank import SOLID, Blank, Differential, Holes, Slots, Solid, ThinRim
 from nvhchain.gear.body import GearBody, MassProperties, mass_properties
+from nvhchain.gear.closing_edges import with_closing_edges
 from nvhchain.gear.compliance import FlankCompliance, flank_compliance
 from nvhchain.gear.contact_lines import ContactLines, contact_lines
 from nvhchain.gear.engagement import Engagement, engaged_reach
@@ -11,7 +12,7 @@ from nvhchain.gear.geometry import GearGeometry
 from nvhchain.gear.iso6336 import IsoStiffness, iso_stiffness
 from nvhchain.gear.load_distribution import load_distribution
 from nvhchain.gear.mesh_files import read_gear_mesh, write_gear_mesh
-from nvhchain.gear.mesh_law import mesh_law, pair_compliances
+from nvhchain.gear.mesh_law import engaged, mesh_law, pair_compliances, tabulated
 from nvhchain.gear.micro_geometry import Flank, MicroGeometry, Relief
 from nvhchain.gear.pair import GearPair, nominal_centre_distance
 from nvhchain.gear.root_strain import PINION, WHEEL, RootStrainModes, nodal_force_strain, root_strain_modes
@@ -58,6 +59,7 @@ __all__ = [
     "VolumeMesh",
     "contact_lines",
     "deflection_at_force",
+    "engaged",
     "engaged_reach",
     "flank_compliance",
     "iso_stiffness",
@@ -75,7 +77,9 @@ __all__ = [
     "root_strain_modes",
     "slice_compliance",
     "sliding_sense",
+    "tabulated",
     "von_mises",
     "whole_mesh",
+    "with_closing_edges",
     "write_gear_mesh",
 ]

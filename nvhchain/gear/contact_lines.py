@@ -130,6 +130,17 @@ def contact_lines(
     )
 
 
+def wheel_angle(pair: GearPair, position: float, axial: float, mesh: int, flank: int = DRIVE) -> float:
+    """Wheel angle, rad, at which tooth pair `mesh` touches at `position` s and `axial` z, m."""
+    helix = pair.sense * tan(pair.base_helix_angle) * axial
+    if flank == DRIVE:
+        travel = position - pair.pitch_point + mesh * pair.base_pitch - helix
+    else:
+        lag = pair.working_thickness[1] * cos(pair.working_pressure_angle)
+        travel = pair.pitch_point + (mesh + 1) * pair.base_pitch - lag - position - helix
+    return travel / float(pair.base_radius[1])
+
+
 def _touch_edges(pair: GearPair, position: FloatArray, radius: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Gaps, m, and angles between the flanks, rad, in the normal plane (n,) of the slices beyond the path; 0 on it.
 

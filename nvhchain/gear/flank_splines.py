@@ -16,6 +16,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline, make_interp_spline
 
+from nvhchain.errors import require
 from nvhchain.gear.compliance import FlankCompliance
 from nvhchain.handoff import FloatArray, IntArray
 
@@ -92,10 +93,27 @@ class FlankSplines:
         return point_weights(self.over_radius, self.over_axial, radius, axial)
 
     def add(self, total: FloatArray, side: int, tooth: IntArray, radius: FloatArray, axial: FloatArray) -> None:
-        """Add to `total` (n, n) m/N the compliance between points on flanks `side` of `tooth` (n,), in runs."""
+        """Add to `total` (n, n) m/N the compliance between points on flanks `side` of `tooth` (n,), in runs.
+
+        Raises InputError for teeth that are not held or too far apart.
+        """
         if len(tooth):
+            self._check(tooth)
             index, weight = self.weights(radius, axial)
             _couple(self.coefficients[side], self.place, tooth, index, weight, total)
+
+    def _check(self, tooth: IntArray) -> None:
+        """Indices beyond the coefficients would be read all the same."""
+        low, high, reach = int(tooth.min()), int(tooth.max()), self.coefficients.shape[2] - 1
+        require(
+            high - low <= reach,
+            f"teeth {low} and {high} are {high - low} pitches apart, but the compliance reaches {reach}: "
+            "ask flank_compliance for a larger reach",
+        )
+        require(
+            bool((self.place[tooth % len(self.place)] >= 0).all()),
+            f"teeth {low} to {high} are not among those that this part of the compliance holds: ask at_angles for them",
+        )
 
     def friction_compliance(self, side: int, tooth: IntArray, radius: FloatArray, axial: FloatArray) -> FloatArray:
         """(n, n) m/N: normal displacement at every point under unit forces along the profile at every other."""
@@ -104,6 +122,7 @@ class FlankSplines:
         total = np.zeros((n, n))
         if not n:
             return total
+        self._check(tooth)
         index, weight = self.weights(radius, axial)
         start = np.arange(n + 1) * index.shape[1]
         spread = sp.csr_matrix((weight.ravel(), index.ravel(), start), shape=(n, self.friction.shape[-1]))

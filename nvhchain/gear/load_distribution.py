@@ -11,13 +11,14 @@ from nvhchain.conventions import Progress
 from nvhchain.errors import require
 from nvhchain.fidelity import GearFidelity
 from nvhchain.gear.analytic import SliceCompliance
+from nvhchain.gear.closing_edges import with_closing_edges
 from nvhchain.gear.compliance import FlankCompliance
 from nvhchain.gear.contact_lines import ContactLines
 from nvhchain.gear.contact_lines import separation as unloaded_gap
 from nvhchain.gear.engagement import Engagement
 from nvhchain.gear.mesh_law import pair_compliances
 from nvhchain.gear.pair import GearPair
-from nvhchain.gear.transmission_error import angle_blocks, loaded_mesh
+from nvhchain.gear.transmission_error import angle_blocks, body_period_angles, loaded_mesh
 from nvhchain.handoff import FloatArray, LoadDistribution
 
 PROBE = 0.02
@@ -42,20 +43,24 @@ def load_distribution(
     Raises SolverError where a contact does not converge.
     """
     require(nominal_force > 0, f"nominal_force = {nominal_force:g} N must be positive")
-    meshes = pair.meshes_per_body_period
-    angle = np.arange(float(meshes * fidelity.angles_per_mesh)) * (pair.mesh_period / fidelity.angles_per_mesh)
+    angle = body_period_angles(pair, fidelity)
     engagement = Engagement(pair, compliances or pair_compliances(pair, fidelity), fidelity)
     blocks = angle_blocks(angle)
-    tasks = [engagement.at_angles(block) if executor else engagement for block in blocks]
-    rows: list[FloatArray] = []
-    for block in (executor.map if executor else map)(_carried, tasks, blocks, [nominal_force] * len(blocks)):
-        rows.append(block)
-        if progress:
-            progress(len(rows), len(blocks))
-    sliding, arm, offset, tilt, slices = np.concatenate(rows).T
+
+    def solved(engagement: Engagement) -> FloatArray:
+        tasks, found = [engagement.at_angles(block) if executor else engagement for block in blocks], []
+        for block in (executor.map if executor else map)(_carried, tasks, blocks, [nominal_force] * len(blocks)):
+            found.append(block)
+            if progress:
+                progress(len(found), len(blocks))
+        return np.concatenate(found)
+
+    rows = solved(engagement)
+    closing = with_closing_edges(engagement, rows[:, -1].max())
+    sliding, arm, offset, tilt, slices, _ = (rows if closing is engagement else solved(closing)).T
     return LoadDistribution(
         angle=angle,
-        period=meshes * pair.mesh_period,
+        period=pair.body_period,
         sliding=sliding,
         arm=arm,
         offset=offset,
@@ -65,8 +70,8 @@ def load_distribution(
 
 
 def _carried(engagement: Engagement, angles: FloatArray, force: float) -> FloatArray:
-    """(n_angle, 5) sliding, arm and offset of the load; N m/rad of tilt by the contact problem and by slices side by
-    side: the piece of work of an executor."""
+    """(n_angle, 6) sliding, arm and offset of the load; N m/rad of tilt by the contact problem and by slices side by
+    side; deflection: the piece of work of an executor."""
     pair = engagement.pair
     guess, found = 1e-9 * force, []
     for angle in angles:
@@ -88,6 +93,7 @@ def _carried(engagement: Engagement, angles: FloatArray, force: float) -> FloatA
                 share @ lines.axial,
                 (more - less) @ lever / (2.0 * tilt),
                 loaded.tangent_stiffness * width**2 / 12.0,
+                loaded.deflection,
             ]
         )
     return np.array(found)

@@ -10,10 +10,11 @@ from nvhchain.conventions import Progress
 from nvhchain.errors import SolverError, require
 from nvhchain.fidelity import GearFidelity
 from nvhchain.gear.analytic import SliceCompliance, slice_compliance
+from nvhchain.gear.closing_edges import with_closing_edges
 from nvhchain.gear.compliance import FlankCompliance, flank_compliance
 from nvhchain.gear.engagement import Engagement, engaged_reach
 from nvhchain.gear.pair import BACK, DRIVE, GearPair
-from nvhchain.gear.transmission_error import angle_blocks, loaded_mesh
+from nvhchain.gear.transmission_error import angle_blocks, body_period_angles, loaded_mesh
 from nvhchain.handoff import FloatArray, MeshLaw
 
 
@@ -29,15 +30,14 @@ def mesh_law(
     """F(θ, δ) on `angles_per_mesh` angles per mesh period over the body period of `pair`.
 
     nominal_force: N along the flank normal (`GearPair.normal_force`); sets the range of deflections.
-    compliances: of pinion and wheel, reaching over `engaged_reach(pair)` teeth; computed here if not handed in.
+    compliances: of pinion and wheel, reaching over `engaged_reach(pair, fidelity.corner_gap)` teeth; computed here if
+    not handed in, and anew where the load closes edges beyond them (`closing_edges`).
     executor: takes blocks of angles.  progress: called with (steps done, steps in all); a step is a tooth of a
     symmetric sector or a block of angles.
     Raises SolverError where a contact does not converge.
     """
     require(nominal_force > 0, f"nominal_force = {nominal_force:g} N must be positive")
-    meshes = pair.meshes_per_body_period
-    count = meshes * fidelity.angles_per_mesh
-    angle: FloatArray = np.arange(count, dtype=np.float64) * (pair.mesh_period / fidelity.angles_per_mesh)
+    angle = body_period_angles(pair, fidelity)
     blocks = angle_blocks(angle)
     teeth = 0 if compliances or fidelity.bodies == "analytic" else pair.pinion.sector + pair.wheel.sector
     steps = teeth + len(blocks)
@@ -48,8 +48,7 @@ def mesh_law(
 
     if compliances is None:
         compliances = pair_compliances(pair, fidelity, progress=lambda done, _: report(done))
-    engagement = Engagement(pair, compliances, fidelity)
-    deflection = deflection_grid(engagement, nominal_force, angle)
+    engagement, deflection = engaged(pair, nominal_force, fidelity, compliances)
     # a part travels without the teeth that its angles do not reach
     tasks = [engagement.at_angles(block) if executor else engagement for block in blocks]
     work = (executor.map if executor else map)(_force_rows, tasks, blocks, [deflection] * len(blocks))
@@ -60,11 +59,16 @@ def mesh_law(
     force = np.array(rows)
     if (np.diff(force, axis=1) < 0).any():
         raise SolverError("mesh force falls with deflection, against the contact's physics: tighten contact_residual")
+    return tabulated(pair, angle, deflection, force)
+
+
+def tabulated(pair: GearPair, angle: FloatArray, deflection: FloatArray, force: FloatArray) -> MeshLaw:
+    """Law of `pair` with this force (n_angle, n_defl), N, at wheel angles, rad, of a body period and deflections, m."""
     return MeshLaw(
         angle=angle,
         deflection=deflection,
         force=force,
-        period=meshes * pair.mesh_period,
+        period=pair.body_period,
         teeth=(pair.pinion.geometry.teeth, pair.wheel.geometry.teeth),
         base_radius=pair.base_radius,
         base_helix_angle=pair.base_helix_angle,
@@ -72,6 +76,25 @@ def mesh_law(
         centre_distance=pair.centre_distance,
         face_width=pair.face_width,
     )
+
+
+def engaged(
+    pair: GearPair,
+    nominal_force: float,
+    fidelity: GearFidelity,
+    compliances: tuple[FlankCompliance | SliceCompliance, FlankCompliance | SliceCompliance] | None = None,
+) -> tuple[Engagement, FloatArray]:
+    """The contact problem with all edges that close in a mesh law, and the deflections, m, of that law.
+
+    Arguments as in `mesh_law`.
+    """
+    angle = body_period_angles(pair, fidelity)
+    engagement = Engagement(pair, compliances or pair_compliances(pair, fidelity), fidelity)
+    deflection = deflection_grid(engagement, nominal_force, angle)
+    closing = with_closing_edges(engagement, deflection[-1], -deflection[0] - pair.backlash)
+    if closing is engagement:
+        return engagement, deflection
+    return closing, deflection_grid(closing, nominal_force, angle)
 
 
 def pair_compliances(

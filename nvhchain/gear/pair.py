@@ -176,6 +176,11 @@ class GearPair:
         """Mesh periods after which the same sector positions of both blanks meet again."""
         return lcm(self.pinion.sector, self.wheel.sector)
 
+    @property
+    def body_period(self) -> float:
+        """Wheel angle, rad, of `meshes_per_body_period`."""
+        return self.meshes_per_body_period * self.mesh_period
+
     def normal_force(self, pinion_torque: float) -> float:
         """Force along the flank normal, N, that carries `pinion_torque`, N m: T/(r_bP cos β_b)."""
         return pinion_torque / (float(self.base_radius[0]) * cos(self.base_helix_angle))

@@ -13,10 +13,13 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from nvhchain.errors import SolverError, require
+from nvhchain.fidelity import GearFidelity
+from nvhchain.gear.closing_edges import with_closing_edges
 from nvhchain.gear.contact import contact_half_width
 from nvhchain.gear.contact_lines import ContactLines
 from nvhchain.gear.engagement import Engagement
 from nvhchain.gear.friction import lever_arms
+from nvhchain.gear.pair import GearPair
 from nvhchain.handoff import FloatArray, MeshLaw
 
 _ANGLE_BLOCK = 48
@@ -132,17 +135,29 @@ def loaded_transmission_error(
 ) -> tuple[FloatArray, FloatArray]:
     """(angle, te): wheel angle, rad, over one body period and δ/cos β_b, m, at a constant `pinion_torque`, N m.
 
-    Solved at every one of the fidelity's angles, not interpolated in a law.  friction: coefficient μ.
-    executor: takes blocks of angles.
+    Solved at every one of the fidelity's angles, not interpolated in a law, and again where edges close beyond its
+    `corner_gap` (`closing_edges`).  friction: coefficient μ.  executor: takes blocks of angles.
     """
-    pair, per_mesh = engagement.pair, engagement.fidelity.angles_per_mesh
-    force = pair.normal_force(pinion_torque)
-    angle: FloatArray = np.arange(float(pair.meshes_per_body_period * per_mesh)) * (pair.mesh_period / per_mesh)
+    pair = engagement.pair
+    force, angle = pair.normal_force(pinion_torque), body_period_angles(pair, engagement.fidelity)
     blocks = angle_blocks(angle)
-    tasks = [engagement.at_angles(block) if executor else engagement for block in blocks]
-    n = len(blocks)
-    work = (executor.map if executor else map)(_deflections, tasks, blocks, [force] * n, [friction] * n)
-    return angle, np.concatenate(list(work)) / np.cos(pair.base_helix_angle)
+
+    def solved(engagement: Engagement) -> FloatArray:
+        tasks, n = [engagement.at_angles(block) if executor else engagement for block in blocks], len(blocks)
+        work = (executor.map if executor else map)(_deflections, tasks, blocks, [force] * n, [friction] * n)
+        return np.concatenate(list(work))
+
+    deflection = solved(engagement)
+    closing = with_closing_edges(engagement, deflection.max())
+    if closing is not engagement:
+        deflection = solved(closing)
+    return angle, deflection / np.cos(pair.base_helix_angle)
+
+
+def body_period_angles(pair: GearPair, fidelity: GearFidelity) -> FloatArray:
+    """Wheel angles, rad, over one body period, `angles_per_mesh` to a mesh period."""
+    per_mesh = fidelity.angles_per_mesh
+    return np.arange(float(pair.meshes_per_body_period * per_mesh)) * (pair.mesh_period / per_mesh)
 
 
 def angle_blocks(angle: FloatArray) -> list[FloatArray]:

@@ -90,8 +90,8 @@ def _contact_forces(case: GearboxCase, fidelity: Fidelity) -> list[dynamics.Cont
     if fidelity.dynamics.mesh_level != "contact":
         return None
     return [
-        gear.Engagement(pair, gear.pair_compliances(pair, fidelity.gear), fidelity.gear).mesh_force
-        for pair in case.pairs
+        gear.engaged(pair, force, fidelity.gear)[0].mesh_force
+        for pair, force in zip(case.pairs, case.mesh_forces, strict=True)
     ]
 
 

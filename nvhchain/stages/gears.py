@@ -146,15 +146,4 @@ def under_load(case: GearboxCase, housing: ReducedHousing, fidelity: Fidelity) -
 def _plain_law(pair: gear.GearPair, force: float) -> MeshLaw:
     """Geometry of a pair with one constant stiffness, for statics in which the law does not matter."""
     reach = np.array([-1e-3, 1e-3])
-    return MeshLaw(
-        angle=np.zeros(1),
-        deflection=reach,
-        force=2e6 * force * reach[None, :],
-        period=pair.mesh_period,
-        teeth=(pair.pinion.geometry.teeth, pair.wheel.geometry.teeth),
-        base_radius=pair.base_radius,
-        base_helix_angle=pair.base_helix_angle,
-        working_pressure_angle=pair.working_pressure_angle,
-        centre_distance=pair.centre_distance,
-        face_width=pair.face_width,
-    )
+    return gear.tabulated(pair, np.zeros(1), reach, 2e6 * force * reach[None, :])

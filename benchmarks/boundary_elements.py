@@ -1,13 +1,13 @@
 """Operators of the fused boundary element engine against bempp-cl; writes docs/measured/boundary_elements.md.
 
     python benchmarks/boundary_elements.py OUT [--compare 1280 5120] [--grow 320 1280 5120 20480] [--opencl PYTHON]
-                                           [--one-thread]
+                                           [--threads 1 2]
 
 Spheres of 20 · 4ⁿ triangles at six elements per wavelength; every figure is taken in a process of its own and kept in
 OUT, so that a run that was cut short goes on. The error is that of the surface pressure under a plane-wave velocity,
 against the same mesh at quadrature orders past convergence (relative, RMS): it is quadrature alone. PYTHON: an
-interpreter whose bempp-cl finds Intel's OpenCL runtime; without it those rows say `not installed`. --one-thread: only
-what takes one thread, without a table; a later call adds what needs a machine that does nothing else.
+interpreter whose bempp-cl finds Intel's OpenCL runtime; without it those rows say `not installed`. --threads 1:
+leaves out the rows of two threads; a later call adds them, on a machine that does nothing else.
 """
 
 from __future__ import annotations
@@ -201,7 +201,7 @@ def main() -> None:
     parser.add_argument("--compare", nargs="*", type=int, default=[1280, 5120])
     parser.add_argument("--grow", nargs="*", type=int, default=[320, 1280, 5120, 20480])
     parser.add_argument("--opencl")
-    parser.add_argument("--one-thread", action="store_true")
+    parser.add_argument("--threads", nargs="*", type=int, default=[1, 2])
     parser.add_argument("--worker", nargs="+")
     arguments = parser.parse_args()
     if arguments.worker:
@@ -211,10 +211,8 @@ def main() -> None:
     out.mkdir(parents=True, exist_ok=True)
     grown = [growth(out, faces, BATCH) for faces in arguments.grow]
     grown += [growth(out, 1280, count) for count in (1, 2, 8, 16, 32, 64, 128)]
-    counts = (1,) if arguments.one_thread else (1, 2)
-    compared = [line for faces in arguments.compare for line in comparison(out, faces, arguments.opencl, counts)]
-    if arguments.one_thread:
-        return
+    threads = tuple(arguments.threads)
+    compared = [line for faces in arguments.compare for line in comparison(out, faces, arguments.opencl, threads)]
     lines = [
         "Operators (S, K, K′, W combined into A and B) per wavenumber; cold: first call of a process with nothing "
         "compiled, for the fused engine four wavenumbers. Ratios: to the fused engine at order 2 with as many threads. "

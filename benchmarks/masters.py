@@ -41,6 +41,13 @@ LOW = 50.0
 FAR = ((0.3, -0.2, 0.93), (8.0, 0.0, 6.0))
 """Field points, m, beside one near the surface."""
 CELL = 0.02
+NARROW = {
+    "sphere 0.2 m": (1000.0, 1400.0),
+    "box 0.45 × 0.3 × 0.25 m": (500.0, 600.0),
+    "cavity behind a neck": (240.0, 275.0),
+}
+"""Hz."""
+NARROW_COUNTS = (3, 4, 5, 6)
 
 
 def hollow(centre: FloatArray) -> bool:
@@ -96,6 +103,23 @@ def estimate(atv: TransferVectors, truth: TransferVectors, kind: str) -> float:
     )
 
 
+def narrow(name: str, surface: Surface, points: FloatArray) -> str:
+    """A row of the table of narrow bands."""
+    low, high = NARROW[name]
+    lines = np.union1d(np.linspace(low, high, 41), np.concatenate([np.linspace(low, high, n) for n in NARROW_COUNTS]))
+    truth = transfer_vectors(surface, points, lines, fidelity=FIDELITY)
+    cells = []
+    for count in NARROW_COUNTS:
+        atv = transfer_vectors(surface, points, np.linspace(low, high, count), fidelity=FIDELITY)
+        true = wrong(atv, truth, "rational")
+        cells.append(f"{decibel(true):.2g} ({decibel(estimate(atv, truth, 'rational')):.2g})")
+    for tolerance in (1.0, 0.1):
+        fidelity = replace(FIDELITY, master_tolerance_db=tolerance)
+        atv = adaptive_transfer_vectors(surface, points, low, high, fidelity=fidelity)
+        cells.append(f"{len(atv.frequency)} ({decibel(wrong(atv, truth, 'rational')):.2g})")
+    return f"| {name} | {low:g} … {high:g} Hz | " + " | ".join(cells) + " |"
+
+
 def main() -> None:
     text = [
         *scene(),
@@ -110,6 +134,12 @@ def main() -> None:
         "",
         "| body | triangles | 1 dB | 0.3 dB | 0.1 dB |",
         "|---|---:|---:|---:|---:|",
+    ]
+    few = [
+        "Narrow bands: error (estimate) in dB of few masters, and masters chosen for an error (true error in dB):",
+        "",
+        "| body | band | " + " | ".join(map(str, NARROW_COUNTS)) + " | 1 dB | 0.1 dB |",
+        "|---|---|" + "---:|" * (len(NARROW_COUNTS) + 2),
     ]
     curves: dict[tuple[str, str], list[float]] = {}
     for name, (surface, high) in bodies().items():
@@ -132,8 +162,9 @@ def main() -> None:
             atv = adaptive_transfer_vectors(surface, points, LOW, high, fidelity=fidelity)
             cells.append(f"{len(atv.frequency)} ({decibel(wrong(atv, truth, 'rational')):.2g})")
         chosen.append(f"| {name} | {len(surface.triangles)} | " + " | ".join(cells) + " |")
+        few.append(narrow(name, surface, points))
     target = ROOT / "docs" / "measured" / "masters.md"
-    target.write_text("\n".join([*text, "", *chosen]) + "\n")
+    target.write_text("\n".join([*text, "", *chosen, "", *few]) + "\n")
     print(target.read_text())
     if len(sys.argv) > 1:
         draw(curves, Path(sys.argv[1]))

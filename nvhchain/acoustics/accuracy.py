@@ -60,8 +60,8 @@ def expected_accuracy(
     at any frequency however low; of that, faceting_error_dB, from facets in the place of round faces (triangles that
     meet at more than 40° form an edge of the body).  With a point nearer than half an element edge also clearance: in
     edges, and expected_error_nearest_dB: there, at its own pressure.  With needles, or gaps narrower than the engine
-    resolves (`bempp` cuts no triangles), also quadrature_error: of a constant pressure on the surface, relative; sound
-    fields err by two to eight times as much (docs/measured/quadrature.md).
+    resolves (`bempp` cuts no triangles), also quadrature_error: of constant and linear pressures on the surface,
+    relative; sound fields err by a third of that to eight times as much (docs/measured/quadrature.md).
     With triangles longer than all but a twentieth of the area may be (`LOCAL_COARSENING`): coarse_share of the area,
     coarse_elements_per_wavelength of the longest one, and their error (`patch_error`) as part of expected_error_dB;
     expected_error_patch_dB bounds the error of sound that comes from behind them alone, wherever it is heard, and that
@@ -247,7 +247,7 @@ def _quadrature_accuracy(surface: Surface, fidelity: AcousticsFidelity, engine: 
     if error > fidelity.quadrature_error:
         warnings.warn(
             f"needles or thin gaps of the mesh leave a relative quadrature error of {error:.2g} on the surface, "
-            f"{fidelity.quadrature_error:g} asked, and the sound errs by two to eight times as much: make triangles "
+            f"{fidelity.quadrature_error:g} asked, and the sound errs by up to eight times as much: make triangles "
             f"less than {fidelity.needle_aspect:g} times as long as high, or {remedy}",
             AccuracyWarning,
             stacklevel=4,

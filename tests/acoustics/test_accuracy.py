@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from nvhchain.acoustics import solve_direct, sphere, transfer_vectors
+from nvhchain.acoustics._fused import systems
 from nvhchain.acoustics._fused_closure import closure_error, gap_cost, suspect_error
 from nvhchain.acoustics.accuracy import expected_accuracy, mean_square_angle, patch_error
 from nvhchain.acoustics.potentials import RULE_BARYCENTRIC, RULE_WEIGHT
@@ -165,6 +166,33 @@ def test_quadrature_error_from_some_rows_of_needles_is_that_of_all(air):
     for aspect in (10, 30):
         assert suspect_error(needles(aspect), KNOBS) == pytest.approx(closure_error(needles(aspect), KNOBS), rel=0.3)
     assert suspect_error(bodies.box((0.1, 0.1, 0.1), 0.05), KNOBS) is None
+
+
+def layer(aspect):
+    """A cube of 100 mm with one layer of triangles so many times as long as high."""
+    plain = bodies.box((0.1, 0.1, 0.1), 0.025)
+    layers = np.unique(np.round(plain.vertices[:, 2], 9))
+    thin = layers.copy()
+    thin[2] = thin[1] + (thin[2] - thin[1]) / aspect
+    vertices = plain.vertices.copy()
+    vertices[:, 2] = np.interp(vertices[:, 2], layers, thin)
+    return Surface(vertices, plain.triangles)
+
+
+@pytest.mark.parametrize(("aspect", "least"), [(100, 5e-4), (300, 2e-3)])
+def test_quadrature_error_of_very_slender_needles_is_true(aspect, least):
+    """A constant pressure alone, which the double layer takes, would state 5e-5 at any aspect ratio."""
+    body, k, source = layer(aspect), 10.0, (0.005, -0.005, -0.003)
+    gradient = np.einsum("fj,fj->f", bodies.source_field(body.centroids, source, k)[1], body.normals)
+    found, exact = (
+        np.linalg.solve(a, b @ gradient)
+        for knobs in (KNOBS, replace(KNOBS, singular_order=6))
+        for a, b in systems(body, [k], knobs)
+    )
+    true = np.linalg.norm(found - exact) / np.linalg.norm(exact)
+    stated = suspect_error(body, KNOBS)
+    assert stated > least
+    assert stated / 3 < true < 8 * stated
 
 
 def test_lists_of_close_orders_and_distances_count_as_tuples():

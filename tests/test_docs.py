@@ -1,14 +1,18 @@
 """The documentation builds without a warning and its generated tables hold what the code holds."""
 
+import ast
 import re
+import shlex
 import subprocess
 import sys
+import tomllib
 from dataclasses import fields
 from pathlib import Path
 
 import pytest
 
 import nvhchain
+from nvhchain.cli import parser
 from nvhchain.fidelity import PRESETS
 
 ROOT = Path(__file__).parents[1]
@@ -61,3 +65,60 @@ def test_every_file_the_readme_points_to_exists():
     targets = [t for t in re.findall(r"\]\(([^)#]+)\)", readme) if "://" not in t]
     assert targets
     assert not [target for target in targets if not (ROOT / target).exists()]
+
+
+PARTS = ("nvhchain", "tests", "benchmarks", "cases", "docs", "scripts")
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+
+
+def blocks(language):
+    """Fenced blocks in a language, with the page they stand on."""
+    for page in PAGES:
+        for block in re.findall(rf"^```{language}\n(.*?)^```", page.read_text(), re.DOTALL | re.MULTILINE):
+            yield page.name, block
+
+
+def test_command_lines_of_the_pages_are_understood_and_their_cases_exist():
+    lines = [
+        (page, line) for page, block in blocks("sh") for line in block.splitlines() if line.startswith("nvhchain ")
+    ]
+    assert len(lines) > 20
+    for page, line in lines:
+        words = shlex.split(line, comments=True)[1:]
+        try:
+            parser().parse_args(words)
+        except SystemExit:
+            pytest.fail(f"{page}: {line}")
+        missing = [word for word in words if word.startswith("cases/") and not (ROOT / word).exists()]
+        assert not missing, f"{page}: {line}"
+
+
+def test_scripts_of_the_pages_compile_and_import_names_that_exist():
+    scripts = list(blocks("python"))
+    assert len(scripts) > 6
+    for page, script in scripts:
+        tree = ast.parse(script, page)
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Import | ast.ImportFrom):
+                exec(ast.unparse(node), {})
+        for name in re.findall(r"\bnvh\.(\w+)", script):
+            assert hasattr(nvhchain, name), f"{page}: nvh.{name}"
+
+
+def test_extracts_of_case_files_are_toml():
+    extracts = list(blocks("toml"))
+    assert extracts
+    for _, extract in extracts:
+        tomllib.loads(extract)
+
+
+def test_files_that_the_pages_name_exist():
+    """Decisions aside, which keep the names of their day."""
+    known = {path.relative_to(ROOT).as_posix() for part in PARTS for path in (ROOT / part).rglob("*.*")}
+    for page in (page for page in PAGES if page.parent.name != "decisions"):
+        for code in re.findall(r"`([^`\n]+)`", page.read_text()):
+            for name in re.findall(r"[\w./-]+\.(?:py|toml|sh|md)\b", code):
+                if name.split("/")[0] in PARTS:
+                    assert name in known, f"{page.name}: {name}"
+                elif name.endswith(".py"):
+                    assert any(f"/{path}".endswith(f"/{name}") for path in known), f"{page.name}: {name}"

@@ -2,8 +2,9 @@
 
 Tooth: beam of varying depth after C. Weber and K. Banaschek (Schriftenreihe Antriebstechnik 11, 1953), plane strain.
 Body: elastic ring under the tooth root, P. Sainsot, P. Velex, O. Duverger, "Contribution of gear body to tooth
-deflections", J. Mech. Des. 126 (2004) 748–752. Slices and teeth do not know of each other, and a body is a ring from
-its bore to its root circle whatever the blank: what webs, holes and slots do is missing.
+deflections", J. Mech. Des. 126 (2004) 748–752. Its twist about the held bore, r_b² (1/r_i² − 1/r_o²)/(4πGb) of a
+thick-walled tube, in thin webs over their thickness, is common to all teeth and slices. Of the rest slices and teeth do
+not know from each other, and what holes and slots do is missing.
 """
 
 from __future__ import annotations
@@ -35,11 +36,12 @@ class SliceCompliance:
     """Deflection of a tooth with its body per transverse load and width.
 
     radius: (n,) m, rising, from form to tip circle.  compliance: (n,) 1/Pa, displacement along the line of action per
-    N/m of width.  tilt: β_b of the gear, rad.
+    N/m of width.  twist: m/N, the same of all teeth together per transverse force on any.  tilt: β_b of the gear, rad.
     """
 
     radius: FloatArray
     compliance: FloatArray
+    twist: float
     tilt: float
 
     def add(self, total: FloatArray, radius: FloatArray, length: FloatArray) -> None:
@@ -47,16 +49,17 @@ class SliceCompliance:
         # force and displacement turn by β_b from the normal to the transverse plane, the width is ℓ cos β_b
         n = np.arange(len(length))
         total[n, n] += np.interp(radius, self.radius, self.compliance) * np.cos(self.tilt) / length
+        total += self.twist * np.cos(self.tilt) ** 2
 
 
 def slice_compliance(body: GearBody) -> SliceCompliance:
-    """Closed-form compliance of the teeth of `body`; its blank does not enter."""
+    """Closed-form compliance of the teeth of `body`; of its blank a thin web enters, openings do not."""
     gear = body.geometry
     radius = np.linspace(gear.form_radius, gear.tip_circle_radius, 50)
     angle = gear.pressure_angle_at(radius) - gear.half_tooth_angle(radius)  # of the load against the tooth's middle
     arm = gear.base_radius / np.cos(angle)  # where it meets the middle
     young, poisson = body.material.young, body.material.poisson
-    total = _body(gear, arm, angle) / young
+    total = _body(gear, arm, angle, poisson) / young
     y, depth = _depth(gear)
     for i in range(len(radius)):
         at = np.linspace(y[0], arm[i], _PROFILE_POINTS)
@@ -64,7 +67,17 @@ def slice_compliance(body: GearBody) -> SliceCompliance:
         bending = np.trapezoid(12 * (arm[i] - at) ** 2 / thickness**3, at)
         shear = (2.4 / (1 - poisson) + np.tan(angle[i]) ** 2) * np.trapezoid(1 / thickness, at)
         total[i] += np.cos(angle[i]) ** 2 * (1 - poisson**2) / young * (bending + shear)
-    return SliceCompliance(radius, total, gear.base_helix_angle)
+    return SliceCompliance(radius, total, _twist(body), gear.base_helix_angle)
+
+
+def _twist(body: GearBody) -> float:
+    """Displacement along the line of action, m, per transverse force, N, by which rim and web twist about the bore."""
+    gear, web = body.geometry, body.blank.web
+    inner, outer = gear.bore_radius, gear.root_radius
+    square = (inner**-2 - outer**-2) / gear.face_width
+    if web is not None:
+        square += (web.hub_radius**-2 - web.rim_radius**-2) * (1 / web.thickness - 1 / gear.face_width)
+    return gear.base_radius**2 * square * (1 + body.material.poisson) / (2 * np.pi * body.material.young)
 
 
 def _depth(gear: GearGeometry) -> tuple[FloatArray, FloatArray]:
@@ -76,12 +89,13 @@ def _depth(gear: GearGeometry) -> tuple[FloatArray, FloatArray]:
     return (r * np.cos(psi))[order], 2 * (r * np.sin(psi))[order]
 
 
-def _body(gear: GearGeometry, arm: FloatArray, angle: FloatArray) -> FloatArray:
-    """Young's modulus times compliance of the ring under the root."""
+def _body(gear: GearGeometry, arm: FloatArray, angle: FloatArray, poisson: float) -> FloatArray:
+    """Young's modulus times compliance of the ring under the root, less that of its twist about the bore."""
     h = float(np.clip(gear.root_radius / gear.bore_radius, *_RING))
     theta = float(np.clip(gear.fillet(1.0)[1], *_ROOT_ANGLE))
     L, M, P, Q = (
         a / theta**2 + b * h**2 + c * h / theta + d / theta + e * h + f for a, b, c, d, e, f in _BODY.values()
     )
     lever = (arm - gear.root_radius) / (2 * gear.root_radius * theta)  # over the tooth's thickness at the root
-    return np.cos(angle) ** 2 * (L * lever**2 + M * lever + P * (1 + Q * np.tan(angle) ** 2))
+    twist = (gear.base_radius / gear.root_radius) ** 2 * (h**2 - 1) * (1 + poisson) / (2 * np.pi)
+    return np.cos(angle) ** 2 * (L * lever**2 + M * lever + P * (1 + Q * np.tan(angle) ** 2)) - twist

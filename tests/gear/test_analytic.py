@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from nvhchain.conventions import STEEL
 from nvhchain.errors import InputError
 from nvhchain.fidelity import DRAFT
 from nvhchain.gear import (
@@ -12,6 +13,7 @@ from nvhchain.gear import (
     GearBody,
     GearPair,
     Slots,
+    ThinRim,
     flank_compliance,
     iso_stiffness,
     loaded_mesh,
@@ -50,7 +52,7 @@ def test_compliance_of_a_narrow_spur_tooth_is_near_the_finite_elements(make_geom
     w /= w.sum()
     found = [gear.face_width * (w @ elements.block(0, 0)[0, i, :, 0, i] @ w) for i in range(len(elements.radius))]
     closed = slice_compliance(body)
-    expected = np.interp(elements.radius, closed.radius, closed.compliance)
+    expected = np.interp(elements.radius, closed.radius, closed.compliance) + closed.twist * gear.face_width
     np.testing.assert_allclose(found, expected, rtol=0.12)  # plane strain in the one, nearly plane stress in the other
 
 
@@ -62,10 +64,26 @@ def test_helical_slices_are_stiffer_by_cos_squared_per_width(make_body, make_geo
     total = np.zeros((1, 1))
     c.add(total, radius, np.array([width / np.cos(gear.base_helix_angle)]))
     plain = np.interp(radius, c.radius, c.compliance)[0] / width
-    assert total[0, 0] == pytest.approx(plain * np.cos(gear.base_helix_angle) ** 2)
+    assert total[0, 0] == pytest.approx((plain + c.twist) * np.cos(gear.base_helix_angle) ** 2)
 
 
-def test_fidelity_chooses_it_and_the_blank_does_not_enter(make_pair):
+def test_twist_about_the_bore_is_that_of_tubes_one_after_the_other(make_body, make_geometry):
+    """dφ/dr = T/(2π G t r³), here by quadrature over rim, web and hub; the same at every slice and tooth."""
+    gear = make_geometry(50, stage=1, hand=1)
+    hub, rim, web = 1.3 * gear.bore_radius, 0.85 * gear.root_radius, 6e-3
+    r = np.linspace(gear.bore_radius, gear.root_radius, 200_001)
+    thickness = np.where((r > hub) & (r < rim), web, gear.face_width)
+    shear = STEEL.young / (2 * (1 + STEEL.poisson))
+    twist = gear.base_radius**2 * np.trapezoid(1 / (2 * np.pi * shear * thickness * r**3), r)
+    thin = slice_compliance(GearBody(gear, ThinRim(web, hub, rim)))
+    assert thin.twist == pytest.approx(twist, rel=1e-3)
+    assert slice_compliance(make_body(gear)).twist < 0.8 * twist
+    total = np.zeros((2, 2))
+    thin.add(total, np.full(2, gear.pitch_radius), np.full(2, 1e-3))
+    assert total[0, 1] == total[1, 0] == pytest.approx(twist * np.cos(gear.base_helix_angle) ** 2, rel=1e-3)
+
+
+def test_fidelity_chooses_it_and_openings_do_not_enter(make_pair):
     plain = make_pair(1, thickness_allowance=40e-6)
     gear = plain.wheel.geometry
     cut = GearBody(gear, Slots(5, 1.2 * gear.bore_radius, 0.85 * gear.root_radius, np.radians(40.0)))

@@ -24,7 +24,7 @@ class GearFidelity:
     Where it is too small for the load (`gear.closing_edges`: heavy loads, aluminium, plastics) laws, load distributions
     and transmission errors take what the flanks approach each other by instead.
     bodies: how teeth and blanks give way, `elements` or, for a first look, `analytic` (Weber–Banaschek beam on
-    Sainsot–Velex ring; it sees no web, hole or slot).
+    Sainsot–Velex ring; it sees no hole or slot, and of a web its twist alone).
     far_pattern_tolerance: what of them is taken to answer alike at all teeth of a sector, relative.
     slices: axial slices of a contact line.  angles_per_mesh: mesh-law angles per mesh period.
     deflections: mesh-law deflections.  contact_residual: admissible residual of the complementarity

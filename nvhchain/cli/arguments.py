@@ -97,7 +97,7 @@ def parser() -> argparse.ArgumentParser:
         "--out",
         metavar="FILE",
         type=Path,
-        help="figure (PNG, default: beside the first file), or motion of a housing: .gif, .vtu, .vtkhdf, .csv (MAC)",
+        help="figure (PNG, default: beside the first file), or motion of a housing: .gif, .vtu, .vtkhdf, .unv, .csv",
     )
     plot.set_defaults(action=commands.plot)
 

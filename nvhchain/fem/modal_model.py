@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from nvhchain.errors import require
-from nvhchain.fem.solid_model import FACES
+from nvhchain.fem.solid_model import CORNERS, EDGES, FACES
 from nvhchain.handoff import FloatArray, IntArray
 
 
@@ -17,7 +18,8 @@ class ModalModel:
 
     nodes: (n, 3) m.  labels: (n,) numbers in the foreign file.  triangles: (k, 3) node numbers of the skin, or of
     shells.  two_sided: shells, whose triangles need not be turned outward.  frequency: (m,) Hz, sorted.
-    damping: (m,) fraction of critical.  shapes: (m, n, 3) kg^-½, mass-normalised.  source: the file.
+    damping: (m,) fraction of critical.  shapes: (m, n, 3) kg^-½, mass-normalised.  groups: name → node numbers.
+    source: the file.
     """
 
     nodes: FloatArray
@@ -27,6 +29,7 @@ class ModalModel:
     frequency: FloatArray
     damping: FloatArray
     shapes: FloatArray
+    groups: Mapping[str, IntArray] = field(default_factory=dict)
     source: str = "modes"
 
     def __post_init__(self) -> None:
@@ -56,21 +59,48 @@ class ModalModel:
             and self.triangles.max() < n,
             f"{self.source}: no skin, or one that refers to nodes that do not exist: export shells or solids with it",
         )
+        for name, members in self.groups.items():
+            require(
+                members.size > 0 and members.min() >= 0 and members.max() < n,
+                f"{self.source}: group {name} is empty or refers to nodes that do not exist",
+            )
 
 
 def boundary_triangles(elements: list[tuple[str, IntArray]]) -> IntArray:
-    """Outward triangles (k, 3) of the boundary of solids given by their corners, as (shape, (m, corners)) each.
+    """Outward triangles (k, 3) of the boundary of solids, as (shape, (m, nodes)) each.
 
-    Four-cornered faces are cut along a diagonal; a face that belongs to two elements is inside.
+    nodes: corners, then the mid-edge nodes in the order of `EDGES` where the elements have them.  A face that belongs
+    to two elements is inside.
     """
     faces = []
-    for shape, corners in elements:
+    for shape, members in elements:
+        edges = [frozenset(edge) for edge in EDGES[shape]]
         for face in FACES[shape]:
-            table = np.full((len(corners), 4), -1)
-            table[:, : len(face)] = corners[:, list(face)]
+            around = [CORNERS[shape] + edges.index(frozenset((a, face[i - len(face) + 1]))) for i, a in enumerate(face)]
+            table = np.full((len(members), 8), -1)
+            table[:, : len(face)] = members[:, list(face)]
+            if members.shape[1] > CORNERS[shape]:
+                table[:, 4 : 4 + len(face)] = members[:, around]
             faces.append(table)
     table = np.concatenate(faces)
-    _, first, sides = np.unique(np.sort(table, axis=1), axis=0, return_index=True, return_counts=True)
+    _, first, sides = np.unique(np.sort(table[:, :4], axis=1), axis=0, return_index=True, return_counts=True)
     outer = table[np.sort(first[sides == 1])]
-    four = outer[outer[:, 3] >= 0]
-    return np.concatenate([outer[:, :3], four[:, [0, 2, 3]]])
+    four, middles = outer[:, 3] >= 0, outer[:, 4] >= 0
+    kinds = (~four & ~middles, four & ~middles, ~four & middles, four & middles)
+    return np.concatenate([face_triangles(outer[kind]) for kind in kinds])
+
+
+def face_triangles(faces: IntArray) -> IntArray:
+    """Flat triangles (k, 3) of faces (f, 8) of one kind: three or four corners, then the middles after each; −1: none.
+
+    Four corners are cut along a diagonal; with middles, each corner is cut off and the rest is one triangle or two.
+    """
+    if len(faces) == 0:
+        return np.empty((0, 3), dtype=np.int64)
+    count = 3 if faces[0, 3] < 0 else 4
+    if faces[0, 4] < 0:
+        cuts = [(0, 1, 2), (0, 2, 3)][: count - 2]
+    else:
+        cuts = [(i, 4 + i, 4 + (i - 1) % count) for i in range(count)]
+        cuts += [(4, 5, 6), (4, 6, 7)][: count - 2]
+    return np.concatenate([faces[:, list(cut)] for cut in cuts])

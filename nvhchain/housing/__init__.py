@@ -4,6 +4,7 @@ from nvhchain.housing.casting import Bore, Casting, GearSpace
 from nvhchain.housing.craig_bampton import CraigBampton, craig_bampton
 from nvhchain.housing.damping import DampingCurve
 from nvhchain.housing.engine_plane import EnginePlane
+from nvhchain.housing.exported_modes import exported_modes
 from nvhchain.housing.extent import encloses, envelope_area
 from nvhchain.housing.foreign import model_extent, reduce_model
 from nvhchain.housing.foreign_modal_model import modal_model
@@ -25,6 +26,7 @@ __all__ = [
     "craig_bampton",
     "encloses",
     "envelope_area",
+    "exported_modes",
     "housing_from_modes",
     "modal_extent",
     "modal_model",

@@ -73,7 +73,7 @@ def outer_envelope(
         f"opening = {1e3 * opening:.4g} mm is wider than the whole body, {1e3 * extent:.4g} mm: give the diameter of "
         "the largest hole that counts as closed",
     )
-    space = regions(skin.nodes, skin.facets[:, :3], plugs, floor, size, opening)
+    space = regions(skin.nodes, skin.triangles, plugs, floor, size, opening)
     exposed = _exposed(skin, space, plugs, floor, shells, face_size**2)
     if surface is None:
         surface, silent = _net(space, face_size * _CELL)
@@ -214,17 +214,22 @@ def _filled(space: Regions) -> FloatArray:
 
 
 def _lattice(space: Regions, cell: float) -> list[FloatArray]:
-    """Coordinates of the lattice points along the grid's axes, in the grid's frame."""
+    """Coordinates of the lattice points along the grid's axes, in the grid's frame.
+
+    They stand evenly to the body, up to half a cell inside its outermost faces, wherever the grid ends.
+    """
     axes = []
+    body = np.argwhere(space.label == WALL)
+    first, last = (space.origin + space.size * end for end in (body.min(axis=0), body.max(axis=0)))
     for axis, count in enumerate(space.label.shape):
         low, high = space.origin[axis], space.origin[axis] + (count - 1) * space.size
         if axis == 2 and space.on_floor:
-            low -= space.size / 2 + cell / 2
-            number = int(np.ceil((high - low) / cell)) + 2
+            start = low - space.size / 2 - cell / 2
         else:
-            number = int(np.ceil((high - low) / cell)) + 2
-            low -= ((number - 1) * cell - (high - low)) / 2
-        axes.append(low + cell * np.arange(number))
+            inside = max(1.0, np.ceil((last[axis] - first[axis]) / cell))
+            start = (first[axis] + last[axis] - cell * (inside - 1)) / 2
+            start -= cell * (np.ceil((start - low) / cell) + 1)
+        axes.append(start + cell * np.arange(int(np.ceil((high - start) / cell)) + 2))
     return axes
 
 

@@ -24,9 +24,6 @@ from nvhchain.housing.skin import solid_skin
 _DEPENDENT = 1e-10
 """Of the residual's largest flexibility, below which a direction of the seats has none of its own."""
 
-_QUARTERS = ((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5))
-"""Four triangles of a six-node facet."""
-
 
 def modal_model(model: SolidModel, seats: Sequence[RigidSet], *, f_top: float, modal_damping: float) -> ModalModel:
     """Modes up to f_top (Hz), then the residual vectors of unit forces at `seats` (`bearing_seats`).
@@ -53,11 +50,12 @@ def modal_model(model: SolidModel, seats: Sequence[RigidSet], *, f_top: float, m
     return ModalModel(
         nodes=np.vstack([skin.nodes[used], [seat.reference for seat in seats]]),
         labels=_labels(model.labels, used, [seat.label for seat in seats]),
-        triangles=row[np.concatenate([skin.facets[:, list(quarter)] for quarter in _QUARTERS])],
+        triangles=row[skin.triangles],
         two_sided=False,
         frequency=frequency,
         damping=np.full(len(frequency), modal_damping),
         shapes=np.vstack([at_skin, at_seats]).T.reshape(len(frequency), -1, 3),
+        groups={name: row[m][row[m] >= 0] for name, m in model.groups.items() if (row[m] >= 0).any()},
         source=model.source,
     )
 

@@ -73,7 +73,7 @@ def regions(
     axes = _frame(floor)
     local = nodes @ axes
     radius = max(opening / 2, size)
-    margin = radius + _MARGIN * size
+    margin = (np.ceil(radius / size) + _MARGIN) * size  # whole voxels: they stand alike whatever the ball
     used = local[np.unique(triangles)]
     low, high = used.min(axis=0) - margin, used.max(axis=0) + margin
     if floor is not None:

@@ -11,6 +11,9 @@ from nvhchain.errors import require
 from nvhchain.fem.solid_model import CORNERS, EDGES, FACES, SolidModel
 from nvhchain.handoff import FloatArray, IntArray
 
+QUARTERS = ((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5))
+"""Triangles of a six-node facet, by its nodes."""
+
 
 @dataclass(frozen=True, eq=False)
 class Skin:
@@ -24,6 +27,11 @@ class Skin:
     nodes: FloatArray
     facets: IntArray
     interpolation: sp.csr_matrix
+
+    @property
+    def triangles(self) -> IntArray:
+        """Four flat triangles (4 k, 3) for every facet, which follow its curved edges."""
+        return np.concatenate([self.facets[:, list(quarter)] for quarter in QUARTERS])
 
     def on_nodes(self, operator: sp.csr_matrix) -> sp.csr_matrix:
         """An operator (…, 3 (n + q)) on displacements of `nodes` as one (…, 3 n) on those of the model."""

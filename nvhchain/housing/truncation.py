@@ -144,8 +144,12 @@ def without_modes(housing: ReducedHousing, keep: int) -> ReducedHousing:
     )
 
 
-def _with_ritz_vectors(housing: ReducedHousing) -> _Modes:
-    """The modes of the housing and, mass-normalised, the Ritz vectors of what is left."""
+def ritz_vectors(housing: ReducedHousing) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Eigenvalues (k,) rad²/s², and mass-normalised motions of the seats (k, 3 n_bearing) and the faces (k, n_face).
+
+    They carry the residual flexibility, Σ ψψᵀ/λ, at most three for every seat.
+    Raises InputError when the housing does not carry its residual mass.
+    """
     count = 3 * len(housing.names)
     residual = housing.seat_residual.reshape(count, count)
     scale = np.sqrt(residual.diagonal().clip(np.finfo(float).tiny))
@@ -159,15 +163,20 @@ def _with_ritz_vectors(housing: ReducedHousing) -> _Modes:
         ) from None
     moving = inverse > _NEGLIGIBLE * max(inverse[-1], np.finfo(float).tiny)
     inverse, combination = inverse[moving], vector[:, moving] / scale[:, None] / np.sqrt(inverse[moving])
-    seats = np.vstack([housing.seat_shapes.reshape(-1, count), combination.T @ residual])
-    faces = np.vstack([housing.normal_shapes, combination.T @ housing.face_residual.reshape(count, -1)])
-    faces = faces * np.sqrt(housing.surface.areas)
+    return 1 / inverse, combination.T @ residual, combination.T @ housing.face_residual.reshape(count, -1)
+
+
+def _with_ritz_vectors(housing: ReducedHousing) -> _Modes:
+    """The modes of the housing and, mass-normalised, the Ritz vectors of what is left."""
+    omega2, ritz_seats, ritz_faces = ritz_vectors(housing)
+    seats = np.vstack([housing.seat_shapes.reshape(-1, 3 * len(housing.names)), ritz_seats])
+    faces = np.vstack([housing.normal_shapes, ritz_faces]) * np.sqrt(housing.surface.areas)
     zeta = housing.modal_damping
     highest = zeta[-1] if len(zeta) else 0.0
     return _Modes(
         len(housing.natural_frequency),
-        np.concatenate([(2 * np.pi * housing.natural_frequency) ** 2, 1 / inverse]),
-        np.concatenate([zeta, np.full(len(inverse), highest)]),
+        np.concatenate([(2 * np.pi * housing.natural_frequency) ** 2, omega2]),
+        np.concatenate([zeta, np.full(len(omega2), highest)]),
         seats @ seats.T,
         faces @ faces.T,
     )

@@ -155,11 +155,25 @@ def _elastic(file: AbaqusFile, block: Block) -> None:
         len(block.data) == 1,
         f"{file.parts.source}: *ELASTIC has {len(block.data)} rows: write the one of the temperature wanted",
     )
-    file.materials[file.material] |= {"young": float(block.data[0][0]), "poisson": float(block.data[0][1])}
+    _state(file, block, {"young": float(block.data[0][0]), "poisson": float(block.data[0][1])})
 
 
 def _density(file: AbaqusFile, block: Block) -> None:
-    file.materials[file.material]["density"] = float(block.data[0][0])
+    require(
+        len(block.data) == 1,
+        f"{file.parts.source}: *DENSITY has {len(block.data)} rows: write the one of the temperature wanted",
+    )
+    _state(file, block, {"density": float(block.data[0][0])})
+
+
+def _state(file: AbaqusFile, block: Block, constants: dict[str, float]) -> None:
+    """Constants join the material that is being read, which must not have them yet."""
+    known = file.materials[file.material]
+    require(
+        not known.keys() & constants.keys(),
+        f"{file.parts.source}: material {file.material} has *{block.name} twice: keep one",
+    )
+    known |= constants
 
 
 def _section(file: AbaqusFile, block: Block) -> None:

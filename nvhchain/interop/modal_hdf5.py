@@ -18,7 +18,8 @@ UNITS = {"nodes": "m", "labels": "1", "triangles": "1", "frequency": "Hz", "damp
 def read_modal_hdf5(path: str | Path) -> ModalModel:
     """Modes of an HDF5 file of this layout, made by `write_modal_hdf5` or by any other program.
 
-    `triangles` carry the attribute `two_sided` where they are shells.  Raises FileFormatError for a file that is
+    `triangles` carry the attribute `two_sided` where they are shells; datasets in `groups`, if it is there, are node
+    groups by name, which count nodes from 0.  Raises FileFormatError for a file that is
     damaged, lacks a dataset, or states other units.
     """
     path = Path(path)
@@ -31,6 +32,7 @@ def read_modal_hdf5(path: str | Path) -> ModalModel:
                 require(stated == unit, f"{path}: {name} is in {stated!r}, not {unit!r}: convert it")
             arrays = {name: file[name][()] for name in UNITS}
             two_sided = bool(file["triangles"].attrs.get("two_sided", False))
+            groups = {name: file["groups"][name][()].astype(np.int64) for name in file.get("groups", ())}
     except (OSError, RuntimeError, KeyError) as error:
         raise FileFormatError(f"{path}: damaged, truncated or not HDF5: {error}") from None
     order = np.argsort(arrays["frequency"], kind="stable")
@@ -42,6 +44,7 @@ def read_modal_hdf5(path: str | Path) -> ModalModel:
         frequency=arrays["frequency"].astype(float)[order],
         damping=arrays["damping"].astype(float)[order],
         shapes=arrays["shapes"].astype(float)[order],
+        groups=groups,
         source=str(path),
     )
 
@@ -54,5 +57,7 @@ def write_modal_hdf5(model: ModalModel, path: str | Path) -> Path:
             for name, unit in UNITS.items():
                 file.create_dataset(name, data=getattr(model, name)).attrs["units"] = unit
             file["triangles"].attrs["two_sided"] = model.two_sided
+            for name, members in model.groups.items():
+                file.create_dataset(f"groups/{name.replace('/', '_')}", data=members)
 
     return whole(Path(path), write)

@@ -1,4 +1,4 @@
-"""Normal modes in the universal file format: nodes 15 or 2411, elements 2412, shapes 55 or 2414, units 164.
+"""Normal modes in the universal file format: nodes 15, 2411, elements 2412, shapes 55, 2414, units 164, groups 2467.
 
 The blocks are read here and not by pyuff, which takes no element of more than eight nodes and splits a 2414 only at
 blanks, where numbers may stand shoulder to shoulder.
@@ -7,30 +7,45 @@ blanks, where numbers may stand shoulder to shoulder.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
 
 from nvhchain.errors import FileFormatError, InputError, require
-from nvhchain.fem.modal_model import ModalModel, boundary_triangles
+from nvhchain.fem.modal_model import ModalModel, boundary_triangles, face_triangles
 from nvhchain.handoff import FloatArray, IntArray
 from nvhchain.interop.records import whole
 from nvhchain.interop.units import UnitSystem, unit_system
 
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[EeDd][+-]?\d+)?")
 
-SHELLS = {41: (0, 1, 2), 42: (0, 2, 4), 91: (0, 1, 2), 92: (0, 2, 4), 44: (0, 1, 2, 3), 45: (0, 2, 4, 6)}
-SHELLS |= {94: (0, 1, 2, 3), 95: (0, 2, 4, 6)}
-SOLIDS = {
-    111: ("tet", (0, 1, 2, 3)),
-    118: ("tet", (0, 2, 4, 9)),
-    112: ("wedge", (0, 1, 2, 3, 4, 5)),
-    113: ("wedge", (0, 2, 4, 9, 11, 13)),
-    115: ("hex", (0, 1, 2, 3, 4, 5, 6, 7)),
-    116: ("hex", (0, 2, 4, 6, 12, 14, 16, 18)),
+_Places = tuple[int, ...]
+
+SHELLS: dict[int, tuple[_Places, _Places]] = {
+    **dict.fromkeys((41, 91), ((0, 1, 2), ())),
+    **dict.fromkeys((42, 92), ((0, 2, 4), (1, 3, 5))),
+    **dict.fromkeys((44, 94), ((0, 1, 2, 3), ())),
+    **dict.fromkeys((45, 95), ((0, 2, 4, 6), (1, 3, 5, 7))),
 }
-"""Descriptors of dataset 2412: shape and the places of the corners; parabolic elements list nodes round each layer."""
+"""Descriptors of dataset 2412: places of the corners and of the middles of the edges after them."""
+
+SOLIDS: dict[int, tuple[str, _Places, _Places]] = {
+    111: ("tet", (0, 1, 2, 3), ()),
+    118: ("tet", (0, 2, 4, 9), (1, 3, 5, 6, 7, 8)),
+    112: ("wedge", (0, 1, 2, 3, 4, 5), ()),
+    113: ("wedge", (0, 2, 4, 9, 11, 13), (1, 3, 5, 10, 12, 14, 6, 7, 8)),
+    115: ("hex", (0, 1, 2, 3, 4, 5, 6, 7), ()),
+    116: ("hex", (0, 2, 4, 6, 12, 14, 16, 18), (1, 3, 5, 7, 13, 15, 17, 19, 8, 9, 10, 11)),
+}
+"""Descriptors of dataset 2412: shape, places of the corners and of the middles of the edges (`EDGES`); parabolic
+elements list nodes round each layer."""
+
+_GROUPS = {2435, 2452, 2467, 2477}
+"""Datasets of groups of one layout: eight numbers and a name, then type, label and two more of every member."""
+
+_NODE, _ELEMENT = 7, 8
+"""Types of members of a group."""
 
 _BEAMS = {11, 21, 22, 23, 24}
 """Descriptors with a record of orientation before the nodes."""
@@ -42,14 +57,16 @@ def read_modal_uff(path: str | Path, *, units: str | None = None) -> ModalModel:
     """Real normal modes of a universal file, with the skin that its elements make.
 
     units: of the file, a key of `UNIT_SYSTEMS`; None: those of its dataset 164, or SI without one.
-    Complex modes are refused.
+    Parabolic elements are cut at the middles of their edges where these have displacements, else at their corners;
+    nodes without displacements stand still.  Complex modes are refused.
     Raises FileFormatError for a damaged file, InputError for what cannot be carried over and for units that are not
     those of dataset 164.
     """
     path = Path(path)
     asked = None if units is None else unit_system(units)
     nodes: dict[int, list[float]] = {}
-    elements: list[tuple[int, list[int]]] = []
+    elements: dict[int, tuple[int, list[int]]] = {}
+    groups: dict[str, tuple[list[int], list[int]]] = {}
     modes: list[tuple[float, float, float, dict[int, list[float]]]] = []
     stated: UnitSystem | None = None
     try:
@@ -60,7 +77,11 @@ def read_modal_uff(path: str | Path, *, units: str | None = None) -> ModalModel:
             elif kind in (15, 2411):
                 nodes.update(_nodes(kind, lines))
             elif kind == 2412:
-                elements += _elements(lines)
+                for label, element in _elements(lines):
+                    if elements.setdefault(label, element) != element:
+                        raise FileFormatError(f"{path}: element {label} is defined twice")
+            elif kind in _GROUPS:
+                groups.update(_groups(lines))
             elif kind in (55, 2414):
                 modes += _mode(kind, lines)
     except (ValueError, IndexError, UnicodeDecodeError) as error:
@@ -71,12 +92,13 @@ def read_modal_uff(path: str | Path, *, units: str | None = None) -> ModalModel:
     require(bool(modes), f"{path}: no normal modes (dataset 55 or 2414 with analysis type 2)")
     system = _agreed(stated, asked, path)
     labels = np.array(sorted(nodes), dtype=np.int64)
-    triangles, shells = _skin(elements, labels, path)
+    moving = set(labels.tolist()).intersection(*(mode[3] for mode in modes))
+    triangles, shells = _skin(list(elements.values()), labels, moving, path)
     modes.sort(key=lambda mode: mode[0])
     shapes = np.zeros((len(modes), len(labels), 3))
     for shape, (_, mass, _, values) in zip(shapes, modes, strict=True):
         require(mass > 0, f"{path}: a mode has modal mass {mass:g}: export shapes with their modal mass")
-        rows = _rows(labels, list(values), path)
+        rows = _rows(labels, list(values), f"{path}: a mode")
         shape[rows] = np.array([value[:3] for value in values.values()]) / np.sqrt(mass * system.mass)
     return ModalModel(
         nodes=system.length * np.array([nodes[int(label)] for label in labels]),
@@ -86,6 +108,7 @@ def read_modal_uff(path: str | Path, *, units: str | None = None) -> ModalModel:
         frequency=np.array([mode[0] for mode in modes]) / system.time,
         damping=np.array([mode[2] for mode in modes]),
         shapes=shapes,
+        groups={name: _members(found, elements, labels, f"{path}: group {name}") for name, found in groups.items()},
         source=str(path),
     )
 
@@ -104,27 +127,46 @@ def _agreed(stated: UnitSystem | None, asked: UnitSystem | None, path: Path) -> 
     return stated
 
 
-def write_modal_uff(model: ModalModel, path: str | Path) -> Path:
-    """Datasets 164, 2411, 2412 (triangles) and 55, in SI; shapes keep six digits, as the format has them."""
-    lines = [*_framed(164, ["         1SI: Meter (newton)         1", _wide([1.0, 1.0, 1.0]), _wide([0.0])])]
+def write_modal_uff(model: ModalModel, path: str | Path, *, units: str = "m-kg-s") -> Path:
+    """Datasets 164, 2411, 2412 (triangles), 2467 and 55; shapes keep six digits, as the format has them.
+
+    units: of the file, a key of `UNIT_SYSTEMS` with seconds, as dataset 164 has.  Raises InputError for another.
+    """
+    system = unit_system(units)
+    require(system.time == 1.0, f"{path}: dataset 164 is in seconds, {units} is not: choose another unit system")
+    factors = [1 / system.length, 1 / (system.mass * system.length), 1.0]
+    name = "SI: Meter (newton)" if units == "m-kg-s" else f"user: {units}"
+    lines = _framed(164, [f"{1 if units == 'm-kg-s' else 9:10d}{name:20}{1:10d}", _wide(factors), _wide([0.0])])
     points = []
-    for label, point in zip(model.labels.tolist(), model.nodes, strict=True):
+    for label, point in zip(model.labels.tolist(), model.nodes / system.length, strict=True):
         points += [f"{label:10d}{0:10d}{0:10d}{11:10d}", _wide(point)]
     lines += _framed(2411, points)
     faces = []
     for number, corners in enumerate(model.labels[model.triangles].tolist(), start=1):
         faces += [f"{number:10d}{91:10d}{1:10d}{1:10d}{7:10d}{3:10d}", "".join(f"{c:10d}" for c in corners)]
     lines += _framed(2412, faces)
-    for number, shape in enumerate(model.shapes, start=1):
+    if model.groups:
+        lines += _framed(
+            2467, [line for number, group in enumerate(model.groups, 1) for line in _group(number, group, model)]
+        )
+    for number, shape in enumerate(model.shapes * np.sqrt(system.mass), start=1):
         head = [["NONE"] * 5, [_six(1, _NORMAL_MODE, 2, 8, 2, 3), f"{2:10d}{4:10d}{1:10d}{number:10d}"]]
         reals = [model.frequency[number - 1], 1.0, model.damping[number - 1], 0.0]
         data = [text for label, row in zip(model.labels, shape, strict=True) for text in (f"{label:10d}", _narrow(row))]
         lines += _framed(55, [*head[0], *head[1], _narrow(reals), *data])
 
     def write(part: Path) -> None:
-        part.write_text("\n".join([*lines, ""]), encoding="ascii")
+        part.write_text("\n".join([*lines, ""]), encoding="utf-8")
 
     return whole(Path(path), write)
+
+
+def _group(number: int, name: str, model: ModalModel) -> Iterator[str]:
+    members = model.labels[model.groups[name]].tolist()
+    yield f"{number:10d}" + f"{0:10d}" * 6 + f"{len(members):10d}"
+    yield name
+    for start in range(0, len(members), 2):
+        yield "".join(f"{_NODE:10d}{label:10d}{0:10d}{0:10d}" for label in members[start : start + 2])
 
 
 def _blocks(path: Path) -> Iterator[tuple[int, list[str]]]:
@@ -162,7 +204,8 @@ def _split(line: str) -> list[str]:
     return _NUMBER.findall(line)
 
 
-def _elements(lines: list[str]) -> Iterator[tuple[int, list[int]]]:
+def _elements(lines: list[str]) -> Iterator[tuple[int, tuple[int, list[int]]]]:
+    """Label, descriptor and nodes."""
     i = 0
     while i < len(lines):
         head = [int(x) for x in lines[i].split()]
@@ -172,7 +215,33 @@ def _elements(lines: list[str]) -> Iterator[tuple[int, list[int]]]:
         while len(members) < count:
             members += [int(x) for x in lines[i].split()]
             i += 1
-        yield descriptor, members
+        yield head[0], (descriptor, members)
+
+
+def _groups(lines: list[str]) -> Iterator[tuple[str, tuple[list[int], list[int]]]]:
+    """Name, labels of nodes and of elements of every group that has such."""
+    i = 0
+    while i < len(lines):
+        count, name = int(lines[i].split()[-1]), lines[i + 1].strip()
+        end = i + 2 + (count + 1) // 2
+        cells = [int(x) for line in lines[i + 2 : end] for x in line.split()]
+        nodes, elements = (
+            [label for t, label in zip(cells[::4], cells[1::4], strict=True) if t == of] for of in (_NODE, _ELEMENT)
+        )
+        if nodes or elements:
+            yield name, (nodes, elements)
+        i = end
+
+
+def _members(
+    found: tuple[list[int], list[int]], elements: Mapping[int, tuple[int, list[int]]], labels: IntArray, what: str
+) -> IntArray:
+    """Rows of the nodes of a group and of its elements."""
+    nodes, of_elements = found
+    missing = [label for label in of_elements if label not in elements]
+    if missing:
+        raise FileFormatError(f"{what}: element {missing[0]} is not defined")
+    return np.unique(_rows(labels, [*nodes, *(n for label in of_elements for n in elements[label][1])], what))
 
 
 def _mode(kind: int, lines: list[str]) -> Iterator[tuple[float, float, float, dict[int, list[float]]]]:
@@ -207,32 +276,51 @@ def _mode(kind: int, lines: list[str]) -> Iterator[tuple[float, float, float, di
     yield frequency, mass, viscous + hysteretic / 2, values
 
 
-def _skin(elements: list[tuple[int, list[int]]], labels: IntArray, path: Path) -> tuple[IntArray, bool]:
-    """Triangles of the shells, or of the boundary of the solids where there are no shells."""
-    shells: list[list[int]] = []
-    solids: dict[int, list[list[int]]] = {}
-    for descriptor, members in elements:
-        if descriptor in SHELLS:
-            corners = [members[i] for i in SHELLS[descriptor]]
-            shells += [corners[:3]] + ([[corners[0], corners[2], corners[3]]] if len(corners) == 4 else [])
-        elif descriptor in SOLIDS:
-            solids.setdefault(descriptor, []).append([members[i] for i in SOLIDS[descriptor][1]])
+def _skin(
+    elements: list[tuple[int, list[int]]], labels: IntArray, moving: set[int], path: Path
+) -> tuple[IntArray, bool]:
+    """Triangles of the shells, or of the boundary of the solids where there are no shells.
+
+    moving: labels of the nodes with displacements in every mode.
+    """
+    parabolic = all(nodes[place] in moving for descriptor, nodes in elements for place in _layout(descriptor)[1])
+    chosen: dict[int, list[list[int]]] = {}
+    for descriptor, nodes in elements:
+        corners, middles = _layout(descriptor)
+        if corners:
+            chosen.setdefault(descriptor, []).append([nodes[i] for i in (*corners, *(middles if parabolic else ()))])
+    require(bool(chosen), f"{path}: dataset 2412 holds no shells and no solids: export the skin with the shapes")
+    members = {
+        descriptor: _rows(labels, np.array(rows).ravel(), f"{path}: dataset 2412").reshape(len(rows), -1)
+        for descriptor, rows in chosen.items()
+    }
+    shells = [face_triangles(_face(rows, len(SHELLS[kind][0]))) for kind, rows in members.items() if kind in SHELLS]
     if shells:
-        return _rows(labels, np.array(shells).ravel(), path).reshape(-1, 3), True
-    require(bool(solids), f"{path}: dataset 2412 holds no shells and no solids: export the skin with the shapes")
-    blocks = [
-        (SOLIDS[kind][0], _rows(labels, np.array(rows).ravel(), path).reshape(len(rows), -1))
-        for kind, rows in solids.items()
-    ]
-    return boundary_triangles(blocks), False
+        return np.concatenate(shells), True
+    return boundary_triangles([(SOLIDS[kind][0], rows) for kind, rows in members.items()]), False
 
 
-def _rows(labels: IntArray, wanted: IntArray | list[int], path: Path) -> IntArray:
+def _face(rows: IntArray, corners: int) -> IntArray:
+    """Shells as faces (k, 8): corners, then the middles of their edges, if there are any."""
+    faces = np.full((len(rows), 8), -1)
+    faces[:, :corners] = rows[:, :corners]
+    faces[:, 4 : 4 + rows.shape[1] - corners] = rows[:, corners:]
+    return faces
+
+
+def _layout(descriptor: int) -> tuple[_Places, _Places]:
+    """Places of corners and middles of an element; none where it is not one of the skin."""
+    if descriptor in SHELLS:
+        return SHELLS[descriptor]
+    return SOLIDS[descriptor][1:] if descriptor in SOLIDS else ((), ())
+
+
+def _rows(labels: IntArray, wanted: IntArray | list[int], what: str) -> IntArray:
     numbers = np.asarray(wanted, dtype=np.int64)
     rows = np.minimum(np.searchsorted(labels, numbers), len(labels) - 1)
     known = labels[rows] == numbers
     if not known.all():
-        raise FileFormatError(f"{path}: node {numbers[~known][0]} is not defined")
+        raise FileFormatError(f"{what}: node {numbers[~known][0]} is not defined")
     return np.asarray(rows)
 
 

@@ -127,6 +127,8 @@ def _placed(kind: str, origin: FloatArray, axes: FloatArray) -> Callable[[FloatA
 
 
 def _elements(by_name: dict[str, list[list[str]]], parts: Parts) -> None:
+    for names in (tuple(SOLIDS), ("RBE2",)):
+        _check_once([card[1] for name in names for card in by_name.get(name, [])], "element", parts)
     for name, (linear, quadratic, place) in SOLIDS.items():
         corners = int(linear.lstrip("tehxwdg"))
         for card in by_name.get(name, []):
@@ -153,9 +155,7 @@ def _materials(by_name: dict[str, list[list[str]]], parts: Parts, system: UnitSy
         if card[1].upper() == "WTMASS":
             scale = real(card[2])
     for name in ("MAT1", "PSOLID"):
-        twice = [number for number, count in Counter(card[1] for card in by_name.get(name, [])).items() if count > 1]
-        if twice:
-            raise FileFormatError(f"{parts.source}: {name} {twice[0]} is defined twice")
+        _check_once([card[1] for card in by_name.get(name, [])], name, parts)
     known = {card[1]: card[2:] + [""] * 4 for card in by_name.get("MAT1", [])}
     for card in by_name.get("PSOLID", []):
         where = f"{parts.source}: MAT1 {card[2]} of PSOLID {card[1]}"
@@ -170,6 +170,13 @@ def _materials(by_name: dict[str, list[list[str]]], parts: Parts, system: UnitSy
         if young is None or poisson is None or not density:
             raise InputError(f"{where} must state two of E, G, NU, and RHO")
         parts.materials[card[1]] = system.material(young, poisson, real(density) * scale, where)
+
+
+def _check_once(numbers: list[str], what: str, parts: Parts) -> None:
+    """Raise FileFormatError where one of the numbers is given twice."""
+    twice = [number for number, count in Counter(numbers).items() if count > 1]
+    if twice:
+        raise FileFormatError(f"{parts.source}: {what} {twice[0]} is defined twice")
 
 
 def _rigid_sets(by_name: dict[str, list[list[str]]], parts: Parts) -> None:

@@ -54,7 +54,7 @@ def draw(
 ) -> None:
     """The figure of the hand-offs in `files` (HDF5, all of one kind) as PNG in `picture`.
 
-    A `picture` that ends in .gif, .vtu, .vtkhdf or .csv is the motion of a housing or its surface (`write_motion`).
+    A `picture` that ends in .gif, .vtu, .vtkhdf, .unv or .csv is the motion of a housing or surface (`write_motion`).
     orders: maps of records against order of the input instead of frequency; steady records of several speeds then make
     one map.  at: Hz, the modes or the lines shown.  quantity: of records of bearing forces, one of RECORDED.
     Raises InputError for kinds that differ or cannot be drawn.

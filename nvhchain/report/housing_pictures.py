@@ -12,12 +12,13 @@ from matplotlib.axes import Axes
 from nvhchain import plots
 from nvhchain.errors import InputError, require
 from nvhchain.handoff import FloatArray, HandOff, ReducedHousing, SurfaceVelocity
+from nvhchain.housing.exported_modes import exported_modes
 from nvhchain.housing.modal_assurance import modal_assurance
-from nvhchain.interop import write_modes_vtkhdf, write_velocity_vtkhdf, write_vtu
+from nvhchain.interop import write_modal_uff, write_modes_vtkhdf, write_velocity_vtkhdf, write_vtu
 from nvhchain.interop.surface_motion import vertex_motion
 from nvhchain.store import write_text
 
-SUFFIXES = (".csv", ".gif", ".vtkhdf", ".vtu")
+SUFFIXES = (".csv", ".gif", ".unv", ".vtkhdf", ".vtu")
 """Of files that are not still pictures."""
 
 
@@ -46,7 +47,8 @@ def write_motion(hand_offs: Mapping[str, HandOff], path: Path, at: Sequence[floa
     """A file of one of the `SUFFIXES`.
 
     .gif: one period of the mode or line nearest to `at` (Hz), by default of the first elastic mode or the strongest
-    line.  .vtu: the same, at rest.  .vtkhdf: all modes or lines.  .csv: modal assurance of two housings.
+    line.  .vtu: the same, at rest.  .vtkhdf: all modes or lines.  .unv: all modes and residual vectors of a housing.
+    .csv: modal assurance of two housings.
     Raises InputError where the hand-offs do not go into such a file.
     """
     if path.suffix == ".csv":
@@ -56,6 +58,12 @@ def write_motion(hand_offs: Mapping[str, HandOff], path: Path, at: Sequence[floa
     (hand_off,) = hand_offs.values()
     if not isinstance(hand_off, ReducedHousing | SurfaceVelocity):
         raise InputError(f"{type(hand_off).__name__} does not go into {path.name}: choose a PNG")
+    if path.suffix == ".unv":
+        require(isinstance(hand_off, ReducedHousing), f"{path.name} holds modes: give a reduced housing")
+        require(not at, f"{path.name} holds all modes: leave the frequency out")
+        assert isinstance(hand_off, ReducedHousing)
+        write_modal_uff(exported_modes(hand_off), path)
+        return
     if path.suffix == ".vtkhdf":
         require(not at, f"{path.name} holds all modes or lines: leave the frequency out, or choose .vtu")
         if isinstance(hand_off, ReducedHousing):

@@ -1,0 +1,72 @@
+"""A reduced housing as normal modes and residual vectors of its radiating surface and its seats, for other programs.
+
+What a face is known to move is its mean normal motion. Every vertex gets the vector that fits its faces best, and every
+face a node in its middle that makes its mean exact: the surface stays closed and displaces the same volume.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from nvhchain.errors import require
+from nvhchain.fem.modal_model import ModalModel
+from nvhchain.handoff import FloatArray, ReducedHousing, Surface
+from nvhchain.housing.truncation import ritz_vectors
+
+_FLAT = 0.03
+"""Of the sum of n nᵀ at a vertex, added in all directions: where faces are flat or nearly so, within some 10°, a vertex
+moves along their normal alone. The choice moves vertices of pictures; the faces' means are exact with any."""
+
+
+def exported_modes(housing: ReducedHousing) -> ModalModel:
+    """The modes, then the residual flexibility as residual vectors (`housing_from_modes` with residual_vectors).
+
+    Nodes: vertices of the radiating surface, middles of its faces, seats.  Group: `seats`.  Damping is viscous, that
+    of the residual vectors the highest mode's; whether the housing's is structural is not kept.
+    Raises InputError for a housing without modes and residual, or whose residual flexibility carries no residual mass.
+    """
+    surface, count = housing.surface, len(housing.names)
+    frequency, damping = housing.natural_frequency, housing.modal_damping
+    seats, faces = housing.seat_shapes.reshape(-1, 3 * count), housing.normal_shapes
+    if housing.seat_residual.any():
+        omega2, more_seats, more_faces = (part[::-1] for part in ritz_vectors(housing))
+        frequency = np.concatenate([frequency, np.sqrt(omega2) / (2 * np.pi)])
+        damping = np.concatenate([damping, np.full(len(omega2), damping[-1] if len(damping) else 0.0)])
+        seats, faces = np.vstack([seats, more_seats]), np.vstack([faces, more_faces])
+    require(len(frequency) > 0, "the housing has neither modes nor residual flexibility: there is nothing to write")
+    vertices = vertex_motion(surface, faces)
+    mean = np.einsum("mfci,fi->mf", vertices[:, surface.triangles], surface.normals) / 3
+    # three pieces of a third each: the mean of a face is (2 Σ vertices / 3 + middle) / 3
+    middles = (3 * faces - 2 * mean)[:, :, None] * surface.normals
+    number, size = len(surface.vertices), len(surface.triangles)
+    corner = surface.triangles
+    centre = number + np.arange(size)
+    pieces = [np.column_stack([corner[:, i], corner[:, (i + 1) % 3], centre]) for i in range(3)]
+    nodes = np.vstack([surface.vertices, surface.centroids, housing.positions])
+    return ModalModel(
+        nodes=nodes,
+        labels=np.arange(1, len(nodes) + 1),
+        triangles=np.concatenate(pieces),
+        two_sided=False,
+        frequency=frequency,
+        damping=damping,
+        shapes=np.concatenate([vertices, middles, seats.reshape(len(seats), count, 3)], axis=1),
+        groups={"seats": number + size + np.arange(count)},
+        source="reduced housing",
+    )
+
+
+def vertex_motion(surface: Surface, faces: FloatArray) -> FloatArray:
+    """Vectors (m, n_v, 3) whose normal parts fit the motions (m, n_face) of the faces around each vertex best.
+
+    Weighted by the faces' areas; a body that moves rigidly keeps its vectors at edges and corners.
+    """
+    n, weight = surface.normals, surface.areas
+    matrix = np.zeros((len(surface.vertices), 3, 3))
+    load = np.zeros((len(faces), len(surface.vertices), 3))
+    for corner in surface.triangles.T:
+        np.add.at(matrix, corner, weight[:, None, None] * n[:, :, None] * n[:, None, :])
+        for row, motion in zip(load, faces, strict=True):
+            np.add.at(row, corner, (weight * motion)[:, None] * n)
+    trace = np.trace(matrix, axis1=1, axis2=2)
+    return np.einsum("vij,mvj->mvi", np.linalg.inv(matrix + _FLAT * trace[:, None, None] * np.eye(3)), load)

@@ -1,0 +1,182 @@
+"""Abaqus input: parts, instances and the names in them, surfaces, couplings, and what is refused."""
+
+import pytest
+
+from nvhchain.errors import InputError
+from nvhchain.interop import read_abaqus, read_solid_model
+
+ABAQUS = """\
+*HEADING
+*PART, NAME=Case
+*NODE
+1, 0., 0., 0.
+2, 1., 0., 0.
+3, 1., 1., 0.
+4, 0., 1., 0.
+5, 0., 0., 1.
+6, 1., 0., 1.
+7, 1., 1., 1.
+8, 0., 1., 1.
+*ELEMENT, TYPE=C3D8R, ELSET=All
+1, 1, 2, 3, 4,
+5, 6, 7, 8
+*NSET, NSET=bottom, GENERATE
+1, 4, 1
+*SOLID SECTION, ELSET=all, MATERIAL=Steel
+,
+*END PART
+*ASSEMBLY, NAME=Assembly
+*INSTANCE, NAME=Case-1, PART=Case
+*END INSTANCE
+*NODE
+1, 2., 0.5, 0.5
+*NSET, NSET=Ref
+1,
+*NSET, NSET=corner, INSTANCE=Case-1
+8,
+*ELSET, ELSET=seat, INSTANCE=Case-1
+1
+*SURFACE, TYPE=ELEMENT, NAME=Seat
+seat, S4
+*COUPLING, CONSTRAINT NAME=A1, REF NODE=Ref, SURFACE=Seat
+*KINEMATIC
+*END ASSEMBLY
+*MATERIAL, NAME=Steel
+*DENSITY
+7.85e-09,
+*ELASTIC
+210000., 0.3
+*BOUNDARY
+bottom, PINNED
+Case-1.8, 3, 3
+*STEP
+*END STEP
+"""
+
+
+def test_abaqus_part_assembly_surface_and_coupling(tmp_path):
+    path = tmp_path / "cube.inp"
+    path.write_text(ABAQUS)
+    model = read_solid_model(path, units="mm-t-s")
+    assert model.blocks[0].material.young == pytest.approx(210e9)
+    assert model.blocks[0].material.density == pytest.approx(7850.0)
+    seat = model.rigid_sets[0]
+    assert seat.name == "A1"
+    assert seat.reference == pytest.approx([2e-3, 0.5e-3, 0.5e-3])
+    # face S4 of C3D8 is 2-3-7-6, at x = 1
+    assert model.nodes[seat.nodes, 0] == pytest.approx([1e-3] * 4)
+    row = {int(label): i for i, label in enumerate(model.labels)}
+    assert model.held[[row[i] for i in (1, 2, 3, 4)]].all()
+    assert model.held[row[8]].tolist() == [False, False, True]
+    assert model.labels[model.groups["corner"]].tolist() == [8]
+
+
+def read_changed(tmp_path, *changes):
+    """The Abaqus file with some text replaced, read."""
+    text = ABAQUS
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new, 1)
+    (tmp_path / "changed.inp").write_text(text)
+    return read_abaqus(tmp_path / "changed.inp", units="mm-t-s")
+
+
+TWICE = ("*NSET, NSET=Ref\n1,\n", "*NSET, NSET=Ref\n1,\n*NSET, NSET=BOTTOM, INSTANCE=Case-1\n5, 6\n")
+"""The assembly has a set of the name that one of the part has."""
+
+
+@pytest.mark.parametrize(("name", "held"), [("bottom", [5, 6, 8]), ("Case-1.bottom", [1, 2, 3, 4, 8])])
+def test_sets_of_one_name_in_part_and_assembly_are_two(tmp_path, name, held):
+    model = read_changed(tmp_path, TWICE, ("bottom, PINNED", f"{name}, PINNED"))
+    assert model.labels[model.held[:, 2]].tolist() == held
+    groups = {key: model.labels[nodes].tolist() for key, nodes in model.groups.items()}
+    assert groups["BOTTOM"] == [5, 6]
+    assert groups["CASE-1.bottom"] == [1, 2, 3, 4]
+
+
+def test_names_inside_the_part_are_the_parts(tmp_path):
+    """A rigid body and a boundary that the part defines, though they are applied when all is read."""
+    inside = "*RIGID BODY, TIE NSET=bottom, REF NODE=9\n*END PART"
+    model = read_changed(tmp_path, TWICE, ("*END PART", inside), ("8, 0., 1., 1.\n", "8, 0., 1., 1.\n9, 0., 0., -1.\n"))
+    body = next(rigid for rigid in model.rigid_sets if rigid.label == 9)
+    assert model.labels[body.nodes].tolist() == [1, 2, 3, 4]
+
+
+def test_names_of_sets_have_no_case(tmp_path):
+    model = read_changed(tmp_path, ("1, 4, 1\n", "1, 2, 1\n*NSET, NSET=BOTTOM\n3, 4\n"))
+    assert model.labels[model.groups["bottom"]].tolist() == [1, 2, 3, 4]
+    assert set(model.groups) == {"bottom", "Ref", "corner"}
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("bottom, PINNED", "1, PINNED", "node 1 is in the assembly and in instance CASE-1: write CASE-1.1"),
+        (
+            "bottom, PINNED",
+            "Case-2.bottom, PINNED",
+            "'Case-2.bottom' is in 'Case-2', which is not read; there is instance",
+        ),
+        ("*END INSTANCE", "*NSET, NSET=bottom\n8\n*END INSTANCE", "set bottom is defined in the part and in instance"),
+        ("*ASSEMBLY", "*PART, NAME=Lid\n*END PART\n*ASSEMBLY", "part Lid is not the only one"),
+        ("PART=Case", "PART=Lid", "instance Case-1 is of part LID, there is CASE"),
+        ("*NSET, NSET=Ref", "*ELEMENT, TYPE=C3D4\n9, 1, 2, 3, 4\n*NSET, NSET=Ref", "C3D4 in the assembly"),
+        ("*END INSTANCE", "*END INSTANCE\n*INSTANCE, NAME=B, PART=Case\n*END INSTANCE", "several instances"),
+    ],
+)
+def test_ambiguous_names_and_parts_are_refused_with_the_remedy(tmp_path, old, new, message):
+    with pytest.raises(InputError, match=message):
+        read_changed(tmp_path, (old, new))
+
+
+def test_calculix_rigid_body_held_at_both_reference_nodes(tmp_path):
+    text = ABAQUS[: ABAQUS.index("*SURFACE")].replace("*PART, NAME=Case\n", "").replace("*END PART\n", "")
+    text = text[: text.index("*ASSEMBLY")] + "*NODE\n9, 2., .5, .5\n10, 2., .5, .5\n*NSET, NSET=END\n2, 3, 6, 7\n"
+    text += "*RIGID BODY, NSET=END, REF NODE=9, ROT NODE=10\n" + ABAQUS[ABAQUS.index("*MATERIAL") :]
+    text = text.replace("bottom, PINNED\nCase-1.8, 3, 3", "9, 1, 3\n10, 1, 2")
+    path = tmp_path / "rigid.inp"
+    path.write_text(text)
+    assert read_abaqus(path, units="mm-t-s").rigid_sets[0].held.tolist() == [True, True, True, True, True, False]
+
+
+HOLD = "*STEP\n*BOUNDARY\nCase-1.8, 1, 1\n"
+SECTION = "*SOLID SECTION, ELSET=ALL, MATERIAL=Steel\n,\n"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("*KINEMATIC", "*DISTRIBUTING", r"\*DISTRIBUTING is not read"),
+        ("*KINEMATIC", "*KINEMATIC COUPLING", r"\*KINEMATIC COUPLING is not read"),
+        ("210000., 0.3", "210000., 0.3, 20.\n70000., 0.3, 400.", r"\*ELASTIC has 2 rows"),
+        ("TYPE=C3D8R", "TYPE=S8R", "type S8R are not read"),
+        ("*DENSITY\n7.85e-09,\n", "", "needs \\*ELASTIC and \\*DENSITY"),
+        ("*SOLID SECTION, ELSET=all", "*SOLID SECTION, ELSET=seat2", "section for set seat2, which is not defined"),
+        ("Case-1.8, 3, 3", "Case-1.8, 3, 3, 0.5", "only 0 can be held"),
+        ("bottom, PINNED", "bottem, PINNED", "'bottem' is not defined"),
+        ("210000., 0.3", "2.1e5, 0.6", "poisson"),
+        ("*STEP\n", "*STEP\n*BOUNDARY, OP=NEW\nCase-1.8, 1, 1\n", "OP=NEW takes back what was held before"),
+        ("*STEP\n", f"{HOLD}*END STEP\n{HOLD}", r"\*BOUNDARY in steps 1, 2: which of them holds"),
+        ("\n,\n*END PART", f"\n,\n{SECTION}*END PART", "element 1 has two sections, of sets all and ALL"),
+        ("\n,\n*END PART", f"\n,\n*ELSET, ELSET=Some\n1\n{SECTION}*END PART".replace("=ALL", "=Some"), "all and Some"),
+        ("8, 0., 1., 1.\n", "8, 0., 1., 1.\n8, 0., 1., 2.\n", "node 8 is defined twice, at different places"),
+        ("5, 6, 7, 8\n", "5, 6, 7, 8\n1, 1, 2, 3, 4, 5, 6, 8, 7\n", "element 1 is defined twice"),
+        ("*DENSITY", "*DENSITY\n2.7e-9\n*MATERIAL, NAME=STEEL\n*DENSITY", "material STEEL is defined twice"),
+        ("*DENSITY", "*ELASTIC\n70000., 0.3\n*DENSITY", r"material STEEL has \*ELASTIC twice"),
+        ("*DENSITY", "*DENSITY\n2.7e-9,\n*DENSITY", r"material STEEL has \*DENSITY twice"),
+        ("*DENSITY\n", "*DENSITY\n2.7e-9, 20.\n", r"\*DENSITY has 2 rows"),
+    ],
+)
+def test_abaqus_that_would_change_the_answer_is_refused(tmp_path, old, new, message):
+    path = tmp_path / "bad.inp"
+    assert old in ABAQUS
+    path.write_text(ABAQUS.replace(old, new, 1))
+    with pytest.raises(InputError, match=message):
+        read_abaqus(path, units="mm-t-s")
+
+
+def test_boundary_of_the_model_and_of_one_step_add_up(tmp_path):
+    same = ("8, 0., 1., 1.\n", "8, 0., 1., 1.\n8, 0., 1., 1.\n")
+    step = ("*STEP\n", "*STEP\n*END STEP\n*STEP\n*BOUNDARY, OP=MOD\nCase-1.8, 1, 1\n")
+    model = read_changed(tmp_path, same, step)
+    assert model.held[model.labels == 8].tolist() == [[True, False, True]]

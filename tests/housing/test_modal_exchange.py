@@ -1,0 +1,224 @@
+"""Modes through universal files and HDF5 and back: a reduced housing, groups, units, parabolic elements."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from box_models import box
+
+from nvhchain.errors import FileFormatError, InputError
+from nvhchain.housing import EnginePlane, exported_modes, housing_from_modes
+from nvhchain.housing.foreign_mesh import sound_mesh
+from nvhchain.housing.truncation import RESIDUAL_MASS
+from nvhchain.interop import read_modal_hdf5, read_modal_uff, write_modal_hdf5, write_modal_uff
+from nvhchain.interop.surface_motion import vertex_motion
+
+ENGINE = EnginePlane((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
+F_MAX = 4000.0
+
+
+@pytest.fixture(scope="module")
+def exported(reduced):
+    return exported_modes(reduced)
+
+
+def by_uff(model, folder, **options):
+    return read_modal_uff(write_modal_uff(model, folder / "modes.unv", **options))
+
+
+def by_hdf5(model, folder):
+    return read_modal_hdf5(write_modal_hdf5(model, folder / "modes.h5"))
+
+
+@pytest.mark.parametrize(("through", "digits"), [(by_uff, 1e-5), (by_hdf5, 1e-9)])
+def test_reduced_housing_comes_back_from_a_file(through, digits, exported, reduced, fidelity, tmp_path):
+    """Modes, residual flexibility and faces, on the same surface, to the digits of the format."""
+    found = housing_from_modes(
+        through(exported, tmp_path),
+        dict(zip(reduced.names, reduced.positions, strict=True)),
+        f_max=F_MAX,
+        surface_size=0.022,
+        fidelity=fidelity,
+        engine_plane=ENGINE,
+        surface=reduced.surface,
+        residual_vectors=True,
+    )
+    for name in (
+        "natural_frequency", "modal_damping", "seat_shapes", "normal_shapes", "seat_residual", "face_residual",
+    ):  # fmt: skip
+        own, back = getattr(reduced, name), getattr(found, name)
+        assert back.shape == own.shape
+        assert np.abs(back - own).max() < digits * np.abs(own).max(), name
+    mass = [np.array(housing.provenance[RESIDUAL_MASS]) for housing in (found, reduced)]
+    assert np.abs(mass[0] - mass[1]).max() < digits * np.abs(mass[1]).max()
+
+
+def test_vertices_of_a_housing_that_moves_rigidly_keep_its_motion(reduced):
+    """Across edges too, where the mean of the faces around them, which turns the motion, is off by a third."""
+    motion = np.array([0.3, -0.5, 0.8])
+    rigid = replace(
+        reduced,
+        natural_frequency=np.zeros(1),
+        modal_damping=np.zeros(1),
+        seat_shapes=np.tile(motion, (1, len(reduced.names), 1)),
+        normal_shapes=(reduced.surface.normals @ motion)[None],
+        seat_residual=np.zeros_like(reduced.seat_residual),
+        face_residual=np.zeros_like(reduced.face_residual),
+    )
+    model = exported_modes(rigid)
+    assert len(model.frequency) == 1
+    vertices = model.shapes[0, : len(reduced.surface.vertices)]
+    weight, exact = reduced.surface.areas, rigid.normal_shapes[0]
+
+    def missed(vectors):
+        found = np.einsum("fci,fi->f", vectors[reduced.surface.triangles], reduced.surface.normals) / 3
+        return np.sqrt((found - exact) ** 2 @ weight / (exact**2 @ weight))
+
+    assert missed(vertices) < 0.06 < 0.2 < missed(vertex_motion(reduced.surface, exact))
+
+
+def test_housing_without_modes_and_residual_is_not_written(reduced):
+    nothing = replace(
+        reduced,
+        natural_frequency=np.zeros(0),
+        modal_damping=np.zeros(0),
+        seat_shapes=reduced.seat_shapes[:0],
+        normal_shapes=reduced.normal_shapes[:0],
+        seat_residual=np.zeros_like(reduced.seat_residual),
+        face_residual=np.zeros_like(reduced.face_residual),
+    )
+    with pytest.raises(InputError, match="neither modes nor residual flexibility"):
+        exported_modes(nothing)
+
+
+@pytest.mark.parametrize("units", ["m-kg-s", "mm-t-s", "in-lbf-s"])
+def test_units_and_groups_survive_a_universal_file(exported, units, tmp_path):
+    model = replace(exported, groups={**exported.groups, "rear wall": np.array([4, 2, 9])})
+    back = by_uff(model, tmp_path, units=units)
+    assert np.abs(back.nodes - model.nodes).max() < 1e-14
+    assert np.abs(back.shapes - model.shapes).max() < 6e-6 * np.abs(model.shapes).max()
+    assert {name: members.tolist() for name, members in back.groups.items()} == {
+        "seats": model.groups["seats"].tolist(),
+        "rear wall": [2, 4, 9],
+    }
+    assert {name: m.tolist() for name, m in by_hdf5(model, tmp_path).groups.items()} == {
+        name: m.tolist() for name, m in model.groups.items()
+    }
+
+
+def test_unit_systems_without_seconds_do_not_fit_into_dataset_164(exported, tmp_path):
+    with pytest.raises(InputError, match="dataset 164 is in seconds, mm-kg-ms is not"):
+        write_modal_uff(exported, tmp_path / "modes.unv", units="mm-kg-ms")
+
+
+LAYERS = {  # as the manual numbers them: round the lower layer, middles between, round the upper layer
+    "tet4": (118, [0, 4, 1, 5, 2, 6, 7, 8, 9, 3]),
+    "wedge6": (113, [0, 6, 1, 7, 2, 8, 12, 13, 14, 3, 9, 4, 10, 5, 11]),
+    "hex8": (116, [0, 8, 1, 9, 2, 10, 3, 11, 16, 17, 18, 19, 4, 12, 5, 13, 6, 14, 7, 15]),
+}
+
+
+def universal_file(path, kind, moving=None, group=""):
+    """A box of parabolic solids, one mode of which the displacement is the place; labels ten times the row and one."""
+    model = sound_mesh(box(kind, counts=(2, 2, 1), lengths=(0.3, 0.2, 0.1)))[0]
+    descriptor, order = LAYERS[kind]
+    lines = ["    -1", "  2411"]
+    for row, (x, y, z) in enumerate(model.nodes):
+        lines += [f"{10 * row + 1:10d}{0:10d}{0:10d}{11:10d}", f"{x:25.16E}{y:25.16E}{z:25.16E}"]
+    lines += ["    -1", "    -1", "  2412"]
+    for number, element in enumerate(model.blocks[0].nodes[:, order], start=1):
+        lines.append(f"{number:10d}{descriptor:10d}{1:10d}{1:10d}{7:10d}{len(order):10d}")
+        labels = [f"{10 * node + 1:10d}" for node in element]
+        lines += ["".join(labels[i : i + 8]) for i in range(0, len(labels), 8)]
+    lines += ["    -1", "    -1", "    55", *["NONE"] * 5]
+    lines += [
+        "         1         2         2         8         2         3",
+        "         2         4         1         1",
+    ]
+    lines.append("  1.00000E+02  1.00000E+00  1.00000E-02  0.00000E+00")
+    for row in range(len(model.nodes)) if moving is None else moving(model):
+        lines += [f"{10 * row + 1:10d}", "".join(f"{value:13.5E}" for value in model.nodes[row])]
+    path.write_text("\n".join([*lines, "    -1", *group.splitlines(), ""]))
+    return model
+
+
+def measured(model):
+    """Area and volume that the triangles enclose."""
+    a, b, c = (model.nodes[model.triangles[:, i]] for i in range(3))
+    return np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2, np.einsum("ij,ij->", a, np.cross(b, c)) / 6
+
+
+@pytest.mark.parametrize("kind", list(LAYERS))
+def test_parabolic_solids_keep_the_middles_of_their_edges(kind, tmp_path):
+    solid = universal_file(tmp_path / "box.unv", kind)
+    model = read_modal_uff(tmp_path / "box.unv")
+    assert measured(model) == pytest.approx((0.22, 0.006), rel=1e-12)
+    outside = (np.isclose(solid.nodes, 0.0) | np.isclose(solid.nodes, [0.3, 0.2, 0.1])).any(axis=1)
+    assert set(np.unique(model.triangles)) == set(np.flatnonzero(outside))
+
+
+def test_parabolic_elements_without_displacements_at_their_middles_are_cut_at_the_corners(tmp_path):
+    corners = universal_file(tmp_path / "box.unv", "hex8", lambda solid: np.unique(solid.blocks[0].nodes[:, :8]))
+    model = read_modal_uff(tmp_path / "box.unv")
+    assert set(np.unique(model.triangles)) <= set(np.unique(corners.blocks[0].nodes[:, :8]))
+    assert measured(model) == pytest.approx((0.22, 0.006), rel=1e-12)
+
+
+PLATE = """\
+    -1
+  2411
+{nodes}    -1
+    -1
+  2412
+         1        95         1         1         7         8
+         1         2         3         4         5         6         7         8
+         2        92         1         1         7         6
+         3         9        10        11         5         4
+    -1
+"""
+
+
+def test_parabolic_shells_keep_the_middles_of_their_edges(tmp_path):
+    """A square of eight nodes and a triangle of six beside it."""
+    places = [(0, 0), (1, 0), (2, 0), (2, 1), (2, 2), (1, 2), (0, 2), (0, 1), (3, 0), (4, 0), (3, 1)]
+    nodes = "".join(
+        f"{i:10d}{0:10d}{0:10d}{11:10d}\n{x:25.16E}{y:25.16E}{0.0:25.16E}\n" for i, (x, y) in enumerate(places, 1)
+    )
+    mode = ["    -1", "    55", *["NONE"] * 5]
+    mode += ["         1         2         2         8         2         3", "         2         4         1         1"]
+    mode.append("  1.00000E+02  1.00000E+00  1.00000E-02  0.00000E+00")
+    mode += [line for i in range(1, 12) for line in (f"{i:10d}", f"{0.0:13.5E}{0.0:13.5E}{1.0:13.5E}")]
+    (tmp_path / "plate.unv").write_text(PLATE.format(nodes=nodes) + "\n".join([*mode, "    -1", ""]))
+    model = read_modal_uff(tmp_path / "plate.unv")
+    assert model.two_sided
+    assert len(model.triangles) == 6 + 4
+    assert measured(model)[0] == pytest.approx(6.0)
+    assert np.unique(model.triangles).tolist() == list(range(11))
+
+
+GROUP = """\
+    -1
+  2452
+         3         0         0         0         0         0         0         3
+END OF THE BOX
+         7         1         0         0         7        11         0         0
+         8         1         0         0
+    -1
+"""
+
+
+def test_groups_hold_nodes_and_the_nodes_of_elements(tmp_path):
+    solid = universal_file(tmp_path / "box.unv", "tet4", group=GROUP)
+    model = read_modal_uff(tmp_path / "box.unv")
+    assert set(model.groups["END OF THE BOX"]) == {0, 1, *solid.blocks[0].nodes[0]}
+    universal_file(tmp_path / "box.unv", "tet4", group=GROUP.replace("         8         1", "         8       999"))
+    with pytest.raises(FileFormatError, match="group END OF THE BOX: element 999 is not defined"):
+        read_modal_uff(tmp_path / "box.unv")
+
+
+def test_element_given_twice_is_refused(tmp_path):
+    universal_file(tmp_path / "box.unv", "tet4")
+    text = (tmp_path / "box.unv").read_text()
+    (tmp_path / "box.unv").write_text(text.replace("         2       118", "         1       118"))
+    with pytest.raises(FileFormatError, match="element 1 is defined twice"):
+        read_modal_uff(tmp_path / "box.unv")

@@ -15,7 +15,7 @@ from numba import njit
 _FAST = {"contract", "nnan", "nsz"}
 
 
-@njit("UniTuple(f8, 2)(f8, f8, f8, f8, f8, f8, f8, f8)", forceinline=True, fastmath=_FAST)
+@njit("UniTuple(f8, 2)(f8, f8, f8, f8, f8, f8, f8, f8)", forceinline=True, cache=True, fastmath=_FAST)
 def _step(x, u, k0, k1, k2, f, d, b):  # type: ignore[no-untyped-def]
     """One step of h = 1: stiffness at its start, middle and end; f, d, b: load, damping, half the backlash."""
     rest = f - d * u
@@ -32,7 +32,7 @@ def _step(x, u, k0, k1, k2, f, d, b):  # type: ignore[no-untyped-def]
     )
 
 
-@njit("f8(f8[:, :, ::1], u8, u8, f8)", forceinline=True, fastmath=_FAST)
+@njit("f8(f8[:, :, ::1], u8, u8, f8)", forceinline=True, cache=True, fastmath=_FAST)
 def _cubic(table, cell, lane, r):  # type: ignore[no-untyped-def]
     """Stiffness over mass of a curve at fraction `r` of a cell."""
     return (
@@ -40,7 +40,7 @@ def _cubic(table, cell, lane, r):  # type: ignore[no-untyped-def]
     ) * r + table[cell, 3, lane]  # fmt: skip
 
 
-@njit("UniTuple(f8, 3)(f8, f8, f8, f8)", forceinline=True, fastmath=_FAST)
+@njit("UniTuple(f8, 3)(f8, f8, f8, f8)", forceinline=True, cache=True, fastmath=_FAST)
 def _turned(p, rate, rise, n):  # type: ignore[no-untyped-def]
     """Phase in cells in the middle and at the end of a step from `p`, and the cells of the next step."""
     q = p + 0.5 * rate + 0.125 * rise

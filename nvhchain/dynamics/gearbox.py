@@ -205,7 +205,7 @@ class Mesh:
     phase: rad, wheel angle at which the mesh law stands when the record begins.  friction: of its flanks, or None.
     load_centre: along the face, or None for mid-width.
     tilt_ratio: how much more the teeth resist tilt than slices side by side of the same stiffness, which do not bend
-    each other, would (`face_points`); None: that of the mesh law, 1 where it has none; 1.6…1.7 by the contact problem
+    each other, would (`face_points`); None: that of the mesh law, 1 where it has none; about 1.8 by the contact problem
     (docs/measured/dynamics_options.md).
     """
 

@@ -16,7 +16,7 @@ from nvhchain.resume import Shelf, Watcher
 
 TILT_POINTS = 2
 """Across the face, of a mesh that tilts: as many as give slices side by side their exact resistance; with three the
-forces differ by 0.001 dB (docs/measured/dynamics_options.md)."""
+forces differ by 0.01 dB (docs/measured/dynamics_options.md)."""
 
 
 def bearing_forces(
@@ -60,8 +60,7 @@ def recording(
     watcher: Watcher,
     distributions: Sequence[LoadDistribution] = (),
 ) -> dynamics.Recording:
-    """The run-up of a case into files of `folder`; memory does not limit its length, and what is there is gone on with.
-    """
+    """The run-up of a case into files of `folder`; memory does not limit its length, and what is there is gone on with."""
     watcher.begin("bearing_forces")
     made = dynamics.record_run_up(
         gearbox_of(case, distributions),

@@ -397,10 +397,12 @@ def test_declaration_can_be_a_table_with_units_in_the_keys():
     table = {
         "force_unit": "kN", "acts_on": "shaft", "speed_rpm": 2500, "time_channel": "t", "time_unit": "ms",
         "bearings": [{"name": "A", "x": "1", "y": "2", "z": "3", "position_mm": [1.0, 2.0, 3.0]}],
+        "transmission_error": ["te1", "te2"], "length_unit": "um",
     }  # fmt: skip
     channels = build(ForceChannels, table, "forces")
     assert channels.speed == pytest.approx(261.799, abs=1e-3)
     assert channels.bearings[0].position == pytest.approx((1e-3, 2e-3, 3e-3))
+    assert channels.transmission_error == ("te1", "te2")
 
 
 def test_matlab_reads_names_and_units(forces, tmp_path):

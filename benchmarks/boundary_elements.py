@@ -1,13 +1,13 @@
 """Operators of the fused boundary element engine against bempp-cl; writes docs/measured/boundary_elements.md.
 
     python benchmarks/boundary_elements.py OUT [--compare 1280 5120] [--grow 320 1280 5120 20480] [--opencl PYTHON]
-                                           [--threads 1 2]
+                                           [--two-threads 1280]
 
 Spheres of 20 · 4ⁿ triangles at six elements per wavelength; every figure is taken in a process of its own and kept in
 OUT, so that a run that was cut short goes on. The error is that of the surface pressure under a plane-wave velocity,
 against the same mesh at quadrature orders past convergence (relative, RMS): it is quadrature alone. PYTHON: an
-interpreter whose bempp-cl finds Intel's OpenCL runtime; without it those rows say `not installed`. --threads 1:
-leaves out the rows of two threads; a later call adds them, on a machine that does nothing else.
+interpreter whose bempp-cl finds Intel's OpenCL runtime; without it those rows say `not installed`. --two-threads:
+meshes that are compared on two threads too, which takes a machine that does nothing else.
 """
 
 from __future__ import annotations
@@ -123,42 +123,69 @@ def peer(out: Path, faces: int, order: int, threads: int, interpreter: str, inte
 
 
 def comparison(out: Path, faces: int, opencl: str | None, counts: tuple[int, ...]) -> list[str]:
-    """Rows of one mesh: engine, threads (of `counts`), cold and warm and processor seconds, both ratios to ours at
-    order 2, peak memory, error."""
+    """Rows of one mesh: engine, threads (of `counts`), processor seconds cold and warm and their ratio to ours at order
+    2, the same elapsed where two threads had the machine for themselves, peak memory, error."""
     truth = own(out, faces, "converged", 1, 1, solve=True)["pressure"]
-    rows, base = [], dict[int, tuple[float, float]]()
+    found: dict[tuple[str, int], tuple[dict[str, Any], dict[str, Any] | None, int] | None] = {}
     for fidelity in ("order 2", "order 4", "order 2, single"):
         for threads in counts:
+            cold = own(out, faces, fidelity, BATCH, threads, cold=True) if fidelity == "order 2" else None
             done = own(out, faces, fidelity, BATCH, threads, solve=True)
-            cold = np.nan
-            if fidelity == "order 2":
-                cold = own(out, faces, fidelity, BATCH, threads, cold=True)["seconds"][0]
-            warm, spent = done["seconds"][-1] / BATCH, done["cpu"][-1] / BATCH
-            base.setdefault(threads, (warm, spent))
-            rows.append((f"fused, {fidelity}", threads, cold, warm, spent, done["peak"], error(done, truth)))
+            found[f"fused, {fidelity}", threads] = done, cold, BATCH
     for interface, interpreter in (("numba", sys.executable), ("opencl", opencl)):
         label = {"numba": "bempp-cl, numba", "opencl": "bempp-cl, Intel OpenCL"}[interface] + f", order {PEER_ORDER}"
         for threads in counts:
-            found = peer(out, faces, PEER_ORDER, threads, interpreter, interface) if interpreter else None
-            if found is None:
-                rows.append((label, threads, *(np.nan,) * 5))
-                continue
-            cold, warm = found["seconds"]
-            rows.append((label, threads, cold, warm, found["cpu"][-1], found["peak"], error(found, truth)))
+            peers = peer(out, faces, PEER_ORDER, threads, interpreter, interface) if interpreter else None
+            found[label, threads] = None if peers is None else (peers, peers, 1)
     lines = []
-    for label, threads, cold, warm, spent, peak, wrong in rows:
-        if np.isnan(warm):
-            lines.append(f"| {faces} | {label} | {threads} | not installed | | | | | | |")
+    for (label, threads), row in found.items():
+        start = f"| {faces} | {label} | {threads} | "
+        if row is None:
+            lines.append(start + "not installed" + " |" * 8)
             continue
-        first = "" if np.isnan(cold) else f"{cold:.1f}"
-        wall, cpu = warm / base[threads][0], spent / base[threads][1]
-        figures = f"{first} | {warm:.3g} | {spent:.3g} | {wall:.3g} | {cpu:.3g} | {peak / 1e6:.0f} | {wrong:.1e}"
-        lines.append(f"| {faces} | {label} | {threads} | {figures} |")
+        done, cold, wavenumbers = row
+        cells = []
+        for clock in ("cpu", "seconds"):
+            if clock == "seconds" and threads == 1:
+                cells += [""] * 3
+                continue
+            base = found["fused, order 2", threads]
+            assert base is not None
+            warm = done[clock][-1] / wavenumbers
+            cells += [
+                "" if cold is None else f"{cold[clock][0]:.1f}",
+                f"{warm:.3g}",
+                f"{warm / (base[0][clock][-1] / BATCH):.3g}",
+            ]
+        lines.append(start + " | ".join([*cells, f"{done['peak'] / 1e6:.0f}", f"{error(done, truth):.1e}"]) + " |")
     return lines
 
 
 def error(found: dict[str, Any], truth: nvh.handoff.ComplexArray) -> float:
     return float(np.linalg.norm(found["pressure"] - truth) / np.linalg.norm(truth))
+
+
+def equal_error(out: Path, faces: int, opencl: str | None) -> list[str]:
+    """A sentence: processor time of bempp-cl over that of the fused engine at the order that errs as little."""
+    ours = own(out, faces, "order 4", BATCH, 1, solve=True)["cpu"][-1] / BATCH
+    told = []
+    for interface, interpreter in (("numba", sys.executable), ("opencl", opencl)):
+        found = peer(out, faces, PEER_ORDER, 1, interpreter, interface) if interpreter else None
+        if found is not None:
+            told.append(f"{interface} {found['cpu'][-1] / ours:.3g}")
+    return [f"At equal error (order 4) on {faces} triangles bempp-cl takes times as long: {', '.join(told)}.", ""]
+
+
+def limit(out: Path, faces: int, flops: float, copied: float) -> str:
+    """A sentence: how near the engine is to what the core can do."""
+    done = own(out, faces, "order 2", BATCH, 1)
+    pairs = float(faces) ** 2 * BATCH / done["cpu"][-1]
+    written = 16 * (faces / 2 + 2) * (1.5 * faces + 2) * BATCH / done["cpu"][-1]
+    return (
+        f"Arithmetic is the limit, not memory: on {faces} triangles {100 * FLOPS * pairs / 1e9 / flops:.0f} % of a "
+        "matrix product's operations per second, without the exponentials and the close pairs, and "
+        f"{100 * written / 1e9 / copied:.0f} % of the bandwidth."
+    )
 
 
 def growth(out: Path, faces: int, wavenumbers: int) -> str:
@@ -167,7 +194,7 @@ def growth(out: Path, faces: int, wavenumbers: int) -> str:
     cpu, pairs = done["cpu"][-1], float(faces) ** 2 * wavenumbers
     entries = 16 * (faces / 2 + 2) * (1.5 * faces + 2) * wavenumbers
     return (
-        f"| {faces} | {wavenumbers} | {done['seconds'][-1]:.2f} | {cpu / wavenumbers:.3f} | {1e9 * cpu / pairs:.0f} | "
+        f"| {faces} | {wavenumbers} | {cpu:.2f} | {cpu / wavenumbers:.3f} | {1e9 * cpu / pairs:.0f} | "
         f"{FLOPS * pairs / cpu / 1e9:.1f} | {entries / cpu / 1e9:.2f} | {done['peak'] / 1e6:.0f} |"
     )
 
@@ -201,7 +228,7 @@ def main() -> None:
     parser.add_argument("--compare", nargs="*", type=int, default=[1280, 5120])
     parser.add_argument("--grow", nargs="*", type=int, default=[320, 1280, 5120, 20480])
     parser.add_argument("--opencl")
-    parser.add_argument("--threads", nargs="*", type=int, default=[1, 2])
+    parser.add_argument("--two-threads", nargs="*", type=int, default=[1280])
     parser.add_argument("--worker", nargs="+")
     arguments = parser.parse_args()
     if arguments.worker:
@@ -211,25 +238,33 @@ def main() -> None:
     out.mkdir(parents=True, exist_ok=True)
     grown = [growth(out, faces, BATCH) for faces in arguments.grow]
     grown += [growth(out, 1280, count) for count in (1, 2, 8, 16, 32, 64, 128)]
-    threads = tuple(arguments.threads)
-    compared = [line for faces in arguments.compare for line in comparison(out, faces, arguments.opencl, threads)]
+    compared = []
+    for faces in arguments.compare:
+        threads = (1, 2) if faces in arguments.two_threads else (1,)
+        compared += comparison(out, faces, arguments.opencl, threads)
+    flops, copied = peak_flops(), bandwidth()
     lines = [
         "Operators (S, K, K′, W combined into A and B) per wavenumber; cold: first call of a process with nothing "
         "compiled, for the fused engine four wavenumbers. Ratios: to the fused engine at order 2 with as many threads. "
-        "Error: quadrature alone, of the surface pressure.",
+        "Error: quadrature alone, of the surface pressure. One thread was measured beside other work, in processor "
+        "seconds.",
         "",
-        "| triangles | engine | threads | cold / s | warm / s | warm / CPU s | ratio | CPU ratio | peak MB | error |",
-        "|---:|---|---:|---:|---:|---:|---:|---:|---:|---:|",
+        "| triangles | engine | threads | cold / CPU s | warm / CPU s | CPU ratio | cold / s | warm / s | ratio | "
+        "peak MB | error |",
+        "|---:|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|",
         *compared,
         "",
+        *(line for faces in arguments.compare for line in equal_error(out, faces, arguments.opencl)),
         "Growth at order 2, double precision, in stripes of 1 GiB, one thread; processor seconds per wavenumber, "
         f"nanoseconds per pair of triangles and wavenumber, GFlop/s of {FLOPS} operations per pair against "
-        f"{peak_flops():.0f} GFlop/s of a core in a matrix product, and GB/s of matrix entries written against "
-        f"{bandwidth():.1f} GB/s of a core in a copy.",
+        f"{flops:.0f} GFlop/s of a core in a matrix product, and GB/s of matrix entries written against "
+        f"{copied:.1f} GB/s of a core in a copy.",
         "",
-        "| triangles | wavenumbers | s | CPU s / wavenumber | ns / pair | GFlop/s per core | GB/s per core | peak MB |",
+        "| triangles | wavenumbers | CPU s | CPU s / wavenumber | ns / pair | GFlop/s | GB/s | peak MB |",
         "|---:|---:|---:|---:|---:|---:|---:|---:|",
         *grown,
+        "",
+        limit(out, max(arguments.grow), flops, copied),
     ]
     publish("boundary_elements", "\n".join(lines) + "\n")
 

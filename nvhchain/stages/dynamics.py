@@ -60,7 +60,7 @@ def recording(
     watcher: Watcher,
     distributions: Sequence[LoadDistribution] = (),
 ) -> dynamics.Recording:
-    """The run-up of a case into files of `folder`; memory does not limit its length, and what is there is gone on with."""
+    """The run-up of a case into files of `folder`, of any length; what is there is gone on with."""
     watcher.begin("bearing_forces")
     made = dynamics.record_run_up(
         gearbox_of(case, distributions),

@@ -1,4 +1,5 @@
-"""Does the error band hold the answer of `reference`?  Varied gearboxes; writes docs/measured/error_band.md.
+"""Does the error band hold the answer of `reference`, and how far off are the presets?  Varied gearboxes; writes
+docs/measured/error_band.md and presets_elsewhere.md.
 
     python benchmarks/error_band.py OUT [CASE ...]
 
@@ -25,7 +26,7 @@ from nvhchain.chain import Result
 from nvhchain.error_band import BANDS, ErrorBand, error_band, force_band, velocity_band
 from nvhchain.fidelity import PRESETS
 from nvhchain.handoff import FloatArray
-from nvhchain.tradeoff.deviation import REACH
+from nvhchain.tradeoff.deviation import REACH, deviation
 
 JUDGED = ("draft", "standard")
 QUANTITIES = {"pressure": "sound pressure", "bearing_forces": "bearing forces", "surface_velocity": "surface velocity"}
@@ -163,6 +164,28 @@ def page(out: Path) -> str:
     return "\n".join(lines) + "\n"
 
 
+def presets_elsewhere(out: Path) -> str:
+    """How far the presets are off: of every case overall level and worst mesh harmonic."""
+    lines = [
+        "| case | draft: overall / worst harmonic / dB | standard |",
+        "|---|---:|---:|",
+    ]
+    for case in (*fitted(), *held_out()):
+        if not there(case, out):
+            continue
+        orders = [float(order) for order in case.mesh_orders.values()]
+        true = computed(case, "reference", out).pressure
+        assert true is not None
+        cells = []
+        for preset in JUDGED:
+            pressure = computed(case, preset, out).pressure
+            assert pressure is not None
+            error = deviation(pressure, true, orders)
+            cells.append(f"{error.overall:+.1f} / {error.worst_order:+.1f}")
+        lines.append(f"| {case.name} | {' | '.join(cells)} |")
+    return "\n".join(lines) + "\n"
+
+
 def main() -> None:
     """Run, judge, write."""
     out, names = Path(sys.argv[1]), sys.argv[2:]
@@ -171,6 +194,7 @@ def main() -> None:
             for preset in PRESETS:
                 computed(case, preset, out)
     publish("error_band", page(out))
+    publish("presets_elsewhere", presets_elsewhere(out))
 
 
 if __name__ == "__main__":

@@ -27,6 +27,7 @@ SMALLEST_GAIN = 0.01
 
 _MEASURED_AS = {
     "mesh law": "mesh_law",
+    "load distribution": "mesh_law",
     "housing": "housing",
     "bearing forces": "bearing_forces",
     "transfer vectors": "transfer_vectors",
@@ -149,17 +150,19 @@ def cheapest(case: Case | Sequence[Case], tolerance_db: float, sweep: Tradeoff |
 
 
 def base_error(sweep: Tradeoff, *cases: Case) -> float:
-    """dB that the base of a sweep leaves open in these cases, independent knobs in quadrature.
+    """dB that the base of a sweep leaves open, independent knobs in quadrature, grown to these cases by the laws of the
+    error band: below it errors against the base say nothing of those against the truth.
 
     A knob that converges moves the result with every step less: what is left after its last measured step, to the base,
     is at most about that step. Of knobs with one measured value it is not known whether they converge.
     Raises InputError where a stage of the cases has no knob with two measured values.
     """
     last: dict[Knob, list[float]] = {}
-    expected = _expectation(cases, _base(sweep), sweep)
+    base, swept = _base(sweep), sweep.provenance.get("extent")
     for row, knob, value in _rows(cases, sweep):
         if isinstance(knob.values[-1][0], float | int) and not isinstance(knob.values[-1][0], bool):
-            last.setdefault(knob, []).append(expected(row, knob.turned(_base(sweep), value)))
+            grown = _error(row) * elsewhere.growth(knob.turned(base, value), base, cases, swept)
+            last.setdefault(knob, []).append(grown)
     steps = {knob: errors[-1] for knob, errors in last.items() if len(errors) > 1}
     unknown = {knob.stage for case in cases for knob in knobs_of(case)} - {knob.stage for knob in steps}
     require(
@@ -221,9 +224,9 @@ def _expectation(cases: Sequence[Case], base: Fidelity, sweep: Tradeoff) -> Call
     def expected(row: Measurement, turned: Fidelity) -> float:
         error = _error(row)
         if row.knob == PRESET:
-            return error if same else error * elsewhere.margin(error) * elsewhere.beyond_held_out(turned, base, cases)
+            return error if same else error * elsewhere.MARGIN * elsewhere.beyond_held_out(turned, base, cases)
         error *= elsewhere.growth(turned, base, cases, swept)
-        return error if same else error * elsewhere.margin(error)
+        return error if same else error * elsewhere.MARGIN
 
     return expected
 

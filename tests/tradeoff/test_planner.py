@@ -14,7 +14,7 @@ from nvhchain.errors import InputError
 from nvhchain.fidelity import REFERENCE, STANDARD
 from nvhchain.scene import Plan, Stage
 from nvhchain.tradeoff import Deviation, Measurement, Tradeoff, as_json, cheapest, markdown, planner, shipped
-from nvhchain.tradeoff.elsewhere import extent, growth
+from nvhchain.tradeoff.elsewhere import MARGIN, extent, growth
 from nvhchain.tradeoff.knobs import knobs_by_stage
 from nvhchain.tradeoff.measure import Cost
 from nvhchain.tradeoff.sweep import case_identity
@@ -197,19 +197,19 @@ def test_no_case_is_refused(sweep):
 
 def test_in_another_case_errors_grow_as_much_as_they_did_where_they_were_held_out(case, sweep, monkeypatch):
     monkeypatch.setattr(planner, "is_swept", lambda cases, sweep: False)
-    choice = cheapest(case, 5.0, sweep)
+    choice = cheapest(case, 6.0, sweep)
     assert choice.turned == {
         "acoustics.precision": "single",
         "gear.width_layers": "8",
         "housing.element_size": "0.013",
         "gear.slices": "16",
     }
-    assert choice.expected_error_db == pytest.approx(5 * (0.1 + 0.4 + 0.05))
-    assert choice.base_error_db == pytest.approx(5 * 0.1)
+    assert choice.expected_error_db == pytest.approx(MARGIN * (0.1 + 0.4 + 0.05))
+    assert choice.base_error_db == pytest.approx(0.1)
     assert "margin for other cases" in str(choice)
-    assert cheapest(case, 50.0, sweep).errors["gear.width_layers"] == pytest.approx(12 * 2.0)
-    with pytest.raises(InputError, match=r"known to 0.5 dB"):
-        cheapest(case, 0.4, sweep)
+    assert cheapest(case, 50.0, sweep).errors["gear.width_layers"] == pytest.approx(MARGIN * 2.0)
+    with pytest.raises(InputError, match=r"known to 0.1 dB"):
+        cheapest(case, 0.09, sweep)
 
 
 def test_only_the_very_case_that_was_swept_goes_without_the_margin(case, sweep, monkeypatch):

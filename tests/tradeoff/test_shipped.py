@@ -9,6 +9,7 @@ from nvhchain.errors import InputError
 from nvhchain.fidelity import DRAFT, REFERENCE, STANDARD
 from nvhchain.scene import plan
 from nvhchain.tradeoff import cheapest, deviation, knobs_of, planner, records, shipped_sweep, variants
+from nvhchain.tradeoff.elsewhere import extent
 
 SMALL = "cases/small/single_stage.toml"
 
@@ -31,6 +32,12 @@ def test_rows_are_settings_of_today_around_the_reference_of_today(case, sweep):
     assert set(rows) <= known
     planner.base_error(sweep, case)
     cheapest(case, 3.0)  # refuses a base that is no longer what was measured
+
+
+def test_what_errors_grow_with_is_told_of_the_swept_case(case, sweep):
+    told, here = sweep.provenance["extent"], extent(case)
+    assert set(told) == set(here)
+    assert all(told[name] == pytest.approx(here[name], rel=1e-3) for name in here)
 
 
 def test_the_table_in_the_documentation_is_that_of_the_numbers(request, sweep):
@@ -88,5 +95,15 @@ def test_no_tolerance_finer_than_the_reference_is_known_is_promised(case, sweep)
     assert 0 < best < 1.0
     with pytest.raises(InputError, match="the best there is, reference"):
         cheapest(case, 0.99 * best)
-    forces = replace(case, quantities=("bearing_forces",), field_points=())  # another case: with the margin
+    forces = replace(case, quantities=("bearing_forces",), field_points=())
     cheapest(forces, 1.01 * planner.base_error(sweep, forces))
+
+
+@pytest.mark.parametrize("name", ["slotted", "run_up_slotted"])
+def test_a_decibel_is_planned_for_in_the_gearbox_of_the_examples(request, sweep, name):
+    """The commands of docs/accuracy.md."""
+    case = nvh.load_case(request.config.rootpath / "cases" / "gearbox" / f"{name}.toml")
+    choice = cheapest(case, 1.0)
+    assert not choice.same_case
+    assert choice.expected_error_db <= planner.SHARE
+    assert choice.expected_seconds <= choice.base_seconds

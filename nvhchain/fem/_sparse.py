@@ -59,10 +59,15 @@ class Factor(Protocol):
 
 
 def factorize(
-    matrix: sp.spmatrix | sp.sparray, *, symmetric_positive_definite: bool = True, engine: str = "auto"
+    matrix: sp.spmatrix | sp.sparray,
+    *,
+    symmetric_positive_definite: bool = True,
+    engine: str = "auto",
+    upper: bool = False,
 ) -> Factor:
     """Factor a real symmetric sparse matrix (n, n).
 
+    upper: whether `matrix` is its upper triangle alone.
     symmetric_positive_definite: Cholesky; otherwise LDLᵀ with pivoting, whose `negative` counts the negative
         eigenvalues (Sturm sequence property).
     engine: `pardiso`, `superlu` or `auto` (pardiso where it exists).
@@ -76,6 +81,8 @@ def factorize(
         engine = "pardiso" if _has_pardiso() else "superlu"
     if engine == "pardiso":
         return _PardisoFactor(matrix, symmetric_positive_definite)
+    if upper:
+        matrix = matrix + sp.triu(matrix, 1).T
     return _SuperluFactor(matrix, symmetric_positive_definite)
 
 

@@ -16,7 +16,7 @@ from nvhchain.gear.tooth_compliance import CondensedTooth, cylindrical_stiffness
 from nvhchain.handoff import FloatArray, IntArray
 
 _ASSEMBLY_BYTES = 60
-"""Peak memory per entry while the condensed teeth are summed: triplets, sorting and the finished rows."""
+"""Peak memory per entry of the upper triangle while the parts are summed: triplets twice, sorting, finished rows."""
 
 
 class HeldBody:
@@ -29,12 +29,11 @@ class HeldBody:
 
     def __init__(self, mesh: GearMesh, tooth: CondensedTooth, material: Material, sector: int) -> None:
         nodes, held = _shared_nodes(mesh, tooth)
-        K = _assembled(mesh, tooth, material, nodes, sector)
-        free = np.setdiff1d(np.arange(K.shape[0]), unknowns(held))
-        place = np.full(K.shape[0], -1)
+        free = np.setdiff1d(np.arange(3 * int(nodes.max() + 1)), unknowns(held))
+        place = np.full(3 * int(nodes.max() + 1), -1)
         place[free] = np.arange(len(free))
         self.unknowns = np.stack([place[unknowns(n)] for n in nodes])
-        self._factor = factorize(K[free][:, free])
+        self._factor = factorize(_assembled(mesh, tooth, material, self.unknowns, sector, place), upper=True)
 
     def solve(self, loads: Sequence[Mapping[int, FloatArray]]) -> FloatArray:
         """Displacement, m, of all unknowns under sets of loads, set after set in columns.
@@ -117,34 +116,44 @@ def _shared_nodes(mesh: GearMesh, tooth: CondensedTooth) -> tuple[IntArray, IntA
 
 
 def _assembled(
-    mesh: GearMesh, tooth: CondensedTooth, material: Material, nodes: IntArray, sector: int
+    mesh: GearMesh, tooth: CondensedTooth, material: Material, own: IntArray, sector: int, place: IntArray
 ) -> sp.csr_matrix:
-    """Stiffness of the whole body: the first sector of the blank turned round, and every tooth."""
-    blank, teeth = mesh.blank_solid, len(nodes)
+    """Upper triangle of the whole body's stiffness: the first sector of the blank turned round, and every tooth.
+
+    own: (teeth, 3 n_i) unknowns of each tooth.  place: of every nodal unknown among those of the matrix; −1: held.
+    """
+    blank, (teeth, dense) = mesh.blank_solid, own.shape
     part = cylindrical_stiffness(blank, blank.elements[mesh.in_sector], material).tocoo()
-    dense = tooth.stiffness.shape[0]
-    entries = teeth // sector * part.nnz + teeth * dense**2
+    entries = (teeth // sector * part.nnz + teeth * dense**2) // 2
     needed, available = _ASSEMBLY_BYTES * entries, psutil.virtual_memory().available
     if needed > 0.8 * available:
         raise ResourceError(
             f"stiffness matrix of the gear body needs about {needed / 1e9:.1f} GB, {available / 1e9:.1f} GB are free: "
             "lower width_layers or transverse_refinement, or use a machine with more memory"
         )
-    size = 3 * int(nodes.max() + 1)
+    size = int(place.max() + 1)
     index = np.int32 if size < 2**31 else np.int64
-    turned = _turned(mesh)
-    row, column = part.row.astype(index), part.col.astype(index)
-    total = sp.csr_matrix((size, size))
-    place = np.arange(len(blank.nodes))
+    turned, at_node = _turned(mesh), np.arange(len(blank.nodes))
+    blanks: list[tuple[IntArray, IntArray, FloatArray]] = []
     for _ in range(teeth // sector):
-        at = unknowns(place).astype(index)
-        total = total + sp.csr_matrix((part.data, (at[row], at[column])), shape=(size, size))
-        place = turned[place]
-    own = np.stack([unknowns(n) for n in nodes]).astype(index)
-    rows = np.repeat(own, dense, axis=1).ravel()
-    columns = np.tile(own, (1, dense)).ravel()
-    values = np.tile(tooth.stiffness.ravel(), teeth)
-    return sp.csr_matrix(total + sp.csr_matrix((values, (rows, columns)), shape=(size, size)))
+        at = place[unknowns(at_node)].astype(index)
+        row, column = at[part.row], at[part.col]
+        kept = (row >= 0) & (row <= column)
+        blanks.append((row[kept], column[kept], part.data[kept]))
+        at_node = turned[at_node]
+    own = own.astype(index)
+    teeth_upper: list[tuple[IntArray, IntArray, FloatArray]] = []
+    for at in own:
+        i, j = np.nonzero(at[:, None] <= at[None, :])
+        teeth_upper.append((at[i], at[j], tooth.stiffness[i, j]))
+    return sp.csr_matrix(_summed(blanks, size) + _summed(teeth_upper, size))
+
+
+def _summed(parts: list[tuple[IntArray, IntArray, FloatArray]], size: int) -> sp.csr_matrix:
+    """Matrix of (rows, columns, values), those of one place added up; empties the list."""
+    row, column, value = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
+    parts.clear()
+    return sp.csr_matrix((value, (row, column)), shape=(size, size))
 
 
 def _turned(mesh: GearMesh) -> IntArray:

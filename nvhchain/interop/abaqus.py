@@ -48,8 +48,10 @@ def read_abaqus(path: str | Path, *, units: str) -> SolidModel:
     file = AbaqusFile(Parts(str(path)), unit_system(units))
     late: list[tuple[str, Block]] = []
     in_step, steps, holding = False, 0, set()
+    reading = "its first line"
     try:
         for block in blocks(path):
+            reading = f"*{block.name}"
             in_step = (in_step or block.name == "STEP") and block.name != "END STEP"
             steps += block.name == "STEP"
             if block.name == "BOUNDARY" and in_step:
@@ -70,13 +72,15 @@ def read_abaqus(path: str | Path, *, units: str) -> SolidModel:
         for name, apply in _LATE.items():
             for level, block in late:
                 if block.name == name:
-                    file.level = level
+                    file.level, reading = level, f"*{block.name}"
                     apply(file, block)
         _assign(file)
     except (ValueError, IndexError, KeyError) as error:
         if isinstance(error, InputError):
             raise
-        raise FileFormatError(f"{path}: not an Abaqus input file: {type(error).__name__} {error}") from None
+        raise FileFormatError(
+            f"{path}: not an Abaqus input file at {reading}: labels must be whole numbers, coordinates numbers: {error}"
+        ) from None
     file.parts.groups = file.group_names()
     return restored(file.parts.model(file.system.length), marks(lines_with_includes(path, included)))
 

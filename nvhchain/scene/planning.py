@@ -9,7 +9,7 @@ from nvhchain.case import HEARD, RADIATED, Case, GearboxCase, RadiatorCase
 from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.radiator import radiator_faces
 from nvhchain.scene.casting import extent, housing_stage, kept_modes
-from nvhchain.scene.mechanics import dynamics_stage, mesh_law_stages
+from nvhchain.scene.mechanics import dynamics_stage, load_distribution_stages, mesh_law_stages
 from nvhchain.scene.planned import BASE_MEGABYTES, SECONDS_PER_STAGE, Plan, Stage
 from nvhchain.scene.radiation import faces_of, radiation_stage, sound_power_stage, transfer_vector_stage
 
@@ -35,7 +35,12 @@ def plan_without(case: Case, fidelity: Fidelity, ready: Collection[str]) -> Plan
             ("gears, dynamics and housing: the surface velocity is given in the case",),
         )
     area, unknowns = extent(case, fidelity, ready)
-    stages = [housing_stage(case, fidelity, unknowns), *mesh_law_stages(case, fidelity), dynamics_stage(case, fidelity)]
+    stages = [
+        housing_stage(case, fidelity, unknowns),
+        *mesh_law_stages(case, fidelity),
+        *load_distribution_stages(case, fidelity),
+        dynamics_stage(case, fidelity),
+    ]
     if HEARD.intersection(case.quantities):
         stages.append(transfer_vector_stage(case, fidelity, faces_of(case, fidelity, area), area))
     if RADIATED.intersection(case.quantities):
@@ -63,5 +68,5 @@ def _skipped(case: GearboxCase, fidelity: Fidelity) -> tuple[str, ...]:
     else:
         reasons.append("transfer vectors and sound pressure: not asked for")
     if case.quantities == ("bearing_forces",):
-        reasons.append("motion of the housing's surface: not asked for")
+        reasons.append("motion of the housing's surface: not asked for (its modes are in the loop of the forces)")
     return tuple(reasons)

@@ -28,6 +28,36 @@ def test_plan_costs_rise_with_fidelity(request):
     assert plans[0].megabytes < plans[1].megabytes < plans[2].megabytes
 
 
+def test_plan_says_how_the_meshes_are_modelled_and_that_contact_costs_more(request):
+    case = nvh.load_case(request.config.rootpath / "cases/small/single_stage.toml")
+    planned = {}
+    for level, words in (
+        ("table", "1 tabulated meshes"),
+        ("stiffness", "1 mesh stiffnesses over the angle"),
+        ("contact", "the contact problem of 1 meshes in every step"),
+    ):
+        fidelity = replace(nvh.DRAFT, dynamics=replace(nvh.DRAFT.dynamics, mesh_level=level))
+        (planned[level],) = [
+            stage for stage in nvh.plan(case, fidelity=fidelity).stages if stage.name == "bearing forces"
+        ]
+        assert words in planned[level].models
+    assert planned["contact"].seconds > 50 * planned["table"].seconds
+    assert planned["stiffness"].seconds == planned["table"].seconds
+
+
+def test_plan_has_the_load_distribution_where_an_option_takes_it_and_the_housing_where_forces_alone_are_asked(request):
+    case = nvh.load_case(request.config.rootpath / "cases/small/single_stage.toml")
+    assert "load distribution" not in str(nvh.plan(case))
+    rubbing = replace(case, options=replace(case.options, friction=0.05))
+    (stage,) = [stage for stage in nvh.plan(rubbing, fidelity=nvh.DRAFT).stages if "load distribution" in stage.name]
+    assert stage.name == "load distribution stage"
+    assert "48 angles" in stage.models
+    forces = replace(case, quantities=("bearing_forces",), field_points=())
+    text = str(nvh.plan(forces))
+    assert "housing" in text.splitlines()[2]
+    assert "its modes are in the loop of the forces" in text
+
+
 def test_sphere_plan_counts_the_triangles_of_the_run(request):
     case = nvh.load_case(request.config.rootpath / "cases/sphere/pulsating.toml")
     faces = len(radiator_velocity(case, nvh.STANDARD.acoustics).surface.triangles)

@@ -1,7 +1,12 @@
 """Numbers over all scales, and nonsense."""
 
+import os
+
 import numpy as np
 from hypothesis import strategies as st
+
+MANY = int(os.environ.get("NVHCHAIN_EXTREMES", "0"))
+"""Cases per test where more are asked for than with the other tests."""
 
 ANY = st.one_of(st.floats(allow_nan=True, allow_infinity=True), st.just(0.0), st.just(-1.0))
 """Whatever a file may hold."""

@@ -63,12 +63,6 @@ def equivalent(signal: FloatArray, *, sample_rate: float, weighted: bool = True)
     return overall(frequency[1:], line[1:], weighted=weighted)
 
 
-def line_at(frequency: FloatArray, wanted: float, tolerance: float) -> int | None:
-    """Index of the line within `tolerance` (Hz) of `wanted`, None where there is no such line."""
-    index = int(np.argmin(np.abs(frequency - wanted)))
-    return index if abs(frequency[index] - wanted) <= tolerance else None
-
-
 def time_history(frequency: FloatArray, pressure: ComplexArray, *, sample_rate: float) -> tuple[FloatArray, FloatArray]:
     """One period of the signal p(t) = Re Σ p_n e^{jω_n t} of harmonic lines, by inverse FFT.
 

@@ -6,16 +6,19 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
 from functools import partial
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from nvhchain import dynamics, gear
 from nvhchain.case import GearboxCase
+from nvhchain.conventions import Progress
 from nvhchain.fidelity import Fidelity
-from nvhchain.handoff import LoadDistribution, MeshLaw, ReducedHousing
+from nvhchain.handoff import HandOff, LoadDistribution, MeshLaw, ReducedHousing
 from nvhchain.resume import Shelf
 from nvhchain.stages.dynamics import gearbox_fidelity
+
+H = TypeVar("H", bound=HandOff)
 
 ANGLE_DIGITS = 9
 """Of tilts in rad: 1 nrad, 0.04 nm at the ends of a face; what rounding changes makes no other gear pair of it."""
@@ -48,69 +51,49 @@ def mesh_laws(
     shared: Sequence[Compliances] | None = None,
 ) -> tuple[MeshLaw, ...]:
     """Mesh law of every stage.  shared: compliances that others take too."""
-    return tuple(
-        shelf.stage(
-            f"mesh_law_{stage.name}-{{key}}",
-            MeshLaw,
-            "gear",
-            (pair, force),
-            partial(_mesh_law, pair, force, fidelity, executor, shared[i] if shared else None),
-            fidelity=fidelity.gear,
-        )
-        for i, (stage, pair, force) in enumerate(zip(case.stages, case.pairs, case.mesh_forces, strict=True))
-    )
-
-
-def _mesh_law(
-    pair: gear.GearPair,
-    force: float,
-    fidelity: Fidelity,
-    executor: Executor | None,
-    shared: Compliances | None,
-    progress: Any,
-) -> MeshLaw:
-    return gear.mesh_law(
-        pair,
-        nominal_force=force,
-        fidelity=fidelity.gear,
-        compliances=shared(progress) if shared else None,
-        executor=executor,
-        progress=progress,
-    )
+    return _of_every_stage("mesh_law", MeshLaw, gear.mesh_law, case, fidelity, shelf, executor, shared)
 
 
 def load_distributions(
     case: GearboxCase, fidelity: Fidelity, shelf: Shelf, executor: Executor | None, shared: Sequence[Compliances]
 ) -> tuple[LoadDistribution, ...]:
     """Where the flanks of every stage carry."""
-    return tuple(
-        shelf.stage(
-            f"load_distribution_{stage.name}-{{key}}",
-            LoadDistribution,
-            "gear",
-            (pair, force),
-            partial(_load_distribution, pair, force, fidelity, executor, once),
-            fidelity=fidelity.gear,
-        )
-        for stage, pair, force, once in zip(case.stages, case.pairs, case.mesh_forces, shared, strict=True)
+    return _of_every_stage(
+        "load_distribution", LoadDistribution, gear.load_distribution, case, fidelity, shelf, executor, shared
     )
 
 
-def _load_distribution(
-    pair: gear.GearPair,
-    force: float,
+def _of_every_stage(
+    name: str,
+    kind: type[H],
+    compute: Callable[..., H],
+    case: GearboxCase,
     fidelity: Fidelity,
+    shelf: Shelf,
     executor: Executor | None,
-    shared: Compliances,
-    progress: Any,
-) -> LoadDistribution:
-    return gear.load_distribution(
-        pair,
-        nominal_force=force,
-        fidelity=fidelity.gear,
-        compliances=shared(progress),
-        executor=executor,
-        progress=progress,
+    shared: Sequence[Compliances] | None,
+) -> tuple[H, ...]:
+    def of(pair: gear.GearPair, force: float, once: Compliances | None, progress: Progress) -> H:
+        return compute(
+            pair,
+            nominal_force=force,
+            fidelity=fidelity.gear,
+            compliances=once(progress) if once else None,
+            executor=executor,
+            progress=progress,
+        )
+
+    given: Sequence[Compliances | None] = shared or [None] * len(case.stages)
+    return tuple(
+        shelf.stage(
+            f"{name}_{stage.name}-{{key}}",
+            kind,
+            "gear",
+            (pair, force),
+            partial(of, pair, force, once),
+            fidelity=fidelity.gear,
+        )
+        for stage, pair, force, once in zip(case.stages, case.pairs, case.mesh_forces, given, strict=True)
     )
 
 

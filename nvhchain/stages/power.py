@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from concurrent.futures import Executor
 from typing import Any
 
@@ -96,26 +97,23 @@ def modal_power(
 
 def radiation_efficiency(case: Case, power: SoundPower, velocity: SurfaceVelocity, shelf: Shelf) -> RadiationEfficiency:
     """Radiation efficiency of a surface velocity."""
-    return shelf.stage(
-        "radiation_efficiency",
-        RadiationEfficiency,
-        "acoustics",
-        (power, velocity, case.air),
-        lambda progress: acoustics.surface_efficiency(power, velocity, case.air),
-        fidelity=None,
-    )
+    return _efficiency(shelf, acoustics.surface_efficiency, power, velocity, case.air)
 
 
 def modal_efficiency(
     power: SoundPower, resistance: RadiationResistance, reduced: ReducedHousing, forces: ForceSpectrum, shelf: Shelf
 ) -> RadiationEfficiency:
     """Radiation efficiency of the housing under bearing forces."""
+    return _efficiency(shelf, acoustics.modal_efficiency, power, resistance, reduced, forces)
+
+
+def _efficiency(shelf: Shelf, compute: Callable[..., RadiationEfficiency], *inputs: Any) -> RadiationEfficiency:
     return shelf.stage(
         "radiation_efficiency",
         RadiationEfficiency,
         "acoustics",
-        (power, resistance, reduced, forces),
-        lambda progress: acoustics.modal_efficiency(power, resistance, reduced, forces),
+        inputs,
+        lambda progress: compute(*inputs),
         fidelity=None,
     )
 

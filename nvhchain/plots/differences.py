@@ -11,6 +11,8 @@ from typing import Any
 from nvhchain.errors import require
 
 ABSENT = "–"
+HEARD_DOWN_TO = 100.0
+"""dB below the strongest line of a configuration: what lies lower is the rounding of a Fourier transform, no line."""
 
 
 @dataclass(frozen=True)
@@ -54,10 +56,12 @@ def difference_table(configurations: Mapping[str, Mapping[str, Any]], *, stronge
     found: dict[float, dict[str, float]] = {}
     frequency: dict[float, float] = {}
     for name, summary in configurations.items():
+        loudest = max((float(line["level_db"]) for line in summary["orders"]), default=0.0)
         for line in summary["orders"]:
-            order = round(float(line["order"]), 6)
-            found.setdefault(order, {})[name] = float(line["level_db"])
-            frequency[order] = float(line["frequency_hz"])
+            order, level = round(float(line["order"]), 6), float(line["level_db"])
+            if level > loudest - HEARD_DOWN_TO:
+                found.setdefault(order, {})[name] = level
+                frequency[order] = float(line["frequency_hz"])
     listed = sorted(sorted(found, key=lambda order: -max(found[order].values()))[:strongest])
     header = ("quantity", "f / Hz", *names, *(f"{name} − {names[0]}" for name in names[1:]))
     overall = {name: float(summary["overall_dBA"]) for name, summary in configurations.items()}

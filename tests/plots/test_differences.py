@@ -37,3 +37,10 @@ def test_text_markdown_and_csv_hold_the_same_cells():
     lines = table.text().splitlines()
     assert len({len(line) for line in lines}) == 1
     assert len(lines) == len(cells)
+
+
+def test_rounding_of_the_fourier_transform_is_no_line():
+    table = difference_table(
+        {"solid": summary(70.0, (20.0, 65.0), (22.0, -122.8)), "slotted": summary(72.5, (22.0, 53.1))}
+    )
+    assert table.rows[2] == ("order 22 / dB", "916.7", "–", "53.1", "–")

@@ -13,7 +13,7 @@ from nvhchain.errors import FileFormatError, InputError, require
 from nvhchain.fem.solid_model import ElementBlock, RigidSet, SolidModel
 from nvhchain.handoff import FloatArray, IntArray
 
-TRANSLATIONS, ALL_SIX = frozenset("123"), frozenset("123456")
+TRANSLATIONS = frozenset("123")
 
 
 @dataclass

@@ -50,3 +50,17 @@ def test_root_on_debian_gets_the_package_installed(tmp_path):
     calls = (tmp_path / "calls").read_text().splitlines()
     assert calls == ["update -qq", "install -y -qq --no-install-recommends python3.11-venv"]
     assert done.returncode != 0  # the stub of Python cannot make the environment
+
+
+def test_user_whose_gmsh_lacks_libraries_is_told_their_packages(tmp_path):
+    (tmp_path / "venv" / "bin").mkdir(parents=True)
+    (tmp_path / "venv" / "bin" / "python").symlink_to("/bin/true")
+    (tmp_path / "venv" / "lib").mkdir()
+    (tmp_path / "venv" / "lib" / "libgmsh.so.4.13").touch()
+    missing = r"printf '\tlibGLU.so.1 => not found\n\tlibm.so.6 => /lib/libm.so.6\n\tlibXft.so.2 => not found\n'"
+    done = prepare(tmp_path, "echo 3.11", id="echo 1000", ldd=missing)
+    assert done.returncode == 1
+    assert done.stderr == (
+        "nvhchain: gmsh lacks system libraries (libGLU.so.1 libXft.so.2): run 'sudo apt-get install libgl1 "
+        "libglu1-mesa libxcursor1 libxft2 libxinerama1 libgomp1' and then make again\n"
+    )

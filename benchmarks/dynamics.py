@@ -12,11 +12,13 @@ The errors under `steps` are those of flanks that stay in contact; every impact 
 from __future__ import annotations
 
 import json
+import multiprocessing
 import os
 import resource
 import sys
 import tempfile
 import time
+from concurrent.futures import ProcessPoolExecutor
 from math import pi
 from pathlib import Path
 from typing import Any
@@ -166,19 +168,23 @@ def impacts(folder: Path) -> list[list[float]]:
 
 def hour(folder: Path) -> list[list[float]]:
     """Records in files, ten minutes and an hour: their s, seconds to make, MB on disk, MB of the process at most."""
+    spawn = multiprocessing.get_context("spawn")  # a process of its own for each, whose peak is the record's
+    with ProcessPoolExecutor(1, mp_context=spawn, max_tasks_per_child=1) as alone:
+        return list(alone.map(long_record, [folder] * 2, (600.0, 3600.0)))
+
+
+def long_record(folder: Path, duration: float) -> list[float]:
+    """A row of `hour`."""
     laws, housing = operators(folder)
-    rows = []
-    for duration in (600.0, 3600.0):
-        with tempfile.TemporaryDirectory() as place:
-            begin = time.perf_counter()
-            made = dynamics.record_run_up(
-                gearbox_of("solid"), laws["solid"], housing, start_speed=0.0, end_speed=SPEED, duration=duration,
-                input_torque=TORQUE, f_max=100.0, fidelity=DynamicsFidelity(1e-4), folder=place,
-            )  # fmt: skip
-            seconds = time.perf_counter() - begin
-            size = 1e-6 * sum(path.stat().st_size for path in made.paths)
-        rows.append([duration, seconds, size, 1e-3 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss])
-    return rows
+    with tempfile.TemporaryDirectory() as place:
+        begin = time.perf_counter()
+        made = dynamics.record_run_up(
+            gearbox_of("solid"), laws["solid"], housing, start_speed=0.0, end_speed=SPEED, duration=duration,
+            input_torque=TORQUE, f_max=100.0, fidelity=DynamicsFidelity(1e-4), folder=place,
+        )  # fmt: skip
+        seconds = time.perf_counter() - begin
+        size = 1e-6 * sum(path.stat().st_size for path in made.paths)
+    return [duration, seconds, size, 1e-3 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss]
 
 
 SECTIONS = {

@@ -1,4 +1,4 @@
-"""Convergence and cost of the gear stage; writes docs/measured/gear.md.
+"""Convergence and cost of the gear stage; writes docs/measured/gear.md and gear.png.
 
     python benchmarks/gear.py OUT [NAME ...]
 
@@ -21,10 +21,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from gear_figure import draw
+from gear_tables import FINE_ANGLES, LAW_ANGLES, LAYERS, Record, harmonics, written
+from scipy.interpolate import CubicSpline
 
 import nvhchain as nvh
 from nvhchain.case import GearboxCase
-from nvhchain.fidelity import STANDARD, GearFidelity
+from nvhchain.fidelity import DRAFT, PRESETS, STANDARD, GearFidelity
 from nvhchain.gear import (
     SOLID,
     Blank,
@@ -39,13 +42,13 @@ from nvhchain.gear import (
     iso_stiffness,
     loaded_mesh,
     mesh_law,
+    quasi_static_transmission_error,
     slice_compliance,
 )
 from nvhchain.handoff import FloatArray
 
 ROOT = Path(__file__).parents[1]
 TABLE = ROOT / "docs" / "measured" / "gear.md"
-Record = dict[str, Any]
 
 
 def stage(configuration: str, number: int) -> tuple[GearPair, float]:
@@ -106,24 +109,49 @@ def timed_law(configuration: str, number: int, angles_per_mesh: int) -> Record:
 
 
 SLICES = (4, 8, 16, 32, 64, 128)
-GRIDS = ((48, 16), (96, 24), (192, 40))
-"""Angles per mesh and deflections of the presets."""
+ANGLES = (12, 24, 48, 96)
+"""Per mesh, against `FINE_ANGLES`; between them by the periodic cubic spline."""
+DEFLECTIONS = (8, 12, 16, 24, 40)
+"""Of a law, at `LAW_ANGLES` per mesh."""
 
 
 def grids() -> Record:
     """What slices, angles and deflections of the law do to the slotted stage, on the same compliances."""
     pair, force = stage("slotted", 1)
     both = compliances(pair, STANDARD.gear)
-    record: Record = {"meshes": pair.meshes_per_body_period, "slices": {}, "laws": {}}
+    record: Record = {"meshes": pair.meshes_per_body_period, "slices": {}, "angles": {}, "deflections": {}}
     for slices in SLICES:
         engagement = Engagement(pair, both, replace(STANDARD.gear, slices=slices))
         record["slices"][slices] = deflection(engagement, force, 48).tolist()
-    for angles, deflections in GRIDS:
-        fidelity = replace(STANDARD.gear, angles_per_mesh=angles, deflections=deflections)
+    fine = deflection(Engagement(pair, both, STANDARD.gear), force, FINE_ANGLES)
+    for count in ANGLES:
+        known = fine[:: FINE_ANGLES // count]
+        spline = CubicSpline(np.linspace(0, 1, len(known) + 1), np.append(known, known[0]), bc_type="periodic")
+        record["angles"][count] = largest(spline(np.arange(len(fine)) / len(fine)), fine)
+    direct = fine[:: FINE_ANGLES // LAW_ANGLES]
+    for count in DEFLECTIONS:
+        fidelity = replace(STANDARD.gear, angles_per_mesh=LAW_ANGLES, deflections=count)
         law = mesh_law(pair, nominal_force=force, fidelity=fidelity, compliances=both)
-        direct = deflection(Engagement(pair, both, fidelity), force, angles)
-        record["laws"][f"{angles} × {deflections}"] = float(np.abs(deflection_at_force(law, force) - direct).max())
+        record["deflections"][count] = largest(deflection_at_force(law, force), direct)
     return record
+
+
+def largest(found: FloatArray, true: FloatArray) -> float:
+    """Largest difference, m."""
+    return float(np.abs(found - true).max())
+
+
+def preset(name: str) -> Record:
+    """Transmission error of the slotted stage from the law of a preset, as the chain makes it."""
+    pair, force = stage("slotted", 1)
+    start = time.process_time()
+    law = mesh_law(pair, nominal_force=force, fidelity=PRESETS[name].gear)
+    seconds = time.process_time() - start
+    return {
+        "seconds": seconds,
+        "meshes": pair.meshes_per_body_period,
+        "delta": quasi_static_transmission_error(law, force)[1].tolist(),
+    }
 
 
 def corners() -> Record:
@@ -150,7 +178,7 @@ def analytic() -> Record:
     for name, blank in blanks.items():
         pair = replace(pair, wheel=replace(pair.wheel, blank=blank))
         levels: dict[str, Any] = {
-            "elements": compliances(pair, STANDARD.gear),
+            "elements": compliances(pair, COARSE),
             "analytic": (slice_compliance(pair.pinion), slice_compliance(pair.wheel)),
         }
         rows: Record = {}
@@ -163,6 +191,7 @@ def analytic() -> Record:
             rows[level] = {
                 "mean": delta.mean(),
                 "swing": float(np.ptp(delta)),
+                "first": harmonics({"delta": delta, "meshes": pair.meshes_per_body_period}, 1)[0],
                 "stiffness": float(np.mean(tangent)),
                 "seconds": time.process_time() - start,
             }
@@ -174,10 +203,12 @@ def analytic() -> Record:
     return record
 
 
+COARSE = replace(DRAFT.gear, width_layers=4)
+"""For what errs by tens of per cent: 0.3 % off."""
+
 CORNER_GAPS = (0.0, 10e-6, 30e-6, 100e-6)
 """m, `GearFidelity.corner_gap`."""
 
-LAYERS = {"stage2": (5, 8, 12), "slotted": (5, 8, 12)}
 PLANE = replace(STANDARD.gear, width_layers=4)
 HALVED = replace(PLANE, profile_elements=2 * PLANE.profile_elements, transverse_refinement=2)
 
@@ -192,127 +223,10 @@ MEASUREMENTS: dict[str, Callable[[], Record]] = {
     "slotted-grids": grids,
     "slotted-corners": corners,
     "analytic": analytic,
+    **{f"preset-{name}": partial(preset, name) for name in PRESETS},
     "law-slotted": partial(timed_law, "slotted", 1, 24),
     "law-differential": partial(timed_law, "solid", 2, 96),
 }
-
-
-def harmonics(record: Record, count: int = 10) -> FloatArray:
-    """Amplitudes (count,) m of the mesh harmonics of δ."""
-    delta = np.array(record["delta"])
-    lines = 2 * np.abs(np.fft.rfft(delta)) / len(delta)
-    return np.asarray(lines[record["meshes"] :: record["meshes"]][:count])
-
-
-def layers_table(title: str, records: dict[str, Record]) -> list[str]:
-    """Mesh harmonics against those of the finest."""
-    *_, last = records
-    fine = harmonics(records[last])
-    delta = np.array(records[last]["delta"])
-    head = " | ".join(str(n) for n in range(1, 11))
-    lines = [f"**{title}**", "", f"| layers | s | peak MB | mean δ / % | swing of δ / % | {head} |"]
-    lines.append("|" + "---:|" * 15)
-    for name, record in records.items():
-        mine, own = harmonics(record), np.array(record["delta"])
-        cells = [f"{record['seconds']:.0f}", f"{record['megabytes']:.0f}"]
-        if name == last:
-            cells += [f"{1e6 * own.mean():.3f} µm", f"{1e6 * np.ptp(own):.3f} µm"]
-            cells += [f"{1e9 * h:.1f} nm" for h in mine]
-        else:
-            cells += [
-                f"{100 * (own.mean() / delta.mean() - 1):+.2f}",
-                f"{100 * (np.ptp(own) / np.ptp(delta) - 1):+.2f}",
-            ]
-            cells += [f"{20 * np.log10(a / b):+.1f}" for a, b in zip(mine, fine, strict=True)]
-        lines.append(f"| {name} | " + " | ".join(cells) + " |")
-    return [*lines, ""]
-
-
-def against_last(title: str, what: str, meshes: int, curves: dict[str, list[float]]) -> list[str]:
-    """Mean, swing and mesh harmonics of curves of δ against the last one."""
-    rows: dict[str, Record] = {n: {"delta": d, "meshes": meshes} for n, d in curves.items()}
-    *_, last = rows
-    fine, most = harmonics(rows[last]), np.array(rows[last]["delta"])
-    head = " | ".join(str(n) for n in range(1, 11))
-    lines = [f"**{title}**", "", f"| {what} | mean δ / % | swing of δ / % | {head} |"]
-    lines.append("|" + "---:|" * 13)
-    for name, row in rows.items():
-        own = np.array(row["delta"])
-        cells = [f"{100 * (own.mean() / most.mean() - 1):+.3f}", f"{100 * (np.ptp(own) / np.ptp(most) - 1):+.2f}"]
-        cells += [f"{20 * np.log10(a / b):+.2f}" for a, b in zip(harmonics(row), fine, strict=True)]
-        lines.append(f"| {name} | " + " | ".join(cells) + " |")
-    return [*lines, ""]
-
-
-def grids_table(record: Record) -> list[str]:
-    """Slices against the most; laws against the deflection solved directly."""
-    lines = against_last("Slices, stage 1 slotted, 8 layers", "slices", record["meshes"], record["slices"])
-    lines += ["**Law against the deflection solved directly, stage 1 slotted**", ""]
-    lines += ["| angles per mesh × deflections | largest difference / nm |", "|---|---:|"]
-    lines += [f"| {name} | {1e9 * value:.2f} |" for name, value in record["laws"].items()]
-    return [*lines, ""]
-
-
-def analytic_table(record: Record) -> list[str]:
-    """Cheap levels against elements."""
-    lines = ["**Analytic level and ISO 6336-1 Method B against elements, stage 1 (steel, nominal force)**", ""]
-    lines += [
-        "| wheel | level | mean δ / µm | swing / µm | mean stiffness / (N/µm) | error of δ / % | of stiffness / % |"
-    ]
-    lines += ["|---|---|---:|---:|---:|---:|---:|"]
-    for name, rows in record.items():
-        true = rows["elements"]
-        for level, row in rows.items():
-            mean, swing = (f"{1e6 * row[k]:.2f}" if k in row else "" for k in ("mean", "swing"))
-            error = f"{100 * (row['mean'] / true['mean'] - 1):+.1f}" if "mean" in row else ""
-            stiff = 100 * (row["stiffness"] / true["stiffness"] - 1)
-            lines.append(
-                f"| {name} | {level} | {mean} | {swing} | {1e-6 * row['stiffness']:.0f} | {error} | {stiff:+.1f} |"
-            )
-    return [*lines, ""]
-
-
-def written(records: dict[str, Record]) -> str:
-    """The page."""
-    lines = [
-        "Measured by `benchmarks/gear.py`. δ: deflection along the flank normal at the nominal force of the gearbox "
-        "cases; mesh harmonics 1 to 10 of δ in dB against the last row, which gives them in nm.",
-        "",
-    ]
-    for key, title in (
-        ("stage2", "Layers over the face width, stage 2 (30/82, 40 mm, differential)"),
-        ("slotted", "Layers over the face width, stage 1 (20/50, 22 mm, slotted)"),
-    ):
-        rows = {str(n): records[f"{key}-layers{n}"] for n in LAYERS[key] if f"{key}-layers{n}" in records}
-        if len(rows) > 1:
-            lines += layers_table(title, rows)
-    if {"slotted-plane", "slotted-halved"} <= records.keys():
-        rows = {"standard": records["slotted-plane"], "halved": records["slotted-halved"]}
-        lines += layers_table("Elements halved in the transverse plane, stage 1 slotted, 4 layers", rows)
-    if "slotted-grids" in records:
-        lines += grids_table(records["slotted-grids"])
-    if "slotted-corners" in records:
-        record = records["slotted-corners"]
-        title = "Tip edges beyond the path of contact up to an unloaded gap, stage 1 slotted"
-        lines += against_last(title, "gap / µm", record["meshes"], record["gaps"])
-    if "analytic" in records:
-        lines += analytic_table(records["analytic"])
-    laws = {"law-slotted": "slotted, 10 teeth", "law-differential": "differential, 41 teeth"}
-    if laws.keys() & records.keys():
-        lines += ["**A whole law at standard, finite elements included**", ""]
-        lines += [
-            "| law | angles × deflections | wall s | of it elements | processor s | peak MB |",
-            "|---|---|---:|---:|---:|---:|",
-        ]
-        for name, title in laws.items():
-            if name in records:
-                r = records[name]
-                lines.append(
-                    f"| {title} | {r['shape'][0]} × {r['shape'][1]} | {r['wall']:.0f} | {r['elements']:.0f} | "
-                    f"{r['seconds']:.0f} | {r['megabytes']:.0f} |"
-                )
-        lines.append("")
-    return "\n".join(lines)
 
 
 def main() -> None:
@@ -329,6 +243,7 @@ def main() -> None:
             subprocess.run([sys.executable, __file__, str(out), name + "!"], check=True)
     records = {n: json.loads((out / f"{n}.json").read_text()) for n in MEASUREMENTS if (out / f"{n}.json").exists()}
     TABLE.write_text(written(records))
+    draw(records, LAYERS["slotted"], TABLE.with_suffix(".png"))
 
 
 if __name__ == "__main__":

@@ -144,7 +144,7 @@ def test_forces_are_those_of_a_gearbox_with_the_tables_of_its_contact(run, text,
 def test_tilt_brings_points_across_the_face_and_the_ratio_travels_with_the_law(run, tmp_path):
     result = run("[options]\ntilt = true")
     (law,), ratio = result.mesh_laws, result.mesh_laws[0].tilt_ratio
-    assert 0.9 < ratio < 1.1  # slices by themselves
+    assert 1.0 < ratio < 1.3  # slices by themselves on bodies that twist as one
     assert store.load(store.save(law, tmp_path / "law.h5"), MeshLaw).tilt_ratio == ratio
     points = replace(COARSE.dynamics, face_points=2)
     box = result.case.gearbox_with_gears

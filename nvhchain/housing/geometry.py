@@ -46,7 +46,9 @@ def casting_recipe(casting: Casting, size: float, per_turn: float) -> dict[str, 
 def _round_edges(casting: Casting, size: float, per_turn: float) -> dict[str, float]:
     """Smallest element (m) and elements per turn: chords of a thin wall's two sides must not cross.
 
-    A chord falls short of its arc by r (1 − cos(π/n)), which is kept below half the wall.
+    A chord falls short of its arc by r (1 − cos(π/n)), which is kept below half the wall. Where the elements are short
+    enough for that by themselves `per_turn` alone rules: with fewer than the wall needs, smaller elements make the
+    round edges coarser there, seats and bolts among them, and the casting stiffer.
     """
     radius = max(space.radius for space in casting.gear_spaces) + casting.wall + casting.draft
     fewest = float(np.pi / np.arccos(1 - min(casting.wall, casting.end_wall) / (2 * radius)))

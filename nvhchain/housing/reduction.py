@@ -38,10 +38,12 @@ from nvhchain.housing.truncation import (
 _STEPS = 6
 
 _FEWEST = 0.5
-"""Of the elements per bending wavelength that are needed, below which a mesh has no such waves."""
+"""Of the elements per bending wavelength that are needed, below which a mesh has no such waves: two nodes to a wave, by
+the fidelity's least of four. A refusal, which moves no result; down to it the fidelity's own number decides."""
 
 _ENLARGEMENTS = 6
-"""Attempts at finding enough modes for a tolerance; the range of modes grows by up to 1.6 each time."""
+"""Attempts at finding enough modes for a tolerance; the range of modes grows by up to 1.6 each time. Where they do
+not do the tolerance is refused, not loosened."""
 
 
 def reduce_housing(

@@ -20,6 +20,8 @@ from nvhchain.handoff import FloatArray, IntArray
 BoolArray = NDArray[np.bool_]
 
 _RELAXATIONS = 8
+"""Steps that even out the triangles; each draws the vertices back to the surface, whose place they do not move."""
+
 _WITHIN = 0.1
 """Part of a cell that a vertex keeps from its border."""
 

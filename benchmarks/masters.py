@@ -1,6 +1,6 @@
-"""Error between master frequencies against their number, and what a tolerance takes; writes docs/measured/masters.md.
+"""Error between master frequencies against their number, and what a tolerance takes; writes docs/measured.
 
-    python benchmarks/masters.py [OUT]
+    python benchmarks/masters.py OUT [wide narrow]
 
 Three bodies from 50 Hz: a sphere of 0.2 m, a box as large as the gearbox housing, a cube with a cavity behind a neck
 that resonates (Q 80 at 257 Hz). Vectors to a point near the surface, one at 1 m and one at 10 m are solved at 145
@@ -15,6 +15,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from publish import publish
 
 import nvhchain as nvh
 from nvhchain.acoustics import adaptive_transfer_vectors, sphere, transfer_vectors, vectors_at
@@ -103,10 +104,10 @@ def estimate(atv: TransferVectors, truth: TransferVectors, kind: str) -> float:
     )
 
 
-def narrow(name: str, surface: Surface, points: FloatArray) -> str:
+def narrow_row(name: str, surface: Surface, points: FloatArray) -> str:
     """A row of the table of narrow bands."""
     low, high = NARROW[name]
-    lines = np.union1d(np.linspace(low, high, 41), np.concatenate([np.linspace(low, high, n) for n in NARROW_COUNTS]))
+    lines = np.union1d(np.linspace(low, high, 21), np.concatenate([np.linspace(low, high, n) for n in NARROW_COUNTS]))
     truth = transfer_vectors(surface, points, lines, fidelity=FIDELITY)
     cells = []
     for count in NARROW_COUNTS:
@@ -120,7 +121,26 @@ def narrow(name: str, surface: Surface, points: FloatArray) -> str:
     return f"| {name} | {low:g} … {high:g} Hz | " + " | ".join(cells) + " |"
 
 
-def main() -> None:
+def field_points(surface: Surface) -> FloatArray:
+    """One point near the surface and those far from it."""
+    top = surface.vertices.max(axis=0)
+    return np.array([[0.3 * top[0], 0.3 * top[1], top[2] + 0.04], *FAR])
+
+
+def narrow(_: Path) -> None:
+    """Few masters in narrow bands: masters_narrow.md."""
+    lines = [
+        "Narrow bands: error (estimate) in dB of few masters, and masters chosen for an error (true error in dB):",
+        "",
+        "| body | band | " + " | ".join(map(str, NARROW_COUNTS)) + " | 1 dB | 0.1 dB |",
+        "|---|---|" + "---:|" * (len(NARROW_COUNTS) + 2),
+        *(narrow_row(name, surface, field_points(surface)) for name, (surface, _) in bodies().items()),
+    ]
+    publish("masters_narrow", "\n".join(lines) + "\n")
+
+
+def wide(out: Path) -> None:
+    """Bands from 50 Hz: masters.md and its figure."""
     text = [
         *scene(),
         "",
@@ -135,16 +155,9 @@ def main() -> None:
         "| body | triangles | 1 dB | 0.3 dB | 0.1 dB |",
         "|---|---:|---:|---:|---:|",
     ]
-    few = [
-        "Narrow bands: error (estimate) in dB of few masters, and masters chosen for an error (true error in dB):",
-        "",
-        "| body | band | " + " | ".join(map(str, NARROW_COUNTS)) + " | 1 dB | 0.1 dB |",
-        "|---|---|" + "---:|" * (len(NARROW_COUNTS) + 2),
-    ]
     curves: dict[tuple[str, str], list[float]] = {}
     for name, (surface, high) in bodies().items():
-        top = surface.vertices.max(axis=0)
-        points = np.array([[0.3 * top[0], 0.3 * top[1], top[2] + 0.04], *FAR])
+        points = field_points(surface)
         grid = np.linspace(LOW, high, LINES)
         lines = np.union1d(grid, np.arange(246.0, 268.0, 2.0))
         truth = transfer_vectors(surface, points, lines, fidelity=FIDELITY)
@@ -162,12 +175,8 @@ def main() -> None:
             atv = adaptive_transfer_vectors(surface, points, LOW, high, fidelity=fidelity)
             cells.append(f"{len(atv.frequency)} ({decibel(wrong(atv, truth, 'rational')):.2g})")
         chosen.append(f"| {name} | {len(surface.triangles)} | " + " | ".join(cells) + " |")
-        few.append(narrow(name, surface, points))
-    target = ROOT / "docs" / "measured" / "masters.md"
-    target.write_text("\n".join([*text, "", *chosen, "", *few]) + "\n")
-    print(target.read_text())
-    if len(sys.argv) > 1:
-        draw(curves, Path(sys.argv[1]))
+    publish("masters", "\n".join([*text, "", *chosen]) + "\n")
+    draw(curves, out)
 
 
 def draw(curves: dict[tuple[str, str], list[float]], out: Path) -> None:
@@ -189,6 +198,12 @@ def draw(curves: dict[tuple[str, str], list[float]], out: Path) -> None:
     axes[0].legend()
     out.mkdir(parents=True, exist_ok=True)
     figure.savefig(out / "masters.png", dpi=120)
+
+
+def main() -> None:
+    parts = {"wide": wide, "narrow": narrow}
+    for part in sys.argv[2:] or parts:
+        parts[part](Path(sys.argv[1]))
 
 
 if __name__ == "__main__":

@@ -1,7 +1,8 @@
 """Error of the pressure by quadrature: over its knob, of needles and of gaps; writes docs/measured/quadrature.md.
 
-    python benchmarks/quadrature.py
+    python benchmarks/quadrature.py OUT [knob needles layers gaps narrow_gaps]
 
+Every part leaves OUT/<part>.md; the page is made of those that are there.
 A source inside the body drives its surface. The error is that of the pressure on the surface, relative, RMS, against
 the same mesh with quadrature far better than any preset's.
 """
@@ -35,6 +36,8 @@ GAPS = (0.3, 0.1, 0.03)
 NARROW_GAPS = (0.02, 0.01, 0.006)
 SOURCE = (0.01, 0.02, 0.005)
 """m, inside the bodies that are not stretched."""
+EDGE = 0.04 * float(np.sqrt(2))
+"""m, longest of the cubes' triangles."""
 HALVINGS = (0, 1, 2)
 """Instead of five, so that a gap is not resolved."""
 
@@ -50,9 +53,9 @@ def relative(some: ComplexArray, exact: ComplexArray) -> float:
     return float(np.linalg.norm(some - exact) / np.linalg.norm(exact))
 
 
-def stacked(gap: float, edge: float = 0.04) -> Surface:
+def stacked(gap: float) -> Surface:
     """Two cubes of 0.12 m with a gap, m."""
-    cube = box((0.12, 0.12, 0.12), edge)
+    cube = box((0.12, 0.12, 0.12), 0.04)
     shifted = cube.vertices + np.array([0.0, 0.0, 0.12 + gap])
     return Surface(np.vstack([cube.vertices, shifted]), np.vstack([cube.triangles, cube.triangles + len(shifted)]))
 
@@ -68,8 +71,8 @@ def layer(aspect: float) -> Surface:
     return Surface(vertices, plain.triangles)
 
 
-def main() -> None:
-    warnings.simplefilter("ignore")
+def knob() -> list[str]:
+    """What the knob of well separated pairs leaves."""
     lines = [
         "What well separated pairs leave in the pressure, over the knob `quadrature_error`, at elements per "
         "wavelength:",
@@ -85,13 +88,17 @@ def main() -> None:
     }.items():
         wavenumbers = [2 * np.pi / (n * mean_edge(body)) for n in PER_WAVELENGTH]
         exact = [pressure(body, k, SOURCE, best) for k in wavenumbers]
-        for knob in KNOB_VALUES:
-            knobs = replace(KNOBS, quadrature_error=knob)
+        for value in KNOB_VALUES:
+            knobs = replace(KNOBS, quadrature_error=value)
             found = [pressure(body, k, SOURCE, knobs) for k in wavenumbers]
-            cells = " | ".join(f"{relative(*pair) / knob:.2g}" for pair in zip(found, exact, strict=True))
-            lines.append(f"| {name} | {len(body.triangles)} | {knob:g} | {cells} |")
-    lines += [
-        "",
+            cells = " | ".join(f"{relative(*pair) / value:.2g}" for pair in zip(found, exact, strict=True))
+            lines.append(f"| {name} | {len(body.triangles)} | {value:g} | {cells} |")
+    return lines
+
+
+def needles() -> list[str]:
+    """Stated and true error of a body of needles."""
+    lines = [
         "Needles, a box of 48 triangles stretched, at k = 1 over its size: what constant and linear pressures miss",
         "(the `quadrature_error` of a provenance) and the error of the pressure:",
         "",
@@ -101,24 +108,29 @@ def main() -> None:
     for aspect in ASPECTS:
         cube = box((0.1, 0.1, 0.1), 0.05)
         body = Surface(cube.vertices * [1.0, 1.0, aspect], cube.triangles)
-        k, source = 10.0 / aspect, (0.01, 0.02, 0.005 * aspect)
-        better = replace(KNOBS, singular_order=8, close_orders=(12, 8))
-        wrong = relative(pressure(body, k, source, KNOBS), pressure(body, k, source, better))
-        lines.append(f"| {aspect} | {closure_error(body, KNOBS):.1e} | {wrong:.1e} |")
-    lines += [
-        "",
+        source = (0.01, 0.02, 0.005 * aspect)
+        lines.append(
+            row(f"{aspect}", body, 10.0 / aspect, source, replace(KNOBS, singular_order=8, close_orders=(12, 8)))
+        )
+    return lines
+
+
+def layers() -> list[str]:
+    """Stated and true error of a layer of needles."""
+    lines = [
         "One layer of needles in a cube of 192 triangles:",
         "",
         "| length over height | closure error | error of the pressure |",
         "|---:|---:|---:|",
     ]
     for aspect in LAYERS:
-        body, source = layer(aspect), (0.005, -0.005, -0.003)
-        better = replace(KNOBS, singular_order=6)
-        wrong = relative(pressure(body, 10.0, source, KNOBS), pressure(body, 10.0, source, better))
-        lines.append(f"| {aspect} | {closure_error(body, KNOBS):.1e} | {wrong:.1e} |")
-    lines += [
-        "",
+        lines.append(row(f"{aspect}", layer(aspect), 10.0, (0.005, -0.005, -0.003), replace(KNOBS, singular_order=6)))
+    return lines
+
+
+def gaps() -> list[str]:
+    """Stated and true error across gaps that fewer halvings than those of the presets do not resolve."""
+    lines = [
         "Two cubes across a gap, in edges, that fewer halvings of triangles than the five of all presets do not",
         "resolve:",
         "",
@@ -126,27 +138,51 @@ def main() -> None:
         "|---:|---:|---:|---:|",
     ]
     for gap in GAPS:
-        body = stacked(gap * 0.04 * np.sqrt(2))
-        resolved = pressure(body, 5.0, (0.01, 0.02, 0.0), replace(KNOBS, close_orders=(10, 8)))
         for halvings in HALVINGS:
             knobs = replace(KNOBS, gap_halvings=halvings)
-            wrong = relative(pressure(body, 5.0, (0.01, 0.02, 0.0), knobs), resolved)
-            lines.append(f"| {gap:g} | {halvings} | {closure_error(body, knobs):.1e} | {wrong:.1e} |")
-    lines += [
-        "",
+            better = replace(KNOBS, close_orders=(10, 8))
+            lines.append(row(f"{gap:g} | {halvings}", stacked(gap * EDGE), 5.0, (0.01, 0.02, 0.0), better, knobs))
+    return lines
+
+
+def narrow_gaps() -> list[str]:
+    """Stated and true error across gaps that the presets hardly resolve or do not."""
+    lines = [
         "The same at widths that the five halvings of the presets hardly resolve or do not, against seven:",
         "",
         "| gap | closure error | error of the pressure |",
         "|---:|---:|---:|",
     ]
+    better = replace(KNOBS, gap_halvings=KNOBS.gap_halvings + 2)
     for gap in NARROW_GAPS:
-        body, source = stacked(gap * 0.04 * np.sqrt(2)), (0.01, 0.02, 0.0)
-        wrong = relative(
-            pressure(body, 5.0, source, KNOBS),
-            pressure(body, 5.0, source, replace(KNOBS, gap_halvings=KNOBS.gap_halvings + 2)),
-        )
-        lines.append(f"| {gap:g} | {closure_error(body, KNOBS):.1e} | {wrong:.1e} |")
-    publish("quadrature", "\n".join(lines) + "\n")
+        lines.append(row(f"{gap:g}", stacked(gap * EDGE), 5.0, (0.01, 0.02, 0.0), better))
+    return lines
+
+
+def row(
+    name: str,
+    body: Surface,
+    k: float,
+    source: tuple[float, float, float],
+    better: AcousticsFidelity,
+    knobs: AcousticsFidelity = KNOBS,
+) -> str:
+    """Stated error, and the true one against better quadrature."""
+    wrong = relative(pressure(body, k, source, knobs), pressure(body, k, source, better))
+    return f"| {name} | {closure_error(body, knobs):.1e} | {wrong:.1e} |"
+
+
+PARTS = {"knob": knob, "needles": needles, "layers": layers, "gaps": gaps, "narrow_gaps": narrow_gaps}
+
+
+def main() -> None:
+    warnings.simplefilter("ignore")
+    out, asked = Path(sys.argv[1]), sys.argv[2:] or list(PARTS)
+    out.mkdir(parents=True, exist_ok=True)
+    for part in asked:
+        (out / f"{part}.md").write_text("\n".join(PARTS[part]()) + "\n", encoding="utf-8")
+    found = [(out / f"{part}.md").read_text(encoding="utf-8") for part in PARTS if (out / f"{part}.md").exists()]
+    publish("quadrature", "\n".join(found))
 
 
 if __name__ == "__main__":

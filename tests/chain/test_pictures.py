@@ -46,7 +46,13 @@ def test_modes_and_operating_shapes_are_drawn_and_exported(compared, drawn, tmp_
     housing = next((compared[0] / "operators").glob("housing-*.h5"))
     velocity = compared[0] / "slotted" / "surface_velocity.h5"
     assert drawn(housing).std() > 0.01
-    for source, name in ((velocity, "a.gif"), (velocity, "a.vtkhdf"), (housing, "b.vtkhdf"), (housing, "b.gif")):
+    for source, name in (
+        (velocity, "a.gif"),
+        (velocity, "a.vtkhdf"),
+        (housing, "b.vtkhdf"),
+        (housing, "b.gif"),
+        (housing, "b.unv"),
+    ):
         assert main(["plot", str(source), "--out", str(tmp_path / name)]) == 0
         assert (tmp_path / name).stat().st_size > 10_000
     assert main(["plot", str(solid / "pressure.h5"), "--out", str(tmp_path / "c.gif")]) == 2

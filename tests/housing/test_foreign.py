@@ -1,5 +1,6 @@
 """Foreign solid models reduced; the parametric casting, which takes another path, is the yardstick."""
 
+import re
 import warnings
 from dataclasses import replace
 
@@ -7,6 +8,7 @@ import numpy as np
 import pytest
 from box_models import box
 
+from nvhchain.conventions import STEEL
 from nvhchain.errors import AccuracyWarning, InputError
 from nvhchain.fidelity import HousingFidelity
 from nvhchain.housing.casting_model import casting_model
@@ -102,3 +104,14 @@ def test_rigid_motions_that_held_freedoms_leave_are_warned_of():
     assert any("freedoms are held, and still 4 rigid motions are left" in text for text in caught)
     for model in (free, box("hex8")):
         assert not any("rigid motions" in text for text in reduce_box(model)[1])
+
+
+def test_mesh_above_its_validity_is_warned_of_with_the_frequency_it_reaches():
+    """Four elements to a wave of free bending of a plate as thick as twice volume over skin."""
+    sides, edge = (0.2, 0.06, 0.05), np.mean([0.2 / 3, 0.03, 0.05])
+    wall = 2 * np.prod(sides) / (2 * (0.2 * 0.06 + 0.2 * 0.05 + 0.06 * 0.05))
+    phase = np.sqrt(STEEL.young / (12 * (1 - STEEL.poisson**2) * STEEL.density)) * wall  # ω = phase · k²
+    reach = phase * (2 * np.pi / (4 * edge)) ** 2 / (2 * np.pi)
+    (text,) = [text for text in reduce_box(box("hex8"), f_max=1.2 * reach)[1] if "bending wavelength" in text]
+    assert float(re.search(r"valid to (\S+) Hz", text)[1]) == pytest.approx(reach, rel=1e-3)
+    assert not any("bending wavelength" in text for text in reduce_box(box("hex8"), f_max=0.98 * reach)[1])

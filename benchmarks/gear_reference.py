@@ -3,7 +3,8 @@
     python benchmarks/gear_reference.py OUT [NAME ...]
 
 Computes what is named (all by default: see `steps`) and is not yet in OUT, one step per process, and then writes the
-regression data and docs/measured/gear_reference.md from everything found in OUT. Refined teeth (`<pair>-<i>`) are made
+regression data and docs/measured/gear_reference.md from everything found in OUT; what of the reference is not there is
+kept as it is stored, if its pair and mesh are the same. Refined teeth (`<pair>-<i>`) are made
 for each angle of one mesh period and then put on every blank and under every misalignment (`<pair>-<condition>`): the
 blank's sector turns under them. Steps of the hybrid (`<pair>-hybrid, <condition>`) take seconds: delete their files
 when its law has changed.
@@ -64,8 +65,8 @@ def touching(study: str, number: int, out: Path) -> TouchingTeeth:
 
 
 def places_of(study: str, out: Path) -> list[TouchingTeeth]:
-    """Refined teeth of all angles."""
-    return [pickle.loads((out / f"{study}-{i}").read_bytes()) for i in range(STUDIES[study]().angles)]
+    """Refined teeth of all angles looked at."""
+    return [pickle.loads((out / f"{study}-{i}").read_bytes()) for i in STUDIES[study]().looked_at]
 
 
 def body_of(study: str, name: str) -> tuple[int, GearBody]:
@@ -127,7 +128,7 @@ def hybrid_deflection(study: str, name: str, out: Path) -> Record:
         rows[str(shift)] = {}
         for gap in CORNER_GAPS:
             engagement = Engagement(pair, both, replace(s.fidelity, slices=48, corner_gap=gap))
-            angles = [s.angle(i) + shift * pair.mesh_period for i in range(s.angles)]
+            angles = [s.angle(i) + shift * pair.mesh_period for i in s.looked_at]
             rows[str(shift)][f"{1e6 * gap:g}"] = [
                 [loaded_mesh(engagement, angle, f, guess=20e-6).deflection for f in forces] for angle in angles
             ]
@@ -151,11 +152,11 @@ def relieved(name: str, out: Path) -> Record:
 
 
 def finer(study: str, variant: str, place: str, out: Path) -> Record:
-    """Deflection of the reference with a solid wheel at one place and another mesh."""
+    """Deflection of the reference at one place and on another mesh."""
     s, which = STUDIES[study](), CONVERGENCE[study]
     coarse_changes, changes = which.variants[variant]
     fidelity, resolution = replace(s.fidelity, **coarse_changes), replace(s.resolution, **changes)
-    pair, angle = s.pair_under(s.conditions["solid"]), which.places[place] * s.pair.mesh_period
+    pair, angle = s.pair_under(s.conditions[which.condition]), which.places[place] * s.pair.mesh_period
     pinion, wheel = (coarse_gear(body, fidelity) for body in (pair.pinion, pair.wheel))
     found = touching_teeth(pair, (pinion, wheel), angle, resolution)
     gears = (carried(pinion, 0, [found], resolution), carried(wheel, 1, [found], resolution))
@@ -170,7 +171,7 @@ def steps() -> dict[str, Callable[[Path], Any]]:
     for name, make in STUDIES.items():
         s = make()
         used = dict.fromkeys(condition.blank for condition in s.conditions.values())
-        found |= {f"{name}-{i}": partial(touching, name, i) for i in range(s.angles)}
+        found |= {f"{name}-{i}": partial(touching, name, i) for i in s.looked_at}
         for body in ("pinion", *used):
             found[f"{name}-carried by {body}"] = partial(carried_by, name, body)
             found[f"{name}-compliance of {body}"] = partial(compliance_of, name, body)

@@ -39,41 +39,74 @@ def macro(geometry: GearGeometry) -> Record:
     return {k: v for k, v in asdict(geometry).items() if k != "micro"}
 
 
-def regression(study: str, out: Path) -> Record | None:
-    """What the tests hold the hybrid contact against: the pair, its conditions and the reference's deflections, m."""
+def kept(study: str) -> Record:
+    """What is stored of a study, if its pair and mesh are still the same; otherwise nothing."""
+    file = data_file(study)
+    found: Record = json.loads(file.read_text()) if file.exists() else {}
+    now = json.loads(json.dumps(drawn(study)))
+    return found if all(found.get(key) == value for key, value in now.items()) else {}
+
+
+def data_file(study: str) -> Path:
+    """Of the regression data."""
+    return DATA / f"reference_{study.replace(' ', '_')}.json"
+
+
+def drawn(study: str) -> Record:
+    """Pair and mesh of a study."""
     s = STUDIES[study]()
-    found = {name: condition for name, condition in s.conditions.items() if (out / f"{study}-{name}").exists()}
-    if not found:
-        return None
+    return {
+        "made_by": "benchmarks/gear_reference.py",
+        "pinion": macro(s.pair.pinion.geometry),
+        "wheel": macro(s.pair.wheel.geometry),
+        "centre_distance": s.pair.centre_distance,
+        "width_layers": s.fidelity.width_layers,
+        "resolution": asdict(s.resolution),
+        "angles_per_mesh": s.angles,
+        **({"angles": list(s.numbers)} if s.numbers else {}),
+        "torques": list(TORQUES),
+    }
+
+
+def regression(study: str, out: Path) -> Record:
+    """What the tests hold the hybrid contact against: the pair, its conditions and the reference's deflections, m.
+
+    Of what is in `out`, else of what is stored.
+    """
+    s, before = STUDIES[study](), kept(study)
     kinds: Record = {"blanks": {}, "misaligned": {}}
-    for name, condition in found.items():
-        shifts = pickle.loads((out / f"{study}-{name}").read_bytes())["shifts"]
+    for name, condition in s.conditions.items():
+        kind, file = "blanks" if condition.aligned else "misaligned", out / f"{study}-{name}"
+        if not file.exists():
+            if name in before.get(kind, {}):
+                kinds[kind][name] = before[kind][name]
+            continue
+        shifts = pickle.loads(file.read_bytes())["shifts"]
         record: Record = {
             "blank": described(s.blanks[condition.blank]),
             "deflection": {shift: np.round(rows["reference"], 12).tolist() for shift, rows in shifts.items()},
         }
         if not condition.aligned:
             changes = {"in_plane": condition.misalignment.in_plane, "lead_slope": condition.lead_slope}
-            record |= {**changes, "torques": list(condition.torques)}
-        kinds["blanks" if condition.aligned else "misaligned"][name] = record
-    pair = s.pair
-    return {
-        "made_by": "benchmarks/gear_reference.py",
-        "pinion": macro(pair.pinion.geometry),
-        "wheel": macro(pair.wheel.geometry),
-        "centre_distance": pair.centre_distance,
-        "width_layers": s.fidelity.width_layers,
-        "resolution": asdict(s.resolution),
-        "angles_per_mesh": s.angles,
-        "torques": list(TORQUES),
-        **kinds,
-        "finer": {
-            variant: {
-                f"{CONVERGENCE[study].places[place]:.9g}": record["reference"] for place, record in places.items()
-            }
-            for variant, places in by_variant(study, out).items()
-        },
-    }
+            record |= changes
+        if condition.torques != TORQUES:
+            record["torques"] = list(condition.torques)
+        kinds[kind][name] = record
+    return {**drawn(study), **kinds, "finer": finer_meshes(study, out)}
+
+
+def finer_meshes(study: str, out: Path) -> Record:
+    """[mesh][mesh periods] deflections (torques,), m, of finer meshes and of the one used."""
+    before, found = kept(study).get("finer", {}), {}
+    which = CONVERGENCE.get(study)
+    for variant in which.variants if which else ():
+        for name, place in which.places.items() if which else ():
+            file, key = out / f"{study}-{variant}, {name}", f"{place:.9g}"
+            if file.exists():
+                found.setdefault(variant, {})[key] = pickle.loads(file.read_bytes())["reference"]
+            elif key in before.get(variant, {}):
+                found.setdefault(variant, {})[key] = before[variant][key]
+    return found
 
 
 def harmonics(deflection: FloatArray, count: int = 6) -> FloatArray:
@@ -81,42 +114,36 @@ def harmonics(deflection: FloatArray, count: int = 6) -> FloatArray:
     return 2 * np.abs(np.fft.rfft(deflection))[1 : count + 1] / len(deflection)
 
 
-def by_variant(study: str, out: Path) -> dict[str, dict[str, Record]]:
-    """Records of finer meshes by mesh and place."""
-    found: dict[str, dict[str, Record]] = {}
-    for place, records in finer_meshes(study, out).items() if study in CONVERGENCE else ():
-        for variant, record in records.items():
-            found.setdefault(variant, {})[place] = record
-    return found
-
-
 def first_touch(study: str, condition: str, shift: str) -> FloatArray:
     """(angles,) m: approach at which unloaded flanks touch, 0 without misalignment and slope."""
     s = STUDIES[study]()
     pair = s.pair_under(s.conditions[condition])
-    angles = [s.angle(i) + int(shift) * pair.mesh_period for i in range(s.angles)]
+    angles = [s.angle(i) + int(shift) * pair.mesh_period for i in s.looked_at]
     lines = [contact_lines(pair, a, slices=48, corner_gap=CORNER_GAPS[-1]) for a in angles]
     return np.array([separation(pair, found).min() for found in lines])
 
 
-def curves(study: str, condition: str, out: Path) -> dict[str, tuple[FloatArray, dict[float, FloatArray]]]:
+def curves(
+    study: str, condition: str, data: Record, out: Path
+) -> dict[str, tuple[FloatArray, dict[float, FloatArray]]]:
     """Deflections (angles, torques), m, by shift: of the reference, and of the hybrid by its `corner_gap`."""
-    paths = out / f"{study}-{condition}", out / f"{study}-hybrid, {condition}"
-    if not all(path.exists() for path in paths):
+    file, known = out / f"{study}-hybrid, {condition}", {**data["blanks"], **data["misaligned"]}
+    if condition not in known or not file.exists():
         return {}
-    record, hybrid = (pickle.loads(path.read_bytes()) for path in paths)
+    hybrid = pickle.loads(file.read_bytes())
     return {
-        shift: (np.array(rows["reference"]), {g: np.array(hybrid[shift][f"{1e6 * g:g}"]) for g in CORNER_GAPS})
-        for shift, rows in record["shifts"].items()
+        shift: (np.array(reference), {g: np.array(hybrid[shift][f"{1e6 * g:g}"]) for g in CORNER_GAPS})
+        for shift, reference in known[condition]["deflection"].items()
     }
 
 
-def comparison(study: str, out: Path) -> list[str]:
+def comparison(study: str, data: Record, out: Path) -> list[str]:
     """One table per study: reference, and the hybrid's deviation with and without tip edges."""
     s = STUDIES[study]()
     lines = [
         f"**{study}: {s.pair.pinion.geometry.teeth}/{s.pair.wheel.geometry.teeth} teeth, "
-        f"{1e3 * s.pair.centre_distance:.3f} mm apart, {s.angles} angles of one mesh period**",
+        f"{1e3 * s.pair.centre_distance:.3f} mm apart, {len(s.looked_at)} of {s.angles} angles of one mesh period, "
+        f"{s.fidelity.width_layers} layers**",
         "",
         "| wheel | over tooth | N m | mean / µm | swing / µm | hybrid with | mean / % | swing / % | largest / µm | "
         + " | ".join(f"{i} / dB" for i in range(1, 7))
@@ -124,53 +151,45 @@ def comparison(study: str, out: Path) -> list[str]:
         "|---|---:|---:|---:|---:|---|" + "---:|" * 9,
     ]
     for name, condition in s.conditions.items():
-        for shift, (reference, hybrid) in curves(study, name, out).items():
+        for shift, (reference, hybrid) in curves(study, name, data, out).items():
             touch = first_touch(study, name, shift).mean()
             for i, torque in enumerate(condition.torques):
                 true = reference[:, i]
                 for gap in CORNER_GAPS:
                     own = hybrid[gap][:, i]
-                    change = 20 * np.log10(harmonics(own) / harmonics(true))
+                    levels = ["–"] * 6
+                    if not s.numbers:
+                        levels = [f"{c:+.1f}" for c in 20 * np.log10(harmonics(own) / harmonics(true))]
                     mean = 100 * (own.mean() - true.mean()) / (true.mean() - touch)
                     lines.append(
                         f"| {name} | {shift} | {torque:g} | {1e6 * true.mean():.3f} | {1e6 * np.ptp(true):.3f} | "
                         f"{'tip edges' if gap else 'path only'} | {mean:+.2f} | "
                         f"{100 * (np.ptp(own) / np.ptp(true) - 1):+.2f} | {1e6 * np.abs(own - true).max():.3f} | "
-                        + " | ".join(f"{c:+.1f}" for c in change)
+                        + " | ".join(levels)
                         + " |"
                     )
     return [*lines, ""]
 
 
-def finer_meshes(study: str, out: Path) -> dict[str, dict[str, Record]]:
-    """What was found by place and mesh; the mesh used comes first."""
-    which = CONVERGENCE[study]
-    found = {
-        place: {
-            v: pickle.loads(path.read_bytes())
-            for v in which.variants
-            if (path := out / f"{study}-{v}, {place}").exists()
-        }
-        for place in which.places
-    }
-    used = next(iter(which.variants))
-    return {place: records for place, records in found.items() if used in records}
-
-
-def convergence(study: str, out: Path) -> list[str]:
+def convergence(study: str, finer: Record) -> list[str]:
     """What finer meshes do to the reference."""
+    which = CONVERGENCE[study]
     lines = [
-        f"**Mesh of the reference: {study}, solid wheel; deflection on the mesh used, and its change on finer ones**",
+        f"**Mesh of the reference: {study}, {which.condition}; deflection on the mesh used, and its change on others**",
         "",
         "| in contact | mesh periods | mesh | " + " | ".join(f"{t:g} N m" for t in TORQUES) + " |",
         "|---|---:|---|" + "---:|" * len(TORQUES),
     ]
-    for place, (used, *finer) in ((k, list(v.items())) for k, v in finer_meshes(study, out).items()):
-        base = np.array(used[1]["reference"])
-        for name, record in (used, *finer):
-            change = 100 * (np.array(record["reference"]) / base - 1)
-            cells = [f"{1e6 * d:.3f} µm" for d in base] if name == used[0] else [f"{c:+.2f} %" for c in change]
-            lines.append(f"| {place} | {CONVERGENCE[study].places[place]:.3f} | {name} | " + " | ".join(cells) + " |")
+    used, *others = which.variants
+    for name, place in which.places.items():
+        key = f"{place:.9g}"
+        if key not in finer.get(used, {}):
+            continue
+        base = np.array(finer[used][key])
+        lines.append(f"| {name} | {place:.3f} | {used} | " + " | ".join(f"{1e6 * d:.3f} µm" for d in base) + " |")
+        for other in (o for o in others if key in finer.get(o, {})):
+            change = 100 * (np.array(finer[other][key]) / base - 1)
+            lines.append(f"| {name} | {place:.3f} | {other} | " + " | ".join(f"{c:+.2f} %" for c in change) + " |")
     return [*lines, ""] if len(lines) > 4 else []
 
 
@@ -178,16 +197,16 @@ SHOWN = (("spur", "3 slots"), ("stage1", "5 slots"))
 """Study and blank drawn; the first tooth over which each is looked at."""
 
 
-def figure(out: Path) -> None:
+def figure(data: dict[str, Record], out: Path) -> None:
     """Deflection over the mesh period: reference, and the hybrid with and without tip edges."""
-    shown = [(study, blank) for study, blank in SHOWN if curves(study, blank, out)]
+    shown = [(study, blank) for study, blank in SHOWN if curves(study, blank, data[study], out)]
     if not shown:
         return
     fig = Figure(figsize=(4.5 * len(shown), 7.5), layout="constrained")
     axes = fig.subplots(len(TORQUES), len(shown), squeeze=False)
     for column, (study, blank) in enumerate(shown):
         s = STUDIES[study]()
-        reference, hybrid = next(iter(curves(study, blank, out).values()))
+        reference, hybrid = next(iter(curves(study, blank, data[study], out).values()))
         place = np.arange(s.angles + 1) / s.angles
         for row, torque in enumerate(TORQUES):
             ax = axes[len(TORQUES) - 1 - row, column]
@@ -235,13 +254,12 @@ def write(out: Path) -> None:
         "",
     ]
     write_relieved(out)
-    for study in STUDIES:
-        data = regression(study, out)
-        if data is not None:
-            file = DATA / f"reference_{study.replace(' ', '_')}.json"
-            file.write_text(json.dumps(data, indent=1) + "\n")
-            lines += comparison(study, out)
+    data = {study: regression(study, out) for study in STUDIES}
+    for study, record in data.items():
+        if record["blanks"] or record["misaligned"]:
+            data_file(study).write_text(json.dumps(record, indent=1) + "\n")
+            lines += comparison(study, record, out)
     for study in CONVERGENCE:
-        lines += convergence(study, out)
-    figure(out)
+        lines += convergence(study, data[study]["finer"])
+    figure(data, out)
     TABLE.write_text("\n".join(lines))

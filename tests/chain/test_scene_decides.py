@@ -139,6 +139,13 @@ def test_another_speed_on_the_same_operators_solves_no_finite_and_no_boundary_el
     assert counts.nothing
 
 
+def test_a_longer_record_solves_no_more_boundary_elements_for_the_lines_without_force_between(whole, case, counts):
+    finer = replace(case, band=replace(case.band, resolution=case.band.resolution / 3))
+    result = nvh.run(finer, fidelity=TINY, operators=whole[0])
+    assert len(result.force_spectrum.frequency) > 2 * len(whole[1].force_spectrum.frequency)
+    assert counts.nothing
+
+
 def test_another_field_point_solves_boundary_elements_only(whole, case, counts):
     nvh.run(replace(case, field_points=(NEAR, FAR)), fidelity=TINY, operators=whole[0])
     assert not counts.modes_to

@@ -110,7 +110,7 @@ WILD = st.sampled_from([None] * 5 + ["helix", "damping", "speed", "torque", "poi
 
 
 @given(st.data())
-@settings(max_examples=MANY or 5)
+@settings(max_examples=MANY or 3)
 def test_any_gearbox_of_any_size_sounds_as_it_must_or_is_refused(tried, case, data):
     """Every drawing at two sizes: as far as it is linear elasticity, Hertz and sound, the answers are the same."""
     wild = data.draw(WILD, label="wild")

@@ -105,11 +105,14 @@ def test_modal_results_with_residual_vectors_sound_as_the_solid_model(modal_resu
     largest = np.abs(first.housing.seat_residual).max()
     np.testing.assert_allclose(second.housing.seat_residual, first.housing.seat_residual, atol=1e-12 * largest)
     np.testing.assert_allclose(second.force_spectrum.force, first.force_spectrum.force, atol=1e-9 * 60.0)
-    assert decibels(second, first) < (0.15, 0.15)
+    strong, overall = decibels(second, first)
+    assert strong < 0.15
+    assert overall < 0.15
 
 
-def test_modal_results_of_six_digits_on_their_own_envelope_sound_within_half_a_decibel(modal_results):
-    """Overall; what is seat is not known in modal results, so that bores are closed by their diameter alone."""
+def test_modal_results_of_six_digits_on_their_own_envelope_sound_within_a_third_of_a_decibel(modal_results):
+    """At strong lines, where the faces' shares cancel among them, and overall. What is seat is not known in modal
+    results: bores are closed by their diameter alone, the envelope must not move with it."""
     fidelity, first, folder = modal_results
     case = nvh.load_case(folder / "unv.toml")
     given = {"bearing_forces": first.bearing_forces}
@@ -117,7 +120,9 @@ def test_modal_results_of_six_digits_on_their_own_envelope_sound_within_half_a_d
     assert second.housing.natural_frequency == pytest.approx(first.housing.natural_frequency, rel=1e-5)
     largest = np.abs(first.housing.seat_residual).max()
     np.testing.assert_allclose(second.housing.seat_residual, first.housing.seat_residual, atol=2e-5 * largest)
-    assert decibels(second, first)[1] < 0.5
+    strong, overall = decibels(second, first)
+    assert strong < 0.33
+    assert overall < 0.15
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Generated gearboxes through the whole chain, gear drawing to sound pressure: right against statics and against a direct
+"""Generated gearboxes through the whole chain, gear drawing to sound pressure: right against statics and a direct
 solution at the loudest line, or refused.
 """
 

@@ -1,7 +1,8 @@
 """The door to pyvista: a shaded picture of a coloured triangle mesh, rendered in a process of its own.
 
 Off-screen VTK without EGL or OSMesa ends in a segmentation fault, not in an exception. In its own process that is a
-return code, and the caller draws with matplotlib instead.
+return code, and the caller draws with matplotlib instead. This file is the program of that process: run as a file, it
+does not wait for the rest of the package, which takes longer to import than the picture.
 """
 
 from __future__ import annotations
@@ -10,10 +11,12 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nvhchain.handoff import FloatArray, Surface
+if TYPE_CHECKING:
+    from nvhchain.handoff import FloatArray, Surface
 
 SECONDS = 120.0
 """Time a picture may take; VTK alone needs several seconds to load on a cold disk."""
@@ -36,7 +39,7 @@ def render(surface: Surface, colours: FloatArray, towards: FloatArray) -> np.nda
         )
         try:
             done = subprocess.run(
-                [sys.executable, "-m", "nvhchain.plots._pyvista", str(scene), str(picture)],
+                [sys.executable, "-P", __file__, str(scene), str(picture)],
                 capture_output=True,
                 stdin=subprocess.DEVNULL,
                 timeout=SECONDS,

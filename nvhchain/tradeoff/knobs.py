@@ -27,7 +27,7 @@ class Knob:
 
     stage: `gear`, `dynamics`, `housing` or `acoustics`.  fields: names there.  values: one tuple of field values per
     setting, cheapest first.  run_up: whether only a run-up looks at it.  hours: whether one run takes that long; it is
-    swept where it is asked for by name.
+    swept where it is asked for with its value, as in `dynamics.mesh_level=contact`.
     """
 
     stage: str
@@ -249,6 +249,6 @@ def _heard(knob: Knob, case: Case) -> bool:
 
 
 def _called(knob: Knob, name: str) -> bool:
-    if knob.hours and name == knob.stage:
-        return False
+    if knob.hours:
+        return name in [f"{knob.name}={spoken(value)}" for value in knob.values]
     return name in (knob.name, knob.stage) or name in [f"{knob.stage}.{field}" for field in knob.fields]

@@ -26,6 +26,11 @@ NOTICED = 1e-2
 """Of the mean stiffness: amplitude from which a harmonic of the curve counts as a wave to be resolved."""
 
 
+DAMPING_LIMIT = 2.5
+"""Step times decay rate, at most: on the negative real axis Runge–Kutta of fourth order is stable up to 2.785 (Hairer &
+Wanner, Solving Ordinary Differential Equations II, ch. IV.2)."""
+
+
 @dataclass(frozen=True, eq=False)
 class Windows:
     """Successive stretches of time, each with its own step and statistics.
@@ -127,6 +132,12 @@ def _check_steps(pairs: Sequence[GearPair], windows: Windows, fidelity: LumpedFi
         longest <= allowed,
         f"step {longest:g} s gives the shortest natural period {shortest:.3g} s fewer than "
         f"{fidelity.steps_per_period:g} steps: use a time_step of {allowed:.3g} s or less",
+    )
+    rate, quickest = max((2.0 * p.damping_ratio * p.angular_frequency, i) for i, p in enumerate(pairs))
+    require(
+        longest * rate <= DAMPING_LIMIT,
+        f"step {longest:g} s times 2ζω_n = {rate:.3g} 1/s of pair {quickest} is {longest * rate:.3g}, but Runge–Kutta "
+        f"is stable up to {DAMPING_LIMIT:g} only: use a time_step of {DAMPING_LIMIT / max(rate, 1e-300):.3g} s or less",
     )
     ends = windows.frequency + windows.rate * windows.step * windows.steps
     cycle = 1.0 / np.maximum(np.maximum(windows.frequency, ends), 1e-300)

@@ -7,8 +7,11 @@ from math import gcd, isfinite, pi
 
 import numpy as np
 
-from nvhchain.errors import InputError, require
+from nvhchain.errors import InputError, is_whole, require
 from nvhchain.handoff import FloatArray
+
+WAVE_SAMPLES = 4
+"""In the shortest wave of an error curve, at least."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +55,11 @@ class GearPair:
                 isfinite(value) and (value > 0 if positive else value >= 0),
                 f"pair {name} = {value} {unit} must be {'positive' if positive else 'zero or more'} and finite",
             )
-        require(self.mesh_cycles >= 1, f"pair mesh_cycles = {self.mesh_cycles}: at least one mesh cycle is needed")
+        require(
+            is_whole(self.mesh_cycles) and self.mesh_cycles >= 1,
+            f"pair mesh_cycles = {self.mesh_cycles}: a whole number of 1 or more is needed",
+        )
+        object.__setattr__(self, "mesh_cycles", int(self.mesh_cycles))
 
     @property
     def mean_stiffness(self) -> float:
@@ -82,11 +89,24 @@ def static_transmission_error(
     """STE = STE_av + STE_h cos(2π N_h ϑ) + STE_m cos(2π N_t ϑ), ϑ in turns, over one body period (thesis, ch. 3).
 
     average, mesh, blank: m, average and the amplitudes at mesh order `teeth` and at `blank_order`.
-    samples_per_mesh: angles per mesh cycle.
+    samples_per_mesh: angles per mesh cycle, so many that every wave of the curve has `WAVE_SAMPLES`.
     Returns the curve (n,) m and the mesh cycles it covers, teeth / gcd(teeth, blank_order).
-    Raises InputError where the curve would not stay positive: k = F/STE needs contact everywhere.
+    Raises InputError for too few angles and where the curve would not stay positive: k = F/STE needs contact
+    everywhere.
     """
-    require(teeth >= 1 and blank_order >= 1, f"teeth = {teeth} and blank_order = {blank_order} must be 1 or more")
+    require(
+        is_whole(teeth) and is_whole(blank_order) and teeth >= 1 and blank_order >= 1,
+        f"teeth = {teeth} and blank_order = {blank_order} must be whole numbers of 1 or more",
+    )
+    teeth, blank_order = int(teeth), int(blank_order)
+    highest = max(teeth, blank_order if blank else 1)
+    fewest = -(-WAVE_SAMPLES * highest // teeth)
+    require(
+        is_whole(samples_per_mesh) and samples_per_mesh >= fewest,
+        f"samples_per_mesh = {samples_per_mesh} gives a wave of order {highest} fewer than {WAVE_SAMPLES} samples: use "
+        f"a whole number of {fewest} or more",
+    )
+    samples_per_mesh = int(samples_per_mesh)
     require(
         average > abs(mesh) + abs(blank),
         f"average error {average:g} m does not exceed its amplitudes {abs(mesh):g} + {abs(blank):g} m: the "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from math import isfinite
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -31,7 +32,10 @@ def floquet_multipliers(pair: GearPair, mesh_frequency: float, *, fidelity: Lump
     From two integrations with k(θ), c and m of the pair, without load and backlash; the motion is stable while both
     moduli lie below 1.
     """
-    require(mesh_frequency > 0, f"mesh frequency {mesh_frequency:g} Hz must be positive")
+    require(
+        isfinite(mesh_frequency) and mesh_frequency > 0,
+        f"mesh frequency {mesh_frequency:g} Hz must be positive and finite",
+    )
     free = replace(pair, force=0.0, half_backlash=0.0)
     steps = int(np.ceil(max(1.0 / (mesh_frequency * fidelity.time_step), fidelity.steps_per_period)))
     windows = Windows(

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
+from math import isfinite
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nvhchain.errors import require
+from nvhchain.errors import is_whole, require
 from nvhchain.fidelity import LUMPED, LumpedFidelity
 from nvhchain.handoff import FloatArray
 from nvhchain.lumped.integrate import Motion, Windows, integrate
@@ -18,6 +19,10 @@ from nvhchain.lumped.pair import GearPair
 FOLDING_MARGIN = 8.0
 """Sampling rate over the highest natural or mesh frequency, at least: above resonance the motion falls by 12 dB per
 octave and more, so that what folds back into the band around resonance lies 60 dB below it."""
+
+
+MOST_STEPS = 10**9
+"""Of a run-up: 2000 s at 2 µs, whose mesh cycles still fit into memory."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,10 +110,18 @@ def steady_motion(
 ) -> SteadyMotion:
     """Settled motion at one speed, reached from rest or through the speeds `approach` (Hz), as in a sweep.
 
-    samples_per_cycle: fewest samples in a mesh cycle.
+    samples_per_cycle: samples in a mesh cycle, whole, `FOLDING_MARGIN` times the natural frequency at least.
+    Raises InputError where samples would fold, and what `steady_sweep` raises.
     """
     frequency = np.append(np.atleast_1d(np.asarray(approach, dtype=float)), mesh_frequency)
-    windows = _steady_windows(pairs, frequency, fidelity, stride=samples_per_cycle)
+    _check_speeds(pairs, frequency)
+    fewest = int(np.ceil(_unfolded(pairs, mesh_frequency) / mesh_frequency * (1 - 1e-9)))
+    require(
+        is_whole(samples_per_cycle) and samples_per_cycle >= fewest,
+        f"samples_per_cycle = {samples_per_cycle} lets components fold back into the band at {mesh_frequency:g} Hz: "
+        f"use a whole number of {fewest} or more",
+    )
+    windows = _steady_windows(pairs, frequency, fidelity, stride=int(samples_per_cycle))
     motion = integrate(pairs, windows, fidelity=fidelity)
     time = np.arange(1, len(motion.samples) + 1) * (windows.step[-1] * windows.stride[-1])
     cycles = fidelity.body_periods * max(p.mesh_cycles for p in pairs)
@@ -131,10 +144,24 @@ def run_up(
     step rate; without it none is kept.  Begins at rest in static equilibrium at angle 0.
     Raises InputError where the steps do not resolve mesh cycle or natural period, or samples would fold.
     """
+    _check_pairs(pairs)
     h = fidelity.time_step
-    require(start >= 0 and stop >= 0 and start != stop, f"run-up {start:g} → {stop:g} Hz: two speeds, none negative")
-    require(duration > h, f"duration = {duration:g} s must exceed the step of {h:g} s")
-    stride = _stride(pairs, max(start, stop), sample_rate, h)
+    highest = max(start, stop)
+    require(
+        isfinite(start) and isfinite(stop) and start >= 0 and stop >= 0 and start != stop,
+        f"run-up {start:g} → {stop:g} Hz: two finite speeds, none negative",
+    )
+    require(
+        h < duration <= MOST_STEPS * h,
+        f"duration = {duration:g} s must exceed the step of {h:g} s and take no more than {MOST_STEPS:g} steps: stay "
+        f"below {MOST_STEPS * h:g} s or take a longer time_step",
+    )
+    require(
+        highest * h * fidelity.steps_per_period <= 1 + 1e-9,
+        f"step {h:g} s gives the mesh cycle at {highest:g} Hz fewer than {fidelity.steps_per_period:g} steps: use a "
+        f"time_step of {1 / (highest * fidelity.steps_per_period):.3g} s or less",
+    )
+    stride = _stride(pairs, highest, sample_rate, h)
     total = round(duration / h)
     rate = (stop - start) / duration
     # φ = start t + rate t²/2 reaches cycle number c at this time, in the form that has no cancellation
@@ -163,27 +190,45 @@ def run_up(
 def _stride(pairs: Sequence[GearPair], highest: float, sample_rate: float | None, step: float) -> int:
     if sample_rate is None:
         return 0
-    stride = round(1.0 / (sample_rate * step))
     require(
-        stride >= 1 and abs(stride * sample_rate * step - 1.0) < 1e-9,
-        f"sample rate {sample_rate:g} Hz is not a whole fraction of the step rate {1 / step:g} Hz: choose "
-        f"{1 / (step * max(stride, 1)):g} Hz",
+        isfinite(sample_rate) and sample_rate > 0 and sample_rate * step <= 1 + 1e-9,
+        f"sample rate {sample_rate:g} Hz must be positive and at most the step rate {1 / step:g} Hz: choose "
+        f"{1 / step:g} Hz or a whole fraction of it",
     )
-    needed = FOLDING_MARGIN * max(highest, *(p.natural_frequency for p in pairs))
+    needed = _unfolded(pairs, highest)
     require(
         sample_rate >= needed,
         f"sample rate {sample_rate:g} Hz lets components fold back into the band: use {needed:g} Hz or more",
     )
+    stride = round(1.0 / (sample_rate * step))
+    require(
+        abs(stride * sample_rate * step - 1.0) < 1e-9,
+        f"sample rate {sample_rate:g} Hz is not a whole fraction of the step rate {1 / step:g} Hz: choose "
+        f"{1 / (step * stride):g} Hz",
+    )
     return stride
 
 
-def _steady_windows(pairs: Sequence[GearPair], frequency: FloatArray, fidelity: LumpedFidelity, stride: int) -> Windows:
-    """Settling and one window per mesh cycle for each speed; stride: samples per mesh cycle in the last record."""
+def _unfolded(pairs: Sequence[GearPair], highest: float) -> float:
+    """Hz: lowest sampling rate at mesh frequencies up to `highest`."""
+    return FOLDING_MARGIN * max(highest, *(p.natural_frequency for p in pairs))
+
+
+def _check_pairs(pairs: Sequence[GearPair]) -> None:
     require(len(pairs) > 0, "no gear pair given: at least one is needed")
+
+
+def _check_speeds(pairs: Sequence[GearPair], frequency: FloatArray) -> None:
+    _check_pairs(pairs)
     require(
         len(frequency) > 0 and bool(np.isfinite(frequency).all() and (frequency > 0).all()),
         "mesh frequencies must be positive and finite, and there must be one at least",
     )
+
+
+def _steady_windows(pairs: Sequence[GearPair], frequency: FloatArray, fidelity: LumpedFidelity, stride: int) -> Windows:
+    """Settling and one window per mesh cycle for each speed; stride: samples per mesh cycle in the last record."""
+    _check_speeds(pairs, frequency)
     slowest = min(p.damping_ratio * p.angular_frequency for p in pairs)
     needed = -np.log(fidelity.settle_level)
     require(

@@ -3,6 +3,8 @@
 S. Shweiki, Analysis of Static and Dynamic Meshing Behaviour of Lightweight Gears, ch. 3.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -113,11 +115,13 @@ def test_more_mesh_amplitude_leaves_the_resonance_scales_the_linear_part_and_wid
     assert (np.diff(lost[1:]) > 0).all()
 
 
-def test_blank_amplitude_leaves_the_main_jump(study_pair):
-    frequency = np.arange(2700.0, 3200.0, 5.0)
-    up = steady_sweep([study_pair(18, 4, blank) for blank in (0.0, 2.5, 5.0, 7.5)], frequency)
-    at = [jumps(frequency, rms)[-1] for rms in up.rms.T]
-    np.testing.assert_allclose(at, at[0], rtol=0.015)
+def test_blank_amplitude_moves_the_main_jump_little_rising_and_upwards_falling(study_pair):
+    """Left in place, as the thesis says, within 1.5 % for rising speed; for falling speed 6 % higher at 10 µm."""
+    frequency = np.arange(2700.0, 3200.0, 10.0)
+    up, falling = both_ways([study_pair(18, 4, blank) for blank in (0.0, 2.5, 5.0, 7.5, 10.0)], frequency)
+    for rms, moved in ((up.rms, (0.0, -0.7, -1.3, -1.0, 1.3)), (falling, (0.0, 0.3, 1.0, 2.8, 6.3))):
+        at = np.array([jumps(frequency, curve)[-1] for curve in rms.T])
+        np.testing.assert_allclose(100.0 * (at / at[0] - 1.0), moved, atol=0.4)
 
 
 def test_blank_amplitude_adds_a_jump_where_a_sideband_meets_the_resonance(study_pair):
@@ -184,3 +188,18 @@ def test_error_curve_states_what_it_cannot_use():
         pair_from_error(np.full(4, 1e-6), force=0.0, mass=1.0, mesh_cycles=1, damping_ratio=0.1, half_backlash=0.0)
     with pytest.raises(InputError, match="not in table"):
         thesis_pair("e")
+    pair = pair_from_error(np.full(4, 1e-6), force=1.0, mass=1.0, mesh_cycles=1, damping_ratio=0.1, half_backlash=0.0)
+    with pytest.raises(InputError, match=r"mesh_cycles = 1\.5: a whole number"):
+        replace(pair, mesh_cycles=1.5)
+
+
+def test_error_curve_with_fewer_than_four_samples_a_wave_is_refused():
+    """Order 57 · 64 − 3 in 64 samples per mesh would come out as order 3."""
+    curve = {"average": 18e-6, "mesh": 0.0, "blank": 1e-6, "teeth": 57}
+    with pytest.raises(InputError, match=r"order 3645 fewer than 4 samples: use a whole number of 256 or more"):
+        static_transmission_error(**curve, blank_order=3645)
+    error, cycles = static_transmission_error(**curve, blank_order=3645, samples_per_mesh=256)
+    orders, lines = order_lines(error, cycles, 57)
+    assert orders[1:][np.argmax(lines[1:])] == 3645
+    with pytest.raises(InputError, match="samples_per_mesh = 3 "):
+        static_transmission_error(**curve, samples_per_mesh=3)

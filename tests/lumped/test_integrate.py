@@ -128,6 +128,15 @@ def test_steps_that_pass_over_the_waves_of_the_curve_are_refused():
     assert np.isfinite(integrate([fast], windows(5e-7, 100, 2000.0)).state).all()
 
 
+def test_steps_beyond_the_stability_of_damping_are_refused_and_up_to_it_die_out():
+    """2ζω_n h = 2.785 is where Runge–Kutta of fourth order grows on the negative real axis."""
+    pair = GearPair(1.0, 1e3, np.full(4, 1e8), 1, 6.24)
+    end = integrate([pair], windows(2e-5, 5000, 100.0)).state[0]
+    with pytest.raises(InputError, match=r"step 2\.01e-05 s .* time_step of 2e-05 s or less"):
+        integrate([pair], windows(2.01e-5, 5000, 100.0))
+    np.testing.assert_allclose(end, 1e-5, rtol=1e-6)
+
+
 def test_growth_without_bound_is_an_error(mathieu):
     pair = mathieu(0.3, 0.0)
     with pytest.raises(SolverError, match="parametrically unstable"):

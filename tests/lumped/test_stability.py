@@ -34,6 +34,12 @@ def test_integrated_free_motion_lies_on_the_backbone(ratio, expected):
     assert 2 * np.pi / period / pair.angular_frequency == pytest.approx(expected, rel=1e-4)
 
 
+def test_multipliers_at_no_speed_are_refused(mathieu):
+    for frequency in (0.0, -1.0, np.nan, np.inf):
+        with pytest.raises(InputError, match="positive and finite"):
+            floquet_multipliers(mathieu(0.3, 0.02), frequency)
+
+
 def test_small_free_motion_is_linear():
     np.testing.assert_allclose(backbone_frequency([0.0, 0.5, 1.0]), 1.0)
 

@@ -8,7 +8,15 @@ import pytest
 
 from nvhchain.errors import InputError, SolverError
 from nvhchain.fidelity import LUMPED
-from nvhchain.lumped import backbone_frequency, periodic_response, run_up, steady_motion, steady_sweep
+from nvhchain.lumped import (
+    GearPair,
+    backbone_frequency,
+    order_lines,
+    periodic_response,
+    run_up,
+    steady_motion,
+    steady_sweep,
+)
 from nvhchain.lumped.harmonic_balance import _Balance
 
 
@@ -116,6 +124,20 @@ def test_threads_change_nothing(study_pair):
     assert alone.rms.tobytes() == shared.rms.tobytes()
 
 
+def test_record_at_one_speed_that_would_fold_is_refused():
+    """At a sixtieth of resonance the 60th harmonic is strongest; 64 samples a cycle would show it at order 4."""
+    angle = 2 * np.pi * np.arange(1024) / 1024
+    pair = GearPair(1.0, 1e3, 1e8 * (1 + 0.05 * np.cos(angle) + 0.05 * np.cos(60 * angle)), 1, 0.08)
+    speed = pair.natural_frequency / 60
+    for samples in (64, 0, -1, 479, 500.5):
+        with pytest.raises(InputError, match=r"fold back .* whole number of 480 or more"):
+            steady_motion([pair], speed, samples_per_cycle=samples)
+    motion = steady_motion([pair], speed, samples_per_cycle=480)
+    _, lines = order_lines(motion.error[:, 0], motion.mesh_cycles, 1)
+    assert len(motion.error) == 480
+    assert np.argmax(lines[2:]) + 2 == 60
+
+
 def test_what_a_sweep_cannot_do_is_refused(study_pair):
     pair = study_pair(22, 4)
     with pytest.raises(InputError, match="positive and finite"):
@@ -126,12 +148,21 @@ def test_what_a_sweep_cannot_do_is_refused(study_pair):
         steady_sweep([replace(pair, damping_ratio=0.005)], [1000.0])
     with pytest.raises(InputError, match="sweep these pairs apart"):
         steady_sweep([study_pair(22, 4, order=3), study_pair(22, 4, order=19), replace(pair, mesh_cycles=2)], [1000.0])
-    with pytest.raises(InputError, match="two speeds"):
+    with pytest.raises(InputError, match="two finite speeds"):
         run_up([pair], start=100.0, stop=100.0, duration=1.0)
     with pytest.raises(InputError, match="fold back"):
         run_up([pair], start=100.0, stop=1000.0, duration=1.0, sample_rate=10e3)
     with pytest.raises(InputError, match="whole fraction"):
         run_up([pair], start=100.0, stop=1000.0, duration=1.0, sample_rate=44.1e3)
+    for rate in (0.0, np.nan, np.inf, -1e3, 1e12):
+        with pytest.raises(InputError, match="sample rate"):
+            run_up([pair], start=100.0, stop=1000.0, duration=1.0, sample_rate=rate)
+    for stop in (np.nan, np.inf, 1e12):
+        with pytest.raises(InputError, match=r"two finite speeds|time_step of"):
+            run_up([pair], start=100.0, stop=stop, duration=1.0)
+    for duration in (np.nan, np.inf, 1e12):
+        with pytest.raises(InputError, match=r"stay below 2000 s"):
+            run_up([pair], start=100.0, stop=1000.0, duration=duration)
     with pytest.raises(InputError, match="gear pair"):
         steady_sweep([], [100.0])
     with pytest.raises(InputError, match="256 or more"):

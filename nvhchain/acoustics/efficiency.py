@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from nvhchain.acoustics.level_accuracy import level_accuracy
 from nvhchain.acoustics.plane import check_plane
+from nvhchain.acoustics.surface import check_points
 from nvhchain.conventions import Air
 from nvhchain.errors import InputError, require
 from nvhchain.handoff import FieldPressure, FloatArray, RadiationEfficiency, RigidPlane, SoundPower, SurfaceVelocity
@@ -72,7 +73,8 @@ def equivalent_pressure(
     """Level without phase of the equivalent radiated power, spread evenly from the centroid of the surface.
 
     The cheapest radiation level; arguments and errors are those of `spread_power`, and InputError for a body that is
-    not above the plane.  Provenance and AccuracyWarning are those of `level_accuracy`.
+    not above the plane and for points that `solve_direct` refuses: inside the body or at its surface.  Provenance and
+    AccuracyWarning are those of `level_accuracy`.
     """
     surface = surface_velocity.surface
     if plane is not None:
@@ -80,6 +82,7 @@ def equivalent_pressure(
     centre = surface.areas @ surface.centroids / surface.areas.sum()
     power = SoundPower(surface_velocity.frequency, _plane_wave_power(surface_velocity, air))
     field = spread_power(power, points, centre, air, plane=plane)
+    check_points(surface, field.points)
     expected = level_accuracy(surface, surface_velocity.frequency, air, "equivalent_radiated_power")
     return field.replace(provenance=field.provenance | {"stage": "acoustics.equivalent_pressure"} | expected)
 

@@ -72,6 +72,12 @@ def test_equivalent_pressure_carries_the_power_through_a_sphere_or_a_hemisphere(
     assert half / free == pytest.approx(np.full((3, 2), np.sqrt(2)))
 
 
+def test_equivalent_pressure_has_no_level_inside_the_body(air):
+    """Its spread power is finite there, but there is no air."""
+    with pytest.raises(InputError, match=r"field point 1 .* lies inside the body: move it outside"):
+        equivalent_pressure(vibrating(0), [[1.0, 0.0, 0.0], [0.02, -0.01, 0.0]], air)
+
+
 def test_equivalent_power_and_pressure_state_what_they_let_expect_and_warn_where_the_body_is_small(air):
     """Over ka = 4 only single levels are off; a ratio of powers is no estimate and says nothing."""
     for lowest, mean, single in ((55.0, 75.0, 80.0), (819.0, 16.0, 20.0), (4000.0, 1.7, 8.0)):

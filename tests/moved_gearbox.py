@@ -1,6 +1,6 @@
 """A gearbox case whose scene as a whole is turned, mirrored or scaled, and a housing for it that is all formula."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 
@@ -19,6 +19,7 @@ def scaled(case, fidelity, s):
         replace(
             gear,
             z=s * gear.z,
+            blank=_blank(gear.blank, s),
             geometry=replace(
                 gear.geometry,
                 **{
@@ -128,6 +129,11 @@ def egg_housing(case, s=1.0, matrix=None):
         positions=np.array(list(case.seats.values())),
         surface=Surface(s * vertices @ matrix.T, triangles),
     )
+
+
+def _blank(blank, s):
+    lengths = [f.name for f in fields(blank) if f.name.endswith(("radius", "thickness", "offset", "fillet"))]
+    return replace(blank, **{name: s * getattr(blank, name) for name in lengths if getattr(blank, name) is not None})
 
 
 def _times(s, place):

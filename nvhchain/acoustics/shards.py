@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ import numpy as np
 from nvhchain import store
 from nvhchain.acoustics.bands import Solved
 from nvhchain.acoustics.linear_system import SolverRecord
-from nvhchain.errors import require
+from nvhchain.errors import InputError, ResourceError
 from nvhchain.handoff import FloatArray, SolvedBand
 from nvhchain.resume import code_version, fingerprint, found
 
@@ -38,12 +39,21 @@ class BandShards:
         return Solved(values, SolverRecord.of(band.provenance))
 
     def keep(self, frequency: FloatArray, solved: Solved) -> None:
-        """Save a band: written aside and renamed, so that it is there as a whole or not at all."""
+        """Save a band: written aside and renamed, so that it is there as a whole or not at all.
+
+        Raises ResourceError where that fails: a full disk, something else in the file's place.
+        """
         path, key = self._place(frequency)
         provenance = {"stage": f"acoustics.{self.stage}", "key": key, **solved.record.provenance}
         shape = solved.values.shape[1:]
         rows = solved.values.reshape(len(frequency), -1)
-        store.save(SolvedBand(frequency, rows, np.array(shape), provenance=provenance), path)
+        try:
+            store.save(SolvedBand(frequency, rows, np.array(shape), provenance=provenance), path)
+        except OSError as error:
+            raise ResourceError(
+                f"{path}: a finished band of frequencies cannot be saved ({error}): make room there, or name another "
+                "folder; the bands saved so far are kept"
+            ) from error
 
     def _place(self, frequency: FloatArray) -> tuple[Path, str]:
         """(file, key) of the band of these frequencies."""
@@ -54,13 +64,18 @@ class BandShards:
 def kept_in(folder: str | Path | None, stage: str, *inputs: Any) -> BandShards | None:
     """Where the bands of a stage with these inputs are kept; without a folder nowhere.
 
-    Raises InputError before anything is solved where something else than a folder is in its place.
+    Makes the folder and tries a file in it: InputError before anything is solved where either fails.
     """
     if not folder:
         return None
     place = Path(folder)
-    require(
-        place.is_dir() or not any(path.exists() and not path.is_dir() for path in (place, *place.parents)),
-        f"shards = {str(folder)!r} is not a folder and none can be made there: name another one",
-    )
+    try:
+        place.mkdir(parents=True, exist_ok=True)
+        with TemporaryFile(dir=place):
+            pass
+    except OSError as error:
+        raise InputError(
+            f"shards = {str(folder)!r} is not a folder that can be written, and none can be made there "
+            f"({error.strerror or error}): name another one"
+        ) from error
     return BandShards(place, stage, inputs)

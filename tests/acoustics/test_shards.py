@@ -15,7 +15,7 @@ import nvhchain as nvh
 from nvhchain.acoustics import sphere, transfer, transfer_vectors
 from nvhchain.acoustics.bands import BAND
 from nvhchain.conventions import Air
-from nvhchain.errors import InputError, SolverError
+from nvhchain.errors import InputError, ResourceError, SolverError
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import FieldPressure
 from nvhchain.resume import Shelf
@@ -169,9 +169,17 @@ def test_a_shelf_without_a_folder_keeps_no_parts():
 def test_a_folder_may_be_named_by_text_and_a_file_in_its_place_is_refused_before_anything_is_solved(tmp_path, solved):
     file = tmp_path / "file"
     file.write_text("in the way")
-    for place in (file, file / "below"):
-        with pytest.raises(InputError, match=r"shards = .* is not a folder and none can be made there: name another"):
+    for place in (file, file / "below", "/proc/nvhchain"):
+        with pytest.raises(InputError, match=r"shards = .* is not a folder that can be written.*name another"):
             vectors(place, masters=MASTERS[:1])
     assert solved == []
     vectors(str(tmp_path / "new" / "folder"), masters=MASTERS[:1])
     assert len(list((tmp_path / "new" / "folder").glob("*.h5"))) == 1
+
+
+def test_a_band_that_cannot_be_saved_is_told_with_its_place(half):
+    first = min(half.glob("*.h5"))
+    first.unlink()
+    first.mkdir()
+    with pytest.raises(ResourceError, match=f"{first}: a finished band of frequencies cannot be saved .*make room"):
+        vectors(half, masters=MASTERS[: 2 * BAND])

@@ -41,8 +41,8 @@ BLANK_MESH_ERROR = 0.012
 
 LARGEST_ERROR = 1.0
 """Largest error of the first mesh harmonic over the strongest one, falling with the number of the harmonic: all of it
-is open, no lower limit.  That of `bodies = "analytic"`: on the single stage the worst harmonic, the third, fell by
-14 dB (docs/measured/error_band_knobs.md)."""
+is open, no lower limit.  That of `bodies = "analytic"`: on the single stage the worst harmonic, the third, falls by
+10 dB (docs/measured/error_band_knobs.md)."""
 
 FAR_SIDEBAND = 0.02
 """Least error of a sideband over that of the strongest mesh harmonic: 0.005 to 0.07 far from the mesh harmonics of the

@@ -4,7 +4,7 @@
 
 OPERATORS: folder with the mesh laws and the housing that cases/studies/run_up.py leaves. The sections named (all, if
 none is) are measured anew and kept in OPERATORS/measured.json; the table is written from what is there.
-Exudyn is timed as a peer where it is installed (`pip install exudyn`).
+Exudyn is timed as a peer where it is installed (extra `benchmark`: `pip install -e .[benchmark]`).
 
 The errors under `steps` are those of flanks that stay in contact; every impact costs accuracy, as `impacts` says.
 """
@@ -255,7 +255,7 @@ def table(found: dict[str, Any]) -> list[str]:
         ]
     if "steps" in found:
         lines += [
-            "## Step sizes: bounded at every one, accurate where the meshes are resolved",
+            "## Step sizes: bounded with damping at every one, accurate where the meshes are resolved",
             "",
             "| step / µs | error of the bearing forces over 20 ms, of the peak | largest bearing force / N |",
             "|---:|---:|---:|",

@@ -232,6 +232,9 @@ def table(found: dict[str, Any]) -> list[str]:
         lines += [
             "## Run-up 0 → 2500 rpm in 20 s, slotted, 109 unknowns without options",
             "",
+            "The seconds compare the options with each other: one run each, on a machine shared with other work. The",
+            "time of a run without options, best of five, is that of `benchmarks/dynamics.py`.",
+            "",
             "| option | processor s, all threads | moving bearing force / dB |",
             "|---|---:|---:|",
             *(

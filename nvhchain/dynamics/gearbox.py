@@ -6,8 +6,12 @@ Frame: z along the shafts, x and y transverse, the housing's own frame. SI units
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from math import isfinite, pi
+from numbers import Real
+from typing import Any
+
+import numpy as np
 
 from nvhchain.dynamics.friction import MeshFriction
 from nvhchain.dynamics.load_centre import LoadCentre
@@ -20,9 +24,17 @@ it is taken right (`nvhchain.dynamics.assembly`)."""
 
 def _within(owner: str, name: str, value: float, low: float, high: float, unit: str) -> None:
     require(
-        isinstance(value, int | float) and isfinite(value) and low <= value <= high,
+        isinstance(value, Real) and isfinite(value) and low <= value <= high,
         f"{owner}: {name} = {value} {unit} is outside {low:g}…{high:g} {unit}: give it in {unit}",
     )
+
+
+def _plain(part: Any) -> None:
+    """NumPy's numbers become Python's: a float32 would carry its seven digits on."""
+    for field in fields(part):
+        value = getattr(part, field.name)
+        if isinstance(value, np.generic):
+            object.__setattr__(part, field.name, value.item())
 
 
 @dataclass(frozen=True)
@@ -39,6 +51,7 @@ class RigidBody:
     transverse_inertia: float
 
     def __post_init__(self) -> None:
+        _plain(self)
         _within("body", "z", self.z, -5.0, 5.0, "m")
         _within("body", "mass", self.mass, 0.0, 1e4, "kg")
         _within("body", "polar_inertia", self.polar_inertia, 0.0, 1e4, "kg m²")
@@ -66,6 +79,7 @@ class Cylinder:
     poisson: float = 0.3
 
     def __post_init__(self) -> None:
+        _plain(self)
         _within("segment", "start", self.start, -5.0, 5.0, "m")
         _within("segment", "end", self.end, -5.0, 5.0, "m")
         _within("segment", "outer_diameter", self.outer_diameter, 1e-4, 5.0, "m")
@@ -110,6 +124,7 @@ class Shaft:
     modal_damping: float = 0.005
 
     def __post_init__(self) -> None:
+        _plain(self)
         require(isinstance(self.name, str) and bool(self.name), "shaft: name must be a non-empty string")
         object.__setattr__(self, "axis", tuple(float(value) for value in self.axis))
         require(len(self.axis) == 2, f"shaft {self.name}: axis = {self.axis} must be (x, y) in m")
@@ -121,6 +136,8 @@ class Shaft:
             ("modal_damping", 0.5, ""),
         ):
             _within(f"shaft {self.name}", field, getattr(self, field), 0.0, high, unit)
+        if self.coupling_z is not None:
+            _within(f"shaft {self.name}", "coupling_z", self.coupling_z, -5.0, 5.0, "m")
         object.__setattr__(self, "segments", tuple(self.segments))
         object.__setattr__(self, "bodies", tuple(self.bodies))
 
@@ -168,6 +185,7 @@ class Bearing:
     loss_factor_frequency: float | None = None
 
     def __post_init__(self) -> None:
+        _plain(self)
         owner = f"bearing {self.name}"
         require(isinstance(self.name, str) and bool(self.name), "bearing: name must be a non-empty string")
         _within(owner, "z", self.z, -5.0, 5.0, "m")
@@ -218,6 +236,7 @@ class Mesh:
     tilt_ratio: float | None = None
 
     def __post_init__(self) -> None:
+        _plain(self)
         _within("mesh", "z", self.z, -5.0, 5.0, "m")
         _within("mesh", "phase", self.phase, -100.0, 100.0, "rad")
         if self.tilt_ratio is not None:

@@ -18,6 +18,7 @@ import numpy as np
 from nvhchain import store
 from nvhchain.conventions import Progress
 from nvhchain.dynamics.gearbox import Gearbox
+from nvhchain.dynamics.law_range import excursions, joined, warn_beyond_law
 from nvhchain.dynamics.one_thread import on_one_thread
 from nvhchain.dynamics.ramp import Operation
 from nvhchain.dynamics.simulation import Motion
@@ -65,7 +66,10 @@ def record_run_up(
     version = code_version("dynamics")
     key = fingerprint(version, gearbox, list(mesh_laws), housing, operation)
     folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except (FileExistsError, NotADirectoryError) as error:
+        raise InputError(f"{folder}: a file stands where a folder is needed: choose another folder") from error
     written, first, standing = _taken_up(folder / "standing.npz", key, run)
     provenance = {"key": key, "stage": "run_up", "version": version, "fidelity": asdict(operation["fidelity"])}
     waiting: list[FloatArray] = []
@@ -73,13 +77,17 @@ def record_run_up(
         waiting.append(piece)
         whole = sum(len(part) for part in waiting)
         if whole >= PIECE or (stands.block == run.blocks and whole > 0):
-            forces = record(run, first, np.concatenate(waiting)).replace(provenance=provenance)
-            store.save(forces, _path(folder, written))
+            forces = record(run, first, np.concatenate(waiting))
+            beyond = excursions(gearbox, mesh_laws, forces, operation["fidelity"])
+            made = provenance | ({"beyond_mesh_law": beyond} if beyond else {})
+            store.save(forces.replace(provenance=made), _path(folder, written))
             written, first, waiting = written + 1, first + whole, []
             _keep(folder / "standing.npz", key, written, first, stands)
         if progress:
             progress(stands.block, run.blocks)
-    return Recording(tuple(_path(folder, index) for index in range(written)))
+    paths = tuple(_path(folder, index) for index in range(written))
+    warn_beyond_law(joined([store.record(path)[1].get("beyond_mesh_law", {}) for path in paths]))
+    return Recording(paths)
 
 
 def _path(folder: Path, index: int) -> Path:
@@ -97,7 +105,7 @@ def _taken_up(path: Path, key: str, run: RunUp) -> tuple[int, int, Standing]:
         standing = Standing(
             int(found["block"]), Motion(found["state"], found["excess"]), found["states"], found["excesses"]
         )
-    except (OSError, ValueError, KeyError, BadZipFile) as error:
+    except (OSError, EOFError, ValueError, KeyError, BadZipFile) as error:
         raise FileFormatError(f"{path}: damaged ({error}): delete the folder and run again") from error
     if stored_key != key:
         raise InputError(
@@ -125,4 +133,6 @@ def _keep(path: Path, key: str, written: int, first: int, standing: Standing) ->
             states=standing.states,
             excesses=standing.excesses,
         )
+        file.flush()
+        os.fsync(file.fileno())
     os.replace(part, path)

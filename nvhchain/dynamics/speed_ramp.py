@@ -19,6 +19,7 @@ import psutil
 from nvhchain.conventions import Progress
 from nvhchain.dynamics.decimation import Decimator, decimator, low_pass, low_pass_reach, record_stride
 from nvhchain.dynamics.gearbox import Gearbox
+from nvhchain.dynamics.law_range import excursions, warn_beyond_law
 from nvhchain.dynamics.one_thread import on_one_thread
 from nvhchain.dynamics.quasi_static import law_phases
 from nvhchain.dynamics.ramp import Operation, Ramp
@@ -243,6 +244,7 @@ def run_up(
     up to f_max; between f_max and half the sampling rate the record fades out. Bit for bit reproducible on one machine.
     Raises InputError when the step is too long for f_max or the meshes, ResourceError when the record does not fit
     into memory (`record_run_up` writes it to files), SolverError when the start cannot be forgotten.
+    AccuracyWarning, and `beyond_mesh_law` in the provenance, where a recorded deflection leaves its mesh law.
     """
     return run_up_with_error(gearbox, mesh_laws, housing, progress=progress, **operation)[0]
 
@@ -275,4 +277,7 @@ def run_up_with_error(
         filled += len(piece)
         if progress:
             progress(standing.block, run.blocks)
-    return record(run, 0, sampled), sampled[:, -1].copy()
+    forces = record(run, 0, sampled)
+    beyond = excursions(gearbox, mesh_laws, forces, operation["fidelity"])
+    warn_beyond_law(beyond)
+    return forces.replace(provenance={"beyond_mesh_law": beyond}) if beyond else forces, sampled[:, -1].copy()

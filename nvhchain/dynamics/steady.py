@@ -13,6 +13,7 @@ from scipy.fft import next_fast_len
 
 from nvhchain.conventions import Progress
 from nvhchain.dynamics.gearbox import Gearbox
+from nvhchain.dynamics.law_range import excursions, warn_beyond_law
 from nvhchain.dynamics.mesh_levels import ContactForce
 from nvhchain.dynamics.one_thread import on_one_thread
 from nvhchain.dynamics.quasi_static import law_phases
@@ -53,7 +54,8 @@ def bearing_forces(
     the swing of the bearing forces. The step divides the common period exactly and the phase of every law is
     reduced in whole numbers, so that the record repeats to rounding. `mesh_deflection` is the deflection on the
     drive flank's line of action. Raises SolverError when it does not settle, InputError when the step is too long
-    for f_max, ResourceError when the record does not fit.
+    for f_max, ResourceError when the record does not fit. AccuracyWarning, and `beyond_mesh_law` in the
+    provenance, where a deflection leaves its mesh law.
     """
     require(
         isfinite(input_speed) and input_speed > 0,
@@ -61,6 +63,7 @@ def bearing_forces(
     )
     require(isfinite(input_torque), f"input_torque = {input_torque} N m must be finite")
     require(isfinite(f_max) and f_max > 0, f"f_max = {f_max} Hz must be positive")
+    require(isfinite(duration) and duration >= 0, f"duration = {duration} s must be finite and 0 or more")
     kinematics = train(gearbox, mesh_laws)
     check_step(gearbox, mesh_laws, kinematics, input_speed, f_max, fidelity)
     period = float(kinematics.common_period) * 2.0 * pi / input_speed
@@ -90,7 +93,7 @@ def bearing_forces(
         forces.append(force)
         angulars.append(angular)
     record, meshes = np.concatenate(forces), np.concatenate(angulars)
-    return BearingForces(
+    made = BearingForces(
         time=np.arange(len(record), dtype=float) * model.step.step,
         force=record.reshape(len(record), -1, 3),
         names=tuple(bearing.name for bearing in gearbox.bearings),
@@ -101,6 +104,9 @@ def bearing_forces(
         transmission_error=meshes[:, n_mesh:-1],
         output_lag=meshes[:, -1],
     )
+    beyond = excursions(gearbox, mesh_laws, made, fidelity)
+    warn_beyond_law(beyond)
+    return made.replace(provenance={"beyond_mesh_law": beyond}) if beyond else made
 
 
 @on_one_thread

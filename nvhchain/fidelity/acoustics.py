@@ -38,7 +38,8 @@ class AcousticsFidelity:
     gap_ratio, gap_halvings: triangles that face each other across less than this multiple of the longer one are cut
         until their pieces do not, at most this number of times.
     singular_order: Gauss order per direction of pairs that share a corner, an edge or all.
-    needle_aspect: triangles longer than this multiple of their height take twice that order, beyond its square thrice.
+    needle_aspect: triangles longer than this multiple of their height take twice that order, beyond its square thrice,
+        but for needles that meet at their tips and point apart, as those of a fan do.
     precision: of the matrices and of well separated pairs, `double` or `single` (half the memory).
     field_near_ratio: a triangle longer than this multiple of its distance from a field point is subdivided.
     solver: of the dense systems, `direct` (LU factors) or `iterative` (GMRES), `compressed` (GMRES on compressed

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from nvhchain.errors import require
-from nvhchain.fidelity.limits import within
+from nvhchain.fidelity.limits import whole, within
 
 MESH_LEVELS = ("stiffness", "table", "contact")
 """Models of a gear mesh in the time loop, the simplest first."""
@@ -71,6 +71,9 @@ class DynamicsFidelity:
             ("gyroscopic_speeds", 1, 1000),
             ("shaft_element", 1e-4, 1.0),
             ("shaft_frequency", 0.0, 1e6),
+        )
+        whole(
+            self, "dynamics", "angle_refinement", "contact_iterations", "edge_cells", "face_points", "gyroscopic_speeds"
         )
         require(
             self.mesh_level in MESH_LEVELS,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from nvhchain.fidelity.limits import within
+from nvhchain.fidelity.limits import whole, within
 
 
 @dataclass(frozen=True)
@@ -47,6 +47,7 @@ class LumpedFidelity:
             ("arc_step", 1e-6, 1.0),
             ("arc_points", 10, 10_000_000),
         )
+        whole(self, "lumped", "body_periods", "harmonics", "harmonic_samples", "newton_iterations", "arc_points")
 
 
 LUMPED = LumpedFidelity()

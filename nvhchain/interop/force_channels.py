@@ -223,6 +223,12 @@ def to_bearing_forces(
             len(speed) == count,
             f"{record.source}: speed channel has {len(speed)} samples, the forces {count}: they must be equal",
         )
+        lowest = int(np.argmin(speed)) if len(speed) else 0
+        require(
+            bool((speed >= 0.0).all()),
+            f"{record.source}: speed channel {channels.speed_channel!r} is {speed[lowest]:.6g} rad/s in sample "
+            f"{lowest}, but 0 or more is needed: the sense of rotation is the gearbox's; turn the sign or cut it",
+        )
     scale = FORCE_UNITS[channels.force_unit] * (1.0 if channels.acts_on == "housing" else -1.0)
     table = np.stack(force, axis=1).reshape(count, len(channels.bearings), 3)
     turn = np.array(channels.rotation)

@@ -26,6 +26,9 @@ OVERSAMPLING = 4.0
 
 SPLINE_DEGREE = 5
 
+FEWEST = 8
+"""Samples of a record to be resampled, and of what becomes of it, at least."""
+
 
 def uniform_time(time: FloatArray, source: str) -> FloatArray:
     """`time` if it rises uniformly; InputError naming the first step back, gap or the jitter otherwise."""
@@ -55,7 +58,7 @@ def resampled(time: FloatArray, values: FloatArray, rate: float, source: str) ->
     Gaps up to the new step are bridged by a monotone cubic between their ends, so that no value beyond them appears:
     what swung in a gap is lost, and the tones around it are wrong within a few new samples of it.
     Raises InputError where two samples lie further apart than the new step, so that the record cannot carry the
-    rate, and for records of fewer than 8 samples.
+    rate, and for records of fewer than 8 samples, before or after.
     """
     step = _steps(time, source)
     widest = int(np.argmax(step))
@@ -64,19 +67,29 @@ def resampled(time: FloatArray, values: FloatArray, rate: float, source: str) ->
         f"{source}: {step[widest]:.4g} s without a sample after t = {time[widest]:.6g} s cannot carry resample_rate = "
         f"{rate:g} Hz: lower it to {1 / step[widest]:.4g} Hz or cut the record",
     )
-    require(len(time) >= 8, f"{source}: {len(time)} samples are too few to resample: 8 are needed")
-    own = (len(time) - 1) / (time[-1] - time[0])
+    require(len(time) >= FEWEST, f"{source}: {len(time)} samples are too few to resample: {FEWEST} are needed")
+    span = float(time[-1] - time[0])
+    count = int(np.floor(span * rate * (1.0 + 1e-12))) + 1
+    require(
+        count >= FEWEST,
+        f"{source}: resample_rate = {rate:g} Hz leaves {count} samples of {span:.4g} s, but {FEWEST} are needed: raise "
+        f"it to {FEWEST / span:.4g} Hz or more",
+    )
+    own = (len(time) - 1) / span
     time, values = _bridged(time, values, step, max(float(np.median(step)), 1.0 / (OVERSAMPLING * own)))
     factor = int(np.ceil(OVERSAMPLING * own / rate))
-    count = int(np.floor((time[-1] - time[0]) * rate * (1.0 + 1e-12))) + 1
     grid = np.minimum(time[0] + np.arange((count - 1) * factor + 1) / (rate * factor), time[-1])
     dense = make_interp_spline(time, values, k=SPLINE_DEGREE)(grid)
     taps, beta = kaiserord(STOP_BAND, 2.0 * (1.0 - 2.0 * USABLE_BAND) / factor)
     half = taps // 2 + 1
     low_pass = firwin(2 * half + 1, 1.0 / factor, window=("kaiser", beta))
     padded = np.concatenate([np.repeat(dense[:1], half, axis=0), dense, np.repeat(dense[-1:], half, axis=0)])
-    filtered = upfirdn(low_pass, padded, axis=0)[2 * half : 2 * half + len(dense)]
-    return time[0] + np.arange(count) / rate, np.ascontiguousarray(filtered[::factor])
+    # zeros in front bring the first kept sample, where the filter lies wholly inside, onto a multiple of the factor
+    lead = -2 * half % factor
+    first = (2 * half + lead) // factor
+    delayed = np.concatenate([np.zeros(lead), low_pass])
+    filtered = upfirdn(delayed, padded, down=factor, axis=0)[first : first + count]
+    return time[0] + np.arange(count) / rate, np.ascontiguousarray(filtered)
 
 
 def _bridged(time: FloatArray, values: FloatArray, step: FloatArray, spacing: float) -> tuple[FloatArray, FloatArray]:

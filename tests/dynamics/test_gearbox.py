@@ -42,6 +42,11 @@ def test_bad_case_data_is_refused_with_field_value_and_remedy(make_gearbox):
         Cylinder(0, 1, -0.03)
     with pytest.raises(InputError, match="bearing A1: radial_stiffness = 163 N/m is outside 1000"):
         Bearing("A1", "A", 0.0, radial_stiffness=163)
+    with pytest.raises(InputError, match="shaft S: coupling_z = nan m is outside"):
+        Shaft("S", (0, 0), coupling_z=float("nan"))
+    single = Bearing("A1", "A", 0.0, radial_stiffness=np.float32(1.6e8))
+    assert type(single.radial_stiffness) is float
+    assert single == Bearing("A1", "A", 0.0, radial_stiffness=1.6e8)
     with pytest.raises(InputError, match="more than twice transverse_inertia"):
         RigidBody(0.0, 1.0, 3e-3, 1e-3)
     with pytest.raises(InputError, match="shaft 'D' is unknown; known shafts: A, B, C"):

@@ -6,6 +6,7 @@ import os
 import pickle
 import subprocess
 import sys
+import warnings
 from dataclasses import asdict, replace
 from math import pi
 
@@ -20,7 +21,7 @@ from nvhchain.dynamics.quasi_static import static_mesh_forces
 from nvhchain.dynamics.simulation import advance, at_rest, bearing_force, simulation
 from nvhchain.dynamics.speed_ramp import prepare
 from nvhchain.dynamics.train import shaft_torques
-from nvhchain.errors import FileFormatError, InputError, ResourceError, SolverError
+from nvhchain.errors import AccuracyWarning, FileFormatError, InputError, ResourceError, SolverError
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import BearingForces
 from nvhchain.spectrum import amplitude_spectrum, order_cut, order_waterfall
@@ -237,9 +238,46 @@ def test_another_run_in_the_folder_and_a_damaged_one_are_refused(make_gearbox, m
     (tmp_path / "forces-00000.h5").rename(tmp_path / "elsewhere.h5")
     with pytest.raises(FileFormatError, match=r"forces-00000\.h5 missing: delete the folder and run again"):
         record_run_up(gearbox, laws, None, fidelity=fidelity, folder=tmp_path, **_operation(duration=0.01))
-    (tmp_path / "standing.npz").write_bytes(b"PK not a checkpoint")
-    with pytest.raises(FileFormatError, match=r"standing\.npz: damaged"):
-        record_run_up(gearbox, laws, None, fidelity=fidelity, folder=tmp_path, **_operation(duration=0.01))
+    for content in (b"PK not a checkpoint", b""):
+        (tmp_path / "standing.npz").write_bytes(content)
+        with pytest.raises(FileFormatError, match=r"standing\.npz: damaged"):
+            record_run_up(gearbox, laws, None, fidelity=fidelity, folder=tmp_path, **_operation(duration=0.01))
+    with pytest.raises(InputError, match="a file stands where a folder is needed"):
+        record_run_up(
+            gearbox, laws, None, fidelity=fidelity, folder=tmp_path / "standing.npz", **_operation(duration=0.01)
+        )
+
+
+def test_deflections_beyond_the_mesh_law_are_warned_of_and_recorded(
+    make_gearbox, make_laws, make_law, tmp_path, monkeypatch
+):
+    """The same motion in contact with a table that begins above what it falls to; its end slope holds."""
+    gearbox, fidelity = make_gearbox(), DynamicsFidelity(2e-5)
+    operation = _operation(duration=0.1)
+    steady = {"input_speed": 100.0, "input_torque": operation["input_torque"], "f_max": operation["f_max"]}
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", AccuracyWarning)
+        whole = run_up(gearbox, make_laws(), None, fidelity=fidelity, **operation)
+        assert "beyond_mesh_law" not in whole.provenance
+    first = make_law(0)
+    lowest, highest = whole.mesh_deflection[:, 0].min(), whole.mesh_deflection[:, 0].max()
+    grid = np.linspace(lowest + 0.25 * (highest - lowest), 80e-6, 12)
+    force = np.stack([np.interp(grid, first.deflection, row) for row in first.force])
+    laws = (first.replace(deflection=grid, force=force), make_laws()[1])
+    said = rf"mesh A–B: deflections of {1e6 * lowest:.3g}.* µm leave the mesh law, tabulated over .*…80 µm"
+    with pytest.warns(AccuracyWarning, match=said):
+        found = run_up(gearbox, laws, None, fidelity=fidelity, **operation)
+    beyond = found.provenance["beyond_mesh_law"]
+    assert list(beyond) == ["A–B"]
+    assert beyond["A–B"]["lowest"] == found.mesh_deflection[:, 0].min() < beyond["A–B"]["table_lowest"] == grid[0]
+    assert beyond["A–B"]["lowest"] == pytest.approx(lowest, rel=1e-2)
+    with pytest.warns(AccuracyWarning, match="leave the mesh law"):
+        assert "beyond_mesh_law" in bearing_forces(gearbox, laws, None, fidelity=fidelity, **steady).provenance
+    monkeypatch.setattr(recording, "PIECE", 1024)
+    for _ in range(2):  # run, and found ready
+        with pytest.warns(AccuracyWarning, match=said):
+            made = record_run_up(gearbox, laws, None, fidelity=fidelity, folder=tmp_path, **operation)
+    assert len(made.paths) >= 1
 
 
 def test_a_run_whose_contact_solvers_are_no_data_goes_to_no_files(make_gearbox, make_laws, tmp_path):

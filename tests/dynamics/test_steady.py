@@ -126,6 +126,33 @@ def test_torque_free_train_turns_and_stays_finite(make_gearbox, make_laws):
     assert (d < 40e-6).all()
 
 
+def test_duration_and_counts_that_are_none_are_refused(make_gearbox, make_laws):
+    for duration in (np.nan, np.inf, -1.0):
+        with pytest.raises(InputError, match=r"duration = .* must be finite and 0 or more"):
+            _run(make_gearbox(), make_laws(), None, duration=duration)
+    for name in ("face_points", "angle_refinement", "edge_cells", "contact_iterations", "gyroscopic_speeds"):
+        with pytest.raises(InputError, match=rf"dynamics {name} = 1\.5 must be a whole number"):
+            DynamicsFidelity(1e-5, **{name: 1.5})
+    assert DynamicsFidelity(1e-5, face_points=2.0).face_points == 2
+
+
+def test_rattle_on_coarse_steps_stays_bounded_with_damping(make_gearbox, make_laws, make_housing):
+    """2 s in which flanks part and strike, at steps up to a millisecond: within thrice the backlash."""
+    gearbox, laws = make_gearbox(), make_laws(plain_wheel=True, error=5e-6)
+    housing = make_housing(gearbox, modes=8)
+    for step in (1e-4, 4e-4, 1e-3):
+        model = simulation(
+            gearbox, laws, housing, input_torque=2.0, time_step=step, fidelity=DynamicsFidelity(time_step=step)
+        )
+        phases = (np.arange(round(2.0 / step))[:, None] + 0.5) * step * SPEED / (2 * pi) * np.array([20, 12])
+        _, states, _ = advance(model, at_rest(model, np.zeros(2)), phases)
+        deflection = states @ model.contact_output[0::2].T
+        late = deflection[len(deflection) // 2 :]
+        assert late.min() < 0.0, "the flanks must part"
+        assert np.abs(deflection).max() < 3 * 80e-6
+        assert np.ptp(late, axis=0).max() < 1.5 * np.ptp(deflection[: len(late)], axis=0).max()
+
+
 def test_one_millisecond_step_stays_bounded(make_gearbox, make_laws, make_housing):
     gearbox = make_gearbox()
     model = simulation(

@@ -223,6 +223,29 @@ def test_resampling_keeps_constants_and_carries_no_faster_than_the_record(tmp_pa
         read_bearing_forces(path, replace(declared, resample_rate=5e3), positions=POSITIONS)
 
 
+def test_a_rate_that_leaves_fewer_than_eight_samples_is_refused_at_once(tmp_path, declared):
+    time = np.arange(400) / 10e3
+    path = csv(tmp_path / "a.csv", time, six_tones(time))
+    for rate in (1e-9, 100.0, 175.0):
+        with pytest.raises(InputError, match=r"resample_rate = .* Hz leaves \d samples of 0\.0399 s, but 8 are needed"):
+            read_bearing_forces(path, replace(declared, resample_rate=rate), positions=POSITIONS)
+    assert len(read_bearing_forces(path, replace(declared, resample_rate=200.0), positions=POSITIONS).time) == 8
+
+
+def test_a_speed_channel_that_turns_back_is_refused_as_a_constant_is(tmp_path, declared):
+    time = np.arange(100) / 10e3
+    header = "t,Ax,Ay,Az,Bx,By,Bz,n"
+    channels = replace(declared, speed=None, speed_channel="n")
+    for speed in (np.full(100, -10.0), np.linspace(10.0, -10.0, 100)):
+        path = csv(tmp_path / "a.csv", time, np.column_stack([six_tones(time), speed]), header=header)
+        with pytest.raises(InputError, match=r"speed channel 'n' is -10 rad/s in sample \d+, but 0 or more is needed"):
+            read_bearing_forces(path, channels, positions=POSITIONS)
+    path = csv(tmp_path / "a.csv", time, np.column_stack([six_tones(time), np.linspace(0, 10, 100)]), header=header)
+    found = read_bearing_forces(path, channels, positions=POSITIONS)
+    with pytest.raises(InputError, match=r"the folder .*nowhere does not exist"):
+        write_bearing_forces(found, tmp_path / "nowhere" / "a.csv")
+
+
 @pytest.mark.parametrize(("tone", "gap", "rate"), [(833.0, 2e-3, 400.0), (2500.0, 4e-3, 240.0)])
 def test_a_gap_invents_no_forces(tone, gap, rate):
     """200 N around 1000 N far above the new band: what comes out stays within that, and is right beside the gap."""

@@ -17,10 +17,10 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import Any, TypeVar
 
-import psutil
 from threadpoolctl import threadpool_limits
 
 from nvhchain.errors import InputError, ResourceError, require
+from nvhchain.memory import free_memory
 
 T = TypeVar("T")
 
@@ -41,7 +41,7 @@ def local_cluster(workers: int | None = None, *, memory_per_worker: int | None =
     distributed = _distributed()
     require(workers is None or workers >= 1, f"{workers} workers cannot work: ask for 1 or more")
     count = workers or cores()
-    memory = memory_per_worker or int(0.9 * psutil.virtual_memory().available / count)
+    memory = memory_per_worker or int(0.9 * free_memory() / count)
     with (
         distributed.LocalCluster(
             n_workers=count, threads_per_worker=1, memory_limit=memory, dashboard_address="127.0.0.1:0"
@@ -99,7 +99,7 @@ def room(executor: Executor, memory_per_task: int) -> Room:
     client = getattr(executor, "_client", None)
     if hasattr(client, "scheduler_info"):
         return _room_of_cluster(client.scheduler_info(n_workers=-1)["workers"], memory_per_task)  # type: ignore[union-attr]
-    fit = max(1, int(psutil.virtual_memory().available // memory_per_task))
+    fit = max(1, int(free_memory() // memory_per_task))
     # The pools of the standard library and of joblib keep the number of their workers there.
     tasks = min(fit, int(getattr(executor, "_max_workers", cores())))
     return Room(tasks, tasks)

@@ -93,7 +93,7 @@ def test_a_task_larger_than_every_worker_is_refused_with_the_number(two_workers)
 
 
 def test_no_more_tasks_are_under_way_than_memory_holds(monkeypatch):
-    monkeypatch.setattr(cluster.psutil, "virtual_memory", lambda: type("M", (), {"available": 3 * 2**30}))
+    monkeypatch.setattr("psutil.virtual_memory", lambda: type("M", (), {"available": 3 * 2**30}))
     running, most = [], []
 
     def solve(frequency):

@@ -10,7 +10,6 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-import psutil
 
 from nvhchain.acoustics._coupling import coupling
 from nvhchain.acoustics._fused_close import CLOSE_BLOCK, close_block
@@ -22,6 +21,7 @@ from nvhchain.acoustics._fused_wave import COMPLEX, REAL, compiled, wave_coeffic
 from nvhchain.errors import ResourceError
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, IntArray, Surface
+from nvhchain.memory import free_memory
 
 _BATCH_BYTES = 2 * 1024**3
 """Matrices of one batch. Its wavenumbers share distance and exponential; four already save most of that work."""
@@ -105,7 +105,7 @@ def stripes(
     alive = threads() + 1
     count = max(_fewest_parts(), -(-alive * n_vertex * per_row // memory))
     parts = parts_of(mesh.triangles, mesh.tiles, n_vertex, count)
-    need, free = alive * per_row * max(len(part.rows) for part in parts), psutil.virtual_memory().available
+    need, free = alive * per_row * max(len(part.rows) for part in parts), free_memory()
     if need > 0.9 * free:
         raise ResourceError(
             f"stripes of {n_face} triangles and {len(k)} wavenumbers take {need / 1e9:.1f} GB, but {free / 1e9:.1f} GB "
@@ -156,7 +156,7 @@ def _zeros(shape: tuple[int, int, int], precision: str) -> ComplexArray:
 def _batch_size(n_vertex: int, n_face: int, itemsize: int) -> int:
     """Wavenumbers whose matrices are built together, from the free memory."""
     need = itemsize * n_vertex * (n_vertex + n_face)
-    free = psutil.virtual_memory().available
+    free = free_memory()
     if need > 0.9 * free:
         raise ResourceError(
             f"boundary element matrices of {n_face} triangles take {need / 1e9:.1f} GB, but {free / 1e9:.1f} GB are "

@@ -57,18 +57,23 @@ def suspect_error(
     rules: those of another engine, with which the rows are assembled; `fidelity` says what a needle is.
     """
     rules = rules or fidelity
+    rows, some = _sampled(surface, fidelity, rules)
+    if len(rows) == 0:
+        return None
+    weight = _weights(surface)
+    missed = _missed(surface, some, *rows_of(surface, _wavenumber(surface), rules, some))
+    mean_square = float((np.abs(missed) ** 2 / weight[some, None]).sum(axis=0).max() / weight[some].sum())
+    return float(np.sqrt(mean_square * weight[rows].sum() / surface.areas.sum()))
+
+
+def _sampled(surface: Surface, fidelity: AcousticsFidelity, rules: AcousticsFidelity) -> tuple[IntArray, IntArray]:
+    """Vertices of suspect triangles, and those of them that stand for all."""
     aspect = surface.longest_edges**2 / (2.0 * surface.areas)
     suspect = aspect > fidelity.needle_aspect
     narrow = unresolved_gap(rules)
     suspect[facing_pairs(surface, neighbours(surface, narrow), narrow).pairs.ravel()] = True
     rows = np.unique(surface.triangles[suspect])
-    if len(rows) == 0:
-        return None
-    some = rows[np.unique(np.linspace(0, len(rows) - 1, _SAMPLE).astype(int))]
-    weight = _weights(surface)
-    missed = _missed(surface, some, *rows_of(surface, _wavenumber(surface), rules, some))
-    mean_square = float((np.abs(missed) ** 2 / weight[some, None]).sum(axis=0).max() / weight[some].sum())
-    return float(np.sqrt(mean_square * weight[rows].sum() / surface.areas.sum()))
+    return rows, rows[np.unique(np.linspace(0, len(rows) - 1, _SAMPLE).astype(int))] if len(rows) else rows
 
 
 def _missed(surface: Surface, rows: IntArray | slice, a: ComplexArray, b: ComplexArray) -> ComplexArray:
@@ -93,15 +98,17 @@ def unresolved_gap(fidelity: AcousticsFidelity) -> float:
 
 
 @lru_cache(maxsize=8)
-def gap_cost(surface: Surface, fidelity: AcousticsFidelity) -> tuple[int, float, float]:
-    """(triangles, least width in edges, s of processor time per frequency) of narrow gaps and thin walls."""
+def gap_cost(surface: Surface, fidelity: AcousticsFidelity) -> tuple[int, float, float, float]:
+    """(triangles, least width in edges, s of processor time per frequency, s that `suspect_error` takes once) of narrow
+    gaps and thin walls."""
     facing = facing_pairs(surface, neighbours(surface, _WIDE), _WIDE)
     width = np.full(len(surface.triangles), np.inf)
     for side in facing.pairs.T:
         np.minimum.at(width, side, facing.ratio)
     narrow = width < _WIDE
-    seconds = _SECONDS * (1.0 / np.maximum(width[narrow], unresolved_gap(fidelity)) ** 2).sum()
-    return int(narrow.sum()), float(width.min()), float(seconds)
+    seconds = np.where(narrow, _SECONDS / np.maximum(width, unresolved_gap(fidelity)) ** 2, 0.0)
+    tested = np.isin(surface.triangles, _sampled(surface, fidelity, fidelity)[1]).any(axis=1)
+    return int(narrow.sum()), float(width.min()), float(seconds.sum()), float(seconds[tested].sum())
 
 
 def _weights(surface: Surface) -> FloatArray:

@@ -14,6 +14,12 @@ from nvhchain.acoustics._fused_quadrature import in_chunks, product_rule, touchi
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import FloatArray, IntArray, Surface
 
+_OPEN = np.radians([45.0, 15.0])
+"""Angles between needles that meet at their tips, above which they take the order of other triangles, and twice it."""
+
+_TIP = 0.7
+"""Shortest edge at the corner that two needles share, over the longest edge of both, from which on it is their tip."""
+
 
 class Plane(Protocol):
     """A rigid plane that reflects: G(x, y) + G(x, y′) with the mirrored point y′ has no normal derivative on it."""
@@ -153,6 +159,39 @@ def rules_of(order: int, slenderest: int, fidelity: AcousticsFidelity) -> Rules:
     return Rules(np.ascontiguousarray(hats.T), weights, chunks, start, width, 3 + len(fidelity.close_orders))
 
 
+def _ease_open_corners(
+    vertices: FloatArray,
+    triangles: IntArray,
+    sizes: FloatArray,
+    test: IntArray,
+    trial: IntArray,
+    rule: IntArray,
+    first: int,
+) -> None:
+    """Lower the rules, from `first` on those of touching needles, of needles that leave a common corner far apart.
+
+    Such a pair is no nearer than equilateral triangles are: those of a fan, which are as many as its square.  test,
+    trial, rule: (n_pair,), the last changed in place.
+    """
+    pair = np.flatnonzero((rule >= first) & ((rule - first) % 3 == 0))
+    if len(pair) == 0:
+        return
+    shared = triangles[test[pair]][:, :, None] == triangles[trial[pair]][:, None, :]
+    sides, reach = [], []
+    for triangle, here in ((test[pair], shared.any(axis=2)), (trial[pair], shared.any(axis=1))):
+        corners = np.take_along_axis(triangles[triangle], (np.argmax(here, axis=1)[:, None] + np.arange(3)) % 3, axis=1)
+        edges = vertices[corners[:, 1:]] - vertices[corners[:, :1]]
+        lengths = np.linalg.norm(edges, axis=2)
+        sides.append(edges / lengths[:, :, None])
+        reach.append(lengths.min(axis=1))
+    angle = np.arccos(np.einsum("pia,pja->pij", *sides).max(axis=(1, 2)).clip(-1.0, 1.0))
+    longer = np.maximum(sizes[test[pair]], sizes[trial[pair]])
+    tips = np.minimum(*reach) > _TIP * longer
+    level = (rule[pair] - first) // 3 + 1
+    level = np.minimum(level, np.where(tips & (angle > _OPEN[0]), 0, np.where(tips & (angle > _OPEN[1]), 1, 2)))
+    rule[pair] = np.where(level > 0, first + 3 * (level - 1), 0)
+
+
 def _curls(corners: FloatArray, areas: FloatArray) -> FloatArray:
     """Surface curl n × ∇φᵢ (n_face, 3, 3) of the hats: the opposite edge over twice the area, a constant."""
     edges = np.roll(corners, -2, axis=1) - np.roll(corners, -1, axis=1)
@@ -177,6 +216,9 @@ def _trial(
     close_pairs(test_centroids, centroids, sizes, slenderness, triangles, same, ratios, start, nothing, nothing)
     trial, rule = np.empty(start[-1], dtype=np.int64), np.empty(start[-1], dtype=np.int64)
     close_pairs(test_centroids, centroids, sizes, slenderness, triangles, same, ratios, start, trial, rule)
+    if same:
+        test = np.repeat(np.arange(len(triangles)), np.diff(start))
+        _ease_open_corners(vertices, triangles, sizes, test, trial, rule, 3 + len(ratios))
     return Trial(
         vertices=vertices,
         normals=normals,

@@ -232,12 +232,12 @@ def _quadrature_accuracy(surface: Surface, fidelity: AcousticsFidelity, engine: 
         orders = (order,) * len(fidelity.close_orders)
         rules = replace(fidelity, gap_halvings=0, quadrature_order=order, close_orders=orders, needle_aspect=1e6)
         remedy = "use engine fused"
-    count, width, seconds = gap_cost(surface, fidelity)
+    count, width, seconds, once = gap_cost(surface, fidelity)
     if engine == "fused" and seconds > SLOW:
         warnings.warn(
             f"{count} triangles face each other across gaps or walls down to {width:.2g} of their edge: every "
-            f"frequency takes about {seconds:.0f} s of processor time more; refine the surface there, or close or "
-            "widen the gap",
+            f"frequency takes about {seconds:.0f} s of processor time more, and the check of the quadrature {once:.0f} "
+            "s once; refine the surface there, or close or widen the gap",
             RuntimeWarning,
             stacklevel=4,
         )

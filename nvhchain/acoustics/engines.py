@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from dataclasses import replace
 from importlib import import_module
 
-import psutil
 from threadpoolctl import threadpool_limits
 
 from nvhchain.acoustics.bands import BAND
@@ -17,6 +16,7 @@ from nvhchain.acoustics.linear_system import System
 from nvhchain.errors import ResourceError, require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
 from nvhchain.handoff import FloatArray, RigidPlane, Surface
+from nvhchain.memory import free_memory
 
 ENGINES = {"fused": "nvhchain.acoustics._fused", "bempp": "nvhchain.acoustics._bempp"}
 """Name of every engine and the module that offers `systems(surface, wavenumbers, fidelity)`; opened when first used."""
@@ -147,7 +147,7 @@ def _fitting(
         fidelity.solver != "compressed" or striped,
         f"engine {engine} cannot compress its matrices: use engine {', '.join(_STRIPED)} or another solver",
     )
-    free = int(psutil.virtual_memory().available)
+    free = free_memory()
     solvers = ("auto", "compressed") if fidelity.solver == "auto" and striped else (fidelity.solver,)
     for solver in solvers:
         chosen = replace(fidelity, solver=solver)

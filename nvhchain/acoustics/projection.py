@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-import psutil
 from numpy.typing import ArrayLike
 
 from nvhchain.acoustics.interpolation import check_lines, interpolant, support
@@ -13,6 +12,7 @@ from nvhchain.conventions import Progress
 from nvhchain.errors import ResourceError, require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, TransferVectors
+from nvhchain.memory import free_memory
 
 LINES = 64
 """Frequency lines per piece of work: some ten milliseconds for a usual surface."""
@@ -82,7 +82,7 @@ def project(
 
 def check_memory(size: int, what: str, fewer: str) -> None:
     """Raise `ResourceError` unless `size` bytes of `what` fit into free memory."""
-    free = int(psutil.virtual_memory().available)
+    free = free_memory()
     if size > free:
         raise ResourceError(
             f"{what} need {size / 2**30:.3g} GiB, {free / 2**30:.3g} GiB are free: "

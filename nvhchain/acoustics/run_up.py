@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import psutil
 from numpy.typing import ArrayLike
 from scipy.fft import irfft, next_fast_len, rfft
 
@@ -17,6 +16,7 @@ from nvhchain.handoff import (
     PressureHistory,
     ReducedHousing,
 )
+from nvhchain.memory import free_memory
 
 FADE = 0.1
 """Share of the band over which the upper end of the transfer functions is faded out: a sharp end would ring."""
@@ -83,7 +83,7 @@ def run_up_pressure(
     length = next_fast_len(max(4 * samples, 2**13), real=True)
     block = length - samples + 1
     points, channels = len(functions.points), len(force)
-    need, free = 16 * (length // 2 + 1) * channels * (points + 1), psutil.virtual_memory().available
+    need, free = 16 * (length // 2 + 1) * channels * (points + 1), free_memory()
     if need > free:
         raise ResourceError(
             f"impulse responses of {points} points and {channels} forces need {need / 2**30:.3g} GiB, "

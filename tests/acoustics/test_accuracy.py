@@ -244,14 +244,19 @@ def test_engine_bempp_which_cuts_no_triangles_tells_its_error_across_gaps_and_at
 
 def test_what_narrow_gaps_cost_is_said_before_it_is_spent(air):
     edge = 0.04 * np.sqrt(2)
-    count, width, seconds = gap_cost(stacked(0.02 * edge), KNOBS)
+    count, width, seconds, once = gap_cost(stacked(0.02 * edge), KNOBS)
     assert (count, width) == (36, pytest.approx(0.02, rel=1e-6))
     assert seconds == pytest.approx(36 * 4e-6 / 0.02**2, rel=1e-6)
-    assert gap_cost(stacked(0.2 * edge), KNOBS)[2] == 0.0
+    assert once == 0.0  # this gap is resolved: there is nothing to check
+    unresolved = gap_cost(stacked(0.02 * edge), replace(KNOBS, gap_halvings=3))
+    assert unresolved[3] == unresolved[2] > 0.0  # the check's vertices are all those of the gap
+    assert gap_cost(stacked(0.2 * edge), KNOBS)[2:] == (0.0, 0.0)
     body = bodies.box((0.2, 0.2, 0.1), 0.0125)
     shifted = body.vertices + np.array([0.0, 0.0, 0.1 + 2e-4])
     pair = Surface(
         np.vstack([body.vertices, shifted]), np.vstack([body.triangles, body.triangles + len(body.vertices)])
     )
-    with pytest.warns(RuntimeWarning, match=r"1024 triangles face .* down to 0.011 .* about 3\d s of processor time"):
+    with pytest.warns(
+        RuntimeWarning, match=r"1024 triangles face .* down to 0.011 .* about 3\d s of .* the check .* 0 s once"
+    ):
         expected_accuracy(pair, None, 100.0, air, KNOBS)

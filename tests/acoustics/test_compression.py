@@ -126,7 +126,7 @@ def test_values_that_are_not_finite_raise(body):
 
 def free(monkeypatch, size):
     memory = type("M", (), {"available": int(size)})
-    monkeypatch.setattr("nvhchain.acoustics.engines.psutil.virtual_memory", lambda: memory)
+    monkeypatch.setattr("psutil.virtual_memory", lambda: memory)
 
 
 def test_estimated_memory_of_transfer_vectors_is_what_they_are_refused_by(monkeypatch, body):

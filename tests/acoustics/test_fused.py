@@ -128,7 +128,7 @@ def test_condition_stays_bounded_where_the_interior_resonates_and_near_zero():
 
 
 def test_matrices_that_do_not_fit_are_refused_with_numbers(monkeypatch):
-    monkeypatch.setattr(_fused.psutil, "virtual_memory", lambda: SimpleNamespace(available=1e6))
+    monkeypatch.setattr("psutil.virtual_memory", lambda: SimpleNamespace(available=1e6))
     with pytest.raises(ResourceError, match=r"1280 triangles take 0\.\d+ GB, but 0\.0 GB are free: use fewer"):
         next(_fused.systems(sphere(0.1, 3), [1.0], FIDELITY))
 

@@ -61,7 +61,7 @@ def test_stripes_are_the_rows_of_the_whole_matrices(plane, memory):
 
 
 def test_stripes_that_do_not_fit_are_refused_with_numbers(monkeypatch):
-    monkeypatch.setattr(_fused.psutil, "virtual_memory", lambda: SimpleNamespace(available=1e6))
+    monkeypatch.setattr("psutil.virtual_memory", lambda: SimpleNamespace(available=1e6))
     with pytest.raises(ResourceError, match=r"stripes of 1280 triangles and 1 wavenumbers take .* GB are free"):
         next(_fused.stripes(sphere(0.1, 3), [1.0], FIDELITY))
 

@@ -9,6 +9,7 @@ from math import factorial
 import numpy as np
 import pytest
 
+from nvhchain.acoustics import _fused, _fused_mesh
 from nvhchain.acoustics._fused_quadrature import (
     order_for,
     oscillation_error,
@@ -17,6 +18,8 @@ from nvhchain.acoustics._fused_quadrature import (
     triangle_rule,
 )
 from nvhchain.errors import InputError
+from nvhchain.fidelity import STANDARD
+from nvhchain.handoff import Surface
 
 TRIANGLE = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.3, 0.8, 0.0]])
 
@@ -97,3 +100,22 @@ def test_order_rises_only_where_elements_are_few_per_wavelength(per_wavelength, 
 def test_an_order_beyond_the_tables_is_refused():
     with pytest.raises(InputError, match="order 20 of a triangle is too high: 19 at most"):
         triangle_rule(20)
+
+
+def test_needles_of_a_fan_take_higher_orders_where_they_are_near_each_other_alone(monkeypatch):
+    """A lid of 64 needles has 64² pairs with a common tip; its rows are those of twice the order for all."""
+    n, k = 64, 7.0
+    angle = 2 * np.pi * np.arange(n) / n
+    rim = 0.1 * np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
+    apex = np.array([[0.0, 0.0, 0.02], [0.0, 0.0, -0.02]])
+    one, following = np.arange(n), np.roll(np.arange(n), -1)
+    lids = [np.column_stack([one, following, 0 * one + n]), np.column_stack([following, one, 0 * one + n + 1])]
+    body, knobs, tip = Surface(np.vstack([rim, apex]), np.vstack(lids)), STANDARD.acoustics, np.array([n])
+    raised = [int((_fused_mesh.prepare(body, knobs, None).trials[0].close_rule >= 5).sum())]
+    rows = [_fused.rows_of(body, k, knobs, tip)]
+    monkeypatch.setattr(_fused_mesh, "_OPEN", (np.inf, np.inf))
+    raised.append(int((_fused_mesh.prepare(body, knobs, None).trials[0].close_rule >= 5).sum()))
+    rows.append(_fused.rows_of(body, k, knobs, tip))
+    assert raised[0] < 0.4 * raised[1]
+    for eased, full in zip(*rows, strict=True):
+        assert 0.0 < np.linalg.norm(eased - full) < 1e-5 * np.linalg.norm(full)

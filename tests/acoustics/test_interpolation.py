@@ -56,9 +56,7 @@ def test_shapes_of_another_surface_and_lines_outside_the_masters_are_refused(det
 
 
 def test_results_that_do_not_fit_into_memory_are_refused_before_any_is_computed(detour, fidelity, monkeypatch):
-    monkeypatch.setattr(
-        "nvhchain.acoustics.projection.psutil.virtual_memory", lambda: type("M", (), {"available": 2**10})
-    )
+    monkeypatch.setattr("psutil.virtual_memory", lambda: type("M", (), {"available": 2**10}))
     with pytest.raises(ResourceError, match="fewer lines"):
         vectors_at(detour, LINES, fidelity=fidelity)
     with pytest.raises(ResourceError, match="fewer lines"):

@@ -208,7 +208,7 @@ def test_field_points_come_in_blocks_and_what_they_take_is_counted(air, coarse, 
     monkeypatch.setattr(direct, "_LAYER_BYTES", 7 * 16 * (len(body.vertices) + 80))
     assert np.abs(solve_direct(velocity, points, air=air, fidelity=coarse).pressure - whole).max() < 1e-14
     assert asked == [7 * 16 * (len(body.vertices) + 80) + 16 * 2 * 50]
-    monkeypatch.setattr("nvhchain.acoustics.engines.psutil.virtual_memory", lambda: type("M", (), {"available": 2**24}))
+    monkeypatch.setattr("psutil.virtual_memory", lambda: type("M", (), {"available": 2**24}))
     many = np.broadcast_to([[0.0, 0.0, 1.0]], (10**6, 3))
     with pytest.raises(ResourceError, match=r"GiB are free: ask for fewer field points"):
         solve_direct(velocity, many, air=air, fidelity=coarse)

@@ -158,7 +158,7 @@ def test_an_unknown_engine_is_refused_with_the_known_ones(bracket, air, coarse):
 
 
 def test_matrices_that_do_not_fit_into_memory_are_refused_before_any_is_built(bracket, air, coarse, monkeypatch):
-    monkeypatch.setattr("nvhchain.acoustics.engines.psutil.virtual_memory", lambda: type("M", (), {"available": 2**20}))
+    monkeypatch.setattr("psutil.virtual_memory", lambda: type("M", (), {"available": 2**20}))
     with pytest.raises(ResourceError, match=r"GiB are free: lower the upper frequency"):
         transfer_vectors(bracket, [[0.0, 0.0, 1.0]], [100.0], air=air, fidelity=coarse)
 

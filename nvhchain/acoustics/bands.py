@@ -76,6 +76,10 @@ def over_bands(
     InputError for an executor that takes no tasks any more, ResourceError where no worker holds a task and SolverError
     where a band loses one worker after the other.
     """
+    require(
+        executor is None or hasattr(executor, "submit"),
+        f"executor = {executor!r} takes no tasks: hand in one of concurrent.futures, or None to solve in this process",
+    )
     bands = [slice(start, start + BAND) for start in range(0, len(frequency), BAND)]
     values: ComplexArray | None = None
     done = 0

@@ -13,7 +13,7 @@ from nvhchain.acoustics.compressed import compressed_size, compressed_systems
 from nvhchain.acoustics.dense import dense_system
 from nvhchain.acoustics.iterative import iteration_size
 from nvhchain.acoustics.linear_system import System
-from nvhchain.errors import ResourceError, require
+from nvhchain.errors import ResourceError, is_whole, require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
 from nvhchain.handoff import FloatArray, RigidPlane, Surface
 from nvhchain.memory import free_memory
@@ -103,6 +103,14 @@ def estimate_memory(
     results and columns come on top (`vectors_memory`).
     Compressed matrices: at the frequency where the mesh has `fidelity.elements_per_wavelength`; finer meshes take less.
     """
+    for name, count, least in (
+        ("vertices", n_vertex, 1), ("triangles", n_face, 1),
+        ("field points", points, 0), ("frequencies", frequencies, 0),
+    ):  # fmt: skip
+        require(
+            is_whole(count) and count >= least,
+            f"memory for {count} {name} cannot be estimated: give a whole number from {least} up",
+        )
     return _solver_memory(n_vertex, n_face, engine, fidelity) + sum(
         vectors_memory(n_vertex, n_face, points, frequencies)
     )

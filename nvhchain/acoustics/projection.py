@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nvhchain.acoustics.interpolation import check_lines, interpolant, support
+from nvhchain.acoustics.surface import real_numbers
 from nvhchain.conventions import Progress
 from nvhchain.errors import ResourceError, require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
@@ -25,7 +26,7 @@ def vectors_at(
 
     Raises InputError for a line outside the masters, ResourceError where the vectors do not fit into free memory.
     """
-    lines = np.atleast_1d(np.asarray(frequency, dtype=float))
+    lines = np.atleast_1d(real_numbers(frequency, "lines"))
     paths = 1 if atv.plane is None else 2
     check_memory(paths * 16 * len(lines) * atv.vectors[0].size, "transfer vectors at the lines", "lines")
     points, faces = atv.vectors.shape[1:]
@@ -56,7 +57,7 @@ def project(
     only error is that of interpolation.
     Raises InputError for a line outside the masters or shapes of another surface, ResourceError.
     """
-    lines = np.atleast_1d(np.asarray(frequency, dtype=float))
+    lines = np.atleast_1d(real_numbers(frequency, "lines"))
     columns = np.asarray(shapes)
     faces = len(atv.surface.triangles)
     require(

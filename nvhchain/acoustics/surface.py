@@ -25,6 +25,9 @@ LOCAL_COARSENING = 2.0
 CLEARANCE = 1e-3
 """Least distance of a field point from the surface, in local element edges: nearer, it may as well lie on it."""
 
+LEAST_FREQUENCY = 1e-50
+"""Hz, lowest upper frequency but for 0."""
+
 
 def required_element_size(f_max: float, air: Air, fidelity: AcousticsFidelity) -> float:
     """Edge length (m) a mesh generator must aim at to support frequencies up to `f_max` (Hz)."""
@@ -47,6 +50,17 @@ def mean_edge(surface: Surface) -> float:
     return element_sizes(surface)[0]
 
 
+def real_numbers(values: ArrayLike, name: str) -> FloatArray:
+    """`values` as an array of float; `InputError` for text, complex numbers and lists of unequal length."""
+    try:
+        array = np.asarray(values)
+        if np.iscomplexobj(array):
+            raise TypeError("complex")
+        return np.asarray(array, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"{name} are {values!r:.60}, but real numbers are needed: give an array of them") from None
+
+
 def check_mesh(surface: Surface, f_max: float, air: Air, fidelity: AcousticsFidelity) -> None:
     """Raise `InputError` for a mesh coarser at `f_max` (Hz) than `fidelity` admits; below two it carries no wave.
 
@@ -55,6 +69,11 @@ def check_mesh(surface: Surface, f_max: float, air: Air, fidelity: AcousticsFide
     check_bodies(surface)
     if f_max <= 0:
         return
+    require(
+        f_max >= LEAST_FREQUENCY,
+        f"upper frequency {f_max:g} Hz lies between 0 and {LEAST_FREQUENCY:g} Hz, where the squares of wavelengths "
+        "overflow: give 0 Hz, or more than that",
+    )
     least = fidelity.coarsest_elements_per_wavelength
     asked = air.speed_of_sound / (f_max * least)
     mean, coarsest = element_sizes(surface)
@@ -92,7 +111,7 @@ def winding_and_clearance(surface: Surface, point: FloatArray) -> tuple[float, f
 def check_points(surface: Surface, points: ArrayLike, clearance: float = CLEARANCE) -> FloatArray:
     """Field points as a (n_point, 3) array in m; `InputError` if one lies inside the body or nearer to its surface than
     `clearance` times the longest edge of the nearest triangle."""
-    x = np.ascontiguousarray(np.atleast_2d(np.asarray(points, dtype=float)))
+    x = np.ascontiguousarray(np.atleast_2d(real_numbers(points, "field points")))
     if x.ndim != 2 or x.shape[1] != 3 or len(x) == 0:
         raise InputError(f"field points have shape {np.shape(points)}, but (n_point, 3) in m is needed")
     require(bool(np.isfinite(x).all()), "field points hold a value that is not finite: repair it")

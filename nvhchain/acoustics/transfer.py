@@ -19,7 +19,7 @@ from nvhchain.acoustics.plane import check_plane, with_images
 from nvhchain.acoustics.potentials import layer_potentials
 from nvhchain.acoustics.rayleigh import check_rayleigh_memory, rayleigh_accuracy, rayleigh_vectors
 from nvhchain.acoustics.shards import kept_in
-from nvhchain.acoustics.surface import check_mesh, check_points
+from nvhchain.acoustics.surface import check_mesh, check_points, real_numbers
 from nvhchain.conventions import Air, Progress
 from nvhchain.errors import require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
@@ -50,7 +50,7 @@ def master_frequencies(low: float, high: float, fidelity: AcousticsFidelity) -> 
 
 def check_frequencies(frequencies: ArrayLike) -> FloatArray:
     """Frequencies (Hz) as a strictly increasing (n_f,) array from 0 up, else `InputError`."""
-    f = np.atleast_1d(np.asarray(frequencies, dtype=float))
+    f = np.atleast_1d(real_numbers(frequencies, "frequencies"))
     require(
         f.ndim == 1 and f.size > 0 and bool(np.isfinite(f).all()) and f[0] >= 0 and bool((np.diff(f) > 0).all()),
         "frequencies must be finite, not negative and strictly increasing, in Hz: sort them and drop repeated ones",

@@ -10,7 +10,7 @@ import acoustics_bodies as bodies
 import numpy as np
 import pytest
 
-from nvhchain.acoustics import solve_direct, surface_pressure, transfer_vectors
+from nvhchain.acoustics import estimate_memory, solve_direct, surface_pressure, transfer_vectors
 from nvhchain.conventions import Air
 from nvhchain.errors import AccuracyWarning, InputError, ResourceError
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
@@ -204,3 +204,31 @@ def test_more_field_points_than_memory_holds_are_refused_before_any_work():
     with pytest.raises(ResourceError, match=r"GiB are free.*fewer field points"):
         transfer_vectors(BOX, many, np.linspace(50.0, 1000.0, 400), air=AIR, fidelity=STANDARD.acoustics)
     assert time.perf_counter() - start < 5.0
+
+
+@pytest.mark.parametrize(
+    ("points", "frequencies", "more", "said"),
+    [
+        ([[0.0, 0.0, 1.0]], "abc", {}, "frequencies are 'abc', but real numbers are needed"),
+        ([[0.0, 0.0, 1.0]], [100.0 + 1j], {}, r"frequencies are .*1j.* real numbers"),
+        ("a", [100.0], {}, "field points are 'a', but real numbers"),
+        ([[0.0, 0.0, 1.0], [1.0]], [100.0], {}, "field points are .* real numbers"),
+        ([[0.0, 0.0, 1.0]], [100.0], {"executor": 3}, "executor = 3 takes no tasks: hand in one"),
+        ([[0.0, 0.0, 1.0]], [1e-300], {}, "upper frequency 1e-300 Hz lies between 0 and 1e-50 Hz"),
+    ],
+    ids=["text", "complex", "point of text", "ragged", "executor", "frequency next to nothing"],
+)
+def test_input_of_the_wrong_kind_is_refused(points, frequencies, more, said):
+    with pytest.raises(InputError, match=said):
+        transfer_vectors(BOX, points, frequencies, air=AIR, fidelity=ASKED, **more)
+
+
+def test_the_memory_of_no_triangles_is_not_estimated():
+    for counts, said in (((-1, 0), "-1 vertices"), ((10, 0), "0 triangles"), ((10, 16.5), "16.5 triangles")):
+        with pytest.raises(InputError, match=f"memory for {said} cannot be estimated: give a whole number from 1 up"):
+            estimate_memory(*counts)
+
+
+def test_the_lowest_frequency_that_is_taken_is_solved():
+    error, _, _ = compared(BOX, INSIDE, [1e-50, 10.0], bodies.shell(4, 1.0))
+    assert error.max() < 0.02

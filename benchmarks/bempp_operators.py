@@ -4,8 +4,8 @@
 
 IN: vertices, triangles, gradient (n_face,) and wavenumber of one mesh, and alpha, the coupling under e^{−jωt}. Every
 call assembles S, K′, K, W at quadrature ORDER (regular and singular), twice: the first run imports and compiles. OUT:
-seconds and processor seconds (2,), peak memory in bytes of that, and pressure (n_v,) of the combined equation. Needs bempp-cl and
-numpy only, so that an interpreter with an OpenCL driver, which may spoil others, can stay apart.
+seconds and processor seconds (2,), peak memory in bytes of that, and pressure (n_v,) of the combined equation. Needs
+bempp-cl and numpy only, so that an interpreter with an OpenCL driver, which may spoil others, can stay apart.
 """
 
 from __future__ import annotations

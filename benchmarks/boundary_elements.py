@@ -257,8 +257,8 @@ def main() -> None:
     lines = [
         "Operators (S, K, K′, W combined into A and B) per wavenumber; cold: import and first call of a process "
         "with nothing compiled, for the fused engine four wavenumbers. Ratios: to the fused engine at order 2 with "
-        "as many threads. Error: quadrature alone, of the surface pressure. One thread was measured beside other work, in processor "
-        "seconds.",
+        "as many threads. Error: quadrature alone, of the surface pressure. One thread was measured beside other work, "
+        "in processor seconds.",
         "",
         "| triangles | engine | threads | cold / CPU s | warm / CPU s | CPU ratio | cold / s | warm / s | ratio | "
         "peak MB | error |",

@@ -12,6 +12,7 @@ from math import isfinite, pi
 from typing import Literal
 
 import numpy as np
+from scipy.interpolate import PchipInterpolator
 
 from nvhchain.errors import InputError, require
 from nvhchain.handoff import BearingForces, FloatArray
@@ -240,11 +241,13 @@ def to_bearing_forces(
     if channels.resample_rate is None:
         time = uniform_time(time, record.source)
     else:
-        columns = [table.reshape(count, -1), speed[:, None], *of_meshes.values()]
+        columns = [table.reshape(count, -1), *of_meshes.values()]
         ends = np.cumsum([column.shape[1] for column in columns])[:-1]
-        time, joined = resampled(time, np.hstack(columns), channels.resample_rate, record.source)
-        pressed, speed, *parts = np.split(joined, ends, axis=1)
-        table, speed = pressed.reshape(len(time), -1, 3), speed[:, 0]
+        recorded = time
+        time, joined = resampled(recorded, np.hstack(columns), channels.resample_rate, record.source)
+        pressed, *parts = np.split(joined, ends, axis=1)
+        table = pressed.reshape(len(time), -1, 3)
+        speed = PchipInterpolator(recorded, speed)(time)  # a filter would swing below standstill
         of_meshes = dict(zip(of_meshes, parts, strict=True))
     return BearingForces(
         time=time,

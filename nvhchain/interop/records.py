@@ -106,7 +106,8 @@ def _flat(arrays: Mapping[str, Any]) -> dict[str, Any]:
 def read_hdf5(path: Path) -> Record:
     """Datasets of numbers anywhere in the file, named by their path; attribute `units` where there is one.
 
-    In a MATLAB file of level 7.3 units are texts, as `read_mat` says.
+    In a MATLAB file of level 7.3 units are texts, as `read_mat` says, and arrays, which MATLAB stores with their axes
+    reversed, have them as in MATLAB.
     """
     arrays: dict[str, Any] = {}
     stated: dict[str, str] = {}
@@ -117,7 +118,7 @@ def read_hdf5(path: Path) -> Record:
             if not item.attrs.get("MATLAB_empty"):
                 texts[name] = "".join(map(chr, item[()].ravel()))
         elif isinstance(item, h5py.Dataset) and item.dtype.kind in "fiu" and item.ndim > 0:
-            arrays[name] = item[()]
+            arrays[name] = item[()].T if "MATLAB_class" in item.attrs else item[()]
             if "units" in item.attrs:
                 unit = item.attrs["units"]
                 stated[name] = unit.decode() if isinstance(unit, bytes) else str(unit)

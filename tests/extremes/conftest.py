@@ -38,7 +38,7 @@ _ADMITTED = re.compile(
 )
 _REMEDY = re.compile(
     r"[:;,] (or )?(\w+ )?(give|use|choose|flip|raise|lower|reduce|remove|keep|make|move|refine|add|drop|ask|check|"
-    r"widen|coarsen|shorten|replace|turn|leave|lengthen|narrow|enlarge|thicken|sample|record|set|name|put|take|cut|split)\b"
+    r"widen|coarsen|shorten|replace|turn|leave|lengthen|narrow|enlarge|thicken|sample|record|set|name|put|take|cut|split|tabulate)\b"
 )
 
 

@@ -277,7 +277,8 @@ def test_units_in_a_matlab_file_must_agree(forces, tmp_path, level):
         path.unlink()
         with h5py.File(path, "w") as file:
             for name, unit in (("time", "s"), ("input_speed", "rad/s"), ("force", "N")):
-                file[name] = getattr(forces, name)
+                file[name] = getattr(forces, name).T  # as MATLAB stores its axes
+                file[name].attrs["MATLAB_class"] = np.bytes_("double")
                 file[f"units/{name}"] = np.array([[ord(c)] for c in unit], dtype=np.uint16)
                 file[f"units/{name}"].attrs["MATLAB_class"] = np.bytes_("char")
         assert list(read_record(path).units) == list(read_record(path).channels)
@@ -474,3 +475,24 @@ def test_a_table_with_semicolons_says_how_tables_are_written(tmp_path, declared)
     (tmp_path / "forces.csv").write_text("t;fx;fy;fz\n0,0;1,5;2;3\n0,1;1;2;3\n")
     with pytest.raises(InputError, match="commas between them and decimal points"):
         read_bearing_forces(tmp_path / "forces.csv", declared)
+
+
+def test_a_resampled_speed_does_not_turn_backwards_where_the_input_starts(declared, tmp_path):
+    time = np.arange(4000) / 4e3
+    speed = np.maximum(0.0, 200.0 * (time - 0.5))
+    names = [f"{bearing.name}{axis}" for bearing in declared.bearings for axis in "xyz"]
+    bearings = tuple(BearingChannels(b.name, *(f"{b.name}{axis}" for axis in "xyz")) for b in declared.bearings)
+    header, table = ",".join(["t", "speed", *names]), np.column_stack([time, speed, *[np.sin(time)] * len(names)])
+    np.savetxt(tmp_path / "up.csv", table, delimiter=",", header=header, comments="")
+    channels = replace(
+        declared,
+        bearings=bearings,
+        time_channel="t",
+        time_unit="s",
+        speed=None,
+        speed_channel="speed",
+        resample_rate=1e3,
+    )
+    read = read_bearing_forces(tmp_path / "up.csv", channels, positions=POSITIONS)
+    assert read.input_speed.min() == 0.0
+    np.testing.assert_allclose(read.input_speed, np.maximum(0.0, 200.0 * (read.time - 0.5)), atol=0.02)

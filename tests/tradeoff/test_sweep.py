@@ -52,10 +52,11 @@ def test_rows_are_the_base_and_every_value(swept):
 
 
 def test_every_row_has_time_and_memory_of_all_stages_and_the_base_no_error(swept):
+    assert swept[1].measurements[0].processor > 0
     for row in swept[1].measurements:
         assert {"pressure"} <= set(row.stages) <= {"transfer_vectors", "pressure"}
         assert row.seconds > 0
-        assert 0 < row.processor == sum(cost.processor for cost in row.stages.values())
+        assert row.processor == sum(cost.processor for cost in row.stages.values())  # in ticks: a stage may take none
         assert 100 < row.megabytes < 3000
         assert (row.deviation is None) == (row.knob == "base")
 

@@ -63,7 +63,7 @@ def systems(
     k = np.asarray(wavenumbers, dtype=float)
     mesh = prepare(surface, fidelity, plane)
     n_vertex, n_face = len(surface.vertices), len(surface.triangles)
-    parts = parts_of(mesh.triangles, mesh.tiles, n_vertex, _fewest_parts())
+    parts = parts_of(mesh.triangles, mesh.tiles, n_vertex, 4 * threads() if threads() > 1 else 1)
     count = _batch_size(n_vertex, n_face, np.dtype(COMPLEX[fidelity.precision]).itemsize)
     _compile(fidelity.precision)
     for start in range(0, len(k), count):
@@ -76,11 +76,6 @@ def systems(
         for index in range(len(a)):
             yield a[index], b[index]
         del a, b
-
-
-def _fewest_parts() -> int:
-    """Parts that keep every thread busy to the end; each costs the triangles that it shares with its neighbours."""
-    return 4 * threads() if threads() > 1 else 1
 
 
 def stripes(
@@ -103,8 +98,7 @@ def stripes(
     n_vertex, n_face = len(surface.vertices), len(surface.triangles)
     per_row = np.dtype(COMPLEX[fidelity.precision]).itemsize * len(k) * (n_vertex + n_face)
     alive = threads() + 1
-    count = max(_fewest_parts(), -(-alive * n_vertex * per_row // memory))
-    parts = parts_of(mesh.triangles, mesh.tiles, n_vertex, count)
+    parts = parts_of(mesh.triangles, mesh.tiles, n_vertex, max(1, -(-alive * n_vertex * per_row // memory)))
     need, free = alive * per_row * max(len(part.rows) for part in parts), free_memory()
     if need > 0.9 * free:
         raise ResourceError(

@@ -14,7 +14,6 @@ from math import ceil, isfinite
 from typing import Unpack
 
 import numpy as np
-import psutil
 
 from nvhchain.conventions import Progress
 from nvhchain.dynamics.decimation import Decimator, decimator, low_pass, low_pass_reach, record_stride
@@ -27,6 +26,7 @@ from nvhchain.dynamics.simulation import Motion, Simulation, advance, at_rest, a
 from nvhchain.dynamics.steady import check_step, settling_time
 from nvhchain.errors import ResourceError, require
 from nvhchain.handoff import BearingForces, FloatArray, MeshLaw, ReducedHousing
+from nvhchain.memory import free_memory
 
 BLOCK = 2048
 """Samples that leave the time loop at once: bounds the memory of the state history."""
@@ -146,7 +146,7 @@ def _check_block(model: Simulation, stride: int, half: int, parts: int, f_max: f
     n_c, n_out = len(model.contact_stiffness), model.bearing_output.shape[0] + 2 * len(model.deflection_output) + 1
     width, steps = 2 * half + 2, BLOCK * stride
     needed = 8.0 * (BLOCK * width * n_c + 2 * steps * 2 * n_c + parts * width * n_c * n_out)
-    available = float(psutil.virtual_memory().available)
+    available = free_memory()
     if needed > 0.8 * available:
         raise ResourceError(
             f"f_max = {f_max:g} Hz from steps of {1e6 * model.step.step:g} µs stores every {stride}th step through a "
@@ -265,7 +265,7 @@ def run_up_with_error(
     """
     run = prepare(gearbox, mesh_laws, housing, **operation)
     n_out = len(run.decimator.constant)
-    needed, available = 3 * 8.0 * run.count * (n_out + 2), float(psutil.virtual_memory().available)
+    needed, available = 3 * 8.0 * run.count * (n_out + 2), free_memory()
     if needed > 0.8 * available:
         raise ResourceError(
             f"a record of {run.count} samples needs {needed / 2**30:.1f} GiB, but {available / 2**30:.1f} are free: "

@@ -8,7 +8,6 @@ from functools import partial
 from math import ceil, inf, isfinite, log, pi
 
 import numpy as np
-import psutil
 from scipy.fft import next_fast_len
 
 from nvhchain.conventions import Progress
@@ -22,6 +21,7 @@ from nvhchain.dynamics.train import Train, train
 from nvhchain.errors import ResourceError, SolverError, require
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import BearingForces, FloatArray, MeshLaw, ReducedHousing
+from nvhchain.memory import free_memory
 
 BLOCK = 8192
 """Steps per call of the time loop: bounds the memory of the state history."""
@@ -223,7 +223,7 @@ def check_step(
 
 def _check_memory(n_step: float, n_out: int, periods: int, duration: float) -> None:
     needed = 8.0 * n_step * (n_out + 1) * (2 + 2 * periods)
-    available = float(psutil.virtual_memory().available)
+    available = free_memory()
     if needed > 0.8 * available:
         raise ResourceError(
             f"recording {periods} common period(s) of {duration:.3g} s needs {needed / 2**30:.1f} GiB, but "

@@ -17,12 +17,12 @@ from types import TracebackType
 from typing import Any, Protocol
 
 import numpy as np
-import psutil
 import scipy.sparse as sp
 from threadpoolctl import threadpool_info
 
 from nvhchain.errors import InputError, ResourceError, SolverError, require
 from nvhchain.handoff import FloatArray
+from nvhchain.memory import free_memory
 
 SUPERLU_UNKNOWNS = 40_000
 """Largest system given to SuperLU: about a minute and 2 GB for quadratic solid elements."""
@@ -176,7 +176,7 @@ class _PardisoFactor(_Closing):
             _let_workers_sleep()
             peak, kept, work = (1024 * int(self._solver.get_iparm(i)) for i in (15, 16, 17))
             self.memory = kept + work
-            free = psutil.virtual_memory().available
+            free = free_memory()
             if max(peak, self.memory) > _MEMORY_SHARE * free:
                 raise ResourceError(
                     f"factor of {self.unknowns} unknowns needs {max(peak, self.memory) / 1e9:.1f} GB, "

@@ -9,13 +9,13 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import psutil
 import scipy.linalg
 import scipy.sparse as sp
 
 from nvhchain.errors import ResourceError, SolverError, require
 from nvhchain.fem._sparse import Factor, factorize
 from nvhchain.handoff import FloatArray
+from nvhchain.memory import free_memory
 
 BLOCK = 16
 """Vectors per Lanczos step."""
@@ -142,7 +142,7 @@ def _next_block(new: FloatArray, basis: FloatArray, M: Any) -> tuple[FloatArray,
 
 
 def _check_memory(unknowns: int, vectors: int) -> None:
-    need, free = 8.0 * unknowns * vectors, psutil.virtual_memory().available
+    need, free = 8.0 * unknowns * vectors, free_memory()
     if need > free:
         raise ResourceError(
             f"{vectors} Lanczos vectors of {unknowns} unknowns need {need / 1e9:.1f} GB, {free / 1e9:.1f} GB are free: "

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-import psutil
 import scipy.sparse as sp
 
 from nvhchain.conventions import Material, Progress
@@ -14,6 +13,7 @@ from nvhchain.fem._sparse import BLOCK, factorize
 from nvhchain.gear.mesh import GearMesh
 from nvhchain.gear.tooth_compliance import CondensedTooth, cylindrical_stiffness, unknowns
 from nvhchain.handoff import FloatArray, IntArray
+from nvhchain.memory import free_memory
 
 _ASSEMBLY_BYTES = 60
 """Peak memory per entry of the upper triangle while the parts are summed: triplets twice, sorting, finished rows."""
@@ -125,7 +125,7 @@ def _assembled(
     blank, (teeth, dense) = mesh.blank_solid, own.shape
     part = cylindrical_stiffness(blank, blank.elements[mesh.in_sector], material).tocoo()
     entries = (teeth // sector * part.nnz + teeth * dense**2) // 2
-    needed, available = _ASSEMBLY_BYTES * entries, psutil.virtual_memory().available
+    needed, available = _ASSEMBLY_BYTES * entries, free_memory()
     if needed > 0.8 * available:
         raise ResourceError(
             f"stiffness matrix of the gear body needs about {needed / 1e9:.1f} GB, {available / 1e9:.1f} GB are free: "

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-import psutil
 
 from nvhchain.errors import ResourceError
 from nvhchain.handoff import ComplexArray, FloatArray, ForceSpectrum, ReducedHousing, SurfaceVelocity
 from nvhchain.housing.damping import DampingCurve
+from nvhchain.memory import free_memory
 
 _CHUNK = 512
 """Frequency lines per matrix product."""
@@ -35,7 +35,7 @@ def respond(
     if loaded.size == 0:
         loaded = np.array([0])  # no force anywhere: one line of zeros
     faces = housing.normal_shapes.shape[1]
-    need, free = 16.0 * loaded.size * faces * 2, psutil.virtual_memory().available
+    need, free = 16.0 * loaded.size * faces * 2, free_memory()
     if need > free:
         raise ResourceError(
             f"surface velocity of {loaded.size} lines on {faces} faces needs {need / 1e9:.1f} GB, "

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-import psutil
-
 from nvhchain import housing
 from nvhchain.case import RADIATED, Case, GearboxCase
 from nvhchain.errors import InputError, ResourceError
 from nvhchain.fidelity import Fidelity
 from nvhchain.housing.reduction import check_bending_resolution
+from nvhchain.memory import free_memory
 from nvhchain.scene.planning import plan_without
 
 
@@ -37,7 +36,7 @@ def preflight(case: Case, fidelity: Fidelity, given: Collection[str] = (), *, in
         "bearing forces": forced or in_files,
         "transfer vectors": {"transfer_vectors"}.intersection(given),
     }
-    needed, largest, free = 0.0, "", float(psutil.virtual_memory().available)
+    needed, largest, free = 0.0, "", free_memory()
     for stage in plan_without(case, fidelity, given).stages:
         if not any(stage.name.startswith(name) for name, reasons in skipped.items() if reasons):
             needed, largest = max((needed, largest), (1e6 * stage.megabytes, stage.name))

@@ -78,10 +78,7 @@ def test_superlu_refuses_sizes_it_cannot_do():
 
 
 def test_factor_that_does_not_fit_into_memory_is_refused_before_it_is_made(matrices, monkeypatch):
-    class Memory:
-        available = 1024
-
-    monkeypatch.setattr(door.psutil, "virtual_memory", Memory)
+    monkeypatch.setattr(door, "free_memory", lambda: 1024)
     with pytest.raises(ResourceError, match="GB are free"):
         factorize(matrices[0], engine="pardiso")
 

@@ -2,7 +2,6 @@
 
 import dataclasses
 from functools import cache
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -284,8 +283,7 @@ def test_patterns_that_stay_near_their_tooth_may_be_those_of_tooth_0():
 
 
 def test_body_too_large_for_the_memory_is_refused(monkeypatch):
-    little = SimpleNamespace(virtual_memory=lambda: SimpleNamespace(available=2e6))
-    monkeypatch.setattr("nvhchain.gear.body_flexibility.psutil", little)
+    monkeypatch.setattr("nvhchain.gear.body_flexibility.free_memory", lambda: 2e6)
     with pytest.raises(ResourceError, match=r"needs about 0\.\d GB, 0\.0 GB are free: lower width_layers"):
         flank_compliance(SLOTTED, FINE_PATTERNS)
 

@@ -108,10 +108,7 @@ def test_bearings_are_matched_by_name(housing):
 
 
 def test_response_that_does_not_fit_into_memory_is_refused(housing, monkeypatch):
-    class Memory:
-        available = 100
-
-    monkeypatch.setattr(response.psutil, "virtual_memory", Memory)
+    monkeypatch.setattr(response, "free_memory", lambda: 100)
     with pytest.raises(ResourceError, match="narrow the band"):
         respond(housing, spectrum([500.0], np.ones((1, 2, 3))))
 

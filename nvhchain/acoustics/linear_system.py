@@ -133,11 +133,12 @@ class Factor:
 
     def __init__(self, matrix: ComplexArray) -> None:
         """Factorise; `SolverError` if A holds values that are not finite or is singular to working precision."""
-        norm = float(np.abs(matrix).sum(axis=1).max())  # the 1-norm of Aᵀ
+        routines = lapack.get_lapack_funcs(("lange", "getrf", "gecon", "getrs"), (matrix,))
+        one_norm, factorise, condition, self._substitute = routines
+        # LAPACK wants columns in a row: the transposed view of a C-ordered array is one without a copy.
+        norm = float(one_norm("1", matrix.T))
         if not np.isfinite(norm):
             raise SolverError("boundary element matrix holds values that are not finite: the engine failed")
-        factorise, condition, self._substitute = lapack.get_lapack_funcs(("getrf", "gecon", "getrs"), (matrix,))
-        # LAPACK wants columns in a row: the transposed view of a C-ordered array is one without a copy.
         self._lu, self._pivots, info = factorise(matrix.T, overwrite_a=True)
         reciprocal_condition, _ = condition(self._lu, norm) if info == 0 else (0.0, 0)
         self.reciprocal_condition = float(reciprocal_condition)

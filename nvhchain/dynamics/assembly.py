@@ -109,11 +109,6 @@ def assemble(
     fidelity: says whether shafts bend and how many points of its face a mesh has; None: rigid shafts, one point.
     Raises InputError when bearings, seats, axes and laws do not fit together or a shaft can move freely.
     """
-    require(
-        len(mesh_laws) == len(gearbox.meshes),
-        f"{len(mesh_laws)} mesh laws for {len(gearbox.meshes)} meshes: give one law per mesh, in the order of the "
-        "meshes",
-    )
     kinematics = train(gearbox, mesh_laws)
     bearings, n_shaft = gearbox.bearings, len(gearbox.shafts)
     n_mode = 0 if housing is None else len(housing.natural_frequency)

@@ -36,6 +36,11 @@ def train(gearbox: Gearbox, mesh_laws: Sequence[MeshLaw]) -> Train:
     The body period of a law must be a whole number of wheel teeth; then every period is a ratio of whole numbers
     and the common period their least common multiple, lcm(numerators)/gcd(denominators).
     """
+    require(
+        len(mesh_laws) == len(gearbox.meshes),
+        f"{len(mesh_laws)} mesh laws for {len(gearbox.meshes)} meshes: give one law per mesh, in the order of the "
+        "meshes",
+    )
     ratio: dict[int, Fraction] = {gearbox.shaft_index(gearbox.input_shaft): Fraction(1)}
     sense = {gearbox.shaft_index(gearbox.input_shaft): gearbox.input_rotation}
     ends = [(gearbox.shaft_index(mesh.pinion_shaft), gearbox.shaft_index(mesh.wheel_shaft)) for mesh in gearbox.meshes]

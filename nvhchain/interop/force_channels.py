@@ -7,7 +7,7 @@ itself (units, sampling) must not contradict them.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isfinite, pi
 from typing import Literal
 
@@ -322,4 +322,6 @@ def _position(
         f"bearing {bearing.name!r} has no position, and none of that name is known "
         f"({', '.join(positions) or 'no positions given'}): state its position",
     )
-    return positions[bearing.name]
+    placed = replace(bearing, position=positions[bearing.name])
+    assert placed.position is not None
+    return placed.position

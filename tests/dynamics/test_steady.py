@@ -126,6 +126,11 @@ def test_torque_free_train_turns_and_stays_finite(make_gearbox, make_laws):
     assert (d < 40e-6).all()
 
 
+def test_a_law_too_few_is_refused(make_gearbox, make_laws):
+    with pytest.raises(InputError, match="1 mesh laws for 2 meshes"):
+        _run(make_gearbox(), make_laws()[:1], None)
+
+
 def test_duration_and_counts_that_are_none_are_refused(make_gearbox, make_laws):
     for duration in (np.nan, np.inf, -1.0):
         with pytest.raises(InputError, match=r"duration = .* must be finite and 0 or more"):

@@ -170,6 +170,8 @@ def test_order_of_bearings_is_the_declared_one_and_positions_match_by_name(tmp_p
     own = BearingChannels("A", "Ax", "Ay", "Az", position=(1.0, 2.0, 3.0))
     found = read_bearing_forces(path, replace(declared, bearings=(own,)), positions=POSITIONS)
     np.testing.assert_array_equal(found.positions, [[1.0, 2.0, 3.0]])
+    with pytest.raises(InputError, match="position_mm"):
+        read_bearing_forces(path, declared, positions={**POSITIONS, "A": (120.0, 30.0, 85.0)})
 
 
 def test_units_in_the_file_must_agree_with_the_declared_ones(tmp_path, declared):

@@ -493,7 +493,7 @@ def test_a_resampled_speed_does_not_turn_backwards_where_the_input_starts(declar
         time_unit="s",
         speed=None,
         speed_channel="speed",
-        resample_rate=1e3,
+        resample_rate=1.1e3,
     )
     read = read_bearing_forces(tmp_path / "up.csv", channels, positions=POSITIONS)
     assert read.input_speed.min() == 0.0

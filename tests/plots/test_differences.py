@@ -41,6 +41,8 @@ def test_text_markdown_and_csv_hold_the_same_cells():
 
 def test_rounding_of_the_fourier_transform_is_no_line():
     table = difference_table(
-        {"solid": summary(70.0, (20.0, 65.0), (22.0, -122.8)), "slotted": summary(72.5, (22.0, 53.1))}
+        {"solid": summary(70.0, (20.0, 65.0), (22.0, -36.0), (24.0, -34.0)), "slotted": summary(72.5, (22.0, 53.1))}
     )
     assert table.rows[2] == ("order 22 / dB", "916.7", "–", "53.1", "–")
+    assert table.rows[3][0] == "order 24 / dB"
+    assert table.rows[3][2] == "-34.0"

@@ -17,6 +17,7 @@ from nvhchain import store
 from nvhchain.dynamics import bearing_forces, record_run_up, recording, run_up, run_up_time, speed_ramp, steady_sweep
 from nvhchain.dynamics.assembly import assemble
 from nvhchain.dynamics.decimation import decimator, low_pass
+from nvhchain.dynamics.law_range import excursions, joined
 from nvhchain.dynamics.quasi_static import static_mesh_forces
 from nvhchain.dynamics.simulation import advance, at_rest, bearing_force, simulation
 from nvhchain.dynamics.speed_ramp import prepare
@@ -278,6 +279,26 @@ def test_deflections_beyond_the_mesh_law_are_warned_of_and_recorded(
         with pytest.warns(AccuracyWarning, match=said):
             made = record_run_up(gearbox, laws, None, fidelity=fidelity, folder=tmp_path, **operation)
     assert len(made.paths) >= 1
+
+
+@pytest.mark.parametrize(("low", "high"), [(0.25, 1.1), (-0.1, 0.75)])
+def test_both_ends_of_a_mesh_law_are_looked_at_and_extremes_are_those_of_all_pieces(
+    make_gearbox, make_laws, make_law, low, high
+):
+    gearbox, fidelity = make_gearbox(), DynamicsFidelity(2e-5)
+    found = run_up(gearbox, make_laws(), None, fidelity=fidelity, **_operation(duration=0.1))
+    lowest, highest = found.mesh_deflection[:, 0].min(), found.mesh_deflection[:, 0].max()
+    first = make_law(0)
+    grid = lowest + np.linspace(low, high, 12) * (highest - lowest)
+    law = first.replace(
+        deflection=grid, force=np.stack([np.interp(grid, first.deflection, row) for row in first.force])
+    )
+    whole = excursions(gearbox, (law, make_laws()[1]), found, fidelity)
+    assert whole == {"A–B": {"lowest": lowest, "highest": highest, "table_lowest": grid[0], "table_highest": grid[-1]}}
+    half = whole["A–B"]
+    pieces = [{"A–B": half | {"highest": 0.5 * highest}}, {"A–B": half | {"lowest": 0.5 * lowest}}, {}]
+    for order in (pieces, pieces[::-1]):
+        assert joined(order) == whole
 
 
 def test_a_run_whose_contact_solvers_are_no_data_goes_to_no_files(make_gearbox, make_laws, tmp_path):

@@ -296,7 +296,8 @@ def test_both_ends_of_a_mesh_law_are_looked_at_and_extremes_are_those_of_all_pie
     whole = excursions(gearbox, (law, make_laws()[1]), found, fidelity)
     assert whole == {"A–B": {"lowest": lowest, "highest": highest, "table_lowest": grid[0], "table_highest": grid[-1]}}
     half = whole["A–B"]
-    pieces = [{"A–B": half | {"highest": 0.5 * highest}}, {"A–B": half | {"lowest": 0.5 * lowest}}, {}]
+    middle = 0.5 * (lowest + highest)
+    pieces = [{"A–B": half | {"highest": middle}}, {"A–B": half | {"lowest": middle}}, {}]
     for order in (pieces, pieces[::-1]):
         assert joined(order) == whole
 

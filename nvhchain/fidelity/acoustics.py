@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from nvhchain.errors import require
-from nvhchain.fidelity.limits import within
+from nvhchain.fidelity.limits import whole, within
 
 SOLVERS = ("auto", "direct", "iterative", "compressed")
 """Ways to solve boundary element systems."""
@@ -114,6 +114,8 @@ class AcousticsFidelity:
             ("solver_iterations", 1, 10_000),
             ("compression_error", 1e-7, 1e-2),
         )
+        whole(self, "acoustics", "masters", "quadrature_order", "singular_order", "gap_halvings")
+        whole(self, "acoustics", "interpolation_points", "interpolation_poles", "solver_iterations")
         ratios, orders = self.close_distances, self.close_orders
         require(
             len(ratios) == len(orders) >= 1 and all(1 <= order <= 20 for order in orders),

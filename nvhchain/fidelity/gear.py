@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from nvhchain.errors import require
-from nvhchain.fidelity.limits import within
+from nvhchain.fidelity.limits import whole, within
 
 BODIES = ("elements", "analytic")
 """Ways to find how teeth and blanks give way."""
@@ -67,4 +67,6 @@ class GearFidelity:
             ("back_reach", 0.1, 100.0),
             ("corner_gap", 0.0, 0.1),
         )
+        whole(self, "gear", "profile_elements", "width_layers", "slices", "angles_per_mesh", "deflections")
+        whole(self, "gear", "transverse_refinement", "root_refinement")
         require(self.bodies in BODIES, f"gear bodies = {self.bodies!r} is unknown: choose from {', '.join(BODIES)}")

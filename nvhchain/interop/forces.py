@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from nvhchain.errors import FileFormatError, InputError, require
+from nvhchain.errors import FileFormatError, InputError
 from nvhchain.handoff import BearingForces
 from nvhchain.interop.force_channels import BearingChannels, ForceChannels, Record, beside_forces, to_bearing_forces
 from nvhchain.interop.records import AXES, columns_of, read_csv, read_hdf5, read_mat, write_csv, write_hdf5, write_mat
@@ -57,9 +57,6 @@ def write_bearing_forces(forces: BearingForces, path: str | Path) -> ForceChanne
     """
     path = Path(path)
     kind = _format(path)
-    require(
-        path.absolute().parent.is_dir(), f"{path}: the folder {path.parent} does not exist: make it or choose another"
-    )
     WRITERS[kind](forces, path)
     bearings = []
     for i, (name, place) in enumerate(zip(forces.names, forces.positions.tolist(), strict=True)):

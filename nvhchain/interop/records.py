@@ -15,7 +15,7 @@ import h5py
 import numpy as np
 from scipy.io import loadmat, savemat
 
-from nvhchain.errors import FileFormatError
+from nvhchain.errors import FileFormatError, require
 from nvhchain.handoff import BearingForces, FloatArray
 from nvhchain.interop.force_channels import OF_MESHES, Record, beside_forces
 
@@ -218,7 +218,13 @@ def write_hdf5(forces: BearingForces, path: Path) -> Path:
 
 
 def whole(path: Path, write: Callable[[Path], None]) -> Path:
-    """Let `write` fill a file beside `path` and rename it, so that no half file is seen."""
+    """Let `write` fill a file beside `path` and rename it, so that no half file is seen.
+
+    Raises InputError where there is no folder for it.
+    """
+    require(
+        path.absolute().parent.is_dir(), f"{path}: the folder {path.parent} does not exist: make it or choose another"
+    )
     part = path.with_suffix(".part")
     try:
         write(part)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from concurrent.futures import Executor
+from functools import partial
 from math import cos, sin
 
 import numpy as np
@@ -18,7 +19,7 @@ from nvhchain.gear.contact_lines import separation as unloaded_gap
 from nvhchain.gear.engagement import Engagement
 from nvhchain.gear.mesh_law import pair_compliances
 from nvhchain.gear.pair import GearPair
-from nvhchain.gear.transmission_error import angle_blocks, body_period_angles, loaded_mesh
+from nvhchain.gear.transmission_error import angle_blocks, body_period_angles, loaded_mesh, on_blocks
 from nvhchain.handoff import FloatArray, LoadDistribution
 
 PROBE = 0.02
@@ -45,19 +46,17 @@ def load_distribution(
     require(nominal_force > 0, f"nominal_force = {nominal_force:g} N must be positive")
     angle = body_period_angles(pair, fidelity)
     engagement = Engagement(pair, compliances or pair_compliances(pair, fidelity), fidelity)
-    blocks = angle_blocks(angle)
-
-    def solved(engagement: Engagement) -> FloatArray:
-        tasks, found = [engagement.at_angles(block) if executor else engagement for block in blocks], []
-        for block in (executor.map if executor else map)(_carried, tasks, blocks, [nominal_force] * len(blocks)):
-            found.append(block)
-            if progress:
-                progress(len(found), len(blocks))
-        return np.concatenate(found)
-
-    rows = solved(engagement)
+    work = partial(
+        on_blocks,
+        _carried,
+        blocks=angle_blocks(angle),
+        given=(nominal_force,),
+        executor=executor,
+        progress=progress,
+    )
+    rows = work(engagement)
     closing = with_closing_edges(engagement, rows[:, -1].max())
-    sliding, arm, offset, tilt, slices, _ = (rows if closing is engagement else solved(closing)).T
+    sliding, arm, offset, tilt, slices, _ = (rows if closing is engagement else work(closing)).T
     return LoadDistribution(
         angle=angle,
         period=pair.body_period,

@@ -14,7 +14,7 @@ from nvhchain.gear.closing_edges import with_closing_edges
 from nvhchain.gear.compliance import FlankCompliance, flank_compliance
 from nvhchain.gear.engagement import Engagement, engaged_reach
 from nvhchain.gear.pair import BACK, DRIVE, GearPair
-from nvhchain.gear.transmission_error import angle_blocks, body_period_angles, loaded_mesh
+from nvhchain.gear.transmission_error import angle_blocks, body_period_angles, loaded_mesh, on_blocks
 from nvhchain.handoff import FloatArray, MeshLaw
 
 
@@ -49,14 +49,14 @@ def mesh_law(
     if compliances is None:
         compliances = pair_compliances(pair, fidelity, progress=lambda done, _: report(done))
     engagement, deflection = engaged(pair, nominal_force, fidelity, compliances)
-    # a part travels without the teeth that its angles do not reach
-    tasks = [engagement.at_angles(block) if executor else engagement for block in blocks]
-    work = (executor.map if executor else map)(_force_rows, tasks, blocks, [deflection] * len(blocks))
-    rows: list[FloatArray] = []
-    for done, block in enumerate(work, start=teeth + 1):
-        rows.extend(block)
-        report(done)
-    force = np.array(rows)
+    force = on_blocks(
+        _force_rows,
+        engagement,
+        blocks=blocks,
+        given=(deflection,),
+        executor=executor,
+        progress=lambda done, _: report(teeth + done),
+    )
     if (np.diff(force, axis=1) < 0).any():
         raise SolverError("mesh force falls with deflection, against the contact's physics: tighten contact_residual")
     return tabulated(pair, angle, deflection, force)

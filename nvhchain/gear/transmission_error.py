@@ -5,13 +5,17 @@ TE = r_bG θ_G − r_bP θ_P = −δ/cos β_b; the functions return δ/cos β_b,
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import dataclass
+from functools import partial
 from math import ceil
+from typing import Any
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
+from nvhchain.conventions import Progress
 from nvhchain.errors import SolverError, require
 from nvhchain.fidelity import GearFidelity
 from nvhchain.gear.closing_edges import with_closing_edges
@@ -140,17 +144,11 @@ def loaded_transmission_error(
     """
     pair = engagement.pair
     force, angle = pair.normal_force(pinion_torque), body_period_angles(pair, engagement.fidelity)
-    blocks = angle_blocks(angle)
-
-    def solved(engagement: Engagement) -> FloatArray:
-        tasks, n = [engagement.at_angles(block) if executor else engagement for block in blocks], len(blocks)
-        work = (executor.map if executor else map)(_deflections, tasks, blocks, [force] * n, [friction] * n)
-        return np.concatenate(list(work))
-
-    deflection = solved(engagement)
+    work = partial(on_blocks, _deflections, blocks=angle_blocks(angle), given=(force, friction), executor=executor)
+    deflection = work(engagement)
     closing = with_closing_edges(engagement, deflection.max())
     if closing is not engagement:
-        deflection = solved(closing)
+        deflection = work(closing)
     return angle, deflection / np.cos(pair.base_helix_angle)
 
 
@@ -164,6 +162,30 @@ def angle_blocks(angle: FloatArray) -> list[FloatArray]:
     """Pieces of work of an executor."""
     size = max(_ANGLE_BLOCK, ceil(len(angle) / _PIECES))
     return [angle[i : i + size] for i in range(0, len(angle), size)]
+
+
+def on_blocks(
+    work: Callable[..., FloatArray],
+    engagement: Engagement,
+    *,
+    blocks: list[FloatArray],
+    given: tuple[Any, ...],
+    executor: Executor | None = None,
+    progress: Progress | None = None,
+) -> FloatArray:
+    """`work(engagement, angles, *given)` on all `angle_blocks`, one below the other.
+
+    executor: takes the blocks.  progress: called with (blocks done, blocks in all).
+    """
+    # a block travels without the teeth that its angles do not reach
+    tasks = [engagement.at_angles(block) if executor else engagement for block in blocks]
+    arguments = ([argument] * len(blocks) for argument in given)
+    found: list[FloatArray] = []
+    for rows in (executor.map if executor else map)(work, tasks, blocks, *arguments):
+        found.append(rows)
+        if progress:
+            progress(len(found), len(blocks))
+    return np.concatenate(found)
 
 
 def _deflections(engagement: Engagement, angles: FloatArray, force: float, friction: float) -> FloatArray:

@@ -46,6 +46,15 @@ def _longest_edge(samples):
     return at, np.sqrt(square)
 
 
+@numba.njit(error_model="numpy")
+def _copy(pieces, n, others, m):
+    """others[m] = pieces[n] number by number: for whole arrays a check of their shapes compiles for seconds."""
+    for side in range(2):
+        for i in range(3):
+            for j in range(3):
+                others[m, side, i, j] = pieces[n, side, i, j]
+
+
 @numba.njit(
     "Tuple((float64[:,:,:,::1], float64[::1], int64))"
     "(float64[:,:,:,::1], float64[::1], float64[:,:,::1], float64, float64, float64)",
@@ -60,7 +69,10 @@ def cut(pieces, share, corners, gap, least_x, least_y):
     Returns pieces and shares, in larger scratch if need be, and their number.
     """
     samples, barycentric = np.empty((2, 7, 3)), np.empty((7, 3))
-    pieces[0, 0], pieces[0, 1], share[0] = np.eye(3), np.eye(3), 1.0
+    for i in range(3):
+        for j in range(3):
+            pieces[0, 0, i, j] = pieces[0, 1, i, j] = 1.0 if i == j else 0.0
+    share[0] = 1.0
     count, n = 1, 0
     while n < count:
         for side in range(2):
@@ -75,10 +87,13 @@ def cut(pieces, share, corners, gap, least_x, least_y):
             continue
         if count == len(pieces):
             more_pieces, more_share = np.empty((2 * count, 2, 3, 3)), np.empty(2 * count)
-            more_pieces[:count], more_share[:count] = pieces, share
+            for i in range(count):
+                _copy(pieces, i, more_pieces, i)
+                more_share[i] = share[i]
             pieces, share = more_pieces, more_share
         share[n] *= 0.5
-        pieces[count], share[count] = pieces[n], share[n]
+        _copy(pieces, n, pieces, count)
+        share[count] = share[n]
         for j in range(3):
             middle = 0.5 * (pieces[n, side, edge, j] + pieces[n, side, (edge + 1) % 3, j])
             pieces[n, side, edge, j] = middle

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numba as nb
 import numpy as np
 
@@ -24,7 +26,7 @@ _REAL_1, _REAL_2 = (nb.types.Array(nb.float64, n, "C", readonly=True) for n in (
 _INDEX_2 = nb.types.Array(nb.int64, 2, "C", readonly=True)
 
 
-@nb.njit(nb.void(nb.float64, nb.float64[::1]), cache=True, nogil=True)
+@nb.njit(nogil=True)
 def _bessel(x, j):  # type: ignore[no-untyped-def]
     """Spherical Bessel functions j_l(x), l = 0 … len(j) − 1, by downward recurrence (Miller); x > 0."""
     above, here = 0.0, 1e-280
@@ -45,13 +47,16 @@ def _bessel(x, j):  # type: ignore[no-untyped-def]
         j[n] *= scale
 
 
-@nb.njit(
-    nb.types.UniTuple(nb.float64[:, ::1], 2)(
-        _REAL_2, _INDEX_2, _REAL_2, _REAL_1, nb.float64, nb.int64, nb.int64, nb.int64, nb.int64, _REAL_2, _REAL_1
-    ),
-    cache=True,
-    nogil=True,
-)
+@cache
+def _compiled():  # type: ignore[no-untyped-def]
+    """`_layers` as machine code, made when it is first asked for: transfer vectors do without it."""
+    integer, real = nb.int64, nb.float64
+    signature = nb.types.UniTuple(nb.float64[:, ::1], 2)(
+        _REAL_2, _INDEX_2, _REAL_2, _REAL_1, real, integer, integer, integer, integer, _REAL_2, _REAL_1
+    )
+    return nb.njit(signature, cache=True, nogil=True)(_layers)
+
+
 def _layers(vertices, triangles, normals, areas, k, order, m_low, m_high, step, barycentric, weight):  # type: ignore[no-untyped-def]
     rows = 0
     for m in range(m_low, m_high):
@@ -201,7 +206,7 @@ def multipole_amplitudes(
     low = 0
     while low <= order:
         high = low + max(1, int(np.searchsorted(np.cumsum(sizes[low:]), most, side="right")))
-        double, single = _layers(
+        double, single = _compiled()(
             vertices,
             surface.triangles,
             normals,

@@ -81,9 +81,11 @@ class GearGeometry:
 
     def _check_rack(self) -> None:
         largest, radius = self._largest_rack_tip_radius, self.rack_tip_radius_in_use
+        deepest = self._rack_half_width / np.tan(self.normal_pressure_angle)
         require(
-            largest >= 0,
-            f"dedendum = {self.dedendum:g} makes the rack tooth pointed: lower the dedendum or the pressure angle",
+            self.dedendum <= deepest,
+            f"dedendum = {self.dedendum:g} makes the rack tooth pointed: at most {deepest:.4g} normal modules, "
+            "or lower the pressure angle",
         )
         require(
             0 <= radius <= largest + 1e-12,
@@ -103,9 +105,12 @@ class GearGeometry:
             tip > self.form_radius,
             f"tip_radius = {tip:g} m lies below the usable flank ({self.form_radius:g} m): raise it",
         )
-        land = 2 * tip * float(self.half_tooth_angle(tip))
+        radius = np.linspace(tip, self.form_radius, 1000)
+        half = self.half_tooth_angle(radius)
         require(
-            land > 0, f"teeth are pointed below tip_radius = {tip:g} m: lower tip_radius, addendum or profile_shift"
+            bool(half[0] > 0),
+            f"teeth are pointed at {np.interp(0.0, half, radius):g} m, below tip_radius = {tip:g} m: lower tip_radius, "
+            "addendum or profile_shift",
         )
         require(
             bore < root - self.normal_module,

@@ -1,0 +1,143 @@
+"""Where flanks part and strike: shorter steps throughout against steps cut only where it happens.
+
+    python benchmarks/dynamics_cuts.py OPERATORS
+
+OPERATORS: folder with the mesh laws and the housing that cases/studies/run_up.py leaves. Writes
+docs/measured/dynamics_cuts.md.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from math import pi
+from pathlib import Path
+
+import numpy as np
+from dynamics_models import SPEED, gearbox_of, operators
+from publish import publish
+
+from nvhchain.dynamics.law_table import force_at, row_at
+from nvhchain.dynamics.quasi_static import law_phases
+from nvhchain.dynamics.simulation import Motion, Simulation, advance, at_rest, simulation
+from nvhchain.fidelity import DynamicsFidelity
+from nvhchain.handoff import FloatArray
+
+STEP, PARTS, FINE, DURATION = 1e-5, 8, 2.5e-7, 0.02
+"""s of a step, parts that it is cut into, s of the reference, s of all."""
+STORED = 2e-5
+"""s between compared samples."""
+
+Cut = Callable[[FloatArray, FloatArray, FloatArray], bool]
+"""Whether a step is cut, by the flanks' forces at both its ends and what the linear system holds of their change, N."""
+
+
+def parts_or_strikes(before: FloatArray, after: FloatArray, linear: FloatArray) -> bool:
+    return bool(((before > 0.0) != (after > 0.0)).any())
+
+
+def moves_by(limit: float) -> Cut:
+    return lambda before, after, linear: bool((np.abs(after - before - linear) > limit).any())
+
+
+CUTS: dict[str, Cut] = {
+    "10 µs, cut where a flank parts or strikes": parts_or_strikes,
+    "10 µs, cut where a force leaves its straight line by 100 N": moves_by(100.0),
+    "10 µs, cut where a force leaves its straight line by 10 N": moves_by(10.0),
+    "10 µs, all cut": lambda *_: True,
+}
+STEPS = (1e-5, 5e-6, 2e-6, 1e-6)
+"""s, throughout."""
+
+
+def measure(folder: Path) -> dict[str, list[float]]:
+    """For releases from 2.5 and 6 times the static deflection under 60 N m: error of the bearing forces over 20 ms, of
+    the peak, and steps solved over those of 10 µs."""
+    laws, housing = operators(folder)
+    models = {
+        step: simulation(
+            gearbox_of("slotted"), laws["slotted"], housing, input_torque=60.0, time_step=step,
+            fidelity=DynamicsFidelity(step),
+        )
+        for step in (*STEPS, STEP / PARTS, FINE)
+    }  # fmt: skip
+    start = at_rest(models[FINE], law_phases(models[FINE].assembly, laws["slotted"]))
+    rows: dict[str, list[float]] = {}
+    for release in (2.5, 6.0):
+        motion = Motion(release * start.state, start.excess)
+        true = _run(models[FINE], motion)
+        peak = np.abs(true).max()
+        for step in STEPS:
+            error = float(np.abs(_run(models[step], motion) - true).max() / peak)
+            rows.setdefault(f"{1e6 * step:g} µs throughout", []).extend([error, STEP / step])
+        for name, cut in CUTS.items():
+            found, share = _cut_run(models[STEP], models[STEP / PARTS], motion, cut)
+            rows.setdefault(name, []).extend([float(np.abs(found - true).max() / peak), 1.0 + share * PARTS])
+    return rows
+
+
+def _run(model: Simulation, motion: Motion) -> FloatArray:
+    """Bearing forces."""
+    step = model.step.step
+    _, states, _ = advance(model, motion, _phases(model, 0, round(DURATION / step)), stride=round(STORED / step))
+    return np.asarray(states @ model.bearing_output.T)
+
+
+def _cut_run(whole: Simulation, part: Simulation, motion: Motion, cut: Cut) -> tuple[FloatArray, float]:
+    """Bearing forces, and the share of steps that were cut."""
+    count, found, done = round(DURATION / STEP), [], 0
+    for n in range(count):
+        if n % round(STORED / STEP) == 0:
+            found.append(motion.state @ whole.bearing_output.T)
+        phases = _phases(whole, n, 1)
+        after, _, _ = advance(whole, motion, phases)
+        deflections = [whole.contact_output @ of.state for of in (motion, after)]
+        forces = [_forces(whole, phases[0], of) for of in deflections]
+        if cut(*forces, whole.contact_stiffness * (deflections[1] - deflections[0])):
+            done += 1
+            after, _, _ = advance(part, motion, _phases(part, n * PARTS, PARTS))
+        motion = after
+    return np.array(found), done / count
+
+
+def _phases(model: Simulation, first: int, count: int) -> FloatArray:
+    turns = (np.arange(first, first + count)[:, None] + 0.5) * model.step.step * SPEED / (2.0 * pi)
+    return turns / np.array([float(period) for period in model.assembly.train.law_period])
+
+
+def _forces(model: Simulation, phases: FloatArray, deflections: FloatArray) -> FloatArray:
+    """Of drive and back flank of every mesh, N."""
+    found = []
+    for mesh, phase in enumerate(phases):
+        grid, row = model.table.deflection[mesh, : model.table.cells[mesh]], row_at(model.table, mesh, float(phase))
+        drive, back = deflections[2 * mesh], -deflections[2 * mesh + 1]
+        found += [max(float(force_at(grid, row, drive)), 0.0), max(-float(force_at(grid, row, back)), 0.0)]
+    return np.array(found)
+
+
+def main() -> None:
+    rows = measure(Path(sys.argv[1]))
+    lines = [
+        "# Steps where flanks part and strike",
+        "",
+        "Written by `benchmarks/dynamics_cuts.py`; slotted gearbox, draft mesh laws and housing, 2500 rpm, released from",
+        "a multiple of the static deflection under 60 N m: from 2.5 times the drive flanks part, from 6 times the back",
+        "flanks strike too. Error of the bearing forces over 20 ms against 0.25 µs, of the peak; work: steps solved, over",
+        f"those of 10 µs. A step that is cut is solved whole, to see that it must be cut, and in {PARTS} parts.",
+        "",
+        "| steps | error, from 2.5 times | work | error, from 6 times | work |",
+        "|---|---:|---:|---:|---:|",
+        *(f"| {name} | {a:.1e} | {b:.2f} | {c:.1e} | {d:.2f} |" for name, (a, b, c, d) in rows.items()),
+        "",
+        "The error comes from all the time in which a force is off the straight line that the propagator holds exactly,",
+        "not from the instants at which flanks part and strike: what is left of the force is constant within a step, which",
+        "is right to second order. Cut only where forces move, steps reach 1e-4 with little less work than shorter ones",
+        "throughout, or more; the time loop therefore keeps one step. For 1e-4 with contact loss take 0.5 µs, which also",
+        "holds with the synthetic laws and light damping of the tests; 1 µs is enough here.",
+        "",
+    ]
+    publish("dynamics_cuts", "\n".join(lines))
+
+
+if __name__ == "__main__":
+    main()

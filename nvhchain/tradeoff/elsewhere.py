@@ -8,6 +8,7 @@ from typing import Any
 
 from nvhchain.case import Case, GearboxCase
 from nvhchain.error_band.gears import relative_law_error
+from nvhchain.errors import require
 from nvhchain.fidelity import Fidelity
 from nvhchain.housing import Casting
 from nvhchain.housing.reduction import bending_wavelength
@@ -47,10 +48,15 @@ def growth(turned: Fidelity, base: Fidelity, cases: Sequence[Case], swept: Mappi
 
     swept: `extent` of the case it was measured on; None is not known, and 1.  Of the gears: what the knob adds to the
     error of the transmission error.  Of the housing: natural frequencies err with the square of element size per
-    bending wavelength.
+    bending wavelength.  Raises InputError where `swept` does not tell all of them.
     """
     if swept is None:
         return 1.0
+    require(
+        {"width", "overlap", "wave"} <= set(swept),
+        f"the sweep tells {', '.join(sorted(swept)) or 'nothing'} of its case, not width, overlap and wave, with which "
+        "errors grow elsewhere: measure it again with `nvhchain tradeoff`",
+    )
     here = [extent(case) for case in cases]
     factors = [1.0]
     measured = max(_added(swept, turned, base), default=0.0)
@@ -69,9 +75,8 @@ def beyond_held_out(turned: Fidelity, base: Fidelity, cases: Sequence[Case]) -> 
 
 def _added(of: Mapping[str, Any], turned: Fidelity, base: Fidelity) -> list[float]:
     """Error of the transmission error of every stage that `turned` has and `base` has not, relative."""
-    overlaps = of.get("overlap", [0.0] * len(of["width"]))  # older sweeps do not tell them
     errors = [
         (relative_law_error(*gear, turned.gear), relative_law_error(*gear, base.gear))
-        for gear in zip(of["width"], overlaps, strict=True)
+        for gear in zip(of["width"], of["overlap"], strict=True)
     ]
     return [sqrt(max(more**2 - less**2, 0.0)) for more, less in errors]

@@ -239,6 +239,13 @@ def test_slices_of_faces_that_overlap_more_err_with_the_square_of_the_overlap(ca
     assert growth(slices, REFERENCE, [two_stages], swept) == pytest.approx((overlaps[1] / overlaps[0]) ** 2)
 
 
+def test_a_sweep_that_does_not_tell_what_errors_grow_with_is_refused(case, two_stages):
+    """No overlap counted as a spur gear would make slices of helical gears exact."""
+    slices = replace(REFERENCE, gear=replace(REFERENCE.gear, slices=8))
+    with pytest.raises(InputError, match=r"tells wave, width of its case, not .*measure it again"):
+        growth(slices, REFERENCE, [two_stages], {"width": extent(case)["width"], "wave": 0.1116})
+
+
 def test_elements_of_the_housing_err_with_the_square_of_their_size_over_the_wave(case):
     coarse = replace(REFERENCE, housing=replace(REFERENCE.housing, element_size=0.013))
     high = replace(case, band=replace(case.band, high=16_000.0))  # waves of half the length
@@ -253,7 +260,7 @@ def test_wide_gears_never_get_four_layers(two_stages, sweep, monkeypatch, tolera
     rows[1:1] = [row("gear.width_layers", "4", -0.05, -0.1, mesh_law_stage=15.0)]
     narrow = replace(sweep, measurements=tuple(rows))
     assert cheapest(two_stages, 1.0, narrow).turned["gear.width_layers"] == "4"
-    wide = replace(narrow, provenance={"extent": {"width": [16 / 2.7], "wave": 0.1116}})
+    wide = replace(narrow, provenance={"extent": {"width": [16 / 2.7], "overlap": [0.3275], "wave": 0.1116}})
     assert "gear.width_layers" not in cheapest(two_stages, tolerance, wide).turned
 
 

@@ -1,0 +1,128 @@
+"""Arguments of the wrong kind, refused by what their annotations say: numbers, texts, arrays, sequences, hand-offs.
+
+What a value of the right kind may be (its range, its shape, whether it is whole or finite) is for the function to say.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sized
+from concurrent.futures import Executor
+from functools import cache
+from numbers import Real
+from pathlib import Path
+from types import UnionType
+from typing import Any, Literal, NotRequired, Union, Unpack, get_args, get_origin, get_type_hints
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nvhchain.errors import InputError
+
+NAMES: dict[Any, str] = {float: "a number", int: "a whole number", str: "a text", bool: "True or False", Path: "a path"}
+
+
+def check_arguments(function: Callable[..., Any], arguments: Mapping[str, Any]) -> None:
+    """InputError where one of `arguments`, its `locals()` on entry, does not fit the annotations of `function`."""
+    for name, hint in _hints(function).items():
+        if get_origin(hint) is Unpack:
+            _check_named(function.__name__, arguments[name], get_args(hint)[0])
+        elif name in arguments:
+            _check(function.__name__, name, arguments[name], hint)
+
+
+def check_fields(owner: Any) -> None:
+    """InputError where a field of the dataclass `owner` does not fit its annotation."""
+    of_type: Any = type(owner)
+    for name, hint in _hints(of_type).items():
+        _check(type(owner).__name__, name, getattr(owner, name), hint)
+
+
+@cache
+def _hints(of: Hashable) -> dict[str, Any]:
+    return get_type_hints(of)
+
+
+def _check_named(where: str, named: Mapping[str, Any], kinds: Any) -> None:
+    """Arguments taken by name as a TypedDict says; TypeError, as for any other function, where it says otherwise."""
+    hints = _hints(kinds)
+    marked = get_type_hints(kinds, include_extras=True)
+    optional = {name for name, hint in marked.items() if get_origin(hint) is NotRequired}
+    missing, unknown = set(hints) - optional - set(named), set(named) - set(hints)
+    if missing or unknown:
+        which, names = ("missing", missing) if missing else ("unexpected", unknown)
+        raise TypeError(f"{where}() has {which} keyword arguments: {', '.join(sorted(names))}")
+    for name, value in named.items():
+        _check(where, name, value, hints[name])
+
+
+def _check(where: str, name: str, value: Any, hint: Any) -> None:
+    if not _fits(value, hint):
+        raise InputError(f"{where}: {name} = {repr(value)[:60]} is of the wrong kind: give {_called(hint)}")
+
+
+def _fits(value: Any, hint: Any) -> bool:
+    origin, inner = get_origin(hint), get_args(hint)
+    if hint is ArrayLike or origin is np.ndarray:
+        return _numeric(value, "biufc" if inner and "complex" in str(inner[-1]) else "biuf")
+    if origin in (Union, UnionType):
+        return any(_fits(value, each) for each in _either(inner))
+    if origin is Literal:
+        return isinstance(value, str)
+    if hint in (float, int):
+        return isinstance(value, Real)
+    if hint is bool:
+        return isinstance(value, bool | np.bool_)
+    if origin is not None and inspect.isclass(origin) and issubclass(origin, Mapping):
+        return isinstance(value, Mapping) and all(_fits(each, inner[1]) for each in value.values())
+    if origin is not None and inspect.isclass(origin) and issubclass(origin, Iterable):
+        return _several(value, origin, inner)
+    if origin is Callable:
+        return callable(value)
+    if hint is Executor:
+        return hasattr(value, "map")
+    return not inspect.isclass(hint) or isinstance(value, hint)
+
+
+def _either(kinds: tuple[Any, ...]) -> list[Any]:
+    """The kinds of a union, those that make up `ArrayLike` as one."""
+    array = set(get_args(ArrayLike))
+    return [ArrayLike, *(kind for kind in kinds if kind not in array)] if array <= set(kinds) else list(kinds)
+
+
+def _several(value: Any, origin: Any, inner: tuple[Any, ...]) -> bool:
+    """Sequences of any type but texts; what can be gone through once only is not looked into."""
+    if isinstance(value, str | bytes | Mapping) or not isinstance(value, Iterable):
+        return False
+    if not isinstance(value, Sized):
+        return True
+    if origin is tuple and inner[-1] is not Ellipsis:
+        return len(value) == len(inner) and all(_fits(v, hint) for v, hint in zip(value, inner, strict=True))
+    return all(_fits(each, inner[0]) for each in value)
+
+
+def _numeric(value: Any, kinds: str) -> bool:
+    try:
+        return np.asarray(value).dtype.kind in kinds
+    except ValueError:  # rows of unequal length
+        return False
+
+
+def _called(hint: Any) -> str:
+    """The kind in words."""
+    origin, inner = get_origin(hint), get_args(hint)
+    if hint is ArrayLike or origin is np.ndarray:
+        return "numbers, as an array or a list"
+    if origin in (Union, UnionType):
+        return " or ".join(_called(each) for each in _either(inner))
+    if origin is Literal:
+        return " or ".join(repr(each) for each in inner)
+    if origin is tuple and inner[-1] is not Ellipsis:
+        return f"{len(inner)} values, each {_called(inner[0])}"
+    if origin is Callable:
+        return "a function"
+    if origin is not None and issubclass(origin, Mapping):
+        return f"a mapping to {_called(inner[1])}"
+    if origin is not None:
+        return f"a sequence, of {_called(inner[0])} each"
+    return "None" if hint is type(None) else NAMES.get(hint, f"a {getattr(hint, '__name__', hint)}")

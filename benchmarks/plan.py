@@ -2,9 +2,10 @@
 
     python benchmarks/plan.py OUT [CASE FIDELITY QUANTITY ...]
 
+FIDELITY is a preset, or one with `+contact` (the mesh level) or `+friction` (0.05 in the case's options) behind it.
 Every run has a process of its own, whose processor time and peak memory are taken by stage. What OUT holds already is
-not run again; without cases the table is written from it and from the
-shipped sweep. Processor times hardly feel other work on the machine.
+not run again; without cases the table is written from it and from the shipped sweep. Processor times hardly feel other
+work on the machine.
 """
 
 from __future__ import annotations
@@ -17,13 +18,15 @@ from pathlib import Path
 from publish import publish
 
 import nvhchain as nvh
-from nvhchain.fidelity import PRESETS
+from nvhchain.case import Case
+from nvhchain.fidelity import PRESETS, Fidelity
 from nvhchain.resume import Unwatched
 from nvhchain.tradeoff import shipped_sweep
 from nvhchain.tradeoff.measure import Cost, Ledger, measured_run
 
 KEPT = {
     "mesh law": "mesh_law_",
+    "load distribution": "load_distribution_",
     "housing": "housing",
     "bearing forces": "bearing_forces",
     "transfer vectors": "transfer_vectors",
@@ -33,23 +36,35 @@ KEPT = {
 """Stage of the plan → beginning of the name under which its result is kept."""
 
 
-def measure(out: Path, path: str, preset: str, quantity: str) -> None:
-    """One run, kept in OUT/runs.json."""
+def asked(path: str, name: str, quantity: str) -> tuple[Case, Fidelity]:
+    """What is run for CASE, FIDELITY and QUANTITY."""
     case = nvh.load_case(path)
     points = case.field_points if quantity == "pressure" else ()
     case = replace(case, quantities=(quantity,), field_points=points)
+    preset, _, variant = name.partition("+")
+    fidelity = PRESETS[preset]
+    if variant == "contact":
+        fidelity = replace(fidelity, dynamics=replace(fidelity.dynamics, mesh_level="contact"))
+    if variant == "friction":
+        case = replace(case, options=replace(case.options, friction=0.05))
+    return case, fidelity
+
+
+def measure(out: Path, path: str, name: str, quantity: str) -> None:
+    """One run, kept in OUT/runs.json."""
+    case, fidelity = asked(path, name, quantity)
     run = measured_run(
         case,
-        PRESETS[preset],
-        out=out / f"{case.name}-{preset}-{quantity}",
+        fidelity,
+        out=out / f"{case.name}-{name}-{quantity}",
         operators=out / "operators",
         ledger=Ledger(out / "costs.json"),
         watcher=Unwatched(),
     )
     if run.refused:
-        raise SystemExit(f"{path} at {preset}: {run.refused}")
+        raise SystemExit(f"{path} at {name}: {run.refused}")
     runs = recorded(out)
-    runs[f"{path} {preset} {quantity}"] = {name: asdict(cost) for name, cost in run.stages.items()}
+    runs[f"{path} {name} {quantity}"] = {name: asdict(cost) for name, cost in run.stages.items()}
     (out / "runs.json").write_text(json.dumps(runs, indent=1))
 
 
@@ -72,14 +87,14 @@ def rows(out: Path) -> list[str]:
     """One row per stage that takes a second or more, one per run."""
     lines = []
     for title, stages in {**shipped(), **recorded(out)}.items():
-        path, preset, quantity = title.split()
-        case = replace(nvh.load_case(path), quantities=(quantity,))
-        plan = nvh.plan(case, fidelity=PRESETS[preset])
+        path, fidelity, quantity = title.split()
+        case, knobs = asked(path, fidelity, quantity)
+        plan = nvh.plan(case, fidelity=knobs)
         costs = {name: Cost(**cost) for name, cost in stages.items()}
-        scene = f"{case.name}, {quantity.replace('_', ' ')} | {preset}"
+        scene = f"{case.name}, {quantity.replace('_', ' ')} | {fidelity}"
         for stage in plan.stages:
             like = next((kept for start, kept in KEPT.items() if stage.name.startswith(start)), None)
-            name = f"mesh_law_{stage.name.split()[-1]}" if like == "mesh_law_" else like
+            name = like + stage.name.split()[-1] if like and like.endswith("_") else like
             if name in costs and costs[name].processor >= 1.0:
                 lines.append(row(scene, stage.name, stage.seconds, stage.megabytes, costs[name]))
         total = Cost(
@@ -99,10 +114,10 @@ def row(scene: str, stage: str, seconds: float, megabytes: float, cost: Cost) ->
 
 def main() -> None:
     """Measure what is named, then publish all."""
-    out, asked = Path(sys.argv[1]), sys.argv[2:]
+    out = Path(sys.argv[1])
     out.mkdir(parents=True, exist_ok=True)
-    for path, preset, quantity in zip(*(iter(asked),) * 3, strict=True):
-        measure(out, path, preset, quantity)
+    for path, fidelity, quantity in zip(*(iter(sys.argv[2:]),) * 3, strict=True):
+        measure(out, path, fidelity, quantity)
     head = (
         "| scene | fidelity | stage | plan / processor s | measured | ratio | plan / MB | measured | ratio |\n"
         "|---|---|---|---:|---:|---:|---:|---:|---:|\n"

@@ -30,9 +30,13 @@ def preflight(case: Case, fidelity: Fidelity, given: Collection[str] = (), *, in
             f"{case.name} asks for friction, shuttling or tilt, which the mesh level `contact` does not have: use the "
             "level `table`, or leave them out of the options"
         )
+    lawful = {"mesh_laws"}.intersection(given)
     skipped = {
         "housing": {"housing", "surface_velocity"}.intersection(given),
-        "mesh law": forced or {"mesh_laws"}.intersection(given),
+        "mesh law": forced or lawful,
+        "load distribution": forced
+        or {"load_distributions"}.intersection(given)
+        or (not case.options.load_distribution and lawful),  # tilt goes into the laws
         "bearing forces": forced or in_files,
         "transfer vectors": {"transfer_vectors"}.intersection(given),
     }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from math import lcm, pi
 
@@ -37,10 +38,6 @@ def mesh_law_stages(case: GearboxCase, fidelity: Fidelity) -> list[Stage]:
     for stage, pair in zip(case.stages, case.pairs, strict=True):
         bodies = (pair.pinion, pair.wheel)
         meshes = lcm(*(body.sector for body in bodies))
-        layers = [body.geometry.teeth * knobs.width_layers for body in bodies]
-        fineness = knobs.profile_elements / knobs.row_aspect
-        held = fineness**_MESH_GROWTH * (knobs.bodies == "elements")
-        loaded = sum((body.sector - 1) * layer for body, layer in zip(bodies, layers, strict=True))
         contacts = meshes * knobs.angles_per_mesh * knobs.deflections * (3 * knobs.slices) ** 2
         described = " and ".join(
             f"{body.geometry.teeth} teeth {type(body.blank).__name__.lower()} ({body.sector} by symmetry)"
@@ -51,8 +48,7 @@ def mesh_law_stages(case: GearboxCase, fidelity: Fidelity) -> list[Stage]:
                 f"mesh law {stage.name}",
                 f"{described}; {meshes * knobs.angles_per_mesh} angles × {knobs.deflections} deflections, "
                 f"{knobs.slices} slices",
-                held * (_SECONDS_PER_TOOTH_LAYER * sum(layers) + _SECONDS_PER_LOADED_TOOTH * loaded)
-                + _SECONDS_PER_CONTACT * contacts,
+                _body_seconds(bodies, knobs) + _SECONDS_PER_CONTACT * contacts,
                 BASE_MEGABYTES + max(_gear_megabytes(body, knobs) for body in bodies),
                 {"teeth": sum(body.sector for body in bodies)},
             )
@@ -60,17 +56,34 @@ def mesh_law_stages(case: GearboxCase, fidelity: Fidelity) -> list[Stage]:
     return stages
 
 
-def load_distribution_stages(case: GearboxCase, fidelity: Fidelity) -> list[Stage]:
-    """Where the flanks of every stage carry, for friction, shuttling and tilt; gears are those of the mesh laws."""
+def load_distribution_stages(case: GearboxCase, fidelity: Fidelity, *, alone: bool) -> list[Stage]:
+    """Where the flanks of every stage carry, for friction, shuttling and tilt.
+
+    alone: whether the mesh laws are given; else the gears' finite elements are those of the mesh laws.
+    """
     if not (case.options.load_distribution or case.options.tilt):
         return []
     stages = []
     for stage, pair in zip(case.stages, case.pairs, strict=True):
-        angles = lcm(pair.pinion.sector, pair.wheel.sector) * fidelity.gear.angles_per_mesh
+        bodies = (pair.pinion, pair.wheel)
+        angles = lcm(*(body.sector for body in bodies)) * fidelity.gear.angles_per_mesh
         models = f"{angles} angles under the nominal force"
-        seconds = _SECONDS_PER_LOADED_ANGLE * angles
-        stages.append(Stage(f"load distribution {stage.name}", models, seconds, BASE_MEGABYTES))
+        seconds, megabytes = _SECONDS_PER_LOADED_ANGLE * angles, BASE_MEGABYTES
+        if alone:
+            seconds += _body_seconds(bodies, fidelity.gear)
+            megabytes += max(_gear_megabytes(body, fidelity.gear) for body in bodies)
+        stages.append(Stage(f"load distribution {stage.name}", models, seconds, megabytes))
     return stages
+
+
+def _body_seconds(bodies: Sequence[GearBody], knobs: GearFidelity) -> float:
+    """Of the finite elements of a pair of gears."""
+    if knobs.bodies != "elements":
+        return 0.0
+    layers = [body.geometry.teeth * knobs.width_layers for body in bodies]
+    loaded = sum((body.sector - 1) * layer for body, layer in zip(bodies, layers, strict=True))
+    fineness = knobs.profile_elements / knobs.row_aspect
+    return float(fineness**_MESH_GROWTH * (_SECONDS_PER_TOOTH_LAYER * sum(layers) + _SECONDS_PER_LOADED_TOOTH * loaded))
 
 
 def _gear_megabytes(body: GearBody, knobs: GearFidelity) -> float:

@@ -38,7 +38,7 @@ def plan_without(case: Case, fidelity: Fidelity, ready: Collection[str]) -> Plan
     stages = [
         housing_stage(case, fidelity, unknowns),
         *mesh_law_stages(case, fidelity),
-        *load_distribution_stages(case, fidelity),
+        *load_distribution_stages(case, fidelity, alone="mesh_laws" in ready),
         dynamics_stage(case, fidelity),
     ]
     if HEARD.intersection(case.quantities):

@@ -6,9 +6,10 @@ import pytest
 
 import nvhchain as nvh
 from nvhchain.cli import Console, main
-from nvhchain.errors import InputError
+from nvhchain.errors import InputError, ResourceError
 from nvhchain.radiator import radiator_velocity
 from nvhchain.scene import preflight
+from nvhchain.scene.planning import plan_without
 
 
 def test_gearbox_plan_names_every_stage_and_what_symmetry_skips(request):
@@ -56,6 +57,24 @@ def test_plan_has_the_load_distribution_where_an_option_takes_it_and_the_housing
     text = str(nvh.plan(forces))
     assert "housing" in text.splitlines()[2]
     assert "its modes are in the loop of the forces" in text
+
+
+def test_a_load_distribution_takes_the_gears_finite_elements_where_the_mesh_laws_are_given(request, monkeypatch):
+    case = nvh.load_case(request.config.rootpath / "cases/small/single_stage.toml")
+    rubbing = replace(case, options=replace(case.options, friction=0.05))
+    tilting = replace(case, options=replace(case.options, tilt=True))
+    ready = ["mesh_laws", "housing", "transfer_vectors"]
+    law, alone = (
+        next(stage for stage in plan_without(rubbing, nvh.DRAFT, given).stages if stage.name.startswith(name))
+        for name, given in (("mesh law", ()), ("load distribution", ready))
+    )
+    assert alone.megabytes == law.megabytes
+    assert alone.seconds > 0.5 * law.seconds
+    monkeypatch.setattr("nvhchain.scene.checks.free_memory", lambda: 0.9e6 * law.megabytes)
+    with pytest.raises(ResourceError, match="for its load distribution stage"):
+        preflight(rubbing, nvh.DRAFT, ready)
+    preflight(rubbing, nvh.DRAFT, [*ready, "load_distributions"])
+    preflight(tilting, nvh.DRAFT, ready)
 
 
 def test_sphere_plan_counts_the_triangles_of_the_run(request):

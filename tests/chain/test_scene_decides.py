@@ -198,6 +198,23 @@ def test_lines_without_force_have_no_velocity_no_transfer_vectors_and_no_pressur
     assert not counts.teeth
 
 
+def test_what_the_start_leaves_between_the_lines_costs_no_boundary_elements_and_says_nothing(whole, case, counts):
+    """Five slots under 30 teeth: all but every sixth line of the record lie below `settle_level`."""
+    folder, result = whole[:2]
+    spectrum = result.force_spectrum
+    size = np.abs(spectrum.force).max(axis=(1, 2))
+    forced = size > TINY.dynamics.settle_level * size.max()
+    assert 16 < forced.sum() < 0.5 * len(forced)  # more lines than are solved each by itself
+    loud = ForceSpectrum(
+        spectrum.frequency, spectrum.force * forced[:, None, None], spectrum.names, spectrum.input_speed
+    )
+    alone = nvh.run(case, fidelity=TINY, operators=folder, force_spectrum=loud)
+    assert counts.nothing
+    assert alone.transfer_vectors.content_hash == result.transfer_vectors.content_hash
+    assert len(alone.pressure.frequency) == forced.sum()
+    assert alone.overall == pytest.approx(result.overall, abs=1e-9)
+
+
 @pytest.mark.parametrize("radiation", ["rayleigh", "equivalent_radiated_power"])
 def test_cheaper_levels_of_radiation_solve_no_boundary_elements(whole, case, counts, radiation):
     cheap = replace(TINY, acoustics=replace(TINY.acoustics, radiation=radiation))

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from nvhchain.errors import InputError, require
 from nvhchain.gear.openings import Cutouts, Openings, RoundCutouts, Web
 from nvhchain.gear.volume_mesh import VolumeMesh
+from nvhchain.kinds import check_fields
 
 
 class _Opened(ABC):
@@ -24,6 +25,7 @@ class _Opened(ABC):
     web_offset: float
 
     def __post_init__(self) -> None:
+        check_fields(self)
         _ = self.web
 
     @property
@@ -90,6 +92,7 @@ class ThinRim:
     web_offset: float = 0.0
 
     def __post_init__(self) -> None:
+        check_fields(self)
         _ = self.web
 
     @property
@@ -189,6 +192,7 @@ class Differential:
     phase: float = 0.0
 
     def __post_init__(self) -> None:
+        check_fields(self)
         web, cut = self.web, self.cutouts
         require(
             web.hub_radius <= cut.inner_radius and cut.outer_radius <= web.rim_radius,

@@ -14,6 +14,7 @@ from nvhchain.gear.blank import SOLID, Blank, Openings
 from nvhchain.gear.geometry import GearGeometry
 from nvhchain.gear.volume_mesh import VolumeMesh
 from nvhchain.handoff import FloatArray
+from nvhchain.kinds import check_fields
 
 THINNEST_WEB = 1e-3
 """Least thickness of a web, face widths: below it the elements of the web are too flat to be solved."""
@@ -31,6 +32,7 @@ class GearBody:
     material: Material = STEEL
 
     def __post_init__(self) -> None:
+        check_fields(self)
         gear, web, cut = self.geometry, self.blank.web, self.blank.cutouts
         if isinstance(self.blank, VolumeMesh):
             self.blank.check(gear)

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from nvhchain.errors import is_whole, require
 from nvhchain.gear.micro_geometry import MicroGeometry
 from nvhchain.handoff import FloatArray
+from nvhchain.kinds import check_fields
 
 USUAL_RACK_TIP_RADIUS = 0.38
 """Tip radius of the basic rack ISO 53 type A, in normal modules; the default, or the largest that fits."""
@@ -57,6 +58,7 @@ class GearGeometry:
         z = self.teeth
         require(is_whole(z) and z >= 5, f"teeth = {z!r}: a whole number from 5 upwards is needed")
         object.__setattr__(self, "teeth", int(z))
+        check_fields(self)
         for name, low, high, unit in (
             ("normal_module", 1e-4, 0.1, "m"),
             ("face_width", 1e-4, 2.0, "m"),
@@ -102,8 +104,8 @@ class GearGeometry:
     def _check_circles(self) -> None:
         tip, root, bore = self.tip_circle_radius, self.root_radius, self.bore_radius
         require(
-            tip > self.form_radius,
-            f"tip_radius = {tip:g} m lies below the usable flank ({self.form_radius:g} m): raise it",
+            self.form_radius < tip < np.inf,
+            f"tip_radius = {tip:g} m does not lie above the usable flank ({self.form_radius:g} m): give it in m",
         )
         radius = np.linspace(tip, self.form_radius, 1000)
         half = self.half_tooth_angle(radius)
@@ -120,27 +122,27 @@ class GearGeometry:
         low, high = self.usable_flank
         self.micro.check(high - low, 0.05 * self.normal_module)
 
-    @property
+    @cached_property
     def transverse_module(self) -> float:
         """m_t = m_n / cos β, m."""
         return float(self.normal_module / np.cos(self.helix_angle))
 
-    @property
+    @cached_property
     def pitch_radius(self) -> float:
         """Reference radius r = z m_t / 2, m."""
         return 0.5 * self.teeth * self.transverse_module
 
-    @property
+    @cached_property
     def transverse_pressure_angle(self) -> float:
         """tan α_t = tan α_n / cos β, rad."""
         return float(np.arctan(np.tan(self.normal_pressure_angle) / np.cos(self.helix_angle)))
 
-    @property
+    @cached_property
     def base_radius(self) -> float:
         """r_b = r cos α_t, m."""
         return float(self.pitch_radius * np.cos(self.transverse_pressure_angle))
 
-    @property
+    @cached_property
     def base_helix_angle(self) -> float:
         """tan β_b = tan β cos α_t, rad; > 0 right-handed."""
         return float(np.arctan(np.tan(self.helix_angle) * np.cos(self.transverse_pressure_angle)))
@@ -234,7 +236,7 @@ class GearGeometry:
         """Radius where the involute ends and the root fillet begins, m."""
         return float(self.fillet(0.0)[0])
 
-    @property
+    @cached_property
     def usable_flank(self) -> tuple[float, float]:
         """Rolled length √(r² − r_b²) of form and tip circle, m."""
         low, high = (

@@ -13,6 +13,7 @@ import numpy as np
 
 from nvhchain.errors import require
 from nvhchain.handoff import FloatArray
+from nvhchain.kinds import check_fields
 
 LARGEST_AMOUNT = 1e-3
 """m, of one modification; beyond it a unit was mistaken."""
@@ -31,6 +32,7 @@ class Relief:
     shape: Literal["linear", "parabolic"] = "parabolic"
 
     def __post_init__(self) -> None:
+        check_fields(self)
         require(
             0 <= self.amount <= LARGEST_AMOUNT,
             f"relief amount = {self.amount:g} m is outside 0…{LARGEST_AMOUNT:g} m: give it in m",
@@ -61,6 +63,7 @@ class Flank:
     root_relief: Relief | None = None
 
     def __post_init__(self) -> None:
+        check_fields(self)
         for name, low in (("profile_crowning", 0.0), ("lead_crowning", 0.0), ("lead_slope", -LARGEST_AMOUNT)):
             value = getattr(self, name)
             require(
@@ -98,6 +101,9 @@ class MicroGeometry:
 
     drive: Flank = Flank()
     coast: Flank = Flank()
+
+    def __post_init__(self) -> None:
+        check_fields(self)
 
     def check(self, rolled_length: float, largest: float) -> None:
         """Refuse reliefs longer than the usable flank's `rolled_length`, m, and amounts beyond `largest`, m."""

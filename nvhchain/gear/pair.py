@@ -17,6 +17,7 @@ from nvhchain.gear.corner import extension
 from nvhchain.gear.geometry import GearGeometry, involute
 from nvhchain.gear.separation import Misalignment
 from nvhchain.handoff import FloatArray
+from nvhchain.kinds import check_fields
 
 DRIVE, BACK = 0, 1
 
@@ -37,6 +38,7 @@ class GearPair:
     misalignment: Misalignment = Misalignment()  # noqa: RUF009 (frozen)
 
     def __post_init__(self) -> None:
+        check_fields(self)
         p, w, a = self.pinion.geometry, self.wheel.geometry, self.centre_distance
         require(self.sense in (1, -1), f"sense = {self.sense}: +1 (counter-clockwise about z) or -1")
         require(

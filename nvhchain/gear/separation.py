@@ -9,6 +9,7 @@ import numpy as np
 
 from nvhchain.errors import require
 from nvhchain.handoff import FloatArray
+from nvhchain.kinds import check_fields
 
 LARGEST_ANGLE = 0.02
 """rad; tilts are taken to first order."""
@@ -28,6 +29,7 @@ class Misalignment:
     normal: float = 0.0
 
     def __post_init__(self) -> None:
+        check_fields(self)
         for name in ("in_plane", "normal"):
             value = getattr(self, name)
             require(

@@ -119,7 +119,7 @@ def test_teeth_of_one_symmetric_sector(teeth, count, sector):
         (lambda: dataclasses.replace(SLOTS, fillet=20e-3), "fillet 0.02 m .* outside 0…0.00945 m"),
         (lambda: dataclasses.replace(SLOTS, count=0), "count = 0"),
         (lambda: dataclasses.replace(SLOTS, count=2.5), "count = 2.5 openings: a whole number"),
-        (lambda: dataclasses.replace(SLOTS, count="5"), "count = '5' openings: a whole number"),
+        (lambda: dataclasses.replace(SLOTS, count="5"), "count = '5' is of the wrong kind: give a whole number"),
         (lambda: dataclasses.replace(SLOTS, phase=np.nan), "phase = nan rad .* must be finite"),
         (lambda: dataclasses.replace(HOLES, count=7.5), "count = 7.5 openings: a whole number"),
         (lambda: dataclasses.replace(HOLES, phase=np.inf), "phase = inf rad .* must be finite"),

@@ -7,7 +7,18 @@ import pytest
 
 from nvhchain.errors import InputError, SolverError
 from nvhchain.fidelity import DRAFT
-from nvhchain.gear import Engagement, GearBody, ThinRim, engaged_reach, flank_compliance, loaded_mesh
+from nvhchain.gear import (
+    Engagement,
+    Flank,
+    GearBody,
+    Misalignment,
+    Relief,
+    Slots,
+    ThinRim,
+    engaged_reach,
+    flank_compliance,
+    loaded_mesh,
+)
 from nvhchain.gear.contact import complementarity_residual
 from nvhchain.gear.pair import BACK
 
@@ -129,6 +140,27 @@ def test_rim_so_thin_that_a_tooth_lifts_its_neighbours(make_pair, make_complianc
         dataclasses.replace(engagement, compliances=alone), 0.4 * pair.mesh_period, force, guess=20e-6
     )
     assert by_itself.deflection < 0.7 * deflection[1]
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda pair: dataclasses.replace(pair.pinion.geometry, normal_module="3"), "normal_module = '3' .* a number"),
+        (lambda pair: dataclasses.replace(pair.pinion.geometry, tip_radius=[0.03]), r"tip_radius = .0.03. .* or None"),
+        (lambda pair: dataclasses.replace(pair.pinion.geometry, tip_radius=np.inf), "tip_radius = inf m does not lie"),
+        (lambda pair: dataclasses.replace(pair, centre_distance=None), "centre_distance = None .* give a number"),
+        (lambda pair: dataclasses.replace(pair, pinion=pair.pinion.geometry), "pinion = .* give a GearBody"),
+        (lambda pair: dataclasses.replace(pair.wheel, blank="solid"), "blank = 'solid' .* give a Solid or"),
+        (lambda pair: ThinRim("8 mm", 0.03, 0.05), "web_thickness = '8 mm' .* give a number"),
+        (lambda pair: Slots(5, 0.03, None, 0.8), "outer_radius = None .* give a number"),
+        (lambda pair: Relief("10 µm", 1e-3), "amount = '10 µm' .* give a number"),
+        (lambda pair: Flank(tip_relief=1e-5), "tip_relief = 1e-05 .* give a Relief or None"),
+        (lambda pair: Misalignment(in_plane="1 mrad"), "in_plane = '1 mrad' .* give a number"),
+    ],
+)
+def test_drawing_with_a_value_of_the_wrong_kind_is_refused(pair, make, message):
+    with pytest.raises(InputError, match=message):
+        make(pair)
 
 
 def test_residual_is_that_of_the_conditions_themselves(pair, compliances):

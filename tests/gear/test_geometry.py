@@ -122,7 +122,7 @@ def test_roll_angle_and_radius_are_inverse():
         ({"helix_angle": np.radians(60.0)}, "helix_angle = 60"),
         ({"teeth": 10}, "10 teeth with profile_shift = 0 are undercut: raise profile_shift to at least"),
         ({"profile_shift": 1.6, "teeth": 12}, "pointed at 0.0250939 m, below tip_radius = 0.0262"),
-        ({"tip_radius": 36e-3}, "tip_radius = 0.036 m lies below the usable flank"),
+        ({"tip_radius": 36e-3}, "tip_radius = 0.036 m does not lie above the usable flank"),
         ({"rack_tip_radius": 0.6}, "rack_tip_radius = 0.6 does not fit the rack tooth: at most 0.4719"),
         ({"dedendum": 2.4}, "dedendum = 2.4 makes the rack tooth pointed: at most 2.158 normal"),
         ({"thickness_allowance": 0.05}, "thickness_allowance = 0.05 m exceeds"),

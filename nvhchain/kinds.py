@@ -70,7 +70,7 @@ def _fits(value: Any, hint: Any) -> bool:
     if origin is Literal:
         return isinstance(value, str)
     if hint in (float, int):
-        return isinstance(value, Real)
+        return isinstance(value, Real) and not isinstance(value, bool)
     if hint is bool:
         return isinstance(value, bool | np.bool_)
     if origin is not None and inspect.isclass(origin) and issubclass(origin, Mapping):

@@ -109,17 +109,20 @@ class Shelf:
         compute: Callable[[Progress], H],
         *,
         fidelity: Any,
+        remind: Callable[[H], None] | None = None,
     ) -> H:
         """The result of a stage: from disk if `inputs`, `fidelity` and code are unchanged, else computed and kept.
 
         A damaged file is computed again.  name: file name without suffix; `{key}` in it is replaced by the input hash,
-        so that several variants live side by side.
+        so that several variants live side by side.  remind: repeats the warnings of making it where it is found.
         """
         version = code_version(package)
         key, stage, path = self._place(name, version, inputs, fidelity)
         there = found(path, kind, key) if path else None
         if there is not None:
             self.watcher.end(stage, "found")
+            if remind is not None:
+                remind(there)
             return there
         provenance = {
             "key": key,

@@ -2,6 +2,7 @@
 
 from nvhchain.dynamics.friction import MeshFriction
 from nvhchain.dynamics.gearbox import Bearing, Cylinder, Gearbox, Mesh, RigidBody, Shaft
+from nvhchain.dynamics.law_range import remind
 from nvhchain.dynamics.load_centre import LoadCentre
 from nvhchain.dynamics.mesh_levels import ContactForce
 from nvhchain.dynamics.quasi_static import static_bearing_forces, static_misalignment
@@ -25,6 +26,7 @@ __all__ = [
     "Train",
     "bearing_forces",
     "record_run_up",
+    "remind",
     "run_up",
     "run_up_time",
     "run_up_with_error",

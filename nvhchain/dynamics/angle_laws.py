@@ -16,7 +16,7 @@ LEVEL = 1.0
 """N/m: slope that it is given, far below any mesh stiffness, since the time loop wants one."""
 
 
-def tabulated(table: Any, what: str, *names: str) -> None:
+def check_table(table: Any, what: str, *names: str) -> None:
     """Check `table.angle`, rad of the wheel, increasing from 0 within `table.period`, and (n_angle,) arrays `names`."""
     for name in ("angle", *names):
         object.__setattr__(table, name, np.ascontiguousarray(getattr(table, name), dtype=float))

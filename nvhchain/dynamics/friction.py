@@ -17,9 +17,10 @@ from math import isfinite
 
 import numpy as np
 
-from nvhchain.dynamics.angle_laws import law_of_angle, tabulated
+from nvhchain.dynamics.angle_laws import check_table, law_of_angle
 from nvhchain.errors import require
 from nvhchain.handoff import FloatArray, MeshLaw
+from nvhchain.kinds import check_fields
 
 LARGEST_COEFFICIENT = 1.0
 """Of friction, beyond which a unit was mistaken."""
@@ -40,11 +41,12 @@ class MeshFriction:
     arm: FloatArray
 
     def __post_init__(self) -> None:
+        check_fields(self)
         require(
             isfinite(self.coefficient) and 0.0 <= self.coefficient <= LARGEST_COEFFICIENT,
             f"mesh friction: coefficient = {self.coefficient} is outside 0…{LARGEST_COEFFICIENT:g}; usual is 0.05",
         )
-        tabulated(self, "friction", "sliding", "arm")
+        check_table(self, "friction", "sliding", "arm")
         require(
             bool((np.abs(self.sliding) <= 1.0 + 1e-9).all()),
             "mesh friction: sliding is the share of the force with its sense, −1…1",

@@ -16,6 +16,7 @@ import numpy as np
 from nvhchain.dynamics.friction import MeshFriction
 from nvhchain.dynamics.load_centre import LoadCentre
 from nvhchain.errors import require
+from nvhchain.kinds import check_fields
 
 LARGEST_DAMPING_TIME = 1e-2
 """s, of damping over stiffness: from 16 Hz on such a bearing is more dashpot than spring, and no seat in series with
@@ -51,6 +52,7 @@ class RigidBody:
     transverse_inertia: float
 
     def __post_init__(self) -> None:
+        check_fields(self)
         _plain(self)
         _within("body", "z", self.z, -5.0, 5.0, "m")
         _within("body", "mass", self.mass, 0.0, 1e4, "kg")
@@ -79,6 +81,7 @@ class Cylinder:
     poisson: float = 0.3
 
     def __post_init__(self) -> None:
+        check_fields(self)
         _plain(self)
         _within("segment", "start", self.start, -5.0, 5.0, "m")
         _within("segment", "end", self.end, -5.0, 5.0, "m")
@@ -124,6 +127,7 @@ class Shaft:
     modal_damping: float = 0.005
 
     def __post_init__(self) -> None:
+        check_fields(self)
         _plain(self)
         require(isinstance(self.name, str) and bool(self.name), "shaft: name must be a non-empty string")
         object.__setattr__(self, "axis", tuple(float(value) for value in self.axis))
@@ -185,6 +189,7 @@ class Bearing:
     loss_factor_frequency: float | None = None
 
     def __post_init__(self) -> None:
+        check_fields(self)
         _plain(self)
         owner = f"bearing {self.name}"
         require(isinstance(self.name, str) and bool(self.name), "bearing: name must be a non-empty string")
@@ -236,6 +241,7 @@ class Mesh:
     tilt_ratio: float | None = None
 
     def __post_init__(self) -> None:
+        check_fields(self)
         _plain(self)
         _within("mesh", "z", self.z, -5.0, 5.0, "m")
         _within("mesh", "phase", self.phase, -100.0, 100.0, "rad")
@@ -263,6 +269,7 @@ class Gearbox:
     input_rotation: int = 1
 
     def __post_init__(self) -> None:
+        check_fields(self)
         for name in ("shafts", "bearings", "meshes"):
             object.__setattr__(self, name, tuple(getattr(self, name)))
         names = [shaft.name for shaft in self.shafts]

@@ -31,6 +31,19 @@ def excursions(
     return found
 
 
+def marked(
+    forces: BearingForces, gearbox: Gearbox, mesh_laws: Sequence[MeshLaw], fidelity: DynamicsFidelity
+) -> BearingForces:
+    """`forces`, with `beyond_mesh_law` in their provenance where they have `excursions`."""
+    beyond = excursions(gearbox, mesh_laws, forces, fidelity)
+    return forces.replace(provenance=forces.provenance | {"beyond_mesh_law": beyond}) if beyond else forces
+
+
+def remind(forces: BearingForces) -> None:
+    """AccuracyWarning per mesh whose deflections `marked` found beyond its law."""
+    warn_beyond_law(forces.provenance.get("beyond_mesh_law", {}))
+
+
 def joined(parts: Sequence[Excursions]) -> Excursions:
     """Of several pieces of one record."""
     whole: Excursions = {}
@@ -50,5 +63,5 @@ def warn_beyond_law(found: Excursions) -> None:
             f"tabulated over {1e6 * of['table_lowest']:.4g}…{1e6 * of['table_highest']:.4g} µm and continued straight "
             "beyond: give housing and bearings damping, or tabulate the law to larger deflections",
             AccuracyWarning,
-            stacklevel=4,
+            stacklevel=5,
         )

@@ -10,9 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nvhchain.dynamics.angle_laws import law_of_angle, tabulated
+from nvhchain.dynamics.angle_laws import check_table, law_of_angle
 from nvhchain.errors import require
 from nvhchain.handoff import FloatArray, MeshLaw
+from nvhchain.kinds import check_fields
 
 FARTHEST = 1.0
 """m, from mid-width, beyond which a unit was mistaken."""
@@ -31,7 +32,8 @@ class LoadCentre:
     offset: FloatArray
 
     def __post_init__(self) -> None:
-        tabulated(self, "load centre", "offset")
+        check_fields(self)
+        check_table(self, "load centre", "offset")
         require(
             bool((np.abs(self.offset) <= FARTHEST).all()),
             f"mesh load centre: offset of {np.abs(self.offset).max():g} m is off any face: give it in m",

@@ -17,6 +17,7 @@ from nvhchain.dynamics.train import shaft_torques
 from nvhchain.errors import SolverError, require
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import FloatArray, IntArray, MeshLaw, ReducedHousing
+from nvhchain.kinds import check_arguments
 
 STIFF = 1e8
 """N/m: a mesh, for the size of a residual."""
@@ -162,6 +163,7 @@ def static_bearing_forces(
     input_torque: float,
 ) -> FloatArray:
     """(n_bearing, 3) N on the housing at standstill under `input_torque` (N m)."""
+    check_arguments(static_bearing_forces, locals())
     assembly = assemble(gearbox, mesh_laws, housing)
     torque = shaft_torques(gearbox, assembly.train, input_torque)
     table = tabulate(laws_of_rows(assembly, mesh_laws, nominal_mesh_forces(assembly, mesh_laws, torque)), 1)
@@ -182,6 +184,7 @@ def static_misalignment(
     takes the wheel away from the pinion towards +z: what a gear pair takes as its misalignment.
     input_torque: N m.  fidelity: as in `assemble`: flexible shafts, points across the face.
     """
+    check_arguments(static_misalignment, locals())
     assembly = assemble(gearbox, mesh_laws, housing, fidelity=fidelity)
     torque = shaft_torques(gearbox, assembly.train, input_torque)
     table = tabulate(laws_of_rows(assembly, mesh_laws, nominal_mesh_forces(assembly, mesh_laws, torque)), 1)

@@ -18,13 +18,14 @@ import numpy as np
 from nvhchain import store
 from nvhchain.conventions import Progress
 from nvhchain.dynamics.gearbox import Gearbox
-from nvhchain.dynamics.law_range import excursions, joined, warn_beyond_law
+from nvhchain.dynamics.law_range import joined, marked, warn_beyond_law
 from nvhchain.dynamics.one_thread import on_one_thread
 from nvhchain.dynamics.ramp import Operation
 from nvhchain.dynamics.simulation import Motion
 from nvhchain.dynamics.speed_ramp import RunUp, Standing, prepare, record, samples, start
 from nvhchain.errors import FileFormatError, InputError, require
 from nvhchain.handoff import BearingForces, FloatArray, MeshLaw, ReducedHousing
+from nvhchain.kinds import check_arguments
 from nvhchain.resume import code_version, fingerprint
 
 PIECE = 64 * 2048
@@ -58,6 +59,7 @@ def record_run_up(
     A run that was stopped is taken up again by the same call and ends in the same bits as one that was not. Raises what
     `run_up` raises, InputError when `folder` holds another run, FileFormatError when files of it are lost or damaged.
     """
+    check_arguments(record_run_up, locals())
     require(
         operation.get("contact_forces") is None,
         "a run-up at the mesh level `contact` cannot be taken up again, since its solvers are not data: use run_up",
@@ -77,10 +79,8 @@ def record_run_up(
         waiting.append(piece)
         whole = sum(len(part) for part in waiting)
         if whole >= PIECE or (stands.block == run.blocks and whole > 0):
-            forces = record(run, first, np.concatenate(waiting))
-            beyond = excursions(gearbox, mesh_laws, forces, operation["fidelity"])
-            made = provenance | ({"beyond_mesh_law": beyond} if beyond else {})
-            store.save(forces.replace(provenance=made), _path(folder, written))
+            forces = record(run, first, np.concatenate(waiting)).replace(provenance=provenance)
+            store.save(marked(forces, gearbox, mesh_laws, operation["fidelity"]), _path(folder, written))
             written, first, waiting = written + 1, first + whole, []
             _keep(folder / "standing.npz", key, written, first, stands)
         if progress:

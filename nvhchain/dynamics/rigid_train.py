@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import isfinite
 
 from nvhchain.dynamics.assembly import assemble
 from nvhchain.dynamics.gearbox import Gearbox
 from nvhchain.dynamics.train import train_inertia
 from nvhchain.errors import require
 from nvhchain.handoff import MeshLaw
+from nvhchain.kinds import check_arguments
 
 
 def run_up_time(
@@ -26,6 +28,11 @@ def run_up_time(
     Rigid train: (T_in − ratio T_out) / J, J its inertia felt at the input. Raises InputError when the torques do not
     lead from the one speed to the other.
     """
+    check_arguments(run_up_time, locals())
+    for name, speed in (("start_speed", start_speed), ("end_speed", end_speed)):
+        require(isfinite(speed) and speed >= 0.0, f"{name} = {speed} rad/s must be finite and not negative")
+    for name, torque in (("input_torque", input_torque), ("output_torque", output_torque)):
+        require(isfinite(torque), f"{name} = {torque} N m must be finite")
     model = assemble(gearbox, mesh_laws, None)
     ratio = float(model.train.speed_ratio[gearbox.shaft_index(gearbox.output_shaft)])
     left = input_torque - ratio * output_torque

@@ -18,7 +18,7 @@ import numpy as np
 from nvhchain.conventions import Progress
 from nvhchain.dynamics.decimation import Decimator, decimator, low_pass, low_pass_reach, record_stride
 from nvhchain.dynamics.gearbox import Gearbox
-from nvhchain.dynamics.law_range import excursions, warn_beyond_law
+from nvhchain.dynamics.law_range import marked, remind
 from nvhchain.dynamics.one_thread import on_one_thread
 from nvhchain.dynamics.quasi_static import law_phases
 from nvhchain.dynamics.ramp import Operation, Ramp
@@ -26,6 +26,7 @@ from nvhchain.dynamics.simulation import Motion, Simulation, advance, at_rest, a
 from nvhchain.dynamics.steady import check_step, settling_time
 from nvhchain.errors import ResourceError, require
 from nvhchain.handoff import BearingForces, FloatArray, MeshLaw, ReducedHousing
+from nvhchain.kinds import check_arguments
 from nvhchain.memory import free_memory
 
 BLOCK = 2048
@@ -246,6 +247,7 @@ def run_up(
     into memory (`record_run_up` writes it to files), SolverError when the start cannot be forgotten.
     AccuracyWarning, and `beyond_mesh_law` in the provenance, where a recorded deflection leaves its mesh law.
     """
+    check_arguments(run_up, locals())
     return run_up_with_error(gearbox, mesh_laws, housing, progress=progress, **operation)[0]
 
 
@@ -263,6 +265,7 @@ def run_up_with_error(
     (n_t,) rad by which the output shaft lags behind the input shaft's angle times the speed ratio, > 0 under a driving
     torque.
     """
+    check_arguments(run_up_with_error, locals())
     run = prepare(gearbox, mesh_laws, housing, **operation)
     n_out = len(run.decimator.constant)
     needed, available = 3 * 8.0 * run.count * (n_out + 2), free_memory()
@@ -277,7 +280,6 @@ def run_up_with_error(
         filled += len(piece)
         if progress:
             progress(standing.block, run.blocks)
-    forces = record(run, 0, sampled)
-    beyond = excursions(gearbox, mesh_laws, forces, operation["fidelity"])
-    warn_beyond_law(beyond)
-    return forces.replace(provenance={"beyond_mesh_law": beyond}) if beyond else forces, sampled[:, -1].copy()
+    forces = marked(record(run, 0, sampled), gearbox, mesh_laws, operation["fidelity"])
+    remind(forces)
+    return forces, sampled[:, -1].copy()

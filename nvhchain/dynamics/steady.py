@@ -12,7 +12,7 @@ from scipy.fft import next_fast_len
 
 from nvhchain.conventions import Progress
 from nvhchain.dynamics.gearbox import Gearbox
-from nvhchain.dynamics.law_range import excursions, warn_beyond_law
+from nvhchain.dynamics.law_range import marked, remind
 from nvhchain.dynamics.mesh_levels import ContactForce
 from nvhchain.dynamics.one_thread import on_one_thread
 from nvhchain.dynamics.quasi_static import law_phases
@@ -21,6 +21,7 @@ from nvhchain.dynamics.train import Train, train
 from nvhchain.errors import ResourceError, SolverError, require
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import BearingForces, FloatArray, MeshLaw, ReducedHousing
+from nvhchain.kinds import check_arguments
 from nvhchain.memory import free_memory
 
 BLOCK = 8192
@@ -57,6 +58,7 @@ def bearing_forces(
     for f_max, ResourceError when the record does not fit. AccuracyWarning, and `beyond_mesh_law` in the
     provenance, where a deflection leaves its mesh law.
     """
+    check_arguments(bearing_forces, locals())
     require(
         isfinite(input_speed) and input_speed > 0,
         f"input_speed = {input_speed} rad/s must be positive: give the sense of rotation as gearbox.input_rotation",
@@ -104,9 +106,9 @@ def bearing_forces(
         transmission_error=meshes[:, n_mesh:-1],
         output_lag=meshes[:, -1],
     )
-    beyond = excursions(gearbox, mesh_laws, made, fidelity)
-    warn_beyond_law(beyond)
-    return made.replace(provenance={"beyond_mesh_law": beyond}) if beyond else made
+    made = marked(made, gearbox, mesh_laws, fidelity)
+    remind(made)
+    return made
 
 
 @on_one_thread
@@ -127,6 +129,8 @@ def steady_sweep(
     executor: takes the speeds.  progress: called with speeds done and speeds in all. Raises what `bearing_forces`
     raises at the first speed that fails.
     """
+    check_arguments(steady_sweep, locals())
+    require(len(input_speeds) > 0, "input_speeds holds no speed: give one or more, rad/s")
     settled = partial(
         bearing_forces, gearbox, mesh_laws, housing, input_torque=input_torque, f_max=f_max, fidelity=fidelity
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -59,6 +60,8 @@ def array(owner: object, name: str, dtype: Any, shape: tuple[int | None, ...]) -
     if np.iscomplexobj(given) and np.dtype(dtype).kind != "c":
         raise InputError(f"{kind}.{name} is complex, but must be real: take its real part explicitly")
     try:
+        if np.asarray(given).dtype.kind in "US":
+            raise TypeError("it holds texts")
         value = np.ascontiguousarray(given, dtype=dtype)
     except (TypeError, ValueError) as error:
         raise InputError(f"{kind}.{name} is not a numeric array: {error}") from None
@@ -99,13 +102,15 @@ def speed_history(owner: object, count: int) -> None:
     """Spread a scalar `input_speed` over `count` instants; check a history."""
     given = owner.input_speed  # type: ignore[attr-defined]
     if np.ndim(given) == 0:
-        object.__setattr__(owner, "input_speed", np.full(count, given, dtype=float))
+        object.__setattr__(owner, "input_speed", np.full(count, given))
     array(owner, "input_speed", float, (count,))
 
 
 def distinct_names(owner: object, name: str, count: int | None = None) -> None:
     """Turn field `name` into a tuple of distinct strings."""
-    kind, value = type(owner).__name__, tuple(getattr(owner, name))
+    kind, given = type(owner).__name__, getattr(owner, name)
+    require(isinstance(given, Iterable) and not isinstance(given, str), f"{kind}.{name} = {given!r} are no names")
+    value = tuple(given)
     require(all(isinstance(v, str) and v for v in value), f"{kind}.{name} must be non-empty strings, got {value}")
     require(len(set(value)) == len(value), f"{kind}.{name} repeats a name: {value}")
     require(count is None or len(value) == count, f"{kind}.{name} has {len(value)} names, but {count} are needed")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -57,6 +58,7 @@ class BearingForces(HandOff):
             array(self, "transmission_error", float, (len(time), None))
         if self.output_lag is not None:
             array(self, "output_lag", float, (len(time),))
+        require(isinstance(self.periodic, bool | np.bool_), f"periodic = {self.periodic!r} must be True or False")
         increasing(self, "time")
         require(len(time) >= 2, f"BearingForces.time has {len(time)} samples: at least 2 are needed")
         step = np.diff(time)
@@ -117,6 +119,10 @@ class ForceSpectrum(HandOff):
 
 def _in_order(force: Any, given: tuple[str, ...], names: tuple[str, ...]) -> Any:
     """Forces (n, n_bearing, 3) of the bearings `given` in the order of `names`."""
+    require(
+        isinstance(names, Sequence) and all(isinstance(name, str) for name in names),
+        f"{names!r} are no names of bearings: give a sequence of texts",
+    )
     unknown, missing = sorted(set(given) - set(names)), sorted(set(names) - set(given))
     require(
         not unknown and not missing,

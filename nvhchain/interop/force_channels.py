@@ -17,6 +17,7 @@ from scipy.interpolate import PchipInterpolator
 from nvhchain.errors import InputError, require
 from nvhchain.handoff import BearingForces, FloatArray
 from nvhchain.interop.sampling import resampled, uniform_time
+from nvhchain.kinds import check_arguments, check_fields
 
 FORCE_UNITS = {
     "N": 1.0, "kN": 1e3, "MN": 1e6, "mN": 1e-3, "cN": 1e-2, "kgf": 9.80665, "lbf": 4.4482216152605,
@@ -61,6 +62,7 @@ class BearingChannels:
     position: tuple[float, float, float] | None = None
 
     def __post_init__(self) -> None:
+        check_fields(self)
         require(
             len({self.x, self.y, self.z}) == 3,
             f"bearing {self.name!r}: x, y, z = {self.x!r}, {self.y!r}, {self.z!r} name a channel twice: give three",
@@ -106,6 +108,7 @@ class ForceChannels:
     angle_unit: str = "rad"
 
     def __post_init__(self) -> None:
+        check_fields(self)
         require(len(self.bearings) > 0, "no bearing is described: at least one is needed")
         named = [channel for bearing in self.bearings for channel in (bearing.x, bearing.y, bearing.z)]
         repeated = sorted({channel for channel in named if named.count(channel) > 1})
@@ -206,6 +209,7 @@ def to_bearing_forces(
     positions: bearing name → m, for bearings that state none themselves.
     Raises InputError for missing or unequal channels, contradicting units or rates, unknown positions, jitter and gaps.
     """
+    check_arguments(to_bearing_forces, locals())
     force = []
     for bearing in channels.bearings:
         for name in (bearing.x, bearing.y, bearing.z):

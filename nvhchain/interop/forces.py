@@ -9,8 +9,19 @@ from typing import Any
 from nvhchain.errors import FileFormatError, InputError
 from nvhchain.handoff import BearingForces
 from nvhchain.interop.force_channels import BearingChannels, ForceChannels, Record, beside_forces, to_bearing_forces
-from nvhchain.interop.records import AXES, columns_of, read_csv, read_hdf5, read_mat, write_csv, write_hdf5, write_mat
+from nvhchain.interop.records import (
+    AXES,
+    columns_of,
+    csv_name,
+    read_csv,
+    read_hdf5,
+    read_mat,
+    write_csv,
+    write_hdf5,
+    write_mat,
+)
 from nvhchain.interop.uff import MESH_NODES, SPEED_NODE, read_uff, write_uff
+from nvhchain.kinds import check_arguments
 
 SUFFIXES = {
     ".csv": "csv",
@@ -28,6 +39,7 @@ WRITERS = {"csv": write_csv, "mat": write_mat, "hdf5": write_hdf5, "uff": write_
 
 def read_record(path: str | Path) -> Record:
     """Channels of a foreign file, unchanged: to see how they are called before they are declared."""
+    check_arguments(read_record, locals())
     path = Path(path)
     if not path.is_file():
         raise FileFormatError(f"{path}: no such file")
@@ -45,6 +57,7 @@ def read_bearing_forces(
     channels: what its channels mean.  positions: bearing name → m in the gearbox frame, for bearings that state none.
     Raises InputError for anything missing, contradictory, not uniform in time or not of that format.
     """
+    check_arguments(read_bearing_forces, locals())
     return to_bearing_forces(read_record(path), channels, positions=positions)
 
 
@@ -55,6 +68,7 @@ def write_bearing_forces(forces: BearingForces, path: str | Path) -> ForceChanne
     keep all digits. UFF 58 keeps six digits of time start and step, so that reading it back relies on the returned
     sample_rate.
     """
+    check_arguments(write_bearing_forces, locals())
     path = Path(path)
     kind = _format(path)
     WRITERS[kind](forces, path)
@@ -86,7 +100,7 @@ def _of_meshes(kind: str, forces: BearingForces) -> dict[str, Any]:
 
 def _names(kind: str, index: int, bearing: str) -> list[str]:
     if kind == "csv":
-        return [f"{bearing}:{axis}" for axis in AXES]
+        return [csv_name(bearing, axis) for axis in AXES]
     if kind == "uff":
         return [f"{index + 1}:{axis}" for axis in AXES]
     return [f"force[{index},{i}]" for i in range(3)]

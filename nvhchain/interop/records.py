@@ -160,7 +160,8 @@ def _base(name: str) -> str:
 
 def write_csv(forces: BearingForces, path: Path) -> Path:
     """Columns time, input_speed, `bearing:x` … and those of the meshes; a line of names, a line of units."""
-    names = ["time", "input_speed", *(f"{bearing}:{axis}" for bearing in forces.names for axis in AXES)]
+    names = ["time", "input_speed", *(csv_name(bearing, axis) for bearing in forces.names for axis in AXES)]
+    require(len(set(names)) == len(names), f"{path}: bearing names differ by blanks only: {forces.names}; rename one")
     units = ["s", "rad/s", *["N"] * (3 * len(forces.names))]
     beside = beside_forces(forces)
     for quantity, values in beside.items():
@@ -178,6 +179,11 @@ def write_csv(forces: BearingForces, path: Path) -> Path:
             rows.writerows([repr(value) for value in row] for row in table.tolist())
 
     return whole(path, write)
+
+
+def csv_name(bearing: str, axis: str) -> str:
+    """Column of a bearing's force: on one line, and without blanks around it, which reading takes for layout."""
+    return " ".join(f"{bearing}:{axis}".split())
 
 
 def columns_of(quantity: str, values: FloatArray) -> list[str]:

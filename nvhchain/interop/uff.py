@@ -108,12 +108,13 @@ def write_uff(forces: BearingForces, path: Path) -> Path:
 def _function(
     forces: BearingForces, values: FloatArray, node: int, direction: int, label: str, kind: int, unit: str
 ) -> dict[str, Any]:
+    line = " ".join(label.split()) or "NONE"
     return {
         "type": 58,
         "binary": 1,
         "func_type": TIME_RESPONSE,
-        "id1": label[:80],
-        "rsp_ent_name": label[:10],
+        "id1": line[:80],
+        "rsp_ent_name": line[:10],
         "rsp_node": node,
         "rsp_dir": direction,
         "ref_node": 0,

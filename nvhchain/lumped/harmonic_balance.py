@@ -7,6 +7,7 @@ followed by its arc length, so that the branch between two jumps, which no integ
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import isfinite
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -14,6 +15,7 @@ from scipy.interpolate import CubicSpline
 from nvhchain.errors import SolverError, require
 from nvhchain.fidelity import LUMPED, LumpedFidelity
 from nvhchain.handoff import ComplexArray, FloatArray
+from nvhchain.kinds import check_arguments
 from nvhchain.lumped.pair import GearPair
 
 FOLD_RESOLUTION = 1e-4
@@ -72,7 +74,11 @@ def periodic_response(
     Begins with the motion reached by Newton's method from static deflection, so `start` should lie where the
     response is unique.  Raises SolverError where Newton's method fails at the smallest step.
     """
-    require(start > 0 and stop > 0 and start != stop, f"{start:g} → {stop:g} Hz: two different positive frequencies")
+    check_arguments(periodic_response, locals())
+    require(
+        isfinite(start) and isfinite(stop) and start > 0 and stop > 0 and start != stop,
+        f"{start:g} → {stop:g} Hz: two different frequencies, positive and finite",
+    )
     balance = _Balance.of(pair, fidelity)
     towards = float(np.sign(stop - start))
     u = np.zeros(2 * balance.harmonics + 2)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
+from math import isfinite
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -12,6 +13,7 @@ from scipy.interpolate import CubicSpline
 from nvhchain.errors import SolverError, require
 from nvhchain.fidelity import LUMPED, LumpedFidelity
 from nvhchain.handoff import FloatArray, IntArray
+from nvhchain.kinds import check_arguments, check_fields
 from nvhchain.lumped._march import march_four, march_one
 from nvhchain.lumped.pair import GearPair
 
@@ -47,6 +49,24 @@ class Windows:
     frequency: FloatArray
     stride: IntArray
     rate: float = 0.0
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        for name in ("step", "steps", "phase", "frequency", "stride"):
+            given = np.asarray(getattr(self, name))
+            require(
+                given.ndim == 1 and given.shape == np.shape(self.step) and bool(np.isfinite(given).all()),
+                f"windows: {name} of shape {given.shape} must be one row of finite numbers, one per window",
+            )
+            object.__setattr__(self, name, given)
+        for name in ("steps", "stride"):
+            given = getattr(self, name)
+            require(
+                given.dtype.kind in "iu" and bool((given >= 0).all()),
+                f"windows: {name} = {given} must be whole numbers of 0 or more",
+            )
+        require(bool((self.step > 0.0).all()), f"windows: step = {self.step} s must be above 0")
+        require(isfinite(self.rate), f"windows: rate = {self.rate} Hz/s must be finite")
 
     @property
     def sample_count(self) -> int:
@@ -95,6 +115,7 @@ def integrate(
     Raises InputError where a step does not resolve a pair's natural period, a mesh cycle or the harmonics of the
     stiffness curve, SolverError where the motion overflows (undamped parametric resonance).
     """
+    check_arguments(integrate, locals())
     require(len(pairs) > 0, "no gear pair given: at least one is needed")
     start = at_static_equilibrium(pairs) if state is None else np.array(state, dtype=float)
     require(start.shape == (2, len(pairs)), f"state has shape {start.shape}, but (2, {len(pairs)}) is needed")

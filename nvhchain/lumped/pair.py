@@ -9,6 +9,7 @@ import numpy as np
 
 from nvhchain.errors import InputError, is_whole, require
 from nvhchain.handoff import FloatArray
+from nvhchain.kinds import check_arguments, check_fields
 
 WAVE_SAMPLES = 4
 """In the shortest wave of an error curve, at least."""
@@ -33,6 +34,7 @@ class GearPair:
     half_backlash: float = 0.0
 
     def __post_init__(self) -> None:
+        check_fields(self)
         stiffness = np.array(self.stiffness, dtype=float)
         require(
             stiffness.ndim == 1 and len(stiffness) >= 4,
@@ -94,6 +96,7 @@ def static_transmission_error(
     Raises InputError for too few angles and where the curve would not stay positive: k = F/STE needs contact
     everywhere.
     """
+    check_arguments(static_transmission_error, locals())
     require(
         is_whole(teeth) and is_whole(blank_order) and teeth >= 1 and blank_order >= 1,
         f"teeth = {teeth} and blank_order = {blank_order} must be whole numbers of 1 or more",
@@ -112,6 +115,7 @@ def static_transmission_error(
         f"average error {average:g} m does not exceed its amplitudes {abs(mesh):g} + {abs(blank):g} m: the "
         "stiffness F/STE would be infinite; raise the load or lower the amplitudes",
     )
+    require(isfinite(average), f"average error {average:g} m must be finite")
     repeats = gcd(teeth, blank_order)
     cycles = teeth // repeats
     turn = np.arange(samples_per_mesh * cycles) / (samples_per_mesh * teeth)
@@ -133,6 +137,7 @@ def pair_from_error(
     error: (n,) m, loaded static transmission error (> 0) under `force` N over one body period of `mesh_cycles`.
     The secant stiffness makes `force` deflect the pair by exactly `error`; at other loads it does not hold.
     """
+    check_arguments(pair_from_error, locals())
     error = np.asarray(error, dtype=float)
     if not bool((error > 0).all()):
         raise InputError(
@@ -147,6 +152,13 @@ def order_lines(signal: FloatArray, mesh_cycles: int, teeth: int) -> tuple[Float
 
     signal: (n, …) at equally spaced angles.  teeth: mesh cycles per turn.
     """
+    check_arguments(order_lines, locals())
+    signal = np.asarray(signal, dtype=float)
+    require(signal.size > 0 and signal.ndim > 0, f"signal of shape {signal.shape} holds no values over a body period")
+    require(
+        is_whole(mesh_cycles) and is_whole(teeth) and mesh_cycles >= 1 and teeth >= 1,
+        f"mesh_cycles = {mesh_cycles} and teeth = {teeth} must be whole numbers of 1 or more",
+    )
     lines = np.abs(np.fft.rfft(signal, axis=0)) * (2.0 / len(signal))
     lines[0] *= 0.5
     return np.asarray(np.arange(len(lines)) * (teeth / mesh_cycles), dtype=float), np.asarray(lines)

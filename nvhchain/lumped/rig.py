@@ -10,6 +10,7 @@ from scipy.linalg import eigh
 
 from nvhchain.errors import require
 from nvhchain.handoff import ComplexArray, FloatArray
+from nvhchain.kinds import check_arguments, check_fields
 
 
 @dataclass(frozen=True)
@@ -29,6 +30,7 @@ class TorsionalRig:
     damping_ratio: float
 
     def __post_init__(self) -> None:
+        check_fields(self)
         positive = {
             **{f"inertias[{i}]": value for i, value in enumerate(self.inertias)},
             "test_mesh": self.test_mesh,
@@ -82,6 +84,7 @@ class RigModes:
 
 def rig_modes(rig: TorsionalRig) -> RigModes:
     """Natural modes without damping."""
+    check_arguments(rig_modes, locals())
     squared, shapes = eigh(rig.stiffness_matrix, rig.inertia_matrix)
     shapes, squared = shapes[:, 1:], squared[1:]
     twist = TWISTS @ shapes
@@ -97,11 +100,17 @@ def mesh_cross_response(rig: TorsionalRig, frequency: FloatArray, *, at: str, du
     the ring as a whole, so that the response stays finite at 0 Hz.  Times the square of the base radius (equal at
     both meshes) it is the transmission error in m per N of mesh force.
     """
+    check_arguments(mesh_cross_response, locals())
     for name, value in (("at", at), ("due_to", due_to)):
         require(value in MESHES, f"{name} = {value!r}: choose from {', '.join(MESHES)}")
+    frequency = np.asarray(frequency, dtype=float)
+    require(
+        frequency.ndim == 1 and bool(np.isfinite(frequency).all()),
+        f"frequencies of shape {frequency.shape} must be one row of finite numbers",
+    )
     modes = rig_modes(rig)
     natural = 2.0 * np.pi * modes.frequency
-    omega = 2.0 * np.pi * np.asarray(frequency, dtype=float)[:, None]
+    omega = 2.0 * np.pi * frequency[:, None]
     participation = modes.twist[MESHES.index(at)] * modes.twist[MESHES.index(due_to)]
     modal = natural**2 - omega**2 + 2j * rig.damping_ratio * natural * omega
     return np.asarray((participation / modal).sum(axis=1))

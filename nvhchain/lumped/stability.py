@@ -2,27 +2,34 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from math import isfinite
 
 import numpy as np
-from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
 from nvhchain.errors import require
 from nvhchain.fidelity import LUMPED, LumpedFidelity
 from nvhchain.handoff import ComplexArray, FloatArray
+from nvhchain.kinds import check_arguments
 from nvhchain.lumped.integrate import Windows, integrate
 from nvhchain.lumped.pair import GearPair
 
 
-def backbone_frequency(amplitude_ratio: ArrayLike) -> FloatArray:
+def backbone_frequency(amplitude_ratio: FloatArray | Sequence[float] | float) -> FloatArray:
     """ω/ω_n of free undamped motion about static equilibrium that loses contact on the drive flank only.
 
     amplitude_ratio: A/x0, amplitude towards the flank over static penetration; up to 1 the motion is linear.
     Contact lasts 2(π − arccos(x0/A))/ω_n, the flight under the constant load 2√((A/x0)² − 1)/ω_n: exact.
     """
-    ratio = np.maximum(np.asarray(amplitude_ratio, dtype=float), 1.0)
+    check_arguments(backbone_frequency, locals())
+    ratio = np.asarray(amplitude_ratio, dtype=float)
+    require(
+        bool(np.isfinite(ratio).all() and (ratio >= 0.0).all()),
+        f"amplitude ratios {ratio} must be finite, 0 or more: amplitude over static penetration",
+    )
+    ratio = np.maximum(ratio, 1.0)
     return np.asarray(np.pi / (np.pi - np.arccos(1.0 / ratio) + np.sqrt(ratio**2 - 1.0)))
 
 
@@ -32,6 +39,7 @@ def floquet_multipliers(pair: GearPair, mesh_frequency: float, *, fidelity: Lump
     From two integrations with k(θ), c and m of the pair, without load and backlash; the motion is stable while both
     moduli lie below 1.
     """
+    check_arguments(floquet_multipliers, locals())
     require(
         isfinite(mesh_frequency) and mesh_frequency > 0,
         f"mesh frequency {mesh_frequency:g} Hz must be positive and finite",
@@ -55,6 +63,7 @@ def stability_limit(pair: GearPair, stable: float, unstable: float, *, fidelity:
 
     Raises InputError where the two are not on different sides of a limit.
     """
+    check_arguments(stability_limit, locals())
 
     def excess(frequency: float) -> float:
         return float(np.log(np.abs(floquet_multipliers(pair, frequency, fidelity=fidelity)).max()))

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from math import isfinite
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from nvhchain.errors import is_whole, require
 from nvhchain.fidelity import LUMPED, LumpedFidelity
 from nvhchain.handoff import FloatArray
+from nvhchain.kinds import check_arguments
 from nvhchain.lumped.integrate import Motion, Windows, integrate
 from nvhchain.lumped.pair import GearPair
 
@@ -82,7 +82,7 @@ class SteadyMotion:
 
 def steady_sweep(
     pairs: Sequence[GearPair],
-    mesh_frequency: ArrayLike,
+    mesh_frequency: FloatArray | Sequence[float] | float,
     *,
     fidelity: LumpedFidelity = LUMPED,
     executor: Executor | None = None,
@@ -94,6 +94,7 @@ def steady_sweep(
     at most fidelity.time_step and a whole fraction of the mesh cycle.
     Raises InputError for speeds that are not positive and where a start does not die out in the settling time.
     """
+    check_arguments(steady_sweep, locals())
     frequency = np.atleast_1d(np.asarray(mesh_frequency, dtype=float))
     windows = _steady_windows(pairs, frequency, fidelity, stride=0)
     motion = integrate(pairs, windows, fidelity=fidelity, executor=executor)
@@ -104,7 +105,7 @@ def steady_motion(
     pairs: Sequence[GearPair],
     mesh_frequency: float,
     *,
-    approach: ArrayLike = (),
+    approach: FloatArray | Sequence[float] = (),
     samples_per_cycle: int = 64,
     fidelity: LumpedFidelity = LUMPED,
 ) -> SteadyMotion:
@@ -113,7 +114,10 @@ def steady_motion(
     samples_per_cycle: samples in a mesh cycle, whole, `FOLDING_MARGIN` times the natural frequency at least.
     Raises InputError where samples would fold, and what `steady_sweep` raises.
     """
-    frequency = np.append(np.atleast_1d(np.asarray(approach, dtype=float)), mesh_frequency)
+    check_arguments(steady_motion, locals())
+    before = np.atleast_1d(np.asarray(approach, dtype=float))
+    require(before.ndim == 1, f"approach of shape {before.shape} must be one row of mesh frequencies")
+    frequency = np.append(before, mesh_frequency)
     _check_speeds(pairs, frequency)
     fewest = int(np.ceil(_unfolded(pairs, mesh_frequency) / mesh_frequency * (1 - 1e-9)))
     require(
@@ -144,6 +148,7 @@ def run_up(
     step rate; without it none is kept.  Begins at rest in static equilibrium at angle 0.
     Raises InputError where the steps do not resolve mesh cycle or natural period, or samples would fold.
     """
+    check_arguments(run_up, locals())
     _check_pairs(pairs)
     h = fidelity.time_step
     highest = max(start, stop)
@@ -221,8 +226,8 @@ def _check_pairs(pairs: Sequence[GearPair]) -> None:
 def _check_speeds(pairs: Sequence[GearPair], frequency: FloatArray) -> None:
     _check_pairs(pairs)
     require(
-        len(frequency) > 0 and bool(np.isfinite(frequency).all() and (frequency > 0).all()),
-        "mesh frequencies must be positive and finite, and there must be one at least",
+        frequency.ndim == 1 and len(frequency) > 0 and bool(np.isfinite(frequency).all() and (frequency > 0).all()),
+        f"mesh frequencies of shape {frequency.shape} must be one row of one or more, positive and finite",
     )
 
 

@@ -48,6 +48,7 @@ def bearing_forces(
             progress=progress,
         ),
         fidelity=knobs,
+        remind=dynamics.remind,
     )
 
 

@@ -32,6 +32,22 @@ def test_same_inputs_are_computed_once(counted):
     assert first.content_hash == second.content_hash
 
 
+def test_what_is_found_repeats_the_warnings_of_its_making(tmp_path):
+    reminded = []
+
+    def ask():
+        return Shelf(tmp_path).stage(
+            "pressure", FieldPressure, "acoustics", (1.0,),
+            lambda progress: FieldPressure([50.0], [[0.0, 0, 1]], [[1.0 + 1j]], provenance={"doubt": 0.1}),
+            fidelity=None, remind=lambda found: reminded.append(found.provenance["doubt"]),
+        )  # fmt: skip
+
+    ask()
+    assert reminded == []  # told by whoever made it
+    ask()
+    assert reminded == [0.1]
+
+
 def test_changed_inputs_and_fidelity_are_computed_again(counted):
     run, calls, _ = counted
     run(1.0)

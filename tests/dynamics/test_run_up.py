@@ -17,7 +17,7 @@ from nvhchain import store
 from nvhchain.dynamics import bearing_forces, record_run_up, recording, run_up, run_up_time, speed_ramp, steady_sweep
 from nvhchain.dynamics.assembly import assemble
 from nvhchain.dynamics.decimation import decimator, low_pass
-from nvhchain.dynamics.law_range import excursions, joined
+from nvhchain.dynamics.law_range import excursions, joined, remind
 from nvhchain.dynamics.quasi_static import static_mesh_forces
 from nvhchain.dynamics.simulation import advance, at_rest, bearing_force, simulation
 from nvhchain.dynamics.speed_ramp import prepare
@@ -268,6 +268,8 @@ def test_deflections_beyond_the_mesh_law_are_warned_of_and_recorded(
     said = rf"mesh A–B: deflections of {1e6 * lowest:.3g}.* µm leave the mesh law, tabulated over .*…80 µm"
     with pytest.warns(AccuracyWarning, match=said):
         found = run_up(gearbox, laws, None, fidelity=fidelity, **operation)
+    with pytest.warns(AccuracyWarning, match=said):
+        remind(found)
     beyond = found.provenance["beyond_mesh_law"]
     assert list(beyond) == ["A–B"]
     assert beyond["A–B"]["lowest"] == found.mesh_deflection[:, 0].min() < beyond["A–B"]["table_lowest"] == grid[0]

@@ -397,6 +397,19 @@ def test_damaged_and_foreign_files_are_refused_in_one_line(tmp_path, declared, n
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize("suffix", [".csv", ".mat", ".h5", ".uff"])
+def test_names_with_blanks_commas_and_quotes_come_back_as_written(forces, tmp_path, suffix):
+    odd = forces.replace(names=(" A ", 'Läger, "轴"\nz', *(f"#{i}" for i in range(len(forces.names) - 2))))
+    channels = write_bearing_forces(odd, tmp_path / f"odd{suffix}")
+    assert read_bearing_forces(tmp_path / f"odd{suffix}", channels).content_hash == odd.content_hash
+
+
+def test_names_that_differ_by_blanks_only_are_refused_where_a_table_cannot_tell_them_apart(forces, tmp_path):
+    alike = forces.replace(names=("A", " A", *(f"{i}" for i in range(len(forces.names) - 2))))
+    with pytest.raises(InputError, match="differ by blanks only"):
+        write_bearing_forces(alike, tmp_path / "alike.csv")
+
+
 def test_missing_file_is_named(tmp_path):
     with pytest.raises(InputError, match="no such file"):
         read_record(tmp_path / "no.csv")

@@ -226,11 +226,12 @@ def write_hdf5(forces: BearingForces, path: Path) -> Path:
 def whole(path: Path, write: Callable[[Path], None]) -> Path:
     """Let `write` fill a file beside `path` and rename it, so that no half file is seen.
 
-    Raises InputError where there is no folder for it.
+    Raises InputError where there is no folder for it, or one in its place.
     """
     require(
         path.absolute().parent.is_dir(), f"{path}: the folder {path.parent} does not exist: make it or choose another"
     )
+    require(not path.is_dir(), f"{path}: a folder stands where a file is to be written: choose another name")
     part = path.with_suffix(".part")
     try:
         write(part)

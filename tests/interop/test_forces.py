@@ -410,6 +410,13 @@ def test_names_that_differ_by_blanks_only_are_refused_where_a_table_cannot_tell_
         write_bearing_forces(alike, tmp_path / "alike.csv")
 
 
+@pytest.mark.parametrize("suffix", [".csv", ".mat", ".h5", ".uff"])
+def test_a_folder_in_the_place_of_the_file_is_refused(forces, tmp_path, suffix):
+    (tmp_path / f"taken{suffix}").mkdir()
+    with pytest.raises(InputError, match="a folder stands where a file is to be written"):
+        write_bearing_forces(forces, tmp_path / f"taken{suffix}")
+
+
 def test_missing_file_is_named(tmp_path):
     with pytest.raises(InputError, match="no such file"):
         read_record(tmp_path / "no.csv")

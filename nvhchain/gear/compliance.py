@@ -8,7 +8,7 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from nvhchain.conventions import Progress
-from nvhchain.errors import InputError, require
+from nvhchain.errors import InputError, is_whole, require
 from nvhchain.fidelity import GearFidelity
 from nvhchain.gear.body import GearBody
 from nvhchain.gear.body_flexibility import body_flexibility
@@ -17,6 +17,7 @@ from nvhchain.gear.mesh import gear_mesh
 from nvhchain.gear.tooth_compliance import CondensedTooth, condensed_tooth
 from nvhchain.gear.volume_mesh import VolumeMesh
 from nvhchain.handoff import FloatArray, IntArray
+from nvhchain.kinds import check_arguments
 
 USUAL_REACH = 3
 """Neighbours to either side that are coupled; a pair of contact ratio ε_γ loads teeth ⌈ε_γ⌉ − 1 pitches apart."""
@@ -120,8 +121,12 @@ def flank_compliance(
 
     Raises InputError for a blank that the fidelity cannot resolve, ResourceError when memory is short.
     """
+    check_arguments(flank_compliance, locals())
     teeth = body.geometry.teeth
-    require(0 <= reach < teeth / 2, f"reach = {reach} must lie between 0 and less than half of the {teeth} teeth")
+    require(
+        is_whole(reach) and 0 <= reach < teeth / 2,
+        f"reach = {reach} must be a whole number from 0 to less than half of the {teeth} teeth",
+    )
     if isinstance(body.blank, VolumeMesh):
         radius, axial, blocks, along = foreign_compliance(
             body, body.blank, fidelity, reach=reach, friction=friction, progress=progress

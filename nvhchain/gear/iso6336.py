@@ -13,6 +13,7 @@ from nvhchain.errors import require
 from nvhchain.gear.body import GearBody
 from nvhchain.gear.pair import GearPair
 from nvhchain.gear.volume_mesh import VolumeMesh
+from nvhchain.kinds import check_arguments
 
 # ISO 6336-1:2019, Table 10, series for q' in mm µm/N.
 _SERIES = (0.04723, 0.15551, 0.25791, -0.00635, -0.11654, -0.00193, -0.24188, 0.00529, 0.00182)
@@ -43,6 +44,7 @@ def iso_stiffness(pair: GearPair, *, specific_load: float = _LOW_LOAD) -> IsoSti
     Raises InputError outside ε_α ≥ 1.2, β ≤ 30°, x₁ ≥ x₂, −0.5 ≤ x₁ + x₂ ≤ 2 and for blanks with openings.
     Source: ISO 6336-1:2019, 9.3, eqs. (83) to (95).
     """
+    check_arguments(iso_stiffness, locals())
     require(specific_load > 0, f"specific load = {specific_load:g} N/m must be positive")
     bodies = sorted((pair.pinion, pair.wheel), key=lambda b: (b.geometry.teeth, -b.geometry.profile_shift))
     gears = [b.geometry for b in bodies]

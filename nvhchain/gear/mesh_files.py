@@ -10,6 +10,7 @@ import numpy as np
 from nvhchain.errors import FileFormatError, InputError
 from nvhchain.gear.volume_mesh import VolumeMesh
 from nvhchain.handoff import IntArray
+from nvhchain.kinds import check_arguments
 
 _KINDS = {"tetra10": "tet10", "hexahedron20": "hex20"}
 _SOLIDS = ("tetra", "hexahedron", "wedge", "pyramid")
@@ -26,6 +27,7 @@ def read_gear_mesh(path: str | Path, *, scale: float = 1.0, order: int = 1, tags
     Raises FileFormatError for what is not a mesh, InputError for missing tags, other elements, and what `VolumeMesh`
     says.
     """
+    check_arguments(read_gear_mesh, locals())
     try:
         mesh = meshio.read(path)
     except (meshio.ReadError, SystemExit, OSError, ValueError, KeyError, IndexError) as error:

@@ -16,6 +16,7 @@ from nvhchain.gear.engagement import Engagement, engaged_reach
 from nvhchain.gear.pair import BACK, DRIVE, GearPair
 from nvhchain.gear.transmission_error import angle_blocks, body_period_angles, loaded_mesh, on_blocks
 from nvhchain.handoff import FloatArray, MeshLaw
+from nvhchain.kinds import check_arguments
 
 
 def mesh_law(
@@ -36,7 +37,8 @@ def mesh_law(
     symmetric sector or a block of angles.
     Raises SolverError where a contact does not converge.
     """
-    require(nominal_force > 0, f"nominal_force = {nominal_force:g} N must be positive")
+    check_arguments(mesh_law, locals())
+    require(0 < nominal_force < np.inf, f"nominal_force = {nominal_force:g} N must be positive and finite")
     angle = body_period_angles(pair, fidelity)
     blocks = angle_blocks(angle)
     teeth = 0 if compliances or fidelity.bodies == "analytic" else pair.pinion.sector + pair.wheel.sector

@@ -17,7 +17,7 @@ from nvhchain.gear.corner import extension
 from nvhchain.gear.geometry import GearGeometry, involute
 from nvhchain.gear.separation import Misalignment
 from nvhchain.handoff import FloatArray
-from nvhchain.kinds import check_fields
+from nvhchain.kinds import check_arguments, check_fields
 
 DRIVE, BACK = 0, 1
 
@@ -193,6 +193,7 @@ def nominal_centre_distance(pinion: GearGeometry, wheel: GearGeometry) -> float:
 
     inv α_wt = inv α_t + 2 tan α_n (x₁ + x₂)/(z₁ + z₂).  Raises InputError when there is none.
     """
+    check_arguments(nominal_centre_distance, locals())
     alpha = pinion.transverse_pressure_angle
     target = float(involute(alpha)) + 2 * tan(pinion.normal_pressure_angle) * (
         pinion.profile_shift + wheel.profile_shift

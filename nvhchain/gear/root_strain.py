@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nvhchain.conventions import Material
-from nvhchain.errors import InputError
+from nvhchain.errors import InputError, require
 from nvhchain.fem._sparse import BLOCK, factorize
 from nvhchain.fidelity import GearFidelity
 from nvhchain.gear.body import GearBody
@@ -33,6 +33,7 @@ from nvhchain.gear.root_submodel import RootSubmodel, root_submodel
 from nvhchain.gear.tooth_compliance import CondensedTooth, condensed_tooth, cylindrical_stiffness, unknowns
 from nvhchain.gear.transmission_error import LoadedMesh
 from nvhchain.handoff import FloatArray, IntArray
+from nvhchain.kinds import check_arguments
 
 PINION, WHEEL = 0, 1
 
@@ -77,7 +78,8 @@ def root_strain_modes(
     fidelity: of the elements about the root, at least as fine as for contact: the strain converges later.
     Raises InputError for places off the root, ResourceError when memory is short.
     """
-    body = (pair.pinion, pair.wheel)[gear]
+    check_arguments(root_strain_modes, locals())
+    body = _of(pair, gear)
     mesh, tooth, probed = _prepared(body, places, fidelity)
     radius, axial, count = tooth.radius, tooth.axial, body.geometry.teeth
     grid = flank_loads(body.geometry, (mesh.pitch, mesh.pitch_solid), radius, axial)[probed.loaded]
@@ -112,7 +114,8 @@ def nodal_force_strain(
     gear: PINION or WHEEL.  friction: coefficient μ with which the meshes were loaded; its forces go along the profile.
     fidelity: of the elements about the root.  Raises as `root_strain_modes`.
     """
-    body = (pair.pinion, pair.wheel)[gear]
+    check_arguments(nodal_force_strain, locals())
+    body = _of(pair, gear)
     mesh, tooth, probed = _prepared(body, places, fidelity)
     count = body.geometry.teeth
     strain = np.zeros((len(loaded), len(teeth), 6 * len(places)))
@@ -131,6 +134,12 @@ def nodal_force_strain(
                         row += probed.own @ coarse[t][probed.loaded] + probed.submodel.forces @ fine[t]
                 strain[start : start + BLOCK, i] = rows
     return strain.reshape(len(loaded), len(teeth), len(places), 6)
+
+
+def _of(pair: GearPair, gear: int) -> GearBody:
+    """Pinion or wheel."""
+    require(gear in (PINION, WHEEL), f"gear = {gear}: PINION ({PINION}) or WHEEL ({WHEEL}) is needed")
+    return (pair.pinion, pair.wheel)[gear]
 
 
 def _nodal_forces(

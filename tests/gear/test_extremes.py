@@ -17,7 +17,12 @@ from nvhchain.gear import (
     ThinRim,
     engaged_reach,
     flank_compliance,
+    iso_stiffness,
     loaded_mesh,
+    mesh_law,
+    nominal_centre_distance,
+    read_gear_mesh,
+    root_strain_modes,
 )
 from nvhchain.gear.contact import complementarity_residual
 from nvhchain.gear.pair import BACK
@@ -156,9 +161,17 @@ def test_rim_so_thin_that_a_tooth_lifts_its_neighbours(make_pair, make_complianc
         (lambda pair: Relief("10 µm", 1e-3), "amount = '10 µm' .* give a number"),
         (lambda pair: Flank(tip_relief=1e-5), "tip_relief = 1e-05 .* give a Relief or None"),
         (lambda pair: Misalignment(in_plane="1 mrad"), "in_plane = '1 mrad' .* give a number"),
+        (lambda pair: mesh_law(pair, nominal_force=1e3, fidelity=DRAFT), "fidelity = .* give a GearFidelity"),
+        (lambda pair: mesh_law(pair, nominal_force=np.inf, fidelity=FEW), "nominal_force = inf N must be positive and"),
+        (lambda pair: flank_compliance(pair.pinion, FEW, reach=1.5), "reach = 1.5 must be a whole number"),
+        (lambda pair: flank_compliance(pair, FEW), "body = .* give a GearBody"),
+        (lambda pair: root_strain_modes(pair, 2, (), (0,), FEW), r"gear = 2: PINION \(0\) or WHEEL \(1\)"),
+        (lambda pair: iso_stiffness(pair, specific_load="100"), "specific_load = '100' .* give a number"),
+        (lambda pair: nominal_centre_distance(pair.pinion, pair.wheel), "pinion = .* give a GearGeometry"),
+        (lambda pair: read_gear_mesh("wheel.msh", scale="mm"), "scale = 'mm' .* give a number"),
     ],
 )
-def test_drawing_with_a_value_of_the_wrong_kind_is_refused(pair, make, message):
+def test_values_of_the_wrong_kind_are_refused_by_name(pair, make, message):
     with pytest.raises(InputError, match=message):
         make(pair)
 

@@ -50,9 +50,10 @@ def bearing_forces(
     up to whole common periods.  contact_forces: one per mesh, for `fidelity.mesh_level` "contact".
 
     The nominal spin is prescribed. From the quasi-static solution the speed rises over one common period (half
-    cosine). Then two common periods are compared that lie at least one decay time of the slowest mode apart: what is
-    left of the start is at most 0.58 = 1/(e − 1) of their difference, which must fall below `fidelity.settle_level` of
-    the swing of the bearing forces. The step divides the common period exactly and the phase of every law is
+    cosine). Then two common periods are compared that lie at least one decay time of the slowest mode apart: their
+    difference must fall below `fidelity.settle_level` of the swing of the bearing forces, and so must what is left of
+    the start. That is 0.58 = 1/(e − 1) of the difference while the flanks stay in mesh; where they part it may die out
+    more slowly, and is judged by how much less the difference is than the one before. The step divides the common period exactly and the phase of every law is
     reduced in whole numbers, so that the record repeats to rounding. `mesh_deflection` is the deflection on the
     drive flank's line of action. Raises SolverError when it does not settle, InputError when the step is too long
     for f_max, ResourceError when the record does not fit. AccuracyWarning, and `beyond_mesh_law` in the
@@ -161,6 +162,7 @@ def _settle(
     blocks = max(2, ceil(fidelity.settle_time / (apart * duration)))
     expected = min(blocks, max(1, ceil(needed / (apart * duration))))
     force: FloatArray | None = None
+    before = inf
     for block in range(blocks):
         for _ in range(apart - 1):
             motion = _pass(model, motion, repeats, offset, n_step)
@@ -169,9 +171,13 @@ def _settle(
         if force is not None:
             change, swing = float(np.abs(latest - force).max()), float(np.ptp(latest, axis=0).max())
             # rounding of the static force does not decay; without excitation it is all there is
-            if change <= max(fidelity.settle_level * swing, 1e-12 * float(np.abs(latest).max())):
+            small, rounding = fidelity.settle_level * swing, 1e-12 * float(np.abs(latest).max())
+            # a geometric series from here on; before the second difference its ratio is that of the slowest mode
+            left = change**2 / (before - change) if change < before < inf else change
+            if change <= rounding or max(change, left) <= small:
                 tell(expected + 1, expected + 1)
                 return motion, latest, angular
+            before = change
         force = latest
     raise SolverError(
         f"the gearbox has not settled after {blocks * apart * duration:.3g} s: bearing forces still change by "

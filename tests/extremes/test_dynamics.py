@@ -5,7 +5,7 @@ from math import pi
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from scales import ANY, mostly, powers
 
@@ -56,6 +56,9 @@ def gearbox(mass, bearing, damping):
     torque=powers(1e-3, 1e5),
     speed=powers(0.1, 2e4),
 )
+@example(  # flanks that part, whose start dies out more slowly than any mode of the mesh in contact
+    mass=1.0, bearing=1e5, damping_ratio=1.0, stiffness=1e10, ripple=1e-7, backlash=1e-3, torque=1.0, speed=1.0
+)  # fmt: skip
 def test_mean_bearing_forces_of_any_gearbox_are_those_of_statics(
     tried, mass, bearing, damping_ratio, stiffness, ripple, backlash, torque, speed
 ):

@@ -53,11 +53,13 @@ def bearing_forces(
     cosine). Then two common periods are compared that lie at least one decay time of the slowest mode apart: their
     difference must fall below `fidelity.settle_level` of the swing of the bearing forces, and so must what is left of
     the start. That is 0.58 = 1/(e − 1) of the difference while the flanks stay in mesh; where they part it may die out
-    more slowly, and is judged by how much less the difference is than the one before. The step divides the common period exactly and the phase of every law is
-    reduced in whole numbers, so that the record repeats to rounding. `mesh_deflection` is the deflection on the
-    drive flank's line of action. Raises SolverError when it does not settle, InputError when the step is too long
-    for f_max, ResourceError when the record does not fit. AccuracyWarning, and `beyond_mesh_law` in the
-    provenance, where a deflection leaves its mesh law.
+    more slowly, and is judged by how much less the difference is than the one before. The step divides the common
+    period exactly and the phase of every law is reduced in whole numbers, so that the record repeats to rounding.
+    `mesh_deflection` is the deflection on the drive flank's line of action.
+
+    Raises SolverError when it does not settle, InputError when the step is too long for f_max, ResourceError when the
+    record does not fit. AccuracyWarning, and `beyond_mesh_law` in the provenance, where a deflection leaves its mesh
+    law.
     """
     check_arguments(bearing_forces, locals())
     require(

@@ -169,7 +169,7 @@ def test_a_shelf_without_a_folder_keeps_no_parts():
 def test_a_folder_may_be_named_by_text_and_a_file_in_its_place_is_refused_before_anything_is_solved(tmp_path, solved):
     file = tmp_path / "file"
     file.write_text("in the way")
-    for place in (file, file / "below", "/proc/nvhchain"):
+    for place in (file, file / "below", "/proc/nvhchain", "/proc"):  # the last is there, and nobody may write into it
         with pytest.raises(InputError, match=r"shards = .* is not a folder that can be written.*name another"):
             vectors(place, masters=MASTERS[:1])
     assert solved == []

@@ -34,6 +34,8 @@ WINDOWS = 12.0 / 41.0
 ORDERS = (WINDOWS, 2.0, 4.0, 6.0, 12.0 - WINDOWS, 12.0, 12.0 + WINDOWS, 16.0, 18.0, 20.0, 22.0, 24.0, 38.0, 40.0, 42.0)
 SPEEDS = tuple(SPEED * share / 10.0 for share in range(1, 11))
 """rad/s of the input, of the sweep."""
+BIN, HIGHEST = 20.0, 3000.0
+"""Hz: resolution and last line of maps over frequency."""
 MARKS = OrderMarks({"stage 1": 20.0, "stage 2": 12.0})
 
 
@@ -55,7 +57,9 @@ def histories(folder: Path) -> dict[str, dict[str, Any]]:
 
 
 def sweeps(folder: Path) -> dict[str, dict[str, Waterfall]]:
-    """By unit and configuration: orders of steady records, forces as in `histories`."""
+    """By unit and configuration: orders of steady records up to `HIGHEST` at the lowest speed, forces as in
+    `histories`."""
+    last = HIGHEST / (min(SPEEDS) / (2.0 * np.pi))
     laws, housing = operators(folder)
     found: dict[str, dict[str, Waterfall]] = {"N": {}, "µrad": {}}
     for name in ("solid", "slotted"):
@@ -63,11 +67,28 @@ def sweeps(folder: Path) -> dict[str, dict[str, Waterfall]]:
             gearbox_of(name), laws[name], housing, input_speeds=SPEEDS, input_torque=TORQUE, f_max=5000.0,
             fidelity=DynamicsFidelity(1e-5, settle_level=1e-4),
         )  # fmt: skip
-        force = sweep_waterfall(records, "force", high=60.0)
-        error = sweep_waterfall(records, "output_lag", high=60.0)
+        force = sweep_waterfall(records, "force", high=last)
+        error = sweep_waterfall(records, "output_lag", high=last)
         found["N"][name] = replace(force, amplitude=force.amplitude[:, :, 2:4, :2])
         found["µrad"][name] = replace(error, amplitude=1e6 * error.amplitude[:, :, None])
     return found
+
+
+def up_to(of: Waterfall, order: float) -> Waterfall:
+    """Its lines up to `order`."""
+    kept = of.axis <= order * (1.0 + 1e-9)
+    return replace(of, axis=of.axis[kept], amplitude=of.amplitude[:, kept])
+
+
+def against_frequency(of: Waterfall) -> Waterfall:
+    """Orders of steady records as bins of frequency, each with the energy of its lines."""
+    count = int(HIGHEST / BIN)
+    binned = np.zeros((len(of.input_speed), count, *of.amplitude.shape[2:]))
+    for row, speed, lines in zip(binned, of.input_speed, of.amplitude, strict=True):
+        place = np.floor(of.axis * speed / (2.0 * np.pi) / BIN).astype(int)
+        inside = place < count
+        np.add.at(row, place[inside], np.abs(lines[inside]) ** 2)
+    return replace(of, axis=(np.arange(count) + 0.5) * BIN, amplitude=np.sqrt(binned), of_orders=False)
 
 
 def level(of: Waterfall) -> list[float]:
@@ -106,11 +127,14 @@ def main() -> None:
     for name, record in found.items():
         for unit in orders:
             orders[unit][name] = order_waterfall(record[unit], **record["axes"], resolution=RESOLUTION, high=60.0)
-            over_frequency[unit][name] = waterfall(record[unit], **record["axes"], resolution=20.0, high=3000.0)
+            over_frequency[unit][name] = waterfall(record[unit], **record["axes"], resolution=BIN, high=HIGHEST)
     figure(orders, "dynamics_waterfall_orders")
     figure(over_frequency, "dynamics_waterfall_frequencies")
-    steady = sweeps(Path(sys.argv[1]))
+    lines = sweeps(Path(sys.argv[1]))
+    steady = {unit: {name: up_to(of, 60.0) for name, of in maps.items()} for unit, maps in lines.items()}
+    binned = {unit: {name: against_frequency(of) for name, of in maps.items()} for unit, maps in lines.items()}
     figure(steady, "dynamics_sweep_orders")
+    figure(binned, "dynamics_sweep_frequencies")
     publish(
         "dynamics_waterfalls",
         "\n".join(
@@ -133,6 +157,10 @@ def main() -> None:
                 f"## {len(SPEEDS)} steady speeds, {SPEEDS[0] * 30 / np.pi:.0f} to {SPEEDS[-1] * 30 / np.pi:.0f} rpm",
                 "",
                 "![steady speeds over orders](dynamics_sweep_orders.png)",
+                "",
+                f"Over frequency, the energy of all lines within {BIN:g} Hz put together:",
+                "",
+                "![steady speeds over frequency](dynamics_sweep_frequencies.png)",
                 "",
                 "Mean square over the speeds; a dash where the common period has no such line.",
                 "",

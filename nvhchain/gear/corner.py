@@ -8,6 +8,7 @@ involute through the edge, exact for any position.
 
 from __future__ import annotations
 
+from functools import lru_cache
 from math import sqrt
 
 import numpy as np
@@ -39,6 +40,7 @@ def edge_gap(
     return crossing - (line_length - end - np.asarray(beyond, float)), radius, angle
 
 
+@lru_cache
 def extension(gap: float, own_base: float, mating_base: float, edge: float, line: float, distance: float) -> float:
     """Length, m, beyond the end of the path at which the unloaded edge misses the flank by the arc `gap`, m."""
     if gap == 0:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import warnings
 from concurrent.futures import Executor
 
 import numpy as np
 
 from nvhchain.conventions import Progress
-from nvhchain.errors import SolverError, require
+from nvhchain.errors import AccuracyWarning, SolverError, require
 from nvhchain.fidelity import GearFidelity
 from nvhchain.gear.analytic import SliceCompliance, slice_compliance
 from nvhchain.gear.closing_edges import with_closing_edges
@@ -15,6 +16,7 @@ from nvhchain.gear.compliance import FlankCompliance, flank_compliance
 from nvhchain.gear.engagement import Engagement, engaged_reach
 from nvhchain.gear.pair import BACK, DRIVE, GearPair
 from nvhchain.gear.transmission_error import angle_blocks, body_period_angles, loaded_mesh, on_blocks
+from nvhchain.gear.volume_mesh import VolumeMesh
 from nvhchain.handoff import FloatArray, MeshLaw
 from nvhchain.kinds import check_arguments
 
@@ -105,8 +107,13 @@ def pair_compliances(
     """Compliances of pinion and wheel, each over `engaged_reach(pair)` teeth, as `fidelity.bodies` says.
 
     progress: called with (teeth done, teeth of both sectors).
+    AccuracyWarning where an analytic body has openings or a mesh of its own.
     """
     if fidelity.bodies == "analytic":
+        for name, body in (("pinion", pair.pinion), ("wheel", pair.wheel)):
+            if body.blank.cutouts is not None or isinstance(body.blank, VolumeMesh):
+                message = f"the {name}'s blank counts as solid: analytic bodies know no openings and no foreign meshes"
+                warnings.warn(f"{message}; take bodies = 'elements'", AccuracyWarning, stacklevel=2)
         return slice_compliance(pair.pinion), slice_compliance(pair.wheel)
     reach, first = engaged_reach(pair, fidelity.corner_gap), pair.pinion.sector
     teeth = first + pair.wheel.sector

@@ -40,7 +40,7 @@ from nvhchain.gear.contact_lines import ContactLines
 ROOT = Path(__file__).parents[1]
 TABLE = ROOT / "docs" / "measured" / "gear_local_laws.md"
 BLANKS = {kind.__name__: kind for kind in (Solid, ThinRim, Holes, Slots)}
-FIDELITY = replace(STANDARD.gear, slices=48, corner_gap=30e-6)
+FIDELITY = replace(STANDARD.gear, slices=48)
 ANGLES = 48
 """Of a mesh period of the gearbox case."""
 

@@ -167,10 +167,7 @@ def stage1() -> Study:
 
 
 def stage1_fine() -> Study:
-    """The same with the layers that 50 N m needs, at most angles, among them those of most and least deflection.
-
-    Tilted by 2 mrad the pressure at the end of the face reaches the last cells from 250 N m on: raise `reach`.
-    """
+    """The same with the layers that 50 N m needs, at most angles, among them those of most and least deflection."""
     drawn = stage1()
     return replace(
         drawn,
@@ -180,13 +177,22 @@ def stage1_fine() -> Study:
     )
 
 
+def stage1_wide() -> Study:
+    """The same tilted by 2 mrad at 350 N m: pressure at the end of the face that is too wide for `reach` there."""
+    drawn = stage1()
+    conditions = {
+        name: replace(drawn.conditions[name], torques=TORQUES[2:]) for name in ("5 slots, 2 mrad", "5 slots, −2 mrad")
+    }
+    resolution = replace(drawn.resolution, reach=0.5e-3, largest_gap=110e-6)
+    return replace(drawn, conditions=conditions, resolution=resolution)
+
+
 def stage1_apart() -> Study:
-    """The same stage 0.3 mm farther apart, a parallel error of its axes; with layers enough from 150 N m on."""
+    """The same stage 0.3 mm farther apart, a parallel error of its axes, and tilted besides."""
     drawn = stage1()
     pair = replace(drawn.pair, centre_distance=drawn.pair.centre_distance + 0.3e-3)
-    conditions = {
-        name: replace(drawn.conditions[name], torques=TORQUES[1:]) for name in ("solid", "5 slots", "5 slots, −1 mrad")
-    }
+    conditions = {name: drawn.conditions[name] for name in ("solid", "5 slots", "5 slots, −1 mrad")}
+    conditions["5 slots, −1 mrad"] = replace(conditions["5 slots, −1 mrad"], torques=TORQUES[:2])
     return replace(drawn, pair=pair, conditions=conditions)
 
 
@@ -212,6 +218,7 @@ STUDIES = {
     "spur tilted": spur_tilted,
     "stage1": stage1,
     "stage1 fine": stage1_fine,
+    "stage1 wide": stage1_wide,
     "stage1 apart": stage1_apart,
 }
 
@@ -255,6 +262,11 @@ CONVERGENCE = {
             "as used": ({}, {}),
             "16 layers": ({"width_layers": 16}, {}),
         },
+    ),
+    "stage1 fine": Convergence(
+        "solid",
+        {"both edges, late": 11 / 12},
+        {"as used": ({}, {}), "24 layers": ({"width_layers": 24}, {})},
     ),
 }
 

@@ -143,7 +143,7 @@ def comparison(study: str, data: Record, out: Path) -> list[str]:
     lines = [
         f"**{study}: {s.pair.pinion.geometry.teeth}/{s.pair.wheel.geometry.teeth} teeth, "
         f"{1e3 * s.pair.centre_distance:.3f} mm apart, {len(s.looked_at)} of {s.angles} angles of one mesh period, "
-        f"{s.fidelity.width_layers} layers**",
+        f"{s.fidelity.width_layers} layers, pressure looked for within {1e3 * s.resolution.reach:g} mm**",
         "",
         "| wheel | over tooth | N m | mean / µm | swing / µm | hybrid with | mean / % | swing / % | largest / µm | "
         + " | ".join(f"{i} / dB" for i in range(1, 7))
@@ -168,7 +168,7 @@ def comparison(study: str, data: Record, out: Path) -> list[str]:
                         + " | ".join(levels)
                         + " |"
                     )
-    return [*lines, ""]
+    return [*lines, ""] if len(lines) > 4 else []
 
 
 def convergence(study: str, finer: Record) -> list[str]:

@@ -80,7 +80,7 @@ def factorize(
     if engine == "auto":
         engine = "pardiso" if _has_pardiso() else "superlu"
     if engine == "pardiso":
-        return _PardisoFactor(matrix, symmetric_positive_definite)
+        return _PardisoFactor(matrix if upper else sp.triu(matrix), symmetric_positive_definite)
     if upper:
         matrix = matrix + sp.triu(matrix, 1).T
     return _SuperluFactor(matrix, symmetric_positive_definite)
@@ -152,12 +152,12 @@ class _Closing(ABC):
 class _PardisoFactor(_Closing):
     """PARDISO, matrix type 2 (Cholesky) or −2 (Bunch–Kaufman); iparm numbers as in Intel's manual, from 1."""
 
-    def __init__(self, matrix: Any, positive_definite: bool) -> None:
+    def __init__(self, upper: Any, positive_definite: bool) -> None:
         _name_mkl()
         from pypardiso.pardiso_wrapper import PyPardisoError, PyPardisoSolver
 
         self._failure: type[Exception] = PyPardisoError
-        self._upper = sp.triu(sp.csr_matrix(matrix), format="csr").astype(np.float64)
+        self._upper = sp.csr_matrix(upper, dtype=np.float64)
         self._upper.sort_indices()
         self.unknowns = self._upper.shape[0]
         # PARDISO reads the diagonal of every row unchecked: an absent one must be stored, and a zero one refused.

@@ -68,7 +68,7 @@ def modal_contributions(
     modes = modal.modes * (rate * modal_displacement(housing, lines, force))[:, None, :]
     residual = modal.residual.reshape(*modal.residual.shape[:2], -1)
     rest = np.einsum("fpc,fc->fp", residual, rate * force)
-    names = [f"{i}: {f:.0f} Hz" for i, f in enumerate(housing.natural_frequency, start=1)]
+    names = [f"mode {i}, {f:.0f} Hz" for i, f in enumerate(housing.natural_frequency, start=1)]
     return Contributions(lines, modal.points, (*names, "residual"), np.concatenate([modes, rest[:, :, None]], axis=2))
 
 

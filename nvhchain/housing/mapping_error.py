@@ -60,24 +60,28 @@ def source_power(flux: ComplexArray, places: FloatArray, frequency: float, air: 
     k = 2 * np.pi * frequency / air.speed_of_sound
     reach = float(np.linalg.norm(places - places.mean(axis=0), axis=1).max())
     # |Σ|² holds spherical harmonics up to twice the degree of the field, k·reach and a few
-    directions, weight = _sphere(2 * int(np.ceil(k * reach)) + 12)
-    power = np.zeros(flux.shape[1])
+    directions, weight = _half_sphere(2 * int(np.ceil(k * reach)) + 12)
+    # Q = a + jb: with the opposite direction, whose phases are conjugate, the mean is |Σ a e^{jφ}|² + |Σ b e^{jφ}|²
+    parts, squares = np.hstack([flux.real, flux.imag]), np.zeros(2 * flux.shape[1])
     step = max(1, _BLOCK // len(places))
     for start in range(0, len(directions), step):
-        phase = np.exp(1j * k * (directions[start : start + step] @ (places - places.mean(axis=0)).T))
-        power += weight[start : start + step] @ np.abs(phase @ flux) ** 2
+        phase = k * (directions[start : start + step] @ (places - places.mean(axis=0)).T)
+        for wave in (np.cos(phase), np.sin(phase)):
+            squares += weight[start : start + step] @ (wave @ parts) ** 2
+    power = squares.reshape(2, -1).sum(axis=0)
     return np.asarray(air.density * (2 * np.pi * frequency) ** 2 / (8 * np.pi * air.speed_of_sound) * power)
 
 
-def _sphere(degree: int) -> tuple[FloatArray, FloatArray]:
-    """Directions (d, 3) and weights (d,), of sum one, exact for spherical harmonics up to `degree`."""
-    z, weight = np.polynomial.legendre.leggauss(degree // 2 + 1)
+def _half_sphere(degree: int) -> tuple[FloatArray, FloatArray]:
+    """Directions (d, 3) and weights (d,), of sum one, exact for spherical harmonics of even degree up to `degree`."""
+    z, weight = np.polynomial.legendre.leggauss(2 * (degree // 4 + 1))
+    z, weight = z[z > 0], weight[z > 0]
     angle = 2 * np.pi * np.arange(degree + 1) / (degree + 1)
     ring = np.sqrt(1 - z**2)
     directions = np.stack(
         [np.outer(ring, np.cos(angle)), np.outer(ring, np.sin(angle)), np.outer(z, np.ones(len(angle)))], axis=-1
     )
-    return directions.reshape(-1, 3), np.repeat(weight / (2 * len(angle)), len(angle))
+    return directions.reshape(-1, 3), np.repeat(weight / len(angle), len(angle))
 
 
 def mapping_error(

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -72,9 +73,11 @@ def reduce_housing(
     check_bending_resolution(casting, f_max, fidelity)
     tell = progress or (lambda done, total: None)
     tell(0, _STEPS)
-    mesh = mesh_casting(casting, fidelity)
-    tell(1, _STEPS)
-    surface = radiating_surface(casting, surface_size)
+    with ThreadPoolExecutor(1) as beside:  # both wait for gmsh, in a process of its own
+        enveloped = beside.submit(radiating_surface, casting, surface_size)
+        mesh = mesh_casting(casting, fidelity)
+        tell(1, _STEPS)
+        surface = enveloped.result()
     silent = on_engine_plane(surface)
     motion = normal_motion(mesh.nodes, mesh.skin, surface, silent, fidelity.samples_per_face)
     tell(2, _STEPS)

@@ -13,8 +13,8 @@ from scipy.spatial import cKDTree
 from nvhchain.fem.triangles import equal_pieces, squared_distance
 from nvhchain.handoff import FloatArray, IntArray, Surface
 
-_CANDIDATES = 12
-"""Faces with the nearest centroids among which the nearest face is found."""
+_CANDIDATES = 16
+"""Faces with the nearest centroids that are looked at first; more wherever the nearest may be another."""
 
 
 def normal_motion(
@@ -61,13 +61,21 @@ def _pieces(count: int) -> tuple[FloatArray, FloatArray]:
 
 def _nearest(surface: Surface, faces: IntArray, points: FloatArray) -> IntArray:
     """Index into `faces` of the triangle nearest to each point (p, 3)."""
-    tree = cKDTree(surface.centroids[faces])
-    count = min(_CANDIDATES, len(faces))
-    result = np.empty(len(points), dtype=np.int64)
-    corners = surface.vertices[surface.triangles[faces]]
-    for start in range(0, len(points), 50_000):
-        part = points[start : start + 50_000]
-        candidates = tree.query(part, k=count)[1].reshape(len(part), count)
-        distance = squared_distance(part[:, None], corners[candidates])
-        result[start : start + 50_000] = np.take_along_axis(candidates, distance.argmin(axis=1)[:, None], axis=1)[:, 0]
+    centroids, corners = surface.centroids[faces], surface.vertices[surface.triangles[faces]]
+    reach = np.linalg.norm(corners - centroids[:, None], axis=2).max(axis=1)
+    tree, count = cKDTree(centroids), _CANDIDATES
+    result, unsure = np.empty(len(points), dtype=np.int64), np.arange(len(points))
+    while len(unsure):
+        part, count = points[unsure], min(count, len(faces))
+        apart, candidates = (found.reshape(len(part), count) for found in tree.query(part, k=count))
+        first = np.sqrt(squared_distance(part, corners[candidates[:, 0]]))
+        row, column = np.nonzero(apart - reach[candidates] <= first[:, None])
+        distance = np.full(apart.shape, np.inf)
+        distance[row, column] = squared_distance(part[row], corners[candidates[row, column]])
+        best = distance.argmin(axis=1)[:, None]
+        result[unsure] = np.take_along_axis(candidates, best, axis=1)[:, 0]
+        nearest = np.sqrt(np.take_along_axis(distance, best, axis=1)[:, 0])
+        # a face not looked at is no nearer than its centroid less its reach
+        unsure = unsure[(apart[:, -1] - reach.max() < nearest) & (count < len(faces))]
+        count *= 2
     return result

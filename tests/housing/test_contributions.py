@@ -48,7 +48,7 @@ def test_mode_at_its_resonance_leads(vectors, reduced, load):
     parts = modal_contributions(modal, reduced, load)
     nearest = int(np.abs(reduced.natural_frequency - 1800.0).argmin())
     assert np.abs(parts.pressure[1, :, :-1]).argmax(axis=1).tolist() == [nearest, nearest]
-    assert parts.names[nearest] == f"{nearest + 1}: {reduced.natural_frequency[nearest]:.0f} Hz"
+    assert parts.names[nearest] == f"mode {nearest + 1}, {reduced.natural_frequency[nearest]:.0f} Hz"
 
 
 def test_panels_add_up_to_the_pressure(vectors, reduced, casting, load):

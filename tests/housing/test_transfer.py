@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from nvhchain.fem.triangles import squared_distance
 from nvhchain.handoff import Surface
 from nvhchain.housing.mesh import boundary_faces, on_engine_plane
-from nvhchain.housing.transfer import _pieces, normal_motion
+from nvhchain.housing.transfer import _nearest, _pieces, normal_motion
 
 
 def sphere(subdivisions):
@@ -127,3 +128,17 @@ def test_pieces_of_a_facet_integrate_quadratics_exactly():
 def test_boundary_faces_of_two_tetrahedra_are_six():
     elements = np.array([[0, 1, 2, 3, *range(5, 11)], [1, 2, 3, 4, 6, 9, 10, 11, 12, 13]])
     assert len(boundary_faces(elements)) == 6
+
+
+def test_nearest_face_is_the_nearest_of_all_even_where_many_centroids_are_nearer():
+    """A long face among small ones: its centroid lies behind those of some fifty others."""
+    vertices, triangles = sphere(3)
+    surface = Surface(vertices * np.where(vertices[:, :1] > 0.5, [40.0, 1.0, 1.0], [1.0, 1.0, 1.0]), triangles)
+    rng = np.random.default_rng(5)
+    points = surface.centroids[rng.integers(len(triangles), size=400)] + 0.3 * rng.standard_normal((400, 3))
+    every = squared_distance(points[:, None], surface.vertices[surface.triangles][None])
+    found = _nearest(surface, np.arange(len(triangles)), points)
+    np.testing.assert_allclose(every[np.arange(400), found], every.min(axis=1), rtol=1e-12)
+    centroids = np.linalg.norm(points[:, None] - surface.centroids, axis=2)
+    rank = (centroids < np.take_along_axis(centroids, found[:, None], axis=1)).sum(axis=1)
+    assert rank.max() > 50

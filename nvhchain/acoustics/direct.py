@@ -31,6 +31,7 @@ from nvhchain.handoff import (
     SurfacePressure,
     SurfaceVelocity,
 )
+from nvhchain.kinds import check_arguments
 
 _LAYER_BYTES = 2**28
 """Layer potentials of as many field points as fit into this are made at once."""
@@ -46,7 +47,7 @@ def solve_direct(
     plane: RigidPlane | None = None,
     executor: Executor | None = None,
     progress: Progress | None = None,
-    shards: Path | None = None,
+    shards: str | Path | None = None,
 ) -> FieldPressure:
     """Sound pressure at field points by a boundary element solution at every frequency, without transfer vectors.
 
@@ -54,6 +55,7 @@ def solve_direct(
     boundary elements on the given surface, whatever `fidelity.radiation` and `fidelity.coarse_edge_ratios` say.
     At 0 Hz the pressure is zero, the limit of a finite velocity.
     """
+    check_arguments(solve_direct, locals())
     surface, frequency = surface_velocity.surface, surface_velocity.frequency
     check_engine(engine)
     x = check_points(surface, points)
@@ -83,6 +85,7 @@ def surface_pressure(
     The other arguments and errors are those of `solve_direct`; InputError for a point source inside the body or behind
     the plane.
     """
+    check_arguments(surface_pressure, locals())
     surface, frequency = surface_velocity.surface, surface_velocity.frequency
     check_engine(engine)
     expected = expected_accuracy(surface, None, float(frequency[-1]), air, fidelity, engine)

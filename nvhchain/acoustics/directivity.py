@@ -12,6 +12,7 @@ from nvhchain.acoustics.multipoles import plane_foot
 from nvhchain.conventions import Air
 from nvhchain.errors import AccuracyWarning, require
 from nvhchain.handoff import Directivity, FieldPressure, RigidPlane, SoundPower, Surface
+from nvhchain.kinds import check_arguments
 
 
 def directivity(
@@ -25,6 +26,7 @@ def directivity(
     than twice the source's dimension (ISO 3744), where the index depends on the distance.
     Raises InputError where the lines differ or nothing is radiated.
     """
+    check_arguments(directivity, locals())
     loud = power.power > 0
     require(bool(loud.any()), "nothing is radiated at any line: directivity needs a power")
     lines = np.flatnonzero(loud)

@@ -9,12 +9,14 @@ from nvhchain.acoustics.level_accuracy import level_accuracy
 from nvhchain.acoustics.plane import check_plane
 from nvhchain.acoustics.surface import check_points
 from nvhchain.conventions import Air
-from nvhchain.errors import InputError, require
+from nvhchain.errors import InputError, is_whole, require
 from nvhchain.handoff import FieldPressure, FloatArray, RadiationEfficiency, RigidPlane, SoundPower, SurfaceVelocity
+from nvhchain.kinds import check_arguments
 
 
 def mean_square_velocity(surface_velocity: SurfaceVelocity) -> FloatArray:
     """⟨v_n²⟩ (n_f,) (m/s)², over the period and over the surface: Σ A ½|v_n|² / Σ A."""
+    check_arguments(mean_square_velocity, locals())
     areas = surface_velocity.surface.areas
     squares = surface_velocity.normal_velocity.real**2 + surface_velocity.normal_velocity.imag**2
     return np.asarray(0.5 * squares @ areas / areas.sum())
@@ -27,6 +29,7 @@ def equivalent_radiated_power(surface_velocity: SurfaceVelocity, air: Air) -> So
     the body is small, near the truth where its parts are several wavelengths apart (docs/measured/radiation.md).
     Provenance and AccuracyWarning are those of `level_accuracy`.
     """
+    check_arguments(equivalent_radiated_power, locals())
     frequency = surface_velocity.frequency
     expected = level_accuracy(surface_velocity.surface, frequency, air, "equivalent_radiated_power")
     provenance = {"stage": "acoustics.equivalent_radiated_power"} | expected
@@ -42,6 +45,7 @@ def spread_power(
     A level without phase: the amplitudes are real.  Raises InputError for a point that is not finite, at the centre or
     behind the plane, and for a negative power.
     """
+    check_arguments(spread_power, locals())
     x, middle = _positions(points, "field points"), _positions(centre, "centre")
     require(len(middle) == 1, f"centre has shape {np.shape(centre)}: one point is needed")
     r = np.linalg.norm(x - middle, axis=1)
@@ -76,6 +80,7 @@ def equivalent_pressure(
     not above the plane and for points that `solve_direct` refuses: inside the body or at its surface.  Provenance and
     AccuracyWarning are those of `level_accuracy`.
     """
+    check_arguments(equivalent_pressure, locals())
     surface = surface_velocity.surface
     if plane is not None:
         check_plane(plane, surface)
@@ -93,6 +98,7 @@ def radiation_efficiency(power: SoundPower, surface_velocity: SurfaceVelocity, a
     power: what `surface_velocity` radiates, at the same lines.  Raises InputError for other lines and for lines at
     rest, which have none.
     """
+    check_arguments(radiation_efficiency, locals())
     _same_lines(power, surface_velocity.frequency)
     equivalent = _plane_wave_power(surface_velocity, air)
     still = np.flatnonzero(equivalent == 0)
@@ -106,6 +112,7 @@ def radiation_efficiency(power: SoundPower, surface_velocity: SurfaceVelocity, a
 
 def surface_efficiency(power: SoundPower, surface_velocity: SurfaceVelocity, air: Air) -> RadiationEfficiency:
     """`radiation_efficiency` at the lines at which the surface moves; InputError where it does at none."""
+    check_arguments(surface_efficiency, locals())
     _same_lines(power, surface_velocity.frequency)
     return over_plane_waves(power, _plane_wave_power(surface_velocity, air))
 
@@ -127,6 +134,7 @@ def directivity_index(
     pressure: in the far field.  centre: (3,) m, from where r counts.  plane: Ω is 2π instead of 4π.
     Raises InputError where pressure and power have other lines or nothing is radiated.
     """
+    check_arguments(directivity_index, locals())
     _same_lines(power, pressure.frequency)
     silent = np.flatnonzero(power.power <= 0)
     require(
@@ -145,7 +153,11 @@ def circle_points(radius: float, centre: ArrayLike, axis: ArrayLike, count: int)
     The first lies where the coordinate axis that `axis` is most nearly normal to points.  Raises InputError for numbers
     that are not finite, an axis without length and no points.
     """
-    require(0 < radius < np.inf and count > 0, f"circle of {count} points at {radius:g} m: both must be positive")
+    check_arguments(circle_points, locals())
+    require(
+        0 < radius < np.inf and is_whole(count) and count > 0,
+        f"circle of {count} points at {radius:g} m: both must be positive, the number whole and the radius finite",
+    )
     middle, normal = _positions(centre, "centre of a circle"), _positions(axis, "axis of a circle")
     require(len(middle) == len(normal) == 1, "a circle has one centre and one axis: give three coordinates of each")
     require(bool(np.any(normal)), "the axis of the circle has no length: give the direction it points to")

@@ -16,6 +16,7 @@ from nvhchain.acoustics.linear_system import System
 from nvhchain.errors import ResourceError, is_whole, require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
 from nvhchain.handoff import FloatArray, RigidPlane, Surface
+from nvhchain.kinds import check_arguments
 from nvhchain.memory import free_memory
 
 ENGINES = {"fused": "nvhchain.acoustics._fused", "bempp": "nvhchain.acoustics._bempp"}
@@ -103,6 +104,7 @@ def estimate_memory(
     results and columns come on top (`vectors_memory`).
     Compressed matrices: at the frequency where the mesh has `fidelity.elements_per_wavelength`; finer meshes take less.
     """
+    check_arguments(estimate_memory, locals())
     for name, count, least in (
         ("vertices", n_vertex, 1), ("triangles", n_face, 1),
         ("field points", points, 0), ("frequencies", frequencies, 0),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from nvhchain.errors import require
 from nvhchain.handoff import ComplexArray, FloatArray, RigidPlane, Surface
 
 
+@runtime_checkable
 class IncidentField(Protocol):
     """A sound field that would be there without the body; picklable, e^{+jωt}."""
 

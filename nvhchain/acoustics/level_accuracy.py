@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from nvhchain.conventions import Air
 from nvhchain.errors import AccuracyWarning, require
 from nvhchain.handoff import FloatArray, Surface
+from nvhchain.kinds import check_arguments
 
 
 class LevelError(NamedTuple):
@@ -66,6 +67,7 @@ def expected_radiation_error(radiation: str, ka: ArrayLike) -> FloatArray:
     over 2√3; > 0.  From the table of the worst body measured up to each ka; it grows below 0.1 by `SLOPES`.
     Raises InputError for another level, `boundary_elements` too, whose error `expected_accuracy` tells, and ka ≤ 0.
     """
+    check_arguments(expected_radiation_error, locals())
     require(radiation in ERRORS, f"radiation = {radiation!r} has no table of errors: choose from {', '.join(ERRORS)}")
     x = np.atleast_1d(np.asarray(ka, dtype=float))
     require(bool((x > 0).all()), f"wavenumber times half size of {x.min():g} must be positive: drop lines at 0 Hz")

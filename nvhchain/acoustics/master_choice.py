@@ -29,8 +29,11 @@ _LEAST = 3
 
 _FIRST = (2.0, 0.6)
 """Masters of a narrow band to begin with: the first plus the second times the wavenumber of the band times the body's
-size, up to two bands of work. With fewer, the second resonance of the cavity of docs/measured/masters.md (2162 Hz,
-half a percent wide) is missed in a band from 50 Hz."""
+size, up to `_SPARSE`."""
+
+_SPARSE = 8
+"""Masters of a wide band to begin with at least. With seven, a resonance of the cavity of docs/measured/masters.md is
+missed for 1 dB (4.8 dB found) in a band from 50 Hz."""
 
 _LINES = np.array([0.25, 0.5, 0.75])
 """Where between two masters the error is estimated, besides at the poles."""
@@ -83,11 +86,11 @@ def check_band(low: float, high: float, fidelity: AcousticsFidelity) -> None:
 
 def first_masters(low: float, high: float, waves: float, per_wave: float, fidelity: AcousticsFidelity) -> FloatArray:
     """Masters (Hz) to begin with: two and `per_wave` for each of `waves`, the wavenumber of the band times the body's
-    size, in whole bands of work, two at least; fewer, but three, in a band that is narrow for the body.  One band is
-    left for the test where `fidelity.masters` allows it."""
+    size, eight at least; fewer, but three, in a band that is narrow for the body.  Four are left for the test where
+    `fidelity.masters` allows it."""
     narrow = max(_LEAST, int(np.ceil(_FIRST[0] + _FIRST[1] * waves)))
-    wide = BAND * max(2, int(np.ceil((2.0 + per_wave * waves) / BAND)))
-    return np.linspace(low, high, min(narrow if narrow < 2 * BAND else wide, max(_LEAST, fidelity.masters - BAND)))
+    wide = max(_SPARSE, int(np.ceil(2.0 + per_wave * waves)))
+    return np.linspace(low, high, min(narrow, wide, max(_LEAST, fidelity.masters - BAND)))
 
 
 def choose_masters(
@@ -95,7 +98,7 @@ def choose_masters(
 ) -> Chosen[Found]:
     """Masters beside the `first` (n_f,) Hz until interpolation errs by `fidelity.master_tolerance_db` nowhere.
 
-    Masters are added, two while they are few and then a band of four at least, where the error estimated from the
+    Masters are added, two and from eighteen on a sixth of those known, where the error estimated from the
     masters known (`Nodes.error_weights`) is largest, until it is nowhere above the tolerance.  Every new master tests
     the prediction of those before it; the last masters, at the predicted peak of every resonance narrower than the gap
     it lies in and in the widest gaps, are solved for that alone and must be predicted within the tolerance.
@@ -151,8 +154,8 @@ def choose_masters(
 
 
 def _added(known: int) -> int:
-    """Masters solved together next, after so many."""
-    return 2 if known < 2 * BAND else BAND * max(1, known // (4 * BAND))
+    """Masters solved together next, after so many: few, for each step knows better where they are needed."""
+    return max(2, known // 6)
 
 
 def squared_norms(weights: ComplexArray, gram: ComplexArray) -> FloatArray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import dataclass
@@ -12,14 +13,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from nvhchain.acoustics.accuracy import coarse_accuracy
+from nvhchain.acoustics.coarsening import coarse_surfaces
 from nvhchain.acoustics.interpolation import Interpolant, interpolant
 from nvhchain.acoustics.linear_system import SolverRecord
 from nvhchain.acoustics.master_choice import KNOBS, check_band, choose_masters, first_masters, squared_norms
+from nvhchain.acoustics.plane import with_images
 from nvhchain.acoustics.surface import check_points
 from nvhchain.acoustics.transfer import made_by, told, transfer_vectors
 from nvhchain.conventions import Air, Progress
+from nvhchain.errors import AccuracyWarning
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
 from nvhchain.handoff import FloatArray, IntArray, RigidPlane, Surface, TransferVectors
+from nvhchain.kinds import check_arguments
 
 _PER_WAVE = 0.15
 """Masters to begin with, beside two, over the wavenumber of the band times the body's diagonal. About half of what
@@ -41,7 +47,7 @@ def adaptive_transfer_vectors(
     plane: RigidPlane | None = None,
     executor: Executor | None = None,
     progress: Progress | None = None,
-    shards: Path | None = None,
+    shards: str | Path | None = None,
 ) -> TransferVectors:
     """Transfer vectors at as few master frequencies as interpolation within `fidelity.master_tolerance_db` allows.
 
@@ -64,6 +70,7 @@ def adaptive_transfer_vectors(
     low, high: Hz, the band.  fidelity.masters: the most masters that may be taken.  The other arguments are those of
     `transfer_vectors`.  Raises what that raises, and SolverError when the most masters do not reach the tolerance.
     """
+    check_arguments(adaptive_transfer_vectors, locals())
     check_band(low, high, fidelity)
     points = check_points(surface, points)
     deciding = _deciding(surface, points)
@@ -72,9 +79,14 @@ def adaptive_transfer_vectors(
         shards=shards,
     )  # fmt: skip
     first = first_masters(low, high, _waves(surface, high - low, air, plane), _PER_WAVE, fidelity)
-    chosen = choose_masters(_Vectors(solve, fidelity, len(points), deciding), first, fidelity, progress)
-    provenance = chosen.found.provenance | _made_by(fidelity, engine, chosen.records)
-    return chosen.found.replace(provenance=provenance | {"deciding_points": len(deciding)} | chosen.told)
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "the coarser surface", AccuracyWarning)  # said below, of all masters
+        chosen = choose_masters(_Vectors(solve, fidelity, len(points), deciding), first, fidelity, progress)
+    told = chosen.found.provenance | _made_by(fidelity, engine, chosen.records)
+    if fidelity.radiation == "boundary_elements":
+        below = coarse_surfaces(surface, (), with_images(points, plane), plane, air, fidelity)
+        told |= coarse_accuracy(below, chosen.found.frequency, air, fidelity, engine)
+    return chosen.found.replace(provenance=told | {"deciding_points": len(deciding)} | chosen.told)
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,6 +11,7 @@ from nvhchain.acoustics.multipoles import plane_axes
 from nvhchain.conventions import Air
 from nvhchain.errors import AccuracyWarning, require
 from nvhchain.handoff import FieldPressure, FloatArray, RigidPlane, SoundPower, Surface
+from nvhchain.kinds import check_arguments
 
 ARRAYS = ("ISO 3744", "ISO 3745")
 """Standards whose microphone positions are known: engineering and precision grade."""
@@ -38,6 +39,7 @@ def array_points(
     reflecting_plane: the hemisphere stands on this plane, about the foot of `centre` on it (True: on the plane
     z = centre z); without it the array is a whole sphere for a source in a free field.
     """
+    check_arguments(array_points, locals())
     _check_radius(radius)
     require(standard in ARRAYS, f"array standard {standard!r} is unknown: choose from {', '.join(ARRAYS)}")
     middle = np.asarray(centre, dtype=float)
@@ -73,6 +75,7 @@ def array_power(pressure: FieldPressure, radius: float, air: Air, *, reflecting_
     near field adds to a dipole at the lowest line, 10 lg(1 + 1/(kr)²) (`array_near_field_dB`): nothing to a monopole,
     more to higher orders.  Gives an AccuracyWarning where the radius is below a quarter of a wavelength there.
     """
+    check_arguments(array_power, locals())
     _check_radius(radius)
     area = (2.0 if reflecting_plane else 4.0) * np.pi * radius**2
     square = 0.5 * np.abs(pressure.pressure) ** 2

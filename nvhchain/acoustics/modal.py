@@ -20,6 +20,7 @@ from nvhchain.handoff import (
     ReducedHousing,
     TransferVectors,
 )
+from nvhchain.kinds import check_arguments
 
 _SAME_LINE = 1e-9
 """Frequencies that differ by less, relative to the highest, are one line: rounding of a Fourier transform's axis."""
@@ -38,6 +39,7 @@ def modal_transfer_vectors(
     frequency: (n_f,) Hz, increasing, within the masters of `atv`.  Only interpolation between masters errs (`project`).
     Raises InputError when the housing radiates from another surface or a line lies outside the masters, ResourceError.
     """
+    check_arguments(modal_transfer_vectors, locals())
     _check_surface(atv, housing)
     lines = np.atleast_1d(np.asarray(frequency, dtype=float))
     modes, bearings = len(housing.natural_frequency), len(housing.names)
@@ -60,6 +62,7 @@ def noise_transfer_functions(modal: ModalTransferVectors, housing: ReducedHousin
 
     housing: the one whose shapes `modal` holds.  Raises InputError for another one.
     """
+    check_arguments(noise_transfer_functions, locals())
     _check_housing(modal, housing)
     rate = 2j * np.pi * modal.frequency[:, None, None]
     weighted = modal.modes * housing.receptance(modal.frequency)[:, None, :]
@@ -85,6 +88,7 @@ def modal_pressure(
     The same as forced response and `radiate` one after the other, at the lines that carry force; they must be among
     those of `modal`.  Raises InputError otherwise, and for another housing or other bearings.
     """
+    check_arguments(modal_pressure, locals())
     _check_housing(modal, housing)
     force, loaded, rows = _loaded(force_spectrum, modal.names, modal.frequency)
     rate = 2j * np.pi * force_spectrum.frequency[loaded, None] * force
@@ -100,6 +104,7 @@ def transfer_pressure(functions: NoiseTransferFunctions, force_spectrum: ForceSp
 
     The lines that carry force must be among those of `functions`.  Raises InputError otherwise and for other bearings.
     """
+    check_arguments(transfer_pressure, locals())
     force, loaded, rows = _loaded(force_spectrum, functions.names, functions.frequency)
     values = functions.functions.reshape(*functions.functions.shape[:2], -1)
     return _field(functions, force_spectrum, loaded, _products(values, force, rows), "transfer_pressure")

@@ -23,6 +23,7 @@ from nvhchain.handoff import (
     ReducedHousing,
     SoundPower,
 )
+from nvhchain.kinds import check_arguments
 
 _DEPENDENT = 1e-10
 """Mean square velocity of a combination of shapes, relative to that of the shapes, below which it is none."""
@@ -63,6 +64,7 @@ def waves_power(
     `cancellation_frequency` Hz), with an AccuracyWarning too.
     Raises InputError for a line outside the masters or another number of columns.
     """
+    check_arguments(waves_power, locals())
     columns = resistance.waves.shape[2]
     require(
         velocity.shape == (len(frequency), columns),
@@ -101,6 +103,7 @@ def modal_power(
     `resistance` (`waves_power`), which must be that of this housing (`housing_shapes`).
     Raises InputError otherwise, for other bearings and for a line outside the masters.
     """
+    check_arguments(modal_power, locals())
     if resistance.housing != housing.content_hash:
         raise InputError(
             f"radiation resistance belongs to another housing ({resistance.housing[:12] or 'none'}) than the one given "
@@ -113,6 +116,7 @@ def modal_power(
 
 def loaded_seats(housing: ReducedHousing, force_spectrum: ForceSpectrum) -> NDArray[np.bool_]:
     """(n_bearing, 3) which bearings of the housing carry a force along which axis at any line."""
+    check_arguments(loaded_seats, locals())
     return np.asarray(force_spectrum.in_order(housing.names).any(axis=0).reshape(-1, 3))
 
 
@@ -137,6 +141,7 @@ def modal_efficiency(
     power: what `modal_power` found for the other arguments.  The surface velocity itself is not needed.
     Raises InputError where the housing is at rest at all lines.
     """
+    check_arguments(modal_efficiency, locals())
     _, velocity = _modal_velocity(housing, force_spectrum)
     plane_waves = np.einsum("lc,lc->l", velocity.conj(), velocity @ resistance.plane_wave_resistance).real
     return over_plane_waves(power, 0.5 * plane_waves)
@@ -162,6 +167,7 @@ def resistance_matrices(
 
     Raises InputError for a line outside the masters.
     """
+    check_arguments(resistance_matrices, locals())
     _check_lines(resistance, frequency[frequency > 0])
     nodes = waves_nodes(resistance, fidelity)
     weights = nodes.weights(frequency)
@@ -182,6 +188,7 @@ def radiation_modes(resistance: FloatArray, plane_wave_resistance: FloatArray) -
     largest first, and coefficients (n_column, n) of the modes, each of the same mean square velocity.  Combinations of
     shapes that hardly move are left out.  Source: Elliott & Johnson, J. Acoust. Soc. Am. 94 (1993) 2194.
     """
+    check_arguments(radiation_modes, locals())
     scale = np.sqrt(plane_wave_resistance.diagonal())
     scale = np.where(scale > 0, scale, 1.0)
     value, vector = eigh(plane_wave_resistance / np.outer(scale, scale))

@@ -25,6 +25,7 @@ from nvhchain.conventions import Air, Progress
 from nvhchain.errors import require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, RigidPlane, SoundPower, Surface, SurfaceVelocity
+from nvhchain.kinds import check_arguments
 
 
 def sound_power(
@@ -38,7 +39,7 @@ def sound_power(
     array_standard: str = "ISO 3744",
     executor: Executor | None = None,
     progress: Progress | None = None,
-    shards: Path | None = None,
+    shards: str | Path | None = None,
 ) -> SoundPower:
     """Sound power that a vibrating surface radiates into a free field or above a plane.
 
@@ -58,6 +59,7 @@ def sound_power(
     where they exceed what the fidelity asks for, and for an array that stands too near (`array_power`).  From an array
     it keeps `array_radius` (m) and `array_standard`.
     """
+    check_arguments(sound_power, locals())
     check_engine(engine)
     surface, frequency = surface_velocity.surface, surface_velocity.frequency
     if plane is not None:

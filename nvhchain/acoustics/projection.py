@@ -13,6 +13,7 @@ from nvhchain.conventions import Progress
 from nvhchain.errors import ResourceError, require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, TransferVectors
+from nvhchain.kinds import check_arguments
 from nvhchain.memory import free_memory
 
 LINES = 64
@@ -26,6 +27,7 @@ def vectors_at(
 
     Raises InputError for a line outside the masters, ResourceError where the vectors do not fit into free memory.
     """
+    check_arguments(vectors_at, locals())
     lines = np.atleast_1d(real_numbers(frequency, "lines"))
     paths = 1 if atv.plane is None else 2
     check_memory(paths * 16 * len(lines) * atv.vectors[0].size, "transfer vectors at the lines", "lines")
@@ -57,6 +59,7 @@ def project(
     only error is that of interpolation.
     Raises InputError for a line outside the masters or shapes of another surface, ResourceError.
     """
+    check_arguments(project, locals())
     lines = np.atleast_1d(real_numbers(frequency, "lines"))
     columns = np.asarray(shapes)
     faces = len(atv.surface.triangles)

@@ -13,6 +13,7 @@ from nvhchain.conventions import Progress
 from nvhchain.errors import AccuracyWarning, InputError
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FieldPressure, FloatArray, SurfaceVelocity, TransferVectors
+from nvhchain.kinds import check_arguments
 
 _BLOCK_BYTES = 2**28
 """Remainders at the nodes that are alive at once: those of some points, which then share the reading of velocities."""
@@ -67,6 +68,7 @@ def radiate(
     more allow one; AccuracyWarning where it exceeds `fidelity.master_tolerance_db`.
     Raises InputError when the surfaces differ or a line lies outside the masters.
     """
+    check_arguments(radiate, locals())
     smooth = _prepare(atv, surface_velocity, fidelity)
     pressure, error = _evaluate(smooth, surface_velocity, len(atv.points), progress)
     provenance: dict[str, object] = {"stage": "acoustics.radiate", "fidelity": repr(fidelity)}
@@ -100,6 +102,7 @@ def interpolation_error(
     Every master is left out in turn and predicted from its neighbours; the misfit of the nearest one is carried over
     with the known ratio of the interpolation polynomials.  Zero at the masters.  Needs three masters or more.
     """
+    check_arguments(interpolation_error, locals())
     smooth = _prepare(atv, surface_velocity, fidelity)
     _, error = _evaluate(smooth, surface_velocity, len(atv.points), None)
     if error is None:

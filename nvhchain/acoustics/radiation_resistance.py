@@ -24,6 +24,7 @@ from nvhchain.errors import require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
 from nvhchain.handoff import FloatArray, RadiationResistance, ReducedHousing, RigidPlane, Surface
 from nvhchain.handoff.base import array
+from nvhchain.kinds import check_arguments
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +50,7 @@ def housing_shapes(housing: ReducedHousing, loaded: ArrayLike | None = None) -> 
     loaded: (n_bearing, 3) bool, which bearings carry a force along which axis (`loaded_seats`); the others' columns are
     zero and cost nothing, and `modal_power` refuses forces there.  None: all.
     """
+    check_arguments(housing_shapes, locals())
     residual = housing.face_residual.reshape(-1, housing.normal_shapes.shape[1])
     if loaded is not None:
         carries = np.asarray(loaded, dtype=bool)
@@ -71,7 +73,7 @@ def radiation_resistance(
     plane: RigidPlane | None = None,
     executor: Executor | None = None,
     progress: Progress | None = None,
-    shards: Path | None = None,
+    shards: str | Path | None = None,
 ) -> RadiationResistance:
     """Radiation resistance of a surface in the coordinates of some shapes, at master frequencies.
 
@@ -85,6 +87,7 @@ def radiation_resistance(
     fidelity.coarse_edge_ratios: left alone (`sound_power` says why).
     The other arguments, `shards` among them, and errors are those of `transfer_vectors`.
     """
+    check_arguments(radiation_resistance, locals())
     check_engine(engine)
     require(
         fidelity.radiation == "boundary_elements",

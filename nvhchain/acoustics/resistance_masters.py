@@ -19,6 +19,7 @@ from nvhchain.acoustics.transfer import made_by
 from nvhchain.conventions import Air, Progress
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, RadiationResistance, RigidPlane
+from nvhchain.kinds import check_arguments
 
 _PER_WAVE = 0.2
 """Masters to begin with, beside two, over the wavenumber of the band times twice the reach of the surface from the
@@ -36,7 +37,7 @@ def adaptive_radiation_resistance(
     plane: RigidPlane | None = None,
     executor: Executor | None = None,
     progress: Progress | None = None,
-    shards: Path | None = None,
+    shards: str | Path | None = None,
 ) -> RadiationResistance:
     """Radiation resistance at as few masters, from five up, as an error of `fidelity.master_tolerance_db` allows.
 
@@ -48,6 +49,7 @@ def adaptive_radiation_resistance(
     low, high: Hz, the band.  fidelity.masters: the most masters that may be taken.  The other arguments and errors are
     those of `radiation_resistance`; SolverError when the most masters do not reach the tolerance.
     """
+    check_arguments(adaptive_radiation_resistance, locals())
     check_band(low, high, fidelity)
     solve = partial(
         radiation_resistance, motion, air=air, fidelity=fidelity, engine=engine, plane=plane, executor=executor,

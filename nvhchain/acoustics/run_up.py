@@ -16,6 +16,7 @@ from nvhchain.handoff import (
     PressureHistory,
     ReducedHousing,
 )
+from nvhchain.kinds import check_arguments
 from nvhchain.memory import free_memory
 
 FADE = 0.1
@@ -36,6 +37,7 @@ def convolution_lines(sample_rate: float, high: float, duration: float) -> Float
 
     Their spacing divides `sample_rate` (Hz) into a whole number of samples and holds impulse responses of `duration` s.
     """
+    check_arguments(convolution_lines, locals())
     require(
         duration > 0 and 0 < high <= 0.5 * sample_rate,
         f"lines up to {high:g} Hz for records of {duration:g} s at {sample_rate:g} samples per second: the duration "
@@ -51,6 +53,7 @@ def decay_time(housing: ReducedHousing, high: float) -> float:
 
     Raises InputError where a mode is not damped.
     """
+    check_arguments(decay_time, locals())
     rate = 2 * np.pi * housing.natural_frequency * housing.modal_damping
     slowest = int(rate.argmin())
     require(
@@ -74,6 +77,7 @@ def run_up_pressure(
     Overlap-add in the frequency domain.  Raises InputError for lines that do not suit the sampling, impulse responses
     that have not decayed within 1/spacing, other bearings; ResourceError.
     """
+    check_arguments(run_up_pressure, locals())
     rate = bearing_forces.sample_rate
     force = bearing_forces.in_order(functions.names)
     force = np.ascontiguousarray((force - force[0]).T)

@@ -7,9 +7,10 @@ from numpy.typing import ArrayLike
 
 from nvhchain.acoustics.bodies import check_bodies, winding_number
 from nvhchain.conventions import Air
-from nvhchain.errors import InputError, require
+from nvhchain.errors import InputError, is_whole, require
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import FloatArray, Surface
+from nvhchain.kinds import check_arguments
 
 MESH_SCATTER = 1.15
 """Mean edge a mesh generator may deliver, relative to the edge it was asked for."""
@@ -31,6 +32,7 @@ LEAST_FREQUENCY = 1e-50
 
 def required_element_size(f_max: float, air: Air, fidelity: AcousticsFidelity) -> float:
     """Edge length (m) a mesh generator must aim at to support frequencies up to `f_max` (Hz)."""
+    check_arguments(required_element_size, locals())
     require(f_max > 0, f"upper frequency {f_max:g} Hz must be positive")
     return air.speed_of_sound / (f_max * fidelity.elements_per_wavelength)
 
@@ -66,6 +68,7 @@ def check_mesh(surface: Surface, f_max: float, air: Air, fidelity: AcousticsFide
 
     Also for bodies that are turned inward, lie in each other or touch (`check_bodies`).
     """
+    check_arguments(check_mesh, locals())
     check_bodies(surface)
     if f_max <= 0:
         return
@@ -111,6 +114,7 @@ def winding_and_clearance(surface: Surface, point: FloatArray) -> tuple[float, f
 def check_points(surface: Surface, points: ArrayLike, clearance: float = CLEARANCE) -> FloatArray:
     """Field points as a (n_point, 3) array in m; `InputError` if one lies inside the body or nearer to its surface than
     `clearance` times the longest edge of the nearest triangle."""
+    check_arguments(check_points, locals())
     x = np.ascontiguousarray(np.atleast_2d(real_numbers(points, "field points")))
     if x.ndim != 2 or x.shape[1] != 3 or len(x) == 0:
         raise InputError(f"field points have shape {np.shape(points)}, but (n_point, 3) in m is needed")
@@ -142,8 +146,17 @@ def sphere(radius: float, subdivisions: int, centre: ArrayLike = (0.0, 0.0, 0.0)
     radius, centre: m.  Vertices on a sphere of the given radius enclose less than it does, which costs a monopole up to
     1 % at 1280 triangles; they are moved out until the volume is that of the sphere.
     """
-    require(radius > 0, f"sphere radius {radius:g} m must be positive")
-    require(0 <= subdivisions <= 7, f"sphere subdivisions {subdivisions} must lie in 0…7 (20 · 4^n triangles)")
+    check_arguments(sphere, locals())
+    require(0 < radius < np.inf, f"sphere radius {radius:g} m must be positive and finite")
+    require(
+        is_whole(subdivisions) and 0 <= subdivisions <= 7,
+        f"sphere subdivisions {subdivisions} must be a whole number from 0 to 7 (20 · 4^n triangles)",
+    )
+    origin = real_numbers(centre, "coordinates of the centre")
+    require(
+        origin.shape == (3,) and bool(np.isfinite(origin).all()),
+        f"centre {origin.tolist()} of the sphere: three finite coordinates in m are needed",
+    )
     golden = 0.5 * (1.0 + np.sqrt(5.0))
     rectangle = np.array([[0.0, s, t * golden] for s in (1, -1) for t in (1, -1)])
     vertices = np.concatenate([np.roll(rectangle, shift, axis=1) for shift in range(3)])
@@ -158,7 +171,7 @@ def sphere(radius: float, subdivisions: int, centre: ArrayLike = (0.0, 0.0, 0.0)
             if a < b and a < c and near[a, b] and near[b, c] and near[c, a] and np.linalg.det(vertices[[a, b, c]]) > 0
         ]
     )
-    for _ in range(subdivisions):
+    for _ in range(int(subdivisions)):
         edges = np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
         unique, inverse = np.unique(edges, axis=0, return_inverse=True)
         middle = inverse.reshape(-1, 3) + len(vertices)
@@ -171,4 +184,4 @@ def sphere(radius: float, subdivisions: int, centre: ArrayLike = (0.0, 0.0, 0.0)
     corners = vertices[triangles]
     volume = np.linalg.det(corners).sum() / 6.0
     scale = radius * (4.0 * np.pi / (3.0 * volume)) ** (1.0 / 3.0)
-    return Surface(vertices * scale + np.asarray(centre, dtype=float), triangles)
+    return Surface(vertices * scale + origin, triangles)

@@ -24,6 +24,7 @@ from nvhchain.conventions import Air, Progress
 from nvhchain.errors import require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
 from nvhchain.handoff import FloatArray, RigidPlane, Surface, TransferVectors
+from nvhchain.kinds import check_arguments
 
 QUADRATURE = {
     "fused": (
@@ -38,6 +39,7 @@ QUADRATURE = {
 def master_frequencies(low: float, high: float, fidelity: AcousticsFidelity) -> FloatArray:
     """Equally spaced master frequencies (Hz) from `low` to `high`: what is left of a transfer vector once its phase is
     removed oscillates in frequency with the body's own travel time, at every frequency alike."""
+    check_arguments(master_frequencies, locals())
     require(0 <= low <= high < np.inf and high > 0, f"band {low:g}…{high:g} Hz is empty: give 0 ≤ low ≤ high, finite")
     if low == high:
         return np.array([high])
@@ -69,7 +71,7 @@ def transfer_vectors(
     plane: RigidPlane | None = None,
     executor: Executor | None = None,
     progress: Progress | None = None,
-    shards: Path | None = None,
+    shards: str | Path | None = None,
     coarser: Sequence[Surface] = (),
 ) -> TransferVectors:
     """Pressure at field points per unit normal velocity of every face, p = vectors · v_n, at master frequencies.
@@ -92,6 +94,7 @@ def transfer_vectors(
     Assumes one-way coupling.  Raises InputError (mesh too coarse, point inside or too near, body or point behind the
     plane or too near it), ResourceError (matrices do not fit into free memory), SolverError (singular system).
     """
+    check_arguments(transfer_vectors, locals())
     check_engine(engine)
     require(
         fidelity.radiation != "equivalent_radiated_power",

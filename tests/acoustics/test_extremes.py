@@ -209,11 +209,11 @@ def test_more_field_points_than_memory_holds_are_refused_before_any_work():
 @pytest.mark.parametrize(
     ("points", "frequencies", "more", "said"),
     [
-        ([[0.0, 0.0, 1.0]], "abc", {}, "frequencies are 'abc', but real numbers are needed"),
+        ([[0.0, 0.0, 1.0]], "abc", {}, "frequencies = 'abc' is of the wrong kind: give numbers"),
         ([[0.0, 0.0, 1.0]], [100.0 + 1j], {}, r"frequencies are .*1j.* real numbers"),
-        ("a", [100.0], {}, "field points are 'a', but real numbers"),
-        ([[0.0, 0.0, 1.0], [1.0]], [100.0], {}, "field points are .* real numbers"),
-        ([[0.0, 0.0, 1.0]], [100.0], {"executor": 3}, "executor = 3 takes no tasks: hand in one"),
+        ("a", [100.0], {}, "points = 'a' is of the wrong kind: give numbers"),
+        ([[0.0, 0.0, 1.0], [1.0]], [100.0], {}, "points = .* is of the wrong kind: give numbers"),
+        ([[0.0, 0.0, 1.0]], [100.0], {"executor": 3}, "executor = 3 is of the wrong kind: give a Executor"),
         ([[0.0, 0.0, 1.0]], [1e-300], {}, "upper frequency 1e-300 Hz lies between 0 and 1e-50 Hz"),
     ],
     ids=["text", "complex", "point of text", "ragged", "executor", "frequency next to nothing"],

@@ -15,10 +15,11 @@ from nvhchain.acoustics import (
     transfer_vectors,
     vectors_at,
 )
+from nvhchain.acoustics.coarsening import coarse_surfaces
 from nvhchain.acoustics.interpolation import interpolant
 from nvhchain.acoustics.master_choice import _lines_between
 from nvhchain.acoustics.masters import _deciding, _estimated_errors
-from nvhchain.errors import InputError, SolverError
+from nvhchain.errors import AccuracyWarning, InputError, SolverError
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import SurfaceVelocity
 
@@ -56,7 +57,7 @@ def test_chosen_masters_keep_the_tolerance_between_them_near_and_far(box, air, l
     atv = adaptive_transfer_vectors(box, POINTS, low, 4000.0, air=air, fidelity=fidelity)
     lines = np.array([0.2, 3.0, 45.0, 71.0, 160.0, 433.0, 1010.0, 1718.0, 2422.0, 3111.0, 3797.0, 3977.0])
     assert error_db(atv, lines[lines > low], fidelity).max() < tolerance
-    assert len(atv.frequency) <= 16
+    assert len(atv.frequency) <= 10
     assert atv.provenance["estimated_error_db"] < tolerance
     assert atv.provenance["tested_error_db"] < tolerance
     assert atv.frequency[[0, -1]].tolist() == [low, 4000.0]
@@ -207,6 +208,23 @@ def test_a_coarse_mesh_is_warned_of_once_whatever_the_number_of_batches(box, air
     mesh = [str(one.message) for one in said if "elements per wavelength at" in str(one.message)]
     assert len(mesh) == 1
     assert "at 4000 Hz" in mesh[0]
+
+
+def test_a_coarser_surface_that_later_masters_alone_are_solved_on_is_told_and_warned_of(air):
+    body = bodies.box((0.3, 0.2, 0.15), 0.025)
+    fidelity = AcousticsFidelity(
+        elements_per_wavelength=10.5, masters=20, coarse_edge_ratios=(4.0,), master_tolerance_db=15.0
+    )
+    (coarse,) = coarse_surfaces(body, (), POINTS[1:], None, air, fidelity)
+    high = coarse.highest_frequency + 5.0
+    low = 2 * coarse.lowest_frequency - high - 10.0
+    with pytest.warns(AccuracyWarning, match="the coarser surface of .* triangles, used from") as said:
+        atv = adaptive_transfer_vectors(body, POINTS[1:], low, high, air=air, fidelity=fidelity)
+    inside = atv.frequency[coarse.carries(atv.frequency)]
+    assert not coarse.carries(np.linspace(low, high, 3)).any()
+    assert atv.provenance["coarse_lowest_frequency"] == inside[0]
+    assert atv.provenance["coarse_highest_frequency"] == inside[-1]
+    assert sum("the coarser surface" in str(one.message) for one in said) == 1
 
 
 def test_progress_and_shards_reach_the_solver(box, air, tmp_path):

@@ -1,12 +1,17 @@
-"""Time, memory and error of complete sets of transfer vectors; writes docs/measured/transfer_vectors.md.
+"""Time, memory and error of complete sets of transfer vectors; writes docs/measured/transfer_vectors….md.
 
-    python benchmarks/transfer_vectors.py OUT set growth masters threads cold large peer
+    python benchmarks/transfer_vectors.py OUT set growth masters threads cold large peer1 peer2 opencl=PYTHON
 
-Each part named is measured, every row in a process of its own, unless OUT holds its record already; the table is made
-of all records in OUT. Sizes can be given: `growth=500,2000,20000`, `masters=1,128`, `set=6500`, `large=30000`.
+Each part named is measured, every row in a process of its own, unless OUT holds its record already; the tables, that of
+the peers on a page of its own, are made of all records in OUT. Sizes can be given: `growth=500,2000,20000`,
+`masters=1,128`, `set=6500`, `large=30000`.
 
-Growth, masters, cold, peer and large take one thread, so that two of them can run side by side; set and the second row
-of threads take two and a machine that does nothing else.
+Growth, masters, cold, peer1 and large take one thread, so that two of them can run side by side; set, peer2 and the
+second row of threads take two and a machine that does nothing else.
+
+Peers are measured twice in one process: the first set counts from before the imports, with nothing of the fused engine
+compiled (bempp-cl compiles in every process), the second is what every further set takes. PYTHON: an interpreter beside
+this one whose pyopencl finds Intel's runtime; it takes all other packages from here.
 
 Seconds are elapsed and of all processors; on a machine that does other work only the latter compare. Memory is the peak
 of the process above what it takes before the call. Errors are those of an interior point source at the upper frequency,
@@ -19,6 +24,7 @@ from __future__ import annotations
 import json
 import os
 import resource
+import site
 import subprocess
 import sys
 import tempfile
@@ -37,9 +43,11 @@ SIZES = {
     "threads": [5000],
     "cold": [2000],
     "large": [30000],
-    "peer": [2000],
+    "peer1": [700],
+    "peer2": [700],
 }
 POINTS = 10
+PEERS = {"fused": "fused", "bempp": "bempp-cl, numba", "opencl": "bempp-cl, Intel OpenCL"}
 
 
 def body(faces: int):
@@ -64,9 +72,12 @@ def points_around(centre):
 
 def measure(job: dict) -> dict:
     """One row: a complete set of transfer vectors in this process."""
+    start, used = time.perf_counter(), time.process_time()
     import numpy as np
 
     from nvhchain.acoustics import estimate_memory, transfer_vectors
+
+    imported = time.perf_counter() - start, time.process_time() - used
     from nvhchain.conventions import Air
     from nvhchain.fidelity import STANDARD
 
@@ -82,9 +93,15 @@ def measure(job: dict) -> dict:
         from nvhchain.acoustics import sphere
 
         transfer_vectors(sphere(0.1, 1), [[0, 0, 1.0]], [100.0], air=air)
-    before, start, used = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, time.perf_counter(), time.process_time()
-    atv = transfer_vectors(surface, points, frequency, air=air, fidelity=fidelity, engine=job["engine"])
-    seconds, processor = time.perf_counter() - start, time.process_time() - used
+    engine = use_opencl() if job["engine"] == "opencl" else job["engine"]
+    before, times = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, []
+    for _ in range(job["sets"]):
+        start, used = time.perf_counter(), time.process_time()
+        atv = transfer_vectors(surface, points, frequency, air=air, fidelity=fidelity, engine=engine)
+        times.append((time.perf_counter() - start, time.process_time() - used))
+    seconds, processor = times[0]
+    if job["sets"] > 1:
+        seconds, processor = seconds + imported[0], processor + imported[1]
     peak = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 1024
     k = 2 * np.pi * high / C
     offset, to_point = surface.centroids - source, np.linalg.norm(points - source, axis=1)
@@ -97,16 +114,25 @@ def measure(job: dict) -> dict:
     np.save(job["vectors"], atv.vectors[-1])
     n_vertex, n_face = len(surface.vertices), len(surface.triangles)
     kept = 2 * atv.vectors.nbytes / 2**20
-    estimated = estimate_memory(n_vertex, n_face, job["engine"], fidelity) / 2**20 + kept
+    estimated = estimate_memory(n_vertex, n_face, engine, fidelity) / 2**20 + kept
     return {
+        "again": times[-1],
         "n_face": n_face, "high": high, "seconds": seconds, "processor": processor, "peak": peak, "error": float(error),
         "estimate": estimated,
     }  # fmt: skip
 
 
-def record(out: Path, part: str, **job) -> None:
+def use_opencl() -> str:
+    """Have bempp-cl assemble by OpenCL in this process; the name of its engine."""
+    from nvhchain.acoustics import _bempp
+
+    _bempp._DEVICE["device_interface"] = "opencl"
+    return "bempp"
+
+
+def record(out: Path, part: str, interpreter: str = sys.executable, **job) -> None:
     """Measure one row in a fresh process, unless its record exists."""
-    job = {"engine": "fused", "solver": "auto", "threads": 1, "masters": 4, "cold": False, **job}
+    job = {"engine": "fused", "solver": "auto", "threads": 1, "masters": 4, "cold": False, "sets": 1, **job}
     name = "-".join([part, *(f"{job[key]}" for key in ("faces", "engine", "solver", "masters", "threads"))])
     name += "-cold" if job["cold"] else ""
     target = out / f"{name}.json"
@@ -114,20 +140,22 @@ def record(out: Path, part: str, **job) -> None:
         return
     job["vectors"] = str(out / f"{name}.npy")
     environment = dict(os.environ)
-    for variable in ("OMP", "MKL", "OPENBLAS", "NUMBA"):
-        environment[f"{variable}_NUM_THREADS"] = str(job["threads"])
+    for variable in ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"):
+        environment[variable] = str(job["threads"])
+    environment["CL_CONFIG_CPU_TBB_NUM_WORKERS"] = str(job["threads"])
+    environment["PYTHONPATH"] = os.pathsep.join([str(ROOT), str(Path(__file__).parent), *site.getsitepackages()])
     with tempfile.TemporaryDirectory() as empty:
         if job["cold"]:
             environment["NUMBA_CACHE_DIR"] = empty
-        command = [sys.executable, __file__, "--measure", json.dumps(job)]
+        command = [interpreter, __file__, "--measure", json.dumps(job)]
         done = subprocess.run(command, env=environment, capture_output=True, text=True)
     if done.returncode != 0:
         sys.exit(f"{name}: {done.stderr}")
     target.write_text(json.dumps({"part": part, **job, **json.loads(done.stdout.splitlines()[-1])}))
 
 
-def run(out: Path, part: str, sizes: list[int]) -> None:
-    """All rows of one part."""
+def run(out: Path, part: str, sizes: list[int], opencl: str | None) -> None:
+    """All rows of one part; opencl: the interpreter that has Intel's runtime."""
     for size in sizes:
         if part == "set":
             for solver in ("auto", "direct"):
@@ -145,18 +173,53 @@ def run(out: Path, part: str, sizes: list[int]) -> None:
                 record(out, part, faces=size, masters=1, cold=cold)
         elif part == "large":
             record(out, part, faces=size, masters=1, solver="compressed")
-        elif part == "peer":
-            for engine in ("bempp", "fused"):
-                record(out, part, faces=size, masters=1, engine=engine, solver="direct", cold=engine == "bempp")
+        elif part in ("peer1", "peer2"):
+            for engine in PEERS:
+                interpreter = opencl if engine == "opencl" else sys.executable
+                if interpreter is not None:
+                    record(
+                        out, part, interpreter, faces=size, engine=engine, solver="direct", sets=2,
+                        threads=int(part[-1]), cold=engine == "fused",
+                    )  # fmt: skip
 
 
-def table(out: Path) -> str:
-    """Markdown of all records."""
+def apart(row: dict, others: list[dict]) -> str:
+    """Largest difference of the vectors from those of the first of `others`, relative to the largest entry."""
     import numpy as np
 
-    rows = sorted(
-        (json.loads(path.read_text()) for path in out.glob("*.json")), key=lambda r: list(SIZES).index(r["part"])
-    )
+    if not others or others[0]["vectors"] == row["vectors"]:
+        return ""
+    left, right = np.load(row["vectors"]), np.load(others[0]["vectors"])
+    return f"{np.abs(left - right).max() / np.abs(right).max():.0e}"
+
+
+def peers(rows: list[dict]) -> str:
+    """Markdown of complete sets against bempp-cl."""
+    lines = [
+        f"Complete sets of {rows[0]['masters']} masters and {POINTS} points by LU factors, the first "
+        "of a process with imports and compilation (the fused engine's cache on disk empty) and a further one; times "
+        "the fused engine's in brackets. Each engine at its own default orders of quadrature.",
+        "",
+        "| faces | engine | threads | first / s | first / CPU s | further / s | further / CPU s | MB | error | "
+        "from fused |",
+        "|---:|---|---:|---:|---:|---:|---:|---:|---:|---:|",
+    ]
+    for row in sorted(rows, key=lambda r: (r["faces"], r["threads"], list(PEERS).index(r["engine"]))):
+        same = [r for r in rows if (r["faces"], r["threads"], r["engine"]) == (row["faces"], row["threads"], "fused")]
+        base = [same[0]["seconds"], same[0]["processor"], *same[0]["again"]]
+        cells = [
+            f"{value:.3g} ({value / ours:.2g})"
+            for value, ours in zip([row["seconds"], row["processor"], *row["again"]], base, strict=True)
+        ]
+        lines.append(
+            f"| {row['n_face']} | {PEERS[row['engine']]} | {row['threads']} | " + " | ".join(cells) + f" | "
+            f"{row['peak']:.0f} | {100 * row['error']:.2g} % | {apart(row, same)} |"
+        )
+    return "\n".join(lines) + "\n"
+
+
+def table(rows: list[dict]) -> str:
+    """Markdown of all other records."""
     lines = [
         "| part | faces | engine, solver | masters | threads | s | processor s | MB | estimated MB | error | from LU |",
         "|---|---:|---|---:|---:|---:|---:|---:|---:|---:|---:|",
@@ -165,16 +228,11 @@ def table(out: Path) -> str:
         others = [
             r for r in rows if (r["faces"], r["masters"], r["solver"]) == (row["faces"], row["masters"], "direct")
         ]
-        vectors = np.load(row["vectors"])
-        apart = ""
-        if others and others[0]["vectors"] != row["vectors"]:
-            right = np.load(others[0]["vectors"])
-            apart = f"{np.abs(vectors - right).max() / np.abs(right).max():.0e}"
         part = f"{row['part']}, cold" if row["cold"] else row["part"]
         lines.append(
             f"| {part} | {row['n_face']} | {row['engine']}, {row['solver']} | {row['masters']} | {row['threads']} | "
             f"{row['seconds']:.3g} | {row['processor']:.3g} | {row['peak']:.0f} | {row['estimate']:.0f} | "
-            f"{100 * row['error']:.2g} % | {apart} |"
+            f"{100 * row['error']:.2g} % | {apart(row, others)} |"
         )
     return "\n".join(lines) + "\n"
 
@@ -185,10 +243,16 @@ def main() -> None:
         return
     out = Path(sys.argv[1])
     out.mkdir(parents=True, exist_ok=True)
-    for argument in sys.argv[2:]:
-        part, _, sizes = argument.partition("=")
-        run(out, part, [int(size) for size in sizes.split(",")] if sizes else SIZES[part])
-    publish("transfer_vectors", table(out))
+    arguments = dict(argument.partition("=")[::2] for argument in sys.argv[2:])
+    opencl = arguments.pop("opencl", None)
+    for part, sizes in arguments.items():
+        run(out, part, [int(size) for size in sizes.split(",")] if sizes else SIZES[part], opencl)
+    records = [json.loads(path.read_text()) for path in out.glob("*.json")]
+    of_peers = [row for row in records if row["part"].startswith("peer")]
+    if of_peers:
+        publish("transfer_vectors_peers", peers(of_peers))
+    if len(of_peers) < len(records):
+        publish("transfer_vectors", table([row for row in records if row not in of_peers]))
 
 
 if __name__ == "__main__":

@@ -40,6 +40,11 @@ SEAT_SHARE = 1.5
 """Relative error of the force on one bearing over the change of the housing's motion in the mean: seats move more, and
 less evenly, than the surface. Fitted to the bearing forces of single-stage gearboxes."""
 
+APART = 0.7
+"""Share of the errors of single bearing forces that goes another way at every bearing: what their forces move the
+surface by cancels to a quarter (median of the single-stage gearboxes), and such errors do not.  The smallest tenth that
+holds the surface velocity at every line of the cases that are fitted to (benchmarks/error_band.py)."""
+
 
 @dataclass(frozen=True, eq=False)
 class ModalShares:
@@ -125,6 +130,21 @@ def of_velocity(case: GearboxCase, fidelity: Fidelity, housing: ReducedHousing, 
     )
 
 
+def of_bearings(housing: ReducedHousing, forces: ForceSpectrum) -> FloatArray:
+    """(n_f, 1) m/s, root mean square over the surface: what every bearing's force moves it by, in quadrature."""
+    lines = forces.frequency
+    rate = _rate(housing, forces, lines)
+    shapes = np.vstack([housing.normal_shapes, housing.face_residual.reshape(rate.shape[1], -1)])
+    gram = (shapes * (housing.surface.areas / housing.surface.areas.sum())) @ shapes.T
+    squares = np.zeros(len(lines))
+    for bearing in range(len(housing.names)):
+        own = np.zeros_like(rate)
+        own[:, 3 * bearing : 3 * bearing + 3] = rate[:, 3 * bearing : 3 * bearing + 3]
+        parts = np.hstack([_modal_velocity(housing, own, lines), own])
+        squares += ((parts.conj() @ gram) * parts).sum(axis=1).real
+    return np.sqrt(np.maximum(squares, 0.0))[:, None]
+
+
 def of_power(
     case: GearboxCase,
     fidelity: Fidelity,
@@ -154,10 +174,18 @@ def of_power(
 
 def _motion(housing: ReducedHousing, forces: ForceSpectrum, lines: FloatArray) -> tuple[ComplexArray, ComplexArray]:
     """Rates of force (n_f, 3 n_bearing) N/s and modal velocities (n_f, n_mode) at lines of the spectrum."""
+    rate = _rate(housing, forces, lines)
+    return rate, _modal_velocity(housing, rate, lines)
+
+
+def _rate(housing: ReducedHousing, forces: ForceSpectrum, lines: FloatArray) -> ComplexArray:
     rows = np.abs(forces.frequency[None, :] - lines[:, None]).argmin(axis=1)
-    rate = 2j * np.pi * lines[:, None] * forces.in_order(housing.names)[rows]
-    count = len(housing.natural_frequency)
-    return rate, (rate @ housing.seat_shapes.reshape(count, rate.shape[1]).T) * housing.receptance(lines)
+    return np.asarray(2j * np.pi * lines[:, None] * forces.in_order(housing.names)[rows])
+
+
+def _modal_velocity(housing: ReducedHousing, rate: ComplexArray, lines: FloatArray) -> ComplexArray:
+    seats = housing.seat_shapes.reshape(len(housing.natural_frequency), rate.shape[1])
+    return np.asarray((rate @ seats.T) * housing.receptance(lines))
 
 
 def _left_out(housing: ReducedHousing, lines: FloatArray) -> FloatArray | None:

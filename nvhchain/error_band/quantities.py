@@ -107,7 +107,13 @@ def velocity_band(
     sources = dict[str, FloatArray]()
     if housing is not None and force_spectrum is not None:
         assert isinstance(case, GearboxCase)
-        sources |= modal.of_velocity(case, fidelity, housing, force_spectrum).errors(case, fidelity)
+        loaded = _at(force_spectrum, velocity.frequency)
+        shares = modal.of_velocity(case, fidelity, housing, loaded)
+        sources |= shares.errors(case, fidelity)
+        if mesh_laws:
+            alone = modal.APART * modal.of_bearings(housing, loaded)
+            seen = shares.seen_by_forces(case, fidelity)
+            sources |= {name: np.hypot(sources[name], error * alone) for name, error in seen.items()}
     speed = force_spectrum.input_speed if force_spectrum is not None else 0.0
     sources |= times(force_sources(case, fidelity, mesh_laws, velocity.frequency, speed, size), size)
     return ErrorBand(velocity.frequency, size, sources, reference=REFERENCE_VELOCITY, weighted=False)
@@ -134,8 +140,7 @@ def power_band(
     sources = dict[str, FloatArray]()
     if housing is not None and force_spectrum is not None:
         assert isinstance(case, GearboxCase)
-        rows = np.searchsorted(force_spectrum.frequency, lines)
-        loaded = force_spectrum.replace(frequency=lines, force=force_spectrum.force[rows])
+        loaded = _at(force_spectrum, lines)
         if radiation_resistance is not None:
             sources |= modal.of_power(case, fidelity, housing, loaded, radiation_resistance).errors(case, fidelity)
         else:
@@ -175,6 +180,11 @@ def force_sources(
         "time step": step_error(lines, fidelity.dynamics.time_step),
         "settling": floor / np.where(size > 0, size, 1.0),
     }
+
+
+def _at(spectrum: ForceSpectrum, lines: FloatArray) -> ForceSpectrum:
+    """The forces at those of their lines that move something."""
+    return spectrum.replace(frequency=lines, force=spectrum.force[np.searchsorted(spectrum.frequency, lines)])
 
 
 def step_error(frequency: FloatArray, step: float) -> FloatArray:

@@ -37,6 +37,7 @@ from nvhchain.error_band import (
     velocity_band,
 )
 from nvhchain.error_band.gears import AMPLIFICATION, law_error
+from nvhchain.error_band.housing import of_bearings
 from nvhchain.error_band.radiation import level_error, radiation_error
 from nvhchain.errors import AccuracyWarning, InputError
 from nvhchain.fidelity import DRAFT, STANDARD
@@ -248,6 +249,42 @@ def test_velocity_of_a_housing_whose_modes_are_off_by_what_its_mesh_leaves_open_
         other = respond(housing.replace(natural_frequency=housing.natural_frequency * np.array(factors)), forces)
         level = velocity_band(case, DRAFT, other)
         assert ((made.lower < level.upper) & (level.lower < made.upper)).all()
+
+
+def test_forces_of_two_bearings_that_nearly_cancel_on_the_surface_err_each_by_itself(case, housing, meshing):
+    """1 N against 0.9 N at the same seat move it as 0.1 N; what is wrong with either moves it as with 1 N."""
+    two = housing.replace(
+        seat_shapes=np.tile(housing.seat_shapes, (1, 2, 1)),
+        seat_residual=np.tile(housing.seat_residual, (2, 1, 2, 1)),
+        face_residual=np.tile(housing.face_residual, (2, 1, 1)),
+        names=("A1", "B1"),
+        positions=np.zeros((2, 3)),
+    )
+    lines, laws = meshing[3].frequency, [law([1e-6, 1e-8])]
+
+    def band(of, *loads):
+        load = np.array(loads)[None, :, None] * np.ones((len(lines), 1, 3), complex)
+        forces = ForceSpectrum(lines, load, of.names, input_speed=188.5)
+        return forces, velocity_band(
+            case, DRAFT, respond(of, forces), housing=of, force_spectrum=forces, mesh_laws=laws
+        )
+
+    one, both = band(housing, 1.0), band(two, 1.0, -0.9)
+    assert both[1].amplitude == pytest.approx(0.1 * one[1].amplitude)
+    assert of_bearings(two, both[0]) == pytest.approx((1 + 0.81) ** 0.5 * one[1].amplitude)
+    for name in ("housing", "modes left out"):
+        assert (both[1].sources[name] > 0.3 * one[1].sources[name]).all()
+
+
+def test_velocity_is_judged_at_the_lines_that_carry_force(case, housing, meshing):
+    _, velocity, _, forces = meshing
+    few = forces.replace(force=forces.force * np.array([1.0, 0.0, 1.0])[:, None, None])
+    every, some = (
+        velocity_band(case, DRAFT, respond(housing, of), housing=housing, force_spectrum=of, mesh_laws=[law([1e-6])])
+        for of in (forces, few)
+    )
+    assert some.frequency.tolist() == velocity.frequency[[0, 2]].tolist()
+    assert some.error == pytest.approx(every.error[[0, 2]])
 
 
 @pytest.mark.parametrize("fidelity", [DRAFT, STANDARD], ids=lambda preset: preset.name)

@@ -116,27 +116,26 @@ def run(
 
     Raises InputError for what cannot be used, SolverError for a stage that did not reach its residual.
     """
-    given: dict[str, Any] = {
-        "mesh_laws": None if mesh_laws is None else tuple(mesh_laws),
-        "load_distributions": None if load_distributions is None else tuple(load_distributions),
-        "bearing_forces": bearing_forces,
-        "force_spectrum": force_spectrum,
-        "housing": housing,
-        "surface_velocity": surface_velocity,
-        "transfer_vectors": transfer_vectors,
-    }
-    given = {name: value for name, value in given.items() if value is not None}
-    preflight(case, fidelity, given)
-    ready_made.check(case, fidelity, given)
-    watcher = watcher or Unwatched()
-    spine = Shelf(Path(out) if out else None, watcher)
-    shared = Shelf(Path(operators) if operators else spine.folder, watcher)
-    chain = _Chain(case, fidelity, given, spine, shared, executor)
+    chain = _prepared(
+        case,
+        fidelity,
+        out,
+        operators,
+        executor,
+        watcher,
+        mesh_laws=mesh_laws,
+        load_distributions=load_distributions,
+        bearing_forces=bearing_forces,
+        force_spectrum=force_spectrum,
+        housing=housing,
+        surface_velocity=surface_velocity,
+        transfer_vectors=transfer_vectors,
+    )
     for quantity in case.quantities:
         chain.make(quantity)
     names = [field.name for field in fields(Result)]
     made = {name: value for name, value in vars(chain).items() if name in names}
-    return Result(**made, given=tuple(given))
+    return Result(**made)
 
 
 def record(
@@ -162,18 +161,44 @@ def record(
         fidelity.dynamics.mesh_level != "contact",
         "a record in files goes on after a stop, which the mesh level `contact` does not: use `run`, or `table`",
     )
-    case, folder, watcher = replace(case, quantities=("bearing_forces",)), Path(out), watcher or Unwatched()
-    given: dict[str, Any] = {
-        "mesh_laws": None if mesh_laws is None else tuple(mesh_laws),
-        "load_distributions": None if load_distributions is None else tuple(load_distributions),
-        "housing": housing,
+    chain = _prepared(
+        replace(case, quantities=("bearing_forces",)),
+        fidelity,
+        out,
+        operators,
+        executor,
+        watcher,
+        in_files=True,
+        mesh_laws=mesh_laws,
+        load_distributions=load_distributions,
+        housing=housing,
+    )
+    return chain.recording(Path(out) / "bearing_forces")
+
+
+def _prepared(
+    case: Case,
+    fidelity: Fidelity,
+    out: str | Path | None,
+    operators: str | Path | None,
+    executor: Executor | None,
+    watcher: Watcher | None,
+    *,
+    in_files: bool = False,
+    **handed_in: Any,
+) -> _Chain:
+    """The chain of a run whose case, fidelity and ready-made hand-offs (None: not given) go together."""
+    given = {
+        name: tuple(value) if name in ("mesh_laws", "load_distributions") else value
+        for name, value in handed_in.items()
+        if value is not None
     }
-    given = {name: value for name, value in given.items() if value is not None}
-    preflight(case, fidelity, given, in_files=True)
+    preflight(case, fidelity, given, in_files=in_files)
     ready_made.check(case, fidelity, given)
-    spine = Shelf(folder, watcher)
-    shared = Shelf(Path(operators) if operators else folder, watcher)
-    return _Chain(case, fidelity, given, spine, shared, executor).recording(folder / "bearing_forces", watcher)
+    watcher = watcher or Unwatched()
+    spine = Shelf(Path(out) if out else None, watcher)
+    shared = Shelf(Path(operators) if operators else spine.folder, watcher)
+    return _Chain(case, fidelity, given, spine, shared, executor)
 
 
 class _Chain:
@@ -190,7 +215,7 @@ class _Chain:
     ) -> None:
         self.case, self.fidelity = case, fidelity
         self._spine, self._shared, self._executor = spine, shared, executor
-        self._given = given
+        self.given = tuple(given)
         vars(self).update(given)
 
     def make(self, quantity: Quantity) -> None:
@@ -255,10 +280,10 @@ class _Chain:
         housing, laws, case = self.housing, self.mesh_laws, self._under_load
         return stages.bearing_forces(case, laws, housing, self.fidelity, self._spine, self._acting)
 
-    def recording(self, folder: Path, watcher: Watcher) -> Recording:
+    def recording(self, folder: Path) -> Recording:
         """`bearing_forces` in files of `folder`."""
         housing, laws, case = self.housing, self.mesh_laws, self._under_load
-        return stages.recording(case, laws, housing, self.fidelity, folder, watcher, self._acting)
+        return stages.recording(case, laws, housing, self.fidelity, folder, self._spine.watcher, self._acting)
 
     @cached_property
     def force_spectrum(self) -> ForceSpectrum:
@@ -299,7 +324,7 @@ class _Chain:
         """Whether the power is that of the housing's modes: unless only a velocity is given or the level takes nothing
         else."""
         cheap = self.fidelity.acoustics.radiation != "boundary_elements"
-        return not (cheap or isinstance(self.case, RadiatorCase) or "surface_velocity" in self._given)
+        return not (cheap or isinstance(self.case, RadiatorCase) or "surface_velocity" in self.given)
 
     @cached_property
     def sound_power(self) -> SoundPower:

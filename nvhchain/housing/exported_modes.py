@@ -11,7 +11,7 @@ import numpy as np
 from nvhchain.errors import require
 from nvhchain.fem.modal_model import ModalModel
 from nvhchain.handoff import FloatArray, ReducedHousing, Surface
-from nvhchain.housing.truncation import ritz_vectors
+from nvhchain.housing.truncation import with_ritz_vectors
 
 _FLAT = 0.03
 """Of the sum of n nᵀ at a vertex, added in all directions: where faces are flat or nearly so, within some 10°, a vertex
@@ -26,15 +26,13 @@ def exported_modes(housing: ReducedHousing) -> ModalModel:
     Raises InputError for a housing without modes and residual, or whose residual flexibility carries no residual mass.
     """
     surface, count = housing.surface, len(housing.names)
-    frequency, damping = housing.natural_frequency, housing.modal_damping
     seats, faces = housing.seat_shapes.reshape(-1, 3 * count), housing.normal_shapes
+    frequency, damping = housing.natural_frequency, housing.modal_damping
     if housing.seat_residual.any():
-        omega2, more_seats, more_faces = (part[::-1] for part in ritz_vectors(housing))
-        frequency = np.concatenate([frequency, np.sqrt(omega2) / (2 * np.pi)])
-        damping = np.concatenate([damping, np.full(len(omega2), damping[-1] if len(damping) else 0.0)])
-        seats, faces = np.vstack([seats, more_seats]), np.vstack([faces, more_faces])
+        omega2, damping, seats, faces = with_ritz_vectors(housing)
+        frequency = np.sqrt(omega2) / (2 * np.pi)
     require(len(frequency) > 0, "the housing has neither modes nor residual flexibility: there is nothing to write")
-    vertices = vertex_motion(surface, faces)
+    vertices = fitted_motion(surface, faces)
     mean = np.einsum("mfci,fi->mf", vertices[:, surface.triangles], surface.normals) / 3
     # three pieces of a third each: the mean of a face is (2 Σ vertices / 3 + middle) / 3
     middles = (3 * faces - 2 * mean)[:, :, None] * surface.normals
@@ -56,7 +54,7 @@ def exported_modes(housing: ReducedHousing) -> ModalModel:
     )
 
 
-def vertex_motion(surface: Surface, faces: FloatArray) -> FloatArray:
+def fitted_motion(surface: Surface, faces: FloatArray) -> FloatArray:
     """Vectors (m, n_v, 3) whose normal parts fit the motions (m, n_face) of the faces around each vertex best.
 
     Weighted by the faces' areas; a body that moves rigidly keeps its vectors at edges and corners.

@@ -20,7 +20,11 @@ _CORNER = np.sqrt(2) - 1
 
 
 def casting_recipe(casting: Casting, size: float, per_turn: float) -> dict[str, Any]:
-    """Recipe of the casting itself for quadratic tetrahedra of edge length `size` (m)."""
+    """Recipe of the casting itself for quadratic tetrahedra of edge length `size` (m), shorter where walls ask for it.
+
+    per_turn: elements around round edges.
+    """
+    size = min(size, _longest(casting))
     rear = [bore for bore in casting.bores if not casting.on_engine_side(bore)]
     engine = [bore for bore in casting.bores if casting.on_engine_side(bore)]
     outside = [_shell(casting), _flange(casting), *_lugs(casting)]
@@ -33,7 +37,8 @@ def casting_recipe(casting: Casting, size: float, per_turn: float) -> dict[str, 
     return {
         "dimension": 3,
         "size": size,
-        **_round_edges(casting, size, per_turn),
+        "smallest": size / 2,
+        "per_turn": per_turn,
         "steps": [
             {"op": "fuse", "solids": outside},
             {"op": "cut", "solids": [_cavity(casting), _recess(casting)]},
@@ -43,18 +48,14 @@ def casting_recipe(casting: Casting, size: float, per_turn: float) -> dict[str, 
     }
 
 
-def _round_edges(casting: Casting, size: float, per_turn: float) -> dict[str, float]:
-    """Smallest element (m) and elements per turn: chords of a thin wall's two sides must not cross.
+def _longest(casting: Casting) -> float:
+    """Edge length (m) with which chords of the side wall's two faces do not cross.
 
-    A chord falls short of its arc by r (1 − cos(π/n)), which is kept below half the wall. Where the elements are short
-    enough for that by themselves `per_turn` alone rules: with fewer than the wall needs, smaller elements make the
-    round edges coarser there, seats and bolts among them, and the casting stiffer.
+    A chord of length s falls short of its arc by about s²/8r, most where the outline is narrowest; that is kept below
+    half the wall.
     """
-    radius = max(space.radius for space in casting.gear_spaces) + casting.wall + casting.draft
-    fewest = float(np.pi / np.arccos(1 - min(casting.wall, casting.end_wall) / (2 * radius)))
-    if fewest <= 2 * np.pi * radius / size:
-        return {"smallest": size / 2, "per_turn": per_turn}
-    return {"smallest": min(size / 2, 2 * np.pi * radius / fewest), "per_turn": max(per_turn, fewest)}
+    half, radius = casting.wall / 2, min(space.radius for space in casting.gear_spaces)
+    return float(2 * np.sqrt(half * (2 * radius - half)))
 
 
 def envelope_recipe(casting: Casting, size: float) -> dict[str, Any]:

@@ -8,11 +8,9 @@ import numpy as np
 import scipy.sparse as sp
 
 from nvhchain.errors import require
+from nvhchain.fem.modal_model import face_triangles
 from nvhchain.fem.solid_model import CORNERS, EDGES, FACES, SolidModel
 from nvhchain.handoff import FloatArray, IntArray
-
-QUARTERS = ((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5))
-"""Triangles of a six-node facet, by its nodes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +29,8 @@ class Skin:
     @property
     def triangles(self) -> IntArray:
         """Four flat triangles (4 k, 3) for every facet, which follow its curved edges."""
-        return np.concatenate([self.facets[:, list(quarter)] for quarter in QUARTERS])
+        none = np.full((len(self.facets), 1), -1)
+        return face_triangles(np.hstack([self.facets[:, :3], none, self.facets[:, 3:], none]))
 
     def on_nodes(self, operator: sp.csr_matrix) -> sp.csr_matrix:
         """An operator (…, 3 (n + q)) on displacements of `nodes` as one (…, 3 n) on those of the model."""

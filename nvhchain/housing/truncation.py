@@ -72,7 +72,7 @@ def truncation_error(housing: ReducedHousing, f_max: float, *, modes: int | None
     Raises InputError when the housing does not carry its residual mass: it was then reduced elsewhere.
     """
     require(np.isfinite(f_max) and f_max > 0, f"f_max = {f_max} Hz must be positive")
-    return _error(_with_ritz_vectors(housing), len(housing.natural_frequency) if modes is None else modes, f_max)
+    return _error(_everything(housing), len(housing.natural_frequency) if modes is None else modes, f_max)
 
 
 def truncation_errors(housing: ReducedHousing, frequency: FloatArray, *, modes: int | None = None) -> FloatArray:
@@ -80,7 +80,7 @@ def truncation_errors(housing: ReducedHousing, frequency: FloatArray, *, modes: 
 
     modes: the lowest that are kept (all by default).  Raises InputError as `truncation_error` does.
     """
-    everything = _with_ritz_vectors(housing)
+    everything = _everything(housing)
     return _at_lines(everything, everything.count if modes is None else modes, np.asarray(frequency, dtype=float))
 
 
@@ -99,7 +99,7 @@ def truncation_report(housing: ReducedHousing, f_max: float, *, modes: int | Non
 
 def worst_level(housing: ReducedHousing, f_max: float, *, modes: int | None = None) -> float:
     """Largest error (dB) that `truncation_report` states: over the octaves to f_max (Hz), or at a line of them."""
-    everything = _with_ritz_vectors(housing)
+    everything = _everything(housing)
     return _worst_level(everything, everything.count if modes is None else modes, f_max)
 
 
@@ -109,7 +109,7 @@ def fewest_modes(housing: ReducedHousing, f_max: float, tolerance_db: float) -> 
     The modes in the band (to f_max, Hz) are always kept: whatever they add in the mean, they are all that there is at
     their resonances.
     """
-    everything, total = _with_ritz_vectors(housing), len(housing.natural_frequency)
+    everything, total = _everything(housing), len(housing.natural_frequency)
     low, high = int((housing.natural_frequency <= f_max).sum()), total
     if _worst_level(everything, total, f_max) > tolerance_db:
         return None
@@ -144,10 +144,11 @@ def without_modes(housing: ReducedHousing, keep: int) -> ReducedHousing:
     )
 
 
-def ritz_vectors(housing: ReducedHousing) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Eigenvalues (k,) rad²/s², and mass-normalised motions of the seats (k, 3 n_bearing) and the faces (k, n_face).
+def with_ritz_vectors(housing: ReducedHousing) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """The modes, then the Ritz vectors that carry the residual flexibility, Σ ψψᵀ/λ, at most three for every seat.
 
-    They carry the residual flexibility, Σ ψψᵀ/λ, at most three for every seat.
+    Eigenvalues (k,) rad²/s², damping (k,), that of the Ritz vectors the highest mode's, and mass-normalised motions of
+    the seats (k, 3 n_bearing) and the faces (k, n_face).
     Raises InputError when the housing does not carry its residual mass.
     """
     count = 3 * len(housing.names)
@@ -161,25 +162,21 @@ def ritz_vectors(housing: ReducedHousing) -> tuple[FloatArray, FloatArray, Float
         raise SolverError(
             "the residual flexibility at the seats is not positive: is the housing a mechanism, or badly scaled?"
         ) from None
-    moving = inverse > _NEGLIGIBLE * max(inverse[-1], np.finfo(float).tiny)
+    moving = np.flatnonzero(inverse > _NEGLIGIBLE * max(inverse[-1], np.finfo(float).tiny))[::-1]
     inverse, combination = inverse[moving], vector[:, moving] / scale[:, None] / np.sqrt(inverse[moving])
-    return 1 / inverse, combination.T @ residual, combination.T @ housing.face_residual.reshape(count, -1)
-
-
-def _with_ritz_vectors(housing: ReducedHousing) -> _Modes:
-    """The modes of the housing and, mass-normalised, the Ritz vectors of what is left."""
-    omega2, ritz_seats, ritz_faces = ritz_vectors(housing)
-    seats = np.vstack([housing.seat_shapes.reshape(-1, 3 * len(housing.names)), ritz_seats])
-    faces = np.vstack([housing.normal_shapes, ritz_faces]) * np.sqrt(housing.surface.areas)
     zeta = housing.modal_damping
-    highest = zeta[-1] if len(zeta) else 0.0
-    return _Modes(
-        len(housing.natural_frequency),
-        np.concatenate([(2 * np.pi * housing.natural_frequency) ** 2, omega2]),
-        np.concatenate([zeta, np.full(len(omega2), highest)]),
-        seats @ seats.T,
-        faces @ faces.T,
+    return (
+        np.concatenate([(2 * np.pi * housing.natural_frequency) ** 2, 1 / inverse]),
+        np.concatenate([zeta, np.full(len(inverse), zeta[-1] if len(zeta) else 0.0)]),
+        np.vstack([housing.seat_shapes.reshape(-1, count), combination.T @ residual]),
+        np.vstack([housing.normal_shapes, combination.T @ housing.face_residual.reshape(count, -1)]),
     )
+
+
+def _everything(housing: ReducedHousing) -> _Modes:
+    omega2, zeta, seats, faces = with_ritz_vectors(housing)
+    faces = faces * np.sqrt(housing.surface.areas)
+    return _Modes(len(housing.natural_frequency), omega2, zeta, seats @ seats.T, faces @ faces.T)
 
 
 def _error(modes: _Modes, keep: int, f_max: float) -> TruncationError:

@@ -43,7 +43,10 @@ def housing_from_modes(
 
     positions: bearing → centre of its seat, m.  labels: bearing → node of the file; else the node at the position.
     modal_damping: fraction of critical, in place of the file's.  f_max: Hz.  surface_size, engine_plane, opening,
-    surface: as for `reduce_model`; the skin moves linearly between its corners.
+    surface: as for `reduce_model`.
+    The skin moves linearly between its nodes, that of `reduce_model` by parabolas: with all mid-edge nodes the
+    velocity of the faces differs by 5 to 7 % (RMS) on elements of 30 mm to 5 kHz, by 2 % on 11 mm, the power of a mode
+    by 0.1 dB; a weak line that is what is left of faces which cancel can be 1 dB off.
     residual_vectors: the uppermost modes are residual vectors of unit forces at the seats (`modal_model`, Nastran
     RESVEC), which with the modes before them make the whole static flexibility.
 

@@ -20,7 +20,8 @@ MAPPING_ERROR = "mapping_error_db"
 """Name in the provenance of a reduced housing: dB at some frequencies, by their names."""
 
 _CELL = 0.25
-"""Edge of the cells in which the skin's sources are gathered, of a radiating face's."""
+"""Edge of the cells in which the skin's sources are gathered, of a radiating face's: the power of a mode of the tests'
+casting moves by 0.025 dB at most up to 4 kHz, by 0.09 dB with one half, by 0.34 dB with one (test_mapping_stated)."""
 
 _FREQUENCIES = 4
 """Frequencies in the upper three octaves of the band at which the error of the mapping is measured."""

@@ -31,8 +31,8 @@ _REPORTED = 4
 """Lines, an octave apart, at which the provenance states the error."""
 
 _UNSEEN = 2.0
-"""What the faces miss in terms of what the Ritz vectors of the seats say they miss: 1.7 to 3.0 where it was measured,
-for modes to 1 … 1.6 times the band (benchmarks/housing.py)."""
+"""What the faces miss in terms of what the Ritz vectors of the seats say they miss: 1.6 to 2.8 where it was measured,
+for modes to 1.6 … 1 times the band (twice the true over the estimated error in docs/measured/housing.md)."""
 
 _NEGLIGIBLE = 1e-12
 """Share of the residual's largest Ritz value (1/ω²) below which a Ritz vector moves statically in any band."""

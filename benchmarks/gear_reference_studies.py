@@ -199,11 +199,16 @@ def stage1_apart() -> Study:
 def spur_tilted() -> Study:
     """The spur pair with its wheel's axis tilted: teeth refined over their full width."""
     drawn = spur()
-    by = {f"{1e3 * tilt:g} mrad": Misalignment(in_plane=tilt) for tilt in (0.5e-3, 1e-3)}
+    by = {"0.5 mrad": Misalignment(in_plane=0.5e-3), "1 mrad": Misalignment(in_plane=1e-3)}
+    torques = {"0.5 mrad": TORQUES, "1 mrad": TORQUES[:2]}  # the pressure at the end of the face is wider at 350 N m
     return replace(
         drawn,
         pair=replace(drawn.pair, misalignment=by["1 mrad"]),
-        conditions={f"{blank}, {tilt}": Condition(blank, misalignment=by[tilt]) for blank in TILTED for tilt in by},
+        conditions={
+            f"{blank}, {tilt}": Condition(blank, misalignment=by[tilt], torques=torques[tilt])
+            for blank in TILTED
+            for tilt in by
+        },
         angles=12,
         fidelity=replace(STANDARD.gear, width_layers=8),
         resolution=ReferenceResolution(contact_element=25e-6, growth=0.45),

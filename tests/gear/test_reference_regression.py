@@ -118,6 +118,10 @@ def hybrid(stored, engaged):
         ("stage1_apart", "5 slots", 0),
         ("stage1_apart", "5 slots", 5),
         ("stage1_apart", "5 slots, −1 mrad", 0),
+        ("spur_tilted", "solid, 0.5 mrad", 0),
+        ("spur_tilted", "solid, 1 mrad", 0),
+        ("spur_tilted", "3 slots, 0.5 mrad", 0),
+        ("spur_tilted", "3 slots, 1 mrad", 0),
     ],
 )
 def test_hybrid_meets_the_reference_within_three_and_five_percent(hybrid, study, name, shift):

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from nvhchain.acoustics.level_accuracy import level_accuracy
 from nvhchain.acoustics.plane import check_plane
-from nvhchain.acoustics.surface import check_points
+from nvhchain.acoustics.surface import check_points, real_numbers
 from nvhchain.conventions import Air
 from nvhchain.errors import InputError, is_whole, require
 from nvhchain.handoff import FieldPressure, FloatArray, RadiationEfficiency, RigidPlane, SoundPower, SurfaceVelocity
@@ -178,7 +178,7 @@ def _plane_wave_power(surface_velocity: SurfaceVelocity, air: Air) -> FloatArray
 
 def _positions(points: ArrayLike, what: str) -> FloatArray:
     """Points (n, 3) m, finite, else `InputError`."""
-    x = np.atleast_2d(np.asarray(points, dtype=float))
+    x = np.atleast_2d(real_numbers(points, what))
     require(
         x.ndim == 2 and x.shape[1] == 3 and len(x) > 0 and bool(np.isfinite(x).all()),
         f"{what} of shape {np.shape(points)}: three finite coordinates in m per point are needed",

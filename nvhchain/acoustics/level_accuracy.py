@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from nvhchain.acoustics.surface import real_numbers
 from nvhchain.conventions import Air
 from nvhchain.errors import AccuracyWarning, require
 from nvhchain.handoff import FloatArray, Surface
@@ -69,8 +70,11 @@ def expected_radiation_error(radiation: str, ka: ArrayLike) -> FloatArray:
     """
     check_arguments(expected_radiation_error, locals())
     require(radiation in ERRORS, f"radiation = {radiation!r} has no table of errors: choose from {', '.join(ERRORS)}")
-    x = np.atleast_1d(np.asarray(ka, dtype=float))
-    require(bool((x > 0).all()), f"wavenumber times half size of {x.min():g} must be positive: drop lines at 0 Hz")
+    x = np.atleast_1d(real_numbers(ka, "wavenumbers times half size"))
+    require(
+        x.size > 0 and bool(((x > 0) & (x < np.inf)).all()),
+        f"wavenumber times half size of {x.min(initial=np.inf):g} must be positive and finite: drop lines at 0 Hz",
+    )
     return np.asarray(_errors(radiation, x)[2])
 
 

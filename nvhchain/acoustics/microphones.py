@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nvhchain.acoustics.multipoles import plane_axes
+from nvhchain.acoustics.surface import real_numbers
 from nvhchain.conventions import Air
 from nvhchain.errors import AccuracyWarning, require
 from nvhchain.handoff import FieldPressure, FloatArray, RigidPlane, SoundPower, Surface
@@ -42,7 +43,7 @@ def array_points(
     check_arguments(array_points, locals())
     _check_radius(radius)
     require(standard in ARRAYS, f"array standard {standard!r} is unknown: choose from {', '.join(ARRAYS)}")
-    middle = np.asarray(centre, dtype=float)
+    middle = real_numbers(centre, "coordinates of the array's centre")
     require(
         middle.shape == (3,) and bool(np.isfinite(middle).all()),
         f"centre {np.asarray(centre).tolist()} of the array: three finite coordinates in m are needed",

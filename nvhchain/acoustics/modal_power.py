@@ -12,6 +12,7 @@ from scipy.linalg import eigh
 from nvhchain.acoustics.cancellation import told_cancellation
 from nvhchain.acoustics.efficiency import over_plane_waves
 from nvhchain.acoustics.interpolation import Nodes, nodes_at, support
+from nvhchain.acoustics.surface import frequency_lines
 from nvhchain.errors import AccuracyWarning, InputError, require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
 from nvhchain.handoff import (
@@ -65,7 +66,7 @@ def waves_power(
     Raises InputError for a line outside the masters or another number of columns.
     """
     check_arguments(waves_power, locals())
-    columns = resistance.waves.shape[2]
+    frequency, velocity, columns = frequency_lines(frequency), np.asarray(velocity), resistance.waves.shape[2]
     require(
         velocity.shape == (len(frequency), columns),
         f"velocities have shape {velocity.shape}, but ({len(frequency)}, {columns}) is needed: one per line and shape",
@@ -168,6 +169,7 @@ def resistance_matrices(
     Raises InputError for a line outside the masters.
     """
     check_arguments(resistance_matrices, locals())
+    frequency = frequency_lines(frequency)
     _check_lines(resistance, frequency[frequency > 0])
     nodes = waves_nodes(resistance, fidelity)
     weights = nodes.weights(frequency)
@@ -189,6 +191,11 @@ def radiation_modes(resistance: FloatArray, plane_wave_resistance: FloatArray) -
     shapes that hardly move are left out.  Source: Elliott & Johnson, J. Acoust. Soc. Am. 94 (1993) 2194.
     """
     check_arguments(radiation_modes, locals())
+    shapes = np.shape(resistance), np.shape(plane_wave_resistance)
+    require(
+        len(shapes[0]) == 2 and shapes[0][0] == shapes[0][1] > 0 and shapes[0] == shapes[1],
+        f"matrices of shapes {shapes[0]} and {shapes[1]} have no modes: give two square ones of equal size",
+    )
     scale = np.sqrt(plane_wave_resistance.diagonal())
     scale = np.where(scale > 0, scale, 1.0)
     value, vector = eigh(plane_wave_resistance / np.outer(scale, scale))

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nvhchain.acoustics.interpolation import check_lines, interpolant, support
-from nvhchain.acoustics.surface import real_numbers
+from nvhchain.acoustics.surface import frequency_lines
 from nvhchain.conventions import Progress
 from nvhchain.errors import ResourceError, require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
@@ -28,7 +28,7 @@ def vectors_at(
     Raises InputError for a line outside the masters, ResourceError where the vectors do not fit into free memory.
     """
     check_arguments(vectors_at, locals())
-    lines = np.atleast_1d(real_numbers(frequency, "lines"))
+    lines = frequency_lines(frequency)
     paths = 1 if atv.plane is None else 2
     check_memory(paths * 16 * len(lines) * atv.vectors[0].size, "transfer vectors at the lines", "lines")
     points, faces = atv.vectors.shape[1:]
@@ -60,7 +60,7 @@ def project(
     Raises InputError for a line outside the masters or shapes of another surface, ResourceError.
     """
     check_arguments(project, locals())
-    lines = np.atleast_1d(real_numbers(frequency, "lines"))
+    lines = frequency_lines(frequency)
     columns = np.asarray(shapes)
     faces = len(atv.surface.triangles)
     require(

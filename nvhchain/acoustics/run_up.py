@@ -39,9 +39,9 @@ def convolution_lines(sample_rate: float, high: float, duration: float) -> Float
     """
     check_arguments(convolution_lines, locals())
     require(
-        duration > 0 and 0 < high <= 0.5 * sample_rate,
+        0 < duration < np.inf and 0 < high <= 0.5 * sample_rate < np.inf,
         f"lines up to {high:g} Hz for records of {duration:g} s at {sample_rate:g} samples per second: the duration "
-        "must be positive and the sampling at least twice the upper frequency",
+        "must be positive, the sampling at least twice the upper frequency, and both finite",
     )
     samples = next_fast_len(int(np.ceil(duration * sample_rate)), real=True)
     return np.arange(int(high * samples / sample_rate * (1 + 1e-12)) + 1) * (sample_rate / samples)
@@ -54,6 +54,7 @@ def decay_time(housing: ReducedHousing, high: float) -> float:
     Raises InputError where a mode is not damped.
     """
     check_arguments(decay_time, locals())
+    require(0 < high < np.inf, f"upper frequency {high:g} Hz must be positive and finite")
     rate = 2 * np.pi * housing.natural_frequency * housing.modal_damping
     slowest = int(rate.argmin())
     require(

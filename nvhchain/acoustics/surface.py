@@ -33,7 +33,7 @@ LEAST_FREQUENCY = 1e-50
 def required_element_size(f_max: float, air: Air, fidelity: AcousticsFidelity) -> float:
     """Edge length (m) a mesh generator must aim at to support frequencies up to `f_max` (Hz)."""
     check_arguments(required_element_size, locals())
-    require(f_max > 0, f"upper frequency {f_max:g} Hz must be positive")
+    require(0 < f_max < np.inf, f"upper frequency {f_max:g} Hz must be positive and finite")
     return air.speed_of_sound / (f_max * fidelity.elements_per_wavelength)
 
 
@@ -63,6 +63,16 @@ def real_numbers(values: ArrayLike, name: str) -> FloatArray:
         raise InputError(f"{name} are {values!r:.60}, but real numbers are needed: give an array of them") from None
 
 
+def frequency_lines(values: ArrayLike) -> FloatArray:
+    """Frequencies of lines as a (n_f,) array in Hz, finite and not negative, else `InputError`."""
+    lines = np.atleast_1d(real_numbers(values, "lines"))
+    require(
+        lines.ndim == 1 and bool((np.isfinite(lines) & (lines >= 0)).all()),
+        f"lines {values!r:.60} must be one row of frequencies in Hz, finite and not negative",
+    )
+    return lines
+
+
 def check_mesh(surface: Surface, f_max: float, air: Air, fidelity: AcousticsFidelity) -> None:
     """Raise `InputError` for a mesh coarser at `f_max` (Hz) than `fidelity` admits; below two it carries no wave.
 
@@ -73,9 +83,9 @@ def check_mesh(surface: Surface, f_max: float, air: Air, fidelity: AcousticsFide
     if f_max <= 0:
         return
     require(
-        f_max >= LEAST_FREQUENCY,
-        f"upper frequency {f_max:g} Hz lies between 0 and {LEAST_FREQUENCY:g} Hz, where the squares of wavelengths "
-        "overflow: give 0 Hz, or more than that",
+        LEAST_FREQUENCY <= f_max < np.inf,
+        f"upper frequency {f_max:g} Hz is not finite, or lies between 0 and {LEAST_FREQUENCY:g} Hz, where the squares "
+        "of wavelengths overflow: give 0 Hz, or more than that",
     )
     least = fidelity.coarsest_elements_per_wavelength
     asked = air.speed_of_sound / (f_max * least)

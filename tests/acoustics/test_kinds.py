@@ -9,12 +9,15 @@ from numpy.typing import ArrayLike
 
 from nvhchain import acoustics
 from nvhchain.acoustics import adaptive_transfer_vectors, master_frequencies, sphere, transfer_vectors
+from nvhchain.conventions import Air
 from nvhchain.errors import InputError
 from nvhchain.fidelity import STANDARD
-from nvhchain.handoff import SurfaceVelocity
+from nvhchain.handoff import SurfaceVelocity, TransferVectors
 
 BODY = sphere(0.1, 1)
 AT_REST = SurfaceVelocity([100.0], np.zeros((1, 80)), BODY)
+AIR = Air(343.0, 1.21)
+VECTORS = TransferVectors([100.0, 200.0], [[0.0, 0.0, 1.0]], np.ones((2, 1, 80)), BODY, AIR)
 FUNCTIONS = {name: one for name in acoustics.__all__ if inspect.isfunction(one := getattr(acoustics, name))}
 CASES = [
     (name, argument)
@@ -68,6 +71,27 @@ def test_every_argument_of_every_function_is_refused_by_its_name_if_it_is_of_the
     ],
 )
 def test_what_users_mistake_is_named_with_the_remedy(call, told):
+    with pytest.raises(InputError, match=told):
+        call()
+
+
+@pytest.mark.parametrize(
+    ("call", "told"),
+    [
+        (lambda: acoustics.vectors_at(VECTORS, [np.nan]), "finite and not negative"),
+        (lambda: acoustics.project(VECTORS, np.ones((80, 1)), -5.0), "finite and not negative"),
+        (lambda: acoustics.check_mesh(BODY, np.inf, AIR, STANDARD.acoustics), "inf Hz is not finite"),
+        (lambda: acoustics.required_element_size(np.inf, AIR, STANDARD.acoustics), "positive and finite"),
+        (lambda: acoustics.convolution_lines(1000.0, 100.0, np.inf), "both finite"),
+        (lambda: acoustics.convolution_lines(np.inf, 100.0, 1.0), "both finite"),
+        (lambda: acoustics.expected_radiation_error("rayleigh", np.inf), "positive and finite"),
+        (lambda: acoustics.expected_radiation_error("rayleigh", []), "positive and finite"),
+        (lambda: acoustics.radiation_modes(np.eye(2), np.eye(3)), "two square ones of equal size"),
+        (lambda: acoustics.array_points(1.0, [0, 0, 1j]), "real numbers are needed"),
+        (lambda: acoustics.circle_points(1.0, [0, 0, 1j], [0, 0, 1], 4), "real numbers are needed"),
+    ],
+)
+def test_numbers_that_no_physics_belongs_to_are_refused(call, told):
     with pytest.raises(InputError, match=told):
         call()
 

@@ -35,6 +35,10 @@ _SPARSE = 8
 """Masters of a wide band to begin with at least. With seven, a resonance of the cavity of docs/measured/masters.md is
 missed for 1 dB (4.8 dB found) in a band from 50 Hz."""
 
+_TESTED = 0.5
+"""Largest error at masters of test, over the tolerance: few of them find the worst line by chance alone. With 1 the box
+of docs/measured/masters.md kept 0.42 dB where 0.3 were asked and the tests had found 0.27."""
+
 _LINES = np.array([0.25, 0.5, 0.75])
 """Where between two masters the error is estimated, besides at the poles."""
 
@@ -101,7 +105,7 @@ def choose_masters(
     Masters are added, two and from eighteen on a sixth of those known, where the error estimated from the
     masters known (`Nodes.error_weights`) is largest, until it is nowhere above the tolerance.  Every new master tests
     the prediction of those before it; the last masters, at the predicted peak of every resonance narrower than the gap
-    it lies in and in the widest gaps, are solved for that alone and must be predicted within the tolerance.
+    it lies in and in the widest gaps, are solved for that alone and must be predicted within half of the tolerance.
     So five are the fewest, three and two of test.
     Raises SolverError when `fidelity.masters` do not reach the tolerance.
     """
@@ -126,7 +130,7 @@ def choose_masters(
         smooth = source.interpolant(found)
         lines, gap = _lines_between(found.frequency, smooth)
         error = source.estimated_errors(smooth, lines)
-        if error.max() <= allowed and test and tested <= allowed:
+        if error.max() <= allowed and test and tested <= _TESTED * allowed:
             break
         if len(found.frequency) >= most:
             worst = int(error.argmax())

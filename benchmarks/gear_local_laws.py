@@ -43,6 +43,8 @@ BLANKS = {kind.__name__: kind for kind in (Solid, ThinRim, Holes, Slots)}
 FIDELITY = replace(STANDARD.gear, slices=48)
 ANGLES = 48
 """Of a mesh period of the gearbox case."""
+LAYERS = 8
+"""At most, of a body."""
 
 
 class FullFlanks(Engagement):
@@ -73,7 +75,7 @@ def rows(study: str, out: Path) -> list[str]:
         pair = GearPair(GearBody(pinion), GearBody(wheel, BLANKS[kind.pop("type")](**kind)), data["centre_distance"])
         reach = engaged_reach(pair, FIDELITY.corner_gap)
         both = tuple(
-            compliance(out / f"{study}-compliance of {what}", body, data["width_layers"], reach)
+            compliance(out / f"{study}-compliance of {what}", body, min(data["width_layers"], LAYERS), reach)
             for what, body in (("pinion", pair.pinion), (name, pair.wheel))
         )
         for shift, deflection in stored["deflection"].items():
@@ -103,7 +105,7 @@ def presets(out: Path) -> list[str]:
     )
     for force, (stage, pair, blank) in zip(case.mesh_forces, stages, strict=True):
         both = [
-            compliance(out / f"{stage}-compliance of {what}", body, 8, engaged_reach(pair, FIDELITY.corner_gap))
+            compliance(out / f"{stage}-compliance of {what}", body, LAYERS, engaged_reach(pair, FIDELITY.corner_gap))
             for what, body in (("pinion", pair.pinion), (blank, pair.wheel))
         ]
         angles = np.arange(ANGLES) / ANGLES * pair.mesh_period

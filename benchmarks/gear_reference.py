@@ -25,6 +25,7 @@ from typing import Any
 from gear_reference_studies import (
     CONVERGENCE,
     CORNER_GAPS,
+    FEW_LAYERS,
     RELIEVED,
     RELIEVED_LAYERS,
     RELIEVED_RESOLUTION,
@@ -66,7 +67,7 @@ def touching(study: str, number: int, out: Path) -> TouchingTeeth:
 
 def places_of(study: str, out: Path) -> list[TouchingTeeth]:
     """Refined teeth of all angles looked at."""
-    return [pickle.loads((out / f"{study}-{i}").read_bytes()) for i in STUDIES[study]().looked_at]
+    return [pickle.loads((out / f"{study}-{i}").read_bytes()) for i in range(STUDIES[study]().angles)]
 
 
 def body_of(study: str, name: str) -> tuple[int, GearBody]:
@@ -84,9 +85,10 @@ def carried_by(study: str, name: str, out: Path) -> Carried:
 
 
 def compliance_of(study: str, name: str, out: Path) -> FlankCompliance:
-    """The hybrid's compliance of the same body on the same mesh."""
+    """The hybrid's compliance of the same body on the same mesh, but for layers that it does not need."""
     s, (_, body) = STUDIES[study](), body_of(study, name)
-    return flank_compliance(body, s.fidelity, reach=max(engaged_reach(s.pair, gap) for gap in CORNER_GAPS))
+    fidelity = replace(s.fidelity, width_layers=min(s.fidelity.width_layers, FEW_LAYERS.width_layers))
+    return flank_compliance(body, fidelity, reach=max(engaged_reach(s.pair, gap) for gap in CORNER_GAPS))
 
 
 def found_for(study: str, what: str, condition: Condition, out: Path) -> tuple[Any, Any]:
@@ -128,7 +130,7 @@ def hybrid_deflection(study: str, name: str, out: Path) -> Record:
         rows[str(shift)] = {}
         for gap in CORNER_GAPS:
             engagement = Engagement(pair, both, replace(s.fidelity, slices=48, corner_gap=gap))
-            angles = [s.angle(i) + shift * pair.mesh_period for i in s.looked_at]
+            angles = [s.angle(i) + shift * pair.mesh_period for i in range(s.angles)]
             rows[str(shift)][f"{1e6 * gap:g}"] = [
                 [loaded_mesh(engagement, angle, f, guess=20e-6).deflection for f in forces] for angle in angles
             ]
@@ -171,7 +173,7 @@ def steps() -> dict[str, Callable[[Path], Any]]:
     for name, make in STUDIES.items():
         s = make()
         used = dict.fromkeys(condition.blank for condition in s.conditions.values())
-        found |= {f"{name}-{i}": partial(touching, name, i) for i in s.looked_at}
+        found |= {f"{name}-{i}": partial(touching, name, i) for i in range(s.angles)}
         for body in ("pinion", *used):
             found[f"{name}-carried by {body}"] = partial(carried_by, name, body)
             found[f"{name}-compliance of {body}"] = partial(compliance_of, name, body)

@@ -66,7 +66,7 @@ class Condition:
 class Study:
     """A pair with pure involutes, blanks of its wheel, what it is looked at with, and what is solved with.
 
-    angles: of one mesh period.  numbers: those of them that are looked at; all by default.
+    angles: of one mesh period.
     """
 
     pair: GearPair
@@ -75,12 +75,6 @@ class Study:
     angles: int
     fidelity: GearFidelity
     resolution: ReferenceResolution = ReferenceResolution()  # noqa: RUF009 (frozen)
-    numbers: tuple[int, ...] = ()
-
-    @property
-    def looked_at(self) -> tuple[int, ...]:
-        """Numbers of the angles."""
-        return self.numbers or tuple(range(self.angles))
 
     def angle(self, number: int) -> float:
         """Wheel angle, rad."""
@@ -161,30 +155,29 @@ def stage1() -> Study:
             "5 slots, lead slope 15 µm": Condition("5 slots", lead_slope=15e-6),
         },
         angles=12,
-        fidelity=replace(STANDARD.gear, width_layers=8),
-        resolution=ReferenceResolution(contact_element=25e-6, growth=0.45),
-    )
-
-
-def stage1_fine() -> Study:
-    """The same with the layers that 50 N m needs, at most angles, among them those of most and least deflection."""
-    drawn = stage1()
-    return replace(
-        drawn,
         fidelity=replace(STANDARD.gear, width_layers=16),
-        resolution=replace(drawn.resolution, largest_gap=110e-6),
-        numbers=(0, 1, 2, 3, 5, 6, 8, 9, 10, 11),
+        resolution=replace(SLANTED, largest_gap=110e-6),
     )
+
+
+SLANTED = ReferenceResolution(contact_element=25e-6, growth=0.45)
+"""Of contact that runs across the teeth or ends within their width."""
 
 
 def stage1_wide() -> Study:
-    """The same tilted by 2 mrad at 350 N m: pressure at the end of the face that is too wide for `reach` there."""
+    """The same tilted by 2 mrad at 350 N m, where the pressure at the end of the face is wider than `reach` there.
+
+    With layers enough from 150 N m on.
+    """
     drawn = stage1()
     conditions = {
         name: replace(drawn.conditions[name], torques=TORQUES[2:]) for name in ("5 slots, 2 mrad", "5 slots, −2 mrad")
     }
-    resolution = replace(drawn.resolution, reach=0.5e-3, largest_gap=110e-6)
-    return replace(drawn, conditions=conditions, resolution=resolution)
+    resolution = replace(drawn.resolution, reach=0.5e-3)
+    return replace(drawn, conditions=conditions, fidelity=FEW_LAYERS, resolution=resolution)
+
+
+FEW_LAYERS = replace(STANDARD.gear, width_layers=8)
 
 
 def stage1_apart() -> Study:
@@ -193,7 +186,7 @@ def stage1_apart() -> Study:
     pair = replace(drawn.pair, centre_distance=drawn.pair.centre_distance + 0.3e-3)
     conditions = {name: drawn.conditions[name] for name in ("solid", "5 slots", "5 slots, −1 mrad")}
     conditions["5 slots, −1 mrad"] = replace(conditions["5 slots, −1 mrad"], torques=TORQUES[:2])
-    return replace(drawn, pair=pair, conditions=conditions)
+    return replace(drawn, pair=pair, conditions=conditions, fidelity=FEW_LAYERS, resolution=SLANTED)
 
 
 def spur_tilted() -> Study:
@@ -210,8 +203,8 @@ def spur_tilted() -> Study:
             for tilt in by
         },
         angles=12,
-        fidelity=replace(STANDARD.gear, width_layers=8),
-        resolution=ReferenceResolution(contact_element=25e-6, growth=0.45),
+        fidelity=FEW_LAYERS,
+        resolution=SLANTED,
     )
 
 
@@ -222,7 +215,6 @@ STUDIES = {
     "spur": spur,
     "spur tilted": spur_tilted,
     "stage1": stage1,
-    "stage1 fine": stage1_fine,
     "stage1 wide": stage1_wide,
     "stage1 apart": stage1_apart,
 }
@@ -265,13 +257,9 @@ CONVERGENCE = {
         {"both edges, late": 11 / 12, "no edge": 0.5},
         {
             "as used": ({}, {}),
-            "16 layers": ({"width_layers": 16}, {}),
+            "8 layers": ({"width_layers": 8}, {}),
+            "24 layers": ({"width_layers": 24}, {}),
         },
-    ),
-    "stage1 fine": Convergence(
-        "solid",
-        {"both edges, late": 11 / 12},
-        {"as used": ({}, {}), "24 layers": ({"width_layers": 24}, {})},
     ),
 }
 

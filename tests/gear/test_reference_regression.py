@@ -86,7 +86,7 @@ def hybrid(stored, engaged):
     def solve(study, name, shift, corner_gap=STANDARD.gear.corner_gap):
         engagement, record = engaged(study, name, corner_gap)
         count = stored(study)["angles_per_mesh"]
-        places = np.array(stored(study).get("angles", range(count))) / count + shift
+        places = np.arange(count) / count + shift
         found = deflections(engagement, places, record.get("torques", stored(study)["torques"]))
         touch = np.mean([engagement.first_contact(p * engagement.pair.mesh_period) for p in places])
         return found, np.array(record["deflection"][str(shift)]), touch
@@ -125,39 +125,16 @@ def hybrid(stored, engaged):
     ],
 )
 def test_hybrid_meets_the_reference_within_three_and_five_percent(hybrid, study, name, shift):
-    """Mean beyond first touch and swing over a mesh period, at 50, 150 and 350 N m, tilted to 2 mrad, 0.3 mm apart.
+    """Mean beyond first touch and swing over a mesh period, 50, 150 and 350 N m.
 
-    The helical stage's swing at 50 N m is left to the next test: an edge comes in within a few of the 8 layers here.
+    Tilts of the axis to 2 mrad, axes 0.3 mm too far apart and a lead slope among them.
     """
     found, true, touch = hybrid(study, name, shift)
     assert true.shape[0] >= 12
     assert np.abs((found - true).mean(axis=0) / (true.mean(axis=0) - touch)).max() < 0.03
-    swing = np.abs(np.ptp(found, axis=0) / np.ptp(true, axis=0) - 1)
-    assert swing[study == "stage1" :].max() < 0.05
+    assert np.abs(np.ptp(found, axis=0) / np.ptp(true, axis=0) - 1).max() < 0.05
     first = [2 * np.abs(np.fft.rfft(d, axis=0)[1]) / len(d) for d in (found, true)]
     assert np.abs(20 * np.log10(first[0] / first[1])).max() < 0.6
-
-
-@pytest.mark.parametrize(
-    ("name", "shift"),
-    [
-        ("solid", 0),
-        ("5 slots", 0),
-        ("5 slots", 5),
-        ("solid, −1 mrad", 0),
-        ("5 slots, 0.5 mrad", 0),
-        ("5 slots, −1 mrad", 0),
-        ("5 slots, 2 mrad", 0),
-        ("5 slots, −2 mrad", 0),
-        ("5 slots, lead slope 15 µm", 0),
-    ],
-)
-def test_helical_stage_meets_the_reference_with_16_layers_at_all_loads(hybrid, name, shift):
-    """Mean and swing, loads as above; at ten of twelve angles, among them those of the most and the least."""
-    found, true, touch = hybrid("stage1_fine", name, shift)
-    assert len(true) == 10
-    assert np.abs((found - true).mean(axis=0) / (true.mean(axis=0) - touch)).max() < 0.03
-    assert np.abs(np.ptp(found, axis=0) / np.ptp(true, axis=0) - 1).max() < 0.05
 
 
 def test_contact_on_the_path_alone_misses_the_reference_where_tip_edges_touch(hybrid):

@@ -26,7 +26,7 @@ DRAFT = Fidelity(
     GearFidelity(
         profile_elements=4,
         width_layers=8,
-        slices=16,
+        slices=24,
         angles_per_mesh=48,
         deflections=16,
         row_aspect=2.5,

@@ -198,7 +198,8 @@ def peers(rows: list[dict]) -> str:
     lines = [
         f"Complete sets of {rows[0]['masters']} masters and {POINTS} points by LU factors, the first "
         "of a process with imports and compilation (the fused engine's cache on disk empty) and a further one; times "
-        "the fused engine's in brackets. Each engine at its own default orders of quadrature.",
+        "the fused engine's in brackets. Each engine at the orders of quadrature it has by default. One thread was "
+        "measured beside other work, in processor seconds.",
         "",
         "| faces | engine | threads | first / s | first / CPU s | further / s | further / CPU s | MB | error | "
         "from fused |",
@@ -211,6 +212,8 @@ def peers(rows: list[dict]) -> str:
             f"{value:.3g} ({value / ours:.2g})"
             for value, ours in zip([row["seconds"], row["processor"], *row["again"]], base, strict=True)
         ]
+        if row["threads"] == 1:
+            cells[0] = cells[2] = ""
         lines.append(
             f"| {row['n_face']} | {PEERS[row['engine']]} | {row['threads']} | " + " | ".join(cells) + f" | "
             f"{row['peak']:.0f} | {100 * row['error']:.2g} % | {apart(row, same)} |"

@@ -23,11 +23,11 @@ from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, IntArray, Surface
 from nvhchain.memory import free_memory
 
-_BATCH_BYTES = 2 * 1024**3
-"""Matrices of one batch. Its wavenumbers share distance and exponential; four already save most of that work."""
-
 _PHASE_TOLERANCE = 1e-11
 """rad; wavenumber steps whose phase over the whole body agrees to this count as equal."""
+
+_LEAST_PART = 400
+"""Triangles of the parts that surfaces are dealt out in, at least: a fifth as many lie on the border."""
 
 _RESTART = 16
 """Wavenumbers after which the exponential is formed afresh instead of by multiplication, which loses a rounding error
@@ -53,29 +53,40 @@ def systems(
 ) -> Iterator[tuple[ComplexArray, ComplexArray]]:
     """Yield (A (n_v, n_v), B (n_v, n_face)) of A p = B ∂p/∂n for every wavenumber (rad/m, > 0) under e^{+jωt}.
 
+    All are made together and share distance and exponential; four already save most of that work.
+
     A = ½M − K + αW, B = −(S + α(½M′ + K′)), tested with the hats of p; p at vertices, ∂p/∂n per face, outward normal
     (PHYSICS §6); α from `_coupling`. With a rigid `plane` that the body keeps clear of, the kernel is that of the half
-    space, G(x, y) + G(x, y′). Every array is the caller's own to overwrite; both are views of one batch, so drop
-    them before the next is asked for if memory is short.
+    space, G(x, y) + G(x, y′). Every array is the caller's own to overwrite, and a view of those of all wavenumbers.
 
-    Raises ResourceError when not even one wavenumber fits into the free memory.
+    Raises ResourceError when they do not fit into the free memory.
     """
     k = np.asarray(wavenumbers, dtype=float)
     mesh = prepare(surface, fidelity, plane)
     n_vertex, n_face = len(surface.vertices), len(surface.triangles)
-    parts = parts_of(mesh.triangles, mesh.tiles, n_vertex, 4 * threads() if threads() > 1 else 1)
-    count = _batch_size(n_vertex, n_face, np.dtype(COMPLEX[fidelity.precision]).itemsize)
+    parts = parts_of(mesh.triangles, mesh.tiles, n_vertex, _part_count(n_face))
+    need = np.dtype(COMPLEX[fidelity.precision]).itemsize * len(k) * n_vertex * (n_vertex + n_face)
+    free = free_memory()
+    if need > free:
+        raise ResourceError(
+            f"boundary element matrices at {len(k)} wavenumbers of {n_face} triangles take {need / 1e9:.1f} GB, but "
+            f"{free / 1e9:.1f} GB are free: use fewer elements (lower elements_per_wavelength or f_max) or a machine "
+            "with more memory"
+        )
     _compile(fidelity.precision)
-    for start in range(0, len(k), count):
-        batch = _batch(mesh, surface, k[start : start + count], fidelity)
-        a = _zeros((len(batch.k), n_vertex, n_vertex), fidelity.precision)
-        b = _zeros((len(batch.k), n_vertex, n_face), fidelity.precision)
-        with ThreadPoolExecutor(threads()) as pool:
-            for done in [pool.submit(_assemble, mesh, batch, part, np.arange(n_vertex), a, b) for part in parts]:
-                done.result()
-        for index in range(len(a)):
-            yield a[index], b[index]
-        del a, b
+    batch = _batch(mesh, surface, k, fidelity)
+    a = _zeros((len(k), n_vertex, n_vertex), fidelity.precision)
+    b = _zeros((len(k), n_vertex, n_face), fidelity.precision)
+    with ThreadPoolExecutor(threads()) as pool:
+        for done in [pool.submit(_assemble, mesh, batch, part, np.arange(n_vertex), a, b) for part in parts]:
+            done.result()
+    yield from zip(a, b, strict=True)
+
+
+def _part_count(n_face: int) -> int:
+    """Parts that threads assemble: some for each, so that none waits long for the last, but not so small that the
+    triangles on their borders, which both sides take, are many."""
+    return threads() * min(4, max(1, n_face // (_LEAST_PART * threads()))) if threads() > 1 else 1
 
 
 def stripes(
@@ -145,18 +156,6 @@ def rows_of(
 
 def _zeros(shape: tuple[int, int, int], precision: str) -> ComplexArray:
     return np.zeros(shape, dtype=COMPLEX[precision])
-
-
-def _batch_size(n_vertex: int, n_face: int, itemsize: int) -> int:
-    """Wavenumbers whose matrices are built together, from the free memory."""
-    need = itemsize * n_vertex * (n_vertex + n_face)
-    free = free_memory()
-    if need > 0.9 * free:
-        raise ResourceError(
-            f"boundary element matrices of {n_face} triangles take {need / 1e9:.1f} GB, but {free / 1e9:.1f} GB are "
-            "free: use fewer elements (lower elements_per_wavelength or f_max) or a machine with more memory"
-        )
-    return int(max(1, min(_BATCH_BYTES, 0.4 * free) // need))
 
 
 @dataclass(frozen=True)

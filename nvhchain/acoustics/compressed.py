@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import partial
 
 import numpy as np
 
@@ -39,8 +40,8 @@ def compressed_systems(
             b[i].fill(rows, b_rows[i])
     residual = max(fidelity.solver_residual, 0.1 * error, SINGLE_RESIDUAL if single else 0.0)
     return [
-        IterativeSystem(*matrices, residual, fidelity.solver_iterations, "compressed")
-        for matrices in zip(a, b, patches, strict=True)
+        IterativeSystem(of_a, of_b, partial(list.pop, [filled]), residual, fidelity.solver_iterations, "compressed")
+        for of_a, of_b, filled in zip(a, b, patches, strict=True)
     ]
 
 

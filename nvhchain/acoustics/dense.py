@@ -37,8 +37,12 @@ def dense_system(a: ComplexArray, b: ComplexArray, positions: FloatArray, fideli
 
 def iterated(a: ComplexArray, b: ComplexArray, positions: FloatArray, fidelity: AcousticsFidelity) -> IterativeSystem:
     """A p = B ∂p/∂n to be solved by GMRES; A and B are left as they are."""
-    patches = Patches(positions)
-    patches.fill(np.arange(len(a)), a)
+
+    def patches() -> Patches:
+        made = Patches(positions)
+        made.fill(np.arange(len(a)), a)
+        return made
+
     residual = max(fidelity.solver_residual, SINGLE_RESIDUAL if a.dtype == np.complex64 else 0.0)
     return IterativeSystem(DenseMatrix(a), DenseMatrix(b), patches, residual, fidelity.solver_iterations)
 

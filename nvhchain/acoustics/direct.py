@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike
 from nvhchain.acoustics._coupling import coupling
 from nvhchain.acoustics.accuracy import expected_accuracy
 from nvhchain.acoustics.bands import Solved, over_bands
-from nvhchain.acoustics.engines import check_engine, check_memory, systems
+from nvhchain.acoustics.engines import check_engine, check_memory, solve_each, systems, workers
 from nvhchain.acoustics.incident import IncidentField, Reflected, check_incident
-from nvhchain.acoustics.linear_system import SolverRecord
+from nvhchain.acoustics.linear_system import SolverRecord, System
 from nvhchain.acoustics.plane import check_plane, with_images
 from nvhchain.acoustics.potentials import RULE_BARYCENTRIC, RULE_WEIGHT, layer_potentials
 from nvhchain.acoustics.shards import BandShards, kept_in
@@ -136,14 +136,14 @@ def _solve(
         check_incident(incident, surface, plane)
     ends = 0 if points is None else len(with_images(points, plane))
     kept = 16 * len(frequency) * (len(surface.vertices) if points is None else len(points))
-    layers = min(ends, _layer_block(surface)) * _layer_bytes(surface)
+    layers = workers(len(frequency)) * min(ends, _layer_block(surface)) * _layer_bytes(surface)
     records: list[SolverRecord] = []
     pressure = over_bands(
         _pressures,
         frequency,
         (surface_velocity.normal_velocity,),
         (surface, points, incident, air, fidelity, engine, plane),
-        memory_per_task=layers + check_memory(surface, kept + layers, engine, fidelity),
+        memory_per_task=layers + check_memory(surface, len(frequency), kept + layers, engine, fidelity),
         executor=executor,
         progress=progress,
         shards=shards,
@@ -177,15 +177,17 @@ def _pressures(
     columns = len(surface.vertices) if points is None else len(points)
     pressure = np.zeros((len(frequency), columns), dtype=complex)
     omega = 2 * np.pi * frequency
-    record, solved = SolverRecord(), np.flatnonzero(frequency > 0)
+    solved = np.flatnonzero(frequency > 0)
     wavenumbers = omega[solved] / air.speed_of_sound
     if incident is not None and plane is not None:
         incident = Reflected(incident, plane)
-    for at, k, system in zip(solved, wavenumbers, systems(engine, surface, wavenumbers, fidelity, plane), strict=True):
+
+    def solve(number: int, system: System) -> None:
+        at, k = solved[number], float(wavenumbers[number])
         gradient = -1j * omega[at] * air.density * normal_velocity[at]
         rhs = system.apply_b(gradient)
         if incident is not None:
-            rhs += _tested(surface, incident, float(k))
+            rhs += _tested(surface, incident, k)
         on_surface = system.solve(rhs)
         if points is None:
             pressure[at] = on_surface
@@ -194,11 +196,11 @@ def _pressures(
             at_ends = np.empty(len(ends), dtype=complex)
             for start in range(0, len(ends), _layer_block(surface)):
                 some = slice(start, start + _layer_block(surface))
-                double, single = layer_potentials(surface, ends[some], float(k), fidelity.field_near_ratio)
+                double, single = layer_potentials(surface, ends[some], k, fidelity.field_near_ratio)
                 at_ends[some] = double @ on_surface - single @ gradient
             pressure[at] = at_ends.reshape(-1, len(points)).sum(axis=0)
-        record += system.record
-    return Solved(pressure, record)
+
+    return Solved(pressure, solve_each(systems(engine, surface, wavenumbers, fidelity, plane), solve))
 
 
 def _tested(surface: Surface, incident: IncidentField, k: float) -> ComplexArray:

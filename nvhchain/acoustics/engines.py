@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from importlib import import_module
 
-from threadpoolctl import threadpool_limits
+from threadpoolctl import threadpool_info, threadpool_limits
 
+from nvhchain.acoustics._fused_order import threads
 from nvhchain.acoustics.bands import BAND
 from nvhchain.acoustics.compressed import compressed_size, compressed_systems
 from nvhchain.acoustics.dense import dense_system
-from nvhchain.acoustics.iterative import iteration_size
-from nvhchain.acoustics.linear_system import System
+from nvhchain.acoustics.iterative import iteration_size, patches_size
+from nvhchain.acoustics.linear_system import SolverRecord, System
 from nvhchain.errors import ResourceError, is_whole, require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
 from nvhchain.handoff import FloatArray, RigidPlane, Surface
@@ -25,11 +28,19 @@ ENGINES = {"fused": "nvhchain.acoustics._fused", "bempp": "nvhchain.acoustics._b
 _STRIPED = ("fused",)
 """Engines that also offer `stripes`, complete rows a few at a time, which can be compressed."""
 
-_BATCH_BYTES = {"fused": 2 * 2**30, "bempp": 0}
-"""The fused engine builds the matrices of as many frequencies at once as fit into this."""
+_BATCH_BYTES = {"fused": 4 * 2**30, "bempp": 0}
+"""The fused engine builds the matrices of as many frequencies at once as fit into this: they share geometry, and
+threads solve one each."""
 
-_MATRIX_COPIES = {"fused": 1.1, "bempp": 3.0}
+_MATRIX_COPIES = {"fused": 1.0, "bempp": 3.0}
 """Matrices alive at once per matrix handed over (bempp assembles its four operators one by one and adds them)."""
+
+_FACE_BYTES = 1300
+"""What a triangle takes beside the matrices: its neighbours and how they are integrated, quadrature points."""
+
+_SHARED = 0.5
+"""Part of the free memory that more than one frequency at a time may take with the results: less is kept for these when
+the next are begun."""
 
 _COMPRESSED_BYTES = 2 * 2**30
 """Compressed matrices of as many frequencies as fit into this are made together."""
@@ -49,44 +60,72 @@ def systems(
     wavenumbers: FloatArray,
     fidelity: AcousticsFidelity,
     plane: RigidPlane | None = None,
-) -> Iterator[System]:
-    """Yield A p = B ∂p/∂n per wavenumber (rad/m, > 0), ready to be solved: Galerkin, Burton–Miller.
+) -> Iterator[list[System]]:
+    """Yield A p = B ∂p/∂n per wavenumber (rad/m, > 0), to be solved by `solve_each`: Galerkin, Burton–Miller.
 
     (½ − K + αW) p = −(S + α(½ + K′)) ∂p/∂n, tested with the linear functions of p; e^{+jωt}, α of `coupling`.
-    plane: a rigid plane that reflects.  Use a system before the next is asked for: then its memory is given back.
+    plane: a rigid plane that reflects.  Systems come in lists of those that stand in memory together; forget them
+    before the next are asked for.
     `fidelity.solver` = "auto" compresses where dense matrices do not fit into the memory that is free now.
     """
     require(plane is None or engine == "fused", f"engine {engine} knows no reflecting plane: use fused")
-    fidelity, _ = _fitting(len(surface.vertices), len(surface.triangles), 0, engine, fidelity)
+    size = len(surface.vertices), len(surface.triangles), len(wavenumbers)
+    fidelity, count, _ = _fitting(*size, 0, engine, fidelity)
     found = _compressed if fidelity.solver == "compressed" else _dense
-    for system in found(engine, surface, wavenumbers, fidelity, plane):
-        yield system
+    for start in range(0, len(wavenumbers), count):
+        yield found(engine, surface, wavenumbers[start : start + count], fidelity, plane)
+
+
+def solve_each(batches: Iterable[list[System]], solve: Callable[[int, System], None]) -> SolverRecord:
+    """Call `solve(number, system)` for every system and give its memory back; how all were solved.
+
+    Systems that stand in memory together are solved side by side, in no more threads than assemble.
+    """
+    record, number = SolverRecord(), 0
+
+    def solved(at: int, system: System) -> SolverRecord:
+        solve(at, system)
         system.release()
+        return system.record
+
+    for batch in batches:
+        count = workers(len(batch))
+        with _shared_blas(count), ThreadPoolExecutor(count) as pool:
+            for done in [pool.submit(solved, number + i, system) for i, system in enumerate(batch)]:
+                record += done.result()
+        number += len(batch)
+        batch.clear()
+    return record
+
+
+def workers(frequencies: int) -> int:
+    """Systems that are solved side by side at most."""
+    return max(1, min(threads(), BAND, frequencies))
+
+
+def _shared_blas(count: int) -> AbstractContextManager[object]:
+    """The threads that BLAS has now divided by `count` callers."""
+    if count == 1:
+        return nullcontext()
+    most = min((library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"), default=1)
+    return threadpool_limits(max(1, most // count), user_api="blas")
 
 
 def _dense(
     engine: str, surface: Surface, wavenumbers: FloatArray, fidelity: AcousticsFidelity, plane: RigidPlane | None
-) -> Iterator[System]:
+) -> list[System]:
     extra = () if plane is None else (plane,)
-    for a, b in import_module(ENGINES[engine]).systems(surface, wavenumbers, fidelity, *extra):
-        system = dense_system(a, b, surface.vertices, fidelity)
-        del a, b  # else they would be alive while the next ones are built
-        yield system
+    matrices = import_module(ENGINES[engine]).systems(surface, wavenumbers, fidelity, *extra)
+    return [dense_system(a, b, surface.vertices, fidelity) for a, b in matrices]
 
 
 def _compressed(
     engine: str, surface: Surface, wavenumbers: FloatArray, fidelity: AcousticsFidelity, plane: RigidPlane | None
-) -> Iterator[System]:
-    module = import_module(ENGINES[engine])
-    count = _compressed_batch(compressed_size(len(surface.vertices), len(surface.triangles), fidelity))
+) -> list[System]:
     # Thousands of small products: threads of their own cost ten times what they save; the engine has its threads.
     with threadpool_limits(1, user_api="blas"):
-        for start in range(0, len(wavenumbers), count):
-            some = wavenumbers[start : start + count]
-            stripes = module.stripes(surface, some, fidelity, plane, memory=_STRIPE_BYTES)
-            waiting = compressed_systems(stripes, surface, len(some), fidelity, plane)
-            while waiting:
-                yield waiting.pop(0)
+        stripes = import_module(ENGINES[engine]).stripes(surface, wavenumbers, fidelity, plane, memory=_STRIPE_BYTES)
+        return [*compressed_systems(stripes, surface, len(wavenumbers), fidelity, plane)]
 
 
 def estimate_memory(
@@ -113,42 +152,62 @@ def estimate_memory(
             is_whole(count) and count >= least,
             f"memory for {count} {name} cannot be estimated: give a whole number from {least} up",
         )
-    return _solver_memory(n_vertex, n_face, engine, fidelity) + sum(
+    check_engine(engine)
+    count = _batch(n_vertex, n_face, frequencies or BAND, engine, fidelity)
+    return _solver_memory(n_vertex, n_face, count, engine, fidelity) + sum(
         vectors_memory(n_vertex, n_face, points, frequencies)
     )
 
 
 def vectors_memory(n_vertex: int, n_face: int, points: int, frequencies: int) -> tuple[int, int]:
     """Bytes of transfer vectors, once as bands and once as a whole, and of what one band of them needs on the way: both
-    layers, the adjoint solution and the finished vectors."""
-    return 2 * 16 * frequencies * points * n_face, 16 * points * (2 * n_vertex + (2 + BAND) * n_face)
+    layers and the adjoint solution of every system under way and the finished vectors."""
+    under_way = workers(frequencies) * (2 * n_vertex + 2 * n_face)
+    return 2 * 16 * frequencies * points * n_face, 16 * points * (under_way + min(BAND, frequencies) * n_face)
 
 
-def _solver_memory(n_vertex: int, n_face: int, engine: str, fidelity: AcousticsFidelity) -> int:
-    check_engine(engine)
-    entry = 8 if fidelity.precision == "single" and engine == "fused" else 16
-    one = entry * n_vertex * (n_vertex + n_face)
+def _solver_memory(n_vertex: int, n_face: int, count: int, engine: str, fidelity: AcousticsFidelity) -> int:
+    """Peak bytes of `count` systems that stand in memory together."""
+    mesh, matrices = _FACE_BYTES * n_face, count * _system_size(n_vertex, n_face, engine, fidelity)
+    patches, iteration = patches_size(n_vertex), workers(count) * iteration_size(n_vertex)
     if fidelity.solver == "compressed":
-        size = compressed_size(n_vertex, n_face, fidelity)
-        return int(min(_STRIPE_BYTES, BAND * one) + _compressed_batch(size) * size + iteration_size(n_vertex))
-    dense = _MATRIX_COPIES[engine] * one * max(1, min(BAND, _BATCH_BYTES[engine] // one))
-    return int(dense + (0 if fidelity.solver == "direct" else iteration_size(n_vertex)))
+        stripes = min(_STRIPE_BYTES, count * _dense_size(n_vertex, n_face, engine, fidelity))
+        return mesh + matrices + count * patches + max(stripes, iteration)
+    iterating = 0 if fidelity.solver == "direct" else workers(count) * patches + iteration
+    return mesh + int(_MATRIX_COPIES[engine] * matrices) + iterating
 
 
-def _compressed_batch(size: int) -> int:
-    """Wavenumbers whose compressed matrices of `size` bytes are made together."""
-    return max(1, min(BAND, _COMPRESSED_BYTES // size))
+def _batch(n_vertex: int, n_face: int, frequencies: int, engine: str, fidelity: AcousticsFidelity) -> int:
+    """Systems of `frequencies` that stand in memory together if there is plenty."""
+    most = _COMPRESSED_BYTES if fidelity.solver == "compressed" else _BATCH_BYTES[engine]
+    return max(1, min(BAND, frequencies, most // _system_size(n_vertex, n_face, engine, fidelity)))
 
 
-def check_memory(surface: Surface, kept: int, engine: str, fidelity: AcousticsFidelity = STANDARD.acoustics) -> int:
-    """Bytes that one task takes; `ResourceError` unless they and `kept` bytes of results fit into free memory."""
-    return _fitting(len(surface.vertices), len(surface.triangles), kept, engine, fidelity)[1]
+def _system_size(n_vertex: int, n_face: int, engine: str, fidelity: AcousticsFidelity) -> int:
+    """Bytes of both matrices of one system as they are kept."""
+    if fidelity.solver == "compressed":
+        return compressed_size(n_vertex, n_face, fidelity)
+    return _dense_size(n_vertex, n_face, engine, fidelity)
+
+
+def _dense_size(n_vertex: int, n_face: int, engine: str, fidelity: AcousticsFidelity) -> int:
+    entry = 8 if fidelity.precision == "single" and engine == "fused" else 16
+    return entry * n_vertex * (n_vertex + n_face)
+
+
+def check_memory(
+    surface: Surface, frequencies: int, kept: int, engine: str, fidelity: AcousticsFidelity = STANDARD.acoustics
+) -> int:
+    """Bytes that one task, a band of `frequencies`, takes; `ResourceError` unless they and `kept` bytes of results fit
+    into free memory."""
+    return _fitting(len(surface.vertices), len(surface.triangles), frequencies, kept, engine, fidelity)[2]
 
 
 def _fitting(
-    n_vertex: int, n_face: int, kept: int, engine: str, fidelity: AcousticsFidelity
-) -> tuple[AcousticsFidelity, int]:
-    """Fidelity whose solver fits into free memory beside `kept` bytes of results, and the bytes one task of it takes.
+    n_vertex: int, n_face: int, frequencies: int, kept: int, engine: str, fidelity: AcousticsFidelity
+) -> tuple[AcousticsFidelity, int, int]:
+    """Fidelity whose solver fits into free memory beside `kept` bytes of results, the systems that may stand in memory
+    together, and the bytes they take.
 
     Raises ResourceError with what is needed, what is free and what would help.
     """
@@ -161,9 +220,10 @@ def _fitting(
     solvers = ("auto", "compressed") if fidelity.solver == "auto" and striped else (fidelity.solver,)
     for solver in solvers:
         chosen = replace(fidelity, solver=solver)
-        task = _solver_memory(n_vertex, n_face, engine, chosen)
-        if task + kept <= free:
-            return chosen, task
+        for count in range(_batch(n_vertex, n_face, frequencies, engine, chosen), 0, -1):
+            task = _solver_memory(n_vertex, n_face, count, engine, chosen)
+            if task + kept <= (free if count == 1 else _SHARED * free):
+                return chosen, count, task
     raise ResourceError(
         f"boundary element matrices of {n_face} triangles (solver {chosen.solver!r}) need "
         f"{(task + kept) / 2**30:.3g} GiB, {free / 2**30:.3g} GiB are free: "

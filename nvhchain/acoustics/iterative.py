@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cached_property
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -91,15 +92,24 @@ class IterativeSystem:
     """A p = B ∂p/∂n solved by GMRES to a relative residual."""
 
     def __init__(
-        self, a: Matrix, b: Matrix, patches: Patches, residual: float, iterations: int, name: str = "iterative"
+        self,
+        a: Matrix,
+        b: Matrix,
+        patches: Callable[[], Patches],
+        residual: float,
+        iterations: int,
+        name: str = "iterative",
     ) -> None:
-        """patches: filled with the rows of A.  residual: relative to each right-hand side.  iterations: at most.
-
-        name: of the solver in the record.
+        """patches: gives those filled with the rows of A, when they are needed.  residual: relative to each right-hand
+        side.  iterations: at most.  name: of the solver in the record.
         """
-        self._a, self._b, self._patches = a, b, patches
+        self._a, self._b, self._filled = a, b, patches
         self._residual, self._iterations = residual, iterations
         self.record = SolverRecord((name,), tolerance=residual)
+
+    @cached_property
+    def _patches(self) -> Patches:
+        return self._filled()
 
     def solve(self, rhs: ComplexArray) -> ComplexArray:
         """A⁻¹ rhs; `SolverError` where the residual is not reached."""
@@ -115,7 +125,8 @@ class IterativeSystem:
 
     def release(self) -> None:
         """Forget all matrices."""
-        del self._a, self._b, self._patches
+        del self._a, self._b, self._filled
+        self.__dict__.pop("_patches", None)
 
     def _solve(self, product: Product, precondition: Product, rhs: ComplexArray) -> ComplexArray:
         # Most products are small: BLAS threads waiting for the next one would cost more than they save.
@@ -129,10 +140,14 @@ class IterativeSystem:
         self.record += SolverRecord(residual=residual)
 
 
+def patches_size(unknowns: int) -> int:
+    """Bytes of the patches for `unknowns`: halving leaves three quarters of `PATCH` to each."""
+    return int(16 * unknowns * min(REACH, unknowns) ** 2 / (0.75 * PATCH))
+
+
 def iteration_size(unknowns: int) -> int:
-    """Bytes of patches, of their inverses and of Krylov spaces that a solution builds for `unknowns`."""
-    patches = REACH * min(REACH, unknowns) / (PATCH / 2) + REACH
-    return int(16 * unknowns * (patches + COLUMNS * CYCLE / 2))
+    """Bytes of the patches' inverses and of Krylov spaces that a solution builds for `unknowns`."""
+    return int(16 * unknowns * (REACH + COLUMNS * CYCLE / 2))
 
 
 def gmres(

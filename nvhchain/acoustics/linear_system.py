@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
@@ -104,12 +105,18 @@ class System(Protocol):
 
 
 class DirectSystem:
-    """Dense A and B; A is factorised in its own memory and precision."""
+    """Dense A and B; A is factorised in its own memory and precision when it is first solved."""
 
     def __init__(self, a: ComplexArray, b: ComplexArray) -> None:
-        """Factorise A (n_v, n_v); B (n_v, n_face) is kept.  Raises what `Factor` raises."""
-        self._factor, self._b = Factor(a), DenseMatrix(b)
-        self.record = SolverRecord(("direct",), condition=self._factor.reciprocal_condition)
+        """A (n_v, n_v), which is overwritten, and B (n_v, n_face)."""
+        self._a, self._b = a, DenseMatrix(b)
+        self.record = SolverRecord(("direct",))
+
+    @cached_property
+    def _factor(self) -> Factor:
+        factor = Factor(self._a)
+        self.record += SolverRecord(condition=factor.reciprocal_condition)
+        return factor
 
     def solve(self, rhs: ComplexArray) -> ComplexArray:
         """A⁻¹ rhs."""
@@ -124,8 +131,9 @@ class DirectSystem:
         return self._b.apply(gradient)
 
     def release(self) -> None:
-        """Forget A's factors and B."""
-        del self._factor, self._b
+        """Forget A, its factors and B."""
+        del self._a, self._b
+        self.__dict__.pop("_factor", None)
 
 
 class Factor:

@@ -12,8 +12,8 @@ from nvhchain.acoustics.bands import Solved, over_bands
 from nvhchain.acoustics.cancellation import cancellation_resistance, told_cancellation
 from nvhchain.acoustics.direct import solve_direct
 from nvhchain.acoustics.efficiency import equivalent_radiated_power
-from nvhchain.acoustics.engines import check_engine, check_memory, systems
-from nvhchain.acoustics.linear_system import SolverRecord
+from nvhchain.acoustics.engines import check_engine, check_memory, solve_each, systems, workers
+from nvhchain.acoustics.linear_system import SolverRecord, System
 from nvhchain.acoustics.microphones import array_points, array_power, check_array
 from nvhchain.acoustics.multipoles import expansion_memory, multipole_amplitudes, multipole_order
 from nvhchain.acoustics.plane import check_plane
@@ -96,14 +96,14 @@ def sound_power(
     order = multipole_order(
         surface, 2 * np.pi * float(frequency[-1]) / air.speed_of_sound, plane, fidelity.multipole_digits
     )
-    memory = expansion_memory(surface, order)
+    memory = workers(len(frequency)) * expansion_memory(surface, order)
     records: list[SolverRecord] = []
     found = over_bands(
         _powers,
         frequency,
         (surface_velocity.normal_velocity,),
         (surface, air, fidelity, engine, plane),
-        memory_per_task=memory + check_memory(surface, memory, engine, fidelity),
+        memory_per_task=memory + check_memory(surface, len(frequency), memory, engine, fidelity),
         executor=executor,
         progress=progress,
         shards=kept_in(shards, "sound_power", surface_velocity, air, fidelity, engine, plane),
@@ -124,17 +124,19 @@ def _powers(
     plane: RigidPlane | None,
 ) -> Solved:
     """Sound power (n_f, 2) W of one band, and that of the error where its parts cancel."""
-    record = SolverRecord()
     power = np.zeros((len(frequency), 2), dtype=complex)
     omega = 2 * np.pi * frequency
     moving = np.flatnonzero((frequency > 0) & normal_velocity.any(axis=1))
     wavenumbers = omega[moving] / air.speed_of_sound
-    for at, k, system in zip(moving, wavenumbers, systems(engine, surface, wavenumbers, fidelity, plane), strict=True):
+
+    def solve(number: int, system: System) -> None:
+        at, k = moving[number], float(wavenumbers[number])
         gradient = -1j * omega[at] * air.density * normal_velocity[at]
         pressure = system.solve(system.apply_b(gradient))
-        order = multipole_order(surface, float(k), plane, fidelity.multipole_digits)
-        waves = multipole_amplitudes(surface, float(k), pressure[:, None], gradient[:, None], order, plane)
-        error = cancellation_resistance(surface, float(k), pressure[:, None], plane)
+        order = multipole_order(surface, k, plane, fidelity.multipole_digits)
+        waves = multipole_amplitudes(surface, k, pressure[:, None], gradient[:, None], order, plane)
+        error = cancellation_resistance(surface, k, pressure[:, None], plane)
         power[at] = np.linalg.norm(waves) ** 2, error[0, 0]
-        record += system.record
+
+    record = solve_each(systems(engine, surface, wavenumbers, fidelity, plane), solve)
     return Solved(np.asarray(power / (2 * air.impedance), dtype=complex), record)

@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike
 from nvhchain.acoustics.accuracy import expected_accuracy
 from nvhchain.acoustics.bands import Solved, over_bands
 from nvhchain.acoustics.cancellation import cancellation_resistance
-from nvhchain.acoustics.engines import check_engine, check_memory, systems
-from nvhchain.acoustics.linear_system import SolverRecord
+from nvhchain.acoustics.engines import check_engine, check_memory, solve_each, systems, workers
+from nvhchain.acoustics.linear_system import SolverRecord, System
 from nvhchain.acoustics.multipoles import expansion_memory, multipole_amplitudes, multipole_count, multipole_order
 from nvhchain.acoustics.plane import check_plane
 from nvhchain.acoustics.shards import kept_in
@@ -103,13 +103,14 @@ def radiation_resistance(
     columns, rows = shapes.shape[1], multipole_count(surface, top, plane)
     size = 2 * 16 * len(frequency) * (rows + columns) * columns
     task = expansion_memory(surface, top) + 16 * columns * (3 * len(surface.vertices) + 6 * len(shapes))
+    task *= workers(len(frequency))
     records: list[SolverRecord] = []
     found = over_bands(
         _waves_and_errors,
         frequency,
         (),
         (surface, shapes, top, air, fidelity, engine, plane),
-        memory_per_task=task + check_memory(surface, size + task, engine, fidelity),
+        memory_per_task=task + check_memory(surface, len(frequency), size + task, engine, fidelity),
         executor=executor,
         progress=progress,
         shards=kept_in(shards, "radiation_resistance", surface, shapes, top, air, fidelity, engine, plane),
@@ -139,7 +140,6 @@ def _waves_and_errors(
 ) -> Solved:
     """Waves (n_f, n_row, n_column) of one band, with the rows that belong to the order `top`, and below them the
     `cancellation_resistance` (n_f, n_column, n_column)."""
-    record = SolverRecord()
     columns = shapes.shape[1]
     found = np.zeros((len(frequency), multipole_count(surface, top, plane) + columns, columns), dtype=complex)
     omega = 2 * np.pi * frequency
@@ -147,14 +147,16 @@ def _waves_and_errors(
     wavenumbers = omega[solved] / air.speed_of_sound
     moving = np.flatnonzero(shapes.any(axis=0))
     if len(moving) == 0:
-        return Solved(found, record)
-    for at, k, system in zip(solved, wavenumbers, systems(engine, surface, wavenumbers, fidelity, plane), strict=True):
+        return Solved(found, SolverRecord())
+
+    def solve(number: int, system: System) -> None:
+        at, k = solved[number], float(wavenumbers[number])
         gradient = -1j * omega[at] * air.density * shapes[:, moving]
         pressure = system.solve(system.apply_b(gradient))
         order = _order(surface, float(frequency[at]), air, fidelity, plane)
-        amplitudes = multipole_amplitudes(surface, float(k), pressure, gradient, order, plane)
+        amplitudes = multipole_amplitudes(surface, k, pressure, gradient, order, plane)
         found[at][: len(amplitudes), moving] = amplitudes / np.sqrt(air.impedance)
-        cancelled = cancellation_resistance(surface, float(k), pressure, plane)
+        cancelled = cancellation_resistance(surface, k, pressure, plane)
         found[at, -columns:][np.ix_(moving, moving)] = cancelled / air.impedance
-        record += system.record
-    return Solved(found, record)
+
+    return Solved(found, solve_each(systems(engine, surface, wavenumbers, fidelity, plane), solve))

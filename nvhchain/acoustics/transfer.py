@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike
 from nvhchain.acoustics.accuracy import coarse_accuracy, expected_accuracy
 from nvhchain.acoustics.bands import Solved, over_bands
 from nvhchain.acoustics.coarsening import CoarseSurface, coarse_surfaces
-from nvhchain.acoustics.engines import check_engine, check_memory, systems, vectors_memory
-from nvhchain.acoustics.linear_system import SolverRecord
+from nvhchain.acoustics.engines import check_engine, check_memory, solve_each, systems, vectors_memory
+from nvhchain.acoustics.linear_system import SolverRecord, System
 from nvhchain.acoustics.plane import check_plane, with_images
 from nvhchain.acoustics.potentials import layer_potentials
 from nvhchain.acoustics.rayleigh import check_rayleigh_memory, rayleigh_accuracy, rayleigh_vectors
@@ -117,7 +117,7 @@ def transfer_vectors(
     coarse = tuple(one.surface for one in below)
     size, columns = vectors_memory(len(surface.vertices), len(surface.triangles), len(ends), len(frequency))
     if exact:
-        task = columns + check_memory(surface, size + columns, engine, fidelity)
+        task = columns + check_memory(surface, len(frequency), size + columns, engine, fidelity)
     else:
         task = columns + check_rayleigh_memory(surface, len(ends), size + columns)
     vectors = over_bands(
@@ -218,13 +218,14 @@ def _solved(
     plane: RigidPlane | None,
 ) -> Solved:
     """Transfer vectors (n_f, n_point, n_face) by boundary elements on `surface`."""
-    record = SolverRecord()
     vectors = np.zeros((len(frequency), len(points), len(surface.triangles)), dtype=complex)
     omega = 2 * np.pi * frequency
     solved = np.flatnonzero(frequency > 0)
     wavenumbers = omega[solved] / air.speed_of_sound
-    for at, k, system in zip(solved, wavenumbers, systems(engine, surface, wavenumbers, fidelity, plane), strict=True):
-        double, single = layer_potentials(surface, points, float(k), fidelity.field_near_ratio)
+
+    def solve(number: int, system: System) -> None:
+        at = solved[number]
+        double, single = layer_potentials(surface, points, float(wavenumbers[number]), fidelity.field_near_ratio)
         vectors[at] = -1j * omega[at] * air.density * (system.adjoint(double.T).T - single)
-        record += system.record
-    return Solved(vectors, record)
+
+    return Solved(vectors, solve_each(systems(engine, surface, wavenumbers, fidelity, plane), solve))

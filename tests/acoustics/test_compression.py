@@ -1,12 +1,13 @@
 """Compressed boundary element matrices against dense ones, and what is chosen for the memory at hand."""
 
+import tracemalloc
 from dataclasses import replace
 
 import acoustics_bodies as bodies
 import numpy as np
 import pytest
 
-from nvhchain.acoustics import _fused, engines, estimate_memory, solve_direct, transfer_vectors
+from nvhchain.acoustics import _fused, engines, estimate_memory, solve_direct, sphere, transfer_vectors
 from nvhchain.acoustics.compressed import compressed_size, compressed_systems
 from nvhchain.acoustics.compression import CompressedMatrix
 from nvhchain.acoustics.linear_system import DirectSystem
@@ -135,11 +136,30 @@ def test_estimated_memory_of_transfer_vectors_is_what_they_are_refused_by(monkey
     sizes, direct = (len(surface.vertices), len(surface.triangles)), replace(FIDELITY, solver="direct")
     points, masters = np.array([[0.0, 0.0, 9.0], [9.0, 0.0, 0.0]]), np.linspace(50.0, 100.0, 3)
     need = estimate_memory(*sizes, "fused", direct, points=2, frequencies=3)
-    assert need - estimate_memory(*sizes, "fused", direct) > 2 * 16 * 3 * 2 * sizes[1]
+    together, alone = (estimate_memory(*sizes, "fused", direct, frequencies=count) for count in (3, 1))
+    assert together > 2.5 * alone
+    assert need - together > 2 * 16 * 3 * 2 * sizes[1]
     assert estimate_memory(*sizes, "fused", replace(direct, precision="single")) < 0.6 * estimate_memory(*sizes)
-    free(monkeypatch, need - 1)
+    free(monkeypatch, need - together + alone)
+    transfer_vectors(surface, points, masters, fidelity=direct)
+    free(monkeypatch, need - together + alone - 1)
     with pytest.raises(ResourceError, match="GiB are free"):
         transfer_vectors(surface, points, masters, fidelity=direct)
+
+
+@pytest.mark.parametrize("solver", ["direct", "iterative", "compressed"])
+@pytest.mark.parametrize("count", [1, 4])
+def test_estimated_memory_is_within_a_tenth_of_what_a_set_takes(solver, count):
+    surface, fidelity = sphere(0.1, 3), replace(FIDELITY, solver=solver)
+    points, masters = bodies.shell(10, 1.0), np.linspace(800.0, 1000.0, count)
+    transfer_vectors(surface, points, masters[:1], fidelity=fidelity)  # rules are kept from the first time on
+    tracemalloc.start()
+    transfer_vectors(surface, points, masters, fidelity=fidelity)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    sizes = len(surface.vertices), len(surface.triangles)
+    estimated = estimate_memory(*sizes, "fused", fidelity, points=10, frequencies=count)
+    assert estimated == pytest.approx(peak, rel=0.1)
 
 
 def test_auto_takes_dense_matrices_where_they_fit_and_compressed_ones_where_only_they_do(monkeypatch, body):
@@ -153,16 +173,16 @@ def test_auto_takes_dense_matrices_where_they_fit_and_compressed_ones_where_only
     assert small < 5 * 2**30
     for size, solver in ((1.01 * dense_size, "auto"), (0.99 * dense_size, "compressed"), (1.01 * small, "compressed")):
         free(monkeypatch, size)
-        chosen, need = engines._fitting(n_vertex, n_face, 0, "fused", auto)
+        chosen, _, need = engines._fitting(n_vertex, n_face, 4, 0, "fused", auto)
         assert chosen.solver == solver
         assert need <= size
     free(monkeypatch, 0.99 * small)
     with pytest.raises(ResourceError, match=r"30000 triangles .*need .* GiB, .* GiB are free: lower the upper freq"):
-        engines._fitting(n_vertex, n_face, 0, "fused", auto)
+        engines._fitting(n_vertex, n_face, 4, 0, "fused", auto)
     with pytest.raises(ResourceError, match="choose solver = 'compressed'"):
-        engines._fitting(n_vertex, n_face, 0, "fused", DIRECT)
+        engines._fitting(n_vertex, n_face, 4, 0, "fused", DIRECT)
     free(monkeypatch, 2**34)
-    assert isinstance(next(engines.systems("fused", surface, np.array([k]), DIRECT)), DirectSystem)
+    assert isinstance(next(engines.systems("fused", surface, np.array([k]), DIRECT))[0], DirectSystem)
 
 
 def test_bempp_cannot_compress_and_knows_no_plane(body):

@@ -292,10 +292,11 @@ def test_bearings_and_axes_without_load_are_left_out_and_asked_for_later_refused
     systems = engine_systems.systems
 
     def counted(*arguments):
-        for system in systems(*arguments):
-            solve = system.solve
-            monkeypatch.setattr(system, "solve", lambda rhs, solve=solve: solved.append(rhs.shape[1]) or solve(rhs))
-            yield system
+        for batch in systems(*arguments):
+            for system in batch:
+                solve = system.solve
+                monkeypatch.setattr(system, "solve", lambda rhs, solve=solve: solved.append(rhs.shape[1]) or solve(rhs))
+            yield batch
 
     monkeypatch.setattr(engine_systems, "systems", counted)
     where = {"air": air, "fidelity": coarse}

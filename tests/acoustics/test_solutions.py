@@ -204,10 +204,11 @@ def test_field_points_come_in_blocks_and_what_they_take_is_counted(air, coarse, 
     velocity = SurfaceVelocity([300.0, 500.0], np.ones((2, 80)), body)
     whole = solve_direct(velocity, points, air=air, fidelity=coarse).pressure
     asked, real = [], direct.check_memory
-    monkeypatch.setattr(direct, "check_memory", lambda *some: asked.append(some[1]) or real(*some))
+    monkeypatch.setattr(direct, "workers", lambda frequencies: min(2, frequencies))
+    monkeypatch.setattr(direct, "check_memory", lambda *some: asked.append(some[2]) or real(*some))
     monkeypatch.setattr(direct, "_LAYER_BYTES", 7 * 16 * (len(body.vertices) + 80))
     assert np.abs(solve_direct(velocity, points, air=air, fidelity=coarse).pressure - whole).max() < 1e-14
-    assert asked == [7 * 16 * (len(body.vertices) + 80) + 16 * 2 * 50]
+    assert asked == [2 * 7 * 16 * (len(body.vertices) + 80) + 16 * 2 * 50]
     monkeypatch.setattr("psutil.virtual_memory", lambda: type("M", (), {"available": 2**24}))
     many = np.broadcast_to([[0.0, 0.0, 1.0]], (10**6, 3))
     with pytest.raises(ResourceError, match=r"GiB are free: ask for fewer field points"):

@@ -113,8 +113,8 @@ def measure(job: dict) -> dict:
     error = np.abs(atv.vectors[-1] @ slope / (-2j * np.pi * high * DENSITY) - exact).max() / np.abs(exact).max()
     np.save(job["vectors"], atv.vectors[-1])
     n_vertex, n_face = len(surface.vertices), len(surface.triangles)
-    kept = 2 * atv.vectors.nbytes / 2**20
-    estimated = estimate_memory(n_vertex, n_face, engine, fidelity) / 2**20 + kept
+    counts = {"points": POINTS, "frequencies": len(frequency)}
+    estimated = estimate_memory(n_vertex, n_face, engine, fidelity, **counts) / 2**20
     return {
         "again": times[-1],
         "n_face": n_face, "high": high, "seconds": seconds, "processor": processor, "peak": peak, "error": float(error),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from concurrent.futures import Executor
 from functools import partial
-from math import cos, sin
+from math import cos, inf, sin
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from nvhchain.gear.mesh_law import pair_compliances
 from nvhchain.gear.pair import GearPair
 from nvhchain.gear.transmission_error import angle_blocks, body_period_angles, loaded_mesh, on_blocks
 from nvhchain.handoff import FloatArray, LoadDistribution
+from nvhchain.kinds import check_arguments
 
 PROBE = 0.02
 """Of the deflection: what the ends of the face are tilted by when the resistance to tilt is taken by differences."""
@@ -43,7 +44,8 @@ def load_distribution(
     The load is that without friction, which would change it in second order of the coefficient.
     Raises SolverError where a contact does not converge.
     """
-    require(nominal_force > 0, f"nominal_force = {nominal_force:g} N must be positive")
+    check_arguments(load_distribution, locals())
+    require(0 < nominal_force < inf, f"nominal_force = {nominal_force:g} N must be positive and finite")
     angle = body_period_angles(pair, fidelity)
     engagement = Engagement(pair, compliances or pair_compliances(pair, fidelity), fidelity)
     work = partial(

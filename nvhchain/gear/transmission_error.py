@@ -9,7 +9,7 @@ from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import partial
-from math import ceil
+from math import ceil, inf, isfinite
 from typing import Any
 
 import numpy as np
@@ -25,6 +25,7 @@ from nvhchain.gear.engagement import Engagement
 from nvhchain.gear.friction import lever_arms
 from nvhchain.gear.pair import GearPair
 from nvhchain.handoff import FloatArray, MeshLaw
+from nvhchain.kinds import check_arguments
 
 _ANGLE_BLOCK = 48
 """Angles at least per piece of work handed to an executor, which take about a second."""
@@ -103,9 +104,11 @@ def loaded_mesh(
     Newton on the tangent stiffness by differences, to a relative force error of 1e3 × the contact residual. Raises
     SolverError if it does not get there.
     """
-    require(force > 0, f"force = {force:g} N must be positive")
+    require(0 < force < inf, f"force = {force:g} N must be positive and finite")
+    require(isfinite(angle), f"angle = {angle:g} rad must be finite")
     tolerance, start = 1e3 * engagement.fidelity.contact_residual, engagement.first_contact(angle)
     pressed = max(guess - start, 0.1 * guess)
+    require(0 < pressed < inf, f"guess = {guess:g} m must be a positive deflection, such as 1 nm for every newton")
     unit = engagement.pair.base_radius[0] * np.cos(engagement.pair.base_helix_angle)
     for _ in range(max_iterations):
         probe = start + pressed * np.array([1.0, 1 + 1e-4])
@@ -142,6 +145,7 @@ def loaded_transmission_error(
     Solved at every one of the fidelity's angles, not interpolated in a law, and again where edges close beyond its
     `corner_gap` (`closing_edges`).  friction: coefficient μ.  executor: takes blocks of angles.
     """
+    check_arguments(loaded_transmission_error, locals())
     pair = engagement.pair
     force, angle = pair.normal_force(pinion_torque), body_period_angles(pair, engagement.fidelity)
     work = partial(on_blocks, _deflections, blocks=angle_blocks(angle), given=(force, friction), executor=executor)

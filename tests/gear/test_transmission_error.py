@@ -29,6 +29,20 @@ def test_table_reproduces_the_directly_solved_transmission_error(case, load):
     assert np.abs(te - direct).max() < 3e-3 * direct.mean()  # tip edges that come in between two tabulated deflections
 
 
+@pytest.mark.parametrize(
+    ("given", "why"),
+    [
+        ({"force": np.inf}, "force = inf N must be positive and finite"),
+        ({"force": -1.0}, "force = -1 N must be positive"),
+        ({"angle": np.nan}, "angle = nan rad must be finite"),
+        ({"guess": 0.0}, "guess = 0 m must be a positive deflection"),
+    ],
+)
+def test_a_load_or_an_angle_that_is_no_number_to_solve_for_is_refused(case, given, why):
+    with pytest.raises(InputError, match=why):
+        loaded_mesh(case[0], **{"angle": 0.02, "force": 1e3, "guess": 1e-6} | given)
+
+
 def test_loaded_mesh_balances_the_force_and_shares_it_out(case):
     engagement, _, force = case
     mesh = loaded_mesh(engagement, 0.02, force, guess=1e-6)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from math import isfinite, pi
+from math import isfinite
 from typing import Literal
 
 import numpy as np
@@ -16,26 +16,17 @@ from scipy.interpolate import PchipInterpolator
 
 from nvhchain.errors import InputError, require
 from nvhchain.handoff import BearingForces, FloatArray
+from nvhchain.interop.channel_units import (
+    ANGLE_UNITS,
+    FORCE_UNITS,
+    LENGTH_UNITS,
+    SPEED_UNITS,
+    TIME_UNITS,
+    unit_called,
+    unit_in_name,
+)
 from nvhchain.interop.sampling import resampled, uniform_time
 from nvhchain.kinds import check_arguments, check_fields
-
-FORCE_UNITS = {
-    "N": 1.0, "kN": 1e3, "MN": 1e6, "mN": 1e-3, "cN": 1e-2, "kgf": 9.80665, "lbf": 4.4482216152605,
-    "pdl": 0.138254954376,
-}  # fmt: skip
-"""Newtons in one unit; kgf, lbf and the poundal by their definitions (BIPM, NIST SP 811)."""
-
-TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
-"""Seconds in one unit."""
-
-SPEED_UNITS = {"rad/s": 1.0, "rpm": 2.0 * pi / 60.0, "Hz": 2.0 * pi}
-"""rad/s in one unit; Hz counts turns per second."""
-
-LENGTH_UNITS = {"m": 1.0, "mm": 1e-3, "um": 1e-6}
-"""Metres in one unit."""
-
-ANGLE_UNITS = {"rad": 1.0, "mrad": 1e-3, "urad": 1e-6, "deg": pi / 180.0}
-"""Radians in one unit."""
 
 OF_MESHES = {"mesh_deflection": "m", "transmission_error": "m", "output_lag": "rad"}
 """What a record may hold beside forces, by the names of `BearingForces`, with its unit in files written here."""
@@ -182,12 +173,12 @@ class Record:
         return value
 
     def check_unit(self, name: str, unit: str) -> None:
-        """InputError when the file states another unit for the channel."""
-        stated = self.units.get(name)
-        require(
-            stated is None or stated == unit,
-            f"{self.source}: channel {name!r} is in {stated!r} by the file, but {unit!r} is declared: correct one",
-        )
+        """InputError when the file or the channel's own name states another unit for it."""
+        for stated, source in ((self.units.get(name), "the file"), (unit_in_name(name, unit), "its name")):
+            require(
+                stated is None or unit_called(stated) == unit,
+                f"{self.source}: channel {name!r} is in {stated!r} by {source}, but {unit!r} is declared: correct one",
+            )
 
 
 def beside_forces(forces: BearingForces) -> dict[str, FloatArray]:

@@ -119,9 +119,8 @@ def read_hdf5(path: Path) -> Record:
                 texts[name] = "".join(map(chr, item[()].ravel()))
         elif isinstance(item, h5py.Dataset) and item.dtype.kind in "fiu" and item.ndim > 0:
             arrays[name] = item[()].T if "MATLAB_class" in item.attrs else item[()]
-            if "units" in item.attrs:
-                unit = item.attrs["units"]
-                stated[name] = unit.decode() if isinstance(unit, bytes) else str(unit)
+            if "units" in item.attrs and (unit := _text(item.attrs["units"])):
+                stated[name] = unit
 
     try:
         with h5py.File(path, "r") as file:
@@ -131,31 +130,38 @@ def read_hdf5(path: Path) -> Record:
     return _record(path, arrays, _stated(texts, "/") | stated)
 
 
+def _text(value: Any) -> str:
+    """An attribute's text, also as an array of one."""
+    single = value.item() if isinstance(value, np.ndarray) and value.size == 1 else value
+    return (single.decode("utf-8", "replace") if isinstance(single, bytes) else str(single)).strip()
+
+
 def _record(path: Path, arrays: Mapping[str, Any], stated: Mapping[str, str]) -> Record:
     """Channels of all arrays, with the unit `stated` for the array."""
-    channels = _channels(arrays)
-    return Record(str(path), channels, {name: stated[base] for name in channels if (base := _base(name)) in stated})
-
-
-def _channels(arrays: Mapping[str, Any]) -> dict[str, FloatArray]:
-    """One channel per column of every real numeric array; a row or column vector is a single channel."""
     channels: dict[str, FloatArray] = {}
+    units: dict[str, str] = {}
     for name, value in arrays.items():
-        array = np.asarray(value)
-        if array.dtype.kind not in "fiu" or array.size < 2:
-            continue
-        if array.ndim == 2 and 1 in array.shape:
-            array = array.ravel()
-        if array.ndim == 1:
-            channels[name] = array.astype(float)
-            continue
-        for place in np.ndindex(array.shape[1:]):
-            channels[f"{name}[{','.join(map(str, place))}]"] = array[(slice(None), *place)].astype(float)
-    return channels
+        columns = _columns(name, np.asarray(value))
+        if repeated := ", ".join(columns.keys() & channels.keys()):
+            raise FileFormatError(f"{path}: two arrays have channels called {repeated}: rename one")
+        channels |= columns
+        if name in stated:
+            units |= dict.fromkeys(columns, stated[name])
+    return Record(str(path), channels, units)
 
 
-def _base(name: str) -> str:
-    return name.partition("[")[0]
+def _columns(name: str, array: Any) -> dict[str, FloatArray]:
+    """One channel per column of a real numeric array; a row or column vector is a single channel."""
+    if array.dtype.kind not in "fiu" or array.size < 2:
+        return {}
+    if array.ndim == 2 and 1 in array.shape:
+        array = array.ravel()
+    if array.ndim == 1:
+        return {name: array.astype(float)}
+    return {
+        f"{name}[{','.join(map(str, place))}]": array[(slice(None), *place)].astype(float)
+        for place in np.ndindex(array.shape[1:])
+    }
 
 
 def write_csv(forces: BearingForces, path: Path) -> Path:

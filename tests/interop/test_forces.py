@@ -12,6 +12,7 @@ from nvhchain._table import build
 from nvhchain.errors import InputError
 from nvhchain.handoff import BearingForces
 from nvhchain.interop import BearingChannels, ForceChannels, read_bearing_forces, read_record, write_bearing_forces
+from nvhchain.interop.channel_units import unit_called
 from nvhchain.interop.sampling import resampled
 from nvhchain.store import save
 
@@ -518,3 +519,71 @@ def test_a_resampled_speed_does_not_turn_backwards_where_the_input_starts(declar
     read = read_bearing_forces(tmp_path / "up.csv", channels, positions=POSITIONS)
     assert read.input_speed.min() == 0.0
     np.testing.assert_allclose(read.input_speed, np.maximum(0.0, 200.0 * (read.time - 0.5)), atol=0.02)
+
+
+def one_bearing(*names, **more):
+    """Declaration of a bearing at the origin; N on the housing at 1 kHz."""
+    stated = {"force_unit": "N", "acts_on": "housing", "speed": 10.0, "sample_rate": 1e3} | more
+    return ForceChannels((BearingChannels("A", *names, (0.0, 0.0, 0.0)),), **stated)
+
+
+@pytest.mark.parametrize("columns", [1, 3])
+def test_a_unit_counts_whatever_the_name_of_its_dataset(tmp_path, columns):
+    force = np.sin(np.arange(100.0))
+    names = ["F [x]", "F [y]", "F [z]"] if columns == 1 else [f"F [left][{i}]" for i in range(3)]
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        for name in names if columns == 1 else ["F [left]"]:
+            file[name] = force if columns == 1 else np.stack([force] * 3, axis=1)
+            file[name].attrs["units"] = "kN"
+    with pytest.raises(InputError, match=r"'F \[.*\]' is in 'kN' by the file, but 'N' is declared"):
+        read_bearing_forces(tmp_path / "a.h5", one_bearing(*names))
+    found = read_bearing_forces(tmp_path / "a.h5", one_bearing(*names, force_unit="kN"))
+    np.testing.assert_array_equal(found.force[:, 0, 2], 1e3 * force)
+
+
+def test_a_unit_in_the_name_of_a_channel_must_agree(tmp_path):
+    force = np.sin(np.arange(100.0))
+    path = csv(tmp_path / "a.csv", force, np.stack([force] * 2, axis=1), header="Fx [kN],Fy [kN],Fz [kN]")
+    names = ["Fx [kN]", "Fy [kN]", "Fz [kN]"]
+    with pytest.raises(InputError, match=r"'Fx \[kN\]' is in 'kN' by its name, but 'N' is declared"):
+        read_bearing_forces(path, one_bearing(*names))
+    assert read_bearing_forces(path, one_bearing(*names, force_unit="kN")).force.max() == 1e3 * force.max()
+    # no unit of force: a side, a number, a bearing's own name before the axis
+    path = csv(tmp_path / "b.csv", force, np.stack([force] * 2, axis=1), header="Fx [S],Fy [2],B [kN]:z")
+    assert read_bearing_forces(path, one_bearing("Fx [S]", "Fy [2]", "B [kN]:z")).force.max() == force.max()
+
+
+def test_two_arrays_with_channels_of_one_name_are_refused(tmp_path):
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["F"], file["F[0]"] = np.ones((9, 2)), np.ones(9)
+    with pytest.raises(InputError, match=r"two arrays have channels called F\[0\]"):
+        read_record(tmp_path / "a.h5")
+
+
+@pytest.mark.parametrize(
+    ("text", "unit"),
+    [("NEWTONS", "N"), ("Newton", "N"), ("[N]", "N"), ("(kN)", "kN"), ("KN", "kN"), ("MN", "MN"), ("mN", "mN"),
+     ("mn", None), ("Nm", None), ("", None), ("SEC", "s"), ("S", "s"), ("Seconds", "s"), ("µs", "us"), ("μm", "um"),
+     ("1/min", "rpm"), ("°", "deg")],
+)  # fmt: skip
+def test_units_are_known_by_the_names_that_files_use(text, unit):
+    assert unit_called(text) == unit
+
+
+@pytest.mark.parametrize("stated", [np.array([b"N"]), np.array(["newton"], dtype=object), b"N", "N", ""])
+def test_a_unit_may_be_an_attribute_of_any_kind_of_text(tmp_path, stated):
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        for name in "xyz":
+            file[name] = np.arange(9.0)
+            file[name].attrs["units"] = stated
+    assert len(read_bearing_forces(tmp_path / "a.h5", one_bearing(*"xyz")).time) == 9
+    if len(stated):
+        with pytest.raises(InputError, match="by the file, but 'kN' is declared"):
+            read_bearing_forces(tmp_path / "a.h5", one_bearing(*"xyz", force_unit="kN"))
+
+
+def test_units_of_a_table_may_stand_in_brackets_and_be_spelled_out(tmp_path):
+    time = np.arange(100) / 10e3
+    path = csv(tmp_path / "a.csv", time, six_tones(time)[:, :3], header="t,x,y,z", units="[sec],[N],Newton,NEWTONS")
+    found = read_bearing_forces(path, one_bearing(*"xyz", sample_rate=None, time_channel="t"))
+    assert found.sample_rate == pytest.approx(10e3)

@@ -1,0 +1,72 @@
+"""Units of recorded channels, and the names under which files state them."""
+
+from __future__ import annotations
+
+import re
+from math import pi
+
+FORCE_UNITS = {
+    "N": 1.0, "kN": 1e3, "MN": 1e6, "mN": 1e-3, "cN": 1e-2, "kgf": 9.80665, "lbf": 4.4482216152605,
+    "pdl": 0.138254954376,
+}  # fmt: skip
+"""Newtons in one unit; kgf, lbf and the poundal by their definitions (BIPM, NIST SP 811)."""
+
+TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
+"""Seconds in one unit."""
+
+SPEED_UNITS = {"rad/s": 1.0, "rpm": 2.0 * pi / 60.0, "Hz": 2.0 * pi}
+"""rad/s in one unit; Hz counts turns per second."""
+
+LENGTH_UNITS = {"m": 1.0, "mm": 1e-3, "um": 1e-6}
+"""Metres in one unit."""
+
+ANGLE_UNITS = {"rad": 1.0, "mrad": 1e-3, "urad": 1e-6, "deg": pi / 180.0}
+"""Radians in one unit."""
+
+OTHER_NAMES = {
+    "N": ("newton", "newtons"),
+    "kN": ("kilonewton", "kilonewtons"),
+    "MN": ("meganewton", "meganewtons"),
+    "mN": ("millinewton", "millinewtons"),
+    "cN": ("centinewton", "centinewtons"),
+    "kgf": ("kp",),
+    "pdl": ("poundal", "poundals"),
+    "s": ("sec", "secs", "second", "seconds"),
+    "ms": ("msec", "millisecond", "milliseconds"),
+    "us": ("µs", "usec", "microsecond", "microseconds"),
+    "rad/s": ("rad/sec", "radian/s", "radians/s"),
+    "rpm": ("1/min", "r/min", "rev/min", "min-1", "min^-1"),
+    "Hz": ("hertz",),
+    "m": ("meter", "meters", "metre", "metres"),
+    "mm": ("millimeter", "millimeters", "millimetre", "millimetres"),
+    "um": ("µm", "micrometer", "micrometers", "micrometre", "micrometres"),
+    "rad": ("radian", "radians"),
+    "urad": ("µrad",),
+    "deg": ("°", "degree", "degrees"),
+}
+"""What files write for a unit, beside its symbol."""
+
+_QUANTITIES = (FORCE_UNITS, TIME_UNITS, SPEED_UNITS, LENGTH_UNITS, ANGLE_UNITS)
+_SYMBOLS = [symbol for quantity in _QUANTITIES for symbol in quantity]
+_ANY_CASE = {
+    name.casefold(): symbol
+    for symbol in _SYMBOLS
+    for name in (symbol, *OTHER_NAMES.get(symbol, ()))
+    if sum(name.casefold() == other.casefold() for other in _SYMBOLS) <= 1  # MN and mN need their case
+}
+_LAST_BRACKETS = re.compile(r"\[([^][]*)\](?:\[[\d,]+\])?$")
+
+
+def unit_called(text: str) -> str | None:
+    """Symbol of the unit that a file calls `text`, in brackets or not, in any case that leaves no doubt."""
+    name = text.strip()
+    if name[:1] + name[-1:] in ("[]", "()"):
+        name = name[1:-1].strip()
+    return name if name in _SYMBOLS else _ANY_CASE.get(name.casefold())
+
+
+def unit_in_name(channel: str, like: str) -> str | None:
+    """Unit of the quantity of `like` at the end of a channel's name, as kN in `Fx [kN]` or its column `Fx [kN][0]`."""
+    brackets = _LAST_BRACKETS.search(channel)
+    unit = unit_called(brackets.group(1)) if brackets else None
+    return unit if any(unit in quantity and like in quantity for quantity in _QUANTITIES) else None

@@ -1,13 +1,14 @@
 """Foreign files: hand-offs in and out of other programs' formats."""
 
 from nvhchain.interop.abaqus import read_abaqus
-from nvhchain.interop.force_channels import BearingChannels, ForceChannels, Record
+from nvhchain.interop.force_channels import BearingChannels, ForceChannels
 from nvhchain.interop.forces import read_bearing_forces, read_record, write_bearing_forces
 from nvhchain.interop.modal_hdf5 import read_modal_hdf5, write_modal_hdf5
 from nvhchain.interop.modal_uff import read_modal_uff, write_modal_uff
 from nvhchain.interop.model_files import write_abaqus, write_nastran
 from nvhchain.interop.models import read_modal_model, read_solid_model
 from nvhchain.interop.nastran import read_nastran
+from nvhchain.interop.record import Record
 from nvhchain.interop.superelement import write_craig_bampton
 from nvhchain.interop.units import UNIT_SYSTEMS
 from nvhchain.interop.vtk_files import write_modes_vtkhdf, write_velocity_vtkhdf, write_vtu

@@ -14,17 +14,10 @@ from typing import Literal
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from nvhchain.errors import InputError, require
+from nvhchain.errors import require
 from nvhchain.handoff import BearingForces, FloatArray
-from nvhchain.interop.channel_units import (
-    ANGLE_UNITS,
-    FORCE_UNITS,
-    LENGTH_UNITS,
-    SPEED_UNITS,
-    TIME_UNITS,
-    unit_called,
-    unit_in_name,
-)
+from nvhchain.interop.channel_units import ANGLE_UNITS, FORCE_UNITS, LENGTH_UNITS, SPEED_UNITS, TIME_UNITS
+from nvhchain.interop.record import Record
 from nvhchain.interop.sampling import resampled, uniform_time
 from nvhchain.kinds import check_arguments, check_fields
 
@@ -101,7 +94,7 @@ class ForceChannels:
     def __post_init__(self) -> None:
         check_fields(self)
         require(len(self.bearings) > 0, "no bearing is described: at least one is needed")
-        named = [channel for bearing in self.bearings for channel in (bearing.x, bearing.y, bearing.z)]
+        named = self.forces
         repeated = sorted({channel for channel in named if named.count(channel) > 1})
         require(not repeated, f"channels {', '.join(repeated)} are given to two bearings: each has its own three")
         for what, unit, known in (
@@ -144,41 +137,16 @@ class ForceChannels:
             f"rotation = {self.rotation} is not a right-handed orthonormal frame: give three unit axes",
         )
 
+    @property
+    def forces(self) -> list[str]:
+        """Names of the force channels, x, y, z of one bearing after the other."""
+        return [channel for bearing in self.bearings for channel in (bearing.x, bearing.y, bearing.z)]
 
-@dataclass(frozen=True, eq=False)
-class Record:
-    """A foreign file as it is.
-
-    source: what messages call it.  channels: name → (n_t,) values.  units: name → unit, where the file states one.
-    time: (n_t,) s of the file's own time axis, None where it has none.
-    """
-
-    source: str
-    channels: Mapping[str, FloatArray]
-    units: Mapping[str, str]
-    time: FloatArray | None = None
-
-    def values(self, name: str) -> FloatArray:
-        """One channel; InputError when it is missing or holds values that are not finite."""
-        if name not in self.channels:
-            known = ", ".join(list(self.channels)[:20])
-            raise InputError(f"{self.source}: no channel {name!r}; it has {known or 'none'}")
-        value = np.asarray(self.channels[name], dtype=float)
-        bad = np.flatnonzero(~np.isfinite(value))
-        require(
-            len(bad) == 0,
-            f"{self.source}: channel {name!r} has no finite value in sample {bad[0] if len(bad) else 0} "
-            f"({len(bad)} such samples): cut the record or repair the gap",
-        )
-        return value
-
-    def check_unit(self, name: str, unit: str) -> None:
-        """InputError when the file or the channel's own name states another unit for it."""
-        for stated, source in ((self.units.get(name), "the file"), (unit_in_name(name, unit), "its name")):
-            require(
-                stated is None or unit_called(stated) == unit,
-                f"{self.source}: channel {name!r} is in {stated!r} by {source}, but {unit!r} is declared: correct one",
-            )
+    @property
+    def declared(self) -> list[str]:
+        """Names of all channels but the time's."""
+        single = [name for name in (self.speed_channel, self.output_lag) if name is not None]
+        return [*self.forces, *self.mesh_deflection, *self.transmission_error, *single]
 
 
 def beside_forces(forces: BearingForces) -> dict[str, FloatArray]:
@@ -202,10 +170,9 @@ def to_bearing_forces(
     """
     check_arguments(to_bearing_forces, locals())
     force = []
-    for bearing in channels.bearings:
-        for name in (bearing.x, bearing.y, bearing.z):
-            record.check_unit(name, channels.force_unit)
-            force.append(record.values(name))
+    for name in channels.forces:
+        force.append(record.values(name))
+        record.check_unit(name, channels.force_unit)
     lengths = {len(values) for values in force}
     require(len(lengths) == 1, f"{record.source}: force channels have {sorted(lengths)} samples: they must be equal")
     count = lengths.pop()
@@ -279,14 +246,15 @@ def _of_meshes(record: Record, channels: ForceChannels, count: int) -> dict[str,
 
 def _time_axis(record: Record, channels: ForceChannels, count: int) -> FloatArray:
     """(n_t,) s, by time channel, stated rate or the file's own axis."""
+    stated = record.time_of(channels.declared)
     if channels.time_channel is not None:
         record.check_unit(channels.time_channel, channels.time_unit)
         time = record.values(channels.time_channel) * TIME_UNITS[channels.time_unit]
     elif channels.sample_rate is not None:
         start = 0.0
-        if record.time is not None:
-            start = float(record.time[0])
-            own = (len(record.time) - 1) / (record.time[-1] - start)
+        if stated is not None:
+            start = float(stated[0])
+            own = (len(stated) - 1) / (stated[-1] - start)
             require(
                 abs(own / channels.sample_rate - 1.0) < SAMPLE_RATE_MATCH,
                 f"{record.source}: sampled at {own:g} Hz by its own time axis, but sample_rate = "
@@ -294,12 +262,9 @@ def _time_axis(record: Record, channels: ForceChannels, count: int) -> FloatArra
             )
         time = start + np.arange(count) / channels.sample_rate
     else:
-        require(
-            record.time is not None,
-            f"{record.source}: no time axis: give time_channel or sample_rate",
-        )
-        assert record.time is not None
-        time = np.asarray(record.time, dtype=float)
+        require(stated is not None, f"{record.source}: no time axis: give time_channel or sample_rate")
+        assert stated is not None
+        time = np.asarray(stated, dtype=float)
     require(
         len(time) == count,
         f"{record.source}: the time axis has {len(time)} samples, the forces {count}: they must be equal",

@@ -8,7 +8,8 @@ from typing import Any
 
 from nvhchain.errors import FileFormatError, InputError
 from nvhchain.handoff import BearingForces
-from nvhchain.interop.force_channels import BearingChannels, ForceChannels, Record, beside_forces, to_bearing_forces
+from nvhchain.interop.force_channels import BearingChannels, ForceChannels, beside_forces, to_bearing_forces
+from nvhchain.interop.record import Record
 from nvhchain.interop.records import (
     AXES,
     columns_of,

@@ -17,7 +17,8 @@ from scipy.io import loadmat, savemat
 
 from nvhchain.errors import FileFormatError, require
 from nvhchain.handoff import BearingForces, FloatArray
-from nvhchain.interop.force_channels import OF_MESHES, Record, beside_forces
+from nvhchain.interop.force_channels import OF_MESHES, beside_forces
+from nvhchain.interop.record import Record
 
 AXES = "xyz"
 

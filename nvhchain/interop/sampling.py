@@ -45,7 +45,7 @@ def uniform_time(time: FloatArray, source: str) -> FloatArray:
     require(
         jitter < JITTER,
         f"{source}: steps differ by up to {100 * jitter:.3g} % from their mean of {mean:.6g} s: give resample_rate, or "
-        "sample_rate instead of the time channel if the clock was steady and only its digits are few",
+        "sample_rate and no time_channel if the clock was steady and only its digits are few",
     )
     return time
 

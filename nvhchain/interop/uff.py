@@ -1,7 +1,7 @@
 """Universal file format, dataset 58 (function at nodal DOF): time histories of forces, in and out, through pyuff.
 
-Channels are called `node:x`, `node:y`, `node:z` by response node and direction, `node:scalar` without direction; a
-record along a negative direction changes sign, as the format defines it.
+Channels are called `node:x`, `node:y`, `node:z` by response node and direction, `node:rx` … about an axis and
+`node:scalar` without direction; a record along a negative direction changes sign, as the format defines it.
 """
 
 from __future__ import annotations
@@ -13,10 +13,12 @@ import numpy as np
 
 from nvhchain.errors import FileFormatError
 from nvhchain.handoff import BearingForces, FloatArray
-from nvhchain.interop.force_channels import OF_MESHES, Record, beside_forces
+from nvhchain.interop.channel_units import unit_called
+from nvhchain.interop.force_channels import OF_MESHES, beside_forces
+from nvhchain.interop.record import Record
 from nvhchain.interop.records import whole
 
-DIRECTIONS = {0: "scalar", 1: "x", 2: "y", 3: "z"}
+DIRECTIONS = ("scalar", "x", "y", "z", "rx", "ry", "rz")
 FORCE_TYPES = {0, 1, 9, 13}
 """Ordinates that may be a force: unknown, general, reaction force, excitation force."""
 
@@ -39,9 +41,10 @@ MESH_NODES = {"mesh_deflection": 1001, "transmission_error": 2001, "output_lag":
 
 
 def read_uff(path: Path) -> Record:
-    """All time responses of dataset 58; they must share one time axis.
+    """All time responses of dataset 58.
 
-    The unit of a channel is the ordinate's label, or for directions the system of units of dataset 164.
+    The unit of a channel is the ordinate's label, or for directions the system of units of dataset 164. Channels that
+    hold no force, speed or displacement may be there as long as nobody asks for them.
     """
     import pyuff
 
@@ -57,27 +60,20 @@ def read_uff(path: Path) -> Record:
         raise FileFormatError(f"{path}: no time response in dataset 58; its datasets are {sorted(set(types))}")
     channels: dict[str, FloatArray] = {}
     units: dict[str, str] = {}
-    time: FloatArray | None = None
+    times: dict[str, FloatArray] = {}
+    unusable: dict[str, str] = {}
     for function in functions:
         name, sign = _name(function, path)
-        if name in channels:
-            raise FileFormatError(f"{path}: two time responses at {name}: keep one")
-        _check_types(function, name, path)
-        own = np.asarray(function["x"], dtype=float)
-        if len(own) != len(function["data"]):
-            raise FileFormatError(f"{path}: {name} has {len(function['data'])} values at {len(own)} times: truncated")
-        if time is not None and (len(own) != len(time) or np.abs(own - time).max() > 1e-6 * (time[1] - time[0])):
-            raise FileFormatError(
-                f"{path}: {name} has another time axis than the channels before it: export them alike"
-            )
-        time = own if time is None else time
-        channels[name] = sign * np.asarray(function["data"], dtype=float)
+        if reason := "has two time responses: keep one" if name in channels else _obstacle(function, name):
+            unusable[name] = reason
+        channels[name] = sign * np.real(function["data"]).astype(float)
+        times[name] = np.asarray(function["x"], dtype=float)
         label = str(function["ordinate_axis_units_lab"]).strip()
         if label and label != "NONE":
             units[name] = label
         elif system is not None and not name.endswith(":scalar"):
             units[name] = system
-    return Record(str(path), channels, units, time)
+    return Record(str(path), channels, units, times, unusable)
 
 
 def write_uff(forces: BearingForces, path: Path) -> Path:
@@ -135,23 +131,28 @@ def _function(
 
 def _name(function: dict[str, Any], path: Path) -> tuple[str, float]:
     direction = int(function["rsp_dir"])
-    if abs(direction) not in DIRECTIONS:
-        raise FileFormatError(f"{path}: response direction {direction} is a rotation: forces are needed, not moments")
+    if abs(direction) >= len(DIRECTIONS):
+        raise FileFormatError(f"{path}: response direction {direction} is none of dataset 58: −6 to 6 are")
     return f"{int(function['rsp_node'])}:{DIRECTIONS[abs(direction)]}", -1.0 if direction < 0 else 1.0
 
 
-def _check_types(function: dict[str, Any], name: str, path: Path) -> None:
-    if np.iscomplexobj(function["data"]):
-        raise FileFormatError(f"{path}: {name} holds complex values: a time response is real")
+def _obstacle(function: dict[str, Any], name: str) -> str:
+    """Why a time response is neither force nor speed nor displacement over time in seconds; empty if it may be."""
+    time, values = function["x"], function["data"]
+    if len(time) != len(values):
+        return f"has {len(values)} values at {len(time)} times: it is truncated"
+    if np.iscomplexobj(values):
+        return "holds complex values: a time response is real"
     if int(function["abscissa_spec_data_type"]) not in (0, TIME_AXIS):
-        raise FileFormatError(f"{path}: the axis of {name} is not time (type {function['abscissa_spec_data_type']})")
-    if str(function["abscissa_axis_units_lab"]).strip() not in ("", "NONE", "s"):
-        raise FileFormatError(f"{path}: the time axis of {name} is in {function['abscissa_axis_units_lab']!r}, not s")
+        return f"is not over time (abscissa type {function['abscissa_spec_data_type']} of dataset 58)"
+    label = str(function["abscissa_axis_units_lab"]).strip()
+    if label not in ("", "NONE") and unit_called(label) != "s":
+        return f"has its time in {label!r}: s is needed"
+    if abs(int(function["rsp_dir"])) > 3:
+        return "is a rotation: forces are needed, not moments"
     allowed = {DISPLACEMENT, *SPEED_TYPES, *FORCE_TYPES} if name.endswith(":scalar") else FORCE_TYPES
-    if int(function["ordinate_spec_data_type"]) not in allowed:
-        raise FileFormatError(
-            f"{path}: {name} holds no force (ordinate type {function['ordinate_spec_data_type']} of dataset 58)"
-        )
+    kind = int(function["ordinate_spec_data_type"])
+    return "" if kind in allowed else f"holds no force (ordinate type {kind} of dataset 58)"
 
 
 def _as_dict(found: Any) -> dict[str, Any]:

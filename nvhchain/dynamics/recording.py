@@ -10,6 +10,7 @@ import os
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import Any, Unpack
 from zipfile import BadZipFile
 
@@ -70,9 +71,10 @@ def record_run_up(
     folder = Path(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
-    except (FileExistsError, NotADirectoryError) as error:
-        raise InputError(f"{folder}: a file stands where a folder is needed: choose another folder") from error
-    written, first, standing = _taken_up(folder / "standing.npz", key, run)
+        TemporaryFile(dir=folder).close()
+    except OSError as error:
+        raise InputError(f"{folder} cannot take files ({error.strerror}): choose another folder") from error
+    written, first, standing = _taken_up(folder, key, run)
     provenance = {"key": key, "stage": "run_up", "version": version, "fidelity": asdict(operation["fidelity"])}
     waiting: list[FloatArray] = []
     for piece, stands in samples(run, standing):
@@ -94,9 +96,17 @@ def _path(folder: Path, index: int) -> Path:
     return folder / f"forces-{index:05d}.h5"
 
 
-def _taken_up(path: Path, key: str, run: RunUp) -> tuple[int, int, Standing]:
-    """Files and samples already written and where the run stands; the beginning when there is nothing yet."""
+def _taken_up(folder: Path, key: str, run: RunUp) -> tuple[int, int, Standing]:
+    """Files and samples already written, each looked through, and where the run stands; the beginning when there is
+    nothing yet."""
+    path = folder / "standing.npz"
+    another = (
+        f"{folder} holds another run-up (other gearbox, laws, operation, fidelity or version): choose another folder "
+        "or delete it"
+    )
     if not path.exists():
+        # files of this very run will be written over with the same bits
+        require(all(_key_of(file) == key for file in folder.glob("forces-*.h5")), another)
         return 0, 0, start(run)
     try:
         with np.load(path) as kept:
@@ -107,15 +117,19 @@ def _taken_up(path: Path, key: str, run: RunUp) -> tuple[int, int, Standing]:
         )
     except (OSError, EOFError, ValueError, KeyError, BadZipFile) as error:
         raise FileFormatError(f"{path}: damaged ({error}): delete the folder and run again") from error
-    if stored_key != key:
-        raise InputError(
-            f"{path.parent} holds another run-up (other gearbox, laws, operation, fidelity or version): choose another "
-            "folder or delete it"
-        )
-    lost = [file.name for file in (_path(path.parent, index) for index in range(written)) if not file.is_file()]
-    if lost:
-        raise FileFormatError(f"{path.parent}: {', '.join(lost[:3])} missing: delete the folder and run again")
+    require(stored_key == key, another)
+    for index in range(written):
+        if _key_of(_path(folder, index)) != key:
+            raise FileFormatError(f"{_path(folder, index)}: missing or damaged: delete the folder and run again")
     return written, first, standing
+
+
+def _key_of(path: Path) -> str:
+    """Of the run whose samples `path` holds; empty when they are not whole."""
+    try:
+        return str(store.load(path, BearingForces).provenance["key"])
+    except (FileFormatError, KeyError):
+        return ""
 
 
 def _keep(path: Path, key: str, written: int, first: int, standing: Standing) -> None:

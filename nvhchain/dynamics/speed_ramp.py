@@ -70,15 +70,20 @@ class RunUp:
         return self.decimator.stride * self.model.step.step
 
     @property
+    def steps(self) -> int:
+        """Of the time loop, up to the last that the last sample's filter sees."""
+        return self.lead + (self.count - 1) * self.decimator.stride + self.decimator.half + 1
+
+    @property
     def blocks(self) -> int:
-        """Blocks of the time loop, the last one with the steps that the last sample's filter sees."""
-        steps = self.lead + (self.count - 1) * self.decimator.stride + self.decimator.half + 1
-        return ceil(steps / (BLOCK * self.decimator.stride))
+        """Of the time loop; the last may be shorter."""
+        return ceil(self.steps / (BLOCK * self.decimator.stride))
 
     def phases(self, block: int) -> FloatArray:
         """(n_step, n_mesh) mid-step phases of the laws, in periods."""
-        steps = BLOCK * self.decimator.stride
-        middle = (np.arange(block * steps, (block + 1) * steps, dtype=float) - self.lead + 0.5) * self.model.step.step
+        whole = BLOCK * self.decimator.stride
+        step = np.arange(block * whole, min((block + 1) * whole, self.steps), dtype=float)
+        middle = (step - self.lead + 0.5) * self.model.step.step
         return np.asarray(self.ramp.turns(middle)[:, None] / self.law_period + self.offset)
 
 
@@ -182,7 +187,9 @@ def samples(run: RunUp, standing: Standing) -> Iterator[tuple[FloatArray, Standi
             formed = after.apply(np.concatenate([old, new]), excesses)
         else:
             # two models' states may differ in length: terms of the speed turn real modes into pairs
-            formed = np.concatenate([before.apply(old, excesses), after.apply(new, excesses[len(old) * stride :])])
+            formed = before.apply(old, excesses)
+            if len(new) > 0:
+                formed = np.concatenate([formed, after.apply(new, excesses[len(old) * stride :])])
         first = block * BLOCK - (run.lead + run.decimator.half) // stride
         return formed[max(0, -first) : max(0, run.count - first)]
 
@@ -200,8 +207,9 @@ def samples(run: RunUp, standing: Standing) -> Iterator[tuple[FloatArray, Standi
                 stride=stride,
                 start_time=(block * steps - run.lead) * model.step.step,
             )
-            old, excesses = standing.states, np.concatenate([standing.excesses, excesses])
-            ahead = BLOCK - past // stride
+            # a last block may be shorter than the filter: fewer windows are whole than states wait for theirs
+            old, excesses = standing.states[: len(states)], np.concatenate([standing.excesses, excesses])
+            ahead = len(states) - len(old)
             standing = Standing(block + 1, motion, states[ahead:].copy(), excesses[-past - 1 :].copy())
             if waiting is not None:
                 yield waiting[0].result(), waiting[1]

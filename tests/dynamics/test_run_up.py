@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import pickle
+import shutil
 import subprocess
 import sys
 import warnings
@@ -231,22 +232,72 @@ def test_a_stopped_run_goes_on_and_ends_in_the_same_bits(make_gearbox, make_laws
     assert last.provenance["fidelity"] == asdict(fidelity)
 
 
-def test_another_run_in_the_folder_and_a_damaged_one_are_refused(make_gearbox, make_laws, tmp_path):
+def test_another_run_in_the_folder_and_a_damaged_one_are_refused(make_gearbox, make_laws, tmp_path, monkeypatch):
     gearbox, laws, fidelity = make_gearbox(), make_laws(), DynamicsFidelity(2e-5)
     record_run_up(gearbox, laws, None, fidelity=fidelity, folder=tmp_path, **_operation(duration=0.01))
     with pytest.raises(InputError, match="holds another run-up"):
         record_run_up(gearbox, laws, None, fidelity=fidelity, folder=tmp_path, **_operation(duration=0.02))
     (tmp_path / "forces-00000.h5").rename(tmp_path / "elsewhere.h5")
-    with pytest.raises(FileFormatError, match=r"forces-00000\.h5 missing: delete the folder and run again"):
+    with pytest.raises(FileFormatError, match=r"forces-00000\.h5: missing or damaged: delete the folder"):
         record_run_up(gearbox, laws, None, fidelity=fidelity, folder=tmp_path, **_operation(duration=0.01))
     for content in (b"PK not a checkpoint", b""):
         (tmp_path / "standing.npz").write_bytes(content)
         with pytest.raises(FileFormatError, match=r"standing\.npz: damaged"):
             record_run_up(gearbox, laws, None, fidelity=fidelity, folder=tmp_path, **_operation(duration=0.01))
-    with pytest.raises(InputError, match="a file stands where a folder is needed"):
-        record_run_up(
-            gearbox, laws, None, fidelity=fidelity, folder=tmp_path / "standing.npz", **_operation(duration=0.01)
-        )
+    for folder in (tmp_path / "standing.npz", tmp_path / "standing.npz" / "within"):
+        with pytest.raises(InputError, match=r"standing\.npz.* cannot take files \(.*\): choose another folder"):
+            record_run_up(gearbox, laws, None, fidelity=fidelity, folder=folder, **_operation(duration=0.01))
+
+    def refuse(**_):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(recording, "TemporaryFile", refuse)
+    with pytest.raises(InputError, match=r"new cannot take files \(Permission denied\): choose another folder"):
+        record_run_up(gearbox, laws, None, fidelity=fidelity, folder=tmp_path / "new", **_operation(duration=0.01))
+
+
+@pytest.mark.parametrize("keep", [5000, 0, -1])
+def test_a_damaged_piece_is_found_before_the_run_goes_on(make_gearbox, make_laws, tmp_path, monkeypatch, keep):
+    """Cut short, empty, or one byte of its samples changed: refused before a step, with a remedy that works."""
+    gearbox, laws, fidelity = make_gearbox(), make_laws(), DynamicsFidelity(2e-5)
+    monkeypatch.setattr(speed_ramp, "BLOCK", 256)
+    monkeypatch.setattr(recording, "PIECE", 512)
+    given = _operation(duration=0.1) | {"fidelity": fidelity, "folder": tmp_path / "run"}
+
+    def stop(done, total):
+        if done == 7:
+            raise Stop
+
+    with pytest.raises(Stop):
+        record_run_up(gearbox, laws, None, **given, progress=stop)
+    piece = tmp_path / "run" / "forces-00001.h5"
+    whole = piece.read_bytes()
+    middle = whole.index(store.load(piece, BearingForces).force.tobytes()[:64])
+    piece.write_bytes(whole[:keep] if keep >= 0 else whole[:middle] + bytes([whole[middle] ^ 1]) + whole[middle + 1 :])
+
+    def never(done, total):
+        raise AssertionError("the run went on")
+
+    with pytest.raises(FileFormatError, match=r"forces-00001\.h5: missing or damaged: delete the folder and run again"):
+        record_run_up(gearbox, laws, None, **given, progress=never)
+    shutil.rmtree(tmp_path / "run")
+    assert len(record_run_up(gearbox, laws, None, **given).paths) > 2
+
+
+def test_pieces_without_their_standing_are_taken_for_another_run_unless_they_are_of_this(
+    make_gearbox, make_laws, tmp_path
+):
+    """What is left in the folder cannot be told from the pieces that a shorter run would write beside it."""
+    gearbox, laws, fidelity = make_gearbox(), make_laws(), DynamicsFidelity(2e-5)
+    made = record_run_up(gearbox, laws, None, fidelity=fidelity, folder=tmp_path, **_operation(duration=0.02))
+    before = made.paths[0].read_bytes()
+    (tmp_path / "standing.npz").unlink()
+    with pytest.raises(InputError, match=r"holds another run-up .* choose another folder or delete it"):
+        record_run_up(gearbox, laws, None, fidelity=fidelity, folder=tmp_path, **_operation(duration=0.01))
+    assert made.paths[0].read_bytes() == before
+    again = record_run_up(gearbox, laws, None, fidelity=fidelity, folder=tmp_path, **_operation(duration=0.02))
+    assert again == made
+    assert (tmp_path / "standing.npz").exists()
 
 
 def test_deflections_beyond_the_mesh_law_are_warned_of_and_recorded(
@@ -321,6 +372,26 @@ def test_an_hour_in_memory_is_refused_with_a_remedy(make_gearbox, make_laws):
 def test_a_band_too_low_for_the_step_is_refused_before_anything_is_formed(make_gearbox, make_laws):
     with pytest.raises(ResourceError, match=r"f_max = 0\.01 Hz from steps of 10 µs .* raise f_max or the time step"):
         _run_up(make_gearbox(), make_laws(), None, f_max=0.01)
+
+
+@pytest.mark.parametrize("options", [{}, {"gyroscopic": True}])
+def test_the_loop_ends_with_the_record(make_gearbox, make_laws, monkeypatch, options):
+    """No step beyond what the last sample's filter sees; the samples are those of whole blocks, to rounding."""
+    gearbox, laws, fidelity = make_gearbox(), make_laws(), DynamicsFidelity(1e-5, **options)
+    operation = _operation(fidelity=fidelity, duration=0.05)
+    marched = []
+    monkeypatch.setattr(speed_ramp, "advance", lambda *a, **k: marched.append(len(a[2])) or advance(*a, **k))
+    for size in (64, 66, 67, 200):  # their last blocks are shorter than the filter, or longer
+        monkeypatch.setattr(speed_ramp, "BLOCK", size)
+        marched.clear()
+        record = run_up(gearbox, laws, None, **operation)
+        run = prepare(gearbox, laws, None, **operation)
+        last = run.lead + (run.count - 1) * run.decimator.stride
+        assert sum(marched) == last + run.decimator.half + 1 < 5000 + run.lead + run.decimator.half + 1
+        with monkeypatch.context() as longer:
+            longer.setattr(speed_ramp.RunUp, "steps", run.blocks * size * run.decimator.stride)
+            whole = run_up(gearbox, laws, None, **operation)
+        assert np.abs(record.force - whole.force).max() < 1e-13 * np.abs(whole.force).max()
 
 
 def test_progress_ends_at_its_total(make_gearbox, make_laws):

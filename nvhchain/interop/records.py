@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import csv
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -17,42 +18,67 @@ from scipy.io import loadmat, savemat
 
 from nvhchain.errors import FileFormatError, require
 from nvhchain.handoff import BearingForces, FloatArray
+from nvhchain.interop.channel_units import unit_called
 from nvhchain.interop.force_channels import OF_MESHES, beside_forces
 from nvhchain.interop.record import Record
 
 AXES = "xyz"
 
 
-def read_csv(path: Path, *, delimiter: str = ",") -> Record:
-    """Comments after #, one line of channel names, one line of units where it holds no number, then numbers."""
+def read_csv(path: Path) -> Record:
+    """Comments after #, one line of channel names, one line of units where it holds no number, then numbers.
+
+    Where numbers follow at once, the last comments with as many cells are the names, and units below them. Cells may be
+    quoted, lines may end with a comma.
+    """
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
-            skip, names = _next_row(file, delimiter)
-            more, second = _next_row(file, delimiter)
-        has_units = bool(second) and not any(_is_number(cell) for cell in second)
-        if has_units and len(second) != len(names):
-            raise ValueError(f"{len(names)} names, but {len(second)} units")
-        units = {n: u for n, u in zip(names, second, strict=True) if u} if has_units else {}
-        skip += more if has_units else 0
-        table = np.loadtxt(path, delimiter=delimiter, skiprows=skip, ndmin=2, comments="#", encoding="utf-8-sig")
+            lines = (line.strip().removesuffix(",") for line in file)
+            head, first = _head(lines)
+            table = np.loadtxt(chain([first], lines), delimiter=",", ndmin=2, comments="#", quotechar='"')
+        names, stated = head[0], head[1] if head[1:] else [""] * len(head[0])
+        if len(stated) != len(names):
+            raise ValueError(f"{len(names)} names, but {len(stated)} units")
         if table.shape[1] != len(names):
             raise ValueError(f"{len(names)} names, but {table.shape[1]} columns")
-    except (OSError, ValueError, UnicodeDecodeError, StopIteration) as error:
+    except (OSError, ValueError, UnicodeDecodeError) as error:
         raise FileFormatError(
             f"{path}: not a table of numbers, with commas between them and decimal points, under a line of names: "
             f"{_reason(error)}"
         ) from None
     if len(set(names)) != len(names):
-        raise FileFormatError(f"{path}: channel names repeat: {', '.join(names)}")
+        raise FileFormatError(f"{path}: channel names repeat: {', '.join(names)}: put a line of different names on top")
+    units = {name: unit for name, unit in zip(names, stated, strict=True) if unit}
     return Record(str(path), {name: table[:, i].copy() for i, name in enumerate(names)}, units)
 
 
-def _next_row(file: Any, delimiter: str) -> tuple[int, list[str]]:
-    """Lines read up to and with the next that is neither empty nor a comment, and its cells."""
-    for number, line in enumerate(file, start=1):
-        if line.strip() and not line.startswith("#"):
-            return number, [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter))]
-    raise ValueError("it ends before the first number")
+def _head(lines: Iterator[str]) -> tuple[list[list[str]], str]:
+    """Cells of the line of names and of units where there is one, and the first line of numbers."""
+    comments: list[list[str]] = []
+
+    def next_line() -> str:
+        for line in lines:
+            if line.startswith("#"):
+                comments.append(_cells(line.lstrip("# ")))
+            elif line:
+                return line
+        raise ValueError("it ends before the first number")
+
+    line = next_line()
+    head = [_cells(line)]
+    if all(map(_is_number, head[0])):
+        named = [cells for cells in comments if len(cells) == len(head[0]) and not all(map(_is_number, cells))]
+        if named:
+            return named[-2:] if all(map(unit_called, named[-1])) else named[-1:], line
+    line = next_line()
+    if not any(map(_is_number, _cells(line))):
+        head.append(_cells(line))
+        line = next_line()
+    return head, line
+
+
+def _cells(line: str) -> list[str]:
+    return [cell.strip() for cell in next(csv.reader([line], skipinitialspace=True), [])]
 
 
 def _is_number(text: str) -> bool:

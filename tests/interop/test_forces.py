@@ -626,3 +626,36 @@ def test_units_of_a_table_may_stand_in_brackets_and_be_spelled_out(tmp_path):
     path = csv(tmp_path / "a.csv", time, six_tones(time)[:, :3], header="t,x,y,z", units="[sec],[N],Newton,NEWTONS")
     found = read_bearing_forces(path, one_bearing(*"xyz", sample_rate=None, time_channel="t"))
     assert found.sample_rate == pytest.approx(10e3)
+
+
+TABLES = {
+    "quoted": '"t","x","y","z"\n"s","N","N","N"\n"0.0","1","2","3"\n"0.001","4","5","6"\n',
+    "commas at the ends": "t,x,y,z,\ns,N,N,N,\n0.0,1,2,3,\n0.001,4,5,6,\n",
+    "comma below the names only": "t,x,y,z\ns,N,N,N\n0.0,1,2,3,\n0.001,4,5,6,\n",
+    "header of numpy": "# a run, with, two, samples\n# t,x,y,z\n# s,N,N,N\n0.0,1,2,3\n0.001,4,5,6\n",
+    "indented comment": "  # made by hand, once\nt,x,y,z\n  # units\ns,N,N,N\n0.0,1,2,3\n0.001,4,5,6 # last\n",
+    "names alone": "# by hand\n#t, x, y, z\n0.0,1,2,3\n0.001,4,5,6\n",
+}
+
+
+@pytest.mark.parametrize("layout", TABLES)
+def test_tables_are_read_as_spreadsheets_and_numpy_write_them(tmp_path, layout):
+    (tmp_path / "a.csv").write_text(TABLES[layout])
+    channels = one_bearing(*"xyz", sample_rate=None, time_channel="t")
+    found = read_bearing_forces(tmp_path / "a.csv", channels)
+    np.testing.assert_array_equal(found.force[:, 0], [[1, 2, 3], [4, 5, 6]])
+    np.testing.assert_array_equal(found.time, [0.0, 1e-3])
+    if layout != "names alone":
+        with pytest.raises(InputError, match="'x' is in 'N' by the file, but 'kN' is declared"):
+            read_bearing_forces(tmp_path / "a.csv", replace(channels, force_unit="kN"))
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [("0,1,1,1\n1,2,2,2\n", "names repeat: 0, 1, 1, 1: put a line"), ("t,x\ns,N\n", "ends before the first number"),
+     ("t,x\n0,1\n1,2,3\n", "number of columns changed"), ("t,x\n0,\n1,\n", "2 names, but 1 columns")],
+)  # fmt: skip
+def test_tables_without_names_numbers_or_equal_rows_are_refused(tmp_path, text, message):
+    (tmp_path / "a.csv").write_text(text)
+    with pytest.raises(InputError, match=message):
+        read_record(tmp_path / "a.csv")

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 from nvhchain.errors import FileFormatError
 
 
 def lines_with_includes(
-    path: Path, included: Callable[[str], str | None], within: tuple[Path, ...] = ()
+    path: Path,
+    joined: Callable[[Iterable[str]], Iterator[str]],
+    included: Callable[[str], tuple[str, str] | None],
+    within: tuple[Path, ...] = (),
 ) -> Iterator[str]:
-    """Lines of `path`.  included: name of the file, beside this one, that a line includes, or None.
+    """Lines of `path`.
+
+    joined: lines with the statements that run over several of them on one.  included: of a line that includes a file,
+    what stays of the line and the name of the file, which lies beside this one; None for other lines.
 
     Raises FileFormatError where a file is missing or includes itself.
     """
@@ -21,9 +27,8 @@ def lines_with_includes(
         content = path.read_text(encoding="utf-8", errors="replace").splitlines()
     except OSError as error:
         raise FileFormatError(f"{path}: cannot be read: {error.strerror}") from None
-    for line in content:
-        name = included(line)
-        if name is None:
-            yield line.rstrip()
-        else:
-            yield from lines_with_includes(path.parent / name, included, (*within, path))
+    for line in joined(content):
+        found = included(line)
+        yield line.rstrip() if found is None else found[0]
+        if found is not None:
+            yield from lines_with_includes(path.parent / found[1], joined, included, (*within, path))

@@ -12,10 +12,9 @@ from pathlib import Path
 
 from nvhchain.errors import FileFormatError, InputError, require
 from nvhchain.fem.solid_model import SolidModel
-from nvhchain.interop._includes import lines_with_includes
 from nvhchain.interop._model_parts import Parts
 from nvhchain.interop._names import marks, restored
-from nvhchain.interop.abaqus_keywords import Block, blocks, included
+from nvhchain.interop.abaqus_keywords import Block, all_lines, blocks
 from nvhchain.interop.abaqus_rigid import (
     read_boundary,
     read_coupling,
@@ -34,9 +33,10 @@ _PASSED_OVER = {
     "HEADING", "PREPRINT", "AMPLITUDE", "RESTART", "FILE FORMAT",
     "PHYSICAL CONSTANTS", "DAMPING", "PLASTIC", "EXPANSION", "CONDUCTIVITY", "SPECIFIC HEAT", "INITIAL CONDITIONS",
     "DISTRIBUTION", "DISTRIBUTION TABLE", "SECTION CONTROLS", "HOURGLASS STIFFNESS", "SURFACE INTERACTION", "FRICTION",
-    "SURFACE BEHAVIOR", "TIME POINTS", "FILTER",
+    "SURFACE BEHAVIOR", "TIME POINTS", "FILTER", "ORIENTATION",
 }  # fmt: skip
-"""Keywords of the model that change neither stiffness nor mass; those of steps are passed over altogether."""
+"""Keywords of the model that change neither stiffness nor mass (materials are isotropic, couplings hold all
+translations); those of steps are passed over altogether."""
 
 
 def read_abaqus(path: str | Path, *, units: str) -> SolidModel:
@@ -61,6 +61,11 @@ def read_abaqus(path: str | Path, *, units: str) -> SolidModel:
                     f"{path}: *BOUNDARY in steps {', '.join(map(str, sorted(holding)))}: which of them holds the "
                     "housing is not known: keep it in one step, or before the steps",
                 )
+            require(
+                block.name != "MODEL CHANGE",
+                f"{path}: *MODEL CHANGE takes elements out or brings them back, which is not read: leave out those that "
+                "are not there",
+            )
             known = block.name in _READERS or block.name in _LATE or block.name in _PASSED_OVER
             if not known and not in_step and block.name != "END STEP":
                 raise InputError(
@@ -82,7 +87,7 @@ def read_abaqus(path: str | Path, *, units: str) -> SolidModel:
             f"{path}: not an Abaqus input file at {reading}: labels must be whole numbers, coordinates numbers: {error}"
         ) from None
     file.parts.groups = file.group_names()
-    return restored(file.parts.model(file.system.length), marks(lines_with_includes(path, included)))
+    return restored(file.parts.model(file.system.length), marks(all_lines(path)))
 
 
 def _ignored(file: AbaqusFile, block: Block) -> None:

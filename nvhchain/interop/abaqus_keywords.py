@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 from nvhchain.interop._includes import lines_with_includes
+
+_FILLED = {"NODE", "ELEMENT", "NSET", "ELSET", "SURFACE", "KINEMATIC", "MPC", "BOUNDARY", "ELASTIC", "DENSITY"}
+"""Keywords that are read and may have their data in a file of its own."""
 
 
 @dataclass(frozen=True)
@@ -25,17 +28,11 @@ class Block:
 def blocks(path: Path) -> Iterator[Block]:
     """Every keyword of the file in order, with its data lines."""
     current: Block | None = None
-    pending = ""
-    for line in lines_with_includes(path, included):
+    for line in all_lines(path):
         text = line.strip()
         if text.startswith("**"):
             continue
-        if pending:
-            text, pending = pending + text, ""
         if text.startswith("*"):
-            if text.endswith(","):
-                pending = text
-                continue
             if current is not None:
                 yield current
             current = _keyword(text)
@@ -45,9 +42,35 @@ def blocks(path: Path) -> Iterator[Block]:
         yield current
 
 
-def included(line: str) -> str | None:
-    """Name of the file that *INCLUDE names."""
-    return _keyword(line.strip()).get("INPUT") if line[:8].upper() == "*INCLUDE" else None
+def all_lines(path: Path) -> Iterator[str]:
+    """Lines of the file, each keyword on one, and of the files that *INCLUDE and INPUT name."""
+    return lines_with_includes(path, _joined, _included)
+
+
+def _joined(lines: Iterable[str]) -> Iterator[str]:
+    """A keyword line goes on after a comma at its end."""
+    pending = ""
+    for line in lines:
+        text = line.strip()
+        if pending and text.startswith("**"):
+            continue
+        if pending:
+            line = text = pending + text
+            pending = ""
+        if text.startswith("*") and not text.startswith("**") and text.endswith(","):
+            pending = text
+        else:
+            yield line
+
+
+def _included(line: str) -> tuple[str, str] | None:
+    text = line.strip()
+    if not text.startswith("*") or text.startswith("**"):
+        return None
+    block = _keyword(text)
+    if block.name == "INCLUDE":
+        return "", block.get("INPUT")
+    return (text, block.get("INPUT")) if block.name in _FILLED and block.get("INPUT") else None
 
 
 def _keyword(text: str) -> Block:

@@ -31,7 +31,7 @@ SOLIDS: dict[str, tuple[str, str, tuple[int, ...]]] = {
 _PASSED_OVER = re.compile(
     r"(GRID|GRDSET|CORD2[RCS]|CTETRA|CPENTA|CHEXA|PSOLID|MAT1|RBE2|SPC|SPC1|SPCADD|SPCD|SET1|SET3|PARAM|MDLPRM|ENDDATA|ECHO\w*)$"
     r"|(EIG\w*|FORCE\d?|MOMENT\d?|PLOAD\w*|GRAV|ACCEL\d?|RFORCE|TEMP\w*|LOAD|LSEQ|DLOAD|[RT]LOAD[12]|DAREA|DELAY|DPHASE"
-    r"|FREQ\d?|TSTEP\w*|TABLE\w*|TABD\w*|RANDPS|NLPARM|DESVAR|DRESP\w*|DCONSTR|DVPREL\w*|BSURF\w*)$"
+    r"|PLOTEL\d?|FREQ\d?|TSTEP\w*|TABLE\w*|TABD\w*|RANDPS|NLPARM|DESVAR|DRESP\w*|DCONSTR|DVPREL\w*|BSURF\w*)$"
 )
 """Cards that are read, and those of loads, frequencies, tables and output, which change neither stiffness nor mass."""
 
@@ -158,6 +158,11 @@ def _materials(by_name: dict[str, list[list[str]]], parts: Parts, system: UnitSy
         _check_once([card[1] for card in by_name.get(name, [])], name, parts)
     known = {card[1]: card[2:] + [""] * 4 for card in by_name.get("MAT1", [])}
     for card in by_name.get("PSOLID", []):
+        kind = (card[7:8] or [""])[0].upper()
+        if kind not in ("", "SMECH"):
+            raise InputError(
+                f"{parts.source}: PSOLID {card[1]} is {kind}, not structure: leave out its elements, or leave FCTN blank"
+            )
         where = f"{parts.source}: MAT1 {card[2]} of PSOLID {card[1]}"
         if card[2] not in known:
             raise InputError(f"{where} is not defined")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from pathlib import Path
 
 from nvhchain.interop._includes import lines_with_includes
@@ -11,14 +11,33 @@ from nvhchain.interop._includes import lines_with_includes
 _SHORT_EXPONENT = re.compile(r"(?<=[0-9.])([+-]\d+)$")
 
 
-def _included(line: str) -> str | None:
-    """Name of the file that an INCLUDE statement names."""
-    return line[7:].split("$")[0].strip().strip("'\"") if line[:7].upper() == "INCLUDE" else None
+def _joined(lines: Iterable[str]) -> Iterator[str]:
+    """INCLUDE goes on until the quote that it opens is closed."""
+    pending = ""
+    for line in lines:
+        whole = pending + line.strip() if pending else line
+        name = _file_name(whole)
+        pending = whole.rstrip() if name and name[0] in "'\"" and name.count(name[0]) == 1 else ""
+        if not pending:
+            yield whole
+    if pending:
+        yield pending
+
+
+def _included(line: str) -> tuple[str, str] | None:
+    name = _file_name(line)
+    return None if name is None else ("", name.strip("'\""))
+
+
+def _file_name(line: str) -> str | None:
+    """What an INCLUDE statement names, quotes and all."""
+    text = line.lstrip()
+    return text[7:].split("$")[0].strip() if text[:7].upper() == "INCLUDE" else None
 
 
 def split_deck(path: Path) -> tuple[list[str], list[str]]:
     """Case control and bulk data lines; a file without BEGIN BULK is all bulk data."""
-    lines = list(lines_with_includes(path, _included))
+    lines = list(lines_with_includes(path, _joined, _included))
     start = next((i for i, line in enumerate(lines) if re.match(r"\s*BEGIN\s+BULK", line, re.I)), -1)
     return lines[: max(start, 0)], lines[start + 1 :]
 

@@ -16,13 +16,16 @@ import h5py
 import numpy as np
 from scipy.io import loadmat, savemat
 
-from nvhchain.errors import FileFormatError, require
+from nvhchain.errors import FileFormatError, InputError, require
 from nvhchain.handoff import BearingForces, FloatArray
 from nvhchain.interop.channel_units import unit_called
 from nvhchain.interop.force_channels import OF_MESHES, beside_forces
 from nvhchain.interop.record import Record
 
 AXES = "xyz"
+
+LARGEST_MAT = 2**31
+"""Bytes of an array of a MAT file of level 5 (MathWorks, MAT-File Versions)."""
 
 
 def read_csv(path: Path) -> Record:
@@ -227,6 +230,11 @@ def columns_of(quantity: str, values: FloatArray) -> list[str]:
 def write_mat(forces: BearingForces, path: Path) -> Path:
     """MATLAB level 5: time, input_speed, force (n_t, n_bearing, 3), names, positions, what is recorded of the meshes
     (n_t, n_mesh), and their units."""
+    require(
+        forces.force.nbytes < LARGEST_MAT,
+        f"{path}: forces of {forces.force.nbytes / 2**30:.3g} GiB exceed an array of a MAT file, which holds "
+        f"{LARGEST_MAT / 2**30:g} GiB: write .h5, which MATLAB reads, too",
+    )
     beside = beside_forces(forces)
     content = {
         "time": forces.time,
@@ -256,22 +264,25 @@ def write_hdf5(forces: BearingForces, path: Path) -> Path:
     return whole(path, write)
 
 
-def whole(path: Path, write: Callable[[Path], None]) -> Path:
+def whole(path: Path, write: Callable[[Path], object]) -> Path:
     """Let `write` fill a file beside `path` and rename it, so that no half file is seen.
 
-    Raises InputError where there is no folder for it, or one in its place.
+    Raises InputError where there is no folder for it, one in its place, or the system lets nothing be written.
     """
-    require(
-        path.absolute().parent.is_dir(), f"{path}: the folder {path.parent} does not exist: make it or choose another"
-    )
-    require(not path.is_dir(), f"{path}: a folder stands where a file is to be written: choose another name")
     part = path.with_suffix(".part")
     try:
-        write(part)
-        os.replace(part, path)
-    except BaseException:
-        part.unlink(missing_ok=True)
-        raise
+        folder = path.absolute().parent
+        require(folder.is_dir(), f"{path}: the folder {path.parent} does not exist: make it or choose another")
+        require(not path.is_dir(), f"{path}: a folder stands where a file is to be written: choose another name")
+        try:
+            write(part)
+            os.replace(part, path)
+        except BaseException:
+            part.unlink(missing_ok=True)
+            raise
+    except OSError as error:
+        reason = os.strerror(error.errno) if error.errno else _reason(error)
+        raise InputError(f"{path}: cannot be written ({reason}): choose another folder or name") from error
     return path
 
 

@@ -1,4 +1,4 @@
-"""Universal file format, dataset 58 (function at nodal DOF): time histories of forces, in and out, through pyuff.
+"""Universal file format, dataset 58 (function at nodal DOF): time histories of forces, in, through pyuff, and out.
 
 Channels are called `node:x`, `node:y`, `node:z` by response node and direction, `node:rx` … about an axis and
 `node:scalar` without direction; a record along a negative direction changes sign, as the format defines it.
@@ -81,52 +81,37 @@ def write_uff(forces: BearingForces, path: Path) -> Path:
 
     Values keep all digits, start and step of the time axis six.
     """
-    import pyuff
-
-    sets: list[dict[str, Any]] = [_function(forces, forces.input_speed, SPEED_NODE, 0, "input speed", 11, "rad/s")]
+    sets = [_function(forces.time, forces.input_speed, SPEED_NODE, 0, "input speed", 11, "rad/s")]
     for i, bearing in enumerate(forces.names):
         for axis in (1, 2, 3):
-            sets.append(_function(forces, forces.force[:, i, axis - 1], i + 1, axis, bearing, 9, "N"))
+            sets.append(_function(forces.time, forces.force[:, i, axis - 1], i + 1, axis, bearing, 9, "N"))
 
     for quantity, values in beside_forces(forces).items():
         for i, column in enumerate(values.T):
-            label, unit = quantity.replace("_", " "), OF_MESHES[quantity]
-            sets.append(_function(forces, column, MESH_NODES[quantity] + i, 0, label, DISPLACEMENT, unit))
-
-    def write(part: Path) -> None:
-        part.unlink(missing_ok=True)
-        # mode "overwrite" would drop the header of the first binary set (pyuff 2.5)
-        pyuff.UFF(str(part)).write_sets(sets, mode="add")
-
-    return whole(path, write)
+            label, node, unit = quantity.replace("_", " "), MESH_NODES[quantity] + i, OF_MESHES[quantity]
+            sets.append(_function(forces.time, column, node, 0, label, DISPLACEMENT, unit))
+    return whole(path, lambda part: part.write_bytes(b"".join(sets)))
 
 
 def _function(
-    forces: BearingForces, values: FloatArray, node: int, direction: int, label: str, kind: int, unit: str
-) -> dict[str, Any]:
+    time: FloatArray, values: FloatArray, node: int, direction: int, label: str, kind: int, unit: str
+) -> bytes:
+    """Dataset 58b: little-endian doubles, evenly spaced, below its eleven records in fixed columns."""
     line = " ".join(label.split()) or "NONE"
-    return {
-        "type": 58,
-        "binary": 1,
-        "func_type": TIME_RESPONSE,
-        "id1": line[:80],
-        "rsp_ent_name": line[:10],
-        "rsp_node": node,
-        "rsp_dir": direction,
-        "ref_node": 0,
-        "ref_dir": 0,
-        "ord_data_type": DOUBLE,
-        "abscissa_spacing": 1,
-        "abscissa_spec_data_type": TIME_AXIS,
-        "abscissa_axis_lab": "time",
-        "abscissa_axis_units_lab": "s",
-        "ordinate_spec_data_type": kind,
-        "ordinate_axis_units_lab": unit,
-        "orddenom_spec_data_type": 0,
-        "z_axis_spec_data_type": 0,
-        "x": np.array(forces.time),
-        "data": np.array(values),
-    }
+    none = f"{0:10d}{0:5d}{0:5d}{0:5d} {'NONE':20} {'NONE':20}"
+    head = [
+        f"{-1:6d}",
+        f"{58:6d}b{1:6d}{2:6d}{11:12d}{8 * len(values):12d}{0:6d}{0:6d}{0:12d}{0:12d}",
+        f"{line[:80]:80}",
+        *[f"{'NONE':80}"] * 4,
+        f"{TIME_RESPONSE:5d}{0:10d}{0:5d}{0:10d} {line[:10]:>10}{node:10d}{direction:4d} {'NONE':>10}{0:10d}{0:4d}",
+        f"{DOUBLE:10d}{len(values):10d}{1:10d}{time[0]:13.5e}{time[1] - time[0]:13.5e}{0:13.5e}",
+        f"{TIME_AXIS:10d}{0:5d}{0:5d}{0:5d} {'time':20} {'s':20}",
+        f"{kind:10d}{0:5d}{0:5d}{0:5d} {'NONE':20} {unit:20}",
+        none,
+        none,
+    ]
+    return "\n".join([*head, ""]).encode() + np.asarray(values, dtype="<f8").tobytes() + f"{-1:6d}\n".encode()
 
 
 def _name(function: dict[str, Any], path: Path) -> tuple[str, float]:

@@ -11,7 +11,14 @@ from scipy.io import loadmat, savemat
 from nvhchain._table import build
 from nvhchain.errors import InputError
 from nvhchain.handoff import BearingForces
-from nvhchain.interop import BearingChannels, ForceChannels, read_bearing_forces, read_record, write_bearing_forces
+from nvhchain.interop import (
+    BearingChannels,
+    ForceChannels,
+    read_bearing_forces,
+    read_record,
+    records,
+    write_bearing_forces,
+)
 from nvhchain.interop.channel_units import unit_called
 from nvhchain.interop.sampling import resampled
 from nvhchain.store import save
@@ -380,6 +387,15 @@ def test_a_uff_gap_of_half_a_step_is_told_remedies_it_has(forces, tmp_path):
     ).sample_rate == pytest.approx(300.0)
 
 
+def test_uff_is_written_as_pyuff_writes_it(forces, tmp_path):
+    odd = forces.replace(names=("A" * 90, 'Läger, "轴"\nz'), output_lag=np.zeros(500), time=forces.time + 12.3456)
+    write_bearing_forces(odd, tmp_path / "a.uff")
+    sets = [dict(s) for s in pyuff.UFF(str(tmp_path / "a.uff")).read_sets()]
+    assert len(sets) == 8
+    pyuff.UFF(str(tmp_path / "b.uff")).write_sets(sets, mode="add")
+    assert (tmp_path / "a.uff").read_bytes() == (tmp_path / "b.uff").read_bytes()
+
+
 def test_uff_without_stated_rate_uses_its_own_axis(forces, tmp_path):
     path = tmp_path / "a.uff"
     channels = replace(write_bearing_forces(forces, path), sample_rate=None)
@@ -455,6 +471,22 @@ def test_a_folder_in_the_place_of_the_file_is_refused(forces, tmp_path, suffix):
     (tmp_path / f"taken{suffix}").mkdir()
     with pytest.raises(InputError, match="a folder stands where a file is to be written"):
         write_bearing_forces(forces, tmp_path / f"taken{suffix}")
+
+
+@SUFFIXES
+def test_what_the_system_does_not_let_be_written_is_refused_with_its_reason(forces, tmp_path, suffix):
+    (tmp_path / "a.part").mkdir()
+    for name, reason in ((f"a{suffix}", "Is a directory"), ("n" * 300 + suffix, "File name too long")):
+        with pytest.raises(InputError, match=rf"{name}: cannot be written \({reason}\): choose another"):
+            write_bearing_forces(forces, tmp_path / name)
+    assert [path.name for path in tmp_path.iterdir()] == ["a.part"]
+
+
+def test_forces_beyond_the_size_of_a_mat_file_are_sent_to_hdf5(forces, tmp_path, monkeypatch):
+    monkeypatch.setattr(records, "LARGEST_MAT", forces.force.nbytes)
+    with pytest.raises(InputError, match=r"exceed an array of a MAT file, .*: write \.h5"):
+        write_bearing_forces(forces, tmp_path / "a.mat")
+    write_bearing_forces(forces, tmp_path / "a.h5")
 
 
 def test_missing_file_is_named(tmp_path):

@@ -63,8 +63,8 @@ def read_abaqus(path: str | Path, *, units: str) -> SolidModel:
                 )
             require(
                 block.name != "MODEL CHANGE",
-                f"{path}: *MODEL CHANGE takes elements out or brings them back, which is not read: leave out those that "
-                "are not there",
+                f"{path}: *MODEL CHANGE takes elements out or brings them back, which is not read: leave out "
+                "those that are not there",
             )
             known = block.name in _READERS or block.name in _LATE or block.name in _PASSED_OVER
             if not known and not in_step and block.name != "END STEP":

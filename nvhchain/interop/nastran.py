@@ -161,7 +161,7 @@ def _materials(by_name: dict[str, list[list[str]]], parts: Parts, system: UnitSy
         kind = (card[7:8] or [""])[0].upper()
         if kind not in ("", "SMECH"):
             raise InputError(
-                f"{parts.source}: PSOLID {card[1]} is {kind}, not structure: leave out its elements, or leave FCTN blank"
+                f"{parts.source}: PSOLID {card[1]} is {kind}, not structure: leave out its elements, or FCTN"
             )
         where = f"{parts.source}: MAT1 {card[2]} of PSOLID {card[1]}"
         if card[2] not in known:

@@ -1,8 +1,9 @@
 """Abaqus input: parts, instances and the names in them, surfaces, couplings, and what is refused."""
 
+import numpy as np
 import pytest
 
-from nvhchain.errors import InputError
+from nvhchain.errors import FileFormatError, InputError
 from nvhchain.interop import read_abaqus, read_solid_model
 
 ABAQUS = """\
@@ -165,6 +166,7 @@ SECTION = "*SOLID SECTION, ELSET=ALL, MATERIAL=Steel\n,\n"
         ("*DENSITY", "*ELASTIC\n70000., 0.3\n*DENSITY", r"material STEEL has \*ELASTIC twice"),
         ("*DENSITY", "*DENSITY\n2.7e-9,\n*DENSITY", r"material STEEL has \*DENSITY twice"),
         ("*DENSITY\n", "*DENSITY\n2.7e-9, 20.\n", r"\*DENSITY has 2 rows"),
+        ("*STEP\n", "*STEP\n*MODEL CHANGE, REMOVE\nCase-1.all\n", r"\*MODEL CHANGE takes elements out"),
     ],
 )
 def test_abaqus_that_would_change_the_answer_is_refused(tmp_path, old, new, message):
@@ -180,3 +182,34 @@ def test_boundary_of_the_model_and_of_one_step_add_up(tmp_path):
     step = ("*STEP\n", "*STEP\n*END STEP\n*STEP\n*BOUNDARY, OP=MOD\nCase-1.8, 1, 1\n")
     model = read_changed(tmp_path, same, step)
     assert model.held[model.labels == 8].tolist() == [[True, False, True]]
+
+
+@pytest.mark.parametrize(
+    ("keyword", "data"),
+    [
+        ("*NODE", ABAQUS[ABAQUS.index("1, 0., 0.") : ABAQUS.index("*ELEMENT")]),
+        ("*ELEMENT, TYPE=C3D8R, ELSET=All", "1, 1, 2, 3, 4,\n5, 6, 7, 8\n"),
+        ("*NSET, NSET=bottom, GENERATE", "1, 4, 1\n"),
+        ("*BOUNDARY", "bottom, PINNED\nCase-1.8, 3, 3\n"),
+    ],
+)
+def test_data_in_a_file_of_its_own_stand_under_their_keyword(tmp_path, keyword, data):
+    (tmp_path / "data.txt").write_text(data)
+    apart = (f"{keyword}\n{data}", f"{keyword}, INPUT=data.txt\n")
+    whole, model = read_changed(tmp_path), read_changed(tmp_path, apart)
+    assert np.array_equal(model.nodes, whole.nodes)
+    assert np.array_equal(model.blocks[0].nodes, whole.blocks[0].nodes)
+    assert np.array_equal(model.groups["bottom"], whole.groups["bottom"])
+    assert np.array_equal(model.held, whole.held)
+    (tmp_path / "data.txt").unlink()
+    with pytest.raises(FileFormatError, match=r"data\.txt: cannot be read"):
+        read_changed(tmp_path, apart)
+
+
+def test_orientation_changes_nothing_of_an_isotropic_solid(tmp_path):
+    turned = (
+        "*SOLID SECTION, ELSET=all",
+        "*ORIENTATION, NAME=Turned\n0., 1., 0., -1., 0., 0.\n*SOLID SECTION, ORIENTATION=Turned, ELSET=all",
+    )
+    model = read_changed(tmp_path, turned)
+    assert model.blocks[0].material == read_changed(tmp_path).blocks[0].material

@@ -183,6 +183,7 @@ def test_subcases_held_differently_are_read_by_spc(tmp_path):
         ("SPC,7,8,13,0.0", "SPC,7,8,13,0.1", "enforces a motion"),
         ("MAT1           4", "MAT1,4,7.+10,,0.3,2.7+6\nMAT1           4", "MAT1 4 is defined twice"),
         ("PSOLID         3", "PSOLID,3,5\nPSOLID         3", "PSOLID 3 is defined twice"),
+        ("PSOLID         3       4", "PSOLID,3,4,,,,,PFLUID", "PSOLID 3 is PFLUID, not structure"),
         ("PSOLID         3", "CTETRA,1,3,1,2,3,5\nPSOLID         3", "element 1 is defined twice"),
         ("SPC1,7,123,1,4", "RBE2,11,99,123456,6\nSPC1,7,123,1,4", "element 11 is defined twice"),
         ("SPC = 7", "SUBCASE 1\nSPC = 7\nSUBCASE 2\nSPC = 8", "selects constraint sets 7, 8 in turn: say which by spc"),
@@ -200,6 +201,12 @@ def test_nastran_that_would_change_the_answer_is_refused(tmp_path, old, new, mes
     path.write_text(NASTRAN.replace(old, new, 1))
     with pytest.raises(InputError, match=message):
         read_nastran(path, units="m-kg-s")
+
+
+def test_lines_for_plots_only_change_nothing(tmp_path):
+    path = tmp_path / "lines.bdf"
+    path.write_text(NASTRAN.replace("PSOLID ", "PLOTEL,900,1,2\nPSOLID ", 1))
+    assert read_nastran(path, units="m-kg-s").elements == 1
 
 
 def test_wrong_units_are_recognised_by_the_material(tmp_path):
@@ -229,7 +236,9 @@ def test_unit_systems_give_steel_its_handbook_values(name, young, density):
     ("text", "cut", "statement", "name"),
     [
         (NASTRAN, "PSOLID", "INCLUDE 'rest.bdf'", "rest.bdf"),
+        (NASTRAN, "PSOLID", "  include './\n  rest.bdf'", "rest.bdf"),
         (ABAQUS, "*MATERIAL", "*INCLUDE, INPUT=rest.inp", "rest.inp"),
+        (ABAQUS, "*MATERIAL", " *Include,\n input=rest.inp", "rest.inp"),
     ],
 )
 def test_included_files_stand_in_their_place(tmp_path, text, cut, statement, name):

@@ -1,4 +1,4 @@
-"""The bodies that a surface is made of: each turned outward, none inside, through or touching another."""
+"""The bodies that a surface is made of: none inside, through or touching another."""
 
 from __future__ import annotations
 
@@ -6,34 +6,24 @@ from functools import lru_cache
 from itertools import permutations
 
 import numpy as np
-import scipy.sparse as sp
-from scipy.sparse.csgraph import connected_components
 
 from nvhchain.acoustics.intersections import crossing_pairs, facing_pairs, folded_pairs, neighbours
 from nvhchain.errors import InputError, require
 from nvhchain.handoff import FloatArray, IntArray, Surface
+from nvhchain.handoff.surface import bodies_of
 
 LEAST_GAP = 1e-3
 """Air between two triangles, in longest edges of the longer one, below which they count as touching."""
 
 
-def bodies_of(triangles: IntArray) -> IntArray:
-    """Number (n_face,) of the connected body every triangle (n_face, 3) belongs to."""
-    edges = triangles[:, [0, 1, 1, 2]].reshape(-1, 2).T
-    count = int(triangles.max()) + 1
-    link = sp.coo_matrix((np.ones(edges.shape[1], dtype=bool), edges), shape=(count, count))
-    return np.unique(connected_components(link, directed=False)[1][triangles[:, 0]], return_inverse=True)[1]
-
-
 @lru_cache(maxsize=8)
 def check_bodies(surface: Surface) -> None:
-    """Raise `InputError` unless every body of the surface is turned outward and keeps clear of itself and the others.
+    """Raise `InputError` unless every body of the surface keeps clear of itself and the others.
 
-    A body inside another one, and a cavity without an opening, radiates nothing outside and would only add its own
-    resonances.  0.4 s for 30 000 triangles, once for a surface.
+    A body inside another one radiates nothing outside and would only add its own resonances.
+    0.4 s for 30 000 triangles, once for a surface.
     """
     body = bodies_of(surface.triangles)
-    _check_orientation(surface, body)
     pairs = neighbours(surface, LEAST_GAP)
     crossing = crossing_pairs(surface, pairs)
     if len(crossing):
@@ -65,21 +55,6 @@ def check_bodies(surface: Surface) -> None:
             "their edge) are needed: close the gap, widen it or refine the surface there"
         )
     _check_nesting(surface, body)
-
-
-def _check_orientation(surface: Surface, body: IntArray) -> None:
-    """Every body must enclose a positive volume."""
-    first = np.unique(body, return_index=True)[1]
-    origin = surface.vertices[surface.triangles[first, 0]][body]
-    corners = surface.vertices[surface.triangles] - origin[:, None]
-    volume = np.bincount(body, np.linalg.det(corners) / 6.0)
-    worst = int(volume.argmin())
-    require(
-        volume[worst] > 0,
-        f"body {worst} of {len(volume)} (triangle {first[worst]} and what is joined to it) encloses "
-        f"{volume[worst]:.3g} m³: its normals point inward; flip its triangles, or drop them if they are the wall of a "
-        "cavity inside another body, from which no sound gets out",
-    )
 
 
 def _check_nesting(surface: Surface, body: IntArray) -> None:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from nvhchain.acoustics._gmsh import remesh
-from nvhchain.acoustics.bodies import bodies_of, check_bodies
+from nvhchain.acoustics.bodies import check_bodies
 from nvhchain.acoustics.intersections import crossing_pairs, folded_pairs, neighbours
 from nvhchain.acoustics.plane import check_plane
 from nvhchain.acoustics.surface import MESH_ERROR, check_points, mean_edge
@@ -21,6 +21,7 @@ from nvhchain.errors import InputError, SolverError, require
 from nvhchain.fem.triangles import equal_pieces, squared_distance
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, IntArray, RigidPlane, Surface
+from nvhchain.handoff.surface import bodies_of
 
 SHARP_ANGLE = np.radians(40.0)
 """Edges between triangles that meet under a larger angle are kept."""

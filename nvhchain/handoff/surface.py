@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
 
 from nvhchain.errors import InputError, require
 from nvhchain.handoff.base import (
@@ -16,9 +18,17 @@ from nvhchain.handoff.base import (
 )
 
 
+def bodies_of(triangles: IntArray) -> IntArray:
+    """Number (n_face,) of the connected body every triangle (n_face, 3) belongs to."""
+    edges = triangles[:, [0, 1, 1, 2]].reshape(-1, 2).T
+    count = int(triangles.max()) + 1
+    link = sp.coo_matrix((np.ones(edges.shape[1], dtype=bool), edges), shape=(count, count))
+    return np.unique(connected_components(link, directed=False)[1][triangles[:, 0]], return_inverse=True)[1]
+
+
 @dataclass(frozen=True, eq=False)
 class Surface(HandOff):
-    """A closed triangulated surface (one or more bodies) with outward normals.
+    """A closed triangulated surface with outward normals: of one or more bodies, none of them a cavity in another.
 
     vertices: (n_v, 3) m.  triangles: (n_face, 3) vertex indices, counter-clockwise seen from outside.
     """
@@ -47,11 +57,7 @@ class Surface(HandOff):
             f"Surface triangle {smallest} has no area ({area[smallest]:.3g} m²): remove degenerate triangles",
         )
         self._check_closed()
-        volume = self.volume
-        require(
-            volume > 0,
-            f"Surface encloses {volume:.3g} m³: its normals point inward; flip the triangles (swap two columns)",
-        )
+        self._check_outward()
 
     def _check_closed(self) -> None:
         edges = self.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
@@ -71,6 +77,20 @@ class Surface(HandOff):
         require(
             bool((count == 1).all()) and len(undirected) * 2 == len(unique),
             "Surface triangles are not oriented alike: neighbours must run along a common edge in opposite directions",
+        )
+
+    def _check_outward(self) -> None:
+        """Every body encloses a positive volume: the wall of a closed cavity, which does not, gives off no sound."""
+        body = bodies_of(self.triangles)
+        first = np.unique(body, return_index=True)[1]
+        origin = self.vertices[self.triangles[first, 0]][body]
+        volume = np.bincount(body, np.einsum("ij,ij->i", self._cross, self.centroids - origin)) / 6.0
+        worst = int(volume.argmin())
+        require(
+            volume[worst] > 0,
+            f"body {worst} of {len(volume)} (triangle {first[worst]} and what is joined to it) encloses "
+            f"{volume[worst]:.3g} m³: its normals point inward; flip its triangles (swap two columns), or drop them if "
+            "they are the wall of a cavity inside another body, from which no sound gets out",
         )
 
     @cached_property

@@ -147,13 +147,13 @@ def test_gaps_are_told_with_their_width_and_from_walls():
     assert not walls.air.any()
 
 
-def test_a_second_body_turned_inward_a_closed_cavity_and_a_body_inside_another_are_refused():
+def test_a_body_turned_inward_and_a_closed_cavity_are_no_surface_and_a_body_inside_another_is_refused():
     ball, small, beside = sphere(0.1, 2), sphere(0.04, 2), sphere(0.04, 2, (0.2, 0.0, 0.0))
     check_bodies(together(ball, beside))
     with pytest.raises(InputError, match=r"body 1 of 2 \(triangle 320 .* encloses -0.000268 m³: its normals point inw"):
-        check_bodies(together(ball, inward(beside)))
+        together(ball, inward(beside))
     with pytest.raises(InputError, match=r"body 1 of 2 .* the wall of a cavity inside another body"):
-        check_bodies(together(ball, inward(small)))
+        together(ball, inward(small))
     for order in ((ball, small), (small, ball)):
         with pytest.raises(InputError, match=r"body \d of 2 near .* lies inside body \d"):
             check_bodies(together(*order))

@@ -25,8 +25,9 @@ from nvhchain.handoff import FloatArray
 
 @dataclass(frozen=True, eq=False)
 class Decimator:
-    """Filtered outputs: bearing forces (3 n_bearing) N, drive-flank deflections (n_mesh) m, transmission errors of the
-    meshes (n_mesh) m, then the angle in rad by which the output lags behind the input.
+    """Filtered outputs: bearing forces (3 n_bearing) N, deflections of the drive flanks (n_mesh) m and of the back
+    flanks (n_mesh) m, transmission errors of the meshes (n_mesh) m, then the angle in rad by which the output lags
+    behind the input.
 
     stride: steps per sample.  half: H, steps on either side of a sample that its filter sees, a multiple of stride.
     on_state (n_state, n_out), on_excess ((2 H + 2) 2 n_row, n_out), constant (n_out,): the output around step m + H
@@ -84,7 +85,7 @@ def record_stride(time_step: float, f_max: float, fidelity: DynamicsFidelity) ->
 def decimator(model: Simulation, stride: int, taps: FloatArray) -> Decimator:
     """The outputs of `model` at every `stride`-th step through `taps` (2 H + 1)."""
     n_z, n_c = len(model.step.decay), len(model.contact_stiffness)
-    outputs = np.vstack([model.bearing_output, model.deflection_output, model.error_output])
+    outputs = np.vstack([model.bearing_output, model.deflection_output, model.back_output, model.error_output])
     rows = outputs[:, :n_z] - 1j * outputs[:, n_z:]  # y = Re(rows z)
     jump = np.zeros((len(outputs), n_c))
     jump[: len(model.bearing_jump)] = model.bearing_jump

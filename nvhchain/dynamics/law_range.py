@@ -8,21 +8,31 @@ from collections.abc import Sequence
 from nvhchain.dynamics.gearbox import Gearbox
 from nvhchain.errors import AccuracyWarning
 from nvhchain.fidelity import DynamicsFidelity
-from nvhchain.handoff import BearingForces, MeshLaw
+from nvhchain.handoff import BearingForces, FloatArray, MeshLaw
 
 Excursions = dict[str, dict[str, float]]
-"""By mesh, as `pinion shaft–wheel shaft`: lowest and highest of the record and of the table, m."""
+"""By mesh, as `pinion shaft–wheel shaft`: lowest and highest deflection at which its flanks asked the law, and the ends
+of the table, m."""
 
 
 def excursions(
-    gearbox: Gearbox, mesh_laws: Sequence[MeshLaw], forces: BearingForces, fidelity: DynamicsFidelity
+    gearbox: Gearbox, mesh_laws: Sequence[MeshLaw], drive: FloatArray, back: FloatArray, fidelity: DynamicsFidelity
 ) -> Excursions:
-    """Meshes whose recorded deflection leaves the table; none at the levels that do not read it in the time loop."""
+    """Meshes whose flanks carry beyond the table; none at the levels that do not read it in the time loop.
+
+    drive, back (n, n_mesh): m, deflections at which the flanks ask the law. They differ, since the flanks' normals do
+    and the shafts move apart under load: each flank counts on the side to which it is pressed, and on the other where
+    the law still pushes, or pulls, at its end.
+    """
     found: Excursions = {}
     if fidelity.mesh_level != "table":
         return found
-    for mesh, law, deflection in zip(gearbox.meshes, mesh_laws, forces.mesh_deflection.T, strict=True):
-        lowest, highest = float(deflection.min()), float(deflection.max())
+    for mesh, law, front, behind in zip(gearbox.meshes, mesh_laws, drive.T, back.T, strict=True):
+        lowest, highest = float(behind.min()), float(front.max())
+        if law.force[:, 0].max() > 0.0:
+            lowest = min(lowest, float(front.min()))
+        if law.force[:, -1].min() < 0.0:
+            highest = max(highest, float(behind.max()))
         low, high = float(law.deflection[0]), float(law.deflection[-1])
         if lowest < low or highest > high:
             found[f"{mesh.pinion_shaft}–{mesh.wheel_shaft}"] = {
@@ -32,10 +42,14 @@ def excursions(
 
 
 def marked(
-    forces: BearingForces, gearbox: Gearbox, mesh_laws: Sequence[MeshLaw], fidelity: DynamicsFidelity
+    forces: BearingForces,
+    back: FloatArray,
+    gearbox: Gearbox,
+    mesh_laws: Sequence[MeshLaw],
+    fidelity: DynamicsFidelity,
 ) -> BearingForces:
-    """`forces`, with `beyond_mesh_law` in their provenance where they have `excursions`."""
-    beyond = excursions(gearbox, mesh_laws, forces, fidelity)
+    """`forces`, with `beyond_mesh_law` in their provenance where they and `back` (`excursions`) leave a law."""
+    beyond = excursions(gearbox, mesh_laws, forces.mesh_deflection, back, fidelity)
     return forces.replace(provenance=forces.provenance | {"beyond_mesh_law": beyond}) if beyond else forces
 
 

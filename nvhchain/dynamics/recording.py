@@ -19,7 +19,7 @@ import numpy as np
 from nvhchain import store
 from nvhchain.conventions import Progress
 from nvhchain.dynamics.gearbox import Gearbox
-from nvhchain.dynamics.law_range import joined, marked, warn_beyond_law
+from nvhchain.dynamics.law_range import joined, warn_beyond_law
 from nvhchain.dynamics.one_thread import on_one_thread
 from nvhchain.dynamics.ramp import Operation
 from nvhchain.dynamics.simulation import Motion
@@ -81,8 +81,8 @@ def record_run_up(
         waiting.append(piece)
         whole = sum(len(part) for part in waiting)
         if whole >= PIECE or (stands.block == run.blocks and whole > 0):
-            forces = record(run, first, np.concatenate(waiting)).replace(provenance=provenance)
-            store.save(marked(forces, gearbox, mesh_laws, operation["fidelity"]), _path(folder, written))
+            forces = record(run, first, np.concatenate(waiting), mesh_laws, operation["fidelity"])
+            store.save(forces.replace(provenance=provenance | forces.provenance), _path(folder, written))
             written, first, waiting = written + 1, first + whole, []
             _keep(folder / "standing.npz", key, written, first, stands)
         if progress:

@@ -31,8 +31,10 @@ class Simulation:
     bearing_output (3 n_bearing, n_state): bearing forces = bearing_output · s.
     bearing_jump (3 n_bearing, 2 n_row): what a jump of the excess forces takes off their samples (`bearing_force`).
     contact_output (2 n_row, n_state): contact deflections = contact_output · s.
-    deflection_output (n_mesh, n_state): of the drive flanks, mean over the face.  error_output (n_mesh + 1, n_state):
-    transmission errors of the meshes, m, then the angle in rad by which the output lags behind the input.
+    deflection_output (n_mesh, n_state): of the drive flanks, mean over the face.  back_output (n_mesh, n_state): of
+    the back flanks, likewise and with the sign of the laws, < 0 where they are pressed.
+    error_output (n_mesh + 1, n_state): transmission errors of the meshes, m, then the angle in rad by which the output
+    lags behind the input.
     kernel: decay, gain, read and drive of `step` as the time loop wants them: each (2, …) real over imaginary parts,
     the modes filled up with idle ones to whole vector registers.
     tolerance: N, admissible residual of the contact forces, reached within `iterations`.
@@ -49,6 +51,7 @@ class Simulation:
     bearing_jump: FloatArray
     contact_output: FloatArray
     deflection_output: FloatArray
+    back_output: FloatArray
     error_output: FloatArray
     kernel: tuple[FloatArray, ...]
     tolerance: float
@@ -149,6 +152,7 @@ def _discretised(
         time_step / 12.0 * assembly.bearing_damping @ (assembly.contact / assembly.mass).T,
         contact_output,
         mean @ contact_output[0::2],
+        -mean @ contact_output[1::2],
         output_matrix(modes, error, np.zeros_like(error)),
         tuple(_in_registers(part) for part in (step.decay, step.gain, step.read, step.drive)),
         tolerance,

@@ -25,6 +25,7 @@ from nvhchain.dynamics.ramp import Operation, Ramp
 from nvhchain.dynamics.simulation import Motion, Simulation, advance, at_rest, at_speed, carried_over, simulation
 from nvhchain.dynamics.steady import check_step, settling_time
 from nvhchain.errors import ResourceError, require
+from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import BearingForces, FloatArray, MeshLaw, ReducedHousing
 from nvhchain.kinds import check_arguments
 from nvhchain.memory import free_memory
@@ -149,7 +150,7 @@ def _check_block(model: Simulation, stride: int, half: int, parts: int, f_max: f
     Beside each sample of a block lie the excess forces that its filter sees; two blocks' forces and phases of all steps
     are held, and one set of coefficients per model.
     """
-    n_c, n_out = len(model.contact_stiffness), model.bearing_output.shape[0] + 2 * len(model.deflection_output) + 1
+    n_c, n_out = len(model.contact_stiffness), model.bearing_output.shape[0] + 3 * len(model.deflection_output) + 1
     width, steps = 2 * half + 2, BLOCK * stride
     needed = 8.0 * (BLOCK * width * n_c + 2 * steps * 2 * n_c + parts * width * n_c * n_out)
     available = free_memory()
@@ -218,21 +219,25 @@ def samples(run: RunUp, standing: Standing) -> Iterator[tuple[FloatArray, Standi
             yield waiting[0].result(), waiting[1]
 
 
-def record(run: RunUp, first: int, sampled: FloatArray) -> BearingForces:
-    """The hand-off of samples `first`, first + 1, … of a run."""
+def record(
+    run: RunUp, first: int, sampled: FloatArray, mesh_laws: Sequence[MeshLaw], fidelity: DynamicsFidelity
+) -> BearingForces:
+    """The hand-off of samples `first`, first + 1, … of a run, `marked`."""
     gearbox = run.model.assembly.gearbox
     time = np.arange(first, first + len(sampled), dtype=float) * run.sample_time
     n_force, n_mesh = 3 * len(gearbox.bearings), len(gearbox.meshes)
-    return BearingForces(
+    made = BearingForces(
         time=time,
         force=sampled[:, :n_force].reshape(len(sampled), -1, 3),
         names=tuple(bearing.name for bearing in gearbox.bearings),
         positions=np.array(gearbox.bearing_positions),
         input_speed=run.ramp.speed(time),
         mesh_deflection=sampled[:, n_force : n_force + n_mesh],
-        transmission_error=sampled[:, n_force + n_mesh : -1],
+        transmission_error=sampled[:, n_force + 2 * n_mesh : -1],
         output_lag=sampled[:, -1],
     )
+    back = sampled[:, n_force + n_mesh : n_force + 2 * n_mesh]
+    return marked(made, back, gearbox, mesh_laws, fidelity)
 
 
 def run_up(
@@ -288,6 +293,6 @@ def run_up_with_error(
         filled += len(piece)
         if progress:
             progress(standing.block, run.blocks)
-    forces = marked(record(run, 0, sampled), gearbox, mesh_laws, operation["fidelity"])
+    forces = record(run, 0, sampled, mesh_laws, operation["fidelity"])
     remind(forces)
     return forces, sampled[:, -1].copy()

@@ -73,7 +73,7 @@ def bearing_forces(
     check_step(gearbox, mesh_laws, kinematics, input_speed, f_max, fidelity)
     period = float(kinematics.common_period) * 2.0 * pi / input_speed
     periods = max(1, ceil(duration / period * (1.0 - 1e-9)))
-    n_out = 3 * len(gearbox.bearings) + 2 * len(gearbox.meshes) + 1
+    n_out = 3 * len(gearbox.bearings) + 3 * len(gearbox.meshes) + 1
     _check_memory(period / fidelity.time_step, n_out, periods, period)
     n_step = next_fast_len(ceil(period / fidelity.time_step), real=True)
     repeats = [int(kinematics.common_period / period) for period in kinematics.law_period]
@@ -106,10 +106,10 @@ def bearing_forces(
         input_speed=np.full(len(record), input_speed),
         periodic=True,
         mesh_deflection=meshes[:, :n_mesh],
-        transmission_error=meshes[:, n_mesh:-1],
+        transmission_error=meshes[:, 2 * n_mesh : -1],
         output_lag=meshes[:, -1],
     )
-    made = marked(made, gearbox, mesh_laws, fidelity)
+    made = marked(made, meshes[:, n_mesh : 2 * n_mesh], gearbox, mesh_laws, fidelity)
     remind(made)
     return made
 
@@ -276,9 +276,9 @@ def _pass(model: Simulation, motion: Motion, repeats: Sequence[int], offset: Flo
 def _period(
     model: Simulation, motion: Motion, repeats: Sequence[int], offset: FloatArray, n_step: int
 ) -> tuple[Motion, FloatArray, FloatArray]:
-    """One common period: bearing forces (n_step, 3 n_bearing) N and (n_step, 2 n_mesh + 1) drive-flank deflections and
-    transmission errors of the meshes, m, and the lag of the output, rad."""
-    output = np.vstack([model.deflection_output, model.error_output]).T
+    """One common period: bearing forces (n_step, 3 n_bearing) N and (n_step, 3 n_mesh + 1) deflections of drive flanks
+    and of back flanks and transmission errors of the meshes, m, and the lag of the output, rad."""
+    output = np.vstack([model.deflection_output, model.back_output, model.error_output]).T
     force = np.empty((n_step, len(model.bearing_output)))
     angular = np.empty((n_step, output.shape[1]))
     for first in range(0, n_step, BLOCK):

@@ -66,7 +66,7 @@ def test_coefficients_of_the_filtered_outputs_are_the_sums_they_stand_for(make_g
     )
     taps = np.random.default_rng(2).standard_normal(19)
     found, step, n_z = decimator(model, 3, taps), model.step, len(model.step.decay)
-    outputs = np.vstack([model.bearing_output, model.deflection_output, model.error_output])
+    outputs = np.vstack([model.bearing_output, model.deflection_output, model.back_output, model.error_output])
     rows = outputs[:, :n_z] - 1j * outputs[:, n_z:]
     jump = np.vstack([model.bearing_jump, np.zeros((len(rows) - len(model.bearing_jump), step.drive.shape[0]))])
     on_state, constant = np.zeros_like(rows), np.zeros(len(rows))
@@ -346,13 +346,55 @@ def test_both_ends_of_a_mesh_law_are_looked_at_and_extremes_are_those_of_all_pie
     law = first.replace(
         deflection=grid, force=np.stack([np.interp(grid, first.deflection, row) for row in first.force])
     )
-    whole = excursions(gearbox, (law, make_laws()[1]), found, fidelity)
+    drive, laws = found.mesh_deflection, (law, make_laws()[1])
+    whole = excursions(gearbox, laws, drive, drive, fidelity)
     assert whole == {"A–B": {"lowest": lowest, "highest": highest, "table_lowest": grid[0], "table_highest": grid[-1]}}
     half = whole["A–B"]
     middle = 0.5 * (lowest + highest)
     pieces = [{"A–B": half | {"highest": middle}}, {"A–B": half | {"lowest": middle}}, {}]
     for order in (pieces, pieces[::-1]):
         assert joined(order) == whole
+
+
+@pytest.mark.parametrize("torque", [250.0, -250.0])
+def test_each_flank_is_judged_by_the_deflection_at_which_it_asks_the_law(make_gearbox, make_laws, make_housing, torque):
+    """Shafts move apart under load: the flank that is out of contact lies further out than the one that carries."""
+    gearbox, laws = make_gearbox(), make_laws(plain_wheel=True, error=8e-6)
+    housing, operation = make_housing(gearbox, modes=8), _operation(start_speed=SPEED, input_torque=torque)
+    slow = operation | {"start_speed": 0.3 * SPEED, "end_speed": 0.3 * SPEED}
+    given = {"duration": 0.02, "fidelity": DynamicsFidelity(1e-5)}
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", AccuracyWarning)
+        found = run_up(gearbox, laws, housing, **operation | given)
+    if torque < 0:  # the drive rows, which carry nothing, are below the table
+        assert (found.mesh_deflection.min(axis=0) < [law.deflection[0] for law in laws]).all()
+    assert "beyond_mesh_law" not in found.provenance
+    model = simulation(gearbox, laws, housing, input_torque=torque, time_step=1e-5, fidelity=given["fidelity"])
+    still = np.array([at_rest(model, np.full(2, phase)).state for phase in np.arange(24) / 24])
+    asked = still @ (model.deflection_output if torque > 0 else model.back_output)[0]
+    # the same law, ending where the load asks for it at standstill: slow motion goes a little further
+    end = 1.002 * (asked.max() if torque > 0 else asked.min())
+    grid = laws[0].deflection
+    grid = np.append(grid[grid < end], end) if torque > 0 else np.append(end, grid[grid > end])
+    force = np.stack([np.interp(grid, laws[0].deflection, row) for row in laws[0].force])
+    with pytest.warns(AccuracyWarning, match=r"mesh A–B: .* leave the mesh law"):
+        told = run_up(gearbox, (laws[0].replace(deflection=grid, force=force), laws[1]), housing, **slow | given)
+    beyond = told.provenance["beyond_mesh_law"]
+    assert list(beyond) == ["A–B"]
+    if torque > 0:
+        assert beyond["A–B"]["highest"] == told.mesh_deflection[:, 0].max() > end
+    else:
+        assert told.mesh_deflection[:, 0].min() < beyond["A–B"]["lowest"] < end
+
+
+def test_a_flank_beyond_the_table_counts_where_it_carries(make_gearbox, make_laws):
+    gearbox, laws, fidelity = make_gearbox(), make_laws(plain_wheel=True), DynamicsFidelity(1e-5)
+    low, high = laws[0].deflection[[0, -1]]
+    far, inside = np.array([[low - 1e-5, 0.0], [high + 1e-5, 0.0]]), np.zeros((2, 2))
+    assert excursions(gearbox, laws, far[:1], inside, fidelity) == {}
+    assert excursions(gearbox, laws, inside, far[1:], fidelity) == {}
+    assert excursions(gearbox, laws, far[1:], inside, fidelity)["A–B"]["highest"] == high + 1e-5
+    assert excursions(gearbox, laws, inside, far[:1], fidelity)["A–B"]["lowest"] == low - 1e-5
 
 
 def test_a_run_whose_contact_solvers_are_no_data_goes_to_no_files(make_gearbox, make_laws, tmp_path):

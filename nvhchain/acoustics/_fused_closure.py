@@ -5,11 +5,12 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from nvhchain.acoustics._coupling import coupling
 from nvhchain.acoustics._fused import rows_of, stripes
-from nvhchain.acoustics._fused_mesh import Plane
-from nvhchain.acoustics.intersections import facing_pairs, neighbours
+from nvhchain.acoustics._fused_mesh import Plane, prepare, rules_of
+from nvhchain.acoustics.intersections import facing_pairs, joined_pairs, neighbours
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, IntArray, Surface
 
@@ -19,9 +20,12 @@ _STATIC = 1e-6
 _SAMPLE = 64
 """Vertices, evenly taken from those of suspect triangles, that stand for all of them."""
 
-_SECONDS = 4e-6
-"""s of processor time per triangle and frequency that a gap takes, times the square of its width in edges (measured at
-0.011, 0.028 and 0.1 edges, standard knobs)."""
+_SECONDS = 1.6e-5
+"""s of processor time per triangle and frequency that a gap takes, times the triangle's area over the square of its
+width (measured at 0.011, 0.028 and 0.1 edges, standard knobs)."""
+
+_POINT_SECONDS = 4.5e-9
+"""s of processor time per frequency and point of the rules of touching needles: 6e-9 for one alone, 3e-9 of four."""
 
 _WIDE = 0.1
 """Gap in edges that costs no more than other neighbours."""
@@ -52,8 +56,9 @@ def suspect_error(
 ) -> float | None:
     """`closure_error` from the vertices of suspect triangles alone, the others taken as exact; None without suspects.
 
-    Suspect are needles, and triangles across gaps and walls narrower than the smallest pieces can do.  Costs the
-    assembly of `_SAMPLE` rows of one frequency, once for a surface.
+    Suspect are needles, triangles across gaps and walls narrower than the smallest pieces can do, and those that meet
+    at a sharp edge or tip, or in a narrow notch.  Costs the assembly of `_SAMPLE` rows of one frequency, once for a
+    surface.
     rules: those of another engine, with which the rows are assembled; `fidelity` says what a needle is.
     """
     rules = rules or fidelity
@@ -68,10 +73,10 @@ def suspect_error(
 
 def _sampled(surface: Surface, fidelity: AcousticsFidelity, rules: AcousticsFidelity) -> tuple[IntArray, IntArray]:
     """Vertices of suspect triangles, and those of them that stand for all."""
-    aspect = surface.longest_edges**2 / (2.0 * surface.areas)
-    suspect = aspect > fidelity.needle_aspect
+    suspect = _needles(surface, fidelity)
     narrow = unresolved_gap(rules)
-    suspect[facing_pairs(surface, neighbours(surface, narrow), narrow).pairs.ravel()] = True
+    for pairs in (neighbours(surface, narrow), joined_pairs(surface)[0]):
+        suspect[facing_pairs(surface, pairs, narrow).pairs.ravel()] = True
     rows = np.unique(surface.triangles[suspect])
     return rows, rows[np.unique(np.linspace(0, len(rows) - 1, _SAMPLE).astype(int))] if len(rows) else rows
 
@@ -98,17 +103,36 @@ def unresolved_gap(fidelity: AcousticsFidelity) -> float:
 
 
 @lru_cache(maxsize=8)
-def gap_cost(surface: Surface, fidelity: AcousticsFidelity) -> tuple[int, float, float, float]:
-    """(triangles, least width in edges, s of processor time per frequency, s that `suspect_error` takes once) of narrow
-    gaps and thin walls."""
+def gap_cost(surface: Surface, fidelity: AcousticsFidelity) -> tuple[int, float, int, float, float]:
+    """(triangles at narrow gaps and thin walls, least width in edges, needles, s of processor time per frequency that
+    both take, s that `suspect_error` takes once)."""
     facing = facing_pairs(surface, neighbours(surface, _WIDE), _WIDE)
     width = np.full(len(surface.triangles), np.inf)
     for side in facing.pairs.T:
         np.minimum.at(width, side, facing.ratio)
-    narrow = width < _WIDE
-    seconds = np.where(narrow, _SECONDS / np.maximum(width, unresolved_gap(fidelity)) ** 2, 0.0)
+    gap = np.maximum(width, unresolved_gap(fidelity)) * surface.longest_edges
+    seconds = _SECONDS * surface.areas / gap**2 + _needle_seconds(surface, fidelity)
     tested = np.isin(surface.triangles, _sampled(surface, fidelity, fidelity)[1]).any(axis=1)
-    return int(narrow.sum()), float(width.min()), float(seconds.sum()), float(seconds[tested].sum())
+    needles = int(_needles(surface, fidelity).sum())
+    return int((width < _WIDE).sum()), float(width.min()), needles, float(seconds.sum()), float(seconds[tested].sum())
+
+
+def _needles(surface: Surface, fidelity: AcousticsFidelity) -> NDArray[np.bool_]:
+    """Whether triangles (n_face,) are needles."""
+    return np.asarray(surface.longest_edges**2 > fidelity.needle_aspect * 2.0 * surface.areas)
+
+
+def _needle_seconds(surface: Surface, fidelity: AcousticsFidelity) -> FloatArray:
+    """Processor time (n_face,) s per frequency of the touching pairs that take more points for needles."""
+    if not _needles(surface, fidelity).any():
+        return np.zeros(len(surface.triangles))
+    mesh = prepare(surface, fidelity, None)
+    rules = rules_of(fidelity.quadrature_order, mesh.slenderest, fidelity)
+    points = np.add.reduceat(rules.width, rules.start[:-1])
+    points[: rules.plain] = 0
+    pairs = mesh.trials[0]
+    test = np.repeat(mesh.order, np.diff(pairs.close_start))
+    return np.asarray(_POINT_SECONDS * np.bincount(test, points[pairs.close_rule]))
 
 
 def _weights(surface: Surface) -> FloatArray:

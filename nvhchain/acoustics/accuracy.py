@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import compress
 from typing import Any
 
 import numpy as np
@@ -43,7 +44,7 @@ NEAR_FLOOR = 0.005
 in the same measurements."""
 
 SLOW = 10.0
-"""s of processor time per frequency spent on narrow gaps above which that is said."""
+"""s of processor time per frequency spent on narrow gaps and needles above which that is said."""
 
 
 def expected_accuracy(
@@ -59,9 +60,10 @@ def expected_accuracy(
     elements_per_wavelength: there.  expected_error_dB: at the loudest field points.  Part of it: expected_error_low_dB,
     at any frequency however low; of that, faceting_error_dB, from facets in the place of round faces (triangles that
     meet at more than 40° form an edge of the body).  With a point nearer than half an element edge also clearance: in
-    edges, and expected_error_nearest_dB: there, at its own pressure.  With needles, or gaps narrower than the engine
-    resolves (`bempp` cuts no triangles), also quadrature_error: of constant and linear pressures on the surface,
-    relative; sound fields err by a third of that to eight times as much (docs/measured/quadrature.md).
+    edges, and expected_error_nearest_dB: there, at its own pressure.  With needles, edges sharper than 60°, or gaps
+    narrower than the engine resolves (`bempp` cuts no triangles), also quadrature_error: of constant and linear
+    pressures on the surface, relative; sound fields err by a third of that to eight times as much
+    (docs/measured/quadrature.md).
     With triangles longer than all but a twentieth of the area may be (`LOCAL_COARSENING`): coarse_share of the area,
     coarse_elements_per_wavelength of the longest one, and their error (`patch_error`) as part of expected_error_dB;
     expected_error_patch_dB bounds the error of sound that comes from behind them alone, wherever it is heard, and that
@@ -69,7 +71,7 @@ def expected_accuracy(
     Gives an AccuracyWarning where the mesh is coarser than `fidelity.elements_per_wavelength` asks for or, for its own
     size, as coarse as that, for such triangles with less than `fidelity.coarsest_elements_per_wavelength` on their
     longest edge, for a point that near, and for a quadrature error above `fidelity.quadrature_error`;
-    a RuntimeWarning for gaps so narrow that they cost more than `SLOW`.
+    a RuntimeWarning for gaps so narrow, and so many needles, that they cost more than `SLOW`.
     An error of e dB means a factor 10^(e/20) in either direction; silent directions are worse.
     Raises what `check_mesh` raises.
     """
@@ -232,12 +234,14 @@ def _quadrature_accuracy(surface: Surface, fidelity: AcousticsFidelity, engine: 
         orders = (order,) * len(fidelity.close_orders)
         rules = replace(fidelity, gap_halvings=0, quadrature_order=order, close_orders=orders, needle_aspect=1e6)
         remedy = "use engine fused"
-    count, width, seconds, once = gap_cost(surface, fidelity)
+    narrow, width, needles, seconds, once = gap_cost(surface, fidelity)
     if engine == "fused" and seconds > SLOW:
+        gaps = f"{narrow} triangles face each other across gaps or walls down to {width:.2g} of their edge"
+        slender = f"{needles} triangles are more than {fidelity.needle_aspect:g} times as long as high"
         warnings.warn(
-            f"{count} triangles face each other across gaps or walls down to {width:.2g} of their edge: every "
-            f"frequency takes about {seconds:.0f} s of processor time more, and the check of the quadrature {once:.0f} "
-            "s once; refine the surface there, or close or widen the gap",
+            f"{' and '.join(compress((gaps, slender), (narrow, needles)))}: every frequency takes about {seconds:.0f} "
+            f"s of processor time more, and the check of the quadrature {once:.0f} s once; refine the surface there, "
+            "close or widen gaps, and mesh fans of needles in rings",
             RuntimeWarning,
             stacklevel=4,
         )
@@ -246,9 +250,9 @@ def _quadrature_accuracy(surface: Surface, fidelity: AcousticsFidelity, engine: 
         return {}
     if error > fidelity.quadrature_error:
         warnings.warn(
-            f"needles or thin gaps of the mesh leave a relative quadrature error of {error:.2g} on the surface, "
-            f"{fidelity.quadrature_error:g} asked, and the sound errs by up to eight times as much: make triangles "
-            f"less than {fidelity.needle_aspect:g} times as long as high, or {remedy}",
+            f"needles, sharp edges or thin gaps of the mesh leave a relative quadrature error of {error:.2g} on the "
+            f"surface, {fidelity.quadrature_error:g} asked, and the sound errs by up to eight times as much: make "
+            f"triangles less than {fidelity.needle_aspect:g} times as long as high, or {remedy}",
             AccuracyWarning,
             stacklevel=4,
         )

@@ -111,7 +111,7 @@ def folded_pairs(surface: Surface) -> IntArray:
     At an edge they are folded onto each other, to less than `FOLD`; at a vertex they overlap in one plane, or the line
     in which their planes meet runs into both from there.
     """
-    pairs, common = _joined_pairs(surface)
+    pairs, common = joined_pairs(surface)
     at_edge, at_vertex = pairs[common == 2], pairs[common == 1]
     inward = np.array([_inward(surface, at_edge[:, i], at_edge[:, 1 - i]) for i in (0, 1)])
     folded = np.linalg.norm(inward[0] - inward[1], axis=1) < FOLD
@@ -126,7 +126,7 @@ def folded_pairs(surface: Surface) -> IntArray:
     return np.concatenate([twice, at_edge[folded], meeting[through], in_plane[_overlapping(surface, in_plane)]])
 
 
-def _joined_pairs(surface: Surface) -> tuple[IntArray, IntArray]:
+def joined_pairs(surface: Surface) -> tuple[IntArray, IntArray]:
     """Pairs (n, 2) of triangles with common vertices, and how many (n,)."""
     count = len(surface.triangles)
     corner = np.repeat(np.arange(count), 3)

@@ -1,5 +1,7 @@
 """The errors that are stated beforehand, against the truth: round bodies, low frequencies, needles, narrow gaps."""
 
+import itertools
+import time
 import warnings
 from dataclasses import replace
 from functools import partial
@@ -8,7 +10,7 @@ import acoustics_bodies as bodies
 import numpy as np
 import pytest
 
-from nvhchain.acoustics import solve_direct, sphere, transfer_vectors
+from nvhchain.acoustics import accuracy, solve_direct, sphere, transfer_vectors
 from nvhchain.acoustics._fused import systems
 from nvhchain.acoustics._fused_closure import closure_error, gap_cost, suspect_error
 from nvhchain.acoustics.accuracy import expected_accuracy, mean_square_angle, patch_error
@@ -202,15 +204,47 @@ def test_lists_of_close_orders_and_distances_count_as_tuples():
 
 
 def test_needles_are_reported_and_warned_of_with_their_quadrature_error_and_other_meshes_are_not(air):
-    with pytest.warns(
-        AccuracyWarning, match=r"needles or thin gaps .* relative quadrature error of 0.02\d on the surface, 0.002"
-    ):
+    with pytest.warns(AccuracyWarning, match=r"needles, .* relative quadrature error of 0.02\d on the surface, 0.002"):
         vectors = transfer_vectors(needles(30), [[1.0, 0.0, 0.0]], [10.0], air=air, fidelity=KNOBS)
     assert vectors.provenance["quadrature_error"] == suspect_error(needles(30), KNOBS)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         vectors = transfer_vectors(needles(1), [[1.0, 0.0, 0.0]], [10.0], air=air, fidelity=KNOBS)
     assert "quadrature_error" not in vectors.provenance
+
+
+def wedge(degrees, rows=3, length=0.1, width=0.06):
+    """A wedge of this angle with its edge along y, and `rows` of triangles from there to the back."""
+    half = length * np.tan(np.radians(degrees) / 2.0)
+    at, numbers, quads = [], {}, []
+
+    def corner(i, j, side):
+        place = (i, j, side if i else 0)
+        if place not in numbers:
+            numbers[place] = len(at)
+            at.append((length * i / rows, width * (j / 2 - 0.5), side * half * i / rows))
+        return numbers[place]
+
+    for i, j in itertools.product(range(rows), range(2)):
+        ring = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)]
+        quads += [[corner(*p, 1) for p in ring], [corner(*p, -1) for p in ring[::-1]]]
+    for i, (j, way) in itertools.product(range(rows), ((0, 1), (2, -1))):
+        quads.append([corner(i, j, -1), corner(i + 1, j, -1), corner(i + 1, j, 1), corner(i, j, 1)][::way])
+    for j in range(2):
+        quads.append([corner(rows, j, -1), corner(rows, j + 1, -1), corner(rows, j + 1, 1), corner(rows, j, 1)])
+    triangles = [t for a, b, c, d in quads for t in ((a, b, c), (a, c, d)) if len(set(t)) == 3]
+    return Surface(np.array(at), np.array(triangles))
+
+
+@pytest.mark.parametrize("degrees", [5, 10, 20])
+def test_quadrature_error_at_the_edge_of_a_wedge_is_true(degrees):
+    """Its sides are near each other where they touch, which no needle and no gap tells of."""
+    body, k, source = wedge(degrees), 5.0, (0.06, 0.01, 0.0005)
+    gradient = np.einsum("fj,fj->f", bodies.source_field(body.centroids, source, k)[1], body.normals)
+    better = replace(KNOBS, singular_order=10, close_orders=(10, 8), gap_halvings=7)
+    found, exact = (np.linalg.solve(a, b @ gradient) for knobs in (KNOBS, better) for a, b in systems(body, [k], knobs))
+    true = np.linalg.norm(found - exact) / np.linalg.norm(exact)
+    assert true / 3 < suspect_error(body, replace(KNOBS, needle_aspect=1e6), KNOBS) < 10 * true
 
 
 def stacked(gap):
@@ -244,13 +278,13 @@ def test_engine_bempp_which_cuts_no_triangles_tells_its_error_across_gaps_and_at
 
 def test_what_narrow_gaps_cost_is_said_before_it_is_spent(air):
     edge = 0.04 * np.sqrt(2)
-    count, width, seconds, once = gap_cost(stacked(0.02 * edge), KNOBS)
-    assert (count, width) == (36, pytest.approx(0.02, rel=1e-6))
+    count, width, slender, seconds, once = gap_cost(stacked(0.02 * edge), KNOBS)
+    assert (count, width, slender) == (36, pytest.approx(0.02, rel=1e-6), 0)
     assert seconds == pytest.approx(36 * 4e-6 / 0.02**2, rel=1e-6)
     assert once == 0.0  # this gap is resolved: there is nothing to check
     unresolved = gap_cost(stacked(0.02 * edge), replace(KNOBS, gap_halvings=3))
-    assert unresolved[3] == unresolved[2] > 0.0  # the check's vertices are all those of the gap
-    assert gap_cost(stacked(0.2 * edge), KNOBS)[2:] == (0.0, 0.0)
+    assert unresolved[4] == unresolved[3] > 0.0  # the check's vertices are all those of the gap
+    assert gap_cost(stacked(0.2 * edge), KNOBS)[2:] == (0, 0.0, 0.0)
     body = bodies.box((0.2, 0.2, 0.1), 0.0125)
     shifted = body.vertices + np.array([0.0, 0.0, 0.1 + 2e-4])
     pair = Surface(
@@ -260,3 +294,29 @@ def test_what_narrow_gaps_cost_is_said_before_it_is_spent(air):
         RuntimeWarning, match=r"1024 triangles face .* down to 0.011 .* about 3\d s of .* the check .* 0 s once"
     ):
         expected_accuracy(pair, None, 100.0, air, KNOBS)
+
+
+def fan(count):
+    """Two cones of so many needles each, base to base."""
+    angle, i = 2 * np.pi * np.arange(count) / count, np.arange(count)
+    rim = 0.1 * np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
+    up = np.stack([i, (i + 1) % count, np.full(count, count)], axis=1)
+    return Surface(np.vstack([rim, [[0, 0, 0.05], [0, 0, -0.05]]]), np.vstack([up, up[:, [1, 0, 2]] + [[0, 0, 1]]]))
+
+
+def test_what_fans_of_needles_cost_is_said_and_true(air, monkeypatch):
+    body, plain, batch = fan(60), replace(KNOBS, needle_aspect=1e6, gap_ratio=0.0), [1.0, 2.0]
+
+    def processor_seconds(knobs):
+        start = time.process_time()
+        list(systems(body, batch, knobs))
+        return time.process_time() - start
+
+    processor_seconds(KNOBS)  # kernels and rules are ready
+    taken = min(processor_seconds(KNOBS) for _ in range(3)) - min(processor_seconds(plain) for _ in range(3))
+    *_, seconds, once = gap_cost(body, KNOBS)
+    assert taken / len(batch) / 2 < seconds < 2 * taken / len(batch)
+    assert seconds / 2 < once <= seconds
+    monkeypatch.setattr(accuracy, "SLOW", 0.5 * seconds)
+    with pytest.warns(RuntimeWarning, match=r"120 triangles are more than 5 times .* fans of needles"):
+        expected_accuracy(body, None, 100.0, air, KNOBS)

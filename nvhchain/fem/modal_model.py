@@ -11,6 +11,9 @@ from nvhchain.errors import require
 from nvhchain.fem.solid_model import CORNERS, EDGES, FACES
 from nvhchain.handoff import FloatArray, IntArray
 
+_SAME_FREQUENCY, _SAME_SHAPE = 1e-5, 1e-6
+"""Relative, and 1 − MAC, up to which two modes are one: six digits are written. Double modes have other shapes."""
+
 
 @dataclass(frozen=True, eq=False)
 class ModalModel:
@@ -51,6 +54,7 @@ class ModalModel:
             bool(((self.damping >= 0) & (self.damping < 1)).all()),
             f"{self.source}: damping must be a fraction of critical in 0 … 1",
         )
+        self._check_repeated()
         require(
             self.triangles.ndim == 2
             and self.triangles.shape[1] == 3
@@ -63,6 +67,18 @@ class ModalModel:
             require(
                 members.size > 0 and members.min() >= 0 and members.max() < n,
                 f"{self.source}: group {name} is empty or refers to nodes that do not exist",
+            )
+
+    def _check_repeated(self) -> None:
+        flat = self.shapes.reshape(len(self.frequency), -1)
+        for i, frequency in enumerate(self.frequency):
+            close = int(np.searchsorted(self.frequency, frequency * (1 + _SAME_FREQUENCY), side="right"))
+            own, next_ones = flat[i], flat[i + 1 : close]
+            same = (next_ones @ own) ** 2 > (1 - _SAME_SHAPE) * (own @ own) * (next_ones**2).sum(axis=1)
+            require(
+                not same.any(),
+                f"{self.source}: the mode at {frequency:.6g} Hz is given {1 + int(same.sum())} times with the same "
+                "shape: export every mode once",
             )
 
 

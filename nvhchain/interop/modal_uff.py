@@ -50,7 +50,7 @@ _NODE, _ELEMENT = 7, 8
 _BEAMS = {11, 21, 22, 23, 24}
 """Descriptors with a record of orientation before the nodes."""
 
-_NORMAL_MODE = 2
+_NORMAL_MODE, _DISPLACEMENT = 2, 8
 
 
 def read_modal_uff(path: str | Path, *, units: str | None = None) -> ModalModel:
@@ -58,7 +58,7 @@ def read_modal_uff(path: str | Path, *, units: str | None = None) -> ModalModel:
 
     units: of the file, a key of `UNIT_SYSTEMS`; None: those of its dataset 164, or SI without one.
     Parabolic elements are cut at the middles of their edges where these have displacements, else at their corners;
-    nodes without displacements stand still.  Complex modes are refused.
+    nodes without displacements stand still.  Other results of a mode are passed over, complex modes refused.
     Raises FileFormatError for a damaged file, InputError for what cannot be carried over and for units that are not
     those of dataset 164.
     """
@@ -68,6 +68,7 @@ def read_modal_uff(path: str | Path, *, units: str | None = None) -> ModalModel:
     elements: dict[int, tuple[int, list[int]]] = {}
     groups: dict[str, tuple[list[int], list[int]]] = {}
     modes: list[tuple[float, float, float, dict[int, list[float]]]] = []
+    others: set[int] = set()
     stated: UnitSystem | None = None
     try:
         for kind, lines in _blocks(path):
@@ -83,13 +84,17 @@ def read_modal_uff(path: str | Path, *, units: str | None = None) -> ModalModel:
             elif kind in _GROUPS:
                 groups.update(_groups(lines))
             elif kind in (55, 2414):
-                modes += _mode(kind, lines)
+                modes += _mode(kind, lines, others)
     except (ValueError, IndexError, UnicodeDecodeError) as error:
         if isinstance(error, InputError):
             raise
         raise FileFormatError(f"{path}: not a universal file: {error}") from None
     require(bool(nodes), f"{path}: no nodes (dataset 15 or 2411)")
-    require(bool(modes), f"{path}: no normal modes (dataset 55 or 2414 with analysis type 2)")
+    require(
+        bool(modes),
+        f"{path}: no displacements of normal modes (dataset 55 or 2414 with analysis type 2 and result type 8), "
+        f"{f'only of result type {sorted(others)}' if others else 'nor other results of them'}: export displacements",
+    )
     system = _agreed(stated, asked, path)
     labels = np.array(sorted(nodes), dtype=np.int64)
     moving = set(labels.tolist()).intersection(*(mode[3] for mode in modes))
@@ -176,7 +181,13 @@ def _blocks(path: Path) -> Iterator[tuple[int, list[str]]]:
     except OSError as error:
         raise FileFormatError(f"{path}: cannot be read: {error.strerror}") from None
     marks = [i for i, line in enumerate(content) if line.strip() == "-1" and line[:6].strip() == "-1"]
-    for start, end in zip(marks[::2], marks[1::2], strict=False):
+    if len(marks) % 2:
+        raise FileFormatError(
+            f"{path}: the block that begins in line {marks[-1] + 1} (dataset "
+            f"{''.join(content[marks[-1] + 1 : marks[-1] + 2]).strip() or 'not named'}) does not end: the file is cut "
+            "off, export it again"
+        )
+    for start, end in zip(marks[::2], marks[1::2], strict=True):
         number = content[start + 1].split()[0]
         if number.isdigit():
             yield int(number), content[start + 2 : end]
@@ -244,16 +255,24 @@ def _members(
     return np.unique(_rows(labels, [*nodes, *(n for label in of_elements for n in elements[label][1])], what))
 
 
-def _mode(kind: int, lines: list[str]) -> Iterator[tuple[float, float, float, dict[int, list[float]]]]:
-    """Frequency Hz, modal mass, damping and node → displacement of one block, if it holds a real normal mode."""
+def _mode(
+    kind: int, lines: list[str], others: set[int]
+) -> Iterator[tuple[float, float, float, dict[int, list[float]]]]:
+    """Frequency Hz, modal mass, damping and node → displacement of one block, if it holds a real normal mode.
+
+    others: gets the result type of a block that holds something else of a mode, such as reaction forces.
+    """
     first = 5 if kind == 55 else 8
     head = [int(x) for x in lines[first].split()]
-    analysis, characteristic, data_type, count = head[1], head[2], head[4], head[5]
+    analysis, characteristic, result, data_type, count = head[1:6]
     if kind == 2414 and int(lines[2]) != 1:
         return  # not at nodes
     if analysis in (3, 7):
         raise InputError("complex modes are not read: export real normal modes")
     if analysis != _NORMAL_MODE or characteristic not in (2, 3):
+        return
+    if result != _DISPLACEMENT:
+        others.add(result)
         return
     require(data_type in (2, 4), f"mode shapes of data type {data_type} are complex or whole numbers: export real ones")
     if kind == 55:

@@ -274,6 +274,7 @@ def test_dataset_2414_units_modal_mass_and_loss_factor(tmp_path):
 
 HEAD = "         1         2         2         8         2         3"
 NODE = "         2         0         0        11"
+END = " -1.00000E+00-2.00000E+00-3.00000E+00\n    -1\n"
 
 
 @pytest.mark.parametrize(
@@ -285,6 +286,9 @@ NODE = "         2         0         0        11"
         ("         3\n -1", "         9\n -1", "node 9 is not defined"),
         (NODE, NODE.replace("0        11", "7        11"), "moves in its own system"),
         (HEAD, HEAD.replace("8", "x"), "not a universal"),
+        (HEAD, HEAD.replace("8", "9"), r"no displacements of normal modes .* only of result type \[9\]"),
+        (END, "", r"begins in line 19 \(dataset 2414\) does not end"),
+        (END, END + UFF[UFF.index("    -1\n  2414") :], "150 Hz is given 2 times"),
     ],
 )  # fmt: skip
 def test_universal_file_that_cannot_be_used_is_refused(tmp_path, old, new, message):
@@ -293,6 +297,23 @@ def test_universal_file_that_cannot_be_used_is_refused(tmp_path, old, new, messa
     path.write_text(UFF.replace(old, new, 1))
     with pytest.raises(InputError, match=message):
         read_modal_uff(path)
+
+
+@pytest.mark.parametrize("other", ["         9", "        12"])
+def test_reaction_forces_and_accelerations_of_a_mode_are_no_modes(tmp_path, other):
+    path = tmp_path / "modes.unv"
+    mode = UFF[UFF.index("    -1\n  2414") :]
+    path.write_text(UFF + mode.replace(HEAD, HEAD.replace("         8", other)))
+    model = read_modal_uff(path)
+    assert model.frequency.tolist() == [150.0]
+    assert model.shapes[0, 0] == pytest.approx(np.array([1.0, -2.0, 3.0]) / np.sqrt(4000.0))
+
+
+def test_two_modes_of_one_frequency_and_other_shapes_are_both_kept(tmp_path):
+    path = tmp_path / "modes.unv"
+    mode = UFF[UFF.index("    -1\n  2414") :]
+    path.write_text(UFF + mode.replace("-2.00000E+00  3.00000E+00", " 2.00000E+00  3.00000E+00"))
+    assert read_modal_uff(path).frequency.tolist() == [150.0, 150.0]
 
 
 def test_modes_that_end_below_the_band_and_missing_nodes_are_refused(modes, casting, fidelity):

@@ -103,11 +103,7 @@ def read_mat(path: Path) -> Record:
     except Exception as error:  # damaged files raise whatever the parser stumbles over
         raise FileFormatError(f"{path}: not a MAT file: {_reason(error)}") from None
     arrays = _flat({name: value for name, value in content.items() if not name.startswith("__")})
-    texts = {
-        n: str(v.ravel()[0])
-        for n, v in arrays.items()
-        if getattr(v, "dtype", np.dtype(float)).kind == "U" and v.size == 1
-    }
+    texts = {n: _text(v) for n, v in arrays.items() if np.asarray(v).dtype.kind in "UO"}
     return _record(path, arrays, _stated(texts, "."))
 
 
@@ -134,7 +130,7 @@ def _flat(arrays: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def read_hdf5(path: Path) -> Record:
-    """Datasets of numbers anywhere in the file, named by their path; attribute `units` where there is one.
+    """Datasets of numbers anywhere in the file, named by their path; attribute `units` (or `unit`) where there is one.
 
     In a MATLAB file of level 7.3 units are texts, as `read_mat` says, and arrays, which MATLAB stores with their axes
     reversed, have them as in MATLAB.
@@ -149,8 +145,9 @@ def read_hdf5(path: Path) -> Record:
                 texts[name] = "".join(map(chr, item[()].ravel()))
         elif isinstance(item, h5py.Dataset) and item.dtype.kind in "fiu" and item.ndim > 0:
             arrays[name] = item[()].T if "MATLAB_class" in item.attrs else item[()]
-            if "units" in item.attrs and (unit := _text(item.attrs["units"])):
-                stated[name] = unit
+            for key in ("unit", "units"):
+                if key in item.attrs:
+                    stated[name] = _text(item.attrs[key])
 
     try:
         with h5py.File(path, "r") as file:
@@ -161,9 +158,10 @@ def read_hdf5(path: Path) -> Record:
 
 
 def _text(value: Any) -> str:
-    """An attribute's text, also as an array of one."""
-    single = value.item() if isinstance(value, np.ndarray) and value.size == 1 else value
-    return (single.decode("utf-8", "replace") if isinstance(single, bytes) else str(single)).strip()
+    """The text of an attribute or a cell array; of several, each once."""
+    items = [item.item() if isinstance(item, np.ndarray) and item.size == 1 else item for item in np.ravel(value)]
+    texts = [item.decode("utf-8", "replace") if isinstance(item, bytes) else str(item) for item in items]
+    return ", ".join(dict.fromkeys(text.strip() for text in texts))
 
 
 def _record(path: Path, arrays: Mapping[str, Any], stated: Mapping[str, str]) -> Record:
@@ -175,7 +173,7 @@ def _record(path: Path, arrays: Mapping[str, Any], stated: Mapping[str, str]) ->
         if repeated := ", ".join(columns.keys() & channels.keys()):
             raise FileFormatError(f"{path}: two arrays have channels called {repeated}: rename one")
         channels |= columns
-        if name in stated:
+        if stated.get(name):
             units |= dict.fromkeys(columns, stated[name])
     return Record(str(path), channels, units)
 

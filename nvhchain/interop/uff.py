@@ -43,8 +43,9 @@ MESH_NODES = {"mesh_deflection": 1001, "transmission_error": 2001, "output_lag":
 def read_uff(path: Path) -> Record:
     """All time responses of dataset 58.
 
-    The unit of a channel is the ordinate's label, or for directions the system of units of dataset 164. Channels that
-    hold no force, speed or displacement may be there as long as nobody asks for them.
+    The unit of a channel is the ordinate's label, or for directions the system of units of dataset 164; several
+    systems contradict whatever is declared. Channels that hold no force, speed or displacement may be there as long as
+    nobody asks for them.
     """
     import pyuff
 
@@ -54,7 +55,8 @@ def read_uff(path: Path) -> Record:
         sets = [_as_dict(file.read_sets(i)) for i, kind in enumerate(types) if kind in (58, 164)]
     except Exception as error:  # pyuff raises bare Exception
         raise FileFormatError(f"{path}: not a universal file: {str(error).splitlines()[0]}") from None
-    system = next((UNIT_CODES.get(int(s["units_code"])) for s in sets if s["type"] == 164), None)
+    codes = dict.fromkeys(int(s["units_code"]) for s in sets if s["type"] == 164)
+    system = ", ".join(dict.fromkeys(UNIT_CODES[code] for code in codes if code in UNIT_CODES))
     functions = [s for s in sets if s["type"] == 58 and s["func_type"] == TIME_RESPONSE]
     if not functions:
         raise FileFormatError(f"{path}: no time response in dataset 58; its datasets are {sorted(set(types))}")
@@ -71,7 +73,7 @@ def read_uff(path: Path) -> Record:
         label = str(function["ordinate_axis_units_lab"]).strip()
         if label and label != "NONE":
             units[name] = label
-        elif system is not None and not name.endswith(":scalar"):
+        elif system and not name.endswith(":scalar"):
             units[name] = system
     return Record(str(path), channels, units, times, unusable)
 

@@ -311,7 +311,7 @@ def test_units_of_a_nested_matlab_structure_belong_to_the_fields_beside_them(tmp
 @pytest.mark.parametrize(("code", "unit"), [(1, "N"), (4, "pdl"), (10, "N")])
 def test_uff_system_of_units_names_the_force(forces, tmp_path, code, unit):
     path = tmp_path / "a.uff"
-    write_bearing_forces(forces, path)
+    channels = write_bearing_forces(forces, path)
     kept = [dict(s) for s in pyuff.UFF(str(path)).read_sets()]
     for each in kept:
         each["ordinate_axis_units_lab"] = "NONE"
@@ -319,6 +319,9 @@ def test_uff_system_of_units_names_the_force(forces, tmp_path, code, unit):
     system = pyuff.prepare_164(1, "units", 2, 1.0, 1.0, 1.0, 0.0) | {"units_code": code}
     pyuff.UFF(str(other)).write_sets([system, *kept], mode="add")
     assert read_record(other).units["1:x"] == unit
+    pyuff.UFF(str(other)).write_sets([system | {"units_code": 5}], mode="add")
+    with pytest.raises(InputError, match=f"'1:x' is in '{unit}, mN' by the file"):
+        read_bearing_forces(other, channels)
 
 
 def test_uff_axes_units_and_directions_follow_the_format(forces, tmp_path):
@@ -651,6 +654,21 @@ def test_a_unit_may_be_an_attribute_of_any_kind_of_text(tmp_path, stated):
     if len(stated):
         with pytest.raises(InputError, match="by the file, but 'kN' is declared"):
             read_bearing_forces(tmp_path / "a.h5", one_bearing(*"xyz", force_unit="kN"))
+
+
+def test_units_of_several_columns_count_in_a_cell_array_and_an_attribute(tmp_path):
+    table = np.arange(27.0).reshape(9, 3)
+    names = [f"F[{i}]" for i in range(3)]
+    for texts, message in ((["kN"] * 3, r"'F\[0\]' is in 'kN' by"), (["N", "N", "kN"], r"'F\[0\]' is in 'N, kN' by")):
+        savemat(tmp_path / "a.mat", {"F": table, "units": {"F": np.array(texts, dtype=object)}})
+        with h5py.File(tmp_path / "a.h5", "w") as file:
+            file["F"] = table
+            file["F"].attrs["unit"] = texts
+        for path in (tmp_path / "a.mat", tmp_path / "a.h5"):
+            with pytest.raises(InputError, match=message):
+                read_bearing_forces(path, one_bearing(*names))
+    savemat(tmp_path / "a.mat", {"F": table, "units": {"F": np.array(["N"] * 3, dtype=object)}})
+    assert read_bearing_forces(tmp_path / "a.mat", one_bearing(*names)).force[1, 0].tolist() == [3.0, 4.0, 5.0]
 
 
 def test_units_of_a_table_may_stand_in_brackets_and_be_spelled_out(tmp_path):

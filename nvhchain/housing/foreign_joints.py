@@ -1,4 +1,4 @@
-"""Whether the elements of a foreign mesh hang together as one body: by common faces and by rigid sets.
+"""Whether the elements of a foreign mesh hang together as one body, by common faces and by rigid sets, without cracks.
 
 Bodies with a common edge or node only turn about it without resistance, which no element reports: the structure is
 then a mechanism, and moves as no casting does.
@@ -16,8 +16,8 @@ from nvhchain.fem.solid_model import SolidModel
 from nvhchain.handoff import FloatArray, IntArray
 from nvhchain.housing.skin import element_faces
 
-_COINCIDENT = 1e-6
-"""Parts of the mean edge within which two nodes of separate parts lie at the same place."""
+_COINCIDENT = 1e-4
+"""Parts of the mean edge within which two nodes lie at the same place; files round to seven digits of the extent."""
 
 _LINE = 1e-4
 """Width of a set of nodes over its length, below which they lie on a line; files round to seven digits."""
@@ -52,6 +52,21 @@ def check_joints(model: SolidModel, edge: float) -> None:
     listed = ", ".join(map(str, np.sort(sizes)[::-1][:6]))
     remedy = _remedy(model, corner_of, part, edge)
     raise InputError(f"{model.source}: the mesh is in {len(names)} parts of {listed} elements: {remedy}")
+
+
+def cracks(model: SolidModel, edge: float) -> list[str]:
+    """What is to be warned of where nodes lie at the same place and no rigid set has both.  edge: as `check_joints`."""
+    pairs = cKDTree(model.nodes).query_pairs(_COINCIDENT * edge, output_type="ndarray")
+    for rigid in model.rigid_sets:
+        pairs = pairs[~np.isin(pairs, rigid.nodes).all(axis=1)]
+    if not len(pairs):
+        return []
+    one, other = pairs[np.lexsort(pairs.T[::-1])[0]]
+    place = ", ".join(f"{1e3 * x:.4g}" for x in model.nodes[one])
+    return [
+        f"{len(pairs)} pairs of nodes coincide, first {model.labels[one]} and {model.labels[other]} at ({place}) mm: "
+        "the mesh is open there as by a crack; merge them in the preprocessor, unless it is to be open"
+    ]
 
 
 def _by_faces(corners: IntArray, owner: IntArray, elements: int) -> IntArray:

@@ -148,6 +148,31 @@ def test_parts_that_only_touch_are_refused_with_the_number_of_pairs():
     assert sound_mesh(replace(both, rigid_sets=(joint,)))[0].elements == 12
 
 
+def test_nodes_that_are_not_merged_inside_one_part_are_reported_with_number_and_place():
+    """Three corners at half the length are there twice: elements on the other side hang on the copies."""
+    model = box("hex8", counts=(6, 2, 2), lengths=(0.24, 0.06, 0.06))
+    assert not any("coincide" in note for note in sound_mesh(model)[1])
+    count = len(model.nodes)
+    twice = np.flatnonzero(np.isclose(model.nodes[:, 0], 0.12) & (model.nodes[:, 1] < 0.01))
+    copy = np.arange(count)
+    copy[twice] = count + np.arange(3)
+    members = model.blocks[0].nodes.copy()
+    beyond = model.nodes[members].mean(axis=1)[:, 0] > 0.12
+    members[beyond] = copy[members[beyond]]
+    cracked = replace(
+        model,
+        blocks=(replace(model.blocks[0], nodes=members),),
+        nodes=np.vstack([model.nodes, model.nodes[twice]]),
+        labels=np.append(model.labels, [1001, 1002, 1003]),
+        held=np.zeros((count + 3, 3), dtype=bool),
+    )
+    (note,) = [note for note in sound_mesh(cracked)[1] if "coincide" in note]
+    assert note.startswith("3 pairs of nodes coincide, first 28 and 1001 at (120, 0, 0) mm")
+    weld = RigidSet("WELD", model.nodes[twice[0]], np.flatnonzero(np.isclose(cracked.nodes[:, 0], 0.12)), 2000)
+    welded = replace(cracked, rigid_sets=(*cracked.rigid_sets, weld))
+    assert not any("coincide" in note for note in sound_mesh(welded)[1])
+
+
 def with_second_box(offset):
     """The held box and another at an offset (m) that shares its nodes where both have one."""
     one = box("hex8")

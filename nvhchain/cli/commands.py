@@ -233,13 +233,14 @@ def plan(options: argparse.Namespace) -> int:
 
 
 def check(options: argparse.Namespace) -> int:
-    """Read a case."""
+    """Read a case and the file of its housing."""
     from nvhchain.advice import advice
     from nvhchain.case import GearboxCase, load_case
-    from nvhchain.scene import check_held
+    from nvhchain.scene import check_file, check_held
 
     case = load_case(options.case)
     check_held(case)
+    check_file(case)
     print(f"{options.case}: {case.name} is valid")
     for why in advice(case) if isinstance(case, GearboxCase) else ():
         print(f"{case.name} would notice: {why}")

@@ -8,6 +8,9 @@ from pathlib import Path
 
 from nvhchain import housing, interop
 from nvhchain.case import GearboxCase, HousingModel, ModalResults
+from nvhchain.errors import require
+from nvhchain.fem.modal_model import ModalModel
+from nvhchain.fem.solid_model import SolidModel
 from nvhchain.fidelity import Fidelity
 from nvhchain.housing.reduction import bending_wavelength
 from nvhchain.scene.planned import BASE_MEGABYTES, Stage
@@ -29,15 +32,38 @@ def extent(case: GearboxCase, fidelity: Fidelity, ready: Collection[str]) -> tup
     for name in ("housing", "surface_velocity"):
         if isinstance(ready, Mapping) and name in ready:
             return float(ready[name].surface.areas.sum()), 0.0
-    path = Path(case.folder)
-    if isinstance(case.housing, HousingModel):
-        model = case.housing
-        return housing.model_extent(interop.read_solid_model(path / model.file, units=model.units, spc=model.spc))
-    if isinstance(case.housing, ModalResults):
-        modes = interop.read_modal_model(path / case.housing.file, units=case.housing.units)
-        return housing.modal_extent(modes), 0.0
+    if not isinstance(case.housing, housing.Casting):
+        model = model_of_file(case, case.housing, ready)
+        return housing.model_extent(model) if isinstance(model, SolidModel) else (housing.modal_extent(model), 0.0)
     area = housing.envelope_area(case.housing)
     return area, _UNKNOWNS_PER_AREA * area / fidelity.housing.element_size**_UNKNOWNS_EXPONENT
+
+
+def model_of_file(
+    case: GearboxCase, given: HousingModel | ModalResults, ready: Collection[str] = ()
+) -> SolidModel | ModalModel:
+    """The model in the file of the case's housing.
+
+    Raises InputError for a file that cannot be read, a solid model without a bearing's seat, and one that nothing
+    holds, unless its forces or the housing are `ready`.
+    """
+    path = Path(case.folder) / given.file
+    if isinstance(given, ModalResults):
+        return interop.read_modal_model(path, units=given.units)
+    model = interop.read_solid_model(path, units=given.units, spc=given.spc)
+    housing.bearing_seats(model, case.seats, {seat.name: seat.nodes for seat in given.seats})
+    held = bool(model.held.any()) or any(rigid.held.any() for rigid in model.rigid_sets)
+    require(
+        held or len(forced(ready)) > 0 or "housing" in ready,
+        f"{case.name}: {model.source} holds no freedom: nothing holds the housing, whose rigid motion no bearing "
+        "takes: hold it where it is bolted, or give the run its bearing forces",
+    )
+    return model
+
+
+def forced(ready: Collection[str]) -> set[str]:
+    """Ready-made hand-offs that make the time integration needless."""
+    return {"bearing_forces", "force_spectrum", "surface_velocity"}.intersection(ready)
 
 
 def modes_in_reach(case: GearboxCase, fidelity: Fidelity) -> float:

@@ -10,6 +10,7 @@ from nvhchain.errors import InputError, ResourceError
 from nvhchain.fidelity import Fidelity
 from nvhchain.housing.reduction import check_bending_resolution
 from nvhchain.memory import free_memory
+from nvhchain.scene.casting import forced, model_of_file
 from nvhchain.scene.planning import plan_without
 
 
@@ -23,9 +24,9 @@ def preflight(case: Case, fidelity: Fidelity, given: Collection[str] = (), *, in
     check_knobs(case, fidelity, given)
     if not isinstance(case, GearboxCase):
         return
-    forced = _forced(given)
+    driven = forced(given)
     along = case.options.tilt or case.options.load_distribution
-    if not forced and fidelity.dynamics.mesh_level == "contact" and along:
+    if not driven and fidelity.dynamics.mesh_level == "contact" and along:
         raise InputError(
             f"{case.name} asks for friction, shuttling or tilt, which the mesh level `contact` does not have: use the "
             "level `table`, or leave them out of the options"
@@ -33,11 +34,11 @@ def preflight(case: Case, fidelity: Fidelity, given: Collection[str] = (), *, in
     lawful = {"mesh_laws"}.intersection(given)
     skipped = {
         "housing": {"housing", "surface_velocity"}.intersection(given),
-        "mesh law": forced or lawful,
-        "load distribution": forced
+        "mesh law": driven or lawful,
+        "load distribution": driven
         or {"load_distributions"}.intersection(given)
         or (not case.options.load_distribution and lawful),  # tilt goes into the laws
-        "bearing forces": forced or in_files,
+        "bearing forces": driven or in_files,
         "transfer vectors": {"transfer_vectors"}.intersection(given),
     }
     needed, largest, free = 0.0, "", free_memory()
@@ -77,7 +78,7 @@ def check_knobs(case: Case, fidelity: Fidelity, given: Collection[str] = ()) -> 
         return
     dynamics = fidelity.dynamics
     longest = 1.0 / (dynamics.samples_per_period * case.band.high)
-    if not _forced(given) and dynamics.time_step > longest * (1 + 1e-9):
+    if not forced(given) and dynamics.time_step > longest * (1 + 1e-9):
         raise InputError(
             f"time step {1e6 * dynamics.time_step:.4g} µs does not sample {case.band.high:g} Hz with "
             f"{dynamics.samples_per_period:g} points per period: at most {1e6 * longest:.4g} µs, or lower band.high"
@@ -92,13 +93,14 @@ def check_held(case: Case, given: Collection[str] = ()) -> None:
     given: as `preflight` takes it.
     """
     free = isinstance(case, GearboxCase) and isinstance(case.housing, housing.Casting) and case.housing.bolts == 0
-    if free and not _forced(given) and "housing" not in given:
+    if free and not forced(given) and "housing" not in given:
         raise InputError(
             f"{case.name}: housing bolts = 0: nothing holds the casting, whose rigid motion no bearing takes: "
             "give it bolts, or the run its bearing forces"
         )
 
 
-def _forced(given: Collection[str]) -> set[str]:
-    """Ready-made hand-offs that make the time integration needless."""
-    return {"bearing_forces", "force_spectrum", "surface_velocity"}.intersection(given)
+def check_file(case: Case) -> None:
+    """Refuse (InputError) a gearbox whose housing's file cannot be read or does not fit the case (`model_of_file`)."""
+    if isinstance(case, GearboxCase) and not isinstance(case.housing, housing.Casting):
+        model_of_file(case, case.housing)

@@ -193,3 +193,33 @@ def test_missing_file_and_missing_seat_are_refused(folder, coarse):
     bearing = replace(case.bearings[0], z=case.bearings[0].z + 1e-3)
     with pytest.raises(InputError, match=r"has no rigid set of .*housing\.bdf within 0\.1 mm"):
         nvh.run(replace(case, bearings=(bearing, *case.bearings[1:])), fidelity=coarse)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('"housing.bdf"', '"nope.bdf"', "nope.bdf: cannot be read"),
+        ('"mm-t-s"', '"m-kg-s"', "read in m-kg-s"),
+        ('"housing.bdf"', '"free.bdf"', "nothing holds the housing, whose rigid motion no bearing takes"),
+        (
+            'units = "mm-t-s"',
+            'units = "mm-t-s"\nseats = [{ name = "A1", nodes = "none" }]',
+            "has no rigid set or node",
+        ),
+    ],
+)
+def test_check_and_plan_look_into_the_file_of_the_housing(folder, capsys, old, new, message):
+    lines = (folder / "housing.bdf").read_text().splitlines(keepends=True)
+    (folder / "free.bdf").write_text("".join(line for line in lines if not line.startswith(("SPC1", "SPC ="))))
+    assert main(["check", str(folder / "case.toml")]) == 0
+    text = (folder / "case.toml").read_text()
+    assert old in text
+    (folder / "looked_into.toml").write_text(text.replace(old, new))
+    for command in ("check", "plan"):
+        assert main([command, str(folder / "looked_into.toml")]) == 2
+        assert message in capsys.readouterr().err
+
+
+def test_free_housing_takes_given_forces(folder, coarse):
+    (folder / "free.toml").write_text((folder / "case.toml").read_text().replace('"housing.bdf"', '"free.bdf"'))
+    preflight(nvh.load_case(folder / "free.toml"), coarse, {"bearing_forces"})

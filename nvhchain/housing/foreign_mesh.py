@@ -33,7 +33,8 @@ def sound_mesh(model: SolidModel) -> tuple[SolidModel, tuple[str, ...]]:
     Raises InputError for distorted elements, parts without a common face or rigid set, and nodes both held and rigid.
     """
     notes: list[str] = []
-    _check_extent(model)
+    used = np.concatenate([block.nodes.ravel() for block in model.blocks])
+    check_extent(model.nodes[used], model.source)
     model = _without_collapsed(model, notes)
     model = _without_copies(model, notes)
     model = _compact(model, notes)
@@ -78,13 +79,15 @@ def _without_collapsed(model: SolidModel, notes: list[str]) -> SolidModel:
     return replace(model, blocks=tuple(blocks))
 
 
-def _check_extent(model: SolidModel) -> None:
-    """A housing of another size than housings have was read in the wrong unit of length, whatever its material says."""
-    used = np.concatenate([block.nodes.ravel() for block in model.blocks])
-    extent = float(np.ptp(model.nodes[used], axis=0).max())
+def check_extent(nodes: FloatArray, source: str) -> None:
+    """A housing of another size than housings have was read in the wrong unit of length, whatever its material says.
+
+    nodes: (n, 3) m, of its mesh.
+    """
+    extent = float(np.ptp(nodes, axis=0).max())
     require(
         _EXTENT[0] <= extent <= _EXTENT[1],
-        f"{model.source}: the mesh is {extent:.4g} m long, {_EXTENT[0]:g} … {_EXTENT[1]:g} m are taken for a housing: "
+        f"{source}: the mesh is {extent:.4g} m long, {_EXTENT[0]:g} … {_EXTENT[1]:g} m are taken for a housing: "
         "is it in millimetres, or read as if it were? Choose the units of the file",
     )
 

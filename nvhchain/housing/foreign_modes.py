@@ -15,11 +15,13 @@ from nvhchain.fidelity import HousingFidelity
 from nvhchain.handoff import FloatArray, IntArray, ReducedHousing, Surface
 from nvhchain.housing.engine_plane import EnginePlane
 from nvhchain.housing.envelope import outer_envelope
+from nvhchain.housing.foreign import warn
+from nvhchain.housing.foreign_mesh import check_extent
 from nvhchain.housing.foreign_seats import SEAT_TOLERANCE
 from nvhchain.housing.mapping_error import MAPPING_ERROR, skin_sources, stated_mapping_errors, warn_of_mapping
 from nvhchain.housing.reduction import with_residual
 from nvhchain.housing.seat_modes import RIGID
-from nvhchain.housing.shell_sides import outward_sides
+from nvhchain.housing.shell_sides import distinct, has_area, outward_sides, outward_skin
 from nvhchain.housing.skin import Skin
 from nvhchain.housing.transfer import normal_motion
 from nvhchain.housing.truncation import RESIDUAL_MASS, truncation_error
@@ -54,14 +56,17 @@ def housing_from_modes(
     is not complete. What is left out of the seats' static flexibility is then estimated by what the uppermost octave
     adds (of a constant modal density, all modes above add as much), warned of (AccuracyWarning) and stated in the
     provenance.
-    Raises InputError for a bearing without a node, for modes that end below f_max, for too few residual vectors and
-    for a truncation_tolerance_db.
+    Repairs of the skin are warned of and stated too.
+    Repairs of the skin are warned of and stated too.
+    Raises InputError for a bearing without a node or one that moves in no mode, for a skin not as long as housings are,
+    for modes that end below f_max, for too few residual vectors and for a truncation_tolerance_db.
     """
     require(
         fidelity.truncation_tolerance_db == 0,
         f"truncation_tolerance_db = {fidelity.truncation_tolerance_db:g}: the modes of {model.source} are given, "
         "they are not counted by a tolerance: leave it at 0",
     )
+    check_extent(model.nodes[model.triangles], model.source)
     frequency = model.frequency
     require(
         frequency[-1] >= f_max,
@@ -84,7 +89,14 @@ def housing_from_modes(
         not unknown, f"seats are named for {', '.join(unknown)}, which are no bearings: known {', '.join(positions)}"
     )
     seats = np.array([_node(model, name, np.array(at, float), named.get(name)) for name, at in positions.items()])
-    skin, shells = linear_skin(model)
+    for name, seat in zip(positions, seats, strict=True):
+        require(
+            bool(model.shapes[:, seat].any()),
+            f"bearing {name}: node {model.labels[seat]} of {model.source} moves in no mode: export displacements "
+            "at it, or name a node of the seat that has them",
+        )
+    skin, shells, repairs = linear_skin(model)
+    warn(f"{model.source}: {note}" for note in repairs)
     envelope = outer_envelope(
         skin,
         [],
@@ -107,6 +119,7 @@ def housing_from_modes(
     provenance: dict[str, Any] = {
         "stage": "housing.housing_from_modes",
         "source": model.source,
+        "repairs": list(repairs),
         "envelope": list(envelope.notes),
     }
     if residual_vectors:
@@ -144,7 +157,11 @@ def housing_from_modes(
 
 
 def modal_extent(model: ModalModel) -> float:
-    """Area of the skin, m², of both sides where it is shells; of thin walls half of it radiates."""
+    """Area of the skin, m², of both sides where it is shells; of thin walls half of it radiates.
+
+    Raises InputError for a skin that is not as long as housings are.
+    """
+    check_extent(model.nodes[model.triangles], model.source)
     a, b, c = (model.nodes[model.triangles[:, i]] for i in range(3))
     return 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
 
@@ -161,18 +178,27 @@ def missing_flexibility(frequency: FloatArray, seat_shapes: FloatArray) -> float
     return above / (above + float(share.sum()))
 
 
-def linear_skin(model: ModalModel) -> tuple[Skin, IntArray]:
-    """The skin with mid-edge nodes halfway between its corners, and which facets (k,) bool are sides of open shells."""
-    triangles, shells = model.triangles, np.zeros(len(model.triangles), dtype=bool)
+def linear_skin(model: ModalModel) -> tuple[Skin, IntArray, tuple[str, ...]]:
+    """The skin with mid-edge nodes halfway between its corners, which facets (k,) bool are sides of open shells, notes.
+
+    Triangles given twice or without area are left out, those of solids that look inward are turned, and noted.
+    """
+    notes: list[str] = []
+    triangles = distinct(model.triangles, notes)
+    require(len(triangles) > 0, f"{model.source}: no triangle of the skin has an area: export shells or solids with it")
     if model.two_sided:
         triangles, shells = outward_sides(model.nodes, triangles)
+    else:
+        triangles, shells = outward_skin(model.nodes, triangles, notes), np.zeros(len(triangles), dtype=bool)
+    area = has_area(model.nodes, triangles, notes)
+    triangles, shells = triangles[area], shells[area]
     count = len(model.nodes)
     edges = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]], axis=2).reshape(-1, 2)
     ends, slot = np.unique(edges, axis=0, return_inverse=True)
     facets = np.hstack([triangles, count + slot.reshape(-1, 3)])
     middles = _halves(ends, count)
     interpolation = sp.csr_matrix(sp.vstack([sp.identity(count), middles]))
-    return Skin(np.asarray(interpolation @ model.nodes), facets, interpolation), shells
+    return Skin(np.asarray(interpolation @ model.nodes), facets, interpolation), shells, tuple(notes)
 
 
 def _halves(ends: IntArray, count: int) -> sp.csr_matrix:

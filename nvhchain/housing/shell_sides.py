@@ -8,12 +8,85 @@ from scipy.sparse.csgraph import breadth_first_order, connected_components
 
 from nvhchain.handoff import FloatArray, IntArray
 
+_NO_AREA = 1e-12
+"""Of the square of the longest edge."""
+
+
+def distinct(triangles: IntArray, notes: list[str]) -> IntArray:
+    """Triangles (k, 3) on three corners, each once whichever way it is numbered; what is left out is noted."""
+    corners = np.sort(triangles, axis=1)
+    collapsed = (np.diff(corners, axis=1) == 0).any(axis=1)
+    if collapsed.any():
+        notes.append(f"{int(collapsed.sum())} triangles of the skin that repeat a corner left out")
+    _, first = np.unique(corners[~collapsed], axis=0, return_index=True)
+    copies = len(triangles) - int(collapsed.sum()) - len(first)
+    if copies:
+        notes.append(f"{copies} triangles of the skin on the corners of others left out")
+    return triangles[~collapsed][np.sort(first)]
+
+
+def has_area(nodes: FloatArray, triangles: IntArray, notes: list[str]) -> IntArray:
+    """Which triangles (k,) bool are more than a line; the others are noted."""
+    sides = nodes[triangles[:, [1, 2, 0]]] - nodes[triangles]
+    twice = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
+    found = twice > _NO_AREA * (sides**2).sum(axis=2).max(axis=1)
+    if not found.all():
+        notes.append(f"{int((~found).sum())} triangles of the skin without area left out")
+    return np.asarray(found)
+
 
 def outward_sides(nodes: FloatArray, triangles: IntArray) -> tuple[IntArray, IntArray]:
     """Triangles (s, 3) that look outward and which of them (s,) bool are sides of an open shell.
 
-    nodes: (n, 3) m.  triangles: (k, 3) in any order of their corners.  A patch is what hangs together by edges of two
-    triangles; if all its edges are such and it can be turned alike it is a body with the volume positive.
+    nodes: (n, 3) m.  triangles: (k, 3), `distinct`, in any order of their corners.  A patch is what hangs together by
+    edges of two triangles; if all its edges are such and it can be turned alike it is a body with the volume positive.
+    """
+    turn, patch, torn = _alike(triangles)
+    volume = np.bincount(patch, _volumes(nodes, triangles, turn))
+    outward = _turned(triangles, turn ^ (volume < 0)[patch])
+    shell = torn[patch]
+    both = np.concatenate([outward, outward[shell][:, [0, 2, 1]]])
+    return both, np.concatenate([shell, np.ones(int(shell.sum()), dtype=bool)])
+
+
+def outward_skin(nodes: FloatArray, triangles: IntArray, notes: list[str]) -> IntArray:
+    """Triangles (k, 3), `distinct`, of the skin of solids that look out of them; how many were turned is noted.
+
+    nodes: (n, 3) m.  A closed patch has a positive volume.  One within the bounds of another may be the wall of a
+    cavity: it looks where most of its area does, as do open patches.
+    """
+    turn, patch, torn = _alike(triangles)
+    corners = nodes[triangles]
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    most = np.bincount(patch, area * np.where(turn, 1.0, -1.0)) > 0
+    low, high = np.full((len(torn), 3), np.inf), np.full((len(torn), 3), -np.inf)
+    np.minimum.at(low, patch, corners.min(axis=1))
+    np.maximum.at(high, patch, corners.max(axis=1))
+    inward = np.where(torn, most, np.bincount(patch, _volumes(nodes, triangles, turn)) < 0)
+    for i in np.flatnonzero(~torn):
+        around = ~torn & (low <= low[i]).all(axis=1) & (high >= high[i]).all(axis=1)
+        around[i] = False
+        if around.any():
+            inward[i] = most[i]
+    turn ^= inward[patch]
+    if turn.any():
+        notes.append(f"{int(turn.sum())} triangles of the skin that looked inward turned over")
+    return _turned(triangles, turn)
+
+
+def _turned(triangles: IntArray, turn: IntArray) -> IntArray:
+    return np.where(turn[:, None], triangles[:, [0, 2, 1]], triangles)
+
+
+def _volumes(nodes: FloatArray, triangles: IntArray, turn: IntArray) -> FloatArray:
+    """Six times the volumes (k,) between the triangles, once turned, and the middle of the nodes."""
+    return np.asarray(np.linalg.det(nodes[_turned(triangles, turn)] - nodes.mean(axis=0)))
+
+
+def _alike(triangles: IntArray) -> tuple[IntArray, IntArray, IntArray]:
+    """Which triangles (k,) bool to turn so that all of a patch run alike, their patches (k,), which of these are torn.
+
+    Torn are those with an edge of one triangle or of three and more, and those that cannot be turned alike.
     """
     edges = triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
     _, edge, count = np.unique(np.sort(edges, axis=1), axis=0, return_inverse=True, return_counts=True)
@@ -26,21 +99,17 @@ def outward_sides(nodes: FloatArray, triangles: IntArray) -> tuple[IntArray, Int
     link = sp.csr_matrix((np.ones(2 * len(one)), (np.r_[one, other], np.r_[other, one])), shape=size)
     patches, patch = connected_components(link, directed=False)
     turn = _turns(one, other, same, link, patch)
-    alike = np.where(turn[:, None], triangles[:, [0, 2, 1]], triangles)
     torn = np.bincount(patch[one], same ^ turn[one] ^ turn[other], minlength=patches) > 0
     torn |= np.bincount(patch, (count[edge] != 2).reshape(-1, 3).any(axis=1), minlength=patches) > 0
-    volume = np.bincount(patch, np.linalg.det(nodes[alike] - nodes.mean(axis=0)), minlength=patches)
-    outward = np.where((volume < 0)[patch][:, None], alike[:, [0, 2, 1]], alike)
-    shell = torn[patch]
-    both = np.concatenate([outward, outward[shell][:, [0, 2, 1]]])
-    return both, np.concatenate([shell, np.ones(int(shell.sum()), dtype=bool)])
+    return turn, patch, np.asarray(torn)
 
 
 def _turns(one: IntArray, other: IntArray, same: IntArray, link: sp.csr_matrix, patch: IntArray) -> IntArray:
     """Which triangles (k,) bool must be turned to run as the first of their patch does, along a tree of neighbours."""
     differs = sp.csr_matrix((np.r_[same, same] + 1.0, (np.r_[one, other], np.r_[other, one])), shape=link.shape)
     turn = np.zeros(link.shape[0], dtype=bool)
-    for first in np.unique(patch, return_index=True)[1]:
+    _, starts, sizes = np.unique(patch, return_index=True, return_counts=True)
+    for first in starts[sizes > 1]:
         reached, parent = breadth_first_order(link, first, directed=False)
         step = np.asarray(differs[reached[1:], parent[reached[1:]]]).ravel() == 2.0
         for child, ancestor, turned in zip(reached[1:].tolist(), parent[reached[1:]].tolist(), step, strict=True):

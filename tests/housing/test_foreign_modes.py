@@ -11,11 +11,11 @@ from nvhchain.fem.modal_model import ModalModel
 from nvhchain.housing.casting_model import casting_model
 from nvhchain.housing.engine_plane import EnginePlane
 from nvhchain.housing.foreign_modal_model import modal_model
-from nvhchain.housing.foreign_modes import housing_from_modes, missing_flexibility
+from nvhchain.housing.foreign_modes import housing_from_modes, linear_skin, missing_flexibility, modal_extent
 from nvhchain.housing.foreign_seats import bearing_seats
 from nvhchain.housing.mesh import boundary_faces
 from nvhchain.housing.reduction import held_matrices, seat_flexibility
-from nvhchain.housing.shell_sides import outward_sides
+from nvhchain.housing.shell_sides import outward_sides, outward_skin
 from nvhchain.housing.truncation import RESIDUAL_MASS, truncation_error
 from nvhchain.interop.modal_hdf5 import read_modal_hdf5, write_modal_hdf5
 from nvhchain.interop.modal_uff import read_modal_uff, write_modal_uff
@@ -241,6 +241,108 @@ NONE
  -1.00000E+00-2.00000E+00-3.00000E+00
     -1
 """
+
+
+def flipped(triangles, share):
+    wrong = np.random.default_rng(5).random(len(triangles)) < share
+    return np.where(wrong[:, None], triangles[:, [0, 2, 1]], triangles), int(wrong.sum())
+
+
+@pytest.mark.parametrize("share", [0.5, 1.0])
+def test_skin_of_solids_that_looks_inward_is_turned_over_and_reported(share, modes):
+    """The casting is open nowhere, its cavity is outside of its walls."""
+    triangles, wrong = flipped(modes.triangles, share)
+    skin, _, notes = linear_skin(replace(modes, triangles=triangles))
+    assert np.sort(skin.facets[:, :3], axis=1).tolist() == np.sort(modes.triangles, axis=1).tolist()
+    assert normals(skin.nodes, skin.facets[:, :3]) == pytest.approx(normals(modes.nodes, modes.triangles))
+    assert notes == (f"{wrong} triangles of the skin that looked inward turned over",)
+    assert linear_skin(modes)[2] == ()
+
+
+def normals(nodes, triangles):
+    a, b, c = (nodes[triangles[:, i]] for i in range(3))
+    return np.cross(b - a, c - a)
+
+
+def test_wall_of_a_cavity_keeps_looking_into_it():
+    """A tetrahedron within another; one face of each is wrong."""
+    corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], float)
+    nodes = np.concatenate([4 * corners, 0.5 + corners])
+    outer = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
+    right = np.concatenate([outer, 4 + outer[:, [0, 2, 1]]])
+    given = right.copy()
+    given[[1, 6]] = given[[1, 6]][:, [0, 2, 1]]
+    notes = []
+    assert normals(nodes, outward_skin(nodes, given, notes)).tolist() == normals(nodes, right).tolist()
+    assert notes == ["2 triangles of the skin that looked inward turned over"]
+
+
+@pytest.mark.parametrize("two_sided", [False, True])
+@pytest.mark.parametrize("order", [[0, 1, 2], [1, 2, 0], [0, 2, 1]])
+def test_triangles_given_twice_count_once(two_sided, order, modes):
+    twice = np.concatenate([modes.triangles, modes.triangles[:, order]])
+    skin, shells, notes = linear_skin(replace(modes, triangles=twice, two_sided=two_sided))
+    assert normals(skin.nodes, skin.facets[:, :3]) == pytest.approx(normals(modes.nodes, modes.triangles))
+    assert not shells.any()
+    assert notes == (f"{len(modes.triangles)} triangles of the skin on the corners of others left out",)
+
+
+@pytest.mark.parametrize("two_sided", [False, True])
+def test_triangles_without_area_are_left_out(two_sided, modes):
+    nodes = np.vstack([modes.nodes, np.outer([0, 1, 2], [0.01, 0, 0])])
+    line = [len(modes.nodes), len(modes.nodes) + 1, len(modes.nodes) + 2]
+    bad = np.concatenate([modes.triangles, [[0, 0, 1], [2, 2, 2], line]])
+    shapes = np.concatenate([modes.shapes, np.zeros((len(modes.frequency), 3, 3))], axis=1)
+    model = replace(modes, nodes=nodes, labels=np.arange(len(nodes)), shapes=shapes, triangles=bad, two_sided=two_sided)
+    skin, _, notes = linear_skin(model)
+    assert normals(skin.nodes, skin.facets[:, :3]) == pytest.approx(normals(modes.nodes, modes.triangles))
+    assert "2 triangles of the skin that repeat a corner left out" in notes
+    assert notes[-1] == f"{1 + two_sided} triangles of the skin without area left out"
+    with pytest.raises(InputError, match="no triangle of the skin has an area"):
+        linear_skin(replace(model, triangles=bad[-3:-1]))
+
+
+def test_lone_triangle_has_two_sides():
+    found, shells = outward_sides(np.eye(3), np.array([[0, 1, 2]]))
+    assert sorted(found.tolist()) == [[0, 1, 2], [0, 2, 1]]
+    assert shells.all()
+
+
+def test_repairs_are_warned_of_and_stated(modes, casting, fidelity, surface):
+    twice = replace(modes, triangles=np.concatenate([modes.triangles, modes.triangles]))
+    with pytest.warns(AccuracyWarning, match="triangles of the skin on the corners of others left out"):
+        found = housing(twice, casting, fidelity, surface)
+    assert found.provenance["repairs"] == [
+        f"{len(modes.triangles)} triangles of the skin on the corners of others left out"
+    ]
+
+
+@pytest.mark.parametrize("vectors", [False, True])
+def test_seat_that_does_not_move_is_refused(vectors, modes, casting, fidelity, surface):
+    at = {"A1": casting.bores[0].centre}
+    shapes = modes.shapes.copy()
+    shapes[:, -2:] = 0.0
+    with pytest.raises(InputError, match=rf"bearing A1: node {modes.labels[-2]} of modes moves in no mode"):
+        housing_from_modes(
+            replace(modes, shapes=shapes),
+            at,
+            f_max=1000.0,
+            surface_size=0.022,
+            fidelity=fidelity,
+            surface=surface,
+            residual_vectors=vectors,
+        )
+
+
+def test_modes_in_another_unit_of_length_are_refused(modes, fidelity):
+    wrong = replace(modes, nodes=1e3 * modes.nodes)
+    match = r"the mesh is \d+ m long, 0\.005 … 20 m are taken for a housing"
+    with pytest.raises(InputError, match=match):
+        housing_from_modes(
+            wrong, {"A1": (0, 0, 0)}, labels={"A1": 1}, f_max=F_MAX, surface_size=0.022, fidelity=fidelity
+        )
+    with pytest.raises(InputError, match=match):
+        modal_extent(wrong)
 
 
 def test_side_of_open_shells_and_closed_bodies():

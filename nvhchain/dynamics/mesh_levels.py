@@ -9,10 +9,14 @@ import numpy as np
 from numpy.polynomial.legendre import leggauss
 from scipy.interpolate import PchipInterpolator
 
+from nvhchain.dynamics.assembly import Assembly
+from nvhchain.dynamics.law_table import LawTable
 from nvhchain.dynamics.propagator import Propagator
 from nvhchain.errors import InputError, SolverError
 from nvhchain.handoff import FloatArray, MeshLaw
 
+TANGENT_REACH = 5.0
+"""Motion beyond so many times the ends of a tangent law, ten times the deflections of the law itself, is none of it."""
 ContactForce = Callable[[float, FloatArray], FloatArray]
 """Force of a mesh, (n,) N along the flank normal, at a wheel angle in rad and deflections (n,) m: what a `MeshLaw`
 tabulates, > 0 on the drive flank, 0 in the gap, < 0 on the back flank."""
@@ -56,6 +60,34 @@ def _tangents(law: MeshLaw, force: float) -> tuple[FloatArray, FloatArray]:
         stiffness[i] = curve(at, 1)
         offset[i] = at - force / stiffness[i]
     return stiffness, offset
+
+
+def check_tangents(
+    assembly: Assembly, table: LawTable, force: FloatArray, time: FloatArray, deflection: FloatArray
+) -> None:
+    """SolverError where motion has outgrown the tangents of `table`, taken at `force` (n_mesh,) N.
+
+    A tangent that varies much over the angle, as it does where the load hardly closes the flanks, drives the motion
+    like any parametric stiffness, and nothing limits it.
+    time (n,): s.  deflection (n, 2 n_row): m, of the contacts.
+    """
+    for row in np.flatnonzero(assembly.share > 0.0):
+        mesh = assembly.mesh[row]
+        limit = TANGENT_REACH * float(np.abs(table.deflection[row]).max())
+        # of the flank that is pressed: soft bearings let the other one out of reach
+        reached = deflection[:, 2 * row : 2 * row + 2].max(axis=1)
+        beyond = np.flatnonzero(~(reached <= limit))
+        if len(beyond) > 0:
+            cells, rows = table.cells[row], table.rows[row]
+            ends = slice(cells - 2, cells) if force[mesh] >= 0.0 else slice(0, 2)
+            rise = np.diff(table.force[row, :rows, ends], axis=1) / np.diff(table.deflection[row, ends])
+            slope, of = rise / assembly.share[row], assembly.gearbox.meshes[mesh]
+            raise SolverError(
+                f"mesh {of.pinion_shaft}–{of.wheel_shaft}: the motion has grown to {1e6 * reached[beyond[0]]:.4g} µm "
+                f"at t = {time[beyond[0]]:.6g} s (limit {1e6 * limit:.4g} µm). The mesh level `stiffness` takes the "
+                f"law's tangent at {force[mesh]:.4g} N, {slope.min():.3g}…{slope.max():.3g} N/m over the angle, "
+                "which drives such motion and has no meaning there: use the level `table`"
+            )
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from nvhchain.dynamics.assembly import Assembly, assemble
 from nvhchain.dynamics.gearbox import Gearbox
 from nvhchain.dynamics.law_table import LawTable, mean_slope, tabulate
-from nvhchain.dynamics.mesh_levels import ContactForce, ContactLoop, contact_loop, tangent_law
+from nvhchain.dynamics.mesh_levels import ContactForce, ContactLoop, check_tangents, contact_loop, tangent_law
 from nvhchain.dynamics.propagator import ModalForm, Propagator, modal_form, output_matrix, propagator, state_of
 from nvhchain.dynamics.quasi_static import laws_of_rows, nominal_mesh_forces, static_state
 from nvhchain.dynamics.train import shaft_torques
@@ -39,6 +39,7 @@ class Simulation:
     the modes filled up with idle ones to whole vector registers.
     tolerance: N, admissible residual of the contact forces, reached within `iterations`.
     contact_loop: solves the contact problem at every step instead of reading `table`, if there is one.
+    tangent_force (n_mesh,): N, at which the tangents were taken at the mesh level `stiffness`; empty at the others.
     """
 
     assembly: Assembly
@@ -57,6 +58,7 @@ class Simulation:
     tolerance: float
     iterations: int
     contact_loop: ContactLoop | None = None
+    tangent_force: FloatArray = field(default_factory=lambda: np.zeros(0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,6 +123,7 @@ def simulation(
         fidelity.contact_residual * float(np.abs(table.force).max()),
         fidelity.contact_iterations,
         loop,
+        nominal if fidelity.mesh_level == "stiffness" else np.zeros(0),
     )
 
 
@@ -133,6 +136,7 @@ def _discretised(
     tolerance: float,
     iterations: int,
     loop: ContactLoop | None,
+    tangent_force: FloatArray,
 ) -> Simulation:
     """Diagonalise and discretise (fields of `Simulation`; time_step in s)."""
     modes = modal_form(assembly, contact_stiffness)
@@ -158,6 +162,7 @@ def _discretised(
         tolerance,
         iterations,
         loop,
+        tangent_force,
     )
 
 
@@ -172,6 +177,7 @@ def at_speed(model: Simulation, input_speed: float) -> Simulation:
         model.tolerance,
         model.iterations,
         model.contact_loop,
+        model.tangent_force,
     )
 
 
@@ -232,12 +238,19 @@ def advance(
     n_c, n_z = len(excess), model.kernel[0].shape[-1]
     re_im = np.zeros((2, n_z))
     re_im[:, : len(motion.state) // 2] = motion.state.reshape(2, -1)
+    scratch = np.zeros((14, n_c))
     failed = march(  # type: ignore[call-arg]
         *model.kernel, model.step.compliance, model.contact_stiffness,
         model.table.deflection, model.table.force, model.table.potential, rows, model.table.cells, position,
         re_im, excess, model.tolerance, model.iterations, stride, states, excesses,
-        np.zeros((14, n_c)), np.zeros((5, n_c), np.int64), np.zeros((n_c, n_c + 1)), np.zeros(n_z),
+        scratch, np.zeros((5, n_c), np.int64), np.zeros((n_c, n_c + 1)), np.zeros(n_z),
     )  # fmt: skip
+    if len(model.tangent_force):
+        last = failed if failed >= 0 else n_step
+        time = start_time + model.step.step * np.append(np.arange(0, min(last + 1, n_step), stride), last)
+        with np.errstate(over="ignore", invalid="ignore"):
+            reached = np.vstack([states[: len(time) - 1] @ model.contact_output.T, scratch[0]])
+        check_tangents(model.assembly, model.table, model.tangent_force, time, reached)
     if failed >= 0:
         raise SolverError(
             f"mesh forces did not converge at t = {start_time + failed * model.step.step:.6g} s within "

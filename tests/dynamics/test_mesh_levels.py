@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import pi
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
-from nvhchain.dynamics import bearing_forces
+from nvhchain.dynamics import bearing_forces, run_up
+from nvhchain.dynamics.law_table import force_at, row_at
 from nvhchain.dynamics.mesh_levels import ContactLoop, tangent_law
 from nvhchain.dynamics.simulation import advance, at_rest, simulation
 from nvhchain.errors import InputError, SolverError
@@ -139,6 +142,70 @@ def test_stiffness_level_with_a_gap_follows_the_table_through_contact_loss_and_b
     size = np.abs(table).max()
     assert np.abs(parted - table).max() < 2e-2 * size
     assert np.abs(pulled - table).max() > 0.2 * size
+
+
+@pytest.mark.parametrize("loss", [False, True])
+def test_motion_that_outgrows_the_tangents_of_an_almost_unloaded_mesh_is_refused_by_name(
+    make_gearbox, make_laws, make_housing, loss
+):
+    """Inertia alone closes the flanks here: tangents that vary seventyfold drive the motion, the table's do not."""
+    gearbox, laws = make_gearbox(), make_laws(plain_wheel=True, error=8e-6)
+    housing = make_housing(gearbox, modes=8)
+    ramp = {"start_speed": 0.0, "end_speed": SPEED, "duration": 0.3, "input_torque": 0.0, "f_max": 5000.0}
+    fidelity = DynamicsFidelity(1e-5, mesh_level="stiffness", contact_loss=loss)
+    with pytest.raises(
+        SolverError,
+        match=r"mesh [AB]–[BC]: the motion has grown to .* µm at t = 0\.\d+ s .*takes the law's tangent at -?[\d.]+ N, "
+        r".*e\+06….*e\+07 N/m over the angle, .* use the level `table`",
+    ):
+        run_up(gearbox, laws, housing, fidelity=fidelity, **ramp)
+    # an idle flank far out of reach, as on soft bearings, is no such motion
+    soft = [replace(b, radial_stiffness=1e-3 * b.radial_stiffness) for b in gearbox.bearings]
+    loaded = ramp | {"end_speed": 0.1 * SPEED, "duration": 0.05, "input_torque": 250.0}
+    run_up(replace(gearbox, bearings=tuple(soft)), laws, None, fidelity=fidelity, **loaded)
+    calm = run_up(gearbox, laws, housing, fidelity=DynamicsFidelity(1e-5), **ramp)
+    assert np.abs(calm.mesh_deflection).max() < 2e-4
+
+
+def test_growth_of_motion_under_a_varying_tangent_is_that_of_its_equations(make_gearbox, make_laws, make_housing):
+    """Steps of 10 µs against an explicit Runge–Kutta method of order 8 with the same law: the growth is the model's."""
+    gearbox, laws = make_gearbox(), make_laws(plain_wheel=True, error=8e-6)
+    fidelity = DynamicsFidelity(2e-6, mesh_level="stiffness", contact_loss=True)
+    model = simulation(
+        gearbox, laws, None, input_torque=0.0, time_step=2e-6, input_acceleration=SPEED / 0.3, fidelity=fidelity
+    )
+    a, table, cycles = model.assembly, model.table, 0.65 * SPEED / (2 * pi) * np.array([20, 12])
+    start, steps = at_rest(model, np.zeros(2)), 2000
+    start = type(start)(4.0 * start.state, start.excess)
+    _, states, _ = advance(model, start, (np.arange(steps)[:, None] + 0.5) * 2e-6 * cycles, stride=100)
+    x0 = (
+        model.modes.displacement @ (start.state[: len(start.state) // 2] + 1j * start.state[len(start.state) // 2 :])
+    ).real
+
+    def acceleration(time, state):
+        x, v = np.split(state, 2)
+        pressed, force = a.contact @ x, np.zeros(4)
+        for k in range(2):
+            grid, row = table.deflection[k, : table.cells[k]], row_at(table, k, time * cycles[k])
+            force[2 * k] = max(0.0, force_at(grid, row, pressed[2 * k : 2 * k + 1])[0])
+            force[2 * k + 1] = max(0.0, -force_at(grid, row, -pressed[2 * k + 1 : 2 * k + 2])[0])
+        push = a.load(model.torque) - a.stiffness @ x - a.damping @ v - a.contact.T @ force
+        return np.concatenate([v, push / a.mass])
+
+    at = np.arange(0, steps, 100) * 2e-6
+    exact = solve_ivp(
+        acceleration,
+        (0.0, at[-1]),
+        np.append(x0, 0 * x0),
+        method="DOP853",
+        rtol=1e-7,
+        atol=1e-12,
+        max_step=4e-6,
+        t_eval=at,
+    )
+    wanted, found = (a.contact @ exact.y[: len(x0)]).T, states @ model.contact_output.T
+    assert np.abs(wanted).max() > 2 * np.abs(wanted[0]).max()
+    assert np.abs(found - wanted).max() < 1e-3 * np.abs(wanted).max()
 
 
 def test_contact_loss_belongs_to_the_stiffness_level():

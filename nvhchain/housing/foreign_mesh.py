@@ -8,6 +8,7 @@ what other codes do against it (bubble functions, selective integration) differs
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 
@@ -30,7 +31,7 @@ _CHUNK = 20_000
 def sound_mesh(model: SolidModel) -> tuple[SolidModel, tuple[str, ...]]:
     """The model as one connected body of valid quadratic elements; in words what had to be done to it, and its cracks.
 
-    Raises InputError for distorted elements, parts without a common face or rigid set, and nodes both held and rigid.
+    Raises InputError for distorted elements, parts without a common face or rigid set, and nodes held twice.
     """
     notes: list[str] = []
     used = np.concatenate([block.nodes.ravel() for block in model.blocks])
@@ -282,6 +283,13 @@ def _straightened(model: SolidModel, notes: list[str]) -> SolidModel:
 
 
 def _check_constraints(model: SolidModel) -> None:
+    for one, other in combinations(model.rigid_sets, 2):
+        twice = model.labels[np.intersect1d(one.nodes, other.nodes)]
+        require(
+            len(twice) == 0,
+            f"{model.source}: rigid sets {one.name} and {other.name} share {len(twice)} nodes, {twice[:5].tolist()}: "
+            "take them out of one, or write both as one set",
+        )
     for rigid in model.rigid_sets:
         require(
             bool(rigid.held[3:].all()) or not on_a_line(model.nodes[rigid.nodes]),

@@ -8,7 +8,7 @@ from nvhchain import housing
 from nvhchain.case import RADIATED, Case, GearboxCase
 from nvhchain.errors import InputError, ResourceError
 from nvhchain.fidelity import Fidelity
-from nvhchain.housing.reduction import check_bending_resolution
+from nvhchain.housing.reduction import check_bending_resolution, check_thin_walls
 from nvhchain.memory import free_memory
 from nvhchain.scene.casting import forced, model_of_file
 from nvhchain.scene.planning import plan_without
@@ -85,6 +85,7 @@ def check_knobs(case: Case, fidelity: Fidelity, given: Collection[str] = ()) -> 
         )
     if isinstance(case.housing, housing.Casting) and not {"housing", "surface_velocity"}.intersection(given):
         check_bending_resolution(case.housing, case.band.high, fidelity.housing)
+        check_thin_walls(case.housing, fidelity.housing)
 
 
 def check_held(case: Case, given: Collection[str] = ()) -> None:

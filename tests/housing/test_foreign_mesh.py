@@ -259,3 +259,10 @@ def test_node_both_held_and_rigid_is_refused():
     held[model.rigid_sets[1].nodes[0]] = True
     with pytest.raises(InputError, match="is held and belongs to rigid set S"):
         sound_mesh(replace(model, held=held))
+
+
+def test_rigid_sets_that_share_nodes_are_refused_by_their_names_and_labels():
+    model = box("hex8")
+    third = RigidSet("THIRD", np.zeros(3), model.rigid_sets[1].nodes[[0, 1, 2]], 600)
+    with pytest.raises(InputError, match=r"rigid sets S and THIRD share 5 nodes, \[19, 20, 21, "):
+        sound_mesh(replace(model, rigid_sets=(*model.rigid_sets, third)))

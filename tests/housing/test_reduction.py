@@ -1,17 +1,20 @@
 """The reduced housing against the full finite element model, both with structural damping η = 2ζ."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.sparse.linalg import LinearOperator, gmres
 
 from nvhchain.errors import AccuracyWarning, InputError
 from nvhchain.fem import factorize
-from nvhchain.fidelity import STANDARD, HousingFidelity
+from nvhchain.fidelity import DRAFT, STANDARD, HousingFidelity
 from nvhchain.housing import Casting, reduce_housing
 from nvhchain.housing.mesh import on_engine_plane
 from nvhchain.housing.reduction import (
     bending_wavelength,
     check_bending_resolution,
+    check_thin_walls,
     held_matrices,
     seat_flexibility,
 )
@@ -113,6 +116,17 @@ def test_mesh_too_coarse_for_the_band_is_warned_of_with_the_frequency_it_is_good
     with pytest.warns(AccuracyWarning, match=message):
         check_bending_resolution(Casting(), 5000.0, coarse)
     check_bending_resolution(Casting(), 3700.0, coarse)
+    assert not recwarn.list
+
+
+def test_elements_much_longer_than_the_wall_is_thick_are_warned_of_with_the_error_and_the_size(recwarn):
+    """Walls of 1 mm at standard fidelity: 803 Hz for a first mode of 497 Hz with elements of 4 mm."""
+    thin = replace(Casting(), wall=0.001)
+    message = r"10\.5 mm are 1\d times as long as the wall of 1 mm is thick: .* may come out 77 % .* refine to 3\.5 mm"
+    with pytest.warns(AccuracyWarning, match=message):
+        check_thin_walls(thin, STANDARD.housing)
+    check_thin_walls(thin, HousingFidelity(element_size=0.0035))
+    check_thin_walls(Casting(), DRAFT.housing)
     assert not recwarn.list
 
 

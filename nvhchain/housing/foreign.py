@@ -22,6 +22,7 @@ from nvhchain.housing.mapping_error import MAPPING_ERROR, skin_sources, stated_m
 from nvhchain.housing.reduction import accurate, with_residual
 from nvhchain.housing.seat_modes import seat_modes
 from nvhchain.housing.skin import Skin, solid_skin
+from nvhchain.housing.thin_walls import longest_for_their_wall, stiffening
 from nvhchain.housing.transfer import normal_motion
 from nvhchain.housing.truncation import RESIDUAL_MASS
 
@@ -171,14 +172,20 @@ def constrained(model: SolidModel) -> tuple[sp.csr_matrix, sp.csr_matrix, sp.csr
 
 
 def _check_resolution(model: SolidModel, skin: Skin, f_max: float, fidelity: HousingFidelity) -> None:
-    """Warn where the mesh is too coarse for the bending waves of its own mean wall, 2 V / A, at f_max (Hz)."""
+    """Warn where the mesh is too coarse for the bending waves of its own mean wall, 2 V / A, at f_max (Hz).
+
+    Of several materials that with the shortest waves counts. Tetrahedra too long for thin walls are warned of, too.
+    """
+    stiff = stiffening(longest_for_their_wall(model, skin))
+    if stiff:
+        warn([f"{model.source}: tetrahedra are {stiff}"])
     corners = skin.nodes[skin.facets[:, :3]]
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     volume = float(np.einsum("ka,ka->", corners.mean(axis=1), cross)) / 6
     wall = 4 * volume / float(np.linalg.norm(cross, axis=1).sum())
     edge = mean_edge(model)
-    material = model.blocks[0].material
-    plate = material.young * wall**2 / (12 * (1 - material.poisson**2) * material.density)
+    materials = [block.material for block in model.blocks]
+    plate = min(wall**2 * m.young / (12 * (1 - m.poisson**2) * m.density) for m in materials)
     wave = float(2 * np.pi * (plate / (2 * np.pi * f_max) ** 2) ** 0.25)
     least = fidelity.elements_per_bending_wavelength
     if wave / edge < least:

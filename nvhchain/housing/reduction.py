@@ -27,6 +27,7 @@ from nvhchain.housing.mapping_error import MAPPING_ERROR, skin_sources, stated_m
 from nvhchain.housing.mesh import HousingMesh, mesh_casting, on_engine_plane, radiating_surface
 from nvhchain.housing.seat_modes import seat_modes
 from nvhchain.housing.seat_modes import seat_unknowns as seat_unknowns
+from nvhchain.housing.thin_walls import stiffening
 from nvhchain.housing.transfer import normal_motion
 from nvhchain.housing.truncation import (
     RESIDUAL_MASS,
@@ -41,17 +42,6 @@ _STEPS = 6
 _FEWEST = 0.5
 """Of the elements per bending wavelength that are needed, below which a mesh has no such waves: two nodes to a wave, by
 the fidelity's least of four. A refusal, which moves no result; down to it the fidelity's own number decides."""
-
-_LONGEST = 3.5
-"""Length of straight-sided quadratic tetrahedra over the thickness of their wall, beyond which they are warned of."""
-
-_STIFFENING = 0.007
-"""Of natural frequencies that such tetrahedra make too high where walls are curved or meet: times that ratio squared.
-
-Measured: the casting of cases/small with thinner walls, the worst of its first three modes against finer meshes. 3 mm
-against a ratio of 2.3: 4.3 % at 3.5 (2085 to 2176 Hz), 8.9 % at 4.3. First mode, 2 mm against 2.5: 3.1 % at 3.5
-(1261 to 1299 Hz), 12.5 % at 5.25, 29 % at 6.5; 1 mm against 4: 7 % at 6, 62 % at 10.5 (497 to 803 Hz).
-"""
 
 _ENLARGEMENTS = 6
 """Attempts at finding enough modes for a tolerance; the range of modes grows by up to 1.6 each time. Where they do
@@ -164,21 +154,10 @@ def check_bending_resolution(casting: Casting, f_max: float, fidelity: HousingFi
 def check_thin_walls(casting: Casting, fidelity: HousingFidelity) -> None:
     """Warn of elements so much longer than the wall is thick that they make it too stiff."""
     wall = min(casting.wall, casting.end_wall)
-    message = stiffening(fidelity.element_size, wall)
-    if message:
-        warnings.warn(f"housing {message}", AccuracyWarning, stacklevel=3)
-
-
-def stiffening(length: float, wall: float) -> str:
-    """What is to be warned of where tetrahedra of a length (m) mesh a wall (m); empty if nothing."""
-    ratio = length / wall
-    if ratio <= _LONGEST * (1 + 1e-9):
-        return ""
-    return (
-        f"elements of {1e3 * length:.3g} mm are {ratio:.2g} times as long as the wall of {1e3 * wall:.2g} mm is thick: "
-        f"natural frequencies may come out {100 * _STIFFENING * ratio**2:.0f} % too high; refine to "
-        f"{1e3 * _LONGEST * wall:.3g} mm"
-    )
+    stiff = stiffening(fidelity.element_size / wall)
+    if stiff:
+        size = f"housing elements of {1e3 * fidelity.element_size:g} mm in walls of {1e3 * wall:.3g} mm"
+        warnings.warn(f"{size} are {stiff}", AccuracyWarning, stacklevel=3)
 
 
 def bending_wavelength(casting: Casting, frequency: float) -> float:

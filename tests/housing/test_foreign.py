@@ -115,3 +115,32 @@ def test_mesh_above_its_validity_is_warned_of_with_the_frequency_it_reaches():
     (text,) = [text for text in reduce_box(box("hex8"), f_max=1.2 * reach)[1] if "bending wavelength" in text]
     assert float(re.search(r"valid to (\S+) Hz", text)[1]) == pytest.approx(reach, rel=1e-3)
     assert not any("bending wavelength" in text for text in reduce_box(box("hex8"), f_max=0.98 * reach)[1])
+
+
+def test_tetrahedra_much_longer_than_their_wall_is_thick_are_warned_of():
+    """A plate of 10 mm: tetrahedra with edges of 40 mm and diagonals of 57 mm along it."""
+
+    def caught(kind, counts):
+        model = box(kind, counts=counts, lengths=(0.2, 0.12, 0.01))
+        return [text for text in reduce_box(model, f_max=100.0, surface_size=0.01)[1] if "is thick" in text]
+
+    (text,) = caught("tet4", (5, 3, 1))
+    assert "tetrahedra are 5.7 times as long as the wall is thick" in text
+    assert "22 % too high: refine to 3.5 times" in text
+    assert not caught("tet4", (10, 6, 1))
+    assert not caught("hex8", (5, 3, 1))
+
+
+def test_the_material_with_the_shortest_waves_decides_how_far_a_mesh_is_good():
+    model, (block,) = box("hex8"), box("hex8").blocks
+    soft = replace(
+        block, nodes=block.nodes[3:], labels=block.labels[3:], material=replace(STEEL, young=STEEL.young / 4)
+    )
+    mixed = replace(model, blocks=(replace(block, nodes=block.nodes[:3], labels=block.labels[:3]), soft))
+    reach = [
+        float(re.search(r"valid to (\S+) Hz", text)[1])
+        for one in (model, mixed)
+        for text in reduce_box(one, f_max=20e3)[1]
+        if "bending wavelength" in text
+    ]
+    assert reach[1] == pytest.approx(reach[0] / 2, rel=1e-3)

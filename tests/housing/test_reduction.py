@@ -122,7 +122,7 @@ def test_mesh_too_coarse_for_the_band_is_warned_of_with_the_frequency_it_is_good
 def test_elements_much_longer_than_the_wall_is_thick_are_warned_of_with_the_error_and_the_size(recwarn):
     """Walls of 1 mm at standard fidelity: 803 Hz for a first mode of 497 Hz with elements of 4 mm."""
     thin = replace(Casting(), wall=0.001)
-    message = r"10\.5 mm are 1\d times as long as the wall of 1 mm is thick: .* may come out 77 % .* refine to 3\.5 mm"
+    message = r"of 10\.5 mm in walls of 1 mm are 1\d times as long .* may come out 77 % too high: refine to 3\.5 times"
     with pytest.warns(AccuracyWarning, match=message):
         check_thin_walls(thin, STANDARD.housing)
     check_thin_walls(thin, HousingFidelity(element_size=0.0035))

@@ -22,7 +22,7 @@ class ModalModel:
     nodes: (n, 3) m.  labels: (n,) numbers in the foreign file.  triangles: (k, 3) node numbers of the skin, or of
     shells.  two_sided: shells, whose triangles need not be turned outward.  frequency: (m,) Hz, sorted.
     damping: (m,) fraction of critical.  shapes: (m, n, 3) kg^-½, mass-normalised.  groups: name → node numbers.
-    source: the file.
+    source: the file.  notes: what its reader had to choose, in words.
     """
 
     nodes: FloatArray
@@ -34,6 +34,7 @@ class ModalModel:
     shapes: FloatArray
     groups: Mapping[str, IntArray] = field(default_factory=dict)
     source: str = "modes"
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         n, m = len(self.nodes), len(self.frequency)
@@ -86,7 +87,7 @@ def boundary_triangles(elements: list[tuple[str, IntArray]]) -> IntArray:
     """Outward triangles (k, 3) of the boundary of solids, as (shape, (m, nodes)) each.
 
     nodes: corners, then the mid-edge nodes in the order of `EDGES` where the elements have them.  A face that belongs
-    to two elements is inside.
+    to two elements is inside.  Raises InputError for one of more: elements overlap.
     """
     faces = []
     for shape, members in elements:
@@ -100,6 +101,11 @@ def boundary_triangles(elements: list[tuple[str, IntArray]]) -> IntArray:
             faces.append(table)
     table = np.concatenate(faces)
     _, first, sides = np.unique(np.sort(table[:, :4], axis=1), axis=0, return_index=True, return_counts=True)
+    require(
+        bool((sides <= 2).all()),
+        f"{int((sides > 2).sum())} faces belong to more than two elements: elements overlap; remove those that are "
+        "twice",
+    )
     outer = table[np.sort(first[sides == 1])]
     four, middles = outer[:, 3] >= 0, outer[:, 4] >= 0
     kinds = (~four & ~middles, four & ~middles, ~four & middles, four & middles)

@@ -183,7 +183,7 @@ def linear_skin(model: ModalModel) -> tuple[Skin, IntArray, tuple[str, ...]]:
 
     Triangles given twice or without area are left out, those of solids that look inward are turned, and noted.
     """
-    notes: list[str] = []
+    notes = list(model.notes)
     triangles = distinct(model.triangles, notes)
     require(len(triangles) > 0, f"{model.source}: no triangle of the skin has an area: export shells or solids with it")
     if model.two_sided:

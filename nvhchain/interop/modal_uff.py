@@ -13,33 +13,13 @@ from pathlib import Path
 import numpy as np
 
 from nvhchain.errors import FileFormatError, InputError, require
-from nvhchain.fem.modal_model import ModalModel, boundary_triangles, face_triangles
+from nvhchain.fem.modal_model import ModalModel
 from nvhchain.handoff import FloatArray, IntArray
 from nvhchain.interop.records import whole
+from nvhchain.interop.uff_skin import rows_of, skin
 from nvhchain.interop.units import UnitSystem, unit_system
 
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[EeDd][+-]?\d+)?")
-
-_Places = tuple[int, ...]
-
-SHELLS: dict[int, tuple[_Places, _Places]] = {
-    **dict.fromkeys((41, 91), ((0, 1, 2), ())),
-    **dict.fromkeys((42, 92), ((0, 2, 4), (1, 3, 5))),
-    **dict.fromkeys((44, 94), ((0, 1, 2, 3), ())),
-    **dict.fromkeys((45, 95), ((0, 2, 4, 6), (1, 3, 5, 7))),
-}
-"""Descriptors of dataset 2412: places of the corners and of the middles of the edges after them."""
-
-SOLIDS: dict[int, tuple[str, _Places, _Places]] = {
-    111: ("tet", (0, 1, 2, 3), ()),
-    118: ("tet", (0, 2, 4, 9), (1, 3, 5, 6, 7, 8)),
-    112: ("wedge", (0, 1, 2, 3, 4, 5), ()),
-    113: ("wedge", (0, 2, 4, 9, 11, 13), (1, 3, 5, 10, 12, 14, 6, 7, 8)),
-    115: ("hex", (0, 1, 2, 3, 4, 5, 6, 7), ()),
-    116: ("hex", (0, 2, 4, 6, 12, 14, 16, 18), (1, 3, 5, 7, 13, 15, 17, 19, 8, 9, 10, 11)),
-}
-"""Descriptors of dataset 2412: shape, places of the corners and of the middles of the edges (`EDGES`); parabolic
-elements list nodes round each layer."""
 
 _GROUPS = {2435, 2452, 2467, 2477}
 """Datasets of groups of one layout: eight numbers and a name, then type, label and two more of every member."""
@@ -98,15 +78,16 @@ def read_modal_uff(path: str | Path, *, units: str | None = None) -> ModalModel:
     system = _agreed(stated, asked, path)
     labels = np.array(sorted(nodes), dtype=np.int64)
     moving = set(labels.tolist()).intersection(*(mode[3] for mode in modes))
-    triangles, shells = _skin(list(elements.values()), labels, moving, path)
+    place = system.length * np.array([nodes[int(label)] for label in labels])
+    triangles, shells, notes = skin(list(elements.values()), labels, place, moving, f"{path}: dataset 2412")
     modes.sort(key=lambda mode: mode[0])
     shapes = np.zeros((len(modes), len(labels), 3))
     for shape, (_, mass, _, values) in zip(shapes, modes, strict=True):
         require(mass > 0, f"{path}: a mode has modal mass {mass:g}: export shapes with their modal mass")
-        rows = _rows(labels, list(values), f"{path}: a mode")
+        rows = rows_of(labels, list(values), f"{path}: a mode")
         shape[rows] = np.array([value[:3] for value in values.values()]) / np.sqrt(mass * system.mass)
     return ModalModel(
-        nodes=system.length * np.array([nodes[int(label)] for label in labels]),
+        nodes=place,
         labels=labels,
         triangles=triangles,
         two_sided=shells,
@@ -115,6 +96,7 @@ def read_modal_uff(path: str | Path, *, units: str | None = None) -> ModalModel:
         shapes=shapes,
         groups={name: _members(found, elements, labels, f"{path}: group {name}") for name, found in groups.items()},
         source=str(path),
+        notes=notes,
     )
 
 
@@ -252,7 +234,7 @@ def _members(
     missing = [label for label in of_elements if label not in elements]
     if missing:
         raise FileFormatError(f"{what}: element {missing[0]} is not defined")
-    return np.unique(_rows(labels, [*nodes, *(n for label in of_elements for n in elements[label][1])], what))
+    return np.unique(rows_of(labels, [*nodes, *(n for label in of_elements for n in elements[label][1])], what))
 
 
 def _mode(
@@ -293,54 +275,6 @@ def _mode(
         values[label] = found
     # a loss factor η of a mode damps it as η/2 of critical
     yield frequency, mass, viscous + hysteretic / 2, values
-
-
-def _skin(
-    elements: list[tuple[int, list[int]]], labels: IntArray, moving: set[int], path: Path
-) -> tuple[IntArray, bool]:
-    """Triangles of the shells, or of the boundary of the solids where there are no shells.
-
-    moving: labels of the nodes with displacements in every mode.
-    """
-    parabolic = all(nodes[place] in moving for descriptor, nodes in elements for place in _layout(descriptor)[1])
-    chosen: dict[int, list[list[int]]] = {}
-    for descriptor, nodes in elements:
-        corners, middles = _layout(descriptor)
-        if corners:
-            chosen.setdefault(descriptor, []).append([nodes[i] for i in (*corners, *(middles if parabolic else ()))])
-    require(bool(chosen), f"{path}: dataset 2412 holds no shells and no solids: export the skin with the shapes")
-    members = {
-        descriptor: _rows(labels, np.array(rows).ravel(), f"{path}: dataset 2412").reshape(len(rows), -1)
-        for descriptor, rows in chosen.items()
-    }
-    shells = [face_triangles(_face(rows, len(SHELLS[kind][0]))) for kind, rows in members.items() if kind in SHELLS]
-    if shells:
-        return np.concatenate(shells), True
-    return boundary_triangles([(SOLIDS[kind][0], rows) for kind, rows in members.items()]), False
-
-
-def _face(rows: IntArray, corners: int) -> IntArray:
-    """Shells as faces (k, 8): corners, then the middles of their edges, if there are any."""
-    faces = np.full((len(rows), 8), -1)
-    faces[:, :corners] = rows[:, :corners]
-    faces[:, 4 : 4 + rows.shape[1] - corners] = rows[:, corners:]
-    return faces
-
-
-def _layout(descriptor: int) -> tuple[_Places, _Places]:
-    """Places of corners and middles of an element; none where it is not one of the skin."""
-    if descriptor in SHELLS:
-        return SHELLS[descriptor]
-    return SOLIDS[descriptor][1:] if descriptor in SOLIDS else ((), ())
-
-
-def _rows(labels: IntArray, wanted: IntArray | list[int], what: str) -> IntArray:
-    numbers = np.asarray(wanted, dtype=np.int64)
-    rows = np.minimum(np.searchsorted(labels, numbers), len(labels) - 1)
-    known = labels[rows] == numbers
-    if not known.all():
-        raise FileFormatError(f"{what}: node {numbers[~known][0]} is not defined")
-    return np.asarray(rows)
 
 
 def _framed(kind: int, lines: list[str]) -> list[str]:

@@ -7,6 +7,7 @@ import pytest
 from box_models import box
 
 from nvhchain.errors import FileFormatError, InputError
+from nvhchain.fem.modal_model import boundary_triangles
 from nvhchain.housing import EnginePlane, exported_modes, housing_from_modes
 from nvhchain.housing.foreign_mesh import sound_mesh
 from nvhchain.housing.truncation import RESIDUAL_MASS
@@ -214,6 +215,62 @@ def test_groups_hold_nodes_and_the_nodes_of_elements(tmp_path):
     universal_file(tmp_path / "box.unv", "tet4", group=GROUP.replace("         8         1", "         8       999"))
     with pytest.raises(FileFormatError, match="group END OF THE BOX: element 999 is not defined"):
         read_modal_uff(tmp_path / "box.unv")
+
+
+def shells_on_top(solid, height=0.1):
+    """Elements 1000 … of linear quadrilaterals on the top of the upper bricks, cut at the height of the nodes."""
+    upper = [element for element in solid.blocks[0].nodes[:, 4:8] if (solid.nodes[element, 2] == height).all()]
+    return [
+        f"{1000 + i:10d}{94:10d}{1:10d}{1:10d}{7:10d}{4:10d}\n" + "".join(f"{10 * node + 1:10d}" for node in element)
+        for i, element in enumerate(upper)
+    ]
+
+
+def with_elements(path, lines):
+    text = path.read_text()
+    end = text.index("    -1\n    -1\n    55")
+    path.write_text(text[:end] + "".join(f"{line}\n" for line in lines) + text[end:])
+
+
+def test_shells_on_part_of_the_solids_skin_leave_the_whole_skin_and_are_told(tmp_path):
+    path = tmp_path / "box.unv"
+    solid = universal_file(path, "hex8")
+    shells = shells_on_top(solid)
+    assert len(shells) == 4
+    with_elements(path, shells)
+    model = read_modal_uff(path)
+    assert not model.two_sided
+    assert measured(model) == pytest.approx((0.22, 0.006), rel=1e-12)
+    assert model.notes == ("shells cover 27.3 % of the solids' skin: the whole of it is taken",)
+
+
+def test_shells_beside_the_skin_of_solids_are_refused(tmp_path):
+    path = tmp_path / "box.unv"
+    solid = universal_file(path, "hex8")
+    upright = [10 * int(np.linalg.norm(solid.nodes - at, axis=1).argmin()) + 1 for at in INSIDE]
+    wall = f"{999:10d}{94:10d}{1:10d}{1:10d}{7:10d}{4:10d}\n" + "".join(f"{label:10d}" for label in upright)
+    with_elements(path, [wall, *shells_on_top(solid)])
+    with pytest.raises(InputError, match="2 of 10 triangles of shells are not on the skin of the solids"):
+        read_modal_uff(path)
+
+
+INSIDE = np.array([[0.15, 0, 0], [0.15, 0.1, 0], [0.15, 0.1, 0.1], [0.15, 0, 0.1]])
+
+
+def test_solids_that_overlap_are_refused():
+    with pytest.raises(InputError, match="1 faces belong to more than two elements: elements overlap"):
+        boundary_triangles([("tet", np.array([[0, 1, 2, 3], [0, 2, 1, 4], [0, 2, 1, 5]]))])
+
+
+def test_solids_given_twice_count_once(tmp_path):
+    path = tmp_path / "box.unv"
+    universal_file(path, "tet4")
+    text = path.read_text()
+    first = text[text.index("         1       118") : text.index("         2       118")]
+    with_elements(path, [first.replace("         1       118", "      1001       118", 1).rstrip("\n")])
+    model = read_modal_uff(path)
+    assert measured(model) == pytest.approx((0.22, 0.006), rel=1e-12)
+    assert model.notes == ("1 solids on the nodes of others left out",)
 
 
 def test_element_given_twice_is_refused(tmp_path):

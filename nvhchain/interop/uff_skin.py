@@ -43,7 +43,8 @@ def skin(
     """Triangles (k, 3) of the solids' boundary, or of the shells where there are no solids, whether shells, and notes.
 
     nodes: (n, 3) m, of `labels` (n,).  moving: labels of the nodes with displacements in every mode.  what: the table
-    of the elements, for messages.  Shells that coat solids are left out, their skin is the same.
+    of the elements, for messages.  Of shells that coat solids and of the solids' own skin that one is taken which has
+    displacements, the solids' if both do.
     Raises InputError for shells elsewhere beside solids, where it is not clear what radiates.
     """
     parabolic = all(members[place] in moving for descriptor, members in elements for place in _layout(descriptor)[1])
@@ -74,9 +75,12 @@ def skin(
             f"{what}: {int(off.sum())} of {len(coat)} triangles of shells are not on the skin of the solids, what "
             "radiates is not clear: export the shells alone if they are the whole skin, else the solids alone",
         )
-        covered = _area(coat) / _area(nodes[boundary])
-        if covered < _WHOLE:
-            notes.append(f"shells cover {100 * covered:.3g} % of the solids' skin: the whole of it is taken")
+        covered = f"shells cover {100 * _area(coat) / _area(nodes[boundary]):.3g} % of the solids' skin"
+        if not moving.issuperset(labels[np.unique(boundary)].tolist()):
+            notes.append(f"{covered}, which lacks displacements elsewhere: the shells are taken")
+            return np.concatenate(shells), True, tuple(notes)
+        if _area(coat) < _WHOLE * _area(nodes[boundary]):
+            notes.append(f"{covered}: the whole of it is taken")
     return boundary, False, tuple(notes)
 
 

@@ -244,6 +244,18 @@ def test_shells_on_part_of_the_solids_skin_leave_the_whole_skin_and_are_told(tmp
     assert model.notes == ("shells cover 27.3 % of the solids' skin: the whole of it is taken",)
 
 
+def test_shells_are_the_skin_where_the_solids_have_no_displacements(tmp_path):
+    path = tmp_path / "box.unv"
+    solid = universal_file(path, "hex8", lambda solid: np.flatnonzero(solid.nodes[:, 2] == 0.1))
+    with_elements(path, shells_on_top(solid))
+    model = read_modal_uff(path)
+    assert model.two_sided
+    assert measured(model)[0] == pytest.approx(0.06, rel=1e-12)
+    assert model.notes == (
+        "shells cover 27.3 % of the solids' skin, which lacks displacements elsewhere: the shells are taken",
+    )
+
+
 def test_shells_beside_the_skin_of_solids_are_refused(tmp_path):
     path = tmp_path / "box.unv"
     solid = universal_file(path, "hex8")

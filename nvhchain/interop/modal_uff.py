@@ -19,7 +19,9 @@ from nvhchain.interop.records import whole
 from nvhchain.interop.uff_skin import rows_of, skin
 from nvhchain.interop.units import UnitSystem, unit_system
 
-_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[EeDd][+-]?\d+)?")
+_NUMBER = re.compile(r"[+-]?(?:\d+\.\d*[+-]\d{3}(?![\d.])|(?:\d+\.?\d*|\.\d+)(?:[EeDd][+-]?\d+)?)")
+_BARE_EXPONENT = re.compile(r"(?<=[\d.])(?=[+-]\d{3}$)")
+"""Fortran writes 1.0-101 where an exponent has three digits."""
 
 _GROUPS = {2435, 2452, 2467, 2477}
 """Datasets of groups of one layout: eight numbers and a name, then type, label and two more of every member."""
@@ -176,7 +178,11 @@ def _blocks(path: Path) -> Iterator[tuple[int, list[str]]]:
 
 
 def _floats(text: str) -> list[float]:
-    return [float(token.upper().replace("D", "E")) for token in _NUMBER.findall(text)]
+    return [_float(token) for token in _NUMBER.findall(text)]
+
+
+def _float(token: str) -> float:
+    return float(_BARE_EXPONENT.sub("E", token.upper().replace("D", "E")))
 
 
 def _nodes(kind: int, lines: list[str]) -> Iterator[tuple[int, list[float]]]:
@@ -189,12 +195,8 @@ def _nodes(kind: int, lines: list[str]) -> Iterator[tuple[int, list[float]]]:
             )
         yield (
             int(head[0]),
-            [float(x.upper().replace("D", "E")) for x in (head[4:7] if step == 1 else _split(lines[i + 1]))],
+            [_float(x) for x in (head[4:7] if step == 1 else _NUMBER.findall(lines[i + 1]))],
         )
-
-
-def _split(line: str) -> list[str]:
-    return _NUMBER.findall(line)
 
 
 def _elements(lines: list[str]) -> Iterator[tuple[int, tuple[int, list[int]]]]:

@@ -411,6 +411,12 @@ def test_reaction_forces_and_accelerations_of_a_mode_are_no_modes(tmp_path, othe
     assert model.shapes[0, 0] == pytest.approx(np.array([1.0, -2.0, 3.0]) / np.sqrt(4000.0))
 
 
+def test_exponents_of_three_digits_need_no_letter(tmp_path):
+    path = tmp_path / "modes.unv"
+    path.write_text(UFF.replace("  1.00000E+00-2.00000E+00  3.00000E+00", "  1.00000-101-2.00000E+00 3.00000D-101"))
+    assert read_modal_uff(path).shapes[0, 0] == pytest.approx(np.array([1e-101, -2.0, 3e-101]) / np.sqrt(4000.0))
+
+
 def test_two_modes_of_one_frequency_and_other_shapes_are_both_kept(tmp_path):
     path = tmp_path / "modes.unv"
     mode = UFF[UFF.index("    -1\n  2414") :]

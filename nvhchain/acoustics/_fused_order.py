@@ -63,14 +63,14 @@ def sorted_tiles(centroids: FloatArray) -> tuple[IntArray, IntArray]:
 
 
 def parts_of(triangles: IntArray, tiles: IntArray, n_vertex: int, n_part: int) -> tuple[Part, ...]:
-    """Deal the rows out to at most `n_part` parts; border triangles belong to both sides."""
+    """Deal the rows out to at most `n_part` parts that have any; border triangles belong to both sides."""
     n_part = min(n_part, len(tiles) - 1)
     limits = tiles[np.linspace(0, len(tiles) - 1, n_part + 1).astype(int)]
     owner = np.full(n_vertex, n_part)
     np.minimum.at(
         owner, triangles.ravel(), np.repeat(np.searchsorted(limits, np.arange(len(triangles)), "right") - 1, 3)
     )
-    return tuple(part_of(triangles, owner == part) for part in range(n_part))
+    return tuple(part_of(triangles, owner == part) for part in np.unique(owner[owner < n_part]))
 
 
 def part_of(triangles: IntArray, owned: NDArray[np.bool_]) -> Part:

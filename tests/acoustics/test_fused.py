@@ -10,6 +10,7 @@ from acoustics_bodies import box, source_field
 from fused_body import notched_box
 
 from nvhchain.acoustics import _fused, sphere
+from nvhchain.acoustics._fused_order import parts_of
 from nvhchain.errors import ResourceError
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import Surface
@@ -148,3 +149,10 @@ def test_two_bodies_a_tenth_of_an_edge_apart_lose_little_when_facing_triangles_a
     a, b = next(_fused.systems(surface, [k], replace(FIDELITY, gap_halvings=halvings)))
     pressure = np.linalg.solve(a, b @ np.einsum("fj,fj->f", gradient, surface.normals))
     assert low < np.linalg.norm(pressure - exact) / np.linalg.norm(exact) < high
+
+
+def test_a_part_to_which_no_row_would_fall_is_left_out():
+    """All vertices of a tetrahedron belong to the first two of its triangles."""
+    tetrahedron = np.array([[0, 1, 2], [1, 2, 3], [0, 1, 3], [0, 2, 3]])
+    (part,) = parts_of(tetrahedron, np.array([0, 2, 4]), 4, 2)
+    assert part.rows.tolist() == part.triangles.tolist() == [0, 1, 2, 3]

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 from math import cos, pi, radians, sin, tan
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,6 +13,8 @@ import pytest
 from nvhchain.dynamics import Bearing, Cylinder, Gearbox, Mesh, RigidBody, Shaft
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import MeshLaw, ReducedHousing, Surface
+
+sys.path.insert(0, str(Path(__file__).parent))  # ramps.py
 
 HELIX = radians(10.0)
 TEETH = ((20, 50), (30, 82))

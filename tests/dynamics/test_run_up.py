@@ -1,50 +1,35 @@
-"""Run-ups: the decimated record is that of every step, inertia torque, streaming, resuming, bits."""
+"""Run-ups: the decimated record is that of every step, inertia torque, streaming, bits."""
 
 from __future__ import annotations
 
 import os
 import pickle
-import shutil
 import subprocess
 import sys
-import warnings
-from dataclasses import asdict, replace
+from dataclasses import replace
 from math import pi
 
 import numpy as np
 import pytest
+from ramps import SPEED, ramp, ramped
 
-from nvhchain import store
-from nvhchain.dynamics import bearing_forces, record_run_up, recording, run_up, run_up_time, speed_ramp, steady_sweep
+from nvhchain.dynamics import bearing_forces, run_up, run_up_time, speed_ramp, steady_sweep
 from nvhchain.dynamics.assembly import assemble
 from nvhchain.dynamics.decimation import decimator, low_pass
-from nvhchain.dynamics.law_range import excursions, joined, remind
 from nvhchain.dynamics.quasi_static import static_mesh_forces
 from nvhchain.dynamics.simulation import advance, at_rest, bearing_force, simulation
 from nvhchain.dynamics.speed_ramp import prepare
 from nvhchain.dynamics.train import shaft_torques
-from nvhchain.errors import AccuracyWarning, FileFormatError, InputError, ResourceError, SolverError
+from nvhchain.errors import InputError, SolverError
 from nvhchain.fidelity import DynamicsFidelity
-from nvhchain.handoff import BearingForces
 from nvhchain.spectrum import amplitude_spectrum, order_cut, order_waterfall
-
-SPEED = 2500 * 2 * pi / 60
-
-
-def _operation(**changes):
-    operation = {"start_speed": 0.0, "end_speed": SPEED, "duration": 0.2, "input_torque": 250.0, "f_max": 5000.0}
-    return operation | changes
-
-
-def _run_up(gearbox, laws, housing, step=1e-5, fidelity=None, **changes):
-    return run_up(gearbox, laws, housing, fidelity=fidelity or DynamicsFidelity(step), **_operation(**changes))
 
 
 def test_every_fourth_step_is_stored_and_equals_the_filtered_record_of_every_step(make_gearbox, make_laws):
     gearbox, laws, fidelity = make_gearbox(), make_laws(slotted=True), DynamicsFidelity(1e-5)
-    record = _run_up(gearbox, laws, None)
+    record = ramped(gearbox, laws, None)
     assert record.sample_rate == pytest.approx(25e3, rel=1e-9)
-    run = prepare(gearbox, laws, None, fidelity=fidelity, **_operation())
+    run = prepare(gearbox, laws, None, fidelity=fidelity, **ramp())
     middle = (np.arange(19_000) - run.lead + 0.5) * 1e-5
     turns = 0.5 * SPEED / 0.2 * np.maximum(middle, 0.0) ** 2 / (2 * pi)
     motion = at_rest(run.model, np.zeros(2))
@@ -110,7 +95,7 @@ def test_at_constant_speed_it_is_the_steady_record(make_gearbox, make_laws, make
         gearbox, laws, housing, input_speed=SPEED, input_torque=250.0, f_max=5000.0, fidelity=DynamicsFidelity(1e-5)
     )
     # 41.67 turns a second: 12 ms hold half a turn, the common period; a step of 10 µs divides them
-    record = _run_up(gearbox, laws, housing, start_speed=SPEED, duration=0.12)
+    record = ramped(gearbox, laws, housing, start_speed=SPEED, duration=0.12)
     at = []
     for forces, periods in ((steady, 1), (record, 10)):
         n = len(forces.time)
@@ -142,8 +127,8 @@ def test_mean_bearing_force_shows_the_inertia_torque(make_gearbox, make_laws):
     heavy = replace(gearbox, shafts=(shaft, *gearbox.shafts[1:]))
     acceleration = SPEED / 0.5
     fast, slow = (
-        _run_up(heavy, laws, None, step=2e-5, duration=0.5),
-        _run_up(heavy, laws, None, step=2e-5, start_speed=SPEED / 2, end_speed=SPEED / 2, duration=0.3),
+        ramped(heavy, laws, None, step=2e-5, duration=0.5),
+        ramped(heavy, laws, None, step=2e-5, start_speed=SPEED / 2, end_speed=SPEED / 2, duration=0.3),
     )
     means = [np.abs(r.force[len(r.time) // 5 :, :2].sum(axis=1)).mean(axis=0) for r in (fast, slow)]
     needed = (assemble(heavy, laws, None).inertia[0]) * acceleration
@@ -151,13 +136,13 @@ def test_mean_bearing_force_shows_the_inertia_torque(make_gearbox, make_laws):
 
 
 def test_from_a_standstill_it_starts_without_a_jerk(make_gearbox, make_laws):
-    record = _run_up(make_gearbox(), make_laws(), None, duration=20.0 / 100, end_speed=SPEED / 100)
+    record = ramped(make_gearbox(), make_laws(), None, duration=20.0 / 100, end_speed=SPEED / 100)
     first = record.force[:50]
     assert np.abs(first - first[0]).max() < 1e-6 * np.abs(first).max()
 
 
 def test_speed_and_time_axes(make_gearbox, make_laws):
-    record = _run_up(make_gearbox(), make_laws(), None, start_speed=SPEED, end_speed=SPEED / 2, duration=0.1, f_max=2e3)
+    record = ramped(make_gearbox(), make_laws(), None, start_speed=SPEED, end_speed=SPEED / 2, duration=0.1, f_max=2e3)
     assert record.time[0] == 0.0
     assert record.input_speed[0] == pytest.approx(SPEED)
     assert record.input_speed == pytest.approx(SPEED * (1 - record.time / 0.2), rel=1e-12)
@@ -166,12 +151,8 @@ def test_speed_and_time_axes(make_gearbox, make_laws):
 
 def test_two_runs_are_equal_bit_for_bit(make_gearbox, make_laws, make_housing):
     gearbox = make_gearbox()
-    one, other = (_run_up(gearbox, make_laws(), make_housing(gearbox, modes=20), duration=0.5) for _ in range(2))
+    one, other = (ramped(gearbox, make_laws(), make_housing(gearbox, modes=20), duration=0.5) for _ in range(2))
     assert one.content_hash == other.content_hash
-
-
-class Stop(Exception):
-    """What ends a run from outside."""
 
 
 FINGERPRINT = """
@@ -201,226 +182,11 @@ def test_bits_do_not_depend_on_the_number_of_threads(make_gearbox, make_laws, ma
     assert len(found.pop().split()) == 2
 
 
-@pytest.mark.parametrize("options", [{}, {"gyroscopic": True, "flexible_shafts": True, "face_points": 2}])
-def test_a_stopped_run_goes_on_and_ends_in_the_same_bits(make_gearbox, make_laws, tmp_path, monkeypatch, options):
-    gearbox, laws, fidelity = make_gearbox(), make_laws(slotted=True), DynamicsFidelity(2e-5, **options)
-    monkeypatch.setattr(speed_ramp, "BLOCK", 256)
-    monkeypatch.setattr(recording, "PIECE", 1024)
-    whole = run_up(gearbox, laws, None, fidelity=fidelity, **_operation(duration=0.4))
-
-    def stop(done, total):
-        if done == 23:
-            raise Stop
-
-    with pytest.raises(Stop):
-        record_run_up(
-            gearbox, laws, None, fidelity=fidelity, folder=tmp_path, progress=stop, **_operation(duration=0.4)
-        )
-    before = {path.name: path.stat().st_mtime_ns for path in tmp_path.glob("forces-*.h5")}
-    assert len(before) >= 3
-    made = record_run_up(gearbox, laws, None, fidelity=fidelity, folder=tmp_path, **_operation(duration=0.4))
-    assert all((tmp_path / name).stat().st_mtime_ns == when for name, when in before.items())
-    pieces = list(made.pieces())
-    assert len(pieces) > len(before)
-    for name in ("time", "force", "mesh_deflection", "input_speed"):
-        assert np.array_equal(np.concatenate([getattr(piece, name) for piece in pieces]), getattr(whole, name))
-    # finished: found, not run again
-    again = record_run_up(gearbox, laws, None, fidelity=fidelity, folder=tmp_path, **_operation(duration=0.4))
-    assert again == made
-    last = store.load(made.paths[-1], BearingForces)
-    assert last.time[-1] == whole.time[-1]
-    assert last.provenance["fidelity"] == asdict(fidelity)
-
-
-def test_another_run_in_the_folder_and_a_damaged_one_are_refused(make_gearbox, make_laws, tmp_path, monkeypatch):
-    gearbox, laws, fidelity = make_gearbox(), make_laws(), DynamicsFidelity(2e-5)
-    record_run_up(gearbox, laws, None, fidelity=fidelity, folder=tmp_path, **_operation(duration=0.01))
-    with pytest.raises(InputError, match="holds another run-up"):
-        record_run_up(gearbox, laws, None, fidelity=fidelity, folder=tmp_path, **_operation(duration=0.02))
-    (tmp_path / "forces-00000.h5").rename(tmp_path / "elsewhere.h5")
-    with pytest.raises(FileFormatError, match=r"forces-00000\.h5: missing or damaged: delete the folder"):
-        record_run_up(gearbox, laws, None, fidelity=fidelity, folder=tmp_path, **_operation(duration=0.01))
-    for content in (b"PK not a checkpoint", b""):
-        (tmp_path / "standing.npz").write_bytes(content)
-        with pytest.raises(FileFormatError, match=r"standing\.npz: damaged"):
-            record_run_up(gearbox, laws, None, fidelity=fidelity, folder=tmp_path, **_operation(duration=0.01))
-    for folder in (tmp_path / "standing.npz", tmp_path / "standing.npz" / "within"):
-        with pytest.raises(InputError, match=r"standing\.npz.* cannot take files \(.*\): choose another folder"):
-            record_run_up(gearbox, laws, None, fidelity=fidelity, folder=folder, **_operation(duration=0.01))
-
-    def refuse(**_):
-        raise PermissionError(13, "Permission denied")
-
-    monkeypatch.setattr(recording, "TemporaryFile", refuse)
-    with pytest.raises(InputError, match=r"new cannot take files \(Permission denied\): choose another folder"):
-        record_run_up(gearbox, laws, None, fidelity=fidelity, folder=tmp_path / "new", **_operation(duration=0.01))
-
-
-@pytest.mark.parametrize("keep", [5000, 0, -1])
-def test_a_damaged_piece_is_found_before_the_run_goes_on(make_gearbox, make_laws, tmp_path, monkeypatch, keep):
-    """Cut short, empty, or one byte of its samples changed: refused before a step, with a remedy that works."""
-    gearbox, laws, fidelity = make_gearbox(), make_laws(), DynamicsFidelity(2e-5)
-    monkeypatch.setattr(speed_ramp, "BLOCK", 256)
-    monkeypatch.setattr(recording, "PIECE", 512)
-    given = _operation(duration=0.1) | {"fidelity": fidelity, "folder": tmp_path / "run"}
-
-    def stop(done, total):
-        if done == 7:
-            raise Stop
-
-    with pytest.raises(Stop):
-        record_run_up(gearbox, laws, None, **given, progress=stop)
-    piece = tmp_path / "run" / "forces-00001.h5"
-    whole = piece.read_bytes()
-    middle = whole.index(store.load(piece, BearingForces).force.tobytes()[:64])
-    piece.write_bytes(whole[:keep] if keep >= 0 else whole[:middle] + bytes([whole[middle] ^ 1]) + whole[middle + 1 :])
-
-    def never(done, total):
-        raise AssertionError("the run went on")
-
-    with pytest.raises(FileFormatError, match=r"forces-00001\.h5: missing or damaged: delete the folder and run again"):
-        record_run_up(gearbox, laws, None, **given, progress=never)
-    shutil.rmtree(tmp_path / "run")
-    assert len(record_run_up(gearbox, laws, None, **given).paths) > 2
-
-
-def test_pieces_without_their_standing_are_taken_for_another_run_unless_they_are_of_this(
-    make_gearbox, make_laws, tmp_path
-):
-    """What is left in the folder cannot be told from the pieces that a shorter run would write beside it."""
-    gearbox, laws, fidelity = make_gearbox(), make_laws(), DynamicsFidelity(2e-5)
-    made = record_run_up(gearbox, laws, None, fidelity=fidelity, folder=tmp_path, **_operation(duration=0.02))
-    before = made.paths[0].read_bytes()
-    (tmp_path / "standing.npz").unlink()
-    with pytest.raises(InputError, match=r"holds another run-up .* choose another folder or delete it"):
-        record_run_up(gearbox, laws, None, fidelity=fidelity, folder=tmp_path, **_operation(duration=0.01))
-    assert made.paths[0].read_bytes() == before
-    again = record_run_up(gearbox, laws, None, fidelity=fidelity, folder=tmp_path, **_operation(duration=0.02))
-    assert again == made
-    assert (tmp_path / "standing.npz").exists()
-
-
-def test_deflections_beyond_the_mesh_law_are_warned_of_and_recorded(
-    make_gearbox, make_laws, make_law, tmp_path, monkeypatch
-):
-    """The same motion in contact with a table that begins above what it falls to; its end slope holds."""
-    gearbox, fidelity = make_gearbox(), DynamicsFidelity(2e-5)
-    operation = _operation(duration=0.1)
-    steady = {"input_speed": 100.0, "input_torque": operation["input_torque"], "f_max": operation["f_max"]}
-    with warnings.catch_warnings():
-        warnings.simplefilter("error", AccuracyWarning)
-        whole = run_up(gearbox, make_laws(), None, fidelity=fidelity, **operation)
-        assert "beyond_mesh_law" not in whole.provenance
-    first = make_law(0)
-    lowest, highest = whole.mesh_deflection[:, 0].min(), whole.mesh_deflection[:, 0].max()
-    grid = np.linspace(lowest + 0.25 * (highest - lowest), 80e-6, 12)
-    force = np.stack([np.interp(grid, first.deflection, row) for row in first.force])
-    laws = (first.replace(deflection=grid, force=force), make_laws()[1])
-    said = rf"mesh A–B: deflections of {1e6 * lowest:.3g}.* µm leave the mesh law, tabulated over .*…80 µm"
-    with pytest.warns(AccuracyWarning, match=said):
-        found = run_up(gearbox, laws, None, fidelity=fidelity, **operation)
-    with pytest.warns(AccuracyWarning, match=said):
-        remind(found)
-    beyond = found.provenance["beyond_mesh_law"]
-    assert list(beyond) == ["A–B"]
-    assert beyond["A–B"]["lowest"] == found.mesh_deflection[:, 0].min() < beyond["A–B"]["table_lowest"] == grid[0]
-    assert beyond["A–B"]["lowest"] == pytest.approx(lowest, rel=1e-2)
-    with pytest.warns(AccuracyWarning, match="leave the mesh law"):
-        assert "beyond_mesh_law" in bearing_forces(gearbox, laws, None, fidelity=fidelity, **steady).provenance
-    monkeypatch.setattr(recording, "PIECE", 1024)
-    for _ in range(2):  # run, and found ready
-        with pytest.warns(AccuracyWarning, match=said):
-            made = record_run_up(gearbox, laws, None, fidelity=fidelity, folder=tmp_path, **operation)
-    assert len(made.paths) >= 1
-
-
-@pytest.mark.parametrize(("low", "high"), [(0.25, 1.1), (-0.1, 0.75)])
-def test_both_ends_of_a_mesh_law_are_looked_at_and_extremes_are_those_of_all_pieces(
-    make_gearbox, make_laws, make_law, low, high
-):
-    gearbox, fidelity = make_gearbox(), DynamicsFidelity(2e-5)
-    found = run_up(gearbox, make_laws(), None, fidelity=fidelity, **_operation(duration=0.1))
-    lowest, highest = found.mesh_deflection[:, 0].min(), found.mesh_deflection[:, 0].max()
-    first = make_law(0)
-    grid = lowest + np.linspace(low, high, 12) * (highest - lowest)
-    law = first.replace(
-        deflection=grid, force=np.stack([np.interp(grid, first.deflection, row) for row in first.force])
-    )
-    drive, laws = found.mesh_deflection, (law, make_laws()[1])
-    whole = excursions(gearbox, laws, drive, drive, fidelity)
-    assert whole == {"A–B": {"lowest": lowest, "highest": highest, "table_lowest": grid[0], "table_highest": grid[-1]}}
-    half = whole["A–B"]
-    middle = 0.5 * (lowest + highest)
-    pieces = [{"A–B": half | {"highest": middle}}, {"A–B": half | {"lowest": middle}}, {}]
-    for order in (pieces, pieces[::-1]):
-        assert joined(order) == whole
-
-
-@pytest.mark.parametrize("torque", [250.0, -250.0])
-def test_each_flank_is_judged_by_the_deflection_at_which_it_asks_the_law(make_gearbox, make_laws, make_housing, torque):
-    """Shafts move apart under load: the flank that is out of contact lies further out than the one that carries."""
-    gearbox, laws = make_gearbox(), make_laws(plain_wheel=True, error=8e-6)
-    housing, operation = make_housing(gearbox, modes=8), _operation(start_speed=SPEED, input_torque=torque)
-    slow = operation | {"start_speed": 0.3 * SPEED, "end_speed": 0.3 * SPEED}
-    given = {"duration": 0.02, "fidelity": DynamicsFidelity(1e-5)}
-    with warnings.catch_warnings():
-        warnings.simplefilter("error", AccuracyWarning)
-        found = run_up(gearbox, laws, housing, **operation | given)
-    if torque < 0:  # the drive rows, which carry nothing, are below the table
-        assert (found.mesh_deflection.min(axis=0) < [law.deflection[0] for law in laws]).all()
-    assert "beyond_mesh_law" not in found.provenance
-    model = simulation(gearbox, laws, housing, input_torque=torque, time_step=1e-5, fidelity=given["fidelity"])
-    still = np.array([at_rest(model, np.full(2, phase)).state for phase in np.arange(24) / 24])
-    asked = still @ (model.deflection_output if torque > 0 else model.back_output)[0]
-    # the same law, ending where the load asks for it at standstill: slow motion goes a little further
-    end = 1.002 * (asked.max() if torque > 0 else asked.min())
-    grid = laws[0].deflection
-    grid = np.append(grid[grid < end], end) if torque > 0 else np.append(end, grid[grid > end])
-    force = np.stack([np.interp(grid, laws[0].deflection, row) for row in laws[0].force])
-    with pytest.warns(AccuracyWarning, match=r"mesh A–B: .* leave the mesh law"):
-        told = run_up(gearbox, (laws[0].replace(deflection=grid, force=force), laws[1]), housing, **slow | given)
-    beyond = told.provenance["beyond_mesh_law"]
-    assert list(beyond) == ["A–B"]
-    if torque > 0:
-        assert beyond["A–B"]["highest"] == told.mesh_deflection[:, 0].max() > end
-    else:
-        assert told.mesh_deflection[:, 0].min() < beyond["A–B"]["lowest"] < end
-
-
-def test_a_flank_beyond_the_table_counts_where_it_carries(make_gearbox, make_laws):
-    gearbox, laws, fidelity = make_gearbox(), make_laws(plain_wheel=True), DynamicsFidelity(1e-5)
-    low, high = laws[0].deflection[[0, -1]]
-    far, inside = np.array([[low - 1e-5, 0.0], [high + 1e-5, 0.0]]), np.zeros((2, 2))
-    assert excursions(gearbox, laws, far[:1], inside, fidelity) == {}
-    assert excursions(gearbox, laws, inside, far[1:], fidelity) == {}
-    assert excursions(gearbox, laws, far[1:], inside, fidelity)["A–B"]["highest"] == high + 1e-5
-    assert excursions(gearbox, laws, inside, far[:1], fidelity)["A–B"]["lowest"] == low - 1e-5
-
-
-def test_a_run_whose_contact_solvers_are_no_data_goes_to_no_files(make_gearbox, make_laws, tmp_path):
-    fidelity, solvers = DynamicsFidelity(2e-5, mesh_level="contact"), [lambda angle, d: d, lambda angle, d: d]
-    with pytest.raises(InputError, match="cannot be taken up again"):
-        record_run_up(
-            make_gearbox(), make_laws(), None, fidelity=fidelity, folder=tmp_path, contact_forces=solvers,
-            **_operation(),
-        )  # fmt: skip
-
-
-def test_an_hour_in_memory_is_refused_with_a_remedy(make_gearbox, make_laws):
-    with pytest.raises(ResourceError, match=r"needs .* GiB, .* write it to files with record_run_up"):
-        _run_up(make_gearbox(), make_laws(), None, duration=100 * 3600.0)
-
-
-def test_a_band_too_low_for_the_step_is_refused_before_anything_is_formed(make_gearbox, make_laws):
-    with pytest.raises(ResourceError, match=r"f_max = 0\.01 Hz from steps of 10 µs .* raise f_max or the time step"):
-        _run_up(make_gearbox(), make_laws(), None, f_max=0.01)
-
-
 @pytest.mark.parametrize("options", [{}, {"gyroscopic": True}])
 def test_the_loop_ends_with_the_record(make_gearbox, make_laws, monkeypatch, options):
     """No step beyond what the last sample's filter sees; the samples are those of whole blocks, to rounding."""
     gearbox, laws, fidelity = make_gearbox(), make_laws(), DynamicsFidelity(1e-5, **options)
-    operation = _operation(fidelity=fidelity, duration=0.05)
+    operation = ramp(fidelity=fidelity, duration=0.05)
     marched = []
     monkeypatch.setattr(speed_ramp, "advance", lambda *a, **k: marched.append(len(a[2])) or advance(*a, **k))
     for size in (64, 66, 67, 200):  # their last blocks are shorter than the filter, or longer
@@ -438,7 +204,7 @@ def test_the_loop_ends_with_the_record(make_gearbox, make_laws, monkeypatch, opt
 
 def test_progress_ends_at_its_total(make_gearbox, make_laws):
     told = []
-    _run_up(make_gearbox(), make_laws(), None, duration=0.3, progress=lambda done, total: told.append((done, total)))
+    ramped(make_gearbox(), make_laws(), None, duration=0.3, progress=lambda done, total: told.append((done, total)))
     assert told[-1][0] == told[-1][1]
     assert [done for done, _ in told] == list(range(1, told[-1][1] + 1))
 
@@ -471,13 +237,13 @@ def test_torques_drive_the_train_to_speed_in_the_time_they_need(make_gearbox, ma
 )
 def test_nonsense_is_refused(make_gearbox, make_laws, change, error, message):
     with pytest.raises(error, match=message):
-        _run_up(make_gearbox(), make_laws(), None, **change)
+        ramped(make_gearbox(), make_laws(), None, **change)
 
 
 def test_a_slow_run_up_passes_through_the_orders_of_a_steady_sweep(make_gearbox, make_laws):
     """Order cuts of the run-up's waterfall against lines of steady records at the same speeds: 2 % of the strongest."""
     gearbox, laws = make_gearbox(damping=10_000.0), make_laws(slotted=True, plain_wheel=True)
-    record = _run_up(gearbox, laws, None, step=2e-5, start_speed=0.4 * SPEED, end_speed=SPEED, duration=6.0)
+    record = ramped(gearbox, laws, None, step=2e-5, start_speed=0.4 * SPEED, end_speed=SPEED, duration=6.0)
     of = order_waterfall(
         record.force.reshape(len(record.time), -1),
         sample_rate=record.sample_rate,

@@ -1,0 +1,136 @@
+"""Run-ups in files: pieces, stopped runs taken up again in the same bits, and folders that hold something else."""
+
+from __future__ import annotations
+
+import shutil
+from dataclasses import asdict
+
+import numpy as np
+import pytest
+from ramps import ramp, ramped
+
+from nvhchain import store
+from nvhchain.dynamics import record_run_up, recording, run_up, speed_ramp
+from nvhchain.errors import FileFormatError, InputError, ResourceError
+from nvhchain.fidelity import DynamicsFidelity
+from nvhchain.handoff import BearingForces
+
+
+class Stop(Exception):
+    """What ends a run from outside."""
+
+
+@pytest.mark.parametrize("options", [{}, {"gyroscopic": True, "flexible_shafts": True, "face_points": 2}])
+def test_a_stopped_run_goes_on_and_ends_in_the_same_bits(make_gearbox, make_laws, tmp_path, monkeypatch, options):
+    gearbox, laws, fidelity = make_gearbox(), make_laws(slotted=True), DynamicsFidelity(2e-5, **options)
+    monkeypatch.setattr(speed_ramp, "BLOCK", 256)
+    monkeypatch.setattr(recording, "PIECE", 1024)
+    whole = run_up(gearbox, laws, None, fidelity=fidelity, **ramp(duration=0.4))
+
+    def stop(done, total):
+        if done == 23:
+            raise Stop
+
+    with pytest.raises(Stop):
+        record_run_up(gearbox, laws, None, fidelity=fidelity, folder=tmp_path, progress=stop, **ramp(duration=0.4))
+    before = {path.name: path.stat().st_mtime_ns for path in tmp_path.glob("forces-*.h5")}
+    assert len(before) >= 3
+    made = record_run_up(gearbox, laws, None, fidelity=fidelity, folder=tmp_path, **ramp(duration=0.4))
+    assert all((tmp_path / name).stat().st_mtime_ns == when for name, when in before.items())
+    pieces = list(made.pieces())
+    assert len(pieces) > len(before)
+    for name in ("time", "force", "mesh_deflection", "input_speed"):
+        assert np.array_equal(np.concatenate([getattr(piece, name) for piece in pieces]), getattr(whole, name))
+    # finished: found, not run again
+    again = record_run_up(gearbox, laws, None, fidelity=fidelity, folder=tmp_path, **ramp(duration=0.4))
+    assert again == made
+    last = store.load(made.paths[-1], BearingForces)
+    assert last.time[-1] == whole.time[-1]
+    assert last.provenance["fidelity"] == asdict(fidelity)
+
+
+def test_another_run_in_the_folder_and_a_damaged_one_are_refused(make_gearbox, make_laws, tmp_path, monkeypatch):
+    gearbox, laws, fidelity = make_gearbox(), make_laws(), DynamicsFidelity(2e-5)
+    record_run_up(gearbox, laws, None, fidelity=fidelity, folder=tmp_path, **ramp(duration=0.01))
+    with pytest.raises(InputError, match="holds another run-up"):
+        record_run_up(gearbox, laws, None, fidelity=fidelity, folder=tmp_path, **ramp(duration=0.02))
+    (tmp_path / "forces-00000.h5").rename(tmp_path / "elsewhere.h5")
+    with pytest.raises(FileFormatError, match=r"forces-00000\.h5: missing or damaged: delete the folder"):
+        record_run_up(gearbox, laws, None, fidelity=fidelity, folder=tmp_path, **ramp(duration=0.01))
+    for content in (b"PK not a checkpoint", b""):
+        (tmp_path / "standing.npz").write_bytes(content)
+        with pytest.raises(FileFormatError, match=r"standing\.npz: damaged"):
+            record_run_up(gearbox, laws, None, fidelity=fidelity, folder=tmp_path, **ramp(duration=0.01))
+    for folder in (tmp_path / "standing.npz", tmp_path / "standing.npz" / "within"):
+        with pytest.raises(InputError, match=r"standing\.npz.* cannot take files \(.*\): choose another folder"):
+            record_run_up(gearbox, laws, None, fidelity=fidelity, folder=folder, **ramp(duration=0.01))
+
+    def refuse(**_):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(recording, "TemporaryFile", refuse)
+    with pytest.raises(InputError, match=r"new cannot take files \(Permission denied\): choose another folder"):
+        record_run_up(gearbox, laws, None, fidelity=fidelity, folder=tmp_path / "new", **ramp(duration=0.01))
+
+
+@pytest.mark.parametrize("keep", [5000, 0, -1])
+def test_a_damaged_piece_is_found_before_the_run_goes_on(make_gearbox, make_laws, tmp_path, monkeypatch, keep):
+    """Cut short, empty, or one byte of its samples changed: refused before a step, with a remedy that works."""
+    gearbox, laws, fidelity = make_gearbox(), make_laws(), DynamicsFidelity(2e-5)
+    monkeypatch.setattr(speed_ramp, "BLOCK", 256)
+    monkeypatch.setattr(recording, "PIECE", 512)
+    given = ramp(duration=0.1) | {"fidelity": fidelity, "folder": tmp_path / "run"}
+
+    def stop(done, total):
+        if done == 7:
+            raise Stop
+
+    with pytest.raises(Stop):
+        record_run_up(gearbox, laws, None, **given, progress=stop)
+    piece = tmp_path / "run" / "forces-00001.h5"
+    whole = piece.read_bytes()
+    middle = whole.index(store.load(piece, BearingForces).force.tobytes()[:64])
+    piece.write_bytes(whole[:keep] if keep >= 0 else whole[:middle] + bytes([whole[middle] ^ 1]) + whole[middle + 1 :])
+
+    def never(done, total):
+        raise AssertionError("the run went on")
+
+    with pytest.raises(FileFormatError, match=r"forces-00001\.h5: missing or damaged: delete the folder and run again"):
+        record_run_up(gearbox, laws, None, **given, progress=never)
+    shutil.rmtree(tmp_path / "run")
+    assert len(record_run_up(gearbox, laws, None, **given).paths) > 2
+
+
+def test_pieces_without_their_standing_are_taken_for_another_run_unless_they_are_of_this(
+    make_gearbox, make_laws, tmp_path
+):
+    """What is left in the folder cannot be told from the pieces that a shorter run would write beside it."""
+    gearbox, laws, fidelity = make_gearbox(), make_laws(), DynamicsFidelity(2e-5)
+    made = record_run_up(gearbox, laws, None, fidelity=fidelity, folder=tmp_path, **ramp(duration=0.02))
+    before = made.paths[0].read_bytes()
+    (tmp_path / "standing.npz").unlink()
+    with pytest.raises(InputError, match=r"holds another run-up .* choose another folder or delete it"):
+        record_run_up(gearbox, laws, None, fidelity=fidelity, folder=tmp_path, **ramp(duration=0.01))
+    assert made.paths[0].read_bytes() == before
+    again = record_run_up(gearbox, laws, None, fidelity=fidelity, folder=tmp_path, **ramp(duration=0.02))
+    assert again == made
+    assert (tmp_path / "standing.npz").exists()
+
+
+def test_a_run_whose_contact_solvers_are_no_data_goes_to_no_files(make_gearbox, make_laws, tmp_path):
+    fidelity, solvers = DynamicsFidelity(2e-5, mesh_level="contact"), [lambda angle, d: d, lambda angle, d: d]
+    with pytest.raises(InputError, match="cannot be taken up again"):
+        record_run_up(
+            make_gearbox(), make_laws(), None, fidelity=fidelity, folder=tmp_path, contact_forces=solvers,
+            **ramp(),
+        )  # fmt: skip
+
+
+def test_an_hour_in_memory_is_refused_with_a_remedy(make_gearbox, make_laws):
+    with pytest.raises(ResourceError, match=r"needs .* GiB, .* write it to files with record_run_up"):
+        ramped(make_gearbox(), make_laws(), None, duration=100 * 3600.0)
+
+
+def test_a_band_too_low_for_the_step_is_refused_before_anything_is_formed(make_gearbox, make_laws):
+    with pytest.raises(ResourceError, match=r"f_max = 0\.01 Hz from steps of 10 µs .* raise f_max or the time step"):
+        ramped(make_gearbox(), make_laws(), None, f_max=0.01)

@@ -1,0 +1,56 @@
+"""Bearing forces written for other programs: names, units, and what cannot be written."""
+
+import h5py
+import pytest
+from force_records import SUFFIXES
+from scipy.io import loadmat
+
+from nvhchain.errors import InputError
+from nvhchain.interop import read_bearing_forces, records, write_bearing_forces
+
+
+@SUFFIXES
+def test_names_with_blanks_commas_and_quotes_come_back_as_written(forces, tmp_path, suffix):
+    odd = forces.replace(names=(" A ", 'Läger, "轴"\nz', *(f"#{i}" for i in range(len(forces.names) - 2))))
+    channels = write_bearing_forces(odd, tmp_path / f"odd{suffix}")
+    assert read_bearing_forces(tmp_path / f"odd{suffix}", channels).content_hash == odd.content_hash
+
+
+def test_names_that_differ_by_blanks_only_are_refused_where_a_table_cannot_tell_them_apart(forces, tmp_path):
+    alike = forces.replace(names=("A", " A", *(f"{i}" for i in range(len(forces.names) - 2))))
+    with pytest.raises(InputError, match="differ by blanks only"):
+        write_bearing_forces(alike, tmp_path / "alike.csv")
+
+
+@SUFFIXES
+def test_a_folder_in_the_place_of_the_file_is_refused(forces, tmp_path, suffix):
+    (tmp_path / f"taken{suffix}").mkdir()
+    with pytest.raises(InputError, match="a folder stands where a file is to be written"):
+        write_bearing_forces(forces, tmp_path / f"taken{suffix}")
+
+
+@SUFFIXES
+def test_what_the_system_does_not_let_be_written_is_refused_with_its_reason(forces, tmp_path, suffix):
+    (tmp_path / "a.part").mkdir()
+    for name, reason in ((f"a{suffix}", "Is a directory"), ("n" * 300 + suffix, "File name too long")):
+        with pytest.raises(InputError, match=rf"{name}: cannot be written \({reason}\): choose another"):
+            write_bearing_forces(forces, tmp_path / name)
+    assert [path.name for path in tmp_path.iterdir()] == ["a.part"]
+
+
+def test_forces_beyond_the_size_of_a_mat_file_are_sent_to_hdf5(forces, tmp_path, monkeypatch):
+    monkeypatch.setattr(records, "LARGEST_MAT", forces.force.nbytes)
+    with pytest.raises(InputError, match=r"exceed an array of a MAT file, .*: write \.h5"):
+        write_bearing_forces(forces, tmp_path / "a.mat")
+    write_bearing_forces(forces, tmp_path / "a.h5")
+
+
+def test_matlab_reads_names_and_units(forces, tmp_path):
+    write_bearing_forces(forces, tmp_path / "a.mat")
+    content = loadmat(tmp_path / "a.mat", simplify_cells=True)
+    assert list(content["names"]) == ["A", "B"]
+    assert content["units"]["force"] == "N"
+    write_bearing_forces(forces, tmp_path / "a.h5")
+    with h5py.File(tmp_path / "a.h5") as file:
+        assert file["force"].attrs["units"] == "N"
+        assert list(file["names"].asstr()) == ["A", "B"]

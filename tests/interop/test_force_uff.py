@@ -1,0 +1,108 @@
+"""Universal files of foreign forces, dataset 58: axes, directions, units and labels as the format defines them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import pyuff
+from force_records import RATE
+
+from nvhchain.errors import InputError
+from nvhchain.interop import read_bearing_forces, read_record, write_bearing_forces
+
+
+@pytest.mark.parametrize(("code", "unit"), [(1, "N"), (4, "pdl"), (10, "N")])
+def test_uff_system_of_units_names_the_force(forces, tmp_path, code, unit):
+    path = tmp_path / "a.uff"
+    channels = write_bearing_forces(forces, path)
+    kept = [dict(s) for s in pyuff.UFF(str(path)).read_sets()]
+    for each in kept:
+        each["ordinate_axis_units_lab"] = "NONE"
+    other = tmp_path / "b.uff"
+    system = pyuff.prepare_164(1, "units", 2, 1.0, 1.0, 1.0, 0.0) | {"units_code": code}
+    pyuff.UFF(str(other)).write_sets([system, *kept], mode="add")
+    assert read_record(other).units["1:x"] == unit
+    pyuff.UFF(str(other)).write_sets([system | {"units_code": 5}], mode="add")
+    with pytest.raises(InputError, match=f"'1:x' is in '{unit}, mN' by the file"):
+        read_bearing_forces(other, channels)
+
+
+def test_uff_axes_units_and_directions_follow_the_format(forces, tmp_path):
+    path = tmp_path / "a.uff"
+    channels = write_bearing_forces(forces, path)
+
+    def rewrite(change):
+        other = tmp_path / "b.uff"
+        other.unlink(missing_ok=True)
+        kept = [dict(s) for s in pyuff.UFF(str(path)).read_sets()]
+        change(kept)
+        pyuff.UFF(str(other)).write_sets(kept, mode="add")
+        return other
+
+    flipped = read_bearing_forces(rewrite(lambda s: s[1].update(rsp_dir=-1)), channels)
+    np.testing.assert_array_equal(flipped.force[:, 0, 0], -forces.force[:, 0, 0])
+    for change, message in (
+        (lambda s: s[2].update(ordinate_axis_units_lab="kN"), "'1:y' is in 'kN' by the file"),
+        (lambda s: s[2].update(ordinate_spec_data_type=12), "1:y holds no force"),
+        (lambda s: s[2].update(rsp_dir=4), r"no channel '1:y'; it has 0:scalar, 1:x, 1:rx"),
+        (lambda s: s[2].update(rsp_dir=7), "direction 7 is none of dataset 58"),
+        (lambda s: s[2].update(rsp_dir=1), "1:x has two time responses: keep one"),
+        (lambda s: s[2].update(abscissa_axis_units_lab="ms"), "1:y has its time in 'ms': s is needed"),
+        (lambda s: s[2].update(x=s[2]["x"] + 1e-6), "1:y has another time axis than 1:x"),
+        (lambda s: s[2].update(func_type=4), r"no channel '1:y'"),
+    ):
+        with pytest.raises(InputError, match=message):
+            read_bearing_forces(rewrite(change), channels)
+    moments = replace(channels, bearings=(replace(channels.bearings[0], y="1:rx"),))
+    with pytest.raises(InputError, match="1:rx is a rotation: forces are needed, not moments"):
+        read_bearing_forces(rewrite(lambda s: s[2].update(rsp_dir=4)), moments)
+    with pytest.raises(InputError, match=r"sampled at 25000 Hz by its own time axis"):
+        read_bearing_forces(path, replace(channels, sample_rate=24e3))
+
+
+@pytest.mark.parametrize("time", ["S", "SEC", "Seconds", "s"])
+def test_uff_labels_may_be_spelled_out_and_undeclared_channels_may_be_anything(forces, tmp_path, time):
+    path = tmp_path / "a.uff"
+    channels = write_bearing_forces(forces, path)
+    kept = [dict(s) for s in pyuff.UFF(str(path)).read_sets()]
+    for each in kept:
+        each.update(abscissa_axis_units_lab=time)
+    for each in kept[1:]:
+        each.update(ordinate_axis_units_lab="NEWTONS")
+    acceleration = kept[1] | {"rsp_node": 77, "ordinate_spec_data_type": 12, "ordinate_axis_units_lab": "m/s^2"}
+    acceleration |= {"x": kept[1]["x"][:50] * 2, "data": kept[1]["data"][:50]}
+    moment = kept[1] | {"rsp_dir": 5, "ordinate_axis_units_lab": "Nm"}
+    pyuff.UFF(str(tmp_path / "b.uff")).write_sets([acceleration, *kept, moment, moment], mode="add")
+    assert read_bearing_forces(tmp_path / "b.uff", channels).force.tobytes() == forces.force.tobytes()
+    with pytest.raises(InputError, match="77:x holds no force"):
+        read_bearing_forces(tmp_path / "b.uff", replace(channels, transmission_error=("77:x",)))
+
+
+def test_a_uff_gap_of_half_a_step_is_told_remedies_it_has(forces, tmp_path):
+    path = tmp_path / "a.uff"
+    channels = replace(write_bearing_forces(forces, path), sample_rate=None)
+    kept = [dict(s) for s in pyuff.UFF(str(path)).read_sets()]
+    for each in kept:
+        # dataset 58 keeps 6 digits of every time
+        each.update(abscissa_spacing=0, x=np.arange(500) * 1e-3 + np.where(np.arange(500) < 250, 0.0, 0.5e-3))
+    pyuff.UFF(str(tmp_path / "b.uff")).write_sets(kept, mode="add")
+    with pytest.raises(InputError, match="give resample_rate, or sample_rate and no time_channel if the clock was"):
+        read_bearing_forces(tmp_path / "b.uff", channels)
+    assert read_bearing_forces(
+        tmp_path / "b.uff", replace(channels, resample_rate=300.0, periodic=False)
+    ).sample_rate == pytest.approx(300.0)
+
+
+def test_uff_is_written_as_pyuff_writes_it(forces, tmp_path):
+    odd = forces.replace(names=("A" * 90, 'Läger, "轴"\nz'), output_lag=np.zeros(500), time=forces.time + 12.3456)
+    write_bearing_forces(odd, tmp_path / "a.uff")
+    sets = [dict(s) for s in pyuff.UFF(str(tmp_path / "a.uff")).read_sets()]
+    assert len(sets) == 8
+    pyuff.UFF(str(tmp_path / "b.uff")).write_sets(sets, mode="add")
+    assert (tmp_path / "a.uff").read_bytes() == (tmp_path / "b.uff").read_bytes()
+
+
+def test_uff_without_stated_rate_uses_its_own_axis(forces, tmp_path):
+    path = tmp_path / "a.uff"
+    channels = replace(write_bearing_forces(forces, path), sample_rate=None)
+    assert read_bearing_forces(path, channels).sample_rate == pytest.approx(RATE, rel=1e-5)

@@ -15,6 +15,7 @@ from typing import Any
 import h5py
 import numpy as np
 from scipy.io import loadmat, savemat
+from scipy.io.matlab import MatlabOpaque
 
 from nvhchain.errors import FileFormatError, InputError, require
 from nvhchain.handoff import BearingForces, FloatArray
@@ -28,17 +29,21 @@ LARGEST_MAT = 2**31
 """Bytes of an array of a MAT file of level 5 (MathWorks, MAT-File Versions)."""
 
 
+STRING = "a string, which only MATLAB reads: store a char"
+"""What stands for a unit that MATLAB stored as one of its objects."""
+
+
 def read_csv(path: Path) -> Record:
     """Comments after #, one line of channel names, one line of units where it holds no number, then numbers.
 
-    Where numbers follow at once, the last comments with as many cells are the names, and units below them. Cells may be
-    quoted, lines may end with a comma.
+    Lines above the names with other numbers of cells are free text. Where there are no names, the last comments with as
+    many cells are, and units below them. Cells may be quoted, lines may end with a comma.
     """
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
             lines = (line.strip().removesuffix(",") for line in file)
-            head, first = _head(lines)
-            table = np.loadtxt(chain([first], lines), delimiter=",", ndmin=2, comments="#", quotechar='"')
+            head, below = _head(lines)
+            table = np.loadtxt(chain(below, lines), delimiter=",", ndmin=2, comments="#", quotechar='"')
         names, stated = head[0], head[1] if head[1:] else [""] * len(head[0])
         if len(stated) != len(names):
             raise ValueError(f"{len(names)} names, but {len(stated)} units")
@@ -55,29 +60,33 @@ def read_csv(path: Path) -> Record:
     return Record(str(path), {name: table[:, i].copy() for i, name in enumerate(names)}, units)
 
 
-def _head(lines: Iterator[str]) -> tuple[list[list[str]], str]:
-    """Cells of the line of names and of units where there is one, and the first line of numbers."""
+def _head(lines: Iterator[str]) -> tuple[list[list[str]], list[str]]:
+    """Cells of the line of names and of units where there is one, and the lines read below them, numbers first."""
     comments: list[list[str]] = []
-
-    def next_line() -> str:
-        for line in lines:
-            if line.startswith("#"):
-                comments.append(_cells(line.lstrip("# ")))
-            elif line:
-                return line
+    read: list[str] = []
+    head: list[list[str]] = []
+    for line in lines:
+        if line.startswith("#"):
+            comments.append(_cells(line.lstrip("# ")))
+        elif line:
+            read.append(line)
+            head.append(_cells(line))
+            if all(map(_is_number, head[-1])):
+                break
+    if not head:
         raise ValueError("it ends before the first number")
-
-    line = next_line()
-    head = [_cells(line)]
-    if all(map(_is_number, head[0])):
+    # free text above the names has other numbers of cells than the table
+    above = next((i for i, cells in enumerate(head[:-1]) if len(cells) == len(head[-1])), 0)
+    head, read = head[above:], read[above:]
+    if len(head) == 1:
         named = [cells for cells in comments if len(cells) == len(head[0]) and not all(map(_is_number, cells))]
         if named:
-            return named[-2:] if all(map(unit_called, named[-1])) else named[-1:], line
-    line = next_line()
-    if not any(map(_is_number, _cells(line))):
-        head.append(_cells(line))
-        line = next_line()
-    return head, line
+            return named[-2:] if all(map(unit_called, named[-1])) else named[-1:], read
+    count = 2 if head[1:] and not any(map(_is_number, head[1])) else 1
+    rest = read[count:] or [next((line for line in lines if line and not line.startswith("#")), "")]
+    if not rest[0]:
+        raise ValueError("it ends before the first number")
+    return head[:count], rest
 
 
 def _cells(line: str) -> list[str]:
@@ -104,6 +113,7 @@ def read_mat(path: Path) -> Record:
         raise FileFormatError(f"{path}: not a MAT file: {_reason(error)}") from None
     arrays = _flat({name: value for name, value in content.items() if not name.startswith("__")})
     texts = {n: _text(v) for n, v in arrays.items() if np.asarray(v).dtype.kind in "UO"}
+    texts |= {n: STRING for n, v in arrays.items() if isinstance(v, MatlabOpaque)}
     return _record(path, arrays, _stated(texts, "."))
 
 
@@ -122,7 +132,7 @@ def _flat(arrays: Mapping[str, Any]) -> dict[str, Any]:
     flat: dict[str, Any] = {}
     for name, value in arrays.items():
         fields = getattr(getattr(value, "dtype", None), "names", None)
-        if fields and value.size == 1:
+        if fields and value.size == 1 and not isinstance(value, MatlabOpaque):
             flat |= _flat({f"{name}.{field}": value.ravel()[0][field] for field in fields})
         else:
             flat[name] = value
@@ -140,9 +150,9 @@ def read_hdf5(path: Path) -> Record:
     texts: dict[str, str] = {}
 
     def visit(name: str, item: Any) -> None:
-        if isinstance(item, h5py.Dataset) and item.attrs.get("MATLAB_class") == b"char":
-            if not item.attrs.get("MATLAB_empty"):
-                texts[name] = "".join(map(chr, item[()].ravel()))
+        of_matlab = item.attrs.get("MATLAB_class")
+        if isinstance(item, h5py.Dataset) and of_matlab in (b"char", b"cell", b"string"):
+            texts[name] = _text_of_matlab(item)
         elif isinstance(item, h5py.Dataset) and item.dtype.kind in "fiu" and item.ndim > 0:
             arrays[name] = item[()].T if "MATLAB_class" in item.attrs else item[()]
             for key in ("unit", "units"):
@@ -155,6 +165,18 @@ def read_hdf5(path: Path) -> Record:
     except (OSError, RuntimeError, KeyError) as error:
         raise FileFormatError(f"{path}: damaged, truncated or not HDF5: {_reason(error)}") from None
     return _record(path, arrays, _stated(texts, "/") | stated)
+
+
+def _text_of_matlab(item: Any) -> str:
+    """The text in a dataset of a MATLAB file of level 7.3; of the texts in a cell array, each once."""
+    kind = item.attrs.get("MATLAB_class")
+    if item.attrs.get("MATLAB_empty"):
+        return ""
+    if kind == b"cell":
+        return _text([_text_of_matlab(item.file[cell]) for cell in item[()].ravel()])
+    if kind == b"char":
+        return "".join(map(chr, item[()].ravel()))
+    return STRING if kind == b"string" else ""
 
 
 def _text(value: Any) -> str:

@@ -13,7 +13,7 @@ import numpy as np
 
 from nvhchain.errors import FileFormatError
 from nvhchain.handoff import BearingForces, FloatArray
-from nvhchain.interop.channel_units import unit_called
+from nvhchain.interop.channel_units import TIME_UNITS, unit_called
 from nvhchain.interop.force_channels import OF_MESHES, beside_forces
 from nvhchain.interop.record import Record
 from nvhchain.interop.records import whole
@@ -69,7 +69,7 @@ def read_uff(path: Path) -> Record:
         if reason := "has two time responses: keep one" if name in channels else _obstacle(function, name):
             unusable[name] = reason
         channels[name] = sign * np.real(function["data"]).astype(float)
-        times[name] = np.asarray(function["x"], dtype=float)
+        times[name] = np.asarray(function["x"], dtype=float) * TIME_UNITS.get(_time_unit(function), 1.0)
         label = str(function["ordinate_axis_units_lab"]).strip()
         if label and label != "NONE":
             units[name] = label
@@ -123,8 +123,14 @@ def _name(function: dict[str, Any], path: Path) -> tuple[str, float]:
     return f"{int(function['rsp_node'])}:{DIRECTIONS[abs(direction)]}", -1.0 if direction < 0 else 1.0
 
 
+def _time_unit(function: dict[str, Any]) -> str:
+    """Of the abscissa: s where the label says nothing, empty where it is none of time."""
+    label = str(function["abscissa_axis_units_lab"]).strip()
+    return "s" if label in ("", "NONE") else unit_called(label) or ""
+
+
 def _obstacle(function: dict[str, Any], name: str) -> str:
-    """Why a time response is neither force nor speed nor displacement over time in seconds; empty if it may be."""
+    """Why a time response is neither force nor speed nor displacement over time; empty if it may be."""
     time, values = function["x"], function["data"]
     if len(time) != len(values):
         return f"has {len(values)} values at {len(time)} times: it is truncated"
@@ -132,9 +138,8 @@ def _obstacle(function: dict[str, Any], name: str) -> str:
         return "holds complex values: a time response is real"
     if int(function["abscissa_spec_data_type"]) not in (0, TIME_AXIS):
         return f"is not over time (abscissa type {function['abscissa_spec_data_type']} of dataset 58)"
-    label = str(function["abscissa_axis_units_lab"]).strip()
-    if label not in ("", "NONE") and unit_called(label) != "s":
-        return f"has its time in {label!r}: s is needed"
+    if _time_unit(function) not in TIME_UNITS:
+        return f"has its time in {function['abscissa_axis_units_lab'].strip()!r}: {', '.join(TIME_UNITS)} are known"
     if abs(int(function["rsp_dir"])) > 3:
         return "is a rotation: forces are needed, not moments"
     allowed = {DISPLACEMENT, *SPEED_TYPES, *FORCE_TYPES} if name.endswith(":scalar") else FORCE_TYPES

@@ -92,6 +92,8 @@ TABLES = {
     "comma below the names only": "t,x,y,z\ns,N,N,N\n0.0,1,2,3,\n0.001,4,5,6,\n",
     "header of numpy": "# a run, with, two, samples\n# t,x,y,z\n# s,N,N,N\n0.0,1,2,3\n0.001,4,5,6\n",
     "indented comment": "  # made by hand, once\nt,x,y,z\n  # units\ns,N,N,N\n0.0,1,2,3\n0.001,4,5,6 # last\n",
+    "free text above": "Gearbox 7\nsolver, 2024, 'rev 2'\nduration,0.002,\nt,x,y,z\ns,N,N,N\n0.0,1,2,3\n0.001,4,5,6\n",
+    "comment at the first numbers": "t,x,y,z\ns,N,N,N\n0.0,1,2,3 # first\n0.001,4,5,6\n",
     "names alone": "# by hand\n#t, x, y, z\n0.0,1,2,3\n0.001,4,5,6\n",
 }
 
@@ -110,7 +112,8 @@ def test_tables_are_read_as_spreadsheets_and_numpy_write_them(tmp_path, layout):
 
 @pytest.mark.parametrize(
     ("text", "message"),
-    [("0,1,1,1\n1,2,2,2\n", "names repeat: 0, 1, 1, 1: put a line"), ("t,x\ns,N\n", "ends before the first number"),
+    [("run,7\nt,x,y\n0,1\n1,2\n", "2 names, but 3 units"),
+     ("0,1,1,1\n1,2,2,2\n", "names repeat: 0, 1, 1, 1: put a line"), ("t,x\ns,N\n", "ends before the first number"),
      ("t,x\n0,1\n1,2,3\n", "number of columns changed"), ("t,x\n0,\n1,\n", "2 names, but 1 columns")],
 )  # fmt: skip
 def test_tables_without_names_numbers_or_equal_rows_are_refused(tmp_path, text, message):

@@ -47,7 +47,8 @@ def test_uff_axes_units_and_directions_follow_the_format(forces, tmp_path):
         (lambda s: s[2].update(rsp_dir=4), r"no channel '1:y'; it has 0:scalar, 1:x, 1:rx"),
         (lambda s: s[2].update(rsp_dir=7), "direction 7 is none of dataset 58"),
         (lambda s: s[2].update(rsp_dir=1), "1:x has two time responses: keep one"),
-        (lambda s: s[2].update(abscissa_axis_units_lab="ms"), "1:y has its time in 'ms': s is needed"),
+        (lambda s: s[2].update(abscissa_axis_units_lab="min"), "1:y has its time in 'min': s, ms, us are known"),
+        (lambda s: s[2].update(abscissa_axis_units_lab="ms"), "1:y has another time axis than 1:x"),
         (lambda s: s[2].update(x=s[2]["x"] + 1e-6), "1:y has another time axis than 1:x"),
         (lambda s: s[2].update(func_type=4), r"no channel '1:y'"),
     ):
@@ -76,6 +77,20 @@ def test_uff_labels_may_be_spelled_out_and_undeclared_channels_may_be_anything(f
     assert read_bearing_forces(tmp_path / "b.uff", channels).force.tobytes() == forces.force.tobytes()
     with pytest.raises(InputError, match="77:x holds no force"):
         read_bearing_forces(tmp_path / "b.uff", replace(channels, transmission_error=("77:x",)))
+
+
+def test_uff_time_in_milliseconds_is_read_as_its_label_says(forces, tmp_path):
+    path = tmp_path / "a.uff"
+    channels = write_bearing_forces(forces, path)
+    kept = [dict(s) for s in pyuff.UFF(str(path)).read_sets()]
+    for each in kept:
+        each.update(abscissa_axis_units_lab="msec", x=1e3 * each["x"])
+        each.update(abscissa_min=1e3 * each["abscissa_min"], abscissa_inc=1e3 * each["abscissa_inc"])
+    pyuff.UFF(str(tmp_path / "b.uff")).write_sets(kept, mode="add")
+    assert pyuff.UFF(str(tmp_path / "b.uff")).read_sets(0)["x"][-1] == pytest.approx(1e3 * forces.time[-1])
+    assert read_bearing_forces(tmp_path / "b.uff", channels).force.tobytes() == forces.force.tobytes()
+    own = read_bearing_forces(tmp_path / "b.uff", replace(channels, sample_rate=None))
+    assert own.sample_rate == pytest.approx(RATE, rel=1e-5)
 
 
 def test_a_uff_gap_of_half_a_step_is_told_remedies_it_has(forces, tmp_path):

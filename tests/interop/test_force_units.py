@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from force_records import POSITIONS, csv, one_bearing, six_tones
 from scipy.io import savemat
+from scipy.io.matlab import MatlabOpaque
 
 from nvhchain.errors import InputError
-from nvhchain.interop import read_bearing_forces, read_record, write_bearing_forces
+from nvhchain.interop import read_bearing_forces, read_record, records, write_bearing_forces
 from nvhchain.interop.channel_units import unit_called
 
 
@@ -45,6 +46,50 @@ def test_units_in_a_matlab_file_must_agree(forces, tmp_path, level):
     ):
         with pytest.raises(InputError, match=message):
             read_bearing_forces(path, replace(channels, **change))
+
+
+def matlab_text(file, name, text):
+    """As MATLAB stores a char in a file of level 7.3."""
+    file[name] = np.array([[ord(c)] for c in text], dtype=np.uint16)
+    file[name].attrs["MATLAB_class"] = np.bytes_("char")
+    return file[name].ref
+
+
+@pytest.mark.parametrize("texts", [["kN"] * 3, ["N", "N", "kN"]])
+def test_units_in_a_cell_array_of_matlab_73_must_agree(tmp_path, texts):
+    with h5py.File(tmp_path / "a.mat", "w") as file:
+        file["F"] = np.arange(27.0).reshape(3, 9)
+        file["F"].attrs["MATLAB_class"] = np.bytes_("double")
+        cells = [[matlab_text(file, f"#refs#/{i}", text)] for i, text in enumerate(texts)]
+        file.create_dataset("units/F", data=np.array(cells, dtype=h5py.ref_dtype), dtype=h5py.ref_dtype)
+        file["units/F"].attrs["MATLAB_class"] = np.bytes_("cell")
+    names = [f"F[{i}]" for i in range(3)]
+    stated = ", ".join(dict.fromkeys(texts))
+    with pytest.raises(InputError, match=rf"'F\[0\]' is in '{stated}' by the file, but 'N' is declared"):
+        read_bearing_forces(tmp_path / "a.mat", one_bearing(*names))
+    if len(set(texts)) == 1:
+        found = read_bearing_forces(tmp_path / "a.mat", one_bearing(*names, force_unit="kN"))
+        assert found.force[1, 0].tolist() == [1e3, 10e3, 19e3]
+
+
+@pytest.mark.parametrize("level", ["5", "7.3"])
+def test_a_unit_that_matlab_stored_as_an_object_is_refused(tmp_path, monkeypatch, level):
+    """Strings in double quotes; only MATLAB tells what they hold."""
+    force = np.arange(9.0)
+    if level == "7.3":
+        with h5py.File(tmp_path / "a.mat", "w") as file:
+            for name in "xyz":
+                file[name] = force
+            file["units/x"] = np.array([[0xDD000000, 2, 1, 1, 1, 1]], dtype=np.uint32)
+            file["units/x"].attrs["MATLAB_class"] = np.bytes_("string")
+    else:
+        savemat(tmp_path / "a.mat", {})
+        kind = [("s0", "O"), ("s1", "O"), ("s2", "O"), ("arr", "O")]
+        unit = MatlabOpaque(np.array([(b"", b"MCOS", b"string", np.ones((6, 1), np.uint32))], dtype=kind))
+        content = dict.fromkeys("xyz", force) | {"units": np.array([[(unit,)]], dtype=[("x", "O")])}
+        monkeypatch.setattr(records, "loadmat", lambda path: content)
+    with pytest.raises(InputError, match="'x' is in 'a string, which only MATLAB reads: store a char' by the file"):
+        read_bearing_forces(tmp_path / "a.mat", one_bearing(*"xyz"))
 
 
 def test_units_of_a_nested_matlab_structure_belong_to_the_fields_beside_them(tmp_path):

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from math import isfinite
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from nvhchain.conventions import REFERENCE_POWER, REFERENCE_PRESSURE
 from nvhchain.errors import require
 from nvhchain.handoff import ComplexArray, FloatArray
+from nvhchain.kinds import check_arguments
 
 _FLOOR = 1e-300
 """Keeps the logarithm of an exact zero finite."""
@@ -36,12 +39,14 @@ def a_weighting(frequency: ArrayLike) -> FloatArray:
 
 def overall(frequency: FloatArray, pressure: ComplexArray, *, weighted: bool = True) -> FloatArray:
     """Overall level in dB(A) (dB if not `weighted`) of lines `pressure` (n_f, ...) Pa peak: energy sum over axis 0."""
+    check_arguments(overall, locals())
     require(len(frequency) == len(pressure), f"{len(frequency)} frequencies for {len(pressure)} lines of pressure")
     return _energy_sum(frequency, decibel(pressure), weighted)
 
 
 def overall_power(frequency: FloatArray, power: FloatArray, *, weighted: bool = True) -> FloatArray:
     """Sound power level of all lines `power` (n_f, ...) W in dB(A) (dB if not `weighted`) re 1 pW."""
+    check_arguments(overall_power, locals())
     require(len(frequency) == len(power), f"{len(frequency)} frequencies for {len(power)} lines of power")
     return _energy_sum(frequency, power_level(power), weighted)
 
@@ -57,6 +62,10 @@ def equivalent(signal: FloatArray, *, sample_rate: float, weighted: bool = True)
 
     sample_rate: Hz.  Weighted in the frequency domain, the record taken as periodic (Parseval).
     """
+    check_arguments(equivalent, locals())
+    signal = np.asarray(signal, dtype=float)
+    require(signal.size > 0 and signal.ndim > 0, f"a signal of shape {signal.shape} has no level: give samples")
+    require(isfinite(sample_rate) and sample_rate > 0.0, f"sample_rate = {sample_rate} Hz must be positive and finite")
     line = np.asarray(np.fft.rfft(signal, axis=0) / len(signal), dtype=complex)
     line[1 : (len(signal) + 1) // 2] *= 2.0
     frequency = np.asarray(np.fft.rfftfreq(len(signal), 1.0 / sample_rate), dtype=float)
@@ -69,6 +78,17 @@ def time_history(frequency: FloatArray, pressure: ComplexArray, *, sample_rate: 
     frequency: (n_f,) Hz, whole multiples of one spacing.  pressure: (n_f, ...) peak.  sample_rate: Hz, a lower bound.
     Returns time (n_t,) s and the signal (n_t, ...).  Raises InputError where the lines are not harmonic.
     """
+    check_arguments(time_history, locals())
+    frequency, pressure = np.asarray(frequency, dtype=float), np.asarray(pressure, dtype=complex)
+    require(
+        frequency.ndim == 1 and pressure.ndim > 0 and len(frequency) == len(pressure) > 0,
+        f"frequencies of shape {frequency.shape} for lines of pressure of shape {pressure.shape}: give one line each",
+    )
+    require(
+        bool(np.isfinite(frequency).all() and (np.diff(frequency) > 0).all()) and frequency[0] >= 0.0 < frequency[-1],
+        f"frequencies {frequency[0]:g}…{frequency[-1]:g} Hz must rise from 0 or more, and not be 0 Hz alone",
+    )
+    require(isfinite(sample_rate), f"sample_rate = {sample_rate} Hz must be finite")
     spacing = float(np.diff(frequency).min() if len(frequency) > 1 else frequency[0])
     index = np.rint(frequency / spacing).astype(int)
     require(

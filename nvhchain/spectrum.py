@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from math import ceil, gcd, lcm
+from math import ceil, gcd, isfinite, lcm
 from typing import NotRequired, TypedDict, Unpack
 
 import numpy as np
@@ -15,6 +15,7 @@ from scipy.interpolate import make_interp_spline
 
 from nvhchain.errors import InputError, require
 from nvhchain.handoff import BearingForces, ComplexArray, FloatArray, ForceSpectrum
+from nvhchain.kinds import check_arguments
 
 BAND_MARGIN = 2.56
 """Sampling rate over the highest frequency, at least; 2 is the limit of the sampling theorem and 2.56 the usual
@@ -36,6 +37,9 @@ def amplitude_spectrum(signal: FloatArray, sample_rate: float, *, periodic: bool
     amplitude-corrected by its mean, after removal of the mean value. The line at 0 Hz is the mean value; it and,
     for an even number of samples, the line at half the sampling rate are not doubled.
     """
+    check_arguments(amplitude_spectrum, locals())
+    signal = np.asarray(signal, dtype=float)
+    require(signal.size > 0 and signal.ndim > 0, f"a signal of shape {signal.shape} has no spectrum: give samples")
     n = len(signal)
     if periodic:
         amplitude = rfft(signal, axis=0) / n
@@ -66,6 +70,7 @@ def force_spectrum(
     Raises InputError when the sampling rate is below 2.56 `high`, or the record is too short for band or
     resolution.
     """
+    check_arguments(force_spectrum, locals())
     require(0.0 <= low < high, f"band {low:g}…{high:g} Hz: low must not be negative and high must lie above low")
     rate, n = bearing_forces.sample_rate, len(bearing_forces.time)
     require(
@@ -160,7 +165,8 @@ def waterfall(signal: FloatArray, **record: Unpack[WindowedRecord]) -> Waterfall
     sweeps by more than the resolution within a window is smeared, which `order_waterfall` avoids.
     Raises InputError when the sampling rate is below 2.56 `high` or the record is shorter than a window.
     """
-    sample_rate, input_speed, resolution, high, overlap = _checked(signal, record)
+    check_arguments(waterfall, locals())
+    signal, sample_rate, input_speed, resolution, high, overlap = _checked(signal, record)
     require(
         sample_rate >= BAND_MARGIN * high * (1.0 - 1e-9),
         f"sampling rate {sample_rate:g} Hz is below {BAND_MARGIN} × {high:g} Hz, what the band needs: lower the band "
@@ -195,7 +201,8 @@ def order_waterfall(signal: FloatArray, **record: Unpack[WindowedRecord]) -> Wat
     Source: K. R. Fyfe, E. D. S. Munck, Mech. Syst. Signal Process. 11 (1997) 187–205.
     Raises InputError when the input turns backwards or less than a window.
     """
-    sample_rate, input_speed, resolution, high, overlap = _checked(signal, record)
+    check_arguments(order_waterfall, locals())
+    signal, sample_rate, input_speed, resolution, high, overlap = _checked(signal, record)
     require(bool((input_speed >= 0.0).all()), "the input turns backwards: orders need a speed that is not negative")
     time = np.arange(len(signal)) / sample_rate
     turned = cumulative_trapezoid(input_speed / (2.0 * np.pi), dx=1.0 / sample_rate, initial=0.0)
@@ -233,6 +240,7 @@ def sweep_waterfall(records: Sequence[BearingForces], quantity: str = "force", *
     Amplitudes are under e^{j order angle} from each record's start; `time` is as if one followed the other.
     Raises InputError for records that are not periodic, of changing or equal speeds, or sampled too coarsely.
     """
+    check_arguments(sweep_waterfall, locals())
     require(
         len(records) > 0 and high > 0.0, f"{len(records)} records to order {high:g}: give one, and an order above 0"
     )
@@ -280,6 +288,7 @@ def _whole_multiples(turns: FloatArray) -> list[int]:
 
 def order_cut(of: Waterfall, orders: Sequence[float]) -> ComplexArray:
     """(n_window, n_order, …) amplitudes of single orders along an order waterfall; each must be one of its lines."""
+    check_arguments(order_cut, locals())
     require(of.of_orders, "an order cut needs a waterfall of orders: make it with order_waterfall")
     spacing = float(of.axis[1]) if len(of.axis) > 1 else 1.0
     found = _lines_of(orders, 1.0, spacing, np.arange(len(of.axis)))
@@ -295,15 +304,23 @@ def _along(line: ComplexArray, dimensions: int) -> ComplexArray:
     return line.reshape((-1,) + (1,) * (dimensions - 1))
 
 
-def _checked(signal: FloatArray, record: WindowedRecord) -> tuple[float, FloatArray, float, float, float]:
-    """Sampling rate, input speed, resolution, last line and overlap of the windows."""
-    input_speed, resolution, high = record["input_speed"], record["resolution"], record["high"]
+def _checked(signal: FloatArray, record: WindowedRecord) -> tuple[FloatArray, float, FloatArray, float, float, float]:
+    """Signal, sampling rate, input speed, resolution, last line and overlap of the windows."""
+    signal, input_speed = np.asarray(signal, dtype=float), np.asarray(record["input_speed"], dtype=float)
+    sample_rate, resolution, high = record["sample_rate"], record["resolution"], record["high"]
     overlap = record.get("overlap", 0.75)
     require(
-        len(signal) == len(input_speed) and len(signal) > SPLINE_DEGREE,
-        f"{len(signal)} samples of the signal and {len(input_speed)} of the speed: give the same number, more than "
-        f"{SPLINE_DEGREE}",
+        signal.ndim > 0 and input_speed.shape == (len(signal),) and len(signal) > SPLINE_DEGREE,
+        f"a signal of shape {signal.shape} and speeds of shape {input_speed.shape}: give the same number of samples, "
+        f"more than {SPLINE_DEGREE}",
     )
+    for name, values in (("signal", signal), ("input_speed", input_speed)):
+        bad = np.argwhere(~np.isfinite(values))
+        require(
+            len(bad) == 0, f"{name} is not finite in sample {bad[0][0] if len(bad) else 0}: repair or cut the record"
+        )
     require(0.0 <= overlap < 1.0, f"overlap = {overlap} must be at least 0 and below 1")
-    require(resolution > 0.0 and high > 0.0, f"resolution = {resolution} and high = {high} must be positive")
-    return record["sample_rate"], input_speed, resolution, high, overlap
+    for name, value in (("sample_rate", sample_rate), ("resolution", resolution), ("high", high)):
+        require(isfinite(value) and value > 0.0, f"{name} = {value} must be positive and finite")
+    require(resolution <= high, f"resolution = {resolution:g} is coarser than the whole band to {high:g}: resolve more")
+    return signal, sample_rate, input_speed, resolution, high, overlap

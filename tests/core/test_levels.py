@@ -41,3 +41,22 @@ def test_time_history_refuses_inharmonic_lines_and_low_rates():
         levels.time_history(np.array([20.0, 41.0, 57.5]), np.ones(3, complex), sample_rate=1000.0)
     with pytest.raises(InputError, match="sample rate"):
         levels.time_history(np.array([20.0, 40.0]), np.ones(2, complex), sample_rate=80.0)
+
+
+@pytest.mark.parametrize(
+    ("frequency", "count", "message"),
+    [([0.0], 1, "not be 0 Hz alone"), ([100.0, 100.0], 2, "must rise"), ([-50.0, 100.0], 2, "must rise"),
+     ([], 0, "give one line each"), ([100.0, 200.0], 3, "give one line each"), ([100.0, np.nan], 2, "must rise")],
+)  # fmt: skip
+def test_lines_without_a_period_give_no_time_history(frequency, count, message):
+    with pytest.raises(InputError, match=message):
+        levels.time_history(frequency, np.ones(count, complex), sample_rate=1000.0)
+
+
+def test_what_has_no_level_is_refused():
+    with pytest.raises(InputError, match="has no level: give samples"):
+        levels.equivalent([], sample_rate=1e3)
+    with pytest.raises(InputError, match="sample_rate = nan Hz must be positive"):
+        levels.equivalent([1.0, 2.0], sample_rate=np.nan)
+    with pytest.raises(InputError, match="frequency = 'loud' is of the wrong kind"):
+        levels.overall("loud", np.ones(4))

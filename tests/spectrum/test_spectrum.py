@@ -111,3 +111,17 @@ def test_refusals_name_value_and_remedy():
         force_spectrum(record, low=0.0, high=5000.0, orders=(0.33,))
     with pytest.raises(InputError, match="constant input speed"):
         force_spectrum(record.replace(input_speed=np.linspace(10, 20, 4000)), low=0.0, high=5000.0, orders=(1,))
+
+
+def test_what_is_no_signal_or_band_is_refused():
+    record = _record(np.cos(_time()), periodic=True)
+    with pytest.raises(InputError, match="low = '50' is of the wrong kind: give a number"):
+        force_spectrum(record, low="50", high=5000.0)
+    with pytest.raises(InputError, match="low must not be negative"):
+        force_spectrum(record, low=np.nan, high=5000.0)
+    for nothing in ([], np.float64(3.0)):
+        with pytest.raises(InputError, match="has no spectrum: give samples"):
+            amplitude_spectrum(nothing, 1e3, periodic=True)
+    frequency, found = amplitude_spectrum([1.0, 3.0], 1e3, periodic=True)
+    assert found.tolist() == [2.0, -1.0]
+    assert frequency.tolist() == [0.0, 500.0]

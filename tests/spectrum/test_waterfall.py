@@ -112,6 +112,10 @@ def test_orders_beyond_the_band_of_the_record_are_left_out():
         (waterfall, {"input_speed": np.ones(3)}, "give the same number"),
         (order_waterfall, {"resolution": 0.01}, r"turns 120 times in the record, but a window takes 150 turns"),
         (order_waterfall, {"resolution": 0.0}, "must be positive"),
+        (waterfall, {"resolution": 1e12}, r"resolution = 1e\+12 is coarser than the whole band to 100"),
+        (waterfall, {"sample_rate": np.nan}, "sample_rate = nan must be positive and finite"),
+        (order_waterfall, {"input_speed": np.where(np.arange(100_000) == 7, np.nan, 1.0)}, "not finite in sample 7"),
+        (order_waterfall, {"high": "100"}, "high = '100' is of the wrong kind: give a number"),
         (order_waterfall, {"input_speed": -np.ones(100_000)}, "backwards"),
     ],
 )

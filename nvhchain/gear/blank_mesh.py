@@ -18,6 +18,7 @@ from nvhchain.fidelity import GearFidelity
 from nvhchain.gear.blank import Openings
 from nvhchain.gear.body import GearBody
 from nvhchain.gear.plane import BoolArray, Curve, PlaneMesh, quadratic_mesh
+from nvhchain.gear.volume_mesh import VolumeMesh
 from nvhchain.handoff import FloatArray, IntArray
 
 
@@ -39,7 +40,15 @@ class BlankMesh:
 
 
 def innermost_solid(body: GearBody) -> float:
-    """Radius (m) down to which the rim is solid over the whole face width."""
+    """Radius (m) down to which the rim is solid over the whole face width.
+
+    Raises InputError for a gear meshed elsewhere, whose blank is not drawn.
+    """
+    require(
+        not isinstance(body.blank, VolumeMesh),
+        f"the gear of {body.geometry.teeth} teeth has a mesh of its own, which is not meshed again: draw its blank for "
+        "root strain, for the reference contact and for `whole_mesh`",
+    )
     web, cut = body.blank.web, body.blank.cutouts
     if web is not None:
         return web.rim_radius

@@ -15,6 +15,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from nvhchain.conventions import Progress
+from nvhchain.errors import require
 from nvhchain.fem._sparse import BLOCK, factorize
 from nvhchain.fem.elasticity import stiffness_and_mass
 from nvhchain.fidelity import GearFidelity
@@ -91,6 +92,10 @@ class _Loads:
 
     def __init__(self, body: GearBody, mesh: VolumeMesh, radius: FloatArray, axial: FloatArray) -> None:
         on_flank = np.isin(mesh.elements, mesh.flanks).sum(axis=1) >= _FACE_NODES[mesh.kind]
+        require(
+            bool(on_flank.any()),
+            "no element has a whole face among the nodes of the flanks: tag the nodes in the middle of edges too",
+        )
         self._elements = mesh.elements[on_flank]
         self._search = ElementSearch(mesh.nodes, self._elements, mesh.kind)
         self._gear, self._size = body.geometry, 3 * len(mesh.nodes)

@@ -11,19 +11,24 @@ from nvhchain.errors import FileFormatError, InputError
 from nvhchain.fem.elements import HEX20_EDGES, HEX_CORNERS, hex20_shape
 from nvhchain.fidelity import DRAFT
 from nvhchain.gear import (
+    WHEEL,
     Engagement,
     GearBody,
     GearGeometry,
     GearPair,
     Slots,
+    StrainGauge,
     flank_compliance,
     loaded_mesh,
     mass_properties,
+    nodal_force_strain,
     nominal_centre_distance,
     read_gear_mesh,
+    root_strain_modes,
     whole_mesh,
     write_gear_mesh,
 )
+from nvhchain.gear.reference import coarse_gear
 
 FIDELITY = dataclasses.replace(
     DRAFT.gear,
@@ -80,7 +85,7 @@ def test_own_mesh_written_and_read_gives_the_same_compliance(tmp_path):
     np.testing.assert_allclose(foreign.friction, own.friction, atol=1e-10 * np.abs(own.friction).max())
 
 
-def test_tags_are_read_from_sets_arrays_and_surface_cells_in_any_unit(changed, tmp_path):
+def test_tags_are_read_from_sets_and_arrays_in_any_unit(changed, tmp_path):
     mesh = own_mesh()
     sets = read_gear_mesh(changed())
     arrays = tmp_path / "gear.vtu"
@@ -90,6 +95,75 @@ def test_tags_are_read_from_sets_arrays_and_surface_cells_in_any_unit(changed, t
         np.testing.assert_array_equal(found.bore, mesh.bore)
         np.testing.assert_array_equal(found.flanks, mesh.flanks)
     np.testing.assert_array_equal(sets.elements, mesh.elements)
+
+
+def faces_of(nodes):
+    """(k, 8) faces of the own mesh's bricks with all corners among `nodes`, edges after corners."""
+    middle = {frozenset(edge): 8 + i for i, edge in enumerate(HEX20_EDGES)}
+    around = [[*f, *(middle[frozenset(side)] for side in zip(f, np.roll(f, -1), strict=True))] for f in FACES.tolist()]
+    faces = own_mesh().elements[:, around].reshape(-1, 8)
+    return faces[np.isin(faces[:, :4], nodes).all(axis=1)]
+
+
+def grouped(path, form):
+    """A file of the own mesh with groups of the cells of its bore and flanks, as `form` has them."""
+    mesh = own_mesh()
+    bore, flanks = faces_of(mesh.bore), faces_of(mesh.flanks)
+    cells = [("quad8", bore), ("quad8", flanks), ("hexahedron20", mesh.elements)]
+    physical = [np.full(len(block), tag) for (_, block), tag in zip(cells, (7, 8, 7), strict=True)]
+    none = np.empty(0, dtype=int)
+    if form == "abaqus":
+        sets = {"BORE": [np.arange(len(bore)), none, none], "FLANKS": [none, np.arange(len(flanks)), none]}
+        meshio.Mesh(mesh.nodes, cells, cell_sets=sets).write(path, file_format=form)
+    elif form == "gmsh22":  # numbers are those of a dimension: 7 is a surface and a volume
+        names = {"Bore": np.array([7, 2]), "Flanks": np.array([8, 2]), "gear": np.array([7, 3])}
+        data = {"gmsh:physical": physical, "gmsh:geometrical": physical}
+        meshio.Mesh(mesh.nodes, cells, field_data=names, cell_data=data).write(path, file_format=form)
+    else:  # nodes seen from the other side
+        bricks = mesh.elements[:, [0, 3, 2, 1, 4, 7, 6, 5, 11, 10, 9, 8, 15, 14, 13, 12, 16, 19, 18, 17]]
+        file = meshio.Mesh(mesh.nodes, [("quad8", np.vstack([bore, flanks])), ("hexahedron20", bricks)])
+        tags = np.repeat([-7, -8], [len(bore), len(flanks)])
+        file.cell_data["cell_tags"] = [tags, np.full(len(mesh.elements), -9)]
+        file.cell_tags = {-7: ["held", "Bore"], -8: ["Flanks"], -9: ["gear"]}
+        file.write(path, file_format=form)
+    return path
+
+
+@pytest.mark.parametrize(("form", "ending"), [("abaqus", "inp"), ("gmsh22", "msh"), ("med", "med")])
+def test_tags_are_read_from_groups_of_surface_cells(form, ending, tmp_path):
+    path, mesh = grouped(tmp_path / f"gear.{ending}", form), own_mesh()
+    found = read_gear_mesh(path)
+    np.testing.assert_array_equal(found.bore, mesh.bore)
+    np.testing.assert_array_equal(found.flanks, mesh.flanks)
+    np.testing.assert_array_equal(found.elements, mesh.elements)
+    if form != "abaqus":
+        with pytest.raises(InputError, match="the group 'gear' has no surface cells: put those of the surface into it"):
+            read_gear_mesh(path, tags=("bore", "gear"))
+
+
+def test_bricks_with_nodes_in_the_middle_of_faces_are_those_without(changed):
+    mesh = own_mesh()
+    middles = len(mesh.nodes) + np.arange(7 * len(mesh.elements)).reshape(-1, 7)
+    points = np.vstack([mesh.nodes, np.repeat(mesh.nodes[mesh.elements[:, :8]].mean(axis=1), 7, axis=0)])
+    tags = {"bore": np.append(mesh.bore, middles[0]), "flanks": np.append(mesh.flanks, middles[1])}
+    file = meshio.Mesh(points, [("hexahedron27", np.hstack([mesh.elements, middles]))])
+    file.point_data = {name: np.isin(np.arange(len(points)), numbers).astype(int) for name, numbers in tags.items()}
+    path = changed().with_suffix(".vtu")
+    file.write(path)
+    found = read_gear_mesh(path)
+    assert found.kind == "hex20"
+    for name in ("nodes", "elements", "bore", "flanks"):
+        np.testing.assert_array_equal(getattr(found, name), getattr(mesh, name))
+
+
+def test_flanks_tagged_at_their_corners_alone_are_refused(changed):
+    mesh = own_mesh()
+    path = changed(point_sets={"bore": mesh.bore, "flanks": np.unique(faces_of(mesh.flanks)[:, :4])})
+    body = dataclasses.replace(BODY, blank=read_gear_mesh(path, order=3))
+    with pytest.raises(
+        InputError, match=r"no element has a whole face among .* tag the nodes in the middle of edges too"
+    ):
+        flank_compliance(body, FIDELITY, reach=1)
 
 
 def test_mass_of_the_mesh_is_that_of_the_drawing():
@@ -144,6 +218,20 @@ def test_gear_of_tetrahedra_runs_in_the_hybrid_contact_with_the_transmission_err
     np.testing.assert_allclose(found[1], found[0], rtol=0.03)
 
 
+def test_what_meshes_a_drawn_blank_does_not_take_a_mesh_for_a_solid_gear():
+    foreign = dataclasses.replace(BODY, blank=own_mesh())
+    pair = GearPair(GearBody(GEOMETRY), foreign, nominal_centre_distance(GEOMETRY, GEOMETRY))
+    gauge = [StrainGauge(0)]
+    for make in (
+        lambda: root_strain_modes(pair, WHEEL, gauge, (0,), FIDELITY),
+        lambda: nodal_force_strain(pair, WHEEL, gauge, (0,), (), FIDELITY),
+        lambda: whole_mesh(foreign, FIDELITY),
+        lambda: coarse_gear(foreign, FIDELITY),
+    ):
+        with pytest.raises(InputError, match="the gear of 18 teeth has a mesh of its own, which is not meshed again"):
+            make()
+
+
 def flipped():
     elements = own_mesh().elements.copy()
     elements[5] = elements[5, [4, 5, 6, 7, 0, 1, 2, 3, 12, 13, 14, 15, 8, 9, 10, 11, 16, 17, 18, 19]]
@@ -159,7 +247,10 @@ def flipped():
         ),
         ({"point_sets": lambda m: {"bore": m.bore}}, r"no tag 'flanks' among bore: name the nodes"),
         ({"point_sets": lambda m: {"flanks": m.flanks}}, r"no tag 'bore' among flanks"),
-        ({"cells": lambda m: [("hexahedron", m.elements[:, :8])]}, r"solid cells are hexahedron, one kind of tetra10"),
+        (
+            {"cells": lambda m: [("hexahedron", m.elements[:, :8])]},
+            r"solid cells are hexahedron, one kind of tetra10 or hex",
+        ),
         (
             {"points": lambda m: 1e3 * m.nodes},
             r"reaches to r = 30.* m, the drawn tip circle to 0.03.* scale = 0.001 or so",
@@ -182,8 +273,9 @@ def test_meshes_that_cannot_be_used_are_refused(changed, changes, message):
         )
 
 
-def test_files_that_are_no_meshes_are_refused(tmp_path):
-    path = tmp_path / "gear.vtu"
-    path.write_text("not a mesh")
+@pytest.mark.parametrize("ending", ["vtu", "bdf", "inp", "msh", "med", "unv", "step"])
+def test_files_that_are_no_meshes_are_refused(ending, tmp_path):
+    path = tmp_path / f"gear.{ending}"
+    path.write_text("not a mesh\n*ELEMENT, TYPE=C3D20\n1, 2\n")
     with pytest.raises(FileFormatError, match="not a mesh that meshio reads"):
         read_gear_mesh(path)

@@ -16,6 +16,7 @@ import numpy as np
 from nvhchain.gear.body import GearBody
 from nvhchain.gear.geometry import GearGeometry
 from nvhchain.handoff import FloatArray
+from nvhchain.kinds import check_arguments
 
 _BODY = {  # Table 1: X = A/θ² + B h² + C h/θ + D/θ + E h + F
     "L": (-5.574e-5, -1.9986e-3, -2.3015e-4, 4.7702e-3, 0.0271, 6.8045),
@@ -53,7 +54,8 @@ class SliceCompliance:
 
 
 def slice_compliance(body: GearBody) -> SliceCompliance:
-    """Closed-form compliance of the teeth of `body`; of its blank a thin web enters, openings do not."""
+    """Closed-form compliance of the teeth of `body`; of its blank the twist of a thin web enters, openings do not."""
+    check_arguments(slice_compliance, locals())
     gear = body.geometry
     radius = np.linspace(gear.form_radius, gear.tip_circle_radius, 50)
     angle = gear.pressure_angle_at(radius) - gear.half_tooth_angle(radius)  # of the load against the tooth's middle

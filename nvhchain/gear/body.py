@@ -14,7 +14,7 @@ from nvhchain.gear.blank import SOLID, Blank, Openings
 from nvhchain.gear.geometry import GearGeometry
 from nvhchain.gear.volume_mesh import VolumeMesh
 from nvhchain.handoff import FloatArray
-from nvhchain.kinds import check_fields
+from nvhchain.kinds import check_arguments, check_fields
 
 THINNEST_WEB = 1e-3
 """Least thickness of a web, face widths: below it the elements of the web are too flat to be solved."""
@@ -93,6 +93,7 @@ def mass_properties(body: GearBody) -> MassProperties:
     volume mesh its quadrature.
     With fewer than three openings the body has no single transverse inertia; the mean is given.
     """
+    check_arguments(mass_properties, locals())
     gear, web, cut, rho = body.geometry, body.blank.web, body.blank.cutouts, body.material.density
     if isinstance(body.blank, VolumeMesh):
         volume, polar, first, second = body.blank.moments()

@@ -12,13 +12,15 @@ from nvhchain.errors import InputError, SolverError, require
 from nvhchain.fidelity import GearFidelity
 from nvhchain.gear.analytic import SliceCompliance
 from nvhchain.gear.compliance import FlankCompliance
-from nvhchain.gear.contact import LocalLaw, complementarity_residual, contact_half_width, local_law, slice_forces
+from nvhchain.gear.contact import LocalLaw, complementarity_residual, half_space_compliance, local_law, slice_forces
 from nvhchain.gear.contact_lines import ContactLines, contact_lines
 from nvhchain.gear.contact_lines import separation as unloaded_gap
 from nvhchain.gear.flank_splines import FlankSplines, flank_splines
 from nvhchain.gear.friction import sliding_sense
 from nvhchain.gear.pair import BACK, DRIVE, GearPair
+from nvhchain.gear.tip_edge import strip_half_width
 from nvhchain.handoff import FloatArray
+from nvhchain.kinds import check_fields
 
 FRICTION_ROUNDS = 60
 """Of following what friction bends; a dozen is usual, more means failure."""
@@ -44,6 +46,7 @@ class Engagement:
     fidelity: GearFidelity
 
     def __post_init__(self) -> None:
+        check_fields(self)
         slices = self.fidelity.slices
         require(slices >= 1, f"slices = {slices}: at least 1 is needed")
         for name, body, c in zip(
@@ -158,7 +161,6 @@ class Engagement:
         With friction the problem is no longer that of a minimum; what friction bends is put on the right-hand side
         and followed, which shrinks the change by about μ tan α each time.
         """
-        materials = (self.pair.pinion.material, self.pair.wheel.material)
         law = self.local_law(lines)
         tolerance, compliance = self.fidelity.contact_residual, self.compliance(lines)
         forces = slice_forces(compliance, approach, lines.length, law, tolerance=tolerance)
@@ -175,11 +177,15 @@ class Engagement:
                     f"friction = {friction:g}: slice forces still move the flanks by {1e6 * change:.3g} µm after "
                     f"{FRICTION_ROUNDS} rounds: lower the coefficient"
                 )
-        width = contact_half_width(forces / lines.length, lines.curvature, materials)
-        if (width[:, None] > lines.depth).any():
+        a = sum(half_space_compliance(body.material) for body in (self.pair.pinion, self.pair.wheel))
+        width = strip_half_width(forces / lines.length, lines.curvature, lines.edges.angle, a)
+        beyond = width - lines.depth.min(axis=0)
+        if (beyond > 0).any():
+            worst = np.unravel_index(np.argmax(beyond), beyond.shape)
             raise SolverError(
-                f"contact half width reaches {1e3 * width.max():.3g} mm, beyond the tooth's centre line: the load is "
-                "too large for the Weber–Banaschek formula"
+                f"contact half width reaches {1e3 * width[worst]:.3g} mm where the tooth's centre line lies "
+                f"{1e3 * lines.depth.min(axis=0)[worst[1]]:.3g} mm deep: too much for the local law; lower the load (a "
+                "mesh law goes to drive_reach times the nominal one) or make the tips thicker (tip_radius, addendum)"
             )
         return forces
 

@@ -20,6 +20,14 @@ LARGEST_COEFFICIENT = 1.0
 """Of friction, beyond which a unit was mistaken."""
 
 
+def check_coefficient(friction: float) -> None:
+    """Refuse what is no coefficient of friction."""
+    require(
+        0 <= friction <= LARGEST_COEFFICIENT,
+        f"friction = {friction:g} is outside 0…{LARGEST_COEFFICIENT:g}: give the coefficient, usual is 0.05",
+    )
+
+
 def sliding_sense(pair: GearPair, lines: ContactLines) -> FloatArray:
     """(n,) −1, 0 or 1: sign of ω_P s − ω_G (L − s); −1 where the pinion's root touches, 1 where its tip does."""
     return np.sign(lines.position - pair.pitch_point)
@@ -32,10 +40,7 @@ def lever_arms(pair: GearPair, lines: ContactLines, friction: float) -> FloatArr
     flanks, σ the sense of sliding: T_P ω_P − T_G ω_G = Σ μ F |ω_P s − ω_G (L − s)|, the friction's power.
     friction: coefficient μ, 0 … 1.
     """
-    require(
-        0 <= friction <= LARGEST_COEFFICIENT,
-        f"friction = {friction:g} is outside 0…{LARGEST_COEFFICIENT:g}: give the coefficient, usual is 0.05",
-    )
+    check_coefficient(friction)
     normal = pair.base_radius * cos(pair.base_helix_angle) * (1.0 if lines.flank == DRIVE else -1.0)
     distance = np.stack([lines.position, pair.line_length - lines.position])
     return np.asarray(normal[:, None] + friction * sliding_sense(pair, lines) * distance)

@@ -107,13 +107,19 @@ def pair_compliances(
     """Compliances of pinion and wheel, each over `engaged_reach(pair)` teeth, as `fidelity.bodies` says.
 
     progress: called with (teeth done, teeth of both sectors).
-    AccuracyWarning where an analytic body has openings or a mesh of its own.
+    AccuracyWarning where an analytic body has a web, openings or a mesh of its own.
     """
+    check_arguments(pair_compliances, locals())
     if fidelity.bodies == "analytic":
         for name, body in (("pinion", pair.pinion), ("wheel", pair.wheel)):
-            if body.blank.cutouts is not None or isinstance(body.blank, VolumeMesh):
-                message = f"the {name}'s blank counts as solid: analytic bodies know no openings and no foreign meshes"
-                warnings.warn(f"{message}; take bodies = 'elements'", AccuracyWarning, stacklevel=2)
+            blank = body.blank
+            if blank.web is not None or blank.cutouts is not None or isinstance(blank, VolumeMesh):
+                message = f"the {name}'s blank counts as solid but for the twist of a web: analytic bodies know no rim"
+                warnings.warn(
+                    f"{message} that bends, no openings and no foreign meshes; take bodies = 'elements'",
+                    AccuracyWarning,
+                    stacklevel=2,
+                )
         return slice_compliance(pair.pinion), slice_compliance(pair.wheel)
     reach, first = engaged_reach(pair, fidelity.corner_gap), pair.pinion.sector
     teeth = first + pair.wheel.sector

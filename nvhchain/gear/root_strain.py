@@ -17,14 +17,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from nvhchain.conventions import Material
-from nvhchain.errors import InputError, require
+from nvhchain.errors import InputError, is_whole, require
 from nvhchain.fem._sparse import BLOCK, factorize
 from nvhchain.fidelity import GearFidelity
 from nvhchain.gear.body import GearBody
 from nvhchain.gear.body_flexibility import HeldBody
 from nvhchain.gear.flank_forces import flank_loads, point_forces
 from nvhchain.gear.flank_splines import LocalBasis, local_basis, point_weights
-from nvhchain.gear.friction import sliding_sense
+from nvhchain.gear.friction import check_coefficient, sliding_sense
 from nvhchain.gear.mesh import GearMesh, SolidMesh, gear_mesh
 from nvhchain.gear.pair import DRIVE, GearPair
 from nvhchain.gear.pitch_mesh import PitchMesh
@@ -79,7 +79,7 @@ def root_strain_modes(
     Raises InputError for places off the root, ResourceError when memory is short.
     """
     check_arguments(root_strain_modes, locals())
-    body = _of(pair, gear)
+    body = _of(pair, gear, teeth)
     mesh, tooth, probed = _prepared(body, places, fidelity)
     radius, axial, count = tooth.radius, tooth.axial, body.geometry.teeth
     grid = flank_loads(body.geometry, (mesh.pitch, mesh.pitch_solid), radius, axial)[probed.loaded]
@@ -115,7 +115,8 @@ def nodal_force_strain(
     fidelity: of the elements about the root.  Raises as `root_strain_modes`.
     """
     check_arguments(nodal_force_strain, locals())
-    body = _of(pair, gear)
+    check_coefficient(friction)
+    body = _of(pair, gear, teeth)
     mesh, tooth, probed = _prepared(body, places, fidelity)
     count = body.geometry.teeth
     strain = np.zeros((len(loaded), len(teeth), 6 * len(places)))
@@ -136,9 +137,10 @@ def nodal_force_strain(
     return strain.reshape(len(loaded), len(teeth), len(places), 6)
 
 
-def _of(pair: GearPair, gear: int) -> GearBody:
+def _of(pair: GearPair, gear: int, teeth: Sequence[int]) -> GearBody:
     """Pinion or wheel."""
     require(gear in (PINION, WHEEL), f"gear = {gear}: PINION ({PINION}) or WHEEL ({WHEEL}) is needed")
+    require(all(is_whole(t) for t in teeth), f"teeth = {tuple(teeth)}: whole numbers are needed")
     return (pair.pinion, pair.wheel)[gear]
 
 

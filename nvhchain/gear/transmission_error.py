@@ -39,6 +39,7 @@ def deflection_at_force(law: MeshLaw, force: float) -> FloatArray:
 
     Monotone cubic interpolation of δ over F between the tabulated deflections.  Raises InputError outside the table.
     """
+    check_arguments(deflection_at_force, locals())
     require(force != 0, "force = 0 N has no unique deflection within the backlash: give a force")
     sense = 1.0 if force > 0 else -1.0
     result = np.empty(len(law.angle))
@@ -104,6 +105,7 @@ def loaded_mesh(
     Newton on the tangent stiffness by differences, to a relative force error of 1e3 × the contact residual. Raises
     SolverError if it does not get there.
     """
+    check_arguments(loaded_mesh, locals())
     require(0 < force < inf, f"force = {force:g} N must be positive and finite")
     require(isfinite(angle), f"angle = {angle:g} rad must be finite")
     tolerance, start = 1e3 * engagement.fidelity.contact_residual, engagement.first_contact(angle)

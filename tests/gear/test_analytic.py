@@ -18,6 +18,7 @@ from nvhchain.gear import (
     iso_stiffness,
     loaded_mesh,
     mesh_law,
+    pair_compliances,
     slice_compliance,
 )
 
@@ -93,5 +94,12 @@ def test_fidelity_chooses_it_and_openings_do_not_enter(make_pair):
     assert law.force.shape == (80, ANALYTIC.deflections)
     np.testing.assert_allclose(law.force[8:16], law.force[:8], rtol=1e-8, atol=1e-6)
     np.testing.assert_array_equal(slice_compliance(cut).compliance, slice_compliance(plain.wheel).compliance)
+    rim = dataclasses.replace(
+        plain, wheel=GearBody(gear, ThinRim(6e-3, 1.3 * gear.bore_radius, 0.85 * gear.root_radius))
+    )
+    with pytest.warns(
+        AccuracyWarning, match="solid but for the twist of a web: analytic bodies know no rim that bends"
+    ):
+        pair_compliances(rim, ANALYTIC)
     with pytest.raises(InputError, match="gear bodies = 'beams' is unknown: choose from elements, analytic"):
         dataclasses.replace(ANALYTIC, bodies="beams")

@@ -17,7 +17,7 @@ from nvhchain import levels, ready_made, stages
 from nvhchain.case import Case, GearboxCase, Quantity, RadiatorCase
 from nvhchain.dynamics import Recording
 from nvhchain.error_band import BANDS, ErrorBand, RunUpBand
-from nvhchain.errors import InputError, require
+from nvhchain.errors import InputError
 from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.handoff import (
     BearingForces,
@@ -157,10 +157,6 @@ def record(
     """
     if not isinstance(case, GearboxCase) or case.operation.ramp is None:
         raise InputError(f"{case.name} has no run-up to record: give its operation a ramp, or use `run`")
-    require(
-        fidelity.dynamics.mesh_level != "contact",
-        "a record in files goes on after a stop, which the mesh level `contact` does not: use `run`, or `table`",
-    )
     chain = _prepared(
         replace(case, quantities=("bearing_forces",)),
         fidelity,

@@ -18,14 +18,14 @@ of the table, m."""
 def excursions(
     gearbox: Gearbox, mesh_laws: Sequence[MeshLaw], drive: FloatArray, back: FloatArray, fidelity: DynamicsFidelity
 ) -> Excursions:
-    """Meshes whose flanks carry beyond the table; none at the levels that do not read it in the time loop.
+    """Meshes whose flanks carry beyond the table; none at the level `contact`, whose solvers know no table.
 
     drive, back (n, n_mesh): m, deflections at which the flanks ask the law. They differ, since the flanks' normals do
     and the shafts move apart under load: each flank counts on the side to which it is pressed, and on the other where
     the law still pushes, or pulls, at its end.
     """
     found: Excursions = {}
-    if fidelity.mesh_level != "table":
+    if fidelity.mesh_level == "contact":
         return found
     for mesh, law, front, behind in zip(gearbox.meshes, mesh_laws, drive.T, back.T, strict=True):
         lowest, highest = float(behind.min()), float(front.max())

@@ -1,7 +1,8 @@
 """Run-ups of any length: the record goes to files piece by piece, and a run that was stopped goes on where it stood.
 
 A folder holds `forces-00000.h5`, `forces-00001.h5`, … , each a `BearingForces` of its own that `store.load` reads, and
-`standing.npz`: where the run stands after the last of them. Both appear whole or not at all.
+`standing.npz`: where the run stands after the last of them, and what the files were like when it was written. Both
+appear whole or not at all.
 """
 
 from __future__ import annotations
@@ -32,6 +33,15 @@ from nvhchain.resume import code_version, fingerprint
 PIECE = 64 * 2048
 """Samples of a file, at least: 5 s at 25 kHz, about 21 MB with six bearings."""
 
+CONTACT_PIECE = 1
+"""The same at the mesh level `contact`, one block of the time loop: minutes of work where a step takes milliseconds."""
+
+PROBES = 5
+"""Angles over the period of a mesh law at which a contact solver is asked who it is."""
+
+SAME_SOLVER = 1e-9
+"""Of the largest force: how far the answers of one solver may differ from one process to the next."""
+
 
 @dataclass(frozen=True)
 class Recording:
@@ -57,34 +67,34 @@ def record_run_up(
 ) -> Recording:
     """`run_up` into files of `folder`; memory does not grow with the duration.
 
-    A run that was stopped is taken up again by the same call and ends in the same bits as one that was not. Raises what
-    `run_up` raises, InputError when `folder` holds another run, FileFormatError when files of it are lost or damaged.
+    A run that was stopped is taken up again by the same call and ends in the same bits as one that was not, with
+    contact solvers as far as theirs are the same; they are told from others by the forces they give at some angles and
+    deflections. Raises what `run_up` raises, InputError when `folder` holds another run, FileFormatError when files of
+    it are lost or damaged.
     """
     check_arguments(record_run_up, locals())
-    require(
-        operation.get("contact_forces") is None,
-        "a run-up at the mesh level `contact` cannot be taken up again, since its solvers are not data: use run_up",
-    )
     run = prepare(gearbox, mesh_laws, housing, **operation)
     version = code_version("dynamics")
-    key = fingerprint(version, gearbox, list(mesh_laws), housing, operation)
+    key = fingerprint(version, gearbox, list(mesh_laws), housing, {**operation, "contact_forces": None})
+    answers = _answers(run, mesh_laws)
+    size = CONTACT_PIECE if len(answers) else PIECE
     folder = Path(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
         TemporaryFile(dir=folder).close()
     except OSError as error:
         raise InputError(f"{folder} cannot take files ({error.strerror}): choose another folder") from error
-    written, first, standing = _taken_up(folder, key, run)
+    written, first, standing = _taken_up(folder, key, answers, run)
     provenance = {"key": key, "stage": "run_up", "version": version, "fidelity": asdict(operation["fidelity"])}
     waiting: list[FloatArray] = []
     for piece, stands in samples(run, standing):
         waiting.append(piece)
         whole = sum(len(part) for part in waiting)
-        if whole >= PIECE or (stands.block == run.blocks and whole > 0):
+        if whole >= size or (stands.block == run.blocks and whole > 0):
             forces = record(run, first, np.concatenate(waiting), mesh_laws, operation["fidelity"])
             store.save(forces.replace(provenance=provenance | forces.provenance), _path(folder, written))
             written, first, waiting = written + 1, first + whole, []
-            _keep(folder / "standing.npz", key, written, first, stands)
+            _keep(folder, key, answers, written, first, stands)
         if progress:
             progress(stands.block, run.blocks)
     paths = tuple(_path(folder, index) for index in range(written))
@@ -96,13 +106,30 @@ def _path(folder: Path, index: int) -> Path:
     return folder / f"forces-{index:05d}.h5"
 
 
-def _taken_up(folder: Path, key: str, run: RunUp) -> tuple[int, int, Standing]:
-    """Files and samples already written, each looked through, and where the run stands; the beginning when there is
-    nothing yet."""
+def _answers(run: RunUp, mesh_laws: Sequence[MeshLaw]) -> FloatArray:
+    """Forces by which contact solvers are told from others, N; none at the levels without them."""
+    loop = run.model.contact_loop
+    if loop is None:
+        return np.zeros(0)
+    angles = np.arange(PROBES) / PROBES
+    return np.concatenate(
+        [
+            solve(float(angle * law.period), law.deflection)
+            for solve, law in zip(loop.contact_forces, mesh_laws, strict=True)
+            for angle in angles
+        ]
+    )
+
+
+def _taken_up(folder: Path, key: str, answers: FloatArray, run: RunUp) -> tuple[int, int, Standing]:
+    """Files and samples already written and where the run stands; the beginning when there is nothing yet.
+
+    Files that are not as they were left are looked through.
+    """
     path = folder / "standing.npz"
     another = (
-        f"{folder} holds another run-up (other gearbox, laws, operation, fidelity or version): choose another folder "
-        "or delete it"
+        f"{folder} holds another run-up (other gearbox, laws, operation, fidelity, contact solvers or version): choose "
+        "another folder or delete it"
     )
     if not path.exists():
         # files of this very run will be written over with the same bits
@@ -112,16 +139,33 @@ def _taken_up(folder: Path, key: str, run: RunUp) -> tuple[int, int, Standing]:
         with np.load(path) as kept:
             found: dict[str, Any] = {name: kept[name] for name in kept.files}
         stored_key, written, first = str(found["key"]), int(found["written"]), int(found["first"])
+        stamps, answered = found["stamps"], found["answers"]
         standing = Standing(
             int(found["block"]), Motion(found["state"], found["excess"]), found["states"], found["excesses"]
         )
     except (OSError, EOFError, ValueError, KeyError, BadZipFile) as error:
         raise FileFormatError(f"{path}: damaged ({error}): delete the folder and run again") from error
-    require(stored_key == key, another)
+    largest = float(np.abs(answers).max(initial=0.0))
+    require(
+        stored_key == key
+        and answered.shape == answers.shape
+        and bool((np.abs(answered - answers) <= SAME_SOLVER * largest).all()),
+        another,
+    )
     for index in range(written):
-        if _key_of(_path(folder, index)) != key:
-            raise FileFormatError(f"{_path(folder, index)}: missing or damaged: delete the folder and run again")
+        file = _path(folder, index)
+        if _stamp(file) != tuple(stamps[index]) and _key_of(file) != key:
+            raise FileFormatError(f"{file}: missing or damaged: delete the folder and run again")
     return written, first, standing
+
+
+def _stamp(path: Path) -> tuple[int, int]:
+    """Bytes of a file and ns since when they stand: what changes where its content does; zeros where there is none."""
+    try:
+        found = path.stat()
+    except OSError:
+        return 0, 0
+    return found.st_size, found.st_mtime_ns
 
 
 def _key_of(path: Path) -> str:
@@ -132,13 +176,18 @@ def _key_of(path: Path) -> str:
         return ""
 
 
-def _keep(path: Path, key: str, written: int, first: int, standing: Standing) -> None:
-    """Write where the run stands, whole or not at all."""
+def _keep(folder: Path, key: str, answers: FloatArray, written: int, first: int, standing: Standing) -> None:
+    """Write where the run stands after `written` files, whole or not at all, once the last of them is on the disk."""
+    with _path(folder, written - 1).open("rb") as last:
+        os.fsync(last.fileno())
+    path = folder / "standing.npz"
     part = path.with_suffix(".part")
     with part.open("wb") as file:
         np.savez(
             file,
             key=key,
+            answers=answers,
+            stamps=np.array([_stamp(_path(folder, index)) for index in range(written)], dtype=np.int64),
             written=written,
             first=first,
             block=standing.block,

@@ -124,18 +124,27 @@ def steady_sweep(
     input_torque: float,
     f_max: float,
     fidelity: DynamicsFidelity,
+    contact_forces: Sequence[ContactForce] | None = None,
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> tuple[BearingForces, ...]:
     """`bearing_forces` at each of `input_speeds` (rad/s), every one from its own quasi-static start.
 
-    executor: takes the speeds.  progress: called with speeds done and speeds in all. Raises what `bearing_forces`
-    raises at the first speed that fails.
+    contact_forces: as there; other processes take those that can be pickled.  executor: takes the speeds.
+    progress: called with speeds done and speeds in all. Raises what `bearing_forces` raises at the first speed that
+    fails.
     """
     check_arguments(steady_sweep, locals())
     require(len(input_speeds) > 0, "input_speeds holds no speed: give one or more, rad/s")
     settled = partial(
-        bearing_forces, gearbox, mesh_laws, housing, input_torque=input_torque, f_max=f_max, fidelity=fidelity
+        bearing_forces,
+        gearbox,
+        mesh_laws,
+        housing,
+        input_torque=input_torque,
+        f_max=f_max,
+        fidelity=fidelity,
+        contact_forces=contact_forces,
     )
     tell, records = progress if progress is not None else _silent, []
     for record in (executor.map if executor else map)(partial(_at_speed, settled), input_speeds):

@@ -70,6 +70,7 @@ def recording(
         folder=folder,
         progress=partial(watcher.step, "bearing_forces"),
         fidelity=gearbox_fidelity(case, fidelity),
+        contact_forces=_contact_forces(case, fidelity),
         **_operation(case),
     )
     watcher.end("bearing_forces", "computed")

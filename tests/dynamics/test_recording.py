@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 from dataclasses import asdict
 
 import numpy as np
 import pytest
-from ramps import ramp, ramped
+from ramps import ramp, ramped, straight
 
 from nvhchain import store
 from nvhchain.dynamics import record_run_up, recording, run_up, speed_ramp
@@ -20,6 +21,16 @@ class Stop(Exception):
     """What ends a run from outside."""
 
 
+def stopped_after(blocks):
+    """Progress that ends a run once so many blocks are done."""
+
+    def told(done, total):
+        if done == blocks:
+            raise Stop
+
+    return told
+
+
 @pytest.mark.parametrize("options", [{}, {"gyroscopic": True, "flexible_shafts": True, "face_points": 2}])
 def test_a_stopped_run_goes_on_and_ends_in_the_same_bits(make_gearbox, make_laws, tmp_path, monkeypatch, options):
     gearbox, laws, fidelity = make_gearbox(), make_laws(slotted=True), DynamicsFidelity(2e-5, **options)
@@ -27,12 +38,10 @@ def test_a_stopped_run_goes_on_and_ends_in_the_same_bits(make_gearbox, make_laws
     monkeypatch.setattr(recording, "PIECE", 1024)
     whole = run_up(gearbox, laws, None, fidelity=fidelity, **ramp(duration=0.4))
 
-    def stop(done, total):
-        if done == 23:
-            raise Stop
-
     with pytest.raises(Stop):
-        record_run_up(gearbox, laws, None, fidelity=fidelity, folder=tmp_path, progress=stop, **ramp(duration=0.4))
+        record_run_up(
+            gearbox, laws, None, fidelity=fidelity, folder=tmp_path, progress=stopped_after(23), **ramp(duration=0.4)
+        )
     before = {path.name: path.stat().st_mtime_ns for path in tmp_path.glob("forces-*.h5")}
     assert len(before) >= 3
     made = record_run_up(gearbox, laws, None, fidelity=fidelity, folder=tmp_path, **ramp(duration=0.4))
@@ -81,12 +90,8 @@ def test_a_damaged_piece_is_found_before_the_run_goes_on(make_gearbox, make_laws
     monkeypatch.setattr(recording, "PIECE", 512)
     given = ramp(duration=0.1) | {"fidelity": fidelity, "folder": tmp_path / "run"}
 
-    def stop(done, total):
-        if done == 7:
-            raise Stop
-
     with pytest.raises(Stop):
-        record_run_up(gearbox, laws, None, **given, progress=stop)
+        record_run_up(gearbox, laws, None, **given, progress=stopped_after(7))
     piece = tmp_path / "run" / "forces-00001.h5"
     whole = piece.read_bytes()
     middle = whole.index(store.load(piece, BearingForces).force.tobytes()[:64])
@@ -117,13 +122,46 @@ def test_pieces_without_their_standing_are_taken_for_another_run_unless_they_are
     assert (tmp_path / "standing.npz").exists()
 
 
-def test_a_run_whose_contact_solvers_are_no_data_goes_to_no_files(make_gearbox, make_laws, tmp_path):
-    fidelity, solvers = DynamicsFidelity(2e-5, mesh_level="contact"), [lambda angle, d: d, lambda angle, d: d]
-    with pytest.raises(InputError, match="cannot be taken up again"):
-        record_run_up(
-            make_gearbox(), make_laws(), None, fidelity=fidelity, folder=tmp_path, contact_forces=solvers,
-            **ramp(),
-        )  # fmt: skip
+def test_a_stopped_run_of_the_contact_problem_goes_on_with_the_same_solvers_only(
+    make_gearbox, make_laws, tmp_path, monkeypatch
+):
+    """A file after every block, since a block takes minutes there."""
+    gearbox, laws = make_gearbox(), make_laws(plain_wheel=True)
+    monkeypatch.setattr(speed_ramp, "BLOCK", 64)
+    solvers = [straight(law) for law in laws]
+    given = ramp(duration=0.02, fidelity=DynamicsFidelity(2e-5, mesh_level="contact"))
+    whole = run_up(gearbox, laws, None, **given, contact_forces=solvers)
+    with pytest.raises(Stop):
+        record_run_up(gearbox, laws, None, **given, contact_forces=solvers, folder=tmp_path, progress=stopped_after(5))
+    before = {path.name: path.stat().st_mtime_ns for path in tmp_path.glob("forces-*.h5")}
+    assert len(before) >= 3
+    for others in ([solvers[0], straight(laws[1], 4.0001e8)], None):
+        told = "holds another run-up .* contact solvers" if others else "needs the contact solver of each"
+        with pytest.raises(InputError, match=told):
+            record_run_up(gearbox, laws, None, **given, contact_forces=others, folder=tmp_path)
+    same = [straight(law, 4e8 * (1.0 + 1e-14)) for law in laws]  # in another process, say
+    made = record_run_up(gearbox, laws, None, **given, contact_forces=same, folder=tmp_path)
+    assert all((tmp_path / name).stat().st_mtime_ns == when for name, when in before.items())
+    found = np.concatenate([piece.force for piece in made.pieces()])
+    assert np.abs(found - whole.force).max() < 1e-12 * np.abs(whole.force).max()
+
+
+def test_files_as_they_were_left_are_not_read_again(make_gearbox, make_laws, tmp_path, monkeypatch):
+    """Of an hour, 15 GB; a file with another time stamp is looked through, and taken where it is whole."""
+    gearbox, laws = make_gearbox(), make_laws()
+    monkeypatch.setattr(speed_ramp, "BLOCK", 256)
+    monkeypatch.setattr(recording, "PIECE", 512)
+    given = ramp(duration=0.1, fidelity=DynamicsFidelity(2e-5)) | {"folder": tmp_path}
+    with pytest.raises(Stop):
+        record_run_up(gearbox, laws, None, **given, progress=stopped_after(7))
+    read, load = [], store.load
+    monkeypatch.setattr(recording.store, "load", lambda path, kind: read.append(path.name) or load(path, kind))
+    with pytest.raises(Stop):
+        record_run_up(gearbox, laws, None, **given, progress=stopped_after(8))
+    assert read == []
+    os.utime(tmp_path / "forces-00001.h5", ns=(0, 0))
+    record_run_up(gearbox, laws, None, **given)
+    assert read == ["forces-00001.h5"]
 
 
 def test_an_hour_in_memory_is_refused_with_a_remedy(make_gearbox, make_laws):

@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from nvhchain.errors import require
-from nvhchain.fem.solid_model import CORNERS, EDGES, FACES
 from nvhchain.handoff import FloatArray, IntArray
 
 _SAME_FREQUENCY, _SAME_SHAPE = 1e-5, 1e-6
@@ -19,16 +18,17 @@ _SAME_FREQUENCY, _SAME_SHAPE = 1e-5, 1e-6
 class ModalModel:
     """Modes in SI.
 
-    nodes: (n, 3) m.  labels: (n,) numbers in the foreign file.  triangles: (k, 3) node numbers of the skin, or of
-    shells.  two_sided: shells, whose triangles need not be turned outward.  frequency: (m,) Hz, sorted.
-    damping: (m,) fraction of critical.  shapes: (m, n, 3) kg^-½, mass-normalised.  groups: name → node numbers.
-    source: the file.  notes: what its reader had to choose, in words.
+    nodes: (n, 3) m.  labels: (n,) numbers in the foreign file.  triangles: (k, 6) node numbers of the skin, corners,
+    then the middles of the edges after them, between which it moves by parabolas; −1 for all three where it moves
+    linearly, which (k, 3) says of all.  two_sided: (k,) bool, or one for all: shells, which need not be turned outward.
+    frequency: (m,) Hz, sorted.  damping: (m,) fraction of critical.  shapes: (m, n, 3) kg^-½, mass-normalised.
+    groups: name → node numbers.  source: the file.  notes: what its reader had to choose, in words.
     """
 
     nodes: FloatArray
     labels: IntArray
     triangles: IntArray
-    two_sided: bool
+    two_sided: IntArray | bool
     frequency: FloatArray
     damping: FloatArray
     shapes: FloatArray
@@ -56,19 +56,30 @@ class ModalModel:
             f"{self.source}: damping must be a fraction of critical in 0 … 1",
         )
         self._check_repeated()
-        require(
-            self.triangles.ndim == 2
-            and self.triangles.shape[1] == 3
-            and len(self.triangles) > 0
-            and self.triangles.min() >= 0
-            and self.triangles.max() < n,
-            f"{self.source}: no skin, or one that refers to nodes that do not exist: export shells or solids with it",
-        )
+        self._check_skin()
         for name, members in self.groups.items():
             require(
                 members.size > 0 and members.min() >= 0 and members.max() < n,
                 f"{self.source}: group {name} is empty or refers to nodes that do not exist",
             )
+
+    def _check_skin(self) -> None:
+        n, given = len(self.nodes), self.triangles
+        require(
+            given.ndim == 2
+            and given.shape[1] in (3, 6)
+            and len(given) > 0
+            and given[:, :3].min() >= 0
+            and given.max() < n
+            and bool(((given[:, 3:] >= 0).all(axis=1) | (given[:, 3:] == -1).all(axis=1)).all()),
+            f"{self.source}: no skin, or one that refers to nodes that do not exist: export shells or solids with it",
+        )
+        straight = np.full((len(given), 6 - given.shape[1]), -1)
+        object.__setattr__(self, "triangles", np.hstack([given, straight]))
+        require(
+            np.shape(self.two_sided) in ((), (len(given),)),
+            f"{self.source}: two_sided of shape {np.shape(self.two_sided)}: one for all or ({len(given)},) is needed",
+        )
 
     def _check_repeated(self) -> None:
         flat = self.shapes.reshape(len(self.frequency), -1)
@@ -81,48 +92,3 @@ class ModalModel:
                 f"{self.source}: the mode at {frequency:.6g} Hz is given {1 + int(same.sum())} times with the same "
                 "shape: export every mode once",
             )
-
-
-def boundary_triangles(elements: list[tuple[str, IntArray]]) -> IntArray:
-    """Outward triangles (k, 3) of the boundary of solids, as (shape, (m, nodes)) each.
-
-    nodes: corners, then the mid-edge nodes in the order of `EDGES` where the elements have them.  A face that belongs
-    to two elements is inside.  Raises InputError for one of more: elements overlap.
-    """
-    faces = []
-    for shape, members in elements:
-        edges = [frozenset(edge) for edge in EDGES[shape]]
-        for face in FACES[shape]:
-            around = [CORNERS[shape] + edges.index(frozenset((a, face[i - len(face) + 1]))) for i, a in enumerate(face)]
-            table = np.full((len(members), 8), -1)
-            table[:, : len(face)] = members[:, list(face)]
-            if members.shape[1] > CORNERS[shape]:
-                table[:, 4 : 4 + len(face)] = members[:, around]
-            faces.append(table)
-    table = np.concatenate(faces)
-    _, first, sides = np.unique(np.sort(table[:, :4], axis=1), axis=0, return_index=True, return_counts=True)
-    require(
-        bool((sides <= 2).all()),
-        f"{int((sides > 2).sum())} faces belong to more than two elements: elements overlap; remove those that are "
-        "twice",
-    )
-    outer = table[np.sort(first[sides == 1])]
-    four, middles = outer[:, 3] >= 0, outer[:, 4] >= 0
-    kinds = (~four & ~middles, four & ~middles, ~four & middles, four & middles)
-    return np.concatenate([face_triangles(outer[kind]) for kind in kinds])
-
-
-def face_triangles(faces: IntArray) -> IntArray:
-    """Flat triangles (k, 3) of faces (f, 8) of one kind: three or four corners, then the middles after each; −1: none.
-
-    Four corners are cut along a diagonal; with middles, each corner is cut off and the rest is one triangle or two.
-    """
-    if len(faces) == 0:
-        return np.empty((0, 3), dtype=np.int64)
-    count = 3 if faces[0, 3] < 0 else 4
-    if faces[0, 4] < 0:
-        cuts = [(0, 1, 2), (0, 2, 3)][: count - 2]
-    else:
-        cuts = [(i, 4 + i, 4 + (i - 1) % count) for i in range(count)]
-        cuts += [(4, 5, 6), (4, 6, 7)][: count - 2]
-    return np.concatenate([faces[:, list(cut)] for cut in cuts])

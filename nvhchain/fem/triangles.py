@@ -1,10 +1,11 @@
-"""Distances from triangles in space, and a triangle cut into equal pieces."""
+"""Points near triangles in space, and a triangle cut into equal pieces."""
 
 from __future__ import annotations
 
 import numpy as np
+from scipy.spatial import cKDTree
 
-from nvhchain.handoff import FloatArray
+from nvhchain.handoff import FloatArray, IntArray
 
 
 def squared_distance(point: FloatArray, corners: FloatArray) -> FloatArray:
@@ -22,6 +23,26 @@ def squared_distance(point: FloatArray, corners: FloatArray) -> FloatArray:
         gap = arm - along.clip(0, 1)[..., None] * edge
         nearest = np.minimum(nearest, np.einsum("...i,...i->...", gap, gap))
     return np.where(inside, height**2, nearest)
+
+
+def lying_on(points: FloatArray, corners: FloatArray, beside: float) -> IntArray:
+    """Pairs (q, 2) of a point (p, 3) and a triangle (k, 3, 3) on which it lies, up to `beside` of the triangle's size.
+
+    Triangles without area have no points on them.
+    """
+    centre = corners.mean(axis=1)
+    size = np.linalg.norm(corners - centre[:, None], axis=2).max(axis=1)
+    near = cKDTree(points).query_ball_point(centre, (1 + beside) * size)
+    owner = np.repeat(np.arange(len(corners)), [len(found) for found in near])
+    point = np.concatenate([np.array(found, dtype=np.int64) for found in near])
+    a, b, c = corners[owner].transpose(1, 0, 2)
+    frame = np.stack([b - a, c - a, np.cross(b - a, c - a)], axis=2)
+    area = np.abs(np.linalg.det(frame)) > 1e-12 * size[owner] ** 4
+    owner, point, frame, away = owner[area], point[area], frame[area], (points[point] - a)[area]
+    u, v, w = np.linalg.solve(frame, away[:, :, None])[:, :, 0].T
+    height = np.abs(w) * np.linalg.norm(frame[:, :, 2], axis=1)
+    on = (np.minimum(u, v) > -beside) & (u + v < 1 + beside) & (height < beside * size[owner])
+    return np.column_stack([point, owner])[on]
 
 
 def equal_pieces(count: int) -> FloatArray:

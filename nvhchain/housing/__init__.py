@@ -8,8 +8,8 @@ from nvhchain.housing.exported_modes import exported_modes
 from nvhchain.housing.extent import encloses, envelope_area
 from nvhchain.housing.foreign import model_extent, reduce_model
 from nvhchain.housing.foreign_modal_model import modal_model
-from nvhchain.housing.foreign_modes import housing_from_modes, modal_extent
-from nvhchain.housing.foreign_seats import bearing_seats
+from nvhchain.housing.foreign_modes import check_modes, has_rigid_motion, housing_from_modes, modal_extent
+from nvhchain.housing.foreign_seats import bearing_seats, seat_rows
 from nvhchain.housing.reduction import reduce_housing
 from nvhchain.housing.response import respond
 from nvhchain.housing.truncation import TruncationError, truncation_error, truncation_errors
@@ -23,10 +23,12 @@ __all__ = [
     "GearSpace",
     "TruncationError",
     "bearing_seats",
+    "check_modes",
     "craig_bampton",
     "encloses",
     "envelope_area",
     "exported_modes",
+    "has_rigid_motion",
     "housing_from_modes",
     "modal_extent",
     "modal_model",
@@ -34,6 +36,7 @@ __all__ = [
     "reduce_housing",
     "reduce_model",
     "respond",
+    "seat_rows",
     "truncation_error",
     "truncation_errors",
 ]

@@ -12,9 +12,9 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from nvhchain.errors import InputError
+from nvhchain.fem.faces import element_faces
 from nvhchain.fem.solid_model import SolidModel
 from nvhchain.handoff import FloatArray, IntArray
-from nvhchain.housing.skin import element_faces
 
 _COINCIDENT = 1e-4
 """Parts of the mean edge within which two nodes lie at the same place; files round to seven digits of the extent."""
@@ -36,7 +36,8 @@ def on_a_line(points: FloatArray) -> bool:
 
 def check_joints(model: SolidModel, edge: float) -> None:
     """Raise InputError unless all elements of a quadratic model are one body.  edge: m, mean length of the edges."""
-    corners, _, owner = element_faces(model)
+    faces, owner = element_faces([(block.shape, block.nodes) for block in model.blocks])
+    corners = faces[:, :4]
     body = _by_faces(corners, owner, model.elements)
     bodies = int(body.max()) + 1
     if bodies == 1:

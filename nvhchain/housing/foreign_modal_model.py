@@ -50,7 +50,7 @@ def modal_model(model: SolidModel, seats: Sequence[RigidSet], *, f_top: float, m
     return ModalModel(
         nodes=np.vstack([skin.nodes[used], [seat.reference for seat in seats]]),
         labels=_labels(model.labels, used, [seat.label for seat in seats]),
-        triangles=row[skin.triangles],
+        triangles=row[skin.facets],
         two_sided=False,
         frequency=frequency,
         damping=np.full(len(frequency), modal_damping),

@@ -17,14 +17,17 @@ from nvhchain.housing.engine_plane import EnginePlane
 from nvhchain.housing.envelope import outer_envelope
 from nvhchain.housing.foreign import warn
 from nvhchain.housing.foreign_mesh import check_extent
-from nvhchain.housing.foreign_seats import SEAT_TOLERANCE
+from nvhchain.housing.foreign_seats import seat_rows
 from nvhchain.housing.mapping_error import MAPPING_ERROR, skin_sources, stated_mapping_errors, warn_of_mapping
 from nvhchain.housing.reduction import with_residual
-from nvhchain.housing.seat_modes import RIGID
 from nvhchain.housing.shell_sides import distinct, has_area, outward_sides, outward_skin
 from nvhchain.housing.skin import Skin
 from nvhchain.housing.transfer import normal_motion
 from nvhchain.housing.truncation import RESIDUAL_MASS, truncation_error
+
+_RIGID = 1e-4
+"""Of f_max, below which a mode is rigid: rounding, 1e-16 of the highest eigenvalue of a mesh, gives free bodies natural
+frequencies of 1e-8 of its highest, some MHz, and a few times that."""
 
 
 def housing_from_modes(
@@ -46,9 +49,8 @@ def housing_from_modes(
     positions: bearing → centre of its seat, m.  labels: bearing → node of the file; else the node at the position.
     modal_damping: fraction of critical, in place of the file's.  f_max: Hz.  surface_size, engine_plane, opening,
     surface: as for `reduce_model`.
-    The skin moves linearly between its nodes, that of `reduce_model` by parabolas: with all mid-edge nodes the
-    velocity of the faces differs by 5 to 7 % (RMS) on elements of 30 mm to 5 kHz, by 2 % on 11 mm, the power of a mode
-    by 0.1 dB; a weak line that is what is left of faces which cancel can be 1 dB off.
+    The skin moves by parabolas where the model has the middles of its edges, as that of `reduce_model` does, else
+    linearly between its corners.
     residual_vectors: the uppermost modes are residual vectors of unit forces at the seats (`modal_model`, Nastran
     RESVEC), which with the modes before them make the whole static flexibility.
 
@@ -56,7 +58,6 @@ def housing_from_modes(
     is not complete. What is left out of the seats' static flexibility is then estimated by what the uppermost octave
     adds (of a constant modal density, all modes above add as much), warned of (AccuracyWarning) and stated in the
     provenance.
-    Repairs of the skin are warned of and stated too.
     Repairs of the skin are warned of and stated too.
     Raises InputError for a bearing without a node or one that moves in no mode, for a skin not as long as housings are,
     for modes that end below f_max, for too few residual vectors and for a truncation_tolerance_db.
@@ -66,13 +67,9 @@ def housing_from_modes(
         f"truncation_tolerance_db = {fidelity.truncation_tolerance_db:g}: the modes of {model.source} are given, "
         "they are not counted by a tolerance: leave it at 0",
     )
-    check_extent(model.nodes[model.triangles], model.source)
+    check_modes(model, f_max)
     frequency = model.frequency
-    require(
-        frequency[-1] >= f_max,
-        f"{model.source}: its modes end at {frequency[-1]:.4g} Hz, below f_max = {f_max:g} Hz: export more modes",
-    )
-    frequency = np.where(frequency < RIGID * f_max, 0.0, frequency)
+    frequency = np.where(frequency < _RIGID * f_max, 0.0, frequency)
     keep = frequency <= fidelity.mode_ratio * f_max
     static = int((~keep).sum())
     require(
@@ -80,22 +77,19 @@ def housing_from_modes(
         f"{model.source}: residual_vectors are stated, but {static} modes lie above {fidelity.mode_ratio * f_max:g} "
         f"Hz, three per seat are needed, {3 * len(positions)}: export them, or leave residual_vectors out",
     )
+    before = frequency[: -3 * len(positions)][-1:]
+    if residual_vectors and (before < f_max).any():
+        warn(
+            [
+                f"{model.source}: the last mode before the residual vectors lies at {before[0]:.4g} Hz, below f_max = "
+                f"{f_max:g} Hz: modes between them are missing if there are any; export modes beyond the band"
+            ]
+        )
     damping = model.damping[keep] if modal_damping is None else np.full(int(keep.sum()), modal_damping)
     undamped = int(((damping <= 0) & (frequency[keep] > 0)).sum())
     require(undamped == 0, f"{model.source}: {undamped} modes have no damping: give modal_damping")
-    named = labels or {}
-    unknown = sorted(set(named) - set(positions))
-    require(
-        not unknown, f"seats are named for {', '.join(unknown)}, which are no bearings: known {', '.join(positions)}"
-    )
-    seats = np.array([_node(model, name, np.array(at, float), named.get(name)) for name, at in positions.items()])
-    for name, seat in zip(positions, seats, strict=True):
-        require(
-            bool(model.shapes[:, seat].any()),
-            f"bearing {name}: node {model.labels[seat]} of {model.source} moves in no mode: export displacements "
-            "at it, or name a node of the seat that has them",
-        )
-    skin, shells, repairs = linear_skin(model)
+    seats = seat_rows(model, positions, labels)
+    skin, shells, repairs = modal_skin(model)
     warn(f"{model.source}: {note}" for note in repairs)
     envelope = outer_envelope(
         skin,
@@ -156,12 +150,27 @@ def housing_from_modes(
     return with_residual(reduced, fidelity)
 
 
+def check_modes(model: ModalModel, f_max: float) -> None:
+    """Raise InputError for a skin not as long as housings are and for modes that end below f_max (Hz)."""
+    check_extent(model.nodes[model.triangles[:, :3]], model.source)
+    highest = model.frequency[-1]
+    require(
+        highest >= f_max,
+        f"{model.source}: its modes end at {highest:.4g} Hz, below f_max = {f_max:g} Hz: export more modes",
+    )
+
+
+def has_rigid_motion(model: ModalModel, f_max: float) -> bool:
+    """Whether a mode is rigid, of the band to f_max (Hz): nothing then holds the structure."""
+    return bool(model.frequency[0] < _RIGID * f_max)
+
+
 def modal_extent(model: ModalModel) -> float:
     """Area of the skin, m², of both sides where it is shells; of thin walls half of it radiates.
 
     Raises InputError for a skin that is not as long as housings are.
     """
-    check_extent(model.nodes[model.triangles], model.source)
+    check_extent(model.nodes[model.triangles[:, :3]], model.source)
     a, b, c = (model.nodes[model.triangles[:, i]] for i in range(3))
     return 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
 
@@ -178,44 +187,34 @@ def missing_flexibility(frequency: FloatArray, seat_shapes: FloatArray) -> float
     return above / (above + float(share.sum()))
 
 
-def linear_skin(model: ModalModel) -> tuple[Skin, IntArray, tuple[str, ...]]:
-    """The skin with mid-edge nodes halfway between its corners, which facets (k,) bool are sides of open shells, notes.
+def modal_skin(model: ModalModel) -> tuple[Skin, IntArray, tuple[str, ...]]:
+    """The skin with nodes halfway along edges that have none, which facets (k,) bool are sides of open shells, notes.
 
     Triangles given twice or without area are left out, those of solids that look inward are turned, and noted.
     """
     notes = list(model.notes)
-    triangles = distinct(model.triangles, notes)
-    require(len(triangles) > 0, f"{model.source}: no triangle of the skin has an area: export shells or solids with it")
-    if model.two_sided:
-        triangles, shells = outward_sides(model.nodes, triangles)
-    else:
-        triangles, shells = outward_skin(model.nodes, triangles, notes), np.zeros(len(triangles), dtype=bool)
-    area = has_area(model.nodes, triangles, notes)
-    triangles, shells = triangles[area], shells[area]
-    count = len(model.nodes)
-    edges = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]], axis=2).reshape(-1, 2)
+    two_sided = np.broadcast_to(model.two_sided, len(model.triangles)).astype(bool)
+    solids, sheets = (distinct(model.triangles[which], notes) for which in (~two_sided, two_sided))
+    require(
+        len(solids) + len(sheets) > 0,
+        f"{model.source}: no triangle of the skin has an area: export shells or solids with it",
+    )
+    if len(solids):
+        solids = outward_skin(model.nodes, solids, notes)
+    shells = np.zeros(len(sheets), dtype=bool)
+    if len(sheets):
+        sheets, shells = outward_sides(model.nodes, sheets)
+    facets, shells = np.concatenate([solids, sheets]), np.concatenate([np.zeros(len(solids), dtype=bool), shells])
+    area = has_area(model.nodes, facets, notes)
+    facets, shells = facets[area], shells[area]
+    straight, count = facets[:, 3] < 0, len(model.nodes)
+    edges = np.sort(facets[straight][:, [[0, 1], [1, 2], [2, 0]]], axis=2).reshape(-1, 2)
     ends, slot = np.unique(edges, axis=0, return_inverse=True)
-    facets = np.hstack([triangles, count + slot.reshape(-1, 3)])
-    middles = _halves(ends, count)
-    interpolation = sp.csr_matrix(sp.vstack([sp.identity(count), middles]))
+    facets[straight, 3:] = count + slot.reshape(-1, 3)
+    interpolation = sp.csr_matrix(sp.vstack([sp.identity(count), _halves(ends, count)]))
     return Skin(np.asarray(interpolation @ model.nodes), facets, interpolation), shells, tuple(notes)
 
 
 def _halves(ends: IntArray, count: int) -> sp.csr_matrix:
     rows = np.repeat(np.arange(len(ends)), 2)
     return sp.csr_matrix((np.full(len(rows), 0.5), (rows, ends.ravel())), shape=(len(ends), count))
-
-
-def _node(model: ModalModel, bearing: str, position: FloatArray, label: int | None) -> int:
-    if label is not None:
-        found = np.flatnonzero(model.labels == label)
-        require(len(found) == 1, f"bearing {bearing}: {model.source} has no node {label}")
-        return int(found[0])
-    distance = np.linalg.norm(model.nodes - position, axis=1)
-    nearest = int(distance.argmin())
-    require(
-        float(distance[nearest]) <= SEAT_TOLERANCE,
-        f"bearing {bearing}: the nearest node of {model.source}, {model.labels[nearest]}, is "
-        f"{1e3 * distance[nearest]:.3g} mm from its seat, {1e3 * SEAT_TOLERANCE:g} mm are admitted: name the node",
-    )
-    return nearest

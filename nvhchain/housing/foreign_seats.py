@@ -1,15 +1,16 @@
-"""Which rigid set of a foreign model carries which bearing."""
+"""Which rigid set of a foreign model, or which node of modal results, carries which bearing."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from nvhchain.errors import InputError, require
+from nvhchain.fem.modal_model import ModalModel
 from nvhchain.fem.solid_model import RigidSet, SolidModel
-from nvhchain.handoff import FloatArray
+from nvhchain.handoff import FloatArray, IntArray
 
 SEAT_TOLERANCE = 1e-4
 """m, within which a rigid set's reference point is that of a bearing."""
@@ -27,13 +28,52 @@ def bearing_seats(
     Raises InputError for a bearing without a seat.
     """
     names = names or {}
+    _check_names(names, positions)
+    return tuple(
+        _seat(model, bearing, np.array(at, dtype=float), names.get(bearing)) for bearing, at in positions.items()
+    )
+
+
+def seat_rows(
+    model: ModalModel, positions: Mapping[str, Sequence[float]], labels: Mapping[str, int] | None = None
+) -> IntArray:
+    """Rows (n_bearing,) of the nodes that move as the seats of the bearings.
+
+    positions: bearing → centre of its seat, m.  labels: bearing → node of the file; else the node at the position.
+    Raises InputError for a bearing without a node or one that moves in no mode.
+    """
+    labels = labels or {}
+    _check_names(labels, positions)
+    rows = np.array([_node(model, name, np.array(at, float), labels.get(name)) for name, at in positions.items()])
+    for name, row in zip(positions, rows, strict=True):
+        require(
+            bool(model.shapes[:, row].any()),
+            f"bearing {name}: node {model.labels[row]} of {model.source} moves in no mode: export displacements "
+            "at it, or name a node of the seat that has them",
+        )
+    return rows
+
+
+def _check_names(names: Iterable[str], positions: Mapping[str, Sequence[float]]) -> None:
     unknown = sorted(set(names) - set(positions))
     require(
         not unknown, f"seats are named for {', '.join(unknown)}, which are no bearings: known {', '.join(positions)}"
     )
-    return tuple(
-        _seat(model, bearing, np.array(at, dtype=float), names.get(bearing)) for bearing, at in positions.items()
+
+
+def _node(model: ModalModel, bearing: str, position: FloatArray, label: int | None) -> int:
+    if label is not None:
+        found = np.flatnonzero(model.labels == label)
+        require(len(found) == 1, f"bearing {bearing}: {model.source} has no node {label}")
+        return int(found[0])
+    distance = np.linalg.norm(model.nodes - position, axis=1)
+    nearest = int(distance.argmin())
+    require(
+        float(distance[nearest]) <= SEAT_TOLERANCE,
+        f"bearing {bearing}: the nearest node of {model.source}, {model.labels[nearest]}, is "
+        f"{1e3 * distance[nearest]:.3g} mm from its seat, {1e3 * SEAT_TOLERANCE:g} mm are admitted: name the node",
     )
+    return nearest
 
 
 def _seat(model: SolidModel, bearing: str, position: FloatArray, name: str | None) -> RigidSet:

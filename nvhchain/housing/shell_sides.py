@@ -11,10 +11,16 @@ from nvhchain.handoff import FloatArray, IntArray
 _NO_AREA = 1e-12
 """Of the square of the longest edge."""
 
+_TURNED = [0, 2, 1, 5, 4, 3]
+"""Corners of a triangle the other way round, then the middles of its edges."""
+
 
 def distinct(triangles: IntArray, notes: list[str]) -> IntArray:
-    """Triangles (k, 3) on three corners, each once whichever way it is numbered; what is left out is noted."""
-    corners = np.sort(triangles, axis=1)
+    """Triangles on three corners, each once whichever way it is numbered; what is left out is noted.
+
+    triangles: (k, 3) corners, or (k, 6) with the middles of their edges, here and below.
+    """
+    corners = np.sort(triangles[:, :3], axis=1)
     collapsed = (np.diff(corners, axis=1) == 0).any(axis=1)
     if collapsed.any():
         notes.append(f"{int(collapsed.sum())} triangles of the skin that repeat a corner left out")
@@ -27,7 +33,7 @@ def distinct(triangles: IntArray, notes: list[str]) -> IntArray:
 
 def has_area(nodes: FloatArray, triangles: IntArray, notes: list[str]) -> IntArray:
     """Which triangles (k,) bool are more than a line; the others are noted."""
-    sides = nodes[triangles[:, [1, 2, 0]]] - nodes[triangles]
+    sides = nodes[triangles[:, [1, 2, 0]]] - nodes[triangles[:, :3]]
     twice = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
     found = twice > _NO_AREA * (sides**2).sum(axis=2).max(axis=1)
     if not found.all():
@@ -36,27 +42,27 @@ def has_area(nodes: FloatArray, triangles: IntArray, notes: list[str]) -> IntArr
 
 
 def outward_sides(nodes: FloatArray, triangles: IntArray) -> tuple[IntArray, IntArray]:
-    """Triangles (s, 3) that look outward and which of them (s,) bool are sides of an open shell.
+    """Triangles that look outward and which of them (s,) bool are sides of an open shell.
 
-    nodes: (n, 3) m.  triangles: (k, 3), `distinct`, in any order of their corners.  A patch is what hangs together by
+    nodes: (n, 3) m.  triangles: `distinct`, in any order of their corners.  A patch is what hangs together by
     edges of two triangles; if all its edges are such and it can be turned alike it is a body with the volume positive.
     """
     turn, patch, torn = _alike(triangles)
     volume = np.bincount(patch, _volumes(nodes, triangles, turn))
     outward = _turned(triangles, turn ^ (volume < 0)[patch])
     shell = torn[patch]
-    both = np.concatenate([outward, outward[shell][:, [0, 2, 1]]])
+    both = np.concatenate([outward, _turned(outward[shell], np.ones(int(shell.sum()), dtype=bool))])
     return both, np.concatenate([shell, np.ones(int(shell.sum()), dtype=bool)])
 
 
 def outward_skin(nodes: FloatArray, triangles: IntArray, notes: list[str]) -> IntArray:
-    """Triangles (k, 3), `distinct`, of the skin of solids that look out of them; how many were turned is noted.
+    """Triangles, `distinct`, of the skin of solids that look out of them; how many were turned is noted.
 
     nodes: (n, 3) m.  A closed patch has a positive volume.  One within the bounds of another may be the wall of a
     cavity: it looks where most of its area does, as do open patches.
     """
     turn, patch, torn = _alike(triangles)
-    corners = nodes[triangles]
+    corners = nodes[triangles[:, :3]]
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
     most = np.bincount(patch, area * np.where(turn, 1.0, -1.0)) > 0
     low, high = np.full((len(torn), 3), np.inf), np.full((len(torn), 3), -np.inf)
@@ -75,12 +81,12 @@ def outward_skin(nodes: FloatArray, triangles: IntArray, notes: list[str]) -> In
 
 
 def _turned(triangles: IntArray, turn: IntArray) -> IntArray:
-    return np.where(turn[:, None], triangles[:, [0, 2, 1]], triangles)
+    return np.where(turn[:, None], triangles[:, _TURNED[: triangles.shape[1]]], triangles)
 
 
 def _volumes(nodes: FloatArray, triangles: IntArray, turn: IntArray) -> FloatArray:
     """Six times the volumes (k,) between the triangles, once turned, and the middle of the nodes."""
-    return np.asarray(np.linalg.det(nodes[_turned(triangles, turn)] - nodes.mean(axis=0)))
+    return np.asarray(np.linalg.det(nodes[_turned(triangles, turn)[:, :3]] - nodes.mean(axis=0)))
 
 
 def _alike(triangles: IntArray) -> tuple[IntArray, IntArray, IntArray]:

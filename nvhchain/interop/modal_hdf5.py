@@ -7,20 +7,23 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from nvhchain.errors import FileFormatError, require
+from nvhchain.errors import FileFormatError, InputError, require
 from nvhchain.fem.modal_model import ModalModel
 from nvhchain.interop.records import whole
 
 UNITS = {"nodes": "m", "labels": "1", "triangles": "1", "frequency": "Hz", "damping": "1", "shapes": "kg-1/2"}
-"""Dataset → its unit: shapes (n_mode, n_node, 3) are mass-normalised, triangles (k, 3) count nodes from 0."""
+"""Dataset → its unit: shapes (n_mode, n_node, 3) are mass-normalised, triangles count nodes from 0: (k, 3) corners, or
+(k, 6) with the nodes in the middles of the edges after them, −1 for all three of a triangle without."""
+
+_TYPES = {name: np.int64 if name in ("labels", "triangles") else float for name in UNITS}
 
 
 def read_modal_hdf5(path: str | Path) -> ModalModel:
     """Modes of an HDF5 file of this layout, made by `write_modal_hdf5` or by any other program.
 
-    `triangles` carry the attribute `two_sided` where they are shells; datasets in `groups`, if it is there, are node
-    groups by name, which count nodes from 0.  Raises FileFormatError for a file that is
-    damaged, lacks a dataset, or states other units.
+    `triangles` carry the attribute `two_sided` where they are shells, or a dataset `two_sided` (k,) says which are;
+    datasets in `groups`, if it is there, are node groups by name, which count nodes from 0.
+    Raises FileFormatError for a file that is damaged, lacks a dataset, or states other units.
     """
     path = Path(path)
     try:
@@ -29,21 +32,31 @@ def read_modal_hdf5(path: str | Path) -> ModalModel:
             require(not missing, f"{path}: no dataset {', '.join(missing)}: {', '.join(UNITS)} are needed")
             for name, unit in UNITS.items():
                 stated = file[name].attrs.get("units", unit)
+                stated = stated.decode() if isinstance(stated, bytes) else stated  # as MATLAB writes it
                 require(stated == unit, f"{path}: {name} is in {stated!r}, not {unit!r}: convert it")
-            arrays = {name: file[name][()] for name in UNITS}
-            two_sided = bool(file["triangles"].attrs.get("two_sided", False))
-            groups = {name: file["groups"][name][()].astype(np.int64) for name in file.get("groups", ())}
-    except (OSError, RuntimeError, KeyError) as error:
-        raise FileFormatError(f"{path}: damaged, truncated or not HDF5: {error}") from None
+            arrays = {name: np.array(file[name][()], dtype=kind) for name, kind in _TYPES.items()}
+            of_all = file["triangles"].attrs.get("two_sided", False)
+            two_sided = file["two_sided"][()] if "two_sided" in file else of_all
+            groups = {name: np.array(file["groups"][name][()], dtype=np.int64) for name in file.get("groups", ())}
+    except (OSError, RuntimeError, KeyError, TypeError, ValueError, AttributeError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise FileFormatError(f"{path}: damaged, truncated or not HDF5 of this layout: {error}") from None
+    by_mode = ("frequency", "damping", "shapes")
+    counts = {name: arrays[name].shape[:1] for name in by_mode}
+    require(
+        arrays["frequency"].ndim == 1 and len(set(counts.values())) == 1,
+        f"{path}: modes of shapes {', '.join(f'{name} {arrays[name].shape}' for name in by_mode)}: as many are needed",
+    )
     order = np.argsort(arrays["frequency"], kind="stable")
     return ModalModel(
-        nodes=arrays["nodes"].astype(float),
-        labels=arrays["labels"].astype(np.int64),
-        triangles=arrays["triangles"].astype(np.int64),
-        two_sided=two_sided,
-        frequency=arrays["frequency"].astype(float)[order],
-        damping=arrays["damping"].astype(float)[order],
-        shapes=arrays["shapes"].astype(float)[order],
+        nodes=arrays["nodes"],
+        labels=arrays["labels"],
+        triangles=arrays["triangles"],
+        two_sided=np.asarray(two_sided, dtype=bool),
+        frequency=arrays["frequency"][order],
+        damping=arrays["damping"][order],
+        shapes=arrays["shapes"][order],
         groups=groups,
         source=str(path),
     )
@@ -56,7 +69,7 @@ def write_modal_hdf5(model: ModalModel, path: str | Path) -> Path:
         with h5py.File(part, "w") as file:
             for name, unit in UNITS.items():
                 file.create_dataset(name, data=getattr(model, name)).attrs["units"] = unit
-            file["triangles"].attrs["two_sided"] = model.two_sided
+            file["two_sided"] = model.two_sided
             for name, members in model.groups.items():
                 file.create_dataset(f"groups/{name.replace('/', '_')}", data=members)
 

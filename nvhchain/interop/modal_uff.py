@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -34,13 +35,28 @@ _BEAMS = {11, 21, 22, 23, 24}
 
 _NORMAL_MODE, _DISPLACEMENT = 2, 8
 
+_PER_LINE = 6
+"""Numbers of a node in one line of datasets 55 and 2414."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Mode:
+    """In units of the file.  frequency, mass, damping: of the mode.  labels: (n,) nodes.  motion: (n, 3)."""
+
+    frequency: float
+    mass: float
+    damping: float
+    labels: IntArray
+    motion: FloatArray
+
 
 def read_modal_uff(path: str | Path, *, units: str | None = None) -> ModalModel:
     """Real normal modes of a universal file, with the skin that its elements make.
 
     units: of the file, a key of `UNIT_SYSTEMS`; None: those of its dataset 164, or SI without one.
-    Parabolic elements are cut at the middles of their edges where these have displacements, else at their corners;
-    nodes without displacements stand still.  Other results of a mode are passed over, complex modes refused.
+    Parabolic elements keep the middles of their edges where these have displacements, four-cornered faces of them get a
+    node in their middle; nodes without displacements stand still.  Other results of a mode are passed over, complex
+    modes refused.
     Raises FileFormatError for a damaged file, InputError for what cannot be carried over and for units that are not
     those of dataset 164.
     """
@@ -49,7 +65,7 @@ def read_modal_uff(path: str | Path, *, units: str | None = None) -> ModalModel:
     nodes: dict[int, list[float]] = {}
     elements: dict[int, tuple[int, list[int]]] = {}
     groups: dict[str, tuple[list[int], list[int]]] = {}
-    modes: list[tuple[float, float, float, dict[int, list[float]]]] = []
+    modes: list[_Mode] = []
     others: set[int] = set()
     stated: UnitSystem | None = None
     try:
@@ -79,26 +95,29 @@ def read_modal_uff(path: str | Path, *, units: str | None = None) -> ModalModel:
     )
     system = _agreed(stated, asked, path)
     labels = np.array(sorted(nodes), dtype=np.int64)
-    moving = set(labels.tolist()).intersection(*(mode[3] for mode in modes))
+    moves = np.ones(len(labels), dtype=bool)
+    for mode in modes:
+        moves &= np.isin(labels, mode.labels)
     place = system.length * np.array([nodes[int(label)] for label in labels])
-    triangles, shells, notes = skin(list(elements.values()), labels, place, moving, f"{path}: dataset 2412")
-    modes.sort(key=lambda mode: mode[0])
+    found = skin(list(elements.values()), labels, place, moves, f"{path}: dataset 2412")
+    modes.sort(key=lambda mode: mode.frequency)
     shapes = np.zeros((len(modes), len(labels), 3))
-    for shape, (_, mass, _, values) in zip(shapes, modes, strict=True):
-        require(mass > 0, f"{path}: a mode has modal mass {mass:g}: export shapes with their modal mass")
-        rows = rows_of(labels, list(values), f"{path}: a mode")
-        shape[rows] = np.array([value[:3] for value in values.values()]) / np.sqrt(mass * system.mass)
+    for shape, mode in zip(shapes, modes, strict=True):
+        require(mode.mass > 0, f"{path}: a mode has modal mass {mode.mass:g}: export shapes with their modal mass")
+        shape[rows_of(labels, mode.labels, f"{path}: a mode")] = mode.motion / np.sqrt(mode.mass * system.mass)
+    added = found.centres.shape[0]
+    in_middles = np.array([found.centres @ shape for shape in shapes]).reshape(len(modes), added, 3)
     return ModalModel(
-        nodes=place,
-        labels=labels,
-        triangles=triangles,
-        two_sided=shells,
-        frequency=np.array([mode[0] for mode in modes]) / system.time,
-        damping=np.array([mode[2] for mode in modes]),
-        shapes=shapes,
-        groups={name: _members(found, elements, labels, f"{path}: group {name}") for name, found in groups.items()},
+        nodes=np.vstack([place, found.centres @ place]),
+        labels=np.concatenate([labels, labels[-1] + 1 + np.arange(added)]),
+        triangles=found.triangles,
+        two_sided=found.two_sided,
+        frequency=np.array([mode.frequency for mode in modes]) / system.time,
+        damping=np.array([mode.damping for mode in modes]),
+        shapes=np.concatenate([shapes, in_middles], axis=1),
+        groups={name: _members(of, elements, labels, f"{path}: group {name}") for name, of in groups.items()},
         source=str(path),
-        notes=notes,
+        notes=found.notes,
     )
 
 
@@ -117,7 +136,7 @@ def _agreed(stated: UnitSystem | None, asked: UnitSystem | None, path: Path) -> 
 
 
 def write_modal_uff(model: ModalModel, path: str | Path, *, units: str = "m-kg-s") -> Path:
-    """Datasets 164, 2411, 2412 (triangles), 2467 and 55; shapes keep six digits, as the format has them.
+    """Datasets 164, 2411, 2412 (triangles of three or six nodes), 2467 and 55; shapes keep six digits as of the format.
 
     units: of the file, a key of `UNIT_SYSTEMS` with seconds, as dataset 164 has.  Raises InputError for another.
     """
@@ -131,8 +150,11 @@ def write_modal_uff(model: ModalModel, path: str | Path, *, units: str = "m-kg-s
         points += [f"{label:10d}{0:10d}{0:10d}{11:10d}", _wide(point)]
     lines += _framed(2411, points)
     faces = []
-    for number, corners in enumerate(model.labels[model.triangles].tolist(), start=1):
-        faces += [f"{number:10d}{91:10d}{1:10d}{1:10d}{7:10d}{3:10d}", "".join(f"{c:10d}" for c in corners)]
+    for number, rows in enumerate(model.triangles, start=1):
+        # of six nodes each corner is followed by the middle of the edge after it
+        descriptor, chosen = (92, rows[[0, 3, 1, 4, 2, 5]]) if rows[3] >= 0 else (91, rows[:3])
+        faces += [f"{number:10d}{descriptor:10d}{1:10d}{1:10d}{7:10d}{len(chosen):10d}"]
+        faces += ["".join(f"{label:10d}" for label in model.labels[chosen].tolist())]
     lines += _framed(2412, faces)
     if model.groups:
         lines += _framed(
@@ -178,7 +200,11 @@ def _blocks(path: Path) -> Iterator[tuple[int, list[str]]]:
 
 
 def _floats(text: str) -> list[float]:
-    return [_float(token) for token in _NUMBER.findall(text)]
+    tokens = _NUMBER.findall(text)
+    try:
+        return list(map(float, tokens))
+    except ValueError:  # exponents of Fortran
+        return list(map(_float, tokens))
 
 
 def _float(token: str) -> float:
@@ -239,10 +265,8 @@ def _members(
     return np.unique(rows_of(labels, [*nodes, *(n for label in of_elements for n in elements[label][1])], what))
 
 
-def _mode(
-    kind: int, lines: list[str], others: set[int]
-) -> Iterator[tuple[float, float, float, dict[int, list[float]]]]:
-    """Frequency Hz, modal mass, damping and node → displacement of one block, if it holds a real normal mode.
+def _mode(kind: int, lines: list[str], others: set[int]) -> Iterator[_Mode]:
+    """The mode of one block, if it holds a real normal mode.
 
     others: gets the result type of a block that holds something else of a mode, such as reaction forces.
     """
@@ -265,18 +289,14 @@ def _mode(
     else:
         reals, body = _floats(lines[first + 3]), lines[first + 5 :]
         _, frequency, _, mass, viscous, hysteretic = (*reals, *[0.0] * 6)[:6]
-    values: dict[int, list[float]] = {}
-    i = 0
-    while i < len(body):
-        label = int(body[i].split()[0])
-        found: list[float] = []
-        i += 1
-        while len(found) < count:
-            found += _floats(body[i])
-            i += 1
-        values[label] = found
+    step = 1 + -(-count // _PER_LINE)
+    labels = np.array([int(line.split()[0]) for line in body[::step]], dtype=np.int64)
+    numbers = _floats("\n".join(line for i, line in enumerate(body) if i % step))
+    if len(numbers) != count * len(labels):
+        raise ValueError(f"{len(numbers)} displacements of {len(labels)} nodes, {count} of each are needed")
+    motion = np.array(numbers, dtype=float).reshape(-1, count)[:, :3]
     # a loss factor η of a mode damps it as η/2 of critical
-    yield frequency, mass, viscous + hysteretic / 2, values
+    yield _Mode(frequency, mass, viscous + hysteretic / 2, labels, motion)
 
 
 def _framed(kind: int, lines: list[str]) -> list[str]:

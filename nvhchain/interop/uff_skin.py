@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy.sparse as sp
 
 from nvhchain.errors import FileFormatError, require
-from nvhchain.fem.modal_model import boundary_triangles, face_triangles
+from nvhchain.fem.faces import boundary_faces, flat_triangles, six_node_facets
+from nvhchain.fem.solid_model import CORNERS, EDGES
+from nvhchain.fem.triangles import lying_on
 from nvhchain.handoff import FloatArray, IntArray
 
 _Places = tuple[int, ...]
@@ -37,51 +41,116 @@ _WHOLE = 0.999
 """Of the solids' skin, covered by shells, from which on nothing of it is missing."""
 
 
-def skin(
-    elements: list[tuple[int, list[int]]], labels: IntArray, nodes: FloatArray, moving: set[int], what: str
-) -> tuple[IntArray, bool, tuple[str, ...]]:
-    """Triangles (k, 3) of the solids' boundary, or of the shells where there are no solids, whether shells, and notes.
+@dataclass(frozen=True, eq=False)
+class UniversalSkin:
+    """Skin of a universal file.
 
-    nodes: (n, 3) m, of `labels` (n,).  moving: labels of the nodes with displacements in every mode.  what: the table
-    of the elements, for messages.  Of shells that coat solids and of the solids' own skin that one is taken which has
-    displacements, the solids' if both do.
-    Raises InputError for shells elsewhere beside solids, where it is not clear what radiates.
+    triangles: (k, 6) and two_sided: (k,) bool, as in `ModalModel`.  centres: (q, n), values at the nodes that are added
+    in the middles of four-cornered faces, numbered on from n, from those at the n nodes of the file.
+    notes: what was chosen, in words.
     """
-    parabolic = all(members[place] in moving for descriptor, members in elements for place in _layout(descriptor)[1])
-    chosen: dict[int, list[list[int]]] = {}
-    for descriptor, members in elements:
+
+    triangles: IntArray
+    two_sided: IntArray
+    centres: sp.csr_matrix
+    notes: tuple[str, ...]
+
+
+def skin(
+    elements: list[tuple[int, list[int]]], labels: IntArray, nodes: FloatArray, moves: IntArray, what: str
+) -> UniversalSkin:
+    """Boundary of the solids and the shells beside it.
+
+    nodes: (n, 3) m, of `labels` (n,).  moves: (n,) bool, which have displacements in every mode.  what: the table
+    of the elements, for messages.  Of shells that coat solids and of the solids' own skin that one is taken which has
+    displacements, the solids' if both do; shells elsewhere radiate from both sides.  Faces of which a mid-edge node has
+    no displacements go by their corners.
+    Raises InputError for elements without a skin and for solids that overlap.
+    """
+    rows: dict[int, IntArray] = {}
+    for descriptor in dict.fromkeys(kind for kind, _ in elements):
         corners, middles = _layout(descriptor)
         if corners:
-            chosen.setdefault(descriptor, []).append([members[i] for i in (*corners, *(middles if parabolic else ()))])
-    require(bool(chosen), f"{what} holds no shells and no solids: export the skin with the shapes")
-    rows = {
-        descriptor: rows_of(labels, np.array(members).ravel(), what).reshape(len(members), -1)
-        for descriptor, members in chosen.items()
-    }
-    shells = [face_triangles(_face(found, len(SHELLS[kind][0]))) for kind, found in rows.items() if kind in SHELLS]
+            members = _members(elements, descriptor, 1 + max(*corners, *middles), what)
+            at_corners = rows_of(labels, members[:, corners].ravel(), what).reshape(len(members), -1)
+            rows[descriptor] = np.hstack([at_corners, _moving_rows(labels, members[:, middles], moves)])
+    require(bool(rows), f"{what} holds no shells and no solids: export the skin with the shapes")
+    faces = [_face(found, len(SHELLS[kind][0])) for kind, found in rows.items() if kind in SHELLS]
+    shells = np.concatenate([*faces, np.empty((0, 8), dtype=np.int64)])
     solids = {kind: _once(found) for kind, found in rows.items() if kind in SOLIDS}
-    if not solids:
-        return np.concatenate(shells), True, ()
-    notes = []
-    copies = sum(len(rows[kind]) - len(found) for kind, found in solids.items())
-    if copies:
-        notes.append(f"{copies} solids on the nodes of others left out")
-    boundary = boundary_triangles([(SOLIDS[kind][0], found) for kind, found in solids.items()])
-    if shells:
-        coat = nodes[np.concatenate(shells)]
-        off = ~_lying_on(coat.mean(axis=1), nodes[boundary])
-        require(
-            not off.any(),
-            f"{what}: {int(off.sum())} of {len(coat)} triangles of shells are not on the skin of the solids, what "
-            "radiates is not clear: export the shells alone if they are the whole skin, else the solids alone",
-        )
-        covered = f"shells cover {100 * _area(coat) / _area(nodes[boundary]):.3g} % of the solids' skin"
-        if not moving.issuperset(labels[np.unique(boundary)].tolist()):
+    boundary, notes = np.empty((0, 8), dtype=np.int64), []
+    if solids:
+        copies = sum(len(rows[kind]) - len(found) for kind, found in solids.items())
+        if copies:
+            notes.append(f"{copies} solids on the nodes of others left out")
+        boundary = boundary_faces([_with_edges(SOLIDS[kind][0], found) for kind, found in solids.items()], labels, what)
+        if len(shells):
+            boundary, shells = _chosen(boundary, shells, nodes, moves, notes)
+    outward, centres = six_node_facets(boundary, len(nodes))
+    sheets, others = six_node_facets(shells, len(nodes) + centres.shape[0])
+    triangles = np.concatenate([outward, sheets])
+    used = np.unique(triangles[:, :3])
+    still = int((~moves[used]).sum())
+    if still:
+        notes.append(f"{still} of {len(used)} corners of the skin have no displacements: they stand still")
+    return UniversalSkin(
+        triangles,
+        np.repeat([False, True], [len(outward), len(sheets)]),
+        sp.csr_matrix(sp.vstack([centres, others[:, : len(nodes)]])),
+        tuple(notes),
+    )
+
+
+def _members(elements: list[tuple[int, list[int]]], descriptor: int, least: int, what: str) -> IntArray:
+    """Labels (m, nodes) of the nodes of all elements of one descriptor.  least: number of nodes that it has."""
+    found = [members for kind, members in elements if kind == descriptor]
+    for members in found:
+        if len(members) != least:
+            raise FileFormatError(f"{what}: an element of type {descriptor} has {len(members)} nodes, not {least}")
+    return np.array(found, dtype=np.int64)
+
+
+def _with_edges(shape: str, rows: IntArray) -> tuple[str, IntArray]:
+    """Solids with all places of mid-edge nodes, −1 where they have none."""
+    none = np.full((len(rows), CORNERS[shape] + len(EDGES[shape]) - rows.shape[1]), -1)
+    return shape, np.hstack([rows, none])
+
+
+def _chosen(
+    boundary: IntArray, shells: IntArray, nodes: FloatArray, moves: IntArray, notes: list[str]
+) -> tuple[IntArray, IntArray]:
+    """Faces of the solids and of the shells that are the skin."""
+    skin = _flat(boundary, nodes)
+    coat = np.zeros(len(shells), dtype=bool)
+    coat[lying_on(_middles(shells, nodes), skin, _BESIDE)[:, 0]] = True
+    if coat.any():
+        share = _area(_flat(shells[coat], nodes)) / _area(skin)
+        covered = f"shells cover {100 * share:.3g} % of the solids' skin"
+        corners = np.unique(boundary[:, :4])
+        if not moves[corners[corners >= 0]].all():
             notes.append(f"{covered}, which lacks displacements elsewhere: the shells are taken")
-            return np.concatenate(shells), True, tuple(notes)
-        if _area(coat) < _WHOLE * _area(nodes[boundary]):
+            return boundary[:0], shells
+        if share < _WHOLE:
             notes.append(f"{covered}: the whole of it is taken")
-    return boundary, False, tuple(notes)
+    if not coat.all():
+        notes.append(f"{int((~coat).sum())} shells that are not on the skin of the solids radiate from both sides")
+    return boundary, shells[~coat]
+
+
+def _flat(faces: IntArray, nodes: FloatArray) -> FloatArray:
+    """Corners (t, 3, 3) of flat triangles that follow the faces."""
+    facets, centres = six_node_facets(faces, len(nodes))
+    return np.asarray(np.vstack([nodes, centres @ nodes])[flat_triangles(facets)])
+
+
+def _middles(faces: IntArray, nodes: FloatArray) -> FloatArray:
+    """Middles (f, 3) of faces, on the curved face where it has the middles of its edges."""
+    there = faces >= 0
+    place = np.where(there[:, :, None], nodes[faces], 0.0)
+    corners, edges = place[:, :4].sum(axis=1), place[:, 4:].sum(axis=1)
+    count = there[:, :4].sum(axis=1)[:, None]
+    curved = (4 * edges - corners) / np.where(count == 3, 9, 8) - np.where(count == 3, 0.0, corners / 8)
+    return np.where(there[:, 4:].sum(axis=1)[:, None] == count, curved, corners / count)
 
 
 def _once(rows: IntArray) -> IntArray:
@@ -92,25 +161,6 @@ def _once(rows: IntArray) -> IntArray:
 def _area(corners: FloatArray) -> float:
     sides = corners[:, 1:] - corners[:, :1]
     return 0.5 * float(np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1).sum())
-
-
-def _lying_on(points: FloatArray, triangles: FloatArray) -> IntArray:
-    """Which points (p,) bool lie on one of the triangles (k, 3, 3)."""
-    centre = triangles.mean(axis=1)
-    size = np.linalg.norm(triangles - centre[:, None], axis=2).max(axis=1)
-    near = cKDTree(points).query_ball_point(centre, (1 + _BESIDE) * size)
-    owner = np.repeat(np.arange(len(triangles)), [len(found) for found in near])
-    point = np.concatenate([np.array(found, dtype=np.int64) for found in near])
-    a, b, c = triangles[owner].transpose(1, 0, 2)
-    frame = np.stack([b - a, c - a, np.cross(b - a, c - a)], axis=2)
-    area = np.abs(np.linalg.det(frame)) > 1e-12 * size[owner] ** 4
-    point, frame, away = point[area], frame[area], (points[point] - a)[area]
-    u, v, w = np.linalg.solve(frame, away[:, :, None])[:, :, 0].T
-    height = np.abs(w) * np.linalg.norm(frame[:, :, 2], axis=1)
-    on = (np.minimum(u, v) > -_BESIDE) & (u + v < 1 + _BESIDE) & (height < _BESIDE * size[owner][area])
-    found = np.zeros(len(points), dtype=bool)
-    found[point[on]] = True
-    return found
 
 
 def _face(rows: IntArray, corners: int) -> IntArray:
@@ -126,6 +176,12 @@ def _layout(descriptor: int) -> tuple[_Places, _Places]:
     if descriptor in SHELLS:
         return SHELLS[descriptor]
     return SOLIDS[descriptor][1:] if descriptor in SOLIDS else ((), ())
+
+
+def _moving_rows(labels: IntArray, wanted: IntArray, moves: IntArray) -> IntArray:
+    """Rows of the `wanted` labels, any shape, −1 for those that have no displacements."""
+    rows = np.minimum(np.searchsorted(labels, wanted), len(labels) - 1)
+    return np.where((labels[rows] == wanted) & moves[rows], rows, -1)
 
 
 def rows_of(labels: IntArray, wanted: IntArray | list[int], what: str) -> IntArray:

@@ -44,21 +44,31 @@ def model_of_file(
 ) -> SolidModel | ModalModel:
     """The model in the file of the case's housing.
 
-    Raises InputError for a file that cannot be read, a solid model without a bearing's seat, and one that nothing
-    holds, unless its forces or the housing are `ready`.
+    Raises InputError for a file that cannot be read, without a bearing's seat or with modes that end below the band,
+    and for a housing that nothing holds, unless its forces or the housing are `ready`.
     """
     path = Path(case.folder) / given.file
     if isinstance(given, ModalResults):
-        return interop.read_modal_model(path, units=given.units)
+        modes = interop.read_modal_model(path, units=given.units)
+        housing.seat_rows(modes, case.seats, {seat.name: seat.node for seat in given.seats})
+        housing.check_modes(modes, case.band.high)
+        _check_held(
+            case, f"{modes.source} has a rigid motion", not housing.has_rigid_motion(modes, case.band.high), ready
+        )
+        return modes
     model = interop.read_solid_model(path, units=given.units, spc=given.spc)
     housing.bearing_seats(model, case.seats, {seat.name: seat.nodes for seat in given.seats})
     held = bool(model.held.any()) or any(rigid.held.any() for rigid in model.rigid_sets)
+    _check_held(case, f"{model.source} holds no freedom", held, ready)
+    return model
+
+
+def _check_held(case: GearboxCase, why: str, held: bool, ready: Collection[str]) -> None:
     require(
         held or len(forced(ready)) > 0 or "housing" in ready,
-        f"{case.name}: {model.source} holds no freedom: nothing holds the housing, whose rigid motion no bearing "
-        "takes: hold it where it is bolted, or give the run its bearing forces",
+        f"{case.name}: {why}: nothing holds the housing, whose rigid motion no bearing takes: hold it where it is "
+        "bolted, or give the run its bearing forces",
     )
-    return model
 
 
 def forced(ready: Collection[str]) -> set[str]:

@@ -11,7 +11,7 @@ from nvhchain.fem.modal_model import ModalModel
 from nvhchain.housing.casting_model import casting_model
 from nvhchain.housing.engine_plane import EnginePlane
 from nvhchain.housing.foreign_modal_model import modal_model
-from nvhchain.housing.foreign_modes import housing_from_modes, linear_skin, missing_flexibility, modal_extent
+from nvhchain.housing.foreign_modes import housing_from_modes, missing_flexibility, modal_extent, modal_skin
 from nvhchain.housing.foreign_seats import bearing_seats
 from nvhchain.housing.mesh import boundary_faces
 from nvhchain.housing.reduction import held_matrices, seat_flexibility
@@ -82,10 +82,30 @@ def test_universal_file_keeps_frequencies_damping_and_seat_shapes_to_six_digits(
 
 
 def test_faces_move_as_those_of_the_casting(from_file, reduced):
-    """The skin is taken to move linearly between its corners, 30 mm apart."""
+    """Of a skin without middles of its edges, which moves linearly between its corners, 30 mm apart."""
     count, area = len(from_file.natural_frequency), reduced.surface.areas
     difference = np.abs(from_file.normal_shapes) - np.abs(reduced.normal_shapes[:count])
     assert (difference**2 @ area).sum() < 0.1**2 * (reduced.normal_shapes[:count] ** 2 @ area).sum()
+
+
+def test_faces_move_to_six_digits_as_those_of_the_casting_where_edges_have_middles(
+    modes, mesh, reduced, casting, fidelity, surface, tmp_path
+):
+    curved = replace(modes, triangles=boundary_faces(mesh.elements))
+    found = housing(read_modal_uff(write_modal_uff(curved, tmp_path / "m.unv")), casting, fidelity, surface)
+    count = len(found.natural_frequency)
+    sign = np.sign((found.seat_shapes * reduced.seat_shapes[:count]).sum(axis=(1, 2)))
+    largest = np.abs(reduced.normal_shapes).max()
+    assert found.normal_shapes * sign[:, None] == pytest.approx(reduced.normal_shapes[:count], abs=2e-5 * largest)
+
+
+def test_triangles_turned_over_keep_the_middles_of_their_edges(modes, mesh):
+    right = boundary_faces(mesh.elements)
+    wrong = np.random.default_rng(5).random(len(right)) < 0.5
+    given = np.where(wrong[:, None], right[:, [0, 2, 1, 5, 4, 3]], right)
+    for two_sided in (False, True):
+        found = modal_skin(replace(modes, triangles=given, two_sided=two_sided))[0].facets
+        assert found.tolist() == right.tolist()
 
 
 def test_missing_flexibility_is_estimated_within_a_factor_of_three(from_file, reduced):
@@ -137,6 +157,28 @@ def test_residual_vectors_carry_the_whole_residual_flexibility(with_vectors, red
     assert ((both[0] - both[1]) ** 2 @ area).sum() < 0.08**2 * (both[1] ** 2 @ area).sum()
 
 
+def test_modes_that_end_below_the_band_before_the_residual_vectors_are_warned_of(
+    with_vectors, casting, fidelity, surface, recwarn
+):
+    last = with_vectors.frequency[-7]  # six residual vectors of two seats follow
+    told = []
+    for f_max in (0.99 * last, 1.01 * last):
+        recwarn.clear()
+        housing_from_modes(
+            with_vectors,
+            {bore.name: bore.centre for bore in casting.bores},
+            f_max=f_max,
+            surface_size=0.022,
+            fidelity=replace(fidelity, mode_ratio=1.0),
+            engine_plane=ENGINE,
+            surface=surface,
+            residual_vectors=True,
+        )
+        told.append([str(w.message) for w in recwarn if "before the residual vectors" in str(w.message)])
+    assert told[0] == []
+    assert f"the last mode before the residual vectors lies at {last:.4g} Hz, below f_max" in told[1][0]
+
+
 def test_labels_of_nodes_are_those_of_the_model_and_unique(with_vectors, mesh):
     labels = with_vectors.labels.tolist()
     assert len(set(labels)) == len(labels)
@@ -161,8 +203,8 @@ def test_residual_vectors_that_are_not_there_are_refused(modes, casting, fidelit
 
 
 def test_rigid_modes_of_rounding_and_without_damping_are_rigid(modes, casting, fidelity, surface):
-    """Other solvers give a free structure's rigid modes some millihertz."""
-    rigid = np.r_[0.001, modes.frequency], np.r_[0.0, modes.damping], np.concatenate([modes.shapes[:1], modes.shapes])
+    """Other solvers give a free structure's rigid modes up to tenths of a hertz."""
+    rigid = np.r_[0.2, modes.frequency], np.r_[0.0, modes.damping], np.concatenate([modes.shapes[:1], modes.shapes])
     found = housing(replace(modes, frequency=rigid[0], damping=rigid[1], shapes=rigid[2]), casting, fidelity, surface)
     assert found.natural_frequency[0] == 0.0
     without = housing(modes, casting, fidelity, surface).provenance["missing_flexibility"]
@@ -192,7 +234,7 @@ def test_hdf5_keeps_every_digit(modes, tmp_path):
 
 def test_shells_are_turned_outward_whichever_way_they_are_numbered(modes, casting, fidelity, surface, from_file):
     rng = np.random.default_rng(5)
-    triangles = modes.triangles.copy()
+    triangles = modes.triangles[:, :3].copy()
     wrong = rng.random(len(triangles)) < 0.5
     triangles[wrong] = triangles[wrong][:, [0, 2, 1]]
     shells = housing(replace(modes, triangles=triangles, two_sided=True), casting, fidelity, surface)
@@ -251,12 +293,12 @@ def flipped(triangles, share):
 @pytest.mark.parametrize("share", [0.5, 1.0])
 def test_skin_of_solids_that_looks_inward_is_turned_over_and_reported(share, modes):
     """The casting is open nowhere, its cavity is outside of its walls."""
-    triangles, wrong = flipped(modes.triangles, share)
-    skin, _, notes = linear_skin(replace(modes, triangles=triangles))
-    assert np.sort(skin.facets[:, :3], axis=1).tolist() == np.sort(modes.triangles, axis=1).tolist()
+    triangles, wrong = flipped(modes.triangles[:, :3], share)
+    skin, _, notes = modal_skin(replace(modes, triangles=triangles))
+    assert np.sort(skin.facets[:, :3], axis=1).tolist() == np.sort(modes.triangles[:, :3], axis=1).tolist()
     assert normals(skin.nodes, skin.facets[:, :3]) == pytest.approx(normals(modes.nodes, modes.triangles))
     assert notes == (f"{wrong} triangles of the skin that looked inward turned over",)
-    assert linear_skin(modes)[2] == ()
+    assert modal_skin(modes)[2] == ()
 
 
 def normals(nodes, triangles):
@@ -280,8 +322,8 @@ def test_wall_of_a_cavity_keeps_looking_into_it():
 @pytest.mark.parametrize("two_sided", [False, True])
 @pytest.mark.parametrize("order", [[0, 1, 2], [1, 2, 0], [0, 2, 1]])
 def test_triangles_given_twice_count_once(two_sided, order, modes):
-    twice = np.concatenate([modes.triangles, modes.triangles[:, order]])
-    skin, shells, notes = linear_skin(replace(modes, triangles=twice, two_sided=two_sided))
+    twice = np.concatenate([modes.triangles[:, :3], modes.triangles[:, order]])
+    skin, shells, notes = modal_skin(replace(modes, triangles=twice, two_sided=two_sided))
     assert normals(skin.nodes, skin.facets[:, :3]) == pytest.approx(normals(modes.nodes, modes.triangles))
     assert not shells.any()
     assert notes == (f"{len(modes.triangles)} triangles of the skin on the corners of others left out",)
@@ -291,15 +333,15 @@ def test_triangles_given_twice_count_once(two_sided, order, modes):
 def test_triangles_without_area_are_left_out(two_sided, modes):
     nodes = np.vstack([modes.nodes, np.outer([0, 1, 2], [0.01, 0, 0])])
     line = [len(modes.nodes), len(modes.nodes) + 1, len(modes.nodes) + 2]
-    bad = np.concatenate([modes.triangles, [[0, 0, 1], [2, 2, 2], line]])
+    bad = np.concatenate([modes.triangles[:, :3], [[0, 0, 1], [2, 2, 2], line]])
     shapes = np.concatenate([modes.shapes, np.zeros((len(modes.frequency), 3, 3))], axis=1)
     model = replace(modes, nodes=nodes, labels=np.arange(len(nodes)), shapes=shapes, triangles=bad, two_sided=two_sided)
-    skin, _, notes = linear_skin(model)
+    skin, _, notes = modal_skin(model)
     assert normals(skin.nodes, skin.facets[:, :3]) == pytest.approx(normals(modes.nodes, modes.triangles))
     assert "2 triangles of the skin that repeat a corner left out" in notes
     assert notes[-1] == f"{1 + two_sided} triangles of the skin without area left out"
     with pytest.raises(InputError, match="no triangle of the skin has an area"):
-        linear_skin(replace(model, triangles=bad[-3:-1]))
+        modal_skin(replace(model, triangles=bad[-3:-1]))
 
 
 def test_lone_triangle_has_two_sides():
@@ -370,7 +412,7 @@ def test_dataset_2414_units_modal_mass_and_loss_factor(tmp_path):
     assert model.shapes[0, 1].tolist() == [0.0, 0.0, 0.0]
     assert len(model.triangles) == 4
     normal = np.cross(*(model.nodes[model.triangles[:, i]] - model.nodes[model.triangles[:, 0]] for i in (1, 2)))
-    outward = model.nodes[model.triangles].mean(axis=1) - model.nodes.mean(axis=0)
+    outward = model.nodes[model.triangles[:, :3]].mean(axis=1) - model.nodes.mean(axis=0)
     assert (np.einsum("ij,ij->i", normal, outward) > 0).all()
 
 
@@ -454,3 +496,42 @@ def test_hdf5_in_other_units_is_refused(modes, tmp_path):
     path.write_bytes(b"nothing")
     with pytest.raises(FileFormatError, match="damaged"):
         read_modal_hdf5(path)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [
+        ("nodes", "text", "not HDF5 of this layout"),
+        ("frequency", 100.0, r"modes of shapes frequency \(\)"),
+        ("damping", [0.01], r"damping \(1,\).* as many are needed"),
+        ("triangles", [[0, 1]], "no skin, or one that refers to nodes that do not exist"),
+        ("triangles", [[0, 1, 2, 3, -1, -1]], "no skin, or one that refers to nodes that do not exist"),
+        ("two_sided", [True], r"two_sided of shape \(1,\)"),
+        ("shapes", None, "not HDF5 of this layout"),
+    ],
+)
+def test_hdf5_of_another_layout_is_refused(modes, tmp_path, name, value, message):
+    import h5py
+
+    path = write_modal_hdf5(modes, tmp_path / "modes.h5")
+    with h5py.File(path, "a") as file:
+        del file[name]
+        if value is None:
+            file.create_group(name)
+        else:
+            file[name] = value
+    with pytest.raises(InputError, match=message):
+        read_modal_hdf5(path)
+
+
+def test_hdf5_takes_units_as_bytes_and_shells_by_an_attribute(modes, tmp_path):
+    """As MATLAB writes them, and as one says of all triangles what they are."""
+    import h5py
+
+    path = write_modal_hdf5(modes, tmp_path / "modes.h5")
+    with h5py.File(path, "a") as file:
+        file["nodes"].attrs["units"] = np.bytes_("m")
+        del file["two_sided"]
+        assert not read_modal_hdf5(path).two_sided.any()
+        file["triangles"].attrs["two_sided"] = True
+    assert read_modal_hdf5(path).two_sided.all()

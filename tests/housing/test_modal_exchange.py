@@ -7,9 +7,11 @@ import pytest
 from box_models import box
 
 from nvhchain.errors import FileFormatError, InputError
-from nvhchain.fem.modal_model import boundary_triangles
+from nvhchain.fem.faces import boundary_faces
+from nvhchain.fem.solid_model import CORNERS
 from nvhchain.housing import EnginePlane, exported_modes, housing_from_modes
 from nvhchain.housing.foreign_mesh import sound_mesh
+from nvhchain.housing.foreign_modes import modal_skin
 from nvhchain.housing.truncation import RESIDUAL_MASS
 from nvhchain.interop import read_modal_hdf5, read_modal_uff, write_modal_hdf5, write_modal_uff
 from nvhchain.interop.surface_motion import vertex_motion
@@ -149,19 +151,29 @@ def measured(model):
     return np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2, np.einsum("ij,ij->", a, np.cross(b, c)) / 6
 
 
+def corners_of(solid):
+    """Nodes at the corners of the elements."""
+    return np.unique(solid.blocks[0].nodes[:, : CORNERS[solid.blocks[0].shape]])
+
+
 @pytest.mark.parametrize("kind", list(LAYERS))
 def test_parabolic_solids_keep_the_middles_of_their_edges(kind, tmp_path):
     solid = universal_file(tmp_path / "box.unv", kind)
     model = read_modal_uff(tmp_path / "box.unv")
     assert measured(model) == pytest.approx((0.22, 0.006), rel=1e-12)
     outside = (np.isclose(solid.nodes, 0.0) | np.isclose(solid.nodes, [0.3, 0.2, 0.1])).any(axis=1)
-    assert set(np.unique(model.triangles)) == set(np.flatnonzero(outside))
+    assert set(np.unique(model.triangles[:, :3])) == set(np.flatnonzero(outside)) & set(corners_of(solid))
+    own = model.triangles[:, 3:]
+    assert set(own[own < len(solid.nodes)]) == set(np.flatnonzero(outside)) - set(corners_of(solid))
+    ends = model.nodes[model.triangles[:, [[0, 1], [1, 2], [2, 0]]]]
+    assert model.nodes[own] == pytest.approx(ends.mean(axis=2))
+    assert model.shapes[0] == pytest.approx(model.nodes, abs=2e-6)  # the displacement is the place
 
 
 def test_parabolic_elements_without_displacements_at_their_middles_are_cut_at_the_corners(tmp_path):
-    corners = universal_file(tmp_path / "box.unv", "hex8", lambda solid: np.unique(solid.blocks[0].nodes[:, :8]))
+    corners = universal_file(tmp_path / "box.unv", "hex8", corners_of)
     model = read_modal_uff(tmp_path / "box.unv")
-    assert set(np.unique(model.triangles)) <= set(np.unique(corners.blocks[0].nodes[:, :8]))
+    assert set(np.unique(model.triangles)) <= {-1, *corners_of(corners)}
     assert measured(model) == pytest.approx((0.22, 0.006), rel=1e-12)
 
 
@@ -191,10 +203,11 @@ def test_parabolic_shells_keep_the_middles_of_their_edges(tmp_path):
     mode += [line for i in range(1, 12) for line in (f"{i:10d}", f"{0.0:13.5E}{0.0:13.5E}{1.0:13.5E}")]
     (tmp_path / "plate.unv").write_text(PLATE.format(nodes=nodes) + "\n".join([*mode, "    -1", ""]))
     model = read_modal_uff(tmp_path / "plate.unv")
-    assert model.two_sided
-    assert len(model.triangles) == 6 + 4
+    assert model.two_sided.all()
+    assert len(model.triangles) == 2 + 1
     assert measured(model)[0] == pytest.approx(6.0)
-    assert np.unique(model.triangles).tolist() == list(range(11))
+    assert np.unique(model.triangles).tolist() == list(range(12))
+    assert model.nodes[11] == pytest.approx([1.0, 1.0, 0.0])
 
 
 GROUP = """\
@@ -239,7 +252,7 @@ def test_shells_on_part_of_the_solids_skin_leave_the_whole_skin_and_are_told(tmp
     assert len(shells) == 4
     with_elements(path, shells)
     model = read_modal_uff(path)
-    assert not model.two_sided
+    assert not model.two_sided.any()
     assert measured(model) == pytest.approx((0.22, 0.006), rel=1e-12)
     assert model.notes == ("shells cover 27.3 % of the solids' skin: the whole of it is taken",)
 
@@ -249,20 +262,53 @@ def test_shells_are_the_skin_where_the_solids_have_no_displacements(tmp_path):
     solid = universal_file(path, "hex8", lambda solid: np.flatnonzero(solid.nodes[:, 2] == 0.1))
     with_elements(path, shells_on_top(solid))
     model = read_modal_uff(path)
-    assert model.two_sided
+    assert model.two_sided.all()
     assert measured(model)[0] == pytest.approx(0.06, rel=1e-12)
     assert model.notes == (
         "shells cover 27.3 % of the solids' skin, which lacks displacements elsewhere: the shells are taken",
     )
 
 
-def test_shells_beside_the_skin_of_solids_are_refused(tmp_path):
+def test_shells_beside_the_skin_of_solids_radiate_from_both_sides_and_coats_once(tmp_path):
     path = tmp_path / "box.unv"
     solid = universal_file(path, "hex8")
-    upright = [10 * int(np.linalg.norm(solid.nodes - at, axis=1).argmin()) + 1 for at in INSIDE]
-    wall = f"{999:10d}{94:10d}{1:10d}{1:10d}{7:10d}{4:10d}\n" + "".join(f"{label:10d}" for label in upright)
+    sheet = [10 * int(np.linalg.norm(solid.nodes - at, axis=1).argmin()) + 1 for at in INSIDE]
+    wall = f"{999:10d}{94:10d}{1:10d}{1:10d}{7:10d}{4:10d}\n" + "".join(f"{label:10d}" for label in sheet)
     with_elements(path, [wall, *shells_on_top(solid)])
-    with pytest.raises(InputError, match="2 of 10 triangles of shells are not on the skin of the solids"):
+    model = read_modal_uff(path)
+    assert model.notes == (
+        "shells cover 27.3 % of the solids' skin: the whole of it is taken",
+        "1 shells that are not on the skin of the solids radiate from both sides",
+    )
+    assert model.two_sided.sum() == 2
+    assert measured(model)[0] == pytest.approx(0.22 + 0.01, rel=1e-12)
+    back = by_hdf5(model, tmp_path)
+    assert np.array_equal(back.two_sided, model.two_sided)
+    skin, shells, _ = modal_skin(model)
+    assert shells.sum() == 4
+    assert len(skin.facets) == len(model.triangles) + 2
+
+
+def test_corners_of_the_skin_without_displacements_are_told(tmp_path):
+    path = tmp_path / "box.unv"
+    solid = universal_file(path, "hex8", lambda solid: np.flatnonzero(solid.nodes[:, 0] < 0.2))
+    corners = corners_of(solid)
+    model = read_modal_uff(path)
+    still = int((solid.nodes[corners, 0] > 0.2).sum())
+    assert model.notes == (f"{still} of {len(corners)} corners of the skin have no displacements: they stand still",)
+
+
+def test_element_with_another_number_of_nodes_than_its_type_has_is_refused(tmp_path):
+    path = tmp_path / "box.unv"
+    universal_file(path, "tet4")
+    path.write_text(
+        path.read_text().replace(
+            "       118         1         1         7        10",
+            "       116         1         1         7        10",
+            1,
+        )
+    )
+    with pytest.raises(FileFormatError, match="an element of type 116 has 10 nodes, not 20"):
         read_modal_uff(path)
 
 
@@ -270,8 +316,10 @@ INSIDE = np.array([[0.15, 0, 0], [0.15, 0.1, 0], [0.15, 0.1, 0.1], [0.15, 0, 0.1
 
 
 def test_solids_that_overlap_are_refused():
-    with pytest.raises(InputError, match="1 faces belong to more than two elements: elements overlap"):
-        boundary_triangles([("tet", np.array([[0, 1, 2, 3], [0, 2, 1, 4], [0, 2, 1, 5]]))])
+    rows = np.hstack([[[0, 1, 2, 3], [0, 2, 1, 4], [0, 2, 1, 5]], np.full((3, 6), -1)])
+    match = r"box: 1 faces belong to more than two elements, first at nodes \[ 0 10 20\]: elements overlap"
+    with pytest.raises(InputError, match=match):
+        boundary_faces([("tet", rows)], 10 * np.arange(6), "box")
 
 
 def test_solids_given_twice_count_once(tmp_path):

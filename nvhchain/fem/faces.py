@@ -1,0 +1,85 @@
+"""Faces of solids and shells as six-node triangles: corners counter-clockwise, then the middles of their edges."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import scipy.sparse as sp
+
+from nvhchain.errors import require
+from nvhchain.fem.solid_model import CORNERS, EDGES, FACES
+from nvhchain.handoff import IntArray
+
+_QUARTERS = ((0, 3, 5), (1, 4, 3), (2, 5, 4), (3, 4, 5))
+
+
+def element_faces(elements: Sequence[tuple[str, IntArray]]) -> tuple[IntArray, IntArray]:
+    """All faces (f, 8) of elements, as (shape, (m, nodes)) each, and the element (f,) of each, counted through.
+
+    nodes: corners, then the mid-edge nodes in the order of `EDGES`, −1 for one that is not there.  Faces: four corners,
+    −1 for the fourth of a triangle, then the middles of the edges after them, −1 likewise.
+    """
+    faces, owners = [], []
+    start = 0
+    for shape, members in elements:
+        edges = [frozenset(edge) for edge in EDGES[shape]]
+        for face in FACES[shape]:
+            around = [CORNERS[shape] + edges.index(frozenset((a, face[i - len(face) + 1]))) for i, a in enumerate(face)]
+            table = np.full((len(members), 8), -1)
+            table[:, : len(face)] = members[:, list(face)]
+            table[:, 4 : 4 + len(face)] = members[:, around]
+            faces.append(table)
+            owners.append(np.arange(start, start + len(members)))
+        start += len(members)
+    return np.concatenate(faces), np.concatenate(owners)
+
+
+def boundary_faces(elements: Sequence[tuple[str, IntArray]], labels: IntArray, what: str) -> IntArray:
+    """Outward faces (f, 8) that belong to one element only, as `element_faces` lays them out.
+
+    labels: of the nodes.  what: for the message.  Raises InputError for a face of more than two: elements overlap.
+    """
+    faces, _ = element_faces(elements)
+    key = np.sort(faces[:, :4], axis=1)
+    _, first, sides = np.unique(key, axis=0, return_index=True, return_counts=True)
+    require(
+        bool((sides <= 2).all()),
+        f"{what}: {int((sides > 2).sum())} faces belong to more than two elements, first at nodes "
+        f"{labels[key[first[sides > 2]][:1, 1:]].ravel()}: elements overlap; remove those that are twice",
+    )
+    return np.asarray(faces[np.sort(first[sides == 1])])
+
+
+def six_node_facets(faces: IntArray, count: int) -> tuple[IntArray, sp.csr_matrix]:
+    """Facets (k, 6) of faces (f, 8), laid out as by `element_faces`, and the nodes that are added in their middles.
+
+    count: of nodes so far.  A triangle is a facet; four corners make two, whose common edge has a new node in the
+    middle where the face has the middles of its edges.  Facets of faces that lack one have −1 for all three.
+    The second is (q, count): values at the new nodes, numbered on from `count`, from those at the nodes so far.
+    """
+    three = faces[:, 3] < 0
+    whole = (faces[:, 4:] >= 0).sum(axis=1) == np.where(three, 3, 4)
+    c, m = faces[~three, :4], faces[~three, 4:]
+    curved = whole[~three]
+    centre = np.full(len(c), -1)
+    centre[curved] = count + np.arange(int(curved.sum()))
+    facets = np.concatenate(
+        [
+            faces[three][:, [0, 1, 2, 4, 5, 6]],
+            np.column_stack([c[:, 0], c[:, 1], c[:, 2], m[:, 0], m[:, 1], centre]),
+            np.column_stack([c[:, 0], c[:, 2], c[:, 3], centre, m[:, 2], m[:, 3]]),
+        ]
+    )
+    facets[~np.concatenate([whole[three], curved, curved]), 3:] = -1
+    # the serendipity face at its centre: −¼ of each corner, ½ of each mid-edge node
+    rows = np.repeat(np.arange(int(curved.sum())), 8)
+    weight = np.tile([-0.25] * 4 + [0.5] * 4, int(curved.sum()))
+    shape = (int(curved.sum()), count)
+    return facets, sp.csr_matrix((weight, (rows, np.hstack([c, m])[curved].ravel())), shape=shape)
+
+
+def flat_triangles(facets: IntArray) -> IntArray:
+    """Flat triangles (t, 3) that follow the curved edges of facets (k, 6): four each, one where it has no middles."""
+    curved = facets[:, 3] >= 0
+    return np.concatenate([facets[~curved, :3], *(facets[curved][:, list(cut)] for cut in _QUARTERS)])

@@ -73,11 +73,16 @@ class Parts:
         )
 
     def _rigid_bodies(self) -> list[Rigid]:
-        """Rigid sets with the same reference node as one; a set that carries the reference of another is refused."""
+        """Rigid sets with the same reference node as one; a set that carries the reference of another is refused.
+
+        A reference node that belongs to an element moves with the set as the others do.
+        """
+        solid = {label for _, rows in self.elements.values() for row in rows for label in row}
         bodies: dict[int, Rigid] = {}
         for rigid in self.rigid:
             body = bodies.setdefault(rigid.reference, Rigid(rigid.name, rigid.reference, []))
-            body.nodes = list(dict.fromkeys([*body.nodes, *rigid.nodes]))
+            own = [rigid.reference] if rigid.reference in solid else []
+            body.nodes = list(dict.fromkeys([*body.nodes, *rigid.nodes, *own]))
         for body in bodies.values():
             chained = [label for label in body.nodes if label in bodies and label != body.reference]
             require(

@@ -14,7 +14,7 @@ from nvhchain.errors import FileFormatError, InputError, require
 from nvhchain.fem.solid_model import SolidModel
 from nvhchain.interop._model_parts import Parts
 from nvhchain.interop._names import marks, restored
-from nvhchain.interop.abaqus_keywords import Block, all_lines, blocks
+from nvhchain.interop.abaqus_keywords import Block, all_lines, blocks, real
 from nvhchain.interop.abaqus_rigid import (
     read_boundary,
     read_coupling,
@@ -102,7 +102,7 @@ def _node(file: AbaqusFile, block: Block) -> None:
     labels = []
     for row in block.data:
         label = int(row[0]) + file.offset
-        x, y, z = ((*(float(c) if c else 0.0 for c in row[1:4]), 0.0, 0.0, 0.0))[:3]
+        x, y, z = ((*(real(c) if c else 0.0 for c in row[1:4]), 0.0, 0.0, 0.0))[:3]
         require(
             file.parts.nodes.get(label, (x, y, z)) == (x, y, z),
             f"{file.parts.source}: node {row[0]} is defined twice, at different places",
@@ -164,7 +164,7 @@ def _elastic(file: AbaqusFile, block: Block) -> None:
         len(block.data) == 1,
         f"{file.parts.source}: *ELASTIC has {len(block.data)} rows: write the one of the temperature wanted",
     )
-    _state(file, block, {"young": float(block.data[0][0]), "poisson": float(block.data[0][1])})
+    _state(file, block, {"young": real(block.data[0][0]), "poisson": real(block.data[0][1])})
 
 
 def _density(file: AbaqusFile, block: Block) -> None:
@@ -172,7 +172,7 @@ def _density(file: AbaqusFile, block: Block) -> None:
         len(block.data) == 1,
         f"{file.parts.source}: *DENSITY has {len(block.data)} rows: write the one of the temperature wanted",
     )
-    _state(file, block, {"density": float(block.data[0][0])})
+    _state(file, block, {"density": real(block.data[0][0])})
 
 
 def _state(file: AbaqusFile, block: Block, constants: dict[str, float]) -> None:
@@ -207,7 +207,7 @@ def _end_part(file: AbaqusFile, block: Block) -> None:
 
 def _instance(file: AbaqusFile, block: Block) -> None:
     require(
-        not file.instance and not any(float(c) for row in block.data for c in row if c),
+        not file.instance and not any(real(c) for row in block.data for c in row if c),
         f"{file.parts.source}: several instances, or one that is moved: write the model as one part in place",
     )
     part = block.get("PART").upper()

@@ -25,6 +25,11 @@ class Block:
         return self.parameters.get(name, default).strip("\"'")
 
 
+def real(cell: str) -> float:
+    """A number, whose exponent follows E or D.  Raises ValueError."""
+    return float(cell.upper().replace("D", "E"))
+
+
 def blocks(path: Path) -> Iterator[Block]:
     """Every keyword of the file in order, with its data lines."""
     current: Block | None = None

@@ -7,7 +7,7 @@ import re
 from nvhchain.errors import InputError, require
 from nvhchain.fem.solid_model import CORNERS, EDGES, KINDS
 from nvhchain.interop._model_parts import Rigid
-from nvhchain.interop.abaqus_keywords import Block
+from nvhchain.interop.abaqus_keywords import Block, real
 from nvhchain.interop.abaqus_sets import AbaqusFile
 
 SIDES: dict[str, tuple[tuple[int, ...], ...]] = {
@@ -131,7 +131,7 @@ def read_boundary(file: AbaqusFile, block: Block) -> None:
             components = set(_NAMED_SUPPORTS[kind])
         else:
             require(
-                len(row) < 4 or not row[3] or float(row[3]) == 0.0,
+                len(row) < 4 or not row[3] or real(row[3]) == 0.0,
                 f"{file.parts.source}: *BOUNDARY moves {row[0]} by {row[3:4]}: only 0 can be held",
             )
             components = _range(row[1:3])

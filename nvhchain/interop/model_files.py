@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from nvhchain.conventions import Material
-from nvhchain.fem.solid_model import ElementBlock, SolidModel
+from nvhchain.fem.solid_model import ElementBlock, RigidSet, SolidModel
 from nvhchain.handoff import IntArray
 from nvhchain.interop._names import abaqus_names, changed, mark, renumbered, short_labels
 from nvhchain.interop.abaqus_sets import HIDDEN
@@ -69,7 +69,7 @@ def _nastran(model: SolidModel, system: UnitSystem) -> Iterator[str]:
     bodies = short_labels(np.concatenate([taken, taken.max() + 1 + np.arange(len(model.rigid_sets))]))[len(taken) :]
     for number, rigid in zip(bodies.tolist(), model.rigid_sets, strict=True):
         yield mark("$", "rigid", number, rigid.name)
-        yield from _small("RBE2", [number, rigid.label, "123456", *labels[rigid.nodes].tolist()])
+        yield from _small("RBE2", [number, rigid.label, "123456", *_followers(model, rigid)])
         if rigid.held.any():
             yield from _small("SPC1", [_SPC, "".join(str(c + 1) for c in np.flatnonzero(rigid.held)), rigid.label])
     for components, held in _held(model):
@@ -155,7 +155,7 @@ def _abaqus(model: SolidModel, system: UnitSystem) -> Iterator[str]:
         yield from _rows(model.labels[nodes].tolist())
     for name, rigid in zip(plain["rigid"], model.rigid_sets, strict=True):
         yield f"*NSET, NSET={HIDDEN}{name}"
-        yield from _rows(model.labels[rigid.nodes].tolist())
+        yield from _rows(_followers(model, rigid))
         yield f"*SURFACE, NAME={HIDDEN}{name}, TYPE=NODE"
         yield f"{HIDDEN}{name}"
         yield f"*COUPLING, CONSTRAINT NAME={name}, REF NODE={rigid.label}, SURFACE={HIDDEN}{name}"
@@ -180,6 +180,11 @@ def _references(model: SolidModel) -> list[tuple[int, np.ndarray]]:
     """Reference nodes that are no nodes of the model."""
     known = set(model.labels.tolist())
     return [(rigid.label, rigid.reference) for rigid in model.rigid_sets if rigid.label not in known]
+
+
+def _followers(model: SolidModel, rigid: RigidSet) -> list[int]:
+    """Nodes that follow the reference node, which may be one of the model's own."""
+    return [label for label in model.labels[rigid.nodes].tolist() if label != rigid.label]
 
 
 def _section(block: ElementBlock) -> tuple[str, Material]:

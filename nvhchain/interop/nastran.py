@@ -191,10 +191,7 @@ def _rigid_sets(by_name: dict[str, list[list[str]]], parts: Parts) -> None:
             raise InputError(
                 f"{parts.source}: RBE2 {card[1]} couples components {card[3]} only: 123 (or 123456) are needed"
             )
-        reference = int(card[2])
-        nodes = numbers(members)
-        in_solid = any(reference in row for _, rows in parts.elements.values() for row in rows)
-        parts.rigid.append(Rigid(card[1], reference, [*nodes, reference] if in_solid else nodes))
+        parts.rigid.append(Rigid(card[1], int(card[2]), numbers(members)))
 
 
 def _selected(control: list[str], path: Path) -> int | None:

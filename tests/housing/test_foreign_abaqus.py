@@ -213,3 +213,28 @@ def test_orientation_changes_nothing_of_an_isotropic_solid(tmp_path):
     )
     model = read_changed(tmp_path, turned)
     assert model.blocks[0].material == read_changed(tmp_path).blocks[0].material
+
+
+@pytest.mark.parametrize(
+    ("keyword", "members"),
+    [
+        ("*COUPLING, CONSTRAINT NAME=A1, REF NODE=Ref, SURFACE=Seat\n*KINEMATIC", [2, 3, 6, 7]),
+        ("*RIGID BODY, NSET=Free, REF NODE=Case-1.7", [2, 3, 6, 7]),
+        ("*MPC\nBEAM, Free, Case-1.7", [2, 3, 6, 7]),
+    ],
+)
+def test_reference_node_in_the_solid_moves_with_the_nodes_that_follow_it(tmp_path, keyword, members):
+    old = "*COUPLING, CONSTRAINT NAME=A1, REF NODE=Ref, SURFACE=Seat\n*KINEMATIC"
+    free = "*NSET, NSET=Free, INSTANCE=Case-1\n2, 3, 6\n"
+    named = keyword.replace("REF NODE=Ref", "REF NODE=Case-1.7")
+    model = read_changed(tmp_path, (old, f"{free}{named}"))
+    (body,) = model.rigid_sets
+    assert body.label == 7
+    assert model.labels[body.nodes].tolist() == members
+
+
+def test_exponents_follow_e_or_d(tmp_path):
+    model = read_changed(tmp_path, ("7.85e-09", "7.85D-09"), ("210000.", "2.1d5"), ("3, 1., 1., 0.", "3, 1.D0, 1., 0."))
+    assert model.blocks[0].material.density == pytest.approx(7850.0)
+    assert model.blocks[0].material.young == pytest.approx(210e9)
+    assert model.nodes[2].tolist() == [1e-3, 1e-3, 0.0]

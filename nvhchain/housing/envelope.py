@@ -9,10 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.ndimage import binary_dilation, distance_transform_edt, gaussian_filter, map_coordinates
+from scipy.ndimage import binary_dilation, distance_transform_edt, find_objects, gaussian_filter, map_coordinates
+from scipy.ndimage import label as components
 from scipy.sparse.csgraph import connected_components
 
 from nvhchain.errors import InputError, require
@@ -275,8 +277,30 @@ def _notes(skin: Skin, space: Regions, surface: Surface, exposed: IntArray) -> t
     corners = skin.nodes[skin.facets[:, :3]]
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
     require(bool(exposed.any()), "no facet of the skin touches the outside: is the engine's plane on the right side?")
-    cavity = int((space.label == CAVITY).sum()) * space.size**3
+    cavity = _cavity(space, corners)
+    closed = f" with {1e3 * cavity:.3g} litres of cavity closed off" if cavity else ""
     return (
-        f"envelope of {len(surface.triangles)} faces, {1e3 * surface.volume:.4g} litres with {1e3 * cavity:.3g} litres "
-        f"of cavity closed off; {area[exposed].sum():.4g} of {area.sum():.4g} m² of skin touch the air",
+        f"envelope of {len(surface.triangles)} faces, {1e3 * surface.volume:.4g} litres{closed}; "
+        f"{area[exposed].sum():.4g} of {area.sum():.4g} m² of skin touch the air",
     )
+
+
+def _cavity(space: Regions, corners: FloatArray) -> float:
+    """Volume, m³, of what is closed off and not within the material.  corners: (k, 3, 3) m of the skin's facets."""
+    number, _ = components(space.label == CAVITY)
+    voxels = 0
+    for own, cut in enumerate(find_objects(number), start=1):
+        inside = number[cut] == own
+        first = np.argwhere(inside)[0] + [axis.start for axis in cut]
+        if not _surrounds(corners, space.axes @ (space.origin + space.size * first)):
+            voxels += int(inside.sum())
+    return voxels * space.size**3
+
+
+def _surrounds(corners: FloatArray, point: FloatArray) -> bool:
+    """Whether outward triangles (k, 3, 3) fill the sky around a point (van Oosterom & Strackee, IEEE BME 30, 1983)."""
+    a, b, c = (corners - point).transpose(1, 0, 2)
+    x, y, z = (np.linalg.norm(side, axis=1) for side in (a, b, c))
+    dot = partial(np.einsum, "ka,ka->k")
+    angle = np.arctan2(dot(a, np.cross(b, c)), x * y * z + dot(a, b) * z + dot(b, c) * x + dot(c, a) * y)
+    return bool(2 * angle.sum() > 2 * np.pi)

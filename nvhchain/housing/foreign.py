@@ -17,12 +17,12 @@ from nvhchain.fidelity import HousingFidelity
 from nvhchain.handoff import FloatArray, ReducedHousing, Surface
 from nvhchain.housing.engine_plane import EnginePlane
 from nvhchain.housing.envelope import outer_envelope
-from nvhchain.housing.foreign_mesh import mean_edge, sound_mesh
+from nvhchain.housing.foreign_mesh import sound_mesh
 from nvhchain.housing.mapping_error import MAPPING_ERROR, skin_sources, stated_mapping_errors, warn_of_mapping
 from nvhchain.housing.reduction import accurate, with_residual
 from nvhchain.housing.seat_modes import seat_modes
 from nvhchain.housing.skin import Skin, solid_skin
-from nvhchain.housing.thin_walls import longest_for_their_wall, stiffening
+from nvhchain.housing.thin_walls import edges, longest_for_their_wall, stiffening, wall_thickness, worst_quarter
 from nvhchain.housing.transfer import normal_motion
 from nvhchain.housing.truncation import RESIDUAL_MASS
 
@@ -172,28 +172,31 @@ def constrained(model: SolidModel) -> tuple[sp.csr_matrix, sp.csr_matrix, sp.csr
 
 
 def _check_resolution(model: SolidModel, skin: Skin, f_max: float, fidelity: HousingFidelity) -> None:
-    """Warn where the mesh is too coarse for the bending waves of its own mean wall, 2 V / A, at f_max (Hz).
+    """Warn where the mesh is too coarse for the bending waves of its walls at f_max (Hz) on a quarter of its skin.
 
-    Of several materials that with the shortest waves counts. Tetrahedra too long for thin walls are warned of, too.
+    A wall with no other side near is taken as thick as walls are in the mean, 2 V / A. Of several materials that with
+    the shortest waves counts. Tetrahedra too long for thin walls are warned of, too.
     """
-    stiff = stiffening(longest_for_their_wall(model, skin))
+    wall = wall_thickness(skin)
+    stiff = stiffening(longest_for_their_wall(model, skin, wall))
     if stiff:
         warn([f"{model.source}: tetrahedra are {stiff}"])
     corners = skin.nodes[skin.facets[:, :3]]
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     volume = float(np.einsum("ka,ka->", corners.mean(axis=1), cross)) / 6
-    wall = 4 * volume / float(np.linalg.norm(cross, axis=1).sum())
-    edge = mean_edge(model)
+    wall = np.where(np.isfinite(wall), wall, 4 * volume / float(np.linalg.norm(cross, axis=1).sum()))
+    edge = edges(skin).mean(axis=1)
+    at = worst_quarter(skin, edge / np.sqrt(wall))
     materials = [block.material for block in model.blocks]
-    plate = min(wall**2 * m.young / (12 * (1 - m.poisson**2) * m.density) for m in materials)
+    plate = min(wall[at] ** 2 * m.young / (12 * (1 - m.poisson**2) * m.density) for m in materials)
     wave = float(2 * np.pi * (plate / (2 * np.pi * f_max) ** 2) ** 0.25)
-    least = fidelity.elements_per_bending_wavelength
-    if wave / edge < least:
+    count, least = wave / edge[at], fidelity.elements_per_bending_wavelength
+    if count < least:
         warn(
             [
-                f"{model.source}: elements of {1e3 * edge:.3g} mm give {wave / edge:.2g} per bending wavelength of "
-                f"the mean wall of {1e3 * wall:.2g} mm at {f_max:g} Hz, {least:g} are needed: valid to "
-                f"{f_max * (wave / edge / least) ** 2:.4g} Hz"
+                f"{model.source}: elements of {1e3 * edge[at]:.3g} mm give {count:.2g} per bending wavelength of "
+                f"walls of {1e3 * wall[at]:.2g} mm at {f_max:g} Hz, {least:g} are needed: valid to "
+                f"{f_max * (count / least) ** 2:.4g} Hz"
             ]
         )
 

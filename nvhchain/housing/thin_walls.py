@@ -6,6 +6,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from nvhchain.fem.solid_model import SolidModel
+from nvhchain.handoff import FloatArray
 from nvhchain.housing.skin import Skin
 
 _LONGEST = 3.5
@@ -40,22 +41,40 @@ def stiffening(ratio: float) -> str:
     )
 
 
-def longest_for_their_wall(model: SolidModel, skin: Skin) -> float:
-    """Length over wall thickness that the tetrahedra of a model have at least on the quarter where it is largest."""
-    corners = skin.nodes[skin.facets[:, :3]]
-    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    area = np.linalg.norm(cross, axis=1)
-    normal, centre = cross / area[:, None], corners.mean(axis=1)
-    near = cKDTree(centre).query(centre, k=min(_NEIGHBOURS, len(centre)))[1]
-    depth = -np.einsum("kja,ka->kj", centre[near] - centre[:, None], normal)
-    behind = (depth > 0) & (np.einsum("kja,ka->kj", normal[near], normal) < _OPPOSITE)
-    wall = np.where(behind, depth, np.inf).min(axis=1)
+def longest_for_their_wall(model: SolidModel, skin: Skin, wall: FloatArray) -> float:
+    """Length over wall thickness that the tetrahedra of a model have at least on the quarter where it is largest.
+
+    wall: (k,) m, from `wall_thickness`.
+    """
     in_tetrahedra = np.zeros(len(skin.nodes), dtype=bool)
     for block in model.blocks:
         if block.shape == "tet":
             in_tetrahedra[block.nodes] = True
-    wall[~in_tetrahedra[skin.facets[:, :3]].all(axis=1)] = np.inf
-    length = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
-    order = np.argsort(-length / wall)
-    thin = int(np.searchsorted(np.cumsum(area[order]), _SHARE * area.sum()))
-    return float((length / wall)[order[thin]])
+    of_tetrahedra = in_tetrahedra[skin.facets[:, :3]].all(axis=1)
+    ratio = np.where(of_tetrahedra, edges(skin).max(axis=1) / wall, 0.0)
+    return float(ratio[worst_quarter(skin, ratio)])
+
+
+def wall_thickness(skin: Skin) -> FloatArray:
+    """m, (k,), between each facet and the one that looks the other way behind it; inf where none is near."""
+    corners = skin.nodes[skin.facets[:, :3]]
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal, centre = cross / np.linalg.norm(cross, axis=1)[:, None], corners.mean(axis=1)
+    near = cKDTree(centre).query(centre, k=min(_NEIGHBOURS, len(centre)))[1]
+    depth = -np.einsum("kja,ka->kj", centre[near] - centre[:, None], normal)
+    behind = (depth > 0) & (np.einsum("kja,ka->kj", normal[near], normal) < _OPPOSITE)
+    return np.asarray(np.where(behind, depth, np.inf).min(axis=1))
+
+
+def edges(skin: Skin) -> FloatArray:
+    """Lengths (k, 3) m of the edges of every facet."""
+    corners = skin.nodes[skin.facets[:, :3]]
+    return np.asarray(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2))
+
+
+def worst_quarter(skin: Skin, ratio: FloatArray) -> int:
+    """The facet at the end of the quarter of the skin's area where `ratio` (k,) is largest."""
+    corners = skin.nodes[skin.facets[:, :3]]
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    order = np.argsort(-ratio)
+    return int(order[int(np.searchsorted(np.cumsum(area[order]), _SHARE * area.sum()))])

@@ -12,6 +12,8 @@ import numpy as np
 from nvhchain import acoustics, chain, interop, levels, plots
 from nvhchain.case import Case, GearboxCase, HousingModel
 from nvhchain.errors import InputError, require
+from nvhchain.fem.modal_model import ModalModel
+from nvhchain.fem.solid_model import SolidModel
 from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.handoff import Surface
 from nvhchain.housing import Casting
@@ -84,10 +86,12 @@ def _panels(case: GearboxCase, surface: Surface) -> Panels | None:
     """Parts of the surface that have names, or None where the housing has none."""
     if isinstance(case.housing, Casting):
         return casting_panels(case.housing, surface)
-    if not isinstance(case.housing, HousingModel):
-        return None
-    given = case.housing
-    model = interop.read_solid_model(Path(case.folder) / given.file, units=given.units, spc=given.spc)
+    given, path = case.housing, Path(case.folder) / case.housing.file
+    model: SolidModel | ModalModel
+    if isinstance(given, HousingModel):
+        model = interop.read_solid_model(path, units=given.units, spc=given.spc)
+    else:
+        model = interop.read_modal_model(path, units=given.units)
     groups = {name: model.nodes[members] for name, members in model.groups.items() if len(members)}
     return group_panels(surface, groups) if groups else None
 

@@ -89,11 +89,15 @@ def draw(
 
 
 def _names(files: list[Path]) -> list[str]:
-    """What tells the files apart: their names, or those of their folders."""
-    for names in ([path.stem for path in files], [path.absolute().parent.name for path in files]):
+    """What tells the files apart: their names, those of their folders, their paths, or else also their numbers."""
+    for names in (
+        [path.stem for path in files],
+        [path.absolute().parent.name for path in files],
+        [str(path) for path in files],
+    ):
         if len(set(names)) == len(files):
             return names
-    return [str(path) for path in files]
+    return [f"{number}: {path}" for number, path in enumerate(files, start=1)]
 
 
 def _mesh_laws(laws: Mapping[str, MeshLaw], orders: bool) -> list[Axes]:

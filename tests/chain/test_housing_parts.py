@@ -11,10 +11,12 @@ from PIL import Image
 
 import nvhchain as nvh
 from nvhchain import cli, store
-from nvhchain.case import HousingModel
+from nvhchain.case import HousingModel, ModalResults
 from nvhchain.cli import main
 from nvhchain.errors import InputError
 from nvhchain.handoff import ForceSpectrum
+from nvhchain.housing import exported_modes
+from nvhchain.interop import write_modal_uff
 from nvhchain.report import contributions
 
 
@@ -151,6 +153,10 @@ def test_two_housings_give_their_modal_assurance(files, plot, tmp_path):
     assert [float(f) for f in head[1:]] == pytest.approx(housing.natural_frequency, rel=1e-5)
     assert table[order, np.arange(len(order))] == pytest.approx(np.ones(len(order)))
     assert table[0, 0] < 0.9
+    head, *lines = rows(plot("own.csv", files[0], files[0]))
+    own = np.array([line[1:] for line in lines], dtype=float)
+    assert own.diagonal() == pytest.approx(np.ones(len(order)))
+    assert head[0] == f"MAC of 1: {files[0]} (rows) and 2: {files[0]}, Hz"
 
 
 @pytest.mark.parametrize(
@@ -185,6 +191,16 @@ def test_groups_of_a_foreign_model_are_its_panels(case, told, tmp_path):
     panels = _panels(foreign, surface)
     assert "SKIN" in panels.names
     assert len(np.unique(panels.part)) > 1
+    model = exported_modes(store.load(next(told[0].glob("housing-*.h5"))))
+    ends = {
+        name: np.flatnonzero(np.abs(model.nodes[:, 2] - z) < 1e-3)
+        for name, z in (("rear", case.housing.depth), ("flange", 0.0))
+    }
+    write_modal_uff(replace(model, groups=ends), tmp_path / "modes.unv")
+    modal = _panels(replace(foreign, housing=ModalResults("modes.unv")), surface)
+    assert set(modal.names) == {"flange", "rear"}
+    rear = surface.centroids[:, 2] > 0.6 * case.housing.depth
+    assert (np.array(modal.names)[modal.part[rear]] == "rear").all()
 
 
 def test_number_of_modes_follows_from_a_tolerance_on_the_command_line(

@@ -9,10 +9,12 @@ from box_models import box, grid
 
 from nvhchain.conventions import STEEL, Air
 from nvhchain.errors import InputError
+from nvhchain.fem.modal_model import ModalModel
 from nvhchain.fem.solid_model import ElementBlock, SolidModel
 from nvhchain.handoff import Surface
 from nvhchain.housing.envelope import outer_envelope
 from nvhchain.housing.foreign_mesh import raised, sound_mesh
+from nvhchain.housing.foreign_modes import modal_skin
 from nvhchain.housing.mapping_error import facet_flux, gathered, mapping_error, source_power
 from nvhchain.housing.skin import solid_skin
 from nvhchain.housing.transfer import normal_motion
@@ -52,6 +54,7 @@ def test_solid_box_has_its_own_volume_and_faces_of_the_size_asked_for():
     skin = solid_skin(sound_mesh(box("hex8", counts=(8, 6, 4), lengths=SIZE))[0])
     made = envelope(skin)
     assert made.exposed.all()
+    assert "cavity" not in made.notes[0]
     assert made.surface.volume == pytest.approx(0.4 * 0.3 * 0.2, rel=0.03)
     assert made.surface.areas.sum() == pytest.approx(OUTSIDE, rel=0.08)  # edges are rounded over about a face
     corners = made.surface.vertices[made.surface.triangles]
@@ -64,6 +67,8 @@ def test_cavity_is_closed_off_and_its_walls_do_not_radiate():
     made = envelope(skin := hollow())
     assert made.surface.volume == pytest.approx(0.4 * 0.3 * 0.2, rel=0.03)
     assert area(skin, made.exposed) == pytest.approx(OUTSIDE, rel=1e-9)
+    told = re.search(r"with (\S+) litres of cavity closed off", made.notes[0])
+    assert float(told[1]) == pytest.approx(0.36 * 0.26 * 0.16 * 1e3, rel=0.1)
 
 
 def test_small_hole_is_capped_and_a_large_one_is_not():
@@ -88,6 +93,33 @@ def test_cavity_narrower_than_the_widest_admitted_hole_does_not_leak(opening):
     assert float(note[1]) == pytest.approx(1e3 * opening)
     assert float(note[2]) == pytest.approx(0.36 * 0.26 * 0.16 * 1e3, rel=0.1)
     assert 40 < float(note[3]) < 160
+
+
+def test_sheet_that_closes_a_case_of_solids_radiates_on_its_outside_alone():
+    case = hollow(bottom=False)
+    x, y = np.linspace(0.02, 0.38, 19), np.linspace(0.02, 0.28, 14)
+    lid = np.stack([*np.meshgrid(x, y, indexing="ij"), np.zeros((19, 14))], axis=-1).reshape(-1, 3)
+    i, j = (a.ravel() for a in np.indices((18, 13)))
+    corner = len(case.nodes) + 14 * i + j
+    sheet = np.concatenate(
+        [np.column_stack([corner, corner + 14, corner + 15]), np.column_stack([corner, corner + 15, corner + 1])]
+    )
+    nodes = np.vstack([case.nodes, lid])
+    triangles = np.concatenate([case.facets, np.hstack([sheet, np.full((len(sheet), 3), -1)])])
+    model = ModalModel(
+        nodes=nodes,
+        labels=np.arange(len(nodes)),
+        triangles=triangles,
+        two_sided=np.arange(len(triangles)) >= len(case.facets),
+        frequency=np.array([100.0]),
+        damping=np.array([0.01]),
+        shapes=np.ones((1, len(nodes), 3)),
+    )
+    skin, shells, _ = modal_skin(model)
+    made = envelope(skin, shells=shells)
+    assert area(skin, made.exposed) == pytest.approx(OUTSIDE, rel=1e-6)
+    assert made.surface.volume == pytest.approx(0.4 * 0.3 * 0.2, rel=0.03)
+    assert area(case, envelope(case, opening=0.15).exposed) > 1.4 * OUTSIDE  # without it the inside, too
 
 
 def test_opening_wider_than_the_body_is_refused():

@@ -14,13 +14,18 @@ from scipy.spatial import cKDTree
 from nvhchain.errors import InputError
 from nvhchain.fem.faces import element_faces
 from nvhchain.fem.solid_model import SolidModel
+from nvhchain.fem.triangles import lying_on
 from nvhchain.handoff import FloatArray, IntArray
+from nvhchain.housing.skin import solid_skin
 
 _COINCIDENT = 1e-4
 """Parts of the mean edge within which two nodes lie at the same place; files round to seven digits of the extent."""
 
 _LINE = 1e-4
 """Width of a set of nodes over its length, below which they lie on a line; files round to seven digits."""
+
+_ON_SKIN = 1e-3
+"""Of a facet's size, within which the middle of another lies on it; with 1e-2 thin wedges of elements would, too."""
 
 _NAMED = 6
 """Nodes of a joint that the message names."""
@@ -67,6 +72,33 @@ def cracks(model: SolidModel, edge: float) -> list[str]:
     return [
         f"{len(pairs)} pairs of nodes coincide, first {model.labels[one]} and {model.labels[other]} at ({place}) mm: "
         "the mesh is open there as by a crack; merge them in the preprocessor, unless it is to be open"
+    ]
+
+
+def open_joints(model: SolidModel) -> list[str]:
+    """What is to be warned of where the skin of a quadratic model lies on skin that faces it and no rigid set holds it.
+
+    Meshes that divide a common face differently, or hang their nodes on it, are joined by their common nodes alone.
+    """
+    skin = solid_skin(model)
+    corners = skin.nodes[skin.facets[:, :3]]
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    area, centre = np.linalg.norm(cross, axis=1), corners.mean(axis=1)
+    rigid = np.zeros(len(skin.nodes), dtype=bool)
+    rigid[np.concatenate([[], *(one.nodes for one in model.rigid_sets)]).astype(np.int64)] = True
+    free = np.flatnonzero(~rigid[skin.facets[:, :3]].all(axis=1))
+    point, owner = lying_on(centre[free], corners[free], _ON_SKIN).T
+    against = (
+        np.einsum("ka,ka->k", cross[free[point]], cross[free[owner]]) < -0.99 * area[free[point]] * area[free[owner]]
+    )
+    found = np.unique(free[point[against]])
+    if not len(found):
+        return []
+    place = ", ".join(f"{1e3 * x:.4g}" for x in centre[found[0]])
+    return [
+        f"{1e4 * area[found].sum() / 2:.3g} cm² of the skin lie on skin that faces it, first at ({place}) mm: parts "
+        "that divide a common face differently are joined by their common nodes alone; divide it alike, unless it is "
+        "to be open"
     ]
 
 

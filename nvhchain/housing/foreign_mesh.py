@@ -16,7 +16,7 @@ from nvhchain.errors import InputError, require
 from nvhchain.fem.elements import reference_element
 from nvhchain.fem.solid_model import CORNERS, EDGES, ElementBlock, RigidSet, SolidModel
 from nvhchain.handoff import FloatArray, IntArray
-from nvhchain.housing.foreign_joints import check_joints, cracks, on_a_line
+from nvhchain.housing.foreign_joints import check_joints, cracks, on_a_line, open_joints
 
 QUADRATIC = {"tet": "tet10", "wedge": "wedge15", "hex": "hex20"}
 _FLIP = {"tet": (0, 2, 1, 3), "wedge": (3, 4, 5, 0, 1, 2), "hex": (4, 5, 6, 7, 0, 1, 2, 3)}
@@ -40,10 +40,11 @@ def sound_mesh(model: SolidModel) -> tuple[SolidModel, tuple[str, ...]]:
     model = _without_copies(model, notes)
     model = _compact(model, notes)
     model = _right_side_out(model, notes)
-    notes += cracks(model, mean_edge(model))
+    open_nodes = cracks(model, mean_edge(model))
     model = raised(model, notes)
     model = _straightened(model, notes)
     check_joints(model, mean_edge(model))
+    notes += open_nodes or open_joints(model)
     _check_constraints(model)
     return model, tuple(notes)
 

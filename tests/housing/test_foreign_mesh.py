@@ -10,10 +10,9 @@ from scipy.spatial import cKDTree
 from nvhchain.conventions import ALUMINIUM, STEEL
 from nvhchain.errors import InputError
 from nvhchain.fem import lowest_modes
-from nvhchain.fem.solid_model import ElementBlock, RigidSet
+from nvhchain.fem.solid_model import ElementBlock, RigidSet, SolidModel
 from nvhchain.housing.foreign import constrained
 from nvhchain.housing.foreign_mesh import sound_mesh
-from nvhchain.housing.skin import solid_skin
 
 
 def frequencies(model, top=4000.0):
@@ -95,11 +94,11 @@ def test_overlapping_elements_are_refused_by_their_nodes():
     wedge = ElementBlock("tet4", brick[[0, 1, 3, 4]][None], sound.blocks[0].material, np.array([900]), "X")
     inner = ElementBlock("tet4", brick[[0, 1, 3, 7]][None], sound.blocks[0].material, np.array([901]), "X")
     third = ElementBlock("tet4", brick[[0, 1, 3, 5]][None], sound.blocks[0].material, np.array([902]), "X")
-    model = sound_mesh(replace(sound, blocks=(sound.blocks[0], wedge, inner, third)))[0]
+    model = replace(sound, blocks=(sound.blocks[0], wedge, inner, third))
     with pytest.raises(
         InputError, match=r"1 faces belong to more than two elements, first at nodes .*: elements overlap"
     ):
-        solid_skin(model)
+        sound_mesh(model)
 
 
 @pytest.mark.parametrize("scale", [1e3, 1e-3])
@@ -266,3 +265,22 @@ def test_rigid_sets_that_share_nodes_are_refused_by_their_names_and_labels():
     third = RigidSet("THIRD", np.zeros(3), model.rigid_sets[1].nodes[[0, 1, 2]], 600)
     with pytest.raises(InputError, match=r"rigid sets S and THIRD share 5 nodes, \[19, 20, 21, "):
         sound_mesh(replace(model, rigid_sets=(*model.rigid_sets, third)))
+
+
+def test_common_face_that_is_divided_differently_is_reported_with_area_and_place():
+    """A brick beside eight, of which it shares four corners: the other nodes hang on its face of 30 cm²."""
+    fine, bricks = grid((2, 2, 2), (0.1, 0.06, 0.05))
+    coarse = np.array([(x, y, z) for x in (0.1, 0.2) for y in (0, 0.06) for z in (0, 0.05)])
+    nodes = np.vstack([fine, coarse[4:]])
+    row = [int(np.linalg.norm(nodes - at, axis=1).argmin()) for at in coarse]
+    one = np.array([[row[0], row[4], row[6], row[2], row[1], row[5], row[7], row[3]]])
+    elements = np.concatenate([bricks, one])
+    block = ElementBlock("hex8", elements, STEEL, np.arange(1, 10), "BOX")
+    held = np.zeros((len(nodes), 3), dtype=bool)
+    model = SolidModel(nodes, np.arange(1, len(nodes) + 1), (block,), (), held, {}, "two meshes")
+    (told,) = [note for note in sound_mesh(model)[1] if "lie on skin that faces it" in note]
+    assert told.startswith("60 cm² of the skin")
+    assert "first at (100, " in told
+    tied = replace(model, rigid_sets=(RigidSet("joint", np.zeros(3), np.flatnonzero(nodes[:, 0] == 0.1)),))
+    for sound in (tied, box("hex8"), box("tet4", counts=(5, 3, 1), lengths=(0.2, 0.12, 0.001))):
+        assert not any("lie on skin" in note for note in sound_mesh(sound)[1])

@@ -106,7 +106,10 @@ def loaded_mesh(
     SolverError if it does not get there.
     """
     check_arguments(loaded_mesh, locals())
-    require(0 < force < inf, f"force = {force:g} N must be positive and finite")
+    require(
+        0 < force < inf,
+        f"force = {force:g} N must be positive and finite: unloaded flanks touch at `Engagement.first_contact`",
+    )
     require(isfinite(angle), f"angle = {angle:g} rad must be finite")
     tolerance, start = 1e3 * engagement.fidelity.contact_residual, engagement.first_contact(angle)
     pressed = max(guess - start, 0.1 * guess)

@@ -82,7 +82,8 @@ def test_tip_edges_carry_where_flanks_alone_would_not_touch_yet(pair, compliance
 def test_no_load_means_no_deflection_and_is_not_asked_for(pair, compliances):
     engagement = engaged(pair, compliances, 8)
     assert not engagement.mesh_force(0.1, np.array([0.0, -0.5 * pair.backlash, -pair.backlash])).any()
-    with pytest.raises(InputError, match="force = 0 N must be positive"):
+    assert engagement.first_contact(0.1) == 0.0
+    with pytest.raises(InputError, match="force = 0 N must be positive and finite: unloaded flanks touch at"):
         loaded_mesh(engagement, 0.1, 0.0, guess=1e-6)
 
 

@@ -77,6 +77,7 @@ _META: dict[str, tuple[str, str, tuple[str, ...]]] = {
     "TransferVectors.points": ("m", "field points", ("point", "axis")),
     "TransferVectors.vectors": ("Pa s/m", "acoustic transfer vectors", ("frequency", "point", "face")),
     "TransferVectors.image_vectors": ("Pa s/m", "part by way of the plane", ("frequency", "point", "face")),
+    "TransferVectors.breaks": ("Hz", "master that ends a piece of the band", ("break",)),
     "ModalTransferVectors.frequency": ("Hz", "frequency", ("frequency",)),
     "ModalTransferVectors.points": ("m", "field points", ("point", "axis")),
     "ModalTransferVectors.modes": ("Pa s m-1 kg-1/2", "pressure per modal velocity", ("frequency", "point", "mode")),

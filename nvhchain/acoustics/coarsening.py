@@ -112,6 +112,21 @@ def coarse_surfaces(
     )
 
 
+def surface_changes(below: Sequence[CoarseSurface], low: float, high: float) -> FloatArray:
+    """Hz within a band up to which one surface is used and beyond which, by the next number, another one is.
+
+    below: surfaces for lower frequencies, coarsest first; the first that carries a frequency is used.
+    """
+    ends = {one.highest_frequency for one in below} | {float(np.nextafter(one.lowest_frequency, 0.0)) for one in below}
+    inside = np.array(sorted(end for end in ends if low < end < high))
+
+    def used(frequency: FloatArray) -> IntArray:
+        carried = np.array([*(one.carries(frequency) for one in below), np.ones(len(frequency), dtype=bool)])
+        return np.asarray(carried.argmax(axis=0))
+
+    return inside[used(inside) != used(np.nextafter(inside, np.inf))]
+
+
 def octupole_error(coarse: Surface, frequency: float, air: Air) -> float:
     """Error of octupoles on a coarse surface at a frequency (Hz), relative to the peak at field points."""
     radius_squared = float(coarse.areas.sum()) / (4 * np.pi)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property, partial
+from itertools import pairwise
 
 import numpy as np
 
@@ -121,17 +122,48 @@ class Nodes:
 
 
 @dataclass(frozen=True, eq=False)
-class Interpolant(Nodes):
-    """Transfer vectors as jω e^{−jkr} times a smooth remainder known at the nodes.
+class Interpolant:
+    """Transfer vectors as jω e^{−jkr} times a smooth remainder known at the nodes, those of a piece of the band after
+    those of the piece below (`TransferVectors.breaks`); masters of one piece say nothing of another.
 
-    atv: without a plane (`TransferVectors.unfolded`).
+    atv: without a plane (`TransferVectors.unfolded`).  pieces: the nodes of each.
     """
 
     atv: TransferVectors
+    pieces: tuple[Nodes, ...]
+
+    @cached_property
+    def node(self) -> FloatArray:
+        """(n_node,) Hz, of all pieces."""
+        return np.concatenate([piece.node for piece in self.pieces])
+
+    @property
+    def can_estimate(self) -> bool:
+        """Whether every piece can spare a master."""
+        return all(piece.can_estimate for piece in self.pieces)
+
+    def weights(self, frequency: FloatArray) -> ComplexArray:
+        """As `Nodes.weights`."""
+        weights = np.zeros((len(frequency), len(self.node)), dtype=complex)
+        for piece, nodes, lines in self._shared_out(frequency):
+            weights[lines, nodes] = piece.weights(frequency[lines])
+        return weights
+
+    def error_weights(self, frequency: FloatArray) -> ComplexArray:
+        """As `Nodes.error_weights`."""
+        weights = np.zeros((2, len(frequency), len(self.node)), dtype=complex)
+        for piece, nodes, lines in self._shared_out(frequency):
+            weights[:, lines, nodes] = piece.error_weights(frequency[lines])
+        return weights
+
+    def poles_between(self, low: float, high: float) -> ComplexArray:
+        """As `Nodes.poles_between`."""
+        ((piece, _, _),) = self._shared_out(np.array([0.5 * (low + high)]))
+        return piece.poles_between(low, high)
 
     def wavenumber(self, frequency: FloatArray) -> FloatArray:
         """rad/m of the removed phase at frequencies in Hz (zero where no phase is removed)."""
-        return frequency * (2 * np.pi / self.atv.air.speed_of_sound if self.phase_removed else 0.0)
+        return frequency * (2 * np.pi / self.atv.air.speed_of_sound if self.pieces[-1].phase_removed else 0.0)
 
     def distance(self, point: int) -> FloatArray:
         """(n_face,) m from the faces' centroids: the r of the removed phase."""
@@ -139,13 +171,30 @@ class Interpolant(Nodes):
 
     def at_nodes(self, point: int) -> ComplexArray:
         """e^{jkr} times the vectors at the nodes: (n_node, n_face) Pa/(m/s)."""
-        first = len(self.atv.frequency) - len(self.masters)
-        values = np.empty((len(self.node), len(self.atv.surface.triangles)), dtype=complex)
-        values[self.mirrored :] = self.atv.vectors[first:, point]
-        if self.phase_removed:
-            values[self.mirrored :] *= np.exp(1j * self.wavenumber(self.masters)[:, None] * self.distance(point))
-        np.conj(values[self.mirrored : 2 * self.mirrored][::-1], out=values[: self.mirrored])
-        return values
+        known = self.atv.vectors[:, point]
+        if self.pieces[-1].phase_removed:
+            known = known * np.exp(1j * self.wavenumber(self.atv.frequency)[:, None] * self.distance(point))
+        values = []
+        for piece, masters in zip(self.pieces, pieces_of(self.atv), strict=True):
+            mine = known[masters][len(self.atv.frequency[masters]) - len(piece.masters) :]
+            values += [mine[: piece.mirrored][::-1].conj(), mine]
+        return np.concatenate(values)
+
+    def _shared_out(self, frequency: FloatArray) -> Iterator[tuple[Nodes, slice, IntArray]]:
+        """The pieces in which some of the lines (n_f,) Hz lie, with where their nodes stand and the indices of the
+        lines."""
+        breaks = np.empty(0) if self.atv.breaks is None else self.atv.breaks
+        of_line, ends = np.searchsorted(breaks, frequency), np.cumsum([len(piece.node) for piece in self.pieces])
+        for i, piece in enumerate(self.pieces):
+            lines = np.flatnonzero(of_line == i)
+            if len(lines):
+                yield piece, slice(ends[i] - len(piece.node), ends[i]), lines
+
+
+def pieces_of(atv: TransferVectors) -> list[slice]:
+    """The masters of each piece of the band."""
+    ends = [] if atv.breaks is None else np.searchsorted(atv.frequency, atv.breaks, side="right").tolist()
+    return [slice(start, stop) for start, stop in pairwise([0, *ends, len(atv.frequency)])]
 
 
 def support(weights: ComplexArray) -> slice:
@@ -168,8 +217,13 @@ def interpolant(atv: TransferVectors, fidelity: AcousticsFidelity) -> Interpolan
     `linear` keeps the phase in and joins neighbouring masters by straight lines.
     """
     atv = atv.unfolded()
-    nodes = nodes_at(atv.frequency, fidelity, partial(_inner_products, atv))
-    return Interpolant(**vars(nodes), atv=atv)
+    return Interpolant(
+        atv,
+        tuple(
+            nodes_at(atv.frequency[piece], fidelity, partial(_inner_products, atv, piece.stop))
+            for piece in pieces_of(atv)
+        ),
+    )
 
 
 def nodes_at(
@@ -208,8 +262,11 @@ def check_lines(atv: TransferVectors, frequency: FloatArray) -> None:
     )
 
 
-def _inner_products(atv: TransferVectors, masters: FloatArray, mirrored: int) -> ComplexArray:
-    """Inner products of the remainders at mirrored masters and masters, conjugate first; every point counts alike."""
+def _inner_products(atv: TransferVectors, stop: int, masters: FloatArray, mirrored: int) -> ComplexArray:
+    """Inner products of the remainders at mirrored masters and masters, conjugate first; every point counts alike.
+
+    masters: (n,) Hz, the last ones before the one with index `stop`.
+    """
     faces = len(atv.surface.triangles)
     pairs = np.arange(len(atv.points) * faces)
     if len(pairs) > _PAIRS:
@@ -217,7 +274,7 @@ def _inner_products(atv: TransferVectors, masters: FloatArray, mirrored: int) ->
     point, face = pairs // faces, pairs % faces
     distance = np.linalg.norm(atv.points[point] - atv.surface.centroids[face], axis=1)
     wavenumber = 2 * np.pi / atv.air.speed_of_sound * masters[:, None]
-    values = atv.vectors[len(atv.frequency) - len(masters) :, point, face] * np.exp(1j * wavenumber * distance)
+    values = atv.vectors[stop - len(masters) : stop, point, face] * np.exp(1j * wavenumber * distance)
     values /= masters[:, None]
     power = np.bincount(point, (np.abs(values) ** 2).sum(axis=0), len(atv.points))
     values /= np.sqrt(np.where(power > 0, power, 1.0))[point]

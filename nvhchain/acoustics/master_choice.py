@@ -11,7 +11,6 @@ from typing import Any, Generic, Protocol, TypeVar
 import numpy as np
 
 from nvhchain.acoustics.bands import BAND
-from nvhchain.acoustics.interpolation import Nodes
 from nvhchain.acoustics.linear_system import SolverRecord
 from nvhchain.conventions import Progress
 from nvhchain.errors import AccuracyWarning, SolverError, require
@@ -26,6 +25,9 @@ _NARROW = 0.25
 
 _LEAST = 3
 """Masters to begin with at least: one is left out, two predict it."""
+
+FEWEST = 5
+"""Masters that a choice takes at least: `_LEAST` and two of test."""
 
 _FIRST = (2.0, 0.6)
 """Masters of a narrow band to begin with: the first plus the second times the wavenumber of the band times the body's
@@ -43,7 +45,16 @@ _LINES = np.array([0.25, 0.5, 0.75])
 """Where between two masters the error is estimated, besides at the poles."""
 
 Found = TypeVar("Found", TransferVectors, RadiationResistance)
-Smooth = TypeVar("Smooth", bound=Nodes)
+
+
+class Smoothed(Protocol):
+    """What joins masters."""
+
+    def poles_between(self, low: float, high: float) -> ComplexArray:
+        """As `Nodes.poles_between`."""
+
+
+Smooth = TypeVar("Smooth", bound=Smoothed)
 
 
 class Source(Protocol[Found, Smooth]):
@@ -81,10 +92,9 @@ class Chosen(Generic[Found]):
 def check_band(low: float, high: float, fidelity: AcousticsFidelity) -> None:
     """`InputError` for a band (Hz) that is empty or not finite and for too few masters to choose from."""
     require(0 <= low < high < np.inf, f"band {low:g}…{high:g} Hz is empty: give 0 ≤ low < high, finite")
-    least = _LEAST + _added(_LEAST)
     require(
-        fidelity.masters >= least,
-        f"{fidelity.masters} masters are too few to choose from: allow {least} at least",
+        fidelity.masters >= FEWEST,
+        f"{fidelity.masters} masters are too few to choose from for {low:g}…{high:g} Hz: allow {FEWEST} at least",
     )
 
 
@@ -177,7 +187,7 @@ def _report(report: Progress, known: int, most: int, done: int, _: int) -> None:
     report(known + done, most)
 
 
-def _lines_between(masters: FloatArray, smooth: Nodes) -> tuple[FloatArray, IntArray]:
+def _lines_between(masters: FloatArray, smooth: Smoothed) -> tuple[FloatArray, IntArray]:
     """Lines (Hz) at which the error is estimated, and the index of the gap between masters each lies in."""
     lines: list[float] = []
     for left, right in pairwise(masters):
@@ -186,7 +196,7 @@ def _lines_between(masters: FloatArray, smooth: Nodes) -> tuple[FloatArray, IntA
     return at, np.searchsorted(masters, at) - 1
 
 
-def _untested_peaks(masters: FloatArray, smooth: Nodes) -> FloatArray:
+def _untested_peaks(masters: FloatArray, smooth: Smoothed) -> FloatArray:
     """Frequencies (Hz) of resonances narrower than the gap between masters in which they are predicted."""
     found = [
         poles.real[np.abs(poles.imag) < _NARROW * (right - left)]

@@ -5,8 +5,8 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable
 from concurrent.futures import Executor
-from dataclasses import dataclass
-from functools import partial
+from dataclasses import dataclass, replace
+from functools import partial, reduce
 from pathlib import Path
 from typing import Any
 
@@ -14,10 +14,18 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nvhchain.acoustics.accuracy import coarse_accuracy
-from nvhchain.acoustics.coarsening import coarse_surfaces
+from nvhchain.acoustics.coarsening import coarse_surfaces, surface_changes
 from nvhchain.acoustics.interpolation import Interpolant, interpolant
 from nvhchain.acoustics.linear_system import SolverRecord
-from nvhchain.acoustics.master_choice import KNOBS, check_band, choose_masters, first_masters, squared_norms
+from nvhchain.acoustics.master_choice import (
+    FEWEST,
+    KNOBS,
+    Chosen,
+    check_band,
+    choose_masters,
+    first_masters,
+    squared_norms,
+)
 from nvhchain.acoustics.plane import with_images
 from nvhchain.acoustics.surface import check_points
 from nvhchain.acoustics.transfer import made_by, told, transfer_vectors
@@ -51,7 +59,9 @@ def adaptive_transfer_vectors(
 ) -> TransferVectors:
     """Transfer vectors at as few master frequencies as interpolation within `fidelity.master_tolerance_db` allows.
 
-    Never fewer than three masters and two of test are taken, however narrow the band.
+    Never fewer than three masters and two of test are taken, however narrow the band.  With
+    `fidelity.coarse_edge_ratios` each part of the band that has a surface of its own is a piece with masters of its own
+    (`TransferVectors.breaks`).
 
     The error of a vector is its 2-norm over the faces relative to the vector's, the worst of the field points: what a
     velocity that is alike on all faces and random in phase suffers in the mean.  It is estimated at 64 field points at
@@ -78,15 +88,32 @@ def adaptive_transfer_vectors(
         transfer_vectors, surface, points, air=air, fidelity=fidelity, engine=engine, plane=plane, executor=executor,
         shards=shards,
     )  # fmt: skip
-    first = first_masters(low, high, _waves(surface, high - low, air, plane), _PER_WAVE, fidelity)
+    source, per_hertz = _Vectors(solve, fidelity, len(points), deciding), _waves(surface, 1.0, air, plane)
+    exact = fidelity.radiation == "boundary_elements"
+    below = coarse_surfaces(surface, (), with_images(points, plane), plane, air, fidelity) if exact else ()
+    breaks = surface_changes(below, low, high)
+    chosen: list[Chosen[TransferVectors]] = []
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "the coarser surface", AccuracyWarning)  # said below, of all masters
-        chosen = choose_masters(_Vectors(solve, fidelity, len(points), deciding), first, fidelity, progress)
-    told = chosen.found.provenance | _made_by(fidelity, engine, chosen.records)
-    if fidelity.radiation == "boundary_elements":
-        below = coarse_surfaces(surface, (), with_images(points, plane), plane, air, fidelity)
-        told |= coarse_accuracy(below, chosen.found.frequency, air, fidelity, engine)
-    return chosen.found.replace(provenance=told | {"deciding_points": len(deciding)} | chosen.told)
+        for start, stop in reversed([*zip([low, *np.nextafter(breaks, np.inf)], [*breaks, high], strict=True)]):
+            taken = sum(len(one.found.frequency) for one in chosen)
+            left = replace(fidelity, masters=fidelity.masters - taken - FEWEST * (len(breaks) - len(chosen)))
+            check_band(start, stop, left)
+            first = first_masters(start, stop, per_hertz * (stop - start), _PER_WAVE, left)
+            chosen.append(choose_masters(source, first, left, partial(_report, progress, taken)))
+            warnings.simplefilter("ignore", AccuracyWarning)  # the highest frequency has said what there is to say
+    found = reduce(_together, (one.found for one in chosen))
+    records = [record for one in chosen for record in one.records]
+    told = chosen[0].found.provenance | _made_by(fidelity, engine, records)
+    told |= {name: max(one.told[name] for one in chosen) for name in chosen[0].told}
+    if exact:
+        told |= coarse_accuracy(below, found.frequency, air, fidelity, engine)
+    return found.replace(breaks=breaks if len(breaks) else None, provenance=told | {"deciding_points": len(deciding)})
+
+
+def _report(progress: Progress | None, known: int, done: int, total: int) -> None:
+    if progress is not None:
+        progress(known + done, known + total)
 
 
 @dataclass(frozen=True, eq=False)

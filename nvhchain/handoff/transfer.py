@@ -18,6 +18,7 @@ from nvhchain.handoff.base import (
     array,
     distinct_names,
     frequencies,
+    increasing,
 )
 from nvhchain.handoff.surface import Surface
 
@@ -67,6 +68,8 @@ class TransferVectors(HandOff):
     plane: a rigid plane near the body, or None for a free field.
     image_vectors: (n_f, n_point, n_face) complex Pa/(m/s), with a plane: the part of `vectors` that reaches the points
         by way of the plane, as if it went to their mirror images; its phase is that of the longer path.
+    breaks: (n_break,) Hz, masters that end a piece of the band, or None: beyond them the vectors are those of another
+        surface (`fidelity.coarse_edge_ratios`), and nothing is interpolated across.
     """
 
     frequency: FloatArray
@@ -76,6 +79,7 @@ class TransferVectors(HandOff):
     air: Air
     plane: RigidPlane | None = None
     image_vectors: ComplexArray | None = None
+    breaks: FloatArray | None = None
 
     def __post_init__(self) -> None:
         frequency = frequencies(self)
@@ -89,6 +93,13 @@ class TransferVectors(HandOff):
         )
         if self.image_vectors is not None:
             array(self, "image_vectors", complex, shape)
+        if self.breaks is not None:
+            array(self, "breaks", float, (None,))
+            increasing(self, "breaks")
+            require(
+                bool(np.isin(self.breaks, frequency[:-1]).all()),
+                f"TransferVectors.breaks {self.breaks} Hz end pieces of the band: each must be a master, not the last",
+            )
 
     def unfolded(self) -> TransferVectors:
         """The same vectors without a plane, to the points and then to their mirror images (2 n_point in all).
@@ -104,6 +115,7 @@ class TransferVectors(HandOff):
             np.concatenate([self.vectors - self.image_vectors, self.image_vectors], axis=1),
             self.surface,
             self.air,
+            breaks=self.breaks,
             provenance=self.provenance,
         )
 

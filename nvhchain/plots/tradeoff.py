@@ -63,9 +63,9 @@ def accuracy_cost(
             fontsize=9,
             ha="left",
         )
-    for axis in (ax.xaxis, ax.yaxis):
-        for each in (axis.set_major_formatter, axis.set_minor_formatter):
-            each(LogFormatter(minor_thresholds=(1.0, 0.4)))
+    ax.xaxis.set_major_formatter(LogFormatter(minor_thresholds=(1.0, 0.4)))
+    ax.xaxis.set_minor_formatter(LogFormatter(minor_thresholds=(1.0, 0.4)))
+    ax.yaxis.set_major_formatter("{x:g}")
     ax.set_xlabel("processor time with nothing on disk / s")
     ax.set_ylabel(f"error, {error_name} / dB")
     ax.margins(x=0.12)

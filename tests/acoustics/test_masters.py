@@ -7,6 +7,7 @@ import acoustics_bodies as bodies
 import numpy as np
 import pytest
 
+from nvhchain import store
 from nvhchain.acoustics import (
     RigidPlane,
     adaptive_transfer_vectors,
@@ -225,6 +226,25 @@ def test_a_coarser_surface_that_later_masters_alone_are_solved_on_is_told_and_wa
     assert atv.provenance["coarse_lowest_frequency"] == inside[0]
     assert atv.provenance["coarse_highest_frequency"] == inside[-1]
     assert sum("the coarser surface" in str(one.message) for one in said) == 1
+
+
+def test_masters_on_two_surfaces_are_joined_on_each_by_itself(air, tmp_path):
+    """The vectors jump where the surface changes: joined across, 128 masters left 62 dB where 0.1 dB were asked."""
+    body = bodies.box((0.3, 0.2, 0.15), 0.03)
+    fidelity = AcousticsFidelity(
+        elements_per_wavelength=4.5, masters=40, coarse_edge_ratios=(1.8,), coarse_elements_per_wavelength=4.5
+    )
+    (coarse,) = coarse_surfaces(body, (), POINTS[1:], None, air, fidelity)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", AccuracyWarning)  # a coarse mesh on purpose
+        atv = adaptive_transfer_vectors(body, POINTS[1:], 100.0, 1800.0, air=air, fidelity=fidelity)
+        assert atv.breaks.tolist() == [np.nextafter(coarse.lowest_frequency, 0), coarse.highest_frequency]
+        ends = np.concatenate([atv.breaks, np.nextafter(atv.breaks, np.inf)])
+        lines = np.sort([*np.linspace(110.0, 1790.0, 12), *ends])
+        again = store.load(store.save(atv, tmp_path / "vectors.h5"))
+        assert error_db(again, lines, fidelity).max() < 0.1
+    assert np.bincount(np.searchsorted(atv.breaks, lines)).min() > 1
+    assert len(atv.frequency) < 30
 
 
 def test_progress_and_shards_reach_the_solver(box, air, tmp_path):

@@ -22,10 +22,10 @@ from publish import publish
 
 import nvhchain as nvh
 from nvhchain.case import GearboxCase
-from nvhchain.chain import Result
 from nvhchain.error_band import BANDS, ErrorBand, error_band, force_band, velocity_band
 from nvhchain.fidelity import PRESETS
 from nvhchain.handoff import FloatArray
+from nvhchain.result import Result
 from nvhchain.tradeoff.deviation import REACH, deviation
 
 JUDGED = ("draft", "standard")

@@ -20,12 +20,12 @@ import nvhchain as nvh
 from nvhchain import acoustics
 from nvhchain.acoustics.accuracy import expected_accuracy
 from nvhchain.case import GearboxCase
-from nvhchain.chain import Result
 from nvhchain.error_band import ErrorBand, error_band
 from nvhchain.fidelity import DRAFT, REFERENCE, AcousticsFidelity, Fidelity
 from nvhchain.housing import Casting
 from nvhchain.housing.mesh import radiating_surface
 from nvhchain.housing.truncation import without_modes
+from nvhchain.result import Result
 from nvhchain.tradeoff import Measurement, shipped_sweep, variants
 from nvhchain.tradeoff.deviation import Deviation
 from nvhchain.tradeoff.knobs import BEYOND

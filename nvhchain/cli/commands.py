@@ -18,8 +18,8 @@ from nvhchain.fidelity import PRESETS, Fidelity
 
 if TYPE_CHECKING:
     from nvhchain.case import Case
-    from nvhchain.chain import Result
     from nvhchain.handoff import BearingForces
+    from nvhchain.result import Result
 
 
 def _fidelity(options: argparse.Namespace, cases: Sequence[Case]) -> Fidelity:

@@ -23,6 +23,7 @@ from nvhchain.plots.files import save
 from nvhchain.report.limits import limits
 from nvhchain.report.marks import order_marks
 from nvhchain.report.run_up import compare_run_ups
+from nvhchain.result import Result
 from nvhchain.resume import Watcher
 from nvhchain.store import write_text
 
@@ -76,7 +77,7 @@ def _running_up(cases: Sequence[Case]) -> bool:
     return kinds == {True}
 
 
-def _steady(results: Mapping[str, chain.Result], out: Path) -> dict[str, Any]:
+def _steady(results: Mapping[str, Result], out: Path) -> dict[str, Any]:
     """Table, figures and sound at constant speed; the summary of every configuration."""
     pressures = {name: result.pressure for name, result in results.items() if result.pressure is not None}
     configurations = {name: summarise(pressure) | limits(results[name]) for name, pressure in pressures.items()}
@@ -107,7 +108,7 @@ def summarise(pressure: FieldPressure) -> dict[str, Any]:
     }
 
 
-def _figures(results: Mapping[str, chain.Result], pressures: Mapping[str, FieldPressure], out: Path) -> None:
+def _figures(results: Mapping[str, Result], pressures: Mapping[str, FieldPressure], out: Path) -> None:
     marks = order_marks([result.case for result in results.values()])
     save(plots.pressure_spectrum(pressures, marks=marks), out / "pressure_spectrum.png")
     steady = {name: pressure for name, pressure in pressures.items() if pressure.input_speed}
@@ -125,7 +126,7 @@ def _figures(results: Mapping[str, chain.Result], pressures: Mapping[str, FieldP
         save([axes], out / f"surface_velocity-{name}.png")
 
 
-def _transmission_errors(results: Mapping[str, chain.Result]) -> dict[str, dict[str, Any]]:
+def _transmission_errors(results: Mapping[str, Result]) -> dict[str, dict[str, Any]]:
     """Quasi-static transmission error of every stage in every configuration: the limit of low speed."""
     stages: dict[str, dict[str, Any]] = {}
     for name, result in results.items():

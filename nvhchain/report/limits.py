@@ -5,15 +5,15 @@ from __future__ import annotations
 from math import isfinite, pi
 from typing import Any
 
-from nvhchain import chain
 from nvhchain.error_band import RunUpBand
 from nvhchain.handoff import FloatArray
+from nvhchain.result import Result
 
 NO_LIMIT = -1000.0
 """dB below which a lower limit is none."""
 
 
-def limits(result: chain.Result) -> dict[str, Any]:
+def limits(result: Result) -> dict[str, Any]:
     """Limits of the overall level at the first field point and of every line or speed there, dB(A) or dB; for the other
     quantities that the case asks for those of the place with the highest level."""
     band = result.error_band

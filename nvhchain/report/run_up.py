@@ -9,13 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from nvhchain import chain, levels, plots
+from nvhchain import levels, plots
 from nvhchain.handoff import FloatArray, PressureHistory
 from nvhchain.interop import write_history_wav
 from nvhchain.plots import OrderMarks
 from nvhchain.plots.files import save
 from nvhchain.report.limits import limits
 from nvhchain.report.marks import order_marks
+from nvhchain.result import Result
 from nvhchain.spectrum import Waterfall, order_cut, order_waterfall, waterfall
 
 ORDER_RESOLUTION = 0.15
@@ -28,7 +29,7 @@ WINDOW_BANDWIDTH = 1.5
 """Noise bandwidth of a Hann window in lines: by so much the energy of amplitude-corrected lines adds up too high."""
 
 
-def compare_run_ups(results: Mapping[str, chain.Result], out: Path) -> dict[str, Any]:
+def compare_run_ups(results: Mapping[str, Result], out: Path) -> dict[str, Any]:
     """Figures and sound of run-ups, at the first field point; the summary of every configuration."""
     marks = order_marks([result.case for result in results.values()])
     histories = {name: result.pressure_history for name, result in results.items() if result.pressure_history}

@@ -21,6 +21,7 @@ import h5py
 from nvhchain import chain
 from nvhchain.errors import InputError, SolverError
 from nvhchain.handoff import HandOff
+from nvhchain.result import Result
 from nvhchain.resume import Watcher
 
 
@@ -58,7 +59,7 @@ def _clocks() -> tuple[float, float]:
     return time.perf_counter(), sum(os.times()[:4])
 
 
-def keys_of(result: chain.Result) -> Iterator[tuple[str, str]]:
+def keys_of(result: Result) -> Iterator[tuple[str, str]]:
     """(stage, key) of every hand-off of a result that a stage made."""
     for field in dataclasses.fields(result):
         value = getattr(result, field.name)

@@ -24,7 +24,6 @@ from nvhchain.acoustics import (
 )
 from nvhchain.acoustics.level_accuracy import level_accuracy
 from nvhchain.case import FieldPoint, RadiatorCase, Ramp, Sphere
-from nvhchain.chain import Result
 from nvhchain.error_band import (
     COVERAGE,
     ErrorBand,
@@ -46,6 +45,7 @@ from nvhchain.housing import respond, truncation_errors
 from nvhchain.housing.truncation import RESIDUAL_MASS
 from nvhchain.levels import decibel, overall, overall_power, power_level
 from nvhchain.report.limits import limits
+from nvhchain.result import Result
 
 LINES = np.array([300.0, 900.0, 980.0, 1000.0, 1100.0, 1600.0])
 POINTS = np.array([[0.0, 0.2, 0.9], [0.7, 0.0, 0.1]])

@@ -1,0 +1,79 @@
+"""What a run leaves: the hand-offs, the level at the field points and how wrong they may be."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+from nvhchain import levels
+from nvhchain.case import Case
+from nvhchain.error_band import BANDS, ErrorBand, RunUpBand
+from nvhchain.fidelity import Fidelity
+from nvhchain.handoff import (
+    BearingForces,
+    Directivity,
+    FieldPressure,
+    FloatArray,
+    ForceSpectrum,
+    LoadDistribution,
+    MeshLaw,
+    NoiseTransferFunctions,
+    PressureHistory,
+    RadiationEfficiency,
+    RadiationResistance,
+    ReducedHousing,
+    SoundPower,
+    SurfaceVelocity,
+    TransferVectors,
+)
+
+
+@dataclass(frozen=True)
+class Result:
+    """Everything a run made or was given; what the case does not need is None (or empty).
+
+    given: names of the hand-offs that were ready-made.
+    """
+
+    case: Case
+    fidelity: Fidelity
+    mesh_laws: tuple[MeshLaw, ...] = ()
+    load_distributions: tuple[LoadDistribution, ...] = ()
+    bearing_forces: BearingForces | None = None
+    force_spectrum: ForceSpectrum | None = None
+    housing: ReducedHousing | None = None
+    surface_velocity: SurfaceVelocity | None = None
+    transfer_vectors: TransferVectors | None = None
+    pressure: FieldPressure | None = None
+    noise_transfer_functions: NoiseTransferFunctions | None = None
+    pressure_history: PressureHistory | None = None
+    radiation_resistance: RadiationResistance | None = None
+    sound_power: SoundPower | None = None
+    radiation_efficiency: RadiationEfficiency | None = None
+    directivity: Directivity | None = None
+    given: tuple[str, ...] = ()
+
+    @property
+    def overall(self) -> FloatArray:
+        """Level (n_point,) in dB(A) at the field points, over the lines or over the record of a run-up."""
+        if self.pressure_history is not None:
+            time = self.pressure_history.time
+            rate = (len(time) - 1) / float(time[-1] - time[0])
+            return levels.equivalent(self.pressure_history.pressure, sample_rate=rate)
+        assert self.pressure is not None
+        return levels.overall(self.pressure.frequency, self.pressure.pressure)
+
+    @cached_property
+    def error_band(self) -> ErrorBand | RunUpBand:
+        """How wrong the sound pressure may be (`nvhchain.error_band`): per line and overall, and of a run-up over the
+        speed and overall.
+
+        Ready-made mesh laws, forces and housings count as exact.
+        """
+        return BANDS["pressure"](self)
+
+    @cached_property
+    def error_bands(self) -> dict[str, ErrorBand | RunUpBand]:
+        """How wrong every quantity may be that the case asks for, by its name."""
+        makers = dict(BANDS) | {"pressure": lambda run: run.error_band}
+        return {quantity: makers[quantity](self) for quantity in self.case.quantities if quantity in makers}

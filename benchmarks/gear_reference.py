@@ -3,11 +3,11 @@
     python benchmarks/gear_reference.py OUT [NAME ...]
 
 Computes what is named (all by default: see `steps`) and is not yet in OUT, one step per process, and then writes the
-regression data and docs/measured/gear_reference.md from everything found in OUT; what of the reference is not there is
-kept as it is stored, if its pair and mesh are the same. Refined teeth (`<pair>-<i>`) are made
-for each angle of one mesh period and then put on every blank and under every misalignment (`<pair>-<condition>`): the
-blank's sector turns under them. Steps of the hybrid (`<pair>-hybrid, <condition>`) take seconds: delete their files
-when its law has changed.
+regression data from everything found in OUT; what of the reference is not there is kept as it is stored, if its pair
+and mesh are the same. The page docs/measured/gear_reference.md is written where OUT has the hybrid of all that is
+stored. Refined teeth (`<pair>-<i>`) are made for each angle of one mesh period and then put on every blank and under
+every misalignment (`<pair>-<condition>`): the blank's sector turns under them. Steps of the hybrid
+(`<pair>-hybrid, <condition>`) take seconds: delete their files when its law has changed.
 """
 
 from __future__ import annotations

@@ -67,6 +67,8 @@ def housing_from_modes(
         f"truncation_tolerance_db = {fidelity.truncation_tolerance_db:g}: the modes of {model.source} are given, "
         "they are not counted by a tolerance: leave it at 0",
     )
+    require(np.isfinite(surface_size) and surface_size > 0, f"surface_size = {surface_size:g} m must be positive")
+    require(modal_damping is None or 0 < modal_damping < 1, f"modal_damping = {modal_damping} must lie in 0 … 1")
     check_modes(model, f_max)
     frequency = model.frequency
     frequency = np.where(frequency < _RIGID * f_max, 0.0, frequency)
@@ -152,6 +154,7 @@ def housing_from_modes(
 
 def check_modes(model: ModalModel, f_max: float) -> None:
     """Raise InputError for a skin not as long as housings are and for modes that end below f_max (Hz)."""
+    require(np.isfinite(f_max) and f_max > 0, f"f_max = {f_max} Hz must be positive")
     check_extent(model.nodes[model.triangles[:, :3]], model.source)
     highest = model.frequency[-1]
     require(

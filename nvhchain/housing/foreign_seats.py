@@ -43,6 +43,7 @@ def seat_rows(
     Raises InputError for a bearing without a node or one that moves in no mode.
     """
     labels = labels or {}
+    require(len(positions) > 0, "no bearing seats are given: at least one is needed")
     _check_names(labels, positions)
     rows = np.array([_node(model, name, np.array(at, float), labels.get(name)) for name, at in positions.items()])
     for name, row in zip(positions, rows, strict=True):

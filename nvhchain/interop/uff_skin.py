@@ -65,7 +65,7 @@ def skin(
     of the elements, for messages.  Of shells that coat solids and of the solids' own skin that one is taken which has
     displacements, the solids' if both do; shells elsewhere radiate from both sides.  Faces of which a mid-edge node has
     no displacements go by their corners.
-    Raises InputError for elements without a skin and for solids that overlap.
+    Raises InputError for elements without a skin, a skin without displacements, and for solids that overlap.
     """
     rows: dict[int, IntArray] = {}
     for descriptor in dict.fromkeys(kind for kind, _ in elements):
@@ -91,6 +91,7 @@ def skin(
     triangles = np.concatenate([outward, sheets])
     used = np.unique(triangles[:, :3])
     still = int((~moves[used]).sum())
+    require(still < len(used), f"{what}: no node of the skin has displacements in every mode: export them there")
     if still:
         notes.append(f"{still} of {len(used)} corners of the skin have no displacements: they stand still")
     return UniversalSkin(

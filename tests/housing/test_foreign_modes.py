@@ -478,6 +478,22 @@ def test_modes_that_end_below_the_band_and_missing_nodes_are_refused(modes, cast
         housing_from_modes(undamped, at, f_max=F_MAX, surface_size=0.022, fidelity=fidelity)
 
 
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ({"f_max": np.nan}, "f_max = nan Hz must be positive"),
+        ({"surface_size": 0.0}, "surface_size = 0 m must be positive"),
+        ({"modal_damping": 1.2}, r"modal_damping = 1\.2 must lie in 0 … 1"),
+        ({"positions": {}}, "no bearing seats are given"),
+    ],
+)
+def test_numbers_that_are_none_are_refused_by_name(modes, casting, fidelity, wrong, message):
+    at = {bore.name: bore.centre for bore in casting.bores}
+    given = {"positions": at, "f_max": F_MAX, "surface_size": 0.022, "fidelity": fidelity, **wrong}
+    with pytest.raises(InputError, match=message):
+        housing_from_modes(modes, **given)
+
+
 def test_tolerance_for_the_number_of_modes_is_refused(modes, casting, fidelity):
     at = {bore.name: bore.centre for bore in casting.bores}
     asked = replace(fidelity, truncation_tolerance_db=0.2)

@@ -296,6 +296,11 @@ def test_corners_of_the_skin_without_displacements_are_told(tmp_path):
     model = read_modal_uff(path)
     still = int((solid.nodes[corners, 0] > 0.2).sum())
     assert model.notes == (f"{still} of {len(corners)} corners of the skin have no displacements: they stand still",)
+    universal_file(
+        path, "hex8", lambda solid: np.flatnonzero((np.abs(solid.nodes - [0.15, 0.1, 0.05]) < 0.01).all(axis=1))
+    )
+    with pytest.raises(InputError, match="no node of the skin has displacements in every mode"):
+        read_modal_uff(path)
 
 
 def test_element_with_another_number_of_nodes_than_its_type_has_is_refused(tmp_path):

@@ -12,22 +12,18 @@ import sys
 from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor, CancelledError, Executor
 from contextlib import contextmanager
-from contextvars import ContextVar
 from dataclasses import dataclass
 from importlib import import_module
 from typing import Any, TypeVar
 
-from threadpoolctl import threadpool_limits
-
 from nvhchain.errors import InputError, ResourceError, require
 from nvhchain.memory import free_memory
+from nvhchain.threads import blas_threads, granted
 
 T = TypeVar("T")
 
 _USABLE = 0.8
 """Share of a dask worker's memory limit that tasks may fill: beyond it dask pauses the worker, at 0.95 it ends it."""
-
-_GRANTED: ContextVar[int | None] = ContextVar("granted_threads", default=None)
 
 
 @contextmanager
@@ -121,26 +117,11 @@ def _room_of_cluster(workers: dict[str, Any], memory_per_task: int) -> Room:
     return Room(max(1, tasks), max(1, *machines.values(), 1))
 
 
-def share(neighbours: int, home: int, solve: Callable[..., T], *arguments: Any) -> T:
-    """`solve(*arguments)` on this machine's cores divided by the `neighbours` that share it.
-
-    home: process that hands out the tasks.  There, tasks side by side share one BLAS, whose threads only the one that
-    hands out may set (`threadpool_limits`); in a process that does nothing but tasks the setting stays.
-    """
+def share(neighbours: int, solve: Callable[..., T], *arguments: Any) -> T:
+    """`solve(*arguments)` on this machine's cores divided by the `neighbours` that share it."""
     count = max(1, cores() // neighbours)
-    if os.getpid() != home:
-        threadpool_limits(count)
-    token = _GRANTED.set(count)
-    try:
+    with blas_threads(count), granted(count):
         return solve(*arguments)
-    finally:
-        _GRANTED.reset(token)
-
-
-def at_most(threads: int) -> int:
-    """`threads`, or fewer where the task under way shares the machine with others (`share`)."""
-    granted = _GRANTED.get()
-    return threads if granted is None else min(threads, granted)
 
 
 def is_gone(executor: Executor) -> bool:

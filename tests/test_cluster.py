@@ -33,7 +33,7 @@ def vectors(executor=None, progress=None):
 def serial():
     """On one thread: rounding depends on how many take part in a factorisation."""
     with threadpool_limits(1), ThreadPoolExecutor(1) as own:
-        return own.submit(cluster.share, cluster.cores(), os.getpid(), vectors).result()
+        return own.submit(cluster.share, cluster.cores(), vectors).result()
 
 
 @pytest.fixture(scope="module")
@@ -76,14 +76,14 @@ def test_a_scheduler_is_reached_by_its_address_and_left_running(two_workers, ser
 def test_workers_leave_cores_to_each_other(two_workers):
     room = cluster.room(two_workers, 2**20)
     assert (room.tasks, room.neighbours) == (2, 2)
-    blas, assembly = two_workers.submit(cluster.share, room.neighbours, os.getpid(), _threads).result()
+    blas, assembly = two_workers.submit(cluster.share, room.neighbours, _threads).result()
     assert blas == assembly == max(1, cluster.cores() // 2)
 
 
 def _threads():
-    from nvhchain.acoustics import _fused_order
+    from nvhchain.threads import at_most
 
-    return max(pool["num_threads"] for pool in threadpool_info()), _fused_order.at_most(1000)
+    return max(pool["num_threads"] for pool in threadpool_info()), at_most(1000)
 
 
 def test_a_task_larger_than_every_worker_is_refused_with_the_number(two_workers):
@@ -191,7 +191,7 @@ def test_only_signs_of_a_lost_worker_count_as_one():
 
 def test_a_worker_with_other_code_refuses():
     with pytest.raises(InputError, match=r"a worker runs nvhchain 0.* its caller 0.0: install the same"):
-        _task("0.0", 1, os.getpid(), vectors)
+        _task("0.0", 1, vectors)
 
 
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "nonsense", ""])

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nvhchain.acoustics._fused_points import TILE
-from nvhchain.cluster import at_most
 from nvhchain.handoff import FloatArray, IntArray
+from nvhchain.threads import at_most
 
 BLOCK = 64
 """Test triangles assembled together: their rows are written once per tile, and must fit into the cache until then."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import warnings
 from collections import Counter
 from collections.abc import Callable, Generator
@@ -11,10 +10,9 @@ from contextlib import closing
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from nvhchain.acoustics.linear_system import SolverRecord
-from nvhchain.cluster import cores, is_gone, room, share, worker_lost
+from nvhchain.cluster import is_gone, room, share, worker_lost
 from nvhchain.conventions import Progress
 from nvhchain.errors import InputError, SolverError, require
 from nvhchain.handoff import ComplexArray, FloatArray
@@ -124,46 +122,45 @@ def _spread(
 ) -> Generator[tuple[int, Band]]:
     """(number of the job, its values) as they are finished; what is left is cancelled when the caller stops asking."""
     place = room(executor, memory_per_task)
-    common = (code_version("acoustics"), place.neighbours, os.getpid(), solve)
+    common = (code_version("acoustics"), place.neighbours, solve)
     waiting, running, losses = list(range(len(jobs))), dict[Future[Band], int](), Counter[int]()
-    with threadpool_limits(max(1, cores() // place.neighbours)):
-        try:
-            while waiting or running:
-                while waiting and len(running) < place.tasks:
-                    running[_submitted(executor, *common, *jobs[waiting[0]])] = waiting[0]
-                    del waiting[0]
-                finished, _ = wait(running, timeout=_PATIENCE, return_when=FIRST_COMPLETED)
-                if not finished and is_gone(executor):
-                    raise BrokenExecutor("its scheduler is gone")
-                for future in finished:
-                    number = running[future]
-                    error = _lost(future)
-                    if isinstance(error, BrokenExecutor):
-                        raise error
-                    del running[future]
-                    if error is None:
-                        yield number, future.result()
-                        continue
-                    losses[number] += 1
-                    if losses[number] == _LOSSES:
-                        raise SolverError(
-                            f"{_LOSSES} workers were lost one after the other under the same band of frequencies "
-                            f"({error}): it needs {memory_per_task / 2**30:.3g} GiB; give workers more memory"
-                        ) from error
-                    waiting.insert(0, number)
-        except BrokenExecutor as error:
-            left = sorted([*running.values(), *waiting])
-            warnings.warn(
-                f"the executor is broken ({error}): {len(left)} bands of frequencies are solved in this process",
-                RuntimeWarning,
-                stacklevel=2,
-            )
-            running.clear()
-            for number in left:
-                yield number, _task(*common, *jobs[number])
-        finally:
-            for future in running:
-                future.cancel()
+    try:
+        while waiting or running:
+            while waiting and len(running) < place.tasks:
+                running[_submitted(executor, *common, *jobs[waiting[0]])] = waiting[0]
+                del waiting[0]
+            finished, _ = wait(running, timeout=_PATIENCE, return_when=FIRST_COMPLETED)
+            if not finished and is_gone(executor):
+                raise BrokenExecutor("its scheduler is gone")
+            for future in finished:
+                number = running[future]
+                error = _lost(future)
+                if isinstance(error, BrokenExecutor):
+                    raise error
+                del running[future]
+                if error is None:
+                    yield number, future.result()
+                    continue
+                losses[number] += 1
+                if losses[number] == _LOSSES:
+                    raise SolverError(
+                        f"{_LOSSES} workers were lost one after the other under the same band of frequencies "
+                        f"({error}): it needs {memory_per_task / 2**30:.3g} GiB; give workers more memory"
+                    ) from error
+                waiting.insert(0, number)
+    except BrokenExecutor as error:
+        left = sorted([*running.values(), *waiting])
+        warnings.warn(
+            f"the executor is broken ({error}): {len(left)} bands of frequencies are solved in this process",
+            RuntimeWarning,
+            stacklevel=2,
+        )
+        running.clear()
+        for number in left:
+            yield number, _task(*common, *jobs[number])
+    finally:
+        for future in running:
+            future.cancel()
 
 
 def _submitted(executor: Executor, *task: Any) -> Future[Band]:
@@ -192,11 +189,11 @@ def _lost(future: Future[Band]) -> BaseException | None:
     return None
 
 
-def _task(version: str, neighbours: int, home: int, solve: Callable[..., Band], *job: Any) -> Band:
+def _task(version: str, neighbours: int, solve: Callable[..., Band], *job: Any) -> Band:
     """One band on a worker, which must run the code that its caller runs."""
     require(
         code_version("acoustics") == version,
         f"a worker runs nvhchain {code_version('acoustics')}, its caller {version}: install the same on all machines "
         "and restart the workers",
     )
-    return share(neighbours, home, solve, *job)
+    return share(neighbours, solve, *job)

@@ -4,11 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from importlib import import_module
-
-from threadpoolctl import threadpool_info, threadpool_limits
 
 from nvhchain.acoustics._fused_order import threads
 from nvhchain.acoustics.bands import BAND
@@ -21,6 +18,7 @@ from nvhchain.fidelity import STANDARD, AcousticsFidelity
 from nvhchain.handoff import FloatArray, RigidPlane, Surface
 from nvhchain.kinds import check_arguments
 from nvhchain.memory import free_memory
+from nvhchain.threads import blas_threads, granted
 
 ENGINES = {"fused": "nvhchain.acoustics._fused", "bempp": "nvhchain.acoustics._bempp"}
 """Name of every engine and the module that offers `systems(surface, wavenumbers, fidelity)`; opened when first used."""
@@ -28,9 +26,9 @@ ENGINES = {"fused": "nvhchain.acoustics._fused", "bempp": "nvhchain.acoustics._b
 _STRIPED = ("fused",)
 """Engines that also offer `stripes`, complete rows a few at a time, which can be compressed."""
 
-_BATCH_BYTES = {"fused": 4 * 2**30, "bempp": 0}
-"""The fused engine builds the matrices of as many frequencies at once as fit into this: they share geometry, and
-threads solve one each."""
+_BATCH_BYTES = {"fused": 8 * 2**30, "bempp": 0}
+"""The fused engine builds the matrices of as many frequencies at once as fit into this: they share geometry (two take
+1.25 times as long as one, four twice), and threads solve one each."""
 
 _MATRIX_COPIES = {"fused": 1.0, "bempp": 3.0}
 """Matrices alive at once per matrix handed over (bempp assembles its four operators one by one and adds them)."""
@@ -42,7 +40,7 @@ _SHARED = 0.5
 """Part of the free memory that more than one frequency at a time may take with the results: less is kept for these when
 the next are begun."""
 
-_COMPRESSED_BYTES = 2 * 2**30
+_COMPRESSED_BYTES = 4 * 2**30
 """Compressed matrices of as many frequencies as fit into this are made together."""
 
 _STRIPE_BYTES = 1536 * 2**20
@@ -79,19 +77,22 @@ def systems(
 def solve_each(batches: Iterable[list[System]], solve: Callable[[int, System], None]) -> SolverRecord:
     """Call `solve(number, system)` for every system and give its memory back; how all were solved.
 
-    Systems that stand in memory together are solved side by side, in no more threads than assemble.
+    Systems that stand in memory together are solved side by side, in no more threads than assemble; what is left of
+    these each one has for its own products.
     """
     record, number = SolverRecord(), 0
 
-    def solved(at: int, system: System) -> SolverRecord:
-        solve(at, system)
+    def solved(at: int, system: System, own: int) -> SolverRecord:
+        with granted(own), blas_threads(own):
+            solve(at, system)
         system.release()
         return system.record
 
     for batch in batches:
         count = workers(len(batch))
-        with _shared_blas(count), ThreadPoolExecutor(count) as pool:
-            for done in [pool.submit(solved, number + i, system) for i, system in enumerate(batch)]:
+        own = max(1, threads() // count)
+        with ThreadPoolExecutor(count) as pool:
+            for done in [pool.submit(solved, number + i, system, own) for i, system in enumerate(batch)]:
                 record += done.result()
         number += len(batch)
         batch.clear()
@@ -101,14 +102,6 @@ def solve_each(batches: Iterable[list[System]], solve: Callable[[int, System], N
 def workers(frequencies: int) -> int:
     """Systems that are solved side by side at most."""
     return max(1, min(threads(), BAND, frequencies))
-
-
-def _shared_blas(count: int) -> AbstractContextManager[object]:
-    """The threads that BLAS has now divided by `count` callers."""
-    if count == 1:
-        return nullcontext()
-    most = min((library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"), default=1)
-    return threadpool_limits(max(1, most // count), user_api="blas")
 
 
 def _dense(
@@ -123,7 +116,7 @@ def _compressed(
     engine: str, surface: Surface, wavenumbers: FloatArray, fidelity: AcousticsFidelity, plane: RigidPlane | None
 ) -> list[System]:
     # Thousands of small products: threads of their own cost ten times what they save; the engine has its threads.
-    with threadpool_limits(1, user_api="blas"):
+    with blas_threads(1):
         stripes = import_module(ENGINES[engine]).stripes(surface, wavenumbers, fidelity, plane, memory=_STRIPE_BYTES)
         return [*compressed_systems(stripes, surface, len(wavenumbers), fidelity, plane)]
 
@@ -136,11 +129,14 @@ def estimate_memory(
     *,
     points: int = 0,
     frequencies: int = 0,
+    free: int | None = None,
 ) -> int:
     """Peak bytes of one task, a band of frequencies solved as `fidelity.solver` says ("auto": dense matrices).
 
     points, frequencies: field points (twice as many with a reflecting plane) and masters of transfer vectors, whose
     results and columns come on top (`vectors_memory`).
+    free: bytes that there are; where they are short, what a run takes that solves fewer frequencies at once and, for
+    "auto", compresses the matrices, or the least that it would have to take.
     Compressed matrices: at the frequency where the mesh has `fidelity.elements_per_wavelength`; finer meshes take less.
     """
     check_arguments(estimate_memory, locals())
@@ -153,10 +149,12 @@ def estimate_memory(
             f"memory for {count} {name} cannot be estimated: give a whole number from {least} up",
         )
     check_engine(engine)
-    count = _batch(n_vertex, n_face, frequencies or BAND, engine, fidelity)
-    return _solver_memory(n_vertex, n_face, count, engine, fidelity) + sum(
-        vectors_memory(n_vertex, n_face, points, frequencies)
-    )
+    kept = sum(vectors_memory(n_vertex, n_face, points, frequencies))
+    ways = [*_ways(n_vertex, n_face, frequencies or BAND, engine, fidelity)]
+    fastest, least = ways[0][2], ways[-1][2]
+    if free is None:
+        return fastest + kept
+    return next((task for _, count, task in ways if _fits(count, task + kept, free)), least) + kept
 
 
 def vectors_memory(n_vertex: int, n_face: int, points: int, frequencies: int) -> tuple[int, int]:
@@ -217,13 +215,9 @@ def _fitting(
         f"engine {engine} cannot compress its matrices: use engine {', '.join(_STRIPED)} or another solver",
     )
     free = free_memory()
-    solvers = ("auto", "compressed") if fidelity.solver == "auto" and striped else (fidelity.solver,)
-    for solver in solvers:
-        chosen = replace(fidelity, solver=solver)
-        for count in range(_batch(n_vertex, n_face, frequencies, engine, chosen), 0, -1):
-            task = _solver_memory(n_vertex, n_face, count, engine, chosen)
-            if task + kept <= (free if count == 1 else _SHARED * free):
-                return chosen, count, task
+    for chosen, count, task in _ways(n_vertex, n_face, frequencies, engine, fidelity):
+        if _fits(count, task + kept, free):
+            return chosen, count, task
     raise ResourceError(
         f"boundary element matrices of {n_face} triangles (solver {chosen.solver!r}) need "
         f"{(task + kept) / 2**30:.3g} GiB, {free / 2**30:.3g} GiB are free: "
@@ -231,3 +225,20 @@ def _fitting(
         + ("choose solver = 'compressed', " if striped and chosen.solver != "compressed" else "")
         + "lower the upper frequency or the elements per wavelength (memory falls with their fourth power)"
     )
+
+
+def _ways(
+    n_vertex: int, n_face: int, frequencies: int, engine: str, fidelity: AcousticsFidelity
+) -> Iterator[tuple[AcousticsFidelity, int, int]]:
+    """Ways to solve at so many frequencies, from the fastest to the one that takes least memory: fidelity with its
+    solver, systems that stand in memory together, and the bytes they take."""
+    solvers = ("auto", "compressed") if fidelity.solver == "auto" and engine in _STRIPED else (fidelity.solver,)
+    for solver in solvers:
+        chosen = replace(fidelity, solver=solver)
+        for count in range(_batch(n_vertex, n_face, frequencies, engine, chosen), 0, -1):
+            yield chosen, count, _solver_memory(n_vertex, n_face, count, engine, chosen)
+
+
+def _fits(count: int, need: int, free: int) -> bool:
+    """Whether so many systems at a time, with `need` bytes in all, may be solved where `free` bytes are free."""
+    return need <= (free if count == 1 else _SHARED * free)

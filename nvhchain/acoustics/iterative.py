@@ -6,12 +6,12 @@ from collections.abc import Callable
 from functools import cached_property
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from nvhchain.acoustics.clusters import distance_to_box, groups
 from nvhchain.acoustics.linear_system import Matrix, SolverRecord
 from nvhchain.errors import SolverError
 from nvhchain.handoff import ComplexArray, FloatArray, IntArray
+from nvhchain.threads import blas_threads
 
 PATCH = 64
 """Unknowns that one patch answers for."""
@@ -130,7 +130,7 @@ class IterativeSystem:
 
     def _solve(self, product: Product, precondition: Product, rhs: ComplexArray) -> ComplexArray:
         # Most products are small: BLAS threads waiting for the next one would cost more than they save.
-        with threadpool_limits(1, user_api="blas"):
+        with blas_threads(1):
             x = gmres(
                 product, precondition, rhs, residual=self._residual, iterations=self._iterations, reached=self._reached
             )

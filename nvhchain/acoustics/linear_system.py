@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Protocol
@@ -9,8 +10,13 @@ from typing import Any, Protocol
 import numpy as np
 from scipy.linalg import lapack
 
+from nvhchain.acoustics._fused_order import threads
 from nvhchain.errors import SolverError
 from nvhchain.handoff import ComplexArray
+from nvhchain.threads import blas_threads
+
+LEAST = 1_000_000
+"""Entries of a matrix for which a thread of its own pays."""
 
 
 @dataclass(frozen=True)
@@ -67,18 +73,37 @@ class Matrix(Protocol):
 
 
 class DenseMatrix:
-    """A matrix held as an array, which is left as it is; products in its own precision."""
+    """A matrix held as an array, which is left as it is; products in its own precision, on the threads granted."""
 
     def __init__(self, values: ComplexArray) -> None:
         self._values = values
 
     def apply(self, x: ComplexArray) -> ComplexArray:
         """Matrix · x."""
-        return np.asarray(self._values @ x.astype(self._values.dtype), dtype=complex)
+        return _product(self._values, x)
 
     def apply_transposed(self, x: ComplexArray) -> ComplexArray:
         """Matrixᵀ · x."""
-        return np.asarray(self._values.T @ x.astype(self._values.dtype), dtype=complex)
+        return _product(self._values.T, x)
+
+
+def _product(matrix: ComplexArray, x: ComplexArray) -> ComplexArray:
+    """matrix · x in the precision of the matrix, its rows dealt out to threads: BLAS deals out square products well,
+    those with few columns badly."""
+    x = x.astype(matrix.dtype)
+    count = min(threads(), matrix.size // LEAST)
+    if count < 2:
+        return np.asarray(matrix @ x, dtype=complex)
+    y = np.empty((len(matrix), *x.shape[1:]), dtype=complex)
+    limits = np.linspace(0, len(matrix), count + 1).astype(int)
+
+    def some(start: int, stop: int) -> None:
+        with blas_threads(1):
+            y[start:stop] = matrix[start:stop] @ x
+
+    with ThreadPoolExecutor(count) as pool:
+        list(pool.map(some, limits[:-1], limits[1:]))
+    return y
 
 
 class System(Protocol):

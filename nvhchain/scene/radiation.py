@@ -7,6 +7,7 @@ from math import ceil, inf, log10, pi, sqrt
 from nvhchain import acoustics
 from nvhchain.case import HEARD, Case, GearboxCase, RadiatorCase
 from nvhchain.fidelity import Fidelity
+from nvhchain.memory import free_memory
 from nvhchain.scene.casting import modes_in_reach
 from nvhchain.scene.planned import BASE_MEGABYTES, SECONDS_PER_STAGE, Stage
 
@@ -55,6 +56,7 @@ def transfer_vector_stage(case: Case, fidelity: Fidelity, faces: int, area: floa
             knobs,
             points=len(case.field_points) * (1 if case.reflecting_plane is None else 2),
             frequencies=masters,
+            free=free_memory(),
         ),
         {"triangles": faces, "masters": masters},
     )
@@ -78,7 +80,9 @@ def sound_power_stage(case: Case, fidelity: Fidelity, faces: int, area: float) -
         "radiation resistance" if shapes > 1 else "sound power",
         f"about {faces} triangles, {described}, engine {case.engine}",
         seconds,
-        BASE_MEGABYTES + 1e-6 * acoustics.estimate_memory(faces // 2, faces, case.engine, knobs),
+        BASE_MEGABYTES
+        + 1e-6
+        * acoustics.estimate_memory(faces // 2, faces, case.engine, knobs, frequencies=systems, free=free_memory()),
         {"triangles": faces, "masters": systems, "shapes": shapes},
     )
 

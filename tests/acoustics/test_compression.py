@@ -168,7 +168,7 @@ def test_auto_takes_dense_matrices_where_they_fit_and_compressed_ones_where_only
     auto = replace(six, solver="auto")
     n_vertex, n_face = 15_000, 30_000
     dense_size = estimate_memory(n_vertex, n_face)
-    small = estimate_memory(n_vertex, n_face, "fused", six)
+    small = estimate_memory(n_vertex, n_face, "fused", six, frequencies=1)
     assert small < 0.5 * dense_size
     assert small < 5 * 2**30
     for size, solver in ((1.01 * dense_size, "auto"), (0.99 * dense_size, "compressed"), (1.01 * small, "compressed")):
@@ -176,6 +176,9 @@ def test_auto_takes_dense_matrices_where_they_fit_and_compressed_ones_where_only
         chosen, _, need = engines._fitting(n_vertex, n_face, 4, 0, "fused", auto)
         assert chosen.solver == solver
         assert need <= size
+        # a plan tells what such a run takes there
+        assert estimate_memory(n_vertex, n_face, "fused", auto, frequencies=4, free=int(size)) == need
+    assert estimate_memory(n_vertex, n_face, "fused", auto, frequencies=4, free=0) == small
     free(monkeypatch, 0.99 * small)
     with pytest.raises(ResourceError, match=r"30000 triangles .*need .* GiB, .* GiB are free: lower the upper freq"):
         engines._fitting(n_vertex, n_face, 4, 0, "fused", auto)

@@ -1,14 +1,17 @@
 """Dense systems: LU factors in both directions and precisions, and when iterating is the cheaper way."""
 
 from dataclasses import replace
+from threading import get_ident
 
 import numpy as np
 import pytest
 
+from nvhchain.acoustics import linear_system
 from nvhchain.acoustics.dense import CheapestSystem, dense_system, iteration_pays
-from nvhchain.acoustics.linear_system import DirectSystem
+from nvhchain.acoustics.linear_system import DenseMatrix, DirectSystem
 from nvhchain.errors import SolverError
 from nvhchain.fidelity import STANDARD
+from nvhchain.threads import blas_threads
 
 DIRECT = replace(STANDARD.acoustics, solver="direct")
 
@@ -35,6 +38,26 @@ def test_direct_solutions_match_numpy_in_both_directions_and_precisions(kind, li
             assert found.shape == exact.shape
             assert np.abs(found - exact).max() < limit * np.abs(exact).max()
     assert np.abs(system.apply_b(b[0]) - b @ b[0]).max() < limit * np.abs(b @ b[0]).max()
+
+
+@pytest.mark.parametrize("kind", [np.complex128, np.complex64])
+def test_products_dealt_out_to_threads_are_those_of_one(kind, monkeypatch):
+    _, b, rhs, _ = random_system()
+    matrix, callers = b.astype(kind), set()
+    monkeypatch.setattr(linear_system, "LEAST", matrix.size // 5)
+    monkeypatch.setattr(linear_system, "blas_threads", lambda most: callers.add(get_ident()) or blas_threads(most))
+    for columns, product in ((matrix.T, "apply_transposed"), (matrix, "apply")):
+        x = np.ones((columns.shape[1], 1)) @ rhs[:1]
+        for some in (x, x[:, 0]):
+            monkeypatch.setattr(linear_system, "threads", lambda: 3)
+            found = getattr(DenseMatrix(matrix), product)(some)
+            monkeypatch.setattr(linear_system, "threads", lambda: 1)
+            alone = getattr(DenseMatrix(matrix), product)(some)
+            assert found.dtype == complex
+            assert found.shape == alone.shape
+            assert np.abs(found - alone).max() < (1e-14 if kind == np.complex128 else 1e-6) * np.abs(alone).max()
+    assert callers
+    assert get_ident() not in callers
 
 
 @pytest.mark.parametrize("value", [0.0, 1.0, np.nan])

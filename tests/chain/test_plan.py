@@ -10,6 +10,7 @@ from nvhchain.errors import InputError, ResourceError
 from nvhchain.radiator import radiator_velocity
 from nvhchain.scene import preflight
 from nvhchain.scene.planning import plan_without
+from nvhchain.scene.radiation import sound_power_stage, transfer_vector_stage
 
 
 def test_gearbox_plan_names_every_stage_and_what_symmetry_skips(request):
@@ -75,6 +76,19 @@ def test_a_load_distribution_takes_the_gears_finite_elements_where_the_mesh_laws
         preflight(rubbing, nvh.DRAFT, ready)
     preflight(rubbing, nvh.DRAFT, [*ready, "load_distributions"])
     preflight(tilting, nvh.DRAFT, ready)
+
+
+def test_a_surface_whose_matrices_fit_compressed_alone_is_not_refused_for_dense_ones(request, monkeypatch):
+    case = nvh.load_case(request.config.rootpath / "cases/gearbox/solid.toml")
+    monkeypatch.setattr("nvhchain.scene.radiation.free_memory", lambda: 2**40)
+    dense, power = (stage(case, nvh.STANDARD, 30_000, 1.0) for stage in (transfer_vector_stage, sound_power_stage))
+    monkeypatch.setattr("nvhchain.scene.radiation.free_memory", lambda: 8 * 2**30)
+    assert dense.megabytes > 10_000
+    assert power.megabytes > 10_000
+    assert transfer_vector_stage(case, nvh.STANDARD, 30_000, 1.0).megabytes < 8_000
+    assert sound_power_stage(case, nvh.STANDARD, 30_000, 1.0).megabytes < 8_000
+    kept = replace(nvh.STANDARD, acoustics=replace(nvh.STANDARD.acoustics, solver="direct"))
+    assert transfer_vector_stage(case, kept, 30_000, 1.0).megabytes > 10_000
 
 
 def test_sphere_plan_counts_the_triangles_of_the_run(request):

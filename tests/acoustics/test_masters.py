@@ -158,6 +158,13 @@ def test_a_band_that_is_empty_or_has_no_finite_end_is_refused(box, air, low, hig
         adaptive_transfer_vectors(box, POINTS, low, high, air=air, fidelity=chosen(1.0))
 
 
+def test_a_band_is_refused_where_masters_in_it_would_be_the_same_number_and_solved_where_they_are_not(box, air):
+    with pytest.raises(InputError, match=r"1000…1000.000099 Hz is narrower than 1e-07 .* ask for transfer_vectors at"):
+        adaptive_transfer_vectors(box, POINTS, 1000.0, 1000.000099, air=air, fidelity=chosen(0.001))
+    atv = adaptive_transfer_vectors(box, POINTS, 1000.0, 1000.000101, air=air, fidelity=chosen(0.001))
+    assert len(atv.frequency) == 5
+
+
 def test_of_many_points_those_far_apart_decide_and_all_are_tested(box, air):
     """One point near the surface among a thousand far away, where every 16th would miss it."""
     far = bodies.shell(1000, 5.0)

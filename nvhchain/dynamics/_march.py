@@ -13,30 +13,33 @@ all but the strictest sense.) Most steps stay inside one cell of every law and n
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 from numba import njit
 
 from nvhchain._inlined import inlines
-from nvhchain.dynamics import _law_step, _newton
+from nvhchain.dynamics import _bend, _law_step, _newton
+from nvhchain.dynamics._bend import kept, left_out
 from nvhchain.dynamics._law_step import COMPILED, blend, cell, mean_force, unloaded_at
 from nvhchain.dynamics._newton import along, newton_step
 
-CALLS = inlines(_law_step, _newton)
-"""Of both files: without it the cache would not see that they change."""
+CALLS = inlines(_bend, _law_step, _newton)
+"""Of these files: without it the cache would not see that they change."""
 
 
 @njit(
     "f8(i8, f8[::1], f8[::1], f8[::1], f8[:, ::1], f8[::1], f8[:, ::1], f8[:, :, ::1], f8[:, :, ::1], i8[::1],"
-    " i8[::1], i8[::1], f8[::1], f8[::1], i8[::1], f8[::1], f8[::1], f8[::1])",
+    " i8[::1], i8[::1], f8[::1], f8[::1], i8[::1], f8[::1], f8[::1], f8[::1], f8[::1], f8[::1])",
     **COMPILED,
     forceinline=True,
 )
 @CALLS
 def _residual(  # type: ignore[no-untyped-def]
     n_c, y, start, free, compliance, linear, grid, force, potential, cells,
-    row, following, weight, zero, hint, end, res, rate,
+    row, following, weight, zero, hint, shift, lean, end, res, rate,
 ):  # fmt: skip
-    """End deflections, residual y − r̄ and slopes r̄' at trial excesses `y`; returns the largest residual, or
+    """End deflections, residual y − r̄ − shift and slopes r̄' at trial excesses `y`; returns the largest residual, or
     inf."""
     worst = 0.0
     for i in range(n_c):
@@ -51,24 +54,24 @@ def _residual(  # type: ignore[no-untyped-def]
             grid, force, potential, k, row[k], following[k], weight[k], cells[k], zero[k],
             1.0 - 2.0 * (i % 2), start[i], d, hint[i],
         )  # fmt: skip
-        res[i] = y[i] - mean + linear[i] * 0.5 * (start[i] + d)
-        rate[i] = slope - 0.5 * linear[i]
+        res[i] = y[i] - mean + linear[i] * 0.5 * (start[i] + d) - shift[i] - lean[i] * d
+        rate[i] = slope - 0.5 * linear[i] + lean[i]
         worst = max(worst, abs(res[i]))
     return worst
 
 
 @njit(
     "boolean(i8, f8[::1], f8[::1], f8[::1], f8[:, ::1], f8[::1], f8, f8[:, ::1], f8[:, :, ::1], i8[::1], i8[::1],"
-    " i8[::1], f8[::1], i8[::1], f8[::1], f8[::1], f8[::1], f8[::1], f8[::1], f8[:, ::1], i8[::1])",
+    " i8[::1], f8[::1], i8[::1], f8[::1], f8[::1], f8[::1], f8[::1], f8[::1], f8[::1], f8[::1], f8[:, ::1], i8[::1])",
     **COMPILED,
     forceinline=True,
 )
 @CALLS
 def _within_cells(  # type: ignore[no-untyped-def]
     n_c, y, start, free, compliance, linear, tolerance, grid, force, cells, row,
-    following, weight, hint, end, rate, offset, node, slope, work, active,
+    following, weight, hint, shift, lean, end, rate, offset, node, slope, work, active,
 ):  # fmt: skip
-    """Solve a step in which no contact leaves its cell, opens or closes: r̄ = offset + rate · end, so that one linear
+    """Solve a step in which no contact leaves its cell, opens or closes: y = offset + rate · end, so that one linear
     solution is exact. False when one does after all: then `y` and `end` mean nothing. Fills `hint` in any case."""
     m = 0
     for i in range(n_c):
@@ -78,7 +81,8 @@ def _within_cells(  # type: ignore[no-untyped-def]
         hint[i] = j
         a = blend(force, k, row[k], following[k], weight[k], j)
         b = blend(force, k, row[k], following[k], weight[k], j + 1)
-        offset[i], rate[i], slope[i], y[i] = -0.5 * linear[i] * start[i], -0.5 * linear[i], 0.0, 0.0
+        offset[i], rate[i] = shift[i] - 0.5 * linear[i] * start[i], lean[i] - 0.5 * linear[i]
+        slope[i], y[i] = 0.0, 0.0
         # what pulls at the loaded end of the cell may already pull here; an end cell goes on beyond its nodes
         if (b if side > 0.0 else -a) > 0.0 or (j == cells[k] - 2 if side > 0.0 else j == 0):
             steep = (b - a) / (grid[k, j + 1] - grid[k, j])
@@ -144,124 +148,160 @@ def _deflections(n_mesh, n_z, read_re, read_im, re, im, out):  # type: ignore[no
         out[2 * k], out[2 * k + 1] = d, back
 
 
-@njit(
-    # decay, gain, read, drive (each real, imaginary), compliance, linear
-    "i8(f8[:, ::1], f8[:, ::1], f8[:, :, ::1], f8[:, :, ::1], f8[:, ::1], f8[::1],"
-    # grid, force, potential, rows, cells, position
-    " f8[:, ::1], f8[:, :, ::1], f8[:, :, ::1], i8[::1], i8[::1], f8[:, ::1],"
-    # state, excess, tolerance, iterations, stride, states, excesses
-    " f8[:, ::1], f8[::1], f8, i8, i8, f8[:, ::1], f8[:, ::1],"
-    # space to work in
-    " f8[:, ::1], i8[:, ::1], f8[:, ::1], f8[::1])",
-    **COMPILED,
-    nogil=True,
-    fastmath=REORDERED,
-)
-@CALLS
-def march(  # type: ignore[no-untyped-def]
-    decay, gain, read, drive, compliance, linear,
-    grid, force, potential, rows, cells, position,
-    state, excess, tolerance, iterations, stride, states, excesses,
-    scratch, counters, work, turned,
-):  # fmt: skip
-    """Advance `state` and `excess` in place by len(position) steps; −1, or the step that did not converge.
+@njit("void(i8, f8[:, ::1], i8[::1], i8[::1], i8[::1], f8[::1])", **COMPILED, forceinline=True)
+def _rows_at(n, position, rows, row, following, weight):  # type: ignore[no-untyped-def]
+    """Rows of the laws between which row coordinate n lies, and the weight of the second."""
+    for k in range(position.shape[1]):
+        i0 = int(position[n, k])
+        row[k] = i0
+        following[k] = i0 + 1 if i0 + 1 < rows[k] else 0
+        weight[k] = position[n, k] - i0
 
-    position (n_step, n_mesh): row coordinate of every law at mid-step, 0 ≤ position < rows.
-    state (2, n_z): real and imaginary parts, idle modes at the end included.
-    states (n_store, n_state): filled with the state before steps 0, stride, 2 stride, …, without idle modes.
-    excesses (n_step, n_contact): filled with the excess forces of the steps, N.
-    scratch (14, n_contact), counters (5, n_contact), work (n_contact, n_contact + 1), turned (n_z,): zeros.
-    """
-    n_step, n_mesh = position.shape
-    n_c, n_z = len(excess), len(turned)
-    n_kept = states.shape[1] // 2
-    start, free, end, res, rate = scratch[0], scratch[1], scratch[2], scratch[3], scratch[4]
-    trial_res, trial_rate, move, trial = scratch[5], scratch[6], scratch[7], scratch[8]
-    offset, node, slope, weight, zero = scratch[9], scratch[10], scratch[11], scratch[12], scratch[13]
-    active, hint, row, following, zero_hint = counters[0], counters[1], counters[2], counters[3], counters[4]
-    y = excess
-    re, im = state[0], state[1]
-    decay_re, decay_im, gain_re, gain_im = decay[0], decay[1], gain[0], gain[1]
-    read_re, read_im, drive_re, drive_im = read[0], read[1], drive[0], drive[1]
 
-    _deflections(n_mesh, n_z, read_re, read_im, re, im, start)
+@cache
+def march_of(bent):  # type: ignore[no-untyped-def]
+    """The time loop, with excesses that take what `_bend` says or without: compiled apart, which keeps the one fast."""
 
-    for n in range(n_step):
-        if n % stride == 0:
-            for m in range(n_kept):
-                states[n // stride, m] = re[m]
-            for m in range(n_kept):
-                states[n // stride, n_kept + m] = im[m]
-        for k in range(n_mesh):
-            i0 = int(position[n, k])
-            row[k] = i0
-            following[k] = i0 + 1 if i0 + 1 < rows[k] else 0
-            weight[k] = position[n, k] - i0
+    @njit(
+        # decay, gain, read, drive (each real, imaginary), compliance, linear
+        "i8(f8[:, ::1], f8[:, ::1], f8[:, :, ::1], f8[:, :, ::1], f8[:, ::1], f8[::1],"
+        # grid, force, potential, rows, cells, position
+        " f8[:, ::1], f8[:, :, ::1], f8[:, :, ::1], i8[::1], i8[::1], f8[:, ::1],"
+        # state, excess, tolerance, iterations, stride, states, excesses
+        " f8[:, ::1], f8[::1], f8, i8, i8, f8[:, ::1], f8[:, ::1],"
+        # row coordinates at the ends of steps where ways bend, and their past
+        " f8[:, ::1], f8[:, ::1],"
+        # space to work in
+        " f8[:, ::1], i8[:, ::1], f8[:, ::1], f8[::1])",
+        **COMPILED,
+        nogil=True,
+        fastmath=REORDERED,
+    )
+    @CALLS
+    def march(  # type: ignore[no-untyped-def]
+        decay, gain, read, drive, compliance, linear,
+        grid, force, potential, rows, cells, position,
+        state, excess, tolerance, iterations, stride, states, excesses,
+        turned_to, past,
+        scratch, counters, work, turned,
+    ):  # fmt: skip
+        """Advance `state` and `excess` in place by len(position) steps; −1, or the step that did not converge.
 
-        # one array written per loop: with more, the compiler gives up on proving that they do not overlap
-        for m in range(n_z):
-            turned[m] = decay_im[m] * re[m] + decay_re[m] * im[m] + gain_im[m]
-        for m in range(n_z):
-            re[m] = decay_re[m] * re[m] - decay_im[m] * im[m] + gain_re[m]
-        _deflections(n_mesh, n_z, read_re, read_im, re, turned, free)
+        position (n_step, n_mesh): row coordinate of every law at mid-step, 0 ≤ position < rows.
+        state (2, n_z): real and imaginary parts, idle modes at the end included.
+        states (n_store, n_state): filled with the state before steps 0, stride, 2 stride, …, without idle modes.
+        excesses (n_step, n_contact): filled with the excess forces of the steps, N.
+        turned_to (n_step, n_mesh): where `bent`, row coordinates at the ends of the steps.  past (4, n_contact): what
+        `_bend` kept of the last step, in place.
+        scratch (17, n_contact), counters (7, n_contact), work (n_contact, n_contact + 1), turned (n_z,): zeros.
+        """
+        n_step, n_mesh = position.shape
+        n_c, n_z = len(excess), len(turned)
+        n_kept = states.shape[1] // 2
+        start, free, end, res, rate = scratch[0], scratch[1], scratch[2], scratch[3], scratch[4]
+        trial_res, trial_rate, move, trial = scratch[5], scratch[6], scratch[7], scratch[8]
+        offset, node, slope, weight, zero = scratch[9], scratch[10], scratch[11], scratch[12], scratch[13]
+        shift, lean, weight_then = scratch[14], scratch[15], scratch[16]
+        row_then, following_then = counters[5], counters[6]
+        active, hint, row, following, zero_hint = counters[0], counters[1], counters[2], counters[3], counters[4]
+        y = excess
+        re, im = state[0], state[1]
+        decay_re, decay_im, gain_re, gain_im = decay[0], decay[1], gain[0], gain[1]
+        read_re, read_im, drive_re, drive_im = read[0], read[1], drive[0], drive[1]
 
-        if _within_cells(
-            n_c, trial, start, free, compliance, linear, tolerance, grid, force, cells, row,
-            following, weight, hint, end, rate, offset, node, slope, work, active,
-        ):  # fmt: skip
-            for i in range(n_c):
-                y[i] = trial[i]
-        else:
-            for k in range(n_mesh):
-                zero[k], zero_hint[k] = unloaded_at(
-                    grid, force, k, row[k], following[k], weight[k], cells[k], zero_hint[k]
-                )  # fmt: skip
-            worst = _residual(
-                n_c, y, start, free, compliance, linear, grid, force, potential, cells,
-                row, following, weight, zero, hint, end, res, rate,
-            )  # fmt: skip
-            turn = 0
-            while not worst <= tolerance:
-                turn += 1
-                if turn > iterations or not worst < np.inf:
-                    return n
-                newton_step(n_c, compliance, rate, res, work, move, active)
-                reach = 1.0
-                for _ in range(iterations):
-                    for i in range(n_c):
-                        trial[i] = y[i] + reach * move[i]
-                    worst = _residual(
-                        n_c, trial, start, free, compliance, linear, grid, force, potential, cells,
-                        row, following, weight, zero, hint, end, trial_res, trial_rate,
-                    )  # fmt: skip
-                    if worst <= tolerance:
-                        break
-                    # ψ still falls there, or rises less steeply than it fell: a step that brings progress
-                    fall = -along(n_c, compliance, move, res)
-                    if worst < np.inf and along(n_c, compliance, move, trial_res) <= 0.9 * fall:
-                        break
-                    reach *= 0.5
+        _deflections(n_mesh, n_z, read_re, read_im, re, im, start)
+
+        for n in range(n_step):
+            if n % stride == 0:
+                for m in range(n_kept):
+                    states[n // stride, m] = re[m]
+                for m in range(n_kept):
+                    states[n // stride, n_kept + m] = im[m]
+            _rows_at(n, position, rows, row, following, weight)
+
+            # one array written per loop: with more, the compiler gives up on proving that they do not overlap
+            for m in range(n_z):
+                turned[m] = decay_im[m] * re[m] + decay_re[m] * im[m] + gain_im[m]
+            for m in range(n_z):
+                re[m] = decay_re[m] * re[m] - decay_im[m] * im[m] + gain_re[m]
+            _deflections(n_mesh, n_z, read_re, read_im, re, turned, free)
+
+            if bent:
+                _rows_at(n, turned_to, rows, row_then, following_then, weight_then)
                 for i in range(n_c):
-                    y[i], res[i], rate[i] = trial[i], trial_res[i], trial_rate[i]
+                    d = free[i]
+                    for j in range(n_c):
+                        d -= compliance[i, j] * y[j]
+                    end[i] = d
+                left_out(
+                    n_c, start, end, linear, grid, force, cells, row, following, weight, hint,
+                    row_then, following_then, weight_then, past, shift, lean,
+                )  # fmt: skip
 
-        p, q = -1, -1
-        for i in range(n_c):
-            excesses[n, i] = y[i]
-            start[i] = end[i]
-            if y[i] != 0.0:
-                if p < 0:
-                    p = i
-                elif q < 0:
-                    q = i
-                else:
-                    for m in range(n_z):
-                        re[m] -= drive_re[i, m] * y[i]
-                    for m in range(n_z):
-                        turned[m] -= drive_im[i, m] * y[i]
-        p, q = max(p, 0), max(q, 0)
-        f_p, f_q = y[p], y[q] if q != p else 0.0
-        for m in range(n_z):
-            re[m] -= drive_re[p, m] * f_p + drive_re[q, m] * f_q
-        for m in range(n_z):
-            im[m] = turned[m] - drive_im[p, m] * f_p - drive_im[q, m] * f_q
-    return -1
+            if _within_cells(
+                n_c, trial, start, free, compliance, linear, tolerance, grid, force, cells, row,
+                following, weight, hint, shift, lean, end, rate, offset, node, slope, work, active,
+            ):  # fmt: skip
+                for i in range(n_c):
+                    y[i] = trial[i]
+            else:
+                for k in range(n_mesh):
+                    zero[k], zero_hint[k] = unloaded_at(
+                        grid, force, k, row[k], following[k], weight[k], cells[k], zero_hint[k]
+                    )  # fmt: skip
+                worst = _residual(
+                    n_c, y, start, free, compliance, linear, grid, force, potential, cells,
+                    row, following, weight, zero, hint, shift, lean, end, res, rate,
+                )  # fmt: skip
+                turn = 0
+                while not worst <= tolerance:
+                    turn += 1
+                    if turn > iterations or not worst < np.inf:
+                        return n
+                    newton_step(n_c, compliance, rate, res, work, move, active)
+                    reach = 1.0
+                    for _ in range(iterations):
+                        for i in range(n_c):
+                            trial[i] = y[i] + reach * move[i]
+                        worst = _residual(
+                            n_c, trial, start, free, compliance, linear, grid, force, potential, cells,
+                            row, following, weight, zero, hint, shift, lean, end, trial_res, trial_rate,
+                        )  # fmt: skip
+                        if worst <= tolerance:
+                            break
+                        # ψ still falls there, or rises less steeply than it fell: a step that brings progress
+                        fall = -along(n_c, compliance, move, res)
+                        if worst < np.inf and along(n_c, compliance, move, trial_res) <= 0.9 * fall:
+                            break
+                        reach *= 0.5
+                    for i in range(n_c):
+                        y[i], res[i], rate[i] = trial[i], trial_res[i], trial_rate[i]
+
+            if bent:
+                kept(
+                    n_c, start, end, linear, grid, force, cells, row_then, following_then, weight_then, hint, past
+                )  # fmt: skip
+
+            p, q = -1, -1
+            for i in range(n_c):
+                excesses[n, i] = y[i]
+                start[i] = end[i]
+                if y[i] != 0.0:
+                    if p < 0:
+                        p = i
+                    elif q < 0:
+                        q = i
+                    else:
+                        for m in range(n_z):
+                            re[m] -= drive_re[i, m] * y[i]
+                        for m in range(n_z):
+                            turned[m] -= drive_im[i, m] * y[i]
+            p, q = max(p, 0), max(q, 0)
+            f_p, f_q = y[p], y[q] if q != p else 0.0
+            for m in range(n_z):
+                re[m] -= drive_re[p, m] * f_p + drive_re[q, m] * f_q
+            for m in range(n_z):
+                im[m] = turned[m] - drive_im[p, m] * f_p - drive_im[q, m] * f_q
+        return -1
+
+    return march

@@ -141,7 +141,10 @@ def _taken_up(folder: Path, key: str, answers: FloatArray, run: RunUp) -> tuple[
         stored_key, written, first = str(found["key"]), int(found["written"]), int(found["first"])
         stamps, answered = found["stamps"], found["answers"]
         standing = Standing(
-            int(found["block"]), Motion(found["state"], found["excess"]), found["states"], found["excesses"]
+            int(found["block"]),
+            Motion(found["state"], found["excess"], found["past"]),
+            found["states"],
+            found["excesses"],
         )
     except (OSError, EOFError, ValueError, KeyError, BadZipFile) as error:
         raise FileFormatError(f"{path}: damaged ({error}): delete the folder and run again") from error
@@ -193,6 +196,7 @@ def _keep(folder: Path, key: str, answers: FloatArray, written: int, first: int,
             block=standing.block,
             state=standing.motion.state,
             excess=standing.motion.excess,
+            past=np.zeros((4, len(standing.motion.excess))) if standing.motion.past is None else standing.motion.past,
             states=standing.states,
             excesses=standing.excesses,
         )

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from nvhchain.dynamics.assembly import Assembly, assemble
+from nvhchain.dynamics.bent_ways import check_bends, phases_at_ends, standing
 from nvhchain.dynamics.gearbox import Gearbox
 from nvhchain.dynamics.law_table import LawTable, mean_slope, tabulate
 from nvhchain.dynamics.mesh_levels import ContactForce, ContactLoop, check_tangents, contact_loop, tangent_law
@@ -38,6 +39,7 @@ class Simulation:
     kernel: decay, gain, read and drive of `step` as the time loop wants them: each (2, …) real over imaginary parts,
     the modes filled up with idle ones to whole vector registers.
     tolerance: N, admissible residual of the contact forces, reached within `iterations`.
+    bent: whether the excess forces of a step take what `_bend` says.
     contact_loop: solves the contact problem at every step instead of reading `table`, if there is one.
     tangent_force (n_mesh,): N, at which the tangents were taken at the mesh level `stiffness`; empty at the others.
     """
@@ -57,6 +59,7 @@ class Simulation:
     kernel: tuple[FloatArray, ...]
     tolerance: float
     iterations: int
+    bent: bool = False
     contact_loop: ContactLoop | None = None
     tangent_force: FloatArray = field(default_factory=lambda: np.zeros(0))
 
@@ -64,10 +67,12 @@ class Simulation:
 @dataclass(frozen=True, eq=False)
 class Motion:
     """Where a simulation stands.  state (n_state,); excess (2 n_row,) N: part of the contact forces that the
-    linear system does not hold, mean over the last step."""
+    linear system does not hold, mean over the last step.  past (4, 2 n_row): what `_bend` keeps of the last step; by
+    default that of a standstill."""
 
     state: FloatArray
     excess: FloatArray
+    past: FloatArray | None = None
 
 
 def simulation(
@@ -103,6 +108,10 @@ def simulation(
             "the mesh level `contact` has neither friction, shuttling nor points across the face: use the level "
             "`table` for them",
         )
+        require(
+            not fidelity.bent_ways,
+            "the mesh level `contact` has no bent_ways: take a shorter time_step, or the level `table`",
+        )
         loop = contact_loop(contact_forces, mesh_laws)
     if fidelity.mesh_level == "stiffness":
         edge_cells = fidelity.edge_cells if fidelity.contact_loss else 0
@@ -122,6 +131,7 @@ def simulation(
         time_step,
         fidelity.contact_residual * float(np.abs(table.force).max()),
         fidelity.contact_iterations,
+        fidelity.bent_ways,
         loop,
         nominal if fidelity.mesh_level == "stiffness" else np.zeros(0),
     )
@@ -135,12 +145,15 @@ def _discretised(
     time_step: float,
     tolerance: float,
     iterations: int,
+    bent: bool,
     loop: ContactLoop | None,
     tangent_force: FloatArray,
 ) -> Simulation:
     """Diagonalise and discretise (fields of `Simulation`; time_step in s)."""
     modes = modal_form(assembly, contact_stiffness)
     step = propagator(assembly, modes, assembly.load(torque), time_step)
+    if bent:
+        check_bends(step, table)
     contact_output = output_matrix(modes, assembly.contact, np.zeros_like(assembly.contact))
     n_mesh = len(assembly.gearbox.meshes)
     mean = assembly.share * (assembly.mesh == np.arange(n_mesh)[:, None])
@@ -161,6 +174,7 @@ def _discretised(
         tuple(_in_registers(part) for part in (step.decay, step.gain, step.read, step.drive)),
         tolerance,
         iterations,
+        bent,
         loop,
         tangent_force,
     )
@@ -176,6 +190,7 @@ def at_speed(model: Simulation, input_speed: float) -> Simulation:
         model.step.step,
         model.tolerance,
         model.iterations,
+        model.bent,
         model.contact_loop,
         model.tangent_force,
     )
@@ -186,7 +201,7 @@ def carried_over(motion: Motion, before: Simulation, after: Simulation) -> Motio
     z = motion.state.reshape(2, -1)
     z = z[0] + 1j * z[1]
     x, v = (before.modes.displacement @ z).real, (before.modes.velocity @ z).real
-    return Motion(state_of(after.modes, x, v), motion.excess)
+    return Motion(state_of(after.modes, x, v), motion.excess, motion.past)
 
 
 def _in_registers(modal: ComplexArray) -> FloatArray:
@@ -226,11 +241,10 @@ def advance(
             start_time=start_time,
         )
         return Motion(state, excess), states, excesses
-    from nvhchain.dynamics._march import march  # compiles, or reads its cache, when first needed
+    from nvhchain.dynamics._march import march_of  # compiles, or reads its cache, when first needed
 
-    rows, mesh = model.table.rows, model.assembly.mesh
-    position = np.mod(phases if len(mesh) == phases.shape[1] else np.take(phases, mesh, axis=1), 1.0) * rows
-    position[position >= rows] = 0.0  # 1 − ε rounds up to a whole period
+    position = _row_coordinates(model, phases)
+    turned_to = _row_coordinates(model, phases_at_ends(phases) if model.bent else phases[:0])
     n_step = len(position)
     states = np.empty((-(-n_step // stride), len(motion.state)))
     excesses = np.empty((n_step, len(motion.excess)))
@@ -238,12 +252,16 @@ def advance(
     n_c, n_z = len(excess), model.kernel[0].shape[-1]
     re_im = np.zeros((2, n_z))
     re_im[:, : len(motion.state) // 2] = motion.state.reshape(2, -1)
-    scratch = np.zeros((14, n_c))
-    failed = march(  # type: ignore[call-arg]
+    scratch = np.zeros((17, n_c))
+    past = np.zeros((4, n_c)) if motion.past is None else motion.past.copy()
+    if model.bent and motion.past is None and n_step > 0:
+        deflection = model.contact_output @ motion.state
+        past = standing(model.table, deflection, model.contact_stiffness, phases[0, model.assembly.mesh])
+    failed = march_of(model.bent)(
         *model.kernel, model.step.compliance, model.contact_stiffness,
-        model.table.deflection, model.table.force, model.table.potential, rows, model.table.cells, position,
-        re_im, excess, model.tolerance, model.iterations, stride, states, excesses,
-        scratch, np.zeros((5, n_c), np.int64), np.zeros((n_c, n_c + 1)), np.zeros(n_z),
+        model.table.deflection, model.table.force, model.table.potential, model.table.rows, model.table.cells, position,
+        re_im, excess, model.tolerance, model.iterations, stride, states, excesses, turned_to, past,
+        scratch, np.zeros((7, n_c), np.int64), np.zeros((n_c, n_c + 1)), np.zeros(n_z),
     )  # fmt: skip
     if len(model.tangent_force):
         last = failed if failed >= 0 else n_step
@@ -257,7 +275,15 @@ def advance(
             f"{model.iterations} iterations "
             f"to {model.tolerance:.3g} N: take a smaller time step"
         )
-    return Motion(re_im[:, : len(motion.state) // 2].ravel(), excess), states, excesses
+    return Motion(re_im[:, : len(motion.state) // 2].ravel(), excess, past), states, excesses
+
+
+def _row_coordinates(model: Simulation, phases: FloatArray) -> FloatArray:
+    """(n, n_row) places between the rows of every law of the time loop at mesh-law phases (n, n_mesh)."""
+    rows, mesh = model.table.rows, model.assembly.mesh
+    position = np.mod(phases if len(mesh) == phases.shape[1] else np.take(phases, mesh, axis=1), 1.0) * rows
+    position[position >= rows] = 0.0  # 1 − ε rounds up to a whole period
+    return np.asarray(position)
 
 
 def bearing_force(model: Simulation, states: FloatArray, before: FloatArray, excesses: FloatArray) -> FloatArray:

@@ -16,7 +16,7 @@ class DynamicsFidelity:
     """Time integration of the gearbox.
 
     time_step: s, largest step of the integrator; 10 µs are right within 1e-4 of the peak while flanks stay in contact,
-    0.5 µs where they part and strike (docs/measured/dynamics_cuts.md).
+    0.5 µs where they part and strike, or 5 µs with bent_ways (docs/measured/dynamics_cuts.md).
     settle_level: what is left of the start when recording begins, relative to the swing of the bearing forces.
     settle_time: s allowed for that.
     samples_per_period: steps that the shortest period of the band must have.
@@ -34,6 +34,8 @@ class DynamicsFidelity:
     run-up.
     flexible_shafts: whether shafts bend and twist (Timoshenko beams).  shaft_element: m, largest length of a beam
     element.  shaft_frequency: Hz, up to which modes of the free shafts are kept; beyond it their statics is.
+    bent_ways: whether the mean mesh force of a step takes the bend of its way and its rise, for flanks that part and
+    strike: third order there instead of second, but energy is no longer exact and the meshes limit the step.
     """
 
     time_step: float
@@ -54,6 +56,7 @@ class DynamicsFidelity:
     flexible_shafts: bool = False
     shaft_element: float = 10e-3
     shaft_frequency: float = 10e3
+    bent_ways: bool = False
 
     def __post_init__(self) -> None:
         within(

@@ -129,6 +129,7 @@ NOT_SWEPT: dict[str, str] = {
     "housing.mapping_tolerance_db": "a limit, beyond which a foreign housing is warned of",
     "housing.voxels_per_face": "of foreign housings only",
     "gear.transverse_refinement": "1 is its coarsest value",
+    "dynamics.bent_ways": "of flanks that part and strike only (docs/measured/dynamics_cuts.md)",
     "dynamics.edge_cells": "of the level `stiffness` with contact_loss only",
     "dynamics.gyroscopic_speeds": "of a run-up with gyroscopic terms only",
     "dynamics.shaft_element": "of flexible shafts only",

@@ -31,7 +31,10 @@ def stopped_after(blocks):
     return told
 
 
-@pytest.mark.parametrize("options", [{}, {"gyroscopic": True, "flexible_shafts": True, "face_points": 2}])
+@pytest.mark.parametrize(
+    "options",
+    [{}, {"gyroscopic": True, "flexible_shafts": True, "face_points": 2}, {"bent_ways": True, "gyroscopic": True}],
+)
 def test_a_stopped_run_goes_on_and_ends_in_the_same_bits(make_gearbox, make_laws, tmp_path, monkeypatch, options):
     gearbox, laws, fidelity = make_gearbox(), make_laws(slotted=True), DynamicsFidelity(2e-5, **options)
     monkeypatch.setattr(speed_ramp, "BLOCK", 256)

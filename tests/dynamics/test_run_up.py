@@ -182,7 +182,7 @@ def test_bits_do_not_depend_on_the_number_of_threads(make_gearbox, make_laws, ma
     assert len(found.pop().split()) == 2
 
 
-@pytest.mark.parametrize("options", [{}, {"gyroscopic": True}])
+@pytest.mark.parametrize("options", [{}, {"gyroscopic": True}, {"bent_ways": True}])
 def test_the_loop_ends_with_the_record(make_gearbox, make_laws, monkeypatch, options):
     """No step beyond what the last sample's filter sees; the samples are those of whole blocks, to rounding."""
     gearbox, laws, fidelity = make_gearbox(), make_laws(), DynamicsFidelity(1e-5, **options)

@@ -163,6 +163,9 @@ def stage1() -> Study:
 SLANTED = ReferenceResolution(contact_element=25e-6, growth=0.45)
 """Of contact that runs across the teeth or ends within their width."""
 
+WIDE = 0.5e-3
+"""m, `reach` where one end of the face carries most of a heavy load."""
+
 
 def stage1_wide() -> Study:
     """The same tilted by 2 mrad at 350 N m, where the pressure at the end of the face is wider than `reach` there.
@@ -173,7 +176,7 @@ def stage1_wide() -> Study:
     conditions = {
         name: replace(drawn.conditions[name], torques=TORQUES[2:]) for name in ("5 slots, 2 mrad", "5 slots, −2 mrad")
     }
-    resolution = replace(drawn.resolution, reach=0.5e-3)
+    resolution = replace(drawn.resolution, reach=WIDE)
     return replace(drawn, conditions=conditions, fidelity=FEW_LAYERS, resolution=resolution)
 
 
@@ -211,9 +214,20 @@ def spur_tilted() -> Study:
 TILTED = ("solid", "3 slots")
 """Blanks of the spur wheel that is tilted."""
 
+
+def spur_tilted_wide() -> Study:
+    """The same at 1 mrad and 350 N m, where the pressure at the end of the face is wider than `reach` there."""
+    drawn = spur_tilted()
+    conditions = {
+        name: replace(drawn.conditions[name], torques=TORQUES[2:]) for name in ("solid, 1 mrad", "3 slots, 1 mrad")
+    }
+    return replace(drawn, conditions=conditions, resolution=replace(drawn.resolution, reach=WIDE))
+
+
 STUDIES = {
     "spur": spur,
     "spur tilted": spur_tilted,
+    "spur tilted wide": spur_tilted_wide,
     "stage1": stage1,
     "stage1 wide": stage1_wide,
     "stage1 apart": stage1_apart,

@@ -122,6 +122,8 @@ def hybrid(stored, engaged):
         ("spur_tilted", "solid, 1 mrad", 0),
         ("spur_tilted", "3 slots, 0.5 mrad", 0),
         ("spur_tilted", "3 slots, 1 mrad", 0),
+        ("spur_tilted_wide", "solid, 1 mrad", 0),
+        ("spur_tilted_wide", "3 slots, 1 mrad", 0),
     ],
 )
 def test_hybrid_meets_the_reference_within_three_and_five_percent(hybrid, study, name, shift):

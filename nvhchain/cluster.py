@@ -18,7 +18,7 @@ from typing import Any, TypeVar
 
 from nvhchain.errors import InputError, ResourceError, require
 from nvhchain.memory import free_memory
-from nvhchain.threads import blas_threads, granted
+from nvhchain.threads import blas_threads, give_blas, granted
 
 T = TypeVar("T")
 
@@ -117,9 +117,15 @@ def _room_of_cluster(workers: dict[str, Any], memory_per_task: int) -> Room:
     return Room(max(1, tasks), max(1, *machines.values(), 1))
 
 
-def share(neighbours: int, solve: Callable[..., T], *arguments: Any) -> T:
-    """`solve(*arguments)` on this machine's cores divided by the `neighbours` that share it."""
+def share(home: int, neighbours: int, solve: Callable[..., T], *arguments: Any) -> T:
+    """`solve(*arguments)` on this machine's cores divided by the `neighbours` that share it.
+
+    home: identifier of the caller's process; another one is a worker, which takes its share of threads whatever it
+    began with.
+    """
     count = max(1, cores() // neighbours)
+    if os.getpid() != home:
+        give_blas(count)
     with blas_threads(count), granted(count):
         return solve(*arguments)
 

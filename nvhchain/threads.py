@@ -57,6 +57,15 @@ class _Shared:
             if not self._asked:
                 self._before.clear()
 
+    def begin_with(self, libraries: list[Any], threads: int) -> None:
+        """Have so many where nothing less is asked for, whatever the number was."""
+        with self._lock:
+            for library in libraries:
+                self._before[library.filepath] = (library, threads)
+            self._set()
+            if not self._asked:
+                self._before.clear()
+
     def _set(self) -> None:
         for library, before in self._before.values():
             # threadpoolctl leaves a library to the first thread that limits it and ignores all others in silence
@@ -77,6 +86,15 @@ def _forget() -> None:
 
 if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_forget)
+
+
+def give_blas(threads: int) -> None:
+    """Linear algebra of this process on so many threads from now on, where nothing less is asked for: that of a worker
+    which began with fewer (those of dask begin with one)."""
+    libraries = ThreadpoolController().select(user_api="blas").lib_controllers
+    _shared.begin_with([library for library in libraries if not _by_thread(library)], threads)
+    for library in filter(_by_thread, libraries):
+        library.set_num_threads(threads)
 
 
 @contextmanager

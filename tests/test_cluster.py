@@ -33,7 +33,7 @@ def vectors(executor=None, progress=None):
 def serial():
     """On one thread: rounding depends on how many take part in a factorisation."""
     with threadpool_limits(1), ThreadPoolExecutor(1) as own:
-        return own.submit(cluster.share, cluster.cores(), vectors).result()
+        return own.submit(cluster.share, os.getpid(), cluster.cores(), vectors).result()
 
 
 @pytest.fixture(scope="module")
@@ -76,7 +76,7 @@ def test_a_scheduler_is_reached_by_its_address_and_left_running(two_workers, ser
 def test_workers_leave_cores_to_each_other(two_workers):
     room = cluster.room(two_workers, 2**20)
     assert (room.tasks, room.neighbours) == (2, 2)
-    blas, assembly = two_workers.submit(cluster.share, room.neighbours, _threads).result()
+    blas, assembly = two_workers.submit(cluster.share, os.getpid(), room.neighbours, _threads).result()
     assert blas == assembly == max(1, cluster.cores() // 2)
 
 
@@ -191,7 +191,7 @@ def test_only_signs_of_a_lost_worker_count_as_one():
 
 def test_a_worker_with_other_code_refuses():
     with pytest.raises(InputError, match=r"a worker runs nvhchain 0.* its caller 0.0: install the same"):
-        _task("0.0", 1, vectors)
+        _task("0.0", 1, os.getpid(), vectors)
 
 
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "nonsense", ""])

@@ -1,19 +1,22 @@
 """Threads of BLAS, of which a process has one number, and those granted to the work under way."""
 
 import multiprocessing
+import os
 from concurrent.futures import ThreadPoolExecutor
 from threading import Event
 
 import pytest
-from threadpoolctl import threadpool_info, threadpool_limits
+from threadpoolctl import ThreadpoolController, threadpool_limits
 
-from nvhchain import threads
+from nvhchain import cluster, threads
 from nvhchain.acoustics import engines
 from nvhchain.threads import at_most, blas_threads, granted
 
 
 def of_blas():
-    (number,) = {library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"}
+    """Of the libraries that have one number for the process; each thread has its own of MKL, which others may load."""
+    libraries = ThreadpoolController().select(user_api="blas").lib_controllers
+    (number,) = {library.num_threads for library in libraries if not threads._by_thread(library)}
     return number
 
 
@@ -40,6 +43,24 @@ def test_no_limit_gives_blas_more_threads_than_it_had():
     with blas_threads(16), blas_threads(3), blas_threads(8):
         assert of_blas() == 3
     assert of_blas() == 4
+
+
+def worker(told):
+    cluster.cores = lambda: 12
+    with threadpool_limits(1, user_api="blas"):
+        told.put(cluster.share(os.getppid(), 4, of_blas))
+
+
+def test_a_worker_that_began_with_one_thread_takes_its_share():
+    """Those of dask do, and those forked while their parent has one."""
+    context = multiprocessing.get_context("fork")
+    told = context.SimpleQueue()
+    child = context.Process(target=worker, args=(told,))
+    with blas_threads(1):
+        child.start()
+    child.join(20)
+    child.kill()
+    assert told.get() == 3
 
 
 def forked(told):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import warnings
 from collections import Counter
 from collections.abc import Callable, Generator
@@ -122,7 +123,7 @@ def _spread(
 ) -> Generator[tuple[int, Band]]:
     """(number of the job, its values) as they are finished; what is left is cancelled when the caller stops asking."""
     place = room(executor, memory_per_task)
-    common = (code_version("acoustics"), place.neighbours, solve)
+    common = (code_version("acoustics"), place.neighbours, os.getpid(), solve)
     waiting, running, losses = list(range(len(jobs))), dict[Future[Band], int](), Counter[int]()
     try:
         while waiting or running:
@@ -189,11 +190,11 @@ def _lost(future: Future[Band]) -> BaseException | None:
     return None
 
 
-def _task(version: str, neighbours: int, solve: Callable[..., Band], *job: Any) -> Band:
+def _task(version: str, neighbours: int, home: int, solve: Callable[..., Band], *job: Any) -> Band:
     """One band on a worker, which must run the code that its caller runs."""
     require(
         code_version("acoustics") == version,
         f"a worker runs nvhchain {code_version('acoustics')}, its caller {version}: install the same on all machines "
         "and restart the workers",
     )
-    return share(neighbours, solve, *job)
+    return share(home, neighbours, solve, *job)

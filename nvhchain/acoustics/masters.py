@@ -30,7 +30,7 @@ from nvhchain.acoustics.plane import with_images
 from nvhchain.acoustics.surface import check_points
 from nvhchain.acoustics.transfer import made_by, told, transfer_vectors
 from nvhchain.conventions import Air, Progress
-from nvhchain.errors import AccuracyWarning
+from nvhchain.errors import AccuracyWarning, require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
 from nvhchain.handoff import FloatArray, IntArray, RigidPlane, Surface, TransferVectors
 from nvhchain.kinds import check_arguments
@@ -92,6 +92,12 @@ def adaptive_transfer_vectors(
     exact = fidelity.radiation == "boundary_elements"
     below = coarse_surfaces(surface, (), with_images(points, plane), plane, air, fidelity) if exact else ()
     breaks = surface_changes(below, low, high)
+    fewest = FEWEST * (len(breaks) + 1)
+    require(
+        fidelity.masters >= fewest,
+        f"{fidelity.masters} masters are too few for the {len(breaks) + 1} parts of the band that have surfaces of "
+        f"their own: allow {fewest} at least, or leave coarse_edge_ratios out",
+    )
     chosen: list[Chosen[TransferVectors]] = []
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "the coarser surface", AccuracyWarning)  # said below, of all masters

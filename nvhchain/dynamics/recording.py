@@ -39,6 +39,9 @@ CONTACT_PIECE = 1
 PROBES = 5
 """Angles over the period of a mesh law at which a contact solver is asked who it is."""
 
+GOLDEN = 0.6180339887498949
+"""Of the period from one of them to the next: no fraction of it, so that no two lie at the same phase of a mesh."""
+
 SAME_SOLVER = 1e-9
 """Of the largest force: how far the answers of one solver may differ from one process to the next."""
 
@@ -111,7 +114,7 @@ def _answers(run: RunUp, mesh_laws: Sequence[MeshLaw]) -> FloatArray:
     loop = run.model.contact_loop
     if loop is None:
         return np.zeros(0)
-    angles = np.arange(PROBES) / PROBES
+    angles = (np.arange(PROBES) * GOLDEN) % 1.0
     return np.concatenate(
         [
             solve(float(angle * law.period), law.deflection)

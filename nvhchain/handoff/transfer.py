@@ -22,6 +22,9 @@ from nvhchain.handoff.base import (
 )
 from nvhchain.handoff.surface import Surface
 
+_NEXT = 1e-9
+"""Distance of a break from the master above it, relative, within which no line lies."""
+
 
 @dataclass(frozen=True)
 class RigidPlane:
@@ -99,6 +102,12 @@ class TransferVectors(HandOff):
             require(
                 bool(np.isin(self.breaks, frequency[:-1]).all()),
                 f"TransferVectors.breaks {self.breaks} Hz end pieces of the band: each must be a master, not the last",
+            )
+            gap = frequency[np.searchsorted(frequency, self.breaks) + 1] / self.breaks - 1.0
+            require(
+                bool((gap < _NEXT).all()),
+                f"TransferVectors.breaks {self.breaks} Hz: the next master lies up to {100 * gap.max():.3g} % above, "
+                "and nothing says what lies between: put one right above each",
             )
 
     def unfolded(self) -> TransferVectors:

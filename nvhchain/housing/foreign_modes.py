@@ -27,7 +27,14 @@ from nvhchain.housing.truncation import RESIDUAL_MASS, truncation_error
 
 _RIGID = 1e-4
 """Of f_max, below which a mode is rigid: rounding, 1e-16 of the highest eigenvalue of a mesh, gives free bodies natural
-frequencies of 1e-8 of its highest, some MHz, and a few times that."""
+frequencies of 1e-8 of its highest, some MHz, and a few times that.  That does not fall with the band: ten times as much
+up to `_ROUNDED`."""
+
+_ROUNDED = 0.5
+"""Hz, the most that rounding is taken to make of a rigid mode."""
+
+_SPACINGS = 3.0
+"""Mean distances of natural frequencies by which modes may end below f_max without one of them missing."""
 
 
 def housing_from_modes(
@@ -71,7 +78,7 @@ def housing_from_modes(
     require(modal_damping is None or 0 < modal_damping < 1, f"modal_damping = {modal_damping} must lie in 0 … 1")
     check_modes(model, f_max)
     frequency = model.frequency
-    frequency = np.where(frequency < _RIGID * f_max, 0.0, frequency)
+    frequency = np.where(frequency < _rigid_limit(f_max), 0.0, frequency)
     keep = frequency <= fidelity.mode_ratio * f_max
     static = int((~keep).sum())
     require(
@@ -79,12 +86,13 @@ def housing_from_modes(
         f"{model.source}: residual_vectors are stated, but {static} modes lie above {fidelity.mode_ratio * f_max:g} "
         f"Hz, three per seat are needed, {3 * len(positions)}: export them, or leave residual_vectors out",
     )
-    before = frequency[: -3 * len(positions)][-1:]
-    if residual_vectors and (before < f_max).any():
+    elastic = frequency[: -3 * len(positions)]
+    elastic = elastic[elastic > 0]
+    if residual_vectors and len(elastic) and f_max - elastic[-1] > _SPACINGS * elastic[-1] / len(elastic):
         warn(
             [
-                f"{model.source}: the last mode before the residual vectors lies at {before[0]:.4g} Hz, below f_max = "
-                f"{f_max:g} Hz: modes between them are missing if there are any; export modes beyond the band"
+                f"{model.source}: the last mode before the residual vectors lies at {elastic[-1]:.4g} Hz, below f_max "
+                f"= {f_max:g} Hz: modes between them are missing if there are any; export modes beyond the band"
             ]
         )
     damping = model.damping[keep] if modal_damping is None else np.full(int(keep.sum()), modal_damping)
@@ -163,9 +171,14 @@ def check_modes(model: ModalModel, f_max: float) -> None:
     )
 
 
+def _rigid_limit(f_max: float) -> float:
+    """Hz, below which a mode of the band to f_max (Hz) is rigid."""
+    return max(_RIGID * f_max, min(_ROUNDED, 10 * _RIGID * f_max))
+
+
 def has_rigid_motion(model: ModalModel, f_max: float) -> bool:
     """Whether a mode is rigid, of the band to f_max (Hz): nothing then holds the structure."""
-    return bool(model.frequency[0] < _RIGID * f_max)
+    return bool(model.frequency[0] < _rigid_limit(f_max))
 
 
 def modal_extent(model: ModalModel) -> float:

@@ -35,9 +35,6 @@ _BEAMS = {11, 21, 22, 23, 24}
 
 _NORMAL_MODE, _DISPLACEMENT = 2, 8
 
-_PER_LINE = 6
-"""Numbers of a node in one line of datasets 55 and 2414."""
-
 
 @dataclass(frozen=True, eq=False)
 class _Mode:
@@ -289,7 +286,7 @@ def _mode(kind: int, lines: list[str], others: set[int]) -> Iterator[_Mode]:
     else:
         reals, body = _floats(lines[first + 3]), lines[first + 5 :]
         _, frequency, _, mass, viscous, hysteretic = (*reals, *[0.0] * 6)[:6]
-    step = 1 + -(-count // _PER_LINE)
+    step = 1 + _lines_of(body[1:], count)
     labels = np.array([int(line.split()[0]) for line in body[::step]], dtype=np.int64)
     numbers = _floats("\n".join(line for i, line in enumerate(body) if i % step))
     if len(numbers) != count * len(labels):
@@ -297,6 +294,16 @@ def _mode(kind: int, lines: list[str], others: set[int]) -> Iterator[_Mode]:
     motion = np.array(numbers, dtype=float).reshape(-1, count)[:, :3]
     # a loss factor η of a mode damps it as η/2 of critical
     yield _Mode(frequency, mass, viscous + hysteretic / 2, labels, motion)
+
+
+def _lines_of(body: list[str], count: int) -> int:
+    """Lines that the first `count` numbers take; six to one are usual, wider fields leave room for fewer."""
+    found = 0
+    for at, line in enumerate(body):
+        found += len(_floats(line))
+        if found >= count:
+            return at + 1
+    return len(body)
 
 
 def _framed(kind: int, lines: list[str]) -> list[str]:

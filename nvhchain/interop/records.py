@@ -162,7 +162,7 @@ def read_hdf5(path: Path) -> Record:
     try:
         with h5py.File(path, "r") as file:
             file.visititems(visit)
-    except (OSError, RuntimeError, KeyError) as error:
+    except (OSError, RuntimeError, KeyError, ValueError, TypeError) as error:
         raise FileFormatError(f"{path}: damaged, truncated or not HDF5: {_reason(error)}") from None
     return _record(path, arrays, _stated(texts, "/") | stated)
 
@@ -173,7 +173,7 @@ def _text_of_matlab(item: Any) -> str:
     if item.attrs.get("MATLAB_empty"):
         return ""
     if kind == b"cell":
-        return _text([_text_of_matlab(item.file[cell]) for cell in item[()].ravel()])
+        return _text([_text_of_matlab(item.file[cell]) if cell else STRING for cell in item[()].ravel()])
     if kind == b"char":
         return "".join(map(chr, item[()].ravel()))
     return STRING if kind == b"string" else ""

@@ -92,7 +92,10 @@ def _panels(case: GearboxCase, surface: Surface) -> Panels | None:
         model = interop.read_solid_model(path, units=given.units, spc=given.spc)
     else:
         model = interop.read_modal_model(path, units=given.units)
-    groups = {name: model.nodes[members] for name, members in model.groups.items() if len(members)}
+    members = dict(model.groups)
+    if isinstance(model, ModalModel):  # whose file may hold nodes beside the skin, as those of the seats
+        members = {name: rows[np.isin(rows, model.triangles)] for name, rows in members.items()}
+    groups = {name: model.nodes[rows] for name, rows in members.items() if len(rows)}
     return group_panels(surface, groups) if groups else None
 
 

@@ -56,7 +56,7 @@ def transfer_vector_stage(case: Case, fidelity: Fidelity, faces: int, area: floa
             knobs,
             points=len(case.field_points) * (1 if case.reflecting_plane is None else 2),
             frequencies=masters,
-            free=free_memory(),
+            free=_free_beside_the_program(),
         ),
         {"triangles": faces, "masters": masters},
     )
@@ -82,9 +82,16 @@ def sound_power_stage(case: Case, fidelity: Fidelity, faces: int, area: float) -
         seconds,
         BASE_MEGABYTES
         + 1e-6
-        * acoustics.estimate_memory(faces // 2, faces, case.engine, knobs, frequencies=systems, free=free_memory()),
+        * acoustics.estimate_memory(
+            faces // 2, faces, case.engine, knobs, frequencies=systems, free=_free_beside_the_program()
+        ),
         {"triangles": faces, "masters": systems, "shapes": shapes},
     )
+
+
+def _free_beside_the_program() -> int:
+    """Bytes: what `BASE_MEGABYTES` take is not there for matrices."""
+    return max(0, free_memory() - int(1e6 * BASE_MEGABYTES))
 
 
 def _system_seconds(faces: int, fidelity: Fidelity) -> float:

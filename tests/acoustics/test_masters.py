@@ -251,6 +251,8 @@ def test_masters_on_two_surfaces_are_joined_on_each_by_itself(air, tmp_path):
         again = store.load(store.save(atv, tmp_path / "vectors.h5"))
         assert error_db(again, lines, fidelity).max() < 0.1
     assert np.bincount(np.searchsorted(atv.breaks, lines)).min() > 1
+    with pytest.raises(InputError, match=r"12 masters are too few for the 3 parts .* allow 15"):
+        adaptive_transfer_vectors(body, POINTS[1:], 100.0, 1800.0, air=air, fidelity=replace(fidelity, masters=12))
     assert len(atv.frequency) < 30
 
 

@@ -111,11 +111,19 @@ def test_air_with_a_speed_in_kilometres_per_second_is_refused():
 
 
 @pytest.mark.parametrize(
-    ("breaks", "message"), [([], "empty"), ([15.0], "master"), ([30.0], "master"), ([20.0, 10.0], "increase")]
+    ("breaks", "message"),
+    [
+        ([], "empty"),
+        ([15.0], "must be a master"),
+        ([30.0], "not the last"),
+        ([20.0, 10.0], "increase"),
+        ([np.nextafter(10.0, 11.0)], "100 % above"),
+    ],
 )
 def test_breaks_of_transfer_vectors_are_masters_that_others_follow(breaks, message):
-    surface, vectors = Surface(VERTICES, TRIANGLES), np.ones((3, 1, 4))
-    made = TransferVectors([10.0, 20.0, 30.0], [[2.0, 2, 2]], vectors, surface, Air(), breaks=[10.0, 20.0])
+    surface, vectors = Surface(VERTICES, TRIANGLES), np.ones((5, 1, 4))
+    masters = [10.0, np.nextafter(10.0, 11.0), 20.0, np.nextafter(20.0, 21.0), 30.0]
+    made = TransferVectors(masters, [[2.0, 2, 2]], vectors, surface, Air(), breaks=[10.0, 20.0])
     assert made.breaks.tolist() == made.unfolded().breaks.tolist() == [10.0, 20.0]
     with pytest.raises(InputError, match=message):
         made.replace(breaks=breaks)

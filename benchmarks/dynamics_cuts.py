@@ -148,10 +148,13 @@ def main() -> None:
         f"{cost[1]:.0f} ns instead of {cost[0]:.0f}.",
         "It is off by default: the mean along a straight way alone keeps energy exactly at a fixed angle and is",
         "bounded at every step, while energy drifts here (hard impacts of the tests without damping, at 10 µs: below",
-        "5 % in 15 ms, at 5 µs below a fourth of that), and steps that are long against the meshes are refused.",
+        "5 % in 15 ms, at 5 µs below a fourth of that) and without any damping grows over seconds, and steps that are",
+        "long against the meshes are refused.",
         "",
-        "For 1e-4 with contact loss take 5 µs with bent_ways, or 0.5 µs without; both hold with the synthetic laws and",
-        "light damping of the tests, at whose few angles forces have edges too, bent_ways there from 2.5 µs.",
+        "For 1e-4 with contact loss take 5 µs with bent_ways, or 0.5 µs without, under loads as in the table; with",
+        "the synthetic laws and light damping of the tests, at whose few angles forces have edges too, 2.5 µs with",
+        "bent_ways. At light load released further the motion is far more sensitive, and errors are up to a hundred",
+        "times as large: halve the step until the forces stay.",
         "",
     ]
     publish("dynamics_cuts", "\n".join(lines))

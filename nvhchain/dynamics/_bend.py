@@ -3,7 +3,8 @@
 With the excess r = F − k d, constant over a step at its mean along the straight way, two terms of second order are
 missing: on a way that bends by d̈ h² the mean is off by −r' d̈ h²/12, and the rise Δr within a step acts on later steps
 as −h² r̈/12 would, here by the difference of Δr to the step before. d̈ comes from differences of the ways of three
-steps. Both terms together leave an error of third order that takes energy, −φ³/24 of the force at φ = ω h.
+steps. Both terms together leave an error of third order, −φ³/24 of the force at φ = ω h.  Energy is not kept: where
+nothing damps, impacts add to it over seconds.
 
 Inlined into the time loop, whose cache is named after this file (`nvhchain._inlined`).
 """

@@ -3,12 +3,15 @@
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from nvhchain.fem import lowest_modes
+from nvhchain.fem.modal_model import ModalModel
 from nvhchain.fidelity import HousingFidelity
 from nvhchain.housing import Bore, Casting, GearSpace
-from nvhchain.housing.mesh import mesh_casting, on_engine_plane, radiating_surface
-from nvhchain.housing.reduction import reduce_mesh
+from nvhchain.housing.mesh import boundary_faces, mesh_casting, on_engine_plane, radiating_surface
+from nvhchain.housing.reduction import held_matrices, reduce_mesh
 from nvhchain.housing.transfer import normal_motion
 
 sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "fem")]
@@ -62,3 +65,22 @@ def reduced(mesh, casting, surface, motion, fidelity):
 def rich(mesh, casting, surface, motion):
     """The same housing with modes to 3.5 times the band: what it says below F_MAX is true within 1.5e-4."""
     return reduce_mesh(mesh, casting, surface, motion, 3.5 * F_MAX)
+
+
+@pytest.fixture(scope="session")
+def modes(mesh, casting, reduced):
+    """The casting's modes at all nodes and at two more in the middle of the seats."""
+    K, M, T = held_matrices(mesh, casting)
+    frequency, shapes = lowest_modes(K, M, reduced.natural_frequency[-1] * 1.001)
+    at_nodes = (T @ shapes).T.reshape(len(frequency), -1, 3)
+    unknowns = K.shape[0] - 6 * np.array([2, 1])
+    at_seats = shapes[unknowns[:, None] + np.arange(3)].transpose(2, 0, 1)
+    return ModalModel(
+        nodes=np.vstack([mesh.nodes, [bore.centre for bore in casting.bores]]),
+        labels=np.arange(1, len(mesh.nodes) + 3),
+        triangles=boundary_faces(mesh.elements)[:, :3],
+        two_sided=False,
+        frequency=frequency,
+        damping=np.full(len(frequency), casting.modal_damping),
+        shapes=np.concatenate([at_nodes, at_seats], axis=1),
+    )

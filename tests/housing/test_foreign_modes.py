@@ -9,7 +9,13 @@ from nvhchain.errors import AccuracyWarning, InputError
 from nvhchain.housing.casting_model import casting_model
 from nvhchain.housing.engine_plane import EnginePlane
 from nvhchain.housing.foreign_modal_model import modal_model
-from nvhchain.housing.foreign_modes import housing_from_modes, missing_flexibility, modal_extent, modal_skin
+from nvhchain.housing.foreign_modes import (
+    has_rigid_motion,
+    housing_from_modes,
+    missing_flexibility,
+    modal_extent,
+    modal_skin,
+)
 from nvhchain.housing.foreign_seats import bearing_seats
 from nvhchain.housing.mesh import boundary_faces
 from nvhchain.housing.reduction import seat_flexibility
@@ -167,6 +173,13 @@ def test_labels_of_nodes_are_those_of_the_model_and_unique(with_vectors, mesh):
     at = dict(zip(labels, with_vectors.nodes, strict=True))
     for row in np.unique(mesh.skin)[:50]:
         assert at[int(row) + 1] == pytest.approx(mesh.nodes[row], abs=1e-15)
+
+
+@pytest.mark.parametrize(("f_max", "rigid"), [(100.0, 0.09), (1000.0, 0.4), (5000.0, 0.4), (20_000.0, 1.9)])
+def test_a_rigid_mode_that_rounding_lifts_is_rigid_in_any_band(modes, f_max, rigid):
+    for share, found in ((1.0, True), (1.5, False)):
+        lifted = replace(modes, frequency=np.concatenate([[share * rigid], modes.frequency[1:]]))
+        assert has_rigid_motion(lifted, f_max) == found
 
 
 def test_residual_vectors_that_are_not_there_are_refused(modes, casting, fidelity, surface):

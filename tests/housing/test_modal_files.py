@@ -187,3 +187,15 @@ def test_hdf5_takes_units_as_bytes_and_shells_by_an_attribute(modes, tmp_path):
         assert not read_modal_hdf5(path).two_sided.any()
         file["triangles"].attrs["two_sided"] = True
     assert read_modal_hdf5(path).two_sided.all()
+
+
+def test_numbers_of_a_node_may_stand_on_lines_of_their_own_length(tmp_path):
+    path = tmp_path / "modes.unv"
+    wide = UFF.replace(HEAD, HEAD[:-1] + "6")
+    for values in ("  1.00000E+00-2.00000E+00  3.00000E+00", " -1.00000E+00-2.00000E+00-3.00000E+00"):
+        wide = wide.replace(values, values + "\n  7.00000E+00  8.00000E+00  9.00000E+00")
+    path.write_text(wide)
+    assert wide.count("9.00000E+00") == 2
+    path_of_three = tmp_path / "three.unv"
+    path_of_three.write_text(UFF)
+    assert read_modal_uff(path).shapes == pytest.approx(read_modal_uff(path_of_three).shapes)

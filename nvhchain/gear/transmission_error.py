@@ -13,16 +13,16 @@ from math import ceil, inf, isfinite
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 
 from nvhchain.conventions import Progress
-from nvhchain.errors import SolverError, require
+from nvhchain.errors import InputError, SolverError, require
 from nvhchain.fidelity import GearFidelity
 from nvhchain.gear.closing_edges import with_closing_edges
 from nvhchain.gear.contact import contact_half_width
 from nvhchain.gear.contact_lines import ContactLines
 from nvhchain.gear.engagement import Engagement
 from nvhchain.gear.friction import lever_arms
+from nvhchain.gear.monotone_cubic import monotone_cubic
 from nvhchain.gear.pair import GearPair
 from nvhchain.handoff import FloatArray, MeshLaw
 from nvhchain.kinds import check_arguments
@@ -41,20 +41,22 @@ def deflection_at_force(law: MeshLaw, force: float) -> FloatArray:
     """
     check_arguments(deflection_at_force, locals())
     require(force != 0, "force = 0 N has no unique deflection within the backlash: give a force")
-    sense = 1.0 if force > 0 else -1.0
-    result = np.empty(len(law.angle))
-    for i, row in enumerate(law.force):
-        loaded = np.flatnonzero(sense * row > 0)
-        limit = float((sense * row).max())
-        require(
-            limit >= sense * force,
-            f"force = {force:g} N lies outside the mesh law, which ends at {sense * limit:g} N at angle "
-            f"{law.angle[i]:g} rad: compute it with a larger nominal force",
+    sense, columns = (1.0 if force > 0 else -1.0), law.force.shape[1]
+    least, most = (law.force[:, end] for end in (0, -1))
+    outside = np.flatnonzero(~((least <= force) & (force <= most)))
+    if len(outside):
+        i = int(outside[0])
+        raise InputError(
+            f"force = {force:g} N lies outside the mesh law, which goes from {least[i]:g} to {most[i]:g} N at angle "
+            f"{law.angle[i]:g} rad: compute it with a larger nominal force"
         )
-        at = np.concatenate([loaded[:1] - 1, loaded]) if sense > 0 else np.concatenate([loaded, loaded[-1:] + 1])
-        at = at[(at >= 0) & (at < len(row))]
-        result[i] = PchipInterpolator(row[at], law.deflection[at])(force)
-    return result
+    loaded = sense * law.force > 0
+    first, last = np.zeros(len(law.angle), np.int64), np.full(len(law.angle), columns - 1)
+    if force > 0:  # the loaded columns and the last without load
+        first = np.maximum(loaded.argmax(axis=1) - 1, 0)
+    else:
+        last = np.minimum(columns - loaded[:, ::-1].argmax(axis=1), columns - 1)
+    return monotone_cubic(law.force, law.deflection, first, last, force)
 
 
 def quasi_static_transmission_error(law: MeshLaw, force: float) -> tuple[FloatArray, FloatArray]:

@@ -201,15 +201,17 @@ def tetrahedra(mesh):
     return np.array(nodes), np.array(elements, dtype=np.int64), *tagged
 
 
-def test_gear_of_tetrahedra_runs_in_the_hybrid_contact_with_the_transmission_error_of_bricks(changed):
-    nodes, elements, flanks, bore = tetrahedra(own_mesh())
+def test_helical_gear_of_tetrahedra_runs_in_the_hybrid_contact_with_the_transmission_error_of_bricks(changed):
+    left, right = (dataclasses.replace(GEOMETRY, helix_angle=np.radians(side * 10.0)) for side in (-1, 1))
+    drawn = dataclasses.replace(BODY, geometry=left)
+    nodes, elements, flanks, bore = tetrahedra(whole_mesh(drawn, FIDELITY))
     path = changed(points=nodes, cells=[("tetra10", elements)], point_sets={"bore": bore, "flanks": flanks})
-    foreign = dataclasses.replace(BODY, blank=read_gear_mesh(path, order=3))
-    solid = GearBody(GEOMETRY)
-    pair = GearPair(solid, BODY, nominal_centre_distance(GEOMETRY, GEOMETRY))
+    foreign = dataclasses.replace(drawn, blank=read_gear_mesh(path, order=3))
+    solid = GearBody(right)
+    pair = GearPair(solid, drawn, nominal_centre_distance(left, right))
     other = flank_compliance(solid, FIDELITY, reach=1)
     found = []
-    for wheel in (BODY, foreign):
+    for wheel in (drawn, foreign):
         both = (other, flank_compliance(wheel, FIDELITY, reach=1))
         engagement = Engagement(dataclasses.replace(pair, wheel=wheel), both, FIDELITY)
         found.append(

@@ -1,7 +1,10 @@
 """Loaded transmission error from the mesh law against the contact solved at the load itself."""
 
+import dataclasses
+
 import numpy as np
 import pytest
+from scipy.interpolate import PchipInterpolator
 
 from nvhchain.errors import InputError, SolverError
 from nvhchain.fidelity import STANDARD
@@ -72,6 +75,32 @@ def test_back_flank_load_gives_a_deflection_beyond_the_gap(case):
     assert (back < -engagement.pair.backlash).all()
     # mirror images up to the phase: equal mean
     assert -(back.mean() + engagement.pair.backlash) == pytest.approx(drive.mean(), rel=1e-2)
+
+
+def test_deflection_between_the_columns_is_that_of_scipys_monotone_cubic(case):
+    """Of the loaded columns and the one next to them without load, row by row; also where only one column is loaded."""
+    _, law, force = case
+    light = 0.9 * law.force[:, np.searchsorted(law.deflection, 0.0) + 1].max()
+    columns = np.flatnonzero(law.force.max(axis=0) > 0)[0]
+    short = dataclasses.replace(law, deflection=law.deflection[: columns + 1], force=law.force[:, : columns + 1])
+    least = 0.5 * short.force[:, -1].min()
+    for table, load in ((law, force), (law, -force), (law, light), (short, least)):
+        expected = []
+        for row in table.force:
+            loaded = np.flatnonzero(row * load > 0)
+            at = np.arange(max(loaded[0] - (load > 0), 0), min(loaded[-1] + (load < 0), len(row) - 1) + 1)
+            expected.append(PchipInterpolator(row[at], table.deflection[at])(load))
+        np.testing.assert_allclose(deflection_at_force(table, load), expected, rtol=1e-13)
+
+
+def test_where_a_law_stays_level_the_deflection_jumps(case):
+    _, law, _ = case
+    force = np.tile([0.0, 5.0, 5.0, 6.0, 6.0], (len(law.angle), 1))
+    table = dataclasses.replace(law, deflection=np.arange(5.0), force=force)
+    below, at, above, end = (deflection_at_force(table, load)[0] for load in (5 - 1e-9, 5.0, 5 + 1e-9, 6.0))
+    assert (at, end) == (1.0, 3.0)
+    assert below == pytest.approx(1.0, abs=1e-6)
+    assert above == pytest.approx(2.0, abs=1e-6)
 
 
 def test_a_load_beyond_the_table_is_refused(case):

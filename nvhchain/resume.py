@@ -8,7 +8,7 @@ import shutil
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache, partial
 from pathlib import Path
-from typing import Any, Protocol, TypeVar
+from typing import Any, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 
@@ -70,6 +70,7 @@ def found(path: Path, kind: type[H], key: str) -> H | None:
     return hand_off if hand_off.provenance.get("key") == key else None
 
 
+@runtime_checkable
 class Watcher(Protocol):
     """What follows a run: stages begin, advance and end."""
 

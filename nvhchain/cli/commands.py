@@ -146,6 +146,7 @@ def record(options: argparse.Namespace) -> int:
 def compare(options: argparse.Namespace) -> int:
     """Compute several cases and leave their comparison."""
     from nvhchain.case import load_case
+    from nvhchain.error_band import format_limits
     from nvhchain.report import compare
 
     cases = [load_case(path) for path in options.cases]
@@ -154,7 +155,8 @@ def compare(options: argparse.Namespace) -> int:
             cases, fidelity=_fidelity(options, cases), out=Path(options.out), executor=executor, watcher=Console()
         )
     for name, configuration in summary["configurations"].items():
-        print(f"{name}: {configuration['overall_dBA']:.1f} dB(A)")
+        limits = format_limits(configuration["error_band_dBA"])
+        print(f"{name}: {configuration['overall_dBA']:.1f} dB(A) ({limits})")
     return 0
 
 

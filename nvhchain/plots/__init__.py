@@ -10,7 +10,7 @@ from nvhchain.plots.radiated import directivity_polar, directivity_spectrum, eff
 from nvhchain.plots.shapes import animate, mode_shapes, operating_shape
 from nvhchain.plots.spectrum import bearing_force_spectra, power_spectrum, pressure_spectrum
 from nvhchain.plots.speed import levels_over_speed
-from nvhchain.plots.surface import strongest_line, surface_velocity
+from nvhchain.plots.surface import rendered_surface, strongest_line, surface_velocity
 from nvhchain.plots.waterfall import waterfall_maps
 
 __all__ = [
@@ -33,6 +33,7 @@ __all__ = [
     "power_spectrum",
     "pressure_history",
     "pressure_spectrum",
+    "rendered_surface",
     "rig_responses",
     "strongest_line",
     "surface_velocity",

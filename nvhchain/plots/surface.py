@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.axes import Axes
@@ -26,6 +28,43 @@ def strongest_line(velocity: SurfaceVelocity) -> int:
     return int(np.argmax(np.where(velocity.frequency > 0.0, power, -1.0)))
 
 
+@dataclass(frozen=True, eq=False)
+class _View:
+    """What is seen at one line.  colours: (n_face, 3).  towards: (3,) from the body to the viewer."""
+
+    scale: ScalarMappable
+    colours: FloatArray
+    towards: FloatArray
+
+
+def rendered_surface(
+    velocity: SurfaceVelocity,
+    *,
+    line: int | None = None,
+    dynamic_range: float = 40.0,
+    elevation: float = 0.45,
+    azimuth: float = 0.6,
+) -> np.ndarray | None:
+    """Picture (height, width, 3) uint8 for `surface_velocity` with these arguments, from a process of its own, or None
+    where this machine cannot render off screen.
+
+    It draws in no figure: a thread may wait for it while others are drawn.
+    """
+    view = _view(velocity, strongest_line(velocity) if line is None else line, dynamic_range, elevation, azimuth)
+    return _pyvista.render(velocity.surface, view.colours, view.towards)
+
+
+def _view(velocity: SurfaceVelocity, line: int, dynamic_range: float, elevation: float, azimuth: float) -> _View:
+    level = levels.decibel(velocity.normal_velocity[line], REFERENCE_VELOCITY)
+    top = float(np.ceil(level.max()))
+    scale = ScalarMappable(Normalize(top - dynamic_range, top), colormaps[COLOUR_MAP])
+    towards = np.array([np.cos(elevation) * np.sin(azimuth), np.sin(elevation), np.cos(elevation) * np.cos(azimuth)])
+    light = towards + np.array([-0.6 * np.cos(azimuth), 0.5, 0.6 * np.sin(azimuth)])
+    # Mild: the colour still has to be found again in the colour bar.
+    shade = 0.65 + 0.35 * np.clip(velocity.surface.normals @ (light / np.linalg.norm(light)), 0.0, 1.0)
+    return _View(scale, np.asarray(scale.to_rgba(level))[:, :3] * shade[:, None], towards)
+
+
 @styled
 def surface_velocity(
     velocity: SurfaceVelocity,
@@ -36,39 +75,35 @@ def surface_velocity(
     elevation: float = 0.45,
     azimuth: float = 0.6,
     engine: str = "auto",
+    image: np.ndarray | None = None,
 ) -> Axes:
     """Level of the normal velocity on every face, dB re 1 nm/s (RMS), at one frequency.
 
     line: index of the frequency, the strongest by default.  name: of the configuration, for the title.
     elevation, azimuth: rad, of the viewer above the xz-plane and from +z towards +x.  engine: `pyvista`,
-    `matplotlib`, or `auto`: the first where it can render off screen, else the second.
+    `matplotlib`, or `auto`: the first where it can render off screen, else the second.  image: what
+    `rendered_surface` made of the same arguments; without one the engine draws.
     """
     require(engine in ("auto", "pyvista", "matplotlib"), f"engine = {engine!r}: use auto, pyvista or matplotlib")
     line = strongest_line(velocity) if line is None else line
     surface, normal_velocity = velocity.surface, velocity.normal_velocity[line]
-    level = levels.decibel(normal_velocity, REFERENCE_VELOCITY)
-    top = float(np.ceil(level.max()))
-    scale = ScalarMappable(Normalize(top - dynamic_range, top), colormaps[COLOUR_MAP])
-    towards = np.array([np.cos(elevation) * np.sin(azimuth), np.sin(elevation), np.cos(elevation) * np.cos(azimuth)])
-    light = towards + np.array([-0.6 * np.cos(azimuth), 0.5, 0.6 * np.sin(azimuth)])
-    # Mild: the colour still has to be found again in the colour bar.
-    shade = 0.65 + 0.35 * np.clip(surface.normals @ (light / np.linalg.norm(light)), 0.0, 1.0)
-    colours = np.asarray(scale.to_rgba(level))[:, :3] * shade[:, None]
+    view = _view(velocity, line, dynamic_range, elevation, azimuth)
     figure = Figure(figsize=(10.0, 7.2), layout="constrained")
-    image = None if engine == "matplotlib" else _pyvista.render(surface, colours, towards)
+    if image is None and engine != "matplotlib":
+        image = _pyvista.render(surface, view.colours, view.towards)
     require(engine != "pyvista" or image is not None, "this machine cannot render off screen: use engine='matplotlib'")
     if image is not None:
         ax: Axes = figure.add_subplot()
         ax.imshow(image)
         ax.set_axis_off()
     else:
-        ax = _draw(figure, surface, colours, towards, elevation, azimuth)
+        ax = _draw(figure, surface, view.colours, view.towards, elevation, azimuth)
     mean = np.sqrt(0.5 * (np.abs(normal_velocity) ** 2) @ surface.areas / surface.areas.sum())
     ax.set_title(
         f"{name}{': ' if name else ''}{velocity.frequency[line]:.0f} Hz, {1e3 * mean:.3g} mm/s RMS over the surface",
         loc="left",
     )
-    figure.colorbar(scale, ax=ax, label="normal velocity level / dB re 1 nm/s", shrink=0.8, extend="min", pad=0.06)
+    figure.colorbar(view.scale, ax=ax, label="normal velocity level / dB re 1 nm/s", shrink=0.8, extend="min", pad=0.06)
     return ax
 
 

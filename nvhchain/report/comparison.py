@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from concurrent.futures import Executor
+from concurrent.futures import Executor, ThreadPoolExecutor
 from math import pi
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,7 @@ from nvhchain.gear import quasi_static_transmission_error
 from nvhchain.handoff import FieldPressure
 from nvhchain.interop import write_wav
 from nvhchain.interop.wav import SAMPLE_RATE
+from nvhchain.kinds import check_arguments
 from nvhchain.plots.files import save
 from nvhchain.report.limits import limits
 from nvhchain.report.marks import order_marks
@@ -42,6 +43,7 @@ def compare(
     summary.json and, at constant speed, the table of differences (text, CSV) in `out` itself. Returns what
     summary.json holds.  Raises InputError where some cases run up and others do not.
     """
+    check_arguments(compare, locals())
     names = [case.name for case in cases]
     require(len(set(names)) == len(names), f"cases need distinct names, got {names}")
     for case in cases:
@@ -78,7 +80,26 @@ def _running_up(cases: Sequence[Case]) -> bool:
 
 
 def _steady(results: Mapping[str, Result], out: Path) -> dict[str, Any]:
-    """Table, figures and sound at constant speed; the summary of every configuration."""
+    """Table, figures and sound at constant speed; the summary of every configuration.
+
+    Pictures of the surface, seconds each, are rendered one after the other beside all else.
+    """
+    with ThreadPoolExecutor(max_workers=1) as beside:
+        pictures = {
+            name: beside.submit(plots.rendered_surface, result.surface_velocity)
+            for name, result in results.items()
+            if result.surface_velocity is not None
+        }
+        configurations = _made_beside_pictures(results, out)
+        for name, picture in pictures.items():
+            velocity, image = results[name].surface_velocity, picture.result()
+            assert velocity is not None
+            axes = plots.surface_velocity(velocity, name=name, image=image, engine="matplotlib")
+            save([axes], out / f"surface_velocity-{name}.png")
+    return configurations
+
+
+def _made_beside_pictures(results: Mapping[str, Result], out: Path) -> dict[str, Any]:
     pressures = {name: result.pressure for name, result in results.items() if result.pressure is not None}
     configurations = {name: summarise(pressure) | limits(results[name]) for name, pressure in pressures.items()}
     table = plots.difference_table(configurations)
@@ -120,10 +141,6 @@ def _figures(results: Mapping[str, Result], pressures: Mapping[str, FieldPressur
     errors = _transmission_errors(results)
     if errors:
         save(plots.transmission_errors(errors), out / "transmission_errors.png")
-    for name, result in results.items():
-        assert result.surface_velocity is not None
-        axes = plots.surface_velocity(result.surface_velocity, name=name)
-        save([axes], out / f"surface_velocity-{name}.png")
 
 
 def _transmission_errors(results: Mapping[str, Result]) -> dict[str, dict[str, Any]]:

@@ -1,6 +1,8 @@
 """The gearbox, solid and slotted, from drawing to sound pressure: what is left on disk and what it says."""
 
 import json
+from dataclasses import replace
+from threading import Event
 
 import numpy as np
 import pytest
@@ -18,7 +20,7 @@ from nvhchain.handoff import (
     SurfaceVelocity,
     TransferVectors,
 )
-from nvhchain.report import compare
+from nvhchain.report import compare, comparison
 
 SLOT_ORDERS = (2, 6, 10, 14, 18, 22)
 
@@ -158,3 +160,24 @@ def test_lines_that_pass_the_edge_of_the_band_by_rounding_share_its_transfer_vec
     run = nvh.run(cases[0], fidelity=coarse, operators=out / "operators", surface_velocity=nudged, watcher=record)
     assert [how for stage, how in record.ended if stage.startswith("transfer_vectors")] == ["found"]
     assert run.pressure.pressure.shape[0] == len(lines)
+
+
+def test_surfaces_are_rendered_beside_the_other_figures(request, tmp_path, monkeypatch):
+    """Each waits for the other here, and one after the other would wait in vain."""
+    sphere = nvh.load_case(request.config.rootpath / "cases/sphere/pulsating.toml")
+    rendering, saved, save = Event(), Event(), comparison.save
+
+    def rendered(velocity):
+        rendering.set()
+        assert saved.wait(20), "no figure was saved while a surface was rendered"
+
+    def saving(axes, path):
+        assert rendering.wait(20), "no surface was rendered while a figure was saved"
+        save(axes, path)
+        saved.set()
+
+    monkeypatch.setattr("nvhchain.plots.rendered_surface", rendered)
+    monkeypatch.setattr(comparison, "save", saving)
+    compare([sphere, replace(sphere, name="twin")], fidelity=nvh.DRAFT, out=tmp_path)
+    for name in ("pressure_spectrum", "surface_velocity-pulsating-sphere", "surface_velocity-twin"):
+        assert (tmp_path / f"{name}.png").stat().st_size > 10_000

@@ -5,7 +5,7 @@ import pytest
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from nvhchain.errors import InputError
-from nvhchain.plots import _pyvista, strongest_line, surface_velocity
+from nvhchain.plots import _pyvista, rendered_surface, strongest_line, surface_velocity
 
 
 def test_strongest_line_is_chosen_and_named_with_its_velocity(housing_velocity):
@@ -39,6 +39,20 @@ def test_machine_without_off_screen_rendering_falls_back_to_matplotlib(housing_v
     assert any(isinstance(c, Poly3DCollection) for c in ax.collections)
     with pytest.raises(InputError, match="cannot render off screen"):
         surface_velocity(housing_velocity, engine="pyvista")
+
+
+def test_a_picture_that_was_rendered_before_is_shown_and_not_rendered_again(housing_velocity, monkeypatch):
+    asked = []
+    monkeypatch.setattr(_pyvista, "render", lambda *scene: asked.append(scene) or np.full((4, 6, 3), 7, np.uint8))
+    image = rendered_surface(housing_velocity, dynamic_range=30.0)
+    ax = surface_velocity(housing_velocity, dynamic_range=30.0, image=image)
+    assert np.array_equal(ax.images[0].get_array(), image)
+    assert len(asked) == 1
+    surface_velocity(housing_velocity, dynamic_range=30.0)
+    (surface, colours, towards), again = asked
+    assert again[0] is surface
+    assert np.array_equal(again[1], colours)
+    assert np.array_equal(again[2], towards)
 
 
 def test_renderer_that_crashes_gives_no_picture(housing_velocity, monkeypatch):

@@ -31,11 +31,6 @@ def require(condition: bool, message: str) -> None:
         raise InputError(message)
 
 
-def is_number(value: object) -> bool:
-    """Whether `value` is a real number, of whichever numeric type."""
-    return isinstance(value, Real)
-
-
 def is_whole(value: object) -> bool:
     """Whether `value` is a whole number, of whichever numeric type."""
     return isinstance(value, Real) and float(value).is_integer()

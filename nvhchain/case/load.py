@@ -12,6 +12,7 @@ from nvhchain.case.gearbox import GearboxCase
 from nvhchain.case.radiator import RadiatorCase
 from nvhchain.errors import InputError, require
 from nvhchain.interop import ForceChannels
+from nvhchain.kinds import check_arguments
 
 Case = GearboxCase | RadiatorCase
 
@@ -31,6 +32,7 @@ def load_case(path: str | Path) -> Case:
     A file may name another as its `base` and state only what differs; lists of named tables are merged by name.
     Raises InputError with file, field, value, limit and remedy.
     """
+    check_arguments(load_case, locals())
     path = Path(path)
     table = _read(path, ())
     kind = table.pop("kind", None)

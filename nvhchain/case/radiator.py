@@ -12,6 +12,7 @@ from nvhchain.case.asked import FieldPoint, Quantity, check_name, check_plane, c
 from nvhchain.conventions import Air
 from nvhchain.errors import require
 from nvhchain.handoff import RigidPlane
+from nvhchain.kinds import check_fields
 
 
 @dataclass(frozen=True)
@@ -22,6 +23,7 @@ class Sphere:
     centre: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
+        check_fields(self)
         require(1e-4 <= self.radius <= 100, f"radius = {self.radius:g} m is outside 1e-4…100 m: give it in m")
 
 
@@ -56,6 +58,7 @@ class RadiatorCase:
     folder: str = "."
 
     def __post_init__(self) -> None:
+        check_fields(self)
         check_name(self.name)
         check_quantities(self.quantities, self.field_points)
         require("bearing_forces" not in self.quantities, f"quantities: {self.name} has no bearings")

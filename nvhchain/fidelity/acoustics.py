@@ -89,9 +89,6 @@ class AcousticsFidelity:
     master_tolerance_db: float = 0.1
 
     def __post_init__(self) -> None:
-        for name in ("close_distances", "close_orders", "coarse_edge_ratios"):
-            # lists cannot be hashed, and what is computed once per surface is kept by the knobs
-            object.__setattr__(self, name, tuple(getattr(self, name)))
         within(
             self,
             "acoustics",
@@ -114,6 +111,9 @@ class AcousticsFidelity:
             ("solver_iterations", 1, 10_000),
             ("compression_error", 1e-7, 1e-2),
         )
+        for name in ("close_distances", "close_orders", "coarse_edge_ratios"):
+            # lists cannot be hashed, and what is computed once per surface is kept by the knobs
+            object.__setattr__(self, name, tuple(getattr(self, name)))
         whole(self, "acoustics", "masters", "quadrature_order", "singular_order", "gap_halvings")
         whole(self, "acoustics", "interpolation_points", "interpolation_poles", "solver_iterations")
         ratios, orders = self.close_distances, self.close_orders

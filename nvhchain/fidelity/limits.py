@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from typing import Any
 
-from nvhchain.errors import is_number, is_whole, require
+from nvhchain.errors import is_whole, require
+from nvhchain.kinds import check_fields
 
 
 def within(knobs: Any, stage: str, *limits: tuple[str, float, float]) -> None:
-    """Refuse (InputError) knobs outside their limits.  limits: (name, lowest, highest) of each."""
+    """Refuse (InputError) knobs of the wrong kind or outside their limits.  limits: (name, lowest, highest) of each."""
+    check_fields(knobs)
     for name, low, high in limits:
         value = getattr(knobs, name)
-        inside = is_number(value) and low <= value <= high
-        require(inside, f"{stage} {name} = {value} is outside {low:g}…{high:g}")
+        require(low <= value <= high, f"{stage} {name} = {value} is outside {low:g}…{high:g}")
 
 
 def whole(knobs: Any, stage: str, *names: str) -> None:

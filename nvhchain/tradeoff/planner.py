@@ -12,6 +12,7 @@ from math import hypot, prod
 from nvhchain.case import Case
 from nvhchain.errors import AccuracyWarning, InputError, require
 from nvhchain.fidelity import PRESETS, Fidelity
+from nvhchain.kinds import check_arguments
 from nvhchain.scene import check_knobs, plan
 from nvhchain.tradeoff import elsewhere
 from nvhchain.tradeoff.knobs import BEYOND, PRESET, Knob, knobs_by_stage, knobs_of, spoken
@@ -101,6 +102,7 @@ def cheapest(case: Case | Sequence[Case], tolerance_db: float, sweep: Tradeoff |
     Raises InputError for no case, for a tolerance that is not positive or finer than the base is known, for a stage of
     which the sweep tells nothing, and for a base that is no preset, or no longer what the preset is.
     """
+    check_arguments(cheapest, locals())
     require(
         0 < tolerance_db < 100,
         f"tolerance = {tolerance_db:g} dB is outside 0…100 dB: a model is never exact, ask for 1",

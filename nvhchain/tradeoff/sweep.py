@@ -16,6 +16,7 @@ from nvhchain.conventions import Progress
 from nvhchain.errors import require
 from nvhchain.fidelity import REFERENCE, Fidelity
 from nvhchain.handoff import FieldPressure, PressureHistory
+from nvhchain.kinds import check_arguments
 from nvhchain.resume import Unwatched, Watcher, code_version, fingerprint
 from nvhchain.tradeoff.deviation import Deviation, deviation, deviation_in_time
 from nvhchain.tradeoff.elsewhere import extent
@@ -94,6 +95,7 @@ def tradeoff(
     Raises InputError for an unknown knob, a case without sound pressure, or a base that is refused; SolverError where
     a run dies.
     """
+    check_arguments(tradeoff, locals())
     require(
         "pressure" in case.quantities,
         f"{case.name} asks for {', '.join(case.quantities)}: errors are those of the sound pressure; ask for it",

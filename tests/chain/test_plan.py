@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 import nvhchain as nvh
@@ -89,6 +90,20 @@ def test_a_surface_whose_matrices_fit_compressed_alone_is_not_refused_for_dense_
     assert sound_power_stage(case, nvh.STANDARD, 30_000, 1.0).megabytes < 8_000
     kept = replace(nvh.STANDARD, acoustics=replace(nvh.STANDARD.acoustics, solver="direct"))
     assert transfer_vector_stage(case, kept, 30_000, 1.0).megabytes > 10_000
+
+
+@pytest.mark.parametrize("stage", [transfer_vector_stage, sound_power_stage])
+def test_what_is_planned_fits_beside_the_program_wherever_the_least_does(request, monkeypatch, stage):
+    case = nvh.load_case(request.config.rootpath / "cases/gearbox/solid.toml")
+
+    def planned(free):
+        monkeypatch.setattr("nvhchain.scene.radiation.free_memory", lambda: int(1e6 * free))
+        return stage(case, nvh.STANDARD, 20_000, 1.0).megabytes
+
+    least, most = planned(0), planned(1e6)
+    assert least < 0.8 * most
+    for free in np.linspace(least + 1, 2 * most, 200):
+        assert planned(free) <= free
 
 
 def test_sphere_plan_counts_the_triangles_of_the_run(request):

@@ -17,6 +17,10 @@ ELEMENT_NODES = {"tet10": 10, "hex20": 20}
 OFF_FLANK = 0.05
 """Normal modules by which flank nodes may miss the drawn involute: micro-geometry's largest, and chords of elements."""
 
+_LOPSIDED = 0.01
+"""Part of the polar moment of inertia in a pattern that `order` forbids: above tetrahedra's scatter and balancing
+holes, below any openings that bend a rim."""
+
 _UNIT = 1.5
 """Ratio of tip radii, meshed and drawn, beyond which the unit is wrong."""
 
@@ -86,16 +90,21 @@ class VolumeMesh:
         jacobian = np.einsum("mna,qnb->mqab", self.nodes[self.elements], reference.mass_gradient, optimize=True)
         return np.asarray(np.linalg.det(jacobian) * reference.mass_weight)
 
+    @property
+    def _points(self) -> FloatArray:
+        """(3, m, q) m, the quadrature points."""
+        points = np.einsum("qn,mna->mqa", reference_element(self.kind).mass_shape, self.nodes[self.elements])
+        return np.moveaxis(points, -1, 0)
+
     def moments(self) -> tuple[float, float, float, float]:
         """∫dV (m³), ∫(x² + y²)dV (m⁵), ∫z dV (m⁴) and ∫z² dV (m⁵)."""
-        points = np.einsum("qn,mna->mqa", reference_element(self.kind).mass_shape, self.nodes[self.elements])
-        x, y, z = np.moveaxis(points, -1, 0)
-        volume = self._volumes
+        (x, y, z), volume = self._points, self._volumes
         values = (np.ones(volume.shape), x**2 + y**2, z, z**2)
         return tuple(float((volume * value).sum()) for value in values)  # type: ignore[return-value]
 
     def check(self, gear: GearGeometry) -> None:
-        """Refuse a mesh that is not of this gear: wrong unit, turned, shifted, or with other flanks or another bore."""
+        """Refuse a mesh that is not of this gear: wrong unit, turned, shifted, or with other flanks or another bore, or
+        another symmetry than `order`."""
         tip = float(np.hypot(*self.nodes[:, :2].T).max())
         ratio = tip / gear.tip_circle_radius
         require(
@@ -118,6 +127,25 @@ class VolumeMesh:
             f"{1e3 * OFF_FLANK * gear.normal_module:.3g} mm at most: put tooth 0 on the x axis at mid-width, z along "
             "the shaft, and check teeth, module, helix and profile shift",
         )
+
+        share, pattern = self._lopsided(gear.teeth)
+        require(
+            share < _LOPSIDED,
+            f"order = {self.order} of the rotational symmetry is not that of the mesh: {100 * share:.2g} % of its "
+            f"polar moment of inertia lies in a {pattern}-fold pattern: give the order that all openings have, or 1",
+        )
+
+    def _lopsided(self, teeth: int) -> tuple[float, int]:
+        """Largest |∫ r² e^{ikφ} dV| over ∫ r² dV of the k < z that a body of this order does not have, and that k."""
+        x, y, _ = self._points
+        weight = self._volumes * (x**2 + y**2)
+        once = (x + 1j * y) / np.hypot(x, y)
+        total, turned, worst = weight.sum(), weight.astype(complex), (0.0, 0)
+        for k in range(1, teeth if self.order > 1 else 0):
+            turned = turned * once
+            if k % self.order:
+                worst = max(worst, (float(abs(turned.sum())) / total, k))
+        return worst
 
     def places(self, gear: GearGeometry) -> tuple[FloatArray, IntArray, FloatArray, FloatArray]:
         """Of every node: radius m, number of the nearest tooth 0 … z − 1, angle from its centre line rad, axial m."""

@@ -234,6 +234,15 @@ def test_what_meshes_a_drawn_blank_does_not_take_a_mesh_for_a_solid_gear():
             make()
 
 
+def test_a_symmetry_that_the_mesh_does_not_have_is_refused():
+    """Three slots: whole turns and thirds only; of a solid gear any."""
+    for order in (1, 3):
+        dataclasses.replace(BODY, blank=dataclasses.replace(own_mesh(), order=order))
+    for order in (2, 9):
+        with pytest.raises(InputError, match=rf"order = {order} .* % of its polar .* 3-fold pattern: give the order"):
+            dataclasses.replace(BODY, blank=dataclasses.replace(own_mesh(), order=order))
+
+
 def flipped():
     elements = own_mesh().elements.copy()
     elements[5] = elements[5, [4, 5, 6, 7, 0, 1, 2, 3, 12, 13, 14, 15, 8, 9, 10, 11, 16, 17, 18, 19]]

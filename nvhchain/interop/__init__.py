@@ -4,7 +4,8 @@ from nvhchain.interop.abaqus import read_abaqus
 from nvhchain.interop.force_channels import BearingChannels, ForceChannels
 from nvhchain.interop.forces import read_bearing_forces, read_record, write_bearing_forces
 from nvhchain.interop.modal_hdf5 import read_modal_hdf5, write_modal_hdf5
-from nvhchain.interop.modal_uff import read_modal_uff, write_modal_uff
+from nvhchain.interop.modal_uff import read_modal_uff
+from nvhchain.interop.modal_uff_out import write_modal_uff
 from nvhchain.interop.model_files import write_abaqus, write_nastran
 from nvhchain.interop.models import read_modal_model, read_solid_model
 from nvhchain.interop.nastran import read_nastran

@@ -16,7 +16,6 @@ import numpy as np
 from nvhchain.errors import FileFormatError, InputError, require
 from nvhchain.fem.modal_model import ModalModel
 from nvhchain.handoff import FloatArray, IntArray
-from nvhchain.interop.records import whole
 from nvhchain.interop.uff_skin import rows_of, skin
 from nvhchain.interop.units import UnitSystem, unit_system
 
@@ -27,13 +26,13 @@ _BARE_EXPONENT = re.compile(r"(?<=[\d.])(?=[+-]\d{3}$)")
 _GROUPS = {2435, 2452, 2467, 2477}
 """Datasets of groups of one layout: eight numbers and a name, then type, label and two more of every member."""
 
-_NODE, _ELEMENT = 7, 8
+NODE, _ELEMENT = 7, 8
 """Types of members of a group."""
 
 _BEAMS = {11, 21, 22, 23, 24}
 """Descriptors with a record of orientation before the nodes."""
 
-_NORMAL_MODE, _DISPLACEMENT = 2, 8
+NORMAL_MODE, DISPLACEMENT = 2, 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,20 +97,22 @@ def read_modal_uff(path: str | Path, *, units: str | None = None) -> ModalModel:
     place = system.length * np.array([nodes[int(label)] for label in labels])
     found = skin(list(elements.values()), labels, place, moves, f"{path}: dataset 2412")
     modes.sort(key=lambda mode: mode.frequency)
-    shapes = np.zeros((len(modes), len(labels), 3))
-    for shape, mode in zip(shapes, modes, strict=True):
+    added = found.centres.shape[0]
+    frequency, damping = (np.array([getattr(mode, name) for mode in modes]) for name in ("frequency", "damping"))
+    shapes = np.zeros((len(modes), len(labels) + added, 3))
+    for shape in shapes:
+        mode = modes.pop(0)  # given up as it is copied: there may be gigabytes of them
         require(mode.mass > 0, f"{path}: a mode has modal mass {mode.mass:g}: export shapes with their modal mass")
         shape[rows_of(labels, mode.labels, f"{path}: a mode")] = mode.motion / np.sqrt(mode.mass * system.mass)
-    added = found.centres.shape[0]
-    in_middles = np.array([found.centres @ shape for shape in shapes]).reshape(len(modes), added, 3)
+        shape[len(labels) :] = found.centres @ shape[: len(labels)]
     return ModalModel(
         nodes=np.vstack([place, found.centres @ place]),
         labels=np.concatenate([labels, labels[-1] + 1 + np.arange(added)]),
         triangles=found.triangles,
         two_sided=found.two_sided,
-        frequency=np.array([mode.frequency for mode in modes]) / system.time,
-        damping=np.array([mode.damping for mode in modes]),
-        shapes=np.concatenate([shapes, in_middles], axis=1),
+        frequency=frequency / system.time,
+        damping=damping,
+        shapes=shapes,
         groups={name: _members(of, elements, labels, f"{path}: group {name}") for name, of in groups.items()},
         source=str(path),
         notes=found.notes,
@@ -132,76 +133,36 @@ def _agreed(stated: UnitSystem | None, asked: UnitSystem | None, path: Path) -> 
     return stated
 
 
-def write_modal_uff(model: ModalModel, path: str | Path, *, units: str = "m-kg-s") -> Path:
-    """Datasets 164, 2411, 2412 (triangles of three or six nodes), 2467 and 55; shapes keep six digits as of the format.
-
-    units: of the file, a key of `UNIT_SYSTEMS` with seconds, as dataset 164 has.  Raises InputError for another.
-    """
-    system = unit_system(units)
-    require(system.time == 1.0, f"{path}: dataset 164 is in seconds, {units} is not: choose another unit system")
-    factors = [1 / system.length, 1 / (system.mass * system.length), 1.0]
-    name = "SI: Meter (newton)" if units == "m-kg-s" else f"user: {units}"
-    lines = _framed(164, [f"{1 if units == 'm-kg-s' else 9:10d}{name:20}{1:10d}", _wide(factors), _wide([0.0])])
-    points = []
-    for label, point in zip(model.labels.tolist(), model.nodes / system.length, strict=True):
-        points += [f"{label:10d}{0:10d}{0:10d}{11:10d}", _wide(point)]
-    lines += _framed(2411, points)
-    faces = []
-    for number, rows in enumerate(model.triangles, start=1):
-        # of six nodes each corner is followed by the middle of the edge after it
-        descriptor, chosen = (92, rows[[0, 3, 1, 4, 2, 5]]) if rows[3] >= 0 else (91, rows[:3])
-        faces += [f"{number:10d}{descriptor:10d}{1:10d}{1:10d}{7:10d}{len(chosen):10d}"]
-        faces += ["".join(f"{label:10d}" for label in model.labels[chosen].tolist())]
-    lines += _framed(2412, faces)
-    if model.groups:
-        lines += _framed(
-            2467, [line for number, group in enumerate(model.groups, 1) for line in _group(number, group, model)]
-        )
-    for number, shape in enumerate(model.shapes * np.sqrt(system.mass), start=1):
-        head = [["NONE"] * 5, [_six(1, _NORMAL_MODE, 2, 8, 2, 3), f"{2:10d}{4:10d}{1:10d}{number:10d}"]]
-        reals = [model.frequency[number - 1], 1.0, model.damping[number - 1], 0.0]
-        data = [text for label, row in zip(model.labels, shape, strict=True) for text in (f"{label:10d}", _narrow(row))]
-        lines += _framed(55, [*head[0], *head[1], _narrow(reals), *data])
-
-    def write(part: Path) -> None:
-        part.write_text("\n".join([*lines, ""]), encoding="utf-8")
-
-    return whole(Path(path), write)
-
-
-def _group(number: int, name: str, model: ModalModel) -> Iterator[str]:
-    members = model.labels[model.groups[name]].tolist()
-    yield f"{number:10d}" + f"{0:10d}" * 6 + f"{len(members):10d}"
-    yield name
-    for start in range(0, len(members), 2):
-        yield "".join(f"{_NODE:10d}{label:10d}{0:10d}{0:10d}" for label in members[start : start + 2])
-
-
 def _blocks(path: Path) -> Iterator[tuple[int, list[str]]]:
-    """Dataset number and lines of every block."""
+    """Dataset number and lines of every block, one after the other: a file of many modes is larger than they are."""
     try:
-        content = path.read_text(encoding="utf-8", errors="replace").splitlines()
+        with path.open(encoding="utf-8", errors="replace") as file:
+            block: list[str] | None = None
+            for number, line in enumerate(file, start=1):
+                if line[:6].strip() != "-1" or line.strip() != "-1":
+                    if block is not None:
+                        block.append(line)
+                elif block is None:
+                    block, first = [], number
+                else:
+                    kind = block[0].split()[0]
+                    if kind.isdigit():
+                        yield int(kind), block[1:]
+                    block = None
     except OSError as error:
         raise FileFormatError(f"{path}: cannot be read: {error.strerror}") from None
-    marks = [i for i, line in enumerate(content) if line.strip() == "-1" and line[:6].strip() == "-1"]
-    if len(marks) % 2:
+    if block is not None:
         raise FileFormatError(
-            f"{path}: the block that begins in line {marks[-1] + 1} (dataset "
-            f"{''.join(content[marks[-1] + 1 : marks[-1] + 2]).strip() or 'not named'}) does not end: the file is cut "
-            "off, export it again"
+            f"{path}: the block that begins in line {first} (dataset {''.join(block[:1]).strip() or 'not named'}) does "
+            "not end: the file is cut off, export it again"
         )
-    for start, end in zip(marks[::2], marks[1::2], strict=True):
-        number = content[start + 1].split()[0]
-        if number.isdigit():
-            yield int(number), content[start + 2 : end]
 
 
 def _floats(text: str) -> list[float]:
-    tokens = _NUMBER.findall(text)
     try:
-        return list(map(float, tokens))
-    except ValueError:  # exponents of Fortran
-        return list(map(_float, tokens))
+        return list(map(float, text.split()))
+    except ValueError:  # numbers shoulder to shoulder, exponents of Fortran
+        return list(map(_float, _NUMBER.findall(text)))
 
 
 def _float(token: str) -> float:
@@ -244,7 +205,7 @@ def _groups(lines: list[str]) -> Iterator[tuple[str, tuple[list[int], list[int]]
         end = i + 2 + (count + 1) // 2
         cells = [int(x) for line in lines[i + 2 : end] for x in line.split()]
         nodes, elements = (
-            [label for t, label in zip(cells[::4], cells[1::4], strict=True) if t == of] for of in (_NODE, _ELEMENT)
+            [label for t, label in zip(cells[::4], cells[1::4], strict=True) if t == of] for of in (NODE, _ELEMENT)
         )
         if nodes or elements:
             yield name, (nodes, elements)
@@ -274,9 +235,9 @@ def _mode(kind: int, lines: list[str], others: set[int]) -> Iterator[_Mode]:
         return  # not at nodes
     if analysis in (3, 7):
         raise InputError("complex modes are not read: export real normal modes")
-    if analysis != _NORMAL_MODE or characteristic not in (2, 3):
+    if analysis != NORMAL_MODE or characteristic not in (2, 3):
         return
-    if result != _DISPLACEMENT:
+    if result != DISPLACEMENT:
         others.add(result)
         return
     require(data_type in (2, 4), f"mode shapes of data type {data_type} are complex or whole numbers: export real ones")
@@ -288,10 +249,10 @@ def _mode(kind: int, lines: list[str], others: set[int]) -> Iterator[_Mode]:
         _, frequency, _, mass, viscous, hysteretic = (*reals, *[0.0] * 6)[:6]
     step = 1 + _lines_of(body[1:], count)
     labels = np.array([int(line.split()[0]) for line in body[::step]], dtype=np.int64)
-    numbers = _floats("\n".join(line for i, line in enumerate(body) if i % step))
+    numbers = _floats("".join(line for i, line in enumerate(body) if i % step))
     if len(numbers) != count * len(labels):
         raise ValueError(f"{len(numbers)} displacements of {len(labels)} nodes, {count} of each are needed")
-    motion = np.array(numbers, dtype=float).reshape(-1, count)[:, :3]
+    motion = np.array(numbers, dtype=float).reshape(-1, count)[:, :3].copy()  # rotations are not kept
     # a loss factor η of a mode damps it as η/2 of critical
     yield _Mode(frequency, mass, viscous + hysteretic / 2, labels, motion)
 
@@ -304,19 +265,3 @@ def _lines_of(body: list[str], count: int) -> int:
         if found >= count:
             return at + 1
     return len(body)
-
-
-def _framed(kind: int, lines: list[str]) -> list[str]:
-    return [f"{-1:6d}", f"{kind:6d}", *lines, f"{-1:6d}"]
-
-
-def _wide(values: FloatArray | list[float]) -> str:
-    return "".join(f"{value:25.16E}" for value in values)
-
-
-def _narrow(values: FloatArray | list[float]) -> str:
-    return "".join(f"{value:13.5E}" for value in values)
-
-
-def _six(*values: int) -> str:
-    return "".join(f"{value:10d}" for value in values)

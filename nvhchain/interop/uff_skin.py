@@ -62,9 +62,9 @@ def skin(
     """Boundary of the solids and the shells beside it.
 
     nodes: (n, 3) m, of `labels` (n,).  moves: (n,) bool, which have displacements in every mode.  what: the table
-    of the elements, for messages.  Of shells that coat solids and of the solids' own skin that one is taken which has
-    displacements, the solids' if both do; shells elsewhere radiate from both sides.  Faces of which a mid-edge node has
-    no displacements go by their corners.
+    of the elements, for messages.  Of shells that coat solids and of the solids' own skin that one is taken of which
+    more has displacements, the solids' if all of it has and the shells if it is as much; shells elsewhere radiate from
+    both sides.  Faces of which a mid-edge node has no displacements go by their corners.
     Raises InputError for elements without a skin, a skin without displacements, and for solids that overlap.
     """
     rows: dict[int, IntArray] = {}
@@ -125,17 +125,27 @@ def _chosen(
     coat = np.zeros(len(shells), dtype=bool)
     coat[lying_on(_middles(shells, nodes), skin, _BESIDE)[:, 0]] = True
     if coat.any():
-        share = _area(_flat(shells[coat], nodes)) / _area(skin)
+        whole = _area(skin)
+        share = _area(_flat(shells[coat], nodes)) / whole
         covered = f"shells cover {100 * share:.3g} % of the solids' skin"
-        corners = np.unique(boundary[:, :4])
-        if not moves[corners[corners >= 0]].all():
-            notes.append(f"{covered}, which lacks displacements elsewhere: the shells are taken")
+        own, theirs = (_area(_flat(faces[_moving(faces, moves)], nodes)) / whole for faces in (boundary, shells[coat]))
+        moved = f"{covered}; {100 * own:.3g} % of it have displacements of their own, {100 * theirs:.3g} % the shells'"
+        if own < _WHOLE and theirs > _WHOLE * own:
+            notes.append(f"{moved}: the shells are taken")
             return boundary[:0], shells
-        if share < _WHOLE:
+        if own < _WHOLE:
+            notes.append(f"{moved}: the solids' skin is taken")
+        elif share < _WHOLE:
             notes.append(f"{covered}: the whole of it is taken")
     if not coat.all():
         notes.append(f"{int((~coat).sum())} shells that are not on the skin of the solids radiate from both sides")
     return boundary, shells[~coat]
+
+
+def _moving(faces: IntArray, moves: IntArray) -> IntArray:
+    """Which faces (f,) bool have displacements at all their corners."""
+    corners = np.where(faces[:, :4] >= 0, faces[:, :4], faces[:, :1])
+    return np.asarray(moves[corners].all(axis=1))
 
 
 def _flat(faces: IntArray, nodes: FloatArray) -> FloatArray:

@@ -196,7 +196,10 @@ def test_groups_of_a_foreign_model_are_its_panels(case, told, tmp_path):
         name: np.flatnonzero(np.abs(model.nodes[:, 2] - z) < 1e-3)
         for name, z in (("rear", case.housing.depth), ("flange", 0.0))
     }
-    write_modal_uff(replace(model, groups=ends), tmp_path / "modes.unv")
+    beside = np.setdiff1d(np.arange(len(model.nodes)), model.triangles)  # the seats, which are not on the skin
+    assert len(beside) == 4
+    groups = {**ends, "flange": np.concatenate([ends["flange"], beside]), "beside": beside}
+    write_modal_uff(replace(model, groups=groups), tmp_path / "modes.unv")
     modal = _panels(replace(foreign, housing=ModalResults("modes.unv")), surface)
     assert set(modal.names) == {"flange", "rear"}
     rear = surface.centroids[:, 2] > 0.6 * case.housing.depth

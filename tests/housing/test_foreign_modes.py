@@ -21,7 +21,8 @@ from nvhchain.housing.mesh import boundary_faces
 from nvhchain.housing.reduction import seat_flexibility
 from nvhchain.housing.shell_sides import outward_sides, outward_skin
 from nvhchain.housing.truncation import RESIDUAL_MASS, truncation_error
-from nvhchain.interop.modal_uff import read_modal_uff, write_modal_uff
+from nvhchain.interop.modal_uff import read_modal_uff
+from nvhchain.interop.modal_uff_out import write_modal_uff
 
 ENGINE = EnginePlane((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
 F_MAX = 3000.0

@@ -265,7 +265,23 @@ def test_shells_are_the_skin_where_the_solids_have_no_displacements(tmp_path):
     assert model.two_sided.all()
     assert measured(model)[0] == pytest.approx(0.06, rel=1e-12)
     assert model.notes == (
-        "shells cover 27.3 % of the solids' skin, which lacks displacements elsewhere: the shells are taken",
+        "shells cover 27.3 % of the solids' skin; 27.3 % of it have displacements of their own, 27.3 % the "
+        "shells': the shells are taken",
+    )
+
+
+def test_corner_without_displacements_does_not_leave_the_solids_skin_to_a_small_coat(tmp_path):
+    path = tmp_path / "box.unv"
+    solid = universal_file(path, "hex8", lambda solid: np.flatnonzero(solid.nodes.any(axis=1)))  # all but the origin
+    with_elements(path, shells_on_top(solid))
+    model = read_modal_uff(path)
+    assert not model.two_sided.any()
+    assert measured(model) == pytest.approx((0.22, 0.006), rel=1e-12)
+    lost = (0.15 * 0.1 + 0.15 * 0.1 + 0.1 * 0.1) / 0.22  # three faces of the brick at the origin
+    assert model.notes == (
+        f"shells cover 27.3 % of the solids' skin; {100 * (1 - lost):.3g} % of it have displacements of their own, "
+        "27.3 % the shells': the solids' skin is taken",
+        "1 of 18 corners of the skin have no displacements: they stand still",
     )
 
 

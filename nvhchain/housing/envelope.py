@@ -277,7 +277,7 @@ def _notes(skin: Skin, space: Regions, surface: Surface, exposed: IntArray) -> t
     corners = skin.nodes[skin.facets[:, :3]]
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
     require(bool(exposed.any()), "no facet of the skin touches the outside: is the engine's plane on the right side?")
-    cavity = _cavity(space, corners)
+    cavity = _cavity(space, corners[~np.broadcast_to(skin.sheets, len(corners))])
     closed = f" with {1e3 * cavity:.3g} litres of cavity closed off" if cavity else ""
     return (
         f"envelope of {len(surface.triangles)} faces, {1e3 * surface.volume:.4g} litres{closed}; "
@@ -286,7 +286,7 @@ def _notes(skin: Skin, space: Regions, surface: Surface, exposed: IntArray) -> t
 
 
 def _cavity(space: Regions, corners: FloatArray) -> float:
-    """Volume, m³, of what is closed off and not within the material.  corners: (k, 3, 3) m of the skin's facets."""
+    """Volume, m³, of what is closed off and not within the material.  corners: (k, 3, 3) m of the facets of solids."""
     number, _ = components(space.label == CAVITY)
     voxels = 0
     for own, cut in enumerate(find_objects(number), start=1):

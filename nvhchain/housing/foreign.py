@@ -19,10 +19,10 @@ from nvhchain.housing.engine_plane import EnginePlane
 from nvhchain.housing.envelope import outer_envelope
 from nvhchain.housing.foreign_mesh import sound_mesh
 from nvhchain.housing.mapping_error import MAPPING_ERROR, skin_sources, stated_mapping_errors, warn_of_mapping
+from nvhchain.housing.mesh_resolution import resolution
 from nvhchain.housing.reduction import accurate, with_residual
 from nvhchain.housing.seat_modes import seat_modes
-from nvhchain.housing.skin import Skin, solid_skin
-from nvhchain.housing.thin_walls import edges, longest_for_their_wall, stiffening, wall_thickness, worst_quarter
+from nvhchain.housing.skin import solid_skin
 from nvhchain.housing.transfer import normal_motion
 from nvhchain.housing.truncation import RESIDUAL_MASS
 
@@ -55,7 +55,8 @@ def reduce_model(
     The provenance holds what was repaired and, in dB, what truncation and the mapping onto the faces cost. Repairs, a
     mesh too coarse for f_max, rigid motions that held freedoms leave and a mapping off by more than
     fidelity.mapping_tolerance_db are warned of.
-    Raises InputError for a mesh that cannot be repaired safely, SolverError when the eigensolver fails.
+    Raises InputError for a mesh that cannot be repaired safely or carries no bending waves of f_max, SolverError when
+    the eigensolver fails.
     """
     require(np.isfinite(f_max) and f_max > 0, f"f_max = {f_max} Hz must be positive")
     require(np.isfinite(surface_size) and surface_size > 0, f"surface_size = {surface_size:g} m must be positive")
@@ -65,7 +66,7 @@ def reduce_model(
     model, notes = sound_mesh(with_seats(model, seats))
     warn(f"{model.source}: {note}" for note in notes)
     skin = solid_skin(model)
-    _check_resolution(model, skin, f_max, fidelity)
+    warn(resolution(model, skin, f_max, fidelity.elements_per_bending_wavelength))
     tell(1, _STEPS)
     plugs = [rigid.nodes for rigid in model.rigid_sets]
     floor = engine_plane.arrays if engine_plane is not None else None
@@ -169,36 +170,6 @@ def constrained(model: SolidModel) -> tuple[sp.csr_matrix, sp.csr_matrix, sp.csr
     held = np.concatenate([model.held[~rigid].ravel(), *(r.held for r in model.rigid_sets)])
     T = sp.csr_matrix(T[:, np.flatnonzero(~held)])
     return sp.csr_matrix(T.T @ K @ T), sp.csr_matrix(T.T @ M @ T), T
-
-
-def _check_resolution(model: SolidModel, skin: Skin, f_max: float, fidelity: HousingFidelity) -> None:
-    """Warn where the mesh is too coarse for the bending waves of its walls at f_max (Hz) on a quarter of its skin.
-
-    A wall with no other side near is taken as thick as walls are in the mean, 2 V / A. Of several materials that with
-    the shortest waves counts. Tetrahedra too long for thin walls are warned of, too.
-    """
-    wall = wall_thickness(skin)
-    stiff = stiffening(longest_for_their_wall(model, skin, wall))
-    if stiff:
-        warn([f"{model.source}: tetrahedra are {stiff}"])
-    corners = skin.nodes[skin.facets[:, :3]]
-    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    volume = float(np.einsum("ka,ka->", corners.mean(axis=1), cross)) / 6
-    wall = np.where(np.isfinite(wall), wall, 4 * volume / float(np.linalg.norm(cross, axis=1).sum()))
-    edge = edges(skin).mean(axis=1)
-    at = worst_quarter(skin, edge / np.sqrt(wall))
-    materials = [block.material for block in model.blocks]
-    plate = min(wall[at] ** 2 * m.young / (12 * (1 - m.poisson**2) * m.density) for m in materials)
-    wave = float(2 * np.pi * (plate / (2 * np.pi * f_max) ** 2) ** 0.25)
-    count, least = wave / edge[at], fidelity.elements_per_bending_wavelength
-    if count < least:
-        warn(
-            [
-                f"{model.source}: elements of {1e3 * edge[at]:.3g} mm give {count:.2g} per bending wavelength of "
-                f"walls of {1e3 * wall[at]:.2g} mm at {f_max:g} Hz, {least:g} are needed: valid to "
-                f"{f_max * (count / least) ** 2:.4g} Hz"
-            ]
-        )
 
 
 def warn(messages: Iterable[str]) -> None:

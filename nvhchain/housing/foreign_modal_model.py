@@ -15,9 +15,11 @@ import scipy.sparse as sp
 
 from nvhchain.fem.modal_model import ModalModel
 from nvhchain.fem.solid_model import RigidSet, SolidModel
+from nvhchain.fidelity import HousingFidelity
 from nvhchain.handoff import FloatArray, IntArray
 from nvhchain.housing.foreign import constrained, rigid_motions, warn, with_seats
 from nvhchain.housing.foreign_mesh import sound_mesh
+from nvhchain.housing.mesh_resolution import resolution
 from nvhchain.housing.seat_modes import SeatModes, seat_modes
 from nvhchain.housing.skin import solid_skin
 
@@ -29,13 +31,15 @@ def modal_model(model: SolidModel, seats: Sequence[RigidSet], *, f_top: float, m
     """Modes up to f_top (Hz), then the residual vectors of unit forces at `seats` (`bearing_seats`).
 
     modal_damping: fraction of critical, of every mode.  Nodes: those of the skin with their labels, mid-edge ones too,
-    then the reference points of the seats with theirs, or new ones where they are taken.  Repairs and rigid
-    motions that held freedoms leave are warned of.
-    Raises InputError for a mesh that cannot be repaired safely, SolverError when the eigensolver fails.
+    then the reference points of the seats with theirs, or new ones where they are taken.  Repairs, a mesh too coarse
+    for f_top and rigid motions that held freedoms leave are warned of.
+    Raises InputError for a mesh that cannot be repaired safely or carries no bending waves of f_top, SolverError when
+    the eigensolver fails.
     """
     model, notes = sound_mesh(with_seats(model, seats))
     warn(f"{model.source}: {note}" for note in notes)
     skin = solid_skin(model)
+    warn(resolution(model, skin, f_top, HousingFidelity.elements_per_bending_wavelength))
     K, M, T = constrained(model)
     modes = seat_modes(K, M, len(seats), f_top)
     warn(rigid_motions(model, modes.frequency))

@@ -220,15 +220,16 @@ def modal_skin(model: ModalModel) -> tuple[Skin, IntArray, tuple[str, ...]]:
     shells = np.zeros(len(sheets), dtype=bool)
     if len(sheets):
         sheets, shells = outward_sides(model.nodes, sheets)
+    of_sheets: IntArray = np.repeat([False, True], [len(solids), len(sheets)])
     facets, shells = np.concatenate([solids, sheets]), np.concatenate([np.zeros(len(solids), dtype=bool), shells])
     area = has_area(model.nodes, facets, notes)
-    facets, shells = facets[area], shells[area]
+    facets, shells, of_sheets = facets[area], shells[area], of_sheets[area]
     straight, count = facets[:, 3] < 0, len(model.nodes)
     edges = np.sort(facets[straight][:, [[0, 1], [1, 2], [2, 0]]], axis=2).reshape(-1, 2)
     ends, slot = np.unique(edges, axis=0, return_inverse=True)
     facets[straight, 3:] = count + slot.reshape(-1, 3)
     interpolation = sp.csr_matrix(sp.vstack([sp.identity(count), _halves(ends, count)]))
-    return Skin(np.asarray(interpolation @ model.nodes), facets, interpolation), shells, tuple(notes)
+    return Skin(np.asarray(interpolation @ model.nodes), facets, interpolation, of_sheets), shells, tuple(notes)
 
 
 def _halves(ends: IntArray, count: int) -> sp.csr_matrix:

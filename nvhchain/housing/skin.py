@@ -18,12 +18,13 @@ class Skin:
 
     nodes: (n + q, 3) m, the nodes of the model, then the centres of four-cornered faces.  facets: (k, 6), corners
     counter-clockwise seen from outside, then mid-edge nodes.  interpolation: (n + q, n), values at `nodes` from those
-    at the nodes of the model.
+    at the nodes of the model.  sheets: (k,) bool, or one for all, facets of shells, behind which no material is known.
     """
 
     nodes: FloatArray
     facets: IntArray
     interpolation: sp.csr_matrix
+    sheets: IntArray | bool = False
 
     @property
     def triangles(self) -> IntArray:

@@ -71,6 +71,25 @@ def test_cavity_is_closed_off_and_its_walls_do_not_radiate():
     assert float(told[1]) == pytest.approx(0.36 * 0.26 * 0.16 * 1e3, rel=0.1)
 
 
+def test_closed_shells_tell_of_their_cavity_and_solids_do_not():
+    """The same closed skin, once of solids and once of mid-surface shells, behind which there is air."""
+    solid = solid_skin(sound_mesh(box("hex8", counts=(8, 6, 4), lengths=SIZE))[0])
+    model = ModalModel(
+        nodes=solid.nodes,
+        labels=np.arange(len(solid.nodes)),
+        triangles=solid.facets,
+        two_sided=False,
+        frequency=np.array([100.0]),
+        damping=np.array([0.01]),
+        shapes=np.ones((1, *solid.nodes.shape)),
+    )
+    assert "cavity" not in envelope(modal_skin(model)[0]).notes[0]
+    made = envelope(modal_skin(replace(model, two_sided=True))[0])
+    told = re.search(r"with (\S+) litres of cavity closed off", made.notes[0])
+    assert float(told[1]) == pytest.approx(0.4 * 0.3 * 0.2 * 1e3, rel=0.1)
+    assert made.exposed.all()
+
+
 def test_small_hole_is_capped_and_a_large_one_is_not():
     skin = hollow(hole=([9, 10], [7, 8]))  # 40 × 40 mm
     capped = envelope(skin, opening=0.08)

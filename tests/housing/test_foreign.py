@@ -10,11 +10,16 @@ from box_models import box
 
 from nvhchain.conventions import STEEL
 from nvhchain.errors import AccuracyWarning, InputError
+from nvhchain.fem import modes_below
 from nvhchain.fidelity import HousingFidelity
 from nvhchain.housing.casting_model import casting_model
 from nvhchain.housing.engine_plane import EnginePlane
-from nvhchain.housing.foreign import reduce_model
+from nvhchain.housing.foreign import constrained, reduce_model
+from nvhchain.housing.foreign_mesh import sound_mesh
+from nvhchain.housing.foreign_modal_model import modal_model
 from nvhchain.housing.foreign_seats import bearing_seats
+from nvhchain.housing.mesh_resolution import resolution
+from nvhchain.housing.skin import solid_skin
 from nvhchain.interop import read_nastran, write_nastran
 
 ENGINE = EnginePlane((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
@@ -115,6 +120,27 @@ def test_mesh_above_its_validity_is_warned_of_with_the_frequency_it_reaches():
     (text,) = [text for text in reduce_box(box("hex8"), f_max=1.2 * reach)[1] if "bending wavelength" in text]
     assert float(re.search(r"valid to (\S+) Hz", text)[1]) == pytest.approx(reach, rel=1e-3)
     assert not any("bending wavelength" in text for text in reduce_box(box("hex8"), f_max=0.98 * reach)[1])
+
+
+def test_band_far_beyond_the_mesh_is_refused_before_anything_is_solved(monkeypatch):
+    """The number of modes is that of the plate: it has been counted up to 12 kHz."""
+    model = box("hex8", counts=(12, 9, 1), lengths=(0.4, 0.3, 0.005))
+    K, M, _ = constrained(model := sound_mesh(model)[0])
+    counted = modes_below(K, M, 12e3) * 1e6 / 12e3
+    monkeypatch.setattr("nvhchain.housing.foreign.seat_modes", None)
+    with pytest.raises(InputError, match=r"walls of 5 mm at 1e\+06 Hz, 4 are needed") as refused:
+        reduce_box(model, f_max=1e6, surface_size=0.005)
+    told = re.search(
+        r"valid to (\S+) Hz; about (\S+) modes lie below 1e[+]06 Hz.* refine to (\S+) mm", str(refused.value)
+    )
+    assert float(told[2]) == pytest.approx(counted, rel=0.25)
+    assert any("bending wavelength" in text for text in resolution_of(model, 4 * float(told[1])))
+    with pytest.raises(InputError, match="modes lie below"):
+        modal_model(model, [model.rigid_sets[1]], f_top=1e6, modal_damping=0.02)
+
+
+def resolution_of(model, f_max):
+    return resolution(model, solid_skin(model), f_max, 4.0)
 
 
 def test_tetrahedra_much_longer_than_their_wall_is_thick_are_warned_of():

@@ -145,9 +145,9 @@ def _blocks(path: Path) -> Iterator[tuple[int, list[str]]]:
                 elif block is None:
                     block, first = [], number
                 else:
-                    kind = block[0].split()[0]
-                    if kind.isdigit():
-                        yield int(kind), block[1:]
+                    kind = "".join(block[:1]).split()
+                    if kind and kind[0].isdigit():
+                        yield int(kind[0]), block[1:]
                     block = None
     except OSError as error:
         raise FileFormatError(f"{path}: cannot be read: {error.strerror}") from None

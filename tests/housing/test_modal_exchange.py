@@ -177,6 +177,14 @@ def test_parabolic_elements_without_displacements_at_their_middles_are_cut_at_th
     assert measured(model) == pytest.approx((0.22, 0.006), rel=1e-12)
 
 
+def test_empty_blocks_of_universal_files_are_passed_over(tmp_path):
+    universal_file(tmp_path / "box.unv", "hex8")
+    text = (tmp_path / "box.unv").read_text()
+    (tmp_path / "more.unv").write_text("    -1\n    -1\n    -1\n\n    -1\n" + text)
+    own, more = (read_modal_uff(tmp_path / name) for name in ("box.unv", "more.unv"))
+    assert np.array_equal(own.shapes, more.shapes)
+
+
 PLATE = """\
     -1
   2411

@@ -4,7 +4,8 @@
 
 FIDELITY is a preset, or one with `+contact` (the mesh level) or `+friction` (0.05 in the case's options) behind it.
 Every run has a process of its own, whose processor time and peak memory are taken by stage. What OUT holds already is
-not run again; without cases the table is written from it and from the shipped sweep. Processor times hardly feel other
+not run again, but for the mesh laws of runs with friction, which share the gears' finite elements with what friction
+takes; without cases the table is written from it and from the shipped sweep. Processor times hardly feel other
 work on the machine.
 """
 
@@ -53,11 +54,12 @@ def asked(path: str, name: str, quantity: str) -> tuple[Case, Fidelity]:
 def measure(out: Path, path: str, name: str, quantity: str) -> None:
     """One run, kept in OUT/runs.json."""
     case, fidelity = asked(path, name, quantity)
+    spine = out / f"{case.name}-{name}-{quantity}"
     run = measured_run(
         case,
         fidelity,
-        out=out / f"{case.name}-{name}-{quantity}",
-        operators=out / "operators",
+        out=spine,
+        operators=spine if case.options.friction else out / "operators",
         ledger=Ledger(out / "costs.json"),
         watcher=Unwatched(),
     )

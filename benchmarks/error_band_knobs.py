@@ -22,6 +22,7 @@ from nvhchain.acoustics.accuracy import expected_accuracy
 from nvhchain.case import GearboxCase
 from nvhchain.error_band import ErrorBand, error_band
 from nvhchain.fidelity import DRAFT, REFERENCE, AcousticsFidelity, Fidelity
+from nvhchain.handoff import Surface
 from nvhchain.housing import Casting
 from nvhchain.housing.mesh import radiating_surface
 from nvhchain.housing.truncation import without_modes
@@ -144,7 +145,13 @@ def _told(case: GearboxCase, fidelity: AcousticsFidelity) -> dict[str, float]:
     """What transfer vectors would say of themselves."""
     assert isinstance(case.housing, Casting)
     size = acoustics.required_element_size(case.band.high, case.air, fidelity)
-    return expected_accuracy(radiating_surface(case.housing, size), None, case.band.high, case.air, fidelity)
+    return expected_accuracy(_surface(case.housing, size), None, case.band.high, case.air, fidelity)
+
+
+@cache
+def _surface(casting: Casting, size: float) -> Surface:
+    """Most settings of the acoustics share it."""
+    return radiating_surface(casting, size)
 
 
 def limit(value: float) -> str:

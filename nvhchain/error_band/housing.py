@@ -179,7 +179,7 @@ def _motion(housing: ReducedHousing, forces: ForceSpectrum, lines: FloatArray) -
 
 
 def _rate(housing: ReducedHousing, forces: ForceSpectrum, lines: FloatArray) -> ComplexArray:
-    rows = np.abs(forces.frequency[None, :] - lines[:, None]).argmin(axis=1)
+    rows = np.searchsorted(0.5 * (forces.frequency[1:] + forces.frequency[:-1]), lines)
     return np.asarray(2j * np.pi * lines[:, None] * forces.in_order(housing.names)[rows])
 
 

@@ -1,4 +1,7 @@
-"""The door to pyvista for moving surfaces: many pictures of one mesh from one process (`_pyvista` makes one)."""
+"""The door to pyvista for moving surfaces: many pictures of one mesh from one process (`_pyvista` makes one).
+
+As there, the process runs this file alone: the rest of the package takes longer to import than pictures to make.
+"""
 
 from __future__ import annotations
 
@@ -6,11 +9,15 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nvhchain.handoff import FloatArray, IntArray
-from nvhchain.plots._pyvista import SECONDS
+if TYPE_CHECKING:
+    from nvhchain.handoff import FloatArray, IntArray
+
+SECONDS, SECONDS_PER_FRAME = 120.0, 2.0
+"""Time the pictures may take."""
 
 
 def render_frames(
@@ -27,10 +34,10 @@ def render_frames(
         np.savez(scene, vertices=vertices, triangles=triangles, colours=painted, towards=towards)
         try:
             done = subprocess.run(
-                [sys.executable, "-m", "nvhchain.plots._pyvista_frames", str(scene), str(pictures)],
+                [sys.executable, "-P", __file__, str(scene), str(pictures)],
                 capture_output=True,
                 stdin=subprocess.DEVNULL,
-                timeout=SECONDS + 2 * len(vertices),
+                timeout=SECONDS + SECONDS_PER_FRAME * len(vertices),
             )
         except subprocess.TimeoutExpired:
             return None

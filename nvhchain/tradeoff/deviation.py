@@ -68,7 +68,7 @@ def deviation(
 
 def at_lines(pressure: FieldPressure, lines: FloatArray) -> ComplexArray:
     """Pressure (n_line, n_point) at `lines` (Hz), zero where it has no such line."""
-    nearest = np.abs(pressure.frequency[None, :] - lines[:, None]).argmin(axis=1)
+    nearest = np.searchsorted(0.5 * (pressure.frequency[1:] + pressure.frequency[:-1]), lines)
     there = np.abs(pressure.frequency[nearest] - lines) <= _SAME_LINE * lines
     return np.where(there[:, None], pressure.pressure[nearest], 0.0)
 

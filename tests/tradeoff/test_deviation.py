@@ -1,5 +1,7 @@
 """Errors between two pressures that are known beforehand."""
 
+import tracemalloc
+
 import numpy as np
 import pytest
 
@@ -39,6 +41,16 @@ def test_lines_that_are_missing_count_as_silent():
     found = deviation(pressure(true[:3]), pressure(true))
     assert found.worst_line < -1000
     assert found.worst_frequency == pytest.approx(4 * TURNS)
+
+
+def test_fifty_thousand_lines_are_found_in_each_other_without_a_matrix_of_their_distances():
+    true = np.ones((50_000, 2))
+    tracemalloc.start()
+    found = deviation(pressure(2 * true), pressure(true), [20.0])
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert found.worst_line == pytest.approx(6.02, abs=0.01)
+    assert peak < 100e6  # of distances 20 GB
 
 
 def test_other_field_points_are_refused():

@@ -1,6 +1,7 @@
 """The error band: what it is made of, and that it holds answers that are known."""
 
 import json
+import tracemalloc
 import warnings
 from dataclasses import replace
 
@@ -274,6 +275,16 @@ def test_forces_of_two_bearings_that_nearly_cancel_on_the_surface_err_each_by_it
     assert of_bearings(two, both[0]) == pytest.approx((1 + 0.81) ** 0.5 * one[1].amplitude)
     for name in ("housing", "modes left out"):
         assert (both[1].sources[name] > 0.3 * one[1].sources[name]).all()
+
+
+def test_the_band_of_fifty_thousand_lines_takes_no_matrix_of_their_distances(housing):
+    lines = np.linspace(50.0, 5000.0, 50_000)
+    forces = ForceSpectrum(lines, np.ones((len(lines), 1, 3), complex), housing.names, input_speed=188.5)
+    tracemalloc.start()
+    of_bearings(housing, forces)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < 200e6  # of distances 20 GB
 
 
 def test_velocity_is_judged_at_the_lines_that_carry_force(case, housing, meshing):

@@ -2,9 +2,9 @@
 
 With the excess r = F − k d, constant over a step at its mean along the straight way, two terms of second order are
 missing: on a way that bends by d̈ h² the mean is off by −r' d̈ h²/12, and the rise Δr within a step acts on later steps
-as −h² r̈/12 would, here by the difference of Δr to the step before. d̈ comes from differences of the ways of three
-steps. Both terms together leave an error of third order, −φ³/24 of the force at φ = ω h.  Energy is not kept: where
-nothing damps, impacts add to it over seconds.
+as −h² r̈/12 would. d̈ and r̈ come from differences over three steps, both taken at mid-step: a lag would be damping, or
+its opposite. Where forces are smooth the error is of fourth order.  Energy is not kept exactly: what is fed in must be
+less than damping takes out (`nvhchain.dynamics.bent_ways.growth`).
 
 Inlined into the time loop, whose cache is named after this file (`nvhchain._inlined`).
 """
@@ -52,7 +52,7 @@ def left_out(  # type: ignore[no-untyped-def]
     """Fill `shift`, N, and `lean`, N/m: shift + lean · end is missing from the mean excesses of a step from `start` to
     some end near `end`.
 
-    row, following, weight: of the laws at mid-step.  row_then, …: at its end.  past (4, n_contact): `kept`.
+    row, following, weight: of the laws at mid-step.  row_then, …: at its end.  past (5, n_contact): `kept`.
     """
     for i in range(n_c):
         k, side = i // 2, 1.0 - 2.0 * (i % 2)
@@ -68,8 +68,9 @@ def left_out(  # type: ignore[no-untyped-def]
         rise = then - linear[i] * end[i] - past[3, i]
         # d̈ h² in the middle of the step is 1.5 times the change of its way less half of the one before
         bend = -1.5 * (start[i] + past[0, i]) - 0.5 * past[1, i]
-        lean[i] = -slope * 2.5 / 12.0
-        shift[i] = -(slope * (bend - end[i]) + rise - past[2, i]) / 12.0
+        # r̈ likewise, with what the end adds to the rise
+        lean[i] = -slope * 3.0 / 12.0
+        shift[i] = -(slope * (bend - 1.5 * end[i]) + 1.5 * (rise - past[2, i]) - 0.5 * past[4, i]) / 12.0
 
 
 @njit(
@@ -83,7 +84,7 @@ def kept(  # type: ignore[no-untyped-def]
     n_c, start, end, linear, grid, force, cells, row_then, following_then, weight_then, hint, past
 ):  # fmt: skip
     """Fill `past` with what the next step needs of this one: its way, the change of it since the step before, the rise
-    of the excess and the excess at the end."""
+    of the excess, the excess at the end and the change of the rise."""
     for i in range(n_c):
         k, side, way = i // 2, 1.0 - 2.0 * (i % 2), end[i] - start[i]
         then, _ = flank_force(
@@ -91,4 +92,5 @@ def kept(  # type: ignore[no-untyped-def]
         )  # fmt: skip
         excess = then - linear[i] * end[i]
         past[1, i], past[0, i] = way - past[0, i], way
-        past[2, i], past[3, i] = excess - past[3, i], excess
+        rise = excess - past[3, i]
+        past[4, i], past[2, i], past[3, i] = rise - past[2, i], rise, excess

@@ -191,7 +191,7 @@ def march_of(bent):  # type: ignore[no-untyped-def]
         state (2, n_z): real and imaginary parts, idle modes at the end included.
         states (n_store, n_state): filled with the state before steps 0, stride, 2 stride, …, without idle modes.
         excesses (n_step, n_contact): filled with the excess forces of the steps, N.
-        turned_to (n_step, n_mesh): where `bent`, row coordinates at the ends of the steps.  past (4, n_contact): what
+        turned_to (n_step, n_mesh): where `bent`, row coordinates at the ends of the steps.  past (5, n_contact): what
         `_bend` kept of the last step, in place.
         scratch (17, n_contact), counters (7, n_contact), work (n_contact, n_contact + 1), turned (n_z,): zeros.
         """

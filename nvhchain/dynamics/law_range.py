@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Sequence
 
+from nvhchain.dynamics.contact_loss import Parted, warn_of_parted
 from nvhchain.dynamics.gearbox import Gearbox
 from nvhchain.errors import AccuracyWarning
 from nvhchain.fidelity import DynamicsFidelity
@@ -47,15 +48,19 @@ def marked(
     gearbox: Gearbox,
     mesh_laws: Sequence[MeshLaw],
     fidelity: DynamicsFidelity,
+    parted: Parted,
 ) -> BearingForces:
-    """`forces`, with `beyond_mesh_law` in their provenance where they and `back` (`excursions`) leave a law."""
+    """`forces`, with `beyond_mesh_law` in their provenance where they and `back` (`excursions`) leave a law, and
+    `parted_flanks`."""
     beyond = excursions(gearbox, mesh_laws, forces.mesh_deflection, back, fidelity)
-    return forces.replace(provenance=forces.provenance | {"beyond_mesh_law": beyond}) if beyond else forces
+    found = {name: of for name, of in (("beyond_mesh_law", beyond), ("parted_flanks", parted)) if of}
+    return forces.replace(provenance=forces.provenance | found) if found else forces
 
 
 def remind(forces: BearingForces) -> None:
-    """AccuracyWarning per mesh whose deflections `marked` found beyond its law."""
+    """AccuracyWarning per mesh whose deflections `marked` found beyond its law, or whose flanks part."""
     warn_beyond_law(forces.provenance.get("beyond_mesh_law", {}))
+    warn_of_parted(forces.provenance.get("parted_flanks", {}))
 
 
 def joined(parts: Sequence[Excursions]) -> Excursions:

@@ -19,6 +19,8 @@ import numpy as np
 
 from nvhchain import store
 from nvhchain.conventions import Progress
+from nvhchain.dynamics import contact_loss
+from nvhchain.dynamics.contact_loss import warn_of_parted
 from nvhchain.dynamics.gearbox import Gearbox
 from nvhchain.dynamics.law_range import joined, warn_beyond_law
 from nvhchain.dynamics.one_thread import on_one_thread
@@ -101,7 +103,9 @@ def record_run_up(
         if progress:
             progress(stands.block, run.blocks)
     paths = tuple(_path(folder, index) for index in range(written))
-    warn_beyond_law(joined([store.record(path)[1].get("beyond_mesh_law", {}) for path in paths]))
+    told = [store.record(path)[1] for path in paths]
+    warn_beyond_law(joined([of.get("beyond_mesh_law", {}) for of in told]))
+    warn_of_parted(contact_loss.joined([of.get("parted_flanks", {}) for of in told]))
     return Recording(paths)
 
 
@@ -199,7 +203,7 @@ def _keep(folder: Path, key: str, answers: FloatArray, written: int, first: int,
             block=standing.block,
             state=standing.motion.state,
             excess=standing.motion.excess,
-            past=np.zeros((4, len(standing.motion.excess))) if standing.motion.past is None else standing.motion.past,
+            past=np.zeros((5, len(standing.motion.excess))) if standing.motion.past is None else standing.motion.past,
             states=standing.states,
             excesses=standing.excesses,
         )

@@ -67,7 +67,7 @@ class Simulation:
 @dataclass(frozen=True, eq=False)
 class Motion:
     """Where a simulation stands.  state (n_state,); excess (2 n_row,) N: part of the contact forces that the
-    linear system does not hold, mean over the last step.  past (4, 2 n_row): what `_bend` keeps of the last step; by
+    linear system does not hold, mean over the last step.  past (5, 2 n_row): what `_bend` keeps of the last step; by
     default that of a standstill."""
 
     state: FloatArray
@@ -153,7 +153,7 @@ def _discretised(
     modes = modal_form(assembly, contact_stiffness)
     step = propagator(assembly, modes, assembly.load(torque), time_step)
     if bent:
-        check_bends(step, table)
+        check_bends(assembly, modes, contact_stiffness, assembly.load(torque), time_step, table)
     contact_output = output_matrix(modes, assembly.contact, np.zeros_like(assembly.contact))
     n_mesh = len(assembly.gearbox.meshes)
     mean = assembly.share * (assembly.mesh == np.arange(n_mesh)[:, None])
@@ -253,7 +253,7 @@ def advance(
     re_im = np.zeros((2, n_z))
     re_im[:, : len(motion.state) // 2] = motion.state.reshape(2, -1)
     scratch = np.zeros((17, n_c))
-    past = np.zeros((4, n_c)) if motion.past is None else motion.past.copy()
+    past = np.zeros((5, n_c)) if motion.past is None else motion.past.copy()
     if model.bent and motion.past is None and n_step > 0:
         deflection = model.contact_output @ motion.state
         past = standing(model.table, deflection, model.contact_stiffness, phases[0, model.assembly.mesh])

@@ -16,6 +16,7 @@ from typing import Unpack
 import numpy as np
 
 from nvhchain.conventions import Progress
+from nvhchain.dynamics.contact_loss import parted_flanks
 from nvhchain.dynamics.decimation import Decimator, decimator, low_pass, low_pass_reach, record_stride
 from nvhchain.dynamics.gearbox import Gearbox
 from nvhchain.dynamics.law_range import marked, remind
@@ -237,7 +238,9 @@ def record(
         output_lag=sampled[:, -1],
     )
     back = sampled[:, n_force + n_mesh : n_force + 2 * n_mesh]
-    return marked(made, back, gearbox, mesh_laws, fidelity)
+    phases = run.ramp.turns(time)[:, None] / run.law_period + run.offset
+    parted = parted_flanks(run.model, made.mesh_deflection, back, phases, run.sample_time)
+    return marked(made, back, gearbox, mesh_laws, fidelity, parted)
 
 
 def run_up(
@@ -258,7 +261,8 @@ def run_up(
     up to f_max; between f_max and half the sampling rate the record fades out. Bit for bit reproducible on one machine.
     Raises InputError when the step is too long for f_max or the meshes, ResourceError when the record does not fit
     into memory (`record_run_up` writes it to files), SolverError when the start cannot be forgotten.
-    AccuracyWarning, and `beyond_mesh_law` in the provenance, where a recorded deflection leaves its mesh law.
+    AccuracyWarning, and `beyond_mesh_law` or `parted_flanks` in the provenance, where a recorded deflection leaves its
+    mesh law or flanks part.
     """
     check_arguments(run_up, locals())
     return run_up_with_error(gearbox, mesh_laws, housing, progress=progress, **operation)[0]

@@ -11,6 +11,7 @@ import numpy as np
 from scipy.fft import next_fast_len
 
 from nvhchain.conventions import Progress
+from nvhchain.dynamics.contact_loss import parted_flanks
 from nvhchain.dynamics.gearbox import Gearbox
 from nvhchain.dynamics.law_range import marked, remind
 from nvhchain.dynamics.mesh_levels import ContactForce
@@ -58,8 +59,8 @@ def bearing_forces(
     `mesh_deflection` is the deflection on the drive flank's line of action.
 
     Raises SolverError when it does not settle, InputError when the step is too long for f_max, ResourceError when the
-    record does not fit. AccuracyWarning, and `beyond_mesh_law` in the provenance, where a deflection leaves its mesh
-    law.
+    record does not fit. AccuracyWarning, and `beyond_mesh_law` or `parted_flanks` in the provenance, where a deflection
+    leaves its mesh law or flanks part.
     """
     check_arguments(bearing_forces, locals())
     require(
@@ -98,6 +99,7 @@ def bearing_forces(
         forces.append(force)
         angulars.append(angular)
     record, meshes = np.concatenate(forces), np.concatenate(angulars)
+    drive, back = meshes[:, :n_mesh], meshes[:, n_mesh : 2 * n_mesh]
     made = BearingForces(
         time=np.arange(len(record), dtype=float) * model.step.step,
         force=record.reshape(len(record), -1, 3),
@@ -105,11 +107,13 @@ def bearing_forces(
         positions=np.array(gearbox.bearing_positions),
         input_speed=np.full(len(record), input_speed),
         periodic=True,
-        mesh_deflection=meshes[:, :n_mesh],
+        mesh_deflection=drive,
         transmission_error=meshes[:, 2 * n_mesh : -1],
         output_lag=meshes[:, -1],
     )
-    made = marked(made, meshes[:, n_mesh : 2 * n_mesh], gearbox, mesh_laws, fidelity)
+    turned = np.arange(len(record))[:, None] % n_step * np.array(repeats) / n_step + offset
+    parted = parted_flanks(model, drive, back, turned, model.step.step)
+    made = marked(made, back, gearbox, mesh_laws, fidelity, parted)
     remind(made)
     return made
 

@@ -16,8 +16,8 @@ class DynamicsFidelity:
     """Time integration of the gearbox.
 
     time_step: s, largest step of the integrator; 10 µs are right within 1e-4 of the peak while flanks stay in contact
-    at the usual speeds (4e-4 at 10 000 rpm), 0.5 µs where they part and strike under load, or 5 µs with bent_ways
-    (docs/measured/dynamics_cuts.md); lightly loaded flanks that fly far want shorter ones.
+    at the usual speeds (4e-4 at 10 000 rpm), 1 µs where they part and strike under load, or 5 µs with bent_ways;
+    lightly loaded flanks that fly far want 0.25 µs, or 2 µs (docs/measured/dynamics_cuts.md).
     settle_level: what is left of the start when recording begins, relative to the swing of the bearing forces.
     settle_time: s allowed for that.
     samples_per_period: steps that the shortest period of the band must have.
@@ -36,8 +36,8 @@ class DynamicsFidelity:
     flexible_shafts: whether shafts bend and twist (Timoshenko beams).  shaft_element: m, largest length of a beam
     element.  shaft_frequency: Hz, up to which modes of the free shafts are kept; beyond it their statics is.
     bent_ways: whether the mean mesh force of a step takes the bend of its way and its rise, for flanks that part and
-    strike: third order there instead of second, but energy is no longer exact (without damping it grows over seconds)
-    and the meshes limit the step.
+    strike: errors there fall by ten and more, but energy is no longer exact, so that steps are refused in which small
+    motions would grow for want of damping, and the meshes limit the step.
     """
 
     time_step: float

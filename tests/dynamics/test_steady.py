@@ -1,4 +1,4 @@
-"""Steady running: closed form of the linear gearbox, lines, energy, housing identity, refusals."""
+"""Steady running: closed form of the linear gearbox, lines, slow and torque-free running, coarse steps, refusals."""
 
 from __future__ import annotations
 

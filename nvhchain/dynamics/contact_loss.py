@@ -1,0 +1,101 @@
+"""Flanks that part: how long they do in a record, and which steps hold its accuracy then."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+
+import numpy as np
+
+from nvhchain.dynamics.law_table import LawTable
+from nvhchain.dynamics.simulation import Simulation
+from nvhchain.errors import AccuracyWarning
+from nvhchain.handoff import FloatArray
+
+Parted = dict[str, dict[str, float]]
+"""By mesh, as `pinion shaft–wheel shaft`: s for which no flank carries, the time step, s, and whether its ways bend."""
+
+ROUNDING = 1e-9
+"""Of a law's largest force: what interpolation over the angle leaves within the gap."""
+APART = 1e-9
+"""m: what rounding makes of flanks that rest against each other without load."""
+HELD = 1.5e-6, 5e-6
+"""s: steps that keep 1e-4 of the peak where flanks part and strike under load, without and with bent_ways
+(docs/measured/dynamics_cuts.md)."""
+ERROR = 4e-3, 2e-4
+"""Of the peak at 10 µs, without and with bent_ways, there."""
+
+
+def parted_flanks(
+    model: Simulation, drive: FloatArray, back: FloatArray, phases: FloatArray, sample_time: float
+) -> Parted:
+    """Meshes none of whose flanks carries at some samples, `sample_time` s apart.
+
+    drive, back, phases (n, n_mesh): deflections at which the flanks ask the law, m, and phases of the laws in periods.
+    """
+    found: Parted = {}
+    for row in np.flatnonzero(model.assembly.share > 0.0):
+        mesh = model.assembly.mesh[row]
+        of = model.assembly.gearbox.meshes[mesh]
+        behind, front = gap_ends(model.table, int(row))
+        if not (drive[:, mesh] < front.max() - APART).any():
+            continue
+        place = np.mod(phases[:, mesh], 1.0) * (len(front) - 1)
+        nodes = np.arange(len(front))
+        free = (drive[:, mesh] < np.interp(place, nodes, front) - APART) & (
+            back[:, mesh] > np.interp(place, nodes, behind) + APART
+        )
+        if free.any():
+            found[f"{of.pinion_shaft}–{of.wheel_shaft}"] = {
+                "seconds": float(free.sum() * sample_time), "time_step": model.step.step, "bent_ways": model.bent
+            }  # fmt: skip
+    return found
+
+
+def gap_ends(table: LawTable, row: int) -> tuple[FloatArray, FloatArray]:
+    """Deflections, m, at which a law's back flank ends and its drive flank begins to carry: (rows + 1,) each, over a
+    whole period."""
+    grid = table.deflection[row, : table.cells[row]]
+    force = table.force[row, : table.rows[row], : table.cells[row]]
+
+    def edge(grid: FloatArray, force: FloatArray) -> FloatArray:
+        """Where force, which rises along grid, leaves 0."""
+        carries = force > ROUNDING * np.abs(force).max()
+        at = np.argmax(carries, axis=1)
+        rows = np.arange(len(force))
+        before = np.maximum(at - 1, 0)
+        low, high = force[rows, before], force[rows, at]
+        share = np.where(high > low, -low / np.where(high > low, high - low, 1.0), 0.0)
+        ends = grid[before] + share * (grid[at] - grid[before])
+        ends[carries[:, 0]] = -np.inf
+        ends[~carries.any(axis=1)] = np.inf
+        return np.append(ends, ends[0])
+
+    return -edge(-grid[::-1], -force[:, ::-1]), edge(grid, force)
+
+
+def joined(parts: Sequence[Parted]) -> Parted:
+    """Of several pieces of one record."""
+    whole: Parted = {}
+    for part in parts:
+        for mesh, new in part.items():
+            before = whole[mesh]["seconds"] if mesh in whole else 0.0
+            whole[mesh] = new | {"seconds": before + new["seconds"]}
+    return whole
+
+
+def warn_of_parted(found: Parted) -> None:
+    """AccuracyWarning per mesh whose flanks part under steps longer than `HELD`."""
+    for mesh, of in found.items():
+        step, bent = of["time_step"], int(of["bent_ways"])
+        if step <= HELD[bent] * (1.0 + 1e-6):
+            continue
+        error = ERROR[bent] * (step / 1e-5) ** 2
+        remedy = f"{1e6 * HELD[bent]:g} µs" + (not bent) * f", or {1e6 * HELD[True]:g} µs with bent_ways"
+        warnings.warn(
+            f"mesh {mesh}: its flanks part for {of['seconds']:.3g} s of the record. Steps of {1e6 * step:.3g} µs then "
+            f"leave errors of about {error:.1g} of the peak force, more where flanks under little load fly far: for "
+            f"1e-4 take a time_step of {remedy}, and halve it until the forces stay",
+            AccuracyWarning,
+            stacklevel=5,
+        )

@@ -1,0 +1,108 @@
+"""Flanks that part are told with the record: for how long, and which steps hold its accuracy."""
+
+import warnings
+from math import pi
+
+import numpy as np
+import pytest
+
+from nvhchain.dynamics import bearing_forces, record_run_up, recording, remind, run_up
+from nvhchain.dynamics.contact_loss import gap_ends, joined, warn_of_parted
+from nvhchain.dynamics.law_table import tabulate
+from nvhchain.errors import AccuracyWarning
+from nvhchain.fidelity import DynamicsFidelity
+
+SPEED = 2500 * 2 * pi / 60
+RISE = {"start_speed": 0.0, "end_speed": SPEED, "duration": 0.2, "f_max": 5000.0}
+TOLD = (
+    r"mesh A–B: its flanks part for .* s of the record\. Steps of 10 µs then leave errors of about 0\.004 of the peak"
+)
+
+
+def ragged(make_laws, error):
+    """Laws whose ends of the gap, e and e − 80 µm, are resolved to 1 µm over all that e moves them."""
+    end = np.arange(-12e-6, 12.5e-6, 1e-6)
+    grid = np.concatenate([np.linspace(-150e-6, -95e-6, 8), end - 80e-6, end, np.linspace(15e-6, 120e-6, 20)])
+    made = []
+    for law in make_laws(plain_wheel=True):
+        mesh = law.teeth[1] * law.angle
+        gap = grid - error * (np.sin(mesh) + 0.3 * np.cos(3 * mesh))[:, None]
+        made.append(law.replace(deflection=grid, force=4e8 * (np.maximum(gap, 0.0) + np.minimum(gap + 80e-6, 0.0))))
+    return made
+
+
+def test_idle_gears_are_told_with_the_time_for_which_no_flank_carries(make_gearbox, make_laws):
+    with pytest.warns(AccuracyWarning, match=TOLD):
+        record = run_up(
+            make_gearbox(), ragged(make_laws, 8e-6), None, input_torque=0.0,
+            fidelity=DynamicsFidelity(1e-5), **RISE,
+        )  # fmt: skip
+    found = record.provenance["parted_flanks"]
+    assert set(found) <= {"A–B", "B–C"}
+    # beyond the swing of both ends of the gap, and within it
+    deflection, step = record.mesh_deflection[:, 0], np.diff(record.time).mean()
+    surely, perhaps = (((deflection < 0.0 - x) & (deflection > -80e-6 + x)).sum() * step for x in (11e-6, -11e-6))
+    assert 0.02 < surely <= found["A–B"]["seconds"] <= perhaps
+    with pytest.warns(AccuracyWarning, match="and halve it until the forces stay"):
+        remind(record)
+
+
+def test_flanks_in_mesh_and_short_steps_are_not_warned_of(make_gearbox, make_laws):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        loaded = run_up(
+            make_gearbox(), make_laws(plain_wheel=True), None, input_torque=250.0, fidelity=DynamicsFidelity(1e-5),
+            **RISE,
+        )  # fmt: skip
+        assert "parted_flanks" not in loaded.provenance
+        idle = run_up(
+            make_gearbox(), ragged(make_laws, 8e-6), None, input_torque=0.0,
+            fidelity=DynamicsFidelity(1.5e-6), **(RISE | {"duration": 0.05}),
+        )  # fmt: skip
+        assert idle.provenance["parted_flanks"]["A–B"]["seconds"] > 1e-3
+
+
+def test_a_record_in_files_says_of_all_of_them_what_one_says(make_gearbox, make_laws, tmp_path, monkeypatch):
+    monkeypatch.setattr(recording, "PIECE", 1024)
+    given = (make_gearbox(), ragged(make_laws, 8e-6), None)
+    asked = RISE | {"input_torque": 0.0, "fidelity": DynamicsFidelity(2e-5)}
+    with pytest.warns(AccuracyWarning) as told:
+        whole = run_up(*given, **asked)
+    with pytest.warns(AccuracyWarning) as again:
+        made = record_run_up(*given, folder=tmp_path, **asked)
+    assert [str(of.message) for of in told] == [str(of.message) for of in again]
+    pieces = joined([piece.provenance.get("parted_flanks", {}) for piece in made.pieces()])
+    assert len(made.paths) > 2
+    assert pieces["A–B"]["seconds"] == pytest.approx(whole.provenance["parted_flanks"]["A–B"]["seconds"], rel=1e-9)
+
+
+def test_a_steady_run_at_light_load_is_told_too(make_gearbox, make_laws):
+    laws = ragged(make_laws, 4e-6)
+    with pytest.warns(AccuracyWarning, match="mesh A–B: its flanks part"):
+        record = bearing_forces(
+            make_gearbox(), laws, None, input_speed=2 * SPEED, input_torque=5.0, f_max=5000.0,
+            fidelity=DynamicsFidelity(1e-5, settle_level=0.5),
+        )  # fmt: skip
+    parted = (record.mesh_deflection[:, 0] < -5.5e-6).sum() * np.diff(record.time).mean()
+    assert 0.0 < parted <= record.provenance["parted_flanks"]["A–B"]["seconds"]
+
+
+def test_ends_of_the_gap_are_where_the_forces_leave_zero(make_laws):
+    """F = k clearance(δ − e): the gap reaches from e − 80 µm to e, off by a cell of the table at most."""
+    law = ragged(make_laws, 8e-6)[0]
+    behind, front = gap_ends(tabulate([law], 1), 0)
+    e = 8e-6 * (np.sin(50 * law.angle) + 0.3 * np.cos(150 * law.angle))
+    assert np.abs(front[:-1] - e).max() < 1.001e-6
+    assert np.abs(behind[:-1] + 80e-6 - e).max() < 1.001e-6
+    assert front[-1] == front[0]
+
+
+def test_ways_that_bend_hold_longer_steps():
+    of = {"A–B": {"seconds": 0.1, "time_step": 5e-6, "bent_ways": True}}
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        warn_of_parted(of)
+    with pytest.warns(AccuracyWarning, match=r"about 0\.0002 of the peak .* take a time_step of 5 µs, and halve"):
+        warn_of_parted({"A–B": of["A–B"] | {"time_step": 1e-5}})
+    with pytest.warns(AccuracyWarning, match=r"take a time_step of 1\.5 µs, or 5 µs with bent_ways"):
+        warn_of_parted({"A–B": of["A–B"] | {"bent_ways": False}})

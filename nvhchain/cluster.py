@@ -23,7 +23,10 @@ from nvhchain.threads import blas_threads, give_blas, granted
 T = TypeVar("T")
 
 _USABLE = 0.8
-"""Share of a dask worker's memory limit that tasks may fill: beyond it dask pauses the worker, at 0.95 it ends it."""
+"""Share of a dask worker's memory limit that it may fill: beyond it dask pauses the worker, at 0.95 it ends it."""
+
+_PROGRAM = 256 * 2**20
+"""Bytes of a worker that the program and its libraries take once they are loaded."""
 
 
 @contextmanager
@@ -92,13 +95,31 @@ class Room:
 
 def room(executor: Executor, memory_per_task: int) -> Room:
     """Room for tasks of `memory_per_task` bytes; ResourceError where no worker of a cluster holds even one."""
-    client = getattr(executor, "_client", None)
-    if hasattr(client, "scheduler_info"):
-        return _room_of_cluster(client.scheduler_info(n_workers=-1)["workers"], memory_per_task)  # type: ignore[union-attr]
+    workers = _workers_of(executor)
+    if workers is not None:
+        return _room_of_cluster(workers, memory_per_task)
     fit = max(1, int(free_memory() // memory_per_task))
     # The pools of the standard library and of joblib keep the number of their workers there.
     tasks = min(fit, int(getattr(executor, "_max_workers", cores())))
     return Room(tasks, tasks)
+
+
+def worker_memory(executor: Executor | None) -> list[int]:
+    """Bytes that tasks may fill on the workers of a cluster, every size once, increasing; none where workers have no
+    limit of their own."""
+    workers = _workers_of(executor) or {}
+    return sorted({_for_tasks(worker["memory_limit"]) for worker in workers.values() if worker["memory_limit"]})
+
+
+def _for_tasks(limit: int) -> int:
+    """Bytes that tasks may fill on a worker with this limit of memory."""
+    return max(0, int(_USABLE * limit) - _PROGRAM)
+
+
+def _workers_of(executor: Executor | None) -> dict[str, Any] | None:
+    """What dask tells of every worker, None of any other executor."""
+    client = getattr(executor, "_client", None)
+    return client.scheduler_info(n_workers=-1)["workers"] if hasattr(client, "scheduler_info") else None  # type: ignore[union-attr]
 
 
 def _room_of_cluster(workers: dict[str, Any], memory_per_task: int) -> Room:
@@ -106,13 +127,14 @@ def _room_of_cluster(workers: dict[str, Any], memory_per_task: int) -> Room:
     tasks, machines = 0, dict[str, int]()
     for worker in workers.values():
         limit, threads = worker["memory_limit"], worker["nthreads"]
-        tasks += min(threads, int(_USABLE * limit // memory_per_task)) if limit else threads
+        tasks += min(threads, _for_tasks(limit) // memory_per_task) if limit else threads
         machines[worker["host"]] = machines.get(worker["host"], 0) + threads
     if workers and tasks == 0:
         largest = max(worker["memory_limit"] for worker in workers.values())
         raise ResourceError(
-            f"a task needs {memory_per_task / 2**30:.3g} GiB, the largest worker has {largest / 2**30:.3g} GiB and may "
-            f"fill {100 * _USABLE:g} % of it: use fewer, larger workers or lower the upper frequency"
+            f"a task needs {memory_per_task / 2**30:.3g} GiB, the largest worker has {largest / 2**30:.3g} GiB, of "
+            f"which {_for_tasks(largest) / 2**30:.3g} are for tasks: use fewer, larger workers or lower the upper "
+            "frequency"
         )
     return Room(max(1, tasks), max(1, *machines.values(), 1))
 
@@ -133,6 +155,12 @@ def share(home: int, neighbours: int, solve: Callable[..., T], *arguments: Any) 
 def is_gone(executor: Executor) -> bool:
     """Whether the scheduler behind an executor is lost: its tasks then stay under way for ever."""
     return getattr(getattr(executor, "_client", None), "status", None) in ("closing", "closed")
+
+
+def has_no_workers(executor: Executor) -> bool:
+    """Whether a cluster that can be asked has lost all its workers: tasks then wait for one that may never come."""
+    running = getattr(getattr(executor, "_client", None), "status", None) == "running"
+    return running and _workers_of(executor) == {}
 
 
 def worker_lost(error: BaseException) -> bool:

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from nvhchain.acoustics.linear_system import SolverRecord
-from nvhchain.cluster import is_gone, room, share, worker_lost
+from nvhchain.cluster import has_no_workers, is_gone, room, share, worker_lost
 from nvhchain.conventions import Progress
 from nvhchain.errors import InputError, SolverError, require
 from nvhchain.handoff import ComplexArray, FloatArray
@@ -27,6 +27,9 @@ _LOSSES = 3
 
 _PATIENCE = 5.0
 """s after which a wait looks whether there is still somebody to wait for."""
+
+_ALONE = 60.0
+"""s without any worker after which none is taken to come: a local cluster replaces one in a few seconds."""
 
 Job = tuple[Any, ...]
 
@@ -125,6 +128,7 @@ def _spread(
     place = room(executor, memory_per_task)
     common = (code_version("acoustics"), place.neighbours, os.getpid(), solve)
     waiting, running, losses = list(range(len(jobs))), dict[Future[Band], int](), Counter[int]()
+    alone = 0.0
     try:
         while waiting or running:
             while waiting and len(running) < place.tasks:
@@ -133,6 +137,9 @@ def _spread(
             finished, _ = wait(running, timeout=_PATIENCE, return_when=FIRST_COMPLETED)
             if not finished and is_gone(executor):
                 raise BrokenExecutor("its scheduler is gone")
+            alone = alone + _PATIENCE if not finished and has_no_workers(executor) else 0.0
+            if alone >= _ALONE:
+                raise BrokenExecutor(f"it has had no workers for {alone:g} s")
             for future in finished:
                 number = running[future]
                 error = _lost(future)
@@ -156,6 +163,8 @@ def _spread(
             RuntimeWarning,
             stacklevel=2,
         )
+        for future in running:
+            future.cancel()
         running.clear()
         for number in left:
             yield number, _task(*common, *jobs[number])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -14,6 +14,7 @@ from scipy.spatial import cKDTree
 from nvhchain.acoustics._gmsh import remesh
 from nvhchain.acoustics.bodies import check_bodies
 from nvhchain.acoustics.intersections import crossing_pairs, folded_pairs, neighbours
+from nvhchain.acoustics.master_choice import NARROWEST
 from nvhchain.acoustics.plane import check_plane
 from nvhchain.acoustics.surface import MESH_ERROR, check_points, mean_edge
 from nvhchain.conventions import Air
@@ -112,19 +113,33 @@ def coarse_surfaces(
     )
 
 
-def surface_changes(below: Sequence[CoarseSurface], low: float, high: float) -> FloatArray:
-    """Hz within a band up to which one surface is used and beyond which, by the next number, another one is.
+def without_slivers(below: Sequence[CoarseSurface], low: float, high: float) -> tuple[CoarseSurface, ...]:
+    """Surfaces for a band (Hz) of which none begins or ends within `NARROWEST` of the band's own ends: the surface next
+    to such a sliver, where no masters could be told apart, is used there as well."""
+    width, kept = NARROWEST * high, []
+    for one in below:
+        lowest, highest = one.lowest_frequency, one.highest_frequency
+        if high - low > width:
+            if low <= highest < low + width or high - width < lowest <= high:
+                continue
+            lowest = low if low < lowest < low + width else lowest
+            highest = high if high - width < highest < high else highest
+        kept.append(replace(one, lowest_frequency=lowest, highest_frequency=highest))
+    return tuple(kept)
 
-    below: surfaces for lower frequencies, coarsest first; the first that carries a frequency is used.
-    """
+
+def surface_used(below: Sequence[CoarseSurface], frequency: FloatArray) -> IntArray:
+    """Number of the surface that each of the frequencies (n_f,) Hz is solved on: the first of `below` that carries it,
+    coarsest first, or after all of them the fine one."""
+    carried = np.array([*(one.carries(frequency) for one in below), np.ones(len(frequency), dtype=bool)])
+    return np.asarray(carried.argmax(axis=0))
+
+
+def surface_changes(below: Sequence[CoarseSurface], low: float, high: float) -> FloatArray:
+    """Hz within a band up to which one surface is used and beyond which, by the next number, another one is."""
     ends = {one.highest_frequency for one in below} | {float(np.nextafter(one.lowest_frequency, 0.0)) for one in below}
     inside = np.array(sorted(end for end in ends if low < end < high))
-
-    def used(frequency: FloatArray) -> IntArray:
-        carried = np.array([*(one.carries(frequency) for one in below), np.ones(len(frequency), dtype=bool)])
-        return np.asarray(carried.argmax(axis=0))
-
-    return inside[used(inside) != used(np.nextafter(inside, np.inf))]
+    return inside[surface_used(below, inside) != surface_used(below, np.nextafter(inside, np.inf))]
 
 
 def octupole_error(coarse: Surface, frequency: float, air: Air) -> float:

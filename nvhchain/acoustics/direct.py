@@ -137,13 +137,14 @@ def _solve(
     ends = 0 if points is None else len(with_images(points, plane))
     kept = 16 * len(frequency) * (len(surface.vertices) if points is None else len(points))
     layers = workers(len(frequency)) * min(ends, _layer_block(surface)) * _layer_bytes(surface)
+    task = check_memory(surface, len(frequency), kept, layers, engine, fidelity, executor)
     records: list[SolverRecord] = []
     pressure = over_bands(
         _pressures,
         frequency,
         (surface_velocity.normal_velocity,),
-        (surface, points, incident, air, fidelity, engine, plane),
-        memory_per_task=layers + check_memory(surface, len(frequency), kept + layers, engine, fidelity),
+        (surface, points, incident, air, fidelity, engine, plane, task),
+        memory_per_task=task + layers,
         executor=executor,
         progress=progress,
         shards=shards,
@@ -172,8 +173,12 @@ def _pressures(
     fidelity: AcousticsFidelity,
     engine: str,
     plane: RigidPlane | None,
+    memory: int,
 ) -> Solved:
-    """Pressure of one band at the field points (n_f, n_point), or at the vertices (n_f, n_v) when there are none."""
+    """Pressure of one band at the field points (n_f, n_point), or at the vertices (n_f, n_v) when there are none.
+
+    memory: bytes that systems may take.
+    """
     columns = len(surface.vertices) if points is None else len(points)
     pressure = np.zeros((len(frequency), columns), dtype=complex)
     omega = 2 * np.pi * frequency
@@ -200,7 +205,7 @@ def _pressures(
                 at_ends[some] = double @ on_surface - single @ gradient
             pressure[at] = at_ends.reshape(-1, len(points)).sum(axis=0)
 
-    return Solved(pressure, solve_each(systems(engine, surface, wavenumbers, fidelity, plane), solve))
+    return Solved(pressure, solve_each(systems(engine, surface, wavenumbers, fidelity, plane, memory), solve))
 
 
 def _tested(surface: Surface, incident: IncidentField, k: float) -> ComplexArray:

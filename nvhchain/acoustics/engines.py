@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import replace
 from importlib import import_module
 
@@ -13,6 +13,7 @@ from nvhchain.acoustics.compressed import compressed_size, compressed_systems
 from nvhchain.acoustics.dense import dense_system
 from nvhchain.acoustics.iterative import iteration_size, patches_size
 from nvhchain.acoustics.linear_system import SolverRecord, System
+from nvhchain.cluster import worker_memory
 from nvhchain.errors import ResourceError, is_whole, require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
 from nvhchain.handoff import FloatArray, RigidPlane, Surface
@@ -57,21 +58,23 @@ def systems(
     surface: Surface,
     wavenumbers: FloatArray,
     fidelity: AcousticsFidelity,
-    plane: RigidPlane | None = None,
+    plane: RigidPlane | None,
+    memory: int,
 ) -> Iterator[list[System]]:
     """Yield A p = B ∂p/∂n per wavenumber (rad/m, > 0), to be solved by `solve_each`: Galerkin, Burton–Miller.
 
     (½ − K + αW) p = −(S + α(½ + K′)) ∂p/∂n, tested with the linear functions of p; e^{+jωt}, α of `coupling`.
-    plane: a rigid plane that reflects.  Systems come in lists of those that stand in memory together; forget them
-    before the next are asked for.
-    `fidelity.solver` = "auto" compresses where dense matrices do not fit into the memory that is free now.
+    plane: a rigid plane that reflects.  memory: bytes that they may take, of `check_memory`.  Systems come in lists of
+    those that stand in memory together; forget them before the next are asked for.
+    `fidelity.solver` = "auto" compresses where dense matrices take more than `memory`.
     """
     require(plane is None or engine == "fused", f"engine {engine} knows no reflecting plane: use fused")
     size = len(surface.vertices), len(surface.triangles), len(wavenumbers)
-    fidelity, count, _ = _fitting(*size, 0, engine, fidelity)
-    found = _compressed if fidelity.solver == "compressed" else _dense
+    ways = [*_ways(*size, engine, fidelity)]
+    chosen, count, _ = next((way for way in ways if way[2] <= memory), ways[-1])
+    found = _compressed if chosen.solver == "compressed" else _dense
     for start in range(0, len(wavenumbers), count):
-        yield found(engine, surface, wavenumbers[start : start + count], fidelity, plane)
+        yield found(engine, surface, wavenumbers[start : start + count], chosen, plane)
 
 
 def solve_each(batches: Iterable[list[System]], solve: Callable[[int, System], None]) -> SolverRecord:
@@ -194,19 +197,38 @@ def _dense_size(n_vertex: int, n_face: int, engine: str, fidelity: AcousticsFide
 
 
 def check_memory(
-    surface: Surface, frequencies: int, kept: int, engine: str, fidelity: AcousticsFidelity = STANDARD.acoustics
+    surface: Surface,
+    frequencies: int,
+    kept: int,
+    columns: int,
+    engine: str,
+    fidelity: AcousticsFidelity = STANDARD.acoustics,
+    executor: Executor | None = None,
 ) -> int:
-    """Bytes that one task, a band of `frequencies`, takes; `ResourceError` unless they and `kept` bytes of results fit
-    into free memory."""
-    return _fitting(len(surface.vertices), len(surface.triangles), frequencies, kept, engine, fidelity)[2]
+    """Bytes that the systems of one task, a band of `frequencies`, take beside its `columns` (bytes).
+
+    `ResourceError` unless both and `kept` bytes of results fit into free memory.  What fits there but into no worker of
+    the executor is left to `cluster.room` to refuse.
+    """
+    size = len(surface.vertices), len(surface.triangles), frequencies
+    return _fitting(*size, kept, columns, engine, fidelity, worker_memory(executor))[2]
 
 
 def _fitting(
-    n_vertex: int, n_face: int, frequencies: int, kept: int, engine: str, fidelity: AcousticsFidelity
+    n_vertex: int,
+    n_face: int,
+    frequencies: int,
+    kept: int,
+    columns: int,
+    engine: str,
+    fidelity: AcousticsFidelity,
+    workers: Sequence[int] = (),
 ) -> tuple[AcousticsFidelity, int, int]:
-    """Fidelity whose solver fits into free memory beside `kept` bytes of results, the systems that may stand in memory
-    together, and the bytes they take.
+    """Fidelity whose solver fits into free memory beside `kept` bytes of results and `columns` of a task, the systems
+    that may stand in memory together, and the bytes they take.
 
+    workers: bytes that tasks may fill, of every size of worker, increasing: the first that holds one system counts, so
+    that a scheduler may give a task to any that is as large.
     Raises ResourceError with what is needed, what is free and what would help.
     """
     striped = engine in _STRIPED
@@ -215,13 +237,18 @@ def _fitting(
         f"engine {engine} cannot compress its matrices: use engine {', '.join(_STRIPED)} or another solver",
     )
     free = free_memory()
-    for chosen, count, task in _ways(n_vertex, n_face, frequencies, engine, fidelity):
-        if _fits(count, task + kept, free):
-            return chosen, count, task
+    ways = [*_ways(n_vertex, n_face, frequencies, engine, fidelity)]
+    for limit in workers or (free,):
+        for chosen, count, task in ways:
+            if _fits(count, task + columns + kept, free) and _fits(count, task + columns, limit):
+                return chosen, count, task
+    chosen, count, task = ways[-1]
+    if _fits(count, task + columns + kept, free):
+        return chosen, count, task
     raise ResourceError(
         f"boundary element matrices of {n_face} triangles (solver {chosen.solver!r}) need "
-        f"{(task + kept) / 2**30:.3g} GiB, {free / 2**30:.3g} GiB are free: "
-        + ("ask for fewer field points or frequencies at once, " if kept > task else "")
+        f"{(task + columns + kept) / 2**30:.3g} GiB, {free / 2**30:.3g} GiB are free: "
+        + ("ask for fewer field points or frequencies at once, " if columns + kept > task else "")
         + ("choose solver = 'compressed', " if striped and chosen.solver != "compressed" else "")
         + "lower the upper frequency or the elements per wavelength (memory falls with their fourth power)"
     )

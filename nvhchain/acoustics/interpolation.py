@@ -183,8 +183,7 @@ class Interpolant:
     def _shared_out(self, frequency: FloatArray) -> Iterator[tuple[Nodes, slice, IntArray]]:
         """The pieces in which some of the lines (n_f,) Hz lie, with where their nodes stand and the indices of the
         lines."""
-        breaks = np.empty(0) if self.atv.breaks is None else self.atv.breaks
-        of_line, ends = np.searchsorted(breaks, frequency), np.cumsum([len(piece.node) for piece in self.pieces])
+        of_line, ends = piece_of(self.atv, frequency), np.cumsum([len(piece.node) for piece in self.pieces])
         for i, piece in enumerate(self.pieces):
             lines = np.flatnonzero(of_line == i)
             if len(lines):
@@ -195,6 +194,16 @@ def pieces_of(atv: TransferVectors) -> list[slice]:
     """The masters of each piece of the band."""
     ends = [] if atv.breaks is None else np.searchsorted(atv.frequency, atv.breaks, side="right").tolist()
     return [slice(start, stop) for start, stop in pairwise([0, *ends, len(atv.frequency)])]
+
+
+def piece_of(atv: TransferVectors, frequency: FloatArray) -> IntArray:
+    """Number of the piece of the band that each line (n_f,) Hz lies in."""
+    if atv.breaks is None:
+        return np.zeros(len(frequency), dtype=np.int64)
+    masters = atv.frequency
+    # a line that misses the next master by rounding belongs to it, and a break to what is below
+    limits = atv.breaks + 0.25 * (masters[np.searchsorted(masters, atv.breaks) + 1] - atv.breaks)
+    return np.searchsorted(limits, frequency)
 
 
 def support(weights: ComplexArray) -> slice:
@@ -250,7 +259,7 @@ def nodes_at(
 
 
 def check_lines(atv: TransferVectors, frequency: FloatArray) -> None:
-    """Raise `InputError` for lines (n_f,) Hz outside the masters: nothing is extrapolated."""
+    """Raise `InputError` for lines (n_f,) Hz outside the masters, and between those of different surfaces."""
     masters = atv.frequency
     slack = 1e-12 * masters[-1]
     outside = frequency[(frequency < masters[0] - slack) | (frequency > masters[-1] + slack)]
@@ -260,6 +269,15 @@ def check_lines(atv: TransferVectors, frequency: FloatArray) -> None:
         f"{outside.max(initial=0.0):.6g} Hz) lie outside the master frequencies {masters[0]:.6g}…{masters[-1]:.6g} Hz: "
         "widen the masters or cut the band",
     )
+    for stop in [] if atv.breaks is None else atv.breaks:
+        start = masters[np.searchsorted(masters, stop) + 1]
+        between = frequency[(frequency > stop + slack) & (frequency < start - slack)]
+        require(
+            len(between) == 0,
+            f"{len(between)} lines of the surface velocity ({between.min(initial=np.inf):.6g}…"
+            f"{between.max(initial=0.0):.6g} Hz) lie between the masters at {stop:.6g} and {start:.6g} Hz, which are "
+            "those of different surfaces: choose masters by adaptive_transfer_vectors, or leave coarser surfaces out",
+        )
 
 
 def _inner_products(atv: TransferVectors, stop: int, masters: FloatArray, mirrored: int) -> ComplexArray:

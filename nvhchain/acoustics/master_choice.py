@@ -41,7 +41,7 @@ _TESTED = 0.5
 """Largest error at masters of test, over the tolerance: few of them find the worst line by chance alone. With 1 the box
 of docs/measured/masters.md kept 0.42 dB where 0.3 were asked and the tests had found 0.27."""
 
-_NARROWEST = 1e-7
+NARROWEST = 1e-7
 """Least width of a band relative to its upper end: masters are numbers of ten digits."""
 
 _LINES = np.array([0.25, 0.5, 0.75])
@@ -96,8 +96,8 @@ def check_band(low: float, high: float, fidelity: AcousticsFidelity) -> None:
     """`InputError` for a band (Hz) that is empty or not finite and for too few masters to choose from."""
     require(0 <= low < high < np.inf, f"band {low:g}…{high:g} Hz is empty: give 0 ≤ low < high, finite")
     require(
-        high - low >= _NARROWEST * high,
-        f"band {low:.10g}…{high:.10g} Hz is narrower than {_NARROWEST:g} of its frequency, where masters cannot be "
+        high - low >= NARROWEST * high,
+        f"band {low:.10g}…{high:.10g} Hz is narrower than {NARROWEST:g} of its frequency, where masters cannot be "
         "told apart: ask for transfer_vectors at one frequency",
     )
     require(

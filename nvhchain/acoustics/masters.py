@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nvhchain.acoustics.accuracy import coarse_accuracy
-from nvhchain.acoustics.coarsening import coarse_surfaces, surface_changes
+from nvhchain.acoustics.coarsening import coarse_surfaces, surface_changes, without_slivers
 from nvhchain.acoustics.interpolation import Interpolant, interpolant
 from nvhchain.acoustics.linear_system import SolverRecord
 from nvhchain.acoustics.master_choice import (
@@ -91,6 +91,7 @@ def adaptive_transfer_vectors(
     source, per_hertz = _Vectors(solve, fidelity, len(points), deciding), _waves(surface, 1.0, air, plane)
     exact = fidelity.radiation == "boundary_elements"
     below = coarse_surfaces(surface, (), with_images(points, plane), plane, air, fidelity) if exact else ()
+    below = without_slivers(below, low, high)
     breaks = surface_changes(below, low, high)
     fewest = FEWEST * (len(breaks) + 1)
     require(

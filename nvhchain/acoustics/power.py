@@ -96,14 +96,15 @@ def sound_power(
     order = multipole_order(
         surface, 2 * np.pi * float(frequency[-1]) / air.speed_of_sound, plane, fidelity.multipole_digits
     )
-    memory = workers(len(frequency)) * expansion_memory(surface, order)
+    columns = workers(len(frequency)) * expansion_memory(surface, order)
+    task = check_memory(surface, len(frequency), 0, columns, engine, fidelity, executor)
     records: list[SolverRecord] = []
     found = over_bands(
         _powers,
         frequency,
         (surface_velocity.normal_velocity,),
-        (surface, air, fidelity, engine, plane),
-        memory_per_task=memory + check_memory(surface, len(frequency), memory, engine, fidelity),
+        (surface, air, fidelity, engine, plane, task),
+        memory_per_task=task + columns,
         executor=executor,
         progress=progress,
         shards=kept_in(shards, "sound_power", surface_velocity, air, fidelity, engine, plane),
@@ -122,8 +123,9 @@ def _powers(
     fidelity: AcousticsFidelity,
     engine: str,
     plane: RigidPlane | None,
+    memory: int,
 ) -> Solved:
-    """Sound power (n_f, 2) W of one band, and that of the error where its parts cancel."""
+    """Sound power (n_f, 2) W of one band, and that of the error where its parts cancel; `memory` bytes for systems."""
     power = np.zeros((len(frequency), 2), dtype=complex)
     omega = 2 * np.pi * frequency
     moving = np.flatnonzero((frequency > 0) & normal_velocity.any(axis=1))
@@ -138,5 +140,5 @@ def _powers(
         error = cancellation_resistance(surface, k, pressure[:, None], plane)
         power[at] = np.linalg.norm(waves) ** 2, error[0, 0]
 
-    record = solve_each(systems(engine, surface, wavenumbers, fidelity, plane), solve)
+    record = solve_each(systems(engine, surface, wavenumbers, fidelity, plane, memory), solve)
     return Solved(np.asarray(power / (2 * air.impedance), dtype=complex), record)

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nvhchain.acoustics.interpolation import check_lines, interpolant, support
+from nvhchain.acoustics.interpolation import check_lines, interpolant, piece_of, support
 from nvhchain.acoustics.surface import frequency_lines
 from nvhchain.conventions import Progress
 from nvhchain.errors import ResourceError, require
@@ -40,7 +40,11 @@ def vectors_at(
         image = vectors[:, points:]
         vectors = vectors[:, :points] + image
     provenance = {"stage": "acoustics.vectors_at", "fidelity": repr(fidelity), "masters": len(atv.frequency)}
-    return TransferVectors(lines, atv.points, vectors, atv.surface, atv.air, atv.plane, image, provenance=provenance)
+    stops = lines[:-1][np.diff(piece_of(atv, lines)) != 0]
+    breaks = stops if len(stops) else None
+    return TransferVectors(
+        lines, atv.points, vectors, atv.surface, atv.air, atv.plane, image, breaks, provenance=provenance
+    )
 
 
 def project(

@@ -102,15 +102,16 @@ def radiation_resistance(
     top = _order(surface, float(frequency[-1]), air, fidelity, plane)
     columns, rows = shapes.shape[1], multipole_count(surface, top, plane)
     size = 2 * 16 * len(frequency) * (rows + columns) * columns
-    task = expansion_memory(surface, top) + 16 * columns * (3 * len(surface.vertices) + 6 * len(shapes))
-    task *= workers(len(frequency))
+    waves = expansion_memory(surface, top) + 16 * columns * (3 * len(surface.vertices) + 6 * len(shapes))
+    waves *= workers(len(frequency))
+    task = check_memory(surface, len(frequency), size, waves, engine, fidelity, executor)
     records: list[SolverRecord] = []
     found = over_bands(
         _waves_and_errors,
         frequency,
         (),
-        (surface, shapes, top, air, fidelity, engine, plane),
-        memory_per_task=task + check_memory(surface, len(frequency), size + task, engine, fidelity),
+        (surface, shapes, top, air, fidelity, engine, plane, task),
+        memory_per_task=task + waves,
         executor=executor,
         progress=progress,
         shards=kept_in(shards, "radiation_resistance", surface, shapes, top, air, fidelity, engine, plane),
@@ -137,9 +138,10 @@ def _waves_and_errors(
     fidelity: AcousticsFidelity,
     engine: str,
     plane: RigidPlane | None,
+    memory: int,
 ) -> Solved:
     """Waves (n_f, n_row, n_column) of one band, with the rows that belong to the order `top`, and below them the
-    `cancellation_resistance` (n_f, n_column, n_column)."""
+    `cancellation_resistance` (n_f, n_column, n_column).  memory: bytes that systems may take."""
     columns = shapes.shape[1]
     found = np.zeros((len(frequency), multipole_count(surface, top, plane) + columns, columns), dtype=complex)
     omega = 2 * np.pi * frequency
@@ -159,4 +161,4 @@ def _waves_and_errors(
         cancelled = cancellation_resistance(surface, k, pressure, plane)
         found[at, -columns:][np.ix_(moving, moving)] = cancelled / air.impedance
 
-    return Solved(found, solve_each(systems(engine, surface, wavenumbers, fidelity, plane), solve))
+    return Solved(found, solve_each(systems(engine, surface, wavenumbers, fidelity, plane, memory), solve))

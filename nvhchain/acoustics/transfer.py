@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from nvhchain.acoustics.accuracy import coarse_accuracy, expected_accuracy
 from nvhchain.acoustics.bands import Solved, over_bands
-from nvhchain.acoustics.coarsening import CoarseSurface, coarse_surfaces
+from nvhchain.acoustics.coarsening import CoarseSurface, coarse_surfaces, surface_used, without_slivers
 from nvhchain.acoustics.engines import check_engine, check_memory, solve_each, systems, vectors_memory
 from nvhchain.acoustics.linear_system import SolverRecord, System
 from nvhchain.acoustics.plane import check_plane, with_images
@@ -89,7 +89,8 @@ def transfer_vectors(
     coarser: surfaces of the same body for lower frequencies, instead of `fidelity.coarse_edge_ratios`; each is used
     where it has `fidelity.coarse_elements_per_wavelength` and the body is not small against the wavelength
     (`coarse_surfaces`), and the vectors are brought back to the faces of `surface`;
-    its error is in the provenance (`coarse_accuracy`).
+    its error is in the provenance (`coarse_accuracy`).  Between masters on different surfaces nothing is interpolated
+    (`TransferVectors.breaks`): `adaptive_transfer_vectors` has masters right at both sides.
     `fidelity.radiation` = `rayleigh` takes the Rayleigh integral instead (`rayleigh_vectors`, `rayleigh_accuracy`).
     Assumes one-way coupling.  Raises InputError (mesh too coarse, point inside or too near, body or point behind the
     plane or too near it), ResourceError (matrices do not fit into free memory), SolverError (singular system).
@@ -112,20 +113,21 @@ def transfer_vectors(
     else:
         expected = rayleigh_accuracy(surface, frequency, air)
     below = coarse_surfaces(surface, coarser, ends, plane, air, fidelity) if exact else ()
+    below = without_slivers(below, float(frequency[0]), float(frequency[-1]))
     of_coarse = coarse_accuracy(below, frequency, air, fidelity, engine)
     records: list[SolverRecord] = []
-    coarse = tuple(one.surface for one in below)
+    coarse = tuple((one.surface, one.lowest_frequency, one.highest_frequency) for one in below)
     size, columns = vectors_memory(len(surface.vertices), len(surface.triangles), len(ends), len(frequency))
     if exact:
-        task = columns + check_memory(surface, len(frequency), size + columns, engine, fidelity)
+        task = check_memory(surface, len(frequency), size, columns, engine, fidelity, executor)
     else:
-        task = columns + check_rayleigh_memory(surface, len(ends), size + columns)
+        task = check_rayleigh_memory(surface, len(ends), size + columns)
     vectors = over_bands(
         _vectors,
         frequency,
         (),
-        (surface, ends, air, fidelity, engine, plane, below),
-        memory_per_task=task,
+        (surface, ends, air, fidelity, engine, task, plane, below),
+        memory_per_task=task + columns,
         executor=executor,
         progress=progress,
         shards=kept_in(shards, "transfer_vectors", surface, ends, air, fidelity, engine, plane, coarse),
@@ -141,8 +143,17 @@ def transfer_vectors(
     else:
         knobs = told(fidelity, ("radiation", "field_near_ratio"))
         provenance = {"stage": "acoustics.transfer_vectors", "fidelity": knobs}
+    breaks = frequency[:-1][np.diff(surface_used(below, frequency)) != 0]
     return TransferVectors(
-        frequency, x, vectors, surface, air, plane, image, provenance=provenance | expected | of_coarse
+        frequency,
+        x,
+        vectors,
+        surface,
+        air,
+        plane,
+        image,
+        breaks if len(breaks) else None,
+        provenance=provenance | expected | of_coarse,
     )
 
 
@@ -180,13 +191,14 @@ def _vectors(
     air: Air,
     fidelity: AcousticsFidelity,
     engine: str,
+    memory: int,
     plane: RigidPlane | None = None,
     below: Sequence[CoarseSurface] = (),
 ) -> Solved:
     """Transfer vectors (n_f, n_point, n_face) of one band and how they were solved; with a plane, `points` are
     followed by their images.
 
-    below: surfaces for lower frequencies, coarsest first.
+    memory: bytes that systems may take.  below: surfaces for lower frequencies, coarsest first.
     """
     if fidelity.radiation == "rayleigh":
         return Solved(rayleigh_vectors(frequency, surface, points, air, fidelity.field_near_ratio), SolverRecord())
@@ -198,12 +210,12 @@ def _vectors(
         if len(mine) == 0:
             continue
         left[mine] = False
-        solved = _solved(frequency[mine], coarse.surface, points, air, fidelity, engine, plane)
+        solved = _solved(frequency[mine], coarse.surface, points, air, fidelity, engine, memory, plane)
         record += solved.record
         for row, f, coarse_vectors in zip(mine, frequency[mine], solved.values, strict=True):
             vectors[row] = coarse.on_fine_faces(coarse_vectors, points, 2 * np.pi * f / air.speed_of_sound)
     if left.any():
-        vectors[left], fine = _solved(frequency[left], surface, points, air, fidelity, engine, plane)
+        vectors[left], fine = _solved(frequency[left], surface, points, air, fidelity, engine, memory, plane)
         record += fine
     return Solved(vectors, record)
 
@@ -215,6 +227,7 @@ def _solved(
     air: Air,
     fidelity: AcousticsFidelity,
     engine: str,
+    memory: int,
     plane: RigidPlane | None,
 ) -> Solved:
     """Transfer vectors (n_f, n_point, n_face) by boundary elements on `surface`."""
@@ -228,4 +241,4 @@ def _solved(
         double, single = layer_potentials(surface, points, float(wavenumbers[number]), fidelity.field_near_ratio)
         vectors[at] = -1j * omega[at] * air.density * (system.adjoint(double.T).T - single)
 
-    return Solved(vectors, solve_each(systems(engine, surface, wavenumbers, fidelity, plane), solve))
+    return Solved(vectors, solve_each(systems(engine, surface, wavenumbers, fidelity, plane, memory), solve))

@@ -7,6 +7,7 @@ import acoustics_bodies as bodies
 import numpy as np
 import pytest
 
+from nvhchain import cluster
 from nvhchain.acoustics import _fused, engines, estimate_memory, solve_direct, sphere, transfer_vectors
 from nvhchain.acoustics.compressed import compressed_size, compressed_systems
 from nvhchain.acoustics.compression import CompressedMatrix
@@ -173,7 +174,7 @@ def test_auto_takes_dense_matrices_where_they_fit_and_compressed_ones_where_only
     assert small < 5 * 2**30
     for size, solver in ((1.01 * dense_size, "auto"), (0.99 * dense_size, "compressed"), (1.01 * small, "compressed")):
         free(monkeypatch, size)
-        chosen, _, need = engines._fitting(n_vertex, n_face, 4, 0, "fused", auto)
+        chosen, _, need = engines._fitting(n_vertex, n_face, 4, 0, 0, "fused", auto)
         assert chosen.solver == solver
         assert need <= size
         # a plan tells what such a run takes there
@@ -181,16 +182,54 @@ def test_auto_takes_dense_matrices_where_they_fit_and_compressed_ones_where_only
     assert estimate_memory(n_vertex, n_face, "fused", auto, frequencies=4, free=0) == small
     free(monkeypatch, 0.99 * small)
     with pytest.raises(ResourceError, match=r"30000 triangles .*need .* GiB, .* GiB are free: lower the upper freq"):
-        engines._fitting(n_vertex, n_face, 4, 0, "fused", auto)
+        engines._fitting(n_vertex, n_face, 4, 0, 0, "fused", auto)
     with pytest.raises(ResourceError, match="choose solver = 'compressed'"):
-        engines._fitting(n_vertex, n_face, 4, 0, "fused", DIRECT)
+        engines._fitting(n_vertex, n_face, 4, 0, 0, "fused", DIRECT)
     free(monkeypatch, 2**34)
-    assert isinstance(next(engines.systems("fused", surface, np.array([k]), DIRECT))[0], DirectSystem)
+    assert isinstance(next(engines.systems("fused", surface, np.array([k]), DIRECT, None, 2**34))[0], DirectSystem)
 
 
 def test_bempp_cannot_compress_and_knows_no_plane(body):
     surface, k, _, _ = body
     with pytest.raises(InputError, match="engine bempp cannot compress its matrices: use engine fused"):
-        next(engines.systems("bempp", surface, np.array([k]), FIDELITY))
+        engines.check_memory(surface, 1, 0, 0, "bempp", FIDELITY)
     with pytest.raises(InputError, match="engine bempp knows no reflecting plane: use fused"):
-        next(engines.systems("bempp", surface, np.array([k]), DIRECT, RigidPlane((0, 0, -1), (0, 0, 1))))
+        next(engines.systems("bempp", surface, np.array([k]), DIRECT, RigidPlane((0, 0, -1), (0, 0, 1)), 2**34))
+
+
+class Dask:
+    """An executor with workers on which tasks may fill so many bytes each."""
+
+    def __init__(self, *rooms):
+        limits = [(room + cluster._PROGRAM) / cluster._USABLE for room in rooms]
+        workers = {f"tcp://w:{i}": {"memory_limit": m, "nthreads": 1, "host": "w"} for i, m in enumerate(limits)}
+        self._client = type("C", (), {"scheduler_info": lambda self, n_workers: {"workers": workers}})()
+
+
+def test_systems_are_batched_by_the_smaller_of_the_callers_memory_and_the_workers(monkeypatch):
+    """Four together where there is plenty; one after the other on workers that hold one, which were refused."""
+    surface = sphere(0.1, 1)
+    size = len(surface.vertices), len(surface.triangles)
+    one, two, four = (engines._solver_memory(*size, count, "fused", DIRECT) for count in (1, 2, 4))
+    free(monkeypatch, 2**34)
+
+    def task(*workers, columns=0):
+        memory = engines.check_memory(surface, 8, 0, columns, "fused", DIRECT, Dask(*workers))
+        return memory, cluster.room(Dask(*workers), memory + columns).tasks
+
+    assert task() == (four, 1)
+    assert task(2.1 * four) == (four, 1)
+    assert task(1.9 * two) == (one, 1)  # more than one may take half of it
+    assert task(2.1 * two, columns=int(0.2 * two)) == (one, 1)
+    assert task(1.1 * one, 1.1 * one) == (one, 2)
+    assert task(0.9 * one, 1.1 * one, 2.1 * four)[0] == one  # what every worker but the first can take
+    with pytest.raises(ResourceError, match=r"the largest worker has .* are for tasks: use fewer, larger workers"):
+        task(0.9 * one)
+    free(monkeypatch, 1.1 * one)
+    assert task(2.1 * four)[0] == one
+    free(monkeypatch, 2**34)
+    batches = {
+        memory: engines.systems("fused", surface, np.full(4, 5.0), DIRECT, None, memory) for memory in (one, four)
+    }
+    assert [len(batch) for batch in batches[one]] == [1, 1, 1, 1]
+    assert [len(batch) for batch in batches[four]] == [4]

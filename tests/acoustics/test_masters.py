@@ -256,6 +256,53 @@ def test_masters_on_two_surfaces_are_joined_on_each_by_itself(air, tmp_path):
     assert len(atv.frequency) < 30
 
 
+@pytest.mark.parametrize("end", [0, 1])
+def test_a_coarse_surface_that_ends_next_to_an_end_of_the_band_is_used_on_one_side_of_it_only(air, end):
+    """There no masters could be told apart: the band was refused as too narrow."""
+    body = bodies.box((0.3, 0.2, 0.15), 0.05)
+    fidelity = AcousticsFidelity(
+        elements_per_wavelength=3.0, masters=20, coarse_edge_ratios=(1.8,), coarse_elements_per_wavelength=3.0,
+        coarsest_elements_per_wavelength=2.0, master_tolerance_db=3.0,
+    )  # fmt: skip
+    (coarse,) = coarse_surfaces(body, (), POINTS[1:], None, air, fidelity)
+    change = coarse.highest_frequency
+    band = (change * (1 - 3e-8), 1.5 * change) if end == 0 else (0.7 * change, change * (1 + 3e-8))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", AccuracyWarning)  # a coarse mesh on purpose
+        atv = adaptive_transfer_vectors(body, POINTS[1:], *band, air=air, fidelity=fidelity)
+        one = replace(fidelity, coarse_edge_ratios=()) if end == 0 else fidelity
+        alone = transfer_vectors(body, POINTS[1:], [band[0], change * (1 - 1e-6)][end], air=air, fidelity=one)
+    assert (atv.frequency[0], atv.frequency[-1], atv.breaks) == (*band, None)
+    assert np.abs(atv.vectors[-end] - alone.vectors[0]).max() < 1e-4 * np.abs(alone.vectors).max()
+
+
+def test_lines_between_given_masters_on_different_surfaces_are_refused(air):
+    """Nothing is known of them; they were joined across the jump."""
+    body = bodies.box((0.3, 0.2, 0.15), 0.05)
+    fidelity = AcousticsFidelity(
+        elements_per_wavelength=3.0, masters=20, coarse_edge_ratios=(1.8,), coarse_elements_per_wavelength=3.0
+    )
+    (coarse,) = coarse_surfaces(body, (), POINTS[1:], None, air, fidelity)
+    masters = coarse.highest_frequency * np.array([0.8, 0.9, 0.97, 1.1, 1.2, 1.3])
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", AccuracyWarning)  # a coarse mesh on purpose
+        atv = transfer_vectors(body, POINTS[1:], masters, air=air, fidelity=fidelity)
+    assert atv.breaks.tolist() == [masters[2]]
+
+    def pressure(*lines):
+        velocity = SurfaceVelocity(lines, np.ones((len(lines), len(body.triangles))), body)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", AccuracyWarning)  # few masters
+            return radiate(atv, velocity, fidelity=fidelity).pressure
+
+    at_masters = np.einsum("fpn->fp", atv.vectors)
+    assert np.abs(pressure(*masters * (1 - 1e-13 * (masters == masters[3]))) / at_masters - 1).max() < 1e-9
+    pressure(masters[1] + 1.0, masters[4] - 1.0)
+    assert vectors_at(atv, masters[[0, 1, 3, 4]], fidelity=fidelity).breaks.tolist() == [masters[1]]
+    with pytest.raises(InputError, match=r"1 lines .* between the masters at .* those of different surfaces: choose"):
+        pressure(masters[0], 0.5 * (masters[2] + masters[3]))
+
+
 def test_progress_and_shards_reach_the_solver(box, air, tmp_path):
     fidelity, seen = chosen(1.0), []
     for _ in range(2):

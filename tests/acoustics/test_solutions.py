@@ -205,7 +205,7 @@ def test_field_points_come_in_blocks_and_what_they_take_is_counted(air, coarse, 
     whole = solve_direct(velocity, points, air=air, fidelity=coarse).pressure
     asked, real = [], direct.check_memory
     monkeypatch.setattr(direct, "workers", lambda frequencies: min(2, frequencies))
-    monkeypatch.setattr(direct, "check_memory", lambda *some: asked.append(some[2]) or real(*some))
+    monkeypatch.setattr(direct, "check_memory", lambda *some: asked.append(some[2] + some[3]) or real(*some))
     monkeypatch.setattr(direct, "_LAYER_BYTES", 7 * 16 * (len(body.vertices) + 80))
     assert np.abs(solve_direct(velocity, points, air=air, fidelity=coarse).pressure - whole).max() < 1e-14
     assert asked == [2 * 7 * 16 * (len(body.vertices) + 80) + 16 * 2 * 50]

@@ -191,7 +191,7 @@ def test_bands_on_an_executor_give_the_same_vectors_and_report_progress(bracket,
     assert seen[0] == (0, 10)
     assert seen[-1] == (10, 10)
     assert alone.provenance["engine"] == "fused"
-    task = pickle.loads(pickle.dumps((_vectors, frequency[:1], bracket, alone.points, air, coarse, "fused")))
+    task = pickle.loads(pickle.dumps((_vectors, frequency[:1], bracket, alone.points, air, coarse, "fused", 2**30)))
     assert np.abs(task[0](*task[1:]).values[0] - alone.vectors[0]).max() < roundoff
 
 

@@ -12,7 +12,9 @@ from nvhchain.acoustics._fused_wave import COMPILED, cosine_sine, inline
 CHUNK = 256
 """Points of a pair rule handled side by side."""
 
-_NEAREST = 3  # rule of the nearest pairs that do not touch
+NEAREST = 3
+"""Rule of the nearest pairs that do not touch."""
+
 _ROWS = 13  # E re, im; step re, im; d/R, d/R², e/R, e/R²; R; integrands of A and B re, im
 
 
@@ -182,7 +184,7 @@ def close_block(
             s, r = trial[i_pair], kind[i_pair]
             for i in range(3):
                 left[i] = right[i] = i
-            if r < _NEAREST or r >= n_plain:
+            if r < NEAREST or r >= n_plain:
                 _match(triangles, t, s, left, right)
             x, y = _corners(vertices, triangles, t, left), _corners(trial_vertices, triangles, s, right)
             normal_x = (normal[t, 0], normal[t, 1], normal[t, 2])
@@ -192,7 +194,7 @@ def close_block(
             sums[:] = 0.0
             whole[:] = 0.0
             n_piece = 1
-            if r == _NEAREST:
+            if r == NEAREST:
                 for i in range(3):
                     for axis in range(3):
                         corners[0, i, axis] = vertices[triangles[t, left[i]], axis]

@@ -9,7 +9,9 @@ from numpy.typing import NDArray
 
 from nvhchain.acoustics._coupling import coupling
 from nvhchain.acoustics._fused import rows_of, stripes
+from nvhchain.acoustics._fused_close import NEAREST
 from nvhchain.acoustics._fused_mesh import Plane, prepare, rules_of
+from nvhchain.acoustics._fused_split import cut
 from nvhchain.acoustics.intersections import facing_pairs, joined_pairs, neighbours
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, IntArray, Surface
@@ -20,12 +22,15 @@ _STATIC = 1e-6
 _SAMPLE = 64
 """Vertices, evenly taken from those of suspect triangles, that stand for all of them."""
 
-_SECONDS = 1.6e-5
-"""s of processor time per triangle and frequency that a gap takes, times the triangle's area over the square of its
-width (measured at 0.011, 0.028 and 0.1 edges, standard knobs)."""
+_SECONDS = 2.8e-5
+"""s of processor time per triangle that a gap takes at a frequency solved alone, times the triangle's area over the
+square of its width."""
 
-_POINT_SECONDS = 4.5e-9
-"""s of processor time per frequency and point of the rules of touching needles: 6e-9 for one alone, 3e-9 of four."""
+_POINT_SECONDS = 6.5e-9
+"""s of processor time per point of the rules of needles at a frequency solved alone."""
+
+TOGETHER = 0.5
+"""Share of that for each of four frequencies solved together: 0.3 across gaps, 0.4 to 0.8 of needles."""
 
 _WIDE = 0.1
 """Gap in edges that costs no more than other neighbours."""
@@ -71,6 +76,7 @@ def suspect_error(
     return float(np.sqrt(mean_square * weight[rows].sum() / surface.areas.sum()))
 
 
+@lru_cache(maxsize=8)
 def _sampled(surface: Surface, fidelity: AcousticsFidelity, rules: AcousticsFidelity) -> tuple[IntArray, IntArray]:
     """Vertices of suspect triangles, and those of them that stand for all."""
     suspect = _needles(surface, fidelity)
@@ -104,8 +110,8 @@ def unresolved_gap(fidelity: AcousticsFidelity) -> float:
 
 @lru_cache(maxsize=8)
 def gap_cost(surface: Surface, fidelity: AcousticsFidelity) -> tuple[int, float, int, float, float]:
-    """(triangles at narrow gaps and thin walls, least width in edges, needles, s of processor time per frequency that
-    both take, s that `suspect_error` takes once)."""
+    """(triangles at narrow gaps and thin walls, least width in edges, needles, s of processor time that both take at a
+    frequency solved alone, s that `suspect_error` takes once)."""
     facing = facing_pairs(surface, neighbours(surface, _WIDE), _WIDE)
     width = np.full(len(surface.triangles), np.inf)
     for side in facing.pairs.T:
@@ -123,16 +129,29 @@ def _needles(surface: Surface, fidelity: AcousticsFidelity) -> NDArray[np.bool_]
 
 
 def _needle_seconds(surface: Surface, fidelity: AcousticsFidelity) -> FloatArray:
-    """Processor time (n_face,) s per frequency of the touching pairs that take more points for needles."""
-    if not _needles(surface, fidelity).any():
+    """Processor time (n_face,) s, at a frequency solved alone, of the pairs that take more points for needles: those
+    that touch, by their rules, and those side by side, which are cut, by what some of them are cut into."""
+    needles = _needles(surface, fidelity)
+    if not needles.any():
         return np.zeros(len(surface.triangles))
     mesh = prepare(surface, fidelity, None)
     rules = rules_of(fidelity.quadrature_order, mesh.slenderest, fidelity)
     points = np.add.reduceat(rules.width, rules.start[:-1])
-    points[: rules.plain] = 0
     pairs = mesh.trials[0]
-    test = np.repeat(mesh.order, np.diff(pairs.close_start))
-    return np.asarray(_POINT_SECONDS * np.bincount(test, points[pairs.close_rule]))
+    test, trial = np.repeat(np.arange(len(mesh.order)), np.diff(pairs.close_start)), pairs.close_trial
+    taken = np.where(pairs.close_rule >= rules.plain, points[pairs.close_rule], 0.0)
+    slender = needles[mesh.order]
+    beside = np.flatnonzero((pairs.close_rule == NEAREST) & (slender[test] | slender[trial]))
+    if len(beside):
+        some = beside[np.unique(np.linspace(0, len(beside) - 1, _SAMPLE).astype(int))]
+        pieces, share = np.empty((256, 2, 3, 3)), np.empty(256)
+        corners, least = mesh.vertices[mesh.triangles], mesh.least_scale * mesh.sizes
+        cuts = [
+            cut(pieces, share, corners[[t, s]], mesh.gap, least[t], least[s])[2]
+            for t, s in zip(test[some], trial[some], strict=True)
+        ]
+        taken[beside] = (np.mean(cuts) - 1.0) * points[NEAREST]
+    return np.asarray(_POINT_SECONDS * np.bincount(mesh.order[test], taken, len(slender)))
 
 
 def _weights(surface: Surface) -> FloatArray:

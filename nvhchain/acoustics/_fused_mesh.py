@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from typing import Protocol
 
 import numpy as np
@@ -21,7 +22,7 @@ _TIP = 0.7
 """Shortest edge at the corner that two needles share, over the longest edge of both, from which on it is their tip."""
 
 
-class Plane(Protocol):
+class Plane(Hashable, Protocol):
     """A rigid plane that reflects: G(x, y) + G(x, y′) with the mirrored point y′ has no normal derivative on it."""
 
     def mirror(self, points: FloatArray) -> FloatArray:
@@ -94,6 +95,7 @@ class Mesh:
     extent: float
 
 
+@lru_cache(maxsize=2)
 def prepare(surface: Surface, fidelity: AcousticsFidelity, plane: Plane | None) -> Mesh:
     """Sort the surface, mirror it if there is a plane, list its close pairs and choose their rules."""
     order, tiles = sorted_tiles(surface.centroids)
@@ -176,17 +178,20 @@ def _ease_open_corners(
     pair = np.flatnonzero((rule >= first) & ((rule - first) % 3 == 0))
     if len(pair) == 0:
         return
-    shared = triangles[test[pair]][:, :, None] == triangles[trial[pair]][:, None, :]
-    sides, reach = [], []
-    for triangle, here in ((test[pair], shared.any(axis=2)), (trial[pair], shared.any(axis=1))):
-        corners = np.take_along_axis(triangles[triangle], (np.argmax(here, axis=1)[:, None] + np.arange(3)) % 3, axis=1)
-        edges = vertices[corners[:, 1:]] - vertices[corners[:, :1]]
-        lengths = np.linalg.norm(edges, axis=2)
-        sides.append(edges / lengths[:, :, None])
-        reach.append(lengths.min(axis=1))
-    angle = np.arccos(np.einsum("pia,pja->pij", *sides).max(axis=(1, 2)).clip(-1.0, 1.0))
-    longer = np.maximum(sizes[test[pair]], sizes[trial[pair]])
-    tips = np.minimum(*reach) > _TIP * longer
+    # of every corner: directions of the two edges from it, and the shorter one's length
+    edges = np.roll(vertices[triangles], -1, axis=1) - vertices[triangles]
+    edges = np.stack([edges, -np.roll(edges, 1, axis=1)], axis=2)
+    lengths = np.linalg.norm(edges, axis=3)
+    edges, shorter = edges / lengths[..., None], lengths.min(axis=2)
+    one, other = test[pair], trial[pair]
+    shared = triangles[one][:, :, None] == triangles[other][:, None, :]
+    here, there = shared.any(axis=2).argmax(axis=1), shared.any(axis=1).argmax(axis=1)
+    mine, yours = edges[one, here], edges[other, there]
+    cosines = [np.einsum("pa,pa->p", mine[:, i], yours[:, j]) for i in (0, 1) for j in (0, 1)]
+    angle = np.arccos(np.max(cosines, axis=0).clip(-1.0, 1.0))
+    reach = np.minimum(shorter[one, here], shorter[other, there])
+    longer = np.maximum(sizes[one], sizes[other])
+    tips = reach > _TIP * longer
     level = (rule[pair] - first) // 3 + 1
     level = np.minimum(level, np.where(tips & (angle > _OPEN[0]), 0, np.where(tips & (angle > _OPEN[1]), 1, 2)))
     rule[pair] = np.where(level > 0, first + 3 * (level - 1), 0)

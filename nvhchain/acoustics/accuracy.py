@@ -43,6 +43,10 @@ NEAR_FLOOR = 0.005
 """Relative error next to the surface at low frequency, from the velocity that is constant on each element: 0.3 to 1.3 %
 in the same measurements."""
 
+QUADRATURE_GROWTH = 2.0
+"""Error at field points, over that of constant and linear pressures on the surface: a third to eight in
+docs/measured/quadrature.md; at the coarse edges of wedges of 5 and 20 degrees one to ten, the mesh's own included."""
+
 SLOW = 10.0
 """s of processor time per frequency spent on narrow gaps and needles above which that is said."""
 
@@ -63,7 +67,7 @@ def expected_accuracy(
     edges, and expected_error_nearest_dB: there, at its own pressure.  With needles, edges sharper than 60°, or gaps
     narrower than the engine resolves (`bempp` cuts no triangles), also quadrature_error: of constant and linear
     pressures on the surface, relative; sound fields err by a third of that to eight times as much
-    (docs/measured/quadrature.md).
+    (docs/measured/quadrature.md), and twice that is part of expected_error_low_dB.
     With triangles longer than all but a twentieth of the area may be (`LOCAL_COARSENING`): coarse_share of the area,
     coarse_elements_per_wavelength of the longest one, and their error (`patch_error`) as part of expected_error_dB;
     expected_error_patch_dB bounds the error of sound that comes from behind them alone, wherever it is heard, and that
@@ -82,7 +86,9 @@ def expected_accuracy(
     size, wavelength = max(mean / MESH_SCATTER, coarsest / LOCAL_COARSENING), air.speed_of_sound / f_max
     per_wavelength = wavelength / size
     faceting = FACETS * mean_square_angle(surface)
-    low = faceting + COARSENESS * mean**2 * 4.0 * np.pi / float(surface.areas.sum())
+    coarse = faceting + COARSENESS * mean**2 * 4.0 * np.pi / float(surface.areas.sum())
+    quadrature = _quadrature_accuracy(surface, fidelity, engine)
+    low = coarse + QUADRATURE_GROWTH * quadrature.get("quadrature_error", 0.0)
     patch, at_longest = patch_error(surface, size, wavelength)
     error = MESH_ERROR / per_wavelength**2 + low + patch
     expected = {
@@ -95,8 +101,8 @@ def expected_accuracy(
     if faceting > 0:
         expected["faceting_error_dB"] = _decibel(faceting)
     asked = fidelity.elements_per_wavelength
-    expected |= _quadrature_accuracy(surface, fidelity, engine)
-    if low > MESH_ERROR / asked**2:
+    expected |= quadrature
+    if coarse > MESH_ERROR / asked**2:
         warnings.warn(
             f"mesh of {len(surface.triangles)} triangles with edges of {1e3 * mean:.3g} mm is coarse for the body: "
             f"expect errors of about {_decibel(low):.2g} dB at any frequency; refine it",
@@ -225,7 +231,7 @@ def mean_square_angle(surface: Surface) -> float:
 
 def _quadrature_accuracy(surface: Surface, fidelity: AcousticsFidelity, engine: str) -> dict[str, float]:
     """Closure error of a surface with needles or gaps that are not resolved, nothing for any other."""
-    from nvhchain.acoustics._fused_closure import gap_cost, suspect_error
+    from nvhchain.acoustics._fused_closure import TOGETHER, gap_cost, suspect_error
 
     rules, remedy = fidelity, "raise singular_order and gap_halvings"
     if engine == "bempp":
@@ -239,9 +245,10 @@ def _quadrature_accuracy(surface: Surface, fidelity: AcousticsFidelity, engine: 
         gaps = f"{narrow} triangles face each other across gaps or walls down to {width:.2g} of their edge"
         slender = f"{needles} triangles are more than {fidelity.needle_aspect:g} times as long as high"
         warnings.warn(
-            f"{' and '.join(compress((gaps, slender), (narrow, needles)))}: every frequency takes about {seconds:.0f} "
-            f"s of processor time more, and the check of the quadrature {once:.0f} s once; refine the surface there, "
-            "close or widen gaps, and mesh fans of needles in rings",
+            f"{' and '.join(compress((gaps, slender), (narrow, needles)))}: a frequency takes about {seconds:.0f} s "
+            f"of processor time more, {TOGETHER * seconds:.0f} s where four are solved together, and the check of the "
+            f"quadrature {once:.0f} s once; refine the surface there, close or widen gaps, and mesh fans of needles in "
+            "rings",
             RuntimeWarning,
             stacklevel=4,
         )

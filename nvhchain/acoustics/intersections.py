@@ -119,9 +119,10 @@ def folded_pairs(surface: Surface) -> IntArray:
     meeting, in_plane = at_vertex[~flat], at_vertex[flat]
     line = np.cross(surface.normals[meeting[:, 0]], surface.normals[meeting[:, 1]])
     line /= np.linalg.norm(line, axis=1, keepdims=True)
+    ways = _runs_into(surface, meeting, line)
+    some = np.flatnonzero(ways.any(axis=0))  # few of a fan, whose pairs are as many as the square of its triangles
     through = np.zeros(len(meeting), dtype=bool)
-    for ray in (line, -line):
-        through |= _runs_into(surface, meeting, ray) & _runs_into(surface, meeting[:, ::-1], ray)
+    through[some] = (ways[:, some] & _runs_into(surface, meeting[some, ::-1], line[some])).any(axis=0)
     twice = pairs[common == 3]
     return np.concatenate([twice, at_edge[folded], meeting[through], in_plane[_overlapping(surface, in_plane)]])
 
@@ -146,19 +147,17 @@ def _inward(surface: Surface, own: IntArray, other: IntArray) -> FloatArray:
     return np.asarray(across / np.linalg.norm(across, axis=1, keepdims=True))
 
 
-def _runs_into(surface: Surface, pairs: IntArray, ray: FloatArray) -> NDArray[np.bool_]:
-    """Whether unit rays (n, 3) in the planes of the first of `pairs` (n, 2), from the vertex in common with the second,
-    run into the first."""
-    own = pairs[:, 0]
-    shared = (surface.triangles[own][:, :, None] == surface.triangles[pairs[:, 1]][:, None, :]).any(axis=2)
-    at = np.argmax(shared, axis=1)
-    vertex, normal = _corner(surface, own, at), surface.normals[own]
-    inside = np.ones(len(pairs), dtype=bool)
-    for turn, side in ((1, 1.0), (2, -1.0)):
-        edge = _corner(surface, own, at + turn) - vertex
-        sine = np.einsum("ni,ni->n", np.cross(edge, ray), normal) / np.linalg.norm(edge, axis=1)
-        inside &= side * sine >= -_IN_PLANE
-    return inside
+def _runs_into(surface: Surface, pairs: IntArray, line: FloatArray) -> NDArray[np.bool_]:
+    """Whether lines (n, 3) in the planes of the first of `pairs` (n, 2) run into it from the vertex it shares with the
+    second: (2, n), along and against these unit vectors."""
+    corners, own = surface.vertices[surface.triangles], pairs[:, 0]
+    at = (surface.triangles[own][:, :, None] == surface.triangles[pairs[:, 1]][:, None, :]).any(axis=2).argmax(axis=1)
+    # of every corner: unit vectors in the plane at right angles to both its edges, into the triangle
+    edges = np.stack([np.roll(corners, -1, axis=1) - corners, corners - np.roll(corners, 1, axis=1)], axis=2)
+    inward = np.cross(surface.normals[:, None, None], edges)
+    inward /= np.linalg.norm(inward, axis=3, keepdims=True)
+    sine = np.array([np.einsum("ni,ni->n", inward[own, at, side], line) for side in (0, 1)])
+    return np.array([(sine >= -_IN_PLANE).all(axis=0), (sine <= _IN_PLANE).all(axis=0)])
 
 
 def _corner(surface: Surface, triangles: IntArray, number: IntArray) -> FloatArray:
@@ -210,6 +209,13 @@ def facing_pairs(surface: Surface, pairs: IntArray, reach: float) -> Facing:
     behind = np.einsum("ni,ni->n", between, normals[pairs[:, 1]])
     chosen = opposite & (ahead * behind < 0)
     pairs, air = pairs[chosen], ahead[chosen] > 0
+    # what lies as a whole on one side of the other's plane is no nearer than its lowest corner: needles of a fan
+    for own in (0, 1):
+        one, other = pairs[:, own], pairs[:, 1 - own]
+        height = _heights(corners[one], corners[other], normals[other])
+        beyond = np.maximum(height.min(axis=1), -height.max(axis=1))
+        reached = beyond < reach * np.maximum(size[one], size[other])
+        pairs, air = pairs[reached], air[reached]
     least = np.full(len(pairs), np.inf)
     for one, other in ((pairs[:, 0], pairs[:, 1]), (pairs[:, 1], pairs[:, 0])):
         for i in range(3):

@@ -34,6 +34,7 @@ from nvhchain.handoff import (
     SurfaceVelocity,
     TransferVectors,
 )
+from nvhchain.kinds import check_arguments
 from nvhchain.result import Result
 from nvhchain.resume import Shelf, Unwatched, Watcher
 from nvhchain.scene import preflight
@@ -64,6 +65,7 @@ def run(
 
     Raises InputError for what cannot be used, SolverError for a stage that did not reach its residual.
     """
+    check_arguments(run, locals())
     chain = _prepared(
         case,
         fidelity,
@@ -103,6 +105,7 @@ def record(
     Stopped, the same call goes on from the last file. Other arguments and errors are those of `run`; of the case's
     quantities only the bearing forces are made.
     """
+    check_arguments(record, locals())
     if not isinstance(case, GearboxCase) or case.operation.ramp is None:
         raise InputError(f"{case.name} has no run-up to record: give its operation a ramp, or use `run`")
     chain = _prepared(

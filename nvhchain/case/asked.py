@@ -11,6 +11,7 @@ import numpy as np
 
 from nvhchain.errors import require
 from nvhchain.handoff import RigidPlane
+from nvhchain.kinds import check_fields
 
 
 @dataclass(frozen=True)
@@ -22,6 +23,7 @@ class Band:
     resolution: float = 5.0
 
     def __post_init__(self) -> None:
+        check_fields(self)
         require(
             0 < self.low < self.high <= 20e3,
             f"band {self.low:g}…{self.high:g} Hz: needs 0 < low < high ≤ 20000 Hz",
@@ -37,6 +39,7 @@ class FieldPoint:
     position: tuple[float, float, float]
 
     def __post_init__(self) -> None:
+        check_fields(self)
         require(
             all(isfinite(x) and abs(x) <= 1e4 for x in self.position),
             f"position = {self.position} m is beyond 10 km: give it in m, or in mm as position_mm",
@@ -51,6 +54,7 @@ class Ramp:
     duration: float
 
     def __post_init__(self) -> None:
+        check_fields(self)
         require(
             0 <= self.end_speed <= 2e4,
             f"end_speed = {self.end_speed:g} rad/s is outside 0…20000 rad/s: give it as end_speed_rpm",
@@ -70,6 +74,7 @@ class Operation:
     ramp: Ramp | None = None
 
     def __post_init__(self) -> None:
+        check_fields(self)
         require(
             0 <= self.input_speed <= 2e4,
             f"input_speed = {self.input_speed:g} rad/s is outside 0…20000 rad/s: give it as input_speed_rpm",
@@ -99,7 +104,7 @@ RADIATED = frozenset({"sound_power", "radiation_efficiency", "directivity"})
 def check_quantities(quantities: tuple[Quantity, ...], points: tuple[FieldPoint, ...]) -> None:
     """At least one, none twice, and sound pressure only with a place where it is heard."""
     require(
-        len(set(quantities)) == len(quantities) > 0,
+        len(set(quantities)) == len(quantities) > 0 and set(quantities) <= set(get_args(Quantity)),
         f"quantities = {list(quantities)}: name at least one and none twice, of {', '.join(get_args(Quantity))}",
     )
     names = [point.name for point in points]

@@ -40,6 +40,7 @@ from nvhchain.gear import (
 )
 from nvhchain.handoff import RigidPlane
 from nvhchain.housing import Casting, encloses
+from nvhchain.kinds import check_fields
 
 _CENTRE_TOLERANCE = 1e-5
 """m, between a stage's centre distance and the distance of its shafts."""
@@ -115,6 +116,7 @@ class GearboxCase:
     folder: str = "."
 
     def __post_init__(self) -> None:
+        check_fields(self)
         check_name(self.name)
         check_quantities(self.quantities, self.field_points)
         require(

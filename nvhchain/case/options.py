@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from nvhchain.dynamics.friction import LARGEST_COEFFICIENT
 from nvhchain.errors import require
+from nvhchain.kinds import check_fields
 
 
 @dataclass(frozen=True)
@@ -29,6 +30,7 @@ class Options:
     gyroscopic: bool = False
 
     def __post_init__(self) -> None:
+        check_fields(self)
         require(
             0.0 <= self.friction <= LARGEST_COEFFICIENT,
             f"friction = {self.friction:g} is outside 0…{LARGEST_COEFFICIENT:g}: give the coefficient, usual is 0.05",

@@ -225,12 +225,14 @@ def _variants(done: int, total: int) -> None:
 
 
 def plan(options: argparse.Namespace) -> int:
-    """Say what would be done."""
+    """Say what would be done; what `run` would refuse for its knobs is refused."""
     from nvhchain.case import load_case
-    from nvhchain.scene import plan
+    from nvhchain.scene import check_knobs, plan
 
     case = load_case(options.case)
-    print(plan(case, fidelity=_fidelity(options, [case])))
+    fidelity = _fidelity(options, [case])
+    check_knobs(case, fidelity)
+    print(plan(case, fidelity=fidelity))
     return 0
 
 

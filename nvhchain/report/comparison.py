@@ -28,6 +28,9 @@ from nvhchain.result import Result
 from nvhchain.resume import Watcher
 from nvhchain.store import write_text
 
+_SUFFIXES = (".json", ".txt", ".csv", ".png", ".wav", ".html")
+"""Of the files that a comparison leaves beside the folders of its cases."""
+
 
 def compare(
     cases: Sequence[Case],
@@ -46,6 +49,11 @@ def compare(
     check_arguments(compare, locals())
     names = [case.name for case in cases]
     require(len(set(names)) == len(names), f"cases need distinct names, got {names}")
+    for name in names:
+        require(
+            Path(name).suffix not in _SUFFIXES,
+            f"name = {name!r} of a case becomes a folder beside files that end in {Path(name).suffix}: choose another",
+        )
     for case in cases:
         require("pressure" in case.quantities, f"{case.name} does not ask for `pressure`, which is what is compared")
     running_up = _running_up(cases)

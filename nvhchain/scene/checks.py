@@ -11,7 +11,11 @@ from nvhchain.fidelity import Fidelity
 from nvhchain.housing.reduction import check_bending_resolution, check_thin_walls
 from nvhchain.memory import free_memory
 from nvhchain.scene.casting import forced, model_of_file
+from nvhchain.scene.mechanics import recorded_time
 from nvhchain.scene.planning import plan_without
+
+_GROW_WITH_THE_RECORD = ("bearing forces", "velocity", "velocity, pressure")
+"""Stages of the plan at constant speed."""
 
 
 def preflight(case: Case, fidelity: Fidelity, given: Collection[str] = (), *, in_files: bool = False) -> None:
@@ -46,12 +50,15 @@ def preflight(case: Case, fidelity: Fidelity, given: Collection[str] = (), *, in
         if not any(stage.name.startswith(name) for name, reasons in skipped.items() if reasons):
             needed, largest = max((needed, largest), (1e6 * stage.megabytes, stage.name))
     if needed > free:
-        long = case.operation.ramp is not None and largest == "bearing forces"
+        remedy = "choose a lower fidelity or lower the upper frequency"
+        if case.operation.ramp is not None and largest == "bearing forces":
+            remedy += ", shorten the ramp, or write its bearing forces to files with `nvhchain record`"
+        elif case.operation.ramp is None and largest in _GROW_WITH_THE_RECORD:
+            lasts = f"its record lasts {recorded_time(case):.3g} s"
+            remedy += f", or raise band.resolution or input_speed, for which {lasts}"
         raise ResourceError(
             f"{case.name} at fidelity {fidelity.name} needs about {needed / 1e9:.1f} GB for its {largest}, "
-            f"{free / 1e9:.1f} GB are free: choose a lower fidelity or lower the upper frequency"
-            + long
-            * ", shorten the ramp, or write its bearing forces to files with `nvhchain record`"
+            f"{free / 1e9:.1f} GB are free: {remedy}"
         )
 
 

@@ -96,7 +96,7 @@ def _gear_megabytes(body: GearBody, knobs: GearFidelity) -> float:
     return _MEGABYTES_PER_TOOTH_LAYER * body.geometry.teeth * knobs.width_layers * fineness**_MEMORY_GROWTH
 
 
-def _recorded_time(case: GearboxCase) -> float:
+def recorded_time(case: GearboxCase) -> float:
     """s of bearing forces: the ramp, or whole turns of the slowest shaft."""
     if case.operation.ramp is not None:
         return case.operation.ramp.duration
@@ -107,23 +107,28 @@ def _recorded_time(case: GearboxCase) -> float:
 def dynamics_stage(case: GearboxCase, fidelity: Fidelity) -> Stage:
     """Time integration of the gearbox."""
     knobs, meshes = fidelity.dynamics, len(case.stages)
-    steps = _recorded_time(case) / knobs.time_step
+    steps = recorded_time(case) / knobs.time_step
     run = steps * (1 if case.operation.ramp else _SETTLING_PERIODS)
     modes = modes_in_reach(case, fidelity)
     seconds = SECONDS_PER_STAGE + _SECONDS_PER_STEP_AND_MODE * run * (6 * len(case.shafts) + modes)
-    level = f"{meshes} tabulated meshes"
+    level, held = f"{meshes} tabulated meshes", 0.0
     if knobs.mesh_level == "stiffness":
         level = f"{meshes} mesh stiffnesses over the angle" + ", flanks that part" * knobs.contact_loss
     if knobs.mesh_level == "contact":
         level = f"the contact problem of {meshes} meshes in every step"
         solved = steps if case.operation.ramp else steps + _settling_time(case, fidelity) / knobs.time_step
         seconds += _SECONDS_PER_CONTACT_STEP * meshes * solved
+        # its solvers hold the gears' finite elements, which they make for themselves
+        for pair in case.pairs:
+            bodies = (pair.pinion, pair.wheel)
+            seconds += _body_seconds(bodies, fidelity.gear)
+            held = max(held, *(_gear_megabytes(body, fidelity.gear) for body in bodies))
     return Stage(
         "bearing forces",
         f"{len(case.shafts)} shafts of 6 unknowns, about {modes:.0f} housing modes in the loop, {level}; steps of "
         f"{1e6 * knobs.time_step:g} µs",
         seconds,
-        BASE_MEGABYTES + 8e-6 * steps * (3 * len(case.bearings) + 2) * 6,
+        BASE_MEGABYTES + held + 8e-6 * steps * (3 * len(case.bearings) + 2) * 6,
     )
 
 

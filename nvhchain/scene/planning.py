@@ -7,6 +7,7 @@ from collections.abc import Collection
 from nvhchain.advice import advice
 from nvhchain.case import HEARD, RADIATED, Case, GearboxCase, RadiatorCase
 from nvhchain.fidelity import STANDARD, Fidelity
+from nvhchain.kinds import check_arguments
 from nvhchain.radiator import radiator_faces
 from nvhchain.scene.casting import extent, housing_stage, kept_modes
 from nvhchain.scene.mechanics import dynamics_stage, load_distribution_stages, mesh_law_stages
@@ -16,6 +17,7 @@ from nvhchain.scene.radiation import faces_of, radiation_stage, sound_power_stag
 
 def plan(case: Case, *, fidelity: Fidelity = STANDARD) -> Plan:
     """What will be modelled for `case`, what is skipped and why, memory and time (estimates)."""
+    check_arguments(plan, locals())
     return plan_without(case, fidelity, ())
 
 

@@ -11,6 +11,7 @@ from scipy.io import wavfile
 import nvhchain as nvh
 from nvhchain import store
 from nvhchain.acoustics import solve_direct
+from nvhchain.errors import InputError
 from nvhchain.handoff import (
     BearingForces,
     FieldPressure,
@@ -160,6 +161,13 @@ def test_lines_that_pass_the_edge_of_the_band_by_rounding_share_its_transfer_vec
     run = nvh.run(cases[0], fidelity=coarse, operators=out / "operators", surface_velocity=nudged, watcher=record)
     assert [how for stage, how in record.ended if stage.startswith("transfer_vectors")] == ["found"]
     assert run.pressure.pressure.shape[0] == len(lines)
+
+
+def test_a_case_named_like_a_file_of_the_comparison_is_refused_before_it_is_run(request, tmp_path):
+    sphere = nvh.load_case(request.config.rootpath / "cases/sphere/pulsating.toml")
+    with pytest.raises(InputError, match=r"'summary.json' .* files that end in .json: choose another"):
+        compare([replace(sphere, name="summary.json")], fidelity=nvh.DRAFT, out=tmp_path)
+    assert not list(tmp_path.iterdir())
 
 
 def test_surfaces_are_rendered_beside_the_other_figures(request, tmp_path, monkeypatch):

@@ -45,6 +45,8 @@ def test_plan_says_how_the_meshes_are_modelled_and_that_contact_costs_more(reque
         ]
         assert words in planned[level].models
     assert planned["contact"].seconds > 50 * planned["table"].seconds
+    gears = max(stage.megabytes for stage in nvh.plan(case, fidelity=nvh.DRAFT).stages if "mesh law" in stage.name)
+    assert planned["contact"].megabytes >= gears > 2 * planned["table"].megabytes
     assert planned["stiffness"].seconds == planned["table"].seconds
 
 
@@ -110,6 +112,19 @@ def test_sphere_plan_counts_the_triangles_of_the_run(request):
     case = nvh.load_case(request.config.rootpath / "cases/sphere/pulsating.toml")
     faces = len(radiator_velocity(case, nvh.STANDARD.acoustics).surface.triangles)
     assert f"about {faces} triangles" in str(nvh.plan(case, fidelity=nvh.STANDARD))
+
+
+def test_a_record_too_long_for_the_memory_is_refused_with_what_shortens_it(request):
+    case = nvh.load_case(request.config.rootpath / "cases/gearbox/solid.toml")
+    with pytest.raises(ResourceError, match=r"raise band.resolution or input_speed, .* its record lasts 1e\+06 s"):
+        preflight(replace(case, band=replace(case.band, resolution=1e-6)), nvh.DRAFT)
+
+
+def test_the_command_refuses_the_plan_of_a_run_that_would_be_refused(request, tmp_path, capsys):
+    base = request.config.rootpath / "cases/gearbox/solid.toml"
+    (tmp_path / "high.toml").write_text(f'base = "{base}"\n[band]\nhigh = 9000\n')
+    assert main(["plan", str(tmp_path / "high.toml"), "--fidelity", "draft"]) == 2
+    assert "time step 20 µs does not sample 9000 Hz" in capsys.readouterr().err
 
 
 def test_a_time_step_is_not_looked_at_when_the_forces_are_given(request):

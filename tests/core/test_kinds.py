@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import NotRequired, TypedDict, Unpack
 
 import numpy as np
 import pytest
 
-from nvhchain import dynamics, interop, lumped
+import nvhchain as nvh
+from nvhchain import case, dynamics, interop, lumped
 from nvhchain.errors import InputError
-from nvhchain.fidelity import DynamicsFidelity
+from nvhchain.fidelity import AcousticsFidelity, DynamicsFidelity, HousingFidelity
 from nvhchain.handoff import BearingForces, FloatArray
 from nvhchain.kinds import check_arguments
+from nvhchain.report import compare
+from nvhchain.tradeoff import cheapest, tradeoff
 
 
 class Named(TypedDict):
@@ -61,6 +65,7 @@ def test_names_of_a_run_up_that_are_missing_or_unknown_are_told():
         told(1.0, speed=1.0, sped=2.0)
 
 
+SPHERE = case.RadiatorCase("sphere", case.Sphere(0.1), (100.0,), (case.FieldPoint("ear", (0.0, 0.0, 1.0)),), 1.0)
 FORCES = BearingForces(np.arange(3.0), np.zeros((3, 1, 3)), ("a",), np.zeros((1, 3)), 1.0)
 
 
@@ -88,6 +93,23 @@ FORCES = BearingForces(np.arange(3.0), np.zeros((3, 1, 3)), ("a",), np.zeros((1,
         lambda: FORCES.replace(names=3),
         lambda: FORCES.replace(input_speed="9"),
         lambda: FORCES.replace(periodic="no"),
+        lambda: DynamicsFidelity(1e-5, gyroscopic="no"),
+        lambda: HousingFidelity(0.01, residual_flexibility="no"),
+        lambda: AcousticsFidelity(3.0, 64, close_orders=6),
+        lambda: case.Band("10", 100.0),
+        lambda: case.FieldPoint("ear", (0.0, 1.0)),
+        lambda: case.Operation("9", 1.0),
+        lambda: case.Options(tilt="no"),
+        lambda: replace(SPHERE, frequencies=100.0),
+        lambda: replace(SPHERE, quantities=("loudness",)),
+        lambda: nvh.load_case(3),
+        lambda: nvh.run("cases/gearbox/solid.toml"),
+        lambda: nvh.run(SPHERE, fidelity="draft"),
+        lambda: nvh.run(SPHERE, watcher=print),
+        lambda: nvh.plan(SPHERE, fidelity=None),
+        lambda: compare(SPHERE),
+        lambda: cheapest(SPHERE, "1"),
+        lambda: tradeoff(None, out="."),
     ],
 )
 def test_public_functions_refuse_what_is_of_the_wrong_kind(wrong):

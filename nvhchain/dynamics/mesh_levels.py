@@ -17,6 +17,8 @@ from nvhchain.handoff import FloatArray, MeshLaw
 
 TANGENT_REACH = 5.0
 """Motion beyond so many times the ends of a tangent law, ten times the deflections of the law itself, is none of it."""
+FLAT = 0.3
+"""Of the slope at its start, to which a line search of the level `contact` leads."""
 ContactForce = Callable[[float, FloatArray], FloatArray]
 """Force of a mesh, (n,) N along the flank normal, at a wheel angle in rad and deflections (n,) m: what a `MeshLaw`
 tabulates, > 0 on the drive flank, 0 in the gap, < 0 on the back flank."""
@@ -120,6 +122,54 @@ class ContactLoop:
         np.divide(force[:, -1] - mean, travelled, out=rate, where=np.abs(travelled) > 1e-12)
         return mean, np.maximum(rate, 0.0)
 
+    def _excess(
+        self,
+        compliance: FloatArray,
+        linear: FloatArray,
+        angle: FloatArray,
+        start: FloatArray,
+        free: FloatArray,
+        y: FloatArray,
+        tolerance: float,
+        iterations: int,
+    ) -> tuple[FloatArray, FloatArray] | None:
+        """Excess forces of a step and the deflections at its end, from a guess `y`; None when they did not converge.
+
+        They are where ψ of the table's time loop (`nvhchain.dynamics._march`) is least. Slopes are known roughly here,
+        so that Newton's direction is followed to where ψ is nearly flat along it.
+        """
+
+        def at(y: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+            end = free - compliance @ y
+            mean, rate = self.mean(angle, start, end)
+            return end, y - mean + 0.5 * linear * (start + end), rate - 0.5 * linear
+
+        end, residual, slope = at(y)
+        for _ in range(iterations):
+            if float(np.abs(residual).max()) <= tolerance:
+                return y, end
+            move = -np.linalg.solve(np.eye(len(y)) + slope[:, None] * compliance, residual)
+            fall = -abs(float(move @ compliance @ residual))
+            short, reach = (0.0, fall), 1.0
+            far: tuple[float, float] | None = None
+            for _ in range(iterations):
+                trial = y + reach * move
+                end, left, rate = at(trial)
+                found = float(move @ compliance @ left)
+                if float(np.abs(left).max()) <= tolerance or abs(found) <= -FLAT * fall:
+                    break
+                if found < 0.0:
+                    short = reach, found
+                else:
+                    far = reach, found
+                if far is None:
+                    reach *= 2.0
+                else:
+                    share = short[1] / (short[1] - far[1])
+                    reach = short[0] + min(max(share, 0.1), 0.9) * (far[0] - short[0])
+            y, residual, slope = trial, left, rate
+        return (y, end) if float(np.abs(residual).max()) <= tolerance else None
+
     def march(
         self,
         step: Propagator,
@@ -144,19 +194,14 @@ class ContactLoop:
                 states.append(np.concatenate([z.real, z.imag]))
             z = step.decay * z + step.gain
             free = (step.read @ z).real
-            for _ in range(iterations + 1):
-                end = free - step.compliance @ y
-                mean, rate = self.mean(np.mod(phase, 1.0) * self.period, start, end)
-                residual = y - mean + 0.5 * linear * (start + end)
-                if float(np.abs(residual).max()) <= tolerance:
-                    break
-                slope = rate - 0.5 * linear
-                y = y - np.linalg.solve(np.eye(len(y)) + slope[:, None] * step.compliance, residual)
-            else:
+            angle = np.mod(phase, 1.0) * self.period
+            solved = self._excess(step.compliance, linear, angle, start, free, y, tolerance, iterations)
+            if solved is None:
                 raise SolverError(
                     f"mesh forces did not converge at t = {start_time + n * step.step:.6g} s within {iterations} "
                     f"iterations to {tolerance:.3g} N: take a smaller time step"
                 )
+            y, end = solved
             excesses[n], start = y, end
             z = z - step.drive.T @ y
         return np.concatenate([z.real, z.imag]), y, np.array(states), excesses

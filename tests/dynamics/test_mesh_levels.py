@@ -76,6 +76,26 @@ def test_also_through_contact_loss_and_back_flank_impacts(make_gearbox, make_law
     assert np.abs(table - contact).max() < 1e-2 * np.abs(contact).max()
 
 
+@pytest.mark.parametrize(
+    ("step", "steps", "modes", "kick"),
+    [(2e-5, 1000, 6, 6.0), (1e-4, 400, 0, 6.0), (1e-4, 400, 6, 30.0), (1e-4, 400, 0, 100.0), (1e-3, 400, 6, 100.0)],
+)
+def test_impacts_at_the_contact_level_stay_bounded_at_every_step(
+    make_gearbox, make_laws, make_housing, step, steps, modes, kick
+):
+    """Released from up to a hundred times the static deflection: bounded by the start, dying out as in the table."""
+    gearbox = make_gearbox()
+    forces, laws = _pair(make_laws)
+    housing = make_housing(gearbox, modes=modes) if modes else None
+    hit = {"torque": 40.0, "kick": kick, "steps": steps, "step": step}
+    table, _ = _histories(gearbox, laws, housing, None, "table", **hit)
+    contact, deflection = _histories(gearbox, laws, housing, forces, "contact", **hit)
+    assert (deflection[:, 0::2] < -10e-6).any()
+    late = len(table) // 2
+    assert np.abs(contact).max() < 1.5 * np.abs(table).max()
+    assert np.abs(contact[late:]).max() < 2.0 * np.abs(table[late:]).max()
+
+
 def test_tangents_touch_the_law_at_the_force(make_law):
     force, law = _hertzian(make_law(0))
     tangent = tangent_law(law, 8000.0)

@@ -206,7 +206,12 @@ class _Chain:
     def _under_load(self) -> GearboxCase:
         """The case with the misalignment that its load brings, where it asks for that."""
         case = self._gearbox
-        return stages.under_load(case, self.housing, self.fidelity) if case.options.loaded_misalignment else case
+        return stages.under_load(case, self._in_the_loop, self.fidelity) if case.options.loaded_misalignment else case
+
+    @property
+    def _in_the_loop(self) -> ReducedHousing | None:
+        """The housing that the gearbox runs in; None: rigid seats."""
+        return None if self._gearbox.options.rigid_housing else self.housing
 
     @cached_property
     def _compliances(self) -> tuple[stages.Compliances, ...]:
@@ -224,12 +229,12 @@ class _Chain:
 
     @cached_property
     def bearing_forces(self) -> BearingForces:
-        housing, laws, case = self.housing, self.mesh_laws, self._under_load
+        housing, laws, case = self._in_the_loop, self.mesh_laws, self._under_load
         return stages.bearing_forces(case, laws, housing, self.fidelity, self._spine, self._acting)
 
     def recording(self, folder: Path) -> Recording:
         """`bearing_forces` in files of `folder`."""
-        housing, laws, case = self.housing, self.mesh_laws, self._under_load
+        housing, laws, case = self._in_the_loop, self.mesh_laws, self._under_load
         return stages.recording(case, laws, housing, self.fidelity, folder, self._spine.watcher, self._acting)
 
     @cached_property

@@ -64,14 +64,17 @@ class Ramp:
 
 @dataclass(frozen=True)
 class Operation:
-    """input_speed: rad/s, ≥ 0 by the input's sense of rotation.  input_torque: N m.
+    """input_speed: rad/s, ≥ 0 by the input's sense of rotation.
 
+    input_torque: N m along the input's rotation: > 0 drives, < 0 coasts on the back flanks, 0 lets idle gears rattle.
     ramp: None at constant speed, else what follows input_speed.
+    mesh_torque: N m > 0 for which the mesh laws of idle gears are tabulated, where input_torque does not say it.
     """
 
     input_speed: float
     input_torque: float
     ramp: Ramp | None = None
+    mesh_torque: float | None = None
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -84,9 +87,20 @@ class Operation:
             "input_speed = 0 rad/s: a gearbox at rest is silent; give a speed, or a ramp that starts from rest",
         )
         require(
-            0 < self.input_torque <= 1e7,
-            f"input_torque = {self.input_torque:g} N m is outside 0…1e7 N m: give it in N m",
+            abs(self.input_torque) <= 1e7,
+            f"input_torque = {self.input_torque:g} N m is outside -1e7…1e7 N m: give it in N m",
         )
+        require(
+            self.input_torque != 0 or self.mesh_torque is not None,
+            "input_torque = 0 N m does not say how far the mesh laws of rattling gears must reach: give mesh_torque, "
+            "N m at the input, about that of the hardest impacts",
+        )
+        if self.mesh_torque is not None:
+            require(
+                self.input_torque == 0 and 0 < self.mesh_torque <= 1e7,
+                f"mesh_torque = {self.mesh_torque:g} N m with input_torque = {self.input_torque:g} N m: it belongs to "
+                "idle gears and lies within 0…1e7 N m; under load leave it out",
+            )
 
 
 Quantity = Literal[

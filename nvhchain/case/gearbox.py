@@ -37,8 +37,9 @@ from nvhchain.gear import (
     Solid,
     ThinRim,
     mass_properties,
+    tabulated,
 )
-from nvhchain.handoff import RigidPlane
+from nvhchain.handoff import MeshLaw, RigidPlane
 from nvhchain.housing import Casting, encloses
 from nvhchain.kinds import check_fields
 
@@ -152,6 +153,11 @@ class GearboxCase:
                 f"stage {stage.name}: centre_distance = {1e3 * stage.centre_distance:.3f} mm, but its shafts are "
                 f"{1e3 * distance:.3f} mm apart: move a shaft axis",
             )
+        require(
+            self.operation.input_torque > 0 or not self.options.load_distribution,
+            f"options: friction and shuttling act on drive flanks under load, but input_torque = "
+            f"{self.operation.input_torque:g} N m: leave them out, or give a driving torque",
+        )
         _ = self.pairs, self.gearbox
 
     def _check_casting(self, casting: Casting) -> None:
@@ -261,11 +267,19 @@ class GearboxCase:
 
     @property
     def mesh_forces(self) -> tuple[float, ...]:
-        """Nominal force of every stage along the flank normal, N, from the input torque."""
+        """Nominal force of every stage along the flank normal, N, < 0 on back flanks, from the input torque; of idle
+        gears from `mesh_torque`."""
         gears = {gear.name: gear for gear in self.gears}
         turns = [self.shaft_orders[gears[stage.pinion].shaft] for stage in self.stages]
-        torque = self.operation.input_torque
+        torque = self.operation.mesh_torque or self.operation.input_torque
         return tuple(pair.normal_force(torque / float(n)) for pair, n in zip(self.pairs, turns, strict=True))
+
+    @property
+    def straight_laws(self) -> tuple[MeshLaw, ...]:
+        """Geometry of every pair with one constant stiffness, for statics in which the law does not matter."""
+        reach = np.array([-1e-3, 1e-3])
+        stiffness = 2e6 * max(1.0, *map(abs, self.mesh_forces)) * reach[None, :]
+        return tuple(tabulated(pair, np.zeros(1), reach, stiffness) for pair in self.pairs)
 
 
 def _check_floor(casting: Casting, plane: RigidPlane) -> None:

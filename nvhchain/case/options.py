@@ -20,6 +20,8 @@ class Options:
     misalignment; not together with tilt, which holds that tilt already.
     flexible_shafts: shafts bend and twist.
     gyroscopic: the shafts' spin turns their tilting.
+    rigid_housing: the seats of the bearings stand still in the gearbox; the housing then moves under the forces that
+    act on it, but not with the shafts. Bearing forces alone then need no housing.
     """
 
     friction: float = 0.0
@@ -28,6 +30,7 @@ class Options:
     loaded_misalignment: bool = False
     flexible_shafts: bool = False
     gyroscopic: bool = False
+    rigid_housing: bool = False
 
     def __post_init__(self) -> None:
         check_fields(self)

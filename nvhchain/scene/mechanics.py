@@ -109,7 +109,8 @@ def dynamics_stage(case: GearboxCase, fidelity: Fidelity) -> Stage:
     knobs, meshes = fidelity.dynamics, len(case.stages)
     steps = recorded_time(case) / knobs.time_step
     run = steps * (1 if case.operation.ramp else _SETTLING_PERIODS)
-    modes = modes_in_reach(case, fidelity)
+    rigid = case.options.rigid_housing
+    modes = 0.0 if rigid else modes_in_reach(case, fidelity)
     seconds = SECONDS_PER_STAGE + _SECONDS_PER_STEP_AND_MODE * run * (6 * len(case.shafts) + modes)
     level, held = f"{meshes} tabulated meshes", 0.0
     if knobs.mesh_level == "stiffness":
@@ -125,7 +126,8 @@ def dynamics_stage(case: GearboxCase, fidelity: Fidelity) -> Stage:
             held = max(held, *(_gear_megabytes(body, fidelity.gear) for body in bodies))
     return Stage(
         "bearing forces",
-        f"{len(case.shafts)} shafts of 6 unknowns, about {modes:.0f} housing modes in the loop, {level}; steps of "
+        f"{len(case.shafts)} shafts of 6 unknowns, "
+        f"{'rigid seats' if rigid else f'about {modes:.0f} housing modes in the loop'}, {level}; steps of "
         f"{1e6 * knobs.time_step:g} µs",
         seconds,
         BASE_MEGABYTES + held + 8e-6 * steps * (3 * len(case.bearings) + 2) * 6,

@@ -36,9 +36,9 @@ def plan_without(case: Case, fidelity: Fidelity, ready: Collection[str]) -> Plan
             ),
             ("gears, dynamics and housing: the surface velocity is given in the case",),
         )
-    area, unknowns = extent(case, fidelity, ready)
+    area, unknowns = extent(case, fidelity, ready) if moves(case) else (0.0, 0.0)
     stages = [
-        housing_stage(case, fidelity, unknowns),
+        *[housing_stage(case, fidelity, unknowns)] * moves(case),
         *mesh_law_stages(case, fidelity),
         *load_distribution_stages(case, fidelity, alone="mesh_laws" in ready),
         dynamics_stage(case, fidelity),
@@ -52,14 +52,22 @@ def plan_without(case: Case, fidelity: Fidelity, ready: Collection[str]) -> Plan
     return Plan(case.name, fidelity.name, tuple(stages), _skipped(case, fidelity), advice(case))
 
 
+def moves(case: GearboxCase) -> bool:
+    """Whether anything that `case` asks for takes the motion of its housing."""
+    return case.quantities != ("bearing_forces",) or not case.options.rigid_housing
+
+
 def _skipped(case: GearboxCase, fidelity: Fidelity) -> tuple[str, ...]:
     reasons = [
         f"{gear.name}: loads on {gear.geometry.teeth - gear.body.sector} of {gear.geometry.teeth} teeth, "
         "alike by the symmetry of its blank"
         for gear in case.gears
     ]
+    if moves(case):
+        reasons.append(f"of the housing all but {kept_modes(case, fidelity)}: their flexibility is kept as residual")
+    else:
+        reasons.append("the housing: its seats are rigid (options.rigid_housing) and its motion is not asked for")
     reasons += [
-        f"of the housing all but {kept_modes(case, fidelity)}: their flexibility is kept as residual",
         f"lines outside {case.band.low:g}…{case.band.high:g} Hz",
         "acoustic load on the housing: one-way coupling",
     ]
@@ -69,6 +77,6 @@ def _skipped(case: GearboxCase, fidelity: Fidelity) -> tuple[str, ...]:
         reasons.append("transfer vectors between masters: interpolated; points that are not asked for")
     else:
         reasons.append("transfer vectors and sound pressure: not asked for")
-    if case.quantities == ("bearing_forces",):
+    if case.quantities == ("bearing_forces",) and moves(case):
         reasons.append("motion of the housing's surface: not asked for (its modes are in the loop of the forces)")
     return tuple(reasons)

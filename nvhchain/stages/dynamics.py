@@ -22,13 +22,14 @@ forces differ by 0.01 dB (docs/measured/dynamics_options.md)."""
 def bearing_forces(
     case: GearboxCase,
     laws: tuple[MeshLaw, ...],
-    reduced: ReducedHousing,
+    reduced: ReducedHousing | None,
     fidelity: Fidelity,
     shelf: Shelf,
     distributions: Sequence[LoadDistribution] = (),
 ) -> BearingForces:
     """Bearing forces over whole common periods at constant speed, or while the input speed changes.
 
+    reduced: None for rigid seats.
     distributions: of all stages, where `case.options` need them.
     """
     simulate: Callable[..., BearingForces] = dynamics.bearing_forces if case.operation.ramp is None else dynamics.run_up
@@ -55,7 +56,7 @@ def bearing_forces(
 def recording(
     case: GearboxCase,
     laws: tuple[MeshLaw, ...],
-    reduced: ReducedHousing,
+    reduced: ReducedHousing | None,
     fidelity: Fidelity,
     folder: Path,
     watcher: Watcher,
@@ -91,7 +92,7 @@ def _contact_forces(case: GearboxCase, fidelity: Fidelity) -> list[dynamics.Cont
     if fidelity.dynamics.mesh_level != "contact":
         return None
     return [
-        gear.engaged(pair, force, fidelity.gear)[0].mesh_force
+        gear.engaged(pair, abs(force), fidelity.gear)[0].mesh_force
         for pair, force in zip(case.pairs, case.mesh_forces, strict=True)
     ]
 

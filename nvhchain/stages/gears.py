@@ -8,8 +8,6 @@ from dataclasses import replace
 from functools import partial
 from typing import Any, TypeVar
 
-import numpy as np
-
 from nvhchain import dynamics, gear
 from nvhchain.case import GearboxCase
 from nvhchain.conventions import Progress
@@ -89,15 +87,15 @@ def _of_every_stage(
             f"{name}_{stage.name}-{{key}}",
             kind,
             "gear",
-            (pair, force),
-            partial(of, pair, force, once),
+            (pair, abs(force)),
+            partial(of, pair, abs(force), once),
             fidelity=fidelity.gear,
         )
         for stage, pair, force, once in zip(case.stages, case.pairs, case.mesh_forces, given, strict=True)
     )
 
 
-def under_load(case: GearboxCase, housing: ReducedHousing, fidelity: Fidelity) -> GearboxCase:
+def under_load(case: GearboxCase, housing: ReducedHousing | None, fidelity: Fidelity) -> GearboxCase:
     """The case with its stages misaligned by what the load tilts the gears at standstill, where it asks for that.
 
     The tilt is that of shafts, bearings and housing under the nominal mesh forces at mid-width, which the torques fix:
@@ -105,10 +103,9 @@ def under_load(case: GearboxCase, housing: ReducedHousing, fidelity: Fidelity) -
     """
     if not case.options.loaded_misalignment:
         return case
-    laws = [_plain_law(pair, force) for pair, force in zip(case.pairs, case.mesh_forces, strict=True)]
     tilts = dynamics.static_misalignment(
         case.gearbox_with_gears,
-        laws,
+        case.straight_laws,
         housing,
         input_torque=case.operation.input_torque,
         fidelity=gearbox_fidelity(case, fidelity),
@@ -124,9 +121,3 @@ def under_load(case: GearboxCase, housing: ReducedHousing, fidelity: Fidelity) -
         for stage, (in_plane, normal) in zip(case.stages, tilts, strict=True)
     )
     return replace(case, stages=stages)
-
-
-def _plain_law(pair: gear.GearPair, force: float) -> MeshLaw:
-    """Geometry of a pair with one constant stiffness, for statics in which the law does not matter."""
-    reach = np.array([-1e-3, 1e-3])
-    return gear.tabulated(pair, np.zeros(1), reach, 2e6 * force * reach[None, :])

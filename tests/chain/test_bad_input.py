@@ -1,11 +1,14 @@
 """Bad input on the command line: exit code 2, one line that names value and remedy, nothing left behind."""
 
+from pathlib import Path
+
 import h5py
 import numpy as np
 import psutil
 import pytest
 
 from nvhchain import store
+from nvhchain.case import load_case
 from nvhchain.cli import main
 from nvhchain.handoff import BearingForces
 
@@ -174,8 +177,9 @@ def test_invalid_toml_names_file_and_line(capsys, tmp_path):
 
 
 def _forces(folder, step, count):
-    names = ("A1", "A2", "B1", "B2", "C1", "C2")
+    seats = load_case(Path(__file__).parents[2] / SOLID).seats
     force = np.random.default_rng(1).standard_normal((count, 6, 3))
     return store.save(
-        BearingForces(np.arange(count) * step, force, names, np.zeros((6, 3)), 261.8), folder / "forces.h5"
+        BearingForces(np.arange(count) * step, force, tuple(seats), np.array(list(seats.values())), 261.8),
+        folder / "forces.h5",
     )

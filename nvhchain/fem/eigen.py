@@ -32,6 +32,10 @@ _DEPENDENT = 1e-12
 _STEEP = 1e-4
 """The same below which a block is made orthogonal to the basis once more after it has been normalised."""
 
+_FAINT, _NOTHING = 1e-8, 1e-14
+"""What is left of a block outside the basis, in parts of the operator's norm: below the first it is made orthogonal
+once more too, below the second it is rounding, and the basis holds all that the operator makes of this direction."""
+
 _SHIFT = 0.1
 """Default shift in parts of f_max: K + (2π · 0.1 f_max)² M is positive definite for a free structure too."""
 
@@ -81,12 +85,12 @@ def _lanczos(
     Three-term recurrence, then a pass against the whole basis; M Q is kept with Q: two products with M per step.
     """
     n = M.shape[0]
-    capacity = min(n, 6 * expected + 12 * BLOCK)
+    capacity = min(n, 6 * expected + 64 * BLOCK)
     _check_memory(n, min(capacity, 4 * expected + 4 * BLOCK))
     basis = np.empty((n, capacity + BLOCK), order="F")  # pages are taken as they are filled
     projected = np.zeros((capacity + BLOCK, capacity + BLOCK))
-    start = np.random.default_rng(20).standard_normal((n, BLOCK))
-    block, weighted, _ = _next_block(start, basis[:, :0], M)
+    random = np.random.default_rng(20)
+    block, weighted, _ = _next_block(random.standard_normal((n, BLOCK)), basis[:, :0], M, 0.0, random)
     first, size, coupling = 0, 0, np.empty((block.shape[1], 0))
     while True:
         before, first, size = first, size, size + block.shape[1]
@@ -96,10 +100,9 @@ def _lanczos(
         new -= block @ diagonal
         new -= basis[:, before:first] @ coupling.T
         projected[first:size, first:size] = (diagonal + diagonal.T) / 2
-        block, weighted, coupling = _next_block(new, basis[:, :size], M)
-        small = projected[:size, :size]
-        inverse, vectors = np.linalg.eigh(small)  # reads the lower triangle
+        inverse, vectors = np.linalg.eigh(projected[:size, :size])  # reads the lower triangle
         inverse, vectors = inverse[::-1], vectors[:, ::-1]
+        block, weighted, coupling = _next_block(new, basis[:, :size], M, float(inverse[0]), random)
         wanted = inverse * (limit - shift) >= 1.0
         found = int(wanted.sum())
         if found > expected:
@@ -112,34 +115,50 @@ def _lanczos(
         if block.shape[1] == 0 or size + block.shape[1] > capacity:
             raise SolverError(
                 f"{found} of {expected} modes converged in a Krylov space of {size}: "
-                "refine the tolerance or look for a badly scaled mass matrix"
+                "move f_max into a gap of the spectrum or look for a badly scaled mass matrix"
             )
         projected[size : size + block.shape[1], first:size] = coupling
     return shift + 1 / inverse[:expected], basis[:, :size] @ vectors[:, :expected]
 
 
-def _next_block(new: FloatArray, basis: FloatArray, M: Any) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _next_block(
+    new: FloatArray, basis: FloatArray, M: Any, norm: float, random: np.random.Generator
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """M-orthonormal Q, orthogonal to the basis too, M Q, and R with new = Q R + what lies in the basis.
 
-    Directions that depend on others are left out of Q.
+    norm: of the operator that made `new`.  Directions that depend on others or lie in the basis give way to random
+    ones, with rows of zeros in R: of a frequency that many modes share, the operator shows no more than a block has
+    vectors.
     """
     weighted = M @ new
     new = new - ((weighted.T @ basis) @ basis.T).T  # by rows of the transpose: half the time
     gram = new.T @ weighted
     scale = np.sqrt(gram.diagonal().clip(np.finfo(float).tiny))
     value, vector = np.linalg.eigh(gram / np.outer(scale, scale))
-    keep = value > _DEPENDENT * max(value[-1], np.finfo(float).tiny)
+    left = np.linalg.norm(vector * scale[:, None], axis=0) * np.sqrt(value.clip(0.0))
+    room = min(BLOCK, len(new) - basis.shape[1])
+    keep = (value > _DEPENDENT * max(value[-1], np.finfo(float).tiny)) & (left > _NOTHING * norm)
+    keep[: len(keep) - room] = False
     Q = new @ (vector[:, keep] / np.sqrt(value[keep]) / scale[:, None])
     R = (vector[:, keep] * np.sqrt(value[keep])).T * scale
+    others = room - Q.shape[1]
+    if others > 0:
+        drawn = _outside(basis, random.standard_normal((len(new), others)), M)
+        Q = np.hstack([Q, drawn / np.sqrt(np.einsum("ij,ij->j", drawn, M @ drawn))])
+        R = np.vstack([R, np.zeros((others, R.shape[1]))])
     weighted = M @ Q
-    if value[0] < _STEEP * value[-1]:
+    if others > 0 or value[0] < _STEEP * value[-1] or left.min() < _FAINT * norm:
         # what of the basis was left by rounding has been enlarged with the directions nearly lost
-        inside = basis.T @ weighted
-        Q -= basis @ inside
+        Q = _outside(basis, Q, M)
         weighted = M @ Q
     lower = np.linalg.cholesky(Q.T @ weighted)
     normalise = scipy.linalg.solve_triangular(lower, np.eye(len(lower)), lower=True).T
     return Q @ normalise, weighted @ normalise, lower.T @ R
+
+
+def _outside(basis: FloatArray, vectors: FloatArray, M: Any) -> FloatArray:
+    """What of the vectors is M-orthogonal to the basis."""
+    return np.asarray(vectors - basis @ (basis.T @ (M @ vectors)))
 
 
 def _check_memory(unknowns: int, vectors: int) -> None:

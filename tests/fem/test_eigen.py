@@ -33,6 +33,18 @@ def test_frequencies_of_a_spring_grid_match_the_closed_form_double_ones_included
     assert np.linalg.norm(residual, axis=0).max() < 1e-5 * np.linalg.norm(K @ shapes, axis=0).max()
 
 
+def test_a_frequency_that_more_modes_share_than_a_block_has_vectors_is_found_as_often():
+    """Pairs of masses, all alike: ω² = k/m (3 ∓ √5)/2, half of the modes each; shift-invert ends after two blocks."""
+    pairs = 205
+    K = sp.block_diag([np.array([[2.0, -1.0], [-1.0, 1.0]])] * pairs, format="csr")
+    M = sp.identity(2 * pairs, format="csr")
+    exact = np.sqrt((3 - 5**0.5) / 2) / (2 * np.pi)
+    frequency, shapes = lowest_modes(K, M, 1.0001 * exact)
+    assert len(frequency) == pairs
+    assert np.abs(frequency / exact - 1).max() < 1e-10
+    assert np.abs(shapes.T @ (M @ shapes) - np.eye(pairs)).max() < 1e-10
+
+
 def test_factor_of_the_stiffness_can_be_handed_in():
     K, M, exact = membrane(30)
     with factorize(K) as factor:

@@ -16,8 +16,6 @@ from an array larger than any cache. Operations: FLOPS of boundary_elements.py p
 from __future__ import annotations
 
 import json
-import os
-import subprocess
 import sys
 import time
 from collections.abc import Callable
@@ -27,6 +25,7 @@ from typing import Any
 
 import numpy as np
 from boundary_elements import BATCH, FLOPS
+from processes import measured
 from publish import publish
 from transfer_vectors import POINTS, body
 
@@ -138,13 +137,8 @@ def main() -> None:
     for faces in [int(size) for size in arguments.get("faces", ",".join(map(str, FACES))).split(",")]:
         target = out / f"limit-{faces}-{arguments['threads']}.json"
         if not target.exists():
-            variables = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
-            environment = dict(os.environ) | dict.fromkeys(variables, arguments["threads"])
             command = [sys.executable, __file__, "--measure", str(faces), arguments["threads"]]
-            done = subprocess.run(command, env=environment, capture_output=True, text=True)
-            if done.returncode != 0:
-                sys.exit(done.stderr)
-            target.write_text(done.stdout.splitlines()[-1])
+            target.write_text(json.dumps(measured(command, int(arguments["threads"]))))
     publish("machine_limit", table([json.loads(path.read_text()) for path in sorted(out.glob("limit-*.json"))]))
 
 

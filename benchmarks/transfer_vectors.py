@@ -25,13 +25,13 @@ import json
 import os
 import resource
 import site
-import subprocess
 import sys
 import tempfile
 import time
 from dataclasses import replace
 from pathlib import Path
 
+from processes import measured
 from publish import publish
 
 ROOT = Path(__file__).parents[1]
@@ -139,19 +139,13 @@ def record(out: Path, part: str, interpreter: str = sys.executable, **job) -> No
     if target.exists():
         return
     job["vectors"] = str(out / f"{name}.npy")
-    environment = dict(os.environ)
-    for variable in ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"):
-        environment[variable] = str(job["threads"])
-    environment["CL_CONFIG_CPU_TBB_NUM_WORKERS"] = str(job["threads"])
-    environment["PYTHONPATH"] = os.pathsep.join([str(ROOT), str(Path(__file__).parent), *site.getsitepackages()])
+    packages = os.pathsep.join([str(ROOT), str(Path(__file__).parent), *site.getsitepackages()])
+    environment = {"CL_CONFIG_CPU_TBB_NUM_WORKERS": str(job["threads"]), "PYTHONPATH": packages}
     with tempfile.TemporaryDirectory() as empty:
         if job["cold"]:
             environment["NUMBA_CACHE_DIR"] = empty
-        command = [interpreter, __file__, "--measure", json.dumps(job)]
-        done = subprocess.run(command, env=environment, capture_output=True, text=True)
-    if done.returncode != 0:
-        sys.exit(f"{name}: {done.stderr}")
-    target.write_text(json.dumps({"part": part, **job, **json.loads(done.stdout.splitlines()[-1])}))
+        found = measured([interpreter, __file__, "--measure", json.dumps(job)], job["threads"], **environment)
+    target.write_text(json.dumps({"part": part, **job, **found}))
 
 
 def run(out: Path, part: str, sizes: list[int], opencl: str | None) -> None:

@@ -24,6 +24,9 @@ from nvhchain.errors import AccuracyWarning, InputError, SolverError
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import SurfaceVelocity
 
+BLOCK = bodies.box((0.3, 0.2, 0.15), 0.05)
+"""One for the tests with coarser surfaces, which are made once for a surface."""
+
 
 def chosen(tolerance, most=60, **changes):
     return AcousticsFidelity(
@@ -259,7 +262,7 @@ def test_masters_on_two_surfaces_are_joined_on_each_by_itself(air, tmp_path):
 @pytest.mark.parametrize("end", [0, 1])
 def test_a_coarse_surface_that_ends_next_to_an_end_of_the_band_is_used_on_one_side_of_it_only(air, end):
     """There no masters could be told apart: the band was refused as too narrow."""
-    body = bodies.box((0.3, 0.2, 0.15), 0.05)
+    body = BLOCK
     fidelity = AcousticsFidelity(
         elements_per_wavelength=3.0, masters=20, coarse_edge_ratios=(1.8,), coarse_elements_per_wavelength=3.0,
         coarsest_elements_per_wavelength=2.0, master_tolerance_db=3.0,
@@ -278,7 +281,7 @@ def test_a_coarse_surface_that_ends_next_to_an_end_of_the_band_is_used_on_one_si
 
 def test_lines_between_given_masters_on_different_surfaces_are_refused(air):
     """Nothing is known of them; they were joined across the jump."""
-    body = bodies.box((0.3, 0.2, 0.15), 0.05)
+    body = BLOCK
     fidelity = AcousticsFidelity(
         elements_per_wavelength=3.0, masters=20, coarse_edge_ratios=(1.8,), coarse_elements_per_wavelength=3.0
     )

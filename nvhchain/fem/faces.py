@@ -41,6 +41,11 @@ def boundary_faces(elements: Sequence[tuple[str, IntArray]], labels: IntArray, w
     labels: of the nodes.  what: for the message.  Raises InputError for a face of more than two: elements overlap.
     """
     faces, _ = element_faces(elements)
+    return np.asarray(faces[on_boundary(faces, labels, what)])
+
+
+def on_boundary(faces: IntArray, labels: IntArray, what: str) -> IntArray:
+    """Rows, rising, of those of all faces (f, 8) that belong to one element only.  Raises as `boundary_faces`."""
     key = np.sort(faces[:, :4], axis=1)
     _, first, sides = np.unique(key, axis=0, return_index=True, return_counts=True)
     require(
@@ -48,7 +53,7 @@ def boundary_faces(elements: Sequence[tuple[str, IntArray]], labels: IntArray, w
         f"{what}: {int((sides > 2).sum())} faces belong to more than two elements, first at nodes "
         f"{labels[key[first[sides > 2]][:1, 1:]].ravel()}: elements overlap; remove those that are twice",
     )
-    return np.asarray(faces[np.sort(first[sides == 1])])
+    return np.sort(first[sides == 1])
 
 
 def six_node_facets(faces: IntArray, count: int) -> tuple[IntArray, sp.csr_matrix]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.spatial import cKDTree
 
@@ -25,11 +27,52 @@ def squared_distance(point: FloatArray, corners: FloatArray) -> FloatArray:
     return np.where(inside, height**2, nearest)
 
 
-def lying_on(points: FloatArray, corners: FloatArray, beside: float) -> IntArray:
+@dataclass(frozen=True, eq=False)
+class Planes:
+    """Triangles in their own planes, for distances of many points.
+
+    origin: (k, 3) m, their first corner.  axes: (k, 3, 3), along the first side, across it towards the third corner,
+    normal.  corner: (k, 3) m, place of the second along the first axis, and both of the third.
+    """
+
+    origin: FloatArray
+    axes: FloatArray
+    corner: FloatArray
+
+
+def planes(corners: FloatArray) -> Planes:
+    """Planes of triangles (k, 3, 3) with an area."""
+    a, b, c = corners.transpose(1, 0, 2)
+    side, arm = b - a, c - a
+    length = np.linalg.norm(side, axis=1)
+    along = side / length[:, None]
+    reach = np.einsum("ka,ka->k", arm, along)
+    across = arm - reach[:, None] * along
+    height = np.linalg.norm(across, axis=1)
+    across /= height[:, None]
+    axes = np.stack([along, across, np.cross(along, across)], axis=1)
+    return Planes(a, axes, np.stack([length, reach, height], axis=1))
+
+
+def squared_distance_to(triangles: Planes, which: IntArray, points: FloatArray) -> FloatArray:
+    """As `squared_distance`, m² (p,), of points (p, 3) each from one of the triangles, `which` (p,)."""
+    x, y, z = np.einsum("pia,pa->ip", triangles.axes[which], points - triangles.origin[which])
+    b, c, d = triangles.corner[which].T
+    # beyond which side it lies: below the first, right of the second, left of the third
+    outside = (y < 0) | (d * (x - b) > (c - b) * y) | (d * x < c * y)
+    least = (x - (x / b).clip(0, 1) * b) ** 2 + y**2
+    for start, run in ((b, c - b), (0.0, c)):
+        part = (((x - start) * run + y * d) / (run**2 + d**2)).clip(0, 1)
+        least = np.minimum(least, (x - start - part * run) ** 2 + (y - part * d) ** 2)
+    return np.asarray(np.where(outside, least, 0.0) + z**2)
+
+
+def lying_on(points: FloatArray, corners: FloatArray, beside: float | FloatArray) -> IntArray:
     """Pairs (q, 2) of a point (p, 3) and a triangle (k, 3, 3) on which it lies, up to `beside` of the triangle's size.
 
-    Triangles without area have no points on them.
+    beside: of every triangle (k,), or one for all.  Triangles without area have no points on them.
     """
+    beside = np.broadcast_to(beside, len(corners))
     centre = corners.mean(axis=1)
     size = np.linalg.norm(corners - centre[:, None], axis=2).max(axis=1)
     near = cKDTree(points).query_ball_point(centre, (1 + beside) * size)
@@ -39,6 +82,7 @@ def lying_on(points: FloatArray, corners: FloatArray, beside: float) -> IntArray
     frame = np.stack([b - a, c - a, np.cross(b - a, c - a)], axis=2)
     area = np.abs(np.linalg.det(frame)) > 1e-12 * size[owner] ** 4
     owner, point, frame, away = owner[area], point[area], frame[area], (points[point] - a)[area]
+    beside = beside[owner]
     u, v, w = np.linalg.solve(frame, away[:, :, None])[:, :, 0].T
     height = np.abs(w) * np.linalg.norm(frame[:, :, 2], axis=1)
     on = (np.minimum(u, v) > -beside) & (u + v < 1 + beside) & (height < beside * size[owner])

@@ -1,4 +1,4 @@
-"""Whether the elements of a foreign mesh hang together as one body, by common faces and by rigid sets, without cracks.
+"""Whether the elements of a foreign mesh hang together as one body, by common faces and by rigid sets.
 
 Bodies with a common edge or node only turn about it without resistance, which no element reports: the structure is
 then a mechanism, and moves as no casting does.
@@ -14,18 +14,11 @@ from scipy.spatial import cKDTree
 from nvhchain.errors import InputError
 from nvhchain.fem.faces import element_faces
 from nvhchain.fem.solid_model import SolidModel
-from nvhchain.fem.triangles import lying_on
 from nvhchain.handoff import FloatArray, IntArray
-from nvhchain.housing.skin import solid_skin
-
-_COINCIDENT = 1e-4
-"""Parts of the mean edge within which two nodes lie at the same place; files round to seven digits of the extent."""
+from nvhchain.housing.foreign_cracks import COINCIDENT
 
 _LINE = 1e-4
 """Width of a set of nodes over its length, below which they lie on a line; files round to seven digits."""
-
-_ON_SKIN = 1e-3
-"""Of a facet's size, within which the middle of another lies on it; with 1e-2 thin wedges of elements would, too."""
 
 _NAMED = 6
 """Nodes of a joint that the message names."""
@@ -58,48 +51,6 @@ def check_joints(model: SolidModel, edge: float) -> None:
     listed = ", ".join(map(str, np.sort(sizes)[::-1][:6]))
     remedy = _remedy(model, corner_of, part, edge)
     raise InputError(f"{model.source}: the mesh is in {len(names)} parts of {listed} elements: {remedy}")
-
-
-def cracks(model: SolidModel, edge: float) -> list[str]:
-    """What is to be warned of where nodes lie at the same place and no rigid set has both.  edge: as `check_joints`."""
-    pairs = cKDTree(model.nodes).query_pairs(_COINCIDENT * edge, output_type="ndarray")
-    for rigid in model.rigid_sets:
-        pairs = pairs[~np.isin(pairs, rigid.nodes).all(axis=1)]
-    if not len(pairs):
-        return []
-    one, other = pairs[np.lexsort(pairs.T[::-1])[0]]
-    place = ", ".join(f"{1e3 * x:.4g}" for x in model.nodes[one])
-    return [
-        f"{len(pairs)} pairs of nodes coincide, first {model.labels[one]} and {model.labels[other]} at ({place}) mm: "
-        "the mesh is open there as by a crack; merge them in the preprocessor, unless it is to be open"
-    ]
-
-
-def open_joints(model: SolidModel) -> list[str]:
-    """What is to be warned of where the skin of a quadratic model lies on skin that faces it and no rigid set holds it.
-
-    Meshes that divide a common face differently, or hang their nodes on it, are joined by their common nodes alone.
-    """
-    skin = solid_skin(model)
-    corners = skin.nodes[skin.facets[:, :3]]
-    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    area, centre = np.linalg.norm(cross, axis=1), corners.mean(axis=1)
-    rigid = np.zeros(len(skin.nodes), dtype=bool)
-    rigid[np.concatenate([[], *(one.nodes for one in model.rigid_sets)]).astype(np.int64)] = True
-    free = np.flatnonzero(~rigid[skin.facets[:, :3]].all(axis=1))
-    point, owner = lying_on(centre[free], corners[free], _ON_SKIN).T
-    against = (
-        np.einsum("ka,ka->k", cross[free[point]], cross[free[owner]]) < -0.99 * area[free[point]] * area[free[owner]]
-    )
-    found = np.unique(free[point[against]])
-    if not len(found):
-        return []
-    place = ", ".join(f"{1e3 * x:.4g}" for x in centre[found[0]])
-    return [
-        f"{1e4 * area[found].sum() / 2:.3g} cm² of the skin lie on skin that faces it, first at ({place}) mm: parts "
-        "that divide a common face differently are joined by their common nodes alone; divide it alike, unless it is "
-        "to be open"
-    ]
 
 
 def _by_faces(corners: IntArray, owner: IntArray, elements: int) -> IntArray:
@@ -163,7 +114,7 @@ def _remedy(model: SolidModel, corner_of: sp.csr_matrix, part: IntArray, edge: f
         )
     used = np.flatnonzero(np.diff(part_of.indptr))
     owner = part_of.indices[part_of.indptr[used]]
-    close = cKDTree(model.nodes[used]).query_pairs(_COINCIDENT * edge, output_type="ndarray")
+    close = cKDTree(model.nodes[used]).query_pairs(COINCIDENT * edge, output_type="ndarray")
     apart = int((owner[close[:, 0]] != owner[close[:, 1]]).sum())
     if apart:
         return f"{apart} pairs of corners of different parts coincide: merge them in the preprocessor"

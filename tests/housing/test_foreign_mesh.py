@@ -281,6 +281,74 @@ def test_common_face_that_is_divided_differently_is_reported_with_area_and_place
     (told,) = [note for note in sound_mesh(model)[1] if "lie on skin that faces it" in note]
     assert told.startswith("60 cm² of the skin")
     assert "first at (100, " in told
+    split = elements.copy()
+    split[0, 7] = len(nodes)  # a corner within the bricks is there twice: the crack does not silence the joint
+    cracked = replace(
+        model,
+        nodes=np.vstack([nodes, nodes[elements[0, 7]]]),
+        labels=np.arange(1, len(nodes) + 2),
+        held=np.zeros((len(nodes) + 1, 3), dtype=bool),
+        blocks=(replace(block, nodes=split),),
+    )
+    notes = sound_mesh(cracked)[1]
+    assert told in notes
+    assert sum("coincide" in note for note in notes) == 1
     tied = replace(model, rigid_sets=(RigidSet("joint", np.zeros(3), np.flatnonzero(nodes[:, 0] == 0.1)),))
     for sound in (tied, box("hex8"), box("tet4", counts=(5, 3, 1), lengths=(0.2, 0.12, 0.001))):
         assert not any("lie on skin" in note for note in sound_mesh(sound)[1])
+
+
+def ring(inner, outer, height, around, along):
+    """Nodes and bricks of a ring about z (m), `around` and `along` it; its chords follow both radii."""
+    nodes, bricks = grid((around, 1, along), (2 * np.pi, 1.0, height))
+    angle, radius = nodes[:, 0], inner + (outer - inner) * nodes[:, 1]
+    first = nodes.reshape(around + 1, -1, 3).shape[1]  # the last section is the first
+    bricks = bricks % (around * first)
+    return np.column_stack([radius * np.cos(angle), radius * np.sin(angle), nodes[:, 2]])[:-first], bricks
+
+
+def rings(*parts, kind="hex8"):
+    """Rings on a common rigid foot at z = 0, which holds them together."""
+    nodes, bricks = zip(*(ring(*part) for part in parts), strict=True)
+    start = np.cumsum([0, *map(len, nodes)])
+    places = np.vstack(nodes)
+    members = np.vstack([b + n for b, n in zip(bricks, start, strict=False)])[:, SPLITS[kind]]
+    elements = members.reshape(-1, members.shape[-1])
+    elements = turned(places, elements) if kind == "tet4" else elements
+    block = ElementBlock(kind, elements, STEEL, np.arange(1, len(elements) + 1), "RINGS")
+    foot = RigidSet("FOOT", np.zeros(3), np.flatnonzero(places[:, 2] == 0.0), len(places) + 1)
+    held = np.zeros(places.shape, dtype=bool)
+    return SolidModel(places, np.arange(1, len(places) + 1), (block,), (foot,), held, {}, "rings")
+
+
+@pytest.mark.parametrize("kind", ["hex8", "tet4"])
+@pytest.mark.parametrize(("counts", "sides"), [((24, 18), 2), ((18, 24), 2), ((40, 13), 1)])
+def test_round_joint_that_is_divided_differently_is_reported_beside_the_nodes_that_coincide(counts, sides, kind):
+    """Chords of different arcs stand off one another by up to a millimetre, here out, there in.
+
+    Of much finer facets on coarse ones those are told whose middles lie within what the coarse ones stand off.
+    """
+    inner, outer = counts
+    model = rings((0.04, 0.05, 0.04, inner, 4), (0.05, 0.06, 0.04, outer, 3), kind=kind)
+    notes = sound_mesh(model)[1]
+    (cracked,) = [note for note in notes if "coincide" in note]
+    assert cracked.startswith(f"{np.gcd(*counts)} pairs")  # at the free end, where both have a node
+    (told,) = [note for note in notes if "lie on skin that faces it" in note]
+    assert float(told.split()[0]) == pytest.approx(sides * 1e4 * 2 * np.pi * 0.05 * 0.04, rel=0.1)
+
+
+@pytest.mark.parametrize("kind", ["hex8", "tet4"])
+def test_round_joint_of_nodes_twice_is_told_once(kind):
+    notes = sound_mesh(rings((0.04, 0.05, 0.04, 24, 4), (0.05, 0.06, 0.04, 24, 4), kind=kind))[1]
+    assert sum("coincide" in note for note in notes) == 1
+    assert not any("lie on skin" in note for note in notes)
+
+
+@pytest.mark.parametrize("kind", ["hex8", "tet4"])
+def test_thin_round_wall_and_gap_of_three_millimetres_are_no_joints(kind):
+    """Chords of twelve to the turn stand off their arc by 1.7 mm, more than the wall is thick."""
+    for model in (
+        rings((0.05, 0.051, 0.04, 12, 3), kind=kind),
+        rings((0.04, 0.05, 0.04, 24, 4), (0.053, 0.06, 0.04, 18, 3), kind=kind),
+    ):
+        assert not any("lie on skin" in note for note in sound_mesh(model)[1])

@@ -1,11 +1,16 @@
 """Modes in universal files and HDF5: what is read of them, in which units, and what is refused."""
 
+import re
+import tracemalloc
+
 import numpy as np
 import pytest
 
 from nvhchain.errors import FileFormatError, InputError
+from nvhchain.fem.modal_model import ModalModel
 from nvhchain.interop.modal_hdf5 import read_modal_hdf5, write_modal_hdf5
 from nvhchain.interop.modal_uff import read_modal_uff
+from nvhchain.interop.modal_uff_out import write_modal_uff
 
 
 def test_units_of_a_universal_file_are_stated_once(tmp_path):
@@ -199,3 +204,30 @@ def test_numbers_of_a_node_may_stand_on_lines_of_their_own_length(tmp_path):
     path_of_three = tmp_path / "three.unv"
     path_of_three.write_text(UFF)
     assert read_modal_uff(path).shapes == pytest.approx(read_modal_uff(path_of_three).shapes)
+
+
+def test_rotations_are_not_kept_while_the_other_modes_are_read(tmp_path):
+    """Forty modes of six numbers a node: displacements once as read and once in the model, and the nodes."""
+    rng = np.random.default_rng(3)
+    model = ModalModel(
+        nodes=rng.random((400, 3)),
+        labels=np.arange(1, 401),
+        triangles=np.array([[0, 1, 2]]),
+        two_sided=True,
+        frequency=np.arange(1.0, 41.0),
+        damping=np.full(40, 0.01),
+        shapes=rng.random((40, 400, 3)),
+    )
+    text = write_modal_uff(model, tmp_path / "three.unv").read_text()
+    start = text.index("    55\n")
+    shapes = re.sub(r"(?m)^(.{39})$", r"\1" + 3 * "  7.00000E+00", text[start:])
+    path = tmp_path / "six.unv"
+    path.write_text(
+        text[:start] + shapes.replace("         8         2         3\n", "         8         2         6\n")
+    )
+    tracemalloc.start()
+    found = read_modal_uff(path)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert found.shapes == pytest.approx(model.shapes, rel=1e-5)
+    assert peak < 3 * found.shapes.nbytes

@@ -1,0 +1,171 @@
+"""Where a foreign mesh of one body is open: nodes twice at a place, and faces divided differently on both sides."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from nvhchain.fem.faces import element_faces, flat_triangles, on_boundary, six_node_facets
+from nvhchain.fem.solid_model import SolidModel
+from nvhchain.fem.triangles import lying_on
+from nvhchain.handoff import FloatArray, IntArray
+
+COINCIDENT = 1e-4
+"""Parts of the mean edge within which two nodes lie at the same place; files round to seven digits of the extent."""
+
+_ON_SKIN = 1e-3
+"""Of a flat facet's size, within which the middle of another lies on it."""
+
+_CURVED = 1.25
+"""Of what the chords of two facets stand off the arc they follow, within which one lies on the other."""
+
+_FACING, _SMOOTH = np.radians(8.0), np.radians(35.0)
+"""Angle up to which two flat facets face one another, and between neighbours on a round face; more is an edge."""
+
+_WALL = 1.5
+"""Of how far a facet lies behind another: an element behind it that ends later is not of a wall between both."""
+
+
+def cracks(model: SolidModel, edge: float) -> list[str]:
+    """What is to be warned of where nodes lie at the same place and no rigid set has both.  edge: m, mean of all."""
+    pairs = _coincident(model.nodes, edge)
+    for rigid in model.rigid_sets:
+        pairs = pairs[~np.isin(pairs, rigid.nodes).all(axis=1)]
+    if not len(pairs):
+        return []
+    one, other = pairs[np.lexsort(pairs.T[::-1])[0]]
+    place = ", ".join(f"{1e3 * x:.4g}" for x in model.nodes[one])
+    return [
+        f"{len(pairs)} pairs of nodes coincide, first {model.labels[one]} and {model.labels[other]} at ({place}) mm: "
+        "the mesh is open there as by a crack; merge them in the preprocessor, unless it is to be open"
+    ]
+
+
+def open_joints(model: SolidModel, edge: float) -> list[str]:
+    """What is to be warned of where the skin of a quadratic model lies on skin that faces it and no rigid set holds it.
+
+    Meshes that divide a common face differently, or hang their nodes on it, are joined by their common nodes alone.
+    Faces that are the same but for nodes that coincide are told by those (`cracks`).  edge: m, mean of all.
+    """
+    faces, owner = element_faces([(block.shape, block.nodes) for block in model.blocks])
+    outside = on_boundary(faces, model.labels, model.source)
+    told = _same(faces[outside, :4], _coincident(model.nodes, edge), len(model.nodes))
+    nodes, triangles, face = _triangles(model.nodes, faces[outside])
+    rigid = np.ones(len(model.nodes) + 1, dtype=bool)  # −1, where there is no fourth corner, is the last
+    rigid[:-1] = np.isin(np.arange(len(model.nodes)), np.concatenate([[], *(one.nodes for one in model.rigid_sets)]))
+    corners = nodes[triangles]
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    twice = np.linalg.norm(cross, axis=1)
+    loose = np.asarray(~rigid[faces[outside, :4]].all(axis=1))
+    free = np.flatnonzero(loose[face] & (twice > 0))
+    triangles, corners, face, twice = triangles[free], corners[free], face[free], twice[free]
+    normal, centre = cross[free] / twice[:, None], corners.mean(axis=1)
+    bend, sag = _curvature(triangles, corners, normal)
+    size = np.linalg.norm(corners - centre[:, None], axis=2).max(axis=1)
+    one, other = lying_on(centre, corners, np.maximum(_ON_SKIN, 2 * _CURVED * sag / size)).T
+    # chords of one arc lie off one another by what both are off the arc, which turns as they do
+    round_ = np.where(np.minimum(sag[one], sag[other]) > 0, _CURVED * (sag[one] + sag[other]), 0.0)
+    above = np.einsum("ka,ka->k", centre[one] - centre[other], normal[other])
+    angle = np.arccos(-np.einsum("ka,ka->k", normal[one], normal[other]).clip(-1, 1))
+    against = np.flatnonzero(
+        (angle < _FACING + (bend[one] + bend[other]) / 2) & (np.abs(above) < np.maximum(_ON_SKIN * size[other], round_))
+    )
+    flat = np.abs(above[against]) < _ON_SKIN * size[other[against]]
+    element, facing = (owner[outside[face[side[against]]]] for side in (one, other))
+    at = one[against]
+    # a wall is at least as thick as the element behind its skin; what meets at an edge of the body parts from there
+    wall = _depth(model.nodes, faces, owner, element, centre[at], normal[at]) < -_WALL * above[against]
+    wall[_joined(faces[:, :4], owner, element, facing)] = True
+    found = np.unique(at[flat | ~wall])
+    found = found[~told[face[found]]]
+    if not len(found):
+        return []
+    place = ", ".join(f"{1e3 * x:.4g}" for x in centre[found[0]])
+    return [
+        f"{1e4 * twice[found].sum() / 2:.3g} cm² of the skin lie on skin that faces it, first at ({place}) mm: parts "
+        "that divide a common face differently are joined by their common nodes alone; divide it alike, unless it is "
+        "to be open"
+    ]
+
+
+def _triangles(nodes: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray, IntArray]:
+    """Flat triangles (k, 3) of faces (f, 8), four for each half of a curved one, and the face (k,) of each.
+
+    The first are the nodes (n, 3) and those added in the middles of faces.
+    """
+    facets, centres = six_node_facets(faces, len(nodes))
+    nodes = np.vstack([nodes, centres @ nodes])
+    four = np.flatnonzero(faces[:, 3] >= 0)
+    face = np.concatenate([np.flatnonzero(faces[:, 3] < 0), four, four])
+    ends = nodes[facets[:, :3]]
+    bulge = np.linalg.norm(nodes[facets[:, 3:]] - (ends + np.roll(ends, -1, axis=1)) / 2, axis=2).max(axis=1)
+    straight = bulge < _ON_SKIN * np.linalg.norm(ends - np.roll(ends, -1, axis=1), axis=2).max(axis=1)
+    facets[straight, 3:] = -1
+    curved = np.flatnonzero(~straight)
+    return nodes, flat_triangles(facets), face[np.concatenate([np.flatnonzero(straight), *[curved] * 4])]
+
+
+def _coincident(nodes: FloatArray, edge: float) -> IntArray:
+    """Pairs (q, 2) of nodes at the same place."""
+    return np.asarray(cKDTree(nodes).query_pairs(COINCIDENT * edge, output_type="ndarray"))
+
+
+def _same(corners: IntArray, pairs: IntArray, count: int) -> IntArray:
+    """Which faces (f,) bool have the corners (f, 4) of another where the `pairs` (q, 2) of `count` nodes are one."""
+    link = sp.coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(count, count))
+    merged = np.append(connected_components(link, directed=False)[1], -1)[corners]
+    _, which, sides = np.unique(np.sort(merged, axis=1), axis=0, return_inverse=True, return_counts=True)
+    return np.asarray(sides[which.ravel()] > 1)
+
+
+def _curvature(facets: IntArray, corners: FloatArray, normal: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Angle (k,) rad to the neighbour of a facet that is turned most, and how far (m) the arc stands off the facet.
+
+    facets: (k, 3) nodes.  Neighbours turned by more than `_SMOOTH` lie beyond an edge of the body.
+    """
+    ends = facets[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    _, edge, sides = np.unique(np.sort(ends, axis=1), axis=0, return_inverse=True, return_counts=True)
+    edge = edge.ravel()
+    order = np.argsort(edge, kind="stable")
+    pair = order[sides[edge[order]] == 2].reshape(-1, 2)
+    angle = np.arccos(np.einsum("ka,ka->k", *(normal[side] for side in (pair // 3).T)).clip(-1, 1))
+    angle[angle > _SMOOTH] = 0.0
+    over_edge = np.zeros(3 * len(facets))
+    over_edge[pair] = angle[:, None]
+    turned = over_edge.reshape(-1, 3)
+    length = np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2)
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    return turned.max(axis=1), (turned * area[:, None] / length).sum(axis=1) / 8
+
+
+def _joined(corners: IntArray, owners: IntArray, one: IntArray, other: IntArray) -> IntArray:
+    """Pairs of elements, of q, that have a corner in common.  corners: (f, 4) of all faces, `owners` (f,)."""
+    known = corners >= 0
+    rows = np.repeat(owners, known.sum(axis=1))
+    of = sp.csr_matrix((np.ones(len(rows)), (rows, corners[known])))
+    common: IntArray = np.asarray(of[one].multiply(of[other]).sum(axis=1), dtype=np.int64).ravel()
+    return np.flatnonzero(common)
+
+
+def _depth(
+    nodes: FloatArray, faces: IntArray, owners: IntArray, element: IntArray, place: FloatArray, normal: FloatArray
+) -> FloatArray:
+    """m, (q,), from a place (q, 3) on the skin of an element (q,) along its inward normal to where it ends.
+
+    faces: (f, 8) of all elements, `owners` (f,).  normal: (q, 3), outward.
+    """
+    order = np.argsort(owners, kind="stable")
+    first, last = (np.searchsorted(owners[order], element, side=side) for side in ("left", "right"))
+    count = last - first
+    row = np.repeat(np.arange(len(element)), count)
+    which = order[np.arange(len(row)) + np.repeat(first - np.cumsum(count) + count, count)]
+    corners = nodes[np.where(faces[which, :4] >= 0, faces[which, :4], faces[which, :1])]  # a triangle ends as it begins
+    across = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    speed = -np.einsum("ka,ka->k", across, normal[row])
+    ahead = speed > 1e-9 * np.linalg.norm(across, axis=1)
+    away = np.einsum("ka,ka->k", corners[:, :3].mean(axis=1) - place[row], across)
+    found = np.full(len(element), np.inf)
+    np.minimum.at(found, row[ahead], away[ahead] / speed[ahead])
+    return found

@@ -76,7 +76,7 @@ def test_a_scheduler_is_reached_by_its_address_and_left_running(two_workers, ser
 def test_workers_leave_cores_to_each_other(two_workers):
     room = cluster.room(two_workers, 2**20)
     assert (room.tasks, room.neighbours) == (2, 2)
-    blas, assembly = two_workers.submit(cluster.share, os.getpid(), room.neighbours, _threads).result()
+    blas, assembly = two_workers.submit(cluster.share, os.getpid(), room.neighbours, _threads).result(60)
     assert blas == assembly == max(1, cluster.cores() // 2)
 
 

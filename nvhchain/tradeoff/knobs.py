@@ -75,6 +75,7 @@ KNOBS: tuple[Knob, ...] = (
     _one("dynamics", "settle_level", 1e-2, 1e-4),
     _one("dynamics", "angle_refinement", 1, 2),
     _one("dynamics", "contact_residual", 1e-6, 1e-9),
+    _one("dynamics", "bent_ways", True),
     _one("dynamics", "gyroscopic", True),
     _one("dynamics", "face_points", 3),
     _one("dynamics", "flexible_shafts", True),
@@ -129,7 +130,6 @@ NOT_SWEPT: dict[str, str] = {
     "housing.mapping_tolerance_db": "a limit, beyond which a foreign housing is warned of",
     "housing.voxels_per_face": "of foreign housings only",
     "gear.transverse_refinement": "1 is its coarsest value",
-    "dynamics.bent_ways": "of flanks that part and strike only (docs/measured/dynamics_cuts.md)",
     "dynamics.edge_cells": "of the level `stiffness` with contact_loss only",
     "dynamics.gyroscopic_speeds": "of a run-up with gyroscopic terms only",
     "dynamics.shaft_element": "of flexible shafts only",
@@ -146,13 +146,14 @@ NOT_SWEPT: dict[str, str] = {
 
 BEYOND = frozenset(
     {
+        ("dynamics.bent_ways", "True"),
         ("dynamics.gyroscopic", "True"),
         ("dynamics.face_points", "3"),
         ("dynamics.flexible_shafts", "True"),
         ("dynamics.mesh_level", "contact"),
     }
 )
-"""Knobs and values that model more than any preset: what they change is no error of theirs."""
+"""Knobs and values that model more, or step finer, than any preset: what they change is no error of theirs."""
 
 RECORDS = (0.25, 0.5, 2.0)
 """Lengths of the record that are tried, over that of the case."""

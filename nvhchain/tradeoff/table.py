@@ -34,7 +34,7 @@ def markdown(sweep: Tradeoff) -> str:
     lines = ["| " + " | ".join(_HEADINGS) + " |", "|---|---|---:|---:|---:|---:|---:|---:|"]
     lines += ["| " + " | ".join(_row(sweep, item)) + " |" for item in sweep.measurements]
     if any((item.knob, item.value) in BEYOND for item in sweep.measurements):
-        lines += ["", f"\\* models more than {sweep.base}: what it changes is no error of the row."]
+        lines += ["", f"\\* models more, or steps finer, than {sweep.base}: what it changes is no error of the row."]
     return "\n".join(lines) + "\n"
 
 

@@ -51,11 +51,11 @@ def _edges_at_limit(engagement: Engagement, flank: int) -> Iterator[tuple[Contac
     pair, fidelity = engagement.pair, engagement.fidelity
     before, after = pair.extensions(fidelity.corner_gap)
     tangent = pair.sense * tan(pair.base_helix_angle) * (1 if flank == DRIVE else -1)
-    width = pair.face_width / fidelity.slices
+    width = pair.face_width / engagement.slices
     for limit, inwards in ((pair.path[0] - before, 1.0), (pair.path[1] + after, -1.0)):
         for i in range(PLACES):
             # the inner end of a slice, whose other end is cut off
-            bound = (i * fidelity.slices // PLACES + (inwards * tangent > 0)) * width - pair.face_width / 2
+            bound = (i * engagement.slices // PLACES + (inwards * tangent > 0)) * width - pair.face_width / 2
             axial = bound - np.sign(inwards * tangent) * _PART * width
             mesh = i * pair.meshes_per_body_period // PLACES
             touch = limit + inwards * 1e-6 * (before + after)

@@ -69,6 +69,20 @@ def test_pressure_carries_the_line_load(case):
     np.testing.assert_allclose(mesh.pressure, np.sqrt(q * e_star / (np.pi * mesh.lines.curvature)), rtol=1e-12)
 
 
+def test_a_face_of_several_axial_pitches_is_cut_as_finely_as_one_of_a_pitch(make_pair, make_compliances):
+    """Of so wide a helical face little swing is left: that of the slices must stay below it."""
+    pair = make_pair(1, face_width=80e-3)
+    assert pair.overlap_ratio == pytest.approx(1.64, abs=0.01)
+    compliances, force, swing = make_compliances(pair), pair.normal_force(900.0), []
+    for slices in (32, 128):
+        fidelity = dataclasses.replace(STANDARD.gear, slices=slices)
+        engagement = Engagement(pair, compliances, fidelity)
+        assert np.diff(np.unique(engagement.lines(0.0).axial)).max() <= pair.face_width / pair.overlap_ratio / slices
+        angles = np.arange(12) / 12 * pair.mesh_period
+        swing.append(np.ptp([loaded_mesh(engagement, a, force, guess=2e-5).deflection for a in angles]))
+    assert swing[0] == pytest.approx(swing[1], rel=0.05)
+
+
 def test_back_flank_load_gives_a_deflection_beyond_the_gap(case):
     engagement, law, force = case
     drive, back = deflection_at_force(law, force), deflection_at_force(law, -force)

@@ -10,11 +10,17 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
-from nvhchain.fem.triangles import equal_pieces, squared_distance
+from nvhchain.fem.triangles import Planes, equal_pieces, planes, squared_distance_to
 from nvhchain.handoff import FloatArray, IntArray, Surface
 
 _CANDIDATES = 16
 """Faces with the nearest centroids that are looked at first; more wherever the nearest may be another."""
+
+_EQUAL = 1e-9
+"""Relative, within which squared distances are the same."""
+
+_CHUNK = 100_000
+"""Points whose candidates are held at once."""
 
 
 def normal_motion(
@@ -35,17 +41,21 @@ def normal_motion(
         chosen = np.flatnonzero(cuts == count)
         shape, place = _pieces(int(count))
         points = np.einsum("pc,kca->kpa", place, corners[chosen])
-        # straight facets: one normal and equal pieces
-        area = np.cross(corners[chosen, 1] - corners[chosen, 0], corners[chosen, 2] - corners[chosen, 0]) / 2
         face = listening[_nearest(surface, listening, points.reshape(-1, 3))].reshape(points.shape[:2])
-        weight = np.einsum("pi,ka->kpia", shape / len(place), area)
-        rows.append(np.broadcast_to(face[:, :, None, None], weight.shape).ravel())
-        dofs = 3 * skin[chosen][:, None, :, None] + np.arange(3)
-        columns.append(np.broadcast_to(dofs, weight.shape).ravel())
-        values.append(weight.ravel())
+        size = (*face.shape, shape.shape[1])
+        rows.append(np.broadcast_to(face[:, :, None], size).ravel())
+        columns.append(np.broadcast_to(6 * chosen[:, None, None] + np.arange(6), size).ravel())
+        values.append(np.broadcast_to(shape / len(place), size).ravel())
+    # what every face gets of a facet's shape functions, then the flux of these: straight facets have one normal
     entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
-    flux = sp.coo_matrix(entries, shape=(len(surface.areas), nodes.size)).tocsr()
-    return sp.csr_matrix(sp.diags(1 / surface.areas) @ flux)
+    share = sp.coo_matrix(entries, shape=(len(surface.areas), skin.size)).tocsr()
+    area = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2
+    unknowns = (3 * skin[:, :, None] + np.arange(3)).reshape(skin.size, 3)
+    flux = sp.csr_matrix(
+        (np.repeat(area, 6, axis=0).ravel(), unknowns.ravel(), 3 * np.arange(skin.size + 1)),
+        shape=(skin.size, nodes.size),
+    )
+    return sp.csr_matrix(sp.diags(1 / surface.areas) @ share @ flux)
 
 
 def _pieces(count: int) -> tuple[FloatArray, FloatArray]:
@@ -63,19 +73,27 @@ def _nearest(surface: Surface, faces: IntArray, points: FloatArray) -> IntArray:
     """Index into `faces` of the triangle nearest to each point (p, 3)."""
     centroids, corners = surface.centroids[faces], surface.vertices[surface.triangles[faces]]
     reach = np.linalg.norm(corners - centroids[:, None], axis=2).max(axis=1)
-    tree, count = cKDTree(centroids), _CANDIDATES
-    result, unsure = np.empty(len(points), dtype=np.int64), np.arange(len(points))
+    tree, triangles = cKDTree(centroids), planes(corners)
+    parts = [points[start : start + _CHUNK] for start in range(0, len(points), _CHUNK)]
+    return np.concatenate([_nearest_of(triangles, reach, tree, part) for part in parts])
+
+
+def _nearest_of(triangles: Planes, reach: FloatArray, tree: cKDTree, points: FloatArray) -> IntArray:
+    """The same of triangles with their centroids in a tree and reach (k,) m from there to their corners."""
+    result, unsure, count = np.empty(len(points), dtype=np.int64), np.arange(len(points)), _CANDIDATES
     while len(unsure):
-        part, count = points[unsure], min(count, len(faces))
+        part, count = points[unsure], min(count, len(reach))
         apart, candidates = (found.reshape(len(part), count) for found in tree.query(part, k=count))
-        first = np.sqrt(squared_distance(part, corners[candidates[:, 0]]))
+        first = np.sqrt(squared_distance_to(triangles, candidates[:, 0], part))
         row, column = np.nonzero(apart - reach[candidates] <= first[:, None])
         distance = np.full(apart.shape, np.inf)
-        distance[row, column] = squared_distance(part[row], corners[candidates[row, column]])
-        best = distance.argmin(axis=1)[:, None]
+        distance[row, column] = squared_distance_to(triangles, candidates[row, column], part[row])
+        least = distance.min(axis=1)
+        # faces that meet in the nearest point are as near but for rounding: the one with the nearest centroid has it
+        best = (distance <= ((1 + _EQUAL) * least + (_EQUAL * reach.max()) ** 2)[:, None]).argmax(axis=1)[:, None]
         result[unsure] = np.take_along_axis(candidates, best, axis=1)[:, 0]
-        nearest = np.sqrt(np.take_along_axis(distance, best, axis=1)[:, 0])
+        nearest = np.sqrt(least)
         # a face not looked at is no nearer than its centroid less its reach
-        unsure = unsure[(apart[:, -1] - reach.max() < nearest) & (count < len(faces))]
+        unsure = unsure[(apart[:, -1] - reach.max() < nearest) & (count < len(reach))]
         count *= 2
     return result

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from nvhchain.dynamics.law_table import LawTable
 from nvhchain.dynamics.simulation import Simulation
 from nvhchain.errors import AccuracyWarning
-from nvhchain.handoff import FloatArray
+from nvhchain.handoff import FloatArray, IntArray
 
 Parted = dict[str, dict[str, float]]
 """By mesh, as `pinion shaft–wheel shaft`: s for which no flank carries, the time step, s, and whether its ways bend."""
@@ -27,23 +27,28 @@ ERROR = 4e-3, 2e-4
 
 
 def parted_flanks(
-    model: Simulation, drive: FloatArray, back: FloatArray, phases: FloatArray, sample_time: float
+    model: Simulation,
+    drive: FloatArray,
+    back: FloatArray,
+    phases: Callable[[IntArray], FloatArray],
+    sample_time: float,
 ) -> Parted:
     """Meshes none of whose flanks carries at some samples, `sample_time` s apart.
 
-    drive, back, phases (n, n_mesh): deflections at which the flanks ask the law, m, and phases of the laws in periods.
+    drive, back (n, n_mesh): deflections at which the flanks ask the law, m.  phases: of the laws at samples (n_s,),
+    (n_s, n_mesh) in periods.
     """
     found: Parted = {}
     for row in np.flatnonzero(model.assembly.share > 0.0):
         mesh = model.assembly.mesh[row]
         of = model.assembly.gearbox.meshes[mesh]
         behind, front = gap_ends(model.table, int(row))
-        if not (drive[:, mesh] < front.max() - APART).any():
-            continue
-        place = np.mod(phases[:, mesh], 1.0) * (len(front) - 1)
+        # at no angle do flanks part elsewhere
+        maybe = np.flatnonzero((drive[:, mesh] < front.max() - APART) & (back[:, mesh] > behind.min() + APART))
+        place = np.mod(phases(maybe)[:, mesh], 1.0) * (len(front) - 1)
         nodes = np.arange(len(front))
-        free = (drive[:, mesh] < np.interp(place, nodes, front) - APART) & (
-            back[:, mesh] > np.interp(place, nodes, behind) + APART
+        free = (drive[maybe, mesh] < np.interp(place, nodes, front) - APART) & (
+            back[maybe, mesh] > np.interp(place, nodes, behind) + APART
         )
         if free.any():
             found[f"{of.pinion_shaft}–{of.wheel_shaft}"] = {

@@ -238,8 +238,13 @@ def record(
         output_lag=sampled[:, -1],
     )
     back = sampled[:, n_force + n_mesh : n_force + 2 * n_mesh]
-    phases = run.ramp.turns(time)[:, None] / run.law_period + run.offset
-    parted = parted_flanks(run.model, made.mesh_deflection, back, phases, run.sample_time)
+    parted = parted_flanks(
+        run.model,
+        made.mesh_deflection,
+        back,
+        lambda at: run.ramp.turns(time[at])[:, None] / run.law_period + run.offset,
+        run.sample_time,
+    )
     return marked(made, back, gearbox, mesh_laws, fidelity, parted)
 
 

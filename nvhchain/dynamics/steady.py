@@ -111,8 +111,9 @@ def bearing_forces(
         transmission_error=meshes[:, 2 * n_mesh : -1],
         output_lag=meshes[:, -1],
     )
-    turned = np.arange(len(record))[:, None] % n_step * np.array(repeats) / n_step + offset
-    parted = parted_flanks(model, drive, back, turned, model.step.step)
+    parted = parted_flanks(
+        model, drive, back, lambda at: at[:, None] % n_step * np.array(repeats) / n_step + offset, model.step.step
+    )
     made = marked(made, back, gearbox, mesh_laws, fidelity, parted)
     remind(made)
     return made

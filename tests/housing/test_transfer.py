@@ -142,3 +142,17 @@ def test_nearest_face_is_the_nearest_of_all_even_where_many_centroids_are_nearer
     centroids = np.linalg.norm(points[:, None] - surface.centroids, axis=2)
     rank = (centroids < np.take_along_axis(centroids, found[:, None], axis=1)).sum(axis=1)
     assert rank.max() > 50
+
+
+def test_turned_casting_moves_its_faces_alike(mesh, surface, motion, fidelity):
+    """Along edges of the surface all faces are as near to the skin beyond: rounding must not choose among them."""
+    turn = np.linalg.qr(np.random.default_rng(4).standard_normal((3, 3)))[0]
+    turn *= np.sign(np.linalg.det(turn))
+    u = np.random.default_rng(1).standard_normal(mesh.nodes.shape)
+    moved = surface.replace(vertices=surface.vertices @ turn.T)
+    again = (
+        normal_motion(mesh.nodes @ turn.T, mesh.skin, moved, on_engine_plane(surface), fidelity.samples_per_face)
+        @ (u @ turn.T).ravel()
+    )
+    exact = motion @ u.ravel()
+    assert np.linalg.norm(again - exact) < 0.02 * np.linalg.norm(exact)

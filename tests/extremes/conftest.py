@@ -33,7 +33,7 @@ settings.load_profile("extremes")
 
 _VALUE = re.compile(r"\d|\bnan\b|\binf\b|'[^']*'|\b(None|True|False)\b")
 _ADMITTED = re.compile(
-    r"\b(outside|at least|at most|must|needs?|below|above|beyond|between|more than|less than|wider|narrower|"
+    r"\b(outside|at least|at most|must|need(s|ed)?|below|above|beyond|between|more than|less than|wider|narrower|"
     r"reach(es)?|limit|only|cannot|known|unknown|expected|instead of|inside|behind|overlaps?|has no)\b|…|±"
 )
 _REMEDY = re.compile(

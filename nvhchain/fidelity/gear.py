@@ -15,7 +15,8 @@ BODIES = ("elements", "analytic")
 class GearFidelity:
     """Finite element body, contact slices and the grid of the mesh law.
 
-    profile_elements: quadratic elements along one flank.  width_layers: element layers over the face width.
+    profile_elements: quadratic elements along one flank.  width_layers: element layers over the face width; more where
+    a web is thin.
     transverse_refinement: factor on the elements across tooth and rim (1: four across the tooth).
     row_aspect: radial over circumferential size of the blank's elements under the teeth.
     root_refinement: the same factor for the mesh in which root strain is read, of one tooth.

@@ -7,7 +7,7 @@ and the others follow by a discrete Laplace equation in the conformal plane (ln 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import ceil, floor
+from math import floor
 
 import numpy as np
 import scipy.sparse as sp
@@ -17,9 +17,14 @@ from nvhchain.errors import require
 from nvhchain.fidelity import GearFidelity
 from nvhchain.gear.blank import Openings
 from nvhchain.gear.body import GearBody
+from nvhchain.gear.grading import graded
 from nvhchain.gear.plane import BoolArray, Curve, PlaneMesh, quadratic_mesh
 from nvhchain.gear.volume_mesh import VolumeMesh
 from nvhchain.handoff import FloatArray, IntArray
+
+_THIN, _THINNEST = 1.5, 0.25
+"""Thickness in pitches below which a web's bending about its ends counts, and part of that from where on rows stay the
+same. Rows at the ends shrink by its square: the thinner the web, the larger its part in what the gear gives way."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,20 +121,24 @@ def blank_mesh(body: GearBody, top_radius: float, fidelity: GearFidelity) -> Bla
 
 
 def _rows(body: GearBody, top_radius: float, height: float) -> FloatArray:
-    """Radii of the rows from the bore outwards, at most `height` (m) apart.
+    """Radii of the rows from the bore outwards, at most `height` (m) apart, and closer at the ends of a thin web.
 
     The height is that under the teeth: far from them, towards the bore, elements may grow slender.
     """
     web, cut = body.blank.web, body.blank.cutouts
-    stops = [body.geometry.bore_radius, top_radius]
-    stops += [] if web is None else [web.hub_radius, web.rim_radius]
+    ends = [] if web is None else [web.hub_radius, web.rim_radius]
+    stops = [body.geometry.bore_radius, top_radius, *ends]
     stops += [] if cut is None else [cut.inner_radius, cut.outer_radius]
     stops.sort()
+    fine = height
+    if web is not None:
+        thick = _THIN * top_radius * body.geometry.pitch_angle
+        fine *= min(max(web.thickness / thick, _THINNEST), 1.0) ** 2
     radii = [stops[0]]
     for stop in stops[1:]:
         if stop > radii[-1] * (1 + 1e-6):
-            count = ceil((stop - radii[-1]) / height - 1e-9)
-            radii += list(np.linspace(radii[-1], stop, count + 1)[1:])
+            near = [end for end in ends if radii[-1] * (1 - 1e-6) < end < stop * (1 + 1e-6)]
+            radii += list(graded(radii[-1], stop, height, fine, near)[1:])
     return np.array(radii)
 
 

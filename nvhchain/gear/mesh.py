@@ -8,6 +8,7 @@ meet the faces of the web at its rim.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import ceil
 
 import numpy as np
 
@@ -16,9 +17,14 @@ from nvhchain.fidelity import GearFidelity
 from nvhchain.gear.blank import Web
 from nvhchain.gear.blank_mesh import BlankMesh, blank_mesh, innermost_solid
 from nvhchain.gear.body import GearBody
+from nvhchain.gear.grading import graded
 from nvhchain.gear.pitch_mesh import PitchMesh, pitch_mesh
 from nvhchain.gear.plane import BoolArray, PlaneMesh
 from nvhchain.handoff import FloatArray, IntArray
+
+_THIN, _IN_WEB, _FLAT = 0.3, 0.4, 0.3
+"""Webs to which less than the first part of the layers would fall are thin and bend about their ends: they get the
+second part of them, and no fewer than two, but none flatter than the third part of an even one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +65,7 @@ def gear_mesh(body: GearBody, fidelity: GearFidelity) -> GearMesh:
     rim, (pitch, pitch_solid) = innermost_solid(body), tooth_mesh(body, fidelity)
     blank = blank_mesh(body, pitch.inner_radius, fidelity)
     stations, in_web = _stations(body, fidelity)
-    present = np.ones((fidelity.width_layers, len(blank.plane.quads)), dtype=bool)
+    present = np.ones((len(in_web), len(blank.plane.quads)), dtype=bool)
     present[:, blank.in_web] = in_web[:, None]
     return GearMesh(
         pitch=pitch,
@@ -74,8 +80,8 @@ def tooth_mesh(body: GearBody, fidelity: GearFidelity) -> tuple[PitchMesh, Solid
     """One pitch of teeth alone, transverse and solid."""
     rim = innermost_solid(body)
     pitch = pitch_mesh(body.geometry, rim, fidelity)
-    stations, _ = _stations(body, fidelity)
-    present = np.ones((fidelity.width_layers, len(pitch.plane.quads)), dtype=bool)
+    stations, in_web = _stations(body, fidelity)
+    present = np.ones((len(in_web), len(pitch.plane.quads)), dtype=bool)
     return pitch, _swept(body, pitch.plane, rim, pitch.inner_radius, stations, present)
 
 
@@ -106,6 +112,9 @@ def _web_layers(web: Web, even: FloatArray) -> tuple[FloatArray, BoolArray]:
         layers >= 1 + below + above,
         f"width_layers = {layers} cannot resolve the web: at least {1 + below + above} are needed",
     )
+    if round(web.thickness / width * layers) < ceil(_THIN * layers):
+        count = max(2, round(web.thickness / width * layers / _FLAT))
+        return _thin_web_layers(low, high, even, min(count, ceil(_IN_WEB * layers)))
     count = max(1, min(round(web.thickness / width * layers), layers - below - above))
     first = round((low - even[0]) / width * layers)
     first = min(max(first, int(below)), layers - int(above) - count) if below else 0
@@ -116,6 +125,17 @@ def _web_layers(web: Web, even: FloatArray) -> tuple[FloatArray, BoolArray]:
     stations = np.interp(np.arange(layers + 1), *np.unique([knots, faces], axis=1))
     filled = np.zeros(layers, dtype=bool)
     filled[first : first + count] = True
+    return stations, filled
+
+
+def _thin_web_layers(low: float, high: float, even: FloatArray, count: int) -> tuple[FloatArray, BoolArray]:
+    """`count` layers of a web from z = `low` to `high`, m, and beside it layers that grow to even ones."""
+    fine, size = (high - low) / count, even[1] - even[0]
+    below = graded(even[0], low, size, fine, [low]) if low - even[0] > 1e-3 * fine else np.array([low])
+    above = graded(high, even[-1], size, fine, [high]) if even[-1] - high > 1e-3 * fine else np.array([high])
+    stations = np.concatenate([below, np.linspace(low, high, count + 1)[1:-1], above])
+    filled = np.zeros(len(stations) - 1, dtype=bool)
+    filled[len(below) - 1 : len(below) - 1 + count] = True
     return stations, filled
 
 

@@ -105,8 +105,9 @@ def test_bore_and_openings_stay_straight_along_the_axis():
         (-12e-3, 16e-3, "11000"),
         (12e-3, 16e-3, "00011"),
         (0.0, 40e-3, "11111"),
-        (-16e-3, 8e-3, "10000"),
-        (-17e-3, 2e-3, "01000"),
+        (-14e-3, 12e-3, "11000"),
+        (-16e-3, 8e-3, "1100000"),
+        (-17e-3, 2e-3, "00110000000"),
     ],
 )
 def test_layers_meet_the_faces_of_the_web(offset, thickness, filled):
@@ -115,6 +116,23 @@ def test_layers_meet_the_faces_of_the_web(offset, thickness, filled):
     first, last = np.flatnonzero(inside)[[0, -1]]
     assert (stations[first], stations[last + 1]) == pytest.approx((offset - thickness / 2, offset + thickness / 2))
     assert (np.diff(stations) > 0).all()
+
+
+def test_elements_are_small_where_a_thin_web_meets_rim_and_hub_and_others_stay():
+    """In the web, in the hub and in the rim; rows of a web thicker than elements are tall stay even."""
+    hub, rim = 30e-3, 52e-3
+    rows = {}
+    for thickness in (2e-3, 20e-3):
+        mesh = gear_mesh(GearBody(GEAR, ThinRim(thickness, hub, rim)), dataclasses.replace(FIDELITY, row_aspect=1.5))
+        rows[thickness] = np.unique(mesh.blank.plane.radius.round(9))
+    for radius in (hub, rim):
+        at = int(np.searchsorted(rows[2e-3], radius - 1e-9))
+        assert np.diff(rows[2e-3][at - 2 : at + 3]).max() < 0.15 * 2e-3
+    even = np.diff(rows[20e-3][(rows[20e-3] >= hub - 1e-9) & (rows[20e-3] <= rim + 1e-9)])
+    np.testing.assert_allclose(even, even[0], atol=2e-9)
+    thin, _ = _web_layers(Web(hub, rim, 3e-3, 0.0), np.linspace(-11e-3, 11e-3, 11))
+    np.testing.assert_allclose(np.diff(thin).min(), 0.75e-3)
+    assert np.diff(thin).max() <= 2.2e-3
 
 
 def test_web_between_two_recesses_needs_three_layers():

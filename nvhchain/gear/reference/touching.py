@@ -99,9 +99,11 @@ def touching_teeth(
 
 
 def symmetric(pair: GearPair) -> bool:
-    """Whether teeth and load are mirrored about mid-width, so that one half of a tooth is enough."""
+    """Whether bodies and load are mirrored about mid-width, so that one half of a tooth is enough."""
     flanks = [body.geometry.micro.drive for body in (pair.pinion, pair.wheel)]
-    return pair.base_helix_angle == 0 and pair.misalignment.in_plane == 0 and all(f.lead_slope == 0 for f in flanks)
+    webs = [body.blank.web for body in (pair.pinion, pair.wheel)]
+    straight = pair.base_helix_angle == 0 and pair.misalignment.in_plane == 0 and all(f.lead_slope == 0 for f in flanks)
+    return straight and all(web is None or web.offset == 0 for web in webs)
 
 
 def _limits(pair: GearPair, resolution: ReferenceResolution) -> tuple[float, float]:

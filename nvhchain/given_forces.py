@@ -1,7 +1,8 @@
 """Bearing forces from elsewhere against the case that they are given for: seats, speed, whole periods, mean forces.
 
 The torques of the case fix the forces of its gears, and these what the bearings of a shaft carry together on average,
-whatever bends or tilts: a wrong sign, unit or axis shows there.
+whatever bends or tilts: a wrong sign, unit or axis shows there. All of it is told and nothing refused: forces of one
+newton, of another frame's origin or of another speed are sometimes what is wanted.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ import numpy as np
 
 from nvhchain.case import GearboxCase
 from nvhchain.dynamics import static_bearing_forces
-from nvhchain.errors import AccuracyWarning, require
+from nvhchain.errors import AccuracyWarning
 from nvhchain.handoff import BearingForces, FloatArray
 
 SPEED_OFF = 0.05
@@ -30,7 +31,7 @@ SHAFT_OFF = 0.2
 
 
 def check_forces(case: GearboxCase, forces: BearingForces) -> None:
-    """InputError where `forces` cannot be those of the case, AccuracyWarning where they may not be."""
+    """AccuracyWarning where `forces` can hardly be those of the case."""
     _check_seats(case, forces)
     _check_speed(case, forces)
     if forces.periodic:
@@ -39,17 +40,17 @@ def check_forces(case: GearboxCase, forces: BearingForces) -> None:
 
 
 def _check_seats(case: GearboxCase, forces: BearingForces) -> None:
-    """No nearer to another bearing's seat than half the way from the own one there."""
-    for name, found in zip(forces.names, forces.positions.tolist(), strict=True):
-        seat = case.seats[name]
-        limit = 0.5 * min((dist(seat, other) for other in case.seats.values() if other != seat), default=0.1)
-        off = dist(seat, found)
-        require(
-            off <= limit,
-            f"bearing forces: {name} acts at ({', '.join(f'{x:.4g}' for x in found)}) m, {1e3 * off:.4g} mm from its "
-            f"seat in the case (limit {1e3 * limit:.4g} mm, half the way to the next): give positions in m and in the "
-            "frame of the case",
-        )
+    """No nearer to another bearing's seat than half the way from the own one there; the farthest off is told."""
+    off = [dist(case.seats[name], at) for name, at in zip(forces.names, forces.positions.tolist(), strict=True)]
+    name = forces.names[int(np.argmax(off))]
+    limit = 0.5 * min(
+        (dist(case.seats[name], seat) for other, seat in case.seats.items() if other != name), default=0.1
+    )
+    _told(
+        max(off) <= limit,
+        f"{name} acts {1e3 * max(off):.4g} mm from its seat in the case (limit {1e3 * limit:.4g} mm, half the way to "
+        "the next): give positions in m and in the frame of the case",
+    )
 
 
 def _check_speed(case: GearboxCase, forces: BearingForces) -> None:
@@ -62,9 +63,9 @@ def _check_speed(case: GearboxCase, forces: BearingForces) -> None:
     else:
         off = max(abs(float(found[0]) - first), abs(float(found[-1]) - ramp.end_speed))
         asked = f"{first * 30 / pi:.5g}…{ramp.end_speed * 30 / pi:.5g} rpm"
-    require(
+    _told(
         off <= SPEED_OFF * highest,
-        f"bearing forces: the input runs at {found[0] * 30 / pi:.5g}…{found[-1] * 30 / pi:.5g} rpm in the record, but "
+        f"the input runs at {found[0] * 30 / pi:.5g}…{found[-1] * 30 / pi:.5g} rpm in the record, but "
         f"the case asks for {asked} (limit {SPEED_OFF * highest * 30 / pi:.3g} rpm off): correct the speed of the "
         "record, or give the case the one it was taken at",
     )
@@ -76,9 +77,9 @@ def _check_periods(case: GearboxCase, forces: BearingForces) -> None:
     for stage, order in case.mesh_orders.items():
         meshes = float(order) * turns
         off = abs(meshes - round(meshes))
-        require(
+        _told(
             off <= CYCLES_OFF[0] + CYCLES_OFF[1] * meshes and round(meshes) >= 1,
-            f"bearing forces: called periodic, but the record covers {meshes:.5g} mesh periods of stage {stage} (limit "
+            f"called periodic, but the record covers {meshes:.5g} mesh periods of stage {stage} (limit "
             f"{CYCLES_OFF[0]:g} off a whole number): cut it to whole periods, correct the speed, or set "
             "periodic = false",
         )
@@ -97,40 +98,45 @@ def _check_means(case: GearboxCase, forces: BearingForces) -> None:
     mean = record.mean(axis=0).reshape(-1, 3)
     found = float(np.linalg.norm(mean, axis=1).max())
     if found <= NO_MEAN * largest and found <= float(record.std(axis=0).max()):
-        _warn(
+        _told(
+            False,
             f"the record has no mean forces (at most {found:.3g} N, {largest:.4g} N at standstill under the torque of "
-            "the case): their sign and unit cannot be told; give them with their means"
+            "the case): their sign and unit cannot be told; give them with their means",
         )
         return
-    require(
-        largest / MEAN_OFF <= found <= MEAN_OFF * largest,
-        f"bearing forces: the largest mean is {found:.3g} N, but {largest:.4g} N at standstill under the torque of the "
-        f"case (limit {MEAN_OFF:g} times more or less): correct force_unit, or input_torque of the case",
-    )
     along = float((mean * static).sum() / (static**2).sum())
-    require(
-        along > 0.0,
-        f"bearing forces: the means point against those at standstill under the torque of the case ({along:.2g} times "
-        "them along their direction): correct acts_on (forces act on the housing here), axes or signs, or give "
-        "input_torque < 0 where the record is of coasting",
-    )
-    _warn_of_shafts(case, mean, static)
+    if not largest / MEAN_OFF <= found <= MEAN_OFF * largest:
+        _told(
+            False,
+            f"the largest mean is {found:.3g} N, but {largest:.4g} N at standstill under the torque of the case (limit "
+            f"{MEAN_OFF:g} times more or less): correct force_unit, or input_torque of the case",
+        )
+    elif along <= 0.0:
+        _told(
+            False,
+            f"the means point against those at standstill under the torque of the case ({along:.2g} times them along "
+            "their direction): correct acts_on (forces act on the housing here), axes or signs, or give "
+            "input_torque < 0 where the record is of coasting",
+        )
+    else:
+        _check_shafts(case, mean, static)
 
 
-def _warn_of_shafts(case: GearboxCase, mean: FloatArray, static: FloatArray) -> None:
-    """AccuracyWarning for the shaft whose bearings together are farthest from balance with its gears."""
+def _check_shafts(case: GearboxCase, mean: FloatArray, static: FloatArray) -> None:
+    """The bearings of the shaft that are farthest from balance with its gears."""
     of_shaft = np.array([[bearing.shaft == shaft.name for bearing in case.bearings] for shaft in case.shafts], float)
     off = np.linalg.norm(of_shaft @ (mean - static), axis=1)
     limit = SHAFT_OFF * float(np.linalg.norm(of_shaft @ static, axis=1).max())
     worst = int(off.argmax())
-    if off[worst] > limit:
-        found, wanted = (", ".join(f"{x:.4g}" for x in (of_shaft @ of)[worst]) for of in (mean, static))
-        _warn(
-            f"on average the bearings of shaft {case.shafts[worst].name} carry ({found}) N together, but its gears "
-            f"({wanted}) N under the torque of the case (limit {limit:.3g} N off): look at signs, axes and names of "
-            "its channels, and at input_torque"
-        )
+    found, wanted = (", ".join(f"{x:.4g}" for x in (of_shaft @ of)[worst]) for of in (mean, static))
+    _told(
+        off[worst] <= limit,
+        f"on average the bearings of shaft {case.shafts[worst].name} carry ({found}) N together, but its gears "
+        f"({wanted}) N under the torque of the case (limit {limit:.3g} N off): look at signs, axes and names of its "
+        "channels, and at input_torque",
+    )
 
 
-def _warn(message: str) -> None:
-    warnings.warn(f"bearing forces: {message}", AccuracyWarning, stacklevel=6)
+def _told(holds: bool, message: str) -> None:
+    if not holds:
+        warnings.warn(f"bearing forces: {message}", AccuracyWarning, stacklevel=6)

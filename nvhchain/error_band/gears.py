@@ -165,7 +165,7 @@ def relative_law_error(width: float, overlap: float, fidelity: GearFidelity) -> 
     """As `law_error`.  width: of the face over the module.  overlap: ratio b sin β/(π m_n)."""
     parts = (
         LAYER_ERROR * (width / fidelity.width_layers) ** 5,
-        SLICE_ERROR * (overlap / fidelity.slices) ** 2,
+        SLICE_ERROR * (min(overlap, 1.0) / fidelity.slices) ** 2,  # of every axial pitch
         ANGLE_ERROR * (48 / fidelity.angles_per_mesh) ** 2,
         PATTERN_ERROR * fidelity.load_pattern_tolerance,
     )

@@ -6,7 +6,7 @@ from nvhchain.gear.body import GearBody, MassProperties, mass_properties
 from nvhchain.gear.closing_edges import with_closing_edges
 from nvhchain.gear.compliance import FlankCompliance, flank_compliance
 from nvhchain.gear.contact_lines import ContactLines, contact_lines
-from nvhchain.gear.engagement import Engagement, engaged_reach
+from nvhchain.gear.engagement import Engagement, engaged_reach, slice_count
 from nvhchain.gear.friction import lever_arms, sliding_sense
 from nvhchain.gear.geometry import GearGeometry
 from nvhchain.gear.iso6336 import IsoStiffness, iso_stiffness
@@ -76,6 +76,7 @@ __all__ = [
     "read_gear_mesh",
     "root_strain_modes",
     "slice_compliance",
+    "slice_count",
     "sliding_sense",
     "tabulated",
     "von_mises",

@@ -37,8 +37,8 @@ def mesh_law_stages(case: GearboxCase, fidelity: Fidelity) -> list[Stage]:
     knobs, stages = fidelity.gear, []
     for stage, pair in zip(case.stages, case.pairs, strict=True):
         bodies = (pair.pinion, pair.wheel)
-        meshes = lcm(*(body.sector for body in bodies))
-        contacts = meshes * knobs.angles_per_mesh * knobs.deflections * (3 * knobs.slices) ** 2
+        meshes, slices = lcm(*(body.sector for body in bodies)), gear.slice_count(pair, knobs)
+        contacts = meshes * knobs.angles_per_mesh * knobs.deflections * (3 * slices) ** 2
         described = " and ".join(
             f"{body.geometry.teeth} teeth {type(body.blank).__name__.lower()} ({body.sector} by symmetry)"
             for body in bodies
@@ -47,7 +47,7 @@ def mesh_law_stages(case: GearboxCase, fidelity: Fidelity) -> list[Stage]:
             Stage(
                 f"mesh law {stage.name}",
                 f"{described}; {meshes * knobs.angles_per_mesh} angles × {knobs.deflections} deflections, "
-                f"{knobs.slices} slices",
+                f"{slices} slices",
                 _body_seconds(bodies, knobs) + _SECONDS_PER_CONTACT * contacts,
                 BASE_MEGABYTES + max(_gear_megabytes(body, knobs) for body in bodies),
                 {"teeth": sum(body.sector for body in bodies)},

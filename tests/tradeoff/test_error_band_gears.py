@@ -8,7 +8,7 @@ import pytest
 from made_laws import law
 
 import nvhchain as nvh
-from nvhchain.error_band.gears import AMPLIFICATION, folded, force_error, law_error
+from nvhchain.error_band.gears import AMPLIFICATION, SLICE_ERROR, folded, force_error, law_error
 from nvhchain.fidelity import DRAFT, REFERENCE, STANDARD
 
 
@@ -60,6 +60,9 @@ def test_slices_err_with_the_square_of_the_overlap_and_spur_gears_not_at_all(cas
     assert found[0] == pytest.approx(4 * found[1])
     share = np.pi * 0.016 * np.sin(np.radians(25.0)) / (np.pi * 2.7e-3) / 8
     assert share / np.sin(share) - 1 < found[0] < 10 * (share / np.sin(share) - 1)
+    # of a face wider than an axial pitch every pitch is cut into so many
+    flat, wide = (replace(gear, face_width=3 * gear.face_width) for gear in (spur, steep))
+    assert np.hypot(law_error(flat, few), SLICE_ERROR / 8**2) == pytest.approx(law_error(wide, few))
 
 
 def test_every_second_angle_of_a_law_tells_what_its_angles_leave_open(case):

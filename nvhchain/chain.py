@@ -18,6 +18,7 @@ from nvhchain.case import Case, GearboxCase, Quantity, RadiatorCase
 from nvhchain.dynamics import Recording
 from nvhchain.errors import InputError
 from nvhchain.fidelity import STANDARD, Fidelity
+from nvhchain.given_forces import tell_of_forces
 from nvhchain.handoff import (
     BearingForces,
     Directivity,
@@ -83,6 +84,8 @@ def run(
     )
     for quantity in case.quantities:
         chain.make(quantity)
+    if isinstance(case, GearboxCase) and bearing_forces is not None:
+        tell_of_forces(case, bearing_forces)  # now that nothing was refused
     names = [field.name for field in fields(Result)]
     made = {name: value for name, value in vars(chain).items() if name in names}
     return Result(**made)

@@ -30,7 +30,7 @@ SHAFT_OFF = 0.2
 """Of the largest static force of a shaft: more than friction, drag and inertia change."""
 
 
-def check_forces(case: GearboxCase, forces: BearingForces) -> None:
+def tell_of_forces(case: GearboxCase, forces: BearingForces) -> None:
     """AccuracyWarning where `forces` can hardly be those of the case."""
     _check_seats(case, forces)
     _check_speed(case, forces)

@@ -6,6 +6,7 @@ What a value of the right kind may be (its range, its shape, whether it is whole
 from __future__ import annotations
 
 import inspect
+import sys
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sized
 from concurrent.futures import Executor
 from functools import cache
@@ -13,9 +14,6 @@ from numbers import Real
 from pathlib import Path
 from types import UnionType
 from typing import Any, Literal, NotRequired, Union, Unpack, get_args, get_origin, get_type_hints
-
-import numpy as np
-from numpy.typing import ArrayLike
 
 from nvhchain.errors import InputError
 
@@ -63,7 +61,7 @@ def _check(where: str, name: str, value: Any, hint: Any) -> None:
 
 def _fits(value: Any, hint: Any) -> bool:
     origin, inner = get_origin(hint), get_args(hint)
-    if hint is ArrayLike or origin is np.ndarray:
+    if _is_array(hint):
         return _numeric(value, "biufc" if inner and "complex" in str(inner[-1]) else "biuf")
     if origin in (Union, UnionType):
         return any(_fits(value, each) for each in _either(inner))
@@ -72,7 +70,7 @@ def _fits(value: Any, hint: Any) -> bool:
     if hint in (float, int):
         return isinstance(value, Real) and not isinstance(value, bool)
     if hint is bool:
-        return isinstance(value, bool | np.bool_)
+        return isinstance(value, (bool, *(each.bool_ for each in _loaded("numpy"))))
     if origin is not None and inspect.isclass(origin) and issubclass(origin, Mapping):
         return isinstance(value, Mapping) and all(_fits(each, inner[1]) for each in value.values())
     if origin is not None and inspect.isclass(origin) and issubclass(origin, Iterable):
@@ -86,8 +84,22 @@ def _fits(value: Any, hint: Any) -> bool:
 
 def _either(kinds: tuple[Any, ...]) -> list[Any]:
     """The kinds of a union, those that make up `ArrayLike` as one."""
-    array = set(get_args(ArrayLike))
-    return [ArrayLike, *(kind for kind in kinds if kind not in array)] if array <= set(kinds) else list(kinds)
+    for typing in _loaded("numpy.typing"):
+        array = set(get_args(typing.ArrayLike))
+        if array <= set(kinds):
+            return [typing.ArrayLike, *(kind for kind in kinds if kind not in array)]
+    return list(kinds)
+
+
+def _is_array(hint: Any) -> bool:
+    if any(get_origin(hint) is numpy.ndarray for numpy in _loaded("numpy")):
+        return True
+    return any(hint is typing.ArrayLike for typing in _loaded("numpy.typing"))
+
+
+def _loaded(module: str) -> list[Any]:
+    """The module, or nothing where nobody has imported it: no annotation then speaks of it, and it takes a while."""
+    return [sys.modules[module]] if module in sys.modules else []
 
 
 def _several(value: Any, origin: Any, inner: tuple[Any, ...]) -> bool:
@@ -102,6 +114,8 @@ def _several(value: Any, origin: Any, inner: tuple[Any, ...]) -> bool:
 
 
 def _numeric(value: Any, kinds: str) -> bool:
+    import numpy as np
+
     try:
         return np.asarray(value).dtype.kind in kinds
     except ValueError:  # rows of unequal length
@@ -111,7 +125,7 @@ def _numeric(value: Any, kinds: str) -> bool:
 def _called(hint: Any) -> str:
     """The kind in words."""
     origin, inner = get_origin(hint), get_args(hint)
-    if hint is ArrayLike or origin is np.ndarray:
+    if _is_array(hint):
         return "numbers, as an array or a list"
     if origin in (Union, UnionType):
         return " or ".join(_called(each) for each in _either(inner))

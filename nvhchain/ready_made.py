@@ -10,7 +10,6 @@ import numpy as np
 from nvhchain.case import Case, GearboxCase
 from nvhchain.errors import require
 from nvhchain.fidelity import Fidelity
-from nvhchain.given_forces import check_forces
 from nvhchain.handoff import (
     BearingForces,
     ForceSpectrum,
@@ -60,8 +59,6 @@ def check(case: Case, fidelity: Fidelity, given: dict[str, Any]) -> None:
         _check_distributions(case, given["load_distributions"], ratios=laws is None)
     for name in {"bearing_forces", "force_spectrum"}.intersection(given):
         _check_names(case, given[name].names)
-    if "bearing_forces" in given:
-        check_forces(case, given["bearing_forces"])
     if case.operation.ramp is not None:
         _check_run_up(case, given, fidelity)
 

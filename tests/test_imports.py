@@ -9,7 +9,19 @@ from pathlib import Path
 from importlinter.cli import lint_imports
 
 ROOT = Path(__file__).parents[1]
-HEAVY = {"gmsh", "bempp_cl", "pypardiso", "matplotlib", "pyvista", "vtkmodules", "numba", "scipy", "h5py", "skfem"}
+HEAVY = {
+    "gmsh",
+    "bempp_cl",
+    "pypardiso",
+    "matplotlib",
+    "pyvista",
+    "vtkmodules",
+    "numba",
+    "scipy",
+    "h5py",
+    "skfem",
+    "numpy",
+}
 PROBE = """
 import json, sys, time
 start = time.perf_counter()

@@ -10,7 +10,7 @@ import pytest
 import nvhchain as nvh
 from nvhchain.case import Ramp
 from nvhchain.errors import AccuracyWarning
-from nvhchain.given_forces import check_forces
+from nvhchain.given_forces import tell_of_forces
 from nvhchain.handoff import BearingForces
 
 TURNS = 3
@@ -62,7 +62,7 @@ def forces(case):
 def quiet(case, forces):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        check_forces(case, forces)
+        tell_of_forces(case, forces)
 
 
 def test_forces_that_balance_the_gears_pass_with_the_bearings_in_any_order(case, forces):
@@ -101,7 +101,7 @@ def test_a_speed_or_torque_a_little_off_passes(case, forces):
 )
 def test_forces_that_can_hardly_be_those_of_the_case_are_told(case, forces, change, message):
     with pytest.warns(AccuracyWarning, match=message):
-        check_forces(case, forces.replace(**change(forces)))
+        tell_of_forces(case, forces.replace(**change(forces)))
 
 
 def test_one_channel_of_the_wrong_sign_is_told_with_its_shaft(case, forces):
@@ -110,12 +110,12 @@ def test_one_channel_of_the_wrong_sign_is_told_with_its_shaft(case, forces):
     force.reshape(len(force), -1)[:, largest] *= -1.0
     shaft = case.bearings[largest // 3].shaft
     with pytest.warns(AccuracyWarning, match=rf"bearings of shaft {shaft} carry .* but its gears .*signs, axes"):
-        check_forces(case, forces.replace(force=force))
+        tell_of_forces(case, forces.replace(force=force))
 
 
 def test_a_record_without_means_is_told(case, forces):
     with pytest.warns(AccuracyWarning, match="no mean forces"):
-        check_forces(case, forces.replace(force=forces.force - forces.force.mean(axis=0)))
+        tell_of_forces(case, forces.replace(force=forces.force - forces.force.mean(axis=0)))
 
 
 def test_a_run_up_is_held_against_both_its_speeds(case, forces):
@@ -123,7 +123,7 @@ def test_a_run_up_is_held_against_both_its_speeds(case, forces):
     of = forces.replace(periodic=False, input_speed=np.linspace(case.operation.input_speed, 200.0, len(forces.time)))
     quiet(rising, of)
     with pytest.warns(AccuracyWarning, match=r"asks for 1800…1909\.9 rpm"):
-        check_forces(rising, of.replace(input_speed=1.2 * of.input_speed))
+        tell_of_forces(rising, of.replace(input_speed=1.2 * of.input_speed))
 
 
 def test_run_takes_them_and_tells(case, forces):

@@ -7,7 +7,7 @@ import pytest
 
 from nvhchain.errors import InputError, SolverError
 from nvhchain.fidelity import DRAFT
-from nvhchain.gear import Flank, MicroGeometry, Misalignment
+from nvhchain.gear import Flank, MicroGeometry, Misalignment, ThinRim
 from nvhchain.gear.corner import edge_gap
 from nvhchain.gear.reference import (
     ReferenceResolution,
@@ -20,6 +20,7 @@ from nvhchain.gear.reference import (
 )
 from nvhchain.gear.reference.flanks import across, gap, rolled_length, section
 from nvhchain.gear.reference.grading import elements_needed, graded
+from nvhchain.gear.reference.touching import symmetric
 
 COARSE = dataclasses.replace(DRAFT.gear, profile_elements=3, width_layers=2)
 ROUGH = ReferenceResolution(contact_element=60e-6, growth=0.8, root_rows=3, space_columns=3, rim_rows=3)
@@ -99,6 +100,15 @@ def test_half_a_spur_tooth_answers_as_the_whole_one(make_pair):
             np.testing.assert_allclose(half.own, mean, atol=1e-6 * mean.max())
             passed = full.passed.reshape(-1, 2, n).mean(axis=1)
             np.testing.assert_allclose(half.passed, passed, atol=1e-6 * np.abs(passed).max())
+
+
+def test_half_a_tooth_is_enough_only_for_bodies_that_are_mirrored_too(make_pair):
+    """A web beside mid-width tilts the rim under the load."""
+    pair = make_pair(1, helix_angle=0.0)
+    assert symmetric(pair)
+    for offset, mirrored in ((0.0, True), (1e-3, False)):
+        wheel = dataclasses.replace(pair.wheel, blank=ThinRim(8e-3, 30e-3, 55e-3, offset))
+        assert symmetric(dataclasses.replace(pair, wheel=wheel)) == mirrored
 
 
 def test_layers_and_sense_that_do_not_fit_are_refused(make_pair, helical):

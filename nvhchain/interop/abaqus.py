@@ -1,14 +1,17 @@
 """Abaqus (and CalculiX) input → `SolidModel`: C3D4/10, C3D6/15, C3D8/20, sets, surfaces, couplings, boundary.
 
-One part in one instance, or a flat file.  Keywords of the model that are neither read nor known to change nothing are
-refused; steps, loads and requests for output are passed over.
+Parts in instances, moved or not, or a flat file.  Keywords of the model that are neither read nor known to change
+nothing are refused; steps, loads and requests for output are passed over.
 """
 
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
+
+import numpy as np
 
 from nvhchain.errors import FileFormatError, InputError, require
 from nvhchain.fem.solid_model import SolidModel
@@ -19,11 +22,12 @@ from nvhchain.interop.abaqus_rigid import (
     read_boundary,
     read_coupling,
     read_kinematic,
+    read_kinematic_coupling,
     read_mpc,
     read_rigid_body,
     read_surface,
 )
-from nvhchain.interop.abaqus_sets import AbaqusFile, members_of
+from nvhchain.interop.abaqus_sets import ASSEMBLY, AbaqusFile, members_of, motion
 from nvhchain.interop.units import unit_system
 
 _SOLID = re.compile(r"C3D(4|6|8|10|15|20)(?=$|[RIHMTS])")
@@ -46,12 +50,10 @@ def read_abaqus(path: str | Path, *, units: str) -> SolidModel:
     """
     path = Path(path)
     file = AbaqusFile(Parts(str(path)), unit_system(units))
-    late: list[tuple[str, Block]] = []
     in_step, steps, holding = False, 0, set()
-    reading = "its first line"
     try:
         for block in blocks(path):
-            reading = f"*{block.name}"
+            file.reading = f"*{block.name}"
             in_step = (in_step or block.name == "STEP") and block.name != "END STEP"
             steps += block.name == "STEP"
             if block.name == "BOUNDARY" and in_step:
@@ -71,23 +73,38 @@ def read_abaqus(path: str | Path, *, units: str) -> SolidModel:
                 raise InputError(
                     f"{path}: *{block.name} is not read: replace it by solid elements and kinematic couplings"
                 )
-            _READERS.get(block.name, _ignored)(file, block)
-            if block.name in _LATE:
-                late.append((file.level, block))
+            if file.part and block.name != "END PART":
+                file.contents[file.part].append(block)
+            else:
+                _take(file, block)
+        require(not file.part, f"{path}: part {file.part} does not end: the file is cut off, export it again")
+        require(
+            not file.contents or bool(file.instance),
+            f"{path}: part {', '.join(file.contents)} has no *INSTANCE: without one it is not in the model",
+        )
         for name, apply in _LATE.items():
-            for level, block in late:
+            for level, instance, block in file.late:
                 if block.name == name:
-                    file.level, reading = level, f"*{block.name}"
+                    file.level, file.instance, file.reading = level, instance, f"*{name}"
                     apply(file, block)
         _assign(file)
     except (ValueError, IndexError, KeyError) as error:
         if isinstance(error, InputError):
             raise
         raise FileFormatError(
-            f"{path}: not an Abaqus input file at {reading}: labels must be whole numbers, coordinates numbers: {error}"
+            f"{path}: not an Abaqus input file at {file.reading}: labels must be whole numbers, coordinates numbers: "
+            f"{error}"
         ) from None
     file.parts.groups = file.group_names()
     return restored(file.parts.model(file.system.length), marks(all_lines(path)))
+
+
+def _take(file: AbaqusFile, block: Block) -> None:
+    """Read a keyword for whom it belongs to, or put it off until all names are known."""
+    file.reading = f"*{block.name}"
+    _READERS.get(block.name, _ignored)(file, block)
+    if block.name in _LATE:
+        file.late.append((file.level, file.instance, block))
 
 
 def _ignored(file: AbaqusFile, block: Block) -> None:
@@ -99,16 +116,16 @@ def _node(file: AbaqusFile, block: Block) -> None:
         block.get("SYSTEM", "R").upper() == "R",
         f"{file.parts.source}: *NODE in a cylindrical or spherical system: write it in the rectangular one",
     )
-    labels = []
-    for row in block.data:
-        label = int(row[0]) + file.offset
-        x, y, z = ((*(real(c) if c else 0.0 for c in row[1:4]), 0.0, 0.0, 0.0))[:3]
+    labels = [int(row[0]) + file.offset for row in block.data]
+    points = np.array([[*(real(c) if c else 0.0 for c in row[1:4]), 0.0, 0.0, 0.0][:3] for row in block.data])
+    if file.owner in file.motions and len(points):
+        points = file.motions[file.owner](points)
+    for row, label, (x, y, z) in zip(block.data, labels, points.tolist(), strict=True):
         require(
             file.parts.nodes.get(label, (x, y, z)) == (x, y, z),
             f"{file.parts.source}: node {row[0]} is defined twice, at different places",
         )
         file.parts.nodes[label] = (x, y, z)
-        labels.append(label)
     if block.get("NSET"):
         file.add(file.nsets, block.get("NSET"), labels)
 
@@ -121,9 +138,11 @@ def _element(file: AbaqusFile, block: Block) -> None:
         f"{file.parts.source}: elements of type {kind} are not read: use C3D4/10, C3D6/15 or C3D8/20",
     )
     assert found is not None
-    require(file.owner == "part", f"{file.parts.source}: *ELEMENT, TYPE={kind} in the assembly: write it into the part")
+    require(
+        file.owner != ASSEMBLY, f"{file.parts.source}: *ELEMENT, TYPE={kind} in the assembly: write it into the part"
+    )
     count = int(found[1])
-    cells = [int(c) for row in block.data for c in row if c]
+    cells = [int(c) + file.offset for row in block.data for c in row if c]
     require(len(cells) % (count + 1) == 0, f"{file.parts.source}: {kind} elements have {len(cells)} numbers in all")
     labels = cells[:: count + 1]
     for i, label in enumerate(labels):
@@ -186,7 +205,7 @@ def _state(file: AbaqusFile, block: Block, constants: dict[str, float]) -> None:
 
 
 def _section(file: AbaqusFile, block: Block) -> None:
-    file.sections.append((block.get("ELSET"), block.get("MATERIAL").upper()))
+    file.sections.append((file.owner, block.get("ELSET"), block.get("MATERIAL").upper()))
 
 
 def _assembly(file: AbaqusFile, block: Block) -> None:
@@ -194,29 +213,30 @@ def _assembly(file: AbaqusFile, block: Block) -> None:
 
 
 def _part(file: AbaqusFile, block: Block) -> None:
+    file.part = block.get("NAME").upper()
     require(
-        not file.part and not file.parts.nodes,
-        f"{file.parts.source}: part {block.get('NAME')} is not the only one: write the model as one part",
+        file.part not in file.contents and not file.parts.nodes,
+        f"{file.parts.source}: part {block.get('NAME')} is there twice, or beside nodes of no part: write all as parts",
     )
-    file.level, file.part = "part", block.get("NAME").upper()
+    file.contents[file.part] = []
 
 
 def _end_part(file: AbaqusFile, block: Block) -> None:
-    file.level = "assembly"  # what follows, materials apart, belongs to no part
+    file.part, file.level = "", "assembly"  # what follows, materials apart, belongs to no part
 
 
 def _instance(file: AbaqusFile, block: Block) -> None:
+    name, part = block.get("NAME"), block.get("PART").upper()
+    require(name.upper() not in file.offsets, f"{file.parts.source}: instance {name} is there twice: rename one")
     require(
-        not file.instance and not any(real(c) for row in block.data for c in row if c),
-        f"{file.parts.source}: several instances, or one that is moved: write the model as one part in place",
+        part in file.contents,
+        f"{file.parts.source}: instance {name} is of part {part or 'no name'}, there is "
+        f"{', '.join(file.contents) or 'none'}: write the part before the assembly",
     )
-    part = block.get("PART").upper()
-    require(
-        part == file.part,
-        f"{file.parts.source}: instance {block.get('NAME')} is of part {part or 'no name'}, there is "
-        f"{file.part or 'none'}: write the model as one part",
-    )
-    file.level, file.instance = "instance", block.get("NAME").upper()
+    file.begin(name.upper(), motion(block))
+    for own in file.contents[part]:
+        _take(file, own)
+    file.level = "instance"
 
 
 def _end_instance(file: AbaqusFile, block: Block) -> None:
@@ -226,16 +246,16 @@ def _end_instance(file: AbaqusFile, block: Block) -> None:
 def _assign(file: AbaqusFile) -> None:
     """Material of every element by the section of its set."""
     given: dict[int, str] = {}
-    for elset, name in file.sections:
+    instances = Counter(elset for _, elset in {(owner, elset.upper()) for owner, elset, _ in file.sections})
+    for owner, elset, name in file.sections:
         found = file.materials.get(name, {})
         where = f"{file.parts.source}: material {name} of section {elset}"
         require({"young", "poisson", "density"} <= found.keys(), f"{where} needs *ELASTIC and *DENSITY")
-        require(
-            ("part", elset.upper()) in file.elsets,
-            f"{file.parts.source}: section for set {elset}, which is not defined",
-        )
-        file.parts.materials[elset] = file.system.material(**found, where=where)
-        for label in dict.fromkeys(file.elsets["part", elset.upper()]):
+        key = owner, elset.upper()
+        require(key in file.elsets, f"{file.parts.source}: section for set {elset}, which is not defined")
+        group = elset if instances[elset.upper()] == 1 else f"{owner}.{elset}"
+        file.parts.materials[group] = file.system.material(**found, where=where)
+        for label in dict.fromkeys(file.elsets[key]):
             require(
                 label not in given,
                 f"{file.parts.source}: element {label} has two sections, of sets {given.get(label)} and {elset}: "
@@ -244,7 +264,7 @@ def _assign(file: AbaqusFile) -> None:
             if label in file.elements:
                 given[label] = elset
                 kind, members = file.elements.pop(label)
-                labels, rows = file.parts.elements[kind, elset]
+                labels, rows = file.parts.elements[kind, group]
                 labels.append(label)
                 rows.append(members)
     require(
@@ -275,5 +295,6 @@ _READERS: dict[str, Callable[[AbaqusFile, Block], None]] = {
 _LATE: dict[str, Callable[[AbaqusFile, Block], None]] = {
     "BOUNDARY": read_boundary,
     "RIGID BODY": read_rigid_body,
+    "KINEMATIC COUPLING": read_kinematic_coupling,
     "MPC": read_mpc,
 }

@@ -87,6 +87,19 @@ def read_rigid_body(file: AbaqusFile, block: Block) -> None:
     _add_rigid(file, name, block.get("REF NODE"), nodes, rotation=block.get("ROT NODE"))
 
 
+def read_kinematic_coupling(file: AbaqusFile, block: Block) -> None:
+    """`nodes, first component, last component`: the older way to write a coupling; all components without them."""
+    nodes: list[int] = []
+    for row in block.data:
+        components = _range(row[1:]) if len(row) > 1 and row[1] else set("123456")
+        require(
+            components >= set("123"),
+            f"{file.parts.source}: *KINEMATIC COUPLING of {row[0]} couples {sorted(components)}: 1 … 3 needed",
+        )
+        nodes += file.labels(row[0], file.nsets)
+    _add_rigid(file, f"coupling {block.get('REF NODE')}", block.get("REF NODE"), nodes)
+
+
 def read_mpc(file: AbaqusFile, block: Block) -> None:
     """`BEAM, dependent, reference`: each node follows its reference rigidly."""
     followers: dict[int, list[int]] = {}
@@ -103,7 +116,8 @@ def _add_rigid(file: AbaqusFile, name: str, reference: str, nodes: list[int], ro
         turning = _reference(file, rotation)
         rotations = {str(int(c) + 3) for c in file.parts.held.pop(turning, set()) & set("123")}
         file.parts.held[label] = (file.parts.held[label] & set("123")) | rotations
-    file.parts.rigid.append(Rigid(name, label, nodes))
+    twice = any(rigid.name == name and rigid.reference != label for rigid in file.parts.rigid)
+    file.parts.rigid.append(Rigid(f"{file.instance}.{name}" if twice else name, label, nodes))
 
 
 def _reference(file: AbaqusFile, cell: str) -> int:

@@ -1,35 +1,46 @@
 """What has been read of an Abaqus file, and the labels behind the names of its sets.
 
-Names belong to where they are defined: a part and the assembly may both have a set TOP. Within the part its own is
-meant; in the assembly and after it the assembly's, or the part's where the assembly has none; `instance.TOP` is the
-part's.
+Names and labels belong to where they are defined: to an instance, with all that its part defines, or to the assembly.
+Both may have a set TOP. Within the part its own is meant; in the assembly and after it the assembly's, or that of the
+one instance that has such a set; `instance.TOP` is the instance's.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from nvhchain.errors import InputError, require
+from nvhchain.handoff import FloatArray
 from nvhchain.interop._model_parts import Parts
-from nvhchain.interop.abaqus_keywords import Block
+from nvhchain.interop.abaqus_keywords import Block, real
 from nvhchain.interop.units import UnitSystem
 
-ASSEMBLY = 10**9
-"""Added to the labels of nodes that the assembly defines: they may repeat those of the part."""
+ASSEMBLY = "assembly"
+"""Owner of what the assembly defines; the names of instances are in upper case."""
+
+_APART = 10**9
+"""Between the labels of two owners, which may both have a node 1."""
 
 HIDDEN = "NVHCHAIN_RIGID_"
 """Starts the names of node sets that stand for rigid sets and are no groups of the model."""
 
 Sets = dict[tuple[str, str], list[int]]
-"""(`part` or `assembly`, name in upper case) → labels."""
+"""(owner, name in upper case) → labels.  Owner: an instance in upper case, `ASSEMBLY`, or "" in a flat file."""
+
+Motion = Callable[[FloatArray], FloatArray]
+"""Where points (n, 3) of a part are in the assembly."""
 
 
 @dataclass
 class AbaqusFile:
     """What has been read so far.  level: `part`, `instance` or `assembly`, where the file has got to.
 
-    part, instance, assembly: their names in upper case, "" before they come.  groups: node sets by their names as
-    written first.
+    part: in upper case, the one that is being read, instance: the last one.  contents: of every part.  offsets: owner →
+    what is added to its labels.  motions: instance → where it is moved.  groups: node sets by their names as written
+    first.  sections: owner, element set, material.  late: level and instance of blocks that wait for all others.
     """
 
     parts: Parts
@@ -40,23 +51,37 @@ class AbaqusFile:
     surfaces: Sets = field(default_factory=dict)
     groups: dict[tuple[str, str], str] = field(default_factory=dict)
     materials: dict[str, dict[str, float]] = field(default_factory=dict)
-    sections: list[tuple[str, str]] = field(default_factory=list)
+    sections: list[tuple[str, str, str]] = field(default_factory=list)
+    contents: dict[str, list[Block]] = field(default_factory=dict)
+    offsets: dict[str, int] = field(default_factory=lambda: {"": 0, ASSEMBLY: _APART})
+    motions: dict[str, Motion] = field(default_factory=dict)
+    late: list[tuple[str, str, Block]] = field(default_factory=list)
     coupling: Block | None = None
     material: str = ""
     level: str = "part"
     part: str = ""
     instance: str = ""
     assembly: str = ""
+    reading: str = "its first line"
 
     @property
     def owner(self) -> str:
         """To whom what is defined now belongs."""
-        return "assembly" if self.level == "assembly" else "part"
+        return ASSEMBLY if self.level == "assembly" else self.instance
 
     @property
     def offset(self) -> int:
         """Added to labels that are defined now."""
-        return ASSEMBLY if self.owner == "assembly" else 0
+        return self.offsets[self.owner]
+
+    def begin(self, instance: str, motion: Motion | None) -> None:
+        """What comes belongs to `instance`; labels of the first one stay as they are."""
+        self.offsets.pop("", None)
+        before = len(self.offsets) - 1
+        self.offsets[instance] = (before + 1) * _APART if before else 0
+        if motion is not None:
+            self.motions[instance] = motion
+        self.level, self.instance = "part", instance
 
     def add(self, sets: Sets, name: str, labels: list[int]) -> None:
         """Labels join the set of this name."""
@@ -72,53 +97,62 @@ class AbaqusFile:
     def named(self, sets: Sets, cell: str) -> list[int]:
         """The set that `cell` names from here, with `instance.` before it or without.  Raises InputError."""
         prefix, _, name = cell.strip("\"'").rpartition(".")
-        owners = [self._owner_of(prefix, cell)] if prefix else ["assembly", "part"][self.owner == "part" :]
-        for owner in owners:
-            if (owner, name.upper()) in sets:
-                return sets[owner, name.upper()]
-        raise InputError(f"{self.parts.source}: set {cell!r} is not defined")
+        own = self.owner_of(prefix, cell) if prefix else self.owner
+        if (own, name.upper()) in sets:
+            return sets[own, name.upper()]
+        found = [] if prefix or own != ASSEMBLY else [one for one in self.offsets if (one, name.upper()) in sets]
+        require(len(found) > 0, f"{self.parts.source}: set {cell!r} is not defined")
+        require(
+            len(found) == 1,
+            f"{self.parts.source}: set {cell!r} is in instances {', '.join(found)}: write {found[0]}.{name}",
+        )
+        return sets[found[0], name.upper()]
 
     def labels(self, cell: str, sets: Sets, *, own: bool = False) -> list[int]:
         """Labels behind one cell: a number, the name of a set, or either with `instance.` before it.
 
-        own: a number is that of a node defined at this level; else of whoever has such a node, or is an element.
+        own: a number is that of a node defined at this level; else of whoever has such a node or element.
         """
         prefix, _, name = cell.strip("\"'").rpartition(".")
         if not name.isdigit():
             return self.named(sets, cell)
         number = int(name)
         if prefix:
-            return [number + (ASSEMBLY if self._owner_of(prefix, cell) == "assembly" else 0)]
-        if own:
+            return [number + self.offsets[self.owner_of(prefix, cell)]]
+        if own or self.owner != ASSEMBLY:
             return [number + self.offset]
-        if sets is self.elsets or number + ASSEMBLY not in self.parts.nodes or self.owner == "part":
-            return [number]
+        what, known = ("element", self.elements) if sets is self.elsets else ("node", self.parts.nodes)
+        holders = [one for one, offset in self.offsets.items() if number + offset in known] or [self.instance]
+        instances = [one for one in holders if one != ASSEMBLY]
+        places = ["the assembly"] * (ASSEMBLY in holders) + [f"instance {one}" for one in instances]
         require(
-            number not in self.parts.nodes,
-            f"{self.parts.source}: node {number} is in the assembly and in instance {self.instance}: write "
-            f"{self.instance}.{number}, or name a set",
+            len(holders) == 1,
+            f"{self.parts.source}: {what} {number} is in {' and in '.join(places)}: write {instances[0]}.{number}, or "
+            "name a set",
         )
-        return [number + ASSEMBLY]
+        return [number + self.offsets[holders[0]]]
 
-    def _owner_of(self, prefix: str, cell: str) -> str:
+    def owner_of(self, prefix: str, cell: str) -> str:
+        """Whose `cell` is that begins with `prefix.`.  Raises InputError."""
         last = prefix.upper().rpartition(".")[2]
-        if last and last == self.instance:
-            return "part"
+        if last and last in self.offsets:
+            return last
         if last and last == self.assembly:
-            return "assembly"
+            return ASSEMBLY
+        known = ", ".join(one for one in self.offsets if one not in ("", ASSEMBLY))
         raise InputError(
             f"{self.parts.source}: {cell!r} is in {prefix!r}, which is not read; there "
-            f"{f'is instance {self.instance}' if self.instance else 'are no instances: leave it out'}"
+            f"{f'is instance {known}' if known else 'are no instances: leave it out'}"
         )
 
     def group_names(self) -> dict[str, list[int]]:
-        """Node sets as groups; where the assembly has one of the same name the part's is called `instance.name`."""
+        """Node sets as groups; those of instances are called `instance.name` where others have one of that name."""
         named = {}
         for (owner, key), name in self.groups.items():
             if key.startswith(HIDDEN):
                 continue
-            twice = owner == "part" and ("assembly", key) in self.groups
-            named[f"{self.instance}.{name}" if twice else name] = self.nsets[owner, key]
+            twice = owner != ASSEMBLY and sum((one, key) in self.groups for one in self.offsets) > 1
+            named[f"{owner}.{name}" if twice else name] = self.nsets[owner, key]
         return named
 
 
@@ -126,10 +160,24 @@ def members_of(file: AbaqusFile, block: Block, sets: Sets) -> list[int]:
     """Labels of a set: numbers, names of sets, `GENERATE`d ranges, `instance.number`, of INSTANCE or of this level."""
     inside = block.get("INSTANCE")
     prefix = f"{inside}." if inside else ""
-    own = sets is file.nsets
+    cells = [cell for row in block.data for cell in row if cell]
     if "GENERATE" in block.parameters:
         ranges = [[int(c) for c in row if c] for row in block.data]
-        steps = [n for r in ranges for n in range(r[0], r[1] + 1, r[2] if len(r) > 2 else 1)]
-        offset = 0 if inside or not own else file.offset
-        return [offset + n for n in steps]
-    return [n for row in block.data for cell in row if cell for n in file.labels(prefix + cell, sets, own=own)]
+        cells = [str(n) for r in ranges for n in range(r[0], r[1] + 1, r[2] if len(r) > 2 else 1)]
+    return [n for cell in cells for n in file.labels(prefix + cell, sets, own=sets is file.nsets)]
+
+
+def motion(block: Block) -> Motion | None:
+    """What *INSTANCE does: a translation, then a turn by degrees about the axis from one point to another; or None."""
+    rows = [[real(c) if c else 0.0 for c in row] for row in block.data]
+    if not any(value for row in rows for value in row):
+        return None
+    shift = np.array(next((row for row in rows if len(row) <= 3), [0.0] * 3))
+    turn = next((row for row in rows if len(row) > 3), [0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0])
+    foot, along = np.array(turn[:3]), np.subtract(turn[3:6], turn[:3])
+    length = float(np.linalg.norm(along))
+    require(length > 0, f"instance {block.get('NAME')} is turned about an axis between one point and itself: give two")
+    x, y, z = along / length
+    cross, angle = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]), np.radians(turn[6])
+    turned = np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross  # Rodrigues
+    return lambda points: np.asarray((points + shift - foot) @ turned.T + foot)

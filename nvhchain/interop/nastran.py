@@ -80,6 +80,8 @@ def _grids(by_name: dict[str, list[list[str]]], parts: Parts) -> None:
         field = card[1:] + [""] * (8 - len(card[1:]))
         point = tuple(real(x) if x else 0.0 for x in field[2:5])
         system = int(field[1] or defaults[1] or 0)
+        if system not in frames:
+            raise InputError(f"{parts.source}: GRID {field[0]} is in coordinate system {system}, which is not defined")
         if system:
             point = tuple(frames[system](np.array(point)))
         label = int(field[0])
@@ -103,7 +105,8 @@ def _frames(by_name: dict[str, list[list[str]]]) -> dict[int, Callable[[FloatArr
         if not ready:
             raise InputError(f"coordinate system {waiting[0][1]} rests on system {waiting[0][2]}, which is not defined")
         for card in ready:
-            a, b, c = (frames[int(card[2] or 0)](np.array([real(x) for x in card[i : i + 3]])) for i in (3, 6, 9))
+            at = [real(x) if x else 0.0 for x in [*card[3:], *[""] * 9][:9]]  # blank is zero
+            a, b, c = (frames[int(card[2] or 0)](np.array(at[i : i + 3])) for i in (0, 3, 6))
             z = (b - a) / np.linalg.norm(b - a)
             x = (c - a) - z * (z @ (c - a))
             x /= np.linalg.norm(x)

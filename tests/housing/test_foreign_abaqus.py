@@ -1,4 +1,4 @@
-"""Abaqus input: parts, instances and the names in them, surfaces, couplings, and what is refused."""
+"""Abaqus input: parts, instances and where they are, the names in them, surfaces, couplings, and what is refused."""
 
 import numpy as np
 import pytest
@@ -109,6 +109,42 @@ def test_names_of_sets_have_no_case(tmp_path):
     assert set(model.groups) == {"bottom", "Ref", "corner"}
 
 
+SECOND = "*INSTANCE, NAME=B, PART=Case\n1., 0., 0.\n1., 0., 0., 1., 0., 1., 90.\n*END INSTANCE"
+"""Beside the first, turned from x to y about the edge between both."""
+
+
+def test_instance_is_moved_then_turned(tmp_path):
+    """Abaqus Keywords Guide, *INSTANCE: the translation comes first.  (x, y) goes to (x + 1, y), then to (1 − y, x)."""
+    moved = SECOND[SECOND.index("\n") : SECOND.index("\n*END")]
+    plain, model = read_changed(tmp_path), read_changed(tmp_path, ("PART=Case", f"PART=Case{moved}"))
+    x, y, z = 1e3 * plain.nodes[plain.labels <= 8].T
+    assert 1e3 * model.nodes[model.labels <= 8] == pytest.approx(np.column_stack([1 - y, x, z]), abs=1e-12)
+    assert np.array_equal(model.nodes[model.labels > 8], plain.nodes[plain.labels > 8])  # of the assembly
+    assert np.array_equal(model.held, plain.held)
+
+
+def test_instances_of_one_part_are_two_bodies_in_one_coupling(tmp_path):
+    """Both with nodes 1 … 8 and element 1; a surface of both and sets of each."""
+    model = read_changed(
+        tmp_path,
+        ("*END INSTANCE", f"*END INSTANCE\n{SECOND}"),
+        ("seat, S4", "seat, S4\nB.all, S1"),
+        ("bottom, PINNED", "B.bottom, PINNED\nB.7, 1, 1"),
+    )
+    assert model.elements == 2
+    assert {block.group for block in model.blocks} == {"CASE-1.all", "B.all"}
+    first, second = (block.nodes[0] for block in model.blocks)
+    x, y, z = 1e3 * model.nodes[first].T
+    assert 1e3 * model.nodes[second] == pytest.approx(np.column_stack([1 - y, x, z]), abs=1e-12)
+    (seat,) = model.rigid_sets
+    assert set(seat.nodes) == {*first[[1, 2, 5, 6]], *second[[0, 1, 2, 3]]}
+    assert model.held.sum(axis=1)[second].tolist() == [3, 3, 3, 3, 0, 0, 1, 0]
+    assert model.held.sum(axis=1)[first].tolist() == [0, 0, 0, 0, 0, 0, 0, 1]
+    assert model.groups["B.bottom"].tolist() == second[:4].tolist()
+    assert model.groups["CASE-1.bottom"].tolist() == first[:4].tolist()
+    assert model.labels[first].tolist() == list(range(1, 9))
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
@@ -119,10 +155,13 @@ def test_names_of_sets_have_no_case(tmp_path):
             "'Case-2.bottom' is in 'Case-2', which is not read; there is instance",
         ),
         ("*END INSTANCE", "*NSET, NSET=bottom\n8\n*END INSTANCE", "set bottom is defined in the part and in instance"),
-        ("*ASSEMBLY", "*PART, NAME=Lid\n*END PART\n*ASSEMBLY", "part Lid is not the only one"),
+        ("*END PART\n", "", "part CASE does not end"),
+        (ABAQUS[ABAQUS.index("*ASSEMBLY") : ABAQUS.index("*MATERIAL")], "", r"part CASE has no \*INSTANCE"),
         ("PART=Case", "PART=Lid", "instance Case-1 is of part LID, there is CASE"),
         ("*NSET, NSET=Ref", "*ELEMENT, TYPE=C3D4\n9, 1, 2, 3, 4\n*NSET, NSET=Ref", "C3D4 in the assembly"),
-        ("*END INSTANCE", "*END INSTANCE\n*INSTANCE, NAME=B, PART=Case\n*END INSTANCE", "several instances"),
+        ("*END INSTANCE", f"*END INSTANCE\n{SECOND}", "set 'bottom' is in instances CASE-1, B: write CASE-1.bottom"),
+        ("*END INSTANCE", f"*END INSTANCE\n{SECOND.replace('=B', '=CASE-1')}", "instance CASE-1 is there twice"),
+        ("PART=Case\n", "PART=Case\n0., 0., 1.\n0., 0., 0., 0., 0., 0., 90.\n", "axis between one point and itself"),
     ],
 )
 def test_ambiguous_names_and_parts_are_refused_with_the_remedy(tmp_path, old, new, message):
@@ -148,7 +187,7 @@ SECTION = "*SOLID SECTION, ELSET=ALL, MATERIAL=Steel\n,\n"
     ("old", "new", "message"),
     [
         ("*KINEMATIC", "*DISTRIBUTING", r"\*DISTRIBUTING is not read"),
-        ("*KINEMATIC", "*KINEMATIC COUPLING", r"\*KINEMATIC COUPLING is not read"),
+        ("*KINEMATIC", "*KINEMATIC COUPLING, REF NODE=Ref\ncorner, 1, 2", r"COUPLING of corner couples \['1', '2'\]"),
         ("210000., 0.3", "210000., 0.3, 20.\n70000., 0.3, 400.", r"\*ELASTIC has 2 rows"),
         ("TYPE=C3D8R", "TYPE=S8R", "type S8R are not read"),
         ("*DENSITY\n7.85e-09,\n", "", "needs \\*ELASTIC and \\*DENSITY"),
@@ -221,6 +260,8 @@ def test_orientation_changes_nothing_of_an_isotropic_solid(tmp_path):
         ("*COUPLING, CONSTRAINT NAME=A1, REF NODE=Ref, SURFACE=Seat\n*KINEMATIC", [2, 3, 6, 7]),
         ("*RIGID BODY, NSET=Free, REF NODE=Case-1.7", [2, 3, 6, 7]),
         ("*MPC\nBEAM, Free, Case-1.7", [2, 3, 6, 7]),
+        ("*KINEMATIC COUPLING, REF NODE=Case-1.7\nFree, 1, 6", [2, 3, 6, 7]),
+        ("*KINEMATIC COUPLING, REF NODE=Case-1.7\nCase-1.2\nCase-1.6, 1, 3", [2, 6, 7]),
     ],
 )
 def test_reference_node_in_the_solid_moves_with_the_nodes_that_follow_it(tmp_path, keyword, members):

@@ -159,6 +159,13 @@ def test_ranges_take_the_grid_points_that_there_are(tmp_path, last):
     assert model.labels[model.groups["SET1 1"]].tolist() == [4, 8]
 
 
+def test_blank_numbers_of_a_coordinate_system_are_zero(tmp_path):
+    path = tmp_path / "blank.bdf"
+    system = NASTRAN[NASTRAN.index("CORD2C") : NASTRAN.index("$ free")]
+    path.write_text(NASTRAN.replace(system, "CORD2C,5,,1.,,,1.,,1.\n+,2.\n"))
+    assert read_nastran(path, units="m-kg-s").nodes[4] == pytest.approx([0.0, 0.0, 1.0], abs=1e-12)
+
+
 def test_subcases_held_differently_are_read_by_spc(tmp_path):
     path = tmp_path / "subcases.bdf"
     path.write_text(NASTRAN.replace("SPC = 7", "SUBCASE 1\nSPC = 7\nSUBCASE 2\nSPC = 8"))
@@ -179,6 +186,7 @@ def test_subcases_held_differently_are_read_by_spc(tmp_path):
         ("MAT1           4", "MAT1           5", "is not defined"),
         ("+A             7       8", "+A             7      77", "node 77 is not defined"),
         ("GRID,8,,0.,1.,1.", "GRID,8,,0.,x,1.", "not Nastran bulk data"),
+        ("GRID,8,,0.,1.,1.", "GRID,8,6,0.,1.,1.", "GRID 8 is in coordinate system 6, which is not defined"),
         ("GRID,8,,0.,1.,1.", "CQUAD4,5,3,1,2,3,4", "1 CQUAD4"),
         ("SPC,7,8,13,0.0", "SPC,7,8,13,0.1", "enforces a motion"),
         ("MAT1           4", "MAT1,4,7.+10,,0.3,2.7+6\nMAT1           4", "MAT1 4 is defined twice"),

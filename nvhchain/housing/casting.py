@@ -147,11 +147,15 @@ class Casting:
             room > 0,
             f"Casting depth = {self.depth:g} m leaves no gear case behind bell_depth = {self.bell_depth:g} m: enlarge",
         )
-        thickest = min(s.radius for s in self.gear_spaces) / 2
-        for name in ("wall", "end_wall", "chamfer"):
+        narrow, wide = (choose(space.radius for space in self.gear_spaces) for choose in (min, max))
+        require(
+            self.chamfer < narrow / 2,
+            f"Casting chamfer = {self.chamfer:g} m must be below {narrow / 2:g} m, half the radius of a gear space",
+        )
+        for name in ("wall", "end_wall"):
             require(
-                getattr(self, name) < thickest,
-                f"Casting {name} = {getattr(self, name):g} m must be below {thickest:g} m, half a gear space",
+                getattr(self, name) < wide,
+                f"Casting {name} = {getattr(self, name):g} m must be below {wide:g} m, the largest gear space's radius",
             )
         require(
             self.lug_radius >= self.bolt_radius + 0.002,

@@ -62,9 +62,9 @@ def skin(
     """Boundary of the solids and the shells beside it.
 
     nodes: (n, 3) m, of `labels` (n,).  moves: (n,) bool, which have displacements in every mode.  what: the table
-    of the elements, for messages.  Of shells that coat solids and of the solids' own skin that one is taken of which
-    more has displacements, the solids' if all of it has and the shells if it is as much; shells elsewhere radiate from
-    both sides.  Faces of which a mid-edge node has no displacements go by their corners.
+    of the elements, for messages.  Shells that coat solids take the place of what they cover, turned outward, where
+    more of them has displacements than of the solids' skin; shells elsewhere radiate from both sides.  Faces of which
+    a mid-edge node has no displacements go by their corners.
     Raises InputError for elements without a skin, a skin without displacements, and for solids that overlap.
     """
     rows: dict[int, IntArray] = {}
@@ -120,26 +120,41 @@ def _with_edges(shape: str, rows: IntArray) -> tuple[str, IntArray]:
 def _chosen(
     boundary: IntArray, shells: IntArray, nodes: FloatArray, moves: IntArray, notes: list[str]
 ) -> tuple[IntArray, IntArray]:
-    """Faces of the solids and of the shells that are the skin."""
+    """Faces of the skin, outward, and the shells that are not on it."""
     skin = _flat(boundary, nodes)
+    on_skin, below = lying_on(_middles(shells, nodes), skin, _BESIDE).T
     coat = np.zeros(len(shells), dtype=bool)
-    coat[lying_on(_middles(shells, nodes), skin, _BESIDE)[:, 0]] = True
+    coat[on_skin] = True
     if coat.any():
         whole = _area(skin)
         share = _area(_flat(shells[coat], nodes)) / whole
         covered = f"shells cover {100 * share:.3g} % of the solids' skin"
         own, theirs = (_area(_flat(faces[_moving(faces, moves)], nodes)) / whole for faces in (boundary, shells[coat]))
         moved = f"{covered}; {100 * own:.3g} % of it have displacements of their own, {100 * theirs:.3g} % the shells'"
-        if own < _WHOLE and theirs > _WHOLE * own:
-            notes.append(f"{moved}: the shells are taken")
-            return boundary[:0], shells
-        if own < _WHOLE:
+        if own < _WHOLE and _WHOLE * theirs > own:
+            notes.append(f"{moved}: the shells are taken there")
+            bare = np.ones(len(boundary), dtype=bool)
+            bare[lying_on(_middles(boundary, nodes), _flat(shells[coat], nodes), _BESIDE)[:, 0]] = False
+            boundary = np.concatenate([boundary[bare], _outward(shells, on_skin, skin[below], nodes)[coat]])
+        elif own < _WHOLE:
             notes.append(f"{moved}: the solids' skin is taken")
         elif share < _WHOLE:
             notes.append(f"{covered}: the whole of it is taken")
     if not coat.all():
         notes.append(f"{int((~coat).sum())} shells that are not on the skin of the solids radiate from both sides")
     return boundary, shells[~coat]
+
+
+def _outward(shells: IntArray, which: IntArray, below: FloatArray, nodes: FloatArray) -> IntArray:
+    """Shells (f, 8), `which` (q,) of them turned as the triangles `below` (q, 3, 3) on which they lie."""
+    corners = nodes[np.where(shells[:, :4] >= 0, shells[:, :4], shells[:, :1])]
+    own = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    normal = np.cross(below[:, 1] - below[:, 0], below[:, 2] - below[:, 0])
+    along = np.bincount(which, np.einsum("qa,qa->q", own[which], normal), minlength=len(shells))
+    four = shells[:, 3:4] >= 0
+    over = shells[:, [0, 3, 2, 1, 7, 6, 5, 4]]
+    over = np.where(four, over, shells[:, [0, 2, 1, 3, 6, 5, 4, 7]])
+    return np.where(along[:, None] < 0, over, shells)
 
 
 def _moving(faces: IntArray, moves: IntArray) -> IntArray:

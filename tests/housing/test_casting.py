@@ -36,6 +36,7 @@ def test_412_m_housing_is_refused_with_limit_and_remedy():
         ("wall", -0.005, "wall = -0.005 m is outside"),
         ("wall", float("nan"), "wall = nan"),
         ("wall", 5.5, "wall = 5.5 m .*wall_mm"),
+        ("wall", 0.13, "wall = 0.13 m must be below 0.123 m"),
         ("depth", 0.05, "leaves no gear case"),
         ("bolts", -1, "bolts = -1 .*0 … 200"),
         ("modal_damping", 0.0, "modal_damping"),

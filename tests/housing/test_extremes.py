@@ -63,7 +63,7 @@ def test_chords_of_a_wall_stay_within_half_its_thickness(casting):
 def test_walls_of_fifty_millimetres(fidelity):
     thick = Casting(
         bores=(Bore("A1", (0.0, 0.0, 0.061), 0.03, 0.06), Bore("A2", (0.0, 0.0, 0.275), 0.03, 0.06)),
-        gear_spaces=(GearSpace((0.0, 0.0), 0.12),),
+        gear_spaces=(GearSpace((0.0, 0.0), 0.07),),
         wall=0.05,
         end_wall=0.05,
         depth=0.3,

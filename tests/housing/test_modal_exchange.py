@@ -265,16 +265,55 @@ def test_shells_on_part_of_the_solids_skin_leave_the_whole_skin_and_are_told(tmp
     assert model.notes == ("shells cover 27.3 % of the solids' skin: the whole of it is taken",)
 
 
-def test_shells_are_the_skin_where_the_solids_have_no_displacements(tmp_path):
+def coat(solid, moved):
+    """Nodes, elements 2000 … and displacements (the place) of shells of their own nodes on the outside at `moved`."""
+    faces = boundary_faces([("hex", solid.blocks[0].nodes)], solid.labels, "box")
+    faces = faces[moved(solid.nodes[faces[:, :4]].mean(axis=1))]
+    used, rows = np.unique(faces[:, :4], return_inverse=True)
+    labels, rows = 5001 + np.arange(len(used)), 5001 + rows.reshape(-1, 4)
+    rows[::2] = rows[::2, ::-1]  # every second one looks inward
+    points, motion = [], []
+    for label, place in zip(labels, solid.nodes[used], strict=True):
+        points += [f"{label:10d}{0:10d}{0:10d}{11:10d}", "".join(f"{x:25.16E}" for x in place)]
+        motion += [f"{label:10d}", "".join(f"{x:13.5E}" for x in place)]
+    elements = [
+        f"{2000 + i:10d}{94:10d}{1:10d}{1:10d}{7:10d}{4:10d}\n" + "".join(f"{label:10d}" for label in row)
+        for i, row in enumerate(rows)
+    ]
+    return points, elements, motion
+
+
+@pytest.mark.parametrize(("height", "share"), [(0.05, "27.3"), (-1.0, "100")])
+def test_shells_take_the_place_of_what_they_cover_of_solids_without_displacements(height, share, tmp_path):
+    """The top of a box, or all of it: the body stays closed, its inside is no cavity and its skin no sheet."""
+    path = tmp_path / "box.unv"
+    solid = universal_file(path, "hex8", lambda solid: [int(np.linalg.norm(solid.nodes, axis=1).argmin())])
+    points, elements, motion = coat(solid, lambda middle: middle[:, 2] > (0.1 - 1e-9 if height > 0 else height))
+    with_elements(path, elements)
+    text = path.read_text().replace("    -1\n    -1\n  2412", "\n".join([*points, "    -1\n    -1\n  2412"]))
+    path.write_text(text.rstrip()[: -len("    -1")].rstrip() + "\n" + "\n".join([*motion, "    -1", ""]))
+    model = read_modal_uff(path)
+    assert measured(model) == pytest.approx((0.22, 0.006), rel=1e-12)
+    assert not model.two_sided.any()
+    assert f"shells cover {share} % of the solids' skin" in model.notes[0]
+    assert model.notes[0].endswith(
+        f"0 % of it have displacements of their own, {share} % the shells': the shells are taken there"
+    )
+    coated = np.unique(model.triangles[(model.labels[model.triangles[:, :3]] > 5000).all(axis=1), :3])
+    assert model.shapes[0, coated] == pytest.approx(model.nodes[coated], abs=2e-6)
+
+
+def test_solids_that_move_where_shells_on_the_same_nodes_do_keep_their_skin(tmp_path):
     path = tmp_path / "box.unv"
     solid = universal_file(path, "hex8", lambda solid: np.flatnonzero(solid.nodes[:, 2] == 0.1))
     with_elements(path, shells_on_top(solid))
     model = read_modal_uff(path)
-    assert model.two_sided.all()
-    assert measured(model)[0] == pytest.approx(0.06, rel=1e-12)
+    assert not model.two_sided.any()
+    assert measured(model) == pytest.approx((0.22, 0.006), rel=1e-12)
     assert model.notes == (
         "shells cover 27.3 % of the solids' skin; 27.3 % of it have displacements of their own, 27.3 % the "
-        "shells': the shells are taken",
+        "shells': the solids' skin is taken",
+        "9 of 18 corners of the skin have no displacements: they stand still",
     )
 
 

@@ -19,6 +19,7 @@ from scipy.sparse.csgraph import connected_components
 
 from nvhchain.errors import InputError, require
 from nvhchain.handoff import FloatArray, IntArray, Surface
+from nvhchain.handoff.surface import bodies_of
 from nvhchain.housing.regions import CAVITY, OUTSIDE, PLUG, WALL, Regions, regions
 from nvhchain.housing.skin import Skin
 from nvhchain.housing.surface_nets import relaxed, split, surface_nets, well_composed
@@ -279,8 +280,10 @@ def _notes(skin: Skin, space: Regions, surface: Surface, exposed: IntArray) -> t
     require(bool(exposed.any()), "no facet of the skin touches the outside: is the engine's plane on the right side?")
     cavity = _cavity(space, corners[~np.broadcast_to(skin.sheets, len(corners))])
     closed = f" with {1e3 * cavity:.3g} litres of cavity closed off" if cavity else ""
+    bodies = 1 + int(bodies_of(surface.triangles).max())
+    apart = f" around {bodies} bodies" if bodies > 1 else ""
     return (
-        f"envelope of {len(surface.triangles)} faces, {1e3 * surface.volume:.4g} litres{closed}; "
+        f"envelope of {len(surface.triangles)} faces{apart}, {1e3 * surface.volume:.4g} litres{closed}; "
         f"{area[exposed].sum():.4g} of {area.sum():.4g} m² of skin touch the air",
     )
 

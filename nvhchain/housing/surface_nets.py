@@ -26,14 +26,19 @@ _WITHIN = 0.1
 """Part of a cell that a vertex keeps from its border."""
 
 
+_CRUMB = 27
+"""Lattice points, three each way; what hangs on the bodies by less than a face and is smaller is none itself."""
+
+
 def well_composed(full: BoolArray, on_floor: bool) -> BoolArray:
-    """The largest body, without holes inside and without cells that touch at an edge or corner only."""
+    """The largest body and others but crumbs, without holes inside and cells that touch at an edge or corner only."""
     full = full.copy()
     while True:
         number, count = components(full)
         if count > 1:
             sizes = np.bincount(number.ravel())
-            full = number == 1 + int(sizes[1:].argmax())
+            sizes[0] = 0
+            full = (sizes >= min(_CRUMB, sizes.max()))[number]
         full = binary_fill_holes(full)
         before = int(full.sum())
         for axes in combinations(range(3), 2):

@@ -220,6 +220,26 @@ def test_gap_between_two_halves_does_not_let_the_outside_in():
     assert area(skin, made.exposed) == pytest.approx(OUTSIDE, rel=0.08)  # with the flanks of the joint
 
 
+def test_bodies_apart_have_an_envelope_each_and_keep_their_own_motion():
+    """Two boxes that a rigid set joins across a gap wider than a face; a crumb of one is none."""
+    one = box("hex8", counts=(8, 6, 4), lengths=SIZE, held=False)
+    places = [np.zeros(3), [0.5, 0.0, 0.0], [0.0, 0.4, 0.0]]
+    scale = [1.0, 0.5, 0.15]  # the last is 60 mm long: less than three faces
+    nodes = np.vstack([at + size * one.nodes for at, size in zip(places, scale, strict=True)])
+    count = len(one.nodes)
+    bricks = np.vstack([one.blocks[0].nodes + count * i for i in range(3)])
+    block = replace(one.blocks[0], nodes=bricks, labels=np.arange(1, len(bricks) + 1))
+    held = np.zeros(nodes.shape, dtype=bool)
+    skin = solid_skin(raised(SolidModel(nodes, np.arange(1, len(nodes) + 1), (block,), (), held, {}, "three boxes")))
+    made = envelope(skin)
+    assert "around 2 bodies" in made.notes[0]
+    assert made.surface.volume == pytest.approx(0.024 * (1 + 1 / 8), rel=0.03)
+    motion = normal_motion(skin.nodes, skin.facets, made.surface, made.silent, 6.0)
+    second = skin.nodes[:, 0] > 0.45
+    moved = motion @ np.repeat(second, 3).astype(float)
+    assert not moved[made.surface.centroids[:, 0] < 0.45].any()
+
+
 def test_body_thinner_than_a_face_is_refused():
     skin = solid_skin(sound_mesh(box("hex8", counts=(8, 6, 1), lengths=(0.4, 0.3, 0.004)))[0])
     with pytest.raises(InputError, match="thinner than a radiating face of 25 mm"):

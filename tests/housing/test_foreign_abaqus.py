@@ -130,14 +130,17 @@ def test_instances_of_one_part_are_two_bodies_in_one_coupling(tmp_path):
         ("*END INSTANCE", f"*END INSTANCE\n{SECOND}"),
         ("seat, S4", "seat, S4\nB.all, S1"),
         ("bottom, PINNED", "B.bottom, PINNED\nB.7, 1, 1"),
+        ("*END PART", "*RIGID BODY, NSET=bottom, REF NODE=5\n*END PART"),
     )
     assert model.elements == 2
     assert {block.group for block in model.blocks} == {"CASE-1.all", "B.all"}
     first, second = (block.nodes[0] for block in model.blocks)
     x, y, z = 1e3 * model.nodes[first].T
     assert 1e3 * model.nodes[second] == pytest.approx(np.column_stack([1 - y, x, z]), abs=1e-12)
-    (seat,) = model.rigid_sets
-    assert set(seat.nodes) == {*first[[1, 2, 5, 6]], *second[[0, 1, 2, 3]]}
+    bodies = {rigid.name: set(rigid.nodes) for rigid in model.rigid_sets}
+    assert bodies["bottom"] == set(first[:5])
+    assert bodies["B.bottom"] == set(second[:5])
+    assert bodies["A1"] == {*first[[1, 2, 5, 6]], *second[[0, 1, 2, 3]]}
     assert model.held.sum(axis=1)[second].tolist() == [3, 3, 3, 3, 0, 0, 1, 0]
     assert model.held.sum(axis=1)[first].tolist() == [0, 0, 0, 0, 0, 0, 0, 1]
     assert model.groups["B.bottom"].tolist() == second[:4].tolist()

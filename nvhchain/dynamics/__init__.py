@@ -8,7 +8,7 @@ from nvhchain.dynamics.mesh_levels import ContactForce
 from nvhchain.dynamics.quasi_static import static_bearing_forces, static_misalignment
 from nvhchain.dynamics.recording import Recording, record_run_up
 from nvhchain.dynamics.rigid_train import run_up_time
-from nvhchain.dynamics.speed_ramp import run_up, run_up_with_error
+from nvhchain.dynamics.run_up_record import run_up, run_up_with_error
 from nvhchain.dynamics.steady import bearing_forces, steady_sweep
 from nvhchain.dynamics.train import Train, train
 

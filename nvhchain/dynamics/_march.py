@@ -211,12 +211,17 @@ def march_of(bent):  # type: ignore[no-untyped-def]
 
         _deflections(n_mesh, n_z, read_re, read_im, re, im, start)
 
+        stored = wait = 0  # counted: n % stride and n // stride would be divisions, one for every mode stored
         for n in range(n_step):
-            if n % stride == 0:
+            if wait == 0:
+                wait = stride
+                into = states[stored]
+                stored += 1
                 for m in range(n_kept):
-                    states[n // stride, m] = re[m]
+                    into[m] = re[m]
                 for m in range(n_kept):
-                    states[n // stride, n_kept + m] = im[m]
+                    into[n_kept + m] = im[m]
+            wait -= 1
             _rows_at(n, position, rows, row, following, weight)
 
             # one array written per loop: with more, the compiler gives up on proving that they do not overlap

@@ -47,7 +47,7 @@ class Ramp:
     def turns(self, time: FloatArray) -> FloatArray:
         """Turns of the input since time 0."""
         inside = np.clip(time, 0.0, self.duration)
-        angle = (self.start_speed + 0.5 * self.acceleration * inside) * inside + self.speed(time) * (time - inside)
+        angle = self.start_speed * time + self.acceleration * inside * (time - 0.5 * inside)
         return np.asarray(angle / (2.0 * pi))
 
 

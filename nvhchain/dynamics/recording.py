@@ -25,8 +25,9 @@ from nvhchain.dynamics.gearbox import Gearbox
 from nvhchain.dynamics.law_range import joined, warn_beyond_law
 from nvhchain.dynamics.one_thread import on_one_thread
 from nvhchain.dynamics.ramp import Operation
+from nvhchain.dynamics.run_up_record import Sampled, record
 from nvhchain.dynamics.simulation import Motion
-from nvhchain.dynamics.speed_ramp import RunUp, Standing, prepare, record, samples, start
+from nvhchain.dynamics.speed_ramp import RunUp, Standing, prepare, samples, start
 from nvhchain.errors import FileFormatError, InputError, require
 from nvhchain.handoff import BearingForces, FloatArray, MeshLaw, ReducedHousing
 from nvhchain.kinds import check_arguments
@@ -96,7 +97,9 @@ def record_run_up(
         waiting.append(piece)
         whole = sum(len(part) for part in waiting)
         if whole >= size or (stands.block == run.blocks and whole > 0):
-            forces = record(run, first, np.concatenate(waiting), mesh_laws, operation["fidelity"])
+            sampled = Sampled.room(run, whole)
+            sampled.fill(0, np.concatenate(waiting))
+            forces = record(run, first, sampled, mesh_laws, operation["fidelity"])
             store.save(forces.replace(provenance=provenance | forces.provenance), _path(folder, written))
             written, first, waiting = written + 1, first + whole, []
             _keep(folder, key, answers, written, first, stands)

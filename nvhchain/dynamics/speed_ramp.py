@@ -15,20 +15,14 @@ from typing import Unpack
 
 import numpy as np
 
-from nvhchain.conventions import Progress
-from nvhchain.dynamics.contact_loss import parted_flanks
 from nvhchain.dynamics.decimation import Decimator, decimator, low_pass, low_pass_reach, record_stride
 from nvhchain.dynamics.gearbox import Gearbox
-from nvhchain.dynamics.law_range import marked, remind
-from nvhchain.dynamics.one_thread import on_one_thread
 from nvhchain.dynamics.quasi_static import law_phases
 from nvhchain.dynamics.ramp import Operation, Ramp
 from nvhchain.dynamics.simulation import Motion, Simulation, advance, at_rest, at_speed, carried_over, simulation
 from nvhchain.dynamics.steady import check_step, settling_time
 from nvhchain.errors import ResourceError, require
-from nvhchain.fidelity import DynamicsFidelity
-from nvhchain.handoff import BearingForces, FloatArray, MeshLaw, ReducedHousing
-from nvhchain.kinds import check_arguments
+from nvhchain.handoff import FloatArray, MeshLaw, ReducedHousing
 from nvhchain.memory import free_memory
 
 BLOCK = 2048
@@ -86,7 +80,8 @@ class RunUp:
         whole = BLOCK * self.decimator.stride
         step = np.arange(block * whole, min((block + 1) * whole, self.steps), dtype=float)
         middle = (step - self.lead + 0.5) * self.model.step.step
-        return np.asarray(self.ramp.turns(middle)[:, None] / self.law_period + self.offset)
+        # one mesh after the other: NumPy is slow along axes of two
+        return np.asarray((self.ramp.turns(middle) / self.law_period[:, None] + self.offset[:, None]).T)
 
 
 @dataclass(frozen=True, eq=False)
@@ -218,90 +213,3 @@ def samples(run: RunUp, standing: Standing) -> Iterator[tuple[FloatArray, Standi
             waiting = forming.submit(form, old, states[:ahead], excesses, block), standing
         if waiting is not None:
             yield waiting[0].result(), waiting[1]
-
-
-def record(
-    run: RunUp, first: int, sampled: FloatArray, mesh_laws: Sequence[MeshLaw], fidelity: DynamicsFidelity
-) -> BearingForces:
-    """The hand-off of samples `first`, first + 1, … of a run, `marked`."""
-    gearbox = run.model.assembly.gearbox
-    time = np.arange(first, first + len(sampled), dtype=float) * run.sample_time
-    n_force, n_mesh = 3 * len(gearbox.bearings), len(gearbox.meshes)
-    made = BearingForces(
-        time=time,
-        force=sampled[:, :n_force].reshape(len(sampled), -1, 3),
-        names=tuple(bearing.name for bearing in gearbox.bearings),
-        positions=np.array(gearbox.bearing_positions),
-        input_speed=run.ramp.speed(time),
-        mesh_deflection=sampled[:, n_force : n_force + n_mesh],
-        transmission_error=sampled[:, n_force + 2 * n_mesh : -1],
-        output_lag=sampled[:, -1],
-    )
-    back = sampled[:, n_force + n_mesh : n_force + 2 * n_mesh]
-    parted = parted_flanks(
-        run.model,
-        made.mesh_deflection,
-        back,
-        lambda at: run.ramp.turns(time[at])[:, None] / run.law_period + run.offset,
-        run.sample_time,
-    )
-    return marked(made, back, gearbox, mesh_laws, fidelity, parted)
-
-
-def run_up(
-    gearbox: Gearbox,
-    mesh_laws: Sequence[MeshLaw],
-    housing: ReducedHousing | None,
-    *,
-    progress: Progress | None = None,
-    **operation: Unpack[Operation],
-) -> BearingForces:
-    """Forces of the bearings on the housing while the input speed changes evenly from start_speed to end_speed.
-
-    mesh_laws: one per mesh, in the gearbox's order.  housing: None for rigid seats.  operation: `Operation`.
-
-    From a standstill the run starts on the quasi-static solution; from any other speed it runs at that speed until
-    `settle_level` of the start is left. Every so many steps that a period of f_max keeps
-    `stored_samples_per_period` samples, one is stored, after a low-pass that keeps the rest from folding into the band
-    up to f_max; between f_max and half the sampling rate the record fades out. Bit for bit reproducible on one machine.
-    Raises InputError when the step is too long for f_max or the meshes, ResourceError when the record does not fit
-    into memory (`record_run_up` writes it to files), SolverError when the start cannot be forgotten.
-    AccuracyWarning, and `beyond_mesh_law` or `parted_flanks` in the provenance, where a recorded deflection leaves its
-    mesh law or flanks part.
-    """
-    check_arguments(run_up, locals())
-    return run_up_with_error(gearbox, mesh_laws, housing, progress=progress, **operation)[0]
-
-
-@on_one_thread
-def run_up_with_error(
-    gearbox: Gearbox,
-    mesh_laws: Sequence[MeshLaw],
-    housing: ReducedHousing | None,
-    *,
-    progress: Progress | None = None,
-    **operation: Unpack[Operation],
-) -> tuple[BearingForces, FloatArray]:
-    """`run_up` and the transmission error of the whole gearbox at the same samples.
-
-    (n_t,) rad by which the output shaft lags behind the input shaft's angle times the speed ratio, > 0 under a driving
-    torque.
-    """
-    check_arguments(run_up_with_error, locals())
-    run = prepare(gearbox, mesh_laws, housing, **operation)
-    n_out = len(run.decimator.constant)
-    needed, available = 3 * 8.0 * run.count * (n_out + 2), free_memory()
-    if needed > 0.8 * available:
-        raise ResourceError(
-            f"a record of {run.count} samples needs {needed / 2**30:.1f} GiB, but {available / 2**30:.1f} are free: "
-            "write it to files with record_run_up (`nvhchain record`), or lower f_max or the duration"
-        )
-    sampled, filled = np.empty((run.count, n_out)), 0
-    for piece, standing in samples(run, start(run)):
-        sampled[filled : filled + len(piece)] = piece
-        filled += len(piece)
-        if progress:
-            progress(standing.block, run.blocks)
-    forces = record(run, 0, sampled, mesh_laws, operation["fidelity"])
-    remind(forces)
-    return forces, sampled[:, -1].copy()

@@ -54,7 +54,10 @@ class HandOff:
 
 
 def array(owner: object, name: str, dtype: Any, shape: tuple[int | None, ...]) -> Any:
-    """Replace field `name` by a read-only, finite, C-contiguous array of `dtype` and `shape` (None: any length)."""
+    """Replace field `name` by a read-only, finite, C-contiguous array of `dtype` and `shape` (None: any length).
+
+    A read-only array that owns its memory, such as another hand-off's, is kept as it is; all else is copied.
+    """
     kind = type(owner).__name__
     given = getattr(owner, name)
     if np.iscomplexobj(given) and np.dtype(dtype).kind != "c":
@@ -71,7 +74,8 @@ def array(owner: object, name: str, dtype: Any, shape: tuple[int | None, ...]) -
     if value.dtype.kind in "fc" and not np.isfinite(value).all():
         bad = int(np.argmin(np.isfinite(value)))
         raise InputError(f"{kind}.{name} holds a value that is not finite (flat index {bad}): remove or repair it")
-    if value is given or value.base is not None:
+    shared = value is given and (value.flags.writeable or not value.flags.owndata)
+    if shared or value.base is not None:
         value = value.copy()
     value.flags.writeable = False
     object.__setattr__(owner, name, value)

@@ -126,3 +126,18 @@ def test_breaks_of_transfer_vectors_are_masters_that_others_follow(breaks, messa
     assert made.breaks.tolist() == made.unfolded().breaks.tolist() == [10.0, 20.0]
     with pytest.raises(InputError, match=message):
         made.replace(breaks=breaks)
+
+
+def test_nobody_can_change_a_hand_off_from_outside_and_hand_offs_share_what_nobody_can_write():
+    time, force = np.arange(3.0), np.ones((3, 1, 3))
+    of = BearingForces(time, force[:, :], ("A",), np.zeros((1, 3)), np.ones(3))
+    time[1], force[1] = 7.0, 7.0
+    assert of.time.tolist() == [0.0, 1.0, 2.0]
+    assert (of.force == 1.0).all()
+    with pytest.raises(ValueError, match="read-only"):
+        of.force[0] = 2.0
+    again = of.replace(periodic=True)
+    assert np.shares_memory(again.force, of.force)
+    view = force[:]
+    view.flags.writeable = False  # through `force` it can still be written
+    assert not np.shares_memory(of.replace(force=view).force, force)

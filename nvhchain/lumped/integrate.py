@@ -38,7 +38,7 @@ class Windows:
     """Successive stretches of time, each with its own step and statistics.
 
     step (n_w,) s.  steps (n_w,): their number.  phase (n_w,): mesh cycles since angle 0, at the start.
-    frequency (n_w,) Hz of the mesh at the start.  rate: Hz/s, its rise.
+    frequency (n_w,) Hz of the mesh at the start, 0 or more throughout.  rate: Hz/s, its rise.
     stride (n_w,): steps from one stored sample to the next, 0 for none; the first follows that many steps after the
     start, and the count runs on through windows of equal stride.
     """
@@ -59,14 +59,26 @@ class Windows:
                 f"windows: {name} of shape {given.shape} must be one row of finite numbers, one per window",
             )
             object.__setattr__(self, name, given)
-        for name in ("steps", "stride"):
+        require(self.step.size > 0, "windows: none is given, at least one is needed")
+        for name, fewest in (("steps", 1), ("stride", 0)):
             given = getattr(self, name)
             require(
-                given.dtype.kind in "iu" and bool((given >= 0).all()),
-                f"windows: {name} = {given} must be whole numbers of 0 or more",
+                given.dtype.kind in "iu" and bool((given >= fewest).all()),
+                f"windows: {name} = {given} must be whole numbers of {fewest} or more",
             )
         require(bool((self.step > 0.0).all()), f"windows: step = {self.step} s must be above 0")
         require(isfinite(self.rate), f"windows: rate = {self.rate} Hz/s must be finite")
+        slowest = float(np.minimum(self.frequency, self.ends).min())
+        require(
+            slowest >= -1e-9 * float(np.abs(self.frequency).max()),
+            f"windows: the mesh frequency falls to {slowest:g} Hz, but gears turn forwards here: keep frequency and "
+            "frequency + rate · step · steps at 0 Hz or more",
+        )
+
+    @property
+    def ends(self) -> FloatArray:
+        """(n_w,) Hz of the mesh at the end."""
+        return np.asarray(self.frequency + self.rate * self.step * self.steps)
 
     @property
     def sample_count(self) -> int:
@@ -160,8 +172,7 @@ def _check_steps(pairs: Sequence[GearPair], windows: Windows, fidelity: LumpedFi
         f"step {longest:g} s times 2ζω_n = {rate:.3g} 1/s of pair {quickest} is {longest * rate:.3g}, but Runge–Kutta "
         f"is stable up to {DAMPING_LIMIT:g} only: use a time_step of {DAMPING_LIMIT / max(rate, 1e-300):.3g} s or less",
     )
-    ends = windows.frequency + windows.rate * windows.step * windows.steps
-    cycle = 1.0 / np.maximum(np.maximum(windows.frequency, ends), 1e-300)
+    cycle = 1.0 / np.maximum(np.maximum(windows.frequency, windows.ends), 1e-300)
     worst = int(np.argmax(windows.step / cycle))
     require(
         bool(windows.step[worst] * fidelity.steps_per_period <= cycle[worst] * (1 + 1e-9)),

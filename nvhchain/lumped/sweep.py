@@ -167,7 +167,7 @@ def run_up(
         f"time_step of {1 / (highest * fidelity.steps_per_period):.3g} s or less",
     )
     stride = _stride(pairs, highest, sample_rate, h)
-    total = round(duration / h)
+    total = int(duration / h * (1 + 1e-12))  # a run-down stops at its last speed, not beyond
     rate = (stop - start) / duration
     # φ = start t + rate t²/2 reaches cycle number c at this time, in the form that has no cancellation
     cycle = np.arange(1, int(0.5 * (start + stop) * duration * (1 + 1e-12)) + 1)

@@ -119,6 +119,21 @@ def test_steps_that_do_not_resolve_the_motion_are_refused(study_pair):
         integrate([pair], windows(2e-6, 100, 40e3))
 
 
+@pytest.mark.parametrize(
+    ("steps", "frequency", "rate", "message"),
+    [
+        (100, -100.0, 0.0, r"falls to -100 Hz, but gears turn forwards here: keep frequency and"),
+        (1000, 100.0, -1e6, r"falls to -1900 Hz"),
+        (0, 100.0, 0.0, r"steps = \[0\] must be whole numbers of 1 or more"),
+    ],
+)
+def test_windows_that_turn_back_or_are_empty_are_refused(steps, frequency, rate, message):
+    with pytest.raises(InputError, match=message):
+        windows(2e-6, steps, frequency, rate)
+    with pytest.raises(InputError, match="none is given"):
+        Windows(*(np.empty(0, dtype=int) for _ in range(5)))
+
+
 def test_steps_that_pass_over_the_waves_of_the_curve_are_refused():
     """250 waves in a mesh cycle of 250 steps would be read at one point of the wave, as a constant."""
     angle = 2 * np.pi * np.arange(4000) / 4000

@@ -18,7 +18,7 @@ from nvhchain.case import Case, GearboxCase, Quantity, RadiatorCase
 from nvhchain.dynamics import Recording
 from nvhchain.errors import InputError
 from nvhchain.fidelity import STANDARD, Fidelity
-from nvhchain.given_forces import tell_of_forces
+from nvhchain.given_forces import tell_of_forces, tell_of_spectrum
 from nvhchain.handoff import (
     BearingForces,
     Directivity,
@@ -84,8 +84,11 @@ def run(
     )
     for quantity in case.quantities:
         chain.make(quantity)
-    if isinstance(case, GearboxCase) and bearing_forces is not None:
-        tell_of_forces(case, bearing_forces)  # now that nothing was refused
+    if isinstance(case, GearboxCase):  # now that nothing was refused
+        if bearing_forces is not None:
+            tell_of_forces(case, bearing_forces)
+        if force_spectrum is not None:
+            tell_of_spectrum(case, force_spectrum)
     names = [field.name for field in fields(Result)]
     made = {name: value for name, value in vars(chain).items() if name in names}
     return Result(**made)

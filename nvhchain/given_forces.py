@@ -1,4 +1,5 @@
-"""Bearing forces from elsewhere against the case that they are given for: seats, speed, whole periods, mean forces.
+"""Bearing forces from elsewhere, records or spectra, against the case that they are given for: seats, speed, whole
+periods, mean forces.
 
 The torques of the case fix the forces of its gears, and these what the bearings of a shaft carry together on average,
 whatever bends or tilts: a wrong sign, unit or axis shows there. All of it is told and nothing refused: forces of one
@@ -15,7 +16,7 @@ import numpy as np
 from nvhchain.case import GearboxCase
 from nvhchain.dynamics import static_bearing_forces
 from nvhchain.errors import AccuracyWarning
-from nvhchain.handoff import BearingForces, FloatArray
+from nvhchain.handoff import BearingForces, FloatArray, ForceSpectrum
 
 SPEED_OFF = 0.05
 """Of the highest speed of the case: a driving motor under load slips by less."""
@@ -33,10 +34,21 @@ SHAFT_OFF = 0.2
 def tell_of_forces(case: GearboxCase, forces: BearingForces) -> None:
     """AccuracyWarning where `forces` can hardly be those of the case."""
     _check_seats(case, forces)
-    _check_speed(case, forces)
+    _check_speed(case, forces.input_speed)
     if forces.periodic:
         _check_periods(case, forces)
-    _check_means(case, forces)
+    record = forces.in_order(tuple(bearing.name for bearing in case.bearings))
+    _check_means(case, record.mean(axis=0), float(record.std(axis=0).max()))
+
+
+def tell_of_spectrum(case: GearboxCase, spectrum: ForceSpectrum) -> None:
+    """AccuracyWarning where `spectrum` can hardly be that of the case: its speed where it has one, its line at 0 Hz."""
+    if spectrum.input_speed > 0.0:
+        _check_speed(case, np.array([spectrum.input_speed]))
+    if spectrum.frequency[0] == 0.0:
+        lines = spectrum.in_order(tuple(bearing.name for bearing in case.bearings))
+        moving = np.sqrt(0.5 * (np.abs(lines[1:]) ** 2).sum(axis=0))
+        _check_means(case, lines[0].real, float(moving.max()))
 
 
 def _check_seats(case: GearboxCase, forces: BearingForces) -> None:
@@ -53,9 +65,9 @@ def _check_seats(case: GearboxCase, forces: BearingForces) -> None:
     )
 
 
-def _check_speed(case: GearboxCase, forces: BearingForces) -> None:
-    """The case's, from the first sample to the last."""
-    first, ramp, found = case.operation.input_speed, case.operation.ramp, forces.input_speed
+def _check_speed(case: GearboxCase, found: FloatArray) -> None:
+    """The case's, from the first sample to the last (n,) rad/s."""
+    first, ramp = case.operation.input_speed, case.operation.ramp
     highest = max(first, ramp.end_speed if ramp else first)
     if ramp is None:
         off = float(np.abs(found - first).max())
@@ -85,19 +97,20 @@ def _check_periods(case: GearboxCase, forces: BearingForces) -> None:
         )
 
 
-def _check_means(case: GearboxCase, forces: BearingForces) -> None:
-    """What the bearings carry on average against statics under the torque of the case, on rigid seats."""
-    names = tuple(bearing.name for bearing in case.bearings)
+def _check_means(case: GearboxCase, means: FloatArray, moving: float) -> None:
+    """What the bearings carry on average (3 n_bearing,) N against statics under the torque of the case, on rigid seats.
+
+    moving: N, largest RMS of what swings about the means.
+    """
     static = static_bearing_forces(
         case.gearbox_with_gears, case.straight_laws, None, input_torque=case.operation.input_torque
     )
     largest = float(np.linalg.norm(static, axis=1).max())
     if largest == 0.0:
         return  # nothing is known without load
-    record = forces.in_order(names)
-    mean = record.mean(axis=0).reshape(-1, 3)
+    mean = means.reshape(-1, 3)
     found = float(np.linalg.norm(mean, axis=1).max())
-    if found <= NO_MEAN * largest and found <= float(record.std(axis=0).max()):
+    if found <= NO_MEAN * largest and found <= moving:
         _told(
             False,
             f"the record has no mean forces (at most {found:.3g} N, {largest:.4g} N at standstill under the torque of "

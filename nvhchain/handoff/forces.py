@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -111,6 +112,10 @@ class ForceSpectrum(HandOff):
         distinct_names(self, "names", force.shape[1])
         increasing(self, "frequency", 0.0)
         object.__setattr__(self, "input_speed", float(self.input_speed))
+        require(
+            isfinite(self.input_speed) and self.input_speed >= 0.0,
+            f"ForceSpectrum.input_speed = {self.input_speed} rad/s must be finite and not negative: 0 where it varies",
+        )
 
     def in_order(self, names: tuple[str, ...]) -> ComplexArray:
         """Force (n_f, 3 n_bearing) N with the bearings in the order of `names`, which must be the same ones."""

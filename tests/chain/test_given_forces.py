@@ -9,9 +9,10 @@ import pytest
 
 import nvhchain as nvh
 from nvhchain.case import Ramp
-from nvhchain.errors import AccuracyWarning
-from nvhchain.given_forces import tell_of_forces
+from nvhchain.errors import AccuracyWarning, InputError
+from nvhchain.given_forces import tell_of_forces, tell_of_spectrum
 from nvhchain.handoff import BearingForces
+from nvhchain.spectrum import force_spectrum
 
 TURNS = 3
 """Of the input: 60 meshes."""
@@ -134,3 +135,27 @@ def test_run_takes_them_and_tells(case, forces):
             bearing_forces=forces.replace(force=-forces.force),
         )
     assert np.array_equal(result.bearing_forces.force, -forces.force)
+
+
+def test_a_spectrum_is_held_against_the_speed_and_by_its_line_at_0_hz_against_the_means(case, forces):
+    whole = force_spectrum(forces, low=0.0, high=2000.0)
+    without = force_spectrum(forces, low=100.0, high=2000.0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for spectrum in (whole, without, without.replace(force=-without.force), without.replace(input_speed=0.0)):
+            tell_of_spectrum(case, spectrum)
+    with pytest.warns(AccuracyWarning, match=r"runs at 3600…3600 rpm .* asks for 1800 rpm"):
+        tell_of_spectrum(case, without.replace(input_speed=2.0 * without.input_speed))
+    with pytest.warns(AccuracyWarning, match="correct acts_on"):
+        tell_of_spectrum(case, whole.replace(force=-whole.force))
+    with pytest.raises(InputError, match=r"input_speed = nan rad/s must be finite and not negative"):
+        without.replace(input_speed=np.nan)
+
+
+def test_run_tells_of_a_spectrum_too(case, forces):
+    with pytest.warns(AccuracyWarning, match="correct force_unit"):
+        nvh.run(
+            replace(case, quantities=("bearing_forces",)),
+            fidelity=nvh.DRAFT,
+            force_spectrum=force_spectrum(forces.replace(force=1e3 * forces.force), low=0.0, high=2000.0),
+        )

@@ -11,6 +11,7 @@ from nvhchain.gear.friction import lever_arms, sliding_sense
 from nvhchain.gear.geometry import GearGeometry
 from nvhchain.gear.iso6336 import IsoStiffness, iso_stiffness
 from nvhchain.gear.load_distribution import load_distribution
+from nvhchain.gear.mesh import bricks_over_even
 from nvhchain.gear.mesh_files import read_gear_mesh, write_gear_mesh
 from nvhchain.gear.mesh_law import engaged, mesh_law, pair_compliances, tabulated
 from nvhchain.gear.micro_geometry import Flank, MicroGeometry, Relief
@@ -57,6 +58,7 @@ __all__ = [
     "StrainGauge",
     "ThinRim",
     "VolumeMesh",
+    "bricks_over_even",
     "contact_lines",
     "deflection_at_force",
     "engaged",

@@ -10,7 +10,7 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 from nvhchain.errors import InputError, require
-from nvhchain.gear.openings import Cutouts, Openings, RoundCutouts, Web
+from nvhchain.gear.openings import Cutouts, Openings, RoundCutouts, Web, within
 from nvhchain.gear.volume_mesh import VolumeMesh
 from nvhchain.kinds import check_fields
 
@@ -51,7 +51,7 @@ class _Opened(ABC):
         web = Web(hub, rim, thickness, self.web_offset)
         if openings is not None:
             require(
-                hub <= openings.inner_radius and openings.outer_radius <= rim,
+                within(web, openings),
                 f"openings from {openings.inner_radius:g} to {openings.outer_radius:g} m leave the web from {hub:g} to "
                 f"{rim:g} m: keep them inside it",
             )
@@ -195,7 +195,7 @@ class Differential:
         check_fields(self)
         web, cut = self.web, self.cutouts
         require(
-            web.hub_radius <= cut.inner_radius and cut.outer_radius <= web.rim_radius,
+            within(web, cut),
             f"windows from {self.window_inner_radius:g} to {self.window_outer_radius:g} m leave the flange from "
             f"{self.carrier_radius:g} to {self.ring_inner_radius:g} m: keep them inside it",
         )

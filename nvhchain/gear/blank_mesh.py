@@ -6,8 +6,8 @@ and the others follow by a discrete Laplace equation in the conformal plane (ln 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from math import floor
+from dataclasses import dataclass, replace
+from math import ceil, floor
 
 import numpy as np
 import scipy.sparse as sp
@@ -15,9 +15,9 @@ from scipy.sparse.linalg import spsolve
 
 from nvhchain.errors import require
 from nvhchain.fidelity import GearFidelity
-from nvhchain.gear.blank import Openings
 from nvhchain.gear.body import GearBody
-from nvhchain.gear.grading import graded
+from nvhchain.gear.grading import Grading, with_middles
+from nvhchain.gear.openings import Openings, RoundCutouts
 from nvhchain.gear.plane import BoolArray, Curve, PlaneMesh, quadratic_mesh
 from nvhchain.gear.volume_mesh import VolumeMesh
 from nvhchain.handoff import FloatArray, IntArray
@@ -25,6 +25,13 @@ from nvhchain.handoff import FloatArray, IntArray
 _THIN, _THINNEST = 1.5, 0.25
 """Thickness in pitches below which a web's bending about its ends counts, and part of that from where on rows stay the
 same. Rows at the ends shrink by its square: the thinner the web, the larger its part in what the gear gives way."""
+
+_STRIP = 0.02
+"""Normal modules of web that a rounded opening leaves to hub and rim: their circles, on which the thickness changes,
+cannot follow its corners."""
+
+WEB_GROWTH = 0.5
+"""Of elements beside the ends of a thin web, over the way from there: each is some 1.5 times the one before."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,11 +72,12 @@ def blank_mesh(body: GearBody, top_radius: float, fidelity: GearFidelity) -> Bla
 
     Raises InputError when an opening, or the spoke between two, is narrower than an element.
     """
-    gear, web, cut = body.geometry, body.blank.web, body.blank.cutouts
+    gear, web, cut = body.geometry, body.blank.web, _openings(body)
     per_tooth = 2 * fidelity.transverse_refinement
     columns, step = per_tooth * gear.teeth, gear.pitch_angle / per_tooth
     lines: FloatArray = np.arange(columns, dtype=np.float64) * step - 0.5 * gear.pitch_angle
-    radii = _rows(body, top_radius, step * top_radius * fidelity.row_aspect)
+    height, fine = _heights(body, top_radius, fidelity)
+    radii = _rows(body, top_radius, height, fine)
     rows = len(radii) - 1
     grid = np.arange((rows + 1) * columns).reshape(rows + 1, columns)
     cell = np.ones((rows, columns), dtype=bool)
@@ -120,26 +128,63 @@ def blank_mesh(body: GearBody, top_radius: float, fidelity: GearFidelity) -> Bla
     )
 
 
-def _rows(body: GearBody, top_radius: float, height: float) -> FloatArray:
-    """Radii of the rows from the bore outwards, at most `height` (m) apart, and closer at the ends of a thin web.
+def rows_over_even(body: GearBody, top_radius: float, fidelity: GearFidelity) -> float:
+    """Rows of the blank below `top_radius`, m, over those of one without a thin web."""
+    height, fine = _heights(body, top_radius, fidelity)
+    rows, even = (len(_rows(body, top_radius, height, end)) - 1 for end in (fine, height))
+    return rows / even
 
-    The height is that under the teeth: far from them, towards the bore, elements may grow slender.
+
+def _heights(body: GearBody, top_radius: float, fidelity: GearFidelity) -> tuple[float, float]:
+    """Height of a row, m, at most, and at the ends of a web.
+
+    At most that of the rows under the teeth: far from them, towards the bore, elements may grow slender.
     """
-    web, cut = body.blank.web, body.blank.cutouts
+    web, pitch = body.blank.web, top_radius * body.geometry.pitch_angle
+    height = 0.5 * pitch / fidelity.transverse_refinement * fidelity.row_aspect
+    part = 1.0 if web is None else min(max(web.thickness / (_THIN * pitch), _THINNEST), 1.0)
+    return height, height * part**2
+
+
+def _rows(body: GearBody, top_radius: float, height: float, fine: float) -> FloatArray:
+    """Radii of the rows from the bore outwards, m, at most `height` apart, and `fine` at the ends of a web."""
+    web, cut = body.blank.web, _openings(body)
     ends = [] if web is None else [web.hub_radius, web.rim_radius]
     stops = [body.geometry.bore_radius, top_radius, *ends]
     stops += [] if cut is None else [cut.inner_radius, cut.outer_radius]
+    middle = 0.5 * sum(ends)
+    if ends and fine < height and min(abs(middle - stop) for stop in stops) > 0.1 * height:
+        stops.append(middle)  # where the nearer end changes
     stops.sort()
-    fine = height
-    if web is not None:
-        thick = _THIN * top_radius * body.geometry.pitch_angle
-        fine *= min(max(web.thickness / thick, _THINNEST), 1.0) ** 2
     radii = [stops[0]]
     for stop in stops[1:]:
         if stop > radii[-1] * (1 + 1e-6):
-            near = [end for end in ends if radii[-1] * (1 - 1e-6) < end < stop * (1 + 1e-6)]
-            radii += list(graded(radii[-1], stop, height, fine, near)[1:])
+            radii += list(_between(radii[-1], stop, height, fine, ends)[1:])
     return np.array(radii)
+
+
+def _between(low: float, high: float, height: float, fine: float, ends: list[float]) -> FloatArray:
+    """Radii from `low` to `high`, at most `height` apart, and `fine` at the nearest of `ends`; all m."""
+    if not ends or fine >= height:
+        return np.linspace(low, high, ceil((high - low) / height - 1e-9) + 1)
+    nearest = min(ends, key=lambda end: abs(end - 0.5 * (low + high)))
+    return Grading(nearest, fine, 0.0, WEB_GROWTH, height).ends(low, high)
+
+
+def _openings(body: GearBody) -> Openings | None:
+    """Those of the drawing, rounded ones off the ends of the web."""
+    web, cut = body.blank.web, body.blank.cutouts
+    if web is None or cut is None:
+        return cut
+    low, high = (
+        end + side * _STRIP * body.geometry.normal_module for end, side in ((web.hub_radius, 1), (web.rim_radius, -1))
+    )
+    if isinstance(cut, RoundCutouts):
+        return replace(cut, radius=min(cut.radius, high - cut.pitch_radius, cut.pitch_radius - low))
+    if cut.fillet == 0 or (low <= cut.inner_radius and cut.outer_radius <= high):
+        return cut
+    inner, outer = max(cut.inner_radius, low), min(cut.outer_radius, high)
+    return replace(cut, inner_radius=inner, outer_radius=outer, fillet=min(cut.fillet, 0.45 * (outer - inner)))
 
 
 def _row(radii: FloatArray, radius: float) -> int:
@@ -175,7 +220,8 @@ def _ring(
     ring, radius, angle = [], [], []
     for number, (row, column) in enumerate(sides):
         ring.append((row + len(radii) * column)[:-1])
-        r, phi = cut.outline(number, np.arange(2 * len(row) - 2) / (2 * len(row) - 2))
+        way = np.abs(radii[row] - radii[row[0]]) if number % 2 else np.arange(len(row))  # rows may be uneven
+        r, phi = cut.outline(number, with_middles(way / way[-1])[:-1])
         radius.append(r)
         angle.append(middle + phi)
     return np.concatenate(ring), np.concatenate(radius), np.concatenate(angle)

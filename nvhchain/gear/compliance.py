@@ -115,7 +115,8 @@ def flank_compliance(
 ) -> FlankCompliance:
     """Compliance of all flanks of one symmetric sector of `body`, bore rigid and held.
 
-    reach: neighbouring teeth to either side that are coupled (fewer than half of all teeth).
+    reach: teeth to either side that are coupled, not counting the loaded one; once round at most, which wide helical
+        pinions of few teeth need.
     friction: also under forces along the profile, which friction needs; a third more work.
     progress: called with (teeth done, teeth of the sector).
 
@@ -124,8 +125,9 @@ def flank_compliance(
     check_arguments(flank_compliance, locals())
     teeth = body.geometry.teeth
     require(
-        is_whole(reach) and 0 <= reach < teeth / 2,
-        f"reach = {reach} must be a whole number from 0 to less than half of the {teeth} teeth",
+        is_whole(reach) and 0 <= reach < teeth,
+        f"reach = {reach} must be a whole number from 0 to {teeth - 1}: the gear has {teeth} teeth, and each can be in "
+        "contact at one place at a time; make the face narrower or the helix angle smaller",
     )
     if isinstance(body.blank, VolumeMesh):
         radius, axial, blocks, along = foreign_compliance(

@@ -15,11 +15,12 @@ import numpy as np
 from nvhchain.errors import require
 from nvhchain.fidelity import GearFidelity
 from nvhchain.gear.blank import Web
-from nvhchain.gear.blank_mesh import BlankMesh, blank_mesh, innermost_solid
+from nvhchain.gear.blank_mesh import WEB_GROWTH, BlankMesh, blank_mesh, innermost_solid, rows_over_even
 from nvhchain.gear.body import GearBody
-from nvhchain.gear.grading import graded
+from nvhchain.gear.grading import Grading
 from nvhchain.gear.pitch_mesh import PitchMesh, pitch_mesh
 from nvhchain.gear.plane import BoolArray, PlaneMesh
+from nvhchain.gear.volume_mesh import VolumeMesh
 from nvhchain.handoff import FloatArray, IntArray
 
 _THIN, _IN_WEB, _FLAT = 0.3, 0.4, 0.3
@@ -85,6 +86,17 @@ def tooth_mesh(body: GearBody, fidelity: GearFidelity) -> tuple[PitchMesh, Solid
     return pitch, _swept(body, pitch.plane, rim, pitch.inner_radius, stations, present)
 
 
+def bricks_over_even(body: GearBody, fidelity: GearFidelity) -> float:
+    """Bricks of the blank over those of one with even rows and layers: about what its thin web takes more.
+
+    1 for gears meshed elsewhere.
+    """
+    if isinstance(body.blank, VolumeMesh):
+        return 1.0
+    pitch, (stations, _) = pitch_mesh(body.geometry, innermost_solid(body), fidelity), _stations(body, fidelity)
+    return rows_over_even(body, pitch.inner_radius, fidelity) * (len(stations) - 1) / fidelity.width_layers
+
+
 def _stations(body: GearBody, fidelity: GearFidelity) -> tuple[FloatArray, BoolArray]:
     """Layer faces (m) at the rim's inner radius, and which layers the web fills."""
     even = np.linspace(-0.5, 0.5, fidelity.width_layers + 1) * body.geometry.face_width
@@ -131,11 +143,12 @@ def _web_layers(web: Web, even: FloatArray) -> tuple[FloatArray, BoolArray]:
 def _thin_web_layers(low: float, high: float, even: FloatArray, count: int) -> tuple[FloatArray, BoolArray]:
     """`count` layers of a web from z = `low` to `high`, m, and beside it layers that grow to even ones."""
     fine, size = (high - low) / count, even[1] - even[0]
-    below = graded(even[0], low, size, fine, [low]) if low - even[0] > 1e-3 * fine else np.array([low])
-    above = graded(high, even[-1], size, fine, [high]) if even[-1] - high > 1e-3 * fine else np.array([high])
-    stations = np.concatenate([below, np.linspace(low, high, count + 1)[1:-1], above])
+    below, above = (Grading(face, fine, 0.0, WEB_GROWTH, max(size, fine)) for face in (low, high))
+    before = below.ends(even[0], low) if low - even[0] > 1e-3 * fine else np.array([low])
+    after = above.ends(high, even[-1]) if even[-1] - high > 1e-3 * fine else np.array([high])
+    stations = np.concatenate([before, np.linspace(low, high, count + 1)[1:-1], after])
     filled = np.zeros(len(stations) - 1, dtype=bool)
-    filled[len(below) - 1 : len(below) - 1 + count] = True
+    filled[len(before) - 1 : len(before) - 1 + count] = True
     return stations, filled
 
 

@@ -147,6 +147,11 @@ class RoundCutouts:
         return np.hypot(outwards, across), np.arctan2(across, outwards)
 
 
+def within(web: Web, openings: Cutouts | RoundCutouts) -> bool:
+    """Whether `web` holds `openings`, to rounding."""
+    return web.hub_radius <= openings.inner_radius * (1 + 1e-9) and openings.outer_radius <= web.rim_radius * (1 + 1e-9)
+
+
 def _check_ring(count: int, phase: float) -> None:
     """Of equal openings one pitch apart."""
     require(

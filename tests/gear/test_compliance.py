@@ -228,8 +228,17 @@ def test_teeth_one_sector_apart_are_alike_and_far_ones_are_refused():
     np.testing.assert_array_equal(compliance.block(16, 1), compliance.block(4, 7))
     with pytest.raises(InputError, match="teeth 0 and 4 are 4 pitches apart, but the compliance reaches 3"):
         compliance.block(0, 4)
-    with pytest.raises(InputError, match="reach = 9"):
-        flank_compliance(SLOTTED, FINE_PATTERNS, reach=9)
+    with pytest.raises(InputError, match="reach = 18 must be a whole number from 0 to 17"):
+        flank_compliance(SLOTTED, FINE_PATTERNS, reach=18)
+
+
+def test_teeth_farther_than_half_round_are_those_on_the_other_side():
+    gear = GearGeometry(9, 3e-3, np.radians(20.0), np.radians(30.0), 12e-3, 4e-3, profile_shift=0.3)
+    compliance = flank_compliance(GearBody(gear), FINE_PATTERNS, reach=8)
+    n = compliance.blocks[0, 0].size
+    for d in (5, 8):
+        there, back = (compliance.blocks[0, k].reshape(int(n**0.5), -1) for k in (d, 9 - d))
+        np.testing.assert_allclose(there, back.T, atol=1e-9 * compliance.blocks.max())
 
 
 def test_flank_that_pushes_across_a_slot_is_softer_than_one_that_pushes_onto_a_spoke():

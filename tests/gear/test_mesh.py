@@ -11,12 +11,13 @@ from nvhchain.fem.elasticity import stiffness_and_mass
 from nvhchain.fidelity import DRAFT
 from nvhchain.gear import Differential, GearBody, GearGeometry, Holes, Slots, ThinRim, mass_properties
 from nvhchain.gear.blank import Web
-from nvhchain.gear.mesh import _web_layers, gear_mesh
+from nvhchain.gear.mesh import _web_layers, bricks_over_even, gear_mesh
 
 FIDELITY = dataclasses.replace(DRAFT.gear, profile_elements=3, width_layers=3)
 GEAR = GearGeometry(50, 2.7e-3, np.radians(20.0), np.radians(-10.0), 22e-3, 22e-3)
 CROWN = GearGeometry(82, 2.68e-3, np.radians(20.0), np.radians(10.0), 40e-3, 30e-3)
 PINION = GearGeometry(20, 2.7e-3, np.radians(20.0), np.radians(10.0), 22e-3, 15e-3)
+SMALL = GearGeometry(28, 2.7e-3, np.radians(20.0), np.radians(-10.0), 22e-3, 12e-3)
 BODIES = {
     "pinion": GearBody(PINION),
     "slots": GearBody(GEAR, Slots(5, 32e-3, 55e-3, np.radians(46.0), 5e-3, phase=0.3)),
@@ -26,6 +27,8 @@ BODIES = {
     "thin rim": GearBody(CROWN, ThinRim(12e-3, 45e-3, 98e-3, 4e-3)),
     "holes": GearBody(GEAR, Holes(5, 42e-3, 11e-3, phase=0.2)),
     "thin web with holes": GearBody(GEAR, Holes(8, 40e-3, 8e-3, 0.0, 7e-3, 28e-3, 54e-3)),
+    "slots from hub to rim": GearBody(SMALL, Slots(4, 17e-3, 27e-3, np.radians(60.0), 1e-3, 0.3, 1e-3, 17e-3, 27e-3)),
+    "holes from hub to rim": GearBody(SMALL, Holes(4, 22e-3, 5e-3, 0.2, 1e-3, 17e-3, 27e-3)),
     "differential": GearBody(
         CROWN,
         Differential(94e-3, 58e-3, 14e-3, 64e-3, 86e-3, np.radians(80.0), flange_offset=-8e-3, window_fillet=8e-3),
@@ -133,6 +136,19 @@ def test_elements_are_small_where_a_thin_web_meets_rim_and_hub_and_others_stay()
     thin, _ = _web_layers(Web(hub, rim, 3e-3, 0.0), np.linspace(-11e-3, 11e-3, 11))
     np.testing.assert_allclose(np.diff(thin).min(), 0.75e-3)
     assert np.diff(thin).max() <= 2.2e-3
+
+
+def test_bricks_over_even_are_those_of_the_meshes():
+    """The plan's measure of what a thin web takes more."""
+    thin, thick = (GearBody(GEAR, ThinRim(thickness, 30e-3, 52e-3)) for thickness in (3e-3, 20e-3))
+    count = {}
+    for body in (thin, thick):
+        mesh = gear_mesh(body, FIDELITY)
+        rows = len(np.unique(mesh.blank.plane.radius[: mesh.blank.plane.corners].round(9))) - 1
+        count[body] = rows * (len(mesh.blank_solid.index) // 2)
+    assert bricks_over_even(thick, FIDELITY) == 1.0
+    assert bricks_over_even(thin, FIDELITY) == pytest.approx(count[thin] / count[thick])
+    assert count[thin] > 2 * count[thick]
 
 
 def test_web_between_two_recesses_needs_three_layers():

@@ -10,10 +10,10 @@ import pytest
 from nvhchain.conventions import Material
 from nvhchain.errors import SolverError
 from nvhchain.fem._sparse import factorize
+from nvhchain.gear.grading import Grading, with_middles
 from nvhchain.gear.reference import pressed
-from nvhchain.gear.reference.grading import elements_needed, graded
 from nvhchain.gear.reference.patch import cell_loads, cells
-from nvhchain.gear.reference.tooth_mesh import quadratic_grid, stacked, with_middles
+from nvhchain.gear.reference.tooth_mesh import quadratic_grid, stacked
 from nvhchain.gear.tooth_compliance import cylindrical_stiffness, unknowns
 
 WIDTH = 0.02
@@ -24,8 +24,7 @@ SIZE, ZONE, GROWTH = 10e-6, 0.13e-3, 0.3
 
 def spread(reach):
     """Ends and middles of rows from −reach to reach, m, close together about 0."""
-    count = elements_needed(-reach, reach, 0.0, SIZE, ZONE, GROWTH)
-    return with_middles(graded(-reach, reach, 0.0, SIZE, ZONE, GROWTH, count))
+    return with_middles(Grading(0.0, SIZE, ZONE, GROWTH).ends(-reach, reach))
 
 
 def cylinder(radius, t, material, loaded, depth, size=SIZE):
@@ -34,8 +33,7 @@ def cylinder(radius, t, material, loaded, depth, size=SIZE):
     A sector of a ring whose outer surface has nodes at `t`, m, across the load; the inner circle at radius/10 is held.
     """
     inner = 0.1 * radius
-    count = elements_needed(inner, radius, radius, size, size, GROWTH)
-    r = with_middles(graded(inner, radius, radius, size, size, GROWTH, count))
+    r = with_middles(Grading(radius, size, size, GROWTH).ends(inner, radius))
     phi = np.arcsin(t / radius)
     grid = np.arange(len(r) * len(phi)).reshape(len(r), len(phi))
     radius_of, angle = np.repeat(r, len(phi)), np.tile(phi, len(r))
@@ -104,10 +102,8 @@ def test_two_cylinders_meet_hertz_in_half_width_pressure_and_approach(cylinders)
 def test_flat_punch_has_the_singular_pressure_of_a_rigid_die(cylinders):
     radius, a = cylinders[0][0], 0.1e-3
     size = 3e-6
-    inside = graded(0.0, a, a, size, size, GROWTH, elements_needed(0.0, a, a, size, size, GROWTH))
-    far = 0.5 * radius
-    outside = graded(a, far, a, size, size, GROWTH, elements_needed(a, far, a, size, size, GROWTH))
-    side = np.append(inside, outside[1:])
+    from_edge = Grading(a, size, size, GROWTH)
+    side = np.append(from_edge.ends(0.0, a), from_edge.ends(a, 0.5 * radius)[1:])
     ends = np.append(-side[:0:-1], side)
     compliance, _, _, at = cylinder(radius, with_middles(ends), STEEL, a, 2e-3, size=size)
     ends = ends[np.abs(ends) < 1.0001 * a]

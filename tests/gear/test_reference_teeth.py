@@ -19,19 +19,10 @@ from nvhchain.gear.reference import (
     touching_teeth,
 )
 from nvhchain.gear.reference.flanks import across, gap, rolled_length, section
-from nvhchain.gear.reference.grading import elements_needed, graded
 from nvhchain.gear.reference.touching import symmetric
 
 COARSE = dataclasses.replace(DRAFT.gear, profile_elements=3, width_layers=2)
 ROUGH = ReferenceResolution(contact_element=60e-6, growth=0.8, root_rows=3, space_columns=3, rim_rows=3)
-
-
-def test_graded_points_keep_size_and_growth():
-    points = graded(-3e-3, 1e-3, 0.0, 1e-5, 1e-4, 0.3, elements_needed(-3e-3, 1e-3, 0.0, 1e-5, 1e-4, 0.3))
-    size, middle = np.diff(points), np.abs(0.5 * (points[1:] + points[:-1]))
-    assert points[[0, -1]].tolist() == [-3e-3, 1e-3]
-    np.testing.assert_allclose(size[middle < 9e-5], 1e-5, rtol=0.05)
-    np.testing.assert_allclose(size, 1e-5 + 0.3 * np.maximum(middle - 1e-4, 0), rtol=0.07)
 
 
 def test_flanks_touch_on_the_line_of_action_and_part_with_their_curvature(make_pair):

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from nvhchain.gear.geometry import GearGeometry
+from nvhchain.gear.grading import Grading, with_middles
 from nvhchain.gear.mesh import SolidMesh
-from nvhchain.gear.reference.grading import elements_needed, graded
 from nvhchain.gear.reference.resolution import ReferenceResolution
 from nvhchain.handoff import FloatArray, IntArray
 
@@ -115,17 +115,8 @@ def _columns(gear: GearGeometry, resolution: ReferenceResolution) -> FloatArray:
     """Half tooth angles −1 … 1 of column ends and middles, close together at the loaded flank, 1."""
     middle = 0.5 * (gear.form_radius + gear.tip_circle_radius)
     half = middle * float(gear.half_tooth_angle(middle))
-    size, growth = resolution.contact_element / half, resolution.growth
-    count = elements_needed(-1.0, 1.0, 1.0, size, size, growth)
-    ends = graded(-1.0, 1.0, 1.0, size, size, growth, count)
-    return with_middles(ends)
-
-
-def with_middles(ends: FloatArray) -> FloatArray:
-    """Element ends and, between them, their middles."""
-    points = np.empty(2 * len(ends) - 1)
-    points[::2], points[1::2] = ends, 0.5 * (ends[:-1] + ends[1:])
-    return points
+    size = resolution.contact_element / half
+    return with_middles(Grading(1.0, size, size, resolution.growth).ends(-1.0, 1.0))
 
 
 def _profile(gear: GearGeometry, rolled: FloatArray, below: int) -> tuple[FloatArray, FloatArray]:

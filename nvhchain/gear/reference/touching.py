@@ -12,14 +12,14 @@ from nvhchain.fidelity import GearFidelity
 from nvhchain.gear.blank_mesh import innermost_solid
 from nvhchain.gear.body import GearBody
 from nvhchain.gear.geometry import GearGeometry
+from nvhchain.gear.grading import Grading, with_middles
 from nvhchain.gear.mesh import GearMesh, gear_mesh
 from nvhchain.gear.pair import GearPair
 from nvhchain.gear.plane import BoolArray
 from nvhchain.gear.reference.flanks import Section, gap, on_flank, opened, rolled_length, section
-from nvhchain.gear.reference.grading import elements_needed, graded
 from nvhchain.gear.reference.patch import RefinedTooth, cell_loads, cells, refined_tooth
 from nvhchain.gear.reference.resolution import ReferenceResolution
-from nvhchain.gear.reference.tooth_mesh import RefinedPitch, refined_pitch, with_middles
+from nvhchain.gear.reference.tooth_mesh import RefinedPitch, refined_pitch
 from nvhchain.gear.tooth_compliance import CondensedTooth, condensed_tooth
 from nvhchain.handoff import FloatArray, IntArray
 
@@ -133,9 +133,10 @@ def _one_pair(
 ) -> tuple[CellFields, tuple[RefinedTooth, ...]] | None:
     """Cells and refined teeth of pair `number`; None where its flanks are too far apart everywhere."""
     sections = [section(pair, angle, number, z, _limits(pair, resolution)) for z in axial]
-    grading = (resolution.contact_element, resolution.fine_zone, resolution.growth)
-    count = max(elements_needed(s.low, s.high, s.nearest, *grading) for s in sections)
-    t = np.array([with_middles(graded(s.low, s.high, s.nearest, *grading, count)) for s in sections])
+    fine = (resolution.contact_element, resolution.fine_zone, resolution.growth)
+    gradings = [Grading(s.nearest, *fine) for s in sections]
+    count = max(g.needed(s.low, s.high) for g, s in zip(gradings, sections, strict=True))
+    t = np.array([with_middles(g.ends(s.low, s.high, count)) for g, s in zip(gradings, sections, strict=True)])
     rows = [_rows_on(sections, gear, t, resolution) for gear in (0, 1)]
     apart = np.abs(np.stack(rows) - t).max(axis=0)
     fields, kept = _candidates(pair, sections, t, apart <= resolution.contact_element, axial, resolution, half=half)

@@ -29,6 +29,9 @@ LARGEST_MAT = 2**31
 """Bytes of an array of a MAT file of level 5 (MathWorks, MAT-File Versions)."""
 
 
+UNIT = ("unit", "units")
+"""What attributes and structures with units are called, in any case."""
+
 STRING = "a string, which only MATLAB reads: store a char"
 """What stands for a unit that MATLAB stored as one of its objects."""
 
@@ -122,7 +125,7 @@ def _stated(texts: Mapping[str, str], separator: str) -> dict[str, str]:
     units = {}
     for name, text in texts.items():
         *parents, field = name.split(separator)
-        if parents[-1:] == ["units"] and text.strip():
+        if parents and parents[-1].casefold() in UNIT and text.strip():
             units[separator.join([*parents[:-1], field])] = text.strip()
     return units
 
@@ -140,7 +143,7 @@ def _flat(arrays: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def read_hdf5(path: Path) -> Record:
-    """Datasets of numbers anywhere in the file, named by their path; attribute `units` (or `unit`) where there is one.
+    """Datasets of numbers anywhere in the file, named by their path; attributes `units` or `unit`, in any case.
 
     In a MATLAB file of level 7.3 units are texts, as `read_mat` says, and arrays, which MATLAB stores with their axes
     reversed, have them as in MATLAB.
@@ -155,9 +158,8 @@ def read_hdf5(path: Path) -> Record:
             texts[name] = _text_of_matlab(item)
         elif isinstance(item, h5py.Dataset) and item.dtype.kind in "fiu" and item.ndim > 0:
             arrays[name] = item[()].T if "MATLAB_class" in item.attrs else item[()]
-            for key in ("unit", "units"):
-                if key in item.attrs:
-                    stated[name] = _text(item.attrs[key])
+            if units := [_text(of) for key, of in item.attrs.items() if key.casefold() in UNIT]:
+                stated[name] = _text(units)
 
     try:
         with h5py.File(path, "r") as file:

@@ -98,6 +98,23 @@ def test_units_of_a_nested_matlab_structure_belong_to_the_fields_beside_them(tmp
     assert read_record(tmp_path / "run.mat").units == {"run.left": "kN"}
 
 
+@pytest.mark.parametrize("called", ["Unit", "UNITS", "units"])
+def test_attributes_and_structures_with_units_may_be_written_in_any_case(tmp_path, called):
+    wave = np.sin(np.arange(50.0))
+    savemat(tmp_path / "a.mat", {**dict.fromkeys("xyz", wave), called: dict.fromkeys("xyz", "kN")})
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        for name in "xyz":
+            file[name] = wave
+            file[name].attrs[called] = "kN"
+    with h5py.File(tmp_path / "b.h5", "w") as file:
+        for name in "xyz":
+            file[name] = wave
+            file[name].attrs.update({called: "kN", "unit": "N"})
+    for path, found in (("a.mat", "kN"), ("a.h5", "kN"), ("b.h5", "kN, N|N, kN")):
+        with pytest.raises(InputError, match=rf"'x' is in '({found})' by the file, but 'N' is declared"):
+            read_bearing_forces(tmp_path / path, one_bearing(*"xyz"))
+
+
 @pytest.mark.parametrize("columns", [1, 3])
 def test_a_unit_counts_whatever_the_name_of_its_dataset(tmp_path, columns):
     force = np.sin(np.arange(100.0))

@@ -236,7 +236,7 @@ def _instance(file: AbaqusFile, block: Block) -> None:
     file.begin(name.upper(), motion(block))
     for own in file.contents[part]:
         _take(file, own)
-    file.level = "instance"
+    file.end_part()
 
 
 def _end_instance(file: AbaqusFile, block: Block) -> None:

@@ -40,7 +40,8 @@ class AbaqusFile:
 
     part: in upper case, the one that is being read, instance: the last one.  contents: of every part.  offsets: owner →
     what is added to its labels.  motions: instance → where it is moved.  groups: node sets by their names as written
-    first.  sections: owner, element set, material.  late: level and instance of blocks that wait for all others.
+    first.  closed: names that the part of the instance defines, by their kind.  sections: owner, element set, material.
+    late: level and instance of blocks that wait for all others.
     """
 
     parts: Parts
@@ -52,6 +53,7 @@ class AbaqusFile:
     groups: dict[tuple[str, str], str] = field(default_factory=dict)
     materials: dict[str, dict[str, float]] = field(default_factory=dict)
     sections: list[tuple[str, str, str]] = field(default_factory=list)
+    closed: dict[int, frozenset[tuple[str, str]]] = field(default_factory=dict)
     contents: dict[str, list[Block]] = field(default_factory=dict)
     offsets: dict[str, int] = field(default_factory=lambda: {"": 0, ASSEMBLY: _APART})
     motions: dict[str, Motion] = field(default_factory=dict)
@@ -83,11 +85,16 @@ class AbaqusFile:
             self.motions[instance] = motion
         self.level, self.instance = "part", instance
 
+    def end_part(self) -> None:
+        """What comes belongs to the instance alone."""
+        self.level = "instance"
+        self.closed = {id(sets): frozenset(sets) for sets in (self.nsets, self.elsets, self.surfaces)}
+
     def add(self, sets: Sets, name: str, labels: list[int]) -> None:
         """Labels join the set of this name."""
         key = (self.owner, name.upper())
         require(
-            self.level != "instance" or key not in sets,
+            self.level != "instance" or key not in self.closed[id(sets)],
             f"{self.parts.source}: set {name} is defined in the part and in instance {self.instance}: rename one",
         )
         sets.setdefault(key, []).extend(labels)

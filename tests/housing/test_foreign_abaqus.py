@@ -103,6 +103,17 @@ def test_names_inside_the_part_are_the_parts(tmp_path):
     assert model.labels[body.nodes].tolist() == [1, 2, 3, 4]
 
 
+def test_mesh_may_stand_in_the_instance_and_its_sets_in_pieces(tmp_path):
+    """As Abaqus/CAE writes independent instances: the part is empty."""
+    mesh = ABAQUS[ABAQUS.index("*NODE") : ABAQUS.index("*END PART")]
+    pieces = mesh.replace("1, 4, 1\n", "1, 2, 1\n*NSET, NSET=bottom\n3, 4\n")
+    moved = [(mesh, ""), ("PART=Case\n*END", f"PART=Case\n{pieces}*END")]
+    plain, model = read_changed(tmp_path), read_changed(tmp_path, *moved)
+    assert np.array_equal(model.nodes, plain.nodes)
+    assert np.array_equal(model.held, plain.held)
+    assert model.groups["bottom"].tolist() == plain.groups["bottom"].tolist()
+
+
 def test_names_of_sets_have_no_case(tmp_path):
     model = read_changed(tmp_path, ("1, 4, 1\n", "1, 2, 1\n*NSET, NSET=BOTTOM\n3, 4\n"))
     assert model.labels[model.groups["bottom"]].tolist() == [1, 2, 3, 4]

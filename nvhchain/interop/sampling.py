@@ -112,6 +112,6 @@ def _steps(time: FloatArray, source: str) -> FloatArray:
         at = int(np.argmin(step > 0))
         raise InputError(
             f"{source}: time goes {time[at]:.9g} → {time[at + 1]:.9g} s after sample {at}: it must increase strictly; "
-            "remove repeated samples"
+            "remove repeated samples, or give sample_rate and no time_channel if only its digits are few"
         )
     return np.asarray(step)

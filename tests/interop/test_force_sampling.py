@@ -37,6 +37,8 @@ def test_gaps_jitter_and_repeated_times_are_refused_with_place_and_remedy(tmp_pa
         read(np.round(time + 2e-6 * np.sin(np.arange(400)), 9))
     with pytest.raises(InputError, match=r"time goes .* after sample 7: it must increase strictly"):
         read(np.where(np.arange(400) == 8, time[7], time))
+    with pytest.raises(InputError, match=r"or give sample_rate and no time_channel if only its digits are few"):
+        read(np.round(time, 3))
 
 
 def test_jittered_record_is_resampled_without_aliases(tmp_path, declared):

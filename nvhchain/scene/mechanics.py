@@ -22,9 +22,11 @@ from nvhchain.scene.planned import BASE_MEGABYTES, SECONDS_PER_STAGE, Stage
 _SECONDS_PER_TOOTH_LAYER = 1.36e-2
 _SECONDS_PER_LOADED_TOOTH = 4.5e-4
 _MESH_GROWTH = 0.65
+_WEB_GROWTH = 0.9
 _SECONDS_PER_CONTACT = 1.0e-8
 _MEGABYTES_PER_TOOTH_LAYER = 3.3
 _MEMORY_GROWTH = 0.35
+_WEB_MEMORY_GROWTH = 0.7
 _MEGABYTES_PER_UNKNOWN = 11e-3
 _SECONDS_PER_STEP_AND_MODE = 7e-9
 _SETTLING_PERIODS = 4
@@ -80,7 +82,9 @@ def _body_seconds(bodies: Sequence[GearBody], knobs: GearFidelity) -> float:
     """Of the finite elements of a pair of gears."""
     if knobs.bodies != "elements":
         return 0.0
-    layers = [body.geometry.teeth * knobs.width_layers for body in bodies]
+    layers = [
+        body.geometry.teeth * knobs.width_layers * gear.bricks_over_even(body, knobs) ** _WEB_GROWTH for body in bodies
+    ]
     loaded = sum((body.sector - 1) * layer for body, layer in zip(bodies, layers, strict=True))
     fineness = knobs.profile_elements / knobs.row_aspect
     return float(fineness**_MESH_GROWTH * (_SECONDS_PER_TOOTH_LAYER * sum(layers) + _SECONDS_PER_LOADED_TOOTH * loaded))
@@ -93,7 +97,8 @@ def _gear_megabytes(body: GearBody, knobs: GearFidelity) -> float:
     if isinstance(body.blank, VolumeMesh):
         return _MEGABYTES_PER_UNKNOWN * 3 * len(body.blank.nodes)
     fineness = knobs.profile_elements / knobs.row_aspect
-    return _MEGABYTES_PER_TOOTH_LAYER * body.geometry.teeth * knobs.width_layers * fineness**_MEMORY_GROWTH
+    layers = body.geometry.teeth * knobs.width_layers * gear.bricks_over_even(body, knobs) ** _WEB_MEMORY_GROWTH
+    return _MEGABYTES_PER_TOOTH_LAYER * layers * fineness**_MEMORY_GROWTH
 
 
 def recorded_time(case: GearboxCase) -> float:

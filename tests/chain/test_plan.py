@@ -8,6 +8,7 @@ import pytest
 import nvhchain as nvh
 from nvhchain.cli import Console, main
 from nvhchain.errors import InputError, ResourceError
+from nvhchain.gear import ThinRim
 from nvhchain.radiator import radiator_velocity
 from nvhchain.scene import preflight
 from nvhchain.scene.planning import plan_without
@@ -29,6 +30,18 @@ def test_plan_costs_rise_with_fidelity(request):
     plans = [nvh.plan(case, fidelity=fidelity) for fidelity in (nvh.DRAFT, nvh.STANDARD, nvh.REFERENCE)]
     assert plans[0].seconds < plans[1].seconds < plans[2].seconds
     assert plans[0].megabytes < plans[1].megabytes < plans[2].megabytes
+
+
+def test_plan_knows_that_thin_webs_take_more_elements(request):
+    case = nvh.load_case(request.config.rootpath / "cases/small/single_stage.toml")
+    pinion, wheel = case.gears
+    planned = {}
+    for thickness in (2e-3, 15e-3):
+        web = ThinRim(thickness, 20e-3, wheel.geometry.root_radius - 3 * wheel.geometry.normal_module)
+        light = replace(case, gears=(pinion, replace(wheel, blank=web)))
+        (planned[thickness],) = [s for s in nvh.plan(light).stages if s.name == "mesh law stage"]
+    assert planned[2e-3].seconds > 2 * planned[15e-3].seconds
+    assert planned[2e-3].megabytes > 1.3 * planned[15e-3].megabytes
 
 
 def test_plan_says_how_the_meshes_are_modelled_and_that_contact_costs_more(request):

@@ -78,7 +78,8 @@ def open_joints(model: SolidModel, edge: float) -> list[str]:
     # a wall is at least as thick as the element behind its skin; what meets at an edge of the body parts from there
     wall = _depth(model.nodes, faces, owner, element, centre[at], normal[at]) < -_WALL * above[against]
     wall[_joined(faces[:, :4], owner, element, facing)] = True
-    found = np.unique(at[flat | ~wall])
+    # of a round joint the coarser facets' middles may stand off the finer ones by more than these are off the arc
+    found = np.unique(np.concatenate([at[flat | ~wall], other[against][~flat & ~wall]]))
     found = found[~told[face[found]]]
     if not len(found):
         return []

@@ -15,6 +15,7 @@ from nvhchain.fem import rigid_map, stiffness_and_mass
 from nvhchain.fem.solid_model import RigidSet, SolidModel
 from nvhchain.fidelity import HousingFidelity
 from nvhchain.handoff import FloatArray, ReducedHousing, Surface
+from nvhchain.housing.damping import DampingCurve, check_modal_damping, damping_of_modes
 from nvhchain.housing.engine_plane import EnginePlane
 from nvhchain.housing.envelope import outer_envelope
 from nvhchain.housing.foreign_mesh import sound_mesh
@@ -37,7 +38,7 @@ def reduce_model(
     *,
     f_max: float,
     surface_size: float,
-    modal_damping: float,
+    modal_damping: float | DampingCurve,
     fidelity: HousingFidelity,
     engine_plane: EnginePlane | None = None,
     opening: float | None = None,
@@ -48,9 +49,9 @@ def reduce_model(
 
     fidelity: modes up to mode_ratio · f_max, or as many as truncation_tolerance_db asks for, as `reduce_housing`.
     seats: from `bearing_seats`, in the order of the bearings.  f_max: Hz.  surface_size: m, edge of radiating faces.
-    modal_damping: fraction of critical, of every mode.  engine_plane: closes the housing, rigid; None for a closed one.
-    opening: m, diameter of the largest hole that counts as closed, surface_size by default.  surface: the radiating
-    surface, if it is not to be made from the skin.
+    modal_damping: fraction of critical, of every mode, or a curve that is read there.  engine_plane: closes the
+    housing, rigid; None for a closed one.  opening: m, diameter of the largest hole that counts as closed, surface_size
+    by default.  surface: the radiating surface, if it is not to be made from the skin.
 
     The provenance holds what was repaired and, in dB, what truncation and the mapping onto the faces cost. Repairs, a
     mesh too coarse for f_max, rigid motions that held freedoms leave and a mapping off by more than
@@ -60,7 +61,7 @@ def reduce_model(
     """
     require(np.isfinite(f_max) and f_max > 0, f"f_max = {f_max} Hz must be positive")
     require(np.isfinite(surface_size) and surface_size > 0, f"surface_size = {surface_size:g} m must be positive")
-    require(0 < modal_damping < 0.5, f"modal_damping = {modal_damping:g} must lie in 0 … 0.5")
+    check_modal_damping(modal_damping, "reduce_model")
     tell = progress or (lambda done, total: None)
     tell(0, _STEPS)
     model, notes = sound_mesh(with_seats(model, seats))
@@ -93,7 +94,7 @@ def reduce_model(
         tell(5, _STEPS)
         reduced = ReducedHousing(
             natural_frequency=modes.frequency,
-            modal_damping=np.full(len(modes.frequency), modal_damping),
+            modal_damping=damping_of_modes(modal_damping, modes.frequency),
             seat_shapes=modes.shapes[modes.seats].T.reshape(-1, count, 3),
             normal_shapes=(to_faces @ modes.shapes).T,
             seat_residual=modes.residual[modes.seats].reshape(count, 3, count, 3),

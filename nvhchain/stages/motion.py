@@ -7,8 +7,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from nvhchain import acoustics, housing, interop, spectrum
 from nvhchain.case import GearboxCase, HousingModel, ModalResults, RadiatorCase
 from nvhchain.fem.modal_model import ModalModel
@@ -62,14 +60,13 @@ def _model(
         housing.bearing_seats(model, case.seats, names),
         f_max=case.band.high,
         surface_size=size,
-        modal_damping=float(damping_of_modes(given.modal_damping, np.array([case.band.high]))[0]),
+        modal_damping=given.modal_damping,
         fidelity=fidelity.housing,
         engine_plane=given.engine_plane,
         opening=given.opening,
         progress=progress,
     )
-    damping = damping_of_modes(given.modal_damping, reduced.natural_frequency)
-    return reduced.replace(modal_damping=damping, structural_damping=given.structural_damping)
+    return reduced.replace(structural_damping=given.structural_damping)
 
 
 def _modal_results(

@@ -13,6 +13,7 @@ from nvhchain.errors import AccuracyWarning, InputError
 from nvhchain.fem import modes_below
 from nvhchain.fidelity import HousingFidelity
 from nvhchain.housing.casting_model import casting_model
+from nvhchain.housing.damping import DampingCurve
 from nvhchain.housing.engine_plane import EnginePlane
 from nvhchain.housing.foreign import constrained, reduce_model
 from nvhchain.housing.foreign_mesh import sound_mesh
@@ -91,6 +92,15 @@ def test_tolerance_in_decibel_decides_how_many_modes_a_foreign_model_keeps():
         found.append(reduced.natural_frequency)
     assert len(found[0]) < len(found[1])
     assert found[0] == pytest.approx(found[1][: len(found[0])], rel=1e-9)
+
+
+def test_damping_of_a_foreign_model_may_be_a_curve_that_is_read_at_its_modes():
+    curve = DampingCurve((0.0, 4000.0), (0.01, 0.03))
+    reduced, _ = reduce_box(box("hex8"), modal_damping=curve)
+    assert reduced.modal_damping == pytest.approx(0.01 + 0.02 * reduced.natural_frequency / 4000.0)
+    assert np.ptp(reduced.modal_damping) > 0
+    with pytest.raises(InputError, match=r"modal_damping = nan must lie in 0 … 0\.5"):
+        reduce_box(box("hex8"), modal_damping=float("nan"))
 
 
 @pytest.mark.parametrize("opening", [-1.0, 0.0, float("nan")])

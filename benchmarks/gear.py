@@ -18,32 +18,26 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from gear_figure import draw
-from gear_tables import FINE_ANGLES, LAW_ANGLES, LAYERS, Record, harmonics, written
+from gear_tables import FINE_ANGLES, LAW_ANGLES, LAYERS, Record, written
 from scipy.interpolate import CubicSpline
 
 import nvhchain as nvh
 from nvhchain.case import GearboxCase
-from nvhchain.fidelity import DRAFT, PRESETS, STANDARD, GearFidelity
+from nvhchain.fidelity import PRESETS, STANDARD, GearFidelity
 from nvhchain.gear import (
-    SOLID,
-    Blank,
     Engagement,
     FlankCompliance,
     GearBody,
     GearPair,
-    ThinRim,
     deflection_at_force,
     engaged_reach,
     flank_compliance,
-    iso_stiffness,
     loaded_mesh,
     mesh_law,
     quasi_static_transmission_error,
-    slice_compliance,
 )
 from nvhchain.handoff import FloatArray
 
@@ -165,47 +159,6 @@ def corners() -> Record:
     return record
 
 
-def analytic() -> Record:
-    """Mean and swing of δ: analytic level and ISO 6336-1 Method B against elements, for three blanks of stage 1."""
-    pair, force = stage("slotted", 1)
-    gear = pair.wheel.geometry
-    blanks: dict[str, Blank] = {
-        "solid": SOLID,
-        "thin rim": ThinRim(7e-3, 30e-3, 55e-3),
-        "slotted": pair.wheel.blank,
-    }
-    record: Record = {}
-    for name, blank in blanks.items():
-        pair = replace(pair, wheel=replace(pair.wheel, blank=blank))
-        levels: dict[str, Any] = {
-            "elements": compliances(pair, COARSE),
-            "analytic": (slice_compliance(pair.pinion), slice_compliance(pair.wheel)),
-        }
-        rows: Record = {}
-        for level, both in levels.items():
-            engagement = Engagement(pair, both, STANDARD.gear)
-            start = time.process_time()
-            delta = deflection(engagement, force, 24)
-            angles = np.arange(24) / 24 * pair.mesh_period
-            tangent = [loaded_mesh(engagement, a, force, guess=delta.mean()).tangent_stiffness for a in angles]
-            rows[level] = {
-                "mean": delta.mean(),
-                "swing": float(np.ptp(delta)),
-                "first": harmonics({"delta": delta, "meshes": pair.meshes_per_body_period}, 1)[0],
-                "stiffness": float(np.mean(tangent)),
-                "seconds": time.process_time() - start,
-            }
-        if blank.cutouts is None:  # Method B knows no openings
-            # per width in the transverse plane → of the whole mesh along the normal
-            iso = iso_stiffness(pair).mesh * gear.face_width / np.cos(pair.base_helix_angle) ** 2
-            rows["iso"] = {"stiffness": iso}
-        record[name] = rows
-    return record
-
-
-COARSE = replace(DRAFT.gear, width_layers=4)
-"""For what errs by tens of per cent: 0.3 % off."""
-
 CORNER_GAPS = (0.0, 10e-6, 30e-6, 100e-6)
 """m, `GearFidelity.corner_gap`."""
 
@@ -222,7 +175,6 @@ MEASUREMENTS: dict[str, Callable[[], Record]] = {
     "slotted-halved": partial(converged, "slotted", 1, HALVED),
     "slotted-grids": grids,
     "slotted-corners": corners,
-    "analytic": analytic,
     **{f"preset-{name}": partial(preset, name) for name in PRESETS},
     "law-slotted": partial(timed_law, "slotted", 1, 24),
     "law-differential": partial(timed_law, "solid", 2, 96),

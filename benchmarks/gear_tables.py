@@ -101,26 +101,6 @@ def presets_table(records: dict[str, Record]) -> list[str]:
     return [*lines, ""]
 
 
-def analytic_table(record: Record) -> list[str]:
-    """Cheap levels against elements."""
-    lines = ["**Analytic level and ISO 6336-1 Method B against elements, stage 1 (steel, nominal force)**", ""]
-    lines += [
-        "| wheel | level | mean δ / µm | swing / µm | mean stiffness / (N/µm) | error of δ / % | of stiffness / % "
-        "| of mesh harmonic 1 / dB |"
-    ]
-    lines += ["|---|---|" + "---:|" * 6]
-    for name, rows in record.items():
-        true = rows["elements"]
-        for level, row in rows.items():
-            mean, swing = (f"{1e6 * row[k]:.2f}" if k in row else "" for k in ("mean", "swing"))
-            error = f"{100 * (row['mean'] / true['mean'] - 1):+.1f}" if "mean" in row else ""
-            first = f"{20 * np.log10(row['first'] / true['first']):+.1f}" if "first" in row else ""
-            stiff = 100 * (row["stiffness"] / true["stiffness"] - 1)
-            cells = [name, level, mean, swing, f"{1e-6 * row['stiffness']:.0f}", error, f"{stiff:+.1f}", first]
-            lines.append("| " + " | ".join(cells) + " |")
-    return [*lines, ""]
-
-
 def written(records: dict[str, Record]) -> str:
     """The page."""
     lines = [
@@ -147,8 +127,6 @@ def written(records: dict[str, Record]) -> str:
     presets = {n: records[f"preset-{n}"] for n in PRESETS if f"preset-{n}" in records}
     if len(presets) == len(PRESETS):
         lines += presets_table(presets)
-    if "analytic" in records:
-        lines += analytic_table(records["analytic"])
     laws = {"law-slotted": "slotted, 10 teeth", "law-differential": "differential, 41 teeth"}
     if laws.keys() & records.keys():
         lines += ["**A whole law at standard, finite elements included**", ""]

@@ -4,7 +4,8 @@
 
 Runs cases/small/single_stage.toml once at `draft` (ten seconds); the band of every row of the sweep is that of its
 knobs on these hand-offs: relative to each line, it hardly feels from which preset they come. The surface is meshed, and
-modes are left out, as the row has them. What the rest of `draft` would leave open of masters and modes is not counted.
+modes are left out, as the row has them; what elements leave open of natural frequencies goes with their size. What the
+rest of `draft` would leave open of masters and modes is not counted.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from nvhchain.fidelity import DRAFT, REFERENCE, AcousticsFidelity, Fidelity
 from nvhchain.handoff import Surface
 from nvhchain.housing import Casting
 from nvhchain.housing.mesh import radiating_surface
-from nvhchain.housing.truncation import without_modes
+from nvhchain.housing.truncation import FREQUENCY_ERROR, without_modes
 from nvhchain.result import Result
 from nvhchain.tradeoff import Measurement, shipped_sweep, variants
 from nvhchain.tradeoff.deviation import Deviation
@@ -95,6 +96,9 @@ def band_of(run: Result, knob: str, fidelity: Fidelity) -> ErrorBand:
     assert vectors is not None
     assert run.housing is not None
     modes = int((run.housing.natural_frequency <= fidelity.housing.mode_ratio * case.band.high).sum())
+    coarser = fidelity.housing.element_size / run.fidelity.housing.element_size
+    errors = [coarser * error for error in run.housing.provenance[FREQUENCY_ERROR]]
+    housing = run.housing.replace(provenance={**run.housing.provenance, FREQUENCY_ERROR: errors})
     told = _told(case, fidelity.acoustics)
     made = error_band(
         case,
@@ -102,7 +106,7 @@ def band_of(run: Result, knob: str, fidelity: Fidelity) -> ErrorBand:
         pressure,
         velocity,
         transfer_vectors=vectors.replace(provenance=told),
-        housing=without_modes(run.housing, modes) if modes < len(run.housing.natural_frequency) else run.housing,
+        housing=without_modes(housing, modes) if modes < len(housing.natural_frequency) else housing,
         force_spectrum=run.force_spectrum,
         mesh_laws=run.mesh_laws,
     )

@@ -20,12 +20,7 @@ from nvhchain.handoff import (
     RadiationResistance,
     ReducedHousing,
 )
-from nvhchain.housing import Casting
-from nvhchain.housing.reduction import bending_wavelength
-from nvhchain.housing.truncation import RESIDUAL_MASS, truncation_errors
-
-FREQUENCY_ERROR = 1.2
-"""Relative error of a natural frequency over the square of element size per bending wavelength of the wall there."""
+from nvhchain.housing.truncation import FREQUENCY_ERROR, RESIDUAL_MASS, truncation_errors
 
 FORCE_SHARE = 0.75
 """Share of what a misplaced mode does to the radiated sound that it also does to the bearing forces, which are found
@@ -94,8 +89,6 @@ class ModalShares:
 
 
 def of_pressure(
-    case: GearboxCase,
-    fidelity: Fidelity,
     housing: ReducedHousing,
     forces: ForceSpectrum,
     modal: ModalTransferVectors,
@@ -107,13 +100,13 @@ def of_pressure(
     return ModalShares(
         np.abs(modal.modes * motion[:, None, :]),
         np.abs((residual * rate[:, None, :]).sum(axis=2)),
-        _moved(case, fidelity, housing, lines),
+        _moved(housing, lines),
         lines,
         _left_out(housing, lines),
     )
 
 
-def of_velocity(case: GearboxCase, fidelity: Fidelity, housing: ReducedHousing, forces: ForceSpectrum) -> ModalShares:
+def of_velocity(housing: ReducedHousing, forces: ForceSpectrum) -> ModalShares:
     """m/s, root mean square over the surface, in one place."""
     lines = forces.frequency
     rate, motion = _motion(housing, forces, lines)
@@ -124,7 +117,7 @@ def of_velocity(case: GearboxCase, fidelity: Fidelity, housing: ReducedHousing, 
     return ModalShares(
         np.abs(motion)[:, None, :] * mode,
         residual[:, None],
-        _moved(case, fidelity, housing, lines),
+        _moved(housing, lines),
         lines,
         _left_out(housing, lines),
     )
@@ -146,8 +139,6 @@ def of_bearings(housing: ReducedHousing, forces: ForceSpectrum) -> FloatArray:
 
 
 def of_power(
-    case: GearboxCase,
-    fidelity: Fidelity,
     housing: ReducedHousing,
     forces: ForceSpectrum,
     resistance: RadiationResistance,
@@ -166,7 +157,7 @@ def of_power(
     return ModalShares(
         (np.abs(motion) * each[:, :modes])[:, None, :],
         residual[:, None],
-        _moved(case, fidelity, housing, lines),
+        _moved(housing, lines),
         lines,
         _left_out(housing, lines),
     )
@@ -192,18 +183,14 @@ def _left_out(housing: ReducedHousing, lines: FloatArray) -> FloatArray | None:
     return truncation_errors(housing, lines) if RESIDUAL_MASS in housing.provenance else None
 
 
-def _moved(case: GearboxCase, fidelity: Fidelity, housing: ReducedHousing, lines: FloatArray) -> FloatArray:
-    """(n_f, n_mode) relative change of a mode's motion within the error of its frequency.
+def _moved(housing: ReducedHousing, lines: FloatArray) -> FloatArray:
+    """(n_f, n_mode) relative change of a mode's motion within the error of its frequency, which is too high.
 
-    The mesh of another program is not judged.
+    A housing from elsewhere does not tell of its mesh, which is not judged.
     """
-    shift = np.zeros(len(housing.natural_frequency))
-    if isinstance(case.housing, Casting):
-        wave = np.array([bending_wavelength(case.housing, f) for f in housing.natural_frequency])
-        shift = FREQUENCY_ERROR * (fidelity.housing.element_size / wave) ** 2
     here = housing.receptance(lines)
-    moved = np.zeros(here.shape)
-    for way in (-1.0, 1.0):
-        other = housing.replace(natural_frequency=housing.natural_frequency * (1.0 + way * shift))
-        moved = np.maximum(moved, np.abs(other.receptance(lines) / here - 1.0))
-    return moved
+    if FREQUENCY_ERROR not in housing.provenance:
+        return np.zeros(here.shape)
+    lower = housing.natural_frequency * (1.0 - np.array(housing.provenance[FREQUENCY_ERROR]))
+    moved = housing.replace(natural_frequency=np.maximum.accumulate(lower))  # no mode passes another
+    return np.abs(moved.receptance(lines) / here - 1.0)

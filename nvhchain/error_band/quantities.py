@@ -57,7 +57,7 @@ def error_band(
     if housing is not None and force_spectrum is not None and transfer_vectors is not None:
         assert isinstance(case, GearboxCase)
         vectors = acoustics.modal_transfer_vectors(transfer_vectors, housing, lines, fidelity=fidelity.acoustics)
-        shares = modal.of_pressure(case, fidelity, housing, force_spectrum, vectors)
+        shares = modal.of_pressure(housing, force_spectrum, vectors)
         scale = np.maximum(size, shares.size)
         sources |= shares.errors(case, fidelity)
     sources |= times(force_sources(case, fidelity, mesh_laws, lines, pressure.input_speed, size), size)
@@ -88,7 +88,7 @@ def force_band(
     scale = np.maximum(size, np.sqrt((size**2).mean(axis=1, keepdims=True)))
     sources = force_sources(case, fidelity, mesh_laws, lines, speed, scale, width)
     if housing is not None and mesh_laws:
-        sources |= modal.of_velocity(case, fidelity, housing, force_spectrum).seen_by_forces(case, fidelity)
+        sources |= modal.of_velocity(housing, force_spectrum).seen_by_forces(case, fidelity)
     return ErrorBand(lines, size, times(sources, scale), reference=REFERENCE_FORCE, weighted=False)
 
 
@@ -108,7 +108,7 @@ def velocity_band(
     if housing is not None and force_spectrum is not None:
         assert isinstance(case, GearboxCase)
         loaded = _at(force_spectrum, velocity.frequency)
-        shares = modal.of_velocity(case, fidelity, housing, loaded)
+        shares = modal.of_velocity(housing, loaded)
         sources |= shares.errors(case, fidelity)
         if mesh_laws:
             alone = modal.APART * modal.of_bearings(housing, loaded)
@@ -142,9 +142,9 @@ def power_band(
         assert isinstance(case, GearboxCase)
         loaded = _at(force_spectrum, lines)
         if radiation_resistance is not None:
-            sources |= modal.of_power(case, fidelity, housing, loaded, radiation_resistance).errors(case, fidelity)
+            sources |= modal.of_power(housing, loaded, radiation_resistance).errors(case, fidelity)
         else:
-            shares = modal.of_velocity(case, fidelity, housing, loaded)
+            shares = modal.of_velocity(housing, loaded)
             moving = np.where(shares.size > 0, shares.size, 1.0)
             sources |= {name: size * error / moving for name, error in shares.errors(case, fidelity).items()}
     sources |= times(force_sources(case, fidelity, mesh_laws, lines, power.input_speed, size), size)

@@ -113,7 +113,7 @@ def run_up_band(
     between = _interpolation(transfer_vectors, housing, instants[loudest].spectrum, fidelity)
     bands = []
     for instant, size in zip(instants, sounds, strict=True):
-        shares = modal.of_pressure(case, fidelity, housing, instant.spectrum, vectors)
+        shares = modal.of_pressure(housing, instant.spectrum, vectors)
         speed = instant.spectrum.input_speed
         sources = force_sources(case, fidelity, mesh_laws, lines, speed, size, instant.width)
         errors = {} if housing_is_exact else shares.errors(case, fidelity)

@@ -20,6 +20,10 @@ from nvhchain.handoff import FloatArray, ReducedHousing
 RESIDUAL_MASS = "residual_mass"
 """Name in the provenance of a reduced housing: ΨᵀMΨ (3 n_bearing, 3 n_bearing), kg m²/N²."""
 
+FREQUENCY_ERROR = "frequency_error"
+"""Name in the provenance of a reduced housing: by how much of it each natural frequency is too high, for want of
+elements, as estimated."""
+
 _JUDGED = 1 / 8
 """Of the upper band limit, from which the error is judged, over three octaves: below, a free housing moves rigidly, and
 the more the lower the line, so that an RMS from 0 Hz would tell of its rigid modes alone."""
@@ -140,7 +144,8 @@ def without_modes(housing: ReducedHousing, keep: int) -> ReducedHousing:
         seat_residual=housing.seat_residual + ((at_seats + at_seats.T) / 2).reshape(housing.seat_residual.shape),
         face_residual=housing.face_residual
         + (share @ housing.normal_shapes[keep:]).reshape(housing.face_residual.shape),
-        provenance={**housing.provenance, RESIDUAL_MASS: mass.tolist()},
+        provenance={**housing.provenance, RESIDUAL_MASS: mass.tolist()}
+        | {name: housing.provenance[name][:keep] for name in (FREQUENCY_ERROR,) if name in housing.provenance},
     )
 
 

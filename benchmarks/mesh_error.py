@@ -1,0 +1,92 @@
+"""What the modes of a casting say of their own error against finer meshes; writes docs/measured/mesh_error.md.
+
+    python benchmarks/mesh_error.py OUT
+
+Modes are paired by the motion of the bearing seats; OUT keeps housings that have been reduced. Takes some minutes.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+from publish import publish
+
+import nvhchain as nvh
+from nvhchain import store
+from nvhchain.case import GearboxCase
+from nvhchain.fidelity import HousingFidelity
+from nvhchain.handoff import FloatArray, ReducedHousing
+from nvhchain.housing import Casting, reduce_housing
+from nvhchain.housing.truncation import FREQUENCY_ERROR
+
+CASES = Path(__file__).parents[1] / "cases"
+STUDIES = {"small/single_stage": (13.0, 10.5, 9.0, 6.5), "gearbox/solid": (13.0, 10.5, 9.0)}
+"""Case → sizes of elements, mm; all are held against the last, and the first two against 9 mm."""
+HIGHEST = 6000.0
+"""Hz."""
+ALIKE, NEAR = 0.8, 0.06
+"""Of a pair: least square of the cosine between motions of the seats, largest relative distance of the frequencies."""
+
+
+def reduced(name: str, size: float, out: Path) -> ReducedHousing:
+    """The casting of a case with elements of so many mm."""
+    file = out / f"{name.replace('/', '-')}-{size:g}.h5"
+    if file.exists():
+        return store.load(file, ReducedHousing)
+    case = nvh.load_case(CASES / f"{name}.toml")
+    assert isinstance(case, GearboxCase)
+    assert isinstance(case.housing, Casting)
+    fidelity = HousingFidelity(element_size=1e-3 * size, mode_ratio=1.0, samples_per_face=1)
+    made = reduce_housing(case.housing, f_max=HIGHEST, surface_size=0.025, fidelity=fidelity)
+    store.save(made, file)
+    return made
+
+
+def compared(coarse: ReducedHousing, fine: ReducedHousing) -> tuple[FloatArray, FloatArray]:
+    """(n,) true and estimated relative errors of the frequencies of `coarse` that have a partner in `fine`."""
+    one, other = (h.seat_shapes.reshape(len(h.natural_frequency), -1) for h in (coarse, fine))
+    cosine = (one @ other.T) ** 2 / np.outer((one**2).sum(axis=1), (other**2).sum(axis=1))
+    apart = coarse.natural_frequency[:, None] / fine.natural_frequency - 1.0
+    alike = np.where(np.abs(apart) < NEAR, cosine, 0.0)
+    partner, paired = alike.argmax(axis=1), alike.max(axis=1) > ALIKE
+    true = apart[np.arange(len(apart)), partner]
+    return true[paired], np.array(coarse.provenance[FREQUENCY_ERROR])[paired]
+
+
+def rows(name: str, sizes: tuple[float, ...], out: Path) -> list[str]:
+    """Lines of the table."""
+    housings = {size: reduced(name, size, out) for size in sizes}
+    found = []
+    for fine in dict.fromkeys((9.0, sizes[-1])):
+        for coarse in (size for size in sizes if size > fine):
+            true, said = compared(housings[coarse], housings[fine])
+            ratio = said / true
+            found.append(
+                f"| {name} | {coarse:g} | {fine:g} | {len(true)} | {100 * rms(true):.2f} | {100 * rms(said):.2f} | "
+                f"{np.median(ratio):.1f} | {np.corrcoef(true, said)[0, 1]:.2f} |"
+            )
+    return found
+
+
+def rms(values: FloatArray) -> float:
+    """Root mean square."""
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def main() -> None:
+    """Reduce, compare, write."""
+    out = Path(sys.argv[1])
+    out.mkdir(parents=True, exist_ok=True)
+    lines = [
+        "| housing of | elements / mm | held against / mm | modes | true error, RMS / % | estimated / % | ratio "
+        "(median) | correlation over the modes |",
+        "|---|---:|---:|---:|---:|---:|---:|---:|",
+        *(line for name, sizes in STUDIES.items() for line in rows(name, sizes, out)),
+    ]
+    publish("mesh_error", "\n".join(lines) + "\n")
+
+
+if __name__ == "__main__":
+    main()

@@ -49,12 +49,13 @@ def _law(
     ripple = mesh_ripple * (np.cos(mesh) + 0.4 * np.cos(2 * mesh + 0.7))
     k = STIFFNESS[stage] * (1 + ripple - body_ripple * window)
     e = error * (np.sin(mesh) + 0.3 * np.cos(3 * mesh)) + 20e-6 * body_ripple * window
-    # both ends of the gap are resolved over all that e(θ) moves them
+    # both ends of the gap are resolved over all that e(θ) moves them, or the table would let the gap carry
+    edge = max(3, int(np.ceil(1e6 * np.abs(e).max())))
     deflection = np.concatenate(
         [
-            np.linspace(-backlash - 60e-6, -backlash + 3e-6, 18),
-            np.linspace(-3e-6, 3e-6, 7),
-            np.linspace(4e-6, top, cells),
+            np.linspace(-backlash - 60e-6, -backlash + edge * 1e-6, 15 + edge),
+            np.arange(-edge, edge + 1) * 1e-6,
+            np.linspace((edge + 1) * 1e-6, top, cells),
         ]
     )
     gap = deflection[None, :] - e[:, None]

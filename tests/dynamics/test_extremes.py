@@ -25,15 +25,17 @@ def _run_up(gearbox, laws, housing=None, step=1e-5, **changes):
     return run_up(gearbox, laws, housing, **({"fidelity": DynamicsFidelity(step)} | operation | changes))
 
 
-def test_without_load_it_rattles_within_its_backlash(make_gearbox, make_laws, make_housing):
+def test_without_load_it_rattles_across_its_backlash(make_gearbox, make_laws, make_housing):
+    """15 µm of transmission error at mesh order throw the teeth from flank to flank, both of which they hit often."""
     gearbox = make_gearbox()
-    record = _run_up(gearbox, make_laws(plain_wheel=True, error=8e-6), make_housing(gearbox, modes=8), input_torque=0.0)
+    laws = make_laws(plain_wheel=True, error=15e-6)
+    record = _run_up(gearbox, laws, make_housing(gearbox, modes=8), input_torque=0.0)
     deflection = record.mesh_deflection
-    assert deflection.max() < 60e-6
-    assert deflection.min() > -140e-6
-    # flanks part and meet again, many times
-    touching = deflection[len(deflection) // 2 :, 0] > 6e-6
-    assert np.abs(np.diff(touching.astype(int))).sum() > 20
+    assert -140e-6 < deflection.min() < deflection.max() < 60e-6
+    late = deflection[len(deflection) // 2 :, 0]
+    for pressed in (late > 18e-6, late < -98e-6):  # beyond either end of the gap at most angles
+        assert np.abs(np.diff(pressed.astype(int))).sum() > 20
+    assert all(of["seconds"] > 0.2 for of in record.provenance["parted_flanks"].values())
     assert 1.0 < np.abs(record.force).max() < 1e5
 
 

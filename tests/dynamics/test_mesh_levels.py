@@ -164,12 +164,22 @@ def test_stiffness_level_with_a_gap_follows_the_table_through_contact_loss_and_b
     assert np.abs(pulled - table).max() > 0.2 * size
 
 
+def _soft_across_the_gap(laws):
+    """Laws tabulated over 3 µm about the drive end of the gap, which the transmission error moves by 10: between the
+    next nodes the table carries within the gap, and its tangents at little load vary seventyfold over the angle."""
+    grid = np.concatenate([np.linspace(-140e-6, -77e-6, 18), np.linspace(-3e-6, 3e-6, 7), np.linspace(4e-6, 80e-6, 24)])
+    return tuple(
+        law.replace(deflection=grid, force=np.array([np.interp(grid, law.deflection, row) for row in law.force]))
+        for law in laws
+    )
+
+
 @pytest.mark.parametrize("loss", [False, True])
 def test_motion_that_outgrows_the_tangents_of_an_almost_unloaded_mesh_is_refused_by_name(
     make_gearbox, make_laws, make_housing, loss
 ):
     """Inertia alone closes the flanks here: tangents that vary seventyfold drive the motion, the table's do not."""
-    gearbox, laws = make_gearbox(), make_laws(plain_wheel=True, error=8e-6)
+    gearbox, laws = make_gearbox(), _soft_across_the_gap(make_laws(plain_wheel=True, error=8e-6))
     housing = make_housing(gearbox, modes=8)
     ramp = {"start_speed": 0.0, "end_speed": SPEED, "duration": 0.3, "input_torque": 0.0, "f_max": 5000.0}
     fidelity = DynamicsFidelity(1e-5, mesh_level="stiffness", contact_loss=loss)
@@ -189,13 +199,13 @@ def test_motion_that_outgrows_the_tangents_of_an_almost_unloaded_mesh_is_refused
 
 def test_growth_of_motion_under_a_varying_tangent_is_that_of_its_equations(make_gearbox, make_laws, make_housing):
     """Steps of 10 µs against an explicit Runge–Kutta method of order 8 with the same law: the growth is the model's."""
-    gearbox, laws = make_gearbox(), make_laws(plain_wheel=True, error=8e-6)
+    gearbox, laws = make_gearbox(), _soft_across_the_gap(make_laws(plain_wheel=True, error=8e-6))
     fidelity = DynamicsFidelity(2e-6, mesh_level="stiffness", contact_loss=True)
     model = simulation(
         gearbox, laws, None, input_torque=0.0, time_step=2e-6, input_acceleration=SPEED / 0.3, fidelity=fidelity
     )
     a, table, cycles = model.assembly, model.table, 0.65 * SPEED / (2 * pi) * np.array([20, 12])
-    start, steps = at_rest(model, np.zeros(2)), 2000
+    start, steps = at_rest(model, np.zeros(2)), 1500
     start = type(start)(4.0 * start.state, start.excess)
     _, states, _ = advance(model, start, (np.arange(steps)[:, None] + 0.5) * 2e-6 * cycles, stride=100)
     x0 = (

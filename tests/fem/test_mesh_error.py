@@ -6,6 +6,7 @@ import pytest
 
 from nvhchain.conventions import STEEL
 from nvhchain.fem import frequency_errors, lowest_modes, stiffness_and_mass
+from nvhchain.fem.mesh_error import _stresses
 
 SIDES = np.array([0.2, 0.1, 0.02])
 
@@ -49,6 +50,20 @@ def test_a_stress_that_is_the_same_everywhere_errs_by_nothing_and_so_does_a_rigi
     bent = np.column_stack([nodes[:, 0] ** 3, 0 * nodes[:, 0], 0 * nodes[:, 0]]).reshape(-1, 1)
     assert frequency_errors(nodes, elements, STEEL, bent, np.array([100.0]))[0] > 0
     assert frequency_errors(nodes, elements, STEEL, bent, np.array([0.0]))[0] == 0
+
+
+def test_squares_of_stresses_are_the_energy_of_the_stiffness_matrix():
+    """Of straight elements, under any displacement of the second order."""
+    nodes, elements = meshes.tetrahedra((2, 1, 1), SIDES)
+    K, _ = stiffness_and_mass(nodes, elements, "tet10", STEEL, mass=False)
+    x, y, z = nodes.T
+    motion = np.stack([x * y + 0.3 * z, y * y - x * z, 0.2 * x + z * y], axis=1)
+    corners = nodes[elements[:, :4]]
+    edges = corners[:, 1:] - corners[:, :1]
+    stress = _stresses(edges, elements, STEEL, motion[:, :, None])[..., 0]
+    squares = (stress**2).sum(axis=(1, 2)) + (stress.sum(axis=1) ** 2).sum(axis=1)
+    energy = np.linalg.det(edges) / 120 @ squares
+    assert energy == pytest.approx(motion.ravel() @ K @ motion.ravel(), rel=1e-12)
 
 
 def test_modes_are_judged_one_by_one():

@@ -37,7 +37,7 @@ from nvhchain.error_band import (
     velocity_band,
 )
 from nvhchain.error_band.gears import AMPLIFICATION, law_error
-from nvhchain.error_band.housing import of_bearings
+from nvhchain.error_band.housing import of_bearings, of_velocity
 from nvhchain.error_band.radiation import level_error, radiation_error
 from nvhchain.errors import AccuracyWarning, InputError
 from nvhchain.fidelity import DRAFT, STANDARD
@@ -167,6 +167,14 @@ def test_the_sound_of_a_housing_whose_modes_are_off_by_what_its_mesh_leaves_open
         other = housing.replace(natural_frequency=housing.natural_frequency * np.array(factors))
         level = decibel(radiate(vectors, respond(other, forces), fidelity=DRAFT.acoustics).pressure)
         assert ((made.lower < level) & (level < made.upper)).all()
+
+
+def test_modes_come_down_so_that_lines_below_them_are_less_certain_than_lines_above(housing):
+    """From 1000 to 995 Hz, by the differences of squares that the motion goes with; damping adds little so far away."""
+    beside = ForceSpectrum(np.array([900.0, 1100.0]), np.ones((2, 1, 3), complex), ("A1",), input_speed=188.5)
+    below, above = of_velocity(housing, beside).moved[:, 1]
+    assert below == pytest.approx((1000**2 - 900**2) / (995**2 - 900**2) - 1, rel=0.03)
+    assert above == pytest.approx(1 - (1100**2 - 1000**2) / (1100**2 - 995**2), rel=0.03)
 
 
 def test_modes_left_out_err_as_the_housing_tells_where_it_knows(case, housing, parts):

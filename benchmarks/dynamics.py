@@ -214,7 +214,7 @@ def table(found: dict[str, Any]) -> list[str]:
             "|---:|---:|---:|---:|",
             f"| {of['best']:.2f} | {of['loop']:.2f} | {of['both']:.2f} | 2 |",
             "",
-            f"Measured while {of['waiting']:.0f} processes wanted the cores, which stretches the first figure only;",
+            f"Processes that wanted the cores: {of['waiting']:.0f}; more than there are stretch the first figure only;",
             "set-up, filtering and the hand-off are part of the times.",
             f"Error against steps of 1 µs, of a run-up within 1 s: {of['of_peak']:.1e} of the peak force,",
             f"{of['of_swing']:.1e} of the moving part's peak.",

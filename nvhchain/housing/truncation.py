@@ -135,6 +135,9 @@ def without_modes(housing: ReducedHousing, keep: int) -> ReducedHousing:
     share = (seats / omega2[:, None]).T
     at_seats = share @ seats
     mass = _residual_mass(housing) + (seats / omega2[:, None] ** 2).T @ seats
+    provenance = {**housing.provenance, RESIDUAL_MASS: mass.tolist()}
+    if FREQUENCY_ERROR in provenance:
+        provenance[FREQUENCY_ERROR] = provenance[FREQUENCY_ERROR][:keep]
     return replace(
         housing,
         natural_frequency=housing.natural_frequency[:keep],
@@ -144,8 +147,7 @@ def without_modes(housing: ReducedHousing, keep: int) -> ReducedHousing:
         seat_residual=housing.seat_residual + ((at_seats + at_seats.T) / 2).reshape(housing.seat_residual.shape),
         face_residual=housing.face_residual
         + (share @ housing.normal_shapes[keep:]).reshape(housing.face_residual.shape),
-        provenance={**housing.provenance, RESIDUAL_MASS: mass.tolist()}
-        | {name: housing.provenance[name][:keep] for name in (FREQUENCY_ERROR,) if name in housing.provenance},
+        provenance=provenance,
     )
 
 

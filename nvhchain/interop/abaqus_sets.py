@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from nvhchain.errors import InputError, require
 from nvhchain.handoff import FloatArray
@@ -184,7 +185,5 @@ def motion(block: Block) -> Motion | None:
     foot, along = np.array(turn[:3]), np.subtract(turn[3:6], turn[:3])
     length = float(np.linalg.norm(along))
     require(length > 0, f"instance {block.get('NAME')} is turned about an axis between one point and itself: give two")
-    x, y, z = along / length
-    cross, angle = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]), np.radians(turn[6])
-    turned = np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross  # Rodrigues
+    turned = Rotation.from_rotvec(turn[6] * along / length, degrees=True).as_matrix()
     return lambda points: np.asarray((points + shift - foot) @ turned.T + foot)

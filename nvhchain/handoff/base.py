@@ -74,8 +74,7 @@ def array(owner: object, name: str, dtype: Any, shape: tuple[int | None, ...]) -
     if value.dtype.kind in "fc" and not np.isfinite(value).all():
         bad = int(np.argmin(np.isfinite(value)))
         raise InputError(f"{kind}.{name} holds a value that is not finite (flat index {bad}): remove or repair it")
-    shared = value is given and (value.flags.writeable or not value.flags.owndata)
-    if shared or value.base is not None:
+    if (value is given and value.flags.writeable) or value.base is not None:
         value = value.copy()
     value.flags.writeable = False
     object.__setattr__(owner, name, value)

@@ -157,10 +157,14 @@ def is_gone(executor: Executor) -> bool:
     return getattr(getattr(executor, "_client", None), "status", None) in ("closing", "closed")
 
 
-def has_no_workers(executor: Executor) -> bool:
-    """Whether a cluster that can be asked has lost all its workers: tasks then wait for one that may never come."""
+def workers_at(executor: Executor) -> frozenset[Any] | None:
+    """The worker processes that a cluster has now, None where it cannot be asked.
+
+    One that takes the place of another may have its address, but not its folder.
+    """
     running = getattr(getattr(executor, "_client", None), "status", None) == "running"
-    return running and _workers_of(executor) == {}
+    workers = _workers_of(executor) if running else None
+    return None if workers is None else frozenset((at, one.get("local_directory")) for at, one in workers.items())
 
 
 def worker_lost(error: BaseException) -> bool:

@@ -1,8 +1,10 @@
 """Bands on executors that lose workers, run out of room, fail or are not there."""
 
+import itertools
 import os
 import signal
 import time
+import warnings
 from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from multiprocessing import get_context
@@ -187,27 +189,58 @@ def test_a_lost_band_is_given_out_again_until_it_is_clear_that_it_kills(error):
         over_bands(solve, MASTERS, (), (), executor=Losing(99, error), **arguments)
 
 
-def test_a_cluster_that_has_lost_all_its_workers_is_not_waited_for(monkeypatch):
-    """Its scheduler keeps tasks for workers to come; where these die of what they are sent, the call never ended."""
-    seen = iter([{"tcp://w": {"memory_limit": 0, "nthreads": 1, "host": "w"}}])
+class Watched:
+    """A cluster that never finishes a task by itself and shows other workers at every look."""
 
-    class Client:
-        status = "running"
+    def __init__(self, looks):
+        self._client, self.looks, self.tasks = self, iter(looks), []
+        self.status = "running"
 
-        def scheduler_info(self, n_workers):
-            return {"workers": next(seen, {})}
+    def scheduler_info(self, n_workers):
+        return {"workers": {at: {"memory_limit": 0, "nthreads": 1, "host": "w"} | of for at, of in next(self.looks)}}
 
-    class Deserted:
-        _client = Client()
+    def submit(self, function, *arguments):
+        self.tasks.append((Future(), function, arguments))
+        return self.tasks[-1][0]
 
-        def submit(self, function, *arguments):
-            return Future()
 
-    monkeypatch.setattr(bands, "_PATIENCE", 0.02)
-    monkeypatch.setattr(bands, "_ALONE", 0.1)
-    with pytest.warns(RuntimeWarning, match=r"it has had no workers for 0.1 s\): 8 bands of frequencies are solved in"):
+def lasting(number=0):
+    return ("tcp://w", {"local_directory": f"worker-{number}"})
+
+
+GONE = itertools.chain([[lasting()]], itertools.repeat([]))
+REPLACED = ([lasting(number)] for number in itertools.count())
+BY_TURNS = ([(f"tcp://{number // 2}", {}), (f"tcp://{(number + 1) // 2}", {})] for number in itertools.count(1))
+
+
+@pytest.mark.parametrize("looks", [GONE, REPLACED, BY_TURNS], ids=["gone", "replaced", "by turns"])
+def test_a_cluster_whose_workers_are_lost_as_fast_as_they_come_is_not_waited_for(looks, monkeypatch):
+    """Its scheduler keeps tasks for workers to come: those that die of what they are sent, or whose lifetime is shorter
+    than a task, made the call wait for ever."""
+    monkeypatch.setattr(bands, "_PATIENCE", 0.01)
+    with pytest.warns(RuntimeWarning, match=r"as fast as they come, all 12 times\): 8 bands .* solved in this"):
         found = over_bands(
-            lambda frequency: frequency + 0j, MASTERS, (), (), memory_per_task=1, executor=Deserted(), progress=None
+            lambda frequency: frequency + 0j, MASTERS, (), (), memory_per_task=1, executor=Watched(looks), progress=None
+        )
+    assert np.array_equal(found, MASTERS)
+
+
+def test_a_cluster_is_waited_for_while_bands_are_finished_between_losses(monkeypatch):
+    """All workers are replaced at every look, 24 times in all, and a band is finished at every third."""
+
+    def looks():
+        for number in itertools.count():
+            if number % 3 == 2:
+                future, function, arguments = watched.tasks[number // 3]
+                future.set_result(function(*arguments))
+            yield [lasting(number)]
+
+    monkeypatch.setattr(bands, "_PATIENCE", 0.01)
+    watched = Watched(looks())
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        found = over_bands(
+            lambda frequency: frequency + 0j, MASTERS, (), (), memory_per_task=1, executor=watched, progress=None
         )
     assert np.array_equal(found, MASTERS)
 

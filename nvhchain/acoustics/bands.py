@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from nvhchain.acoustics.linear_system import SolverRecord
-from nvhchain.cluster import has_no_workers, is_gone, room, share, worker_lost
+from nvhchain.cluster import is_gone, room, share, worker_lost, workers_at
 from nvhchain.conventions import Progress
 from nvhchain.errors import InputError, SolverError, require
 from nvhchain.handoff import ComplexArray, FloatArray
@@ -28,8 +28,9 @@ _LOSSES = 3
 _PATIENCE = 5.0
 """s after which a wait looks whether there is still somebody to wait for."""
 
-_ALONE = 60.0
-"""s without any worker after which none is taken to come: a local cluster replaces one in a few seconds."""
+_TURNOVERS = 12.0
+"""Times that all workers of a cluster may be found lost or missing since a band was finished, one look per `_PATIENCE`:
+a local cluster replaces one in a few seconds."""
 
 Job = tuple[Any, ...]
 
@@ -128,7 +129,7 @@ def _spread(
     place = room(executor, memory_per_task)
     common = (code_version("acoustics"), place.neighbours, os.getpid(), solve)
     waiting, running, losses = list(range(len(jobs))), dict[Future[Band], int](), Counter[int]()
-    alone = 0.0
+    seen, turnovers = workers_at(executor), 0.0
     try:
         while waiting or running:
             while waiting and len(running) < place.tasks:
@@ -137,9 +138,11 @@ def _spread(
             finished, _ = wait(running, timeout=_PATIENCE, return_when=FIRST_COMPLETED)
             if not finished and is_gone(executor):
                 raise BrokenExecutor("its scheduler is gone")
-            alone = alone + _PATIENCE if not finished and has_no_workers(executor) else 0.0
-            if alone >= _ALONE:
-                raise BrokenExecutor(f"it has had no workers for {alone:g} s")
+            if not finished:
+                before, seen = seen, workers_at(executor)
+                turnovers += _turnover(before, seen)
+                if turnovers >= _TURNOVERS:
+                    raise BrokenExecutor(f"its workers are lost as fast as they come, all {turnovers:.3g} times")
             for future in finished:
                 number = running[future]
                 error = _lost(future)
@@ -147,6 +150,7 @@ def _spread(
                     raise error
                 del running[future]
                 if error is None:
+                    turnovers = 0.0
                     yield number, future.result()
                     continue
                 losses[number] += 1
@@ -171,6 +175,13 @@ def _spread(
     finally:
         for future in running:
             future.cancel()
+
+
+def _turnover(before: frozenset[Any] | None, now: frozenset[Any] | None) -> float:
+    """Share of the workers of a cluster that were lost between two looks; all of them where there are none."""
+    if now is None or before is None:
+        return 0.0
+    return len(before - now) / len(before) if before else float(not now)
 
 
 def _submitted(executor: Executor, *task: Any) -> Future[Band]:

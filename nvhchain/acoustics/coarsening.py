@@ -13,7 +13,6 @@ from scipy.spatial import cKDTree
 
 from nvhchain.acoustics._gmsh import remesh
 from nvhchain.acoustics.bodies import check_bodies
-from nvhchain.acoustics.intersections import crossing_pairs, folded_pairs, neighbours
 from nvhchain.acoustics.master_choice import NARROWEST
 from nvhchain.acoustics.plane import check_plane
 from nvhchain.acoustics.surface import MESH_ERROR, check_points, mean_edge
@@ -238,11 +237,6 @@ def velocity_map(fine: Surface, coarse: Surface) -> sp.csr_matrix:
     share = fine.areas[giver] / per_face / coarse.areas[receiver]
     shape = (len(coarse.areas), len(fine.areas))
     return sp.csr_matrix(sp.coo_matrix((share, (receiver, giver)), shape))
-
-
-def self_intersections(surface: Surface) -> int:
-    """Pairs of triangles that pass through each other or are folded onto each other."""
-    return len(crossing_pairs(surface, neighbours(surface, 0.0))) + len(folded_pairs(surface))
 
 
 def _pieces(surface: Surface) -> FloatArray:

@@ -23,7 +23,7 @@ def check_plane(plane: RigidPlane, surface: Surface, points: FloatArray | None =
     lowest = int(height.argmin())
     require(
         height[lowest] > 0,
-        f"the surface reaches {-1e3 * height[lowest]:.4g} mm behind the rigid plane (triangle {lowest}): "
+        f"the surface reaches {abs(1e3 * height[lowest]):.4g} mm behind the rigid plane (triangle {lowest}): "
         "raise the body, or turn the plane's normal into the air",
     )
     least = PLANE_CLEARANCE * surface.longest_edges

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from nvhchain.acoustics import RigidPlane, sphere, transfer_vectors
+from nvhchain.acoustics.bodies import check_bodies
 from nvhchain.acoustics.coarsening import (
     check_coarse,
     coarse_surfaces,
     coarsen,
     lowest_frequency,
     octupole_error,
-    self_intersections,
     velocity_map,
 )
 from nvhchain.acoustics.intersections import crossing_pairs, neighbours
@@ -49,7 +49,8 @@ def test_coarse_surface_is_the_same_body_with_longer_edges(corner, coarse_corner
     assert coarse_corner.areas.sum() == pytest.approx(corner.areas.sum(), rel=1e-9)
     assert len(coarse_corner.triangles) < 0.35 * len(corner.triangles)
     assert coarse_ball.volume == pytest.approx(sphere(0.1, 3).volume, rel=0.025)
-    assert self_intersections(coarse_corner) == self_intersections(coarse_ball) == 0
+    for body in (coarse_corner, coarse_ball):
+        check_bodies(body)
 
 
 def test_every_face_gives_all_its_flux(corner, coarse_corner, coarse_ball):
@@ -168,12 +169,13 @@ def test_surfaces_too_near_a_point_or_a_plane_are_left_out(corner, coarse_corner
 
 
 def test_surface_that_passes_through_itself_is_found(corner):
-    assert self_intersections(corner) == 0
+    check_bodies(corner)
     top = np.flatnonzero(corner.vertices[:, 2] == corner.vertices[:, 2].max())
     pushed = corner.vertices.copy()
     centre = top[np.linalg.norm(pushed[top, :2] + 0.05, axis=1).argmin()]
     pushed[centre] += [0.004, 0.003, -0.11]  # one vertex through the bottom
-    assert self_intersections(Surface(pushed, corner.triangles)) > 0
+    with pytest.raises(InputError, match="passes through itself"):
+        check_bodies(Surface(pushed, corner.triangles))
     with pytest.raises(InputError, match=r"passes through itself|from the other surface"):
         check_coarse(corner, Surface(pushed, corner.triangles))
 
@@ -190,10 +192,9 @@ def test_coarse_surface_folded_beside_one_vertex_is_found(coarse_corner, corner,
         middle = 0.5 * (vertices[a] + vertices[b])
         return Surface(np.concatenate([vertices, [middle + share * (vertices[c] - middle)]]), split)
 
-    assert self_intersections(with_vertex(0.3)) == 0
+    check_bodies(with_vertex(0.3))
     folded = with_vertex(-0.05)
     assert len(crossing_pairs(folded, neighbours(folded, 0.0))) == 0
-    assert self_intersections(folded) > 0
     with pytest.raises(InputError, match="coarse surface is no body: the surface is folded"):
         transfer_vectors(corner, POINTS, [300.0], air=air, fidelity=coarse, coarser=[folded])
 

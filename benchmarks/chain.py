@@ -4,21 +4,22 @@
 
 Runs `nvhchain compare` for each preset in OUT/<preset>, unless OUT/<preset>.json says that it has been measured, and
 compares with the last preset named: overall dB(A), and every mesh harmonic within 30 dB of the strongest line. Time and
-memory are given only for presets of which nothing was found on disk.
+memory (of all processes together) are given only for presets of which nothing was found on disk.
 """
 
 from __future__ import annotations
 
 import json
-import os
 import subprocess
 import sys
 import time
 from pathlib import Path
+from tempfile import TemporaryFile
 
 from publish import publish
 
 import nvhchain as nvh
+from nvhchain.tradeoff.measure import resident
 
 ROOT = Path(__file__).parents[1]
 CASES = [ROOT / "cases" / "gearbox" / f"{name}.toml" for name in ("solid", "slotted")]
@@ -31,17 +32,18 @@ def measure(preset: str, out: Path) -> dict[str, float | None]:
     record = out.with_suffix(".json")
     if record.exists():
         return dict(json.loads(record.read_text()))
-    command = [sys.executable, "-m", "nvhchain.cli", "compare", *map(str, CASES)]
+    fresh, peak = not out.exists(), 0.0
+    command = [sys.executable, "-m", "nvhchain.cli", "compare", *map(str, CASES), "--fidelity", preset]
     start = time.perf_counter()
-    child = subprocess.Popen([*command, "--fidelity", preset, "--out", str(out)], stderr=subprocess.PIPE, text=True)
-    assert child.stderr is not None
-    log = child.stderr.read()
-    _, status, usage = os.wait4(child.pid, 0)
-    if os.waitstatus_to_exitcode(status) != 0:
-        sys.exit(log)
-    fresh = log.count(": found") == 3  # what the second configuration shares with the first
+    with TemporaryFile("w+") as log, subprocess.Popen([*command, "--out", str(out)], stderr=log) as child:
+        while child.poll() is None:
+            peak = max(peak, resident(child.pid))
+            time.sleep(0.02)
+        if child.returncode != 0:
+            log.seek(0)
+            sys.exit(log.read())
     seconds = time.perf_counter() - start
-    cost = {"seconds": seconds if fresh else None, "megabytes": usage.ru_maxrss / 1024 if fresh else None}
+    cost = {"seconds": seconds if fresh else None, "megabytes": peak if fresh else None}
     record.write_text(json.dumps(cost))
     return cost
 

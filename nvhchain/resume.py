@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
+import os
 import shutil
-from collections.abc import Callable, Mapping, Sequence
+import tempfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import cache, partial
 from pathlib import Path
 from typing import Any, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
+from filelock import FileLock
 
 from nvhchain import __version__, store
 from nvhchain.conventions import Progress
@@ -70,6 +74,21 @@ def found(path: Path, kind: type[H], key: str) -> H | None:
     return hand_off if hand_off.provenance.get("key") == key else None
 
 
+@contextmanager
+def _alone(path: Path | None) -> Iterator[None]:
+    """Of a user's processes on this machine one at a time looks for what belongs in `path`, or makes it."""
+    if path is None:
+        yield
+        return
+    place = hashlib.sha256(str(path.resolve()).encode()).hexdigest()[:16]
+    lock = Path(tempfile.gettempdir(), f"nvhchain-{os.getuid()}-{place}.lock")
+    with FileLock(lock):
+        try:
+            yield
+        finally:
+            lock.unlink(missing_ok=True)  # whoever waits notices, and locks a new one
+
+
 @runtime_checkable
 class Watcher(Protocol):
     """What follows a run: stages begin, advance and end."""
@@ -114,30 +133,32 @@ class Shelf:
     ) -> H:
         """The result of a stage: from disk if `inputs`, `fidelity` and code are unchanged, else computed and kept.
 
-        A damaged file is computed again.  name: file name without suffix; `{key}` in it is replaced by the input hash,
-        so that several variants live side by side.  remind: repeats the warnings of making it where it is found.
+        A damaged file is computed again; what another process is just computing is waited for.  name: file name without
+        suffix; `{key}` in it is replaced by the input hash, so that several variants live side by side.  remind:
+        repeats the warnings of making it where it is found.
         """
         version = code_version(package)
         key, stage, path = self._place(name, version, inputs, fidelity)
-        there = found(path, kind, key) if path else None
-        if there is not None:
-            self.watcher.end(stage, "found")
-            if remind is not None:
-                remind(there)
-            return there
         provenance = {
             "key": key,
             "stage": stage,
             "version": version,
             "fidelity": dataclasses.asdict(fidelity) if fidelity is not None else None,
         }
-        self.watcher.begin(stage)
-        made = compute(partial(self.watcher.step, stage))
-        result: H = made.replace(provenance={**made.provenance, **provenance})
-        if path is not None:
-            store.save(result, path)
-        self.watcher.end(stage, "computed")
-        return result
+        with _alone(path):
+            there = found(path, kind, key) if path else None
+            if there is None:
+                self.watcher.begin(stage)
+                made = compute(partial(self.watcher.step, stage))
+                result: H = made.replace(provenance={**made.provenance, **provenance})
+                if path is not None:
+                    store.save(result, path)
+                self.watcher.end(stage, "computed")
+                return result
+        self.watcher.end(stage, "found")
+        if remind is not None:
+            remind(there)
+        return there
 
     def stage_in_parts(
         self,

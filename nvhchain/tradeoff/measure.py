@@ -121,11 +121,11 @@ def _followed(reader: int, process: subprocess.Popen[bytes], ledger: Ledger, wat
     """Listen to a run until its pipe closes; None if it never said how it ended."""
     peak, run = 0.0, None
     for event in _events(reader):
-        peak = max(peak, _resident(process.pid))
+        peak = max(peak, resident(process.pid))
         if event is None:
             continue
         if event["event"] == "begin":
-            peak = _resident(process.pid)
+            peak = resident(process.pid)
             watcher.begin(event["stage"])
         elif event["event"] == "end":
             ledger.enter(event["key"], Cost(event["seconds"], event["processor"], peak))
@@ -152,7 +152,7 @@ def _events(reader: int) -> Iterator[dict[str, Any] | None]:
             yield json.loads(line)
 
 
-def _resident(pid: int) -> float:
+def resident(pid: int) -> float:
     """MB of resident memory of a process and its children; 0 when it is gone."""
     try:
         process = psutil.Process(pid)

@@ -1,11 +1,18 @@
 """A stage is computed once per set of inputs; changed inputs and damaged files are computed again."""
 
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from subprocess import PIPE
+from threading import Event
+from time import sleep
 
 import numpy as np
 import pytest
 
 from nvhchain import DRAFT
+from nvhchain.errors import InputError
 from nvhchain.handoff import FieldPressure
 from nvhchain.resume import Shelf, fingerprint
 
@@ -54,6 +61,52 @@ def test_changed_inputs_and_fidelity_are_computed_again(counted):
     run(1.0 + 1e-15)
     run(1.0 + 1e-15, fidelity=replace(DRAFT.acoustics, masters=17))
     assert len(calls) == 3
+
+
+def test_who_comes_second_waits_and_finds(tmp_path):
+    made, first_is_at_it = [], Event()
+
+    def slowly(progress):
+        made.append(1)
+        first_is_at_it.set()
+        sleep(0.3)
+        return FieldPressure([50.0], [[0.0, 0, 1]], [[1.0 + 1j]], provenance={})
+
+    def ask():
+        return Shelf(tmp_path).stage("p", FieldPressure, "acoustics", (1.0,), slowly, fidelity=None)
+
+    with ThreadPoolExecutor(2) as pool:
+        first = pool.submit(ask)
+        first_is_at_it.wait()
+        second = pool.submit(ask)
+        assert first.result().content_hash == second.result().content_hash
+    assert len(made) == 1
+    assert [path.name for path in tmp_path.iterdir()] == ["p.h5"]
+
+
+def test_a_process_that_was_killed_at_a_stage_holds_up_nobody(counted):
+    run, calls, folder = counted
+    script = f"""
+from pathlib import Path
+from nvhchain.resume import _alone
+with _alone(Path({str(folder / "pressure.h5")!r})):
+    print("held", flush=True)
+    input()
+"""
+    with subprocess.Popen([sys.executable, "-c", script], stdin=PIPE, stdout=PIPE, text=True) as holder:
+        assert holder.stdout.readline() == "held\n"
+        holder.kill()
+    run(1.0)
+    assert len(calls) == 1
+
+
+def test_a_stage_that_is_refused_leaves_no_folder(tmp_path):
+    def refused(progress):
+        raise InputError("too small")
+
+    with pytest.raises(InputError):
+        Shelf(tmp_path / "out").stage("p", FieldPressure, "acoustics", (), refused, fidelity=None)
+    assert not list(tmp_path.iterdir())
 
 
 def test_damaged_file_is_computed_again(counted):

@@ -1,0 +1,105 @@
+"""The operators of a gearbox on both cores: its mesh laws are made in a process of their own, `python -m` this, while
+its housing is reduced here on one thread. Neither takes anything of the other, and a second thread gains either little.
+"""
+
+from __future__ import annotations
+
+import pickle
+import subprocess
+import sys
+from _thread import interrupt_main
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from os import environ, sched_getaffinity
+from pathlib import Path
+from threading import Thread
+
+from nvhchain import stages
+from nvhchain.case import Case, GearboxCase
+from nvhchain.fidelity import Fidelity
+from nvhchain.memory import free_memory
+from nvhchain.resume import Shelf, Unwatched, Watcher
+from nvhchain.scene import plan, preflight
+from nvhchain.threads import blas_threads
+
+_WORTH = 5.0
+"""Processor seconds, of the laws and of the housing, below which a second process costs more than it saves."""
+
+_ONE_THREAD = {f"{library}_NUM_THREADS": "1" for library in ("OMP", "MKL", "OPENBLAS", "NUMBA")}
+
+
+@contextmanager
+def operators_ahead(
+    cases: Sequence[Case], fidelity: Fidelity, operators: Path, watcher: Watcher | None = None
+) -> Iterator[None]:
+    """Have the housings of `cases` on the shelf in `operators`, and their mesh laws under way.
+
+    What the other process has begun a run in here waits for at the shelf; what it has not, or could not, the run makes
+    itself. Nothing happens with one core, with less work than a process is worth, in less memory than both take, and
+    for options whose laws take more than the gears.  Raises what a run would refuse.
+    """
+    gearboxes = [case for case in cases if isinstance(case, GearboxCase) and _apart(case)]
+    if len(gearboxes) < len(cases) or not _worth_it(gearboxes, fidelity):
+        yield
+        return
+    for case in cases:
+        preflight(case, fidelity, {})
+    with _laws_under_way(gearboxes, fidelity, operators):
+        with blas_threads(1):
+            for case in gearboxes:
+                stages.reduced_housing(case, fidelity, Shelf(operators, watcher or Unwatched()))
+        yield
+
+
+@contextmanager
+def _laws_under_way(cases: Sequence[GearboxCase], fidelity: Fidelity, operators: Path) -> Iterator[None]:
+    """Another process works at the mesh laws; what fails there is silent, and fails again where it is needed."""
+    with subprocess.Popen(
+        [sys.executable, "-m", "nvhchain.ahead"],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        env={**environ, **_ONE_THREAD},
+    ) as process:
+        assert process.stdin is not None
+        try:
+            with suppress(BrokenPipeError):
+                pickle.dump((cases, fidelity, operators), process.stdin)
+                process.stdin.flush()
+            yield
+        finally:
+            with suppress(BrokenPipeError):
+                process.stdin.close()  # which ends it
+
+
+def _apart(case: GearboxCase) -> bool:
+    """Whether the mesh laws take nothing but the gears, and what they take nobody else needs."""
+    options = case.options
+    return not (options.tilt or options.load_distribution or options.loaded_misalignment)
+
+
+def _worth_it(cases: Sequence[GearboxCase], fidelity: Fidelity) -> bool:
+    planned = [stage for case in cases for stage in plan(case, fidelity=fidelity).stages]
+    kinds = [[stage for stage in planned if stage.name.startswith(name)] for name in ("housing", "mesh law")]
+    seconds = min(sum(stage.seconds for stage in kind) for kind in kinds)
+    megabytes = sum(max((stage.megabytes for stage in kind), default=0.0) for kind in kinds)
+    return len(sched_getaffinity(0)) > 1 and seconds > _WORTH and 1e6 * megabytes < free_memory()
+
+
+def _end_with_caller() -> None:
+    """The caller closes its end when it needs no more, or is gone."""
+    sys.stdin.buffer.read()
+    interrupt_main()
+
+
+def main() -> None:
+    """Mesh laws of all cases."""
+    cases, fidelity, operators = pickle.load(sys.stdin.buffer)
+    with suppress(KeyboardInterrupt):
+        Thread(target=_end_with_caller, daemon=True).start()
+        for case in cases:
+            stages.mesh_laws(case, fidelity, Shelf(operators), None)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,91 @@
+"""Mesh laws made by another process while the housing is reduced: the same results, and no run depends on it."""
+
+import pickle
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import nvhchain as nvh
+from nvhchain import ahead
+from nvhchain.cli import main
+from nvhchain.errors import InputError
+from nvhchain.resume import Shelf
+
+
+@pytest.fixture
+def case(request):
+    """That takes no boundary elements."""
+    small = nvh.load_case(request.config.rootpath / "cases" / "small" / "single_stage.toml")
+    return replace(small, quantities=("bearing_forces",), field_points=(), band=replace(small.band, high=1200.0))
+
+
+@pytest.fixture
+def worth(monkeypatch):
+    """However little there is to do, on a machine with two cores."""
+    monkeypatch.setattr(ahead, "_WORTH", 0.0)
+    monkeypatch.setattr(ahead, "sched_getaffinity", lambda _: {0, 1})
+
+
+def test_laws_are_found_or_made_here_where_the_process_failed(case, coarse, tmp_path, record, monkeypatch, worth):
+    with ahead.operators_ahead([case], coarse, tmp_path / "two", record):
+        assert record.ended == [("housing", "computed")]
+        found = nvh.run(case, fidelity=coarse, out=tmp_path / "two", watcher=record).force_spectrum.force
+    monkeypatch.setattr(ahead, "_ONE_THREAD", {"PYTHONHOME": "/nowhere"})
+    with ahead.operators_ahead([case], coarse, tmp_path / "one", record):
+        alone = nvh.run(case, fidelity=coarse, out=tmp_path / "one", watcher=record).force_spectrum.force
+    assert [how for stage, how in record.ended if stage.startswith("mesh_law")] == ["found", "computed"]
+    assert np.abs(found - alone).max() < 1e-6 * np.abs(alone).max()
+
+
+def test_the_other_process_ends_with_its_caller_and_leaves_nothing_half_written(case, coarse, tmp_path):
+    command = [sys.executable, "-m", "nvhchain.ahead"]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        pickle.dump(([case], coarse, tmp_path), process.stdin)
+        process.stdin.close()
+        assert process.wait(timeout=60) == 0
+        assert process.stderr.read() == b""
+    assert not list(tmp_path.rglob("*.part"))
+    assert len(list(tmp_path.glob("mesh_law*.h5"))) == 0
+
+
+@pytest.mark.parametrize(
+    "options", [{"tilt": True}, {"shuttling": True}, {"friction": 0.05}, {"loaded_misalignment": True}]
+)
+def test_laws_that_take_more_than_the_gears_are_left_to_the_run(case, coarse, tmp_path, monkeypatch, worth, options):
+    monkeypatch.setattr(ahead.subprocess, "Popen", None)
+    coupled = replace(case, options=replace(case.options, **options))
+    with ahead.operators_ahead([coupled], coarse, tmp_path):
+        assert not list(tmp_path.iterdir())
+
+
+def test_one_core_or_little_memory_takes_one_process(case, coarse, tmp_path, monkeypatch, worth):
+    monkeypatch.setattr(ahead.subprocess, "Popen", None)
+    with monkeypatch.context() as machine:
+        machine.setattr(ahead, "free_memory", lambda: 10**9)
+        with ahead.operators_ahead([case], coarse, tmp_path):
+            pass
+    monkeypatch.setattr(ahead, "sched_getaffinity", lambda _: {0})
+    with ahead.operators_ahead([case], coarse, tmp_path):
+        pass
+    assert not list(tmp_path.iterdir())
+
+
+def test_what_a_run_refuses_is_refused_before_anything_is_begun(case, coarse, tmp_path, monkeypatch, worth):
+    monkeypatch.setattr(ahead.subprocess, "Popen", None)
+    slow = replace(coarse, dynamics=replace(coarse.dynamics, time_step=1e-3))
+    with pytest.raises(InputError, match="time step"), ahead.operators_ahead([case], slow, tmp_path):
+        pass
+    assert not list(tmp_path.iterdir())
+
+
+def test_cases_that_cannot_be_compared_are_refused_by_the_command_before_anything_is_begun(
+    request, tmp_path, capsys, monkeypatch
+):
+    monkeypatch.setattr(Shelf, "stage", None)
+    solid = str(request.config.rootpath / "cases" / "gearbox" / "solid.toml")
+    assert main(["compare", solid, solid, "--out", str(tmp_path / "out")]) == 2
+    assert "distinct names" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()

@@ -8,6 +8,7 @@ from functools import cached_property
 from nvhchain import levels
 from nvhchain.case import Case
 from nvhchain.error_band import BANDS, ErrorBand, RunUpBand
+from nvhchain.errors import require
 from nvhchain.fidelity import Fidelity
 from nvhchain.handoff import (
     BearingForces,
@@ -26,6 +27,9 @@ from nvhchain.handoff import (
     SurfaceVelocity,
     TransferVectors,
 )
+
+_MADE_OF = {"radiation_efficiency": ("sound_power",), "directivity": ("pressure", "sound_power")}
+"""Quantities without a band of their own → those that they are made of."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +59,9 @@ class Result:
 
     @property
     def overall(self) -> FloatArray:
-        """Level (n_point,) in dB(A) at the field points, over the lines or over the record of a run-up."""
+        """Level (n_point,) in dB(A) at the field points, over the lines or over the record of a run-up; InputError
+        without a sound pressure."""
+        self._check_heard()
         if self.pressure_history is not None:
             time = self.pressure_history.time
             rate = (len(time) - 1) / float(time[-1] - time[0])
@@ -68,12 +74,22 @@ class Result:
         """How wrong the sound pressure may be (`nvhchain.error_band`): per line and overall, and of a run-up over the
         speed and overall.
 
-        Ready-made mesh laws, forces and housings count as exact.
+        Ready-made mesh laws, forces and housings count as exact.  InputError without a sound pressure.
         """
+        self._check_heard()
         return BANDS["pressure"](self)
 
     @cached_property
     def error_bands(self) -> dict[str, ErrorBand | RunUpBand]:
-        """How wrong every quantity may be that the case asks for, by its name."""
+        """How wrong every quantity may be that the case asks for, by its name; in place of a radiation efficiency or a
+        directivity the sound power and pressure that it is made of."""
         makers = dict(BANDS) | {"pressure": lambda run: run.error_band}
-        return {quantity: makers[quantity](self) for quantity in self.case.quantities if quantity in makers}
+        parts = [part for quantity in self.case.quantities for part in _MADE_OF.get(quantity, (quantity,))]
+        return {part: makers[part](self) for part in dict.fromkeys(parts)}
+
+    def _check_heard(self) -> None:
+        require(
+            self.pressure is not None or self.pressure_history is not None,
+            f"{self.case.name} asks for {', '.join(self.case.quantities)}, not for the sound pressure: take "
+            "`error_bands`, or ask for `pressure`",
+        )

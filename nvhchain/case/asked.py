@@ -13,6 +13,9 @@ from nvhchain.errors import require
 from nvhchain.handoff import RigidPlane
 from nvhchain.kinds import check_fields
 
+FEWEST_LINES = 4
+"""Of a window of a run-up that lie in the band: the main lobe of a Hann window is as wide."""
+
 
 @dataclass(frozen=True)
 class Band:
@@ -29,6 +32,19 @@ class Band:
             f"band {self.low:g}…{self.high:g} Hz: needs 0 < low < high ≤ 20000 Hz",
         )
         require(self.resolution > 0, f"band resolution = {self.resolution:g} Hz must be positive")
+
+    @property
+    def shortest_record(self) -> float:
+        """s of changing speed that put `FEWEST_LINES` into the band."""
+        return FEWEST_LINES / (self.high - self.low)
+
+    def check_record(self, duration: float) -> None:
+        """InputError where a record of changing speed, s, is too short to tell this band."""
+        require(
+            duration >= self.shortest_record * (1.0 - 1e-9),
+            f"a record of {duration:.3g} s is too short to tell {self.low:g}…{self.high:g} Hz while the speed changes: "
+            f"lengthen it to {self.shortest_record:.3g} s or widen the band",
+        )
 
 
 @dataclass(frozen=True)
@@ -85,6 +101,10 @@ class Operation:
         require(
             self.input_speed > 0 or self.ramp is not None,
             "input_speed = 0 rad/s: a gearbox at rest is silent; give a speed, or a ramp that starts from rest",
+        )
+        require(
+            self.ramp is None or max(self.input_speed, self.ramp.end_speed) > 0,
+            "a ramp from input_speed = 0 to end_speed = 0 rad/s never turns: give one of them",
         )
         require(
             abs(self.input_torque) <= 1e7,

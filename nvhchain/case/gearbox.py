@@ -125,6 +125,8 @@ class GearboxCase:
             "quantities: a run-up is followed in time, its surface velocity and sound power have no lines: ask for "
             "`bearing_forces` or `pressure`",
         )
+        if self.operation.ramp is not None:
+            self.band.check_record(self.operation.ramp.duration)
         check_plane(self.reflecting_plane, self.field_points)
         if isinstance(self.housing, Casting):
             self._check_casting(self.housing)

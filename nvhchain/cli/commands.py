@@ -19,7 +19,6 @@ from nvhchain.fidelity import PRESETS, Fidelity
 if TYPE_CHECKING:
     from nvhchain.case import Case
     from nvhchain.handoff import BearingForces
-    from nvhchain.result import Result
 
 
 def _fidelity(options: argparse.Namespace, cases: Sequence[Case]) -> Fidelity:
@@ -49,16 +48,12 @@ def _with_mode_tolerance(fidelity: Fidelity, tolerance: float | None, cases: Seq
     return replace(fidelity, housing=replace(fidelity.housing, truncation_tolerance_db=tolerance))
 
 
-def _say_wider(tolerance: float | None, case: Case, result: Result) -> None:
-    """On stderr, where the run's own limits are wider than what was asked for."""
-    if tolerance is None:
-        return
-    widths = [abs(band.overall - band.level[:, None]).max() for band in result.error_bands.values()]
-    widest = max(widths, default=0.0)
-    if widest > tolerance:
+def _say_wider(tolerance: float | None, name: str, widest: float) -> None:
+    """On stderr, where the run's own limits are wider, dB to one side, than what was asked for."""
+    if tolerance is not None and widest > tolerance:
         open_ = f"leaves {widest:.1f} dB open to one side" if widest < inf else "has no lower limit"
         print(
-            f"{case.name}: the error band of this run {open_}, more than the {tolerance:g} dB asked for: those are "
+            f"{name}: the error band of this run {open_}, more than the {tolerance:g} dB asked for: those are "
             "what a sweep promises, the band is what the run itself can vouch for",
             file=sys.stderr,
         )
@@ -84,10 +79,10 @@ def _foreign_forces(path: Path, case: Case) -> BearingForces:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Compute what a case asks for; say the levels with their limits."""
+    """Compute what a case asks for; say the levels with their limits, and leave those of every line."""
     from nvhchain import chain, ready_made, store
     from nvhchain.case import load_case
-    from nvhchain.error_band import format_limits
+    from nvhchain.error_band import format_limits, save_error_bands
 
     case = load_case(options.case)
     given = ready_made.arguments(store.load(path) for path in options.use)
@@ -98,7 +93,9 @@ def run(options: argparse.Namespace) -> int:
         result = chain.run(
             case, fidelity=_fidelity(options, [case]), out=out, executor=executor, watcher=Console(), **given
         )
-    _say_wider(options.tolerance_db, case, result)
+    save_error_bands(result.error_bands, out)
+    widths = [float(abs(band.overall - band.level[:, None]).max()) for band in result.error_bands.values()]
+    _say_wider(options.tolerance_db, case.name, max(widths))
     silent = [quantity for quantity in case.quantities if quantity in ("bearing_forces", "surface_velocity")]
     if silent:
         print(f"{case.name}: {', '.join(silent)} in {out}")
@@ -107,9 +104,10 @@ def run(options: argparse.Namespace) -> int:
         "surface_velocity": ("surface velocity", "dB re 1 nm/s"),
         "sound_power": ("sound power", "dB(A) re 1 pW"),
     }
-    for quantity in (asked for asked in case.quantities if asked in units):
+    for quantity, band in result.error_bands.items():
+        if quantity not in units:
+            continue
         name, unit = units[quantity]
-        band = result.error_bands[quantity]
         most = int(band.level.argmax())
         print(f"{case.name}: {name} {band.level[most]:.1f} {unit} ({format_limits(band.overall[most])})")
     if result.radiation_efficiency is not None:
@@ -118,7 +116,7 @@ def run(options: argparse.Namespace) -> int:
     if result.directivity is not None:
         for point, index in zip(case.field_points, result.directivity.index.T, strict=True):
             print(f"{case.name}: directivity index {index.min():.1f}…{index.max():.1f} dB at {point.name}")
-    if "pressure" in case.quantities:
+    if "pressure" in result.error_bands:
         for point, heard, limits in zip(case.field_points, result.overall, result.error_band.overall, strict=True):
             print(f"{case.name}: {heard:.1f} dB(A) ({format_limits(limits)}) at {point.name}")
     return 0
@@ -155,8 +153,10 @@ def compare(options: argparse.Namespace) -> int:
             cases, fidelity=_fidelity(options, cases), out=Path(options.out), executor=executor, watcher=Console()
         )
     for name, configuration in summary["configurations"].items():
-        limits = format_limits(configuration["error_band_dBA"])
-        print(f"{name}: {configuration['overall_dBA']:.1f} dB(A) ({limits})")
+        edges, level = configuration["error_band_dBA"], configuration["overall_dBA"]
+        widest = max(inf if edge is None else abs(edge - level) for edge in edges)
+        _say_wider(options.tolerance_db, name, widest)
+        print(f"{name}: {level:.1f} dB(A) ({format_limits(edges)})")
     return 0
 
 

@@ -16,6 +16,7 @@ where 1.3 were said.
 """
 
 from nvhchain.error_band.band import COVERAGE, ErrorBand, format_limits
+from nvhchain.error_band.files import save_error_bands
 from nvhchain.error_band.of_run import BANDS
 from nvhchain.error_band.quantities import error_band, force_band, power_band, velocity_band
 from nvhchain.error_band.run_up import RunUpBand, run_up_band, run_up_force_band
@@ -31,5 +32,6 @@ __all__ = [
     "power_band",
     "run_up_band",
     "run_up_force_band",
+    "save_error_bands",
     "velocity_band",
 ]

@@ -27,7 +27,7 @@ from nvhchain.housing import respond
 from nvhchain.spectrum import amplitude_spectrum
 
 INSTANTS = 20
-"""Equal parts into which a run-up is divided."""
+"""Equal parts into which a run-up is divided, or fewer where it is short."""
 
 LINES = 800
 """Most lines in the band at which a part is judged, from a window in its middle that is no longer than they need."""
@@ -77,14 +77,20 @@ def run_up_force_band(
     housing: ReducedHousing | None = None,
     mesh_laws: Sequence[MeshLaw] = (),
 ) -> RunUpBand:
-    """Error band of the bearing forces, level (dB re 1 µN) of every bearing's resultant in the band of the case."""
+    """Error band of the bearing forces, level (dB re 1 µN) of every bearing's resultant in the band of the case.
+
+    Raises InputError for a record that is too short for the band.
+    """
     instants = list(_instants(case, bearing_forces))
     bands = tuple(
         force_band(case, fidelity, instant.spectrum, housing=housing, mesh_laws=mesh_laws, width=instant.width)
         for instant in instants
     )
     return RunUpBand(
-        _speeds(bearing_forces), np.array([band.level for band in bands]), np.array([b.overall for b in bands]), bands
+        _speeds(case, bearing_forces),
+        np.array([band.level for band in bands]),
+        np.array([b.overall for b in bands]),
+        bands,
     )
 
 
@@ -102,6 +108,7 @@ def run_up_band(
     """Error band of the sound pressure of a run-up, from the sources of a steady run at the lines of each instant.
 
     mesh_laws: as for `error_band`.  housing_is_exact: it was given to the run.
+    Raises InputError for a record that is too short for the band.
     """
     instants = list(_instants(case, bearing_forces))
     lines = instants[0].spectrum.frequency
@@ -120,17 +127,18 @@ def run_up_band(
         sources = errors | times(sources, size) | times(radiated, np.maximum(size, shares.size))
         share = float(np.linalg.norm(size)) / max(float(np.linalg.norm(sounds[loudest])), 1e-300)
         bands.append(ErrorBand(lines, size, sources | times(between, share)))
-    parts = np.array_split(history.pressure, INSTANTS)
+    parts = np.array_split(history.pressure, len(instants))
     rate = (len(history.time) - 1) / float(history.time[-1] - history.time[0])
     level = np.array([levels.equivalent(part, sample_rate=rate) for part in parts])
     limits = level[:, :, None] + np.array([band.overall - band.level[:, None] for band in bands])
-    return RunUpBand(_speeds(bearing_forces), level, limits, tuple(bands))
+    return RunUpBand(_speeds(case, bearing_forces), level, limits, tuple(bands))
 
 
 def _instants(case: GearboxCase, forces: BearingForces) -> Iterator[_Instant]:
     """The middle of every part."""
     low, high, rate = case.band.low, case.band.high, forces.sample_rate
-    parts = [range(part[0], part[-1] + 1) for part in np.array_split(np.arange(len(forces.time)), INSTANTS)]
+    instants = _count(case, forces)
+    parts = [range(part[0], part[-1] + 1) for part in np.array_split(np.arange(len(forces.time)), instants)]
     count = min(*(len(part) for part in parts), int(LINES / (high - low) * rate))
     for part in parts:
         first = part.start + (len(part) - count) // 2
@@ -146,9 +154,16 @@ def _instants(case: GearboxCase, forces: BearingForces) -> Iterator[_Instant]:
         )
 
 
-def _speeds(forces: BearingForces) -> FloatArray:
+def _count(case: GearboxCase, forces: BearingForces) -> int:
+    """Parts of the record: `INSTANTS`, or as many as leave each what the band takes."""
+    duration = len(forces.time) / forces.sample_rate
+    case.band.check_record(duration)
+    return min(INSTANTS, max(1, int(duration / case.band.shortest_record)))
+
+
+def _speeds(case: GearboxCase, forces: BearingForces) -> FloatArray:
     """(n,) rad/s, mean of every part."""
-    return np.array([part.mean() for part in np.array_split(forces.input_speed, INSTANTS)])
+    return np.array([part.mean() for part in np.array_split(forces.input_speed, _count(case, forces))])
 
 
 def _interpolation(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -16,11 +16,17 @@ from nvhchain.handoff import FieldPressure, FloatArray, ForceSpectrum, SoundPowe
 from nvhchain.plots._style import colour, panels, styled
 from nvhchain.plots.orders import OrderMarks, add_order_axis, draw_mesh_orders, matching
 
+if TYPE_CHECKING:
+    from nvhchain.error_band import ErrorBand
+
 APART = 1.6
 """Points between the stems of two configurations at the same frequency."""
 
 HEADROOM = 12.0
 """dB above the strongest line, for the overall levels."""
+
+LIMITED = 20.0
+"""dB below the strongest line of a configuration down to which lines have their limits drawn: more hide the rest."""
 
 
 @styled
@@ -30,15 +36,22 @@ def pressure_spectrum(
     marks: OrderMarks | None = None,
     point: int = 0,
     dynamic_range: float = 70.0,
+    bands: Mapping[str, ErrorBand] | None = None,
     axes: Sequence[Axes] | None = None,
 ) -> list[Axes]:
     """Sound pressure level of every line, unweighted above and A-weighted below.
 
     pressures: configuration → pressure.  marks: orders to mark; needs one input speed common to all.
-    point: index of the field point.  dynamic_range: dB shown below the strongest line.
+    point: index of the field point.  dynamic_range: dB shown below the strongest line.  bands: configuration → error
+    band: limits of its strong lines and of its level in dB(A).
     """
     heard = {name: (field.frequency, levels.decibel(field.pressure[:, point])) for name, field in pressures.items()}
-    return _plain_and_weighted(heard, "p", "20 µPa", _common_input_frequency(pressures), marks, dynamic_range, axes)
+    limits = {
+        name: (np.stack([band.lower[:, point], band.upper[:, point]], axis=1), band.overall[point])
+        for name, band in (bands or {}).items()
+    }
+    speed = _common_input_frequency(pressures)
+    return _plain_and_weighted(heard, "p", "20 µPa", speed, marks, dynamic_range, axes, limits)
 
 
 @styled
@@ -62,8 +75,13 @@ def _plain_and_weighted(
     marks: OrderMarks | None,
     dynamic_range: float,
     axes: Sequence[Axes] | None,
+    limits: Mapping[str, tuple[FloatArray, FloatArray]] | None = None,
 ) -> list[Axes]:
-    """Two panels of levels, configuration → (frequency (n_f,) Hz, level (n_f,) dB), without and with A-weighting."""
+    """Two panels of levels, configuration → (frequency (n_f,) Hz, level (n_f,) dB), without and with A-weighting.
+
+    limits: configuration → (of the lines (n_f, 2) dB, of the overall level (2,) dB(A)).
+    """
+    limits = limits or {}
     require(len(plain) > 0, "nothing is given to draw: at least one configuration is needed")
     drawn = panels(2, axes, share="x")
     for ax, weighted, unit in ((drawn[0], False, "dB"), (drawn[1], True, "dB(A)")):
@@ -74,10 +92,12 @@ def _plain_and_weighted(
         highest = max(level.max() for _, level in lines.values())
         ax.set_ylim(5.0 * np.ceil(highest / 5.0) + HEADROOM - dynamic_range, 5.0 * np.ceil(highest / 5.0) + HEADROOM)
         ax.set_ylabel(f"$L_{{{symbol}{'A' if weighted else ''}}}$ / {unit} re {reference}")
-        handles = _draw(ax, lines, input_frequency, marks)
+        weight = {name: lines[name][1] - plain[name][1] for name in limits}
+        handles = _draw(ax, lines, input_frequency, marks, {n: of[0] + weight[n][:, None] for n, of in limits.items()})
         overall = [Line2D([], [], color=colour(index), linewidth=3.0) for index in range(len(lines))]
         values = [
             f"{name}: overall {10.0 * np.log10((10.0 ** (level / 10.0)).sum()):.1f} {unit}"
+            + (f" ({_spoken(limits[name][1])})" if weighted and name in limits else "")
             for name, (_, level) in lines.items()
         ]
         ax.legend(overall, values, loc="upper right", ncols=len(lines))
@@ -86,6 +106,12 @@ def _plain_and_weighted(
     drawn[0].set_xlabel("")
     _legend_below(drawn[1], handles[len(lines) :])
     return drawn
+
+
+def _spoken(limits: FloatArray) -> str:
+    from nvhchain.error_band import format_limits
+
+    return format_limits([float(limit) for limit in limits])
 
 
 @styled
@@ -140,9 +166,16 @@ def _common_input_frequency(
 
 
 def _draw(
-    ax: Axes, lines: Mapping[str, tuple[FloatArray, FloatArray]], input_frequency: float, marks: OrderMarks | None
+    ax: Axes,
+    lines: Mapping[str, tuple[FloatArray, FloatArray]],
+    input_frequency: float,
+    marks: OrderMarks | None,
+    limits: Mapping[str, FloatArray] | None = None,
 ) -> list[Line2D]:
-    """Stems of all configurations side by side with heads at the marked orders; returns what a legend shows."""
+    """Stems of all configurations side by side with heads at the marked orders; returns what a legend shows.
+
+    limits: configuration → (n_f, 2) in the unit of its lines, drawn at those within `LIMITED` of the strongest.
+    """
     floor = ax.get_ylim()[0]
     ax.set_xlim(0.0, 1.01 * max(frequency[-1] for frequency, _ in lines.values()))
     ax.set_xlabel("frequency / Hz")
@@ -162,6 +195,15 @@ def _draw(
         ax.vlines(
             frequency[seen], floor, value[seen], colors=colour(index), linewidth=1.2, transform=shifted, label=name
         )
+        if limits and name in limits:
+            loud = seen & (value >= value.max() - LIMITED)
+            low, high = np.clip(limits[name][loud].T, *ax.get_ylim())
+            ax.vlines(frequency[loud], low, high, colors="black", linewidth=0.9, transform=shifted, zorder=3)
+            ends = np.tile(frequency[loud], 2), np.concatenate([low, high])
+            ax.plot(*ends, "_", color="black", markersize=4.0, transform=shifted, label=f"_{name} limits")
+            heads["limits"] = Line2D(
+                [], [], marker="|", markersize=9.0, linestyle="none", color="black", label="limits"
+            )
         if marks is None or not marked:
             continue
         orders = frequency / input_frequency

@@ -13,6 +13,7 @@ import numpy as np
 
 from nvhchain import chain, levels, plots
 from nvhchain.case import Case, GearboxCase
+from nvhchain.error_band import ErrorBand
 from nvhchain.errors import require
 from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.gear import quasi_static_transmission_error
@@ -139,7 +140,8 @@ def summarise(pressure: FieldPressure) -> dict[str, Any]:
 
 def _figures(results: Mapping[str, Result], pressures: Mapping[str, FieldPressure], out: Path) -> None:
     marks = order_marks([result.case for result in results.values()])
-    save(plots.pressure_spectrum(pressures, marks=marks), out / "pressure_spectrum.png")
+    bands = {name: band for name in pressures if isinstance(band := results[name].error_band, ErrorBand)}
+    save(plots.pressure_spectrum(pressures, marks=marks, bands=bands), out / "pressure_spectrum.png")
     steady = {name: pressure for name, pressure in pressures.items() if pressure.input_speed}
     if steady:
         save(plots.pressure_history(steady), out / "pressure_history.png")

@@ -1,16 +1,13 @@
-"""Error bands as a summary holds them: null for no limit."""
+"""Error bands as a summary holds them."""
 
 from __future__ import annotations
 
-from math import isfinite, pi
+from math import pi
 from typing import Any
 
 from nvhchain.error_band import RunUpBand
-from nvhchain.handoff import FloatArray
+from nvhchain.error_band.files import finite
 from nvhchain.result import Result
-
-NO_LIMIT = -1000.0
-"""dB below which a lower limit is none."""
 
 
 def limits(result: Result) -> dict[str, Any]:
@@ -34,8 +31,3 @@ def limits(result: Result) -> dict[str, Any]:
         for name, of in others.items()
     }
     return found
-
-
-def finite(edges: FloatArray | list[Any]) -> list[float | None]:
-    """As JSON knows them."""
-    return [float(edge) if isfinite(edge) and edge > NO_LIMIT else None for edge in edges]

@@ -16,8 +16,8 @@ from nvhchain.housing.reduction import bending_wavelength
 MARGIN = 6.4
 """Worst mesh harmonic of another case over that of the swept one.
 
-The worst of the single stages of benchmarks/error_band.py, nothing excluded, over the swept one: `standard` 4.05 dB
-(17-23 of 26 mm at 2300 rpm) over 0.63 dB; `draft`, 32-47 not run again, 7.9 dB (the same) over 2.20 dB."""
+The worst of the gearboxes of benchmarks/error_band.py, nothing excluded, over the swept one: `standard` 4.05 dB
+(17-23 of 26 mm at 2300 rpm) over 0.63 dB; that of `draft` is half as large, 5.0 dB (32-47 at 1300 rpm) over 1.60 dB."""
 
 WIDEST_HELD_OUT = 14.93
 """Face width over module of the widest gear on which the presets were run for these margins (cases/gearbox)."""
@@ -47,7 +47,7 @@ def growth(turned: Fidelity, base: Fidelity, cases: Sequence[Case], swept: Mappi
 
     swept: `extent` of the case it was measured on; None is not known, and 1.  Of the gears: what the knob adds to the
     error of the transmission error.  Of the housing: natural frequencies err with the square of element size per
-    bending wavelength.  Raises InputError where `swept` does not tell all of them.
+    bending wavelength at most (docs/measured/mesh_error.md).  Raises InputError where `swept` does not tell all.
     """
     if swept is None:
         return 1.0

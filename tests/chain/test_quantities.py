@@ -1,5 +1,6 @@
 """A case gets what it asks for, and nothing is computed that only other quantities need."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -114,7 +115,13 @@ def test_efficiency_and_directivity_of_spheres(request, tmp_path, capsys):
     found = store.load(out / "radiation_efficiency.h5", RadiationEfficiency)
     ka = 2 * np.pi * np.array([200.0, 1000.0, 1715.0]) / 343.0 * 0.1
     np.testing.assert_allclose(found.efficiency, ka**2 / (1 + ka**2), rtol=0.02)
-    assert f"radiation efficiency {found.efficiency.min():.3g}…{found.efficiency.max():.3g}" in capsys.readouterr().out
+    told = capsys.readouterr().out
+    assert f"radiation efficiency {found.efficiency.min():.3g}…{found.efficiency.max():.3g}" in told
+    assert "sound power" in told  # with its limits: that of which the efficiency is a share
+    (power,) = json.loads((out / "error_bands.json").read_text()).values()
+    exact = 10 * np.log10(0.5 * 1.21 * 343.0 * 4 * np.pi * 0.1**2 * ka**2 / (1 + ka**2) / 1e-12)
+    for level, line in zip(exact, power["lines"], strict=True):
+        assert line["limits"][0][0] < level < line["limits"][0][1]
     path.write_text(
         f'base = "{sphere}"\nquantities = ["directivity"]\npulsation = 0.0\nvelocity = [0.0, 0.0, 0.1]\n'
         "frequencies = [200.0, 400.0]\n"
@@ -128,6 +135,7 @@ def test_efficiency_and_directivity_of_spheres(request, tmp_path, capsys):
     level = 10 * np.log10([3.0, 3.0 * 0.36])
     np.testing.assert_allclose(index.index[:, at], [level, level], atol=0.1)
     assert f"{level[1]:.1f} dB at aslant" in capsys.readouterr().out
+    assert set(json.loads((out / "error_bands.json").read_text())) == {"pressure", "sound_power"}
     for name in ("radiation_efficiency", "directivity"):
         assert main(["plot", str(out / f"{name}.h5")]) == 0
         assert (out / f"{name}.png").stat().st_size > 10_000

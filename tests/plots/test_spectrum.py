@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from nvhchain import levels
+from nvhchain.error_band import ErrorBand
 from nvhchain.errors import InputError
 from nvhchain.plots import OrderMarks, bearing_force_spectra, pressure_spectrum
+from nvhchain.plots.spectrum import LIMITED
 
 INPUT_FREQUENCY = 2500.0 / 60.0
 MARKS = OrderMarks(mesh={"stage 1": 20.0, "stage 2": 12.0}, slots={"stage 1": 2.0}, sidebands=2)
@@ -37,6 +39,24 @@ def test_pressure_legend_states_overall_levels(pressures):
     expected = float(levels.overall(field.frequency, field.pressure[:, 0], weighted=True))
     texts = [text.get_text() for text in axes[1].get_legend().get_texts()]
     assert f"slotted: overall {expected:.1f} dB(A)" in texts
+
+
+def test_strong_lines_have_their_limits_and_the_legend_those_of_the_weighted_level(pressures):
+    """An error of a fifth of every amplitude, twice over: 0.6 to 1.4 times it."""
+    field = pressures["slotted"]
+    amplitude = np.abs(field.pressure)
+    band = ErrorBand(field.frequency, amplitude, {"one": 0.2 * amplitude})
+    axes = pressure_spectrum(pressures, bands={"slotted": band})
+    for ax, weight in zip(axes, (0.0, 1.0), strict=True):
+        level = levels.decibel(field.pressure[:, 0]) + weight * levels.a_weighting(field.frequency)
+        loud = level >= level.max() - LIMITED
+        (ends,) = [line for line in ax.lines if line.get_label() == "_slotted limits"]
+        np.testing.assert_allclose(ends.get_xdata(), np.tile(field.frequency[loud], 2))
+        shown = level[loud] + 20 * np.log10([[0.6], [1.4]])
+        np.testing.assert_allclose(ends.get_ydata(), shown.ravel(), rtol=1e-9)
+    low, high = band.overall[0]
+    texts = [text.get_text() for text in axes[1].get_legend().get_texts()]
+    assert f"slotted: overall {band.level[0]:.1f} dB(A) ({low:.1f}…{high:.1f})" in texts
 
 
 def test_slot_sidebands_are_marked_on_the_slotted_configuration_only_where_lines_exist(pressures):

@@ -34,6 +34,7 @@ from nvhchain.error_band import (
     power_band,
     run_up_band,
     run_up_force_band,
+    save_error_bands,
     velocity_band,
 )
 from nvhchain.error_band.gears import AMPLIFICATION, law_error
@@ -464,6 +465,55 @@ def test_a_summary_holds_the_limits_of_lines_and_of_speeds(case, housing, parts,
     assert told["error_band_dBA"][1] > run_up.overall[0]
     assert run_up.error_band.level == pytest.approx(run_up.overall, abs=0.1)
     json.dumps(told, allow_nan=False)
+
+
+def test_the_file_of_a_band_holds_every_place_at_every_line_or_speed(case, rising, tmp_path):
+    made = band(one=[[0.25], [0.06]])
+    over_speed = run_up_force_band(case, DRAFT, rising, mesh_laws=[law([1e-6, 1e-7])])
+    save_error_bands({"pressure": made, "bearing_forces": over_speed}, tmp_path)
+    told = json.loads((tmp_path / "error_bands.json").read_text())
+    of_lines, of_speeds = told["pressure"], told["bearing_forces"]
+    first, second = of_lines["lines"]
+    assert first["frequency_hz"] == 1000.0
+    assert first["level"] == pytest.approx(decibel([1.0]))
+    assert first["limits"][0] == pytest.approx([*decibel([0.5, 1.5])])
+    assert second["limits"][0] == [None, pytest.approx(float(decibel(0.22)))]
+    assert of_lines["overall_limits"][0] == pytest.approx(list(made.overall[0]))
+    assert of_speeds["overall_level"] == pytest.approx(over_speed.level)
+    at = of_speeds["over_speed"][7]
+    assert at["speed_rpm"] == pytest.approx(30 / np.pi * over_speed.input_speed[7])
+    assert at["level"] == pytest.approx(over_speed.over_speed[7])
+    assert at["limits"][0][1] == pytest.approx(over_speed.limits[7, 0, 1])
+
+
+def test_a_short_run_up_is_judged_in_as_few_parts_as_leave_lines_in_its_band(case, rising):
+    """20 ms, 1000 … 2000 Hz: windows of 4 ms; half of one tells nothing."""
+    case, laws = replace(case, band=replace(case.band, low=1000.0, high=2000.0)), [law([1e-6, 1e-7])]
+
+    def record(samples):
+        cut = {name: getattr(rising, name)[:samples] for name in ("time", "force", "input_speed")}
+        return rising.replace(**cut)
+
+    made = run_up_force_band(case, DRAFT, record(240), mesh_laws=laws)
+    assert made.over_speed.shape == (5, 1)
+    assert np.isfinite(made.limits[:, :, 1]).all()
+    assert (made.level < made.overall[:, 1]).all()
+    with pytest.raises(
+        InputError, match=r"record of 0.002 s is too short to tell 1000…2000 Hz.*lengthen it to 0.004 s"
+    ):
+        run_up_force_band(case, DRAFT, record(24), mesh_laws=laws)
+    ramp = replace(case.operation, ramp=Ramp(220.0, 2e-3))
+    with pytest.raises(InputError, match=r"lengthen it to 0.004 s or widen the band"):
+        replace(case, operation=ramp, quantities=("bearing_forces",))
+
+
+def test_a_run_without_sound_has_the_bands_of_what_it_asks_for_and_is_told_where_to_look(case, meshing):
+    asked = replace(case, quantities=("bearing_forces",), field_points=())
+    result = Result(asked, DRAFT, (law([1e-6, 1e-7]),), force_spectrum=meshing[3])
+    assert set(result.error_bands) == {"bearing_forces"}
+    for read in ("error_band", "overall"):
+        with pytest.raises(InputError, match="asks for bearing_forces, not for the sound pressure: take `error_bands`"):
+            getattr(result, read)
 
 
 def test_forces_of_a_run_up_have_their_level_and_band_at_every_speed(case, housing, rising):

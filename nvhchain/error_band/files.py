@@ -1,0 +1,56 @@
+"""Error bands as files hold them: null for no limit."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from math import isfinite, pi
+from pathlib import Path
+from typing import Any
+
+from nvhchain.error_band.band import ErrorBand
+from nvhchain.error_band.run_up import RunUpBand
+from nvhchain.handoff import FloatArray
+from nvhchain.levels import decibel
+from nvhchain.store import write_text
+
+NO_LIMIT = -1000.0
+"""dB below which a lower limit is none."""
+
+
+def save_error_bands(bands: Mapping[str, ErrorBand | RunUpBand], out: str | Path) -> None:
+    """Leave `error_bands.json` in the folder `out`: every band (`as_record`) by the name of its quantity."""
+    out = Path(out)
+    out.mkdir(parents=True, exist_ok=True)
+    write_text(out / "error_bands.json", json.dumps({name: as_record(band) for name, band in bands.items()}) + "\n")
+
+
+def as_record(band: ErrorBand | RunUpBand) -> dict[str, Any]:
+    """Levels and limits of every place, overall and line by line or speed by speed.
+
+    Those of lines are dB re `reference` (RMS); overall ones, and those of speeds, dB(A) where `weighted`.
+    """
+    of_lines = band.bands[0] if isinstance(band, RunUpBand) else band
+    found: dict[str, Any] = {
+        "reference": of_lines.reference,
+        "weighted": of_lines.weighted,
+        "overall_level": band.level.tolist(),
+        "overall_limits": [finite(edges) for edges in band.overall],
+    }
+    if isinstance(band, RunUpBand):
+        found["over_speed"] = [
+            {"speed_rpm": 30 / pi * float(speed), "level": level.tolist(), "limits": [finite(of) for of in edges]}
+            for speed, level, edges in zip(band.input_speed, band.over_speed, band.limits, strict=True)
+        ]
+        return found
+    level = decibel(band.amplitude, band.reference)
+    found["lines"] = [
+        {"frequency_hz": float(f), "level": here.tolist(), "limits": [finite(of) for of in zip(low, high, strict=True)]}
+        for f, here, low, high in zip(band.frequency, level, band.lower, band.upper, strict=True)
+    ]
+    return found
+
+
+def finite(edges: FloatArray | Sequence[float]) -> list[float | None]:
+    """As JSON knows them."""
+    return [float(edge) if isfinite(edge) and edge > NO_LIMIT else None for edge in edges]

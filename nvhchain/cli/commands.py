@@ -81,6 +81,7 @@ def _foreign_forces(path: Path, case: Case) -> BearingForces:
 def run(options: argparse.Namespace) -> int:
     """Compute what a case asks for; say the levels with their limits, and leave those of every line."""
     from nvhchain import chain, ready_made, store
+    from nvhchain.ahead import operators_ahead
     from nvhchain.case import load_case
     from nvhchain.error_band import format_limits, save_error_bands
 
@@ -89,10 +90,12 @@ def run(options: argparse.Namespace) -> int:
     if options.forces:
         given["bearing_forces"] = _foreign_forces(Path(options.forces), case)
     out = Path(options.out or Path("out") / case.name)
-    with _executor(options) as executor:
-        result = chain.run(
-            case, fidelity=_fidelity(options, [case]), out=out, executor=executor, watcher=Console(), **given
-        )
+    fidelity, watcher = _fidelity(options, [case]), Console()
+    with (
+        _executor(options) as executor,
+        nullcontext() if executor or given else operators_ahead([case], fidelity, out, watcher),
+    ):
+        result = chain.run(case, fidelity=fidelity, out=out, executor=executor, watcher=watcher, **given)
     save_error_bands(result.error_bands, out)
     widths = [float(abs(band.overall - band.level[:, None]).max()) for band in result.error_bands.values()]
     _say_wider(options.tolerance_db, case.name, max(widths))
@@ -143,15 +146,19 @@ def record(options: argparse.Namespace) -> int:
 
 def compare(options: argparse.Namespace) -> int:
     """Compute several cases and leave their comparison."""
+    from nvhchain.ahead import operators_ahead
     from nvhchain.case import load_case
     from nvhchain.error_band import format_limits
-    from nvhchain.report import compare
+    from nvhchain.report import OPERATORS, check_comparable, compare
 
     cases = [load_case(path) for path in options.cases]
-    with _executor(options) as executor:
-        summary = compare(
-            cases, fidelity=_fidelity(options, cases), out=Path(options.out), executor=executor, watcher=Console()
-        )
+    check_comparable(cases)
+    fidelity, out, watcher = _fidelity(options, cases), Path(options.out), Console()
+    with (
+        _executor(options) as executor,
+        nullcontext() if executor else operators_ahead(cases, fidelity, out / OPERATORS, watcher),
+    ):
+        summary = compare(cases, fidelity=fidelity, out=out, executor=executor, watcher=watcher)
     for name, configuration in summary["configurations"].items():
         edges, level = configuration["error_band_dBA"], configuration["overall_dBA"]
         widest = max(inf if edge is None else abs(edge - level) for edge in edges)

@@ -29,6 +29,9 @@ from nvhchain.result import Result
 from nvhchain.resume import Watcher
 from nvhchain.store import write_text
 
+OPERATORS = "operators"
+"""Folder of what the cases of a comparison share."""
+
 _SUFFIXES = (".json", ".txt", ".csv", ".png", ".wav", ".html")
 """Of the files that a comparison leaves beside the folders of its cases."""
 
@@ -48,15 +51,7 @@ def compare(
     summary.json holds.  Raises InputError where some cases run up and others do not.
     """
     check_arguments(compare, locals())
-    names = [case.name for case in cases]
-    require(len(set(names)) == len(names), f"cases need distinct names, got {names}")
-    for name in names:
-        require(
-            Path(name).suffix not in _SUFFIXES,
-            f"name = {name!r} of a case becomes a folder beside files that end in {Path(name).suffix}: choose another",
-        )
-    for case in cases:
-        require("pressure" in case.quantities, f"{case.name} does not ask for `pressure`, which is what is compared")
+    check_comparable(cases)
     running_up = _running_up(cases)
     out = Path(out)
     (out / "summary.json").unlink(missing_ok=True)
@@ -65,7 +60,7 @@ def compare(
             case,
             fidelity=fidelity,
             out=out / case.name,
-            operators=out / "operators",
+            operators=out / OPERATORS,
             executor=executor,
             watcher=watcher,
         )
@@ -79,6 +74,21 @@ def compare(
     }
     write_text(out / "summary.json", json.dumps(summary, indent=1) + "\n")
     return summary
+
+
+def check_comparable(cases: Sequence[Case]) -> None:
+    """Refuse (InputError) cases that share a name, or of which some have no sound pressure or do not run up as the
+    others do."""
+    names = [case.name for case in cases]
+    require(len(set(names)) == len(names), f"cases need distinct names, got {names}")
+    for name in names:
+        require(
+            Path(name).suffix not in _SUFFIXES,
+            f"name = {name!r} of a case becomes a folder beside files that end in {Path(name).suffix}: choose another",
+        )
+    for case in cases:
+        require("pressure" in case.quantities, f"{case.name} does not ask for `pressure`, which is what is compared")
+    _running_up(cases)
 
 
 def _running_up(cases: Sequence[Case]) -> bool:

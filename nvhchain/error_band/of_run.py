@@ -125,6 +125,7 @@ def sound_power_band(run: Run) -> ErrorBand:
         housing=_made_housing(run),
         force_spectrum=run.force_spectrum,
         mesh_laws=_made_laws(run),
+        surface=run.housing.surface if run.housing is not None else None,
     )
 
 

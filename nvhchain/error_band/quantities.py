@@ -23,6 +23,7 @@ from nvhchain.handoff import (
     RadiationResistance,
     ReducedHousing,
     SoundPower,
+    Surface,
     SurfaceVelocity,
     TransferVectors,
 )
@@ -129,10 +130,12 @@ def power_band(
     housing: ReducedHousing | None = None,
     force_spectrum: ForceSpectrum | None = None,
     mesh_laws: Sequence[MeshLaw] = (),
+    surface: Surface | None = None,
 ) -> ErrorBand:
     """Error band of the sound power, as that of a pressure of the same level, Pa: (n_f, 1), re 1 pW.
 
-    Either `velocity` or `radiation_resistance` is what the power was found from.
+    Either `velocity` or `radiation_resistance` is what the power was found from.  surface: that radiates, where neither
+    `velocity` nor `housing` says it.
     """
     lines = power.frequency
     scale_of_level = np.sqrt(2.0 / REFERENCE_POWER) * REFERENCE_PRESSURE
@@ -148,8 +151,8 @@ def power_band(
             moving = np.where(shares.size > 0, shares.size, 1.0)
             sources |= {name: size * error / moving for name, error in shares.errors(case, fidelity).items()}
     sources |= times(force_sources(case, fidelity, mesh_laws, lines, power.input_speed, size), size)
-    surface = velocity.surface if velocity is not None else housing.surface if housing is not None else None
-    assert surface is not None
+    if surface is None:
+        surface = next(of.surface for of in (velocity, housing) if of is not None)
     sources |= times(radiation_error(surface, lines, case, fidelity.acoustics, power.provenance), size)
     for name, key in (("masters", "interpolation_error_dB"), ("cancellation", "cancellation_error_dB")):
         if key in power.provenance:

@@ -8,6 +8,14 @@ from nvhchain.housing.casting import Casting
 from nvhchain.housing.geometry import outline_at
 from nvhchain.housing.outline import Arc, inside
 
+COARSEST_FACE = 0.6
+"""Of the depth: longest edge of radiating faces, however long the waves are, that shows the shape of a casting."""
+
+
+def face_size(casting: Casting, wanted: float) -> float:
+    """Edge length (m) of the radiating faces: `wanted`, what the air takes, or less where the shape does."""
+    return min(wanted, COARSEST_FACE * casting.depth)
+
 
 def encloses(casting: Casting, point: tuple[float, float, float]) -> bool:
     """Whether `point` (m) lies within the outer walls: bosses, ribs and flange stick out further."""

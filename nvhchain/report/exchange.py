@@ -32,7 +32,8 @@ def export_craig_bampton(
     check_craig_bampton_path(path)
     given = case.housing
     if isinstance(given, Casting):
-        size = acoustics.required_element_size(case.band.high, case.air, fidelity.acoustics)
+        wanted = acoustics.required_element_size(case.band.high, case.air, fidelity.acoustics)
+        size = housing.face_size(given, wanted)
         made = exchange_casting(
             given, f_max=case.band.high, f_top=modes_to, surface_size=size, fidelity=fidelity.housing
         )

@@ -7,6 +7,7 @@ from math import ceil, inf, log10, pi, sqrt
 from nvhchain import acoustics
 from nvhchain.case import HEARD, Case, GearboxCase, RadiatorCase
 from nvhchain.fidelity import Fidelity
+from nvhchain.housing import Casting, face_size
 from nvhchain.memory import free_memory
 from nvhchain.scene.casting import modes_in_reach
 from nvhchain.scene.planned import BASE_MEGABYTES, SECONDS_PER_STAGE, Stage
@@ -28,6 +29,8 @@ _SECONDS_PER_LINE_AND_FACE = 3e-8
 def faces_of(case: GearboxCase, fidelity: Fidelity, area: float) -> int:
     """Triangles of a radiating surface of `area`, m²."""
     size = acoustics.required_element_size(case.band.high, case.air, fidelity.acoustics)
+    if isinstance(case.housing, Casting):
+        size = face_size(case.housing, size)
     return ceil(_TRIANGLES_PER_AREA * area / size**2 + _TRIANGLES_PER_BORE * len(case.bearings))
 
 

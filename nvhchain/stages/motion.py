@@ -47,7 +47,11 @@ def reduced_housing(case: GearboxCase, fidelity: Fidelity, shelf: Shelf) -> Redu
 def _casting(case: GearboxCase, fidelity: Fidelity, size: float, progress: Any) -> ReducedHousing:
     assert isinstance(case.housing, Casting)
     return housing.reduce_housing(
-        case.housing, surface_size=size, f_max=case.band.high, fidelity=fidelity.housing, progress=progress
+        case.housing,
+        surface_size=housing.face_size(case.housing, size),
+        f_max=case.band.high,
+        fidelity=fidelity.housing,
+        progress=progress,
     )
 
 

@@ -82,6 +82,9 @@ def test_radiation_resistance_leaves_out_bearings_without_load(cases, coarse, co
     loaded = idle.in_order(result.housing.names).any(axis=0)
     assert not loaded[3 * result.housing.names.index(forces.names[0])]
     assert moving[len(moving) - len(loaded) :].tolist() == loaded.tolist()
+    band = result.error_bands["sound_power"]  # of a housing and forces that were given: by the sound alone
+    assert {"surface mesh", "masters"} <= set(band.sources) <= {"surface mesh", "masters", "quadrature", "cancellation"}
+    assert (band.lower[:, 0] < levels.power_level(result.sound_power.power)).all()
 
 
 def test_sound_power_of_the_pulsating_sphere(request, tmp_path, capsys):

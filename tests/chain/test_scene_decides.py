@@ -215,6 +215,17 @@ def test_what_the_start_leaves_between_the_lines_costs_no_boundary_elements_and_
     assert alone.overall == pytest.approx(result.overall, abs=1e-9)
 
 
+def test_a_band_whose_waves_are_longer_than_the_housing_takes_faces_that_show_its_shape(whole, case):
+    """Up to 300 Hz: 0.46 m by the waves of the air, at a housing 0.13 m deep; against the faces of the whole band."""
+    slow = replace(case.operation, input_speed=20 * np.pi)  # meshes at 200 Hz
+    low = replace(case, operation=slow, band=replace(case.band, low=100.0, high=300.0))
+    laws = {"mesh_laws": whole[1].mesh_laws}
+    coarse, fine = (nvh.run(low, fidelity=TINY, **laws, **more) for more in ({}, {"housing": whole[1].housing}))
+    faces = [len(result.housing.surface.triangles) for result in (coarse, fine)]
+    assert faces[0] < faces[1]
+    assert coarse.overall == pytest.approx(fine.overall, abs=0.5)
+
+
 @pytest.mark.parametrize("radiation", ["rayleigh", "equivalent_radiated_power"])
 def test_cheaper_levels_of_radiation_solve_no_boundary_elements(whole, case, counts, radiation):
     cheap = replace(TINY, acoustics=replace(TINY.acoustics, radiation=radiation))

@@ -76,7 +76,8 @@ def expected_accuracy(
     size, as coarse as that, for such triangles with less than `fidelity.coarsest_elements_per_wavelength` on their
     longest edge, for a point that near, and for a quadrature error above `fidelity.quadrature_error`;
     a RuntimeWarning for gaps so narrow, and so many needles, that they cost more than `SLOW`.
-    An error of e dB means a factor 10^(e/20) in either direction; silent directions are worse.
+    An error of e dB means a factor 10^(e/20) in either direction; silent directions are worse, and so are motions whose
+    parts cancel each other: `solve_direct` and `sound_power` tell of them by themselves (`cancellation_error_dB`).
     Raises what `check_mesh` raises.
     """
     if f_max <= 0:

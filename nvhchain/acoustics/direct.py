@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from nvhchain.acoustics._coupling import coupling
 from nvhchain.acoustics.accuracy import expected_accuracy
 from nvhchain.acoustics.bands import Solved, over_bands
+from nvhchain.acoustics.cancellation import cancellation_pressure, told_cancellation
 from nvhchain.acoustics.engines import check_engine, check_memory, solve_each, systems, workers
 from nvhchain.acoustics.incident import IncidentField, Reflected, check_incident
 from nvhchain.acoustics.linear_system import SolverRecord, System
@@ -54,6 +55,8 @@ def solve_direct(
     points: (n_point, 3) m, outside the body.  The other arguments and errors are those of `transfer_vectors`; always
     boundary elements on the given surface, whatever `fidelity.radiation` and `fidelity.coarse_edge_ratios` say.
     At 0 Hz the pressure is zero, the limit of a finite velocity.
+    The provenance also keeps the largest error of motions whose parts cancel each other, relative to the loudest point
+    (`cancellation_error_dB`, at `cancellation_frequency` Hz), with an AccuracyWarning as `sound_power` gives it.
     """
     check_arguments(solve_direct, locals())
     surface, frequency = surface_velocity.surface, surface_velocity.frequency
@@ -61,7 +64,13 @@ def solve_direct(
     x = check_points(surface, points)
     expected = expected_accuracy(surface, x, float(frequency[-1]), air, fidelity, engine)
     kept = kept_in(shards, "solve_direct", surface_velocity, x, air, fidelity, engine, plane)
-    pressure, record = _solve(surface_velocity, x, None, air, fidelity, engine, plane, executor, progress, kept)
+    quadrature = expected.get("quadrature_error", 0.0)
+    found, record = _solve(
+        surface_velocity, x, None, air, fidelity, engine, plane, executor, progress, kept, quadrature
+    )
+    pressure, left = np.ascontiguousarray(found[:, :-1]), found[:, -1].real
+    one_element = float(frequency[-1]) * expected.get("elements_per_wavelength", np.inf)
+    expected |= told_cancellation(frequency, np.abs(pressure).max(axis=1) ** 2, left**2, fidelity, one_element)
     provenance = made_by("solve_direct", fidelity, engine, records=record) | expected
     return FieldPressure(frequency, x, pressure, provenance=provenance)
 
@@ -121,9 +130,11 @@ def _solve(
     executor: Executor | None,
     progress: Progress | None,
     shards: BandShards | None = None,
+    quadrature_error: float = 0.0,
 ) -> tuple[ComplexArray, list[SolverRecord]]:
-    """Pressure at the field points (n_f, n_point), or without them the coefficients (n_f, n_v) of the linear functions
-    whose sum comes nearest to the surface pressure in the mean, and how it was solved."""
+    """Pressure at the field points and `cancellation_pressure` (n_f, n_point + 1), or without points the coefficients
+    (n_f, n_v) of the linear functions whose sum comes nearest to the surface pressure in the mean, and how it was
+    solved."""
     surface, frequency = surface_velocity.surface, surface_velocity.frequency
     require(
         incident is None or frequency[0] > 0,
@@ -143,7 +154,7 @@ def _solve(
         _pressures,
         frequency,
         (surface_velocity.normal_velocity,),
-        (surface, points, incident, air, fidelity, engine, plane, task),
+        (surface, points, incident, air, fidelity, engine, plane, task, quadrature_error),
         memory_per_task=task + layers,
         executor=executor,
         progress=progress,
@@ -174,12 +185,10 @@ def _pressures(
     engine: str,
     plane: RigidPlane | None,
     memory: int,
+    quadrature_error: float,
 ) -> Solved:
-    """Pressure of one band at the field points (n_f, n_point), or at the vertices (n_f, n_v) when there are none.
-
-    memory: bytes that systems may take.
-    """
-    columns = len(surface.vertices) if points is None else len(points)
+    """Of one band what `_solve` gives.  memory: bytes that systems may take."""
+    columns = len(surface.vertices) if points is None else len(points) + 1
     pressure = np.zeros((len(frequency), columns), dtype=complex)
     omega = 2 * np.pi * frequency
     solved = np.flatnonzero(frequency > 0)
@@ -203,7 +212,8 @@ def _pressures(
                 some = slice(start, start + _layer_block(surface))
                 double, single = layer_potentials(surface, ends[some], k, fidelity.field_near_ratio)
                 at_ends[some] = double @ on_surface - single @ gradient
-            pressure[at] = at_ends.reshape(-1, len(points)).sum(axis=0)
+            pressure[at, :-1] = at_ends.reshape(-1, len(points)).sum(axis=0)
+            pressure[at, -1] = cancellation_pressure(surface, k, on_surface[:, None], points, plane, quadrature_error)
 
     return Solved(pressure, solve_each(systems(engine, surface, wavenumbers, fidelity, plane, memory), solve))
 

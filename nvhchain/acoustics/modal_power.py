@@ -86,7 +86,9 @@ def waves_power(
             error[piece] = np.sqrt(np.maximum(*squares[1:]) / np.where(squares[0] > 0, squares[0], 1.0))
     told = _told(error, frequency, fidelity) if nodes.can_estimate else {}
     if resistance.cancellation is not None:
-        told |= told_cancellation(frequency, power, _error_power(resistance, frequency, velocity), fidelity)
+        one_element = float(resistance.frequency[-1]) * resistance.provenance.get("elements_per_wavelength", np.inf)
+        left = _error_power(resistance, frequency, velocity)
+        told |= told_cancellation(frequency, power, left, fidelity, one_element)
     provenance = resistance.provenance | {"stage": "acoustics.waves_power"} | told
     return SoundPower(frequency, power, provenance=provenance)
 

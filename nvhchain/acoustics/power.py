@@ -103,14 +103,15 @@ def sound_power(
         _powers,
         frequency,
         (surface_velocity.normal_velocity,),
-        (surface, air, fidelity, engine, plane, task),
+        (surface, air, fidelity, engine, plane, task, expected.get("quadrature_error", 0.0)),
         memory_per_task=task + columns,
         executor=executor,
         progress=progress,
         shards=kept_in(shards, "sound_power", surface_velocity, air, fidelity, engine, plane),
         records=records,
     ).real
-    expected |= told_cancellation(frequency, found[:, 0], found[:, 1], fidelity)
+    one_element = float(frequency[-1]) * expected.get("elements_per_wavelength", np.inf)
+    expected |= told_cancellation(frequency, found[:, 0], found[:, 1], fidelity, one_element)
     provenance = made_by("sound_power", fidelity, engine, ("multipole_digits",), records)
     return SoundPower(frequency, found[:, 0], provenance=provenance | expected)
 
@@ -124,6 +125,7 @@ def _powers(
     engine: str,
     plane: RigidPlane | None,
     memory: int,
+    quadrature_error: float,
 ) -> Solved:
     """Sound power (n_f, 2) W of one band, and that of the error where its parts cancel; `memory` bytes for systems."""
     power = np.zeros((len(frequency), 2), dtype=complex)
@@ -137,7 +139,7 @@ def _powers(
         pressure = system.solve(system.apply_b(gradient))
         order = multipole_order(surface, k, plane, fidelity.multipole_digits)
         waves = multipole_amplitudes(surface, k, pressure[:, None], gradient[:, None], order, plane)
-        error = cancellation_resistance(surface, k, pressure[:, None], plane)
+        error = cancellation_resistance(surface, k, pressure[:, None], plane, quadrature_error)
         power[at] = np.linalg.norm(waves) ** 2, error[0, 0]
 
     record = solve_each(systems(engine, surface, wavenumbers, fidelity, plane, memory), solve)

@@ -110,7 +110,7 @@ def radiation_resistance(
         _waves_and_errors,
         frequency,
         (),
-        (surface, shapes, top, air, fidelity, engine, plane, task),
+        (surface, shapes, top, air, fidelity, engine, plane, task, expected.get("quadrature_error", 0.0)),
         memory_per_task=task + waves,
         executor=executor,
         progress=progress,
@@ -139,6 +139,7 @@ def _waves_and_errors(
     engine: str,
     plane: RigidPlane | None,
     memory: int,
+    quadrature_error: float,
 ) -> Solved:
     """Waves (n_f, n_row, n_column) of one band, with the rows that belong to the order `top`, and below them the
     `cancellation_resistance` (n_f, n_column, n_column).  memory: bytes that systems may take."""
@@ -158,7 +159,7 @@ def _waves_and_errors(
         order = _order(surface, float(frequency[at]), air, fidelity, plane)
         amplitudes = multipole_amplitudes(surface, k, pressure, gradient, order, plane)
         found[at][: len(amplitudes), moving] = amplitudes / np.sqrt(air.impedance)
-        cancelled = cancellation_resistance(surface, k, pressure, plane)
+        cancelled = cancellation_resistance(surface, k, pressure, plane, quadrature_error)
         found[at, -columns:][np.ix_(moving, moving)] = cancelled / air.impedance
 
     return Solved(found, solve_each(systems(engine, surface, wavenumbers, fidelity, plane, memory), solve))

@@ -6,9 +6,10 @@ import pytest
 from scipy.special import spherical_jn, spherical_yn
 
 from nvhchain.acoustics import SurfaceShapes, radiation_resistance, sound_power, sphere, waves_power
-from nvhchain.acoustics.cancellation import CANCELLATION, cancellation_resistance
+from nvhchain.acoustics.cancellation import CANCELLATION, cancellation_pressure, cancellation_resistance
 from nvhchain.acoustics.multipoles import is_high, multipole_amplitudes, multipole_count, multipole_order
 from nvhchain.acoustics.plane import RigidPlane
+from nvhchain.acoustics.potentials import layer_potentials
 from nvhchain.acoustics.surface import mean_edge
 from nvhchain.errors import AccuracyWarning, InputError, ResourceError
 from nvhchain.fidelity import AcousticsFidelity
@@ -235,8 +236,12 @@ def test_error_of_motions_that_cancel_is_that_of_a_dipole(plane):
     pressure = (body.vertices[:, :1] / RADIUS).astype(complex)
     waves = multipole_amplitudes(body, k, pressure, np.zeros((len(body.triangles), 1), complex), 6, plane)
     share = CANCELLATION * (mean_edge(body) / (np.sqrt(3) * RADIUS)) ** 2
-    bound = cancellation_resistance(body, k, pressure, plane)[0, 0].real
+    bound = cancellation_resistance(body, k, pressure, plane, 0.0)[0, 0].real
     assert bound == pytest.approx(3 * share**2 * np.linalg.norm(waves) ** 2, rel=0.02)
+    along = np.array([[1.0, 0.0, 0.0]])
+    radiated = abs(layer_potentials(body, along, k, 0.5)[0] @ pressure).item() * (1 if plane is None else 2)
+    left = cancellation_pressure(body, k, pressure, along, plane, 0.0)
+    assert left == pytest.approx(np.sqrt(3) * share * radiated, rel=0.02)
 
 
 def test_arguments_are_checked_at_every_level(air, coarse, monkeypatch):

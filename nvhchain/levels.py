@@ -54,7 +54,8 @@ def overall_power(frequency: FloatArray, power: FloatArray, *, weighted: bool = 
 def _energy_sum(frequency: FloatArray, level: FloatArray, weighted: bool) -> FloatArray:
     if weighted:
         level = level + a_weighting(frequency).reshape(-1, *(1,) * (level.ndim - 1))
-    return np.asarray(10.0 * np.log10(np.maximum((10.0 ** (level / 10.0)).sum(axis=0), _FLOOR)))
+    highest = np.max(level, axis=0, initial=10.0 * np.log10(_FLOOR))  # whose energy need not be a number
+    return np.asarray(highest + 10.0 * np.log10(np.maximum((10.0 ** ((level - highest) / 10.0)).sum(axis=0), _FLOOR)))
 
 
 def equivalent(signal: FloatArray, *, sample_rate: float, weighted: bool = True) -> FloatArray:

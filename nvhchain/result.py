@@ -90,6 +90,6 @@ class Result:
     def _check_heard(self) -> None:
         require(
             self.pressure is not None or self.pressure_history is not None,
-            f"{self.case.name} asks for {', '.join(self.case.quantities)}, not for the sound pressure: take "
+            f"{self.case.name}: quantities = {list(self.case.quantities)} leave out the sound pressure: take "
             "`error_bands`, or ask for `pressure`",
         )

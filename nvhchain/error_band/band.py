@@ -38,8 +38,16 @@ class ErrorBand:
     @cached_property
     def error(self) -> FloatArray:
         """(n_f, n_place): all sources in quadrature, times `COVERAGE`."""
-        squares = [source**2 for source in self.sources.values()]
-        return np.asarray(COVERAGE * np.sqrt(np.sum(squares, axis=0))) if squares else np.zeros(self.amplitude.shape)
+        squares = [(source / self._unit) ** 2 for source in self.sources.values()]
+        if not squares:
+            return np.zeros(self.amplitude.shape)
+        return np.asarray(self._unit * COVERAGE * np.sqrt(np.sum(squares, axis=0)))
+
+    @cached_property
+    def _unit(self) -> float:
+        """Largest amplitude or error: in it squares keep clear of the ends of floating-point numbers."""
+        largest = max(float(np.max(of, initial=0.0)) for of in (self.amplitude, *self.sources.values()))
+        return largest if largest > 0 else 1.0
 
     @property
     def lower(self) -> FloatArray:
@@ -68,14 +76,15 @@ class ErrorBand:
         weight = np.ones((len(self.frequency), 1))
         if self.weighted:
             weight = 10 ** (levels.a_weighting(self.frequency) / 10)[:, None]
-        energy = (weight * self.amplitude**2).sum(axis=0)
+        amplitude, error = self.amplitude / self._unit, self.error / self._unit
+        energy = (weight * amplitude**2).sum(axis=0)
         energy = np.where(energy > 0, energy, 1.0)
         squares = np.zeros_like(energy)
         for name, source in self.sources.items():
-            parts = weight * self.amplitude * source
+            parts = weight * amplitude * (source / self._unit)
             squares += (parts**2).sum(axis=0) if name == "housing" else parts.sum(axis=0) ** 2
         share = COVERAGE * np.sqrt(squares) / energy
-        added = (weight * self.error**2).sum(axis=0) / energy
+        added = (weight * error**2).sum(axis=0) / energy
         with np.errstate(divide="ignore"):
             limits = np.log10([np.maximum(1.0 - share, 0.0) ** 2, 1.0 + 2.0 * share + added])
         return np.asarray(self.level[:, None] + 10 * limits.T)

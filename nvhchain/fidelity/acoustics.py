@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import pairwise
 
-from nvhchain.errors import require
+from nvhchain.errors import is_whole, require
 from nvhchain.fidelity.limits import whole, within
 
 SOLVERS = ("auto", "direct", "iterative", "compressed")
@@ -118,8 +118,8 @@ class AcousticsFidelity:
         whole(self, "acoustics", "interpolation_points", "interpolation_poles", "solver_iterations")
         ratios, orders = self.close_distances, self.close_orders
         require(
-            len(ratios) == len(orders) >= 1 and all(1 <= order <= 20 for order in orders),
-            f"acoustics close_orders = {orders} must give an order of 1…20 for each of close_distances = {ratios}",
+            len(ratios) == len(orders) >= 1 and all(1 <= order <= 20 and is_whole(order) for order in orders),
+            f"acoustics close_orders = {orders} must give a whole order of 1…20 for each of close_distances = {ratios}",
         )
         require(
             ratios[-1] >= 1.4 and all(low < high for low, high in pairwise(ratios)),

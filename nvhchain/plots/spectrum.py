@@ -25,6 +25,9 @@ APART = 1.6
 HEADROOM = 12.0
 """dB above the strongest line, for the overall levels."""
 
+SILENCE = 1e-300
+"""Energy over that of 0 dB which is written for none."""
+
 LIMITED = 20.0
 """dB below the strongest line of a configuration down to which lines have their limits drawn: more hide the rest."""
 
@@ -96,7 +99,7 @@ def _plain_and_weighted(
         handles = _draw(ax, lines, input_frequency, marks, {n: of[0] + weight[n][:, None] for n, of in limits.items()})
         overall = [Line2D([], [], color=colour(index), linewidth=3.0) for index in range(len(lines))]
         values = [
-            f"{name}: overall {10.0 * np.log10((10.0 ** (level / 10.0)).sum()):.1f} {unit}"
+            f"{name}: overall {10.0 * np.log10(max((10.0 ** (level / 10.0)).sum(), SILENCE)):.1f} {unit}"
             + (f" ({_spoken(limits[name][1])})" if weighted and name in limits else "")
             for name, (_, level) in lines.items()
         ]

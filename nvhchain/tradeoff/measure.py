@@ -9,7 +9,7 @@ import select
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import astuple, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,7 @@ from typing import Any
 import psutil
 
 from nvhchain.case import Case
-from nvhchain.errors import SolverError
+from nvhchain.errors import FileFormatError, SolverError
 from nvhchain.fidelity import Fidelity
 from nvhchain.resume import Watcher
 from nvhchain.store import write_text
@@ -41,14 +41,33 @@ class Cost:
 
 @dataclass
 class Ledger:
-    """Costs of finished stages by the key under which the shelf has them, kept in `file`."""
+    """Costs of finished stages by the key under which the shelf has them, kept in `file`.
+
+    Raises FileFormatError for a file that holds something else.
+    """
 
     file: Path
     costs: dict[str, Cost] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        if self.file.exists():
+        if not self.file.exists():
+            return
+        try:
             self.costs = {key: Cost(*cost) for key, cost in json.loads(self.file.read_text()).items()}
+        except (ValueError, TypeError, AttributeError) as error:
+            raise FileFormatError(
+                f"{self.file}: not what stages took ({error}): remove {self.file.parent} and measure again"
+            ) from None
+
+    def of(self, stages: Sequence[tuple[str, str]]) -> dict[str, Cost]:
+        """Stage → cost, of (stage, key) of a run; FileFormatError where one was found whose cost is not known."""
+        lost = [stage for stage, key in stages if key not in self.costs]
+        if lost:
+            raise FileFormatError(
+                f"{self.file} does not know what {', '.join(lost)} took, found ready-made: remove their files under "
+                f"{self.file.parent} and measure again"
+            )
+        return {stage: self.costs[key] for stage, key in stages}
 
     def enter(self, key: str, cost: Cost) -> None:
         """Keep a cost, on disk at once."""
@@ -133,7 +152,7 @@ def _followed(reader: int, process: subprocess.Popen[bytes], ledger: Ledger, wat
         elif event["event"] == "refused":
             run = Run({}, event["reason"])
         else:
-            run = Run({stage: ledger.costs[key] for stage, key in event["stages"] if key in ledger.costs})
+            run = Run(ledger.of(event["stages"]))
     return run
 
 

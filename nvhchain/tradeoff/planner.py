@@ -5,11 +5,11 @@ from __future__ import annotations
 import dataclasses
 import json
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from math import hypot, prod
 
-from nvhchain.case import Case
+from nvhchain.case import Case, GearboxCase, RadiatorCase
 from nvhchain.errors import AccuracyWarning, InputError, require
 from nvhchain.fidelity import PRESETS, Fidelity
 from nvhchain.kinds import check_arguments
@@ -86,7 +86,7 @@ class _Offer:
     shares: Mapping[str, float]
 
 
-def cheapest(case: Case | Sequence[Case], tolerance_db: float, sweep: Tradeoff | None = None) -> Choice:
+def cheapest(case: Case | Iterable[Case], tolerance_db: float, sweep: Tradeoff | None = None) -> Choice:
     """The knobs that promise to run `case` soonest with errors of overall level and mesh harmonics within a tolerance.
 
     case: one, or several that are run alike.  tolerance_db: dB against the sweep's base.  sweep: measured on this or a
@@ -107,7 +107,7 @@ def cheapest(case: Case | Sequence[Case], tolerance_db: float, sweep: Tradeoff |
         0 < tolerance_db < 100,
         f"tolerance = {tolerance_db:g} dB is outside 0…100 dB: a model is never exact, ask for 1",
     )
-    sweep, cases = sweep or shipped_sweep(), tuple(case) if isinstance(case, Sequence) else (case,)
+    sweep, cases = sweep or shipped_sweep(), (case,) if isinstance(case, GearboxCase | RadiatorCase) else tuple(case)
     require(len(cases) > 0, "no case to plan for: give one or more")
     base = _base(sweep)
     known = base_error(sweep, *cases)

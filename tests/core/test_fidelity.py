@@ -21,5 +21,10 @@ def test_a_count_that_is_not_whole_is_refused_and_a_whole_one_becomes_an_integer
     assert type(getattr(replace(knobs, **{name: float(value)}), name)) is int
 
 
+def test_orders_of_close_pairs_are_whole():
+    with pytest.raises(InputError, match=r"close_orders = \(6, 2\.5\) must give a whole order of 1…20"):
+        replace(STANDARD.acoustics, close_orders=(6, 2.5))
+
+
 def test_all_stages_count():
     assert {stage for stage, _, _ in COUNTS} == STAGES.keys()

@@ -124,6 +124,7 @@ def test_seconds_are_those_of_the_scene_times_what_the_sweep_leaves_of_each_stag
 def test_several_cases_are_run_alike_and_their_times_add_up(case, sweep):
     one, both = cheapest(case, 1.0, sweep), cheapest([case, replace(case, name="other")], 1.0, sweep)
     assert both.fidelity == one.fidelity
+    assert cheapest(iter([case]), 1.0, sweep) == one
     assert both.expected_seconds == pytest.approx(2 * one.expected_seconds)
 
 

@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+import shutil
 import subprocess
 import sys
 from dataclasses import replace
@@ -91,6 +92,18 @@ def test_an_interrupted_sweep_goes_on_where_it_was(sphere, tmp_path):
     assert first.computed == ["transfer_vectors", "pressure"] * 2
     assert second.computed == ["pressure"]
     assert set(sweep.measurements[1].stages) == {"transfer_vectors", "pressure"}
+
+
+def test_stages_whose_cost_is_lost_are_not_counted_as_free(swept, sphere, tmp_path):
+    shutil.copytree(swept[0], tmp_path, dirs_exist_ok=True)
+    (tmp_path / "costs.json").unlink()
+    with pytest.raises(
+        InputError, match=r"costs\.json does not know what transfer_vectors, pressure took, found ready"
+    ):
+        tradeoff(sphere, out=tmp_path, fidelity=nvh.DRAFT, knobs=KNOBS)
+    (tmp_path / "costs.json").write_text("{garbage")
+    with pytest.raises(InputError, match=r"costs\.json: not what stages took .* measure again"):
+        tradeoff(sphere, out=tmp_path, fidelity=nvh.DRAFT, knobs=KNOBS)
 
 
 def test_rows_of_other_code_are_measured_again(swept, sphere, monkeypatch):

@@ -129,20 +129,20 @@ class CompressedMatrix:
         kept = sum(near.values.nbytes + near.columns.nbytes for near in self._near)
         return kept + sum(far.directions.nbytes + far.weights.nbytes + far.columns.nbytes for far in self._far)
 
-    def apply(self, x: ComplexArray) -> ComplexArray:
+    def apply(self, x: ComplexArray, exact: bool = False) -> ComplexArray:
         """Matrix · x, (n_row, …) of (n_column, …)."""
-        x = x.astype(self._kind)
-        y = np.zeros((self.shape[0], *x.shape[1:]), dtype=self._kind)
+        x = x.astype(complex if exact else self._kind)
+        y = np.zeros((self.shape[0], *x.shape[1:]), dtype=x.dtype)
         for near in self._near:
             y[near.rows] += near.values @ x[near.columns]
         for far in self._far:
             y[far.rows] += far.directions @ (far.weights @ x[far.columns])
         return y.astype(complex)
 
-    def apply_transposed(self, x: ComplexArray) -> ComplexArray:
+    def apply_transposed(self, x: ComplexArray, exact: bool = False) -> ComplexArray:
         """Matrixᵀ · x (not conjugated), (n_column, …) of (n_row, …)."""
-        x = x.astype(self._kind)
-        y = np.zeros((self.shape[1], *x.shape[1:]), dtype=self._kind)
+        x = x.astype(complex if exact else self._kind)
+        y = np.zeros((self.shape[1], *x.shape[1:]), dtype=x.dtype)
         for near in self._near:
             y[near.columns] += near.values.T @ x[near.rows]
         for far in self._far:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -128,13 +128,18 @@ class IterativeSystem:
         del self._a, self._b, self._filled
         self.__dict__.pop("_patches", None)
 
-    def _solve(self, product: Product, precondition: Product, rhs: ComplexArray) -> ComplexArray:
+    def _solve(self, product: Callable[..., ComplexArray], precondition: Product, rhs: ComplexArray) -> ComplexArray:
         # Most products are small: BLAS threads waiting for the next one would cost more than they save.
         with blas_threads(1):
-            x = gmres(
-                product, precondition, rhs, residual=self._residual, iterations=self._iterations, reached=self._reached
+            return gmres(
+                product,
+                precondition,
+                rhs,
+                residual=self._residual,
+                iterations=self._iterations,
+                reached=self._reached,
+                exact=partial(product, exact=True),
             )
-        return x
 
     def _reached(self, residual: float) -> None:
         self.record += SolverRecord(residual=residual)
@@ -158,16 +163,21 @@ def gmres(
     residual: float,
     iterations: int,
     reached: Callable[[float], None] = lambda residual: None,
+    exact: Product | None = None,
 ) -> ComplexArray:
     """x with |rhs − A x| ≤ residual · |rhs| for every column of rhs (n,) or (n, m): restarted, preconditioned GMRES.
 
     Every column has its own Krylov space; the products with A are made for all of them at once.  product, precondition:
-    A and, from the right, what comes near its inverse, on (n, m).  reached: is told the largest residual left.  Raises
-    SolverError with the residual reached where `iterations` do not do.
+    A and, from the right, what comes near its inverse, on (n, m).  reached: is told the largest residual left.  exact:
+    product in double precision where `product` is of single: it corrects the residual after a cycle that does not do,
+    for a nearly singular A lets products of single precision stagnate.  Raises SolverError with the residual reached
+    where `iterations` do not do.
     """
     columns = rhs.reshape(len(rhs), -1)
     parts = [
-        _converged(product, precondition, columns[:, start : start + COLUMNS], residual, iterations, reached)
+        _converged(
+            product, exact or product, precondition, columns[:, start : start + COLUMNS], residual, iterations, reached
+        )
         for start in range(0, columns.shape[1], COLUMNS)
     ]
     return np.concatenate(parts, axis=1).reshape(rhs.shape)
@@ -175,6 +185,7 @@ def gmres(
 
 def _converged(
     product: Product,
+    exact: Product,
     precondition: Product,
     rhs: ComplexArray,
     residual: float,
@@ -198,6 +209,8 @@ def _converged(
         step, count = _cycle(product, precondition, left, 0.9 * target, min(CYCLE, iterations - done))
         x = x + step
         left = rhs - product(x)
+        if (np.linalg.norm(left, axis=0) > target).any():
+            left = rhs - exact(x)
         done += count
 
 

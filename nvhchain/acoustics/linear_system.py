@@ -63,12 +63,15 @@ class SolverRecord:
 
 
 class Matrix(Protocol):
-    """What can be multiplied with a matrix (n_row, n_column), however it is held: one column or several."""
+    """What can be multiplied with a matrix (n_row, n_column), however it is held: one column or several.
 
-    def apply(self, x: ComplexArray) -> ComplexArray:
+    exact: in double precision, whatever that of the matrix is.
+    """
+
+    def apply(self, x: ComplexArray, exact: bool = False) -> ComplexArray:
         """Matrix · x, (n_row, …) of (n_column, …)."""
 
-    def apply_transposed(self, x: ComplexArray) -> ComplexArray:
+    def apply_transposed(self, x: ComplexArray, exact: bool = False) -> ComplexArray:
         """Matrixᵀ · x (not conjugated), (n_column, …) of (n_row, …)."""
 
 
@@ -78,18 +81,21 @@ class DenseMatrix:
     def __init__(self, values: ComplexArray) -> None:
         self._values = values
 
-    def apply(self, x: ComplexArray) -> ComplexArray:
+    def apply(self, x: ComplexArray, exact: bool = False) -> ComplexArray:
         """Matrix · x."""
-        return _product(self._values, x)
+        return _product(self._values, x, exact)
 
-    def apply_transposed(self, x: ComplexArray) -> ComplexArray:
+    def apply_transposed(self, x: ComplexArray, exact: bool = False) -> ComplexArray:
         """Matrixᵀ · x."""
-        return _product(self._values.T, x)
+        return _product(self._values.T, x, exact)
 
 
-def _product(matrix: ComplexArray, x: ComplexArray) -> ComplexArray:
+def _product(matrix: ComplexArray, x: ComplexArray, exact: bool) -> ComplexArray:
     """matrix · x in the precision of the matrix, its rows dealt out to threads: BLAS deals out square products well,
-    those with few columns badly."""
+    those with few columns badly.  exact: in double precision, some rows at a time."""
+    if exact and matrix.dtype == np.complex64:
+        rows = max(1, LEAST // matrix.shape[1])
+        return np.concatenate([matrix[i : i + rows].astype(complex) @ x for i in range(0, len(matrix), rows)])
     x = x.astype(matrix.dtype)
     count = min(threads(), matrix.size // LEAST)
     if count < 2:
@@ -175,10 +181,13 @@ class Factor:
         self._lu, self._pivots, info = factorise(matrix.T, overwrite_a=True)
         reciprocal_condition, _ = condition(self._lu, norm) if info == 0 else (0.0, 0)
         self.reciprocal_condition = float(reciprocal_condition)
-        if reciprocal_condition < len(matrix) * np.finfo(matrix.real.dtype).eps:
+        least = len(matrix) * float(np.finfo(matrix.real.dtype).eps)
+        if reciprocal_condition < least:
+            single = "choose precision = 'double', or " if matrix.dtype == np.complex64 else ""
             raise SolverError(
                 f"boundary element matrix of {len(matrix)} unknowns is singular to working precision (reciprocal "
-                f"condition number {reciprocal_condition:.2g}): look for coinciding surfaces or very thin gaps"
+                f"condition number {reciprocal_condition:.2g}, {least:.2g} at least): {single}look for coinciding "
+                "surfaces, very thin gaps and cavities that resonate"
             )
 
     def solve(self, rhs: ComplexArray) -> ComplexArray:

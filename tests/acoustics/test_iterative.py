@@ -111,7 +111,7 @@ def test_a_hardly_open_chamber_near_its_resonance_still_converges(air):
         return max(x - 0.03, y, z) < 0.05 or (max(x, y) < 0.0125 and centre[2] > 0.075)
 
     surface = bodies.box((0.2, 0.15, 0.15), 0.0125, remove=taken_away)
-    frequency, points = np.array([300.0, 1072.0]), bodies.shell(3, 0.6)
+    frequency, points = np.array([1072.0]), bodies.shell(3, 0.6)
     found = transfer_vectors(surface, points, frequency, air=air, fidelity=FIDELITY).vectors
     exact = transfer_vectors(surface, points, frequency, air=air, fidelity=DIRECT).vectors
     assert np.abs(found - exact).max() < 1e-7 * np.abs(exact).max()

@@ -77,10 +77,10 @@ def compare(
 
 
 def check_comparable(cases: Sequence[Case]) -> None:
-    """Refuse (InputError) cases that share a name, or of which some have no sound pressure or do not run up as the
-    others do."""
+    """Refuse (InputError) no cases, cases that share a name, or of which some have no sound pressure or do not run up
+    as the others do."""
     names = [case.name for case in cases]
-    require(len(set(names)) == len(names), f"cases need distinct names, got {names}")
+    require(len(set(names)) == len(names) > 0, f"cases need distinct names, and to be at least one: got {names}")
     for name in names:
         require(
             Path(name).suffix not in _SUFFIXES,

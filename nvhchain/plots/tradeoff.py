@@ -63,7 +63,7 @@ def accuracy_cost(
             fontsize=9,
             ha="left",
         )
-    ax.xaxis.set_major_formatter(LogFormatter(minor_thresholds=(1.0, 0.4)))
+    ax.xaxis.set_major_formatter("{x:g}")
     ax.xaxis.set_minor_formatter(LogFormatter(minor_thresholds=(1.0, 0.4)))
     ax.yaxis.set_major_formatter("{x:g}")
     ax.set_xlabel("processor time with nothing on disk / s")

@@ -35,5 +35,12 @@ def save_tradeoff(sweep: Tradeoff, out: str | Path) -> None:
         seconds, errors, names = (
             {group: [point[i] for point in points] for group, points in groups.items()} for i in range(3)
         )
-        axes = accuracy_cost(seconds, errors, names, base_seconds=base.processor)  # type: ignore[arg-type]
+        meshing = any(item.deviation.orders for item in rows if item.deviation is not None)
+        axes = accuracy_cost(
+            seconds,  # type: ignore[arg-type]
+            errors,  # type: ignore[arg-type]
+            names,  # type: ignore[arg-type]
+            base_seconds=base.processor,
+            error_name="worst mesh harmonic" if meshing else "worst line",
+        )
         save(axes, out / "tradeoff.png")

@@ -14,6 +14,7 @@ import pytest
 import nvhchain as nvh
 from nvhchain.case import HousingModel, SurfaceFile
 from nvhchain.errors import InputError
+from nvhchain.plots.tradeoff import accuracy_cost
 from nvhchain.tradeoff import Knob, comma_separated, deviation, from_json, markdown, save_tradeoff, tradeoff
 from nvhchain.tradeoff import knobs as catalogue
 from nvhchain.tradeoff import sweep as sweeping
@@ -181,9 +182,12 @@ def test_a_case_without_pressure_has_no_error_to_measure(gearbox, tmp_path):
         tradeoff(forces, out=tmp_path, knobs=["gear.slices"])
 
 
-def test_tables_and_figure_hold_every_row(swept, tmp_path):
+def test_tables_and_figure_hold_every_row(swept, tmp_path, monkeypatch):
     _, sweep, _ = swept
+    drawn, draw = [], accuracy_cost
+    monkeypatch.setattr("nvhchain.plots.tradeoff.accuracy_cost", lambda *a, **k: drawn.extend(draw(*a, **k)) or drawn)
     save_tradeoff(sweep, tmp_path)
+    assert drawn[0].get_ylabel() == "error, worst line / dB"  # a body without meshes
     assert (tmp_path / "tradeoff.md").read_text().count("\n") == 2 + len(sweep.measurements)
     rows = list(csv.DictReader(io.StringIO(comma_separated(sweep))))
     assert [row["value"] for row in rows] == [row.value for row in sweep.measurements]

@@ -67,7 +67,7 @@ def sound_power(
     if fidelity.radiation == "equivalent_radiated_power":
         return equivalent_radiated_power(surface_velocity, air)
     if array_radius is not None:
-        check_array(surface, array_radius, plane)
+        check_array(surface, array_radius, plane, float(frequency[-1]), air, array_standard)
         middle = 0.5 * (surface.vertices.min(axis=0) + surface.vertices.max(axis=0))
         points = array_points(array_radius, middle, reflecting_plane=plane or False, standard=array_standard)
         if fidelity.radiation == "rayleigh":

@@ -1,5 +1,7 @@
 """Microphone arrays of ISO 3744 and ISO 3745: positions, power of known sources, and what the near field adds."""
 
+import warnings
+
 import acoustics_bodies as bodies
 import numpy as np
 import pytest
@@ -131,6 +133,30 @@ def test_array_next_to_the_source_is_warned_of_and_one_inside_refused(air, coars
         sound_power(velocity, air=air, fidelity=coarse, array_radius=0.35)
     with pytest.warns(AccuracyWarning), pytest.raises(InputError, match="inside"):
         sound_power(velocity, air=air, fidelity=coarse, array_radius=0.1)
+
+
+def test_lobes_that_fall_between_the_positions_are_warned_of_where_they_cost_more_than_a_fifth_of_a_decibel(
+    air, coarse
+):
+    """A monopole 2 m over a plane: cos²(kh cos θ) at four heights, which at kh = 11 all lie next to its zeros."""
+    plane, radius, height = RigidPlane((0, 0, 0), (0, 0, 1)), 0.02, 2.0
+    body = sphere(radius, 2, (0, 0, height))
+
+    def error(frequency, standard):
+        k = 2 * np.pi * frequency / air.speed_of_sound
+        moving = SurfaceVelocity([frequency], np.ones((1, len(body.triangles))), body)
+        ways = {"array_radius": 30.0, "array_standard": standard, "plane": plane}
+        power = sound_power(moving, air=air, fidelity=coarse, **ways).power[0]
+        return decibel(
+            power / ((1 + np.sinc(2 * k * height / np.pi)) * air.impedance * k**2 * body.areas.sum() ** 2 / (8 * np.pi))
+        )
+
+    with pytest.warns(AccuracyWarning, match=r"0.3 radii apart .* of 2.02 m up to 212.2 Hz; 300 Hz .* ISO 3745 or"):
+        assert error(300.0, "ISO 3744") < -9.0
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert abs(error(300.0, "ISO 3745")) < 0.2
+        assert abs(error(212.0, "ISO 3744")) < 0.5
 
 
 def test_radius_standard_and_centre_are_checked(air):

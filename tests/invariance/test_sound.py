@@ -64,6 +64,8 @@ def test_sound_twice_as_fast_at_twice_the_frequency_and_three_times_the_density(
     other = Air(2 * air.speed_of_sound, 3 * air.density)
     quick = SurfaceVelocity(2 * velocity.frequency, velocity.normal_velocity, velocity.surface)
     assert close(solve_direct(quick, points, air=other, fidelity=fidelity).pressure, 6 * pressure, 1e-10)
+    vectors = transfer_vectors(quick.surface, points, quick.frequency, air=other, fidelity=fidelity)
+    assert close(radiate(vectors, quick, fidelity=fidelity).pressure, 6 * pressure, 1e-8)
 
 
 def test_pressures_of_two_motions_add_up(body, velocity, points, pressure, air, fidelity):

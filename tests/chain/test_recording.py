@@ -149,7 +149,7 @@ def test_an_hour_is_refused_in_memory_and_the_remedy_recorded(case_file, given, 
 
 def test_the_contact_problem_in_the_loop_is_recorded_too(case_file, given, tmp_path):
     case = nvh.load_case(case_file)
-    short = replace(case.operation.ramp, end_speed=case.operation.ramp.end_speed / 150.0, duration=2e-3)
+    short = replace(case.operation.ramp, end_speed=case.operation.ramp.end_speed / 100.0, duration=3e-3)
     case = replace(case, operation=replace(case.operation, ramp=short))
     teeth = replace(nvh.DRAFT.gear, slices=4, bodies="analytic")
     knobs = replace(nvh.DRAFT, gear=teeth, dynamics=replace(nvh.DRAFT.dynamics, mesh_level="contact"))

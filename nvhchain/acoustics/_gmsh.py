@@ -35,7 +35,8 @@ def remesh(
             result,
             time_limit=_TIME_LIMIT,
             failure="gmsh could not mesh the surface anew",
-            remedy="give the coarse surface",
+            remedy=f"ask for edges shorter than {1e3 * element_size:.3g} mm (lower coarse_edge_ratios), or give the "
+            "coarse surface",
         )
         with np.load(result) as file:
             return file["vertices"], file["triangles"]

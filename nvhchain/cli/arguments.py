@@ -18,6 +18,12 @@ class _Parser(argparse.ArgumentParser):
         self.exit(2, f"{self.prog}: {message} (see {self.prog} --help)\n")
 
 
+def _folder(name: str) -> str:
+    if Path(name).exists() and not Path(name).is_dir():
+        raise argparse.ArgumentTypeError(f"{name} is a file: name a folder, which need not exist")
+    return name
+
+
 def parser() -> argparse.ArgumentParser:
     """Every command names the function of `commands` that does it."""
     top = _Parser(prog="nvhchain", description="Gear geometry to sound pressure.")
@@ -48,7 +54,7 @@ def parser() -> argparse.ArgumentParser:
 
     run = verbs.add_parser("run", parents=[common, spread], help="compute the sound pressure of a case")
     run.add_argument("case", metavar="CASE", help="case file (TOML)")
-    run.add_argument("--out", metavar="DIR", help="folder for the hand-offs (default: out/<case name>)")
+    run.add_argument("--out", metavar="DIR", type=_folder, help="folder for the hand-offs (default: out/<case name>)")
     run.add_argument(
         "--use",
         metavar="FILE",
@@ -67,13 +73,15 @@ def parser() -> argparse.ArgumentParser:
         "record", parents=[common, spread], help="bearing forces of a run-up of any length, in files piece by piece"
     )
     record.add_argument("case", metavar="CASE", help="case file (TOML) whose operation has a ramp")
-    record.add_argument("--out", metavar="DIR", help="folder; stopped, the same command goes on (default: out/<name>)")
+    record.add_argument(
+        "--out", metavar="DIR", type=_folder, help="folder; stopped, the same command goes on (default: out/<name>)"
+    )
     record.add_argument("--use", metavar="FILE", action="append", default=[], help="ready-made hand-off, as for `run`")
     record.set_defaults(action=commands.record)
 
     compare = verbs.add_parser("compare", parents=[common, spread], help="compare cases: figures, sound, summary.json")
     compare.add_argument("cases", metavar="CASE", nargs="+", help="case files (TOML); the first is the base")
-    compare.add_argument("--out", metavar="DIR", default="out", help="folder for results (default: out)")
+    compare.add_argument("--out", metavar="DIR", type=_folder, default="out", help="folder for results (default: out)")
     compare.set_defaults(action=commands.compare)
 
     plot = verbs.add_parser("plot", help="draw hand-offs of one kind into one figure")
@@ -107,7 +115,9 @@ def parser() -> argparse.ArgumentParser:
     parts.add_argument("case", metavar="CASE")
     parts.add_argument("--use", metavar="FILE", action="append", default=[], help="ready-made hand-off, as for `run`")
     parts.add_argument("--at", metavar="HZ", type=float, help="line of the bars (default: the loudest)")
-    parts.add_argument("--out", metavar="DIR", help="folder of the run and its tables (default: out/<case name>)")
+    parts.add_argument(
+        "--out", metavar="DIR", type=_folder, help="folder of the run and its tables (default: out/<case name>)"
+    )
     parts.set_defaults(action=commands.contributions)
 
     exchange = verbs.add_parser(
@@ -136,7 +146,7 @@ def parser() -> argparse.ArgumentParser:
         help="a knob (gear.slices), a stage, `preset` or `record` (default: all)",
     )
     tradeoff.add_argument(
-        "--out", metavar="DIR", help="folder for the measurements (default: out/tradeoff-<case name>)"
+        "--out", metavar="DIR", type=_folder, help="folder for the measurements (default: out/tradeoff-<case name>)"
     )
     tradeoff.set_defaults(action=commands.tradeoff)
 

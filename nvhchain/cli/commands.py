@@ -83,7 +83,7 @@ def run(options: argparse.Namespace) -> int:
     from nvhchain import chain, ready_made, store
     from nvhchain.ahead import operators_ahead
     from nvhchain.case import load_case
-    from nvhchain.error_band import format_limits, save_error_bands
+    from nvhchain.error_band import format_level, save_error_bands
 
     case = load_case(options.case)
     given = ready_made.arguments(store.load(path) for path in options.use)
@@ -112,7 +112,7 @@ def run(options: argparse.Namespace) -> int:
             continue
         name, unit = units[quantity]
         most = int(band.level.argmax())
-        print(f"{case.name}: {name} {band.level[most]:.1f} {unit} ({format_limits(band.overall[most])})")
+        print(f"{case.name}: {name} {format_level(band.level[most], unit, band.overall[most])}")
     if result.radiation_efficiency is not None:
         efficiency = result.radiation_efficiency.efficiency
         print(f"{case.name}: radiation efficiency {efficiency.min():.3g}…{efficiency.max():.3g}")
@@ -121,7 +121,7 @@ def run(options: argparse.Namespace) -> int:
             print(f"{case.name}: directivity index {index.min():.1f}…{index.max():.1f} dB at {point.name}")
     if "pressure" in result.error_bands:
         for point, heard, limits in zip(case.field_points, result.overall, result.error_band.overall, strict=True):
-            print(f"{case.name}: {heard:.1f} dB(A) ({format_limits(limits)}) at {point.name}")
+            print(f"{case.name}: {format_level(heard, 'dB(A)', limits)} at {point.name}")
     return 0
 
 
@@ -148,7 +148,7 @@ def compare(options: argparse.Namespace) -> int:
     """Compute several cases and leave their comparison."""
     from nvhchain.ahead import operators_ahead
     from nvhchain.case import load_case
-    from nvhchain.error_band import format_limits
+    from nvhchain.error_band import format_level
     from nvhchain.report import OPERATORS, check_comparable, compare
 
     cases = [load_case(path) for path in options.cases]
@@ -163,7 +163,7 @@ def compare(options: argparse.Namespace) -> int:
         edges, level = configuration["error_band_dBA"], configuration["overall_dBA"]
         widest = max(inf if edge is None else abs(edge - level) for edge in edges)
         _say_wider(options.tolerance_db, name, widest)
-        print(f"{name}: {level:.1f} dB(A) ({format_limits(edges)})")
+        print(f"{name}: {format_level(level, 'dB(A)', edges)}")
     return 0
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from nvhchain.dynamics.law_table import LawTable
 from nvhchain.dynamics.simulation import Simulation
-from nvhchain.errors import AccuracyWarning
+from nvhchain.errors import AccuracyWarning, require
 from nvhchain.handoff import FloatArray, IntArray
 
 Parted = dict[str, dict[str, float]]
@@ -89,18 +89,18 @@ def joined(parts: Sequence[Parted]) -> Parted:
     return whole
 
 
-def warn_of_parted(found: Parted) -> None:
-    """AccuracyWarning per mesh whose flanks part under steps longer than `HELD`."""
+def check_parted(found: Parted) -> None:
+    """AccuracyWarning per mesh whose flanks part under steps longer than `HELD`; InputError where nothing is right."""
     for mesh, of in found.items():
         step, bent = of["time_step"], int(of["bent_ways"])
         if step <= HELD[bent] * (1.0 + 1e-6):
             continue
         error = ERROR[bent] * (step / 1e-5) ** 2
         remedy = f"{1e6 * HELD[bent]:g} µs" + (not bent) * f", or {1e6 * HELD[True]:g} µs with bent_ways"
-        warnings.warn(
+        told = (
             f"mesh {mesh}: its flanks part for {of['seconds']:.3g} s of the record. Steps of {1e6 * step:.3g} µs then "
             f"leave errors of about {error:.1g} of the peak force, more where flanks under little load fly far: for "
-            f"1e-4 take a time_step of {remedy}, and halve it until the forces stay",
-            AccuracyWarning,
-            stacklevel=5,
+            f"1e-4 take a time_step of {remedy}, and halve it until the forces stay"
         )
+        require(error < 1.0, told)
+        warnings.warn(told, AccuracyWarning, stacklevel=5)

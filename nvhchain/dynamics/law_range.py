@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Sequence
 
-from nvhchain.dynamics.contact_loss import Parted, warn_of_parted
+from nvhchain.dynamics.contact_loss import Parted, check_parted
 from nvhchain.dynamics.gearbox import Gearbox
 from nvhchain.errors import AccuracyWarning
 from nvhchain.fidelity import DynamicsFidelity
@@ -60,7 +60,7 @@ def marked(
 def remind(forces: BearingForces) -> None:
     """AccuracyWarning per mesh whose deflections `marked` found beyond its law, or whose flanks part."""
     warn_beyond_law(forces.provenance.get("beyond_mesh_law", {}))
-    warn_of_parted(forces.provenance.get("parted_flanks", {}))
+    check_parted(forces.provenance.get("parted_flanks", {}))
 
 
 def joined(parts: Sequence[Excursions]) -> Excursions:

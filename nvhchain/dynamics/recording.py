@@ -20,7 +20,7 @@ import numpy as np
 from nvhchain import store
 from nvhchain.conventions import Progress
 from nvhchain.dynamics import contact_loss
-from nvhchain.dynamics.contact_loss import warn_of_parted
+from nvhchain.dynamics.contact_loss import check_parted
 from nvhchain.dynamics.gearbox import Gearbox
 from nvhchain.dynamics.law_range import joined, warn_beyond_law
 from nvhchain.dynamics.one_thread import on_one_thread
@@ -108,7 +108,7 @@ def record_run_up(
     paths = tuple(_path(folder, index) for index in range(written))
     told = [store.record(path)[1] for path in paths]
     warn_beyond_law(joined([of.get("beyond_mesh_law", {}) for of in told]))
-    warn_of_parted(contact_loss.joined([of.get("parted_flanks", {}) for of in told]))
+    check_parted(contact_loss.joined([of.get("parted_flanks", {}) for of in told]))
     return Recording(paths)
 
 

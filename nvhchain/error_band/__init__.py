@@ -15,7 +15,7 @@ the housing's mesh moves are seen in the mean only: where the strongest line lie
 where 1.3 were said.
 """
 
-from nvhchain.error_band.band import COVERAGE, ErrorBand, format_limits
+from nvhchain.error_band.band import COVERAGE, ErrorBand, format_level, format_limits
 from nvhchain.error_band.files import save_error_bands
 from nvhchain.error_band.of_run import BANDS
 from nvhchain.error_band.quantities import error_band, force_band, power_band, velocity_band
@@ -28,6 +28,7 @@ __all__ = [
     "RunUpBand",
     "error_band",
     "force_band",
+    "format_level",
     "format_limits",
     "power_band",
     "run_up_band",

@@ -15,6 +15,9 @@ from nvhchain.handoff import FloatArray
 COVERAGE = 2.0
 """Width of the band over the estimated errors: about 95 % of normally distributed ones lie within two."""
 
+NO_LIMIT = -1000.0
+"""dB: any less is the logarithm of zero, no sound and no lower limit."""
+
 
 @dataclass(frozen=True, eq=False)
 class ErrorBand:
@@ -88,6 +91,11 @@ class ErrorBand:
         with np.errstate(divide="ignore"):
             limits = np.log10([np.maximum(1.0 - share, 0.0) ** 2, 1.0 + 2.0 * share + added])
         return np.asarray(self.level[:, None] + 10 * limits.T)
+
+
+def format_level(level: float, unit: str, limits: Sequence[float | None]) -> str:
+    """Level and its limits as text."""
+    return f"{level:.1f} {unit} ({format_limits(limits)})" if level > NO_LIMIT else "silence"
 
 
 def format_limits(limits: Sequence[float | None]) -> str:

@@ -8,14 +8,11 @@ from math import isfinite, pi
 from pathlib import Path
 from typing import Any
 
-from nvhchain.error_band.band import ErrorBand
+from nvhchain.error_band.band import NO_LIMIT, ErrorBand
 from nvhchain.error_band.run_up import RunUpBand
 from nvhchain.handoff import FloatArray
 from nvhchain.levels import decibel
 from nvhchain.store import write_text
-
-NO_LIMIT = -1000.0
-"""dB below which a lower limit is none."""
 
 
 def save_error_bands(bands: Mapping[str, ErrorBand | RunUpBand], out: str | Path) -> None:

@@ -39,7 +39,7 @@ def mesh(recipe: dict[str, Any]) -> dict[str, np.ndarray]:
             result,
             time_limit=_TIME_LIMIT,
             failure="gmsh could not mesh the housing",
-            remedy="use a larger element size",
+            remedy="use another element size, of which a larger one is quicker",
         )
         with np.load(result) as file:
             return {name: file[name] for name in file.files}

@@ -31,7 +31,7 @@ _MEGABYTES_PER_UNKNOWN = 11e-3
 _SECONDS_PER_STEP_AND_MODE = 7e-9
 _SETTLING_PERIODS = 4
 _SECONDS_PER_LOADED_ANGLE = 7.7e-3
-_SECONDS_PER_CONTACT_STEP = 7.5e-3
+_SECONDS_PER_CONTACT_STEP = 1e-2
 
 
 def mesh_law_stages(case: GearboxCase, fidelity: Fidelity) -> list[Stage]:

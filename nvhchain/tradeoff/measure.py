@@ -22,6 +22,9 @@ from nvhchain.fidelity import Fidelity
 from nvhchain.resume import Watcher
 from nvhchain.store import write_text
 
+KILLED = "killed by signal"
+"""Beginning of `Run.refused` where the system ended the run: with more memory it may do."""
+
 _SAMPLING = 0.02
 """s between two looks at the memory of the run."""
 
@@ -126,7 +129,7 @@ def measured_run(
             os.close(reader)
             process.wait()
         if run is None and process.returncode < 0:
-            run = Run({}, f"killed by signal {-process.returncode}")
+            run = Run({}, f"{KILLED} {-process.returncode}")
         if run is None:
             errors.seek(0)
             lines = errors.read().decode(errors="replace").strip().splitlines() or ["no message"]

@@ -21,7 +21,7 @@ from nvhchain.resume import Unwatched, Watcher, code_version, fingerprint
 from nvhchain.tradeoff.deviation import Deviation, deviation, deviation_in_time
 from nvhchain.tradeoff.elsewhere import extent
 from nvhchain.tradeoff.knobs import STAGES, knobs_by_stage, records, variants
-from nvhchain.tradeoff.measure import Cost, Ledger, Run, measured_run
+from nvhchain.tradeoff.measure import KILLED, Cost, Ledger, Run, measured_run
 
 _CODE = (*STAGES, "spectrum", "radiator", "stages", "tradeoff/deviation", "tradeoff/measure", "tradeoff/worker")
 """Packages and modules that a row depends on."""
@@ -90,7 +90,8 @@ def tradeoff(
     knobs: names as in `gear.slices`, of stages, or `preset`; None: all that a run of `case` looks at.
     out: folder of the measurements; a sweep that was interrupted goes on where it was, and operators that a variant
     leaves unchanged are found there.  progress: is told the variants done; watcher: the stages of each.
-    Every run has a process of its own.  A variant that the chain refuses is a row with its reason.
+    Every run has a process of its own.  A variant that the chain refuses is a row with its reason, and so is one that
+    the system ends, which is tried again when the sweep goes on.
 
     Raises InputError for an unknown knob, a case without sound pressure, or a base that is refused; SolverError where
     a run dies.
@@ -142,8 +143,9 @@ class _Sweep:
             if record["identity"] == identity:
                 return measurement(record)
         made = self._measure(knob, value, case, fidelity)
-        kept.parent.mkdir(exist_ok=True)
-        store.write_text(kept, json.dumps({"identity": identity, **asdict(made)}))
+        if made.refused is None or not made.refused.startswith(KILLED):
+            kept.parent.mkdir(exist_ok=True)
+            store.write_text(kept, json.dumps({"identity": identity, **asdict(made)}))
         return made
 
     def _measure(self, knob: str, value: str, case: Case, fidelity: Fidelity) -> Measurement:

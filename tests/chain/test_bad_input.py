@@ -112,6 +112,15 @@ def test_transfer_vectors_of_another_point_or_air_are_refused(refused, tmp_path,
     assert "air" in refused(SPHERE, "", replace=("343.0", "1500.0"), arguments=use).lower()
 
 
+@pytest.mark.parametrize("command", ["run", "record", "compare", "contributions", "tradeoff"])
+def test_a_file_where_a_folder_is_to_be_is_refused_and_stays(command, tmp_path, capsys):
+    (tmp_path / "notes").write_text("mine")
+    with pytest.raises(SystemExit, match="2"):
+        main([command, SPHERE, "--out", str(tmp_path / "notes")])
+    assert "notes is a file: name a folder" in capsys.readouterr().err
+    assert (tmp_path / "notes").read_text() == "mine"
+
+
 def test_gears_that_do_not_meet_are_refused(refused):
     line = refused(SOLID, "", replace=("z_mm = 85", "z_mm = 60"))
     assert "mid-plane" in line

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from nvhchain.dynamics import bearing_forces, record_run_up, recording, remind, run_up
-from nvhchain.dynamics.contact_loss import gap_ends, joined, warn_of_parted
+from nvhchain.dynamics.contact_loss import check_parted, gap_ends, joined
 from nvhchain.dynamics.law_table import tabulate
-from nvhchain.errors import AccuracyWarning
+from nvhchain.errors import AccuracyWarning, InputError
 from nvhchain.fidelity import DynamicsFidelity
 
 SPEED = 2500 * 2 * pi / 60
@@ -105,8 +105,16 @@ def test_ways_that_bend_hold_longer_steps():
     of = {"A–B": {"seconds": 0.1, "time_step": 5e-6, "bent_ways": True}}
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        warn_of_parted(of)
+        check_parted(of)
     with pytest.warns(AccuracyWarning, match=r"about 0\.0002 of the peak .* take a time_step of 5 µs, and halve"):
-        warn_of_parted({"A–B": of["A–B"] | {"time_step": 1e-5}})
+        check_parted({"A–B": of["A–B"] | {"time_step": 1e-5}})
     with pytest.warns(AccuracyWarning, match=r"take a time_step of 1\.5 µs, or 5 µs with bent_ways"):
-        warn_of_parted({"A–B": of["A–B"] | {"bent_ways": False}})
+        check_parted({"A–B": of["A–B"] | {"bent_ways": False}})
+
+
+def test_a_record_whose_steps_leave_nothing_right_where_flanks_part_is_refused():
+    of = {"seconds": 0.1, "time_step": 1.5e-4, "bent_ways": False}
+    with pytest.warns(AccuracyWarning, match=r"about 0\.9 of the peak"):
+        check_parted({"A–B": of})
+    with pytest.raises(InputError, match=r"Steps of 160 µs then leave errors of about 1 of the peak .* take a time"):
+        check_parted({"A–B": of | {"time_step": 1.6e-4}})

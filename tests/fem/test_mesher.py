@@ -32,14 +32,14 @@ def test_result_is_left_where_it_was_asked_for(module):
     [
         (
             "import sys\nsys.exit('Invalid boundary mesh')",
-            r"gmsh could not mesh it \(exit code 1\): Invalid boundary mesh",
+            r"gmsh could not mesh it \(exit code 1\): Invalid boundary mesh; use a larger size",
         ),
         ("pass", r"gmsh could not mesh it \(exit code 0\): nothing"),
         ("raise OSError('libGLU.so.1: cannot open shared object file')", "install the system libraries .*libglu1-mesa"),
     ],
     ids=["error", "no result", "library"],
 )
-def test_a_failure_is_told_with_what_the_mesher_said_last(module, text, message):
+def test_a_failure_is_told_with_what_the_mesher_said_last_and_a_remedy(module, text, message):
     with pytest.raises(SolverError, match=message):
         run_mesher(*module(text), **SAYS)
 

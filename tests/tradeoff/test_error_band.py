@@ -30,6 +30,7 @@ from nvhchain.error_band import (
     ErrorBand,
     error_band,
     force_band,
+    format_level,
     format_limits,
     power_band,
     run_up_band,
@@ -100,6 +101,12 @@ def test_an_error_beyond_all_of_the_sound_leaves_no_lower_overall_limit():
     assert format_limits(limits) == f"below {limits[1]:.1f}"
     assert format_limits([None, 70.0]) == "below 70.0"
     assert format_limits([60.0, 70.0]) == "60.0…70.0"
+
+
+def test_a_level_is_told_with_its_limits_and_silence_as_such():
+    assert format_level(65.04, "dB(A)", [60.0, 70.0]) == "65.0 dB(A) (60.0…70.0)"
+    silent = ErrorBand(np.array([100.0]), np.zeros((1, 1)), {})
+    assert format_level(silent.level[0], "dB(A)", silent.overall[0]) == "silence"
 
 
 @pytest.mark.parametrize("relative", [0.05, 0.2, 0.4])
@@ -369,9 +376,8 @@ def test_forces_are_open_where_modes_were_left_out_without_their_statics(case, h
     assert (missed > 0).all()
     assert (missed < motion.sources["modes left out"][:, 0] / motion.amplitude[:, 0]).all()
     bare = replace(DRAFT, housing=replace(DRAFT.housing, residual_flexibility=False))
-    assert force_band(case, bare, forces, housing=housing, mesh_laws=laws).sources["modes left out"] == pytest.approx(
-        force.amplitude
-    )
+    still = force_band(case, bare, forces, housing=housing, mesh_laws=laws).sources["modes left out"]
+    assert (20 * np.log10(1 + COVERAGE * still / force.amplitude) > 12.4).all()  # two modes of the single stage
 
 
 def test_the_quadrature_error_that_transfer_vectors_tell_widens_the_band(case, parts):

@@ -9,6 +9,7 @@ import sys
 from dataclasses import replace
 
 import numpy as np
+import psutil
 import pytest
 
 import nvhchain as nvh
@@ -174,6 +175,20 @@ def test_a_variant_that_the_chain_refuses_is_a_row_with_its_reason(sphere, tmp_p
     assert [row.value for row in refused] == ["0.1"]
     assert "master_tolerance_db" in refused[0].refused
     assert "refused" in markdown(sweep)
+
+
+def test_a_variant_that_the_system_ends_is_a_row_that_is_tried_again(sphere, tmp_path):
+    class Kill(Record):
+        def begin(self, stage):
+            super().begin(stage)
+            if len(self.computed) > 2:  # the base is done
+                for worker in psutil.Process().children():
+                    worker.kill()
+
+    knobs = ["acoustics.precision"]
+    killed = tradeoff(sphere, out=tmp_path, fidelity=nvh.DRAFT, knobs=knobs, watcher=Kill()).measurements[1]
+    assert killed.refused == "killed by signal 9"
+    assert tradeoff(sphere, out=tmp_path, fidelity=nvh.DRAFT, knobs=knobs).measurements[1].refused is None
 
 
 def test_a_case_without_pressure_has_no_error_to_measure(gearbox, tmp_path):

@@ -92,20 +92,21 @@ class DenseMatrix:
 
 def _product(matrix: ComplexArray, x: ComplexArray, exact: bool) -> ComplexArray:
     """matrix · x in the precision of the matrix, its rows dealt out to threads: BLAS deals out square products well,
-    those with few columns badly.  exact: in double precision, some rows at a time."""
+    those with few columns badly.  It takes up to twice as long for them as for few rows, as which they are made.
+    exact: in double precision, some rows at a time."""
     if exact and matrix.dtype == np.complex64:
         rows = max(1, LEAST // matrix.shape[1])
         return np.concatenate([matrix[i : i + rows].astype(complex) @ x for i in range(0, len(matrix), rows)])
     x = x.astype(matrix.dtype)
     count = min(threads(), matrix.size // LEAST)
     if count < 2:
-        return np.asarray(matrix @ x, dtype=complex)
+        return np.asarray((x.T @ matrix.T).T, dtype=complex)
     y = np.empty((len(matrix), *x.shape[1:]), dtype=complex)
     limits = np.linspace(0, len(matrix), count + 1).astype(int)
 
     def some(start: int, stop: int) -> None:
         with blas_threads(1):
-            y[start:stop] = matrix[start:stop] @ x
+            y[start:stop] = (x.T @ matrix[start:stop].T).T
 
     with ThreadPoolExecutor(count) as pool:
         list(pool.map(some, limits[:-1], limits[1:]))

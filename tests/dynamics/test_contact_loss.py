@@ -116,5 +116,5 @@ def test_a_record_whose_steps_leave_nothing_right_where_flanks_part_is_refused()
     of = {"seconds": 0.1, "time_step": 1.5e-4, "bent_ways": False}
     with pytest.warns(AccuracyWarning, match=r"about 0\.9 of the peak"):
         check_parted({"A–B": of})
-    with pytest.raises(InputError, match=r"Steps of 160 µs then leave errors of about 1 of the peak .* take a time"):
+    with pytest.raises(InputError, match=r"160 µs then leave errors of about 1 of the peak .*; at most 158 µs"):
         check_parted({"A–B": of | {"time_step": 1.6e-4}})

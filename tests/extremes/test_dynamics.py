@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from scales import ANY, mostly, powers
 
 from nvhchain.dynamics import Bearing, Cylinder, Gearbox, Mesh, RigidBody, Shaft, bearing_forces
+from nvhchain.dynamics.contact_loss import parted_error
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import BearingForces, MeshLaw
 from nvhchain.spectrum import force_spectrum
@@ -59,10 +60,17 @@ def gearbox(mass, bearing, damping):
 @example(  # flanks that part, whose start dies out more slowly than any mode of the mesh in contact
     mass=1.0, bearing=1e5, damping_ratio=1.0, stiffness=1e10, ripple=1e-7, backlash=1e-3, torque=1.0, speed=1.0
 )  # fmt: skip
+@example(  # flanks that part for a tenth of the record under steps of 84 µs: 1.1 % off, and told so
+    mass=1e-2, bearing=10**4.25, damping_ratio=0.1, stiffness=1e10, ripple=1e-6, backlash=1e-3, torque=100.0,
+    speed=10**1.875,
+)  # fmt: skip
 def test_mean_bearing_forces_of_any_gearbox_are_those_of_statics(
     tried, mass, bearing, damping_ratio, stiffness, ripple, backlash, torque, speed
 ):
-    """A steady periodic state has no mean acceleration: gear force and bearings balance, whatever vibrates."""
+    """A steady periodic state has no mean acceleration: gear force and bearings balance, whatever vibrates.
+
+    Where flanks part the balance is as good as the record says.
+    """
     damping = 2 * damping_ratio * np.sqrt(mass * bearing)
     box = tried(gearbox, mass, bearing, damping)
     if box is None:
@@ -83,9 +91,11 @@ def test_mean_bearing_forces_of_any_gearbox_are_those_of_statics(
     total = torque / RADII[0] / np.cos(0.15)  # along the flank normal
     tangential = total * np.cos(0.15) * np.cos(0.35)
     pair = np.abs(mean[:2].sum(axis=0))
-    assert pair[1] == pytest.approx(tangential, rel=1e-4, abs=1e-5 * np.abs(record.force).max())
-    assert pair[2] == pytest.approx(total * np.sin(0.15), rel=1e-4, abs=1e-5 * np.abs(record.force).max())
-    assert np.abs(mean[:2].sum(axis=0) + mean[2:].sum(axis=0)).max() < 1e-4 * total + 1e-5 * np.abs(record.force).max()
+    told = max(map(parted_error, record.provenance.get("parted_flanks", {}).values()), default=0.0)
+    floor = (1e-5 + told) * np.abs(record.force).max()
+    assert pair[1] == pytest.approx(tangential, rel=1e-4, abs=floor)
+    assert pair[2] == pytest.approx(total * np.sin(0.15), rel=1e-4, abs=floor)
+    assert np.abs(mean[:2].sum(axis=0) + mean[2:].sum(axis=0)).max() < 1e-4 * total + floor
 
 
 @given(

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from nvhchain.acoustics.bodies import separate
 from nvhchain.acoustics.coarsening import SHARP_ANGLE, CoarseSurface, octupole_error
 from nvhchain.acoustics.surface import (
     LOCAL_COARSENING,
@@ -76,6 +77,7 @@ def expected_accuracy(
     size, as coarse as that, for such triangles with less than `fidelity.coarsest_elements_per_wavelength` on their
     longest edge, for a point that near, and for a quadrature error above `fidelity.quadrature_error`;
     a RuntimeWarning for gaps so narrow, and so many needles, that they cost more than `SLOW`.
+    Of several bodies the worst counts: one of them may be all that is heard.
     An error of e dB means a factor 10^(e/20) in either direction; silent directions are worse, and so are motions whose
     parts cancel each other: `solve_direct` and `sound_power` tell of them by themselves (`cancellation_error_dB`).
     Raises what `check_mesh` raises.
@@ -83,14 +85,20 @@ def expected_accuracy(
     if f_max <= 0:
         return {}
     check_mesh(surface, f_max, air, fidelity)
-    mean, coarsest = element_sizes(surface)
-    size, wavelength = max(mean / MESH_SCATTER, coarsest / LOCAL_COARSENING), air.speed_of_sound / f_max
+    bodies, wavelength = [body for _, body in separate(surface)], air.speed_of_sound / f_max
+    sizes = [element_sizes(body) for body in bodies]
+    size = max(max(mean / MESH_SCATTER, coarsest / LOCAL_COARSENING) for mean, coarsest in sizes)
     per_wavelength = wavelength / size
-    faceting = FACETS * mean_square_angle(surface)
-    coarse = faceting + COARSENESS * mean**2 * 4.0 * np.pi / float(surface.areas.sum())
+    facets = [FACETS * mean_square_angle(body) for body in bodies]
+    shapes = [
+        of + COARSENESS * mean**2 * 4.0 * np.pi / float(body.areas.sum())
+        for body, of, (mean, _) in zip(bodies, facets, sizes, strict=True)
+    ]
+    worst = int(np.argmax(shapes))
+    faceting, coarse, mean = facets[worst], shapes[worst], sizes[worst][0]
     quadrature = _quadrature_accuracy(surface, fidelity, engine)
     low = coarse + QUADRATURE_GROWTH * quadrature.get("quadrature_error", 0.0)
-    patch, at_longest = patch_error(surface, size, wavelength)
+    patch, at_longest = (max(of) for of in zip(*(patch_error(body, size, wavelength) for body in bodies), strict=True))
     error = MESH_ERROR / per_wavelength**2 + low + patch
     expected = {
         "elements_per_wavelength": per_wavelength,
@@ -105,8 +113,8 @@ def expected_accuracy(
     expected |= quadrature
     if coarse > MESH_ERROR / asked**2:
         warnings.warn(
-            f"mesh of {len(surface.triangles)} triangles with edges of {1e3 * mean:.3g} mm is coarse for the body: "
-            f"expect errors of about {_decibel(low):.2g} dB at any frequency; refine it",
+            f"mesh of {len(bodies[worst].triangles)} triangles with edges of {1e3 * mean:.3g} mm is coarse for the "
+            f"body: expect errors of about {_decibel(low):.2g} dB at any frequency; refine it",
             AccuracyWarning,
             stacklevel=3,
         )
@@ -253,7 +261,10 @@ def _quadrature_accuracy(surface: Surface, fidelity: AcousticsFidelity, engine: 
             RuntimeWarning,
             stacklevel=4,
         )
-    error = suspect_error(surface, fidelity, rules)
+    # all bodies together, for gaps between them, and every one by itself: the others share its error in the mean
+    bodies = [body for _, body in separate(surface)]
+    found = [suspect_error(body, fidelity, rules) for body in {surface, *bodies}]
+    error = max((error for error in found if error is not None), default=None)
     if error is None:
         return {}
     if error > fidelity.quadrature_error:

@@ -17,6 +17,20 @@ LEAST_GAP = 1e-3
 
 
 @lru_cache(maxsize=8)
+def separate(surface: Surface) -> tuple[tuple[IntArray, Surface], ...]:
+    """Every body of the surface by itself, with its faces (n,) in the whole; a single one is the surface."""
+    body = bodies_of(surface.triangles)
+    if not body.any():
+        return ((np.arange(len(body)), surface),)
+    parts = []
+    for number in range(int(body.max()) + 1):
+        faces = np.flatnonzero(body == number)
+        used, triangles = np.unique(surface.triangles[faces], return_inverse=True)
+        parts.append((faces, Surface(surface.vertices[used], triangles.reshape(-1, 3))))
+    return tuple(parts)
+
+
+@lru_cache(maxsize=8)
 def check_bodies(surface: Surface) -> None:
     """Raise `InputError` unless every body of the surface keeps clear of itself and the others.
 

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import warnings
+from dataclasses import dataclass
 
 import numpy as np
 
 from nvhchain.acoustics.accuracy import MESH_ERROR, QUADRATURE_GROWTH
+from nvhchain.acoustics.bodies import separate
 from nvhchain.acoustics.surface import mean_edge
 from nvhchain.errors import AccuracyWarning
 from nvhchain.fidelity import AcousticsFidelity
@@ -14,9 +16,9 @@ from nvhchain.handoff import ComplexArray, FloatArray, RigidPlane, Surface
 
 CANCELLATION = 0.3
 """Thrust that the error of the mesh leaves, relative to the area times the root mean square pressure on it, times the
-square of half the body's diagonal over the mean edge: a bound; rotating boxes and ellipsoids of irregular mesh, which
-radiate hardly anything else at low frequency, 0.006 to 0.26 (docs/measured/sound_power.md).  Bodies of revolution that
-rotate about their own axis are beyond it: the facets alone move their air."""
+square of half the diagonal of the body that carries it over the mean edge: a bound; rotating boxes and ellipsoids of
+irregular mesh, which radiate hardly anything else at low frequency, 0.006 to 0.26 (docs/measured/sound_power.md).
+Bodies of revolution that rotate about their own axis are beyond it: the facets alone move their air."""
 
 
 def cancellation_resistance(
@@ -29,7 +31,7 @@ def cancellation_resistance(
     space.  quadrature_error: of `expected_accuracy`.  Hermitian, semidefinite.
     """
     dipole = wavenumber**2 / (12 * np.pi) * (1.0 if plane is None else 2.0)
-    return dipole * _squared_thrust(surface, pressure, quadrature_error)
+    return np.asarray(dipole * sum(thrust.squared for thrust in _thrusts(surface, pressure, quadrature_error)))
 
 
 def cancellation_pressure(
@@ -40,25 +42,53 @@ def cancellation_pressure(
     plane: RigidPlane | None,
     quadrature_error: float,
 ) -> float:
-    """Largest pressure (Pa) at field points (n_point, 3) m of the thrust F that is left of pressures (n_v, 1) Pa.
+    """Largest pressure (Pa) at field points (n_point, 3) m of the thrusts F that are left of pressures (n_v, 1) Pa.
 
-    |jk + 1/r| F/(4πr) on the axis of the dipole in the middle of the body, r half its diagonal at least; with a plane
-    twice that.
+    |jk + 1/r| F/(4πr) on the axis of a dipole amid the pressures on every body, r half their extent at least; with a
+    plane twice that.
     """
-    low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
-    nearest = np.linalg.norm(points - 0.5 * (low + high), axis=1).min()
-    r = max(float(nearest), 0.5 * float(np.linalg.norm(high - low)))
-    thrust = float(np.sqrt(_squared_thrust(surface, pressure, quadrature_error)[0, 0].real))
-    return float(np.hypot(wavenumber, 1.0 / r)) * thrust / (4 * np.pi * r) * (1.0 if plane is None else 2.0)
+    squares = 0.0
+    for thrust in _thrusts(surface, pressure, quadrature_error):
+        r = max(float(np.linalg.norm(points - thrust.middles[0], axis=1).min()), float(thrust.extents[0]))
+        squares += (1.0 + (wavenumber * r) ** 2) * float(thrust.squared[0, 0].real) / (4 * np.pi * r**2) ** 2
+    return float(np.sqrt(squares)) * (1.0 if plane is None else 2.0)
 
 
-def _squared_thrust(surface: Surface, pressure: ComplexArray, quadrature_error: float) -> ComplexArray:
-    """FᴴF (m, m) N² of pressures (n_v, m) Pa: F = (CANCELLATION (h/a)² + ε) √(S ∫|p|² dS), h the mean edge, a half the
-    body's diagonal, ε the error of sound fields by quadrature, which is that of sharp edges."""
-    half_diagonal = 0.5 * float(np.linalg.norm(np.ptp(surface.vertices, axis=0)))
+@dataclass(frozen=True, eq=False)
+class _Thrust:
+    """Of the pressures on one body.  squared: FᴴF (m, m) N².  middles: (m, 3) m and extents (m,) m of what carries
+    them."""
+
+    squared: ComplexArray
+    middles: FloatArray
+    extents: FloatArray
+
+
+def _thrusts(surface: Surface, pressure: ComplexArray, quadrature_error: float) -> list[_Thrust]:
+    """What is left on every body of pressures (n_v, m) Pa: F = (CANCELLATION (h/a)² + ε) √(S ∫|p|² dS), h the mean
+    edge, ε the error of sound fields by quadrature, which is that of sharp edges.
+
+    a and S: half the diagonal and the area of the body, or of the part of it that carries |p|² (√3 radii of gyration;
+    twice (∫|p|² dS)²/∫|p|⁴ dS), if that is smaller: what lies at rest far away cancels nothing. They are those of every
+    column by itself.
+    """
     on_faces = pressure[surface.triangles].mean(axis=1)
-    share = CANCELLATION * (mean_edge(surface) / half_diagonal) ** 2 + QUADRATURE_GROWTH * quadrature_error
-    return np.asarray(share**2 * surface.areas.sum() * (on_faces.conj().T * surface.areas) @ on_faces)
+    made = []
+    for faces, body in separate(surface):
+        here, h = on_faces[faces], mean_edge(body)
+        carried = body.areas[:, None] * np.abs(here) ** 2
+        total = carried.sum(axis=0)
+        weight = np.where(total > 0, carried, body.areas[:, None])
+        weight = weight / weight.sum(axis=0)
+        middles = weight.T @ body.centroids
+        square = (body.centroids**2).sum(axis=1) @ weight - (middles**2).sum(axis=1)
+        half_diagonal = 0.5 * float(np.linalg.norm(np.ptp(body.vertices, axis=0)))
+        extents = np.clip(np.sqrt(3.0 * square.clip(0.0)), h, half_diagonal)
+        area = np.minimum(body.areas.sum(), 2.0 / (weight**2 / body.areas[:, None]).sum(axis=0))
+        share = (CANCELLATION * (h / extents) ** 2 + QUADRATURE_GROWTH * quadrature_error) * np.sqrt(area)
+        squared = np.outer(share, share) * ((here.conj().T * body.areas) @ here)
+        made.append(_Thrust(squared, middles, extents))
+    return made
 
 
 def told_cancellation(

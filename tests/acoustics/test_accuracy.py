@@ -292,6 +292,43 @@ def test_error_of_a_bending_that_cancels_itself_on_a_wedge_is_stated(air, degree
     assert 0.75 * true < got.provenance["cancellation_error_dB"] < 2 * true
 
 
+@pytest.mark.parametrize("degrees", [5, 20])
+def test_a_large_body_at_rest_far_away_hides_no_error_of_a_small_one(air, degrees):
+    """Area, extent and quadrature of what moves count; those of everything together stated a tenth."""
+    body, points, frequency = wedge(degrees), bodies.shell(20, 1.0), [50.0]
+    away = bodies.box((3.0, 2.0, 1.0), 0.5)
+    both = Surface(
+        np.vstack([body.vertices, away.vertices - [0.0, 0.0, 15.0]]),
+        np.vstack([body.triangles, away.triangles + len(body.vertices)]),
+    )
+    bending = body.normals[:, 2] * (0.2 + np.cos(2 * np.pi * body.centroids[:, 0] / body.vertices[:, 0].max()))
+    moving = np.concatenate([bending, np.zeros(len(away.triangles))])
+    with pytest.warns(AccuracyWarning) as said:
+        alone, told = (
+            solve_direct(SurfaceVelocity(frequency, of[None], on), points, air=air, fidelity=KNOBS).provenance
+            for of, on in ((bending, body), (moving, both))
+        )
+    for name in ("expected_error_dB", "expected_error_low_dB", "quadrature_error", "cancellation_error_dB"):
+        assert told[name] == pytest.approx(alone[name], rel=0.15)
+    assert len(said) == 2  # the edge, twice
+
+
+def test_a_long_body_hides_no_error_of_the_part_of_it_that_moves(air):
+    """One end of a strip bends, heard from above that end; a strip four times as long stated a tenth."""
+    stated = []
+    for length in (0.4, 1.6):
+        thick = bodies.box((length, 0.2, 0.05), 0.05)
+        body = Surface(thick.vertices * [1.0, 1.0, 0.4], thick.triangles)
+        x = body.centroids[:, 0] + 0.5 * length
+        bending = np.where(x < 0.2, np.sin(2 * np.pi * x / 0.2), 0.0) * (body.normals[:, 2] > 0.9)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", AccuracyWarning)  # of the edges
+            moving = SurfaceVelocity([100.0], bending[None], body)
+            heard = solve_direct(moving, [[0.1 - 0.5 * length, 0.0, 2.0]], air=air, fidelity=KNOBS)
+        stated.append(heard.provenance["cancellation_error_dB"])
+    assert stated[1] == pytest.approx(stated[0], rel=0.3)
+
+
 def stacked(gap):
     body = bodies.box((0.12, 0.12, 0.12), 0.04)
     shift = np.array([0.0, 0.0, 0.12 + gap])

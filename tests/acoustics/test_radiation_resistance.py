@@ -60,12 +60,13 @@ def test_power_at_the_masters_is_that_of_the_velocity_itself(ball, resistance, a
 
 
 def test_error_of_motions_that_cancel_is_that_of_the_velocity_itself(ball, air, coarse):
-    """At the masters, and half way between two within what a straight line over f⁴ leaves."""
+    """At the masters but for the extent and area that carry the pressure, which are those of every shape by itself (6 %
+    less here); half way between two within what a straight line over f⁴ leaves."""
     masters = np.array([300.0, 500.0, 700.0, 900.0])
     shapes = np.where(ball.centroids[:, :1] + 0.5 * ball.centroids[:, 1:2] > 0, 1.0, 0.2) * harmonics(ball)[:, :4]
     found = radiation_resistance(SurfaceShapes(ball, shapes), masters, air=air, fidelity=coarse)
     velocity = random_velocity(masters, 4)[:1]
-    for line, within in ((300.0, 1e-6), (900.0, 1e-6), (600.0, 0.3)):
+    for line, within in ((300.0, 0.1), (900.0, 0.1), (600.0, 0.3)):
         at = np.array([line])
         direct = sound_power(SurfaceVelocity(at, velocity @ shapes.T, ball), air=air, fidelity=coarse)
         told = waves_power(found, at, velocity, fidelity=coarse).provenance["cancellation_error_dB"]

@@ -124,6 +124,11 @@ def with_residual(housing: ReducedHousing, fidelity: HousingFidelity) -> Reduced
     """
     if fidelity.residual_flexibility:
         return housing
+    require(
+        len(housing.natural_frequency) > 0,
+        "housing residual_flexibility = False leaves nothing that moves: no mode lies below mode_ratio times the upper "
+        "limit of the band; raise mode_ratio, or keep the flexibility",
+    )
     kept = {key: value for key, value in housing.provenance.items() if not key.startswith(("truncation", "residual"))}
     return replace(
         housing,

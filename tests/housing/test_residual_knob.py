@@ -7,8 +7,9 @@ import pytest
 
 from nvhchain.errors import InputError
 from nvhchain.housing import reduce_housing, reduction, truncation_error
-from nvhchain.housing.reduction import seat_flexibility
+from nvhchain.housing.reduction import seat_flexibility, with_residual
 from nvhchain.housing.response import face_displacement
+from nvhchain.housing.truncation import without_modes
 
 F_MAX = 1700.0
 
@@ -46,3 +47,11 @@ def test_nothing_is_said_of_a_truncation_that_is_no_longer_so(pair):
     assert not any(key.startswith("truncation") for key in pair[1].provenance)
     with pytest.raises(InputError, match="residual_mass"):
         truncation_error(pair[1], F_MAX)
+
+
+def test_a_housing_without_modes_nor_residual_is_refused(reduced, fidelity):
+    """It stood still: -5887 dB(A) between limits of -5887 and -5887."""
+    still = without_modes(reduced, 0)
+    assert with_residual(still, fidelity) is still
+    with pytest.raises(InputError, match="residual_flexibility = False leaves nothing that moves"):
+        with_residual(still, replace(fidelity, residual_flexibility=False))

@@ -58,7 +58,8 @@ def marked(
 
 
 def remind(forces: BearingForces) -> None:
-    """AccuracyWarning per mesh whose deflections `marked` found beyond its law, or whose flanks part."""
+    """AccuracyWarning per mesh whose deflections `marked` found beyond its law, or whose flanks part; InputError where
+    they part under steps that leave nothing right."""
     warn_beyond_law(forces.provenance.get("beyond_mesh_law", {}))
     check_parted(forces.provenance.get("parted_flanks", {}))
 

@@ -95,7 +95,7 @@ class ErrorBand:
 
 def format_level(level: float, unit: str, limits: Sequence[float | None]) -> str:
     """Level and its limits as text."""
-    return f"{level:.1f} {unit} ({format_limits(limits)})" if level > NO_LIMIT else "silence"
+    return "silence" if level <= NO_LIMIT else f"{level:.1f} {unit} ({format_limits(limits)})"
 
 
 def format_limits(limits: Sequence[float | None]) -> str:

@@ -1,0 +1,81 @@
+"""Limits of amplitudes at lines and of their level, from the errors of independent sources."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from nvhchain.error_band import COVERAGE, ErrorBand, format_level, format_limits
+from nvhchain.levels import decibel, overall
+
+
+def band(**sources):
+    pressure = np.array([[1.0], [0.1]])
+    return ErrorBand(np.array([1000.0, 2000.0]), pressure, {k: np.array(v) for k, v in sources.items()})
+
+
+def test_sources_add_in_quadrature_and_cover_two_of_their_estimates():
+    made = band(housing=[[0.03], [0.0]], gear=[[0.04], [0.01]])
+    assert made.error == pytest.approx(COVERAGE * np.array([[0.05], [0.01]]))
+    assert made.upper[0] - decibel(1.0) == pytest.approx(20 * np.log10(1.1))
+    assert made.lower[0] - decibel(1.0) == pytest.approx(20 * np.log10(0.9))
+
+
+def test_an_error_beyond_the_pressure_leaves_no_lower_limit():
+    made = band(gear=[[0.01], [0.2]])
+    assert made.lower[1] < -1000
+    assert made.upper[1, 0] == pytest.approx(decibel(0.5))
+
+
+@pytest.mark.parametrize("scale", [1e200, 1e-200])
+def test_limits_are_the_same_about_the_level_of_any_amplitude(scale):
+    """400 decades of energy either way are no reason for NaN or for a warning."""
+    one = band(housing=[[0.2], [0.01]], gear=[[0.1], [0.02]])
+    with np.errstate(over="raise", under="ignore", invalid="raise", divide="raise"):
+        other = replace(one, amplitude=scale * one.amplitude, sources={k: scale * v for k, v in one.sources.items()})
+        shift = 20 * np.log10(scale)
+        assert other.level == pytest.approx(one.level + shift)
+        assert other.overall == pytest.approx(one.overall + shift)
+        assert other.upper == pytest.approx(one.upper + shift)
+
+
+def test_errors_of_one_source_add_up_over_the_lines_those_of_the_housing_in_quadrature():
+    """Two equal lines, each 10 % off with coverage: both up, or at random √½ of it."""
+    frequency, pressure, error = np.array([1000.0, 1000.1]), np.ones((2, 1)), 0.05 * np.ones((2, 1))
+    middle = overall(frequency, pressure.astype(complex))[0]
+    for name, share in (("surface mesh", 0.1), ("housing", 0.1 / 2**0.5)):
+        lower, upper = ErrorBand(frequency, pressure, {name: error}).overall[0] - middle
+        assert upper == pytest.approx(10 * np.log10(1 + 2 * share + 0.01), rel=1e-3)
+        assert lower == pytest.approx(20 * np.log10(1 - share), rel=1e-3)
+
+
+def test_an_error_beyond_all_of_the_sound_leaves_no_lower_overall_limit():
+    limits = band(gear=[[0.6], [0.05]]).overall[0]
+    assert limits[0] == -np.inf
+    assert np.isfinite(limits[1])
+    assert format_limits(limits) == f"below {limits[1]:.1f}"
+    assert format_limits([None, 70.0]) == "below 70.0"
+    assert format_limits([60.0, 70.0]) == "60.0…70.0"
+
+
+def test_a_level_is_told_with_its_limits_and_silence_as_such():
+    assert format_level(65.04, "dB(A)", [60.0, 70.0]) == "65.0 dB(A) (60.0…70.0)"
+    silent = ErrorBand(np.array([100.0]), np.zeros((1, 1)), {})
+    assert format_level(silent.level[0], "dB(A)", silent.overall[0]) == "silence"
+
+
+@pytest.mark.parametrize("relative", [0.05, 0.2, 0.4])
+def test_overall_limits_hold_errors_that_go_the_same_way_at_all_lines(relative):
+    frequency, pressure = np.array([900.0, 1000.0, 1100.0]), np.array([[1.0], [0.3], [0.6]])
+    band = ErrorBand(frequency, pressure, {"gear": relative / 2 * pressure})
+    low, high = (overall(frequency, (1 + way * relative) * pressure.astype(complex))[0] for way in (-1, 1))
+    assert band.overall[0] == pytest.approx([low, high], abs=1e-9)
+
+
+def test_overall_limits_hold_errors_of_one_sign_that_differ_from_line_to_line():
+    frequency, pressure = np.array([900.0, 1000.0, 1100.0]), np.array([[1.0], [0.3], [0.6]])
+    error = np.array([[0.1], [0.2], [0.3]])
+    band = ErrorBand(frequency, pressure, {"gear": error / COVERAGE})
+    low, high = (overall(frequency, (pressure + way * error).astype(complex))[0] for way in (-1, 1))
+    assert low - 1.0 < band.overall[0, 0] <= low
+    assert band.overall[0, 1] == pytest.approx(high, abs=1e-9)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
@@ -21,13 +21,14 @@ if TYPE_CHECKING:
     from nvhchain.handoff import BearingForces
 
 
-def _fidelity(options: argparse.Namespace, cases: Sequence[Case]) -> Fidelity:
-    """The preset, or what the planner chooses, which is said on stderr; modes of the housing as they are asked for."""
+def _fidelity(options: argparse.Namespace, cases: Sequence[Case], given: Collection[str] = ()) -> Fidelity:
+    """The preset, or what the planner chooses for what is not `given`, which is said on stderr; modes of the housing as
+    they are asked for."""
     if options.tolerance_db is None:
         return _with_mode_tolerance(PRESETS[options.fidelity], options.mode_tolerance_db, cases)
     from nvhchain.tradeoff import cheapest
 
-    choice = cheapest(cases, options.tolerance_db)
+    choice = cheapest(cases, options.tolerance_db, given=given)
     print(choice, file=sys.stderr, flush=True)
     return _with_mode_tolerance(choice.fidelity, options.mode_tolerance_db, cases)
 
@@ -90,7 +91,7 @@ def run(options: argparse.Namespace) -> int:
     if options.forces:
         given["bearing_forces"] = _foreign_forces(Path(options.forces), case)
     out = Path(options.out or Path("out") / case.name)
-    fidelity, watcher = _fidelity(options, [case]), Console()
+    fidelity, watcher = _fidelity(options, [case], given), Console()
     with (
         _executor(options) as executor,
         nullcontext() if executor or given else operators_ahead([case], fidelity, out, watcher),
@@ -138,7 +139,7 @@ def record(options: argparse.Namespace) -> int:
     out = Path(options.out or Path("out") / case.name)
     with _executor(options) as executor:
         made = chain.record(
-            case, fidelity=_fidelity(options, [case]), out=out, executor=executor, watcher=Console(), **given
+            case, fidelity=_fidelity(options, [case], given), out=out, executor=executor, watcher=Console(), **given
         )
     print(f"{case.name}: {len(made.paths)} file(s) of bearing forces in {made.paths[0].parent}")
     return 0
@@ -186,7 +187,7 @@ def contributions(options: argparse.Namespace) -> int:
     case = load_case(options.case)
     given = ready_made.arguments(store.load(path) for path in options.use)
     out = Path(options.out or Path("out") / case.name)
-    fidelity = _fidelity(options, [case])
+    fidelity = _fidelity(options, [case], given)
     found = contributions(case, fidelity=fidelity, out=out, at=options.at, given=given, watcher=Console())
     for kind in found:
         print(out / f"contributions-{kind}.csv")

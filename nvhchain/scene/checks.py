@@ -12,6 +12,7 @@ from nvhchain.housing.reduction import check_bending_resolution, check_thin_wall
 from nvhchain.memory import free_memory
 from nvhchain.scene.casting import forced, model_of_file
 from nvhchain.scene.mechanics import recorded_time
+from nvhchain.scene.planned import Stage
 from nvhchain.scene.planning import plan_without
 
 _GROW_WITH_THE_RECORD = ("bearing forces", "velocity", "velocity, pressure")
@@ -28,26 +29,15 @@ def preflight(case: Case, fidelity: Fidelity, given: Collection[str] = (), *, in
     check_knobs(case, fidelity, given)
     if not isinstance(case, GearboxCase):
         return
-    driven = forced(given)
     along = case.options.tilt or case.options.load_distribution
-    if not driven and fidelity.dynamics.mesh_level == "contact" and along:
+    if not forced(given) and fidelity.dynamics.mesh_level == "contact" and along:
         raise InputError(
             f"{case.name} asks for friction, shuttling or tilt, which the mesh level `contact` does not have: use the "
             "level `table`, or leave them out of the options"
         )
-    lawful = {"mesh_laws"}.intersection(given)
-    skipped = {
-        "housing": {"housing", "surface_velocity"}.intersection(given),
-        "mesh law": driven or lawful,
-        "load distribution": driven
-        or {"load_distributions"}.intersection(given)
-        or (not case.options.load_distribution and lawful),  # tilt goes into the laws
-        "bearing forces": driven or in_files,
-        "transfer vectors": {"transfer_vectors"}.intersection(given),
-    }
     needed, largest, free = 0.0, "", free_memory()
-    for stage in plan_without(case, fidelity, given).stages:
-        if not any(stage.name.startswith(name) for name, reasons in skipped.items() if reasons):
+    for stage in stages_to_make(case, fidelity, given):
+        if not (in_files and stage.name == "bearing forces"):
             needed, largest = max((needed, largest), (1e6 * stage.megabytes, stage.name))
     if needed > free:
         remedy = "choose a lower fidelity or lower the upper frequency"
@@ -60,6 +50,26 @@ def preflight(case: Case, fidelity: Fidelity, given: Collection[str] = (), *, in
             f"{case.name} at fidelity {fidelity.name} needs about {needed / 1e9:.1f} GB for its {largest}, "
             f"{free / 1e9:.1f} GB are free: {remedy}"
         )
+
+
+def stages_to_make(case: Case, fidelity: Fidelity, given: Collection[str] = ()) -> tuple[Stage, ...]:
+    """Stages of the plan whose hand-offs are not `given`, as `preflight` takes it, nor needed for those alone."""
+    driven, lawful = forced(given), {"mesh_laws"}.intersection(given)
+    distributed = isinstance(case, GearboxCase) and case.options.load_distribution
+    spared = {
+        "housing": {"housing", "surface_velocity"}.intersection(given),
+        "mesh law": driven or lawful,
+        "load distribution": driven
+        or {"load_distributions"}.intersection(given)
+        or (not distributed and lawful),  # tilt goes into the laws
+        "bearing forces": driven,
+        "transfer vectors": {"transfer_vectors"}.intersection(given),
+    }
+    return tuple(
+        stage
+        for stage in plan_without(case, fidelity, given).stages
+        if not any(stage.name.startswith(name) for name, reasons in spared.items() if reasons)
+    )
 
 
 def check_knobs(case: Case, fidelity: Fidelity, given: Collection[str] = ()) -> None:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from math import pi, sin, sqrt
+from math import inf, log10, pi, sin, sqrt
 from typing import Any
 
 from nvhchain.case import Case, GearboxCase
-from nvhchain.error_band.gears import relative_law_error
+from nvhchain.error_band import COVERAGE
+from nvhchain.error_band.gears import AMPLIFICATION, relative_law_error
 from nvhchain.errors import require
 from nvhchain.fidelity import Fidelity
 from nvhchain.housing import Casting
@@ -70,6 +71,27 @@ def beyond_held_out(turned: Fidelity, base: Fidelity, cases: Sequence[Case]) -> 
     """As `growth`, of a joint preset: beyond the widest gears and the shortest waves of the cases it was run on."""
     widest = {"width": [WIDEST_HELD_OUT], "overlap": [LARGEST_OVERLAP_HELD_OUT], "wave": SHORTEST_HELD_OUT}
     return growth(turned, base, cases, widest)
+
+
+def open_below(fidelity: Fidelity, case: Case) -> list[float]:
+    """dB by which the error band lies below the highest mesh harmonic of the case, for want of gears, of every stage.
+
+    inf where it has no lower limit, as of analytic bodies.  The error of a transmission error is that of its strongest
+    harmonic, and the n-th one is weaker by n², as where lines of contact begin and end: on the swept stage 0.8 to 1.5
+    over that up to n = 12.
+    Of a run-up at its highest speed.
+    """
+    if not isinstance(case, GearboxCase):
+        return []
+    ramp, of = case.operation.ramp, extent(case)
+    turns = max(case.operation.input_speed, ramp.end_speed if ramp is not None else 0.0) / (2 * pi)
+    limits = []
+    for stage, width, overlap in zip(case.stages, of["width"], of["overlap"], strict=True):
+        highest = case.band.high / (float(case.mesh_orders[stage.name]) * turns)
+        error = COVERAGE * AMPLIFICATION * relative_law_error(width, overlap, fidelity.gear) * highest**2
+        known = error < 1.0 and fidelity.gear.bodies == "elements"
+        limits.append(-20 * log10(1.0 - error) if known else inf)
+    return limits
 
 
 def _added(of: Mapping[str, Any], turned: Fidelity, base: Fidelity) -> list[float]:

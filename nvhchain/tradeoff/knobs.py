@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from nvhchain.case import HEARD, RADIATED, Case, GearboxCase, RadiatorCase
+from nvhchain.case import HEARD, RADIATED, Case, GearboxCase
 from nvhchain.errors import require
 from nvhchain.fidelity import PRESETS, Fidelity
+from nvhchain.tradeoff.spared import spared
 
 STAGES = ("gear", "dynamics", "housing", "acoustics")
 """Stages of the chain that have knobs, in their order."""
@@ -162,13 +163,13 @@ _OF_THE_SURFACE = ("elements_per_wavelength", "samples_per_face")
 """Fields that decide on the radiating faces and their motion."""
 
 
-def knobs_of(case: Case, names: Sequence[str] | None = None) -> tuple[Knob, ...]:
+def knobs_of(case: Case, names: Sequence[str] | None = None, given: Collection[str] = ()) -> tuple[Knob, ...]:
     """The knobs that a run of `case` looks at, or those of them with these names.
 
-    A name is that of a knob, of one of its fields, of a stage, or `preset` or `record`, which are no knobs.  Raises
-    InputError for an unknown name.
+    given: names of the hand-offs that are ready-made, as `run` calls them.  A name is that of a knob, of one of its
+    fields, of a stage, or `preset` or `record`, which are no knobs.  Raises InputError for an unknown name.
     """
-    looked_at = [knob for knob in KNOBS if _matters(knob, case)]
+    looked_at = [knob for knob in KNOBS if _matters(knob, case) and not spared(knob.stage, knob.fields, case, given)]
     if names is None:
         return tuple(knob for knob in looked_at if not knob.hours)
     others = (PRESET, RECORD) if isinstance(case, GearboxCase) else (PRESET,)
@@ -234,10 +235,8 @@ def spoken(value: Sequence[Any]) -> str:
 
 def _matters(knob: Knob, case: Case) -> bool:
     """Whether what the case asks for depends on a knob."""
-    if isinstance(case, RadiatorCase):
-        return knob.stage == "acoustics" and _heard(knob, case)
-    assert isinstance(case, GearboxCase)
-    return (not knob.run_up or case.operation.ramp is not None) and _heard(knob, case)
+    running_up = isinstance(case, GearboxCase) and case.operation.ramp is not None
+    return (running_up or not knob.run_up) and _heard(knob, case)
 
 
 def _heard(knob: Knob, case: Case) -> bool:

@@ -3,21 +3,32 @@
 from __future__ import annotations
 
 import dataclasses
-import json
-import warnings
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
-from math import hypot, prod
+from math import floor, hypot, log10, prod
 
 from nvhchain.case import Case, GearboxCase, RadiatorCase
-from nvhchain.errors import AccuracyWarning, InputError, require
-from nvhchain.fidelity import PRESETS, Fidelity
+from nvhchain.errors import require
+from nvhchain.fidelity import Fidelity
 from nvhchain.kinds import check_arguments
-from nvhchain.scene import check_knobs, plan
+from nvhchain.scene import stages_to_make
 from nvhchain.tradeoff import elsewhere
-from nvhchain.tradeoff.knobs import BEYOND, PRESET, Knob, knobs_by_stage, knobs_of, spoken
+from nvhchain.tradeoff.knobs import PRESET, Knob, spoken
+from nvhchain.tradeoff.offers import (
+    Offer,
+    Task,
+    base_of,
+    error_of,
+    is_swept,
+    offers_for,
+    possible,
+    presets_for,
+    rows_of,
+    turned_to,
+    warnings_of,
+)
 from nvhchain.tradeoff.shipped import shipped_sweep
-from nvhchain.tradeoff.sweep import Measurement, Tradeoff, case_identity
+from nvhchain.tradeoff.sweep import Tradeoff
 
 SHARE = 0.7
 """Part of the tolerance that the expected errors of single knobs may use up together: the rest is for knobs that make
@@ -25,6 +36,12 @@ each other worse."""
 
 SMALLEST_GAIN = 0.01
 """Part of the whole time that a knob must save to be turned."""
+
+WIDEST = 100.0
+"""dB: a tolerance is less."""
+
+NOTHING_OFFERED = f"no other setting saves {100 * SMALLEST_GAIN:g} % of the time within {SHARE:g} of the tolerance"
+"""Why nothing is turned, in words."""
 
 _MEASURED_AS = {
     "mesh law": "mesh_law",
@@ -71,55 +88,57 @@ class Choice:
                 f"{self.fidelity.name}: about {self.expected_error_db:.2g} dB from {self.base}, itself known to "
                 f"{self.base_error_db:.2g} dB; {self.expected_seconds:.3g} s instead of {self.base_seconds:.3g} s "
                 f"(by the sweep of {self.sweep}{'' if self.same_case else ', errors with the margin for other cases'})",
-                *(settings or [f"  every knob as in {self.base}"]),
+                *(settings or [f"  every knob as in {self.base}: {NOTHING_OFFERED}"]),
             ]
         )
 
 
-@dataclass(frozen=True)
-class _Offer:
-    """A knob at a value, or a preset.  error: dB.  shares: stage of the sweep → what it leaves of the stage's time."""
-
-    knob: Knob
-    value: tuple[object, ...]
-    error: float
-    shares: Mapping[str, float]
-
-
-def cheapest(case: Case | Iterable[Case], tolerance_db: float, sweep: Tradeoff | None = None) -> Choice:
+def cheapest(
+    case: Case | Iterable[Case],
+    tolerance_db: float,
+    sweep: Tradeoff | None = None,
+    *,
+    given: Collection[str] | Mapping[str, object] = (),
+) -> Choice:
     """The knobs that promise to run `case` soonest with errors of overall level and mesh harmonics within a tolerance.
 
     case: one, or several that are run alike.  tolerance_db: dB against the sweep's base.  sweep: measured on this or a
-    similar case, around a preset (the shipped one by default).  The scene decides which of its knobs count, and how
-    much of the time each stage takes (`plan`).  Where the case asks for forces or velocities alone, errors of the
-    pressure stand for theirs.
+    similar case, around a preset (the shipped one by default).  given: names of the hand-offs that the run will find
+    ready-made, or these by name, as `run` calls them.  The scene decides which of its knobs count, and how much of the
+    time each stage takes (`plan`).  Where the case asks for forces or velocities alone, errors of the pressure stand
+    for theirs.
 
     In another case than the swept one errors are larger: by the laws of the error band where they know it (width of
     gears, waves in the walls), and by the margin of `elsewhere`, which is that of the worst case that was held out.
     Errors of different knobs may go the same way: they are added up, to `SHARE` of the tolerance. Seconds of a stage
     are multiplied with what each knob leaves of them. Knobs are turned, or turned further, in the order of time saved
-    per error; a preset that was measured to keep to the same share is taken where it is quicker.
+    per error, where they are not refused, warn of nothing that the base does not, and leave the error band of the
+    mesh's harmonics of use; a preset that was measured to keep to the same share is taken where it is quicker.
     Raises InputError for no case, for a tolerance that is not positive or finer than the base is known, for a stage of
-    which the sweep tells nothing, and for a base that is no preset, or no longer what the preset is.
+    which the sweep tells nothing, for a base that is no preset, or no longer what the preset is, and for what is
+    refused at the base.
     """
     check_arguments(cheapest, locals())
     require(
-        0 < tolerance_db < 100,
-        f"tolerance = {tolerance_db:g} dB is outside 0…100 dB: a model is never exact, ask for 1",
+        0 < tolerance_db < WIDEST,
+        f"tolerance = {tolerance_db:g} dB is outside 0…{WIDEST:g} dB: a model is never exact, ask for 1",
     )
     sweep, cases = sweep or shipped_sweep(), (case,) if isinstance(case, GearboxCase | RadiatorCase) else tuple(case)
     require(len(cases) > 0, "no case to plan for: give one or more")
-    base = _base(sweep)
-    known = base_error(sweep, *cases)
+    base = base_of(sweep)
+    known = base_error(sweep, *cases, given=given)
+    least = _two_digits_above(known)
+    remedy = f"ask for {least:g} dB or more" if least < WIDEST else "choose a preset"
     require(
         tolerance_db >= known,
         f"tolerance = {tolerance_db:g} dB is not reached: the best there is, {sweep.base}, is itself known to "
-        f"{known:.2g} dB only, by the last steps of its knobs ({sweep.case}): ask for {known:.2g} dB or more",
+        f"{least:g} dB only, by the last steps of its knobs ({sweep.case}): {remedy}",
     )
-    seconds, offers = _seconds_by_stage(cases, base, sweep), _offers(cases, base, sweep)
-    turned: dict[str, _Offer] = {}
+    task = Task(cases, given, sweep, base, tolerance_db, warnings_of(cases, base, given), is_swept(cases, sweep))
+    seconds, offers = _seconds_by_stage(task), offers_for(task)
+    turned: dict[str, Offer] = {}
     while True:
-        best: tuple[float, dict[str, _Offer]] | None = None
+        best: tuple[float, dict[str, Offer]] | None = None
         for offer in offers:
             if _taken(offer.knob, turned):
                 continue
@@ -128,13 +147,13 @@ def cheapest(case: Case | Iterable[Case], tolerance_db: float, sweep: Tradeoff |
             if gain < SMALLEST_GAIN * _total(seconds) or _sum(further) > SHARE * tolerance_db:
                 continue
             worth = gain / max(_sum(further) - _sum(turned), 1e-3 * tolerance_db)
-            if (best is None or worth > best[0]) and _possible(cases, base, list(further.values())):
+            if (best is None or worth > best[0]) and possible(task, turned_to(base, list(further.values()))):
                 best = worth, further
         if best is None:
             break
         turned = best[1]
-    fidelity = _turned(base, list(turned.values()))
-    for preset, offer in _presets(cases, sweep, SHARE * tolerance_db):
+    fidelity = turned_to(base, list(turned.values()))
+    for preset, offer in presets_for(task, SHARE * tolerance_db):
         if _total(seconds, {PRESET: offer}) < _total(seconds, turned):
             fidelity, turned = preset, {PRESET: offer}
     return Choice(
@@ -147,26 +166,26 @@ def cheapest(case: Case | Iterable[Case], tolerance_db: float, sweep: Tradeoff |
         sweep.case,
         sweep.base,
         {name: offer.error for name, offer in turned.items()},
-        is_swept(cases, sweep),
+        task.same,
     )
 
 
-def base_error(sweep: Tradeoff, *cases: Case) -> float:
+def base_error(sweep: Tradeoff, *cases: Case, given: Collection[str] = ()) -> float:
     """dB that the base of a sweep leaves open, independent knobs in quadrature, grown to these cases by the laws of the
     error band: below it errors against the base say nothing of those against the truth.
 
     A knob that converges moves the result with every step less: what is left after its last measured step, to the base,
     is at most about that step. Of knobs with one measured value it is not known whether they converge.
-    Raises InputError where a stage of the cases has no knob with two measured values.
+    given: as `cheapest` takes it.  Raises InputError where a stage of the cases has no knob with two measured values.
     """
     last: dict[Knob, list[float]] = {}
-    base, swept = _base(sweep), sweep.provenance.get("extent")
-    for row, knob, value in _rows(cases, sweep):
+    task = Task(cases, given, sweep, base_of(sweep), 0.0)
+    for row, knob, value in rows_of(task):
         if isinstance(knob.values[-1][0], float | int) and not isinstance(knob.values[-1][0], bool):
-            grown = _error(row) * elsewhere.growth(knob.turned(base, value), base, cases, swept)
+            grown = error_of(row) * elsewhere.growth(knob.turned(task.base, value), task.base, cases, task.swept_extent)
             last.setdefault(knob, []).append(grown)
     steps = {knob: errors[-1] for knob, errors in last.items() if len(errors) > 1}
-    unknown = {knob.stage for case in cases for knob in knobs_of(case)} - {knob.stage for knob in steps}
+    unknown = {knob.stage for knob in task.knobs} - {knob.stage for knob in steps}
     require(
         not unknown,
         f"the sweep of {sweep.case} has no converging knob of {', '.join(sorted(unknown))}: how well {sweep.base} is "
@@ -175,136 +194,36 @@ def base_error(sweep: Tradeoff, *cases: Case) -> float:
     return hypot(*steps.values())
 
 
-def is_swept(cases: Sequence[Case], sweep: Tradeoff) -> bool:
-    """Whether all these cases are the one that was swept."""
-    return all(case_identity(case) == sweep.provenance.get("case") for case in cases)
+def _two_digits_above(value: float) -> float:
+    """The next number of two digits that is not less."""
+    if value <= 0:
+        return 0.0
+    unit = 10.0 ** (floor(log10(value)) - 1)
+    return next(number for n in range(3) if (number := float(f"{value + n * unit:.2g}")) >= value)
 
 
-def _base(sweep: Tradeoff) -> Fidelity:
-    """The preset around which the sweep was measured, as it still is."""
-    require(sweep.base in PRESETS, f"the sweep's base {sweep.base!r} is no preset: sweep around {', '.join(PRESETS)}")
-    base, then = PRESETS[sweep.base], sweep.provenance.get("fidelity", {})
-    now = json.loads(json.dumps(knobs_by_stage(base)))
-    changed = [
-        f"{stage}.{name}"
-        for stage, knobs in then.items()
-        for name, value in knobs.items()
-        if now[stage].get(name) != value
-    ]
-    require(
-        not changed,
-        f"the sweep of {sweep.case} was measured when {sweep.base} had other {', '.join(changed)}: measure it again "
-        "with `nvhchain tradeoff`",
-    )
-    return base
-
-
-def _rows(cases: Sequence[Case], sweep: Tradeoff) -> list[tuple[Measurement, Knob, tuple[object, ...]]]:
-    """Rows of single knobs that some case looks at and that were not refused, with the knob and its value.
-
-    Those of models beyond the yardstick's own (`BEYOND`) are left out: the yardstick is not their truth.
-    """
-    knobs = [knob for case in cases for knob in knobs_of(case)]
-    known = {(knob.name, spoken(value)): (knob, value) for knob in knobs for value in knob.values}
-    return [
-        (row, *known[row.knob, row.value])
-        for row in sweep.measurements[1:]
-        if row.deviation is not None and (row.knob, row.value) in known and (row.knob, row.value) not in BEYOND
-    ]
-
-
-def _error(row: Measurement) -> float:
-    """dB of the overall level or of the worst mesh harmonic, whichever is larger."""
-    assert row.deviation is not None
-    return max(abs(row.deviation.overall), abs(row.deviation.worst_order))
-
-
-def _expectation(cases: Sequence[Case], base: Fidelity, sweep: Tradeoff) -> Callable[[Measurement, Fidelity], float]:
-    """dB that a row's error becomes in these cases, from the row and what was turned for it."""
-    same, swept = is_swept(cases, sweep), sweep.provenance.get("extent")
-
-    def expected(row: Measurement, turned: Fidelity) -> float:
-        error = _error(row)
-        if row.knob == PRESET:
-            return error if same else error * elsewhere.MARGIN * elsewhere.beyond_held_out(turned, base, cases)
-        error *= elsewhere.growth(turned, base, cases, swept)
-        return error if same else error * elsewhere.MARGIN
-
-    return expected
-
-
-def _offers(cases: Sequence[Case], base: Fidelity, sweep: Tradeoff) -> list[_Offer]:
-    """What the sweep has to offer to these cases: settings that are not refused by themselves."""
-    expected = _expectation(cases, base, sweep)
-    offers = [
-        _Offer(knob, value, expected(row, knob.turned(base, value)), _shares(row, sweep))
-        for row, knob, value in _rows(cases, sweep)
-    ]
-    return [offer for offer in offers if _possible(cases, base, [offer])]
-
-
-def _presets(cases: Sequence[Case], sweep: Tradeoff, most: float) -> list[tuple[Fidelity, _Offer]]:
-    """Joint presets with an error of `most` dB at most that the chain takes for all cases."""
-    found, expected = [], _expectation(cases, PRESETS[sweep.base], sweep)
-    for row in sweep.measurements[1:]:
-        if row.knob == PRESET and row.deviation is not None:
-            preset = PRESETS[row.value]
-            error = expected(row, preset)
-            if error <= most and _possible(cases, preset, []):
-                found.append((preset, _Offer(Knob(PRESET, (), ()), (row.value,), error, _shares(row, sweep))))
-    return found
-
-
-def _shares(row: Measurement, sweep: Tradeoff) -> dict[str, float]:
-    """What a row leaves of every stage's processor time; of a stage that it drops, nothing."""
-    before = sweep.measurements[0].stages
-    return {
-        stage: (row.stages[stage].processor / cost.processor if stage in row.stages else 0.0)
-        for stage, cost in before.items()
-        if cost.processor > 0
-    }
-
-
-def _possible(cases: Sequence[Case], base: Fidelity, offers: list[_Offer]) -> bool:
-    """Whether the chain takes these settings for all cases, without a warning."""
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error", AccuracyWarning)
-            for case in cases:
-                check_knobs(case, _turned(base, offers))
-    except (InputError, AccuracyWarning):
-        return False
-    return True
-
-
-def _turned(base: Fidelity, offers: list[_Offer]) -> Fidelity:
-    for offer in offers:
-        base = offer.knob.turned(base, offer.value)
-    return base
-
-
-def _taken(knob: Knob, turned: Mapping[str, _Offer]) -> bool:
+def _taken(knob: Knob, turned: Mapping[str, Offer]) -> bool:
     """Whether one of its fields is turned already, by another knob."""
     others = [offer.knob for name, offer in turned.items() if name != knob.name]
     return any(other.stage == knob.stage and not set(other.fields).isdisjoint(knob.fields) for other in others)
 
 
-def _sum(turned: Mapping[str, _Offer]) -> float:
+def _sum(turned: Mapping[str, Offer]) -> float:
     """dB of all settings together."""
     return sum(offer.error for offer in turned.values())
 
 
-def _seconds_by_stage(cases: Sequence[Case], base: Fidelity, sweep: Tradeoff) -> dict[str, float]:
+def _seconds_by_stage(task: Task) -> dict[str, float]:
     """s that the cases take at the base by stage of the sweep."""
     seconds: dict[str, float] = {}
-    for stage in [stage for case in cases for stage in plan(case, fidelity=base).stages]:
+    for stage in [stage for case in task.cases for stage in stages_to_make(case, task.base, task.given)]:
         like = next(name for start, name in _MEASURED_AS.items() if stage.name.startswith(start))
-        measured = next((name for name in sweep.measurements[0].stages if name.startswith(like)), like)
+        measured = next((name for name in task.sweep.measurements[0].stages if name.startswith(like)), like)
         seconds[measured] = seconds.get(measured, 0.0) + stage.seconds
     return seconds
 
 
-def _total(seconds: Mapping[str, float], turned: Mapping[str, _Offer] | None = None) -> float:
+def _total(seconds: Mapping[str, float], turned: Mapping[str, Offer] | None = None) -> float:
     """s of all stages when these settings are turned."""
     return sum(
         value * prod(offer.shares.get(stage, 1.0) for offer in (turned or {}).values())

@@ -4,7 +4,7 @@ from dataclasses import asdict, fields, replace
 
 import pytest
 
-from nvhchain.case import Ramp
+from nvhchain.case import HousingModel, ModalResults, Ramp, SurfaceFile
 from nvhchain.errors import InputError
 from nvhchain.fidelity import DRAFT, REFERENCE, STANDARD
 from nvhchain.tradeoff import KNOBS, NOT_SWEPT, knobs_of, records, variants
@@ -55,6 +55,40 @@ def test_a_radiator_turns_acoustics_only_and_a_steady_gearbox_nothing_of_the_run
     assert {knob.stage for knob in knobs_of(sphere)} == {"acoustics"}
     assert {knob.stage for knob in knobs_of(gearbox)} == set(STAGES)
     assert not any(knob.run_up for knob in knobs_of(gearbox))
+
+
+def test_a_housing_from_elsewhere_has_no_elements_to_turn_and_its_modes_no_tolerance(gearbox):
+    own = {knob.name for knob in knobs_of(gearbox)}
+    elements = {"housing.element_size", "housing.elements_per_turn"}
+    model = replace(gearbox, housing=HousingModel("housing.bdf", "mm-t-s"))
+    modes = replace(gearbox, housing=ModalResults("modes.unv"))
+    shaped = replace(gearbox, housing=ModalResults("modes.unv", surface=SurfaceFile("skin.stl")))
+    faces = "acoustics.elements_per_wavelength+coarsest_elements_per_wavelength"
+    assert {knob.name for knob in knobs_of(model)} == own - elements
+    assert {knob.name for knob in knobs_of(modes)} == own - elements - {"housing.truncation_tolerance_db"}
+    assert {knob.name for knob in knobs_of(shaped)} == {knob.name for knob in knobs_of(modes)} - {faces}
+    with pytest.raises(InputError, match=r"'housing.element_size' is unknown or not used"):
+        knobs_of(model, ["housing.element_size"])
+
+
+def test_a_given_surface_is_not_meshed_anew(sphere):
+    faces = "acoustics.elements_per_wavelength+coarsest_elements_per_wavelength"
+    given = replace(sphere, body=SurfaceFile("body.stl"))
+    assert {knob.name for knob in knobs_of(sphere)} - {knob.name for knob in knobs_of(given)} == {faces}
+
+
+def test_ready_made_hand_offs_leave_the_knobs_of_what_is_still_made(gearbox):
+    def stages(*given):
+        return {knob.stage for knob in knobs_of(gearbox, given=given)}
+
+    assert stages("mesh_laws") == {"dynamics", "housing", "acoustics"}
+    assert stages("force_spectrum") == {"housing", "acoustics"}
+    assert stages("housing") == {"gear", "dynamics", "acoustics"}
+    assert stages("surface_velocity") == {"acoustics"}
+    between = {knob.name for knob in knobs_of(gearbox, given=("surface_velocity", "transfer_vectors"))}
+    assert between == {f"acoustics.interpolation{of}" for of in ("", "_points", "_poles")}
+    rubbing = replace(gearbox, options=replace(gearbox.options, friction=0.05))
+    assert "gear" in {knob.stage for knob in knobs_of(rubbing, given=("mesh_laws",))}  # of its load distribution
 
 
 def test_the_contact_problem_in_the_time_loop_is_swept_where_it_is_named_with_its_value(gearbox):

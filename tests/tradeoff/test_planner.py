@@ -12,10 +12,11 @@ import nvhchain as nvh
 from nvhchain.case import RadiatorCase
 from nvhchain.cli import main
 from nvhchain.errors import InputError
-from nvhchain.fidelity import REFERENCE, STANDARD
-from nvhchain.scene import Plan, Stage
+from nvhchain.fidelity import DRAFT, REFERENCE, STANDARD
+from nvhchain.radiator import radiator_velocity
+from nvhchain.scene import Stage, plan
 from nvhchain.tradeoff import Deviation, Measurement, Tradeoff, as_json, cheapest, markdown, planner, shipped
-from nvhchain.tradeoff.elsewhere import MARGIN, extent, growth
+from nvhchain.tradeoff.elsewhere import MARGIN, extent, growth, open_below
 from nvhchain.tradeoff.knobs import knobs_by_stage
 from nvhchain.tradeoff.measure import Cost
 from nvhchain.tradeoff.sweep import case_identity
@@ -52,9 +53,9 @@ def case(request):
 def sweep():
     base = Measurement("base", "reference", {stage: cost(s) for stage, s in BASE.items()}, None)
     rows = (
-        row("gear.width_layers", "4", 0.5, -2.0, mesh_law_stage=15.0),
+        row("gear.width_layers", "6", 0.5, -2.0, mesh_law_stage=15.0),
         row("gear.width_layers", "8", 0.02, 0.1, mesh_law_stage=30.0),
-        row("gear.slices", "16", 0.01, -0.05, mesh_law_stage=54.0),
+        row("gear.row_aspect", "2.5", 0.01, -0.05, mesh_law_stage=54.0),
         row("gear.deflections", "24", 0.0, 0.3, mesh_law_stage=59.9),
         row("dynamics.gyroscopic", "True", 0.4, 0.4),
         row("housing.element_size", "0.013", -0.2, 0.4, housing=12.0),
@@ -73,14 +74,13 @@ def scene(monkeypatch):
     """What the stages of every case take, and for which fidelity that was asked."""
     asked = []
 
-    def plan(case, *, fidelity):
+    def stages_to_make(case, fidelity, given):
         asked.append(fidelity)
         silent = not {"pressure", "sound_power", "directivity"}.intersection(case.quantities)
         names = ["transfer vectors"] if isinstance(case, RadiatorCase) else list(SCENE)
-        stages = [Stage(name, "", SCENE[name], 1.0) for name in names if name != "transfer vectors" or not silent]
-        return Plan(case.name, fidelity.name, tuple(stages), ())
+        return tuple(Stage(name, "", SCENE[name], 1.0) for name in names if name != "transfer vectors" or not silent)
 
-    monkeypatch.setattr(planner, "plan", plan)
+    monkeypatch.setattr(planner, "stages_to_make", stages_to_make)
     return asked
 
 
@@ -101,17 +101,17 @@ def test_one_decibel_buys_the_gentle_settings_and_their_errors_add_up(case, swee
         "acoustics.precision": "single",
         "gear.width_layers": "8",
         "housing.element_size": "0.013",
-        "gear.slices": "16",
+        "gear.row_aspect": "2.5",
     }
     assert choice.expected_error_db == pytest.approx(0.1 + 0.4 + 0.05)
     assert choice.fidelity.gear.width_layers == 8
-    assert choice.fidelity.gear.slices == 16
+    assert choice.fidelity.gear.row_aspect == 2.5
     assert choice.fidelity.gear.deflections == REFERENCE.gear.deflections
     assert choice.fidelity.housing.element_size == 0.013
     assert choice.fidelity.acoustics.precision == "single"
     assert choice.fidelity.dynamics == REFERENCE.dynamics
     assert "gear.width_layers = 8 (0.1 dB)" in str(choice)
-    assert "gear.slices" not in cheapest(case, 0.75, sweep).turned  # 0.55 dB exceed the share of 0.75 dB
+    assert "gear.row_aspect" not in cheapest(case, 0.75, sweep).turned  # 0.55 dB exceed the share of 0.75 dB
     assert set(scene) == {REFERENCE}
 
 
@@ -130,10 +130,10 @@ def test_several_cases_are_run_alike_and_their_times_add_up(case, sweep):
 
 
 def test_a_wide_tolerance_turns_further_and_never_two_settings_of_one_knob(case, sweep):
-    """8 layers save more per error, 4 more in all."""
+    """8 layers save more per error, 6 more in all."""
     choice = cheapest(case, 5.0, sweep)
-    assert choice.turned["gear.width_layers"] == "4"
-    assert choice.fidelity.gear.width_layers == 4
+    assert choice.turned["gear.width_layers"] == "6"
+    assert choice.fidelity.gear.width_layers == 6
     assert choice.expected_error_db == pytest.approx(2.0 + 0.4 + 0.05)
     assert choice.expected_seconds == pytest.approx(60 * (15 / 60) * (54 / 60) + 60 * (12 / 30) + 6 + 74 * (7 / 10))
     assert choice.expected_seconds < cheapest(case, 1.0, sweep).expected_seconds
@@ -153,7 +153,7 @@ def test_a_preset_is_taken_where_it_keeps_to_the_tolerance_and_is_quicker(case, 
 
 def test_no_choice_within_the_share_of_the_tolerance_would_be_quicker_by_more_than_the_smallest_gain(case, sweep):
     """Against all combinations."""
-    settings = {"gear.width_layers": [(1, 0), (0.25, 2), (0.5, 0.1)], "gear.slices": [(1, 0), (0.9, 0.05)]}
+    settings = {"gear.width_layers": [(1, 0), (0.25, 2), (0.5, 0.1)], "gear.row_aspect": [(1, 0), (0.9, 0.05)]}
     for tolerance in (0.3, 0.5, 0.75, 1.0, 3.0, 4.0, 5.0):
         quickest = min(
             60 * a * b + 60 * c + 6 + 74 * 0.7
@@ -166,10 +166,10 @@ def test_no_choice_within_the_share_of_the_tolerance_would_be_quicker_by_more_th
 
 def test_a_small_tolerance_leaves_all_but_what_costs_nothing(case, sweep):
     choice = cheapest(case, 0.11, sweep)
-    assert choice.turned == {"acoustics.precision": "single", "gear.slices": "16"}
+    assert choice.turned == {"acoustics.precision": "single", "gear.row_aspect": "2.5"}
     nothing = replace(sweep, measurements=(sweep.measurements[0], *sweep.measurements[-9:-1]))
     assert knobs_by_stage(cheapest(case, 0.01, nothing).fidelity) == knobs_by_stage(REFERENCE)
-    assert "every knob as in reference" in str(cheapest(case, 0.01, nothing))
+    assert "every knob as in reference: no other setting saves 1 %" in str(cheapest(case, 0.01, nothing))
 
 
 def test_a_tolerance_finer_than_the_base_is_known_is_refused_with_the_best_there_is(case, sweep):
@@ -177,7 +177,7 @@ def test_a_tolerance_finer_than_the_base_is_known_is_refused_with_the_best_there
     with pytest.raises(InputError, match=r"0.09 dB is not reached.* reference, is itself known to 0.1 dB"):
         cheapest(case, 0.09, sweep)
     assert cheapest(case, 0.1, sweep).base_error_db == pytest.approx(0.1)
-    second = (row("gear.slices", "32", 0.0, -0.24), *sweep.measurements[-1:])
+    second = (row("gear.row_aspect", "1.5", 0.0, -0.24), *sweep.measurements[-1:])
     assert planner.base_error(replace(sweep, measurements=(*sweep.measurements[:-1], *second)), case) == pytest.approx(
         0.26
     )
@@ -192,6 +192,56 @@ def test_a_stage_of_which_the_sweep_tells_nothing_is_refused(case, sweep, sphere
     cheapest(asked, 1.0, replace(sweep, measurements=without))
 
 
+def test_the_least_tolerance_that_a_refusal_names_is_not_refused(case, sweep):
+    """0.1204 dB in two digits are 0.12, of which as much is missing."""
+    coarse = replace(sweep, measurements=(*sweep.measurements, row("gear.row_aspect", "1.5", 0.0, 0.06704)))
+    assert planner.base_error(coarse, case) == pytest.approx(0.1204, abs=1e-5)
+    with pytest.raises(InputError) as refused:
+        cheapest(case, 0.1, coarse)
+    least = float(str(refused.value).split("ask for ")[1].split(" dB")[0])
+    assert least == 0.13
+    cheapest(case, least, coarse)
+
+
+def test_thin_walls_of_which_the_base_warns_itself_leave_all_that_warns_of_nothing_more(case, sweep):
+    """9 mm elements are too stiff in walls of 2.5 mm, 13 mm elements still more."""
+    thin = replace(case, housing=replace(case.housing, wall=2.5e-3, end_wall=2.5e-3))
+    everything = set(cheapest(case, 1.0, sweep).turned)
+    assert set(cheapest(thin, 1.0, sweep).turned) == everything - {"housing.element_size"}
+
+
+def test_what_the_base_cannot_do_is_refused(case, sweep):
+    soft = replace(case.housing.material, young=3e9)
+    thin = replace(case.housing, wall=1e-3, end_wall=1e-3, material=soft)
+    with pytest.raises(InputError, match="per bending wavelength"):
+        cheapest(replace(case, housing=thin, band=replace(case.band, high=20_000.0)), 60.0, sweep)
+
+
+def test_cheaper_levels_of_radiation_of_which_a_run_warns_are_never_chosen(case, sweep):
+    row_ = row("acoustics.radiation", "rayleigh", 0.0, 0.0, transfer_vectors=0.1)
+    swept = replace(sweep, measurements=(*sweep.measurements, row_))
+    assert "acoustics.radiation" not in cheapest(case, 99.0, swept).turned
+
+
+@pytest.mark.parametrize(
+    ("given", "seconds", "knobs"),
+    [
+        ((), {"housing", "mesh law stage", "bearing forces", "transfer vectors", "velocity, pressure"}, "gha"),
+        (("mesh_laws",), {"housing", "bearing forces", "transfer vectors", "velocity, pressure"}, "ha"),
+        (("bearing_forces",), {"housing", "transfer vectors", "velocity, pressure"}, "ha"),
+        (("housing",), {"mesh law stage", "bearing forces", "transfer vectors", "velocity, pressure"}, "ga"),
+        (("mesh_laws", "housing", "transfer_vectors"), {"bearing forces", "velocity, pressure"}, ""),
+    ],
+)
+def test_what_is_handed_in_is_neither_counted_nor_turned(case, sweep, monkeypatch, given, seconds, knobs):
+    monkeypatch.undo()
+    planned = {stage.name: stage.seconds for stage in plan(case, fidelity=REFERENCE).stages}
+    points = [row("acoustics.interpolation_points", value, 0.0, 0.0) for value in ("4", "6")]
+    choice = cheapest(case, 6.0, replace(sweep, measurements=(*sweep.measurements, *points)), given=given)
+    assert choice.base_seconds == pytest.approx(sum(planned[name] for name in seconds))
+    assert {name[0] for name in choice.turned} == set(knobs)
+
+
 def test_no_case_is_refused(sweep):
     with pytest.raises(InputError, match="no case"):
         cheapest([], 1.0, sweep)
@@ -204,7 +254,7 @@ def test_in_another_case_errors_grow_as_much_as_they_did_where_they_were_held_ou
         "acoustics.precision": "single",
         "gear.width_layers": "8",
         "housing.element_size": "0.013",
-        "gear.slices": "16",
+        "gear.row_aspect": "2.5",
     }
     assert choice.expected_error_db == pytest.approx(MARGIN * (0.1 + 0.4 + 0.05))
     assert choice.base_error_db == pytest.approx(0.1)
@@ -255,15 +305,49 @@ def test_elements_of_the_housing_err_with_the_square_of_their_size_over_the_wave
 
 
 @pytest.mark.parametrize("tolerance", [0.5, 1.0, 3.0])
-def test_wide_gears_never_get_four_layers(two_stages, sweep, monkeypatch, tolerance):
-    """16/2.7 modules wide as swept, 4 layers cost 0.1 dB; the second stage's gears are 14.9 modules wide."""
+def test_wide_gears_do_not_get_the_layers_that_narrow_ones_get(two_stages, sweep, monkeypatch, tolerance):
+    """16/2.7 modules wide as swept, 10 layers cost 0.1 dB; the second stage's gears are 14.9 modules wide."""
     monkeypatch.setattr(planner, "is_swept", lambda cases, sweep: False)
     rows = [one for one in sweep.measurements if one.knob != "gear.width_layers"]
-    rows[1:1] = [row("gear.width_layers", "4", -0.05, -0.1, mesh_law_stage=15.0)]
+    rows[1:1] = [row("gear.width_layers", "10", -0.05, -0.1, mesh_law_stage=15.0)]
     narrow = replace(sweep, measurements=tuple(rows))
-    assert cheapest(two_stages, 1.0, narrow).turned["gear.width_layers"] == "4"
+    assert cheapest(two_stages, 1.0, narrow).turned["gear.width_layers"] == "10"
     wide = replace(narrow, provenance={"extent": {"width": [16 / 2.7], "overlap": [0.3275], "wave": 0.1116}})
     assert "gear.width_layers" not in cheapest(two_stages, tolerance, wide).turned
+
+
+@pytest.mark.parametrize(("rpm", "layers"), [(1800, "6"), (1137, "8")])
+def test_layers_are_not_taken_whose_error_band_grows_by_more_than_the_tolerance(case, sweep, rpm, layers):
+    """Measured to cost nothing, 4 layers leave the seventh harmonic no lower limit of use, and 6 the tenth."""
+    rows = [one for one in sweep.measurements if one.knob != "gear.width_layers"]
+    saved = {"4": 10.0, "6": 20.0, "8": 30.0}
+    rows[1:1] = [row("gear.width_layers", value, 0.0, 0.0, mesh_law_stage=left) for value, left in saved.items()]
+    free = replace(sweep, measurements=tuple(rows))
+    there = replace(case, operation=replace(case.operation, input_speed=rpm * np.pi / 30))
+    assert cheapest(there, 1.5, free).turned["gear.width_layers"] == layers
+    limits = {
+        count: open_below(replace(REFERENCE, gear=replace(REFERENCE.gear, width_layers=int(count))), there)[0]
+        for count in saved
+    }
+    assert all(
+        (below < 1.5 + open_below(REFERENCE, there)[0]) == (int(n) >= int(layers)) for n, below in limits.items()
+    )
+    given = cheapest(there, 1.5, free, given=("mesh_laws",))
+    assert "gear.width_layers" not in given.turned
+    coarse = replace(REFERENCE, gear=replace(REFERENCE.gear, bodies="analytic"))
+    assert open_below(coarse, there) == [np.inf]
+
+
+def test_harmonics_of_which_the_base_knows_less_than_the_tolerance_bind_nothing(two_stages, sweep):
+    """The tenth of the second stage, whose gears are wide, is 20 dB open at `reference`."""
+    assert open_below(REFERENCE, two_stages) == pytest.approx([0.34, 20.4], abs=0.1)
+    at_draft = open_below(DRAFT, two_stages)
+    assert at_draft[0] == pytest.approx(2.47, abs=0.02)
+    assert at_draft[1] == np.inf
+    rows = [row("gear.width_layers", "6", 0.0, 0.0, mesh_law_stage=15.0)]
+    free = replace(sweep, measurements=(sweep.measurements[0], *rows, *sweep.measurements[3:]))
+    assert cheapest(two_stages, 15.0, free).turned["gear.width_layers"] == "6"
+    assert "gear.width_layers" not in cheapest(two_stages, 3.0, free).turned  # for the sixth of the first stage
 
 
 def test_models_beyond_the_yardstick_are_marked_in_the_table(sweep):
@@ -366,6 +450,21 @@ def test_run_takes_what_the_planner_chooses_and_says_so(request, shipped_table, 
     stored = nvh.store.load(tmp_path / "pressure.h5").provenance["fidelity"]
     assert stored["precision"] == "single"
     assert stored["quadrature_order"] == REFERENCE.acoustics.quadrature_order
+
+
+def test_the_planner_is_told_what_a_run_finds_ready_made(request, tmp_path, monkeypatch, capsys):
+    told = []
+
+    def planned(cases, tolerance, *, given):
+        told.append(set(given))
+        raise InputError("seen")
+
+    monkeypatch.setattr("nvhchain.tradeoff.cheapest", planned)
+    case = request.config.rootpath / "cases/sphere/pulsating.toml"
+    nvh.store.save(radiator_velocity(nvh.load_case(case), DRAFT.acoustics), tmp_path / "v.h5")
+    assert main(["run", str(case), "--tolerance-db", "1", "--use", str(tmp_path / "v.h5")]) == 2
+    assert told == [{"surface_velocity"}]
+    assert capsys.readouterr().err == "nvhchain: seen\n"
 
 
 def test_a_run_whose_band_is_wider_than_the_tolerance_says_so(request, shipped_table, tmp_path, capsys):

@@ -75,27 +75,32 @@ class ErrorBand:
         The errors of one source go the same way at all lines (a mesh is too stiff everywhere), those of `housing` one
         way below a resonance and the other above it: the first add up over the lines, the second in quadrature.
         Energy changes by (p ± e)² − p², summed; for the lower limit by Cauchy and Schwarz at most to (1 − Σpe/Σp²)².
+        The upper one of silence is that of its error.
         """
         weight = np.ones((len(self.frequency), 1))
         if self.weighted:
             weight = 10 ** (levels.a_weighting(self.frequency) / 10)[:, None]
         amplitude, error = self.amplitude / self._unit, self.error / self._unit
         energy = (weight * amplitude**2).sum(axis=0)
-        energy = np.where(energy > 0, energy, 1.0)
         squares = np.zeros_like(energy)
         for name, source in self.sources.items():
             parts = weight * amplitude * (source / self._unit)
             squares += (parts**2).sum(axis=0) if name == "housing" else parts.sum(axis=0) ** 2
-        share = COVERAGE * np.sqrt(squares) / energy
-        added = (weight * error**2).sum(axis=0) / energy
+        moved = COVERAGE * np.sqrt(squares)
+        left = np.maximum(1.0 - moved / np.where(energy > 0, energy, 1.0), 0.0)
+        most = energy + 2.0 * moved + (weight * error**2).sum(axis=0)
         with np.errstate(divide="ignore"):
-            limits = np.log10([np.maximum(1.0 - share, 0.0) ** 2, 1.0 + 2.0 * share + added])
-        return np.asarray(self.level[:, None] + 10 * limits.T)
+            lower = self.level + 20 * np.log10(left)
+            upper = levels.decibel(self._unit, self.reference) + 10 * np.log10(most)
+        return np.stack([lower, np.maximum(upper, self.level)], axis=1)
 
 
 def format_level(level: float, unit: str, limits: Sequence[float | None]) -> str:
     """Level and its limits as text."""
-    return "silence" if level <= NO_LIMIT else f"{level:.1f} {unit} ({format_limits(limits)})"
+    if level > NO_LIMIT:
+        return f"{level:.1f} {unit} ({format_limits(limits)})"
+    upper = limits[1]
+    return "silence" if upper is None or upper <= NO_LIMIT else f"silence ({format_limits([None, upper])} {unit})"
 
 
 def format_limits(limits: Sequence[float | None]) -> str:

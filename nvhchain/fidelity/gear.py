@@ -71,4 +71,12 @@ class GearFidelity:
         )
         whole(self, "gear", "profile_elements", "width_layers", "slices", "angles_per_mesh", "deflections")
         whole(self, "gear", "transverse_refinement", "root_refinement")
+        # of those beyond both ends of the gap, as the mesh law shares them; the fewest deflections leave two
+        driven = (self.deflections - 2) * self.drive_reach / (self.drive_reach + self.back_reach)
+        require(
+            driven > 1.5,
+            f"gear back_reach = {self.back_reach:g} beside drive_reach = {self.drive_reach:g} leaves {driven:.2g} of "
+            f"{self.deflections} deflections to the drive flank, which needs 2: lower back_reach, or raise drive_reach "
+            "or deflections",
+        )
         require(self.bodies in BODIES, f"gear bodies = {self.bodies!r} is unknown: choose from {', '.join(BODIES)}")

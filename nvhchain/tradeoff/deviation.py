@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import inf, isfinite
 
 import numpy as np
 
@@ -26,13 +27,18 @@ class Deviation:
     """Errors in dB, with their sign, at the field point where they are largest.
 
     overall: of the level in dB(A).  worst_line: of the worst line within `REACH` of the strongest, at worst_frequency
-    (Hz).  orders: harmonic of a mesh order → error, where it is within `REACH`; empty without gears.
+    (Hz).  orders: harmonic of a mesh order → error, where it is within `REACH`; empty without gears.  Raises
+    InputError for errors that are no numbers.
     """
 
     overall: float
     worst_line: float
     worst_frequency: float
     orders: dict[float, float]
+
+    def __post_init__(self) -> None:
+        for error in (self.overall, self.worst_line, *self.orders.values()):
+            require(isfinite(error), f"an error of {error} dB is none: measure it again with `nvhchain tradeoff`")
 
     @property
     def worst_order(self) -> float:
@@ -45,44 +51,60 @@ def deviation(
 ) -> Deviation:
     """Errors of `pressure` against `yardstick` at the same points.
 
-    mesh_orders: per turn of the input shaft.  Lines of the yardstick that `pressure` lacks count as silent there.
-    Raises InputError for other points.
+    mesh_orders: per turn of the input shaft.  reach: dB.  A line that one of them lacks is silent there; one that
+    `pressure` alone has counts where it is within `reach` of the yardstick's strongest.
+    Raises InputError for other points, mesh orders that are not positive and no reach.
     """
-    require(
-        np.allclose(pressure.points, yardstick.points, rtol=0, atol=1e-9),
-        f"pressures at {pressure.points.tolist()} m and {yardstick.points.tolist()} m: compare the same points",
-    )
-    values = at_lines(pressure, yardstick.frequency)
-    size, true = np.abs(values), np.abs(yardstick.pressure)
-    loud = true >= 10 ** (-reach / 20) * true.max(axis=0)
+    _check_points(pressure, yardstick)
+    require(reach > 0, f"reach = {reach} dB must be positive: lines so far below the strongest are compared")
+    for mesh in mesh_orders:
+        require(0 < mesh < inf, f"mesh order {mesh} must be positive and finite: it is per turn of the input shaft")
+    extra = pressure.frequency[_nearest(yardstick, pressure.frequency)[1]]
+    lines = np.sort(np.concatenate([yardstick.frequency, extra]))
+    own, right = _at_lines(pressure, lines), _at_lines(yardstick, lines)
+    size, true = np.abs(own), np.abs(right)
+    alone = _nearest(yardstick, lines)[1][:, None]
+    loud = np.where(alone, size, true) >= 10 ** (-reach / 20) * true.max(axis=0)
     error = np.where(loud, levels.decibel(size) - levels.decibel(true), 0.0)
     line, point = np.unravel_index(int(np.abs(error).argmax()), error.shape)
-    overall = levels.overall(yardstick.frequency, values) - levels.overall(yardstick.frequency, yardstick.pressure)
+    overall = levels.overall(lines, own) - levels.overall(lines, right)
     return Deviation(
         float(overall[np.abs(overall).argmax()]),
         float(error[line, point]),
-        float(yardstick.frequency[line]),
-        _orders(yardstick, error, loud.any(axis=1), mesh_orders),
+        float(lines[line]),
+        _orders(lines, yardstick.input_speed / (2 * np.pi), error, loud.any(axis=1), mesh_orders),
     )
 
 
-def at_lines(pressure: FieldPressure, lines: FloatArray) -> ComplexArray:
-    """Pressure (n_line, n_point) at `lines` (Hz), zero where it has no such line."""
+def _nearest(pressure: FieldPressure, lines: FloatArray) -> tuple[np.ndarray, np.ndarray]:
+    """(n_line,) of each of `lines` (Hz): index of the nearest one of `pressure`, and whether it is another one."""
     nearest = np.searchsorted(0.5 * (pressure.frequency[1:] + pressure.frequency[:-1]), lines)
-    there = np.abs(pressure.frequency[nearest] - lines) <= _SAME_LINE * lines
-    return np.where(there[:, None], pressure.pressure[nearest], 0.0)
+    return nearest, np.abs(pressure.frequency[nearest] - lines) > _SAME_LINE * lines
+
+
+def _at_lines(pressure: FieldPressure, lines: FloatArray) -> ComplexArray:
+    """Pressure (n_line, n_point) at `lines` (Hz), zero where it has no such line."""
+    nearest, missing = _nearest(pressure, lines)
+    return np.where(missing[:, None], 0.0, pressure.pressure[nearest])
+
+
+def _check_points(pressure: FieldPressure | PressureHistory, yardstick: FieldPressure | PressureHistory) -> None:
+    here, there = pressure.points, yardstick.points
+    require(
+        here.shape == there.shape and np.allclose(here, there, rtol=0, atol=1e-9),
+        f"pressures at {here.tolist()} m and {there.tolist()} m: compare the same points",
+    )
 
 
 def _orders(
-    yardstick: FieldPressure, error: FloatArray, loud: np.ndarray, mesh_orders: Sequence[float]
+    lines: FloatArray, turns: float, error: FloatArray, loud: np.ndarray, mesh_orders: Sequence[float]
 ) -> dict[float, float]:
-    """Error of every loud harmonic of the mesh orders, at its worst point."""
-    turns = yardstick.input_speed / (2 * np.pi)
+    """Error of every loud harmonic of the mesh orders, at its worst point.  turns: of the input shaft, 1/s."""
     if not turns:
         return {}
     found: dict[float, float] = {}
     for line in np.flatnonzero(loud):
-        order = yardstick.frequency[line] / turns
+        order = lines[line] / turns
         for mesh in mesh_orders:
             harmonic = round(order / mesh)
             if harmonic >= 1 and abs(order - harmonic * mesh) <= _SAME_LINE * order:
@@ -96,10 +118,7 @@ def deviation_in_time(pressure: PressureHistory, yardstick: PressureHistory) -> 
     The worst of `PARTS` equal parts of the record within `REACH` of the loudest takes the place of the worst line, and
     the input's turns per second in its middle that of the frequency.  Raises InputError for other points.
     """
-    require(
-        np.allclose(pressure.points, yardstick.points, rtol=0, atol=1e-9),
-        f"pressures at {pressure.points.tolist()} m and {yardstick.points.tolist()} m: compare the same points",
-    )
+    _check_points(pressure, yardstick)
     overall = _equivalent(pressure, 1)[0] - _equivalent(yardstick, 1)[0]
     true = _equivalent(yardstick, PARTS)
     error = np.where(true >= true.max(axis=0) - REACH, _equivalent(pressure, PARTS) - true, 0.0)

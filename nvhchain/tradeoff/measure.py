@@ -11,13 +11,14 @@ import sys
 import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import astuple, dataclass, field
+from math import inf
 from pathlib import Path
 from typing import Any
 
 import psutil
 
 from nvhchain.case import Case
-from nvhchain.errors import FileFormatError, SolverError
+from nvhchain.errors import FileFormatError, SolverError, require
 from nvhchain.fidelity import Fidelity
 from nvhchain.resume import Watcher
 from nvhchain.store import write_text
@@ -34,12 +35,17 @@ class Cost:
     """Of one stage.
 
     seconds: wall time.  processor: s of all processors, user and system, which other work on the machine hardly moves.
-    megabytes: peak resident memory.  The last two are of the process and its children.
+    megabytes: peak resident memory.  The last two are of the process and its children.  Raises InputError for less than
+    nothing and what is no number.
     """
 
     seconds: float
     processor: float
     megabytes: float
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            require(0 <= value < inf, f"a stage that took {value} {name} is none: measure it again")
 
 
 @dataclass

@@ -130,7 +130,7 @@ def presets_for(task: Task, most: float) -> list[tuple[Fidelity, Offer]]:
     if "transfer_vectors" in task.given:  # which belong to the surface that one fidelity made
         return []
     for row in task.sweep.measurements[1:]:
-        if row.knob == PRESET and row.deviation is not None:
+        if row.knob == PRESET and row.value in PRESETS and row.deviation is not None:
             preset = PRESETS[row.value]
             error = expected(row, preset)
             if error <= most and possible(task, preset):

@@ -75,18 +75,23 @@ def as_json(sweep: Tradeoff) -> str:
 
 
 def from_json(path: str | Path) -> Tradeoff:
-    """A sweep that `as_json` wrote.  Raises FileFormatError for a file that is missing or something else."""
+    """A sweep that `as_json` wrote.  Raises FileFormatError for a file that is missing or something else, or in which
+    something is not finite."""
     path = Path(path)
     if not path.is_file():
         raise FileFormatError(f"{path}: no such file: measure it with `nvhchain tradeoff`")
     try:
-        record = json.loads(path.read_text())
+        record = json.loads(path.read_text(encoding="utf-8"), parse_constant=_no_number)
         rows = tuple(measurement(row) for row in record["measurements"])
         return Tradeoff(record["case"], record["base"], rows, record["provenance"], _pressure(record.get("yardstick")))
-    except (json.JSONDecodeError, KeyError, TypeError) as error:
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise FileFormatError(
             f"{path}: not the table of a sweep ({error}): measure it with `nvhchain tradeoff`"
         ) from None
+
+
+def _no_number(constant: str) -> None:
+    raise ValueError(f"{constant} is no number")
 
 
 def _pressure(record: dict[str, Any] | None) -> FieldPressure | None:

@@ -43,6 +43,20 @@ def test_lines_that_are_missing_count_as_silent():
     assert found.worst_frequency == pytest.approx(4 * TURNS)
 
 
+def test_lines_that_the_yardstick_lacks_are_errors_where_it_would_compare_them():
+    """Beside three equal ones a line four times as strong, on a mesh order, and one 46 dB below them."""
+    lines = TURNS * np.array([35.0, 36.0, 37.0, 40.0, 41.0])
+    found = deviation(
+        pressure([[1, 1], [1, 1], [1, 1], [4, 4], [0.005, 0.005]], lines), pressure(np.ones((3, 2)), lines[:3]), [20.0]
+    )
+    assert found.overall == pytest.approx(10 * np.log10(1 + 16 / 3), abs=0.3)  # A-weighting
+    assert found.worst_line > 1000
+    assert found.worst_frequency == pytest.approx(40 * TURNS)
+    assert set(found.orders) == {40.0}
+    quiet = deviation(pressure([[1, 1], [0.005, 0.005]], lines[-2:]), pressure(np.ones((1, 2)), lines[-2:-1]))
+    assert quiet.worst_line == 0
+
+
 def test_fifty_thousand_lines_are_found_in_each_other_without_a_matrix_of_their_distances():
     true = np.ones((50_000, 2))
     tracemalloc.start()
@@ -54,9 +68,23 @@ def test_fifty_thousand_lines_are_found_in_each_other_without_a_matrix_of_their_
 
 
 def test_other_field_points_are_refused():
-    moved = FieldPressure([100.0], POINTS + 0.1, np.ones((1, 2)))
-    with pytest.raises(InputError, match="compare the same points"):
-        deviation(moved, FieldPressure([100.0], POINTS, np.ones((1, 2))))
+    here = FieldPressure([100.0], POINTS, np.ones((1, 2)))
+    for points in (POINTS + 0.1, np.vstack([POINTS, POINTS + 1.0])):
+        with pytest.raises(InputError, match="compare the same points"):
+            deviation(FieldPressure([100.0], points, np.ones((1, len(points)))), here)
+
+
+@pytest.mark.parametrize("order", [0.0, -20.0, np.nan, np.inf])
+def test_mesh_orders_that_are_none_are_refused(order):
+    one = pressure(np.ones((3, 2)))
+    with pytest.raises(InputError, match=r"mesh order .* must be positive and finite"):
+        deviation(one, one, [order])
+
+
+def test_no_reach_is_refused():
+    one = pressure(np.ones((3, 2)))
+    with pytest.raises(InputError, match=r"reach = -3.0 dB must be positive"):
+        deviation(one, one, reach=-3.0)
 
 
 def test_a_run_up_twice_as_loud_in_one_twentieth_is_six_decibels_off_there():

@@ -64,6 +64,20 @@ def test_a_level_is_told_with_its_limits_and_silence_as_such():
     assert format_level(silent.level[0], "dB(A)", silent.overall[0]) == "silence"
 
 
+def test_silence_with_an_error_is_as_loud_as_that_at_most():
+    """0.05 Pa, covered twice, in one place; in the other there is neither sound nor error."""
+    error = np.array([[0.05, 0.0]])
+    made = ErrorBand(np.array([1000.0]), np.zeros((1, 2)), {"gear": error, "housing": 0 * error})
+    assert made.overall[0, 1] == pytest.approx(decibel(0.1))
+    assert made.overall[0, 1] == pytest.approx(made.upper[0, 0])
+    assert made.overall[0, 0] < -1000
+    assert made.overall[1].max() < -1000
+    assert format_level(made.level[0], "dB(A)", made.overall[0]) == "silence (below 71.0 dB(A))"
+    assert format_level(made.level[1], "dB(A)", made.overall[1]) == "silence"
+    faint = replace(made, amplitude=np.full((1, 2), 1e-200))  # whose energy over that of the error is no number
+    assert faint.overall[0, 1] == pytest.approx(made.overall[0, 1])
+
+
 @pytest.mark.parametrize("relative", [0.05, 0.2, 0.4])
 def test_overall_limits_hold_errors_that_go_the_same_way_at_all_lines(relative):
     frequency, pressure = np.array([900.0, 1000.0, 1100.0]), np.array([[1.0], [0.3], [0.6]])

@@ -2,7 +2,6 @@
 
 import csv
 import io
-import json
 import shutil
 import subprocess
 import sys
@@ -16,9 +15,22 @@ import nvhchain as nvh
 from nvhchain.case import HousingModel, SurfaceFile
 from nvhchain.errors import InputError
 from nvhchain.plots.tradeoff import accuracy_cost
-from nvhchain.tradeoff import Knob, comma_separated, deviation, from_json, markdown, save_tradeoff, tradeoff
+from nvhchain.tradeoff import (
+    Deviation,
+    Knob,
+    Measurement,
+    Tradeoff,
+    as_json,
+    comma_separated,
+    deviation,
+    from_json,
+    markdown,
+    save_tradeoff,
+    tradeoff,
+)
 from nvhchain.tradeoff import knobs as catalogue
 from nvhchain.tradeoff import sweep as sweeping
+from nvhchain.tradeoff.measure import Cost
 
 KNOBS = ["acoustics.precision", "acoustics.radiation"]
 
@@ -213,6 +225,27 @@ def test_tables_and_figure_hold_every_row(swept, tmp_path, monkeypatch):
     assert deviation(again.yardstick, sweep.yardstick).overall == 0
     assert set(again.provenance["fidelity"]) == {"gear", "dynamics", "housing", "acoustics"}
     assert (tmp_path / "tradeoff.png").stat().st_size > 20_000
-    (tmp_path / "tradeoff.json").write_text(json.dumps({"case": 1}))
-    with pytest.raises(InputError, match="not the table of a sweep"):
-        from_json(tmp_path / "tradeoff.json")
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "why"),
+    [
+        ('"measurements"', '"other"', "'measurements'"),
+        ('"overall": 0.5', '"overall": NaN', "NaN is no number"),
+        ('"overall": 0.5', '"overall": 1e999', "an error of inf dB is none"),
+        ('"processor": 1.0', '"processor": -1.0', "took -1.0 processor"),
+        ('{"20.0": 0.5}', '{"first": 0.5}', "could not convert"),
+        ('{"20.0": 0.5}', "7", "no attribute 'items'"),
+        ("{", "\udc80", "decode"),
+    ],
+)
+def test_a_file_that_is_no_table_of_a_sweep_is_refused_with_a_reason(tmp_path, before, after, why):
+    row = Measurement("gear.slices", "8", {"housing": Cost(2.0, 1.0, 500.0)}, Deviation(0.5, 0.4, 600.0, {20.0: 0.5}))
+    text = as_json(Tradeoff("one", "reference", (row,)))
+    file = tmp_path / "tradeoff.json"
+    file.write_text(text)
+    assert from_json(file).measurements == (row,)
+    assert before in text
+    file.write_bytes(text.replace(before, after, 1).encode(errors="surrogateescape"))
+    with pytest.raises(InputError, match="not the table of a sweep .*" + why):
+        from_json(file)

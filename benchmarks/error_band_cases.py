@@ -73,6 +73,18 @@ def held_out() -> Iterator[GearboxCase]:
         yield at(loaded(f"gearbox/{name}.toml"), f"two stages {name} {rpm} rpm", rpm)
 
 
+def speeds() -> Iterator[GearboxCase]:
+    """The single stage at speeds up to 4500 rpm, closely where the mesh order passes the resonance of its shafts on
+    bearings and seats, heard from six sides."""
+    places = (
+        (0.02, -0.01, 0.62), (0.5, 0.3, 0.1), (-0.4, 0.0, 0.05), (0.0, 0.35, 0.2), (0.03, 0.1, -0.5), (1.5, -2.0, 1.0),
+    )  # fmt: skip
+    points = tuple(FieldPoint(f"{n}", place) for n, place in enumerate(places))
+    base = replace(loaded("small/single_stage.toml"), field_points=points)
+    for rpm in sorted({*range(500, 4501, 100), *range(3200, 3281, 20)}):
+        yield at(base, f"{rpm} rpm, six points", rpm)
+
+
 def coarse() -> GearboxCase:
     """17 and 23 teeth of 26 mm, overlap 0.81, in a housing with ribs, heard above and far away."""
     case = with_gears(loaded("small/single_stage.toml"), teeth=(17, 23), module=3.5e-3, helix=20.0, width=0.026)

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from nvhchain.dynamics.friction import LARGEST_COEFFICIENT
 from nvhchain.errors import require
+from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.kinds import check_fields
+
+TILT_POINTS = 2
+"""Across the face, of a mesh that tilts: as many as give slices side by side their exact resistance; with three the
+forces differ by 0.01 dB (docs/measured/dynamics_options.md)."""
 
 
 @dataclass(frozen=True)
@@ -41,6 +46,15 @@ class Options:
         require(
             not (self.tilt and self.loaded_misalignment),
             "tilt and loaded_misalignment are both asked for, which would count the tilt under load twice: keep one",
+        )
+
+    def on(self, knobs: DynamicsFidelity) -> DynamicsFidelity:
+        """The knobs of the dynamics with what is switched on here."""
+        return replace(
+            knobs,
+            gyroscopic=knobs.gyroscopic or self.gyroscopic,
+            flexible_shafts=knobs.flexible_shafts or self.flexible_shafts,
+            face_points=max(knobs.face_points, TILT_POINTS) if self.tilt else knobs.face_points,
         )
 
     @property

@@ -3,6 +3,7 @@
 from nvhchain.dynamics.friction import MeshFriction
 from nvhchain.dynamics.gearbox import Bearing, Cylinder, Gearbox, Mesh, RigidBody, Shaft
 from nvhchain.dynamics.law_range import remind
+from nvhchain.dynamics.linear import flank_transfer
 from nvhchain.dynamics.load_centre import LoadCentre
 from nvhchain.dynamics.mesh_levels import ContactForce
 from nvhchain.dynamics.quasi_static import static_bearing_forces, static_misalignment
@@ -25,6 +26,7 @@ __all__ = [
     "Shaft",
     "Train",
     "bearing_forces",
+    "flank_transfer",
     "record_run_up",
     "remind",
     "run_up",

@@ -117,17 +117,11 @@ def simulation(
         edge_cells = fidelity.edge_cells if fidelity.contact_loss else 0
         mesh_laws = [tangent_law(law, force, edge_cells) for law, force in zip(mesh_laws, nominal, strict=True)]
     table = tabulate(laws_of_rows(assembly, mesh_laws, nominal), fidelity.angle_refinement)
-    contact_stiffness = np.zeros(2 * len(assembly.mesh))
-    for row, (mesh, share) in enumerate(zip(assembly.mesh, assembly.share, strict=True)):
-        if share == 0.0:
-            continue
-        force = share * nominal[mesh]
-        contact_stiffness[2 * row + (force < 0.0)] = mean_slope(table, row, force)
     return _discretised(
         assembly,
         table,
         torque,
-        contact_stiffness,
+        mean_stiffness(assembly, table, nominal),
         time_step,
         fidelity.contact_residual * float(np.abs(table.force).max()),
         fidelity.contact_iterations,
@@ -135,6 +129,18 @@ def simulation(
         loop,
         nominal if fidelity.mesh_level == "stiffness" else np.zeros(0),
     )
+
+
+def mean_stiffness(assembly: Assembly, table: LawTable, nominal: FloatArray) -> FloatArray:
+    """(2 n_row,) N/m: the mean slope of every mesh's law under its nominal force (n_mesh,) N, on the flank that
+    carries it."""
+    stiffness = np.zeros(2 * len(assembly.mesh))
+    for row, (mesh, share) in enumerate(zip(assembly.mesh, assembly.share, strict=True)):
+        if share == 0.0:
+            continue
+        force = share * nominal[mesh]
+        stiffness[2 * row + (force < 0.0)] = mean_slope(table, row, force)
+    return stiffness
 
 
 def _discretised(

@@ -51,13 +51,15 @@ class ModalShares:
     """What a motion is made of.
 
     modes: (n_f, n_place, n_mode) amplitude of each mode's share.  residual: (n_f, n_place).  moved: (n_f, n_mode)
-    relative change of a mode's motion within the error of its frequency.  frequency: (n_f,) Hz.  left_out: (n_f,)
-    relative error of the motion for want of higher modes, as the housing tells; None where it does not know.
+    relative change of a mode's motion within the error of its frequency.  passed_on: (n_f, n_place) what the change of
+    the bearing forces does.  frequency: (n_f,) Hz.  left_out: (n_f,) relative error of the motion for want of higher
+    modes, as the housing tells; None where it does not know.
     """
 
     modes: FloatArray
     residual: FloatArray
     moved: FloatArray
+    passed_on: FloatArray
     frequency: FloatArray
     left_out: FloatArray | None
 
@@ -74,7 +76,7 @@ class ModalShares:
         change = np.sqrt(((self.modes * self.moved[:, None, :]) ** 2).sum(axis=2))
         cut = (1.0 + TRUNCATION_SHARE) * self._missed(case, fidelity)
         cut = cut if fidelity.housing.residual_flexibility else STANDS_STILL * self.size
-        return {"housing": (1.0 + FORCE_SHARE) * change, "modes left out": cut}
+        return {"housing": np.hypot((1.0 + FORCE_SHARE) * change, self.passed_on), "modes left out": cut}
 
     def seen_by_forces(self, case: GearboxCase, fidelity: Fidelity) -> dict[str, FloatArray]:
         """(n_f, 1) relative errors of the bearing forces, from those of the housing's motion at one place."""
@@ -97,22 +99,29 @@ def of_pressure(
     housing: ReducedHousing,
     forces: ForceSpectrum,
     modal: ModalTransferVectors,
+    change: ForceSpectrum | None = None,
 ) -> ModalShares:
-    """Pa at the field points, at the lines of the modal transfer vectors."""
+    """Pa at the field points, at the lines of the modal transfer vectors.  change: of the forces, at their lines."""
     lines = modal.frequency
     rate, motion = _motion(housing, forces, lines)
     residual = modal.residual.reshape(*modal.residual.shape[:2], rate.shape[1])
+    still = np.abs((residual * rate[:, None, :]).sum(axis=2))
+    passed = np.zeros(still.shape)
+    if change is not None:
+        rate, moving = _motion(housing, change, lines)
+        passed = np.abs((modal.modes * moving[:, None, :]).sum(axis=2) + (residual * rate[:, None, :]).sum(axis=2))
     return ModalShares(
         np.abs(modal.modes * motion[:, None, :]),
-        np.abs((residual * rate[:, None, :]).sum(axis=2)),
+        still,
         _moved(housing, lines),
+        passed,
         lines,
         _left_out(housing, lines),
     )
 
 
-def of_velocity(housing: ReducedHousing, forces: ForceSpectrum) -> ModalShares:
-    """m/s, root mean square over the surface, in one place."""
+def of_velocity(housing: ReducedHousing, forces: ForceSpectrum, change: ForceSpectrum | None = None) -> ModalShares:
+    """m/s, root mean square over the surface, in one place.  change: of the forces, at their lines."""
     lines = forces.frequency
     rate, motion = _motion(housing, forces, lines)
     share = housing.surface.areas / housing.surface.areas.sum()
@@ -123,6 +132,7 @@ def of_velocity(housing: ReducedHousing, forces: ForceSpectrum) -> ModalShares:
         np.abs(motion)[:, None, :] * mode,
         residual[:, None],
         _moved(housing, lines),
+        _surface_motion(housing, change, lines) if change is not None else np.zeros((len(lines), 1)),
         lines,
         _left_out(housing, lines),
     )
@@ -132,8 +142,7 @@ def of_bearings(housing: ReducedHousing, forces: ForceSpectrum) -> FloatArray:
     """(n_f, 1) m/s, root mean square over the surface: what every bearing's force moves it by, in quadrature."""
     lines = forces.frequency
     rate = _rate(housing, forces, lines)
-    shapes = np.vstack([housing.normal_shapes, housing.face_residual.reshape(rate.shape[1], -1)])
-    gram = (shapes * (housing.surface.areas / housing.surface.areas.sum())) @ shapes.T
+    gram = _gram(housing)
     squares = np.zeros(len(lines))
     for bearing in range(len(housing.names)):
         own = np.zeros_like(rate)
@@ -147,8 +156,9 @@ def of_power(
     housing: ReducedHousing,
     forces: ForceSpectrum,
     resistance: RadiationResistance,
+    change: ForceSpectrum | None = None,
 ) -> ModalShares:
-    """√W of radiated power, each mode and residual motion by itself."""
+    """√W of radiated power, each mode and residual motion by itself.  change: of the forces, at their lines."""
     lines = forces.frequency
     rate, motion = _motion(housing, forces, lines)
     waves = np.sqrt(0.5 * (np.abs(resistance.waves) ** 2).sum(axis=1))
@@ -159,10 +169,15 @@ def of_power(
     each = each * lines[:, None]
     modes = len(housing.natural_frequency)
     residual = np.sqrt(((np.abs(rate) * each[:, modes:]) ** 2).sum(axis=1))
+    passed = np.zeros((len(lines), 1))
+    if change is not None:
+        parts = np.hstack(_motion(housing, change, lines)[::-1])
+        passed = np.sqrt(((np.abs(parts) * each) ** 2).sum(axis=1, keepdims=True))
     return ModalShares(
         (np.abs(motion) * each[:, :modes])[:, None, :],
         residual[:, None],
         _moved(housing, lines),
+        passed,
         lines,
         _left_out(housing, lines),
     )
@@ -188,14 +203,31 @@ def _left_out(housing: ReducedHousing, lines: FloatArray) -> FloatArray | None:
     return truncation_errors(housing, lines) if RESIDUAL_MASS in housing.provenance else None
 
 
+def _gram(housing: ReducedHousing) -> FloatArray:
+    """(n, n) mean over the surface of products of normal motions: modes, then residual motions under unit forces."""
+    shapes = np.vstack([housing.normal_shapes, housing.face_residual.reshape(3 * len(housing.names), -1)])
+    return np.asarray((shapes * (housing.surface.areas / housing.surface.areas.sum())) @ shapes.T)
+
+
+def _surface_motion(housing: ReducedHousing, forces: ForceSpectrum, lines: FloatArray) -> FloatArray:
+    """(n_f, 1) m/s, root mean square over the surface."""
+    parts = np.hstack(_motion(housing, forces, lines)[::-1])
+    return np.asarray(np.sqrt(np.maximum(((parts.conj() @ _gram(housing)) * parts).sum(axis=1, keepdims=True).real, 0)))
+
+
+def lowered(housing: ReducedHousing) -> ReducedHousing | None:
+    """The housing with every natural frequency lower by what its mesh leaves open; None where it does not tell."""
+    if FREQUENCY_ERROR not in housing.provenance:
+        return None
+    lower = housing.natural_frequency * (1.0 - np.array(housing.provenance[FREQUENCY_ERROR]))
+    moved: ReducedHousing = housing.replace(natural_frequency=np.maximum.accumulate(lower))  # no mode passes another
+    return moved
+
+
 def _moved(housing: ReducedHousing, lines: FloatArray) -> FloatArray:
     """(n_f, n_mode) relative change of a mode's motion within the error of its frequency, which is too high.
 
     A housing from elsewhere does not tell of its mesh, which is not judged.
     """
-    here = housing.receptance(lines)
-    if FREQUENCY_ERROR not in housing.provenance:
-        return np.zeros(here.shape)
-    lower = housing.natural_frequency * (1.0 - np.array(housing.provenance[FREQUENCY_ERROR]))
-    moved = housing.replace(natural_frequency=np.maximum.accumulate(lower))  # no mode passes another
-    return np.abs(moved.receptance(lines) / here - 1.0)
+    here, moved = housing.receptance(lines), lowered(housing)
+    return np.zeros(here.shape) if moved is None else np.abs(moved.receptance(lines) / here - 1.0)

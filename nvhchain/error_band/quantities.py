@@ -13,6 +13,7 @@ from nvhchain.error_band import housing as modal
 from nvhchain.error_band.band import COVERAGE, ErrorBand
 from nvhchain.error_band.gears import force_error
 from nvhchain.error_band.radiation import radiation_error, relative
+from nvhchain.error_band.resonances import ForceChange, force_change
 from nvhchain.errors import require
 from nvhchain.fidelity import Fidelity
 from nvhchain.handoff import (
@@ -58,7 +59,8 @@ def error_band(
     if housing is not None and force_spectrum is not None and transfer_vectors is not None:
         assert isinstance(case, GearboxCase)
         vectors = acoustics.modal_transfer_vectors(transfer_vectors, housing, lines, fidelity=fidelity.acoustics)
-        shares = modal.of_pressure(housing, force_spectrum, vectors)
+        change = force_change(case, fidelity, housing, mesh_laws, force_spectrum).of(force_spectrum)
+        shares = modal.of_pressure(housing, force_spectrum, vectors, change)
         scale = np.maximum(size, shares.size)
         sources |= shares.errors(case, fidelity)
     sources |= times(force_sources(case, fidelity, mesh_laws, lines, pressure.input_speed, size), size)
@@ -78,10 +80,12 @@ def force_band(
     housing: ReducedHousing | None = None,
     mesh_laws: Sequence[MeshLaw] = (),
     width: FloatArray | float = 0.0,
+    change: ForceChange | None = None,
 ) -> ErrorBand:
     """Error band of the bearing forces, N: every bearing's resultant amplitude √(Σ|F_i|²), (n_f, n_bearing).
 
     width: orders of the input on either side of a line of which something is in it, as where the speed changes.
+    change: `force_change` where it is known already.
     """
     lines, speed = force_spectrum.frequency, force_spectrum.input_speed
     size = np.sqrt((np.abs(force_spectrum.force) ** 2).sum(axis=2))
@@ -90,6 +94,9 @@ def force_band(
     sources = force_sources(case, fidelity, mesh_laws, lines, speed, scale, width)
     if housing is not None and mesh_laws:
         sources |= modal.of_velocity(housing, force_spectrum).seen_by_forces(case, fidelity)
+        change = change or force_change(case, fidelity, housing, mesh_laws, force_spectrum)
+        moved = np.sqrt((np.abs(change.of(force_spectrum).force) ** 2).sum(axis=2))
+        sources["housing"] = np.hypot(sources["housing"], moved / np.where(scale > 0, scale, 1.0))
     return ErrorBand(lines, size, times(sources, scale), reference=REFERENCE_FORCE, weighted=False)
 
 
@@ -109,7 +116,8 @@ def velocity_band(
     if housing is not None and force_spectrum is not None:
         assert isinstance(case, GearboxCase)
         loaded = _at(force_spectrum, velocity.frequency)
-        shares = modal.of_velocity(housing, loaded)
+        change = force_change(case, fidelity, housing, mesh_laws, loaded).of(loaded)
+        shares = modal.of_velocity(housing, loaded, change)
         sources |= shares.errors(case, fidelity)
         if mesh_laws:
             alone = modal.APART * modal.of_bearings(housing, loaded)
@@ -144,10 +152,11 @@ def power_band(
     if housing is not None and force_spectrum is not None:
         assert isinstance(case, GearboxCase)
         loaded = _at(force_spectrum, lines)
+        change = force_change(case, fidelity, housing, mesh_laws, loaded).of(loaded)
         if radiation_resistance is not None:
-            sources |= modal.of_power(housing, loaded, radiation_resistance).errors(case, fidelity)
+            sources |= modal.of_power(housing, loaded, radiation_resistance, change).errors(case, fidelity)
         else:
-            shares = modal.of_velocity(housing, loaded)
+            shares = modal.of_velocity(housing, loaded, change)
             moving = np.where(shares.size > 0, shares.size, 1.0)
             sources |= {name: size * error / moving for name, error in shares.errors(case, fidelity).items()}
     sources |= times(force_sources(case, fidelity, mesh_laws, lines, power.input_speed, size), size)

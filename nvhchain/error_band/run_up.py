@@ -13,6 +13,7 @@ from nvhchain.error_band import housing as modal
 from nvhchain.error_band.band import COVERAGE, ErrorBand
 from nvhchain.error_band.quantities import MASTER_MARGIN, force_band, force_sources, times
 from nvhchain.error_band.radiation import radiation_error
+from nvhchain.error_band.resonances import force_change
 from nvhchain.fidelity import Fidelity
 from nvhchain.handoff import (
     BearingForces,
@@ -52,13 +53,18 @@ class RunUpBand:
     @property
     def level(self) -> FloatArray:
         """(n_place,) of the whole record; its parts last alike."""
-        return np.asarray(10 * np.log10((10 ** (self.over_speed / 10)).mean(axis=0)))
+        return _mean_energy(self.over_speed)
 
     @property
     def overall(self) -> FloatArray:
         """(n_place, 2): limits of the level of the whole record, where all parts are at theirs."""
-        with np.errstate(divide="ignore"):
-            return np.asarray(10 * np.log10((10 ** (self.limits / 10)).mean(axis=0)))
+        return _mean_energy(self.limits)
+
+
+def _mean_energy(level: FloatArray) -> FloatArray:
+    """dB over axis 0, of which -inf is silence."""
+    with np.errstate(divide="ignore"):
+        return np.asarray(10 * np.log10((10 ** (level / 10)).mean(axis=0)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,9 +88,10 @@ def run_up_force_band(
     Raises InputError for a record that is too short for the band.
     """
     instants = list(_instants(case, bearing_forces))
+    change = None if housing is None else force_change(case, fidelity, housing, mesh_laws, _middle(instants))
     bands = tuple(
-        force_band(case, fidelity, instant.spectrum, housing=housing, mesh_laws=mesh_laws, width=instant.width)
-        for instant in instants
+        force_band(case, fidelity, at.spectrum, housing=housing, mesh_laws=mesh_laws, width=at.width, change=change)
+        for at in instants
     )
     return RunUpBand(
         _speeds(case, bearing_forces),
@@ -118,9 +125,10 @@ def run_up_band(
     sounds = [np.abs(acoustics.modal_pressure(vectors, housing, instant.spectrum).pressure) for instant in instants]
     loudest = int(np.argmax([np.linalg.norm(sound) for sound in sounds]))
     between = _interpolation(transfer_vectors, housing, instants[loudest].spectrum, fidelity)
+    change = force_change(case, fidelity, housing, mesh_laws, _middle(instants))
     bands = []
     for instant, size in zip(instants, sounds, strict=True):
-        shares = modal.of_pressure(housing, instant.spectrum, vectors)
+        shares = modal.of_pressure(housing, instant.spectrum, vectors, change.of(instant.spectrum))
         speed = instant.spectrum.input_speed
         sources = force_sources(case, fidelity, mesh_laws, lines, speed, size, instant.width)
         errors = {} if housing_is_exact else shares.errors(case, fidelity)
@@ -132,6 +140,11 @@ def run_up_band(
     level = np.array([levels.equivalent(part, sample_rate=rate) for part in parts])
     limits = level[:, :, None] + np.array([band.overall - band.level[:, None] for band in bands])
     return RunUpBand(_speeds(case, bearing_forces), level, limits, tuple(bands))
+
+
+def _middle(instants: Sequence[_Instant]) -> ForceSpectrum:
+    """Of the instant that stands for all where gyroscopic terms ask for a speed."""
+    return instants[len(instants) // 2].spectrum
 
 
 def _instants(case: GearboxCase, forces: BearingForces) -> Iterator[_Instant]:

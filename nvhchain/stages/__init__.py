@@ -1,6 +1,6 @@
 """Every stage of the chain on the shelf: what of a case and which hand-offs it takes; `chain` knows their order."""
 
-from nvhchain.stages.dynamics import bearing_forces, gearbox_fidelity, gearbox_of, recording
+from nvhchain.stages.dynamics import bearing_forces, gearbox_of, recording
 from nvhchain.stages.gears import Compliances, compliances, load_distributions, mesh_laws, under_load
 from nvhchain.stages.motion import force_spectrum, given_velocity, reduced_housing, surface_velocity
 from nvhchain.stages.power import (
@@ -26,7 +26,6 @@ __all__ = [
     "directivity",
     "equivalent_pressure",
     "force_spectrum",
-    "gearbox_fidelity",
     "gearbox_of",
     "given_velocity",
     "load_distributions",

@@ -10,13 +10,9 @@ from typing import Any
 
 from nvhchain import dynamics, gear
 from nvhchain.case import GearboxCase
-from nvhchain.fidelity import DynamicsFidelity, Fidelity
+from nvhchain.fidelity import Fidelity
 from nvhchain.handoff import BearingForces, LoadDistribution, MeshLaw, ReducedHousing
 from nvhchain.resume import Shelf, Watcher
-
-TILT_POINTS = 2
-"""Across the face, of a mesh that tilts: as many as give slices side by side their exact resistance; with three the
-forces differ by 0.01 dB (docs/measured/dynamics_options.md)."""
 
 
 def bearing_forces(
@@ -33,7 +29,7 @@ def bearing_forces(
     distributions: of all stages, where `case.options` need them.
     """
     simulate: Callable[..., BearingForces] = dynamics.bearing_forces if case.operation.ramp is None else dynamics.run_up
-    gearbox, knobs, arguments = gearbox_of(case, distributions), gearbox_fidelity(case, fidelity), _operation(case)
+    gearbox, knobs, arguments = gearbox_of(case, distributions), case.options.on(fidelity.dynamics), _operation(case)
     return shelf.stage(
         "bearing_forces",
         BearingForces,
@@ -70,7 +66,7 @@ def recording(
         reduced,
         folder=folder,
         progress=partial(watcher.step, "bearing_forces"),
-        fidelity=gearbox_fidelity(case, fidelity),
+        fidelity=case.options.on(fidelity.dynamics),
         contact_forces=_contact_forces(case, fidelity),
         **_operation(case),
     )
@@ -113,14 +109,3 @@ def gearbox_of(case: GearboxCase, distributions: Sequence[LoadDistribution] = ()
         for mesh, of in zip(gearbox.meshes, distributions, strict=True)
     )
     return replace(gearbox, meshes=meshes)
-
-
-def gearbox_fidelity(case: GearboxCase, fidelity: Fidelity) -> DynamicsFidelity:
-    """The knobs of the dynamics with what the options of the case switch on."""
-    options, knobs = case.options, fidelity.dynamics
-    return replace(
-        knobs,
-        gyroscopic=knobs.gyroscopic or options.gyroscopic,
-        flexible_shafts=knobs.flexible_shafts or options.flexible_shafts,
-        face_points=max(knobs.face_points, TILT_POINTS) if options.tilt else knobs.face_points,
-    )

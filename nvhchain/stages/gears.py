@@ -14,7 +14,6 @@ from nvhchain.conventions import Progress
 from nvhchain.fidelity import Fidelity
 from nvhchain.handoff import HandOff, LoadDistribution, MeshLaw, ReducedHousing
 from nvhchain.resume import Shelf
-from nvhchain.stages.dynamics import gearbox_fidelity
 
 H = TypeVar("H", bound=HandOff)
 
@@ -108,7 +107,7 @@ def under_load(case: GearboxCase, housing: ReducedHousing | None, fidelity: Fide
         case.straight_laws,
         housing,
         input_torque=case.operation.input_torque,
-        fidelity=gearbox_fidelity(case, fidelity),
+        fidelity=case.options.on(fidelity.dynamics),
     )
     stages = tuple(
         replace(

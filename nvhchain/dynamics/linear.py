@@ -1,0 +1,50 @@
+"""The gearbox linearised at its mean load: what alternating forces between the flanks do at the bearings."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from nvhchain.dynamics.assembly import assemble
+from nvhchain.dynamics.gearbox import Gearbox
+from nvhchain.dynamics.law_table import tabulate
+from nvhchain.dynamics.propagator import modal_form
+from nvhchain.dynamics.quasi_static import laws_of_rows, nominal_mesh_forces
+from nvhchain.dynamics.simulation import mean_stiffness
+from nvhchain.dynamics.train import shaft_torques
+from nvhchain.fidelity import DynamicsFidelity
+from nvhchain.handoff import ComplexArray, FloatArray, MeshLaw, ReducedHousing
+
+
+def flank_transfer(
+    gearbox: Gearbox,
+    mesh_laws: Sequence[MeshLaw],
+    housing: ReducedHousing,
+    frequency: FloatArray,
+    *,
+    input_torque: float,
+    input_speed: float,
+    fidelity: DynamicsFidelity,
+) -> ComplexArray:
+    """(n_f, 3 n_bearing, n_mesh) N on the housing per N between the flanks of each mesh, at frequencies (n_f,) Hz.
+
+    Meshes are springs of the mean slope of their laws.  input_torque: N m.  input_speed: rad/s, for gyroscopic terms
+    where fidelity has them.  Raises InputError where the torque asks for more than a law holds.
+    """
+    speed = input_speed if fidelity.gyroscopic else 0.0
+    assembly = assemble(gearbox, mesh_laws, housing, input_speed=speed, fidelity=fidelity)
+    torque = shaft_torques(gearbox, assembly.train, input_torque, assembly.inertia, 0.0)
+    nominal = nominal_mesh_forces(assembly, mesh_laws, torque)
+    table = tabulate(laws_of_rows(assembly, mesh_laws, nominal), fidelity.angle_refinement)
+    modes = modal_form(assembly, mean_stiffness(assembly, table, nominal))
+    pairs = np.arange(len(assembly.mesh))
+    carrying = assembly.contact[2 * pairs + (nominal[assembly.mesh] < 0.0)]
+    shares = np.where(assembly.mesh == np.arange(len(mesh_laws))[:, None], assembly.share, 0.0)
+    into = modes.input @ -(shares @ carrying).T
+    out = assembly.bearing_stiffness @ modes.displacement + assembly.bearing_damping @ modes.velocity
+    residues = (out.T[:, :, None] * into[:, None, :]).reshape(len(into), -1)
+    turning = 2j * np.pi * frequency[:, None]
+    # Re(out z) is half of what z and its conjugate give
+    there = 0.5 / (turning - modes.eigenvalue) @ residues + 0.5 / (turning - modes.eigenvalue.conj()) @ residues.conj()
+    return np.asarray(there.reshape(len(frequency), len(out), -1))

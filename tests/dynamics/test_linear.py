@@ -1,0 +1,32 @@
+"""The gearbox linearised at its mean load: what alternating forces between the flanks do at the bearings."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from nvhchain.dynamics import flank_transfer
+from nvhchain.dynamics.assembly import assemble
+
+SPEED, SLOPES = 52.36, (3.6e8, 6.6e8)
+LINES = np.array([20.0, 180.0, 350.0, 1200.0, 4800.0])
+
+
+@pytest.mark.parametrize("face_points", [1, 3])
+@pytest.mark.parametrize("torque", [250.0, -250.0])
+def test_forces_between_flanks_reach_the_bearings_as_by_the_impedance(
+    make_gearbox, make_laws, make_housing, fidelity, torque, face_points
+):
+    """On the flanks that carry, at one and at several points across the face."""
+    gearbox, laws = make_gearbox(), make_laws(plain_wheel=True, mesh_ripple=0.0, error=0.0)
+    housing, knobs = make_housing(gearbox), replace(fidelity, face_points=face_points, gyroscopic=True)
+    found = flank_transfer(gearbox, laws, housing, LINES, input_torque=torque, input_speed=SPEED, fidelity=knobs)
+    a = assemble(gearbox, laws, housing, input_speed=SPEED, fidelity=knobs)
+    flanks = a.contact[int(torque < 0) : 2 * len(a.mesh) : 2]
+    stiffness = a.stiffness + (flanks.T * (a.share * np.array(SLOPES)[a.mesh])) @ flanks
+    into = np.stack([(a.share * (a.mesh == mesh)) @ flanks for mesh in (0, 1)], axis=1)
+    for line, transfer in zip(LINES, found, strict=True):
+        omega = 2 * np.pi * line
+        dynamic = stiffness + 1j * omega * a.damping - omega**2 * np.diag(a.mass)
+        expected = (a.bearing_stiffness + 1j * omega * a.bearing_damping) @ np.linalg.solve(dynamic, -into)
+        assert np.abs(transfer - expected).max() < 1e-9 * np.abs(expected).max()

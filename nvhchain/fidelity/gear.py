@@ -28,7 +28,7 @@ class GearFidelity:
     Sainsot–Velex ring; it sees no hole or slot, and of a web its twist alone).
     far_pattern_tolerance: what of them is taken to answer alike at all teeth of a sector, relative.
     slices: axial slices of a contact line over the face width, or over each axial pitch of a wider face.
-    angles_per_mesh: mesh-law angles per mesh period.
+    angles_per_mesh: mesh-law angles per mesh period, which hold half as many harmonics.
     deflections: mesh-law deflections.  contact_residual: admissible residual of the complementarity
     problem, relative to the deflection scale.  drive_reach, back_reach: mesh-law forces on the drive and back flank,
     times the nominal force.

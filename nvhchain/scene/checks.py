@@ -15,6 +15,9 @@ from nvhchain.scene.mechanics import recorded_time
 from nvhchain.scene.planned import Stage
 from nvhchain.scene.planning import plan_without
 
+FEWEST_ANGLES = 6
+"""Angles of a mesh law per mesh period: with five the second harmonic is 2.4 dB off, outside its error band."""
+
 _GROW_WITH_THE_RECORD = ("bearing forces", "velocity", "velocity, pressure")
 """Stages of the plan at constant speed."""
 
@@ -93,6 +96,11 @@ def check_knobs(case: Case, fidelity: Fidelity, given: Collection[str] = ()) -> 
     check_held(case, given)
     if not isinstance(case, GearboxCase):
         return
+    if not forced(given) and "mesh_laws" not in given and fidelity.gear.angles_per_mesh < FEWEST_ANGLES:
+        raise InputError(
+            f"gear angles_per_mesh = {fidelity.gear.angles_per_mesh} leave the second mesh harmonic open: at least "
+            f"{FEWEST_ANGLES} for a mesh law"
+        )
     dynamics = fidelity.dynamics
     longest = 1.0 / (dynamics.samples_per_period * case.band.high)
     if not forced(given) and dynamics.time_step > longest * (1 + 1e-9):

@@ -10,7 +10,7 @@ from nvhchain.cli import Console, main
 from nvhchain.errors import InputError, ResourceError
 from nvhchain.gear import ThinRim
 from nvhchain.radiator import radiator_velocity
-from nvhchain.scene import preflight
+from nvhchain.scene import check_knobs, preflight
 from nvhchain.scene.planning import plan_without
 from nvhchain.scene.radiation import sound_power_stage, transfer_vector_stage
 
@@ -146,6 +146,16 @@ def test_a_time_step_is_not_looked_at_when_the_forces_are_given(request):
     with pytest.raises(InputError, match="time step"):
         preflight(case, nvh.DRAFT)
     preflight(case, nvh.DRAFT, ["bearing_forces", "housing", "transfer_vectors"])
+
+
+def test_angles_too_few_for_the_second_harmonic_are_refused_unless_the_laws_are_given(request):
+    case = nvh.load_case(request.config.rootpath / "cases" / "small" / "single_stage.toml")
+    few = replace(nvh.DRAFT, gear=replace(nvh.DRAFT.gear, angles_per_mesh=5))
+    with pytest.raises(InputError, match=r"angles_per_mesh = 5 leave .* open: at least 6"):
+        check_knobs(case, few)
+    for given in ("mesh_laws", "bearing_forces"):
+        check_knobs(case, few, (given,))
+    check_knobs(case, replace(few, gear=replace(few.gear, angles_per_mesh=6)))
 
 
 def test_without_a_terminal_a_stage_is_one_line(capsys):

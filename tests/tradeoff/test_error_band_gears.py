@@ -74,6 +74,24 @@ def test_every_second_angle_of_a_law_tells_what_its_angles_leave_open(case):
     assert np.sqrt(second**2 - without**2) == pytest.approx(AMPLIFICATION * 0.25 * 0.1, rel=0.05)
 
 
+def test_harmonics_beyond_half_the_angles_of_a_law_are_unknown(case):
+    """Of 64 angles: the 31st harmonic is held, the 36th may be as strong as that of a kink, 1/36² of the first."""
+    made = force_error(case, [law([1e-6, 1e-7])], REFERENCE.gear, 740.0)
+    assert made.error[31] == pytest.approx(force_error(case, [law([1e-6, 1e-7])], REFERENCE.gear, 620.0).error[31])
+    assert np.sqrt(made.error[36] / made.power[1]) == pytest.approx(1 / 36**2, rel=0.1)
+
+
+def test_tip_edges_that_are_not_looked_for_leave_half_of_the_strongest_harmonic_open(case):
+    """Falling with the number of the harmonic; a gap too small for the load is widened, and leaves nothing open."""
+    found = {}
+    for gap in (60e-6, 1e-9, 0.0):
+        made = force_error(case, [law([1e-6, 0.0, 1e-7])], replace(REFERENCE.gear, corner_gap=gap), 80.0)
+        found[gap] = made.relative(np.array([20.0, 60.0]))
+    assert found[0.0] == pytest.approx(AMPLIFICATION * np.array([0.5, 10 / 6]), rel=0.1)
+    assert np.array_equal(found[1e-9], found[60e-6])
+    assert found[60e-6].max() < 0.02
+
+
 def test_slow_lines_of_a_blank_are_known_to_a_percent_of_their_mean_with_the_strongest(case):
     """Slots that turn with 30 teeth: the fourth line 1, the sixteenth 0.01, by a mesh with four elements per flank."""
     period, count = 2 * np.pi, 30 * 64

@@ -224,6 +224,41 @@ def test_forces_change_as_they_do_in_a_run_with_the_housing_that_gives_way(case,
     assert (np.linalg.norm(found - true, axis=(1, 2)) < 1e-5 * np.linalg.norm(true, axis=(1, 2))).all()
 
 
+@pytest.fixture(scope="module")
+def silent(housing):
+    """The sphere whose lowest mode moves the seat, not the surface; what is known of it is its frequency to 2 %."""
+    shapes = housing.normal_shapes * np.array([0.0, 1.0, 1.0])[:, None]
+    return housing.replace(normal_shapes=shapes, provenance={FREQUENCY_ERROR: [0.02, 0.0, 0.0]})
+
+
+def test_a_mode_that_does_not_radiate_is_heard_by_the_forces_that_it_changes(case, silent, parts, meshing):
+    """By nothing else, in every quantity; not where the seats stood still in the gearbox."""
+    lines, laws = meshing[3], [law([1e-6, 1e-6])]
+    moved = force_change(case, DRAFT, silent, laws, lines).of(lines)
+    vectors, velocity = parts[2], respond(silent, lines)
+    pressure = radiate(vectors, velocity, fidelity=DRAFT.acoustics)
+    loaded = {"housing": silent, "force_spectrum": lines, "mesh_laws": laws}
+    resistance = radiation_resistance(
+        housing_shapes(silent), [200.0, 600.0, 1000.0, 1700.0], air=case.air, fidelity=DRAFT.acoustics
+    ).replace(housing=silent.content_hash)
+    power = modal_power(resistance, silent, lines, fidelity=DRAFT.acoustics)
+    sound = np.abs(radiate(vectors, respond(silent, moved), fidelity=DRAFT.acoustics).pressure)
+    motion = velocity_band(case, DRAFT, respond(silent, moved)).amplitude
+    resultant = np.sqrt((np.abs(moved.force) ** 2).sum(axis=2))
+    assert (sound > 0).all()
+    for band, wanted in (
+        (lambda of: error_band(of, DRAFT, pressure, velocity, transfer_vectors=vectors, **loaded), sound),
+        (lambda of: velocity_band(of, DRAFT, velocity, **loaded), motion),
+        (lambda of: force_band(of, DRAFT, lines, housing=silent, mesh_laws=laws), resultant),
+        (lambda of: power_band(of, DRAFT, power, velocity=velocity, **loaded), None),
+        (lambda of: power_band(of, DRAFT, power, radiation_resistance=resistance, **loaded), None),
+    ):
+        found = band(case).sources["housing"]
+        assert (found > 0).all() if wanted is None else found == pytest.approx(wanted, rel=1e-3)
+        still = replace(case, options=replace(case.options, rigid_housing=True))
+        assert (band(still).sources["housing"] == 0).all()
+
+
 def test_a_bearing_that_a_line_hardly_loads_is_as_uncertain_as_the_others_are(case):
     lines = np.array([600.0, 1200.0])
     load = np.array([[3.0, 1e-6], [1.0, 1.0]])[:, :, None] * np.array([1.0, 0.0, 0.0])
@@ -403,6 +438,18 @@ def test_a_run_up_is_as_uncertain_as_the_steady_run_at_each_of_its_speeds(case, 
     inside = (made.limits[2:, :, 0] < exact.over_speed[2:]) & (exact.over_speed[2:] < made.limits[2:, :, 1])
     assert inside.all()
     assert "housing" not in exact.bands[0].sources
+
+
+def test_forces_that_a_mode_changes_are_heard_in_a_run_up(case, silent, parts, rising):
+    laws = [law([1e-6, 1e-7])]
+    case = replace(case, band=replace(case.band, low=300.0, high=1700.0))
+    lines = convolution_lines(rising.sample_rate, 1700.0, decay_time(silent, 1700.0))
+    modal = modal_transfer_vectors(parts[2], silent, lines[lines > 250], fidelity=DRAFT.acoustics)
+    history = run_up_pressure(noise_transfer_functions(modal, silent), rising)
+    sound = run_up_band(case, DRAFT, history, rising, parts[2], silent, mesh_laws=laws)
+    force = run_up_force_band(case, DRAFT, rising, housing=silent, mesh_laws=laws)
+    for made in (sound, force):
+        assert all(band.sources["housing"][:, 0].max() > 1e-3 * band.amplitude.max() for band in made.bands)
 
 
 def test_a_summary_holds_the_limits_of_lines_and_of_speeds(case, housing, parts, meshing, rising):

@@ -9,6 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from nvhchain.acoustics.paths import Paths, paths_about
 from nvhchain.acoustics.rational import Window, window
 from nvhchain.errors import require
 from nvhchain.fidelity import AcousticsFidelity
@@ -32,7 +33,8 @@ class Nodes:
     node: (n_node,) Hz, masters above 0 Hz, before them mirrored masters where those help.  mirrored: nodes before the
     first master.  taking_part: nodes per interpolated value.  poles: of a rational function through them, at most.
     gram: (n_node, n_node) inner products of the smooth function at the nodes, None where no poles are looked for.
-    phase_removed: else neighbouring values are joined as they are.
+    phase_removed: else neighbouring values are joined as they are.  paths: what is known of the function beforehand,
+    None for nothing.
     """
 
     node: FloatArray
@@ -41,6 +43,7 @@ class Nodes:
     poles: int
     gram: ComplexArray | None
     phase_removed: bool
+    paths: Paths | None
 
     @property
     def masters(self) -> FloatArray:
@@ -49,6 +52,11 @@ class Nodes:
 
     @property
     def can_estimate(self) -> bool:
+        """Whether the error of interpolation can be told."""
+        return self._can_spare or self.paths is not None
+
+    @property
+    def _can_spare(self) -> bool:
         """Whether a master can be left out and predicted from as many nodes as take part in one value."""
         return len(self.node) - (2 if self.mirrored else 1) >= self.taking_part
 
@@ -71,9 +79,16 @@ class Nodes:
         What changes at the line if the next master below (above) and its mirror image are left out and the denominator
         is found without them, times a factor: interpolation errs by a divided difference times Π(f − f_j), and the
         factor is the ratio of the products of both sets of nodes, times `_OPTIMISM`.  Zero at the masters.
+        Where no master can be spared, the two that a straight line joins are known to err by no more than
+        `Paths.line_error` of what both have together or apart.
         """
         whole = self.weights(frequency)
         weights = np.stack([whole, whole])
+        if not self._can_spare:
+            assert self.paths is not None
+            weights *= self.paths.line_error(frequency, *self._gap(frequency))[:, None]
+            weights[1, :, 0] *= -1.0
+            return weights
         above = np.clip(np.searchsorted(self.masters, frequency), 1, max(1, len(self.masters) - 1))
         first = _nearest(self.node, frequency, self.taking_part)[:, 0]
         for side, neighbour in zip(weights, (above - 1, np.minimum(above, len(self.masters) - 1)), strict=True):
@@ -88,6 +103,13 @@ class Nodes:
                 side[rows] *= _OPTIMISM * np.abs(factor / np.prod(line[:, None] - self.node[gained], axis=1))[:, None]
         return weights
 
+    def hidden_error(self, frequency: FloatArray) -> FloatArray:
+        """Error (n_f,) at `frequency` (n_f,) Hz, relative to what the body radiates, that no master shows
+        (`Paths.hidden_error`)."""
+        if self.paths is None:
+            return np.zeros(len(frequency))
+        return self.paths.hidden_error(frequency, *self._gap(frequency))
+
     def poles_between(self, low: float, high: float) -> ComplexArray:
         """Poles (Hz) of the rational function used between two neighbouring masters whose real part lies there, but for
         those next to a master."""
@@ -95,6 +117,11 @@ class Nodes:
         poles = np.asarray(self._windows[first].denominator.roots(), dtype=complex)
         margin = _NEXT_TO * (high - low)
         return np.asarray(poles[(poles.real > low + margin) & (poles.real < high - margin)])
+
+    def _gap(self, frequency: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The nodes (n_f,) Hz below and above lines (n_f,) Hz."""
+        above = np.clip(np.searchsorted(self.node, frequency), 1, max(1, len(self.node) - 1))
+        return self.node[above - 1], self.node[np.minimum(above, len(self.node) - 1)]
 
     @cached_property
     def _windows(self) -> list[Window]:
@@ -137,11 +164,6 @@ class Interpolant:
         """(n_node,) Hz, of all pieces."""
         return np.concatenate([piece.node for piece in self.pieces])
 
-    @property
-    def can_estimate(self) -> bool:
-        """Whether every piece can spare a master."""
-        return all(piece.can_estimate for piece in self.pieces)
-
     def weights(self, frequency: FloatArray) -> ComplexArray:
         """As `Nodes.weights`."""
         weights = np.zeros((len(frequency), len(self.node)), dtype=complex)
@@ -155,6 +177,13 @@ class Interpolant:
         for piece, nodes, lines in self._shared_out(frequency):
             weights[:, lines, nodes] = piece.error_weights(frequency[lines])
         return weights
+
+    def hidden_error(self, frequency: FloatArray) -> FloatArray:
+        """As `Nodes.hidden_error`."""
+        error = np.zeros(len(frequency))
+        for piece, _, lines in self._shared_out(frequency):
+            error[lines] = piece.hidden_error(frequency[lines])
+        return error
 
     def poles_between(self, low: float, high: float) -> ComplexArray:
         """As `Nodes.poles_between`."""
@@ -225,27 +254,34 @@ def interpolant(atv: TransferVectors, fidelity: AcousticsFidelity) -> Interpolan
     `fidelity.interpolation_poles` poles at most, which all face–point pairs share; `phase_removed` by a polynomial;
     `linear` keeps the phase in and joins neighbouring masters by straight lines.
     """
+    farthest = None
+    if fidelity.interpolation == "linear":
+        farthest = max(float(np.linalg.norm(atv.surface.vertices - point, axis=1).max()) for point in atv.points)
+    paths = paths_about(atv.surface, atv.plane, atv.air, farthest)
     atv = atv.unfolded()
     return Interpolant(
         atv,
         tuple(
-            nodes_at(atv.frequency[piece], fidelity, partial(_inner_products, atv, piece.stop))
+            nodes_at(atv.frequency[piece], fidelity, partial(_inner_products, atv, piece.stop), paths)
             for piece in pieces_of(atv)
         ),
     )
 
 
 def nodes_at(
-    masters: FloatArray, fidelity: AcousticsFidelity, inner_products: Callable[[FloatArray, int], ComplexArray]
+    masters: FloatArray,
+    fidelity: AcousticsFidelity,
+    inner_products: Callable[[FloatArray, int], ComplexArray],
+    paths: Paths | None = None,
 ) -> Nodes:
     """Nodes of the interpolation between masters (n_f,) Hz.
 
     inner_products: of the smooth function at mirrored masters and masters, conjugate first, called with the masters
-    above 0 Hz and the number of mirrored ones.
+    above 0 Hz and the number of mirrored ones.  paths: what is known of that function beforehand.
     """
     count = len(masters)
     if fidelity.interpolation == "linear" or masters[-1] == 0:
-        return Nodes(masters, 0, min(2, count), 0, None, phase_removed=False)
+        return Nodes(masters, 0, min(2, count), 0, None, phase_removed=False, paths=paths)
     positive = masters[masters > 0]
     images = positive[: fidelity.interpolation_points][::-1]
     if count == 1 or masters[0] > np.diff(masters).max():
@@ -255,7 +291,7 @@ def nodes_at(
     taking_part = min(fidelity.interpolation_points, max(min(2, len(node)), spare))
     poles = min(fidelity.interpolation_poles, taking_part - 2) if fidelity.interpolation == "rational" else 0
     gram = inner_products(positive, len(images)) if poles > 0 else None
-    return Nodes(node, len(images), taking_part, max(poles, 0), gram, phase_removed=True)
+    return Nodes(node, len(images), taking_part, max(poles, 0), gram, phase_removed=True, paths=paths)
 
 
 def check_lines(atv: TransferVectors, frequency: FloatArray) -> None:

@@ -186,7 +186,8 @@ def _deciding(surface: Surface, points: FloatArray) -> IntArray:
 
 
 def _estimated_errors(smooth: Interpolant, lines: FloatArray, deciding: IntArray, points: int) -> FloatArray:
-    """(n_f,) largest estimated error of a point's vector relative to the vector, 2-norms over the faces."""
+    """(n_f,) largest estimated error of a point's vector relative to the vector, 2-norms over the faces, with what no
+    master shows (`Nodes.hidden_error`)."""
     whole, sides = smooth.weights(lines), smooth.error_weights(lines)
     worst = np.zeros(len(lines))
     for point in deciding:
@@ -196,7 +197,7 @@ def _estimated_errors(smooth: Interpolant, lines: FloatArray, deciding: IntArray
             gram += values.conj() @ values.T
         error = np.maximum(*(squared_norms(side, gram) for side in sides))
         worst = np.maximum(worst, np.sqrt(error / squared_norms(whole, gram)))
-    return worst
+    return worst + smooth.hidden_error(lines)
 
 
 def _misprediction(smooth: Interpolant, solved: TransferVectors) -> float:

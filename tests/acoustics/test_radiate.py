@@ -9,7 +9,7 @@ import radiation_cases as cases
 
 from nvhchain.acoustics import radiate, sphere
 from nvhchain.errors import AccuracyWarning
-from nvhchain.handoff import SurfaceVelocity
+from nvhchain.handoff import RigidPlane, SurfaceVelocity
 
 POINTS = np.array([[1.0, 0.2, 0.0], [0.0, -1.3, 0.4]])
 
@@ -41,3 +41,45 @@ def test_interpolation_as_good_as_asked_is_quiet(air, coarse):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         radiate(cases.monopoles(body, POINTS, masters, air), velocity, fidelity=coarse)
+
+
+@pytest.mark.parametrize("interpolation", ["rational", "linear"])
+def test_two_masters_say_what_a_body_of_that_size_lets_expect(air, coarse, interpolation):
+    """A detour of a radius between masters 800 Hz apart: 2.2 rad, which no third master shows."""
+    body, masters, lines = sphere(0.15, 1), np.array([900.0, 1700.0]), np.linspace(900.0, 1700.0, 9)
+
+    def vectors(frequency):
+        turn = np.exp(-2j * np.pi * 0.15 / air.speed_of_sound * frequency)[:, None, None]
+        atv = cases.monopoles(body, POINTS, frequency, air)
+        return atv.replace(vectors=atv.vectors * turn)
+
+    velocity = SurfaceVelocity(lines, np.ones((9, len(body.triangles))), body)
+    exact = vectors(lines).vectors.sum(axis=2)
+    with pytest.warns(AccuracyWarning, match=r"errs by an estimated [\d.]+ dB"):
+        field = radiate(vectors(masters), velocity, fidelity=replace(coarse, interpolation=interpolation))
+    truth = np.abs(field.pressure - exact).max(axis=0) / np.abs(exact).max(axis=0)
+    told = np.array(field.provenance["interpolation_error"])
+    assert ((told > 0.9 * truth) & (told < 3 * truth)).all(), told / truth
+
+
+def test_echo_from_a_high_plane_that_no_master_shows_is_told(air, coarse):
+    """Masters as far apart as the echo takes to turn once see it as a constant: 1.5 % of the pressure, 0.13 dB."""
+    body, plane = sphere(0.15, 1), RigidPlane((0.0, 0.0, -5.0), (0.0, 0.0, 1.0))
+
+    def vectors(frequency):
+        echo = 1 + 0.015 * np.exp(-2j * np.pi * 10.0 / air.speed_of_sound * frequency)[:, None, None]
+        ends = (POINTS, plane.mirror(POINTS))
+        direct, image = (cases.monopoles(body, end, frequency, air).vectors * echo for end in ends)
+        return cases.monopoles(body, POINTS, frequency, air, vectors=direct + image, image_vectors=image, plane=plane)
+
+    masters = 200.0 + 34.3 * np.arange(12)
+    lines = np.linspace(200.0, 500.0, 61)
+    velocity = SurfaceVelocity(lines, np.ones((61, len(body.triangles))), body)
+    exact = vectors(lines).vectors.sum(axis=2)
+    with pytest.warns(AccuracyWarning, match=r"estimated 0\.1\d dB"):
+        field = radiate(vectors(masters), velocity, fidelity=coarse)
+    truth = np.abs(field.pressure - exact).max(axis=0) / np.abs(exact).max(axis=0)
+    told = np.array(field.provenance["interpolation_error"])
+    assert ((told > truth / 3) & (told < 3 * truth)).all(), told / truth
+    closer = radiate(vectors(200.0 + 8.0 * np.arange(40)), velocity, fidelity=coarse)
+    assert max(closer.provenance["interpolation_error"]) < 1e-3

@@ -221,5 +221,4 @@ def test_a_single_master_serves_its_own_line_only(bracket, air, coarse):
     assert isinstance(atv, TransferVectors)
     velocity = random_velocity(bracket, np.array([400.0]))
     assert radiate(atv, velocity).pressure[0, 0] == pytest.approx(atv.vectors[0, 0] @ velocity.normal_velocity[0])
-    with pytest.raises(InputError, match="3 or more"):
-        interpolation_error(atv, velocity)
+    assert interpolation_error(atv, velocity) == 0

@@ -257,7 +257,8 @@ def interpolant(atv: TransferVectors, fidelity: AcousticsFidelity) -> Interpolan
     farthest = None
     if fidelity.interpolation == "linear":
         farthest = max(float(np.linalg.norm(atv.surface.vertices - point, axis=1).max()) for point in atv.points)
-    paths = paths_about(atv.surface, atv.plane, atv.air, farthest)
+    reflecting = atv.plane if fidelity.radiation == "boundary_elements" else None  # Rayleigh's body throws nothing back
+    paths = paths_about(atv.surface, reflecting, atv.air, farthest)
     atv = atv.unfolded()
     return Interpolant(
         atv,

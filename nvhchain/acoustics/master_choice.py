@@ -144,7 +144,9 @@ def choose_masters(
         records.append(SolverRecord.of(solved.provenance))
         if smooth is not None:
             tested = source.misprediction(smooth, solved)
+            smooth = None  # it may hold vectors of its own, which the next one needs the room of
         found = solved if found is None else source.together(found, solved)
+        del solved
         smooth = source.interpolant(found)
         lines, gap = _lines_between(found.frequency, smooth)
         error = source.estimated_errors(smooth, lines)

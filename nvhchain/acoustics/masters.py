@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
-from functools import partial, reduce
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -27,12 +27,13 @@ from nvhchain.acoustics.master_choice import (
     squared_norms,
 )
 from nvhchain.acoustics.plane import with_images
+from nvhchain.acoustics.projection import check_memory
 from nvhchain.acoustics.surface import check_points
 from nvhchain.acoustics.transfer import made_by, told, transfer_vectors
 from nvhchain.conventions import Air, Progress
 from nvhchain.errors import AccuracyWarning, require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
-from nvhchain.handoff import FloatArray, IntArray, RigidPlane, Surface, TransferVectors
+from nvhchain.handoff import ComplexArray, FloatArray, IntArray, RigidPlane, Surface, TransferVectors
 from nvhchain.kinds import check_arguments
 
 _PER_WAVE = 0.15
@@ -78,7 +79,9 @@ def adaptive_transfer_vectors(
     estimate sees a sixth).
 
     low, high: Hz, the band.  fidelity.masters: the most masters that may be taken.  The other arguments are those of
-    `transfer_vectors`.  Raises what that raises, and SolverError when the most masters do not reach the tolerance.
+    `transfer_vectors`.  The vectors of all masters are kept twice at a time where masters are added, as
+    `estimate_memory` says for so many frequencies.  Raises what `transfer_vectors` raises, and SolverError when the
+    most masters do not reach the tolerance.
     """
     check_arguments(adaptive_transfer_vectors, locals())
     check_band(low, high, fidelity)
@@ -109,7 +112,7 @@ def adaptive_transfer_vectors(
             first = first_masters(start, stop, per_hertz * (stop - start), _PER_WAVE, left)
             chosen.append(choose_masters(source, first, left, partial(_report, progress, taken)))
             warnings.simplefilter("ignore", AccuracyWarning)  # the highest frequency has said what there is to say
-    found = reduce(_together, (one.found for one in chosen))
+    found = _together(*(one.found for one in chosen))
     records = [record for one in chosen for record in one.records]
     told = chosen[0].found.provenance | _made_by(fidelity, engine, records)
     told |= {name: max(one.told[name] for one in chosen) for name in chosen[0].told}
@@ -216,12 +219,31 @@ def _misprediction(smooth: Interpolant, solved: TransferVectors) -> float:
     return worst
 
 
-def _together(first: TransferVectors, second: TransferVectors) -> TransferVectors:
-    """The vectors of two sets at different frequencies as one set."""
-    frequency = np.concatenate([first.frequency, second.frequency])
+def _together(*sets: TransferVectors) -> TransferVectors:
+    """The vectors of sets at different frequencies as one set; there are no more than two copies of them at a time.
+
+    Raises ResourceError where the second one does not fit into free memory.
+    """
+    if len(sets) == 1:
+        return sets[0]
+    frequency = np.concatenate([one.frequency for one in sets])
     order = np.argsort(frequency)
-    image = None
-    if first.image_vectors is not None and second.image_vectors is not None:
-        image = np.concatenate([first.image_vectors, second.image_vectors])[order]
-    vectors = np.concatenate([first.vectors, second.vectors])[order]
-    return first.replace(frequency=frequency[order], vectors=vectors, image_vectors=image)
+    images = [one.image_vectors for one in sets if one.image_vectors is not None]
+    size = sum(values.nbytes for values in (*(one.vectors for one in sets), *images))
+    check_memory(size, f"transfer vectors at {len(frequency)} masters beside those found so far", "masters")
+    return sets[0].replace(
+        frequency=frequency[order],
+        vectors=_sorted([one.vectors for one in sets], order),
+        image_vectors=_sorted(images, order) if images else None,
+    )
+
+
+def _sorted(parts: list[ComplexArray], order: IntArray) -> ComplexArray:
+    """Parts (n_f, …) one after the other with their rows in this order, not to be written: hand-offs copy what is."""
+    whole = np.empty((len(order), *parts[0].shape[1:]), dtype=complex)
+    place, first = np.argsort(order), 0
+    for part in parts:
+        whole[place[first : first + len(part)]] = part
+        first += len(part)
+    whole.flags.writeable = False
+    return whole

@@ -137,6 +137,7 @@ def transfer_vectors(
     if plane is not None:
         image = vectors[:, len(x) :]
         vectors = vectors[:, : len(x)] + image
+    vectors.flags.writeable = False  # and so the hand-off takes them without another copy
     if exact:
         coarse_knobs = ("coarse_edge_ratios", "coarse_elements_per_wavelength") if below else ()
         provenance = made_by("transfer_vectors", fidelity, engine, coarse_knobs, records)

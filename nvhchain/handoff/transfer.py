@@ -109,10 +109,15 @@ class TransferVectors(HandOff):
         """
         if self.plane is None or self.image_vectors is None:
             return self
+        points = len(self.points)
+        both = np.empty((len(self.frequency), 2 * points, self.vectors.shape[2]), dtype=complex)
+        np.subtract(self.vectors, self.image_vectors, out=both[:, :points])
+        both[:, points:] = self.image_vectors
+        both.flags.writeable = False  # and so it is taken without another copy
         return TransferVectors(
             self.frequency,
             np.concatenate([self.points, self.plane.mirror(self.points)]),
-            np.concatenate([self.vectors - self.image_vectors, self.image_vectors], axis=1),
+            both,
             self.surface,
             self.air,
             breaks=self.breaks,

@@ -1,11 +1,13 @@
 """Masters chosen from a tolerance, against vectors solved at the lines in between."""
 
+import tracemalloc
 import warnings
 from dataclasses import replace
 
 import acoustics_bodies as bodies
 import numpy as np
 import pytest
+import radiation_cases as cases
 
 from nvhchain import store
 from nvhchain.acoustics import (
@@ -19,8 +21,8 @@ from nvhchain.acoustics import (
 from nvhchain.acoustics.coarsening import coarse_surfaces
 from nvhchain.acoustics.interpolation import interpolant
 from nvhchain.acoustics.master_choice import _lines_between
-from nvhchain.acoustics.masters import _deciding, _estimated_errors
-from nvhchain.errors import AccuracyWarning, InputError, SolverError
+from nvhchain.acoustics.masters import _deciding, _estimated_errors, _together
+from nvhchain.errors import AccuracyWarning, InputError, ResourceError, SolverError
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import SurfaceVelocity
 
@@ -316,3 +318,34 @@ def test_progress_and_shards_reach_the_solver(box, air, tmp_path):
     assert seen[0] == (0, 60)
     assert seen[-1] == (len(atv.frequency),) * 2
     assert 2 * len(list(tmp_path.glob("*.h5"))) <= len(atv.frequency)
+
+
+def test_masters_are_joined_within_the_memory_of_the_result_and_refused_beyond(box, air, monkeypatch):
+    """With a plane, too, whose vectors by way of it are kept apart and parted from the others between masters."""
+    plane, points = RigidPlane((0.0, 0.0, -1.0), (0.0, 0.0, 1.0)), np.random.default_rng(1).uniform(1, 2, (100, 3))
+    direct, image = (
+        cases.monopoles(box, ends, np.arange(1.0, 25.0), air).vectors for ends in (points, plane.mirror(points))
+    )
+    parts = [
+        cases.monopoles(box, points, np.arange(1.0, 25.0), air).replace(
+            frequency=np.arange(1.0, 25.0)[rows], vectors=(direct + image)[rows], image_vectors=image[rows], plane=plane
+        )
+        for rows in (slice(0, None, 3), slice(1, None, 3), slice(2, None, 3))
+    ]
+    tracemalloc.start()
+    try:
+        whole = _together(*parts)
+        joined = tracemalloc.get_traced_memory()[1]
+        tracemalloc.reset_peak()
+        unfolded = whole.unfolded()
+        parted = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    size = direct.nbytes + image.nbytes
+    assert joined < 1.1 * size
+    assert parted < 2.1 * size
+    assert np.array_equal(whole.vectors, direct + image)
+    assert np.allclose(unfolded.vectors, np.concatenate([direct, image], axis=1), rtol=1e-12)
+    monkeypatch.setattr("psutil.virtual_memory", lambda: type("M", (), {"available": size - 1}))
+    with pytest.raises(ResourceError, match=r"at 24 masters beside those found so far need .* fewer masters or field"):
+        _together(*parts)

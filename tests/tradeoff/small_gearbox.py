@@ -6,13 +6,6 @@ from pathlib import Path
 import nvhchain as nvh
 from nvhchain.fidelity import AcousticsFidelity, DynamicsFidelity, Fidelity, GearFidelity, HousingFidelity
 
-KNOBS = [
-    "gear.bodies", "gear.slices", "gear.angles_per_mesh", "gear.deflections", "gear.drive_reach",
-    "dynamics.mesh_level", "dynamics.time_step", "dynamics.settle_level", "dynamics.angle_refinement",
-    "housing.residual_flexibility", "acoustics.radiation", "acoustics.interpolation_points",
-]  # fmt: skip
-"""Those whose errors are claimed in claims.json."""
-
 TINY = Fidelity(
     "tiny",
     GearFidelity(

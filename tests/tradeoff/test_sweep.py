@@ -3,13 +3,13 @@
 import csv
 import io
 import shutil
-import subprocess
-import sys
+import time
 from dataclasses import replace
 
 import numpy as np
 import psutil
 import pytest
+from beside import run_here
 
 import nvhchain as nvh
 from nvhchain.case import HousingModel, SurfaceFile
@@ -30,7 +30,8 @@ from nvhchain.tradeoff import (
 )
 from nvhchain.tradeoff import knobs as catalogue
 from nvhchain.tradeoff import sweep as sweeping
-from nvhchain.tradeoff.measure import Cost
+from nvhchain.tradeoff.measure import Cost, measured_run
+from nvhchain.tradeoff.worker import _clocks
 
 KNOBS = ["acoustics.precision", "acoustics.radiation"]
 
@@ -47,6 +48,19 @@ class Record:
 
     def end(self, stage, how):
         pass
+
+
+@pytest.fixture
+def here(monkeypatch):
+    """Runs without processes of their own from where this is called on, or those of one fidelity."""
+
+    def patch(only=None):
+        def run(case, fidelity, **folders):
+            return (run_here if only in (None, fidelity.name) else measured_run)(case, fidelity, **folders)
+
+        monkeypatch.setattr(sweeping, "measured_run", run)
+
+    return patch
 
 
 @pytest.fixture(scope="module")
@@ -83,7 +97,8 @@ def test_single_precision_is_inaudible_and_levels_without_boundary_elements_are_
     assert error["equivalent_radiated_power"] > 1.0
 
 
-def test_a_second_sweep_computes_nothing_and_says_the_same(swept, sphere):
+def test_a_second_sweep_computes_nothing_and_says_the_same(swept, sphere, here):
+    here()
     out, first, _ = swept
     record = Record()
     second = tradeoff(sphere, out=out, fidelity=nvh.DRAFT, knobs=KNOBS, watcher=record)
@@ -91,7 +106,9 @@ def test_a_second_sweep_computes_nothing_and_says_the_same(swept, sphere):
     assert second == first
 
 
-def test_an_interrupted_sweep_goes_on_where_it_was(sphere, tmp_path):
+def test_an_interrupted_sweep_goes_on_where_it_was(sphere, tmp_path, here):
+    here("draft")
+
     class Interrupt(Record):
         def begin(self, stage):
             super().begin(stage)
@@ -102,13 +119,15 @@ def test_an_interrupted_sweep_goes_on_where_it_was(sphere, tmp_path):
     first, second = Interrupt(), Record()
     with pytest.raises(KeyboardInterrupt):
         tradeoff(sphere, out=tmp_path, fidelity=nvh.DRAFT, knobs=knobs, watcher=first)
+    here()
     sweep = tradeoff(sphere, out=tmp_path, fidelity=nvh.DRAFT, knobs=knobs, watcher=second)
     assert first.computed == ["transfer_vectors", "pressure"] * 2
     assert second.computed == ["pressure"]
     assert set(sweep.measurements[1].stages) == {"transfer_vectors", "pressure"}
 
 
-def test_stages_whose_cost_is_lost_are_not_counted_as_free(swept, sphere, tmp_path):
+def test_stages_whose_cost_is_lost_are_not_counted_as_free(swept, sphere, tmp_path, here):
+    here()
     shutil.copytree(swept[0], tmp_path, dirs_exist_ok=True)
     (tmp_path / "costs.json").unlink()
     with pytest.raises(
@@ -120,7 +139,8 @@ def test_stages_whose_cost_is_lost_are_not_counted_as_free(swept, sphere, tmp_pa
         tradeoff(sphere, out=tmp_path, fidelity=nvh.DRAFT, knobs=KNOBS)
 
 
-def test_rows_of_other_code_are_measured_again(swept, sphere, monkeypatch):
+def test_rows_of_other_code_are_measured_again(swept, sphere, monkeypatch, here):
+    here()
     monkeypatch.setattr(sweeping, "code_version", lambda package: f"other {package}")
     record = Record()
     tradeoff(sphere, out=swept[0], fidelity=nvh.DRAFT, knobs=["acoustics.precision"], watcher=record)
@@ -154,16 +174,19 @@ def test_a_housing_from_a_file_is_among_the_files_of_a_run(gearbox, tmp_path, mo
 
 def test_costs_are_of_the_processor_and_not_of_the_wall():
     """Asleep and busy."""
-    code = "import time; from nvhchain.tradeoff import worker as w; a = w._clocks(); time.sleep(0.5); b = w._clocks(); "
-    code += "sum(i * i for i in range(10**6)); c = w._clocks(); print(b[0] - a[0], b[1] - a[1], c[1] - b[1])"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    wall, asleep, busy = map(float, done.stdout.split())
+    clocks = [_clocks()]
+    time.sleep(0.5)
+    clocks.append(_clocks())
+    sum(i * i for i in range(10**6))
+    clocks.append(_clocks())
+    (wall, asleep), (_, busy) = np.diff(clocks, axis=0)
     assert wall >= 0.5
     assert asleep < 0.1
     assert busy > 0.01
 
 
-def test_a_gear_knob_recomputes_no_housing_and_no_transfer_vectors(gearbox, tiny, tmp_path):
+def test_a_gear_knob_recomputes_no_housing_and_no_transfer_vectors(gearbox, tiny, tmp_path, here):
+    here()
     record = Record()
     sweep = tradeoff(gearbox, out=tmp_path, fidelity=tiny, knobs=["gear.slices"], watcher=record)
     assert [(row.knob, row.value) for row in sweep.measurements[1:]] == [
@@ -179,7 +202,8 @@ def test_a_gear_knob_recomputes_no_housing_and_no_transfer_vectors(gearbox, tiny
     assert errors[0] > 0.01
 
 
-def test_a_variant_that_the_chain_refuses_is_a_row_with_its_reason(sphere, tmp_path, monkeypatch):
+def test_a_variant_that_the_chain_refuses_is_a_row_with_its_reason(sphere, tmp_path, monkeypatch, here):
+    here("draft")
     monkeypatch.setattr(catalogue, "KNOBS", (Knob("acoustics", ("master_tolerance_db",), ((0.1,),)),))
     few = replace(nvh.DRAFT, acoustics=replace(nvh.DRAFT.acoustics, masters=9))
     sweep = tradeoff(sphere, out=tmp_path, fidelity=few, knobs=["acoustics.master_tolerance_db"])
@@ -189,7 +213,9 @@ def test_a_variant_that_the_chain_refuses_is_a_row_with_its_reason(sphere, tmp_p
     assert "refused" in markdown(sweep)
 
 
-def test_a_variant_that_the_system_ends_is_a_row_that_is_tried_again(sphere, tmp_path):
+def test_a_variant_that_the_system_ends_is_a_row_that_is_tried_again(sphere, tmp_path, here):
+    here("draft")
+
     class Kill(Record):
         def begin(self, stage):
             super().begin(stage)
@@ -200,6 +226,7 @@ def test_a_variant_that_the_system_ends_is_a_row_that_is_tried_again(sphere, tmp
     knobs = ["acoustics.precision"]
     killed = tradeoff(sphere, out=tmp_path, fidelity=nvh.DRAFT, knobs=knobs, watcher=Kill()).measurements[1]
     assert killed.refused == "killed by signal 9"
+    here()
     assert tradeoff(sphere, out=tmp_path, fidelity=nvh.DRAFT, knobs=knobs).measurements[1].refused is None
 
 

@@ -177,7 +177,7 @@ def knobs_of(case: Case, names: Sequence[str] | None = None, given: Collection[s
         require(
             name in others or any(_called(knob, name) for knob in looked_at),
             f"knob {name!r} is unknown or not used by {case.name}; known: {', '.join(others)}, "
-            f"{', '.join(knob.name for knob in looked_at)}",
+            f"{', '.join(_asked_as(knob) for knob in looked_at)}",
         )
     return tuple(knob for knob in looked_at if any(_called(knob, name) for name in names))
 
@@ -249,7 +249,12 @@ def _heard(knob: Knob, case: Case) -> bool:
     return knob.stage != "acoustics" and not of_the_surface
 
 
+def _asked_as(knob: Knob) -> str:
+    """The name of a knob; with its one value where that takes hours."""
+    return f"{knob.name}={spoken(knob.values[0])}" if knob.hours else knob.name
+
+
 def _called(knob: Knob, name: str) -> bool:
     if knob.hours:
-        return name in [f"{knob.name}={spoken(value)}" for value in knob.values]
+        return name == _asked_as(knob)
     return name in (knob.name, knob.stage) or name in [f"{knob.stage}.{field}" for field in knob.fields]

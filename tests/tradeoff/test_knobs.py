@@ -117,5 +117,10 @@ def test_knobs_are_chosen_by_knob_field_or_stage_and_unknown_names_are_refused(g
     joint = knobs_of(gearbox, ["acoustics.close_orders"])
     assert [knob.name for knob in joint] == ["acoustics.close_distances+close_orders"]
     assert {knob.stage for knob in knobs_of(gearbox, ["housing"])} == {"housing"}
-    with pytest.raises(InputError, match=r"knob 'gear.sliecs' is unknown"):
+    with pytest.raises(InputError, match=r"knob 'gear.sliecs' is unknown") as refused:
         knobs_of(gearbox, ["gear.sliecs"])
+    known = str(refused.value).split("known: ")[1].split(", ")
+    assert len(set(known)) == len(known)
+    assert "dynamics.mesh_level=contact" in known
+    for name in known:
+        knobs_of(gearbox, [name])

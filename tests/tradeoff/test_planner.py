@@ -149,6 +149,8 @@ def test_a_preset_is_taken_where_it_keeps_to_the_tolerance_and_is_quicker(case, 
     assert choice.expected_seconds == pytest.approx(60 * (10 / 60) + 60 * (6 / 30) + 6 + 74)
     assert "preset = standard (0.6 dB)" in str(choice)
     assert "preset" not in cheapest(case, 0.8, swept).turned  # 0.6 dB exceed the share of 0.8 dB
+    unknown = row("preset", "of another version", 0.0, 0.0, mesh_law_stage=1.0)
+    assert cheapest(case, 1.0, replace(swept, measurements=(*swept.measurements, unknown))) == choice
 
 
 def test_no_choice_within_the_share_of_the_tolerance_would_be_quicker_by_more_than_the_smallest_gain(case, sweep):

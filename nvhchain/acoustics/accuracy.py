@@ -65,10 +65,10 @@ def expected_accuracy(
     elements_per_wavelength: there.  expected_error_dB: at the loudest field points.  Part of it: expected_error_low_dB,
     at any frequency however low; of that, faceting_error_dB, from facets in the place of round faces (triangles that
     meet at more than 40° form an edge of the body).  With a point nearer than half an element edge also clearance: in
-    edges, and expected_error_nearest_dB: there, at its own pressure.  With needles, edges sharper than 60°, or gaps
-    narrower than the engine resolves (`bempp` cuts no triangles), also quadrature_error: of constant and linear
-    pressures on the surface, relative; sound fields err by a third of that to eight times as much
-    (docs/measured/quadrature.md), and twice that is part of expected_error_low_dB.
+    edges, and expected_error_nearest_dB: there, at its own pressure.  With needles, edges sharper than 60°, gaps
+    narrower than the engine resolves (`bempp` cuts no triangles), or a singular_order below 3, also quadrature_error:
+    of constant and linear pressures on the surface, relative; sound fields err by a third of that to eight times as
+    much (docs/measured/quadrature.md), and twice that is part of expected_error_low_dB.
     With triangles longer than all but a twentieth of the area may be (`LOCAL_COARSENING`): coarse_share of the area,
     coarse_elements_per_wavelength of the longest one, and their error (`patch_error`) as part of expected_error_dB;
     expected_error_patch_dB bounds the error of sound that comes from behind them alone, wherever it is heard, and that
@@ -239,8 +239,9 @@ def mean_square_angle(surface: Surface) -> float:
 
 
 def _quadrature_accuracy(surface: Surface, fidelity: AcousticsFidelity, engine: str) -> dict[str, float]:
-    """Closure error of a surface with needles or gaps that are not resolved, nothing for any other."""
-    from nvhchain.acoustics._fused_closure import TOGETHER, gap_cost, suspect_error
+    """Closure error of a surface with needles or gaps that are not resolved, and of any with a `singular_order` that is
+    too low; nothing for any other."""
+    from nvhchain.acoustics._fused_closure import FAIR_ORDER, TOGETHER, gap_cost, suspect_error
 
     rules, remedy = fidelity, "raise singular_order and gap_halvings"
     if engine == "bempp":
@@ -268,10 +269,14 @@ def _quadrature_accuracy(surface: Surface, fidelity: AcousticsFidelity, engine: 
     if error is None:
         return {}
     if error > fidelity.quadrature_error:
+        cause = "needles, sharp edges or thin gaps of the mesh leave"
+        remedy = f"make triangles less than {fidelity.needle_aspect:g} times as long as high, or {remedy}"
+        if rules.singular_order < FAIR_ORDER:
+            cause = f"singular_order = {rules.singular_order} leaves"
+            remedy = f"raise it to {FAIR_ORDER} or more"
         warnings.warn(
-            f"needles, sharp edges or thin gaps of the mesh leave a relative quadrature error of {error:.2g} on the "
-            f"surface, {fidelity.quadrature_error:g} asked, and the sound errs by up to eight times as much: make "
-            f"triangles less than {fidelity.needle_aspect:g} times as long as high, or {remedy}",
+            f"{cause} a relative quadrature error of {error:.2g} on the surface, {fidelity.quadrature_error:g} asked, "
+            f"and the sound errs by up to eight times as much: {remedy}",
             AccuracyWarning,
             stacklevel=4,
         )

@@ -71,7 +71,7 @@ def solve_direct(
     pressure, left = np.ascontiguousarray(found[:, :-1]), found[:, -1].real
     one_element = float(frequency[-1]) * expected.get("elements_per_wavelength", np.inf)
     expected |= told_cancellation(frequency, np.abs(pressure).max(axis=1) ** 2, left**2, fidelity, one_element)
-    provenance = made_by("solve_direct", fidelity, engine, records=record) | expected
+    provenance = made_by("solve_direct", fidelity, engine, records=record, expected=expected)
     return FieldPressure(frequency, x, pressure, provenance=provenance)
 
 
@@ -99,7 +99,7 @@ def surface_pressure(
     check_engine(engine)
     expected = expected_accuracy(surface, None, float(frequency[-1]), air, fidelity, engine)
     galerkin, record = _solve(surface_velocity, None, incident, air, fidelity, engine, plane, executor, progress)
-    provenance = made_by("surface_pressure", fidelity, engine, records=record) | expected
+    provenance = made_by("surface_pressure", fidelity, engine, records=record, expected=expected)
     return SurfacePressure(frequency, _vertex_values(surface, galerkin), surface, provenance=provenance)
 
 

@@ -112,8 +112,8 @@ def sound_power(
     ).real
     one_element = float(frequency[-1]) * expected.get("elements_per_wavelength", np.inf)
     expected |= told_cancellation(frequency, found[:, 0], found[:, 1], fidelity, one_element)
-    provenance = made_by("sound_power", fidelity, engine, ("multipole_digits",), records)
-    return SoundPower(frequency, found[:, 0], provenance=provenance | expected)
+    provenance = made_by("sound_power", fidelity, engine, ("multipole_digits",), records, expected)
+    return SoundPower(frequency, found[:, 0], provenance=provenance)
 
 
 def _powers(

@@ -118,7 +118,7 @@ def radiation_resistance(
         records=records,
     )
     resistance = air.impedance * (shapes.T * surface.areas) @ shapes
-    provenance = made_by("radiation_resistance", fidelity, engine, ("multipole_digits",), records) | expected
+    provenance = made_by("radiation_resistance", fidelity, engine, ("multipole_digits",), records, expected)
     return RadiationResistance(
         frequency, found[:, :rows], resistance, air, plane, motion.housing, found[:, rows:], provenance=provenance
     )

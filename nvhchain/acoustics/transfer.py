@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,7 @@ from nvhchain.acoustics.plane import check_plane, with_images
 from nvhchain.acoustics.potentials import layer_potentials
 from nvhchain.acoustics.rayleigh import check_rayleigh_memory, rayleigh_accuracy, rayleigh_vectors
 from nvhchain.acoustics.shards import kept_in
+from nvhchain.acoustics.solver_accuracy import with_solver_error
 from nvhchain.acoustics.surface import check_mesh, check_points, real_numbers
 from nvhchain.conventions import Air, Progress
 from nvhchain.errors import require
@@ -140,10 +142,10 @@ def transfer_vectors(
     vectors.flags.writeable = False  # and so the hand-off takes them without another copy
     if exact:
         coarse_knobs = ("coarse_edge_ratios", "coarse_elements_per_wavelength") if below else ()
-        provenance = made_by("transfer_vectors", fidelity, engine, coarse_knobs, records)
+        provenance = made_by("transfer_vectors", fidelity, engine, coarse_knobs, records, expected)
     else:
         knobs = told(fidelity, ("radiation", "field_near_ratio"))
-        provenance = {"stage": "acoustics.transfer_vectors", "fidelity": knobs}
+        provenance = {"stage": "acoustics.transfer_vectors", "fidelity": knobs, **expected}
     breaks = frequency[:-1][np.diff(surface_used(below, frequency)) != 0]
     return TransferVectors(
         frequency,
@@ -154,7 +156,7 @@ def transfer_vectors(
         plane,
         image,
         breaks if len(breaks) else None,
-        provenance=provenance | expected | of_coarse,
+        provenance=provenance | of_coarse,
     )
 
 
@@ -164,8 +166,10 @@ def made_by(
     engine: str,
     others: Sequence[str] = (),
     records: Sequence[SolverRecord] = (),
+    expected: Mapping[str, Any] = MappingProxyType({}),
 ) -> dict[str, Any]:
-    """Provenance of what boundary elements gave: the knobs that took part, with `others`, and how it was solved."""
+    """Provenance of what boundary elements gave: the knobs that took part, with `others`, how it was solved, and what
+    the mesh lets expect with the error of the solver."""
     knobs = (*QUADRATURE[engine], "field_near_ratio", "solver", *others)
     record = sum(records, SolverRecord())
     if record.tolerance:
@@ -177,6 +181,7 @@ def made_by(
         "fidelity": told(fidelity, knobs),
         "engine": engine,
         **record.provenance,
+        **with_solver_error(expected, record, fidelity),
     }
 
 

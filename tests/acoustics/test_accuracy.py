@@ -1,6 +1,7 @@
 """The errors that are stated beforehand, against the truth: round bodies, low frequencies, needles, narrow gaps."""
 
 import itertools
+import re
 import time
 import warnings
 from dataclasses import replace
@@ -414,3 +415,30 @@ def test_what_fans_of_needles_cost_is_said_and_true(air, monkeypatch):
     monkeypatch.setattr(accuracy, "SLOW", 0.5 * seconds)
     with pytest.warns(RuntimeWarning, match=r"120 triangles are more than 5 times .* fans of needles"):
         expected_accuracy(body, None, 100.0, air, KNOBS)
+
+
+@pytest.fixture(scope="module")
+def exact_ball(air):
+    points = np.array([[0.4, 0.1, 0.0], [0.0, -1.0, 0.3], [0.2, 0.2, 2.0]])
+    return transfer_vectors(sphere(0.15, 3), points, [100.0], air=air, fidelity=replace(KNOBS, solver="direct"))
+
+
+@pytest.mark.parametrize(
+    ("knobs", "warned"),
+    [
+        ({"singular_order": 1}, r"singular_order = 1 leaves a relative quadrature error of 0\.0\d+ .* raise it to 3"),
+        ({"solver": "compressed", "compression_error": 1e-2, "solver_residual": 1e-3}, None),
+        ({"solver": "iterative", "solver_residual": 1e-2}, None),
+    ],
+)
+def test_low_singular_orders_compression_and_unfinished_iterations_are_part_of_the_stated_error(
+    exact_ball, knobs, warned
+):
+    exact, fidelity = exact_ball, replace(KNOBS, **knobs)
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        found = transfer_vectors(exact.surface, exact.points, [100.0], air=exact.air, fidelity=fidelity)
+    assert [str(one.message) for one in said] == [] if warned is None else re.search(warned, str(said[0].message))
+    error = np.linalg.norm(found.vectors - exact.vectors, axis=2) / np.linalg.norm(exact.vectors, axis=2)
+    stated = [10 ** (one.provenance["expected_error_dB"] / 20) for one in (found, exact)]
+    assert error.max() / 2 < stated[0] - stated[1] < 30 * error.max()

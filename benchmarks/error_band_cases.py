@@ -82,7 +82,7 @@ def speeds() -> Iterator[GearboxCase]:
     points = tuple(FieldPoint(f"{n}", place) for n, place in enumerate(places))
     base = replace(loaded("small/single_stage.toml"), field_points=points)
     for rpm in sorted({*range(500, 4501, 100), *range(3200, 3281, 20)}):
-        yield at(base, f"{rpm} rpm, six points", rpm)
+        yield at(base, f"{rpm} rpm from six sides", rpm)
 
 
 def coarse() -> GearboxCase:

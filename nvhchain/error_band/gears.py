@@ -49,9 +49,10 @@ CORNER_ERROR = 0.5
 harmonic, more under more load, on six pairs of gears under 0.1 to 2 times their load.  518 of 520 bearing
 forces of four single stages at 400 and 1800 rpm are held."""
 
-UNKNOWN = 1.0
-"""Harmonics beyond half the angles per mesh, of which the law holds none, over the strongest one, falling with the
-square of their number as those of kinks do.  Beyond as many harmonics as angles forces may err by more."""
+UNKNOWN = 8.0
+"""Error of bearing forces at harmonics beyond half the angles per mesh, of which the law holds none, over these forces,
+which come from its interpolation: with coverage 24.6 dB.  Four single stages at 200 and 400 rpm: 95 % are at most 28 dB
+too quiet with 48 angles, 14 dB up to the 48th harmonic; with 24 angles 51 dB."""
 
 FAR_SIDEBAND = 0.02
 """Least error of a sideband over that of the strongest mesh harmonic: 0.005 to 0.07 far from the mesh harmonics of the
@@ -98,7 +99,7 @@ def force_error(case: GearboxCase, laws: Sequence[MeshLaw], fidelity: GearFideli
     """What excites the bearing forces up to the order `highest`, and its error.
 
     Every mesh multiplies what passes through it by 1 + E(θ)/E₀, twice, as force and as stiffness: spectra fold.
-    Harmonics beyond those that the tables of the laws hold are unknown.
+    Harmonics beyond those that the tables of the laws hold are `UNKNOWN`.
     """
     gears = {gear.name: gear for gear in case.gears}
     spectra = []
@@ -163,10 +164,10 @@ def _law_spectrum(
     largest = LARGEST_ERROR / mesh_number
     bodies = largest if fidelity.bodies == "analytic" else np.minimum(mesh_error, largest)
     corner = CORNER_ERROR * (fidelity.corner_gap == 0) / mesh_number
-    unknown = UNKNOWN * (number >= held) / mesh_number**2
-    mesh = np.sqrt(bodies**2 + corner**2 + unknown**2) * strongest * share
+    mesh = np.hypot(bodies, corner) * strongest * share
     error = np.sqrt(mesh**2 + mirrored**2 + blank**2)
     error[0] = 0.0
+    own[held:] = AMPLIFICATION / UNKNOWN * error[held:]
     return own, error
 
 

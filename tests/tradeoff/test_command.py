@@ -1,11 +1,14 @@
 """`nvhchain tradeoff` measures, leaves its tables and picture, and finds what it has measured."""
 
 import pytest
+from beside import run_here
 
 from nvhchain.cli import main, parser
+from nvhchain.tradeoff import sweep as sweeping
 
 
-def test_command_leaves_tables_and_picture_and_finds_them_again(request, tmp_path, capsys):
+def test_command_leaves_tables_and_picture_and_finds_them_again(request, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(sweeping, "measured_run", run_here)
     case = str(request.config.rootpath / "cases/sphere/pulsating.toml")
     command = ["tradeoff", case, "--fidelity", "draft", "--knob", "acoustics.quadrature_order", "--out", str(tmp_path)]
     assert main(command) == 0

@@ -1,6 +1,7 @@
 """What `plan` predicts against what runs take; writes docs/measured/plan.md.
 
     python benchmarks/plan.py OUT [CASE FIDELITY QUANTITY ...]
+    python benchmarks/plan.py OUT knobs [NAME ...]      every number among the knobs alone (`plan_knobs`)
 
 FIDELITY is a preset, or one with `+contact` (the mesh level) or `+friction` (0.05 in the case's options) behind it.
 Every run has a process of its own, whose processor time and peak memory are taken by stage. What OUT holds already is
@@ -16,6 +17,7 @@ import sys
 from dataclasses import asdict, replace
 from pathlib import Path
 
+from plan_knobs import kept_name, measure_knobs, publish_knobs
 from publish import publish
 
 import nvhchain as nvh
@@ -95,8 +97,7 @@ def rows(out: Path) -> list[str]:
         costs = {name: Cost(**cost) for name, cost in stages.items()}
         scene = f"{case.name}, {quantity.replace('_', ' ')} | {fidelity}"
         for stage in plan.stages:
-            like = next((kept for start, kept in KEPT.items() if stage.name.startswith(start)), None)
-            name = like + stage.name.split()[-1] if like and like.endswith("_") else like
+            name = kept_name(stage, KEPT)
             if name in costs and costs[name].processor >= 1.0:
                 lines.append(row(scene, stage.name, stage.seconds, stage.megabytes, costs[name]))
         total = Cost(
@@ -118,6 +119,10 @@ def main() -> None:
     """Measure what is named, then publish all."""
     out = Path(sys.argv[1])
     out.mkdir(parents=True, exist_ok=True)
+    if sys.argv[2:3] == ["knobs"]:
+        measure_knobs(out, tuple(sys.argv[3:]))
+        publish_knobs(out, KEPT)
+        return
     for path, fidelity, quantity in zip(*(iter(sys.argv[2:]),) * 3, strict=True):
         measure(out, path, fidelity, quantity)
     head = (

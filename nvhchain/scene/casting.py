@@ -15,12 +15,13 @@ from nvhchain.fidelity import Fidelity
 from nvhchain.housing.reduction import bending_wavelength
 from nvhchain.scene.planned import BASE_MEGABYTES, Stage
 
-# Estimates: processor seconds and megabytes per unit of work, fitted to the runs in docs/measured/plan.md, which
-# benchmarks/plan.py measures again.
+# Estimates: processor seconds and megabytes per unit of work, fitted to the runs in docs/measured/plan.md and
+# docs/measured/plan_knobs.md, which benchmarks/plan.py measures again.
 _UNKNOWNS_PER_AREA = 1.3e3
 _UNKNOWNS_EXPONENT = 1.4
 _SECONDS_PER_UNKNOWN = 1.69e-4
 _SECONDS_PER_UNKNOWN_AND_MODE = 4e-7
+_SECONDS_PER_SAMPLE = 8.9e-6
 _MEGABYTES_PER_THOUSAND_UNKNOWNS = 1.75
 _FILL_EXPONENT = 1.35
 _MODES_AT_6_KHZ = 60
@@ -98,8 +99,8 @@ def kept_modes(case: GearboxCase, fidelity: Fidelity) -> str:
     return f"modes to {fidelity.housing.mode_ratio * case.band.high:g} Hz"
 
 
-def housing_stage(case: GearboxCase, fidelity: Fidelity, unknowns: float) -> Stage:
-    """Reduction of the housing.  unknowns: of its finite elements."""
+def housing_stage(case: GearboxCase, fidelity: Fidelity, unknowns: float, faces: int) -> Stage:
+    """Reduction of the housing.  unknowns: of its finite elements.  faces: that radiate."""
     top = fidelity.housing.mode_ratio * case.band.high
     if isinstance(case.housing, ModalResults):
         return Stage("housing", f"the modes to {top:g} Hz in {case.housing.file}", 10.0, BASE_MEGABYTES)
@@ -110,7 +111,8 @@ def housing_stage(case: GearboxCase, fidelity: Fidelity, unknowns: float) -> Sta
         "housing",
         f"about {unknowns / 1e3:.0f} k unknowns of {elements}; {kept_modes(case, fidelity)}, "
         f"residual flexibility of {len(case.bearings)} seats",
-        unknowns * (_SECONDS_PER_UNKNOWN + _SECONDS_PER_UNKNOWN_AND_MODE * modes_in_reach(case, fidelity)),
+        unknowns * (_SECONDS_PER_UNKNOWN + _SECONDS_PER_UNKNOWN_AND_MODE * modes_in_reach(case, fidelity))
+        + _SECONDS_PER_SAMPLE * faces * fidelity.housing.samples_per_face**2,
         BASE_MEGABYTES + _MEGABYTES_PER_THOUSAND_UNKNOWNS * (1e-3 * unknowns) ** _FILL_EXPONENT,
         {"unknowns": unknowns, "modes": modes_in_reach(case, fidelity)},
     )

@@ -17,21 +17,26 @@ from nvhchain.gear import GearBody, VolumeMesh
 from nvhchain.scene.casting import modes_in_reach
 from nvhchain.scene.planned import BASE_MEGABYTES, SECONDS_PER_STAGE, Stage
 
-# Estimates: processor seconds and megabytes per unit of work, fitted to the runs in docs/measured/plan.md, which
-# benchmarks/plan.py measures again.
-_SECONDS_PER_TOOTH_LAYER = 1.36e-2
-_SECONDS_PER_LOADED_TOOTH = 4.5e-4
-_MESH_GROWTH = 0.65
+# Estimates: processor seconds and megabytes per unit of work, fitted to the runs in docs/measured/plan.md and
+# docs/measured/plan_knobs.md, which benchmarks/plan.py measures again.
+_SECONDS_PER_TOOTH = 1.6e-3
+_SECONDS_PER_LOADED_TOOTH = 5.6e-5
+_MESH_GROWTH = 0.43
+_REFINED = 1.8
 _WEB_GROWTH = 0.9
+_SECONDS_PER_LINES = 1.56e-3
+_SECONDS_PER_COUPLING = 5.3e-8
 _SECONDS_PER_CONTACT = 1.0e-8
-_MEGABYTES_PER_TOOTH_LAYER = 3.3
-_MEMORY_GROWTH = 0.35
+_LINES_PER_LOADED_ANGLE = 5
+_LINES_PER_DISTRIBUTION = 4.2
+_LINES_PER_CONTACT_STEP = 5.5
+_MEGABYTES_PER_TOOTH = 0.37
+_MEMORY_GROWTH = 0.15
+_REFINED_MEMORY = 1.5
 _WEB_MEMORY_GROWTH = 0.7
 _MEGABYTES_PER_UNKNOWN = 11e-3
 _SECONDS_PER_STEP_AND_MODE = 7e-9
 _SETTLING_PERIODS = 4
-_SECONDS_PER_LOADED_ANGLE = 7.7e-3
-_SECONDS_PER_CONTACT_STEP = 1e-2
 
 
 def mesh_law_stages(case: GearboxCase, fidelity: Fidelity) -> list[Stage]:
@@ -40,7 +45,6 @@ def mesh_law_stages(case: GearboxCase, fidelity: Fidelity) -> list[Stage]:
     for stage, pair in zip(case.stages, case.pairs, strict=True):
         bodies = (pair.pinion, pair.wheel)
         meshes, slices = lcm(*(body.sector for body in bodies)), gear.slice_count(pair, knobs)
-        contacts = meshes * knobs.angles_per_mesh * knobs.deflections * (3 * slices) ** 2
         described = " and ".join(
             f"{body.geometry.teeth} teeth {type(body.blank).__name__.lower()} ({body.sector} by symmetry)"
             for body in bodies
@@ -50,7 +54,7 @@ def mesh_law_stages(case: GearboxCase, fidelity: Fidelity) -> list[Stage]:
                 f"mesh law {stage.name}",
                 f"{described}; {meshes * knobs.angles_per_mesh} angles × {knobs.deflections} deflections, "
                 f"{slices} slices",
-                _body_seconds(bodies, knobs) + _SECONDS_PER_CONTACT * contacts,
+                _body_seconds(bodies, knobs) + _law_seconds(meshes, slices, knobs),
                 BASE_MEGABYTES + max(_gear_megabytes(body, knobs) for body in bodies),
                 {"teeth": sum(body.sector for body in bodies)},
             )
@@ -70,7 +74,8 @@ def load_distribution_stages(case: GearboxCase, fidelity: Fidelity, *, alone: bo
         bodies = (pair.pinion, pair.wheel)
         angles = lcm(*(body.sector for body in bodies)) * fidelity.gear.angles_per_mesh
         models = f"{angles} angles under the nominal force"
-        seconds, megabytes = _SECONDS_PER_LOADED_ANGLE * angles, BASE_MEGABYTES
+        lines = _lines_seconds(gear.slice_count(pair, fidelity.gear))
+        seconds, megabytes = _LINES_PER_DISTRIBUTION * lines * angles, BASE_MEGABYTES
         if alone:
             seconds += _body_seconds(bodies, fidelity.gear)
             megabytes += max(_gear_megabytes(body, fidelity.gear) for body in bodies)
@@ -78,16 +83,33 @@ def load_distribution_stages(case: GearboxCase, fidelity: Fidelity, *, alone: bo
     return stages
 
 
+def _law_seconds(meshes: int, slices: int, knobs: GearFidelity) -> float:
+    """Of the contact problems of a mesh law, whose deflections are found by loading every phase and every mesh."""
+    angles = meshes * knobs.angles_per_mesh
+    sets = _LINES_PER_LOADED_ANGLE * (knobs.angles_per_mesh + meshes) + 2 * angles  # both flanks
+    return _lines_seconds(slices) * sets + _SECONDS_PER_CONTACT * angles * knobs.deflections * (3 * slices) ** 2
+
+
+def _lines_seconds(slices: int) -> float:
+    """Of one set of contact lines, about three at once, and of what every slice does to every other."""
+    return _SECONDS_PER_LINES + _SECONDS_PER_COUPLING * (3 * slices) ** 2
+
+
 def _body_seconds(bodies: Sequence[GearBody], knobs: GearFidelity) -> float:
-    """Of the finite elements of a pair of gears."""
+    """Of the finite elements of a pair of gears: teeth condensed onto the nodes they share, every one with every other.
+
+    These nodes grow with the layers, their stiffness as the square. A finer transverse mesh makes
+    that stiffness grow less (twice the refinement: 2.1 times) than the blank's bricks (3.3 times), which are factored.
+    """
     if knobs.bodies != "elements":
         return 0.0
-    layers = [
-        body.geometry.teeth * knobs.width_layers * gear.bricks_over_even(body, knobs) ** _WEB_GROWTH for body in bodies
+    coupled = [
+        body.geometry.teeth * knobs.width_layers**2 * gear.bricks_over_even(body, knobs) ** _WEB_GROWTH
+        for body in bodies
     ]
-    loaded = sum((body.sector - 1) * layer for body, layer in zip(bodies, layers, strict=True))
-    fineness = knobs.profile_elements / knobs.row_aspect
-    return float(fineness**_MESH_GROWTH * (_SECONDS_PER_TOOTH_LAYER * sum(layers) + _SECONDS_PER_LOADED_TOOTH * loaded))
+    loaded = sum((body.sector - 1) * each for body, each in zip(bodies, coupled, strict=True))
+    finer = knobs.transverse_refinement**_REFINED * (knobs.profile_elements / knobs.row_aspect) ** _MESH_GROWTH
+    return float(finer * (_SECONDS_PER_TOOTH * sum(coupled) + _SECONDS_PER_LOADED_TOOTH * loaded))
 
 
 def _gear_megabytes(body: GearBody, knobs: GearFidelity) -> float:
@@ -96,9 +118,9 @@ def _gear_megabytes(body: GearBody, knobs: GearFidelity) -> float:
         return 0.0
     if isinstance(body.blank, VolumeMesh):
         return _MEGABYTES_PER_UNKNOWN * 3 * len(body.blank.nodes)
-    fineness = knobs.profile_elements / knobs.row_aspect
-    layers = body.geometry.teeth * knobs.width_layers * gear.bricks_over_even(body, knobs) ** _WEB_MEMORY_GROWTH
-    return _MEGABYTES_PER_TOOTH_LAYER * layers * fineness**_MEMORY_GROWTH
+    finer = knobs.transverse_refinement**_REFINED_MEMORY * (knobs.profile_elements / knobs.row_aspect) ** _MEMORY_GROWTH
+    coupled = body.geometry.teeth * knobs.width_layers**2 * gear.bricks_over_even(body, knobs) ** _WEB_MEMORY_GROWTH
+    return _MEGABYTES_PER_TOOTH * coupled * finer
 
 
 def recorded_time(case: GearboxCase) -> float:
@@ -123,11 +145,11 @@ def dynamics_stage(case: GearboxCase, fidelity: Fidelity) -> Stage:
     if knobs.mesh_level == "contact":
         level = f"the contact problem of {meshes} meshes in every step"
         solved = steps if case.operation.ramp else steps + _settling_time(case, fidelity) / knobs.time_step
-        seconds += _SECONDS_PER_CONTACT_STEP * meshes * solved
         # its solvers hold the gears' finite elements, which they make for themselves
         for pair in case.pairs:
             bodies = (pair.pinion, pair.wheel)
-            seconds += _body_seconds(bodies, fidelity.gear)
+            lines = _lines_seconds(gear.slice_count(pair, fidelity.gear))
+            seconds += _body_seconds(bodies, fidelity.gear) + _LINES_PER_CONTACT_STEP * lines * solved
             held = max(held, *(_gear_megabytes(body, fidelity.gear) for body in bodies))
     return Stage(
         "bearing forces",

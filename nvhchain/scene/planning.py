@@ -38,7 +38,7 @@ def plan_without(case: Case, fidelity: Fidelity, ready: Collection[str]) -> Plan
         )
     area, unknowns = extent(case, fidelity, ready) if moves(case) else (0.0, 0.0)
     stages = [
-        *[housing_stage(case, fidelity, unknowns)] * moves(case),
+        *([housing_stage(case, fidelity, unknowns, faces_of(case, fidelity, area))] if moves(case) else []),
         *mesh_law_stages(case, fidelity),
         *load_distribution_stages(case, fidelity, alone="mesh_laws" in ready),
         dynamics_stage(case, fidelity),

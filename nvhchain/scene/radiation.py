@@ -2,20 +2,28 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from math import ceil, inf, log10, pi, sqrt
 
 from nvhchain import acoustics
+from nvhchain.acoustics._fused_quadrature import order_for
 from nvhchain.case import HEARD, Case, GearboxCase, RadiatorCase
-from nvhchain.fidelity import Fidelity
+from nvhchain.fidelity import AcousticsFidelity, Fidelity
 from nvhchain.housing import Casting, face_size
 from nvhchain.memory import free_memory
 from nvhchain.scene.casting import modes_in_reach
 from nvhchain.scene.planned import BASE_MEGABYTES, SECONDS_PER_STAGE, Stage
 
-# Estimates: processor seconds and megabytes per unit of work, fitted to the runs in docs/measured/plan.md, which
-# benchmarks/plan.py measures again.
-_SECONDS_PER_SYSTEM = 0.1
+# Estimates: processor seconds and megabytes per unit of work, fitted to the runs in docs/measured/plan.md and
+# docs/measured/plan_knobs.md, which benchmarks/plan.py measures again.
+_SECONDS_PER_SYSTEM = 0.05
 _SECONDS_PER_PAIR = 9.3e-8
+_POINTS_OF_A_PAIR = 28.0
+_SECONDS_PER_CLOSE_POINT = 5.5e-9
+_TRIANGLES_PER_DISTANCE = 15.0
+_TOUCHING = 13
+_NEEDLES = 30
+_BYTES_PER_RULE_POINT = 3 * 7 * 8  # barycentric coordinates of both points and weight, as made and in chunks
 _SECONDS_PER_LU = 4e-11
 _SECONDS_PER_PAIR_AND_SHAPE = 3e-9
 _MASTERS_AT_LEAST = 6
@@ -49,17 +57,19 @@ def transfer_vector_stage(case: Case, fidelity: Fidelity, faces: int, area: floa
     return Stage(
         "transfer vectors",
         f"{described}, about {masters} master frequencies, engine {case.engine}",
-        masters * _system_seconds(faces, fidelity),
-        BASE_MEGABYTES
-        + 1e-6
-        * acoustics.estimate_memory(
-            faces // 2,
-            faces,
-            case.engine,
+        masters * _system_seconds(faces, case, knobs),
+        _megabytes(
+            case,
             knobs,
-            points=len(case.field_points) * (1 if case.reflecting_plane is None else 2),
-            frequencies=masters,
-            free=_free_beside_the_program(),
+            acoustics.estimate_memory(
+                faces // 2,
+                faces,
+                case.engine,
+                knobs,
+                points=len(case.field_points) * (1 if case.reflecting_plane is None else 2),
+                frequencies=masters,
+                free=_free_beside_the_program(),
+            ),
         ),
         {"triangles": faces, "masters": masters},
     )
@@ -78,18 +88,27 @@ def sound_power_stage(case: Case, fidelity: Fidelity, faces: int, area: float) -
         systems = _masters(case, fidelity, area)
         shapes = modes_in_reach(case, fidelity) + 3 * len(case.bearings)
         described = f"about {systems} master frequencies, {shapes:.0f} modes and seat directions"
-    seconds = systems * (_system_seconds(faces, fidelity) + _SECONDS_PER_PAIR_AND_SHAPE * shapes * faces**2)
+    seconds = systems * (_system_seconds(faces, case, knobs) + _SECONDS_PER_PAIR_AND_SHAPE * shapes * faces**2)
     return Stage(
         "radiation resistance" if shapes > 1 else "sound power",
         f"about {faces} triangles, {described}, engine {case.engine}",
         seconds,
-        BASE_MEGABYTES
-        + 1e-6
-        * acoustics.estimate_memory(
-            faces // 2, faces, case.engine, knobs, frequencies=systems, free=_free_beside_the_program()
+        _megabytes(
+            case,
+            knobs,
+            acoustics.estimate_memory(
+                faces // 2, faces, case.engine, knobs, frequencies=systems, free=_free_beside_the_program()
+            ),
         ),
         {"triangles": faces, "masters": systems, "shapes": shapes},
     )
+
+
+def _megabytes(case: Case, knobs: AcousticsFidelity, systems: int) -> float:
+    """Of `systems`, bytes, or of the rules of touching triangles, which are made before."""
+    factors = (1, 2, 3) if isinstance(case, GearboxCase) else (1,)  # needles
+    points = (6 + 5 + 2) * sum((factor * knobs.singular_order) ** 4 for factor in factors)
+    return BASE_MEGABYTES + 1e-6 * max(systems, _BYTES_PER_RULE_POINT * points)
 
 
 def _free_beside_the_program() -> int:
@@ -97,10 +116,42 @@ def _free_beside_the_program() -> int:
     return max(0, free_memory() - int(1e6 * BASE_MEGABYTES))
 
 
-def _system_seconds(faces: int, fidelity: Fidelity) -> float:
-    """Of matrices and factors at one frequency; twice the Gauss order is four times the points of a pair."""
-    pairs = faces**2 * (fidelity.acoustics.quadrature_order / 2) ** 2
-    return _SECONDS_PER_SYSTEM + _SECONDS_PER_PAIR * pairs + _SECONDS_PER_LU * (faces / 2) ** 3
+def _system_seconds(faces: int, case: Case, knobs: AcousticsFidelity) -> float:
+    """Of matrices and factors at one frequency: every pair of triangles by its points, close ones on top."""
+    return (
+        _SECONDS_PER_SYSTEM
+        + _SECONDS_PER_PAIR * faces**2 * far_points(knobs) / _POINTS_OF_A_PAIR
+        + _SECONDS_PER_CLOSE_POINT * faces * close_points(faces, knobs, needles=isinstance(case, GearboxCase))
+        + _SECONDS_PER_LU * (faces / 2) ** 3
+    )
+
+
+def far_points(knobs: AcousticsFidelity) -> float:
+    """Points of a pair of well separated triangles, in the mean over the band: the order rises with the frequency."""
+    edge = 2 * pi / knobs.elements_per_wavelength  # rad, at the upper limit
+    phases = [edge * (i + 0.5) / 8 for i in range(8)]
+    orders = [order_for(knobs.quadrature_order, phase, knobs.quadrature_error) for phase in phases]
+    return sum(_rule_points(order) ** 2 for order in orders) / len(orders)
+
+
+def close_points(faces: int, knobs: AcousticsFidelity, *, needles: bool) -> float:
+    """Points per triangle of the pairs that touch or are close.
+
+    A triangle touches itself, 3 others along an edge and about 9 at a corner: 6, 5 and 2 regions of the rule of Sauter
+    and Schwab, of `singular_order` points in four directions each.  Others lie within a distance as its square.
+    needles: whether there are some, as on castings, whose rules take twice and three times that order.
+    """
+    touching = (6 + 3 * 5 + 9 * 2 + (_NEEDLES if needles else 0)) * knobs.singular_order**4
+    reached = [_TOUCHING, *(max(_TOUCHING, _TRIANGLES_PER_DISTANCE * ratio**2) for ratio in knobs.close_distances)]
+    within = [min(faces, count) for count in reached]
+    rings = [far - near for near, far in pairwise(within)]
+    orders = [max(order, knobs.quadrature_order) for order in knobs.close_orders]
+    return touching + sum(ring * _rule_points(order) ** 2 for ring, order in zip(rings, orders, strict=True))
+
+
+def _rule_points(order: int) -> float:
+    """Points on a triangle: three numbers each, for as many as polynomials have; rules of order 1 are of 2."""
+    return 1 + (max(order, 2) + 1) * (max(order, 2) + 2) / 6
 
 
 def _masters(case: Case, fidelity: Fidelity, area: float) -> int:

@@ -1,0 +1,103 @@
+"""The plan takes more where a knob makes more work, in the proportion in which that work is counted here."""
+
+from dataclasses import replace
+
+import pytest
+
+import nvhchain as nvh
+from nvhchain.acoustics import _fused_mesh
+from nvhchain.fem.triangles import equal_pieces
+from nvhchain.gear.engagement import slice_count
+from nvhchain.gear.mesh import gear_mesh
+from nvhchain.scene.planned import BASE_MEGABYTES
+from nvhchain.scene.radiation import close_points
+
+
+@pytest.fixture(scope="module")
+def case(request):
+    return nvh.load_case(request.config.rootpath / "cases/small/single_stage.toml")
+
+
+def planned(case, name, stage="", **knobs):
+    """Stage of the plan at draft with these knobs of a stage of the chain."""
+    fidelity = replace(nvh.DRAFT, **{stage: replace(getattr(nvh.DRAFT, stage), **knobs)}) if stage else nvh.DRAFT
+    return next(one for one in nvh.plan(case, fidelity=fidelity).stages if one.name.startswith(name))
+
+
+def rise(case, name, stage, **knobs):
+    """Seconds of a stage that these knobs add."""
+    return planned(case, name, stage, **knobs).seconds - planned(case, name).seconds
+
+
+@pytest.mark.parametrize("knobs", [{"singular_order": 8}, {"close_orders": (12, 8)}, {"close_distances": (3.0, 6.0)}])
+def test_a_plan_takes_longer_by_the_points_of_close_triangles(case, knobs):
+    stage, finer = planned(case, "transfer"), replace(nvh.DRAFT.acoustics, **knobs)
+    faces = int(stage.counts["triangles"])
+    more = close_points(faces, finer, needles=True) - close_points(faces, nvh.DRAFT.acoustics, needles=True)
+    added = rise(case, "transfer", "acoustics", **knobs)
+    assert added / (faces * more * stage.counts["masters"]) == pytest.approx(5.5e-9, rel=1e-6)
+
+
+def of_wheel(case, count, **knobs):
+    """`count` of the wheel's mesh with these knobs, over that at draft."""
+    wheel = case.pairs[0].wheel
+    turned, base = (count(gear_mesh(wheel, f)) for f in (replace(nvh.DRAFT.gear, **knobs), nvh.DRAFT.gear))
+    return turned / base
+
+
+def entries(mesh):
+    """Of a tooth's stiffness between the nodes that it shares."""
+    lines = (mesh.pitch.left[:-1], mesh.pitch.right[:-1], mesh.pitch.bottom)
+    return sum(len(mesh.pitch_solid.on(line)) for line in lines) ** 2
+
+
+def bricks(mesh):
+    return len(mesh.blank_solid.elements)
+
+
+def planned_of_bodies(case, **knobs):
+    """Seconds and megabytes of the gears' finite elements, over those at draft."""
+    contact = 0.66  # s of the contact problems, which stay
+    base, turned = planned(case, "mesh law"), planned(case, "mesh law", "gear", **knobs)
+    seconds = (turned.seconds - contact) / (base.seconds - contact)
+    return seconds, (turned.megabytes - BASE_MEGABYTES) / (base.megabytes - BASE_MEGABYTES)
+
+
+@pytest.mark.parametrize("layers", [4, 24])
+def test_gears_take_seconds_and_memory_by_the_entries_between_the_nodes_that_teeth_share(case, layers):
+    counted = of_wheel(case, entries, width_layers=layers)
+    assert planned_of_bodies(case, width_layers=layers) == pytest.approx((counted, counted), rel=0.3)
+
+
+def test_gears_of_finer_transverse_mesh_take_seconds_by_the_bricks_of_the_blank_and_less_memory(case):
+    low, high = (of_wheel(case, count, transverse_refinement=2) for count in (entries, bricks))
+    seconds, megabytes = planned_of_bodies(case, transverse_refinement=2)
+    assert seconds == pytest.approx(high, rel=0.2)
+    assert 1.1 * low < megabytes < high
+
+
+def test_contact_problems_take_seconds_by_angles_and_by_the_pairs_of_slices(case):
+    assert rise(case, "mesh law", "gear", angles_per_mesh=768) == pytest.approx(
+        15 * rise(case, "mesh law", "gear", angles_per_mesh=96), rel=0.02
+    )
+    assert slice_count(case.pairs[0], nvh.DRAFT.gear) == nvh.DRAFT.gear.slices
+    assert rise(case, "mesh law", "gear", slices=96) == pytest.approx(
+        15 / 3 * rise(case, "mesh law", "gear", slices=48), rel=0.02
+    )
+    assert 1.0 < rise(case, "mesh law", "gear", slices=96) < 4.0  # s: 1.6 to 2.0 measured
+    assert rise(case, "mesh law", "gear", deflections=64) == pytest.approx(
+        3 * rise(case, "mesh law", "gear", deflections=32)
+    )
+
+
+def test_a_housing_takes_seconds_by_the_pieces_that_its_skin_is_cut_into(case):
+    pieces = {count: len(equal_pieces(count)) for count in (6, 12, 24)}
+    twice, four = (rise(case, "housing", "housing", samples_per_face=float(n)) for n in (12, 24))
+    assert four / twice == pytest.approx((pieces[24] - pieces[6]) / (pieces[12] - pieces[6]))
+    assert four > 0.2 * planned(case, "housing").seconds
+
+
+def test_rules_of_touching_needles_take_memory_by_the_fourth_power_of_their_order(case):
+    rules = _fused_mesh.rules_of(nvh.DRAFT.acoustics.quadrature_order, 2, nvh.DRAFT.acoustics)
+    kept = rules.chunks.nbytes * (8 / nvh.DRAFT.acoustics.singular_order) ** 4 / 1e6
+    assert planned(case, "transfer", "acoustics", singular_order=8).megabytes > BASE_MEGABYTES + 2 * kept

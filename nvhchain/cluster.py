@@ -16,7 +16,8 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import Any, TypeVar
 
-from nvhchain.errors import InputError, ResourceError, require
+from nvhchain.errors import InputError, ResourceError, is_whole, require
+from nvhchain.kinds import check_arguments
 from nvhchain.memory import free_memory
 from nvhchain.threads import blas_threads, give_blas, granted
 
@@ -35,12 +36,24 @@ def local_cluster(workers: int | None = None, *, memory_per_worker: int | None =
 
     workers: processes (default: one per core).  memory_per_worker: bytes (default: an equal part of 90 % of what is
     free now).  Workers import the calling script: it must keep its own work under `if __name__ == "__main__":`.
-    Raises InputError when dask.distributed is not installed.
+    Raises InputError when dask.distributed is not installed, for fewer workers than one and for less memory than the
+    program itself takes.
     """
+    check_arguments(local_cluster, locals())
     distributed = _distributed()
-    require(workers is None or workers >= 1, f"{workers} workers cannot work: ask for 1 or more")
-    count = workers or cores()
-    memory = memory_per_worker or int(0.9 * free_memory() / count)
+    require(
+        workers is None or (is_whole(workers) and workers >= 1),
+        f"{workers} workers cannot work: ask for a whole number, 1 or more",
+    )
+    count = int(workers or cores())
+    memory = int(0.9 * free_memory() / count)
+    if memory_per_worker is not None:
+        require(
+            is_whole(memory_per_worker) and _for_tasks(int(memory_per_worker)) > 0,
+            f"memory_per_worker = {memory_per_worker} bytes leaves nothing for tasks: give a whole number above "
+            f"{_PROGRAM / _USABLE:.3g}, which the program itself takes",
+        )
+        memory = int(memory_per_worker)
     with (
         distributed.LocalCluster(
             n_workers=count, threads_per_worker=1, memory_limit=memory, dashboard_address="127.0.0.1:0"
@@ -57,6 +70,8 @@ def connect(address: str, *, timeout: float = 10.0) -> Iterator[Executor]:
     address: such as `tcp://host:8786`.  timeout: s in which the scheduler, and then its first worker, must answer.
     Raises InputError when dask.distributed is not installed, the address is wrong or nothing answers there.
     """
+    check_arguments(connect, locals())
+    require(0 < timeout < float("inf"), f"timeout = {timeout:g} s must be positive and finite")
     distributed = _distributed()
     addressing = import_module("distributed.comm.addressing")
     try:

@@ -10,14 +10,22 @@ import sys
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sized
 from concurrent.futures import Executor
 from functools import cache
-from numbers import Real
+from numbers import Complex, Real
 from pathlib import Path
 from types import UnionType
 from typing import Any, Literal, NotRequired, Union, Unpack, get_args, get_origin, get_type_hints
 
 from nvhchain.errors import InputError
 
-NAMES: dict[Any, str] = {float: "a number", int: "a whole number", str: "a text", bool: "True or False", Path: "a path"}
+NAMES: dict[Any, str] = {
+    float: "a number",
+    int: "a whole number",
+    complex: "a number",
+    str: "a text",
+    bool: "True or False",
+    Path: "a path",
+    Executor: "an open executor",
+}
 
 
 def check_arguments(function: Callable[..., Any], arguments: Mapping[str, Any]) -> None:
@@ -69,6 +77,8 @@ def _fits(value: Any, hint: Any) -> bool:
         return isinstance(value, str)
     if hint in (float, int):
         return isinstance(value, Real) and not isinstance(value, bool)
+    if hint is complex:
+        return isinstance(value, Complex) and not isinstance(value, bool)
     if hint is bool:
         return isinstance(value, (bool, *(each.bool_ for each in _loaded("numpy"))))
     if origin is not None and inspect.isclass(origin) and issubclass(origin, Mapping):
@@ -78,7 +88,7 @@ def _fits(value: Any, hint: Any) -> bool:
     if origin is Callable:
         return callable(value)
     if hint is Executor:
-        return hasattr(value, "map")
+        return hasattr(value, "map") and not inspect.isclass(value)
     return not inspect.isclass(hint) or isinstance(value, hint)
 
 

@@ -286,6 +286,16 @@ def test_without_dask_the_remedy_is_named(monkeypatch):
             pass
 
 
-def test_no_workers_at_all_are_refused():
-    with pytest.raises(InputError, match="0 workers"), cluster.local_cluster(0):
+@pytest.mark.parametrize(
+    ("opened", "said"),
+    [
+        (lambda: cluster.local_cluster(0), "0 workers"),
+        (lambda: cluster.local_cluster(1.5), r"1\.5 workers .* a whole number"),
+        (lambda: cluster.local_cluster(1, memory_per_worker=-1), "-1 bytes leaves nothing for tasks"),
+        (lambda: cluster.connect(None), "address = None is of the wrong kind"),
+        (lambda: cluster.connect("tcp://127.0.0.1:1", timeout=np.nan), "timeout = nan s"),
+    ],
+)
+def test_clusters_of_no_meaning_are_refused(opened, said):
+    with pytest.raises(InputError, match=said), opened():
         pass

@@ -13,7 +13,7 @@ from nvhchain.acoustics.accuracy import expected_accuracy
 from nvhchain.acoustics.bands import Solved, over_bands
 from nvhchain.acoustics.cancellation import cancellation_pressure, told_cancellation
 from nvhchain.acoustics.engines import check_engine, check_memory, solve_each, systems, workers
-from nvhchain.acoustics.incident import IncidentField, Reflected, check_incident
+from nvhchain.acoustics.incident import IncidentField, Reflected, check_incident, incident_on
 from nvhchain.acoustics.linear_system import SolverRecord, System
 from nvhchain.acoustics.plane import check_plane, with_images
 from nvhchain.acoustics.potentials import RULE_BARYCENTRIC, RULE_WEIGHT, layer_potentials
@@ -224,7 +224,7 @@ def _tested(surface: Surface, incident: IncidentField, k: float) -> ComplexArray
     corners = surface.vertices[surface.triangles]
     tested = np.zeros(len(surface.vertices), dtype=complex)
     for shape, weight in zip(RULE_BARYCENTRIC, RULE_WEIGHT, strict=True):
-        pressure, gradient = incident.pressure_and_gradient(np.einsum("i,fij->fj", shape, corners), k)
+        pressure, gradient = incident_on(incident, np.einsum("i,fij->fj", shape, corners), k)
         value = weight * surface.areas * (pressure + alpha * np.einsum("fj,fj->f", gradient, surface.normals))
         for i in range(3):
             np.add.at(tested, surface.triangles[:, i], shape[i] * value)

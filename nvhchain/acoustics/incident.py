@@ -8,8 +8,9 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 
 from nvhchain.acoustics.surface import CLEARANCE, winding_and_clearance
-from nvhchain.errors import require
+from nvhchain.errors import InputError, require
 from nvhchain.handoff import ComplexArray, FloatArray, RigidPlane, Surface
+from nvhchain.kinds import check_fields
 
 
 @runtime_checkable
@@ -29,7 +30,12 @@ class PlaneWave:
     amplitude: complex = 1.0
 
     def __post_init__(self) -> None:
-        require(any(self.direction), "plane wave direction has no length: give the direction of travel")
+        check_fields(self)
+        require(
+            bool(np.isfinite([*self.direction, self.amplitude]).all()) and any(self.direction),
+            f"plane wave of direction {self.direction} and amplitude {self.amplitude} Pa: a direction of travel with a "
+            "length is needed, and all values finite",
+        )
 
     def pressure_and_gradient(self, points: FloatArray, wavenumber: float) -> tuple[ComplexArray, ComplexArray]:
         """See `IncidentField`."""
@@ -44,6 +50,13 @@ class PointSource:
 
     position: tuple[float, float, float]
     strength: complex = 1.0
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        require(
+            bool(np.isfinite([*self.position, self.strength]).all()),
+            f"point source position {self.position} m and strength {self.strength} Pa m must be finite: repair them",
+        )
 
     def pressure_and_gradient(self, points: FloatArray, wavenumber: float) -> tuple[ComplexArray, ComplexArray]:
         """See `IncidentField`."""
@@ -67,12 +80,35 @@ class Reflected:
         return pressure + image, gradient + self.plane.mirror_direction(slope)
 
 
+def incident_on(incident: IncidentField, points: FloatArray, wavenumber: float) -> tuple[ComplexArray, ComplexArray]:
+    """Pressure (n,) Pa and gradient (n, 3) Pa/m of a field at points (n, 3) m.
+
+    Raises InputError where the field gives something else, or values that are not finite.
+    """
+    given = incident.pressure_and_gradient(points, wavenumber)
+    try:
+        pressure, gradient = (np.asarray(part, dtype=complex) for part in given)
+    except (TypeError, ValueError):
+        pressure, gradient = np.empty(0), np.empty(0)
+    if pressure.shape != (len(points),) or gradient.shape != (len(points), 3):
+        raise InputError(
+            f"incident field {incident!r:.60} gives no pressures and gradients of shapes ({len(points)},) and "
+            f"({len(points)}, 3) at {len(points)} points, but {pressure.shape} and {gradient.shape}: correct its "
+            "pressure_and_gradient"
+        )
+    require(
+        bool(np.isfinite(pressure).all() and np.isfinite(gradient).all()),
+        f"incident field {incident!r:.60} is not finite on the surface at k = {wavenumber:.4g} rad/m: move its sources "
+        "away from the body",
+    )
+    return pressure, gradient
+
+
 def check_incident(incident: IncidentField, surface: Surface, plane: RigidPlane | None) -> None:
     """Raise `InputError` for a point source inside the body, on its surface or behind the rigid plane."""
     if not isinstance(incident, PointSource):
         return
     position = np.asarray(incident.position, dtype=float)
-    require(bool(np.isfinite(position).all()), f"point source position {incident.position} is not finite: repair it")
     winding, clearance = winding_and_clearance(surface, position)
     where = f"point source at {position.tolist()} m lies"
     require(

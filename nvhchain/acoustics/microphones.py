@@ -20,6 +20,15 @@ ARRAYS = ("ISO 3744", "ISO 3745")
 NEAREST = 2.0
 """Least radius of an array in characteristic source dimensions, ISO 3744:2010 and ISO 3745:2012."""
 
+_FEWEST = 6
+"""Positions of an array at least."""
+
+_ROUND = 1e-6
+"""By which positions may miss their sphere, relative to its radius and their distance from the origin."""
+
+_UNEVEN = 0.1
+"""By which the mean of positions may miss that of their sphere or hemisphere, radii: 0.005 for ISO 3744."""
+
 # Azimuths in degrees of the positions of ISO 3745:2012, from the equator up: annex D (sphere, upper half; the other
 # half lies opposite) and annex E (hemisphere).
 _SPHERE_AZIMUTH = (180, 300, 60, 120, 240, 0, 60, 180, 300, 0)
@@ -75,9 +84,11 @@ def array_power(pressure: FieldPressure, radius: float, air: Air, *, reflecting_
     The provenance keeps the largest standard error of the mean over the positions (`array_sampling_dB`) and what the
     near field adds to a dipole at the lowest line, 10 lg(1 + 1/(kr)²) (`array_near_field_dB`): nothing to a monopole,
     more to higher orders.  Gives an AccuracyWarning where the radius is below a quarter of a wavelength there.
+    Raises InputError for points that are not spread over a sphere of `radius`, or with `reflecting_plane` one half.
     """
     check_arguments(array_power, locals())
     _check_radius(radius)
+    _check_positions(pressure.points, radius, reflecting_plane)
     area = (2.0 if reflecting_plane else 4.0) * np.pi * radius**2
     square = 0.5 * np.abs(pressure.pressure) ** 2
     mean_square = square.mean(axis=1)
@@ -139,6 +150,30 @@ def check_array(
             AccuracyWarning,
             stacklevel=3,
         )
+
+
+def _check_positions(points: FloatArray, radius: float, half: bool) -> None:
+    """Raise `InputError` unless points (n_point, 3) m lie on a sphere of `radius` m and are spread evenly over all of
+    it, or over one half."""
+    remedy = "take the pressure at array_points of the same radius"
+    require(len(points) >= _FEWEST, f"{len(points)} positions make no array, {_FEWEST} are needed: {remedy}")
+    middle = points.mean(axis=0)
+    offset = points - middle
+    # |x − c|² − |c|² is the same at all points of a sphere, wherever its centre c
+    columns = np.concatenate([2.0 * offset, np.ones((len(points), 1))], axis=1)
+    centre = np.linalg.lstsq(columns, (offset**2).sum(axis=1), rcond=None)[0][:3]
+    distance = np.linalg.norm(offset - centre, axis=1)
+    require(
+        float(np.abs(distance - radius).max()) <= _ROUND * (radius + float(np.abs(points).max())),
+        f"positions lie {distance.min():.6g} to {distance.max():.6g} m from the middle of the sphere that fits them "
+        f"best, not {radius:g} m: {remedy}",
+    )
+    uneven, even = float(np.linalg.norm(centre)) / radius, 0.5 if half else 0.0
+    require(
+        abs(uneven - even) < _UNEVEN,
+        f"the positions' mean is {uneven:.3g} radii from their sphere's centre, {even:g} are needed where they are "
+        f"spread over {'half' if half else 'all'} of it: {remedy}{'' if half else ', or give reflecting_plane'}",
+    )
 
 
 def _check_radius(radius: float) -> None:

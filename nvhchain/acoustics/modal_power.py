@@ -190,13 +190,26 @@ def radiation_modes(resistance: FloatArray, plane_wave_resistance: FloatArray) -
 
     R x = σ ρc⟨φφᵀ⟩S x with both matrices (n_column, n_column) N s/m at one frequency: radiation efficiencies σ (n,),
     largest first, and coefficients (n_column, n) of the modes, each of the same mean square velocity.  Combinations of
-    shapes that hardly move are left out.  Source: Elliott & Johnson, J. Acoust. Soc. Am. 94 (1993) 2194.
+    shapes that hardly move are left out.  Raises InputError for matrices that are not finite, symmetric, of equal size
+    and of shapes that move.  Source: Elliott & Johnson, J. Acoust. Soc. Am. 94 (1993) 2194.
     """
     check_arguments(radiation_modes, locals())
     shapes = np.shape(resistance), np.shape(plane_wave_resistance)
     require(
         len(shapes[0]) == 2 and shapes[0][0] == shapes[0][1] > 0 and shapes[0] == shapes[1],
         f"matrices of shapes {shapes[0]} and {shapes[1]} have no modes: give two square ones of equal size",
+    )
+    matrices = np.stack([np.asarray(resistance), np.asarray(plane_wave_resistance)])
+    require(
+        bool(np.isfinite(matrices).all()),
+        "radiation resistance holds values that are not finite: remove or repair them",
+    )
+    uneven = np.abs(matrices - matrices.transpose(0, 2, 1)).max(axis=(1, 2)) > 1e-6 * np.abs(matrices).max(axis=(1, 2))
+    require(not uneven.any(), "resistance matrices must be symmetric: give those of one line of resistance_matrices")
+    require(
+        float(matrices[1].diagonal().min()) >= 0 < float(matrices[1].diagonal().max()),
+        f"plane wave resistances {matrices[1].diagonal()!r:.60} N s/m on the diagonal: none may be negative, nor all "
+        "zero",
     )
     scale = np.sqrt(plane_wave_resistance.diagonal())
     scale = np.where(scale > 0, scale, 1.0)

@@ -61,7 +61,7 @@ def project(
     The vectors are interpolated first and multiplied then, line by line: the removed phase differs from face to face,
     so that the product at the masters is no smooth function of frequency.  Equal to `vectors_at` times shapes; the
     only error is that of interpolation.
-    Raises InputError for a line outside the masters or shapes of another surface, ResourceError.
+    Raises InputError for a line outside the masters, shapes of another surface or not finite; ResourceError.
     """
     check_arguments(project, locals())
     lines = frequency_lines(frequency)
@@ -71,6 +71,7 @@ def project(
         columns.ndim == 2 and len(columns) == faces,
         f"shapes have shape {columns.shape}, but ({faces}, n_column) is needed: one row per face of the surface",
     )
+    require(bool(np.isfinite(columns).all()), "shapes hold values that are not finite: remove or repair them")
     check_memory(16 * len(lines) * len(atv.points) * columns.shape[1], "projected transfer vectors", "lines")
     real = not np.iscomplexobj(columns)
     product = np.zeros((len(lines), len(atv.points), columns.shape[1]), dtype=complex)

@@ -36,6 +36,7 @@ def convolution_lines(sample_rate: float, high: float, duration: float) -> Float
     """Frequencies (Hz) from 0 to `high` at which noise transfer functions are to be made for `run_up_pressure`.
 
     Their spacing divides `sample_rate` (Hz) into a whole number of samples and holds impulse responses of `duration` s.
+    Raises InputError for values that make no lines, ResourceError for more than fit into free memory.
     """
     check_arguments(convolution_lines, locals())
     require(
@@ -43,6 +44,12 @@ def convolution_lines(sample_rate: float, high: float, duration: float) -> Float
         f"lines up to {high:g} Hz for records of {duration:g} s at {sample_rate:g} samples per second: the duration "
         "must be positive, the sampling at least twice the upper frequency, and both finite",
     )
+    need, free = 8.0 * duration * high, free_memory()
+    if need > free:
+        raise ResourceError(
+            f"{duration * high:.3g} lines up to {high:g} Hz for records of {duration:g} s need {need / 2**30:.3g} GiB, "
+            f"{free / 2**30:.3g} GiB are free: take shorter records or a lower upper frequency"
+        )
     samples = next_fast_len(int(np.ceil(duration * sample_rate)), real=True)
     return np.arange(int(high * samples / sample_rate * (1 + 1e-12)) + 1) * (sample_rate / samples)
 

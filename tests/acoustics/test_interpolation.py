@@ -51,6 +51,8 @@ def test_projection_and_vectors_at_lines_give_the_pressure_that_radiate_gives(de
 def test_shapes_of_another_surface_and_lines_outside_the_masters_are_refused(detour, fidelity):
     with pytest.raises(InputError, match=r"\(80, n_column\) is needed"):
         project(detour, np.ones((79, 2)), LINES, fidelity=fidelity)
+    with pytest.raises(InputError, match="shapes hold values that are not finite"):
+        project(detour, np.full((80, 1), np.nan), LINES, fidelity=fidelity)
     with pytest.raises(InputError, match="outside the master frequencies"):
         vectors_at(detour, [100.0], fidelity=fidelity)
 

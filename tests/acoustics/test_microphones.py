@@ -164,6 +164,14 @@ def test_radius_standard_and_centre_are_checked(air):
             array_points(radius)
         with pytest.raises(InputError, match="radius"):
             array_power(field, radius, air)
+    with pytest.raises(InputError, match=r"lie 1 to 1 m from .* not 1.1 m: take the pressure at array_points"):
+        array_power(field, 1.1, air)
+    half = FieldPressure([100.0], array_points(1.0, (5.0, 3.0, 1.0), reflecting_plane=True), np.ones((1, 20)))
+    with pytest.raises(InputError, match=r"mean is 0\.505 radii .* over all of it: .* or give reflecting_plane"):
+        array_power(half, 1.0, air)
+    assert array_power(half, 1.0, air, reflecting_plane=True).power > 0
+    with pytest.raises(InputError, match="1 positions make no array"):
+        array_power(FieldPressure([100.0], [[1.0, 0, 0]], [[1.0]]), 1.0, air)
     with pytest.raises(InputError, match="ISO 9999"):
         array_points(1.0, standard="ISO 9999")
     with pytest.raises(InputError, match="three finite"):

@@ -6,7 +6,7 @@ import radiation_cases as cases
 
 from nvhchain.acoustics.modal import modal_transfer_vectors, noise_transfer_functions, transfer_pressure
 from nvhchain.acoustics.run_up import convolution_lines, run_up_pressure
-from nvhchain.errors import InputError
+from nvhchain.errors import InputError, ResourceError
 from nvhchain.handoff import BearingForces, ForceSpectrum, NoiseTransferFunctions
 
 RATE = 20_000.0
@@ -80,5 +80,7 @@ def test_lines_that_do_not_suit_are_refused(atv, reduced, coarse):
         run_up_pressure(functions(np.geomspace(100.0, 5000.0, 40)), forces)
     with pytest.raises(InputError, match="twice the upper frequency"):
         convolution_lines(RATE, 11_000.0, 0.1)
+    with pytest.raises(ResourceError, match=r"1e\+17 lines up to 1e\+08 Hz .* take shorter records"):
+        convolution_lines(1e9, 1e8, 1e9)
     with pytest.raises(InputError, match="unknown to it: X"):
         run_up_pressure(functions(convolution_lines(RATE, 6000.0, 0.2)), history(forces.force, ("A1", "A2", "X")))

@@ -114,7 +114,7 @@ def test_a_point_source_inside_the_body_on_it_or_behind_the_plane_is_refused_wit
         ((0.0, 0.0, 0.05), None, r"point source at .* m lies 1\.\d+ element edges deep inside the body"),
         (tuple(on_face), None, r"lies 0\.0001 element edges from the surface, at least 0\.001 are needed"),
         ((0.3, 0.0, -0.2), floor, r"lies 50 mm behind the rigid plane"),
-        ((np.nan, 0.0, 0.3), None, "is not finite"),
+        ((np.nan, 0.0, 0.3), None, "must be finite"),
     ):
         with pytest.raises(InputError, match=message):
             surface_pressure(still, air=air, fidelity=coarse, incident=PointSource(position), plane=plane)
@@ -213,3 +213,36 @@ def test_field_points_come_in_blocks_and_what_they_take_is_counted(air, coarse, 
     many = np.broadcast_to([[0.0, 0.0, 1.0]], (10**6, 3))
     with pytest.raises(ResourceError, match=r"GiB are free: ask for fewer field points"):
         solve_direct(velocity, many, air=air, fidelity=coarse)
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ((np.ones(3), np.ones((3, 3))), r"of shapes \(80,\) and \(80, 3\) at 80 points, but \(3,\) and \(3, 3\)"),
+        (1.0, "gives no pressures and gradients"),
+        ((np.full(80, np.nan), np.ones((80, 3))), r"is not finite on the surface at k = 1\.83"),
+    ],
+)
+def test_incident_fields_that_give_something_else_are_refused(air, coarse, given, said):
+    class Wrong:
+        def pressure_and_gradient(self, points, wavenumber):
+            return given
+
+    still = SurfaceVelocity([100.0], np.zeros((1, 80)), sphere(0.1, 1))
+    with pytest.raises(InputError, match=said):
+        surface_pressure(still, air=air, fidelity=coarse, incident=Wrong())
+
+
+def test_plane_waves_and_point_sources_of_no_meaning_are_refused():
+    for wrong in (
+        lambda: PlaneWave((np.nan, 0, 1)),
+        lambda: PlaneWave((0, 0, 1), np.inf),
+        lambda: PlaneWave((0, 0, 0)),
+    ):
+        with pytest.raises(InputError, match=r"plane wave of direction .* needed, and all values finite"):
+            wrong()
+    with pytest.raises(InputError, match=r"PlaneWave: direction = .* 3 values, each a number"):
+        PlaneWave((0.0, 1.0))
+    with pytest.raises(InputError, match="PointSource: position = 'abc' is of the wrong kind"):
+        PointSource("abc")
+    assert PlaneWave(np.array([0.0, 0.0, 1.0]), 1j).amplitude == 1j

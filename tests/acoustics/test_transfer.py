@@ -214,6 +214,8 @@ def test_an_executor_that_was_shut_down_is_refused_in_one_line(bracket, air, coa
     executor.shutdown()
     with pytest.raises(InputError, match=r"the executor takes no tasks any more \(cannot schedule .*: hand in one"):
         transfer_vectors(bracket, [[0.0, 0.0, 1.0]], [100.0], air=air, fidelity=coarse, executor=executor)
+    with pytest.raises(InputError, match=r"executor = <class .* is of the wrong kind: give an open executor"):
+        transfer_vectors(bracket, [[0.0, 0.0, 1.0]], [100.0], air=air, fidelity=coarse, executor=ThreadPoolExecutor)
 
 
 def test_a_single_master_serves_its_own_line_only(bracket, air, coarse):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
-from typing import Protocol
+from typing import Protocol, TypedDict
 
 from nvhchain.case import Case, GearboxCase
 from nvhchain.error_band.band import ErrorBand
@@ -60,13 +60,9 @@ def forces_band(run: Run) -> ErrorBand | RunUpBand:
     """Of the bearing forces, at lines or over the speed."""
     assert isinstance(run.case, GearboxCase)
     if run.force_spectrum is not None:
-        return force_band(
-            run.case, run.fidelity, run.force_spectrum, housing=_made_housing(run), mesh_laws=_made_laws(run)
-        )
+        return force_band(run.case, run.fidelity, run.force_spectrum, housing=_made_housing(run), **_laws(run))
     assert run.bearing_forces is not None
-    return run_up_force_band(
-        run.case, run.fidelity, run.bearing_forces, housing=_made_housing(run), mesh_laws=_made_laws(run)
-    )
+    return run_up_force_band(run.case, run.fidelity, run.bearing_forces, housing=_made_housing(run), **_laws(run))
 
 
 def surface_band(run: Run) -> ErrorBand:
@@ -78,7 +74,7 @@ def surface_band(run: Run) -> ErrorBand:
         run.surface_velocity,
         housing=_made_housing(run),
         force_spectrum=run.force_spectrum,
-        mesh_laws=_made_laws(run),
+        **_laws(run),
     )
 
 
@@ -97,7 +93,7 @@ def pressure_band(run: Run) -> ErrorBand | RunUpBand:
             run.transfer_vectors,
             run.housing,
             housing_is_exact="housing" in run.given,
-            mesh_laws=_made_laws(run),
+            **_laws(run),
         )
     assert run.pressure is not None
     assert run.surface_velocity is not None
@@ -109,7 +105,7 @@ def pressure_band(run: Run) -> ErrorBand | RunUpBand:
         transfer_vectors=run.transfer_vectors,
         housing=_made_housing(run),
         force_spectrum=run.force_spectrum,
-        mesh_laws=_made_laws(run),
+        **_laws(run),
     )
 
 
@@ -124,7 +120,7 @@ def sound_power_band(run: Run) -> ErrorBand:
         radiation_resistance=run.radiation_resistance,
         housing=_made_housing(run),
         force_spectrum=run.force_spectrum,
-        mesh_laws=_made_laws(run),
+        **_laws(run),
         surface=run.housing.surface if run.housing is not None else None,
     )
 
@@ -133,8 +129,15 @@ def _made_housing(run: Run) -> ReducedHousing | None:
     return None if "housing" in run.given else run.housing
 
 
-def _made_laws(run: Run) -> tuple[MeshLaw, ...]:
-    return () if "mesh_laws" in run.given else run.mesh_laws
+class _Laws(TypedDict):
+    mesh_laws: tuple[MeshLaw, ...]
+    laws_are_exact: bool
+
+
+def _laws(run: Run) -> _Laws:
+    """That the forces were made from; none where they were given."""
+    given = not {"bearing_forces", "force_spectrum"}.isdisjoint(run.given)
+    return {"mesh_laws": () if given else run.mesh_laws, "laws_are_exact": "mesh_laws" in run.given}
 
 
 BANDS: Mapping[str, Callable[[Run], ErrorBand | RunUpBand]] = MappingProxyType(

@@ -43,11 +43,13 @@ def error_band(
     housing: ReducedHousing | None = None,
     force_spectrum: ForceSpectrum | None = None,
     mesh_laws: Sequence[MeshLaw] = (),
+    laws_are_exact: bool = False,
 ) -> ErrorBand:
     """Error band of `pressure` at its lines.
 
     What is not handed in was given to the run, or does not exist: it is taken as exact (`mesh_laws` without which the
-    forces were given; `housing` and `force_spectrum` without which the velocity was).
+    forces were given; `housing` and `force_spectrum` without which the velocity was).  laws_are_exact: `mesh_laws` were
+    given to the run, which made the forces.
     Raises InputError where pressure and velocity have other lines.
     """
     lines, size = pressure.frequency, np.abs(pressure.pressure)
@@ -63,7 +65,7 @@ def error_band(
         shares = modal.of_pressure(housing, force_spectrum, vectors, change)
         scale = np.maximum(size, shares.size)
         sources |= shares.errors(case, fidelity)
-    sources |= times(force_sources(case, fidelity, mesh_laws, lines, pressure.input_speed, size), size)
+    sources |= times(force_sources(case, fidelity, mesh_laws, laws_are_exact, lines, pressure.input_speed, size), size)
     told = transfer_vectors.provenance if transfer_vectors is not None else {}
     sources |= times(radiation_error(velocity.surface, lines, case, fidelity.acoustics, told), scale)
     if transfer_vectors is not None and len(transfer_vectors.frequency) > 2:
@@ -79,6 +81,7 @@ def force_band(
     *,
     housing: ReducedHousing | None = None,
     mesh_laws: Sequence[MeshLaw] = (),
+    laws_are_exact: bool = False,
     width: FloatArray | float = 0.0,
     change: ForceChange | None = None,
 ) -> ErrorBand:
@@ -91,7 +94,7 @@ def force_band(
     size = np.sqrt((np.abs(force_spectrum.force) ** 2).sum(axis=2))
     # a bearing that a line hardly loads is as wrong as the others: what they take passes it by
     scale = np.maximum(size, np.sqrt((size**2).mean(axis=1, keepdims=True)))
-    sources = force_sources(case, fidelity, mesh_laws, lines, speed, scale, width)
+    sources = force_sources(case, fidelity, mesh_laws, laws_are_exact, lines, speed, scale, width)
     if housing is not None and mesh_laws:
         sources |= modal.of_velocity(housing, force_spectrum).seen_by_forces(case, fidelity)
         change = change or force_change(case, fidelity, housing, mesh_laws, force_spectrum)
@@ -108,6 +111,7 @@ def velocity_band(
     housing: ReducedHousing | None = None,
     force_spectrum: ForceSpectrum | None = None,
     mesh_laws: Sequence[MeshLaw] = (),
+    laws_are_exact: bool = False,
 ) -> ErrorBand:
     """Error band of the surface velocity, m/s: its root mean square over the surface, (n_f, 1)."""
     share = velocity.surface.areas / velocity.surface.areas.sum()
@@ -124,7 +128,7 @@ def velocity_band(
             seen = shares.seen_by_forces(case, fidelity)
             sources |= {name: np.hypot(sources[name], error * alone) for name, error in seen.items()}
     speed = force_spectrum.input_speed if force_spectrum is not None else 0.0
-    sources |= times(force_sources(case, fidelity, mesh_laws, velocity.frequency, speed, size), size)
+    sources |= times(force_sources(case, fidelity, mesh_laws, laws_are_exact, velocity.frequency, speed, size), size)
     return ErrorBand(velocity.frequency, size, sources, reference=REFERENCE_VELOCITY, weighted=False)
 
 
@@ -138,6 +142,7 @@ def power_band(
     housing: ReducedHousing | None = None,
     force_spectrum: ForceSpectrum | None = None,
     mesh_laws: Sequence[MeshLaw] = (),
+    laws_are_exact: bool = False,
     surface: Surface | None = None,
 ) -> ErrorBand:
     """Error band of the sound power, as that of a pressure of the same level, Pa: (n_f, 1), re 1 pW.
@@ -159,7 +164,7 @@ def power_band(
             shares = modal.of_velocity(housing, loaded, change)
             moving = np.where(shares.size > 0, shares.size, 1.0)
             sources |= {name: size * error / moving for name, error in shares.errors(case, fidelity).items()}
-    sources |= times(force_sources(case, fidelity, mesh_laws, lines, power.input_speed, size), size)
+    sources |= times(force_sources(case, fidelity, mesh_laws, laws_are_exact, lines, power.input_speed, size), size)
     if surface is None:
         surface = next(of.surface for of in (velocity, housing) if of is not None)
     sources |= times(radiation_error(surface, lines, case, fidelity.acoustics, power.provenance), size)
@@ -173,12 +178,13 @@ def force_sources(
     case: Case,
     fidelity: Fidelity,
     laws: Sequence[MeshLaw],
+    laws_are_exact: bool,
     lines: FloatArray,
     input_speed: float,
     size: FloatArray,
     width: FloatArray | float = 0.0,
 ) -> dict[str, FloatArray]:
-    """Relative errors (n_f, n_place) of what bearing forces do at `lines`, where the mesh laws were made.
+    """Relative errors (n_f, n_place) of what bearing forces do at `lines`, where they were made from mesh laws.
 
     size: (n_f, n_place) of what they do.  width: as of `force_band`.
     """
@@ -187,8 +193,10 @@ def force_sources(
     turns = input_speed / (2 * np.pi)
     orders = lines / turns if turns else lines
     floor = fidelity.dynamics.settle_level * size.max(axis=0)
-    return {
-        "gear": force_error(case, laws, fidelity.gear, float(orders[-1])).relative(orders, width)[:, None],
+    gear = {}
+    if not laws_are_exact:
+        gear["gear"] = force_error(case, laws, fidelity.gear, float(orders[-1])).relative(orders, width)[:, None]
+    return gear | {
         "time step": step_error(lines, fidelity.dynamics.time_step),
         "settling": floor / np.where(size > 0, size, 1.0),
     }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -82,6 +83,7 @@ def run_up_force_band(
     *,
     housing: ReducedHousing | None = None,
     mesh_laws: Sequence[MeshLaw] = (),
+    laws_are_exact: bool = False,
 ) -> RunUpBand:
     """Error band of the bearing forces, level (dB re 1 µN) of every bearing's resultant in the band of the case.
 
@@ -89,10 +91,8 @@ def run_up_force_band(
     """
     instants = list(_instants(case, bearing_forces))
     change = None if housing is None else force_change(case, fidelity, housing, mesh_laws, _middle(instants))
-    bands = tuple(
-        force_band(case, fidelity, at.spectrum, housing=housing, mesh_laws=mesh_laws, width=at.width, change=change)
-        for at in instants
-    )
+    judged = partial(force_band, case, fidelity, housing=housing, mesh_laws=mesh_laws, laws_are_exact=laws_are_exact)
+    bands = tuple(judged(at.spectrum, width=at.width, change=change) for at in instants)
     return RunUpBand(
         _speeds(case, bearing_forces),
         np.array([band.level for band in bands]),
@@ -111,10 +111,11 @@ def run_up_band(
     *,
     housing_is_exact: bool = False,
     mesh_laws: Sequence[MeshLaw] = (),
+    laws_are_exact: bool = False,
 ) -> RunUpBand:
     """Error band of the sound pressure of a run-up, from the sources of a steady run at the lines of each instant.
 
-    mesh_laws: as for `error_band`.  housing_is_exact: it was given to the run.
+    mesh_laws, laws_are_exact: as for `error_band`.  housing_is_exact: it was given to the run.
     Raises InputError for a record that is too short for the band.
     """
     instants = list(_instants(case, bearing_forces))
@@ -130,7 +131,7 @@ def run_up_band(
     for instant, size in zip(instants, sounds, strict=True):
         shares = modal.of_pressure(housing, instant.spectrum, vectors, change.of(instant.spectrum))
         speed = instant.spectrum.input_speed
-        sources = force_sources(case, fidelity, mesh_laws, lines, speed, size, instant.width)
+        sources = force_sources(case, fidelity, mesh_laws, laws_are_exact, lines, speed, size, instant.width)
         errors = {} if housing_is_exact else shares.errors(case, fidelity)
         sources = errors | times(sources, size) | times(radiated, np.maximum(size, shares.size))
         share = float(np.linalg.norm(size)) / max(float(np.linalg.norm(sounds[loudest])), 1e-300)

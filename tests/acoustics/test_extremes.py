@@ -213,7 +213,7 @@ def test_more_field_points_than_memory_holds_are_refused_before_any_work():
         ([[0.0, 0.0, 1.0]], [100.0 + 1j], {}, r"frequencies are .*1j.* real numbers"),
         ("a", [100.0], {}, "points = 'a' is of the wrong kind: give numbers"),
         ([[0.0, 0.0, 1.0], [1.0]], [100.0], {}, "points = .* is of the wrong kind: give numbers"),
-        ([[0.0, 0.0, 1.0]], [100.0], {"executor": 3}, "executor = 3 is of the wrong kind: give a Executor"),
+        ([[0.0, 0.0, 1.0]], [100.0], {"executor": 3}, "executor = 3 is of the wrong kind: give an open executor"),
         ([[0.0, 0.0, 1.0]], [1e-300], {}, "upper frequency 1e-300 Hz is not finite, or lies between 0 and 1e-50 Hz"),
     ],
     ids=["text", "complex", "point of text", "ragged", "executor", "frequency next to nothing"],

@@ -65,7 +65,7 @@ def test_laws_that_take_more_than_the_gears_are_left_to_the_run(case, coarse, tm
 def test_one_core_or_little_memory_takes_one_process(case, coarse, tmp_path, monkeypatch, worth):
     monkeypatch.setattr(ahead.subprocess, "Popen", None)
     with monkeypatch.context() as machine:
-        machine.setattr(ahead, "free_memory", lambda: 10**9)
+        machine.setattr(ahead, "free_memory", lambda: 10**8)
         with ahead.operators_ahead([case], coarse, tmp_path):
             pass
     monkeypatch.setattr(ahead, "sched_getaffinity", lambda _: {0})

@@ -224,6 +224,24 @@ def test_forces_change_as_they_do_in_a_run_with_the_housing_that_gives_way(case,
     assert (np.linalg.norm(found - true, axis=(1, 2)) < 1e-5 * np.linalg.norm(true, axis=(1, 2))).all()
 
 
+def test_ready_made_laws_are_exact_and_what_is_made_of_them_is_not(case, housing, meshing):
+    """Forces that were given are exact."""
+    _, velocity, _, forces = meshing
+    asked = replace(case, quantities=("bearing_forces", "surface_velocity"), field_points=())
+    common = {"force_spectrum": forces, "surface_velocity": velocity, "housing": housing}
+    made, ready, given = (
+        Result(asked, DRAFT, (law([1e-6, 1e-8]),), given=names, **common).error_bands
+        for names in ((), ("mesh_laws",), ("force_spectrum",))
+    )
+    for quantity in asked.quantities:
+        known = made[quantity].sources.keys() - {"gear"}
+        assert known == ready[quantity].sources.keys() >= {"housing", "modes left out", "time step", "settling"}
+        for name in known:
+            assert ready[quantity].sources[name] == pytest.approx(made[quantity].sources[name])
+    assert not given["bearing_forces"].sources
+    assert given["surface_velocity"].sources.keys() == {"housing", "modes left out"}
+
+
 @pytest.fixture(scope="module")
 def silent(housing):
     """The sphere whose lowest mode moves the seat, not the surface; what is known of it is its frequency to 2 %."""

@@ -20,8 +20,8 @@ class Paths:
 
     turn: by which what masters are joined by turns at most.  echo: of the way from the body to a rigid plane and back,
     0 without one.  echoed: sound that takes this way and meets the body again, relative to what the body radiates:
-    its radius over that way, the pressure of a monopole there; 0.4 to 1.6 times that was found (spheres 1.5 and 5 m
-    above a plane, kR 0.5 to 3).
+    its radius over that way, the pressure of a monopole there; mostly 0.2 to 1.9 times that was found, 8 beside a
+    spurious pole (spheres 1.5 and 5 m above a plane).
     """
 
     turn: float

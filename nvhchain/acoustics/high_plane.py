@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from scipy.linalg import qr
 
@@ -28,14 +30,9 @@ def with_image(amplitudes: ComplexArray, height: float, order: int) -> ComplexAr
     normal the polar axis.
     """
     cosine, weight = _nodes(height, order)
-    sine = np.sqrt(1.0 - cosine**2)
     even, odd = 2.0 * np.sqrt(weight) * np.cos(height * cosine), 2.0 * np.sqrt(weight) * np.sin(height * cosine)
     waves = np.empty_like(amplitudes)
-    sectoral = np.full(len(cosine), np.sqrt(0.5))
-    for m in range(order + 1):
-        if m > 0:
-            sectoral = sectoral * np.sqrt((2 * m + 1) / (2.0 * m)) * sine
-        field = _polar_functions(sectoral, cosine, m, order)
+    for m, field in enumerate(polar_functions(cosine, order)):
         field[:, ::2] *= even[:, None]
         field[:, 1::2] *= odd[:, None]
         factor = qr(field, mode="r", overwrite_a=True, check_finite=False)[0][: field.shape[1]]
@@ -56,13 +53,17 @@ def _nodes(height: float, order: int) -> tuple[FloatArray, FloatArray]:
     return cosine.ravel(), np.tile(0.5 * weight / pieces, pieces)
 
 
-def _polar_functions(sectoral: FloatArray, cosine: FloatArray, m: int, order: int) -> FloatArray:
-    """Associated Legendre functions (n, order − m + 1) of unit norm between −1 and 1, from that of degree m (n,)."""
-    values = np.zeros((len(cosine), order - m + 1))
-    values[:, 0] = sectoral
-    below, b = np.zeros(len(cosine)), 0.0
-    for l in range(m + 1, order + 1):
-        a = np.sqrt((4.0 * l * l - 1.0) / (l * l - m * m))
-        values[:, l - m] = a * (cosine * values[:, l - m - 1] - b * below)
-        below, b = values[:, l - m - 1], 1.0 / a
-    return values
+def polar_functions(cosine: FloatArray, order: int) -> Iterator[FloatArray]:
+    """Yield for m = 0 … order the associated Legendre functions (n, order − m + 1) of unit norm between −1 and 1."""
+    sine, sectoral = np.sqrt(1.0 - cosine**2), np.full(len(cosine), np.sqrt(0.5))
+    for m in range(order + 1):
+        if m > 0:
+            sectoral = sectoral * np.sqrt((2 * m + 1) / (2.0 * m)) * sine
+        values = np.zeros((len(cosine), order - m + 1))
+        values[:, 0] = sectoral
+        below, b = np.zeros(len(cosine)), 0.0
+        for l in range(m + 1, order + 1):
+            a = np.sqrt((4.0 * l * l - 1.0) / (l * l - m * m))
+            values[:, l - m] = a * (cosine * values[:, l - m - 1] - b * below)
+            below, b = values[:, l - m - 1], 1.0 / a
+        yield values

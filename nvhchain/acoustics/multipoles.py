@@ -196,10 +196,30 @@ def multipole_amplitudes(
     wavenumber: rad/m, > 0.  Source: Williams, Fourier Acoustics, ch. 6 and 8.
     """
     origin, axes = _frame(surface, plane)
+    if plane is None or is_high(surface, plane):
+        amplitudes = waves_about(origin, axes, surface, wavenumber, pressure, gradient, order)
+        if plane is None:
+            return amplitudes
+        return with_image(amplitudes, wavenumber * float(plane.height(origin[None])[0]), order)
+    amplitudes = waves_about(origin, axes, surface, wavenumber, pressure, gradient, order, step=2)
+    even = np.concatenate([_rows(m, order, 2) for m in range(order + 1)])
+    return np.asarray(np.sqrt(2.0) * amplitudes[np.sort(even)])
+
+
+def waves_about(
+    origin: FloatArray,
+    axes: FloatArray,
+    surface: Surface,
+    wavenumber: float,
+    pressure: ComplexArray,
+    gradient: ComplexArray,
+    order: int,
+    step: int = 1,
+) -> ComplexArray:
+    """`multipole_amplitudes` ((order + 1)², m) in a free field, about an origin (3,) m and with axes (3, 3), one per
+    row, the polar axis last.  step: 2 leaves waves with odd l + m at zero."""
     vertices, normals = (surface.vertices - origin) @ axes.T, surface.normals @ axes.T
     on_vertices, on_faces = (np.ascontiguousarray(x, dtype=complex).view(float) for x in (pressure, gradient))
-    above = plane is not None and is_high(surface, plane)
-    step = 1 if plane is None or above else 2
     sizes = [((order - m) // step + 1) * (1 if m == 0 else 2) for m in range(order + 1)]
     most = max(1, _BLOCK_BYTES // (8 * (len(vertices) + len(normals))))
     amplitudes = np.zeros(((order + 1) ** 2, pressure.shape[1]), dtype=complex)
@@ -224,12 +244,7 @@ def multipole_amplitudes(
         low = high
     for degree in range(order + 1):
         amplitudes[degree**2 : (degree + 1) ** 2] *= (1, 1j, -1, -1j)[degree % 4]
-    if plane is None:
-        return amplitudes
-    if above:
-        return with_image(amplitudes, wavenumber * float(plane.height(origin[None])[0]), order)
-    even = np.concatenate([_rows(m, order, step) for m in range(order + 1)])
-    return np.asarray(np.sqrt(2.0) * amplitudes[np.sort(even)])
+    return amplitudes
 
 
 def _rows(m: int, order: int, step: int) -> IntArray:

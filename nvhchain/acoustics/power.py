@@ -13,9 +13,9 @@ from nvhchain.acoustics.cancellation import cancellation_resistance, told_cancel
 from nvhchain.acoustics.direct import solve_direct
 from nvhchain.acoustics.efficiency import equivalent_radiated_power
 from nvhchain.acoustics.engines import check_engine, check_memory, solve_each, systems, workers
+from nvhchain.acoustics.interference import squared_waves, waves_memory
 from nvhchain.acoustics.linear_system import SolverRecord, System
 from nvhchain.acoustics.microphones import array_points, array_power, check_array
-from nvhchain.acoustics.multipoles import expansion_memory, multipole_amplitudes, multipole_order
 from nvhchain.acoustics.plane import check_plane
 from nvhchain.acoustics.rayleigh import rayleigh_field
 from nvhchain.acoustics.shards import kept_in
@@ -43,7 +43,7 @@ def sound_power(
 ) -> SoundPower:
     """Sound power that a vibrating surface radiates into a free field or above a plane.
 
-    The sum over the spherical waves that leave the surface (`multipole_amplitudes`), which are found from its velocity
+    The sum over the spherical waves that leave the surface (`squared_waves`), which are found from its velocity
     and its pressure: equal to the intensity on the surface, ½ Re ∫ p v_n* dS, but right too where the body is small
     against the wavelength and the real part of p a small remainder (docs/decisions/0007).
     array_radius: m; with it the pressure is taken instead at the positions of `array_standard` on a sphere of this
@@ -93,10 +93,8 @@ def sound_power(
     )
     check_mesh(surface, float(frequency[-1]), air, fidelity)
     expected = expected_accuracy(surface, None, float(frequency[-1]), air, fidelity, engine)
-    order = multipole_order(
-        surface, 2 * np.pi * float(frequency[-1]) / air.speed_of_sound, plane, fidelity.multipole_digits
-    )
-    columns = workers(len(frequency)) * expansion_memory(surface, order)
+    highest = 2 * np.pi * float(frequency[-1]) / air.speed_of_sound
+    columns = workers(len(frequency)) * waves_memory(surface, highest, plane, fidelity.multipole_digits)
     task = check_memory(surface, len(frequency), 0, columns, engine, fidelity, executor)
     records: list[SolverRecord] = []
     found = over_bands(
@@ -137,10 +135,8 @@ def _powers(
         at, k = moving[number], float(wavenumbers[number])
         gradient = -1j * omega[at] * air.density * normal_velocity[at]
         pressure = system.solve(system.apply_b(gradient))
-        order = multipole_order(surface, k, plane, fidelity.multipole_digits)
-        waves = multipole_amplitudes(surface, k, pressure[:, None], gradient[:, None], order, plane)
         error = cancellation_resistance(surface, k, pressure[:, None], plane, quadrature_error)
-        power[at] = np.linalg.norm(waves) ** 2, error[0, 0]
+        power[at] = squared_waves(surface, k, pressure, gradient, plane, fidelity.multipole_digits), error[0, 0]
 
     record = solve_each(systems(engine, surface, wavenumbers, fidelity, plane, memory), solve)
     return Solved(np.asarray(power / (2 * air.impedance), dtype=complex), record)

@@ -36,6 +36,18 @@ def box(size, edge, remove=None):
     return Surface((vertices - 1) * edge - 0.5 * np.asarray(size), triangles)
 
 
+def united(*parts):
+    """One surface of several bodies."""
+    first = np.cumsum([0, *(len(part.vertices) for part in parts[:-1])])
+    triangles = [part.triangles + offset for part, offset in zip(parts, first, strict=True)]
+    return Surface(np.vstack([part.vertices for part in parts]), np.vstack(triangles))
+
+
+def twice(body, shift):
+    """A body and its like, `shift` (3,) m apart."""
+    return united(body, Surface(body.vertices + np.asarray(shift), body.triangles))
+
+
 def resonator(cell=0.02):
     """A cube of 120 mm with a cavity of 80 mm behind a neck of 20 × 20 mm: resonates at 257 Hz with a Q of 80."""
 

@@ -298,10 +298,7 @@ def test_a_large_body_at_rest_far_away_hides_no_error_of_a_small_one(air, degree
     """Area, extent and quadrature of what moves count; those of everything together stated a tenth."""
     body, points, frequency = wedge(degrees), bodies.shell(20, 1.0), [50.0]
     away = bodies.box((3.0, 2.0, 1.0), 0.5)
-    both = Surface(
-        np.vstack([body.vertices, away.vertices - [0.0, 0.0, 15.0]]),
-        np.vstack([body.triangles, away.triangles + len(body.vertices)]),
-    )
+    both = bodies.united(body, Surface(away.vertices - [0.0, 0.0, 15.0], away.triangles))
     bending = body.normals[:, 2] * (0.2 + np.cos(2 * np.pi * body.centroids[:, 0] / body.vertices[:, 0].max()))
     moving = np.concatenate([bending, np.zeros(len(away.triangles))])
     with pytest.warns(AccuracyWarning) as said:
@@ -331,12 +328,7 @@ def test_a_long_body_hides_no_error_of_the_part_of_it_that_moves(air):
 
 
 def stacked(gap):
-    body = bodies.box((0.12, 0.12, 0.12), 0.04)
-    shift = np.array([0.0, 0.0, 0.12 + gap])
-    return Surface(
-        np.vstack([body.vertices, body.vertices + shift]),
-        np.vstack([body.triangles, body.triangles + len(body.vertices)]),
-    )
+    return bodies.twice(bodies.box((0.12, 0.12, 0.12), 0.04), (0.0, 0.0, 0.12 + gap))
 
 
 def test_a_gap_below_what_is_resolved_is_reported_and_a_wider_one_is_not():
@@ -368,11 +360,7 @@ def test_what_narrow_gaps_cost_is_said_before_it_is_spent(air):
     unresolved = gap_cost(stacked(0.02 * edge), replace(KNOBS, gap_halvings=3))
     assert unresolved[4] == unresolved[3] > 0.0  # the check's vertices are all those of the gap
     assert gap_cost(stacked(0.2 * edge), KNOBS)[2:] == (0, 0.0, 0.0)
-    body = bodies.box((0.2, 0.2, 0.1), 0.0125)
-    shifted = body.vertices + np.array([0.0, 0.0, 0.1 + 2e-4])
-    pair = Surface(
-        np.vstack([body.vertices, shifted]), np.vstack([body.triangles, body.triangles + len(body.vertices)])
-    )
+    pair = bodies.twice(bodies.box((0.2, 0.2, 0.1), 0.0125), (0.0, 0.0, 0.1 + 2e-4))
     with pytest.warns(
         RuntimeWarning,
         match=r"1024 triangles face .* down to 0.011 .* about 5\d s of .* more, 2\d s where .* 0 s once",

@@ -14,7 +14,7 @@ from nvhchain.acoustics import estimate_memory, solve_direct, surface_pressure, 
 from nvhchain.conventions import Air
 from nvhchain.errors import AccuracyWarning, InputError, ResourceError
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
-from nvhchain.handoff import Surface, SurfaceVelocity
+from nvhchain.handoff import SurfaceVelocity
 
 AIR = Air(343.0, 1.21)
 ASKED = AcousticsFidelity(elements_per_wavelength=4.5, masters=8)
@@ -138,9 +138,7 @@ def test_irregular_frequencies_of_a_box_do_not_show():
 
 def two(body, gap):
     """A body and its like above it, `gap` apart."""
-    height = np.ptp(body.vertices[:, 2])
-    vertices = np.concatenate([body.vertices, body.vertices + np.array([0.0, 0.0, height + gap])])
-    return Surface(vertices, np.concatenate([body.triangles, body.triangles + len(body.vertices)]))
+    return bodies.twice(body, (0.0, 0.0, np.ptp(body.vertices[:, 2]) + gap))
 
 
 @pytest.mark.parametrize("gap", [0.2, 0.025, 1e-3, 2e-4])

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from acoustics_bodies import box, source_field
+from acoustics_bodies import box, source_field, twice
 from fused_body import notched_box
 
 from nvhchain.acoustics import _fused, sphere
@@ -139,10 +139,7 @@ def test_two_bodies_a_tenth_of_an_edge_apart_lose_little_when_facing_triangles_a
     edge, k, source = 0.03, 2 * np.pi / 0.36, np.array([0.01, 0.01, 0.0])
     body = box((0.15, 0.15, 0.15), edge)
     shift = np.array([0.0, 0.0, 0.15 + 0.1 * edge])
-    surface = Surface(
-        np.vstack([body.vertices, body.vertices + shift]),
-        np.vstack([body.triangles, body.triangles + len(body.vertices)]),
-    )
+    surface = twice(body, shift)
     sources = (source, source + shift)
     gradient = sum(source_field(surface.centroids, each, k)[1] for each in sources)
     exact = sum(source_field(surface.vertices, each, k)[0] for each in sources)

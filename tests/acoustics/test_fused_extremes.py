@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
-from acoustics_bodies import box, source_field
+from acoustics_bodies import box, source_field, twice, united
 
 from nvhchain.acoustics import _fused, sphere
 from nvhchain.acoustics._fused_closure import closure_error
@@ -40,12 +40,7 @@ def source_error(surface, source, k, fidelity=FIDELITY):
 
 
 def stacked(gap, edge):
-    body = box((0.12, 0.12, 0.12), edge)
-    shift = np.array([0.0, 0.0, 0.12 + gap])
-    return Surface(
-        np.vstack([body.vertices, body.vertices + shift]),
-        np.vstack([body.triangles, body.triangles + len(body.vertices)]),
-    )
+    return twice(box((0.12, 0.12, 0.12), edge), (0.0, 0.0, 0.12 + gap))
 
 
 @pytest.mark.parametrize("size", [1e-3, 10.0, 1e4])
@@ -98,10 +93,7 @@ def test_closure_error_over_a_near_plane_is_as_small_as_without_and_sees_a_plane
 
 def test_two_bodies_of_very_different_size_radiate_as_their_sources():
     large, small = sphere(0.1, 2), sphere(0.01, 2, (0.16, 0.0, 0.0))
-    surface = Surface(
-        np.vstack([large.vertices, small.vertices]),
-        np.vstack([large.triangles, small.triangles + len(large.vertices)]),
-    )
+    surface = united(large, small)
     k, sources = 10.0, ((0.0, 0.0, 0.02), (0.16, 0.0, 0.001))
     gradient = sum(source_field(surface.centroids, each, k)[1] for each in sources)
     exact = sum(source_field(surface.vertices, each, k)[0] for each in sources)

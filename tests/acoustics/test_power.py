@@ -7,7 +7,14 @@ from scipy.special import spherical_jn, spherical_yn
 
 from nvhchain.acoustics import SurfaceShapes, radiation_resistance, sound_power, sphere, waves_power
 from nvhchain.acoustics.cancellation import CANCELLATION, cancellation_pressure, cancellation_resistance
-from nvhchain.acoustics.multipoles import is_high, multipole_amplitudes, multipole_count, multipole_order
+from nvhchain.acoustics.interference import squared_waves, waves_memory
+from nvhchain.acoustics.multipoles import (
+    expansion_memory,
+    is_high,
+    multipole_amplitudes,
+    multipole_count,
+    multipole_order,
+)
 from nvhchain.acoustics.plane import RigidPlane
 from nvhchain.acoustics.potentials import layer_potentials
 from nvhchain.acoustics.surface import mean_edge
@@ -163,6 +170,41 @@ def test_waves_of_body_and_image_carry_the_power_of_those_about_its_foot(k, monk
     own = powers()
     monkeypatch.setattr("nvhchain.acoustics.multipoles.HIGH", np.inf)
     assert own == pytest.approx(powers(), rel=1e-6)
+
+
+@pytest.mark.parametrize("count", [2, 3])
+@pytest.mark.parametrize("plane", [None, RigidPlane((0, 0, 0.1), (0, 0.1, 1))], ids=["free", "plane"])
+@pytest.mark.parametrize("k", [0.01, 3.0, 20.0])
+def test_bodies_by_themselves_and_their_interference_carry_the_power_of_waves_about_the_middle_of_all(
+    k, plane, count, monkeypatch
+):
+    body = bodies.united(
+        sphere(0.1, 1, (0.1, 0.2, 0.3)), sphere(0.07, 1, (1.1, 0.5, 0.4)), sphere(0.05, 1, (-0.9, 0.6, 0.9))
+    )
+    faces, vertices = 80 * count, 42 * count
+    body = Surface(body.vertices[:vertices], body.triangles[:faces])
+    rng = np.random.default_rng(count)
+    pressure = rng.standard_normal(vertices) + 1j * rng.standard_normal(vertices)
+    gradient = k * (rng.standard_normal(faces) + 1j * rng.standard_normal(faces))
+    power = []
+    for apart in (False, True):
+        monkeypatch.setattr("nvhchain.acoustics.interference._apart", lambda *_, apart=apart: apart)
+        power.append(squared_waves(body, k, pressure, gradient, plane, 8.0))
+    assert power[1] == pytest.approx(power[0], rel=1e-9)
+
+
+def test_two_pulsating_spheres_far_apart_radiate_as_two_sources_at_little_cost(air, coarse):
+    """1 + sin(kd)/(kd) of the power of both by themselves; about the middle of both 2.7 million waves at 200 m."""
+    distance, frequency = 200.0, np.array([0.1, 1.3, 2000.0])
+    one = sphere(RADIUS, 1)
+    body = bodies.united(one, sphere(RADIUS, 1, (0.6 * distance, 0.0, 0.8 * distance)))
+    k = 2 * np.pi * frequency / air.speed_of_sound
+    assert waves_memory(body, k[-1], None, 4.0) == expansion_memory(one, multipole_order(one, k[-1], None, 4.0))
+    alone, power = (
+        sound_power(SurfaceVelocity(frequency, np.ones((3, len(s.triangles))), s), air=air, fidelity=coarse).power
+        for s in (one, body)
+    )
+    assert power / alone == pytest.approx(2 + 2 * np.sinc(k * distance / np.pi), rel=1e-3)
 
 
 def test_tilted_plane_gives_the_power_of_the_level_one(air, coarse):

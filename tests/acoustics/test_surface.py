@@ -29,10 +29,7 @@ def test_a_mesh_made_at_the_required_size_is_accepted_and_one_half_as_fine_refus
 
 def test_a_mesh_that_is_coarse_in_one_region_only_is_refused(air):
     fine, coarse = sphere(0.1, 4), sphere(0.1, 2, centre=(0.5, 0.0, 0.0))
-    vertices = np.concatenate([fine.vertices, coarse.vertices])
-    both = fine.replace(
-        vertices=vertices, triangles=np.concatenate([fine.triangles, coarse.triangles + len(fine.vertices)])
-    )
+    both = bodies.united(fine, coarse)
     f_max = 0.5 * (343.0 / STANDARD.acoustics.coarsest_elements_per_wavelength) / bodies.mean_edge(fine)
     check_mesh(fine, f_max, air, STANDARD.acoustics)
     with pytest.raises(InputError, match="coarsest regions"):

@@ -19,6 +19,7 @@ from nvhchain.acoustics.surface import (
     check_mesh,
     element_sizes,
     point_clearance,
+    width_to_length,
 )
 from nvhchain.conventions import Air
 from nvhchain.errors import AccuracyWarning
@@ -32,7 +33,8 @@ triangles meet: what facets do to a round body whose own velocity they are given
 
 COARSENESS = 0.03
 """Error at low frequency relative to the peak at field points, over the square of the mean edge in radii of the sphere
-of equal area: 0.002 for monopoles, 0.07 for dipoles in the same measurements."""
+of equal area, less what the body is longer than wide: 0.002 for monopoles, 0.07 for dipoles in the same measurements.
+Strips 1 to 16 times as long as wide with four edges across: 0.12 to 0.19 dB."""
 
 NEAR_POINT = 0.5
 """Clearance in element edges below which a field point sees the single elements."""
@@ -91,7 +93,7 @@ def expected_accuracy(
     per_wavelength = wavelength / size
     facets = [FACETS * mean_square_angle(body) for body in bodies]
     shapes = [
-        of + COARSENESS * mean**2 * 4.0 * np.pi / float(body.areas.sum())
+        of + COARSENESS * mean**2 * 4.0 * np.pi / _compact_area(body)
         for body, of, (mean, _) in zip(bodies, facets, sizes, strict=True)
     ]
     worst = int(np.argmax(shapes))
@@ -137,6 +139,12 @@ def expected_accuracy(
             stacklevel=3,
         )
     return expected
+
+
+def _compact_area(body: Surface) -> float:
+    """Area (m²) of a body, of as much of its length as it is wide."""
+    area = float(body.areas.sum())
+    return area * float(width_to_length(body.centroids, body.areas[:, None] / area)[0])
 
 
 def patch_error(surface: Surface, size: float, wavelength: float) -> tuple[float, float]:

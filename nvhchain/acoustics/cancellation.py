@@ -9,15 +9,17 @@ import numpy as np
 
 from nvhchain.acoustics.accuracy import MESH_ERROR, QUADRATURE_GROWTH
 from nvhchain.acoustics.bodies import separate
-from nvhchain.acoustics.surface import mean_edge
+from nvhchain.acoustics.surface import mean_edge, width_to_length
 from nvhchain.errors import AccuracyWarning
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, RigidPlane, Surface
 
-CANCELLATION = 0.3
+CANCELLATION = 0.2
 """Thrust that the error of the mesh leaves, relative to the area times the root mean square pressure on it, times the
 square of half the diagonal of the body that carries it over the mean edge: a bound; rotating boxes and ellipsoids of
 irregular mesh, which radiate hardly anything else at low frequency, 0.006 to 0.26 (docs/measured/sound_power.md).
+Of long bodies that bend all along the error does not fall with their length (strips 1 to 16 times as long as wide with
+four edges a wave: 0.5 dB), and the square of half the diagonal counts their width over their length times.
 Bodies of revolution that rotate about their own axis are beyond it: the facets alone move their air."""
 
 
@@ -65,12 +67,12 @@ class _Thrust:
 
 
 def _thrusts(surface: Surface, pressure: ComplexArray, quadrature_error: float) -> list[_Thrust]:
-    """What is left on every body of pressures (n_v, m) Pa: F = (CANCELLATION (h/a)² + ε) √(S ∫|p|² dS), h the mean
-    edge, ε the error of sound fields by quadrature, which is that of sharp edges.
+    """What is left on every body of pressures (n_v, m) Pa: F = (CANCELLATION h²/(a²w) + ε) √(S ∫|p|² dS), h the
+    mean edge, ε the error of sound fields by quadrature, which is that of sharp edges.
 
     a and S: half the diagonal and the area of the body, or of the part of it that carries |p|² (√3 radii of gyration;
-    twice (∫|p|² dS)²/∫|p|⁴ dS), if that is smaller: what lies at rest far away cancels nothing. They are those of every
-    column by itself.
+    twice (∫|p|² dS)²/∫|p|⁴ dS), if that is smaller: what lies at rest far away cancels nothing. w: width over length of
+    the body, or of what carries |p|², if that is larger (`width_to_length`). They are those of every column by itself.
     """
     on_faces = pressure[surface.triangles].mean(axis=1)
     made = []
@@ -85,7 +87,10 @@ def _thrusts(surface: Surface, pressure: ComplexArray, quadrature_error: float) 
         half_diagonal = 0.5 * float(np.linalg.norm(np.ptp(body.vertices, axis=0)))
         extents = np.clip(np.sqrt(3.0 * square.clip(0.0)), h, half_diagonal)
         area = np.minimum(body.areas.sum(), 2.0 / (weight**2 / body.areas[:, None]).sum(axis=0))
-        share = (CANCELLATION * (h / extents) ** 2 + QUADRATURE_GROWTH * quadrature_error) * np.sqrt(area)
+        spread = np.column_stack([body.areas / body.areas.sum(), weight])
+        slender = width_to_length(body.centroids, spread)
+        compact = np.maximum(extents**2 * np.maximum(slender[0], slender[1:]), h**2)
+        share = (CANCELLATION * h**2 / compact + QUADRATURE_GROWTH * quadrature_error) * np.sqrt(area)
         squared = np.outer(share, share) * ((here.conj().T * body.areas) @ here)
         made.append(_Thrust(squared, middles, extents))
     return made

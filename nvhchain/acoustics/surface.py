@@ -52,6 +52,15 @@ def mean_edge(surface: Surface) -> float:
     return element_sizes(surface)[0]
 
 
+def width_to_length(positions: FloatArray, weight: FloatArray) -> FloatArray:
+    """How wide something is over how long (m,), from its positions (n, 3) m with weights (n, m), each of sum 1: root of
+    the second largest principal variance over that of the largest."""
+    middles = weight.T @ positions
+    variance = np.einsum("nm,ni,nj->mij", weight, positions, positions, optimize=True)
+    principal = np.linalg.eigvalsh(variance - middles[:, :, None] * middles[:, None, :]).clip(0.0)
+    return np.sqrt(principal[:, 1] / np.where(principal[:, 2] > 0, principal[:, 2], 1.0))
+
+
 def real_numbers(values: ArrayLike, name: str) -> FloatArray:
     """`values` as an array of float; `InputError` for text, complex numbers and lists of unequal length."""
     try:

@@ -14,7 +14,7 @@ _SAMPLES = np.array(
 )
 
 
-@numba.njit(error_model="numpy")
+@numba.njit(inline="always")
 def _multiply(left, right, product):
     """Matrix product (n, 3) × (3, 3) into `product`."""
     for i in range(left.shape[0]):
@@ -22,7 +22,7 @@ def _multiply(left, right, product):
             product[i, j] = left[i, 0] * right[0, j] + left[i, 1] * right[1, j] + left[i, 2] * right[2, j]
 
 
-@numba.njit(error_model="numpy")
+@numba.njit(inline="always")
 def _squared_distance(left, right):
     """Square of the least distance between two sets of points."""
     least = np.inf
@@ -33,7 +33,7 @@ def _squared_distance(left, right):
     return least
 
 
-@numba.njit(error_model="numpy")
+@numba.njit(inline="always")
 def _longest_edge(samples):
     """(first corner of the longest edge, its length) of a triangle whose corners come first among the samples."""
     at, square = 0, 0.0
@@ -46,7 +46,7 @@ def _longest_edge(samples):
     return at, np.sqrt(square)
 
 
-@numba.njit(error_model="numpy")
+@numba.njit(inline="always")
 def _copy(pieces, n, others, m):
     """others[m] = pieces[n] number by number: for whole arrays a check of their shapes compiles for seconds."""
     for side in range(2):

@@ -18,7 +18,7 @@ from nvhchain.handoff import FloatArray
 FAST = {"contract", "reassoc", "nsz", "arcp"}
 COMPILED: dict[str, Any] = {"fastmath": FAST, "error_model": "numpy", "nogil": True, "cache": True}
 
-inline = numba.njit(forceinline=True, fastmath=FAST, error_model="numpy")
+inline = numba.njit(inline="always", fastmath=FAST, error_model="numpy")
 """Compile as a part of every kernel that calls it."""
 
 REAL = {"double": np.float64, "single": np.float32}

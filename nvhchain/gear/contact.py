@@ -209,8 +209,9 @@ def _solve(
     H = np.zeros((n, n))
     before = 0.0
     for case in range(len(approach)):
-        a = approach[case]
-        scale = a.max()
+        a, scale = approach[case], 0.0
+        for i in range(n):
+            scale = max(scale, a[i])
         if not scale > 0.0:
             F[:] = 0.0
             before = 0.0
@@ -258,8 +259,8 @@ def _solve(
                 alpha *= 0.5
             if not accepted:
                 break
-            F[:] = trial
-            g[:] = g_trial
+            F, trial, g, g_trial = trial, F, g_trial, g
             energy, worst = e, w
         residual[case] = worst / scale
-        forces[case] = F
+        for i in range(n):  # a slice would compile for seconds
+            forces[case, i] = F[i]

@@ -51,12 +51,7 @@ class Nodes:
         return self.node[self.mirrored :]
 
     @property
-    def can_estimate(self) -> bool:
-        """Whether the error of interpolation can be told."""
-        return self._can_spare or self.paths is not None
-
-    @property
-    def _can_spare(self) -> bool:
+    def can_spare(self) -> bool:
         """Whether a master can be left out and predicted from as many nodes as take part in one value."""
         return len(self.node) - (2 if self.mirrored else 1) >= self.taking_part
 
@@ -84,7 +79,7 @@ class Nodes:
         """
         whole = self.weights(frequency)
         weights = np.stack([whole, whole])
-        if not self._can_spare:
+        if not self.can_spare:
             assert self.paths is not None
             weights *= self.paths.line_error(frequency, *self._gap(frequency))[:, None]
             weights[1, :, 0] *= -1.0

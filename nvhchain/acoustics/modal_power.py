@@ -78,13 +78,13 @@ def waves_power(
     power, error = np.zeros(len(frequency)), np.zeros(len(frequency))
     for piece in _pieces(nodes, frequency, lines):
         sets = [nodes.weights(frequency[piece])]
-        if nodes.can_estimate:
+        if nodes.can_spare:
             sets += [*nodes.error_weights(frequency[piece])]
         squares = _squares(products, sets, velocity[piece])
         power[piece] = 0.5 * squares[0]
         if len(sets) > 1:
             error[piece] = np.sqrt(np.maximum(*squares[1:]) / np.where(squares[0] > 0, squares[0], 1.0))
-    told = _told(error, frequency, fidelity) if nodes.can_estimate else {}
+    told = _told(error, frequency, fidelity) if nodes.can_spare else {}
     if resistance.cancellation is not None:
         one_element = float(resistance.frequency[-1]) * resistance.provenance.get("elements_per_wavelength", np.inf)
         left = _error_power(resistance, frequency, velocity)

@@ -194,8 +194,8 @@ def test_bodies_by_themselves_and_their_interference_carry_the_power_of_waves_ab
 
 
 def test_two_pulsating_spheres_far_apart_radiate_as_two_sources_at_little_cost(air, coarse):
-    """1 + sin(kd)/(kd) of the power of both by themselves; about the middle of both 2.7 million waves at 200 m."""
-    distance, frequency = 200.0, np.array([0.1, 1.3, 2000.0])
+    """1 + sin(kd)/(kd) of the power of both by themselves; about the middle of both more than a billion waves."""
+    distance, frequency = 2000.0, np.array([0.1, 1.3, 2000.0])
     one = sphere(RADIUS, 1)
     body = bodies.united(one, sphere(RADIUS, 1, (0.6 * distance, 0.0, 0.8 * distance)))
     k = 2 * np.pi * frequency / air.speed_of_sound

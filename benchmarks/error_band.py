@@ -2,6 +2,7 @@
 docs/measured/error_band.md and presets_elsewhere.md.
 
     python benchmarks/error_band.py OUT [CASE ...]
+    python benchmarks/error_band.py OUT options         writes docs/measured/error_band_options.md
 
 Runs the cases named (none: all of `error_band_cases`) at `draft`, `standard` and `reference`, hand-offs in OUT/<preset>
 (found there the next time: one case at a time takes minutes).  Counts, for every case that is there, the lines within
@@ -17,7 +18,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 
 import numpy as np
-from error_band_cases import fitted, held_out, speeds
+from error_band_cases import fitted, held_out, options, speeds
 from publish import publish
 
 import nvhchain as nvh
@@ -139,6 +140,27 @@ def counted(kind: str, found: Mapping[str, Verdicts]) -> list[str]:
     return lines
 
 
+def tables(found: Mapping[str, Mapping[str, Verdicts]]) -> list[str]:
+    """Sums over the cases of every kind, then case by case what became of the sound pressure."""
+    lines = [
+        "| cases | quantity | fidelity | lines held | % | median half width / dB | overall levels held |",
+        "|---|---|---|---:|---:|---:|---:|",
+    ]
+    for kind, of in found.items():
+        lines += counted(kind, of)
+    for kind, of in found.items():
+        lines += [
+            "",
+            f"Sound pressure, cases {kind}:",
+            "",
+            "| case | fidelity | lines held | RMS error / dB | largest / dB | median half width / dB | overall error "
+            "/ dB(A) | its band / dB |",
+            "|---|---|---:|---:|---:|---:|---:|---:|",
+            *(row(name, preset, mine["pressure", preset]) for name, mine in of.items() for preset in JUDGED),
+        ]
+    return lines
+
+
 def page(out: Path) -> str:
     """All tables."""
     kinds = {"fitted": list(fitted()), "speeds": list(speeds()), "held out": list(held_out())}
@@ -158,21 +180,8 @@ def page(out: Path) -> str:
         f"speeds too: the single stage at {len(kinds['speeds'])} from 500 to 4500 rpm, heard from six sides. One "
         "constant, what stiffer seats do to the forces, was chosen with the cases held out in sight.",
         "",
-        "| cases | quantity | fidelity | lines held | % | median half width / dB | overall levels held |",
-        "|---|---|---|---:|---:|---:|---:|",
+        *tables(found),
     ]
-    for kind, of in found.items():
-        lines += counted(kind, of)
-    for kind, of in found.items():
-        lines += [
-            "",
-            f"Sound pressure, cases {kind}:",
-            "",
-            "| case | fidelity | lines held | RMS error / dB | largest / dB | median half width / dB | overall error "
-            "/ dB(A) | its band / dB |",
-            "|---|---|---:|---:|---:|---:|---:|---:|",
-            *(row(name, preset, mine["pressure", preset]) for name, mine in of.items() for preset in JUDGED),
-        ]
     if missing:
         lines += ["", f"Not run for this page: {', '.join(missing)}."]
     return "\n".join(lines) + "\n"
@@ -210,6 +219,10 @@ def off(cases: Sequence[GearboxCase], out: Path) -> str:
 def main() -> None:
     """Run, judge, write."""
     out, names = Path(sys.argv[1]), sys.argv[2:]
+    if names == ["options"]:
+        found = {case.name: verdicts(case, out) for case in options()}
+        publish("error_band_options", "\n".join(tables({"with options": found})) + "\n")
+        return
     for case in (*fitted(), *speeds(), *held_out()):
         if not names or case.name in names:
             for preset in PRESETS:

@@ -6,10 +6,14 @@ from collections.abc import Iterator
 from dataclasses import replace
 from math import cos, pi, radians
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 import nvhchain as nvh
 from nvhchain.case import FieldPoint, GearboxCase
 from nvhchain.gear import Holes, Slots, ThinRim
+from nvhchain.handoff import RigidPlane
 
 CASES = Path(__file__).parents[1] / "cases"
 RPM = pi / 30
@@ -83,6 +87,29 @@ def speeds() -> Iterator[GearboxCase]:
     base = replace(loaded("small/single_stage.toml"), field_points=points)
     for rpm in sorted({*range(500, 4501, 100), *range(3200, 3281, 20)}):
         yield at(base, f"{rpm} rpm from six sides", rpm)
+
+
+def options() -> Iterator[GearboxCase]:
+    """The single stage heard from six sides under what the other cases leave out: back flanks, friction, shuttling,
+    tilt, bending shafts, a floor, light load.  Nothing was fitted to these either."""
+    base = next(speeds())
+
+    def with_options(name: str, rpm: float, torque: float, **switched_on: Any) -> GearboxCase:
+        case = at(base, name, rpm)
+        operation = replace(case.operation, input_torque=torque)
+        return replace(case, operation=operation, options=replace(case.options, **switched_on))
+
+    yield with_options("coasting 1700 rpm", 1700, -50.0)
+    yield with_options("friction 1900 rpm", 1900, 60.0, friction=0.06)
+    yield with_options("shuttling 2500 rpm", 2500, 80.0, shuttling=True)
+    yield with_options("tilt and bending shafts 2100 rpm", 2100, 60.0, flexible_shafts=True, tilt=True)
+    yield with_options("bending shafts that spin 3100 rpm", 3100, 120.0, flexible_shafts=True, gyroscopic=True)
+    yield with_options("misaligned by the load 1450 rpm", 1450, 90.0, loaded_misalignment=True)
+    yield with_options("rigid housing 3240 rpm", 3240, 60.0, rigid_housing=True)
+    yield with_options("light load 2200 rpm", 2200, 8.0)
+    floor = RigidPlane((0.0, -0.25, 0.0), (0.0, 1.0, 0.0))
+    above = tuple(point for point in base.field_points if floor.height(np.array([point.position]))[0] > 0)
+    yield replace(with_options("above a floor 2700 rpm", 2700, 30.0), reflecting_plane=floor, field_points=above)
 
 
 def coarse() -> GearboxCase:

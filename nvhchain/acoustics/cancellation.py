@@ -16,10 +16,10 @@ from nvhchain.handoff import ComplexArray, FloatArray, RigidPlane, Surface
 
 CANCELLATION = 0.2
 """Thrust that the error of the mesh leaves, relative to the area times the root mean square pressure on it, times the
-square of half the diagonal of the body that carries it over the mean edge: a bound; rotating boxes and ellipsoids of
-irregular mesh, which radiate hardly anything else at low frequency, 0.006 to 0.26 (docs/measured/sound_power.md).
-Of long bodies that bend all along the error does not fall with their length (strips 1 to 16 times as long as wide with
-four edges a wave: 0.5 dB), and the square of half the diagonal counts their width over their length times.
+square of the mean edge over half the diagonal of the body that carries it, over the body's width by its length: a
+bound; rotating boxes and ellipsoids of irregular mesh, which radiate hardly anything else at low frequency, 0.004 to
+0.18 (docs/measured/sound_power.md).  Of strips that bend all along the error is 0.5 dB at four edges a wave, be they
+as long as wide or 16 times as long.
 Bodies of revolution that rotate about their own axis are beyond it: the facets alone move their air."""
 
 

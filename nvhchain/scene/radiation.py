@@ -22,7 +22,8 @@ _POINTS_OF_A_PAIR = 28.0
 _SECONDS_PER_CLOSE_POINT = 5.5e-9
 _TRIANGLES_PER_DISTANCE = 15.0
 _TOUCHING = 13
-_NEEDLES = 30
+_NEEDLES = 30  # regions per triangle at needle_aspect 5; 1.9 to 11 at 10, 66 to 240 at 2.5 on the small casting
+_NEEDLES_FALL = 2.5
 _BYTES_PER_RULE_POINT = 3 * 7 * 8  # barycentric coordinates of both points and weight, as made and in chunks
 _SECONDS_PER_LU = 4e-11
 _SECONDS_PER_PAIR_AND_SHAPE = 3e-9
@@ -141,7 +142,8 @@ def close_points(faces: int, knobs: AcousticsFidelity, *, needles: bool) -> floa
     and Schwab, of `singular_order` points in four directions each.  Others lie within a distance as its square.
     needles: whether there are some, as on castings, whose rules take twice and three times that order.
     """
-    touching = (6 + 3 * 5 + 9 * 2 + (_NEEDLES if needles else 0)) * knobs.singular_order**4
+    slender = _NEEDLES * (5.0 / knobs.needle_aspect) ** _NEEDLES_FALL if needles else 0.0
+    touching = (6 + 3 * 5 + 9 * 2 + slender) * knobs.singular_order**4
     reached = [_TOUCHING, *(max(_TOUCHING, _TRIANGLES_PER_DISTANCE * ratio**2) for ratio in knobs.close_distances)]
     within = [min(faces, count) for count in reached]
     rings = [far - near for near, far in pairwise(within)]

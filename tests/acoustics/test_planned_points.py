@@ -42,3 +42,14 @@ def test_points_of_far_triangles_are_those_of_the_rules_over_the_band_within_a_q
     orders = [order_for(fidelity.quadrature_order, phase, fidelity.quadrature_error) for phase in phases]
     counted = np.mean([len(triangle_rule(order)[1]) ** 2 for order in orders])
     assert far_points(fidelity) == pytest.approx(counted, rel=0.25)
+
+
+def test_needles_multiply_as_on_a_casting_when_more_triangles_count_as_needles():
+    """Regions that needles add per triangle of the small casting at draft, standard, reference: 30, 11, 11 at an aspect
+    of 5, and 240, 150, 66 at 2.5 (counted)."""
+
+    def added(aspect):
+        fidelity = replace(nvh.DRAFT.acoustics, needle_aspect=aspect, singular_order=1)
+        return close_points(1000, fidelity, needles=True) - close_points(1000, fidelity, needles=False)
+
+    assert 66 / 11 < added(2.5) / added(5.0) < 150 / 11

@@ -55,9 +55,11 @@ def mean_edge(surface: Surface) -> float:
 def width_to_length(positions: FloatArray, weight: FloatArray) -> FloatArray:
     """How wide something is over how long (m,), from its positions (n, 3) m with weights (n, m), each of sum 1: root of
     the second largest principal variance over that of the largest."""
+    positions = positions - positions.mean(axis=0)
     middles = weight.T @ positions
-    variance = np.einsum("nm,ni,nj->mij", weight, positions, positions, optimize=True)
-    principal = np.linalg.eigvalsh(variance - middles[:, :, None] * middles[:, None, :]).clip(0.0)
+    squares = (positions[:, :, None] * positions[:, None, :]).reshape(-1, 9)
+    variance = (weight.T @ squares).reshape(-1, 3, 3) - middles[:, :, None] * middles[:, None, :]
+    principal = np.linalg.eigvalsh(variance).clip(0.0)
     return np.sqrt(principal[:, 1] / np.where(principal[:, 2] > 0, principal[:, 2], 1.0))
 
 

@@ -20,6 +20,9 @@ from nvhchain.acoustics.multipoles import (
 )
 from nvhchain.handoff import ComplexArray, RigidPlane, Surface
 
+_Source = tuple[Surface, ComplexArray, ComplexArray]
+"""A body, pressure at its vertices and pressure gradient on its faces."""
+
 
 def waves_memory(surface: Surface, wavenumber: float, plane: RigidPlane | None, digits: float) -> int:
     """Bytes that `squared_waves` takes beside its arguments."""
@@ -61,9 +64,10 @@ def squared_waves(
         (body, pressure[np.unique(surface.triangles[faces])], gradient[faces]) for faces, body in separate(surface)
     ]
     total = sum(own(*source) for source in sources)
-    for one, (body, *amounts) in combinations(sources, 2):
-        images = [body] if plane is None else [body, _mirrored(body, plane)]
-        total += sum(2 * _interference(k, one, (image, *amounts), digits) for image in images)
+    for one, other in combinations(sources, 2):
+        total += 2 * _interference(k, one, other, digits)
+        if plane is not None:
+            total += 2 * _interference(k, one, (_mirrored(other[0], plane), *other[1:]), digits)
     return total
 
 
@@ -87,15 +91,15 @@ def _mirrored(body: Surface, plane: RigidPlane) -> Surface:
 
 def _interference(
     k: float,
-    one: tuple[Surface, ComplexArray, ComplexArray],
-    other: tuple[Surface, ComplexArray, ComplexArray],
+    one: _Source,
+    other: _Source,
     digits: float,
 ) -> float:
     """Re ∫ F_i* F_j e^{jk r̂·d} dΩ of two bodies with pressure and gradient on them."""
     middles = [plane_foot(body, None) for body, *_ in (one, other)]
     way = middles[1] - middles[0]
     distance = float(np.linalg.norm(way))
-    axes = plane_axes(RigidPlane(tuple(middles[0]), tuple(way)))
+    axes = plane_axes(RigidPlane(tuple(middles[0]), tuple(way))) if distance > 0 else np.eye(3)
     orders = [multipole_order(body, k, None, digits) for body, *_ in (one, other)]
     waves = [
         waves_about(middle, axes, body, k, pressure[:, None], gradient[:, None], order)[:, 0]

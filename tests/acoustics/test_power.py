@@ -7,7 +7,7 @@ from scipy.special import spherical_jn, spherical_yn
 
 from nvhchain.acoustics import SurfaceShapes, radiation_resistance, sound_power, sphere, waves_power
 from nvhchain.acoustics.cancellation import CANCELLATION, cancellation_pressure, cancellation_resistance
-from nvhchain.acoustics.interference import squared_waves, waves_memory
+from nvhchain.acoustics.interference import _interference, squared_waves, waves_memory
 from nvhchain.acoustics.multipoles import (
     expansion_memory,
     is_high,
@@ -191,6 +191,16 @@ def test_bodies_by_themselves_and_their_interference_carry_the_power_of_waves_ab
         monkeypatch.setattr("nvhchain.acoustics.interference._apart", lambda *_, apart=apart: apart)
         power.append(squared_waves(body, k, pressure, gradient, plane, 8.0))
     assert power[1] == pytest.approx(power[0], rel=1e-9)
+
+
+def test_bodies_about_one_middle_interfere_as_their_waves_do():
+    """As a ring and a body in it may."""
+    k, rng = 9.0, np.random.default_rng(5)
+    sources = [
+        (body := sphere(r, 1), rng.normal(size=42) + 0j, rng.normal(size=len(body.areas)) + 1j) for r in (0.1, 0.2)
+    ]
+    waves = [multipole_amplitudes(body, k, p[:, None], g[:, None], 16)[:, 0] for body, p, g in sources]
+    assert _interference(k, *sources, 8.0) == pytest.approx(np.vdot(*waves).real, rel=1e-6)
 
 
 def test_two_pulsating_spheres_far_apart_radiate_as_two_sources_at_little_cost(air, coarse):

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from os import environ, sched_getaffinity
 from pathlib import Path
-from threading import Thread
+from threading import Event, Thread
 
 from nvhchain import stages
 from nvhchain.case import Case, GearboxCase
@@ -24,6 +24,9 @@ from nvhchain.threads import blas_threads
 
 _WORTH = 5.0
 """Processor seconds, of the laws and of the housing, below which a second process costs more than it saves."""
+
+_PATIENCE = 2.0
+"""s for which the other process may put its files in order before it is interrupted again."""
 
 _ONE_THREAD = {f"{library}_NUM_THREADS": "1" for library in ("OMP", "MKL", "OPENBLAS", "NUMBA")}
 
@@ -86,19 +89,23 @@ def _worth_it(cases: Sequence[GearboxCase], fidelity: Fidelity) -> bool:
     return len(sched_getaffinity(0)) > 1 and seconds > _WORTH and 1e6 * megabytes < free_memory()
 
 
-def _end_with_caller() -> None:
-    """The caller closes its end when it needs no more, or is gone."""
+def _end_with_caller(ended: Event) -> None:
+    """The caller closes its end when it needs no more, or is gone.  Libraries swallow an interrupt now and then."""
     sys.stdin.buffer.read()
-    interrupt_main()
+    while not ended.is_set():
+        interrupt_main()
+        ended.wait(_PATIENCE)
 
 
 def main() -> None:
     """Mesh laws of all cases."""
     cases, fidelity, operators = pickle.load(sys.stdin.buffer)
+    ended = Event()
     with suppress(KeyboardInterrupt):
-        Thread(target=_end_with_caller, daemon=True).start()
+        Thread(target=_end_with_caller, args=(ended,), daemon=True).start()
         for case in cases:
             stages.mesh_laws(case, fidelity, Shelf(operators), None)
+    ended.set()
 
 
 if __name__ == "__main__":

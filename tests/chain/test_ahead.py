@@ -4,6 +4,9 @@ import pickle
 import subprocess
 import sys
 from dataclasses import replace
+from io import BytesIO
+from threading import Event
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -50,6 +53,22 @@ def test_the_other_process_ends_with_its_caller_and_leaves_nothing_half_written(
         assert process.stderr.read() == b""
     assert not list(tmp_path.rglob("*.part"))
     assert len(list(tmp_path.glob("mesh_law*.h5"))) == 0
+
+
+def test_a_process_that_swallows_interrupts_is_interrupted_until_it_ends(monkeypatch):
+    """On a slow day one was lost while kernels were compiled, and a law of 45 s made for nobody."""
+    ended, told = Event(), []
+
+    def swallowed():
+        told.append(len(told))
+        if len(told) == 3:
+            ended.set()
+
+    monkeypatch.setattr(ahead, "interrupt_main", swallowed)
+    monkeypatch.setattr(ahead, "_PATIENCE", 0.01)
+    monkeypatch.setattr("sys.stdin", SimpleNamespace(buffer=BytesIO()))
+    ahead._end_with_caller(ended)
+    assert len(told) == 3
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,8 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from os import environ, sched_getaffinity
 from pathlib import Path
-from threading import Event, Thread
+from signal import SIGINT, default_int_handler, signal
+from threading import Thread
 
 from nvhchain import stages
 from nvhchain.case import Case, GearboxCase
@@ -24,9 +25,6 @@ from nvhchain.threads import blas_threads
 
 _WORTH = 5.0
 """Processor seconds, of the laws and of the housing, below which a second process costs more than it saves."""
-
-_PATIENCE = 2.0
-"""s for which the other process may put its files in order before it is interrupted again."""
 
 _ONE_THREAD = {f"{library}_NUM_THREADS": "1" for library in ("OMP", "MKL", "OPENBLAS", "NUMBA")}
 
@@ -89,23 +87,20 @@ def _worth_it(cases: Sequence[GearboxCase], fidelity: Fidelity) -> bool:
     return len(sched_getaffinity(0)) > 1 and seconds > _WORTH and 1e6 * megabytes < free_memory()
 
 
-def _end_with_caller(ended: Event) -> None:
-    """The caller closes its end when it needs no more, or is gone.  Libraries swallow an interrupt now and then."""
+def _end_with_caller() -> None:
+    """The caller closes its end when it needs no more, or is gone."""
     sys.stdin.buffer.read()
-    while not ended.is_set():
-        interrupt_main()
-        ended.wait(_PATIENCE)
+    interrupt_main()
 
 
 def main() -> None:
     """Mesh laws of all cases."""
+    signal(SIGINT, default_int_handler)  # what a script runs in the background ignores it otherwise
     cases, fidelity, operators = pickle.load(sys.stdin.buffer)
-    ended = Event()
     with suppress(KeyboardInterrupt):
-        Thread(target=_end_with_caller, args=(ended,), daemon=True).start()
+        Thread(target=_end_with_caller, daemon=True).start()
         for case in cases:
             stages.mesh_laws(case, fidelity, Shelf(operators), None)
-    ended.set()
 
 
 if __name__ == "__main__":

@@ -103,6 +103,7 @@ _META: dict[str, tuple[str, str, tuple[str, ...]]] = {
         "radiation resistance at high frequency",
         ("column", "other_column"),
     ),
+    "RadiationResistance.reach": ("m", "distance of the farthest vertex from the middle of the surface and image", ()),
     "RadiationResistance.housing": ("", "content hash of the reduced housing", ()),
     "RadiationResistance.cancellation": (
         "N s/m",

@@ -33,8 +33,7 @@ class Nodes:
     node: (n_node,) Hz, masters above 0 Hz, before them mirrored masters where those help.  mirrored: nodes before the
     first master.  taking_part: nodes per interpolated value.  poles: of a rational function through them, at most.
     gram: (n_node, n_node) inner products of the smooth function at the nodes, None where no poles are looked for.
-    phase_removed: else neighbouring values are joined as they are.  paths: what is known of the function beforehand,
-    None for nothing.
+    phase_removed: else neighbouring values are joined as they are.  paths: what is known of the function beforehand.
     """
 
     node: FloatArray
@@ -43,7 +42,7 @@ class Nodes:
     poles: int
     gram: ComplexArray | None
     phase_removed: bool
-    paths: Paths | None
+    paths: Paths
 
     @property
     def masters(self) -> FloatArray:
@@ -75,14 +74,19 @@ class Nodes:
         is found without them, times a factor: interpolation errs by a divided difference times Π(f − f_j), and the
         factor is the ratio of the products of both sets of nodes, times `_OPTIMISM`.  Zero at the masters.
         Where no master can be spared, the two that a straight line joins are known to err by no more than
-        `Paths.line_error` of what both have together or apart.
+        `Paths.line_error` of what both have together or apart; motions whose parts cancel grow faster with frequency
+        than sound turns, and what a straight line over f² makes of both is another answer for them.
         """
         whole = self.weights(frequency)
         weights = np.stack([whole, whole])
         if not self.can_spare:
-            assert self.paths is not None
             weights *= self.paths.line_error(frequency, *self._gap(frequency))[:, None]
             weights[1, :, 0] *= -1.0
+            if len(self.node) == 2 and self.node[0] > 0:
+                low, high = self.node**2
+                share = (frequency**2 - low) / (high - low)
+                over_square = np.stack([1.0 - share, share], axis=1) * (frequency[:, None] / self.node)
+                weights[1] += _OPTIMISM * (whole - over_square)
             return weights
         above = np.clip(np.searchsorted(self.masters, frequency), 1, max(1, len(self.masters) - 1))
         first = _nearest(self.node, frequency, self.taking_part)[:, 0]
@@ -101,8 +105,6 @@ class Nodes:
     def hidden_error(self, frequency: FloatArray) -> FloatArray:
         """Error (n_f,) at `frequency` (n_f,) Hz, relative to what the body radiates, that no master shows
         (`Paths.hidden_error`)."""
-        if self.paths is None:
-            return np.zeros(len(frequency))
         return self.paths.hidden_error(frequency, *self._gap(frequency))
 
     def poles_between(self, low: float, high: float) -> ComplexArray:
@@ -268,7 +270,7 @@ def nodes_at(
     masters: FloatArray,
     fidelity: AcousticsFidelity,
     inner_products: Callable[[FloatArray, int], ComplexArray],
-    paths: Paths | None = None,
+    paths: Paths,
 ) -> Nodes:
     """Nodes of the interpolation between masters (n_f,) Hz.
 

@@ -12,6 +12,7 @@ from scipy.linalg import eigh
 from nvhchain.acoustics.cancellation import told_cancellation
 from nvhchain.acoustics.efficiency import over_plane_waves
 from nvhchain.acoustics.interpolation import Nodes, nodes_at, support
+from nvhchain.acoustics.paths import Paths
 from nvhchain.acoustics.surface import frequency_lines
 from nvhchain.errors import AccuracyWarning, InputError, require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
@@ -59,10 +60,10 @@ def waves_power(
     The waves are interpolated as transfer vectors are (`fidelity.interpolation`), not R: P is a sum of squares at every
     line, and what cancels in one wave does so at all lines.
     frequency: (n_f,) Hz, increasing, within the masters.  velocity: (n_f, n_column) of the coordinates, peak.
-    The provenance keeps the largest estimated error of interpolation of a line (`interpolation_error_dB`) where the
-    masters allow one, AccuracyWarning where it exceeds `fidelity.master_tolerance_db`; and, as that of `sound_power`
-    does, the largest error of motions whose parts cancel each other (`cancellation_error_dB`, at
-    `cancellation_frequency` Hz), with an AccuracyWarning too.
+    The provenance keeps the largest estimated error of interpolation of a line (`interpolation_error_dB`; that of two
+    masters from what is known of a body of this size), AccuracyWarning where it exceeds
+    `fidelity.master_tolerance_db`; and, as that of `sound_power` does, the largest error of motions whose parts cancel
+    each other (`cancellation_error_dB`, at `cancellation_frequency` Hz), with an AccuracyWarning too.
     Raises InputError for a line outside the masters or another number of columns.
     """
     check_arguments(waves_power, locals())
@@ -77,14 +78,11 @@ def waves_power(
     lines = np.flatnonzero(velocity.any(axis=1) & (frequency > 0))
     power, error = np.zeros(len(frequency)), np.zeros(len(frequency))
     for piece in _pieces(nodes, frequency, lines):
-        sets = [nodes.weights(frequency[piece])]
-        if nodes.can_spare:
-            sets += [*nodes.error_weights(frequency[piece])]
-        squares = _squares(products, sets, velocity[piece])
-        power[piece] = 0.5 * squares[0]
-        if len(sets) > 1:
-            error[piece] = np.sqrt(np.maximum(*squares[1:]) / np.where(squares[0] > 0, squares[0], 1.0))
-    told = _told(error, frequency, fidelity) if nodes.can_spare else {}
+        sets = [nodes.weights(frequency[piece]), *nodes.error_weights(frequency[piece])]
+        whole, *sides = _squares(products, sets, velocity[piece])
+        power[piece] = 0.5 * whole
+        error[piece] = np.sqrt(np.maximum(*sides) / np.where(whole > 0, whole, 1.0))
+    told = _told(error, frequency, fidelity)
     if resistance.cancellation is not None:
         one_element = float(resistance.frequency[-1]) * resistance.provenance.get("elements_per_wavelength", np.inf)
         left = _error_power(resistance, frequency, velocity)
@@ -257,7 +255,8 @@ def _error_power(resistance: RadiationResistance, frequency: FloatArray, velocit
 
 def waves_nodes(resistance: RadiationResistance, fidelity: AcousticsFidelity) -> Nodes:
     """Nodes of the interpolation between the masters."""
-    return nodes_at(resistance.frequency, fidelity, lambda _, mirrored: _inner_products(resistance, mirrored))
+    detour = Paths(2 * np.pi / resistance.air.speed_of_sound * 2.0 * resistance.reach)
+    return nodes_at(resistance.frequency, fidelity, lambda _, mirrored: _inner_products(resistance, mirrored), detour)
 
 
 def waves_at_nodes(resistance: RadiationResistance, nodes: Nodes, node: int) -> ComplexArray:

@@ -100,10 +100,10 @@ def interpolation_error(
 
     Every master is left out in turn and predicted from its neighbours; the misfit of the nearest one is carried over
     with the known ratio of the interpolation polynomials.  Fewer than three masters err by what is known of a body of
-    this size (`Paths.line_error`): 1.4 to 60 times the truth for spheres, the more the smoother they radiate, but
-    too little for a body that resonates.  High above a rigid plane, where the sound comes back from it, hits the body
-    and turns too fast for the masters to show it, the pressure of this echo is added (`Paths.hidden_error`), at silent
-    points as at loud ones.  Zero at the masters.
+    this size (`Nodes.error_weights`): 0.9 to 100 times the truth for spheres that move in shapes of degree 0 to 3, the
+    more the smoother they radiate, but too little for a body that resonates.  High above a rigid plane, where the sound
+    comes back from it, hits the body and turns too fast for the masters to show it, the pressure of this echo is added
+    (`Paths.hidden_error`), at silent points as at loud ones.  Zero at the masters.
     """
     check_arguments(interpolation_error, locals())
     smooth = _prepare(atv, surface_velocity, fidelity)

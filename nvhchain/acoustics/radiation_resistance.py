@@ -14,7 +14,13 @@ from nvhchain.acoustics.bands import Solved, over_bands
 from nvhchain.acoustics.cancellation import cancellation_resistance
 from nvhchain.acoustics.engines import check_engine, check_memory, solve_each, systems, workers
 from nvhchain.acoustics.linear_system import SolverRecord, System
-from nvhchain.acoustics.multipoles import expansion_memory, multipole_amplitudes, multipole_count, multipole_order
+from nvhchain.acoustics.multipoles import (
+    expansion_memory,
+    multipole_amplitudes,
+    multipole_count,
+    multipole_order,
+    path_reach,
+)
 from nvhchain.acoustics.plane import check_plane
 from nvhchain.acoustics.shards import kept_in
 from nvhchain.acoustics.surface import check_mesh
@@ -120,7 +126,15 @@ def radiation_resistance(
     resistance = air.impedance * (shapes.T * surface.areas) @ shapes
     provenance = made_by("radiation_resistance", fidelity, engine, ("multipole_digits",), records, expected)
     return RadiationResistance(
-        frequency, found[:, :rows], resistance, air, plane, motion.housing, found[:, rows:], provenance=provenance
+        frequency,
+        found[:, :rows],
+        resistance,
+        air,
+        path_reach(surface, plane),
+        plane,
+        motion.housing,
+        found[:, rows:],
+        provenance=provenance,
     )
 
 

@@ -12,9 +12,11 @@ from nvhchain.case.gearbox import GearboxCase
 from nvhchain.case.radiator import RadiatorCase
 from nvhchain.errors import InputError, require
 from nvhchain.interop import ForceChannels
-from nvhchain.kinds import check_arguments
+from nvhchain.kinds import NAMES, check_arguments
 
 Case = GearboxCase | RadiatorCase
+
+NAMES[RadiatorCase] = "a RadiatorCase, as load_case returns them"
 
 
 def load_channels(path: str | Path) -> ForceChannels:

@@ -8,6 +8,7 @@ from nvhchain.fidelity.acoustics import AcousticsFidelity
 from nvhchain.fidelity.dynamics import DynamicsFidelity
 from nvhchain.fidelity.gear import GearFidelity
 from nvhchain.fidelity.housing import HousingFidelity
+from nvhchain.kinds import NAMES
 
 
 @dataclass(frozen=True)
@@ -20,6 +21,8 @@ class Fidelity:
     housing: HousingFidelity
     acoustics: AcousticsFidelity
 
+
+NAMES[Fidelity] = "nvhchain.DRAFT, nvhchain.STANDARD, nvhchain.REFERENCE or another Fidelity"
 
 DRAFT = Fidelity(
     "draft",

@@ -180,7 +180,9 @@ class RadiationResistance(HandOff):
     and the radiation resistance matrix is R = Re(wavesᴴ waves), positive semidefinite by its making; rows beyond those
     that count at a frequency are zero.
     plane_wave_resistance: (n_column, n_column) ρc ∫ φ_i φ_j dS, what R tends to at high frequency; ½ q̇ᴴ … q̇ is the
-    equivalent radiated power.  plane: a rigid plane near the body, or None for a free field.
+    equivalent radiated power.
+    reach: m, of the farthest vertex from the middle of the surface and, above a plane, of its image.
+    plane: a rigid plane near the body, or None for a free field.
     housing: content hash of the reduced housing whose modes and residual motions the columns are, or empty.
     cancellation: (n_f, n_column, n_column) N s/m, hermitian: ½ q̇ᴴ … q̇ is a power that bounds what the mesh leaves where
         parts of a motion cancel each other, or None where that is not known.
@@ -190,6 +192,7 @@ class RadiationResistance(HandOff):
     waves: ComplexArray
     plane_wave_resistance: FloatArray
     air: Air
+    reach: float
     plane: RigidPlane | None = None
     housing: str = ""
     cancellation: ComplexArray | None = None

@@ -103,6 +103,27 @@ def test_power_between_masters_within_its_estimate(ball, air, coarse, plane):
     assert truth / 10 < estimate < max(10 * truth, 1e-3)
 
 
+@pytest.mark.filterwarnings("ignore:interpolation between")
+@pytest.mark.parametrize("interpolation", ["rational", "linear"])
+@pytest.mark.parametrize("masters", [(50.0, 90.0), (500.0, 900.0)], ids=str)
+def test_two_masters_say_what_a_body_of_that_size_lets_expect(ball, air, coarse, masters, interpolation):
+    """A pulsating ball, whose sound turns on its way, and a quadrupole, which grows with f³ where the ball is small."""
+    knobs = replace(coarse, interpolation=interpolation)
+    shapes, lines = harmonics(ball)[:, [0, 4]], np.linspace(*masters, 7)
+    few, truth = (
+        radiation_resistance(SurfaceShapes(ball, shapes), at, air=air, fidelity=knobs) for at in (masters, lines)
+    )
+    for column in np.eye(2, dtype=complex):
+        velocity = np.tile(column, (7, 1))
+        exact = waves_power(truth, lines, velocity, fidelity=knobs)
+        got = waves_power(few, lines, velocity, fidelity=knobs)
+        error = 2 * np.abs(decibel(got.power / exact.power)).max()
+        assert exact.provenance["interpolation_error_dB"] == 0.0
+        assert 0.4 * error < got.provenance["interpolation_error_dB"] < 30 * error
+    alone = waves_power(few, np.array(masters[:1]), np.eye(2)[:1], fidelity=knobs)
+    assert alone.provenance["interpolation_error_dB"] == 0.0
+
+
 def test_power_high_above_a_plane_between_masters_within_its_estimate(air, coarse):
     """There the waves are those of body and image, which must be smooth in frequency down to 0 Hz too."""
     plane, body = RigidPlane((0, 0, -0.5), (0, 0, 1)), sphere(0.1, 1)

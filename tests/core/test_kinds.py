@@ -58,6 +58,13 @@ def test_what_does_not_is_refused_by_name_and_value(name, value):
         told(**given)
 
 
+def test_a_name_or_path_in_place_of_what_it_stands_for_is_told_where_to_get_that():
+    with pytest.raises(InputError, match=r"fidelity = 'draft' .* give nvhchain\.DRAFT, .* or another Fidelity"):
+        nvh.run(SPHERE, fidelity="draft")
+    with pytest.raises(InputError, match=r"'a\.toml' .* a GearboxCase or a RadiatorCase, as load_case returns them"):
+        nvh.run("a.toml", fidelity=nvh.DRAFT)
+
+
 def test_names_of_a_run_up_that_are_missing_or_unknown_are_told():
     with pytest.raises(TypeError, match="missing keyword arguments: speed"):
         told(1.0)

@@ -33,7 +33,7 @@ _ONE_THREAD = {f"{library}_NUM_THREADS": "1" for library in ("OMP", "MKL", "OPEN
 def operators_ahead(
     cases: Sequence[Case], fidelity: Fidelity, operators: Path, watcher: Watcher | None = None
 ) -> Iterator[None]:
-    """Have the housings of `cases` on the shelf in `operators`, and their mesh laws under way.
+    """Have the housings of `cases` on the shelf in `operators`, their mesh laws under way, and what is next compiled.
 
     What the other process has begun a run in here waits for at the shelf; what it has not, or could not, the run makes
     itself. Nothing happens with one core, with less work than a process is worth, in less memory than both take, and
@@ -49,6 +49,8 @@ def operators_ahead(
         with blas_threads(1):
             for case in gearboxes:
                 stages.reduced_housing(case, fidelity, Shelf(operators, watcher or Unwatched()))
+        for case in gearboxes:
+            stages.compile_kernels(case, fidelity)
         yield
 
 

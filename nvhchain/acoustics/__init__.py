@@ -12,7 +12,7 @@ from nvhchain.acoustics.efficiency import (
     spread_power,
     surface_efficiency,
 )
-from nvhchain.acoustics.engines import ENGINES, estimate_memory
+from nvhchain.acoustics.engines import ENGINES, compile_kernels, estimate_memory
 from nvhchain.acoustics.incident import IncidentField, PlaneWave, PointSource
 from nvhchain.acoustics.level_accuracy import expected_radiation_error
 from nvhchain.acoustics.masters import adaptive_transfer_vectors
@@ -58,6 +58,7 @@ __all__ = [
     "check_mesh",
     "check_points",
     "circle_points",
+    "compile_kernels",
     "convolution_lines",
     "decay_time",
     "directivity",

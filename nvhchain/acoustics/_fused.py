@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import subprocess
 from collections import deque
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
+from functools import cache
 from itertools import pairwise
+from multiprocessing.spawn import get_executable
 from typing import NamedTuple
 
 import numpy as np
@@ -73,7 +77,7 @@ def systems(
             f"{free / 1e9:.1f} GB are free: use fewer elements (lower elements_per_wavelength or f_max) or a machine "
             "with more memory"
         )
-    _compile(fidelity.precision)
+    compile_kernels(fidelity.precision)
     batch = _batch(mesh, surface, k, fidelity)
     a = _zeros((len(k), n_vertex, n_vertex), fidelity.precision)
     b = _zeros((len(k), n_vertex, n_face), fidelity.precision)
@@ -128,7 +132,7 @@ def stripes(
         return Stripe(part.rows, a, b)
 
     waiting: deque[Future[Stripe]] = deque()
-    _compile(fidelity.precision)
+    compile_kernels(fidelity.precision)
     with ThreadPoolExecutor(threads()) as pool:
         for part in parts:
             if len(waiting) == threads():
@@ -149,7 +153,7 @@ def rows_of(
     row_of[part.rows] = np.arange(len(rows))
     a = _zeros((1, len(rows), n_vertex), fidelity.precision)
     b = _zeros((1, len(rows), len(surface.triangles)), fidelity.precision)
-    _compile(fidelity.precision)
+    compile_kernels(fidelity.precision)
     _assemble(mesh, _batch(mesh, surface, np.array([wavenumber]), fidelity), part, row_of, a, b)
     return a[0], b[0]
 
@@ -204,10 +208,25 @@ def _batch(mesh: Mesh, surface: Surface, k: FloatArray, fidelity: AcousticsFidel
     return _Batch(k, beta, tuple(groups), fidelity.precision)
 
 
-def _compile(precision: str) -> None:
-    """Have the kernels ready before threads ask for them."""
-    for kernel, signature in ((far_block, FAR_BLOCK), (close_block, CLOSE_BLOCK), (restore_columns, RESTORE_COLUMNS)):
-        compiled(kernel, signature, precision)
+@cache
+def compile_kernels(precision: str) -> None:
+    """Have the kernels ready before threads ask for them: from disk or, where the small one is not there, the two large
+    ones compiled side by side, as the compiler takes one core of a process."""
+    small = compiled(restore_columns, RESTORE_COLUMNS, precision)
+    with _compiling_close(precision) if small.stats.cache_misses and threads() > 1 else nullcontext():
+        compiled(far_block, FAR_BLOCK, precision)
+    compiled(close_block, CLOSE_BLOCK, precision)
+
+
+def _compiling_close(precision: str) -> AbstractContextManager[object]:
+    """Another process that leaves `close_block` on disk; what fails there is silent, and fails again here."""
+    get = f"from {__name__} import CLOSE_BLOCK, close_block, compiled"
+    task = f"{get}; compiled(close_block, CLOSE_BLOCK, {precision!r})"
+    silent = subprocess.DEVNULL
+    try:
+        return subprocess.Popen([get_executable(), "-c", task], stdin=silent, stdout=silent, stderr=silent)
+    except OSError:
+        return nullcontext()
 
 
 def _assemble(mesh: Mesh, batch: _Batch, part: Part, row_of: IntArray, a: ComplexArray, b: ComplexArray) -> None:

@@ -13,6 +13,7 @@ from nvhchain.acoustics.compressed import compressed_size, compressed_systems
 from nvhchain.acoustics.dense import dense_system
 from nvhchain.acoustics.iterative import iteration_size, patches_size
 from nvhchain.acoustics.linear_system import SolverRecord, System
+from nvhchain.acoustics.potentials import compiled_layers
 from nvhchain.cluster import worker_memory
 from nvhchain.errors import ResourceError, is_whole, require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
@@ -51,6 +52,13 @@ _STRIPE_BYTES = 1536 * 2**20
 def check_engine(engine: str) -> None:
     """Raise `InputError` unless `engine` names a boundary element engine."""
     require(engine in ENGINES, f"acoustic engine {engine!r} is unknown: choose from {', '.join(ENGINES)}")
+
+
+def compile_kernels(engine: str, fidelity: AcousticsFidelity) -> None:
+    """Have what transfer vectors call compiled, or read from disk, as is done anyway where it is first needed."""
+    compiled_layers()
+    if engine == "fused" and fidelity.radiation == "boundary_elements":
+        import_module(ENGINES[engine]).compile_kernels(fidelity.precision)
 
 
 def systems(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numba as nb
 import numpy as np
 
@@ -25,11 +27,13 @@ _INDEX_2 = nb.types.Array(nb.int64, 2, "C", readonly=True)
 _PAIR = nb.types.UniTuple(nb.complex128[:, ::1], 2)
 
 
-@nb.njit(
-    _PAIR(_REAL_2, _REAL_2, _INDEX_2, _REAL_2, _REAL_1, nb.float64, nb.float64, _REAL_2, _REAL_1),
-    cache=True,
-    nogil=True,
-)
+@cache
+def compiled_layers():  # type: ignore[no-untyped-def]
+    """`_layers` as machine code, made when it is first asked for."""
+    signature = _PAIR(_REAL_2, _REAL_2, _INDEX_2, _REAL_2, _REAL_1, nb.float64, nb.float64, _REAL_2, _REAL_1)
+    return nb.njit(signature, cache=True, nogil=True)(_layers)
+
+
 def _layers(points, vertices, triangles, normals, areas, k, near_ratio, barycentric, weight):  # type: ignore[no-untyped-def]
     double = np.zeros((len(points), len(vertices)), dtype=np.complex128)
     single = np.zeros((len(points), len(triangles)), dtype=np.complex128)
@@ -112,7 +116,7 @@ def layer_potentials(
     from the point (or than one radian of phase) is cut into four, again and again; each piece gets a rule of degree 5.
     p: linear on triangles; ∂p/∂n: constant on triangles, along the outward normal.  G = e^{−jkr}/(4πr).
     """
-    double, single = _layers(
+    double, single = compiled_layers()(
         points,
         surface.vertices,
         surface.triangles,

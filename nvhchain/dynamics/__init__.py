@@ -10,6 +10,7 @@ from nvhchain.dynamics.quasi_static import static_bearing_forces, static_misalig
 from nvhchain.dynamics.recording import Recording, record_run_up
 from nvhchain.dynamics.rigid_train import run_up_time
 from nvhchain.dynamics.run_up_record import run_up, run_up_with_error
+from nvhchain.dynamics.simulation import compile_time_loop
 from nvhchain.dynamics.steady import bearing_forces, steady_sweep
 from nvhchain.dynamics.train import Train, train
 
@@ -26,6 +27,7 @@ __all__ = [
     "Shaft",
     "Train",
     "bearing_forces",
+    "compile_time_loop",
     "flank_transfer",
     "record_run_up",
     "remind",

@@ -224,6 +224,13 @@ def at_rest(model: Simulation, phases: FloatArray) -> Motion:
     return Motion(state_of(model.modes, static.position), np.zeros(len(model.contact_stiffness)))
 
 
+def compile_time_loop() -> None:
+    """Have the time loop compiled, or read from disk, as `advance` does where it is first needed."""
+    from nvhchain.dynamics._march import march_of
+
+    march_of(False)
+
+
 def advance(
     model: Simulation, motion: Motion, phases: FloatArray, *, stride: int = 1, start_time: float = 0.0
 ) -> tuple[Motion, FloatArray, FloatArray]:

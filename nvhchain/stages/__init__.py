@@ -2,6 +2,7 @@
 
 from nvhchain.stages.dynamics import bearing_forces, gearbox_of, recording
 from nvhchain.stages.gears import Compliances, compliances, load_distributions, mesh_laws, under_load
+from nvhchain.stages.kernels import compile_kernels
 from nvhchain.stages.motion import force_spectrum, given_velocity, reduced_housing, surface_velocity
 from nvhchain.stages.power import (
     directivity,
@@ -22,6 +23,7 @@ from nvhchain.stages.sound import (
 __all__ = [
     "Compliances",
     "bearing_forces",
+    "compile_kernels",
     "compliances",
     "directivity",
     "equivalent_pressure",

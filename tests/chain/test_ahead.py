@@ -14,6 +14,7 @@ from nvhchain import ahead
 from nvhchain.cli import main
 from nvhchain.errors import InputError
 from nvhchain.resume import Shelf
+from nvhchain.stages import kernels
 
 
 @pytest.fixture
@@ -52,6 +53,19 @@ def test_the_other_process_ends_with_its_caller_and_leaves_nothing_half_written(
         assert process.stderr.read() == b""
     assert not list(tmp_path.rglob("*.part"))
     assert len(list(tmp_path.glob("mesh_law*.h5"))) == 0
+
+
+def test_what_comes_next_is_compiled_ahead_and_nothing_for_sound_where_none_is_asked_for(
+    case, coarse, tmp_path, monkeypatch, worth
+):
+    asked = []
+    monkeypatch.setattr(kernels.dynamics, "compile_time_loop", lambda: asked.append("time loop"))
+    monkeypatch.setattr(kernels.acoustics, "compile_kernels", lambda engine, fidelity: asked.append(engine))
+    heard = replace(case, quantities=("sound_power",))
+    for one, expected in ((case, ["time loop"]), (heard, ["time loop", "fused"])):
+        with ahead.operators_ahead([one], coarse, tmp_path):
+            assert asked == expected
+        asked.clear()
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,8 @@ from scipy.optimize import minimize
 
 from nvhchain.conventions import STEEL
 from nvhchain.errors import SolverError
-from nvhchain.gear.contact import _gap, contact_half_width, local_deflection, local_law, slice_forces
+from nvhchain.gear._slices import gaps
+from nvhchain.gear.contact import contact_half_width, local_deflection, local_law, slice_forces
 
 PAIR = (STEEL, STEEL)
 
@@ -119,7 +120,7 @@ def test_the_potential_that_guards_each_step_has_the_gap_as_its_slope():
     def potential(F):
         gap = np.empty(8)
         pieces = law.level, law.half_slope, law.offset, law.energy
-        return _gap(C, approach, length, law.limit, 1 / np.log(law.ratio), *pieces, F, gap)[0], gap
+        return gaps(C, approach, length, law.limit, 1 / np.log(law.ratio), *pieces, F, gap)[0], gap
 
     gap = potential(F)[1]
     for i in range(8):

@@ -9,7 +9,8 @@ from scipy.integrate import quad
 from nvhchain.conventions import STEEL
 from nvhchain.fidelity import DRAFT
 from nvhchain.gear import Engagement, slice_compliance
-from nvhchain.gear.contact import _gap, contact_half_width, half_space_compliance, local_deflection, local_law
+from nvhchain.gear._slices import gaps
+from nvhchain.gear.contact import contact_half_width, half_space_compliance, local_deflection, local_law
 from nvhchain.gear.contact_lines import contact_lines
 from nvhchain.gear.reference import pressed
 from nvhchain.gear.tip_edge import (
@@ -188,7 +189,7 @@ def test_potential_of_an_edge_is_the_work_of_its_deflection_on_every_piece():
         q = share * float(law.limit[0])
         work = quad(lambda x: float(law.deflection(np.array([x]))[0]), 0.0, q, epsrel=1e-9, limit=400)[0]
         zero, one = np.zeros((1, 1)), np.ones(1)
-        energy, worst = _gap(zero, 0 * one, one, law.limit, 1 / np.log(law.ratio), *pieces, q * one, 0 * one)
+        energy, worst = gaps(zero, 0 * one, one, law.limit, 1 / np.log(law.ratio), *pieces, q * one, 0 * one)
         assert energy == pytest.approx(work, rel=1e-6)
         assert worst == pytest.approx(float(law.deflection(np.array([q]))[0]), rel=1e-12)
 

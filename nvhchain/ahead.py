@@ -21,6 +21,7 @@ from nvhchain.fidelity import Fidelity
 from nvhchain.memory import free_memory
 from nvhchain.resume import Shelf, Unwatched, Watcher
 from nvhchain.scene import plan, preflight
+from nvhchain.store import writable_folder
 from nvhchain.threads import blas_threads
 
 _WORTH = 5.0
@@ -45,6 +46,7 @@ def operators_ahead(
         return
     for case in cases:
         preflight(case, fidelity, {})
+    writable_folder(operators, "operators")
     with _laws_under_way(gearboxes, fidelity, operators):
         with blas_threads(1):
             for case in gearboxes:

@@ -39,6 +39,7 @@ from nvhchain.kinds import check_arguments
 from nvhchain.result import Result
 from nvhchain.resume import Shelf, Unwatched, Watcher
 from nvhchain.scene import preflight
+from nvhchain.store import writable_folder
 
 
 def run(
@@ -149,8 +150,8 @@ def _prepared(
     preflight(case, fidelity, given, in_files=in_files)
     ready_made.check(case, fidelity, given)
     watcher = watcher or Unwatched()
-    spine = Shelf(Path(out) if out else None, watcher)
-    shared = Shelf(Path(operators) if operators else spine.folder, watcher)
+    spine = Shelf(writable_folder(out, "out") if out else None, watcher)
+    shared = Shelf(writable_folder(operators, "operators") if operators else spine.folder, watcher)
     return _Chain(case, fidelity, given, spine, shared, executor)
 
 

@@ -89,7 +89,7 @@ def _fits(value: Any, hint: Any) -> bool:
         return callable(value)
     if hint is Executor:
         return hasattr(value, "map") and not inspect.isclass(value)
-    return not inspect.isclass(hint) or isinstance(value, hint)
+    return hint is Any or not inspect.isclass(hint) or isinstance(value, hint)
 
 
 def _either(kinds: tuple[Any, ...]) -> list[Any]:

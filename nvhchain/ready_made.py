@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -21,27 +21,36 @@ from nvhchain.handoff import (
     TransferVectors,
 )
 
+_ARGUMENT: dict[type[HandOff], str] = {
+    BearingForces: "bearing_forces",
+    ForceSpectrum: "force_spectrum",
+    ReducedHousing: "housing",
+    SurfaceVelocity: "surface_velocity",
+    TransferVectors: "transfer_vectors",
+}
+
+_OF_STAGES: dict[type[HandOff], str] = {MeshLaw: "mesh_laws", LoadDistribution: "load_distributions"}
+
 
 def arguments(hand_offs: Iterable[HandOff]) -> dict[str, Any]:
     """Sort loaded hand-offs into the arguments of `run`."""
-    names = {
-        BearingForces: "bearing_forces",
-        ForceSpectrum: "force_spectrum",
-        ReducedHousing: "housing",
-        SurfaceVelocity: "surface_velocity",
-        TransferVectors: "transfer_vectors",
-    }
-    of_stages = {MeshLaw: "mesh_laws", LoadDistribution: "load_distributions"}
     given: dict[str, Any] = {}
     for hand_off in hand_offs:
         kind = type(hand_off)
-        if kind in of_stages:
-            given.setdefault(of_stages[kind], []).append(hand_off)
+        if kind in _OF_STAGES:
+            given.setdefault(_OF_STAGES[kind], []).append(hand_off)
             continue
-        require(kind in names, f"{kind.__name__} is not a hand-off that a run can start from")
-        require(names[kind] not in given, f"{kind.__name__} is given twice: keep one")
-        given[names[kind]] = hand_off
+        require(kind in _ARGUMENT, f"{kind.__name__} is not a hand-off that a run can start from")
+        require(_ARGUMENT[kind] not in given, f"{kind.__name__} is given twice: keep one")
+        given[_ARGUMENT[kind]] = hand_off
     return given
+
+
+def check_argument_names(given: Collection[str]) -> None:
+    """Raise `InputError` unless `run` calls hand-offs so."""
+    known = (*_OF_STAGES.values(), *_ARGUMENT.values())
+    unknown = sorted(set(given) - set(known))
+    require(not unknown, f"given = {', '.join(unknown)}: a run starts from {', '.join(known)}, by these names")
 
 
 def check(case: Case, fidelity: Fidelity, given: dict[str, Any]) -> None:

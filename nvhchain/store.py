@@ -16,7 +16,7 @@ import h5py
 import numpy as np
 
 from nvhchain.conventions import Air
-from nvhchain.errors import FileFormatError
+from nvhchain.errors import FileFormatError, InputError
 from nvhchain.handoff import HAND_OFFS, HandOff, RigidPlane
 
 SCHEMA_VERSION = 1
@@ -135,6 +135,19 @@ _META: dict[str, tuple[str, str, tuple[str, ...]]] = {
     "SoundPower.input_speed": ("rad/s", "speed of the input shaft, 0 if there is none", ()),
 }
 """Units, long name and axis labels of every stored field."""
+
+
+def writable_folder(folder: str | Path, called: str) -> Path:
+    """The folder, made where there is none.  InputError where it cannot take files: now, not when something is done."""
+    place = Path(folder)
+    try:
+        place.mkdir(parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=place).close()
+    except OSError as error:
+        raise InputError(
+            f"{called} = {str(folder)!r} cannot take files ({error.strerror or error}): name another folder"
+        ) from error
+    return place
 
 
 def write_text(path: Path, text: str) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from tempfile import TemporaryFile
 from typing import Any
 
 import numpy as np
@@ -12,7 +11,7 @@ import numpy as np
 from nvhchain import store
 from nvhchain.acoustics.bands import Solved
 from nvhchain.acoustics.linear_system import SolverRecord
-from nvhchain.errors import InputError, ResourceError
+from nvhchain.errors import ResourceError
 from nvhchain.handoff import FloatArray, SolvedBand
 from nvhchain.resume import code_version, fingerprint, found
 
@@ -68,14 +67,4 @@ def kept_in(folder: str | Path | None, stage: str, *inputs: Any) -> BandShards |
     """
     if not folder:
         return None
-    place = Path(folder)
-    try:
-        place.mkdir(parents=True, exist_ok=True)
-        with TemporaryFile(dir=place):
-            pass
-    except OSError as error:
-        raise InputError(
-            f"shards = {str(folder)!r} is not a folder that can be written, and none can be made there "
-            f"({error.strerror or error}): name another one"
-        ) from error
-    return BandShards(place, stage, inputs)
+    return BandShards(store.writable_folder(folder, "shards"), stage, inputs)

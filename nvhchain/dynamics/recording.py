@@ -11,7 +11,6 @@ import os
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from tempfile import TemporaryFile
 from typing import Any, Unpack
 from zipfile import BadZipFile
 
@@ -28,7 +27,7 @@ from nvhchain.dynamics.ramp import Operation
 from nvhchain.dynamics.run_up_record import Sampled, record
 from nvhchain.dynamics.simulation import Motion
 from nvhchain.dynamics.speed_ramp import RunUp, Standing, prepare, samples, start
-from nvhchain.errors import FileFormatError, InputError, require
+from nvhchain.errors import FileFormatError, require
 from nvhchain.handoff import BearingForces, FloatArray, MeshLaw, ReducedHousing
 from nvhchain.kinds import check_arguments
 from nvhchain.resume import code_version, fingerprint
@@ -84,12 +83,7 @@ def record_run_up(
     key = fingerprint(version, gearbox, list(mesh_laws), housing, {**operation, "contact_forces": None})
     answers = _answers(run, mesh_laws)
     size = CONTACT_PIECE if len(answers) else PIECE
-    folder = Path(folder)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        TemporaryFile(dir=folder).close()
-    except OSError as error:
-        raise InputError(f"{folder} cannot take files ({error.strerror}): choose another folder") from error
+    folder = store.writable_folder(folder, "folder")
     written, first, standing = _taken_up(folder, key, answers, run)
     provenance = {"key": key, "stage": "run_up", "version": version, "fidelity": asdict(operation["fidelity"])}
     waiting: list[FloatArray] = []

@@ -43,6 +43,13 @@ def extent(case: Case) -> dict[str, Any]:
     return {"width": widths, "overlap": overlaps, "wave": wave}
 
 
+def _is_extent(swept: Mapping[str, Any]) -> bool:
+    """Whether a file says what `extent` does."""
+    if not {"width", "overlap", "wave"} <= set(swept):
+        return False
+    return all(isinstance(number, float | int) for number in (*swept["width"], *swept["overlap"], swept["wave"] or 0))
+
+
 def growth(turned: Fidelity, base: Fidelity, cases: Sequence[Case], swept: Mapping[str, Any] | None) -> float:
     """Factor on the error that `turned` has against `base`, at least 1, where the laws of the error band know it.
 
@@ -53,7 +60,7 @@ def growth(turned: Fidelity, base: Fidelity, cases: Sequence[Case], swept: Mappi
     if swept is None:
         return 1.0
     require(
-        {"width", "overlap", "wave"} <= set(swept),
+        _is_extent(swept),
         f"the sweep tells {', '.join(sorted(swept)) or 'nothing'} of its case, not width, overlap and wave, with which "
         "errors grow elsewhere: measure it again with `nvhchain tradeoff`",
     )

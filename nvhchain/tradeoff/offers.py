@@ -71,7 +71,7 @@ def base_of(sweep: Tradeoff) -> Fidelity:
         f"{stage}.{name}"
         for stage, knobs in then.items()
         for name, value in knobs.items()
-        if now[stage].get(name) != value
+        if now.get(stage, {}).get(name) != value
     ]
     require(
         not changed,

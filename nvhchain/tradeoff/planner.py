@@ -11,6 +11,7 @@ from nvhchain.case import Case, GearboxCase, RadiatorCase
 from nvhchain.errors import require
 from nvhchain.fidelity import Fidelity
 from nvhchain.kinds import check_arguments
+from nvhchain.ready_made import check_argument_names
 from nvhchain.scene import stages_to_make
 from nvhchain.tradeoff import elsewhere
 from nvhchain.tradeoff.knobs import PRESET, Knob, spoken
@@ -114,15 +115,16 @@ def cheapest(
     are multiplied with what each knob leaves of them. Knobs are turned, or turned further, in the order of time saved
     per error, where they are not refused, warn of nothing that the base does not, and leave the error band of the
     mesh's harmonics of use; a preset that was measured to keep to the same share is taken where it is quicker.
-    Raises InputError for no case, for a tolerance that is not positive or finer than the base is known, for a stage of
-    which the sweep tells nothing, for a base that is no preset, or no longer what the preset is, and for what is
-    refused at the base.
+    Raises InputError for no case, for names that `run` does not know, for a tolerance that is not positive or finer
+    than the base is known, for a stage of which the sweep tells nothing, for a base that is no preset, or no longer
+    what the preset is, and for what is refused at the base.
     """
     check_arguments(cheapest, locals())
     require(
         0 < tolerance_db < WIDEST,
         f"tolerance = {tolerance_db:g} dB is outside 0…{WIDEST:g} dB: a model is never exact, ask for 1",
     )
+    check_argument_names(given)
     sweep, cases = sweep or shipped_sweep(), (case,) if isinstance(case, GearboxCase | RadiatorCase) else tuple(case)
     require(len(cases) > 0, "no case to plan for: give one or more")
     base = base_of(sweep)

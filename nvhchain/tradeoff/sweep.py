@@ -6,6 +6,7 @@ import json
 import os
 import shutil
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass, field, fields, is_dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,7 @@ from nvhchain.conventions import Progress
 from nvhchain.errors import require
 from nvhchain.fidelity import REFERENCE, Fidelity
 from nvhchain.handoff import FieldPressure, PressureHistory
-from nvhchain.kinds import check_arguments
+from nvhchain.kinds import check_arguments, check_fields
 from nvhchain.resume import Unwatched, Watcher, code_version, fingerprint
 from nvhchain.tradeoff.deviation import Deviation, deviation, deviation_in_time
 from nvhchain.tradeoff.elsewhere import extent
@@ -75,6 +76,9 @@ class Tradeoff:
     provenance: Mapping[str, Any] = field(default_factory=dict)
     yardstick: FieldPressure | None = field(default=None, compare=False)
 
+    def __post_init__(self) -> None:
+        check_fields(self)
+
 
 def tradeoff(
     case: Case,
@@ -101,7 +105,7 @@ def tradeoff(
         "pressure" in case.quantities,
         f"{case.name} asks for {', '.join(case.quantities)}: errors are those of the sound pressure; ask for it",
     )
-    out, report = Path(out), progress or (lambda done, total: None)
+    out, report = store.writable_folder(out, "out"), progress or (lambda done, total: None)
     todo = [(knob, value, case, variant) for knob, value, variant in variants(case, fidelity, knobs)]
     todo += [(knob, value, variant, fidelity) for knob, value, variant in records(case, knobs)]
     sweep = _Sweep(case, fidelity, out, watcher or Unwatched())
@@ -118,7 +122,6 @@ class _Sweep:
     """The folder of a sweep: operators, the base's spine, costs and rows."""
 
     def __init__(self, case: Case, fidelity: Fidelity, out: Path, watcher: Watcher) -> None:
-        out.mkdir(parents=True, exist_ok=True)
         self._case, self._fidelity, self._out, self._watcher = case, fidelity, out, watcher
         self._ledger = Ledger(out / "costs.json")
         self._spine = out / f"base-{_identity(case, fidelity)[:10]}"
@@ -138,7 +141,7 @@ class _Sweep:
         """Row of a variant of the case or of the fidelity: the kept one, or measured now."""
         kept = self._out / "rows" / f"{fingerprint(_identity(self._case, self._fidelity), knob, value)[:16]}.json"
         identity = _identity(case, fidelity)
-        if kept.exists():
+        with suppress(OSError, ValueError, KeyError, TypeError, AttributeError):  # none yet, or a damaged one
             record = json.loads(kept.read_text())
             if record["identity"] == identity:
                 return measurement(record)

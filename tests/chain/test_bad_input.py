@@ -7,10 +7,13 @@ import numpy as np
 import psutil
 import pytest
 
+import nvhchain as nvh
 from nvhchain import store
 from nvhchain.case import load_case
 from nvhchain.cli import main
+from nvhchain.errors import InputError
 from nvhchain.handoff import BearingForces
+from nvhchain.resume import Shelf
 
 SOLID = "cases/gearbox/solid.toml"
 SPHERE = "cases/sphere/pulsating.toml"
@@ -192,3 +195,13 @@ def _forces(folder, step, count):
         BearingForces(np.arange(count) * step, force, tuple(seats), np.array(list(seats.values())), 261.8),
         folder / "forces.h5",
     )
+
+
+@pytest.mark.parametrize("folder", ["out", "operators"])
+def test_a_folder_that_cannot_be_written_is_refused_before_anything_is_computed(request, tmp_path, monkeypatch, folder):
+    monkeypatch.setattr(Shelf, "stage", None)
+    case = load_case(request.config.rootpath / SOLID)
+    (tmp_path / "file").touch()
+    for place in (tmp_path / "file", tmp_path / "file" / "below", "/proc/nvhchain"):
+        with pytest.raises(InputError, match=rf"{folder} = .* cannot take files \(.*\): name another folder"):
+            nvh.run(case, fidelity=nvh.DRAFT, **{folder: place})

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import NotRequired, TypedDict, Unpack
+from typing import Any, NotRequired, TypedDict, Unpack
 
 import numpy as np
 import pytest
@@ -33,13 +33,14 @@ def told(
     several: Sequence[str] = (),
     by_name: Mapping[str, float] | None = None,
     path: str | Path = ".",
+    about: Mapping[str, Any] | None = None,
     **named: Unpack[Named],
 ) -> None:
     check_arguments(told, locals())
 
 
 def test_what_fits_the_annotations_passes():
-    told(np.float32(1.0), np.int64(2), [1, 2.0], [0, 1], ["a"], {"a": 1}, Path(), speed=1, watcher=print)
+    told(np.float32(1.0), np.int64(2), [1, 2.0], [0, 1], ["a"], {"a": 1}, Path(), {"a": print}, speed=1, watcher=print)
     told(1, speed=2.0, watcher=None)
 
 
@@ -49,7 +50,7 @@ def test_what_fits_the_annotations_passes():
         ("number", "1.0"), ("number", None), ("number", [1.0]), ("number", 1j), ("number", True),
         ("count", "2"), ("array", "x"), ("array", [[1], [1, 2]]), ("array", None), ("array", [1j]),
         ("place", 1.0), ("place", (0.0,)), ("place", "xy"), ("several", "a"), ("several", [1.0]), ("several", None),
-        ("by_name", 1.0), ("by_name", {"a": "b"}), ("path", 3), ("speed", "fast"), ("watcher", 3),
+        ("by_name", 1.0), ("by_name", {"a": "b"}), ("about", [1]), ("path", 3), ("speed", "fast"), ("watcher", 3),
     ],
 )  # fmt: skip
 def test_what_does_not_is_refused_by_name_and_value(name, value):

@@ -74,14 +74,14 @@ def test_another_run_in_the_folder_and_a_damaged_one_are_refused(make_gearbox, m
         with pytest.raises(FileFormatError, match=r"standing\.npz: damaged"):
             record_run_up(gearbox, laws, None, fidelity=fidelity, folder=tmp_path, **ramp(duration=0.01))
     for folder in (tmp_path / "standing.npz", tmp_path / "standing.npz" / "within"):
-        with pytest.raises(InputError, match=r"standing\.npz.* cannot take files \(.*\): choose another folder"):
+        with pytest.raises(InputError, match=r"standing\.npz.* cannot take files \(.*\): name another folder"):
             record_run_up(gearbox, laws, None, fidelity=fidelity, folder=folder, **ramp(duration=0.01))
 
     def refuse(**_):
         raise PermissionError(13, "Permission denied")
 
-    monkeypatch.setattr(recording, "TemporaryFile", refuse)
-    with pytest.raises(InputError, match=r"new cannot take files \(Permission denied\): choose another folder"):
+    monkeypatch.setattr(recording.store.tempfile, "TemporaryFile", refuse)
+    with pytest.raises(InputError, match=r"new' cannot take files \(Permission denied\): name another folder"):
         record_run_up(gearbox, laws, None, fidelity=fidelity, folder=tmp_path / "new", **ramp(duration=0.01))
 
 

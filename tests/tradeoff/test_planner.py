@@ -298,6 +298,13 @@ def test_a_sweep_that_does_not_tell_what_errors_grow_with_is_refused(case, two_s
     slices = replace(REFERENCE, gear=replace(REFERENCE.gear, slices=8))
     with pytest.raises(InputError, match=r"tells wave, width of its case, not .*measure it again"):
         growth(slices, REFERENCE, [two_stages], {"width": extent(case)["width"], "wave": 0.1116})
+    with pytest.raises(InputError, match=r"measure it again"):
+        growth(slices, REFERENCE, [two_stages], extent(case) | {"wave": "0.1116"})
+
+
+def test_names_that_a_run_does_not_know_are_refused(case, sweep):
+    with pytest.raises(InputError, match=r"given = mesh_law: a run starts from mesh_laws, .*, by these names"):
+        cheapest(case, 5.0, sweep, given=["mesh_law"])
 
 
 def test_elements_of_the_housing_err_with_the_square_of_their_size_over_the_wave(case):
@@ -416,6 +423,8 @@ def test_a_base_that_is_no_preset_or_no_longer_what_it_was_is_refused(case, swee
     then["gear"]["slices"] = 47
     with pytest.raises(InputError, match=r"other gear.slices: measure it again"):
         cheapest(case, 1.0, replace(sweep, provenance={"fidelity": then}))
+    with pytest.raises(InputError, match=r"other tooth.count: measure it again"):
+        cheapest(case, 1.0, replace(sweep, provenance={"fidelity": {"tooth": {"count": 3}}}))
 
 
 @pytest.mark.parametrize("tolerance", ["0", "-1", "nan", "inf", "100", "1dB"])

@@ -139,6 +139,24 @@ def test_stages_whose_cost_is_lost_are_not_counted_as_free(swept, sphere, tmp_pa
         tradeoff(sphere, out=tmp_path, fidelity=nvh.DRAFT, knobs=KNOBS)
 
 
+@pytest.mark.parametrize("left", ["", '{"identity": ', "[]", "{}", '{"deviation": {}}'])
+def test_a_damaged_row_is_measured_again(swept, sphere, tmp_path, here, left):
+    here()
+    shutil.copytree(swept[0], tmp_path, dirs_exist_ok=True)
+    for row in (tmp_path / "rows").iterdir():
+        row.write_text(left)
+    record = Record()
+    again = tradeoff(sphere, out=tmp_path, fidelity=nvh.DRAFT, knobs=["acoustics.precision"], watcher=record)
+    assert record.computed == ["pressure"]
+    assert [row.value for row in again.measurements] == ["draft", "single"]
+
+
+def test_a_file_in_place_of_the_folder_is_refused(sphere, tmp_path):
+    (tmp_path / "file").touch()
+    with pytest.raises(InputError, match=r"out = .*file' cannot take files \(File exists\): name another folder"):
+        tradeoff(sphere, out=tmp_path / "file", fidelity=nvh.DRAFT, knobs=KNOBS)
+
+
 def test_rows_of_other_code_are_measured_again(swept, sphere, monkeypatch, here):
     here()
     monkeypatch.setattr(sweeping, "code_version", lambda package: f"other {package}")
@@ -264,6 +282,8 @@ def test_tables_and_figure_hold_every_row(swept, tmp_path, monkeypatch):
         ('{"20.0": 0.5}', '{"first": 0.5}', "could not convert"),
         ('{"20.0": 0.5}', "7", "no attribute 'items'"),
         ("{", "\udc80", "decode"),
+        ('"base": "reference"', '"base": ["reference"]', "base = .* wrong kind: give a text"),
+        ('"provenance": {}', '"provenance": []', "provenance = .* wrong kind: give a mapping"),
     ],
 )
 def test_a_file_that_is_no_table_of_a_sweep_is_refused_with_a_reason(tmp_path, before, after, why):

@@ -2,6 +2,7 @@
 
     python benchmarks/plan.py OUT [CASE FIDELITY QUANTITY ...]
     python benchmarks/plan.py OUT knobs [NAME ...]      every number among the knobs alone (`plan_knobs`)
+    python benchmarks/plan.py OUT scenes                field points and run-ups (`plan_scenes`)
 
 FIDELITY is a preset, or one with `+contact` (the mesh level) or `+friction` (0.05 in the case's options) behind it.
 Every run has a process of its own, whose processor time and peak memory are taken by stage. What OUT holds already is
@@ -18,6 +19,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 
 from plan_knobs import kept_name, measure_knobs, publish_knobs
+from plan_scenes import measure_scenes, publish_scenes
 from publish import publish
 
 import nvhchain as nvh
@@ -122,6 +124,10 @@ def main() -> None:
     if sys.argv[2:3] == ["knobs"]:
         measure_knobs(out, tuple(sys.argv[3:]))
         publish_knobs(out, KEPT)
+        return
+    if sys.argv[2:] == ["scenes"]:
+        measure_scenes(out)
+        publish_scenes(out, KEPT | {"velocity, pressure": "pressure", "pressure": "pressure_history"})
         return
     for path, fidelity, quantity in zip(*(iter(sys.argv[2:]),) * 3, strict=True):
         measure(out, path, fidelity, quantity)

@@ -10,6 +10,7 @@ import numpy as np
 
 from nvhchain import gear
 from nvhchain.case import GearboxCase
+from nvhchain.dynamics.decimation import record_stride
 from nvhchain.dynamics.simulation import simulation
 from nvhchain.dynamics.steady import settling_time
 from nvhchain.fidelity import Fidelity, GearFidelity
@@ -37,6 +38,9 @@ _WEB_MEMORY_GROWTH = 0.7
 _MEGABYTES_PER_UNKNOWN = 11e-3
 _SECONDS_PER_STEP_AND_MODE = 7e-9
 _SETTLING_PERIODS = 4
+_MEGABYTES_PER_STEP_AND_OUTPUT = 48e-6
+_MEGABYTES_PER_SAMPLE_AND_OUTPUT = 15e-6
+_SECONDS_PER_SAMPLE_AND_OUTPUT = 4.5e-8
 
 
 def mesh_law_stages(case: GearboxCase, fidelity: Fidelity) -> list[Stage]:
@@ -131,6 +135,17 @@ def recorded_time(case: GearboxCase) -> float:
     return max(1 / case.band.resolution, 2 * pi * float(turns) / case.operation.input_speed)
 
 
+def recorded_samples(case: GearboxCase, fidelity: Fidelity) -> float:
+    """Samples of a run-up's record."""
+    knobs = fidelity.dynamics
+    return recorded_time(case) / (knobs.time_step * record_stride(knobs.time_step, case.band.high, knobs))
+
+
+def recorded_outputs(case: GearboxCase) -> int:
+    """Numbers per sample of a run-up's record."""
+    return 3 * len(case.bearings) + 3 * len(case.stages) + 1
+
+
 def dynamics_stage(case: GearboxCase, fidelity: Fidelity) -> Stage:
     """Time integration of the gearbox."""
     knobs, meshes = fidelity.dynamics, len(case.stages)
@@ -140,6 +155,12 @@ def dynamics_stage(case: GearboxCase, fidelity: Fidelity) -> Stage:
     modes = 0.0 if rigid else modes_in_reach(case, fidelity)
     seconds = SECONDS_PER_STAGE + _SECONDS_PER_STEP_AND_MODE * run * (6 * len(case.shafts) + modes)
     level, held = f"{meshes} tabulated meshes", 0.0
+    if case.operation.ramp:
+        stored = recorded_samples(case, fidelity) * recorded_outputs(case)
+        seconds += _SECONDS_PER_SAMPLE_AND_OUTPUT * stored
+        record = _MEGABYTES_PER_SAMPLE_AND_OUTPUT * stored
+    else:
+        record = _MEGABYTES_PER_STEP_AND_OUTPUT * steps * (3 * len(case.bearings) + 2)
     if knobs.mesh_level == "stiffness":
         level = f"{meshes} mesh stiffnesses over the angle" + ", flanks that part" * knobs.contact_loss
     if knobs.mesh_level == "contact":
@@ -157,7 +178,7 @@ def dynamics_stage(case: GearboxCase, fidelity: Fidelity) -> Stage:
         f"{'rigid seats' if rigid else f'about {modes:.0f} housing modes in the loop'}, {level}; steps of "
         f"{1e6 * knobs.time_step:g} µs",
         seconds,
-        BASE_MEGABYTES + held + 8e-6 * steps * (3 * len(case.bearings) + 2) * 6,
+        BASE_MEGABYTES + held + record,
     )
 
 

@@ -12,6 +12,7 @@ from nvhchain.fidelity import AcousticsFidelity, Fidelity
 from nvhchain.housing import Casting, face_size
 from nvhchain.memory import free_memory
 from nvhchain.scene.casting import modes_in_reach
+from nvhchain.scene.mechanics import recorded_outputs, recorded_samples
 from nvhchain.scene.planned import BASE_MEGABYTES, SECONDS_PER_STAGE, Stage
 
 # Estimates: processor seconds and megabytes per unit of work, fitted to the runs in docs/measured/plan.md and
@@ -32,7 +33,14 @@ _MASTERS_PER_RADIAN = 0.45
 _MASTERS_PER_DECADE = 0.48
 _TRIANGLES_PER_AREA = 2.83
 _TRIANGLES_PER_BORE = 100
+_SECONDS_PER_FACE_AND_POINT = 6.5e-7
+_MEGABYTES_PER_FACE_AND_POINT = 28e-6
 _SECONDS_PER_LINE_AND_FACE = 3e-8
+_SECONDS_PER_TRANSFER_FUNCTION = 0.03
+_SECONDS_PER_SAMPLE_AND_OUTPUT = 4.5e-8
+_SECONDS_PER_SAMPLE_AND_POINT = 6e-8
+_MEGABYTES_PER_SAMPLE_AND_OUTPUT = 25e-6
+_MEGABYTES_PER_SAMPLE_AND_POINT = 16e-6
 
 
 def faces_of(case: GearboxCase, fidelity: Fidelity, area: float) -> int:
@@ -53,12 +61,13 @@ def transfer_vector_stage(case: Case, fidelity: Fidelity, faces: int, area: floa
     if knobs.radiation == "equivalent_radiated_power":
         return Stage("radiated power", f"{described}, plane waves from every face", SECONDS_PER_STAGE, BASE_MEGABYTES)
     masters = _masters(case, fidelity, area)
+    ends = len(case.field_points) * (1 if case.reflecting_plane is None else 2)
     if knobs.radiation == "rayleigh":
         return Stage("transfer vectors", f"{described}, Rayleigh integral", SECONDS_PER_STAGE, BASE_MEGABYTES)
     return Stage(
         "transfer vectors",
         f"{described}, about {masters} master frequencies, engine {case.engine}",
-        masters * _system_seconds(faces, case, knobs),
+        masters * (_system_seconds(faces, case, knobs) + _SECONDS_PER_FACE_AND_POINT * faces * ends),
         _megabytes(
             case,
             knobs,
@@ -67,7 +76,7 @@ def transfer_vector_stage(case: Case, fidelity: Fidelity, faces: int, area: floa
                 faces,
                 case.engine,
                 knobs,
-                points=len(case.field_points) * (1 if case.reflecting_plane is None else 2),
+                points=ends,
                 frequencies=masters,
                 free=_free_beside_the_program(),
             ),
@@ -175,8 +184,17 @@ def radiation_stage(case: GearboxCase, fidelity: Fidelity, area: float) -> Stage
     points = len(case.field_points) if HEARD.intersection(case.quantities) else 0
     band = f"from {case.band.low:g} to {case.band.high:g} Hz"
     if case.operation.ramp is not None:
-        name, models = "pressure", f"noise transfer functions {band}, convolved with the bearing forces"
-    elif points:
+        samples, outputs = recorded_samples(case, fidelity), recorded_outputs(case)
+        return Stage(
+            "pressure",
+            f"noise transfer functions {band}, convolved with the bearing forces",
+            SECONDS_PER_STAGE
+            + _SECONDS_PER_TRANSFER_FUNCTION * points
+            + samples * (_SECONDS_PER_SAMPLE_AND_OUTPUT * outputs + _SECONDS_PER_SAMPLE_AND_POINT * points),
+            BASE_MEGABYTES
+            + samples * (_MEGABYTES_PER_SAMPLE_AND_OUTPUT * outputs + _MEGABYTES_PER_SAMPLE_AND_POINT * points),
+        )
+    if points:
         name, models = "velocity, pressure", f"about {lines:.0f} lines {band}, forced response and dot products"
     else:
         name, models = "velocity", f"about {lines:.0f} lines {band}, forced response"
@@ -184,5 +202,7 @@ def radiation_stage(case: GearboxCase, fidelity: Fidelity, area: float) -> Stage
         name,
         models,
         SECONDS_PER_STAGE + _SECONDS_PER_LINE_AND_FACE * lines * faces * (1 + points),
-        BASE_MEGABYTES + 3 * 16e-6 * lines * faces,
+        BASE_MEGABYTES
+        + 3 * 16e-6 * lines * faces
+        + _MEGABYTES_PER_FACE_AND_POINT * faces * points * _masters(case, fidelity, area),
     )

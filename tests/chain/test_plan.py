@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import nvhchain as nvh
+from nvhchain.case import FieldPoint, Ramp
 from nvhchain.cli import Console, main
 from nvhchain.errors import InputError, ResourceError
 from nvhchain.gear import ThinRim
@@ -42,6 +43,38 @@ def test_plan_knows_that_thin_webs_take_more_elements(request):
         (planned[thickness],) = [s for s in nvh.plan(light).stages if s.name == "mesh law stage"]
     assert planned[2e-3].seconds > 2 * planned[15e-3].seconds
     assert planned[2e-3].megabytes > 1.3 * planned[15e-3].megabytes
+
+
+def test_a_run_up_takes_memory_by_its_record_and_not_by_its_steps(request, monkeypatch):
+    """A step is not stored: 200 s in steps of 5 µs, 40 million, are 1.2 GB."""
+    case = nvh.load_case(request.config.rootpath / "cases/small/single_stage.toml")
+    long = replace(case, operation=replace(case.operation, input_speed=100.0, ramp=Ramp(300.0, 200.0)))
+    fine = replace(nvh.DRAFT, dynamics=replace(nvh.DRAFT.dynamics, time_step=5e-6))
+
+    def planned(fidelity, name, of=long):
+        return next(stage for stage in nvh.plan(of, fidelity=fidelity).stages if stage.name == name)
+
+    for name in ("bearing forces", "pressure"):
+        assert planned(fine, name).megabytes == pytest.approx(planned(nvh.DRAFT, name).megabytes, rel=0.25)
+        assert 1200 < planned(fine, name).megabytes < 2600
+    heard = replace(long, field_points=tuple(FieldPoint(f"{i}", (1.0 + i, 0.0, 0.0)) for i in range(100)))
+    assert planned(fine, "pressure", heard).megabytes > 4 * planned(fine, "pressure").megabytes
+    monkeypatch.setattr("nvhchain.scene.checks.free_memory", lambda: 3 * 10**9)
+    preflight(long, fine)
+    with pytest.raises(ResourceError, match="for its pressure"):
+        preflight(heard, fine)
+
+
+def test_many_field_points_take_time_and_memory(request):
+    case = nvh.load_case(request.config.rootpath / "cases/small/single_stage.toml")
+    plans = [
+        nvh.plan(replace(case, field_points=tuple(FieldPoint(f"{i}", (1.0, 0.001 * i, 0.0)) for i in range(count))))
+        for count in (1, 4000)
+    ]
+    few, many = ({stage.name: stage for stage in plan.stages} for plan in plans)
+    for name in ("transfer vectors", "velocity, pressure"):
+        assert many[name].seconds > 5 * few[name].seconds
+        assert many[name].megabytes > 3 * few[name].megabytes
 
 
 def test_plan_says_how_the_meshes_are_modelled_and_that_contact_costs_more(request):

@@ -46,6 +46,11 @@ class Task:
     def swept_extent(self) -> Mapping[str, object] | None:
         return self.sweep.provenance.get("extent")
 
+    @property
+    def swept_points(self) -> int:
+        """Field points at which errors were measured."""
+        return 1 if self.sweep.yardstick is None else len(self.sweep.yardstick.points)
+
 
 @dataclass(frozen=True)
 class Offer:
@@ -109,6 +114,8 @@ def _expectation(task: Task) -> Callable[[Measurement, Fidelity], float]:
         if row.knob == PRESET:
             return error if same else error * elsewhere.MARGIN * elsewhere.beyond_held_out(turned, base, cases)
         error *= elsewhere.growth(turned, base, cases, task.swept_extent)
+        if row.knob.startswith("acoustics."):
+            error *= elsewhere.quiet_points(cases, task.swept_points)
         return error if same else error * elsewhere.MARGIN
 
     return expected

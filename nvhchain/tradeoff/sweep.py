@@ -18,7 +18,7 @@ from nvhchain.errors import require
 from nvhchain.fidelity import REFERENCE, Fidelity
 from nvhchain.handoff import FieldPressure, PressureHistory
 from nvhchain.kinds import check_arguments, check_fields
-from nvhchain.resume import Unwatched, Watcher, code_version, fingerprint
+from nvhchain.resume import Unwatched, Watcher, code_version, fingerprint, key_in
 from nvhchain.tradeoff.deviation import Deviation, deviation, deviation_in_time
 from nvhchain.tradeoff.elsewhere import extent
 from nvhchain.tradeoff.knobs import STAGES, knobs_by_stage, records, variants
@@ -125,6 +125,15 @@ class _Sweep:
         self._case, self._fidelity, self._out, self._watcher = case, fidelity, out, watcher
         self._ledger = Ledger(out / "costs.json")
         self._spine = out / f"base-{_identity(case, fidelity)[:10]}"
+        if self._ledger.costs:
+            self._forget_what_has_no_cost()
+
+    def _forget_what_has_no_cost(self) -> None:
+        """Results and parts of a sweep that was ended within a stage, or before its cost was entered."""
+        for folder in (self._out / "operators", self._spine):
+            for file in folder.rglob("*.h5"):
+                if key_in(file) not in self._ledger.costs:
+                    file.unlink()
 
     def base(self) -> Measurement:
         """Row of the yardstick, its spine kept."""

@@ -10,19 +10,22 @@ import dataclasses
 import json
 import os
 import pickle
+import select
 import sys
 import time
+from _thread import interrupt_main
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
+from signal import SIGINT, default_int_handler, signal
+from threading import Thread
 from typing import Any, TextIO
-
-import h5py
 
 from nvhchain import chain
 from nvhchain.errors import InputError, SolverError
 from nvhchain.handoff import HandOff
 from nvhchain.result import Result
-from nvhchain.resume import Watcher
+from nvhchain.resume import Watcher, key_in
 
 
 class Teller(Watcher):
@@ -50,8 +53,7 @@ class Teller(Watcher):
     def _key(self, stage: str) -> str:
         """Key of the file that has just been written."""
         files = [f for folder in self._folders for name in (f"{stage}.h5", f"{stage}-*.h5") for f in folder.glob(name)]
-        with h5py.File(max(files, key=lambda file: file.stat().st_mtime_ns), "r") as file:
-            return str(json.loads(file.attrs["provenance"])["key"])
+        return key_in(max(files, key=lambda file: file.stat().st_mtime_ns)) or ""
 
 
 def _clocks() -> tuple[float, float]:
@@ -68,10 +70,20 @@ def keys_of(result: Result) -> Iterator[tuple[str, str]]:
                 yield item.provenance["stage"], item.provenance["key"]
 
 
+def _end_with_listener(pipe: int) -> None:
+    """Nobody listens any more: whoever asked is gone, and what this run took would not be entered."""
+    listening = select.poll()
+    listening.register(pipe, 0)
+    listening.poll()
+    interrupt_main()
+
+
 def main() -> None:
     """Run, tell, and fail in words where the chain refuses."""
+    signal(SIGINT, default_int_handler)  # what a script runs in the background ignores it otherwise
     case, fidelity, out, operators = pickle.load(sys.stdin.buffer)
-    with os.fdopen(int(sys.argv[1]), "w") as pipe:
+    with suppress(KeyboardInterrupt), os.fdopen(int(sys.argv[1]), "w") as pipe:
+        Thread(target=_end_with_listener, args=(pipe.fileno(),), daemon=True).start()
         teller = Teller(pipe, (out, operators))
         try:
             result = chain.run(case, fidelity=fidelity, out=out, operators=operators, watcher=teller)

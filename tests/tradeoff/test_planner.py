@@ -302,6 +302,21 @@ def test_a_sweep_that_does_not_tell_what_errors_grow_with_is_refused(case, two_s
         growth(slices, REFERENCE, [two_stages], extent(case) | {"wave": "0.1116"})
 
 
+def test_more_field_points_find_larger_errors_of_the_acoustics_and_no_others(case, sweep):
+    rows = (
+        row("acoustics.quadrature_order", "3", 0.1, 0.1, transfer_vectors=5.0),
+        row("gear.width_layers", "8", 0.1, 0.1, mesh_law_stage=30.0),
+    )
+    sweep = replace(sweep, measurements=(*sweep.measurements, *rows))
+    there = replace(case.field_points[0], name="there", position=(2.0, 0.0, 0.0))
+    errors = [
+        cheapest(replace(case, field_points=points), 5.0, sweep).errors
+        for points in (case.field_points, (*case.field_points, *(replace(there, name=f"{i}") for i in range(8))))
+    ]
+    assert errors[1]["acoustics.quadrature_order"] == pytest.approx(3.0 * errors[0]["acoustics.quadrature_order"])
+    assert errors[1]["gear.width_layers"] == pytest.approx(errors[0]["gear.width_layers"])
+
+
 def test_names_that_a_run_does_not_know_are_refused(case, sweep):
     with pytest.raises(InputError, match=r"given = mesh_law: a run starts from mesh_laws, .*, by these names"):
         cheapest(case, 5.0, sweep, given=["mesh_law"])

@@ -2,7 +2,13 @@
 
 import csv
 import io
+import json
+import os
+import pickle
+import shlex
 import shutil
+import subprocess
+import sys
 import time
 from dataclasses import replace
 
@@ -15,6 +21,7 @@ import nvhchain as nvh
 from nvhchain.case import HousingModel, SurfaceFile
 from nvhchain.errors import InputError
 from nvhchain.plots.tradeoff import accuracy_cost
+from nvhchain.resume import key_in
 from nvhchain.tradeoff import (
     Deviation,
     Knob,
@@ -137,6 +144,42 @@ def test_stages_whose_cost_is_lost_are_not_counted_as_free(swept, sphere, tmp_pa
     (tmp_path / "costs.json").write_text("{garbage")
     with pytest.raises(InputError, match=r"costs\.json: not what stages took .* measure again"):
         tradeoff(sphere, out=tmp_path, fidelity=nvh.DRAFT, knobs=KNOBS)
+
+
+def test_what_a_sweep_left_without_its_cost_is_measured_again(swept, sphere, tmp_path, here):
+    """A result that the ledger never heard of, and a part of a stage."""
+    here()
+    shutil.copytree(swept[0], tmp_path, dirs_exist_ok=True)
+    ledger = json.loads((tmp_path / "costs.json").read_text())
+    (vectors,) = [key for key in ledger if key in (key_in(file) for file in (tmp_path / "operators").glob("*.h5"))][:1]
+    del ledger[vectors]
+    (tmp_path / "costs.json").write_text(json.dumps(ledger))
+    part = tmp_path / "operators" / "transfer_vectors-0.parts" / "transfer_vectors-1.h5"
+    part.parent.mkdir()
+    part.touch()
+    record = Record()
+    again = tradeoff(sphere, out=tmp_path, fidelity=nvh.DRAFT, knobs=["acoustics.precision"], watcher=record)
+    assert not part.exists()
+    assert record.computed[0] == "transfer_vectors"
+    assert [row.value for row in again.measurements] == ["draft", "single"]
+
+
+def test_a_run_ends_where_nobody_listens_any_more(request, tmp_path):
+    """As where a sweep is terminated: at `reference` the laws would take half a minute.  It ends, too, where SIGINT is
+    ignored."""
+    case = nvh.load_case(request.config.rootpath / "cases" / "small" / "single_stage.toml")
+    (tmp_path / "arguments").write_bytes(pickle.dumps((case, nvh.REFERENCE, tmp_path, tmp_path)))
+    reader, writer = os.pipe()
+    run = f"{shlex.quote(sys.executable)} -m nvhchain.tradeoff.worker {writer}"
+    with (tmp_path / "arguments").open("rb") as arguments:
+        command = ["sh", "-c", f"trap '' INT; exec {run}"]
+        process = subprocess.Popen(command, stdin=arguments, stderr=subprocess.PIPE, pass_fds=[writer])
+    os.close(writer)
+    assert b"begin" in os.read(reader, 4096)
+    os.close(reader)
+    assert process.wait(timeout=60) == 0
+    assert process.stderr.read() == b""
+    assert not list(tmp_path.rglob("*.h5"))
 
 
 @pytest.mark.parametrize("left", ["", '{"identity": ', "[]", "{}", '{"deviation": {}}'])

@@ -127,7 +127,7 @@ def main() -> None:
         return
     if sys.argv[2:] == ["scenes"]:
         measure_scenes(out)
-        publish_scenes(out, KEPT | {"velocity, pressure": "pressure", "pressure": "pressure_history"})
+        publish_scenes(out, KEPT)
         return
     for path, fidelity, quantity in zip(*(iter(sys.argv[2:]),) * 3, strict=True):
         measure(out, path, fidelity, quantity)

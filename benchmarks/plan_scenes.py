@@ -1,4 +1,4 @@
-"""What `plan` predicts for scenes that are larger than the examples: field points, run-ups.
+"""What `plan` predicts for scenes that are larger than the examples: field points, lines, run-ups.
 
 Run as `python benchmarks/plan.py OUT scenes`; writes docs/measured/plan_scenes.md.  All at `draft`, on the small case;
 operators that two scenes share are made once, and what OUT holds is not measured again.
@@ -22,6 +22,13 @@ from nvhchain.tradeoff.measure import Cost, Ledger, Run, measured_run
 
 POINTS = (1, 10, 100, 1000, 4000)
 SECONDS = (5.0, 60.0, 300.0)
+SPACINGS = (0.2, 0.05)
+"""Hz of lines."""
+_TOGETHER = {
+    "velocity, pressure": ("force_spectrum", "surface_velocity", "pressure"),
+    "pressure": ("noise_transfer_functions", "pressure_history"),
+}
+"""Stages of a run that the plan counts as one."""
 RADIUS = 0.8
 """m of the sphere on which field points lie, far enough from the body for any mesh."""
 
@@ -35,10 +42,15 @@ def scenes() -> dict[str, GearboxCase]:
         duration: replace(case, operation=replace(case.operation, input_speed=100.0, ramp=Ramp(300.0, duration)))
         for duration in SECONDS
     }
+    finer = {
+        f"lines {spacing:g} Hz apart": replace(case, band=replace(case.band, resolution=spacing))
+        for spacing in SPACINGS
+    }
     run_ups = {f"run-up of {duration:g} s": ramp for duration, ramp in ramps.items()}
     longer = ramps[SECONDS[1]]
     return {
         **heard,
+        **finer,
         **run_ups,
         f"run-up of {SECONDS[1]:g} s, 100 field points": replace(longer, field_points=around(100)),
         f"run-up of {SECONDS[1]:g} s, bearing forces": replace(longer, quantities=("bearing_forces",), field_points=()),
@@ -83,10 +95,9 @@ def publish_scenes(out: Path, kept: dict[str, str]) -> None:
             Run({name: Cost(**cost) for name, cost in stages.items()}),
         )
         for stage in plan.stages:
-            name = kept_name(stage, kept)
-            if name in run.stages and not stage.name.startswith(("mesh law", "housing")):
-                cost = run.stages[name]
-                lines.append(row(title, stage.name, stage.seconds, cost.processor, stage.megabytes, cost.megabytes))
+            of = Run({name: run.stages[name] for name in _TOGETHER.get(stage.name, (kept_name(stage, kept),))})
+            if not stage.name.startswith(("mesh law", "housing")):
+                lines.append(row(title, stage.name, stage.seconds, of.processor, stage.megabytes, of.megabytes))
         lines.append(row(title, "**in all**", plan.seconds, run.processor, plan.megabytes, run.megabytes))
     head = (
         "| scene | stage | plan / processor s | measured | ratio | plan / MB | measured | ratio |\n"

@@ -157,10 +157,11 @@ def dynamics_stage(case: GearboxCase, fidelity: Fidelity) -> Stage:
     level, held = f"{meshes} tabulated meshes", 0.0
     if case.operation.ramp:
         stored = recorded_samples(case, fidelity) * recorded_outputs(case)
-        seconds += _SECONDS_PER_SAMPLE_AND_OUTPUT * stored
         record = _MEGABYTES_PER_SAMPLE_AND_OUTPUT * stored
     else:
+        stored = steps * recorded_outputs(case)
         record = _MEGABYTES_PER_STEP_AND_OUTPUT * steps * (3 * len(case.bearings) + 2)
+    seconds += _SECONDS_PER_SAMPLE_AND_OUTPUT * stored
     if knobs.mesh_level == "stiffness":
         level = f"{meshes} mesh stiffnesses over the angle" + ", flanks that part" * knobs.contact_loss
     if knobs.mesh_level == "contact":

@@ -35,7 +35,9 @@ _TRIANGLES_PER_AREA = 2.83
 _TRIANGLES_PER_BORE = 100
 _SECONDS_PER_FACE_AND_POINT = 6.5e-7
 _MEGABYTES_PER_FACE_AND_POINT = 28e-6
-_SECONDS_PER_LINE_AND_FACE = 3e-8
+_SECONDS_PER_LINE_AND_FACE = 1.5e-7
+_MEGABYTES_PER_LINE_AND_FACE = 26e-6
+_SECONDS_PER_DOT_PRODUCT = 1.2e-8
 _SECONDS_PER_TRANSFER_FUNCTION = 0.03
 _SECONDS_PER_SAMPLE_AND_OUTPUT = 4.5e-8
 _SECONDS_PER_SAMPLE_AND_POINT = 6e-8
@@ -201,8 +203,8 @@ def radiation_stage(case: GearboxCase, fidelity: Fidelity, area: float) -> Stage
     return Stage(
         name,
         models,
-        SECONDS_PER_STAGE + _SECONDS_PER_LINE_AND_FACE * lines * faces * (1 + points),
+        SECONDS_PER_STAGE + lines * faces * (_SECONDS_PER_LINE_AND_FACE + _SECONDS_PER_DOT_PRODUCT * points),
         BASE_MEGABYTES
-        + 3 * 16e-6 * lines * faces
+        + _MEGABYTES_PER_LINE_AND_FACE * lines * faces
         + _MEGABYTES_PER_FACE_AND_POINT * faces * points * _masters(case, fidelity, area),
     )

@@ -3,6 +3,8 @@ docs/measured/error_band.md and presets_elsewhere.md.
 
     python benchmarks/error_band.py OUT [CASE ...]
     python benchmarks/error_band.py OUT options         writes docs/measured/error_band_options.md
+    python benchmarks/error_band.py OUT far             writes docs/measured/error_band_far.md
+    python benchmarks/error_band.py OUT run-ups         writes docs/measured/error_band_run_ups.md
 
 Runs the cases named (none: all of `error_band_cases`) at `draft`, `standard` and `reference`, hand-offs in OUT/<preset>
 (found there the next time: one case at a time takes minutes).  Counts, for every case that is there, the lines within
@@ -18,7 +20,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 
 import numpy as np
-from error_band_cases import fitted, held_out, options, speeds
+from error_band_cases import far, fitted, held_out, options, run_ups, speeds
 from publish import publish
 
 import nvhchain as nvh
@@ -187,6 +189,34 @@ def page(out: Path) -> str:
     return "\n".join(lines) + "\n"
 
 
+def of_run_ups(out: Path) -> list[str]:
+    """Table of run-ups: of the level in every twentieth of one, and of the whole, at every point or bearing."""
+    lines = [
+        "| run-up | quantity | fidelity | parts held | largest error / dB | median half width / dB | overall held |",
+        "|---|---|---|---:|---:|---:|---:|",
+    ]
+    all_held: dict[tuple[str, str], list[np.ndarray]] = {}
+    for case in run_ups():
+        true = computed(case, "reference", out)
+        for quantity in case.quantities:
+            truth = BANDS[quantity](true)
+            for preset in JUDGED:
+                band = BANDS[quantity](computed(case, preset, out))
+                low, high = np.moveaxis(band.limits, -1, 0)
+                held = (low <= truth.over_speed) & (truth.over_speed <= high)
+                inside = (band.overall[:, 0] <= truth.level) & (truth.level <= band.overall[:, 1])
+                all_held.setdefault((QUANTITIES[quantity], preset), []).append(held.ravel())
+                lines.append(
+                    f"| {case.name} | {QUANTITIES[quantity]} | {preset} | {held.sum()} of {held.size} | "
+                    f"{np.abs(truth.over_speed - band.over_speed).max():.2f} | "
+                    f"{np.median(high - band.over_speed):.2f} | {inside.sum()} of {inside.size} |"
+                )
+    for (quantity, preset), each in all_held.items():
+        held = np.concatenate(each)
+        lines.append(f"| **in all** | {quantity} | {preset} | {held.sum()} of {held.size} | | | |")
+    return lines
+
+
 def presets_elsewhere(out: Path) -> str:
     """How far the presets are off: of every case overall level and worst mesh harmonic."""
     lines = [
@@ -219,9 +249,13 @@ def off(cases: Sequence[GearboxCase], out: Path) -> str:
 def main() -> None:
     """Run, judge, write."""
     out, names = Path(sys.argv[1]), sys.argv[2:]
-    if names == ["options"]:
-        found = {case.name: verdicts(case, out) for case in options()}
-        publish("error_band_options", "\n".join(tables({"with options": found})) + "\n")
+    for mode, kind, cases in (("options", "with options", options), ("far", "far from the others", far)):
+        if names == [mode]:
+            found = {case.name: verdicts(case, out) for case in cases()}
+            publish(f"error_band_{mode}", "\n".join(tables({kind: found})) + "\n")
+            return
+    if names == ["run-ups"]:
+        publish("error_band_run_ups", "\n".join(of_run_ups(out)) + "\n")
         return
     for case in (*fitted(), *speeds(), *held_out()):
         if not names or case.name in names:

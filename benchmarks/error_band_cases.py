@@ -11,8 +11,9 @@ from typing import Any
 import numpy as np
 
 import nvhchain as nvh
-from nvhchain.case import FieldPoint, GearboxCase
-from nvhchain.gear import Holes, Slots, ThinRim
+from nvhchain.case import FieldPoint, GearboxCase, Ramp
+from nvhchain.conventions import STEEL
+from nvhchain.gear import Flank, Holes, MicroGeometry, Misalignment, Relief, Slots, ThinRim
 from nvhchain.handoff import RigidPlane
 
 CASES = Path(__file__).parents[1] / "cases"
@@ -110,6 +111,71 @@ def options() -> Iterator[GearboxCase]:
     floor = RigidPlane((0.0, -0.25, 0.0), (0.0, 1.0, 0.0))
     above = tuple(point for point in base.field_points if floor.height(np.array([point.position]))[0] > 0)
     yield replace(with_options("above a floor 2700 rpm", 2700, 30.0), reflecting_plane=floor, field_points=above)
+
+
+def far() -> Iterator[GearboxCase]:
+    """The single stage heard from five sides, far from the other cases in one thing each: damping, walls, bearings,
+    load, speed, relief, misalignment, helix, blank, distance, band.  They were chosen after the bands, by somebody
+    else."""
+    places = ((0.03, 0.0, 0.7), (0.6, -0.2, 0.1), (-0.5, 0.4, 0.3), (0.0, -0.45, -0.1), (0.9, 1.1, -0.6))
+    points = tuple(FieldPoint(f"p{n}", place) for n, place in enumerate(places))
+    base = replace(loaded("small/single_stage.toml"), field_points=points)
+
+    def walled(name: str, rpm: float, **walls: Any) -> GearboxCase:
+        return at(replace(base, housing=replace(base.housing, **walls)), name, rpm)
+
+    def borne(name: str, rpm: float, **bearing: float) -> GearboxCase:
+        return at(replace(base, bearings=tuple(replace(one, **bearing) for one in base.bearings)), name, rpm)
+
+    def relieved(name: str, rpm: float, **flank: Any) -> GearboxCase:
+        micro = MicroGeometry(drive=Flank(**flank))
+        gears = tuple(replace(gear, geometry=replace(gear.geometry, micro=micro)) for gear in base.gears)
+        return at(replace(base, gears=gears), name, rpm)
+
+    def loaded_with(name: str, rpm: float, torque: float) -> GearboxCase:
+        case = at(base, name, rpm)
+        return replace(case, operation=replace(case.operation, input_torque=torque))
+
+    yield walled("thin steel undamped 1650", 1650, wall=0.0035, end_wall=0.004, material=STEEL, modal_damping=0.003)
+    yield walled("undamped 0.004 2150", 2150, modal_damping=0.004)
+    yield borne("undamped bearings 1250", 1250, radial_damping=60.0, axial_damping=30.0)
+    yield borne("soft bearings 2650", 2650, radial_stiffness=3e7, axial_stiffness=1e7)
+    yield at(base, "fast 6000", 6000)
+    yield at(base, "slow 350", 350)
+    yield loaded_with("400 Nm 2050", 2050, 400.0)
+    yield loaded_with("rattle 1 Nm 1650", 1650, 1.0)
+    yield relieved("relief 1750", 1750, lead_crowning=6e-6, tip_relief=Relief(20e-6, 2.5e-3))
+    yield relieved("linear relief 30 um 1450", 1450, tip_relief=Relief(30e-6, 2e-3, "linear"), profile_crowning=4e-6)
+    skewed = replace(base.stages[0], misalignment=Misalignment(in_plane=4e-4))
+    yield at(replace(base, stages=(skewed,)), "misaligned 400 urad 1900", 1900)
+    spur = with_gears(base, teeth=(24, 41), module=2e-3, helix=0.0, width=0.02)
+    yield at(spur, "spur of 20 mm 2200", 2200)
+    wide = with_gears(base, teeth=(26, 38), module=1.8e-3, helix=33.0, width=0.03)
+    yield at(wide, "helix 33 wide 30 mm 1700", 1700)
+    yield at(with_blank(base, Holes(12, 0.0265, 0.0035)), "12 holes 1350", 1350)
+    yield at(with_blank(base, Slots(2, 0.021, 0.0305, 1.6, 0.004)), "2 slots 2250", 2250)
+    near = ((0.03, 0.0, 0.15), (0.03, 0.09, 0.07), (-0.08, 0.0, 0.08), (0.14, 0.0, 0.06))
+    beside = tuple(FieldPoint(f"n{n}", place) for n, place in enumerate(near))
+    yield at(replace(base, field_points=beside), "very near 1550", 1550)
+    for name, high in (("band to 2000", 2000.0), ("band to 6000", 6000.0)):
+        yield at(replace(base, band=replace(base.band, high=high)), name, 1900)
+
+
+def run_ups() -> Iterator[GearboxCase]:
+    """The same, while the speed changes."""
+    _, undamped, *_ = far()
+    base = replace(undamped, housing=loaded("small/single_stage.toml").housing)
+    ramps = {
+        "up 900-3600": (base, 900, 3600, 8.0, 60.0),
+        "down 3600-900": (base, 3600, 900, 8.0, 60.0),
+        "up 200-1200": (base, 200, 1200, 5.0, 60.0),
+        "up undamped": (undamped, 1500, 3000, 6.0, 60.0),
+        "light up": (base, 900, 3600, 8.0, 5.0),
+        "short": (base, 2000, 2600, 0.6, 60.0),
+    }
+    for name, (case, first, last, seconds, torque) in ramps.items():
+        operation = replace(case.operation, input_torque=torque, ramp=Ramp(last * RPM, seconds))
+        yield at(replace(case, operation=operation, quantities=("pressure", "bearing_forces")), name, first)
 
 
 def coarse() -> GearboxCase:

@@ -7,7 +7,7 @@ from collections.abc import Collection
 from nvhchain import housing
 from nvhchain.case import RADIATED, Case, GearboxCase
 from nvhchain.errors import InputError, ResourceError
-from nvhchain.fidelity import Fidelity
+from nvhchain.fidelity import Fidelity, GearFidelity
 from nvhchain.housing.reduction import check_bending_resolution, check_thin_walls
 from nvhchain.memory import free_memory
 from nvhchain.scene.casting import forced, model_of_file
@@ -96,11 +96,8 @@ def check_knobs(case: Case, fidelity: Fidelity, given: Collection[str] = ()) -> 
     check_held(case, given)
     if not isinstance(case, GearboxCase):
         return
-    if not forced(given) and "mesh_laws" not in given and fidelity.gear.angles_per_mesh < FEWEST_ANGLES:
-        raise InputError(
-            f"gear angles_per_mesh = {fidelity.gear.angles_per_mesh} leave the second mesh harmonic open: at least "
-            f"{FEWEST_ANGLES} for a mesh law"
-        )
+    if not forced(given) and "mesh_laws" not in given:
+        _check_mesh_laws(case, fidelity.gear)
     dynamics = fidelity.dynamics
     longest = 1.0 / (dynamics.samples_per_period * case.band.high)
     if not forced(given) and dynamics.time_step > longest * (1 + 1e-9):
@@ -111,6 +108,22 @@ def check_knobs(case: Case, fidelity: Fidelity, given: Collection[str] = ()) -> 
     if isinstance(case.housing, housing.Casting) and not {"housing", "surface_velocity"}.intersection(given):
         check_bending_resolution(case.housing, case.band.high, fidelity.housing)
         check_thin_walls(case.housing, fidelity.housing)
+
+
+def _check_mesh_laws(case: GearboxCase, knobs: GearFidelity) -> None:
+    """Refuse (InputError) mesh laws that cannot carry the load of the case or tell its second mesh harmonic."""
+    if knobs.angles_per_mesh < FEWEST_ANGLES:
+        raise InputError(
+            f"gear angles_per_mesh = {knobs.angles_per_mesh} leave the second mesh harmonic open: at least "
+            f"{FEWEST_ANGLES} for a mesh law"
+        )
+    torque = case.operation.input_torque
+    name, reach = ("drive_reach", knobs.drive_reach) if torque > 0 else ("back_reach", knobs.back_reach)
+    if torque != 0 and reach < 1:
+        raise InputError(
+            f"gear {name} = {reach:g} ends the mesh laws below the force that {torque:g} N m asks for: at least 1, and "
+            "more where forces swing"
+        )
 
 
 def check_held(case: Case, given: Collection[str] = ()) -> None:

@@ -191,6 +191,17 @@ def test_angles_too_few_for_the_second_harmonic_are_refused_unless_the_laws_are_
     check_knobs(case, replace(few, gear=replace(few.gear, angles_per_mesh=6)))
 
 
+@pytest.mark.parametrize(("torque", "flank"), [(60.0, "drive_reach"), (-60.0, "back_reach")])
+def test_mesh_laws_that_end_below_the_load_are_refused_unless_they_are_given(request, torque, flank):
+    case = nvh.load_case(request.config.rootpath / "cases" / "small" / "single_stage.toml")
+    case = replace(case, operation=replace(case.operation, input_torque=torque))
+    short = replace(nvh.DRAFT, gear=replace(nvh.DRAFT.gear, **{flank: 0.9}))
+    with pytest.raises(InputError, match=rf"{flank} = 0\.9 ends the mesh laws below the force .* at least 1"):
+        check_knobs(case, short)
+    check_knobs(case, short, ("mesh_laws",))
+    check_knobs(case, replace(short, gear=replace(short.gear, **{flank: 1.0})))
+
+
 def test_without_a_terminal_a_stage_is_one_line(capsys):
     console = Console()
     console.begin("housing")

@@ -55,7 +55,12 @@ def check_engine(engine: str) -> None:
 
 
 def compile_kernels(engine: str, fidelity: AcousticsFidelity) -> None:
-    """Have what transfer vectors call compiled, or read from disk, as is done anyway where it is first needed."""
+    """Have what transfer vectors call compiled, or read from disk, as is done anyway where it is first needed.
+
+    Raises InputError for an unknown engine.
+    """
+    check_arguments(compile_kernels, locals())
+    check_engine(engine)
     compiled_layers()
     if engine == "fused" and fidelity.radiation == "boundary_elements":
         import_module(ENGINES[engine]).compile_kernels(fidelity.precision)

@@ -92,8 +92,9 @@ def tradeoff(
     """Sweep the knobs of `fidelity` one by one with the rest as they are, and the presets; errors against `fidelity`.
 
     knobs: names as in `gear.slices`, of stages, or `preset`; None: all that a run of `case` looks at.
-    out: folder of the measurements; a sweep that was interrupted goes on where it was, and operators that a variant
-    leaves unchanged are found there.  progress: is told the variants done; watcher: the stages of each.
+    out: folder of the measurements alone; a sweep that was interrupted goes on where it was, and operators that a
+    variant leaves unchanged are found there, but for those whose cost is not known, which are removed.
+    progress: is told the variants done; watcher: the stages of each.
     Every run has a process of its own.  A variant that the chain refuses is a row with its reason, and so is one that
     the system ends, which is tried again when the sweep goes on.
 

@@ -53,7 +53,9 @@ class Teller(Watcher):
     def _key(self, stage: str) -> str:
         """Key of the file that has just been written."""
         files = [f for folder in self._folders for name in (f"{stage}.h5", f"{stage}-*.h5") for f in folder.glob(name)]
-        return key_in(max(files, key=lambda file: file.stat().st_mtime_ns)) or ""
+        key = key_in(max(files, key=lambda file: file.stat().st_mtime_ns))
+        assert key is not None
+        return key
 
 
 def _clocks() -> tuple[float, float]:

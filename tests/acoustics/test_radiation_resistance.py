@@ -105,7 +105,7 @@ def test_power_between_masters_within_its_estimate(ball, air, coarse, plane):
 
 @pytest.mark.filterwarnings("ignore:interpolation between")
 @pytest.mark.parametrize("interpolation", ["rational", "linear"])
-@pytest.mark.parametrize("masters", [(50.0, 90.0), (500.0, 900.0)], ids=str)
+@pytest.mark.parametrize("masters", [(50.0, 90.0), (500.0, 900.0), (2000.0, 2600.0)], ids=str)
 def test_two_masters_say_what_a_body_of_that_size_lets_expect(ball, air, coarse, masters, interpolation):
     """A pulsating ball, whose sound turns on its way, and a quadrupole, which grows with f³ where the ball is small."""
     knobs = replace(coarse, interpolation=interpolation)

@@ -15,8 +15,8 @@ from nvhchain.errors import SolverError
 from nvhchain.handoff import ComplexArray
 from nvhchain.threads import blas_threads
 
-LEAST = 1_000_000
-"""Entries of a matrix for which a thread of its own pays."""
+LEAST = 3_000_000
+"""Entries of a matrix for which a thread of its own pays: keeping its BLAS to one thread takes a few milliseconds."""
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import compress
+from itertools import compress, permutations
 from typing import Any
 
 import numpy as np
@@ -20,6 +20,7 @@ from nvhchain.acoustics.surface import (
     element_sizes,
     point_clearance,
     width_to_length,
+    winding_and_clearance,
 )
 from nvhchain.conventions import Air
 from nvhchain.errors import AccuracyWarning
@@ -46,6 +47,11 @@ NEAR_FLOOR = 0.005
 """Relative error next to the surface at low frequency, from the velocity that is constant on each element: 0.3 to 1.3 %
 in the same measurements."""
 
+BESIDE = 0.015
+"""Error of the sound of a small body that shakes towards another one, relative to its peak, over the square of the
+longest edge there in distances from the small body's middle, less one: 0.36 to 5.6 times what was found; a tenth of
+that where it shakes along the other body, less where it pulsates (docs/measured/small_bodies.md)."""
+
 QUADRATURE_GROWTH = 2.0
 """Error at field points, over that of constant and linear pressures on the surface: a third to eight in
 docs/measured/quadrature.md; at the coarse edges of wedges of 5 and 20 degrees one to ten, the mesh's own included."""
@@ -66,7 +72,8 @@ def expected_accuracy(
 
     elements_per_wavelength: there.  expected_error_dB: at the loudest field points.  Part of it: expected_error_low_dB,
     at any frequency however low; of that, faceting_error_dB, from facets in the place of round faces (triangles that
-    meet at more than 40° form an edge of the body).  With a point nearer than half an element edge also clearance: in
+    meet at more than 40° form an edge of the body), and expected_error_beside_dB, from triangles that are coarse for a
+    small body beside them (`beside_ratio`).  With a point nearer than half an element edge also clearance: in
     edges, and expected_error_nearest_dB: there, at its own pressure.  With needles, edges sharper than 60°, gaps
     narrower than the engine resolves (`bempp` cuts no triangles), or a singular_order below 3, also quadrature_error:
     of constant and linear pressures on the surface, relative; sound fields err by a third of that to eight times as
@@ -99,7 +106,9 @@ def expected_accuracy(
     worst = int(np.argmax(shapes))
     faceting, coarse, mean = facets[worst], shapes[worst], sizes[worst][0]
     quadrature = _quadrature_accuracy(surface, fidelity, engine)
-    low = coarse + QUADRATURE_GROWTH * quadrature.get("quadrature_error", 0.0)
+    ratio = beside_ratio(bodies)
+    beside = min(BESIDE * max(ratio**2 - 1.0, 0.0), 1.0)
+    low = coarse + beside + QUADRATURE_GROWTH * quadrature.get("quadrature_error", 0.0)
     patch, at_longest = (max(of) for of in zip(*(patch_error(body, size, wavelength) for body in bodies), strict=True))
     error = MESH_ERROR / per_wavelength**2 + low + patch
     expected = {
@@ -111,12 +120,21 @@ def expected_accuracy(
         expected |= _told_patch(surface, size, wavelength, error, NEAR_FACTOR * (error + at_longest), fidelity)
     if faceting > 0:
         expected["faceting_error_dB"] = _decibel(faceting)
+    if beside > 0:
+        expected["expected_error_beside_dB"] = _decibel(beside)
     asked = fidelity.elements_per_wavelength
     expected |= quadrature
     if coarse > MESH_ERROR / asked**2:
         warnings.warn(
             f"mesh of {len(bodies[worst].triangles)} triangles with edges of {1e3 * mean:.3g} mm is coarse for the "
             f"body: expect errors of about {_decibel(low):.2g} dB at any frequency; refine it",
+            AccuracyWarning,
+            stacklevel=3,
+        )
+    if beside > MESH_ERROR / asked**2:
+        warnings.warn(
+            f"a small body lies beside triangles {ratio:.2g} times as long as they are away from its middle: expect "
+            f"errors of about {_decibel(beside):.2g} dB of its sound at any frequency; refine them as many times there",
             AccuracyWarning,
             stacklevel=3,
         )
@@ -139,6 +157,19 @@ def expected_accuracy(
             stacklevel=3,
         )
     return expected
+
+
+def beside_ratio(bodies: Sequence[Surface]) -> float:
+    """Longest edge of a triangle over its distance from the middle of another body or, where that is more, over the
+    radius of the sphere of that body's area (of as much of its length as it is wide); the largest of all bodies."""
+    radii = [np.sqrt(_compact_area(body) / (4.0 * np.pi)) for body in bodies]
+    worst = 0.0
+    for (small, radius), (large, _) in permutations(zip(bodies, radii, strict=True), 2):
+        most = float(large.longest_edges.max() / radius)
+        if most > max(worst, 1.0):
+            middle = small.areas @ small.centroids / small.areas.sum()
+            worst = max(worst, 1.0 / max(1.0 / most, winding_and_clearance(large, middle)[1]))
+    return worst
 
 
 def _compact_area(body: Surface) -> float:

@@ -97,6 +97,40 @@ def test_a_body_of_few_faces_is_warned_of_at_any_frequency(air):
         transfer_vectors(sphere(RADIUS, 2), [[0.0, 0.0, 1.0]], [1.0], air=air, fidelity=asked)
 
 
+@pytest.fixture(scope="module")
+def bead():
+    """A small ball 1 mm off a cube of 60 mm."""
+    return sphere(0.004, 2, (0.005, -0.003, 0.03 + 0.001 + 0.00404))
+
+
+def sound_of_bead(bead, edge, air):
+    """Transfer vectors of the bead's own faces beside a cube meshed with this edge, with what is stated."""
+    cube = bodies.box((0.06, 0.06, 0.06), edge)
+    vectors = transfer_vectors(bodies.united(cube, bead), bodies.shell(12, 0.5), [500.0], air=air, fidelity=KNOBS)
+    return vectors.vectors[0][:, len(cube.triangles) :], vectors.provenance
+
+
+@pytest.mark.parametrize("edge", [0.015, 0.01])
+def test_a_small_body_beside_coarse_triangles_errs_as_stated_where_it_shakes_towards_them(bead, edge, air):
+    (exact, fine), (found, coarse) = (sound_of_bead(bead, size, air) for size in (0.0025, edge))
+    assert "expected_error_beside_dB" not in fine
+    stated = 10 ** (coarse["expected_error_beside_dB"] / 20) - 1
+    towards, along = (
+        np.abs((found - exact) @ motion).max() / np.abs(exact @ motion).max() for motion in bead.normals.T[[2, 0]]
+    )
+    assert 1 / 3 < stated / towards < 3
+    assert along < 0.5 * stated
+    assert coarse["expected_error_dB"] > coarse["expected_error_beside_dB"]
+
+
+def test_a_small_body_beside_coarse_triangles_is_warned_of_and_one_as_large_as_they_are_is_not(bead, air):
+    asked = replace(KNOBS, elements_per_wavelength=4.0)
+    cube, far = bodies.box((0.06, 0.06, 0.06), 0.015), sphere(0.03, 2, (0.0, 0.0, 0.0615))
+    with pytest.warns(AccuracyWarning, match=r"small body lies beside triangles 4.\d times as long"):
+        expected_accuracy(bodies.united(cube, bead), None, 100.0, air, asked)
+    assert "expected_error_beside_dB" not in expected_accuracy(bodies.united(cube, far), None, 100.0, air, asked)
+
+
 def with_coarse_cap(body, share):
     """The body with the triangles round its north pole replaced by a fan about the pole."""
     cap = body.centroids[:, 2] > (1 - 2 * share) * np.linalg.norm(body.centroids, axis=1)

@@ -159,8 +159,11 @@ def _evaluate(
                 pressure[piece, end % points] += (projected * weights[:, needed]).sum(axis=1)
                 error[piece, end % points] += np.abs((projected * misfit[:, :, needed]).sum(axis=2)).max(axis=0)
     report(len(blocks) * len(pieces), len(blocks) * len(pieces))
-    middle = 0.5 * (smooth.atv.surface.vertices.min(axis=0) + smooth.atv.surface.vertices.max(axis=0))
-    distance = np.linalg.norm(smooth.atv.points[:points] - middle, axis=1)
+    vertices = smooth.atv.surface.vertices
+    middle = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
+    # a point amid the body, as in the middle of a ring, counts as one at its radius
+    near = np.linalg.norm(vertices - middle, axis=1).max()
+    distance = np.linalg.norm(smooth.atv.points[:points] - middle, axis=1).clip(near)
     loudest = (np.abs(pressure[lines]) * distance).max(
         axis=1, initial=0.0
     )  # at 1 m, where the body itself is silent too

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import radiation_cases as cases
+from acoustics_bodies import twice
 
 from nvhchain.acoustics import radiate, sphere, transfer_vectors
 from nvhchain.errors import AccuracyWarning
@@ -96,3 +97,19 @@ def test_echo_from_a_high_plane_that_no_master_shows_is_told(air, coarse):
     assert ((told > truth / 3) & (told < 3 * truth)).all(), told / truth
     closer = radiate(vectors(200.0 + 8.0 * np.arange(40)), velocity, fidelity=coarse)
     assert max(closer.provenance["interpolation_error"]) < 1e-3
+
+
+def test_a_point_in_the_middle_of_two_bodies_has_the_error_of_one_beside_it(air, coarse):
+    """The bound of an echo that no master shows falls with distance from the middle, but not within the body's reach:
+    it was 0/0 there."""
+    bodies, plane = twice(sphere(0.05, 1), (0.0, 0.2, 0.0)), RigidPlane((0.0, 0.0, -5.0), (0.0, 0.0, 1.0))
+    between = np.array([[0.0, 0.1, 0.0], [0.001, 0.1, 0.0]])
+    lines = np.linspace(500.0, 1000.0, 11)
+    velocity = SurfaceVelocity(lines, np.ones((11, len(bodies.triangles))), bodies)
+    atv = transfer_vectors(bodies, between, np.linspace(500.0, 1000.0, 15), air=air, fidelity=coarse, plane=plane)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", RuntimeWarning)
+        warnings.simplefilter("ignore", AccuracyWarning)
+        middle, beside = radiate(atv, velocity, fidelity=coarse).provenance["interpolation_error"]
+    assert middle == pytest.approx(beside, rel=0.05)
+    assert middle > 1e-3

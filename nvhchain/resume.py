@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
-import json
 import os
 import shutil
 import tempfile
@@ -14,7 +13,6 @@ from functools import cache, partial
 from pathlib import Path
 from typing import Any, Protocol, TypeVar, runtime_checkable
 
-import h5py
 import numpy as np
 from filelock import FileLock
 
@@ -79,9 +77,8 @@ def found(path: Path, kind: type[H], key: str) -> H | None:
 def key_in(path: Path) -> str | None:
     """Key under which a stage left its result in a file; None in a damaged one, or where none did."""
     try:
-        with h5py.File(path, "r") as file:
-            return str(json.loads(file.attrs["provenance"])["key"])
-    except (OSError, KeyError, ValueError):
+        return store.record(path)[1].get("key")
+    except FileFormatError:
         return None
 
 

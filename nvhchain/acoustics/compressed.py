@@ -7,6 +7,7 @@ from functools import partial
 
 import numpy as np
 
+from nvhchain.acoustics.bodies import separate
 from nvhchain.acoustics.compression import SINGLE, CompressedMatrix
 from nvhchain.acoustics.dense import SINGLE_RESIDUAL
 from nvhchain.acoustics.iterative import IterativeSystem, Patches
@@ -28,8 +29,10 @@ def compressed_systems(
     if plane is not None:
         vertices, centroids = [*vertices, plane.mirror(vertices[0])], [*centroids, plane.mirror(centroids[0])]
     error = fidelity.compression_error
-    a = [CompressedMatrix(surface.vertices, vertices, error) for _ in range(count)]
-    b = [CompressedMatrix(surface.vertices, centroids, error) for _ in range(count)]
+    faces = [of for of, _ in separate(surface)]
+    corners = [np.unique(surface.triangles[of]) for of in faces]
+    a = [CompressedMatrix(surface.vertices, vertices, error, corners) for _ in range(count)]
+    b = [CompressedMatrix(surface.vertices, centroids, error, faces) for _ in range(count)]
     patches = [Patches(surface.vertices) for _ in range(count)]
     single = False
     for rows, a_rows, b_rows in stripes:

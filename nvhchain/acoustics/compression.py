@@ -59,12 +59,21 @@ class CompressedMatrix:
     smallest groups have left is stored as it is. Rows come in stripes, so that the whole matrix never exists.
     """
 
-    def __init__(self, positions: FloatArray, columns: Sequence[FloatArray], error: float) -> None:
+    def __init__(
+        self,
+        positions: FloatArray,
+        columns: Sequence[FloatArray],
+        error: float,
+        bodies: Sequence[IntArray] | None = None,
+    ) -> None:
         """positions: (n_row, 3) m of the rows.  columns: (n_column, 3) m of the columns, and of their images.
 
-        error: relative to the norm of each row, as the root mean square over every group of rows.
+        error: relative to the norm of each row, as the root mean square over every group of rows; of what it has of
+        every body by itself: a small one that sounds alone is nothing beside the whole row of a large one.
+        bodies: the columns (n,) of each.  None: of one body.
         """
         self._positions, self._columns, self._error = positions, columns, error
+        self._bodies = [np.arange(len(columns[0]))] if bodies is None else bodies
         self.shape = len(positions), len(columns[0])
         self._kind = np.complex64 if error >= SINGLE else np.complex128
         self._near: list[_Near] = []
@@ -75,32 +84,34 @@ class CompressedMatrix:
         """Compress some rows, neighbours in space, of which `values` (n_row, n_column) is the matrix."""
         if not np.isfinite(values).all():
             raise SolverError("boundary element matrix holds values that are not finite: the engine failed")
-        norms = np.sqrt([np.vdot(row, row).real for row in values])
-        norms[norms == 0.0] = 1.0
-        for group in groups(self._positions[rows], LARGEST):
-            self._divide(rows, values, norms, group, np.arange(self.shape[1]))
+        together = groups(self._positions[rows], LARGEST)
+        for columns in self._bodies:
+            sizes = np.sqrt([np.vdot(row[columns], row[columns]).real for row in values])
+            sizes[sizes == 0.0] = 1.0
+            for group in together:
+                self._divide(rows, values, sizes / np.sqrt(len(columns)), group, columns)
 
     def _divide(
-        self, rows: IntArray, values: ComplexArray, norms: FloatArray, group: IntArray, columns: IntArray
+        self, rows: IntArray, values: ComplexArray, sizes: FloatArray, group: IntArray, columns: IntArray
     ) -> None:
         """Store the entries of `group` (into rows) and `columns`: far ones as factors, the others divided or kept.
 
-        norms: (n_row,) of all rows, in which errors are counted: rows of small triangles are small.
+        sizes: (n_row,) root mean squares of all rows, in which errors are counted: rows of small triangles are small.
         """
         here = self._positions[rows[group]]
         distance = np.min([distance_to_box(here, points[columns]) for points in self._columns], axis=0)
         far = distance >= SEPARATION * diameter(here)
         if far.sum() > len(group):
-            block = values[np.ix_(group, columns[far])] / norms[group, None].astype(values.real.dtype)
-            directions = self._dominant(block, self._error * np.sqrt(len(group) * far.sum() / self.shape[1]))
+            block = values[np.ix_(group, columns[far])] / sizes[group, None].astype(values.real.dtype)
+            directions = self._dominant(block, self._error * np.sqrt(block.size))
             if directions.shape[1] * (len(group) + far.sum()) < WORTH * block.size:
                 weights = directions.conj().T.astype(self._kind) @ block.astype(self._kind)
-                directions = (directions * norms[group, None]).astype(self._kind)
+                directions = (directions * sizes[group, None]).astype(self._kind)
                 self._far.append(_Far(rows[group], columns[far], directions, weights))
                 columns = columns[~far]
         if len(group) > SMALLEST:
             for half in halves(self._positions[rows], group):
-                self._divide(rows, values, norms, half, columns)
+                self._divide(rows, values, sizes, half, columns)
         else:
             self._near.append(_Near(rows[group], columns, values[np.ix_(group, columns)].astype(self._kind)))
 

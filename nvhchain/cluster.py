@@ -29,6 +29,9 @@ _USABLE = 0.8
 _PROGRAM = 256 * 2**20
 """Bytes of a worker that the program and its libraries take once they are loaded."""
 
+_CLOSED = ("closing", "closed")
+"""What a dask client says of itself once its scheduler is lost or it was closed."""
+
 
 @contextmanager
 def local_cluster(workers: int | None = None, *, memory_per_worker: int | None = None) -> Iterator[Executor]:
@@ -132,9 +135,16 @@ def _for_tasks(limit: int) -> int:
 
 
 def _workers_of(executor: Executor | None) -> dict[str, Any] | None:
-    """What dask tells of every worker, None of any other executor."""
-    client = getattr(executor, "_client", None)
-    return client.scheduler_info(n_workers=-1)["workers"] if hasattr(client, "scheduler_info") else None  # type: ignore[union-attr]
+    """What dask tells of every worker, None of any other executor; `InputError` where its client was closed."""
+    client: Any = getattr(executor, "_client", None)
+    if not hasattr(client, "scheduler_info"):
+        return None
+    require(
+        not is_gone(executor),
+        "the executor takes no tasks any more, its client is closed: hand in one that is open until the call returns",
+    )
+    workers: dict[str, Any] = client.scheduler_info(n_workers=-1)["workers"]
+    return workers
 
 
 def _room_of_cluster(workers: dict[str, Any], memory_per_task: int) -> Room:
@@ -167,9 +177,9 @@ def share(home: int, neighbours: int, solve: Callable[..., T], *arguments: Any) 
         return solve(*arguments)
 
 
-def is_gone(executor: Executor) -> bool:
+def is_gone(executor: Executor | None) -> bool:
     """Whether the scheduler behind an executor is lost: its tasks then stay under way for ever."""
-    return getattr(getattr(executor, "_client", None), "status", None) in ("closing", "closed")
+    return getattr(getattr(executor, "_client", None), "status", None) in _CLOSED
 
 
 def workers_at(executor: Executor) -> frozenset[Any] | None:

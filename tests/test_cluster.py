@@ -299,3 +299,10 @@ def test_without_dask_the_remedy_is_named(monkeypatch):
 def test_clusters_of_no_meaning_are_refused(opened, said):
     with pytest.raises(InputError, match=said), opened():
         pass
+
+
+def test_an_executor_whose_client_was_closed_is_refused():
+    with cluster.local_cluster(1, memory_per_worker=2**30) as executor:
+        pass
+    with pytest.raises(InputError, match="the executor takes no tasks any more, its client is closed: hand in one"):
+        vectors(executor)

@@ -185,9 +185,9 @@ def _turnover(before: frozenset[Any] | None, now: frozenset[Any] | None) -> floa
 
 
 def _submitted(executor: Executor, *task: Any) -> Future[Band]:
-    """A task on its way; `InputError` for an executor that was shut down, else what the executor raises."""
+    """A task on its way; `InputError` for what is no executor or was shut down, else what the executor raises."""
     try:
-        return executor.submit(_task, *task)
+        future = executor.submit(_task, *task)
     except BrokenExecutor:
         raise
     except RuntimeError as error:
@@ -197,6 +197,11 @@ def _submitted(executor: Executor, *task: Any) -> Future[Band]:
         raise InputError(
             f"the executor takes no tasks any more ({error}): hand in one that is open until the call returns"
         ) from None
+    require(
+        isinstance(future, Future),
+        f"executor = {executor!r:.60} is none of concurrent.futures: hand in one, of a dask client its get_executor()",
+    )
+    return future
 
 
 def _lost(future: Future[Band]) -> BaseException | None:

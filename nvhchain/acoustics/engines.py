@@ -84,7 +84,7 @@ def systems(
     require(plane is None or engine == "fused", f"engine {engine} knows no reflecting plane: use fused")
     size = len(surface.vertices), len(surface.triangles), len(wavenumbers)
     ways = [*_ways(*size, engine, fidelity)]
-    chosen, count, _ = next((way for way in ways if way[2] <= memory), ways[-1])
+    chosen, count, _ = next((way for way in ways if way[2] <= memory), _leanest(ways))
     found = _compressed if chosen.solver == "compressed" else _dense
     for start in range(0, len(wavenumbers), count):
         yield found(engine, surface, wavenumbers[start : start + count], chosen, plane)
@@ -167,9 +167,9 @@ def estimate_memory(
     check_engine(engine)
     kept = sum(vectors_memory(n_vertex, n_face, points, frequencies))
     ways = [*_ways(n_vertex, n_face, frequencies or BAND, engine, fidelity)]
-    fastest, least = ways[0][2], ways[-1][2]
     if free is None:
-        return fastest + kept
+        return ways[0][2] + kept
+    least = _leanest(ways)[2]
     return next((task for _, count, task in ways if _fits(count, task + kept, free)), least) + kept
 
 
@@ -255,7 +255,7 @@ def _fitting(
         for chosen, count, task in ways:
             if _fits(count, task + columns + kept, free) and _fits(count, task + columns, limit):
                 return chosen, count, task
-    chosen, count, task = ways[-1]
+    chosen, count, task = _leanest(ways)
     if _fits(count, task + columns + kept, free):
         return chosen, count, task
     raise ResourceError(
@@ -270,13 +270,18 @@ def _fitting(
 def _ways(
     n_vertex: int, n_face: int, frequencies: int, engine: str, fidelity: AcousticsFidelity
 ) -> Iterator[tuple[AcousticsFidelity, int, int]]:
-    """Ways to solve at so many frequencies, from the fastest to the one that takes least memory: fidelity with its
-    solver, systems that stand in memory together, and the bytes they take."""
+    """Ways to solve at so many frequencies, the fastest first: fidelity with its solver, systems that stand in memory
+    together, and the bytes they take."""
     solvers = ("auto", "compressed") if fidelity.solver == "auto" and engine in _STRIPED else (fidelity.solver,)
     for solver in solvers:
         chosen = replace(fidelity, solver=solver)
         for count in range(_batch(n_vertex, n_face, frequencies, engine, chosen), 0, -1):
             yield chosen, count, _solver_memory(n_vertex, n_face, count, engine, chosen)
+
+
+def _leanest(ways: Sequence[tuple[AcousticsFidelity, int, int]]) -> tuple[AcousticsFidelity, int, int]:
+    """The way that takes least memory: small systems take more compressed, for what is under way."""
+    return min(ways, key=lambda way: way[2])
 
 
 def _fits(count: int, need: int, free: int) -> bool:

@@ -86,7 +86,9 @@ def test_bands_are_found_from_the_start_and_progress_counts_them(half, solved, w
     seen = []
     assert same(vectors(half, progress=lambda done, total: seen.append(done)).vectors, whole)
     assert (len(solved), seen) == (6, [0, 4, 8, 12, 14])
-    assert same(vectors(half).vectors, whole)
+    again = vectors(half)
+    assert same(again.vectors, whole)
+    assert again.provenance == whole.provenance  # how bands were solved is kept with them
     assert len(solved) == 6
 
 
@@ -126,6 +128,17 @@ def test_bands_of_another_surface_under_the_right_names_are_not_used(half, tmp_p
 def test_bands_made_from_anything_else_are_not_used(half, solved, change):
     vectors(half, **change)
     assert len(solved) == len(MASTERS)
+
+
+@pytest.mark.parametrize("change", [{"engine": "bempp"}, {"coarser": [sphere(0.101, 1)]}], ids=lambda c: next(iter(c)))
+def test_bands_of_another_engine_or_coarser_surface_are_not_used(half, monkeypatch, change):
+    def systems(*_):
+        raise SolverError("asked for anew")
+
+    monkeypatch.setattr(transfer, "systems", systems)
+    vectors(half, masters=MASTERS[:BAND])
+    with pytest.raises(SolverError, match="asked for anew"):
+        vectors(half, masters=MASTERS[:BAND], **change)
 
 
 def test_bands_made_by_other_code_are_not_used(half, solved, monkeypatch):

@@ -218,6 +218,19 @@ def test_an_executor_that_was_shut_down_is_refused_in_one_line(bracket, air, coa
         transfer_vectors(bracket, [[0.0, 0.0, 1.0]], [100.0], air=air, fidelity=coarse, executor=ThreadPoolExecutor)
 
 
+def test_what_gives_no_futures_of_concurrent_futures_is_refused_as_an_executor(bracket, air, coarse):
+    """A dask client does, and ended in an AttributeError."""
+
+    class Client:
+        map = None
+
+        def submit(self, *task):
+            return object()
+
+    with pytest.raises(InputError, match=r"is none of concurrent.futures: hand in one, of a dask client its get_exec"):
+        transfer_vectors(bracket, [[0.0, 0.0, 1.0]], [100.0], air=air, fidelity=coarse, executor=Client())
+
+
 def test_a_single_master_serves_its_own_line_only(bracket, air, coarse):
     atv = transfer_vectors(bracket, [[0.0, 0.0, 1.0]], [400.0], air=air, fidelity=coarse)
     assert isinstance(atv, TransferVectors)

@@ -12,6 +12,7 @@ import numpy as np
 
 from nvhchain.acoustics.bodies import separate
 from nvhchain.acoustics.coarsening import SHARP_ANGLE, CoarseSurface, octupole_error
+from nvhchain.acoustics.openings import resonance_shift
 from nvhchain.acoustics.surface import (
     LOCAL_COARSENING,
     MESH_ERROR,
@@ -73,11 +74,13 @@ def expected_accuracy(
     elements_per_wavelength: there.  expected_error_dB: at the loudest field points.  Part of it: expected_error_low_dB,
     at any frequency however low; of that, faceting_error_dB, from facets in the place of round faces (triangles that
     meet at more than 40° form an edge of the body), and expected_error_beside_dB, from triangles that are coarse for a
-    small body beside them (`beside_ratio`).  With a point nearer than half an element edge also clearance: in
-    edges, and expected_error_nearest_dB: there, at its own pressure.  With needles, edges sharper than 60°, gaps
-    narrower than the engine resolves (`bempp` cuts no triangles), or a singular_order below 3, also quadrature_error:
-    of constant and linear pressures on the surface, relative; sound fields err by a third of that to eight times as
-    much (docs/measured/quadrature.md), and twice that is part of expected_error_low_dB.
+    small body beside them (`beside_ratio`).  Not part of it: resonance_shift, the frequency by which the air in
+    openings resonates elsewhere, relative to its own (`resonance_shift`); levels there err by as much as that makes of
+    them, which `radiate` and `waves_power` tell (`resonance_error_dB`).  With a point nearer than half an element edge
+    also clearance: in edges, and expected_error_nearest_dB: there, at its own pressure.  With needles, edges sharper
+    than 60°, gaps narrower than the engine resolves (`bempp` cuts no triangles), or a singular_order below 3, also
+    quadrature_error: of constant and linear pressures on the surface, relative; sound fields err by a third of that to
+    eight times as much (docs/measured/quadrature.md), and twice that is part of expected_error_low_dB.
     With triangles longer than all but a twentieth of the area may be (`LOCAL_COARSENING`): coarse_share of the area,
     coarse_elements_per_wavelength of the longest one, and their error (`patch_error`) as part of expected_error_dB;
     expected_error_patch_dB bounds the error of sound that comes from behind them alone, wherever it is heard, and that
@@ -122,6 +125,8 @@ def expected_accuracy(
         expected["faceting_error_dB"] = _decibel(faceting)
     if beside > 0:
         expected["expected_error_beside_dB"] = _decibel(beside)
+    if resonance_shift(surface) > 0:
+        expected["resonance_shift"] = resonance_shift(surface)
     asked = fidelity.elements_per_wavelength
     expected |= quadrature
     if coarse > MESH_ERROR / asked**2:
@@ -221,6 +226,29 @@ def _told_patch(
     }
 
 
+def told_resonances(
+    frequency: FloatArray, amplitude: FloatArray, change: FloatArray, fidelity: AcousticsFidelity
+) -> dict[str, float]:
+    """Provenance of the largest error of lines (n_f,) Hz beside resonances that the mesh misses, dB, and where, Hz.
+
+    amplitude, change: (n_f,), what was found and what it changes by.  Gives an AccuracyWarning where the error is
+    larger than that of a mesh with `fidelity.elements_per_wavelength`.
+    """
+    error = change / np.where(amplitude > 0, amplitude, np.inf)
+    worst = int(error.argmax())
+    largest, at = _decibel(float(error[worst])), float(frequency[worst])
+    asked = MESH_ERROR / fidelity.elements_per_wavelength**2
+    if error[worst] > asked:
+        warnings.warn(
+            f"the air in openings of the body resonates, and the mesh misses by how much: expect errors up to "
+            f"{largest:.2g} dB, at {at:.4g} Hz, and more than {_decibel(asked):.2g} dB at "
+            f"{np.count_nonzero(error > asked)} lines; refine the surface in its openings",
+            AccuracyWarning,
+            stacklevel=3,
+        )
+    return {"resonance_error_dB": largest, "resonance_frequency": at}
+
+
 def coarse_accuracy(
     below: Sequence[CoarseSurface], frequency: FloatArray, air: Air, fidelity: AcousticsFidelity, engine: str
 ) -> dict[str, Any]:
@@ -228,17 +256,19 @@ def coarse_accuracy(
 
     coarse_error_dB: the larger of what `expected_accuracy` expects of it at the highest of these,
     coarse_highest_frequency, and the error of octupoles at the lowest, coarse_lowest_frequency (`octupole_error`);
-    coarse_faces: its triangles.  Walls that bend in two waves and more lose more (docs/measured/sound_power.md).
+    coarse_faces: its triangles.  resonance_shift: the largest of all of them, where it is more than nothing.  Walls
+    that bend in two waves and more lose more (docs/measured/sound_power.md).
     AccuracyWarning where the error exceeds that of a mesh as coarse as `fidelity.elements_per_wavelength` asks for.
     """
     worst: dict[str, Any] = {}
-    left = frequency > 0
+    shift, left = 0.0, frequency > 0
     for coarse in below:
         mine = frequency[left & coarse.carries(frequency)]
         left &= ~coarse.carries(frequency)
         if len(mine) == 0:
             continue
         lowest, highest = float(mine[0]), float(mine[-1])
+        shift = max(shift, resonance_shift(coarse.surface))
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", AccuracyWarning)  # said once, below, of the worst
             error = expected_accuracy(coarse.surface, None, highest, air, fidelity, engine)["expected_error_dB"]
@@ -259,7 +289,7 @@ def coarse_accuracy(
             AccuracyWarning,
             stacklevel=3,
         )
-    return worst
+    return worst | ({"resonance_shift": shift} if shift > 0 else {})
 
 
 def mean_square_angle(surface: Surface) -> float:

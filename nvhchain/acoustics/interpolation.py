@@ -21,6 +21,10 @@ _PAIRS = 2**15
 _NEXT_TO = 0.02
 """Share of a gap between masters within which a pole counts as lying at the master."""
 
+_LEAST_Q = 5.0
+"""Quality of a resonance of air in an opening at least: that of a cup as deep as wide is 8, those of the waves around
+a body are below 2."""
+
 _OPTIMISM = 2.0
 """Factor on the estimated error: without it the estimate is half the truth in the mean over the bodies and numbers of
 masters of docs/measured/masters.md."""
@@ -107,6 +111,24 @@ class Nodes:
         (`Paths.hidden_error`)."""
         return self.paths.hidden_error(frequency, *self._gap(frequency))
 
+    def shift_weights(self, frequency: FloatArray, shift: float) -> ComplexArray:
+        """Weights (n_pole, n_f, n_node) of the values at the nodes for what changes at `frequency` (n_f,) Hz if one of
+        the poles lies `shift` times its frequency higher, or lower: the larger of both, R_p/(f − f_p) being its part.
+        Poles of less than `_LEAST_Q`, as any body has them, resonate in no opening."""
+        weights = np.zeros((self.poles, len(frequency), len(self.node)), dtype=complex)
+        first = _nearest(self.node, frequency, self.taking_part)[:, 0]
+        for start in np.unique(first):
+            rows = np.flatnonzero(first == start)
+            used, line = np.arange(start, start + self.taking_part), frequency[rows]
+            for at, (pole, residue) in enumerate(zip(*self._windows[start].resonances(), strict=True)):
+                if abs(pole.real) < 2 * _LEAST_Q * abs(pole.imag):
+                    continue
+                moved, away = shift * abs(pole.real), line - pole
+                nearest = np.minimum(np.abs(away - moved), np.abs(away + moved))
+                change = moved / (np.abs(away) * nearest)
+                weights[at, rows[:, None], used] = self._rescaled(change[:, None] * residue, used, line)
+        return weights
+
     def poles_between(self, low: float, high: float) -> ComplexArray:
         """Poles (Hz) of the rational function used between two neighbouring masters whose real part lies there, but for
         those next to a master."""
@@ -173,6 +195,13 @@ class Interpolant:
         weights = np.zeros((2, len(frequency), len(self.node)), dtype=complex)
         for piece, nodes, lines in self._shared_out(frequency):
             weights[:, lines, nodes] = piece.error_weights(frequency[lines])
+        return weights
+
+    def shift_weights(self, frequency: FloatArray, shift: float) -> ComplexArray:
+        """As `Nodes.shift_weights`."""
+        weights = np.zeros((max(of.poles for of in self.pieces), len(frequency), len(self.node)), dtype=complex)
+        for piece, nodes, lines in self._shared_out(frequency):
+            weights[: piece.poles, lines, nodes] = piece.shift_weights(frequency[lines], shift)
         return weights
 
     def hidden_error(self, frequency: FloatArray) -> FloatArray:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
+from nvhchain.acoustics.accuracy import told_resonances
 from nvhchain.acoustics.cancellation import told_cancellation
 from nvhchain.acoustics.efficiency import over_plane_waves
 from nvhchain.acoustics.interpolation import Nodes, nodes_at, support
@@ -62,8 +63,9 @@ def waves_power(
     frequency: (n_f,) Hz, increasing, within the masters.  velocity: (n_f, n_column) of the coordinates, peak.
     The provenance keeps the largest estimated error of interpolation of a line (`interpolation_error_dB`; that of two
     masters from what is known of a body of this size), AccuracyWarning where it exceeds
-    `fidelity.master_tolerance_db`; and, as that of `sound_power` does, the largest error of motions whose parts cancel
-    each other (`cancellation_error_dB`, at `cancellation_frequency` Hz), with an AccuracyWarning too.
+    `fidelity.master_tolerance_db`; what resonances that the mesh misses make of a line, as that of `radiate`; and, as
+    that of `sound_power` does, the largest error of motions whose parts cancel each other (`cancellation_error_dB`, at
+    `cancellation_frequency` Hz), with an AccuracyWarning too.
     Raises InputError for a line outside the masters or another number of columns.
     """
     check_arguments(waves_power, locals())
@@ -76,13 +78,18 @@ def waves_power(
     nodes = waves_nodes(resistance, fidelity)
     products = _Products(resistance, nodes)
     lines = np.flatnonzero(velocity.any(axis=1) & (frequency > 0))
-    power, error = np.zeros(len(frequency)), np.zeros(len(frequency))
+    power, error, shifted = (np.zeros(len(frequency)) for _ in range(3))
+    shift = float(resistance.provenance.get("resonance_shift", 0.0))
     for piece in _pieces(nodes, frequency, lines):
         sets = [nodes.weights(frequency[piece]), *nodes.error_weights(frequency[piece])]
-        whole, *sides = _squares(products, sets, velocity[piece])
+        moved = nodes.shift_weights(frequency[piece], shift) if shift > 0 else ()
+        whole, below, above, *changes = _squares(products, [*sets, *moved], velocity[piece])
         power[piece] = 0.5 * whole
-        error[piece] = np.sqrt(np.maximum(*sides) / np.where(whole > 0, whole, 1.0))
+        error[piece] = np.sqrt(np.maximum(below, above) / np.where(whole > 0, whole, 1.0))
+        shifted[piece] = sum(np.sqrt(0.5 * change) for change in changes)
     told = _told(error, frequency, fidelity)
+    if shift > 0:
+        told |= told_resonances(frequency, np.sqrt(power), shifted, fidelity)
     if resistance.cancellation is not None:
         one_element = float(resistance.frequency[-1]) * resistance.provenance.get("elements_per_wavelength", np.inf)
         left = _error_power(resistance, frequency, velocity)

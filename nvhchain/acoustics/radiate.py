@@ -7,6 +7,7 @@ import warnings
 import numba as nb
 import numpy as np
 
+from nvhchain.acoustics.accuracy import told_resonances
 from nvhchain.acoustics.interpolation import Interpolant, check_lines, interpolant, support
 from nvhchain.acoustics.projection import LINES, check_memory
 from nvhchain.conventions import Progress
@@ -65,17 +66,24 @@ def radiate(
     Transfer vectors are interpolated between their master frequencies (`fidelity.interpolation`), velocities never.
     A line without any velocity, and a line at 0 Hz, has zero pressure.  The provenance keeps the largest estimated
     interpolation error of each point relative to its peak pressure (`interpolation_error`); AccuracyWarning where it
-    exceeds `fidelity.master_tolerance_db`.
+    exceeds `fidelity.master_tolerance_db`.  Where the mesh may miss resonances of the air in openings
+    (`resonance_shift` of the vectors' provenance), it also keeps what that makes of the loudest point of a line at most
+    (`resonance_error_dB`, at `resonance_frequency` Hz), with an AccuracyWarning where it is more than a mesh with
+    `fidelity.elements_per_wavelength` errs by.
     Raises InputError when the surfaces differ or a line lies outside the masters.
     """
     check_arguments(radiate, locals())
     smooth = _prepare(atv, surface_velocity, fidelity)
-    pressure, error = _evaluate(smooth, surface_velocity, len(atv.points), progress)
+    shift = float(atv.provenance.get("resonance_shift", 0.0))
+    pressure, error, shifted = _evaluate(smooth, surface_velocity, len(atv.points), progress, shift)
     provenance: dict[str, object] = {"stage": "acoustics.radiate", "fidelity": repr(fidelity)}
     peak = np.abs(pressure).max(axis=0)
     relative = error.max(axis=0) / np.where(peak > 0, peak, 1.0)
     provenance["interpolation_error"] = relative.tolist()
     _warn(relative, surface_velocity.frequency[error.argmax(axis=0)], fidelity)
+    if shift > 0:
+        loudest = np.abs(pressure).max(axis=1)
+        provenance |= told_resonances(surface_velocity.frequency, loudest, shifted.max(axis=1), fidelity)
     return FieldPressure(surface_velocity.frequency, atv.points, pressure, provenance=provenance)
 
 
@@ -107,7 +115,7 @@ def interpolation_error(
     """
     check_arguments(interpolation_error, locals())
     smooth = _prepare(atv, surface_velocity, fidelity)
-    return _evaluate(smooth, surface_velocity, len(atv.points), None)[1]
+    return _evaluate(smooth, surface_velocity, len(atv.points), None, 0.0)[1]
 
 
 def _prepare(atv: TransferVectors, surface_velocity: SurfaceVelocity, fidelity: AcousticsFidelity) -> Interpolant:
@@ -128,18 +136,19 @@ def _radiating(surface_velocity: SurfaceVelocity) -> np.ndarray:
 
 
 def _evaluate(
-    smooth: Interpolant, surface_velocity: SurfaceVelocity, points: int, progress: Progress | None
-) -> tuple[ComplexArray, FloatArray]:
-    """Pressure (n_f, n_point), zero on lines that do not radiate, and its estimated error.
+    smooth: Interpolant, surface_velocity: SurfaceVelocity, points: int, progress: Progress | None, shift: float
+) -> tuple[ComplexArray, FloatArray, FloatArray]:
+    """Pressure (n_f, n_point), zero on lines that do not radiate, its estimated error, and what changes if resonances
+    lie elsewhere by `shift`.
 
     Velocities are projected on the remainders at the masters and the projections are interpolated: no vector between
     masters is ever formed.  What reaches a point by way of a plane comes in further rows of `smooth` and is added.
     """
     lines = _radiating(surface_velocity)
     shape = (len(surface_velocity.frequency), points)
-    check_memory(24 * shape[0] * points, "pressures and their error estimates", "lines")
+    check_memory(32 * shape[0] * points, "pressures and their error estimates", "lines")
     pressure = np.zeros(shape, dtype=complex)
-    error = np.zeros(shape)
+    error, shifted = np.zeros(shape), np.zeros(shape)
     pieces = [lines[start : start + LINES] for start in range(0, len(lines), LINES)]
     ends = range(len(smooth.atv.points))
     together = max(1, _BLOCK_BYTES // (16 * len(smooth.node) * len(smooth.atv.surface.triangles)))
@@ -153,11 +162,13 @@ def _evaluate(
             frequency = surface_velocity.frequency[piece]
             velocity = np.ascontiguousarray(surface_velocity.normal_velocity[piece])
             weights, misfit = smooth.weights(frequency), smooth.error_weights(frequency)
-            needed = support(np.concatenate([weights, *misfit]))
+            moved = smooth.shift_weights(frequency, shift) if shift > 0 else misfit[:0]
+            needed = support(np.concatenate([weights, *misfit, *moved]))
             for end, value, distance in zip(block, values, distances, strict=True):
                 projected = _delayed(smooth.wavenumber(frequency), distance, velocity) @ value[needed].T
                 pressure[piece, end % points] += (projected * weights[:, needed]).sum(axis=1)
                 error[piece, end % points] += np.abs((projected * misfit[:, :, needed]).sum(axis=2)).max(axis=0)
+                shifted[piece, end % points] += np.abs((projected * moved[:, :, needed]).sum(axis=2)).sum(axis=0)
     report(len(blocks) * len(pieces), len(blocks) * len(pieces))
     vertices = smooth.atv.surface.vertices
     middle = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
@@ -168,4 +179,4 @@ def _evaluate(
         axis=1, initial=0.0
     )  # at 1 m, where the body itself is silent too
     error[lines] += (smooth.hidden_error(surface_velocity.frequency[lines]) * loudest)[:, None] / distance
-    return pressure, error
+    return pressure, error, shifted

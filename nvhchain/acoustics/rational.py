@@ -33,6 +33,14 @@ class Window:
         weights[on_node.any(axis=1)] = on_node[on_node.any(axis=1)]
         return weights
 
+    def resonances(self) -> tuple[ComplexArray, ComplexArray]:
+        """Poles f_p (n,) Hz and the weights (n, m) of the values at the nodes for the residues R_p there: near a pole
+        the values are R_p/(f − f_p) and something smooth."""
+        poles = np.asarray(self.denominator.roots(), dtype=complex)
+        shares = barycentric(self.nodes) * self.denominator(self.nodes) / (poles[:, None] - self.nodes)
+        slope = -(shares / (poles[:, None] - self.nodes)).sum(axis=1, keepdims=True)
+        return poles, shares / slope
+
 
 def barycentric(nodes: FloatArray) -> FloatArray:
     """Lagrange's barycentric weights 1/Π(f_j − f_i) of nodes (m,), with frequencies in units of their range."""

@@ -15,7 +15,7 @@ COMPRESSION_GROWTH = 2.0
 and a slab of 216 to 1640 triangles at 100 to 2000 Hz, and once 4.4."""
 
 RESIDUAL_GROWTH = 1.0
-"""The same over the residual that an iteration left: 0.04 to 0.9."""
+"""The same over the residual that an iteration left: 0.02 to 0.9."""
 
 LEAST = 1e-4
 """Relative error, 0.001 dB, below which nothing is added."""

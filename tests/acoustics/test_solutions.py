@@ -174,9 +174,9 @@ def test_irregular_frequencies_do_not_show_and_would_without_burton_miller(air, 
 
 
 def test_coupling_is_minus_j_over_k_and_bounded():
-    body = sphere(0.1, 2)
-    assert coupling(body, 200.0) == pytest.approx(-1j / 200.0, rel=2e-3)
-    assert abs(coupling(body, 1e-3)) < 0.2
+    body, half_diagonal = sphere(0.1, 2), 0.1 * 3**0.5
+    assert coupling(body, 2000.0) == pytest.approx(-1j / 2000.0, rel=1e-3)
+    assert coupling(body, 1e-3) == pytest.approx(-10j * half_diagonal, rel=0.02)
 
 
 def test_provenance_tells_the_knobs_that_took_part_and_how_it_was_solved(air, coarse):

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nvhchain.acoustics._coupling import coupling
-from nvhchain.acoustics.accuracy import expected_accuracy
+from nvhchain.acoustics.accuracy import expected_accuracy, told_resonances_of_lines
 from nvhchain.acoustics.bands import Solved, over_bands
 from nvhchain.acoustics.cancellation import cancellation_pressure, told_cancellation
 from nvhchain.acoustics.engines import check_engine, check_memory, solve_each, systems, workers
@@ -56,7 +56,8 @@ def solve_direct(
     boundary elements on the given surface, whatever `fidelity.radiation` and `fidelity.coarse_edge_ratios` say.
     At 0 Hz the pressure is zero, the limit of a finite velocity.
     The provenance also keeps the largest error of motions whose parts cancel each other, relative to the loudest point
-    (`cancellation_error_dB`, at `cancellation_frequency` Hz), with an AccuracyWarning as `sound_power` gives it.
+    (`cancellation_error_dB`, at `cancellation_frequency` Hz), with an AccuracyWarning as `sound_power` gives it, and as
+    far as the lines show it that of the resonances that the mesh misses, as `radiate` does.
     """
     check_arguments(solve_direct, locals())
     surface, frequency = surface_velocity.surface, surface_velocity.frequency
@@ -70,7 +71,10 @@ def solve_direct(
     )
     pressure, left = np.ascontiguousarray(found[:, :-1]), found[:, -1].real
     one_element = float(frequency[-1]) * expected.get("elements_per_wavelength", np.inf)
-    expected |= told_cancellation(frequency, np.abs(pressure).max(axis=1) ** 2, left**2, fidelity, one_element)
+    loudest = np.abs(pressure).max(axis=1)
+    expected |= told_cancellation(frequency, loudest**2, left**2, fidelity, one_element)
+    if "resonance_shift" in expected:
+        expected |= told_resonances_of_lines(surface_velocity, loudest, expected["resonance_shift"], fidelity)
     provenance = made_by("solve_direct", fidelity, engine, records=record, expected=expected)
     return FieldPressure(frequency, x, pressure, provenance=provenance)
 

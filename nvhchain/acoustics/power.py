@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from nvhchain.acoustics.accuracy import expected_accuracy
+from nvhchain.acoustics.accuracy import expected_accuracy, told_resonances_of_lines
 from nvhchain.acoustics.bands import Solved, over_bands
 from nvhchain.acoustics.cancellation import cancellation_resistance, told_cancellation
 from nvhchain.acoustics.direct import solve_direct
@@ -110,6 +110,9 @@ def sound_power(
     ).real
     one_element = float(frequency[-1]) * expected.get("elements_per_wavelength", np.inf)
     expected |= told_cancellation(frequency, found[:, 0], found[:, 1], fidelity, one_element)
+    if "resonance_shift" in expected:
+        shift = expected["resonance_shift"]
+        expected |= told_resonances_of_lines(surface_velocity, np.sqrt(found[:, 0]), shift, fidelity)
     provenance = made_by("sound_power", fidelity, engine, ("multipole_digits",), records, expected)
     return SoundPower(frequency, found[:, 0], provenance=provenance)
 

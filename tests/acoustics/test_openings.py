@@ -12,6 +12,8 @@ from nvhchain.acoustics import (
     adaptive_transfer_vectors,
     radiate,
     radiation_resistance,
+    solve_direct,
+    sound_power,
     sphere,
     transfer_vectors,
     waves_power,
@@ -105,6 +107,36 @@ def test_sound_power_from_radiation_resistance_states_it_too(air):
     with pytest.warns(AccuracyWarning, match="the air in openings of the body resonates"):
         heard = radiate(atv, velocity, fidelity=FIDELITY)
     assert power.provenance["resonance_error_dB"] == pytest.approx(heard.provenance["resonance_error_dB"], rel=0.05)
+
+
+def test_lines_solved_by_themselves_state_what_they_show_of_it(air, heard):
+    surface, lines = resonator(1), LINES[::20]
+    found = {}
+    for name, moving in (("bottom", bottom(surface)), ("side", (surface.centroids[:, 0] > 0.0599).astype(float))):
+        velocity = SurfaceVelocity(lines, np.outer(1 + 1j * lines, moving), surface)
+        with pytest.warns(AccuracyWarning, match="the air in openings of the body resonates"):
+            found[name] = solve_direct(velocity, bodies.shell(10, 0.5), air=air, fidelity=FIDELITY)
+        with pytest.warns(AccuracyWarning, match="the air in openings of the body resonates"):
+            power = sound_power(velocity, air=air, fidelity=FIDELITY)
+        stated = [one.provenance["resonance_error_dB"] for one in (found[name], power)]
+        assert stated[1] == pytest.approx(stated[0], rel=0.8)
+    worst = np.abs(levels(heard[0]) - levels(heard[1])).max()
+    assert 0.8 * worst < found["bottom"].provenance["resonance_error_dB"] < 2 * worst
+    assert found["side"].provenance["resonance_error_dB"] > 3.0
+
+
+def test_lines_whose_shapes_take_turns_state_no_resonances(air):
+    """A structure that resonates is none of the air's business."""
+    surface = resonator(1)
+    lines = np.linspace(100.0, 120.0, 9)
+    peak = 1.0 / np.abs(1 - (lines / 110.0) ** 2 + 0.004j)
+    for shapes in ([surface.normals[:, 2]] * 9, np.random.default_rng(1).normal(size=(9, len(surface.triangles)))):
+        velocity = SurfaceVelocity(lines, peak[:, None] * np.array(shapes), surface)
+        with warnings.catch_warnings():
+            warnings.filterwarnings("error", message="the air in openings")
+            warnings.filterwarnings("ignore", message="the parts of the motion")
+            told = solve_direct(velocity, [[0.0, 0.0, 1.0]], air=air, fidelity=FIDELITY).provenance
+        assert told["resonance_error_dB"] < 0.05
 
 
 @pytest.mark.parametrize("body", [sphere(0.1, 3), bodies.box((0.3, 0.2, 0.1), 0.025)])

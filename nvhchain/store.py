@@ -28,6 +28,8 @@ CONVENTIONS = "e^{+j omega t}; outward normals; single-sided peak amplitudes; SI
 _BLOCK_BYTES = 512
 """User block, the least that HDF5 knows."""
 _BEGIN = b"nvhchain hand-off: HDF5 after these 512 bytes, its SHA-256 "
+_HDF5 = b"\x89HDF\r\n\x1a\n"
+"""Begin of files without a user block, as hand-offs were saved before; of those a checksum of the arrays is held."""
 
 H = TypeVar("H", bound=HandOff)
 
@@ -194,7 +196,7 @@ def load(path: str | Path, kind: type[H] = HandOff) -> H:  # type: ignore[assign
     Raises FileFormatError for a file that is missing, truncated, foreign, newer than this version or altered.
     """
     path = Path(path)
-    _check_bytes(path)
+    sealed = _check_bytes(path)
     try:
         with h5py.File(path, "r") as file:
             schema = int(file.attrs["nvhchain_schema"])
@@ -203,6 +205,8 @@ def load(path: str | Path, kind: type[H] = HandOff) -> H:  # type: ignore[assign
                     f"{path}: schema {schema} is newer than {SCHEMA_VERSION}, the latest known: update nvhchain"
                 )
             hand_off = _read(file, path)
+            if not sealed and hand_off.content_hash != file.attrs["content_hash"]:
+                raise FileFormatError(f"{path}: damaged or altered, its checksum is another: restore it from a copy")
     except (OSError, KeyError, RuntimeError, ValueError, TypeError, AttributeError) as error:
         if isinstance(error, FileFormatError):
             raise
@@ -219,12 +223,15 @@ def record(path: str | Path) -> tuple[str, dict[str, Any]]:
     Raises FileFormatError for a file that is not a whole hand-off.
     """
     _check_bytes(Path(path))
-    with h5py.File(path, "r") as file:
-        return str(file.attrs["kind"]), json.loads(file.attrs["provenance"])
+    try:
+        with h5py.File(path, "r") as file:
+            return str(file.attrs["kind"]), json.loads(file.attrs["provenance"])
+    except (OSError, KeyError, ValueError, TypeError) as error:
+        raise FileFormatError(f"{path}: not a whole hand-off ({error}): delete it or restore it from a copy") from error
 
 
-def _check_bytes(path: Path) -> None:
-    """Raise `FileFormatError` unless the bytes of a file are those that were saved."""
+def _check_bytes(path: Path) -> bool:
+    """Raise `FileFormatError` unless the bytes of a file are those that were saved; False where nothing tells."""
     if not path.is_file():
         raise FileFormatError(f"{path}: no such file")
     try:
@@ -233,12 +240,15 @@ def _check_bytes(path: Path) -> None:
             whole = block == _user_block(file)
     except OSError as error:
         raise FileFormatError(f"{path}: cannot be read ({error.strerror or error})") from error
+    if block.startswith(_HDF5):
+        return False
     if not block.startswith(_BEGIN):
         raise FileFormatError(f"{path}: not an nvhchain hand-off (it does not begin as one): export it with nvhchain")
     if not whole:
         raise FileFormatError(
             f"{path}: damaged, truncated or altered, its checksum is another: delete it or restore it from a copy"
         )
+    return True
 
 
 def _user_block(file: BufferedIOBase) -> bytes:

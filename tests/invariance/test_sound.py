@@ -1,7 +1,10 @@
 """Sound does not care where the scene lies, how it is turned, mirrored or scaled, and obeys linearity and reciprocity.
 
-All on one mesh, so that nothing but rounding and the quadrature of turned triangles (3e-6) may differ.
+All on one mesh, so that nothing but rounding and the quadrature of turned triangles (3e-6) may differ.  Mirrored
+triangles take their corners in another order: 1e-6 of quadrature, 4e-8 with finer one, which the test takes.
 """
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -39,11 +42,12 @@ def test_a_scene_that_is_turned_as_a_whole_sounds_the_same(body, velocity, point
     assert close(found, pressure, 1e-5)
 
 
-def test_a_mirrored_scene_sounds_the_same(body, velocity, points, pressure, air, fidelity):
+def test_a_mirrored_scene_sounds_the_same(body, velocity, points, air, fidelity):
     flip = np.array([-1.0, 1.0, 1.0])
     mirrored = Surface(body.vertices * flip, body.triangles[:, ::-1])
-    found = solve_direct(moving(velocity, mirrored), points * flip, air=air, fidelity=fidelity)
-    assert close(found.pressure, pressure, 1e-6)
+    fine = replace(fidelity, quadrature_order=4, singular_order=6)
+    found = solve_direct(moving(velocity, mirrored), points * flip, air=air, fidelity=fine).pressure
+    assert close(found, solve_direct(velocity, points, air=air, fidelity=fine).pressure, 1e-7)
 
 
 @pytest.mark.parametrize("scale", [1e-2, 1e2])

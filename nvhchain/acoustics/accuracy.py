@@ -54,7 +54,7 @@ longest edge there in distances from the small body's middle, less one: 0.36 to 
 that where it shakes along the other body, less where it pulsates (docs/measured/small_bodies.md)."""
 
 QUADRATURE_GROWTH = 2.0
-"""Error at field points, over that of constant and linear pressures on the surface: a third to eight in
+"""Error at field points, over that of constant and linear pressures on the surface: 0.01 to 0.5 in
 docs/measured/quadrature.md; at the coarse edges of wedges of 5 and 20 degrees one to ten, the mesh's own included."""
 
 _SAME_SHAPE = 0.99
@@ -82,8 +82,9 @@ def expected_accuracy(
     pressure or power (`resonance_error_dB`).  With a point nearer than half an element edge also clearance: in edges,
     and expected_error_nearest_dB: there, at its own pressure.  With needles, edges sharper
     than 60°, gaps narrower than the engine resolves (`bempp` cuts no triangles), or a singular_order below 3, also
-    quadrature_error: of constant and linear pressures on the surface, relative; sound fields err by a third of that to
-    eight times as much (docs/measured/quadrature.md), and twice that is part of expected_error_low_dB.
+    quadrature_error: of constant and linear pressures on the surface, relative; other pressures there err by up to
+    eight times as much, sixty where all triangles are needles, their sound far less (docs/measured/quadrature.md), and
+    twice that is part of expected_error_low_dB.
     With triangles longer than all but a twentieth of the area may be (`LOCAL_COARSENING`): coarse_share of the area,
     coarse_elements_per_wavelength of the longest one, and their error (`patch_error`) as part of expected_error_dB;
     expected_error_patch_dB bounds the error of sound that comes from behind them alone, wherever it is heard, and that
@@ -373,7 +374,7 @@ def _quadrature_accuracy(surface: Surface, fidelity: AcousticsFidelity, engine: 
             remedy = f"raise it to {FAIR_ORDER} or more"
         warnings.warn(
             f"{cause} a relative quadrature error of {error:.2g} on the surface, {fidelity.quadrature_error:g} asked, "
-            f"and the sound errs by up to eight times as much: {remedy}",
+            f"and pressures there err by several times as much: {remedy}",
             AccuracyWarning,
             stacklevel=4,
         )

@@ -50,7 +50,7 @@ in the same measurements."""
 
 BESIDE = 0.015
 """Error of the sound of a small body that shakes towards another one, relative to its peak, over the square of the
-longest edge there in distances from the small body's middle, less one: 0.36 to 5.6 times what was found; a tenth of
+longest edge there in distances from the small body's middle, less one: 0.39 to 4.2 times what was found; a tenth of
 that where it shakes along the other body, less where it pulsates (docs/measured/small_bodies.md)."""
 
 QUADRATURE_GROWTH = 2.0

@@ -22,8 +22,11 @@ _NEXT_TO = 0.02
 """Share of a gap between masters within which a pole counts as lying at the master."""
 
 _LEAST_Q = 5.0
-"""Quality of a resonance of air in an opening at least: that of a cup as deep as wide is 8, those of the waves around
-a body are below 2."""
+"""Quality of a resonance of air in an opening at least: that of a cup as deep as wide is 8."""
+
+_CREEPING = 0.9
+"""The same over (kR)^(2/3), R half the size of the body: waves that creep around it have 0.71 of that (a rigid sphere:
+the first zero of the derivative of the Airy function), 0.55 to 0.6 on the gearbox housing."""
 
 _OPTIMISM = 2.0
 """Factor on the estimated error: without it the estimate is half the truth in the mean over the bodies and numbers of
@@ -114,14 +117,15 @@ class Nodes:
     def shift_weights(self, frequency: FloatArray, shift: float) -> ComplexArray:
         """Weights (n_pole, n_f, n_node) of the values at the nodes for what changes at `frequency` (n_f,) Hz if one of
         the poles lies `shift` times its frequency higher, or lower: the larger of both, R_p/(f − f_p) being its part.
-        Poles of less than `_LEAST_Q`, as any body has them, resonate in no opening."""
+        Poles of little quality, as any body has them (`_LEAST_Q`, `_CREEPING`), resonate in no opening."""
         weights = np.zeros((self.poles, len(frequency), len(self.node)), dtype=complex)
         first = _nearest(self.node, frequency, self.taking_part)[:, 0]
         for start in np.unique(first):
             rows = np.flatnonzero(first == start)
             used, line = np.arange(start, start + self.taking_part), frequency[rows]
             for at, (pole, residue) in enumerate(zip(*self._windows[start].resonances(), strict=True)):
-                if abs(pole.real) < 2 * _LEAST_Q * abs(pole.imag):
+                least = max(_LEAST_Q, _CREEPING * (self.paths.turn * abs(pole.real)) ** (2 / 3))
+                if abs(pole.real) < 2 * least * abs(pole.imag):
                     continue
                 moved, away = shift * abs(pole.real), line - pole
                 nearest = np.minimum(np.abs(away - moved), np.abs(away + moved))

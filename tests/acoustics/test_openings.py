@@ -18,7 +18,9 @@ from nvhchain.acoustics import (
     transfer_vectors,
     waves_power,
 )
+from nvhchain.acoustics.interpolation import nodes_at
 from nvhchain.acoustics.openings import SHIFT, WIDEST, resonance_shift
+from nvhchain.acoustics.paths import Paths
 from nvhchain.acoustics.rational import window
 from nvhchain.errors import AccuracyWarning
 from nvhchain.fidelity import AcousticsFidelity
@@ -156,6 +158,15 @@ def test_a_groove_that_resonates_in_no_line_states_nothing_of_them(air):
     lines = np.linspace(100.0, 1500.0, 200)
     velocity = SurfaceVelocity(lines, np.tile(groove.normals[:, 2], (len(lines), 1)), groove)
     assert radiate(atv, velocity).provenance["resonance_error_dB"] < 0.1
+
+
+@pytest.mark.parametrize(("wavenumber_radius", "counts"), [(3.0, True), (30.0, False)])
+def test_poles_of_waves_that_creep_around_a_large_body_count_for_no_opening(wavenumber_radius, counts):
+    """Quality 6: a cup of a small body; around a large one every body has it (the gearbox at 4.9 kHz stated 1.6 dB)."""
+    masters = np.linspace(4000.0, 5000.0, 12)
+    values = (1.0 / (masters - 4500.0 * (1 + 1j / 12)))[:, None]
+    nodes = nodes_at(masters, FIDELITY, lambda *_: values.conj() @ values.T, Paths(wavenumber_radius / 4500.0))
+    assert nodes.shift_weights(np.array([4444.0]), 0.01).any() == counts
 
 
 def test_the_width_of_an_opening_is_that_to_the_first_triangle_opposite():

@@ -3,7 +3,7 @@
     python benchmarks/masters.py OUT [wide narrow]
 
 Three bodies from 50 Hz: a sphere of 0.2 m, a box as large as the gearbox housing, a cube with a cavity behind a neck
-that resonates (Q 80 at 257 Hz). Vectors to a point near the surface, one at 1 m and one at 10 m are solved at 145
+that resonates (Q 210 at 257 Hz). Vectors to a point near the surface, one at 1 m and one at 10 m are solved at 145
 lines, and 2 Hz apart around the resonance. The error is the 2-norm over the faces of what is wrong with a vector,
 relative to the vector, in dB, the worst of points and lines. OUT: folder for the figure masters.png.
 """

@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from nvhchain.acoustics._coupling import coupling
+from nvhchain.acoustics._coupling import coupling, half_diagonal
 from nvhchain.acoustics._fused import rows_of, stripes
 from nvhchain.acoustics._fused_close import NEAREST
 from nvhchain.acoustics._fused_mesh import Plane, prepare, rules_of
@@ -105,7 +105,8 @@ def _missed(surface: Surface, rows: IntArray | slice, a: ComplexArray, b: Comple
         mass = (on_faces.sum(axis=1) + on_faces[:, corner]) / 12.0 + alpha * slopes / 3.0
         np.add.at(exact, surface.triangles[:, corner], surface.areas[:, None] * mass)
     missed = a @ values - b @ slopes - exact[rows]
-    missed[:, 1:] *= half / abs(alpha)  # what the hypersingular equation misses counts in its own measure
+    # what the hypersingular equation misses counts in its own measure
+    missed[:, 1:] *= half_diagonal(surface) / abs(alpha)
     return np.asarray(missed)
 
 

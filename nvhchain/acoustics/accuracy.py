@@ -26,7 +26,7 @@ from nvhchain.acoustics.surface import (
 from nvhchain.conventions import Air
 from nvhchain.errors import AccuracyWarning
 from nvhchain.fidelity import AcousticsFidelity
-from nvhchain.handoff import FloatArray, Surface, SurfaceVelocity
+from nvhchain.handoff import FloatArray, RigidPlane, Surface
 
 FACETS = 0.32
 """Error at field points relative to their peak, over the mean square of the angle (rad) under which neighbouring
@@ -57,9 +57,6 @@ QUADRATURE_GROWTH = 2.0
 """Error at field points, over that of constant and linear pressures on the surface: 0.01 to 0.5 in
 docs/measured/quadrature.md; at the coarse edges of wedges of 5 and 20 degrees one to ten, the mesh's own included."""
 
-_SAME_SHAPE = 0.99
-"""Correlation of the velocities of neighbouring lines from which the surface moves in the same shape."""
-
 SLOW = 10.0
 """s of processor time per frequency spent on narrow gaps and needles above which that is said."""
 
@@ -71,6 +68,7 @@ def expected_accuracy(
     air: Air,
     fidelity: AcousticsFidelity,
     engine: str = "fused",
+    plane: RigidPlane | None = None,
 ) -> dict[str, float]:
     """Provenance of what the mesh and the field points let expect at the upper frequency `f_max` (Hz).
 
@@ -78,9 +76,9 @@ def expected_accuracy(
     at any frequency however low; of that, faceting_error_dB, from facets in the place of round faces (triangles that
     meet at more than 40° form an edge of the body), and expected_error_beside_dB, from triangles that are coarse for a
     small body beside them (`beside_ratio`).  Not part of it: resonance_shift, the frequency by which the air in
-    openings resonates elsewhere, relative to its own (`resonance_shift`); what that makes of levels is told with the
-    pressure or power (`resonance_error_dB`).  With a point nearer than half an element edge also clearance: in edges,
-    and expected_error_nearest_dB: there, at its own pressure.  With needles, edges sharper
+    openings resonates elsewhere, relative to its own (`resonance_shift`); levels there err by as much as that makes of
+    them, which `radiate` and `waves_power` tell (`resonance_error_dB`).  With a point nearer than half an element edge
+    also clearance: in edges, and expected_error_nearest_dB: there, at its own pressure.  With needles, edges sharper
     than 60°, gaps narrower than the engine resolves (`bempp` cuts no triangles), or a singular_order below 3, also
     quadrature_error: of constant and linear pressures on the surface, relative; other pressures there err by up to
     eight times as much, sixty where all triangles are needles, their sound far less (docs/measured/quadrature.md), and
@@ -129,8 +127,9 @@ def expected_accuracy(
         expected["faceting_error_dB"] = _decibel(faceting)
     if beside > 0:
         expected["expected_error_beside_dB"] = _decibel(beside)
-    if resonance_shift(surface) > 0:
-        expected["resonance_shift"] = resonance_shift(surface)
+    shift = resonance_shift(surface, plane)
+    if shift > 0:
+        expected["resonance_shift"] = shift
     asked = fidelity.elements_per_wavelength
     expected |= quadrature
     if coarse > MESH_ERROR / asked**2:
@@ -253,33 +252,13 @@ def told_resonances(
     return {"resonance_error_dB": largest, "resonance_frequency": at}
 
 
-def told_resonances_of_lines(
-    surface_velocity: SurfaceVelocity, amplitude: FloatArray, shift: float, fidelity: AcousticsFidelity
-) -> dict[str, float]:
-    """As `told_resonances`, of amplitudes (n_f,) that are known at the lines alone, if resonances lie elsewhere by
-    `shift`, relative to their frequency.
-
-    What changes at f is that the amplitude, per velocity, at f (1 ± shift) is not what a straight line through f makes
-    of it.  Lines count among others at which the surface moves in the same shape (`_SAME_SHAPE`): where modes of the
-    structure take turns, and where lines are few, nothing is known.
-    """
-    frequency, velocity = surface_velocity.frequency, surface_velocity.normal_velocity
-    size = np.linalg.norm(velocity, axis=1)
-    per_velocity = amplitude / np.where(size > 0, size, 1.0)
-    alike = np.abs(np.vecdot(velocity[1:], velocity[:-1])) > _SAME_SHAPE * size[1:] * size[:-1]
-    shape = np.concatenate([[0], np.cumsum(~alike)])
-    change = np.zeros(len(frequency))
-    for number in np.unique(shape):
-        lines = np.flatnonzero(shape == number)
-        f = frequency[lines]
-        known = (f * (1 - shift) >= f[0]) & (f * (1 + shift) <= f[-1])
-        below, above = (np.interp(f * (1 + way), f, per_velocity[lines]) for way in (-shift, shift))
-        change[lines] = np.where(known, np.abs(below + above - 2 * per_velocity[lines]), 0.0) * size[lines]
-    return told_resonances(frequency, amplitude, change, fidelity)
-
-
 def coarse_accuracy(
-    below: Sequence[CoarseSurface], frequency: FloatArray, air: Air, fidelity: AcousticsFidelity, engine: str
+    below: Sequence[CoarseSurface],
+    frequency: FloatArray,
+    air: Air,
+    fidelity: AcousticsFidelity,
+    engine: str,
+    plane: RigidPlane | None = None,
 ) -> dict[str, Any]:
     """Provenance of the worst of the coarser surfaces (coarsest first) that frequencies (n_f,) Hz are solved on.
 
@@ -297,7 +276,7 @@ def coarse_accuracy(
         if len(mine) == 0:
             continue
         lowest, highest = float(mine[0]), float(mine[-1])
-        shift = max(shift, resonance_shift(coarse.surface))
+        shift = max(shift, resonance_shift(coarse.surface, plane))
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", AccuracyWarning)  # said once, below, of the worst
             error = expected_accuracy(coarse.surface, None, highest, air, fidelity, engine)["expected_error_dB"]

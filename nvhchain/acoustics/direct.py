@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nvhchain.acoustics._coupling import coupling
-from nvhchain.acoustics.accuracy import expected_accuracy, told_resonances_of_lines
+from nvhchain.acoustics.accuracy import expected_accuracy
 from nvhchain.acoustics.bands import Solved, over_bands
 from nvhchain.acoustics.cancellation import cancellation_pressure, told_cancellation
 from nvhchain.acoustics.engines import check_engine, check_memory, solve_each, systems, workers
@@ -56,14 +56,13 @@ def solve_direct(
     boundary elements on the given surface, whatever `fidelity.radiation` and `fidelity.coarse_edge_ratios` say.
     At 0 Hz the pressure is zero, the limit of a finite velocity.
     The provenance also keeps the largest error of motions whose parts cancel each other, relative to the loudest point
-    (`cancellation_error_dB`, at `cancellation_frequency` Hz), with an AccuracyWarning as `sound_power` gives it, and as
-    far as the lines show it that of the resonances that the mesh misses, as `radiate` does.
+    (`cancellation_error_dB`, at `cancellation_frequency` Hz), with an AccuracyWarning as `sound_power` gives it.
     """
     check_arguments(solve_direct, locals())
     surface, frequency = surface_velocity.surface, surface_velocity.frequency
     check_engine(engine)
     x = check_points(surface, points)
-    expected = expected_accuracy(surface, x, float(frequency[-1]), air, fidelity, engine)
+    expected = expected_accuracy(surface, x, float(frequency[-1]), air, fidelity, engine, plane)
     kept = kept_in(shards, "solve_direct", surface_velocity, x, air, fidelity, engine, plane)
     quadrature = expected.get("quadrature_error", 0.0)
     found, record = _solve(
@@ -71,10 +70,7 @@ def solve_direct(
     )
     pressure, left = np.ascontiguousarray(found[:, :-1]), found[:, -1].real
     one_element = float(frequency[-1]) * expected.get("elements_per_wavelength", np.inf)
-    loudest = np.abs(pressure).max(axis=1)
-    expected |= told_cancellation(frequency, loudest**2, left**2, fidelity, one_element)
-    if "resonance_shift" in expected:
-        expected |= told_resonances_of_lines(surface_velocity, loudest, expected["resonance_shift"], fidelity)
+    expected |= told_cancellation(frequency, np.abs(pressure).max(axis=1) ** 2, left**2, fidelity, one_element)
     provenance = made_by("solve_direct", fidelity, engine, records=record, expected=expected)
     return FieldPressure(frequency, x, pressure, provenance=provenance)
 
@@ -101,7 +97,7 @@ def surface_pressure(
     check_arguments(surface_pressure, locals())
     surface, frequency = surface_velocity.surface, surface_velocity.frequency
     check_engine(engine)
-    expected = expected_accuracy(surface, None, float(frequency[-1]), air, fidelity, engine)
+    expected = expected_accuracy(surface, None, float(frequency[-1]), air, fidelity, engine, plane)
     galerkin, record = _solve(surface_velocity, None, incident, air, fidelity, engine, plane, executor, progress)
     provenance = made_by("surface_pressure", fidelity, engine, records=record, expected=expected)
     return SurfacePressure(frequency, _vertex_values(surface, galerkin), surface, provenance=provenance)

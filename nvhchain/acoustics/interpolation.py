@@ -182,6 +182,11 @@ class Interpolant:
     atv: TransferVectors
     pieces: tuple[Nodes, ...]
 
+    @property
+    def poles(self) -> int:
+        """Of a rational function of any piece, at most."""
+        return max(piece.poles for piece in self.pieces)
+
     @cached_property
     def node(self) -> FloatArray:
         """(n_node,) Hz, of all pieces."""
@@ -203,7 +208,7 @@ class Interpolant:
 
     def shift_weights(self, frequency: FloatArray, shift: float) -> ComplexArray:
         """As `Nodes.shift_weights`."""
-        weights = np.zeros((max(of.poles for of in self.pieces), len(frequency), len(self.node)), dtype=complex)
+        weights = np.zeros((self.poles, len(frequency), len(self.node)), dtype=complex)
         for piece, nodes, lines in self._shared_out(frequency):
             weights[: piece.poles, lines, nodes] = piece.shift_weights(frequency[lines], shift)
         return weights

@@ -79,7 +79,7 @@ def waves_power(
     products = _Products(resistance, nodes)
     lines = np.flatnonzero(velocity.any(axis=1) & (frequency > 0))
     power, error, shifted = (np.zeros(len(frequency)) for _ in range(3))
-    shift = float(resistance.provenance.get("resonance_shift", 0.0))
+    shift = float(resistance.provenance.get("resonance_shift", 0.0)) if nodes.poles > 0 else 0.0
     for piece in _pieces(nodes, frequency, lines):
         sets = [nodes.weights(frequency[piece]), *nodes.error_weights(frequency[piece])]
         moved = nodes.shift_weights(frequency[piece], shift) if shift > 0 else ()

@@ -8,64 +8,49 @@ from functools import lru_cache
 import numba
 import numpy as np
 
-from nvhchain.acoustics.intersections import FACING
-from nvhchain.handoff import Surface
+from nvhchain.handoff import RigidPlane, Surface
 
-SHIFT = 0.0175
+SHIFT = 0.02
 """Frequency by which a mesh misses the resonances of the air in openings, relative, over the longest edge in widths of
 the opening: 0.8 to 6 times what was found (docs/measured/openings.md)."""
 
-WIDEST = 1.5
+WIDEST = 2.8
 """Longest edge in widths of the opening above which the resonances are missed by no more."""
+
+_OPPOSITE = float(np.cos(np.radians(105.0)))
+"""Cosine of the angle between normals below which two triangles enclose air: inner edges of 90 degrees do not."""
 
 
 @lru_cache(maxsize=8)
-def resonance_shift(surface: Surface) -> float:
+def resonance_shift(surface: Surface, plane: RigidPlane | None = None) -> float:
     """Frequency by which the mesh may miss the resonances of the air in the body's openings, relative to theirs.
 
-    The width of an opening is the distance from a triangle's centroid along its outward normal to the first triangle
-    met, if that stands opposite (`FACING`).  0 where no triangle looks at another.
-    1 s for 24 000 triangles, once for a surface.
+    The width of an opening is the distance of a triangle from the nearest one that stands opposite, on the body or on
+    its image behind a rigid plane.  0 where none does.
+    0.4 s for 24 000 triangles, twice that with a plane, once for a surface.
     """
-    edges = surface.longest_edges
-    widths = _widths(surface.vertices[surface.triangles], surface.centroids, surface.normals, edges)
-    return SHIFT * min(float((edges / widths).max()), WIDEST)
+    edges, centroids, normals = surface.longest_edges, surface.centroids, surface.normals
+    if plane is not None:
+        centroids = np.concatenate([centroids, plane.mirror(centroids)])
+        normals = np.concatenate([normals, plane.mirror_direction(normals)])
+    return SHIFT * min(float((edges / _widths(len(edges), centroids, normals)).max()), WIDEST)
 
 
-@numba.njit("boolean(float64[:,::1], float64[::1], float64, float64, float64)", cache=True, nogil=True)
-def _holds(corners, normal, x, y, z):
-    """Whether a point in the plane of a triangle lies in it."""
-    for p in range(3):
-        q = (p + 1) % 3
-        ax, ay, az = corners[q, 0] - corners[p, 0], corners[q, 1] - corners[p, 1], corners[q, 2] - corners[p, 2]
-        bx, by, bz = x - corners[p, 0], y - corners[p, 1], z - corners[p, 2]
-        turn = normal[0] * (ay * bz - az * by) + normal[1] * (az * bx - ax * bz) + normal[2] * (ax * by - ay * bx)
-        if turn < 0.0:
-            return False
-    return True
-
-
-@numba.njit("float64[::1](float64[:,:,::1], float64[:,::1], float64[:,::1], float64[::1])", cache=True, nogil=True)
-def _widths(corners, centroids, normals, longest):
-    """Width (n,) m of the air before every triangle, inf where there is no other opposite."""
-    count = len(corners)
+@numba.njit("float64[::1](int64, float64[:,::1], float64[:,::1])", cache=True, nogil=True)
+def _widths(count, centroids, normals):
+    """Width (count,) m of the air before the first triangles, inf where no other stands opposite."""
     widths = np.full(count, np.inf)
     for i in range(count):
-        nx, ny, nz = normals[i, 0], normals[i, 1], normals[i, 2]
-        x, y, z = centroids[i, 0], centroids[i, 1], centroids[i, 2]
-        first, met = np.inf, -1
-        for j in range(count):
-            mx, my, mz = centroids[j, 0] - x, centroids[j, 1] - y, centroids[j, 2] - z
-            ahead = mx * nx + my * ny + mz * nz
-            beside = mx * mx + my * my + mz * mz - ahead * ahead
-            if beside > longest[j] ** 2 or ahead < -longest[j] or j == i:
+        nearest = np.inf
+        for j in range(len(centroids)):
+            x, y = centroids[j, 0] - centroids[i, 0], centroids[j, 1] - centroids[i, 1]
+            z = centroids[j, 2] - centroids[i, 2]
+            square = x * x + y * y + z * z
+            if square >= nearest:
                 continue
-            across = normals[j, 0] * nx + normals[j, 1] * ny + normals[j, 2] * nz
-            if across == 0.0:
-                continue
-            width = (normals[j, 0] * mx + normals[j, 1] * my + normals[j, 2] * mz) / across
-            if 0.0 < width < first and _holds(corners[j], normals[j], x + width * nx, y + width * ny, z + width * nz):
-                first, met = width, j
-        if met >= 0 and (normals[met] * normals[i]).sum() < FACING:
-            widths[i] = first
+            ahead = x * normals[i, 0] + y * normals[i, 1] + z * normals[i, 2]
+            behind = x * normals[j, 0] + y * normals[j, 1] + z * normals[j, 2]
+            if ahead > 0.0 > behind and (normals[i] * normals[j]).sum() < _OPPOSITE:
+                nearest = square
+        widths[i] = np.sqrt(nearest)
     return widths

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from nvhchain.acoustics.accuracy import expected_accuracy, told_resonances_of_lines
+from nvhchain.acoustics.accuracy import expected_accuracy
 from nvhchain.acoustics.bands import Solved, over_bands
 from nvhchain.acoustics.cancellation import cancellation_resistance, told_cancellation
 from nvhchain.acoustics.direct import solve_direct
@@ -92,7 +92,7 @@ def sound_power(
         "the Rayleigh integral knows no pressure on the surface: give array_radius, or use boundary_elements",
     )
     check_mesh(surface, float(frequency[-1]), air, fidelity)
-    expected = expected_accuracy(surface, None, float(frequency[-1]), air, fidelity, engine)
+    expected = expected_accuracy(surface, None, float(frequency[-1]), air, fidelity, engine, plane)
     highest = 2 * np.pi * float(frequency[-1]) / air.speed_of_sound
     columns = workers(len(frequency)) * waves_memory(surface, highest, plane, fidelity.multipole_digits)
     task = check_memory(surface, len(frequency), 0, columns, engine, fidelity, executor)
@@ -110,9 +110,6 @@ def sound_power(
     ).real
     one_element = float(frequency[-1]) * expected.get("elements_per_wavelength", np.inf)
     expected |= told_cancellation(frequency, found[:, 0], found[:, 1], fidelity, one_element)
-    if "resonance_shift" in expected:
-        shift = expected["resonance_shift"]
-        expected |= told_resonances_of_lines(surface_velocity, np.sqrt(found[:, 0]), shift, fidelity)
     provenance = made_by("sound_power", fidelity, engine, ("multipole_digits",), records, expected)
     return SoundPower(frequency, found[:, 0], provenance=provenance)
 

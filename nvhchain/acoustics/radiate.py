@@ -67,14 +67,14 @@ def radiate(
     A line without any velocity, and a line at 0 Hz, has zero pressure.  The provenance keeps the largest estimated
     interpolation error of each point relative to its peak pressure (`interpolation_error`); AccuracyWarning where it
     exceeds `fidelity.master_tolerance_db`.  Where the mesh may miss resonances of the air in openings
-    (`resonance_shift` of the vectors' provenance), it also keeps what that makes of the loudest point of a line at most
-    (`resonance_error_dB`, at `resonance_frequency` Hz), with an AccuracyWarning where it is more than a mesh with
-    `fidelity.elements_per_wavelength` errs by.
+    (`resonance_shift` of the vectors' provenance) and the interpolation looks for poles, from four masters on, it also
+    keeps what that makes of the loudest point of a line at most (`resonance_error_dB`, at `resonance_frequency` Hz),
+    with an AccuracyWarning where it is more than a mesh with `fidelity.elements_per_wavelength` errs by.
     Raises InputError when the surfaces differ or a line lies outside the masters.
     """
     check_arguments(radiate, locals())
     smooth = _prepare(atv, surface_velocity, fidelity)
-    shift = float(atv.provenance.get("resonance_shift", 0.0))
+    shift = float(atv.provenance.get("resonance_shift", 0.0)) if smooth.poles > 0 else 0.0
     pressure, error, shifted = _evaluate(smooth, surface_velocity, len(atv.points), progress, shift)
     provenance: dict[str, object] = {"stage": "acoustics.radiate", "fidelity": repr(fidelity)}
     peak = np.abs(pressure).max(axis=0)

@@ -104,7 +104,7 @@ def radiation_resistance(
     check_mesh(surface, float(frequency[-1]), air, fidelity)
     if plane is not None:
         check_plane(plane, surface)
-    expected = expected_accuracy(surface, None, float(frequency[-1]), air, fidelity, engine)
+    expected = expected_accuracy(surface, None, float(frequency[-1]), air, fidelity, engine, plane)
     top = _order(surface, float(frequency[-1]), air, fidelity, plane)
     columns, rows = shapes.shape[1], multipole_count(surface, top, plane)
     size = 2 * 16 * len(frequency) * (rows + columns) * columns

@@ -111,12 +111,12 @@ def transfer_vectors(
     ends = with_images(x, plane)
     exact = fidelity.radiation == "boundary_elements"
     if exact:
-        expected = expected_accuracy(surface, x, float(frequency[-1]), air, fidelity, engine)
+        expected = expected_accuracy(surface, x, float(frequency[-1]), air, fidelity, engine, plane)
     else:
         expected = rayleigh_accuracy(surface, frequency, air)
     below = coarse_surfaces(surface, coarser, ends, plane, air, fidelity) if exact else ()
     below = without_slivers(below, float(frequency[0]), float(frequency[-1]))
-    of_coarse = coarse_accuracy(below, frequency, air, fidelity, engine)
+    of_coarse = coarse_accuracy(below, frequency, air, fidelity, engine, plane)
     if "resonance_shift" in of_coarse:
         of_coarse["resonance_shift"] = max(of_coarse["resonance_shift"], expected.get("resonance_shift", 0.0))
     records: list[SolverRecord] = []

@@ -49,7 +49,7 @@ def twice(body, shift):
 
 
 def resonator(cell=0.02):
-    """A cube of 120 mm with a cavity of 80 mm behind a neck of 20 × 20 mm: resonates at 257 Hz with a Q of 80."""
+    """A cube of 120 mm with a cavity of 80 mm behind a neck of 20 × 20 mm: resonates at 257 Hz with a Q of 210."""
 
     def hollow(centre):
         place = np.round(np.asarray(centre) / cell - 0.5).astype(int)

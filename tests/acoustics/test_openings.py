@@ -12,8 +12,6 @@ from nvhchain.acoustics import (
     adaptive_transfer_vectors,
     radiate,
     radiation_resistance,
-    solve_direct,
-    sound_power,
     sphere,
     transfer_vectors,
     waves_power,
@@ -24,7 +22,7 @@ from nvhchain.acoustics.paths import Paths
 from nvhchain.acoustics.rational import window
 from nvhchain.errors import AccuracyWarning
 from nvhchain.fidelity import AcousticsFidelity
-from nvhchain.handoff import Surface, SurfaceVelocity
+from nvhchain.handoff import RigidPlane, Surface, SurfaceVelocity
 
 FIDELITY = AcousticsFidelity(elements_per_wavelength=8.0, masters=40, master_tolerance_db=0.3)
 LINES = np.linspace(230.0, 280.0, 501)
@@ -111,36 +109,6 @@ def test_sound_power_from_radiation_resistance_states_it_too(air):
     assert power.provenance["resonance_error_dB"] == pytest.approx(heard.provenance["resonance_error_dB"], rel=0.05)
 
 
-def test_lines_solved_by_themselves_state_what_they_show_of_it(air, heard):
-    surface, lines = resonator(1), LINES[::20]
-    found = {}
-    for name, moving in (("bottom", bottom(surface)), ("side", (surface.centroids[:, 0] > 0.0599).astype(float))):
-        velocity = SurfaceVelocity(lines, np.outer(1 + 1j * lines, moving), surface)
-        with pytest.warns(AccuracyWarning, match="the air in openings of the body resonates"):
-            found[name] = solve_direct(velocity, bodies.shell(10, 0.5), air=air, fidelity=FIDELITY)
-        with pytest.warns(AccuracyWarning, match="the air in openings of the body resonates"):
-            power = sound_power(velocity, air=air, fidelity=FIDELITY)
-        stated = [one.provenance["resonance_error_dB"] for one in (found[name], power)]
-        assert stated[1] == pytest.approx(stated[0], rel=0.8)
-    worst = np.abs(levels(heard[0]) - levels(heard[1])).max()
-    assert 0.8 * worst < found["bottom"].provenance["resonance_error_dB"] < 2 * worst
-    assert found["side"].provenance["resonance_error_dB"] > 3.0
-
-
-def test_lines_whose_shapes_take_turns_state_no_resonances(air):
-    """A structure that resonates is none of the air's business."""
-    surface = resonator(1)
-    lines = np.linspace(100.0, 120.0, 9)
-    peak = 1.0 / np.abs(1 - (lines / 110.0) ** 2 + 0.004j)
-    for shapes in ([surface.normals[:, 2]] * 9, np.random.default_rng(1).normal(size=(9, len(surface.triangles)))):
-        velocity = SurfaceVelocity(lines, peak[:, None] * np.array(shapes), surface)
-        with warnings.catch_warnings():
-            warnings.filterwarnings("error", message="the air in openings")
-            warnings.filterwarnings("ignore", message="the parts of the motion")
-            told = solve_direct(velocity, [[0.0, 0.0, 1.0]], air=air, fidelity=FIDELITY).provenance
-        assert told["resonance_error_dB"] < 0.05
-
-
 @pytest.mark.parametrize("body", [sphere(0.1, 3), bodies.box((0.3, 0.2, 0.1), 0.025)])
 def test_bodies_without_openings_state_no_resonances(body, air):
     assert resonance_shift(body) == 0.0
@@ -169,16 +137,66 @@ def test_poles_of_waves_that_creep_around_a_large_body_count_for_no_opening(wave
     assert nodes.shift_weights(np.array([4444.0]), 0.01).any() == counts
 
 
-def test_the_width_of_an_opening_is_that_to_the_first_triangle_opposite():
+def test_the_width_of_an_opening_is_that_to_the_nearest_triangle_opposite():
     edge = 0.02 * 2**0.5
-    assert resonance_shift(resonator(1)) == pytest.approx(SHIFT * edge / 0.02)
-    assert resonance_shift(resonator(2)) == pytest.approx(SHIFT * 0.5 * edge / 0.02)
+    assert resonance_shift(resonator(1)) == pytest.approx(SHIFT * edge / 0.02, rel=0.1)
+    assert resonance_shift(resonator(2)) == pytest.approx(SHIFT * 0.5 * edge / 0.02, rel=0.1)
     cube = bodies.box((0.1, 0.1, 0.1), 0.02)
     for gap in (0.002, 0.05):
         two = bodies.twice(cube, (0.1 + gap, 0.0, 0.0))
-        assert resonance_shift(two) == pytest.approx(SHIFT * min(edge / gap, WIDEST))
+        assert resonance_shift(two) == pytest.approx(SHIFT * min(edge / gap, WIDEST), rel=0.1)
     between = bodies.united(two, Surface(0.1 * cube.vertices + [0.075, 0.0, 0.0], cube.triangles))
-    assert resonance_shift(between) == pytest.approx(SHIFT * min(edge / 0.02, WIDEST))
+    assert resonance_shift(between) == pytest.approx(SHIFT * edge / 0.02, rel=0.1)
+
+
+def test_walls_that_lean_away_from_each_other_make_an_opening_and_inner_edges_do_not():
+    corner = bodies.box((0.2, 0.2, 0.1), 0.02, remove=lambda at: at[0] > 0.1 and at[1] > 0.1)
+    assert resonance_shift(corner) == 0.0
+    slot = bodies.box((0.18, 0.1, 0.06), 0.02, remove=lambda at: 0.08 < at[0] < 0.1 and at[2] > 0.02)
+    flared = slot.vertices.copy()
+    inside = (np.abs(flared[:, 0]) < 0.011) & (flared[:, 2] > -0.011)
+    flared[inside, 0] *= 1.0 + 0.6 * (flared[inside, 2] + 0.01) / 0.02
+    flared = Surface(flared, slot.triangles)
+    assert flared.normals[(np.abs(flared.centroids[:, 0]) < 0.02) & (flared.centroids[:, 2] > 0)][:, 0].max() < 0.97
+    assert resonance_shift(flared) == pytest.approx(resonance_shift(slot), rel=0.3)
+
+
+def test_a_plane_is_the_image_of_the_body_behind_it():
+    cube, plane = bodies.box((0.1, 0.1, 0.1), 0.02), RigidPlane((0.0, 0.0, -0.055), (0.0, 0.0, 1.0))
+    both = bodies.united(cube, Surface(plane.mirror(cube.vertices), cube.triangles[:, ::-1]))
+    assert resonance_shift(cube) == 0.0
+    assert resonance_shift(cube, plane) == pytest.approx(resonance_shift(both))
+    assert resonance_shift(cube, plane) > SHIFT
+
+
+def test_a_slab_close_over_a_floor_errs_by_no_more_than_is_stated():
+    """4.2 dB at the worst line, of which 0.1 were stated."""
+    plane = RigidPlane((0.0, 0.0, -0.012), (0.0, 0.0, 1.0))
+    points = bodies.shell(4, 0.5)
+    points[:, 2] = np.abs(points[:, 2])
+    lines, found = np.linspace(1350.0, 1500.0, 151), []
+    for step in (1, 2):
+        slab = bodies.box((0.16, 0.16, 0.02), 0.02 / step)
+        moves = (slab.normals[:, 2] < -0.9) & (np.abs(slab.centroids[:, :2]).max(axis=1) < 0.041)
+        velocity = SurfaceVelocity(lines, np.tile(moves.astype(complex), (len(lines), 1)), slab)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", AccuracyWarning)
+            atv = transfer_vectors(slab, points, np.linspace(1340.0, 1510.0, 9), fidelity=FIDELITY, plane=plane)
+            found.append(radiate(atv, velocity, fidelity=FIDELITY))
+    worst = np.abs(levels(found[0]) - levels(found[1])).max()
+    assert 1.0 < worst < found[0].provenance["resonance_error_dB"]
+
+
+@pytest.mark.parametrize(("interpolation", "masters"), [("phase_removed", 12), ("linear", 12), ("rational", 2)])
+def test_what_an_interpolation_without_poles_cannot_know_is_not_stated(air, interpolation, masters):
+    surface, knobs = resonator(1), replace(FIDELITY, interpolation=interpolation)
+    frequencies = np.linspace(230.0, 280.0, masters)
+    velocity = SurfaceVelocity(frequencies[:1], bottom(surface)[None], surface)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", AccuracyWarning)
+        atv = transfer_vectors(surface, [[0.0, 0.0, 1.0]], frequencies, air=air, fidelity=knobs)
+        assert atv.provenance["resonance_shift"] > 0
+        assert "resonance_error_dB" not in radiate(atv, velocity, fidelity=knobs).provenance
 
 
 def test_a_coarser_surface_states_the_resonances_that_it_misses(air):
@@ -191,7 +209,7 @@ def test_a_coarser_surface_states_the_resonances_that_it_misses(air):
             surface, [[0.0, 0.0, 1.0]], [300.0, 400.0], air=air, fidelity=knobs, coarser=[resonator(1)]
         )
     assert both.provenance["coarse_faces"] == len(resonator(1).triangles)
-    assert both.provenance["resonance_shift"] == pytest.approx(2 * one.provenance["resonance_shift"])
+    assert both.provenance["resonance_shift"] == resonance_shift(resonator(1)) > one.provenance["resonance_shift"]
 
 
 def test_residues_at_poles_are_found():

@@ -277,7 +277,7 @@ def test_masters_that_do_not_suffice_are_refused(ball, air, coarse):
 
 
 def test_a_resonating_cavity_is_kept_within_the_tolerance_between_masters(air):
-    """A resonance at 257 Hz with a Q of 80 in a band of 1 kHz, a master at its predicted peak."""
+    """A resonance at 257 Hz with a Q of 210 in a band of 1 kHz, a master at its predicted peak."""
     body = bodies.resonator()
     knobs = AcousticsFidelity(
         elements_per_wavelength=2.0, masters=60, master_tolerance_db=0.3, coarsest_elements_per_wavelength=1.5

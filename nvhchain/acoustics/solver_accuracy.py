@@ -11,8 +11,9 @@ from nvhchain.acoustics.linear_system import SolverRecord
 from nvhchain.fidelity import AcousticsFidelity
 
 COMPRESSION_GROWTH = 5.0
-"""Error of a vector, relative, over `compression_error`, for spheres, boxes, a slab, a rod and a resonator of 320 to 1280
-triangles at 100 to 2000 Hz: 0.2 to 5 where that is 1e-2, and twice 6 and 11; 0.05 to 1.4 at 1e-3, below 0.5 at 1e-5."""
+"""Error of a vector, relative, over `compression_error`, for spheres, boxes, a slab, a rod and a resonator of 320 to
+1280 triangles at 100 to 2000 Hz: 0.2 to 5 where that is 1e-2, and twice 6 and 11; 0.05 to 1.4 at 1e-3, below 0.5 at
+1e-5."""
 
 RESIDUAL_GROWTH = 1.0
 """The same over the residual that an iteration left: 0.02 to 0.9."""

@@ -78,11 +78,12 @@ def expected_accuracy(
     small body beside them (`beside_ratio`).  Not part of it: resonance_shift, the frequency by which the air in
     openings resonates elsewhere, relative to its own (`resonance_shift`); levels there err by as much as that makes of
     them, which `radiate` and `waves_power` tell (`resonance_error_dB`).  With a point nearer than half an element edge
-    also clearance: in edges, and expected_error_nearest_dB: there, at its own pressure.  With needles, edges sharper
-    than 60°, gaps narrower than the engine resolves (`bempp` cuts no triangles), or a singular_order below 3, also
-    quadrature_error: of constant and linear pressures on the surface, relative; other pressures there err by up to
-    eight times as much, sixty where all triangles are needles, their sound far less (docs/measured/quadrature.md), and
-    twice that is part of expected_error_low_dB.
+    also clearance: in edges, and expected_error_nearest_dB: there, at its own pressure, of motions that neighbouring
+    elements share (a single one that moves errs by 2.7 dB next to it).
+    With needles, edges sharper than 60°, gaps narrower than the engine resolves (`bempp` cuts no triangles), or a
+    singular_order below 3, also quadrature_error: of constant and linear pressures on the surface, relative; other
+    pressures there err by up to eight times as much, sixty where all triangles are needles, their sound far less
+    (docs/measured/quadrature.md), and twice that is part of expected_error_low_dB.
     With triangles longer than all but a twentieth of the area may be (`LOCAL_COARSENING`): coarse_share of the area,
     coarse_elements_per_wavelength of the longest one, and their error (`patch_error`) as part of expected_error_dB;
     expected_error_patch_dB bounds the error of sound that comes from behind them alone, wherever it is heard, and that
@@ -160,7 +161,8 @@ def expected_accuracy(
         expected |= {"clearance": float(clearance), "expected_error_nearest_dB": near}
         warnings.warn(
             f"a field point is {clearance:.2g} element edges from the surface: expect errors of about {near:.2g} dB "
-            "there, and a velocity averaged over each element; refine the mesh near it or move it away",
+            "there, up to 3 dB where the velocity changes from one element to the next; refine the mesh near it or "
+            "move it away",
             AccuracyWarning,
             stacklevel=3,
         )

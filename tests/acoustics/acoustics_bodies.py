@@ -82,6 +82,16 @@ def mean_edge(surface):
     return float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).mean())
 
 
+def quartered(surface):
+    """Every triangle in four, one after the other."""
+    a, b, c = (surface.vertices[surface.triangles[:, i]] for i in range(3))
+    corners = np.stack([[a, (a + b) / 2, (c + a) / 2], [(a + b) / 2, b, (b + c) / 2], [(c + a) / 2, (b + c) / 2, c],
+                        [(a + b) / 2, (b + c) / 2, (c + a) / 2]])  # fmt: skip
+    points = corners.transpose(2, 0, 1, 3).reshape(-1, 3)
+    _, first, triangles = np.unique(np.round(points, 9), axis=0, return_index=True, return_inverse=True)
+    return Surface(points[first], triangles.reshape(-1, 3))
+
+
 def shell(count, radius, seed=7):
     """Points spread over a sphere."""
     x = np.random.default_rng(seed).normal(size=(count, 3))

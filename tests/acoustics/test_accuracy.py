@@ -345,6 +345,22 @@ def test_a_large_body_at_rest_far_away_hides_no_error_of_a_small_one(air, degree
     assert len(said) == 2  # the edge, twice
 
 
+def test_next_to_a_single_element_that_moves_the_sound_errs_by_the_three_decibels_that_are_told(air):
+    coarse = bodies.box((0.06, 0.04, 0.04), 0.01)
+    centre = np.array([0.003, 0.003, 0.02])
+    moving = int(np.linalg.norm(coarse.centroids - centre, axis=1).argmin())
+    point = coarse.centroids[[moving]] + 1e-3 * coarse.normals[[moving]]
+    body, moves, found = coarse, np.arange(len(coarse.triangles)) == moving, []
+    for _ in range(3):
+        with warnings.catch_warnings(record=True) as said:
+            warnings.simplefilter("always")
+            heard = solve_direct(SurfaceVelocity([1000.0], moves[None].astype(complex), body), point, air=air)
+        assert any("up to 3 dB where the velocity changes" in str(one.message) for one in said)
+        found.append(20 * np.log10(np.abs(heard.pressure[0, 0])))
+        body, moves = bodies.quartered(body), np.repeat(moves, 4)
+    assert 2.0 < found[2] - found[0] < 3.0
+
+
 def test_quadrature_across_a_gap_does_not_grow_with_the_distance_of_a_third_body(air):
     """It was measured in the extent of all bodies together: 5.9 instead of 0.1 at 100 m."""
     cube, tiny = bodies.box((0.1, 0.1, 0.1), 0.02), bodies.box((0.04, 0.04, 0.04), 0.02)

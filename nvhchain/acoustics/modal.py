@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nvhchain.acoustics.projection import project
+from nvhchain.acoustics.accuracy import told_resonances
+from nvhchain.acoustics.interpolation import interpolant
+from nvhchain.acoustics.projection import LINES, project
 from nvhchain.conventions import Progress
 from nvhchain.errors import InputError, require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
@@ -37,6 +39,8 @@ def modal_transfer_vectors(
     """Transfer vectors times normal shapes and residual motion of the housing, at the lines of a load case.
 
     frequency: (n_f,) Hz, increasing, within the masters of `atv`.  Only interpolation between masters errs (`project`).
+    What resonances that the mesh misses make of the vectors, in the mean over faces and points, is told as `radiate`
+    tells it of a pressure.
     Raises InputError when the housing radiates from another surface or a line lies outside the masters, ResourceError.
     """
     check_arguments(modal_transfer_vectors, locals())
@@ -45,6 +49,13 @@ def modal_transfer_vectors(
     modes, bearings = len(housing.natural_frequency), len(housing.names)
     shapes = np.concatenate([housing.normal_shapes, housing.face_residual.reshape(3 * bearings, -1)])
     product = project(atv, shapes.T, lines, fidelity=fidelity, progress=progress)
+    provenance: dict[str, object] = {"stage": "acoustics.modal_transfer_vectors", "fidelity": repr(fidelity)}
+    smooth, shift = interpolant(atv, fidelity), float(atv.provenance.get("resonance_shift", 0.0))
+    sounding = lines[lines > 0]
+    if shift > 0 and smooth.poles > 0 and len(sounding):
+        pieces = [sounding[start : start + LINES] for start in range(0, len(sounding), LINES)]
+        change = np.concatenate([smooth.shift_error(piece, shift) for piece in pieces])
+        provenance |= told_resonances(sounding, np.ones(len(sounding)), change, fidelity)
     return ModalTransferVectors(
         lines,
         atv.points,
@@ -53,7 +64,7 @@ def modal_transfer_vectors(
         housing.names,
         housing.content_hash,
         atv.air,
-        provenance={"stage": "acoustics.modal_transfer_vectors", "fidelity": repr(fidelity)},
+        provenance=provenance,
     )
 
 

@@ -10,6 +10,7 @@ import pytest
 from nvhchain.acoustics import (
     SurfaceShapes,
     adaptive_transfer_vectors,
+    modal_transfer_vectors,
     radiate,
     radiation_resistance,
     sphere,
@@ -22,7 +23,7 @@ from nvhchain.acoustics.paths import Paths
 from nvhchain.acoustics.rational import window
 from nvhchain.errors import AccuracyWarning
 from nvhchain.fidelity import AcousticsFidelity
-from nvhchain.handoff import RigidPlane, Surface, SurfaceVelocity
+from nvhchain.handoff import ReducedHousing, RigidPlane, Surface, SurfaceVelocity
 
 FIDELITY = AcousticsFidelity(elements_per_wavelength=8.0, masters=40, master_tolerance_db=0.3)
 LINES = np.linspace(230.0, 280.0, 501)
@@ -107,6 +108,25 @@ def test_sound_power_from_radiation_resistance_states_it_too(air):
     with pytest.warns(AccuracyWarning, match="the air in openings of the body resonates"):
         heard = radiate(atv, velocity, fidelity=FIDELITY)
     assert power.provenance["resonance_error_dB"] == pytest.approx(heard.provenance["resonance_error_dB"], rel=0.05)
+
+
+def test_modal_transfer_vectors_state_it_too(air, heard):
+    surface = resonator(1)
+    atv = transfer_vectors(surface, bodies.shell(3, 0.5), np.linspace(230.0, 280.0, 12), air=air, fidelity=FIDELITY)
+    housing = ReducedHousing(
+        [250.0],
+        [0.02],
+        np.ones((1, 1, 3)),
+        bottom(surface)[None],
+        np.eye(3).reshape(1, 3, 1, 3),
+        np.zeros((1, 3, len(surface.triangles))),
+        ("A1",),
+        [[0.0, 0.0, 0.0]],
+        surface,
+    )
+    with pytest.warns(AccuracyWarning, match="the air in openings of the body resonates"):
+        stated = modal_transfer_vectors(atv, housing, LINES, fidelity=FIDELITY).provenance["resonance_error_dB"]
+    assert stated == pytest.approx(heard[0].provenance["resonance_error_dB"], rel=0.1)
 
 
 @pytest.mark.parametrize("body", [sphere(0.1, 3), bodies.box((0.3, 0.2, 0.1), 0.025)])

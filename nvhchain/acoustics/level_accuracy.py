@@ -55,6 +55,10 @@ sphere with v_n = P_0, P_1, P_2 (cos θ) (closed forms: tests/acoustics/test_ray
 SLOPES = {"rayleigh": 20.0, "equivalent_radiated_power": 60.0}
 """dB per decade by which the errors of a small sphere grow towards low frequencies (P_2, the worst of the three)."""
 
+SHAKING = 13.5
+"""dB by which the Rayleigh integral errs more, at most, where a plate or strip shakes as a whole: 28 dB at ka = 0.1 for
+plates of 0.3 × 0.2 × 0.02 and 0.3 × 0.3 × 0.01 m, 35 for a strip of 0.4 × 0.06 × 0.02 m, 3 above ka = 1."""
+
 TOLERABLE = 3.0
 """dB of mean level error, twice the power, above which it is warned of."""
 
@@ -90,9 +94,10 @@ def level_accuracy(surface: Surface, frequency: FloatArray, air: Air, radiation:
     """Provenance of what a cheaper level of radiation lets expect at the lowest frequency (n_f,) Hz above 0 Hz.
 
     expected_error_dB: RMS of levels at single points and of the power of a single motion, each over its range of
-    frequencies.  expected_mean_error_dB: of the mean over points and many motions, of the worst body;
-    housing_mean_error_dB: of a box or a gearbox.  A motion in step all over may lose more at single frequencies: the
-    Rayleigh integral gives a pulsating sphere no power where its circumference is a multiple of the wavelength.
+    frequencies; `SHAKING` more where a flat body shakes as a whole.  expected_mean_error_dB: of the mean over points
+    and many motions, of the worst body; housing_mean_error_dB: of a box or a gearbox.  A motion in step all over may
+    lose more at single frequencies: the Rayleigh integral gives a pulsating sphere no power where its circumference is
+    a multiple of the wavelength.
     Gives an AccuracyWarning where the mean of the worst body is off by more than `TOLERABLE`.
     """
     radiating = frequency[frequency > 0]
@@ -103,10 +108,11 @@ def level_accuracy(surface: Surface, frequency: FloatArray, air: Air, radiation:
     housing, mean, single = _errors(radiation, ka).tolist()
     if mean > TOLERABLE:
         exact = "unless it is flat and in a baffle, " if radiation == "rayleigh" else ""
+        shaking = f" ({SHAKING:g} dB more where it is flat and shakes as a whole)" if radiation == "rayleigh" else ""
         warnings.warn(
             f"{_NAMES[radiation]} at {radiating[0]:.4g} Hz, where wavenumber times half size of the body is {ka:.2g}: "
             f"{exact}expect levels up to {mean:.2g} dB too high in the mean ({housing:.2g} dB for a housing), "
-            f"{single:.2g} dB off at single points and in the power of a single motion; choose radiation = "
+            f"{single:.2g} dB off at single points and in the power of a single motion{shaking}; choose radiation = "
             "'boundary_elements' or raise the lower frequency",
             AccuracyWarning,
             stacklevel=4,

@@ -5,11 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from acoustics_bodies import box, shell
 from scipy.special import eval_legendre, j1, spherical_jn, spherical_yn
 
-from nvhchain.acoustics import radiate, sound_power, sphere, transfer_vectors
+from nvhchain.acoustics import radiate, solve_direct, sound_power, sphere, transfer_vectors
 from nvhchain.acoustics.efficiency import equivalent_radiated_power
-from nvhchain.acoustics.level_accuracy import expected_radiation_error, level_accuracy
+from nvhchain.acoustics.level_accuracy import SHAKING, expected_radiation_error, level_accuracy
 from nvhchain.acoustics.plane import RigidPlane
 from nvhchain.acoustics.rayleigh import rayleigh_field
 from nvhchain.errors import AccuracyWarning, InputError, ResourceError
@@ -177,6 +178,25 @@ def test_stated_errors_hold_for_the_motions_of_a_sphere_at_any_size(air, radiati
     # not by being far too large either
     assert (single - np.abs(errors).max(axis=0))[ka < 0.1].max() < 2.5
     assert (np.diff([row["expected_mean_error_dB"] for row in stated]) <= 0).all()
+
+
+@pytest.mark.parametrize(("size", "axis"), [((0.3, 0.2, 0.02), 2), ((0.4, 0.06, 0.02), 2), ((0.12, 0.08, 0.06), 0)])
+def test_what_bodies_that_shake_as_a_whole_err_by_is_told(air, rayleigh, size, axis):
+    """Strips err most: 35 dB where 21.5 are expected of bodies that bend and of spheres."""
+    body, ka = box(size, 0.02), np.array([0.1, 0.2, 0.5, 1.0])
+    half_size = 0.5 * np.linalg.norm(size) / np.sqrt(3)
+    frequency = ka * air.speed_of_sound / (2 * np.pi * half_size)
+    velocity = SurfaceVelocity(frequency, np.tile(body.normals[:, axis].astype(complex), (4, 1)), body)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", AccuracyWarning)
+        exact = solve_direct(velocity, shell(200, 3.0), air=air, fidelity=rayleigh)
+        found = radiate(transfer_vectors(body, shell(200, 3.0), frequency, air=air, fidelity=rayleigh), velocity)
+    power = [(np.abs(one.pressure) ** 2).mean(axis=1) for one in (found, exact)]
+    error = 10 * np.log10(power[0] / power[1])
+    assert (error < expected_radiation_error("rayleigh", ka - 1e-9) + SHAKING).all()
+    assert (error > 10.0)[0]
+    with pytest.warns(AccuracyWarning, match=r"13\.5 dB more where it is flat and shakes as a whole"):
+        level_accuracy(body, frequency, air, "rayleigh")
 
 
 def test_vectors_fields_and_power_carry_what_the_level_lets_expect(air, rayleigh):

@@ -199,7 +199,9 @@ def load(path: str | Path, kind: type[H] = HandOff) -> H:  # type: ignore[assign
     sealed = _check_bytes(path)
     try:
         with h5py.File(path, "r") as file:
-            schema = int(file.attrs["nvhchain_schema"])
+            schema = int(file.attrs.get("nvhchain_schema", 0))
+            if schema == 0:
+                raise FileFormatError(f"{path}: not an nvhchain hand-off (no schema): export it with nvhchain")
             if schema > SCHEMA_VERSION:
                 raise FileFormatError(
                     f"{path}: schema {schema} is newer than {SCHEMA_VERSION}, the latest known: update nvhchain"

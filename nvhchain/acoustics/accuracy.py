@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import compress, permutations
 from typing import Any
@@ -300,6 +300,12 @@ def coarse_accuracy(
             stacklevel=3,
         )
     return worst | ({"resonance_shift": shift} if shift > 0 else {})
+
+
+def with_coarse(expected: Mapping[str, Any], of_coarse: Mapping[str, Any]) -> dict[str, Any]:
+    """What `expected_accuracy` and `coarse_accuracy` expect of one set of vectors: resonances as the worse surface."""
+    shift = max(of.get("resonance_shift", 0.0) for of in (expected, of_coarse))
+    return {**expected, **of_coarse, **({"resonance_shift": shift} if shift > 0 else {})}
 
 
 def mean_square_angle(surface: Surface) -> float:

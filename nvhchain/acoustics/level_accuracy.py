@@ -50,7 +50,8 @@ ERRORS = {
     ),
 }
 """Per level of radiation: the worst of a box under bending waves and a gearbox (docs/measured/radiation.md) and of a
-sphere with v_n = P_0, P_1, P_2 (cos θ) (closed forms: tests/acoustics/test_rayleigh.py)."""
+sphere with v_n = P_0, P_1, P_2 (cos θ) (closed forms: tests/acoustics/test_rayleigh.py).  No bounds: P_3 errs by more
+(`CANCELLING`), by 19 and 36 dB at ka = 1."""
 
 SLOPES = {"rayleigh": 20.0, "equivalent_radiated_power": 60.0}
 """dB per decade by which the errors of a small sphere grow towards low frequencies (P_2, the worst of the three)."""
@@ -58,6 +59,9 @@ SLOPES = {"rayleigh": 20.0, "equivalent_radiated_power": 60.0}
 SHAKING = 13.5
 """dB by which the Rayleigh integral errs more, at most, where a plate or strip shakes as a whole: 28 dB at ka = 0.1 for
 plates of 0.3 × 0.2 × 0.02 and 0.3 × 0.3 × 0.01 m, 35 for a strip of 0.4 × 0.06 × 0.02 m, 3 above ka = 1."""
+
+CANCELLING = {"rayleigh": 75.0, "equivalent_radiated_power": 112.0}
+"""dB by which the power of a sphere with v_n = P_3(cos θ) errs at ka = 0.11: the parts of the motion cancel."""
 
 TOLERABLE = 3.0
 """dB of mean level error, twice the power, above which it is warned of."""
@@ -112,7 +116,8 @@ def level_accuracy(surface: Surface, frequency: FloatArray, air: Air, radiation:
         warnings.warn(
             f"{_NAMES[radiation]} at {radiating[0]:.4g} Hz, where wavenumber times half size of the body is {ka:.2g}: "
             f"{exact}expect levels up to {mean:.2g} dB too high in the mean ({housing:.2g} dB for a housing), "
-            f"{single:.2g} dB off at single points and in the power of a single motion{shaking}; choose radiation = "
+            f"{single:.2g} dB off at single points and in the power of a single motion{shaking}, more where its parts "
+            f"cancel ({CANCELLING[radiation]:g} dB for P_3 of a sphere at 0.11); choose radiation = "
             "'boundary_elements' or raise the lower frequency",
             AccuracyWarning,
             stacklevel=4,

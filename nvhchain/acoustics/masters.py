@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nvhchain.acoustics.accuracy import coarse_accuracy
+from nvhchain.acoustics.accuracy import coarse_accuracy, with_coarse
 from nvhchain.acoustics.coarsening import coarse_surfaces, surface_changes, without_slivers
 from nvhchain.acoustics.interpolation import Interpolant, interpolant
 from nvhchain.acoustics.linear_system import SolverRecord
@@ -117,7 +117,7 @@ def adaptive_transfer_vectors(
     told = chosen[0].found.provenance | _made_by(fidelity, engine, records)
     told |= {name: max(one.told[name] for one in chosen) for name in chosen[0].told}
     if exact:
-        told |= coarse_accuracy(below, found.frequency, air, fidelity, engine)
+        told = with_coarse(told, coarse_accuracy(below, found.frequency, air, fidelity, engine, plane))
     return found.replace(breaks=breaks if len(breaks) else None, provenance=told | {"deciding_points": len(deciding)})
 
 

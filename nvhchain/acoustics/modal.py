@@ -145,7 +145,7 @@ def _loaded(
         f"are not among the operator's {len(lines)} lines ({lines[0]:.6g}…{lines[-1]:.6g} Hz): "
         "make it at the lines of the load",
     )
-    whole = len(rows) == len(lines)
+    whole = np.array_equal(rows, np.arange(len(lines)))
     return force[loaded], loaded, slice(None) if whole else rows
 
 

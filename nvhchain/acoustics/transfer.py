@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nvhchain.acoustics.accuracy import coarse_accuracy, expected_accuracy
+from nvhchain.acoustics.accuracy import coarse_accuracy, expected_accuracy, with_coarse
 from nvhchain.acoustics.bands import Solved, over_bands
 from nvhchain.acoustics.coarsening import CoarseSurface, coarse_surfaces, surface_used, without_slivers
 from nvhchain.acoustics.engines import check_engine, check_memory, solve_each, systems, vectors_memory
@@ -117,8 +117,6 @@ def transfer_vectors(
     below = coarse_surfaces(surface, coarser, ends, plane, air, fidelity) if exact else ()
     below = without_slivers(below, float(frequency[0]), float(frequency[-1]))
     of_coarse = coarse_accuracy(below, frequency, air, fidelity, engine, plane)
-    if "resonance_shift" in of_coarse:
-        of_coarse["resonance_shift"] = max(of_coarse["resonance_shift"], expected.get("resonance_shift", 0.0))
     records: list[SolverRecord] = []
     coarse = tuple((one.surface, one.lowest_frequency, one.highest_frequency) for one in below)
     size, columns = vectors_memory(len(surface.vertices), len(surface.triangles), len(ends), len(frequency))
@@ -158,7 +156,7 @@ def transfer_vectors(
         plane,
         image,
         breaks if len(breaks) else None,
-        provenance=provenance | of_coarse,
+        provenance=with_coarse(provenance, of_coarse),
     )
 
 

@@ -45,6 +45,17 @@ def test_modal_and_noise_transfer_functions_equal_response_and_radiation(atv, re
         assert short.input_speed == 100.0
 
 
+def test_two_lines_that_are_one_take_the_same_operator(atv, reduced, modal, coarse):
+    """As many lines as the operator has, but not the same: the second took that of the second."""
+    load = cases.forces(np.concatenate([LINES[:1], LINES[:1] * (1 + 1e-12), LINES[2:]]))
+    for short in (
+        modal_pressure(modal, reduced, load),
+        transfer_pressure(noise_transfer_functions(modal, reduced), load),
+    ):
+        long_way = radiate(atv, respond(reduced, load), fidelity=coarse)
+        assert relative(short.pressure, long_way.pressure) < 1e-9
+
+
 def test_modes_and_residual_both_matter(atv, reduced, modal, coarse):
     load = cases.forces(LINES)
     whole = modal_pressure(modal, reduced, load).pressure

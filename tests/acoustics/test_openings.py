@@ -246,6 +246,19 @@ def test_a_coarser_surface_states_the_resonances_that_it_misses(air):
     assert both.provenance["resonance_shift"] == resonance_shift(resonator(1)) > one.provenance["resonance_shift"]
 
 
+def test_masters_chosen_for_a_coarser_surface_state_the_worse_resonances_of_both(air):
+    """Those of the coarser one alone were stated, 15.9 dB where 19.0 are found, and without the plane."""
+    plane = RigidPlane((0.0, 0.0, -0.063), (0.0, 0.0, 1.0))
+    surface, points = resonator(2), [[0.0, 0.0, 1.0]]
+    knobs = replace(FIDELITY, elements_per_wavelength=4.0, coarse_edge_ratios=(2.0,))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", AccuracyWarning)
+        for over in (None, plane):
+            chosen = adaptive_transfer_vectors(surface, points, 500.0, 2500.0, air=air, fidelity=knobs, plane=over)
+            assert chosen.provenance["coarse_faces"] < len(surface.triangles)
+            assert chosen.provenance["resonance_shift"] >= resonance_shift(surface, over)
+
+
 def test_residues_at_poles_are_found():
     nodes, poles = np.linspace(100.0, 200.0, 8), np.array([130 + 2j, 170 + 0.5j])
     residues = np.random.default_rng(3).normal(size=(2, 20))

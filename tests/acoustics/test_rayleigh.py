@@ -10,7 +10,7 @@ from scipy.special import eval_legendre, j1, spherical_jn, spherical_yn
 
 from nvhchain.acoustics import radiate, solve_direct, sound_power, sphere, transfer_vectors
 from nvhchain.acoustics.efficiency import equivalent_radiated_power
-from nvhchain.acoustics.level_accuracy import SHAKING, expected_radiation_error, level_accuracy
+from nvhchain.acoustics.level_accuracy import CANCELLING, SHAKING, expected_radiation_error, level_accuracy
 from nvhchain.acoustics.plane import RigidPlane
 from nvhchain.acoustics.rayleigh import rayleigh_field
 from nvhchain.errors import AccuracyWarning, InputError, ResourceError
@@ -197,6 +197,14 @@ def test_what_bodies_that_shake_as_a_whole_err_by_is_told(air, rayleigh, size, a
     assert (error > 10.0)[0]
     with pytest.warns(AccuracyWarning, match=r"13\.5 dB more where it is flat and shakes as a whole"):
         level_accuracy(body, frequency, air, "rayleigh")
+
+
+@pytest.mark.parametrize("radiation", CANCELLING)
+def test_what_motions_err_by_whose_parts_cancel_is_told(air, radiation):
+    ka = np.array([0.11])
+    assert sphere_errors(3, ka)[radiation] == pytest.approx([CANCELLING[radiation]], abs=0.5)
+    with pytest.warns(AccuracyWarning, match=rf"cancel \({CANCELLING[radiation]:g} dB for P_3 of a sphere"):
+        level_accuracy(sphere(0.1, 1), ka * air.speed_of_sound / (2 * np.pi * 0.1), air, radiation)
 
 
 def test_vectors_fields_and_power_carry_what_the_level_lets_expect(air, rayleigh):

@@ -38,7 +38,8 @@ def modal_transfer_vectors(
 ) -> ModalTransferVectors:
     """Transfer vectors times normal shapes and residual motion of the housing, at the lines of a load case.
 
-    frequency: (n_f,) Hz, increasing, within the masters of `atv`.  Only interpolation between masters errs (`project`).
+    frequency: (n_f,) Hz, increasing, within the masters of `atv`.  Only interpolation between masters errs (`project`),
+    by how much is not told here: `interpolation_error` tells it of a surface velocity.
     What resonances that the mesh misses make of the vectors, in the mean over faces and points, is told as `radiate`
     tells it of a pressure.
     Raises InputError when the housing radiates from another surface or a line lies outside the masters, ResourceError.

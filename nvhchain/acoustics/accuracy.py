@@ -231,8 +231,32 @@ def _told_patch(
     }
 
 
+def told_interpolation(
+    error: FloatArray, frequency: FloatArray, of: str, fidelity: AcousticsFidelity, stacklevel: int = 3
+) -> dict[str, float]:
+    """Provenance of the largest of the errors (n,) that interpolation between masters is estimated to make of `of`, dB.
+
+    frequency: (n,) Hz, where each is made.  Gives an AccuracyWarning where it exceeds `fidelity.master_tolerance_db`.
+    """
+    worst = int(error.argmax())
+    largest = _decibel(float(error[worst]))
+    if largest > fidelity.master_tolerance_db:
+        warnings.warn(
+            f"interpolation between master frequencies errs by an estimated {largest:.2g} dB of {of} at "
+            f"{frequency[worst]:.4g} Hz, {fidelity.master_tolerance_db:g} dB asked: take more masters, or let the "
+            "engine choose them",
+            AccuracyWarning,
+            stacklevel=stacklevel,
+        )
+    return {"interpolation_error_dB": largest}
+
+
 def told_resonances(
-    frequency: FloatArray, amplitude: FloatArray, change: FloatArray, fidelity: AcousticsFidelity
+    frequency: FloatArray,
+    amplitude: FloatArray,
+    change: FloatArray,
+    fidelity: AcousticsFidelity,
+    stacklevel: int = 3,
 ) -> dict[str, float]:
     """Provenance of the largest error of lines (n_f,) Hz beside resonances that the mesh misses, dB, and where, Hz.
 
@@ -249,7 +273,7 @@ def told_resonances(
             f"{largest:.2g} dB, at {at:.4g} Hz, and more than {_decibel(asked):.2g} dB at "
             f"{np.count_nonzero(error > asked)} lines; refine the surface in its openings",
             AccuracyWarning,
-            stacklevel=3,
+            stacklevel=stacklevel,
         )
     return {"resonance_error_dB": largest, "resonance_frequency": at}
 

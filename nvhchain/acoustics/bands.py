@@ -151,13 +151,14 @@ def _spread(
                 del running[future]
                 if error is None:
                     turnovers = 0.0
-                    yield number, future.result()
+                    yield number, _result(future, executor)
                     continue
                 losses[number] += 1
                 if losses[number] == _LOSSES:
                     raise SolverError(
-                        f"{_LOSSES} workers were lost one after the other under the same band of frequencies "
-                        f"({error}): it needs {memory_per_task / 2**30:.3g} GiB; give workers more memory"
+                        f"{_LOSSES} workers were lost, or their tasks cancelled, one after the other under the same "
+                        f"band of frequencies ({error}): it needs {memory_per_task / 2**30:.3g} GiB; give workers more "
+                        "memory"
                     ) from error
                 waiting.insert(0, number)
     except BrokenExecutor as error:
@@ -213,6 +214,16 @@ def _lost(future: Future[Band]) -> BaseException | None:
             raise
         return error
     return None
+
+
+def _result(future: Future[Band], executor: Executor) -> Band:
+    found = future.result()
+    require(
+        isinstance(found, Solved | np.ndarray),
+        f"a future of executor = {executor!r:.60} gives {found!r:.40} instead of what its task returned: hand in one "
+        "of concurrent.futures",
+    )
+    return found
 
 
 def _task(version: str, neighbours: int, home: int, solve: Callable[..., Band], *job: Any) -> Band:

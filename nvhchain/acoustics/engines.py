@@ -258,12 +258,19 @@ def _fitting(
     chosen, count, task = _leanest(ways)
     if _fits(count, task + columns + kept, free):
         return chosen, count, task
+    results = columns + kept
+    remedies = []
+    if results > task:
+        remedies.append("ask for fewer field points or frequencies at once")
+    if task >= results or results < free:
+        if striped and chosen.solver != "compressed":
+            remedies.append("choose solver = 'compressed'")
+        remedies.append(
+            "lower the upper frequency or the elements per wavelength (memory falls with their fourth power)"
+        )
     raise ResourceError(
-        f"boundary element matrices of {n_face} triangles (solver {chosen.solver!r}) need "
-        f"{(task + columns + kept) / 2**30:.3g} GiB, {free / 2**30:.3g} GiB are free: "
-        + ("ask for fewer field points or frequencies at once, " if columns + kept > task else "")
-        + ("choose solver = 'compressed', " if striped and chosen.solver != "compressed" else "")
-        + "lower the upper frequency or the elements per wavelength (memory falls with their fourth power)"
+        f"boundary element matrices of {n_face} triangles (solver {chosen.solver!r}) need {task / 2**30:.3g} GiB and "
+        f"what they are solved for {results / 2**30:.3g} GiB, {free / 2**30:.3g} GiB are free: " + ", ".join(remedies)
     )
 
 

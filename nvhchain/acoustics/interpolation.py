@@ -15,6 +15,9 @@ from nvhchain.errors import require
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, IntArray, TransferVectors
 
+LINES = 64
+"""Frequency lines per piece of work: some ten milliseconds for a usual surface."""
+
 _PAIRS = 2**15
 """Face–point pairs whose inner products find the poles: all pairs share them, and few are enough to tell."""
 
@@ -133,17 +136,6 @@ class Nodes:
                 weights[at, rows[:, None], used] = self._rescaled(change[:, None] * residue, used, line)
         return weights
 
-    def shift_error(self, frequency: FloatArray, shift: float) -> FloatArray:
-        """What changes as in `shift_weights`, relative (n_f,): the root mean square over all that is interpolated."""
-        if self.gram is None:
-            return np.zeros(len(frequency))
-        over_frequency = self.node / frequency[:, None]
-        sizes = [
-            np.sqrt(np.einsum("...i,ij,...j->...", w.conj(), self.gram, w, optimize=True).real.clip(0.0))
-            for w in (over_frequency * self.weights(frequency), over_frequency * self.shift_weights(frequency, shift))
-        ]
-        return np.asarray(sizes[1].sum(axis=0) / np.where(sizes[0] > 0, sizes[0], 1.0))
-
     def poles_between(self, low: float, high: float) -> ComplexArray:
         """Poles (Hz) of the rational function used between two neighbouring masters whose real part lies there, but for
         those next to a master."""
@@ -223,13 +215,6 @@ class Interpolant:
         for piece, nodes, lines in self._shared_out(frequency):
             weights[: piece.poles, lines, nodes] = piece.shift_weights(frequency[lines], shift)
         return weights
-
-    def shift_error(self, frequency: FloatArray, shift: float) -> FloatArray:
-        """As `Nodes.shift_error`."""
-        error = np.zeros(len(frequency))
-        for piece, _, lines in self._shared_out(frequency):
-            error[lines] = piece.shift_error(frequency[lines], shift)
-        return error
 
     def hidden_error(self, frequency: FloatArray) -> FloatArray:
         """As `Nodes.hidden_error`."""

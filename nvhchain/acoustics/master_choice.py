@@ -183,8 +183,8 @@ def _added(known: int) -> int:
 
 
 def squared_norms(weights: ComplexArray, gram: ComplexArray) -> FloatArray:
-    """Squared norms (n_f,) of weights (n_f, n_node) times values with these inner products, conjugate first."""
-    norm = np.einsum("fi,ij,fj->f", weights.conj(), gram, weights, optimize=True)
+    """Squared norms (…,) of weights (…, n_node) times values with these inner products, conjugate first."""
+    norm = np.einsum("...i,...i->...", weights.conj() @ gram, weights)
     return np.asarray(np.maximum(norm.real, 0.0))
 
 

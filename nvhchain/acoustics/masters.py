@@ -24,12 +24,12 @@ from nvhchain.acoustics.master_choice import (
     check_band,
     choose_masters,
     first_masters,
-    squared_norms,
 )
 from nvhchain.acoustics.plane import with_images
 from nvhchain.acoustics.projection import check_memory
 from nvhchain.acoustics.surface import check_points
 from nvhchain.acoustics.transfer import made_by, told, transfer_vectors
+from nvhchain.acoustics.vector_errors import deciding_points, vector_errors
 from nvhchain.conventions import Air, Progress
 from nvhchain.errors import AccuracyWarning, require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
@@ -39,9 +39,6 @@ from nvhchain.kinds import check_arguments
 _PER_WAVE = 0.15
 """Masters to begin with, beside two, over the wavenumber of the band times the body's diagonal. About half of what
 0.1 dB takes for a convex body."""
-
-_POINTS = 64
-"""Field points, spread over those asked for, for which the error is estimated."""
 
 
 def adaptive_transfer_vectors(
@@ -86,7 +83,7 @@ def adaptive_transfer_vectors(
     check_arguments(adaptive_transfer_vectors, locals())
     check_band(low, high, fidelity)
     points = check_points(surface, points)
-    deciding = _deciding(surface, points)
+    deciding = deciding_points(surface, points)
     solve = partial(
         transfer_vectors, surface, points, air=air, fidelity=fidelity, engine=engine, plane=plane, executor=executor,
         shards=shards,
@@ -149,7 +146,7 @@ class _Vectors:
         return interpolant(found, self.fidelity)
 
     def estimated_errors(self, smooth: Interpolant, lines: FloatArray) -> FloatArray:
-        return _estimated_errors(smooth, lines, self.deciding, self.points)
+        return vector_errors(smooth, lines, self.deciding, self.points)[0]
 
     def misprediction(self, smooth: Interpolant, solved: TransferVectors) -> float:
         return _misprediction(smooth, solved)
@@ -170,37 +167,6 @@ def _waves(surface: Surface, band: float, air: Air, plane: RigidPlane | None) ->
     if plane is not None:
         vertices = np.concatenate([vertices, plane.mirror(vertices)])
     return 2 * np.pi * band / air.speed_of_sound * float(np.linalg.norm(np.ptp(vertices, axis=0)))
-
-
-def _deciding(surface: Surface, points: FloatArray) -> IntArray:
-    """Indices of the field points for which the error is estimated: the nearest one, and then always the one farthest
-    from those chosen in direction and logarithm of distance from the middle of the body."""
-    if len(points) <= _POINTS:
-        return np.arange(len(points))
-    offset = points - 0.5 * (surface.vertices.min(axis=0) + surface.vertices.max(axis=0))
-    distance = np.linalg.norm(offset, axis=1, keepdims=True).clip(np.finfo(float).tiny)
-    place = np.concatenate([offset / distance, np.log(distance)], axis=1)
-    chosen = [int(distance.argmin())]
-    apart = np.full(len(points), np.inf)
-    while len(chosen) < _POINTS:
-        apart = np.minimum(apart, np.linalg.norm(place - place[chosen[-1]], axis=1))
-        chosen.append(int(apart.argmax()))
-    return np.unique(chosen)
-
-
-def _estimated_errors(smooth: Interpolant, lines: FloatArray, deciding: IntArray, points: int) -> FloatArray:
-    """(n_f,) largest estimated error of a point's vector relative to the vector, 2-norms over the faces, with what no
-    master shows (`Nodes.hidden_error`)."""
-    whole, sides = smooth.weights(lines), smooth.error_weights(lines)
-    worst = np.zeros(len(lines))
-    for point in deciding:
-        gram = np.zeros((len(smooth.node), len(smooth.node)), dtype=complex)
-        for end in range(point, len(smooth.atv.points), points):
-            values = smooth.at_nodes(end)
-            gram += values.conj() @ values.T
-        error = np.maximum(*(squared_norms(side, gram) for side in sides))
-        worst = np.maximum(worst, np.sqrt(error / squared_norms(whole, gram)))
-    return worst + smooth.hidden_error(lines)
 
 
 def _misprediction(smooth: Interpolant, solved: TransferVectors) -> float:

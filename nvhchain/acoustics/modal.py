@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nvhchain.acoustics.accuracy import told_resonances
-from nvhchain.acoustics.interpolation import interpolant
-from nvhchain.acoustics.projection import LINES, project
+from nvhchain.acoustics.interpolation import check_lines, interpolant
+from nvhchain.acoustics.projection import products
+from nvhchain.acoustics.surface import frequency_lines
+from nvhchain.acoustics.vector_errors import told_vectors
 from nvhchain.conventions import Progress
 from nvhchain.errors import InputError, require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
@@ -24,6 +27,9 @@ from nvhchain.handoff import (
 )
 from nvhchain.kinds import check_arguments
 
+_TOLD = ("fidelity", "interpolation_error_dB", "resonance_error_dB", "resonance_frequency")
+"""Of an operator's provenance, what holds for what is made from it."""
+
 _SAME_LINE = 1e-9
 """Frequencies that differ by less, relative to the highest, are one line: rounding of a Fourier transform's axis."""
 
@@ -38,25 +44,25 @@ def modal_transfer_vectors(
 ) -> ModalTransferVectors:
     """Transfer vectors times normal shapes and residual motion of the housing, at the lines of a load case.
 
-    frequency: (n_f,) Hz, increasing, within the masters of `atv`.  Only interpolation between masters errs (`project`),
-    by how much is not told here: `interpolation_error` tells it of a surface velocity.
-    What resonances that the mesh misses make of the vectors, in the mean over faces and points, is told as `radiate`
-    tells it of a pressure.
+    frequency: (n_f,) Hz, increasing, within the masters of `atv`.  Only interpolation between masters errs (`project`).
+    The provenance keeps by how much at most (`interpolation_error_dB`), relative to the transfer vector of the same
+    line and point, both as 2-norms over the faces and, with a plane, over the direct and the reflected part: what
+    motions suffer in the mean that are alike on all faces and random in phase; those whose parts cancel suffer more
+    (`interpolation_error` tells it of a surface velocity).  AccuracyWarning where it exceeds
+    `fidelity.master_tolerance_db`.  In the same norm it keeps what resonances that the mesh misses make of the vectors,
+    and warns of it, as `radiate` does.
     Raises InputError when the housing radiates from another surface or a line lies outside the masters, ResourceError.
     """
     check_arguments(modal_transfer_vectors, locals())
     _check_surface(atv, housing)
-    lines = np.atleast_1d(np.asarray(frequency, dtype=float))
+    lines = frequency_lines(frequency)
+    check_lines(atv, lines)
     modes, bearings = len(housing.natural_frequency), len(housing.names)
     shapes = np.concatenate([housing.normal_shapes, housing.face_residual.reshape(3 * bearings, -1)])
-    product = project(atv, shapes.T, lines, fidelity=fidelity, progress=progress)
-    provenance: dict[str, object] = {"stage": "acoustics.modal_transfer_vectors", "fidelity": repr(fidelity)}
-    smooth, shift = interpolant(atv, fidelity), float(atv.provenance.get("resonance_shift", 0.0))
-    sounding = lines[lines > 0]
-    if shift > 0 and smooth.poles > 0 and len(sounding):
-        pieces = [sounding[start : start + LINES] for start in range(0, len(sounding), LINES)]
-        change = np.concatenate([smooth.shift_error(piece, shift) for piece in pieces])
-        provenance |= told_resonances(sounding, np.ones(len(sounding)), change, fidelity)
+    smooth = interpolant(atv, fidelity)
+    made = {"stage": "acoustics.modal_transfer_vectors", "fidelity": repr(fidelity)}
+    provenance = made | told_vectors(smooth, atv, lines, fidelity)
+    product = products(smooth, shapes.T, lines, len(atv.points), progress)
     return ModalTransferVectors(
         lines,
         atv.points,
@@ -88,7 +94,7 @@ def noise_transfer_functions(modal: ModalTransferVectors, housing: ReducedHousin
         functions.reshape(modal.residual.shape),
         modal.names,
         modal.air,
-        provenance={"stage": "acoustics.noise_transfer_functions", "fidelity": modal.provenance.get("fidelity", "")},
+        provenance={"stage": "acoustics.noise_transfer_functions"} | told_of(modal),
     )
 
 
@@ -162,8 +168,13 @@ def _field(
         operator.points,
         pressure,
         spectrum.input_speed,
-        provenance={"stage": f"acoustics.{stage}", "fidelity": operator.provenance.get("fidelity", "")},
+        provenance={"stage": f"acoustics.{stage}"} | told_of(operator),
     )
+
+
+def told_of(operator: ModalTransferVectors | NoiseTransferFunctions) -> dict[str, Any]:
+    """What the provenance of an operator says of what is made from it."""
+    return {name: operator.provenance[name] for name in _TOLD if name in operator.provenance}
 
 
 def _check_surface(atv: TransferVectors, housing: ReducedHousing) -> None:

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from nvhchain.acoustics.accuracy import told_resonances
+from nvhchain.acoustics.accuracy import told_interpolation, told_resonances
 from nvhchain.acoustics.cancellation import told_cancellation
 from nvhchain.acoustics.efficiency import over_plane_waves
 from nvhchain.acoustics.interpolation import Nodes, nodes_at, support
 from nvhchain.acoustics.paths import Paths
 from nvhchain.acoustics.surface import frequency_lines
-from nvhchain.errors import AccuracyWarning, InputError, require
+from nvhchain.errors import InputError, require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
 from nvhchain.handoff import (
     ComplexArray,
@@ -87,7 +86,7 @@ def waves_power(
         power[piece] = 0.5 * whole
         error[piece] = np.sqrt(np.maximum(below, above) / np.where(whole > 0, whole, 1.0))
         shifted[piece] = sum(np.sqrt(0.5 * change) for change in changes)
-    told = _told(error, frequency, fidelity)
+    told = told_interpolation(error, frequency, "the sound power", fidelity)
     if shift > 0:
         told |= told_resonances(frequency, np.sqrt(power), shifted, fidelity)
     if resistance.cancellation is not None:
@@ -293,17 +292,3 @@ def _check_lines(resistance: RadiationResistance, frequency: FloatArray) -> None
         f"{len(outside)} lines ({outside.min(initial=np.inf):.6g}…{outside.max(initial=0.0):.6g} Hz) lie outside the "
         f"master frequencies {masters[0]:.6g}…{masters[-1]:.6g} Hz of the radiation resistance: widen them",
     )
-
-
-def _told(error: FloatArray, frequency: FloatArray, fidelity: AcousticsFidelity) -> dict[str, float]:
-    """Provenance of the estimated error of interpolation, relative to the line's own amplitude."""
-    worst = int(error.argmax())
-    decibel = float(20 * np.log10(1 + error[worst]))
-    if decibel > fidelity.master_tolerance_db:
-        warnings.warn(
-            f"interpolation between master frequencies errs by an estimated {decibel:.2g} dB of the sound power at "
-            f"{frequency[worst]:.4g} Hz, {fidelity.master_tolerance_db:g} dB asked: take more masters",
-            AccuracyWarning,
-            stacklevel=3,
-        )
-    return {"interpolation_error_dB": decibel}

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import warnings
-
 import numba as nb
 import numpy as np
 
-from nvhchain.acoustics.accuracy import told_resonances
-from nvhchain.acoustics.interpolation import Interpolant, check_lines, interpolant, support
-from nvhchain.acoustics.projection import LINES, check_memory
+from nvhchain.acoustics.accuracy import told_interpolation, told_resonances
+from nvhchain.acoustics.interpolation import LINES, Interpolant, check_lines, interpolant, support
+from nvhchain.acoustics.projection import check_memory
 from nvhchain.conventions import Progress
-from nvhchain.errors import AccuracyWarning, InputError
+from nvhchain.errors import InputError
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FieldPressure, FloatArray, SurfaceVelocity, TransferVectors
 from nvhchain.kinds import check_arguments
@@ -80,25 +78,12 @@ def radiate(
     peak = np.abs(pressure).max(axis=0)
     relative = error.max(axis=0) / np.where(peak > 0, peak, 1.0)
     provenance["interpolation_error"] = relative.tolist()
-    _warn(relative, surface_velocity.frequency[error.argmax(axis=0)], fidelity)
+    of = f"the peak pressure at field point {relative.argmax()}"
+    told_interpolation(relative, surface_velocity.frequency[error.argmax(axis=0)], of, fidelity)
     if shift > 0:
         loudest = np.abs(pressure).max(axis=1)
         provenance |= told_resonances(surface_velocity.frequency, loudest, shifted.max(axis=1), fidelity)
     return FieldPressure(surface_velocity.frequency, atv.points, pressure, provenance=provenance)
-
-
-def _warn(relative: FloatArray, frequency: FloatArray, fidelity: AcousticsFidelity) -> None:
-    """Say that interpolation errs by more than asked; both arrays (n_point,), frequency in Hz where it errs most."""
-    worst = int(relative.argmax())
-    decibel = float(20 * np.log10(1 + relative[worst]))
-    if decibel > fidelity.master_tolerance_db:
-        warnings.warn(
-            f"interpolation between master frequencies errs by an estimated {decibel:.2g} dB of the peak pressure at "
-            f"field point {worst}, {frequency[worst]:.4g} Hz; {fidelity.master_tolerance_db:g} dB asked: take more "
-            "masters, or choose them by adaptive_transfer_vectors",
-            AccuracyWarning,
-            stacklevel=3,
-        )
 
 
 def interpolation_error(

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.fft import irfft, next_fast_len, rfft
 
+from nvhchain.acoustics.modal import told_of
 from nvhchain.conventions import Progress
 from nvhchain.errors import ResourceError, require
 from nvhchain.handoff import (
@@ -127,7 +128,7 @@ def run_up_pressure(
         functions.points,
         pressure.T,
         bearing_forces.input_speed,
-        provenance={"stage": "acoustics.run_up_pressure", "fidelity": functions.provenance.get("fidelity", "")},
+        provenance={"stage": "acoustics.run_up_pressure"} | told_of(functions),
     )
 
 

@@ -26,6 +26,9 @@ LOCAL_COARSENING = 2.0
 CLEARANCE = 1e-3
 """Least distance of a field point from the surface, in local element edges: nearer, it may as well lie on it."""
 
+FARTHEST = 1e9
+"""m, largest coordinate of a field point: there the phase at 20 kHz is still known to 1e-4 rad."""
+
 LEAST_FREQUENCY = 1e-50
 """Hz, lowest upper frequency but for 0."""
 
@@ -140,6 +143,12 @@ def check_points(surface: Surface, points: ArrayLike, clearance: float = CLEARAN
     if x.ndim != 2 or x.shape[1] != 3 or len(x) == 0:
         raise InputError(f"field points have shape {np.shape(points)}, but (n_point, 3) in m is needed")
     require(bool(np.isfinite(x).all()), "field points hold a value that is not finite: repair it")
+    farthest = int(np.abs(x).max(axis=1).argmax())
+    require(
+        np.abs(x[farthest]).max() <= FARTHEST,
+        f"field point {farthest} at {x[farthest].tolist()} m is farther than {FARTHEST:g} m, where double precision "
+        "does not hold the phase of sound: move it closer",
+    )
     # most points lie so far outside the bounding box that no triangle needs to be looked at
     beyond = np.maximum(surface.vertices.min(axis=0) - x, x - surface.vertices.max(axis=0)).max(axis=1)
     for m in np.flatnonzero(beyond <= clearance * surface.longest_edges.max()):

@@ -6,11 +6,14 @@ leaves open, each by itself, and its share is taken again.
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 
 import numpy as np
 
+from nvhchain.acoustics import modal_transfer_vectors
 from nvhchain.case import GearboxCase
+from nvhchain.errors import AccuracyWarning
 from nvhchain.fidelity import Fidelity
 from nvhchain.handoff import (
     ComplexArray,
@@ -19,6 +22,7 @@ from nvhchain.handoff import (
     ModalTransferVectors,
     RadiationResistance,
     ReducedHousing,
+    TransferVectors,
 )
 from nvhchain.housing.truncation import FREQUENCY_ERROR, RESIDUAL_MASS, truncation_errors
 
@@ -90,6 +94,18 @@ class ModalShares:
             return np.asarray(self.left_out[:, None] * self.size)
         top = fidelity.housing.mode_ratio * case.band.high
         return np.asarray(self.residual * (self.frequency / top)[:, None] ** 2)
+
+
+def transfer_vectors(
+    vectors: TransferVectors, housing: ReducedHousing, lines: FloatArray, fidelity: Fidelity
+) -> ModalTransferVectors:
+    """Modal transfer vectors at lines (n_f,) Hz, for `of_pressure`.
+
+    Without a warning: the run has said what there is to say of its transfer vectors.
+    """
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", AccuracyWarning)
+        return modal_transfer_vectors(vectors, housing, lines, fidelity=fidelity.acoustics)
 
 
 def of_pressure(

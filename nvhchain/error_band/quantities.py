@@ -60,7 +60,7 @@ def error_band(
     scale, sources = size, dict[str, FloatArray]()
     if housing is not None and force_spectrum is not None and transfer_vectors is not None:
         assert isinstance(case, GearboxCase)
-        vectors = acoustics.modal_transfer_vectors(transfer_vectors, housing, lines, fidelity=fidelity.acoustics)
+        vectors = modal.transfer_vectors(transfer_vectors, housing, lines, fidelity)
         change = force_change(case, fidelity, housing, mesh_laws, force_spectrum).of(force_spectrum)
         shares = modal.of_pressure(housing, force_spectrum, vectors, change)
         scale = np.maximum(size, shares.size)

@@ -120,7 +120,7 @@ def run_up_band(
     """
     instants = list(_instants(case, bearing_forces))
     lines = instants[0].spectrum.frequency
-    vectors = acoustics.modal_transfer_vectors(transfer_vectors, housing, lines, fidelity=fidelity.acoustics)
+    vectors = modal.transfer_vectors(transfer_vectors, housing, lines, fidelity)
     told = transfer_vectors.provenance
     radiated = radiation_error(housing.surface, lines, case, fidelity.acoustics, told)
     sounds = [np.abs(acoustics.modal_pressure(vectors, housing, instant.spectrum).pressure) for instant in instants]

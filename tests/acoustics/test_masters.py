@@ -21,7 +21,8 @@ from nvhchain.acoustics import (
 from nvhchain.acoustics.coarsening import coarse_surfaces
 from nvhchain.acoustics.interpolation import interpolant
 from nvhchain.acoustics.master_choice import _lines_between
-from nvhchain.acoustics.masters import _deciding, _estimated_errors, _together
+from nvhchain.acoustics.masters import _together
+from nvhchain.acoustics.vector_errors import deciding_points, vector_errors
 from nvhchain.errors import AccuracyWarning, InputError, ResourceError, SolverError
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import SurfaceVelocity
@@ -128,7 +129,7 @@ def test_the_estimate_from_three_to_five_masters_is_within_a_factor_of_ten_of_th
     lines = low + (high - low) * np.array([0.03, 0.12, 0.31, 0.38, 0.47, 0.58, 0.72, 0.87, 0.985])
     smooth = interpolant(atv, fidelity)
     between, _ = _lines_between(atv.frequency, smooth)
-    estimate = _estimated_errors(smooth, between, np.arange(len(POINTS)), len(POINTS)).max()
+    estimate = vector_errors(smooth, between, np.arange(len(POINTS)), len(POINTS))[0].max()
     worst = 10 ** (error_db(atv, lines, fidelity).max() / 20) - 1
     assert worst > 1e-4
     assert worst / 10 < estimate < 10 * worst
@@ -174,9 +175,9 @@ def test_of_many_points_those_far_apart_decide_and_all_are_tested(box, air):
     """One point near the surface among a thousand far away, where every 16th would miss it."""
     far = bodies.shell(1000, 5.0)
     points = np.insert(far, 501, POINTS[0], axis=0)
-    assert 501 in _deciding(box, points)
-    assert len(_deciding(box, points)) == 64
-    chosen_far = far[_deciding(box, far)]
+    assert 501 in deciding_points(box, points)
+    assert len(deciding_points(box, points)) == 64
+    chosen_far = far[deciding_points(box, far)]
     apart = np.linalg.norm(chosen_far[:, None] - chosen_far, axis=2) + 99.0 * np.eye(64)
     assert apart.min() > 2.5 * (np.linalg.norm(far[:64, None] - far[:64], axis=2) + 99.0 * np.eye(64)).min()
     fidelity = chosen(0.3)

@@ -1,0 +1,81 @@
+"""What interpolation between masters makes of transfer vectors themselves, whatever velocity they will be given."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from nvhchain.acoustics.accuracy import told_interpolation, told_resonances
+from nvhchain.acoustics.interpolation import LINES, Interpolant, support
+from nvhchain.acoustics.master_choice import squared_norms
+from nvhchain.fidelity import AcousticsFidelity
+from nvhchain.handoff import FloatArray, IntArray, Surface, TransferVectors
+
+_POINTS = 64
+"""Field points, spread over those asked for, for which the error is estimated."""
+
+
+def told_vectors(
+    smooth: Interpolant, atv: TransferVectors, frequency: FloatArray, fidelity: AcousticsFidelity
+) -> dict[str, Any]:
+    """Provenance of transfer vectors that `smooth` gives for `atv` at lines (n_f,) Hz.
+
+    interpolation_error_dB: the largest error of a line that interpolation is estimated to make (`vector_errors`);
+    resonance_error_dB, resonance_frequency: as `radiate` tells them, where the mesh may miss resonances.  Gives an
+    AccuracyWarning where the one exceeds `fidelity.master_tolerance_db`, the other what the mesh errs by.
+    """
+    lines = frequency[frequency > 0]
+    if len(lines) == 0:
+        return {"interpolation_error_dB": 0.0}
+    shift = float(atv.provenance.get("resonance_shift", 0.0)) if smooth.poles > 0 else 0.0
+    error, changed = vector_errors(smooth, lines, deciding_points(atv.surface, atv.points), len(atv.points), shift)
+    told = told_interpolation(error, lines, "the transfer vectors", fidelity, stacklevel=4)
+    if shift > 0:
+        told |= told_resonances(lines, np.ones(len(lines)), changed, fidelity, stacklevel=4)
+    return told
+
+
+def vector_errors(
+    smooth: Interpolant, frequency: FloatArray, deciding: IntArray, points: int, shift: float = 0.0
+) -> tuple[FloatArray, FloatArray]:
+    """Estimated error at lines (n_f,) Hz, above 0 Hz, and what changes if resonances lie elsewhere by `shift` times
+    their frequency, both (n_f,): 2-norms over the faces relative to the vector's, the worst of the points.
+
+    What a velocity that is alike on all faces and random in phase suffers in the mean.  deciding: indices of points
+    that are looked at.  points: how many there are; with a plane, `smooth` has their images after them, and both parts
+    count as if they did not interfere.  What no master shows is part of the error (`Nodes.hidden_error`).
+    """
+    grams = []
+    for point in deciding:
+        of_ends = [smooth.at_nodes(end) for end in range(point, len(smooth.atv.points), points)]
+        grams.append(np.sum([values.conj() @ values.T for values in of_ends], axis=0))
+    error, changed = np.zeros(len(frequency)), np.zeros(len(frequency))
+    for start in range(0, len(frequency), LINES):
+        piece = slice(start, start + LINES)
+        lines = frequency[piece]
+        moved = [smooth.shift_weights(lines, shift)] if shift > 0 else []
+        sets = np.concatenate([smooth.weights(lines)[None], smooth.error_weights(lines), *moved])
+        nodes = support(sets.reshape(-1, sets.shape[2]))
+        for gram in grams:
+            size, below, above, *changes = np.sqrt(squared_norms(sets[:, :, nodes], gram[nodes, nodes]))
+            of_size = 1.0 / np.where(size > 0, size, 1.0)
+            error[piece] = np.maximum(error[piece], np.maximum(below, above) * of_size)
+            changed[piece] = np.maximum(changed[piece], sum(changes) * of_size)
+    return error + smooth.hidden_error(frequency), changed
+
+
+def deciding_points(surface: Surface, points: FloatArray) -> IntArray:
+    """Indices of the field points for which the error is estimated: the nearest one, and then always the one farthest
+    from those chosen in direction and logarithm of distance from the middle of the body."""
+    if len(points) <= _POINTS:
+        return np.arange(len(points))
+    offset = points - 0.5 * (surface.vertices.min(axis=0) + surface.vertices.max(axis=0))
+    distance = np.linalg.norm(offset, axis=1, keepdims=True).clip(np.finfo(float).tiny)
+    place = np.concatenate([offset / distance, np.log(distance)], axis=1)
+    chosen = [int(distance.argmin())]
+    apart = np.full(len(points), np.inf)
+    while len(chosen) < _POINTS:
+        apart = np.minimum(apart, np.linalg.norm(place - place[chosen[-1]], axis=1))
+        chosen.append(int(apart.argmax()))
+    return np.unique(chosen)

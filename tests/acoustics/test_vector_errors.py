@@ -1,0 +1,150 @@
+"""What interpolation between masters makes of transfer vectors themselves is stated where they are made and used."""
+
+import re
+import warnings
+
+import acoustics_bodies as bodies
+import numpy as np
+import pytest
+import radiation_cases as cases
+
+from nvhchain import store
+from nvhchain.acoustics import (
+    adaptive_transfer_vectors,
+    convolution_lines,
+    decay_time,
+    modal_pressure,
+    modal_transfer_vectors,
+    noise_transfer_functions,
+    project,
+    run_up_pressure,
+    transfer_pressure,
+    transfer_vectors,
+    vectors_at,
+)
+from nvhchain.errors import AccuracyWarning
+from nvhchain.fidelity import AcousticsFidelity
+from nvhchain.handoff import BearingForces, RigidPlane
+
+POINTS = np.array([[0.4, 0.1, 0.2], [0.0, -2.0, 0.3], [0.02, 0.01, 0.07]])
+LINES = np.linspace(100.0, 2400.0, 93)
+FEW = np.linspace(LINES[0], LINES[-1], 4)
+RATE = 10000.0
+PLANE = RigidPlane((0.0, 0.0, -0.2), (0.0, 0.0, 1.0))
+WARNED = r"errs by an estimated [\d.]+ dB of the transfer vectors at [\d.]+ Hz, 0\.1 dB asked: take more masters"
+
+
+def knobs(**changes):
+    return AcousticsFidelity(elements_per_wavelength=2.0, coarsest_elements_per_wavelength=1.5, masters=60, **changes)
+
+
+def vectors(masters, air, plane=None):
+    box = bodies.box((0.15, 0.1, 0.1), 0.025)
+    return transfer_vectors(box, POINTS, masters, air=air, fidelity=knobs(), plane=plane)
+
+
+def told(call, *arguments, **options):
+    """What a call returns, and the accuracy warnings it gives."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        found = call(*arguments, **options)
+    return found, [str(one.message) for one in caught if issubclass(one.category, AccuracyWarning)]
+
+
+def moving_at_random(surface, modes):
+    return cases.housing(modes, low=200.0, damping=0.2).replace(
+        surface=surface,
+        normal_shapes=np.random.default_rng(4).standard_normal((modes, len(surface.triangles))),
+        face_residual=np.zeros((3, 3, len(surface.triangles))),
+    )
+
+
+@pytest.fixture(scope="module", params=[None, PLANE], ids=["free", "plane"])
+def truth(air, request):
+    return vectors(LINES, air, request.param)
+
+
+@pytest.mark.parametrize("interpolation", ["rational", "phase_removed", "linear"])
+@pytest.mark.parametrize("count", [2, 3, 4, 5])
+def test_the_stated_error_is_that_of_vectors_and_of_modes_that_move_at_random(truth, count, interpolation, air):
+    """Nothing was stated where two to five masters err by 1 to 15 dB.  With a plane the direct and the reflected part
+    are what errors are relative to: their sum has gaps."""
+    fidelity = knobs(interpolation=interpolation)
+    atv = vectors(np.linspace(LINES[0], LINES[-1], count), air, truth.plane)
+    at, said = told(vectors_at, atv, LINES, fidelity=fidelity)
+    stated = at.provenance["interpolation_error_dB"]
+    assert [bool(re.search(WARNED, one)) for one in said] == [True] * (stated > 0.1)
+
+    def decibel(wrong, exact, reflected):
+        size = np.hypot(*(np.linalg.norm(part, axis=2) for part in (exact - reflected, reflected)))
+        return 20 * np.log10(1 + (np.linalg.norm(wrong - exact, axis=2) / size).max())
+
+    reflected = np.zeros_like(truth.vectors) if truth.image_vectors is None else truth.image_vectors
+    assert 0.3 < stated / decibel(at.vectors, truth.vectors, reflected) < 4.0
+    housing = moving_at_random(truth.surface, 40)
+    modal, said_of_modes = told(modal_transfer_vectors, atv, housing, LINES, fidelity=fidelity)
+    assert said_of_modes == said
+    assert modal.provenance["interpolation_error_dB"] == stated
+    exact, reflected = (part @ housing.normal_shapes.T for part in (truth.vectors, reflected))
+    assert 0.3 < stated / decibel(modal.modes, exact, reflected) < 4.0
+
+
+def test_what_is_made_from_operators_keeps_what_was_stated_of_them(air, tmp_path):
+    atv = vectors(FEW, air)
+    atv = atv.replace(provenance=atv.provenance | {"resonance_shift": 0.02})
+    housing = moving_at_random(atv.surface, 5)
+    lines = convolution_lines(RATE, LINES[-1], decay_time(housing, LINES[-1]))
+    lines = lines[lines >= LINES[0]]
+    operator, said = told(modal_transfer_vectors, atv, housing, lines, fidelity=knobs())
+    assert any(re.search(WARNED, one) for one in said)
+    names = ("interpolation_error_dB", "resonance_error_dB", "resonance_frequency")
+    modal = store.load(store.save(operator, tmp_path / "modal.h5"))
+    functions, of_functions = told(noise_transfer_functions, modal, housing)
+    load = cases.forces(lines)
+    time = np.arange(400) / RATE
+    force = BearingForces(time, np.zeros((400, 3, 3)), cases.NAMES, housing.positions, np.full(400, 100.0))
+    for made in (
+        functions,
+        modal_pressure(modal, housing, load),
+        transfer_pressure(functions, load),
+        run_up_pressure(functions, force),
+    ):
+        assert [made.provenance[name] for name in names] == [operator.provenance[name] for name in names]
+        assert made.provenance["interpolation_error_dB"] > 0.1
+    assert of_functions == []
+
+
+def test_vectors_between_masters_keep_what_was_stated_of_the_masters(air):
+    atv = vectors(FEW, air)
+    atv = atv.replace(provenance=atv.provenance | {"resonance_shift": 0.02})
+    at, _ = told(vectors_at, atv, LINES, fidelity=knobs())
+    kept = {name: value for name, value in at.provenance.items() if name in atv.provenance}
+    own = ("stage", "fidelity", "masters")
+    assert set(kept) == set(atv.provenance)
+    assert {name: kept[name] for name in kept if name not in own} == {
+        name: value for name, value in atv.provenance.items() if name not in own
+    }
+    assert at.provenance["stage"] == "acoustics.vectors_at"
+
+
+def test_projections_are_warned_of_as_well(air):
+    shapes = np.ones((len(vectors(FEW, air).surface.triangles), 1))
+    with pytest.warns(AccuracyWarning, match=WARNED):
+        project(vectors(FEW, air), shapes, LINES, fidelity=knobs())
+
+
+def test_nothing_is_said_of_vectors_at_their_masters_and_at_0_hz(air):
+    atv = vectors(np.linspace(0.0, 2400.0, 3), air)
+    for lines in ([0.0], [0.0, 1200.0, 2400.0]):
+        at, said = told(vectors_at, atv, lines, fidelity=knobs())
+        assert at.provenance["interpolation_error_dB"] == pytest.approx(0.0, abs=1e-12)
+        assert said == []
+
+
+@pytest.mark.parametrize("plane", [None, PLANE], ids=["free", "plane"])
+def test_masters_that_the_engine_chooses_give_no_alarm_at_any_line(air, plane):
+    box = bodies.box((0.15, 0.1, 0.1), 0.025)
+    atv = adaptive_transfer_vectors(box, POINTS, 100.0, 2400.0, air=air, fidelity=knobs(), plane=plane)
+    at, said = told(vectors_at, atv, np.linspace(100.0, 2400.0, 2301), fidelity=knobs())
+    assert said == []
+    assert 0 < at.provenance["interpolation_error_dB"] < max(2 * atv.provenance["estimated_error_db"], 0.02)

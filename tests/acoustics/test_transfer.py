@@ -218,6 +218,15 @@ def test_an_executor_that_was_shut_down_is_refused_in_one_line(bracket, air, coa
         transfer_vectors(bracket, [[0.0, 0.0, 1.0]], [100.0], air=air, fidelity=coarse, executor=ThreadPoolExecutor)
 
 
+def test_futures_that_give_no_result_of_their_task_are_refused(bracket, air, coarse):
+    class Idle(ThreadPoolExecutor):
+        def submit(self, *task):
+            return super().submit(lambda: None)
+
+    with Idle(1) as executor, pytest.raises(InputError, match=r"gives None instead of what its task returned: hand in"):
+        transfer_vectors(bracket, [[0.0, 0.0, 1.0]], [100.0], air=air, fidelity=coarse, executor=executor)
+
+
 def test_what_gives_no_futures_of_concurrent_futures_is_refused_as_an_executor(bracket, air, coarse):
     """A dask client does, and ended in an AttributeError."""
 

@@ -136,6 +136,7 @@ def _spread(
                 running[_submitted(executor, *common, *jobs[waiting[0]])] = waiting[0]
                 del waiting[0]
             finished, _ = wait(running, timeout=_PATIENCE, return_when=FIRST_COMPLETED)
+            finished |= {future for future in running if future.cancelled()}  # of which `wait` may never hear
             if not finished and is_gone(executor):
                 raise BrokenExecutor("its scheduler is gone")
             if not finished:
@@ -155,10 +156,11 @@ def _spread(
                     continue
                 losses[number] += 1
                 if losses[number] == _LOSSES:
+                    reason = str(error) or type(error).__name__
                     raise SolverError(
                         f"{_LOSSES} workers were lost, or their tasks cancelled, one after the other under the same "
-                        f"band of frequencies ({error}): it needs {memory_per_task / 2**30:.3g} GiB; give workers more "
-                        "memory"
+                        f"band of frequencies ({reason}): it needs {memory_per_task / 2**30:.3g} GiB; give workers "
+                        "more memory, and let nobody else cancel"
                     ) from error
                 waiting.insert(0, number)
     except BrokenExecutor as error:

@@ -258,13 +258,14 @@ def _fitting(
     chosen, count, task = _leanest(ways)
     if _fits(count, task + columns + kept, free):
         return chosen, count, task
-    results = columns + kept
-    remedies = []
-    if results > task:
+    results, remedies = columns + kept, []
+    if task < free:
         remedies.append("ask for fewer field points or frequencies at once")
-    if task >= results or results < free:
-        if striped and chosen.solver != "compressed":
+    if striped and fidelity.solver not in ("auto", "compressed"):
+        compressed = replace(fidelity, solver="compressed")
+        if _leanest([*_ways(n_vertex, n_face, frequencies, engine, compressed)])[2] + results < free:
             remedies.append("choose solver = 'compressed'")
+    if results < free or task >= free:
         remedies.append(
             "lower the upper frequency or the elements per wavelength (memory falls with their fourth power)"
         )

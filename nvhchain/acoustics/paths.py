@@ -10,6 +10,10 @@ from nvhchain.acoustics.multipoles import plane_foot
 from nvhchain.conventions import Air
 from nvhchain.handoff import FloatArray, RigidPlane, Surface
 
+_SEEN = 0.8
+"""Largest turn of the echo from one master to the next that these show, in units of π: with 1 a box 0.25 m above a plane
+kept 0.24 dB where 0.1 were asked (14 masters from 300 Hz to 2600 Hz, the lowest two 0.96 π apart)."""
+
 _MOST = 2.0
 """Largest error of a straight line between two values, relative to values that turn between them."""
 
@@ -35,9 +39,9 @@ class Paths:
         return _curved(self.turn, frequency, low, high)
 
     def hidden_error(self, frequency: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
-        """Relative error (n_f,) at lines between masters so far apart that the echo turns by more than π from one to
+        """Relative error (n_f,) at lines between masters so far apart that the echo turns by π or nearly so from one to
         the next: no master shows it then, for it may be taken for one that turns less."""
-        hidden = self.echo * (high - low) > np.pi
+        hidden = self.echo * (high - low) > _SEEN * np.pi
         return np.where(hidden, self.echoed * np.minimum(1.0, _curved(self.echo, frequency, low, high)), 0.0)
 
 

@@ -24,7 +24,7 @@ def vectors_at(
     """Transfer vectors at lines (n_f,) Hz between the masters, as `radiate` takes them.
 
     The provenance keeps that of `atv` and what interpolation makes of the vectors, as `modal_transfer_vectors` tells
-    it, with the same warnings.
+    it, with the same warnings; what is made from them states no less.
     Raises InputError for a line outside the masters, ResourceError where the vectors do not fit into free memory.
     """
     check_arguments(vectors_at, locals())

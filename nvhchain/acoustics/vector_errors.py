@@ -12,6 +12,9 @@ from nvhchain.acoustics.master_choice import squared_norms
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import FloatArray, IntArray, Surface, TransferVectors
 
+_STATED = (("interpolation_error_dB",), ("resonance_error_dB", "resonance_frequency"))
+"""What is stated of vectors between masters: an error, and where it is."""
+
 _POINTS = 64
 """Field points, spread over those asked for, for which the error is estimated."""
 
@@ -23,16 +26,19 @@ def told_vectors(
 
     interpolation_error_dB: the largest error of a line that interpolation is estimated to make (`vector_errors`);
     resonance_error_dB, resonance_frequency: as `radiate` tells them, where the mesh may miss resonances.  Gives an
-    AccuracyWarning where the one exceeds `fidelity.master_tolerance_db`, the other what the mesh errs by.
+    AccuracyWarning where the one exceeds `fidelity.master_tolerance_db`, the other what the mesh errs by.  What `atv`
+    itself states, being interpolated, is kept where it is more.
     """
-    lines = frequency[frequency > 0]
-    if len(lines) == 0:
-        return {"interpolation_error_dB": 0.0}
+    lines, told = frequency[frequency > 0], {"interpolation_error_dB": 0.0}
     shift = float(atv.provenance.get("resonance_shift", 0.0)) if smooth.poles > 0 else 0.0
-    error, changed = vector_errors(smooth, lines, deciding_points(atv.surface, atv.points), len(atv.points), shift)
-    told = told_interpolation(error, lines, "the transfer vectors", fidelity, stacklevel=4)
-    if shift > 0:
-        told |= told_resonances(lines, np.ones(len(lines)), changed, fidelity, stacklevel=4)
+    if len(lines) > 0:
+        error, changed = vector_errors(smooth, lines, deciding_points(atv.surface, atv.points), len(atv.points), shift)
+        told = told_interpolation(error, lines, "the transfer vectors", fidelity, stacklevel=4)
+        if shift > 0:
+            told |= told_resonances(lines, np.ones(len(lines)), changed, fidelity, stacklevel=4)
+    for name, *others in _STATED:
+        if atv.provenance.get(name, 0.0) > told.get(name, 0.0):
+            told |= {of: atv.provenance[of] for of in (name, *others)}
     return told
 
 

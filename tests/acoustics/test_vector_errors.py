@@ -17,6 +17,7 @@ from nvhchain.acoustics import (
     modal_transfer_vectors,
     noise_transfer_functions,
     project,
+    radiate,
     run_up_pressure,
     transfer_pressure,
     transfer_vectors,
@@ -24,7 +25,7 @@ from nvhchain.acoustics import (
 )
 from nvhchain.errors import AccuracyWarning
 from nvhchain.fidelity import AcousticsFidelity
-from nvhchain.handoff import BearingForces, RigidPlane
+from nvhchain.handoff import BearingForces, RigidPlane, SurfaceVelocity
 
 POINTS = np.array([[0.4, 0.1, 0.2], [0.0, -2.0, 0.3], [0.02, 0.01, 0.07]])
 LINES = np.linspace(100.0, 2400.0, 93)
@@ -125,6 +126,24 @@ def test_vectors_between_masters_keep_what_was_stated_of_the_masters(air):
         name: value for name, value in atv.provenance.items() if name not in own
     }
     assert at.provenance["stage"] == "acoustics.vectors_at"
+
+
+def test_what_was_stated_of_vectors_between_masters_is_stated_of_all_that_is_made_from_them(air, tmp_path):
+    """Interpolated vectors were taken for masters, and 0.0 dB stated."""
+    atv = vectors(FEW, air)
+    atv = atv.replace(provenance=atv.provenance | {"resonance_shift": 0.02})
+    at, _ = told(vectors_at, atv, LINES, fidelity=knobs())
+    at = store.load(store.save(at, tmp_path / "at.h5"))
+    stated = at.provenance["interpolation_error_dB"]
+    assert stated > 0.1
+    housing = moving_at_random(atv.surface, 5)
+    operator, _ = told(modal_transfer_vectors, at, housing, LINES, fidelity=knobs())
+    for again in (told(vectors_at, at, LINES, fidelity=knobs())[0], operator):
+        assert again.provenance["interpolation_error_dB"] == stated
+        assert again.provenance["resonance_error_dB"] >= at.provenance["resonance_error_dB"]
+    velocity = SurfaceVelocity(LINES, np.ones((len(LINES), len(atv.surface.triangles))), atv.surface)
+    heard, _ = told(radiate, at, velocity, fidelity=knobs())
+    assert 20 * np.log10(1 + np.array(heard.provenance["interpolation_error"])) == pytest.approx(stated)
 
 
 def test_projections_are_warned_of_as_well(air):

@@ -213,7 +213,9 @@ def _pressures(
                 double, single = layer_potentials(surface, ends[some], k, fidelity.field_near_ratio)
                 at_ends[some] = double @ on_surface - single @ gradient
             pressure[at, :-1] = at_ends.reshape(-1, len(points)).sum(axis=0)
-            pressure[at, -1] = cancellation_pressure(surface, k, on_surface[:, None], points, plane, quadrature_error)
+            on_faces = on_surface[surface.triangles].mean(axis=1)[:, None]
+            left = cancellation_pressure(surface, np.array([k]), on_faces, points, plane, quadrature_error)
+            pressure[at, -1] = left[0]
 
     return Solved(pressure, solve_each(systems(engine, surface, wavenumbers, fidelity, plane, memory), solve))
 

@@ -11,8 +11,8 @@ from nvhchain.conventions import Air
 from nvhchain.handoff import FloatArray, RigidPlane, Surface
 
 _SEEN = 0.8
-"""Largest turn of the echo from one master to the next that these show, in units of π: with 1 a box 0.25 m above a plane
-kept 0.24 dB where 0.1 were asked (14 masters from 300 Hz to 2600 Hz, the lowest two 0.96 π apart)."""
+"""Largest turn of the echo from one master to the next that these show, in units of π: with 1 a box 0.25 m above a
+plane kept 0.24 dB where 0.1 were asked (14 masters from 300 Hz to 2600 Hz, the lowest two 0.96 π apart)."""
 
 _MOST = 2.0
 """Largest error of a straight line between two values, relative to values that turn between them."""

@@ -18,6 +18,7 @@ from nvhchain.acoustics.surface import (
     MESH_ERROR,
     MESH_SCATTER,
     check_mesh,
+    edges_between,
     element_sizes,
     point_clearance,
     width_to_length,
@@ -337,11 +338,7 @@ def mean_square_angle(surface: Surface) -> float:
 
     Each triangle counts its three edges alike.
     """
-    edges = np.sort(surface.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
-    order = np.lexsort(edges.T)
-    sides = np.repeat(np.arange(len(surface.triangles)), 3)[order].reshape(-1, 2)
-    one, other = surface.normals[sides[:, 0]], surface.normals[sides[:, 1]]
-    angle = 2.0 * np.arcsin(0.5 * np.linalg.norm(one - other, axis=1).clip(0.0, 2.0))
+    _, sides, angle = edges_between(surface)
     smooth = angle < SHARP_ANGLE
     share = surface.areas[sides].sum(axis=1) / (3.0 * surface.areas.sum())
     return float(share[smooth] @ angle[smooth] ** 2)

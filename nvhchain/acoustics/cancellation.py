@@ -13,7 +13,7 @@ from nvhchain.acoustics.accuracy import MESH_ERROR, QUADRATURE_GROWTH
 from nvhchain.acoustics.bodies import separate
 from nvhchain.acoustics.coarsening import SHARP_ANGLE
 from nvhchain.acoustics.interpolation import LINES
-from nvhchain.acoustics.surface import mean_edge, width_to_length
+from nvhchain.acoustics.surface import edges_between, mean_edge, width_to_length
 from nvhchain.conventions import Air
 from nvhchain.errors import AccuracyWarning
 from nvhchain.fidelity import AcousticsFidelity
@@ -87,8 +87,9 @@ def cancellation_of_motion(
         on_faces = np.zeros((len(surface.triangles), len(piece)), dtype=complex)
         for (faces, body), limit in zip(separate(surface), limits, strict=True):
             low = np.flatnonzero(wavenumber[piece] < limit)
-            moving = surface_velocity.normal_velocity[np.ix_(piece[low], faces)].T
-            on_faces[np.ix_(faces, low)] = pressure_of_motion(body, wavenumber[piece[low]], moving, air)
+            if len(low) > 0:
+                moving = surface_velocity.normal_velocity[np.ix_(piece[low], faces)].T
+                on_faces[np.ix_(faces, low)] = pressure_of_motion(body, wavenumber[piece[low]], moving, air)
         left[piece] = cancellation_pressure(surface, wavenumber[piece], on_faces, points, plane, quadrature_error)
     return left
 
@@ -103,16 +104,12 @@ def pressure_of_motion(surface: Surface, wavenumber: FloatArray, velocity: Compl
     pressure does not (finite volumes).  0.6 to 2.9 times what boundary elements give, in the mean over the faces
     (`tests/acoustics/test_cancelling_motions.py`).
     """
-    edges = np.sort(surface.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
-    order = np.lexsort(edges.T)
-    one, other = np.repeat(np.arange(len(surface.triangles)), 3)[order].reshape(-1, 2).T
-    ends = surface.vertices[edges[order][::2]]
-    turn = 2.0 * np.arcsin(0.5 * np.linalg.norm(surface.normals[one] - surface.normals[other], axis=1).clip(0.0, 2.0))
-    middle = ends.mean(axis=1)
-    way = sum(np.linalg.norm(surface.centroids[side] - middle, axis=1) for side in (one, other))
-    conductance = np.where(turn < SHARP_ANGLE, np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) / way, 0.0)
+    ends, sides, angle = edges_between(surface)
+    first, last = surface.vertices[ends.T]
+    way = np.linalg.norm(surface.centroids[sides] - 0.5 * (first + last)[:, None], axis=2).sum(axis=1)
+    conductance = np.where(angle < SHARP_ANGLE, np.linalg.norm(last - first, axis=1) / way, 0.0)
     faces = len(surface.triangles)
-    across = coo_array((conductance, (one, other)), (faces, faces)).tocsr()
+    across = coo_array((conductance, tuple(sides.T)), (faces, faces)).tocsr()
     across = across + across.T
     own = across.sum(axis=1) + surface.areas / _half_diagonal(surface) ** 2
     factors = splu((diags_array(own) - across).tocsc())

@@ -9,7 +9,7 @@ from nvhchain.acoustics.bodies import check_bodies, winding_number
 from nvhchain.conventions import Air
 from nvhchain.errors import InputError, is_whole, require
 from nvhchain.fidelity import AcousticsFidelity
-from nvhchain.handoff import FloatArray, Surface
+from nvhchain.handoff import FloatArray, IntArray, Surface
 from nvhchain.kinds import check_arguments
 
 MESH_SCATTER = 1.15
@@ -53,6 +53,16 @@ def element_sizes(surface: Surface) -> tuple[float, float]:
 def mean_edge(surface: Surface) -> float:
     """Mean edge length (m) of a surface, weighted with the area."""
     return element_sizes(surface)[0]
+
+
+def edges_between(surface: Surface) -> tuple[IntArray, IntArray, FloatArray]:
+    """Vertices (n_edge, 2) at the ends of every edge, the triangles (n_edge, 2) on both sides of it, and the angle
+    (n_edge,) rad under which these meet."""
+    edges = np.sort(surface.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    order = np.lexsort(edges.T)
+    sides = np.repeat(np.arange(len(surface.triangles)), 3)[order].reshape(-1, 2)
+    one, other = surface.normals[sides.T]
+    return edges[order[::2]], sides, 2.0 * np.arcsin(0.5 * np.linalg.norm(one - other, axis=1).clip(0.0, 2.0))
 
 
 def width_to_length(positions: FloatArray, weight: FloatArray) -> FloatArray:

@@ -197,8 +197,14 @@ def test_auto_takes_dense_matrices_where_they_fit_and_compressed_ones_where_only
     free(monkeypatch, 0.99 * small)
     with pytest.raises(ResourceError, match=r"30000 triangles .*need .* GiB, .* GiB are free: lower the upper freq"):
         engines._fitting(n_vertex, n_face, 4, 0, 0, "fused", auto)
-    with pytest.raises(ResourceError, match="choose solver = 'compressed'"):
-        engines._fitting(n_vertex, n_face, 4, 0, 0, "fused", DIRECT)
+    for size, results, remedy in (
+        (1.01 * small, 0, "choose solver = 'compressed', lower the upper frequency"),
+        (0.99 * small, 0, "free: lower the upper frequency"),  # compressed matrices would not fit either
+        (1.01 * dense_size, 2 * dense_size, "ask for fewer field points or frequencies at once$"),
+    ):
+        free(monkeypatch, size)
+        with pytest.raises(ResourceError, match=remedy):
+            engines._fitting(n_vertex, n_face, 4, results, 0, "fused", replace(DIRECT, elements_per_wavelength=6.0))
     free(monkeypatch, 2**34)
     assert isinstance(next(engines.systems("fused", surface, np.array([k]), DIRECT, None, 2**34))[0], DirectSystem)
 

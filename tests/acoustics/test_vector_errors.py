@@ -23,6 +23,8 @@ from nvhchain.acoustics import (
     transfer_vectors,
     vectors_at,
 )
+from nvhchain.acoustics.interpolation import interpolant
+from nvhchain.acoustics.vector_errors import vector_errors
 from nvhchain.errors import AccuracyWarning
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import BearingForces, RigidPlane, SurfaceVelocity
@@ -88,6 +90,20 @@ def test_the_stated_error_is_that_of_vectors_and_of_modes_that_move_at_random(tr
     assert modal.provenance["interpolation_error_dB"] == stated
     exact, reflected = (part @ housing.normal_shapes.T for part in (truth.vectors, reflected))
     assert 0.3 < stated / decibel(modal.modes, exact, reflected) < 4.0
+
+
+def test_the_estimate_is_that_of_both_neighbours_and_of_the_direct_and_the_reflected_part(air):
+    atv = vectors(FEW, air, PLANE)
+    smooth, lines = interpolant(atv, knobs()), np.linspace(110.0, 2350.0, 23)
+    found, _ = vector_errors(smooth, lines, np.array([0, 2]), len(POINTS))
+    expected, sides = np.zeros(len(lines)), smooth.error_weights(lines)
+    for point in (0, 2):
+        parts = [smooth.at_nodes(end) for end in (point, point + len(POINTS))]
+        size = np.hypot(*(np.linalg.norm(smooth.weights(lines) @ part, axis=1) for part in parts))
+        wrong = np.hypot(*(np.linalg.norm(sides @ part, axis=2) for part in parts))
+        assert 0 < (wrong[0] > wrong[1]).sum() < len(lines)
+        expected = np.maximum(expected, wrong.max(axis=0) / size)
+    assert found == pytest.approx(expected + smooth.hidden_error(lines), rel=1e-6)
 
 
 def test_what_is_made_from_operators_keeps_what_was_stated_of_them(air, tmp_path):

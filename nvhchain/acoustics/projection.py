@@ -43,6 +43,8 @@ def vectors_at(
         image = vectors[:, points:]
         vectors = vectors[:, :points] + image
     provenance = atv.provenance | told
+    if "elements_per_wavelength" in provenance and lines[-1] > 0:
+        provenance["elements_per_wavelength"] *= float(atv.frequency[-1] / lines[-1])
     provenance |= {"stage": "acoustics.vectors_at", "fidelity": repr(fidelity), "masters": len(atv.frequency)}
     stops = lines[:-1][np.diff(piece_of(atv, lines)) != 0]
     breaks = stops if len(stops) else None

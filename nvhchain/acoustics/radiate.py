@@ -6,7 +6,7 @@ import numba as nb
 import numpy as np
 
 from nvhchain.acoustics.accuracy import told_interpolation, told_resonances
-from nvhchain.acoustics.cancellation import cancellation_of_motion, told_cancellation
+from nvhchain.acoustics.cancellation import ESTIMATE, cancellation_of_motion, told_cancellation
 from nvhchain.acoustics.interpolation import LINES, Interpolant, check_lines, interpolant, support
 from nvhchain.acoustics.projection import check_memory
 from nvhchain.conventions import Progress
@@ -72,9 +72,10 @@ def radiate(
     `fidelity.elements_per_wavelength` errs by.
     What the mesh errs by is in the vectors' provenance (`expected_error_dB`), of motions that are heard.  Where the
     parts of one cancel each other it is more (1 dB where a thin plate bends in four elements a wave, 12 dB of a coarse
-    block in torsion at 1 Hz, 1 km away): of vectors from a mesh, and bodies that are compact, the provenance keeps a
-    bound, as `solve_direct` does from the pressure on the surface, which is estimated here (`cancellation_error_dB`, at
-    `cancellation_frequency` Hz; `cancellation_of_motion`), with an AccuracyWarning as `sound_power` gives it.
+    block in torsion at 1 Hz, 1 km away): of vectors from a mesh, and motions slower along the walls than sound, the
+    provenance keeps a bound, as `solve_direct` does from the pressure on the surface, which is estimated here
+    (`cancellation_error_dB`, at `cancellation_frequency` Hz; `cancellation_of_motion`), with an AccuracyWarning as
+    `sound_power` gives it, though not before the estimate tells for sure.
     Raises InputError when the surfaces differ or a line lies outside the masters.
     """
     check_arguments(radiate, locals())
@@ -94,9 +95,11 @@ def radiate(
     if "elements_per_wavelength" in atv.provenance:
         one_element = float(atv.frequency[-1]) * atv.provenance["elements_per_wavelength"]
         quadrature = atv.provenance.get("quadrature_error", 0.0)
-        left = cancellation_of_motion(surface_velocity, atv.points, atv.air, atv.plane, quadrature)
-        loudest = np.where(left > 0, np.abs(pressure).max(axis=1), 0.0)
-        provenance |= told_cancellation(surface_velocity.frequency, loudest**2, left**2, fidelity, one_element)
+        loudest = np.abs(pressure).max(axis=1)
+        left = cancellation_of_motion(surface_velocity, loudest, atv.points, atv.air, atv.plane, quadrature)
+        power = np.where(left > 0, loudest, 0.0) ** 2
+        frequency = surface_velocity.frequency
+        provenance |= told_cancellation(frequency, power, left**2, fidelity, one_element, ESTIMATE)
     return FieldPressure(surface_velocity.frequency, atv.points, pressure, provenance=provenance)
 
 

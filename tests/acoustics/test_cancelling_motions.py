@@ -7,8 +7,16 @@ import numpy as np
 import pytest
 import radiation_cases as cases
 
-from nvhchain.acoustics import radiate, solve_direct, sphere, surface_pressure, transfer_vectors
-from nvhchain.acoustics.cancellation import COMPACT, cancellation_of_motion, pressure_of_motion
+from nvhchain.acoustics import (
+    cancellation,
+    radiate,
+    solve_direct,
+    sphere,
+    surface_pressure,
+    transfer_vectors,
+    vectors_at,
+)
+from nvhchain.acoustics.cancellation import ESTIMATE, cancellation_of_motion, pressure_of_motion, wall_wavenumber
 from nvhchain.errors import AccuracyWarning
 from nvhchain.handoff import Surface, SurfaceVelocity
 
@@ -56,19 +64,19 @@ def silent(call, *arguments, **options):
         return call(*arguments, **options)
 
 
-@pytest.mark.parametrize("of_limit", [0.01, 0.3, 0.9])
+@pytest.mark.parametrize("of_walls", [0.01, 0.3, 0.99])
 @pytest.mark.parametrize("motion", MOTIONS)
-def test_pressure_on_the_surface_is_estimated_within_a_factor_of_three(air, motion, of_limit):
+def test_pressure_on_the_surface_is_estimated_within_a_factor_of_three(air, motion, of_walls):
     """Root mean square over the faces, against boundary elements."""
     body, velocity = MOTIONS[motion]
-    wavenumber = of_limit * COMPACT / (0.5 * np.linalg.norm(np.ptp(body.vertices, axis=0)))
+    wavenumber = of_walls * min(wall_wavenumber(body, velocity[:, None]).item(), 40.0)  # which the mesh carries
     frequency = wavenumber * air.speed_of_sound / (2 * np.pi)
     exact = (
         silent(surface_pressure, moving(body, velocity, frequency), air=air).pressure[0, body.triangles].mean(axis=1)
     )
     found = pressure_of_motion(body, np.array([wavenumber]), velocity[:, None].astype(complex), air)[:, 0]
     sizes = [np.sqrt(body.areas @ np.abs(one) ** 2) for one in (found, exact)]
-    assert 0.6 < sizes[0] / sizes[1] < 3.0
+    assert 0.6 < sizes[0] / sizes[1] < ESTIMATE
 
 
 @pytest.mark.parametrize(
@@ -96,19 +104,67 @@ def test_errors_beyond_that_of_the_mesh_are_bounded_as_solve_direct_bounds_them(
     assert heard.provenance["cancellation_frequency"] == frequency
 
 
-def test_motions_that_are_heard_and_bodies_that_are_not_compact_give_no_alarm(air):
-    limit = COMPACT * air.speed_of_sound / (np.pi * np.linalg.norm(np.ptp(BLOCK.vertices, axis=0)))
-    lines = np.array([20.0, 0.99 * limit, 1.01 * limit])
+def test_waves_on_walls_have_their_own_wavenumber_and_motions_as_a_whole_that_of_the_body():
+    strip = Surface(bodies.box((32, 2, 2), 1.0).vertices * [0.05, 0.05, 0.01], bodies.box((32, 2, 2), 1.0).triangles)
+    wave = np.sin(2 * np.pi * strip.centroids[:, 0] / 0.4) * (strip.normals[:, 2] > 0.5)
+    alone = 2.0 / np.linalg.norm(np.ptp(strip.vertices, axis=0))
+    found = wall_wavenumber(strip, np.stack([wave, strip.normals[:, 2], 0.0 * wave], axis=1))
+    assert found == pytest.approx([np.hypot(2 * np.pi / 0.4, alone), alone, alone], rel=0.08)
+
+
+def test_motions_that_are_heard_give_no_alarm_and_faster_ones_than_sound_state_nothing(air):
+    lines = np.array([20.0, 1200.0])
     atv = silent(transfer_vectors, BLOCK, bodies.shell(10, 1.0), lines, air=air)
-    heaving = SurfaceVelocity(lines, np.tile(BLOCK.normals[:, 2], (3, 1)), BLOCK)
+    heaving = SurfaceVelocity(lines, np.tile(BLOCK.normals[:, 2], (2, 1)), BLOCK)
     with warnings.catch_warnings():
         warnings.simplefilter("error", AccuracyWarning)
         heard = radiate(atv, heaving)
         assert 0 < heard.provenance["cancellation_error_dB"] < 0.6
-        left = cancellation_of_motion(heaving, atv.points, air, None, 0.0)
-        assert (left > 0).tolist() == [True, True, False]
-        above = SurfaceVelocity(lines[2:], twisting(BLOCK)[None], BLOCK)
+        assert heard.provenance["cancellation_frequency"] == 20.0
+        above = heaving.replace(frequency=lines[1:], normal_velocity=heaving.normal_velocity[1:])
         assert "cancellation_error_dB" not in radiate(atv, above).provenance
+
+
+def test_walls_of_a_housing_that_bend_slower_than_sound_are_bounded_where_it_is_not_compact(air):
+    """A lid in 6 × 4 half waves, four elements each: nothing was said above 460 Hz."""
+    body, frequency = bodies.box((0.6, 0.4, 0.2), 0.05), 1404.0
+    x, y, _ = (body.centroids / [0.6, 0.4, 1.0] + 0.5).T * np.pi
+    velocity = np.sin(6 * x) * np.sin(4 * y) * (body.normals[:, 2] > 0.5)
+    atv = silent(transfer_vectors, body, bodies.shell(30, 1.0), [frequency], air=air)
+    heard = silent(radiate, atv, moving(body, velocity, frequency))
+    fine = bodies.quartered(body)
+    exact = silent(
+        solve_direct, moving(fine, np.repeat(velocity, 4), frequency), bodies.shell(30, 1.0), air=air
+    ).pressure
+    true = 20 * np.log10(1 + np.abs(heard.pressure - exact).max() / np.abs(exact).max())
+    assert 0.6 < true < 0.8
+    stated = heard.provenance["cancellation_error_dB"]
+    assert stated > 0.3
+    assert true < stated + atv.provenance["expected_error_dB"] < 3 * true
+
+
+def test_only_the_worst_lines_are_looked_at_closely(air, monkeypatch):
+    lines = np.linspace(20.0, 400.0, 20)
+    atv = silent(transfer_vectors, BLOCK, bodies.shell(10, 1.0), lines, air=air)
+    velocity = np.tile(BLOCK.normals[:, 2], (20, 1))
+    velocity[7] = twisting(BLOCK)
+    mixed = SurfaceVelocity(lines, velocity, BLOCK)
+    whole = silent(radiate, atv, mixed).provenance
+    monkeypatch.setattr(cancellation, "_MOST_LINES", 1)
+    worst = silent(radiate, atv, mixed).provenance
+    assert worst["cancellation_frequency"] == whole["cancellation_frequency"] == lines[7]
+    assert worst["cancellation_error_dB"] == pytest.approx(whole["cancellation_error_dB"])
+
+
+def test_vectors_between_masters_are_warned_of_as_these_are(air):
+    """They kept the elements per wavelength of the highest master, and so a higher threshold."""
+    body, velocity = PLATE, bending(PLATE)
+    atv = silent(transfer_vectors, body, bodies.shell(10, 1.0), np.linspace(0.0, 1200.0, 13), air=air)
+    at = vectors_at(atv, [200.0])
+    assert at.provenance["elements_per_wavelength"] == pytest.approx(6 * atv.provenance["elements_per_wavelength"])
+    for given in (atv, at):
+        with pytest.warns(AccuracyWarning, match=CANCEL):
+            radiate(given, moving(body, velocity, 200.0))
 
 
 def test_vectors_that_are_not_those_of_a_mesh_state_nothing(air):
@@ -120,7 +176,8 @@ def test_a_large_body_at_rest_hides_nothing_of_a_small_one(air):
     """Each has the half diagonal of its own."""
     away = bodies.box((3.0, 2.0, 1.0), 0.5)
     both = bodies.united(BLOCK, Surface(away.vertices - [0.0, 0.0, 15.0], away.triangles))
-    twist, points = twisting(BLOCK), bodies.shell(10, 1.0)
-    alone = cancellation_of_motion(moving(BLOCK, twist, 100.0), points, air, None, 0.0)
+    twist, points, loud = twisting(BLOCK), bodies.shell(10, 1.0), np.ones(1)
+    alone = cancellation_of_motion(moving(BLOCK, twist, 100.0), loud, points, air, None, 0.0)
     one = moving(both, np.concatenate([twist, np.zeros(len(away.triangles))]), 100.0)
-    assert cancellation_of_motion(one, points, air, None, 0.0) == pytest.approx(alone)
+    assert cancellation_of_motion(one, loud, points, air, None, 0.0) == pytest.approx(alone)
+    assert alone > 0

@@ -45,7 +45,7 @@ def sounds(cube: Surface, ball: Surface) -> ComplexArray:
 
 
 def main() -> None:
-    warnings.simplefilter("ignore", AccuracyWarning)
+    warnings.simplefilter("ignore", AccuracyWarning)  # the stated errors are what is measured
     lines = [
         "| radius / mm | off / mm | step / mm | edge over distance | stated | towards | along | pulsating |",
         "|---:|---:|---:|---:|---:|---:|---:|---:|",

@@ -13,12 +13,12 @@ from scipy.sparse.linalg import SuperLU, splu
 from nvhchain.acoustics.accuracy import MESH_ERROR, QUADRATURE_GROWTH
 from nvhchain.acoustics.bodies import separate
 from nvhchain.acoustics.coarsening import SHARP_ANGLE
-from nvhchain.acoustics.interpolation import LINES
+from nvhchain.acoustics.interpolation import line_batches
 from nvhchain.acoustics.surface import edges_between, mean_edge, width_to_length
 from nvhchain.conventions import Air
 from nvhchain.errors import AccuracyWarning
 from nvhchain.fidelity import AcousticsFidelity
-from nvhchain.handoff import ComplexArray, FloatArray, IntArray, RigidPlane, Surface, SurfaceVelocity
+from nvhchain.handoff import ComplexArray, FloatArray, RigidPlane, Surface, SurfaceVelocity
 
 CANCELLATION = 0.2
 """Thrust that the error of the mesh leaves, relative to the area times the root mean square pressure on it, times the
@@ -92,7 +92,7 @@ def cancellation_of_motion(
     lines = np.flatnonzero((wavenumber > 0) & (loudest > 0))
     subsonic = np.zeros((len(separate(surface)), len(wavenumber)), dtype=bool)
     squares = np.zeros(len(wavenumber))
-    for piece in _pieces(lines):
+    for piece in (lines[batch] for batch in line_batches(len(lines))):
         k = wavenumber[piece]
         for number, (faces, body) in enumerate(separate(surface)):
             moving = velocity[np.ix_(piece, faces)].T
@@ -102,7 +102,8 @@ def cancellation_of_motion(
     nearest = np.linalg.norm(points - surface.centroids.mean(axis=0), axis=1).min()
     suspect = np.sqrt(squares[lines] * (1.0 + (wavenumber[lines] * nearest) ** 2)) / loudest[lines]
     left = np.zeros(len(wavenumber))
-    for piece in _pieces(np.sort(lines[np.argsort(suspect)[-_MOST_LINES:]])):
+    worst = np.sort(lines[np.argsort(suspect)[-_MOST_LINES:]])
+    for piece in (worst[batch] for batch in line_batches(len(worst))):
         on_faces = np.zeros((len(surface.triangles), len(piece)), dtype=complex)
         for number, (faces, body) in enumerate(separate(surface)):
             slow = np.flatnonzero(subsonic[number, piece])
@@ -111,10 +112,6 @@ def cancellation_of_motion(
                 on_faces[np.ix_(faces, slow)] = pressure_of_motion(body, wavenumber[piece[slow]], moving, air)
         left[piece] = cancellation_pressure(surface, wavenumber[piece], on_faces, points, plane, quadrature_error)
     return left
-
-
-def _pieces(lines: IntArray) -> list[IntArray]:
-    return [lines[start : start + LINES] for start in range(0, len(lines), LINES)]
 
 
 def wall_wavenumber(body: Surface, velocity: ComplexArray) -> FloatArray:

@@ -257,6 +257,11 @@ class Interpolant:
                 yield piece, slice(ends[i] - len(piece.node), ends[i]), lines
 
 
+def line_batches(count: int) -> list[slice]:
+    """So many lines in batches of `LINES`."""
+    return [slice(start, min(start + LINES, count)) for start in range(0, count, LINES)]
+
+
 def pieces_of(atv: TransferVectors) -> list[slice]:
     """The masters of each piece of the band."""
     ends = [] if atv.breaks is None else np.searchsorted(atv.frequency, atv.breaks, side="right").tolist()

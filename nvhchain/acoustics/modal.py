@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import ArrayLike
 from nvhchain.acoustics.interpolation import check_lines, interpolant
 from nvhchain.acoustics.projection import products
 from nvhchain.acoustics.surface import frequency_lines
-from nvhchain.acoustics.vector_errors import told_vectors
+from nvhchain.acoustics.vector_errors import STATED, told_vectors
 from nvhchain.conventions import Progress
 from nvhchain.errors import InputError, require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
@@ -27,7 +28,7 @@ from nvhchain.handoff import (
 )
 from nvhchain.kinds import check_arguments
 
-_TOLD = ("fidelity", "interpolation_error_dB", "resonance_error_dB", "resonance_frequency")
+_TOLD = ("fidelity", *chain.from_iterable(STATED))
 """Of an operator's provenance, what holds for what is made from it."""
 
 _SAME_LINE = 1e-9

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nvhchain.acoustics.interpolation import LINES, Interpolant, check_lines, interpolant, piece_of, support
+from nvhchain.acoustics.interpolation import Interpolant, check_lines, interpolant, line_batches, piece_of, support
 from nvhchain.acoustics.surface import frequency_lines
 from nvhchain.acoustics.vector_errors import told_vectors
 from nvhchain.conventions import Progress
@@ -120,8 +120,7 @@ def _pieces(smooth: Interpolant, lines: FloatArray) -> Iterator[tuple[slice, int
     followed by their mirror images."""
     for end in range(len(smooth.atv.points)):
         values, distance = smooth.at_nodes(end), smooth.distance(end)
-        for start in range(0, len(lines), LINES):
-            piece = slice(start, min(start + LINES, len(lines)))
+        for piece in line_batches(len(lines)):
             weights = smooth.weights(lines[piece])
             nodes = support(weights)
             phase = np.exp(-1j * smooth.wavenumber(lines[piece])[:, None] * distance)

@@ -7,7 +7,7 @@ import numpy as np
 
 from nvhchain.acoustics.accuracy import told_interpolation, told_resonances
 from nvhchain.acoustics.cancellation import ESTIMATE, cancellation_of_motion, told_cancellation
-from nvhchain.acoustics.interpolation import LINES, Interpolant, check_lines, interpolant, support
+from nvhchain.acoustics.interpolation import Interpolant, check_lines, interpolant, line_batches, support
 from nvhchain.acoustics.projection import check_memory
 from nvhchain.conventions import Progress
 from nvhchain.errors import InputError
@@ -83,24 +83,22 @@ def radiate(
     shift = float(atv.provenance.get("resonance_shift", 0.0)) if smooth.poles > 0 else 0.0
     pressure, error, shifted = _evaluate(smooth, surface_velocity, len(atv.points), progress, shift)
     provenance: dict[str, object] = {"stage": "acoustics.radiate", "fidelity": repr(fidelity)}
-    peak = np.abs(pressure).max(axis=0)
+    frequency, amplitude = surface_velocity.frequency, np.abs(pressure)
+    peak, loudest = amplitude.max(axis=0), amplitude.max(axis=1)
     relative = error.max(axis=0) / np.where(peak > 0, peak, 1.0)
     stated = 10.0 ** (atv.provenance.get("interpolation_error_dB", 0.0) / 20.0) - 1.0  # of vectors that are no masters
     provenance["interpolation_error"] = np.maximum(relative, stated).tolist()
     of = f"the peak pressure at field point {relative.argmax()}"
-    told_interpolation(relative, surface_velocity.frequency[error.argmax(axis=0)], of, fidelity)
+    told_interpolation(relative, frequency[error.argmax(axis=0)], of, fidelity)
     if shift > 0:
-        loudest = np.abs(pressure).max(axis=1)
-        provenance |= told_resonances(surface_velocity.frequency, loudest, shifted.max(axis=1), fidelity)
+        provenance |= told_resonances(frequency, loudest, shifted.max(axis=1), fidelity)
     if "elements_per_wavelength" in atv.provenance:
         one_element = float(atv.frequency[-1]) * atv.provenance["elements_per_wavelength"]
         quadrature = atv.provenance.get("quadrature_error", 0.0)
-        loudest = np.abs(pressure).max(axis=1)
         left = cancellation_of_motion(surface_velocity, loudest, atv.points, atv.air, atv.plane, quadrature)
         power = np.where(left > 0, loudest, 0.0) ** 2
-        frequency = surface_velocity.frequency
         provenance |= told_cancellation(frequency, power, left**2, fidelity, one_element, ESTIMATE)
-    return FieldPressure(surface_velocity.frequency, atv.points, pressure, provenance=provenance)
+    return FieldPressure(frequency, atv.points, pressure, provenance=provenance)
 
 
 def interpolation_error(
@@ -152,7 +150,7 @@ def _evaluate(
     check_memory(32 * shape[0] * points, "pressures and their error estimates", "lines")
     pressure = np.zeros(shape, dtype=complex)
     error, shifted = np.zeros(shape), np.zeros(shape)
-    pieces = [lines[start : start + LINES] for start in range(0, len(lines), LINES)]
+    pieces = [lines[batch] for batch in line_batches(len(lines))]
     ends = range(len(smooth.atv.points))
     together = max(1, _BLOCK_BYTES // (16 * len(smooth.node) * len(smooth.atv.surface.triangles)))
     blocks = [ends[start : start + together] for start in range(0, len(ends), together)]

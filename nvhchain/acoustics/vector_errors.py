@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 
 from nvhchain.acoustics.accuracy import told_interpolation, told_resonances
-from nvhchain.acoustics.interpolation import LINES, Interpolant, support
+from nvhchain.acoustics.interpolation import Interpolant, line_batches, support
 from nvhchain.acoustics.master_choice import squared_norms
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import FloatArray, IntArray, Surface, TransferVectors
 
-_STATED = (("interpolation_error_dB",), ("resonance_error_dB", "resonance_frequency"))
+STATED = (("interpolation_error_dB",), ("resonance_error_dB", "resonance_frequency"))
 """What is stated of vectors between masters: an error, and where it is."""
 
 _POINTS = 64
@@ -36,7 +36,7 @@ def told_vectors(
         told = told_interpolation(error, lines, "the transfer vectors", fidelity, stacklevel=4)
         if shift > 0:
             told |= told_resonances(lines, np.ones(len(lines)), changed, fidelity, stacklevel=4)
-    for name, *others in _STATED:
+    for name, *others in STATED:
         if atv.provenance.get(name, 0.0) > told.get(name, 0.0):
             told |= {of: atv.provenance[of] for of in (name, *others)}
     return told
@@ -57,17 +57,16 @@ def vector_errors(
         of_ends = [smooth.at_nodes(end) for end in range(point, len(smooth.atv.points), points)]
         grams.append(np.sum([values.conj() @ values.T for values in of_ends], axis=0))
     error, changed = np.zeros(len(frequency)), np.zeros(len(frequency))
-    for start in range(0, len(frequency), LINES):
-        piece = slice(start, start + LINES)
-        lines = frequency[piece]
+    for batch in line_batches(len(frequency)):
+        lines = frequency[batch]
         moved = [smooth.shift_weights(lines, shift)] if shift > 0 else []
         sets = np.concatenate([smooth.weights(lines)[None], smooth.error_weights(lines), *moved])
         nodes = support(sets.reshape(-1, sets.shape[2]))
         for gram in grams:
             size, below, above, *changes = np.sqrt(squared_norms(sets[:, :, nodes], gram[nodes, nodes]))
             of_size = 1.0 / np.where(size > 0, size, 1.0)
-            error[piece] = np.maximum(error[piece], np.maximum(below, above) * of_size)
-            changed[piece] = np.maximum(changed[piece], sum(changes) * of_size)
+            error[batch] = np.maximum(error[batch], np.maximum(below, above) * of_size)
+            changed[batch] = np.maximum(changed[batch], sum(changes) * of_size)
     return error + smooth.hidden_error(frequency), changed
 
 

@@ -165,3 +165,26 @@ def rotating_ellipsoids():
     shifted /= np.linalg.norm(shifted, axis=1, keepdims=True)
     found = [Surface(vertices * [0.2, 0.15, 0.1], unit.triangles) for vertices in (unit.vertices, shifted)]
     return [(b, np.einsum("fi,fi->f", np.cross([0.0, 0.0, 1.0], b.centroids), b.normals)) for b in found]
+
+
+def wedge(degrees, rows=3, length=0.1, width=0.06):
+    """A wedge of this angle with its edge along y, and `rows` of triangles from there to the back."""
+    half = length * np.tan(np.radians(degrees) / 2.0)
+    at, numbers, quads = [], {}, []
+
+    def corner(i, j, side):
+        place = (i, j, side if i else 0)
+        if place not in numbers:
+            numbers[place] = len(at)
+            at.append((length * i / rows, width * (j / 2 - 0.5), side * half * i / rows))
+        return numbers[place]
+
+    for i, j in itertools.product(range(rows), range(2)):
+        ring = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)]
+        quads += [[corner(*p, 1) for p in ring], [corner(*p, -1) for p in ring[::-1]]]
+    for i, (j, way) in itertools.product(range(rows), ((0, 1), (2, -1))):
+        quads.append([corner(i, j, -1), corner(i + 1, j, -1), corner(i + 1, j, 1), corner(i, j, 1)][::way])
+    for j in range(2):
+        quads.append([corner(rows, j, -1), corner(rows, j + 1, -1), corner(rows, j + 1, 1), corner(rows, j, 1)])
+    triangles = [t for a, b, c, d in quads for t in ((a, b, c), (a, c, d)) if len(set(t)) == 3]
+    return Surface(np.array(at), np.array(triangles))

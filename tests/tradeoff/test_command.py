@@ -1,9 +1,13 @@
-"""`nvhchain tradeoff` measures, leaves its tables and picture, and finds what it has measured."""
+"""`nvhchain tradeoff` measures and finds what it has measured; tolerances on the command line."""
 
 import pytest
 from beside import run_here
 
+import nvhchain as nvh
 from nvhchain.cli import main, parser
+from nvhchain.errors import InputError
+from nvhchain.fidelity import DRAFT
+from nvhchain.radiator import radiator_velocity
 from nvhchain.tradeoff import sweep as sweeping
 
 
@@ -32,3 +36,37 @@ def test_unknown_knob_is_refused_with_the_known_ones(request, tmp_path, capsys):
 )
 def test_every_command_has_its_own_default_fidelity(command, fidelity):
     assert parser().parse_args([command, "case.toml"]).fidelity == fidelity
+
+
+@pytest.mark.parametrize("tolerance", ["0", "-1", "nan", "inf", "100", "1dB"])
+def test_a_tolerance_that_is_none_is_one_line_and_exit_code_2(request, tolerance, capsys):
+    command = ["plan", str(request.config.rootpath / "cases/small/single_stage.toml"), f"--tolerance-db={tolerance}"]
+    if tolerance == "1dB":  # argparse
+        with pytest.raises(SystemExit, match="2"):
+            main(command)
+    else:
+        assert main(command) == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert "tolerance" in error
+
+
+def test_fidelity_and_tolerance_exclude_each_other(capsys):
+    with pytest.raises(SystemExit, match="2"):
+        main(["run", "case.toml", "--fidelity", "draft", "--tolerance-db", "1"])
+    assert "not allowed with" in capsys.readouterr().err
+
+
+def test_the_planner_is_told_what_a_run_finds_ready_made(request, tmp_path, monkeypatch, capsys):
+    told = []
+
+    def planned(cases, tolerance, *, given):
+        told.append(set(given))
+        raise InputError("seen")
+
+    monkeypatch.setattr("nvhchain.tradeoff.cheapest", planned)
+    case = request.config.rootpath / "cases/sphere/pulsating.toml"
+    nvh.store.save(radiator_velocity(nvh.load_case(case), DRAFT.acoustics), tmp_path / "v.h5")
+    assert main(["run", str(case), "--tolerance-db", "1", "--use", str(tmp_path / "v.h5")]) == 2
+    assert told == [{"surface_velocity"}]
+    assert capsys.readouterr().err == "nvhchain: seen\n"

@@ -5,36 +5,28 @@ import tracemalloc
 import warnings
 from dataclasses import replace
 
+import ball_with_modes
 import numpy as np
 import pytest
+from ball_with_modes import BEARINGS, LINES, POINTS, load
 from made_laws import law
 
 import nvhchain as nvh
 from nvhchain.acoustics import (
-    convolution_lines,
-    decay_time,
     housing_shapes,
     modal_power,
-    modal_transfer_vectors,
-    noise_transfer_functions,
     radiate,
     radiation_resistance,
-    run_up_pressure,
     sphere,
-    transfer_vectors,
 )
 from nvhchain.acoustics.level_accuracy import level_accuracy
 from nvhchain.case import FieldPoint, RadiatorCase, Ramp, Sphere
 from nvhchain.dynamics import bearing_forces
 from nvhchain.error_band import (
     COVERAGE,
-    ErrorBand,
     error_band,
     force_band,
     power_band,
-    run_up_band,
-    run_up_force_band,
-    save_error_bands,
     velocity_band,
 )
 from nvhchain.error_band.gears import AMPLIFICATION, law_error
@@ -43,7 +35,7 @@ from nvhchain.error_band.radiation import level_error, radiation_error
 from nvhchain.error_band.resonances import force_change
 from nvhchain.errors import AccuracyWarning, InputError
 from nvhchain.fidelity import DRAFT, STANDARD
-from nvhchain.handoff import BearingForces, ForceSpectrum, PressureHistory, ReducedHousing
+from nvhchain.handoff import ForceSpectrum, PressureHistory
 from nvhchain.housing import respond, truncation_errors
 from nvhchain.housing.truncation import FREQUENCY_ERROR, RESIDUAL_MASS
 from nvhchain.levels import decibel, overall_power, power_level
@@ -51,54 +43,20 @@ from nvhchain.report.limits import limits
 from nvhchain.result import Result
 from nvhchain.spectrum import force_spectrum
 
-LINES = np.array([300.0, 900.0, 980.0, 1000.0, 1100.0, 1600.0])
-POINTS = np.array([[0.0, 0.2, 0.9], [0.7, 0.0, 0.1]])
-BEARINGS = ("A1", "A2", "B1", "B2")
-
-
-def load(*amplitudes):
-    """(n_f, 4, 3) N along every axis of the first bearing; nothing on the others."""
-    force = np.zeros((len(amplitudes), len(BEARINGS), 3), complex)
-    force[:, 0] = np.array(amplitudes)[:, None]
-    return force
-
 
 @pytest.fixture(scope="module")
 def case(request):
-    base = nvh.load_case(request.config.rootpath / "cases" / "small" / "single_stage.toml")
-    points = tuple(FieldPoint(f"{i}", tuple(point)) for i, point in enumerate(POINTS))
-    return replace(base, field_points=points, band=replace(base.band, high=2000.0))
+    return ball_with_modes.case(request.config.rootpath)
 
 
 @pytest.fixture(scope="module")
 def housing(case):
-    """A sphere with modes at 500, 1000 and 2400 Hz, which move the first seat, and a residual."""
-    ball = sphere(0.1, 2)
-    shapes = np.stack([np.ones(320), ball.normals[:, 2], ball.normals[:, 0]])
-    seats = len(BEARINGS)
-    return ReducedHousing(
-        natural_frequency=np.array([500.0, 1000.0, 2400.0]),
-        modal_damping=np.full(3, 0.01),
-        seat_shapes=load(0.3, 0.3, 0.3).real,
-        normal_shapes=shapes,
-        seat_residual=1e-10 * np.eye(3 * seats).reshape(seats, 3, seats, 3),
-        face_residual=1e-11 * load(1.0)[0].real[..., None] * ball.normals[:, 2],
-        names=BEARINGS,
-        positions=np.array(case.gearbox_with_gears.bearing_positions),
-        surface=ball,
-        provenance={FREQUENCY_ERROR: [0.0025, 0.005, 0.01]},
-    )
+    return ball_with_modes.housing(case)
 
 
 @pytest.fixture(scope="module")
 def parts(case, housing):
-    """What a run hands to the band: pressure, velocity, vectors, forces."""
-    forces = ForceSpectrum(LINES, load(*np.ones(len(LINES))), BEARINGS, input_speed=188.5)
-    velocity = respond(housing, forces)
-    vectors = transfer_vectors(
-        housing.surface, POINTS, np.linspace(200, 1800, 9), air=case.air, fidelity=DRAFT.acoustics
-    )
-    return radiate(vectors, velocity, fidelity=DRAFT.acoustics), velocity, vectors, forces
+    return ball_with_modes.parts(case, housing)
 
 
 def of(case, fidelity, housing, parts, laws=()):
@@ -244,9 +202,7 @@ def test_ready_made_laws_are_exact_and_what_is_made_of_them_is_not(case, housing
 
 @pytest.fixture(scope="module")
 def silent(housing):
-    """The sphere whose lowest mode moves the seat, not the surface; what is known of it is its frequency to 2 %."""
-    shapes = housing.normal_shapes * np.array([0.0, 1.0, 1.0])[:, None]
-    return housing.replace(normal_shapes=shapes, provenance={FREQUENCY_ERROR: [0.02, 0.0, 0.0]})
+    return ball_with_modes.silent(housing)
 
 
 def test_a_mode_that_does_not_radiate_is_heard_by_the_forces_that_it_changes(case, silent, parts, meshing):
@@ -417,57 +373,7 @@ def test_a_cheap_level_of_radiation_is_less_certain_the_smaller_the_body_is_agai
 
 @pytest.fixture(scope="module")
 def rising():
-    """One bearing's force at a mesh order of 20 from 1500 to 2100 rpm in 2 s, 3 N on every axis."""
-    rate, duration = 12_000.0, 2.0
-    time = np.arange(int(rate * duration)) / rate
-    speed = np.linspace(157.0, 220.0, len(time))
-    angle = np.cumsum(speed) / rate
-    force = 3.0 * np.cos(20 * angle)[:, None, None] * load(1.0).real
-    return BearingForces(time, force, BEARINGS, np.zeros((4, 3)), speed)
-
-
-def test_a_run_up_is_as_uncertain_as_the_steady_run_at_each_of_its_speeds(case, housing, parts, rising):
-    laws, vectors = [law([1e-6, 1e-7])], parts[2]
-    case = replace(case, band=replace(case.band, low=300.0, high=1700.0))
-    lines = convolution_lines(rising.sample_rate, 1700.0, decay_time(housing, 1700.0))
-    modal = modal_transfer_vectors(vectors, housing, lines[lines > 250], fidelity=DRAFT.acoustics)
-    history = run_up_pressure(noise_transfer_functions(modal, housing), rising)
-    made = run_up_band(case, DRAFT, history, rising, vectors, housing, mesh_laws=laws)
-    assert made.over_speed.shape == (20, 2)
-    # apart from the first instants, in which the sound arrives
-    for part in (4, 10, 17):
-        line = np.array([20 * made.input_speed[part] / (2 * np.pi)])
-        forces = ForceSpectrum(line, load(3.0), BEARINGS, input_speed=made.input_speed[part])
-        velocity = respond(housing, forces)
-        steady = error_band(
-            case, DRAFT, radiate(vectors, velocity, fidelity=DRAFT.acoustics).replace(input_speed=forces.input_speed),
-            velocity, transfer_vectors=vectors, housing=housing, force_spectrum=forces, mesh_laws=laws,
-        )  # fmt: skip
-        assert made.over_speed[part] == pytest.approx(steady.level, abs=1.0)
-        assert made.limits[part, :, 1] - made.over_speed[part] == pytest.approx(
-            steady.overall[:, 1] - steady.level, abs=0.35
-        )
-    low, high = made.overall.T
-    assert ((low < made.level) & (made.level < high)).all()
-    other = housing.replace(natural_frequency=housing.natural_frequency * 1.002)
-    modal = modal_transfer_vectors(vectors, other, lines[lines > 250], fidelity=DRAFT.acoustics)
-    moved = run_up_pressure(noise_transfer_functions(modal, other), rising)
-    exact = run_up_band(case, DRAFT, moved, rising, vectors, other, housing_is_exact=True)
-    inside = (made.limits[2:, :, 0] < exact.over_speed[2:]) & (exact.over_speed[2:] < made.limits[2:, :, 1])
-    assert inside.all()
-    assert "housing" not in exact.bands[0].sources
-
-
-def test_forces_that_a_mode_changes_are_heard_in_a_run_up(case, silent, parts, rising):
-    laws = [law([1e-6, 1e-7])]
-    case = replace(case, band=replace(case.band, low=300.0, high=1700.0))
-    lines = convolution_lines(rising.sample_rate, 1700.0, decay_time(silent, 1700.0))
-    modal = modal_transfer_vectors(parts[2], silent, lines[lines > 250], fidelity=DRAFT.acoustics)
-    history = run_up_pressure(noise_transfer_functions(modal, silent), rising)
-    sound = run_up_band(case, DRAFT, history, rising, parts[2], silent, mesh_laws=laws)
-    force = run_up_force_band(case, DRAFT, rising, housing=silent, mesh_laws=laws)
-    for made in (sound, force):
-        assert all(band.sources["housing"][:, 0].max() > 1e-3 * band.amplitude.max() for band in made.bands)
+    return ball_with_modes.rising()
 
 
 def test_a_summary_holds_the_limits_of_lines_and_of_speeds(case, housing, parts, meshing, rising):
@@ -507,46 +413,6 @@ def test_a_summary_holds_the_limits_of_lines_and_of_speeds(case, housing, parts,
     json.dumps(told, allow_nan=False)
 
 
-def test_the_file_of_a_band_holds_every_place_at_every_line_or_speed(case, rising, tmp_path):
-    made = ErrorBand(np.array([1000.0, 2000.0]), np.array([[1.0], [0.1]]), {"one": np.array([[0.25], [0.06]])})
-    over_speed = run_up_force_band(case, DRAFT, rising, mesh_laws=[law([1e-6, 1e-7])])
-    save_error_bands({"pressure": made, "bearing_forces": over_speed}, tmp_path)
-    told = json.loads((tmp_path / "error_bands.json").read_text())
-    of_lines, of_speeds = told["pressure"], told["bearing_forces"]
-    first, second = of_lines["lines"]
-    assert first["frequency_hz"] == 1000.0
-    assert first["level"] == pytest.approx(decibel([1.0]))
-    assert first["limits"][0] == pytest.approx([*decibel([0.5, 1.5])])
-    assert second["limits"][0] == [None, pytest.approx(float(decibel(0.22)))]
-    assert of_lines["overall_limits"][0] == pytest.approx(list(made.overall[0]))
-    assert of_speeds["overall_level"] == pytest.approx(over_speed.level)
-    at = of_speeds["over_speed"][7]
-    assert at["speed_rpm"] == pytest.approx(30 / np.pi * over_speed.input_speed[7])
-    assert at["level"] == pytest.approx(over_speed.over_speed[7])
-    assert at["limits"][0][1] == pytest.approx(over_speed.limits[7, 0, 1])
-
-
-def test_a_short_run_up_is_judged_in_as_few_parts_as_leave_lines_in_its_band(case, rising):
-    """20 ms, 1000 … 2000 Hz: windows of 4 ms; half of one tells nothing."""
-    case, laws = replace(case, band=replace(case.band, low=1000.0, high=2000.0)), [law([1e-6, 1e-7])]
-
-    def record(samples):
-        cut = {name: getattr(rising, name)[:samples] for name in ("time", "force", "input_speed")}
-        return rising.replace(**cut)
-
-    made = run_up_force_band(case, DRAFT, record(240), mesh_laws=laws)
-    assert made.over_speed.shape == (5, 4)
-    assert np.isfinite(made.limits[:, :, 1]).all()
-    assert made.level[0] < made.overall[0, 1]
-    with pytest.raises(
-        InputError, match=r"record of 0.002 s is too short to tell 1000…2000 Hz.*lengthen it to 0.004 s"
-    ):
-        run_up_force_band(case, DRAFT, record(24), mesh_laws=laws)
-    ramp = replace(case.operation, ramp=Ramp(220.0, 2e-3))
-    with pytest.raises(InputError, match=r"lengthen it to 0.004 s or widen the band"):
-        replace(case, operation=ramp, quantities=("bearing_forces",))
-
-
 def test_a_run_without_sound_has_the_bands_of_what_it_asks_for_and_is_told_where_to_look(case, meshing):
     asked = replace(case, quantities=("bearing_forces",), field_points=())
     result = Result(asked, DRAFT, (law([1e-6, 1e-7]),), force_spectrum=meshing[3])
@@ -554,17 +420,6 @@ def test_a_run_without_sound_has_the_bands_of_what_it_asks_for_and_is_told_where
     for read in ("error_band", "overall"):
         with pytest.raises(InputError, match=r"quantities = \['bearing_forces'\] leave out the sound pressure: take"):
             getattr(result, read)
-
-
-def test_forces_of_a_run_up_have_their_level_and_band_at_every_speed(case, housing, rising):
-    made = run_up_force_band(case, DRAFT, rising, housing=housing, mesh_laws=[law([1e-6, 1e-7])])
-    assert made.over_speed[:, 0] == pytest.approx(
-        20 * np.log10(3 * 3**0.5 / 2**0.5 / 1e-6) + 10 * np.log10(1.5), abs=0.1
-    )
-    relative = [band.sources["gear"].max() / band.amplitude.max() for band in made.bands]
-    assert max(relative) < 0.05
-    exact = run_up_force_band(case, DRAFT, rising)
-    assert exact.overall[0] == pytest.approx([exact.level[0]] * 2)
 
 
 @pytest.mark.parametrize("fidelity", [DRAFT, STANDARD], ids=lambda preset: preset.name)

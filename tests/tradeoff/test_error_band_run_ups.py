@@ -1,0 +1,152 @@
+"""The error band of a run-up: as that of the steady run at each of its speeds."""
+
+import json
+from dataclasses import replace
+
+import ball_with_modes
+import numpy as np
+import pytest
+from ball_with_modes import BEARINGS, load
+from made_laws import law
+
+from nvhchain.acoustics import (
+    convolution_lines,
+    decay_time,
+    modal_transfer_vectors,
+    noise_transfer_functions,
+    radiate,
+    run_up_pressure,
+)
+from nvhchain.case import Ramp
+from nvhchain.error_band import (
+    ErrorBand,
+    error_band,
+    run_up_band,
+    run_up_force_band,
+    save_error_bands,
+)
+from nvhchain.errors import InputError
+from nvhchain.fidelity import DRAFT
+from nvhchain.handoff import ForceSpectrum
+from nvhchain.housing import respond
+from nvhchain.levels import decibel
+
+
+@pytest.fixture(scope="module")
+def case(request):
+    return ball_with_modes.case(request.config.rootpath)
+
+
+@pytest.fixture(scope="module")
+def housing(case):
+    return ball_with_modes.housing(case)
+
+
+@pytest.fixture(scope="module")
+def parts(case, housing):
+    return ball_with_modes.parts(case, housing)
+
+
+@pytest.fixture(scope="module")
+def silent(housing):
+    return ball_with_modes.silent(housing)
+
+
+@pytest.fixture(scope="module")
+def rising():
+    return ball_with_modes.rising()
+
+
+def test_a_run_up_is_as_uncertain_as_the_steady_run_at_each_of_its_speeds(case, housing, parts, rising):
+    laws, vectors = [law([1e-6, 1e-7])], parts[2]
+    case = replace(case, band=replace(case.band, low=300.0, high=1700.0))
+    lines = convolution_lines(rising.sample_rate, 1700.0, decay_time(housing, 1700.0))
+    modal = modal_transfer_vectors(vectors, housing, lines[lines > 250], fidelity=DRAFT.acoustics)
+    history = run_up_pressure(noise_transfer_functions(modal, housing), rising)
+    made = run_up_band(case, DRAFT, history, rising, vectors, housing, mesh_laws=laws)
+    assert made.over_speed.shape == (20, 2)
+    # apart from the first instants, in which the sound arrives
+    for part in (4, 10, 17):
+        line = np.array([20 * made.input_speed[part] / (2 * np.pi)])
+        forces = ForceSpectrum(line, load(3.0), BEARINGS, input_speed=made.input_speed[part])
+        velocity = respond(housing, forces)
+        steady = error_band(
+            case, DRAFT, radiate(vectors, velocity, fidelity=DRAFT.acoustics).replace(input_speed=forces.input_speed),
+            velocity, transfer_vectors=vectors, housing=housing, force_spectrum=forces, mesh_laws=laws,
+        )  # fmt: skip
+        assert made.over_speed[part] == pytest.approx(steady.level, abs=1.0)
+        assert made.limits[part, :, 1] - made.over_speed[part] == pytest.approx(
+            steady.overall[:, 1] - steady.level, abs=0.35
+        )
+    low, high = made.overall.T
+    assert ((low < made.level) & (made.level < high)).all()
+    other = housing.replace(natural_frequency=housing.natural_frequency * 1.002)
+    modal = modal_transfer_vectors(vectors, other, lines[lines > 250], fidelity=DRAFT.acoustics)
+    moved = run_up_pressure(noise_transfer_functions(modal, other), rising)
+    exact = run_up_band(case, DRAFT, moved, rising, vectors, other, housing_is_exact=True)
+    inside = (made.limits[2:, :, 0] < exact.over_speed[2:]) & (exact.over_speed[2:] < made.limits[2:, :, 1])
+    assert inside.all()
+    assert "housing" not in exact.bands[0].sources
+
+
+def test_forces_that_a_mode_changes_are_heard_in_a_run_up(case, silent, parts, rising):
+    laws = [law([1e-6, 1e-7])]
+    case = replace(case, band=replace(case.band, low=300.0, high=1700.0))
+    lines = convolution_lines(rising.sample_rate, 1700.0, decay_time(silent, 1700.0))
+    modal = modal_transfer_vectors(parts[2], silent, lines[lines > 250], fidelity=DRAFT.acoustics)
+    history = run_up_pressure(noise_transfer_functions(modal, silent), rising)
+    sound = run_up_band(case, DRAFT, history, rising, parts[2], silent, mesh_laws=laws)
+    force = run_up_force_band(case, DRAFT, rising, housing=silent, mesh_laws=laws)
+    for made in (sound, force):
+        assert all(band.sources["housing"][:, 0].max() > 1e-3 * band.amplitude.max() for band in made.bands)
+
+
+def test_the_file_of_a_band_holds_every_place_at_every_line_or_speed(case, rising, tmp_path):
+    made = ErrorBand(np.array([1000.0, 2000.0]), np.array([[1.0], [0.1]]), {"one": np.array([[0.25], [0.06]])})
+    over_speed = run_up_force_band(case, DRAFT, rising, mesh_laws=[law([1e-6, 1e-7])])
+    save_error_bands({"pressure": made, "bearing_forces": over_speed}, tmp_path)
+    told = json.loads((tmp_path / "error_bands.json").read_text())
+    of_lines, of_speeds = told["pressure"], told["bearing_forces"]
+    first, second = of_lines["lines"]
+    assert first["frequency_hz"] == 1000.0
+    assert first["level"] == pytest.approx(decibel([1.0]))
+    assert first["limits"][0] == pytest.approx([*decibel([0.5, 1.5])])
+    assert second["limits"][0] == [None, pytest.approx(float(decibel(0.22)))]
+    assert of_lines["overall_limits"][0] == pytest.approx(list(made.overall[0]))
+    assert of_speeds["overall_level"] == pytest.approx(over_speed.level)
+    at = of_speeds["over_speed"][7]
+    assert at["speed_rpm"] == pytest.approx(30 / np.pi * over_speed.input_speed[7])
+    assert at["level"] == pytest.approx(over_speed.over_speed[7])
+    assert at["limits"][0][1] == pytest.approx(over_speed.limits[7, 0, 1])
+
+
+def test_a_short_run_up_is_judged_in_as_few_parts_as_leave_lines_in_its_band(case, rising):
+    """20 ms, 1000 … 2000 Hz: windows of 4 ms; half of one tells nothing."""
+    case, laws = replace(case, band=replace(case.band, low=1000.0, high=2000.0)), [law([1e-6, 1e-7])]
+
+    def record(samples):
+        cut = {name: getattr(rising, name)[:samples] for name in ("time", "force", "input_speed")}
+        return rising.replace(**cut)
+
+    made = run_up_force_band(case, DRAFT, record(240), mesh_laws=laws)
+    assert made.over_speed.shape == (5, 4)
+    assert np.isfinite(made.limits[:, :, 1]).all()
+    assert made.level[0] < made.overall[0, 1]
+    with pytest.raises(
+        InputError, match=r"record of 0.002 s is too short to tell 1000…2000 Hz.*lengthen it to 0.004 s"
+    ):
+        run_up_force_band(case, DRAFT, record(24), mesh_laws=laws)
+    ramp = replace(case.operation, ramp=Ramp(220.0, 2e-3))
+    with pytest.raises(InputError, match=r"lengthen it to 0.004 s or widen the band"):
+        replace(case, operation=ramp, quantities=("bearing_forces",))
+
+
+def test_forces_of_a_run_up_have_their_level_and_band_at_every_speed(case, housing, rising):
+    made = run_up_force_band(case, DRAFT, rising, housing=housing, mesh_laws=[law([1e-6, 1e-7])])
+    assert made.over_speed[:, 0] == pytest.approx(
+        20 * np.log10(3 * 3**0.5 / 2**0.5 / 1e-6) + 10 * np.log10(1.5), abs=0.1
+    )
+    relative = [band.sources["gear"].max() / band.amplitude.max() for band in made.bands]
+    assert max(relative) < 0.05
+    exact = run_up_force_band(case, DRAFT, rising)
+    assert exact.overall[0] == pytest.approx([exact.level[0]] * 2)

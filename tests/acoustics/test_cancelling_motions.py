@@ -17,8 +17,9 @@ from nvhchain.acoustics import (
     vectors_at,
 )
 from nvhchain.acoustics.cancellation import ESTIMATE, cancellation_of_motion, pressure_of_motion, wall_wavenumber
+from nvhchain.conventions import Air
 from nvhchain.errors import AccuracyWarning
-from nvhchain.fidelity import AcousticsFidelity
+from nvhchain.fidelity import STANDARD, AcousticsFidelity
 from nvhchain.handoff import Surface, SurfaceVelocity
 
 KNOBS = AcousticsFidelity(elements_per_wavelength=1.0, masters=4, coarsest_elements_per_wavelength=1.0)
@@ -106,6 +107,24 @@ def test_errors_beyond_that_of_the_mesh_are_bounded_as_solve_direct_bounds_them(
     assert heard.provenance["cancellation_frequency"] == frequency
 
 
+def test_the_phase_of_a_motion_is_that_of_its_pressure():
+    turn, k = np.array([[1.0, 0.6 + 0.8j, 1.0j]]), np.full(3, 5.0)
+    one, turned, quarter = pressure_of_motion(PLATE, k, bending(PLATE)[:, None] * turn, Air()).T
+    assert turned == pytest.approx((0.6 + 0.8j) * one)
+    assert quarter == pytest.approx(1j * one)
+    assert np.abs(one).max() > 0
+
+
+def test_an_estimate_that_may_be_too_large_warns_of_nothing_yet(air):
+    """The true error of two half waves each way is 0.36 dB; a mesh as coarse as is asked for errs by 0.5."""
+    atv = silent(transfer_vectors, PLATE, bodies.shell(10, 1.0), [200.0], air=air)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", AccuracyWarning)
+        heard = radiate(atv, moving(PLATE, bending(PLATE, 2, 2), 200.0))
+    asked = 1.2 / STANDARD.acoustics.elements_per_wavelength**2
+    assert asked < 10 ** (heard.provenance["cancellation_error_dB"] / 20) - 1 < ESTIMATE * asked
+
+
 def test_waves_on_walls_have_their_own_wavenumber_and_motions_as_a_whole_that_of_the_body():
     strip = Surface(bodies.box((32, 2, 2), 1.0).vertices * [0.05, 0.05, 0.01], bodies.box((32, 2, 2), 1.0).triangles)
     wave = np.sin(2 * np.pi * strip.centroids[:, 0] / 0.4) * (strip.normals[:, 2] > 0.5)
@@ -156,6 +175,18 @@ def test_only_the_worst_lines_are_looked_at_closely(air, monkeypatch):
     worst = silent(radiate, atv, mixed).provenance
     assert worst["cancellation_frequency"] == whole["cancellation_frequency"] == lines[7]
     assert worst["cancellation_error_dB"] == pytest.approx(whole["cancellation_error_dB"])
+
+
+@pytest.mark.parametrize(("distance", "worst"), [(0.4, 0), (1000.0, 1)])
+def test_far_away_what_is_left_grows_with_frequency_and_the_worst_line_is_another(air, monkeypatch, distance, worst):
+    """A dipole is heard with 1/r² nearby and k/r far away; the second line is three times as loud."""
+    lines, points = np.array([20.0, 40.0]), bodies.shell(10, distance)
+    one = SurfaceVelocity(lines, np.tile(twisting(BLOCK), (2, 1)), BLOCK)
+    loudest = np.array([1.0, 3.0])
+    both = cancellation_of_motion(one, loudest, points, air, None, 0.0)
+    assert (both / loudest).argmax() == worst
+    monkeypatch.setattr(cancellation, "_MOST_LINES", 1)
+    assert (cancellation_of_motion(one, loudest, points, air, None, 0.0) > 0).tolist() == [worst == 0, worst == 1]
 
 
 def test_vectors_between_masters_are_warned_of_as_these_are(air):

@@ -18,7 +18,7 @@ from nvhchain.acoustics.surface import edges_between, mean_edge, width_to_length
 from nvhchain.conventions import Air
 from nvhchain.errors import AccuracyWarning
 from nvhchain.fidelity import AcousticsFidelity
-from nvhchain.handoff import ComplexArray, FloatArray, RigidPlane, Surface, SurfaceVelocity
+from nvhchain.handoff import ComplexArray, FloatArray, IntArray, RigidPlane, Surface, SurfaceVelocity
 
 CANCELLATION = 0.2
 """Thrust that the error of the mesh leaves, relative to the area times the root mean square pressure on it, times the
@@ -79,28 +79,32 @@ def cancellation_of_motion(
     plane: RigidPlane | None,
     quadrature_error: float,
 ) -> FloatArray:
-    """As `cancellation_pressure`, (n_f,) Pa at the lines of a surface velocity, from pressures on the surface that are
-    estimated (`pressure_of_motion`).
+    """As `cancellation_pressure`, over the pressure found at the loudest point (n_f,), at the lines of a surface
+    velocity, from pressures on the surface that are estimated (`pressure_of_motion`).
 
     Of bodies whose motion is subsonic, in waves on their walls that are shorter than those in the air (or than the
     body: `wall_wavenumber`); what is faster radiates from all over, and a point hears little of it where waves happen
     to cancel.  Zero at other lines, and at those beyond the `_MOST_LINES` worst.
-    loudest: (n_f,) Pa, the pressure found at the loudest point.
+    loudest: (n_f,) Pa.
     """
-    surface, velocity = surface_velocity.surface, surface_velocity.normal_velocity
+    surface = surface_velocity.surface
     wavenumber = 2 * np.pi * surface_velocity.frequency / air.speed_of_sound
     lines = np.flatnonzero((wavenumber > 0) & (loudest > 0))
     subsonic = np.zeros((len(separate(surface)), len(wavenumber)), dtype=bool)
     squares = np.zeros(len(wavenumber))
+
+    def per_pressure(at: IntArray, faces: IntArray) -> ComplexArray:  # as squares of any velocity are not
+        return surface_velocity.normal_velocity[np.ix_(at, faces)].T / loudest[at]
+
     for piece in (lines[batch] for batch in line_batches(len(lines))):
         k = wavenumber[piece]
         for number, (faces, body) in enumerate(separate(surface)):
-            moving = velocity[np.ix_(piece, faces)].T
+            moving = per_pressure(piece, faces)
             on_walls = wall_wavenumber(body, moving)
             subsonic[number, piece] = k < on_walls
             squares[piece] += (k < on_walls) * (k / on_walls) ** 2 * (body.areas @ np.abs(moving) ** 2)
     nearest = np.linalg.norm(points - surface.centroids.mean(axis=0), axis=1).min()
-    suspect = np.sqrt(squares[lines] * (1.0 + (wavenumber[lines] * nearest) ** 2)) / loudest[lines]
+    suspect = squares[lines] * (1.0 + (wavenumber[lines] * nearest) ** 2)
     left = np.zeros(len(wavenumber))
     worst = np.sort(lines[np.argsort(suspect)[-_MOST_LINES:]])
     for piece in (worst[batch] for batch in line_batches(len(worst))):
@@ -108,7 +112,7 @@ def cancellation_of_motion(
         for number, (faces, body) in enumerate(separate(surface)):
             slow = np.flatnonzero(subsonic[number, piece])
             if len(slow) > 0:
-                moving = velocity[np.ix_(piece[slow], faces)].T
+                moving = per_pressure(piece[slow], faces)
                 on_faces[np.ix_(faces, slow)] = pressure_of_motion(body, wavenumber[piece[slow]], moving, air)
         left[piece] = cancellation_pressure(surface, wavenumber[piece], on_faces, points, plane, quadrature_error)
     return left
@@ -209,7 +213,7 @@ def told_cancellation(
 ) -> dict[str, float]:
     """Provenance of the largest error of motions whose parts cancel each other, dB, and where it is, Hz.
 
-    power, error_power: (n_f,) W, or Pa², that found and that of the dipole that is left, whose amplitudes add up at
+    power, error_power: (n_f,) of one unit, that found and that of the dipole that is left, whose amplitudes add up at
     worst.  one_element: Hz at which the mesh has one element per wavelength.  overstated: factor by which the errors
     may be too large.  Gives an AccuracyWarning where the error is larger all the same than that of a mesh with
     `fidelity.elements_per_wavelength`, and than that of this one.

@@ -105,7 +105,8 @@ def modal_pressure(
     """Sound pressure under bearing forces from modal transfer vectors, p = modes · q̇ + residual · jωF.
 
     The same as forced response and `radiate` one after the other, at the lines that carry force; they must be among
-    those of `modal`.  Raises InputError otherwise, and for another housing or other bearings.
+    those of `modal`.  What a mesh errs by where parts of the motion cancel each other is told by `radiate` alone, which
+    sees it on the faces.  Raises InputError otherwise, and for another housing or other bearings.
     """
     check_arguments(modal_pressure, locals())
     _check_housing(modal, housing)

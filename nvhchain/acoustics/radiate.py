@@ -96,8 +96,7 @@ def radiate(
         one_element = float(atv.frequency[-1]) * atv.provenance["elements_per_wavelength"]
         quadrature = atv.provenance.get("quadrature_error", 0.0)
         left = cancellation_of_motion(surface_velocity, loudest, atv.points, atv.air, atv.plane, quadrature)
-        power = np.where(left > 0, loudest, 0.0) ** 2
-        provenance |= told_cancellation(frequency, power, left**2, fidelity, one_element, ESTIMATE)
+        provenance |= told_cancellation(frequency, np.sign(left), left**2, fidelity, one_element, ESTIMATE)
     return FieldPressure(frequency, atv.points, pressure, provenance=provenance)
 
 

@@ -11,23 +11,26 @@ from typing import Any
 import numpy as np
 
 from nvhchain.acoustics.bodies import separate
-from nvhchain.acoustics.coarsening import SHARP_ANGLE, CoarseSurface, octupole_error
-from nvhchain.acoustics.openings import resonance_shift
+from nvhchain.acoustics.coarsening import CoarseSurface, octupole_error
+from nvhchain.acoustics.openings import SHIFT, resonance_shift
 from nvhchain.acoustics.surface import (
     LOCAL_COARSENING,
     MESH_ERROR,
     MESH_SCATTER,
+    SHARP_ANGLE,
     check_mesh,
     edges_between,
     element_sizes,
+    mean_edge,
     point_clearance,
+    skewness,
     width_to_length,
     winding_and_clearance,
 )
 from nvhchain.conventions import Air
 from nvhchain.errors import AccuracyWarning
 from nvhchain.fidelity import AcousticsFidelity
-from nvhchain.handoff import FloatArray, RigidPlane, Surface
+from nvhchain.handoff import FloatArray, RigidPlane, Surface, TransferVectors
 
 FACETS = 0.32
 """Error at field points relative to their peak, over the mean square of the angle (rad) under which neighbouring
@@ -73,10 +76,11 @@ def expected_accuracy(
 ) -> dict[str, float]:
     """Provenance of what the mesh and the field points let expect at the upper frequency `f_max` (Hz).
 
-    elements_per_wavelength: there.  expected_error_dB: at the loudest field points.  Part of it: expected_error_low_dB,
-    at any frequency however low; of that, faceting_error_dB, from facets in the place of round faces (triangles that
-    meet at more than 40° form an edge of the body), and expected_error_beside_dB, from triangles that are coarse for a
-    small body beside them (`beside_ratio`).  Not part of it: resonance_shift, the frequency by which the air in
+    elements_per_wavelength: there, fewer where triangles are long in one direction (`skewness`).
+    expected_error_dB: at the loudest field points.  Part of it: expected_error_low_dB, at any frequency however low; of
+    that, faceting_error_dB, from facets in the place of round faces (triangles that meet at more than 40° form an edge
+    of the body), and expected_error_beside_dB, from triangles that are coarse for a small body beside them
+    (`beside_ratio`).  Not part of it: resonance_shift, the frequency by which the air in
     openings resonates elsewhere, relative to its own (`resonance_shift`); levels there err by as much as that makes of
     them, which `radiate` and `waves_power` tell (`resonance_error_dB`).  With a point nearer than half an element edge
     also clearance: in edges, and expected_error_nearest_dB: there, at its own pressure, of motions that neighbouring
@@ -104,7 +108,8 @@ def expected_accuracy(
     bodies, wavelength = [body for _, body in separate(surface)], air.speed_of_sound / f_max
     sizes = [element_sizes(body) for body in bodies]
     size = max(max(mean / MESH_SCATTER, coarsest / LOCAL_COARSENING) for mean, coarsest in sizes)
-    per_wavelength = wavelength / size
+    skewed = max(np.sqrt(skewness(body)) * mean for body, (mean, _) in zip(bodies, sizes, strict=True))
+    per_wavelength = wavelength / max(size, float(skewed) / MESH_SCATTER)
     facets = [FACETS * mean_square_angle(body) for body in bodies]
     shapes = [
         of + COARSENESS * mean**2 * 4.0 * np.pi / _compact_area(body)
@@ -279,6 +284,23 @@ def told_resonances(
     return {"resonance_error_dB": largest, "resonance_frequency": at}
 
 
+def told_shift(shift: float, stacklevel: int = 3) -> dict[str, float]:
+    """Provenance of resonances that the mesh may miss by `shift` of their frequency where no poles are looked for that
+    would show where they are; nothing where it misses none.  Gives an AccuracyWarning for openings narrower than half
+    an edge."""
+    if shift == 0:
+        return {}
+    if shift > 2.0 * SHIFT:
+        warnings.warn(
+            f"the air in openings of the body may resonate up to {100 * shift:.2g} % elsewhere than on this mesh, and "
+            "these masters do not show where: lines that near to a resonance err by several decibels; interpolate by "
+            "rational functions between four masters or more, or refine the surface in its openings",
+            AccuracyWarning,
+            stacklevel=stacklevel,
+        )
+    return {"resonance_shift": shift}
+
+
 def coarse_accuracy(
     below: Sequence[CoarseSurface],
     frequency: FloatArray,
@@ -291,18 +313,21 @@ def coarse_accuracy(
 
     coarse_error_dB: the larger of what `expected_accuracy` expects of it at the highest of these,
     coarse_highest_frequency, and the error of octupoles at the lowest, coarse_lowest_frequency (`octupole_error`);
-    coarse_faces: its triangles.  resonance_shift: the largest of all of them, where it is more than nothing.  Walls
-    that bend in two waves and more lose more (docs/measured/sound_power.md), a single triangle that moves up to 1.4 dB.
+    coarse_faces: its triangles.  coarse_bands: of every one that is used the lowest and highest frequency, Hz, and the
+    mean edge, m (`coarse_edge_ratio`).  resonance_shift: the largest of all of them, where it is more than nothing.
+    Walls that bend in two waves and more lose more, which `radiate` bounds (`cancellation_error_dB`), a single triangle
+    that moves up to 1.4 dB.
     AccuracyWarning where the error exceeds that of a mesh as coarse as `fidelity.elements_per_wavelength` asks for.
     """
     worst: dict[str, Any] = {}
-    shift, left = 0.0, frequency > 0
+    shift, left, bands = 0.0, frequency > 0, []
     for coarse in below:
         mine = frequency[left & coarse.carries(frequency)]
         left &= ~coarse.carries(frequency)
         if len(mine) == 0:
             continue
         lowest, highest = float(mine[0]), float(mine[-1])
+        bands.append([float(coarse.lowest_frequency), float(coarse.highest_frequency), mean_edge(coarse.surface)])
         shift = max(shift, resonance_shift(coarse.surface, plane))
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", AccuracyWarning)  # said once, below, of the worst
@@ -324,7 +349,15 @@ def coarse_accuracy(
             AccuracyWarning,
             stacklevel=3,
         )
-    return worst | ({"resonance_shift": shift} if shift > 0 else {})
+    return worst | ({"coarse_bands": bands} if bands else {}) | ({"resonance_shift": shift} if shift > 0 else {})
+
+
+def coarse_edge_ratio(atv: TransferVectors, frequency: FloatArray) -> FloatArray:
+    """Mean edge of the surface that vectors come from at frequencies (n_f,) Hz, over that of their own."""
+    ratio = np.ones(len(frequency))
+    for lowest, highest, edge in reversed(atv.provenance.get("coarse_bands", [])):  # the coarsest that carries it
+        ratio[(frequency >= lowest) & (frequency <= highest)] = edge / mean_edge(atv.surface)
+    return ratio
 
 
 def with_coarse(expected: Mapping[str, Any], of_coarse: Mapping[str, Any]) -> dict[str, Any]:

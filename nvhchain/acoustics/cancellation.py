@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.sparse import coo_array, csr_array, diags_array
 from scipy.sparse.linalg import SuperLU, splu
 
 from nvhchain.acoustics.accuracy import MESH_ERROR, QUADRATURE_GROWTH
 from nvhchain.acoustics.bodies import separate
-from nvhchain.acoustics.coarsening import SHARP_ANGLE
 from nvhchain.acoustics.interpolation import line_batches
-from nvhchain.acoustics.surface import edges_between, mean_edge, width_to_length
+from nvhchain.acoustics.surface import SHARP_ANGLE, edges_between, mean_edge, width_to_length
 from nvhchain.conventions import Air
 from nvhchain.errors import AccuracyWarning
 from nvhchain.fidelity import AcousticsFidelity
@@ -28,8 +29,16 @@ bound; rotating boxes and ellipsoids of irregular mesh, which radiate hardly any
 as long as wide or 16 times as long.
 Bodies of revolution that rotate about their own axis are beyond it: the facets alone move their air."""
 
+MAPPED = 0.01
+"""Moment of volume velocity by which a motion errs that is mapped onto a coarser surface, over h² √(S ∫|∇v|² dS), h the
+mean edge there, S the area of the body."""
+
 ESTIMATE = 2.9
 """Estimated pressures of motions over those of boundary elements, at most (`pressure_of_motion`)."""
+
+QUIET = 0.1
+"""Pressure at the loudest point, over what the motion would give there if it radiated from all over, below which it
+radiates from hardly anywhere: a point hears as little by chance at one line in a hundred, ten points at none."""
 
 _MOST_LINES = 256
 """Lines for which pressures on the surface are estimated: those of the largest error by `wall_wavenumber` alone."""
@@ -63,12 +72,7 @@ def cancellation_pressure(
     |jk + 1/r| F/(4πr) on the axis of a dipole amid the pressures on every body, r half their extent at least; with a
     plane twice that.
     """
-    squares = np.zeros(len(wavenumber))
-    for thrust in _thrusts(surface, on_faces, quadrature_error):
-        nearest = [float(np.linalg.norm(points - middle, axis=1).min()) for middle in thrust.middles]
-        r = np.maximum(nearest, thrust.extents)
-        squares += (1.0 + (wavenumber * r) ** 2) * thrust.squared.diagonal().real / (4 * np.pi * r**2) ** 2
-    return np.asarray(np.sqrt(squares) * (1.0 if plane is None else 2.0))
+    return _dipole_pressure(_thrusts(surface, on_faces, quadrature_error), wavenumber, points, plane)
 
 
 def cancellation_of_motion(
@@ -78,53 +82,70 @@ def cancellation_of_motion(
     air: Air,
     plane: RigidPlane | None,
     quadrature_error: float,
+    edge_ratio: ArrayLike = 1.0,
 ) -> FloatArray:
     """As `cancellation_pressure`, over the pressure found at the loudest point (n_f,), at the lines of a surface
     velocity, from pressures on the surface that are estimated (`pressure_of_motion`).
 
     Of bodies whose motion is subsonic, in waves on their walls that are shorter than those in the air (or than the
     body: `wall_wavenumber`); what is faster radiates from all over, and a point hears little of it where waves happen
-    to cancel.  Zero at other lines, and at those beyond the `_MOST_LINES` worst.
-    loudest: (n_f,) Pa.
+    to cancel.  So it does not where flanks of ribs or teeth cancel each other, which sharp edges part: motions that are
+    `QUIET` count as well.  Zero at other lines, and at those beyond the `_MOST_LINES` worst.
+    loudest: (n_f,) Pa.  edge_ratio: (n_f,) or one, mean edge of the surface that was solved over that of the one given;
+    where a coarser one was, the mapped motion leaves another thrust, of `MAPPED`.
     """
     surface = surface_velocity.surface
     wavenumber = 2 * np.pi * surface_velocity.frequency / air.speed_of_sound
+    edge_ratio = np.broadcast_to(edge_ratio, wavenumber.shape)
     lines = np.flatnonzero((wavenumber > 0) & (loudest > 0))
-    subsonic = np.zeros((len(separate(surface)), len(wavenumber)), dtype=bool)
-    squares = np.zeros(len(wavenumber))
+    bodies = separate(surface)
+    away = max(np.linalg.norm(points - surface.centroids.mean(axis=0), axis=1).min(), _half_diagonal(surface))
 
     def per_pressure(at: IntArray, faces: IntArray) -> ComplexArray:  # as squares of any velocity are not
         return surface_velocity.normal_velocity[np.ix_(at, faces)].T / loudest[at]
 
+    slow = np.zeros((len(bodies), len(wavenumber)), dtype=bool)
+    suspect = np.zeros(len(wavenumber))
     for piece in (lines[batch] for batch in line_batches(len(lines))):
-        k = wavenumber[piece]
-        for number, (faces, body) in enumerate(separate(surface)):
-            moving = per_pressure(piece, faces)
-            on_walls = wall_wavenumber(body, moving)
-            subsonic[number, piece] = k < on_walls
-            squares[piece] += (k < on_walls) * (k / on_walls) ** 2 * (body.areas @ np.abs(moving) ** 2)
-    nearest = np.linalg.norm(points - surface.centroids.mean(axis=0), axis=1).min()
-    suspect = squares[lines] * (1.0 + (wavenumber[lines] * nearest) ** 2)
+        k, moving = wavenumber[piece], [per_pressure(piece, faces) for faces, _ in bodies]
+        energy = np.array([body.areas @ np.abs(v) ** 2 for (_, body), v in zip(bodies, moving, strict=True)])
+        on_walls = np.array([wall_wavenumber(body, v) for (_, body), v in zip(bodies, moving, strict=True)])
+        quiet = air.impedance**2 * energy.sum(axis=0) / (4 * np.pi * away**2) > QUIET**-2
+        slow[:, piece] = (k < on_walls) | quiet
+        suspect[piece] = (slow[:, piece] * energy * np.minimum(k / on_walls, 1.0) ** 2).sum(axis=0)
+    suspect = suspect[lines] * (1.0 + (wavenumber[lines] * away) ** 2)
     left = np.zeros(len(wavenumber))
     worst = np.sort(lines[np.argsort(suspect)[-_MOST_LINES:]])
     for piece in (worst[batch] for batch in line_batches(len(worst))):
         on_faces = np.zeros((len(surface.triangles), len(piece)), dtype=complex)
-        for number, (faces, body) in enumerate(separate(surface)):
-            slow = np.flatnonzero(subsonic[number, piece])
-            if len(slow) > 0:
-                moving = per_pressure(piece[slow], faces)
-                on_faces[np.ix_(faces, slow)] = pressure_of_motion(body, wavenumber[piece[slow]], moving, air)
-        left[piece] = cancellation_pressure(surface, wavenumber[piece], on_faces, points, plane, quadrature_error)
+        for number, (faces, body) in enumerate(bodies):
+            mine = np.flatnonzero(slow[number, piece])
+            if len(mine) > 0:
+                v = per_pressure(piece[mine], faces)
+                on_faces[np.ix_(faces, mine)] = pressure_of_motion(body, wavenumber[piece[mine]], v, air)
+        thrusts = _thrusts(surface, on_faces, quadrature_error, edge_ratio[piece])
+        for thrust, (faces, body) in zip(thrusts, bodies, strict=True):
+            edge = np.where(edge_ratio[piece] > 1, edge_ratio[piece] * mean_edge(body), 0.0)
+            slopes = _slopes(body, per_pressure(piece, faces))
+            mapped = MAPPED * air.impedance * wavenumber[piece] * edge**2 * np.sqrt(body.areas.sum() * slopes)
+            thrust.squared[np.diag_indices(len(piece))] += mapped**2
+        left[piece] = _dipole_pressure(thrusts, wavenumber[piece], points, plane)
     return left
 
 
 def wall_wavenumber(body: Surface, velocity: ComplexArray) -> FloatArray:
     """Wavenumbers (m,) rad/m of normal velocities (n_face, m) along the walls, √(1/a² + ∫|∇v|² dS/∫|v|² dS), a half the
     diagonal of the body."""
-    stiffness, _ = _walls(body)
-    bent = (velocity.conj() * (stiffness @ velocity)).sum(axis=0).real
     size = body.areas @ np.abs(velocity) ** 2
-    return np.asarray(np.sqrt(1.0 / _half_diagonal(body) ** 2 + bent / np.where(size > 0, size, 1.0)))
+    return np.asarray(
+        np.sqrt(1.0 / _half_diagonal(body) ** 2 + _slopes(body, velocity) / np.where(size > 0, size, 1.0))
+    )
+
+
+def _slopes(body: Surface, velocity: ComplexArray) -> FloatArray:
+    """∫|∇v|² dS (m,) of normal velocities (n_face, m), not across edges."""
+    stiffness, _ = _walls(body)
+    return np.asarray((velocity.conj() * (stiffness @ velocity)).sum(axis=0).real.clip(0.0))
 
 
 def pressure_of_motion(body: Surface, wavenumber: FloatArray, velocity: ComplexArray, air: Air) -> ComplexArray:
@@ -171,9 +192,12 @@ class _Thrust:
     extents: FloatArray
 
 
-def _thrusts(surface: Surface, on_faces: ComplexArray, quadrature_error: float) -> list[_Thrust]:
+def _thrusts(
+    surface: Surface, on_faces: ComplexArray, quadrature_error: float, edge_ratio: ArrayLike = 1.0
+) -> list[_Thrust]:
     """What is left on every body of pressures on the faces (n_face, m) Pa: F = (CANCELLATION h²/(a²w) + ε)
-    √(S ∫|p|² dS), h the mean edge, ε the error of sound fields by quadrature, which is that of sharp edges.
+    √(S ∫|p|² dS), h the mean edge (times edge_ratio, (m,) or one, where a coarser surface was solved), ε the error of
+    sound fields by quadrature, which is that of sharp edges.
 
     a and S: half the diagonal and the area of the body, or of the part of it that carries |p|² (√3 radii of gyration;
     twice (∫|p|² dS)²/∫|p|⁴ dS), if that is smaller: what lies at rest far away cancels nothing. w: width over length of
@@ -181,7 +205,7 @@ def _thrusts(surface: Surface, on_faces: ComplexArray, quadrature_error: float) 
     """
     made = []
     for faces, body in separate(surface):
-        here, h = on_faces[faces], mean_edge(body)
+        here, h = on_faces[faces], mean_edge(body) * np.asarray(edge_ratio)
         carried = body.areas[:, None] * np.abs(here) ** 2
         total = carried.sum(axis=0)
         weight = np.where(total > 0, carried, body.areas[:, None])
@@ -197,6 +221,17 @@ def _thrusts(surface: Surface, on_faces: ComplexArray, quadrature_error: float) 
         squared = np.outer(share, share) * ((here.conj().T * body.areas) @ here)
         made.append(_Thrust(squared, middles, extents))
     return made
+
+
+def _dipole_pressure(
+    thrusts: Sequence[_Thrust], wavenumber: FloatArray, points: FloatArray, plane: RigidPlane | None
+) -> FloatArray:
+    squares = np.zeros(len(wavenumber))
+    for thrust in thrusts:
+        nearest = [float(np.linalg.norm(points - middle, axis=1).min()) for middle in thrust.middles]
+        r = np.maximum(nearest, thrust.extents)
+        squares += (1.0 + (wavenumber * r) ** 2) * thrust.squared.diagonal().real / (4 * np.pi * r**2) ** 2
+    return np.asarray(np.sqrt(squares) * (1.0 if plane is None else 2.0))
 
 
 def _half_diagonal(body: Surface) -> float:

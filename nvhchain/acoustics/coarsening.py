@@ -15,16 +15,13 @@ from nvhchain.acoustics._gmsh import remesh
 from nvhchain.acoustics.bodies import check_bodies
 from nvhchain.acoustics.master_choice import NARROWEST
 from nvhchain.acoustics.plane import check_plane
-from nvhchain.acoustics.surface import MESH_ERROR, check_points, mean_edge
+from nvhchain.acoustics.surface import MESH_ERROR, SHARP_ANGLE, check_points, mean_edge
 from nvhchain.conventions import Air
 from nvhchain.errors import InputError, SolverError, require
 from nvhchain.fem.triangles import equal_pieces, squared_distance
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, IntArray, RigidPlane, Surface
 from nvhchain.handoff.surface import bodies_of
-
-SHARP_ANGLE = np.radians(40.0)
-"""Edges between triangles that meet under a larger angle are kept."""
 
 VOLUME_TOLERANCE = 0.05
 """Largest change of the enclosed volume, relative, that a coarser surface may bring."""

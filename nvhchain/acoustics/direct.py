@@ -62,11 +62,12 @@ def solve_direct(
     surface, frequency = surface_velocity.surface, surface_velocity.frequency
     check_engine(engine)
     x = check_points(surface, points)
+    memory = _checked(surface_velocity, x, None, air, fidelity, engine, plane, executor)
     expected = expected_accuracy(surface, x, float(frequency[-1]), air, fidelity, engine, plane)
     kept = kept_in(shards, "solve_direct", surface_velocity, x, air, fidelity, engine, plane)
     quadrature = expected.get("quadrature_error", 0.0)
     found, record = _solve(
-        surface_velocity, x, None, air, fidelity, engine, plane, executor, progress, kept, quadrature
+        surface_velocity, x, None, air, fidelity, engine, plane, memory, executor, progress, kept, quadrature
     )
     pressure, left = np.ascontiguousarray(found[:, :-1]), found[:, -1].real
     one_element = float(frequency[-1]) * expected.get("elements_per_wavelength", np.inf)
@@ -97,8 +98,11 @@ def surface_pressure(
     check_arguments(surface_pressure, locals())
     surface, frequency = surface_velocity.surface, surface_velocity.frequency
     check_engine(engine)
+    memory = _checked(surface_velocity, None, incident, air, fidelity, engine, plane, executor)
     expected = expected_accuracy(surface, None, float(frequency[-1]), air, fidelity, engine, plane)
-    galerkin, record = _solve(surface_velocity, None, incident, air, fidelity, engine, plane, executor, progress)
+    galerkin, record = _solve(
+        surface_velocity, None, incident, air, fidelity, engine, plane, memory, executor, progress
+    )
     provenance = made_by("surface_pressure", fidelity, engine, records=record, expected=expected)
     return SurfacePressure(frequency, _vertex_values(surface, galerkin), surface, provenance=provenance)
 
@@ -119,7 +123,7 @@ def _vertex_values(surface: Surface, galerkin: ComplexArray) -> ComplexArray:
     return 0.5 * (galerkin + total / weight)
 
 
-def _solve(
+def _checked(
     surface_velocity: SurfaceVelocity,
     points: FloatArray | None,
     incident: IncidentField | None,
@@ -128,13 +132,8 @@ def _solve(
     engine: str,
     plane: RigidPlane | None,
     executor: Executor | None,
-    progress: Progress | None,
-    shards: BandShards | None = None,
-    quadrature_error: float = 0.0,
-) -> tuple[ComplexArray, list[SolverRecord]]:
-    """Pressure at the field points and `cancellation_pressure` (n_f, n_point + 1), or without points the coefficients
-    (n_f, n_v) of the linear functions whose sum comes nearest to the surface pressure in the mean, and how it was
-    solved."""
+) -> tuple[int, int]:
+    """Bytes that the systems of a task may take, and those of its layer potentials, once all of it is admitted."""
     surface, frequency = surface_velocity.surface, surface_velocity.frequency
     require(
         incident is None or frequency[0] > 0,
@@ -148,13 +147,33 @@ def _solve(
     ends = 0 if points is None else len(with_images(points, plane))
     kept = 16 * len(frequency) * (len(surface.vertices) if points is None else len(points))
     layers = workers(len(frequency)) * min(ends, _layer_block(surface)) * _layer_bytes(surface)
-    task = check_memory(surface, len(frequency), kept, layers, engine, fidelity, executor)
+    return check_memory(surface, len(frequency), kept, layers, engine, fidelity, executor), layers
+
+
+def _solve(
+    surface_velocity: SurfaceVelocity,
+    points: FloatArray | None,
+    incident: IncidentField | None,
+    air: Air,
+    fidelity: AcousticsFidelity,
+    engine: str,
+    plane: RigidPlane | None,
+    memory: tuple[int, int],
+    executor: Executor | None,
+    progress: Progress | None,
+    shards: BandShards | None = None,
+    quadrature_error: float = 0.0,
+) -> tuple[ComplexArray, list[SolverRecord]]:
+    """Pressure at the field points and `cancellation_pressure` (n_f, n_point + 1), or without points the coefficients
+    (n_f, n_v) of the linear functions whose sum comes nearest to the surface pressure in the mean, and how it was
+    solved.  memory: of `_checked`."""
+    task, layers = memory
     records: list[SolverRecord] = []
     pressure = over_bands(
         _pressures,
-        frequency,
+        surface_velocity.frequency,
         (surface_velocity.normal_velocity,),
-        (surface, points, incident, air, fidelity, engine, plane, task, quadrature_error),
+        (surface_velocity.surface, points, incident, air, fidelity, engine, plane, task, quadrature_error),
         memory_per_task=task + layers,
         executor=executor,
         progress=progress,

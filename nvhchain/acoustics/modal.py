@@ -45,13 +45,13 @@ def modal_transfer_vectors(
 ) -> ModalTransferVectors:
     """Transfer vectors times normal shapes and residual motion of the housing, at the lines of a load case.
 
-    frequency: (n_f,) Hz, increasing, within the masters of `atv`.  Only interpolation between masters errs (`project`).
-    The provenance keeps by how much at most (`interpolation_error_dB`), relative to the transfer vector of the same
-    line and point, both as 2-norms over the faces and, with a plane, over the direct and the reflected part: what
-    motions suffer in the mean that are alike on all faces and random in phase; those whose parts cancel suffer more
-    (`interpolation_error` tells it of a surface velocity).  AccuracyWarning where it exceeds
-    `fidelity.master_tolerance_db`.  In the same norm it keeps what resonances that the mesh misses make of the vectors,
-    and warns of it, as `radiate` does.
+    frequency: (n_f,) Hz, increasing, within the masters of `atv`.  Beyond the vectors (`expected_error_dB`, kept from
+    them) only interpolation between masters errs (`project`).  The provenance keeps by how much at most
+    (`interpolation_error_dB`), relative to the transfer vector of the same line and point, both as 2-norms over the
+    faces and, with a plane, over the direct and the reflected part: what motions suffer in the mean that are alike on
+    all faces and random in phase; those whose parts cancel suffer more (`radiate` tells it of a surface velocity).
+    AccuracyWarning where it exceeds `fidelity.master_tolerance_db`.  In the same norm it keeps what resonances that the
+    mesh misses make of the vectors, and warns of it, as `radiate` does.
     Raises InputError when the housing radiates from another surface or a line lies outside the masters, ResourceError.
     """
     check_arguments(modal_transfer_vectors, locals())

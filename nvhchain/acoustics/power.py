@@ -92,10 +92,10 @@ def sound_power(
         "the Rayleigh integral knows no pressure on the surface: give array_radius, or use boundary_elements",
     )
     check_mesh(surface, float(frequency[-1]), air, fidelity)
-    expected = expected_accuracy(surface, None, float(frequency[-1]), air, fidelity, engine, plane)
     highest = 2 * np.pi * float(frequency[-1]) / air.speed_of_sound
     columns = workers(len(frequency)) * waves_memory(surface, highest, plane, fidelity.multipole_digits)
     task = check_memory(surface, len(frequency), 0, columns, engine, fidelity, executor)
+    expected = expected_accuracy(surface, None, float(frequency[-1]), air, fidelity, engine, plane)
     records: list[SolverRecord] = []
     found = over_bands(
         _powers,

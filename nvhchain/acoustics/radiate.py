@@ -5,10 +5,11 @@ from __future__ import annotations
 import numba as nb
 import numpy as np
 
-from nvhchain.acoustics.accuracy import told_interpolation, told_resonances
+from nvhchain.acoustics.accuracy import coarse_edge_ratio, told_interpolation, told_resonances, told_shift
 from nvhchain.acoustics.cancellation import ESTIMATE, cancellation_of_motion, told_cancellation
 from nvhchain.acoustics.interpolation import Interpolant, check_lines, interpolant, line_batches, support
 from nvhchain.acoustics.projection import check_memory
+from nvhchain.acoustics.vector_errors import OF_MESH
 from nvhchain.conventions import Progress
 from nvhchain.errors import InputError
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
@@ -69,8 +70,9 @@ def radiate(
     resonances of the air in openings (`resonance_shift` of the vectors' provenance) and the interpolation looks for
     poles, from four masters on, it also keeps what that makes of the loudest point of a line at most
     (`resonance_error_dB`, at `resonance_frequency` Hz), with an AccuracyWarning where it is more than a mesh with
-    `fidelity.elements_per_wavelength` errs by.
-    What the mesh errs by is in the vectors' provenance (`expected_error_dB`), of motions that are heard.  Where the
+    `fidelity.elements_per_wavelength` errs by; with fewer masters it keeps the `resonance_shift` alone, and
+    warns of openings narrower than half an edge.
+    What the mesh errs by is kept from the vectors (`expected_error_dB`), of motions that are heard.  Where the
     parts of one cancel each other it is more (1 dB where a thin plate bends in four elements a wave, 12 dB of a coarse
     block in torsion at 1 Hz, 1 km away): of vectors from a mesh, and motions slower along the walls than sound, the
     provenance keeps a bound, as `solve_direct` does from the pressure on the surface, which is estimated here
@@ -80,9 +82,11 @@ def radiate(
     """
     check_arguments(radiate, locals())
     smooth = _prepare(atv, surface_velocity, fidelity)
-    shift = float(atv.provenance.get("resonance_shift", 0.0)) if smooth.poles > 0 else 0.0
+    missed = float(atv.provenance.get("resonance_shift", 0.0))
+    shift = missed if smooth.poles > 0 else 0.0
     pressure, error, shifted = _evaluate(smooth, surface_velocity, len(atv.points), progress, shift)
     provenance: dict[str, object] = {"stage": "acoustics.radiate", "fidelity": repr(fidelity)}
+    provenance |= {name: atv.provenance[name] for name in OF_MESH if name in atv.provenance}
     frequency, amplitude = surface_velocity.frequency, np.abs(pressure)
     peak, loudest = amplitude.max(axis=0), amplitude.max(axis=1)
     relative = error.max(axis=0) / np.where(peak > 0, peak, 1.0)
@@ -92,10 +96,13 @@ def radiate(
     told_interpolation(relative, frequency[error.argmax(axis=0)], of, fidelity)
     if shift > 0:
         provenance |= told_resonances(frequency, loudest, shifted.max(axis=1), fidelity)
+    else:
+        provenance |= told_shift(missed)
     if "elements_per_wavelength" in atv.provenance:
         one_element = float(atv.frequency[-1]) * atv.provenance["elements_per_wavelength"]
         quadrature = atv.provenance.get("quadrature_error", 0.0)
-        left = cancellation_of_motion(surface_velocity, loudest, atv.points, atv.air, atv.plane, quadrature)
+        ratio = coarse_edge_ratio(atv, frequency)
+        left = cancellation_of_motion(surface_velocity, loudest, atv.points, atv.air, atv.plane, quadrature, ratio)
         provenance |= told_cancellation(frequency, np.sign(left), left**2, fidelity, one_element, ESTIMATE)
     return FieldPressure(frequency, atv.points, pressure, provenance=provenance)
 

@@ -104,13 +104,13 @@ def radiation_resistance(
     check_mesh(surface, float(frequency[-1]), air, fidelity)
     if plane is not None:
         check_plane(plane, surface)
-    expected = expected_accuracy(surface, None, float(frequency[-1]), air, fidelity, engine, plane)
     top = _order(surface, float(frequency[-1]), air, fidelity, plane)
     columns, rows = shapes.shape[1], multipole_count(surface, top, plane)
     size = 2 * 16 * len(frequency) * (rows + columns) * columns
     waves = expansion_memory(surface, top) + 16 * columns * (3 * len(surface.vertices) + 6 * len(shapes))
     waves *= workers(len(frequency))
     task = check_memory(surface, len(frequency), size, waves, engine, fidelity, executor)
+    expected = expected_accuracy(surface, None, float(frequency[-1]), air, fidelity, engine, plane)
     records: list[SolverRecord] = []
     found = over_bands(
         _waves_and_errors,

@@ -110,20 +110,18 @@ def transfer_vectors(
         check_plane(plane, surface, x)
     ends = with_images(x, plane)
     exact = fidelity.radiation == "boundary_elements"
+    size, columns = vectors_memory(len(surface.vertices), len(surface.triangles), len(ends), len(frequency))
     if exact:
+        task = check_memory(surface, len(frequency), size, columns, engine, fidelity, executor)
         expected = expected_accuracy(surface, x, float(frequency[-1]), air, fidelity, engine, plane)
     else:
+        task = check_rayleigh_memory(surface, len(ends), size + columns)
         expected = rayleigh_accuracy(surface, frequency, air)
     below = coarse_surfaces(surface, coarser, ends, plane, air, fidelity) if exact else ()
     below = without_slivers(below, float(frequency[0]), float(frequency[-1]))
     of_coarse = coarse_accuracy(below, frequency, air, fidelity, engine, plane)
     records: list[SolverRecord] = []
     coarse = tuple((one.surface, one.lowest_frequency, one.highest_frequency) for one in below)
-    size, columns = vectors_memory(len(surface.vertices), len(surface.triangles), len(ends), len(frequency))
-    if exact:
-        task = check_memory(surface, len(frequency), size, columns, engine, fidelity, executor)
-    else:
-        task = check_rayleigh_memory(surface, len(ends), size + columns)
     vectors = over_bands(
         _vectors,
         frequency,

@@ -8,8 +8,11 @@ from nvhchain.acoustics import sphere
 from nvhchain.handoff import Surface, SurfaceVelocity
 
 
-def box(size, edge, remove=None):
-    """Closed surface of cubes of side `edge` filling `size`, without the cubes for which `remove(centre)` holds."""
+def box(size, edge, remove=None, alike=False):
+    """Closed surface of cubes of side `edge` filling `size`, without the cubes for which `remove(centre)` holds.
+
+    alike: the diagonals of a wall all run one way, not to and fro.
+    """
     counts = np.round(np.asarray(size) / edge).astype(int)
     filled = np.zeros(counts + 2, dtype=bool)
     for cell in itertools.product(*(range(n) for n in counts)):
@@ -28,7 +31,7 @@ def box(size, edge, remove=None):
             corners[[1, 2], u] += 1
             corners[[2, 3], v] += 1
             quad = corners if side else corners[::-1]
-            quads.append(quad if cell.sum() % 2 else np.roll(quad, 1, axis=0))
+            quads.append(quad if alike or cell.sum() % 2 else np.roll(quad, 1, axis=0))
     points = np.array(quads).reshape(-1, 3)
     vertices, index = np.unique(points, axis=0, return_inverse=True)
     index = index.reshape(-1, 4)

@@ -2,13 +2,26 @@
 
 import tracemalloc
 from dataclasses import replace
+from functools import partial
 
 import acoustics_bodies as bodies
 import numpy as np
 import pytest
 
 from nvhchain import cluster
-from nvhchain.acoustics import _fused, engines, estimate_memory, solve_direct, sphere, transfer_vectors
+from nvhchain.acoustics import (
+    SurfaceShapes,
+    _fused,
+    accuracy,
+    engines,
+    estimate_memory,
+    radiation_resistance,
+    solve_direct,
+    sound_power,
+    sphere,
+    surface_pressure,
+    transfer_vectors,
+)
 from nvhchain.acoustics.compressed import compressed_size, compressed_systems
 from nvhchain.acoustics.compression import CompressedMatrix
 from nvhchain.acoustics.linear_system import DirectSystem
@@ -160,6 +173,24 @@ def test_estimated_memory_of_transfer_vectors_is_what_they_are_refused_by(monkey
     free(monkeypatch, need - together + alone - 1)
     with pytest.raises(ResourceError, match="GiB are free"):
         transfer_vectors(surface, points, masters, fidelity=direct)
+
+
+def test_what_does_not_fit_is_refused_before_the_surface_is_looked_at_closely(monkeypatch, body):
+    """Openings and quadrature errors of 82 000 triangles took ten seconds before the refusal."""
+    surface, lines = body[0], np.array([100.0])
+    moving = SurfaceVelocity(lines, np.ones((1, len(surface.triangles))), surface)
+    shapes = SurfaceShapes(surface, np.ones((len(surface.triangles), 1)))
+    monkeypatch.setattr(accuracy, "resonance_shift", lambda *_: pytest.fail("looked at closely"))
+    free(monkeypatch, 1e3)
+    for call in (
+        partial(transfer_vectors, surface, [[0.0, 0.0, 9.0]], lines),
+        partial(solve_direct, moving, [[0.0, 0.0, 9.0]]),
+        partial(surface_pressure, moving),
+        partial(sound_power, moving),
+        partial(radiation_resistance, shapes, lines),
+    ):
+        with pytest.raises(ResourceError, match="GiB are free"):
+            call(fidelity=FIDELITY)
 
 
 @pytest.mark.parametrize("solver", ["direct", "iterative", "compressed"])

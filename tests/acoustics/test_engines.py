@@ -94,7 +94,7 @@ def test_rigid_sphere_in_a_plane_wave(solved):
 def test_vectors_are_those_of_the_fused_engine(solved):
     """With Gauss orders at which both are converged."""
     fused = transfer_vectors(BODY, POINTS, FREQUENCY, air=AIR, fidelity=KNOBS).vectors
-    assert np.abs(solved.vectors.vectors - fused).max() < 1e-4 * np.abs(fused).max()
+    assert np.abs(solved.vectors.vectors - fused).max() < 1e-5 * np.abs(fused).max()
 
 
 def test_source_inside_a_body_that_is_not_convex_and_sources_inside_two_bodies(solved):
@@ -113,7 +113,7 @@ def test_bodies_of_any_shape_have_the_vectors_of_the_fused_engine_and_a_mirrored
     """Of either engine two bodies that move alike sound as the fused engine's one body over a rigid floor, but for the
     coupling α, which goes with the size of the whole and weighs the errors of the mesh."""
     fused = transfer_vectors(BRACKET, ABOVE, LOW, air=AIR, fidelity=KNOBS).vectors[0]
-    assert np.abs(solved.bracket - fused).max() < 1e-4 * np.abs(fused).max()
+    assert np.abs(solved.bracket - fused).max() < 1e-5 * np.abs(fused).max()
     over_floor = transfer_vectors(BRACKET, ABOVE, LOW, air=AIR, fidelity=KNOBS, plane=FLOOR).vectors[0]
     folded = solved.pair.reshape(len(ABOVE), 2, -1).sum(axis=1)
     assert np.abs(folded - over_floor).max() < 3e-3 * np.abs(over_floor).max()

@@ -14,9 +14,13 @@ from scipy.special import spherical_jn, spherical_yn
 
 from nvhchain.acoustics import PlaneWave, PointSource, RigidPlane, direct, solve_direct, sphere, surface_pressure
 from nvhchain.acoustics._coupling import coupling
+from nvhchain.acoustics.surface import skewness
 from nvhchain.errors import InputError, ResourceError
-from nvhchain.handoff import SurfaceVelocity
+from nvhchain.handoff import Surface, SurfaceVelocity
 
+CUBE = bodies.box((0.2, 0.2, 0.2), 0.2 / 12, alike=True)
+_WALLS = bodies.box((6, 18, 18), 1.0, alike=True)
+STRETCHED = Surface(_WALLS.vertices * [0.05, 0.3 / 18, 0.3 / 18], _WALLS.triangles)
 LEVELS = {200.0: 114.062, 1000.0: 122.198, 1715.0: 122.912}
 
 
@@ -129,14 +133,17 @@ BRACKET = {"size": (0.2, 0.2, 0.1), "remove": lambda c: c[0] > 0.1 and c[1] > 0.
         (bodies.box((0.2, 0.15, 0.1), 0.0125), (0.01, -0.005, 0.008)),
         (bodies.box(edge=0.0125, **BRACKET), (-0.045, -0.05, 0.002)),
         (sphere(0.1, 3), (0.01, -0.015, 0.02)),
+        (CUBE, (0.0, 0.0, 0.0)),
+        (STRETCHED, (0.01, 0.0, 0.0)),
     ],
-    ids=["box", "bracket", "sphere"],
+    ids=["box", "bracket", "sphere", "diagonals alike", "three times as long as wide"],
 )
 @pytest.mark.parametrize(("per_wavelength", "limit"), [(8, 0.02), (12, 0.01)])
 def test_interior_source_at_8_and_12_elements_per_wavelength(air, coarse, body, source, per_wavelength, limit):
-    frequency = air.speed_of_sound / (per_wavelength * bodies.mean_edge(body))
+    """As they are counted: of triangles that are long in one direction fewer (`skewness`)."""
+    frequency = air.speed_of_sound / (per_wavelength * bodies.mean_edge(body) * np.sqrt(skewness(body)))
     velocity = bodies.source_velocity(body, source, frequency, air)
-    points = bodies.shell(20, 0.5)
+    points = bodies.shell(100, 0.5)
     exact = bodies.source_field(points, source, 2 * np.pi * frequency / air.speed_of_sound)[0]
     pressure = solve_direct(velocity, points, air=air, fidelity=coarse).pressure[0]
     assert np.abs(pressure - exact).max() < limit * np.abs(exact).max()

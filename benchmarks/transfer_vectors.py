@@ -3,8 +3,8 @@
     python benchmarks/transfer_vectors.py OUT set growth masters threads cold large peer1 peer2 opencl=PYTHON
 
 Each part named is measured, every row in a process of its own, unless OUT holds its record already; the tables, that of
-the peers on a page of its own, are made of all records in OUT. Sizes can be given: `growth=500,2000,20000`,
-`masters=1,128`, `set=6500`, `large=30000`.
+the peers on a page of its own, are made of all records in OUT. Sizes can be given: `growth=500,2000,23000`,
+`masters=1,128`, `set=6500`, `large=34000`.
 
 Growth, masters, cold, peer1 and large take one thread, so that two of them can run side by side; set, peer2 and the
 second row of threads take two and a machine that does nothing else.
@@ -38,11 +38,11 @@ ROOT = Path(__file__).parents[1]
 LOW, C, DENSITY = 50.0, 343.0, 1.21
 SIZES = {
     "set": [6500],
-    "growth": [500, 1000, 2000, 5000, 10000, 20000],
+    "growth": [500, 1000, 2000, 5000, 10000, 23000],
     "masters": [1, 8, 32, 128],
     "threads": [5000],
     "cold": [2000],
-    "large": [30000],
+    "large": [34000],
     "peer1": [700],
     "peer2": [700],
 }

@@ -170,6 +170,22 @@ def test_flanks_of_teeth_that_cancel_each_other_are_bounded_where_the_whole_move
     assert true < heard.provenance["cancellation_error_dB"] < 12.0
 
 
+def test_one_point_that_hears_little_tells_nothing_of_cancellation_and_many_points_do(air):
+    """Motions faster than sound along the walls; the pressures are given."""
+    twist = moving(BLOCK, twisting(BLOCK), 1200.0)
+    assert wall_wavenumber(BLOCK, twisting(BLOCK)[:, None]).item() < 2 * np.pi * 1200.0 / air.speed_of_sound
+    many = bodies.shell(30, 1.0)
+    all_over = air.impedance * np.sqrt(BLOCK.areas @ twisting(BLOCK) ** 2 / (4 * np.pi))
+    for points, heard, told in (
+        (many[:1], 0.03, False),
+        (many[:1], 0.005, True),
+        (many, 0.03, True),
+        (many, 0.2, False),
+    ):
+        left = cancellation_of_motion(twist, np.array([heard * all_over]), points, air, None, 0.0)
+        assert (left > 0).item() is told
+
+
 @pytest.mark.parametrize(("ratio", "least"), [(2.0, 4.0), (3.0, 9.0)])
 def test_motions_that_a_coarser_surface_cannot_carry_are_bounded_and_warned_of(air, ratio, least):
     """Lid and bottom in 3 × 3 half waves: the edges of the fine surface counted: 1 dB without a warning."""

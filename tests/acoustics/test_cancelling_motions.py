@@ -19,6 +19,7 @@ from nvhchain.acoustics import (
 )
 from nvhchain.acoustics.accuracy import coarse_edge_ratio
 from nvhchain.acoustics.cancellation import ESTIMATE, cancellation_of_motion, pressure_of_motion, wall_wavenumber
+from nvhchain.acoustics.surface import mean_edge
 from nvhchain.conventions import Air
 from nvhchain.errors import AccuracyWarning
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
@@ -206,6 +207,20 @@ def test_motions_that_a_coarser_surface_cannot_carry_are_bounded_and_warned_of(a
     fine = silent(transfer_vectors, body, points, lines[1:], air=air)
     fast = [silent(radiate, of, moving(body, bent, 1300.0)).provenance["cancellation_error_dB"] for of in (atv, fine)]
     assert fast[0] == pytest.approx(fast[1])
+
+
+def test_lines_of_a_coarser_surface_are_looked_at_first_and_take_the_coarsest_that_carries_them(air, monkeypatch):
+    lines, points = np.array([100.0, 200.0]), bodies.shell(10, 1.0)
+    atv = cases.monopoles(BLOCK, points, lines, air)
+    edge = mean_edge(BLOCK)
+    bands = [[50.0, 150.0, 3.0 * edge], [50.0, 300.0, 2.0 * edge]]
+    told = atv.replace(provenance={"coarse_bands": bands})
+    assert coarse_edge_ratio(told, np.array([40.0, 100.0, 200.0, 400.0])) == pytest.approx([1.0, 3.0, 2.0, 1.0])
+    twist = SurfaceVelocity(lines, np.tile(twisting(BLOCK), (2, 1)), BLOCK)
+    monkeypatch.setattr(cancellation, "_MOST_LINES", 1)
+    for ratio in ([3.0, 1.0], [1.0, 3.0]):
+        left = cancellation_of_motion(twist, np.ones(2), points, air, None, 0.0, np.array(ratio))
+        assert (left > 0).tolist() == [one > 1 for one in ratio]
 
 
 def test_walls_of_a_housing_that_bend_slower_than_sound_are_bounded_where_it_is_not_compact(air):

@@ -107,8 +107,9 @@ def test_the_estimate_is_that_of_both_neighbours_and_of_the_direct_and_the_refle
 
 
 def test_what_is_made_from_operators_keeps_what_was_stated_of_them(air, tmp_path):
+    of_mesh = {"expected_error_dB": 0.3, "coarse_error_dB": 0.4}
     atv = vectors(FEW, air)
-    atv = atv.replace(provenance=atv.provenance | {"resonance_shift": 0.02})
+    atv = atv.replace(provenance=atv.provenance | {"resonance_shift": 0.02} | of_mesh)
     housing = moving_at_random(atv.surface, 5)
     lines = convolution_lines(RATE, LINES[-1], decay_time(housing, LINES[-1]))
     lines = lines[lines >= LINES[0]]
@@ -128,7 +129,11 @@ def test_what_is_made_from_operators_keeps_what_was_stated_of_them(air, tmp_path
     ):
         assert [made.provenance[name] for name in names] == [operator.provenance[name] for name in names]
         assert made.provenance["interpolation_error_dB"] > 0.1
+        assert made.provenance | of_mesh == made.provenance
     assert of_functions == []
+    still = SurfaceVelocity(lines[:1], np.zeros((1, len(atv.surface.triangles))), atv.surface)
+    heard = radiate(atv, still).provenance
+    assert heard | of_mesh == heard
 
 
 def test_vectors_between_masters_keep_what_was_stated_of_the_masters(air):

@@ -43,7 +43,7 @@ SIZES = {
     "threads": [5000],
     "cold": [2000],
     "large": [34000],
-    "peer1": [700],
+    "peer1": [700, 2000],
     "peer2": [700],
 }
 POINTS = 10

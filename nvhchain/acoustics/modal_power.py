@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from nvhchain.acoustics.accuracy import told_interpolation, told_resonances
+from nvhchain.acoustics.accuracy import told_interpolation, told_resonances, told_shift
 from nvhchain.acoustics.cancellation import told_cancellation
 from nvhchain.acoustics.efficiency import over_plane_waves
 from nvhchain.acoustics.interpolation import Nodes, nodes_at, support
@@ -78,7 +78,8 @@ def waves_power(
     products = _Products(resistance, nodes)
     lines = np.flatnonzero(velocity.any(axis=1) & (frequency > 0))
     power, error, shifted = (np.zeros(len(frequency)) for _ in range(3))
-    shift = float(resistance.provenance.get("resonance_shift", 0.0)) if nodes.poles > 0 else 0.0
+    missed = float(resistance.provenance.get("resonance_shift", 0.0))
+    shift = missed if nodes.poles > 0 else 0.0
     for piece in _pieces(nodes, frequency, lines):
         sets = [nodes.weights(frequency[piece]), *nodes.error_weights(frequency[piece])]
         moved = nodes.shift_weights(frequency[piece], shift) if shift > 0 else ()
@@ -89,6 +90,8 @@ def waves_power(
     told = told_interpolation(error, frequency, "the sound power", fidelity)
     if shift > 0:
         told |= told_resonances(frequency, np.sqrt(power), shifted, fidelity)
+    else:
+        told |= told_shift(missed)
     if resistance.cancellation is not None:
         one_element = float(resistance.frequency[-1]) * resistance.provenance.get("elements_per_wavelength", np.inf)
         left = _error_power(resistance, frequency, velocity)

@@ -216,6 +216,9 @@ def test_lines_of_a_coarser_surface_are_looked_at_first_and_take_the_coarsest_th
     bands = [[50.0, 150.0, 3.0 * edge], [50.0, 300.0, 2.0 * edge]]
     told = atv.replace(provenance={"coarse_bands": bands})
     assert coarse_edge_ratio(told, np.array([40.0, 100.0, 200.0, 400.0])) == pytest.approx([1.0, 3.0, 2.0, 1.0])
+    heaving = SurfaceVelocity(lines, np.tile(BLOCK.normals[:, 2], (2, 1)), BLOCK)  # which the map keeps
+    one, two = (cancellation_of_motion(heaving, np.ones(2), points, air, None, 0.0, r) for r in (1.0, 2.0))
+    assert two == pytest.approx(4.0 * one)
     twist = SurfaceVelocity(lines, np.tile(twisting(BLOCK), (2, 1)), BLOCK)
     monkeypatch.setattr(cancellation, "_MOST_LINES", 1)
     for ratio in ([3.0, 1.0], [1.0, 3.0]):

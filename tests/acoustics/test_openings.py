@@ -242,8 +242,14 @@ def test_too_few_masters_over_a_narrow_gap_are_warned_of(air):
     """A box 5 mm above a floor at three lines: 3 dB at the resonance between them, 0.15 stated."""
     body, plane = bodies.box((0.4, 0.3, 0.1), 0.05), RigidPlane((0.0, 0.0, -0.055), (0.0, 0.0, 1.0))
     atv = transfer_vectors(body, [[0.0, 0.0, 1.0]], [640.0, 680.0, 720.0], air=air, plane=plane)
-    velocity = SurfaceVelocity([680.0], body.normals[None, :, 2] < -0.5, body)
-    for call in (partial(radiate, atv, velocity), partial(vectors_at, atv, [680.0])):
+    bottom = (body.normals[:, 2] < -0.5).astype(float)
+    velocity = SurfaceVelocity([680.0], bottom[None], body)
+    resistance = radiation_resistance(SurfaceShapes(body, bottom[:, None]), atv.frequency, air=air, plane=plane)
+    for call in (
+        partial(radiate, atv, velocity),
+        partial(vectors_at, atv, [680.0]),
+        partial(waves_power, resistance, [680.0], [[1.0]]),
+    ):
         with pytest.warns(
             AccuracyWarning, match="may resonate up to 5.6 % elsewhere .* these masters do not show where"
         ):

@@ -57,6 +57,8 @@ def solve_direct(
     At 0 Hz the pressure is zero, the limit of a finite velocity.
     The provenance also keeps the largest error of motions whose parts cancel each other, relative to the loudest point
     (`cancellation_error_dB`, at `cancellation_frequency` Hz), with an AccuracyWarning as `sound_power` gives it.
+    Of air in openings it keeps by how much of its frequency the mesh may miss a resonance, no decibels
+    (`resonance_shift`): a line beside one may err by ten and more, which `radiate` tells from four masters on.
     """
     check_arguments(solve_direct, locals())
     surface, frequency = surface_velocity.surface, surface_velocity.frequency

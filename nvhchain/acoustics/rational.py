@@ -29,9 +29,8 @@ class Window:
         on_node = distance == 0
         distance[on_node] = 1.0
         weights = np.asarray(barycentric(self.nodes) * self.denominator(self.nodes) / distance, dtype=complex)
-        weights /= weights.sum(axis=1, keepdims=True)
         weights[on_node.any(axis=1)] = on_node[on_node.any(axis=1)]
-        return weights
+        return weights / weights.sum(axis=1, keepdims=True)
 
     def resonances(self) -> tuple[ComplexArray, ComplexArray]:
         """Poles f_p (n,) Hz and the weights (n, m) of the values at the nodes for the residues R_p there: near a pole

@@ -4,9 +4,10 @@ from importlib import import_module
 
 import numpy as np
 import pytest
+from numpy.polynomial import Chebyshev
 
 from nvhchain.acoustics import interpolation_error, project, radiate, sphere, vectors_at
-from nvhchain.acoustics.rational import window
+from nvhchain.acoustics.rational import Window, window
 from nvhchain.conventions import Air
 from nvhchain.errors import InputError, ResourceError
 from nvhchain.fidelity import AcousticsFidelity
@@ -111,6 +112,14 @@ def test_rational_functions_of_low_degree_are_exact_and_vectors_of_rank_one_make
     assert error(lambda f: shapes[0] + f[:, None] * shapes[1] + (1 / (f[:, None] - poles)) @ shapes[2:]) < 1e-8 * 1e3
     assert error(lambda f: np.outer(np.exp(-3j * f), shapes[0])) < 1e-5
     assert error(lambda f: np.outer(np.ones_like(f), shapes[0])) < 1e-12
+
+
+def test_lines_at_nodes_1_hz_apart_divide_nothing_by_zero():
+    """The weights there are those of the node alone, before they are divided by their sum."""
+    nodes = np.array([256.0, 257.0])
+    with np.errstate(all="raise"):
+        found = Window(nodes, Chebyshev([1.0], domain=nodes)).weights(np.array([256.0, 256.5, 257.0]))
+    assert found == pytest.approx(np.array([[1.0, 0.0], [0.5, 0.5], [0.0, 1.0]]))
 
 
 def test_pressure_does_not_depend_on_how_points_are_put_together(detour, fidelity, monkeypatch):

@@ -258,17 +258,34 @@ def told_interpolation(
 
 
 def told_resonances(
+    shift: float,
+    poles: int,
     frequency: FloatArray,
     amplitude: FloatArray,
     change: FloatArray,
     fidelity: AcousticsFidelity,
     stacklevel: int = 3,
 ) -> dict[str, float]:
-    """Provenance of the largest error of lines (n_f,) Hz beside resonances that the mesh misses, dB, and where, Hz.
+    """Provenance of resonances that the mesh may miss by `shift` of their frequency; nothing where it misses none.
 
-    amplitude, change: (n_f,), what was found and what it changes by.  Gives an AccuracyWarning where the error is
-    larger than that of a mesh with `fidelity.elements_per_wavelength`.
+    The largest error of lines (n_f,) Hz beside one, dB, and where, Hz; where interpolation looks for no poles, which
+    would show where they are, the shift alone.
+    poles: that are looked for.  amplitude, change: (n_f,), what was found and what it changes by.  Gives an
+    AccuracyWarning where the error is larger than that of a mesh with `fidelity.elements_per_wavelength`, and without
+    poles for openings narrower than half an edge.
     """
+    if shift == 0:
+        return {}
+    if poles == 0:
+        if shift > 2.0 * SHIFT:
+            warnings.warn(
+                f"the air in openings of the body may resonate up to {100 * shift:.2g} % elsewhere than on this mesh, "
+                "and these masters do not show where: lines that near to a resonance err by several decibels; "
+                "interpolate by rational functions between four masters or more, or refine the surface in its openings",
+                AccuracyWarning,
+                stacklevel=stacklevel,
+            )
+        return {"resonance_shift": shift}
     error = change / np.where(amplitude > 0, amplitude, np.inf)
     worst = int(error.argmax())
     largest, at = _decibel(float(error[worst])), float(frequency[worst])
@@ -282,23 +299,6 @@ def told_resonances(
             stacklevel=stacklevel,
         )
     return {"resonance_error_dB": largest, "resonance_frequency": at}
-
-
-def told_shift(shift: float, stacklevel: int = 3) -> dict[str, float]:
-    """Provenance of resonances that the mesh may miss by `shift` of their frequency where no poles are looked for that
-    would show where they are; nothing where it misses none.  Gives an AccuracyWarning for openings narrower than half
-    an edge."""
-    if shift == 0:
-        return {}
-    if shift > 2.0 * SHIFT:
-        warnings.warn(
-            f"the air in openings of the body may resonate up to {100 * shift:.2g} % elsewhere than on this mesh, and "
-            "these masters do not show where: lines that near to a resonance err by several decibels; interpolate by "
-            "rational functions between four masters or more, or refine the surface in its openings",
-            AccuracyWarning,
-            stacklevel=stacklevel,
-        )
-    return {"resonance_shift": shift}
 
 
 def coarse_accuracy(

@@ -43,7 +43,8 @@ which it radiates from hardly anywhere.  Of one point the square: behind the gea
 chance at one line in forty, 0.017 at least."""
 
 _MOST_LINES = 256
-"""Lines for which pressures on the surface are estimated: those of the largest error by `wall_wavenumber` alone."""
+"""Lines for which pressures on the surface are estimated: those of the largest error by what moves and its
+`wall_wavenumber` alone."""
 
 
 def cancellation_resistance(

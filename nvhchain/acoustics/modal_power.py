@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from nvhchain.acoustics.accuracy import told_interpolation, told_resonances, told_shift
+from nvhchain.acoustics.accuracy import told_interpolation, told_resonances
 from nvhchain.acoustics.cancellation import told_cancellation
 from nvhchain.acoustics.efficiency import over_plane_waves
 from nvhchain.acoustics.interpolation import Nodes, nodes_at, support
@@ -78,8 +78,7 @@ def waves_power(
     products = _Products(resistance, nodes)
     lines = np.flatnonzero(velocity.any(axis=1) & (frequency > 0))
     power, error, shifted = (np.zeros(len(frequency)) for _ in range(3))
-    missed = float(resistance.provenance.get("resonance_shift", 0.0))
-    shift = missed if nodes.poles > 0 else 0.0
+    shift = float(resistance.provenance.get("resonance_shift", 0.0))
     for piece in _pieces(nodes, frequency, lines):
         sets = [nodes.weights(frequency[piece]), *nodes.error_weights(frequency[piece])]
         moved = nodes.shift_weights(frequency[piece], shift) if shift > 0 else ()
@@ -88,10 +87,7 @@ def waves_power(
         error[piece] = np.sqrt(np.maximum(below, above) / np.where(whole > 0, whole, 1.0))
         shifted[piece] = sum(np.sqrt(0.5 * change) for change in changes)
     told = told_interpolation(error, frequency, "the sound power", fidelity)
-    if shift > 0:
-        told |= told_resonances(frequency, np.sqrt(power), shifted, fidelity)
-    else:
-        told |= told_shift(missed)
+    told |= told_resonances(shift, nodes.poles, frequency, np.sqrt(power), shifted, fidelity)
     if resistance.cancellation is not None:
         one_element = float(resistance.frequency[-1]) * resistance.provenance.get("elements_per_wavelength", np.inf)
         left = _error_power(resistance, frequency, velocity)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numba as nb
 import numpy as np
 
-from nvhchain.acoustics.accuracy import coarse_edge_ratio, told_interpolation, told_resonances, told_shift
+from nvhchain.acoustics.accuracy import coarse_edge_ratio, told_interpolation, told_resonances
 from nvhchain.acoustics.cancellation import ESTIMATE, cancellation_of_motion, told_cancellation
 from nvhchain.acoustics.interpolation import Interpolant, check_lines, interpolant, line_batches, support
 from nvhchain.acoustics.projection import check_memory
@@ -74,16 +74,16 @@ def radiate(
     warns of openings narrower than half an edge.
     What the mesh errs by is kept from the vectors (`expected_error_dB`), of motions that are heard.  Where the
     parts of one cancel each other it is more (1 dB where a thin plate bends in four elements a wave, 12 dB of a coarse
-    block in torsion at 1 Hz, 1 km away): of vectors from a mesh, and motions slower along the walls than sound, the
-    provenance keeps a bound, as `solve_direct` does from the pressure on the surface, which is estimated here
-    (`cancellation_error_dB`, at `cancellation_frequency` Hz; `cancellation_of_motion`), with an AccuracyWarning as
-    `sound_power` gives it, though not before the estimate tells for sure.
+    block in torsion at 1 Hz, 1 km away): of vectors from a mesh, and motions slower along the walls than sound or of
+    which the points hear hardly anything, the provenance keeps a bound, as `solve_direct` does from the pressure on
+    the surface, which is estimated here (`cancellation_error_dB`, at `cancellation_frequency` Hz;
+    `cancellation_of_motion`), with an AccuracyWarning as `sound_power` gives it, though not before the estimate tells
+    for sure.
     Raises InputError when the surfaces differ or a line lies outside the masters.
     """
     check_arguments(radiate, locals())
     smooth = _prepare(atv, surface_velocity, fidelity)
-    missed = float(atv.provenance.get("resonance_shift", 0.0))
-    shift = missed if smooth.poles > 0 else 0.0
+    shift = float(atv.provenance.get("resonance_shift", 0.0))
     pressure, error, shifted = _evaluate(smooth, surface_velocity, len(atv.points), progress, shift)
     provenance: dict[str, object] = {"stage": "acoustics.radiate", "fidelity": repr(fidelity)}
     provenance |= {name: atv.provenance[name] for name in OF_MESH if name in atv.provenance}
@@ -94,10 +94,7 @@ def radiate(
     provenance["interpolation_error"] = np.maximum(relative, stated).tolist()
     of = f"the peak pressure at field point {relative.argmax()}"
     told_interpolation(relative, frequency[error.argmax(axis=0)], of, fidelity)
-    if shift > 0:
-        provenance |= told_resonances(frequency, loudest, shifted.max(axis=1), fidelity)
-    else:
-        provenance |= told_shift(missed)
+    provenance |= told_resonances(shift, smooth.poles, frequency, loudest, shifted.max(axis=1), fidelity)
     if "elements_per_wavelength" in atv.provenance:
         one_element = float(atv.frequency[-1]) * atv.provenance["elements_per_wavelength"]
         quadrature = atv.provenance.get("quadrature_error", 0.0)

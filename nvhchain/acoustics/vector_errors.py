@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from nvhchain.acoustics.accuracy import told_interpolation, told_resonances, told_shift
+from nvhchain.acoustics.accuracy import told_interpolation, told_resonances
 from nvhchain.acoustics.interpolation import Interpolant, line_batches, support
 from nvhchain.acoustics.master_choice import squared_norms
 from nvhchain.fidelity import AcousticsFidelity
@@ -38,15 +38,11 @@ def told_vectors(
     itself states, being interpolated, is kept where it is more.
     """
     lines, told = frequency[frequency > 0], {"interpolation_error_dB": 0.0}
-    missed = float(atv.provenance.get("resonance_shift", 0.0))
-    shift = missed if smooth.poles > 0 else 0.0
+    shift = float(atv.provenance.get("resonance_shift", 0.0))
     if len(lines) > 0:
         error, changed = vector_errors(smooth, lines, deciding_points(atv.surface, atv.points), len(atv.points), shift)
         told = told_interpolation(error, lines, "the transfer vectors", fidelity, stacklevel=4)
-        if shift > 0:
-            told |= told_resonances(lines, np.ones(len(lines)), changed, fidelity, stacklevel=4)
-        else:
-            told |= told_shift(missed, stacklevel=4)
+        told |= told_resonances(shift, smooth.poles, lines, np.ones(len(lines)), changed, fidelity, stacklevel=4)
     for name, *others in STATED:
         if atv.provenance.get(name, 0.0) > told.get(name, 0.0):
             told |= {of: atv.provenance[of] for of in (name, *others)}

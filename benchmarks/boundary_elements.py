@@ -2,12 +2,14 @@
 
     python benchmarks/boundary_elements.py OUT [--compare 1280 5120] [--grow 320 1280 5120 20480] [--opencl PYTHON]
                                            [--two-threads 1280]
+    python benchmarks/boundary_elements.py OUT --peers 320 1280 5120 20480 [--opencl PYTHON]
 
 Spheres of 20 · 4ⁿ triangles at six elements per wavelength; every figure is taken in a process of its own and kept in
 OUT, so that a run that was cut short goes on. The error is that of the surface pressure under a plane-wave velocity,
 against the same mesh at quadrature orders past convergence (relative, RMS): it is quadrature alone. PYTHON: an
 interpreter whose bempp-cl finds Intel's OpenCL runtime; without it those rows say `not installed`. --two-threads:
-meshes that are compared on two threads too, which takes a machine that does nothing else.
+meshes that are compared on two threads too, which takes a machine that does nothing else. --peers: how the cost of all
+grows, on a page of its own, boundary_elements_growth.md; an hour for 20480 triangles, on one thread.
 """
 
 from __future__ import annotations
@@ -179,6 +181,22 @@ def error(found: dict[str, Any], truth: nvh.handoff.ComplexArray) -> float:
     return float(np.linalg.norm(found["pressure"] - truth) / np.linalg.norm(truth))
 
 
+def peers_growth(out: Path, faces: int, opencl: str | None) -> str:
+    """A row: processor seconds per wavenumber of every engine at equal error, peak memory, differences."""
+    ours = own(out, faces, "order 4", BATCH, 1, solve=True)
+    base, cells = ours["cpu"][-1] / BATCH, [f"{ours['cpu'][-1] / BATCH:.3g} | {ours['peak'] / 1e6:.0f}"]
+    for interface, interpreter in (("numba", sys.executable), ("opencl", opencl)):
+        found = peer(out, faces, PEER_ORDER, 1, interpreter, interface) if interpreter else None
+        if found is None:
+            cells.append("not installed | | | ")
+            continue
+        cells.append(
+            f"{found['cpu'][-1]:.3g} | {found['cpu'][-1] / base:.3g} | {found['peak'] / 1e6:.0f} | "
+            f"{error(found, ours['pressure']):.0e}"
+        )
+    return f"| {faces} | {' | '.join(cells)} |"
+
+
 def equal_error(out: Path, faces: int, opencl: str | None) -> list[str]:
     """A sentence: processor time of bempp-cl over that of the fused engine at the order that errs as little."""
     ours = own(out, faces, "order 4", BATCH, 1, solve=True)["cpu"][-1] / BATCH
@@ -245,6 +263,7 @@ def main() -> None:
     parser.add_argument("--grow", nargs="*", type=int, default=[320, 1280, 5120, 20480])
     parser.add_argument("--opencl")
     parser.add_argument("--two-threads", nargs="*", type=int, default=[1280])
+    parser.add_argument("--peers", nargs="+", type=int)
     parser.add_argument("--worker", nargs="+")
     arguments = parser.parse_args()
     if arguments.worker:
@@ -252,6 +271,20 @@ def main() -> None:
         return
     out = arguments.out
     out.mkdir(parents=True, exist_ok=True)
+    if arguments.peers:
+        lines = [
+            "Operators at quadrature order 4, where all err alike, per wavenumber, on one thread beside other work: "
+            f"processor seconds (the fused engine's of a batch of {BATCH}), times the fused engine's, peak MB, and the "
+            "difference of the surface pressure from the fused engine's. Once compiled; above 6000 triangles bempp-cl "
+            "runs once, with its compilation, and the fused engine in stripes of 1 GiB.",
+            "",
+            "| triangles | fused / CPU s | MB | bempp-cl, numba / CPU s | times | MB | difference | "
+            "bempp-cl, Intel OpenCL / CPU s | times | MB | difference |",
+            "|" + "---:|" * 11,
+            *(peers_growth(out, faces, arguments.opencl) for faces in arguments.peers),
+        ]
+        publish("boundary_elements_growth", "\n".join(lines) + "\n")
+        return
     grown = [growth(out, faces, BATCH) for faces in arguments.grow]
     grown += [growth(out, 1280, count) for count in (1, 2, 8, 16, 32, 64, 128)]
     compared = []

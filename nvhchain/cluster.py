@@ -6,11 +6,11 @@ share a machine, and in how they tell that a worker was lost.
 
 from __future__ import annotations
 
+import asyncio
 import os
-import socket
 import sys
 from collections.abc import Callable, Iterator
-from concurrent.futures import BrokenExecutor, CancelledError, Executor
+from concurrent.futures import BrokenExecutor, CancelledError, Executor, ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module
@@ -76,11 +76,11 @@ def connect(address: str, *, timeout: float = 10.0) -> Iterator[Executor]:
     check_arguments(connect, locals())
     require(0 < timeout < float("inf"), f"timeout = {timeout:g} s must be positive and finite")
     distributed = _distributed()
-    addressing = import_module("distributed.comm.addressing")
     try:
-        # A client that found nobody is closed by the garbage collector, which may lock up another one just starting.
-        host, port = addressing.parse_host_port(addressing.parse_address(address)[1])
-        socket.create_connection((host, port), timeout).close()
+        # A client waits for ever for what listens and is no scheduler; one that found nobody is closed by the garbage
+        # collector, which may lock up another one just starting.
+        with ThreadPoolExecutor(1) as beside:  # as the calling thread may have a loop of its own
+            beside.submit(asyncio.run, _identity(address, timeout)).result()
         client = distributed.Client(address, timeout=timeout, set_as_default=False)
     except (OSError, ValueError) as error:
         raise InputError(
@@ -96,6 +96,14 @@ def connect(address: str, *, timeout: float = 10.0) -> Iterator[Executor]:
                 f"'dask worker {address} --nthreads 1'"
             ) from error
         yield client.get_executor(pure=False)
+
+
+async def _identity(address: str, timeout: float) -> None:
+    """Raise OSError or ValueError unless a dask scheduler says within `timeout` s who it is."""
+    async with import_module("distributed.core").rpc(address, timeout=timeout) as scheduler:
+        told = await asyncio.wait_for(scheduler.identity(), timeout)
+    if told["type"] != "Scheduler":
+        raise ValueError(f"a {told['type']}")
 
 
 def cores() -> int:

@@ -3,6 +3,7 @@
 import itertools
 import os
 import signal
+import socket
 import time
 import warnings
 from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
@@ -266,6 +267,18 @@ def test_an_address_where_nothing_answers_is_bad_input_within_the_time_given(add
     ):
         pass
     assert time.monotonic() - start < 5
+
+
+def test_a_port_that_listens_and_is_no_scheduler_is_bad_input_within_the_time_given(two_workers):
+    """One that keeps silent, the dashboard and a worker; a client waited for ever."""
+    dashboard = two_workers._client.dashboard_link.split("//")[1].split("/")[0]
+    worker = next(iter(two_workers._client.scheduler_info()["workers"]))
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        for address in (f"tcp://127.0.0.1:{silent.getsockname()[1]}", f"tcp://{dashboard}", worker):
+            start = time.monotonic()
+            with pytest.raises(InputError, match=r"no dask scheduler answers at"), cluster.connect(address, timeout=1):
+                pass
+            assert time.monotonic() - start < 8
 
 
 def test_a_scheduler_without_workers_is_bad_input(two_workers, monkeypatch):

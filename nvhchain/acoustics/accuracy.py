@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from nvhchain.acoustics.bodies import separate
+from nvhchain.acoustics.clearance import clearances
 from nvhchain.acoustics.coarsening import CoarseSurface, octupole_error
 from nvhchain.acoustics.openings import SHIFT, resonance_shift
 from nvhchain.acoustics.surface import (
@@ -22,10 +23,8 @@ from nvhchain.acoustics.surface import (
     edges_between,
     element_sizes,
     mean_edge,
-    point_clearance,
     skewness,
     width_to_length,
-    winding_and_clearance,
 )
 from nvhchain.conventions import Air
 from nvhchain.errors import AccuracyWarning
@@ -161,7 +160,7 @@ def expected_accuracy(
             AccuracyWarning,
             stacklevel=3,
         )
-    clearance = np.inf if points is None else point_clearance(surface, points, NEAR_POINT)
+    clearance = np.inf if points is None else clearances(surface, points, NEAR_POINT).min()
     if clearance < NEAR_POINT:
         near = _decibel(NEAR_FACTOR * (error + at_longest) + NEAR_FLOOR)
         expected |= {"clearance": float(clearance), "expected_error_nearest_dB": near}
@@ -184,7 +183,7 @@ def beside_ratio(bodies: Sequence[Surface]) -> float:
         most = float(large.longest_edges.max() / radius)
         if most > max(worst, 1.0):
             middle = small.areas @ small.centroids / small.areas.sum()
-            worst = max(worst, 1.0 / max(1.0 / most, winding_and_clearance(large, middle)[1]))
+            worst = max(worst, 1.0 / max(1.0 / most, clearances(large, middle[None])[0]))
     return worst
 
 

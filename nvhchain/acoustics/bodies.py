@@ -7,9 +7,10 @@ from itertools import permutations
 
 import numpy as np
 
+from nvhchain.acoustics.clearance import winding_numbers
 from nvhchain.acoustics.intersections import crossing_pairs, facing_pairs, folded_pairs, neighbours
 from nvhchain.errors import InputError, require
-from nvhchain.handoff import FloatArray, IntArray, Surface
+from nvhchain.handoff import IntArray, Surface
 from nvhchain.handoff.surface import bodies_of
 
 LEAST_GAP = 1e-3
@@ -83,20 +84,7 @@ def _check_nesting(surface: Surface, body: IntArray) -> None:
     for inner, outer in permutations(range(count), 2):
         if (low[inner] >= low[outer]).all() and (high[inner] <= high[outer]).all():
             require(
-                winding_number(parts[outer], parts[inner][0, 0]) < 0.5,
+                float(winding_numbers(parts[outer], parts[inner][0, :1])[0]) < 0.5,
                 f"body {inner} of {count} near {parts[inner][0, 0].tolist()} m lies inside body {outer}: drop it, its "
                 "sound does not get out",
             )
-
-
-def winding_number(corners: FloatArray, point: FloatArray) -> float:
-    """Winding number about `point` (3,) of a closed surface of triangles (n, 3, 3): one inside, zero outside.
-
-    Source: van Oosterom & Strackee 1983, eq. 8.
-    """
-    a, b, c = np.moveaxis(corners - point, 1, 0)
-    la, lb, lc = (np.linalg.norm(side, axis=1) for side in (a, b, c))
-    ab, bc, ca = (np.einsum("ij,ij->i", u, v) for u, v in ((a, b), (b, c), (c, a)))
-    triple = np.einsum("ij,ij->i", a, np.cross(b, c))
-    angle = 2.0 * np.arctan2(triple, la * lb * lc + ab * lc + bc * la + ca * lb)
-    return float(angle.sum() / (4.0 * np.pi))

@@ -73,7 +73,10 @@ def solve_direct(
     )
     pressure, left = np.ascontiguousarray(found[:, :-1]), found[:, -1].real
     one_element = float(frequency[-1]) * expected.get("elements_per_wavelength", np.inf)
-    expected |= told_cancellation(frequency, np.abs(pressure).max(axis=1) ** 2, left**2, fidelity, one_element)
+    loudest = np.abs(pressure).max(axis=1)
+    heard = loudest > 0  # of any pressure, as the squares of some are no numbers
+    left[heard] /= loudest[heard]
+    expected |= told_cancellation(frequency, heard.astype(float), left**2, fidelity, one_element)
     provenance = made_by("solve_direct", fidelity, engine, records=record, expected=expected)
     return FieldPressure(frequency, x, pressure, provenance=provenance)
 
@@ -235,8 +238,9 @@ def _pressures(
                 at_ends[some] = double @ on_surface - single @ gradient
             pressure[at, :-1] = at_ends.reshape(-1, len(points)).sum(axis=0)
             on_faces = on_surface[surface.triangles].mean(axis=1)[:, None]
-            left = cancellation_pressure(surface, np.array([k]), on_faces, points, plane, quadrature_error)
-            pressure[at, -1] = left[0]
+            largest = float(np.abs(on_faces).max()) or 1.0  # as squares of any pressure are not
+            left = cancellation_pressure(surface, np.array([k]), on_faces / largest, points, plane, quadrature_error)
+            pressure[at, -1] = largest * left[0]
 
     return Solved(pressure, solve_each(systems(engine, surface, wavenumbers, fidelity, plane, memory), solve))
 

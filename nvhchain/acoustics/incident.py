@@ -7,7 +7,8 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from nvhchain.acoustics.surface import CLEARANCE, winding_and_clearance
+from nvhchain.acoustics.clearance import clearances, winding_numbers
+from nvhchain.acoustics.surface import CLEARANCE
 from nvhchain.errors import InputError, require
 from nvhchain.handoff import ComplexArray, FloatArray, RigidPlane, Surface
 from nvhchain.kinds import check_fields
@@ -109,10 +110,11 @@ def check_incident(incident: IncidentField, surface: Surface, plane: RigidPlane 
     if not isinstance(incident, PointSource):
         return
     position = np.asarray(incident.position, dtype=float)
-    winding, clearance = winding_and_clearance(surface, position)
+    inside = winding_numbers(surface.vertices[surface.triangles], position[None])[0] > 0.5
+    clearance = clearances(surface, position[None])[0]
     where = f"point source at {position.tolist()} m lies"
     require(
-        winding < 0.5,
+        not inside,
         f"{where} {clearance:.3g} element edges deep inside the body: move it outside, its sound does not get out",
     )
     require(

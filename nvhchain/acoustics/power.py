@@ -27,6 +27,9 @@ from nvhchain.fidelity import STANDARD, AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, RigidPlane, SoundPower, Surface, SurfaceVelocity
 from nvhchain.kinds import check_arguments
 
+FASTEST = 1e140
+"""m/s, largest normal velocity: the squares of what it makes are still numbers."""
+
 
 def sound_power(
     surface_velocity: SurfaceVelocity,
@@ -62,6 +65,12 @@ def sound_power(
     check_arguments(sound_power, locals())
     check_engine(engine)
     surface, frequency = surface_velocity.surface, surface_velocity.frequency
+    fastest = float(np.abs(surface_velocity.normal_velocity).max(initial=0.0))
+    require(
+        fastest < FASTEST,
+        f"normal velocities of {fastest:.3g} m/s have no sound power in double precision, at most {FASTEST:g} have: "
+        "scale them down",
+    )
     if plane is not None:
         check_plane(plane, surface)
     if fidelity.radiation == "equivalent_radiated_power":

@@ -7,7 +7,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nvhchain.acoustics.bodies import check_bodies, winding_number
+from nvhchain.acoustics.bodies import check_bodies
+from nvhchain.acoustics.clearance import clearances, winding_numbers
 from nvhchain.conventions import Air
 from nvhchain.errors import InputError, is_whole, require
 from nvhchain.fidelity import AcousticsFidelity
@@ -157,28 +158,6 @@ def check_mesh(surface: Surface, f_max: float, air: Air, fidelity: AcousticsFide
     )
 
 
-def winding_and_clearance(surface: Surface, point: FloatArray) -> tuple[float, float]:
-    """Winding number of the surface about `point` and its least distance from a triangle in longest edges of that
-    triangle (Ericson, Real-Time Collision Detection, 5.1.5)."""
-    corners = surface.vertices[surface.triangles]
-    a, b, c = np.moveaxis(corners - point, 1, 0)
-    aa, bb, cc, ab, bc, ca = (np.einsum("ij,ij->i", u, v) for u, v in ((a, a), (b, b), (c, c), (a, b), (b, c), (c, a)))
-    triple = np.einsum("ij,ij->i", a, np.cross(b, c))
-
-    # Voronoi regions of the triangle; every edge parameter is the clipped projection on that edge.
-    u, v = aa - ab, aa - ca
-    gram_uu, gram_vv, gram_uv = aa + bb - 2 * ab, aa + cc - 2 * ca, aa - ab - ca + bc
-    determinant = gram_uu * gram_vv - gram_uv**2
-    s = (gram_vv * u - gram_uv * v) / determinant
-    t = (gram_uu * v - gram_uv * u) / determinant
-    inside = (s >= 0) & (t >= 0) & (s + t <= 1)
-    nearest = np.where(inside, np.abs(triple) / np.sqrt(determinant), np.inf)
-    for first, second, p, q, pq in ((a, b, aa, bb, ab), (b, c, bb, cc, bc), (c, a, cc, aa, ca)):
-        w = np.clip((p - pq) / (p + q - 2 * pq), 0.0, 1.0)[:, None]
-        nearest = np.minimum(nearest, np.linalg.norm(first + w * (second - first), axis=1))
-    return winding_number(corners, point), float((nearest / surface.longest_edges).min())
-
-
 def check_points(surface: Surface, points: ArrayLike, clearance: float = CLEARANCE) -> FloatArray:
     """Field points as a (n_point, 3) array in m; `InputError` if one lies inside the body or nearer to its surface than
     `clearance` times the longest edge of the nearest triangle."""
@@ -195,23 +174,17 @@ def check_points(surface: Surface, points: ArrayLike, clearance: float = CLEARAN
     )
     # most points lie so far outside the bounding box that no triangle needs to be looked at
     beyond = np.maximum(surface.vertices.min(axis=0) - x, x - surface.vertices.max(axis=0)).max(axis=1)
-    for m in np.flatnonzero(beyond <= clearance * surface.longest_edges.max()):
-        winding, distance = winding_and_clearance(surface, x[m])
-        require(winding < 0.5, f"field point {m} at {x[m].tolist()} m lies inside the body: move it outside")
-        require(
-            distance >= clearance,
-            f"field point {m} at {x[m].tolist()} m is {distance:.3g} element edges from the surface, at least "
-            f"{clearance:g} are needed: move it away or refine the mesh there",
+    near = np.flatnonzero(beyond <= clearance * surface.longest_edges.max())
+    inside = winding_numbers(surface.vertices[surface.triangles], x[near]) > 0.5
+    distance = clearances(surface, x[near], clearance)
+    for at in np.flatnonzero(inside | (distance < clearance))[:1]:
+        where = f"field point {near[at]} at {x[near[at]].tolist()} m"
+        require(not inside[at], f"{where} lies inside the body: move it outside")
+        raise InputError(
+            f"{where} is {distance[at]:.3g} element edges from the surface, at least {clearance:g} are needed: move it "
+            "away or refine the mesh there"
         )
     return x
-
-
-def point_clearance(surface: Surface, points: FloatArray, reach: float) -> float:
-    """Least distance of the points (n_point, 3) m from a triangle in edges of that triangle; inf if above `reach`."""
-    beyond = np.maximum(surface.vertices.min(axis=0) - points, points - surface.vertices.max(axis=0)).max(axis=1)
-    near = points[beyond <= reach * surface.longest_edges.max()]
-    least = min((winding_and_clearance(surface, point)[1] for point in near), default=np.inf)
-    return least if least < reach else np.inf
 
 
 def sphere(radius: float, subdivisions: int, centre: ArrayLike = (0.0, 0.0, 0.0)) -> Surface:

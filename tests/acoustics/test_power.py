@@ -315,3 +315,10 @@ def test_arguments_are_checked_at_every_level(air, coarse, monkeypatch):
     monkeypatch.setattr("psutil.virtual_memory", Full)
     with pytest.raises(ResourceError, match="GiB are free"):
         sound_power(velocity, air=air, fidelity=coarse)
+
+
+def test_velocities_whose_sound_power_is_no_number_are_refused(air):
+    body = sphere(0.1, 1)
+    fast = SurfaceVelocity([100.0], np.full((1, 80), 1e155), body)
+    with pytest.raises(InputError, match=r"velocities of 1e\+155 m/s have no sound power .* at most 1e\+140 have"):
+        sound_power(fast, air=air)

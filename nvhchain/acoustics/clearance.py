@@ -1,0 +1,72 @@
+"""Where points are beside a closed surface: inside or outside, and how near."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from nvhchain.handoff import FloatArray, Surface
+
+_PAIRS = 2**18
+"""Pairs of points and triangles that are looked at together: arrays that stay in the cache."""
+
+_POINTS = 2**12
+"""Points whose neighbouring triangles are sought together."""
+
+
+def winding_numbers(corners: FloatArray, points: FloatArray) -> FloatArray:
+    """Winding numbers (m,) about points (m, 3) of a closed surface of triangles (n, 3, 3): one inside, zero outside.
+
+    Source: van Oosterom & Strackee 1983, eq. 8.
+    """
+    middle = corners.mean(axis=(0, 1))
+    a, b, c = np.moveaxis(corners - middle, 1, 0)
+    sides = (a, a), (b, b), (c, c), (a, b), (b, c), (c, a)
+    sums, dots = [(u + v).T for u, v in sides], [np.einsum("ij,ij->i", u, v) for u, v in sides]
+    volumes = np.einsum("ij,ij->i", a, np.cross(b, c))
+    doubled = (np.cross(a, b) + np.cross(b, c) + np.cross(c, a)).T
+    found, block = np.empty(len(points)), max(1, _PAIRS // len(corners))
+    for start in range(0, len(points), block):
+        x = points[start : start + block] - middle
+        square = np.einsum("ij,ij->i", x, x)[:, None]
+        aa, bb, cc, ab, bc, ca = (
+            square - np.einsum("pi,if->pf", x, both) + dot for both, dot in zip(sums, dots, strict=True)
+        )
+        la, lb, lc = (np.sqrt(squared.clip(0.0)) for squared in (aa, bb, cc))
+        angle = np.arctan2(volumes - np.einsum("pi,if->pf", x, doubled), la * lb * lc + ab * lc + bc * la + ca * lb)
+        found[start : start + block] = angle.sum(axis=1) / (2.0 * np.pi)
+    return found
+
+
+def clearances(surface: Surface, points: FloatArray, reach: float = np.inf) -> FloatArray:
+    """Least distances (m,) of points (m, 3) from a triangle, in longest edges of that triangle; inf from `reach` on
+    (Ericson, Real-Time Collision Detection, 5.1.5)."""
+    corners, least = surface.vertices[surface.triangles], np.full(len(points), np.inf)
+    for start in range(0, len(points), _POINTS):
+        some = points[start : start + _POINTS]
+        beside = cKDTree(some).query_ball_point(surface.centroids, (1.0 + reach) * surface.longest_edges)
+        triangle = np.repeat(np.arange(len(beside)), [len(of) for of in beside])
+        point = np.concatenate([np.asarray(of, dtype=int) for of in beside])
+        distance = _distances(corners[triangle] - some[point, None]) / surface.longest_edges[triangle]
+        np.minimum.at(least[start:], point, distance)
+    return np.where(least < reach, least, np.inf)
+
+
+def _distances(corners: FloatArray) -> FloatArray:
+    """Distances (n,) of triangles (n, 3, 3) from the origin."""
+    a, b, c = np.moveaxis(corners, 1, 0)
+    aa, bb, cc, ab, bc, ca = (np.einsum("ij,ij->i", u, v) for u, v in ((a, a), (b, b), (c, c), (a, b), (b, c), (c, a)))
+    triple = np.einsum("ij,ij->i", a, np.cross(b, c))
+
+    # Voronoi regions of the triangle; every edge parameter is the clipped projection on that edge.
+    u, v = aa - ab, aa - ca
+    gram_uu, gram_vv, gram_uv = aa + bb - 2 * ab, aa + cc - 2 * ca, aa - ab - ca + bc
+    determinant = gram_uu * gram_vv - gram_uv**2
+    s = (gram_vv * u - gram_uv * v) / determinant
+    t = (gram_uu * v - gram_uv * u) / determinant
+    inside = (s >= 0) & (t >= 0) & (s + t <= 1)
+    nearest = np.where(inside, np.abs(triple) / np.sqrt(determinant), np.inf)
+    for first, second, p, q, pq in ((a, b, aa, bb, ab), (b, c, bb, cc, bc), (c, a, cc, aa, ca)):
+        w = np.clip((p - pq) / (p + q - 2 * pq), 0.0, 1.0)[:, None]
+        nearest = np.minimum(nearest, np.linalg.norm(first + w * (second - first), axis=1))
+    return nearest

@@ -82,7 +82,7 @@ def connect(address: str, *, timeout: float = 10.0) -> Iterator[Executor]:
         with ThreadPoolExecutor(1) as beside:  # as the calling thread may have a loop of its own
             beside.submit(asyncio.run, _identity(address, timeout)).result()
         client = distributed.Client(address, timeout=timeout, set_as_default=False)
-    except (OSError, ValueError) as error:
+    except Exception as error:  # of any kind, as what another protocol says is taken for sizes of messages
         raise InputError(
             f"no dask scheduler answers at {address!r} within {timeout:g} s: start one with 'dask scheduler' or "
             "correct the address"
@@ -99,7 +99,7 @@ def connect(address: str, *, timeout: float = 10.0) -> Iterator[Executor]:
 
 
 async def _identity(address: str, timeout: float) -> None:
-    """Raise OSError or ValueError unless a dask scheduler says within `timeout` s who it is."""
+    """Raise an error unless a dask scheduler says within `timeout` s who it is."""
     async with import_module("distributed.core").rpc(address, timeout=timeout) as scheduler:
         told = await asyncio.wait_for(scheduler.identity(), timeout)
     if told["type"] != "Scheduler":

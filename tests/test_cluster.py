@@ -4,6 +4,7 @@ import itertools
 import os
 import signal
 import socket
+import threading
 import time
 import warnings
 from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
@@ -270,11 +271,23 @@ def test_an_address_where_nothing_answers_is_bad_input_within_the_time_given(add
 
 
 def test_a_port_that_listens_and_is_no_scheduler_is_bad_input_within_the_time_given(two_workers):
-    """One that keeps silent, the dashboard and a worker; a client waited for ever."""
+    """One that keeps silent, one that greets, the dashboard and a worker; a client waited for ever."""
+
+    def greet():
+        while True:
+            try:
+                caller, _ = greeting.accept()
+            except OSError:
+                return
+            with caller:
+                caller.sendall(b"SSH-2.0-OpenSSH_9.2p1\r\n" + bytes(64))
+
     dashboard = two_workers._client.dashboard_link.split("//")[1].split("/")[0]
     worker = next(iter(two_workers._client.scheduler_info()["workers"]))
-    with socket.create_server(("127.0.0.1", 0)) as silent:
-        for address in (f"tcp://127.0.0.1:{silent.getsockname()[1]}", f"tcp://{dashboard}", worker):
+    with socket.create_server(("127.0.0.1", 0)) as silent, socket.create_server(("127.0.0.1", 0)) as greeting:
+        threading.Thread(target=greet, daemon=True).start()
+        ports = (f"127.0.0.1:{of.getsockname()[1]}" for of in (silent, greeting))
+        for address in (*(f"tcp://{port}" for port in (*ports, dashboard)), worker, "tls://127.0.0.1:8786"):
             start = time.monotonic()
             with pytest.raises(InputError, match=r"no dask scheduler answers at"), cluster.connect(address, timeout=1):
                 pass

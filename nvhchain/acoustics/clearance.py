@@ -10,9 +10,6 @@ from nvhchain.handoff import FloatArray, Surface
 _PAIRS = 2**18
 """Pairs of points and triangles that are looked at together: arrays that stay in the cache."""
 
-_POINTS = 2**12
-"""Points whose neighbouring triangles are sought together."""
-
 
 def winding_numbers(corners: FloatArray, points: FloatArray) -> FloatArray:
     """Winding numbers (m,) about points (m, 3) of a closed surface of triangles (n, 3, 3): one inside, zero outside.
@@ -42,13 +39,18 @@ def clearances(surface: Surface, points: FloatArray, reach: float = np.inf) -> F
     """Least distances (m,) of points (m, 3) from a triangle, in longest edges of that triangle; inf from `reach` on
     (Ericson, Real-Time Collision Detection, 5.1.5)."""
     corners, least = surface.vertices[surface.triangles], np.full(len(points), np.inf)
-    for start in range(0, len(points), _POINTS):
-        some = points[start : start + _POINTS]
-        beside = cKDTree(some).query_ball_point(surface.centroids, (1.0 + reach) * surface.longest_edges)
-        triangle = np.repeat(np.arange(len(beside)), [len(of) for of in beside])
+    tree, within = cKDTree(points), (1.0 + reach) * surface.longest_edges
+    pairs = np.cumsum(tree.query_ball_point(surface.centroids, within, return_length=True))
+    start = 0
+    while start < len(corners):
+        taken = int(pairs[start - 1]) if start else 0
+        some = np.arange(start, max(start + 1, int(np.searchsorted(pairs, taken + _PAIRS, side="right"))))
+        beside = tree.query_ball_point(surface.centroids[some], within[some])
+        triangle = np.repeat(some, [len(of) for of in beside])
         point = np.concatenate([np.asarray(of, dtype=int) for of in beside])
-        distance = _distances(corners[triangle] - some[point, None]) / surface.longest_edges[triangle]
-        np.minimum.at(least[start:], point, distance)
+        distance = _distances(corners[triangle] - points[point, None]) / surface.longest_edges[triangle]
+        np.minimum.at(least, point, distance)
+        start += len(some)
     return np.where(least < reach, least, np.inf)
 
 

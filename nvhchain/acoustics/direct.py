@@ -238,7 +238,7 @@ def _pressures(
                 at_ends[some] = double @ on_surface - single @ gradient
             pressure[at, :-1] = at_ends.reshape(-1, len(points)).sum(axis=0)
             on_faces = on_surface[surface.triangles].mean(axis=1)[:, None]
-            largest = float(np.abs(on_faces).max()) or 1.0  # as squares of any pressure are not
+            largest = max(float(np.abs(on_faces).max()), np.finfo(float).tiny)  # as squares of any pressure are not
             left = cancellation_pressure(surface, np.array([k]), on_faces / largest, points, plane, quadrature_error)
             pressure[at, -1] = largest * left[0]
 

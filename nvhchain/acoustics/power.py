@@ -67,7 +67,7 @@ def sound_power(
     surface, frequency = surface_velocity.surface, surface_velocity.frequency
     fastest = float(np.abs(surface_velocity.normal_velocity).max(initial=0.0))
     require(
-        fastest < FASTEST,
+        fastest <= FASTEST,
         f"normal velocities of {fastest:.3g} m/s have no sound power in double precision, at most {FASTEST:g} have: "
         "scale them down",
     )

@@ -41,10 +41,10 @@ def test_clearances_are_those_of_the_triangle_that_is_nearest_in_edges_of_its_ow
 
 @pytest.mark.parametrize("reach", [1e-3, 0.5, 2.0])
 def test_clearances_beyond_reach_are_infinite_and_all_others_as_without_it(reach, monkeypatch):
-    monkeypatch.setattr(clearance, "_POINTS", 7)
     beside = [BRACKET.centroids[::9] + 1e-5 * BRACKET.normals[::9], BRACKET.vertices[::9] * (1.0 + 1e-5)]
     points = np.concatenate([scattered(60), *beside])
     whole = clearances(BRACKET, points)
+    monkeypatch.setattr(clearance, "_PAIRS", 7)
     near = clearances(BRACKET, points, reach)
     assert (near == np.where(whole < reach, whole, np.inf)).all()
     assert np.isfinite(near).any()

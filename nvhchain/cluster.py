@@ -84,8 +84,8 @@ def connect(address: str, *, timeout: float = 10.0) -> Iterator[Executor]:
         client = distributed.Client(address, timeout=timeout, set_as_default=False)
     except Exception as error:  # of any kind, as what another protocol says is taken for sizes of messages
         raise InputError(
-            f"no dask scheduler answers at {address!r} within {timeout:g} s: start one with 'dask scheduler' or "
-            "correct the address"
+            f"no dask scheduler answers at {address!r} within {timeout:g} s ({error!s:.100}): start one with "
+            "'dask scheduler' or correct the address"
         ) from error
     with client:
         try:
@@ -99,11 +99,9 @@ def connect(address: str, *, timeout: float = 10.0) -> Iterator[Executor]:
 
 
 async def _identity(address: str, timeout: float) -> None:
-    """Raise an error unless a dask scheduler says within `timeout` s who it is."""
+    """Raise an error unless something of dask says within `timeout` s what it is."""
     async with import_module("distributed.core").rpc(address, timeout=timeout) as scheduler:
-        told = await asyncio.wait_for(scheduler.identity(), timeout)
-    if told["type"] != "Scheduler":
-        raise ValueError(f"a {told['type']}")
+        await asyncio.wait_for(scheduler.identity(), timeout)
 
 
 def cores() -> int:

@@ -84,7 +84,7 @@ def _check_nesting(surface: Surface, body: IntArray) -> None:
     for inner, outer in permutations(range(count), 2):
         if (low[inner] >= low[outer]).all() and (high[inner] <= high[outer]).all():
             require(
-                float(winding_numbers(parts[outer], parts[inner][0, :1])[0]) < 0.5,
+                winding_numbers(parts[outer], parts[inner][0, :1])[0] < 0.5,
                 f"body {inner} of {count} near {parts[inner][0, 0].tolist()} m lies inside body {outer}: drop it, its "
                 "sound does not get out",
             )

@@ -41,16 +41,12 @@ def clearances(surface: Surface, points: FloatArray, reach: float = np.inf) -> F
     corners, least = surface.vertices[surface.triangles], np.full(len(points), np.inf)
     tree, within = cKDTree(points), (1.0 + reach) * surface.longest_edges
     pairs = np.cumsum(tree.query_ball_point(surface.centroids, within, return_length=True))
-    start = 0
-    while start < len(corners):
-        taken = int(pairs[start - 1]) if start else 0
-        some = np.arange(start, max(start + 1, int(np.searchsorted(pairs, taken + _PAIRS, side="right"))))
+    for some in np.split(np.arange(len(corners)), np.flatnonzero(np.diff(pairs // _PAIRS)) + 1):
         beside = tree.query_ball_point(surface.centroids[some], within[some])
         triangle = np.repeat(some, [len(of) for of in beside])
         point = np.concatenate([np.asarray(of, dtype=int) for of in beside])
         distance = _distances(corners[triangle] - points[point, None]) / surface.longest_edges[triangle]
         np.minimum.at(least, point, distance)
-        start += len(some)
     return np.where(least < reach, least, np.inf)
 
 

@@ -27,7 +27,7 @@ def test_winding_numbers_are_one_inside_a_bracket_and_zero_outside_wherever_it_s
 
 
 def test_clearances_are_those_of_the_triangle_that_is_nearest_in_edges_of_its_own():
-    """From below: of 2000 points on every triangle one is at most a fiftieth of an edge from the nearest."""
+    """From below: of 2000 points on every triangle one is at most a twenty-fifth of an edge from the nearest."""
     points, body = scattered(40, seed=1), bodies.wedge(20)
     u, v = np.random.default_rng(2).uniform(size=(2, 2000, 1, 1))
     u, v = np.where(u + v > 1, 1 - u, u), np.where(u + v > 1, 1 - v, v)

@@ -30,6 +30,7 @@ from nvhchain.acoustics.coarsening import coarsen, velocity_map
 from nvhchain.acoustics.engines import check_memory, systems
 from nvhchain.acoustics.multipoles import multipole_amplitudes
 from nvhchain.acoustics.surface import mean_edge, width_to_length
+from nvhchain.acoustics.within_faces import within_faces
 from nvhchain.errors import AccuracyWarning
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import ForceSpectrum, Surface, SurfaceVelocity
@@ -111,7 +112,8 @@ def cancellation(_: Path) -> dict[str, Any]:
         for ratio in (4.0, 3.0, 2.0):
             body = coarsen(fine, ratio)
             shapes = np.cross(np.eye(3)[:, None], body.centroids[None])
-            gradient = -1j * k * AIR.impedance * np.einsum("afx,fx->fa", shapes, body.normals)
+            moving = within_faces(body) @ np.einsum("afx,fx->fa", shapes, body.normals)
+            gradient = -1j * k * AIR.impedance * moving
             ((system,),) = systems("fused", body, np.array([k]), fidelity, None, check_memory(body, 1, 0, 0, "fused"))
             pressure = system.solve(system.apply_b(gradient))
             waves = multipole_amplitudes(body, k, pressure, gradient, 1)[1:]

@@ -46,6 +46,8 @@ def with_shipped_rows(sweep: Tradeoff, case: Case) -> Tradeoff:
     in the provenance tells the code of the shipped rows.
     """
     shipped = shipped_sweep()
+    if {(row.knob, row.value) for row in shipped.measurements} <= {(row.knob, row.value) for row in sweep.measurements}:
+        return replace(sweep, provenance={**sweep.provenance, "earlier": []})
     assert sweep.yardstick is not None
     assert shipped.yardstick is not None
     now, then = sweep.yardstick.pressure, shipped.yardstick.pressure

@@ -23,7 +23,6 @@ from nvhchain.acoustics.surface import (
     edges_between,
     element_sizes,
     mean_edge,
-    skewness,
     width_to_length,
 )
 from nvhchain.conventions import Air
@@ -75,11 +74,10 @@ def expected_accuracy(
 ) -> dict[str, float]:
     """Provenance of what the mesh and the field points let expect at the upper frequency `f_max` (Hz).
 
-    elements_per_wavelength: there, fewer where triangles are long in one direction (`skewness`).
-    expected_error_dB: at the loudest field points.  Part of it: expected_error_low_dB, at any frequency however low; of
-    that, faceting_error_dB, from facets in the place of round faces (triangles that meet at more than 40° form an edge
-    of the body), and expected_error_beside_dB, from triangles that are coarse for a small body beside them
-    (`beside_ratio`).  Not part of it: resonance_shift, the frequency by which the air in
+    elements_per_wavelength: there.  expected_error_dB: at the loudest field points.  Part of it: expected_error_low_dB,
+    at any frequency however low; of that, faceting_error_dB, from facets in the place of round faces (triangles that
+    meet at more than 40° form an edge of the body), and expected_error_beside_dB, from triangles that are coarse for a
+    small body beside them (`beside_ratio`).  Not part of it: resonance_shift, the frequency by which the air in
     openings resonates elsewhere, relative to its own (`resonance_shift`); levels there err by as much as that makes of
     them, which `radiate` and `waves_power` tell (`resonance_error_dB`).  With a point nearer than half an element edge
     also clearance: in edges, and expected_error_nearest_dB: there, at its own pressure, of motions that neighbouring
@@ -107,8 +105,7 @@ def expected_accuracy(
     bodies, wavelength = [body for _, body in separate(surface)], air.speed_of_sound / f_max
     sizes = [element_sizes(body) for body in bodies]
     size = max(max(mean / MESH_SCATTER, coarsest / LOCAL_COARSENING) for mean, coarsest in sizes)
-    skewed = max(np.sqrt(skewness(body)) * mean for body, (mean, _) in zip(bodies, sizes, strict=True))
-    per_wavelength = wavelength / max(size, float(skewed) / MESH_SCATTER)
+    per_wavelength = wavelength / size
     facets = [FACETS * mean_square_angle(body) for body in bodies]
     shapes = [
         of + COARSENESS * mean**2 * 4.0 * np.pi / _compact_area(body)

@@ -20,6 +20,7 @@ from nvhchain.acoustics.potentials import RULE_BARYCENTRIC, RULE_WEIGHT, layer_p
 from nvhchain.acoustics.shards import BandShards, kept_in
 from nvhchain.acoustics.surface import check_mesh, check_points
 from nvhchain.acoustics.transfer import made_by
+from nvhchain.acoustics.within_faces import within_faces
 from nvhchain.conventions import Air, Progress
 from nvhchain.errors import require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
@@ -217,12 +218,13 @@ def _pressures(
     omega = 2 * np.pi * frequency
     solved = np.flatnonzero(frequency > 0)
     wavenumbers = omega[solved] / air.speed_of_sound
+    within = within_faces(surface)
     if incident is not None and plane is not None:
         incident = Reflected(incident, plane)
 
     def solve(number: int, system: System) -> None:
         at, k = solved[number], float(wavenumbers[number])
-        gradient = -1j * omega[at] * air.density * normal_velocity[at]
+        gradient = -1j * omega[at] * air.density * (within @ normal_velocity[at])
         rhs = system.apply_b(gradient)
         if incident is not None:
             rhs += _tested(surface, incident, k)

@@ -21,6 +21,7 @@ from nvhchain.acoustics.rayleigh import rayleigh_field
 from nvhchain.acoustics.shards import kept_in
 from nvhchain.acoustics.surface import check_mesh
 from nvhchain.acoustics.transfer import made_by
+from nvhchain.acoustics.within_faces import within_faces
 from nvhchain.conventions import Air, Progress
 from nvhchain.errors import require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
@@ -139,10 +140,11 @@ def _powers(
     omega = 2 * np.pi * frequency
     moving = np.flatnonzero((frequency > 0) & normal_velocity.any(axis=1))
     wavenumbers = omega[moving] / air.speed_of_sound
+    within = within_faces(surface)
 
     def solve(number: int, system: System) -> None:
         at, k = moving[number], float(wavenumbers[number])
-        gradient = -1j * omega[at] * air.density * normal_velocity[at]
+        gradient = -1j * omega[at] * air.density * (within @ normal_velocity[at])
         pressure = system.solve(system.apply_b(gradient))
         error = cancellation_resistance(surface, k, pressure[:, None], plane, quadrature_error)
         power[at] = squared_waves(surface, k, pressure, gradient, plane, fidelity.multipole_digits), error[0, 0]

@@ -25,6 +25,7 @@ from nvhchain.acoustics.plane import check_plane
 from nvhchain.acoustics.shards import kept_in
 from nvhchain.acoustics.surface import check_mesh
 from nvhchain.acoustics.transfer import check_frequencies, made_by
+from nvhchain.acoustics.within_faces import within_faces
 from nvhchain.conventions import Air, Progress
 from nvhchain.errors import require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
@@ -165,10 +166,11 @@ def _waves_and_errors(
     moving = np.flatnonzero(shapes.any(axis=0))
     if len(moving) == 0:
         return Solved(found, SolverRecord())
+    within = within_faces(surface) @ shapes[:, moving]
 
     def solve(number: int, system: System) -> None:
         at, k = solved[number], float(wavenumbers[number])
-        gradient = -1j * omega[at] * air.density * shapes[:, moving]
+        gradient = -1j * omega[at] * air.density * within
         pressure = system.solve(system.apply_b(gradient))
         order = _order(surface, float(frequency[at]), air, fidelity, plane)
         amplitudes = multipole_amplitudes(surface, k, pressure, gradient, order, plane)

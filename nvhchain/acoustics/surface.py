@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -22,15 +20,11 @@ MESH_SCATTER = 1.15
 """Mean edge a mesh generator may deliver, relative to the edge it was asked for."""
 
 MESH_ERROR = 1.2
-"""Error at field points relative to their peak, times the square of the elements per wavelength: fitted to interior
-point sources in boxes, brackets and plates at 1.7…12 elements per wavelength, which it meets within a factor of three;
-round bodies are up to eight times better, and walls of one or two elements that shake up to seven times worse (the
-edges of a plate 25 mm thick, 0.6 dB at twelve elements per wavelength)."""
-
-SKEW, SKEW_ERROR = 1.2, 1.5
-"""Stretch of a mesh (`skewness`) that a generator leaves, and by how much of its error a mesh errs more for every one
-above: 1.0 to 1.5 times as much was found of boxes whose diagonals all run one way (1.5 counted), 2.4 to 4 times of
-triangles three times as long as wide (2.6)."""
+"""Error at field points relative to their peak, times the square of the elements per wavelength: of interior point
+sources in boxes, brackets and plates at 1.7…12 elements per wavelength, velocities at the middles of the faces, within
+a factor of three; triangles ten times as long as wide 1.5 times worse. Round bodies and means over flat faces are
+eight times better and more, walls of one or two elements that shake up to seven times worse (the edges of a plate
+25 mm thick, 0.6 dB at twelve elements per wavelength)."""
 
 LOCAL_COARSENING = 2.0
 """Longest edge, relative to the edge asked for, that all but a twentieth of the area must keep to."""
@@ -65,27 +59,6 @@ def element_sizes(surface: Surface) -> tuple[float, float]:
 def mean_edge(surface: Surface) -> float:
     """Mean edge length (m) of a surface, weighted with the area."""
     return element_sizes(surface)[0]
-
-
-@lru_cache(maxsize=8)
-def skewness(surface: Surface) -> float:
-    """Error of sound fields over that of triangles of the same mean edge that are long in no direction.
-
-    A velocity that is constant on every face loses M : ∇p ∇v of a sound field p, with M the second moments of the face
-    about its centroid: h²/24 of an equilateral triangle, in every direction.  What counts is the largest principal
-    moment of a face and its neighbours together, as those of a generator's mesh make up for each other.
-    """
-    corners = surface.vertices[surface.triangles] - surface.centroids[:, None]
-    moments = np.einsum("f,fpi,fpj->fij", surface.areas / 12.0, corners, corners)
-    _, sides, angle = edges_between(surface)
-    one, other = sides[angle < SHARP_ANGLE].T
-    around, area = moments.copy(), surface.areas.copy()
-    for at, beside in ((one, other), (other, one)):
-        np.add.at(around, at, moments[beside])
-        np.add.at(area, at, surface.areas[beside])
-    largest = np.linalg.eigvalsh(around)[:, 2] / area
-    stretch = 24.0 * float(np.average(largest, weights=surface.areas)) / mean_edge(surface) ** 2
-    return 1.0 + SKEW_ERROR * max(stretch - SKEW, 0.0)
 
 
 def edges_between(surface: Surface) -> tuple[IntArray, IntArray, FloatArray]:
@@ -147,13 +120,11 @@ def check_mesh(surface: Surface, f_max: float, air: Air, fidelity: AcousticsFide
     least = fidelity.coarsest_elements_per_wavelength
     asked = air.speed_of_sound / (f_max * least)
     mean, coarsest = element_sizes(surface)
-    skew = float(np.sqrt(skewness(surface)))
-    counts = f", {skew:.3g} times as much for triangles that are long in one direction" if skew > 1 else ""
-    relative = max(skew * mean / MESH_SCATTER, coarsest / LOCAL_COARSENING) / asked
+    relative = max(mean / MESH_SCATTER, coarsest / LOCAL_COARSENING) / asked
     require(
         relative <= 1.0,
         f"mesh supports {f_max / relative:.4g} Hz at {least:g} elements per wavelength "
-        f"(mean edge {1e3 * mean:.3g} mm{counts}, coarsest regions {1e3 * coarsest:.3g} mm); {f_max:.4g} Hz asked: "
+        f"(mean edge {1e3 * mean:.3g} mm, coarsest regions {1e3 * coarsest:.3g} mm); {f_max:.4g} Hz asked: "
         f"refine to {1e3 * asked:.3g} mm or lower the upper frequency",
     )
 

@@ -86,16 +86,17 @@ def test_pressure_on_the_surface_is_estimated_within_a_factor_of_three(air, moti
 
 
 @pytest.mark.parametrize(
-    ("body", "velocity", "frequency", "distance", "least", "most"),
-    [(PLATE, bending(PLATE), 200.0, 1.0, 0.8, 1.2), (BLOCK, twisting(BLOCK), 1.0, 1000.0, 10.0, 14.0)],
+    ("body", "motion", "frequency", "distance", "least", "most"),
+    [(PLATE, bending, 200.0, 1.0, 6.0, 7.0), (BLOCK, twisting, 1.0, 1000.0, 9.0, 12.0)],
     ids=["bending", "twisting"],
 )
 def test_errors_beyond_that_of_the_mesh_are_bounded_as_solve_direct_bounds_them(
-    air, body, velocity, frequency, distance, least, most
+    air, body, motion, frequency, distance, least, most
 ):
-    """Nothing was said where four elements to a wave err by 1 dB and a block in torsion by 12, 0.03 and 0.07 stated."""
+    """Nothing was said where five elements to a wave err by 6.4 dB and a block in torsion by 10, of 0.03 and 0.07."""
     points, fine = bodies.shell(30, distance), bodies.quartered(bodies.quartered(body))
-    exact = silent(solve_direct, moving(fine, np.repeat(velocity, 16), frequency), points, air=air).pressure
+    exact = silent(solve_direct, moving(fine, motion(fine), frequency), points, air=air).pressure
+    velocity = motion(body)
     direct = silent(solve_direct, moving(body, velocity, frequency), points, air=air)
     atv = transfer_vectors(body, points, [frequency], air=air)
     with pytest.warns(AccuracyWarning, match=CANCEL):
@@ -120,10 +121,10 @@ def test_the_phase_of_a_motion_is_that_of_its_pressure():
 
 def test_an_estimate_that_may_be_too_large_warns_of_nothing_yet(air):
     """The true error of two half waves each way is 0.36 dB; a mesh as coarse as is asked for errs by 0.5."""
-    atv = silent(transfer_vectors, PLATE, bodies.shell(10, 1.0), [200.0], air=air)
+    atv = silent(transfer_vectors, PLATE, bodies.shell(10, 1.0), [150.0], air=air)
     with warnings.catch_warnings():
         warnings.simplefilter("error", AccuracyWarning)
-        heard = radiate(atv, moving(PLATE, bending(PLATE, 2, 2), 200.0))
+        heard = radiate(atv, moving(PLATE, bending(PLATE, 2, 2), 150.0))
     asked = 1.2 / STANDARD.acoustics.elements_per_wavelength**2
     assert asked < 10 ** (heard.provenance["cancellation_error_dB"] / 20) - 1 < ESTIMATE * asked
 
@@ -323,7 +324,7 @@ def test_error_of_a_bending_that_cancels_itself_on_a_wedge_is_stated(air, degree
         warnings.simplefilter("ignore", AccuracyWarning)  # of the edge
         got, exact = (solve_direct(one, points, air=air, fidelity=KNOBS) for one in moving)
     true = 20 * np.log10(1 + np.abs(got.pressure - exact.pressure).max() / np.abs(exact.pressure).max())
-    assert 0.75 * true < got.provenance["cancellation_error_dB"] < 2.2 * true
+    assert 0.75 * true < got.provenance["cancellation_error_dB"] < 2.4 * true
 
 
 @pytest.mark.parametrize("degrees", [5, 20])
@@ -341,7 +342,7 @@ def test_a_large_body_at_rest_far_away_hides_no_error_of_a_small_one(air, degree
         )
     for name in ("expected_error_dB", "expected_error_low_dB", "quadrature_error", "cancellation_error_dB"):
         assert told[name] == pytest.approx(alone[name], rel=0.15)
-    assert len(said) == 2  # the edge, twice
+    assert sum("sharp edges" in str(one.message) for one in said) == 2
 
 
 def test_a_long_body_hides_no_error_of_the_part_of_it_that_moves(air):
@@ -362,7 +363,7 @@ def test_a_long_body_hides_no_error_of_the_part_of_it_that_moves(air):
 
 @pytest.mark.parametrize("ratio", [2, 8])
 def test_a_strip_that_bends_all_along_states_its_error_however_long_it_is(air, ratio):
-    """0.54 dB against triangles a quarter as long, 0.53 of the longer one, whose length took 0.25 dB to be enough."""
+    """0.5 dB against the wave on triangles a quarter as long; its length took 0.25 dB of the longer one for enough."""
     length, points = 0.2 * ratio, bodies.shell(20, 2.0)
     thick = bodies.box((length, 0.2, 0.05), 0.05)
     body = Surface(thick.vertices * [1.0, 1.0, 0.4], thick.triangles)

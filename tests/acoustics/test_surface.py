@@ -5,12 +5,8 @@ import numpy as np
 import pytest
 
 from nvhchain.acoustics import check_mesh, check_points, circle_points, required_element_size, sphere
-from nvhchain.acoustics.accuracy import expected_accuracy
-from nvhchain.acoustics.coarsening import coarsen
-from nvhchain.acoustics.surface import skewness
 from nvhchain.errors import InputError
 from nvhchain.fidelity import STANDARD
-from nvhchain.handoff import Surface
 
 
 def test_sphere_has_the_exact_volume_and_points_outward():
@@ -38,26 +34,6 @@ def test_a_mesh_that_is_coarse_in_one_region_only_is_refused(air):
     check_mesh(fine, f_max, air, STANDARD.acoustics)
     with pytest.raises(InputError, match="coarsest regions"):
         check_mesh(both, 1.9 * f_max, air, STANDARD.acoustics)
-
-
-def test_triangles_that_are_long_in_one_direction_count_as_fewer_elements(air):
-    """Diagonals to and fro make up for each other, as the triangles of a mesh generator do."""
-    to_and_fro, alike = (bodies.box((0.2, 0.2, 0.2), 0.02, alike=one) for one in (False, True))
-    walls = bodies.box((6, 18, 18), 1.0, alike=True)
-    stretched = Surface(walls.vertices * [0.05, 0.05 / 3, 0.05 / 3], walls.triangles)
-    for regular in (to_and_fro, sphere(0.1, 3), coarsen(to_and_fro, 2.0)):
-        assert skewness(regular) == 1.0
-    assert skewness(alike) == pytest.approx(1.5, rel=0.02)
-    assert skewness(stretched) == pytest.approx(2.6, rel=0.02)
-    per_wavelength = [
-        expected_accuracy(body, None, 1000.0, air, STANDARD.acoustics)["elements_per_wavelength"]
-        for body in (to_and_fro, alike)
-    ]
-    assert per_wavelength[0] / per_wavelength[1] == pytest.approx(np.sqrt(1.5), rel=0.01)
-    supported = 1.15 * 343.0 / STANDARD.acoustics.coarsest_elements_per_wavelength / bodies.mean_edge(alike)
-    check_mesh(to_and_fro, 0.9 * supported, air, STANDARD.acoustics)
-    with pytest.raises(InputError, match=r"mean edge 22.8 mm, 1.23 times as much for triangles that are long in one"):
-        check_mesh(alike, 0.9 * supported, air, STANDARD.acoustics)
 
 
 def test_a_field_point_inside_is_refused_also_in_a_body_that_is_not_convex():

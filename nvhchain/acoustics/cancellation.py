@@ -31,8 +31,9 @@ Bodies of revolution that rotate about their own axis are beyond it: the facets 
 
 MAPPED = 0.01
 """Moment of volume velocity by which a motion errs that is mapped onto a coarser surface, over h² √(S ∫|∇v|² dS), h the
-mean edge there, S the area of the body: with it what is stated is 1.1 to 57 times what motions of more than 0.3 dB err
-by (docs/measured/sound_power.md), but 0.4 times where they do not resemble the true one any more (24 dB)."""
+mean edge there, S the area of the body: with it what is stated is 1.0 to 46 times what motions of more than 0.3 dB err
+by (docs/measured/sound_power.md), but 0.5 to 0.7 times where they do not resemble the true one any more (16 to
+23 dB)."""
 
 ESTIMATE = 2.9
 """Estimated pressures of motions over those of boundary elements, at most (`pressure_of_motion`)."""

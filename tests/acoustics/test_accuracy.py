@@ -53,8 +53,8 @@ def velocity(surface, normals, source, k, air):
 
 @pytest.mark.parametrize("name", BODIES)
 def test_stated_error_of_coarse_bodies_is_true_from_low_frequency_to_the_mesh_limit(name, air):
-    """Within a factor of three: facets have the velocity of the true body next to them, so that at ka 0.05 the mesh errs
-    by what its shape is off; flat walls of which every face has the mean velocity err by less."""
+    """Within a factor of three: facets have the velocity of the true body next to them, so that at ka 0.05 the mesh
+    errs by what its shape is off; flat walls of which every face has the mean velocity err by less."""
     surface, normals = BODIES[name]
     k, points = np.array([0.05, 1.0, 3.0]) / RADIUS, bodies.shell(12, 1.0)
     ratios = []

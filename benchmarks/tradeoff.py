@@ -42,8 +42,8 @@ SAME = 2.5e-4
 def with_shipped_rows(sweep: Tradeoff, case: Case) -> Tradeoff:
     """`sweep` with the shipped yardstick and the shipped rows of settings that it leaves out.
 
-    Its times are brought to the day of the shipped ones, stage by stage, by those of the yardstick in both.  `earlier`
-    in the provenance tells the code of the shipped rows.
+    One that leaves out none stands by itself.  Otherwise its times are brought to the day of the shipped ones, stage
+    by stage, by those of the yardstick in both.  `earlier` in the provenance tells the code of the shipped rows.
     """
     shipped = shipped_sweep()
     if {(row.knob, row.value) for row in shipped.measurements} <= {(row.knob, row.value) for row in sweep.measurements}:

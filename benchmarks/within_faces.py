@@ -36,7 +36,7 @@ from nvhchain.housing import Casting
 from nvhchain.housing.mesh import radiating_surface
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "acoustics"))
-from acoustics_bodies import box, capsule, cylinder, quartered, shell, source_field, turned
+from acoustics_bodies import box, capsule, cells, cylinder, quartered, shell, source_field, turned
 
 CASE = Path(__file__).parents[1] / "cases" / "gearbox" / "solid.toml"
 AIR = Air()
@@ -50,12 +50,6 @@ BENDINGS = ((1, 1), (2, 2), (3, 3))
 """Half waves along the sides of the plate."""
 Motion = Callable[[FloatArray, FloatArray], ComplexArray]
 """Normal velocity at points with normals there."""
-
-
-def cells(counts: tuple[int, int, int], size: tuple[float, float, float], alike: bool = False) -> Surface:
-    """A box of so many cells along its axes, m, the quadrangles on its walls halved."""
-    body = box(counts, 1.0, alike=alike)
-    return Surface(body.vertices * np.asarray(size) / counts, body.triangles)
 
 
 def lidded(below: float, above: float, rows: int, around: int) -> Surface:

@@ -26,7 +26,7 @@ def within_faces(surface: Surface) -> csr_array:
     of the face about its centroid.  It is given back: v + S⁻¹ Gᵀ S M G v, with S the areas and G the slopes along the
     walls, fitted to the faces beside that no edge of the body parts (`SHARP_ANGLE`).  Keeps the volume velocity and
     all that is constant on a wall; symmetric under S, so that reciprocity holds; takes from no motion.  What is rough
-    from face to face, and no wave that the mesh carries, grows by up to a half (docs/decisions/0013).
+    from face to face, and no wave that the mesh carries, grows by up to nine tenths (docs/decisions/0013).
     """
     corners = surface.vertices[surface.triangles] - surface.centroids[:, None]
     principal, axes = np.linalg.eigh(np.einsum("fki,fkj->fij", corners, corners) / 12.0)

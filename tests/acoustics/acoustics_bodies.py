@@ -39,6 +39,12 @@ def box(size, edge, remove=None, alike=False):
     return Surface((vertices - 1) * edge - 0.5 * np.asarray(size), triangles)
 
 
+def cells(counts, size, alike=False):
+    """A `box` of this size, m, of so many cells along its axes, the rectangles on its walls halved."""
+    body = box(counts, 1.0, alike=alike)
+    return Surface(body.vertices * np.asarray(size) / counts, body.triangles)
+
+
 def united(*parts):
     """One surface of several bodies."""
     first = np.cumsum([0, *(len(part.vertices) for part in parts[:-1])])

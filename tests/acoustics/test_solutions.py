@@ -17,11 +17,10 @@ from nvhchain.acoustics._coupling import coupling
 from nvhchain.acoustics.potentials import RULE_BARYCENTRIC, RULE_WEIGHT
 from nvhchain.acoustics.surface import mean_edge
 from nvhchain.errors import InputError, ResourceError
-from nvhchain.handoff import Surface, SurfaceVelocity
+from nvhchain.handoff import SurfaceVelocity
 
 CUBE = bodies.box((0.2, 0.2, 0.2), 0.2 / 12, alike=True)
-_WALLS = bodies.box((6, 18, 18), 1.0, alike=True)
-STRETCHED = Surface(_WALLS.vertices * [0.05, 0.3 / 18, 0.3 / 18], _WALLS.triangles)
+STRETCHED = bodies.cells((6, 18, 18), (0.3, 0.3, 0.3), alike=True)
 LEVELS = {200.0: 114.062, 1000.0: 122.198, 1715.0: 122.912}
 
 

@@ -119,6 +119,11 @@ _META: dict[str, tuple[str, str, tuple[str, ...]]] = {
         "radiation resistance of the error of motions that cancel",
         ("frequency", "column", "other_column"),
     ),
+    "RadiationResistance.wall_waves": (
+        "N s/m",
+        "plane wave resistance times mean edges per wave on the walls squared",
+        ("column", "other_column"),
+    ),
     "RadiationEfficiency.frequency": ("Hz", "frequency", ("frequency",)),
     "RadiationEfficiency.efficiency": ("1", "sound power over that of plane waves", ("frequency",)),
     "RadiationEfficiency.input_speed": ("rad/s", "speed of the input shaft, 0 if there is none", ()),

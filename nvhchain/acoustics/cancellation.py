@@ -9,7 +9,7 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.sparse import coo_array, csr_array, diags_array
+from scipy.sparse import block_diag, coo_array, csr_array, diags_array
 from scipy.sparse.linalg import SuperLU, splu
 
 from nvhchain.acoustics.accuracy import MESH_ERROR, QUADRATURE_GROWTH
@@ -27,8 +27,7 @@ square of the mean edge over half the diagonal of the body that carries it, over
 bound; rotating boxes and ellipsoids of irregular mesh, which radiate hardly anything else at low frequency, 0.004 to
 0.16 (docs/measured/sound_power.md), ellipsoids whose vertices are shifted by chance up to 0.21.  Of strips that bend
 all along the error is 0.5 dB at four edges a wave, be they as long as wide or 16 times as long.
-Bodies of revolution that rotate about their own axis are beyond it: the facets alone move their air.  So are walls
-that bend in waves of eight elements and more whose diagonals all run one way: 1.5 to 1.8 times (decision 0013)."""
+Bodies of revolution that rotate about their own axis are beyond it: the facets alone move their air."""
 
 MAPPED = 0.01
 """Moment of volume velocity by which a motion errs that is mapped onto a coarser surface, over h² √(S ∫|∇v|² dS), h the
@@ -146,6 +145,28 @@ def wall_wavenumber(body: Surface, velocity: ComplexArray) -> FloatArray:
     )
 
 
+def short_waves(surface_velocity: SurfaceVelocity) -> FloatArray:
+    """Square (n_f,) of mean edges to a wave on the walls, ∫(h|∇v|/2π)² dS over ∫|v|² dS; zero at lines without
+    velocity."""
+    form, areas = wall_waves(surface_velocity.surface), surface_velocity.surface.areas
+    found = np.zeros(len(surface_velocity.frequency))
+    fastest = np.abs(surface_velocity.normal_velocity).max(axis=1)
+    moving = np.flatnonzero(fastest)
+    for piece in (moving[batch] for batch in line_batches(len(moving))):
+        v = (surface_velocity.normal_velocity[piece] / fastest[piece, None]).T  # as squares of any are no numbers
+        found[piece] = (v.conj() * (form @ v)).sum(axis=0).real.clip(0.0) / (areas @ np.abs(v) ** 2)
+    return found
+
+
+@lru_cache(maxsize=8)
+def wall_waves(surface: Surface) -> csr_array:
+    """∫(h ∇u/2π)·(h ∇v/2π) dS as a form (n_face, n_face) of normal velocities, h the mean edge of each body."""
+    bodies = separate(surface)
+    form = block_diag([(mean_edge(body) / (2 * np.pi)) ** 2 * _walls(body)[0] for _, body in bodies], format="csr")
+    place = np.argsort(np.concatenate([faces for faces, _ in bodies]))
+    return csr_array(form[place][:, place])
+
+
 def _slopes(body: Surface, velocity: ComplexArray) -> FloatArray:
     """∫|∇v|² dS (m,) of normal velocities (n_face, m), not across edges."""
     stiffness, _ = _walls(body)
@@ -246,6 +267,7 @@ def told_cancellation(
     frequency: FloatArray,
     power: FloatArray,
     error_power: FloatArray,
+    short: FloatArray,
     fidelity: AcousticsFidelity,
     one_element: float,
     overstated: float = 1.0,
@@ -253,23 +275,26 @@ def told_cancellation(
     """Provenance of the largest error of motions whose parts cancel each other, dB, and where it is, Hz.
 
     power, error_power: (n_f,) of one unit, that found and that of the dipole that is left, whose amplitudes add up at
-    worst.  one_element: Hz at which the mesh has one element per wavelength.  overstated: factor by which the errors
-    may be too large.  Gives an AccuracyWarning where the error is larger all the same than that of a mesh with
+    worst.  short: (n_f,) of `short_waves`: waves on walls err as those in the air do (`MESH_ERROR`), where they are
+    shorter.  one_element: Hz at which the mesh has one element per wavelength.  overstated: factor by which the
+    errors may be too large.  Gives an AccuracyWarning where the error is larger all the same than that of a mesh with
     `fidelity.elements_per_wavelength`, and than that of this one.
     """
     loud = np.flatnonzero(power > 0)
     if len(loud) == 0:
         return {}
-    error = np.sqrt(error_power[loud] / power[loud])
+    in_air = (frequency[loud] / one_element) ** 2
+    error = np.sqrt(error_power[loud] / power[loud]) + MESH_ERROR * (short[loud] - in_air).clip(0.0)
     worst = int(error.argmax())
+    if error[worst] == 0:
+        return {}
     largest, at = float(20 * np.log10(1 + error[worst])), float(frequency[loud[worst]])
-    asked = (
-        overstated * MESH_ERROR * np.maximum(1 / fidelity.elements_per_wavelength, frequency[loud] / one_element) ** 2
-    )
+    asked = overstated * MESH_ERROR * np.maximum(1 / fidelity.elements_per_wavelength**2, in_air)
     if (error > asked).any():
         warnings.warn(
-            f"the parts of the motion cancel each other at {np.count_nonzero(error > asked)} lines: expect errors "
-            f"up to {largest:.2g} dB, at {at:.4g} Hz; refine the mesh or raise the lower frequency",
+            f"the parts of the motion cancel each other, or the mesh is coarse for waves on the walls, at "
+            f"{np.count_nonzero(error > asked)} lines: expect errors up to {largest:.2g} dB, at {at:.4g} Hz; refine "
+            "the mesh or raise the lower frequency",
             AccuracyWarning,
             stacklevel=3,
         )

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from nvhchain.acoustics._coupling import coupling
 from nvhchain.acoustics.accuracy import expected_accuracy
 from nvhchain.acoustics.bands import Solved, over_bands
-from nvhchain.acoustics.cancellation import cancellation_pressure, told_cancellation
+from nvhchain.acoustics.cancellation import cancellation_pressure, short_waves, told_cancellation
 from nvhchain.acoustics.engines import check_engine, check_memory, solve_each, systems, workers
 from nvhchain.acoustics.incident import IncidentField, Reflected, check_incident, incident_on
 from nvhchain.acoustics.linear_system import SolverRecord, System
@@ -56,8 +56,9 @@ def solve_direct(
     points: (n_point, 3) m, outside the body.  The other arguments and errors are those of `transfer_vectors`; always
     boundary elements on the given surface, whatever `fidelity.radiation` and `fidelity.coarse_edge_ratios` say.
     At 0 Hz the pressure is zero, the limit of a finite velocity.
-    The provenance also keeps the largest error of motions whose parts cancel each other, relative to the loudest point
-    (`cancellation_error_dB`, at `cancellation_frequency` Hz), with an AccuracyWarning as `sound_power` gives it.
+    The provenance also keeps the largest error of motions whose parts cancel each other, or that bend walls in waves
+    which are short for the mesh, relative to the loudest point (`cancellation_error_dB`, at `cancellation_frequency`
+    Hz), with an AccuracyWarning as `sound_power` gives it.
     Of air in openings it keeps by how much of its frequency the mesh may miss a resonance, no decibels
     (`resonance_shift`): a line beside one may err by ten and more, which `radiate` tells from four masters on.
     """
@@ -77,7 +78,8 @@ def solve_direct(
     loudest = np.abs(pressure).max(axis=1)
     heard = loudest > 0  # of any pressure, as the squares of some are no numbers
     left[heard] /= loudest[heard]
-    expected |= told_cancellation(frequency, heard.astype(float), left**2, fidelity, one_element)
+    short = short_waves(surface_velocity)
+    expected |= told_cancellation(frequency, heard.astype(float), left**2, short, fidelity, one_element)
     provenance = made_by("solve_direct", fidelity, engine, records=record, expected=expected)
     return FieldPressure(frequency, x, pressure, provenance=provenance)
 

@@ -91,7 +91,8 @@ def waves_power(
     if resistance.cancellation is not None:
         one_element = float(resistance.frequency[-1]) * resistance.provenance.get("elements_per_wavelength", np.inf)
         left = _error_power(resistance, frequency, velocity)
-        told |= told_cancellation(frequency, power, left, fidelity, one_element)
+        short = _short_waves(resistance, velocity)
+        told |= told_cancellation(frequency, power, left, short, fidelity, one_element)
     provenance = resistance.provenance | {"stage": "acoustics.waves_power"} | told
     return SoundPower(frequency, power, provenance=provenance)
 
@@ -256,6 +257,17 @@ def _error_power(resistance: RadiationResistance, frequency: FloatArray, velocit
         form = np.einsum("lc,lc->l", velocity[near].conj(), velocity[near] @ resistance.cancellation[master].T).real
         error[near] += (1 - np.abs(place[near] - at)) * 0.5 * form * (frequency[near] / known[at]) ** 4
     return np.maximum(error, 0.0)
+
+
+def _short_waves(resistance: RadiationResistance, velocity: ComplexArray) -> FloatArray:
+    """Of velocities (n_f, n_column) what `short_waves` gives of those of the surface; zero where it is not known."""
+    if resistance.wall_waves is None:
+        return np.zeros(len(velocity))
+    short, whole = (
+        np.einsum("lc,lc->l", velocity.conj(), velocity @ form).real
+        for form in (resistance.wall_waves, resistance.plane_wave_resistance)
+    )
+    return np.asarray((short / np.where(whole > 0, whole, np.inf)).clip(0.0))
 
 
 def waves_nodes(resistance: RadiationResistance, fidelity: AcousticsFidelity) -> Nodes:

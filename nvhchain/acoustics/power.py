@@ -9,7 +9,7 @@ import numpy as np
 
 from nvhchain.acoustics.accuracy import expected_accuracy
 from nvhchain.acoustics.bands import Solved, over_bands
-from nvhchain.acoustics.cancellation import cancellation_resistance, told_cancellation
+from nvhchain.acoustics.cancellation import cancellation_resistance, short_waves, told_cancellation
 from nvhchain.acoustics.direct import solve_direct
 from nvhchain.acoustics.efficiency import equivalent_radiated_power
 from nvhchain.acoustics.engines import check_engine, check_memory, solve_each, systems, workers
@@ -59,9 +59,10 @@ def sound_power(
     The other arguments and errors are those of `transfer_vectors`.
 
     The provenance keeps what the mesh lets expect (`expected_accuracy`) and, from the surface, the largest error of
-    motions whose parts cancel each other (`cancellation_error_dB`, at `cancellation_frequency` Hz): AccuracyWarning
-    where they exceed what the fidelity asks for, and for an array that stands too near (`array_power`).  From an array
-    it keeps `array_radius` (m) and `array_standard`.
+    motions whose parts cancel each other, or that bend walls in waves which are short for the mesh
+    (`cancellation_error_dB`, at `cancellation_frequency` Hz): AccuracyWarning where they exceed what the fidelity asks
+    for, and for an array that stands too near (`array_power`).  From an array it keeps `array_radius` (m) and
+    `array_standard`.
     """
     check_arguments(sound_power, locals())
     check_engine(engine)
@@ -119,7 +120,8 @@ def sound_power(
         records=records,
     ).real
     one_element = float(frequency[-1]) * expected.get("elements_per_wavelength", np.inf)
-    expected |= told_cancellation(frequency, found[:, 0], found[:, 1], fidelity, one_element)
+    short = short_waves(surface_velocity)
+    expected |= told_cancellation(frequency, found[:, 0], found[:, 1], short, fidelity, one_element)
     provenance = made_by("sound_power", fidelity, engine, ("multipole_digits",), records, expected)
     return SoundPower(frequency, found[:, 0], provenance=provenance)
 

@@ -6,7 +6,7 @@ import numba as nb
 import numpy as np
 
 from nvhchain.acoustics.accuracy import coarse_edge_ratio, told_interpolation, told_resonances
-from nvhchain.acoustics.cancellation import ESTIMATE, cancellation_of_motion, told_cancellation
+from nvhchain.acoustics.cancellation import ESTIMATE, cancellation_of_motion, short_waves, told_cancellation
 from nvhchain.acoustics.interpolation import Interpolant, check_lines, interpolant, line_batches, support
 from nvhchain.acoustics.projection import check_memory
 from nvhchain.acoustics.vector_errors import OF_MESH
@@ -72,13 +72,13 @@ def radiate(
     (`resonance_error_dB`, at `resonance_frequency` Hz), with an AccuracyWarning where it is more than a mesh with
     `fidelity.elements_per_wavelength` errs by; with fewer masters it keeps the `resonance_shift` alone, and
     warns of openings narrower than half an edge.
-    What the mesh errs by is kept from the vectors (`expected_error_dB`), of motions that are heard.  Where the
-    parts of one cancel each other it is more (1 dB where a thin plate bends in four elements a wave, 12 dB of a coarse
-    block in torsion at 1 Hz, 1 km away): of vectors from a mesh, and motions slower along the walls than sound or of
-    which the points hear hardly anything, the provenance keeps a bound, as `solve_direct` does from the pressure on
-    the surface, which is estimated here (`cancellation_error_dB`, at `cancellation_frequency` Hz;
-    `cancellation_of_motion`), with an AccuracyWarning as `sound_power` gives it, though not before the estimate tells
-    for sure.
+    What the mesh errs by is kept from the vectors (`expected_error_dB`), of motions that are heard.  Where the parts of
+    one cancel each other, or walls bend in waves that are short for the mesh, it is more (1 dB where a thin plate bends
+    in four elements a wave, 12 dB of a coarse block in torsion at 1 Hz, 1 km away): of vectors from a mesh, and motions
+    slower along the walls than sound or of which the points hear hardly anything, the provenance keeps a bound, as
+    `solve_direct` does from the pressure on the surface, which is estimated here (`cancellation_error_dB`, at
+    `cancellation_frequency` Hz; `cancellation_of_motion`), with an AccuracyWarning as `sound_power` gives it, though
+    not before the estimate tells for sure.
     Raises InputError when the surfaces differ or a line lies outside the masters.
     """
     check_arguments(radiate, locals())
@@ -100,7 +100,8 @@ def radiate(
         quadrature = atv.provenance.get("quadrature_error", 0.0)
         ratio = coarse_edge_ratio(atv, frequency)
         left = cancellation_of_motion(surface_velocity, loudest, atv.points, atv.air, atv.plane, quadrature, ratio)
-        provenance |= told_cancellation(frequency, np.sign(left), left**2, fidelity, one_element, ESTIMATE)
+        short = short_waves(surface_velocity)
+        provenance |= told_cancellation(frequency, np.sign(loudest), left**2, short, fidelity, one_element, ESTIMATE)
     return FieldPressure(frequency, atv.points, pressure, provenance=provenance)
 
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from nvhchain.acoustics.accuracy import expected_accuracy
 from nvhchain.acoustics.bands import Solved, over_bands
-from nvhchain.acoustics.cancellation import cancellation_resistance
+from nvhchain.acoustics.cancellation import cancellation_resistance, wall_waves
 from nvhchain.acoustics.engines import check_engine, check_memory, solve_each, systems, workers
 from nvhchain.acoustics.linear_system import SolverRecord, System
 from nvhchain.acoustics.multipoles import (
@@ -125,6 +125,7 @@ def radiation_resistance(
         records=records,
     )
     resistance = air.impedance * (shapes.T * surface.areas) @ shapes
+    short = air.impedance * shapes.T @ (wall_waves(surface) @ shapes)
     provenance = made_by("radiation_resistance", fidelity, engine, ("multipole_digits",), records, expected)
     return RadiationResistance(
         frequency,
@@ -135,6 +136,7 @@ def radiation_resistance(
         plane,
         motion.housing,
         found[:, rows:],
+        short,
         provenance=provenance,
     )
 

@@ -186,6 +186,8 @@ class RadiationResistance(HandOff):
     housing: content hash of the reduced housing whose modes and residual motions the columns are, or empty.
     cancellation: (n_f, n_column, n_column) N s/m, hermitian: ½ q̇ᴴ … q̇ is a power that bounds what the mesh leaves where
         parts of a motion cancel each other, or None where that is not known.
+    wall_waves: (n_column, n_column) ρc ∫ (h ∇φ_i/2π)·(h ∇φ_j/2π) dS N s/m, h the mean edge: its form over that of the
+        plane waves is the square of mean edges to a wave on the walls; or None where that is not known.
     """
 
     frequency: FloatArray
@@ -196,6 +198,7 @@ class RadiationResistance(HandOff):
     plane: RigidPlane | None = None
     housing: str = ""
     cancellation: ComplexArray | None = None
+    wall_waves: FloatArray | None = None
 
     def __post_init__(self) -> None:
         frequency = frequencies(self)
@@ -203,6 +206,8 @@ class RadiationResistance(HandOff):
         array(self, "plane_wave_resistance", float, (waves.shape[2], waves.shape[2]))
         if self.cancellation is not None:
             array(self, "cancellation", complex, (len(frequency), waves.shape[2], waves.shape[2]))
+        if self.wall_waves is not None:
+            array(self, "wall_waves", float, (waves.shape[2], waves.shape[2]))
 
     def waves_at(self, master: int) -> ComplexArray:
         """The waves (n_row, n_column) of a master without the rows that are zero at its end."""

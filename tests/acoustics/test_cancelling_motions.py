@@ -18,7 +18,13 @@ from nvhchain.acoustics import (
     vectors_at,
 )
 from nvhchain.acoustics.accuracy import coarse_edge_ratio
-from nvhchain.acoustics.cancellation import ESTIMATE, cancellation_of_motion, pressure_of_motion, wall_wavenumber
+from nvhchain.acoustics.cancellation import (
+    ESTIMATE,
+    cancellation_of_motion,
+    pressure_of_motion,
+    short_waves,
+    wall_wavenumber,
+)
 from nvhchain.acoustics.surface import mean_edge
 from nvhchain.conventions import Air
 from nvhchain.errors import AccuracyWarning
@@ -26,7 +32,7 @@ from nvhchain.fidelity import STANDARD, AcousticsFidelity
 from nvhchain.handoff import Surface, SurfaceVelocity
 
 KNOBS = AcousticsFidelity(elements_per_wavelength=1.0, masters=4, coarsest_elements_per_wavelength=1.0)
-CANCEL = "the parts of the motion cancel each other at 1 lines"
+CANCEL = r"the parts of the motion cancel each other, .* at 1 lines"
 
 
 def plate(across=8):
@@ -137,6 +143,45 @@ def test_waves_on_walls_have_their_own_wavenumber_and_motions_as_a_whole_that_of
     assert found == pytest.approx([np.hypot(2 * np.pi / 0.4, alone), alone, alone], rel=0.08)
 
 
+def test_waves_on_walls_are_measured_in_mean_edges_of_their_body():
+    coarse, fine = bodies.box((1.6, 0.2, 0.1), 0.05), bodies.box((1.6, 0.2, 0.1), 0.025)
+    both = bodies.united(coarse, Surface(fine.vertices + np.array([0.0, 1.0, 0.0]), fine.triangles))
+    waves = [np.sin(2 * np.pi * body.centroids[:, 0] / 0.8) * (body.normals[:, 2] > 0.5) for body in (coarse, fine)]
+    lines = np.zeros((4, len(both.triangles)))
+    lines[0], lines[1, : len(waves[0])], lines[2, len(waves[0]) :] = np.concatenate(waves), *waves
+    squares = [(mean_edge(body) / 0.8) ** 2 for body in (coarse, fine)]
+    mixed = np.random.default_rng(0).permutation(len(both.triangles))
+    both = Surface(both.vertices, both.triangles[mixed])
+    found = short_waves(SurfaceVelocity([1.0, 2.0, 3.0, 4.0], 1e-200 * lines[:, mixed], both))
+    assert np.sqrt(found) == pytest.approx(np.sqrt([np.mean(squares), *squares, 0.0]), rel=0.08)
+
+
+@pytest.mark.parametrize(
+    ("across", "thick", "motion", "least"),
+    [
+        (4, 0.15, lambda x, y: np.cos(2 * x) * np.cos(2 * y), 0.7),
+        (1, 0.0375, lambda x, y: np.sin(5 * x), 0.75),
+        (1, 0.0375, lambda x, y: np.sin(3 * x) * np.sin(y), 0.3),
+    ],
+    ids=["rims", "five half waves", "three half waves"],
+)
+def test_waves_that_are_short_for_the_mesh_err_by_no_more_than_is_stated(air, across, thick, motion, least):
+    """Lid and bottom of 0.3 m of halved squares bend together: 0.43, 0.11 and 0.13 dB were stated."""
+    body = bodies.cells((8, 8, across), (0.3, 0.3, thick), alike=True)
+    fine, points = bodies.quartered(bodies.quartered(body)), bodies.shell(30, 1.0)
+    x, y, _ = np.pi * (fine.centroids.T / 0.3 + 0.5)
+    bent = motion(x, y) * fine.normals[:, 2]
+    means = bent.reshape(-1, 16).mean(axis=1)
+    got, exact = (
+        silent(solve_direct, moving(on, of, 300.0), points, air=air) for on, of in ((body, means), (fine, bent))
+    )
+    true = 20 * np.log10(1 + np.abs(got.pressure - exact.pressure).max() / np.abs(exact.pressure).max())
+    assert least < true < got.provenance["cancellation_error_dB"] + got.provenance["expected_error_dB"] < 2.0 * true
+    atv = silent(transfer_vectors, body, points, [300.0], air=air)
+    heard = silent(radiate, atv, moving(body, means, 300.0))
+    assert true < heard.provenance["cancellation_error_dB"] < 4.0 * true
+
+
 def test_motions_that_are_heard_give_no_alarm_and_faster_ones_than_sound_state_nothing(air):
     lines = np.array([20.0, 1200.0])
     atv = silent(transfer_vectors, BLOCK, bodies.shell(10, 1.0), lines, air=air)
@@ -146,8 +191,9 @@ def test_motions_that_are_heard_give_no_alarm_and_faster_ones_than_sound_state_n
         heard = radiate(atv, heaving)
         assert 0 < heard.provenance["cancellation_error_dB"] < 0.6
         assert heard.provenance["cancellation_frequency"] == 20.0
-        above = heaving.replace(frequency=lines[1:], normal_velocity=heaving.normal_velocity[1:])
-        assert "cancellation_error_dB" not in radiate(atv, above).provenance
+        for wave in (BLOCK.normals[:, 2], BLOCK.normals[:, 2] * np.cos(10.0 * BLOCK.centroids[:, 0])):
+            above = SurfaceVelocity(lines[1:], wave[None], BLOCK)
+            assert "cancellation_error_dB" not in radiate(atv, above).provenance
 
 
 @pytest.mark.parametrize("frequency", [1000.0, 1500.0])
@@ -363,7 +409,8 @@ def test_a_long_body_hides_no_error_of_the_part_of_it_that_moves(air):
 
 @pytest.mark.parametrize("ratio", [2, 8])
 def test_a_strip_that_bends_all_along_states_its_error_however_long_it_is(air, ratio):
-    """0.5 dB against the wave on triangles a quarter as long; its length took 0.25 dB of the longer one for enough."""
+    """0.5 dB against the wave on triangles a quarter as long; its length took 0.25 dB of the longer one for enough.  Of
+    what is stated 1.3 dB are the mesh of four elements to the wave."""
     length, points = 0.2 * ratio, bodies.shell(20, 2.0)
     thick = bodies.box((length, 0.2, 0.05), 0.05)
     body = Surface(thick.vertices * [1.0, 1.0, 0.4], thick.triangles)
@@ -371,5 +418,5 @@ def test_a_strip_that_bends_all_along_states_its_error_however_long_it_is(air, r
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", AccuracyWarning)  # of the edges
         heard = solve_direct(SurfaceVelocity([100.0], bending[None], body), points, air=air, fidelity=KNOBS)
-    assert 0.54 < heard.provenance["cancellation_error_dB"] < 1.6
+    assert 0.54 < heard.provenance["cancellation_error_dB"] < 2.0
     assert 0.09 < heard.provenance["expected_error_low_dB"] < 0.12

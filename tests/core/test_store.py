@@ -61,7 +61,8 @@ EXAMPLES = [
     NoiseTransferFunctions([50.0], [[0.0, 0, 5]], np.full((1, 1, 1, 3), 3j), ("A1",), Air(340.0, 1.2)),
     RadiationResistance([50.0], np.full((1, 4, 2), 1 + 2j), np.eye(2), Air(340.0, 1.2), 0.3, housing="abc"),
     RadiationResistance(
-        [50.0], np.full((1, 4, 2), 1 + 2j), np.eye(2), Air(340.0, 1.2), 0.3, cancellation=np.full((1, 2, 2), 3 + 1j)
+        [50.0], np.full((1, 4, 2), 1 + 2j), np.eye(2), Air(340.0, 1.2), 0.3, cancellation=np.full((1, 2, 2), 3 + 1j),
+        wall_waves=np.eye(2),
     ),
     PressureHistory([0.0, 0.1], [[0.0, 0, 5]], [[1.0], [2.0]], 261.8),
     SurfacePressure([50.0], [[1 + 1j, 2, 3, 4]], SURFACE),

@@ -9,12 +9,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nvhchain.acoustics._coupling import coupling
-from nvhchain.acoustics.accuracy import expected_accuracy
+from nvhchain.acoustics.accuracy import expected_accuracy, told_resonances
 from nvhchain.acoustics.bands import Solved, over_bands
 from nvhchain.acoustics.cancellation import cancellation_pressure, short_waves, told_cancellation
 from nvhchain.acoustics.engines import check_engine, check_memory, solve_each, systems, workers
 from nvhchain.acoustics.incident import IncidentField, Reflected, check_incident, incident_on
+from nvhchain.acoustics.interpolation import changed_by, resonates
 from nvhchain.acoustics.linear_system import SolverRecord, System
+from nvhchain.acoustics.openings import stored_in_openings
+from nvhchain.acoustics.paths import paths_about
 from nvhchain.acoustics.plane import check_plane, with_images
 from nvhchain.acoustics.potentials import RULE_BARYCENTRIC, RULE_WEIGHT, layer_potentials
 from nvhchain.acoustics.shards import BandShards, kept_in
@@ -59,8 +62,9 @@ def solve_direct(
     The provenance also keeps the largest error of motions whose parts cancel each other, or that bend walls in waves
     which are short for the mesh, relative to the loudest point (`cancellation_error_dB`, at `cancellation_frequency`
     Hz), with an AccuracyWarning as `sound_power` gives it.
-    Of air in openings it keeps by how much of its frequency the mesh may miss a resonance, no decibels
-    (`resonance_shift`): a line beside one may err by ten and more, which `radiate` tells from four masters on.
+    Where the mesh may miss resonances of the air in openings (`resonance_shift`), it also keeps what that makes of the
+    loudest point (`resonance_error_dB`) at the line (`resonance_frequency`, Hz) at which most is stored in openings for
+    the work done on all air, from one more solution beside that line, with an AccuracyWarning as `radiate` gives it.
     """
     check_arguments(solve_direct, locals())
     surface, frequency = surface_velocity.surface, surface_velocity.frequency
@@ -73,15 +77,61 @@ def solve_direct(
     found, record = _solve(
         surface_velocity, x, None, air, fidelity, engine, plane, memory, executor, progress, kept, quadrature
     )
-    pressure, left = np.ascontiguousarray(found[:, :-1]), found[:, -1].real
+    pressure, left, stored = np.ascontiguousarray(found[:, :-2]), found[:, -2].real, found[:, -1].real
     one_element = float(frequency[-1]) * expected.get("elements_per_wavelength", np.inf)
     loudest = np.abs(pressure).max(axis=1)
     heard = loudest > 0  # of any pressure, as the squares of some are no numbers
     left[heard] /= loudest[heard]
     short = short_waves(surface_velocity)
     expected |= told_cancellation(frequency, heard.astype(float), left**2, short, fidelity, one_element)
+    shift = expected.get("resonance_shift", 0.0)
+    if shift > 0 and stored.any():
+        at = int(stored.argmax())
+        change = _change_beside(surface_velocity, x, at, pressure[at], shift, air, fidelity, engine, plane, memory)
+        expected |= told_resonances(shift, 1, frequency[[at]], loudest[[at]], np.array([change]), fidelity)
     provenance = made_by("solve_direct", fidelity, engine, records=record, expected=expected)
     return FieldPressure(frequency, x, pressure, provenance=provenance)
+
+
+def _change_beside(
+    surface_velocity: SurfaceVelocity,
+    points: FloatArray,
+    line: int,
+    pressure: ComplexArray,
+    shift: float,
+    air: Air,
+    fidelity: AcousticsFidelity,
+    engine: str,
+    plane: RigidPlane | None,
+    memory: tuple[int, int],
+) -> float:
+    """Pa by which the loudest of the pressures (n_point,) at a line changes if a resonance of air in openings lies
+    `shift` times its frequency higher or lower.
+
+    The pole of 1/(f − f_p) is the one that has the slope of that pressure, over jω and without the phase of the direct
+    way, from the line to another one an eighth of `shift` beside it; none where that is no steeper than detours about
+    the body make it.
+    """
+    surface, frequency, loudest = (
+        surface_velocity.surface,
+        surface_velocity.frequency[line],
+        int(np.abs(pressure).argmax()),
+    )
+    step = 0.125 * shift
+    distance = np.linalg.norm(surface.centroids - points[loudest], axis=1)
+    delayed = (
+        np.exp(2j * np.pi * step * frequency / air.speed_of_sound * distance) * surface_velocity.normal_velocity[line]
+    )
+    beside = SurfaceVelocity(np.array([(1.0 + step) * frequency]), delayed[None], surface)
+    found, _ = _solve(beside, points[loudest, None], None, air, fidelity, engine, plane, memory, None, None)
+    slope = (found[0, 0] / ((1.0 + step) * pressure[loudest]) - 1.0) / (step * frequency)
+    paths = paths_about(surface, plane, air, None)
+    if abs(slope) <= paths.turn:
+        return 0.0
+    pole = frequency + 1.0 / slope
+    if not resonates(pole, paths):
+        return 0.0
+    return float(np.abs(pressure[loudest]) * changed_by(pole, frequency - pole, shift))
 
 
 def surface_pressure(
@@ -172,9 +222,9 @@ def _solve(
     shards: BandShards | None = None,
     quadrature_error: float = 0.0,
 ) -> tuple[ComplexArray, list[SolverRecord]]:
-    """Pressure at the field points and `cancellation_pressure` (n_f, n_point + 1), or without points the coefficients
-    (n_f, n_v) of the linear functions whose sum comes nearest to the surface pressure in the mean, and how it was
-    solved.  memory: of `_checked`."""
+    """Pressure at the field points, `cancellation_pressure` and `stored_in_openings` (n_f, n_point + 2), or without
+    points the coefficients (n_f, n_v) of the linear functions whose sum comes nearest to the surface pressure in the
+    mean, and how it was solved.  memory: of `_checked`."""
     task, layers = memory
     records: list[SolverRecord] = []
     pressure = over_bands(
@@ -215,7 +265,7 @@ def _pressures(
     quadrature_error: float,
 ) -> Solved:
     """Of one band what `_solve` gives.  memory: bytes that systems may take."""
-    columns = len(surface.vertices) if points is None else len(points) + 1
+    columns = len(surface.vertices) if points is None else len(points) + 2
     pressure = np.zeros((len(frequency), columns), dtype=complex)
     omega = 2 * np.pi * frequency
     solved = np.flatnonzero(frequency > 0)
@@ -240,11 +290,15 @@ def _pressures(
                 some = slice(start, start + _layer_block(surface))
                 double, single = layer_potentials(surface, ends[some], k, fidelity.field_near_ratio)
                 at_ends[some] = double @ on_surface - single @ gradient
-            pressure[at, :-1] = at_ends.reshape(-1, len(points)).sum(axis=0)
-            on_faces = on_surface[surface.triangles].mean(axis=1)[:, None]
+            pressure[at, :-2] = at_ends.reshape(-1, len(points)).sum(axis=0)
+            on_faces = on_surface[surface.triangles].mean(axis=1)
             largest = max(float(np.abs(on_faces).max()), np.finfo(float).tiny)  # as squares of any pressure are not
-            left = cancellation_pressure(surface, np.array([k]), on_faces / largest, points, plane, quadrature_error)
-            pressure[at, -1] = largest * left[0]
+            scaled = on_faces / largest
+            left = cancellation_pressure(surface, np.array([k]), scaled[:, None], points, plane, quadrature_error)
+            pressure[at, -2] = largest * left[0]
+            fastest = float(np.abs(normal_velocity[at]).max()) or 1.0
+            stored = stored_in_openings(surface, plane, scaled, normal_velocity[at] / fastest)
+            pressure[at, -1] = k * largest / fastest * stored
 
     return Solved(pressure, solve_each(systems(engine, surface, wavenumbers, fidelity, plane, memory), solve))
 

@@ -119,20 +119,17 @@ class Nodes:
 
     def shift_weights(self, frequency: FloatArray, shift: float) -> ComplexArray:
         """Weights (n_pole, n_f, n_node) of the values at the nodes for what changes at `frequency` (n_f,) Hz if one of
-        the poles lies `shift` times its frequency higher, or lower: the larger of both, R_p/(f − f_p) being its part.
-        Poles of little quality, as any body has them (`_LEAST_Q`, `_CREEPING`), resonate in no opening."""
+        the poles lies `shift` times its frequency higher, or lower, R_p/(f − f_p) being its part (`changed_by`)."""
         weights = np.zeros((self.poles, len(frequency), len(self.node)), dtype=complex)
         first = _nearest(self.node, frequency, self.taking_part)[:, 0]
         for start in np.unique(first):
             rows = np.flatnonzero(first == start)
             used, line = np.arange(start, start + self.taking_part), frequency[rows]
             for at, (pole, residue) in enumerate(zip(*self._windows[start].resonances(), strict=True)):
-                least = max(_LEAST_Q, _CREEPING * (self.paths.turn * abs(pole.real)) ** (2 / 3))
-                if abs(pole.real) < 2 * least * abs(pole.imag):
+                if not resonates(pole, self.paths):
                     continue
-                moved, away = shift * abs(pole.real), line - pole
-                nearest = np.minimum(np.abs(away - moved), np.abs(away + moved))
-                change = moved / (np.abs(away) * nearest)
+                away = line - pole
+                change = changed_by(pole, away, shift) / np.abs(away)
                 weights[at, rows[:, None], used] = self._rescaled(change[:, None] * residue, used, line)
         return weights
 
@@ -255,6 +252,19 @@ class Interpolant:
             lines = np.flatnonzero(of_line == i)
             if len(lines):
                 yield piece, slice(ends[i] - len(piece.node), ends[i]), lines
+
+
+def resonates(pole: complex, paths: Paths) -> bool:
+    """Whether a pole (Hz) is of air in an opening; those of little quality (`_LEAST_Q`, `_CREEPING`) any body has."""
+    least = max(_LEAST_Q, _CREEPING * (paths.turn * abs(pole.real)) ** (2 / 3))
+    return abs(pole.real) >= 2 * least * abs(pole.imag)
+
+
+def changed_by(pole: complex, away: ComplexArray, shift: float) -> FloatArray:
+    """What 1/away changes by, relative to it, if a pole (Hz) so far `away` (n,) Hz from lines lies `shift` times its
+    frequency higher or lower: the larger of both."""
+    moved = shift * abs(pole.real)
+    return np.asarray(moved / np.minimum(np.abs(away - moved), np.abs(away + moved)))
 
 
 def line_batches(count: int) -> list[slice]:

@@ -96,7 +96,8 @@ def expected_accuracy(
     a RuntimeWarning for gaps so narrow, and so many needles, that they cost more than `SLOW`.
     Of several bodies the worst counts: one of them may be all that is heard.
     An error of e dB means a factor 10^(e/20) in either direction; silent directions are worse, and so are motions whose
-    parts cancel each other: `radiate`, `solve_direct` and `sound_power` tell of them (`cancellation_error_dB`).
+    parts cancel each other: `radiate`, `solve_direct` and `sound_power` tell of them (`cancellation_error_dB`).  Both
+    together are an estimate, no bound: boxes at 4.5 elements per wavelength erred by up to twice as much.
     Raises what `check_mesh` raises.
     """
     if f_max <= 0:

@@ -110,7 +110,7 @@ def _change_beside(
 
     The pole of 1/(f − f_p) is the one that has the slope of that pressure, over jω and without the phase of the direct
     way, from the line to another one an eighth of `shift` beside it; none where that is no steeper than detours about
-    the body make it.
+    the body and the growth of a quadrupole make it.
     """
     surface, frequency, loudest = (
         surface_velocity.surface,
@@ -126,7 +126,7 @@ def _change_beside(
     found, _ = _solve(beside, points[loudest, None], None, air, fidelity, engine, plane, memory, None, None)
     slope = (found[0, 0] / ((1.0 + step) * pressure[loudest]) - 1.0) / (step * frequency)
     paths = paths_about(surface, plane, air, None)
-    if abs(slope) <= paths.turn:
+    if abs(slope) <= paths.turn + 2.0 / frequency:
         return 0.0
     pole = frequency + 1.0 / slope
     if not resonates(pole, paths):

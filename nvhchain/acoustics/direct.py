@@ -112,17 +112,12 @@ def _change_beside(
     way, from the line to another one an eighth of `shift` beside it; none where that is no steeper than detours about
     the body and the growth of a quadrupole make it.
     """
-    surface, frequency, loudest = (
-        surface_velocity.surface,
-        surface_velocity.frequency[line],
-        int(np.abs(pressure).argmax()),
-    )
-    step = 0.125 * shift
+    surface, frequency = surface_velocity.surface, surface_velocity.frequency[line]
+    loudest, step = int(np.abs(pressure).argmax()), 0.125 * shift
     distance = np.linalg.norm(surface.centroids - points[loudest], axis=1)
-    delayed = (
-        np.exp(2j * np.pi * step * frequency / air.speed_of_sound * distance) * surface_velocity.normal_velocity[line]
-    )
-    beside = SurfaceVelocity(np.array([(1.0 + step) * frequency]), delayed[None], surface)
+    phase = 2 * np.pi * step * frequency / air.speed_of_sound * distance
+    delayed = surface_velocity.normal_velocity[[line]] * np.exp(1j * phase)
+    beside = SurfaceVelocity(np.array([(1.0 + step) * frequency]), delayed, surface)
     found, _ = _solve(beside, points[loudest, None], None, air, fidelity, engine, plane, memory, None, None)
     slope = (found[0, 0] / ((1.0 + step) * pressure[loudest]) - 1.0) / (step * frequency)
     paths = paths_about(surface, plane, air, None)

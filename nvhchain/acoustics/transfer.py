@@ -82,8 +82,8 @@ def transfer_vectors(
     A p = B ∂p/∂n on the surface, ∂p/∂n = −jωρ v_n and p(x) = d·p − s·∂p/∂n give the vector −jωρ (Bᵀ A⁻ᵀ d − s): one
     system per frequency, solved for one right-hand side per field point, whatever the number of faces.  Velocities are
     best means over the faces; what they do within these is told from the faces beside (`within_faces`), and those that
-    differ from face to face by chance, which no mesh resolves, err by up to 0.7 dB whatever is stated.  How it was
-    solved is in the provenance: `solver`, and what is left of the right-hand sides where it was iterated.
+    differ from face to face by chance, which no mesh resolves, err by up to 1.2 dB, 3 dB by what `radiate` states.  How
+    it was solved is in the provenance: `solver`, and what is left of the right-hand sides where it was iterated.
 
     surface: closed, outward, resolving the highest frequency at `fidelity.elements_per_wavelength`.
     points: (n_point, 3) m, outside the body.  frequencies: (n_f,) Hz, increasing; at 0 Hz the vectors vanish.

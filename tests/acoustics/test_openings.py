@@ -21,7 +21,7 @@ from nvhchain.acoustics import (
     waves_power,
 )
 from nvhchain.acoustics.interpolation import interpolant, nodes_at
-from nvhchain.acoustics.openings import SHIFT, WIDEST, resonance_shift
+from nvhchain.acoustics.openings import SHIFT, WIDEST, resonance_shift, stored_in_openings
 from nvhchain.acoustics.paths import Paths
 from nvhchain.acoustics.rational import window
 from nvhchain.acoustics.vector_errors import vector_errors
@@ -313,6 +313,17 @@ def test_masters_chosen_for_a_coarser_surface_state_the_worse_resonances_of_both
             chosen = adaptive_transfer_vectors(surface, points, 500.0, 2500.0, air=air, fidelity=knobs, plane=over)
             assert chosen.provenance["coarse_faces"] < len(surface.triangles)
             assert chosen.provenance["resonance_shift"] >= resonance_shift(surface, over)
+
+
+def test_energy_before_faces_that_see_no_other_one_is_stored_in_no_opening():
+    slot = bodies.box((0.18, 0.1, 0.06), 0.02, remove=lambda at: 0.08 < at[0] < 0.1 and at[2] > 0.02)
+    x, _, z = slot.centroids.T
+    flanks = (np.abs(x) < 0.0101) & (z > -0.0099)
+    pressure, velocity = np.where(flanks, 3.0, 2.0), 1j * np.where(x < 0, slot.normals[:, 0], 0.0)
+    work = np.abs(slot.areas @ (pressure * velocity.conj()))
+    stored = 9.0 * 0.02 * 2**0.5 * slot.areas[flanks].sum()
+    assert stored_in_openings(slot, None, pressure, velocity) == pytest.approx(stored / work)
+    assert stored_in_openings(slot, None, pressure, 0.0 * velocity) == 0.0
 
 
 def test_residues_at_poles_are_found():

@@ -112,6 +112,14 @@ class Nodes:
                 side[rows] *= _OPTIMISM * np.abs(factor / np.prod(line[:, None] - self.node[gained], axis=1))[:, None]
         return weights
 
+    def change_weights(self, frequency: FloatArray, masters: FloatArray) -> ComplexArray:
+        """Weights (n_f, n_node) of the values at the nodes for what some `masters` (n,) Hz and their mirror images
+        change at `frequency` (n_f,) Hz."""
+        weights = self.weights(frequency)
+        kept = ~np.isin(np.abs(self.node), masters)
+        weights[:, kept] -= self._of(np.flatnonzero(kept)).weights(frequency)
+        return weights
+
     def hidden_error(self, frequency: FloatArray) -> FloatArray:
         """Error (n_f,) at `frequency` (n_f,) Hz, relative to what the body radiates, that no master shows
         (`Paths.hidden_error`)."""
@@ -162,6 +170,20 @@ class Nodes:
             found.append((others, self._window(others)))
         return found
 
+    def _of(self, kept: IntArray) -> Nodes:
+        """Some of the nodes, as if there were no others."""
+        mirrored = int(np.count_nonzero(kept < self.mirrored))
+        taking_part = min(self.taking_part, _taking_part(len(kept), mirrored > 0))
+        return Nodes(
+            self.node[kept],
+            mirrored,
+            taking_part,
+            max(0, min(self.poles, taking_part - 2)),
+            None if self.gram is None else self.gram[np.ix_(kept, kept)],
+            self.phase_removed,
+            self.paths,
+        )
+
     def _window(self, used: IntArray) -> Window:
         gram = None if self.gram is None else self.gram[np.ix_(used, used)]
         return window(self.node[used], gram, self.poles)
@@ -204,6 +226,13 @@ class Interpolant:
         weights = np.zeros((2, len(frequency), len(self.node)), dtype=complex)
         for piece, nodes, lines in self._shared_out(frequency):
             weights[:, lines, nodes] = piece.error_weights(frequency[lines])
+        return weights
+
+    def change_weights(self, frequency: FloatArray, masters: FloatArray) -> ComplexArray:
+        """As `Nodes.change_weights`."""
+        weights = np.zeros((len(frequency), len(self.node)), dtype=complex)
+        for piece, nodes, lines in self._shared_out(frequency):
+            weights[lines, nodes] = piece.change_weights(frequency[lines], masters)
         return weights
 
     def shift_weights(self, frequency: FloatArray, shift: float) -> ComplexArray:
@@ -341,11 +370,15 @@ def nodes_at(
     if count == 1 or masters[0] > np.diff(masters).max():
         images = images[:0]
     node = np.concatenate([-images, positive])
-    spare = len(node) - (2 if len(images) else 1)
-    taking_part = min(fidelity.interpolation_points, max(min(2, len(node)), spare))
+    taking_part = min(fidelity.interpolation_points, _taking_part(len(node), len(images) > 0))
     poles = min(fidelity.interpolation_poles, taking_part - 2) if fidelity.interpolation == "rational" else 0
     gram = inner_products(positive, len(images)) if poles > 0 else None
     return Nodes(node, len(images), taking_part, max(poles, 0), gram, phase_removed=True, paths=paths)
+
+
+def _taking_part(nodes: int, mirrored: bool) -> int:
+    """So many of the nodes as take part in a value at most, for one master to be left out, with its mirror image."""
+    return max(min(2, nodes), nodes - (2 if mirrored else 1))
 
 
 def check_lines(atv: TransferVectors, frequency: FloatArray) -> None:

@@ -29,7 +29,7 @@ from nvhchain.acoustics.plane import with_images
 from nvhchain.acoustics.projection import check_memory
 from nvhchain.acoustics.surface import check_points
 from nvhchain.acoustics.transfer import made_by, told, transfer_vectors
-from nvhchain.acoustics.vector_errors import deciding_points, vector_errors
+from nvhchain.acoustics.vector_errors import deciding_points, vector_changes, vector_errors
 from nvhchain.conventions import Air, Progress
 from nvhchain.errors import AccuracyWarning, require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
@@ -67,14 +67,13 @@ def adaptive_transfer_vectors(
     them (`deciding_points` in the provenance).  `choose_masters` says how masters are added and
     tested.
 
-    What no master shows can be missed: a resonance whose flank, at the nearest master, stays below the tolerance, or
-    one of two that lie closer than masters do (two of 169 bands and shapes of a cavity with equal sides, 3 dB).
-    At its peak it raises the vectors by a factor H over a full width at half maximum below 2 ε d/H, with ε the
-    tolerance as a ratio and d the distance to that master.  The provenance keeps that width for H = 1 and the widest
-    gap (`missed_width`, Hz), the largest estimated error (`estimated_error_db`) and that at the masters solved as a
-    test (`tested_error_db`).  The vectors themselves jump by up to `fidelity.quadrature_error` or so where the engine
-    goes over to another quadrature order: no number of masters goes below that (measured: 0.013 dB, of which the
-    estimate sees a sixth).
+    What no master shows can be missed: a resonance whose flank, at the nearest master, stays below the tolerance.  At
+    its peak it raises the vectors by a factor H over a full width at half maximum below 2 ε d/H, with ε the tolerance
+    as a ratio and d the distance to that master.  The provenance keeps that width for H = 1 and the widest gap
+    (`missed_width`, Hz), the largest estimated error (`estimated_error_db`) and the largest that the masters solved as
+    a test found at themselves or changed elsewhere (`tested_error_db`).  The vectors themselves jump by up to
+    `fidelity.quadrature_error` or so where the engine goes over to another quadrature order: no number of masters goes
+    below that (measured: 0.013 dB, of which the estimate sees a sixth).
 
     low, high: Hz, the band.  fidelity.masters: the most masters that may be taken.  The other arguments are those of
     `transfer_vectors`.  The vectors of all masters are kept twice at a time where masters are added, as
@@ -148,6 +147,9 @@ class _Vectors:
 
     def estimated_errors(self, smooth: Interpolant, lines: FloatArray) -> FloatArray:
         return vector_errors(smooth, lines, self.deciding, self.points)[0]
+
+    def changes(self, smooth: Interpolant, lines: FloatArray, masters: FloatArray) -> FloatArray:
+        return vector_changes(smooth, lines, self.deciding, self.points, masters)
 
     def misprediction(self, smooth: Interpolant, solved: TransferVectors) -> float:
         return _misprediction(smooth, solved)

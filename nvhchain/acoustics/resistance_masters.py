@@ -95,14 +95,10 @@ class _Waves:
         return _WavesBetween(**vars(waves_nodes(found, self.fidelity)), resistance=found)
 
     def estimated_errors(self, smooth: _WavesBetween, lines: FloatArray) -> FloatArray:
-        whole, sides = smooth.weights(lines), smooth.error_weights(lines)
-        worst = np.zeros(len(lines))
-        for values in smooth.at_nodes():
-            gram = values.conj() @ values.T
-            error = np.maximum(*(squared_norms(side, gram) for side in sides))
-            size = squared_norms(whole, gram)
-            worst = np.maximum(worst, np.sqrt(error / np.where(size > 0, size, 1.0)))
-        return worst
+        return _largest(smooth, smooth.weights(lines), smooth.error_weights(lines))
+
+    def changes(self, smooth: _WavesBetween, lines: FloatArray, masters: FloatArray) -> FloatArray:
+        return _largest(smooth, smooth.weights(lines), smooth.change_weights(lines, masters)[None])
 
     def misprediction(self, smooth: _WavesBetween, solved: RadiationResistance) -> float:
         weights = smooth.weights(solved.frequency)
@@ -110,6 +106,18 @@ class _Waves:
         truth, found = _alike(solved.waves, values)
         wrong, size = np.linalg.norm(found - truth, axis=1), np.linalg.norm(truth, axis=1)
         return float((wrong / np.where(size > 0, size, 1.0)).max())
+
+
+def _largest(smooth: _WavesBetween, whole: ComplexArray, parts: ComplexArray) -> FloatArray:
+    """Largest of the parts (n_part, n_f, n_node) relative to the whole (n_f, n_node), both as weights of the values at
+    the nodes: (n_f,), the worst of the columns."""
+    worst = np.zeros(len(whole))
+    for values in smooth.at_nodes():
+        gram = values.conj() @ values.T
+        size = squared_norms(whole, gram)
+        part = squared_norms(parts, gram).max(axis=0)
+        worst = np.maximum(worst, np.sqrt(part / np.where(size > 0, size, 1.0)))
+    return worst
 
 
 def _alike(*waves: ComplexArray) -> list[ComplexArray]:

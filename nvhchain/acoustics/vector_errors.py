@@ -10,7 +10,7 @@ from nvhchain.acoustics.accuracy import told_interpolation, told_resonances
 from nvhchain.acoustics.interpolation import Interpolant, line_batches, support
 from nvhchain.acoustics.master_choice import squared_norms
 from nvhchain.fidelity import AcousticsFidelity
-from nvhchain.handoff import FloatArray, IntArray, Surface, TransferVectors
+from nvhchain.handoff import ComplexArray, FloatArray, IntArray, Surface, TransferVectors
 
 OF_MESH = ("expected_error_dB", "coarse_error_dB")
 """What is stated of masters, and holds for all that is made from them."""
@@ -59,10 +59,7 @@ def vector_errors(
     that are looked at.  points: how many there are; with a plane, `smooth` has their images after them, and both parts
     count as if they did not interfere.  What no master shows is part of the error (`Nodes.hidden_error`).
     """
-    grams = []
-    for point in deciding:
-        of_ends = [smooth.at_nodes(end) for end in range(point, len(smooth.atv.points), points)]
-        grams.append(np.sum([values.conj() @ values.T for values in of_ends], axis=0))
+    grams = _grams(smooth, deciding, points)
     error, changed = np.zeros(len(frequency)), np.zeros(len(frequency))
     for batch in line_batches(len(frequency)):
         lines = frequency[batch]
@@ -75,6 +72,27 @@ def vector_errors(
             error[batch] = np.maximum(error[batch], np.maximum(below, above) * of_size)
             changed[batch] = np.maximum(changed[batch], sum(changes) * of_size)
     return error + smooth.hidden_error(frequency), changed
+
+
+def vector_changes(
+    smooth: Interpolant, frequency: FloatArray, deciding: IntArray, points: int, masters: FloatArray
+) -> FloatArray:
+    """What some `masters` (n,) Hz change at lines (n_f,) Hz, measured as `vector_errors` does."""
+    sets = np.stack([smooth.weights(frequency), smooth.change_weights(frequency, masters)])
+    changed = np.zeros(len(frequency))
+    for gram in _grams(smooth, deciding, points):
+        size, change = np.sqrt(squared_norms(sets, gram))
+        changed = np.maximum(changed, change / np.where(size > 0, size, 1.0))
+    return changed
+
+
+def _grams(smooth: Interpolant, deciding: IntArray, points: int) -> list[ComplexArray]:
+    """Inner products (n_node, n_node) of the vectors of each of the `deciding` points at the nodes, conjugate first."""
+    grams = []
+    for point in deciding:
+        of_ends = [smooth.at_nodes(end) for end in range(point, len(smooth.atv.points), points)]
+        grams.append(np.sum([values.conj() @ values.T for values in of_ends], axis=0))
+    return grams
 
 
 def deciding_points(surface: Surface, points: FloatArray) -> IntArray:

@@ -167,9 +167,11 @@ def choose_masters(
             lines, error = between, changed / _TESTED
         if len(found.frequency) >= most:
             worst = int(error.argmax())
+            left_over, unforeseen, half = (_decibel(e) for e in (error[worst], tested, _TESTED * allowed))
             raise SolverError(
-                f"{most} masters leave an estimated error of {_decibel(max(error[worst], tested)):.2g} dB near "
-                f"{lines[worst]:.4g} Hz, {tolerance:g} dB asked: allow more masters or a larger master_tolerance_db"
+                f"{most} masters leave an estimated error of {left_over:.2g} dB near {lines[worst]:.4g} Hz, the last "
+                f"of them were foretold within {unforeseen:.2g} dB ({half:.2g} dB allowed), {tolerance:g} dB asked: "
+                "allow more masters or a larger master_tolerance_db"
             )
         left = most - len(found.frequency)
         test = bool(error.max() <= allowed)
@@ -180,7 +182,7 @@ def choose_masters(
             new = np.union1d(peaks, others)
         else:
             new = _next(found.frequency, lines, error, min(_added(len(found.frequency)), left))
-        new = _round_numbers(new)
+        new = np.unique(_round_numbers(new))
     report(len(found.frequency), len(found.frequency))
     told = {
         "estimated_error_db": _decibel(float(error.max())),

@@ -22,7 +22,7 @@ from nvhchain.acoustics.coarsening import coarse_surfaces
 from nvhchain.acoustics.interpolation import interpolant
 from nvhchain.acoustics.master_choice import _lines_between
 from nvhchain.acoustics.masters import _together
-from nvhchain.acoustics.vector_errors import deciding_points, vector_errors
+from nvhchain.acoustics.vector_errors import deciding_points, vector_changes, vector_errors
 from nvhchain.errors import AccuracyWarning, InputError, ResourceError, SolverError
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import Surface, SurfaceVelocity
@@ -383,3 +383,19 @@ def test_masters_are_joined_within_the_memory_of_the_result_and_refused_beyond(b
     monkeypatch.setattr("psutil.virtual_memory", lambda: type("M", (), {"available": size - 1}))
     with pytest.raises(ResourceError, match=r"at 24 masters beside those found so far need .* fewer masters or field"):
         _together(*parts)
+
+
+@pytest.mark.parametrize(("low", "mirrored"), [(900.0, 0), (100.0, 8)])
+def test_what_masters_change_is_what_interpolation_without_them_differs_by(box, air, low, mirrored):
+    fidelity = chosen(0.1)
+    atv = transfer_vectors(box, POINTS[1:2], np.linspace(low, 3000.0, 14), air=air, fidelity=fidelity)
+    some = np.isin(np.arange(14), [9, 11])
+    without = atv.replace(frequency=atv.frequency[~some], vectors=atv.vectors[~some])
+    lines = np.linspace(1300.0, 2950.0, 23)
+    smooth = interpolant(atv, fidelity)
+    assert smooth.pieces[0].mirrored == mirrored
+    with_them, others = (vectors_at(one, lines, fidelity=fidelity).vectors[:, 0] for one in (atv, without))
+    expected = np.linalg.norm(with_them - others, axis=1) / np.linalg.norm(with_them, axis=1)
+    found = vector_changes(smooth, lines, np.array([0]), 1, atv.frequency[some])
+    assert expected.max() > 1e-5
+    assert np.abs(found - expected).max() < 1e-3 * expected.max()

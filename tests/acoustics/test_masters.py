@@ -389,9 +389,9 @@ def test_masters_are_joined_within_the_memory_of_the_result_and_refused_beyond(b
 def test_what_masters_change_is_what_interpolation_without_them_differs_by(box, air, low, mirrored):
     fidelity = chosen(0.1)
     atv = transfer_vectors(box, POINTS[1:2], np.linspace(low, 3000.0, 14), air=air, fidelity=fidelity)
-    some = np.isin(np.arange(14), [9, 11])
+    some = np.isin(np.arange(14), [1, 9])
     without = atv.replace(frequency=atv.frequency[~some], vectors=atv.vectors[~some])
-    lines = np.linspace(1300.0, 2950.0, 23)
+    lines = np.linspace(low + 20.0, 2950.0, 23)
     smooth = interpolant(atv, fidelity)
     assert smooth.pieces[0].mirrored == mirrored
     with_them, others = (vectors_at(one, lines, fidelity=fidelity).vectors[:, 0] for one in (atv, without))

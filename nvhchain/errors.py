@@ -17,6 +17,14 @@ class ResourceError(InputError):
     """A job that does not fit into this machine; the message says how large it is and how to shrink it."""
 
 
+class WriteError(OSError):
+    """A file that the system did not take; the message names it, the reason and the remedy."""
+
+    def __init__(self, message: str, number: int | None = None) -> None:
+        super().__init__(message)
+        self.errno = number
+
+
 class SolverError(RuntimeError):
     """A numerical method that did not reach its stated residual."""
 

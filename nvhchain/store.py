@@ -9,9 +9,8 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
-import os
 import tempfile
-from io import BufferedIOBase
+from io import BytesIO
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -20,6 +19,7 @@ import numpy as np
 
 from nvhchain.conventions import Air
 from nvhchain.errors import FileFormatError, InputError
+from nvhchain.files.whole import in_memory, write_whole
 from nvhchain.handoff import HAND_OFFS, HandOff, RigidPlane
 
 SCHEMA_VERSION = 1
@@ -165,34 +165,24 @@ def writable_folder(folder: str | Path, called: str) -> Path:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Text as UTF-8, first to a file beside `path`, then renamed."""
-    part = path.with_suffix(".part")
-    part.write_text(text, encoding="utf-8")
-    os.replace(part, path)
+    """Write text as UTF-8, whole or not at all."""
+    write_whole(path, text.encode())
 
 
 def save(hand_off: HandOff, path: str | Path) -> Path:
-    """Write `hand_off` to `path`: first to a temporary file beside it, then renamed, so that no half file is seen."""
+    """Write `hand_off` to `path`, whole or not at all.  Raises WriteError where the disk is full."""
     path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    descriptor, temporary = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=".part", dir=path.parent)
-    os.close(descriptor)
-    try:
-        with h5py.File(temporary, "w", userblock_size=_BLOCK_BYTES) as file:
+
+    def write(memory: BytesIO) -> None:
+        with h5py.File(memory, "w", userblock_size=_BLOCK_BYTES) as file:
             file.attrs["nvhchain_schema"] = SCHEMA_VERSION
             file.attrs["conventions"] = CONVENTIONS
             _write(file, hand_off)
-        with open(temporary, "r+b") as written:
-            written.seek(_BLOCK_BYTES)
-            block = _user_block(written)
-            written.seek(0)
-            written.write(block)
-        os.chmod(temporary, 0o644)
-        os.replace(temporary, path)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
-    return path
+
+    content = in_memory(write)
+    content[:_BLOCK_BYTES] = _user_block(hashlib.sha256(content[_BLOCK_BYTES:]).hexdigest())
+    path.parent.mkdir(parents=True, exist_ok=True)
+    return write_whole(path, content)
 
 
 def load(path: str | Path, kind: type[H] = HandOff) -> H:  # type: ignore[assignment]
@@ -244,7 +234,7 @@ def _check_bytes(path: Path) -> bool:
     try:
         with path.open("rb") as file:
             block = file.read(_BLOCK_BYTES)
-            whole = block == _user_block(file)
+            whole = block == _user_block(hashlib.file_digest(file, "sha256").hexdigest())
     except OSError as error:
         raise FileFormatError(f"{path}: cannot be read ({error.strerror or error})") from error
     if block.startswith(_HDF5):
@@ -258,9 +248,9 @@ def _check_bytes(path: Path) -> bool:
     return True
 
 
-def _user_block(file: BufferedIOBase) -> bytes:
-    """What stands before the rest of a file."""
-    return (_BEGIN + hashlib.file_digest(file, "sha256").hexdigest().encode() + b"\n").ljust(_BLOCK_BYTES, b"\0")
+def _user_block(digest: str) -> bytes:
+    """First bytes of a file whose other bytes have this SHA-256."""
+    return (_BEGIN + digest.encode() + b"\n").ljust(_BLOCK_BYTES, b"\0")
 
 
 def _write(group: Any, hand_off: HandOff) -> None:

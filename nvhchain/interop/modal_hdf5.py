@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from io import BytesIO
 from pathlib import Path
 
 import h5py
@@ -9,6 +10,7 @@ import numpy as np
 
 from nvhchain.errors import FileFormatError, InputError, require
 from nvhchain.fem.modal_model import ModalModel
+from nvhchain.files.whole import in_memory
 from nvhchain.interop.records import whole
 
 UNITS = {"nodes": "m", "labels": "1", "triangles": "1", "frequency": "Hz", "damping": "1", "shapes": "kg-1/2"}
@@ -65,12 +67,12 @@ def read_modal_hdf5(path: str | Path) -> ModalModel:
 def write_modal_hdf5(model: ModalModel, path: str | Path) -> Path:
     """The layout that `read_modal_hdf5` reads; all digits are kept."""
 
-    def write(part: Path) -> None:
-        with h5py.File(part, "w") as file:
+    def write(memory: BytesIO) -> None:
+        with h5py.File(memory, "w") as file:
             for name, unit in UNITS.items():
                 file.create_dataset(name, data=getattr(model, name)).attrs["units"] = unit
             file["two_sided"] = model.two_sided
             for name, members in model.groups.items():
                 file.create_dataset(f"groups/{name.replace('/', '_')}", data=members)
 
-    return whole(Path(path), write)
+    return whole(Path(path), in_memory(write))

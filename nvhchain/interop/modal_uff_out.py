@@ -23,11 +23,7 @@ def write_modal_uff(model: ModalModel, path: str | Path, *, units: str = "m-kg-s
     system = unit_system(units)
     require(system.time == 1.0, f"{path}: dataset 164 is in seconds, {units} is not: choose another unit system")
 
-    def write(part: Path) -> None:
-        with part.open("w", encoding="utf-8") as file:
-            file.writelines(f"{line}\n" for line in _written(model, system))
-
-    return whole(Path(path), write)
+    return whole(Path(path), (f"{line}\n".encode() for line in _written(model, system)))
 
 
 def _written(model: ModalModel, system: UnitSystem) -> Iterator[str]:

@@ -208,7 +208,4 @@ def _held(model: SolidModel) -> Iterator[tuple[str, IntArray]]:
 
 
 def _written(lines: list[str], path: Path) -> Path:
-    def write(part: Path) -> None:
-        part.write_text("\n".join([*lines, ""]), encoding="utf-8")
-
-    return whole(path, write)
+    return whole(path, (f"{line}\n".encode() for line in lines))

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import csv
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from io import BytesIO, StringIO
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -18,12 +19,16 @@ from scipy.io import loadmat, savemat
 from scipy.io.matlab import MatlabOpaque
 
 from nvhchain.errors import FileFormatError, InputError, require
+from nvhchain.files.whole import FULL, Content, in_memory, write_whole
 from nvhchain.handoff import BearingForces, FloatArray
 from nvhchain.interop.channel_units import unit_called
 from nvhchain.interop.force_channels import OF_MESHES, beside_forces
 from nvhchain.interop.record import Record
 
 AXES = "xyz"
+
+CSV_ROWS = 4096
+"""Rows of a table that become text at once."""
 
 LARGEST_MAT = 2**31
 """Bytes of an array of a MAT file of level 5 (MathWorks, MAT-File Versions)."""
@@ -229,14 +234,15 @@ def write_csv(forces: BearingForces, path: Path) -> Path:
         [forces.time, forces.input_speed, forces.force.reshape(len(forces.time), -1), *beside.values()]
     )
 
-    def write(part: Path) -> None:
-        with part.open("w", newline="", encoding="utf-8") as file:
-            rows = csv.writer(file, lineterminator="\n")
-            rows.writerow(names)
-            rows.writerow(units)
-            rows.writerows([repr(value) for value in row] for row in table.tolist())
+    def lines() -> Iterator[bytes]:
+        for rows in ([names, units], *np.array_split(table, max(1, len(table) // CSV_ROWS))):
+            text = StringIO()
+            csv.writer(text, lineterminator="\n").writerows(
+                rows if isinstance(rows, list) else [[repr(value) for value in row] for row in rows.tolist()]
+            )
+            yield text.getvalue().encode()
 
-    return whole(path, write)
+    return whole(path, lines())
 
 
 def csv_name(bearing: str, axis: str) -> str:
@@ -268,44 +274,40 @@ def write_mat(forces: BearingForces, path: Path) -> Path:
         "units": {"time": "s", "input_speed": "rad/s", "force": "N", "positions": "m"}
         | {name: OF_MESHES[name] for name in beside},
     }
-    return whole(path, lambda part: savemat(part, content, appendmat=False, oned_as="column"))
+    return whole(path, in_memory(lambda file: savemat(file, content, appendmat=False, oned_as="column")))
 
 
 def write_hdf5(forces: BearingForces, path: Path) -> Path:
     """Datasets time, input_speed, force (n_t, n_bearing, 3), names, positions and what is recorded of the meshes
     (n_t, n_mesh), with attribute `units`."""
 
-    def write(part: Path) -> None:
-        with h5py.File(part, "w") as file:
+    def write(memory: BytesIO) -> None:
+        with h5py.File(memory, "w") as file:
             for name, unit in (("time", "s"), ("input_speed", "rad/s"), ("force", "N"), ("positions", "m")):
                 file.create_dataset(name, data=getattr(forces, name)).attrs["units"] = unit
             for name, values in beside_forces(forces).items():
                 file.create_dataset(name, data=values).attrs["units"] = OF_MESHES[name]
             file.create_dataset("names", data=np.array(forces.names, dtype=h5py.string_dtype()))
 
-    return whole(path, write)
+    return whole(path, in_memory(write))
 
 
-def whole(path: Path, write: Callable[[Path], object]) -> Path:
-    """Let `write` fill a file beside `path` and rename it, so that no half file is seen.
+def whole(path: Path, content: Content | Iterable[Content]) -> Path:
+    """Write `content` to `path`, whole or not at all.
 
-    Raises InputError where there is no folder for it, one in its place, or the system lets nothing be written.
+    Raises InputError where there is no folder for it, one in its place, or the system lets nothing be written;
+    WriteError where the disk is full or fails.
     """
-    part = path.with_suffix(".part")
     try:
         folder = path.absolute().parent
         require(folder.is_dir(), f"{path}: the folder {path.parent} does not exist: make it or choose another")
         require(not path.is_dir(), f"{path}: a folder stands where a file is to be written: choose another name")
-        try:
-            write(part)
-            os.replace(part, path)
-        except BaseException:
-            part.unlink(missing_ok=True)
-            raise
+        return write_whole(path, content)
     except OSError as error:
+        if error.errno in FULL:
+            raise
         reason = os.strerror(error.errno) if error.errno else _reason(error)
         raise InputError(f"{path}: cannot be written ({reason}): choose another folder or name") from error
-    return path
 
 
 def _reason(error: BaseException) -> str:

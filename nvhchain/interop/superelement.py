@@ -10,6 +10,7 @@ from scipy.io import savemat
 
 from nvhchain.errors import require
 from nvhchain.fem.superelement import CraigBampton
+from nvhchain.files.whole import in_memory
 from nvhchain.handoff import FloatArray
 from nvhchain.interop.model_files import real16
 from nvhchain.interop.records import whole
@@ -30,12 +31,9 @@ def write_craig_bampton(model: CraigBampton, path: str | Path) -> Path:
     path = Path(path)
     check_craig_bampton_path(path)
     if path.suffix == ".mat":
-        return whole(path, lambda part: savemat(part, _content(model), appendmat=False, oned_as="column"))
-
-    def write(part: Path) -> None:
-        part.write_text("\n".join([*_bulk_data(model), ""]), encoding="utf-8")
-
-    return whole(path, write)
+        content = _content(model)
+        return whole(path, in_memory(lambda file: savemat(file, content, appendmat=False, oned_as="column")))
+    return whole(path, (f"{line}\n".encode() for line in _bulk_data(model)))
 
 
 def check_craig_bampton_path(path: str | Path) -> None:

@@ -92,7 +92,7 @@ def write_uff(forces: BearingForces, path: Path) -> Path:
         for i, column in enumerate(values.T):
             label, node, unit = quantity.replace("_", " "), MESH_NODES[quantity] + i, OF_MESHES[quantity]
             sets.append(_function(forces.time, column, node, 0, label, DISPLACEMENT, unit))
-    return whole(path, lambda part: part.write_bytes(b"".join(sets)))
+    return whole(path, sets)
 
 
 def _function(

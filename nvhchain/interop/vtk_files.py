@@ -6,6 +6,7 @@ VTKHDF is HDF5 of a fixed layout (VTK File Formats, "VTKHDF", version 2.2) and i
 from __future__ import annotations
 
 from collections.abc import Mapping
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ import numpy as np
 
 from nvhchain.conventions import REFERENCE_VELOCITY
 from nvhchain.errors import require
+from nvhchain.files.whole import in_memory
 from nvhchain.handoff import FloatArray, ReducedHousing, Surface, SurfaceVelocity
 from nvhchain.interop.records import whole
 from nvhchain.interop.surface_motion import vertex_motion
@@ -65,7 +67,7 @@ def write_vtu(
         point_data={name: np.array(values) for name, values in points.items()},
         cell_data={name: [np.array(values)] for name, values in cells.items()},
     )
-    return whole(Path(path), lambda part: meshio.write(part, mesh, file_format="vtu"))
+    return whole(Path(path), in_memory(lambda file: meshio.write(file, mesh, file_format="vtu")))
 
 
 def _write(
@@ -79,8 +81,8 @@ def _write(
     count, faces, vertices = len(steps), len(surface.triangles), len(surface.vertices)
     require(count > 0, "nothing to write: no modes or lines")
 
-    def write(part: Path) -> None:
-        with h5py.File(part, "w") as file:
+    def write(memory: BytesIO) -> None:
+        with h5py.File(memory, "w") as file:
             root = file.create_group("VTKHDF")
             root.attrs["Version"] = np.array([2, 2], dtype=np.int64)
             root.attrs.create("Type", np.bytes_("UnstructuredGrid"))
@@ -100,7 +102,7 @@ def _write(
             for kind, data, size in (("CellData", cells, faces), ("PointData", points, vertices)):
                 _stack(root, time, kind, data, size, count)
 
-    return whole(Path(path), write)
+    return whole(Path(path), in_memory(write))
 
 
 def _stack(root: Any, time: Any, kind: str, data: Mapping[str, FloatArray], size: int, count: int) -> None:

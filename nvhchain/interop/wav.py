@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
 import numpy as np
 from scipy.io import wavfile
 
 from nvhchain.errors import require
+from nvhchain.files.whole import in_memory, write_whole
 from nvhchain.handoff import FieldPressure, FloatArray, PressureHistory
 from nvhchain.levels import time_history
 
@@ -37,7 +37,5 @@ def write_history_wav(history: PressureHistory, path: str | Path, *, point: int 
 def _write(signal: FloatArray, sample_rate: float, path: Path, full_scale: float) -> Path:
     peak = float(np.abs(signal).max())
     require(peak <= full_scale, f"signal peak {peak:g} Pa exceeds full scale {full_scale:g} Pa: raise full_scale")
-    part = path.with_suffix(".part")
-    wavfile.write(part, round(sample_rate), np.rint(signal / full_scale * 32767).astype(np.int16))
-    os.replace(part, path)
-    return path
+    samples = np.rint(signal / full_scale * 32767).astype(np.int16)
+    return write_whole(path, in_memory(lambda file: wavfile.write(file, round(sample_rate), samples)))

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from pathlib import Path
 
 from matplotlib.axes import Axes
+
+from nvhchain.files.whole import in_memory, write_whole
 
 RESOLUTION = 150
 """Dots per inch of the figures."""
@@ -16,6 +17,4 @@ def save(axes: Sequence[Axes], path: Path) -> None:
     """The figure of `axes` as PNG."""
     figure = axes[0].get_figure(root=True)
     assert figure is not None
-    part = path.with_suffix(".part")
-    figure.savefig(part, dpi=RESOLUTION, format="png")
-    os.replace(part, path)
+    write_whole(path, in_memory(lambda file: figure.savefig(file, dpi=RESOLUTION, format="png")))

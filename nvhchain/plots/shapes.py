@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,7 @@ from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from nvhchain.errors import require
+from nvhchain.files.whole import in_memory, write_whole
 from nvhchain.handoff import ComplexArray, FloatArray, ReducedHousing, Surface, SurfaceVelocity
 from nvhchain.interop.surface_motion import vertex_motion
 from nvhchain.plots._pyvista_frames import render_frames
@@ -119,11 +121,12 @@ def animate(
     states = (turned * phase[:, None]).real
     images = _pictures(surface, states, np.broadcast_to(turned.real, states.shape), elevation, azimuth, engine)
     pictures = [Image.fromarray(image) for image in images]
-    part = path.with_suffix(".part")
-    pictures[0].save(
-        part, format="GIF", save_all=True, append_images=pictures[1:], duration=round(1e3 * seconds / frames), loop=0
-    )
-    return part.replace(path)
+    duration = round(1e3 * seconds / frames)
+
+    def write(file: BytesIO) -> None:
+        pictures[0].save(file, format="GIF", save_all=True, append_images=pictures[1:], duration=duration, loop=0)
+
+    return write_whole(path, in_memory(write))
 
 
 def _at_its_largest(motion: ComplexArray, surface: Surface) -> ComplexArray:

@@ -31,11 +31,10 @@ def test_a_folder_in_the_place_of_the_file_is_refused(forces, tmp_path, suffix):
 
 @SUFFIXES
 def test_what_the_system_does_not_let_be_written_is_refused_with_its_reason(forces, tmp_path, suffix):
-    (tmp_path / "a.part").mkdir()
-    for name, reason in ((f"a{suffix}", "Is a directory"), ("n" * 300 + suffix, "File name too long")):
-        with pytest.raises(InputError, match=rf"{name}: cannot be written \({reason}\): choose another"):
-            write_bearing_forces(forces, tmp_path / name)
-    assert [path.name for path in tmp_path.iterdir()] == ["a.part"]
+    name = "n" * 300 + suffix
+    with pytest.raises(InputError, match=rf"{name}: cannot be written \(File name too long\): choose another"):
+        write_bearing_forces(forces, tmp_path / name)
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_forces_beyond_the_size_of_a_mat_file_are_sent_to_hdf5(forces, tmp_path, monkeypatch):

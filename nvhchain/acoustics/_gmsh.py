@@ -5,13 +5,11 @@ Nothing of gmsh is loaded into the calling process. Sharp edges of the given sur
 
 from __future__ import annotations
 
-import sys
-import tempfile
-from pathlib import Path
+import io
 
 import numpy as np
 
-from nvhchain.fem.mesher import run_mesher
+from nvhchain.fem.mesher import run_mesher, serve
 from nvhchain.handoff import FloatArray, IntArray
 
 _TIME_LIMIT = 300.0
@@ -26,27 +24,24 @@ def remesh(
     sharp_angle: rad between neighbouring triangles beyond which their edge is kept.  The triangles need not be turned
     as the given ones.  Deterministic: one thread, fixed options.  Raises SolverError with what gmsh says.
     """
-    with tempfile.TemporaryDirectory(prefix="nvhchain-remesh-") as folder:
-        job, result = Path(folder) / "surface.npz", Path(folder) / "mesh.npz"
-        np.savez(job, vertices=vertices, triangles=triangles, element_size=element_size, sharp_angle=sharp_angle)
-        run_mesher(
-            "nvhchain.acoustics._gmsh",
-            job,
-            result,
-            time_limit=_TIME_LIMIT,
-            failure="gmsh could not mesh the surface anew",
-            remedy=f"ask for edges shorter than {1e3 * element_size:.3g} mm (lower coarse_edge_ratios), or give the "
-            "coarse surface",
-        )
-        with np.load(result) as file:
-            return file["vertices"], file["triangles"]
+    job = io.BytesIO()
+    np.savez(job, vertices=vertices, triangles=triangles, element_size=element_size, sharp_angle=sharp_angle)
+    made = run_mesher(
+        "nvhchain.acoustics._gmsh",
+        job.getvalue(),
+        time_limit=_TIME_LIMIT,
+        failure="gmsh could not mesh the surface anew",
+        remedy=f"ask for edges shorter than {1e3 * element_size:.3g} mm (lower coarse_edge_ratios), or give the "
+        "coarse surface",
+    )
+    return made["vertices"], made["triangles"]
 
 
-def _serve(job: str, result: str) -> None:
+def _remeshed(job: bytes) -> dict[str, np.ndarray]:
     """Run inside the child process."""
     import gmsh
 
-    with np.load(job) as file:
+    with np.load(io.BytesIO(job)) as file:
         vertices, triangles = file["vertices"], file["triangles"]
         size, angle = float(file["element_size"]), float(file["sharp_angle"])
     gmsh.initialize(interruptible=False)
@@ -74,9 +69,9 @@ def _serve(job: str, result: str) -> None:
     order = np.argsort(tags)
     rows = order[np.searchsorted(tags, used, sorter=order)]
     corners = np.searchsorted(used, number).reshape(-1, 3).astype(np.int64)
-    np.savez(result, vertices=coordinates.reshape(-1, 3)[rows], triangles=corners)
     gmsh.finalize()
+    return {"vertices": coordinates.reshape(-1, 3)[rows], "triangles": corners}
 
 
 if __name__ == "__main__":
-    _serve(*sys.argv[1:3])
+    serve(_remeshed)

@@ -11,7 +11,6 @@ import numpy as np
 from nvhchain import store
 from nvhchain.acoustics.bands import Solved
 from nvhchain.acoustics.linear_system import SolverRecord
-from nvhchain.errors import ResourceError
 from nvhchain.handoff import FloatArray, SolvedBand
 from nvhchain.resume import code_version, fingerprint, found
 
@@ -38,21 +37,12 @@ class BandShards:
         return Solved(values, SolverRecord.of(band.provenance))
 
     def keep(self, frequency: FloatArray, solved: Solved) -> None:
-        """Save a band: written aside and renamed, so that it is there as a whole or not at all.
-
-        Raises ResourceError where that fails: a full disk, something else in the file's place.
-        """
+        """Save a band, whole or not at all.  Raises WriteError for a full disk or a folder in its place."""
         path, key = self._place(frequency)
         provenance = {"stage": f"acoustics.{self.stage}", "key": key, **solved.record.provenance}
         shape = solved.values.shape[1:]
         rows = solved.values.reshape(len(frequency), -1)
-        try:
-            store.save(SolvedBand(frequency, rows, np.array(shape), provenance=provenance), path)
-        except OSError as error:
-            raise ResourceError(
-                f"{path}: a finished band of frequencies cannot be saved ({error}): make room there, or name another "
-                "folder; the bands saved so far are kept"
-            ) from error
+        store.save(SolvedBand(frequency, rows, np.array(shape), provenance=provenance), path)
 
     def _place(self, frequency: FloatArray) -> tuple[Path, str]:
         """(file, key) of the band of these frequencies."""

@@ -2,13 +2,14 @@
 
 A folder holds `forces-00000.h5`, `forces-00001.h5`, … , each a `BearingForces` of its own that `store.load` reads, and
 `standing.npz`: where the run stands after the last of them, and what the files were like when it was written. Both
-appear whole or not at all.
+appear whole or not at all. A damaged file is computed again, from the beginning of the run, as no state before it is
+kept. One process at a time works in a folder.
 """
 
 from __future__ import annotations
 
-import os
-from collections.abc import Iterator, Sequence
+import logging
+from collections.abc import Iterator, Sequence, Set
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Unpack
@@ -28,9 +29,13 @@ from nvhchain.dynamics.run_up_record import Sampled, record
 from nvhchain.dynamics.simulation import Motion
 from nvhchain.dynamics.speed_ramp import RunUp, Standing, prepare, samples, start
 from nvhchain.errors import FileFormatError, require
+from nvhchain.files.alone import alone_in
+from nvhchain.files.whole import in_memory, write_whole
 from nvhchain.handoff import BearingForces, FloatArray, MeshLaw, ReducedHousing
 from nvhchain.kinds import check_arguments
 from nvhchain.resume import code_version, fingerprint
+
+_log = logging.getLogger(__name__)
 
 PIECE = 64 * 2048
 """Samples of a file, at least: 5 s at 25 kHz, about 21 MB with six bearings."""
@@ -74,36 +79,58 @@ def record_run_up(
 
     A run that was stopped is taken up again by the same call and ends in the same bits as one that was not, with
     contact solvers as far as theirs are the same; they are told from others by the forces they give at some angles and
-    deflections. Raises what `run_up` raises, InputError when `folder` holds another run, FileFormatError when files of
-    it are lost or damaged.
+    deflections. Files that are lost or damaged are computed again. Raises what `run_up` raises, InputError when
+    `folder` holds another run.
     """
     check_arguments(record_run_up, locals())
     run = prepare(gearbox, mesh_laws, housing, **operation)
     version = code_version("dynamics")
     key = fingerprint(version, gearbox, list(mesh_laws), housing, {**operation, "contact_forces": None})
     answers = _answers(run, mesh_laws)
-    size = CONTACT_PIECE if len(answers) else PIECE
     folder = store.writable_folder(folder, "folder")
-    written, first, standing = _taken_up(folder, key, answers, run)
     provenance = {"key": key, "stage": "run_up", "version": version, "fidelity": asdict(operation["fidelity"])}
-    waiting: list[FloatArray] = []
-    for piece, stands in samples(run, standing):
-        waiting.append(piece)
-        whole = sum(len(part) for part in waiting)
-        if whole >= size or (stands.block == run.blocks and whole > 0):
-            sampled = Sampled.room(run, whole)
-            sampled.fill(0, np.concatenate(waiting))
-            forces = record(run, first, sampled, mesh_laws, operation["fidelity"])
-            store.save(forces.replace(provenance=provenance | forces.provenance), _path(folder, written))
-            written, first, waiting = written + 1, first + whole, []
-            _keep(folder, key, answers, written, first, stands)
-        if progress:
-            progress(stands.block, run.blocks)
+
+    def follow(at: _Place, wanted: Set[int] | None) -> _Place:
+        """Go on from `at`; save the pieces `wanted`, after the last of which it ends, or all to the end."""
+        waiting: list[FloatArray] = []
+        for piece, stands in samples(run, at.standing):
+            waiting.append(piece)
+            whole = sum(len(part) for part in waiting)
+            if whole >= (CONTACT_PIECE if len(answers) else PIECE) or (stands.block == run.blocks and whole > 0):
+                if wanted is None or at.written in wanted:
+                    sampled = Sampled.room(run, whole)
+                    sampled.fill(0, np.concatenate(waiting))
+                    forces = record(run, at.first, sampled, mesh_laws, operation["fidelity"])
+                    store.save(forces.replace(provenance=provenance | forces.provenance), _path(folder, at.written))
+                at, waiting = _Place(at.written + 1, at.first + whole, stands), []
+                if wanted is None:
+                    _keep(folder, key, answers, at)
+            if progress:
+                progress(stands.block, run.blocks)
+            if wanted is not None and at.written > max(wanted):
+                break
+        return at
+
+    with alone_in(folder):
+        at, damaged = _taken_up(folder, key, answers, run)
+        if damaged:
+            follow(_Place(0, 0, start(run)), damaged)
+            _keep(folder, key, answers, at)
+        written = follow(at, None).written
     paths = tuple(_path(folder, index) for index in range(written))
     told = [store.record(path)[1] for path in paths]
     warn_beyond_law(joined([of.get("beyond_mesh_law", {}) for of in told]))
     check_parted(contact_loss.joined([of.get("parted_flanks", {}) for of in told]))
     return Recording(paths)
+
+
+@dataclass(frozen=True)
+class _Place:
+    """Files and samples written so far, and where the run stands after them."""
+
+    written: int
+    first: int
+    standing: Standing
 
 
 def _path(folder: Path, index: int) -> Path:
@@ -125,11 +152,12 @@ def _answers(run: RunUp, mesh_laws: Sequence[MeshLaw]) -> FloatArray:
     )
 
 
-def _taken_up(folder: Path, key: str, answers: FloatArray, run: RunUp) -> tuple[int, int, Standing]:
-    """Files and samples already written and where the run stands; the beginning when there is nothing yet.
+def _taken_up(folder: Path, key: str, answers: FloatArray, run: RunUp) -> tuple[_Place, frozenset[int]]:
+    """Place from which the run goes on, the beginning when there is nothing yet, and the files to be made again.
 
     Files that are not as they were left are looked through.
     """
+    beginning = _Place(0, 0, start(run)), frozenset[int]()
     path = folder / "standing.npz"
     another = (
         f"{folder} holds another run-up (other gearbox, laws, operation, fidelity, contact solvers or version): choose "
@@ -138,7 +166,7 @@ def _taken_up(folder: Path, key: str, answers: FloatArray, run: RunUp) -> tuple[
     if not path.exists():
         # files of this very run will be written over with the same bits
         require(all(_key_of(file) == key for file in folder.glob("forces-*.h5")), another)
-        return 0, 0, start(run)
+        return beginning
     try:
         with np.load(path) as kept:
             found: dict[str, Any] = {name: kept[name] for name in kept.files}
@@ -151,7 +179,9 @@ def _taken_up(folder: Path, key: str, answers: FloatArray, run: RunUp) -> tuple[
             found["excesses"],
         )
     except (OSError, EOFError, ValueError, KeyError, BadZipFile) as error:
-        raise FileFormatError(f"{path}: damaged ({error}): delete the folder and run again") from error
+        require(all(_key_of(file) in (key, "") for file in folder.glob("forces-*.h5")), another)
+        _log.warning("%s: damaged (%s): the run-up is computed again", path, error)
+        return beginning
     largest = float(np.abs(answers).max(initial=0.0))
     require(
         stored_key == key
@@ -159,11 +189,14 @@ def _taken_up(folder: Path, key: str, answers: FloatArray, run: RunUp) -> tuple[
         and bool((np.abs(answered - answers) <= SAME_SOLVER * largest).all()),
         another,
     )
-    for index in range(written):
-        file = _path(folder, index)
-        if _stamp(file) != tuple(stamps[index]) and _key_of(file) != key:
-            raise FileFormatError(f"{file}: missing or damaged: delete the folder and run again")
-    return written, first, standing
+    changed = (index for index in range(written) if _stamp(_path(folder, index)) != tuple(stamps[index]))
+    keys = {index: _key_of(_path(folder, index)) for index in changed}
+    require(set(keys.values()) <= {key, ""}, another)
+    damaged = frozenset(index for index, of in keys.items() if not of)
+    if damaged:
+        names = ", ".join(_path(folder, index).name for index in sorted(damaged))
+        _log.warning("%s: %s missing or damaged, computed again from the beginning of the run-up", folder, names)
+    return _Place(written, first, standing), damaged
 
 
 def _stamp(path: Path) -> tuple[int, int]:
@@ -183,27 +216,20 @@ def _key_of(path: Path) -> str:
         return ""
 
 
-def _keep(folder: Path, key: str, answers: FloatArray, written: int, first: int, standing: Standing) -> None:
-    """Write where the run stands after `written` files, whole or not at all, once the last of them is on the disk."""
-    with _path(folder, written - 1).open("rb") as last:
-        os.fsync(last.fileno())
-    path = folder / "standing.npz"
-    part = path.with_suffix(".part")
-    with part.open("wb") as file:
-        np.savez(
-            file,
-            key=key,
-            answers=answers,
-            stamps=np.array([_stamp(_path(folder, index)) for index in range(written)], dtype=np.int64),
-            written=written,
-            first=first,
-            block=standing.block,
-            state=standing.motion.state,
-            excess=standing.motion.excess,
-            past=np.zeros((5, len(standing.motion.excess))) if standing.motion.past is None else standing.motion.past,
-            states=standing.states,
-            excesses=standing.excesses,
-        )
-        file.flush()
-        os.fsync(file.fileno())
-    os.replace(part, path)
+def _keep(folder: Path, key: str, answers: FloatArray, at: _Place) -> None:
+    """Write where the run stands after the files of `at`, which are on the disk by then."""
+    motion = at.standing.motion
+    content: dict[str, Any] = {
+        "key": key,
+        "answers": answers,
+        "stamps": np.array([_stamp(_path(folder, index)) for index in range(at.written)], dtype=np.int64),
+        "written": at.written,
+        "first": at.first,
+        "block": at.standing.block,
+        "state": motion.state,
+        "excess": motion.excess,
+        "past": np.zeros((5, len(motion.excess))) if motion.past is None else motion.past,
+        "states": at.standing.states,
+        "excesses": at.standing.excesses,
+    }
+    write_whole(folder / "standing.npz", in_memory(lambda file: np.savez(file, **content)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tempfile
 from contextlib import redirect_stderr, redirect_stdout
 from io import StringIO
 from pathlib import Path
@@ -9,7 +10,8 @@ from pathlib import Path
 import meshio
 import numpy as np
 
-from nvhchain.errors import FileFormatError, InputError
+from nvhchain.errors import FileFormatError, InputError, WriteError
+from nvhchain.files.whole import write_whole
 from nvhchain.gear.volume_mesh import ELEMENT_NODES, VolumeMesh
 from nvhchain.handoff import FloatArray, IntArray
 from nvhchain.kinds import check_arguments
@@ -79,13 +81,38 @@ def read_gear_mesh(path: str | Path, *, scale: float = 1.0, order: int = 1, tags
 
 
 def write_gear_mesh(path: str | Path, mesh: VolumeMesh) -> None:
-    """Write `mesh` in the format of the file's ending, its tags as point arrays and point sets; coordinates in m."""
+    """Write `mesh` in the format of the file's ending, its tags as point arrays and point sets; coordinates in m.
+
+    meshio writes into a folder beside `path`, from which the files are read back before they are taken.  Raises
+    WriteError where that is not what was written.
+    """
+    path = Path(path)
     arrays = {}
     for tag in TAGS:
         arrays[tag] = np.zeros(len(mesh.nodes), dtype=np.int32)
         arrays[tag][getattr(mesh, tag)] = 1
-    sets = {tag: getattr(mesh, tag) for tag in TAGS} if Path(path).suffix == ".inp" else None
-    meshio.Mesh(mesh.nodes, [(_WRITTEN[mesh.kind], mesh.elements)], point_data=arrays, point_sets=sets).write(path)
+    sets = {tag: getattr(mesh, tag) for tag in TAGS} if path.suffix == ".inp" else None
+    asked = meshio.Mesh(mesh.nodes, [(_WRITTEN[mesh.kind], mesh.elements)], point_data=arrays, point_sets=sets)
+    with tempfile.TemporaryDirectory(prefix=".nvhchain-", dir=path.parent) as folder:
+        part = Path(folder) / path.name
+        try:
+            asked.write(part)
+            with redirect_stdout(StringIO()), redirect_stderr(StringIO()):
+                _check_written(meshio.read(part), asked)
+        except (OSError, meshio.ReadError, SystemExit) as error:
+            raise WriteError(f"{path}: cannot be written ({error}): make room there or name another folder") from error
+        for file in sorted(Path(folder).iterdir()):  # some formats have their arrays in a second one
+            write_whole(path.parent / file.name, file.read_bytes())
+
+
+def _check_written(found: meshio.Mesh, asked: meshio.Mesh) -> None:
+    """Raise OSError unless a mesh on the disk is the one that was written, to the digits of its format."""
+    if not (
+        found.points.shape == asked.points.shape
+        and np.allclose(found.points, asked.points, rtol=1e-5, atol=1e-6 * float(np.abs(asked.points).max()))
+        and [block.data.tolist() for block in found.cells] == [block.data.tolist() for block in asked.cells]
+    ):
+        raise OSError("the file on the disk holds something else")
 
 
 def _mirrored(points: FloatArray, elements: IntArray, kind: str) -> bool:

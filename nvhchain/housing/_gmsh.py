@@ -10,14 +10,11 @@ Solids: {"kind": "loft", "sections": [{"z", "arcs": [[x, y, r, start, end]]}]}, 
 from __future__ import annotations
 
 import json
-import sys
-import tempfile
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from nvhchain.fem.mesher import run_mesher
+from nvhchain.fem.mesher import run_mesher, serve
 
 _TIME_LIMIT = 900.0
 """s after which the mesher is given up."""
@@ -30,26 +27,20 @@ def mesh(recipe: dict[str, Any]) -> dict[str, np.ndarray]:
     different CAD faces need not be turned the same way.  Deterministic: one thread, fixed options.
     Raises SolverError with what gmsh says when it cannot mesh.
     """
-    with tempfile.TemporaryDirectory(prefix="nvhchain-mesh-") as folder:
-        job, result = Path(folder) / "recipe.json", Path(folder) / "mesh.npz"
-        job.write_text(json.dumps(recipe))
-        run_mesher(
-            "nvhchain.housing._gmsh",
-            job,
-            result,
-            time_limit=_TIME_LIMIT,
-            failure="gmsh could not mesh the housing",
-            remedy="use another element size, of which a larger one is quicker",
-        )
-        with np.load(result) as file:
-            return {name: file[name] for name in file.files}
+    return run_mesher(
+        "nvhchain.housing._gmsh",
+        json.dumps(recipe).encode(),
+        time_limit=_TIME_LIMIT,
+        failure="gmsh could not mesh the housing",
+        remedy="use another element size, of which a larger one is quicker",
+    )
 
 
-def _serve(job: str, result: str) -> None:
+def _meshed(job: bytes) -> dict[str, np.ndarray]:
     """Run inside the child process."""
     import gmsh
 
-    recipe = json.loads(Path(job).read_text())
+    recipe = json.loads(job)
     gmsh.initialize(interruptible=False)
     option = gmsh.option.setNumber
     for name, value in {
@@ -84,8 +75,9 @@ def _serve(job: str, result: str) -> None:
     gmsh.model.mesh.generate(dimension)
     if dimension == 3:
         gmsh.model.mesh.setOrder(2)
-    _write(gmsh, dimension, result)
+    made = _arrays(gmsh, dimension)
     gmsh.finalize()
+    return made
 
 
 def _solid(occ: Any, solid: dict[str, Any]) -> int:
@@ -117,8 +109,8 @@ def _outline(occ: Any, z: float, arcs: list[list[float]]) -> int:
     return int(occ.addWire(edges, checkClosed=True))
 
 
-def _write(gmsh: Any, dimension: int, result: str) -> None:
-    """Store nodes and elements with consecutive node numbers."""
+def _arrays(gmsh: Any, dimension: int) -> dict[str, np.ndarray]:
+    """Nodes and elements with consecutive node numbers."""
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
     _, number = gmsh.model.mesh.getElementsByType(11 if dimension == 3 else 2)
     elements = number.reshape(-1, 10 if dimension == 3 else 3)
@@ -129,8 +121,8 @@ def _write(gmsh: Any, dimension: int, result: str) -> None:
     used = np.unique(elements)
     order = np.argsort(tags)
     rows = order[np.searchsorted(tags, used, sorter=order)]
-    np.savez(result, nodes=coordinates.reshape(-1, 3)[rows], elements=np.searchsorted(used, elements))
+    return {"nodes": coordinates.reshape(-1, 3)[rows], "elements": np.searchsorted(used, elements)}
 
 
 if __name__ == "__main__":
-    _serve(*sys.argv[1:3])
+    serve(_meshed)

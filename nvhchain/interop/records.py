@@ -27,9 +27,6 @@ from nvhchain.interop.record import Record
 
 AXES = "xyz"
 
-CSV_ROWS = 4096
-"""Rows of a table that become text at once."""
-
 LARGEST_MAT = 2**31
 """Bytes of an array of a MAT file of level 5 (MathWorks, MAT-File Versions)."""
 
@@ -234,15 +231,10 @@ def write_csv(forces: BearingForces, path: Path) -> Path:
         [forces.time, forces.input_speed, forces.force.reshape(len(forces.time), -1), *beside.values()]
     )
 
-    def lines() -> Iterator[bytes]:
-        for rows in ([names, units], *np.array_split(table, max(1, len(table) // CSV_ROWS))):
-            text = StringIO()
-            csv.writer(text, lineterminator="\n").writerows(
-                rows if isinstance(rows, list) else [[repr(value) for value in row] for row in rows.tolist()]
-            )
-            yield text.getvalue().encode()
-
-    return whole(path, lines())
+    head = StringIO()
+    csv.writer(head, lineterminator="\n").writerows([names, units])
+    rows = (",".join(map(repr, row.tolist())) + "\n" for row in table)
+    return whole(path, chain([head.getvalue().encode()], map(str.encode, rows)))
 
 
 def csv_name(bearing: str, axis: str) -> str:

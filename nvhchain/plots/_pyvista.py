@@ -7,10 +7,10 @@ does not wait for the rest of the package, which takes longer to import than the
 
 from __future__ import annotations
 
+import io
+import os
 import subprocess
 import sys
-import tempfile
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -28,27 +28,23 @@ def render(surface: Surface, colours: FloatArray, towards: FloatArray) -> np.nda
     colours: (n_face, 3) red, green, blue in 0 … 1, shown as they are.
     towards: (3,) direction from the body to the viewer; y is up.
     """
-    with tempfile.TemporaryDirectory() as folder:
-        scene, picture = Path(folder) / "scene.npz", Path(folder) / "picture.npy"
-        np.savez(
-            scene,
-            vertices=surface.vertices,
-            triangles=surface.triangles,
-            colours=np.round(255 * colours).astype(np.uint8),
-            towards=towards,
+    scene = io.BytesIO()
+    np.savez(
+        scene,
+        vertices=surface.vertices,
+        triangles=surface.triangles,
+        colours=np.round(255 * colours).astype(np.uint8),
+        towards=towards,
+    )
+    try:
+        done = subprocess.run(
+            [sys.executable, "-P", __file__], input=scene.getbuffer(), capture_output=True, timeout=SECONDS
         )
-        try:
-            done = subprocess.run(
-                [sys.executable, "-P", __file__, str(scene), str(picture)],
-                capture_output=True,
-                stdin=subprocess.DEVNULL,
-                timeout=SECONDS,
-            )
-        except subprocess.TimeoutExpired:
-            return None
-        if done.returncode != 0 or not picture.exists():
-            return None
-        image: np.ndarray = np.load(picture)
+        image: np.ndarray = np.load(io.BytesIO(done.stdout))
+    except (subprocess.TimeoutExpired, OSError, EOFError, ValueError):  # nothing, or not all
+        return None
+    if done.returncode != 0:
+        return None
     drawn = np.any(image < 255, axis=2)
     if not drawn.any():
         return None
@@ -56,11 +52,13 @@ def render(surface: Surface, colours: FloatArray, towards: FloatArray) -> np.nda
     return image[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
 
 
-def _draw(scene_file: str, picture_file: str) -> None:
-    """Body of the rendering process."""
+def _draw() -> None:
+    """Body of the rendering process: what VTK prints goes to stderr."""
+    answer = os.dup(1)
+    os.dup2(2, 1)
     import pyvista
 
-    scene = np.load(scene_file)
+    scene = np.load(io.BytesIO(sys.stdin.buffer.read()))
     triangles = scene["triangles"]
     faces = np.column_stack([np.full(len(triangles), 3), triangles]).ravel()
     body = pyvista.PolyData(scene["vertices"], faces)
@@ -75,8 +73,11 @@ def _draw(scene_file: str, picture_file: str) -> None:
     plotter.camera.focal_point = body.center
     plotter.camera.up = (0.0, 1.0, 0.0)
     plotter.reset_camera()  # type: ignore[call-arg]
-    np.save(picture_file, np.asarray(plotter.screenshot(return_img=True)))
+    content = io.BytesIO()
+    np.save(content, np.asarray(plotter.screenshot(return_img=True)))
+    with open(answer, "wb") as pipe:
+        pipe.write(content.getbuffer())
 
 
 if __name__ == "__main__":
-    _draw(*sys.argv[1:])
+    _draw()

@@ -5,10 +5,10 @@ As there, the process runs this file alone: the rest of the package takes longer
 
 from __future__ import annotations
 
+import io
+import os
 import subprocess
 import sys
-import tempfile
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -28,22 +28,21 @@ def render_frames(
     vertices: (n_frame, n_v, 3).  triangles: (n_face, 3).  colours: (n_frame, n_face, 3) in 0 … 1.
     towards: (3,) direction from the body to the viewer; y is up.
     """
-    with tempfile.TemporaryDirectory() as folder:
-        scene, pictures = Path(folder) / "scene.npz", Path(folder) / "pictures.npy"
-        painted = np.round(255 * colours).astype(np.uint8)
-        np.savez(scene, vertices=vertices, triangles=triangles, colours=painted, towards=towards)
-        try:
-            done = subprocess.run(
-                [sys.executable, "-P", __file__, str(scene), str(pictures)],
-                capture_output=True,
-                stdin=subprocess.DEVNULL,
-                timeout=SECONDS + SECONDS_PER_FRAME * len(vertices),
-            )
-        except subprocess.TimeoutExpired:
-            return None
-        if done.returncode != 0 or not pictures.exists():
-            return None
-        images: np.ndarray = np.load(pictures)
+    scene = io.BytesIO()
+    painted = np.round(255 * colours).astype(np.uint8)
+    np.savez(scene, vertices=vertices, triangles=triangles, colours=painted, towards=towards)
+    try:
+        done = subprocess.run(
+            [sys.executable, "-P", __file__],
+            input=scene.getbuffer(),
+            capture_output=True,
+            timeout=SECONDS + SECONDS_PER_FRAME * len(vertices),
+        )
+        images: np.ndarray = np.load(io.BytesIO(done.stdout))
+    except (subprocess.TimeoutExpired, OSError, EOFError, ValueError):  # nothing, or not all
+        return None
+    if done.returncode != 0:
+        return None
     drawn = np.any(images < 255, axis=(0, 3))
     if not drawn.any():
         return None
@@ -51,11 +50,13 @@ def render_frames(
     return images[:, rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
 
 
-def _draw(scene_file: str, pictures_file: str) -> None:
-    """Body of the rendering process."""
+def _draw() -> None:
+    """Body of the rendering process: what VTK prints goes to stderr."""
+    answer = os.dup(1)
+    os.dup2(2, 1)
     import pyvista
 
-    scene = np.load(scene_file)
+    scene = np.load(io.BytesIO(sys.stdin.buffer.read()))
     triangles, frames = scene["triangles"], scene["vertices"]
     faces = np.column_stack([np.full(len(triangles), 3), triangles]).ravel()
     body = pyvista.PolyData(frames[0], faces)
@@ -76,8 +77,11 @@ def _draw(scene_file: str, pictures_file: str) -> None:
         body.cell_data["colour"] = colours
         plotter.render()
         pictures.append(np.asarray(plotter.screenshot(return_img=True)))
-    np.save(pictures_file, np.array(pictures))
+    content = io.BytesIO()
+    np.save(content, np.array(pictures))
+    with open(answer, "wb") as pipe:
+        pipe.write(content.getbuffer())
 
 
 if __name__ == "__main__":
-    _draw(*sys.argv[1:])
+    _draw()

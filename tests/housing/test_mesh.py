@@ -120,8 +120,8 @@ def test_failing_mesher_is_reported_with_what_it_said(casting):
 
 def test_missing_system_library_is_named(monkeypatch):
     class Done:
-        returncode, stdout = 1, ""
-        stderr = "OSError: libGLU.so.1: cannot open shared object file: No such file or directory"
+        returncode, stdout = 1, b""
+        stderr = b"OSError: libGLU.so.1: cannot open shared object file: No such file or directory"
 
     monkeypatch.setattr(mesher.subprocess, "run", lambda *args, **kwargs: Done)
     with pytest.raises(SolverError, match=r"libGLU\.so\.1.*libglu1-mesa"):

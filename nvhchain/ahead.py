@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from os import environ, sched_getaffinity
 from pathlib import Path
-from signal import SIGINT, default_int_handler, signal
+from signal import SIGINT, SIGTERM, default_int_handler, signal
 from threading import Thread
 
 from nvhchain import stages
@@ -100,6 +100,7 @@ def _end_with_caller() -> None:
 def main() -> None:
     """Mesh laws of all cases."""
     signal(SIGINT, default_int_handler)  # what a script runs in the background ignores it otherwise
+    signal(SIGTERM, default_int_handler)
     cases, fidelity, operators = pickle.load(sys.stdin.buffer)
     with suppress(KeyboardInterrupt):
         Thread(target=_end_with_caller, daemon=True).start()

@@ -14,11 +14,12 @@ from pathlib import Path
 from typing import Any, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
-from filelock import FileLock
+from filelock import FileLock, Timeout
 
 from nvhchain import __version__, store
 from nvhchain.conventions import Progress
 from nvhchain.errors import FileFormatError
+from nvhchain.files.alone import say_waiting
 from nvhchain.handoff import HandOff
 
 H = TypeVar("H", bound=HandOff)
@@ -82,6 +83,10 @@ def key_in(path: Path) -> str | None:
         return None
 
 
+_PATIENCE = 2.0
+"""s before a stage says that it waits for another process."""
+
+
 @contextmanager
 def _alone(path: Path | None) -> Iterator[None]:
     """Of a user's processes on this machine one at a time looks for what belongs in `path`, or makes it."""
@@ -90,11 +95,17 @@ def _alone(path: Path | None) -> Iterator[None]:
         return
     place = hashlib.sha256(str(path.resolve()).encode()).hexdigest()[:16]
     lock = Path(tempfile.gettempdir(), f"nvhchain-{os.getuid()}-{place}.lock")
-    with FileLock(lock):
-        try:
-            yield
-        finally:
-            lock.unlink(missing_ok=True)  # whoever waits notices, and locks a new one
+    hold = FileLock(lock)
+    try:
+        hold.acquire(timeout=_PATIENCE)
+    except Timeout:
+        say_waiting(path, lock)
+        hold.acquire()
+    try:
+        yield
+    finally:
+        lock.unlink(missing_ok=True)  # whoever waits notices, and locks a new one
+        hold.release()
 
 
 @runtime_checkable

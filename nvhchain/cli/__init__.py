@@ -9,6 +9,7 @@ from typing import Any
 
 from nvhchain.cli.arguments import parser
 from nvhchain.cli.console import Console
+from nvhchain.cli.termination import Terminated, termination_interrupts
 from nvhchain.errors import InputError, SolverError
 
 __all__ = ["Console", "main", "parser"]
@@ -18,7 +19,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit code."""
     options = parser().parse_args(arguments)
     try:
-        with warnings.catch_warnings():
+        with termination_interrupts(), warnings.catch_warnings():
             warnings.showwarning = _warn
             return int(options.action(options))
     except InputError as error:
@@ -30,9 +31,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (SolverError, OSError) as error:
         print(f"nvhchain: {_one_line(error)}", file=sys.stderr)
         return 1
-    except KeyboardInterrupt:
+    except KeyboardInterrupt as signal:
         print("nvhchain: interrupted; finished stages are kept and will be found again", file=sys.stderr)
-        return 130
+        return 143 if isinstance(signal, Terminated) else 130
 
 
 def _warn(message: Warning | str, *_: Any, **__: Any) -> None:

@@ -36,19 +36,26 @@ def alone_in(folder: Path) -> Iterator[None]:
 
 
 def say_waiting(place: Path, held: Path | None = None) -> None:
-    """Log what `place` is waited for.  held: locked file or folder, `place` by default."""
-    _log.warning("%s: waits for %s, which is at work there", place, _holder(held or place))
+    """Log which process `place` is waited for, unless this one started it.
 
-
-def _holder(locked: Path) -> str:
-    """Process that holds a lock on a file or folder, as far as this one may see."""
+    held: locked file or folder, `place` by default.
+    """
     try:
-        inode = str(locked.stat().st_ino)
-        for line in Path("/proc/locks").read_text(encoding="ascii").splitlines():
-            fields = line.split()
-            if "FLOCK" in fields and "->" not in fields and fields[-3].split(":")[-1] == inode:
-                command = " ".join(psutil.Process(int(fields[-4])).cmdline()[1:])
-                return f"process {fields[-4]} ({' '.join(command.split())[:80]})"
-    except (OSError, ValueError, IndexError, psutil.Error):
-        pass
-    return "another process"
+        holder = psutil.Process(_holder(held or place))
+        if holder.ppid() == os.getpid():
+            return
+        command = " ".join(" ".join(holder.cmdline()[1:]).split())
+        who = f"process {holder.pid} ({command[:80]})"
+    except (OSError, ValueError, psutil.Error):
+        who = "another process"
+    _log.warning("%s: waits for %s, which is at work there", place, who)
+
+
+def _holder(locked: Path) -> int:
+    """Identifier of the process that holds a lock on a file or folder.  ValueError where the system does not list it."""
+    inode = str(locked.stat().st_ino)
+    for line in Path("/proc/locks").read_text(encoding="ascii").splitlines():
+        *_, pid, place, _, _ = line.split()
+        if "FLOCK" in line and "->" not in line and place.split(":")[-1] == inode:
+            return int(pid)
+    raise ValueError(f"{locked} is not listed")

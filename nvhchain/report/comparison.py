@@ -16,6 +16,7 @@ from nvhchain.case import Case, GearboxCase
 from nvhchain.error_band import ErrorBand
 from nvhchain.errors import require
 from nvhchain.fidelity import STANDARD, Fidelity
+from nvhchain.files.alone import alone_in
 from nvhchain.gear import quasi_static_transmission_error
 from nvhchain.handoff import FieldPressure
 from nvhchain.interop import write_wav
@@ -27,7 +28,7 @@ from nvhchain.report.marks import order_marks
 from nvhchain.report.run_up import compare_run_ups
 from nvhchain.result import Result
 from nvhchain.resume import Watcher
-from nvhchain.store import write_text
+from nvhchain.store import writable_folder, write_text
 
 OPERATORS = "operators"
 """Folder of what the cases of a comparison share."""
@@ -48,12 +49,20 @@ def compare(
 
     Each case has its hand-offs in out/<name>, shared operators lie in out/operators; figures (PNG), sound (WAV),
     summary.json and, at constant speed, the table of differences (text, CSV) in `out` itself. Returns what
-    summary.json holds.  Raises InputError where some cases run up and others do not.
+    summary.json holds.  Two comparisons in one folder wait for each other.  Raises InputError where some cases run up
+    and others do not.
     """
     check_arguments(compare, locals())
     check_comparable(cases)
+    out = writable_folder(out, "out")
+    with alone_in(out):
+        return _compared(cases, fidelity, out, executor, watcher)
+
+
+def _compared(
+    cases: Sequence[Case], fidelity: Fidelity, out: Path, executor: Executor | None, watcher: Watcher | None
+) -> dict[str, Any]:
     running_up = _running_up(cases)
-    out = Path(out)
     (out / "summary.json").unlink(missing_ok=True)
     results = {
         case.name: chain.run(
@@ -109,7 +118,11 @@ def _steady(results: Mapping[str, Result], out: Path) -> dict[str, Any]:
             for name, result in results.items()
             if result.surface_velocity is not None
         }
-        configurations = _made_beside_pictures(results, out)
+        try:
+            configurations = _made_beside_pictures(results, out)
+        except BaseException:
+            beside.shutdown(wait=False, cancel_futures=True)
+            raise
         for name, picture in pictures.items():
             velocity, image = results[name].surface_velocity, picture.result()
             assert velocity is not None

@@ -24,6 +24,9 @@ from nvhchain.resume import Watcher
 from nvhchain.store import write_text
 
 KILLED = "killed by signal"
+
+_PATIENCE = 5.0
+"""s that a run has to end by itself."""
 """Beginning of `Run.refused` where the system ended the run: with more memory it may do."""
 
 _SAMPLING = 0.02
@@ -129,7 +132,7 @@ def measured_run(
         try:
             run = _followed(reader, process, ledger, watcher)
         except BaseException:
-            process.kill()
+            _end(process)
             raise
         finally:
             os.close(reader)
@@ -143,6 +146,15 @@ def measured_run(
                 f"{case.name} at {fidelity.name}: the run failed with code {process.returncode}: {lines[-1]}"
             )
     return run
+
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    """End a run and what it started; one that is busy in compiled code is killed."""
+    process.terminate()
+    try:
+        process.wait(_PATIENCE)
+    except subprocess.TimeoutExpired:
+        process.kill()
 
 
 def _followed(reader: int, process: subprocess.Popen[bytes], ledger: Ledger, watcher: Watcher) -> Run | None:

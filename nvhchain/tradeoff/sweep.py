@@ -16,6 +16,7 @@ from nvhchain.case import Case, GearboxCase, HousingModel
 from nvhchain.conventions import Progress
 from nvhchain.errors import require
 from nvhchain.fidelity import REFERENCE, Fidelity
+from nvhchain.files.alone import alone_in
 from nvhchain.handoff import FieldPressure, PressureHistory
 from nvhchain.kinds import check_arguments, check_fields
 from nvhchain.resume import Unwatched, Watcher, code_version, fingerprint, key_in
@@ -107,9 +108,16 @@ def tradeoff(
         f"{case.name} asks for {', '.join(case.quantities)}: errors are those of the sound pressure; ask for it",
     )
     out, report = store.writable_folder(out, "out"), progress or (lambda done, total: None)
+    with alone_in(out):
+        return _swept(case, fidelity, out, knobs, report, watcher or Unwatched())
+
+
+def _swept(
+    case: Case, fidelity: Fidelity, out: Path, knobs: Sequence[str] | None, report: Progress, watcher: Watcher
+) -> Tradeoff:
     todo = [(knob, value, case, variant) for knob, value, variant in variants(case, fidelity, knobs)]
     todo += [(knob, value, variant, fidelity) for knob, value, variant in records(case, knobs)]
-    sweep = _Sweep(case, fidelity, out, watcher or Unwatched())
+    sweep = _Sweep(case, fidelity, out, watcher)
     report(0, len(todo) + 1)
     rows = [sweep.base()]
     for done, variant in enumerate(todo):

@@ -17,7 +17,7 @@ from _thread import interrupt_main
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
-from signal import SIGINT, default_int_handler, signal
+from signal import SIGINT, SIGTERM, default_int_handler, signal
 from threading import Thread
 from typing import Any, TextIO
 
@@ -83,6 +83,7 @@ def _end_with_listener(pipe: int) -> None:
 def main() -> None:
     """Run, tell, and fail in words where the chain refuses."""
     signal(SIGINT, default_int_handler)  # what a script runs in the background ignores it otherwise
+    signal(SIGTERM, default_int_handler)
     case, fidelity, out, operators = pickle.load(sys.stdin.buffer)
     with suppress(KeyboardInterrupt), os.fdopen(int(sys.argv[1]), "w") as pipe:
         Thread(target=_end_with_listener, args=(pipe.fileno(),), daemon=True).start()

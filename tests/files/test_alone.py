@@ -1,0 +1,90 @@
+"""One process at a time in a folder; SIGTERM ends a command as Ctrl-C does."""
+
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+import time
+from pathlib import Path
+from threading import Timer
+
+import psutil
+import pytest
+
+from nvhchain.files.alone import alone_in
+
+CASES = Path(__file__).parents[2] / "cases"
+HOLD = """
+    import sys
+    from pathlib import Path
+    from nvhchain.files.alone import alone_in
+    with alone_in(Path(sys.argv[1])):
+        print("held", flush=True)
+        sys.stdin.read()
+"""
+
+
+@pytest.fixture
+def holder(tmp_path):
+    """A process that holds the folder until it is killed."""
+    command = [sys.executable, "-c", textwrap.dedent(HOLD), str(tmp_path)]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout.readline() == "held\n"
+        yield process
+        process.kill()
+
+
+def test_a_held_folder_is_waited_for_with_a_line_that_names_the_process(holder, tmp_path):
+    with subprocess.Popen(
+        [sys.executable, "-c", textwrap.dedent(HOLD), str(tmp_path)],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as second:
+        line = second.stderr.readline()
+        assert line.startswith(f"{tmp_path}: waits for process {holder.pid} (-c import sys from pathlib")
+        holder.kill()  # the system ends the hold
+        assert second.stdout.readline() == "held\n"
+        second.stdin.close()
+    assert second.returncode == 0
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_processes_started_here_are_waited_for_without_a_line(holder, tmp_path, caplog):
+    Timer(0.2, holder.kill).start()
+    with alone_in(tmp_path):
+        assert caplog.text == ""
+
+
+def test_sigterm_ends_a_command_and_its_children_as_an_interruption(tmp_path):
+    """While gmsh meshes a housing in another process, in a group that no terminal reaches."""
+    program = "from nvhchain.cli import main; raise SystemExit(main())"
+    case = CASES / "small" / "single_stage.toml"
+    command = [
+        sys.executable,
+        "-c",
+        program,
+        "run",
+        str(case),
+        "--fidelity",
+        "reference",
+        "--out",
+        str(tmp_path / "out"),
+    ]
+    (tmp_path / "temporary").mkdir()
+    environment = {**os.environ, "TMPDIR": str(tmp_path / "temporary")}
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=environment, start_new_session=True) as run:
+        children = []
+        end = time.monotonic() + 60
+        while not any("_gmsh" in " ".join(child.cmdline()) for child in children) and time.monotonic() < end:
+            time.sleep(0.05)
+            children = psutil.Process(run.pid).children(recursive=True)
+        assert children
+        os.kill(run.pid, signal.SIGTERM)
+        assert run.wait(timeout=10) == 143
+        assert run.stderr.read().endswith("interrupted; finished stages are kept and will be found again\n")
+    assert psutil.wait_procs(children, timeout=10)[1] == []
+    assert list((tmp_path / "temporary").iterdir()) == []
+    assert not [path for path in (tmp_path / "out").rglob("*") if path.suffix != ".h5"]

@@ -5,12 +5,11 @@ its housing is reduced here on one thread. Neither takes anything of the other, 
 from __future__ import annotations
 
 import pickle
-import subprocess
 import sys
 from _thread import interrupt_main
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
-from os import environ, sched_getaffinity
+from os import sched_getaffinity
 from pathlib import Path
 from signal import SIGINT, SIGTERM, default_int_handler, signal
 from threading import Thread
@@ -20,6 +19,7 @@ from nvhchain.case import Case, GearboxCase
 from nvhchain.fidelity import Fidelity
 from nvhchain.memory import free_memory
 from nvhchain.resume import Shelf, Unwatched, Watcher
+from nvhchain.runtime import processes
 from nvhchain.scene import plan, preflight
 from nvhchain.store import writable_folder
 from nvhchain.threads import blas_threads
@@ -59,13 +59,7 @@ def operators_ahead(
 @contextmanager
 def _laws_under_way(cases: Sequence[GearboxCase], fidelity: Fidelity, operators: Path) -> Iterator[None]:
     """Another process works at the mesh laws; what fails there is silent, and fails again where it is needed."""
-    with subprocess.Popen(
-        [sys.executable, "-m", "nvhchain.ahead"],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-        env={**environ, **_ONE_THREAD},
-    ) as process:
+    with processes.start_python("-m", "nvhchain.ahead", stdin=processes.PIPE, environment=_ONE_THREAD) as process:
         assert process.stdin is not None
         try:
             with suppress(BrokenPipeError):

@@ -19,6 +19,7 @@ from typing import Any, TypeVar
 from nvhchain.errors import InputError, ResourceError, is_whole, require
 from nvhchain.kinds import check_arguments
 from nvhchain.memory import free_memory
+from nvhchain.runtime.processes import isolated
 from nvhchain.threads import blas_threads, give_blas, granted
 
 T = TypeVar("T")
@@ -58,6 +59,7 @@ def local_cluster(workers: int | None = None, *, memory_per_worker: int | None =
         )
         memory = int(memory_per_worker)
     with (
+        isolated(),
         distributed.LocalCluster(
             n_workers=count, threads_per_worker=1, memory_limit=memory, dashboard_address="127.0.0.1:0"
         ) as cluster,

@@ -10,7 +10,6 @@ import json
 import os
 import platform
 import re
-import subprocess
 import sys
 import time
 from collections.abc import Callable
@@ -22,6 +21,8 @@ from typing import Any
 import numpy as np
 import psutil
 from packaging.requirements import Requirement
+
+from nvhchain.runtime import processes
 
 GMSH_PACKAGES = "libgl1 libglu1-mesa libxcursor1 libxft2 libxinerama1 libgomp1"
 """Debian packages that hold the libraries gmsh's wheel needs."""
@@ -192,8 +193,9 @@ def missing_libraries() -> list[str]:
     """System libraries that gmsh's shared library asks for and the dynamic linker does not find."""
     missing: list[str] = []
     for library in sorted(Path(sys.prefix, "lib").glob("libgmsh.so*")):
-        done = subprocess.run(["ldd", str(library)], capture_output=True, text=True, env={**os.environ, "LC_ALL": "C"})
-        missing += re.findall(r"^\s*(\S+) => not found", done.stdout, re.MULTILINE)
+        done = processes.run(["ldd", str(library)], seconds=SECONDS, environment={"LC_ALL": "C"})
+        if done is not None:
+            missing += re.findall(r"^\s*(\S+) => not found", done.stdout, re.MULTILINE)
     return sorted(set(missing))
 
 
@@ -252,11 +254,8 @@ def _machine() -> Finding:
 
 def _attempt(code: str, seconds: float = SECONDS) -> tuple[bool, str]:
     """Run `code` in a fresh interpreter for at most `seconds`: whether it ended well, and the last line it said."""
-    try:
-        done = subprocess.run(
-            [sys.executable, "-c", code], capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=seconds
-        )
-    except subprocess.TimeoutExpired:
+    done = processes.run_python("-c", code, seconds=seconds)
+    if done is None:
         return False, f"no answer within {seconds:.0f} s"
     said = (done.stdout if done.returncode == 0 else done.stderr).strip().splitlines()
     return done.returncode == 0, said[-1] if said else f"ended with code {done.returncode}"

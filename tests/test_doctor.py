@@ -22,14 +22,15 @@ def test_working_machine_passes_and_every_failure_would_have_a_remedy():
 
 def test_missing_system_libraries_are_named_with_one_line_of_remedy(monkeypatch):
     linker = "\tlibGLU.so.1 => not found\n\tlibXft.so.2 => not found\n\tlibc.so.6 => /lib/libc.so.6 (0x1)\n"
-    real = subprocess.run
+    real = doctor.processes.run
 
     def run(command, **options):
         if command[0] == "ldd":
-            return subprocess.CompletedProcess(command, 0, linker, "")
-        return real([command[0], "-c", "raise OSError('libGLU.so.1: cannot open shared object file')"], **options)
+            return subprocess.CompletedProcess(command, 0, linker)
+        return real(command, **options)
 
-    monkeypatch.setattr(doctor.subprocess, "run", run)
+    monkeypatch.setattr(doctor.processes, "run", run)
+    monkeypatch.setattr(doctor, "_GMSH", "raise OSError('libGLU.so.1: cannot open shared object file')")
     finding = doctor._gmsh()
     assert not finding.ok
     assert finding.detail == "lacks libGLU.so.1, libXft.so.2"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
 from collections import deque
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -10,7 +9,6 @@ from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
-from multiprocessing.spawn import get_executable
 from typing import NamedTuple
 
 import numpy as np
@@ -26,6 +24,7 @@ from nvhchain.errors import ResourceError
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, IntArray, Surface
 from nvhchain.memory import free_memory
+from nvhchain.runtime import processes
 
 _PHASE_TOLERANCE = 1e-11
 """rad; wavenumber steps whose phase over the whole body agrees to this count as equal."""
@@ -222,9 +221,8 @@ def _compiling_close(precision: str) -> AbstractContextManager[object]:
     """Another process that leaves `close_block` on disk; what fails there is silent, and fails again here."""
     get = f"from {__name__} import CLOSE_BLOCK, close_block, compiled"
     task = f"{get}; compiled(close_block, CLOSE_BLOCK, {precision!r})"
-    silent = subprocess.DEVNULL
     try:
-        return subprocess.Popen([get_executable(), "-c", task], stdin=silent, stdout=silent, stderr=silent)
+        return processes.start_python("-c", task)
     except OSError:
         return nullcontext()
 

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import io
 import os
-import subprocess
 import sys
 from collections.abc import Callable
 from typing import Any
@@ -16,6 +15,7 @@ from zipfile import BadZipFile
 import numpy as np
 
 from nvhchain.errors import SolverError
+from nvhchain.runtime import processes
 
 _LIBRARIES = "libgl1 libglu1-mesa libxcursor1 libxft2 libxinerama1 libgomp1"
 
@@ -26,11 +26,9 @@ def run_mesher(module: str, job: bytes, *, time_limit: float, failure: str, reme
     time_limit: s.  failure: what to say when it fails, "gmsh could not …".  remedy: what helps then, or when it takes
     too long.  Raises SolverError with what the mesher said last, and the remedy: the libraries, where one is missing.
     """
-    command = [sys.executable, "-m", module]
-    try:
-        done = subprocess.run(command, input=job, capture_output=True, timeout=time_limit, check=False)
-    except subprocess.TimeoutExpired:
-        raise SolverError(f"the mesher did not finish within {time_limit:g} s: {remedy}") from None
+    done = processes.exchange("-m", module, content=job, seconds=time_limit)
+    if done is None:
+        raise SolverError(f"the mesher did not finish within {time_limit:g} s: {remedy}")
     errors = done.stderr.decode(errors="replace")
     if done.returncode == 0:
         try:

@@ -9,11 +9,12 @@ from __future__ import annotations
 
 import io
 import os
-import subprocess
 import sys
 from typing import TYPE_CHECKING
 
 import numpy as np
+
+from nvhchain.runtime import processes
 
 if TYPE_CHECKING:
     from nvhchain.handoff import FloatArray, Surface
@@ -36,14 +37,12 @@ def render(surface: Surface, colours: FloatArray, towards: FloatArray) -> np.nda
         colours=np.round(255 * colours).astype(np.uint8),
         towards=towards,
     )
-    try:
-        done = subprocess.run(
-            [sys.executable, "-P", __file__], input=scene.getbuffer(), capture_output=True, timeout=SECONDS
-        )
-        image: np.ndarray = np.load(io.BytesIO(done.stdout))
-    except (subprocess.TimeoutExpired, OSError, EOFError, ValueError):  # nothing, or not all
+    done = processes.exchange(__file__, content=scene.getbuffer(), seconds=SECONDS)
+    if done is None or done.returncode != 0:
         return None
-    if done.returncode != 0:
+    try:
+        image: np.ndarray = np.load(io.BytesIO(done.stdout))
+    except (OSError, EOFError, ValueError):  # nothing, or not all
         return None
     drawn = np.any(image < 255, axis=2)
     if not drawn.any():

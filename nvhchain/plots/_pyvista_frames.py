@@ -7,11 +7,12 @@ from __future__ import annotations
 
 import io
 import os
-import subprocess
 import sys
 from typing import TYPE_CHECKING
 
 import numpy as np
+
+from nvhchain.runtime import processes
 
 if TYPE_CHECKING:
     from nvhchain.handoff import FloatArray, IntArray
@@ -31,17 +32,12 @@ def render_frames(
     scene = io.BytesIO()
     painted = np.round(255 * colours).astype(np.uint8)
     np.savez(scene, vertices=vertices, triangles=triangles, colours=painted, towards=towards)
-    try:
-        done = subprocess.run(
-            [sys.executable, "-P", __file__],
-            input=scene.getbuffer(),
-            capture_output=True,
-            timeout=SECONDS + SECONDS_PER_FRAME * len(vertices),
-        )
-        images: np.ndarray = np.load(io.BytesIO(done.stdout))
-    except (subprocess.TimeoutExpired, OSError, EOFError, ValueError):  # nothing, or not all
+    done = processes.exchange(__file__, content=scene.getbuffer(), seconds=SECONDS + SECONDS_PER_FRAME * len(vertices))
+    if done is None or done.returncode != 0:
         return None
-    if done.returncode != 0:
+    try:
+        images: np.ndarray = np.load(io.BytesIO(done.stdout))
+    except (OSError, EOFError, ValueError):  # nothing, or not all
         return None
     drawn = np.any(images < 255, axis=(0, 3))
     if not drawn.any():

@@ -6,13 +6,12 @@ import json
 import os
 import pickle
 import select
-import subprocess
-import sys
 import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import astuple, dataclass, field
 from math import inf
 from pathlib import Path
+from subprocess import Popen, TimeoutExpired
 from typing import Any
 
 import psutil
@@ -21,13 +20,14 @@ from nvhchain.case import Case
 from nvhchain.errors import FileFormatError, SolverError, require
 from nvhchain.fidelity import Fidelity
 from nvhchain.resume import Watcher
+from nvhchain.runtime import processes
 from nvhchain.store import write_text
 
 KILLED = "killed by signal"
+"""Beginning of `Run.refused` where the system ended the run: with more memory it may do."""
 
 _PATIENCE = 5.0
 """s that a run has to end by itself."""
-"""Beginning of `Run.refused` where the system ended the run: with more memory it may do."""
 
 _SAMPLING = 0.02
 """s between two looks at the memory of the run."""
@@ -124,9 +124,8 @@ def measured_run(
         pickle.dump((case, fidelity, out, operators), arguments)
         arguments.seek(0)
         reader, writer = os.pipe()
-        command = [sys.executable, "-m", "nvhchain.tradeoff.worker", str(writer)]
-        process = subprocess.Popen(
-            command, stdin=arguments, stdout=subprocess.DEVNULL, stderr=errors, pass_fds=[writer]
+        process = processes.start_python(
+            "-m", "nvhchain.tradeoff.worker", str(writer), stdin=arguments, stderr=errors, pass_fds=[writer]
         )
         os.close(writer)
         try:
@@ -148,16 +147,16 @@ def measured_run(
     return run
 
 
-def _end(process: subprocess.Popen[bytes]) -> None:
+def _end(process: Popen[bytes]) -> None:
     """End a run and what it started; one that is busy in compiled code is killed."""
     process.terminate()
     try:
         process.wait(_PATIENCE)
-    except subprocess.TimeoutExpired:
+    except TimeoutExpired:
         process.kill()
 
 
-def _followed(reader: int, process: subprocess.Popen[bytes], ledger: Ledger, watcher: Watcher) -> Run | None:
+def _followed(reader: int, process: Popen[bytes], ledger: Ledger, watcher: Watcher) -> Run | None:
     """Listen to a run until its pipe closes; None if it never said how it ended."""
     peak, run = 0.0, None
     for event in _events(reader):

@@ -72,14 +72,14 @@ def test_what_comes_next_is_compiled_ahead_and_nothing_for_sound_where_none_is_a
     "options", [{"tilt": True}, {"shuttling": True}, {"friction": 0.05}, {"loaded_misalignment": True}]
 )
 def test_laws_that_take_more_than_the_gears_are_left_to_the_run(case, coarse, tmp_path, monkeypatch, worth, options):
-    monkeypatch.setattr(ahead.subprocess, "Popen", None)
+    monkeypatch.setattr(ahead.processes, "start_python", None)
     coupled = replace(case, options=replace(case.options, **options))
     with ahead.operators_ahead([coupled], coarse, tmp_path):
         assert not list(tmp_path.iterdir())
 
 
 def test_one_core_or_little_memory_takes_one_process(case, coarse, tmp_path, monkeypatch, worth):
-    monkeypatch.setattr(ahead.subprocess, "Popen", None)
+    monkeypatch.setattr(ahead.processes, "start_python", None)
     with monkeypatch.context() as machine:
         machine.setattr(ahead, "free_memory", lambda: 10**8)
         with ahead.operators_ahead([case], coarse, tmp_path):
@@ -91,7 +91,7 @@ def test_one_core_or_little_memory_takes_one_process(case, coarse, tmp_path, mon
 
 
 def test_what_a_run_refuses_is_refused_before_anything_is_begun(case, coarse, tmp_path, monkeypatch, worth):
-    monkeypatch.setattr(ahead.subprocess, "Popen", None)
+    monkeypatch.setattr(ahead.processes, "start_python", None)
     slow = replace(coarse, dynamics=replace(coarse.dynamics, time_step=1e-3))
     with pytest.raises(InputError, match="time step"), ahead.operators_ahead([case], slow, tmp_path):
         pass

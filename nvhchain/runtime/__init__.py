@@ -1,0 +1,1 @@
+"""Means of a run on this machine: processes."""

@@ -1,0 +1,104 @@
+"""The one door to other processes: every child starts here.
+
+Python puts the working directory in front of the modules of a child (`-c`, `-m`): a file `gmsh.py` or `pickle.py` there
+would run in place of the module of that name. Children start without it (`-P`); PYTHONPATH keeps its meaning.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from subprocess import DEVNULL, PIPE
+from typing import IO
+
+__all__ = ["DEVNULL", "PIPE", "exchange", "isolated", "run", "run_python", "start_python"]
+
+
+def run_python(*arguments: str, seconds: float) -> subprocess.CompletedProcess[str] | None:
+    """Run `python *arguments` to its end; None if it takes more than `seconds`.
+
+    What it prints is captured.
+    """
+    # stdout of the child is read as UTF-8, whatever the terminal takes
+    return run([sys.executable, "-P", *arguments], seconds=seconds, environment={"PYTHONIOENCODING": "utf-8"})
+
+
+def exchange(*arguments: str, content: bytes | memoryview, seconds: float) -> subprocess.CompletedProcess[bytes] | None:
+    """Run `python *arguments` with `content` on its stdin; None if it takes more than `seconds`.
+
+    What it prints is captured as bytes.
+    """
+    try:
+        return subprocess.run(
+            [sys.executable, "-P", *arguments],
+            input=content,
+            capture_output=True,
+            timeout=seconds,
+            env=_child_environment(None),
+        )
+    except subprocess.TimeoutExpired:
+        return None
+
+
+def run(
+    command: Sequence[str], *, seconds: float | None = None, environment: Mapping[str, str] | None = None
+) -> subprocess.CompletedProcess[str] | None:
+    """Run a program to its end; None if it takes more than `seconds`.
+
+    `environment` is added to that of this process. What the program prints is captured.
+    """
+    try:
+        return subprocess.run(
+            command,
+            capture_output=True,
+            encoding="utf-8",
+            errors="replace",
+            stdin=DEVNULL,
+            timeout=seconds,
+            env=_child_environment(environment),
+        )
+    except subprocess.TimeoutExpired:
+        return None
+
+
+def start_python(
+    *arguments: str,
+    stdin: int | IO[bytes] = DEVNULL,
+    stderr: int | IO[bytes] = DEVNULL,
+    environment: Mapping[str, str] | None = None,
+    pass_fds: Sequence[int] = (),
+) -> subprocess.Popen[bytes]:
+    """Start `python *arguments`, which prints to nobody; `environment` is added to that of this process."""
+    return subprocess.Popen(
+        [sys.executable, "-P", *arguments],
+        stdin=stdin,
+        stdout=DEVNULL,
+        stderr=stderr,
+        env=_child_environment(environment),
+        pass_fds=pass_fds,
+    )
+
+
+def _child_environment(added: Mapping[str, str] | None) -> dict[str, str]:
+    """Environment of a child, in which warnings of other packages are no errors."""
+    return {name: value for name, value in os.environ.items() if name != "PYTHONWARNINGS"} | dict(added or {})
+
+
+@contextmanager
+def isolated() -> Iterator[None]:
+    """Have processes that a library starts in here ignore modules of the working directory, too.
+
+    Once started, workers of `multiprocessing` search where this process does.
+    """
+    before = os.environ.get("PYTHONSAFEPATH")
+    os.environ["PYTHONSAFEPATH"] = "1"
+    try:
+        yield
+    finally:
+        if before is None:
+            os.environ.pop("PYTHONSAFEPATH", None)
+        else:
+            os.environ["PYTHONSAFEPATH"] = before

@@ -1,0 +1,142 @@
+"""Children run code of the packages, never of the working directory."""
+
+import ast
+import subprocess
+import sys
+from importlib.metadata import packages_distributions
+from pathlib import Path
+
+import pytest
+
+import nvhchain
+
+PACKAGE = Path(nvhchain.__file__).parent
+SPHERE = PACKAGE.parent / "cases" / "sphere" / "on_floor.toml"
+STARTERS = {"subprocess", "multiprocessing", "pty", "_posixsubprocess"}
+IN_OS = ("exec", "spawn", "posix_spawn", "system", "popen", "fork")
+
+HOSTILE = """
+open({mark!r}, "a").write(__name__ + " ")
+raise ImportError("a module of the working directory")
+"""
+
+CHILDREN = {
+    "mesher": """
+from nvhchain.errors import SolverError
+from nvhchain.housing import _gmsh
+try:
+    _gmsh.mesh({})
+except SolverError as error:
+    assert "KeyError" in str(error), error
+""",
+    "kernels": """
+from nvhchain.acoustics import _fused
+with _fused._compiling_close("double") as child:
+    assert child.wait() == 0
+""",
+    "laws ahead": """
+from pathlib import Path
+from nvhchain import DRAFT, ahead
+with ahead._laws_under_way([], DRAFT, Path()):
+    pass
+""",
+    "trade-off": """
+import sys
+from pathlib import Path
+from nvhchain import DRAFT, load_case
+from nvhchain.resume import Unwatched
+from nvhchain.tradeoff.measure import Ledger, measured_run
+out = Path(sys.argv[1])
+run = measured_run(load_case(sys.argv[2]), DRAFT, out=out, operators=out, ledger=Ledger(out / "l"), watcher=Unwatched())
+assert not run.refused, run
+""",
+    "doctor": """
+from nvhchain import doctor
+ok, said = doctor._attempt("import gmsh, h5py, json, numba, numpy, pickle, nvhchain")
+assert ok, said
+""",
+    "workers": """
+from nvhchain.cluster import local_cluster
+with local_cluster(1) as executor:
+    assert executor.submit(len, "abc").result() == 3
+""",
+    "picture": """
+import numpy as np
+from nvhchain.handoff import Surface
+from nvhchain.plots import _pyvista, _pyvista_frames
+corners = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+body = Surface(corners, np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]))
+_pyvista.render(body, np.full((4, 3), 0.5), np.ones(3))
+_pyvista_frames.render_frames(corners[None], body.triangles, np.full((1, 4, 3), 0.5), np.ones(3))
+""",
+}
+
+
+@pytest.fixture
+def hostile(tmp_path):
+    """A folder with a file for every module of Python and of the packages, and the list of those imported from it."""
+    folder, mark = tmp_path / "hostile", tmp_path / "imported.txt"
+    folder.mkdir()
+    mark.touch()
+    names = {*sys.stdlib_module_names, *packages_distributions(), "nvhchain", "sitecustomize", "usercustomize"}
+    for name in names:
+        folder.joinpath(f"{name.partition('/')[0]}.py").write_text(HOSTILE.format(mark=str(mark)))
+    return folder, mark
+
+
+@pytest.mark.parametrize("kind", CHILDREN)
+def test_no_child_imports_from_the_working_directory(kind, hostile, tmp_path):
+    folder, mark = hostile
+    script = tmp_path / "script.py"  # as the console script: its own folder is on the path, the working directory not
+    body = "".join(f"    {line}\n" for line in CHILDREN[kind].splitlines())
+    script.write_text(f"if __name__ == '__main__':\n{body}")
+    command = [sys.executable, str(script), str(tmp_path / "out"), str(SPHERE)]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
+    assert mark.read_text() == ""
+    assert done.returncode == 0, done.stderr
+
+
+def test_run_as_a_module_leaves_the_working_directory_alone_once_it_has_begun(hostile, tmp_path):
+    """Python itself searches there for what `nvhchain.cli` takes to begin with."""
+    folder, mark = hostile
+    loaded = subprocess.run(
+        [sys.executable, "-P", "-c", "import runpy, sys, nvhchain.cli; print(*sys.modules)"],
+        capture_output=True, text=True, check=True,
+    ).stdout.split()  # fmt: skip
+    for name in (*loaded, "nt", "_winapi"):  # the last two are looked for in vain
+        folder.joinpath(f"{name}.py").unlink(missing_ok=True)
+    command = [sys.executable, "-m", "nvhchain.cli", "run", str(SPHERE), "--fidelity", "draft", "--workers", "1"]
+    done = subprocess.run([*command, "--out", str(tmp_path / "out")], cwd=folder, capture_output=True, text=True)
+    assert mark.read_text() == ""
+    assert done.returncode == 0, done.stderr
+
+
+def test_modules_of_pythonpath_are_found_by_children(tmp_path, monkeypatch):
+    from nvhchain.runtime import processes
+
+    tmp_path.joinpath("mine.py").write_text("print('found')")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    assert processes.run_python("-c", "import mine", seconds=60.0).stdout == "found\n"
+
+
+def test_processes_are_started_in_one_module_only():
+    door = PACKAGE / "runtime" / "processes.py"
+    starting = {file for file in PACKAGE.rglob("*.py") if _starts_processes(ast.parse(file.read_text()))}
+    assert starting == {door}
+
+
+def _starts_processes(tree):
+    """Whether a module takes more than a type from what starts processes."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import) and any(alias.name.partition(".")[0] in STARTERS for alias in node.names):
+            return True
+        if isinstance(node, ast.ImportFrom) and (node.module or "").partition(".")[0] in STARTERS:
+            if [alias.name for alias in node.names] != ["Popen"]:
+                return True
+        if isinstance(node, ast.ImportFrom) and node.module == "concurrent.futures":
+            if any(alias.name == "ProcessPoolExecutor" for alias in node.names):
+                return True
+        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "os":
+            if node.attr.startswith(IN_OS):
+                return True
+    return False

@@ -157,9 +157,9 @@ def writable_folder(folder: str | Path, called: str) -> Path:
     try:
         place.mkdir(parents=True, exist_ok=True)
         tempfile.TemporaryFile(dir=place).close()
-    except OSError as error:
+    except (OSError, ValueError) as error:  # a NUL
         raise InputError(
-            f"{called} = {str(folder)!r} cannot take files ({error.strerror or error}): name another folder"
+            f"{called} = {str(folder)!r} cannot take files ({getattr(error, 'strerror', error)}): name another folder"
         ) from error
     return place
 
@@ -222,9 +222,12 @@ def record(path: str | Path) -> tuple[str, dict[str, Any]]:
     _check_bytes(Path(path))
     try:
         with h5py.File(path, "r") as file:
-            return str(file.attrs["kind"]), json.loads(file.attrs["provenance"])
-    except (OSError, KeyError, ValueError, TypeError) as error:
+            kind, provenance = str(file.attrs["kind"]), json.loads(file.attrs["provenance"])
+    except (OSError, KeyError, RuntimeError, ValueError, TypeError) as error:
         raise FileFormatError(f"{path}: not a whole hand-off ({error}): delete it or restore it from a copy") from error
+    if kind not in HAND_OFFS or not isinstance(provenance, dict):
+        raise FileFormatError(f"{path}: not a hand-off of this version (kind {kind[:60]!r}): delete it or make it anew")
+    return kind, provenance
 
 
 def _check_bytes(path: Path) -> bool:
@@ -298,8 +301,10 @@ def _write_array(group: Any, kind: str, name: str, value: Any) -> None:
 def _read(group: Any, path: Path) -> HandOff:
     kind = group.attrs["kind"]
     if kind not in HAND_OFFS:
-        raise FileFormatError(f"{path}: unknown hand-off kind {kind!r}")
+        raise FileFormatError(f"{path}: unknown hand-off kind {str(kind)[:60]!r}")
     fields: dict[str, Any] = {"provenance": json.loads(group.attrs["provenance"])}
+    if not isinstance(fields["provenance"], dict):
+        raise FileFormatError(f"{path}: its record of how it was made is no table: make it anew")
     for name, item in group.items():
         if isinstance(item, h5py.Dataset):
             fields[name] = _read_array(item)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 from math import isfinite
 from typing import Literal, get_args
@@ -12,6 +11,7 @@ import numpy as np
 from nvhchain.errors import require
 from nvhchain.handoff import RigidPlane
 from nvhchain.kinds import check_fields
+from nvhchain.names import check_name, check_names, folded
 
 FEWEST_LINES = 4
 """Of a window of a run-up that lie in the band: the main lobe of a Hann window is as wide."""
@@ -56,6 +56,7 @@ class FieldPoint:
 
     def __post_init__(self) -> None:
         check_fields(self)
+        check_name(self.name, "field point: name")
         require(
             all(isfinite(x) and abs(x) <= 1e4 for x in self.position),
             f"position = {self.position} m is beyond 10 km: give it in m, or in mm as position_mm",
@@ -141,8 +142,7 @@ def check_quantities(quantities: tuple[Quantity, ...], points: tuple[FieldPoint,
         len(set(quantities)) == len(quantities) > 0 and set(quantities) <= set(get_args(Quantity)),
         f"quantities = {list(quantities)}: name at least one and none twice, of {', '.join(get_args(Quantity))}",
     )
-    names = [point.name for point in points]
-    require(len(set(names)) == len(names), f"field_points: names must be distinct, got {names}")
+    check_names([point.name for point in points], "field_points")
     require(
         not HEARD.intersection(quantities) or bool(points),
         "field_points: the sound pressure is asked for nowhere: give one, or leave `pressure` and `directivity` out of "
@@ -150,12 +150,10 @@ def check_quantities(quantities: tuple[Quantity, ...], points: tuple[FieldPoint,
     )
 
 
-def check_name(name: str) -> None:
-    """The name of a case becomes that of its folder."""
-    require(
-        bool(re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9 _.-]*", name)) and name != "operators",
-        f"name = {name!r} must be letters, digits, blank, '_', '-' or '.', and not 'operators'",
-    )
+def check_case_name(name: str) -> None:
+    """The name of a case becomes that of its folder, beside one of operators that cases share."""
+    check_name(name, "name")
+    require(folded(name) != "operators", f"name = {name!r} is that of a folder beside the case's: choose another name")
 
 
 def check_plane(plane: RigidPlane | None, points: tuple[FieldPoint, ...]) -> None:

@@ -16,7 +16,7 @@ from nvhchain.case.asked import (
     FieldPoint,
     Operation,
     Quantity,
-    check_name,
+    check_case_name,
     check_plane,
     check_quantities,
 )
@@ -42,6 +42,7 @@ from nvhchain.gear import (
 from nvhchain.handoff import MeshLaw, RigidPlane
 from nvhchain.housing import Casting, encloses
 from nvhchain.kinds import check_fields
+from nvhchain.names import check_name, check_names
 
 _CENTRE_TOLERANCE = 1e-5
 """m, between a stage's centre distance and the distance of its shafts."""
@@ -62,6 +63,7 @@ class Gear:
     material: Material = STEEL
 
     def __post_init__(self) -> None:
+        check_name(self.name, "gear: name")
         _ = self.body
 
     @cached_property
@@ -83,6 +85,9 @@ class Stage:
     wheel: str
     centre_distance: float
     misalignment: Misalignment = Misalignment()  # noqa: RUF009 (frozen)
+
+    def __post_init__(self) -> None:
+        check_name(self.name, "stage: name")
 
 
 @dataclass(frozen=True)
@@ -118,7 +123,7 @@ class GearboxCase:
 
     def __post_init__(self) -> None:
         check_fields(self)
-        check_name(self.name)
+        check_case_name(self.name)
         check_quantities(self.quantities, self.field_points)
         require(
             self.operation.ramp is None or not {"surface_velocity", *RADIATED}.intersection(self.quantities),
@@ -131,8 +136,8 @@ class GearboxCase:
         if isinstance(self.housing, Casting):
             self._check_casting(self.housing)
         for kind in ("gears", "stages"):
-            names = [item.name for item in getattr(self, kind)]
-            require(len(set(names)) == len(names) > 0, f"{kind}: names must be distinct and not empty, got {names}")
+            require(len(getattr(self, kind)) > 0, f"{kind}: at least one is needed")
+            check_names([item.name for item in getattr(self, kind)], kind)
         gears = {gear.name: gear for gear in self.gears}
         shafts = {shaft.name: shaft for shaft in self.shafts}
         for gear in self.gears:

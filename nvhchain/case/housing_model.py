@@ -9,6 +9,7 @@ from nvhchain.case.radiator import SurfaceFile
 from nvhchain.errors import require
 from nvhchain.housing import DampingCurve, EnginePlane
 from nvhchain.housing.damping import check_modal_damping
+from nvhchain.names import check_names
 
 
 @dataclass(frozen=True)
@@ -97,5 +98,4 @@ def _check_opening(opening: float | None) -> None:
 
 
 def _check_names(seats: tuple[Seat, ...] | tuple[SeatNode, ...]) -> None:
-    names = [seat.name for seat in seats]
-    require(len(set(names)) == len(names), f"seats: names must be distinct, got {names}")
+    check_names([seat.name for seat in seats], "seats")

@@ -13,6 +13,7 @@ from nvhchain.case.radiator import RadiatorCase
 from nvhchain.errors import InputError, require
 from nvhchain.interop import ForceChannels
 from nvhchain.kinds import NAMES, check_arguments
+from nvhchain.names import check_text
 
 Case = GearboxCase | RadiatorCase
 
@@ -62,11 +63,25 @@ def _read(path: Path, seen: tuple[Path, ...]) -> dict[str, Any]:
         raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: not valid TOML: {error}") from None
+    _check_texts(table, f"{path}")
     base = table.pop("base", None)
     if base is None:
         return table
     require(isinstance(base, str), f"{path}: base = {base!r} must be the path of a case file")
     return _merge(_read(path.parent / base, (*seen, path.resolve())), table)
+
+
+def _check_texts(value: Any, where: str) -> None:
+    """Refuse (InputError) control characters in any text or key."""
+    if isinstance(value, Mapping):
+        for key, inner in value.items():
+            check_text(key, f"{where}: key")
+            _check_texts(inner, f"{where}.{key}")
+    elif isinstance(value, list):
+        for number, inner in enumerate(value):
+            _check_texts(inner, f"{where}[{number}]")
+    elif isinstance(value, str):
+        check_text(value, where)
 
 
 def _merge(base: Mapping[str, Any], change: Mapping[str, Any]) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from nvhchain.case.asked import FieldPoint, Quantity, check_name, check_plane, check_quantities
+from nvhchain.case.asked import FieldPoint, Quantity, check_case_name, check_plane, check_quantities
 from nvhchain.conventions import Air
 from nvhchain.errors import require
 from nvhchain.handoff import RigidPlane
@@ -59,7 +59,7 @@ class RadiatorCase:
 
     def __post_init__(self) -> None:
         check_fields(self)
-        check_name(self.name)
+        check_case_name(self.name)
         check_quantities(self.quantities, self.field_points)
         require("bearing_forces" not in self.quantities, f"quantities: {self.name} has no bearings")
         check_plane(self.reflecting_plane, self.field_points)

@@ -9,13 +9,14 @@ from typing import NoReturn
 from nvhchain import __version__
 from nvhchain.cli import commands
 from nvhchain.fidelity import PRESETS
+from nvhchain.names import printable
 
 
 class _Parser(argparse.ArgumentParser):
     """Says what is wrong in one line, with exit code 2."""
 
     def error(self, message: str) -> NoReturn:
-        self.exit(2, f"{self.prog}: {message} (see {self.prog} --help)\n")
+        self.exit(2, printable(f"{self.prog}: {message} (see {self.prog} --help)\n"))
 
 
 def _folder(name: str) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Collection, Sequence
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager, nullcontext
@@ -13,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from nvhchain.cli.console import Console
+from nvhchain.cli.output import show
 from nvhchain.errors import InputError
 from nvhchain.fidelity import PRESETS, Fidelity
 
@@ -29,7 +29,7 @@ def _fidelity(options: argparse.Namespace, cases: Sequence[Case], given: Collect
     from nvhchain.tradeoff import cheapest
 
     choice = cheapest(cases, options.tolerance_db, given=given)
-    print(choice, file=sys.stderr, flush=True)
+    show(choice, error=True)
     return _with_mode_tolerance(choice.fidelity, options.mode_tolerance_db, cases)
 
 
@@ -53,10 +53,10 @@ def _say_wider(tolerance: float | None, name: str, widest: float) -> None:
     """On stderr, where the run's own limits are wider, dB to one side, than what was asked for."""
     if tolerance is not None and widest > tolerance:
         open_ = f"leaves {widest:.1f} dB open to one side" if widest < inf else "has no lower limit"
-        print(
+        show(
             f"{name}: the error band of this run {open_}, more than the {tolerance:g} dB asked for: those are "
             "what a sweep promises, the band is what the run itself can vouch for",
-            file=sys.stderr,
+            error=True,
         )
 
 
@@ -102,7 +102,7 @@ def run(options: argparse.Namespace) -> int:
     _say_wider(options.tolerance_db, case.name, max(widths))
     silent = [quantity for quantity in case.quantities if quantity in ("bearing_forces", "surface_velocity")]
     if silent:
-        print(f"{case.name}: {', '.join(silent)} in {out}")
+        show(f"{case.name}: {', '.join(silent)} in {out}")
     units = {
         "bearing_forces": ("largest bearing force", "dB re 1 µN"),
         "surface_velocity": ("surface velocity", "dB re 1 nm/s"),
@@ -113,16 +113,16 @@ def run(options: argparse.Namespace) -> int:
             continue
         name, unit = units[quantity]
         most = int(band.level.argmax())
-        print(f"{case.name}: {name} {format_level(band.level[most], unit, band.overall[most])}")
+        show(f"{case.name}: {name} {format_level(band.level[most], unit, band.overall[most])}")
     if result.radiation_efficiency is not None:
         efficiency = result.radiation_efficiency.efficiency
-        print(f"{case.name}: radiation efficiency {efficiency.min():.3g}…{efficiency.max():.3g}")
+        show(f"{case.name}: radiation efficiency {efficiency.min():.3g}…{efficiency.max():.3g}")
     if result.directivity is not None:
         for point, index in zip(case.field_points, result.directivity.index.T, strict=True):
-            print(f"{case.name}: directivity index {index.min():.1f}…{index.max():.1f} dB at {point.name}")
+            show(f"{case.name}: directivity index {index.min():.1f}…{index.max():.1f} dB at {point.name}")
     if "pressure" in result.error_bands:
         for point, heard, limits in zip(case.field_points, result.overall, result.error_band.overall, strict=True):
-            print(f"{case.name}: {format_level(heard, 'dB(A)', limits)} at {point.name}")
+            show(f"{case.name}: {format_level(heard, 'dB(A)', limits)} at {point.name}")
     return 0
 
 
@@ -141,7 +141,7 @@ def record(options: argparse.Namespace) -> int:
         made = chain.record(
             case, fidelity=_fidelity(options, [case], given), out=out, executor=executor, watcher=Console(), **given
         )
-    print(f"{case.name}: {len(made.paths)} file(s) of bearing forces in {made.paths[0].parent}")
+    show(f"{case.name}: {len(made.paths)} file(s) of bearing forces in {made.paths[0].parent}")
     return 0
 
 
@@ -164,7 +164,7 @@ def compare(options: argparse.Namespace) -> int:
         edges, level = configuration["error_band_dBA"], configuration["overall_dBA"]
         widest = max(inf if edge is None else abs(edge - level) for edge in edges)
         _say_wider(options.tolerance_db, name, widest)
-        print(f"{name}: {format_level(level, 'dB(A)', edges)}")
+        show(f"{name}: {format_level(level, 'dB(A)', edges)}")
     return 0
 
 
@@ -174,7 +174,7 @@ def plot(options: argparse.Namespace) -> int:
 
     picture = options.out or options.files[0].with_suffix(".png")
     draw(options.files, picture, orders=options.orders, at=options.at, quantity=options.quantity)
-    print(picture)
+    show(picture)
     return 0
 
 
@@ -190,7 +190,7 @@ def contributions(options: argparse.Namespace) -> int:
     fidelity = _fidelity(options, [case], given)
     found = contributions(case, fidelity=fidelity, out=out, at=options.at, given=given, watcher=Console())
     for kind in found:
-        print(out / f"contributions-{kind}.csv")
+        show(out / f"contributions-{kind}.csv")
     return 0
 
 
@@ -201,7 +201,7 @@ def craig_bampton(options: argparse.Namespace) -> int:
 
     case = load_case(options.case)
     made = export_craig_bampton(case, options.out, fidelity=_fidelity(options, [case]), modes_to=options.modes_to)
-    print(f"{options.out}: {len(made.names)} seats, {len(made.interface_frequency)} modes")
+    show(f"{options.out}: {len(made.names)} seats, {len(made.interface_frequency)} modes")
     return 0
 
 
@@ -209,7 +209,7 @@ def report(options: argparse.Namespace) -> int:
     """Make the page of a comparison."""
     from nvhchain.report import write_page
 
-    print(write_page(options.folder))
+    show(write_page(options.folder))
     return 0
 
 
@@ -224,12 +224,12 @@ def tradeoff(options: argparse.Namespace) -> int:
         case, out=out, fidelity=PRESETS[options.fidelity], knobs=options.knob, progress=_variants, watcher=Console()
     )
     tradeoff.save_tradeoff(sweep, out)
-    print(tradeoff.markdown(sweep), end="")
+    show(tradeoff.markdown(sweep), end="")
     return 0
 
 
 def _variants(done: int, total: int) -> None:
-    print(f"variant {done} of {total}", file=sys.stderr, flush=True)
+    show(f"variant {done} of {total}", error=True)
 
 
 def plan(options: argparse.Namespace) -> int:
@@ -240,7 +240,7 @@ def plan(options: argparse.Namespace) -> int:
     case = load_case(options.case)
     fidelity = _fidelity(options, [case])
     check_knobs(case, fidelity)
-    print(plan(case, fidelity=fidelity))
+    show(plan(case, fidelity=fidelity))
     return 0
 
 
@@ -253,9 +253,9 @@ def check(options: argparse.Namespace) -> int:
     case = load_case(options.case)
     check_held(case)
     check_file(case)
-    print(f"{options.case}: {case.name} is valid")
+    show(f"{options.case}: {case.name} is valid")
     for why in advice(case) if isinstance(case, GearboxCase) else ():
-        print(f"{case.name} would notice: {why}")
+        show(f"{case.name} would notice: {why}")
     return 0
 
 
@@ -266,5 +266,5 @@ def doctor(options: argparse.Namespace) -> int:
     findings = diagnose_acoustics() if options.acoustics else diagnose()
     for finding in findings:
         mark = "ok  " if finding.ok else "FAIL"
-        print(f"{mark} {finding.name}: {finding.detail}" + ("" if finding.ok else f"; {finding.remedy}"))
+        show(f"{mark} {finding.name}: {finding.detail}" + ("" if finding.ok else f"; {finding.remedy}"))
     return 0 if all(finding.ok for finding in findings) else 1

@@ -6,6 +6,9 @@ import sys
 import time
 from typing import Any
 
+from nvhchain.cli.output import show
+from nvhchain.names import printable
+
 
 class Console:
     """Progress on stderr: bars with remaining time on a terminal, one line per finished stage elsewhere."""
@@ -20,7 +23,7 @@ class Console:
             from tqdm import tqdm
 
             self._bar = tqdm(
-                desc=stage, total=1, leave=False, bar_format="{desc}: {percentage:3.0f}% |{bar}| {remaining}"
+                desc=printable(stage), total=1, leave=False, bar_format="{desc}: {percentage:3.0f}% |{bar}| {remaining}"
             )
 
     def step(self, stage: str, done: int, total: int) -> None:
@@ -33,4 +36,4 @@ class Console:
             self._bar.close()
             self._bar = None
         seconds = f" in {time.perf_counter() - self._started:.1f} s" if how == "computed" else ""
-        print(f"{stage}: {how}{seconds}", file=sys.stderr, flush=True)
+        show(f"{stage}: {how}{seconds}", error=True)

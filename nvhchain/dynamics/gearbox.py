@@ -17,6 +17,7 @@ from nvhchain.dynamics.friction import MeshFriction
 from nvhchain.dynamics.load_centre import LoadCentre
 from nvhchain.errors import require
 from nvhchain.kinds import check_fields
+from nvhchain.names import check_name, check_names
 
 LARGEST_DAMPING_TIME = 1e-2
 """s, of damping over stiffness: from 16 Hz on such a bearing is more dashpot than spring, and no seat in series with
@@ -129,7 +130,7 @@ class Shaft:
     def __post_init__(self) -> None:
         check_fields(self)
         _plain(self)
-        require(isinstance(self.name, str) and bool(self.name), "shaft: name must be a non-empty string")
+        check_name(self.name, "shaft: name")
         object.__setattr__(self, "axis", tuple(float(value) for value in self.axis))
         require(len(self.axis) == 2, f"shaft {self.name}: axis = {self.axis} must be (x, y) in m")
         for value in self.axis:
@@ -191,8 +192,8 @@ class Bearing:
     def __post_init__(self) -> None:
         check_fields(self)
         _plain(self)
+        check_name(self.name, "bearing: name")
         owner = f"bearing {self.name}"
-        require(isinstance(self.name, str) and bool(self.name), "bearing: name must be a non-empty string")
         _within(owner, "z", self.z, -5.0, 5.0, "m")
         _within(owner, "radial_stiffness", self.radial_stiffness, 1e3, 1e12, "N/m")
         _within(owner, "axial_stiffness", self.axial_stiffness, 1e3, 1e12, "N/m")
@@ -273,9 +274,9 @@ class Gearbox:
         for name in ("shafts", "bearings", "meshes"):
             object.__setattr__(self, name, tuple(getattr(self, name)))
         names = [shaft.name for shaft in self.shafts]
-        require(len(set(names)) == len(names) > 0, f"gearbox: shaft names must be distinct, got {names}")
-        seats = [bearing.name for bearing in self.bearings]
-        require(len(set(seats)) == len(seats), f"gearbox: bearing names must be distinct, got {seats}")
+        require(len(names) > 0, "gearbox: at least one shaft is needed")
+        check_names(names, "gearbox shafts")
+        check_names([bearing.name for bearing in self.bearings], "gearbox bearings")
         known = ", ".join(names)
         for bearing in self.bearings:
             require(

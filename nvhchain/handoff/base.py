@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nvhchain.errors import InputError, require
+from nvhchain.names import check_names
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -114,7 +115,6 @@ def distinct_names(owner: object, name: str, count: int | None = None) -> None:
     kind, given = type(owner).__name__, getattr(owner, name)
     require(isinstance(given, Iterable) and not isinstance(given, str), f"{kind}.{name} = {given!r} are no names")
     value = tuple(given)
-    require(all(isinstance(v, str) and v for v in value), f"{kind}.{name} must be non-empty strings, got {value}")
-    require(len(set(value)) == len(value), f"{kind}.{name} repeats a name: {value}")
+    check_names(value, f"{kind}.{name}")
     require(count is None or len(value) == count, f"{kind}.{name} has {len(value)} names, but {count} are needed")
     object.__setattr__(owner, name, value)

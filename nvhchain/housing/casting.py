@@ -12,6 +12,7 @@ from math import hypot, isfinite
 from nvhchain.conventions import ALUMINIUM, Material
 from nvhchain.errors import require
 from nvhchain.housing.damping import DampingCurve, check_modal_damping
+from nvhchain.names import check_name, check_names
 
 LARGEST = 5.0
 """m, above which a gearbox housing is taken for a mistake in the unit."""
@@ -35,7 +36,7 @@ class Bore:
     length: float = 0.022
 
     def __post_init__(self) -> None:
-        require(isinstance(self.name, str) and bool(self.name), f"Bore name = {self.name!r} must be a non-empty string")
+        check_name(self.name, "Bore name")
         object.__setattr__(self, "centre", tuple(float(c) for c in self.centre))
         require(len(self.centre) == 3, f"Bore {self.name} centre = {self.centre}: three coordinates are needed")
         for coordinate in self.centre:
@@ -168,8 +169,7 @@ class Casting:
 
     def _check_bores(self) -> None:
         require(len(self.bores) > 0, "Casting bores is empty: at least one bearing seat is needed")
-        names = [bore.name for bore in self.bores]
-        require(len(set(names)) == len(names), f"Casting bores repeat a name: {names}")
+        check_names([bore.name for bore in self.bores], "Casting bores")
         for bore in self.bores:
             engine = self.on_engine_side(bore)
             wall = self.bell_depth + self.end_wall / 2 if engine else self.depth - self.end_wall / 2

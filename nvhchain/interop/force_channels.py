@@ -20,6 +20,7 @@ from nvhchain.interop.channel_units import ANGLE_UNITS, FORCE_UNITS, LENGTH_UNIT
 from nvhchain.interop.record import Record
 from nvhchain.interop.sampling import resampled, uniform_time
 from nvhchain.kinds import check_arguments, check_fields
+from nvhchain.names import check_name
 
 OF_MESHES = {"mesh_deflection": "m", "transmission_error": "m", "output_lag": "rad"}
 """What a record may hold beside forces, by the names of `BearingForces`, with its unit in files written here."""
@@ -47,6 +48,7 @@ class BearingChannels:
 
     def __post_init__(self) -> None:
         check_fields(self)
+        check_name(self.name, "bearing: name")
         require(
             len({self.x, self.y, self.z}) == 3,
             f"bearing {self.name!r}: x, y, z = {self.x!r}, {self.y!r}, {self.z!r} name a channel twice: give three",

@@ -22,6 +22,7 @@ from nvhchain.handoff import FieldPressure
 from nvhchain.interop import write_wav
 from nvhchain.interop.wav import SAMPLE_RATE
 from nvhchain.kinds import check_arguments
+from nvhchain.names import check_names
 from nvhchain.plots.files import save
 from nvhchain.report.limits import limits
 from nvhchain.report.marks import order_marks
@@ -89,10 +90,11 @@ def check_comparable(cases: Sequence[Case]) -> None:
     """Refuse (InputError) no cases, cases that share a name, or of which some have no sound pressure or do not run up
     as the others do."""
     names = [case.name for case in cases]
-    require(len(set(names)) == len(names) > 0, f"cases need distinct names, and to be at least one: got {names}")
+    require(len(names) > 0, "no cases are given: at least one is needed")
+    check_names(names, "cases")
     for name in names:
         require(
-            Path(name).suffix not in _SUFFIXES,
+            Path(name).suffix.lower() not in _SUFFIXES,
             f"name = {name!r} of a case becomes a folder beside files that end in {Path(name).suffix}: choose another",
         )
     for case in cases:

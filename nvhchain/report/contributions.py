@@ -19,6 +19,7 @@ from nvhchain.handoff import Surface
 from nvhchain.housing import Casting
 from nvhchain.housing.contributions import Contributions, modal_contributions, panel_contributions
 from nvhchain.housing.panels import Panels, casting_panels, group_panels
+from nvhchain.names import safe_names
 from nvhchain.plots.files import save
 from nvhchain.resume import Watcher
 from nvhchain.store import write_text
@@ -95,7 +96,8 @@ def _panels(case: GearboxCase, surface: Surface) -> Panels | None:
     members = dict(model.groups)
     if isinstance(model, ModalModel):  # whose file may hold nodes beside the skin, as those of the seats
         members = {name: rows[np.isin(rows, model.triangles)] for name, rows in members.items()}
-    groups = {name: model.nodes[rows] for name, rows in members.items() if len(rows)}
+    names = safe_names(members)
+    groups = {name: model.nodes[rows] for name, rows in zip(names, members.values(), strict=True) if len(rows)}
     return group_panels(surface, groups) if groups else None
 
 

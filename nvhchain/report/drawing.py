@@ -26,6 +26,7 @@ from nvhchain.handoff import (
     SoundPower,
     SurfaceVelocity,
 )
+from nvhchain.names import printable
 from nvhchain.plots.files import save
 from nvhchain.report.housing_pictures import SUFFIXES, draw_housings, draw_velocities, write_motion
 from nvhchain.report.run_up import over_frequency, over_order
@@ -96,8 +97,10 @@ def _names(files: list[Path]) -> list[str]:
         [str(path) for path in files],
     ):
         if len(set(names)) == len(files):
-            return names
-    return [f"{number}: {path}" for number, path in enumerate(files, start=1)]
+            break
+    else:
+        names = [f"{number}: {path}" for number, path in enumerate(files, start=1)]
+    return [printable(name).replace("$", r"\$") for name in names]  # no formulae
 
 
 def _mesh_laws(laws: Mapping[str, MeshLaw], orders: bool) -> list[Axes]:

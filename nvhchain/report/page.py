@@ -5,14 +5,16 @@ from __future__ import annotations
 import base64
 import json
 from collections.abc import Iterable
-from html import escape
+from html import escape as as_html
 from pathlib import Path
 from string import Template
 from typing import Any
+from urllib.parse import quote
 
 from nvhchain import store
 from nvhchain.error_band import format_limits
-from nvhchain.errors import InputError
+from nvhchain.errors import InputError, require
+from nvhchain.names import check_names, printable
 from nvhchain.store import write_text
 
 CAPTIONS = {
@@ -55,9 +57,24 @@ def write_page(folder: str | Path) -> Path:
         summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
         raise InputError(f"{folder}/summary.json cannot be read ({error}): run `nvhchain compare` first") from None
+    try:
+        page = _page(folder, summary)
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(
+            f"{folder}/summary.json is not what `nvhchain compare` leaves ({error!r:.100}): run it again"
+        ) from None
+    write_text(folder / "report.html", page)
+    return folder / "report.html"
+
+
+def _page(folder: Path, summary: dict[str, Any]) -> str:
     names = list(summary["configurations"])
+    require(len(names) > 0, f"{folder}/summary.json holds no configuration: run `nvhchain compare` again")
+    check_names(names, f"{folder}/summary.json: configurations")
     point = summary["field_point"]
-    page = PAGE.substitute(
+    return PAGE.substitute(
         title=escape(" and ".join(names)),
         fidelity=escape(summary["fidelity"]),
         point=escape(f"{point['name']} at {point['position_m']} m"),
@@ -72,8 +89,11 @@ def write_page(folder: str | Path) -> Path:
         figures="\n".join(_figures(folder, names)),
         making=_table(("hand-off", "file", "version", "fidelity"), _made(folder)),
     )
-    write_text(folder / "report.html", page)
-    return folder / "report.html"
+
+
+def escape(text: object) -> str:
+    """Text of a page: neither markup nor control characters."""
+    return as_html(printable(str(text)))
 
 
 def _table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
@@ -90,7 +110,7 @@ def _limits(configuration: dict[str, Any]) -> str:
 
 def _sound(folder: Path, name: str) -> str:
     file = f"sound-{name}.wav"
-    return f'<audio controls src="{escape(file)}"></audio>' if (folder / file).exists() else ""
+    return f'<audio controls src="{escape(quote(file))}"></audio>' if (folder / file).exists() else ""
 
 
 def _differences(folder: Path) -> str:
@@ -119,8 +139,8 @@ def _made(folder: Path) -> Iterable[tuple[str, ...]]:
         knobs = provenance.get("fidelity")
         detail = f"<pre>{escape(json.dumps(knobs, indent=1))}</pre>" if knobs else ""
         yield (
-            kind,
-            escape(str(path.relative_to(folder))),
-            escape(str(provenance.get("version", ""))),
+            escape(kind),
+            escape(path.relative_to(folder)),
+            escape(provenance.get("version", "")),
             f"<details><summary>values</summary>{detail}</details>" if detail else "",
         )

@@ -91,7 +91,7 @@ def test_bearing_forces_refuse_jittered_time_and_spread_a_scalar_speed():
 
 
 def test_repeated_bearing_names_are_refused():
-    with pytest.raises(InputError, match="repeats"):
+    with pytest.raises(InputError, match="must be distinct"):
         BearingForces([0.0, 1.0], np.zeros((2, 2, 3)), ("A", "A"), np.zeros((2, 3)), 1.0)
 
 

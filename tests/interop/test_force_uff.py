@@ -109,7 +109,7 @@ def test_a_uff_gap_of_half_a_step_is_told_remedies_it_has(forces, tmp_path):
 
 
 def test_uff_is_written_as_pyuff_writes_it(forces, tmp_path):
-    odd = forces.replace(names=("A" * 90, 'Läger, "轴"\nz'), output_lag=np.zeros(500), time=forces.time + 12.3456)
+    odd = forces.replace(names=("A" * 80, "Läger, '轴' z"), output_lag=np.zeros(500), time=forces.time + 12.3456)
     write_bearing_forces(odd, tmp_path / "a.uff")
     sets = [dict(s) for s in pyuff.UFF(str(tmp_path / "a.uff")).read_sets()]
     assert len(sets) == 8

@@ -1,0 +1,119 @@
+"""One rule for names from outside, which become files, cells, labels and lines on a terminal.
+
+Any script will do; separators, control characters, markup and what some file system reserves will not.
+"""
+
+from __future__ import annotations
+
+import unicodedata
+from collections.abc import Iterable
+
+from nvhchain.errors import require
+
+LONGEST = 80
+"""Characters of a name, and bytes of its UTF-8 by half as many again: files put up to 60 bytes around it, of 255."""
+
+LONGEST_TEXT = 1000
+"""Characters of a text that is no name, such as a path."""
+
+MARKS = " _-.,+=()[]#&°'"
+"""What a name may hold beside letters and digits."""
+
+_DEVICES = frozenset({"CON", "PRN", "AUX", "NUL", *(f"{port}{n}" for port in ("COM", "LPT") for n in range(10))})
+"""Reserved by Windows, with any ending."""
+
+
+def check_name(name: object, what: str) -> None:
+    """Refuse (InputError) a name that cannot safely become a file, a cell of a table, a label or a printed line.
+
+    what: names the thing or field in the message.
+    """
+    require(isinstance(name, str) and bool(name), f"{what} = {_quoted(name)} must be a text of at least one letter")
+    assert isinstance(name, str)
+    size, most = len(name.encode(errors="replace")), LONGEST * 3 // 2
+    require(
+        len(name) <= LONGEST and size <= most,
+        f"{what} = {_quoted(name)} has {len(name)} characters in {size} bytes: at most {LONGEST} in {most}",
+    )
+    wrong = sorted({letter for letter in name if not _allowed(letter)})
+    require(
+        not wrong,
+        f"{what} = {_quoted(name)} holds {', '.join(map(ascii, wrong[:5]))}: "
+        f"use letters, digits, blanks and {MARKS[1:]}",
+    )
+    require(
+        name[0].isalnum() and name[-1] not in " .",
+        f"{what} = {_quoted(name)} must begin with a letter or digit and not end with a blank or dot",
+    )
+    require(not _device(name), f"{what} = {_quoted(name)} is a device of some systems: choose another name")
+
+
+def check_names(names: Iterable[object], what: str) -> None:
+    """`check_name` of each; all differ, even on file systems that ignore case or how letters are composed."""
+    seen: dict[str, object] = {}
+    for name in names:
+        check_name(name, f"{what}: name")
+        key = folded(str(name))
+        require(
+            key not in seen,
+            f"{what}: names must be distinct, also where case is ignored, got {seen.get(key)!r} and {name!r}",
+        )
+        seen[key] = name
+
+
+def folded(name: str) -> str:
+    """The form in which names that name one file on some file system are equal."""
+    return unicodedata.normalize("NFC", unicodedata.normalize("NFD", name).casefold())
+
+
+def safe_names(names: Iterable[str]) -> list[str]:
+    """Distinct names by the rule of `check_name`, in place of those that another program chose."""
+    safe: list[str] = []
+    taken: set[str] = set()
+    for name in names:
+        plain = "".join(letter if _allowed(letter) else "_" for letter in name).strip(" .")
+        plain = (plain if plain[:1].isalnum() and not _device(plain) else f"N{plain}")[: LONGEST // 2].rstrip(" .")
+        unique, number = plain, 1
+        while folded(unique) in taken:
+            number += 1
+            unique = f"{plain}-{number}"
+        taken.add(folded(unique))
+        safe.append(unique)
+    return safe
+
+
+def check_text(text: str, what: str) -> None:
+    """Refuse (InputError) control characters, and more of them than anybody reads, in a text that is no name."""
+    require(len(text) <= LONGEST_TEXT, f"{what} is {len(text)} characters long: at most {LONGEST_TEXT}")
+    require(
+        printable(text) == text and not set("\n\t") & set(text),
+        f"{what} = {_quoted(text)} holds control characters: remove them",
+    )
+
+
+def printable(text: str) -> str:
+    """The text with control characters, and all else that moves a cursor or turns the reading, as their escapes.
+
+    Line ends and tabs stay.
+    """
+    if text.isprintable():
+        return text
+    return "".join(letter if _shown(letter) else letter.encode("unicode_escape").decode() for letter in text)
+
+
+def _shown(letter: str) -> bool:
+    return letter.isprintable() or letter in "\n\t" or unicodedata.category(letter) == "Zs"
+
+
+def _allowed(letter: str) -> bool:
+    return letter.isalnum() or letter in MARKS or unicodedata.category(letter)[0] == "M"
+
+
+def _device(name: str) -> bool:
+    return unicodedata.normalize("NFKC", name).split(".")[0].rstrip().upper() in _DEVICES
+
+
+def _quoted(name: object) -> str:
+    """As it would be typed, on one line, the middle of a long one left out."""
+    typed = repr(name)
+    return typed if len(typed) <= LONGEST else f"{typed[: LONGEST // 2]}…{typed[-LONGEST // 4 :]}"

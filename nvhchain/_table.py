@@ -10,53 +10,86 @@ import difflib
 import types
 import typing
 from collections.abc import Mapping
-from math import isfinite, pi
+from math import isfinite
 from typing import Any, TypeVar
 
+from nvhchain.dimensions import UNITS, si_unit
 from nvhchain.errors import InputError
 
-UNITS = {"mm": 1e-3, "um": 1e-6, "deg": pi / 180, "mrad": 1e-3, "rpm": 2 * pi / 60, "kg_cm2": 1e-4, "GPa": 1e9}
-"""Unit suffixes of keys and their factors to SI."""
+MOST_MISTAKES = 8
+"""In one message; further ones are counted."""
 
 T = TypeVar("T")
+
+
+class Mistakes(InputError):
+    """All that is wrong with a table, each with its field."""
+
+    def __init__(self, each: list[str]) -> None:
+        self.each = each
+        more = f"; and {len(each) - MOST_MISTAKES} more" if len(each) > MOST_MISTAKES else ""
+        super().__init__("; ".join(each[:MOST_MISTAKES]) + more)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.each,)
 
 
 def build(cls: type[T], table: Any, path: str) -> T:
     """Make a `cls` from `table`; `path` names the table in messages.
 
-    Raises InputError for unknown, repeated or missing fields, wrong types, and for what `cls` itself refuses.
+    Raises InputError, which names all of them, for unknown, repeated or missing fields, wrong types, units that do not
+    fit their field, and for what `cls` itself refuses.
     """
     if not isinstance(table, Mapping):
         raise InputError(f"{path} = {table!r} must be a table of fields")
     fields = {f.name: f for f in dataclasses.fields(cls) if f.init}  # type: ignore[arg-type]
-    hints = typing.get_type_hints(cls)
+    hints = typing.get_type_hints(cls, include_extras=True)
     values: dict[str, Any] = {}
+    wrong: list[str] = []
     for key, raw in table.items():
-        name, factor = _split_unit(key, fields)
-        where = f"{path}.{key}"
-        if name not in fields:
-            close = difflib.get_close_matches(name, fields, n=1)
-            remedy = f"did you mean {close[0]!r}?" if close else f"known fields: {', '.join(fields)}"
-            raise InputError(f"{where}: unknown field; {remedy}")
-        if name in values:
-            raise InputError(f"{where}: field {name!r} is given twice, in two units: keep one")
-        values[name] = convert(hints[name], raw, where, factor)
-    missing = [
-        name
+        name, unit = _split_unit(key, fields)
+        try:
+            if name in values:
+                raise InputError(f"{path}.{key}: field {name!r} is given twice, in two units: keep one")
+            values[name] = None
+            values[name] = _field(name, hints, raw, f"{path}.{key}", unit)
+        except InputError as error:
+            wrong += error.each if isinstance(error, Mistakes) else [str(error)]
+    wrong += [
+        f"{path}: required field {name!r} is missing"
         for name, f in fields.items()
         if name not in values and f.default is dataclasses.MISSING and f.default_factory is dataclasses.MISSING
     ]
-    if missing:
-        raise InputError(f"{path}: required field {missing[0]!r} is missing")
+    if wrong:
+        raise Mistakes(wrong)
     try:
         return cls(**values)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
 
 
+def _field(name: str, hints: Mapping[str, Any], raw: Any, where: str, unit: str | None) -> Any:
+    """The value of one field, in SI.  unit: suffix of its key, or None."""
+    if name not in hints:
+        close = difflib.get_close_matches(name, hints, n=1)
+        remedy = f"did you mean {close[0]!r}?" if close else f"known fields: {', '.join(hints)}"
+        raise InputError(f"{where}: unknown field; {remedy}")
+    if unit is None:
+        return convert(hints[name], raw, where)
+    of_unit, factor = UNITS[unit]
+    needed = si_unit(hints[name])
+    if of_unit != needed:
+        others = [f"{name}_{other}" for other, (si, _) in UNITS.items() if si == needed]
+        takes = f"is in {needed}: {', '.join((name, *others))} will do" if needed else f"takes no unit: write {name}"
+        raise InputError(f"{where}: _{unit} does not fit; {name!r} {takes}")
+    return convert(hints[name], raw, where, factor)
+
+
 def convert(hint: Any, raw: Any, where: str, factor: float = 1.0) -> Any:
     """Turn the TOML value `raw` into the type `hint`, numbers multiplied by `factor`."""
     origin, arguments = typing.get_origin(hint), typing.get_args(hint)
+    if origin is typing.Annotated:
+        return convert(arguments[0], raw, where, factor)
     if origin in (typing.Union, types.UnionType):
         return _convert_union([a for a in arguments if a is not type(None)], raw, where, factor)
     if origin is tuple:
@@ -76,13 +109,12 @@ def convert(hint: Any, raw: Any, where: str, factor: float = 1.0) -> Any:
     return raw
 
 
-def _split_unit(key: str, fields: Mapping[str, Any]) -> tuple[str, float]:
-    if key in fields:
-        return key, 1.0
-    for unit, factor in UNITS.items():
+def _split_unit(key: str, fields: Mapping[str, Any]) -> tuple[str, str | None]:
+    """Name and unit of a key."""
+    for unit in UNITS if key not in fields else ():
         if key.endswith(f"_{unit}"):
-            return key.removesuffix(f"_{unit}"), factor
-    return key, 1.0
+            return key.removesuffix(f"_{unit}"), unit
+    return key, None
 
 
 def _convert_union(choices: list[Any], raw: Any, where: str, factor: float) -> Any:

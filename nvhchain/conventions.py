@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from math import isfinite
 
+from nvhchain.dimensions import Modulus
 from nvhchain.errors import require
 
 REFERENCE_PRESSURE = 20e-6
@@ -57,7 +58,7 @@ class Air:
 class Material:
     """Isotropic linear elastic solid.  young: Pa.  poisson: 0 … 0.5.  density: kg/m³."""
 
-    young: float
+    young: Modulus
     poisson: float
     density: float
 

@@ -13,7 +13,7 @@ from docutils import nodes
 from plain_docstrings import ENTRY, SPLIT
 from sphinx.util.docutils import SphinxDirective
 
-from nvhchain import _table, case
+from nvhchain import case, dimensions
 from nvhchain.fidelity import PRESETS
 
 
@@ -151,9 +151,9 @@ class CaseTables(SphinxDirective):
 
 class UnitTable(SphinxDirective):
     def run(self):
-        self.env.note_dependency(_table.__file__)
-        rows = [[f"_{suffix}", f"{factor:.9g}"] for suffix, factor in _table.UNITS.items()]
-        return [table(["suffix", "factor to SI"], rows)]
+        self.env.note_dependency(dimensions.__file__)
+        rows = [[f"_{suffix}", unit, f"{factor:.9g}"] for suffix, (unit, factor) in dimensions.UNITS.items()]
+        return [table(["suffix", "of fields in", "factor to SI"], rows)]
 
 
 def setup(app):

@@ -8,6 +8,7 @@ from typing import Literal, get_args
 
 import numpy as np
 
+from nvhchain.dimensions import AngularSpeed, Length
 from nvhchain.errors import require
 from nvhchain.handoff import RigidPlane
 from nvhchain.kinds import check_fields
@@ -52,7 +53,7 @@ class FieldPoint:
     """A microphone.  position: (x, y, z) m in the frame of the case."""
 
     name: str
-    position: tuple[float, float, float]
+    position: tuple[Length, Length, Length]
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -67,7 +68,7 @@ class FieldPoint:
 class Ramp:
     """A run-up (or run-down): the input speed changes evenly to end_speed, rad/s, within `duration`, s."""
 
-    end_speed: float
+    end_speed: AngularSpeed
     duration: float
 
     def __post_init__(self) -> None:
@@ -88,7 +89,7 @@ class Operation:
     mesh_torque: N m > 0 for which the mesh laws of idle gears are tabulated, where input_torque does not say it.
     """
 
-    input_speed: float
+    input_speed: AngularSpeed
     input_torque: float
     ramp: Ramp | None = None
     mesh_torque: float | None = None

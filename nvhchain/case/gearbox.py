@@ -24,6 +24,7 @@ from nvhchain.case.blank_mesh import Mesh as BlankMesh
 from nvhchain.case.housing_model import HousingModel, ModalResults
 from nvhchain.case.options import Options
 from nvhchain.conventions import STEEL, Air, Material
+from nvhchain.dimensions import Length
 from nvhchain.dynamics import Bearing, Gearbox, Mesh, RigidBody, Shaft
 from nvhchain.errors import InputError, require
 from nvhchain.gear import (
@@ -57,7 +58,7 @@ class Gear:
 
     name: str
     shaft: str
-    z: float
+    z: Length
     geometry: GearGeometry
     blank: Solid | ThinRim | Holes | Slots | Differential | BlankMesh = field(default_factory=Solid)
     material: Material = STEEL
@@ -83,7 +84,7 @@ class Stage:
     name: str
     pinion: str
     wheel: str
-    centre_distance: float
+    centre_distance: Length
     misalignment: Misalignment = Misalignment()  # noqa: RUF009 (frozen)
 
     def __post_init__(self) -> None:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from nvhchain.case.radiator import SurfaceFile
+from nvhchain.dimensions import Length
 from nvhchain.errors import require
 from nvhchain.housing import DampingCurve, EnginePlane
 from nvhchain.housing.damping import check_modal_damping
@@ -42,7 +43,7 @@ class HousingModel:
     units: Literal["m-kg-s", "mm-t-s", "mm-kg-ms", "in-lbf-s"]
     modal_damping: float | DampingCurve = 0.01
     engine_plane: EnginePlane | None = None
-    opening: float | None = None
+    opening: Length | None = None
     seats: tuple[Seat, ...] = ()
     structural_damping: bool = False
     spc: int | None = None
@@ -81,7 +82,7 @@ class ModalResults:
     modal_damping: float | DampingCurve | None = None
     structural_damping: bool = False
     engine_plane: EnginePlane | None = None
-    opening: float | None = None
+    opening: Length | None = None
 
     def __post_init__(self) -> None:
         if self.modal_damping is not None:

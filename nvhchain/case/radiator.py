@@ -10,6 +10,7 @@ import numpy as np
 
 from nvhchain.case.asked import FieldPoint, Quantity, check_case_name, check_plane, check_quantities
 from nvhchain.conventions import Air
+from nvhchain.dimensions import Length
 from nvhchain.errors import require
 from nvhchain.handoff import RigidPlane
 from nvhchain.kinds import check_fields
@@ -19,8 +20,8 @@ from nvhchain.kinds import check_fields
 class Sphere:
     """An icosphere of volume 4/3 π radius³ about `centre`, m."""
 
-    radius: float
-    centre: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    radius: Length
+    centre: tuple[Length, Length, Length] = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
         check_fields(self)

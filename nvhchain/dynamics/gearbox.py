@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from nvhchain.dimensions import Inertia, Length, Modulus
 from nvhchain.dynamics.friction import MeshFriction
 from nvhchain.dynamics.load_centre import LoadCentre
 from nvhchain.errors import require
@@ -47,10 +48,10 @@ class RigidBody:
     first about the shaft axis.
     """
 
-    z: float
+    z: Length
     mass: float
-    polar_inertia: float
-    transverse_inertia: float
+    polar_inertia: Inertia
+    transverse_inertia: Inertia
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -73,12 +74,12 @@ class Cylinder:
     young: Pa and poisson, of flexible shafts.
     """
 
-    start: float
-    end: float
-    outer_diameter: float
-    inner_diameter: float = 0.0
+    start: Length
+    end: Length
+    outer_diameter: Length
+    inner_diameter: Length = 0.0
     density: float = 7850.0
-    young: float = 210e9
+    young: Modulus = 210e9
     poisson: float = 0.3
 
     def __post_init__(self) -> None:
@@ -119,11 +120,11 @@ class Shaft:
     """
 
     name: str
-    axis: tuple[float, float]
+    axis: tuple[Length, Length]
     segments: tuple[Cylinder, ...] = ()
     bodies: tuple[RigidBody, ...] = ()
-    coupled_inertia: float = 0.0
-    coupling_z: float | None = None
+    coupled_inertia: Inertia = 0.0
+    coupling_z: Length | None = None
     drag_torque: float = 0.0
     modal_damping: float = 0.005
 
@@ -180,7 +181,7 @@ class Bearing:
 
     name: str
     shaft: str
-    z: float
+    z: Length
     radial_stiffness: float = 1.63e8
     axial_stiffness: float = 5.05e7
     radial_damping: float = 0.0

@@ -9,6 +9,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
+from nvhchain.dimensions import Angle, Length
 from nvhchain.errors import InputError, require
 from nvhchain.gear.openings import Cutouts, Openings, RoundCutouts, Web, within
 from nvhchain.gear.volume_mesh import VolumeMesh
@@ -86,10 +87,10 @@ class ThinRim:
     web_offset: m, of the web's middle along z from mid-width.
     """
 
-    web_thickness: float
-    hub_radius: float
-    rim_radius: float
-    web_offset: float = 0.0
+    web_thickness: Length
+    hub_radius: Length
+    rim_radius: Length
+    web_offset: Length = 0.0
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -122,13 +123,13 @@ class Holes(_Opened):
     """
 
     count: int
-    pitch_radius: float
-    hole_radius: float
-    phase: float = 0.0
-    web_thickness: float | None = None
-    hub_radius: float | None = None
-    rim_radius: float | None = None
-    web_offset: float = 0.0
+    pitch_radius: Length
+    hole_radius: Length
+    phase: Angle = 0.0
+    web_thickness: Length | None = None
+    hub_radius: Length | None = None
+    rim_radius: Length | None = None
+    web_offset: Length = 0.0
 
     @property
     def cutouts(self) -> RoundCutouts:
@@ -147,15 +148,15 @@ class Slots(_Opened):
     """
 
     count: int
-    inner_radius: float
-    outer_radius: float
-    angular_width: float
-    fillet: float = 0.0
-    phase: float = 0.0
-    web_thickness: float | None = None
-    hub_radius: float | None = None
-    rim_radius: float | None = None
-    web_offset: float = 0.0
+    inner_radius: Length
+    outer_radius: Length
+    angular_width: Angle
+    fillet: Length = 0.0
+    phase: Angle = 0.0
+    web_thickness: Length | None = None
+    hub_radius: Length | None = None
+    rim_radius: Length | None = None
+    web_offset: Length = 0.0
 
     @property
     def symmetry(self) -> int:
@@ -180,16 +181,16 @@ class Differential:
     phase: rad, middle of window 0 against the middle of tooth 0.
     """
 
-    ring_inner_radius: float
-    carrier_radius: float
-    flange_thickness: float
-    window_inner_radius: float
-    window_outer_radius: float
-    window_width: float
-    flange_offset: float = 0.0
+    ring_inner_radius: Length
+    carrier_radius: Length
+    flange_thickness: Length
+    window_inner_radius: Length
+    window_outer_radius: Length
+    window_width: Angle
+    flange_offset: Length = 0.0
     windows: int = 2
-    window_fillet: float = 0.0
-    phase: float = 0.0
+    window_fillet: Length = 0.0
+    phase: Angle = 0.0
 
     def __post_init__(self) -> None:
         check_fields(self)

@@ -12,6 +12,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
+from nvhchain.dimensions import Angle, Length
 from nvhchain.errors import is_whole, require
 from nvhchain.gear.micro_geometry import MicroGeometry
 from nvhchain.handoff import FloatArray
@@ -41,17 +42,17 @@ class GearGeometry:
     """
 
     teeth: int
-    normal_module: float
-    normal_pressure_angle: float
-    helix_angle: float
-    face_width: float
-    bore_radius: float
+    normal_module: Length
+    normal_pressure_angle: Angle
+    helix_angle: Angle
+    face_width: Length
+    bore_radius: Length
     profile_shift: float = 0.0
     addendum: float = 1.0
     dedendum: float = 1.25
     rack_tip_radius: float | None = None
-    thickness_allowance: float = 0.0
-    tip_radius: float | None = None
+    thickness_allowance: Length = 0.0
+    tip_radius: Length | None = None
     micro: MicroGeometry = MicroGeometry()  # noqa: RUF009 (frozen)
 
     def __post_init__(self) -> None:

@@ -11,6 +11,7 @@ from typing import Literal
 
 import numpy as np
 
+from nvhchain.dimensions import Length
 from nvhchain.errors import require
 from nvhchain.handoff import FloatArray
 from nvhchain.kinds import check_fields
@@ -27,8 +28,8 @@ class Relief:
     shape: grows from there `linear` or `parabolic` (without a kink).
     """
 
-    amount: float
-    length: float
+    amount: Length
+    length: Length
     shape: Literal["linear", "parabolic"] = "parabolic"
 
     def __post_init__(self) -> None:
@@ -56,9 +57,9 @@ class Flank:
     tip_relief, root_relief: from the tip circle inwards and from the form circle outwards.
     """
 
-    profile_crowning: float = 0.0
-    lead_crowning: float = 0.0
-    lead_slope: float = 0.0
+    profile_crowning: Length = 0.0
+    lead_crowning: Length = 0.0
+    lead_slope: Length = 0.0
     tip_relief: Relief | None = None
     root_relief: Relief | None = None
 

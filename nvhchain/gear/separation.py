@@ -7,6 +7,7 @@ from math import cos, sin
 
 import numpy as np
 
+from nvhchain.dimensions import Angle
 from nvhchain.errors import require
 from nvhchain.handoff import FloatArray
 from nvhchain.kinds import check_fields
@@ -25,8 +26,8 @@ class Misalignment:
     A parallel error is part of `GearPair.centre_distance`, which is the actual one.
     """
 
-    in_plane: float = 0.0
-    normal: float = 0.0
+    in_plane: Angle = 0.0
+    normal: Angle = 0.0
 
     def __post_init__(self) -> None:
         check_fields(self)

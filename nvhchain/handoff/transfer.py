@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nvhchain.conventions import Air
+from nvhchain.dimensions import Length
 from nvhchain.errors import require
 from nvhchain.handoff.base import (
     ComplexArray,
@@ -30,7 +31,7 @@ class RigidPlane:
     point: m, any point of the plane.  normal: any length, into the air; kept with unit length.
     """
 
-    point: tuple[float, float, float]
+    point: tuple[Length, Length, Length]
     normal: tuple[float, float, float]
 
     def __post_init__(self) -> None:

@@ -10,6 +10,7 @@ from dataclasses import dataclass, fields
 from math import hypot, isfinite
 
 from nvhchain.conventions import ALUMINIUM, Material
+from nvhchain.dimensions import Length
 from nvhchain.errors import require
 from nvhchain.housing.damping import DampingCurve, check_modal_damping
 from nvhchain.names import check_name, check_names
@@ -31,9 +32,9 @@ class Bore:
     """Bearing seat.  name: unique.  centre: (x, y, z) m, middle of the seat.  radius, length: m."""
 
     name: str
-    centre: tuple[float, float, float]
-    radius: float
-    length: float = 0.022
+    centre: tuple[Length, Length, Length]
+    radius: Length
+    length: Length = 0.022
 
     def __post_init__(self) -> None:
         check_name(self.name, "Bore name")
@@ -49,8 +50,8 @@ class Bore:
 class GearSpace:
     """Room for the gears of one shaft.  centre: (x, y) m.  radius: m, tip radius of the largest gear plus clearance."""
 
-    centre: tuple[float, float]
-    radius: float
+    centre: tuple[Length, Length]
+    radius: Length
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "centre", tuple(float(c) for c in self.centre))
@@ -88,21 +89,21 @@ class Casting:
         Bore("C2", (*_C, 0.221), 0.055),
     )
     gear_spaces: tuple[GearSpace, ...] = (GearSpace(_A, 0.050), GearSpace(_B, 0.080), GearSpace(_C, 0.123))
-    wall: float = 0.0055
-    end_wall: float = 0.006
-    depth: float = 0.222
-    bell_depth: float = 0.036
-    draft: float = 0.008
-    chamfer: float = 0.012
-    boss_thickness: float = 0.009
-    cover_thickness: float = 0.006
-    flange_width: float = 0.012
-    flange_thickness: float = 0.014
+    wall: Length = 0.0055
+    end_wall: Length = 0.006
+    depth: Length = 0.222
+    bell_depth: Length = 0.036
+    draft: Length = 0.008
+    chamfer: Length = 0.012
+    boss_thickness: Length = 0.009
+    cover_thickness: Length = 0.006
+    flange_width: Length = 0.012
+    flange_thickness: Length = 0.014
     bolts: int = 12
-    bolt_radius: float = 0.005
-    lug_radius: float = 0.013
-    rib_height: float = 0.012
-    rib_thickness: float = 0.006
+    bolt_radius: Length = 0.005
+    lug_radius: Length = 0.013
+    rib_height: Length = 0.012
+    rib_thickness: Length = 0.006
     spokes: int = 6
     side_ribs: int = 12
     material: Material = ALUMINIUM
@@ -113,7 +114,7 @@ class Casting:
         object.__setattr__(self, "bores", tuple(self.bores))
         object.__setattr__(self, "gear_spaces", tuple(self.gear_spaces))
         for field in fields(self):
-            if field.type == "float":
+            if field.type == "Length":
                 smallest = 0.0 if field.name in ("draft", "chamfer", "rib_height") else 1e-3
                 _length(self, field.name, getattr(self, field.name), smallest, LARGEST)
         check_modal_damping(self.modal_damping, "Casting")

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from nvhchain.dimensions import Length
 from nvhchain.errors import require
 from nvhchain.handoff import FloatArray
 
@@ -14,7 +15,7 @@ from nvhchain.handoff import FloatArray
 class EnginePlane:
     """The rigid plane that closes a housing.  point: m on it.  normal: unit vector that points at the engine."""
 
-    point: tuple[float, float, float]
+    point: tuple[Length, Length, Length]
     normal: tuple[float, float, float]
 
     def __post_init__(self) -> None:

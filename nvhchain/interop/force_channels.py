@@ -14,6 +14,7 @@ from typing import Literal
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
+from nvhchain.dimensions import AngularSpeed, Length
 from nvhchain.errors import require
 from nvhchain.handoff import BearingForces, FloatArray
 from nvhchain.interop.channel_units import ANGLE_UNITS, FORCE_UNITS, LENGTH_UNITS, SPEED_UNITS, TIME_UNITS
@@ -44,7 +45,7 @@ class BearingChannels:
     x: str
     y: str
     z: str
-    position: tuple[float, float, float] | None = None
+    position: tuple[Length, Length, Length] | None = None
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -78,7 +79,7 @@ class ForceChannels:
     bearings: tuple[BearingChannels, ...]
     force_unit: str
     acts_on: Literal["housing", "shaft"]
-    speed: float | None = None
+    speed: AngularSpeed | None = None
     speed_channel: str | None = None
     speed_unit: str = "rad/s"
     time_channel: str | None = None

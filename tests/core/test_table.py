@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import pytest
 
 from nvhchain._table import build
+from nvhchain.dimensions import Angle, Length
 from nvhchain.errors import InputError, require
 
 
@@ -23,12 +24,12 @@ class Slots:
 
 @dataclass(frozen=True)
 class Wheel:
-    width: float
+    width: Length
     blank: Solid | Slots = Solid()
-    angle: float = 0.0
-    axis: tuple[float, float] = (0.0, 0.0)
+    angle: Angle = 0.0
+    axis: tuple[Length, Length] = (0.0, 0.0)
     names: tuple[str, ...] = ()
-    bore: float | None = None
+    bore: Length | None = None
 
     def __post_init__(self):
         require(self.width > 0, f"width = {self.width} m must be positive: give the face width")
@@ -46,6 +47,10 @@ def test_a_union_is_chosen_by_its_type():
 @pytest.mark.parametrize(
     ("table", "message"),
     [
+        ({"width_deg": 1.0}, r"w\.width_deg: _deg does not fit; 'width' is in m: width, width_mm, width_um will do"),
+        ({"width": 1.0, "names_mm": []}, r"w\.names_mm: _mm does not fit; 'names' takes no unit: write names"),
+        ({"width": 1.0, "blank_mm": {}}, r"w\.blank_mm: _mm does not fit"),
+        ({"width": "x", "axis": 3, "angel": 1}, r"w\.width = 'x' must .*; w\.axis = 3 must .*; w\.angel: unknown"),
         ({"width": 1.0, "widht": 2.0}, r"w\.widht: unknown field; did you mean 'width'"),
         ({"width_mm": -22}, r"w: width = -0\.022 m must be positive"),
         ({}, "required field 'width' is missing"),

@@ -1,0 +1,38 @@
+"""Dimensions of what case files hold, declared once with each field, and the units that a key may end in.
+
+A number without a dimension here (a ratio, a force, a frequency) is given in SI, and its key takes no unit.
+"""
+
+from __future__ import annotations
+
+import types
+import typing
+from math import pi
+from typing import Annotated, Any
+
+Length = Annotated[float, "m"]
+Angle = Annotated[float, "rad"]
+AngularSpeed = Annotated[float, "rad/s"]
+Inertia = Annotated[float, "kg m²"]
+Modulus = Annotated[float, "Pa"]
+
+UNITS: dict[str, tuple[str, float]] = {
+    "mm": ("m", 1e-3),
+    "um": ("m", 1e-6),
+    "deg": ("rad", pi / 180),
+    "mrad": ("rad", 1e-3),
+    "rpm": ("rad/s", 2 * pi / 60),
+    "kg_cm2": ("kg m²", 1e-4),
+    "GPa": ("Pa", 1e9),
+}
+"""Suffix of a key: SI unit of the fields that take it, factor to it."""
+
+
+def si_unit(hint: Any) -> str | None:
+    """SI unit of a field's numbers by its annotation (with extras), None where keys of it take no unit."""
+    origin, inner = typing.get_origin(hint), typing.get_args(hint)
+    if origin is Annotated:
+        return str(inner[1])
+    if origin in (tuple, typing.Union, types.UnionType):
+        return next(filter(None, map(si_unit, inner)), None)
+    return None

@@ -32,7 +32,10 @@ class Band:
             0 < self.low < self.high <= 20e3,
             f"band {self.low:g}…{self.high:g} Hz: needs 0 < low < high ≤ 20000 Hz",
         )
-        require(self.resolution > 0, f"band resolution = {self.resolution:g} Hz must be positive")
+        require(
+            0 < self.resolution <= 20e3,
+            f"band resolution = {self.resolution:g} Hz is outside 0…20000 Hz: give it in Hz",
+        )
 
     @property
     def shortest_record(self) -> float:

@@ -21,6 +21,7 @@ from nvhchain.case.asked import (
     check_quantities,
 )
 from nvhchain.case.blank_mesh import Mesh as BlankMesh
+from nvhchain.case.fit import check_fit
 from nvhchain.case.housing_model import HousingModel, ModalResults
 from nvhchain.case.options import Options
 from nvhchain.conventions import STEEL, Air, Material
@@ -167,19 +168,14 @@ class GearboxCase:
             f"{self.operation.input_torque:g} N m: leave them out, or give a driving torque",
         )
         _ = self.pairs, self.gearbox
+        check_fit(self)
 
     def _check_casting(self, casting: Casting) -> None:
-        """Gears and field points are inside and outside; every bearing sits in the bore of its name."""
+        """Field points are outside; every bearing sits in the bore of its name."""
         for point in self.field_points:
             require(
                 not encloses(casting, point.position),
                 f"field point {point.name!r} at {point.position} m lies inside the housing: move it out",
-            )
-        for gear in self.gears:
-            face = 0.5 * gear.geometry.face_width
-            require(
-                face < gear.z < casting.depth - face,
-                f"gear {gear.name}: z = {1e3 * gear.z:g} mm is outside the housing, 0…{1e3 * casting.depth:g} mm",
             )
         if self.reflecting_plane is not None:
             _check_floor(casting, self.reflecting_plane)

@@ -40,6 +40,11 @@ def load_case(path: str | Path) -> Case:
     table = _read(path, ())
     kind = table.pop("kind", None)
     kinds: dict[str, type[GearboxCase] | type[RadiatorCase]] = {"gearbox": GearboxCase, "radiator": RadiatorCase}
+    if kind is None:
+        raise InputError(
+            f"{path}: kind is missing among {', '.join(table)[:200] or 'no keys'}: "
+            f"give it ({' or '.join(kinds)}), or a base"
+        )
     if not isinstance(kind, str) or kind not in kinds:
         raise InputError(f"{path}: kind = {kind!r}: choose one of {', '.join(kinds)}")
     table["folder"] = str(path.parent)

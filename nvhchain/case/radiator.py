@@ -15,6 +15,12 @@ from nvhchain.errors import require
 from nvhchain.handoff import RigidPlane
 from nvhchain.kinds import check_fields
 
+HIGHEST_FREQUENCY = 1e5
+"""Hz, beyond which a frequency is taken for a mistake in the unit."""
+
+FASTEST = 100.0
+"""m/s, beyond which sound is far from linear."""
+
 
 @dataclass(frozen=True)
 class Sphere:
@@ -34,6 +40,9 @@ class SurfaceFile:
 
     file: str
     scale: float = 1.0
+
+    def __post_init__(self) -> None:
+        require(1e-6 <= self.scale <= 1e3, f"scale = {self.scale:g} is outside 1e-6…1000 m per unit: 0.001 for mm")
 
 
 @dataclass(frozen=True)
@@ -76,6 +85,15 @@ class RadiatorCase:
             len(f) > 0 and f[0] > 0 and all(a < b for a, b in pairwise(f)),
             f"frequencies = {f} Hz must be positive and increasing",
         )
+        require(
+            f[-1] <= HIGHEST_FREQUENCY,
+            f"frequencies end at {f[-1]:g} Hz, above {HIGHEST_FREQUENCY:g} Hz: give them in Hz",
+        )
+        for name, value in (("pulsation", self.pulsation), *(("velocity", component) for component in self.velocity)):
+            require(
+                abs(value) <= FASTEST,
+                f"{name} = {value:g} m/s is beyond ±{FASTEST:g} m/s, of large amplitude: lower it",
+            )
         require(
             self.pulsation != 0 or any(self.velocity), "the body is at rest: give it a pulsation or a velocity in m/s"
         )

@@ -5,7 +5,7 @@ from nvhchain.housing.craig_bampton import CraigBampton, craig_bampton
 from nvhchain.housing.damping import DampingCurve
 from nvhchain.housing.engine_plane import EnginePlane
 from nvhchain.housing.exported_modes import exported_modes
-from nvhchain.housing.extent import encloses, envelope_area, face_size
+from nvhchain.housing.extent import encloses, envelope_area, face_size, room_around
 from nvhchain.housing.foreign import model_extent, reduce_model
 from nvhchain.housing.foreign_modal_model import modal_model
 from nvhchain.housing.foreign_modes import check_modes, has_rigid_motion, housing_from_modes, modal_extent
@@ -37,6 +37,7 @@ __all__ = [
     "reduce_housing",
     "reduce_model",
     "respond",
+    "room_around",
     "seat_rows",
     "truncation_error",
     "truncation_errors",

@@ -31,6 +31,9 @@ class DampingCurve:
             "DampingCurve.frequency must be finite, not negative and increase strictly",
         )
         require(
+            frequency[-1] <= 1e6, f"DampingCurve.frequency ends at {frequency[-1]:g} Hz, above 1e6 Hz: give it in Hz"
+        )
+        require(
             bool(((ratio >= 0) & (ratio < 1)).all()),
             f"DampingCurve.ratio reaches from {ratio.min():g} to {ratio.max():g}: fractions of critical, 0 … 1",
         )

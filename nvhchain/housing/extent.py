@@ -24,6 +24,11 @@ def encloses(casting: Casting, point: tuple[float, float, float]) -> bool:
     return bool(0.0 < z < casting.depth and depth_inside > 0)
 
 
+def room_around(casting: Casting, axis: tuple[float, float]) -> float:
+    """Radius (m) of the largest gear about `axis` that the cavity takes, at the rear wall, where it is narrowest."""
+    return float(inside(outline_at(casting, 0.0), np.array([axis]))[0])
+
+
 def envelope_area(casting: Casting) -> float:
     """Area (m²) of the outer walls and both ends as a straight prism, without bosses, ribs and flange."""
     corners = np.array([_points(arc) for arc in outline_at(casting, casting.wall)]).reshape(-1, 2)

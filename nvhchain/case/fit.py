@@ -1,0 +1,146 @@
+"""Gears, shafts and the casting around them must fit into each other, but for the rounding of a drawing."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from math import hypot
+from typing import TYPE_CHECKING
+
+from nvhchain.dynamics import Shaft
+from nvhchain.errors import AccuracyWarning, InputError
+from nvhchain.housing import Casting, room_around
+
+if TYPE_CHECKING:
+    from nvhchain.case.gearbox import Gear, GearboxCase
+
+ROUNDING = 1e-4
+"""m, by which bodies may overlap on a drawing in tenths of a millimetre."""
+
+_EXACT = 1e-9
+"""m, below which nothing overlaps but by the rounding of numbers."""
+
+
+@dataclass(frozen=True)
+class _Ring:
+    """A body of revolution.  part: its field.  axis: (x, y) m.  start, end: along z.  inner, outer: radii, m."""
+
+    part: str
+    shaft: str
+    axis: tuple[float, float]
+    start: float
+    end: float
+    inner: float
+    outer: float
+
+
+def check_fit(case: GearboxCase) -> None:
+    """Refuse (InputError), all in one message, what cannot be built: bodies in each other's place, bores smaller than
+    what passes through them, gears outside their room.
+
+    What overlaps by `ROUNDING` at most passes with an `AccuracyWarning`.
+    """
+    shafts = {shaft.name: shaft for shaft in case.shafts}
+    found = [*_bores(case.gears, shafts), *_overlaps(case, shafts)]
+    if isinstance(case.housing, Casting):
+        found += [*_room(case.gears, shafts, case.housing), *_seats(case, shafts, case.housing)]
+    wrong = [text for overlap, text in found if overlap > ROUNDING]
+    if wrong:
+        raise InputError("; ".join(wrong))
+    for overlap, text in found:
+        if overlap > _EXACT:
+            warnings.warn(f"{text}: taken for the rounding of a drawing", AccuracyWarning, stacklevel=2)
+
+
+def _bores(gears: Iterable[Gear], shafts: Mapping[str, Shaft]) -> Iterator[tuple[float, str]]:
+    """(overlap, message) of every gear's bore with the shaft in it; a sleeve around the bore is no shaft in it."""
+    for gear in gears:
+        bore = gear.geometry.bore_radius
+        through = _radius_at(shafts[gear.shaft], gear.z, within=bore)
+        yield (
+            through - bore,
+            f"gear {gear.name}: bore_radius = {1e3 * bore:g} mm is smaller than its shaft {gear.shaft}, of "
+            f"outer_diameter {2e3 * through:g} mm at z = {1e3 * gear.z:g} mm: enlarge it",
+        )
+
+
+def _seats(case: GearboxCase, shafts: Mapping[str, Shaft], casting: Casting) -> Iterator[tuple[float, str]]:
+    bores = {bore.name: bore for bore in casting.bores}
+    for bearing in case.bearings:
+        bore = bores[bearing.name]
+        through = _radius_at(shafts[bearing.shaft], bearing.z, within=bore.radius)
+        yield (
+            through - bore.radius,
+            f"housing.bores: {bore.name}: radius = {1e3 * bore.radius:g} mm is smaller than shaft {bearing.shaft}, of "
+            f"outer_diameter {2e3 * through:g} mm there: enlarge it",
+        )
+
+
+def _radius_at(shaft: Shaft, z: float, within: float) -> float:
+    """Largest outer radius of the segments at `z` that begin within a radius."""
+    there = [piece for piece in shaft.segments if piece.start < z < piece.end and piece.inner_diameter < 2 * within]
+    return max((0.5 * piece.outer_diameter for piece in there), default=0.0)
+
+
+def _overlaps(case: GearboxCase, shafts: Mapping[str, Shaft]) -> Iterator[tuple[float, str]]:
+    """Of gears and shafts with each other, but for gears in mesh and for a gear with its own shaft."""
+    axes = {name: shaft.axis for name, shaft in shafts.items()}
+    pieces = [
+        _Ring(
+            f"shaft {shaft.name}: segments[{number}]",
+            shaft.name,
+            axes[shaft.name],
+            piece.start,
+            piece.end,
+            0.5 * piece.inner_diameter,
+            0.5 * piece.outer_diameter,
+        )
+        for shaft in case.shafts
+        for number, piece in enumerate(shaft.segments)
+    ]
+    wheels = {gear.name: _wheel(gear, axes[gear.shaft]) for gear in case.gears}
+    meshing = {frozenset((stage.pinion, stage.wheel)) for stage in case.stages}
+    for (one, first), (other, second) in combinations(wheels.items(), 2):
+        if frozenset((one, other)) not in meshing:
+            yield _overlap(first, second)
+    for wheel in wheels.values():
+        yield from (_overlap(wheel, piece) for piece in pieces if piece.shaft != wheel.shaft)
+    yield from (_overlap(first, second) for first, second in combinations(pieces, 2))
+
+
+def _wheel(gear: Gear, axis: tuple[float, float]) -> _Ring:
+    shape = gear.geometry
+    face = 0.5 * shape.face_width
+    outer = shape.tip_circle_radius
+    return _Ring(f"gear {gear.name}", gear.shaft, axis, gear.z - face, gear.z + face, shape.bore_radius, outer)
+
+
+def _overlap(first: _Ring, second: _Ring) -> tuple[float, str]:
+    """Least way, m, along or across the axes, that takes two bodies apart; negative with a gap between them."""
+    apart = hypot(first.axis[0] - second.axis[0], first.axis[1] - second.axis[1])
+    beside = first.outer + second.outer - apart
+    nested = min(apart + first.outer - second.inner, apart + second.outer - first.inner)
+    along = min(first.end, second.end) - max(first.start, second.start)
+    overlap = min(beside, nested, along)
+    places = f"z = {1e3 * max(first.start, second.start):g}…{1e3 * min(first.end, second.end):g} mm"
+    return overlap, f"{first.part} and {second.part} overlap by {1e3 * overlap:.3g} mm at {places}: move one of them"
+
+
+def _room(gears: Sequence[Gear], shafts: Mapping[str, Shaft], casting: Casting) -> Iterator[tuple[float, str]]:
+    """Of every gear with the side wall and the end walls around it."""
+    low, high = casting.bell_depth + casting.end_wall, casting.depth - casting.end_wall
+    for gear in gears:
+        tip, face = gear.geometry.tip_circle_radius, 0.5 * gear.geometry.face_width
+        room = room_around(casting, shafts[gear.shaft].axis)
+        yield (
+            tip - room,
+            f"gear {gear.name}: its tip radius of {1e3 * tip:.5g} mm reaches into the wall, {1e3 * room:.5g} mm from "
+            f"shaft {gear.shaft}: enlarge the housing's gear_spaces or make it smaller",
+        )
+        yield (
+            max(low - (gear.z - face), gear.z + face - high),
+            f"gear {gear.name}: z = {1e3 * gear.z:g} mm with face_width = {2e3 * face:g} mm is outside the housing, "
+            f"{1e3 * low:g}…{1e3 * high:g} mm between its end walls",
+        )

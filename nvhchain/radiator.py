@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import warnings
 from math import ceil, log, pi
 from pathlib import Path
 
-import meshio
 import numpy as np
 
 from nvhchain import acoustics
 from nvhchain.case import RadiatorCase, Sphere, SurfaceFile
-from nvhchain.errors import FileFormatError, require
+from nvhchain.errors import AccuracyWarning, InputError, require
+from nvhchain.fem.mesh_files import read_mesh, triangulated
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import Surface, SurfaceVelocity
+from nvhchain.interop.nastran_faces import NASTRAN_ENDINGS, read_nastran_faces
 
 
 def radiator_velocity(case: RadiatorCase, fidelity: AcousticsFidelity) -> SurfaceVelocity:
@@ -53,13 +55,16 @@ def read_surface(folder: Path, body: SurfaceFile) -> Surface:
     """The closed surface in a file under `folder`.  Raises InputError for one that is not there or not closed."""
     path = folder / body.file
     require(path.is_file(), f"{path}: no such surface file")
+    mesh = read_nastran_faces(path) if path.suffix.lower() in NASTRAN_ENDINGS else read_mesh(path)
     try:
-        mesh = meshio.read(path)
-    except (meshio.ReadError, SystemExit, ValueError, KeyError, IndexError) as error:
-        raise FileFormatError(f"{path}: not a mesh that meshio reads ({error})") from None
-    triangles = mesh.get_cells_type("triangle")
-    require(len(triangles) > 0, f"{path}: holds no triangles: export a triangulated surface")
-    used, index = np.unique(triangles, return_inverse=True)
-    points = np.asarray(mesh.points, dtype=float)[used, :3] * body.scale
-    vertices, merged = np.unique(points, axis=0, return_inverse=True)
-    return Surface(vertices, merged.ravel()[index.reshape(triangles.shape)])
+        vertices, triangles, dropped = triangulated(mesh)
+        if dropped:
+            warnings.warn(
+                f"{path}: {dropped} of {dropped + len(triangles)} triangles have two corners in one place and are "
+                "left out",
+                AccuracyWarning,
+                stacklevel=2,
+            )
+        return Surface(vertices * body.scale, triangles)
+    except InputError as error:
+        raise type(error)(f"{path}: {error}") from None

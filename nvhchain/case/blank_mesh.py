@@ -14,7 +14,7 @@ UNITS = {"m": 1.0, "mm": 1e-3, "in": 0.0254}
 
 @dataclass(frozen=True)
 class Mesh:
-    """Quadratic tetrahedra or bricks of a whole gear with its teeth, from a file that meshio reads.
+    """Quadratic tetrahedra or bricks of a whole gear with its teeth, from a file (`nvhchain.fem.mesh_files.FORMATS`).
 
     Its z axis is that of the shaft, from mid-width, and tooth 0 lies on its x axis there.
     file: path, beside the case.  units: of length in the file.  bore, flanks: names of the node sets, node arrays or

@@ -36,7 +36,7 @@ class Sphere:
 
 @dataclass(frozen=True)
 class SurfaceFile:
-    """A closed triangle mesh that meshio reads.  file: path, beside the case.  scale: m per unit of the file."""
+    """A closed surface in a mesh file.  file: path, beside the case.  scale: m per unit of the file."""
 
     file: str
     scale: float = 1.0

@@ -15,7 +15,8 @@ import numpy as np
 
 from nvhchain.conventions import REFERENCE_VELOCITY
 from nvhchain.errors import require
-from nvhchain.files.whole import in_memory
+from nvhchain.fem import mesh_files
+from nvhchain.fem.mesh_files import MeshFile
 from nvhchain.handoff import FloatArray, ReducedHousing, Surface, SurfaceVelocity
 from nvhchain.interop.records import whole
 from nvhchain.interop.surface_motion import vertex_motion
@@ -59,15 +60,8 @@ def write_vtu(
     surface: Surface, path: str | Path, *, cells: Mapping[str, FloatArray], points: Mapping[str, FloatArray]
 ) -> Path:
     """One state of the surface.  cells: name → (n_face, …).  points: name → (n_v, …)."""
-    import meshio
-
-    mesh = meshio.Mesh(
-        np.array(surface.vertices),
-        [("triangle", np.array(surface.triangles))],
-        point_data={name: np.array(values) for name, values in points.items()},
-        cell_data={name: [np.array(values)] for name, values in cells.items()},
-    )
-    return whole(Path(path), in_memory(lambda file: meshio.write(file, mesh, file_format="vtu")))
+    mesh = MeshFile(surface.vertices, [("triangle", surface.triangles)])
+    return whole(Path(path), mesh_files.vtu_content(mesh, points=points, cells=cells))
 
 
 def _write(

@@ -1,0 +1,80 @@
+"""Arrays of a MED file → npz; run as a process of its own by its path, so that only NumPy and h5py are loaded."""
+
+from __future__ import annotations
+
+import json
+import sys
+from typing import Any
+
+_MEMORY = 8 << 30
+"""Bytes of address space."""
+
+_MOST = 600_000_000
+"""Numbers in an array: an HDF5 file of a few kB may announce any number of them."""
+
+
+def _limit_memory() -> None:
+    try:
+        import resource
+    except ImportError:  # not on Windows
+        return
+    resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+
+
+def _array(data: Any, kinds: str) -> Any:
+    import h5py
+
+    if not isinstance(data, h5py.Dataset) or data.dtype.base.kind not in kinds:
+        raise ValueError(f"{getattr(data, 'name', 'an array')} is not an array of numbers")
+    if data.size > min(_MOST, 1000 * data.file.id.get_filesize()):
+        raise ValueError(f"{data.name} announces {data.size} numbers")
+    return data[()]
+
+
+def _only(group: Any, thing: str) -> Any:
+    names = list(group)
+    if len(names) != 1:
+        raise ValueError(f"it holds {len(names)} {thing}, one is needed")
+    return group[names[0]]
+
+
+def _groups(families: Any) -> dict[str, list[str]]:
+    """Names by number of the family."""
+    found = {}
+    for family in (families or {}).values():
+        if "GRO" in family:
+            rows = _array(family["GRO/NOM"], "iu").reshape(-1, 80)
+            found[str(int(family.attrs["NUM"]))] = [
+                bytes(row.astype("u1")).split(b"\0")[0].decode("utf-8", "replace").strip() for row in rows
+            ]
+    return found
+
+
+def _serve(path: str, result: str) -> None:
+    import h5py
+    import numpy as np
+
+    with h5py.File(path, "r") as file:
+        whole = _only(file["ENS_MAA"], "meshes")
+        name = whole.name.rsplit("/", 1)[1]
+        step = _only({key: whole[key] for key in whole if isinstance(whole[key], h5py.Group)}, "steps")
+        arrays: dict[str, Any] = {"points": _array(step["NOE/COO"], "f")}
+        if "NOE/FAM" in step:
+            arrays["family"] = _array(step["NOE/FAM"], "iu")
+        for kind, cells in step["MAI"].items():
+            arrays[f"nodes {kind}"] = _array(cells["NOD"], "iu")
+            if "FAM" in cells:
+                arrays[f"family {kind}"] = _array(cells["FAM"], "iu")
+        families = file.get(f"FAS/{name}", {})
+        names = {"points": _groups(families.get("NOEUD")), "cells": _groups(families.get("ELEME"))}
+    np.savez(result, names=np.array(json.dumps(names)), **arrays)
+
+
+if __name__ == "__main__":
+    _limit_memory()
+    try:
+        _serve(*sys.argv[1:3])
+    except Exception as error:
+        print(" ".join(str(error).split()) or type(error).__name__, file=sys.stderr)
+        sys.exit(1)

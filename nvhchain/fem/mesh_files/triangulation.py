@@ -1,0 +1,110 @@
+"""Faces of a mesh file → triangles whose corners are joined."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import KDTree
+
+from nvhchain.errors import require
+from nvhchain.fem.mesh_files.contents import MeshFile
+from nvhchain.handoff import FloatArray, IntArray
+
+JOINED = 1e-6
+"""Parts of the largest extent within which corners are one: single precision has 1e-7 of the largest coordinate."""
+
+_PAIRS = 30
+"""Pairs of corners within that distance, per corner, beyond which the file is no surface."""
+
+_HALVES = np.array([[[0, 1, 2], [0, 2, 3]], [[0, 1, 3], [1, 2, 3]]])
+_REFINED = {
+    "triangle6": [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]],
+    "triangle7": [[0, 3, 6], [3, 1, 6], [1, 4, 6], [4, 2, 6], [2, 5, 6], [5, 0, 6]],
+    "quad8": [[0, 4, 7], [4, 1, 5], [5, 2, 6], [6, 3, 7], [4, 5, 6], [4, 6, 7]],
+    "quad9": [[0, 4, 8], [4, 1, 8], [1, 5, 8], [5, 2, 8], [2, 6, 8], [6, 3, 8], [3, 7, 8], [7, 0, 8]],
+}
+"""Triangles of faces of second order, over all of their nodes."""
+
+
+def triangulated(mesh: MeshFile) -> tuple[FloatArray, IntArray, int]:
+    """Vertices (n, 3), triangles (m, 3), and the number of triangles left out that have two corners in one place.
+
+    Quads are divided along the diagonal between the flatter halves, larger faces about a corner, faces of second order
+    over their nodes.  Raises InputError for a file without faces or with faces that cannot be divided so.
+    """
+    parts = [_divided(mesh.points, kind, cells) for kind, cells in mesh.cells]
+    corners = np.vstack([np.empty((0, 3), dtype=np.int64), *parts])
+    require(len(corners) > 0, "holds no triangles: export a triangulated surface")
+    used, index = np.unique(corners, return_inverse=True)
+    vertices, joined = _joined(mesh.points[used])
+    triangles = joined[index.reshape(corners.shape)]
+    flat = (triangles == np.roll(triangles, 1, axis=1)).any(axis=1)
+    require(not flat.all(), "all of its triangles have two corners in one place: it holds no surface")
+    kept, numbers = np.unique(triangles[~flat], return_inverse=True)
+    return vertices[kept], numbers.reshape(-1, 3), int(flat.sum())
+
+
+def _joined(points: FloatArray) -> tuple[FloatArray, IntArray]:
+    """One point for all within `JOINED`, and its number for each."""
+    points, same = np.unique(points, axis=0, return_inverse=True)
+    same = same.ravel()
+    near = max(JOINED * float(np.ptp(points, axis=0).max()), float(np.spacing(np.float32(np.abs(points).max()))))
+    tree = KDTree(points)
+    count = (int(tree.count_neighbors(tree, near)) - len(points)) // 2
+    require(
+        count <= _PAIRS * len(points),
+        f"{len(points)} corners lie closer to each other than {near:.3g}, the precision of its coordinates: export it "
+        "about its own origin, or in double precision",
+    )
+    if not count:
+        return points, same
+    pairs = tree.query_pairs(near, output_type="ndarray").T
+    link = sp.coo_matrix((np.ones(pairs.shape[1], dtype=bool), pairs), shape=(len(points),) * 2)
+    number = connected_components(link, directed=False)[1]
+    first = np.unique(number, return_index=True)[1]
+    return points[first], number[same]
+
+
+def _divided(points: FloatArray, kind: str, cells: IntArray) -> IntArray:
+    """(m, 3) triangles of faces of one kind, none of other cells."""
+    if kind == "triangle":
+        return cells
+    if kind in _REFINED:
+        return cells[:, np.array(_REFINED[kind])].reshape(-1, 3)
+    if kind == "quad":
+        halves = cells[:, _HALVES]
+        flatness = _flatness(points, halves)
+        return halves[np.arange(len(cells)), flatness.argmax(axis=1)].reshape(-1, 3)
+    if not kind.startswith("polygon"):
+        return np.empty((0, 3), dtype=np.int64)
+    size = cells.shape[1]
+    require(
+        size <= 1000, f"a face has {size} corners, at most 1000 are read: triangulate the surface when exporting it"
+    )
+    best, least = np.empty((0, 3), dtype=np.int64), np.full(len(cells), -np.inf)
+    fan = np.stack([np.zeros(size - 2, dtype=int), np.arange(1, size - 1), np.arange(2, size)], axis=1)
+    found = np.empty((len(cells), size - 2, 3), dtype=np.int64)
+    for start in range(size):
+        best = cells[:, (fan + start) % size]
+        flatness = _flatness(points, best[:, None])[:, 0]
+        better = flatness > least + 1e-9
+        found[better], least[better] = best[better], flatness[better]
+        if (least > 0.5).all():
+            break
+    bad = int((least <= 0).sum())
+    require(
+        bad == 0,
+        f"{bad} faces of {size} corners cannot be divided about a corner: triangulate the surface when exporting it",
+    )
+    return found.reshape(-1, 3)
+
+
+def _flatness(points: FloatArray, triangles: IntArray) -> FloatArray:
+    """(n, ways): smallest cosine between the normal of a triangle and that of its face; triangles (n, ways, k, 3)."""
+    a, b, c = (points[triangles[..., i]] for i in range(3))
+    normal = np.cross(b - a, c - a)
+    whole = normal.sum(axis=2, keepdims=True)
+    size = np.linalg.norm(normal, axis=-1) * np.linalg.norm(whole, axis=-1)
+    cosine = np.einsum("...i,...i->...", normal, whole) / np.where(size > 0, size, 1.0)
+    return np.asarray(np.where(size > 0, cosine, 0.0).min(axis=2))

@@ -288,5 +288,5 @@ def test_meshes_that_cannot_be_used_are_refused(changed, changes, message):
 def test_files_that_are_no_meshes_are_refused(ending, tmp_path):
     path = tmp_path / f"gear.{ending}"
     path.write_text("not a mesh\n*ELEMENT, TYPE=C3D20\n1, 2\n")
-    with pytest.raises(FileFormatError, match="not a mesh in the|are not read: convert it"):
+    with pytest.raises(FileFormatError, match=r"not a mesh in the|are not read: convert it"):
         read_gear_mesh(path)

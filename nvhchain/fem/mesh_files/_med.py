@@ -9,8 +9,8 @@ from typing import Any
 _MEMORY = 8 << 30
 """Bytes of address space."""
 
-_MOST = 600_000_000
-"""Numbers in an array: an HDF5 file of a few kB may announce any number of them."""
+_MOST = 20
+"""Numbers in an array per byte of the file, which may announce any number of them."""
 
 
 def _limit_memory() -> None:
@@ -18,8 +18,10 @@ def _limit_memory() -> None:
         import resource
     except ImportError:  # not on Windows
         return
-    resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    for kind, most in ((resource.RLIMIT_AS, _MEMORY), (resource.RLIMIT_CORE, 0)):
+        hard = resource.getrlimit(kind)[1]
+        limit = most if hard == resource.RLIM_INFINITY else min(most, hard)
+        resource.setrlimit(kind, (limit, limit))
 
 
 def _array(data: Any, kinds: str) -> Any:
@@ -27,7 +29,7 @@ def _array(data: Any, kinds: str) -> Any:
 
     if not isinstance(data, h5py.Dataset) or data.dtype.base.kind not in kinds:
         raise ValueError(f"{getattr(data, 'name', 'an array')} is not an array of numbers")
-    if data.size > min(_MOST, 1000 * data.file.id.get_filesize()):
+    if data.size > _MOST * data.file.id.get_filesize():
         raise ValueError(f"{data.name} announces {data.size} numbers")
     return data[()]
 

@@ -21,7 +21,7 @@ NODES = {
 
 SOLIDS = ("tetra", "hexahedron", "wedge", "pyramid")
 
-MOST = 50_000_000
+MOST = 30_000_000
 """Points or cells of a mesh, and numbers of an announced array per its points: far above what can be computed."""
 
 FARTHEST = 1e9
@@ -90,10 +90,10 @@ def counted(count: Any, thing: str, place: str = "") -> int:
     return number
 
 
-def short(text: Any) -> str:
+def short(text: Any, most: int = 40) -> str:
     """Text of a file fit for a message: printable and short."""
     text = text.decode("latin-1") if isinstance(text, bytes) else str(text)
-    return ascii(text if len(text) <= 40 else text[:40] + "…")
+    return ascii(text if len(text) <= most else text[:most] + "...")
 
 
 class Numbering:
@@ -143,12 +143,12 @@ class Cursor:
     """A place in the bytes of a file of lines, which may have binary blocks between."""
 
     def __init__(self, data: bytes) -> None:
-        self.data, self.at = data, 0
+        self.data, self.at, self.last = data, 0, 0
 
     @property
     def place(self) -> str:
-        """The present line, for a message."""
-        return "line " + str(self.data.count(b"\n", 0, self.at) + 1)
+        """The line that was read last, for a message."""
+        return "line " + str(self.data.count(b"\n", 0, self.last) + 1)
 
     def fail(self, why: str) -> Damaged:
         """An error at the present place."""
@@ -159,7 +159,7 @@ class Cursor:
         while self.at < len(self.data):
             end = self.data.find(b"\n", self.at)
             end = len(self.data) if end < 0 else end
-            text, self.at = self.data[self.at : end].strip(), end + 1
+            text, self.at, self.last = self.data[self.at : end].strip(), end + 1, self.at
             if text:
                 return text
         return None

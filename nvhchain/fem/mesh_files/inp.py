@@ -26,9 +26,13 @@ _DEEPEST = 20
 
 def read_inp(path: Path) -> MeshFile:
     """Nodes, elements and sets of a flat file or of one part."""
-    deck = _Deck()
+    deck, levels = _Deck(), {"ASSEMBLY": False, "INSTANCE": False}
     for name, options, rows in _blocks(_lines(path, ())):
-        if name == "NODE":
+        if name.removeprefix("END ") in levels:
+            levels[name.removeprefix("END ")] = not name.startswith("END ")
+        elif levels["ASSEMBLY"] and not levels["INSTANCE"] and _of_assembly(name, options, rows):
+            continue
+        elif name == "NODE":
             deck.node(options, rows)
         elif name == "ELEMENT":
             deck.element(options, rows)
@@ -41,6 +45,12 @@ def read_inp(path: Path) -> MeshFile:
 
 _Row = tuple[int, list[str]]
 """Line and its fields."""
+
+
+def _of_assembly(name: str, options: dict[str, str], rows: list[_Row]) -> bool:
+    """Whether it belongs to points of the assembly itself (reference points), whose labels are those of no part."""
+    qualified = "INSTANCE" in options or all("." in field for _, row in rows for field in row if field)
+    return name in ("NODE", "ELEMENT") or (name in ("NSET", "ELSET") and not qualified)
 
 
 def _lines(path: Path, above: tuple[Path, ...]) -> Iterator[tuple[int, str]]:

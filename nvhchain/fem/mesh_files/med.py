@@ -34,7 +34,9 @@ def read_med(path: Path) -> MeshFile:
             raise Damaged(f"reading it did not end within {limit:.0f} s")
         if done.returncode != 0 or not result.exists():
             said = done.stderr.strip().splitlines()
-            raise Damaged(short(said[-1])[1:-1] if said and done.returncode == 1 else "the HDF5 library fails on it")
+            raise Damaged(
+                short(said[-1], 200)[1:-1] if said and done.returncode == 1 else "the HDF5 library fails on it"
+            )
         with np.load(result, allow_pickle=False) as file:
             arrays = {name: file[name] for name in file.files}
     names = json.loads(str(arrays["names"]))

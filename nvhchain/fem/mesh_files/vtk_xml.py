@@ -21,6 +21,9 @@ _TYPES = {
     "Int8": "i1", "UInt8": "u1", "Int16": "i2", "UInt16": "u2", "Int32": "i4", "UInt32": "u4", "Int64": "i8",
     "UInt64": "u8", "Float32": "f4", "Float64": "f8",
 }  # fmt: skip
+_MOST = 4
+"""Points, cells or corners per byte of the file: compressed data may announce any number of them."""
+
 _APPENDED = re.compile(rb"<AppendedData[^>]*>\s*_")
 
 
@@ -45,6 +48,7 @@ def read_vtk_xml(data: bytes) -> MeshFile:
 
 class _Document:
     def __init__(self, data: bytes) -> None:
+        self.most = _MOST * len(data)
         begin = _APPENDED.search(data)
         self.appended = b""
         if begin:
@@ -90,7 +94,7 @@ class _Document:
         return MeshFile(np.vstack([part.points for part in parts]), cells, joined)
 
     def _piece(self, piece: Any) -> MeshFile:
-        n_points = counted(piece.get("NumberOfPoints", "missing"), "points")
+        n_points = self._count(piece, "NumberOfPoints")
         array = piece.find("Points/DataArray")
         if array is None:
             raise Damaged("it has no Points")
@@ -98,9 +102,9 @@ class _Document:
         if self.kind == "PolyData":
             if counted(piece.get("NumberOfStrips", "0"), "strips"):
                 raise Damaged("it holds triangle strips: save it as triangles")
-            cells = by_size(*self._lists(piece, "Polys", counted(piece.get("NumberOfPolys", "0"), "polygons")))
+            cells = by_size(*self._lists(piece, "Polys", self._count(piece, "NumberOfPolys")))
         else:
-            count = counted(piece.get("NumberOfCells", "missing"), "cells")
+            count = self._count(piece, "NumberOfCells")
             types = self._values(self._named(piece, "Cells", "types"), count) if count else np.empty(0, dtype=int)
             cells = sorted_cells(*self._lists(piece, "Cells", count), types)
         arrays = {}
@@ -112,6 +116,12 @@ class _Document:
             if len(nodes) and (nodes.min() < 0 or nodes.max() >= n_points):
                 raise Damaged(f"cells of kind {kind} refer to points {nodes.min()}…{nodes.max()} of {n_points}")
         return MeshFile(points, cells, tagged_points(arrays, n_points))
+
+    def _count(self, piece: Any, name: str) -> int:
+        count = counted(piece.get(name, "missing"), "points or cells")
+        if count > self.most:
+            raise Damaged(f"{name} is {count} in a file of {self.most // _MOST} bytes")
+        return count
 
     def _named(self, piece: Any, group: str, name: str) -> Any:
         for array in piece.iterfind(f"{group}/DataArray"):
@@ -125,6 +135,8 @@ class _Document:
             return np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)
         ends = self._values(self._named(piece, group, "offsets"), count).astype(np.int64)
         size = counted(ends[-1], "corners")
+        if size > self.most:
+            raise Damaged(f"{size} corners are announced in a file of {self.most // _MOST} bytes")
         return self._values(self._named(piece, group, "connectivity"), size).astype(np.int64), ends
 
     def _values(self, array: Any, count: int) -> Any:

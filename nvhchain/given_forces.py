@@ -16,7 +16,7 @@ import numpy as np
 from nvhchain.case import GearboxCase
 from nvhchain.dynamics import static_bearing_forces
 from nvhchain.errors import AccuracyWarning
-from nvhchain.handoff import BearingForces, FloatArray, ForceSpectrum
+from nvhchain.handoff import BearingForces, ComplexArray, FloatArray, ForceSpectrum
 
 SPEED_OFF = 0.05
 """Of the highest speed of the case: a driving motor under load slips by less."""
@@ -33,6 +33,8 @@ SHAFT_OFF = 0.2
 
 def tell_of_forces(case: GearboxCase, forces: BearingForces) -> None:
     """AccuracyWarning where `forces` can hardly be those of the case."""
+    if not _moves(forces.force):
+        return
     _check_seats(case, forces)
     _check_speed(case, forces.input_speed)
     if forces.periodic:
@@ -43,12 +45,23 @@ def tell_of_forces(case: GearboxCase, forces: BearingForces) -> None:
 
 def tell_of_spectrum(case: GearboxCase, spectrum: ForceSpectrum) -> None:
     """AccuracyWarning where `spectrum` can hardly be that of the case: its speed where it has one, its line at 0 Hz."""
+    if not _moves(spectrum.force):
+        return
     if spectrum.input_speed > 0.0:
         _check_speed(case, np.array([spectrum.input_speed]))
     if spectrum.frequency[0] == 0.0:
         lines = spectrum.in_order(tuple(bearing.name for bearing in case.bearings))
         moving = np.sqrt(0.5 * (np.abs(lines[1:]) ** 2).sum(axis=0))
         _check_means(case, lines[0].real, float(moving.max()))
+
+
+def _moves(force: FloatArray | ComplexArray) -> bool:
+    _told(
+        bool(force.any()),
+        "all of them are exactly zero: nothing moves the housing and the run is silent; look at the channels of the "
+        "record",
+    )
+    return bool(force.any())
 
 
 def _check_seats(case: GearboxCase, forces: BearingForces) -> None:

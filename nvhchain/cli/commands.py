@@ -248,10 +248,11 @@ def check(options: argparse.Namespace) -> int:
     """Read a case and the file of its housing."""
     from nvhchain.advice import advice
     from nvhchain.case import GearboxCase, load_case
-    from nvhchain.scene import check_file, check_held
+    from nvhchain.scene import check_driven, check_file, check_held
 
     case = load_case(options.case)
     check_held(case)
+    check_driven(case)
     check_file(case)
     show(f"{options.case}: {case.name} is valid")
     for why in advice(case) if isinstance(case, GearboxCase) else ():

@@ -63,9 +63,11 @@ class RunUpBand:
 
 
 def _mean_energy(level: FloatArray) -> FloatArray:
-    """dB over axis 0, of which -inf is silence."""
+    """dB over axis 0, of which -inf is no lower limit."""
+    loudest = level.max(axis=0)
+    highest = np.where(np.isfinite(loudest), loudest, 0.0)  # whose energy need not be a number, as that of silence
     with np.errstate(divide="ignore"):
-        return np.asarray(10 * np.log10((10 ** (level / 10)).mean(axis=0)))
+        return np.asarray(highest + 10 * np.log10((10 ** ((level - highest) / 10)).mean(axis=0)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,9 +185,11 @@ def _speeds(case: GearboxCase, forces: BearingForces) -> FloatArray:
 def _interpolation(
     vectors: TransferVectors, housing: ReducedHousing, spectrum: ForceSpectrum, fidelity: Fidelity
 ) -> dict[str, FloatArray]:
-    """Error (n_f, n_point) Pa of interpolation between masters where these forces act."""
+    """Error (n_f, n_point) Pa of interpolation between masters where these forces act; none at lines without force."""
     if len(vectors.frequency) < 3:
         return {}
     velocity = respond(housing, spectrum)
-    estimate = acoustics.interpolation_error(vectors, velocity, fidelity=fidelity.acoustics)
+    estimate = np.zeros((len(spectrum.frequency), len(vectors.points)))
+    loaded = np.searchsorted(spectrum.frequency, velocity.frequency)
+    estimate[loaded] = acoustics.interpolation_error(vectors, velocity, fidelity=fidelity.acoustics)
     return {"masters": MASTER_MARGIN * estimate / COVERAGE}

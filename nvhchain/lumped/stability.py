@@ -37,9 +37,14 @@ def floquet_multipliers(pair: GearPair, mesh_frequency: float, *, fidelity: Lump
     """(2,) eigenvalues of the map that small motions in contact undergo over one body period.
 
     From two integrations with k(θ), c and m of the pair, without load and backlash; the motion is stable while both
-    moduli lie below 1.
+    moduli lie below 1, without damping while both are 1.
     """
     check_arguments(floquet_multipliers, locals())
+    return np.asarray(np.linalg.eigvals(_monodromy(pair, mesh_frequency, fidelity)), dtype=complex)
+
+
+def _monodromy(pair: GearPair, mesh_frequency: float, fidelity: LumpedFidelity) -> FloatArray:
+    """(2, 2) map of (x, ẋ/ω_n) over one body period."""
     require(
         isfinite(mesh_frequency) and mesh_frequency > 0,
         f"mesh frequency {mesh_frequency:g} Hz must be positive and finite",
@@ -55,23 +60,33 @@ def floquet_multipliers(pair: GearPair, mesh_frequency: float, *, fidelity: Lump
     )
     scale = np.array([[1.0], [pair.angular_frequency]])
     motion = integrate([free, free], windows, state=scale * np.eye(2), fidelity=fidelity)
-    return np.asarray(np.linalg.eigvals(motion.state / scale), dtype=complex)
+    return np.asarray(motion.state / scale)
 
 
 def stability_limit(pair: GearPair, stable: float, unstable: float, *, fidelity: LumpedFidelity = LUMPED) -> float:
     """Mesh frequency (Hz) between `stable` and `unstable` at which parametric resonance sets in.
 
     Raises InputError where the two are not on different sides of a limit.
+
+    Notes
+    -----
+    Multipliers solve λ² − λ tr M + det M = 0, M the map over one body period.  With det M ≤ 1, as damping ζ ≥ 0 makes
+    it, both moduli are at most 1 where abs(tr M) ≤ 1 + det M (E. I. Jury's criterion).  Unlike the moduli, which all are 1 where an undamped pair is stable, the difference changes its sign.
     """
     check_arguments(stability_limit, locals())
 
     def excess(frequency: float) -> float:
-        return float(np.log(np.abs(floquet_multipliers(pair, frequency, fidelity=fidelity)).max()))
+        flow = _monodromy(pair, frequency, fidelity)
+        return float(abs(np.trace(flow)) - 1.0 - np.linalg.det(flow))
 
     low, high = excess(stable), excess(unstable)
     require(
         low < 0 < high,
-        f"the largest multiplier is {np.exp(low):.4g} at {stable:g} Hz and {np.exp(high):.4g} at {unstable:g} Hz: "
-        "give a frequency where it is below 1 and one where it is above",
+        f"motions are {_word(low)} at {stable:g} Hz and {_word(high)} at {unstable:g} Hz (abs(trace) - 1 - determinant "
+        f"of their map {low:.3g} and {high:.3g}): give a stable frequency and an unstable one",
     )
     return float(brentq(excess, stable, unstable, xtol=1e-9 * stable))
+
+
+def _word(excess: float) -> str:
+    return "unstable" if excess > 0 else "stable"

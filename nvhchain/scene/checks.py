@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from math import pi
 
 from nvhchain import housing
 from nvhchain.case import RADIATED, Case, GearboxCase
@@ -94,6 +95,7 @@ def check_knobs(case: Case, fidelity: Fidelity, given: Collection[str] = ()) -> 
             "all directions by its definition: choose radiation = boundary_elements"
         )
     check_held(case, given)
+    check_driven(case, given)
     if not isinstance(case, GearboxCase):
         return
     if not forced(given) and "mesh_laws" not in given:
@@ -136,6 +138,21 @@ def check_held(case: Case, given: Collection[str] = ()) -> None:
         raise InputError(
             f"{case.name}: housing bolts = 0: nothing holds the casting, whose rigid motion no bearing takes: "
             "give it bolts, or the run its bearing forces"
+        )
+
+
+def check_driven(case: Case, given: Collection[str] = ()) -> None:
+    """Refuse (InputError) idle gears at constant speed, whose forces are exactly zero, unless forces are given.
+
+    given: as `preflight` takes it.
+    """
+    if not isinstance(case, GearboxCase) or case.operation.input_torque != 0 or forced(given):
+        return
+    speed, ramp = case.operation.input_speed, case.operation.ramp
+    if ramp is None or ramp.end_speed == speed:
+        raise InputError(
+            f"{case.name}: input_torque = 0 N m at a constant {30 / pi * speed:.4g} rpm: nothing moves idle gears, their "
+            "forces would be exactly zero: give input_torque, a ramp to another end_speed, or the run its bearing forces"
         )
 
 

@@ -7,6 +7,7 @@ Sources: the backbone from piecewise closed-form motion; edges and threshold fro
 import numpy as np
 import pytest
 from scipy.optimize import brentq, minimize_scalar
+from scipy.special import mathieu_a, mathieu_b
 
 from nvhchain.errors import InputError
 from nvhchain.lumped import GearPair, Windows, backbone_frequency, floquet_multipliers, integrate, stability_limit
@@ -52,6 +53,25 @@ def test_edges_of_the_principal_instability_of_mathieus_equation(mathieu):
     assert upper == pytest.approx(2.1412, rel=1e-4)
 
 
+@pytest.mark.parametrize("epsilon", [0.02, 0.3])
+def test_edges_of_an_undamped_pair_are_characteristic_values_of_mathieus_equation(mathieu, epsilon):
+    """y″ + (a − 2q cos 2τ) y = 0 with a = 4 (ω_n/Ω)², q = ε a/2: a = a₁(q) and b₁(q) (Abramowitz & Stegun, 20.2)."""
+    pair = mathieu(epsilon, 0.0)
+    lower = stability_limit(pair, (2.0 - epsilon) * FREQUENCY, 2.0 * FREQUENCY) / FREQUENCY
+    upper = stability_limit(pair, (2.0 + epsilon) * FREQUENCY, 2.0 * FREQUENCY) / FREQUENCY
+    for found, characteristic, side in ((lower, mathieu_a, -1), (upper, mathieu_b, 1)):
+        a = brentq(lambda a, of=characteristic: of(1, 0.5 * epsilon * a) - a, 0.5, 2.0, xtol=1e-12)
+        assert found == pytest.approx(2.0 / np.sqrt(a), rel=1e-5)
+        assert found == pytest.approx(2.0 + side * epsilon / 2.0, abs=0.25 * epsilon**2)
+
+
+def test_edge_of_faint_damping_goes_over_into_that_of_none(mathieu):
+    damped, undamped = (
+        stability_limit(mathieu(0.3, zeta), 1.7 * FREQUENCY, 2.0 * FREQUENCY) for zeta in (1e-6, 0.0)
+    )
+    assert damped == pytest.approx(undamped, rel=1e-6)
+
+
 def test_threshold_of_parametric_resonance_is_four_times_the_damping(mathieu):
     def strongest(epsilon):
         pair = mathieu(epsilon, 0.02)
@@ -73,5 +93,5 @@ def test_multipliers_of_constant_stiffness_are_those_of_the_damped_oscillator(ma
 
 
 def test_limit_needs_a_stable_and_an_unstable_speed(mathieu):
-    with pytest.raises(InputError, match="below 1 and one where it is above"):
+    with pytest.raises(InputError, match="are stable at .* and stable at .* give a stable frequency and an unstable one"):
         stability_limit(mathieu(0.3, 0.02), 1.5 * FREQUENCY, 1.7 * FREQUENCY)

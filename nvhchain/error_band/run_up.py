@@ -125,7 +125,8 @@ def run_up_band(
     vectors = modal.transfer_vectors(transfer_vectors, housing, lines, fidelity)
     told = transfer_vectors.provenance
     radiated = radiation_error(housing.surface, lines, case, fidelity.acoustics, told)
-    sounds = [np.abs(acoustics.modal_pressure(vectors, housing, instant.spectrum).pressure) for instant in instants]
+    heard = [acoustics.modal_pressure(vectors, housing, instant.spectrum) for instant in instants]
+    sounds = [_at_lines(lines, one.frequency, np.abs(one.pressure)) for one in heard]
     loudest = int(np.argmax([np.linalg.norm(sound) for sound in sounds]))
     between = _interpolation(transfer_vectors, housing, instants[loudest].spectrum, fidelity)
     change = force_change(case, fidelity, housing, mesh_laws, _middle(instants))
@@ -189,7 +190,12 @@ def _interpolation(
     if len(vectors.frequency) < 3:
         return {}
     velocity = respond(housing, spectrum)
-    estimate = np.zeros((len(spectrum.frequency), len(vectors.points)))
-    loaded = np.searchsorted(spectrum.frequency, velocity.frequency)
-    estimate[loaded] = acoustics.interpolation_error(vectors, velocity, fidelity=fidelity.acoustics)
-    return {"masters": MASTER_MARGIN * estimate / COVERAGE}
+    estimate = acoustics.interpolation_error(vectors, velocity, fidelity=fidelity.acoustics)
+    return {"masters": MASTER_MARGIN * _at_lines(spectrum.frequency, velocity.frequency, estimate) / COVERAGE}
+
+
+def _at_lines(lines: FloatArray, loaded: FloatArray, values: FloatArray) -> FloatArray:
+    """Values (n_f, n_place) at all lines from those at the `loaded` ones: zero where no force acts."""
+    everywhere = np.zeros((len(lines), values.shape[1]))
+    everywhere[np.searchsorted(lines, loaded)] = values
+    return everywhere

@@ -71,7 +71,8 @@ def stability_limit(pair: GearPair, stable: float, unstable: float, *, fidelity:
     Notes
     -----
     Multipliers solve λ² − λ tr M + det M = 0, M the map over one body period.  With det M ≤ 1, as damping ζ ≥ 0 makes
-    it, both moduli are at most 1 where abs(tr M) ≤ 1 + det M (E. I. Jury's criterion).  Unlike the moduli, which all are 1 where an undamped pair is stable, the difference changes its sign.
+    it, both moduli are at most 1 where abs(tr M) ≤ 1 + det M (E. I. Jury's criterion).  The moduli of an undamped pair
+    are 1 wherever it is stable; the difference changes its sign there, too.
     """
     check_arguments(stability_limit, locals())
 

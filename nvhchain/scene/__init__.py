@@ -5,4 +5,15 @@ from nvhchain.scene.checks import check_driven, check_file, check_held, check_kn
 from nvhchain.scene.planned import Plan, Stage
 from nvhchain.scene.planning import plan
 
-__all__ = ["Plan", "Stage", "check_driven", "check_file", "check_held", "check_knobs", "forced", "plan", "preflight", "stages_to_make"]
+__all__ = [
+    "Plan",
+    "Stage",
+    "check_driven",
+    "check_file",
+    "check_held",
+    "check_knobs",
+    "forced",
+    "plan",
+    "preflight",
+    "stages_to_make",
+]

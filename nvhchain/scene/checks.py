@@ -151,8 +151,9 @@ def check_driven(case: Case, given: Collection[str] = ()) -> None:
     speed, ramp = case.operation.input_speed, case.operation.ramp
     if ramp is None or ramp.end_speed == speed:
         raise InputError(
-            f"{case.name}: input_torque = 0 N m at a constant {30 / pi * speed:.4g} rpm: nothing moves idle gears, their "
-            "forces would be exactly zero: give input_torque, a ramp to another end_speed, or the run its bearing forces"
+            f"{case.name}: input_torque = 0 N m at a constant {30 / pi * speed:.4g} rpm: nothing moves idle gears, "
+            "their forces would be exactly zero: give input_torque, a ramp to another end_speed, or the run its "
+            "bearing forces"
         )
 
 

@@ -66,9 +66,7 @@ def test_edges_of_an_undamped_pair_are_characteristic_values_of_mathieus_equatio
 
 
 def test_edge_of_faint_damping_goes_over_into_that_of_none(mathieu):
-    damped, undamped = (
-        stability_limit(mathieu(0.3, zeta), 1.7 * FREQUENCY, 2.0 * FREQUENCY) for zeta in (1e-6, 0.0)
-    )
+    damped, undamped = (stability_limit(mathieu(0.3, zeta), 1.7 * FREQUENCY, 2.0 * FREQUENCY) for zeta in (1e-6, 0.0))
     assert damped == pytest.approx(undamped, rel=1e-6)
 
 
@@ -93,5 +91,5 @@ def test_multipliers_of_constant_stiffness_are_those_of_the_damped_oscillator(ma
 
 
 def test_limit_needs_a_stable_and_an_unstable_speed(mathieu):
-    with pytest.raises(InputError, match="are stable at .* and stable at .* give a stable frequency and an unstable one"):
+    with pytest.raises(InputError, match=r"are stable at .* and stable at .* give a stable frequency"):
         stability_limit(mathieu(0.3, 0.02), 1.5 * FREQUENCY, 1.7 * FREQUENCY)

@@ -17,6 +17,7 @@ from nvhchain.conventions import REFERENCE_VELOCITY
 from nvhchain.errors import require
 from nvhchain.fem import mesh_files
 from nvhchain.fem.mesh_files import MeshFile
+from nvhchain.files.whole import in_memory
 from nvhchain.handoff import FloatArray, ReducedHousing, Surface, SurfaceVelocity
 from nvhchain.interop.records import whole
 from nvhchain.interop.surface_motion import vertex_motion

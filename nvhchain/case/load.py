@@ -63,10 +63,12 @@ def _place_meshes(gears: Any, folder: Path) -> None:
 def _read(path: Path, seen: tuple[Path, ...]) -> dict[str, Any]:
     require(path.resolve() not in seen, f"{path}: base files refer to each other in a circle")
     try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
+        table = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path}: byte {error.start + 1} is none of UTF-8 text: save the file as UTF-8") from None
+    except tomllib.TOMLDecodeError as error:
         raise InputError(f"{path}: not valid TOML: {error}") from None
     _check_texts(table, f"{path}")
     base = table.pop("base", None)

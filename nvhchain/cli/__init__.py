@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import os
+import sys
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 from nvhchain.cli.arguments import parser
-from nvhchain.cli.console import Console
+from nvhchain.cli.console import Console, standard_streams
 from nvhchain.cli.output import show
 from nvhchain.cli.termination import Terminated, termination_interrupts
 from nvhchain.errors import InputError, SolverError
@@ -17,11 +20,18 @@ __all__ = ["Console", "main", "parser"]
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit code."""
-    options = parser().parse_args(arguments)
+    with standard_streams():
+        return _reported(arguments)
+
+
+def _reported(arguments: Sequence[str] | None) -> int:
+    """Exit code of a command, whose failure is one line."""
     try:
-        with termination_interrupts(), warnings.catch_warnings():
-            warnings.showwarning = _warn
-            return int(options.action(options))
+        try:
+            with termination_interrupts():
+                return _command(arguments)
+        finally:
+            sys.stdout.flush()  # what could not be printed is a failure, too
     except InputError as error:
         show(f"nvhchain: {_one_line(error)}", error=True)
         return 2
@@ -34,6 +44,35 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt as signal:
         show("nvhchain: interrupted; finished stages are kept and will be found again", error=True)
         return 143 if isinstance(signal, Terminated) else 130
+
+
+def _command(arguments: Sequence[str] | None) -> int:
+    options = parser().parse_args(arguments)
+    _check_environment()
+    with _warnings_shown():
+        return int(options.action(options))
+
+
+def _check_environment() -> None:
+    """Refuse numbers of threads with which numba cannot be imported; an empty one is none."""
+    name = "NUMBA_NUM_THREADS"
+    value = os.environ.get(name, "").strip()
+    if not value:
+        os.environ.pop(name, None)
+    elif not (value.isascii() and value.isdigit() and int(value) > 0):
+        raise InputError(f"{name} = {value} must be a whole number, 1 or more: correct the variable or unset it")
+
+
+@contextmanager
+def _warnings_shown() -> Iterator[None]:
+    """Warnings in one line each; `python -W error` makes none of them an error, as those of other packages would be."""
+    with warnings.catch_warnings():
+        if any(action == "error" for action, *_ in warnings.filters):
+            warnings.resetwarnings()
+            for category in (DeprecationWarning, PendingDeprecationWarning, ImportWarning, ResourceWarning):
+                warnings.simplefilter("ignore", category)
+        warnings.showwarning = _warn
+        yield
 
 
 def _warn(message: Warning | str, *_: Any, **__: Any) -> None:

@@ -20,7 +20,11 @@ class _Parser(argparse.ArgumentParser):
 
 
 def _folder(name: str) -> str:
-    if Path(name).exists() and not Path(name).is_dir():
+    try:
+        is_file = Path(name).exists() and not Path(name).is_dir()
+    except OSError as error:
+        raise argparse.ArgumentTypeError(f"{name}: {error.strerror}: name another folder") from None
+    if is_file:
         raise argparse.ArgumentTypeError(f"{name} is a file: name a folder, which need not exist")
     return name
 

@@ -1,10 +1,89 @@
-"""What the command line shows while it works."""
+"""What the command line shows while it works, on whatever takes it."""
 
 from __future__ import annotations
 
+import codecs
+import os
 import sys
 import time
-from typing import Any
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
+from typing import Any, TextIO, cast
+
+_PLAIN = {
+    "…": "...", "–": "-", "−": "-", "·": "*", "×": "x", "±": "+-", "≤": "<=", "≥": ">=", "→": "->",
+    "µ": "u", "°": " deg", "²": "^2", "³": "^3", "½": "1/2",
+}  # fmt: skip
+"""Spelling of characters that a terminal cannot show."""
+
+
+def _spelt_out(error: UnicodeError) -> tuple[str, int]:
+    """Handler of encoding errors: characters of `_PLAIN` in ASCII, others by their number."""
+    assert isinstance(error, UnicodeEncodeError)
+    lacking = error.object[error.start : error.end]
+    spelt = [_PLAIN.get(character) or character.encode("ascii", "backslashreplace").decode() for character in lacking]
+    return "".join(spelt), error.end
+
+
+codecs.register_error("nvhchain.spelt_out", _spelt_out)
+
+
+class _Stream:
+    """A standard stream that spells out what its encoding lacks, and takes no notice of a reader that has left.
+
+    optional: whether nothing else that fails matters either, as a full disk under a log.
+    """
+
+    def __init__(self, stream: TextIO, *, optional: bool) -> None:
+        self._stream, self._optional = stream, optional
+
+    def write(self, text: str) -> int:
+        encoding = self._stream.encoding or "utf-8"
+        plain = text.encode(encoding, "nvhchain.spelt_out").decode(encoding)
+        try:
+            self._stream.write(plain)
+        except OSError as error:
+            self._give_up(error)
+        return len(text)
+
+    def flush(self) -> None:
+        try:
+            self._stream.flush()
+        except OSError as error:
+            self._give_up(error)
+
+    def _give_up(self, error: OSError) -> None:
+        """Send what waits, and what follows, to nobody: Python itself would try again at its end."""
+        with suppress(OSError), open(os.devnull, "wb") as nobody:
+            os.dup2(nobody.fileno(), self._stream.fileno())
+        if not (self._optional or isinstance(error, BrokenPipeError)):
+            raise error
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+
+@contextmanager
+def standard_streams() -> Iterator[None]:
+    """Standard streams on which printing works, closed ones included.
+
+    The number of a closed stream would be that of the next file opened, into which a library could then print.
+    """
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # takes the lowest number that is free
+    before = sys.stdout, sys.stderr
+    with ExitStack() as stack:
+        out, err = (stream or stack.enter_context(open(os.devnull, "w", encoding="utf-8")) for stream in before)
+        sys.stdout = cast(TextIO, _Stream(out, optional=False))
+        sys.stderr = cast(TextIO, _Stream(err, optional=True))
+        try:
+            yield
+        finally:
+            sys.stderr.flush()
+            sys.stdout, sys.stderr = before
 
 from nvhchain.cli.output import show
 from nvhchain.names import printable

@@ -130,13 +130,12 @@ def _starts_processes(tree):
     for node in ast.walk(tree):
         if isinstance(node, ast.Import) and any(alias.name.partition(".")[0] in STARTERS for alias in node.names):
             return True
-        if isinstance(node, ast.ImportFrom) and (node.module or "").partition(".")[0] in STARTERS:
-            if [alias.name for alias in node.names] != ["Popen"]:
+        if isinstance(node, ast.ImportFrom):
+            home, names = (node.module or "").partition(".")[0], {alias.name for alias in node.names}
+            if "ProcessPoolExecutor" in names or (home in STARTERS and names != {"Popen"}):
                 return True
-        if isinstance(node, ast.ImportFrom) and node.module == "concurrent.futures":
-            if any(alias.name == "ProcessPoolExecutor" for alias in node.names):
+            if home == "os" and any(name.startswith(IN_OS) for name in names):
                 return True
-        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "os":
-            if node.attr.startswith(IN_OS):
-                return True
+        if isinstance(node, ast.Attribute) and ast.unparse(node.value) == "os" and node.attr.startswith(IN_OS):
+            return True
     return False

@@ -93,7 +93,7 @@ def _alone(path: Path | None) -> Iterator[None]:
     if path is None:
         yield
         return
-    place = hashlib.sha256(str(path.resolve()).encode()).hexdigest()[:16]
+    place = hashlib.sha256(os.fsencode(path.resolve())).hexdigest()[:16]
     lock = Path(tempfile.gettempdir(), f"nvhchain-{os.getuid()}-{place}.lock")
     hold = FileLock(lock)
     try:

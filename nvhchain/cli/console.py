@@ -36,6 +36,7 @@ class _Stream:
 
     def __init__(self, stream: TextIO, *, optional: bool) -> None:
         self._stream, self._optional = stream, optional
+        self._error: OSError | None = None
 
     def write(self, text: str) -> int:
         encoding = self._stream.encoding or "utf-8"
@@ -47,6 +48,9 @@ class _Stream:
         return len(text)
 
     def flush(self) -> None:
+        """Write what waits; raises what has failed before, too, as argparse takes no notice of it."""
+        if self._error is not None:
+            raise self._error
         try:
             self._stream.flush()
         except OSError as error:
@@ -57,6 +61,7 @@ class _Stream:
         with suppress(OSError), open(os.devnull, "wb") as nobody:
             os.dup2(nobody.fileno(), self._stream.fileno())
         if not (self._optional or isinstance(error, BrokenPipeError)):
+            self._error = error
             raise error
 
     def __getattr__(self, name: str) -> Any:

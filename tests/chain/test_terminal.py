@@ -70,6 +70,8 @@ def test_levels_that_cannot_be_written_are_one_line_and_a_failure(finished):
     with open("/dev/full", "w") as full:
         done = ran(finished, stdout=full, stderr=subprocess.PIPE)
         assert (done.returncode, done.stderr) == (1, f"{FOUND}nvhchain: [Errno 28] No space left on device\n")
+        helped = subprocess.run([*command(finished), "--help"], stdout=full, stderr=subprocess.PIPE, encoding="utf-8")
+        assert (helped.returncode, helped.stderr) == (1, "nvhchain: [Errno 28] No space left on device\n")
         assert ran(finished, stderr=full, stdout=subprocess.PIPE).returncode == 0
 
 

@@ -16,13 +16,13 @@ from nvhchain.errors import InputError
 
 MEASURED = {"friction": 13.1, "shuttling": 15.7, "flexible_shafts": -27.3, "gyroscopic": -0.003}
 """dB, what each did to the worst mesh harmonic of the bearing forces of the example gearbox at 2500 rpm
-(docs/measured/dynamics_options.md)."""
+(docs/measured/dynamics/options.md)."""
 NOTICED_SWING = 1e-3
 """Of the distance of a shaft's bearings, by which a mesh's load moves along the face: 0.05 % of its force then
 alternates at each bearing, some 30 dB below what a mesh stiffness that swings by 2 % makes."""
 NOTICED_SPLIT = 0.1
 """Of a tilting frequency, by which gyroscopic terms part it: the width of a resonance damped by 5 %, as bearings damp
-tilting; 5 %, the example at 20 000 rpm, is no more than a few hundredths of a decibel (benchmarks/dynamics_options.py,
+tilting; 5 %, the example at 20 000 rpm, is no more than a few hundredths of a decibel (benchmarks/dynamics/options.py,
 `speeds`)."""
 NOTICED_GIVE = 0.1
 """Of what a gear gives way on its bearings: 5 % of a natural frequency."""

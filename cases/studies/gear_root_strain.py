@@ -1,12 +1,13 @@
 """Root strain of a slotted gear over and between its slots, by static modes and by nodal forces with friction.
 
-python cases/studies/gear_root_strain.py OUT [DOCS]
+python cases/studies/gear_root_strain.py OUT [publish]
 
 Thesis of S. Shweiki, ch. 4: a solid gear drives that of pair B, three slots in its web. Of a tooth over a slot and one
 over the bulky part between two: strain of a gauge on the root fillet below the loaded flank against angle at 50 and
 300 Nm; von Mises stress of three root elements by static modes and by nodal forces; of five by nodal forces with
 friction 0.3 and 0 at 250 Nm, where single contact is farthest from the pitch point and over the passage, also of a
-solid wheel. Writes the figures to OUT, and the measured table with them to DOCS (docs/measured) where given.
+solid wheel. Writes the figures to OUT; with `publish` the measured table and the figures go to
+docs/measured/gear, too.
 """
 
 from __future__ import annotations
@@ -270,7 +271,7 @@ def main() -> None:
     rubbing.savefig(out / "root_friction.png", dpi=120)
     text = "\n".join(
         [
-            "Measured by `cases/studies/gear_root_strain.py`: pair B of the thesis, ch. 4 (57 teeth each, module 2.6 "
+            "Pair B of the thesis, ch. 4 (57 teeth each, module 2.6 "
             "mm, a solid gear drives one with three slots in a 12 mm web), its wheel; processor time. Fillet below "
             "the loaded flank, mid-width; places by the angle of their tangent with the tooth's centre line.",
             "",
@@ -291,11 +292,13 @@ def main() -> None:
         ]
     )
     print(text)
-    if len(sys.argv) > 2:
-        docs = Path(sys.argv[2])
-        (docs / "root_strain.md").write_text(text)
-        page.savefig(docs / "root_strain.png", dpi=90)
-        rubbing.savefig(docs / "root_friction.png", dpi=90)
+    if sys.argv[2:] == ["publish"]:
+        sys.path.insert(0, str(Path(__file__).parents[2]))
+        from benchmarks.publish import MEASURED, publish
+
+        publish("gear/root_strain", text)
+        page.savefig(MEASURED / "gear" / "root_strain.png", dpi=90)
+        rubbing.savefig(MEASURED / "gear" / "root_friction.png", dpi=90)
     assert three_worst < 0.07, f"static modes miss nodal forces by {100 * three_worst:.1f} % at a root element"
 
 

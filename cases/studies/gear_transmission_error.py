@@ -1,10 +1,10 @@
 """Quasi-static transmission error of lightweight gears over the body period, with and without friction.
 
-python cases/studies/gear_transmission_error.py OUT [DOCS]
+python cases/studies/gear_transmission_error.py OUT [publish]
 
 Thesis of S. Shweiki, ch. 4: a solid gear drives a thin-rimmed one (A) or one with three slots in its thicker web (B),
-10 µm of profile crowning, 50 to 300 Nm, friction 0 and 0.3. Leaves the curves and their order spectra in OUT, and the
-measured table with them in DOCS (docs/measured) where given.
+10 µm of profile crowning, 50 to 300 Nm, friction 0 and 0.3. Leaves the curves and their order spectra in OUT; with
+`publish` the measured table and the figures go to docs/measured/gear, too.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ def page(rows: list[str]) -> str:
     """What is measured."""
     return "\n".join(
         [
-            "Measured by `cases/studies/gear_transmission_error.py`: quasi-static transmission error over the body "
+            "Quasi-static transmission error over the body "
             "period of the pairs of the thesis, ch. 4, with 10 µm of profile crowning. Jump: just before the pitch "
             f"point, where friction turns, over just after it, {2 * BESIDE_PITCH:.2g} mesh periods apart; angle 0 is "
             "the pitch point.",
@@ -146,11 +146,13 @@ def main() -> None:
     order_spectra(spectra, mesh_order=57.0, spacing=3.0, highest=250.0, decades=4.0)[0].figure.savefig(
         orders_file, dpi=80
     )
-    if len(sys.argv) > 2:
-        docs = Path(sys.argv[2])
-        (docs / "thesis_transmission_error.md").write_text(page(rows))
-        figure.savefig(docs / "thesis_transmission_error.png", dpi=55)
-        (docs / "thesis_transmission_error_orders.png").write_bytes(orders_file.read_bytes())
+    if sys.argv[2:] == ["publish"]:
+        sys.path.insert(0, str(Path(__file__).parents[2]))
+        from benchmarks.publish import MEASURED, publish
+
+        publish("gear/thesis_transmission_error", page(rows))
+        figure.savefig(MEASURED / "gear" / "thesis_transmission_error.png", dpi=55)
+        (MEASURED / "gear" / "thesis_transmission_error_orders.png").write_bytes(orders_file.read_bytes())
     for (name, friction, torque), jump in jumps.items():
         low, high = (1.01, 1.3) if friction else (0.97, 1.03)
         assert low < jump < high, f"{name} at {torque} Nm, friction {friction}: ratio {jump:.3f} at the pitch point"

@@ -1,12 +1,12 @@
 """The four pairs of the thesis, ch. 3: transmission error and mesh stiffness against its table 3.2.
 
-python cases/studies/pairs_of_chapter_3.py OUT [DOCS]
+python cases/studies/pairs_of_chapter_3.py OUT [publish]
 
 A solid gear drives one with (a) a thin web, (b) 8 holes and the mass of (a), (c) a thinner web, (d) 3 slots and the
 mass of (c), at 350 Nm. Dimensions of the blanks are not given there: (a) and (c) are fitted here to mass and average
 mesh stiffness by web thickness and rim radius, (b) and (d) to mass: with the openings through a disc of full width, in
 a web between the hub and rim of (a) or (c), and (d) with slots that leave a thin rim. Keeps what is found in
-OUT/<name>.json, and writes the table to DOCS (docs/measured) where given.
+OUT/<name>.json; with `publish` the table goes to docs/measured/gear.
 """
 
 from __future__ import annotations
@@ -173,7 +173,7 @@ def page(records: dict[str, Record], solid: Record, narrow: Record, parted: Reco
     """What is measured, and why it deviates."""
     return "\n".join(
         [
-            "Measured by `cases/studies/pairs_of_chapter_3.py`: the four pairs of the thesis, ch. 3, at 350 Nm; "
+            "The four pairs of the thesis, ch. 3, at 350 Nm; "
             "average stiffness T/(r_b · mean STE), amplitudes of the STE at order 57 and at that of the openings.",
             "",
             *table(records),
@@ -238,8 +238,11 @@ def main() -> None:
             records[name] = found(out, name, lambda blank=blank: measured(blank, drive))  # type: ignore[misc]
     text = page(records, solid, narrow, parted)
     print(text)
-    if len(sys.argv) > 2:
-        (Path(sys.argv[2]) / "pairs_of_chapter_3.md").write_text(text)
+    if sys.argv[2:] == ["publish"]:
+        sys.path.insert(0, str(Path(__file__).parents[2]))
+        from benchmarks.publish import publish
+
+        publish("gear/pairs_of_chapter_3", text)
     chosen = {"a": "a", "b": "b full", "c": "c", "d": "d thin rim"}
     for quantity, ranking in (("stiffness", "dbca"), ("blank_order", "abd")):
         values = [records[chosen[name]][quantity] for name in ranking]

@@ -32,8 +32,9 @@ from nvhchain.handoff import FloatArray, RigidPlane, Surface, TransferVectors
 
 FACETS = 0.32
 """Error at field points relative to their peak, over the mean square of the angle (rad) under which neighbouring
-triangles meet: what facets do to a round body whose own velocity they are given. Measured (docs/measured/surfaces.md):
-0.13 where the facets enclose the body's volume, up to 1.1 where their corners lie on it."""
+triangles meet: what facets do to a round body whose own velocity they are given. Measured
+(docs/measured/acoustics/surfaces.md): 0.13 where the facets enclose the body's volume, up to 1.1 where their corners
+lie on it."""
 
 COARSENESS = 0.03
 """Error at low frequency relative to the peak at field points, over the square of the mean edge in radii of the sphere
@@ -53,11 +54,12 @@ in the same measurements."""
 BESIDE = 0.015
 """Error of the sound of a small body that shakes towards another one, relative to its peak, over the square of the
 longest edge there in distances from the small body's middle, less one: 0.39 to 4.2 times what was found; a tenth of
-that where it shakes along the other body, less where it pulsates (docs/measured/small_bodies.md)."""
+that where it shakes along the other body, less where it pulsates (docs/measured/acoustics/small_bodies.md)."""
 
 QUADRATURE_GROWTH = 2.0
 """Error at field points, over that of constant and linear pressures on the surface: 0.01 to 0.5 in
-docs/measured/quadrature.md; at the coarse edges of wedges of 5 and 20 degrees one to ten, the mesh's own included."""
+docs/measured/acoustics/quadrature.md; at the coarse edges of wedges of 5 and 20 degrees one to ten, the mesh's own
+included."""
 
 SLOW = 10.0
 """s of processor time per frequency spent on narrow gaps and needles above which that is said."""
@@ -85,7 +87,7 @@ def expected_accuracy(
     With needles, edges sharper than 60°, gaps narrower than the engine resolves (`bempp` cuts no triangles), or a
     singular_order below 3, also quadrature_error: of constant and linear pressures on the surface, relative; other
     pressures there err by up to eight times as much, sixty where all triangles are needles, their sound far less
-    (docs/measured/quadrature.md), and twice that is part of expected_error_low_dB.
+    (docs/measured/acoustics/quadrature.md), and twice that is part of expected_error_low_dB.
     With triangles longer than all but a twentieth of the area may be (`LOCAL_COARSENING`): coarse_share of the area,
     coarse_elements_per_wavelength of the longest one, and their error (`patch_error`) as part of expected_error_dB;
     expected_error_patch_dB bounds the error of sound that comes from behind them alone, wherever it is heard, and that

@@ -25,15 +25,15 @@ CANCELLATION = 0.22
 """Thrust that the error of the mesh leaves, relative to the area times the root mean square pressure on it, times the
 square of the mean edge over half the diagonal of the body that carries it, over the body's width by its length: a
 bound; rotating boxes and ellipsoids of irregular mesh, which radiate hardly anything else at low frequency, 0.004 to
-0.16 (docs/measured/sound_power.md), ellipsoids whose vertices are shifted by chance up to 0.21.  Of strips that bend
-all along the error is 0.5 dB at four edges a wave, be they as long as wide or 16 times as long.
+0.16 (docs/measured/acoustics/sound_power.md), ellipsoids whose vertices are shifted by chance up to 0.21.  Of strips
+that bend all along the error is 0.5 dB at four edges a wave, be they as long as wide or 16 times as long.
 Bodies of revolution that rotate about their own axis are beyond it: the facets alone move their air."""
 
 MAPPED = 0.01
 """Moment of volume velocity by which a motion errs that is mapped onto a coarser surface, over h² √(S ∫|∇v|² dS), h the
 mean edge there, S the area of the body: with it what is stated is 1.0 to 46 times what motions of more than 0.3 dB err
-by (docs/measured/sound_power.md), but 0.5 to 0.7 times where they do not resemble the true one any more (16 to
-23 dB)."""
+by (docs/measured/acoustics/sound_power.md), but 0.5 to 0.7 times where they do not resemble the true one any more (16
+to 23 dB)."""
 
 ESTIMATE = 2.9
 """Estimated pressures of motions over those of boundary elements, at most (`pressure_of_motion`)."""

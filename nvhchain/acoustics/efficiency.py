@@ -26,8 +26,8 @@ def equivalent_radiated_power(surface_velocity: SurfaceVelocity, air: Air) -> So
     """Power of plane waves that leave every face on their own, ρc S ⟨v_n²⟩: radiation efficiency 1.
 
     Neither the size of the body against the wavelength nor faces that cancel each other are seen: far too much where
-    the body is small, near the truth where its parts are several wavelengths apart (docs/measured/radiation.md).
-    Provenance and AccuracyWarning are those of `level_accuracy`.
+    the body is small, near the truth where its parts are several wavelengths apart
+    (docs/measured/acoustics/radiation.md). Provenance and AccuracyWarning are those of `level_accuracy`.
     """
     check_arguments(equivalent_radiated_power, locals())
     frequency = surface_velocity.frequency

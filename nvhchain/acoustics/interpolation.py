@@ -33,7 +33,7 @@ the first zero of the derivative of the Airy function), 0.55 to 0.6 on the gearb
 
 _OPTIMISM = 2.0
 """Factor on the estimated error: without it the estimate is half the truth in the mean over the bodies and numbers of
-masters of docs/measured/masters.md."""
+masters of docs/measured/acoustics/masters.md."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -49,9 +49,9 @@ ERRORS = {
         LevelError(np.inf, 1.7, 1.7, 8.0),
     ),
 }
-"""Per level of radiation: the worst of a box under bending waves and a gearbox (docs/measured/radiation.md) and of a
-sphere with v_n = P_0, P_1, P_2 (cos θ) (closed forms: tests/acoustics/test_rayleigh.py).  No bounds: P_3 errs by more
-(`CANCELLING`), by 19 and 36 dB at ka = 1."""
+"""Per level of radiation: the worst of a box under bending waves and a gearbox (docs/measured/acoustics/radiation.md)
+and of a sphere with v_n = P_0, P_1, P_2 (cos θ) (closed forms: tests/acoustics/test_rayleigh.py).  No bounds: P_3 errs
+by more (`CANCELLING`), by 19 and 36 dB at ka = 1."""
 
 SLOPES = {"rayleigh": 20.0, "equivalent_radiated_power": 60.0}
 """dB per decade by which the errors of a small sphere grow towards low frequencies (P_2, the worst of the three)."""

@@ -34,13 +34,13 @@ _FIRST = (2.0, 0.6)
 size, up to `_SPARSE`."""
 
 _SPARSE = 8
-"""Masters of a wide band to begin with at least. With seven, a resonance of the cavity of docs/measured/masters.md is
-missed for 1 dB (4.8 dB found) in a band from 50 Hz."""
+"""Masters of a wide band to begin with at least. With seven, a resonance of the cavity of
+docs/measured/acoustics/masters.md is missed for 1 dB (4.8 dB found) in a band from 50 Hz."""
 
 _TESTED = 0.5
 """Largest error at masters of test, and largest change by them anywhere, over the tolerance. With 1 the box of
-docs/measured/masters.md kept 0.42 dB where 0.3 were asked and the tests had found 0.27; where changes do not count a
-cavity of docs/measured/masters_close.md keeps 11 dB where 1 dB is asked."""
+docs/measured/acoustics/masters.md kept 0.42 dB where 0.3 were asked and the tests had found 0.27; where changes do not
+count a cavity of docs/measured/acoustics/masters_close.md keeps 11 dB where 1 dB is asked."""
 
 NARROWEST = 1e-7
 """Least width of a band relative to its upper end: masters are numbers of ten digits."""

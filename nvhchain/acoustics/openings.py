@@ -12,7 +12,7 @@ from nvhchain.handoff import ComplexArray, FloatArray, RigidPlane, Surface
 
 SHIFT = 0.02
 """Frequency by which a mesh misses the resonances of the air in openings, relative, over the longest edge in widths of
-the opening: 0.8 to 6 times what was found (docs/measured/openings.md)."""
+the opening: 0.8 to 6 times what was found (docs/measured/acoustics/openings.md)."""
 
 WIDEST = 2.8
 """Longest edge in widths of the opening above which the resonances are missed by no more."""

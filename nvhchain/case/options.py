@@ -11,12 +11,12 @@ from nvhchain.kinds import check_fields
 
 TILT_POINTS = 2
 """Across the face, of a mesh that tilts: as many as give slices side by side their exact resistance; with three the
-forces differ by 0.01 dB (docs/measured/dynamics_options.md)."""
+forces differ by 0.01 dB (docs/measured/dynamics/options.md)."""
 
 
 @dataclass(frozen=True)
 class Options:
-    """What each does to the example gearbox is measured in docs/measured/dynamics_options.md.
+    """What each does to the example gearbox is measured in docs/measured/dynamics/options.md.
 
     friction: coefficient of the flanks under their nominal force; usual is 0.05; 0: none.
     shuttling: the centre of every mesh's load moves along the face.

@@ -21,7 +21,7 @@ APART = 1e-9
 """m: what rounding makes of flanks that rest against each other without load."""
 HELD = 1.5e-6, 5e-6
 """s: steps that keep 1e-4 of the peak where flanks part and strike under load, without and with bent_ways
-(docs/measured/dynamics_cuts.md)."""
+(docs/measured/dynamics/cuts.md)."""
 ERROR = 4e-3, 2e-4
 """Of the peak at 10 µs, without and with bent_ways, there."""
 

@@ -231,7 +231,7 @@ class Mesh:
     load_centre: along the face, or None for mid-width.
     tilt_ratio: how much more the teeth resist tilt than slices side by side of the same stiffness, which do not bend
     each other, would (`face_points`); None: that of the mesh law, 1 where it has none; about 1.8 by the contact problem
-    (docs/measured/dynamics_options.md).
+    (docs/measured/dynamics/options.md).
     """
 
     pinion_shaft: str

@@ -3,7 +3,7 @@
 Every source of error gives an amplitude at each line and place. Sources are independent of each other: their
 amplitudes add in quadrature. The constants are fitted at `draft` and `standard` against `reference`; what they hold of
 gear sets, speeds, torques, blanks, housings and field points they were not fitted to is counted in
-docs/measured/error_band.md, what single knobs do in docs/measured/error_band_knobs.md.
+docs/measured/chain/error_band.md, what single knobs do in docs/measured/chain/error_band_knobs.md.
 
 The knobs that the band looks at: layers, slices, angles, tolerances of load patterns, elements of blanks and `bodies`
 of the gears; time step and settling; element size, modes, their truncation and residual; what the acoustics say of

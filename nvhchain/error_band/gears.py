@@ -25,7 +25,8 @@ LAYER_ERROR, SLICE_ERROR, ANGLE_ERROR, PATTERN_ERROR = 1.2e-3, 4.0, 2.5e-4, 0.7
 module (rising with the fifth power of the thickness), over the square of the overlap ratio per slice (a sum over slices
 in the place of the integral over a helical face: harmonic n is off by (π n ε/S)²/6 of what the face does not cancel,
 which falls with n²; in the mean 3 to 4, single harmonics up to 7, for overlaps of 0.33 to 1.65 at 16 slices), with 48
-angles per mesh (falling with the second power), and over the tolerance of load patterns (docs/measured/gear.md)."""
+angles per mesh (falling with the second power), and over the tolerance of load patterns
+(docs/measured/gear/gear.md)."""
 
 ALIAS_SHARE = 0.25
 """Error of a harmonic for want of angles, over what every second angle of the law would add to it: a transmission error
@@ -42,7 +43,7 @@ BLANK_MESH_ERROR = 0.012
 LARGEST_ERROR = 1.0
 """Largest error of the first mesh harmonic over the strongest one, falling with the number of the harmonic: all of it
 is open, no lower limit.  That of `bodies = "analytic"`: on the single stage the worst harmonic, the third, falls by
-10 dB (docs/measured/error_band_knobs.md)."""
+10 dB (docs/measured/chain/error_band_knobs.md)."""
 
 CORNER_ERROR = 0.5
 """The same where contact of tip edges is not looked for (corner_gap = 0), with coverage: 0.01 to 0.7 of the strongest
@@ -60,7 +61,7 @@ same gears."""
 
 AMPLIFICATION = 1.2
 """Error of a bearing force over that of what excites it: the ways to one bearing cancel in part. Fitted to bearing
-forces of single-stage gearboxes (benchmarks/error_band.py)."""
+forces of single-stage gearboxes (benchmarks/chain/error_band.py)."""
 
 SAME_ORDER = 0.01
 """Orders on either side of a line at which it is looked for."""

@@ -34,7 +34,8 @@ upper limit, up to 8 with modes up to 1.25 of it, 1 with 1.4."""
 SEAT_SHARE = 0.5
 """Relative error of the force on one bearing over the change of the housing's motion in the mean, besides what moved
 natural frequencies do to it: seats are stiffer, too.  With 0 the band of `draft` holds 98.9 instead of 99.0 % of the
-bearing forces of the cases that are fitted to, and 95.3 instead of 96.8 % of others (benchmarks/error_band.py)."""
+bearing forces of the cases that are fitted to, and 95.3 instead of 96.8 % of others
+(benchmarks/chain/error_band.py)."""
 
 STANDS_STILL = 4.0
 """Relative error of motion and bearing forces where the modes left out stand still (no residual flexibility).  The
@@ -44,7 +45,7 @@ one mode, 27 dB too low, it is outside."""
 APART = 0.7
 """Share of the errors of single bearing forces that goes another way at every bearing: what their forces move the
 surface by cancels to a quarter (median of the single-stage gearboxes), and such errors do not.  The smallest tenth that
-holds the surface velocity at every line of the cases that are fitted to (benchmarks/error_band.py)."""
+holds the surface velocity at every line of the cases that are fitted to (benchmarks/chain/error_band.py)."""
 
 
 @dataclass(frozen=True, eq=False)

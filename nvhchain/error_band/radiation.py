@@ -16,7 +16,7 @@ from nvhchain.handoff import FloatArray, Surface
 
 QUADRATURE_MARGIN = 8.0
 """Relative error of a sound field over the quadrature error of a constant pressure on the surface, at most: two to
-eight (docs/measured/quadrature.md)."""
+eight (docs/measured/acoustics/quadrature.md)."""
 
 
 def radiation_error(

@@ -32,7 +32,7 @@ class AcousticsFidelity:
     quadrature_order: least Gauss order of well separated triangle pairs.
     quadrature_error: the order rises with the frequency (engine `fused` alone) until the mean of a plane wave over one
         triangle keeps to this relative error; that of the pressure is 0.4 to ten times as large (0.002 to 1.5 by well
-        separated pairs on bodies of 0.2 m: docs/measured/quadrature.md).
+        separated pairs on bodies of 0.2 m: docs/measured/acoustics/quadrature.md).
     close_orders: Gauss orders of pairs nearer than the matching close_distances, which count the distance of the
         centroids in longest edges of the larger triangle.
     gap_ratio, gap_halvings: triangles that face each other across less than this multiple of the longer one are cut
@@ -52,10 +52,10 @@ class AcousticsFidelity:
         frequency it is used for; the lowest is that down to which octupoles keep to the error that
         elements_per_wavelength stands for, ka = 0.6 or so.  Motions up to there keep to the error that the provenance
         states (coarse_error_dB); walls that bend within four coarse edges lose more.  Transfer vectors alone take them,
-        not sound power (docs/measured/sound_power.md).
+        not sound power (docs/measured/acoustics/sound_power.md).
     multipole_digits: decimal digits to which sound power resolves the spherical waves that leave the surface.
-    radiation: `boundary_elements`, or a cheaper level (docs/measured/radiation.md): `rayleigh`, every visible face in
-        an infinite baffle, or `equivalent_radiated_power`, plane waves from every face, which knows no phase.
+    radiation: `boundary_elements`, or a cheaper level (docs/measured/acoustics/radiation.md): `rayleigh`, every visible
+        face in an infinite baffle, or `equivalent_radiated_power`, plane waves from every face, which knows no phase.
     interpolation: between masters: `rational` functions or polynomials (`phase_removed`) of the vectors without their
         phase, or `linear` (both for comparison).
     interpolation_points: nodes (masters, and below the band their mirror images) of one interpolated value.

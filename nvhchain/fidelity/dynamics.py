@@ -17,7 +17,7 @@ class DynamicsFidelity:
 
     time_step: s, largest step of the integrator; 10 µs are right within 1e-4 of the peak while flanks stay in contact
     at the usual speeds (4e-4 at 10 000 rpm), 1 µs where they part and strike under load, or 5 µs with bent_ways;
-    lightly loaded flanks that fly far want 0.25 µs, or 2 µs (docs/measured/dynamics_cuts.md).
+    lightly loaded flanks that fly far want 0.25 µs, or 2 µs (docs/measured/dynamics/cuts.md).
     settle_level: what is left of the start when recording begins, relative to the swing of the bearing forces.
     settle_time: s allowed for that.
     samples_per_period: steps that the shortest period of the band must have.

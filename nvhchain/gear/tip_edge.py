@@ -32,7 +32,7 @@ surface gives way under a line load by 2(1−ν²)q/(πE) [ln(h/r) + C] (Fourier
 of Weber and Banaschek C = −1/(2(1−ν)). What goes back in must be what was taken out: the difference belongs to flanks
 freed of a held tooth, not to the formula.
 
-All three against finite elements of plane sections: docs/measured/gear_tip_edge.md (an edge in contact: within 2 %).
+All three against finite elements of plane sections: docs/measured/gear/tip_edge.md (an edge in contact: within 2 %).
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ import numpy as np
 from nvhchain.handoff import FloatArray
 
 FADE = 0.13
-"""m: finite elements of held sections of teeth (20 to 82) give 0.12 to 0.14 (benchmarks/gear_tip_edge.py)."""
+"""m: finite elements of held sections of teeth (20 to 82) give 0.12 to 0.14 (benchmarks/gear/tip_edge.py)."""
 
 _BEYOND_STRIP = 0.1728
 """2 e^(7ζ(3)/π² − 2 ln 2) − 1: where two points under a flat punch at an edge have the farther of them, less c."""

@@ -43,7 +43,7 @@ _STEPS = 6
 _AT_EDGES = 0.13
 """Error of a casting's natural frequencies over what stresses that jump say of it, which is mostly of edges between
 walls.  Elements of 13 and 10.5 mm against 9 mm: in the mean 0.10 and 0.06 in walls of 5 mm, 0.13 and 0.07 on the
-gearbox of the examples, mode by mode in proportion (docs/measured/mesh_error.md)."""
+gearbox of the examples, mode by mode in proportion (docs/measured/housing/mesh_error.md)."""
 
 _FEWEST = 0.5
 """Of the elements per bending wavelength that are needed, below which a mesh has no such waves: two nodes to a wave, by

@@ -36,7 +36,7 @@ _REPORTED = 4
 
 _UNSEEN = 2.0
 """What the faces miss in terms of what the Ritz vectors of the seats say they miss: 1.6 to 2.8 where it was measured,
-for modes to 1.6 … 1 times the band (twice the true over the estimated error in docs/measured/housing.md)."""
+for modes to 1.6 … 1 times the band (twice the true over the estimated error in docs/measured/housing/housing.md)."""
 
 _NEGLIGIBLE = 1e-12
 """Share of the residual's largest Ritz value (1/ω²) below which a Ritz vector moves statically in any band."""

@@ -15,8 +15,8 @@ from nvhchain.fidelity import Fidelity
 from nvhchain.housing.reduction import bending_wavelength
 from nvhchain.scene.planned import BASE_MEGABYTES, Stage
 
-# Estimates: processor seconds and megabytes per unit of work, fitted to the runs in docs/measured/plan.md and
-# docs/measured/plan_knobs.md, which benchmarks/plan.py measures again.
+# Estimates: processor seconds and megabytes per unit of work, fitted to the runs in docs/measured/chain/plan.md and
+# docs/measured/chain/plan_knobs.md, which benchmarks/chain/plan.py measures again.
 _UNKNOWNS_PER_AREA = 1.3e3
 _UNKNOWNS_EXPONENT = 1.4
 _SECONDS_PER_UNKNOWN = 1.69e-4

@@ -18,8 +18,8 @@ from nvhchain.gear import GearBody, VolumeMesh
 from nvhchain.scene.casting import modes_in_reach
 from nvhchain.scene.planned import BASE_MEGABYTES, SECONDS_PER_STAGE, Stage
 
-# Estimates: processor seconds and megabytes per unit of work, fitted to the runs in docs/measured/plan.md and
-# docs/measured/plan_knobs.md, which benchmarks/plan.py measures again.
+# Estimates: processor seconds and megabytes per unit of work, fitted to the runs in docs/measured/chain/plan.md and
+# docs/measured/chain/plan_knobs.md, which benchmarks/chain/plan.py measures again.
 _SECONDS_PER_TOOTH = 1.6e-3
 _SECONDS_PER_LOADED_TOOTH = 5.6e-5
 _MESH_GROWTH = 0.43

@@ -15,8 +15,8 @@ from nvhchain.scene.casting import modes_in_reach
 from nvhchain.scene.mechanics import recorded_outputs, recorded_samples
 from nvhchain.scene.planned import BASE_MEGABYTES, SECONDS_PER_STAGE, Stage
 
-# Estimates: processor seconds and megabytes per unit of work, fitted to the runs in docs/measured/plan.md and
-# docs/measured/plan_knobs.md, which benchmarks/plan.py measures again.
+# Estimates: processor seconds and megabytes per unit of work, fitted to the runs in docs/measured/chain/plan.md and
+# docs/measured/chain/plan_knobs.md, which benchmarks/chain/plan.py measures again.
 _SECONDS_PER_SYSTEM = 0.05
 _SECONDS_PER_PAIR = 9.3e-8
 _POINTS_OF_A_PAIR = 28.0

@@ -17,7 +17,7 @@ from nvhchain.housing.reduction import bending_wavelength
 MARGIN = 6.4
 """Worst mesh harmonic of another case over that of the swept one.
 
-The worst of the gearboxes of benchmarks/error_band.py, nothing excluded, over the swept one: `standard` 4.05 dB
+The worst of the gearboxes of benchmarks/chain/error_band.py, nothing excluded, over the swept one: `standard` 4.05 dB
 (17-23 of 26 mm at 2300 rpm) over 0.63 dB; that of `draft` is half as large, 5.0 dB (32-47 at 1300 rpm) over 1.60 dB."""
 
 WIDEST_HELD_OUT = 14.93
@@ -55,7 +55,8 @@ def growth(turned: Fidelity, base: Fidelity, cases: Sequence[Case], swept: Mappi
 
     swept: `extent` of the case it was measured on; None is not known, and 1.  Of the gears: what the knob adds to the
     error of the transmission error.  Of the housing: natural frequencies err with the square of element size per
-    bending wavelength at most (docs/measured/mesh_error.md).  Raises InputError where `swept` does not tell all.
+    bending wavelength at most (docs/measured/housing/mesh_error.md).  Raises InputError where `swept` does not tell
+    all.
     """
     if swept is None:
         return 1.0

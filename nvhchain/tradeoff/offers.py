@@ -18,7 +18,7 @@ from nvhchain.tradeoff.sweep import Measurement, Tradeoff, case_identity
 _WARNED_OF = frozenset({"acoustics.radiation"})
 """Knobs of which a run warns at their cheaper values: the Rayleigh integral is more than 3 dB off in the mean of the
 worst body at every wavenumber, the equivalent radiated power below 4 over half the size of the body
-(docs/measured/radiation.md)."""
+(docs/measured/acoustics/radiation.md)."""
 
 
 @dataclass(frozen=True)

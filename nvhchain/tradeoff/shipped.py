@@ -8,7 +8,7 @@ from nvhchain.tradeoff.sweep import Tradeoff
 from nvhchain.tradeoff.table import from_json
 
 SHIPPED = Path(__file__).with_name("single-stage.json")
-"""Every knob around `reference` on cases/small/single_stage.toml, written by benchmarks/tradeoff.py."""
+"""Every knob around `reference` on cases/small/single_stage.toml, written by benchmarks/chain/tradeoff.py."""
 
 
 def shipped_sweep() -> Tradeoff:

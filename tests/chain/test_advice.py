@@ -42,7 +42,7 @@ def test_what_is_on_is_not_advised(case):
 
 
 def test_effects_are_those_measured(request):
-    table = (request.config.rootpath / "docs" / "measured" / "dynamics_options.md").read_text()
+    table = (request.config.rootpath / "docs" / "measured" / "dynamics" / "options.md").read_text()
     rows = {"friction": "friction, 0.05", "gyroscopic": "gyroscopic terms"}
     for name, effect in MEASURED.items():
         row = re.search(rf"^\| {rows.get(name, name.replace('_', ' '))} \| ([+-][\d.]+) ", table, re.MULTILINE)

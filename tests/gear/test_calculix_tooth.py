@@ -1,4 +1,4 @@
-"""One loaded tooth against CalculiX 2.20 on the very same mesh (benchmarks/calculix_tooth.py made the data)."""
+"""One loaded tooth against CalculiX 2.20 on the very same mesh (benchmarks/gear/calculix_tooth.py made the data)."""
 
 import dataclasses
 import json

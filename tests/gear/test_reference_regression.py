@@ -1,4 +1,4 @@
-"""The hybrid contact against stored deflections of the reference contact (benchmarks/gear_reference.py made them)."""
+"""The hybrid contact against stored deflections of the reference contact (benchmarks/gear/reference_contact.py)."""
 
 import dataclasses
 import json

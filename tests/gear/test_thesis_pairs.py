@@ -1,6 +1,6 @@
 """The four pairs of S. Shweiki's thesis, ch. 3, table 3.2, on coarse meshes: ranking and sign as published.
 
-Blanks as cases/studies/pairs_of_chapter_3.py fits them; docs/measured/pairs_of_chapter_3.md has the numbers.
+Blanks as cases/studies/pairs_of_chapter_3.py fits them; docs/measured/gear/pairs_of_chapter_3.md has the numbers.
 """
 
 import dataclasses

@@ -1,7 +1,7 @@
 """Root stress of pair B of S. Shweiki's thesis, ch. 4, on a coarse mesh: static modes against nodal forces, friction.
 
 A solid gear drives one with three slots in its web, 10 µm of profile crowning; tooth 0 stands over a slot, tooth 10
-between two. docs/measured/root_strain.md has the numbers of cases/studies/gear_root_strain.py.
+between two. docs/measured/gear/root_strain.md has the numbers of cases/studies/gear_root_strain.py.
 """
 
 import dataclasses

@@ -158,7 +158,7 @@ def test_layer_held_at_the_depth_gives_way_more_than_a_half_space_seen_from_ther
     [(20, 2.7e-3, (0.203, 0.267, 0.596, 1.446)), (82, 2.68e-3, (0.206, 0.348, 0.935, 2.322))],
 )
 def test_bracket_near_a_tip_is_that_of_finite_elements_of_the_held_tooth(make_geometry, teeth, module, excess):
-    """Of docs/measured/gear_tip_edge.md, at 0.6, 0.2, 0.05 and 0.005 of the tip's depth; in a bracket of 3 to 6."""
+    """Of docs/measured/gear/tip_edge.md, at 0.6, 0.2, 0.05 and 0.005 of the tip's depth; in a bracket of 3 to 6."""
     gear = make_geometry(teeth, stage=1, hand=1, helix_angle=0.0, normal_module=module)
     depth = float(gear.depth_to_centre_line(gear.tip_circle_radius))
     distance = depth * np.array([0.6, 0.2, 0.05, 0.005])

@@ -117,7 +117,7 @@ def test_names_for_abaqus_start_with_a_letter_and_differ_in_more_than_case():
 
 
 def test_couplings_name_the_translations_that_calculix_wants(tmp_path):
-    """Without them ccx 2.20 couples nothing and says nothing (benchmarks/calculix_exchange.py)."""
+    """Without them ccx 2.20 couples nothing and says nothing (benchmarks/housing/calculix_exchange.py)."""
     text = write_abaqus(box("hex8"), tmp_path / "box.inp", units="mm-t-s").read_text()
     assert text.count("*KINEMATIC\n1, 3\n") == 2
 

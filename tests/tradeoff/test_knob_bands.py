@@ -1,16 +1,10 @@
 """The error band against the shipped sweep: what single knobs were found to do lies inside."""
 
-import sys
-from pathlib import Path
-
 import pytest
 
+from benchmarks.chain.error_band_knobs import judged_rows
 from nvhchain.tradeoff import shipped_sweep
 from nvhchain.tradeoff.knobs import BEYOND
-
-sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
-
-from error_band_knobs import judged_rows
 
 ROWS = [
     (row.knob, row.value)

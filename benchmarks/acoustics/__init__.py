@@ -1,0 +1,1 @@
+"""Measurements of boundary elements, transfer vectors, radiation and sound power."""

@@ -1,0 +1,1 @@
+"""Measurements of the whole chain: presets, error bands, plans and trade-offs."""

@@ -1,0 +1,1 @@
+"""Measurements of gearbox dynamics and of gear pairs with one degree of freedom."""

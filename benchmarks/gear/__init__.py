@@ -1,0 +1,1 @@
+"""Measurements of gear contact and compliance."""

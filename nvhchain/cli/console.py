@@ -10,6 +10,9 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from typing import Any, TextIO, cast
 
+from nvhchain.cli.output import show
+from nvhchain.names import printable
+
 _PLAIN = {
     "…": "...", "–": "-", "−": "-", "·": "*", "×": "x", "±": "+-", "≤": "<=", "≥": ">=", "→": "->",
     "µ": "u", "°": " deg", "²": "^2", "³": "^3", "½": "1/2",
@@ -89,9 +92,6 @@ def standard_streams() -> Iterator[None]:
         finally:
             sys.stderr.flush()
             sys.stdout, sys.stderr = before
-
-from nvhchain.cli.output import show
-from nvhchain.names import printable
 
 
 class Console:

@@ -51,7 +51,7 @@ def check_fit(case: GearboxCase) -> None:
         raise InputError("; ".join(wrong))
     for overlap, text in found:
         if overlap > _EXACT:
-            warnings.warn(f"{text}: taken for the rounding of a drawing", AccuracyWarning, stacklevel=2)
+            warnings.warn(f"{text} (passes as the rounding of a drawing)", AccuracyWarning, stacklevel=2)
 
 
 def _bores(gears: Iterable[Gear], shafts: Mapping[str, Shaft]) -> Iterator[tuple[float, str]]:

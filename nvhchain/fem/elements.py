@@ -1,6 +1,6 @@
 """Quadratic reference elements: shape functions and quadrature of the 10-node tetrahedron and 20-node brick.
 
-Node order is that of VTK and meshio: corners first, then mid-edge nodes.
+Node order is that of VTK: corners first, then mid-edge nodes.
 tet10: corners 0…3; edges 01, 12, 02, 03, 13, 23.
 hex20: corners 0…3 below and 4…7 above, counter-clockwise; edges 01 12 23 30, 45 56 67 74, 04 15 26 37.
 """

@@ -78,6 +78,16 @@ def in_range(numbers: IntArray, count: int, owner: str) -> None:
         raise Damaged(f"{owner} refer to points {numbers.min()}…{numbers.max()}, but there are {count} (0…{count - 1})")
 
 
+def whole(values: Any, thing: str) -> IntArray:
+    """`values` as whole numbers.  Raises Damaged for numbers of another kind."""
+    values = np.asarray(values)
+    if values.dtype.kind == "f" and (np.abs(values) < 2**53).all() and (values == np.floor(values)).all():
+        return values.astype(np.int64)
+    if values.dtype.kind not in "iu":
+        raise Damaged(f"{thing} are not whole numbers")
+    return values.astype(np.int64)
+
+
 def counted(count: Any, thing: str, place: str = "") -> int:
     """`count` as a whole number of points, cells or numbers.  Raises Damaged for one that cannot be."""
     at = f"{place}: " if place else ""

@@ -7,7 +7,17 @@ from typing import Any
 
 import numpy as np
 
-from nvhchain.fem.mesh_files.contents import NODES, Cursor, Damaged, MeshFile, Numbering, counted, short, surface_nodes
+from nvhchain.fem.mesh_files.contents import (
+    NODES,
+    Cursor,
+    Damaged,
+    MeshFile,
+    Numbering,
+    counted,
+    short,
+    surface_nodes,
+    whole,
+)
 from nvhchain.handoff import IntArray
 
 _TYPES = {
@@ -116,9 +126,7 @@ class _Msh:
             self.numbers, self.points = rows["number"].astype(np.int64), rows["point"]
         else:
             table = cursor.table(count, 4, float)
-            self.numbers, self.points = table[:, 0].astype(np.int64), table[:, 1:]
-            if (self.numbers != table[:, 0]).any():
-                raise Damaged("node numbers are not whole")
+            self.numbers, self.points = whole(table[:, 0], "node numbers"), table[:, 1:]
 
     def _elements2(self) -> None:
         cursor, found = self.cursor, dict[tuple[int, int], list[Any]]()

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from nvhchain.fem.mesh_files.contents import Cursor, Damaged, MeshFile, by_size, counted, short
+from nvhchain.fem.mesh_files.contents import Cursor, Damaged, MeshFile, by_size, counted, short, whole
 
 _TYPES = {
     b"char": "i1", b"uchar": "u1", b"short": "i2", b"ushort": "u2", b"int": "i4", b"uint": "u4", b"float": "f4",
@@ -40,10 +40,8 @@ def read_ply(data: bytes) -> MeshFile:
     found = face.get("vertex_indices", face.get("vertex_index"))
     if not {"x", "y", "z"} <= set(vertex) or not isinstance(found, tuple):
         raise Damaged("it has no vertices with x, y and z, or no faces with a list vertex_indices")
-    if {np.asarray(values).dtype.kind for values in found} - set("iu"):
-        raise Damaged("corners of faces are not whole numbers")
     points = np.stack([np.asarray(vertex[axis], dtype=float) for axis in "xyz"], axis=1)
-    corners, ends = (np.asarray(values).astype(np.int64) for values in found)
+    corners, ends = (whole(values, "corners of faces") for values in found)
     return MeshFile(points, by_size(corners, ends))
 
 

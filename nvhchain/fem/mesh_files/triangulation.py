@@ -17,6 +17,9 @@ JOINED = 1e-6
 _PAIRS = 30
 """Pairs of corners within that distance, per corner, beyond which the file is no surface."""
 
+_COLLAPSED = 0.25
+"""Part of all triangles with two corners in one place, beyond which it is the precision or a point far away."""
+
 _HALVES = np.array([[[0, 1, 2], [0, 2, 3]], [[0, 1, 3], [1, 2, 3]]])
 _REFINED = {
     "triangle6": [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]],
@@ -40,7 +43,11 @@ def triangulated(mesh: MeshFile) -> tuple[FloatArray, IntArray, int]:
     vertices, joined = _joined(mesh.points[used])
     triangles = joined[index.reshape(corners.shape)]
     flat = (triangles == np.roll(triangles, 1, axis=1)).any(axis=1)
-    require(not flat.all(), "all of its triangles have two corners in one place: it holds no surface")
+    require(
+        flat.mean() < _COLLAPSED,
+        f"{int(flat.sum())} of {len(flat)} triangles have two corners within {JOINED:g} of its extent: export it "
+        "in double precision, without points far away",
+    )
     kept, numbers = np.unique(triangles[~flat], return_inverse=True)
     return vertices[kept], numbers.reshape(-1, 3), int(flat.sum())
 

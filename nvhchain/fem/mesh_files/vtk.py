@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from nvhchain.fem.mesh_files.contents import NODES, Cursor, Damaged, MeshFile, by_size, counted, polygon, short
+from nvhchain.fem.mesh_files.contents import NODES, Cursor, Damaged, MeshFile, by_size, counted, polygon, short, whole
 from nvhchain.handoff import IntArray
 
 CELL_TYPES = {
@@ -201,7 +201,7 @@ class _Legacy:
             words = self.cursor.words(2)
             if words[0].upper() != word:
                 raise self.cursor.fail(f"{short(word)} is needed, not {short(words[0])}")
-            parts.append(self._numbers(count, words[1]).astype(np.int64))
+            parts.append(whole(self._numbers(count, words[1]), "cells"))
         if offsets and parts[0][0] != 0:
             raise Damaged(f"the first offset is {parts[0][0]}, not 0")
         return parts[1], parts[0][1:]

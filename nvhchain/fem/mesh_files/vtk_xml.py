@@ -13,7 +13,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from nvhchain.fem.mesh_files.contents import Damaged, MeshFile, by_size, counted, short
+from nvhchain.fem.mesh_files.contents import Damaged, MeshFile, by_size, counted, short, whole
 from nvhchain.fem.mesh_files.vtk import sorted_cells, tagged_points
 from nvhchain.handoff import IntArray
 
@@ -105,7 +105,9 @@ class _Document:
             cells = by_size(*self._lists(piece, "Polys", self._count(piece, "NumberOfPolys")))
         else:
             count = self._count(piece, "NumberOfCells")
-            types = self._values(self._named(piece, "Cells", "types"), count) if count else np.empty(0, dtype=int)
+            types = (
+                whole(self._values(self._named(piece, "Cells", "types"), count), "types") if count else np.empty(0, int)
+            )
             cells = sorted_cells(*self._lists(piece, "Cells", count), types)
         arrays = {}
         for array in piece.iterfind("PointData/DataArray"):
@@ -133,11 +135,11 @@ class _Document:
         """Corners and ends of `count` cells."""
         if not count:
             return np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)
-        ends = self._values(self._named(piece, group, "offsets"), count).astype(np.int64)
+        ends = whole(self._values(self._named(piece, group, "offsets"), count), "offsets")
         size = counted(ends[-1], "corners")
         if size > self.most:
             raise Damaged(f"{size} corners are announced in a file of {self.most // _MOST} bytes")
-        return self._values(self._named(piece, group, "connectivity"), size).astype(np.int64), ends
+        return whole(self._values(self._named(piece, group, "connectivity"), size), "corners"), ends
 
     def _values(self, array: Any, count: int) -> Any:
         """(count,) numbers of a DataArray."""

@@ -20,6 +20,9 @@ _PAIRS = 30
 _COLLAPSED = 0.25
 """Part of all triangles with two corners in one place, beyond which it is the precision or a point far away."""
 
+_STARTS = 32
+"""Corners of a large face that are tried."""
+
 _HALVES = np.array([[[0, 1, 2], [0, 2, 3]], [[0, 1, 3], [1, 2, 3]]])
 _REFINED = {
     "triangle6": [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]],
@@ -92,7 +95,7 @@ def _divided(points: FloatArray, kind: str, cells: IntArray) -> IntArray:
     best, least = np.empty((0, 3), dtype=np.int64), np.full(len(cells), -np.inf)
     fan = np.stack([np.zeros(size - 2, dtype=int), np.arange(1, size - 1), np.arange(2, size)], axis=1)
     found = np.empty((len(cells), size - 2, 3), dtype=np.int64)
-    for start in range(size):
+    for start in range(0, size, -(-size // _STARTS)):
         best = cells[:, (fan + start) % size]
         flatness = _flatness(points, best[:, None])[:, 0]
         better = flatness > least + 1e-9

@@ -61,13 +61,10 @@ def _array(parent: ElementTree.Element, name: str, values: np.ndarray) -> None:
     letter = {"f": "Float", "i": "Int", "u": "UInt"}[values.dtype.kind]
     data = np.ascontiguousarray(values, dtype=values.dtype.newbyteorder("<")).tobytes()
     array = ElementTree.SubElement(
-        parent,
-        "DataArray",
-        type=f"{letter}{8 * values.dtype.itemsize}",
-        Name=name,
-        NumberOfComponents=str(int(np.prod(values.shape[1:], dtype=int))),
-        format="binary",
+        parent, "DataArray", type=f"{letter}{8 * values.dtype.itemsize}", Name=name, format="binary"
     )
+    if values.ndim > 1:
+        array.set("NumberOfComponents", str(int(np.prod(values.shape[1:]))))
     array.text = base64.b64encode(len(data).to_bytes(8, "little") + data).decode("ascii")
 
 

@@ -52,7 +52,7 @@ def say_waiting(place: Path, held: Path | None = None) -> None:
 
 
 def _holder(locked: Path) -> int:
-    """Identifier of the process that holds a lock on a file or folder.  ValueError where the system does not list it."""
+    """Identifier of the process that holds a file or folder.  ValueError where the system does not list it."""
     inode = str(locked.stat().st_ino)
     for line in Path("/proc/locks").read_text(encoding="ascii").splitlines():
         *_, pid, place, _, _ = line.split()

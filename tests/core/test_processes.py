@@ -132,7 +132,7 @@ def _starts_processes(tree):
             return True
         if isinstance(node, ast.ImportFrom):
             home, names = (node.module or "").partition(".")[0], {alias.name for alias in node.names}
-            if "ProcessPoolExecutor" in names or (home in STARTERS and names != {"Popen"}):
+            if "ProcessPoolExecutor" in names or (home in STARTERS and not names <= {"Popen", "TimeoutExpired"}):
                 return True
             if home == "os" and any(name.startswith(IN_OS) for name in names):
                 return True

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from nvhchain import acoustics
+from nvhchain.acoustics.needles import SECONDS, Remeshed, without_needles
 from nvhchain.case import RadiatorCase, Sphere, SurfaceFile
 from nvhchain.errors import AccuracyWarning, InputError, require
 from nvhchain.fem.mesh_files import read_mesh, triangulated
@@ -19,26 +20,35 @@ from nvhchain.interop.nastran_faces import NASTRAN_ENDINGS, read_nastran_faces
 
 def radiator_velocity(case: RadiatorCase, fidelity: AcousticsFidelity) -> SurfaceVelocity:
     """Outward normal velocity, pulsation + velocity · n, on every face at every frequency of the case."""
-    surface = _surface(case, fidelity)
+    surface, remeshed = _surface(case, fidelity)
+    if remeshed is not None:
+        warnings.warn(str(remeshed), AccuracyWarning, stacklevel=2)
     normal = case.pulsation + surface.normals @ np.array(case.velocity)
     lines = np.tile(normal.astype(complex), (len(case.frequencies), 1))
     return SurfaceVelocity(np.array(case.frequencies), lines, surface)
 
 
-def radiator_faces(case: RadiatorCase, fidelity: AcousticsFidelity) -> tuple[int, float]:
-    """Number of triangles and area (m²) of the body's surface; a surface file is read for it."""
+def radiator_surface(case: RadiatorCase, fidelity: AcousticsFidelity) -> tuple[Surface | None, int, float, str, float]:
+    """Surface of the body, its number of triangles and area (m²), its description, and s that meshing it anew takes; a
+    surface file is read for it, a sphere is not made."""
     if isinstance(case.body, Sphere):
         count = int(20 * 4 ** _subdivisions(case.body.radius, _edge(case, fidelity)))
-        return count, 4 * pi * case.body.radius**2
-    surface = _surface(case, fidelity)
-    return len(surface.triangles), float(surface.areas.sum())
+        return None, count, 4 * pi * case.body.radius**2, f"{count} triangles with the velocity of the case", 0.0
+    surface, remeshed = _surface(case, fidelity)
+    said, seconds = ("", 0.0) if remeshed is None else (f"; {remeshed}", SECONDS)
+    count = len(surface.triangles)
+    described = f"{count} triangles with the velocity of the case{said}"
+    return surface, count, float(surface.areas.sum()), described, seconds
 
 
-def _surface(case: RadiatorCase, fidelity: AcousticsFidelity) -> Surface:
+def _surface(case: RadiatorCase, fidelity: AcousticsFidelity) -> tuple[Surface, Remeshed | None]:
+    """The surface to solve on, and what replaces it where the file has needles."""
     if isinstance(case.body, Sphere):
         level = _subdivisions(case.body.radius, _edge(case, fidelity))
-        return acoustics.sphere(case.body.radius, level, case.body.centre)
-    return read_surface(Path(case.folder), case.body)
+        return acoustics.sphere(case.body.radius, level, case.body.centre), None
+    given = read_surface(Path(case.folder), case.body)
+    remeshed = without_needles(given, _edge(case, fidelity))
+    return (given, None) if remeshed is None else (remeshed.surface, remeshed)
 
 
 def _edge(case: RadiatorCase, fidelity: AcousticsFidelity) -> float:
@@ -49,6 +59,16 @@ def _subdivisions(radius: float, edge: float) -> int:
     """Icosphere level whose mean edge is at most `edge` (m) and which is at least round: 320 triangles."""
     coarsest = radius * (16 * pi / (20 * 3**0.5)) ** 0.5
     return max(2, ceil(log(coarsest / edge, 2)))
+
+
+def solved_surface(folder: Path, body: SurfaceFile, element_size: float) -> Surface:
+    """The surface in a file, meshed anew with a warning where it has needles (`without_needles`)."""
+    given = read_surface(folder, body)
+    remeshed = without_needles(given, element_size)
+    if remeshed is None:
+        return given
+    warnings.warn(str(remeshed), AccuracyWarning, stacklevel=2)
+    return remeshed.surface
 
 
 def read_surface(folder: Path, body: SurfaceFile) -> Surface:

@@ -61,6 +61,10 @@ QUADRATURE_GROWTH = 2.0
 docs/measured/acoustics/quadrature.md; at the coarse edges of wedges of 5 and 20 degrees one to ten, the mesh's own
 included."""
 
+REMESHING_ERROR = "remeshing_error"
+"""Provenance of a surface that was meshed anew: its error at field points, relative to their peak. Taken as the changes
+of volume and area together, 0.012 for a cylinder, of which parts that radiate by themselves err by two thirds."""
+
 SLOW = 10.0
 """s of processor time per frequency spent on narrow gaps and needles above which that is said."""
 
@@ -79,8 +83,8 @@ def expected_accuracy(
     elements_per_wavelength: there.  expected_error_dB: at the loudest field points.  Part of it: expected_error_low_dB,
     at any frequency however low; of that, faceting_error_dB, from facets in the place of round faces (triangles that
     meet at more than 40° form an edge of the body), and expected_error_beside_dB, from triangles that are coarse for a
-    small body beside them (`beside_ratio`).  Not part of it: resonance_shift, the frequency by which the air in
-    openings resonates elsewhere, relative to its own (`resonance_shift`); levels there err by as much as that makes of
+    small body beside them (`beside_ratio`), and remeshing_error_dB, of a surface meshed anew.  Not part of it:
+    resonance_shift, the frequency by which the air in openings resonates elsewhere, relative to its own (`resonance_shift`); levels there err by as much as that makes of
     them, which `radiate` and `waves_power` tell (`resonance_error_dB`).  With a point nearer than half an element edge
     also clearance: in edges, and expected_error_nearest_dB: there, at its own pressure, of motions that neighbouring
     elements share (a single one that moves errs by 2.7 dB next to it, by 0.6 half an edge away).
@@ -119,7 +123,8 @@ def expected_accuracy(
     quadrature = _quadrature_accuracy(surface, fidelity, engine)
     ratio = beside_ratio(bodies)
     beside = min(BESIDE * max(ratio**2 - 1.0, 0.0), 1.0)
-    low = coarse + beside + QUADRATURE_GROWTH * quadrature.get("quadrature_error", 0.0)
+    remeshing = float(surface.provenance.get(REMESHING_ERROR, 0.0))
+    low = coarse + beside + remeshing + QUADRATURE_GROWTH * quadrature.get("quadrature_error", 0.0)
     patch, at_longest = (max(of) for of in zip(*(patch_error(body, size, wavelength) for body in bodies), strict=True))
     error = MESH_ERROR / per_wavelength**2 + low + patch
     expected = {
@@ -133,6 +138,8 @@ def expected_accuracy(
         expected["faceting_error_dB"] = _decibel(faceting)
     if beside > 0:
         expected["expected_error_beside_dB"] = _decibel(beside)
+    if remeshing > 0:
+        expected["remeshing_error_dB"] = _decibel(remeshing)
     shift = resonance_shift(surface, plane)
     if shift > 0:
         expected["resonance_shift"] = shift
@@ -172,6 +179,14 @@ def expected_accuracy(
             stacklevel=3,
         )
     return expected
+
+
+def needle_seconds(surface: Surface, fidelity: AcousticsFidelity) -> tuple[float, float]:
+    """Processor time, s, that needles and narrow gaps add in the fused engine: at every frequency, and once."""
+    from nvhchain.acoustics._fused_closure import gap_cost
+
+    *_, seconds, once = gap_cost(surface, fidelity)
+    return seconds, once
 
 
 def beside_ratio(bodies: Sequence[Surface]) -> float:

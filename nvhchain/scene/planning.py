@@ -8,11 +8,11 @@ from nvhchain.advice import advice
 from nvhchain.case import HEARD, RADIATED, Case, GearboxCase, RadiatorCase
 from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.kinds import check_arguments
-from nvhchain.radiator import radiator_faces
+from nvhchain.radiator import radiator_surface
 from nvhchain.scene.casting import extent, housing_stage, kept_modes
 from nvhchain.scene.mechanics import dynamics_stage, load_distribution_stages, mesh_law_stages
 from nvhchain.scene.planned import BASE_MEGABYTES, SECONDS_PER_STAGE, Plan, Stage
-from nvhchain.scene.radiation import faces_of, radiation_stage, sound_power_stage, transfer_vector_stage
+from nvhchain.scene.radiation import faces_of, radiation_stage, sound_power_stage, transfer_vector_stage, with_needles
 
 
 def plan(case: Case, *, fidelity: Fidelity = STANDARD) -> Plan:
@@ -24,16 +24,16 @@ def plan(case: Case, *, fidelity: Fidelity = STANDARD) -> Plan:
 def plan_without(case: Case, fidelity: Fidelity, ready: Collection[str]) -> Plan:
     """As `plan`; a foreign housing whose surface is among the hand-offs that are `ready`, by name, is not read."""
     if isinstance(case, RadiatorCase):
-        faces, area = radiator_faces(case, fidelity.acoustics)
-        given = Stage("surface", f"{faces} triangles with the velocity of the case", SECONDS_PER_STAGE, BASE_MEGABYTES)
+        surface, faces, area, described, seconds = radiator_surface(case, fidelity.acoustics)
+        given = Stage("surface", described, SECONDS_PER_STAGE + seconds, BASE_MEGABYTES)
+        sounds = [transfer_vector_stage(case, fidelity, faces, area)] * (not HEARD.isdisjoint(case.quantities))
+        sounds += [sound_power_stage(case, fidelity, faces, area)] * (not RADIATED.isdisjoint(case.quantities))
+        if surface is not None and case.engine == "fused":
+            sounds = [with_needles(stage, surface, fidelity.acoustics) for stage in sounds]
         return Plan(
             case.name,
             fidelity.name,
-            tuple(
-                [given]
-                + [transfer_vector_stage(case, fidelity, faces, area)] * (not HEARD.isdisjoint(case.quantities))
-                + [sound_power_stage(case, fidelity, faces, area)] * (not RADIATED.isdisjoint(case.quantities))
-            ),
+            (given, *sounds),
             ("gears, dynamics and housing: the surface velocity is given in the case",),
         )
     area, unknowns = extent(case, fidelity, ready) if moves(case) else (0.0, 0.0)

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 from math import ceil, inf, log10, pi, sqrt
 
 from nvhchain import acoustics
 from nvhchain.acoustics._fused_quadrature import order_for
+from nvhchain.acoustics.accuracy import needle_seconds
 from nvhchain.case import HEARD, Case, GearboxCase, RadiatorCase
 from nvhchain.fidelity import AcousticsFidelity, Fidelity
+from nvhchain.handoff import Surface
 from nvhchain.housing import Casting, face_size
 from nvhchain.memory import free_memory
 from nvhchain.scene.casting import modes_in_reach
@@ -43,6 +46,10 @@ _SECONDS_PER_SAMPLE_AND_OUTPUT = 4.5e-8
 _SECONDS_PER_SAMPLE_AND_POINT = 6e-8
 _MEGABYTES_PER_SAMPLE_AND_OUTPUT = 25e-6
 _MEGABYTES_PER_SAMPLE_AND_POINT = 16e-6
+
+
+_MOST_LOOKED_AT = 20_000
+"""Triangles of a surface above which its needles and gaps are not looked for: that takes seconds then."""
 
 
 def faces_of(case: GearboxCase, fidelity: Fidelity, area: float) -> int:
@@ -114,6 +121,15 @@ def sound_power_stage(case: Case, fidelity: Fidelity, faces: int, area: float) -
         ),
         {"triangles": faces, "masters": systems, "shapes": shapes},
     )
+
+
+def with_needles(stage: Stage, surface: Surface, knobs: AcousticsFidelity) -> Stage:
+    """The stage with the time that needles and narrow gaps of the surface add."""
+    systems = stage.counts.get("masters", 0)
+    if systems == 0 or len(surface.triangles) > _MOST_LOOKED_AT:
+        return stage
+    each, once = needle_seconds(surface, knobs)
+    return replace(stage, seconds=stage.seconds + systems * each + once)
 
 
 def _megabytes(case: Case, knobs: AcousticsFidelity, systems: int) -> float:

@@ -21,7 +21,7 @@ from nvhchain.handoff import (
 )
 from nvhchain.housing import Casting
 from nvhchain.housing.damping import damping_of_modes
-from nvhchain.radiator import radiator_velocity, read_surface
+from nvhchain.radiator import radiator_velocity, solved_surface
 from nvhchain.resume import Shelf
 
 
@@ -38,7 +38,7 @@ def reduced_housing(case: GearboxCase, fidelity: Fidelity, shelf: Shelf) -> Redu
     elif isinstance(case.housing, ModalResults):
         modes = interop.read_modal_model(Path(case.folder) / case.housing.file, units=case.housing.units)
         given = case.housing.surface
-        surface = None if given is None else read_surface(Path(case.folder), given)
+        surface = None if given is None else solved_surface(Path(case.folder), given, size)
         inputs = (*inputs, modes, surface, case.seats)
         compute = partial(_modal_results, case, case.housing, modes, surface, fidelity, size)
     return shelf.stage("housing-{key}", ReducedHousing, "housing", inputs, compute, fidelity=fidelity.housing)

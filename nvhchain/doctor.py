@@ -115,8 +115,8 @@ def engine_trial(engine: str) -> dict[str, Any]:
     real, imaginary: (2, n_f, n_point), relative to the peak.
     """
     from nvhchain.acoustics import transfer_vectors
-    from nvhchain.acoustics.incident import PointSource
-    from nvhchain.acoustics.surface import sphere
+    from nvhchain.acoustics.surfaces.surface import sphere
+    from nvhchain.acoustics.waves.incident import PointSource
     from nvhchain.conventions import Air
     from nvhchain.fidelity import AcousticsFidelity
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from nvhchain import acoustics
-from nvhchain.acoustics.needles import SECONDS, Remeshed, without_needles
+from nvhchain.acoustics.surfaces.needles import SECONDS, Remeshed, without_needles
 from nvhchain.case import RadiatorCase, Sphere, SurfaceFile
 from nvhchain.errors import AccuracyWarning, InputError, require
 from nvhchain.fem.mesh_files import read_mesh, triangulated

@@ -121,3 +121,10 @@ def blas_threads(most: int) -> Iterator[None]:
 def _by_thread(library: Any) -> bool:
     """Whether every thread has a number of its own: MKL, and OpenBLAS made with OpenMP."""
     return library.internal_api == "mkl" or getattr(library, "threading_layer", None) == "openmp"
+
+
+def threads() -> int:
+    """Threads that assemble: as many as cores, or NUMBA_NUM_THREADS; fewer beside tasks on one machine."""
+    import numba
+
+    return at_most(int(numba.config.NUMBA_NUM_THREADS))  # type: ignore[attr-defined]

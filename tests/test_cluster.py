@@ -16,8 +16,9 @@ import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
 from nvhchain import cluster
-from nvhchain.acoustics import bands, sphere, transfer_vectors
-from nvhchain.acoustics.bands import BAND, _task, over_bands
+from nvhchain.acoustics import sphere, transfer_vectors
+from nvhchain.acoustics.systems import frequency_blocks as bands
+from nvhchain.acoustics.systems.frequency_blocks import BAND, _task, over_bands
 from nvhchain.conventions import Air
 from nvhchain.errors import InputError, ResourceError, SolverError
 from nvhchain.fidelity import AcousticsFidelity

@@ -9,7 +9,7 @@ import pytest
 from threadpoolctl import ThreadpoolController, threadpool_limits
 
 from nvhchain import cluster, threads
-from nvhchain.acoustics import engines
+from nvhchain.acoustics.systems import engines
 from nvhchain.threads import at_most, blas_threads, granted
 
 

@@ -74,13 +74,13 @@ def worker(task: dict[str, Any], target: Path) -> None:
     cold: the first time counts from before the import of the package, which compiles a part.
     """
     before, before_cpu = time.perf_counter(), time.process_time()
-    from nvhchain.acoustics import _fused
-    from nvhchain.acoustics._fused_wave import COMPLEX
+    from nvhchain.acoustics.fused import engine
+    from nvhchain.acoustics.fused.kernels import COMPLEX
 
     surface = body(task["faces"])
     fidelity = replace(nvh.STANDARD.acoustics, **FIDELITIES[task["fidelity"]])
     k = wavenumber(surface) * np.linspace(0.5, 1.0, task["wavenumbers"] + 1)[1:]
-    assembled = _fused.systems if task["faces"] <= 6000 else _fused.stripes
+    assembled = engine.systems if task["faces"] <= 6000 else engine.stripes
     wall, cpu = [], []
     for _ in range(1 if task["faces"] > 6000 else 2):
         start, spent = time.perf_counter(), time.process_time()
@@ -94,7 +94,7 @@ def worker(task: dict[str, Any], target: Path) -> None:
     pressure = np.empty(0)
     if task["solve"]:
         assert last is not None
-        a, b = last if task["faces"] <= 6000 else next(_fused.systems(surface, k[-1:], fidelity))
+        a, b = last if task["faces"] <= 6000 else next(engine.systems(surface, k[-1:], fidelity))
         pressure = np.linalg.solve(a, b @ wave_gradient(surface).astype(COMPLEX[fidelity.precision]))
     np.savez(target, seconds=wall, cpu=cpu, peak=peak, pressure=pressure)
 
@@ -134,7 +134,7 @@ def own(out: Path, faces: int, fidelity: str, wavenumbers: int, threads: int, **
 
 def peer(out: Path, faces: int, order: int, threads: int, interpreter: str, interface: str) -> dict[str, Any] | None:
     """Time, memory and pressure of bempp-cl at one wavenumber."""
-    from nvhchain.acoustics._coupling import coupling
+    from nvhchain.acoustics.surfaces.burton_miller import coupling
 
     surface, mesh = body(faces), out / f"mesh-{faces}.npz"
     k = wavenumber(surface)

@@ -68,22 +68,23 @@ def machine(threads: int) -> dict[str, float]:
 def measure(faces: int, threads: int) -> dict[str, Any]:
     """Limits, and of every step (what, seconds, operations, bytes, name of its limit)."""
     import nvhchain as nvh
-    from nvhchain.acoustics import _fused, sphere
-    from nvhchain.acoustics.dense import iterated
-    from nvhchain.acoustics.linear_system import DenseMatrix, Factor
-    from nvhchain.acoustics.potentials import layer_potentials
+    from nvhchain.acoustics import sphere
+    from nvhchain.acoustics.fused import engine
+    from nvhchain.acoustics.systems.dense import iterated
+    from nvhchain.acoustics.systems.linear_system import DenseMatrix, Factor
+    from nvhchain.acoustics.waves.layer_potentials import layer_potentials
 
     knobs = nvh.STANDARD.acoustics
-    list(_fused.systems(sphere(0.1, 1), [1.0], knobs))  # compiled
+    list(engine.systems(sphere(0.1, 1), [1.0], knobs))  # compiled
     surface, centre = body(faces)
     n, m = len(surface.vertices), len(surface.triangles)
     k = 2 * np.pi / (6 * float(surface.longest_edges.mean())) * np.linspace(0.7, 1.0, BATCH)
     steps = []
     for count in (BATCH, 1):
-        taken = seconds(lambda count=count: list(_fused.systems(surface, k[:count], knobs)), threads)
+        taken = seconds(lambda count=count: list(engine.systems(surface, k[:count], knobs)), threads)
         what = f"matrices, {count} wavenumber{'s together' if count > 1 else ''}, each"
         steps.append((what, taken / count, FLOPS * float(m) ** 2, 16.0 * n * (n + m), "real"))
-    a, b = next(_fused.systems(surface, k[-1:], knobs))
+    a, b = next(engine.systems(surface, k[-1:], knobs))
     points = centre + np.random.default_rng(7).normal(size=(POINTS, 3))
     rhs = layer_potentials(surface, points, float(k[-1]), knobs.field_near_ratio)[0].T
     for what, matrix in (("A", a), ("B", b)):

@@ -21,7 +21,7 @@ import numpy as np
 import nvhchain as nvh
 from benchmarks.publish import publish
 from nvhchain.acoustics import adaptive_transfer_vectors, sphere, transfer_vectors, vectors_at
-from nvhchain.acoustics.interpolation import interpolant
+from nvhchain.acoustics.interpolation.nodes import interpolant
 from nvhchain.handoff import FloatArray, Surface, TransferVectors
 
 ROOT = Path(__file__).parents[2]

@@ -19,10 +19,10 @@ import numpy as np
 
 from benchmarks.publish import publish
 from nvhchain.acoustics import sphere
-from nvhchain.acoustics._fused import systems
-from nvhchain.acoustics._fused_closure import closure_error
-from nvhchain.acoustics.potentials import layer_potentials
-from nvhchain.acoustics.surface import mean_edge
+from nvhchain.acoustics.fused.closure_check import closure_error
+from nvhchain.acoustics.fused.engine import systems
+from nvhchain.acoustics.surfaces.surface import mean_edge
+from nvhchain.acoustics.waves.layer_potentials import layer_potentials
 from nvhchain.errors import AccuracyWarning
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, Surface

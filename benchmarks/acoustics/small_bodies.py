@@ -20,7 +20,7 @@ import numpy as np
 import nvhchain as nvh
 from benchmarks.publish import publish
 from nvhchain.acoustics import sphere, transfer_vectors
-from nvhchain.acoustics.accuracy import BESIDE, beside_ratio
+from nvhchain.acoustics.accuracy.mesh_error import BESIDE, beside_ratio
 from nvhchain.conventions import Air
 from nvhchain.errors import AccuracyWarning
 from nvhchain.handoff import ComplexArray, Surface

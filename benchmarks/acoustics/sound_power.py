@@ -26,12 +26,12 @@ import nvhchain as nvh
 from benchmarks.acoustics.radiation import AIR, RNG_SEED, bodies, decibel, gearbox, processor_time, sphere_modes
 from benchmarks.publish import publish
 from nvhchain import acoustics, housing
-from nvhchain.acoustics.cancellation import CANCELLATION
-from nvhchain.acoustics.coarsening import coarsen, velocity_map
-from nvhchain.acoustics.engines import check_memory, systems
-from nvhchain.acoustics.multipoles import multipole_amplitudes
-from nvhchain.acoustics.surface import mean_edge, width_to_length
-from nvhchain.acoustics.within_faces import within_faces
+from nvhchain.acoustics.accuracy.cancellation import CANCELLATION
+from nvhchain.acoustics.surfaces.coarsening import coarsen, velocity_map
+from nvhchain.acoustics.surfaces.surface import mean_edge, width_to_length
+from nvhchain.acoustics.surfaces.velocity_in_faces import within_faces
+from nvhchain.acoustics.systems.engines import check_memory, systems
+from nvhchain.acoustics.waves.multipoles import multipole_amplitudes
 from nvhchain.errors import AccuracyWarning
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import ForceSpectrum, Surface, SurfaceVelocity

@@ -25,9 +25,9 @@ import numpy as np
 import nvhchain as nvh
 from benchmarks.publish import publish
 from nvhchain.acoustics import sphere, transfer_vectors
-from nvhchain.acoustics.accuracy import expected_accuracy
-from nvhchain.acoustics.potentials import RULE_BARYCENTRIC, RULE_WEIGHT
-from nvhchain.acoustics.surface import LOCAL_COARSENING, MESH_SCATTER, element_sizes
+from nvhchain.acoustics.accuracy.mesh_error import expected_accuracy
+from nvhchain.acoustics.surfaces.surface import LOCAL_COARSENING, MESH_SCATTER, element_sizes
+from nvhchain.acoustics.waves.layer_potentials import RULE_BARYCENTRIC, RULE_WEIGHT
 from nvhchain.conventions import Air
 from nvhchain.errors import AccuracyWarning
 from nvhchain.handoff import FloatArray, Surface

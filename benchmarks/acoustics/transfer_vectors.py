@@ -124,7 +124,7 @@ def measure(job: dict) -> dict:
 
 def use_opencl() -> str:
     """Have bempp-cl assemble by OpenCL in this process; the name of its engine."""
-    from nvhchain.acoustics import _bempp
+    from nvhchain.acoustics.systems import _bempp
 
     _bempp._DEVICE["device_interface"] = "opencl"
     return "bempp"

@@ -24,11 +24,11 @@ from scipy.spatial import cKDTree
 import nvhchain as nvh
 from benchmarks.publish import publish
 from nvhchain.acoustics import solve_direct, sphere, transfer_vectors
-from nvhchain.acoustics._gmsh import remesh
-from nvhchain.acoustics.clearance import winding_numbers
-from nvhchain.acoustics.potentials import RULE_BARYCENTRIC, RULE_WEIGHT
-from nvhchain.acoustics.surface import SHARP_ANGLE, mean_edge
-from nvhchain.acoustics.within_faces import within_faces
+from nvhchain.acoustics.surfaces._gmsh import remesh
+from nvhchain.acoustics.surfaces.clearance import winding_numbers
+from nvhchain.acoustics.surfaces.surface import SHARP_ANGLE, mean_edge
+from nvhchain.acoustics.surfaces.velocity_in_faces import within_faces
+from nvhchain.acoustics.waves.layer_potentials import RULE_BARYCENTRIC, RULE_WEIGHT
 from nvhchain.case import GearboxCase
 from nvhchain.conventions import Air
 from nvhchain.errors import AccuracyWarning

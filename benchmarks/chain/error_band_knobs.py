@@ -19,7 +19,7 @@ import numpy as np
 import nvhchain as nvh
 from benchmarks.publish import publish
 from nvhchain import acoustics
-from nvhchain.acoustics.accuracy import expected_accuracy
+from nvhchain.acoustics.accuracy.mesh_error import expected_accuracy
 from nvhchain.case import GearboxCase
 from nvhchain.error_band import ErrorBand, error_band
 from nvhchain.fidelity import DRAFT, REFERENCE, AcousticsFidelity, Fidelity

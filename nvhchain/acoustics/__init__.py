@@ -1,8 +1,8 @@
 """Exterior acoustics: boundary elements, transfer vectors and what a vibrating surface radiates."""
 
-from nvhchain.acoustics.direct import solve_direct, surface_pressure
-from nvhchain.acoustics.directivity import directivity
-from nvhchain.acoustics.efficiency import (
+from nvhchain.acoustics.accuracy.radiation_levels import expected_radiation_error
+from nvhchain.acoustics.radiation.directivity import directivity
+from nvhchain.acoustics.radiation.efficiency import (
     circle_points,
     directivity_index,
     equivalent_pressure,
@@ -12,13 +12,8 @@ from nvhchain.acoustics.efficiency import (
     spread_power,
     surface_efficiency,
 )
-from nvhchain.acoustics.engines import ENGINES, compile_kernels, estimate_memory
-from nvhchain.acoustics.incident import IncidentField, PlaneWave, PointSource
-from nvhchain.acoustics.level_accuracy import expected_radiation_error
-from nvhchain.acoustics.masters import adaptive_transfer_vectors
-from nvhchain.acoustics.microphones import array_points, array_power
-from nvhchain.acoustics.modal import modal_pressure, modal_transfer_vectors, noise_transfer_functions, transfer_pressure
-from nvhchain.acoustics.modal_power import (
+from nvhchain.acoustics.radiation.microphones import array_points, array_power
+from nvhchain.acoustics.radiation.modal_power import (
     loaded_seats,
     modal_efficiency,
     modal_power,
@@ -26,19 +21,29 @@ from nvhchain.acoustics.modal_power import (
     resistance_matrices,
     waves_power,
 )
-from nvhchain.acoustics.plane import RigidPlane
-from nvhchain.acoustics.power import sound_power
-from nvhchain.acoustics.projection import project, vectors_at
-from nvhchain.acoustics.radiate import interpolation_error, radiate
-from nvhchain.acoustics.radiation_resistance import (
+from nvhchain.acoustics.radiation.modal_transfer import (
+    modal_pressure,
+    modal_transfer_vectors,
+    noise_transfer_functions,
+    transfer_pressure,
+)
+from nvhchain.acoustics.radiation.projection import project, vectors_at
+from nvhchain.acoustics.radiation.radiate import interpolation_error, radiate
+from nvhchain.acoustics.radiation.run_up_sound import convolution_lines, decay_time, run_up_pressure
+from nvhchain.acoustics.solutions.adaptive_resistance import adaptive_radiation_resistance
+from nvhchain.acoustics.solutions.adaptive_vectors import adaptive_transfer_vectors
+from nvhchain.acoustics.solutions.pressure import solve_direct, surface_pressure
+from nvhchain.acoustics.solutions.radiation_resistance import (
     SurfaceShapes,
     housing_shapes,
     radiation_resistance,
 )
-from nvhchain.acoustics.resistance_masters import adaptive_radiation_resistance
-from nvhchain.acoustics.run_up import convolution_lines, decay_time, run_up_pressure
-from nvhchain.acoustics.surface import check_mesh, check_points, required_element_size, sphere
-from nvhchain.acoustics.transfer import master_frequencies, transfer_vectors
+from nvhchain.acoustics.solutions.sound_power import sound_power
+from nvhchain.acoustics.solutions.transfer_vectors import master_frequencies, transfer_vectors
+from nvhchain.acoustics.surfaces.reflecting_plane import RigidPlane
+from nvhchain.acoustics.surfaces.surface import check_mesh, check_points, required_element_size, sphere
+from nvhchain.acoustics.systems.engines import ENGINES, compile_kernels, estimate_memory
+from nvhchain.acoustics.waves.incident import IncidentField, PlaneWave, PointSource
 from nvhchain.handoff import RadiationResistance, SoundPower, SurfacePressure
 
 __all__ = [

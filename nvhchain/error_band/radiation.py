@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from nvhchain.acoustics.accuracy import expected_accuracy
-from nvhchain.acoustics.level_accuracy import expected_radiation_error
+from nvhchain.acoustics.accuracy.mesh_error import expected_accuracy
+from nvhchain.acoustics.accuracy.radiation_levels import expected_radiation_error
 from nvhchain.case import Case
 from nvhchain.conventions import Air
 from nvhchain.error_band.band import COVERAGE

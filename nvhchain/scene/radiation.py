@@ -7,8 +7,8 @@ from itertools import pairwise
 from math import ceil, inf, log10, pi, sqrt
 
 from nvhchain import acoustics
-from nvhchain.acoustics._fused_quadrature import order_for
-from nvhchain.acoustics.accuracy import needle_seconds
+from nvhchain.acoustics.accuracy.mesh_error import needle_seconds
+from nvhchain.acoustics.fused.quadrature import order_for
 from nvhchain.case import HEARD, Case, GearboxCase, RadiatorCase
 from nvhchain.fidelity import AcousticsFidelity, Fidelity
 from nvhchain.handoff import Surface

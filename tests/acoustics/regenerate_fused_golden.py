@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from fused_body import notched_box
 
-from nvhchain.acoustics import _bempp
+from nvhchain.acoustics.systems import _bempp
 from nvhchain.fidelity import AcousticsFidelity
 
 WAVENUMBERS = (3.0, 20.0)  # rad/m, edges of 0.1 m: 21 and 3 elements per wavelength

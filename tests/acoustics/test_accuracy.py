@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from nvhchain.acoustics import solve_direct, sphere, transfer_vectors
-from nvhchain.acoustics.accuracy import expected_accuracy, mean_square_angle, patch_error
-from nvhchain.acoustics.potentials import RULE_BARYCENTRIC, RULE_WEIGHT
-from nvhchain.acoustics.surface import mean_edge
+from nvhchain.acoustics.accuracy.mesh_error import expected_accuracy, mean_square_angle, patch_error
+from nvhchain.acoustics.surfaces.surface import mean_edge
+from nvhchain.acoustics.waves.layer_potentials import RULE_BARYCENTRIC, RULE_WEIGHT
 from nvhchain.errors import AccuracyWarning
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import Surface, SurfaceVelocity

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from nvhchain.acoustics import solve_direct, sphere, transfer_vectors
-from nvhchain.acoustics.bodies import LEAST_GAP, check_bodies
-from nvhchain.acoustics.intersections import crossing_pairs, facing_pairs, folded_pairs, neighbours
+from nvhchain.acoustics.surfaces.bodies import LEAST_GAP, check_bodies
+from nvhchain.acoustics.surfaces.intersections import crossing_pairs, facing_pairs, folded_pairs, neighbours
 from nvhchain.errors import InputError
 from nvhchain.handoff import Surface, SurfaceVelocity
 

@@ -8,24 +8,17 @@ import numpy as np
 import pytest
 import radiation_cases as cases
 
-from nvhchain.acoustics import (
-    cancellation,
-    radiate,
-    solve_direct,
-    sphere,
-    surface_pressure,
-    transfer_vectors,
-    vectors_at,
-)
-from nvhchain.acoustics.accuracy import coarse_edge_ratio
-from nvhchain.acoustics.cancellation import (
+from nvhchain.acoustics import radiate, solve_direct, sphere, surface_pressure, transfer_vectors, vectors_at
+from nvhchain.acoustics.accuracy import cancellation
+from nvhchain.acoustics.accuracy.cancellation import (
     ESTIMATE,
     cancellation_of_motion,
     pressure_of_motion,
     short_waves,
     wall_wavenumber,
 )
-from nvhchain.acoustics.surface import mean_edge
+from nvhchain.acoustics.accuracy.mesh_error import coarse_edge_ratio
+from nvhchain.acoustics.surfaces.surface import mean_edge
 from nvhchain.conventions import Air
 from nvhchain.errors import AccuracyWarning
 from nvhchain.fidelity import STANDARD, AcousticsFidelity

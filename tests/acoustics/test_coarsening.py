@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from nvhchain.acoustics import RigidPlane, sphere, transfer_vectors
-from nvhchain.acoustics.bodies import check_bodies
-from nvhchain.acoustics.coarsening import (
+from nvhchain.acoustics.surfaces.bodies import check_bodies
+from nvhchain.acoustics.surfaces.coarsening import (
     check_coarse,
     coarse_surfaces,
     coarsen,
@@ -17,8 +17,8 @@ from nvhchain.acoustics.coarsening import (
     octupole_error,
     velocity_map,
 )
-from nvhchain.acoustics.intersections import crossing_pairs, neighbours
-from nvhchain.acoustics.surface import mean_edge
+from nvhchain.acoustics.surfaces.intersections import crossing_pairs, neighbours
+from nvhchain.acoustics.surfaces.surface import mean_edge
 from nvhchain.errors import AccuracyWarning, InputError, SolverError
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import Surface

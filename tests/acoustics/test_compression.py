@@ -11,9 +11,6 @@ import pytest
 from nvhchain import cluster
 from nvhchain.acoustics import (
     SurfaceShapes,
-    _fused,
-    accuracy,
-    engines,
     estimate_memory,
     radiation_resistance,
     solve_direct,
@@ -22,10 +19,13 @@ from nvhchain.acoustics import (
     surface_pressure,
     transfer_vectors,
 )
-from nvhchain.acoustics.compressed import compressed_size, compressed_systems
-from nvhchain.acoustics.compression import CompressedMatrix
-from nvhchain.acoustics.linear_system import DirectSystem
-from nvhchain.acoustics.solver_accuracy import COMPRESSION_GROWTH
+from nvhchain.acoustics.accuracy import mesh_error as accuracy
+from nvhchain.acoustics.accuracy.solver_error import COMPRESSION_GROWTH
+from nvhchain.acoustics.fused import engine
+from nvhchain.acoustics.systems import engines
+from nvhchain.acoustics.systems.compressed import compressed_size, compressed_systems
+from nvhchain.acoustics.systems.compression import CompressedMatrix
+from nvhchain.acoustics.systems.linear_system import DirectSystem
 from nvhchain.errors import InputError, ResourceError, SolverError
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import RigidPlane, SurfaceVelocity
@@ -39,7 +39,7 @@ def body():
     """An L of 1850 triangles, the wavenumber at 6 elements per wavelength, and its dense matrices."""
     surface = bodies.box((0.3, 0.2, 0.1), 0.0125, remove=lambda c: c[0] > 0.15 and c[1] > 0.1)
     k = 2 * np.pi / (6 * bodies.mean_edge(surface))
-    return surface, k, *next(_fused.systems(surface, [k], FIDELITY))
+    return surface, k, *next(engine.systems(surface, [k], FIDELITY))
 
 
 def compressed(positions, columns, values, error, pieces=3):
@@ -103,7 +103,7 @@ def test_estimated_size_is_that_of_the_matrices(body, per_wavelength):
     surface, _, _, _ = body
     knobs = replace(FIDELITY, elements_per_wavelength=per_wavelength)
     k = 2 * np.pi / (per_wavelength * bodies.mean_edge(surface))
-    system = compressed_systems(_fused.stripes(surface, [k], knobs), surface, 1, knobs, None)[0]
+    system = compressed_systems(engine.stripes(surface, [k], knobs), surface, 1, knobs, None)[0]
     size = system._a.memory + system._b.memory
     assert compressed_size(len(surface.vertices), len(surface.triangles), knobs) == pytest.approx(size, rel=0.2)
 

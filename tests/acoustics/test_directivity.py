@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from nvhchain.acoustics import directivity, solve_direct, sound_power, sphere, surface_efficiency
-from nvhchain.acoustics.plane import RigidPlane
+from nvhchain.acoustics.surfaces.reflecting_plane import RigidPlane
 from nvhchain.errors import AccuracyWarning, InputError
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import SurfaceVelocity

@@ -18,7 +18,7 @@ from nvhchain.acoustics import (
     sphere,
     spread_power,
 )
-from nvhchain.acoustics.plane import RigidPlane
+from nvhchain.acoustics.surfaces.reflecting_plane import RigidPlane
 from nvhchain.errors import AccuracyWarning, InputError
 from nvhchain.handoff import SoundPower, SurfaceVelocity
 

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from acoustics_bodies import box, source_field, twice, united
 
-from nvhchain.acoustics import _fused, sphere
-from nvhchain.acoustics._fused_closure import closure_error
+from nvhchain.acoustics import sphere
+from nvhchain.acoustics.fused import engine
+from nvhchain.acoustics.fused.closure_check import closure_error
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import Surface
 
@@ -35,7 +36,7 @@ def source_error(surface, source, k, fidelity=FIDELITY):
     """Error of the surface pressure of a source inside the body, relative, RMS."""
     gradient = np.einsum("fj,fj->f", source_field(surface.centroids, source, k)[1], surface.normals)
     exact = source_field(surface.vertices, source, k)[0]
-    a, b = next(_fused.systems(surface, [k], fidelity))
+    a, b = next(engine.systems(surface, [k], fidelity))
     return np.linalg.norm(np.linalg.solve(a, b @ gradient) - exact) / np.linalg.norm(exact)
 
 
@@ -48,7 +49,7 @@ def test_matrices_of_a_body_of_any_size_are_those_of_one_metre_scaled(size):
     body, k = sphere(1.0, 2), np.array([1e-3, 2.0])
     scaled = Surface(body.vertices * size, body.triangles)
     for (a, b), (a_one, b_one) in zip(
-        _fused.systems(scaled, k / size, FIDELITY), _fused.systems(body, k, FIDELITY), strict=True
+        engine.systems(scaled, k / size, FIDELITY), engine.systems(body, k, FIDELITY), strict=True
     ):
         assert relative(a, a_one * size**2) < 1e-12
         assert relative(b, b_one * size**3) < 1e-12
@@ -97,7 +98,7 @@ def test_two_bodies_of_very_different_size_radiate_as_their_sources():
     k, sources = 10.0, ((0.0, 0.0, 0.02), (0.16, 0.0, 0.001))
     gradient = sum(source_field(surface.centroids, each, k)[1] for each in sources)
     exact = sum(source_field(surface.vertices, each, k)[0] for each in sources)
-    a, b = next(_fused.systems(surface, [k], FIDELITY))
+    a, b = next(engine.systems(surface, [k], FIDELITY))
     pressure = np.linalg.solve(a, b @ np.einsum("fj,fj->f", gradient, surface.normals))
     for body in (slice(0, len(large.vertices)), slice(len(large.vertices), None)):
         assert np.linalg.norm(pressure[body] - exact[body]) / np.linalg.norm(exact[body]) < 0.03

@@ -8,7 +8,8 @@ import pytest
 from acoustics_bodies import box, source_field
 from fused_body import notched_box
 
-from nvhchain.acoustics import _fused, sphere
+from nvhchain.acoustics import sphere
+from nvhchain.acoustics.fused import engine
 from nvhchain.errors import ResourceError
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import Surface
@@ -50,9 +51,9 @@ def doubled(surface, plane):
 @pytest.mark.parametrize("memory", [1, 4_000_000, 2**30])
 def test_stripes_are_the_rows_of_the_whole_matrices(plane, memory):
     surface, k = sphere(0.05, 3), [20.0, 40.0]
-    whole = list(_fused.systems(surface, k, FIDELITY, plane))
+    whole = list(engine.systems(surface, k, FIDELITY, plane))
     found = np.zeros(len(surface.vertices), dtype=int)
-    for rows, a, b in _fused.stripes(surface, k, FIDELITY, plane, memory=memory):
+    for rows, a, b in engine.stripes(surface, k, FIDELITY, plane, memory=memory):
         found[rows] += 1
         for ik, (a_whole, b_whole) in enumerate(whole):
             assert relative(a[ik], a_whole[rows]) < 1e-13
@@ -63,7 +64,7 @@ def test_stripes_are_the_rows_of_the_whole_matrices(plane, memory):
 def test_stripes_that_do_not_fit_are_refused_with_numbers(monkeypatch):
     monkeypatch.setattr("psutil.virtual_memory", lambda: SimpleNamespace(available=1e6))
     with pytest.raises(ResourceError, match=r"stripes of 1280 triangles and 1 wavenumbers take .* GB are free"):
-        next(_fused.stripes(sphere(0.1, 3), [1.0], FIDELITY))
+        next(engine.stripes(sphere(0.1, 3), [1.0], FIDELITY))
 
 
 @pytest.mark.parametrize(
@@ -75,13 +76,13 @@ def test_a_rigid_plane_does_what_the_mirrored_body_does(surface, normal, gap, al
     """To rounding; where triangles are cut beside the plane, to 1e-5: of edges equally long the one that comes first is
     halved, which is another one on the mirrored body (5e-6, and the quadrature itself keeps to 1e-4 there)."""
     # The doubled body is larger and would take another coupling.
-    monkeypatch.setattr(_fused, "coupling", lambda surface, k: -1j / np.hypot(k, 10.0))
+    monkeypatch.setattr(engine, "coupling", lambda surface, k: -1j / np.hypot(k, 10.0))
     lowest = (surface.vertices @ np.array(normal)).min()
     plane = Tilted(tuple(np.array(normal) * (lowest - gap)), normal)
     two, n, k = doubled(surface, plane), len(surface.vertices), [0.3, 12.0]
     gradient = np.random.default_rng(1).normal(size=len(surface.triangles))
     for (a, b), (a_two, b_two) in zip(
-        _fused.systems(surface, k, FIDELITY, plane), _fused.systems(two, k, FIDELITY), strict=True
+        engine.systems(surface, k, FIDELITY, plane), engine.systems(two, k, FIDELITY), strict=True
     ):
         assert relative(a, a_two[:n, :n] + a_two[:n, n:]) < alike
         assert relative(b, b_two[:n, : len(gradient)] + b_two[:n, len(gradient) :]) < alike
@@ -95,8 +96,8 @@ def test_source_in_a_body_over_a_rigid_plane_radiates_with_its_image():
     both = [source[0], plane.mirror(source)[0]]
     gradient = sum(source_field(surface.centroids, each, k)[1] for each in both)
     exact = sum(source_field(surface.vertices, each, k)[0] for each in both)
-    a, b = next(_fused.systems(surface, [k], replace(FIDELITY, quadrature_order=4), plane))
+    a, b = next(engine.systems(surface, [k], replace(FIDELITY, quadrature_order=4), plane))
     pressure = np.linalg.solve(a, b @ np.einsum("fj,fj->f", gradient, surface.normals))
     assert np.linalg.norm(pressure - exact) / np.linalg.norm(exact) < 0.03
-    free, b = next(_fused.systems(surface, [k], FIDELITY))
+    free, b = next(engine.systems(surface, [k], FIDELITY))
     assert np.linalg.norm(np.linalg.solve(free, b @ np.ones(len(surface.triangles))) - exact) > 0.2

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from nvhchain.acoustics import _fused, sphere
+from nvhchain.acoustics import sphere
+from nvhchain.acoustics.fused import engine
 from nvhchain.errors import InputError
 from nvhchain.fidelity import AcousticsFidelity
 
@@ -19,7 +20,7 @@ def test_single_precision_pressure_is_within_1e_5_of_double_after_forty_wavenumb
     gradient = np.exp(1j * 20.0 * surface.centroids @ [0.6, 0.0, 0.8])
     worst = []
     for (a, b), (a32, b32) in zip(
-        _fused.systems(surface, k, FIDELITY), _fused.systems(surface, k, SINGLE), strict=True
+        engine.systems(surface, k, FIDELITY), engine.systems(surface, k, SINGLE), strict=True
     ):
         assert a32.dtype == b32.dtype == np.complex64
         pressure = np.linalg.solve(a, b @ gradient)
@@ -31,8 +32,8 @@ def test_single_precision_pressure_is_within_1e_5_of_double_after_forty_wavenumb
 def test_single_precision_is_as_good_far_from_the_origin_and_on_a_millimetre_body():
     gradient = np.random.default_rng(1).normal(size=320)
     for radius, centre, k in ((0.1, (30.0, -20.0, 10.0), 20.0), (1e-3, (0.0, 0.0, 0.0), 2e3)):
-        a, b = next(_fused.systems(sphere(radius, 2), [k], FIDELITY))
-        a32, b32 = next(_fused.systems(sphere(radius, 2, centre), [k], SINGLE))
+        a, b = next(engine.systems(sphere(radius, 2), [k], FIDELITY))
+        a32, b32 = next(engine.systems(sphere(radius, 2, centre), [k], SINGLE))
         pressure, narrow = np.linalg.solve(a, b @ gradient), np.linalg.solve(a32, b32 @ gradient)
         assert np.abs(narrow - pressure).max() / np.abs(pressure).max() < 2e-5
 

@@ -9,8 +9,9 @@ from math import factorial
 import numpy as np
 import pytest
 
-from nvhchain.acoustics import _fused, _fused_mesh
-from nvhchain.acoustics._fused_quadrature import (
+from nvhchain.acoustics.fused import engine
+from nvhchain.acoustics.fused import mesh as fused_mesh
+from nvhchain.acoustics.fused.quadrature import (
     order_for,
     oscillation_error,
     product_rule,
@@ -111,12 +112,12 @@ def test_needles_of_a_fan_take_higher_orders_where_they_are_near_each_other_alon
     one, following = np.arange(n), np.roll(np.arange(n), -1)
     lids = [np.column_stack([one, following, 0 * one + n]), np.column_stack([following, one, 0 * one + n + 1])]
     body, knobs, tip = Surface(np.vstack([rim, apex]), np.vstack(lids)), STANDARD.acoustics, np.array([n])
-    raised = [int((_fused_mesh.prepare(body, knobs, None).trials[0].close_rule >= 5).sum())]
-    rows = [_fused.rows_of(body, k, knobs, tip)]
-    monkeypatch.setattr(_fused_mesh, "_OPEN", (np.inf, np.inf))
-    _fused_mesh.prepare.cache_clear()
-    raised.append(int((_fused_mesh.prepare(body, knobs, None).trials[0].close_rule >= 5).sum()))
-    rows.append(_fused.rows_of(body, k, knobs, tip))
+    raised = [int((fused_mesh.prepare(body, knobs, None).trials[0].close_rule >= 5).sum())]
+    rows = [engine.rows_of(body, k, knobs, tip)]
+    monkeypatch.setattr(fused_mesh, "_OPEN", (np.inf, np.inf))
+    fused_mesh.prepare.cache_clear()
+    raised.append(int((fused_mesh.prepare(body, knobs, None).trials[0].close_rule >= 5).sum()))
+    rows.append(engine.rows_of(body, k, knobs, tip))
     assert raised[0] < 0.4 * raised[1]
     for eased, full in zip(*rows, strict=True):
         assert 0.0 < np.linalg.norm(eased - full) < 1e-5 * np.linalg.norm(full)

@@ -7,7 +7,7 @@ import pytest
 from numpy.polynomial import Chebyshev
 
 from nvhchain.acoustics import interpolation_error, project, radiate, sphere, vectors_at
-from nvhchain.acoustics.rational import Window, window
+from nvhchain.acoustics.interpolation.rational import Window, window
 from nvhchain.conventions import Air
 from nvhchain.errors import InputError, ResourceError
 from nvhchain.fidelity import AcousticsFidelity
@@ -125,5 +125,5 @@ def test_lines_at_nodes_1_hz_apart_divide_nothing_by_zero():
 def test_pressure_does_not_depend_on_how_points_are_put_together(detour, fidelity, monkeypatch):
     velocity = SurfaceVelocity(LINES, np.ones((len(LINES), len(detour.surface.triangles))), detour.surface)
     pressure = radiate(detour, velocity, fidelity=fidelity).pressure
-    monkeypatch.setattr(import_module("nvhchain.acoustics.radiate"), "_BLOCK_BYTES", 1)
+    monkeypatch.setattr(import_module("nvhchain.acoustics.radiation.radiate"), "_BLOCK_BYTES", 1)
     assert np.array_equal(radiate(detour, velocity, fidelity=fidelity).pressure, pressure)

@@ -6,8 +6,10 @@ import acoustics_bodies as bodies
 import numpy as np
 import pytest
 
-from nvhchain.acoustics import _fused, iterative, solve_direct, sphere, transfer_vectors
-from nvhchain.acoustics.iterative import Patches, gmres
+from nvhchain.acoustics import solve_direct, sphere, transfer_vectors
+from nvhchain.acoustics.fused import engine
+from nvhchain.acoustics.systems import iterative
+from nvhchain.acoustics.systems.iterative import Patches, gmres
 from nvhchain.errors import SolverError
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import SurfaceVelocity
@@ -31,7 +33,7 @@ def ribbed():
         return (z > 0.075 and not 0.1 < x < 0.125) or (z < 0.025 and y > 0.1)
 
     surface = bodies.box((0.25, 0.15, 0.1), 0.0125, remove=taken_away)
-    a, _ = next(_fused.systems(surface, [2 * np.pi * 1500.0 / 343.0], FIDELITY))
+    a, _ = next(engine.systems(surface, [2 * np.pi * 1500.0 / 343.0], FIDELITY))
     return surface, a
 
 
@@ -83,7 +85,7 @@ def test_patches_make_gmres_converge_in_few_iterations_in_both_directions(ribbed
 
 def test_a_body_smaller_than_a_patch_is_solved_in_one_step():
     surface = sphere(0.1, 1)
-    a, _ = next(_fused.systems(surface, [10.0], FIDELITY))
+    a, _ = next(engine.systems(surface, [10.0], FIDELITY))
     patches = Patches(surface.vertices)
     patches.fill(np.arange(len(a)), a)
     x = patches.apply_transposed(np.ones((len(a), 1), dtype=complex))

@@ -6,9 +6,9 @@ from threading import get_ident
 import numpy as np
 import pytest
 
-from nvhchain.acoustics import linear_system
-from nvhchain.acoustics.dense import CheapestSystem, dense_system, iteration_pays
-from nvhchain.acoustics.linear_system import DenseMatrix, DirectSystem
+from nvhchain.acoustics.systems import linear_system
+from nvhchain.acoustics.systems.dense import CheapestSystem, dense_system, iteration_pays
+from nvhchain.acoustics.systems.linear_system import DenseMatrix, DirectSystem
 from nvhchain.errors import SolverError
 from nvhchain.fidelity import STANDARD
 from nvhchain.threads import blas_threads
@@ -84,7 +84,7 @@ def test_iterating_pays_for_few_right_sides_of_large_systems_only():
 
 def test_the_cheapest_system_factorises_where_the_iteration_does_not_converge(monkeypatch):
     a, b, rhs, positions = random_system(300, 500)
-    monkeypatch.setattr("nvhchain.acoustics.dense.iteration_pays", lambda unknowns, columns: True)
+    monkeypatch.setattr("nvhchain.acoustics.systems.dense.iteration_pays", lambda unknowns, columns: True)
     exact = b.T @ np.linalg.solve(a.T, rhs)
     for iterations in (1, 200):
         knobs = replace(STANDARD.acoustics, solver="auto", solver_iterations=iterations)

@@ -18,11 +18,11 @@ from nvhchain.acoustics import (
     transfer_vectors,
     vectors_at,
 )
-from nvhchain.acoustics.coarsening import coarse_surfaces
-from nvhchain.acoustics.interpolation import interpolant
-from nvhchain.acoustics.master_choice import _lines_between
-from nvhchain.acoustics.masters import _together
-from nvhchain.acoustics.vector_errors import deciding_points, vector_changes, vector_errors
+from nvhchain.acoustics.accuracy.interpolation_error import deciding_points, vector_changes, vector_errors
+from nvhchain.acoustics.interpolation.adaptive import _lines_between
+from nvhchain.acoustics.interpolation.nodes import interpolant
+from nvhchain.acoustics.solutions.adaptive_vectors import _together
+from nvhchain.acoustics.surfaces.coarsening import coarse_surfaces
 from nvhchain.errors import AccuracyWarning, InputError, ResourceError, SolverError
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import Surface, SurfaceVelocity

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from nvhchain.acoustics import array_points, array_power, sound_power, sphere
-from nvhchain.acoustics.microphones import source_dimension
-from nvhchain.acoustics.plane import RigidPlane
+from nvhchain.acoustics.radiation.microphones import source_dimension
+from nvhchain.acoustics.surfaces.reflecting_plane import RigidPlane
 from nvhchain.errors import AccuracyWarning, InputError
 from nvhchain.handoff import FieldPressure, SurfaceVelocity
 

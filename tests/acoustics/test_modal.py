@@ -6,7 +6,12 @@ import radiation_cases as cases
 
 from nvhchain import store
 from nvhchain.acoustics import radiate
-from nvhchain.acoustics.modal import modal_pressure, modal_transfer_vectors, noise_transfer_functions, transfer_pressure
+from nvhchain.acoustics.radiation.modal_transfer import (
+    modal_pressure,
+    modal_transfer_vectors,
+    noise_transfer_functions,
+    transfer_pressure,
+)
 from nvhchain.errors import InputError
 from nvhchain.handoff import ForceSpectrum
 from nvhchain.housing import respond

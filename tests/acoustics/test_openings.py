@@ -20,11 +20,11 @@ from nvhchain.acoustics import (
     vectors_at,
     waves_power,
 )
-from nvhchain.acoustics.interpolation import interpolant, nodes_at
-from nvhchain.acoustics.openings import SHIFT, WIDEST, resonance_shift, stored_in_openings
-from nvhchain.acoustics.paths import Paths
-from nvhchain.acoustics.rational import window
-from nvhchain.acoustics.vector_errors import vector_errors
+from nvhchain.acoustics.accuracy.interpolation_error import vector_errors
+from nvhchain.acoustics.interpolation.nodes import interpolant, nodes_at
+from nvhchain.acoustics.interpolation.paths import Paths
+from nvhchain.acoustics.interpolation.rational import window
+from nvhchain.acoustics.surfaces.openings import SHIFT, WIDEST, resonance_shift, stored_in_openings
 from nvhchain.errors import AccuracyWarning
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import ReducedHousing, RigidPlane, Surface, SurfaceVelocity

@@ -15,8 +15,8 @@ from nvhchain.acoustics import (
     surface_pressure,
     transfer_vectors,
 )
-from nvhchain.acoustics.incident import Reflected
-from nvhchain.acoustics.plane import RigidPlane, check_plane, with_images
+from nvhchain.acoustics.surfaces.reflecting_plane import RigidPlane, check_plane, with_images
+from nvhchain.acoustics.waves.incident import Reflected
 from nvhchain.errors import InputError
 from nvhchain.handoff import Surface, SurfaceVelocity
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import nvhchain as nvh
-from nvhchain.acoustics import _fused_mesh
-from nvhchain.acoustics._fused_quadrature import order_for, triangle_rule
+from nvhchain.acoustics.fused import mesh as fused_mesh
+from nvhchain.acoustics.fused.quadrature import order_for, triangle_rule
 from nvhchain.scene.radiation import close_points, far_points
 
 SURFACE = bodies.box((0.15, 0.1, 0.1), 0.01)
@@ -27,9 +27,9 @@ SURFACE = bodies.box((0.15, 0.1, 0.1), 0.01)
 )
 def test_points_of_touching_and_close_triangles_are_those_of_a_box_within_half(knobs):
     fidelity = replace(nvh.DRAFT.acoustics, gap_ratio=0.0, **knobs)
-    mesh = _fused_mesh.prepare(SURFACE, fidelity, None)
+    mesh = fused_mesh.prepare(SURFACE, fidelity, None)
     assert mesh.slenderest == 0
-    rules = _fused_mesh.rules_of(fidelity.quadrature_order, 0, fidelity)
+    rules = fused_mesh.rules_of(fidelity.quadrature_order, 0, fidelity)
     points = np.array([rules.width[i:j].sum() for i, j in zip(rules.start, rules.start[1:], strict=False)])
     counted = points[mesh.trials[0].close_rule].sum() / len(SURFACE.triangles)
     assert close_points(len(SURFACE.triangles), fidelity, needles=False) == pytest.approx(counted, rel=0.5)

@@ -4,7 +4,7 @@ import acoustics_bodies as bodies
 import numpy as np
 
 from nvhchain.acoustics import sphere
-from nvhchain.acoustics.potentials import layer_potentials
+from nvhchain.acoustics.waves.layer_potentials import layer_potentials
 
 
 def test_representation_of_an_interior_source_converges_with_the_square_of_the_element_size():

@@ -6,18 +6,18 @@ import pytest
 from scipy.special import spherical_jn, spherical_yn
 
 from nvhchain.acoustics import SurfaceShapes, radiation_resistance, sound_power, sphere, waves_power
-from nvhchain.acoustics.cancellation import CANCELLATION, cancellation_pressure, cancellation_resistance
-from nvhchain.acoustics.interference import _interference, squared_waves, waves_memory
-from nvhchain.acoustics.multipoles import (
+from nvhchain.acoustics.accuracy.cancellation import CANCELLATION, cancellation_pressure, cancellation_resistance
+from nvhchain.acoustics.surfaces.reflecting_plane import RigidPlane
+from nvhchain.acoustics.surfaces.surface import mean_edge
+from nvhchain.acoustics.waves.interference import _interference, squared_waves, waves_memory
+from nvhchain.acoustics.waves.layer_potentials import layer_potentials
+from nvhchain.acoustics.waves.multipoles import (
     expansion_memory,
     is_high,
     multipole_amplitudes,
     multipole_count,
     multipole_order,
 )
-from nvhchain.acoustics.plane import RigidPlane
-from nvhchain.acoustics.potentials import layer_potentials
-from nvhchain.acoustics.surface import mean_edge
 from nvhchain.errors import AccuracyWarning, InputError, ResourceError
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import Surface, SurfaceVelocity
@@ -168,7 +168,7 @@ def test_waves_of_body_and_image_carry_the_power_of_those_about_its_foot(k, monk
 
     assert is_high(body, plane)
     own = powers()
-    monkeypatch.setattr("nvhchain.acoustics.multipoles.HIGH", np.inf)
+    monkeypatch.setattr("nvhchain.acoustics.waves.multipoles.HIGH", np.inf)
     assert own == pytest.approx(powers(), rel=1e-6)
 
 
@@ -188,7 +188,7 @@ def test_bodies_by_themselves_and_their_interference_carry_the_power_of_waves_ab
     gradient = k * (rng.standard_normal(faces) + 1j * rng.standard_normal(faces))
     power = []
     for apart in (False, True):
-        monkeypatch.setattr("nvhchain.acoustics.interference._apart", lambda *_, apart=apart: apart)
+        monkeypatch.setattr("nvhchain.acoustics.waves.interference._apart", lambda *_, apart=apart: apart)
         power.append(squared_waves(body, k, pressure, gradient, plane, 8.0))
     assert power[1] == pytest.approx(power[0], rel=1e-9)
 

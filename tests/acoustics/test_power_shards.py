@@ -16,7 +16,7 @@ from nvhchain.acoustics import (
     sound_power,
     sphere,
 )
-from nvhchain.acoustics.bands import BAND
+from nvhchain.acoustics.systems.frequency_blocks import BAND
 from nvhchain.conventions import Air
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import SolvedBand, SurfaceVelocity
@@ -54,7 +54,7 @@ def solved(monkeypatch):
     """Wavenumbers that an engine was asked for."""
     seen = []
     for name in ("radiation_resistance", "power", "direct"):
-        module = sys.modules[f"nvhchain.acoustics.{name}"]  # the package has functions of these names
+        module = sys.modules[f"nvhchain.acoustics.solutions.{name}"]  # the package has functions of these names
 
         def systems(engine, surface, wavenumbers, *others, real=module.systems):
             seen.extend(wavenumbers)

@@ -8,10 +8,11 @@ import acoustics_bodies as bodies
 import numpy as np
 import pytest
 
-from nvhchain.acoustics import accuracy, solve_direct, sphere, transfer_vectors
-from nvhchain.acoustics._fused import systems
-from nvhchain.acoustics._fused_closure import closure_error, gap_cost, suspect_error
-from nvhchain.acoustics.accuracy import expected_accuracy
+from nvhchain.acoustics import solve_direct, sphere, transfer_vectors
+from nvhchain.acoustics.accuracy import mesh_error as accuracy
+from nvhchain.acoustics.accuracy.mesh_error import expected_accuracy
+from nvhchain.acoustics.fused.closure_check import closure_error, gap_cost, suspect_error
+from nvhchain.acoustics.fused.engine import systems
 from nvhchain.errors import AccuracyWarning
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import Surface, SurfaceVelocity

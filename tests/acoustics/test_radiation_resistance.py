@@ -11,17 +11,23 @@ import radiation_cases as cases
 from scipy.special import spherical_jn, spherical_yn
 
 from nvhchain.acoustics import equivalent_radiated_power, sound_power, sphere
-from nvhchain.acoustics.modal_power import loaded_seats, modal_power, radiation_modes, resistance_matrices, waves_power
-from nvhchain.acoustics.multipoles import is_high
-from nvhchain.acoustics.plane import RigidPlane
-from nvhchain.acoustics.radiation_resistance import SurfaceShapes, housing_shapes, radiation_resistance
-from nvhchain.acoustics.resistance_masters import adaptive_radiation_resistance
+from nvhchain.acoustics.radiation.modal_power import (
+    loaded_seats,
+    modal_power,
+    radiation_modes,
+    resistance_matrices,
+    waves_power,
+)
+from nvhchain.acoustics.solutions.adaptive_resistance import adaptive_radiation_resistance
+from nvhchain.acoustics.solutions.radiation_resistance import SurfaceShapes, housing_shapes, radiation_resistance
+from nvhchain.acoustics.surfaces.reflecting_plane import RigidPlane
+from nvhchain.acoustics.waves.multipoles import is_high
 from nvhchain.errors import AccuracyWarning, InputError, ResourceError, SolverError
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import SurfaceVelocity
 from nvhchain.housing import respond
 
-engine_systems = import_module("nvhchain.acoustics.radiation_resistance")
+engine_systems = import_module("nvhchain.acoustics.solutions.radiation_resistance")
 MASTERS = np.linspace(100.0, 2000.0, 16)
 LINES = np.linspace(110.0, 1990.0, 23)
 

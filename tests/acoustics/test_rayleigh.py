@@ -9,10 +9,10 @@ from acoustics_bodies import box, shell
 from scipy.special import eval_legendre, j1, spherical_jn, spherical_yn
 
 from nvhchain.acoustics import radiate, solve_direct, sound_power, sphere, transfer_vectors
-from nvhchain.acoustics.efficiency import equivalent_radiated_power
-from nvhchain.acoustics.level_accuracy import CANCELLING, SHAKING, expected_radiation_error, level_accuracy
-from nvhchain.acoustics.plane import RigidPlane
-from nvhchain.acoustics.rayleigh import rayleigh_field
+from nvhchain.acoustics.accuracy.radiation_levels import CANCELLING, SHAKING, expected_radiation_error, level_accuracy
+from nvhchain.acoustics.radiation.efficiency import equivalent_radiated_power
+from nvhchain.acoustics.radiation.rayleigh import rayleigh_field
+from nvhchain.acoustics.surfaces.reflecting_plane import RigidPlane
 from nvhchain.errors import AccuracyWarning, InputError, ResourceError
 from nvhchain.handoff import Surface, SurfaceVelocity
 

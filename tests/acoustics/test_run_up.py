@@ -4,8 +4,12 @@ import numpy as np
 import pytest
 import radiation_cases as cases
 
-from nvhchain.acoustics.modal import modal_transfer_vectors, noise_transfer_functions, transfer_pressure
-from nvhchain.acoustics.run_up import convolution_lines, run_up_pressure
+from nvhchain.acoustics.radiation.modal_transfer import (
+    modal_transfer_vectors,
+    noise_transfer_functions,
+    transfer_pressure,
+)
+from nvhchain.acoustics.radiation.run_up_sound import convolution_lines, run_up_pressure
 from nvhchain.errors import InputError, ResourceError
 from nvhchain.handoff import BearingForces, ForceSpectrum, NoiseTransferFunctions
 

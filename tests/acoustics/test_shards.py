@@ -12,8 +12,9 @@ import numpy as np
 import pytest
 
 import nvhchain as nvh
-from nvhchain.acoustics import sphere, transfer, transfer_vectors
-from nvhchain.acoustics.bands import BAND
+from nvhchain.acoustics import sphere, transfer_vectors
+from nvhchain.acoustics.solutions import transfer_vectors as transfer
+from nvhchain.acoustics.systems.frequency_blocks import BAND
 from nvhchain.conventions import Air
 from nvhchain.errors import InputError, SolverError, WriteError
 from nvhchain.fidelity import AcousticsFidelity
@@ -146,7 +147,7 @@ def test_bands_of_another_engine_or_coarser_surface_are_not_used(half, monkeypat
 
 
 def test_bands_made_by_other_code_are_not_used(half, solved, monkeypatch):
-    monkeypatch.setattr("nvhchain.acoustics.shards.code_version", lambda package: "0.0")
+    monkeypatch.setattr("nvhchain.acoustics.systems.checkpoints.code_version", lambda package: "0.0")
     vectors(half)
     assert len(solved) == len(MASTERS)
 

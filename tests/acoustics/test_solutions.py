@@ -12,10 +12,11 @@ import numpy as np
 import pytest
 from scipy.special import spherical_jn, spherical_yn
 
-from nvhchain.acoustics import PlaneWave, PointSource, RigidPlane, direct, solve_direct, sphere, surface_pressure
-from nvhchain.acoustics._coupling import coupling
-from nvhchain.acoustics.potentials import RULE_BARYCENTRIC, RULE_WEIGHT
-from nvhchain.acoustics.surface import mean_edge
+from nvhchain.acoustics import PlaneWave, PointSource, RigidPlane, solve_direct, sphere, surface_pressure
+from nvhchain.acoustics.solutions import pressure as direct
+from nvhchain.acoustics.surfaces.burton_miller import coupling
+from nvhchain.acoustics.surfaces.surface import mean_edge
+from nvhchain.acoustics.waves.layer_potentials import RULE_BARYCENTRIC, RULE_WEIGHT
 from nvhchain.errors import InputError, ResourceError
 from nvhchain.handoff import SurfaceVelocity
 
@@ -192,7 +193,7 @@ def test_irregular_frequencies_do_not_show_and_would_without_burton_miller(air, 
     near = np.linspace(-0.01, 0.01, 41)
     away = _errors_around(ka, air, coarse, body, np.array([-0.05, 0.05])).max()
     assert _errors_around(ka, air, coarse, body, near).max() < 2 * away
-    monkeypatch.setattr("nvhchain.acoustics._fused.coupling", lambda surface, k: 0j)
+    monkeypatch.setattr("nvhchain.acoustics.fused.engine.coupling", lambda surface, k: 0j)
     assert _errors_around(ka, air, coarse, body, near).max() > 5 * away
 
 

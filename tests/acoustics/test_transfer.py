@@ -15,7 +15,7 @@ from nvhchain.acoustics import (
     sphere,
     transfer_vectors,
 )
-from nvhchain.acoustics.transfer import _vectors
+from nvhchain.acoustics.solutions.transfer_vectors import _vectors
 from nvhchain.conventions import Air
 from nvhchain.errors import InputError, ResourceError, SolverError
 from nvhchain.fidelity import AcousticsFidelity
@@ -168,7 +168,7 @@ def test_a_singular_matrix_raises_instead_of_giving_numbers(bracket, air, coarse
     broken = np.ones((n, n), dtype=complex), np.ones((n, len(bracket.triangles)), dtype=complex)
     for value in (1.0, np.nan):
         monkeypatch.setattr(
-            "nvhchain.acoustics._fused.systems",
+            "nvhchain.acoustics.fused.engine.systems",
             lambda surface, k, fidelity, value=value: iter([(value * broken[0], broken[1])]),
         )
         with pytest.raises(SolverError):

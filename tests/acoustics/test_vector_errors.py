@@ -23,8 +23,8 @@ from nvhchain.acoustics import (
     transfer_vectors,
     vectors_at,
 )
-from nvhchain.acoustics.interpolation import interpolant
-from nvhchain.acoustics.vector_errors import vector_errors
+from nvhchain.acoustics.accuracy.interpolation_error import vector_errors
+from nvhchain.acoustics.interpolation.nodes import interpolant
 from nvhchain.errors import AccuracyWarning
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import BearingForces, RigidPlane, SurfaceVelocity

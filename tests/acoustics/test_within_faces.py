@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from nvhchain.acoustics import solve_direct, sphere, transfer_vectors
-from nvhchain.acoustics.surface import mean_edge
-from nvhchain.acoustics.within_faces import within_faces
+from nvhchain.acoustics.surfaces.surface import mean_edge
+from nvhchain.acoustics.surfaces.velocity_in_faces import within_faces
 from nvhchain.handoff import Surface, SurfaceVelocity
 
 SLABS = bodies.cells((6, 18, 18), (0.3, 0.3, 0.3), alike=True)

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import nvhchain as nvh
-from nvhchain.acoustics import needles
+from nvhchain.acoustics.surfaces import needles
 from nvhchain.cli import main
 from nvhchain.errors import AccuracyWarning, InputError
 from nvhchain.handoff import Surface

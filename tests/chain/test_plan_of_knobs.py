@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 import nvhchain as nvh
-from nvhchain.acoustics import _fused_mesh
+from nvhchain.acoustics.fused import mesh as fused_mesh
 from nvhchain.fem.triangles import equal_pieces
 from nvhchain.gear.engagement import slice_count
 from nvhchain.gear.mesh import gear_mesh
@@ -98,6 +98,6 @@ def test_a_housing_takes_seconds_by_the_pieces_that_its_skin_is_cut_into(case):
 
 
 def test_rules_of_touching_needles_take_memory_by_the_fourth_power_of_their_order(case):
-    rules = _fused_mesh.rules_of(nvh.DRAFT.acoustics.quadrature_order, 2, nvh.DRAFT.acoustics)
+    rules = fused_mesh.rules_of(nvh.DRAFT.acoustics.quadrature_order, 2, nvh.DRAFT.acoustics)
     kept = rules.chunks.nbytes * (8 / nvh.DRAFT.acoustics.singular_order) ** 4 / 1e6
     assert planned(case, "transfer", "acoustics", singular_order=8).megabytes > BASE_MEGABYTES + 2 * kept

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import nvhchain as nvh
-from nvhchain.acoustics import transfer
+from nvhchain.acoustics.solutions import transfer_vectors as transfer
 from nvhchain.case import FieldPoint
 from nvhchain.fidelity import AcousticsFidelity, DynamicsFidelity, Fidelity, GearFidelity, HousingFidelity
 from nvhchain.gear import Slots, body_flexibility

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from nvhchain.acoustics import PointSource, radiate, solve_direct, surface_pressure, transfer_vectors
-from nvhchain.acoustics.within_faces import within_faces
+from nvhchain.acoustics.surfaces.velocity_in_faces import within_faces
 from nvhchain.conventions import Air
 from nvhchain.handoff import RigidPlane, Surface, SurfaceVelocity
 from nvhchain.levels import decibel

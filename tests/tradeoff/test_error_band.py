@@ -19,7 +19,7 @@ from nvhchain.acoustics import (
     radiation_resistance,
     sphere,
 )
-from nvhchain.acoustics.level_accuracy import level_accuracy
+from nvhchain.acoustics.accuracy.radiation_levels import level_accuracy
 from nvhchain.case import FieldPoint, RadiatorCase, Ramp, Sphere
 from nvhchain.dynamics import bearing_forces
 from nvhchain.error_band import (

@@ -1,0 +1,1 @@
+"""Accuracy of boundary element results: mesh, interpolation, cancellation and solver errors."""

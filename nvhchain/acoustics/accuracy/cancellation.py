@@ -1,0 +1,301 @@
+"""What discretisation leaves where parts of a motion cancel each other: the sound of a dipole, as an error of it."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.sparse import block_diag, coo_array, csr_array, diags_array
+from scipy.sparse.linalg import SuperLU, splu
+
+from nvhchain.acoustics.accuracy.mesh_error import MESH_ERROR, QUADRATURE_GROWTH
+from nvhchain.acoustics.interpolation.nodes import line_batches
+from nvhchain.acoustics.surfaces.bodies import separate
+from nvhchain.acoustics.surfaces.surface import SHARP_ANGLE, edges_between, mean_edge, width_to_length
+from nvhchain.conventions import Air
+from nvhchain.errors import AccuracyWarning
+from nvhchain.fidelity import AcousticsFidelity
+from nvhchain.handoff import ComplexArray, FloatArray, IntArray, RigidPlane, Surface, SurfaceVelocity
+
+CANCELLATION = 0.22
+"""Thrust that the error of the mesh leaves, relative to the area times the root mean square pressure on it, times the
+square of the mean edge over half the diagonal of the body that carries it, over the body's width by its length: a
+bound; rotating boxes and ellipsoids of irregular mesh, which radiate hardly anything else at low frequency, 0.004 to
+0.16 (docs/measured/acoustics/sound_power.md), ellipsoids whose vertices are shifted by chance up to 0.21.  Of strips
+that bend all along the error is 0.5 dB at four edges a wave, be they as long as wide or 16 times as long.
+Bodies of revolution that rotate about their own axis are beyond it: the facets alone move their air."""
+
+MAPPED = 0.01
+"""Moment of volume velocity by which a motion errs that is mapped onto a coarser surface, over h² √(S ∫|∇v|² dS), h the
+mean edge there, S the area of the body: with it what is stated is 1.0 to 46 times what motions of more than 0.3 dB err
+by (docs/measured/acoustics/sound_power.md), but 0.5 to 0.7 times where they do not resemble the true one any more (16
+to 23 dB)."""
+
+ESTIMATE = 2.9
+"""Estimated pressures of motions over those of boundary elements, at most (`pressure_of_motion`)."""
+
+QUIET = 0.1
+"""Pressure at the loudest of many points, over what the motion would give there if it radiated from all over, below
+which it radiates from hardly anywhere.  Of one point the square: behind the gearbox one hears less than a tenth by
+chance at one line in forty, 0.017 at least."""
+
+_MOST_LINES = 256
+"""Lines for which pressures on the surface are estimated: those of the largest error by what moves and its
+`wall_wavenumber` alone."""
+
+
+def cancellation_resistance(
+    surface: Surface, wavenumber: float, pressure: ComplexArray, plane: RigidPlane | None, quadrature_error: float
+) -> ComplexArray:
+    """Radiation resistance E (m, m), times ρc, of the error that velocities with these pressures (n_v, m) Pa may have.
+
+    ½ q̇ᴴ E q̇/(ρc) is the power k²F²/(24πρc) of a dipole (Morse & Ingard, Theoretical Acoustics, 1968, sect. 7.1) with
+    the thrust F that is left; twice that over a rigid plane, which doubles the thrust along it and leaves half of the
+    space.  quadrature_error: of `expected_accuracy`.  Hermitian, semidefinite.
+    """
+    dipole = wavenumber**2 / (12 * np.pi) * (1.0 if plane is None else 2.0)
+    on_faces = pressure[surface.triangles].mean(axis=1)
+    return np.asarray(dipole * sum(thrust.squared for thrust in _thrusts(surface, on_faces, quadrature_error)))
+
+
+def cancellation_pressure(
+    surface: Surface,
+    wavenumber: FloatArray,
+    on_faces: ComplexArray,
+    points: FloatArray,
+    plane: RigidPlane | None,
+    quadrature_error: float,
+) -> FloatArray:
+    """Largest pressure (m,) Pa at field points (n_point, 3) m of the thrusts F that are left of pressures on the faces
+    (n_face, m) Pa at wavenumbers (m,).
+
+    |jk + 1/r| F/(4πr) on the axis of a dipole amid the pressures on every body, r half their extent at least; with a
+    plane twice that.
+    """
+    return _dipole_pressure(_thrusts(surface, on_faces, quadrature_error), wavenumber, points, plane)
+
+
+def cancellation_of_motion(
+    surface_velocity: SurfaceVelocity,
+    loudest: FloatArray,
+    points: FloatArray,
+    air: Air,
+    plane: RigidPlane | None,
+    quadrature_error: float,
+    edge_ratio: ArrayLike = 1.0,
+) -> FloatArray:
+    """As `cancellation_pressure`, over the pressure found at the loudest point (n_f,), at the lines of a surface
+    velocity, from pressures on the surface that are estimated (`pressure_of_motion`).
+
+    Of bodies whose motion is subsonic, in waves on their walls that are shorter than those in the air (or than the
+    body: `wall_wavenumber`); what is faster radiates from all over, and a point hears little of it where waves happen
+    to cancel.  So it does not where flanks of ribs or teeth cancel each other, which sharp edges part: motions that are
+    `QUIET` count as well.  Zero at other lines, and at those beyond the `_MOST_LINES` worst.
+    loudest: (n_f,) Pa.  edge_ratio: (n_f,) or one, mean edge of the surface that was solved over that of the one given;
+    where a coarser one was, the mapped motion leaves another thrust, of `MAPPED`.
+    """
+    surface = surface_velocity.surface
+    bodies, wavenumber = separate(surface), 2 * np.pi * surface_velocity.frequency / air.speed_of_sound
+    edge_ratio = np.broadcast_to(edge_ratio, wavenumber.shape)
+    lines = np.flatnonzero((wavenumber > 0) & (loudest > 0))
+    away = max(np.linalg.norm(points - surface.centroids.mean(axis=0), axis=1).min(), _half_diagonal(surface))
+    quiet = QUIET ** (1.0 + 1.0 / len(points)) * air.impedance / (np.sqrt(4 * np.pi) * away)
+
+    def per_pressure(at: IntArray, faces: IntArray) -> ComplexArray:  # as squares of any velocity are not
+        return surface_velocity.normal_velocity[np.ix_(at, faces)].T / loudest[at]
+
+    cancels = np.zeros((len(bodies), len(wavenumber)), dtype=bool)
+    suspect = np.zeros(len(wavenumber))
+    for piece in (lines[batch] for batch in line_batches(len(lines))):
+        k, moving = wavenumber[piece], [per_pressure(piece, faces) for faces, _ in bodies]
+        energy = np.array([body.areas @ np.abs(v) ** 2 for (_, body), v in zip(bodies, moving, strict=True)])
+        on_walls = np.array([wall_wavenumber(body, v) for (_, body), v in zip(bodies, moving, strict=True)])
+        cancels[:, piece] = (k < on_walls) | (quiet * np.sqrt(energy.sum(axis=0)) > 1.0)
+        ahead = (cancels[:, piece] * energy * np.minimum(k / on_walls, 1.0) ** 2).sum(axis=0)
+        suspect[piece] = ahead * (1.0 + (k * away) ** 2) * edge_ratio[piece] ** 4
+    left = np.zeros(len(wavenumber))
+    worst = np.sort(lines[np.argsort(suspect[lines])[-_MOST_LINES:]])
+    for piece in (worst[batch] for batch in line_batches(len(worst))):
+        k, on_faces = wavenumber[piece], np.zeros((len(surface.triangles), len(piece)), dtype=complex)
+        moved = np.zeros((len(bodies), len(piece)))
+        for number, (faces, body) in enumerate(bodies):
+            mine = np.flatnonzero(cancels[number, piece])
+            if len(mine) > 0:
+                v = per_pressure(piece[mine], faces)
+                on_faces[np.ix_(faces, mine)] = pressure_of_motion(body, k[mine], v, air)
+                slopes = np.where(edge_ratio[piece[mine]] > 1, _slopes(body, v), 0.0)
+                moved[number, mine] = mean_edge(body) ** 2 * np.sqrt(body.areas.sum() * slopes)
+        thrusts = _thrusts(surface, on_faces, quadrature_error, edge_ratio[piece])
+        for thrust, moment in zip(thrusts, MAPPED * edge_ratio[piece] ** 2 * moved, strict=True):
+            thrust.squared[np.diag_indices(len(piece))] += (air.impedance * k * moment) ** 2
+        left[piece] = _dipole_pressure(thrusts, k, points, plane)
+    return left
+
+
+def wall_wavenumber(body: Surface, velocity: ComplexArray) -> FloatArray:
+    """Wavenumbers (m,) rad/m of normal velocities (n_face, m) along the walls, √(1/a² + ∫|∇v|² dS/∫|v|² dS), a half the
+    diagonal of the body."""
+    size = body.areas @ np.abs(velocity) ** 2
+    return np.asarray(
+        np.sqrt(1.0 / _half_diagonal(body) ** 2 + _slopes(body, velocity) / np.where(size > 0, size, 1.0))
+    )
+
+
+def short_waves(surface_velocity: SurfaceVelocity) -> FloatArray:
+    """Square (n_f,) of mean edges to a wave on the walls, ∫(h|∇v|/2π)² dS over ∫|v|² dS; zero at lines without
+    velocity."""
+    form, areas = wall_waves(surface_velocity.surface), surface_velocity.surface.areas
+    found = np.zeros(len(surface_velocity.frequency))
+    fastest = np.abs(surface_velocity.normal_velocity).max(axis=1)
+    moving = np.flatnonzero(fastest)
+    for piece in (moving[batch] for batch in line_batches(len(moving))):
+        v = (surface_velocity.normal_velocity[piece] / fastest[piece, None]).T  # as squares of any are no numbers
+        found[piece] = (v.conj() * (form @ v)).sum(axis=0).real.clip(0.0) / (areas @ np.abs(v) ** 2)
+    return found
+
+
+@lru_cache(maxsize=8)
+def wall_waves(surface: Surface) -> csr_array:
+    """∫(h ∇u/2π)·(h ∇v/2π) dS as a form (n_face, n_face) of normal velocities, h the mean edge of each body."""
+    bodies = separate(surface)
+    form = block_diag([(mean_edge(body) / (2 * np.pi)) ** 2 * _walls(body)[0] for _, body in bodies], format="csr")
+    place = np.argsort(np.concatenate([faces for faces, _ in bodies]))
+    return csr_array(form[place][:, place])
+
+
+def _slopes(body: Surface, velocity: ComplexArray) -> FloatArray:
+    """∫|∇v|² dS (m,) of normal velocities (n_face, m), not across edges."""
+    stiffness, _ = _walls(body)
+    return np.asarray((velocity.conj() * (stiffness @ velocity)).sum(axis=0).real.clip(0.0))
+
+
+def pressure_of_motion(body: Surface, wavenumber: FloatArray, velocity: ComplexArray, air: Air) -> ComplexArray:
+    """Pressures (n_face, m) Pa on a body, estimated from normal velocities (n_face, m) m/s at wavenumbers (m,) without
+    solving for them.
+
+    In shape what is left of the velocity if it is smoothed, q = (1/a² − Δ)⁻¹ v; in size √∫|p|² = ρck √∫v* q, for a wave
+    of wavenumber κ on a wall has ρck v/κ in front of it if κ > k, and a body of half diagonal a that moves as a whole
+    no more than ρcka v; never above ρcv.  Δ: on the surface, but not across edges, where the velocity jumps and the
+    pressure does not (finite volumes).  0.6 to 2.9 times what boundary elements give, in the mean over the faces
+    (`tests/acoustics/test_cancelling_motions.py`).
+    """
+    _, factors = _walls(body)
+    areas, columns = body.areas[:, None], velocity.shape[1]
+    parts = factors.solve(np.concatenate([areas * velocity.real, areas * velocity.imag], axis=1))
+    smooth = parts[:, :columns] + 1j * parts[:, columns:]
+    ahead = (areas * velocity.conj() * smooth).sum(axis=0).real * wavenumber**2
+    energy = np.minimum(ahead, (areas * np.abs(velocity) ** 2).sum(axis=0))
+    size = (areas * np.abs(smooth) ** 2).sum(axis=0)
+    return np.asarray(air.impedance * np.sqrt(energy / np.where(size > 0, size, 1.0)) * smooth)
+
+
+@lru_cache(maxsize=8)
+def _walls(body: Surface) -> tuple[csr_array, SuperLU]:
+    """−∫Δ over the faces, (n_face, n_face), and the factors of ∫(1/a² − Δ)."""
+    ends, sides, angle = edges_between(body)
+    first, last = body.vertices[ends.T]
+    way = np.linalg.norm(body.centroids[sides] - 0.5 * (first + last)[:, None], axis=2).sum(axis=1)
+    conductance = np.where(angle < SHARP_ANGLE, np.linalg.norm(last - first, axis=1) / way, 0.0)
+    faces = len(body.triangles)
+    across = coo_array((conductance, tuple(sides.T)), (faces, faces)).tocsr()
+    across = across + across.T
+    stiffness = (diags_array(across.sum(axis=1)) - across).tocsr()
+    return stiffness, splu((stiffness + diags_array(body.areas / _half_diagonal(body) ** 2)).tocsc())
+
+
+@dataclass(frozen=True, eq=False)
+class _Thrust:
+    """Of the pressures on one body.  squared: FᴴF (m, m) N².  middles: (m, 3) m and extents (m,) m of what carries
+    them."""
+
+    squared: ComplexArray
+    middles: FloatArray
+    extents: FloatArray
+
+
+def _thrusts(
+    surface: Surface, on_faces: ComplexArray, quadrature_error: float, edge_ratio: ArrayLike = 1.0
+) -> list[_Thrust]:
+    """What is left on every body of pressures on the faces (n_face, m) Pa: F = (CANCELLATION h²/(a²w) + ε)
+    √(S ∫|p|² dS), h the mean edge (times edge_ratio, (m,) or one, where a coarser surface was solved), ε the error of
+    sound fields by quadrature, which is that of sharp edges.
+
+    a and S: half the diagonal and the area of the body, or of the part of it that carries |p|² (√3 radii of gyration;
+    twice (∫|p|² dS)²/∫|p|⁴ dS), if that is smaller: what lies at rest far away cancels nothing. w: width over length of
+    the body, or of what carries |p|², if that is larger (`width_to_length`). They are those of every column by itself.
+    """
+    made = []
+    for faces, body in separate(surface):
+        here, h = on_faces[faces], mean_edge(body) * np.asarray(edge_ratio)
+        carried = body.areas[:, None] * np.abs(here) ** 2
+        total = carried.sum(axis=0)
+        weight = np.where(total > 0, carried, body.areas[:, None])
+        weight = weight / weight.sum(axis=0)
+        middles = weight.T @ body.centroids
+        square = (body.centroids**2).sum(axis=1) @ weight - (middles**2).sum(axis=1)
+        extents = np.clip(np.sqrt(3.0 * square.clip(0.0)), h, _half_diagonal(body))
+        area = np.minimum(body.areas.sum(), 2.0 / (weight**2 / body.areas[:, None]).sum(axis=0))
+        spread = np.column_stack([body.areas / body.areas.sum(), weight])
+        slender = width_to_length(body.centroids, spread)
+        compact = np.maximum(extents**2 * np.maximum(slender[0], slender[1:]), h**2)
+        share = (CANCELLATION * h**2 / compact + QUADRATURE_GROWTH * quadrature_error) * np.sqrt(area)
+        squared = np.outer(share, share) * ((here.conj().T * body.areas) @ here)
+        made.append(_Thrust(squared, middles, extents))
+    return made
+
+
+def _dipole_pressure(
+    thrusts: Sequence[_Thrust], wavenumber: FloatArray, points: FloatArray, plane: RigidPlane | None
+) -> FloatArray:
+    squares = np.zeros(len(wavenumber))
+    for thrust in thrusts:
+        nearest = [float(np.linalg.norm(points - middle, axis=1).min()) for middle in thrust.middles]
+        r = np.maximum(nearest, thrust.extents)
+        squares += (1.0 + (wavenumber * r) ** 2) * thrust.squared.diagonal().real / (4 * np.pi * r**2) ** 2
+    return np.asarray(np.sqrt(squares) * (1.0 if plane is None else 2.0))
+
+
+def _half_diagonal(body: Surface) -> float:
+    return 0.5 * float(np.linalg.norm(np.ptp(body.vertices, axis=0)))
+
+
+def told_cancellation(
+    frequency: FloatArray,
+    power: FloatArray,
+    error_power: FloatArray,
+    short: FloatArray,
+    fidelity: AcousticsFidelity,
+    one_element: float,
+    overstated: float = 1.0,
+) -> dict[str, float]:
+    """Provenance of the largest error of motions whose parts cancel each other, dB, and where it is, Hz.
+
+    power, error_power: (n_f,) of one unit, that found and that of the dipole that is left, whose amplitudes add up at
+    worst.  short: (n_f,) of `short_waves`: waves on walls err as those in the air do (`MESH_ERROR`), where they are
+    shorter.  one_element: Hz at which the mesh has one element per wavelength.  overstated: factor by which the
+    errors may be too large.  Gives an AccuracyWarning where the error is larger all the same than that of a mesh with
+    `fidelity.elements_per_wavelength`, and than that of this one.
+    """
+    loud = np.flatnonzero(power > 0)
+    if len(loud) == 0:
+        return {}
+    in_air = (frequency[loud] / one_element) ** 2
+    error = np.sqrt(error_power[loud] / power[loud]) + MESH_ERROR * (short[loud] - in_air).clip(0.0)
+    worst = int(error.argmax())
+    if error[worst] == 0:
+        return {}
+    largest, at = float(20 * np.log10(1 + error[worst])), float(frequency[loud[worst]])
+    asked = overstated * MESH_ERROR * np.maximum(1 / fidelity.elements_per_wavelength**2, in_air)
+    if (error > asked).any():
+        warnings.warn(
+            f"the parts of the motion cancel each other, or the mesh is coarse for waves on the walls, at "
+            f"{np.count_nonzero(error > asked)} lines: expect errors up to {largest:.2g} dB, at {at:.4g} Hz; refine "
+            "the mesh or raise the lower frequency",
+            AccuracyWarning,
+            stacklevel=3,
+        )
+    return {"cancellation_error_dB": largest, "cancellation_frequency": at}

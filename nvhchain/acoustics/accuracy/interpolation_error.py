@@ -1,0 +1,111 @@
+"""What interpolation between masters makes of transfer vectors themselves, whatever velocity they will be given."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from nvhchain.acoustics.accuracy.mesh_error import told_interpolation, told_resonances
+from nvhchain.acoustics.interpolation.adaptive import squared_norms
+from nvhchain.acoustics.interpolation.nodes import Interpolant, line_batches, support
+from nvhchain.fidelity import AcousticsFidelity
+from nvhchain.handoff import ComplexArray, FloatArray, IntArray, Surface, TransferVectors
+
+OF_MESH = ("expected_error_dB", "coarse_error_dB")
+"""What is stated of masters, and holds for all that is made from them."""
+
+STATED = (
+    ("interpolation_error_dB",),
+    ("resonance_error_dB", "resonance_frequency"),
+    ("resonance_shift",),
+    *((name,) for name in OF_MESH),
+)
+"""What is stated of vectors between masters: an error, and where it is."""
+
+_POINTS = 64
+"""Field points, spread over those asked for, for which the error is estimated."""
+
+
+def told_vectors(
+    smooth: Interpolant, atv: TransferVectors, frequency: FloatArray, fidelity: AcousticsFidelity
+) -> dict[str, Any]:
+    """Provenance of transfer vectors that `smooth` gives for `atv` at lines (n_f,) Hz.
+
+    interpolation_error_dB: the largest error of a line that interpolation is estimated to make (`vector_errors`);
+    resonance_error_dB, resonance_frequency: as `radiate` tells them, where the mesh may miss resonances.  Gives an
+    AccuracyWarning where the one exceeds `fidelity.master_tolerance_db`, the other what the mesh errs by.  What `atv`
+    itself states, being interpolated, is kept where it is more.
+    """
+    lines, told = frequency[frequency > 0], {"interpolation_error_dB": 0.0}
+    shift = float(atv.provenance.get("resonance_shift", 0.0))
+    if len(lines) > 0:
+        error, changed = vector_errors(smooth, lines, deciding_points(atv.surface, atv.points), len(atv.points), shift)
+        told = told_interpolation(error, lines, "the transfer vectors", fidelity, stacklevel=4)
+        told |= told_resonances(shift, smooth.poles, lines, np.ones(len(lines)), changed, fidelity, stacklevel=4)
+    for name, *others in STATED:
+        if atv.provenance.get(name, 0.0) > told.get(name, 0.0):
+            told |= {of: atv.provenance[of] for of in (name, *others)}
+    return told
+
+
+def vector_errors(
+    smooth: Interpolant, frequency: FloatArray, deciding: IntArray, points: int, shift: float = 0.0
+) -> tuple[FloatArray, FloatArray]:
+    """Estimated error at lines (n_f,) Hz, above 0 Hz, and what changes if resonances lie elsewhere by `shift` times
+    their frequency, both (n_f,): 2-norms over the faces relative to the vector's, the worst of the points.
+
+    What a velocity that is alike on all faces and random in phase suffers in the mean.  deciding: indices of points
+    that are looked at.  points: how many there are; with a plane, `smooth` has their images after them, and both parts
+    count as if they did not interfere.  What no master shows is part of the error (`Nodes.hidden_error`).
+    """
+    grams = _grams(smooth, deciding, points)
+    error, changed = np.zeros(len(frequency)), np.zeros(len(frequency))
+    for batch in line_batches(len(frequency)):
+        lines = frequency[batch]
+        moved = [smooth.shift_weights(lines, shift)] if shift > 0 else []
+        sets = np.concatenate([smooth.weights(lines)[None], smooth.error_weights(lines), *moved])
+        nodes = support(sets.reshape(-1, sets.shape[2]))
+        for gram in grams:
+            size, below, above, *changes = np.sqrt(squared_norms(sets[:, :, nodes], gram[nodes, nodes]))
+            of_size = 1.0 / np.where(size > 0, size, 1.0)
+            error[batch] = np.maximum(error[batch], np.maximum(below, above) * of_size)
+            changed[batch] = np.maximum(changed[batch], sum(changes) * of_size)
+    return error + smooth.hidden_error(frequency), changed
+
+
+def vector_changes(
+    smooth: Interpolant, frequency: FloatArray, deciding: IntArray, points: int, masters: FloatArray
+) -> FloatArray:
+    """What some `masters` (n,) Hz change at lines (n_f,) Hz, measured as `vector_errors` does."""
+    sets = np.stack([smooth.weights(frequency), smooth.change_weights(frequency, masters)])
+    changed = np.zeros(len(frequency))
+    for gram in _grams(smooth, deciding, points):
+        size, change = np.sqrt(squared_norms(sets, gram))
+        changed = np.maximum(changed, change / np.where(size > 0, size, 1.0))
+    return changed
+
+
+def _grams(smooth: Interpolant, deciding: IntArray, points: int) -> list[ComplexArray]:
+    """Inner products (n_node, n_node) of the vectors of each of the `deciding` points at the nodes, conjugate first."""
+    grams = []
+    for point in deciding:
+        of_ends = [smooth.at_nodes(end) for end in range(point, len(smooth.atv.points), points)]
+        grams.append(np.sum([values.conj() @ values.T for values in of_ends], axis=0))
+    return grams
+
+
+def deciding_points(surface: Surface, points: FloatArray) -> IntArray:
+    """Indices of the field points for which the error is estimated: the nearest one, and then always the one farthest
+    from those chosen in direction and logarithm of distance from the middle of the body."""
+    if len(points) <= _POINTS:
+        return np.arange(len(points))
+    offset = points - 0.5 * (surface.vertices.min(axis=0) + surface.vertices.max(axis=0))
+    distance = np.linalg.norm(offset, axis=1, keepdims=True).clip(np.finfo(float).tiny)
+    place = np.concatenate([offset / distance, np.log(distance)], axis=1)
+    chosen = [int(distance.argmin())]
+    apart = np.full(len(points), np.inf)
+    while len(chosen) < _POINTS:
+        apart = np.minimum(apart, np.linalg.norm(place - place[chosen[-1]], axis=1))
+        chosen.append(int(apart.argmax()))
+    return np.unique(chosen)

@@ -1,0 +1,125 @@
+"""What the cheaper radiation levels let expect: their errors over the size of the body against the wavelength."""
+
+from __future__ import annotations
+
+import warnings
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nvhchain.acoustics.surfaces.surface import real_numbers
+from nvhchain.conventions import Air
+from nvhchain.errors import AccuracyWarning, require
+from nvhchain.handoff import FloatArray, Surface
+from nvhchain.kinds import check_arguments
+
+
+class LevelError(NamedTuple):
+    """Errors up to a wavenumber times half size of the body of `below`, dB.
+
+    housing: largest mean over points and motions of a box and of a gearbox.  mean: the same of these and a sphere, from
+    here to the highest frequency.  single: largest RMS of levels at single points, and of the power of one motion.
+    """
+
+    below: float
+    housing: float
+    mean: float
+    single: float
+
+
+SMALLEST = 0.1
+"""Wavenumber times half size where the tables begin; below, errors grow by `SLOPES`."""
+
+ERRORS = {
+    "rayleigh": (
+        LevelError(0.2, 11.8, 20.0, 21.5),
+        LevelError(0.5, 10.4, 13.3, 16.0),
+        LevelError(1.0, 5.1, 5.5, 13.0),
+        LevelError(2.0, 1.9, 3.7, 12.0),
+        LevelError(4.0, 0.8, 3.7, 11.5),
+        LevelError(np.inf, 0.4, 3.6, 8.5),
+    ),
+    "equivalent_radiated_power": (
+        LevelError(0.2, 33.5, 75.0, 80.0),
+        LevelError(0.5, 29.6, 57.0, 62.0),
+        LevelError(1.0, 16.8, 33.0, 38.0),
+        LevelError(2.0, 10.8, 16.0, 20.0),
+        LevelError(4.0, 5.5, 5.5, 7.5),
+        LevelError(np.inf, 1.7, 1.7, 8.0),
+    ),
+}
+"""Per level of radiation: the worst of a box under bending waves and a gearbox (docs/measured/acoustics/radiation.md)
+and of a sphere with v_n = P_0, P_1, P_2 (cos θ) (closed forms: tests/acoustics/test_rayleigh.py).  No bounds: P_3 errs
+by more (`CANCELLING`), by 19 and 36 dB at ka = 1."""
+
+SLOPES = {"rayleigh": 20.0, "equivalent_radiated_power": 60.0}
+"""dB per decade by which the errors of a small sphere grow towards low frequencies (P_2, the worst of the three)."""
+
+SHAKING = 13.5
+"""dB by which the Rayleigh integral errs more, at most, where a plate or strip shakes as a whole: 28 dB at ka = 0.1 for
+plates of 0.3 × 0.2 × 0.02 and 0.3 × 0.3 × 0.01 m, 35 for a strip of 0.4 × 0.06 × 0.02 m, 3 above ka = 1."""
+
+CANCELLING = {"rayleigh": 75.0, "equivalent_radiated_power": 112.0}
+"""dB by which the power of a sphere with v_n = P_3(cos θ) errs at ka = 0.11: the parts of the motion cancel."""
+
+TOLERABLE = 3.0
+"""dB of mean level error, twice the power, above which it is warned of."""
+
+_NAMES = {"rayleigh": "Rayleigh integral", "equivalent_radiated_power": "equivalent radiated power"}
+
+
+def expected_radiation_error(radiation: str, ka: ArrayLike) -> FloatArray:
+    """RMS error (n,) dB of levels at single points, and of the power of single motions, that a level of radiation has.
+
+    radiation: `rayleigh` or `equivalent_radiated_power`.  ka: (n,) wavenumber times half size of the body, its diagonal
+    over 2√3; > 0.  From the table of the worst body measured up to each ka; it grows below 0.1 by `SLOPES`.
+    Raises InputError for another level, `boundary_elements` too, whose error `expected_accuracy` tells, and ka ≤ 0.
+    """
+    check_arguments(expected_radiation_error, locals())
+    require(radiation in ERRORS, f"radiation = {radiation!r} has no table of errors: choose from {', '.join(ERRORS)}")
+    x = np.atleast_1d(real_numbers(ka, "wavenumbers times half size"))
+    require(
+        x.size > 0 and bool(((x > 0) & (x < np.inf)).all()),
+        f"wavenumber times half size of {x.min(initial=np.inf):g} must be positive and finite: drop lines at 0 Hz",
+    )
+    return np.asarray(_errors(radiation, x)[2])
+
+
+def _errors(radiation: str, ka: FloatArray | float) -> FloatArray:
+    """Housing, mean and single error (3, …) dB."""
+    rows = ERRORS[radiation]
+    row = np.searchsorted([entry.below for entry in rows], ka, side="right")
+    growth = SLOPES[radiation] * np.maximum(0.0, np.log10(SMALLEST / ka))
+    return np.asarray(np.array([entry[1:] for entry in rows])[row].T + growth)
+
+
+def level_accuracy(surface: Surface, frequency: FloatArray, air: Air, radiation: str) -> dict[str, float]:
+    """Provenance of what a cheaper level of radiation lets expect at the lowest frequency (n_f,) Hz above 0 Hz.
+
+    expected_error_dB: RMS of levels at single points and of the power of a single motion, each over its range of
+    frequencies; `SHAKING` more where a flat body shakes as a whole.  expected_mean_error_dB: of the mean over points
+    and many motions, of the worst body; housing_mean_error_dB: of a box or a gearbox.  A motion in step all over may
+    lose more at single frequencies: the Rayleigh integral gives a pulsating sphere no power where its circumference is
+    a multiple of the wavelength.
+    Gives an AccuracyWarning where the mean of the worst body is off by more than `TOLERABLE`.
+    """
+    radiating = frequency[frequency > 0]
+    if len(radiating) == 0:
+        return {}
+    half_size = 0.5 * float(np.linalg.norm(np.ptp(surface.vertices, axis=0))) / np.sqrt(3.0)
+    ka = 2 * np.pi * float(radiating[0]) / air.speed_of_sound * half_size
+    housing, mean, single = _errors(radiation, ka).tolist()
+    if mean > TOLERABLE:
+        exact = "unless it is flat and in a baffle, " if radiation == "rayleigh" else ""
+        shaking = f" ({SHAKING:g} dB more where it is flat and shakes as a whole)" if radiation == "rayleigh" else ""
+        warnings.warn(
+            f"{_NAMES[radiation]} at {radiating[0]:.4g} Hz, where wavenumber times half size of the body is {ka:.2g}: "
+            f"{exact}expect levels up to {mean:.2g} dB too high in the mean ({housing:.2g} dB for a housing), "
+            f"{single:.2g} dB off at single points and in the power of a single motion{shaking}, more where its parts "
+            f"cancel ({CANCELLING[radiation]:g} dB for P_3 of a sphere at 0.11); choose radiation = "
+            "'boundary_elements' or raise the lower frequency",
+            AccuracyWarning,
+            stacklevel=4,
+        )
+    return {"expected_error_dB": single, "expected_mean_error_dB": mean, "housing_mean_error_dB": housing}

@@ -1,0 +1,137 @@
+"""Pairs of points of the fused engine: every operator from one evaluation of distance and exponential.
+
+With r = x − y, R = |r|, G = e^{−jkR}/(4πR), the project's α = −jβ, and for flat triangles the heights
+d = r·n(y) (the same for every y of a triangle) and e = −r·n(x) (the same for every x), a pair of points contributes
+
+    A: φᵢ(x) φⱼ(y) [−d F + jβk² n·n′ G]  − jβ G curlᵢ·curlⱼ      (−K + αW, W by Maue's formula)
+    B: −φᵢ(x) [G − jβ e F]                                       (−(S + αK′))
+
+with F = G (1/R² + jk/R). So only sums of G and e F over y enter B, and one complex factor each for G and F has to be
+formed. Everything but e^{−jkR} is kept over all wavenumbers of a batch, and e^{−jkR} advances from one wavenumber to
+the next by a complex factor that equal steps share.
+"""
+
+# mypy: disable-error-code="no-untyped-def"
+from __future__ import annotations
+
+import numpy as np
+
+from nvhchain.acoustics.fused.kernels import cosine_sine, inline
+
+TILE = 32
+"""Trial triangles handled side by side: the innermost loops run over them, and their scratch stays in the first-level
+cache."""
+
+# Few arrays with rows at fixed places let the compiler see that rows do not overlap.
+# Three test points against a trial point: G, the step's factor, re, im, and 1/R of each; d of each; e.
+POINT, HEIGHT, TRIAL_HEIGHT, THREE = 5, 15, 18, 19
+SHARE, FACING = 0, 1  # of a pair of triangles: area · area′/(4π) or 0; n·n′
+OVER_TRIAL = 12  # three test points, summed over the trial points: G re, im of each; e F re, im of each
+OVER_TEST = 6  # a trial point, summed over the test points: A of the three test hats, re, im
+OVER_BOTH = 8  # G re, im; B of the three test hats, re, im
+
+
+@inline
+def heights(three, y, normal_y, x0, x1, x2, nx, ny, nz, q):
+    """Heights of one test point over the trial triangles and of their points over the test triangle."""
+    for u in range(TILE):
+        r0, r1, r2 = x0 - y[0, u], x1 - y[1, u], x2 - y[2, u]
+        three[HEIGHT + q, u] = r0 * normal_y[0, u] + r1 * normal_y[1, u] + r2 * normal_y[2, u]
+        three[TRIAL_HEIGHT, u] = -(r0 * nx + r1 * ny + r2 * nz)
+
+
+@inline
+def distances(three, distance, pair, y, x0, x1, x2, weight, q, one, tiny):
+    """Distance of one test point to one point of every trial triangle of the tile, and the weight of the pair."""
+    for u in range(TILE):
+        r0, r1, r2 = x0 - y[0, u], x1 - y[1, u], x2 - y[2, u]
+        square = r0 * r0 + r1 * r1 + r2 * r2
+        # Pairs with share 0 may meet in a point; their numbers must only stay finite.
+        inverse = one / np.sqrt(max(square, tiny))
+        three[POINT * q, u] = weight * pair[SHARE, u] * inverse
+        three[POINT * q + 4, u] = inverse
+        distance[u] = square * inverse
+
+
+@inline
+def begin(three, distance, k, q, wave):
+    """Multiply the weights by e^{−jkR}."""
+    for u in range(TILE):
+        c, s = cosine_sine(k * distance[u], wave)
+        w = three[POINT * q, u]
+        three[POINT * q, u] = w * c
+        three[POINT * q + 1, u] = -w * s
+
+
+@inline
+def set_step(three, distance, k, q, wave):
+    """Set the factors that advance the exponentials by the wavenumber step k."""
+    for u in range(TILE):
+        c, s = cosine_sine(k * distance[u], wave)
+        three[POINT * q + 2, u] = c
+        three[POINT * q + 3, u] = -s
+
+
+@inline
+def _point(three, q, u, k, turn):
+    """G, F and the integrand of A at a pair of points; advances the exponential.  turn: βk² n·n′."""
+    er, ei = three[POINT * q, u], three[POINT * q + 1, u]
+    sr, si, inverse = three[POINT * q + 2, u], three[POINT * q + 3, u], three[POINT * q + 4, u]
+    height = three[HEIGHT + q, u]
+    fr, fi = inverse * (inverse * er - k * ei), inverse * (inverse * ei + k * er)
+    three[POINT * q, u] = er * sr - ei * si
+    three[POINT * q + 1, u] = er * si + ei * sr
+    return er, ei, fr, fi, -height * fr - turn * ei, turn * er - height * fi
+
+
+@inline
+def three_points(over_test, over_trial, three, pair, hat, first, k, scale):
+    """Add three test points against one trial point: A of the three test hats, G and e F of the points."""
+    h00, h01, h02 = hat[first, 0], hat[first, 1], hat[first, 2]
+    h10, h11, h12 = hat[first + 1, 0], hat[first + 1, 1], hat[first + 1, 2]
+    h20, h21, h22 = hat[first + 2, 0], hat[first + 2, 1], hat[first + 2, 2]
+    for u in range(TILE):
+        turn, e = scale * pair[FACING, u], three[TRIAL_HEIGHT, u]
+        e0r, e0i, f0r, f0i, a0r, a0i = _point(three, 0, u, k, turn)
+        e1r, e1i, f1r, f1i, a1r, a1i = _point(three, 1, u, k, turn)
+        e2r, e2i, f2r, f2i, a2r, a2i = _point(three, 2, u, k, turn)
+        over_trial[0, u] += e0r
+        over_trial[1, u] += e0i
+        over_trial[2, u] += e1r
+        over_trial[3, u] += e1i
+        over_trial[4, u] += e2r
+        over_trial[5, u] += e2i
+        over_trial[6, u] += e * f0r
+        over_trial[7, u] += e * f0i
+        over_trial[8, u] += e * f1r
+        over_trial[9, u] += e * f1i
+        over_trial[10, u] += e * f2r
+        over_trial[11, u] += e * f2i
+        over_test[0, u] += h00 * a0r + h10 * a1r + h20 * a2r
+        over_test[1, u] += h00 * a0i + h10 * a1i + h20 * a2i
+        over_test[2, u] += h01 * a0r + h11 * a1r + h21 * a2r
+        over_test[3, u] += h01 * a0i + h11 * a1i + h21 * a2i
+        over_test[4, u] += h02 * a0r + h12 * a1r + h22 * a2r
+        over_test[5, u] += h02 * a0i + h12 * a1i + h22 * a2i
+
+
+@inline
+def add_test_points(over_both, over_trial, hat, first, beta):
+    """Add G and B = −G + jβ e F of three test points to the sums of the three test hats."""
+    h00, h01, h02 = hat[first, 0], hat[first, 1], hat[first, 2]
+    h10, h11, h12 = hat[first + 1, 0], hat[first + 1, 1], hat[first + 1, 2]
+    h20, h21, h22 = hat[first + 2, 0], hat[first + 2, 1], hat[first + 2, 2]
+    for u in range(TILE):
+        e0r, e0i, e1r = over_trial[0, u], over_trial[1, u], over_trial[2, u]
+        e1i, e2r, e2i = over_trial[3, u], over_trial[4, u], over_trial[5, u]
+        b0r, b0i = -beta * over_trial[7, u] - e0r, beta * over_trial[6, u] - e0i
+        b1r, b1i = -beta * over_trial[9, u] - e1r, beta * over_trial[8, u] - e1i
+        b2r, b2i = -beta * over_trial[11, u] - e2r, beta * over_trial[10, u] - e2i
+        over_both[0, u] += e0r + e1r + e2r
+        over_both[1, u] += e0i + e1i + e2i
+        over_both[2, u] += h00 * b0r + h10 * b1r + h20 * b2r
+        over_both[3, u] += h00 * b0i + h10 * b1i + h20 * b2i
+        over_both[4, u] += h01 * b0r + h11 * b1r + h21 * b2r
+        over_both[5, u] += h01 * b0i + h11 * b1i + h21 * b2i
+        over_both[6, u] += h02 * b0r + h12 * b1r + h22 * b2r
+        over_both[7, u] += h02 * b0i + h12 * b1i + h22 * b2i

@@ -1,0 +1,1 @@
+"""Transfer vectors between master frequencies: rational interpolation and the adaptive choice of masters."""

@@ -1,0 +1,62 @@
+"""Where to a body radiates: its directivity at field points, and whether they are far enough for it."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+
+from nvhchain.acoustics.radiation.efficiency import directivity_index
+from nvhchain.acoustics.radiation.microphones import NEAREST, source_dimension
+from nvhchain.acoustics.waves.multipoles import plane_foot
+from nvhchain.conventions import Air
+from nvhchain.errors import AccuracyWarning, require
+from nvhchain.handoff import Directivity, FieldPressure, RigidPlane, SoundPower, Surface
+from nvhchain.kinds import check_arguments
+
+
+def directivity(
+    pressure: FieldPressure, power: SoundPower, surface: Surface, air: Air, *, plane: RigidPlane | None = None
+) -> Directivity:
+    """Directivity of a radiating surface at its field points (`directivity_index`), at the lines that radiate.
+
+    pressure, power: at the same lines.  Distances count from the middle of the body, or from its foot on the `plane`.
+    The provenance keeps what the near field adds to a dipole at the nearest point and the lowest line,
+    10 lg(1 + 1/(kr)²) (`near_field_dB`).  AccuracyWarning for a point nearer than a quarter of a wavelength there, or
+    than twice the source's dimension (ISO 3744), where the index depends on the distance.
+    Raises InputError where the lines differ or nothing is radiated.
+    """
+    check_arguments(directivity, locals())
+    loud = power.power > 0
+    require(bool(loud.any()), "nothing is radiated at any line: directivity needs a power")
+    lines = np.flatnonzero(loud)
+    heard = pressure
+    if len(pressure.frequency) == len(loud):
+        heard = pressure.replace(frequency=pressure.frequency[lines], pressure=pressure.pressure[lines])
+    radiated = power.replace(frequency=power.frequency[lines], power=power.power[lines])
+    centre = plane_foot(surface, plane)
+    index = directivity_index(heard, radiated, centre, air, plane=plane)
+    told = _far_field(surface, heard, centre, air, plane)
+    provenance = power.provenance | pressure.provenance | {"stage": "acoustics.directivity"} | told
+    return Directivity(heard.frequency, heard.points, index, power.input_speed, provenance=provenance)
+
+
+def _far_field(
+    surface: Surface, pressure: FieldPressure, centre: np.ndarray, air: Air, plane: RigidPlane | None
+) -> dict[str, float]:
+    """Provenance of what the near field adds."""
+    distance = np.linalg.norm(pressure.points - centre, axis=1)
+    nearest, lowest = int(distance.argmin()), float(pressure.frequency[0])
+    r, dimension = float(distance[nearest]), source_dimension(surface, plane)
+    kr = 2 * np.pi * lowest / air.speed_of_sound * r
+    near = float(10 * np.log10(1 + kr**-2))
+    if kr < 0.5 * np.pi or r < NEAREST * dimension:
+        far = max(0.25 * air.speed_of_sound / lowest, NEAREST * dimension)
+        warnings.warn(
+            f"field point {nearest} is {r:.3g} m from the source's middle, {r / dimension:.2g} times its dimension "
+            f"and {r * lowest / air.speed_of_sound:.2g} wavelengths at {lowest:.4g} Hz: the directivity of a dipole "
+            f"is {near:.2g} dB too high there, and single parts of the surface are heard; take {far:.3g} m or more",
+            AccuracyWarning,
+            stacklevel=3,
+        )
+    return {"near_field_dB": near}

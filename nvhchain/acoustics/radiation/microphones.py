@@ -1,0 +1,180 @@
+"""Microphone arrays of the sound power standards: positions, the power they show, and the error of the near field."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nvhchain.acoustics.surfaces.surface import real_numbers
+from nvhchain.acoustics.waves.multipoles import plane_axes
+from nvhchain.conventions import Air
+from nvhchain.errors import AccuracyWarning, require
+from nvhchain.handoff import FieldPressure, FloatArray, RigidPlane, SoundPower, Surface
+from nvhchain.kinds import check_arguments
+
+ARRAYS = ("ISO 3744", "ISO 3745")
+"""Standards whose microphone positions are known: engineering and precision grade."""
+
+NEAREST = 2.0
+"""Least radius of an array in characteristic source dimensions, ISO 3744:2010 and ISO 3745:2012."""
+
+_FEWEST = 6
+"""Positions of an array at least."""
+
+_ROUND = 1e-6
+"""By which positions may miss their sphere, relative to its radius and their distance from the origin."""
+
+_UNEVEN = 0.1
+"""By which the mean of positions may miss that of their sphere or hemisphere, radii: 0.005 for ISO 3744."""
+
+# Azimuths in degrees of the positions of ISO 3745:2012, from the equator up: annex D (sphere, upper half; the other
+# half lies opposite) and annex E (hemisphere).
+_SPHERE_AZIMUTH = (180, 300, 60, 120, 240, 0, 60, 180, 300, 0)
+_HEMISPHERE_AZIMUTH = (*_SPHERE_AZIMUTH, 120, 240, 300, 60, 180, 240, 0, 120, 180, 300)
+
+
+def array_points(
+    radius: float,
+    centre: ArrayLike = (0.0, 0.0, 0.0),
+    *,
+    reflecting_plane: RigidPlane | bool = False,
+    standard: str = "ISO 3744",
+) -> FloatArray:
+    """Microphone positions on a sphere or, above a reflecting plane, on a hemisphere, each for the same area, m.
+
+    standard: `ISO 3744` (2010, table B.1): three rings of six at z/r = 0.15, 0.45 and 0.75 and two at the top, on the
+    sphere with their mirror images (40 in all); `ISO 3745` (2012): 20 positions at 20 equally spaced heights.
+    reflecting_plane: the hemisphere stands on this plane, about the foot of `centre` on it (True: on the plane
+    z = centre z); without it the array is a whole sphere for a source in a free field.
+    """
+    check_arguments(array_points, locals())
+    _check_radius(radius)
+    require(standard in ARRAYS, f"array standard {standard!r} is unknown: choose from {', '.join(ARRAYS)}")
+    middle = real_numbers(centre, "coordinates of the array's centre")
+    require(
+        middle.shape == (3,) and bool(np.isfinite(middle).all()),
+        f"centre {np.asarray(centre).tolist()} of the array: three finite coordinates in m are needed",
+    )
+    half = bool(reflecting_plane)
+    if standard == "ISO 3744":
+        height = np.repeat([0.15, 0.45, 0.75, 1.0], [6, 6, 6, 2])
+        azimuth = np.radians(np.arange(20) * 60.0)
+    else:
+        azimuth = np.radians(_HEMISPHERE_AZIMUTH if half else _SPHERE_AZIMUTH)
+        height = (np.arange(len(azimuth)) + 0.5) / len(azimuth)
+    across = np.sqrt(1.0 - height**2)
+    unit = np.stack([across * np.cos(azimuth), across * np.sin(azimuth), height], axis=1)
+    if not half:
+        opposite = [1.0, 1.0, -1.0] if standard == "ISO 3744" else [-1.0, -1.0, -1.0]
+        unit = np.concatenate([unit, unit * opposite])
+    if isinstance(reflecting_plane, RigidPlane):
+        middle = middle - reflecting_plane.height(middle[None])[0] * np.asarray(reflecting_plane.normal)
+        unit = unit @ plane_axes(reflecting_plane)
+    return middle + radius * unit
+
+
+def array_power(pressure: FieldPressure, radius: float, air: Air, *, reflecting_plane: bool = False) -> SoundPower:
+    """Sound power from the mean square pressure over an array of `array_points`: W = ⟨p²⟩ S/(ρc), ISO 3744:2010.
+
+    pressure: at the array's positions.  radius: m.  reflecting_plane: S is a hemisphere instead of a sphere.
+    The standards' corrections for background noise and room (K1, K2) are zero in a computed field; ρc is that of `air`,
+    so that the reference conditions of ISO 3745 (C1, C2) do not enter.
+    The provenance keeps the largest standard error of the mean over the positions (`array_sampling_dB`) and what the
+    near field adds to a dipole at the lowest line, 10 lg(1 + 1/(kr)²) (`array_near_field_dB`): nothing to a monopole,
+    more to higher orders.  Gives an AccuracyWarning where the radius is below a quarter of a wavelength there.
+    Raises InputError for points that are not spread over a sphere of `radius`, or with `reflecting_plane` one half.
+    """
+    check_arguments(array_power, locals())
+    _check_radius(radius)
+    _check_positions(pressure.points, radius, reflecting_plane)
+    area = (2.0 if reflecting_plane else 4.0) * np.pi * radius**2
+    square = 0.5 * np.abs(pressure.pressure) ** 2
+    mean_square = square.mean(axis=1)
+    loud = np.flatnonzero((mean_square > 0) & (pressure.frequency > 0))
+    provenance = dict(pressure.provenance)
+    if len(loud):
+        scatter = square[loud].std(axis=1) / (mean_square[loud] * np.sqrt(square.shape[1]))
+        provenance["array_sampling_dB"] = float(10 * np.log10(1 + scatter.max()))
+        lowest = float(pressure.frequency[loud[0]])
+        kr = 2 * np.pi * lowest / air.speed_of_sound * radius
+        near = provenance["array_near_field_dB"] = float(10 * np.log10(1 + kr**-2))
+        if kr < 0.5 * np.pi:
+            warnings.warn(
+                f"array radius {radius:g} m is {radius * lowest / air.speed_of_sound:.2g} wavelengths at {lowest:.4g} "
+                f"Hz, 0.25 are needed (ISO 3745): a dipole's power there is {near:.2g} dB too high, more for "
+                f"higher orders; take {0.25 * air.speed_of_sound / lowest:.3g} m or more, or the surface's power",
+                AccuracyWarning,
+                stacklevel=2,
+            )
+    return SoundPower(pressure.frequency.copy(), mean_square * area / air.impedance, provenance=provenance)
+
+
+def source_dimension(surface: Surface, plane: RigidPlane | None) -> float:
+    """Characteristic source dimension d₀ (m): half the diagonal of the reference box, which above a reflecting plane
+    stands on it and includes its mirror image (ISO 3744:2010)."""
+    if plane is None:
+        return 0.5 * float(np.linalg.norm(np.ptp(surface.vertices, axis=0)))
+    along = np.ptp(surface.vertices @ plane_axes(plane)[:2].T, axis=0)
+    return float(np.linalg.norm([*(0.5 * along), plane.height(surface.vertices).max()]))
+
+
+def check_array(
+    surface: Surface, radius: float, plane: RigidPlane | None, highest: float, air: Air, standard: str
+) -> None:
+    """Give an AccuracyWarning where an array of `radius` m stands nearer than `NEAREST` source dimensions, and where
+    its positions may miss the lobes of the source at the frequency `highest` (Hz).
+
+    The mean square pressure of a source of dimension d₀ oscillates over the height as e^{2jkd₀ cos θ} at most, which
+    positions Δ radii apart in height take for no oscillation at k d₀ Δ = π.  The power of a monopole high above a plane
+    errs by 0.5 dB up to three quarters of that, where the warning begins, and by up to 14 dB there (closed form).
+    """
+    _check_radius(radius)
+    dimension = source_dimension(surface, plane)
+    if radius < NEAREST * dimension:
+        warnings.warn(
+            f"array radius {radius:g} m is {radius / dimension:.2g} times the source's dimension of {dimension:.3g} m, "
+            f"{NEAREST:g} times are needed (ISO 3744): its positions see single parts of the surface; take "
+            f"{NEAREST * dimension:.3g} m or more",
+            AccuracyWarning,
+            stacklevel=3,
+        )
+    step = 0.3 if standard == "ISO 3744" else 0.1 if plane is None else 0.05
+    resolved = 0.375 * air.speed_of_sound / (dimension * step)
+    if highest > resolved:
+        warnings.warn(
+            f"the positions of {standard} lie {step:g} radii apart in height, which resolves the lobes of a source of "
+            f"{dimension:.3g} m up to {resolved:.4g} Hz; {highest:.4g} Hz asked: the power of a tone may be several dB "
+            f"off above; take {'ISO 3745 or ' if step == 0.3 else ''}the power from the surface",
+            AccuracyWarning,
+            stacklevel=3,
+        )
+
+
+def _check_positions(points: FloatArray, radius: float, half: bool) -> None:
+    """Raise `InputError` unless points (n_point, 3) m lie on a sphere of `radius` m and are spread evenly over all of
+    it, or over one half."""
+    remedy = "take the pressure at array_points of the same radius"
+    require(len(points) >= _FEWEST, f"{len(points)} positions make no array, {_FEWEST} are needed: {remedy}")
+    middle = points.mean(axis=0)
+    offset = points - middle
+    # |x − c|² − |c|² is the same at all points of a sphere, wherever its centre c
+    columns = np.concatenate([2.0 * offset, np.ones((len(points), 1))], axis=1)
+    centre = np.linalg.lstsq(columns, (offset**2).sum(axis=1), rcond=None)[0][:3]
+    distance = np.linalg.norm(offset - centre, axis=1)
+    require(
+        float(np.abs(distance - radius).max()) <= _ROUND * (radius + float(np.abs(points).max())),
+        f"positions lie {distance.min():.6g} to {distance.max():.6g} m from the middle of the sphere that fits them "
+        f"best, not {radius:g} m: {remedy}",
+    )
+    uneven, even = float(np.linalg.norm(centre)) / radius, 0.5 if half else 0.0
+    require(
+        abs(uneven - even) < _UNEVEN,
+        f"the positions' mean is {uneven:.3g} radii from their sphere's centre, {even:g} are needed where they are "
+        f"spread over {'half' if half else 'all'} of it: {remedy}{'' if half else ', or give reflecting_plane'}",
+    )
+
+
+def _check_radius(radius: float) -> None:
+    require(0 < radius < np.inf, f"array radius {radius:g} m must be positive and finite")

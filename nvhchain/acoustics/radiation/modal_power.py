@@ -1,0 +1,305 @@
+"""Sound power of thousands of lines from radiation resistance: waves interpolated between masters, power from them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import eigh
+
+from nvhchain.acoustics.accuracy.cancellation import told_cancellation
+from nvhchain.acoustics.accuracy.mesh_error import told_interpolation, told_resonances
+from nvhchain.acoustics.interpolation.nodes import Nodes, nodes_at, support
+from nvhchain.acoustics.interpolation.paths import Paths
+from nvhchain.acoustics.radiation.efficiency import over_plane_waves
+from nvhchain.acoustics.surfaces.surface import frequency_lines
+from nvhchain.errors import InputError, require
+from nvhchain.fidelity import STANDARD, AcousticsFidelity
+from nvhchain.handoff import (
+    ComplexArray,
+    FloatArray,
+    ForceSpectrum,
+    RadiationEfficiency,
+    RadiationResistance,
+    ReducedHousing,
+    SoundPower,
+)
+from nvhchain.kinds import check_arguments
+
+_DEPENDENT = 1e-10
+"""Mean square velocity of a combination of shapes, relative to that of the shapes, below which it is none."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Products:
+    """Inner products F_iᴴ F_j (n_column, n_column) of the waves at two nodes, each made once."""
+
+    resistance: RadiationResistance
+    nodes: Nodes
+    known: dict[tuple[int, int], ComplexArray] = field(default_factory=dict)
+
+    def at(self, i: int, j: int) -> ComplexArray:
+        """For nodes i ≤ j."""
+        if (i, j) not in self.known:
+            left, right = (waves_at_nodes(self.resistance, self.nodes, node) for node in (i, j))
+            rows = min(len(left), len(right))
+            self.known[i, j] = left[:rows].conj().T @ right[:rows]
+        return self.known[i, j]
+
+
+def waves_power(
+    resistance: RadiationResistance,
+    frequency: FloatArray,
+    velocity: ComplexArray,
+    *,
+    fidelity: AcousticsFidelity = STANDARD.acoustics,
+) -> SoundPower:
+    """Sound power P = ½ q̇ᴴ R q̇ at lines between the masters.
+
+    The waves are interpolated as transfer vectors are (`fidelity.interpolation`), not R: P is a sum of squares at every
+    line, and what cancels in one wave does so at all lines.
+    frequency: (n_f,) Hz, increasing, within the masters.  velocity: (n_f, n_column) of the coordinates, peak.
+    The provenance keeps the largest estimated error of interpolation of a line (`interpolation_error_dB`; that of two
+    masters from what is known of a body of this size), AccuracyWarning where it exceeds
+    `fidelity.master_tolerance_db`; what resonances that the mesh misses make of a line, as that of `radiate`; and, as
+    that of `sound_power` does, the largest error of motions whose parts cancel each other (`cancellation_error_dB`, at
+    `cancellation_frequency` Hz), with an AccuracyWarning too.
+    Raises InputError for a line outside the masters or another number of columns.
+    """
+    check_arguments(waves_power, locals())
+    frequency, velocity, columns = frequency_lines(frequency), np.asarray(velocity), resistance.waves.shape[2]
+    require(
+        velocity.shape == (len(frequency), columns),
+        f"velocities have shape {velocity.shape}, but ({len(frequency)}, {columns}) is needed: one per line and shape",
+    )
+    _check_lines(resistance, frequency[velocity.any(axis=1) & (frequency > 0)])
+    nodes = waves_nodes(resistance, fidelity)
+    products = _Products(resistance, nodes)
+    lines = np.flatnonzero(velocity.any(axis=1) & (frequency > 0))
+    power, error, shifted = (np.zeros(len(frequency)) for _ in range(3))
+    shift = float(resistance.provenance.get("resonance_shift", 0.0))
+    for piece in _pieces(nodes, frequency, lines):
+        sets = [nodes.weights(frequency[piece]), *nodes.error_weights(frequency[piece])]
+        moved = nodes.shift_weights(frequency[piece], shift) if shift > 0 else ()
+        whole, below, above, *changes = _squares(products, [*sets, *moved], velocity[piece])
+        power[piece] = 0.5 * whole
+        error[piece] = np.sqrt(np.maximum(below, above) / np.where(whole > 0, whole, 1.0))
+        shifted[piece] = sum(np.sqrt(0.5 * change) for change in changes)
+    told = told_interpolation(error, frequency, "the sound power", fidelity)
+    told |= told_resonances(shift, nodes.poles, frequency, np.sqrt(power), shifted, fidelity)
+    if resistance.cancellation is not None:
+        one_element = float(resistance.frequency[-1]) * resistance.provenance.get("elements_per_wavelength", np.inf)
+        left = _error_power(resistance, frequency, velocity)
+        short = _short_waves(resistance, velocity)
+        told |= told_cancellation(frequency, power, left, short, fidelity, one_element)
+    provenance = resistance.provenance | {"stage": "acoustics.waves_power"} | told
+    return SoundPower(frequency, power, provenance=provenance)
+
+
+def modal_power(
+    resistance: RadiationResistance,
+    housing: ReducedHousing,
+    force_spectrum: ForceSpectrum,
+    *,
+    fidelity: AcousticsFidelity = STANDARD.acoustics,
+) -> SoundPower:
+    """Sound power of a housing under bearing forces, at the lines that carry force.
+
+    The same as forced response and `sound_power` one after the other, but for interpolation between the masters of
+    `resistance` (`waves_power`), which must be that of this housing (`housing_shapes`).
+    Raises InputError otherwise, for other bearings and for a line outside the masters.
+    """
+    check_arguments(modal_power, locals())
+    if resistance.housing != housing.content_hash:
+        raise InputError(
+            f"radiation resistance belongs to another housing ({resistance.housing[:12] or 'none'}) than the one given "
+            f"({housing.content_hash[:12]}): make it from this one"
+        )
+    frequency, velocity = _modal_velocity(housing, force_spectrum)
+    _check_seats(resistance, housing, velocity)
+    return waves_power(resistance, frequency, velocity, fidelity=fidelity)
+
+
+def loaded_seats(housing: ReducedHousing, force_spectrum: ForceSpectrum) -> NDArray[np.bool_]:
+    """(n_bearing, 3) which bearings of the housing carry a force along which axis at any line."""
+    check_arguments(loaded_seats, locals())
+    return np.asarray(force_spectrum.in_order(housing.names).any(axis=0).reshape(-1, 3))
+
+
+def _check_seats(resistance: RadiationResistance, housing: ReducedHousing, velocity: ComplexArray) -> None:
+    """Raise `InputError` for velocities (n_f, n_column) of residual motions that the resistance leaves out."""
+    known = resistance.plane_wave_resistance.diagonal() > 0
+    moves = np.concatenate([housing.normal_shapes.any(axis=1), housing.face_residual.any(axis=2).ravel()])
+    missing = np.flatnonzero(velocity.any(axis=0) & moves & ~known) - len(housing.natural_frequency)
+    require(
+        len(missing) == 0,
+        f"bearing {housing.names[missing[0] // 3] if len(missing) else ''} carries a force along "
+        f"{'xyz'[missing[0] % 3] if len(missing) else ''} that the radiation resistance leaves out: make it for this "
+        "load (`loaded_seats`)",
+    )
+
+
+def modal_efficiency(
+    power: SoundPower, resistance: RadiationResistance, housing: ReducedHousing, force_spectrum: ForceSpectrum
+) -> RadiationEfficiency:
+    """Radiation efficiency of a housing under bearing forces, at the lines at which it moves.
+
+    power: what `modal_power` found for the other arguments.  The surface velocity itself is not needed.
+    Raises InputError where the housing is at rest at all lines.
+    """
+    check_arguments(modal_efficiency, locals())
+    _, velocity = _modal_velocity(housing, force_spectrum)
+    plane_waves = np.einsum("lc,lc->l", velocity.conj(), velocity @ resistance.plane_wave_resistance).real
+    return over_plane_waves(power, 0.5 * plane_waves)
+
+
+def _modal_velocity(housing: ReducedHousing, force_spectrum: ForceSpectrum) -> tuple[FloatArray, ComplexArray]:
+    """Lines (n_f,) Hz that carry force and the velocities (n_f, n_column) there of modes and residual motions."""
+    force = force_spectrum.in_order(housing.names)
+    loaded = np.flatnonzero(force.any(axis=1))
+    loaded = loaded if loaded.size else np.array([0])  # no force anywhere: one silent line
+    frequency = force_spectrum.frequency[loaded]
+    rate = 2j * np.pi * frequency[:, None] * force[loaded]
+    seats = housing.seat_shapes.reshape(len(housing.natural_frequency), 3 * len(housing.names))
+    motion = (rate @ seats.T) * housing.receptance(frequency)
+    velocity = np.concatenate([motion, rate * housing.residual_gain()], axis=1)
+    return frequency, velocity
+
+
+def resistance_matrices(
+    resistance: RadiationResistance, frequency: FloatArray, *, fidelity: AcousticsFidelity = STANDARD.acoustics
+) -> FloatArray:
+    """Radiation resistance matrix R (n_f, n_column, n_column) N s/m at lines (n_f,) Hz: symmetric, semidefinite.
+
+    Raises InputError for a line outside the masters.
+    """
+    check_arguments(resistance_matrices, locals())
+    frequency = frequency_lines(frequency)
+    _check_lines(resistance, frequency[frequency > 0])
+    nodes = waves_nodes(resistance, fidelity)
+    weights = nodes.weights(frequency)
+    matrices = np.zeros((len(frequency), *resistance.plane_wave_resistance.shape))
+    products = _Products(resistance, nodes)
+    for line in np.flatnonzero(frequency > 0):
+        for i in np.flatnonzero(weights[line]).tolist():
+            for j in np.flatnonzero(weights[line, : i + 1]).tolist():
+                share = (weights[line, j].conj() * weights[line, i] * products.at(j, i)).real
+                matrices[line] += 0.5 * share if i == j else share
+    return matrices + matrices.transpose(0, 2, 1)
+
+
+def radiation_modes(resistance: FloatArray, plane_wave_resistance: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Acoustic radiation modes: combinations of shapes that radiate independently of each other.
+
+    R x = σ ρc⟨φφᵀ⟩S x with both matrices (n_column, n_column) N s/m at one frequency: radiation efficiencies σ (n,),
+    largest first, and coefficients (n_column, n) of the modes, each of the same mean square velocity.  Combinations of
+    shapes that hardly move are left out.  Raises InputError for matrices that are not finite, symmetric, of equal size
+    and of shapes that move.  Source: Elliott & Johnson, J. Acoust. Soc. Am. 94 (1993) 2194.
+    """
+    check_arguments(radiation_modes, locals())
+    shapes = np.shape(resistance), np.shape(plane_wave_resistance)
+    require(
+        len(shapes[0]) == 2 and shapes[0][0] == shapes[0][1] > 0 and shapes[0] == shapes[1],
+        f"matrices of shapes {shapes[0]} and {shapes[1]} have no modes: give two square ones of equal size",
+    )
+    matrices = np.stack([np.asarray(resistance), np.asarray(plane_wave_resistance)])
+    require(
+        bool(np.isfinite(matrices).all()),
+        "radiation resistance holds values that are not finite: remove or repair them",
+    )
+    uneven = np.abs(matrices - matrices.transpose(0, 2, 1)).max(axis=(1, 2)) > 1e-6 * np.abs(matrices).max(axis=(1, 2))
+    require(not uneven.any(), "resistance matrices must be symmetric: give those of one line of resistance_matrices")
+    require(
+        float(matrices[1].diagonal().min()) >= 0 < float(matrices[1].diagonal().max()),
+        f"plane wave resistances {matrices[1].diagonal()!r:.60} N s/m on the diagonal: none may be negative, nor all "
+        "zero",
+    )
+    scale = np.sqrt(plane_wave_resistance.diagonal())
+    scale = np.where(scale > 0, scale, 1.0)
+    value, vector = eigh(plane_wave_resistance / np.outer(scale, scale))
+    kept = value > _DEPENDENT * value[-1]
+    basis = vector[:, kept] / np.sqrt(value[kept]) / scale[:, None]
+    efficiency, modes = eigh(basis.T @ resistance @ basis)
+    return np.asarray(efficiency[::-1]), np.asarray((basis @ modes)[:, ::-1])
+
+
+def _pieces(nodes: Nodes, frequency: FloatArray, lines: np.ndarray) -> list[np.ndarray]:
+    """Lines by the gap between masters they lie in, which share their nodes."""
+    gap = np.searchsorted(nodes.masters, frequency[lines])
+    return [lines[gap == g] for g in np.unique(gap)]
+
+
+def _squares(products: _Products, sets: list[ComplexArray], velocity: ComplexArray) -> list[FloatArray]:
+    """|Σ_j w_j F_j q̇|² (n_line,) for every set of weights (n_line, n_node)."""
+    used = support(np.concatenate(sets))
+    squares = [np.zeros(len(velocity)) for _ in sets]
+    for i in range(used.start, used.stop):
+        for j in range(i, used.stop):
+            form = np.einsum("lc,lc->l", velocity.conj(), velocity @ products.at(i, j).T)
+            for square, weights in zip(squares, sets, strict=True):
+                square += (1.0 if i == j else 2.0) * (weights[:, i].conj() * weights[:, j] * form).real
+    return [np.maximum(square, 0.0) for square in squares]
+
+
+def _error_power(resistance: RadiationResistance, frequency: FloatArray, velocity: ComplexArray) -> FloatArray:
+    """Power (n_f,) W of the error where parts of a motion cancel: its resistance goes with f⁴ at low frequency, over
+    which straight lines between masters keep it semidefinite."""
+    assert resistance.cancellation is not None
+    masters = np.flatnonzero(resistance.frequency > 0)
+    error = np.zeros(len(frequency))
+    if len(masters) == 0:
+        return error
+    known = resistance.frequency[masters]
+    place = np.interp(frequency, known, np.arange(len(known)))
+    for at, master in enumerate(masters):
+        near = np.flatnonzero(np.abs(place - at) < 1)
+        form = np.einsum("lc,lc->l", velocity[near].conj(), velocity[near] @ resistance.cancellation[master].T).real
+        error[near] += (1 - np.abs(place[near] - at)) * 0.5 * form * (frequency[near] / known[at]) ** 4
+    return np.maximum(error, 0.0)
+
+
+def _short_waves(resistance: RadiationResistance, velocity: ComplexArray) -> FloatArray:
+    """Of velocities (n_f, n_column) what `short_waves` gives of those of the surface; zero where it is not known."""
+    if resistance.wall_waves is None:
+        return np.zeros(len(velocity))
+    short, whole = (
+        np.einsum("lc,lc->l", velocity.conj(), velocity @ form).real
+        for form in (resistance.wall_waves, resistance.plane_wave_resistance)
+    )
+    return np.asarray((short / np.where(whole > 0, whole, np.inf)).clip(0.0))
+
+
+def waves_nodes(resistance: RadiationResistance, fidelity: AcousticsFidelity) -> Nodes:
+    """Nodes of the interpolation between the masters."""
+    detour = Paths(2 * np.pi / resistance.air.speed_of_sound * 2.0 * resistance.reach)
+    return nodes_at(resistance.frequency, fidelity, lambda _, mirrored: _inner_products(resistance, mirrored), detour)
+
+
+def waves_at_nodes(resistance: RadiationResistance, nodes: Nodes, node: int) -> ComplexArray:
+    """Waves (n_row, n_column) at a node; those at −f are conjugate to those at f, the response in time being real."""
+    first = len(resistance.frequency) - len(nodes.masters)
+    place = node - nodes.mirrored
+    waves = resistance.waves_at(first + (place if place >= 0 else -1 - place))
+    return waves if place >= 0 else waves.conj()
+
+
+def _inner_products(resistance: RadiationResistance, mirrored: int) -> ComplexArray:
+    """Inner products of waves over frequency at mirrored masters and masters; every column counts alike."""
+    masters = np.flatnonzero(resistance.frequency > 0)
+    values = resistance.waves[masters] / resistance.frequency[masters, None, None]
+    size = np.sqrt((np.abs(values) ** 2).sum(axis=(0, 1)))
+    values = (values / np.where(size > 0, size, 1.0)).reshape(len(masters), -1)
+    values = np.concatenate([-values[:mirrored][::-1].conj(), values])
+    return np.asarray(values.conj() @ values.T, dtype=complex)
+
+
+def _check_lines(resistance: RadiationResistance, frequency: FloatArray) -> None:
+    masters = resistance.frequency
+    slack = 1e-12 * masters[-1]
+    outside = frequency[(frequency < masters[0] - slack) | (frequency > masters[-1] + slack)]
+    require(
+        len(outside) == 0,
+        f"{len(outside)} lines ({outside.min(initial=np.inf):.6g}…{outside.max(initial=0.0):.6g} Hz) lie outside the "
+        f"master frequencies {masters[0]:.6g}…{masters[-1]:.6g} Hz of the radiation resistance: widen them",
+    )

@@ -1,0 +1,134 @@
+"""Transfer vectors between their masters, whole or multiplied with shapes of the surface."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nvhchain.acoustics.accuracy.interpolation_error import told_vectors
+from nvhchain.acoustics.interpolation.nodes import (
+    Interpolant,
+    check_lines,
+    interpolant,
+    line_batches,
+    piece_of,
+    support,
+)
+from nvhchain.acoustics.surfaces.surface import frequency_lines
+from nvhchain.conventions import Progress
+from nvhchain.errors import ResourceError, require
+from nvhchain.fidelity import STANDARD, AcousticsFidelity
+from nvhchain.handoff import ComplexArray, FloatArray, TransferVectors
+from nvhchain.kinds import check_arguments
+from nvhchain.memory import free_memory
+
+
+def vectors_at(
+    atv: TransferVectors, frequency: ArrayLike, *, fidelity: AcousticsFidelity = STANDARD.acoustics
+) -> TransferVectors:
+    """Transfer vectors at lines (n_f,) Hz between the masters, as `radiate` takes them.
+
+    The provenance keeps that of `atv` and what interpolation makes of the vectors, as `modal_transfer_vectors` tells
+    it, with the same warnings; what is made from them states no less.
+    Raises InputError for a line outside the masters, ResourceError where the vectors do not fit into free memory.
+    """
+    check_arguments(vectors_at, locals())
+    lines = frequency_lines(frequency)
+    paths = 1 if atv.plane is None else 2
+    check_memory(paths * 16 * len(lines) * atv.vectors[0].size, "transfer vectors at the lines", "lines")
+    points, faces = atv.vectors.shape[1:]
+    check_lines(atv, lines)
+    smooth = interpolant(atv, fidelity)
+    told = told_vectors(smooth, atv, lines, fidelity)
+    vectors = np.empty((len(lines), paths * points, faces), dtype=complex)
+    for piece, end, values in _pieces(smooth, lines):
+        vectors[piece, end] = values
+    image = None
+    if atv.plane is not None:
+        image = vectors[:, points:]
+        vectors = vectors[:, :points] + image
+    provenance = atv.provenance | told
+    if "elements_per_wavelength" in provenance and lines[-1] > 0:
+        provenance["elements_per_wavelength"] *= float(atv.frequency[-1] / lines[-1])
+    provenance |= {"stage": "acoustics.vectors_at", "fidelity": repr(fidelity), "masters": len(atv.frequency)}
+    stops = lines[:-1][np.diff(piece_of(atv, lines)) != 0]
+    breaks = stops if len(stops) else None
+    return TransferVectors(
+        lines, atv.points, vectors, atv.surface, atv.air, atv.plane, image, breaks, provenance=provenance
+    )
+
+
+def project(
+    atv: TransferVectors,
+    shapes: ArrayLike,
+    frequency: ArrayLike,
+    *,
+    fidelity: AcousticsFidelity = STANDARD.acoustics,
+    progress: Progress | None = None,
+) -> ComplexArray:
+    """Transfer vectors times shapes at lines between the masters: (n_f, n_point, n_column) Pa per unit of a column.
+
+    shapes: (n_face, n_column), real or complex, normal velocity per unit of a column.  frequency: (n_f,) Hz.
+    The vectors are interpolated first and multiplied then, line by line: the removed phase differs from face to face,
+    so that the product at the masters is no smooth function of frequency.  Equal to `vectors_at` times shapes, with the
+    same warnings.
+    Raises InputError for a line outside the masters, shapes of another surface or not finite; ResourceError.
+    """
+    check_arguments(project, locals())
+    lines = frequency_lines(frequency)
+    columns = np.asarray(shapes)
+    faces = len(atv.surface.triangles)
+    require(
+        columns.ndim == 2 and len(columns) == faces,
+        f"shapes have shape {columns.shape}, but ({faces}, n_column) is needed: one row per face of the surface",
+    )
+    require(bool(np.isfinite(columns).all()), "shapes hold values that are not finite: remove or repair them")
+    check_lines(atv, lines)
+    smooth = interpolant(atv, fidelity)
+    told_vectors(smooth, atv, lines, fidelity)
+    return products(smooth, columns, lines, len(atv.points), progress)
+
+
+def products(
+    smooth: Interpolant, columns: FloatArray | ComplexArray, lines: FloatArray, points: int, progress: Progress | None
+) -> ComplexArray:
+    """As `project`: (n_f, n_point, n_column), of arguments that were checked.  points: without mirror images."""
+    check_memory(16 * len(lines) * points * columns.shape[1], "projected transfer vectors", "lines")
+    real = not np.iscomplexobj(columns)
+    product = np.zeros((len(lines), points, columns.shape[1]), dtype=complex)
+    report = progress or (lambda done, total: None)
+    report(0, len(lines))
+    for piece, end, values in _pieces(smooth, lines):
+        point = end % points
+        if real:  # half the work of a complex product
+            product[piece, point].real += values.real @ columns
+            product[piece, point].imag += values.imag @ columns
+        else:
+            product[piece, point] += values @ columns
+        if point == points - 1:
+            report(piece.stop, len(lines))
+    return product
+
+
+def check_memory(size: int, what: str, fewer: str) -> None:
+    """Raise `ResourceError` unless `size` bytes of `what` fit into free memory."""
+    free = free_memory()
+    if size > free:
+        raise ResourceError(
+            f"{what} need {size / 2**30:.3g} GiB, {free / 2**30:.3g} GiB are free: "
+            f"ask for fewer {fewer} or field points"
+        )
+
+
+def _pieces(smooth: Interpolant, lines: FloatArray) -> Iterator[tuple[slice, int, ComplexArray]]:
+    """Lines, field point and the vectors (lines, n_face) there, piece by piece; with a plane, the field points are
+    followed by their mirror images."""
+    for end in range(len(smooth.atv.points)):
+        values, distance = smooth.at_nodes(end), smooth.distance(end)
+        for piece in line_batches(len(lines)):
+            weights = smooth.weights(lines[piece])
+            nodes = support(weights)
+            phase = np.exp(-1j * smooth.wavenumber(lines[piece])[:, None] * distance)
+            yield piece, end, weights[:, nodes] @ values[nodes] * phase

@@ -1,0 +1,1 @@
+"""Boundary element solutions: surface pressure, transfer vectors, sound power, radiation resistance."""

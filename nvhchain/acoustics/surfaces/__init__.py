@@ -1,0 +1,1 @@
+"""Radiating surfaces: checks, bodies, openings, the reflecting plane and velocities within faces."""

@@ -1,0 +1,237 @@
+"""Surfaces of long needles, as CAD writes them, meshed anew before anything is solved on them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import lru_cache
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from nvhchain.acoustics.surfaces._gmsh import remesh
+from nvhchain.acoustics.surfaces.bodies import separate
+from nvhchain.acoustics.surfaces.surface import SHARP_ANGLE
+from nvhchain.errors import InputError, SolverError
+from nvhchain.fem.triangles import squared_distance
+from nvhchain.handoff import FloatArray, IntArray, Surface
+from nvhchain.handoff.surface import bodies_of
+
+NEEDLE_ASPECT = 10.0
+"""Longest edge of a triangle over the height on it above which it is a needle."""
+
+NEEDLE_SHARE = 0.05
+"""Share of the area in needles above which a surface is meshed anew."""
+
+LONGEST_NEEDLE = 100.0
+"""Longest edge over height above which even one needle has its surface meshed anew."""
+
+VOLUME_CHANGE = 0.01
+"""Largest change of the enclosed volume, relative, which scaling each body takes back: left as it is, 0.8 % make
+0.07 dB of a cylinder that shakes along its axis."""
+
+AREA_CHANGE = 0.02
+"""Largest change of the area, relative."""
+
+DISTANCE = 0.1
+"""Largest distance between both surfaces, in edges asked for, at corners of both and middles of the new triangles: less
+than a fortieth of a wavelength at 4.5 elements per wavelength."""
+
+REMESHING_ERROR = "remeshing_error"
+"""Provenance of a surface that was meshed anew: its error at field points, relative to their peak. Taken as the changes
+of volume and area together, 0.012 for a cylinder, of which parts that radiate by themselves err by two thirds."""
+
+MOST_TRIANGLES = 20_000
+"""Triangles of a new surface above which it is refused: its matrices take minutes a frequency."""
+
+SECONDS = 4.0
+"""s that meshing anew takes: one or two runs of the mesher, 1.1 to 1.8 s each for up to 12 000 triangles, and as long
+for the distances."""
+
+_TRIES = 4
+_CUT = 4.0
+"""Edges asked for to which the given ones are cut where the mesher fails, or leaves needles: it divides no edge of a
+flat face whose corners are all that there is. Elsewhere its mapping of needles that are cut takes ten times as long."""
+
+_TRIANGLES_PER_AREA = 2.5
+"""Triangles times the squared edge asked for, over the area."""
+
+
+@dataclass(frozen=True, eq=False)
+class Remeshed:
+    """surface: to solve on.  given: triangles of the one it replaces.  aspect: of its longest needle.  volume_change:
+    relative, of the new mesh before it is scaled to the given volume.  area_change: relative.  distance: m, largest
+    between both."""
+
+    surface: Surface
+    given: int
+    aspect: float
+    volume_change: float
+    area_change: float
+    distance: float
+
+    def __str__(self) -> str:
+        return (
+            f"surface remeshed: {self.given} triangles up to {self.aspect:.3g} times as long as high -> "
+            f"{len(self.surface.triangles)}, volume {100 * self.volume_change:+.2g} % and scaled "
+            f"back, area {100 * self.area_change:+.2g} %, at most {1e3 * self.distance:.2g} mm apart"
+        )
+
+
+def aspects(surface: Surface) -> FloatArray:
+    """(n_face,) longest edge of every triangle over the height on it; 1.15 where equilateral."""
+    return np.asarray(surface.longest_edges**2 / (2.0 * surface.areas))
+
+
+def has_needles(surface: Surface) -> bool:
+    """Whether needles take more than `NEEDLE_SHARE` of the area, or one is longer than `LONGEST_NEEDLE`."""
+    aspect = aspects(surface)
+    share = surface.areas[aspect > NEEDLE_ASPECT].sum() / surface.areas.sum()
+    return bool(share > NEEDLE_SHARE or aspect.max() > LONGEST_NEEDLE)
+
+
+def without_needles(surface: Surface, element_size: float) -> Remeshed | None:
+    """The same body with edges of at most about `element_size`, m; None for a surface without needles.
+
+    Edges are halved until volume, area and distance keep to `VOLUME_CHANGE`, `AREA_CHANGE` and `DISTANCE`.
+    Raises InputError where the mesher cannot keep to them.
+    """
+    if not has_needles(surface):
+        return None
+    radius = float(np.sqrt(surface.areas.sum() / (4.0 * np.pi)))
+    return _remeshed(_Key(surface.content_hash, surface), min(element_size, radius / 4.0))
+
+
+@dataclass(frozen=True)
+class _Key:
+    """A surface that is equal to any other of the same content."""
+
+    content_hash: str
+    surface: Surface = field(compare=False)
+
+
+@lru_cache(maxsize=4)
+def _remeshed(key: _Key, size: float) -> Remeshed:
+    given, why, cut = key.surface, "", np.inf
+    for _try in range(_TRIES):
+        if _TRIANGLES_PER_AREA * given.areas.sum() / size**2 > MOST_TRIANGLES:
+            why += f"; more than {MOST_TRIANGLES} triangles would be needed"
+            break
+        try:
+            found = _compared(given, size, cut)
+        except (InputError, SolverError) as error:
+            size = size if np.isinf(cut) else 0.5 * size
+            why, cut = f": {error}", _CUT * size
+            continue
+        worst = max(
+            abs(found.volume_change) / VOLUME_CHANGE,
+            abs(found.area_change) / AREA_CHANGE,
+            found.distance / (DISTANCE * size),
+        )
+        longest = float(aspects(found.surface).max())
+        if worst <= 1.0 and not has_needles(found.surface):
+            return found
+        why = (
+            f": with edges of {1e3 * size:.3g} mm the volume changes by {100 * found.volume_change:+.2g} % "
+            f"(±{100 * VOLUME_CHANGE:g} % admitted), the area by {100 * found.area_change:+.2g} % "
+            f"(±{100 * AREA_CHANGE:g} %), the surfaces are {1e3 * found.distance:.2g} mm apart "
+            f"({1e3 * DISTANCE * size:.2g} mm), the longest triangle is {longest:.3g} times as long as high"
+        )
+        if worst > 1.0:
+            size *= float(np.clip(0.9 / np.sqrt(worst), 0.25, 0.7))  # all three fall with the square of the edge
+        elif np.isfinite(cut):
+            size, cut = 0.5 * size, 0.5 * cut
+        else:
+            cut = _CUT * size
+    raise InputError(
+        f"surface of {len(given.triangles)} triangles up to {aspects(given).max():.3g} times as long as high "
+        f"could not be meshed anew{why}: export it with triangles of even shape"
+    )
+
+
+def _compared(given: Surface, size: float, cut: float) -> Remeshed:
+    vertices, triangles = remesh(*_cut(given.vertices, given.triangles, cut), size, SHARP_ANGLE)
+    made = Surface(vertices, _outward(vertices, triangles))
+    change = made.volume / given.volume - 1.0
+    made = made.replace(vertices=_restored(made, given))
+    distance = max(
+        _distance(np.concatenate([made.vertices, made.centroids]), *_cut(given.vertices, given.triangles, size)),
+        _distance(given.vertices, *_cut(made.vertices, made.triangles, size)),
+    )
+    area = float(made.areas.sum() / given.areas.sum()) - 1.0
+    return Remeshed(
+        made.replace(provenance={REMESHING_ERROR: abs(change) + abs(area)}),
+        len(given.triangles),
+        float(aspects(given).max()),
+        change,
+        area,
+        distance,
+    )
+
+
+def _outward(vertices: FloatArray, triangles: IntArray) -> IntArray:
+    """Triangles of every connected body turned so that it encloses a positive volume."""
+    body = bodies_of(triangles)
+    a, b, c = (vertices[triangles[:, i]] - vertices.mean(axis=0) for i in range(3))
+    inward = np.bincount(body, np.einsum("ij,ij->i", a, np.cross(b, c))) < 0
+    return np.where(inward[body][:, None], triangles[:, ::-1], triangles)
+
+
+def _restored(made: Surface, given: Surface) -> FloatArray:
+    """Vertices of `made` with every body scaled about the middle of its bounding box to the volume of the given one."""
+    vertices = made.vertices.copy()
+    bodies = _bodies(given)
+    for corners, middle, volume in _bodies(made):
+        _, _, whole = min(bodies, key=lambda body: float(np.linalg.norm(body[1] - middle)))
+        vertices[corners] = middle + np.cbrt(whole / volume) * (vertices[corners] - middle)
+    return vertices
+
+
+def _bodies(surface: Surface) -> list[tuple[IntArray, FloatArray, float]]:
+    """Vertices of every body, the middle of its bounding box, m, and its volume, m³."""
+    found = []
+    for _, body in separate(surface):
+        corners = cKDTree(surface.vertices).query(body.vertices)[1]
+        middle = 0.5 * (body.vertices.min(axis=0) + body.vertices.max(axis=0))
+        found.append((np.asarray(corners), middle, body.volume))
+    return found
+
+
+def _distance(points: FloatArray, vertices: FloatArray, triangles: IntArray) -> float:
+    """m, largest distance of points (n, 3) from a surface of short triangles; inf from their longest edge on."""
+    corners = vertices[triangles]
+    reach = float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max())
+    # a triangle reaches two thirds of its longest edge from its middle
+    near = cKDTree(corners.mean(axis=1)).query_ball_point(points, (2.0 / 3.0 + 2.0 * DISTANCE) * reach)
+    least = [
+        squared_distance(point, corners[some]).min() if some else np.inf
+        for point, some in zip(points, near, strict=True)
+    ]
+    return float(np.sqrt(max(least)))
+
+
+def _cut(vertices: FloatArray, triangles: IntArray, longest: float) -> tuple[FloatArray, IntArray]:
+    """The same surface with every edge longer than `longest`, m, halved, again and again: closed as before."""
+    while True:
+        ends = np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+        edges, of = np.unique(ends, axis=0, return_inverse=True)
+        long = np.linalg.norm(vertices[edges[:, 0]] - vertices[edges[:, 1]], axis=1) > longest
+        if not long.any():
+            return vertices, triangles
+        middle = np.full(len(edges), -1)
+        middle[long] = len(vertices) + np.arange(np.count_nonzero(long))
+        vertices = np.concatenate([vertices, vertices[edges[long]].mean(axis=1)])
+        halved = middle[of.reshape(-1, 3)]  # sides from corner 0, 1 and 2, -1 where one stays
+        count = (halved >= 0).sum(axis=1)
+        first = np.where(count == 1, (halved >= 0).argmax(axis=1), ((halved < 0).argmax(axis=1) + 1) % 3)
+        turn = (np.arange(3) + first[:, None]) % 3  # to where a lone halved side comes first, a lone whole one last
+        a, b, c = np.take_along_axis(triangles, turn, axis=1).T
+        p, q, r = np.take_along_axis(halved, turn, axis=1).T
+        pieces = {
+            0: [(a, b, c)],
+            1: [(a, p, c), (p, b, c)],
+            2: [(p, b, q), (a, p, q), (a, q, c)],
+            3: [(a, p, r), (p, b, q), (r, q, c), (p, q, r)],
+        }
+        triangles = np.concatenate(
+            [np.stack(piece, axis=1)[count == kind] for kind, some in pieces.items() for piece in some]
+        )

@@ -1,0 +1,1 @@
+"""Boundary element systems: engines, dense and compressed matrices, iteration, frequency blocks, checkpoints."""

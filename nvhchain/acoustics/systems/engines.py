@@ -1,0 +1,296 @@
+"""The boundary element engines a case can name, how their systems are solved, and the memory that takes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import Executor, ThreadPoolExecutor
+from dataclasses import replace
+from importlib import import_module
+
+from nvhchain.acoustics.systems.compressed import compressed_size, compressed_systems
+from nvhchain.acoustics.systems.dense import dense_system
+from nvhchain.acoustics.systems.frequency_blocks import BAND
+from nvhchain.acoustics.systems.iterative import iteration_size, patches_size
+from nvhchain.acoustics.systems.linear_system import SolverRecord, System
+from nvhchain.acoustics.waves.layer_potentials import compiled_layers
+from nvhchain.cluster import worker_memory
+from nvhchain.errors import ResourceError, is_whole, require
+from nvhchain.fidelity import STANDARD, AcousticsFidelity
+from nvhchain.handoff import FloatArray, RigidPlane, Surface
+from nvhchain.kinds import check_arguments
+from nvhchain.memory import free_memory
+from nvhchain.threads import blas_threads, granted, threads
+
+ENGINES = {"fused": "nvhchain.acoustics.fused.engine", "bempp": "nvhchain.acoustics.systems._bempp"}
+"""Name of every engine and the module that offers `systems(surface, wavenumbers, fidelity)`; opened when first used."""
+
+_STRIPED = ("fused",)
+"""Engines that also offer `stripes`, complete rows a few at a time, which can be compressed."""
+
+_BATCH_BYTES = {"fused": 8 * 2**30, "bempp": 0}
+"""The fused engine builds the matrices of as many frequencies at once as fit into this: they share geometry (two take
+1.25 times as long as one, four twice), and threads solve one each."""
+
+_MATRIX_COPIES = {"fused": 1.0, "bempp": 3.0}
+"""Matrices alive at once per matrix handed over (bempp assembles its four operators one by one and adds them)."""
+
+_FACE_BYTES = 1300
+"""What a triangle takes beside the matrices: its neighbours and how they are integrated, quadrature points."""
+
+_SHARED = 0.5
+"""Part of the free memory that more than one frequency at a time may take with the results: less is kept for these when
+the next are begun."""
+
+_COMPRESSED_BYTES = 4 * 2**30
+"""Compressed matrices of as many frequencies as fit into this are made together."""
+
+_STRIPE_BYTES = 1536 * 2**20
+"""Stripes that are being compressed or assembled at a time."""
+
+
+def check_engine(engine: str) -> None:
+    """Raise `InputError` unless `engine` names a boundary element engine."""
+    require(engine in ENGINES, f"acoustic engine {engine!r} is unknown: choose from {', '.join(ENGINES)}")
+
+
+def compile_kernels(engine: str, fidelity: AcousticsFidelity) -> None:
+    """Have what transfer vectors call compiled, or read from disk, as is done anyway where it is first needed.
+
+    Raises InputError for an unknown engine.
+    """
+    check_arguments(compile_kernels, locals())
+    check_engine(engine)
+    compiled_layers()
+    if engine == "fused" and fidelity.radiation == "boundary_elements":
+        import_module(ENGINES[engine]).compile_kernels(fidelity.precision)
+
+
+def systems(
+    engine: str,
+    surface: Surface,
+    wavenumbers: FloatArray,
+    fidelity: AcousticsFidelity,
+    plane: RigidPlane | None,
+    memory: int,
+) -> Iterator[list[System]]:
+    """Yield A p = B ∂p/∂n per wavenumber (rad/m, > 0), to be solved by `solve_each`: Galerkin, Burton–Miller.
+
+    (½ − K + αW) p = −(S + α(½ + K′)) ∂p/∂n, tested with the linear functions of p; e^{+jωt}, α of `coupling`.
+    plane: a rigid plane that reflects.  memory: bytes that they may take, of `check_memory`.  Systems come in lists of
+    those that stand in memory together; forget them before the next are asked for.
+    `fidelity.solver` = "auto" compresses where dense matrices take more than `memory`.
+    """
+    require(plane is None or engine == "fused", f"engine {engine} knows no reflecting plane: use fused")
+    size = len(surface.vertices), len(surface.triangles), len(wavenumbers)
+    ways = [*_ways(*size, engine, fidelity)]
+    chosen, count, _ = next((way for way in ways if way[2] <= memory), _leanest(ways))
+    found = _compressed if chosen.solver == "compressed" else _dense
+    for start in range(0, len(wavenumbers), count):
+        yield found(engine, surface, wavenumbers[start : start + count], chosen, plane)
+
+
+def solve_each(batches: Iterable[list[System]], solve: Callable[[int, System], None]) -> SolverRecord:
+    """Call `solve(number, system)` for every system and give its memory back; how all were solved.
+
+    Systems that stand in memory together are solved side by side, in no more threads than assemble; what is left of
+    these each one has for its own products.
+    """
+    record, number = SolverRecord(), 0
+
+    def solved(at: int, system: System, own: int) -> SolverRecord:
+        with granted(own), blas_threads(own):
+            solve(at, system)
+        system.release()
+        return system.record
+
+    for batch in batches:
+        count = workers(len(batch))
+        own = max(1, threads() // count)
+        with ThreadPoolExecutor(count) as pool:
+            for done in [pool.submit(solved, number + i, system, own) for i, system in enumerate(batch)]:
+                record += done.result()
+        number += len(batch)
+        batch.clear()
+    return record
+
+
+def workers(frequencies: int) -> int:
+    """Systems that are solved side by side at most."""
+    return max(1, min(threads(), BAND, frequencies))
+
+
+def _dense(
+    engine: str, surface: Surface, wavenumbers: FloatArray, fidelity: AcousticsFidelity, plane: RigidPlane | None
+) -> list[System]:
+    extra = () if plane is None else (plane,)
+    matrices = import_module(ENGINES[engine]).systems(surface, wavenumbers, fidelity, *extra)
+    return [dense_system(a, b, surface.vertices, fidelity) for a, b in matrices]
+
+
+def _compressed(
+    engine: str, surface: Surface, wavenumbers: FloatArray, fidelity: AcousticsFidelity, plane: RigidPlane | None
+) -> list[System]:
+    # Thousands of small products: threads of their own cost ten times what they save; the engine has its threads.
+    with blas_threads(1):
+        stripes = import_module(ENGINES[engine]).stripes(surface, wavenumbers, fidelity, plane, memory=_STRIPE_BYTES)
+        return [*compressed_systems(stripes, surface, len(wavenumbers), fidelity, plane)]
+
+
+def estimate_memory(
+    n_vertex: int,
+    n_face: int,
+    engine: str = "fused",
+    fidelity: AcousticsFidelity = STANDARD.acoustics,
+    *,
+    points: int = 0,
+    frequencies: int = 0,
+    free: int | None = None,
+) -> int:
+    """Peak bytes of one task, a band of frequencies solved as `fidelity.solver` says ("auto": dense matrices).
+
+    points, frequencies: field points (twice as many with a reflecting plane) and masters of transfer vectors, whose
+    results and columns come on top (`vectors_memory`).
+    free: bytes that there are; where they are short, what a run takes that solves fewer frequencies at once and, for
+    "auto", compresses the matrices, or the least that it would have to take.
+    Compressed matrices: at the frequency where the mesh has `fidelity.elements_per_wavelength`; finer meshes take less.
+    """
+    check_arguments(estimate_memory, locals())
+    for name, count, least in (
+        ("vertices", n_vertex, 1), ("triangles", n_face, 1),
+        ("field points", points, 0), ("frequencies", frequencies, 0),
+    ):  # fmt: skip
+        require(
+            is_whole(count) and count >= least,
+            f"memory for {count} {name} cannot be estimated: give a whole number from {least} up",
+        )
+    check_engine(engine)
+    kept = sum(vectors_memory(n_vertex, n_face, points, frequencies))
+    ways = [*_ways(n_vertex, n_face, frequencies or BAND, engine, fidelity)]
+    if free is None:
+        return ways[0][2] + kept
+    least = _leanest(ways)[2]
+    return next((task for _, count, task in ways if _fits(count, task + kept, free)), least) + kept
+
+
+def vectors_memory(n_vertex: int, n_face: int, points: int, frequencies: int) -> tuple[int, int]:
+    """Bytes of transfer vectors, once as bands and once as a whole, and of what one band of them needs on the way: both
+    layers and the adjoint solution of every system under way and the finished vectors."""
+    under_way = workers(frequencies) * (2 * n_vertex + 2 * n_face)
+    return 2 * 16 * frequencies * points * n_face, 16 * points * (under_way + min(BAND, frequencies) * n_face)
+
+
+def _solver_memory(n_vertex: int, n_face: int, count: int, engine: str, fidelity: AcousticsFidelity) -> int:
+    """Peak bytes of `count` systems that stand in memory together."""
+    mesh, matrices = _FACE_BYTES * n_face, count * _system_size(n_vertex, n_face, engine, fidelity)
+    patches, iteration = patches_size(n_vertex), workers(count) * iteration_size(n_vertex)
+    if fidelity.solver == "compressed":
+        stripes = min(_STRIPE_BYTES, count * _dense_size(n_vertex, n_face, engine, fidelity))
+        return mesh + matrices + count * patches + max(stripes, iteration)
+    iterating = 0 if fidelity.solver == "direct" else workers(count) * patches + iteration
+    return mesh + int(_MATRIX_COPIES[engine] * matrices) + iterating
+
+
+def _batch(n_vertex: int, n_face: int, frequencies: int, engine: str, fidelity: AcousticsFidelity) -> int:
+    """Systems of `frequencies` that stand in memory together if there is plenty."""
+    most = _COMPRESSED_BYTES if fidelity.solver == "compressed" else _BATCH_BYTES[engine]
+    return max(1, min(BAND, frequencies, most // _system_size(n_vertex, n_face, engine, fidelity)))
+
+
+def _system_size(n_vertex: int, n_face: int, engine: str, fidelity: AcousticsFidelity) -> int:
+    """Bytes of both matrices of one system as they are kept."""
+    if fidelity.solver == "compressed":
+        return compressed_size(n_vertex, n_face, fidelity)
+    return _dense_size(n_vertex, n_face, engine, fidelity)
+
+
+def _dense_size(n_vertex: int, n_face: int, engine: str, fidelity: AcousticsFidelity) -> int:
+    entry = 8 if fidelity.precision == "single" and engine == "fused" else 16
+    return entry * n_vertex * (n_vertex + n_face)
+
+
+def check_memory(
+    surface: Surface,
+    frequencies: int,
+    kept: int,
+    columns: int,
+    engine: str,
+    fidelity: AcousticsFidelity = STANDARD.acoustics,
+    executor: Executor | None = None,
+) -> int:
+    """Bytes that the systems of one task, a band of `frequencies`, take beside its `columns` (bytes).
+
+    `ResourceError` unless both and `kept` bytes of results fit into free memory.  What fits there but into no worker of
+    the executor is left to `cluster.room` to refuse.
+    """
+    size = len(surface.vertices), len(surface.triangles), frequencies
+    return _fitting(*size, kept, columns, engine, fidelity, worker_memory(executor))[2]
+
+
+def _fitting(
+    n_vertex: int,
+    n_face: int,
+    frequencies: int,
+    kept: int,
+    columns: int,
+    engine: str,
+    fidelity: AcousticsFidelity,
+    workers: Sequence[int] = (),
+) -> tuple[AcousticsFidelity, int, int]:
+    """Fidelity whose solver fits into free memory beside `kept` bytes of results and `columns` of a task, the systems
+    that may stand in memory together, and the bytes they take.
+
+    workers: bytes that tasks may fill, of every size of worker, increasing: the first that holds one system counts, so
+    that a scheduler may give a task to any that is as large.
+    Raises ResourceError with what is needed, what is free and what would help.
+    """
+    striped = engine in _STRIPED
+    require(
+        fidelity.solver != "compressed" or striped,
+        f"engine {engine} cannot compress its matrices: use engine {', '.join(_STRIPED)} or another solver",
+    )
+    free = free_memory()
+    ways = [*_ways(n_vertex, n_face, frequencies, engine, fidelity)]
+    for limit in workers or (free,):
+        for chosen, count, task in ways:
+            if _fits(count, task + columns + kept, free) and _fits(count, task + columns, limit):
+                return chosen, count, task
+    chosen, count, task = _leanest(ways)
+    if _fits(count, task + columns + kept, free):
+        return chosen, count, task
+    results, remedies = columns + kept, []
+    if task < free:
+        remedies.append("ask for fewer field points or frequencies at once")
+    if striped and fidelity.solver not in ("auto", "compressed"):
+        compressed = replace(fidelity, solver="compressed")
+        if _leanest([*_ways(n_vertex, n_face, frequencies, engine, compressed)])[2] + results < free:
+            remedies.append("choose solver = 'compressed'")
+    if results < free or task >= free:
+        remedies.append(
+            "lower the upper frequency or the elements per wavelength (memory falls with their fourth power)"
+        )
+    raise ResourceError(
+        f"boundary element matrices of {n_face} triangles (solver {chosen.solver!r}) need {task / 2**30:.3g} GiB and "
+        f"what they are solved for {results / 2**30:.3g} GiB, {free / 2**30:.3g} GiB are free: " + ", ".join(remedies)
+    )
+
+
+def _ways(
+    n_vertex: int, n_face: int, frequencies: int, engine: str, fidelity: AcousticsFidelity
+) -> Iterator[tuple[AcousticsFidelity, int, int]]:
+    """Ways to solve at so many frequencies, the fastest first: fidelity with its solver, systems that stand in memory
+    together, and the bytes they take."""
+    solvers = ("auto", "compressed") if fidelity.solver == "auto" and engine in _STRIPED else (fidelity.solver,)
+    for solver in solvers:
+        chosen = replace(fidelity, solver=solver)
+        for count in range(_batch(n_vertex, n_face, frequencies, engine, chosen), 0, -1):
+            yield chosen, count, _solver_memory(n_vertex, n_face, count, engine, chosen)
+
+
+def _leanest(ways: Sequence[tuple[AcousticsFidelity, int, int]]) -> tuple[AcousticsFidelity, int, int]:
+    """The way that takes least memory: small systems take more compressed, for what is under way."""
+    return min(ways, key=lambda way: way[2])
+
+
+def _fits(count: int, need: int, free: int) -> bool:
+    """Whether so many systems at a time, with `need` bytes in all, may be solved where `free` bytes are free."""
+    return need <= (free if count == 1 else _SHARED * free)

@@ -1,0 +1,238 @@
+"""Frequencies in bands: the unit of work that goes to an executor and, finished, to disk."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from collections import Counter
+from collections.abc import Callable, Generator
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
+from contextlib import closing
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+
+from nvhchain.acoustics.systems.linear_system import SolverRecord
+from nvhchain.cluster import is_gone, room, share, worker_lost, workers_at
+from nvhchain.conventions import Progress
+from nvhchain.errors import InputError, SolverError, require
+from nvhchain.handoff import ComplexArray, FloatArray
+from nvhchain.resume import code_version
+
+BAND = 4
+"""Frequencies per task: enough to share an engine's geometric work, few enough to spread and to report progress."""
+
+_LOSSES = 3
+"""Times a band may lose its worker before it is taken to be what kills workers."""
+
+_PATIENCE = 5.0
+"""s after which a wait looks whether there is still somebody to wait for."""
+
+_TURNOVERS = 12.0
+"""Times that all workers of a cluster may be found lost or missing since a band was finished, one look per `_PATIENCE`:
+a local cluster replaces one in a few seconds."""
+
+Job = tuple[Any, ...]
+
+
+class Solved(NamedTuple):
+    """values: one row per frequency of a band.  record: how its systems were solved."""
+
+    values: ComplexArray
+    record: SolverRecord
+
+
+Band = ComplexArray | Solved
+
+
+class Shards(Protocol):
+    """Keeps finished bands, so that what was killed goes on where it was."""
+
+    def find(self, frequency: FloatArray) -> Solved | None:
+        """The band of these frequencies, None where there is none or it is not to be trusted."""
+
+    def keep(self, frequency: FloatArray, solved: Solved) -> None:
+        """Save a band."""
+
+
+def over_bands(
+    solve: Callable[..., Band],
+    frequency: FloatArray,
+    extra: tuple[Any, ...],
+    arguments: tuple[Any, ...],
+    *,
+    memory_per_task: int,
+    executor: Executor | None,
+    progress: Progress | None,
+    shards: Shards | None = None,
+    records: list[SolverRecord] | None = None,
+) -> ComplexArray:
+    """Values of `solve(frequency band, *extra bands, *arguments)` stacked over all frequencies.
+
+    extra: arrays with one row per frequency, cut like the frequencies.  memory_per_task: bytes; no more tasks are under
+    way at once than fit into the memory of the executor's machines.  progress: called with (frequencies done, in all).
+    shards: bands found there are not solved, solved ones are kept there at once.  records: where `solve` tells how it
+    solved, that is added here.
+
+    The first exception of a task ends the call and cancels what has not begun.  A band whose worker is lost is given to
+    another one; where none is left the rest is solved in this process, and a RuntimeWarning says so.  Raises
+    InputError for an executor that takes no tasks any more, ResourceError where no worker holds a task and SolverError
+    where a band loses one worker after the other.
+    """
+    require(
+        executor is None or hasattr(executor, "submit"),
+        f"executor = {executor!r} takes no tasks: hand in one of concurrent.futures, or None to solve in this process",
+    )
+    bands = [slice(start, start + BAND) for start in range(0, len(frequency), BAND)]
+    values: ComplexArray | None = None
+    done = 0
+
+    def put(band: slice, solved: Band) -> None:
+        nonlocal values, done
+        part = solved.values if isinstance(solved, Solved) else solved
+        if records is not None and isinstance(solved, Solved):
+            records.append(solved.record)
+        if values is None:
+            values = np.empty((len(frequency), *part.shape[1:]), dtype=part.dtype)
+        values[band] = part
+        done += len(part)
+        if progress:
+            progress(done, len(frequency))
+
+    if progress:
+        progress(0, len(frequency))
+    jobs = []
+    for band in bands:
+        kept = shards.find(frequency[band]) if shards else None
+        if kept is None:
+            jobs.append((band, (frequency[band], *(rows[band] for rows in extra), *arguments)))
+        else:
+            put(band, kept)
+    if executor is None:
+        solved = ((number, solve(*job)) for number, (_, job) in enumerate(jobs))
+    else:
+        solved = _spread(solve, [job for _, job in jobs], memory_per_task, executor)
+    with closing(solved):
+        for number, part in solved:
+            band = jobs[number][0]
+            if shards and isinstance(part, Solved):
+                shards.keep(frequency[band], part)
+            put(band, part)
+    assert values is not None
+    return values
+
+
+def _spread(
+    solve: Callable[..., Band], jobs: list[Job], memory_per_task: int, executor: Executor
+) -> Generator[tuple[int, Band]]:
+    """(number of the job, its values) as they are finished; what is left is cancelled when the caller stops asking."""
+    place = room(executor, memory_per_task)
+    common = (code_version("acoustics"), place.neighbours, os.getpid(), solve)
+    waiting, running, losses = list(range(len(jobs))), dict[Future[Band], int](), Counter[int]()
+    seen, turnovers = workers_at(executor), 0.0
+    try:
+        while waiting or running:
+            while waiting and len(running) < place.tasks:
+                running[_submitted(executor, *common, *jobs[waiting[0]])] = waiting[0]
+                del waiting[0]
+            finished, _ = wait(running, timeout=_PATIENCE, return_when=FIRST_COMPLETED)
+            finished |= {future for future in running if future.cancelled()}  # of which `wait` may never hear
+            if not finished and is_gone(executor):
+                raise BrokenExecutor("its scheduler is gone")
+            if not finished:
+                before, seen = seen, workers_at(executor)
+                turnovers += _turnover(before, seen)
+                if turnovers >= _TURNOVERS:
+                    raise BrokenExecutor(f"its workers are lost as fast as they come, all {turnovers:.3g} times")
+            for future in finished:
+                number = running[future]
+                error = _lost(future)
+                if isinstance(error, BrokenExecutor):
+                    raise error
+                del running[future]
+                if error is None:
+                    turnovers = 0.0
+                    yield number, _result(future, executor)
+                    continue
+                losses[number] += 1
+                if losses[number] == _LOSSES:
+                    reason = str(error) or type(error).__name__
+                    raise SolverError(
+                        f"{_LOSSES} workers were lost, or their tasks cancelled, one after the other under the same "
+                        f"band of frequencies ({reason}): it needs {memory_per_task / 2**30:.3g} GiB; give workers "
+                        "more memory, and let nobody else cancel"
+                    ) from error
+                waiting.insert(0, number)
+    except BrokenExecutor as error:
+        left = sorted([*running.values(), *waiting])
+        warnings.warn(
+            f"the executor is broken ({error}): {len(left)} bands of frequencies are solved in this process",
+            RuntimeWarning,
+            stacklevel=2,
+        )
+        for future in running:
+            future.cancel()
+        running.clear()
+        for number in left:
+            yield number, _task(*common, *jobs[number])
+    finally:
+        for future in running:
+            future.cancel()
+
+
+def _turnover(before: frozenset[Any] | None, now: frozenset[Any] | None) -> float:
+    """Share of the workers of a cluster that were lost between two looks; all of them where there are none."""
+    if now is None or before is None:
+        return 0.0
+    return len(before - now) / len(before) if before else float(not now)
+
+
+def _submitted(executor: Executor, *task: Any) -> Future[Band]:
+    """A task on its way; `InputError` for what is no executor or was shut down, else what the executor raises."""
+    try:
+        future = executor.submit(_task, *task)
+    except BrokenExecutor:
+        raise
+    except RuntimeError as error:
+        # what concurrent.futures and dask say of themselves has no type of its own
+        if "shutdown" not in str(error) and "closed" not in str(error):
+            raise
+        raise InputError(
+            f"the executor takes no tasks any more ({error}): hand in one that is open until the call returns"
+        ) from None
+    require(
+        isinstance(future, Future),
+        f"executor = {executor!r:.60} is none of concurrent.futures: hand in one, of a dask client its get_executor()",
+    )
+    return future
+
+
+def _lost(future: Future[Band]) -> BaseException | None:
+    """What says that the worker of a finished task was lost; an error of the task itself is raised."""
+    try:
+        future.result()
+    except BaseException as error:
+        if not worker_lost(error):
+            raise
+        return error
+    return None
+
+
+def _result(future: Future[Band], executor: Executor) -> Band:
+    found = future.result()
+    require(
+        isinstance(found, Solved | np.ndarray),
+        f"a future of executor = {executor!r:.60} gives {found!r:.40} instead of what its task returned: hand in one "
+        "of concurrent.futures",
+    )
+    return found
+
+
+def _task(version: str, neighbours: int, home: int, solve: Callable[..., Band], *job: Any) -> Band:
+    """One band on a worker, which must run the code that its caller runs."""
+    require(
+        code_version("acoustics") == version,
+        f"a worker runs nvhchain {code_version('acoustics')}, its caller {version}: install the same on all machines "
+        "and restart the workers",
+    )
+    return share(home, neighbours, solve, *job)

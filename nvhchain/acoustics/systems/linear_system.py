@@ -1,0 +1,205 @@
+"""Boundary element systems A p = B ∂p/∂n ready to be solved, and the dense one by LU factors."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Protocol
+
+import numpy as np
+from scipy.linalg import lapack
+
+from nvhchain.errors import SolverError
+from nvhchain.handoff import ComplexArray
+from nvhchain.threads import blas_threads, threads
+
+LEAST = 3_000_000
+"""Entries of a matrix for which a thread of its own pays: keeping its BLAS to one thread takes a few milliseconds."""
+
+
+@dataclass(frozen=True)
+class SolverRecord:
+    """How systems were solved.
+
+    solvers: of `direct`, `iterative` and `compressed` those that were used.  residual: largest that an iteration
+    left, relative to its right-hand side, and tolerance: what it was asked for; 0 where nothing was iterated.
+    condition: smallest reciprocal condition number of a matrix that was factorised; 1 where none was.
+    """
+
+    solvers: tuple[str, ...] = ()
+    residual: float = 0.0
+    tolerance: float = 0.0
+    condition: float = 1.0
+
+    def __add__(self, other: SolverRecord) -> SolverRecord:
+        return SolverRecord(
+            tuple(sorted({*self.solvers, *other.solvers})),
+            max(self.residual, other.residual),
+            max(self.tolerance, other.tolerance),
+            min(self.condition, other.condition),
+        )
+
+    @property
+    def provenance(self) -> dict[str, Any]:
+        """What there is to tell."""
+        told: dict[str, Any] = {"solver": ", ".join(self.solvers)} if self.solvers else {}
+        if self.tolerance:
+            told |= {"solver_tolerance": self.tolerance, "solver_residual": self.residual}
+        if self.condition < 1.0:
+            told["solver_reciprocal_condition"] = self.condition
+        return told
+
+    @classmethod
+    def of(cls, provenance: dict[str, Any]) -> SolverRecord:
+        """The record that `provenance` tells of."""
+        return cls(
+            tuple(filter(None, provenance.get("solver", "").split(", "))),
+            provenance.get("solver_residual", 0.0),
+            provenance.get("solver_tolerance", 0.0),
+            provenance.get("solver_reciprocal_condition", 1.0),
+        )
+
+
+class Matrix(Protocol):
+    """What can be multiplied with a matrix (n_row, n_column), however it is held: one column or several.
+
+    exact: in double precision, whatever that of the matrix is.
+    """
+
+    def apply(self, x: ComplexArray, exact: bool = False) -> ComplexArray:
+        """Matrix · x, (n_row, …) of (n_column, …)."""
+
+    def apply_transposed(self, x: ComplexArray, exact: bool = False) -> ComplexArray:
+        """Matrixᵀ · x (not conjugated), (n_column, …) of (n_row, …)."""
+
+
+class DenseMatrix:
+    """A matrix held as an array, which is left as it is; products in its own precision, on the threads granted."""
+
+    def __init__(self, values: ComplexArray) -> None:
+        self._values = values
+
+    def apply(self, x: ComplexArray, exact: bool = False) -> ComplexArray:
+        """Matrix · x."""
+        return _product(self._values, x, exact)
+
+    def apply_transposed(self, x: ComplexArray, exact: bool = False) -> ComplexArray:
+        """Matrixᵀ · x."""
+        return _product(self._values.T, x, exact)
+
+
+def _product(matrix: ComplexArray, x: ComplexArray, exact: bool) -> ComplexArray:
+    """matrix · x in the precision of the matrix, its rows dealt out to threads: BLAS deals out square products well,
+    those with few columns badly.  It takes up to twice as long for them as for few rows, as which they are made.
+    exact: in double precision, some rows at a time."""
+    if exact and matrix.dtype == np.complex64:
+        rows = max(1, LEAST // matrix.shape[1])
+        return np.concatenate([matrix[i : i + rows].astype(complex) @ x for i in range(0, len(matrix), rows)])
+    x = x.astype(matrix.dtype)
+    count = min(threads(), matrix.size // LEAST)
+    if count < 2:
+        return np.asarray((x.T @ matrix.T).T, dtype=complex)
+    y = np.empty((len(matrix), *x.shape[1:]), dtype=complex)
+    limits = np.linspace(0, len(matrix), count + 1).astype(int)
+
+    def some(start: int, stop: int) -> None:
+        with blas_threads(1):
+            y[start:stop] = (x.T @ matrix[start:stop].T).T
+
+    with ThreadPoolExecutor(count) as pool:
+        list(pool.map(some, limits[:-1], limits[1:]))
+    return y
+
+
+class System(Protocol):
+    """A p = B ∂p/∂n at one wavenumber, whatever way its matrices are held and solved.
+
+    Every method takes and gives one column or several: (n,) or (n, m).
+    """
+
+    def solve(self, rhs: ComplexArray) -> ComplexArray:
+        """p at the vertices (n_v, …) of A p = rhs; `SolverError` where it cannot be found."""
+
+    def adjoint(self, rhs: ComplexArray) -> ComplexArray:
+        """Bᵀ A⁻ᵀ rhs (n_face, …), transposed and not conjugated: what every face adds to rhs · p; `SolverError`."""
+
+    def apply_b(self, gradient: ComplexArray) -> ComplexArray:
+        """B · gradient (n_v, …) of the pressure gradient ∂p/∂n of every face."""
+
+    @property
+    def record(self) -> SolverRecord:
+        """How it has been solved so far."""
+
+    def release(self) -> None:
+        """Give the memory back; nothing can be solved afterwards."""
+
+
+class DirectSystem:
+    """Dense A and B; A is factorised in its own memory and precision when it is first solved."""
+
+    def __init__(self, a: ComplexArray, b: ComplexArray) -> None:
+        """A (n_v, n_v), which is overwritten, and B (n_v, n_face)."""
+        self._a, self._b = a, DenseMatrix(b)
+        self.record = SolverRecord(("direct",))
+
+    @cached_property
+    def _factor(self) -> Factor:
+        factor = Factor(self._a)
+        self.record += SolverRecord(condition=factor.reciprocal_condition)
+        return factor
+
+    def solve(self, rhs: ComplexArray) -> ComplexArray:
+        """A⁻¹ rhs."""
+        return self._factor.solve(rhs)
+
+    def adjoint(self, rhs: ComplexArray) -> ComplexArray:
+        """Bᵀ A⁻ᵀ rhs."""
+        return self._b.apply_transposed(self._factor.solve_transposed(rhs))
+
+    def apply_b(self, gradient: ComplexArray) -> ComplexArray:
+        """B · gradient."""
+        return self._b.apply(gradient)
+
+    def release(self) -> None:
+        """Forget A, its factors and B."""
+        del self._a, self._b
+        self.__dict__.pop("_factor", None)
+
+
+class Factor:
+    """LU factors of a dense complex matrix A, made in A's own memory: A is overwritten."""
+
+    def __init__(self, matrix: ComplexArray) -> None:
+        """Factorise; `SolverError` if A holds values that are not finite or is singular to working precision."""
+        routines = lapack.get_lapack_funcs(("lange", "getrf", "gecon", "getrs"), (matrix,))
+        one_norm, factorise, condition, self._substitute = routines
+        # LAPACK wants columns in a row: the transposed view of a C-ordered array is one without a copy.
+        norm = float(one_norm("1", matrix.T))
+        if not np.isfinite(norm):
+            raise SolverError("boundary element matrix holds values that are not finite: the engine failed")
+        self._lu, self._pivots, info = factorise(matrix.T, overwrite_a=True)
+        reciprocal_condition, _ = condition(self._lu, norm) if info == 0 else (0.0, 0)
+        self.reciprocal_condition = float(reciprocal_condition)
+        least = len(matrix) * float(np.finfo(matrix.real.dtype).eps)
+        if reciprocal_condition < least:
+            single = "choose precision = 'double', or " if matrix.dtype == np.complex64 else ""
+            raise SolverError(
+                f"boundary element matrix of {len(matrix)} unknowns is singular to working precision (reciprocal "
+                f"condition number {reciprocal_condition:.2g}, {least:.2g} at least): {single}look for coinciding "
+                "surfaces, very thin gaps and cavities that resonate"
+            )
+
+    def solve(self, rhs: ComplexArray) -> ComplexArray:
+        """x (n,) or (n, m) of A x = rhs."""
+        return self._solve(rhs, transposed=True)
+
+    def solve_transposed(self, rhs: ComplexArray) -> ComplexArray:
+        """x (n,) or (n, m) of Aᵀ x = rhs (transposed, not conjugated)."""
+        return self._solve(rhs, transposed=False)
+
+    def _solve(self, rhs: ComplexArray, transposed: bool) -> ComplexArray:
+        x, _ = self._substitute(self._lu, self._pivots, rhs.astype(self._lu.dtype), trans=1 if transposed else 0)
+        if not np.isfinite(x).all():
+            raise SolverError("boundary element solution holds values that are not finite: check the right-hand side")
+        return np.ascontiguousarray(x, dtype=complex)

@@ -1,0 +1,1 @@
+"""Waves outside the body: layer potentials, incident fields and spherical multipoles."""

@@ -11,7 +11,7 @@ import numpy as np
 from nvhchain import gear
 from nvhchain.case import GearboxCase
 from nvhchain.dynamics import Bearing, Shaft
-from nvhchain.dynamics.shaft_beam import elastic_shaft
+from nvhchain.dynamics.model.shaft_beam import elastic_shaft
 from nvhchain.errors import InputError
 
 MEASURED = {"friction": 13.1, "shuttling": 15.7, "flexible_shafts": -27.3, "gyroscopic": -0.003}

@@ -14,7 +14,7 @@ import nvhchain as nvh
 from benchmarks.dynamics.gears import solid_solvers
 from benchmarks.dynamics.models import ROOT, SPEED, TORQUE, gearbox_of, operators, order_levels, steady, worst
 from nvhchain import dynamics, gear
-from nvhchain.dynamics.simulation import Motion, Simulation, advance, at_rest, bearing_force, simulation
+from nvhchain.dynamics.time_loop.simulation import Motion, Simulation, advance, at_rest, bearing_force, simulation
 from nvhchain.fidelity import DynamicsFidelity, GearFidelity
 from nvhchain.handoff import FloatArray
 

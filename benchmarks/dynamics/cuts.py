@@ -17,9 +17,9 @@ import numpy as np
 
 from benchmarks.dynamics.models import SPEED, gearbox_of, one_step, operators
 from benchmarks.publish import publish
-from nvhchain.dynamics.law_table import force_at, row_at
-from nvhchain.dynamics.quasi_static import law_phases
-from nvhchain.dynamics.simulation import Motion, Simulation, advance, at_rest, simulation
+from nvhchain.dynamics.time_loop.law_table import force_at, row_at
+from nvhchain.dynamics.time_loop.quasi_static import law_phases
+from nvhchain.dynamics.time_loop.simulation import Motion, Simulation, advance, at_rest, simulation
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import FloatArray
 
@@ -160,8 +160,8 @@ def main() -> None:
         "less work than shorter ones throughout, or more; the time loop therefore keeps one step.",
         "",
         "`bent_ways` adds to the mean force of a step what the bend of its way and its rise within the step leave out",
-        f"(`nvhchain/dynamics/_bend.py`). A step at 10 µs with {cost[2]:.0f} unknowns then takes {cost[1]:.0f} ns",
-        f"instead of {cost[0]:.0f}, both on the day of this page. It is off by default: the mean along a straight way",
+        f"(`nvhchain/dynamics/time_loop/_correction.py`). A step at 10 µs with {cost[2]:.0f} unknowns then takes",
+        f"{cost[1]:.0f} ns instead of {cost[0]:.0f}, both on the day of this page. It is off by default: the mean along a straight way",
         "alone keeps energy exactly at a fixed angle and is bounded at every step. With bent_ways steps are refused",
         "that are long against the meshes, or in which small motions, with flanks open or closed, would grow by more",
         "than 0.1 1/s for want of damping.",

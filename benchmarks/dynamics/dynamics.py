@@ -31,8 +31,8 @@ from benchmarks.dynamics.models import MODES, SPEED, TORQUE, gearbox_of, one_ste
 from benchmarks.dynamics.peers import peers
 from benchmarks.publish import MEASURED, publish
 from nvhchain import dynamics
-from nvhchain.dynamics.quasi_static import law_phases
-from nvhchain.dynamics.simulation import Motion, advance, at_rest, bearing_force, simulation
+from nvhchain.dynamics.time_loop.quasi_static import law_phases
+from nvhchain.dynamics.time_loop.simulation import Motion, advance, at_rest, bearing_force, simulation
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import BearingForces, MeshLaw, ReducedHousing
 

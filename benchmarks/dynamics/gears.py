@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from nvhchain import gear
-from nvhchain.dynamics.law_table import deflection_under
+from nvhchain.dynamics.time_loop.law_table import deflection_under
 from nvhchain.fidelity import GearFidelity
 from nvhchain.gear.blank import SOLID
 from nvhchain.handoff import FloatArray, MeshLaw

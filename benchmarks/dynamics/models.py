@@ -11,7 +11,7 @@ import numpy as np
 
 import nvhchain as nvh
 from nvhchain import dynamics, store
-from nvhchain.dynamics.simulation import Simulation, advance, at_rest
+from nvhchain.dynamics.time_loop.simulation import Simulation, advance, at_rest
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import FloatArray, MeshLaw, ReducedHousing
 

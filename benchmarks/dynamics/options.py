@@ -36,7 +36,7 @@ from benchmarks.dynamics.models import (
 from benchmarks.publish import publish
 from nvhchain import dynamics, gear
 from nvhchain.case import GearboxCase
-from nvhchain.dynamics.simulation import simulation
+from nvhchain.dynamics.time_loop.simulation import simulation
 from nvhchain.fidelity import DynamicsFidelity
 
 

@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 from threadpoolctl import threadpool_limits
 
 from benchmarks.dynamics.models import MODES, SPEED, TORQUE, gearbox_of, one_step, operators, with_modes
-from nvhchain.dynamics.simulation import simulation
+from nvhchain.dynamics.time_loop.simulation import simulation
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import FloatArray
 

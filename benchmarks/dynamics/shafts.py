@@ -24,7 +24,7 @@ from benchmarks.publish import publish
 from nvhchain import dynamics
 from nvhchain.advice import bending_share
 from nvhchain.case import GearboxCase
-from nvhchain.dynamics.simulation import simulation
+from nvhchain.dynamics.time_loop.simulation import simulation
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import FloatArray
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from nvhchain.dynamics.friction import LARGEST_COEFFICIENT
+from nvhchain.dynamics.model.friction import LARGEST_COEFFICIENT
 from nvhchain.errors import require
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.kinds import check_fields

@@ -1,18 +1,18 @@
 """Gearbox dynamics: shafts, bearings, reduced housing and nonlinear gear meshes give bearing forces."""
 
-from nvhchain.dynamics.friction import MeshFriction
-from nvhchain.dynamics.gearbox import Bearing, Cylinder, Gearbox, Mesh, RigidBody, Shaft
-from nvhchain.dynamics.law_range import remind
-from nvhchain.dynamics.linear import flank_transfer
-from nvhchain.dynamics.load_centre import LoadCentre
-from nvhchain.dynamics.mesh_levels import ContactForce
-from nvhchain.dynamics.quasi_static import static_bearing_forces, static_misalignment
-from nvhchain.dynamics.recording import Recording, record_run_up
-from nvhchain.dynamics.rigid_train import run_up_time
-from nvhchain.dynamics.run_up_record import run_up, run_up_with_error
-from nvhchain.dynamics.simulation import compile_time_loop
-from nvhchain.dynamics.steady import bearing_forces, steady_sweep
-from nvhchain.dynamics.train import Train, train
+from nvhchain.dynamics.model.friction import MeshFriction
+from nvhchain.dynamics.model.gearbox import Bearing, Cylinder, Gearbox, Mesh, RigidBody, Shaft
+from nvhchain.dynamics.model.load_centre import LoadCentre
+from nvhchain.dynamics.model.rigid_train import run_up_time
+from nvhchain.dynamics.model.train import Train, train
+from nvhchain.dynamics.runs.law_range import remind
+from nvhchain.dynamics.runs.linear import flank_transfer
+from nvhchain.dynamics.runs.recording import Recording, record_run_up
+from nvhchain.dynamics.runs.run_up_record import run_up, run_up_with_error
+from nvhchain.dynamics.runs.steady import bearing_forces, steady_sweep
+from nvhchain.dynamics.time_loop.mesh_levels import ContactForce
+from nvhchain.dynamics.time_loop.quasi_static import static_bearing_forces, static_misalignment
+from nvhchain.dynamics.time_loop.simulation import compile_time_loop
 
 __all__ = [
     "Bearing",

@@ -10,9 +10,9 @@ import numpy as np
 
 from nvhchain import gear
 from nvhchain.case import GearboxCase
-from nvhchain.dynamics.decimation import record_stride
-from nvhchain.dynamics.simulation import simulation
-from nvhchain.dynamics.steady import settling_time
+from nvhchain.dynamics.runs.decimation import record_stride
+from nvhchain.dynamics.runs.steady import settling_time
+from nvhchain.dynamics.time_loop.simulation import simulation
 from nvhchain.fidelity import Fidelity, GearFidelity
 from nvhchain.gear import GearBody, VolumeMesh
 from nvhchain.scene.casting import modes_in_reach

@@ -11,7 +11,7 @@ import pytest
 import nvhchain as nvh
 from nvhchain import gear, store
 from nvhchain.cli import main
-from nvhchain.dynamics import recording, speed_ramp
+from nvhchain.dynamics.runs import recording, speed_ramp
 from nvhchain.errors import ResourceError
 from nvhchain.handoff import BearingForces, ReducedHousing, Surface
 

@@ -10,7 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from nvhchain.dynamics import _bend, _law_step, _march, _newton
+from nvhchain.dynamics.time_loop import _correction as _bend
+from nvhchain.dynamics.time_loop import _law_step, _march, _newton
 
 INNER = """
 from numba import njit

@@ -7,11 +7,11 @@ from math import pi
 import numpy as np
 import pytest
 
-from nvhchain.dynamics.propagator import state_of
-from nvhchain.dynamics.quasi_static import law_phases
-from nvhchain.dynamics.simulation import advance, at_rest, bearing_force, simulation
-from nvhchain.dynamics.steady import _period
-from nvhchain.dynamics.train import train
+from nvhchain.dynamics.model.train import train
+from nvhchain.dynamics.runs.steady import _period
+from nvhchain.dynamics.time_loop.propagator import state_of
+from nvhchain.dynamics.time_loop.quasi_static import law_phases
+from nvhchain.dynamics.time_loop.simulation import advance, at_rest, bearing_force, simulation
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.spectrum import amplitude_spectrum
 

@@ -6,9 +6,10 @@ from math import pi
 import numpy as np
 import pytest
 
-from nvhchain.dynamics import bearing_forces, record_run_up, recording, remind, run_up
-from nvhchain.dynamics.contact_loss import check_parted, gap_ends, joined
-from nvhchain.dynamics.law_table import tabulate
+from nvhchain.dynamics import bearing_forces, record_run_up, remind, run_up
+from nvhchain.dynamics.runs import recording
+from nvhchain.dynamics.runs.contact_loss import check_parted, gap_ends, joined
+from nvhchain.dynamics.time_loop.law_table import tabulate
 from nvhchain.errors import AccuracyWarning, InputError
 from nvhchain.fidelity import DynamicsFidelity
 

@@ -9,9 +9,10 @@ from math import pi
 import numpy as np
 import pytest
 
-from nvhchain.dynamics import bearing_forces, record_run_up, recording, run_up, speed_ramp, static_bearing_forces
-from nvhchain.dynamics.assembly import assemble
-from nvhchain.dynamics.simulation import advance, at_rest, bearing_force, simulation
+from nvhchain.dynamics import bearing_forces, record_run_up, run_up, static_bearing_forces
+from nvhchain.dynamics.model.assembly import assemble
+from nvhchain.dynamics.runs import recording, speed_ramp
+from nvhchain.dynamics.time_loop.simulation import advance, at_rest, bearing_force, simulation
 from nvhchain.errors import InputError, SolverError
 from nvhchain.fidelity import DynamicsFidelity
 

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from nvhchain.dynamics import LoadCentre, MeshFriction, run_up
-from nvhchain.dynamics.quasi_static import static_state
-from nvhchain.dynamics.simulation import advance, at_rest, bearing_force, simulation
+from nvhchain.dynamics.time_loop.quasi_static import static_state
+from nvhchain.dynamics.time_loop.simulation import advance, at_rest, bearing_force, simulation
 from nvhchain.errors import InputError, SolverError
 from nvhchain.fidelity import DynamicsFidelity
 

@@ -11,12 +11,12 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import root
 
 from nvhchain.dynamics import bearing_forces
-from nvhchain.dynamics.assembly import assemble
-from nvhchain.dynamics.law_table import tabulate
-from nvhchain.dynamics.mesh_rows import face_points
-from nvhchain.dynamics.quasi_static import static_state
-from nvhchain.dynamics.simulation import advance, at_rest, bearing_force, simulation
-from nvhchain.dynamics.train import shaft_torques
+from nvhchain.dynamics.model.assembly import assemble
+from nvhchain.dynamics.model.mesh_rows import face_points
+from nvhchain.dynamics.model.train import shaft_torques
+from nvhchain.dynamics.time_loop.law_table import tabulate
+from nvhchain.dynamics.time_loop.quasi_static import static_state
+from nvhchain.dynamics.time_loop.simulation import advance, at_rest, bearing_force, simulation
 from nvhchain.errors import InputError
 from nvhchain.fidelity import DynamicsFidelity
 

@@ -12,12 +12,12 @@ from scipy.linalg import eigh
 from scipy.optimize import brentq
 
 from nvhchain.dynamics import Cylinder, RigidBody, Shaft, bearing_forces, static_bearing_forces
-from nvhchain.dynamics.assembly import assemble
-from nvhchain.dynamics.law_table import tabulate
-from nvhchain.dynamics.quasi_static import static_state
-from nvhchain.dynamics.shaft_beam import _beam, _nodes, elastic_shaft
-from nvhchain.dynamics.simulation import simulation
-from nvhchain.dynamics.train import shaft_torques
+from nvhchain.dynamics.model.assembly import assemble
+from nvhchain.dynamics.model.shaft_beam import _beam, _nodes, elastic_shaft
+from nvhchain.dynamics.model.train import shaft_torques
+from nvhchain.dynamics.time_loop.law_table import tabulate
+from nvhchain.dynamics.time_loop.quasi_static import static_state
+from nvhchain.dynamics.time_loop.simulation import simulation
 from nvhchain.errors import InputError
 from nvhchain.fidelity import DynamicsFidelity
 

@@ -10,10 +10,10 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from nvhchain.dynamics import MeshFriction, bearing_forces, static_bearing_forces
-from nvhchain.dynamics.assembly import assemble
-from nvhchain.dynamics.mesh_rows import flank_normals, friction_wrenches
-from nvhchain.dynamics.simulation import advance, at_rest, bearing_force, simulation
-from nvhchain.dynamics.train import shaft_torques
+from nvhchain.dynamics.model.assembly import assemble
+from nvhchain.dynamics.model.mesh_rows import flank_normals, friction_wrenches
+from nvhchain.dynamics.model.train import shaft_torques
+from nvhchain.dynamics.time_loop.simulation import advance, at_rest, bearing_force, simulation
 from nvhchain.errors import InputError
 from nvhchain.fidelity import DynamicsFidelity
 
@@ -157,7 +157,7 @@ def test_friction_under_the_actual_force_differs_in_second_order_only(make_gearb
     static = np.linalg.solve(
         a.stiffness + (a.contact[0:4:2].T * np.array(STIFFNESS)) @ a.contact[0:4:2], a.load(torque)
     )
-    from nvhchain.dynamics.propagator import state_of
+    from nvhchain.dynamics.time_loop.propagator import state_of
 
     motion = type(motion)(state_of(model.modes, static), motion.excess)
     phases = (np.arange(1600)[:, None] + 0.5) * 1e-5 * SPEED / (2 * pi) * np.array([20, 12])

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from nvhchain.dynamics import Bearing, Cylinder, Mesh, RigidBody, Shaft, static_bearing_forces
-from nvhchain.dynamics.assembly import assemble
+from nvhchain.dynamics.model.assembly import assemble
 from nvhchain.errors import InputError
 
 

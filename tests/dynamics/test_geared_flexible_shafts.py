@@ -18,7 +18,7 @@ from scipy.linalg import expm
 
 import nvhchain as nvh
 from nvhchain.dynamics import Cylinder, bearing_forces
-from nvhchain.dynamics.assembly import assemble
+from nvhchain.dynamics.model.assembly import assemble
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import MeshLaw
 

@@ -10,11 +10,12 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.interpolate import make_interp_spline
 
-from nvhchain.dynamics import Cylinder, Shaft, bearing_forces, run_up, speed_ramp
-from nvhchain.dynamics.assembly import assemble
-from nvhchain.dynamics.sections import sections
-from nvhchain.dynamics.simulation import advance, at_rest, simulation
-from nvhchain.dynamics.train import shaft_torques
+from nvhchain.dynamics import Cylinder, Shaft, bearing_forces, run_up
+from nvhchain.dynamics.model.assembly import assemble
+from nvhchain.dynamics.model.sections import sections
+from nvhchain.dynamics.model.train import shaft_torques
+from nvhchain.dynamics.runs import speed_ramp
+from nvhchain.dynamics.time_loop.simulation import advance, at_rest, simulation
 from nvhchain.fidelity import DynamicsFidelity
 
 SPEED = 2500 * 2 * pi / 60

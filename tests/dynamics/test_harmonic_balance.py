@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 from nvhchain.dynamics import bearing_forces
-from nvhchain.dynamics.assembly import assemble
-from nvhchain.dynamics.train import shaft_torques
+from nvhchain.dynamics.model.assembly import assemble
+from nvhchain.dynamics.model.train import shaft_torques
 from nvhchain.fidelity import DynamicsFidelity
 
 INSTANTS = 720

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from nvhchain.dynamics.bent_ways import phases_at_ends
-from nvhchain.dynamics.simulation import Motion, Simulation, advance, at_rest, simulation
+from nvhchain.dynamics.time_loop.simulation import Motion, Simulation, advance, at_rest, simulation
+from nvhchain.dynamics.time_loop.trapezoid_correction import phases_at_ends
 from nvhchain.errors import InputError
 from nvhchain.fidelity import DynamicsFidelity
 

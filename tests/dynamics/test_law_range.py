@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from ramps import SPEED, ramp
 
-from nvhchain.dynamics import bearing_forces, record_run_up, recording, run_up
-from nvhchain.dynamics.law_range import excursions, joined, remind
-from nvhchain.dynamics.simulation import at_rest, simulation
+from nvhchain.dynamics import bearing_forces, record_run_up, run_up
+from nvhchain.dynamics.runs import recording
+from nvhchain.dynamics.runs.law_range import excursions, joined, remind
+from nvhchain.dynamics.time_loop.simulation import at_rest, simulation
 from nvhchain.errors import AccuracyWarning
 from nvhchain.fidelity import DynamicsFidelity
 

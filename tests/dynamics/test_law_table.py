@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from nvhchain.dynamics._law_step import mean_force, unloaded_at
-from nvhchain.dynamics.law_table import deflection_under, force_at, mean_slope, refine, row_at, tabulate
+from nvhchain.dynamics.time_loop._law_step import mean_force, unloaded_at
+from nvhchain.dynamics.time_loop.law_table import deflection_under, force_at, mean_slope, refine, row_at, tabulate
 from nvhchain.errors import SolverError
 
 

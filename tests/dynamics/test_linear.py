@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from nvhchain.dynamics import flank_transfer
-from nvhchain.dynamics.assembly import assemble
+from nvhchain.dynamics.model.assembly import assemble
 
 SPEED, SLOPES = 52.36, (3.6e8, 6.6e8)
 LINES = np.array([20.0, 180.0, 350.0, 1200.0, 4800.0])

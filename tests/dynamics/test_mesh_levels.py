@@ -10,9 +10,9 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from nvhchain.dynamics import run_up, steady_sweep
-from nvhchain.dynamics.law_table import force_at, row_at
-from nvhchain.dynamics.mesh_levels import ContactLoop, tangent_law
-from nvhchain.dynamics.simulation import advance, at_rest, simulation
+from nvhchain.dynamics.time_loop.law_table import force_at, row_at
+from nvhchain.dynamics.time_loop.mesh_levels import ContactLoop, tangent_law
+from nvhchain.dynamics.time_loop.simulation import advance, at_rest, simulation
 from nvhchain.errors import InputError, SolverError
 from nvhchain.fidelity import DynamicsFidelity
 

@@ -10,7 +10,8 @@ import pytest
 from ramps import ramp, ramped, straight
 
 from nvhchain import store
-from nvhchain.dynamics import record_run_up, recording, run_up, speed_ramp
+from nvhchain.dynamics import record_run_up, run_up
+from nvhchain.dynamics.runs import recording, speed_ramp
 from nvhchain.errors import InputError, ResourceError
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import BearingForces

@@ -13,13 +13,14 @@ import numpy as np
 import pytest
 from ramps import SPEED, ramp, ramped
 
-from nvhchain.dynamics import bearing_forces, run_up, run_up_time, speed_ramp, steady_sweep
-from nvhchain.dynamics.assembly import assemble
-from nvhchain.dynamics.decimation import decimator, low_pass
-from nvhchain.dynamics.quasi_static import static_mesh_forces
-from nvhchain.dynamics.simulation import advance, at_rest, bearing_force, simulation
-from nvhchain.dynamics.speed_ramp import prepare
-from nvhchain.dynamics.train import shaft_torques
+from nvhchain.dynamics import bearing_forces, run_up, run_up_time, steady_sweep
+from nvhchain.dynamics.model.assembly import assemble
+from nvhchain.dynamics.model.train import shaft_torques
+from nvhchain.dynamics.runs import speed_ramp
+from nvhchain.dynamics.runs.decimation import decimator, low_pass
+from nvhchain.dynamics.runs.speed_ramp import prepare
+from nvhchain.dynamics.time_loop.quasi_static import static_mesh_forces
+from nvhchain.dynamics.time_loop.simulation import advance, at_rest, bearing_force, simulation
 from nvhchain.errors import InputError, SolverError
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.spectrum import amplitude_spectrum, order_cut, order_waterfall

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from nvhchain.dynamics import static_bearing_forces
-from nvhchain.dynamics.assembly import assemble
-from nvhchain.dynamics.law_table import tabulate
-from nvhchain.dynamics.mesh_rows import flank_normals
-from nvhchain.dynamics.quasi_static import static_mesh_forces, static_state
-from nvhchain.dynamics.train import shaft_torques
+from nvhchain.dynamics.model.assembly import assemble
+from nvhchain.dynamics.model.mesh_rows import flank_normals
+from nvhchain.dynamics.model.train import shaft_torques
+from nvhchain.dynamics.time_loop.law_table import tabulate
+from nvhchain.dynamics.time_loop.quasi_static import static_mesh_forces, static_state
 
 TABLE = ((9119.0, 1608.0, 3370.0), (15311.0, 2700.0, 5659.0))
 """N: tangential, axial, radial of both stages at 250 N m (cylindrical gears: F_t = 2T/d, F_a = F_t tan β, F_r =

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from nvhchain.dynamics import bearing_forces
-from nvhchain.dynamics.assembly import assemble
-from nvhchain.dynamics.simulation import advance, at_rest, simulation
+from nvhchain.dynamics.model.assembly import assemble
+from nvhchain.dynamics.time_loop.simulation import advance, at_rest, simulation
 from nvhchain.errors import InputError, ResourceError, SolverError
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.spectrum import amplitude_spectrum

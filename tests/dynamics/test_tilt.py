@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from nvhchain.dynamics import LoadCentre, bearing_forces, static_bearing_forces, static_misalignment
-from nvhchain.dynamics.assembly import assemble
-from nvhchain.dynamics.mesh_rows import flank_normals
-from nvhchain.dynamics.train import shaft_torques
+from nvhchain.dynamics.model.assembly import assemble
+from nvhchain.dynamics.model.mesh_rows import flank_normals
+from nvhchain.dynamics.model.train import shaft_torques
 from nvhchain.errors import InputError
 from nvhchain.fidelity import DynamicsFidelity
 

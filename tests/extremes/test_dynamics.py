@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scales import ANY, mostly, powers
 
 from nvhchain.dynamics import Bearing, Cylinder, Gearbox, Mesh, RigidBody, Shaft, bearing_forces
-from nvhchain.dynamics.contact_loss import parted_error
+from nvhchain.dynamics.runs.contact_loss import parted_error
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import BearingForces, MeshLaw
 from nvhchain.spectrum import force_spectrum

@@ -14,7 +14,7 @@ from scales import ANY, MANY, powers
 
 import nvhchain as nvh
 from nvhchain.acoustics import solve_direct
-from nvhchain.dynamics.contact_loss import parted_error
+from nvhchain.dynamics.runs.contact_loss import parted_error
 from nvhchain.fidelity import AcousticsFidelity, DynamicsFidelity, Fidelity, GearFidelity, HousingFidelity
 from nvhchain.gear import Holes, Slots, Solid, ThinRim
 from nvhchain.handoff import SurfaceVelocity

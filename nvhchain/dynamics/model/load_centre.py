@@ -1,7 +1,7 @@
 """Shuttling: the centre of a mesh's load moves along the face with the position of the mesh.
 
 A force F at ζ from mid-width is the same force at mid-width and the moment ζ ẑ × F on the wheel, its opposite on the
-pinion. F is taken at its nominal value, as in `nvhchain.dynamics.friction`.
+pinion. F is taken at its nominal value, as in `nvhchain.dynamics.model.friction`.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nvhchain.dynamics.angle_laws import check_table, law_of_angle
+from nvhchain.dynamics.model.angle_laws import check_table, law_of_angle
 from nvhchain.errors import require
 from nvhchain.handoff import FloatArray, MeshLaw
 from nvhchain.kinds import check_fields

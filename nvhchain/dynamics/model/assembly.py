@@ -19,10 +19,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import null_space
 
-from nvhchain.dynamics.gearbox import Bearing, Gearbox
-from nvhchain.dynamics.mesh_rows import all_wrenches, error_wrenches, tilt_wrenches
-from nvhchain.dynamics.sections import Sections, Wrench, sections
-from nvhchain.dynamics.train import Train, train
+from nvhchain.dynamics.model.gearbox import Bearing, Gearbox
+from nvhchain.dynamics.model.mesh_rows import all_wrenches, error_wrenches, tilt_wrenches
+from nvhchain.dynamics.model.sections import Sections, Wrench, sections
+from nvhchain.dynamics.model.train import Train, train
 from nvhchain.errors import InputError, require
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import FloatArray, IntArray, MeshLaw, ReducedHousing

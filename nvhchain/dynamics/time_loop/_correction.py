@@ -4,7 +4,7 @@ With the excess r = F − k d, constant over a step at its mean along the straig
 missing: on a way that bends by d̈ h² the mean is off by −r' d̈ h²/12, and the rise Δr within a step acts on later steps
 as −h² r̈/12 would. d̈ and r̈ come from differences over three steps, both taken at mid-step: a lag would be damping, or
 its opposite. Where forces are smooth the error is of fourth order.  Energy is not kept exactly: what is fed in must be
-less than damping takes out (`nvhchain.dynamics.bent_ways.growth`).
+less than damping takes out (`nvhchain.dynamics.time_loop.trapezoid_correction.growth`).
 
 Inlined into the time loop, whose cache is named after this file (`nvhchain._inlined`).
 """
@@ -14,8 +14,8 @@ from __future__ import annotations
 from numba import njit
 
 from nvhchain._inlined import inlines
-from nvhchain.dynamics import _law_step
-from nvhchain.dynamics._law_step import COMPILED, blend, cell
+from nvhchain.dynamics.time_loop import _law_step
+from nvhchain.dynamics.time_loop._law_step import COMPILED, blend, cell
 
 CALLS = inlines(_law_step)
 """Of that file: without it the cache would not see that it changes."""

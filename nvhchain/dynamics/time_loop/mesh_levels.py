@@ -9,9 +9,9 @@ import numpy as np
 from numpy.polynomial.legendre import leggauss
 from scipy.interpolate import PchipInterpolator
 
-from nvhchain.dynamics.assembly import Assembly
-from nvhchain.dynamics.law_table import LawTable
-from nvhchain.dynamics.propagator import Propagator
+from nvhchain.dynamics.model.assembly import Assembly
+from nvhchain.dynamics.time_loop.law_table import LawTable
+from nvhchain.dynamics.time_loop.propagator import Propagator
 from nvhchain.errors import InputError, SolverError
 from nvhchain.handoff import FloatArray, MeshLaw
 
@@ -135,8 +135,8 @@ class ContactLoop:
     ) -> tuple[FloatArray, FloatArray] | None:
         """Excess forces of a step and the deflections at its end, from a guess `y`; None when they did not converge.
 
-        They are where ψ of the table's time loop (`nvhchain.dynamics._march`) is least. Slopes are known roughly here,
-        so that Newton's direction is followed to where ψ is nearly flat along it.
+        They are where ψ of the table's time loop (`nvhchain.dynamics.time_loop._march`) is least. Slopes are known
+        roughly here, so that Newton's direction is followed to where ψ is nearly flat along it.
         """
 
         def at(y: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -9,7 +9,7 @@ from math import gcd, lcm, pi
 
 import numpy as np
 
-from nvhchain.dynamics.gearbox import Gearbox
+from nvhchain.dynamics.model.gearbox import Gearbox
 from nvhchain.errors import require
 from nvhchain.handoff import FloatArray, MeshLaw
 from nvhchain.kinds import check_arguments

@@ -9,7 +9,7 @@ from typing import NotRequired, TypedDict
 
 import numpy as np
 
-from nvhchain.dynamics.mesh_levels import ContactForce
+from nvhchain.dynamics.time_loop.mesh_levels import ContactForce
 from nvhchain.errors import require
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import FloatArray

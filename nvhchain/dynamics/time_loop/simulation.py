@@ -7,14 +7,21 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from nvhchain.dynamics.assembly import Assembly, assemble
-from nvhchain.dynamics.bent_ways import check_bends, phases_at_ends, standing
-from nvhchain.dynamics.gearbox import Gearbox
-from nvhchain.dynamics.law_table import LawTable, mean_slope, tabulate
-from nvhchain.dynamics.mesh_levels import ContactForce, ContactLoop, check_tangents, contact_loop, tangent_law
-from nvhchain.dynamics.propagator import ModalForm, Propagator, modal_form, output_matrix, propagator, state_of
-from nvhchain.dynamics.quasi_static import laws_of_rows, nominal_mesh_forces, static_state
-from nvhchain.dynamics.train import shaft_torques
+from nvhchain.dynamics.model.assembly import Assembly, assemble
+from nvhchain.dynamics.model.gearbox import Gearbox
+from nvhchain.dynamics.model.train import shaft_torques
+from nvhchain.dynamics.time_loop.law_table import LawTable, mean_slope, tabulate
+from nvhchain.dynamics.time_loop.mesh_levels import ContactForce, ContactLoop, check_tangents, contact_loop, tangent_law
+from nvhchain.dynamics.time_loop.propagator import (
+    ModalForm,
+    Propagator,
+    modal_form,
+    output_matrix,
+    propagator,
+    state_of,
+)
+from nvhchain.dynamics.time_loop.quasi_static import laws_of_rows, nominal_mesh_forces, static_state
+from nvhchain.dynamics.time_loop.trapezoid_correction import check_bends, phases_at_ends, standing
 from nvhchain.errors import SolverError, require
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, MeshLaw, ReducedHousing
@@ -226,7 +233,7 @@ def at_rest(model: Simulation, phases: FloatArray) -> Motion:
 
 def compile_time_loop() -> None:
     """Have the time loop compiled, or read from disk, as `advance` does where it is first needed."""
-    from nvhchain.dynamics._march import march_of
+    from nvhchain.dynamics.time_loop._march import march_of
 
     march_of(False)
 
@@ -254,7 +261,7 @@ def advance(
             start_time=start_time,
         )
         return Motion(state, excess), states, excesses
-    from nvhchain.dynamics._march import march_of  # compiles, or reads its cache, when first needed
+    from nvhchain.dynamics.time_loop._march import march_of  # compiles, or reads its cache, when first needed
 
     position = _row_coordinates(model, phases)
     turned_to = _row_coordinates(model, phases_at_ends(phases) if model.bent else phases[:0])

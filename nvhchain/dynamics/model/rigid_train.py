@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import isfinite
 
-from nvhchain.dynamics.assembly import assemble
-from nvhchain.dynamics.gearbox import Gearbox
-from nvhchain.dynamics.train import train_inertia
+from nvhchain.dynamics.model.assembly import assemble
+from nvhchain.dynamics.model.gearbox import Gearbox
+from nvhchain.dynamics.model.train import train_inertia
 from nvhchain.errors import require
 from nvhchain.handoff import MeshLaw
 from nvhchain.kinds import check_arguments

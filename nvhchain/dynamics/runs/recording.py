@@ -19,15 +19,15 @@ import numpy as np
 
 from nvhchain import store
 from nvhchain.conventions import Progress
-from nvhchain.dynamics import contact_loss
-from nvhchain.dynamics.contact_loss import check_parted
-from nvhchain.dynamics.gearbox import Gearbox
-from nvhchain.dynamics.law_range import joined, warn_beyond_law
-from nvhchain.dynamics.one_thread import on_one_thread
-from nvhchain.dynamics.ramp import Operation
-from nvhchain.dynamics.run_up_record import Sampled, record
-from nvhchain.dynamics.simulation import Motion
-from nvhchain.dynamics.speed_ramp import RunUp, Standing, prepare, samples, start
+from nvhchain.dynamics.runs import contact_loss
+from nvhchain.dynamics.runs.contact_loss import check_parted
+from nvhchain.dynamics.model.gearbox import Gearbox
+from nvhchain.dynamics.runs.law_range import joined, warn_beyond_law
+from nvhchain.dynamics.time_loop.one_thread import on_one_thread
+from nvhchain.dynamics.runs.ramp import Operation
+from nvhchain.dynamics.runs.run_up_record import Sampled, record
+from nvhchain.dynamics.time_loop.simulation import Motion
+from nvhchain.dynamics.runs.speed_ramp import RunUp, Standing, prepare, samples, start
 from nvhchain.errors import FileFormatError, require
 from nvhchain.files.alone import alone_in
 from nvhchain.files.whole import in_memory, write_whole

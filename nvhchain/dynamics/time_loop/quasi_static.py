@@ -8,12 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nvhchain.dynamics.assembly import Assembly, assemble
-from nvhchain.dynamics.friction import friction_laws
-from nvhchain.dynamics.gearbox import Gearbox
-from nvhchain.dynamics.law_table import LawTable, deflection_under, force_at, row_at, slope_at, tabulate
-from nvhchain.dynamics.load_centre import centre_law
-from nvhchain.dynamics.train import shaft_torques
+from nvhchain.dynamics.model.assembly import Assembly, assemble
+from nvhchain.dynamics.model.friction import friction_laws
+from nvhchain.dynamics.model.gearbox import Gearbox
+from nvhchain.dynamics.model.load_centre import centre_law
+from nvhchain.dynamics.model.train import shaft_torques
+from nvhchain.dynamics.time_loop.law_table import LawTable, deflection_under, force_at, row_at, slope_at, tabulate
 from nvhchain.errors import SolverError, require
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import FloatArray, IntArray, MeshLaw, ReducedHousing

@@ -11,9 +11,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.polynomial.legendre import leggauss
 
-from nvhchain.dynamics.gearbox import Gearbox, Mesh
-from nvhchain.dynamics.sections import Wrench
-from nvhchain.dynamics.train import Train
+from nvhchain.dynamics.model.gearbox import Gearbox, Mesh
+from nvhchain.dynamics.model.sections import Wrench
+from nvhchain.dynamics.model.train import Train
 from nvhchain.errors import require
 from nvhchain.handoff import FloatArray, IntArray, MeshLaw
 
@@ -96,7 +96,7 @@ def contact_wrenches(
 
 
 def friction_wrenches(gearbox: Gearbox, kinematics: Train, mesh: Mesh, law: MeshLaw) -> list[list[Wrench]]:
-    """What A and S / r_bP of `nvhchain.dynamics.friction` do work on, to be taken off like a contact force."""
+    """What A and S / r_bP of `nvhchain.dynamics.model.friction` do work on, to be taken off like a contact force."""
     pair = [gearbox.shaft_index(mesh.pinion_shaft), gearbox.shaft_index(mesh.wheel_shaft)]
     axes = [np.array(gearbox.shafts[i].axis) for i in pair]
     turn = [kinematics.rotation[i] for i in pair]
@@ -116,7 +116,7 @@ def friction_wrenches(gearbox: Gearbox, kinematics: Train, mesh: Mesh, law: Mesh
 
 
 def shuttling_wrenches(gearbox: Gearbox, kinematics: Train, mesh: Mesh, law: MeshLaw) -> list[Wrench]:
-    """What F ζ / b of `nvhchain.dynamics.load_centre` does work on, to be taken off like a contact force."""
+    """What F ζ / b of `nvhchain.dynamics.model.load_centre` does work on, to be taken off like a contact force."""
     middle, edge = (contact_wrenches(gearbox, kinematics, mesh, law, offset)[0] for offset in (0.0, law.face_width))
     return [Wrench(a.shaft, a.z, b.load - a.load) for a, b in zip(middle, edge, strict=True)]
 

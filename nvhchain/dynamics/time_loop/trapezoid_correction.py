@@ -1,4 +1,4 @@
-"""What the time loop needs of a run whose ways bend (`nvhchain.dynamics._bend`) before it starts."""
+"""What the time loop needs of a run whose ways bend (`nvhchain.dynamics.time_loop._correction`) before it starts."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from math import inf
 
 import numpy as np
 
-from nvhchain.dynamics.assembly import Assembly
-from nvhchain.dynamics.law_table import LawTable, force_at, row_at
-from nvhchain.dynamics.propagator import ModalForm, Propagator, propagator
+from nvhchain.dynamics.model.assembly import Assembly
+from nvhchain.dynamics.time_loop.law_table import LawTable, force_at, row_at
+from nvhchain.dynamics.time_loop.propagator import ModalForm, Propagator, propagator
 from nvhchain.errors import InputError
 from nvhchain.handoff import FloatArray
 

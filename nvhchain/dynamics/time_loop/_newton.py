@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from numba import njit
 
-from nvhchain.dynamics._law_step import COMPILED
+from nvhchain.dynamics.time_loop._law_step import COMPILED
 
 
 @njit("void(i8, f8[:, ::1], f8[::1], f8[::1], f8[:, ::1], f8[::1], i8[::1])", **COMPILED, forceinline=True)

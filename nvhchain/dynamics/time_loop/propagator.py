@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import eig, eigh
 
-from nvhchain.dynamics.assembly import Assembly
+from nvhchain.dynamics.model.assembly import Assembly
 from nvhchain.errors import SolverError
 from nvhchain.handoff import ComplexArray, FloatArray
 

@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from nvhchain.dynamics.law_table import LawTable
-from nvhchain.dynamics.simulation import Simulation
+from nvhchain.dynamics.time_loop.law_table import LawTable
+from nvhchain.dynamics.time_loop.simulation import Simulation
 from nvhchain.errors import AccuracyWarning, require
 from nvhchain.handoff import FloatArray, IntArray
 

@@ -17,7 +17,7 @@ from math import isfinite
 
 import numpy as np
 
-from nvhchain.dynamics.angle_laws import check_table, law_of_angle
+from nvhchain.dynamics.model.angle_laws import check_table, law_of_angle
 from nvhchain.errors import require
 from nvhchain.handoff import FloatArray, MeshLaw
 from nvhchain.kinds import check_fields

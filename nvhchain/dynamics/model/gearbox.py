@@ -14,15 +14,15 @@ from typing import Any
 import numpy as np
 
 from nvhchain.dimensions import Inertia, Length, Modulus
-from nvhchain.dynamics.friction import MeshFriction
-from nvhchain.dynamics.load_centre import LoadCentre
+from nvhchain.dynamics.model.friction import MeshFriction
+from nvhchain.dynamics.model.load_centre import LoadCentre
 from nvhchain.errors import require
 from nvhchain.kinds import check_fields
 from nvhchain.names import check_name, check_names
 
 LARGEST_DAMPING_TIME = 1e-2
 """s, of damping over stiffness: from 16 Hz on such a bearing is more dashpot than spring, and no seat in series with
-it is taken right (`nvhchain.dynamics.assembly`)."""
+it is taken right (`nvhchain.dynamics.model.assembly`)."""
 
 
 def _within(owner: str, name: str, value: float, low: float, high: float, unit: str) -> None:

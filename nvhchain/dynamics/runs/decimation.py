@@ -17,7 +17,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from scipy.signal import firwin, kaiserord
 
-from nvhchain.dynamics.simulation import Simulation
+from nvhchain.dynamics.time_loop.simulation import Simulation
 from nvhchain.errors import require
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import FloatArray

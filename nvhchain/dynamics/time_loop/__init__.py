@@ -1,0 +1,1 @@
+"""Time integration: exact propagator, mesh force steps and the start from rest."""

@@ -12,7 +12,7 @@ import numpy as np
 from nvhchain import gear
 from nvhchain.dynamics.time_loop.law_table import deflection_under
 from nvhchain.fidelity import GearFidelity
-from nvhchain.gear.blank import SOLID
+from nvhchain.gear.drawing.blank import SOLID
 from nvhchain.handoff import FloatArray, MeshLaw
 from nvhchain.resume import code_version, fingerprint
 

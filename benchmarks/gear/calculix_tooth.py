@@ -47,11 +47,11 @@ from nvhchain.gear import (
     von_mises,
     whole_mesh,
 )
-from nvhchain.gear.contact_lines import contact_lines
-from nvhchain.gear.flank_forces import flank_grid, flank_loads, point_forces
-from nvhchain.gear.mesh import SolidMesh, tooth_mesh
-from nvhchain.gear.pitch_mesh import PitchMesh
-from nvhchain.gear.root_strain_places import strain_operator
+from nvhchain.gear.compliance.flank_forces import flank_grid, flank_loads, point_forces
+from nvhchain.gear.contact.contact_lines import contact_lines
+from nvhchain.gear.elements.gear_mesh import SolidMesh, tooth_mesh
+from nvhchain.gear.elements.pitch_mesh import PitchMesh
+from nvhchain.gear.root_strain.places import strain_operator
 from nvhchain.handoff import FloatArray, IntArray
 from nvhchain.interop import write_abaqus
 

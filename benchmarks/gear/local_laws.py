@@ -1,4 +1,4 @@
-"""Hybrid contact with full flanks and with tip edges (`nvhchain.gear.tip_edge`) against the stored reference.
+"""Hybrid contact with full flanks and with tip edges (`nvhchain.gear.contact.tip_edge`) against the stored reference.
 
     python -m benchmarks local_laws OUT
 
@@ -35,8 +35,8 @@ from nvhchain.gear import (
     flank_compliance,
     loaded_mesh,
 )
-from nvhchain.gear.contact import LocalLaw, local_law
-from nvhchain.gear.contact_lines import ContactLines
+from nvhchain.gear.contact.contact_lines import ContactLines
+from nvhchain.gear.contact.slice_forces import LocalLaw, local_law
 
 ROOT = Path(__file__).parents[2]
 BLANKS = {kind.__name__: kind for kind in (Solid, ThinRim, Holes, Slots)}

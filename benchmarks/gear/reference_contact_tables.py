@@ -23,7 +23,7 @@ from benchmarks.gear.reference_contact_studies import (
 )
 from benchmarks.publish import MEASURED, publish
 from nvhchain.gear import Blank, GearGeometry
-from nvhchain.gear.contact_lines import contact_lines, separation
+from nvhchain.gear.contact.contact_lines import contact_lines, separation
 from nvhchain.handoff import FloatArray
 
 DATA = ROOT / "tests" / "regression" / "gear"

@@ -1,4 +1,4 @@
-"""Closed forms for held teeth and their tips (`nvhchain.gear.tip_edge`) against finite elements of plane sections.
+"""Closed forms for held teeth and their tips (`gear.contact.tip_edge`) against finite elements of plane sections.
 
     python -m benchmarks tip_edge
 
@@ -20,10 +20,10 @@ from skfem.models.elasticity import lame_parameters, linear_elasticity
 from benchmarks.publish import publish
 from nvhchain.conventions import STEEL
 from nvhchain.gear import GearGeometry
-from nvhchain.gear.flattening import half_space_compliance
-from nvhchain.gear.local_law import local_law
+from nvhchain.gear.contact.flattening import half_space_compliance
+from nvhchain.gear.contact.local_law import local_law
+from nvhchain.gear.contact.tip_edge import TipEdges, held_excess, wedge_excess
 from nvhchain.gear.reference import pressed
-from nvhchain.gear.tip_edge import TipEdges, held_excess, wedge_excess
 from nvhchain.handoff import FloatArray, IntArray
 
 PART = half_space_compliance(STEEL)
@@ -203,7 +203,7 @@ def edge_table(g: GearGeometry) -> list[str]:
 def main() -> None:
     lines = [
         "Finite elements of plane sections against the closed forms of",
-        "`nvhchain.gear.tip_edge`.",
+        "`nvhchain.gear.contact.tip_edge`.",
         "",
         "**Bracket of a held tooth beyond Weber and Banaschek's** (finite elements / formula), distance from the tip",
         "over the depth there",

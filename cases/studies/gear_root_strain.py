@@ -38,7 +38,7 @@ from nvhchain.gear import (
     root_strain_modes,
     von_mises,
 )
-from nvhchain.gear.root_strain_places import RootPlace
+from nvhchain.gear.root_strain.places import RootPlace
 from nvhchain.handoff import FloatArray
 
 FIDELITY = replace(STANDARD.gear, width_layers=8, slices=16)

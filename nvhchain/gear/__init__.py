@@ -1,33 +1,33 @@
 """Gears: geometry, finite element bodies, contact and mesh laws."""
 
-from nvhchain.gear.analytic import SliceCompliance, slice_compliance
-from nvhchain.gear.blank import SOLID, Blank, Differential, Holes, Slots, Solid, ThinRim
-from nvhchain.gear.body import GearBody, MassProperties, mass_properties
-from nvhchain.gear.closing_edges import with_closing_edges
-from nvhchain.gear.compliance import FlankCompliance, flank_compliance
-from nvhchain.gear.contact_lines import ContactLines, contact_lines
-from nvhchain.gear.engagement import Engagement, engaged_reach, slice_count
-from nvhchain.gear.friction import lever_arms, sliding_sense
-from nvhchain.gear.geometry import GearGeometry
-from nvhchain.gear.iso6336 import IsoStiffness, iso_stiffness
-from nvhchain.gear.load_distribution import load_distribution
-from nvhchain.gear.mesh import bricks_over_even
-from nvhchain.gear.mesh_files import read_gear_mesh, write_gear_mesh
-from nvhchain.gear.mesh_law import engaged, mesh_law, pair_compliances, tabulated
-from nvhchain.gear.micro_geometry import Flank, MicroGeometry, Relief
-from nvhchain.gear.pair import GearPair, nominal_centre_distance
-from nvhchain.gear.root_strain import PINION, WHEEL, RootStrainModes, nodal_force_strain, root_strain_modes
-from nvhchain.gear.root_strain_places import RootElement, RootPlace, StrainGauge, von_mises
-from nvhchain.gear.separation import Misalignment
-from nvhchain.gear.transmission_error import (
+from nvhchain.gear.compliance.analytic import SliceCompliance, slice_compliance
+from nvhchain.gear.compliance.flank_compliance import FlankCompliance, flank_compliance
+from nvhchain.gear.contact.closing_edges import with_closing_edges
+from nvhchain.gear.contact.contact_lines import ContactLines, contact_lines
+from nvhchain.gear.contact.engagement import Engagement, engaged_reach, slice_count
+from nvhchain.gear.contact.friction import lever_arms, sliding_sense
+from nvhchain.gear.drawing.blank import SOLID, Blank, Differential, Holes, Slots, Solid, ThinRim
+from nvhchain.gear.drawing.body import GearBody, MassProperties, mass_properties
+from nvhchain.gear.drawing.geometry import GearGeometry
+from nvhchain.gear.drawing.micro_geometry import Flank, MicroGeometry, Relief
+from nvhchain.gear.drawing.misalignment import Misalignment
+from nvhchain.gear.drawing.pair import GearPair, nominal_centre_distance
+from nvhchain.gear.drawing.volume_mesh import VolumeMesh
+from nvhchain.gear.elements.gear_mesh import bricks_over_even
+from nvhchain.gear.elements.mesh_files import read_gear_mesh, write_gear_mesh
+from nvhchain.gear.elements.whole_mesh import whole_mesh
+from nvhchain.gear.laws.iso6336 import IsoStiffness, iso_stiffness
+from nvhchain.gear.laws.load_distribution import load_distribution
+from nvhchain.gear.laws.mesh_law import engaged, mesh_law, pair_compliances, tabulated
+from nvhchain.gear.laws.transmission_error import (
     LoadedMesh,
     deflection_at_force,
     loaded_mesh,
     loaded_transmission_error,
     quasi_static_transmission_error,
 )
-from nvhchain.gear.volume_mesh import VolumeMesh
-from nvhchain.gear.whole_mesh import whole_mesh
+from nvhchain.gear.root_strain.modes import PINION, WHEEL, RootStrainModes, nodal_force_strain, root_strain_modes
+from nvhchain.gear.root_strain.places import RootElement, RootPlace, StrainGauge, von_mises
 
 __all__ = [
     "PINION",

@@ -7,8 +7,8 @@ import pytest
 import nvhchain as nvh
 from nvhchain.acoustics.fused import mesh as fused_mesh
 from nvhchain.fem.triangles import equal_pieces
-from nvhchain.gear.engagement import slice_count
-from nvhchain.gear.mesh import gear_mesh
+from nvhchain.gear.contact.engagement import slice_count
+from nvhchain.gear.elements.gear_mesh import gear_mesh
 from nvhchain.scene.planned import BASE_MEGABYTES
 from nvhchain.scene.radiation import close_points
 

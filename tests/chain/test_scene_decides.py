@@ -13,7 +13,8 @@ import nvhchain as nvh
 from nvhchain.acoustics.solutions import transfer_vectors as transfer
 from nvhchain.case import FieldPoint
 from nvhchain.fidelity import AcousticsFidelity, DynamicsFidelity, Fidelity, GearFidelity, HousingFidelity
-from nvhchain.gear import Slots, body_flexibility
+from nvhchain.gear import Slots
+from nvhchain.gear.compliance import body_flexibility
 from nvhchain.handoff import ForceSpectrum
 from nvhchain.housing import seat_modes
 

@@ -10,11 +10,11 @@ import pytest
 
 from nvhchain.conventions import STEEL
 from nvhchain.fidelity import DRAFT, GearFidelity
-from nvhchain.gear.blank import SOLID, Slots
-from nvhchain.gear.body import GearBody
-from nvhchain.gear.compliance import FlankCompliance
-from nvhchain.gear.geometry import GearGeometry
-from nvhchain.gear.pair import GearPair
+from nvhchain.gear.compliance.flank_compliance import FlankCompliance
+from nvhchain.gear.drawing.blank import SOLID, Slots
+from nvhchain.gear.drawing.body import GearBody
+from nvhchain.gear.drawing.geometry import GearGeometry
+from nvhchain.gear.drawing.pair import GearPair
 
 
 def gearbox_geometry(teeth: int, *, stage: int, hand: int, **changes: float) -> GearGeometry:

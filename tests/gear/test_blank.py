@@ -8,8 +8,8 @@ import pytest
 from nvhchain.conventions import STEEL
 from nvhchain.errors import InputError
 from nvhchain.gear import Differential, GearBody, GearGeometry, Holes, Slots, Solid, ThinRim, mass_properties
-from nvhchain.gear.blank import Cutouts, RoundCutouts
-from nvhchain.gear.body import opening_outline, toothed_outline
+from nvhchain.gear.drawing.blank import Cutouts, RoundCutouts
+from nvhchain.gear.drawing.body import opening_outline, toothed_outline
 
 GEAR = GearGeometry(50, 2.7e-3, np.radians(20.0), np.radians(-10.0), 22e-3, 22e-3)
 CROWN = GearGeometry(82, 2.68e-3, np.radians(20.0), np.radians(10.0), 40e-3, 30e-3)

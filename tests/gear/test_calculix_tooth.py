@@ -20,7 +20,7 @@ from nvhchain.gear import (
     nodal_force_strain,
     von_mises,
 )
-from nvhchain.gear.contact_lines import contact_lines
+from nvhchain.gear.contact.contact_lines import contact_lines
 
 
 @pytest.fixture(scope="module")

@@ -17,8 +17,8 @@ from nvhchain.gear import (
     mesh_law,
     with_closing_edges,
 )
-from nvhchain.gear.contact_lines import contact_lines, wheel_angle
-from nvhchain.gear.pair import BACK, DRIVE
+from nvhchain.gear.contact.contact_lines import contact_lines, wheel_angle
+from nvhchain.gear.drawing.pair import BACK, DRIVE
 
 COARSE = dataclasses.replace(DRAFT.gear, slices=4, angles_per_mesh=12, deflections=8)
 FAR = dataclasses.replace(COARSE, corner_gap=500e-6)

@@ -14,9 +14,9 @@ from nvhchain.fem._sparse import factorize
 from nvhchain.fem.elasticity import stiffness_and_mass
 from nvhchain.fidelity import DRAFT, STANDARD
 from nvhchain.gear import GearBody, GearGeometry, Slots, flank_compliance
-from nvhchain.gear.flank_forces import flank_grid, flank_loads
-from nvhchain.gear.mesh import gear_mesh
-from nvhchain.gear.tooth_compliance import condensed_tooth, cylindrical_stiffness, unknowns
+from nvhchain.gear.compliance.flank_forces import flank_grid, flank_loads
+from nvhchain.gear.compliance.tooth_compliance import condensed_tooth, cylindrical_stiffness, unknowns
+from nvhchain.gear.elements.gear_mesh import gear_mesh
 
 FINE_PATTERNS = dataclasses.replace(
     DRAFT.gear,
@@ -281,7 +281,7 @@ def test_patterns_that_stay_near_their_tooth_may_be_those_of_tooth_0():
 
 
 def test_body_too_large_for_the_memory_is_refused(monkeypatch):
-    monkeypatch.setattr("nvhchain.gear.body_flexibility.free_memory", lambda: 2e6)
+    monkeypatch.setattr("nvhchain.gear.compliance.body_flexibility.free_memory", lambda: 2e6)
     with pytest.raises(ResourceError, match=r"needs about 0\.\d GB, 0\.0 GB are free: lower width_layers"):
         flank_compliance(SLOTTED, FINE_PATTERNS)
 

@@ -6,8 +6,8 @@ from scipy.optimize import minimize
 
 from nvhchain.conventions import STEEL
 from nvhchain.errors import SolverError
-from nvhchain.gear._slices import gaps
-from nvhchain.gear.contact import contact_half_width, local_deflection, local_law, slice_forces
+from nvhchain.gear.contact._slices import gaps
+from nvhchain.gear.contact.slice_forces import contact_half_width, local_deflection, local_law, slice_forces
 
 PAIR = (STEEL, STEEL)
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from nvhchain.gear import Engagement, engaged_reach, loaded_mesh
-from nvhchain.gear.contact_lines import contact_lines, separation
-from nvhchain.gear.pair import BACK, DRIVE
+from nvhchain.gear.contact.contact_lines import contact_lines, separation
+from nvhchain.gear.drawing.pair import BACK, DRIVE
 
 GAP = 60e-6
 

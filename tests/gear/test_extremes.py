@@ -18,8 +18,8 @@ from nvhchain.gear import (
     mesh_law,
     nominal_centre_distance,
 )
-from nvhchain.gear.contact import complementarity_residual
-from nvhchain.gear.pair import BACK
+from nvhchain.gear.contact.slice_forces import complementarity_residual
+from nvhchain.gear.drawing.pair import BACK
 
 NOMINAL = 250.0  # N m at the pinion
 FEW = dataclasses.replace(DRAFT.gear, profile_elements=2, width_layers=3)

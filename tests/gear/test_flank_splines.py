@@ -5,9 +5,9 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from nvhchain.gear import Engagement, engaged_reach
-from nvhchain.gear.contact_lines import contact_lines
-from nvhchain.gear.flank_splines import local_basis
-from nvhchain.gear.pair import BACK, DRIVE
+from nvhchain.gear.compliance.flank_splines import local_basis
+from nvhchain.gear.contact.contact_lines import contact_lines
+from nvhchain.gear.drawing.pair import BACK, DRIVE
 
 
 @pytest.mark.parametrize("points", [3, 4, 5, 17])

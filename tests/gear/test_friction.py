@@ -8,8 +8,8 @@ import pytest
 
 from nvhchain.errors import InputError
 from nvhchain.gear import Engagement, GearPair, lever_arms, loaded_mesh, loaded_transmission_error, sliding_sense
-from nvhchain.gear.contact_lines import contact_lines
-from nvhchain.gear.pair import BACK, DRIVE
+from nvhchain.gear.contact.contact_lines import contact_lines
+from nvhchain.gear.drawing.pair import BACK, DRIVE
 
 MU = 0.3
 

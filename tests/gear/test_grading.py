@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from nvhchain.gear.grading import Grading
+from nvhchain.gear.elements.grading import Grading
 
 
 @pytest.mark.parametrize("largest", [np.inf, 3e-4])

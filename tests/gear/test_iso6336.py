@@ -7,9 +7,9 @@ import pytest
 
 from nvhchain.conventions import ALUMINIUM, STEEL
 from nvhchain.errors import InputError
-from nvhchain.gear.blank import Holes, ThinRim
-from nvhchain.gear.iso6336 import iso_stiffness
-from nvhchain.gear.pair import GearPair
+from nvhchain.gear.drawing.blank import Holes, ThinRim
+from nvhchain.gear.drawing.pair import GearPair
+from nvhchain.gear.laws.iso6336 import iso_stiffness
 
 
 @pytest.fixture

@@ -10,8 +10,8 @@ from nvhchain.errors import InputError
 from nvhchain.fem.elasticity import stiffness_and_mass
 from nvhchain.fidelity import DRAFT
 from nvhchain.gear import Differential, GearBody, GearGeometry, Holes, Slots, ThinRim, mass_properties
-from nvhchain.gear.blank import Web
-from nvhchain.gear.mesh import _web_layers, bricks_over_even, gear_mesh
+from nvhchain.gear.drawing.blank import Web
+from nvhchain.gear.elements.gear_mesh import _web_layers, bricks_over_even, gear_mesh
 
 FIDELITY = dataclasses.replace(DRAFT.gear, profile_elements=3, width_layers=3)
 GEAR = GearGeometry(50, 2.7e-3, np.radians(20.0), np.radians(-10.0), 22e-3, 22e-3)

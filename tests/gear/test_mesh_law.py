@@ -8,12 +8,12 @@ import pytest
 
 from nvhchain.errors import InputError
 from nvhchain.fidelity import DRAFT, STANDARD
-from nvhchain.gear.compliance import FlankCompliance
-from nvhchain.gear.contact import half_space_compliance, local_deflection
-from nvhchain.gear.engagement import Engagement, engaged_reach
-from nvhchain.gear.mesh_law import deflection_grid, mesh_law
-from nvhchain.gear.pair import BACK, GearPair
-from nvhchain.gear.tip_edge import held_excess
+from nvhchain.gear.compliance.flank_compliance import FlankCompliance
+from nvhchain.gear.contact.engagement import Engagement, engaged_reach
+from nvhchain.gear.contact.slice_forces import half_space_compliance, local_deflection
+from nvhchain.gear.contact.tip_edge import held_excess
+from nvhchain.gear.drawing.pair import BACK, GearPair
+from nvhchain.gear.laws.mesh_law import deflection_grid, mesh_law
 
 TORQUE = 250.0
 COARSE = dataclasses.replace(DRAFT.gear, angles_per_mesh=16)

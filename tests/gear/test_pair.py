@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from nvhchain.errors import InputError
-from nvhchain.gear.contact_lines import contact_lines
-from nvhchain.gear.pair import BACK, DRIVE, GearPair, nominal_centre_distance
+from nvhchain.gear.contact.contact_lines import contact_lines
+from nvhchain.gear.drawing.pair import BACK, DRIVE, GearPair, nominal_centre_distance
 
 
 @pytest.mark.parametrize(

@@ -10,11 +10,11 @@ import pytest
 from nvhchain.conventions import Material
 from nvhchain.errors import SolverError
 from nvhchain.fem._sparse import factorize
-from nvhchain.gear.grading import Grading, with_middles
+from nvhchain.gear.compliance.tooth_compliance import cylindrical_stiffness, unknowns
+from nvhchain.gear.elements.grading import Grading, with_middles
 from nvhchain.gear.reference import pressed
 from nvhchain.gear.reference.patch import cell_loads, cells
 from nvhchain.gear.reference.tooth_mesh import quadratic_grid, stacked
-from nvhchain.gear.tooth_compliance import cylindrical_stiffness, unknowns
 
 WIDTH = 0.02
 STEEL = Material(young=210e9, poisson=0.3, density=7850.0)

@@ -8,7 +8,7 @@ import pytest
 from nvhchain.errors import InputError, SolverError
 from nvhchain.fidelity import DRAFT
 from nvhchain.gear import Flank, MicroGeometry, Misalignment, ThinRim
-from nvhchain.gear.corner import edge_gap
+from nvhchain.gear.drawing.tip_edge_gap import edge_gap
 from nvhchain.gear.reference import (
     ReferenceResolution,
     carried,

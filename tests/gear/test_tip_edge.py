@@ -9,11 +9,10 @@ from scipy.integrate import quad
 from nvhchain.conventions import STEEL
 from nvhchain.fidelity import DRAFT
 from nvhchain.gear import Engagement, slice_compliance
-from nvhchain.gear._slices import gaps
-from nvhchain.gear.contact import contact_half_width, half_space_compliance, local_deflection, local_law
-from nvhchain.gear.contact_lines import contact_lines
-from nvhchain.gear.reference import pressed
-from nvhchain.gear.tip_edge import (
+from nvhchain.gear.contact._slices import gaps
+from nvhchain.gear.contact.contact_lines import contact_lines
+from nvhchain.gear.contact.slice_forces import contact_half_width, half_space_compliance, local_deflection, local_law
+from nvhchain.gear.contact.tip_edge import (
     FADE,
     TipEdges,
     held_excess,
@@ -22,6 +21,7 @@ from nvhchain.gear.tip_edge import (
     wedge_excess,
     wedge_factor,
 )
+from nvhchain.gear.reference import pressed
 
 PAIR = (STEEL, STEEL)
 A = 2 * half_space_compliance(STEEL)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from nvhchain.errors import require
-from nvhchain.gear.pair import GearPair
+from nvhchain.gear.drawing.pair import GearPair
 from nvhchain.gear.reference.flanks import opened
 from nvhchain.gear.reference.touching import TouchingTeeth, symmetric
 

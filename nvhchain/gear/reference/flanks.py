@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nvhchain.errors import require
-from nvhchain.gear.pair import GearPair
+from nvhchain.gear.drawing.pair import GearPair
 from nvhchain.handoff import FloatArray
 
 _NEWTON = 12

@@ -9,9 +9,9 @@ import numpy as np
 
 from nvhchain.conventions import Progress
 from nvhchain.errors import SolverError
-from nvhchain.gear.body_flexibility import body_flexibility
-from nvhchain.gear.compliance import load_patterns
-from nvhchain.gear.pair import GearPair
+from nvhchain.gear.compliance.body_flexibility import body_flexibility
+from nvhchain.gear.compliance.flank_compliance import load_patterns
+from nvhchain.gear.drawing.pair import GearPair
 from nvhchain.gear.reference.pressure import pressed
 from nvhchain.gear.reference.resolution import ReferenceResolution
 from nvhchain.gear.reference.touching import CoarseGear, TouchingTeeth

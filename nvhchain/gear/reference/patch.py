@@ -9,9 +9,9 @@ import scipy.sparse as sp
 
 from nvhchain.conventions import Material
 from nvhchain.fem._sparse import factorize
-from nvhchain.gear.mesh import GearMesh, SolidMesh
+from nvhchain.gear.compliance.tooth_compliance import CondensedTooth, cylindrical_stiffness, unknowns
+from nvhchain.gear.elements.gear_mesh import GearMesh, SolidMesh
 from nvhchain.gear.reference.tooth_mesh import RefinedPitch
-from nvhchain.gear.tooth_compliance import CondensedTooth, cylindrical_stiffness, unknowns
 from nvhchain.handoff import FloatArray, IntArray
 
 _FACE = np.array([[-1, -1], [0, -1], [1, -1], [-1, 0], [1, 0], [-1, 1], [0, 1], [1, 1]], dtype=float)

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nvhchain.gear.geometry import GearGeometry
-from nvhchain.gear.grading import Grading, with_middles
-from nvhchain.gear.mesh import SolidMesh
+from nvhchain.gear.drawing.geometry import GearGeometry
+from nvhchain.gear.elements.gear_mesh import SolidMesh
+from nvhchain.gear.elements.grading import Grading, with_middles
 from nvhchain.gear.reference.resolution import ReferenceResolution
 from nvhchain.handoff import FloatArray, IntArray
 

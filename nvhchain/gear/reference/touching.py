@@ -9,18 +9,18 @@ import numpy as np
 
 from nvhchain.errors import require
 from nvhchain.fidelity import GearFidelity
-from nvhchain.gear.blank_mesh import innermost_solid
-from nvhchain.gear.body import GearBody
-from nvhchain.gear.geometry import GearGeometry
-from nvhchain.gear.grading import Grading, with_middles
-from nvhchain.gear.mesh import GearMesh, gear_mesh
-from nvhchain.gear.pair import GearPair
-from nvhchain.gear.plane import BoolArray
+from nvhchain.gear.compliance.tooth_compliance import CondensedTooth, condensed_tooth
+from nvhchain.gear.drawing.body import GearBody
+from nvhchain.gear.drawing.geometry import GearGeometry
+from nvhchain.gear.drawing.pair import GearPair
+from nvhchain.gear.elements.blank_mesh import innermost_solid
+from nvhchain.gear.elements.gear_mesh import GearMesh, gear_mesh
+from nvhchain.gear.elements.grading import Grading, with_middles
+from nvhchain.gear.elements.plane_mesh import BoolArray
 from nvhchain.gear.reference.flanks import Section, gap, on_flank, opened, rolled_length, section
 from nvhchain.gear.reference.patch import RefinedTooth, cell_loads, cells, refined_tooth
 from nvhchain.gear.reference.resolution import ReferenceResolution
 from nvhchain.gear.reference.tooth_mesh import RefinedPitch, refined_pitch
-from nvhchain.gear.tooth_compliance import CondensedTooth, condensed_tooth
 from nvhchain.handoff import FloatArray, IntArray
 
 _SIMPSON = np.array([1.0, 4.0, 1.0]) / 6

@@ -1,0 +1,1 @@
+"""Compliance of flanks, teeth and gear bodies."""

@@ -1,0 +1,186 @@
+"""What a flank gives way under load on any flank nearby, freed of the indentation under the load itself."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.linalg import solve_triangular
+
+from nvhchain.conventions import Progress
+from nvhchain.errors import InputError, is_whole, require
+from nvhchain.fidelity import GearFidelity
+from nvhchain.gear.compliance.body_flexibility import body_flexibility
+from nvhchain.gear.compliance.foreign_compliance import foreign_compliance
+from nvhchain.gear.compliance.tooth_compliance import CondensedTooth, condensed_tooth
+from nvhchain.gear.drawing.body import GearBody
+from nvhchain.gear.drawing.volume_mesh import VolumeMesh
+from nvhchain.gear.elements.gear_mesh import gear_mesh
+from nvhchain.handoff import FloatArray, IntArray
+from nvhchain.kinds import check_arguments
+
+USUAL_REACH = 3
+"""Neighbours to either side that are coupled; a pair of contact ratio ε_γ loads teeth ⌈ε_γ⌉ − 1 pitches apart."""
+
+_SPRINGS = 0.01
+"""Springs of `load_patterns`, in mean diagonal stiffnesses of the tooth: about those of the rim beneath it."""
+
+
+@dataclass(frozen=True, eq=False)
+class FlankCompliance:
+    """Compliance of the flanks of one gear on a grid of radius and axial position, bore held.
+
+    Frame: z along the shaft; angles count counter-clockwise about +z. Tooth k has its centre line at
+    2π k / tooth_count in the mid-width plane z = 0, where the blank's phase is measured too. Flank 0 faces
+    +φ (counter-clockwise), flank 1 faces −φ. Flank 0 is the drive flank of *both* gears of a pair whose
+    driving pinion turns counter-clockwise about +z; for the other sense it is flank 1 (of both again).
+
+    radius: (n_p,) m, rising, from the form circle to the tip circle.
+    axial: (n_w,) m, rising, from −b/2 to +b/2.
+    tooth_count: teeth of the gear.  sector: teeth after which the body repeats (1: all alike).
+    blocks: (sector, reach + 1, 2, n_p, n_w, 2, n_p, n_w) m/N. blocks[t, d, f, i, j, g, k, l] is the normal
+        displacement of flank f of tooth t at (radius[i], axial[j]), positive into the tooth, under a unit
+        force along the inward normal on flank g of tooth t + d at (radius[k], axial[l]). Normals are the
+        true ones of the helicoid (axial component sin β_b). On the same tooth (d = 0) the displacement of
+        the same mesh with the tooth held on its centre-line surface is subtracted, so that the rest is
+        smooth over the flank and free of the mesh size; the local part is the contact's (Weber–Banaschek
+        with depth `GearGeometry.depth_to_centre_line`).
+
+    Tooth t and t + sector are alike, and C(t, u) = C(u, t)ᵀ: `block` serves any two teeth within reach.
+    held: teeth of the sector that `blocks` has, rising; all by default. `of_teeth` makes such a part.
+    friction: (sector, 2 reach + 1, 2, n_p n_w, n_p n_w) m/N, where asked for. friction[t, reach + d, f] is the normal
+        displacement of flank f of tooth t, into the tooth, under unit forces along the profile of the same flank of
+        tooth t + d, towards the tip and in the transverse plane; less that of the held tooth, as in `blocks`.
+    """
+
+    radius: FloatArray
+    axial: FloatArray
+    tooth_count: int
+    sector: int
+    blocks: FloatArray
+    held: tuple[int, ...] | None = None
+    friction: FloatArray | None = None
+
+    def __post_init__(self) -> None:
+        n_p, n_w = len(self.radius), len(self.axial)
+        shape = np.shape(self.blocks)
+        tail = (2, n_p, n_w, 2, n_p, n_w)
+        require(
+            len(shape) == 8 and shape[0] == len(self.teeth_held) and shape[2:] == tail,
+            f"FlankCompliance.blocks has shape {shape}, but {(len(self.teeth_held), 'reach + 1', *tail)} is needed",
+        )
+        require(
+            self.sector >= 1 and self.tooth_count % self.sector == 0,
+            f"FlankCompliance.sector = {self.sector} must divide the {self.tooth_count} teeth",
+        )
+
+    @property
+    def reach(self) -> int:
+        """Teeth to either side of a loaded one whose displacement is known."""
+        return int(np.shape(self.blocks)[1]) - 1
+
+    @property
+    def teeth_held(self) -> tuple[int, ...]:
+        """Teeth of the sector that `blocks` has."""
+        return tuple(range(self.sector)) if self.held is None else self.held
+
+    def of_teeth(self, teeth: IntArray) -> FlankCompliance:
+        """What is needed of it where only `teeth` (any integers) are in contact: less to send to another process."""
+        held = sorted({int(t) % self.sector for t in teeth})
+        at = [self.teeth_held.index(t) for t in held]
+        friction = None if self.friction is None else self.friction[at]
+        return replace(self, blocks=self.blocks[at], held=tuple(held), friction=friction)
+
+    def block(self, tooth: int, loaded: int) -> FloatArray:
+        """(2, n_p, n_w, 2, n_p, n_w) m/N: displacement of `tooth` under forces on tooth `loaded` (any integers)."""
+        z = self.tooth_count
+        offset = (loaded - tooth + z // 2) % z - z // 2
+        if abs(offset) > self.reach:
+            raise InputError(
+                f"teeth {tooth} and {loaded} are {abs(offset)} pitches apart, but the compliance reaches "
+                f"{self.reach}: ask flank_compliance for a larger reach"
+            )
+        if offset >= 0:
+            return self.blocks[self.teeth_held.index(tooth % self.sector), offset]
+        return np.moveaxis(self.blocks[self.teeth_held.index(loaded % self.sector), -offset], (3, 4, 5), (0, 1, 2))
+
+
+def flank_compliance(
+    body: GearBody,
+    fidelity: GearFidelity,
+    *,
+    reach: int = USUAL_REACH,
+    friction: bool = False,
+    progress: Progress | None = None,
+) -> FlankCompliance:
+    """Compliance of all flanks of one symmetric sector of `body`, bore rigid and held.
+
+    reach: teeth to either side that are coupled, not counting the loaded one; once round at most, which wide helical
+        pinions of few teeth need.
+    friction: also under forces along the profile, which friction needs; a third more work.
+    progress: called with (teeth done, teeth of the sector).
+
+    Raises InputError for a blank that the fidelity cannot resolve, ResourceError when memory is short.
+    """
+    check_arguments(flank_compliance, locals())
+    teeth = body.geometry.teeth
+    require(
+        is_whole(reach) and 0 <= reach < teeth,
+        f"reach = {reach} must be a whole number from 0 to {teeth - 1}: the gear has {teeth} teeth, and each can be in "
+        "contact at one place at a time; make the face narrower or the helix angle smaller",
+    )
+    if isinstance(body.blank, VolumeMesh):
+        radius, axial, blocks, along = foreign_compliance(
+            body, body.blank, fidelity, reach=reach, friction=friction, progress=progress
+        )
+        return FlankCompliance(radius, axial, teeth, body.sector, blocks, friction=along)
+    mesh = gear_mesh(body, fidelity)
+    tooth = condensed_tooth(body.geometry, mesh, body.material, friction=friction)
+    patterns, share, strength = load_patterns(tooth, fidelity.load_pattern_tolerance)
+    far = int((strength > fidelity.far_pattern_tolerance).sum())
+    flexibility = body_flexibility(
+        mesh, tooth, body.material, patterns, far=far, sector=body.sector, reach=reach, progress=progress
+    )
+    n = tooth.own.shape[0]
+    normal, sliding = share[:, :n], share[:, n:]
+    blocks = normal.T @ flexibility @ normal
+    blocks[:, 0] += tooth.own
+    n_p, n_w = len(tooth.radius), len(tooth.axial)
+    return FlankCompliance(
+        radius=tooth.radius,
+        axial=tooth.axial,
+        tooth_count=teeth,
+        sector=body.sector,
+        blocks=blocks.reshape(body.sector, reach + 1, 2, n_p, n_w, 2, n_p, n_w),
+        friction=None if tooth.own_friction is None else _friction(normal, sliding, flexibility, tooth.own_friction),
+    )
+
+
+def _friction(normal: FloatArray, sliding: FloatArray, flexibility: FloatArray, own: FloatArray) -> FloatArray:
+    """`FlankCompliance.friction` from the shares (r, n) of normal forces and of those along the profile."""
+    sector, reach, n = len(flexibility), flexibility.shape[1] - 1, own.shape[0] // 2
+    total = np.empty((sector, 2 * reach + 1, 2, n, n))
+    for t in range(sector):
+        for d in range(-reach, reach + 1):
+            answer = flexibility[t, d] if d >= 0 else flexibility[(t + d) % sector, -d].T
+            for f, flank in enumerate((slice(0, n), slice(n, 2 * n))):
+                total[t, reach + d, f] = normal[:, flank].T @ answer @ sliding[:, flank]
+                if d == 0:
+                    total[t, reach, f] += own[flank, flank]
+    return total
+
+
+def load_patterns(tooth: CondensedTooth, tolerance: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The few patterns of force in which a tooth passes its flank loads on: (3 n_i, r), and their shares (r, n).
+
+    patterns · shares = tooth.passed (and passed_friction beside it), less singular values below `tolerance` of the
+    largest. They are ordered by the energy they store in the tooth itself on weak springs: what balances within the
+    tooth reaches no neighbour (Saint-Venant), what moves it as a whole does.
+    The third array (r,) is their singular value over the largest.
+    """
+    springs = _SPRINGS * np.diag(tooth.stiffness).mean() * np.eye(len(tooth.stiffness))
+    root = np.linalg.cholesky(tooth.stiffness + springs)
+    passed = tooth.passed if tooth.passed_friction is None else np.hstack([tooth.passed, tooth.passed_friction])
+    left, strength, right = np.linalg.svd(solve_triangular(root, passed, lower=True), full_matrices=False)
+    kept = strength > tolerance * strength[0]
+    return root @ left[:, kept], strength[kept, None] * right[kept], strength[kept] / strength[0]

@@ -1,0 +1,208 @@
+"""Compliance between any two points of a gear's flanks: splines on the compliance grid, with local weights.
+
+The cubic spline through the grid values (not-a-knot) is written in B-splines, of which four overlap at a point: a
+point of a flank then has 16 weights, however fine the grid. The transposed weights spread a force over the grid, so
+the compliance of points stays symmetric and not negative.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import factorial
+
+import numba
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from scipy.interpolate import BSpline, make_interp_spline
+
+from nvhchain.errors import require
+from nvhchain.gear.compliance.flank_compliance import FlankCompliance
+from nvhchain.handoff import FloatArray, IntArray
+
+
+@dataclass(frozen=True, eq=False)
+class LocalBasis:
+    """The B-splines that overlap in each interval of a grid, as polynomials.
+
+    breaks: (n_interval + 1,) m.  powers: (n_interval, degree + 1, degree + 1), of the distance from the interval's
+    start by the number of the B-spline, which is that of the interval for the first of them.
+    """
+
+    breaks: FloatArray
+    powers: FloatArray
+
+    @property
+    def count(self) -> int:
+        """Number of B-splines, and of grid values."""
+        return len(self.powers) + self.powers.shape[1] - 1
+
+    def values(self, x: FloatArray) -> tuple[IntArray, FloatArray]:
+        """(n,) number of the first B-spline at each `x`, m, clipped to the grid, and (n, degree + 1) their values."""
+        inside = np.clip(x, self.breaks[0], self.breaks[-1])
+        interval = np.searchsorted(self.breaks[1:-1], inside, side="right")
+        along = inside - self.breaks[interval]
+        power = along[:, None] ** np.arange(self.powers.shape[1])
+        return interval, np.matmul(power[:, None, :], self.powers[interval])[:, 0]
+
+
+def local_basis(grid: FloatArray) -> tuple[LocalBasis, FloatArray]:
+    """B-splines on `grid` (n,) m, and the (n, n) matrix that takes grid values to their coefficients."""
+    spline = make_interp_spline(grid, np.eye(len(grid)), k=min(3, len(grid) - 1))
+    k, knots = spline.k, spline.t
+    breaks = knots[k : len(knots) - k]
+    powers = np.empty((len(breaks) - 1, k + 1, k + 1))
+    for i, start in enumerate(breaks[:-1]):
+        for j in range(k + 1):
+            b = BSpline.basis_element(knots[i + j : i + j + k + 2])
+            powers[i, :, j] = [float(b(start, m)) / factorial(m) for m in range(k + 1)]
+    return LocalBasis(breaks, powers), spline.c
+
+
+def point_weights(
+    over_radius: LocalBasis, over_axial: LocalBasis, radius: FloatArray, axial: FloatArray
+) -> tuple[NDArray[np.int32], FloatArray]:
+    """(n, 16) numbers of the coefficients (radius by axial) that matter at points (n,) m, and their weights."""
+    first_r, value_r = over_radius.values(radius)
+    first_z, value_z = over_axial.values(axial)
+    rows = over_axial.count * (first_r[:, None] + np.arange(value_r.shape[1]))
+    index = rows[:, :, None] + (first_z[:, None] + np.arange(value_z.shape[1]))[:, None, :]
+    weight = value_r[:, :, None] * value_z[:, None, :]
+    n = len(radius)
+    return index.reshape(n, -1).astype(np.int32), np.ascontiguousarray(weight.reshape(n, -1))
+
+
+@dataclass(frozen=True, eq=False)
+class FlankSplines:
+    """B-spline coefficients of the compliance between flanks of the same side.
+
+    over_radius, over_axial: the bases.
+    coefficients: (2, n_tooth, reach + 1, n_p n_w, n_p n_w) m/N, by flank, tooth held, distance in teeth.
+    place: (sector,) position of each tooth of the sector among those held, −1 where it is not.
+    friction: (n_tooth, 2 reach + 1, 2, n_p n_w, n_p n_w) m/N, of `FlankCompliance.friction`, where it is known.
+    """
+
+    over_radius: LocalBasis
+    over_axial: LocalBasis
+    coefficients: FloatArray
+    place: IntArray
+    friction: FloatArray | None = None
+
+    def weights(self, radius: FloatArray, axial: FloatArray) -> tuple[NDArray[np.int32], FloatArray]:
+        """`point_weights` of its own grid."""
+        return point_weights(self.over_radius, self.over_axial, radius, axial)
+
+    def add(self, total: FloatArray, side: int, tooth: IntArray, radius: FloatArray, axial: FloatArray) -> None:
+        """Add to `total` (n, n) m/N the compliance between points on flanks `side` of `tooth` (n,), in runs.
+
+        Raises InputError for teeth that are not held or too far apart.
+        """
+        if len(tooth):
+            self._check(tooth)
+            index, weight = self.weights(radius, axial)
+            _couple(self.coefficients[side], self.place, tooth, index, weight, total)
+
+    def _check(self, tooth: IntArray) -> None:
+        """Indices beyond the coefficients would be read all the same."""
+        low, high, reach = int(tooth.min()), int(tooth.max()), self.coefficients.shape[2] - 1
+        require(
+            high - low <= reach,
+            f"teeth {low} and {high} are {high - low} pitches apart, but the compliance reaches {reach}: "
+            "ask flank_compliance for a larger reach",
+        )
+        require(
+            bool((self.place[tooth % len(self.place)] >= 0).all()),
+            f"teeth {low} to {high} are not among those that this part of the compliance holds: ask at_angles for them",
+        )
+
+    def friction_compliance(self, side: int, tooth: IntArray, radius: FloatArray, axial: FloatArray) -> FloatArray:
+        """(n, n) m/N: normal displacement at every point under unit forces along the profile at every other."""
+        assert self.friction is not None
+        n, reach = len(tooth), self.friction.shape[1] // 2
+        total = np.zeros((n, n))
+        if not n:
+            return total
+        self._check(tooth)
+        index, weight = self.weights(radius, axial)
+        start = np.arange(n + 1) * index.shape[1]
+        spread = sp.csr_matrix((weight.ravel(), index.ravel(), start), shape=(n, self.friction.shape[-1]))
+        for a in np.unique(tooth):
+            for b in np.unique(tooth):
+                block = self.friction[self.place[a % len(self.place)], reach + b - a, side]
+                on, under = np.flatnonzero(tooth == a), np.flatnonzero(tooth == b)
+                total[np.ix_(on, under)] = spread[on] @ (spread[under] @ block.T).T
+        return total
+
+
+def flank_splines(compliance: FlankCompliance) -> FlankSplines:
+    """Interpolate `compliance` on its grid."""
+    c = compliance
+    n = len(c.radius) * len(c.axial)
+    (radius, over_r), (axial, over_z) = local_basis(c.radius), local_basis(c.axial)
+
+    def coefficients_of(values: FloatArray) -> FloatArray:
+        """(m, n, n) from grid values (m, n, n)."""
+        out = np.empty(values.shape)
+        for i, value in enumerate(values):
+            for _ in range(2):  # both points, the second time round transposed
+                value = (over_r @ value.reshape(len(over_r), -1)).reshape(len(over_r), len(over_z), n)
+                value = (over_z @ value).reshape(n, n).T
+            out[i] = value
+        return out
+
+    shape = (len(c.blocks), c.reach + 1, n, n)
+    coefficients = np.stack(
+        [coefficients_of(c.blocks[:, :, f, :, :, f].reshape(-1, n, n)).reshape(shape) for f in (0, 1)]
+    )
+    friction = None if c.friction is None else coefficients_of(c.friction.reshape(-1, n, n)).reshape(c.friction.shape)
+    place = np.full(c.sector, -1)
+    place[list(c.teeth_held)] = np.arange(len(c.teeth_held))
+    return FlankSplines(radius, axial, coefficients, place, friction)
+
+
+@numba.njit(
+    "void(float64[:, :, :, ::1], int64[::1], int64[::1], int32[:, ::1], float64[:, ::1], float64[:, ::1])",
+    cache=True,
+    nogil=True,
+    error_model="numpy",
+)
+def _couple(
+    coefficients: np.ndarray,
+    place: np.ndarray,
+    tooth: np.ndarray,
+    index: np.ndarray,
+    weight: np.ndarray,
+    total: np.ndarray,
+) -> None:
+    """Rows of the compliance under points of the same tooth and of those after it; the rest by symmetry."""
+    n, support = index.shape
+    sector = len(place)
+    size = coefficients.shape[2]
+    row = np.empty(size)
+    for i in range(n):
+        held = place[tooth[i] % sector]
+        start = 0
+        while start < n:
+            end = start + 1
+            while end < n and tooth[end] == tooth[start]:
+                end += 1
+            distance = tooth[start] - tooth[i]
+            if distance >= 0:
+                block = coefficients[held, distance]
+                row[:] = 0.0
+                for p in range(support):
+                    w = weight[i, p]
+                    source = block[index[i, p]]
+                    for c in range(size):
+                        row[c] += w * source[c]
+                for j in range(start, end):
+                    value = 0.0
+                    for q in range(support):
+                        value += weight[j, q] * row[index[j, q]]
+                    if distance == 0:  # both (i, j) and (j, i) pass here
+                        total[i, j] += 0.5 * value
+                        total[j, i] += 0.5 * value
+                    else:
+                        total[i, j] += value
+                        total[j, i] += value
+            start = end

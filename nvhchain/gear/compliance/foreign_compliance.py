@@ -1,0 +1,147 @@
+"""Compliance of the flanks of a gear meshed elsewhere, on the same grid as that of an own mesh.
+
+C = Lᵀ K⁻¹ L with K of the whole mesh, bore held, and L the nodal forces of unit forces at the points of the grid,
+spread by the shape functions of the element that holds each. On the same tooth that of the tooth held on its centre
+line is taken away, flank by flank: all nodes on and beyond the centre line, beyond the pitch and two modules below the
+root are held. Where no nodes lie on the centre line the held surface is ragged by part of an element; this vanishes as
+the mesh is refined.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import scipy.sparse as sp
+
+from nvhchain.conventions import Progress
+from nvhchain.errors import require
+from nvhchain.fem._sparse import BLOCK, factorize
+from nvhchain.fem.elasticity import stiffness_and_mass
+from nvhchain.fidelity import GearFidelity
+from nvhchain.gear.compliance.tooth_compliance import unknowns
+from nvhchain.gear.drawing.body import GearBody
+from nvhchain.gear.drawing.volume_mesh import VolumeMesh
+from nvhchain.gear.elements.point_location import ElementSearch
+from nvhchain.handoff import FloatArray, IntArray
+
+_HELD_DEPTH = 2.0
+"""Normal modules below the root circle from where on the held tooth is held as well: that of an own mesh."""
+
+_ON = 1e-6
+"""Part of the pitch angle by which a node may miss the centre line or the edge of the pitch and count as on it."""
+
+_FACE_NODES = {"tet10": 6, "hex20": 8}
+
+
+def foreign_compliance(
+    body: GearBody,
+    mesh: VolumeMesh,
+    fidelity: GearFidelity,
+    *,
+    reach: int,
+    friction: bool,
+    progress: Progress | None,
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray | None]:
+    """(radius, axial, blocks, friction) of `FlankCompliance`; arguments as in `flank_compliance`.
+
+    profile_elements and width_layers of the fidelity set the grid, two intervals for each.
+    Raises InputError where a point of the flank lies outside the mesh.
+    """
+    gear, sector = body.geometry, body.sector
+    radius = np.linspace(gear.form_radius, gear.tip_circle_radius, 2 * fidelity.profile_elements + 1)
+    axial = np.linspace(-0.5, 0.5, 2 * fidelity.width_layers + 1) * gear.face_width
+    K, _ = stiffness_and_mass(mesh.nodes, mesh.elements, mesh.kind, body.material, mass=False)
+    loads = _Loads(body, mesh, radius, axial)
+    normal, sliding = {}, {}
+    free = np.setdiff1d(np.arange(K.shape[0]), unknowns(mesh.bore))
+    for t in range(-reach, sector + reach):
+        normal[t], sliding[t] = loads.of_tooth(t)
+    n = normal[0].shape[1]
+    blocks = np.empty((sector, reach + 1, n, n))
+    rubbed = np.empty((sector, 2 * reach + 1, 2, n // 2, n // 2)) if friction else None
+    with factorize(K[free][:, free]) as factor:
+        for t in range(sector):
+            for start in range(0, n, BLOCK):
+                at = np.arange(start, min(start + BLOCK, n))
+                moved = factor.solve(normal[t][free][:, at].toarray())
+                for d in range(reach + 1):
+                    blocks[t, d, at] = (normal[t + d][free].T @ moved).T
+                if rubbed is not None:
+                    for d in range(-reach, reach + 1):
+                        answer = (sliding[t + d][free].T @ moved).T
+                        for flank in (0, 1):
+                            own = (at // (n // 2)) == flank
+                            columns = slice(flank * (n // 2), (flank + 1) * (n // 2))
+                            rubbed[t, reach + d, flank, at[own] % (n // 2)] = answer[own, columns]
+            if progress is not None:
+                progress(t + 1, sector)
+    for t in range(sector):
+        for flank, own in enumerate((slice(0, n // 2), slice(n // 2, n))):
+            held = _held(body, mesh, K, t, flank)
+            blocks[t, 0, own, own] -= held(normal[t][:, own], normal[t][:, own])
+            if rubbed is not None:
+                rubbed[t, reach, flank] -= held(normal[t][:, own], sliding[t][:, own])
+        blocks[t, 0] = 0.5 * (blocks[t, 0] + blocks[t, 0].T)
+    n_p, n_w = len(radius), len(axial)
+    return radius, axial, blocks.reshape(sector, reach + 1, 2, n_p, n_w, 2, n_p, n_w), rubbed
+
+
+class _Loads:
+    """Nodal forces of unit forces at the grid of any tooth's flanks."""
+
+    def __init__(self, body: GearBody, mesh: VolumeMesh, radius: FloatArray, axial: FloatArray) -> None:
+        on_flank = np.isin(mesh.elements, mesh.flanks).sum(axis=1) >= _FACE_NODES[mesh.kind]
+        require(
+            bool(on_flank.any()),
+            "no element has a whole face among the nodes of the flanks: tag the nodes in the middle of edges too",
+        )
+        self._elements = mesh.elements[on_flank]
+        self._search = ElementSearch(mesh.nodes, self._elements, mesh.kind)
+        self._gear, self._size = body.geometry, 3 * len(mesh.nodes)
+        self._side = np.repeat([1.0, -1.0], len(radius) * len(axial))
+        self._radius = np.tile(np.repeat(radius, len(axial)), 2)
+        self._axial = np.tile(axial, 2 * len(radius))
+
+    def of_tooth(self, tooth: int) -> tuple[sp.csr_matrix, sp.csr_matrix]:
+        """(unknowns, points) N of unit normal forces into the tooth, and of those along the profile to its tip."""
+        gear, r, z, side = self._gear, self._radius, self._axial, self._side
+        alpha, tilt = gear.pressure_angle_at(r), gear.base_helix_angle
+        angle = side * gear.half_tooth_angle(r) + gear.twist * z + tooth * gear.pitch_angle
+        element, xi = self._search.find(np.column_stack([r * np.cos(angle), r * np.sin(angle), z]))
+        shape, nodes = self._search.shape(xi), self._elements[element]
+
+        def spread(radial: FloatArray, around: FloatArray, along: FloatArray) -> sp.csr_matrix:
+            c, s = np.cos(angle), np.sin(angle)
+            force = np.column_stack([c * radial - s * around, s * radial + c * around, along])
+            value = shape[:, :, None] * force[:, None]
+            column = np.broadcast_to(np.arange(len(r))[:, None, None], value.shape)
+            at = 3 * nodes[:, :, None] + np.arange(3)
+            return sp.csr_matrix((value.ravel(), (at.ravel(), column.ravel())), shape=(self._size, len(r)))
+
+        into = np.cos(tilt)
+        normal = spread(-into * np.sin(alpha), -into * side * np.cos(alpha), side * np.sin(tilt))
+        return normal, spread(np.cos(alpha), -side * np.sin(alpha), np.zeros(len(r)))
+
+
+def _held(
+    body: GearBody, mesh: VolumeMesh, K: sp.csr_matrix, tooth: int, flank: int
+) -> Callable[[sp.csr_matrix, sp.csr_matrix], FloatArray]:
+    """(points, forces) ↦ Lᵀ K⁻¹ P with one half of the tooth free."""
+    gear = body.geometry
+    radius, number, offset, _ = mesh.places(gear)
+    outwards = (1 - 2 * flank) * offset / gear.pitch_angle
+    loose: IntArray = np.flatnonzero(
+        (number == tooth)
+        & (outwards > _ON)
+        & (outwards < 0.5 - _ON)
+        & (radius > gear.root_radius - _HELD_DEPTH * gear.normal_module * (1 - _ON))
+        & ~np.isin(np.arange(len(radius)), mesh.bore)
+    )
+    free = unknowns(loose)
+
+    def answer(points: sp.csr_matrix, forces: sp.csr_matrix) -> FloatArray:
+        with factorize(K[free][:, free]) as factor:
+            return np.asarray(points[free].T @ factor.solve(forces[free].toarray()))
+
+    return answer

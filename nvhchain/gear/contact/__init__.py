@@ -1,0 +1,1 @@
+"""Contact of loaded flanks: contact lines, local deformation, tip edges and friction."""

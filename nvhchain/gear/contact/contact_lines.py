@@ -1,0 +1,209 @@
+"""Contact lines of a gear pair on its plane of action.
+
+The pinion drives and turns counter-clockwise about +z (sense +1) or clockwise (−1), the wheel the other way. Each
+angle counts positive in its own running direction; r_bP φ_P = r_bG φ_G without load. On the plane of action
+s is the distance from the pinion's base tangent point along the transverse line of action, z the distance from
+mid-width. Drive flanks (of both gears: those that face the pinion's running direction), tooth pair k, wheel angle θ:
+
+    s = s_C + r_bG θ − k p_bt + z tan β_b sense,     s_A ≤ s ≤ s_E,
+
+so that pair 0 touches at the pitch point C at mid-width at θ = 0; β_b > 0 where the pinion is right-handed. The
+back flanks meet on the mirrored line, with s measured from its own tangent point:
+
+    s = s_C + (k + 1) p_bt − s_wG cos α_wt − r_bG θ − z tan β_b sense,
+
+s_wG the wheel's tooth thickness on its working circle. Beyond the path of contact between the tip circles a tip edge
+meets the mating flank: loaded teeth do so where the gap is small enough (`corner_gap`). The deflection (some 10 µm) is
+left out of s against the base pitch (some mm).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import cos, tan
+
+import numpy as np
+
+from nvhchain.gear.contact.tip_edge import TipEdges
+from nvhchain.gear.drawing.pair import BACK, DRIVE, GearPair
+from nvhchain.gear.drawing.tip_edge_gap import edge_gap
+from nvhchain.handoff import FloatArray, IntArray
+
+POINTS, ZOOMS = 17, 4
+"""Along the profile where relieved flanks are looked for at their nearest, each time between the neighbours of the best
+before: to 1e-4 of the way, some 0.1 µm."""
+
+
+@dataclass(frozen=True, eq=False)
+class ContactLines:
+    """Slices of all contact lines at one angle; one entry per slice that touches the path of contact.
+
+    flank: DRIVE or BACK.  side: its index in `FlankCompliance`, 0 faces counter-clockwise.
+    tooth: (2, n) index of pinion and wheel.
+    axial: (n,) m, middle of the part in contact.  position: (n,) s, m.  length: (n,) m along the contact line.
+    radius: (2, n) m, of the contact point on pinion and wheel.  depth: (2, n) m, from there along the normal to the
+    tooth centre line.
+    curvature: (n,) m, ρ₁ρ₂/(ρ₁+ρ₂) in the normal plane.
+    corner: (n,) m, gap along the normal by which an edge beyond the end of the path misses the flank; 0 on the path.
+    edges: tip edges of both gears near the slices.
+    """
+
+    flank: int
+    side: int
+    tooth: IntArray
+    axial: FloatArray
+    position: FloatArray
+    length: FloatArray
+    radius: FloatArray
+    depth: FloatArray
+    curvature: FloatArray
+    corner: FloatArray
+    edges: TipEdges
+
+
+def contact_lines(
+    pair: GearPair, angle: float, *, slices: int, flank: int = DRIVE, corner_gap: float = 0.0
+) -> ContactLines:
+    """Contact lines of all tooth pairs at wheel `angle`, rad, cut into `slices` over the common face width.
+
+    corner_gap: m, unloaded gap up to which tip edges beyond the path count as in contact.
+    A slice that is crossed by an end of the path keeps the part inside it, so lengths vary continuously for
+    helical gears. Tooth indices count counter-clockwise in each gear's own numbering and are not reduced modulo z.
+    """
+    tangent, width, pitch = pair.sense * tan(pair.base_helix_angle), pair.face_width, pair.base_pitch
+    before, after = pair.extensions(corner_gap)
+    start, end = pair.path[0] - before, pair.path[1] + after
+    travel = float(pair.base_radius[1]) * angle
+    if flank == DRIVE:
+        direction, origin = 1.0, pair.pitch_point + travel
+    else:
+        lag = pair.working_thickness[1] * cos(pair.working_pressure_angle)
+        direction, origin = -1.0, pair.pitch_point + pitch - lag - travel
+    reach = abs(tangent) * width / 2
+    low, high = (origin - reach - end) / pitch, (origin + reach - start) / pitch
+    count = np.arange(np.ceil(low), np.floor(high) + 1)
+    k = (direction * count).astype(np.int64)
+    middle = origin - count * pitch
+
+    edges = np.linspace(-width / 2, width / 2, slices + 1)
+    slope = direction * tangent
+    if slope != 0.0:
+        bounds = np.sort(np.stack([(start - middle) / slope, (end - middle) / slope]), axis=0)
+    else:
+        inside = (middle >= start) & (middle < end)
+        bounds = np.where(inside, np.array([[-width], [width]]), 0.0)
+    lower = np.maximum(edges[:-1], bounds[0][:, None])
+    upper = np.minimum(edges[1:], bounds[1][:, None])
+    pairs, cuts = np.nonzero(upper - lower > 1e-9 * width)
+    lower, upper = lower[pairs, cuts], upper[pairs, cuts]
+    axial = (lower + upper) / 2
+    position = middle[pairs] + slope * axial
+    length = (upper - lower) / cos(pair.base_helix_angle)
+
+    on_path = np.clip(position, *pair.path)
+    radius = np.hypot(np.stack([on_path, pair.line_length - on_path]), pair.base_radius[:, None])
+    corner, enclosed = _touch_edges(pair, position, radius)
+    tip_circles = np.array([[g.tip_circle_radius] for g in pair.geometries])
+    there = np.flatnonzero((radius <= tip_circles * (1 + 1e-9)).all(axis=0))  # an edge past the other tip meets nothing
+    axial, position, length, corner, enclosed = (a[there] for a in (axial, position, length, corner, enclosed))
+    pairs, radius = pairs[there], radius[:, there]
+    rolled = np.sqrt(radius**2 - pair.base_radius[:, None] ** 2)
+    curvature = rolled[0] * rolled[1] / (rolled.sum(axis=0) * cos(pair.base_helix_angle))
+    tips = np.array([[g.usable_flank[1]] for g in pair.geometries])
+    distance = np.maximum(tips**2 - rolled**2, 0.0) / (2 * pair.base_radius[:, None])
+    enclosed = np.where(enclosed > 0, enclosed, -distance.min(axis=0) / curvature)
+    wedge = 0.5 * np.pi + np.arctan(tips[:, 0] / pair.base_radius)
+    wheel_tooth = k[pairs] + (1 if flank == BACK else 0)
+    depth = np.stack([g.depth_to_centre_line(r) for g, r in zip(pair.geometries, radius, strict=True)])
+    return ContactLines(
+        flank=flank,
+        side=flank if pair.sense > 0 else 1 - flank,
+        tooth=pair.sense * np.stack([-k[pairs], wheel_tooth]),
+        axial=axial,
+        position=position,
+        length=length,
+        radius=radius,
+        depth=depth,
+        curvature=curvature,
+        corner=corner,
+        edges=TipEdges(distance, enclosed, wedge),
+    )
+
+
+def wheel_angle(pair: GearPair, position: float, axial: float, mesh: int, flank: int = DRIVE) -> float:
+    """Wheel angle, rad, at which tooth pair `mesh` touches at `position` s and `axial` z, m."""
+    helix = pair.sense * tan(pair.base_helix_angle) * axial
+    if flank == DRIVE:
+        travel = position - pair.pitch_point + mesh * pair.base_pitch - helix
+    else:
+        lag = pair.working_thickness[1] * cos(pair.working_pressure_angle)
+        travel = pair.pitch_point + (mesh + 1) * pair.base_pitch - lag - position - helix
+    return travel / float(pair.base_radius[1])
+
+
+def _touch_edges(pair: GearPair, position: FloatArray, radius: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Gaps, m, and angles between the flanks, rad, in the normal plane (n,) of the slices beyond the path; 0 on it.
+
+    Their place on the mating flank goes into `radius` (2, n) m.
+    """
+    gap, angle = np.zeros(len(position)), np.zeros(len(position))
+    for edge, beyond in ((1, pair.path[0] - position), (0, position - pair.path[1])):
+        at = np.flatnonzero(beyond > 0)
+        arc, met, turned = edge_gap(beyond[at], *pair.edge(edge))
+        gap[at] = arc * cos(pair.base_helix_angle)
+        angle[at] = turned * cos(pair.base_helix_angle)
+        radius[1 - edge, at] = met
+    return gap, angle
+
+
+def separation(pair: GearPair, lines: ContactLines) -> FloatArray:
+    """(n,) m: unloaded gap of every slice beyond that of aligned pure involutes; negative where misalignment closes it.
+
+    What micro-geometry takes off both flanks where they come nearest, the misalignment, and what an edge beyond the
+    path misses.
+    """
+    drive = lines.flank == DRIVE
+    gap = pair.misalignment.separation(
+        lines.position - pair.pitch_point,
+        lines.axial,
+        drive=drive,
+        sense=pair.sense,
+        pressure_angle=pair.working_pressure_angle,
+        tilt=pair.base_helix_angle,
+    )
+    gap = gap + lines.corner
+    removed = np.zeros(len(gap))
+    for gear, radius in zip(pair.geometries, lines.radius, strict=True):
+        removed = removed + gear.removed(radius, lines.axial, drive=drive)
+    if any((g.micro.drive if drive else g.micro.coast).bends_profile for g in pair.geometries):
+        removed = np.minimum(removed, _least_removed(pair, lines, removed))
+    return np.asarray(gap + removed)
+
+
+def _least_removed(pair: GearPair, lines: ContactLines, removed: FloatArray) -> FloatArray:
+    """(n,) m: least over the profile of what is taken off both flanks and what the involutes part by.
+
+    With t, m, along the profile from where involutes touch, towards the wheel's tip, u² of the wheel's rolled length u
+    grows by 2 r_b t and the pinion's falls; involutes part by t²/(2ρ), beyond an edge by φ|t| more. Relieved flanks
+    touch further inside, on less relief.
+
+    removed: (n,) m, at t = 0: flanks that part by more than that cannot be nearer.
+    """
+    base = pair.base_radius[:, None, None]
+    rolled = (lines.radius**2 - pair.base_radius[:, None] ** 2)[:, None]
+    flanks = np.array([g.usable_flank for g in pair.geometries])
+    inward = np.maximum(rolled[:, 0] - flanks[:, :1] ** 2, 0.0) / (2 * base[:, 0])
+    reach = np.sqrt(2 * lines.curvature * removed)
+    low = -np.minimum(np.minimum(lines.edges.distance[0], inward[1]), reach)
+    high = np.minimum(np.minimum(lines.edges.distance[1], inward[0]), reach)
+    angle = np.where(lines.corner > 0, np.maximum(lines.edges.angle, 0.0), 0.0)
+    everywhere = np.arange(len(removed))
+    for _ in range(ZOOMS):
+        t = low + np.linspace(0.0, 1.0, POINTS)[:, None] * (high - low)
+        parted = t**2 / (2 * lines.curvature) + angle * np.abs(t)
+        for gear, squared, own, sign in zip(pair.geometries, rolled, pair.base_radius, (-1.0, 1.0), strict=True):
+            radius = np.sqrt(own**2 + squared + sign * 2 * own * t)
+            parted = parted + gear.removed(radius, lines.axial, drive=lines.flank == DRIVE)
+        best = parted.argmin(axis=0)
+        low, high = (t[np.clip(best + step, 0, POINTS - 1), everywhere] for step in (-1, 1))
+    return np.asarray(parted.min(axis=0))

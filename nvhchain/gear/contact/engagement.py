@@ -1,0 +1,227 @@
+"""The loaded mesh at one position: contact lines, the compliance of both gears between them, slice forces."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from math import ceil
+
+import numpy as np
+
+from nvhchain.errors import InputError, SolverError, require
+from nvhchain.fidelity import GearFidelity
+from nvhchain.gear.compliance.analytic import SliceCompliance
+from nvhchain.gear.compliance.flank_compliance import FlankCompliance
+from nvhchain.gear.compliance.flank_splines import FlankSplines, flank_splines
+from nvhchain.gear.contact.contact_lines import ContactLines, contact_lines
+from nvhchain.gear.contact.contact_lines import separation as unloaded_gap
+from nvhchain.gear.contact.friction import sliding_sense
+from nvhchain.gear.contact.slice_forces import (
+    LocalLaw,
+    complementarity_residual,
+    half_space_compliance,
+    local_law,
+    slice_forces,
+)
+from nvhchain.gear.contact.tip_edge import strip_half_width
+from nvhchain.gear.drawing.pair import BACK, DRIVE, GearPair
+from nvhchain.handoff import FloatArray
+from nvhchain.kinds import check_fields
+
+FRICTION_ROUNDS = 60
+"""Of following what friction bends; a dozen is usual, more means failure."""
+
+
+def engaged_reach(pair: GearPair, corner_gap: float = 0.0) -> int:
+    """Largest distance in teeth between two pairs in contact at once.
+
+    corner_gap: m, unloaded gap up to which tip edges beyond the path count (`GearFidelity.corner_gap`).
+    """
+    return ceil(pair.total_contact_ratio + sum(pair.extensions(corner_gap)) / pair.base_pitch) - 1
+
+
+def slice_count(pair: GearPair, fidelity: GearFidelity) -> int:
+    """Slices of the face width: those of the fidelity, or so many of every axial pitch where the face is wider.
+
+    A line enters and leaves within a pitch: over 6 pitches 32 slices in all made the swing 2.8 times too large.
+    """
+    return ceil(fidelity.slices * max(1.0, pair.overlap_ratio))
+
+
+@dataclass(frozen=True, eq=False)
+class Engagement:
+    """A gear pair with the flank compliances of both gears, ready for contact at any angle.
+
+    fidelity: its `slices` and `contact_residual` are used.
+    """
+
+    pair: GearPair
+    compliances: tuple[FlankCompliance | SliceCompliance, FlankCompliance | SliceCompliance]
+    fidelity: GearFidelity
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        slices = self.fidelity.slices
+        require(slices >= 1, f"slices = {slices}: at least 1 is needed")
+        for name, body, c in zip(
+            ("pinion", "wheel"), (self.pair.pinion, self.pair.wheel), self.compliances, strict=True
+        ):
+            if isinstance(c, SliceCompliance):
+                continue
+            require(
+                c.tooth_count == body.geometry.teeth and c.sector == body.sector,
+                f"compliance of the {name} is for {c.tooth_count} teeth in sectors of {c.sector}, the gear has "
+                f"{body.geometry.teeth} in sectors of {body.sector}: compute it for this gear",
+            )
+            reach = engaged_reach(self.pair, self.fidelity.corner_gap)
+            require(
+                c.reach >= reach,
+                f"compliance of the {name} reaches over {c.reach} teeth, {reach} are in contact beside each other: "
+                "compute it with a larger reach",
+            )
+            half = self.pair.face_width / 2 * (1 - 1e-9)
+            require(
+                c.axial[0] <= -half and c.axial[-1] >= half,
+                f"compliance of the {name} covers z = {1e3 * c.axial[0]:.3g}…{1e3 * c.axial[-1]:.3g} mm, the common "
+                f"face width needs ±{1e3 * half:.3g} mm",
+            )
+
+    @cached_property
+    def _between_points(self) -> tuple[FlankSplines | SliceCompliance, ...]:
+        return tuple(c if isinstance(c, SliceCompliance) else flank_splines(c) for c in self.compliances)
+
+    @property
+    def slices(self) -> int:
+        """`slice_count`."""
+        return slice_count(self.pair, self.fidelity)
+
+    def lines(self, angle: float, flank: int = DRIVE) -> ContactLines:
+        """Contact lines at wheel `angle`, rad, cut into `slices`."""
+        return contact_lines(self.pair, angle, slices=self.slices, flank=flank, corner_gap=self.fidelity.corner_gap)
+
+    def compliance(self, lines: ContactLines) -> FloatArray:
+        """C (n, n), m/N: normal approach at every slice under a unit normal force at every other, both gears."""
+        n = len(lines.length)
+        total = np.zeros((n, n))
+        for tooth, radius, between in zip(lines.tooth, lines.radius, self._between_points, strict=True):
+            if isinstance(between, SliceCompliance):
+                between.add(total, radius, lines.length)
+            else:
+                between.add(total, lines.side, tooth, radius, lines.axial)
+        return total
+
+    def friction_compliance(self, lines: ContactLines) -> FloatArray:
+        """(n, n) m/N: normal approach at every slice under unit friction at every other, both gears, by its sense.
+
+        Friction pushes both flanks towards their tips where the pinion's slides ahead of the wheel's, and towards
+        their roots before the pitch point.  Raises InputError for compliances without it.
+        """
+        n = len(lines.length)
+        total = np.zeros((n, n))
+        for tooth, radius, between in zip(lines.tooth, lines.radius, self._between_points, strict=True):
+            if isinstance(between, SliceCompliance) or between.friction is None:
+                raise InputError("friction needs the compliance along the profile: flank_compliance(…, friction=True)")
+            total += between.friction_compliance(lines.side, tooth, radius, lines.axial)
+        return total * (sliding_sense(self.pair, lines) * (1.0 if lines.flank == DRIVE else -1.0))
+
+    def at_angles(self, angles: FloatArray) -> Engagement:
+        """The same pair with the compliances that it needs at these wheel `angles`, rad, and no others."""
+        teeth = np.hstack(
+            [
+                contact_lines(self.pair, angle, slices=1, flank=flank, corner_gap=self.fidelity.corner_gap).tooth
+                for angle in angles
+                for flank in (DRIVE, BACK)
+            ]
+        )
+        pinion, wheel = (
+            c if isinstance(c, SliceCompliance) else c.of_teeth(t) for c, t in zip(self.compliances, teeth, strict=True)
+        )
+        return replace(self, compliances=(pinion, wheel))
+
+    def forces(
+        self,
+        angle: float,
+        approach: FloatArray,
+        *,
+        flank: int = DRIVE,
+        separation: FloatArray | None = None,
+        friction: float = 0.0,
+    ) -> tuple[ContactLines, FloatArray]:
+        """Contact lines and slice forces (n_case, n), N, at wheel `angle`, rad.
+
+        approach: (n_case,) m, how far the flanks are pushed together along their normal.
+        separation: (n,) m, unloaded gap of every slice beyond that of aligned pure involutes; by default what
+        micro-geometry and misalignment of the pair make it.
+        friction: coefficient μ of what bends the teeth along their profile.
+        Raises SolverError where the contact does not converge or the local law leaves its range.
+        """
+        lines = self.lines(angle, flank)
+        gap = unloaded_gap(self.pair, lines) if separation is None else separation
+        return lines, self.forces_on(lines, np.asarray(approach, float)[:, None] - gap, friction=friction)
+
+    def local_law(self, lines: ContactLines) -> LocalLaw:
+        """Local deflection of every slice."""
+        materials = (self.pair.pinion.material, self.pair.wheel.material)
+        pinion, wheel = (not isinstance(c, SliceCompliance) for c in self.compliances)
+        depths = (lines.depth[0], lines.depth[1])
+        return local_law(lines.curvature, depths, materials, edges=lines.edges, held=(pinion, wheel))
+
+    def residual(self, lines: ContactLines, approach: float, force: FloatArray, *, friction: float = 0.0) -> float:
+        """Largest violation of the contact conditions, m, by the slice forces (n,), N, at an approach, m."""
+        pressed, compliance = approach - unloaded_gap(self.pair, lines), self.compliance(lines)
+        if friction:
+            compliance = compliance + friction * self.friction_compliance(lines)
+        return complementarity_residual(compliance, pressed, lines.length, self.local_law(lines), force)
+
+    def forces_on(self, lines: ContactLines, approach: FloatArray, *, friction: float = 0.0) -> FloatArray:
+        """Slice forces (n_case, n), N, for the approach (n_case, n), m, of every slice, its unloaded gap taken off.
+
+        With friction the problem is no longer that of a minimum; what friction bends is put on the right-hand side
+        and followed, which shrinks the change by about μ tan α each time.
+        """
+        law = self.local_law(lines)
+        tolerance, compliance = self.fidelity.contact_residual, self.compliance(lines)
+        forces = slice_forces(compliance, approach, lines.length, law, tolerance=tolerance)
+        if friction:
+            along = friction * self.friction_compliance(lines)
+            for _ in range(FRICTION_ROUNDS):
+                before = along @ forces.T
+                forces = slice_forces(compliance, approach - before.T, lines.length, law, tolerance=tolerance)
+                change = np.abs(along @ forces.T - before).max(initial=0.0)
+                if change <= tolerance * np.abs(approach).max(initial=0.0):
+                    break
+            else:
+                raise SolverError(
+                    f"friction = {friction:g}: slice forces still move the flanks by {1e6 * change:.3g} µm after "
+                    f"{FRICTION_ROUNDS} rounds: lower the coefficient"
+                )
+        a = sum(half_space_compliance(body.material) for body in (self.pair.pinion, self.pair.wheel))
+        width = strip_half_width(forces / lines.length, lines.curvature, lines.edges.angle, a)
+        beyond = width - lines.depth.min(axis=0)
+        if (beyond > 0).any():
+            worst = np.unravel_index(np.argmax(beyond), beyond.shape)
+            raise SolverError(
+                f"contact half width reaches {1e3 * width[worst]:.3g} mm where the tooth's centre line lies "
+                f"{1e3 * lines.depth.min(axis=0)[worst[1]]:.3g} mm deep: too much for the local law; lower the load (a "
+                "mesh law goes to drive_reach times the nominal one) or make the tips thicker (tip_radius, addendum)"
+            )
+        return forces
+
+    def mesh_force(self, angle: float, deflection: FloatArray) -> FloatArray:
+        """F(θ, δ), (n_defl,) N: > 0 on the drive flank, 0 in the backlash gap, < 0 on the back flank."""
+        deflection = np.asarray(deflection, float)
+        force = np.zeros(len(deflection))
+        for flank, sign in ((DRIVE, 1.0), (BACK, -1.0)):
+            approach = deflection if flank == DRIVE else -(deflection + self.pair.backlash)
+            lines = self.lines(angle, flank)
+            gap = unloaded_gap(self.pair, lines)
+            closed = np.flatnonzero(approach > gap.min(initial=np.inf))
+            closed = closed[np.argsort(approach[closed])]  # each solution starts the next, deeper one
+            if len(closed):
+                force[closed] += sign * self.forces_on(lines, approach[closed, None] - gap).sum(axis=1)
+        return force
+
+    def first_contact(self, angle: float, flank: int = DRIVE) -> float:
+        """Approach, m, at which the flanks first touch at wheel `angle`, rad; 0 without micro-geometry and tilt."""
+        lines = self.lines(angle, flank)
+        return float(unloaded_gap(self.pair, lines).min())

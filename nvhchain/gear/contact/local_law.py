@@ -1,0 +1,98 @@
+"""The local deflection of slices in the form in which the contact problem solves it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from nvhchain.conventions import Material
+from nvhchain.gear.contact.flattening import half_space_compliance
+from nvhchain.gear.contact.tip_edge import TipEdges, held_excess, load_of_half_width, strip_half_width, wedge_excess
+from nvhchain.handoff import FloatArray
+
+PIECES = 24
+"""Of a law between a millionth of its limit and the limit."""
+
+_SPAN = 1e6
+
+
+@dataclass(frozen=True, eq=False)
+class LocalLaw:
+    """δ_loc = D + q (A − H ln q) per slice and piece, q in N/m; δ and dδ/dq have no steps between the pieces.
+
+    They end at `limit` divided by `ratio`^(k − 1), ..., `ratio`, 1; the last is the tangent from `limit` on (H = 0).
+    Between the ends dδ/dq is linear in ln q, as it is for Hertz's strip throughout.
+    limit: (n,) N/m, where the half width reaches half the smaller depth, as far as the formula means anything; the
+    tangent keeps the law rising (by itself it falls from L ≈ h on).
+    level: A, (n, k + 1) 1/Pa.  half_slope: H, 1/Pa.  offset: D, m.  energy: (n, k + 1) J/m², ∫ δ dq = E + D q +
+    q² (A/2 − H (½ ln q − ¼)).
+    """
+
+    limit: FloatArray
+    ratio: float
+    level: FloatArray
+    half_slope: FloatArray
+    offset: FloatArray
+    energy: FloatArray
+
+    def deflection(self, load: FloatArray) -> FloatArray:
+        """δ_loc (n,), m, under `load` q (n,), N/m."""
+        count = self.level.shape[1] - 1
+        with np.errstate(divide="ignore"):
+            steps = np.log(load / self.limit) / np.log(self.ratio)
+        piece = np.clip(np.floor(steps) + count, 0, count).astype(int)
+        at = np.arange(len(load)), piece
+        log = np.log(np.maximum(load, 1e-300))
+        return np.asarray(self.offset[at] + load * (self.level[at] - self.half_slope[at] * log))
+
+
+def local_law(
+    curvature_radius: FloatArray,
+    depths: tuple[FloatArray, FloatArray],
+    materials: tuple[Material, Material],
+    *,
+    edges: TipEdges | None = None,
+    held: tuple[bool, bool] = (False, False),
+) -> LocalLaw:
+    """`local_deflection` of slices with given ρ (n,), m, and depths, two (n,), m, with what `tip_edge` says beyond it.
+
+    edges: tip edges near the slices; None for flanks without an end.
+    held: gears whose compliance is free of that of a tooth held on its centre line (`held_excess`).
+    """
+    parts = [half_space_compliance(m) for m in materials]
+    a = sum(parts)
+    n = len(curvature_radius)
+    angle = np.full(n, -np.inf) if edges is None else edges.angle
+    widest = 0.5 * np.minimum(*depths)
+    limit = load_of_half_width(widest, curvature_radius, angle, a)
+    ratio = _SPAN ** (1 / (PIECES - 1))
+    load = limit[:, None] * ratio ** np.arange(1 - PIECES, 1)
+    width = strip_half_width(load, curvature_radius[:, None], angle[:, None], a)
+    slope = -a * (np.log(width) + 0.5)
+    for gear, (part, h, m) in enumerate(zip(parts, depths, materials, strict=True)):
+        bracket = np.log(2.0 * h) - m.poisson / (2.0 * (1.0 - m.poisson))
+        if held[gear]:
+            bracket = bracket + held_excess(m.poisson)
+        slope = slope + part * bracket[:, None]
+        if edges is not None:
+            slope = slope + part * wedge_excess(edges.distance[gear][:, None], width, h[:, None], edges.wedge[gear])
+    return _pieces(limit, ratio, load, slope)
+
+
+def _pieces(limit: FloatArray, ratio: float, load: FloatArray, slope: FloatArray) -> LocalLaw:
+    """Law whose slope dδ/dq (n, k) 1/Pa at the `load` (n, k), N/m, is joined by straight lines over ln q."""
+    log = np.log(load)
+    half_slope = np.zeros((len(limit), PIECES + 1))
+    half_slope[:, 1:-1] = -np.diff(slope, axis=1) / np.diff(log, axis=1)
+    half_slope[:, 0] = half_slope[:, 1]
+    level = np.empty_like(half_slope)
+    level[:, 1:] = slope + half_slope[:, 1:] * (log + 1)
+    level[:, 0] = level[:, 1]
+    # δ and its integral go on where one piece meets the next
+    offset, energy = np.zeros_like(level), np.zeros_like(level)
+    fallen, less = -np.diff(level, axis=1), -np.diff(half_slope, axis=1)
+    step = load * (fallen - less * log)
+    offset[:, 1:] = np.cumsum(step, axis=1)
+    energy[:, 1:] = np.cumsum(load**2 * (0.5 * fallen - less * (0.5 * log - 0.25)) - load * step, axis=1)
+    return LocalLaw(limit, ratio, level, half_slope, offset, energy)

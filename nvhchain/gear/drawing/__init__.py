@@ -1,0 +1,1 @@
+"""The drawing of a gear pair: geometry, micro-geometry, blanks, misalignment and backlash."""

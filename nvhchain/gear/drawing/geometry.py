@@ -1,0 +1,270 @@
+"""External involute gears, spur and helical: reference circles, involute flank, trochoid root, tooth depth.
+
+Formulas of DIN 3960 / ISO 21771 unless said otherwise. Transverse section at mid-width; the helix turns it by
+z tan β / r about the axis. Angles of a profile count from the tooth's centre line.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nvhchain.dimensions import Angle, Length
+from nvhchain.errors import is_whole, require
+from nvhchain.gear.drawing.micro_geometry import MicroGeometry
+from nvhchain.handoff import FloatArray
+from nvhchain.kinds import check_fields
+
+USUAL_RACK_TIP_RADIUS = 0.38
+"""Tip radius of the basic rack ISO 53 type A, in normal modules; the default, or the largest that fits."""
+
+
+def involute(pressure_angle: ArrayLike) -> FloatArray:
+    """inv α = tan α − α."""
+    angle = np.asarray(pressure_angle, float)
+    return np.tan(angle) - angle
+
+
+@dataclass(frozen=True)
+class GearGeometry:
+    """Table data of one gear.
+
+    teeth: number of teeth.  normal_module: m.  normal_pressure_angle, helix_angle: rad, helix > 0 right-handed.
+    face_width, bore_radius: m.  profile_shift, addendum, dedendum, rack_tip_radius: in normal modules.
+    thickness_allowance: m, reduction of the normal tooth thickness at the reference circle (gives backlash).
+    tip_radius: m, when it differs from r + m_n (addendum + profile_shift).
+    micro: what is taken off the flanks.
+
+    Raises InputError for drawings that cannot be made (pointed tip, undercut, bore beyond the root).
+    """
+
+    teeth: int
+    normal_module: Length
+    normal_pressure_angle: Angle
+    helix_angle: Angle
+    face_width: Length
+    bore_radius: Length
+    profile_shift: float = 0.0
+    addendum: float = 1.0
+    dedendum: float = 1.25
+    rack_tip_radius: float | None = None
+    thickness_allowance: Length = 0.0
+    tip_radius: Length | None = None
+    micro: MicroGeometry = MicroGeometry()  # noqa: RUF009 (frozen)
+
+    def __post_init__(self) -> None:
+        z = self.teeth
+        require(is_whole(z) and z >= 5, f"teeth = {z!r}: a whole number from 5 upwards is needed")
+        object.__setattr__(self, "teeth", int(z))
+        check_fields(self)
+        for name, low, high, unit in (
+            ("normal_module", 1e-4, 0.1, "m"),
+            ("face_width", 1e-4, 2.0, "m"),
+            ("bore_radius", 1e-4, 5.0, "m"),
+            ("addendum", 0.1, 2.0, "normal modules"),
+            ("dedendum", 0.1, 2.5, "normal modules"),
+            ("profile_shift", -2.0, 2.0, "normal modules"),
+        ):
+            value = getattr(self, name)
+            require(low <= value <= high, f"{name} = {value} is outside {low:g}…{high:g} {unit}: give it in {unit}")
+        degrees = np.degrees(self.normal_pressure_angle)
+        require(8 <= degrees <= 40, f"normal_pressure_angle = {degrees:.4g}° is outside 8…40°: usual is 20°")
+        degrees = np.degrees(self.helix_angle)
+        require(abs(degrees) <= 45, f"helix_angle = {degrees:.4g}° is outside −45…45°: usual is 0…30°")
+        allowance = self.thickness_allowance
+        require(
+            abs(allowance) < 0.5 * self.normal_module,
+            f"thickness_allowance = {allowance:g} m exceeds half a module: give it in m",
+        )
+        self._check_rack()
+        self._check_circles()
+
+    def _check_rack(self) -> None:
+        largest, radius = self._largest_rack_tip_radius, self.rack_tip_radius_in_use
+        deepest = self._rack_half_width / np.tan(self.normal_pressure_angle)
+        require(
+            self.dedendum <= deepest,
+            f"dedendum = {self.dedendum:g} makes the rack tooth pointed: at most {deepest:.4g} normal modules, "
+            "or lower the pressure angle",
+        )
+        require(
+            0 <= radius <= largest + 1e-12,
+            f"rack_tip_radius = {radius:g} does not fit the rack tooth: at most {largest:.4g} normal modules",
+        )
+        depth = self.dedendum - radius * (1 - np.sin(self.normal_pressure_angle)) - self.profile_shift
+        admissible = self.pitch_radius / self.normal_module * np.sin(self.transverse_pressure_angle) ** 2
+        require(
+            depth <= admissible,
+            f"{self.teeth} teeth with profile_shift = {self.profile_shift:g} are undercut: "
+            f"raise profile_shift to at least {self.profile_shift + depth - admissible:.4g}",
+        )
+
+    def _check_circles(self) -> None:
+        tip, root, bore = self.tip_circle_radius, self.root_radius, self.bore_radius
+        require(
+            self.form_radius < tip < np.inf,
+            f"tip_radius = {tip:g} m does not lie above the usable flank ({self.form_radius:g} m): give it in m",
+        )
+        radius = np.linspace(tip, self.form_radius, 1000)
+        half = self.half_tooth_angle(radius)
+        require(
+            bool(half[0] > 0),
+            f"teeth are pointed at {np.interp(0.0, half, radius):g} m, below tip_radius = {tip:g} m: lower tip_radius, "
+            "addendum or profile_shift",
+        )
+        require(
+            bore < root - self.normal_module,
+            f"bore_radius = {bore:g} m leaves less than one module below the root circle ({root:g} m): "
+            f"at most {root - self.normal_module:g} m",
+        )
+        low, high = self.usable_flank
+        self.micro.check(high - low, 0.05 * self.normal_module)
+
+    @cached_property
+    def transverse_module(self) -> float:
+        """m_t = m_n / cos β, m."""
+        return float(self.normal_module / np.cos(self.helix_angle))
+
+    @cached_property
+    def pitch_radius(self) -> float:
+        """Reference radius r = z m_t / 2, m."""
+        return 0.5 * self.teeth * self.transverse_module
+
+    @cached_property
+    def transverse_pressure_angle(self) -> float:
+        """tan α_t = tan α_n / cos β, rad."""
+        return float(np.arctan(np.tan(self.normal_pressure_angle) / np.cos(self.helix_angle)))
+
+    @cached_property
+    def base_radius(self) -> float:
+        """r_b = r cos α_t, m."""
+        return float(self.pitch_radius * np.cos(self.transverse_pressure_angle))
+
+    @cached_property
+    def base_helix_angle(self) -> float:
+        """tan β_b = tan β cos α_t, rad; > 0 right-handed."""
+        return float(np.arctan(np.tan(self.helix_angle) * np.cos(self.transverse_pressure_angle)))
+
+    @property
+    def base_pitch(self) -> float:
+        """Transverse base pitch p_bt = 2π r_b / z, m."""
+        return 2 * np.pi * self.base_radius / self.teeth
+
+    @property
+    def tip_circle_radius(self) -> float:
+        """Tip radius in use, m."""
+        if self.tip_radius is not None:
+            return self.tip_radius
+        return self.pitch_radius + self.normal_module * (self.addendum + self.profile_shift)
+
+    @property
+    def root_radius(self) -> float:
+        """r − m_n (dedendum − profile_shift), m."""
+        return self.pitch_radius - self.normal_module * (self.dedendum - self.profile_shift)
+
+    @property
+    def rack_tip_radius_in_use(self) -> float:
+        """Rack tip radius in use, normal modules."""
+        if self.rack_tip_radius is not None:
+            return self.rack_tip_radius
+        return min(USUAL_RACK_TIP_RADIUS, self._largest_rack_tip_radius)
+
+    @property
+    def _largest_rack_tip_radius(self) -> float:
+        """Full fillet: the tip arc takes the whole half width of the rack tooth at its tip."""
+        angle = self.normal_pressure_angle
+        half_width = self._rack_half_width - self.dedendum * np.tan(angle)
+        return float(half_width * np.cos(angle) / (1 - np.sin(angle)))
+
+    @property
+    def _rack_half_width(self) -> float:
+        """Half width of the rack tooth (it cuts the gear's space) on its datum line, normal modules."""
+        return np.pi / 4 + 0.5 * self.thickness_allowance / self.normal_module
+
+    @property
+    def pitch_angle(self) -> float:
+        """Angle from tooth to tooth 2π/z, rad."""
+        return 2 * np.pi / self.teeth
+
+    @property
+    def twist(self) -> float:
+        """Turn of the transverse section per length, tan β / r, rad/m; > 0 right-handed."""
+        return float(np.tan(self.helix_angle) / self.pitch_radius)
+
+    def pressure_angle_at(self, radius: ArrayLike) -> FloatArray:
+        """Transverse pressure angle α_r = arccos(r_b / r) of the flank at `radius` (m, ≥ r_b), rad."""
+        return np.arccos(np.minimum(self.base_radius / np.asarray(radius, float), 1.0))
+
+    def roll_angle_at(self, radius: ArrayLike) -> FloatArray:
+        """Roll angle tan α_r of the flank at `radius` (m), rad."""
+        return np.tan(self.pressure_angle_at(radius))
+
+    def radius_at(self, roll_angle: ArrayLike) -> FloatArray:
+        """Radius of the flank at `roll_angle` (rad), m."""
+        return self.base_radius * np.hypot(1.0, np.asarray(roll_angle, float))
+
+    def half_tooth_angle(self, radius: ArrayLike) -> FloatArray:
+        """Angle ψ from the tooth's centre line to its involute at `radius` (m), rad.
+
+        ψ = s_t/(2 r) + inv α_t − inv α_r with s_n = m_n (π/2 + 2 x tan α_n) − allowance.
+        """
+        thickness = self.normal_module * (np.pi / 2 + 2 * self.profile_shift * np.tan(self.normal_pressure_angle))
+        half = 0.5 * (thickness - self.thickness_allowance) / np.cos(self.helix_angle) / self.pitch_radius
+        return half + involute(self.transverse_pressure_angle) - involute(self.pressure_angle_at(radius))
+
+    def depth_to_centre_line(self, radius: ArrayLike) -> FloatArray:
+        """Depth h along the flank's inward normal from `radius` (m) to the tooth's centre-line surface, m.
+
+        Along the normal the point keeps to the tangent of the base circle and moves by sin β_b along the axis;
+        h is the distance at which its angle meets that of the (helical) centre-line surface.
+        """
+        alpha, psi = self.pressure_angle_at(radius), self.half_tooth_angle(radius)
+        base, tilt = self.base_radius, self.base_helix_angle
+        roll = np.tan(alpha)
+        depth = base * (roll - np.tan(alpha - psi)) * np.cos(tilt)
+        for _ in range(4):  # Newton; the start is exact without helix and within tan²β_b of the root
+            along = roll - depth * np.cos(tilt) / base
+            angle = psi - alpha + np.arctan(along) - depth * np.sin(tilt) * np.tan(tilt) / base
+            slope = -np.cos(tilt) / base / (1 + along**2) - np.sin(tilt) * np.tan(tilt) / base
+            depth = depth - angle / slope
+        return depth
+
+    @cached_property
+    def form_radius(self) -> float:
+        """Radius where the involute ends and the root fillet begins, m."""
+        return float(self.fillet(0.0)[0])
+
+    @cached_property
+    def usable_flank(self) -> tuple[float, float]:
+        """Rolled length √(r² − r_b²) of form and tip circle, m."""
+        low, high = (
+            self.base_radius * float(self.roll_angle_at(r)) for r in (self.form_radius, self.tip_circle_radius)
+        )
+        return low, high
+
+    def removed(self, radius: FloatArray, axial: FloatArray, *, drive: bool) -> FloatArray:
+        """Material removed from the drive or coast flank along its normal, m, at `radius` and `axial`, m."""
+        flank = self.micro.drive if drive else self.micro.coast
+        rolled = self.base_radius * self.roll_angle_at(radius)
+        return flank.removed(rolled, self.usable_flank, axial, self.face_width)
+
+    def fillet(self, fraction: ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """Root fillet cut by the rack's tip arc: (radius in m, angle from the tooth's centre line in rad).
+
+        fraction: 0 at the end of the involute, 1 on the root circle. The arc of the normal section is stretched by
+        1/cos β in the transverse one; each of its points cuts where its normal passes through the pitch point.
+        """
+        alpha, rho = self.normal_pressure_angle, self.rack_tip_radius_in_use
+        turn = alpha + np.asarray(fraction, float) * (np.pi / 2 - alpha)  # of the arc's normal, from flank to tip
+        module, slant = self.normal_module, np.cos(self.helix_angle)
+        corner = self._rack_half_width - self.dedendum * np.tan(alpha) - rho * (1 - np.sin(alpha)) / np.cos(alpha)
+        across = module * (corner + rho * np.cos(turn)) / slant
+        height = module * (self.profile_shift - self.dedendum + rho * (1 - np.sin(turn)))
+        # normal (cos turn, −sin turn) in the normal section; its first component shrinks with cos β in the transverse
+        shift = -height * slant * np.cos(turn) / np.sin(turn) - across
+        x, y = across + shift, self.pitch_radius + height
+        from_space = np.arctan2(x, y) - shift / self.pitch_radius
+        return np.hypot(x, y), np.pi / self.teeth - from_space

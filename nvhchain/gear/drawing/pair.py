@@ -1,0 +1,212 @@
+"""A pair of external involute gears: its working geometry, the path of contact, backlash, and what it refuses.
+
+The pinion drives and turns counter-clockwise about +z (sense +1) or clockwise (−1), the wheel the other way.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from math import acos, cos, degrees, lcm, pi, sin, sqrt, tan
+
+import numpy as np
+
+from nvhchain.errors import InputError, require
+from nvhchain.gear.drawing.body import GearBody
+from nvhchain.gear.drawing.geometry import GearGeometry, involute
+from nvhchain.gear.drawing.misalignment import Misalignment
+from nvhchain.gear.drawing.tip_edge_gap import extension
+from nvhchain.handoff import FloatArray
+from nvhchain.kinds import check_arguments, check_fields
+
+DRIVE, BACK = 0, 1
+
+
+@dataclass(frozen=True, eq=False)
+class GearPair:
+    """Pinion and wheel at a centre distance, m; the wheel's tooth 0 touches at the pitch point at wheel angle 0.
+
+    sense: +1 where the pinion, driving, turns counter-clockwise about +z, −1 clockwise.
+    misalignment: angles between the axes.
+    Raises InputError for gears that cannot run together.
+    """
+
+    pinion: GearBody
+    wheel: GearBody
+    centre_distance: float
+    sense: int = 1
+    misalignment: Misalignment = Misalignment()  # noqa: RUF009 (frozen)
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        p, w, a = self.pinion.geometry, self.wheel.geometry, self.centre_distance
+        require(self.sense in (1, -1), f"sense = {self.sense}: +1 (counter-clockwise about z) or -1")
+        require(
+            abs(p.normal_module * cos(p.normal_pressure_angle) / (w.normal_module * cos(w.normal_pressure_angle)) - 1)
+            < 1e-6,
+            f"base pitches differ: modules {1e3 * p.normal_module:g} and {1e3 * w.normal_module:g} mm, pressure angles "
+            f"{degrees(p.normal_pressure_angle):g} and {degrees(w.normal_pressure_angle):g}°: give both gears the same",
+        )
+        require(
+            abs(p.base_helix_angle + w.base_helix_angle) < 1e-6,
+            f"helix angles {degrees(p.helix_angle):g} and {degrees(w.helix_angle):g}° do not mesh: "
+            "give them opposite hands",
+        )
+        lowest = p.base_radius + w.base_radius
+        require(
+            a > lowest,
+            f"centre_distance = {1e3 * a:g} mm is not beyond the base circles' {1e3 * lowest:g} mm: increase it",
+        )
+        for name, gear, other in (("pinion", p, w), ("wheel", w, p)):
+            clearance = a - gear.tip_circle_radius - other.root_radius
+            require(
+                clearance >= 0,
+                f"tip of the {name} reaches {-1e3 * clearance:.3g} mm into the mating root: increase centre_distance "
+                "or reduce its addendum",
+            )
+        for name, gear, lowest_contact in (("pinion", p, self.path[0]), ("wheel", w, self.line_length - self.path[1])):
+            limit = sqrt(max(gear.form_radius**2 - gear.base_radius**2, 0.0))
+            require(
+                lowest_contact >= limit,
+                f"mating tip meets the {name} {1e3 * (limit - lowest_contact):.3g} mm below the start of its involute: "
+                f"use more teeth, a larger profile_shift or a smaller mating addendum",
+            )
+        require(
+            self.transverse_contact_ratio > 0 and self.total_contact_ratio >= 1,
+            f"contact ratio {self.total_contact_ratio:.3f} is below 1: reduce centre_distance or increase the addenda",
+        )
+        require(
+            self.backlash >= -1e-9,
+            f"backlash is {1e6 * self.backlash:.1f} µm, the flanks jam: increase centre_distance "
+            "or thickness_allowance",
+        )
+
+    @property
+    def geometries(self) -> tuple[GearGeometry, GearGeometry]:
+        """Of pinion and wheel."""
+        return self.pinion.geometry, self.wheel.geometry
+
+    @cached_property
+    def base_radius(self) -> FloatArray:
+        """(2,) m, pinion and wheel."""
+        return np.array([g.base_radius for g in self.geometries])
+
+    @cached_property
+    def working_pressure_angle(self) -> float:
+        """α_wt, rad, transverse: cos α_wt = (r_bP + r_bG)/a."""
+        return acos(float(self.base_radius.sum()) / self.centre_distance)
+
+    @property
+    def base_helix_angle(self) -> float:
+        """β_b, rad, > 0 where the pinion is right-handed."""
+        return self.pinion.geometry.base_helix_angle
+
+    @property
+    def face_width(self) -> float:
+        """Common face width, m; both gears are centred on the same plane."""
+        return min(g.face_width for g in self.geometries)
+
+    @property
+    def base_pitch(self) -> float:
+        """Transverse base pitch p_bt, m."""
+        return 2 * pi * float(self.base_radius[1]) / self.wheel.geometry.teeth
+
+    @property
+    def line_length(self) -> float:
+        """Distance between the base tangent points, a sin α_wt, m."""
+        return self.centre_distance * sin(self.working_pressure_angle)
+
+    @property
+    def pitch_point(self) -> float:
+        """s_C, m."""
+        return float(self.base_radius[0]) * tan(self.working_pressure_angle)
+
+    @cached_property
+    def path(self) -> tuple[float, float]:
+        """(s_A, s_E), m: where the wheel's tip and the pinion's tip cross the line of action."""
+        p, w = self.geometries
+        return (
+            self.line_length - sqrt(w.tip_circle_radius**2 - w.base_radius**2),
+            sqrt(p.tip_circle_radius**2 - p.base_radius**2),
+        )
+
+    def edge(self, gear: int) -> tuple[float, float, float, float, float]:
+        """What `edge_gap` wants of the tip edge of the pinion (0) or the wheel (1)."""
+        own, mating = (float(r) for r in self.base_radius[[gear, 1 - gear]])
+        return own, mating, self.geometries[gear].tip_circle_radius, self.line_length, self.centre_distance
+
+    def extensions(self, corner_gap: float) -> tuple[float, float]:
+        """Lengths, m, before and after the path where tip edges miss the flank by less than `corner_gap`, m."""
+        return extension(corner_gap, *self.edge(1)), extension(corner_gap, *self.edge(0))
+
+    @property
+    def transverse_contact_ratio(self) -> float:
+        """ε_α."""
+        return (self.path[1] - self.path[0]) / self.base_pitch
+
+    @property
+    def overlap_ratio(self) -> float:
+        """ε_β."""
+        return self.face_width * abs(tan(self.base_helix_angle)) / self.base_pitch
+
+    @property
+    def total_contact_ratio(self) -> float:
+        """ε_γ."""
+        return self.transverse_contact_ratio + self.overlap_ratio
+
+    @cached_property
+    def working_thickness(self) -> tuple[float, float]:
+        """Tooth thickness of pinion and wheel on the working pitch circles, transverse arc, m."""
+        radii = self.base_radius / cos(self.working_pressure_angle)
+        p, w = (2 * r * float(g.half_tooth_angle(r)) for g, r in zip(self.geometries, radii, strict=True))
+        return p, w
+
+    @cached_property
+    def backlash(self) -> float:
+        """Normal backlash j_bn, m: what δ travels between the two flanks."""
+        working_pitch = self.base_pitch / cos(self.working_pressure_angle)
+        transverse = (working_pitch - sum(self.working_thickness)) * cos(self.working_pressure_angle)
+        return transverse * cos(self.base_helix_angle)
+
+    @property
+    def mesh_period(self) -> float:
+        """Wheel angle of one tooth, rad."""
+        return 2 * pi / self.wheel.geometry.teeth
+
+    @property
+    def meshes_per_body_period(self) -> int:
+        """Mesh periods after which the same sector positions of both blanks meet again."""
+        return lcm(self.pinion.sector, self.wheel.sector)
+
+    @property
+    def body_period(self) -> float:
+        """Wheel angle, rad, of `meshes_per_body_period`."""
+        return self.meshes_per_body_period * self.mesh_period
+
+    def normal_force(self, pinion_torque: float) -> float:
+        """Force along the flank normal, N, that carries `pinion_torque`, N m: T/(r_bP cos β_b)."""
+        return pinion_torque / (float(self.base_radius[0]) * cos(self.base_helix_angle))
+
+
+def nominal_centre_distance(pinion: GearGeometry, wheel: GearGeometry) -> float:
+    """Centre distance, m, at which gears without thickness allowance run free of backlash.
+
+    inv α_wt = inv α_t + 2 tan α_n (x₁ + x₂)/(z₁ + z₂).  Raises InputError when there is none.
+    """
+    check_arguments(nominal_centre_distance, locals())
+    alpha = pinion.transverse_pressure_angle
+    target = float(involute(alpha)) + 2 * tan(pinion.normal_pressure_angle) * (
+        pinion.profile_shift + wheel.profile_shift
+    ) / (pinion.teeth + wheel.teeth)
+    require(
+        0 < target < 2,
+        f"profile shifts {pinion.profile_shift:g} and {wheel.profile_shift:g} leave no working pressure angle: "
+        "bring their sum closer to zero",
+    )
+    working = (3 * target) ** (1 / 3)
+    for _ in range(100):
+        change = (float(involute(working)) - target) / tan(working) ** 2
+        working -= change
+        if abs(change) < 1e-14:
+            return (pinion.base_radius + wheel.base_radius) / cos(working)
+    raise InputError(f"no working pressure angle found for inv α = {target:g}")

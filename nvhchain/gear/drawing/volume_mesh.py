@@ -1,0 +1,155 @@
+"""A whole gear meshed elsewhere: quadratic solid elements with tagged bore and flanks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from nvhchain.errors import InputError, require
+from nvhchain.fem.elements import reference_element
+from nvhchain.gear.drawing.geometry import GearGeometry
+from nvhchain.handoff import FloatArray, IntArray
+
+ELEMENT_NODES = {"tet10": 10, "hex20": 20}
+
+OFF_FLANK = 0.05
+"""Normal modules by which flank nodes may miss the drawn involute: micro-geometry's largest, and chords of elements."""
+
+_LOPSIDED = 0.01
+"""Part of the polar moment of inertia in a pattern that `order` forbids: above tetrahedra's scatter and balancing
+holes, below any openings that bend a rim."""
+
+_UNIT = 1.5
+"""Ratio of tip radii, meshed and drawn, beyond which the unit is wrong."""
+
+
+@dataclass(frozen=True, eq=False)
+class VolumeMesh:
+    """Stands in a `GearBody` for the blank; the geometry beside it says what the teeth are.
+
+    Frame of `FlankCompliance`: z along the shaft from mid-width, tooth 0 on the x axis at z = 0.
+    nodes: (n, 3) m.  elements: (m, k) node numbers in the order of VTK.  kind: `tet10` or `hex20`.
+    bore, flanks: node numbers of the held bore and of all flanks.
+    order: of the rotational symmetry of the body, 1 for none; only teeth of one sector are computed.
+
+    Raises InputError for inverted elements, missing tags and nodes outside the mesh.
+    """
+
+    nodes: FloatArray
+    elements: IntArray
+    kind: str
+    bore: IntArray
+    flanks: IntArray
+    order: int = 1
+
+    def __post_init__(self) -> None:
+        require(
+            self.kind in ELEMENT_NODES,
+            f"elements of kind {self.kind!r}: quadratic ones are needed, tet10 or hex20; raise the order of the mesh",
+        )
+        require(self.order >= 1, f"order = {self.order} of the rotational symmetry must be at least 1 (none)")
+        shape, count = np.shape(self.elements), len(self.nodes)
+        require(
+            len(shape) == 2 and shape[1] == ELEMENT_NODES[self.kind] and shape[0] > 0,
+            f"elements have shape {shape}: (m, {ELEMENT_NODES[self.kind]}) is needed for {self.kind}",
+        )
+        for name in ("elements", "bore", "flanks"):
+            numbers = np.asarray(getattr(self, name))
+            require(numbers.size > 0, f"the mesh has no {name}: tag the nodes of the bore and of all flanks")
+            require(
+                bool(numbers.min() >= 0 and numbers.max() < count),
+                f"{name} refer to nodes {numbers.min()}…{numbers.max()}, but there are {count}",
+            )
+        require(bool(np.isfinite(self.nodes).all()), "the mesh has nodes that are not finite")
+        bad = np.flatnonzero((self._volumes <= 0).any(axis=1))
+        if len(bad):
+            raise InputError(
+                f"{len(bad)} of {shape[0]} elements are inverted or without volume, first {bad[0]}: repair the mesh or "
+                "its node order"
+            )
+
+    @property
+    def symmetry(self) -> int:
+        """Order of the rotational symmetry."""
+        return self.order
+
+    @property
+    def web(self) -> None:
+        """Not known as such."""
+
+    @property
+    def cutouts(self) -> None:
+        """Not known as such."""
+
+    @cached_property
+    def _volumes(self) -> FloatArray:
+        """(m, q) m³ of the quadrature points."""
+        reference = reference_element(self.kind)
+        jacobian = np.einsum("mna,qnb->mqab", self.nodes[self.elements], reference.mass_gradient, optimize=True)
+        return np.asarray(np.linalg.det(jacobian) * reference.mass_weight)
+
+    @property
+    def _points(self) -> FloatArray:
+        """(3, m, q) m, the quadrature points."""
+        points = np.einsum("qn,mna->mqa", reference_element(self.kind).mass_shape, self.nodes[self.elements])
+        return np.moveaxis(points, -1, 0)
+
+    def moments(self) -> tuple[float, float, float, float]:
+        """∫dV (m³), ∫(x² + y²)dV (m⁵), ∫z dV (m⁴) and ∫z² dV (m⁵)."""
+        (x, y, z), volume = self._points, self._volumes
+        values = (np.ones(volume.shape), x**2 + y**2, z, z**2)
+        return tuple(float((volume * value).sum()) for value in values)  # type: ignore[return-value]
+
+    def check(self, gear: GearGeometry) -> None:
+        """Refuse a mesh that is not of this gear: wrong unit, turned, shifted, or with other flanks or another bore, or
+        another symmetry than `order`."""
+        tip = float(np.hypot(*self.nodes[:, :2].T).max())
+        ratio = tip / gear.tip_circle_radius
+        require(
+            1 / _UNIT < ratio < _UNIT,
+            f"the mesh reaches to r = {tip:.4g} m, the drawn tip circle to {gear.tip_circle_radius:.4g} m: give the "
+            f"unit of its coordinates, scale = {1 / ratio:.3g} or so",
+        )
+        bore = np.hypot(*self.nodes[self.bore, :2].T)
+        require(
+            bool(np.abs(bore - gear.bore_radius).max() < OFF_FLANK * gear.normal_module),
+            f"bore nodes lie at r = {1e3 * bore.min():.4g}…{1e3 * bore.max():.4g} mm, the drawn bore at "
+            f"{1e3 * gear.bore_radius:.4g} mm: tag the bore alone or correct bore_radius",
+        )
+        radius, _, offset, _ = self.places(gear)
+        on = self.flanks[radius[self.flanks] > gear.form_radius * (1 - 1e-9)]
+        off = radius[on] * np.abs(np.abs(offset[on]) - gear.half_tooth_angle(radius[on]))
+        require(
+            len(on) > 0 and float(off.max()) < OFF_FLANK * gear.normal_module,
+            f"flank nodes lie up to {1e3 * float(off.max(initial=0.0)):.3g} mm off the drawn involutes, "
+            f"{1e3 * OFF_FLANK * gear.normal_module:.3g} mm at most: put tooth 0 on the x axis at mid-width, z along "
+            "the shaft, and check teeth, module, helix and profile shift",
+        )
+
+        share, pattern = self._lopsided(gear.teeth)
+        require(
+            share < _LOPSIDED,
+            f"order = {self.order} of the rotational symmetry is not that of the mesh: {100 * share:.2g} % of its "
+            f"polar moment of inertia lies in a {pattern}-fold pattern: give the order that all openings have, or 1",
+        )
+
+    def _lopsided(self, teeth: int) -> tuple[float, int]:
+        """Largest |∫ r² e^{ikφ} dV| over ∫ r² dV of the k < z that a body of this order does not have, and that k."""
+        x, y, _ = self._points
+        weight = self._volumes * (x**2 + y**2)
+        once = (x + 1j * y) / np.hypot(x, y)
+        total, turned, worst = weight.sum(), weight.astype(complex), (0.0, 0)
+        for k in range(1, teeth if self.order > 1 else 0):
+            turned = turned * once
+            if k % self.order:
+                worst = max(worst, (float(abs(turned.sum())) / total, k))
+        return worst
+
+    def places(self, gear: GearGeometry) -> tuple[FloatArray, IntArray, FloatArray, FloatArray]:
+        """Of every node: radius m, number of the nearest tooth 0 … z − 1, angle from its centre line rad, axial m."""
+        x, y, z = self.nodes.T
+        straight = np.arctan2(y, x) - gear.twist * z
+        tooth = np.round(straight / gear.pitch_angle).astype(np.int64)
+        return np.hypot(x, y), tooth % gear.teeth, straight - tooth * gear.pitch_angle, z

@@ -1,0 +1,1 @@
+"""Finite element meshes of gears."""

@@ -1,0 +1,180 @@
+"""Solid mesh of a gear: the transverse meshes swept along the axis into layers of 20-node bricks.
+
+The helix turns teeth and root rigidly with z; below the root circle the twist fades, linearly in r, to nothing where
+the solid rim ends, so that web, openings and bore stay straight. Likewise the layers are even under the teeth and
+meet the faces of the web at its rim.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import ceil
+
+import numpy as np
+
+from nvhchain.errors import require
+from nvhchain.fidelity import GearFidelity
+from nvhchain.gear.drawing.blank import Web
+from nvhchain.gear.drawing.body import GearBody
+from nvhchain.gear.drawing.volume_mesh import VolumeMesh
+from nvhchain.gear.elements.blank_mesh import WEB_GROWTH, BlankMesh, blank_mesh, innermost_solid, rows_over_even
+from nvhchain.gear.elements.grading import Grading
+from nvhchain.gear.elements.pitch_mesh import PitchMesh, pitch_mesh
+from nvhchain.gear.elements.plane_mesh import BoolArray, PlaneMesh
+from nvhchain.handoff import FloatArray, IntArray
+
+_THIN, _IN_WEB, _FLAT = 0.3, 0.4, 0.3
+"""Webs to which less than the first part of the layers would fall are thin and bend about their ends: they get the
+second part of them, and no fewer than two, but none flatter than the third part of an even one."""
+
+
+@dataclass(frozen=True, eq=False)
+class SolidMesh:
+    """20-node bricks on levels: even levels are layer faces, odd ones the middles of layers.
+
+    nodes: (n, 3) m.  angle: (n,) rad, of each node about the axis.  elements: (m, 20) in the order of VTK.
+    index: (levels, plane nodes) node number, −1 where there is none.
+    """
+
+    nodes: FloatArray
+    angle: FloatArray
+    elements: IntArray
+    index: IntArray
+
+    def on(self, plane_nodes: IntArray) -> IntArray:
+        """Solid nodes above and below `plane_nodes`, level by level."""
+        stacked = self.index[:, plane_nodes]
+        return stacked[stacked >= 0]
+
+
+@dataclass(frozen=True, eq=False)
+class GearMesh:
+    """One pitch of teeth (of all alike) and the blank: transverse and solid.
+
+    in_sector: (m,) bricks of the blank under the first sector of teeth.
+    """
+
+    pitch: PitchMesh
+    blank: BlankMesh
+    pitch_solid: SolidMesh
+    blank_solid: SolidMesh
+    in_sector: BoolArray
+
+
+def gear_mesh(body: GearBody, fidelity: GearFidelity) -> GearMesh:
+    """Mesh `body`; raises InputError when the fidelity is too coarse for the blank."""
+    rim, (pitch, pitch_solid) = innermost_solid(body), tooth_mesh(body, fidelity)
+    blank = blank_mesh(body, pitch.inner_radius, fidelity)
+    stations, in_web = _stations(body, fidelity)
+    present = np.ones((len(in_web), len(blank.plane.quads)), dtype=bool)
+    present[:, blank.in_web] = in_web[:, None]
+    return GearMesh(
+        pitch=pitch,
+        blank=blank,
+        pitch_solid=pitch_solid,
+        blank_solid=_swept(body, blank.plane, rim, pitch.inner_radius, stations, present),
+        in_sector=np.broadcast_to(blank.in_sector, present.shape)[present],
+    )
+
+
+def tooth_mesh(body: GearBody, fidelity: GearFidelity) -> tuple[PitchMesh, SolidMesh]:
+    """One pitch of teeth alone, transverse and solid."""
+    rim = innermost_solid(body)
+    pitch = pitch_mesh(body.geometry, rim, fidelity)
+    stations, in_web = _stations(body, fidelity)
+    present = np.ones((len(in_web), len(pitch.plane.quads)), dtype=bool)
+    return pitch, _swept(body, pitch.plane, rim, pitch.inner_radius, stations, present)
+
+
+def bricks_over_even(body: GearBody, fidelity: GearFidelity) -> float:
+    """Bricks of the blank over those of one with even rows and layers: about what its thin web takes more.
+
+    1 for gears meshed elsewhere.
+    """
+    if isinstance(body.blank, VolumeMesh):
+        return 1.0
+    pitch, (stations, _) = pitch_mesh(body.geometry, innermost_solid(body), fidelity), _stations(body, fidelity)
+    return rows_over_even(body, pitch.inner_radius, fidelity) * (len(stations) - 1) / fidelity.width_layers
+
+
+def _stations(body: GearBody, fidelity: GearFidelity) -> tuple[FloatArray, BoolArray]:
+    """Layer faces (m) at the rim's inner radius, and which layers the web fills."""
+    even = np.linspace(-0.5, 0.5, fidelity.width_layers + 1) * body.geometry.face_width
+    web = body.blank.web
+    return (even, np.ones(fidelity.width_layers, dtype=bool)) if web is None else _web_layers(web, even)
+
+
+def _swept(
+    body: GearBody, plane: PlaneMesh, rim: float, even_from: float, stations: FloatArray, cells: BoolArray
+) -> SolidMesh:
+    """Sweep `plane`; layers change from `stations` at the rim's inner radius to even ones at `even_from`, m."""
+    even = np.linspace(stations[0], stations[-1], len(stations))
+    above = np.clip((plane.radius - rim) / (even_from - rim), 0.0, 1.0)
+    z = stations[:, None] + above * (even - stations)[:, None]
+    turn = np.clip((plane.radius - rim) / (body.geometry.root_radius - rim), 0.0, 1.0)
+    return _sweep(plane, z, body.geometry.twist * turn, cells)
+
+
+def _web_layers(web: Web, even: FloatArray) -> tuple[FloatArray, BoolArray]:
+    """Layer faces (m) that meet the web's faces, and which layers the web fills."""
+    layers, width = len(even) - 1, even[-1] - even[0]
+    low, high = web.offset - 0.5 * web.thickness, web.offset + 0.5 * web.thickness
+    below, above = low - even[0] > 1e-6 * width, even[-1] - high > 1e-6 * width
+    require(
+        layers >= 1 + below + above,
+        f"width_layers = {layers} cannot resolve the web: at least {1 + below + above} are needed",
+    )
+    if round(web.thickness / width * layers) < ceil(_THIN * layers):
+        count = max(2, round(web.thickness / width * layers / _FLAT))
+        return _thin_web_layers(low, high, even, min(count, ceil(_IN_WEB * layers)))
+    count = max(1, min(round(web.thickness / width * layers), layers - below - above))
+    first = round((low - even[0]) / width * layers)
+    first = min(max(first, int(below)), layers - int(above) - count) if below else 0
+    if not above:
+        count = layers - first
+    knots = [0, first, first + count, layers]
+    faces = [even[0], low, high, even[-1]]
+    stations = np.interp(np.arange(layers + 1), *np.unique([knots, faces], axis=1))
+    filled = np.zeros(layers, dtype=bool)
+    filled[first : first + count] = True
+    return stations, filled
+
+
+def _thin_web_layers(low: float, high: float, even: FloatArray, count: int) -> tuple[FloatArray, BoolArray]:
+    """`count` layers of a web from z = `low` to `high`, m, and beside it layers that grow to even ones."""
+    fine, size = (high - low) / count, even[1] - even[0]
+    below, above = (Grading(face, fine, 0.0, WEB_GROWTH, max(size, fine)) for face in (low, high))
+    before = below.ends(even[0], low) if low - even[0] > 1e-3 * fine else np.array([low])
+    after = above.ends(high, even[-1]) if even[-1] - high > 1e-3 * fine else np.array([high])
+    stations = np.concatenate([before, np.linspace(low, high, count + 1)[1:-1], after])
+    filled = np.zeros(len(stations) - 1, dtype=bool)
+    filled[len(before) - 1 : len(before) - 1 + count] = True
+    return stations, filled
+
+
+def _sweep(plane: PlaneMesh, z: FloatArray, twist: FloatArray, present: BoolArray) -> SolidMesh:
+    """Stack `plane` on the layer faces z (layers + 1, n) m, turned by twist (n,) rad/m · z.
+
+    present: (layers, quads) which bricks exist.
+    """
+    n, layers = len(plane.radius), len(z) - 1
+    levels = np.empty((2 * layers + 1, n))
+    levels[::2], levels[1::2] = z, 0.5 * (z[:-1] + z[1:])
+    quads = plane.quads
+    corners, edges = quads[:, :4], quads[:, 4:]
+    low = 2 * n * np.arange(layers)[:, None, None]
+    bricks = np.concatenate(
+        [low + corners, low + 2 * n + corners, low + edges, low + 2 * n + edges, low + n + corners], axis=2
+    )[present]
+    used, number = np.unique(bricks, return_inverse=True)
+    index = np.full(levels.size, -1)
+    index[used] = np.arange(len(used))
+    height, flat = levels.ravel()[used], used % n
+    angle = plane.angle[flat] + twist[flat] * height
+    radius = plane.radius[flat]
+    return SolidMesh(
+        nodes=np.column_stack([radius * np.cos(angle), radius * np.sin(angle), height]),
+        angle=angle,
+        elements=number.reshape(bricks.shape),
+        index=index.reshape(levels.shape),
+    )

@@ -1,0 +1,101 @@
+"""Points inside a mesh of quadratic solids: which element holds them, and what its nodes say there."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.spatial import cKDTree
+
+from nvhchain.errors import InputError
+from nvhchain.fem.elements import hex20_shape, tet10_shape
+from nvhchain.gear.elements.gear_mesh import SolidMesh
+from nvhchain.handoff import FloatArray, IntArray
+
+_CANDIDATES = 24
+"""Elements, by distance of their centres, among which the one that holds a point is looked for."""
+
+_NEWTON_STEPS = 12
+"""For the place in an element; from its middle four are usual."""
+
+_INSIDE = 1e-9
+"""Rounding, in half elements, by which a point on a face may lie outside and still be found at once."""
+
+_OUTSIDE = 0.1
+"""How far, in half elements, a point on a drawn surface may miss the mesh, whose faces are parabolas."""
+
+
+class ElementSearch:
+    """Elements (m, k) of `kind` `hex20` or `tet10` on `nodes` (n, 3) m, sorted for searching."""
+
+    def __init__(self, nodes: FloatArray, elements: IntArray, kind: str = "hex20") -> None:
+        self._nodes, self._elements, self._brick = nodes, elements, kind == "hex20"
+        self._functions = hex20_shape if self._brick else tet10_shape
+        self._tree = cKDTree(nodes[elements].mean(axis=1))
+
+    def shape(self, place: FloatArray) -> FloatArray:
+        """(p, k) shape functions at places (p, 3) in the reference element."""
+        return self._functions(place)[0]
+
+    def find(self, points: FloatArray) -> tuple[IntArray, FloatArray]:
+        """(n,) element that holds each of `points` (n, 3) m, and (n, 3) its place in the reference element.
+
+        Raises InputError for a point outside the mesh.
+        """
+        points = np.asarray(points, float)
+        candidates = self._tree.query(points, k=range(1, min(_CANDIDATES, self._tree.n) + 1))[1]
+        best, place, element = np.full(len(points), np.inf), np.zeros((len(points), 3)), np.zeros(len(points), np.int64)
+        for column in candidates.T:
+            at = np.flatnonzero(best > _INSIDE)  # those not yet found
+            if not len(at):
+                break
+            xi = self._place(points[at], column[at])
+            outside = self._outside(xi)
+            better = outside < best[at]
+            kept = at[better]
+            best[kept], place[kept], element[kept] = outside[better], xi[better], column[kept]
+        worst = int(np.argmax(best))
+        if best[worst] > _OUTSIDE:
+            where = ", ".join(f"{1e3 * c:.4g}" for c in points[worst])
+            raise InputError(
+                f"the point ({where}) mm lies outside the mesh by {best[worst]:.2g} of half an element: "
+                "raise the refinement of the mesh or move the point"
+            )
+        if self._brick:
+            return element, np.clip(place, -1.0, 1.0)
+        share = np.clip(np.column_stack([1 - place.sum(axis=1), place]), 0.0, None)
+        return element, share[:, 1:] / share.sum(axis=1, keepdims=True)
+
+    def _outside(self, place: FloatArray) -> FloatArray:
+        """Half elements by which places lie outside; negative inside."""
+        if self._brick:
+            return np.asarray(np.abs(place).max(axis=1) - 1.0)
+        return np.asarray(2 * np.maximum(-place.min(axis=1), place.sum(axis=1) - 1.0))
+
+    def _place(self, points: FloatArray, element: IntArray) -> FloatArray:
+        """Newton for x(ξ) = point in one element per point."""
+        corners = self._nodes[self._elements[element]]
+        xi = np.full((len(points), 3), 0.0 if self._brick else 0.25)
+        for _ in range(_NEWTON_STEPS):
+            shape, gradient = self._functions(xi)
+            miss = points - np.einsum("pn,pna->pa", shape, corners)
+            jacobian = np.einsum("pna,pnb->pab", corners, gradient)
+            xi = np.clip(xi + np.linalg.solve(jacobian, miss[..., None])[..., 0], -2.0, 2.0)
+        return xi
+
+
+def interpolation(solid: SolidMesh, points: FloatArray, angle: FloatArray) -> sp.csr_matrix:
+    """(3 n, unknowns of the mesh): displacement at `points` (n, 3) m, both in cylindrical axes.
+
+    angle: (n,) rad, of the axes at the points.
+    """
+    search = ElementSearch(solid.nodes, solid.elements)
+    element, xi = search.find(points)
+    shape, nodes = search.shape(xi), solid.elements[element]
+    turn = solid.angle[nodes] - angle[:, None]
+    c, s, zero, one = np.cos(turn), np.sin(turn), np.zeros(turn.shape), np.ones(turn.shape)
+    axes = np.stack([np.stack(row, axis=-1) for row in ((c, -s, zero), (s, c, zero), (zero, zero, one))], axis=-2)
+    value = shape[..., None, None] * axes  # (n, 20, to, from)
+    rows = np.broadcast_to(3 * np.arange(len(points))[:, None, None, None] + np.arange(3)[:, None], value.shape)
+    columns = np.broadcast_to(3 * nodes[..., None, None] + np.arange(3), value.shape)
+    size = (3 * len(points), 3 * len(solid.nodes))
+    return sp.csr_matrix((value.ravel(), (rows.ravel(), columns.ravel())), shape=size)

@@ -1,0 +1,42 @@
+"""An own mesh as one undivided volume mesh: for other programs, and to check the divided one."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.spatial import cKDTree
+
+from nvhchain.fidelity import GearFidelity
+from nvhchain.gear.drawing.body import GearBody
+from nvhchain.gear.drawing.volume_mesh import VolumeMesh
+from nvhchain.gear.elements.gear_mesh import gear_mesh
+
+_SAME = 1e-6
+"""Normal modules within which nodes of neighbouring parts are one."""
+
+
+def whole_mesh(body: GearBody, fidelity: GearFidelity) -> VolumeMesh:
+    """The blank and all teeth of `body` in Cartesian axes; the blank's nodes come first."""
+    gear, mesh = body.geometry, gear_mesh(body, fidelity)
+    pitch, blank = mesh.pitch_solid, mesh.blank_solid
+    points, bricks, flanks = [blank.nodes], [blank.elements], []
+    for tooth in range(gear.teeth):
+        c, s = np.cos(tooth * gear.pitch_angle), np.sin(tooth * gear.pitch_angle)
+        first = len(blank.nodes) + tooth * len(pitch.nodes)
+        bricks.append(pitch.elements + first)
+        flanks.append(pitch.on(mesh.pitch.flanks.ravel()) + first)
+        points.append(pitch.nodes @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1.0]]))
+    nodes = np.vstack(points)
+    same = cKDTree(nodes).query_pairs(_SAME * gear.normal_module, output_type="ndarray")
+    joined = sp.coo_matrix((np.ones(len(same)), same.T), shape=(len(nodes),) * 2)
+    count, label = sp.csgraph.connected_components(joined)
+    place = np.empty((count, 3))
+    place[label] = nodes
+    return VolumeMesh(
+        nodes=place,
+        elements=label[np.vstack(bricks)].astype(np.int64),
+        kind="hex20",
+        bore=np.unique(label[blank.on(mesh.blank.bore)]).astype(np.int64),
+        flanks=np.unique(label[np.concatenate(flanks)]).astype(np.int64),
+        order=max(body.blank.symmetry, 1) if body.sector > 1 else gear.teeth,
+    )

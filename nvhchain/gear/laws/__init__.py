@@ -1,0 +1,1 @@
+"""Mesh laws, transmission errors and load distributions of a gear pair."""

@@ -1,0 +1,111 @@
+"""Where a loaded mesh carries: along the line of action, for friction, along the face, and how it resists tilt."""
+
+from __future__ import annotations
+
+from concurrent.futures import Executor
+from functools import partial
+from math import cos, inf, sin
+
+import numpy as np
+
+from nvhchain.conventions import Progress
+from nvhchain.errors import require
+from nvhchain.fidelity import GearFidelity
+from nvhchain.gear.compliance.analytic import SliceCompliance
+from nvhchain.gear.compliance.flank_compliance import FlankCompliance
+from nvhchain.gear.contact.closing_edges import with_closing_edges
+from nvhchain.gear.contact.contact_lines import ContactLines
+from nvhchain.gear.contact.contact_lines import separation as unloaded_gap
+from nvhchain.gear.contact.engagement import Engagement
+from nvhchain.gear.drawing.pair import GearPair
+from nvhchain.gear.laws.mesh_law import pair_compliances
+from nvhchain.gear.laws.transmission_error import angle_blocks, body_period_angles, loaded_mesh, on_blocks
+from nvhchain.handoff import FloatArray, LoadDistribution
+from nvhchain.kinds import check_arguments
+
+PROBE = 0.02
+"""Of the deflection: what the ends of the face are tilted by when the resistance to tilt is taken by differences."""
+
+
+def load_distribution(
+    pair: GearPair,
+    *,
+    nominal_force: float,
+    fidelity: GearFidelity,
+    compliances: tuple[FlankCompliance | SliceCompliance, FlankCompliance | SliceCompliance] | None = None,
+    executor: Executor | None = None,
+    progress: Progress | None = None,
+) -> LoadDistribution:
+    """Sliding, arm and centre of the load under `nominal_force` on `angles_per_mesh` angles per mesh period over the
+    body period of `pair`, and its resistance to tilt.
+
+    nominal_force: N along the flank normal.  compliances: as in `mesh_law`; computed here if not handed in.
+    executor: takes blocks of angles.  progress: called with (blocks done, blocks in all).
+    The load is that without friction, which would change it in second order of the coefficient.
+    Raises SolverError where a contact does not converge.
+    """
+    check_arguments(load_distribution, locals())
+    require(0 < nominal_force < inf, f"nominal_force = {nominal_force:g} N must be positive and finite")
+    angle = body_period_angles(pair, fidelity)
+    engagement = Engagement(pair, compliances or pair_compliances(pair, fidelity), fidelity)
+    work = partial(
+        on_blocks,
+        _carried,
+        blocks=angle_blocks(angle),
+        given=(nominal_force,),
+        executor=executor,
+        progress=progress,
+    )
+    rows = work(engagement)
+    closing = with_closing_edges(engagement, rows[:, -1].max())
+    sliding, arm, offset, tilt, slices, _ = (rows if closing is engagement else work(closing)).T
+    return LoadDistribution(
+        angle=angle,
+        period=pair.body_period,
+        sliding=sliding,
+        arm=arm,
+        offset=offset,
+        force=nominal_force,
+        tilt_ratio=float(tilt.mean() / slices.mean()),
+    )
+
+
+def _carried(engagement: Engagement, angles: FloatArray, force: float) -> FloatArray:
+    """(n_angle, 6) sliding, arm and offset of the load; N m/rad of tilt by the contact problem and by slices side by
+    side; deflection: the piece of work of an executor."""
+    pair = engagement.pair
+    guess, found = 1e-9 * force, []
+    for angle in angles:
+        loaded = loaded_mesh(engagement, float(angle), force, guess=guess)
+        guess, lines = loaded.deflection, loaded.lines
+        share = loaded.force / loaded.force.sum()
+        sense, distance = _sliding(pair, lines)
+        lever = cos(pair.base_helix_angle) * lines.axial + pair.sense * sin(pair.base_helix_angle) * (
+            lines.position - pair.pitch_point
+        )
+        width = pair.face_width * cos(pair.base_helix_angle)
+        tilt = 2.0 * PROBE * guess / width
+        pressed = guess - unloaded_gap(pair, lines) + np.array([[-tilt], [tilt]]) * lever
+        less, more = engagement.forces_on(lines, pressed)
+        found.append(
+            [
+                share @ sense,
+                share @ distance,
+                share @ lines.axial,
+                (more - less) @ lever / (2.0 * tilt),
+                loaded.tangent_stiffness * width**2 / 12.0,
+                loaded.deflection,
+            ]
+        )
+    return np.array(found)
+
+
+def _sliding(pair: GearPair, lines: ContactLines) -> tuple[FloatArray, FloatArray]:
+    """(n,) mean of σ and (n,) m, mean of σ s over every slice: one that the pitch point crosses counts on both
+    sides."""
+    along = lines.position - pair.pitch_point
+    half = np.maximum(0.5 * lines.length * abs(sin(pair.base_helix_angle)), 1e-12)
+    crossing = np.abs(along) < half
+    sense = np.where(crossing, along / half, np.sign(along))
+    beyond = np.where(crossing, (along**2 + half**2) / (2.0 * half), np.abs(along))  # mean of |s − s_C|
+    return sense, pair.pitch_point * sense + beyond

@@ -1,0 +1,180 @@
+"""The mesh law F(θ, δ) of a gear pair over one body period."""
+
+from __future__ import annotations
+
+import warnings
+from concurrent.futures import Executor
+
+import numpy as np
+
+from nvhchain.conventions import Progress
+from nvhchain.errors import AccuracyWarning, SolverError, require
+from nvhchain.fidelity import GearFidelity
+from nvhchain.gear.compliance.analytic import SliceCompliance, slice_compliance
+from nvhchain.gear.compliance.flank_compliance import FlankCompliance, flank_compliance
+from nvhchain.gear.contact.closing_edges import with_closing_edges
+from nvhchain.gear.contact.engagement import Engagement, engaged_reach
+from nvhchain.gear.drawing.pair import BACK, DRIVE, GearPair
+from nvhchain.gear.drawing.volume_mesh import VolumeMesh
+from nvhchain.gear.laws.transmission_error import angle_blocks, body_period_angles, loaded_mesh, on_blocks
+from nvhchain.handoff import FloatArray, MeshLaw
+from nvhchain.kinds import check_arguments
+
+
+def mesh_law(
+    pair: GearPair,
+    *,
+    nominal_force: float,
+    fidelity: GearFidelity,
+    compliances: tuple[FlankCompliance | SliceCompliance, FlankCompliance | SliceCompliance] | None = None,
+    executor: Executor | None = None,
+    progress: Progress | None = None,
+) -> MeshLaw:
+    """F(θ, δ) on `angles_per_mesh` angles per mesh period over the body period of `pair`.
+
+    nominal_force: N along the flank normal (`GearPair.normal_force`); sets the range of deflections.
+    compliances: of pinion and wheel, reaching over `engaged_reach(pair, fidelity.corner_gap)` teeth; computed here if
+    not handed in, and anew where the load closes edges beyond them (`closing_edges`).
+    executor: takes blocks of angles.  progress: called with (steps done, steps in all); a step is a tooth of a
+    symmetric sector or a block of angles.
+    Raises SolverError where a contact does not converge.
+    """
+    check_arguments(mesh_law, locals())
+    require(0 < nominal_force < np.inf, f"nominal_force = {nominal_force:g} N must be positive and finite")
+    angle = body_period_angles(pair, fidelity)
+    blocks = angle_blocks(angle)
+    teeth = 0 if compliances or fidelity.bodies == "analytic" else pair.pinion.sector + pair.wheel.sector
+    steps = teeth + len(blocks)
+
+    def report(done: int) -> None:
+        if progress:
+            progress(done, steps)
+
+    if compliances is None:
+        compliances = pair_compliances(pair, fidelity, progress=lambda done, _: report(done))
+    engagement, deflection = engaged(pair, nominal_force, fidelity, compliances)
+    force = on_blocks(
+        _force_rows,
+        engagement,
+        blocks=blocks,
+        given=(deflection,),
+        executor=executor,
+        progress=lambda done, _: report(teeth + done),
+    )
+    if (np.diff(force, axis=1) < 0).any():
+        raise SolverError("mesh force falls with deflection, against the contact's physics: tighten contact_residual")
+    return tabulated(pair, angle, deflection, force)
+
+
+def tabulated(pair: GearPair, angle: FloatArray, deflection: FloatArray, force: FloatArray) -> MeshLaw:
+    """Law of `pair` with this force (n_angle, n_defl), N, at wheel angles, rad, of a body period and deflections, m."""
+    return MeshLaw(
+        angle=angle,
+        deflection=deflection,
+        force=force,
+        period=pair.body_period,
+        teeth=(pair.pinion.geometry.teeth, pair.wheel.geometry.teeth),
+        base_radius=pair.base_radius,
+        base_helix_angle=pair.base_helix_angle,
+        working_pressure_angle=pair.working_pressure_angle,
+        centre_distance=pair.centre_distance,
+        face_width=pair.face_width,
+    )
+
+
+def engaged(
+    pair: GearPair,
+    nominal_force: float,
+    fidelity: GearFidelity,
+    compliances: tuple[FlankCompliance | SliceCompliance, FlankCompliance | SliceCompliance] | None = None,
+) -> tuple[Engagement, FloatArray]:
+    """The contact problem with all edges that close in a mesh law, and the deflections, m, of that law.
+
+    Arguments as in `mesh_law`.
+    """
+    angle = body_period_angles(pair, fidelity)
+    engagement = Engagement(pair, compliances or pair_compliances(pair, fidelity), fidelity)
+    deflection = deflection_grid(engagement, nominal_force, angle)
+    closing = with_closing_edges(engagement, deflection[-1], -deflection[0] - pair.backlash)
+    if closing is engagement:
+        return engagement, deflection
+    return closing, deflection_grid(closing, nominal_force, angle)
+
+
+def pair_compliances(
+    pair: GearPair, fidelity: GearFidelity, *, progress: Progress | None = None
+) -> tuple[FlankCompliance | SliceCompliance, FlankCompliance | SliceCompliance]:
+    """Compliances of pinion and wheel, each over `engaged_reach(pair)` teeth, as `fidelity.bodies` says.
+
+    progress: called with (teeth done, teeth of both sectors).
+    AccuracyWarning where an analytic body has a web, openings or a mesh of its own.
+    """
+    check_arguments(pair_compliances, locals())
+    if fidelity.bodies == "analytic":
+        for name, body in (("pinion", pair.pinion), ("wheel", pair.wheel)):
+            blank = body.blank
+            if blank.web is not None or blank.cutouts is not None or isinstance(blank, VolumeMesh):
+                message = f"the {name}'s blank counts as solid but for the twist of a web: analytic bodies know no rim"
+                warnings.warn(
+                    f"{message} that bends, no openings and no foreign meshes; take bodies = 'elements'",
+                    AccuracyWarning,
+                    stacklevel=2,
+                )
+        return slice_compliance(pair.pinion), slice_compliance(pair.wheel)
+    reach, first = engaged_reach(pair, fidelity.corner_gap), pair.pinion.sector
+    teeth = first + pair.wheel.sector
+
+    def report(done: int) -> None:
+        if progress:
+            progress(done, teeth)
+
+    return (
+        flank_compliance(pair.pinion, fidelity, reach=reach, progress=lambda done, _: report(done)),
+        flank_compliance(pair.wheel, fidelity, reach=reach, progress=lambda done, _: report(first + done)),
+    )
+
+
+def _force_rows(engagement: Engagement, angles: FloatArray, deflection: FloatArray) -> FloatArray:
+    """(n_angle, n_defl) N: the piece of work of an executor."""
+    return np.array([engagement.mesh_force(angle, deflection) for angle in angles])
+
+
+def deflection_grid(engagement: Engagement, nominal_force: float, angle: FloatArray) -> FloatArray:
+    """Deflections, m, from the back flank through the gap to the drive flank, closest together at first contact.
+
+    The softest angle sets the reach, so that the drive flank carries `drive_reach` times the nominal force: of the
+    phases of a mesh period, looked at on teeth spread over the body period, and then, in the softest of them, of all
+    teeth. Where both do not add up, an angle between may carry some thousandths less. The back flank reaches
+    `back_reach` times it.
+    """
+    fidelity = engagement.fidelity
+    phases = min(fidelity.angles_per_mesh, len(angle))
+    by_mesh = angle.reshape(-1, phases)
+    probes = by_mesh[np.arange(phases) * len(by_mesh) // phases, np.arange(phases)]
+    guess, carried = 1e-9 * nominal_force, []
+    for at in probes:
+        guess = loaded_mesh(engagement, at, fidelity.drive_reach * nominal_force, guess=guess).deflection
+        carried.append(guess)
+    same_phase = by_mesh[:, int(np.argmax(carried))]
+    for at in same_phase:
+        guess = loaded_mesh(engagement, at, fidelity.drive_reach * nominal_force, guess=guess).deflection
+        carried.append(guess)
+    probes, softest = np.concatenate([probes, same_phase]), max(carried)
+    first, behind = (min(engagement.first_contact(at, flank) for at in probes) for flank in (DRIVE, BACK))
+    behind = -max(engagement.pair.backlash, 0.0) - behind
+    require(
+        first - behind > -1e-9,
+        f"misalignment closes the backlash by {1e6 * (behind - first):.1f} µm too much, the flanks jam: increase "
+        "centre_distance or thickness_allowance",
+    )
+    total = fidelity.deflections
+    back = max(2, round((total - 2) * fidelity.back_reach / (fidelity.back_reach + fidelity.drive_reach)))
+    drive = total - 2 - back
+    reach = softest - first
+
+    def grading(n: int, reach: float) -> FloatArray:
+        return reach * (np.arange(1, n + 1) / n) ** 1.5
+
+    backwards = behind - grading(back, reach * fidelity.back_reach / fidelity.drive_reach)
+    gap = [behind] if first - behind > 1e-9 else []
+    return np.concatenate([backwards[::-1], gap, [first], first + grading(drive, reach)])

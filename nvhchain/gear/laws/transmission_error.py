@@ -1,0 +1,208 @@
+"""Loaded static transmission error and mesh stiffness.
+
+TE = r_bG θ_G − r_bP θ_P = −δ/cos β_b; the functions return δ/cos β_b, positive on the drive flank, as it is plotted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from functools import partial
+from math import ceil, inf, isfinite
+from typing import Any
+
+import numpy as np
+
+from nvhchain.conventions import Progress
+from nvhchain.errors import InputError, SolverError, require
+from nvhchain.fidelity import GearFidelity
+from nvhchain.gear.compliance.monotone_cubic import monotone_cubic
+from nvhchain.gear.contact.closing_edges import with_closing_edges
+from nvhchain.gear.contact.contact_lines import ContactLines
+from nvhchain.gear.contact.engagement import Engagement
+from nvhchain.gear.contact.friction import lever_arms
+from nvhchain.gear.contact.slice_forces import contact_half_width
+from nvhchain.gear.drawing.pair import GearPair
+from nvhchain.handoff import FloatArray, MeshLaw
+from nvhchain.kinds import check_arguments
+
+_ANGLE_BLOCK = 48
+"""Angles at least per piece of work handed to an executor, which take about a second."""
+
+_PIECES = 16
+"""Pieces at most: each travels with the compliances of its own teeth and of those beside them."""
+
+
+def deflection_at_force(law: MeshLaw, force: float) -> FloatArray:
+    """δ (n_angle,), m, at which the law carries `force`, N (negative: back flank), at each of its angles.
+
+    Monotone cubic interpolation of δ over F between the tabulated deflections.  Raises InputError outside the table.
+    """
+    check_arguments(deflection_at_force, locals())
+    require(force != 0, "force = 0 N has no unique deflection within the backlash: give a force")
+    sense, columns = (1.0 if force > 0 else -1.0), law.force.shape[1]
+    least, most = (law.force[:, end] for end in (0, -1))
+    outside = np.flatnonzero(~((least <= force) & (force <= most)))
+    if len(outside):
+        i = int(outside[0])
+        raise InputError(
+            f"force = {force:g} N lies outside the mesh law, which goes from {least[i]:g} to {most[i]:g} N at angle "
+            f"{law.angle[i]:g} rad: compute it with a larger nominal force"
+        )
+    loaded = sense * law.force > 0
+    first, last = np.zeros(len(law.angle), np.int64), np.full(len(law.angle), columns - 1)
+    if force > 0:  # the loaded columns and the last without load
+        first = np.maximum(loaded.argmax(axis=1) - 1, 0)
+    else:
+        last = np.minimum(columns - loaded[:, ::-1].argmax(axis=1), columns - 1)
+    return monotone_cubic(law.force, law.deflection, first, last, force)
+
+
+def quasi_static_transmission_error(law: MeshLaw, force: float) -> tuple[FloatArray, FloatArray]:
+    """(angle, te): wheel angle, rad, and δ/cos β_b, m, over one body period at a constant normal `force`, N."""
+    return law.angle, deflection_at_force(law, force) / np.cos(law.base_helix_angle)
+
+
+@dataclass(frozen=True, eq=False)
+class LoadedMesh:
+    """Equilibrium at one wheel angle under a given normal force.
+
+    deflection: δ, m.  force: (n,) N per slice of `lines`.  pressure: (n,) Pa, Hertzian maximum 2q/(πL).
+    tangent_stiffness, secant_stiffness: dF/dδ and F/δ along the normal, N/m, F the sum of normal forces.
+    torque: (pinion, wheel) N m, into the one and out of the other, friction included.
+    residual: of the complementarity problem, m: gap left on loaded slices, overlap left on others, whichever is larger.
+    """
+
+    lines: ContactLines
+    deflection: float
+    force: FloatArray
+    pressure: FloatArray
+    tangent_stiffness: float
+    secant_stiffness: float
+    torque: tuple[float, float]
+    residual: float
+
+    def load_share(self) -> dict[int, float]:
+        """Share of the force on each tooth pair, by wheel tooth."""
+        total = self.force.sum()
+        teeth = self.lines.tooth[1]
+        return {int(t): float(self.force[teeth == t].sum() / total) for t in np.unique(teeth)}
+
+
+def loaded_mesh(
+    engagement: Engagement,
+    angle: float,
+    force: float,
+    *,
+    guess: float,
+    friction: float = 0.0,
+    max_iterations: int = 50,
+) -> LoadedMesh:
+    """Solve for the δ at which the drive flanks carry the pinion torque of `force`, N, at wheel `angle`, rad.
+
+    force: T_P/(r_bP cos β_b), `GearPair.normal_force`; without friction the sum of the normal forces.
+    guess: m, any positive deflection of the right order.
+    friction: coefficient μ, in the torque and in what bends the teeth (the compliances need to know it).
+    Newton on the tangent stiffness by differences, to a relative force error of 1e3 × the contact residual. Raises
+    SolverError if it does not get there.
+    """
+    check_arguments(loaded_mesh, locals())
+    require(
+        0 < force < inf,
+        f"force = {force:g} N must be positive and finite: unloaded flanks touch at `Engagement.first_contact`",
+    )
+    require(isfinite(angle), f"angle = {angle:g} rad must be finite")
+    tolerance, start = 1e3 * engagement.fidelity.contact_residual, engagement.first_contact(angle)
+    pressed = max(guess - start, 0.1 * guess)
+    require(0 < pressed < inf, f"guess = {guess:g} m must be a positive deflection, such as 1 nm for every newton")
+    unit = engagement.pair.base_radius[0] * np.cos(engagement.pair.base_helix_angle)
+    for _ in range(max_iterations):
+        probe = start + pressed * np.array([1.0, 1 + 1e-4])
+        lines, forces = engagement.forces(angle, probe, friction=friction)
+        arms = lever_arms(engagement.pair, lines, friction)
+        total = forces @ (arms[0] / unit)
+        tangent = (total[1] - total[0]) / (probe[1] - probe[0])
+        if abs(total[0] - force) <= tolerance * force:
+            normal, (into, out) = forces.sum(axis=1), (arms @ forces[0]).tolist()
+            stiffness = (normal[1] - normal[0]) / (probe[1] - probe[0])
+            materials = (engagement.pair.pinion.material, engagement.pair.wheel.material)
+            q = forces[0] / lines.length
+            width = contact_half_width(q, lines.curvature, materials)
+            pressure = np.divide(2 * q, np.pi * width, out=np.zeros_like(q), where=width > 0)
+            return LoadedMesh(
+                lines,
+                float(probe[0]),
+                forces[0],
+                pressure,
+                stiffness,
+                normal[0] / probe[0],
+                (into, out),
+                engagement.residual(lines, float(probe[0]), forces[0], friction=friction),
+            )
+        pressed = max(pressed + (force - total[0]) / tangent, pressed / 10)
+    raise SolverError(f"no deflection found for {force:g} N at wheel angle {angle:g} rad")
+
+
+def loaded_transmission_error(
+    engagement: Engagement, pinion_torque: float, *, friction: float = 0.0, executor: Executor | None = None
+) -> tuple[FloatArray, FloatArray]:
+    """(angle, te): wheel angle, rad, over one body period and δ/cos β_b, m, at a constant `pinion_torque`, N m.
+
+    Solved at every one of the fidelity's angles, not interpolated in a law, and again where edges close beyond its
+    `corner_gap` (`closing_edges`).  friction: coefficient μ.  executor: takes blocks of angles.
+    """
+    check_arguments(loaded_transmission_error, locals())
+    pair = engagement.pair
+    force, angle = pair.normal_force(pinion_torque), body_period_angles(pair, engagement.fidelity)
+    work = partial(on_blocks, _deflections, blocks=angle_blocks(angle), given=(force, friction), executor=executor)
+    deflection = work(engagement)
+    closing = with_closing_edges(engagement, deflection.max())
+    if closing is not engagement:
+        deflection = work(closing)
+    return angle, deflection / np.cos(pair.base_helix_angle)
+
+
+def body_period_angles(pair: GearPair, fidelity: GearFidelity) -> FloatArray:
+    """Wheel angles, rad, over one body period, `angles_per_mesh` to a mesh period."""
+    per_mesh = fidelity.angles_per_mesh
+    return np.arange(float(pair.meshes_per_body_period * per_mesh)) * (pair.mesh_period / per_mesh)
+
+
+def angle_blocks(angle: FloatArray) -> list[FloatArray]:
+    """Pieces of work of an executor."""
+    size = max(_ANGLE_BLOCK, ceil(len(angle) / _PIECES))
+    return [angle[i : i + size] for i in range(0, len(angle), size)]
+
+
+def on_blocks(
+    work: Callable[..., FloatArray],
+    engagement: Engagement,
+    *,
+    blocks: list[FloatArray],
+    given: tuple[Any, ...],
+    executor: Executor | None = None,
+    progress: Progress | None = None,
+) -> FloatArray:
+    """`work(engagement, angles, *given)` on all `angle_blocks`, one below the other.
+
+    executor: takes the blocks.  progress: called with (blocks done, blocks in all).
+    """
+    # a block travels without the teeth that its angles do not reach
+    tasks = [engagement.at_angles(block) if executor else engagement for block in blocks]
+    arguments = ([argument] * len(blocks) for argument in given)
+    found: list[FloatArray] = []
+    for rows in (executor.map if executor else map)(work, tasks, blocks, *arguments):
+        found.append(rows)
+        if progress:
+            progress(len(found), len(blocks))
+    return np.concatenate(found)
+
+
+def _deflections(engagement: Engagement, angles: FloatArray, force: float, friction: float) -> FloatArray:
+    """(n_angle,) m: the piece of work of an executor."""
+    guess, found = 1e-9 * force, []
+    for angle in angles:
+        guess = loaded_mesh(engagement, angle, force, guess=guess, friction=friction).deflection
+        found.append(guess)
+    return np.array(found)

@@ -1,0 +1,1 @@
+"""Strain at the tooth roots of a running gear."""

@@ -1,0 +1,213 @@
+"""Strain at the tooth roots of a running gear, by static modes and by nodal forces.
+
+Static modes: d = Ψ q, Ψ the displacement under unit normal forces on the grid of the flanks of all teeth, q the slice
+forces shared out over that grid; the strain B Ψ at the root is kept, so that a position costs a dot product. It is
+found by reciprocity, as what the forces Bᵀ conjugate to a strain move the flanks by: one solve per component. Friction
+is left out, and a force near the fillet is blurred over the grid.
+Nodal forces: d = K⁻¹ F, slice forces and friction spread by shape functions over the nodes about their points: nothing
+is left out, and every position costs a solve.
+Both read the strain in a finer mesh about the root (`root_submodel`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from nvhchain.conventions import Material
+from nvhchain.errors import InputError, is_whole, require
+from nvhchain.fem._sparse import BLOCK, factorize
+from nvhchain.fidelity import GearFidelity
+from nvhchain.gear.compliance.body_flexibility import HeldBody
+from nvhchain.gear.compliance.flank_forces import flank_loads, point_forces
+from nvhchain.gear.compliance.flank_splines import LocalBasis, local_basis, point_weights
+from nvhchain.gear.compliance.tooth_compliance import CondensedTooth, condensed_tooth, cylindrical_stiffness, unknowns
+from nvhchain.gear.contact.friction import check_coefficient, sliding_sense
+from nvhchain.gear.drawing.body import GearBody
+from nvhchain.gear.drawing.pair import DRIVE, GearPair
+from nvhchain.gear.elements.gear_mesh import GearMesh, SolidMesh, gear_mesh
+from nvhchain.gear.elements.pitch_mesh import PitchMesh
+from nvhchain.gear.laws.transmission_error import LoadedMesh
+from nvhchain.gear.root_strain.places import RootPlace
+from nvhchain.gear.root_strain.submodel import RootSubmodel, root_submodel
+from nvhchain.handoff import FloatArray, IntArray
+from nvhchain.kinds import check_arguments
+
+PINION, WHEEL = 0, 1
+
+
+@dataclass(frozen=True, eq=False)
+class RootStrainModes:
+    """Strain of the static modes at places on some teeth of one gear of a pair.
+
+    gear: PINION or WHEEL.  teeth: (n_tooth,) numbers of those whose strain is known.
+    over_radius, over_axial: B-splines on the grid of the flank.
+    coefficients: (n_tooth, z, n_place, 6, 2, n_p n_w) 1/N: [i, d, …, f] belong to normal forces on flank f of tooth
+    teeth[i] + d.
+    """
+
+    gear: int
+    teeth: tuple[int, ...]
+    over_radius: LocalBasis
+    over_axial: LocalBasis
+    coefficients: FloatArray
+
+    def strain(self, loaded: Sequence[LoadedMesh]) -> FloatArray:
+        """(n_case, n_tooth, n_place, 6) strain under the normal forces of every loaded mesh; friction bends nothing."""
+        total = np.zeros((len(loaded), len(self.teeth), *self.coefficients.shape[2:4]))
+        for case, mesh in enumerate(loaded):
+            lines = mesh.lines
+            index, weight = point_weights(self.over_radius, self.over_axial, lines.radius[self.gear], lines.axial)
+            share = weight * mesh.force[:, None]
+            for i, tooth in enumerate(self.teeth):
+                distance = (lines.tooth[self.gear] - tooth) % self.coefficients.shape[1]
+                for d in np.unique(distance):
+                    on = distance == d
+                    modes = self.coefficients[i, d, :, :, lines.side]
+                    total[case, i] += np.einsum("psnk,nk->ps", modes[:, :, index[on]], share[on])
+        return total
+
+
+def root_strain_modes(
+    pair: GearPair, gear: int, places: Sequence[RootPlace], teeth: Sequence[int], fidelity: GearFidelity
+) -> RootStrainModes:
+    """Strain modes at `places` on `teeth` (any integers) of the pinion or the wheel.
+
+    fidelity: of the elements about the root, at least as fine as for contact: the strain converges later.
+    Raises InputError for places off the root, ResourceError when memory is short.
+    """
+    check_arguments(root_strain_modes, locals())
+    body = _of(pair, gear, teeth)
+    mesh, tooth, probed = _prepared(body, places, fidelity)
+    radius, axial, count = tooth.radius, tooth.axial, body.geometry.teeth
+    grid = flank_loads(body.geometry, (mesh.pitch, mesh.pitch_solid), radius, axial)[probed.loaded]
+    passed = probed.passed @ grid
+    own = probed.own @ grid
+    own += probed.submodel.forces @ flank_loads(body.geometry, probed.submodel.tooth, radius, axial)
+    modes = np.empty((len(teeth), count, *own.shape))
+    with HeldBody(mesh, tooth, body.material, body.sector) as held:
+        for i, t in enumerate(teeth):
+            moved = held.solve([{t % count: probed.shared.T}])
+            for d in range(count):
+                modes[i, d] = moved[held.unknowns[(t + d) % count]].T @ passed
+            modes[i, 0] += own
+    (over_radius, r), (over_axial, z) = local_basis(radius), local_basis(axial)
+    shape = (len(teeth), count, len(places), 6, 2, len(radius), len(axial))
+    coefficients = np.einsum("ij,...jl,kl->...ik", r, modes.reshape(shape), z, optimize=True)
+    return RootStrainModes(gear, tuple(teeth), over_radius, over_axial, coefficients.reshape(*shape[:5], -1))
+
+
+def nodal_force_strain(
+    pair: GearPair,
+    gear: int,
+    places: Sequence[RootPlace],
+    teeth: Sequence[int],
+    loaded: Sequence[LoadedMesh],
+    fidelity: GearFidelity,
+    *,
+    friction: float = 0.0,
+) -> FloatArray:
+    """(n_case, n_tooth, n_place, 6) strain at `places` on `teeth` under the slice forces of every loaded mesh.
+
+    gear: PINION or WHEEL.  friction: coefficient μ with which the meshes were loaded; its forces go along the profile.
+    fidelity: of the elements about the root.  Raises as `root_strain_modes`.
+    """
+    check_arguments(nodal_force_strain, locals())
+    check_coefficient(friction)
+    body = _of(pair, gear, teeth)
+    mesh, tooth, probed = _prepared(body, places, fidelity)
+    count = body.geometry.teeth
+    strain = np.zeros((len(loaded), len(teeth), 6 * len(places)))
+    with HeldBody(mesh, tooth, body.material, body.sector) as held:
+        for start in range(0, len(loaded), BLOCK):
+            block = loaded[start : start + BLOCK]
+            nodal = [_nodal_forces(pair, gear, (mesh.pitch, mesh.pitch_solid), m, friction) for m in block]
+            moved = held.solve(
+                [{t: (probed.passed @ f[probed.loaded])[:, None] for t, f in forces.items()} for forces in nodal]
+            )
+            near = [_nodal_forces(pair, gear, probed.submodel.tooth, m, friction) for m in block]
+            for i, t in enumerate(np.asarray(teeth) % count):
+                rows = (probed.shared @ moved[held.unknowns[t]]).T
+                for row, coarse, fine in zip(rows, nodal, near, strict=True):
+                    if t in coarse:
+                        row += probed.own @ coarse[t][probed.loaded] + probed.submodel.forces @ fine[t]
+                strain[start : start + BLOCK, i] = rows
+    return strain.reshape(len(loaded), len(teeth), len(places), 6)
+
+
+def _of(pair: GearPair, gear: int, teeth: Sequence[int]) -> GearBody:
+    """Pinion or wheel."""
+    require(gear in (PINION, WHEEL), f"gear = {gear}: PINION ({PINION}) or WHEEL ({WHEEL}) is needed")
+    require(all(is_whole(t) for t in teeth), f"teeth = {tuple(teeth)}: whole numbers are needed")
+    return (pair.pinion, pair.wheel)[gear]
+
+
+def _nodal_forces(
+    pair: GearPair, gear: int, tooth: tuple[PitchMesh, SolidMesh], contact: LoadedMesh, friction: float
+) -> dict[int, FloatArray]:
+    """Forces on the unknowns of the pitch `tooth` of each tooth in contact, N, by its number 0 … z − 1."""
+    lines, geometry = contact.lines, (pair.pinion, pair.wheel)[gear].geometry
+    # friction pushes both flanks towards their tips where the pinion's slides ahead of the wheel's
+    along = friction * sliding_sense(pair, lines) * (1.0 if lines.flank == DRIVE else -1.0)
+    number = lines.tooth[gear] % geometry.teeth
+    forces = {}
+    for t in np.unique(number):
+        on = (number == t) & (contact.force > 0)
+        flank = np.full(int(on.sum()), lines.side)
+        normal, slid = (
+            point_forces(geometry, tooth, flank, lines.radius[gear][on], lines.axial[on], along_profile=a)
+            for a in (False, True)
+        )
+        forces[int(t)] = normal @ contact.force[on] + slid @ (along[on] * contact.force[on])
+    return forces
+
+
+@dataclass(frozen=True, eq=False)
+class _ProbedTooth:
+    """What single nodal forces on the flanks of a tooth of the body's mesh do, and its submodel.
+
+    loaded: (m,) the pitch's unknowns that they act on.  passed: (3 n_i, m) what they put on the shared nodes.
+    own: (6 n_place, m) 1/N, strain with the shared nodes held.  shared: (6 n_place, 3 n_i) 1/m, with these moved.
+    """
+
+    loaded: IntArray
+    passed: FloatArray
+    own: FloatArray
+    shared: FloatArray
+    submodel: RootSubmodel
+
+
+def _prepared(
+    body: GearBody, places: Sequence[RootPlace], fidelity: GearFidelity
+) -> tuple[GearMesh, CondensedTooth, _ProbedTooth]:
+    mesh = gear_mesh(body, fidelity)
+    submodel = root_submodel(body, mesh, list(places), fidelity)
+    tooth = condensed_tooth(body.geometry, mesh, body.material)
+    return mesh, tooth, _probed(mesh, tooth, body.material, submodel)
+
+
+def _probed(mesh: GearMesh, tooth: CondensedTooth, material: Material, submodel: RootSubmodel) -> _ProbedTooth:
+    """ε = R_o K_oo⁻¹ P + (R_i − R_o K_oo⁻¹ K_oi) u_i; solved for R_oᵀ and P, which are few."""
+    solid, flanks, operator = mesh.pitch_solid, mesh.pitch.flanks, submodel.displacement
+    K = cylindrical_stiffness(solid, solid.elements, material)
+    shared = unknowns(np.concatenate([tooth.left, tooth.right, tooth.bottom]))
+    inner = np.setdiff1d(np.arange(K.shape[0]), shared)
+    loaded = unknowns(np.unique(solid.on(flanks.ravel())))
+    at = np.searchsorted(inner, loaded)
+    if not np.array_equal(inner[np.minimum(at, len(inner) - 1)], loaded):
+        raise InputError("the flanks reach the rim that the tooth shares: raise dedendum or transverse_refinement")
+    load = np.zeros((len(inner), len(loaded)))
+    load[at, np.arange(len(loaded))] = 1.0
+    with factorize(K[inner][:, inner]) as factor:
+        response = factor.solve(np.hstack([load, operator[:, inner].T.toarray()]))
+    K_io = K[shared][:, inner]
+    answer, adjoint = response[:, : len(loaded)], response[:, len(loaded) :]
+    return _ProbedTooth(
+        loaded=loaded,
+        passed=-(K_io @ answer),
+        own=operator[:, inner] @ answer,
+        shared=operator[:, shared].toarray() - (K_io @ adjoint).T,
+        submodel=submodel,
+    )

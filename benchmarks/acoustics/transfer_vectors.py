@@ -55,7 +55,7 @@ def body(faces: int):
     import numpy as np
 
     import nvhchain as nvh
-    from nvhchain.housing.mesh import radiating_surface
+    from nvhchain.housing.casting.mesh import radiating_surface
 
     casting = nvh.load_case(ROOT / "cases" / "gearbox" / "solid.toml").housing
     surface = radiating_surface(casting, 0.0152 * (5404 / faces) ** 0.5)

@@ -34,7 +34,7 @@ from nvhchain.conventions import Air
 from nvhchain.errors import AccuracyWarning
 from nvhchain.handoff import ComplexArray, FloatArray, Surface, SurfaceVelocity
 from nvhchain.housing import Casting
-from nvhchain.housing.mesh import radiating_surface
+from nvhchain.housing.casting.mesh import radiating_surface
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "tests" / "acoustics"))
 from acoustics_bodies import box, capsule, cells, cylinder, quartered, shell, source_field, turned

@@ -25,8 +25,8 @@ from nvhchain.error_band import ErrorBand, error_band
 from nvhchain.fidelity import DRAFT, REFERENCE, AcousticsFidelity, Fidelity
 from nvhchain.handoff import Surface
 from nvhchain.housing import Casting
-from nvhchain.housing.mesh import radiating_surface
-from nvhchain.housing.truncation import FREQUENCY_ERROR, without_modes
+from nvhchain.housing.casting.mesh import radiating_surface
+from nvhchain.housing.modes.truncation import FREQUENCY_ERROR, without_modes
 from nvhchain.result import Result
 from nvhchain.tradeoff import Measurement, shipped_sweep, variants
 from nvhchain.tradeoff.deviation import Deviation

@@ -23,10 +23,10 @@ from nvhchain.fem import lowest_modes
 from nvhchain.fem.solid_model import SolidModel
 from nvhchain.fidelity import HousingFidelity
 from nvhchain.handoff import FloatArray
-from nvhchain.housing.casting_model import casting_model
-from nvhchain.housing.foreign import constrained
-from nvhchain.housing.foreign_mesh import sound_mesh
-from nvhchain.housing.mesh import mesh_casting
+from nvhchain.housing.casting.mesh import mesh_casting
+from nvhchain.housing.exchange.casting_model import casting_model
+from nvhchain.housing.imported.repair import sound_mesh
+from nvhchain.housing.imported.solid_model import constrained
 from nvhchain.interop import UNIT_SYSTEMS, read_abaqus, write_abaqus
 
 MODES = 8

@@ -37,13 +37,13 @@ from nvhchain.case import GearboxCase
 from nvhchain.fem import factorize
 from nvhchain.handoff import ComplexArray, FloatArray, ReducedHousing, Surface
 from nvhchain.housing import CraigBampton, DampingCurve, craig_bampton, reduce_housing, truncation_error
-from nvhchain.housing.casting import Casting
-from nvhchain.housing.mesh import HousingMesh, mesh_casting, on_engine_plane, radiating_surface
+from nvhchain.housing.casting.casting import Casting
+from nvhchain.housing.casting.mesh import HousingMesh, mesh_casting, on_engine_plane, radiating_surface
+from nvhchain.housing.modes.response import face_displacement
+from nvhchain.housing.modes.seat_modes import seat_modes, seat_unknowns
+from nvhchain.housing.modes.truncation import without_modes
 from nvhchain.housing.reduction import held_matrices, reduce_mesh
-from nvhchain.housing.response import face_displacement
-from nvhchain.housing.seat_modes import seat_modes, seat_unknowns
-from nvhchain.housing.transfer import normal_motion
-from nvhchain.housing.truncation import without_modes
+from nvhchain.housing.skin.normal_motion import normal_motion
 
 ROOT = Path(__file__).parents[2]
 

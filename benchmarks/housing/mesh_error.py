@@ -21,7 +21,7 @@ from nvhchain.case import GearboxCase
 from nvhchain.fidelity import HousingFidelity
 from nvhchain.handoff import FloatArray, IntArray, ReducedHousing
 from nvhchain.housing import Casting, reduce_housing
-from nvhchain.housing.truncation import FREQUENCY_ERROR
+from nvhchain.housing.modes.truncation import FREQUENCY_ERROR
 
 CASES = Path(__file__).parents[2] / "cases"
 STUDIES = {"small/single_stage": (13.0, 10.5, 9.0, 6.5), "gearbox/solid": (13.0, 10.5, 9.0)}

@@ -9,7 +9,7 @@ from nvhchain.case.radiator import SurfaceFile
 from nvhchain.dimensions import Length
 from nvhchain.errors import require
 from nvhchain.housing import DampingCurve, EnginePlane
-from nvhchain.housing.damping import check_modal_damping
+from nvhchain.housing.modes.damping import check_modal_damping
 from nvhchain.names import check_names
 
 

@@ -24,7 +24,7 @@ from nvhchain.handoff import (
     ReducedHousing,
     TransferVectors,
 )
-from nvhchain.housing.truncation import FREQUENCY_ERROR, RESIDUAL_MASS, truncation_errors
+from nvhchain.housing.modes.truncation import FREQUENCY_ERROR, RESIDUAL_MASS, truncation_errors
 
 TRUNCATION_SHARE = 3.5
 """Relative error of the bearing forces for want of higher modes, over that of the faces' motion: seats that stand still

@@ -1,18 +1,18 @@
 """Gearbox housing, a parametric casting or a foreign model: modes and residual flexibility, forced response."""
 
-from nvhchain.housing.casting import Bore, Casting, GearSpace
-from nvhchain.housing.craig_bampton import CraigBampton, craig_bampton
-from nvhchain.housing.damping import DampingCurve
-from nvhchain.housing.engine_plane import EnginePlane
-from nvhchain.housing.exported_modes import exported_modes
-from nvhchain.housing.extent import encloses, envelope_area, face_size, room_around
-from nvhchain.housing.foreign import model_extent, reduce_model
-from nvhchain.housing.foreign_modal_model import modal_model
-from nvhchain.housing.foreign_modes import check_modes, has_rigid_motion, housing_from_modes, modal_extent
-from nvhchain.housing.foreign_seats import bearing_seats, seat_rows
+from nvhchain.housing.casting.casting import Bore, Casting, GearSpace
+from nvhchain.housing.casting.extent import encloses, envelope_area, face_size, room_around
+from nvhchain.housing.exchange.craig_bampton import CraigBampton, craig_bampton
+from nvhchain.housing.exchange.exported_modes import exported_modes
+from nvhchain.housing.exchange.modal_model import modal_model
+from nvhchain.housing.imported.modal_results import check_modes, has_rigid_motion, housing_from_modes, modal_extent
+from nvhchain.housing.imported.seats import bearing_seats, seat_rows
+from nvhchain.housing.imported.solid_model import model_extent, reduce_model
+from nvhchain.housing.modes.damping import DampingCurve
+from nvhchain.housing.modes.engine_plane import EnginePlane
+from nvhchain.housing.modes.response import respond
+from nvhchain.housing.modes.truncation import TruncationError, truncation_error, truncation_errors
 from nvhchain.housing.reduction import reduce_housing
-from nvhchain.housing.response import respond
-from nvhchain.housing.truncation import TruncationError, truncation_error, truncation_errors
 
 __all__ = [
     "Bore",

@@ -21,15 +21,12 @@ from nvhchain.errors import AccuracyWarning, SolverError, require
 from nvhchain.fem import frequency_errors, rigid_map, stiffness_and_mass
 from nvhchain.fidelity import HousingFidelity
 from nvhchain.handoff import FloatArray, ReducedHousing, Surface
-from nvhchain.housing.casting import Casting
-from nvhchain.housing.damping import damping_of_modes
-from nvhchain.housing.mapping_error import MAPPING_ERROR, skin_sources, stated_mapping_errors, warn_of_mapping
-from nvhchain.housing.mesh import HousingMesh, mesh_casting, on_engine_plane, radiating_surface
-from nvhchain.housing.seat_modes import seat_modes
-from nvhchain.housing.seat_modes import seat_unknowns as seat_unknowns
-from nvhchain.housing.thin_walls import stiffening
-from nvhchain.housing.transfer import normal_motion
-from nvhchain.housing.truncation import (
+from nvhchain.housing.casting.casting import Casting
+from nvhchain.housing.casting.mesh import HousingMesh, mesh_casting, on_engine_plane, radiating_surface
+from nvhchain.housing.modes.damping import damping_of_modes
+from nvhchain.housing.modes.seat_modes import seat_modes
+from nvhchain.housing.modes.seat_modes import seat_unknowns as seat_unknowns
+from nvhchain.housing.modes.truncation import (
     FREQUENCY_ERROR,
     RESIDUAL_MASS,
     fewest_modes,
@@ -37,6 +34,9 @@ from nvhchain.housing.truncation import (
     without_modes,
     worst_level,
 )
+from nvhchain.housing.skin.mapping_error import MAPPING_ERROR, skin_sources, stated_mapping_errors, warn_of_mapping
+from nvhchain.housing.skin.normal_motion import normal_motion
+from nvhchain.housing.skin.thin_walls import stiffening
 
 _STEPS = 6
 

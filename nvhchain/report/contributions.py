@@ -17,8 +17,8 @@ from nvhchain.fem.solid_model import SolidModel
 from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.handoff import Surface
 from nvhchain.housing import Casting
-from nvhchain.housing.contributions import Contributions, modal_contributions, panel_contributions
-from nvhchain.housing.panels import Panels, casting_panels, group_panels
+from nvhchain.housing.casting.contributions import Contributions, modal_contributions, panel_contributions
+from nvhchain.housing.casting.panels import Panels, casting_panels, group_panels
 from nvhchain.names import safe_names
 from nvhchain.plots.files import save
 from nvhchain.resume import Watcher

@@ -9,7 +9,7 @@ from nvhchain.case import Case, GearboxCase, HousingModel
 from nvhchain.errors import InputError, require
 from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.housing import Casting, CraigBampton
-from nvhchain.housing.craig_bampton import exchange_casting, exchange_model
+from nvhchain.housing.exchange.craig_bampton import exchange_casting, exchange_model
 from nvhchain.interop.superelement import check_craig_bampton_path
 
 

@@ -20,7 +20,7 @@ from nvhchain.handoff import (
     SurfaceVelocity,
 )
 from nvhchain.housing import Casting
-from nvhchain.housing.damping import damping_of_modes
+from nvhchain.housing.modes.damping import damping_of_modes
 from nvhchain.radiator import radiator_velocity, solved_surface
 from nvhchain.resume import Shelf
 

@@ -13,8 +13,8 @@ from nvhchain import cli
 from nvhchain.case import HousingModel
 from nvhchain.errors import InputError
 from nvhchain.housing import reduce_housing
-from nvhchain.housing.casting_model import casting_model
-from nvhchain.housing.mesh import mesh_casting
+from nvhchain.housing.casting.mesh import mesh_casting
+from nvhchain.housing.exchange.casting_model import casting_model
 from nvhchain.housing.reduction import seat_flexibility
 from nvhchain.interop import write_craig_bampton, write_nastran
 from nvhchain.report import export_craig_bampton

@@ -12,7 +12,7 @@ from nvhchain.conventions import Air
 from nvhchain.errors import InputError
 from nvhchain.handoff import ForceSpectrum, TransferVectors
 from nvhchain.housing import DampingCurve, respond
-from nvhchain.housing.damping import damping_of_modes
+from nvhchain.housing.modes.damping import damping_of_modes
 from nvhchain.stages import motion
 
 CURVE = "modal_damping = { frequency = [2000, 4000], ratio = [0.01, 0.03] }"

@@ -179,8 +179,8 @@ def test_what_cannot_be_drawn_is_refused(files, told, plot, name, which, at, mes
 
 def test_groups_of_a_foreign_model_are_its_panels(case, told, tmp_path):
     from nvhchain.fidelity import HousingFidelity
-    from nvhchain.housing.casting_model import casting_model
-    from nvhchain.housing.mesh import mesh_casting
+    from nvhchain.housing.casting.mesh import mesh_casting
+    from nvhchain.housing.exchange.casting_model import casting_model
     from nvhchain.interop import write_nastran
     from nvhchain.report.contributions import _panels
 

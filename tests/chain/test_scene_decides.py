@@ -16,7 +16,7 @@ from nvhchain.fidelity import AcousticsFidelity, DynamicsFidelity, Fidelity, Gea
 from nvhchain.gear import Slots
 from nvhchain.gear.compliance import body_flexibility
 from nvhchain.handoff import ForceSpectrum
-from nvhchain.housing import seat_modes
+from nvhchain.housing.modes import seat_modes
 
 TINY = Fidelity(
     "tiny",

@@ -11,7 +11,7 @@ from scales import mostly, powers
 from nvhchain.conventions import Material
 from nvhchain.fem import lowest_modes, stiffness_and_mass
 from nvhchain.fem.solid_model import ElementBlock, SolidModel
-from nvhchain.housing.foreign_mesh import sound_mesh
+from nvhchain.housing.imported.repair import sound_mesh
 from nvhchain.interop import read_abaqus, read_nastran, write_abaqus, write_nastran
 from nvhchain.interop.units import UNIT_SYSTEMS
 

@@ -17,7 +17,7 @@ from nvhchain.acoustics import (
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import ForceSpectrum, ReducedHousing
 from nvhchain.housing import Bore, Casting, GearSpace, respond
-from nvhchain.housing.response import seat_displacement
+from nvhchain.housing.modes.response import seat_displacement
 
 BALL = sphere(0.1, 2)
 KNOBS = AcousticsFidelity(elements_per_wavelength=4.0, masters=8)

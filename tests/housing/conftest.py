@@ -10,9 +10,9 @@ from nvhchain.fem import lowest_modes
 from nvhchain.fem.modal_model import ModalModel
 from nvhchain.fidelity import HousingFidelity
 from nvhchain.housing import Bore, Casting, GearSpace
-from nvhchain.housing.mesh import boundary_faces, mesh_casting, on_engine_plane, radiating_surface
+from nvhchain.housing.casting.mesh import boundary_faces, mesh_casting, on_engine_plane, radiating_surface
 from nvhchain.housing.reduction import held_matrices, reduce_mesh
-from nvhchain.housing.transfer import normal_motion
+from nvhchain.housing.skin.normal_motion import normal_motion
 
 sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "fem")]
 

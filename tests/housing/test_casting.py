@@ -7,8 +7,8 @@ import pytest
 
 from nvhchain.errors import InputError
 from nvhchain.housing import Bore, Casting, GearSpace
-from nvhchain.housing.geometry import bolt_circle, outline_at
-from nvhchain.housing.outline import hull, inside, stations
+from nvhchain.housing.casting.outline import hull, inside, stations
+from nvhchain.housing.casting.solids import bolt_circle, outline_at
 
 
 def test_reference_axes_have_the_centre_distances_of_the_gearbox():

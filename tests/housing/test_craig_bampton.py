@@ -6,9 +6,9 @@ import scipy.linalg
 import scipy.sparse as sp
 
 from nvhchain.errors import InputError
-from nvhchain.housing.craig_bampton import craig_bampton
+from nvhchain.housing.exchange.craig_bampton import craig_bampton
+from nvhchain.housing.modes.response import face_displacement
 from nvhchain.housing.reduction import held_matrices, seat_flexibility
-from nvhchain.housing.response import face_displacement
 
 F_MAX = 4000.0
 

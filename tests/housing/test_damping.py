@@ -6,8 +6,8 @@ import pytest
 from nvhchain.errors import InputError
 from nvhchain.handoff import ForceSpectrum, ReducedHousing, Surface
 from nvhchain.housing import respond
-from nvhchain.housing.damping import DampingCurve
-from nvhchain.housing.response import seat_displacement
+from nvhchain.housing.modes.damping import DampingCurve
+from nvhchain.housing.modes.response import seat_displacement
 
 TETRAHEDRON = Surface(
     vertices=np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]]),

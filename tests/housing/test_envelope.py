@@ -12,12 +12,12 @@ from nvhchain.errors import InputError
 from nvhchain.fem.modal_model import ModalModel
 from nvhchain.fem.solid_model import ElementBlock, SolidModel
 from nvhchain.handoff import Surface
-from nvhchain.housing.envelope import outer_envelope
-from nvhchain.housing.foreign_mesh import raised, sound_mesh
-from nvhchain.housing.foreign_modes import modal_skin
-from nvhchain.housing.mapping_error import facet_flux, gathered, mapping_error, source_power
-from nvhchain.housing.skin import solid_skin
-from nvhchain.housing.transfer import normal_motion
+from nvhchain.housing.imported.modal_results import modal_skin
+from nvhchain.housing.imported.repair import raised, sound_mesh
+from nvhchain.housing.skin.envelope import outer_envelope
+from nvhchain.housing.skin.mapping_error import facet_flux, gathered, mapping_error, source_power
+from nvhchain.housing.skin.normal_motion import normal_motion
+from nvhchain.housing.skin.skin import solid_skin
 
 SIZE = (0.4, 0.3, 0.2)
 CELLS = (20, 15, 10)

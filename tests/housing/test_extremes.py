@@ -9,8 +9,8 @@ from nvhchain.errors import InputError
 from nvhchain.fem import lowest_modes, stiffness_and_mass
 from nvhchain.handoff import ForceSpectrum
 from nvhchain.housing import Bore, Casting, GearSpace, reduce_housing, respond, truncation_error
-from nvhchain.housing.geometry import casting_recipe
-from nvhchain.housing.mesh import mesh_casting
+from nvhchain.housing.casting.mesh import mesh_casting
+from nvhchain.housing.casting.solids import casting_recipe
 from nvhchain.housing.reduction import held_matrices, seat_flexibility
 
 

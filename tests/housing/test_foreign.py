@@ -12,15 +12,15 @@ from nvhchain.conventions import STEEL
 from nvhchain.errors import AccuracyWarning, InputError
 from nvhchain.fem import modes_below
 from nvhchain.fidelity import HousingFidelity
-from nvhchain.housing.casting_model import casting_model
-from nvhchain.housing.damping import DampingCurve
-from nvhchain.housing.engine_plane import EnginePlane
-from nvhchain.housing.foreign import constrained, reduce_model
-from nvhchain.housing.foreign_mesh import sound_mesh
-from nvhchain.housing.foreign_modal_model import modal_model
-from nvhchain.housing.foreign_seats import bearing_seats
-from nvhchain.housing.mesh_resolution import resolution
-from nvhchain.housing.skin import solid_skin
+from nvhchain.housing.exchange.casting_model import casting_model
+from nvhchain.housing.exchange.modal_model import modal_model
+from nvhchain.housing.imported.mesh_resolution import resolution
+from nvhchain.housing.imported.repair import sound_mesh
+from nvhchain.housing.imported.seats import bearing_seats
+from nvhchain.housing.imported.solid_model import constrained, reduce_model
+from nvhchain.housing.modes.damping import DampingCurve
+from nvhchain.housing.modes.engine_plane import EnginePlane
+from nvhchain.housing.skin.skin import solid_skin
 from nvhchain.interop import read_nastran, write_nastran
 
 ENGINE = EnginePlane((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
@@ -137,7 +137,7 @@ def test_band_far_beyond_the_mesh_is_refused_before_anything_is_solved(monkeypat
     model = box("hex8", counts=(12, 9, 1), lengths=(0.4, 0.3, 0.005))
     K, M, _ = constrained(model := sound_mesh(model)[0])
     counted = modes_below(K, M, 12e3) * 1e6 / 12e3
-    monkeypatch.setattr("nvhchain.housing.foreign.seat_modes", None)
+    monkeypatch.setattr("nvhchain.housing.imported.solid_model.seat_modes", None)
     with pytest.raises(InputError, match=r"walls of 5 mm at 1e\+06 Hz, 4 are needed") as refused:
         reduce_box(model, f_max=1e6, surface_size=0.005)
     told = re.search(

@@ -10,8 +10,8 @@ from test_foreign_abaqus import ABAQUS
 from nvhchain.conventions import STEEL
 from nvhchain.errors import FileFormatError, InputError
 from nvhchain.fem import lowest_modes
-from nvhchain.housing.foreign import constrained
-from nvhchain.housing.foreign_mesh import sound_mesh
+from nvhchain.housing.imported.repair import sound_mesh
+from nvhchain.housing.imported.solid_model import constrained
 from nvhchain.interop import read_abaqus, read_nastran, read_solid_model, write_abaqus, write_nastran
 from nvhchain.interop._model_parts import Parts, Rigid
 from nvhchain.interop.abaqus_keywords import blocks

@@ -11,8 +11,8 @@ from nvhchain.conventions import ALUMINIUM, STEEL
 from nvhchain.errors import InputError
 from nvhchain.fem import lowest_modes
 from nvhchain.fem.solid_model import ElementBlock, RigidSet, SolidModel
-from nvhchain.housing.foreign import constrained
-from nvhchain.housing.foreign_mesh import sound_mesh
+from nvhchain.housing.imported.repair import sound_mesh
+from nvhchain.housing.imported.solid_model import constrained
 
 
 def frequencies(model, top=4000.0):

@@ -6,21 +6,21 @@ import numpy as np
 import pytest
 
 from nvhchain.errors import AccuracyWarning, InputError
-from nvhchain.housing.casting_model import casting_model
-from nvhchain.housing.engine_plane import EnginePlane
-from nvhchain.housing.foreign_modal_model import modal_model
-from nvhchain.housing.foreign_modes import (
+from nvhchain.housing.casting.mesh import boundary_faces
+from nvhchain.housing.exchange.casting_model import casting_model
+from nvhchain.housing.exchange.modal_model import modal_model
+from nvhchain.housing.imported.modal_results import (
     has_rigid_motion,
     housing_from_modes,
     missing_flexibility,
     modal_extent,
     modal_skin,
 )
-from nvhchain.housing.foreign_seats import bearing_seats
-from nvhchain.housing.mesh import boundary_faces
+from nvhchain.housing.imported.seats import bearing_seats
+from nvhchain.housing.modes.engine_plane import EnginePlane
+from nvhchain.housing.modes.truncation import RESIDUAL_MASS, truncation_error
 from nvhchain.housing.reduction import seat_flexibility
-from nvhchain.housing.shell_sides import outward_sides, outward_skin
-from nvhchain.housing.truncation import RESIDUAL_MASS, truncation_error
+from nvhchain.housing.skin.shell_sides import outward_sides, outward_skin
 from nvhchain.interop.modal_uff import read_modal_uff
 from nvhchain.interop.modal_uff_out import write_modal_uff
 

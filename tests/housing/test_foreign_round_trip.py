@@ -8,7 +8,7 @@ from box_models import box
 
 from nvhchain.conventions import ALUMINIUM, STEEL
 from nvhchain.fem.solid_model import RigidSet
-from nvhchain.housing.foreign_mesh import sound_mesh
+from nvhchain.housing.imported.repair import sound_mesh
 from nvhchain.interop import read_abaqus, read_nastran, write_abaqus, write_nastran
 from nvhchain.interop._names import LARGEST_LABEL, abaqus_names, short_labels
 from nvhchain.interop.model_files import real16, real20

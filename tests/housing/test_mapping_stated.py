@@ -8,9 +8,9 @@ import pytest
 
 from nvhchain.errors import AccuracyWarning
 from nvhchain.housing import reduce_housing, reduction
-from nvhchain.housing.mapping_error import facet_flux, gathered, source_power
+from nvhchain.housing.modes.seat_modes import seat_modes
 from nvhchain.housing.reduction import held_matrices
-from nvhchain.housing.seat_modes import seat_modes
+from nvhchain.housing.skin.mapping_error import facet_flux, gathered, source_power
 
 F_MAX = 1700.0
 

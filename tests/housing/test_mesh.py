@@ -8,9 +8,9 @@ import pytest
 
 from nvhchain.errors import InputError, SolverError
 from nvhchain.fem import mesher, stiffness_and_mass
-from nvhchain.housing import _gmsh
-from nvhchain.housing.geometry import casting_recipe, outline_at
-from nvhchain.housing.mesh import boundary_faces, mesh_casting, on_engine_plane, radiating_surface, straightened
+from nvhchain.housing.casting import _gmsh
+from nvhchain.housing.casting.mesh import boundary_faces, mesh_casting, on_engine_plane, radiating_surface, straightened
+from nvhchain.housing.casting.solids import casting_recipe, outline_at
 
 UNIT_TET = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])
 
@@ -66,7 +66,7 @@ def test_skin_is_the_outside_only(casting, mesh):
 
 
 def stadium_area(casting):
-    from nvhchain.housing.outline import stations
+    from nvhchain.housing.casting.outline import stations
 
     x, y = stations(outline_at(casting, casting.wall + casting.draft + casting.flange_width), 2000)[0].T
     return 0.5 * abs(x @ np.roll(y, -1) - y @ np.roll(x, -1))
@@ -130,6 +130,6 @@ def test_missing_system_library_is_named(monkeypatch):
 
 def test_seat_without_nodes_is_refused(casting, fidelity, monkeypatch):
     raw = _gmsh.mesh(casting_recipe(casting, 0.03, 6.0))
-    monkeypatch.setattr("nvhchain.housing._gmsh.mesh", lambda recipe: {**raw, "nodes": raw["nodes"] * 1.01})
+    monkeypatch.setattr("nvhchain.housing.casting._gmsh.mesh", lambda recipe: {**raw, "nodes": raw["nodes"] * 1.01})
     with pytest.raises(InputError, match="seat A1 got 0 mesh nodes"):
         mesh_casting(casting, fidelity)

@@ -10,9 +10,9 @@ from nvhchain.errors import FileFormatError, InputError
 from nvhchain.fem.faces import boundary_faces
 from nvhchain.fem.solid_model import CORNERS
 from nvhchain.housing import EnginePlane, exported_modes, housing_from_modes
-from nvhchain.housing.foreign_mesh import sound_mesh
-from nvhchain.housing.foreign_modes import modal_skin
-from nvhchain.housing.truncation import RESIDUAL_MASS
+from nvhchain.housing.imported.modal_results import modal_skin
+from nvhchain.housing.imported.repair import sound_mesh
+from nvhchain.housing.modes.truncation import RESIDUAL_MASS
 from nvhchain.interop import read_modal_hdf5, read_modal_uff, write_modal_hdf5, write_modal_uff
 from nvhchain.interop.surface_motion import vertex_motion
 

@@ -10,7 +10,9 @@ from nvhchain.errors import AccuracyWarning, InputError
 from nvhchain.fem import factorize
 from nvhchain.fidelity import DRAFT, STANDARD, HousingFidelity
 from nvhchain.housing import Casting, reduce_housing
-from nvhchain.housing.mesh import on_engine_plane
+from nvhchain.housing.casting.mesh import on_engine_plane
+from nvhchain.housing.modes.response import face_displacement, seat_displacement
+from nvhchain.housing.modes.seat_modes import seat_unknowns
 from nvhchain.housing.reduction import (
     bending_wavelength,
     check_bending_resolution,
@@ -18,8 +20,6 @@ from nvhchain.housing.reduction import (
     held_matrices,
     seat_flexibility,
 )
-from nvhchain.housing.response import face_displacement, seat_displacement
-from nvhchain.housing.seat_modes import seat_unknowns
 
 F_MAX = 4000.0
 """Hz, the band for which conftest.py reduces the test housing."""

@@ -7,9 +7,9 @@ import pytest
 
 from nvhchain.errors import InputError
 from nvhchain.housing import reduce_housing, reduction, truncation_error
+from nvhchain.housing.modes.response import face_displacement
+from nvhchain.housing.modes.truncation import without_modes
 from nvhchain.housing.reduction import seat_flexibility, with_residual
-from nvhchain.housing.response import face_displacement
-from nvhchain.housing.truncation import without_modes
 
 F_MAX = 1700.0
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import nvhchain.housing.response as response
+import nvhchain.housing.modes.response as response
 from nvhchain.errors import InputError, ResourceError
 from nvhchain.handoff import ForceSpectrum, ReducedHousing, Surface
 from nvhchain.housing import respond
@@ -114,7 +114,7 @@ def test_response_that_does_not_fit_into_memory_is_refused(housing, monkeypatch)
 
 
 def test_faces_at_rest_stay_at_rest(reduced):
-    from nvhchain.housing.mesh import on_engine_plane
+    from nvhchain.housing.casting.mesh import on_engine_plane
 
     names = reduced.names
     velocity = respond(reduced, spectrum([1000.0], np.ones((1, len(names), 3)), names=names))

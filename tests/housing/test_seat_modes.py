@@ -8,7 +8,7 @@ from fem_meshes import brick
 from nvhchain.conventions import ALUMINIUM
 from nvhchain.errors import SolverError
 from nvhchain.fem import rigid_map, stiffness_and_mass
-from nvhchain.housing.seat_modes import seat_modes, seat_unknowns
+from nvhchain.housing.modes.seat_modes import seat_modes, seat_unknowns
 
 
 def block(held):
@@ -125,7 +125,7 @@ def test_coincident_modes_of_a_square_block_come_in_pairs():
 
 
 def test_singular_matrix_without_a_rigid_mode_is_an_error(monkeypatch):
-    import nvhchain.housing.seat_modes as module
+    import nvhchain.housing.modes.seat_modes as module
 
     K, M, _, _ = block(held=False)
     monkeypatch.setattr(module, "lowest_modes", lambda *_, **__: (np.array([900.0]), np.ones((K.shape[0], 1))))
@@ -134,7 +134,7 @@ def test_singular_matrix_without_a_rigid_mode_is_an_error(monkeypatch):
 
 
 def test_solver_that_fails_on_a_held_block_is_not_taken_for_a_free_one(monkeypatch):
-    import nvhchain.housing.seat_modes as module
+    import nvhchain.housing.modes.seat_modes as module
 
     def failing(*_, factor=None, **__):
         assert factor is not None, "solved again as if it were free"

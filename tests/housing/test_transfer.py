@@ -6,8 +6,8 @@ from scipy.spatial.transform import Rotation
 
 from nvhchain.fem.triangles import squared_distance
 from nvhchain.handoff import Surface
-from nvhchain.housing.mesh import boundary_faces, on_engine_plane
-from nvhchain.housing.transfer import _nearest, _pieces, normal_motion
+from nvhchain.housing.casting.mesh import boundary_faces, on_engine_plane
+from nvhchain.housing.skin.normal_motion import _nearest, _pieces, normal_motion
 
 
 def sphere(subdivisions):

@@ -8,11 +8,10 @@ import pytest
 from nvhchain.errors import InputError, SolverError
 from nvhchain.fem import factorize
 from nvhchain.housing import reduce_housing, reduction
-from nvhchain.housing.mesh import mesh_casting
-from nvhchain.housing.reduction import held_matrices
-from nvhchain.housing.response import face_displacement, seat_displacement
-from nvhchain.housing.seat_modes import seat_unknowns
-from nvhchain.housing.truncation import (
+from nvhchain.housing.casting.mesh import mesh_casting
+from nvhchain.housing.modes.response import face_displacement, seat_displacement
+from nvhchain.housing.modes.seat_modes import seat_unknowns
+from nvhchain.housing.modes.truncation import (
     RESIDUAL_MASS,
     fewest_modes,
     truncation_error,
@@ -21,6 +20,7 @@ from nvhchain.housing.truncation import (
     without_modes,
     worst_level,
 )
+from nvhchain.housing.reduction import held_matrices
 
 F_MAX = 4000.0
 """Hz, the band for which conftest.py reduces the test housing."""

@@ -10,7 +10,7 @@ from nvhchain.case import FieldPoint
 from nvhchain.fidelity import DRAFT
 from nvhchain.handoff import BearingForces, ForceSpectrum, ReducedHousing
 from nvhchain.housing import respond
-from nvhchain.housing.truncation import FREQUENCY_ERROR
+from nvhchain.housing.modes.truncation import FREQUENCY_ERROR
 
 LINES = np.array([300.0, 900.0, 980.0, 1000.0, 1100.0, 1600.0])
 POINTS = np.array([[0.0, 0.2, 0.9], [0.7, 0.0, 0.1]])

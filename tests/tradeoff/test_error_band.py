@@ -37,7 +37,7 @@ from nvhchain.errors import AccuracyWarning, InputError
 from nvhchain.fidelity import DRAFT, STANDARD
 from nvhchain.handoff import ForceSpectrum, PressureHistory
 from nvhchain.housing import respond, truncation_errors
-from nvhchain.housing.truncation import FREQUENCY_ERROR, RESIDUAL_MASS
+from nvhchain.housing.modes.truncation import FREQUENCY_ERROR, RESIDUAL_MASS
 from nvhchain.levels import decibel, overall_power, power_level
 from nvhchain.report.limits import limits
 from nvhchain.result import Result

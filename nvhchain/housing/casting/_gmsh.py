@@ -28,7 +28,7 @@ def mesh(recipe: dict[str, Any]) -> dict[str, np.ndarray]:
     Raises SolverError with what gmsh says when it cannot mesh.
     """
     return run_mesher(
-        "nvhchain.housing._gmsh",
+        "nvhchain.housing.casting._gmsh",
         json.dumps(recipe).encode(),
         time_limit=_TIME_LIMIT,
         failure="gmsh could not mesh the housing",

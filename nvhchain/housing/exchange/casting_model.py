@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from nvhchain.fem.solid_model import ElementBlock, RigidSet, SolidModel
-from nvhchain.housing.casting import Casting
-from nvhchain.housing.mesh import HousingMesh
+from nvhchain.housing.casting.casting import Casting
+from nvhchain.housing.casting.mesh import HousingMesh
 
 
 def casting_model(mesh: HousingMesh, casting: Casting) -> SolidModel:

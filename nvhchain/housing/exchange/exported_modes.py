@@ -11,7 +11,7 @@ import numpy as np
 from nvhchain.errors import require
 from nvhchain.fem.modal_model import ModalModel
 from nvhchain.handoff import FloatArray, ReducedHousing, Surface
-from nvhchain.housing.truncation import with_ritz_vectors
+from nvhchain.housing.modes.truncation import with_ritz_vectors
 
 _FLAT = 0.03
 """Of the sum of n nᵀ at a vertex, added in all directions: where faces are flat or nearly so, within some 10°, a vertex

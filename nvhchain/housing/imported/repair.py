@@ -16,8 +16,8 @@ from nvhchain.errors import InputError, require
 from nvhchain.fem.elements import reference_element
 from nvhchain.fem.solid_model import CORNERS, EDGES, ElementBlock, RigidSet, SolidModel
 from nvhchain.handoff import FloatArray, IntArray
-from nvhchain.housing.foreign_cracks import cracks, open_joints
-from nvhchain.housing.foreign_joints import check_joints, on_a_line
+from nvhchain.housing.imported.cracks import cracks, open_joints
+from nvhchain.housing.imported.joints import check_joints, on_a_line
 
 QUADRATIC = {"tet": "tet10", "wedge": "wedge15", "hex": "hex20"}
 _FLIP = {"tet": (0, 2, 1, 3), "wedge": (3, 4, 5, 0, 1, 2), "hex": (4, 5, 6, 7, 0, 1, 2, 3)}

@@ -17,11 +17,11 @@ from nvhchain.fem.modal_model import ModalModel
 from nvhchain.fem.solid_model import RigidSet, SolidModel
 from nvhchain.fidelity import HousingFidelity
 from nvhchain.handoff import FloatArray, IntArray
-from nvhchain.housing.foreign import constrained, rigid_motions, warn, with_seats
-from nvhchain.housing.foreign_mesh import sound_mesh
-from nvhchain.housing.mesh_resolution import resolution
-from nvhchain.housing.seat_modes import SeatModes, seat_modes
-from nvhchain.housing.skin import solid_skin
+from nvhchain.housing.imported.mesh_resolution import resolution
+from nvhchain.housing.imported.repair import sound_mesh
+from nvhchain.housing.imported.solid_model import constrained, rigid_motions, warn, with_seats
+from nvhchain.housing.modes.seat_modes import SeatModes, seat_modes
+from nvhchain.housing.skin.skin import solid_skin
 
 _DEPENDENT = 1e-10
 """Of the residual's largest flexibility, below which a direction of the seats has none of its own."""

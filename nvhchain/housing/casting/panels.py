@@ -10,8 +10,8 @@ from scipy.spatial import cKDTree
 
 from nvhchain.errors import require
 from nvhchain.handoff import FloatArray, IntArray, Surface
-from nvhchain.housing.casting import Casting
-from nvhchain.housing.mesh import on_engine_plane
+from nvhchain.housing.casting.casting import Casting
+from nvhchain.housing.casting.mesh import on_engine_plane
 
 _SAME_PLACE = 1e-9
 """Of the surface's extent, within which two distances to groups of nodes are one."""

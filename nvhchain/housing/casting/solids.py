@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from nvhchain.handoff import FloatArray
-from nvhchain.housing.casting import Bore, Casting
-from nvhchain.housing.outline import Arc, hull, inside, stations
+from nvhchain.housing.casting.casting import Bore, Casting
+from nvhchain.housing.casting.outline import Arc, hull, inside, stations
 
 Solid = dict[str, Any]
 

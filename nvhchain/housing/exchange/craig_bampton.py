@@ -18,12 +18,12 @@ from nvhchain.fem.solid_model import RigidSet, SolidModel
 from nvhchain.fem.superelement import CraigBampton
 from nvhchain.fidelity import HousingFidelity
 from nvhchain.handoff import FloatArray
-from nvhchain.housing.casting import Casting
-from nvhchain.housing.foreign import constrained, with_seats
-from nvhchain.housing.foreign_mesh import sound_mesh
-from nvhchain.housing.mesh import mesh_casting, on_engine_plane, radiating_surface
+from nvhchain.housing.casting.casting import Casting
+from nvhchain.housing.casting.mesh import mesh_casting, on_engine_plane, radiating_surface
+from nvhchain.housing.imported.repair import sound_mesh
+from nvhchain.housing.imported.solid_model import constrained, with_seats
 from nvhchain.housing.reduction import check_bending_resolution, held_matrices
-from nvhchain.housing.transfer import normal_motion
+from nvhchain.housing.skin.normal_motion import normal_motion
 
 _PER_SEAT = 6
 

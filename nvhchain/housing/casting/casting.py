@@ -12,7 +12,7 @@ from math import hypot, isfinite
 from nvhchain.conventions import ALUMINIUM, Material
 from nvhchain.dimensions import Length
 from nvhchain.errors import require
-from nvhchain.housing.damping import DampingCurve, check_modal_damping
+from nvhchain.housing.modes.damping import DampingCurve, check_modal_damping
 from nvhchain.names import check_name, check_names
 
 LARGEST = 5.0

@@ -17,7 +17,7 @@ from scipy.spatial import Delaunay
 
 from nvhchain.errors import ResourceError, require
 from nvhchain.handoff import FloatArray, IntArray
-from nvhchain.housing.surface_nets import BoolArray
+from nvhchain.housing.skin.surface_nets import BoolArray
 
 WALL, OUTSIDE, CAVITY, PLUG = 0, 1, 2, 3
 

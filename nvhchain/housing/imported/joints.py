@@ -15,7 +15,7 @@ from nvhchain.errors import InputError
 from nvhchain.fem.faces import element_faces
 from nvhchain.fem.solid_model import SolidModel
 from nvhchain.handoff import FloatArray, IntArray
-from nvhchain.housing.foreign_cracks import COINCIDENT
+from nvhchain.housing.imported.cracks import COINCIDENT
 
 _LINE = 1e-4
 """Width of a set of nodes over its length, below which they lie on a line; files round to seven digits."""

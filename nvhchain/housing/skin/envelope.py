@@ -20,9 +20,9 @@ from scipy.sparse.csgraph import connected_components
 from nvhchain.errors import InputError, require
 from nvhchain.handoff import FloatArray, IntArray, Surface
 from nvhchain.handoff.surface import bodies_of
-from nvhchain.housing.regions import CAVITY, OUTSIDE, PLUG, WALL, Regions, regions
-from nvhchain.housing.skin import Skin
-from nvhchain.housing.surface_nets import relaxed, split, surface_nets, well_composed
+from nvhchain.housing.skin.regions import CAVITY, OUTSIDE, PLUG, WALL, Regions, regions
+from nvhchain.housing.skin.skin import Skin
+from nvhchain.housing.skin.surface_nets import relaxed, split, surface_nets, well_composed
 
 _CELL = 0.98
 """Lattice cell per mean edge of the triangles that come out: their size is the fidelity's, this only meets it."""

@@ -7,7 +7,7 @@ from scipy.spatial import cKDTree
 
 from nvhchain.fem.solid_model import SolidModel
 from nvhchain.handoff import FloatArray
-from nvhchain.housing.skin import Skin
+from nvhchain.housing.skin.skin import Skin
 
 _LONGEST = 3.5
 """Length of straight-sided quadratic tetrahedra over the thickness of their wall, beyond which they are warned of."""

@@ -15,17 +15,17 @@ from nvhchain.fem import rigid_map, stiffness_and_mass
 from nvhchain.fem.solid_model import RigidSet, SolidModel
 from nvhchain.fidelity import HousingFidelity
 from nvhchain.handoff import FloatArray, ReducedHousing, Surface
-from nvhchain.housing.damping import DampingCurve, check_modal_damping, damping_of_modes
-from nvhchain.housing.engine_plane import EnginePlane
-from nvhchain.housing.envelope import outer_envelope
-from nvhchain.housing.foreign_mesh import sound_mesh
-from nvhchain.housing.mapping_error import MAPPING_ERROR, skin_sources, stated_mapping_errors, warn_of_mapping
-from nvhchain.housing.mesh_resolution import resolution
+from nvhchain.housing.imported.mesh_resolution import resolution
+from nvhchain.housing.imported.repair import sound_mesh
+from nvhchain.housing.modes.damping import DampingCurve, check_modal_damping, damping_of_modes
+from nvhchain.housing.modes.engine_plane import EnginePlane
+from nvhchain.housing.modes.seat_modes import seat_modes
+from nvhchain.housing.modes.truncation import RESIDUAL_MASS
 from nvhchain.housing.reduction import accurate, with_residual
-from nvhchain.housing.seat_modes import seat_modes
-from nvhchain.housing.skin import solid_skin
-from nvhchain.housing.transfer import normal_motion
-from nvhchain.housing.truncation import RESIDUAL_MASS
+from nvhchain.housing.skin.envelope import outer_envelope
+from nvhchain.housing.skin.mapping_error import MAPPING_ERROR, skin_sources, stated_mapping_errors, warn_of_mapping
+from nvhchain.housing.skin.normal_motion import normal_motion
+from nvhchain.housing.skin.skin import solid_skin
 
 _STEPS = 6
 _FREE = 6

@@ -14,7 +14,7 @@ import scipy.sparse as sp
 from nvhchain.conventions import Air
 from nvhchain.errors import AccuracyWarning
 from nvhchain.handoff import ComplexArray, FloatArray, IntArray, ReducedHousing, Surface
-from nvhchain.housing.response import face_displacement, modal_displacement
+from nvhchain.housing.modes.response import face_displacement, modal_displacement
 
 MAPPING_ERROR = "mapping_error_db"
 """Name in the provenance of a reduced housing: dB at some frequencies, by their names."""

@@ -17,8 +17,8 @@ from nvhchain.handoff import (
     ReducedHousing,
     SurfaceVelocity,
 )
-from nvhchain.housing.panels import Panels
-from nvhchain.housing.response import modal_displacement
+from nvhchain.housing.casting.panels import Panels
+from nvhchain.housing.modes.response import modal_displacement
 
 
 @dataclass(frozen=True, eq=False)

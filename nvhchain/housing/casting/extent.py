@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from nvhchain.housing.casting import Casting
-from nvhchain.housing.geometry import outline_at
-from nvhchain.housing.outline import Arc, inside
+from nvhchain.housing.casting.casting import Casting
+from nvhchain.housing.casting.outline import Arc, inside
+from nvhchain.housing.casting.solids import outline_at
 
 COARSEST_FACE = 0.6
 """Of the depth: longest edge of radiating faces, however long the waves are, that shows the shape of a casting."""

@@ -13,17 +13,17 @@ from nvhchain.errors import AccuracyWarning, require
 from nvhchain.fem.modal_model import ModalModel
 from nvhchain.fidelity import HousingFidelity
 from nvhchain.handoff import FloatArray, IntArray, ReducedHousing, Surface
-from nvhchain.housing.engine_plane import EnginePlane
-from nvhchain.housing.envelope import outer_envelope
-from nvhchain.housing.foreign import warn
-from nvhchain.housing.foreign_mesh import check_extent
-from nvhchain.housing.foreign_seats import seat_rows
-from nvhchain.housing.mapping_error import MAPPING_ERROR, skin_sources, stated_mapping_errors, warn_of_mapping
+from nvhchain.housing.imported.repair import check_extent
+from nvhchain.housing.imported.seats import seat_rows
+from nvhchain.housing.imported.solid_model import warn
+from nvhchain.housing.modes.engine_plane import EnginePlane
+from nvhchain.housing.modes.truncation import RESIDUAL_MASS, truncation_error
 from nvhchain.housing.reduction import with_residual
-from nvhchain.housing.shell_sides import distinct, has_area, outward_sides, outward_skin
-from nvhchain.housing.skin import Skin
-from nvhchain.housing.transfer import normal_motion
-from nvhchain.housing.truncation import RESIDUAL_MASS, truncation_error
+from nvhchain.housing.skin.envelope import outer_envelope
+from nvhchain.housing.skin.mapping_error import MAPPING_ERROR, skin_sources, stated_mapping_errors, warn_of_mapping
+from nvhchain.housing.skin.normal_motion import normal_motion
+from nvhchain.housing.skin.shell_sides import distinct, has_area, outward_sides, outward_skin
+from nvhchain.housing.skin.skin import Skin
 
 _RIGID = 1e-4
 """Of f_max, below which a mode is rigid: rounding, 1e-16 of the highest eigenvalue of a mesh, gives free bodies natural

@@ -6,8 +6,8 @@ import numpy as np
 
 from nvhchain.errors import require
 from nvhchain.fem.solid_model import SolidModel
-from nvhchain.housing.skin import Skin
-from nvhchain.housing.thin_walls import edges, longest_for_their_wall, stiffening, wall_thickness, worst_quarter
+from nvhchain.housing.skin.skin import Skin
+from nvhchain.housing.skin.thin_walls import edges, longest_for_their_wall, stiffening, wall_thickness, worst_quarter
 
 _NYQUIST = 1.0
 """Quadratic elements per wavelength below which a mesh has no such wave: two distances of nodes."""

@@ -12,9 +12,9 @@ from nvhchain.errors import InputError, SolverError, require
 from nvhchain.fem.elements import TET10_EDGES, reference_element, tet10_shape
 from nvhchain.fidelity import HousingFidelity
 from nvhchain.handoff import FloatArray, IntArray, Surface
-from nvhchain.housing import _gmsh
-from nvhchain.housing.casting import Casting
-from nvhchain.housing.geometry import bolt_circle, casting_recipe, envelope_recipe, lug_height, seat_range
+from nvhchain.housing.casting import _gmsh
+from nvhchain.housing.casting.casting import Casting
+from nvhchain.housing.casting.solids import bolt_circle, casting_recipe, envelope_recipe, lug_height, seat_range
 
 TET10_FACES = np.array([[0, 2, 1, 6, 5, 4], [0, 1, 3, 4, 8, 7], [1, 2, 3, 5, 9, 8], [0, 3, 2, 7, 9, 6]])
 """Six-node faces of the tetrahedron, corners counter-clockwise seen from outside, then the mid-edge nodes."""

@@ -1,0 +1,1 @@
+"""The parametric casting: outline, solids, mesh and panels."""

@@ -1,0 +1,1 @@
+"""Reduced housings in the formats of other programs."""

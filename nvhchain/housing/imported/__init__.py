@@ -1,0 +1,1 @@
+"""Housings from models and modes of other programs."""

@@ -1,0 +1,1 @@
+"""Modes of the housing, its damping and its forced response."""

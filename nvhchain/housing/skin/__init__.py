@@ -1,0 +1,1 @@
+"""The skin of a meshed housing and its motion on the radiating surface."""

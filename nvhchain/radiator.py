@@ -15,7 +15,7 @@ from nvhchain.errors import AccuracyWarning, InputError, require
 from nvhchain.fem.mesh_files import read_mesh, triangulated
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import Surface, SurfaceVelocity
-from nvhchain.interop.nastran_faces import NASTRAN_ENDINGS, read_nastran_faces
+from nvhchain.interop.solids.nastran_faces import NASTRAN_ENDINGS, read_nastran_faces
 
 
 def radiator_velocity(case: RadiatorCase, fidelity: AcousticsFidelity) -> SurfaceVelocity:

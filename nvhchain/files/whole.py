@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TypeAlias
 from zlib import crc32
 
-from nvhchain.errors import WriteError
+from nvhchain.errors import InputError, WriteError, require
 
 Content: TypeAlias = bytes | bytearray | memoryview
 """Bytes of a file, or of a piece of one."""
@@ -64,6 +64,24 @@ def write_whole(path: Path, content: Content | Iterable[Content]) -> Path:
             ) from error
         raise
     return path
+
+
+def write_output(path: Path, content: Content | Iterable[Content]) -> Path:
+    """Write `content` to a `path` that a user has named, whole or not at all.
+
+    Raises InputError where there is no folder for it, one in its place, or the system lets nothing be written;
+    WriteError where the disk is full or fails.
+    """
+    try:
+        folder = path.absolute().parent
+        require(folder.is_dir(), f"{path}: the folder {path.parent} does not exist: make it or choose another")
+        require(not path.is_dir(), f"{path}: a folder stands where a file is to be written: choose another name")
+        return write_whole(path, content)
+    except OSError as error:
+        if error.errno in FULL:
+            raise
+        reason = os.strerror(error.errno) if error.errno else str(error)
+        raise InputError(f"{path}: cannot be written ({reason}): choose another folder or name") from error
 
 
 def _write(part: Path, pieces: Iterable[Content]) -> None:

@@ -1,17 +1,17 @@
 """Foreign files: hand-offs in and out of other programs' formats."""
 
-from nvhchain.interop.abaqus import read_abaqus
-from nvhchain.interop.force_channels import BearingChannels, ForceChannels
-from nvhchain.interop.forces import read_bearing_forces, read_record, write_bearing_forces
-from nvhchain.interop.modal_hdf5 import read_modal_hdf5, write_modal_hdf5
-from nvhchain.interop.modal_uff import read_modal_uff
-from nvhchain.interop.modal_uff_out import write_modal_uff
-from nvhchain.interop.model_files import write_abaqus, write_nastran
+from nvhchain.interop.common.units import UNIT_SYSTEMS
+from nvhchain.interop.forces.channels import Record
+from nvhchain.interop.forces.force_channels import BearingChannels, ForceChannels
+from nvhchain.interop.forces.forces import read_bearing_forces, read_record, write_bearing_forces
 from nvhchain.interop.models import read_modal_model, read_solid_model
-from nvhchain.interop.nastran import read_nastran
-from nvhchain.interop.record import Record
+from nvhchain.interop.modes.modal_hdf5 import read_modal_hdf5, write_modal_hdf5
+from nvhchain.interop.modes.modal_uff import read_modal_uff
+from nvhchain.interop.modes.modal_uff_out import write_modal_uff
+from nvhchain.interop.solids.abaqus import read_abaqus
+from nvhchain.interop.solids.nastran import read_nastran
+from nvhchain.interop.solids.writers import write_abaqus, write_nastran
 from nvhchain.interop.superelement import write_craig_bampton
-from nvhchain.interop.units import UNIT_SYSTEMS
 from nvhchain.interop.vtk_files import write_modes_vtkhdf, write_velocity_vtkhdf, write_vtu
 from nvhchain.interop.wav import write_history_wav, write_wav
 

@@ -7,10 +7,10 @@ from pathlib import Path
 from nvhchain.errors import InputError, require
 from nvhchain.fem.modal_model import ModalModel
 from nvhchain.fem.solid_model import SolidModel
-from nvhchain.interop.abaqus import read_abaqus
-from nvhchain.interop.modal_hdf5 import read_modal_hdf5
-from nvhchain.interop.modal_uff import read_modal_uff
-from nvhchain.interop.nastran import read_nastran
+from nvhchain.interop.modes.modal_hdf5 import read_modal_hdf5
+from nvhchain.interop.modes.modal_uff import read_modal_uff
+from nvhchain.interop.solids.abaqus import read_abaqus
+from nvhchain.interop.solids.nastran import read_nastran
 
 NASTRAN, ABAQUS = (".bdf", ".dat", ".nas", ".blk", ".bulk"), (".inp",)
 UNIVERSAL, HDF5 = (".unv", ".uff", ".uf"), (".h5", ".hdf5", ".hdf")

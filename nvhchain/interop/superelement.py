@@ -10,10 +10,9 @@ from scipy.io import savemat
 
 from nvhchain.errors import require
 from nvhchain.fem.superelement import CraigBampton
-from nvhchain.files.whole import in_memory
+from nvhchain.files.whole import in_memory, write_output
 from nvhchain.handoff import FloatArray
-from nvhchain.interop.model_files import real16
-from nvhchain.interop.records import whole
+from nvhchain.interop.solids.writers import real16
 
 _PER_SEAT = 6
 _DOUBLE, _SYMMETRIC = 2, 6
@@ -32,8 +31,8 @@ def write_craig_bampton(model: CraigBampton, path: str | Path) -> Path:
     check_craig_bampton_path(path)
     if path.suffix == ".mat":
         content = _content(model)
-        return whole(path, in_memory(lambda file: savemat(file, content, appendmat=False, oned_as="column")))
-    return whole(path, (f"{line}\n".encode() for line in _bulk_data(model)))
+        return write_output(path, in_memory(lambda file: savemat(file, content, appendmat=False, oned_as="column")))
+    return write_output(path, (f"{line}\n".encode() for line in _bulk_data(model)))
 
 
 def check_craig_bampton_path(path: str | Path) -> None:

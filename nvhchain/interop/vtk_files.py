@@ -17,10 +17,9 @@ from nvhchain.conventions import REFERENCE_VELOCITY
 from nvhchain.errors import require
 from nvhchain.fem import mesh_files
 from nvhchain.fem.mesh_files import MeshFile
-from nvhchain.files.whole import in_memory
+from nvhchain.files.whole import in_memory, write_output
 from nvhchain.handoff import FloatArray, ReducedHousing, Surface, SurfaceVelocity
-from nvhchain.interop.records import whole
-from nvhchain.interop.surface_motion import vertex_motion
+from nvhchain.interop.common.surface_motion import vertex_motion
 from nvhchain.levels import decibel
 
 TRIANGLE = 5
@@ -62,7 +61,7 @@ def write_vtu(
 ) -> Path:
     """One state of the surface.  cells: name → (n_face, …).  points: name → (n_v, …)."""
     mesh = MeshFile(surface.vertices, [("triangle", surface.triangles)])
-    return whole(Path(path), mesh_files.vtu_content(mesh, points=points, cells=cells))
+    return write_output(Path(path), mesh_files.vtu_content(mesh, points=points, cells=cells))
 
 
 def _write(
@@ -97,7 +96,7 @@ def _write(
             for kind, data, size in (("CellData", cells, faces), ("PointData", points, vertices)):
                 _stack(root, time, kind, data, size, count)
 
-    return whole(Path(path), in_memory(write))
+    return write_output(Path(path), in_memory(write))
 
 
 def _stack(root: Any, time: Any, kind: str, data: Mapping[str, FloatArray], size: int, count: int) -> None:

@@ -18,7 +18,7 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from nvhchain.errors import require
 from nvhchain.files.whole import in_memory, write_whole
 from nvhchain.handoff import ComplexArray, FloatArray, ReducedHousing, Surface, SurfaceVelocity
-from nvhchain.interop.surface_motion import vertex_motion
+from nvhchain.interop.common.surface_motion import vertex_motion
 from nvhchain.plots._pyvista_frames import render_frames
 from nvhchain.plots._style import panels, styled
 from nvhchain.plots.surface import strongest_line

@@ -20,7 +20,7 @@ from nvhchain.case import SurfaceFile
 from nvhchain.errors import AccuracyWarning, FileFormatError, InputError
 from nvhchain.fem.elements import reference_element
 from nvhchain.fem.mesh_files import med, read_mesh
-from nvhchain.interop.nastran_faces import read_nastran_faces
+from nvhchain.interop.solids.nastran_faces import read_nastran_faces
 from nvhchain.radiator import read_surface
 
 BALL = pyvista.Icosphere(radius=0.1, nsub=1)

@@ -21,8 +21,8 @@ from nvhchain.housing.modes.engine_plane import EnginePlane
 from nvhchain.housing.modes.truncation import RESIDUAL_MASS, truncation_error
 from nvhchain.housing.reduction import seat_flexibility
 from nvhchain.housing.skin.shell_sides import outward_sides, outward_skin
-from nvhchain.interop.modal_uff import read_modal_uff
-from nvhchain.interop.modal_uff_out import write_modal_uff
+from nvhchain.interop.modes.modal_uff import read_modal_uff
+from nvhchain.interop.modes.modal_uff_out import write_modal_uff
 
 ENGINE = EnginePlane((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
 F_MAX = 3000.0

@@ -10,9 +10,9 @@ from nvhchain.conventions import ALUMINIUM, STEEL
 from nvhchain.fem.solid_model import RigidSet
 from nvhchain.housing.imported.repair import sound_mesh
 from nvhchain.interop import read_abaqus, read_nastran, write_abaqus, write_nastran
-from nvhchain.interop._names import LARGEST_LABEL, abaqus_names, short_labels
-from nvhchain.interop.model_files import real16, real20
-from nvhchain.interop.nastran_cards import cards, real
+from nvhchain.interop.common._names import LARGEST_LABEL, abaqus_names, short_labels
+from nvhchain.interop.solids.nastran_cards import cards, real
+from nvhchain.interop.solids.writers import real16, real20
 
 
 def rich_model(labels=None):

@@ -14,7 +14,7 @@ from nvhchain.housing.imported.modal_results import modal_skin
 from nvhchain.housing.imported.repair import sound_mesh
 from nvhchain.housing.modes.truncation import RESIDUAL_MASS
 from nvhchain.interop import read_modal_hdf5, read_modal_uff, write_modal_hdf5, write_modal_uff
-from nvhchain.interop.surface_motion import vertex_motion
+from nvhchain.interop.common.surface_motion import vertex_motion
 
 ENGINE = EnginePlane((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
 F_MAX = 4000.0

@@ -8,9 +8,9 @@ import pytest
 
 from nvhchain.errors import FileFormatError, InputError
 from nvhchain.fem.modal_model import ModalModel
-from nvhchain.interop.modal_hdf5 import read_modal_hdf5, write_modal_hdf5
-from nvhchain.interop.modal_uff import read_modal_uff
-from nvhchain.interop.modal_uff_out import write_modal_uff
+from nvhchain.interop.modes.modal_hdf5 import read_modal_hdf5, write_modal_hdf5
+from nvhchain.interop.modes.modal_uff import read_modal_uff
+from nvhchain.interop.modes.modal_uff_out import write_modal_uff
 
 
 def test_units_of_a_universal_file_are_stated_once(tmp_path):

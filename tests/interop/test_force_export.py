@@ -6,7 +6,8 @@ from force_records import SUFFIXES
 from scipy.io import loadmat
 
 from nvhchain.errors import InputError
-from nvhchain.interop import read_bearing_forces, records, write_bearing_forces
+from nvhchain.interop import read_bearing_forces, write_bearing_forces
+from nvhchain.interop.forces import csv_mat_hdf5 as records
 
 
 @SUFFIXES

@@ -8,7 +8,7 @@ from force_records import POSITIONS, csv, six_tones
 
 from nvhchain.errors import InputError
 from nvhchain.interop import BearingChannels, read_bearing_forces
-from nvhchain.interop.sampling import resampled
+from nvhchain.interop.forces.sampling import resampled
 
 
 def test_speed_channel_is_converted_and_sample_rate_replaces_a_time_channel(tmp_path, declared):

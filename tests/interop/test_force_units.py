@@ -10,8 +10,9 @@ from scipy.io import savemat
 from scipy.io.matlab import MatlabOpaque
 
 from nvhchain.errors import InputError
-from nvhchain.interop import read_bearing_forces, read_record, records, write_bearing_forces
-from nvhchain.interop.channel_units import unit_called
+from nvhchain.interop import read_bearing_forces, read_record, write_bearing_forces
+from nvhchain.interop.forces import csv_mat_hdf5 as records
+from nvhchain.interop.forces.channel_units import unit_called
 
 
 def test_units_in_the_file_must_agree_with_the_declared_ones(tmp_path, declared):

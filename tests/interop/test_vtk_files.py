@@ -9,7 +9,7 @@ from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 from nvhchain.conventions import REFERENCE_VELOCITY
 from nvhchain.errors import InputError
 from nvhchain.handoff import ReducedHousing, Surface, SurfaceVelocity
-from nvhchain.interop.surface_motion import vertex_motion
+from nvhchain.interop.common.surface_motion import vertex_motion
 from nvhchain.interop.vtk_files import write_modes_vtkhdf, write_velocity_vtkhdf, write_vtu
 
 OCTAHEDRON = Surface(

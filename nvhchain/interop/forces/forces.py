@@ -8,9 +8,8 @@ from typing import Any
 
 from nvhchain.errors import FileFormatError, InputError
 from nvhchain.handoff import BearingForces
-from nvhchain.interop.force_channels import BearingChannels, ForceChannels, beside_forces, to_bearing_forces
-from nvhchain.interop.record import Record
-from nvhchain.interop.records import (
+from nvhchain.interop.forces.channels import Record
+from nvhchain.interop.forces.csv_mat_hdf5 import (
     AXES,
     columns_of,
     csv_name,
@@ -21,7 +20,8 @@ from nvhchain.interop.records import (
     write_hdf5,
     write_mat,
 )
-from nvhchain.interop.uff import MESH_NODES, SPEED_NODE, read_uff, write_uff
+from nvhchain.interop.forces.force_channels import BearingChannels, ForceChannels, beside_forces, to_bearing_forces
+from nvhchain.interop.forces.uff58 import MESH_NODES, SPEED_NODE, read_uff, write_uff
 from nvhchain.kinds import check_arguments
 
 SUFFIXES = {

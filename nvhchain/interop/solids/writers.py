@@ -9,12 +9,12 @@ import numpy as np
 
 from nvhchain.conventions import Material
 from nvhchain.fem.solid_model import ElementBlock, RigidSet, SolidModel
+from nvhchain.files.whole import write_output
 from nvhchain.handoff import IntArray
-from nvhchain.interop._names import abaqus_names, changed, mark, renumbered, short_labels
-from nvhchain.interop.abaqus_sets import HIDDEN
-from nvhchain.interop.nastran import SOLIDS
-from nvhchain.interop.records import whole
-from nvhchain.interop.units import UnitSystem, unit_system
+from nvhchain.interop.common._names import abaqus_names, changed, mark, renumbered, short_labels
+from nvhchain.interop.common.units import UnitSystem, unit_system
+from nvhchain.interop.solids.abaqus_sets import HIDDEN
+from nvhchain.interop.solids.nastran import SOLIDS
 
 _CARDS = {kind: (name, place) for name, (*kinds, place) in SOLIDS.items() for kind in kinds}
 _ABAQUS = {
@@ -208,4 +208,4 @@ def _held(model: SolidModel) -> Iterator[tuple[str, IntArray]]:
 
 
 def _written(lines: list[str], path: Path) -> Path:
-    return whole(path, (f"{line}\n".encode() for line in lines))
+    return write_output(path, (f"{line}\n".encode() for line in lines))

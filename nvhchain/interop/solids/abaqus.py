@@ -15,10 +15,11 @@ import numpy as np
 
 from nvhchain.errors import FileFormatError, InputError, require
 from nvhchain.fem.solid_model import SolidModel
-from nvhchain.interop._model_parts import Parts
-from nvhchain.interop._names import marks, restored
-from nvhchain.interop.abaqus_keywords import Block, all_lines, blocks, real
-from nvhchain.interop.abaqus_rigid import (
+from nvhchain.interop.common._names import marks, restored
+from nvhchain.interop.common.units import unit_system
+from nvhchain.interop.solids._model_parts import Parts
+from nvhchain.interop.solids.abaqus_keywords import Block, all_lines, blocks, real
+from nvhchain.interop.solids.abaqus_rigid import (
     read_boundary,
     read_coupling,
     read_kinematic,
@@ -27,8 +28,7 @@ from nvhchain.interop.abaqus_rigid import (
     read_rigid_body,
     read_surface,
 )
-from nvhchain.interop.abaqus_sets import ASSEMBLY, AbaqusFile, members_of, motion
-from nvhchain.interop.units import unit_system
+from nvhchain.interop.solids.abaqus_sets import ASSEMBLY, AbaqusFile, members_of, motion
 
 _SOLID = re.compile(r"C3D(4|6|8|10|15|20)(?=$|[RIHMTS])")
 _KIND = {"4": "tet4", "10": "tet10", "6": "wedge6", "15": "wedge15", "8": "hex8", "20": "hex20"}

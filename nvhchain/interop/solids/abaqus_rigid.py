@@ -6,9 +6,9 @@ import re
 
 from nvhchain.errors import InputError, require
 from nvhchain.fem.solid_model import CORNERS, EDGES, KINDS
-from nvhchain.interop._model_parts import Rigid
-from nvhchain.interop.abaqus_keywords import Block, real
-from nvhchain.interop.abaqus_sets import AbaqusFile
+from nvhchain.interop.solids._model_parts import Rigid
+from nvhchain.interop.solids.abaqus_keywords import Block, real
+from nvhchain.interop.solids.abaqus_sets import AbaqusFile
 
 SIDES: dict[str, tuple[tuple[int, ...], ...]] = {
     "tet": ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0)),

@@ -16,10 +16,10 @@ import numpy as np
 from nvhchain.errors import FileFormatError, InputError
 from nvhchain.fem.solid_model import SolidModel
 from nvhchain.handoff import FloatArray
-from nvhchain.interop._model_parts import TRANSLATIONS, Parts, Rigid
-from nvhchain.interop._names import marks, restored
-from nvhchain.interop.nastran_cards import cards, numbers, real, split_deck
-from nvhchain.interop.units import UnitSystem, unit_system
+from nvhchain.interop.common._names import marks, restored
+from nvhchain.interop.common.units import UnitSystem, unit_system
+from nvhchain.interop.solids._model_parts import TRANSLATIONS, Parts, Rigid
+from nvhchain.interop.solids.nastran_cards import cards, numbers, real, split_deck
 
 SOLIDS: dict[str, tuple[str, str, tuple[int, ...]]] = {
     "CTETRA": ("tet4", "tet10", tuple(range(10))),

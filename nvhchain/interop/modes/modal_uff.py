@@ -16,8 +16,8 @@ import numpy as np
 from nvhchain.errors import FileFormatError, InputError, require
 from nvhchain.fem.modal_model import ModalModel
 from nvhchain.handoff import FloatArray, IntArray
-from nvhchain.interop.uff_skin import rows_of, skin
-from nvhchain.interop.units import UnitSystem, unit_system
+from nvhchain.interop.common.units import UnitSystem, unit_system
+from nvhchain.interop.modes.uff_skin import rows_of, skin
 
 _NUMBER = re.compile(r"[+-]?(?:\d+\.\d*[+-]\d{3}(?![\d.])|(?:\d+\.?\d*|\.\d+)(?:[EeDd][+-]?\d+)?)")
 _BARE_EXPONENT = re.compile(r"(?<=[\d.])(?=[+-]\d{3}$)")

@@ -8,7 +8,7 @@ import numpy as np
 
 from nvhchain.errors import FileFormatError
 from nvhchain.fem.mesh_files.contents import NODES, Damaged, MeshFile, Numbering, short
-from nvhchain.interop.nastran_cards import cards, real, split_deck
+from nvhchain.interop.solids.nastran_cards import cards, real, split_deck
 
 NASTRAN_ENDINGS = (".bdf", ".nas", ".dat", ".fem")
 """Endings of bulk data."""

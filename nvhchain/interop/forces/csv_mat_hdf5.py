@@ -6,8 +6,7 @@ Numbers keep all digits, so that a file written here reads back bit for bit.
 from __future__ import annotations
 
 import csv
-import os
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from io import BytesIO, StringIO
 from itertools import chain
 from pathlib import Path
@@ -18,12 +17,12 @@ import numpy as np
 from scipy.io import loadmat, savemat
 from scipy.io.matlab import MatlabOpaque
 
-from nvhchain.errors import FileFormatError, InputError, require
-from nvhchain.files.whole import FULL, Content, in_memory, write_whole
+from nvhchain.errors import FileFormatError, require
+from nvhchain.files.whole import in_memory, write_output
 from nvhchain.handoff import BearingForces, FloatArray
-from nvhchain.interop.channel_units import unit_called
-from nvhchain.interop.force_channels import OF_MESHES, beside_forces
-from nvhchain.interop.record import Record
+from nvhchain.interop.forces.channel_units import unit_called
+from nvhchain.interop.forces.channels import Record
+from nvhchain.interop.forces.force_channels import OF_MESHES, beside_forces
 
 AXES = "xyz"
 
@@ -234,7 +233,7 @@ def write_csv(forces: BearingForces, path: Path) -> Path:
     head = StringIO()
     csv.writer(head, lineterminator="\n").writerows([names, units])
     rows = (",".join(map(repr, row.tolist())) + "\n" for row in table)
-    return whole(path, chain([head.getvalue().encode()], map(str.encode, rows)))
+    return write_output(path, chain([head.getvalue().encode()], map(str.encode, rows)))
 
 
 def csv_name(bearing: str, axis: str) -> str:
@@ -266,7 +265,7 @@ def write_mat(forces: BearingForces, path: Path) -> Path:
         "units": {"time": "s", "input_speed": "rad/s", "force": "N", "positions": "m"}
         | {name: OF_MESHES[name] for name in beside},
     }
-    return whole(path, in_memory(lambda file: savemat(file, content, appendmat=False, oned_as="column")))
+    return write_output(path, in_memory(lambda file: savemat(file, content, appendmat=False, oned_as="column")))
 
 
 def write_hdf5(forces: BearingForces, path: Path) -> Path:
@@ -281,25 +280,7 @@ def write_hdf5(forces: BearingForces, path: Path) -> Path:
                 file.create_dataset(name, data=values).attrs["units"] = OF_MESHES[name]
             file.create_dataset("names", data=np.array(forces.names, dtype=h5py.string_dtype()))
 
-    return whole(path, in_memory(write))
-
-
-def whole(path: Path, content: Content | Iterable[Content]) -> Path:
-    """Write `content` to `path`, whole or not at all.
-
-    Raises InputError where there is no folder for it, one in its place, or the system lets nothing be written;
-    WriteError where the disk is full or fails.
-    """
-    try:
-        folder = path.absolute().parent
-        require(folder.is_dir(), f"{path}: the folder {path.parent} does not exist: make it or choose another")
-        require(not path.is_dir(), f"{path}: a folder stands where a file is to be written: choose another name")
-        return write_whole(path, content)
-    except OSError as error:
-        if error.errno in FULL:
-            raise
-        reason = os.strerror(error.errno) if error.errno else _reason(error)
-        raise InputError(f"{path}: cannot be written ({reason}): choose another folder or name") from error
+    return write_output(path, in_memory(write))
 
 
 def _reason(error: BaseException) -> str:

@@ -17,9 +17,9 @@ from scipy.interpolate import PchipInterpolator
 from nvhchain.dimensions import AngularSpeed, Length
 from nvhchain.errors import require
 from nvhchain.handoff import BearingForces, FloatArray
-from nvhchain.interop.channel_units import ANGLE_UNITS, FORCE_UNITS, LENGTH_UNITS, SPEED_UNITS, TIME_UNITS
-from nvhchain.interop.record import Record
-from nvhchain.interop.sampling import resampled, uniform_time
+from nvhchain.interop.forces.channel_units import ANGLE_UNITS, FORCE_UNITS, LENGTH_UNITS, SPEED_UNITS, TIME_UNITS
+from nvhchain.interop.forces.channels import Record
+from nvhchain.interop.forces.sampling import resampled, uniform_time
 from nvhchain.kinds import check_arguments, check_fields
 from nvhchain.names import check_name
 

@@ -15,9 +15,9 @@ from scipy.spatial.transform import Rotation
 
 from nvhchain.errors import InputError, require
 from nvhchain.handoff import FloatArray
-from nvhchain.interop._model_parts import Parts
-from nvhchain.interop.abaqus_keywords import Block, real
-from nvhchain.interop.units import UnitSystem
+from nvhchain.interop.common.units import UnitSystem
+from nvhchain.interop.solids._model_parts import Parts
+from nvhchain.interop.solids.abaqus_keywords import Block, real
 
 ASSEMBLY = "assembly"
 """Owner of what the assembly defines; the names of instances are in upper case."""

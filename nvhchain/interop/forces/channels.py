@@ -9,7 +9,7 @@ import numpy as np
 
 from nvhchain.errors import require
 from nvhchain.handoff import FloatArray
-from nvhchain.interop.channel_units import unit_called, unit_in_name
+from nvhchain.interop.forces.channel_units import unit_called, unit_in_name
 
 
 @dataclass(frozen=True, eq=False)

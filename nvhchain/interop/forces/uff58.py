@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 
 from nvhchain.errors import FileFormatError
+from nvhchain.files.whole import write_output
 from nvhchain.handoff import BearingForces, FloatArray
-from nvhchain.interop.channel_units import TIME_UNITS, unit_called
-from nvhchain.interop.force_channels import OF_MESHES, beside_forces
-from nvhchain.interop.record import Record
-from nvhchain.interop.records import whole
+from nvhchain.interop.forces.channel_units import TIME_UNITS, unit_called
+from nvhchain.interop.forces.channels import Record
+from nvhchain.interop.forces.force_channels import OF_MESHES, beside_forces
 
 DIRECTIONS = ("scalar", "x", "y", "z", "rx", "ry", "rz")
 FORCE_TYPES = {0, 1, 9, 13}
@@ -92,7 +92,7 @@ def write_uff(forces: BearingForces, path: Path) -> Path:
         for i, column in enumerate(values.T):
             label, node, unit = quantity.replace("_", " "), MESH_NODES[quantity] + i, OF_MESHES[quantity]
             sets.append(_function(forces.time, column, node, 0, label, DISPLACEMENT, unit))
-    return whole(path, sets)
+    return write_output(path, sets)
 
 
 def _function(

@@ -9,10 +9,10 @@ import numpy as np
 
 from nvhchain.errors import require
 from nvhchain.fem.modal_model import ModalModel
+from nvhchain.files.whole import write_output
 from nvhchain.handoff import FloatArray
-from nvhchain.interop.modal_uff import DISPLACEMENT, NODE, NORMAL_MODE
-from nvhchain.interop.records import whole
-from nvhchain.interop.units import UnitSystem, unit_system
+from nvhchain.interop.common.units import UnitSystem, unit_system
+from nvhchain.interop.modes.modal_uff import DISPLACEMENT, NODE, NORMAL_MODE
 
 
 def write_modal_uff(model: ModalModel, path: str | Path, *, units: str = "m-kg-s") -> Path:
@@ -23,7 +23,7 @@ def write_modal_uff(model: ModalModel, path: str | Path, *, units: str = "m-kg-s
     system = unit_system(units)
     require(system.time == 1.0, f"{path}: dataset 164 is in seconds, {units} is not: choose another unit system")
 
-    return whole(Path(path), (f"{line}\n".encode() for line in _written(model, system)))
+    return write_output(Path(path), (f"{line}\n".encode() for line in _written(model, system)))
 
 
 def _written(model: ModalModel, system: UnitSystem) -> Iterator[str]:

@@ -1,0 +1,1 @@
+"""Units, names and include files that all readers share."""

@@ -1,0 +1,1 @@
+"""Bearing forces in files of other programs and test systems."""

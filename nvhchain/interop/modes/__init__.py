@@ -1,0 +1,1 @@
+"""Modal models in universal files and HDF5."""

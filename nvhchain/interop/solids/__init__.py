@@ -1,0 +1,1 @@
+"""Solid models in Nastran and Abaqus decks."""

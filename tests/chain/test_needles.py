@@ -1,14 +1,17 @@
 """Surface files of long needles, as CAD writes cylinders: meshed anew within stated tolerances, or refused."""
 
+import warnings
+
 import meshio
 import numpy as np
 import pytest
 
 import nvhchain as nvh
 from nvhchain.acoustics.surfaces import needles
+from nvhchain.acoustics.surfaces.surface import aspects
 from nvhchain.cli import main
 from nvhchain.errors import AccuracyWarning, InputError
-from nvhchain.handoff import Surface
+from nvhchain.handoff import Surface, SurfaceVelocity
 
 RADIUS, LENGTH, LINES = 0.05, 0.3, (200.0, 900.0)
 
@@ -103,7 +106,7 @@ def test_a_needle_of_a_millionth_is_meshed_anew(case):
     kept = np.delete(faces, [other, len(faces) - 1], axis=0)
     faces = np.vstack([kept, [[a, b, new], [new, b, c], [a, new, c], [b, a, d]]])
     given = Surface(points, faces)
-    assert needles.aspects(given).max() > 1e4
+    assert aspects(given).max() > 1e4
     made = needles.without_needles(given, 0.05)
     assert not needles.has_needles(made.surface)
     assert made.distance < 2e-3
@@ -132,3 +135,31 @@ def test_cut_edges_leave_the_surface_closed_and_as_large():
     assert made.longest_edges.max() <= 0.03
     assert made.volume == pytest.approx(given.volume, rel=1e-12)
     assert made.areas.sum() == pytest.approx(given.areas.sum(), rel=1e-12)
+
+
+def test_needles_handed_in_state_what_they_err_by():
+    """Point source in a cylinder of 64 pairs of needles, at 1 kHz 4.6 dB off; meshed anew far below what is stated."""
+    given = Surface(*cylinder(64, 1, 1))
+    points, wavenumber = np.array([[1.0, 0, 0], [0, 0, 1.0], [0.5, 0.5, 0.5]]), 2 * np.pi * 1000.0 / 343.0
+    air = nvh.conventions.Air(speed_of_sound=343.0, density=1.2)
+    for surface, least, most in ((given, 3.0, 10.0), (needles.without_needles(given, 0.07).surface, 0.0, 0.1)):
+        at = surface.vertices[surface.triangles]
+        rule = [(i / 18, j / 18, 1 - (i + j) / 18) for i in range(1, 18, 2) for j in range(1, 18 - i, 2)]
+        velocity = np.zeros(len(at), dtype=complex)
+        for place in rule:
+            x = np.einsum("c,fci->fi", place, at)
+            r = np.linalg.norm(x, axis=1)
+            slope = (1j * wavenumber + 1 / r) * np.exp(-1j * wavenumber * r) / r
+            velocity += slope * (x * surface.normals).sum(axis=1) / r / len(rule)
+        velocity /= 1j * wavenumber * air.density * air.speed_of_sound
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", AccuracyWarning)
+            warnings.simplefilter("ignore", RuntimeWarning)
+            vectors = nvh.acoustics.transfer_vectors(surface, points, [1000.0], air=air)
+            motion = SurfaceVelocity(np.array([1000.0]), velocity[None], surface)
+            found = nvh.acoustics.radiate(vectors, motion).pressure[0]
+        distance = np.linalg.norm(points, axis=1)
+        want = np.exp(-1j * wavenumber * distance) / distance
+        error = 20 * np.log10(1 + np.abs(found - want).max() / np.abs(want).max())
+        assert least <= error < most
+        assert error < vectors.provenance["expected_error_dB"]

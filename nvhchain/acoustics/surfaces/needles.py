@@ -10,17 +10,11 @@ from scipy.spatial import cKDTree
 
 from nvhchain.acoustics.surfaces._gmsh import remesh
 from nvhchain.acoustics.surfaces.bodies import separate
-from nvhchain.acoustics.surfaces.surface import SHARP_ANGLE
+from nvhchain.acoustics.surfaces.surface import NEEDLE_SHARE, SHARP_ANGLE, aspects, needle_share
 from nvhchain.errors import InputError, SolverError
 from nvhchain.fem.triangles import squared_distance
 from nvhchain.handoff import FloatArray, IntArray, Surface
 from nvhchain.handoff.surface import bodies_of
-
-NEEDLE_ASPECT = 10.0
-"""Longest edge of a triangle over the height on it above which it is a needle."""
-
-NEEDLE_SHARE = 0.05
-"""Share of the area in needles above which a surface is meshed anew."""
 
 LONGEST_NEEDLE = 100.0
 """Longest edge over height above which even one needle has its surface meshed anew."""
@@ -77,16 +71,9 @@ class Remeshed:
         )
 
 
-def aspects(surface: Surface) -> FloatArray:
-    """(n_face,) longest edge of every triangle over the height on it; 1.15 where equilateral."""
-    return np.asarray(surface.longest_edges**2 / (2.0 * surface.areas))
-
-
 def has_needles(surface: Surface) -> bool:
     """Whether needles take more than `NEEDLE_SHARE` of the area, or one is longer than `LONGEST_NEEDLE`."""
-    aspect = aspects(surface)
-    share = surface.areas[aspect > NEEDLE_ASPECT].sum() / surface.areas.sum()
-    return bool(share > NEEDLE_SHARE or aspect.max() > LONGEST_NEEDLE)
+    return needle_share(surface) > NEEDLE_SHARE or bool(aspects(surface).max() > LONGEST_NEEDLE)
 
 
 def without_needles(surface: Surface, element_size: float) -> Remeshed | None:

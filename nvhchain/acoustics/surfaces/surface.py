@@ -29,6 +29,12 @@ eight times better and more, walls of one or two elements that shake up to seven
 LOCAL_COARSENING = 2.0
 """Longest edge, relative to the edge asked for, that all but a twentieth of the area must keep to."""
 
+NEEDLE_ASPECT = 10.0
+"""Longest edge of a triangle over the height on it above which it is a needle."""
+
+NEEDLE_SHARE = 0.05
+"""Share of the area in needles above which a surface file is meshed anew and other surfaces state larger errors."""
+
 CLEARANCE = 1e-3
 """Least distance of a field point from the surface, in local element edges: nearer, it may as well lie on it."""
 
@@ -59,6 +65,16 @@ def element_sizes(surface: Surface) -> tuple[float, float]:
 def mean_edge(surface: Surface) -> float:
     """Mean edge length (m) of a surface, weighted with the area."""
     return element_sizes(surface)[0]
+
+
+def aspects(surface: Surface) -> FloatArray:
+    """(n_face,) longest edge of every triangle over the height on it; 1.15 where equilateral."""
+    return np.asarray(surface.longest_edges**2 / (2.0 * surface.areas))
+
+
+def needle_share(surface: Surface) -> float:
+    """Share of the area that needles take."""
+    return float(surface.areas[aspects(surface) > NEEDLE_ASPECT].sum() / surface.areas.sum())
 
 
 def edges_between(surface: Surface) -> tuple[IntArray, IntArray, FloatArray]:

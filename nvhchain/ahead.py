@@ -17,11 +17,11 @@ from threading import Thread
 from nvhchain import stages
 from nvhchain.case import Case, GearboxCase
 from nvhchain.fidelity import Fidelity
+from nvhchain.files.hdf5 import writable_folder
+from nvhchain.files.shelf import Shelf, Unwatched, Watcher
 from nvhchain.memory import free_memory
-from nvhchain.resume import Shelf, Unwatched, Watcher
 from nvhchain.runtime import processes
 from nvhchain.scene import plan, preflight
-from nvhchain.store import writable_folder
 from nvhchain.threads import blas_threads
 
 _WORTH = 5.0

@@ -18,6 +18,8 @@ from nvhchain.case import Case, GearboxCase, Quantity, RadiatorCase
 from nvhchain.dynamics import Recording
 from nvhchain.errors import InputError
 from nvhchain.fidelity import STANDARD, Fidelity
+from nvhchain.files.hdf5 import writable_folder
+from nvhchain.files.shelf import Shelf, Unwatched, Watcher
 from nvhchain.given_forces import tell_of_forces, tell_of_spectrum
 from nvhchain.handoff import (
     BearingForces,
@@ -37,9 +39,7 @@ from nvhchain.handoff import (
 )
 from nvhchain.kinds import check_arguments
 from nvhchain.result import Result
-from nvhchain.resume import Shelf, Unwatched, Watcher
 from nvhchain.scene import preflight
-from nvhchain.store import writable_folder
 
 
 def run(

@@ -26,8 +26,9 @@ from scipy.special import spherical_jn, spherical_yn
 
 import nvhchain as nvh
 from benchmarks.publish import MEASURED, publish
-from nvhchain import acoustics, housing, store
+from nvhchain import acoustics, housing
 from nvhchain.conventions import Air
+from nvhchain.files import hdf5
 from nvhchain.handoff import ForceSpectrum, ReducedHousing, Surface, SurfaceVelocity
 
 ROOT = Path(__file__).parents[2]
@@ -69,8 +70,8 @@ def gearbox(out: Path, fidelity: nvh.Fidelity) -> ReducedHousing:
         reduced = housing.reduce_housing(
             case.housing, surface_size=size, f_max=case.band.high, fidelity=fidelity.housing
         )
-        store.save(reduced, path)
-    return store.load(path, ReducedHousing)
+        hdf5.save(reduced, path)
+    return hdf5.load(path, ReducedHousing)
 
 
 def unit_forces(reduced: ReducedHousing, frequency: np.ndarray) -> list[SurfaceVelocity]:

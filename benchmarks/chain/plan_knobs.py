@@ -16,7 +16,7 @@ import nvhchain as nvh
 from benchmarks.publish import publish
 from nvhchain.errors import InputError, ResourceError
 from nvhchain.fidelity import DRAFT, Fidelity
-from nvhchain.resume import Unwatched
+from nvhchain.files.shelf import Unwatched
 from nvhchain.scene import Stage, preflight
 from nvhchain.tradeoff.knobs import NOT_SWEPT, STAGES
 from nvhchain.tradeoff.measure import Cost, Ledger, measured_run

@@ -15,9 +15,9 @@ from pathlib import Path
 
 import nvhchain as nvh
 from benchmarks.publish import publish
-from nvhchain import store
+from nvhchain.files import hdf5
+from nvhchain.files.shelf import Unwatched
 from nvhchain.handoff import FieldPressure
-from nvhchain.resume import Unwatched
 from nvhchain.tradeoff import cheapest, deviation, shipped_sweep
 from nvhchain.tradeoff.measure import Ledger, measured_run
 
@@ -41,7 +41,7 @@ def measure(out: Path, tolerance: float) -> None:
     if run.refused:
         raise SystemExit(f"{tolerance:g} dB: {run.refused}")
     orders = [float(order) for order in case.mesh_orders.values()]
-    found = deviation(store.load(spine / "pressure.h5", FieldPressure), yardstick, orders)
+    found = deviation(hdf5.load(spine / "pressure.h5", FieldPressure), yardstick, orders)
     rows = recorded(out)
     rows[f"{tolerance:g}"] = {
         "turned": dict(choice.turned),

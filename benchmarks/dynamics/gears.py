@@ -12,9 +12,9 @@ import numpy as np
 from nvhchain import gear
 from nvhchain.dynamics.time_loop.law_table import deflection_under
 from nvhchain.fidelity import GearFidelity
+from nvhchain.files.shelf import code_version, fingerprint
 from nvhchain.gear.drawing.blank import SOLID
 from nvhchain.handoff import FloatArray, MeshLaw
-from nvhchain.resume import code_version, fingerprint
 
 TILT = 5e-5
 """rad, of the finite differences: 1 µm over 20 mm of face."""

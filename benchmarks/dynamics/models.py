@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 
 import nvhchain as nvh
-from nvhchain import dynamics, store
+from nvhchain import dynamics
 from nvhchain.dynamics.time_loop.simulation import Simulation, advance, at_rest
 from nvhchain.fidelity import DynamicsFidelity
+from nvhchain.files import hdf5
 from nvhchain.handoff import FloatArray, MeshLaw, ReducedHousing
 
 ROOT = Path(__file__).parents[2]
@@ -32,9 +33,9 @@ def gearbox_of(name: str) -> dynamics.Gearbox:
 
 def operators(folder: Path) -> tuple[dict[str, list[MeshLaw]], ReducedHousing]:
     """Mesh laws of both configurations and the housing."""
-    first = sorted((store.load(p, MeshLaw) for p in folder.glob("mesh_law_stage1-*.h5")), key=lambda law: law.period)
-    (second,) = (store.load(p, MeshLaw) for p in folder.glob("mesh_law_stage2-*.h5"))
-    (housing,) = (store.load(p, ReducedHousing) for p in folder.glob("housing-*.h5"))
+    first = sorted((hdf5.load(p, MeshLaw) for p in folder.glob("mesh_law_stage1-*.h5")), key=lambda law: law.period)
+    (second,) = (hdf5.load(p, MeshLaw) for p in folder.glob("mesh_law_stage2-*.h5"))
+    (housing,) = (hdf5.load(p, ReducedHousing) for p in folder.glob("housing-*.h5"))
     return {"solid": [first[0], second], "slotted": [first[-1], second]}, housing
 
 

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 import nvhchain as nvh
 from benchmarks.publish import publish
-from nvhchain import store
 from nvhchain.case import GearboxCase
 from nvhchain.fidelity import HousingFidelity
+from nvhchain.files import hdf5
 from nvhchain.handoff import FloatArray, IntArray, ReducedHousing
 from nvhchain.housing import Casting, reduce_housing
 from nvhchain.housing.modes.truncation import FREQUENCY_ERROR
@@ -37,13 +37,13 @@ def reduced(name: str, size: float, out: Path) -> ReducedHousing:
     """The casting of a case with elements of so many mm."""
     file = out / f"{name.replace('/', '-')}-{size:g}.h5"
     if file.exists():
-        return store.load(file, ReducedHousing)
+        return hdf5.load(file, ReducedHousing)
     case = nvh.load_case(CASES / f"{name}.toml")
     assert isinstance(case, GearboxCase)
     assert isinstance(case.housing, Casting)
     fidelity = HousingFidelity(element_size=1e-3 * size, mode_ratio=1.0, samples_per_face=1)
     made = reduce_housing(case.housing, f_max=HIGHEST, surface_size=0.025, fidelity=fidelity)
-    store.save(made, file)
+    hdf5.save(made, file)
     return made
 
 

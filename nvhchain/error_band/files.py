@@ -10,9 +10,9 @@ from typing import Any
 
 from nvhchain.error_band.band import NO_LIMIT, ErrorBand
 from nvhchain.error_band.run_up import RunUpBand
+from nvhchain.files.hdf5 import write_text
 from nvhchain.handoff import FloatArray
 from nvhchain.levels import decibel
-from nvhchain.store import write_text
 
 
 def save_error_bands(bands: Mapping[str, ErrorBand | RunUpBand], out: str | Path) -> None:

@@ -17,6 +17,8 @@ from nvhchain.error_band import ErrorBand
 from nvhchain.errors import require
 from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.files.alone import alone_in
+from nvhchain.files.hdf5 import writable_folder, write_text
+from nvhchain.files.shelf import Watcher
 from nvhchain.gear import quasi_static_transmission_error
 from nvhchain.handoff import FieldPressure
 from nvhchain.interop import write_wav
@@ -28,8 +30,6 @@ from nvhchain.report.limits import limits
 from nvhchain.report.marks import order_marks
 from nvhchain.report.run_up import compare_run_ups
 from nvhchain.result import Result
-from nvhchain.resume import Watcher
-from nvhchain.store import writable_folder, write_text
 
 OPERATORS = "operators"
 """Folder of what the cases of a comparison share."""

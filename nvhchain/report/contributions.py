@@ -15,14 +15,14 @@ from nvhchain.errors import InputError, require
 from nvhchain.fem.modal_model import ModalModel
 from nvhchain.fem.solid_model import SolidModel
 from nvhchain.fidelity import STANDARD, Fidelity
+from nvhchain.files.hdf5 import write_text
+from nvhchain.files.shelf import Watcher
 from nvhchain.handoff import Surface
 from nvhchain.housing import Casting
 from nvhchain.housing.casting.contributions import Contributions, modal_contributions, panel_contributions
 from nvhchain.housing.casting.panels import Panels, casting_panels, group_panels
 from nvhchain.names import safe_names
 from nvhchain.plots.files import save
-from nvhchain.resume import Watcher
-from nvhchain.store import write_text
 
 
 def contributions(

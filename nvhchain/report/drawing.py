@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from nvhchain import plots, spectrum, store
+from nvhchain import plots, spectrum
 from nvhchain.errors import InputError, require
+from nvhchain.files import hdf5
 from nvhchain.gear import quasi_static_transmission_error
 from nvhchain.handoff import (
     BearingForces,
@@ -60,7 +61,7 @@ def draw(
     one map.  at: Hz, the modes or the lines shown.  quantity: of records of bearing forces, one of RECORDED.
     Raises InputError for kinds that differ or cannot be drawn.
     """
-    hand_offs: dict[str, HandOff] = dict(zip(_names(files), (store.load(path) for path in files), strict=True))
+    hand_offs: dict[str, HandOff] = dict(zip(_names(files), (hdf5.load(path) for path in files), strict=True))
     kinds = {type(hand_off) for hand_off in hand_offs.values()}
     require(len(kinds) == 1, f"{', '.join(sorted(k.__name__ for k in kinds))} do not go into one figure: draw one kind")
     (kind,) = kinds

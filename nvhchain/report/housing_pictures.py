@@ -11,12 +11,12 @@ from matplotlib.axes import Axes
 
 from nvhchain import plots
 from nvhchain.errors import InputError, require
+from nvhchain.files.hdf5 import write_text
 from nvhchain.handoff import FloatArray, HandOff, ReducedHousing, SurfaceVelocity
 from nvhchain.housing.exchange.exported_modes import exported_modes
 from nvhchain.housing.modes.modal_assurance import modal_assurance
 from nvhchain.interop import write_modal_uff, write_modes_vtkhdf, write_velocity_vtkhdf, write_vtu
 from nvhchain.interop.common.surface_motion import vertex_motion
-from nvhchain.store import write_text
 
 SUFFIXES = (".csv", ".gif", ".unv", ".vtkhdf", ".vtu")
 """Of files that are not still pictures."""

@@ -11,11 +11,11 @@ from string import Template
 from typing import Any
 from urllib.parse import quote
 
-from nvhchain import store
 from nvhchain.error_band import format_limits
 from nvhchain.errors import InputError, require
+from nvhchain.files import hdf5
+from nvhchain.files.hdf5 import write_text
 from nvhchain.names import check_names, printable
-from nvhchain.store import write_text
 
 CAPTIONS = {
     "pressure_spectrum": "Sound pressure level at the field point, plain and A-weighted.",
@@ -135,7 +135,7 @@ def _figures(folder: Path, names: list[str]) -> Iterable[str]:
 
 def _made(folder: Path) -> Iterable[tuple[str, ...]]:
     for path in sorted(folder.rglob("*.h5")):
-        kind, provenance = store.record(path)
+        kind, provenance = hdf5.record(path)
         knobs = provenance.get("fidelity")
         detail = f"<pre>{escape(json.dumps(knobs, indent=1))}</pre>" if knobs else ""
         yield (

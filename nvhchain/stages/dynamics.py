@@ -11,8 +11,8 @@ from typing import Any
 from nvhchain import dynamics, gear
 from nvhchain.case import GearboxCase
 from nvhchain.fidelity import Fidelity
+from nvhchain.files.shelf import Shelf, Watcher
 from nvhchain.handoff import BearingForces, LoadDistribution, MeshLaw, ReducedHousing
-from nvhchain.resume import Shelf, Watcher
 
 
 def bearing_forces(

@@ -12,8 +12,8 @@ from nvhchain import dynamics, gear
 from nvhchain.case import GearboxCase
 from nvhchain.conventions import Progress
 from nvhchain.fidelity import Fidelity
+from nvhchain.files.shelf import Shelf
 from nvhchain.handoff import HandOff, LoadDistribution, MeshLaw, ReducedHousing
-from nvhchain.resume import Shelf
 
 H = TypeVar("H", bound=HandOff)
 

@@ -12,6 +12,7 @@ from nvhchain.case import GearboxCase, HousingModel, ModalResults, RadiatorCase
 from nvhchain.fem.modal_model import ModalModel
 from nvhchain.fem.solid_model import SolidModel
 from nvhchain.fidelity import Fidelity
+from nvhchain.files.shelf import Shelf
 from nvhchain.handoff import (
     BearingForces,
     ForceSpectrum,
@@ -22,7 +23,6 @@ from nvhchain.handoff import (
 from nvhchain.housing import Casting
 from nvhchain.housing.modes.damping import damping_of_modes
 from nvhchain.radiator import radiator_velocity, solved_surface
-from nvhchain.resume import Shelf
 
 
 def reduced_housing(case: GearboxCase, fidelity: Fidelity, shelf: Shelf) -> ReducedHousing:

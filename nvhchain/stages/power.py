@@ -9,6 +9,7 @@ from typing import Any
 from nvhchain import acoustics
 from nvhchain.case import Case, GearboxCase
 from nvhchain.fidelity import Fidelity
+from nvhchain.files.shelf import Shelf
 from nvhchain.handoff import (
     Directivity,
     FieldPressure,
@@ -20,7 +21,6 @@ from nvhchain.handoff import (
     Surface,
     SurfaceVelocity,
 )
-from nvhchain.resume import Shelf
 from nvhchain.stages.sound import ROUNDING, span
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from nvhchain import acoustics
 from nvhchain.case import Case, GearboxCase
 from nvhchain.fidelity import Fidelity
+from nvhchain.files.shelf import Shelf
 from nvhchain.handoff import (
     BearingForces,
     FieldPressure,
@@ -23,7 +24,6 @@ from nvhchain.handoff import (
     SurfaceVelocity,
     TransferVectors,
 )
-from nvhchain.resume import Shelf
 
 _FEW_LINES = 16
 """So many lines are solved as they are: masters between which they could be interpolated would hardly be fewer."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from nvhchain.store import write_text
+from nvhchain.files.hdf5 import write_text
 
 if TYPE_CHECKING:
     from nvhchain.tradeoff.sweep import Tradeoff

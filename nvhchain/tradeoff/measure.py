@@ -19,9 +19,9 @@ import psutil
 from nvhchain.case import Case
 from nvhchain.errors import FileFormatError, SolverError, require
 from nvhchain.fidelity import Fidelity
-from nvhchain.resume import Watcher
+from nvhchain.files.hdf5 import write_text
+from nvhchain.files.shelf import Watcher
 from nvhchain.runtime import processes
-from nvhchain.store import write_text
 
 KILLED = "killed by signal"
 """Beginning of `Run.refused` where the system ended the run: with more memory it may do."""

@@ -11,15 +11,16 @@ from dataclasses import asdict, dataclass, field, fields, is_dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from nvhchain import interop, store
+from nvhchain import interop
 from nvhchain.case import Case, GearboxCase, HousingModel
 from nvhchain.conventions import Progress
 from nvhchain.errors import require
 from nvhchain.fidelity import REFERENCE, Fidelity
+from nvhchain.files import hdf5
 from nvhchain.files.alone import alone_in
+from nvhchain.files.shelf import Unwatched, Watcher, code_version, fingerprint, key_in
 from nvhchain.handoff import FieldPressure, PressureHistory
 from nvhchain.kinds import check_arguments, check_fields
-from nvhchain.resume import Unwatched, Watcher, code_version, fingerprint, key_in
 from nvhchain.tradeoff.deviation import Deviation, deviation, deviation_in_time
 from nvhchain.tradeoff.elsewhere import extent
 from nvhchain.tradeoff.knobs import STAGES, knobs_by_stage, records, variants
@@ -107,7 +108,7 @@ def tradeoff(
         "pressure" in case.quantities,
         f"{case.name} asks for {', '.join(case.quantities)}: errors are those of the sound pressure; ask for it",
     )
-    out, report = store.writable_folder(out, "out"), progress or (lambda done, total: None)
+    out, report = hdf5.writable_folder(out, "out"), progress or (lambda done, total: None)
     with alone_in(out):
         return _swept(case, fidelity, out, knobs, report, watcher or Unwatched())
 
@@ -153,7 +154,7 @@ class _Sweep:
     def yardstick(self) -> FieldPressure | None:
         """The base's pressure at constant speed."""
         path = self._spine / "pressure.h5"
-        return store.load(path, FieldPressure) if path.exists() else None
+        return hdf5.load(path, FieldPressure) if path.exists() else None
 
     def row(self, knob: str, value: str, case: Case, fidelity: Fidelity) -> Measurement:
         """Row of a variant of the case or of the fidelity: the kept one, or measured now."""
@@ -166,7 +167,7 @@ class _Sweep:
         made = self._measure(knob, value, case, fidelity)
         if made.refused is None or not made.refused.startswith(KILLED):
             kept.parent.mkdir(exist_ok=True)
-            store.write_text(kept, json.dumps({"identity": identity, **asdict(made)}))
+            hdf5.write_text(kept, json.dumps({"identity": identity, **asdict(made)}))
         return made
 
     def _measure(self, knob: str, value: str, case: Case, fidelity: Fidelity) -> Measurement:
@@ -238,10 +239,10 @@ def _provenance(case: Case, fidelity: Fidelity) -> dict[str, Any]:
 
 def _deviation(case: Case, spine: Path, base: Path) -> Deviation:
     if (base / "pressure_history.h5").exists():
-        histories = [store.load(folder / "pressure_history.h5", PressureHistory) for folder in (spine, base)]
+        histories = [hdf5.load(folder / "pressure_history.h5", PressureHistory) for folder in (spine, base)]
         return deviation_in_time(*histories)
     orders = [float(order) for order in case.mesh_orders.values()] if isinstance(case, GearboxCase) else []
-    pressures = [store.load(folder / "pressure.h5", FieldPressure) for folder in (spine, base)]
+    pressures = [hdf5.load(folder / "pressure.h5", FieldPressure) for folder in (spine, base)]
     return deviation(pressures[0], pressures[1], orders)
 
 

@@ -23,9 +23,9 @@ from typing import Any, TextIO
 
 from nvhchain import chain
 from nvhchain.errors import InputError, SolverError
+from nvhchain.files.shelf import Watcher, key_in
 from nvhchain.handoff import HandOff
 from nvhchain.result import Result
-from nvhchain.resume import Watcher, key_in
 
 
 class Teller(Watcher):

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 import radiation_cases as cases
 
-from nvhchain import store
 from nvhchain.acoustics import (
     RigidPlane,
     adaptive_transfer_vectors,
@@ -25,6 +24,7 @@ from nvhchain.acoustics.solutions.adaptive_vectors import _together
 from nvhchain.acoustics.surfaces.coarsening import coarse_surfaces
 from nvhchain.errors import AccuracyWarning, InputError, ResourceError, SolverError
 from nvhchain.fidelity import AcousticsFidelity
+from nvhchain.files import hdf5
 from nvhchain.handoff import Surface, SurfaceVelocity
 
 BLOCK = bodies.box((0.3, 0.2, 0.15), 0.05)
@@ -274,7 +274,7 @@ def test_masters_on_two_surfaces_are_joined_on_each_by_itself(air, tmp_path):
         assert atv.breaks.tolist() == [np.nextafter(coarse.lowest_frequency, 0), coarse.highest_frequency]
         ends = np.concatenate([atv.breaks, np.nextafter(atv.breaks, np.inf)])
         lines = np.sort([*np.linspace(110.0, 1790.0, 12), *ends])
-        again = store.load(store.save(atv, tmp_path / "vectors.h5"))
+        again = hdf5.load(hdf5.save(atv, tmp_path / "vectors.h5"))
         assert error_db(again, lines, fidelity).max() < 0.1
     assert np.bincount(np.searchsorted(atv.breaks, lines)).min() > 1
     with pytest.raises(InputError, match=r"12 masters are too few for the 3 parts .* allow 15"):

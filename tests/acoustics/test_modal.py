@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 import radiation_cases as cases
 
-from nvhchain import store
 from nvhchain.acoustics import radiate
 from nvhchain.acoustics.radiation.modal_transfer import (
     modal_pressure,
@@ -13,6 +12,7 @@ from nvhchain.acoustics.radiation.modal_transfer import (
     transfer_pressure,
 )
 from nvhchain.errors import InputError
+from nvhchain.files import hdf5
 from nvhchain.handoff import ForceSpectrum
 from nvhchain.housing import respond
 
@@ -105,7 +105,7 @@ def test_another_housing_surface_or_bearing_is_refused(atv, reduced, modal, coar
 def test_operators_survive_the_disk(tmp_path, reduced, modal):
     load = cases.forces(LINES)
     functions = noise_transfer_functions(modal, reduced)
-    loaded = [store.load(store.save(x, tmp_path / f"{i}.h5")) for i, x in enumerate((modal, functions))]
+    loaded = [hdf5.load(hdf5.save(x, tmp_path / f"{i}.h5")) for i, x in enumerate((modal, functions))]
     assert np.array_equal(
         modal_pressure(loaded[0], reduced, load).pressure, modal_pressure(modal, reduced, load).pressure
     )

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import nvhchain as nvh
-from nvhchain import store
 from nvhchain.acoustics import (
     SurfaceShapes,
     adaptive_radiation_resistance,
@@ -19,6 +18,7 @@ from nvhchain.acoustics import (
 from nvhchain.acoustics.systems.frequency_blocks import BAND
 from nvhchain.conventions import Air
 from nvhchain.fidelity import AcousticsFidelity
+from nvhchain.files import hdf5
 from nvhchain.handoff import SolvedBand, SurfaceVelocity
 
 BODY, AIR = sphere(0.1, 2), Air(343.0, 1.21)
@@ -126,7 +126,7 @@ def test_chosen_masters_are_asked_for_again_when_the_run_goes_on(tmp_path, solve
         adaptive_radiation_resistance(
             SHAPES, 50.0, 2000.0, **knobs, shards=tmp_path, progress=interrupt(count - BAND + 1)
         )
-    kept = sum(len(store.load(path, SolvedBand).frequency) for path in tmp_path.glob("*.h5"))
+    kept = sum(len(hdf5.load(path, SolvedBand).frequency) for path in tmp_path.glob("*.h5"))
     assert kept >= count - BAND
     solved.clear()
     again = adaptive_radiation_resistance(SHAPES, 50.0, 2000.0, **knobs, shards=tmp_path)

@@ -18,8 +18,8 @@ from nvhchain.acoustics.systems.frequency_blocks import BAND
 from nvhchain.conventions import Air
 from nvhchain.errors import InputError, SolverError, WriteError
 from nvhchain.fidelity import AcousticsFidelity
+from nvhchain.files.shelf import Shelf
 from nvhchain.handoff import FieldPressure
-from nvhchain.resume import Shelf
 
 CASES = Path(__file__).parents[2] / "cases"
 BODY, POINTS, AIR = sphere(0.1, 2), np.array([[0.0, 0.0, 1.0]]), Air(343.0, 1.21)

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 import radiation_cases as cases
 
-from nvhchain import store
 from nvhchain.acoustics import (
     adaptive_transfer_vectors,
     convolution_lines,
@@ -27,6 +26,7 @@ from nvhchain.acoustics.accuracy.interpolation_error import vector_errors
 from nvhchain.acoustics.interpolation.nodes import interpolant
 from nvhchain.errors import AccuracyWarning
 from nvhchain.fidelity import AcousticsFidelity
+from nvhchain.files import hdf5
 from nvhchain.handoff import BearingForces, RigidPlane, SurfaceVelocity
 
 POINTS = np.array([[0.4, 0.1, 0.2], [0.0, -2.0, 0.3], [0.02, 0.01, 0.07]])
@@ -116,7 +116,7 @@ def test_what_is_made_from_operators_keeps_what_was_stated_of_them(air, tmp_path
     operator, said = told(modal_transfer_vectors, atv, housing, lines, fidelity=knobs())
     assert any(re.search(WARNED, one) for one in said)
     names = ("interpolation_error_dB", "resonance_error_dB", "resonance_frequency")
-    modal = store.load(store.save(operator, tmp_path / "modal.h5"))
+    modal = hdf5.load(hdf5.save(operator, tmp_path / "modal.h5"))
     functions, of_functions = told(noise_transfer_functions, modal, housing)
     load = cases.forces(lines)
     time = np.arange(400) / RATE
@@ -154,7 +154,7 @@ def test_what_was_stated_of_vectors_between_masters_is_stated_of_all_that_is_mad
     atv = vectors(FEW, air)
     atv = atv.replace(provenance=atv.provenance | {"resonance_shift": 0.02})
     at, _ = told(vectors_at, atv, LINES, fidelity=knobs())
-    at = store.load(store.save(at, tmp_path / "at.h5"))
+    at = hdf5.load(hdf5.save(at, tmp_path / "at.h5"))
     stated = at.provenance["interpolation_error_dB"]
     assert stated > 0.1
     housing = moving_at_random(atv.surface, 5)

@@ -13,7 +13,7 @@ import nvhchain as nvh
 from nvhchain import ahead
 from nvhchain.cli import main
 from nvhchain.errors import InputError
-from nvhchain.resume import Shelf
+from nvhchain.files.shelf import Shelf
 from nvhchain.stages import kernels
 
 

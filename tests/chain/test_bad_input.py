@@ -8,12 +8,12 @@ import psutil
 import pytest
 
 import nvhchain as nvh
-from nvhchain import store
 from nvhchain.case import load_case
 from nvhchain.cli import main
 from nvhchain.errors import InputError
+from nvhchain.files import hdf5
+from nvhchain.files.shelf import Shelf
 from nvhchain.handoff import BearingForces
-from nvhchain.resume import Shelf
 
 SOLID = "cases/gearbox/solid.toml"
 SPHERE = "cases/sphere/pulsating.toml"
@@ -67,7 +67,7 @@ def test_unknown_bearing_name_lists_the_known_ones(refused):
 
 
 def test_unknown_bearing_in_given_forces_is_named(refused, tmp_path):
-    path = store.save(
+    path = hdf5.save(
         BearingForces(np.arange(100) * 1e-5, np.zeros((100, 1, 3)), ("nowhere",), [[0.0, 0, 0]], 261.8),
         tmp_path / "forces.h5",
     )
@@ -191,7 +191,7 @@ def test_invalid_toml_names_file_and_line(capsys, tmp_path):
 def _forces(folder, step, count):
     seats = load_case(Path(__file__).parents[2] / SOLID).seats
     force = np.random.default_rng(1).standard_normal((count, 6, 3))
-    return store.save(
+    return hdf5.save(
         BearingForces(np.arange(count) * step, force, tuple(seats), np.array(list(seats.values())), 261.8),
         folder / "forces.h5",
     )

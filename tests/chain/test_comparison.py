@@ -9,9 +9,9 @@ import pytest
 from scipy.io import wavfile
 
 import nvhchain as nvh
-from nvhchain import store
 from nvhchain.acoustics import solve_direct
 from nvhchain.errors import InputError
+from nvhchain.files import hdf5
 from nvhchain.handoff import (
     BearingForces,
     FieldPressure,
@@ -36,9 +36,9 @@ def test_everything_asked_for_is_on_disk(compared):
         assert (out / f"surface_velocity-{name}.png").stat().st_size > 10_000
         rate, samples = wavfile.read(out / f"sound-{name}.wav")
         assert 4.5 < len(samples) / rate < 6
-        kinds = {type(store.load(path)) for path in (out / name).glob("*.h5")}
+        kinds = {type(hdf5.load(path)) for path in (out / name).glob("*.h5")}
         assert kinds == {BearingForces, ForceSpectrum, SurfaceVelocity, FieldPressure}
-    operators = [type(store.load(path)) for path in (out / "operators").glob("*.h5")]
+    operators = [type(hdf5.load(path)) for path in (out / "operators").glob("*.h5")]
     assert sorted(kind.__name__ for kind in operators) == sorted(
         kind.__name__ for kind in (ReducedHousing, TransferVectors, MeshLaw, MeshLaw, MeshLaw)
     )
@@ -83,7 +83,7 @@ def test_slot_orders_are_heard_only_with_slots(compared):
     for name, orders in level.items():
         strongest = max(orders.values())
         relative = np.array([orders[float(order)] - strongest for order in SLOT_ORDERS])
-        force = store.load(out / name / "force_spectrum.h5", ForceSpectrum)
+        force = hdf5.load(out / name / "force_spectrum.h5", ForceSpectrum)
         lines = [np.argmin(np.abs(force.frequency - order * 2500 / 60)) for order in SLOT_ORDERS]
         size = np.abs(force.force).max(axis=(1, 2))
         if name == "solid":
@@ -115,27 +115,27 @@ def test_an_interrupted_run_resumes_from_what_is_finished(compared, cases, coars
         nvh.run(cases[0], fidelity=coarse, out=tmp_path, operators=out / "operators", watcher=Interrupt())
     result = nvh.run(cases[0], fidelity=coarse, out=tmp_path, operators=out / "operators", watcher=record)
     assert record.began == ["surface_velocity", "pressure"]
-    assert result.pressure.content_hash == store.load(out / "solid" / "pressure.h5").content_hash
+    assert result.pressure.content_hash == hdf5.load(out / "solid" / "pressure.h5").content_hash
 
 
 def test_ready_made_hand_offs_are_taken_and_what_only_they_needed_is_not_computed(compared, cases, coarse, record):
     out = compared[0]
-    housing = store.load(next((out / "operators").glob("housing-*.h5")), ReducedHousing)
-    vectors = store.load(next((out / "operators").glob("transfer_vectors-*.h5")), TransferVectors)
-    forces = store.load(out / "slotted" / "bearing_forces.h5", BearingForces)
+    housing = hdf5.load(next((out / "operators").glob("housing-*.h5")), ReducedHousing)
+    vectors = hdf5.load(next((out / "operators").glob("transfer_vectors-*.h5")), TransferVectors)
+    forces = hdf5.load(out / "slotted" / "bearing_forces.h5", BearingForces)
     result = nvh.run(
         cases[1], fidelity=coarse, housing=housing, transfer_vectors=vectors, bearing_forces=forces, watcher=record
     )
     assert record.began == ["force_spectrum", "surface_velocity", "pressure"]
     assert result.mesh_laws == ()
-    assert result.pressure.content_hash == store.load(out / "slotted" / "pressure.h5").content_hash
+    assert result.pressure.content_hash == hdf5.load(out / "slotted" / "pressure.h5").content_hash
 
 
 def test_transfer_vectors_give_the_pressure_of_a_direct_solution_at_a_master(compared, cases, coarse):
     """Identity at a master frequency, 1e-8, on the gearbox surface with the gearbox's own velocity pattern."""
     out = compared[0]
-    vectors = store.load(next((out / "operators").glob("transfer_vectors-*.h5")), TransferVectors)
-    velocity = store.load(out / "slotted" / "surface_velocity.h5", SurfaceVelocity)
+    vectors = hdf5.load(next((out / "operators").glob("transfer_vectors-*.h5")), TransferVectors)
+    velocity = hdf5.load(out / "slotted" / "surface_velocity.h5", SurfaceVelocity)
     strongest = np.argmax(np.abs(velocity.normal_velocity).max(axis=1))
     master = vectors.frequency[4]
     pattern = SurfaceVelocity([master], velocity.normal_velocity[[strongest]], velocity.surface)
@@ -147,14 +147,14 @@ def test_transfer_vectors_give_the_pressure_of_a_direct_solution_at_a_master(com
 def test_every_hand_off_carries_fidelity_and_version(compared):
     out = compared[0]
     for path in out.rglob("*.h5"):
-        provenance = store.load(path).provenance
+        provenance = hdf5.load(path).provenance
         assert provenance["version"].startswith(nvh.__version__)
         assert "key" in provenance
 
 
 def test_lines_that_pass_the_edge_of_the_band_by_rounding_share_its_transfer_vectors(compared, cases, coarse, record):
     out, _, _ = compared
-    velocity = store.load(out / "solid" / "surface_velocity.h5", SurfaceVelocity)
+    velocity = hdf5.load(out / "solid" / "surface_velocity.h5", SurfaceVelocity)
     high = cases[0].band.high
     lines = np.append(velocity.frequency[:-1], high * (1 + 1e-15))
     nudged = velocity.replace(frequency=lines)

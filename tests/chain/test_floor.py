@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import nvhchain as nvh
-from nvhchain import store
 from nvhchain.cli import main
 from nvhchain.errors import InputError
+from nvhchain.files import hdf5
 from nvhchain.handoff import RigidPlane
 
 
@@ -58,7 +58,7 @@ def test_work_spread_over_worker_processes_gives_the_same_pressure(case, request
     path = str(request.config.rootpath / "cases" / "sphere" / "on_floor.toml")
     assert main(["run", path, "--workers", "2", "--out", str(tmp_path)]) == 0
     capsys.readouterr()
-    spread = store.load(tmp_path / "pressure.h5")
+    spread = hdf5.load(tmp_path / "pressure.h5")
     here = nvh.run(case).pressure.pressure
     assert np.abs(spread.pressure - here).max() < 1e-10 * np.abs(here).max()
 

@@ -3,9 +3,9 @@
 import numpy as np
 
 import nvhchain as nvh
-from nvhchain import store
 from nvhchain.case import load_channels
 from nvhchain.cli import main
+from nvhchain.files import hdf5
 from nvhchain.handoff import BearingForces
 from nvhchain.interop import read_bearing_forces, write_bearing_forces
 
@@ -28,7 +28,7 @@ def written(forces, folder):
 
 
 def test_forces_of_another_program_are_placed_by_the_names_of_the_bores(cases, compared, tmp_path):
-    own = store.load(compared[0] / cases[0].name / "bearing_forces.h5", BearingForces)
+    own = hdf5.load(compared[0] / cases[0].name / "bearing_forces.h5", BearingForces)
     path = written(own, tmp_path)
     bores = {bore.name: bore.centre for bore in cases[0].housing.bores}
     read = read_bearing_forces(path, load_channels(path.with_suffix(".toml")), positions=bores)
@@ -38,7 +38,7 @@ def test_forces_of_another_program_are_placed_by_the_names_of_the_bores(cases, c
 
 
 def test_foreign_forces_sound_like_our_own(cases, coarse, compared, tmp_path):
-    own = store.load(compared[0] / cases[0].name / "bearing_forces.h5", BearingForces)
+    own = hdf5.load(compared[0] / cases[0].name / "bearing_forces.h5", BearingForces)
     path = written(own, tmp_path)
     bores = {bore.name: bore.centre for bore in cases[0].housing.bores}
     read = read_bearing_forces(path, load_channels(path.with_suffix(".toml")), positions=bores)
@@ -49,7 +49,7 @@ def test_foreign_forces_sound_like_our_own(cases, coarse, compared, tmp_path):
 
 
 def test_forces_without_their_description_are_bad_input(cases, compared, tmp_path, request, capsys):
-    own = store.load(compared[0] / cases[0].name / "bearing_forces.h5", BearingForces)
+    own = hdf5.load(compared[0] / cases[0].name / "bearing_forces.h5", BearingForces)
     path = written(own, tmp_path)
     path.with_suffix(".toml").unlink()
     case = str(request.config.rootpath / "cases" / "gearbox" / "solid.toml")

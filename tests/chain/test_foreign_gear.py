@@ -11,8 +11,8 @@ from nvhchain import stages
 from nvhchain.case import Mesh
 from nvhchain.errors import InputError
 from nvhchain.fidelity import GearFidelity
+from nvhchain.files.shelf import Shelf, Unwatched, fingerprint
 from nvhchain.gear import mass_properties, whole_mesh
-from nvhchain.resume import Shelf, Unwatched, fingerprint
 from nvhchain.scene import preflight
 
 GEAR = GearFidelity(

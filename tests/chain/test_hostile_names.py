@@ -8,8 +8,8 @@ import h5py
 import numpy as np
 import pytest
 
-from nvhchain import store
 from nvhchain.cli import main
+from nvhchain.files import hdf5
 from nvhchain.handoff import BearingForces
 from nvhchain.report import write_page
 
@@ -146,13 +146,13 @@ def _summary(folder, **changed):
 
 def _forces(folder):
     forces = BearingForces(np.arange(100) * 1e-5, np.zeros((100, 1, 3)), ("A1",), [[0.0, 0, 0]], 261.8)
-    return store.save(forces, folder / "forces.h5")
+    return hdf5.save(forces, folder / "forces.h5")
 
 
 def _sealed(path):
     """The checksum of a file that was changed on purpose."""
     with path.open("r+b") as file:
-        file.seek(store._BLOCK_BYTES)
-        block = store._user_block(file)
+        file.seek(hdf5._BLOCK_BYTES)
+        block = hdf5._user_block(file)
         file.seek(0)
         file.write(block)

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import nvhchain as nvh
-from nvhchain import store
 from nvhchain.acoustics import modal_pressure, modal_transfer_vectors, radiate
 from nvhchain.conventions import Air
 from nvhchain.errors import InputError
+from nvhchain.files import hdf5
 from nvhchain.handoff import ForceSpectrum, TransferVectors
 from nvhchain.housing import DampingCurve, respond
 from nvhchain.housing.modes.damping import damping_of_modes
@@ -73,7 +73,7 @@ def test_curve_and_structural_damping_reach_every_mode_and_line(small, plain, lo
     got = result.surface_velocity.normal_velocity
     assert np.abs(got - velocity).max() < 1e-12 * np.abs(velocity).max()
     (file,) = (tmp_path / "out").glob("housing-*.h5")
-    kept = store.load(file)
+    kept = hdf5.load(file)
     assert kept.structural_damping is True
     assert kept.content_hash == housing.content_hash
 

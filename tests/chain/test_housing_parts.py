@@ -10,10 +10,11 @@ from matplotlib.image import imread
 from PIL import Image
 
 import nvhchain as nvh
-from nvhchain import cli, store
+from nvhchain import cli
 from nvhchain.case import HousingModel, ModalResults
 from nvhchain.cli import main
 from nvhchain.errors import InputError
+from nvhchain.files import hdf5
 from nvhchain.handoff import ForceSpectrum
 from nvhchain.housing import exported_modes
 from nvhchain.interop import write_modal_uff
@@ -52,7 +53,7 @@ def rows(path):
 
 def test_shares_of_modes_and_panels_add_up_to_the_pressure_at_every_line(told, case):
     out, _ = told
-    pressure = store.load(out / "pressure.h5")
+    pressure = hdf5.load(out / "pressure.h5")
     for kind in ("modes", "panels"):
         head, *lines = rows(out / f"contributions-{kind}.csv")
         assert head[:3] == ["field point", "frequency / Hz", "level / dB"]
@@ -69,7 +70,7 @@ def test_shares_of_modes_and_panels_add_up_to_the_pressure_at_every_line(told, c
 
 
 def test_command_finds_the_run_and_draws_the_line_it_is_asked_for(told, case, load, request, capsys, tmp_path):
-    store.save(load, tmp_path / "forces.h5")
+    hdf5.save(load, tmp_path / "forces.h5")
     base = request.config.rootpath / "cases/small/single_stage.toml"
     (tmp_path / "case.toml").write_text(f'base = "{base}"\n[band]\nlow = 150\nhigh = 2000\n')
     command = ["contributions", str(tmp_path / "case.toml"), "--fidelity", "draft", "--out", str(tmp_path / "out")]
@@ -120,7 +121,7 @@ def files(told):
 
 def test_mode_and_line_nearest_to_a_frequency_are_drawn_and_moved(files, plot):
     housing, velocity = files
-    natural = store.load(housing).natural_frequency.tolist()
+    natural = hdf5.load(housing).natural_frequency.tolist()
     pictures = [imread(plot(f"{i}.png", housing, at=at)) for i, at in enumerate(([], natural[:2], natural[:1]))]
     assert len({picture.tobytes() for picture in pictures}) == 3
     assert imread(plot("c.png", velocity, at=[1300])).std() > 0.01
@@ -132,7 +133,7 @@ def test_mode_and_line_nearest_to_a_frequency_are_drawn_and_moved(files, plot):
 
 
 def test_one_state_is_written_for_paraview(files, plot):
-    housing, velocity = (store.load(path) for path in files)
+    housing, velocity = (hdf5.load(path) for path in files)
     mesh = meshio.read(plot("mode.vtu", files[0], at=[housing.natural_frequency[1]]))
     assert mesh.cell_data["normal_shape"][0] == pytest.approx(housing.normal_shapes[1])
     assert mesh.point_data["motion"].shape == (len(housing.surface.vertices), 3)
@@ -142,11 +143,11 @@ def test_one_state_is_written_for_paraview(files, plot):
 
 
 def test_two_housings_give_their_modal_assurance(files, plot, tmp_path):
-    housing = store.load(files[0])
+    housing = hdf5.load(files[0])
     order = np.arange(len(housing.natural_frequency))
     order[:2] = 1, 0
     swapped = housing.replace(normal_shapes=-2 * housing.normal_shapes[order])
-    store.save(swapped, tmp_path / "swapped.h5")
+    hdf5.save(swapped, tmp_path / "swapped.h5")
     assert imread(plot("mac.png", files[0], tmp_path / "swapped.h5")).std() > 0.01
     head, *lines = rows(plot("mac.csv", files[0], tmp_path / "swapped.h5"))
     table = np.array([line[1:] for line in lines], dtype=float)
@@ -187,11 +188,11 @@ def test_groups_of_a_foreign_model_are_its_panels(case, told, tmp_path):
     mesh = mesh_casting(case.housing, HousingFidelity(element_size=0.04, elements_per_turn=10))
     write_nastran(casting_model(mesh, case.housing), tmp_path / "housing.bdf", units="mm-t-s")
     foreign = replace(case, housing=HousingModel("housing.bdf", "mm-t-s"), folder=str(tmp_path))
-    surface = told[1]["panels"] and store.load(told[0] / "surface_velocity.h5").surface
+    surface = told[1]["panels"] and hdf5.load(told[0] / "surface_velocity.h5").surface
     panels = _panels(foreign, surface)
     assert "SKIN" in panels.names
     assert len(np.unique(panels.part)) > 1
-    model = exported_modes(store.load(next(told[0].glob("housing-*.h5"))))
+    model = exported_modes(hdf5.load(next(told[0].glob("housing-*.h5"))))
     ends = {
         name: np.flatnonzero(np.abs(model.nodes[:, 2] - z) < 1e-3)
         for name, z in (("rear", case.housing.depth), ("flange", 0.0))
@@ -211,14 +212,14 @@ def test_number_of_modes_follows_from_a_tolerance_on_the_command_line(
 ):
     few = replace(fidelity, housing=replace(fidelity.housing, mode_ratio=1.0))
     monkeypatch.setitem(cli.commands.PRESETS, "draft", few)
-    store.save(load, tmp_path / "forces.h5")
+    hdf5.save(load, tmp_path / "forces.h5")
     base = request.config.rootpath / "cases/small/single_stage.toml"
     head = f'base = "{base}"\nquantities = ["surface_velocity"]\n[band]\nlow = 150\nhigh = 2000\n'
     (tmp_path / "case.toml").write_text(head)
     command = ["run", str(tmp_path / "case.toml"), "--fidelity", "draft", "--use", str(tmp_path / "forces.h5")]
     assert main([*command, "--out", str(tmp_path / "out"), "--mode-tolerance-db", "0.2"]) == 0
     (file,) = (tmp_path / "out").glob("housing-*.h5")
-    housing = store.load(file)
+    housing = hdf5.load(file)
     assert housing.provenance["fidelity"]["truncation_tolerance_db"] == 0.2
     assert housing.provenance["truncation_error_db"] <= 0.2
     assert housing.natural_frequency[-1] > 2000.0  # mode_ratio alone would have given none

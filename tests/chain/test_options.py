@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 
 import nvhchain as nvh
-from nvhchain import dynamics, gear, stages, store
+from nvhchain import dynamics, gear, stages
 from nvhchain.case import Options
 from nvhchain.cli import main
 from nvhchain.errors import InputError
 from nvhchain.fidelity import DynamicsFidelity, GearFidelity
+from nvhchain.files import hdf5
 from nvhchain.handoff import BearingForces, LoadDistribution, MeshLaw, ReducedHousing, Surface
 
 
@@ -112,7 +113,7 @@ def test_compliances_are_found_once_for_law_and_distribution(run, record, monkey
     assert len(calls) == 1
     assert sorted(record.began) == ["bearing_forces", "force_spectrum", "load_distribution_stage", "mesh_law_stage"]
     (kept,) = tmp_path.glob("load_distribution_stage-*.h5")
-    assert store.load(kept, LoadDistribution).content_hash == result.load_distributions[0].content_hash
+    assert hdf5.load(kept, LoadDistribution).content_hash == result.load_distributions[0].content_hash
     again = run("[options]\nfriction = 0.03", watcher=record, operators=tmp_path)
     assert ("load_distribution_stage", "found") in record.ended  # whatever the coefficient
     assert len(calls) == 1
@@ -145,7 +146,7 @@ def test_tilt_brings_points_across_the_face_and_the_ratio_travels_with_the_law(r
     result = run("[options]\ntilt = true")
     (law,), ratio = result.mesh_laws, result.mesh_laws[0].tilt_ratio
     assert 1.0 < ratio < 1.3  # slices by themselves on bodies that twist as one
-    assert store.load(store.save(law, tmp_path / "law.h5"), MeshLaw).tilt_ratio == ratio
+    assert hdf5.load(hdf5.save(law, tmp_path / "law.h5"), MeshLaw).tilt_ratio == ratio
     points = replace(COARSE.dynamics, face_points=2)
     box = result.case.gearbox_with_gears
     wanted = directly(result, replace(box, meshes=(replace(box.meshes[0], tilt_ratio=ratio),)), points)
@@ -246,11 +247,11 @@ def test_load_distributions_may_be_given(run, load, housing, monkeypatch, tmp_pa
     other = run(text, load_distributions=[of.replace(sliding=0.0 * of.sliding, arm=0.0 * of.arm)], **arguments)
     assert np.abs(moving(other) - moving(own)).max() > 1e-3 * np.abs(moving(own)).max()
     files = {"law": own.mesh_laws[0], "distribution": of, "housing": housing}
-    used = [part for name, it in files.items() for part in ("--use", str(store.save(it, tmp_path / f"{name}.h5")))]
+    used = [part for name, it in files.items() for part in ("--use", str(hdf5.save(it, tmp_path / f"{name}.h5")))]
     load(text)
     assert main(["run", str(load.path), "--fidelity", "draft", "--out", str(tmp_path / "out"), *used]) == 0
     finer = run(text, load_distributions=[of], **arguments | {"fidelity": nvh.DRAFT}).bearing_forces
-    assert np.array_equal(store.load(tmp_path / "out" / "bearing_forces.h5", BearingForces).force, finer.force)
+    assert np.array_equal(hdf5.load(tmp_path / "out" / "bearing_forces.h5", BearingForces).force, finer.force)
 
 
 @pytest.mark.parametrize(

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 import nvhchain as nvh
-from nvhchain import acoustics, levels, store
+from nvhchain import acoustics, levels
 from nvhchain.cli import main
 from nvhchain.errors import AccuracyWarning, InputError
+from nvhchain.files import hdf5
 from nvhchain.handoff import (
     Directivity,
     ForceSpectrum,
@@ -37,7 +38,7 @@ def test_bearing_forces_alone_move_no_surface_and_need_no_field_point(asked, com
     result, stages = asked("bearing_forces", field_points=())
     assert stages == ["housing", "mesh_law_stage1", "mesh_law_stage2", "bearing_forces", "force_spectrum"]
     assert result.surface_velocity is result.transfer_vectors is result.pressure is None
-    compared_forces = store.load(compared[0] / "solid" / "force_spectrum.h5", ForceSpectrum)
+    compared_forces = hdf5.load(compared[0] / "solid" / "force_spectrum.h5", ForceSpectrum)
     assert result.force_spectrum.content_hash == compared_forces.content_hash
     band = result.error_bands["bearing_forces"]
     assert set(band.sources) == {"gear", "time step", "settling", "housing", "modes left out"}
@@ -49,7 +50,7 @@ def test_surface_velocity_alone_takes_no_boundary_elements(asked, compared):
     result, stages = asked("surface_velocity", field_points=())
     assert stages[-1] == "surface_velocity"
     assert "transfer_vectors" not in stages
-    velocity = store.load(compared[0] / "solid" / "surface_velocity.h5", SurfaceVelocity)
+    velocity = hdf5.load(compared[0] / "solid" / "surface_velocity.h5", SurfaceVelocity)
     assert result.surface_velocity.content_hash == velocity.content_hash
 
 
@@ -61,7 +62,7 @@ def test_sound_power_of_the_gearbox_is_that_of_its_velocity_and_takes_no_field_p
     assert not {"transfer_vectors", "surface_velocity"}.intersection(stages)
     power = result.sound_power
     loudest = np.sort(np.argsort(power.power)[-5:])
-    velocity = store.load(compared[0] / "solid" / "surface_velocity.h5", SurfaceVelocity)
+    velocity = hdf5.load(compared[0] / "solid" / "surface_velocity.h5", SurfaceVelocity)
     lines = np.searchsorted(velocity.frequency, power.frequency[loudest] - 1e-6)
     some = velocity.replace(frequency=velocity.frequency[lines], normal_velocity=velocity.normal_velocity[lines])
     solved = acoustics.sound_power(some, fidelity=coarse.acoustics)
@@ -70,15 +71,15 @@ def test_sound_power_of_the_gearbox_is_that_of_its_velocity_and_takes_no_field_p
 
 
 def test_radiation_resistance_leaves_out_bearings_without_load(cases, coarse, compared, tmp_path):
-    forces = store.load(compared[0] / "solid" / "force_spectrum.h5", ForceSpectrum)
+    forces = hdf5.load(compared[0] / "solid" / "force_spectrum.h5", ForceSpectrum)
     (path,) = (compared[0] / "operators").glob("housing-*.h5")
     force, some = forces.force.copy(), forces.frequency < 300.0
     force[:, 0] = 0.0
     idle = forces.replace(frequency=forces.frequency[some], force=force[some])
     case = replace(cases[0], quantities=("sound_power",), field_points=(), band=replace(cases[0].band, high=300.0))
-    result = nvh.run(case, fidelity=coarse, force_spectrum=idle, housing=store.load(path), out=tmp_path)
+    result = nvh.run(case, fidelity=coarse, force_spectrum=idle, housing=hdf5.load(path), out=tmp_path)
     (path,) = tmp_path.glob("radiation_resistance-*.h5")
-    moving = store.load(path, RadiationResistance).plane_wave_resistance.diagonal() > 0
+    moving = hdf5.load(path, RadiationResistance).plane_wave_resistance.diagonal() > 0
     loaded = idle.in_order(result.housing.names).any(axis=0)
     assert not loaded[3 * result.housing.names.index(forces.names[0])]
     assert moving[len(moving) - len(loaded) :].tolist() == loaded.tolist()
@@ -98,7 +99,7 @@ def test_sound_power_of_the_pulsating_sphere(request, tmp_path, capsys):
     frequency = np.array([200.0, 1000.0, 1715.0])
     ka = 2 * np.pi * frequency / 343.0 * 0.1
     exact = 0.5 * 1.21 * 343.0 * 4 * np.pi * 0.1**2 * ka**2 / (1 + ka**2)
-    found = store.load(tmp_path / "out" / "sound_power.h5", SoundPower)
+    found = hdf5.load(tmp_path / "out" / "sound_power.h5", SoundPower)
     np.testing.assert_allclose(found.power, exact, rtol=0.02)  # the polyhedron of 1280 faces is 1 % smaller
     assert f"sound power {levels.overall_power(frequency, found.power):.1f} dB(A)" in capsys.readouterr().out
     assert levels.power_level(1e-12) == 0
@@ -115,7 +116,7 @@ def test_efficiency_and_directivity_of_spheres(request, tmp_path, capsys):
     path, out = tmp_path / "case.toml", tmp_path / "out"
     path.write_text(f'base = "{sphere}"\nquantities = ["radiation_efficiency"]\nfield_points = []\n')
     assert main(["run", str(path), "--out", str(out)]) == 0
-    found = store.load(out / "radiation_efficiency.h5", RadiationEfficiency)
+    found = hdf5.load(out / "radiation_efficiency.h5", RadiationEfficiency)
     ka = 2 * np.pi * np.array([200.0, 1000.0, 1715.0]) / 343.0 * 0.1
     np.testing.assert_allclose(found.efficiency, ka**2 / (1 + ka**2), rtol=0.02)
     told = capsys.readouterr().out
@@ -132,7 +133,7 @@ def test_efficiency_and_directivity_of_spheres(request, tmp_path, capsys):
         '[[field_points]]\nname = "aslant"\nposition = [0.0, 8.0, 6.0]\n'
     )
     assert main(["run", str(path), "--fidelity", "draft", "--out", str(out)]) == 0
-    index = store.load(out / "directivity.h5", Directivity)
+    index = hdf5.load(out / "directivity.h5", Directivity)
     named = [point.name for point in nvh.load_case(path).field_points]
     at = [named.index("ahead"), named.index("aslant")]
     level = 10 * np.log10([3.0, 3.0 * 0.36])
@@ -149,7 +150,7 @@ def test_efficiency_of_the_gearbox_is_that_of_its_velocity(asked, compared):
     result, stages = asked("radiation_efficiency", field_points=())
     assert stages[-3:] == ["radiation_resistance", "sound_power", "radiation_efficiency"]
     assert not {"transfer_vectors", "surface_velocity"}.intersection(stages)
-    velocity = store.load(compared[0] / "solid" / "surface_velocity.h5", SurfaceVelocity)
+    velocity = hdf5.load(compared[0] / "solid" / "surface_velocity.h5", SurfaceVelocity)
     exact = acoustics.surface_efficiency(result.sound_power, velocity, result.case.air)
     np.testing.assert_allclose(result.radiation_efficiency.frequency, exact.frequency)
     np.testing.assert_allclose(result.radiation_efficiency.efficiency, exact.efficiency, rtol=1e-6)
@@ -231,7 +232,7 @@ def test_command_line_says_where_the_quantities_are(request, tmp_path, capsys):
     # a pulsation of 1 m/s on every face at three lines, given as it is
     level = 20 * np.log10(1.0 / 2**0.5 / 1e-9) + 10 * np.log10(3)
     assert f"surface velocity {level:.1f} dB re 1 nm/s ({level:.1f}…{level:.1f})" in told
-    assert store.load(tmp_path / "out" / "surface_velocity.h5", SurfaceVelocity).frequency.tolist() == [200, 1000, 1715]
+    assert hdf5.load(tmp_path / "out" / "surface_velocity.h5", SurfaceVelocity).frequency.tolist() == [200, 1000, 1715]
     path.write_text(f'base = "{sphere}"\nquantities = ["loudness"]\n')
     assert main(["check", str(path)]) == 2
     assert "choose one of" in capsys.readouterr().err

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
-from nvhchain import store
 from nvhchain.cli import main
+from nvhchain.files import hdf5
 from nvhchain.handoff import BearingForces
 
 
@@ -22,7 +22,7 @@ def record(folder, speed, *, periodic=True, **left_out):
         time, 1e8 * wave[:, None, None] * np.ones((1, 2, 3)), ("A", "B"), np.zeros((2, 3)), history, periodic,
         **quantities,
     )  # fmt: skip
-    return str(store.save(forces, folder / f"record-{speed:g}-{periodic}.h5"))
+    return str(hdf5.save(forces, folder / f"record-{speed:g}-{periodic}.h5"))
 
 
 @pytest.fixture

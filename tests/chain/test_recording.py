@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 import nvhchain as nvh
-from nvhchain import gear, store
+from nvhchain import gear
 from nvhchain.cli import main
 from nvhchain.dynamics.runs import recording, speed_ramp
 from nvhchain.errors import ResourceError
+from nvhchain.files import hdf5
 from nvhchain.handoff import BearingForces, ReducedHousing, Surface
 
 RAMP = """
@@ -98,8 +99,8 @@ def test_a_stopped_record_of_a_case_goes_on_and_has_the_bits_of_its_run(case_fil
 
 def test_the_command_records_and_goes_on(case_file, given, tmp_path, small_pieces, capsys):
     law, housing = (tmp_path / f"{name}.h5" for name in ("law", "housing"))
-    store.save(given["mesh_laws"][0], law)
-    store.save(given["housing"], housing)
+    hdf5.save(given["mesh_laws"][0], law)
+    hdf5.save(given["housing"], housing)
     command = ["record", str(case_file), "--fidelity", "draft", "--out", str(tmp_path / "out")]
     command += ["--use", str(law), "--use", str(housing)]
     for _ in range(2):  # the second finds it finished
@@ -107,10 +108,10 @@ def test_the_command_records_and_goes_on(case_file, given, tmp_path, small_piece
         files = sorted((tmp_path / "out" / "bearing_forces").glob("forces-*.h5"))
         assert f"{len(files)} file(s) of bearing forces" in capsys.readouterr().out
     assert len(files) > 2
-    record = [store.load(path, BearingForces) for path in files]
+    record = [hdf5.load(path, BearingForces) for path in files]
     assert np.diff(joined(record, "time")) == pytest.approx(record[0].time[1], rel=1e-9)
     forces = tmp_path / "forces.h5"
-    store.save(record[0], forces)
+    hdf5.save(record[0], forces)
     assert main([*command, "--use", str(forces)]) == 2
     assert "bearing_forces is not taken by a record" in capsys.readouterr().err
 

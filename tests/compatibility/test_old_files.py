@@ -7,9 +7,9 @@ import h5py
 import numpy as np
 import pytest
 
-from nvhchain import store
 from nvhchain.conventions import Air
 from nvhchain.errors import FileFormatError
+from nvhchain.files import hdf5
 from nvhchain.handoff import BearingForces, ReducedHousing, RigidPlane, Surface, TransferVectors
 
 HERE = Path(__file__).parent
@@ -49,8 +49,8 @@ SAVED = {
 
 @pytest.mark.parametrize("name", SAVED)
 def test_an_old_file_holds_what_was_saved(name):
-    assert store.load(HERE / f"{name}.h5").content_hash == SAVED[name].content_hash
-    kind, provenance = store.record(HERE / f"{name}.h5")
+    assert hdf5.load(HERE / f"{name}.h5").content_hash == SAVED[name].content_hash
+    kind, provenance = hdf5.record(HERE / f"{name}.h5")
     assert kind == type(SAVED[name]).__name__
     assert provenance == {"stage": "before checksums of bytes"}
 
@@ -60,4 +60,4 @@ def test_an_old_file_that_was_altered_is_refused(tmp_path):
     with h5py.File(path, "r+") as file:
         file["vectors"][0, 0, 0] = 7.0
     with pytest.raises(FileFormatError, match="checksum"):
-        store.load(path)
+        hdf5.load(path)

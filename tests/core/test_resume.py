@@ -13,8 +13,8 @@ import pytest
 
 from nvhchain import DRAFT
 from nvhchain.errors import InputError
+from nvhchain.files.shelf import Shelf, fingerprint
 from nvhchain.handoff import FieldPressure
-from nvhchain.resume import Shelf, fingerprint
 
 
 @pytest.fixture

@@ -4,9 +4,9 @@ import h5py
 import numpy as np
 import pytest
 
-from nvhchain import store
 from nvhchain.conventions import Air
 from nvhchain.errors import FileFormatError
+from nvhchain.files import hdf5
 from nvhchain.handoff import (
     HAND_OFFS,
     BearingForces,
@@ -81,13 +81,13 @@ def test_every_hand_off_kind_is_in_the_examples():
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda e: type(e).__name__)
 def test_round_trip_keeps_content_and_provenance(tmp_path, example):
     example = example.replace(provenance={"stage": "test", "fidelity": {"a": 1}})
-    loaded = store.load(store.save(example, tmp_path / "x.h5"), type(example))
+    loaded = hdf5.load(hdf5.save(example, tmp_path / "x.h5"), type(example))
     assert loaded.content_hash == example.content_hash
     assert loaded.provenance == example.provenance
 
 
 def test_complex_arrays_are_stored_as_labelled_real_pairs_with_units(tmp_path):
-    path = store.save(EXAMPLES[-1], tmp_path / "p.h5")
+    path = hdf5.save(EXAMPLES[-1], tmp_path / "p.h5")
     with h5py.File(path) as file:
         pressure = file["pressure"]
         assert pressure.shape == (2, 1, 2)
@@ -97,10 +97,10 @@ def test_complex_arrays_are_stored_as_labelled_real_pairs_with_units(tmp_path):
 
 
 def test_truncated_file_is_refused(tmp_path):
-    path = store.save(SURFACE, tmp_path / "s.h5")
+    path = hdf5.save(SURFACE, tmp_path / "s.h5")
     path.write_bytes(path.read_bytes()[:-200])
     with pytest.raises(FileFormatError, match=r"s\.h5"):
-        store.load(path)
+        hdf5.load(path)
 
 
 def test_foreign_hdf5_and_other_files_are_refused(tmp_path):
@@ -109,22 +109,22 @@ def test_foreign_hdf5_and_other_files_are_refused(tmp_path):
     (tmp_path / "text.h5").write_text("hello")
     for name in ("foreign.h5", "text.h5", "absent.h5"):
         with pytest.raises(FileFormatError, match=name):
-            store.load(tmp_path / name)
+            hdf5.load(tmp_path / name)
 
 
 def test_altered_content_is_found_by_its_checksum(tmp_path):
-    path = store.save(EXAMPLES[-1], tmp_path / "p.h5")
+    path = hdf5.save(EXAMPLES[-1], tmp_path / "p.h5")
     with h5py.File(path, "r+") as file:
         file["pressure"][0, 0, 0] = 7.0
     with pytest.raises(FileFormatError, match="checksum"):
-        store.load(path)
+        hdf5.load(path)
 
 
-@pytest.mark.parametrize("reader", [store.load, store.record])
+@pytest.mark.parametrize("reader", [hdf5.load, hdf5.record])
 def test_a_damaged_bit_anywhere_is_found_before_the_file_is_parsed(reader, tmp_path, monkeypatch):
     """Of 5072 files with a damaged bit outside the values HDF5 2.0 crashed on nine and never returned from nine."""
-    whole = store.save(EXAMPLES[-1], tmp_path / "p.h5").read_bytes()
-    monkeypatch.setattr(store, "h5py", None)
+    whole = hdf5.save(EXAMPLES[-1], tmp_path / "p.h5").read_bytes()
+    monkeypatch.setattr(hdf5, "h5py", None)
     for byte in range(0, len(whole), 61):
         (tmp_path / "p.h5").write_bytes(whole[:byte] + bytes([whole[byte] ^ 1 << byte % 8]) + whole[byte + 1 :])
         with pytest.raises(FileFormatError, match=r"p\.h5: (not an nvhchain hand-off|damaged)"):
@@ -132,28 +132,28 @@ def test_a_damaged_bit_anywhere_is_found_before_the_file_is_parsed(reader, tmp_p
 
 
 def test_altered_provenance_is_found(tmp_path):
-    path = store.save(EXAMPLES[-1], tmp_path / "p.h5")
+    path = hdf5.save(EXAMPLES[-1], tmp_path / "p.h5")
     with h5py.File(path, "r+") as file:
         file.attrs["provenance"] = "{}"
     with pytest.raises(FileFormatError, match="altered"):
-        store.load(path)
+        hdf5.load(path)
 
 
 def test_a_file_of_a_newer_schema_is_refused(tmp_path, monkeypatch):
     with monkeypatch.context() as later:
-        later.setattr(store, "SCHEMA_VERSION", store.SCHEMA_VERSION + 1)
-        path = store.save(SURFACE, tmp_path / "s.h5")
+        later.setattr(hdf5, "SCHEMA_VERSION", hdf5.SCHEMA_VERSION + 1)
+        path = hdf5.save(SURFACE, tmp_path / "s.h5")
     with pytest.raises(FileFormatError, match="newer"):
-        store.load(path)
+        hdf5.load(path)
 
 
 def test_wrong_kind_is_refused(tmp_path):
     with pytest.raises(FileFormatError, match="holds Surface"):
-        store.load(store.save(SURFACE, tmp_path / "s.h5"), FieldPressure)
+        hdf5.load(hdf5.save(SURFACE, tmp_path / "s.h5"), FieldPressure)
 
 
 def test_failed_save_leaves_neither_file_nor_fragment(tmp_path, monkeypatch):
-    monkeypatch.setattr(store, "_write", lambda *_: (_ for _ in ()).throw(OSError("disk full")))
+    monkeypatch.setattr(hdf5, "_write", lambda *_: (_ for _ in ()).throw(OSError("disk full")))
     with pytest.raises(OSError, match="disk full"):
-        store.save(SURFACE, tmp_path / "s.h5")
+        hdf5.save(SURFACE, tmp_path / "s.h5")
     assert list(tmp_path.iterdir()) == []

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from ramps import ramp, ramped, straight
 
-from nvhchain import store
 from nvhchain.dynamics import record_run_up, run_up
 from nvhchain.dynamics.runs import recording, speed_ramp
 from nvhchain.errors import InputError, ResourceError
 from nvhchain.fidelity import DynamicsFidelity
+from nvhchain.files import hdf5
 from nvhchain.handoff import BearingForces
 
 
@@ -56,7 +56,7 @@ def test_a_stopped_run_goes_on_and_ends_in_the_same_bits(make_gearbox, make_laws
     # finished: found, not run again
     again = record_run_up(gearbox, laws, None, fidelity=fidelity, folder=tmp_path, **ramp(duration=0.4))
     assert again == made
-    last = store.load(made.paths[-1], BearingForces)
+    last = hdf5.load(made.paths[-1], BearingForces)
     assert last.time[-1] == whole.time[-1]
     assert last.provenance["fidelity"] == asdict(fidelity)
 
@@ -96,7 +96,7 @@ def test_a_damaged_piece_is_computed_again_in_the_same_bits(
         record_run_up(gearbox, laws, None, **given, progress=stopped_after(7))
     piece = tmp_path / "run" / "forces-00001.h5"
     whole = piece.read_bytes()
-    middle = whole.index(store.load(piece, BearingForces).force.tobytes()[:64])
+    middle = whole.index(hdf5.load(piece, BearingForces).force.tobytes()[:64])
     piece.write_bytes(whole[:keep] if keep >= 0 else whole[:middle] + bytes([whole[middle] ^ 1]) + whole[middle + 1 :])
 
     first = (tmp_path / "run" / "forces-00000.h5").stat().st_mtime_ns
@@ -171,7 +171,7 @@ def test_files_as_they_were_left_are_not_read_again(make_gearbox, make_laws, tmp
     given = ramp(duration=0.1, fidelity=DynamicsFidelity(2e-5)) | {"folder": tmp_path}
     with pytest.raises(Stop):
         record_run_up(gearbox, laws, None, **given, progress=stopped_after(7))
-    read, load = [], store.load
+    read, load = [], hdf5.load
     monkeypatch.setattr(recording.store, "load", lambda path, kind: read.append(path.name) or load(path, kind))
     with pytest.raises(Stop):
         record_run_up(gearbox, laws, None, **given, progress=stopped_after(8))

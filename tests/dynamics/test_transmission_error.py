@@ -9,10 +9,10 @@ from math import pi
 import numpy as np
 import pytest
 
-from nvhchain import store
 from nvhchain.dynamics import bearing_forces, run_up, run_up_with_error, steady_sweep
 from nvhchain.errors import InputError
 from nvhchain.fidelity import DynamicsFidelity
+from nvhchain.files import hdf5
 from nvhchain.handoff import BearingForces
 from nvhchain.spectrum import force_spectrum, order_cut, order_waterfall, sweep_waterfall, waterfall
 
@@ -151,7 +151,7 @@ def test_records_without_errors_keep_their_identity_and_say_what_is_missing(tmp_
     with pytest.raises(InputError, match="choose from force"):
         record.recorded("moment")
     full = record.replace(transmission_error=np.ones((8, 2)), output_lag=np.ones(8))
-    again = store.load(store.save(full, tmp_path / "record.h5"), BearingForces)
+    again = hdf5.load(hdf5.save(full, tmp_path / "record.h5"), BearingForces)
     assert np.array_equal(again.recorded("transmission_error"), np.ones((8, 2)))
     assert again.content_hash == full.content_hash != record.content_hash
     with pytest.raises(InputError, match=r"transmission_error has shape \(7, 2\)"):

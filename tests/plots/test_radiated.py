@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from nvhchain import store
 from nvhchain.cli import main
 from nvhchain.errors import InputError
+from nvhchain.files import hdf5
 from nvhchain.handoff import Directivity
 from nvhchain.plots import directivity_polar
 
@@ -59,6 +59,6 @@ def test_half_a_circle_stays_open_and_points_off_a_circle_are_refused():
 
 
 def test_plot_with_a_frequency_draws_the_polar_diagram(tmp_path):
-    store.save(dipole(2)[1], tmp_path / "directivity.h5")
+    hdf5.save(dipole(2)[1], tmp_path / "directivity.h5")
     assert main(["plot", str(tmp_path / "directivity.h5"), "--at", "200", "800", "--out", str(tmp_path / "p.png")]) == 0
     assert (tmp_path / "p.png").stat().st_size > 20_000

@@ -20,8 +20,8 @@ from beside import run_here
 import nvhchain as nvh
 from nvhchain.case import HousingModel, SurfaceFile
 from nvhchain.errors import InputError
+from nvhchain.files.shelf import key_in
 from nvhchain.plots.tradeoff import accuracy_cost
-from nvhchain.resume import key_in
 from nvhchain.tradeoff import (
     Deviation,
     Knob,

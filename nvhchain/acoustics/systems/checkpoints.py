@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from nvhchain import store
 from nvhchain.acoustics.systems.frequency_blocks import Solved
 from nvhchain.acoustics.systems.linear_system import SolverRecord
+from nvhchain.files import hdf5
+from nvhchain.files.shelf import code_version, fingerprint, found
 from nvhchain.handoff import FloatArray, SolvedBand
-from nvhchain.resume import code_version, fingerprint, found
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class BandShards:
         provenance = {"stage": f"acoustics.{self.stage}", "key": key, **solved.record.provenance}
         shape = solved.values.shape[1:]
         rows = solved.values.reshape(len(frequency), -1)
-        store.save(SolvedBand(frequency, rows, np.array(shape), provenance=provenance), path)
+        hdf5.save(SolvedBand(frequency, rows, np.array(shape), provenance=provenance), path)
 
     def _place(self, frequency: FloatArray) -> tuple[Path, str]:
         """(file, key) of the band of these frequencies."""
@@ -57,4 +57,4 @@ def kept_in(folder: str | Path | None, stage: str, *inputs: Any) -> BandShards |
     """
     if not folder:
         return None
-    return BandShards(store.writable_folder(folder, "shards"), stage, inputs)
+    return BandShards(hdf5.writable_folder(folder, "shards"), stage, inputs)

@@ -16,8 +16,8 @@ from nvhchain.acoustics.systems.linear_system import SolverRecord
 from nvhchain.cluster import is_gone, room, share, worker_lost, workers_at
 from nvhchain.conventions import Progress
 from nvhchain.errors import InputError, SolverError, require
+from nvhchain.files.shelf import code_version
 from nvhchain.handoff import ComplexArray, FloatArray
-from nvhchain.resume import code_version
 
 BAND = 4
 """Frequencies per task: enough to share an engine's geometric work, few enough to spread and to report progress."""

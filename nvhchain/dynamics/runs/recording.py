@@ -17,7 +17,7 @@ from zipfile import BadZipFile
 
 import numpy as np
 
-from nvhchain import store
+from nvhchain.files import hdf5
 from nvhchain.conventions import Progress
 from nvhchain.dynamics.runs import contact_loss
 from nvhchain.dynamics.runs.contact_loss import check_parted
@@ -33,7 +33,7 @@ from nvhchain.files.alone import alone_in
 from nvhchain.files.whole import in_memory, write_whole
 from nvhchain.handoff import BearingForces, FloatArray, MeshLaw, ReducedHousing
 from nvhchain.kinds import check_arguments
-from nvhchain.resume import code_version, fingerprint
+from nvhchain.files.shelf import code_version, fingerprint
 
 _log = logging.getLogger(__name__)
 
@@ -62,7 +62,7 @@ class Recording:
     def pieces(self) -> Iterator[BearingForces]:
         """One hand-off after the other, each with the time axis of the whole record."""
         for path in self.paths:
-            yield store.load(path, BearingForces)
+            yield hdf5.load(path, BearingForces)
 
 
 @on_one_thread
@@ -87,7 +87,7 @@ def record_run_up(
     version = code_version("dynamics")
     key = fingerprint(version, gearbox, list(mesh_laws), housing, {**operation, "contact_forces": None})
     answers = _answers(run, mesh_laws)
-    folder = store.writable_folder(folder, "folder")
+    folder = hdf5.writable_folder(folder, "folder")
     provenance = {"key": key, "stage": "run_up", "version": version, "fidelity": asdict(operation["fidelity"])}
 
     def follow(at: _Place, wanted: Set[int] | None) -> _Place:
@@ -101,7 +101,7 @@ def record_run_up(
                     sampled = Sampled.room(run, whole)
                     sampled.fill(0, np.concatenate(waiting))
                     forces = record(run, at.first, sampled, mesh_laws, operation["fidelity"])
-                    store.save(forces.replace(provenance=provenance | forces.provenance), _path(folder, at.written))
+                    hdf5.save(forces.replace(provenance=provenance | forces.provenance), _path(folder, at.written))
                 at, waiting = _Place(at.written + 1, at.first + whole, stands), []
                 if wanted is None:
                     _keep(folder, key, answers, at)
@@ -118,7 +118,7 @@ def record_run_up(
             _keep(folder, key, answers, at)
         written = follow(at, None).written
     paths = tuple(_path(folder, index) for index in range(written))
-    told = [store.record(path)[1] for path in paths]
+    told = [hdf5.record(path)[1] for path in paths]
     warn_beyond_law(joined([of.get("beyond_mesh_law", {}) for of in told]))
     check_parted(contact_loss.joined([of.get("parted_flanks", {}) for of in told]))
     return Recording(paths)
@@ -211,7 +211,7 @@ def _stamp(path: Path) -> tuple[int, int]:
 def _key_of(path: Path) -> str:
     """Of the run whose samples `path` holds; empty when they are not whole."""
     try:
-        return str(store.load(path, BearingForces).provenance["key"])
+        return str(hdf5.load(path, BearingForces).provenance["key"])
     except (FileFormatError, KeyError):
         return ""
 

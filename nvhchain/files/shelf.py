@@ -16,9 +16,10 @@ from typing import Any, Protocol, TypeVar, runtime_checkable
 import numpy as np
 from filelock import FileLock, Timeout
 
-from nvhchain import __version__, store
+from nvhchain import __version__
 from nvhchain.conventions import Progress
 from nvhchain.errors import FileFormatError
+from nvhchain.files import hdf5
 from nvhchain.files.alone import say_waiting
 from nvhchain.handoff import HandOff
 
@@ -55,7 +56,7 @@ _USED = {"gear": ("fem",), "housing": ("fem", "interop"), "acoustics": ("fem",)}
 @cache
 def code_version(package: str) -> str:
     """Package version and a digest of the source of `package` and its basis: old results do not survive new code."""
-    root = Path(__file__).parent
+    root = Path(__file__).parents[1]
     source = root / package
     files = sorted(source.rglob("*.py")) if source.is_dir() else [source.with_suffix(".py")]
     files += [root / "conventions.py", *sorted((root / "handoff").rglob("*.py"))]
@@ -69,7 +70,7 @@ def found(path: Path, kind: type[H], key: str) -> H | None:
     if not path.exists():
         return None
     try:
-        hand_off = store.load(path, kind)
+        hand_off = hdf5.load(path, kind)
     except FileFormatError:
         return None
     return hand_off if hand_off.provenance.get("key") == key else None
@@ -78,7 +79,7 @@ def found(path: Path, kind: type[H], key: str) -> H | None:
 def key_in(path: Path) -> str | None:
     """Key under which a stage left its result in a file; None in a damaged one, or where none did."""
     try:
-        return store.record(path)[1].get("key")
+        return hdf5.record(path)[1].get("key")
     except FileFormatError:
         return None
 
@@ -171,7 +172,7 @@ class Shelf:
                 made = compute(partial(self.watcher.step, stage))
                 result: H = made.replace(provenance={**made.provenance, **provenance})
                 if path is not None:
-                    store.save(result, path)
+                    hdf5.save(result, path)
                 self.watcher.end(stage, "computed")
                 return result
         self.watcher.end(stage, "found")

@@ -19,10 +19,10 @@ from nvhchain.case import Case, GearboxCase
 from nvhchain.fidelity import Fidelity
 from nvhchain.files.hdf5 import writable_folder
 from nvhchain.files.shelf import Shelf, Unwatched, Watcher
-from nvhchain.memory import free_memory
 from nvhchain.runtime import processes
+from nvhchain.runtime.memory import free_memory
+from nvhchain.runtime.threads import blas_threads
 from nvhchain.scene import plan, preflight
-from nvhchain.threads import blas_threads
 
 _WORTH = 5.0
 """Processor seconds, of the laws and of the housing, below which a second process costs more than it saves."""

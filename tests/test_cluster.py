@@ -15,13 +15,13 @@ import numpy as np
 import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from nvhchain import cluster
 from nvhchain.acoustics import sphere, transfer_vectors
 from nvhchain.acoustics.systems import frequency_blocks as bands
 from nvhchain.acoustics.systems.frequency_blocks import BAND, _task, over_bands
 from nvhchain.conventions import Air
 from nvhchain.errors import InputError, ResourceError, SolverError
 from nvhchain.fidelity import AcousticsFidelity
+from nvhchain.runtime import cluster
 
 BODY, POINTS, AIR = sphere(0.1, 2), np.array([[0.0, 0.0, 1.0], [0.3, 0.2, -0.4]]), Air(343.0, 1.21)
 FIDELITY = AcousticsFidelity(elements_per_wavelength=3.0, masters=32)
@@ -86,7 +86,7 @@ def test_workers_leave_cores_to_each_other(two_workers):
 
 
 def _threads():
-    from nvhchain.threads import at_most
+    from nvhchain.runtime.threads import at_most
 
     return max(pool["num_threads"] for pool in threadpool_info()), at_most(1000)
 

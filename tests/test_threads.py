@@ -8,9 +8,9 @@ from threading import Event
 import pytest
 from threadpoolctl import ThreadpoolController, threadpool_limits
 
-from nvhchain import cluster, threads
 from nvhchain.acoustics.systems import engines
-from nvhchain.threads import at_most, blas_threads, granted
+from nvhchain.runtime import cluster, threads
+from nvhchain.runtime.threads import at_most, blas_threads, granted
 
 
 def of_blas():

@@ -64,7 +64,7 @@ def _executor(options: argparse.Namespace) -> AbstractContextManager[Executor | 
     """Where the work goes: nowhere but here, unless workers or a scheduler are named."""
     if options.workers is None and options.scheduler is None:
         return nullcontext()
-    from nvhchain import cluster
+    from nvhchain.runtime import cluster
 
     return cluster.connect(options.scheduler) if options.scheduler else cluster.local_cluster(options.workers)
 

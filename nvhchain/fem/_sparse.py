@@ -22,7 +22,7 @@ from threadpoolctl import threadpool_info
 
 from nvhchain.errors import InputError, ResourceError, SolverError, require
 from nvhchain.handoff import FloatArray
-from nvhchain.memory import free_memory
+from nvhchain.runtime.memory import free_memory
 
 SUPERLU_UNKNOWNS = 40_000
 """Largest system given to SuperLU: about a minute and 2 GB for quadratic solid elements."""

@@ -15,7 +15,7 @@ import scipy.sparse as sp
 from nvhchain.errors import ResourceError, SolverError, require
 from nvhchain.fem._sparse import Factor, factorize
 from nvhchain.handoff import FloatArray
-from nvhchain.memory import free_memory
+from nvhchain.runtime.memory import free_memory
 
 BLOCK = 16
 """Vectors per Lanczos step."""

@@ -10,7 +10,7 @@ from nvhchain.case import RADIATED, Case, GearboxCase
 from nvhchain.errors import InputError, ResourceError
 from nvhchain.fidelity import Fidelity, GearFidelity
 from nvhchain.housing.reduction import check_bending_resolution, check_thin_walls
-from nvhchain.memory import free_memory
+from nvhchain.runtime.memory import free_memory
 from nvhchain.scene.casting import forced, model_of_file
 from nvhchain.scene.mechanics import recorded_time
 from nvhchain.scene.planned import Stage

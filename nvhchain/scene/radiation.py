@@ -13,7 +13,7 @@ from nvhchain.case import HEARD, Case, GearboxCase, RadiatorCase
 from nvhchain.fidelity import AcousticsFidelity, Fidelity
 from nvhchain.handoff import Surface
 from nvhchain.housing import Casting, face_size
-from nvhchain.memory import free_memory
+from nvhchain.runtime.memory import free_memory
 from nvhchain.scene.casting import modes_in_reach
 from nvhchain.scene.mechanics import recorded_outputs, recorded_samples
 from nvhchain.scene.planned import BASE_MEGABYTES, SECONDS_PER_STAGE, Stage

@@ -8,7 +8,6 @@ import acoustics_bodies as bodies
 import numpy as np
 import pytest
 
-from nvhchain import cluster
 from nvhchain.acoustics import (
     SurfaceShapes,
     estimate_memory,
@@ -29,6 +28,7 @@ from nvhchain.acoustics.systems.linear_system import DirectSystem
 from nvhchain.errors import InputError, ResourceError, SolverError
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import RigidPlane, SurfaceVelocity
+from nvhchain.runtime import cluster
 
 FIDELITY = AcousticsFidelity(elements_per_wavelength=3.0, masters=4, solver="compressed")
 DIRECT = replace(FIDELITY, solver="direct")

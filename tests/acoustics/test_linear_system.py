@@ -11,7 +11,7 @@ from nvhchain.acoustics.systems.dense import CheapestSystem, dense_system, itera
 from nvhchain.acoustics.systems.linear_system import DenseMatrix, DirectSystem
 from nvhchain.errors import SolverError
 from nvhchain.fidelity import STANDARD
-from nvhchain.threads import blas_threads
+from nvhchain.runtime.threads import blas_threads
 
 DIRECT = replace(STANDARD.acoustics, solver="direct")
 

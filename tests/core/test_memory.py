@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from nvhchain.memory import free_memory
+from nvhchain.runtime.memory import free_memory
 
 GIB = 2**30
 

@@ -56,7 +56,7 @@ ok, said = doctor._attempt("import gmsh, h5py, json, numba, numpy, pickle, nvhch
 assert ok, said
 """,
     "workers": """
-from nvhchain.cluster import local_cluster
+from nvhchain.runtime.cluster import local_cluster
 with local_cluster(1) as executor:
     assert executor.submit(len, "abc").result() == 3
 """,

@@ -23,9 +23,9 @@ from nvhchain.acoustics.surfaces.burton_miller import coupling
 from nvhchain.errors import ResourceError
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, IntArray, Surface
-from nvhchain.memory import free_memory
 from nvhchain.runtime import processes
-from nvhchain.threads import threads
+from nvhchain.runtime.memory import free_memory
+from nvhchain.runtime.threads import threads
 
 _PHASE_TOLERANCE = 1e-11
 """rad; wavenumber steps whose phase over the whole body agrees to this count as equal."""

@@ -22,7 +22,7 @@ from nvhchain.errors import ResourceError, require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, TransferVectors
 from nvhchain.kinds import check_arguments
-from nvhchain.memory import free_memory
+from nvhchain.runtime.memory import free_memory
 
 
 def vectors_at(

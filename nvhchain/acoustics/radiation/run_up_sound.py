@@ -18,7 +18,7 @@ from nvhchain.handoff import (
     ReducedHousing,
 )
 from nvhchain.kinds import check_arguments
-from nvhchain.memory import free_memory
+from nvhchain.runtime.memory import free_memory
 
 FADE = 0.1
 """Share of the band over which the upper end of the transfer functions is faded out: a sharp end would ring."""

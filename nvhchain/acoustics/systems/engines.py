@@ -13,13 +13,13 @@ from nvhchain.acoustics.systems.frequency_blocks import BAND
 from nvhchain.acoustics.systems.iterative import iteration_size, patches_size
 from nvhchain.acoustics.systems.linear_system import SolverRecord, System
 from nvhchain.acoustics.waves.layer_potentials import compiled_layers
-from nvhchain.cluster import worker_memory
 from nvhchain.errors import ResourceError, is_whole, require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
 from nvhchain.handoff import FloatArray, RigidPlane, Surface
 from nvhchain.kinds import check_arguments
-from nvhchain.memory import free_memory
-from nvhchain.threads import blas_threads, granted, threads
+from nvhchain.runtime.cluster import worker_memory
+from nvhchain.runtime.memory import free_memory
+from nvhchain.runtime.threads import blas_threads, granted, threads
 
 ENGINES = {"fused": "nvhchain.acoustics.fused.engine", "bempp": "nvhchain.acoustics.systems._bempp"}
 """Name of every engine and the module that offers `systems(surface, wavenumbers, fidelity)`; opened when first used."""

@@ -13,11 +13,11 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from nvhchain.acoustics.systems.linear_system import SolverRecord
-from nvhchain.cluster import is_gone, room, share, worker_lost, workers_at
 from nvhchain.conventions import Progress
 from nvhchain.errors import InputError, SolverError, require
 from nvhchain.files.shelf import code_version
 from nvhchain.handoff import ComplexArray, FloatArray
+from nvhchain.runtime.cluster import is_gone, room, share, worker_lost, workers_at
 
 BAND = 4
 """Frequencies per task: enough to share an engine's geometric work, few enough to spread and to report progress."""

@@ -11,7 +11,7 @@ from nvhchain.acoustics.surfaces.clustering import distance_to_box, groups
 from nvhchain.acoustics.systems.linear_system import Matrix, SolverRecord
 from nvhchain.errors import SolverError
 from nvhchain.handoff import ComplexArray, FloatArray, IntArray
-from nvhchain.threads import blas_threads
+from nvhchain.runtime.threads import blas_threads
 
 PATCH = 64
 """Unknowns that one patch answers for."""

@@ -12,7 +12,7 @@ from scipy.linalg import lapack
 
 from nvhchain.errors import SolverError
 from nvhchain.handoff import ComplexArray
-from nvhchain.threads import blas_threads, threads
+from nvhchain.runtime.threads import blas_threads, threads
 
 LEAST = 3_000_000
 """Entries of a matrix for which a thread of its own pays: keeping its BLAS to one thread takes a few milliseconds."""

@@ -19,7 +19,7 @@ from nvhchain.errors import ResourceError
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import BearingForces, FloatArray, MeshLaw, ReducedHousing
 from nvhchain.kinds import check_arguments
-from nvhchain.memory import free_memory
+from nvhchain.runtime.memory import free_memory
 
 
 @dataclass(frozen=True, eq=False)

@@ -23,7 +23,7 @@ from nvhchain.dynamics.time_loop.simulation import Motion, Simulation, advance, 
 from nvhchain.dynamics.runs.steady import check_step, settling_time
 from nvhchain.errors import ResourceError, require
 from nvhchain.handoff import FloatArray, MeshLaw, ReducedHousing
-from nvhchain.memory import free_memory
+from nvhchain.runtime.memory import free_memory
 
 BLOCK = 2048
 """Samples that leave the time loop at once: bounds the memory of the state history."""

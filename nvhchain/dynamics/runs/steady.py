@@ -23,7 +23,7 @@ from nvhchain.errors import ResourceError, SolverError, require
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import BearingForces, FloatArray, MeshLaw, ReducedHousing
 from nvhchain.kinds import check_arguments
-from nvhchain.memory import free_memory
+from nvhchain.runtime.memory import free_memory
 
 BLOCK = 8192
 """Steps per call of the time loop: bounds the memory of the state history."""

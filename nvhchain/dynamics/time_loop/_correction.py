@@ -13,9 +13,9 @@ from __future__ import annotations
 
 from numba import njit
 
-from nvhchain._inlined import inlines
 from nvhchain.dynamics.time_loop import _law_step
 from nvhchain.dynamics.time_loop._law_step import COMPILED, blend, cell
+from nvhchain.runtime._inlined import inlines
 
 CALLS = inlines(_law_step)
 """Of that file: without it the cache would not see that it changes."""

@@ -18,12 +18,12 @@ from functools import cache
 import numpy as np
 from numba import njit
 
-from nvhchain._inlined import inlines
 from nvhchain.dynamics.time_loop import _correction as _bend
 from nvhchain.dynamics.time_loop import _law_step, _newton
 from nvhchain.dynamics.time_loop._correction import kept, left_out
 from nvhchain.dynamics.time_loop._law_step import COMPILED, blend, cell, mean_force, unloaded_at
 from nvhchain.dynamics.time_loop._newton import along, newton_step
+from nvhchain.runtime._inlined import inlines
 
 CALLS = inlines(_bend, _law_step, _newton)
 """Of these files: without it the cache would not see that they change."""

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from functools import wraps
 from typing import ParamSpec, TypeVar
 
-from nvhchain.threads import blas_threads
+from nvhchain.runtime.threads import blas_threads
 
 P = ParamSpec("P")
 R = TypeVar("R")

@@ -13,7 +13,7 @@ from nvhchain.fem._sparse import BLOCK, factorize
 from nvhchain.gear.compliance.tooth_compliance import CondensedTooth, cylindrical_stiffness, unknowns
 from nvhchain.gear.elements.gear_mesh import GearMesh
 from nvhchain.handoff import FloatArray, IntArray
-from nvhchain.memory import free_memory
+from nvhchain.runtime.memory import free_memory
 
 _ASSEMBLY_BYTES = 60
 """Peak memory per entry of the upper triangle while the parts are summed: triplets twice, sorting, finished rows."""

@@ -7,7 +7,7 @@ import numpy as np
 from nvhchain.errors import ResourceError
 from nvhchain.handoff import ComplexArray, FloatArray, ForceSpectrum, ReducedHousing, SurfaceVelocity
 from nvhchain.housing.modes.damping import DampingCurve
-from nvhchain.memory import free_memory
+from nvhchain.runtime.memory import free_memory
 
 _CHUNK = 512
 """Frequency lines per matrix product."""

@@ -18,9 +18,9 @@ from typing import Any, TypeVar
 
 from nvhchain.errors import InputError, ResourceError, is_whole, require
 from nvhchain.kinds import check_arguments
-from nvhchain.memory import free_memory
+from nvhchain.runtime.memory import free_memory
 from nvhchain.runtime.processes import isolated
-from nvhchain.threads import blas_threads, give_blas, granted
+from nvhchain.runtime.threads import blas_threads, give_blas, granted
 
 T = TypeVar("T")
 

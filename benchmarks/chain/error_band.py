@@ -24,10 +24,10 @@ import nvhchain as nvh
 from benchmarks.chain.error_band_cases import far, fitted, held_out, options, run_ups, speeds
 from benchmarks.publish import publish
 from nvhchain.case import GearboxCase
+from nvhchain.chain.result import Result
 from nvhchain.error_band import BANDS, ErrorBand, error_band, force_band, velocity_band
 from nvhchain.fidelity import PRESETS
 from nvhchain.handoff import FloatArray
-from nvhchain.result import Result
 from nvhchain.tradeoff.deviation import REACH, deviation
 
 JUDGED = ("draft", "standard")

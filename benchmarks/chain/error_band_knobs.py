@@ -21,13 +21,13 @@ from benchmarks.publish import publish
 from nvhchain import acoustics
 from nvhchain.acoustics.accuracy.mesh_error import expected_accuracy
 from nvhchain.case import GearboxCase
+from nvhchain.chain.result import Result
 from nvhchain.error_band import ErrorBand, error_band
 from nvhchain.fidelity import DRAFT, REFERENCE, AcousticsFidelity, Fidelity
 from nvhchain.handoff import Surface
 from nvhchain.housing import Casting
 from nvhchain.housing.casting.mesh import radiating_surface
 from nvhchain.housing.modes.truncation import FREQUENCY_ERROR, without_modes
-from nvhchain.result import Result
 from nvhchain.tradeoff import Measurement, shipped_sweep, variants
 from nvhchain.tradeoff.deviation import Deviation
 from nvhchain.tradeoff.knobs import BEYOND

@@ -22,11 +22,11 @@ import nvhchain as nvh
 from benchmarks.dynamics.models import ROOT
 from benchmarks.publish import publish
 from nvhchain import dynamics
-from nvhchain.advice import bending_share
 from nvhchain.case import GearboxCase
 from nvhchain.dynamics.time_loop.simulation import simulation
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import FloatArray
+from nvhchain.scene.advice import bending_share
 
 
 def textbook(case: GearboxCase) -> list[list[Any]]:

@@ -81,14 +81,15 @@ def _foreign_forces(path: Path, case: Case) -> BearingForces:
 
 def run(options: argparse.Namespace) -> int:
     """Compute what a case asks for; say the levels with their limits, and leave those of every line."""
-    from nvhchain import chain, ready_made
-    from nvhchain.ahead import operators_ahead
+    from nvhchain import chain
     from nvhchain.case import load_case
+    from nvhchain.chain import supplied
+    from nvhchain.chain.prefetch import operators_ahead
     from nvhchain.error_band import format_level, save_error_bands
     from nvhchain.files import hdf5
 
     case = load_case(options.case)
-    given = ready_made.arguments(hdf5.load(path) for path in options.use)
+    given = supplied.arguments(hdf5.load(path) for path in options.use)
     if options.forces:
         given["bearing_forces"] = _foreign_forces(Path(options.forces), case)
     out = Path(options.out or Path("out") / case.name)
@@ -129,12 +130,13 @@ def run(options: argparse.Namespace) -> int:
 
 def record(options: argparse.Namespace) -> int:
     """Follow a run-up into files."""
-    from nvhchain import chain, ready_made
+    from nvhchain import chain
     from nvhchain.case import load_case
+    from nvhchain.chain import supplied
     from nvhchain.files import hdf5
 
     case = load_case(options.case)
-    given = ready_made.arguments(hdf5.load(path) for path in options.use)
+    given = supplied.arguments(hdf5.load(path) for path in options.use)
     useless = sorted(set(given) - {"mesh_laws", "load_distributions", "housing"})
     if useless:
         raise InputError(f"--use: {', '.join(useless)} is not taken by a record of bearing forces: leave it out")
@@ -149,8 +151,8 @@ def record(options: argparse.Namespace) -> int:
 
 def compare(options: argparse.Namespace) -> int:
     """Compute several cases and leave their comparison."""
-    from nvhchain.ahead import operators_ahead
     from nvhchain.case import load_case
+    from nvhchain.chain.prefetch import operators_ahead
     from nvhchain.error_band import format_level
     from nvhchain.report import OPERATORS, check_comparable, compare
 
@@ -182,13 +184,13 @@ def plot(options: argparse.Namespace) -> int:
 
 def contributions(options: argparse.Namespace) -> int:
     """Tables and bars of what modes and panels add."""
-    from nvhchain import ready_made
     from nvhchain.case import load_case
+    from nvhchain.chain import supplied
     from nvhchain.files import hdf5
     from nvhchain.report import contributions
 
     case = load_case(options.case)
-    given = ready_made.arguments(hdf5.load(path) for path in options.use)
+    given = supplied.arguments(hdf5.load(path) for path in options.use)
     out = Path(options.out or Path("out") / case.name)
     fidelity = _fidelity(options, [case], given)
     found = contributions(case, fidelity=fidelity, out=out, at=options.at, given=given, watcher=Console())
@@ -249,9 +251,9 @@ def plan(options: argparse.Namespace) -> int:
 
 def check(options: argparse.Namespace) -> int:
     """Read a case and the file of its housing."""
-    from nvhchain.advice import advice
     from nvhchain.case import GearboxCase, load_case
     from nvhchain.scene import check_driven, check_file, check_held
+    from nvhchain.scene.advice import advice
 
     case = load_case(options.case)
     check_held(case)

@@ -13,6 +13,7 @@ import numpy as np
 
 from nvhchain import chain, levels, plots
 from nvhchain.case import Case, GearboxCase
+from nvhchain.chain.result import Result
 from nvhchain.error_band import ErrorBand
 from nvhchain.errors import require
 from nvhchain.fidelity import STANDARD, Fidelity
@@ -29,7 +30,6 @@ from nvhchain.plots.files import save
 from nvhchain.report.limits import limits
 from nvhchain.report.marks import order_marks
 from nvhchain.report.run_up import compare_run_ups
-from nvhchain.result import Result
 
 OPERATORS = "operators"
 """Folder of what the cases of a comparison share."""

@@ -5,9 +5,9 @@ from __future__ import annotations
 from math import pi
 from typing import Any
 
+from nvhchain.chain.result import Result
 from nvhchain.error_band import RunUpBand
 from nvhchain.error_band.files import finite
-from nvhchain.result import Result
 
 
 def limits(result: Result) -> dict[str, Any]:

@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 
 from nvhchain import levels, plots
+from nvhchain.chain.result import Result
 from nvhchain.handoff import FloatArray, PressureHistory
 from nvhchain.interop import write_history_wav
 from nvhchain.plots import OrderMarks
 from nvhchain.plots.files import save
 from nvhchain.report.limits import limits
 from nvhchain.report.marks import order_marks
-from nvhchain.result import Result
 from nvhchain.spectrum import Waterfall, order_cut, order_waterfall, waterfall
 
 ORDER_RESOLUTION = 0.15

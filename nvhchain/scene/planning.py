@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from nvhchain.advice import advice
 from nvhchain.case import HEARD, RADIATED, Case, GearboxCase, RadiatorCase
 from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.kinds import check_arguments
-from nvhchain.radiator import radiator_surface
+from nvhchain.scene.advice import advice
 from nvhchain.scene.casting import extent, housing_stage, kept_modes
 from nvhchain.scene.mechanics import dynamics_stage, load_distribution_stages, mesh_law_stages
 from nvhchain.scene.planned import BASE_MEGABYTES, SECONDS_PER_STAGE, Plan, Stage
 from nvhchain.scene.radiation import faces_of, radiation_stage, sound_power_stage, transfer_vector_stage, with_needles
+from nvhchain.scene.radiator import radiator_surface
 
 
 def plan(case: Case, *, fidelity: Fidelity = STANDARD) -> Plan:

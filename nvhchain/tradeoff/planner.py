@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from math import floor, hypot, log10, prod
 
 from nvhchain.case import Case, GearboxCase, RadiatorCase
+from nvhchain.chain.supplied import check_argument_names
 from nvhchain.errors import require
 from nvhchain.fidelity import Fidelity
 from nvhchain.kinds import check_arguments
-from nvhchain.ready_made import check_argument_names
 from nvhchain.scene import stages_to_make
 from nvhchain.tradeoff import elsewhere
 from nvhchain.tradeoff.knobs import PRESET, Knob, spoken

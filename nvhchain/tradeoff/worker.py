@@ -22,10 +22,10 @@ from threading import Thread
 from typing import Any, TextIO
 
 from nvhchain import chain
+from nvhchain.chain.result import Result
 from nvhchain.errors import InputError, SolverError
 from nvhchain.files.shelf import Watcher, key_in
 from nvhchain.handoff import HandOff
-from nvhchain.result import Result
 
 
 class Teller(Watcher):

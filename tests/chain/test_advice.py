@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import nvhchain as nvh
-from nvhchain.advice import MEASURED, advice, bending_share, load_swing
 from nvhchain.case import Options, Ramp
 from nvhchain.cli import main
 from nvhchain.dynamics import Bearing, Cylinder, Shaft
 from nvhchain.gear import SOLID, GearBody, GearGeometry, GearPair
+from nvhchain.scene.advice import MEASURED, advice, bending_share, load_swing
 
 
 @pytest.fixture(scope="module")

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 import nvhchain as nvh
-from nvhchain import ahead
+from nvhchain.chain import prefetch as ahead
+from nvhchain.chain.steps import kernels
 from nvhchain.cli import main
 from nvhchain.errors import InputError
 from nvhchain.files.shelf import Shelf
-from nvhchain.stages import kernels
 
 
 @pytest.fixture

@@ -9,8 +9,8 @@ import pytest
 
 import nvhchain as nvh
 from nvhchain.case import Ramp
+from nvhchain.chain.given_forces import tell_of_forces, tell_of_spectrum
 from nvhchain.errors import AccuracyWarning, InputError
-from nvhchain.given_forces import tell_of_forces, tell_of_spectrum
 from nvhchain.handoff import BearingForces
 from nvhchain.spectrum import force_spectrum
 

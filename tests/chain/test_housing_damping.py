@@ -7,13 +7,13 @@ import pytest
 
 import nvhchain as nvh
 from nvhchain.acoustics import modal_pressure, modal_transfer_vectors, radiate
+from nvhchain.chain.steps import motion
 from nvhchain.conventions import Air
 from nvhchain.errors import InputError
 from nvhchain.files import hdf5
 from nvhchain.handoff import ForceSpectrum, TransferVectors
 from nvhchain.housing import DampingCurve, respond
 from nvhchain.housing.modes.damping import damping_of_modes
-from nvhchain.stages import motion
 
 CURVE = "modal_damping = { frequency = [2000, 4000], ratio = [0.01, 0.03] }"
 

@@ -10,10 +10,10 @@ from nvhchain.case import FieldPoint, Ramp
 from nvhchain.cli import Console, main
 from nvhchain.errors import InputError, ResourceError
 from nvhchain.gear import ThinRim
-from nvhchain.radiator import radiator_velocity
 from nvhchain.scene import check_knobs, preflight
 from nvhchain.scene.planning import plan_without
 from nvhchain.scene.radiation import sound_power_stage, transfer_vector_stage
+from nvhchain.scene.radiator import radiator_velocity
 
 
 def test_gearbox_plan_names_every_stage_and_what_symmetry_skips(request):

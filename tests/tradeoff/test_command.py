@@ -7,7 +7,7 @@ import nvhchain as nvh
 from nvhchain.cli import main, parser
 from nvhchain.errors import InputError
 from nvhchain.fidelity import DRAFT
-from nvhchain.radiator import radiator_velocity
+from nvhchain.scene.radiator import radiator_velocity
 from nvhchain.tradeoff import sweep as sweeping
 
 

@@ -21,6 +21,7 @@ from nvhchain.acoustics import (
 )
 from nvhchain.acoustics.accuracy.radiation_levels import level_accuracy
 from nvhchain.case import FieldPoint, RadiatorCase, Ramp, Sphere
+from nvhchain.chain.result import Result
 from nvhchain.dynamics import bearing_forces
 from nvhchain.error_band import (
     COVERAGE,
@@ -40,7 +41,6 @@ from nvhchain.housing import respond, truncation_errors
 from nvhchain.housing.modes.truncation import FREQUENCY_ERROR, RESIDUAL_MASS
 from nvhchain.levels import decibel, overall_power, power_level
 from nvhchain.report.limits import limits
-from nvhchain.result import Result
 from nvhchain.spectrum import force_spectrum
 
 

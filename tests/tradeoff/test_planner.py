@@ -475,7 +475,7 @@ def test_compare_runs_all_cases_as_the_planner_chooses(request, shipped_table, s
         return {"configurations": {"solid": {"overall_dBA": 76.21, "error_band_dBA": [None, 79.9]}}}
 
     monkeypatch.setattr("nvhchain.report.compare", compare)
-    monkeypatch.setattr("nvhchain.ahead.operators_ahead", lambda *_: nullcontext())
+    monkeypatch.setattr("nvhchain.chain.prefetch.operators_ahead", lambda *_: nullcontext())
     folder = request.config.rootpath / "cases"
     files = [str(folder / name) for name in ("small/single_stage.toml", "gearbox/solid.toml")]
     assert main(["compare", *files, "--tolerance-db", "1"]) == 0

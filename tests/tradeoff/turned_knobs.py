@@ -16,9 +16,9 @@ from small_gearbox import TINY, gearbox
 
 import nvhchain as nvh
 from nvhchain.case import FieldPoint, RadiatorCase, Ramp, Sphere
+from nvhchain.chain.result import Result
 from nvhchain.fidelity import Fidelity, HousingFidelity
 from nvhchain.housing import reduction
-from nvhchain.result import Result
 from nvhchain.tradeoff import KNOBS, Deviation, deviation, deviation_in_time, variants
 
 EVERY_VALUE = ("dynamics", "acoustics.radiation")

@@ -13,14 +13,15 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from nvhchain import ready_made, stages
 from nvhchain.case import Case, GearboxCase, Quantity, RadiatorCase
+from nvhchain.chain import steps, supplied
+from nvhchain.chain.given_forces import tell_of_forces, tell_of_spectrum
+from nvhchain.chain.result import Result
 from nvhchain.dynamics import Recording
 from nvhchain.errors import InputError
 from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.files.hdf5 import writable_folder
 from nvhchain.files.shelf import Shelf, Unwatched, Watcher
-from nvhchain.given_forces import tell_of_forces, tell_of_spectrum
 from nvhchain.handoff import (
     BearingForces,
     Directivity,
@@ -38,7 +39,6 @@ from nvhchain.handoff import (
     TransferVectors,
 )
 from nvhchain.kinds import check_arguments
-from nvhchain.result import Result
 from nvhchain.scene import preflight
 
 
@@ -148,7 +148,7 @@ def _prepared(
         if value is not None
     }
     preflight(case, fidelity, given, in_files=in_files)
-    ready_made.check(case, fidelity, given)
+    supplied.check(case, fidelity, given)
     watcher = watcher or Unwatched()
     spine = Shelf(writable_folder(out, "out") if out else None, watcher)
     shared = Shelf(writable_folder(operators, "operators") if operators else spine.folder, watcher)
@@ -196,13 +196,13 @@ class _Chain:
 
     @cached_property
     def housing(self) -> ReducedHousing:
-        return stages.reduced_housing(self._gearbox, self.fidelity, self._shared)
+        return steps.reduced_housing(self._gearbox, self.fidelity, self._shared)
 
     @cached_property
     def mesh_laws(self) -> tuple[MeshLaw, ...]:
         options = self._gearbox.options
         shared = self._compliances if options.tilt or options.load_distribution else None
-        laws = stages.mesh_laws(self._under_load, self.fidelity, self._shared, self._executor, shared)
+        laws = steps.mesh_laws(self._under_load, self.fidelity, self._shared, self._executor, shared)
         if not options.tilt:
             return laws
         return tuple(
@@ -213,7 +213,7 @@ class _Chain:
     def _under_load(self) -> GearboxCase:
         """The case with the misalignment that its load brings, where it asks for that."""
         case = self._gearbox
-        return stages.under_load(case, self._in_the_loop, self.fidelity) if case.options.loaded_misalignment else case
+        return steps.under_load(case, self._in_the_loop, self.fidelity) if case.options.loaded_misalignment else case
 
     @property
     def _in_the_loop(self) -> ReducedHousing | None:
@@ -221,13 +221,13 @@ class _Chain:
         return None if self._gearbox.options.rigid_housing else self.housing
 
     @cached_property
-    def _compliances(self) -> tuple[stages.Compliances, ...]:
-        return stages.compliances(self._under_load, self.fidelity)
+    def _compliances(self) -> tuple[steps.Compliances, ...]:
+        return steps.compliances(self._under_load, self.fidelity)
 
     @cached_property
     def load_distributions(self) -> tuple[LoadDistribution, ...]:
         case, shared = self._under_load, self._compliances
-        return stages.load_distributions(case, self.fidelity, self._shared, self._executor, shared)
+        return steps.load_distributions(case, self.fidelity, self._shared, self._executor, shared)
 
     @property
     def _acting(self) -> tuple[LoadDistribution, ...]:
@@ -237,23 +237,23 @@ class _Chain:
     @cached_property
     def bearing_forces(self) -> BearingForces:
         housing, laws, case = self._in_the_loop, self.mesh_laws, self._under_load
-        return stages.bearing_forces(case, laws, housing, self.fidelity, self._spine, self._acting)
+        return steps.bearing_forces(case, laws, housing, self.fidelity, self._spine, self._acting)
 
     def recording(self, folder: Path) -> Recording:
         """`bearing_forces` in files of `folder`."""
         housing, laws, case = self._in_the_loop, self.mesh_laws, self._under_load
-        return stages.recording(case, laws, housing, self.fidelity, folder, self._spine.watcher, self._acting)
+        return steps.recording(case, laws, housing, self.fidelity, folder, self._spine.watcher, self._acting)
 
     @cached_property
     def force_spectrum(self) -> ForceSpectrum:
-        return stages.force_spectrum(self._gearbox, self.bearing_forces, self._spine)
+        return steps.force_spectrum(self._gearbox, self.bearing_forces, self._spine)
 
     @cached_property
     def surface_velocity(self) -> SurfaceVelocity:
         if isinstance(self.case, RadiatorCase):
-            return stages.given_velocity(self.case, self.fidelity, self._spine)
+            return steps.given_velocity(self.case, self.fidelity, self._spine)
         forces = self.force_spectrum
-        return stages.surface_velocity(self.housing, forces, self._spine)
+        return steps.surface_velocity(self.housing, forces, self._spine)
 
     @cached_property
     def transfer_vectors(self) -> TransferVectors:
@@ -261,20 +261,20 @@ class _Chain:
             surface, lines = self.housing.surface, None
         else:
             surface, lines = self.surface_velocity.surface, self.surface_velocity.frequency
-        return stages.transfer_vectors(self.case, surface, lines, self.fidelity, self._shared, self._executor)
+        return steps.transfer_vectors(self.case, surface, lines, self.fidelity, self._shared, self._executor)
 
     @cached_property
     def pressure(self) -> FieldPressure:
         velocity = self.surface_velocity
         forces = vars(self).get("force_spectrum")
         if self.fidelity.acoustics.radiation == "equivalent_radiated_power":
-            return stages.equivalent_pressure(self.case, velocity, forces, self._spine)
-        return stages.pressure(self.transfer_vectors, velocity, forces, self.fidelity, self._spine)
+            return steps.equivalent_pressure(self.case, velocity, forces, self._spine)
+        return steps.pressure(self.transfer_vectors, velocity, forces, self.fidelity, self._spine)
 
     @cached_property
     def radiation_resistance(self) -> RadiationResistance:
         forces = self.force_spectrum
-        return stages.radiation_resistance(
+        return steps.radiation_resistance(
             self._gearbox, self.housing, forces, self.fidelity, self._shared, self._executor
         )
 
@@ -290,29 +290,29 @@ class _Chain:
         if not self._by_modes:
             velocity = self.surface_velocity
             forces = vars(self).get("force_spectrum")
-            return stages.sound_power(self.case, velocity, forces, self.fidelity, self._spine, self._executor)
+            return steps.sound_power(self.case, velocity, forces, self.fidelity, self._spine, self._executor)
         forces = self.force_spectrum
-        return stages.modal_power(self.radiation_resistance, self.housing, forces, self.fidelity, self._spine)
+        return steps.modal_power(self.radiation_resistance, self.housing, forces, self.fidelity, self._spine)
 
     @cached_property
     def radiation_efficiency(self) -> RadiationEfficiency:
         power = self.sound_power
         if not self._by_modes:
-            return stages.radiation_efficiency(self.case, power, self.surface_velocity, self._spine)
-        return stages.modal_efficiency(power, self.radiation_resistance, self.housing, self.force_spectrum, self._spine)
+            return steps.radiation_efficiency(self.case, power, self.surface_velocity, self._spine)
+        return steps.modal_efficiency(power, self.radiation_resistance, self.housing, self.force_spectrum, self._spine)
 
     @cached_property
     def directivity(self) -> Directivity:
         power, pressure = self.sound_power, self.pressure
-        return stages.directivity(self.case, pressure, power, self.surface_velocity.surface, self._spine)
+        return steps.directivity(self.case, pressure, power, self.surface_velocity.surface, self._spine)
 
     @cached_property
     def noise_transfer_functions(self) -> NoiseTransferFunctions:
         forces = self.bearing_forces
-        return stages.noise_transfer_functions(
+        return steps.noise_transfer_functions(
             self._gearbox, self.transfer_vectors, self.housing, forces, self.fidelity, self._shared
         )
 
     @cached_property
     def pressure_history(self) -> PressureHistory:
-        return stages.pressure_history(self.noise_transfer_functions, self.bearing_forces, self._spine)
+        return steps.pressure_history(self.noise_transfer_functions, self.bearing_forces, self._spine)

@@ -1,10 +1,10 @@
 """Every stage of the chain on the shelf: what of a case and which hand-offs it takes; `chain` knows their order."""
 
-from nvhchain.stages.dynamics import bearing_forces, gearbox_of, recording
-from nvhchain.stages.gears import Compliances, compliances, load_distributions, mesh_laws, under_load
-from nvhchain.stages.kernels import compile_kernels
-from nvhchain.stages.motion import force_spectrum, given_velocity, reduced_housing, surface_velocity
-from nvhchain.stages.power import (
+from nvhchain.chain.steps.dynamics import bearing_forces, gearbox_of, recording
+from nvhchain.chain.steps.gears import Compliances, compliances, load_distributions, mesh_laws, under_load
+from nvhchain.chain.steps.kernels import compile_kernels
+from nvhchain.chain.steps.motion import force_spectrum, given_velocity, reduced_housing, surface_velocity
+from nvhchain.chain.steps.power import (
     directivity,
     modal_efficiency,
     modal_power,
@@ -12,7 +12,7 @@ from nvhchain.stages.power import (
     radiation_resistance,
     sound_power,
 )
-from nvhchain.stages.sound import (
+from nvhchain.chain.steps.sound import (
     equivalent_pressure,
     noise_transfer_functions,
     pressure,

@@ -22,7 +22,7 @@ from nvhchain.handoff import (
 )
 from nvhchain.housing import Casting
 from nvhchain.housing.modes.damping import damping_of_modes
-from nvhchain.radiator import radiator_velocity, solved_surface
+from nvhchain.scene.radiator import radiator_velocity, solved_surface
 
 
 def reduced_housing(case: GearboxCase, fidelity: Fidelity, shelf: Shelf) -> ReducedHousing:
@@ -131,7 +131,7 @@ def given_velocity(case: RadiatorCase, fidelity: Fidelity, shelf: Shelf) -> Surf
     return shelf.stage(
         "surface_velocity",
         SurfaceVelocity,
-        "radiator",
+        "scene",
         (velocity,),
         lambda progress: velocity,
         fidelity=fidelity.acoustics,

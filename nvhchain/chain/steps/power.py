@@ -8,6 +8,7 @@ from typing import Any
 
 from nvhchain import acoustics
 from nvhchain.case import Case, GearboxCase
+from nvhchain.chain.steps.sound import ROUNDING, span
 from nvhchain.fidelity import Fidelity
 from nvhchain.files.shelf import Shelf
 from nvhchain.handoff import (
@@ -21,7 +22,6 @@ from nvhchain.handoff import (
     Surface,
     SurfaceVelocity,
 )
-from nvhchain.stages.sound import ROUNDING, span
 
 
 def sound_power(

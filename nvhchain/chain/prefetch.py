@@ -14,8 +14,8 @@ from pathlib import Path
 from signal import SIGINT, SIGTERM, default_int_handler, signal
 from threading import Thread
 
-from nvhchain import stages
 from nvhchain.case import Case, GearboxCase
+from nvhchain.chain import steps
 from nvhchain.fidelity import Fidelity
 from nvhchain.files.hdf5 import writable_folder
 from nvhchain.files.shelf import Shelf, Unwatched, Watcher
@@ -50,16 +50,18 @@ def operators_ahead(
     with _laws_under_way(gearboxes, fidelity, operators):
         with blas_threads(1):
             for case in gearboxes:
-                stages.reduced_housing(case, fidelity, Shelf(operators, watcher or Unwatched()))
+                steps.reduced_housing(case, fidelity, Shelf(operators, watcher or Unwatched()))
         for case in gearboxes:
-            stages.compile_kernels(case, fidelity)
+            steps.compile_kernels(case, fidelity)
         yield
 
 
 @contextmanager
 def _laws_under_way(cases: Sequence[GearboxCase], fidelity: Fidelity, operators: Path) -> Iterator[None]:
     """Another process works at the mesh laws; what fails there is silent, and fails again where it is needed."""
-    with processes.start_python("-m", "nvhchain.ahead", stdin=processes.PIPE, environment=_ONE_THREAD) as process:
+    with processes.start_python(
+        "-m", "nvhchain.chain.prefetch", stdin=processes.PIPE, environment=_ONE_THREAD
+    ) as process:
         assert process.stdin is not None
         try:
             with suppress(BrokenPipeError):
@@ -99,7 +101,7 @@ def main() -> None:
     with suppress(KeyboardInterrupt):
         Thread(target=_end_with_caller, daemon=True).start()
         for case in cases:
-            stages.mesh_laws(case, fidelity, Shelf(operators), None)
+            steps.mesh_laws(case, fidelity, Shelf(operators), None)
 
 
 if __name__ == "__main__":

@@ -232,7 +232,7 @@ def _bempp() -> Finding:
 
 def _renderer() -> Finding:
     from nvhchain.handoff import Surface
-    from nvhchain.plots._pyvista import render
+    from nvhchain.plots.bodies._pyvista import render
 
     corners = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
     body = Surface(corners, np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]))

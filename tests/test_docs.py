@@ -41,8 +41,8 @@ def test_every_name_scripts_rely_on_is_documented(pages):
     wanted = {
         "handoff.forces.BearingForces",
         "conventions.Air",
-        "acoustics.transfer.transfer_vectors",
-        "chain.run",
+        "acoustics.solutions.transfer_vectors.transfer_vectors",
+        "chain.order.run",
         "case.load.load_case",
     }
     assert {f"nvhchain.{name}" for name in wanted} <= names

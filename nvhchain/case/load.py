@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from nvhchain._table import build
+from nvhchain.case._table import build
 from nvhchain.case.gearbox import GearboxCase
 from nvhchain.case.radiator import RadiatorCase
 from nvhchain.errors import InputError, require

@@ -1,5 +1,7 @@
 """Hand-offs in, matplotlib axes out: `axes[0].figure.savefig("spectrum.png")` writes the figure."""
 
+from nvhchain.plots.bodies.shapes import animate, mode_shapes, operating_shape
+from nvhchain.plots.bodies.surface import rendered_surface, strongest_line, surface_velocity
 from nvhchain.plots.contributions import contribution_bars, modal_assurance_table
 from nvhchain.plots.differences import Table, difference_table
 from nvhchain.plots.history import pressure_history
@@ -7,10 +9,8 @@ from nvhchain.plots.lumped import backbone_curves, order_spectra, rig_responses,
 from nvhchain.plots.mesh import mesh_law_map, transmission_errors
 from nvhchain.plots.orders import OrderMarks
 from nvhchain.plots.radiated import directivity_polar, directivity_spectrum, efficiency_spectrum
-from nvhchain.plots.shapes import animate, mode_shapes, operating_shape
 from nvhchain.plots.spectrum import bearing_force_spectra, power_spectrum, pressure_spectrum
 from nvhchain.plots.speed import levels_over_speed
-from nvhchain.plots.surface import rendered_surface, strongest_line, surface_velocity
 from nvhchain.plots.waterfall import waterfall_maps
 
 __all__ = [

@@ -26,7 +26,7 @@ from nvhchain.tradeoff.elsewhere import extent
 from nvhchain.tradeoff.knobs import STAGES, knobs_by_stage, records, variants
 from nvhchain.tradeoff.measure import KILLED, Cost, Ledger, Run, measured_run
 
-_CODE = (*STAGES, "spectrum", "radiator", "stages", "tradeoff/deviation", "tradeoff/measure", "tradeoff/worker")
+_CODE = (*STAGES, "spectrum", "scene", "chain", "tradeoff/deviation", "tradeoff/measure", "tradeoff/worker")
 """Packages and modules that a row depends on."""
 
 _THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")

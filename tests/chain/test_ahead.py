@@ -45,7 +45,7 @@ def test_laws_are_found_or_made_here_where_the_process_failed(case, coarse, tmp_
 def test_the_other_process_ends_with_its_caller_and_leaves_nothing_half_written(case, tmp_path):
     """At `reference` the laws take far longer than it has.  It ends, too, where SIGINT is ignored, as by all that a
     script runs in the background."""
-    command = ["sh", "-c", f"trap '' INT; exec {shlex.quote(sys.executable)} -m nvhchain.ahead"]
+    command = ["sh", "-c", f"trap '' INT; exec {shlex.quote(sys.executable)} -m nvhchain.chain.prefetch"]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         pickle.dump(([case], nvh.REFERENCE, tmp_path), process.stdin)
         process.stdin.close()

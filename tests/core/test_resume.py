@@ -88,7 +88,7 @@ def test_a_process_that_was_killed_at_a_stage_holds_up_nobody(counted):
     run, calls, folder = counted
     script = f"""
 from pathlib import Path
-from nvhchain.resume import _alone
+from nvhchain.files.shelf import _alone
 with _alone(Path({str(folder / "pressure.h5")!r})):
     print("held", flush=True)
     input()

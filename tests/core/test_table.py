@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from nvhchain._table import build
+from nvhchain.case._table import build
 from nvhchain.dimensions import Angle, Length
 from nvhchain.errors import InputError, require
 

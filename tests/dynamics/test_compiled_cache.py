@@ -24,7 +24,7 @@ OUTER = """
 from numba import njit
 import inner as source
 from inner import inner
-from nvhchain._inlined import inlines
+from nvhchain.runtime._inlined import inlines
 
 @njit("f8(f8)", cache=True)
 @inlines(source)

@@ -16,7 +16,7 @@ UNIT_TET = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])
 
 
 def test_gmsh_stays_out_of_this_process():
-    code = "import sys, nvhchain.housing, nvhchain.housing._gmsh; assert 'gmsh' not in sys.modules"
+    code = "import sys, nvhchain.housing, nvhchain.housing.casting._gmsh; assert 'gmsh' not in sys.modules"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 

@@ -7,7 +7,7 @@ import pytest
 from force_records import POSITIONS, SUFFIXES, csv, six_tones
 from scipy.io import savemat
 
-from nvhchain._table import build
+from nvhchain.case._table import build
 from nvhchain.errors import InputError
 from nvhchain.interop import BearingChannels, ForceChannels, read_bearing_forces, read_record, write_bearing_forces
 

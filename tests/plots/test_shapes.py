@@ -6,9 +6,9 @@ from PIL import Image
 
 from nvhchain.errors import InputError
 from nvhchain.handoff import ReducedHousing
-from nvhchain.plots import _pyvista_frames, shapes
+from nvhchain.plots.bodies import _pyvista_frames, shapes
+from nvhchain.plots.bodies.shapes import animate, mode_shapes, operating_shape
 from nvhchain.plots.contributions import contribution_bars, modal_assurance_table
-from nvhchain.plots.shapes import animate, mode_shapes, operating_shape
 
 
 @pytest.fixture(scope="module")

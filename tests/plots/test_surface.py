@@ -5,7 +5,8 @@ import pytest
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from nvhchain.errors import InputError
-from nvhchain.plots import _pyvista, rendered_surface, strongest_line, surface_velocity
+from nvhchain.plots import rendered_surface, strongest_line, surface_velocity
+from nvhchain.plots.bodies import _pyvista
 
 
 def test_strongest_line_is_chosen_and_named_with_its_velocity(housing_velocity):

@@ -6,7 +6,7 @@ as −h² r̈/12 would. d̈ and r̈ come from differences over three steps, both
 its opposite. Where forces are smooth the error is of fourth order.  Energy is not kept exactly: what is fed in must be
 less than damping takes out (`nvhchain.dynamics.time_loop.trapezoid_correction.growth`).
 
-Inlined into the time loop, whose cache is named after this file (`nvhchain._inlined`).
+Inlined into the time loop, whose cache is named after this file (`nvhchain.runtime._inlined`).
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """A mesh law on the way of one step: cells, values between two rows, mean force along the deflection travelled.
 
-Inlined into the time loop, whose cache is named after this file (`nvhchain._inlined`).
+Inlined into the time loop, whose cache is named after this file (`nvhchain.runtime._inlined`).
 """
 
 from __future__ import annotations

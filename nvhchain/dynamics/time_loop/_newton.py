@@ -1,6 +1,6 @@
 """Newton's method on the contact forces of one step: its linear solution and the slope along it.
 
-Inlined into the time loop, whose cache is named after this file (`nvhchain._inlined`).
+Inlined into the time loop, whose cache is named after this file (`nvhchain.runtime._inlined`).
 """
 
 from __future__ import annotations

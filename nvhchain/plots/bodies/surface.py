@@ -16,8 +16,8 @@ from nvhchain import levels
 from nvhchain.conventions import REFERENCE_VELOCITY
 from nvhchain.errors import require
 from nvhchain.handoff import FloatArray, Surface, SurfaceVelocity
-from nvhchain.plots import _pyvista
 from nvhchain.plots._style import styled
+from nvhchain.plots.bodies import _pyvista
 
 COLOUR_MAP = "inferno"
 

@@ -19,9 +19,9 @@ from nvhchain.errors import require
 from nvhchain.files.whole import in_memory, write_whole
 from nvhchain.handoff import ComplexArray, FloatArray, ReducedHousing, Surface, SurfaceVelocity
 from nvhchain.interop.common.surface_motion import vertex_motion
-from nvhchain.plots._pyvista_frames import render_frames
 from nvhchain.plots._style import panels, styled
-from nvhchain.plots.surface import strongest_line
+from nvhchain.plots.bodies._pyvista_frames import render_frames
+from nvhchain.plots.bodies.surface import strongest_line
 
 COLOUR_MAP = "RdBu_r"
 BEND = 0.06

@@ -19,6 +19,7 @@ extensions = [
     "plain_docstrings",
     "field_tables",
     "api_pages",
+    "rooms",
 ]
 myst_enable_extensions = ["dollarmath", "amsmath", "deflist", "colon_fence"]
 myst_heading_anchors = 3

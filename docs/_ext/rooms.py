@@ -1,4 +1,4 @@
-"""Directive `rooms`: the packages in the layers of the import contract, drawn from pyproject.toml and the docstrings."""
+"""Directive `rooms`: the packages in the layers of the import contract, drawn from pyproject.toml and docstrings."""
 
 import ast
 import html

@@ -5,8 +5,8 @@ from __future__ import annotations
 import warnings
 from collections.abc import Sequence
 
-from nvhchain.dynamics.runs.contact_loss import Parted, check_parted
 from nvhchain.dynamics.model.gearbox import Gearbox
+from nvhchain.dynamics.runs.contact_loss import Parted, check_parted
 from nvhchain.errors import AccuracyWarning
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import BearingForces, FloatArray, MeshLaw

@@ -8,11 +8,11 @@ import numpy as np
 
 from nvhchain.dynamics.model.assembly import assemble
 from nvhchain.dynamics.model.gearbox import Gearbox
+from nvhchain.dynamics.model.train import shaft_torques
 from nvhchain.dynamics.time_loop.law_table import tabulate
 from nvhchain.dynamics.time_loop.propagator import modal_form
 from nvhchain.dynamics.time_loop.quasi_static import laws_of_rows, nominal_mesh_forces
 from nvhchain.dynamics.time_loop.simulation import mean_stiffness
-from nvhchain.dynamics.model.train import shaft_torques
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, MeshLaw, ReducedHousing
 

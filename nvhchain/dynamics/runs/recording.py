@@ -17,23 +17,23 @@ from zipfile import BadZipFile
 
 import numpy as np
 
-from nvhchain.files import hdf5
 from nvhchain.conventions import Progress
+from nvhchain.dynamics.model.gearbox import Gearbox
 from nvhchain.dynamics.runs import contact_loss
 from nvhchain.dynamics.runs.contact_loss import check_parted
-from nvhchain.dynamics.model.gearbox import Gearbox
 from nvhchain.dynamics.runs.law_range import joined, warn_beyond_law
-from nvhchain.dynamics.time_loop.one_thread import on_one_thread
 from nvhchain.dynamics.runs.ramp import Operation
 from nvhchain.dynamics.runs.run_up_record import Sampled, record
-from nvhchain.dynamics.time_loop.simulation import Motion
 from nvhchain.dynamics.runs.speed_ramp import RunUp, Standing, prepare, samples, start
+from nvhchain.dynamics.time_loop.one_thread import on_one_thread
+from nvhchain.dynamics.time_loop.simulation import Motion
 from nvhchain.errors import FileFormatError, require
+from nvhchain.files import hdf5
 from nvhchain.files.alone import alone_in
+from nvhchain.files.shelf import code_version, fingerprint
 from nvhchain.files.whole import in_memory, write_whole
 from nvhchain.handoff import BearingForces, FloatArray, MeshLaw, ReducedHousing
 from nvhchain.kinds import check_arguments
-from nvhchain.files.shelf import code_version, fingerprint
 
 _log = logging.getLogger(__name__)
 

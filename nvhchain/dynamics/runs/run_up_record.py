@@ -9,12 +9,12 @@ from typing import Unpack
 import numpy as np
 
 from nvhchain.conventions import Progress
-from nvhchain.dynamics.runs.contact_loss import parted_flanks
 from nvhchain.dynamics.model.gearbox import Gearbox
+from nvhchain.dynamics.runs.contact_loss import parted_flanks
 from nvhchain.dynamics.runs.law_range import marked, remind
-from nvhchain.dynamics.time_loop.one_thread import on_one_thread
 from nvhchain.dynamics.runs.ramp import Operation
 from nvhchain.dynamics.runs.speed_ramp import RunUp, prepare, samples, start
+from nvhchain.dynamics.time_loop.one_thread import on_one_thread
 from nvhchain.errors import ResourceError
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import BearingForces, FloatArray, MeshLaw, ReducedHousing

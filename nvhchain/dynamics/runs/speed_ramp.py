@@ -15,12 +15,20 @@ from typing import Unpack
 
 import numpy as np
 
-from nvhchain.dynamics.runs.decimation import Decimator, decimator, low_pass, low_pass_reach, record_stride
 from nvhchain.dynamics.model.gearbox import Gearbox
-from nvhchain.dynamics.time_loop.quasi_static import law_phases
+from nvhchain.dynamics.runs.decimation import Decimator, decimator, low_pass, low_pass_reach, record_stride
 from nvhchain.dynamics.runs.ramp import Operation, Ramp
-from nvhchain.dynamics.time_loop.simulation import Motion, Simulation, advance, at_rest, at_speed, carried_over, simulation
 from nvhchain.dynamics.runs.steady import check_step, settling_time
+from nvhchain.dynamics.time_loop.quasi_static import law_phases
+from nvhchain.dynamics.time_loop.simulation import (
+    Motion,
+    Simulation,
+    advance,
+    at_rest,
+    at_speed,
+    carried_over,
+    simulation,
+)
 from nvhchain.errors import ResourceError, require
 from nvhchain.handoff import FloatArray, MeshLaw, ReducedHousing
 from nvhchain.runtime.memory import free_memory

@@ -11,14 +11,14 @@ import numpy as np
 from scipy.fft import next_fast_len
 
 from nvhchain.conventions import Progress
-from nvhchain.dynamics.runs.contact_loss import parted_flanks
 from nvhchain.dynamics.model.gearbox import Gearbox
+from nvhchain.dynamics.model.train import Train, train
+from nvhchain.dynamics.runs.contact_loss import parted_flanks
 from nvhchain.dynamics.runs.law_range import marked, remind
 from nvhchain.dynamics.time_loop.mesh_levels import ContactForce
 from nvhchain.dynamics.time_loop.one_thread import on_one_thread
 from nvhchain.dynamics.time_loop.quasi_static import law_phases
 from nvhchain.dynamics.time_loop.simulation import Motion, Simulation, advance, at_rest, bearing_force, simulation
-from nvhchain.dynamics.model.train import Train, train
 from nvhchain.errors import ResourceError, SolverError, require
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import BearingForces, FloatArray, MeshLaw, ReducedHousing

@@ -15,7 +15,7 @@ import nvhchain
 from nvhchain.cli import parser
 from nvhchain.fidelity import PRESETS
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture(scope="module")

@@ -4,7 +4,7 @@ import os
 import subprocess
 from pathlib import Path
 
-SCRIPT = Path(__file__).parents[1] / "scripts" / "prepare.sh"
+SCRIPT = Path(__file__).parents[2] / "scripts" / "prepare.sh"
 
 
 def prepare(tmp_path, python, **stubs):

@@ -1,7 +1,7 @@
 """HDF5 save and load of any hand-off: schema version, units, provenance; files appear whole or not at all.
 
-Complex arrays are stored with a trailing real axis of two (re, im), so that h5py, xarray and MATLAB read them.  The
-user block, which they skip, holds a checksum of all that follows: HDF5 itself crashes or hangs on some damaged files.
+Axes have dimension scales, so that xarray, netCDF and MATLAB name them.  Complex arrays have a trailing axis (re, im).
+The user block, which readers skip, holds a checksum of all that follows: HDF5 crashes or hangs on some damaged files.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ import dataclasses
 import hashlib
 import json
 import tempfile
+from collections.abc import Sequence
 from io import BytesIO
 from pathlib import Path
 from typing import Any, TypeVar
@@ -17,12 +18,13 @@ from typing import Any, TypeVar
 import h5py
 import numpy as np
 
-from nvhchain.conventions import Air
 from nvhchain.errors import FileFormatError, InputError
 from nvhchain.files.whole import in_memory, write_whole
-from nvhchain.handoff import HAND_OFFS, HandOff, RigidPlane
+from nvhchain.handoff import HAND_OFFS, HandOff
+from nvhchain.handoff.declared import LABELS, Quantity
 
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
+"""1: axes had labels and no scales; a surface velocity was not stored as its factors.  Read as before."""
 CONVENTIONS = "e^{+j omega t}; outward normals; single-sided peak amplitudes; SI; frequency axes in Hz"
 
 _BLOCK_BYTES = 512
@@ -32,123 +34,6 @@ _HDF5 = b"\x89HDF\r\n\x1a\n"
 """Begin of files without a user block, as hand-offs were saved before; of those a checksum of the arrays is held."""
 
 H = TypeVar("H", bound=HandOff)
-
-_META: dict[str, tuple[str, str, tuple[str, ...]]] = {
-    "MeshLaw.angle": ("rad", "wheel angle", ("angle",)),
-    "MeshLaw.deflection": ("m", "mesh deflection along the flank normal", ("deflection",)),
-    "MeshLaw.force": ("N", "mesh force along the flank normal", ("angle", "deflection")),
-    "MeshLaw.period": ("rad", "wheel angle after which the law repeats", ()),
-    "MeshLaw.teeth": ("1", "numbers of teeth, pinion and wheel", ("gear",)),
-    "MeshLaw.base_radius": ("m", "base radii, pinion and wheel", ("gear",)),
-    "MeshLaw.base_helix_angle": ("rad", "base helix angle", ()),
-    "MeshLaw.working_pressure_angle": ("rad", "transverse working pressure angle", ()),
-    "MeshLaw.centre_distance": ("m", "centre distance", ()),
-    "MeshLaw.face_width": ("m", "common face width", ()),
-    "MeshLaw.tilt_ratio": ("1", "resistance to tilt over that of slices side by side", ()),
-    "LoadDistribution.angle": ("rad", "wheel angle", ("angle",)),
-    "LoadDistribution.period": ("rad", "wheel angle after which the distribution repeats", ()),
-    "LoadDistribution.sliding": ("1", "share of the force with the sense of its sliding", ("angle",)),
-    "LoadDistribution.arm": ("m", "that share times its distance from the pinion's tangent point", ("angle",)),
-    "LoadDistribution.offset": ("m", "centre of the load from mid-width", ("angle",)),
-    "LoadDistribution.force": ("N", "mesh force along the flank normal", ()),
-    "LoadDistribution.tilt_ratio": ("1", "resistance to tilt over that of slices side by side", ()),
-    "BearingForces.time": ("s", "time", ("time",)),
-    "BearingForces.force": ("N", "bearing force on the housing", ("time", "bearing", "axis")),
-    "BearingForces.names": ("", "bearing names", ("bearing",)),
-    "BearingForces.positions": ("m", "bearing seat centres", ("bearing", "axis")),
-    "BearingForces.input_speed": ("rad/s", "speed of the input shaft", ("time",)),
-    "BearingForces.periodic": ("1", "record covers whole periods of a steady state", ()),
-    "BearingForces.mesh_deflection": ("m", "dynamic mesh deflection", ("time", "mesh")),
-    "BearingForces.transmission_error": ("m", "dynamic transmission error of every mesh", ("time", "mesh")),
-    "BearingForces.output_lag": ("rad", "transmission error of the gearbox, input to output", ("time",)),
-    "ForceSpectrum.frequency": ("Hz", "frequency", ("frequency",)),
-    "ForceSpectrum.force": ("N", "bearing force spectrum, peak", ("frequency", "bearing", "axis")),
-    "ForceSpectrum.names": ("", "bearing names", ("bearing",)),
-    "ForceSpectrum.input_speed": ("rad/s", "speed of the input shaft, 0 if it varies", ()),
-    "Surface.vertices": ("m", "vertices", ("vertex", "axis")),
-    "Surface.triangles": ("1", "vertex indices, counter-clockwise from outside", ("face", "corner")),
-    "ReducedHousing.natural_frequency": ("Hz", "natural frequency", ("mode",)),
-    "ReducedHousing.modal_damping": ("1", "fraction of critical damping", ("mode",)),
-    "ReducedHousing.seat_shapes": ("kg-1/2", "mode shapes at the seats", ("mode", "bearing", "axis")),
-    "ReducedHousing.normal_shapes": ("kg-1/2", "outward mode shapes of the faces", ("mode", "face")),
-    "ReducedHousing.seat_residual": (
-        "m/N",
-        "residual flexibility of the seats",
-        ("bearing", "axis", "loaded_bearing", "loaded_axis"),
-    ),
-    "ReducedHousing.face_residual": ("m/N", "residual flexibility of the faces", ("bearing", "axis", "face")),
-    "ReducedHousing.names": ("", "bearing names", ("bearing",)),
-    "ReducedHousing.structural_damping": ("", "damping is a loss factor of twice the fraction of critical", ()),
-    "ReducedHousing.positions": ("m", "bearing seat centres", ("bearing", "axis")),
-    "SurfaceVelocity.frequency": ("Hz", "frequency", ("frequency",)),
-    "SurfaceVelocity.normal_velocity": ("m/s", "outward normal velocity, peak", ("frequency", "face")),
-    "TransferVectors.frequency": ("Hz", "master frequency", ("frequency",)),
-    "TransferVectors.points": ("m", "field points", ("point", "axis")),
-    "TransferVectors.vectors": ("Pa s/m", "acoustic transfer vectors", ("frequency", "point", "face")),
-    "TransferVectors.image_vectors": ("Pa s/m", "part by way of the plane", ("frequency", "point", "face")),
-    "TransferVectors.breaks": ("Hz", "master that ends a piece of the band", ("break",)),
-    "ModalTransferVectors.frequency": ("Hz", "frequency", ("frequency",)),
-    "ModalTransferVectors.points": ("m", "field points", ("point", "axis")),
-    "ModalTransferVectors.modes": ("Pa s m-1 kg-1/2", "pressure per modal velocity", ("frequency", "point", "mode")),
-    "ModalTransferVectors.residual": (
-        "Pa s/N",
-        "pressure per rate of bearing force, residual flexibility",
-        ("frequency", "point", "bearing", "axis"),
-    ),
-    "ModalTransferVectors.names": ("", "bearing names", ("bearing",)),
-    "ModalTransferVectors.housing": ("", "content hash of the reduced housing", ()),
-    "NoiseTransferFunctions.frequency": ("Hz", "frequency", ("frequency",)),
-    "NoiseTransferFunctions.points": ("m", "field points", ("point", "axis")),
-    "NoiseTransferFunctions.functions": (
-        "Pa/N",
-        "pressure per bearing force",
-        ("frequency", "point", "bearing", "axis"),
-    ),
-    "NoiseTransferFunctions.names": ("", "bearing names", ("bearing",)),
-    "RadiationResistance.frequency": ("Hz", "master frequency", ("frequency",)),
-    "RadiationResistance.waves": ("", "spherical waves, W^1/2 per unit of a column", ("frequency", "wave", "column")),
-    "RadiationResistance.plane_wave_resistance": (
-        "N s/m",
-        "radiation resistance at high frequency",
-        ("column", "other_column"),
-    ),
-    "RadiationResistance.reach": ("m", "distance of the farthest vertex from the middle of the surface and image", ()),
-    "RadiationResistance.housing": ("", "content hash of the reduced housing", ()),
-    "RadiationResistance.cancellation": (
-        "N s/m",
-        "radiation resistance of the error of motions that cancel",
-        ("frequency", "column", "other_column"),
-    ),
-    "RadiationResistance.wall_waves": (
-        "N s/m",
-        "plane wave resistance times mean edges per wave on the walls squared",
-        ("column", "other_column"),
-    ),
-    "RadiationEfficiency.frequency": ("Hz", "frequency", ("frequency",)),
-    "RadiationEfficiency.efficiency": ("1", "sound power over that of plane waves", ("frequency",)),
-    "RadiationEfficiency.input_speed": ("rad/s", "speed of the input shaft, 0 if there is none", ()),
-    "Directivity.frequency": ("Hz", "frequency", ("frequency",)),
-    "Directivity.points": ("m", "field points", ("point", "axis")),
-    "Directivity.index": ("dB", "directivity index", ("frequency", "point")),
-    "Directivity.input_speed": ("rad/s", "speed of the input shaft, 0 if there is none", ()),
-    "SolvedBand.frequency": ("Hz", "frequency", ("frequency",)),
-    "SolvedBand.values": ("", "values of a stage", ("frequency", "value")),
-    "SolvedBand.shape": ("1", "axes of the values of one frequency", ("axis",)),
-    "FieldPressure.frequency": ("Hz", "frequency", ("frequency",)),
-    "FieldPressure.points": ("m", "field points", ("point", "axis")),
-    "FieldPressure.pressure": ("Pa", "sound pressure, peak", ("frequency", "point")),
-    "FieldPressure.input_speed": ("rad/s", "speed of the input shaft, 0 if there is none", ()),
-    "PressureHistory.time": ("s", "time", ("time",)),
-    "PressureHistory.points": ("m", "field points", ("point", "axis")),
-    "PressureHistory.pressure": ("Pa", "sound pressure", ("time", "point")),
-    "PressureHistory.input_speed": ("rad/s", "speed of the input shaft", ("time",)),
-    "SurfacePressure.frequency": ("Hz", "frequency", ("frequency",)),
-    "SurfacePressure.pressure": ("Pa", "sound pressure at the vertices, peak", ("frequency", "vertex")),
-    "SoundPower.frequency": ("Hz", "frequency", ("frequency",)),
-    "SoundPower.power": ("W", "radiated sound power, time average", ("frequency",)),
-    "SoundPower.input_speed": ("rad/s", "speed of the input shaft, 0 if there is none", ()),
-}
-"""Units, long name and axis labels of every stored field."""
 
 
 def writable_folder(folder: str | Path, called: str) -> Path:
@@ -174,7 +59,7 @@ def save(hand_off: HandOff, path: str | Path) -> Path:
     path = Path(path)
 
     def write(memory: BytesIO) -> None:
-        with h5py.File(memory, "w", userblock_size=_BLOCK_BYTES) as file:
+        with h5py.File(memory, "w", userblock_size=_BLOCK_BYTES, track_order=True) as file:
             file.attrs["nvhchain_schema"] = SCHEMA_VERSION
             file.attrs["conventions"] = CONVENTIONS
             _write(file, hand_off)
@@ -257,65 +142,76 @@ def _user_block(digest: str) -> bytes:
 
 
 def _write(group: Any, hand_off: HandOff) -> None:
-    kind = type(hand_off).__name__
-    group.attrs["kind"] = kind
+    """Write a hand-off into a group; scales of its axes stand in the root, once for it and the hand-offs inside."""
+    group.attrs["kind"] = type(hand_off).__name__
     group.attrs["content_hash"] = hand_off.content_hash
     group.attrs["provenance"] = json.dumps(hand_off.provenance, sort_keys=True)
-    for f in dataclasses.fields(hand_off):
-        if f.name == "provenance":
-            continue
-        value = getattr(hand_off, f.name)
-        if value is None:
+    axes_first = sorted(hand_off.given(), key=lambda given: not given[0].is_axis)
+    for quantity, value in axes_first:
+        if quantity.names_axis:
+            _scale(group, quantity.dims[0], len(value), value)
+    for quantity, value in axes_first:
+        if quantity.absent(value):
             continue
         if isinstance(value, HandOff):
-            _write(group.create_group(f.name), value)
-        elif isinstance(value, Air):
-            air = group.create_group(f.name)
-            air.attrs.update(dataclasses.asdict(value))
-            air.attrs["units"] = "speed_of_sound m/s, density kg/m3"
-        elif isinstance(value, RigidPlane):
-            plane = group.create_group(f.name)
-            plane.attrs.update(dataclasses.asdict(value))
-            plane.attrs["units"] = "point m, unit normal into the air"
+            _write(group.create_group(quantity.name, track_order=True), value)
+        elif dataclasses.is_dataclass(value):
+            group.create_group(quantity.name).attrs.update(vars(value) | {"units": quantity.unit})
         else:
-            _write_array(group, kind, f.name, value)
+            _write_array(group, quantity, value)
 
 
-def _write_array(group: Any, kind: str, name: str, value: Any) -> None:
-    units, long_name, axes = _META[f"{kind}.{name}"]
-    if isinstance(value, str) or (isinstance(value, tuple) and value and isinstance(value[0], str)):
-        value = np.array(value, dtype=h5py.string_dtype())
-    array = np.asarray(value)
+def _write_array(group: Any, quantity: Quantity, value: Any) -> None:
+    array, dims = np.asarray(value, h5py.string_dtype() if quantity.is_text else None), quantity.dims
     is_complex = np.iscomplexobj(array)
     if is_complex:
         array = np.ascontiguousarray(array).view(np.float64).reshape(*array.shape, 2)
-        axes = (*axes, "re, im")
-    dataset = group.create_dataset(name, data=array)
-    dataset.attrs["units"] = units
-    dataset.attrs["long_name"] = long_name
-    dataset.attrs["complex"] = is_complex
-    for dimension, label in zip(dataset.dims, axes, strict=True):
-        dimension.label = label
+        dims = (*dims, "re_im")
+    dataset = group.create_dataset(quantity.name, data=array)
+    dataset.attrs["units"] = quantity.unit
+    dataset.attrs["long_name"] = quantity.meaning
+    dataset.attrs["complex"] = int(is_complex)
+    if quantity.is_axis:
+        dataset.make_scale(quantity.name)
+        return
+    for dimension, axis, length in zip(dataset.dims, dims, array.shape, strict=True):
+        dimension.attach_scale(_scale(group, axis, length, LABELS.get(axis)))
+
+
+def _scale(group: Any, axis: str, length: int, labels: Sequence[str] | None) -> Any:
+    """Return the scale of an axis; one that is not there is written into the root, with its labels if it has any."""
+    place = group if axis in group else group.file
+    if axis not in place and labels is not None:
+        place.create_dataset(axis, data=labels, dtype=h5py.string_dtype()).make_scale(axis)
+    elif axis not in place:
+        scale = place.create_dataset(axis, (length,), np.float32)  # never written: takes no space
+        scale.make_scale(f"This is a netCDF dimension but not a netCDF variable.{length:10d}")
+    return place[axis]
 
 
 def _read(group: Any, path: Path) -> HandOff:
     kind = group.attrs["kind"]
     if kind not in HAND_OFFS:
         raise FileFormatError(f"{path}: unknown hand-off kind {str(kind)[:60]!r}")
-    fields: dict[str, Any] = {"provenance": json.loads(group.attrs["provenance"])}
-    if not isinstance(fields["provenance"], dict):
+    provenance = json.loads(group.attrs["provenance"])
+    if not isinstance(provenance, dict):
         raise FileFormatError(f"{path}: its record of how it was made is no table: make it anew")
-    for name, item in group.items():
-        if isinstance(item, h5py.Dataset):
-            fields[name] = _read_array(item)
-        elif "kind" in item.attrs:
-            fields[name] = _read(item, path)
-        elif "normal" in item.attrs:
-            fields[name] = RigidPlane(tuple(item.attrs["point"]), tuple(item.attrs["normal"]))
-        else:
-            fields[name] = Air(float(item.attrs["speed_of_sound"]), float(item.attrs["density"]))
-    known = {f.name for f in dataclasses.fields(HAND_OFFS[kind])}
-    return HAND_OFFS[kind](**{name: value for name, value in fields.items() if name in known})
+    fields = {
+        name: _read_field(group[name], quantity, path)
+        for name, quantity in HAND_OFFS[kind].declared.items()
+        if name in group
+    }
+    missing = {name: None for name, quantity in HAND_OFFS[kind].declared.items() if quantity.made_by}
+    return HAND_OFFS[kind](**missing | fields, provenance=provenance)
+
+
+def _read_field(item: Any, quantity: Quantity, path: Path) -> Any:
+    if isinstance(item, h5py.Dataset):
+        return _read_array(item)
+    if "kind" in item.attrs:
+        return _read(item, path)
+    parts = {part.name: item.attrs[part.name].tolist() for part in dataclasses.fields(quantity.kind)}
+    return quantity.kind(**parts)
 
 
 def _read_array(dataset: Any) -> Any:

@@ -3,7 +3,7 @@
 Leading axis frequency or time, C-contiguous float64/complex128 arrays, SI units (Hz on frequency axes).
 """
 
-from nvhchain.handoff.base import ComplexArray, FloatArray, HandOff, IntArray
+from nvhchain.handoff.base import HAND_OFFS, ComplexArray, FloatArray, HandOff, IntArray
 from nvhchain.handoff.forces import BearingForces, ForceSpectrum
 from nvhchain.handoff.housing import ReducedHousing, SurfaceVelocity
 from nvhchain.handoff.mesh_law import LoadDistribution, MeshLaw
@@ -51,28 +51,3 @@ __all__ = [
     "SurfaceVelocity",
     "TransferVectors",
 ]
-
-HAND_OFFS: dict[str, type[HandOff]] = {
-    cls.__name__: cls
-    for cls in (
-        MeshLaw,
-        LoadDistribution,
-        BearingForces,
-        ForceSpectrum,
-        ReducedHousing,
-        Surface,
-        SurfaceVelocity,
-        TransferVectors,
-        ModalTransferVectors,
-        NoiseTransferFunctions,
-        RadiationResistance,
-        FieldPressure,
-        PressureHistory,
-        SurfacePressure,
-        SoundPower,
-        RadiationEfficiency,
-        Directivity,
-        SolvedBand,
-    )
-}
-"""Every hand-off by name, as `store` writes it."""

@@ -2,70 +2,60 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import Any, Self
 
 import numpy as np
 
 from nvhchain.errors import InputError, require
-from nvhchain.handoff.base import (
-    ComplexArray,
-    FloatArray,
-    HandOff,
-    array,
-    distinct_names,
-    frequencies,
-)
+from nvhchain.handoff.base import ComplexArray, FloatArray, HandOff
+from nvhchain.handoff.declared import array, value
 from nvhchain.handoff.surface import Surface
+
+LINES_PER_PRODUCT = 512
+"""Frequency lines per matrix product."""
 
 _AT_RESONANCE = 1e-9
 """Relative distance of ω² and ω_r² below which an undamped response is nothing but the rounding of either."""
 
 
-@dataclass(frozen=True, eq=False)
 class ReducedHousing(HandOff):
     """A housing as grounded normal modes plus residual flexibility at its bearing seats.
 
-    natural_frequency: (n_mode,) Hz.  modal_damping: (n_mode,) fraction of critical.
-    seat_shapes: (n_mode, n_bearing, 3) kg^-½, mass-normalised.  normal_shapes: (n_mode, n_face) kg^-½, outward.
-    seat_residual: (n_bearing, 3, n_bearing, 3) m/N.  face_residual: (n_bearing, 3, n_face) m/N, outward.
-    names: n_bearing.  positions: (n_bearing, 3) m.  surface: the radiating surface.
-    structural_damping: whether at the lines of a spectrum the damping is a loss factor of 2ζ; absent: viscous. In time
-    it is always viscous.
+    Notes
+    -----
+    Shapes are mass-normalised; those of faces are outward.  Structural damping is a loss factor of twice the fraction
+    of critical at the lines of a spectrum; in time all damping is viscous.
     """
 
-    natural_frequency: FloatArray
-    modal_damping: FloatArray
-    seat_shapes: FloatArray
-    normal_shapes: FloatArray
-    seat_residual: FloatArray
-    face_residual: FloatArray
-    names: tuple[str, ...]
-    positions: FloatArray
-    surface: Surface
-    structural_damping: bool | None = None
+    natural_frequency: FloatArray = array("Hz", axes="mode", meaning="natural frequency, rising", at_least=0.0)
+    modal_damping: FloatArray = array("1", axes="mode", meaning="fraction of critical damping")
+    seat_shapes: FloatArray = array("kg-1/2", axes="mode, bearing, axis", meaning="mode shapes at the seats")
+    normal_shapes: FloatArray = array("kg-1/2", axes="mode, face", meaning="outward mode shapes of the faces")
+    seat_residual: FloatArray = array(
+        "m/N",
+        axes="bearing, axis, loaded_bearing=bearing, loaded_axis",
+        meaning="residual flexibility of the seats",
+    )
+    face_residual: FloatArray = array(
+        "m/N", axes="bearing, axis, face", meaning="residual flexibility of the faces, outward"
+    )
+    names: tuple[str, ...] = array("", axes="bearing", meaning="bearing names")
+    positions: FloatArray = array("m", axes="bearing, axis", meaning="bearing seat centres")
+    surface: Surface = value("", meaning="radiating surface")
+    structural_damping: bool | None = value("1", meaning="damping is structural; absent: viscous", default=None)
 
-    def __post_init__(self) -> None:
+    def _check(self) -> None:
         object.__setattr__(self, "structural_damping", True if self.structural_damping else None)
-        frequency = array(self, "natural_frequency", float, (None,))
-        n_mode, n_face = len(frequency), len(self.surface.triangles)
-        damping = array(self, "modal_damping", float, (n_mode,))
-        seats = array(self, "seat_shapes", float, (n_mode, None, 3))
-        n_bearing = seats.shape[1]
-        array(self, "normal_shapes", float, (n_mode, n_face))
-        residual = array(self, "seat_residual", float, (n_bearing, 3, n_bearing, 3))
-        array(self, "face_residual", float, (n_bearing, 3, n_face))
-        distinct_names(self, "names", n_bearing)
-        array(self, "positions", float, (n_bearing, 3))
+        frequency, damping = self.natural_frequency, self.modal_damping
         require(
-            bool((frequency >= 0).all() and (np.diff(frequency) >= 0).all()),
-            f"ReducedHousing.natural_frequency = {frequency.min(initial=0.0):g}…{frequency.max(initial=0.0):g} Hz must "
-            "be sorted and not negative: give it in rising order with its shapes",
+            bool((np.diff(frequency) >= 0).all()),
+            "ReducedHousing.natural_frequency is not sorted: give it in rising order with its shapes",
         )
         require(
             bool(((damping >= 0) & (damping < 1)).all()),
             "ReducedHousing.modal_damping must lie in 0 … 1 (fraction of critical damping)",
         )
-        matrix = residual.reshape(3 * n_bearing, -1)
+        matrix = self.seat_residual.reshape(3 * len(self.names), -1)
         require(
             bool(np.abs(matrix - matrix.T).max(initial=0.0) <= 1e-6 * np.abs(matrix).max(initial=0.0)),
             "ReducedHousing.seat_residual must be symmetric",
@@ -105,17 +95,76 @@ class ReducedHousing(HandOff):
         return 1.0 / (1.0 + 2j * float(self.modal_damping[-1]))
 
 
-@dataclass(frozen=True, eq=False)
-class SurfaceVelocity(HandOff):
-    """Outward normal velocity of every face.
+def times_real(left: ComplexArray, right: FloatArray) -> ComplexArray:
+    """Return complex (m, n) times real (n, k) matrix as two real products: half the work of a complex one."""
+    product = np.empty((left.shape[0], right.shape[1]), dtype=complex)
+    product.real = np.ascontiguousarray(left.real) @ right
+    product.imag = np.ascontiguousarray(left.imag) @ right
+    return product
 
-    frequency: (n_f,) Hz.  normal_velocity: (n_f, n_face) complex m/s, peak.  surface: the radiating surface.
+
+def _superposed(velocity: SurfaceVelocity) -> ComplexArray:
+    """Return the normal velocity (n_f, n_face) m/s of coordinates and shapes."""
+    assert velocity.coordinates is not None
+    assert velocity.shapes is not None
+    normal = np.empty((len(velocity.frequency), velocity.shapes.shape[1]), dtype=complex)
+    for start in range(0, len(normal), LINES_PER_PRODUCT):
+        part = slice(start, start + LINES_PER_PRODUCT)
+        normal[part] = times_real(velocity.coordinates[part], velocity.shapes)
+        normal[part] *= 2j * np.pi * velocity.frequency[part, None]
+    return normal
+
+
+class SurfaceVelocity(HandOff):
+    """Outward normal velocity of every face: given, or the superposition jω · coordinates · shapes.
+
+    Notes
+    -----
+    A superposition keeps and stores its two factors; `normal_velocity` is multiplied out at the first reading.
     """
 
-    frequency: FloatArray
-    normal_velocity: ComplexArray
-    surface: Surface
+    frequency: FloatArray = array("Hz", axes="frequency", meaning="frequency", at_least=0.0)
+    normal_velocity: ComplexArray = array(
+        "m/s", axes="frequency, face", meaning="outward normal velocity, peak", made_by=_superposed
+    )
+    surface: Surface = value("", meaning="radiating surface")
+    coordinates: ComplexArray | None = array(
+        "m kg1/2 (modes), N (residual)",
+        axes="frequency, shape",
+        meaning="displacement of the modes, then force on the residual flexibility, peak",
+        default=None,
+    )
+    shapes: FloatArray | None = array(
+        "kg-1/2 (modes), m/N (residual)", axes="shape, face", meaning="outward shapes of the faces", default=None
+    )
 
-    def __post_init__(self) -> None:
-        frequency = frequencies(self)
-        array(self, "normal_velocity", complex, (len(frequency), len(self.surface.triangles)))
+    @classmethod
+    def superposition(
+        cls, frequency: FloatArray, coordinates: ComplexArray, shapes: FloatArray, surface: Surface
+    ) -> SurfaceVelocity:
+        """Return the velocity jω · coordinates · shapes.
+
+        Parameters
+        ----------
+        frequency : (n_f,) array of float, Hz
+        coordinates : (n_f, n_shape) array of complex
+            Displacement per unit of a shape, peak.
+        shapes : (n_shape, n_face) array of float
+            Outward shapes of the faces.
+        surface : Surface
+        """
+        return cls(frequency, None, surface, coordinates, shapes)  # type: ignore[arg-type]
+
+    def _check(self) -> None:
+        given = "normal_velocity" in vars(self)
+        factors = (self.coordinates is not None) + (self.shapes is not None)
+        require(
+            factors == (0 if given else 2),
+            "SurfaceVelocity needs normal_velocity, or coordinates and shapes in its place: give one of both",
+        )
+
+    def replace(self, **changes: Any) -> Self:
+        """Return a new object with some fields changed and checked again; a new velocity replaces both factors."""
+        if changes.get("normal_velocity") is not None:
+            changes = {"coordinates": None, "shapes": None, **changes}
+        return super().replace(**changes)

@@ -2,67 +2,53 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from nvhchain.errors import require
-from nvhchain.handoff.base import (
-    FloatArray,
-    HandOff,
-    array,
-    increasing,
-)
+from nvhchain.handoff.base import FloatArray, HandOff
+from nvhchain.handoff.declared import array, value
 
 
-@dataclass(frozen=True, eq=False)
 class MeshLaw(HandOff):
     """Force of a gear mesh against position and deflection: F(θ, δ), periodic in θ.
 
-    angle: (n_angle,) rad, wheel angle from 0, one body period, end point left out.
-    deflection: (n_defl,) m, δ = (r_bP φ_P − r_bG φ_G) cos β_b, > 0 closes the drive flank; need not be uniform.
-    force: (n_angle, n_defl) N along the flank normal, never falling with δ, > 0 on the drive flank, 0 in the
-        backlash gap, < 0 on the back flank; outside the tabulated range the end slope continues.
-    period: rad of wheel angle after which the law repeats.  teeth: (z_pinion, z_wheel).
-    base_radius: (2,) m, pinion and wheel.  base_helix_angle: rad, > 0 where the pinion is right-handed.
-    working_pressure_angle: rad, transverse.  centre_distance, face_width: m.
-    tilt_ratio: how much more the teeth resist tilt in the plane of action than slices side by side of the same
-        stiffness would; None where it is not known.
+    Notes
+    -----
+    Angles cover one body period from 0 without its end point.  The deflection δ = (r_bP φ_P − r_bG φ_G) cos β_b is > 0
+    where it closes the drive flank, and need not be uniform.  The force is > 0 on the drive flank, 0 in the backlash
+    gap, < 0 on the back flank, and never falls with δ; beyond the table the end slope continues.
     """
 
-    angle: FloatArray
-    deflection: FloatArray
-    force: FloatArray
-    period: float
-    teeth: tuple[int, int]
-    base_radius: FloatArray
-    base_helix_angle: float
-    working_pressure_angle: float
-    centre_distance: float
-    face_width: float
-    tilt_ratio: float | None = None
+    angle: FloatArray = array("rad", axes="angle", meaning="wheel angle", at_least=0.0)
+    deflection: FloatArray = array(
+        "m", axes="deflection", meaning="mesh deflection along the flank normal, > 0 closes the drive flank", fewest=2
+    )
+    force: FloatArray = array("N", axes="angle, deflection", meaning="mesh force along the flank normal")
+    period: float = value("rad", meaning="wheel angle after which the law repeats")
+    teeth: tuple[int, int] = array("1", axes="gear", meaning="numbers of teeth, pinion and wheel")
+    base_radius: FloatArray = array("m", axes="gear", meaning="base radii, pinion and wheel")
+    base_helix_angle: float = value("rad", meaning="base helix angle, > 0 where the pinion is right-handed")
+    working_pressure_angle: float = value("rad", meaning="transverse working pressure angle")
+    centre_distance: float = value("m", meaning="centre distance")
+    face_width: float = value("m", meaning="common face width")
+    tilt_ratio: float | None = value(
+        "1",
+        meaning="resistance of the teeth to tilt in the plane of action over that of slices side by side of the same "
+        "stiffness; absent where unknown",
+        default=None,
+    )
 
-    def __post_init__(self) -> None:
-        angle = array(self, "angle", float, (None,))
-        deflection = array(self, "deflection", float, (None,))
-        force = array(self, "force", float, (len(angle), len(deflection)))
-        array(self, "base_radius", float, (2,))
-        increasing(self, "angle", 0.0)
-        increasing(self, "deflection")
-        object.__setattr__(self, "teeth", tuple(int(z) for z in self.teeth))
-        for name in ("period", "base_helix_angle", "working_pressure_angle", "centre_distance", "face_width"):
-            object.__setattr__(self, name, float(getattr(self, name)))
-        require(len(self.teeth) == 2 and min(self.teeth) > 0, f"MeshLaw.teeth = {self.teeth}: two positive counts")
+    def _check(self) -> None:
+        require(min(self.teeth) > 0, f"MeshLaw.teeth = {self.teeth}: two positive counts")
         require(bool((self.base_radius > 0).all()), "MeshLaw.base_radius must be positive")
-        require(len(deflection) >= 2, "MeshLaw.deflection needs at least two values")
         require(
-            0 < self.period <= 2 * np.pi * self.teeth[0] * (1 + 1e-9) and angle[-1] < self.period,
-            f"MeshLaw.period = {self.period:g} rad must be positive and beyond the last angle {angle[-1]:g}",
+            0 < self.period <= 2 * np.pi * self.teeth[0] * (1 + 1e-9) and self.angle[-1] < self.period,
+            f"MeshLaw.period = {self.period:g} rad must be positive and beyond the last angle {self.angle[-1]:g}",
         )
-        fall = np.diff(force, axis=1)
+        fall = np.diff(self.force, axis=1)
         worst = float(fall.min(initial=0.0))
         require(
-            worst >= -1e-9 * float(np.abs(force).max(initial=0.0)),
+            worst >= -1e-9 * float(np.abs(self.force).max(initial=0.0)),
             f"MeshLaw.force falls by {-worst:g} N between neighbouring deflections: it must never fall with deflection",
         )
         require(
@@ -71,35 +57,31 @@ class MeshLaw(HandOff):
         )
 
 
-@dataclass(frozen=True, eq=False)
 class LoadDistribution(HandOff):
-    """Where the drive flanks carry their nominal load, by the position of the mesh.
+    """Place of the nominal load on the drive flanks against the position of the mesh.
 
-    angle: (n_angle,) rad, wheel angle from 0, one body period, end point left out.  period: rad.
-    sliding: (n_angle,) Σ σ F / Σ F, σ = 1 where the pinion's flank slides ahead of the wheel's (towards its tip), else
-        −1.
-    arm: (n_angle,) m, Σ σ F s / Σ F, s from the pinion's base tangent point along the line of action.
-    offset: (n_angle,) m along z, centre of the load from mid-width.
-    force: N along the flank normal, nominal.  tilt_ratio: as in `MeshLaw`, mean over the period.
+    Notes
+    -----
+    Angles cover one body period from 0 without its end point.  Means are weighted with the force.
     """
 
-    angle: FloatArray
-    period: float
-    sliding: FloatArray
-    arm: FloatArray
-    offset: FloatArray
-    force: float
-    tilt_ratio: float
+    angle: FloatArray = array("rad", axes="angle", meaning="wheel angle", at_least=0.0)
+    period: float = value("rad", meaning="wheel angle after which the distribution repeats")
+    sliding: FloatArray = array(
+        "1",
+        axes="angle",
+        meaning="mean sense of sliding: 1 where the pinion's flank slides ahead of the wheel's, else −1",
+    )
+    arm: FloatArray = array(
+        "m", axes="angle", meaning="mean distance from the pinion's base tangent point along the line of action"
+    )
+    offset: FloatArray = array("m", axes="angle", meaning="centre of the load from mid-width, along z")
+    force: float = value("N", meaning="nominal mesh force along the flank normal")
+    tilt_ratio: float = value("1", meaning="resistance to tilt over that of slices side by side, mean over the period")
 
-    def __post_init__(self) -> None:
-        angle = array(self, "angle", float, (None,))
-        increasing(self, "angle", 0.0)
-        for name in ("sliding", "arm", "offset"):
-            array(self, name, float, (len(angle),))
-        for name in ("period", "force", "tilt_ratio"):
-            object.__setattr__(self, name, float(getattr(self, name)))
+    def _check(self) -> None:
         require(
-            angle[-1] < self.period,
-            f"LoadDistribution.period = {self.period:g} rad must lie beyond the last angle {angle[-1]:g}",
+            self.angle[-1] < self.period,
+            f"LoadDistribution.period = {self.period:g} rad must lie beyond the last angle {self.angle[-1]:g}",
         )
         require(self.force > 0, f"LoadDistribution.force = {self.force:g} N must be positive")

@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
-from nvhchain.errors import InputError, require
-from nvhchain.handoff.base import (
-    FloatArray,
-    HandOff,
-    IntArray,
-    array,
-)
+from nvhchain.errors import require
+from nvhchain.handoff.base import FloatArray, HandOff, IntArray
+from nvhchain.handoff.declared import array
 
 
 def bodies_of(triangles: IntArray) -> IntArray:
@@ -26,21 +21,14 @@ def bodies_of(triangles: IntArray) -> IntArray:
     return np.unique(connected_components(link, directed=False)[1][triangles[:, 0]], return_inverse=True)[1]
 
 
-@dataclass(frozen=True, eq=False)
 class Surface(HandOff):
-    """A closed triangulated surface with outward normals: of one or more bodies, none of them a cavity in another.
+    """A closed triangulated surface with outward normals: of one or more bodies, none of them a cavity in another."""
 
-    vertices: (n_v, 3) m.  triangles: (n_face, 3) vertex indices, counter-clockwise seen from outside.
-    """
+    vertices: FloatArray = array("m", axes="vertex, axis", meaning="vertices")
+    triangles: IntArray = array("1", axes="face, corner", meaning="vertex indices, counter-clockwise from outside")
 
-    vertices: FloatArray
-    triangles: IntArray
-
-    def __post_init__(self) -> None:
-        vertices = array(self, "vertices", float, (None, 3))
-        if np.asarray(self.triangles).dtype.kind not in "iu":
-            raise InputError("Surface.triangles must hold whole vertex indices")
-        triangles = array(self, "triangles", np.int64, (None, 3))
+    def _check(self) -> None:
+        vertices, triangles = self.vertices, self.triangles
         require(len(triangles) >= 4, f"Surface has {len(triangles)} triangles: a closed surface needs at least 4")
         require(
             triangles.min() >= 0 and triangles.max() < len(vertices),

@@ -11,16 +11,8 @@ from numpy.typing import NDArray
 from nvhchain.conventions import Air
 from nvhchain.dimensions import Length
 from nvhchain.errors import require
-from nvhchain.handoff.base import (
-    ComplexArray,
-    FloatArray,
-    HandOff,
-    IntArray,
-    array,
-    distinct_names,
-    frequencies,
-    increasing,
-)
+from nvhchain.handoff.base import ComplexArray, FloatArray, HandOff, IntArray
+from nvhchain.handoff.declared import array, value
 from nvhchain.handoff.surface import Surface
 
 
@@ -61,46 +53,38 @@ class RigidPlane:
         return np.asarray(vectors - 2.0 * (vectors @ normal)[:, None] * normal)
 
 
-@dataclass(frozen=True, eq=False)
 class TransferVectors(HandOff):
     """Acoustic transfer vectors at master frequencies: p = vectors · v_n.
 
-    frequency: (n_f,) Hz.  points: (n_point, 3) m.  vectors: (n_f, n_point, n_face) complex Pa/(m/s).
-    plane: a rigid plane near the body, or None for a free field.
-    image_vectors: (n_f, n_point, n_face) complex Pa/(m/s), with a plane: the part of `vectors` that reaches the points
-        by way of the plane, as if it went to their mirror images; its phase is that of the longer path.
-    breaks: (n_break,) Hz, masters that end a piece of the band, or None: from the next master on the vectors are those
-        of another surface (`fidelity.coarse_edge_ratios`), and nothing is known of the lines between both.
+    Notes
+    -----
+    Image vectors are the part of the vectors that reaches the points by way of the plane, as if it went to their mirror
+    images; their phase is that of the longer path.  From the master after a break on the vectors are those of another
+    surface (`fidelity.coarse_edge_ratios`), and nothing is known of the lines between both.
     """
 
-    frequency: FloatArray
-    points: FloatArray
-    vectors: ComplexArray
-    surface: Surface
-    air: Air
-    plane: RigidPlane | None = None
-    image_vectors: ComplexArray | None = None
-    breaks: FloatArray | None = None
+    frequency: FloatArray = array("Hz", axes="frequency", meaning="master frequency", at_least=0.0)
+    points: FloatArray = array("m", axes="point, axis", meaning="field points", fewest=1)
+    vectors: ComplexArray = array("Pa s/m", axes="frequency, point, face", meaning="acoustic transfer vectors")
+    surface: Surface = value("", meaning="radiating surface")
+    air: Air = value("speed_of_sound m/s, density kg/m3", meaning="air around the body")
+    plane: RigidPlane | None = value(
+        "point m, unit normal into the air", meaning="rigid plane near the body; absent: free field", default=None
+    )
+    image_vectors: ComplexArray | None = array(
+        "Pa s/m", axes="frequency, point, face", meaning="part by way of the plane", default=None
+    )
+    breaks: FloatArray | None = array("Hz", axes="breaks", meaning="masters that end a piece of the band", default=None)
 
-    def __post_init__(self) -> None:
-        frequency = frequencies(self)
-        points = array(self, "points", float, (None, 3))
-        require(len(points) > 0, "TransferVectors.points is empty: at least one field point is needed")
-        shape = (len(frequency), len(points), len(self.surface.triangles))
-        array(self, "vectors", complex, shape)
+    def _check(self) -> None:
         require(
             (self.plane is None) == (self.image_vectors is None),
             "TransferVectors.image_vectors belong to a plane: give both or neither",
         )
-        if self.image_vectors is not None:
-            array(self, "image_vectors", complex, shape)
-        if self.breaks is not None:
-            array(self, "breaks", float, (None,))
-            increasing(self, "breaks")
-            require(
-                bool(np.isin(self.breaks, frequency[:-1]).all()),
-                f"TransferVectors.breaks {self.breaks} Hz end pieces of the band: each must be a master, not the last",
-            )
+        require(
+            self.breaks is None or bool(np.isin(self.breaks, self.frequency[:-1]).all()),
+            f"TransferVectors.breaks {self.breaks} Hz end pieces of the band: each must be a master, not the last",
+        )
 
     def unfolded(self) -> TransferVectors:
         """The same vectors without a plane, to the points and then to their mirror images (2 n_point in all).
@@ -126,89 +110,73 @@ class TransferVectors(HandOff):
         )
 
 
-@dataclass(frozen=True, eq=False)
 class ModalTransferVectors(HandOff):
-    """Transfer vectors times the shapes of a reduced housing: p = modes · q̇ + residual · Ḟ.
+    """Transfer vectors times the shapes of a reduced housing, at the lines of a load: p = modes · q̇ + residual · Ḟ."""
 
-    frequency: (n_f,) Hz, the lines of a load case.  points: (n_point, 3) m.
-    modes: (n_f, n_point, n_mode) complex Pa per unit velocity of a modal coordinate, Pa s/(m kg^½).
-    residual: (n_f, n_point, n_bearing, 3) complex Pa per unit rate of a bearing force, Pa s/N.
-    names: n_bearing.  housing: content hash of the reduced housing whose shapes they are.
-    """
-
-    frequency: FloatArray
-    points: FloatArray
-    modes: ComplexArray
-    residual: ComplexArray
-    names: tuple[str, ...]
-    housing: str
-    air: Air
-
-    def __post_init__(self) -> None:
-        frequency = frequencies(self)
-        points = array(self, "points", float, (None, 3))
-        array(self, "modes", complex, (len(frequency), len(points), None))
-        residual = array(self, "residual", complex, (len(frequency), len(points), None, 3))
-        distinct_names(self, "names", residual.shape[2])
+    frequency: FloatArray = array("Hz", axes="frequency", meaning="frequency", at_least=0.0)
+    points: FloatArray = array("m", axes="point, axis", meaning="field points")
+    modes: ComplexArray = array(
+        "Pa s m-1 kg-1/2", axes="frequency, point, mode", meaning="pressure per velocity of a modal coordinate"
+    )
+    residual: ComplexArray = array(
+        "Pa s/N",
+        axes="frequency, point, bearing, axis",
+        meaning="pressure per rate of bearing force, residual flexibility",
+    )
+    names: tuple[str, ...] = array("", axes="bearing", meaning="bearing names")
+    housing: str = value("", meaning="content hash of the reduced housing")
+    air: Air = value("speed_of_sound m/s, density kg/m3", meaning="air around the body")
 
 
-@dataclass(frozen=True, eq=False)
 class NoiseTransferFunctions(HandOff):
-    """Sound pressure per bearing force: p = functions · F.
+    """Sound pressure per bearing force: p = functions · F."""
 
-    frequency: (n_f,) Hz.  points: (n_point, 3) m.  functions: (n_f, n_point, n_bearing, 3) complex Pa/N.
-    names: n_bearing.
-    """
-
-    frequency: FloatArray
-    points: FloatArray
-    functions: ComplexArray
-    names: tuple[str, ...]
-    air: Air
-
-    def __post_init__(self) -> None:
-        frequency = frequencies(self)
-        points = array(self, "points", float, (None, 3))
-        functions = array(self, "functions", complex, (len(frequency), len(points), None, 3))
-        distinct_names(self, "names", functions.shape[2])
+    frequency: FloatArray = array("Hz", axes="frequency", meaning="frequency", at_least=0.0)
+    points: FloatArray = array("m", axes="point, axis", meaning="field points")
+    functions: ComplexArray = array(
+        "Pa/N", axes="frequency, point, bearing, axis", meaning="pressure per bearing force"
+    )
+    names: tuple[str, ...] = array("", axes="bearing", meaning="bearing names")
+    air: Air = value("speed_of_sound m/s, density kg/m3", meaning="air around the body")
 
 
-@dataclass(frozen=True, eq=False)
 class RadiationResistance(HandOff):
     """Spherical waves that leave a surface per unit velocity of its coordinates, at master frequencies.
 
-    frequency: (n_f,) Hz.  waves: (n_f, n_wave, n_column) complex √W per unit of q̇, so that P = ½ |waves q̇|²
-    and the radiation resistance matrix is R = Re(wavesᴴ waves), positive semidefinite by its making; rows beyond those
-    that count at a frequency are zero.
-    plane_wave_resistance: (n_column, n_column) ρc ∫ φ_i φ_j dS, what R tends to at high frequency; ½ q̇ᴴ … q̇ is the
-    equivalent radiated power.
-    reach: m, of the farthest vertex from the middle of the surface and, above a plane, of its image.
-    plane: a rigid plane near the body, or None for a free field.
-    housing: content hash of the reduced housing whose modes and residual motions the columns are, or empty.
-    cancellation: (n_f, n_column, n_column) N s/m, hermitian: ½ q̇ᴴ … q̇ is a power that bounds what the mesh leaves where
-        parts of a motion cancel each other, or None where that is not known.
-    wall_waves: (n_column, n_column) ρc ∫ (h ∇φ_i/2π)·(h ∇φ_j/2π) dS N s/m, h the mean edge: its form over that of the
-        plane waves is the square of mean edges to a wave on the walls; or None where that is not known.
+    Notes
+    -----
+    P = ½ |waves q̇|², so that the radiation resistance matrix R = Re(wavesᴴ waves) is positive semidefinite; rows beyond
+    those that count at a frequency are zero.  The plane wave resistance is ρc ∫ φ_i φ_j dS, the limit of R at high
+    frequency.  ½ q̇ᴴ cancellation q̇, hermitian, is a power that bounds the mesh's error where parts of a motion cancel
+    each other.  Wall waves are ρc ∫ (h ∇φ_i/2π)·(h ∇φ_j/2π) dS with the mean edge h: their form over that of the plane
+    waves is the square of mean edges to a wave on the walls.
     """
 
-    frequency: FloatArray
-    waves: ComplexArray
-    plane_wave_resistance: FloatArray
-    air: Air
-    reach: float
-    plane: RigidPlane | None = None
-    housing: str = ""
-    cancellation: ComplexArray | None = None
-    wall_waves: FloatArray | None = None
-
-    def __post_init__(self) -> None:
-        frequency = frequencies(self)
-        waves = array(self, "waves", complex, (len(frequency), None, None))
-        array(self, "plane_wave_resistance", float, (waves.shape[2], waves.shape[2]))
-        if self.cancellation is not None:
-            array(self, "cancellation", complex, (len(frequency), waves.shape[2], waves.shape[2]))
-        if self.wall_waves is not None:
-            array(self, "wall_waves", float, (waves.shape[2], waves.shape[2]))
+    frequency: FloatArray = array("Hz", axes="frequency", meaning="master frequency", at_least=0.0)
+    waves: ComplexArray = array(
+        "", axes="frequency, wave, column", meaning="spherical waves, W^1/2 per unit velocity of a coordinate"
+    )
+    plane_wave_resistance: FloatArray = array(
+        "N s/m", axes="column, other_column=column", meaning="radiation resistance at high frequency"
+    )
+    air: Air = value("speed_of_sound m/s, density kg/m3", meaning="air around the body")
+    reach: float = value("m", meaning="distance of the farthest vertex from the middle of the surface and image")
+    plane: RigidPlane | None = value(
+        "point m, unit normal into the air", meaning="rigid plane near the body; absent: free field", default=None
+    )
+    housing: str = value("", meaning="content hash of the reduced housing, or empty", default="")
+    cancellation: ComplexArray | None = array(
+        "N s/m",
+        axes="frequency, column, other_column=column",
+        meaning="radiation resistance of the error of motions that cancel; absent where unknown",
+        default=None,
+    )
+    wall_waves: FloatArray | None = array(
+        "N s/m",
+        axes="column, other_column=column",
+        meaning="plane wave resistance times mean edges per wave on the walls squared; absent where unknown",
+        default=None,
+    )
 
     def waves_at(self, master: int) -> ComplexArray:
         """The waves (n_row, n_column) of a master without the rows that are zero at its end."""
@@ -216,19 +184,13 @@ class RadiationResistance(HandOff):
         return self.waves[master, : used[-1] + 1 if len(used) else 0]
 
 
-@dataclass(frozen=True, eq=False)
 class SolvedBand(HandOff):
-    """What a stage found at a few consecutive frequencies, kept until the stage is done.
+    """Values of a step at a few consecutive frequencies, kept until the step is done."""
 
-    frequency: (n_f,) Hz.  values: (n_f, n) complex, those of a frequency one after the other.  shape: (n_axis,) of the
-    values of one frequency.
-    """
+    frequency: FloatArray = array("Hz", axes="frequency", meaning="frequency", at_least=0.0)
+    values: ComplexArray = array("", axes="frequency, value", meaning="values of a step, one row a frequency")
+    shape: IntArray = array("1", axes="dimension", meaning="shape of the values of one frequency")
 
-    frequency: FloatArray
-    values: ComplexArray
-    shape: IntArray
-
-    def __post_init__(self) -> None:
-        frequency = frequencies(self)
-        shape = array(self, "shape", np.int64, (None,))
-        array(self, "values", complex, (len(frequency), int(np.prod(shape))))
+    def _check(self) -> None:
+        wanted = (len(self.frequency), int(np.prod(self.shape)))
+        require(self.values.shape == wanted, f"SolvedBand.values has shape {self.values.shape}, but {wanted} is needed")

@@ -30,7 +30,7 @@ from nvhchain.conventions import Air, Progress
 from nvhchain.errors import require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
 from nvhchain.handoff import FloatArray, RadiationResistance, ReducedHousing, RigidPlane, Surface
-from nvhchain.handoff.base import array
+from nvhchain.handoff.declared import checked_array
 from nvhchain.kinds import check_arguments
 
 
@@ -47,7 +47,8 @@ class SurfaceShapes:
     housing: str = ""
 
     def __post_init__(self) -> None:
-        array(self, "shapes", float, (len(self.surface.triangles), None))
+        shapes = checked_array("SurfaceShapes.shapes", self.shapes, float, (len(self.surface.triangles), None))
+        object.__setattr__(self, "shapes", shapes)
         require(self.shapes.shape[1] > 0, "SurfaceShapes.shapes has no column: at least one shape is needed")
 
 

@@ -6,11 +6,9 @@ import numpy as np
 
 from nvhchain.errors import ResourceError
 from nvhchain.handoff import ComplexArray, FloatArray, ForceSpectrum, ReducedHousing, SurfaceVelocity
+from nvhchain.handoff.housing import LINES_PER_PRODUCT, times_real
 from nvhchain.housing.modes.damping import DampingCurve
 from nvhchain.runtime.memory import free_memory
-
-_CHUNK = 512
-"""Frequency lines per matrix product."""
 
 
 def respond(
@@ -42,14 +40,11 @@ def respond(
             f"{free / 1e9:.1f} GB are free: narrow the band or coarsen the radiating surface"
         )
     frequency, force = force_spectrum.frequency[loaded], force[loaded]
-    velocity = np.empty((loaded.size, faces), dtype=complex)
-    for start in range(0, loaded.size, _CHUNK):
-        part = slice(start, start + _CHUNK)
-        velocity[part] = face_displacement(
-            housing, frequency[part], force[part], structural=structural, damping=damping
-        )
-        velocity[part] *= 2j * np.pi * frequency[part, None]
-    return SurfaceVelocity(frequency=frequency, normal_velocity=velocity, surface=housing.surface)
+    coordinates = [
+        _coordinates(housing, frequency[part], force[part], structural, damping)
+        for part in (slice(at, at + LINES_PER_PRODUCT) for at in range(0, loaded.size, LINES_PER_PRODUCT))
+    ]
+    return SurfaceVelocity.superposition(frequency, np.concatenate(coordinates), _shapes(housing), housing.surface)
 
 
 def aligned_force(housing: ReducedHousing, spectrum: ForceSpectrum) -> ComplexArray:
@@ -70,7 +65,7 @@ def modal_displacement(
     structural, damping: as for `respond`.
     """
     shapes = housing.seat_shapes.reshape(len(housing.natural_frequency), 3 * len(housing.names))
-    return np.asarray(_times_real(force, shapes.T) * _receptance(housing, frequency, structural, damping))
+    return np.asarray(times_real(force, shapes.T) * _receptance(housing, frequency, structural, damping))
 
 
 def face_displacement(
@@ -82,10 +77,24 @@ def face_displacement(
     damping: DampingCurve | None = None,
 ) -> ComplexArray:
     """Outward normal displacement (n_f, n_face) m: modal sum plus residual.  structural, damping: as for `respond`."""
+    return times_real(_coordinates(housing, frequency, force, structural, damping), _shapes(housing))
+
+
+def _coordinates(
+    housing: ReducedHousing,
+    frequency: FloatArray,
+    force: ComplexArray,
+    structural: bool | None,
+    damping: DampingCurve | None,
+) -> ComplexArray:
+    """Modal coordinates, then forces on the residual flexibility (n_f, n_mode + 3 n_bearing): factors of `_shapes`."""
     q = modal_displacement(housing, frequency, force, structural=structural, damping=damping)
-    residual = housing.face_residual.reshape(force.shape[1], -1)
-    lossy = force / _residual_loss(housing, frequency, structural, damping)
-    return _times_real(np.hstack([q, lossy]), np.vstack([housing.normal_shapes, residual]))
+    return np.hstack([q, force / _residual_loss(housing, frequency, structural, damping)])
+
+
+def _shapes(housing: ReducedHousing) -> FloatArray:
+    """Outward shapes (n_mode + 3 n_bearing, n_face) of modes, kg^-½, and residual flexibility, m/N."""
+    return np.vstack([housing.normal_shapes, housing.face_residual.reshape(3 * len(housing.names), -1)])
 
 
 def seat_displacement(
@@ -100,9 +109,7 @@ def seat_displacement(
     q = modal_displacement(housing, frequency, force, structural=structural, damping=damping)
     shapes = housing.seat_shapes.reshape(len(housing.natural_frequency), 3 * len(housing.names))
     residual = housing.seat_residual.reshape(force.shape[1], -1)
-    return _times_real(q, shapes) + _times_real(
-        force / _residual_loss(housing, frequency, structural, damping), residual
-    )
+    return times_real(q, shapes) + times_real(force / _residual_loss(housing, frequency, structural, damping), residual)
 
 
 def _receptance(
@@ -121,11 +128,3 @@ def _residual_loss(
     if structural and damping is not None:
         return np.asarray(1 + 2j * damping.at(np.asarray(frequency))[:, None])
     return 1 / housing.residual_gain(structural=structural)
-
-
-def _times_real(left: ComplexArray, right: FloatArray) -> ComplexArray:
-    """Complex times real matrix as two real products: half the work of a complex one."""
-    result = np.empty((left.shape[0], right.shape[1]), dtype=complex)
-    result.real = np.ascontiguousarray(left.real) @ right
-    result.imag = np.ascontiguousarray(left.imag) @ right
-    return result

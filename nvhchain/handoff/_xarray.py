@@ -1,0 +1,47 @@
+"""The door to xarray: a hand-off as a data set with named axes."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from nvhchain.errors import InputError
+from nvhchain.handoff.declared import LABELS
+
+if TYPE_CHECKING:
+    import xarray
+
+    from nvhchain.handoff.base import HandOff
+
+
+def dataset(hand_off: HandOff) -> xarray.Dataset:
+    """Return the fields of a hand-off and of those inside it as variables; axes with values or labels are coordinates.
+
+    Raises
+    ------
+    InputError
+        Where xarray is not installed.
+    """
+    try:
+        import xarray
+    except ImportError:
+        raise InputError("to_xarray needs the package xarray: run 'pip install nvhchain[xarray]'") from None
+    inside, attributes = [], {"kind": type(hand_off).__name__, "content_hash": hand_off.content_hash}
+    variables: dict[str, Any] = {}
+    coordinates: dict[str, Any] = {}
+    for quantity in hand_off.declared.values():
+        given = getattr(hand_off, quantity.name)  # also one that is made of others
+        about = {"units": quantity.unit, "long_name": quantity.meaning}
+        if hasattr(given, "to_xarray"):
+            inside.append(given.to_xarray())
+        elif dataclasses.is_dataclass(given):
+            attributes |= {f"{quantity.name}_{key}": item for key, item in vars(given).items()}
+        elif not quantity.absent(given):
+            variables[quantity.name] = (quantity.dims, np.asarray(given), about)
+            if quantity.names_axis:
+                coordinates[quantity.dims[0]] = list(given)
+    for dims, _, _ in variables.values():
+        coordinates |= {axis: list(LABELS[axis]) for axis in dims if axis in LABELS}
+    return xarray.merge([xarray.Dataset(variables, coordinates), *inside]).assign_attrs(attributes)

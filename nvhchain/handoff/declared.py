@@ -1,0 +1,300 @@
+"""Fields of hand-offs: one line declares unit, axes and meaning; checks, stored attributes and tables follow."""
+
+from __future__ import annotations
+
+import types
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import MISSING, dataclass, field
+from math import isfinite
+from numbers import Real
+from typing import Any, Union, get_args, get_origin
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nvhchain.errors import InputError, is_whole, require
+from nvhchain.names import check_names
+
+LABELS: dict[str, tuple[str, ...]] = {
+    "axis": ("x", "y", "z"),
+    "loaded_axis": ("x", "y", "z"),
+    "gear": ("pinion", "wheel"),
+    "corner": ("first", "second", "third"),
+    "re_im": ("re", "im"),
+}
+"""Axes of fixed length, with the labels of their entries."""
+
+Sizes = dict[str, int]
+"""Length by name of axis."""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """Declaration of a field.
+
+    unit: as stored; "1" for a ratio or a count, "" where none applies.
+    axes: name and source of the length of every axis; a `LABELS` axis, or an axis of the same name in another field.
+    meaning: noun phrase.
+    at_least: least value.  fewest: least length of the first axis.
+    spread: a scalar is spread over the axes.
+    made_by: computes the field from the others where it is not given.
+    """
+
+    unit: str
+    axes: tuple[tuple[str, str], ...]
+    meaning: str
+    default: Any = MISSING
+    at_least: float | None = None
+    fewest: int = 0
+    spread: bool = False
+    made_by: Callable[[Any], Any] | None = None
+    owner: str = ""
+    name: str = ""
+    kind: Any = None
+
+    @property
+    def dims(self) -> tuple[str, ...]:
+        """Names of the axes, in order."""
+        return tuple(name for name, _ in self.axes)
+
+    @property
+    def is_axis(self) -> bool:
+        """True for the values along an axis, such as frequencies: never empty, strictly increasing."""
+        return self.dims == (self.name,)
+
+    @property
+    def is_text(self) -> bool:
+        """True for a text, or several."""
+        return self.kind is str or get_args(self.kind)[:1] == (str,)
+
+    @property
+    def names_axis(self) -> bool:
+        """True for names of the entries of an axis, such as those of bearings."""
+        return self.is_text and len(self.axes) == 1
+
+    @property
+    def optional(self) -> bool:
+        """True where None stands for an absent field."""
+        return self.default is None or self.made_by is not None
+
+    @property
+    def dtype(self) -> np.dtype[Any] | None:
+        """Type of the elements of an array; None for all other kinds of values."""
+        return _element(self.kind)
+
+    def absent(self, value: Any) -> bool:
+        """Return True for a value that stands for nothing: None, or an empty array that is the default."""
+        return value is None or (self.default == () and np.size(value) == 0)
+
+    def checked(self, value: Any, sizes: Sizes) -> Any:
+        """Return the value in its stored form.
+
+        Parameters
+        ----------
+        value : object
+            As given to the hand-off.
+        sizes : dict of str to int
+            Axes known so far; those that this field sets are added.
+
+        Raises
+        ------
+        InputError
+            For another kind of value, another shape, values that are not finite or below the limit.
+        """
+        called = f"{self.owner}.{self.name}"
+        if self.dtype is not None:
+            return self._checked_array(called, value, sizes)
+        if get_origin(self.kind) is tuple:
+            value = _tuple(called, value, get_args(self.kind)[0])
+            self._measure(called, (len(value),), sizes)
+            return value
+        value = _CONVERSIONS.get(self.kind, _as_given)(called, value, self.kind)
+        self._check_limit(called, value)
+        return value
+
+    def _checked_array(self, called: str, value: Any, sizes: Sizes) -> NDArray[Any]:
+        if self.absent(value):
+            value = np.empty([sizes.get(source, 0) for _, source in self.axes])
+            sizes = dict(sizes)  # an absent array sets no axis
+        elif self.spread and np.ndim(value) == 0:
+            value = np.full([sizes[source] for _, source in self.axes], value)
+        assert self.dtype is not None
+        array = checked_array(called, value, self.dtype, tuple(sizes.get(source) for _, source in self.axes))
+        self._measure(called, array.shape, sizes)
+        if self.at_least is not None and array.size:
+            self._check_limit(called, array.min())
+        if self.is_axis:
+            _check_increasing(called, array)
+        return array
+
+    def _measure(self, called: str, shape: tuple[int, ...], sizes: Sizes) -> None:
+        for (name, source), length in zip(self.axes, shape, strict=True):
+            wanted = sizes.setdefault(source, length)
+            require(length == wanted, f"{called} has {length} values along {name}, but {wanted} are needed")
+            sizes[name] = length
+        fewest = max(self.fewest, 1) if self.is_axis else self.fewest
+        if shape and shape[0] < fewest:
+            what = "is empty: at least one value is" if fewest == 1 else f"has {shape[0]} values: at least {fewest} are"
+            raise InputError(f"{called} {what} needed")
+
+    def _check_limit(self, called: str, lowest: Any) -> None:
+        if self.at_least is not None and lowest < self.at_least:
+            raise InputError(
+                f"{called} = {lowest:g} {self.unit} is below the lowest admissible value {self.at_least:g}"
+            )
+
+    def described(self) -> str:
+        """Entry of a numpydoc section: name, kind, axes, unit, meaning."""
+        kind = _element_name(self.dtype) if self.dtype is not None else _kind_name(self.kind)
+        shape = f" ({', '.join(self.dims)})" if self.dims else ""
+        unit = {"": "", "1": ", dimensionless"}.get(self.unit, f", {self.unit}")
+        optional = "" if self.default is MISSING and self.made_by is None else ", optional"
+        return f"{self.name} : {kind}{shape}{unit}{optional}\n    {self.meaning[:1].upper()}{self.meaning[1:]}."
+
+
+def array(
+    unit: str,
+    *,
+    axes: str,
+    meaning: str,
+    default: Any = MISSING,
+    at_least: float | None = None,
+    fewest: int = 0,
+    spread: bool = False,
+    made_by: Callable[[Any], Any] | None = None,
+) -> Any:
+    """Declare a field with axes: an array, whose element type the annotation states, or a tuple.
+
+    Parameters
+    ----------
+    unit : str
+        Unit as stored: "Hz"; "1" for ratios and counts, "" where none applies.
+    axes : str
+        Names of the axes, separated by commas.  An axis has one length in all fields of a hand-off and of those inside
+        it.  `loaded_bearing=bearing` names an axis with the length of another one.
+    meaning : str
+        Noun phrase; appears in files, tables and documentation.
+    default : object, optional
+        None or () where the field may be absent.
+    at_least : float, optional
+        Least value.
+    fewest : int, optional
+        Least length of the first axis.
+    spread : bool, optional
+        A scalar is accepted and spread over the axes.
+    made_by : callable, optional
+        Computes the field from the hand-off, at the first reading, where None is given.
+    """
+    pairs = [
+        (name.strip(), (source or name).strip()) for name, _, source in (a.partition("=") for a in axes.split(","))
+    ]
+    declared = Quantity(unit, tuple(pairs), meaning, default, at_least, fewest, spread, made_by)
+    return field(default=default, metadata={"declared": declared})
+
+
+def value(unit: str, *, meaning: str, default: Any = MISSING, at_least: float | None = None) -> Any:
+    """Declare a field without axes: a number, a text, a truth value, or an object such as another hand-off.
+
+    Parameters are those of `array`.
+    """
+    return field(default=default, metadata={"declared": Quantity(unit, (), meaning, default, at_least)})
+
+
+def resolved(quantity: Quantity, owner: str, name: str, hint: Any) -> Quantity:
+    """Return the declaration with the name and the annotation of its field."""
+    kinds = [kind for kind in _alternatives(hint) if kind is not type(None)]
+    if len(kinds) != 1:
+        raise TypeError(f"{owner}.{name}: annotate one kind of value, or one and None, not {hint}")
+    return Quantity(**{**vars(quantity), "owner": owner, "name": name, "kind": kinds[0]})
+
+
+def checked_array(called: str, given: Any, dtype: Any, shape: tuple[int | None, ...]) -> NDArray[Any]:
+    """Return a read-only, finite, C-contiguous array of `dtype` and `shape` (None: any length).
+
+    A read-only array that owns its memory, such as another hand-off's, is kept as it is; all else is copied.
+
+    Raises
+    ------
+    InputError
+        For values that are not numeric, complex or fractional where they must not be, of another shape or not finite.
+    """
+    wanted = np.dtype(dtype)
+    if np.iscomplexobj(given) and wanted.kind != "c":
+        raise InputError(f"{called} is complex, but must be real: take its real part explicitly")
+    try:
+        kind = np.asarray(given).dtype.kind
+        if kind in "US":
+            raise TypeError("it holds texts")
+        array = np.ascontiguousarray(given, dtype=wanted)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{called} is not a numeric array: {error}") from None
+    if wanted.kind == "i" and kind not in "iu" and array.size:
+        raise InputError(f"{called} must hold whole numbers: convert it explicitly")
+    if array.ndim != len(shape) or any(n is not None and n != m for n, m in zip(shape, array.shape, strict=False)):
+        needed = ", ".join("any" if n is None else str(n) for n in shape)
+        raise InputError(f"{called} has shape {array.shape}, but ({needed}) is needed")
+    if wanted.kind in "fc" and not np.isfinite(array).all():
+        bad = int(np.argmin(np.isfinite(array)))
+        raise InputError(f"{called} holds a value that is not finite (flat index {bad}): remove or repair it")
+    if (array is given and array.flags.writeable) or array.base is not None:
+        array = array.copy()
+    array.flags.writeable = False
+    return array
+
+
+def _check_increasing(called: str, axis: NDArray[Any]) -> None:
+    if len(axis) > 1 and not (np.diff(axis) > 0).all():
+        at = int(np.argmin(np.diff(axis) > 0))
+        raise InputError(
+            f"{called} must increase strictly, but goes {axis[at]:g} → {axis[at + 1]:g} at index {at}: sort it"
+        )
+
+
+def _tuple(called: str, given: Any, kind: Any) -> tuple[Any, ...]:
+    """Return distinct names, or whole numbers, as a tuple."""
+    require(isinstance(given, Iterable) and not isinstance(given, str), f"{called} = {given!r} are no names")
+    if kind is str:
+        names = tuple(given)
+        check_names(names, called)
+        return names
+    numbers = tuple(given)
+    require(all(is_whole(number) for number in numbers), f"{called} = {numbers} must be whole numbers")
+    return tuple(int(number) for number in numbers)
+
+
+def _number(called: str, given: Any, _: Any) -> float:
+    require(isinstance(given, Real) and not isinstance(given, bool), f"{called} = {given!r} must be a number")
+    require(isfinite(given), f"{called} = {given} must be finite")
+    return float(given)
+
+
+def _flag(called: str, given: Any, _: Any) -> bool:
+    require(isinstance(given, bool | np.bool_), f"{called} = {given!r} must be True or False")
+    return bool(given)
+
+
+def _as_given(called: str, given: Any, kind: Any) -> Any:
+    require(isinstance(given, kind), f"{called} = {str(given)[:60]} must be a {_kind_name(kind)}")
+    return given
+
+
+_CONVERSIONS: Mapping[Any, Callable[[str, Any, Any], Any]] = {float: _number, bool: _flag}
+
+
+def _alternatives(hint: Any) -> tuple[Any, ...]:
+    return get_args(hint) if get_origin(hint) in (Union, types.UnionType) else (hint,)
+
+
+def _element(kind: Any) -> np.dtype[Any] | None:
+    """Return the element type of an array annotation, such as FloatArray."""
+    return np.dtype(get_args(get_args(kind)[1])[0]) if get_origin(kind) is np.ndarray else None
+
+
+def _element_name(dtype: np.dtype[Any]) -> str:
+    return {"f": "array of float", "c": "array of complex", "i": "array of int"}[dtype.kind]
+
+
+def _kind_name(kind: Any) -> str:
+    if get_origin(kind) is tuple:
+        return f"tuple of {get_args(kind)[0].__name__}"
+    return str(kind.__name__)

@@ -1,8 +1,8 @@
-"""Signs, phases and reference values that every stage shares.
+"""Sign conventions, phase conventions, reference values and materials of all stages.
 
-Time factor e^{+jωt}; outward surface normals; spectra are single-sided complex peak amplitudes, so that
-x(t) = Re(X e^{jωt}) and levels use RMS = |X|/√2; SI units and radians inside, Hz on stored frequency axes.
-The gearbox frame has z along the shafts, x and y in the transverse plane.
+The time factor is e^{+jωt}.  Surface normals point outwards. Spectra are single-sided complex peak amplitudes: x(t) =
+Re(X e^{jωt}).  Levels use RMS = |X|/√2. Units are SI and radians; stored frequency axes are in Hz. The gearbox frame
+has z along the shafts, x and y in the transverse plane.
 """
 
 from __future__ import annotations
@@ -15,26 +15,36 @@ from nvhchain.dimensions import Modulus
 from nvhchain.errors import require
 
 REFERENCE_PRESSURE = 20e-6
-"""Pa (RMS), 0 dB of sound pressure level, ISO 1683."""
+"""Pressure of 0 dB sound pressure level (Pa, RMS), ISO 1683."""
 
 REFERENCE_POWER = 1e-12
-"""W, 0 dB of sound power level, ISO 1683."""
+"""Power of 0 dB sound power level (W), ISO 1683."""
 
 REFERENCE_VELOCITY = 1e-9
-"""m/s, 0 dB of vibratory velocity level, ISO 1683."""
+"""Velocity of 0 dB vibratory velocity level (m/s), ISO 1683."""
 
 REFERENCE_FORCE = 1e-6
-"""N, 0 dB of vibratory force level, ISO 1683."""
+"""Force of 0 dB vibratory force level (N), ISO 1683."""
 
 Progress = Callable[[int, int], None]
-"""What a stage calls with (steps done, steps in all) while it works."""
+"""Callback for long computations, called with (steps done, steps in all)."""
 
 
 @dataclass(frozen=True)
 class Air:
-    """The fluid around the body.
+    """Fluid around the body.
 
-    speed_of_sound: m/s, 1 … 10 000.  density: kg/m³, 1e-3 … 2000.
+    Parameters
+    ----------
+    speed_of_sound : float
+        Speed of sound (m/s), 1 … 10 000.
+    density : float
+        Density (kg/m³), 1e-3 … 2000.
+
+    Raises
+    ------
+    InputError
+        If a value is outside its range.
     """
 
     speed_of_sound: float = 343.0
@@ -56,7 +66,22 @@ class Air:
 
 @dataclass(frozen=True)
 class Material:
-    """Isotropic linear elastic solid.  young: Pa.  poisson: 0 … 0.5.  density: kg/m³."""
+    """Isotropic linear elastic solid.
+
+    Parameters
+    ----------
+    young : float
+        Young's modulus (Pa), 1e6 … 2e12.
+    poisson : float
+        Poisson's ratio, 0 … 0.499.
+    density : float
+        Density (kg/m³), 10 … 3e4.
+
+    Raises
+    ------
+    InputError
+        If a value is outside its range.
+    """
 
     young: Modulus
     poisson: float

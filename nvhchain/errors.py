@@ -1,4 +1,7 @@
-"""The failures nvhchain reports: bad input (value, limit, remedy) and solvers that did not deliver."""
+"""Exceptions and warnings of nvhchain, and the check that raises them.
+
+Input errors name value, limit and remedy.
+"""
 
 from __future__ import annotations
 
@@ -6,19 +9,27 @@ from numbers import Real
 
 
 class InputError(ValueError):
-    """Input that cannot be used; the message names the value, the limit and the remedy."""
+    """Unusable input; the message names the value, the limit and the remedy."""
 
 
 class FileFormatError(InputError):
-    """A file that is truncated, damaged or not what it claims to be."""
+    """Truncated or damaged file, or a file of another format than claimed."""
 
 
 class ResourceError(InputError):
-    """A job that does not fit into this machine; the message says how large it is and how to shrink it."""
+    """Job too large for this machine; the message states its size and how to reduce it."""
 
 
 class WriteError(OSError):
-    """A file that the system did not take; the message names it, the reason and the remedy."""
+    """Failed write of a file; the message names the file, the reason and the remedy.
+
+    Parameters
+    ----------
+    message : str
+        Text of the error.
+    number : int, optional
+        Error number of the operating system.
+    """
 
     def __init__(self, message: str, number: int | None = None) -> None:
         super().__init__(message)
@@ -26,11 +37,11 @@ class WriteError(OSError):
 
 
 class SolverError(RuntimeError):
-    """A numerical method that did not reach its stated residual."""
+    """Numerical method that did not reach its stated residual."""
 
 
 class AccuracyWarning(UserWarning):
-    """A result less accurate than its fidelity asks for; the message says by how much and what would help."""
+    """Result less accurate than its fidelity asks for; the message states by how much, and the remedy."""
 
 
 def require(condition: bool, message: str) -> None:
@@ -40,5 +51,5 @@ def require(condition: bool, message: str) -> None:
 
 
 def is_whole(value: object) -> bool:
-    """Whether `value` is a whole number, of whichever numeric type."""
+    """Return True if `value` is a whole number, of any numeric type."""
     return isinstance(value, Real) and float(value).is_integer()

@@ -1,4 +1,4 @@
-"""Levels: decibels, A-weighting, overall values, orders, and the time signal behind a line spectrum."""
+"""Levels in decibels, A-weighting, overall levels, and the time signal of a line spectrum."""
 
 from __future__ import annotations
 
@@ -13,21 +13,39 @@ from nvhchain.handoff import ComplexArray, FloatArray
 from nvhchain.kinds import check_arguments
 
 _FLOOR = 1e-300
-"""Keeps the logarithm of an exact zero finite."""
+"""Least argument of a logarithm; keeps the level of an exact zero finite."""
 
 
 def decibel(amplitude: ArrayLike, reference: float = REFERENCE_PRESSURE) -> FloatArray:
-    """Level in dB of complex peak amplitudes re `reference` (RMS): 20 log10(|a| / (√2 reference))."""
+    """Return the level (dB) of complex peak amplitudes: 20 log10(|a| / (√2 reference)).
+
+    Parameters
+    ----------
+    amplitude : array_like
+        Complex or real peak amplitudes, unit of `reference`.
+    reference : float
+        RMS value of 0 dB.
+
+    Returns
+    -------
+    array
+        Levels (dB), shape of `amplitude`.
+    """
     return np.asarray(20.0 * np.log10(np.maximum(np.abs(amplitude), _FLOOR) / (np.sqrt(2.0) * reference)))
 
 
 def power_level(power: ArrayLike) -> FloatArray:
-    """Sound power level in dB re 1 pW of powers in W: 10 log10(P / 1e-12)."""
+    """Return the sound power level (dB re 1 pW) of powers (W): 10 log10(P / 1e-12)."""
     return np.asarray(10.0 * np.log10(np.maximum(power, _FLOOR) / REFERENCE_POWER))
 
 
 def a_weighting(frequency: ArrayLike) -> FloatArray:
-    """A-weighting in dB at `frequency` (Hz), IEC 61672-1:2013 eq. E.1 to E.6; 0 dB at 1 kHz."""
+    """Return the A-weighting (dB) at frequencies (Hz); 0 dB at 1 kHz.
+
+    Notes
+    -----
+    Source: IEC 61672-1:2013, eqs. E.1 to E.6.
+    """
     f2 = np.square(np.asarray(frequency, dtype=float))
     gain = (
         12194.217**2
@@ -38,30 +56,93 @@ def a_weighting(frequency: ArrayLike) -> FloatArray:
 
 
 def overall(frequency: FloatArray, pressure: ComplexArray, *, weighted: bool = True) -> FloatArray:
-    """Overall level in dB(A) (dB if not `weighted`) of lines `pressure` (n_f, ...) Pa peak: energy sum over axis 0."""
+    """Return the overall level of a line spectrum: energy sum over axis 0.
+
+    Parameters
+    ----------
+    frequency : (n_f,) array
+        Frequencies of the lines (Hz).
+    pressure : (n_f, …) complex array
+        Peak amplitudes of the lines (Pa).
+    weighted : bool
+        Apply A-weighting.
+
+    Returns
+    -------
+    (…) array
+        Level in dB(A), or in dB if not `weighted`.
+
+    Raises
+    ------
+    InputError
+        If the numbers of frequencies and lines differ.
+    """
     check_arguments(overall, locals())
     require(len(frequency) == len(pressure), f"{len(frequency)} frequencies for {len(pressure)} lines of pressure")
     return _energy_sum(frequency, decibel(pressure), weighted)
 
 
 def overall_power(frequency: FloatArray, power: FloatArray, *, weighted: bool = True) -> FloatArray:
-    """Sound power level of all lines `power` (n_f, ...) W in dB(A) (dB if not `weighted`) re 1 pW."""
+    """Return the overall sound power level of a line spectrum, re 1 pW.
+
+    Parameters
+    ----------
+    frequency : (n_f,) array
+        Frequencies of the lines (Hz).
+    power : (n_f, …) array
+        Powers of the lines (W).
+    weighted : bool
+        Apply A-weighting.
+
+    Returns
+    -------
+    (…) array
+        Level in dB(A), or in dB if not `weighted`.
+
+    Raises
+    ------
+    InputError
+        If the numbers of frequencies and lines differ.
+    """
     check_arguments(overall_power, locals())
     require(len(frequency) == len(power), f"{len(frequency)} frequencies for {len(power)} lines of power")
     return _energy_sum(frequency, power_level(power), weighted)
 
 
 def _energy_sum(frequency: FloatArray, level: FloatArray, weighted: bool) -> FloatArray:
+    """Add the energies of levels (n_f, …) in dB over axis 0, A-weighted if `weighted`."""
     if weighted:
         level = level + a_weighting(frequency).reshape(-1, *(1,) * (level.ndim - 1))
-    highest = np.max(level, axis=0, initial=10.0 * np.log10(_FLOOR))  # whose energy need not be a number
+    # levels count from the highest: energies far from 0 dB overflow or underflow
+    highest = np.max(level, axis=0, initial=10.0 * np.log10(_FLOOR))
     return np.asarray(highest + 10.0 * np.log10(np.maximum((10.0 ** ((level - highest) / 10.0)).sum(axis=0), _FLOOR)))
 
 
 def equivalent(signal: FloatArray, *, sample_rate: float, weighted: bool = True) -> FloatArray:
-    """Equivalent continuous level in dB(A) (dB if not `weighted`) of records (n_t, ...) Pa, by their mean square.
+    """Return the equivalent continuous level of records, from their mean square.
 
-    sample_rate: Hz.  Weighted in the frequency domain, the record taken as periodic (Parseval).
+    Parameters
+    ----------
+    signal : (n_t, …) array
+        Sound pressure (Pa).
+    sample_rate : float
+        Sampling rate (Hz).
+    weighted : bool
+        Apply A-weighting.
+
+    Returns
+    -------
+    (…) array
+        Level in dB(A), or in dB if not `weighted`.
+
+    Raises
+    ------
+    InputError
+        If the signal is empty, or the sampling rate is not positive and finite.
+
+    Notes
+    -----
+    The weighting is applied in the frequency domain (Parseval).  The record is taken as periodic.
     """
     check_arguments(equivalent, locals())
     signal = np.asarray(signal, dtype=float)
@@ -74,10 +155,28 @@ def equivalent(signal: FloatArray, *, sample_rate: float, weighted: bool = True)
 
 
 def time_history(frequency: FloatArray, pressure: ComplexArray, *, sample_rate: float) -> tuple[FloatArray, FloatArray]:
-    """One period of the signal p(t) = Re Σ p_n e^{jω_n t} of harmonic lines, by inverse FFT.
+    """Return one period of the signal of harmonic lines: p(t) = Re Σ p_n e^{jω_n t}, by inverse FFT.
 
-    frequency: (n_f,) Hz, whole multiples of one spacing.  pressure: (n_f, ...) peak.  sample_rate: Hz, a lower bound.
-    Returns time (n_t,) s and the signal (n_t, ...).  Raises InputError where the lines are not harmonic.
+    Parameters
+    ----------
+    frequency : (n_f,) array
+        Frequencies (Hz), rising, whole multiples of one spacing.
+    pressure : (n_f, …) complex array
+        Peak amplitudes (Pa).
+    sample_rate : float
+        Lower bound of the sampling rate (Hz), above twice the highest frequency.
+
+    Returns
+    -------
+    time : (n_t,) array
+        Times (s).
+    signal : (n_t, …) array
+        Signal (Pa).
+
+    Raises
+    ------
+    InputError
+        If the lines are not harmonic or the sampling rate is too low.
     """
     check_arguments(time_history, locals())
     frequency, pressure = np.asarray(frequency, dtype=float), np.asarray(pressure, dtype=complex)

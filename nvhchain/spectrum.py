@@ -1,4 +1,4 @@
-"""Spectra of bearing forces: single-sided complex peak amplitudes under e^{+jωt}, x(t) = Re(X e^{jωt})."""
+"""Spectra and waterfalls of bearing forces: single-sided complex peak amplitudes, x(t) = Re(X e^{jωt})."""
 
 from __future__ import annotations
 
@@ -18,24 +18,47 @@ from nvhchain.handoff import BearingForces, ComplexArray, FloatArray, ForceSpect
 from nvhchain.kinds import check_arguments
 
 BAND_MARGIN = 2.56
-"""Sampling rate over the highest frequency, at least; 2 is the limit of the sampling theorem and 2.56 the usual
-margin of signal analysers, which leaves room between the band and what folds back into it."""
+"""Least ratio of sampling rate to highest frequency. The limit of the sampling theorem is 2. Signal analysers usually
+take 2.56, which leaves room between the band and the aliased frequencies."""
 
 SPLINE_DEGREE = 7
-"""Of the interpolation from equal times to equal angles: at the five samples per period that a run-up keeps of its
-highest frequency the amplitude is right within 1e-4, at ten within 1e-6 (tests)."""
+"""Degree of the interpolation from equal times to equal angles. The amplitude error is below 1e-4 at five samples per
+period, the least that a run-up keeps, and below 1e-6 at ten (tests)."""
 
 ANGLE_OVERSAMPLING = 2.0
-"""Samples in angle over samples in time, mean over a window: where the input turns at least half as fast as on average
-in the window, the angle is sampled no more coarsely than the time was, and nothing can fold back."""
+"""Ratio of samples in angle to samples in time, mean over a window. No aliasing occurs while the input speed stays
+above half its mean over the window."""
 
 
 def amplitude_spectrum(signal: FloatArray, sample_rate: float, *, periodic: bool) -> tuple[FloatArray, ComplexArray]:
-    """Frequencies (n_f,) Hz and single-sided complex peak amplitudes (n_f, …) of `signal` (n_t, …).
+    """Return single-sided complex peak amplitudes of a signal.
 
-    periodic: the record covers whole periods, so no window (rectangular); otherwise a Hann window,
-    amplitude-corrected by its mean, after removal of the mean value. The line at 0 Hz is the mean value; it and,
-    for an even number of samples, the line at half the sampling rate are not doubled.
+    Parameters
+    ----------
+    signal : (n_t, …) array
+        Samples at equal times, any unit.
+    sample_rate : float
+        Sampling rate (Hz).
+    periodic : bool
+        True if the record covers whole periods; selects the rectangular window.  Otherwise the mean is removed and a
+        Hann window applied, amplitude-corrected by its mean.
+
+    Returns
+    -------
+    frequency : (n_f,) array
+        Frequencies (Hz).
+    amplitude : (n_f, …) complex array
+        Peak amplitudes, unit of `signal`.
+
+    Raises
+    ------
+    InputError
+        If the signal is empty.
+
+    Notes
+    -----
+    The line at 0 Hz is the mean value.  It is not doubled, nor is the line at half the sampling rate, which exists for
+    an even number of samples.
     """
     check_arguments(amplitude_spectrum, locals())
     signal = np.asarray(signal, dtype=float)
@@ -61,14 +84,35 @@ def force_spectrum(
     resolution: float | None = None,
     orders: Sequence[float] | None = None,
 ) -> ForceSpectrum:
-    """Spectrum of all bearing forces between `low` and `high` (Hz, both included).
+    """Return the spectrum of all bearing forces in a frequency band.
 
-    Rectangular window for records of whole common periods, Hann with amplitude correction otherwise.
-    resolution: Hz that must be resolved (line spacing, or 1.5 line spacings with the Hann window, its noise
-    bandwidth).
-    orders: keep only these orders of the input shaft; constant speed, and each must fall on a line of the record.
-    Raises InputError when the sampling rate is below 2.56 `high`, or the record is too short for band or
-    resolution.
+    Parameters
+    ----------
+    bearing_forces : BearingForces
+        Record of forces (N) at constant or changing speed.
+    low, high : float
+        Limits of the band (Hz), both included.
+    resolution : float, optional
+        Required resolution (Hz): the line spacing, or 1.5 line spacings with the Hann window, its noise bandwidth.
+    orders : sequence of float, optional
+        Orders of the input shaft to keep; others are dropped.  The speed must be constant, and each order must fall on
+        a line of the record.
+
+    Returns
+    -------
+    ForceSpectrum
+        Peak amplitudes (N) of the lines in the band.
+
+    Raises
+    ------
+    InputError
+        If the sampling rate is below 2.56 `high`, the record is too short for band or resolution, or an order falls
+        between lines.
+
+    Notes
+    -----
+    The window is rectangular for records of whole common periods, and a Hann window with amplitude correction
+    otherwise.
     """
     check_arguments(force_spectrum, locals())
     require(0.0 <= low < high, f"band {low:g}…{high:g} Hz: low must not be negative and high must lie above low")
@@ -87,7 +131,7 @@ def force_spectrum(
         f"{reached / spacing / (resolution or 1.0):.4g} s",
     )
     frequency, amplitude = amplitude_spectrum(bearing_forces.force, rate, periodic=bearing_forces.periodic)
-    # a limit that falls on a line includes it whatever the rounding
+    # a line at a limit is included in spite of rounding
     inside = np.flatnonzero((frequency >= low - 1e-6 * spacing) & (frequency <= high + 1e-6 * spacing))
     speed = bearing_forces.input_speed
     constant = bool(np.ptp(speed) <= 1e-9 * np.abs(speed).max())
@@ -108,7 +152,7 @@ def force_spectrum(
 
 
 def _lines_of(orders: Sequence[float], turns_per_second: float, spacing: float, inside: np.ndarray) -> np.ndarray:
-    """Indices of the lines at `orders`, those in the band; InputError when an order falls between lines."""
+    """Return the indices of the lines at `orders` that lie in the band; an order between lines is an InputError."""
     place = np.unique(np.asarray(orders, dtype=float)) * turns_per_second / spacing
     off = np.abs(place - np.round(place))
     if len(place) and off.max() > 1e-3:
@@ -122,18 +166,28 @@ def _lines_of(orders: Sequence[float], turns_per_second: float, spacing: float, 
 
 
 def _hann(n: int) -> FloatArray:
-    """(n,) periodic Hann window with the sum 1."""
+    """Return the periodic Hann window (n,), normalised to the sum 1."""
     window = 0.5 - 0.5 * np.cos(2.0 * np.pi * np.arange(n) / n)
     return np.asarray(window / window.sum())
 
 
 @dataclass(frozen=True, eq=False)
 class Waterfall:
-    """Spectra along a record: single-sided complex peak amplitudes of windows that follow each other.
+    """Spectra along a record: single-sided complex peak amplitudes of successive windows.
 
-    time (n_window,): s, middle of each window.  input_speed (n_window,): rad/s, its mean there.
-    axis (n_line,): Hz, or orders of the input where `of_orders`.  amplitude (n_window, n_line, …): unit of the signal;
-    under e^{jωt} from the window's start, or e^{j order angle} from the input's angle at the record's start.
+    Parameters
+    ----------
+    time : (n_window,) array
+        Middles of the windows (s).
+    input_speed : (n_window,) array
+        Mean input speed in each window (rad/s).
+    axis : (n_line,) array
+        Frequencies (Hz), or orders of the input if `of_orders`.
+    amplitude : (n_window, n_line, …) complex array
+        Peak amplitudes, unit of the signal.  The phase refers to e^{jωt} from the window's start, or to e^{j order
+        angle} from the input's angle at the record's start.
+    of_orders : bool
+        True if `axis` holds orders.
     """
 
     time: FloatArray
@@ -144,11 +198,21 @@ class Waterfall:
 
 
 class WindowedRecord(TypedDict):
-    """What both waterfalls take by name.
+    """Keyword arguments shared by `waterfall` and `order_waterfall`.
 
-    sample_rate: Hz.  input_speed: (n_t,) rad/s.  resolution: Hz (`waterfall`) or orders (`order_waterfall`) that must
-    be resolved, 1.5 line spacings, the noise bandwidth of the Hann window.  high: last line, Hz or order.
-    overlap: of windows that follow each other, 0 … 1; 0.75 where it is left out.
+    Parameters
+    ----------
+    sample_rate : float
+        Sampling rate (Hz).
+    input_speed : (n_t,) array
+        Input speed (rad/s).
+    resolution : float
+        Required resolution: Hz in `waterfall`, orders in `order_waterfall`.  It equals 1.5 line spacings, the noise
+        bandwidth of the Hann window.
+    high : float
+        Last line (Hz or order).
+    overlap : float, optional
+        Overlap of successive windows, 0 … 1; 0.75 by default.
     """
 
     sample_rate: float
@@ -159,11 +223,28 @@ class WindowedRecord(TypedDict):
 
 
 def waterfall(signal: FloatArray, **record: Unpack[WindowedRecord]) -> Waterfall:
-    """Short-time spectra against frequency: Hann windows, amplitude-corrected.
+    """Return short-time spectra against frequency: Hann windows, amplitude-corrected.
 
-    signal: (n_t, …), such as `BearingForces.force`.  record: `WindowedRecord`, resolution and high in Hz; a line that
-    sweeps by more than the resolution within a window is smeared, which `order_waterfall` avoids.
-    Raises InputError when the sampling rate is below 2.56 `high` or the record is shorter than a window.
+    Parameters
+    ----------
+    signal : (n_t, …) array
+        Samples, such as `BearingForces.force`.
+    **record : WindowedRecord
+        Sampling rate, input speed, resolution and last line (Hz), overlap.
+
+    Returns
+    -------
+    Waterfall
+        One spectrum per window.
+
+    Raises
+    ------
+    InputError
+        If the sampling rate is below 2.56 `high`, or the record is shorter than a window.
+
+    Notes
+    -----
+    A line is smeared where it sweeps by more than the resolution within a window.  `order_waterfall` avoids this.
     """
     check_arguments(waterfall, locals())
     signal, sample_rate, input_speed, resolution, high, overlap = _checked(signal, record)
@@ -193,13 +274,31 @@ def waterfall(signal: FloatArray, **record: Unpack[WindowedRecord]) -> Waterfall
 
 
 def order_waterfall(signal: FloatArray, **record: Unpack[WindowedRecord]) -> Waterfall:
-    """Short-angle spectra against order of the input (computed order tracking): the signal is interpolated to equal
-    angles, so that an order stays on its line however the speed changes.
+    """Return short-angle spectra against order of the input (computed order tracking).
 
-    signal: (n_t, …).  record: `WindowedRecord`; input_speed must not be negative, the angle is its integral; windows
-    last 1.5 / resolution turns; lines above the band of the record (sampling rate / 2.56) are set to 0.
+    Parameters
+    ----------
+    signal : (n_t, …) array
+        Samples at equal times.
+    **record : WindowedRecord
+        Sampling rate, input speed (not negative), resolution and last line (orders), overlap.
+
+    Returns
+    -------
+    Waterfall
+        One spectrum per window; windows last 1.5 / resolution turns of the input.
+
+    Raises
+    ------
+    InputError
+        If the input turns backwards or by less than a window.
+
+    Notes
+    -----
+    The signal is interpolated to equal angles, so that an order stays on its line at any speed.  The angle is the
+    integral of the input speed.  Lines above the band of the record (sampling rate / 2.56) are set to 0.
+
     Source: K. R. Fyfe, E. D. S. Munck, Mech. Syst. Signal Process. 11 (1997) 187–205.
-    Raises InputError when the input turns backwards or less than a window.
     """
     check_arguments(order_waterfall, locals())
     signal, sample_rate, input_speed, resolution, high, overlap = _checked(signal, record)
@@ -233,12 +332,31 @@ def order_waterfall(signal: FloatArray, **record: Unpack[WindowedRecord]) -> Wat
 
 
 def sweep_waterfall(records: Sequence[BearingForces], quantity: str = "force", *, high: float) -> Waterfall:
-    """Orders of steady records, such as `dynamics.steady_sweep` leaves, over their speeds: a waterfall without windows.
+    """Return the orders of steady records over their speeds: a waterfall without windows.
 
-    records: periodic, at constant speeds that differ.  quantity: what `BearingForces.recorded` gives.  high: last
-    order. The lines are those that all records have: multiples of one over the turns of their common periods.
-    Amplitudes are under e^{j order angle} from each record's start; `time` is as if one followed the other.
-    Raises InputError for records that are not periodic, of changing or equal speeds, or sampled too coarsely.
+    Parameters
+    ----------
+    records : sequence of BearingForces
+        Periodic records at different constant speeds, such as those of `dynamics.steady_sweep`.
+    quantity : str
+        Name of a quantity of `BearingForces.recorded`.
+    high : float
+        Last order.
+
+    Returns
+    -------
+    Waterfall
+        One spectrum per record, in rising speed.
+
+    Raises
+    ------
+    InputError
+        If records are not periodic, change their speed, repeat a speed or are sampled too coarsely.
+
+    Notes
+    -----
+    The lines are those common to all records: multiples of one over the turns of their common period.  Phases refer to
+    e^{j order angle} from each record's start.  `Waterfall.time` counts as if the records followed each other.
     """
     check_arguments(sweep_waterfall, locals())
     require(
@@ -276,7 +394,7 @@ def sweep_waterfall(records: Sequence[BearingForces], quantity: str = "force", *
 
 
 def _whole_multiples(turns: FloatArray) -> list[int]:
-    """How many times each of `turns` holds their largest common part; InputError where they have none."""
+    """Return the ratios of `turns` to their greatest common divisor; turns without one are an InputError."""
     ratios = [Fraction(float(t / turns[0])).limit_denominator(1000) for t in turns]
     require(
         all(abs(float(r) * turns[0] / t - 1.0) <= 1e-6 for r, t in zip(ratios, turns, strict=True)),
@@ -287,7 +405,25 @@ def _whole_multiples(turns: FloatArray) -> list[int]:
 
 
 def order_cut(of: Waterfall, orders: Sequence[float]) -> ComplexArray:
-    """(n_window, n_order, …) amplitudes of single orders along an order waterfall; each must be one of its lines."""
+    """Return the amplitudes of single orders along an order waterfall.
+
+    Parameters
+    ----------
+    of : Waterfall
+        Waterfall of orders.
+    orders : sequence of float
+        Orders to pick; each must be a line of the waterfall.
+
+    Returns
+    -------
+    (n_window, n_order, …) complex array
+        Peak amplitudes, in the order of `orders`.
+
+    Raises
+    ------
+    InputError
+        If the waterfall has no order axis, or an order is not one of its lines.
+    """
     check_arguments(order_cut, locals())
     require(of.of_orders, "an order cut needs a waterfall of orders: make it with order_waterfall")
     spacing = float(of.axis[1]) if len(of.axis) > 1 else 1.0
@@ -300,12 +436,12 @@ def order_cut(of: Waterfall, orders: Sequence[float]) -> ComplexArray:
 
 
 def _along(line: ComplexArray, dimensions: int) -> ComplexArray:
-    """`line` (n,) with axes added, to multiply an array of so many dimensions along its first axis."""
+    """Append axes to `line` (n,) for multiplication along the first axis of an array of `dimensions` axes."""
     return line.reshape((-1,) + (1,) * (dimensions - 1))
 
 
 def _checked(signal: FloatArray, record: WindowedRecord) -> tuple[FloatArray, float, FloatArray, float, float, float]:
-    """Signal, sampling rate, input speed, resolution, last line and overlap of the windows."""
+    """Check a windowed record; return signal, sampling rate, input speed, resolution, last line and overlap."""
     signal, input_speed = np.asarray(signal, dtype=float), np.asarray(record["input_speed"], dtype=float)
     sample_rate, resolution, high = record["sample_rate"], record["resolution"], record["high"]
     overlap = record.get("overlap", 0.75)

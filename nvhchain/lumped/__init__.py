@@ -1,4 +1,4 @@
-"""Lumped models: the gear pair with one degree of freedom and backlash, and the torsional test rig."""
+"""Lumped models: a gear pair with one degree of freedom and backlash, and the torsional test rig."""
 
 from nvhchain.lumped.gear_pairs import BASE_RADIUS, THESIS_PAIRS, PairData, thesis_pair
 from nvhchain.lumped.harmonic_balance import PeriodicResponse, periodic_response

@@ -1,9 +1,9 @@
-"""The time loop of the gear pair: classical Runge–Kutta steps of fourth order, one curve or four side by side.
+"""Compiled time loop of the gear pair: Runge–Kutta steps of fourth order for one curve, or for four side by side.
 
-With u = h v the step of ẍ = f − d v − κ(θ) g(x) has h only in its coefficients. Written as below, a stage needs
-the previous acceleration in one multiplication only: the chain of dependent operations, which is what a single
-curve costs, is a third shorter than in the textbook order of the same formula. Four curves that pass the same
-speeds share the phase, and their independent chains fill the idle units of the processor.
+With u = h v the step of ẍ = f − d v − κ(θ) g(x) has h only in its coefficients. As written below, each Runge–Kutta
+stage needs the previous acceleration in one multiplication only.  The chain of dependent operations sets the time of a
+single curve.  It is a third shorter than in the textbook order of the same formula. Four curves that pass the same
+speeds share the phase.  Their independent chains fill the idle units of the processor.
 """
 
 from __future__ import annotations
@@ -11,13 +11,16 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-# sums are not reordered; NaN is found after the loop, where the state is checked
+# sums keep their order; the state is checked for NaN after the loop
 _FAST = {"contract", "nnan", "nsz"}
 
 
 @njit("UniTuple(f8, 2)(f8, f8, f8, f8, f8, f8, f8, f8)", forceinline=True, cache=True, fastmath=_FAST)
 def _step(x, u, k0, k1, k2, f, d, b):  # type: ignore[no-untyped-def]
-    """One step of h = 1: stiffness at its start, middle and end; f, d, b: load, damping, half the backlash."""
+    """Advance x and u = h v by one step of length 1.
+
+    k0, k1, k2: stiffness at start, middle and end of the step.  f, d, b: load, damping, half the backlash.
+    """
     rest = f - d * u
     a1 = rest - k0 * (x - max(min(x, b), -b))
     y = x + 0.5 * u
@@ -34,7 +37,7 @@ def _step(x, u, k0, k1, k2, f, d, b):  # type: ignore[no-untyped-def]
 
 @njit("f8(f8[:, :, ::1], u8, u8, f8)", forceinline=True, cache=True, fastmath=_FAST)
 def _cubic(table, cell, lane, r):  # type: ignore[no-untyped-def]
-    """Stiffness over mass of a curve at fraction `r` of a cell."""
+    """Return the stiffness over mass of curve `lane` at fraction `r` of a cell."""
     return (
         (table[cell, 0, lane] * r + table[cell, 1, lane]) * r + table[cell, 2, lane]
     ) * r + table[cell, 3, lane]  # fmt: skip
@@ -42,7 +45,10 @@ def _cubic(table, cell, lane, r):  # type: ignore[no-untyped-def]
 
 @njit("UniTuple(f8, 3)(f8, f8, f8, f8)", forceinline=True, cache=True, fastmath=_FAST)
 def _turned(p, rate, rise, n):  # type: ignore[no-untyped-def]
-    """Phase in cells in the middle and at the end of a step from `p`, and the cells of the next step."""
+    """Advance the phase `p` (cells) by a step; return the phase at its middle and end, and the rate of the next step.
+
+    rate: cells per step.  rise: its change, cells per step².  n: cells of the table, after which the phase repeats.
+    """
     q = p + 0.5 * rate + 0.125 * rise
     if q >= n:
         q -= n
@@ -65,7 +71,7 @@ _loop = njit(
 
 @_loop
 def march_one(table, load, damping, gap, state, steps, schedule, stride, statistics, samples):  # type: ignore[no-untyped-def]
-    """Advance lane 0 of `state` in place; arguments as `march_four`."""
+    """Advance lane 0 of `state` in place; arguments as in `march_four`."""
     n = float(table.shape[0])
     x, v = state[0, 0], state[1, 0]
     b = gap[0]
@@ -106,12 +112,29 @@ def march_one(table, load, damping, gap, state, steps, schedule, stride, statist
 def march_four(table, load, damping, gap, state, steps, schedule, stride, statistics, samples):  # type: ignore[no-untyped-def]
     """Advance four curves in place through windows of constant step and linearly rising speed.
 
-    table (n_cell, 4, 4): cubic coefficients, highest power first, of stiffness over mass in 1/s², per curve; cells
-    divide one period.  load N/kg, damping 1/s, gap m (4,).  state (2, 4): x m, v m/s.
-    steps (n_w,).  schedule (n_w, 4): step s, phase at the start in cells, cells per step, cells per step².
-    stride (n_w,): steps from one sample to the next, 0 for none; the count runs on through windows of equal stride.
-    statistics (n_w, 4, 4): filled with sum, sum of squares, lowest and highest x of each window.
-    samples (n_sample, 4): filled with x in m.
+    Parameters
+    ----------
+    table : (n_cell, 4, 4) array
+        Cubic coefficients of stiffness over mass (1/s²) per cell and curve, highest power first.  The cells divide one
+        period.
+    load : (4,) array
+        Load over mass (N/kg).
+    damping : (4,) array
+        Damping over mass (1/s).
+    gap : (4,) array
+        Half the backlash (m).
+    state : (2, 4) array
+        x (m) and v (m/s); overwritten.
+    steps : (n_w,) int array
+        Number of steps per window.
+    schedule : (n_w, 4) array
+        Step (s), phase at the start (cells), cells per step, cells per step².
+    stride : (n_w,) int array
+        Steps between stored samples, 0 for none.  The count continues through windows of equal stride.
+    statistics : (n_w, 4, 4) array
+        Output: sum, sum of squares, lowest and highest x of each window (m, m²).
+    samples : (n_sample, 4) array
+        Output: x (m).
     """
     n = float(table.shape[0])
     x0, x1, x2, x3 = state[0, 0], state[0, 1], state[0, 2], state[0, 3]

@@ -1,4 +1,4 @@
-"""The four gear pairs of the thesis's table 3.2: a solid gear against four lightweight ones."""
+"""Four gear pairs of the thesis's table 3.2: a solid gear against four lightweight ones."""
 
 from __future__ import annotations
 
@@ -13,19 +13,35 @@ from nvhchain.lumped.pair import GearPair, pair_from_error, static_transmission_
 
 TEETH = 57
 BASE_RADIUS = 0.5 * TEETH * 2.6e-3 * cos(radians(20.0))
-"""m, of both gears: z = 57, m = 2.6 mm, α = 20°."""
+"""Base radius of both gears (m): z = 57, m = 2.6 mm, α = 20°."""
 
 HALF_BACKLASH = 50e-6
-"""m along the line of action; table 3.2 gives none. 0.1 mm is common at this module, and wide enough that contact loss
-never reaches the back flank."""
+"""Half the backlash along the line of action (m); not given in table 3.2. A backlash of 0.1 mm is common at this
+module. It is wide enough that contact loss never reaches the back flank."""
 
 
 @dataclass(frozen=True)
 class PairData:
     """One row of table 3.2.
 
-    average_stiffness: N/m.  mesh_amplitude, blank_amplitude: m, of the STE at mesh order and at blank_order per turn.
-    mass: kg, implied by the printed natural frequencies (their ratios follow √k; the stated inertias do not give them).
+    Parameters
+    ----------
+    blank : str
+        Name of the lightweight blank.
+    average_stiffness : float
+        Average mesh stiffness (N/m).
+    mesh_amplitude : float
+        Amplitude of the STE at mesh order (m).
+    blank_amplitude : float
+        Amplitude of the STE at `blank_order` (m).
+    blank_order : int
+        Order of the blank, per turn.
+    mass : float
+        Equivalent mass (kg), implied by the printed natural frequencies.
+
+    Notes
+    -----
+    The ratios of the printed natural frequencies follow √k.  The stated inertias do not give these frequencies.
     """
 
     blank: str
@@ -42,14 +58,35 @@ THESIS_PAIRS = {
     "c": PairData("thinner web", 2.42e8, 3.92e-6, 0.0, 1, 0.668),
     "d": PairData("3 slots, mass of c", 1.35e8, 3.89e-6, 9.58e-6, 3, 0.622),
 }
-"""Table 3.2 at 350 Nm; amplitudes read as those of a cosine."""
+"""Table 3.2 at 350 Nm. Its amplitudes are taken as those of a cosine."""
 
 
 def thesis_pair(name: str, *, torque: float = 350.0, damping_ratio: float = 0.06) -> GearPair:
-    """Pair `a`, `b`, `c` or `d` over one turn, with STE_av = F/k_av and only the tabulated harmonics.
+    """Return pair `a`, `b`, `c` or `d` of table 3.2 over one turn.
 
-    The mean of k = F/STE exceeds the tabulated average by 1.6 … 4.2 % with these curves.  torque: Nm.  The error
-    curve is the one at 350 Nm scaled with the load, as a constant stiffness curve scales it.
+    Parameters
+    ----------
+    name : str
+        Row of table 3.2.
+    torque : float
+        Torque (Nm).
+    damping_ratio : float
+        Fraction of critical damping.
+
+    Returns
+    -------
+    GearPair
+        Pair with STE_av = F/k_av and only the tabulated harmonics.
+
+    Raises
+    ------
+    InputError
+        If the table has no such row.
+
+    Notes
+    -----
+    The mean of k = F/STE exceeds the tabulated average by 1.6 … 4.2 % with these curves.  The error curve is the one at
+    350 Nm scaled with the load.  A constant stiffness curve scales in the same way.
     """
     check_arguments(thesis_pair, locals())
     require(name in THESIS_PAIRS, f"pair {name!r} is not in table 3.2: choose from {', '.join(THESIS_PAIRS)}")
@@ -61,7 +98,7 @@ def thesis_pair(name: str, *, torque: float = 350.0, damping_ratio: float = 0.06
         teeth=TEETH,
         blank_order=data.blank_order,
     )
-    # all over one turn, so that they march side by side
+    # all pairs cover one turn, so that they are integrated side by side
     error = np.tile(error, TEETH // cycles) * (torque / 350.0)
     return pair_from_error(
         error,

@@ -1,7 +1,8 @@
-"""Periodic motions of a gear pair by harmonic balance, followed through jumps: the peer of the time integration.
+"""Periodic motions of a gear pair by harmonic balance with arc-length continuation through jumps.
 
-x = Σ X_n e^{jnωt} over the body period, the contact force by alternating between frequency and time. The curve is
-followed by its arc length, so that the branch between two jumps, which no integration settles on, is found as well.
+x = Σ X_n e^{jnωt} over the body period.  The contact force is computed by alternating between frequency and time.
+Continuation follows the curve by its arc length.  It therefore finds the branch between two jumps, on which no time
+integration settles. The method is independent of the time integration and serves to check it.
 """
 
 from __future__ import annotations
@@ -19,16 +20,22 @@ from nvhchain.kinds import check_arguments
 from nvhchain.lumped.pair import GearPair
 
 FOLD_RESOLUTION = 1e-4
-"""Relative: two turns of the curve closer than this cancel; where flanks touch, the samples of a period let the curve
-waver by that much."""
+"""Relative distance below which two folds of the curve cancel. Where flanks touch, the finite number of samples per
+period makes the curve waver by that much."""
 
 
 @dataclass(frozen=True, eq=False)
 class PeriodicResponse:
     """Points along a response curve, in the order of its arc length.
 
-    mesh_frequency (n,) Hz.  coefficients (n, harmonics + 1) m: single-sided complex amplitudes of x at multiples of
-    the body frequency, mean first.  lowest, highest (n,) m.
+    Parameters
+    ----------
+    mesh_frequency : (n,) array
+        Mesh frequency (Hz).
+    coefficients : (n, harmonics + 1) complex array
+        Single-sided amplitudes of x (m) at multiples of the body frequency, mean first.
+    lowest, highest : (n,) array
+        Extremes of x (m).
     """
 
     mesh_frequency: FloatArray
@@ -38,12 +45,12 @@ class PeriodicResponse:
 
     @property
     def rms(self) -> FloatArray:
-        """(n,) m, of the oscillating part."""
+        """RMS of the oscillating part (m), shape (n,)."""
         return np.asarray(np.sqrt(0.5 * (np.abs(self.coefficients[:, 1:]) ** 2).sum(axis=1)))
 
     @property
     def folds(self) -> FloatArray:
-        """Hz: where the curve turns back, that is where a sweep has to jump, in the order of the curve."""
+        """Frequencies (Hz) at which the curve turns back and a sweep has to jump, in the order of the curve."""
         f = self.mesh_frequency
         turn = np.flatnonzero((f[1:-1] - f[:-2]) * (f[2:] - f[1:-1]) < 0) + 1
         found: list[float] = []
@@ -62,17 +69,39 @@ class PeriodicResponse:
 
     @property
     def _points(self) -> FloatArray:
-        """(n, 2) response and frequency, each scaled by its largest value."""
+        """Response and frequency (n, 2), each scaled by its largest value."""
         return np.stack([self.rms / self.rms.max(), self.mesh_frequency / self.mesh_frequency.max()], axis=1)
 
 
 def periodic_response(
     pair: GearPair, start: float, stop: float, *, fidelity: LumpedFidelity = LUMPED
 ) -> PeriodicResponse:
-    """Follow the periodic motion from mesh frequency `start` to `stop` (Hz) over all turns of the curve.
+    """Follow the periodic motion from mesh frequency `start` to `stop` over all folds of the curve.
 
-    Begins with the motion reached by Newton's method from static deflection, so `start` should lie where the
-    response is unique.  Raises SolverError where Newton's method fails at the smallest step.
+    Parameters
+    ----------
+    pair : GearPair
+        Gear pair with a load.
+    start, stop : float
+        Mesh frequencies (Hz).  The response at `start` should be unique.
+    fidelity : LumpedFidelity
+        Harmonics, samples, arc step and residual.
+
+    Returns
+    -------
+    PeriodicResponse
+        Points along the curve.
+
+    Raises
+    ------
+    InputError
+        If the frequencies are not positive and different, the pair carries no load, or the samples are too few.
+    SolverError
+        If Newton's method fails at the smallest step, or the points do not suffice to reach `stop`.
+
+    Notes
+    -----
+    Newton's method starts from the static deflection.
     """
     check_arguments(periodic_response, locals())
     require(
@@ -117,10 +146,10 @@ def periodic_response(
 
 @dataclass(frozen=True, eq=False)
 class _Balance:
-    """The balance in units of static deflection and natural frequency: Ω² D2 a + Ω D1 a + S⁺ κ g(S a) = e0.
+    """Harmonic balance in units of static deflection and natural frequency: Ω² D2 a + Ω D1 a + S⁺ κ g(S a) = e0.
 
-    a: mean, cosine and sine coefficients.  Ω: mesh frequency over the natural one.  series S (n_t, n_a) takes a to
-    the time samples, projection S⁺ back.
+    a: mean, cosine and sine coefficients.  Ω: mesh frequency over natural frequency. series: S (n_t, n_a), maps a to
+    the time samples.  projection: S⁺ (n_a, n_t), maps them back.
     """
 
     harmonics: int
@@ -135,6 +164,7 @@ class _Balance:
 
     @classmethod
     def of(cls, pair: GearPair, fidelity: LumpedFidelity) -> _Balance:
+        """Set up the balance of `pair`; too few samples or a missing load are an InputError."""
         require(
             fidelity.harmonic_samples >= 8 * fidelity.harmonics,
             f"{fidelity.harmonic_samples} harmonic_samples cannot hold products of {fidelity.harmonics} harmonics: use "
@@ -162,7 +192,7 @@ class _Balance:
         )
 
     def residual(self, u: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Residual (n_a,) and its derivative (n_a, n_a + 1) by coefficients and frequency."""
+        """Return the residual (n_a,) and its derivative (n_a, n_a + 1) with respect to coefficients and frequency."""
         a, ratio = u[:-1], u[-1] / self.cycles
         n = self.harmonics
         order = np.arange(1, n + 1)
@@ -189,7 +219,10 @@ class _Balance:
         return res, derivative
 
     def _products(self, slope: FloatArray) -> FloatArray:
-        """(n_a, n_a) S⁺ diag(slope) S from the transform of `slope`; harmonics multiply into sums and differences."""
+        """Return S⁺ diag(slope) S (n_a, n_a) from the transform of `slope`.
+
+        Harmonics multiply into sums and differences of their orders.
+        """
         n, n_t = self.harmonics, len(slope)
         lines = np.fft.rfft(slope)[: 2 * n + 1] * (2.0 / n_t)
         even = np.concatenate([lines.real[:0:-1], lines.real])
@@ -206,7 +239,7 @@ class _Balance:
         return matrix
 
     def newton(self, u: FloatArray, normal: FloatArray, fidelity: LumpedFidelity) -> FloatArray:
-        """The point of the curve in the plane through `u` normal to `normal`."""
+        """Return the point of the curve in the plane through `u` normal to `normal`."""
         u = u.copy()
         for _ in range(fidelity.newton_iterations):
             res, derivative = self.residual(u)
@@ -216,7 +249,7 @@ class _Balance:
         raise SolverError(f"harmonic balance did not converge at {u[-1] * self.unit:g} Hz")
 
     def tangent(self, u: FloatArray, along: FloatArray) -> FloatArray:
-        """Unit tangent of the curve at `u`, on the side of `along`."""
+        """Return the unit tangent of the curve at `u`, on the side of `along`."""
         _, derivative = self.residual(u)
         direction = np.linalg.solve(np.vstack([derivative, along]), np.eye(len(u))[-1])
         return np.asarray(direction / np.linalg.norm(direction))

@@ -18,29 +18,45 @@ from nvhchain.lumped._march import march_four, march_one
 from nvhchain.lumped.pair import GearPair
 
 LANES = 4
-"""Curves that one call advances side by side."""
+"""Number of curves that one call advances side by side."""
 
 
 WAVE_STEPS = 4.0
-"""Steps in a wave of the stiffness curve, at least: Runge–Kutta reads the curve twice in a step."""
+"""Least number of steps in a wave of the stiffness curve. Runge–Kutta evaluates the curve twice per step."""
 
 NOTICED = 1e-2
-"""Of the mean stiffness: amplitude from which a harmonic of the curve counts as a wave to be resolved."""
+"""Amplitude, relative to the mean stiffness, from which a harmonic of the curve must be resolved."""
 
 
 DAMPING_LIMIT = 2.5
-"""Step times decay rate, at most: on the negative real axis Runge–Kutta of fourth order is stable up to 2.785 (Hairer &
-Wanner, Solving Ordinary Differential Equations II, ch. IV.2)."""
+"""Largest product of step and decay rate. On the negative real axis Runge–Kutta of fourth order is stable up to 2.785
+(Hairer & Wanner, Solving Ordinary Differential Equations II, ch. IV.2)."""
 
 
 @dataclass(frozen=True, eq=False)
 class Windows:
     """Successive stretches of time, each with its own step and statistics.
 
-    step (n_w,) s.  steps (n_w,): their number.  phase (n_w,): mesh cycles since angle 0, at the start.
-    frequency (n_w,) Hz of the mesh at the start, 0 or more throughout.  rate: Hz/s, its rise.
-    stride (n_w,): steps from one stored sample to the next, 0 for none; the first follows that many steps after the
-    start, and the count runs on through windows of equal stride.
+    Parameters
+    ----------
+    step : (n_w,) array
+        Time step (s).
+    steps : (n_w,) int array
+        Number of steps.
+    phase : (n_w,) array
+        Mesh cycles since angle 0, at the start.
+    frequency : (n_w,) array
+        Mesh frequency at the start (Hz); not negative up to the end of the window.
+    stride : (n_w,) int array
+        Steps between stored samples, 0 for none.  The first sample follows that many steps after the start. The count
+        continues through windows of equal stride.
+    rate : float
+        Rise of the mesh frequency (Hz/s), the same in all windows.
+
+    Raises
+    ------
+    InputError
+        If shapes differ, a step is not positive or the mesh frequency becomes negative.
     """
 
     step: FloatArray
@@ -77,12 +93,12 @@ class Windows:
 
     @property
     def ends(self) -> FloatArray:
-        """(n_w,) Hz of the mesh at the end."""
+        """Mesh frequency at the end of each window (Hz), shape (n_w,)."""
         return np.asarray(self.frequency + self.rate * self.step * self.steps)
 
     @property
     def sample_count(self) -> int:
-        """Samples stored in all."""
+        """Number of stored samples."""
         count = 0
         edges = np.flatnonzero(np.diff(self.stride)) + 1
         for part in np.split(np.arange(len(self.stride)), edges):
@@ -93,10 +109,20 @@ class Windows:
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """What an integration leaves.
+    """Result of an integration.
 
-    mean, rms, lowest, highest (n_w, n_pair) m: of x in each window, rms of its oscillating part.
-    samples (n_sample, n_pair) m.  state (2, n_pair): x m and ẋ m/s at the end.
+    Parameters
+    ----------
+    mean : (n_w, n_pair) array
+        Mean of x in each window (m).
+    rms : (n_w, n_pair) array
+        RMS of the oscillating part of x (m).
+    lowest, highest : (n_w, n_pair) array
+        Extremes of x (m).
+    samples : (n_sample, n_pair) array
+        Stored samples of x (m).
+    state : (2, n_pair) array
+        x (m) and ẋ (m/s) at the end.
     """
 
     mean: FloatArray
@@ -108,7 +134,7 @@ class Motion:
 
 
 def at_static_equilibrium(pairs: Sequence[GearPair]) -> FloatArray:
-    """State (2, n_pair): at rest on the drive flank at angle 0."""
+    """Return the state (2, n_pair) at rest on the drive flank at angle 0."""
     return np.array([[p.half_backlash + p.force / p.stiffness[0] for p in pairs], [0.0] * len(pairs)])
 
 
@@ -120,12 +146,36 @@ def integrate(
     fidelity: LumpedFidelity = LUMPED,
     executor: Executor | None = None,
 ) -> Motion:
-    """March all pairs through the same windows; stiffness between its samples by a periodic cubic spline.
+    """Integrate all pairs through the same windows.
 
-    state (2, n_pair): start, by default at rest in static equilibrium.
-    executor: runs groups of four pairs in parallel (threads: the loop holds no lock).
-    Raises InputError where a step does not resolve a pair's natural period, a mesh cycle or the harmonics of the
-    stiffness curve, SolverError where the motion overflows (undamped parametric resonance).
+    Parameters
+    ----------
+    pairs : sequence of GearPair
+        Gear pairs.
+    windows : Windows
+        Steps and speeds.
+    state : (2, n_pair) array, optional
+        Start: x (m) and ẋ (m/s); by default at rest in static equilibrium.
+    fidelity : LumpedFidelity
+        Least number of steps per period.
+    executor : Executor, optional
+        Runs groups of four pairs in parallel; threads suffice, as the loop holds no lock.
+
+    Returns
+    -------
+    Motion
+        Statistics per window, samples and final state.
+
+    Raises
+    ------
+    InputError
+        If a step does not resolve a natural period, a mesh cycle or the harmonics of the stiffness curve.
+    SolverError
+        If the motion overflows (undamped parametric resonance).
+
+    Notes
+    -----
+    A periodic cubic spline gives the stiffness between its samples.
     """
     check_arguments(integrate, locals())
     require(len(pairs) > 0, "no gear pair given: at least one is needed")
@@ -135,7 +185,7 @@ def integrate(
     groups: dict[tuple[int, int], list[int]] = {}
     for index, pair in enumerate(pairs):
         groups.setdefault((len(pair.stiffness), pair.mesh_cycles), []).append(index)
-    # four at a time; a pair left alone takes the faster loop for one
+    # four at a time; a single remaining pair takes the faster loop for one
     lots = [lot[i : i + LANES] for lot in groups.values() for i in range(0, len(lot), LANES)]
     jobs = [([pairs[i] for i in lot], windows, np.ascontiguousarray(start[:, lot])) for lot in lots]
     results = (
@@ -158,6 +208,7 @@ def integrate(
 
 
 def _check_steps(pairs: Sequence[GearPair], windows: Windows, fidelity: LumpedFidelity) -> None:
+    """Check that the steps resolve natural periods, mesh cycles and stiffness waves, and that damping is stable."""
     longest = float(windows.step.max())
     shortest = 2.0 * np.pi / max(np.sqrt(p.stiffness.max() / p.mass) for p in pairs)
     allowed = shortest / fidelity.steps_per_period
@@ -190,16 +241,16 @@ def _check_steps(pairs: Sequence[GearPair], windows: Windows, fidelity: LumpedFi
 
 
 def _waves(pair: GearPair) -> float:
-    """Of the fastest noticeable harmonic of the stiffness curve, per mesh cycle."""
+    """Return the order, per mesh cycle, of the highest harmonic of the stiffness curve above `NOTICED`."""
     line = np.abs(np.fft.rfft(pair.stiffness)) * (2.0 / len(pair.stiffness))
     noticed = np.flatnonzero(line[1:] > NOTICED * pair.mean_stiffness)
     return float(noticed[-1] + 1) / pair.mesh_cycles if len(noticed) else 0.0
 
 
 def _march(pairs: Sequence[GearPair], windows: Windows, state: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Statistics (n_w, 4, n), samples (n_sample, n) and final state (2, n) of up to four pairs of one table size."""
+    """Integrate up to four pairs of one table size; return statistics (n_w, 4, n), samples and final state (2, n)."""
     n, lanes = len(pairs), 1 if len(pairs) == 1 else LANES
-    # idle lanes repeat the last pair
+    # unused lanes repeat the last pair
     lane = [min(i, n - 1) for i in range(lanes)]
     cells, cycles = len(pairs[0].stiffness), pairs[0].mesh_cycles
     node = np.arange(cells + 1)
@@ -217,7 +268,7 @@ def _march(pairs: Sequence[GearPair], windows: Windows, state: FloatArray) -> tu
     schedule[:, 1] = (windows.phase % cycles) * per_cycle
     schedule[:, 2] = per_cycle * windows.frequency * windows.step
     schedule[:, 3] = per_cycle * windows.rate * windows.step**2
-    # a phase that rounds up to the end of the table is its start
+    # a phase that rounds up to the end of the table restarts at 0
     schedule[schedule[:, 1] >= cells, 1] = 0.0
     moving = np.ascontiguousarray(state[:, lane])
     statistics = np.empty((len(windows.steps), 4, lanes))

@@ -1,4 +1,4 @@
-"""A gear pair with one degree of freedom: m ẍ + c ẋ + k(θ) g(x) = F, x the dynamic transmission error."""
+"""Gear pair with one degree of freedom: m ẍ + c ẋ + k(θ) g(x) = F, x the dynamic transmission error."""
 
 from __future__ import annotations
 
@@ -12,18 +12,36 @@ from nvhchain.handoff import FloatArray
 from nvhchain.kinds import check_arguments, check_fields
 
 WAVE_SAMPLES = 4
-"""In the shortest wave of an error curve, at least."""
+"""Least number of samples in the shortest wave of an error curve."""
 
 
 @dataclass(frozen=True, eq=False)
 class GearPair:
-    """Mass on a mesh spring that varies with the angle and has backlash (S. Shweiki's thesis, eq. 3.2).
+    """Mass on a mesh spring that varies with the angle and has backlash.
 
-    mass: kg, of both gears along the line of action.  force: N along it, ≥ 0; x > 0 closes the drive flank.
-    stiffness: (n,) N/m at equally spaced angles from 0, one body period, end point left out.
-    mesh_cycles: whole mesh cycles in the body period.
-    damping_ratio: ζ, of the critical damping at mean stiffness: c = 2 ζ √(k_mean m).
-    half_backlash: m; the flanks carry no force for abs(x) below it. With 0 the spring acts both ways, linearly.
+    Parameters
+    ----------
+    mass : float
+        Equivalent mass of both gears along the line of action (kg).
+    force : float
+        Force along the line of action (N), ≥ 0; x > 0 closes the drive flank.
+    stiffness : (n,) array
+        Mesh stiffness (N/m) at equally spaced angles from 0 over one body period, end point excluded.
+    mesh_cycles : int
+        Whole mesh cycles in the body period.
+    damping_ratio : float
+        Fraction ζ of the critical damping at mean stiffness: c = 2 ζ √(k_mean m).
+    half_backlash : float
+        Half the backlash (m); the flanks carry no force for abs(x) below it.  At 0 the spring acts both ways, linearly.
+
+    Raises
+    ------
+    InputError
+        If a value is not finite or outside its range.
+
+    Notes
+    -----
+    Source: S. Shweiki's thesis, eq. 3.2.
     """
 
     mass: float
@@ -65,17 +83,17 @@ class GearPair:
 
     @property
     def mean_stiffness(self) -> float:
-        """N/m, mean over the body period."""
+        """Mean stiffness over the body period (N/m)."""
         return float(self.stiffness.mean())
 
     @property
     def angular_frequency(self) -> float:
-        """ω_n = √(k_mean / m), rad/s."""
+        """Natural angular frequency ω_n = √(k_mean / m) (rad/s)."""
         return float(np.sqrt(self.mean_stiffness / self.mass))
 
     @property
     def natural_frequency(self) -> float:
-        """Hz, at mean stiffness with the flanks in contact."""
+        """Natural frequency (Hz) at mean stiffness with the flanks in contact."""
         return self.angular_frequency / (2.0 * pi)
 
 
@@ -88,13 +106,38 @@ def static_transmission_error(
     blank_order: int = 1,
     samples_per_mesh: int = 64,
 ) -> tuple[FloatArray, int]:
-    """STE = STE_av + STE_h cos(2π N_h ϑ) + STE_m cos(2π N_t ϑ), ϑ in turns, over one body period (thesis, ch. 3).
+    """Return a static transmission error of three terms over one body period.
 
-    average, mesh, blank: m, average and the amplitudes at mesh order `teeth` and at `blank_order`.
-    samples_per_mesh: angles per mesh cycle, so many that every wave of the curve has `WAVE_SAMPLES`.
-    Returns the curve (n,) m and the mesh cycles it covers, teeth / gcd(teeth, blank_order).
-    Raises InputError for too few angles and where the curve would not stay positive: k = F/STE needs contact
-    everywhere.
+    Parameters
+    ----------
+    average : float
+        Average STE_av (m).
+    mesh : float
+        Amplitude STE_m at mesh order `teeth` (m).
+    blank : float
+        Amplitude STE_h at `blank_order` (m).
+    teeth : int
+        Number of teeth N_t.
+    blank_order : int
+        Order of the blank N_h, per turn.
+    samples_per_mesh : int
+        Angles per mesh cycle; every wave of the curve needs at least `WAVE_SAMPLES`.
+
+    Returns
+    -------
+    error : (n,) array
+        Transmission error (m).
+    mesh_cycles : int
+        Mesh cycles in the body period, teeth / gcd(teeth, blank_order).
+
+    Raises
+    ------
+    InputError
+        If the angles are too few or the curve does not stay positive: k = F/STE needs contact everywhere.
+
+    Notes
+    -----
+    STE = STE_av + STE_h cos(2π N_h ϑ) + STE_m cos(2π N_t ϑ), ϑ in turns (thesis, ch. 3).
     """
     check_arguments(static_transmission_error, locals())
     require(
@@ -132,10 +175,36 @@ def pair_from_error(
     damping_ratio: float,
     half_backlash: float,
 ) -> GearPair:
-    """A pair whose stiffness is k = F/STE, as in the thesis (ch. 3).
+    """Return a pair with the stiffness k = F/STE.
 
-    error: (n,) m, loaded static transmission error (> 0) under `force` N over one body period of `mesh_cycles`.
-    The secant stiffness makes `force` deflect the pair by exactly `error`; at other loads it does not hold.
+    Parameters
+    ----------
+    error : (n,) array
+        Loaded static transmission error under `force` (m), > 0, over one body period.
+    force : float
+        Force along the line of action (N), > 0.
+    mass : float
+        Equivalent mass (kg).
+    mesh_cycles : int
+        Mesh cycles in the body period.
+    damping_ratio : float
+        Fraction of critical damping.
+    half_backlash : float
+        Half the backlash (m).
+
+    Returns
+    -------
+    GearPair
+        Pair that `force` deflects by exactly `error`.
+
+    Raises
+    ------
+    InputError
+        If the error or the force is not positive.
+
+    Notes
+    -----
+    The secant stiffness follows the thesis (ch. 3).  It does not hold at other loads.
     """
     check_arguments(pair_from_error, locals())
     error = np.asarray(error, dtype=float)
@@ -148,9 +217,28 @@ def pair_from_error(
 
 
 def order_lines(signal: FloatArray, mesh_cycles: int, teeth: int) -> tuple[FloatArray, FloatArray]:
-    """Orders (per turn) and peak amplitudes of a signal over one body period.
+    """Return the orders and peak amplitudes of a signal over one body period.
 
-    signal: (n, …) at equally spaced angles.  teeth: mesh cycles per turn.
+    Parameters
+    ----------
+    signal : (n, …) array
+        Values at equally spaced angles.
+    mesh_cycles : int
+        Mesh cycles in the body period.
+    teeth : int
+        Mesh cycles per turn.
+
+    Returns
+    -------
+    order : (n_line,) array
+        Orders, per turn.
+    amplitude : (n_line, …) array
+        Peak amplitudes, unit of `signal`.
+
+    Raises
+    ------
+    InputError
+        If the signal is empty or the counts are not whole.
     """
     check_arguments(order_lines, locals())
     signal = np.asarray(signal, dtype=float)

@@ -1,4 +1,4 @@
-"""The torsional test rig: test pair and reaction pair, closed into a ring by two shafts (thesis, ch. 3)."""
+"""Torsional test rig: test pair and reaction pair, closed into a ring by two shafts (thesis, ch. 3)."""
 
 from __future__ import annotations
 
@@ -17,9 +17,25 @@ from nvhchain.kinds import check_arguments, check_fields
 class TorsionalRig:
     """Four inertias in a ring: test mesh 1–2, shaft 2–4, reaction mesh 4–3, shaft 3–1.
 
-    inertias: kg m², test gears 1, 2 and reaction gears 3, 4.  All rotations are counted positive in the running
-    direction of their shaft, both meshes have the ratio 1.  test_mesh, reaction_mesh, shaft_13, shaft_24: Nm/rad.
-    damping_ratio: of every elastic mode.
+    Parameters
+    ----------
+    inertias : tuple of 4 float
+        Inertias (kg m²) of test gears 1, 2 and reaction gears 3, 4.
+    test_mesh, reaction_mesh : float
+        Torsional stiffness of the meshes (Nm/rad).
+    shaft_13, shaft_24 : float
+        Torsional stiffness of the shafts (Nm/rad).
+    damping_ratio : float
+        Damping ratio of every elastic mode, 0 … 1.
+
+    Raises
+    ------
+    InputError
+        If a value is not finite or outside its range.
+
+    Notes
+    -----
+    Rotations are positive in the running direction of their shaft.  Both meshes have the ratio 1.
     """
 
     inertias: tuple[float, float, float, float]
@@ -45,29 +61,38 @@ class TorsionalRig:
 
     @property
     def inertia_matrix(self) -> FloatArray:
-        """(4, 4) kg m²."""
+        """Inertia matrix (4, 4), kg m²."""
         return np.diag(np.array(self.inertias))
 
     @property
     def stiffness_matrix(self) -> FloatArray:
-        """(4, 4) Nm/rad."""
+        """Stiffness matrix (4, 4), Nm/rad."""
         springs = np.array([self.test_mesh, self.reaction_mesh, self.shaft_13, self.shaft_24])
         return np.asarray(TWISTS.T @ (springs[:, None] * TWISTS))
 
 
 TWISTS = np.array([[1.0, -1, 0, 0], [0, 0, 1, -1], [1, 0, -1, 0], [0, 1, 0, -1]])
-"""Twist of test mesh, reaction mesh, shaft 1–3 and shaft 2–4 from the four rotations."""
+"""Matrix from the four rotations to the twists of test mesh, reaction mesh, shaft 1–3 and shaft 2–4."""
 
 FITTED_RIG = TorsionalRig((0.0218, 0.0118, 0.2, 0.2), 1.1444e6, 1.8020e6, 4.806e4, 4.806e4, 0.05)
-"""The thesis's rig with stiffnesses fitted to its modes 280, 680 and 1968 Hz; the printed k12 = 1.6e6 gives 2319."""
+"""Rig of the thesis, its stiffnesses fitted to the modes at 280, 680 and 1968 Hz. The printed k12 = 1.6e6 gives 2319
+Hz."""
 
 
 @dataclass(frozen=True, eq=False)
 class RigModes:
-    """Elastic modes of a rig, the turning of the whole ring left out.
+    """Elastic modes of a rig; the rotation of the whole ring is excluded.
 
-    frequency (3,) Hz.  shapes (4, 3) kg^-1/2 m^-1, mass-normalised.  twist (4, 3): of test mesh, reaction mesh,
-    shaft 1–3, shaft 2–4.  energy (4, 3): their shares of the strain energy.
+    Parameters
+    ----------
+    frequency : (3,) array
+        Natural frequencies (Hz).
+    shapes : (4, 3) array
+        Mass-normalised mode shapes (kg^-1/2 m^-1).
+    twist : (4, 3) array
+        Twists of test mesh, reaction mesh, shaft 1–3 and shaft 2–4 in each mode.
+    energy : (4, 3) array
+        Shares of the same four springs in the strain energy.
     """
 
     frequency: FloatArray
@@ -77,13 +102,13 @@ class RigModes:
 
     @property
     def other_side_share(self) -> FloatArray:
-        """(3,): of both meshes' twist, the part in the mesh that twists less."""
+        """Twist of the mesh that twists less, over the sum of both meshes' twists; shape (3,)."""
         mesh = np.abs(self.twist[:2])
         return np.asarray(mesh.min(axis=0) / mesh.sum(axis=0))
 
 
 def rig_modes(rig: TorsionalRig) -> RigModes:
-    """Natural modes without damping."""
+    """Return the natural modes without damping."""
     check_arguments(rig_modes, locals())
     squared, shapes = eigh(rig.stiffness_matrix, rig.inertia_matrix)
     shapes, squared = shapes[:, 1:], squared[1:]
@@ -94,11 +119,33 @@ def rig_modes(rig: TorsionalRig) -> RigModes:
 
 
 def mesh_cross_response(rig: TorsionalRig, frequency: FloatArray, *, at: str, due_to: str) -> ComplexArray:
-    """Twist of one mesh per torque that opens a mesh, rad/Nm, under e^{+jωt}: sum over the elastic modes.
+    """Return the twist of one mesh per torque that opens a mesh: sum over the elastic modes, under e^{+jωt}.
 
-    frequency: (n_f,) Hz.  at, due_to: `test` or `reaction`.  The pair of opposite torques of a mesh does not turn
-    the ring as a whole, so that the response stays finite at 0 Hz.  Times the square of the base radius (equal at
-    both meshes) it is the transmission error in m per N of mesh force.
+    Parameters
+    ----------
+    rig : TorsionalRig
+        Test rig.
+    frequency : (n_f,) array
+        Frequencies (Hz).
+    at : {'test', 'reaction'}
+        Mesh at which the twist is taken.
+    due_to : {'test', 'reaction'}
+        Mesh that the torque opens.
+
+    Returns
+    -------
+    (n_f,) complex array
+        Response (rad/Nm).
+
+    Raises
+    ------
+    InputError
+        If a mesh is unknown or the frequencies are not one row of finite numbers.
+
+    Notes
+    -----
+    The opposite torques of a mesh do not turn the ring as a whole, so the response stays finite at 0 Hz. Multiplied by
+    the square of the base radius, which is equal at both meshes, it is the transmission error per mesh force (m/N).
     """
     check_arguments(mesh_cross_response, locals())
     for name, value in (("at", at), ("due_to", due_to)):
@@ -117,4 +164,4 @@ def mesh_cross_response(rig: TorsionalRig, frequency: FloatArray, *, at: str, du
 
 
 MESHES = ("test", "reaction")
-"""The two meshes of the ring."""
+"""Names of the two meshes of the ring."""

@@ -1,4 +1,4 @@
-"""What free and parametrically excited motion of a gear pair do: backlash backbone, Floquet multipliers."""
+"""Free and parametrically excited motion of a gear pair: backlash backbone and Floquet multipliers."""
 
 from __future__ import annotations
 
@@ -18,10 +18,27 @@ from nvhchain.lumped.pair import GearPair
 
 
 def backbone_frequency(amplitude_ratio: FloatArray | Sequence[float] | float) -> FloatArray:
-    """ω/ω_n of free undamped motion about static equilibrium that loses contact on the drive flank only.
+    """Return ω/ω_n of free undamped motion about static equilibrium that leaves the drive flank only.
 
-    amplitude_ratio: A/x0, amplitude towards the flank over static penetration; up to 1 the motion is linear.
-    Contact lasts 2(π − arccos(x0/A))/ω_n, the flight under the constant load 2√((A/x0)² − 1)/ω_n: exact.
+    Parameters
+    ----------
+    amplitude_ratio : array_like
+        A/x0: amplitude towards the flank over static penetration; up to 1 the motion is linear.
+
+    Returns
+    -------
+    array
+        Frequency over natural frequency.
+
+    Raises
+    ------
+    InputError
+        If a ratio is negative or not finite.
+
+    Notes
+    -----
+    Contact lasts 2(π − arccos(x0/A))/ω_n and the flight under the constant load 2√((A/x0)² − 1)/ω_n.  The result is
+    exact.
     """
     check_arguments(backbone_frequency, locals())
     ratio = np.asarray(amplitude_ratio, dtype=float)
@@ -34,17 +51,33 @@ def backbone_frequency(amplitude_ratio: FloatArray | Sequence[float] | float) ->
 
 
 def floquet_multipliers(pair: GearPair, mesh_frequency: float, *, fidelity: LumpedFidelity = LUMPED) -> ComplexArray:
-    """(2,) eigenvalues of the map that small motions in contact undergo over one body period.
+    """Return the eigenvalues of the map of small motions in contact over one body period.
 
-    From two integrations with k(θ), c and m of the pair, without load and backlash; the motion is stable while both
-    moduli lie below 1, without damping while both are 1.
+    Parameters
+    ----------
+    pair : GearPair
+        Gear pair; its load and backlash are not used.
+    mesh_frequency : float
+        Mesh frequency (Hz).
+    fidelity : LumpedFidelity
+        Steps of the integration.
+
+    Returns
+    -------
+    (2,) complex array
+        Floquet multipliers.
+
+    Notes
+    -----
+    The map comes from two integrations with k(θ), c and m of the pair.  The motion is stable while both moduli lie
+    below 1, or equal 1 without damping.
     """
     check_arguments(floquet_multipliers, locals())
     return np.asarray(np.linalg.eigvals(_monodromy(pair, mesh_frequency, fidelity)), dtype=complex)
 
 
 def _monodromy(pair: GearPair, mesh_frequency: float, fidelity: LumpedFidelity) -> FloatArray:
-    """(2, 2) map of (x, ẋ/ω_n) over one body period."""
+    """Return the map (2, 2) of (x, ẋ/ω_n) over one body period."""
     require(
         isfinite(mesh_frequency) and mesh_frequency > 0,
         f"mesh frequency {mesh_frequency:g} Hz must be positive and finite",
@@ -64,15 +97,32 @@ def _monodromy(pair: GearPair, mesh_frequency: float, fidelity: LumpedFidelity) 
 
 
 def stability_limit(pair: GearPair, stable: float, unstable: float, *, fidelity: LumpedFidelity = LUMPED) -> float:
-    """Mesh frequency (Hz) between `stable` and `unstable` at which parametric resonance sets in.
+    """Return the mesh frequency (Hz) between `stable` and `unstable` at which parametric resonance sets in.
 
-    Raises InputError where the two are not on different sides of a limit.
+    Parameters
+    ----------
+    pair : GearPair
+        Gear pair.
+    stable, unstable : float
+        Mesh frequencies (Hz) on either side of the limit.
+    fidelity : LumpedFidelity
+        Steps of the integration.
+
+    Returns
+    -------
+    float
+        Mesh frequency of the limit (Hz).
+
+    Raises
+    ------
+    InputError
+        If the two frequencies are not on different sides of a limit.
 
     Notes
     -----
-    Multipliers solve λ² − λ tr M + det M = 0, M the map over one body period.  With det M ≤ 1, as damping ζ ≥ 0 makes
-    it, both moduli are at most 1 where abs(tr M) ≤ 1 + det M (E. I. Jury's criterion).  The moduli of an undamped pair
-    are 1 wherever it is stable; the difference changes its sign there, too.
+    Multipliers solve λ² − λ tr M + det M = 0, M the map over one body period. Damping ζ ≥ 0 gives det M ≤ 1.  Both
+    moduli are then at most 1 where abs(tr M) ≤ 1 + det M (E. I. Jury's criterion). The moduli of an undamped pair are 1
+    wherever it is stable; the difference changes its sign there, too.
     """
     check_arguments(stability_limit, locals())
 

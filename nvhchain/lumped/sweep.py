@@ -1,4 +1,4 @@
-"""Steady sweeps up or down and run-ups of gear pairs: RMS of the oscillating transmission error over mesh frequency."""
+"""Steady sweeps and run-ups of gear pairs: RMS of the oscillating transmission error over mesh frequency."""
 
 from __future__ import annotations
 
@@ -17,22 +17,37 @@ from nvhchain.lumped.integrate import Motion, Windows, integrate
 from nvhchain.lumped.pair import GearPair
 
 FOLDING_MARGIN = 8.0
-"""Sampling rate over the highest natural or mesh frequency, at least: above resonance the motion falls by 12 dB per
-octave and more, so that what folds back into the band around resonance lies 60 dB below it."""
+"""Least ratio of sampling rate to the highest natural or mesh frequency. Above resonance the motion falls by at least
+12 dB per octave, so aliases in the band around resonance lie 60 dB below it."""
 
 
 MOST_STEPS = 10**9
-"""Of a run-up: 2000 s at 2 µs, whose mesh cycles still fit into memory."""
+"""Largest number of steps of a run-up: 2000 s at 2 µs, whose mesh cycles still fit into memory."""
 
 
 @dataclass(frozen=True, eq=False)
 class SweepResponse:
-    """Dynamic transmission error x against mesh frequency, rows in the order in which the speeds were passed.
+    """Dynamic transmission error x against mesh frequency, rows in the order of the speeds.
 
-    mesh_frequency (n_f,) Hz.  mean, rms, lowest, highest (n_f, n_pair) m, rms of the oscillating part: over whole body
-    periods of a steady speed, over one mesh cycle of a run-up.  cycle_rms (n_f, n_pair) m: about the mean of each mesh
-    cycle, which leaves out what the blank adds slowly; quadratic mean over the cycles.
-    half_backlash (n_pair,) m.
+    Parameters
+    ----------
+    mesh_frequency : (n_f,) array
+        Mesh frequency (Hz).
+    rms : (n_f, n_pair) array
+        RMS of the oscillating part of x (m).
+    cycle_rms : (n_f, n_pair) array
+        RMS about the mean of each mesh cycle (m), quadratic mean over the cycles; excludes the slow motion due to the
+        blank.
+    mean : (n_f, n_pair) array
+        Mean of x (m).
+    lowest, highest : (n_f, n_pair) array
+        Extremes of x (m).
+    half_backlash : (n_pair,) array
+        Half the backlash (m).
+
+    Notes
+    -----
+    Statistics cover whole body periods of a steady speed, or one mesh cycle of a run-up.
     """
 
     mesh_frequency: FloatArray
@@ -45,20 +60,29 @@ class SweepResponse:
 
     @property
     def loses_contact(self) -> np.ndarray:
-        """(n_f, n_pair): the drive flanks separate; never where there is no backlash."""
+        """True where the drive flanks separate (n_f, n_pair); always False without backlash."""
         return (self.half_backlash > 0.0) & (self.lowest < self.half_backlash)
 
     @property
     def hits_back_flank(self) -> np.ndarray:
-        """(n_f, n_pair): the motion crosses the whole backlash."""
+        """True where the motion crosses the whole backlash (n_f, n_pair)."""
         return (self.half_backlash > 0.0) & (self.lowest < -self.half_backlash)
 
 
 @dataclass(frozen=True, eq=False)
 class RunUp:
-    """A run-up: one row of `response` per mesh cycle, and the motion itself where it was asked for.
+    """Result of a run-up: statistics per mesh cycle and, if asked for, the motion.
 
-    time (n_t,) s.  mesh_frequency (n_t,) Hz.  error (n_t, n_pair) m, dynamic transmission error.
+    Parameters
+    ----------
+    response : SweepResponse
+        Statistics, one row per mesh cycle.
+    time : (n_t,) array
+        Times of the stored motion (s).
+    mesh_frequency : (n_t,) array
+        Mesh frequency at these times (Hz).
+    error : (n_t, n_pair) array
+        Dynamic transmission error (m).
     """
 
     response: SweepResponse
@@ -71,7 +95,16 @@ class RunUp:
 class SteadyMotion:
     """Transmission error at constant speed over whole body periods.
 
-    mesh_frequency: Hz.  time (n_t,) s.  error (n_t, n_pair) m.  mesh_cycles: in the record.
+    Parameters
+    ----------
+    mesh_frequency : float
+        Mesh frequency (Hz).
+    time : (n_t,) array
+        Times (s).
+    error : (n_t, n_pair) array
+        Dynamic transmission error (m).
+    mesh_cycles : int
+        Mesh cycles in the record.
     """
 
     mesh_frequency: float
@@ -87,12 +120,33 @@ def steady_sweep(
     fidelity: LumpedFidelity = LUMPED,
     executor: Executor | None = None,
 ) -> SweepResponse:
-    """Pass the speeds one after the other, each from the state the last one left, and measure when settled.
+    """Pass a row of constant speeds, each from the state of the one before, and evaluate the settled motion.
 
-    mesh_frequency: (n_f,) Hz in the order in which they are passed, rising or falling or as they come.
-    Every speed takes fidelity.settle_time, then fidelity.body_periods whole body periods are measured.  The step is
-    at most fidelity.time_step and a whole fraction of the mesh cycle.
-    Raises InputError for speeds that are not positive and where a start does not die out in the settling time.
+    Parameters
+    ----------
+    pairs : sequence of GearPair
+        Gear pairs.
+    mesh_frequency : (n_f,) array_like
+        Mesh frequencies (Hz) in the order in which they are passed; any order is allowed.
+    fidelity : LumpedFidelity
+        Step, settling time and number of body periods.
+    executor : Executor, optional
+        Runs groups of four pairs in parallel.
+
+    Returns
+    -------
+    SweepResponse
+        Statistics, one row per speed.
+
+    Raises
+    ------
+    InputError
+        If a speed is not positive, or a start does not die out in the settling time.
+
+    Notes
+    -----
+    Every speed takes `fidelity.settle_time`; `fidelity.body_periods` whole body periods are then evaluated. The step is
+    at most `fidelity.time_step` and a whole fraction of the mesh cycle.
     """
     check_arguments(steady_sweep, locals())
     frequency = np.atleast_1d(np.asarray(mesh_frequency, dtype=float))
@@ -109,10 +163,30 @@ def steady_motion(
     samples_per_cycle: int = 64,
     fidelity: LumpedFidelity = LUMPED,
 ) -> SteadyMotion:
-    """Settled motion at one speed, reached from rest or through the speeds `approach` (Hz), as in a sweep.
+    """Return the settled motion at one speed, reached from rest or through other speeds as in a sweep.
 
-    samples_per_cycle: samples in a mesh cycle, whole, `FOLDING_MARGIN` times the natural frequency at least.
-    Raises InputError where samples would fold, and what `steady_sweep` raises.
+    Parameters
+    ----------
+    pairs : sequence of GearPair
+        Gear pairs.
+    mesh_frequency : float
+        Mesh frequency (Hz).
+    approach : sequence of float
+        Mesh frequencies (Hz) passed before.
+    samples_per_cycle : int
+        Samples in a mesh cycle; the rate must be at least `FOLDING_MARGIN` times the highest natural or mesh frequency.
+    fidelity : LumpedFidelity
+        Step, settling time and number of body periods.
+
+    Returns
+    -------
+    SteadyMotion
+        Motion over whole body periods.
+
+    Raises
+    ------
+    InputError
+        If samples would alias, or for the reasons of `steady_sweep`.
     """
     check_arguments(steady_motion, locals())
     before = np.atleast_1d(np.asarray(approach, dtype=float))
@@ -142,11 +216,36 @@ def run_up(
     fidelity: LumpedFidelity = LUMPED,
     executor: Executor | None = None,
 ) -> RunUp:
-    """Mesh frequency changing linearly from `start` to `stop` (Hz) in `duration` (s), step fidelity.time_step.
+    """Integrate a run-up: mesh frequency changing linearly from `start` to `stop`, step `fidelity.time_step`.
 
-    A run-down is a run-up with start > stop.  sample_rate: Hz at which the motion is kept, a whole fraction of the
-    step rate; without it none is kept.  Begins at rest in static equilibrium at angle 0.
-    Raises InputError where the steps do not resolve mesh cycle or natural period, or samples would fold.
+    Parameters
+    ----------
+    pairs : sequence of GearPair
+        Gear pairs.
+    start, stop : float
+        Mesh frequencies (Hz); start > stop is a run-down.
+    duration : float
+        Duration (s).
+    sample_rate : float, optional
+        Rate at which the motion is stored (Hz), a whole fraction of the step rate; by default none is stored.
+    fidelity : LumpedFidelity
+        Time step.
+    executor : Executor, optional
+        Runs groups of four pairs in parallel.
+
+    Returns
+    -------
+    RunUp
+        Statistics per mesh cycle, and the stored motion.
+
+    Raises
+    ------
+    InputError
+        If the steps do not resolve mesh cycle or natural period, or samples would alias.
+
+    Notes
+    -----
+    The run-up begins at rest in static equilibrium at angle 0.
     """
     check_arguments(run_up, locals())
     _check_pairs(pairs)
@@ -169,7 +268,7 @@ def run_up(
     stride = _stride(pairs, highest, sample_rate, h)
     total = int(duration / h * (1 + 1e-12))  # a run-down stops at its last speed, not beyond
     rate = (stop - start) / duration
-    # φ = start t + rate t²/2 reaches cycle number c at this time, in the form that has no cancellation
+    # time at which φ = start t + rate t²/2 reaches cycle c, in the form without cancellation
     cycle = np.arange(1, int(0.5 * (start + stop) * duration * (1 + 1e-12)) + 1)
     when = 2.0 * cycle / (start + np.sqrt(np.maximum(start**2 + 2.0 * rate * cycle, 0.0)))
     first = np.concatenate(([0], np.minimum(np.ceil(when / h - 1e-9).astype(np.int64), total)))
@@ -193,6 +292,7 @@ def run_up(
 
 
 def _stride(pairs: Sequence[GearPair], highest: float, sample_rate: float | None, step: float) -> int:
+    """Return the steps between samples at `sample_rate` (Hz), 0 for None; a rate that does not fit is an InputError."""
     if sample_rate is None:
         return 0
     require(
@@ -215,7 +315,7 @@ def _stride(pairs: Sequence[GearPair], highest: float, sample_rate: float | None
 
 
 def _unfolded(pairs: Sequence[GearPair], highest: float) -> float:
-    """Hz: lowest sampling rate at mesh frequencies up to `highest`."""
+    """Return the lowest sampling rate (Hz) without aliasing at mesh frequencies up to `highest`."""
     return FOLDING_MARGIN * max(highest, *(p.natural_frequency for p in pairs))
 
 
@@ -232,7 +332,10 @@ def _check_speeds(pairs: Sequence[GearPair], frequency: FloatArray) -> None:
 
 
 def _steady_windows(pairs: Sequence[GearPair], frequency: FloatArray, fidelity: LumpedFidelity, stride: int) -> Windows:
-    """Settling and one window per mesh cycle for each speed; stride: samples per mesh cycle in the last record."""
+    """Return one settling window and one window per mesh cycle for each speed.
+
+    stride: samples per mesh cycle in the last record.
+    """
     _check_speeds(pairs, frequency)
     slowest = min(p.damping_ratio * p.angular_frequency for p in pairs)
     needed = -np.log(fidelity.settle_level)

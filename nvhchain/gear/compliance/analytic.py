@@ -1,10 +1,15 @@
-"""Tooth and body compliance in closed form: thin slices, each bending by itself, for a first look without elements.
+"""Tooth and body compliance in closed form: thin slices, each bending by itself, for first estimates without elements.
 
-Tooth: beam of varying depth after C. Weber and K. Banaschek (Schriftenreihe Antriebstechnik 11, 1953), plane strain.
-Body: elastic ring under the tooth root, P. Sainsot, P. Velex, O. Duverger, "Contribution of gear body to tooth
-deflections", J. Mech. Des. 126 (2004) 748–752. Its twist about the held bore, r_b² (1/r_i² − 1/r_o²)/(4πGb) of a
-thick-walled tube, in thin webs over their thickness, is common to all teeth and slices. Of the rest slices and teeth do
-not know from each other, and what holes and slots do is missing.
+The tooth is a beam of varying depth in plane strain, after C. Weber and K. Banaschek (Schriftenreihe Antriebstechnik
+11, 1953).
+
+The body is an elastic ring under the tooth root: P. Sainsot, P. Velex, O. Duverger, "Contribution of gear body to tooth
+deflections", J. Mech. Des. 126 (2004) 748–752.
+
+The twist of the body about the held bore is that of a thick-walled tube, r_b² (1/r_i² − 1/r_o²)/(4πGb); in a thin web b
+is the web's thickness.  It is common to all teeth and slices.
+
+Otherwise slices and teeth do not interact, and holes and slots have no effect.
 """
 
 from __future__ import annotations
@@ -18,26 +23,34 @@ from nvhchain.gear.drawing.geometry import GearGeometry
 from nvhchain.handoff import FloatArray
 from nvhchain.kinds import check_arguments
 
-_BODY = {  # Table 1: X = A/θ² + B h² + C h/θ + D/θ + E h + F
+_BODY = {  # Sainsot et al., table 1: X = A/θ² + B h² + C h/θ + D/θ + E h + F
     "L": (-5.574e-5, -1.9986e-3, -2.3015e-4, 4.7702e-3, 0.0271, 6.8045),
     "M": (60.111e-5, 28.100e-3, -83.431e-4, -9.9256e-3, 0.1624, 0.9086),
     "P": (-50.952e-5, 185.50e-3, 0.0538e-4, 53.300e-3, 0.2895, 0.9236),
     "Q": (-6.2042e-5, 9.0889e-3, -4.0964e-4, 7.8297e-3, -0.1472, 0.6904),
 }
 _RING = (1.4, 7.0)
-"""Root over bore radius for which the polynomials hold; beyond it the nearer end is taken."""
+"""Range of root radius over bore radius for which the polynomials hold; ratios outside it are clipped."""
 _ROOT_ANGLE = (0.01, 0.12)
-"""Half angle of the tooth at the root circle, rad, likewise."""
+"""Range of the half angle of the tooth at the root circle (rad) for which the polynomials hold; clipped likewise."""
 _PROFILE_POINTS = 400
-"""Of tooth depth and of the integrals along the tooth; the error is below 1e-4."""
+"""Points along the tooth for its depth and for the integrals; the error is below 1e-4."""
 
 
 @dataclass(frozen=True, eq=False)
 class SliceCompliance:
-    """Deflection of a tooth with its body per transverse load and width.
+    """Deflection of a tooth with its body, per transverse load and width.
 
-    radius: (n,) m, rising, from form to tip circle.  compliance: (n,) 1/Pa, displacement along the line of action per
-    N/m of width.  twist: m/N, the same of all teeth together per transverse force on any.  tilt: β_b of the gear, rad.
+    Parameters
+    ----------
+    radius : (n,) array
+        Radii from form to tip circle (m), rising.
+    compliance : (n,) array
+        Displacement along the line of action per load and width (1/Pa, that is m per N/m).
+    twist : float
+        Displacement of all teeth together per transverse force on any of them (m/N).
+    tilt : float
+        Base helix angle β_b of the gear (rad).
     """
 
     radius: FloatArray
@@ -46,20 +59,34 @@ class SliceCompliance:
     tilt: float
 
     def add(self, total: FloatArray, radius: FloatArray, length: FloatArray) -> None:
-        """Add to `total` (n, n) m/N what slices at `radius` with `length` of contact line, m, give way."""
-        # force and displacement turn by β_b from the normal to the transverse plane, the width is ℓ cos β_b
+        """Add the compliance of slices to a matrix.
+
+        total: (n, n) m/N, changed in place.  radius: (n,) m.  length: (n,) m of contact line.
+        """
+        # the transverse parts of force and displacement carry a factor cos β_b each; the width is ℓ cos β_b
         n = np.arange(len(length))
         total[n, n] += np.interp(radius, self.radius, self.compliance) * np.cos(self.tilt) / length
         total += self.twist * np.cos(self.tilt) ** 2
 
 
 def slice_compliance(body: GearBody) -> SliceCompliance:
-    """Closed-form compliance of the teeth of `body`; of its blank the twist of a thin web enters, openings do not."""
+    """Return the closed-form compliance of the teeth of a gear.
+
+    Parameters
+    ----------
+    body : GearBody
+        Gear; the twist of a thin web is included, openings have no effect.
+
+    Returns
+    -------
+    SliceCompliance
+        Compliance over the radius of the flank.
+    """
     check_arguments(slice_compliance, locals())
     gear = body.geometry
     radius = np.linspace(gear.form_radius, gear.tip_circle_radius, 50)
-    angle = gear.pressure_angle_at(radius) - gear.half_tooth_angle(radius)  # of the load against the tooth's middle
-    arm = gear.base_radius / np.cos(angle)  # where it meets the middle
+    angle = gear.pressure_angle_at(radius) - gear.half_tooth_angle(radius)  # load to the normal of the centre line
+    arm = gear.base_radius / np.cos(angle)  # radius at which the load meets the centre line
     young, poisson = body.material.young, body.material.poisson
     total = _body(gear, arm, angle, poisson) / young
     y, depth = _depth(gear)
@@ -73,7 +100,7 @@ def slice_compliance(body: GearBody) -> SliceCompliance:
 
 
 def _twist(body: GearBody) -> float:
-    """Displacement along the line of action, m, per transverse force, N, by which rim and web twist about the bore."""
+    """Return the twist of rim and web about the bore: m along the line of action per transverse force (m/N)."""
     gear, web = body.geometry, body.blank.web
     inner, outer = gear.bore_radius, gear.root_radius
     square = (inner**-2 - outer**-2) / gear.face_width
@@ -83,7 +110,7 @@ def _twist(body: GearBody) -> float:
 
 
 def _depth(gear: GearGeometry) -> tuple[FloatArray, FloatArray]:
-    """Depth of the tooth (m) along its middle (m from the axis), rising, root to tip."""
+    """Return positions along the tooth's centre line (m from the axis), root to tip, and the depths there (m)."""
     fillet = gear.fillet(np.linspace(1, 0, _PROFILE_POINTS))
     flank = np.linspace(gear.form_radius, gear.tip_circle_radius, _PROFILE_POINTS)
     r, psi = np.append(fillet[0], flank), np.append(fillet[1], gear.half_tooth_angle(flank))
@@ -92,12 +119,12 @@ def _depth(gear: GearGeometry) -> tuple[FloatArray, FloatArray]:
 
 
 def _body(gear: GearGeometry, arm: FloatArray, angle: FloatArray, poisson: float) -> FloatArray:
-    """Young's modulus times compliance of the ring under the root, less that of its twist about the bore."""
+    """Return the compliance of the ring under the root times Young's modulus, less that of its twist about the bore."""
     h = float(np.clip(gear.root_radius / gear.bore_radius, *_RING))
     theta = float(np.clip(gear.fillet(1.0)[1], *_ROOT_ANGLE))
     L, M, P, Q = (
         a / theta**2 + b * h**2 + c * h / theta + d / theta + e * h + f for a, b, c, d, e, f in _BODY.values()
     )
-    lever = (arm - gear.root_radius) / (2 * gear.root_radius * theta)  # over the tooth's thickness at the root
+    lever = (arm - gear.root_radius) / (2 * gear.root_radius * theta)  # relative to the tooth's thickness at the root
     twist = (gear.base_radius / gear.root_radius) ** 2 * (h**2 - 1) * (1 + poisson) / (2 * np.pi)
     return np.cos(angle) ** 2 * (L * lever**2 + M * lever + P * (1 + Q * np.tan(angle) ** 2)) - twist

@@ -1,4 +1,4 @@
-"""The blank with all its condensed teeth, bore held: what forces on one tooth do to its neighbours."""
+"""Flexibility of the blank with all its condensed teeth, bore held: displacement of a tooth under forces on others."""
 
 from __future__ import annotations
 
@@ -16,15 +16,23 @@ from nvhchain.handoff import FloatArray, IntArray
 from nvhchain.runtime.memory import free_memory
 
 _ASSEMBLY_BYTES = 60
-"""Peak memory per entry of the upper triangle while the parts are summed: triplets twice, sorting, finished rows."""
+"""Peak memory per entry of the upper triangle during assembly (bytes): triplets twice, sorting, finished rows."""
 
 
 class HeldBody:
-    """The blank with all its condensed teeth, bore held, factored; use `with` to give the memory back.
+    """Factored stiffness of the blank with all its condensed teeth, bore held.
 
-    unknowns: of the shared nodes of each tooth, (teeth, 3 n_i), in the order of `CondensedTooth.stiffness`.
+    A `with` statement releases the memory of the factor.
 
-    Raises ResourceError when the matrix does not fit into memory.
+    Attributes
+    ----------
+    unknowns : (teeth, 3 n_i) int array
+        Unknowns of the shared nodes of each tooth, in the order of `CondensedTooth.stiffness`.
+
+    Raises
+    ------
+    ResourceError
+        If the matrix does not fit into memory.
     """
 
     def __init__(self, mesh: GearMesh, tooth: CondensedTooth, material: Material, sector: int) -> None:
@@ -36,16 +44,24 @@ class HeldBody:
         self._factor = factorize(_assembled(mesh, tooth, material, self.unknowns, sector, place), upper=True)
 
     def solve(self, loads: Sequence[Mapping[int, FloatArray]]) -> FloatArray:
-        """Displacement, m, of all unknowns under sets of loads, set after set in columns.
+        """Return the displacement (m) of all unknowns under sets of loads.
 
-        Each set gives forces (3 n_i, m), N, on the shared nodes of one tooth or of several at once, by tooth.
+        Parameters
+        ----------
+        loads : sequence of mapping
+            One mapping per set, from the number of a tooth to forces (3 n_i, m) on its shared nodes (N).
+
+        Returns
+        -------
+        (unknowns, columns) array
+            Displacement (m); the columns of the sets follow each other.
         """
         width = [next(iter(teeth.values())).shape[1] for teeth in loads]
         total = np.zeros((self._factor.unknowns, sum(width)))
         start = 0
         for teeth, columns in zip(loads, width, strict=True):
             for tooth, force in teeth.items():
-                # neighbours share nodes, the unknowns of one tooth are distinct
+                # neighbours share nodes, so teeth are added one by one
                 total[self.unknowns[tooth], start : start + columns] += force
             start += columns
         return self._factor.solve(total)
@@ -68,13 +84,41 @@ def body_flexibility(
     reach: int,
     progress: Progress | None = None,
 ) -> FloatArray:
-    """(sector, reach + 1, r, r) m/N: answer of tooth t to `patterns` of force on tooth t + d.
+    """Return the response of tooth t to patterns of force on tooth t + d.
 
-    patterns: (3 n_i, r) forces on the shared nodes of one tooth; the answer is the displacement conjugate to them.
-    far: how many of them, the first, are applied to every tooth. The others stay near the tooth, where the body is
-    the same for all (Saint-Venant): what they answer to one another is taken from tooth 0.
+    Parameters
+    ----------
+    mesh : GearMesh
+        Mesh of the gear.
+    tooth : CondensedTooth
+        One condensed tooth.
+    material : Material
+        Material of the gear.
+    patterns : (3 n_i, r) array
+        Forces on the shared nodes of one tooth; the response is the conjugate displacement.
+    far : int
+        Number of leading patterns that are applied to every tooth.
+    sector : int
+        Teeth after which the body repeats.
+    reach : int
+        Largest distance d.
+    progress : Progress, optional
+        Called with (teeth done, teeth of the sector).
 
-    Raises ResourceError when the matrix does not fit into memory.
+    Returns
+    -------
+    (sector, reach + 1, r, r) array
+        Response (m/N).
+
+    Raises
+    ------
+    ResourceError
+        If the matrix does not fit into memory.
+
+    Notes
+    -----
+    The patterns beyond `far` stay near the tooth, where the body is the same for all teeth (Saint-Venant). Their
+    response to one another is taken from tooth 0.
     """
     teeth, count = len(mesh.blank.top), patterns.shape[1]
     answer = np.empty((sector, reach + 1, count, count))
@@ -85,7 +129,7 @@ def body_flexibility(
             for t, n in loaded:
                 mine = part[:, start : start + n]
                 for d in range(reach + 1):
-                    # under loads on t: tooth t + d by reciprocity, tooth t − d as it is
+                    # under loads on t: tooth t + d by reciprocity, tooth t − d directly
                     answer[t, d, :n] = (patterns.T @ mine[body.unknowns[(t + d) % teeth]]).T
                     answer[(t - d) % sector, d, :, :n] = patterns.T @ mine[body.unknowns[(t - d) % teeth]]
                 start += n
@@ -97,16 +141,19 @@ def body_flexibility(
 
 
 def _batches(sector: int, count: int, far: int) -> list[tuple[int, list[tuple[int, int]]]]:
-    """First tooth, and (tooth, patterns) of each solve: all patterns on tooth 0, then teeth that fill a block."""
+    """Return the first tooth and the (tooth, patterns) of each solve.
+
+    All patterns act on tooth 0 alone; then follow groups of teeth that fill a block.
+    """
     together = max(1, BLOCK // far)
     rest = [(t, [(u, far) for u in range(t, min(t + together, sector))]) for t in range(1, sector, together)]
     return [(0, [(0, count)]), *rest]
 
 
 def _shared_nodes(mesh: GearMesh, tooth: CondensedTooth) -> tuple[IntArray, IntArray]:
-    """(teeth, n_i) global nodes of each tooth's shared nodes, and the held ones of the bore.
+    """Return the global nodes (teeth, n_i) shared by each tooth, and the held nodes of the bore.
 
-    Global: the blank's nodes, then those between teeth − 1 and 0, 0 and 1, …
+    Global numbers count the blank's nodes first, then those between teeth − 1 and 0, 0 and 1, …
     """
     blank, teeth, between = mesh.blank_solid, len(mesh.blank.top), len(tooth.left)
     number = np.arange(teeth)
@@ -118,9 +165,9 @@ def _shared_nodes(mesh: GearMesh, tooth: CondensedTooth) -> tuple[IntArray, IntA
 def _assembled(
     mesh: GearMesh, tooth: CondensedTooth, material: Material, own: IntArray, sector: int, place: IntArray
 ) -> sp.csr_matrix:
-    """Upper triangle of the whole body's stiffness: the first sector of the blank turned round, and every tooth.
+    """Assemble the upper triangle of the whole body's stiffness: the blank's first sector, repeated, and every tooth.
 
-    own: (teeth, 3 n_i) unknowns of each tooth.  place: of every nodal unknown among those of the matrix; −1: held.
+    own: (teeth, 3 n_i) unknowns of each tooth.  place: unknown of the matrix for every nodal unknown, −1 if held.
     """
     blank, (teeth, dense) = mesh.blank_solid, own.shape
     part = cylindrical_stiffness(blank, blank.elements[mesh.in_sector], material).tocoo()
@@ -150,14 +197,14 @@ def _assembled(
 
 
 def _summed(parts: list[tuple[IntArray, IntArray, FloatArray]], size: int) -> sp.csr_matrix:
-    """Matrix of (rows, columns, values), those of one place added up; empties the list."""
+    """Return the matrix of (rows, columns, values), entries of one place added; empties the list."""
     row, column, value = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
     parts.clear()
     return sp.csr_matrix((value, (row, column)), shape=(size, size))
 
 
 def _turned(mesh: GearMesh) -> IntArray:
-    """The solid node of the blank that takes the place of each when it turns by one sector."""
+    """Return the solid node of the blank that replaces each node when the blank turns by one sector."""
     index = mesh.blank_solid.index
     new = index[:, mesh.blank.turned]
     turned = np.empty(len(mesh.blank_solid.nodes), dtype=np.int64)

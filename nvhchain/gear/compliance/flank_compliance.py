@@ -1,4 +1,4 @@
-"""What a flank gives way under load on any flank nearby, freed of the indentation under the load itself."""
+"""Compliance of the flanks of a gear under loads on nearby flanks, without the indentation under the load itself."""
 
 from __future__ import annotations
 
@@ -20,37 +20,59 @@ from nvhchain.handoff import FloatArray, IntArray
 from nvhchain.kinds import check_arguments
 
 USUAL_REACH = 3
-"""Neighbours to either side that are coupled; a pair of contact ratio ε_γ loads teeth ⌈ε_γ⌉ − 1 pitches apart."""
+"""Coupled neighbours on either side. A pair of contact ratio ε_γ loads teeth up to ⌈ε_γ⌉ − 1 pitches apart."""
 
 _SPRINGS = 0.01
-"""Springs of `load_patterns`, in mean diagonal stiffnesses of the tooth: about those of the rim beneath it."""
+"""Stiffness of the springs of `load_patterns`, relative to the mean diagonal stiffness of the tooth; about that of the
+rim beneath."""
 
 
 @dataclass(frozen=True, eq=False)
 class FlankCompliance:
     """Compliance of the flanks of one gear on a grid of radius and axial position, bore held.
 
-    Frame: z along the shaft; angles count counter-clockwise about +z. Tooth k has its centre line at
-    2π k / tooth_count in the mid-width plane z = 0, where the blank's phase is measured too. Flank 0 faces
-    +φ (counter-clockwise), flank 1 faces −φ. Flank 0 is the drive flank of *both* gears of a pair whose
-    driving pinion turns counter-clockwise about +z; for the other sense it is flank 1 (of both again).
+    Parameters
+    ----------
+    radius : (n_p,) array
+        Radii from the form circle to the tip circle (m), rising.
+    axial : (n_w,) array
+        Axial positions from −b/2 to +b/2 (m), rising.
+    tooth_count : int
+        Teeth of the gear.
+    sector : int
+        Teeth after which the body repeats; 1 if all are alike.
+    blocks : (sector, reach + 1, 2, n_p, n_w, 2, n_p, n_w) array
+        Compliance (m/N) by tooth, distance in teeth, flank and grid point.
+    held : tuple of int, optional
+        Teeth of the sector that `blocks` contains, rising; all by default.  `of_teeth` selects them.
+    friction : (sector, 2 reach + 1, 2, n_p n_w, n_p n_w) array, optional
+        Compliance under friction (m/N) by tooth, distance in teeth and flank.
 
-    radius: (n_p,) m, rising, from the form circle to the tip circle.
-    axial: (n_w,) m, rising, from −b/2 to +b/2.
-    tooth_count: teeth of the gear.  sector: teeth after which the body repeats (1: all alike).
-    blocks: (sector, reach + 1, 2, n_p, n_w, 2, n_p, n_w) m/N. blocks[t, d, f, i, j, g, k, l] is the normal
-        displacement of flank f of tooth t at (radius[i], axial[j]), positive into the tooth, under a unit
-        force along the inward normal on flank g of tooth t + d at (radius[k], axial[l]). Normals are the
-        true ones of the helicoid (axial component sin β_b). On the same tooth (d = 0) the displacement of
-        the same mesh with the tooth held on its centre-line surface is subtracted, so that the rest is
-        smooth over the flank and free of the mesh size; the local part is the contact's (Weber–Banaschek
-        with depth `GearGeometry.depth_to_centre_line`).
+    Raises
+    ------
+    InputError
+        If the shape of `blocks` or the sector does not fit.
 
-    Tooth t and t + sector are alike, and C(t, u) = C(u, t)ᵀ: `block` serves any two teeth within reach.
-    held: teeth of the sector that `blocks` has, rising; all by default. `of_teeth` makes such a part.
-    friction: (sector, 2 reach + 1, 2, n_p n_w, n_p n_w) m/N, where asked for. friction[t, reach + d, f] is the normal
-        displacement of flank f of tooth t, into the tooth, under unit forces along the profile of the same flank of
-        tooth t + d, towards the tip and in the transverse plane; less that of the held tooth, as in `blocks`.
+    Notes
+    -----
+    Frame: z along the shaft; angles count counter-clockwise about +z.  Tooth k has its centre line at 2π k /
+    tooth_count in the mid-width plane z = 0.  The blank's phase is measured in the same plane.
+
+    Flank 0 faces +φ (counter-clockwise), flank 1 faces −φ.  Flank 0 is the drive flank of *both* gears of a pair whose
+    driving pinion turns counter-clockwise about +z.  For the other sense it is flank 1 of both.
+
+    blocks[t, d, f, i, j, g, k, l] is the normal displacement of flank f of tooth t at (radius[i], axial[j]), positive
+    into the tooth.  The load is a unit force along the inward normal on flank g of tooth t + d at (radius[k],
+    axial[l]).  Normals are the true ones of the helicoid, with axial component sin β_b.
+
+    friction[t, reach + d, f] is the normal displacement of flank f of tooth t, into the tooth.  The loads are unit
+    forces on the same flank of tooth t + d, in the transverse plane along the profile, towards the tip.
+
+    On the same tooth (d = 0) the displacement of the same mesh with the tooth held on its centre-line surface is
+    subtracted, in `blocks` and `friction`.  The rest is smooth over the flank and does not depend on the mesh size.
+    The local part is computed by the contact (Weber–Banaschek with depth `GearGeometry.depth_to_centre_line`).
+
+    Teeth t and t + sector are alike, and C(t, u) = C(u, t)ᵀ; `block` therefore serves any two teeth within reach.
     """
 
     radius: FloatArray
@@ -76,23 +98,34 @@ class FlankCompliance:
 
     @property
     def reach(self) -> int:
-        """Teeth to either side of a loaded one whose displacement is known."""
+        """Teeth to either side of a loaded tooth whose displacement is contained."""
         return int(np.shape(self.blocks)[1]) - 1
 
     @property
     def teeth_held(self) -> tuple[int, ...]:
-        """Teeth of the sector that `blocks` has."""
+        """Teeth of the sector that `blocks` contains."""
         return tuple(range(self.sector)) if self.held is None else self.held
 
     def of_teeth(self, teeth: IntArray) -> FlankCompliance:
-        """What is needed of it where only `teeth` (any integers) are in contact: less to send to another process."""
+        """Return the part for contact of `teeth` (any integers) only; it is smaller to send to another process."""
         held = sorted({int(t) % self.sector for t in teeth})
         at = [self.teeth_held.index(t) for t in held]
         friction = None if self.friction is None else self.friction[at]
         return replace(self, blocks=self.blocks[at], held=tuple(held), friction=friction)
 
     def block(self, tooth: int, loaded: int) -> FloatArray:
-        """(2, n_p, n_w, 2, n_p, n_w) m/N: displacement of `tooth` under forces on tooth `loaded` (any integers)."""
+        """Return the displacement of `tooth` under forces on tooth `loaded` (any integers).
+
+        Returns
+        -------
+        (2, n_p, n_w, 2, n_p, n_w) array
+            Compliance (m/N).
+
+        Raises
+        ------
+        InputError
+            If the teeth are farther apart than `reach`.
+        """
         z = self.tooth_count
         offset = (loaded - tooth + z // 2) % z - z // 2
         if abs(offset) > self.reach:
@@ -113,14 +146,33 @@ def flank_compliance(
     friction: bool = False,
     progress: Progress | None = None,
 ) -> FlankCompliance:
-    """Compliance of all flanks of one symmetric sector of `body`, bore rigid and held.
+    """Compute the compliance of all flanks of one symmetric sector of a gear, bore rigid and held.
 
-    reach: teeth to either side that are coupled, not counting the loaded one; once round at most, which wide helical
-        pinions of few teeth need.
-    friction: also under forces along the profile, which friction needs; a third more work.
-    progress: called with (teeth done, teeth of the sector).
+    Parameters
+    ----------
+    body : GearBody
+        Gear.
+    fidelity : GearFidelity
+        Elements and tolerances.
+    reach : int
+        Coupled teeth on either side of the loaded one, fewer than the teeth of the gear.  Wide helical pinions of few
+        teeth need up to that.
+    friction : bool
+        Include forces along the profile, which friction needs; a third more work.
+    progress : Progress, optional
+        Called with (teeth done, teeth of the sector).
 
-    Raises InputError for a blank that the fidelity cannot resolve, ResourceError when memory is short.
+    Returns
+    -------
+    FlankCompliance
+        Compliance on the grid of the elements' nodes.
+
+    Raises
+    ------
+    InputError
+        If the fidelity cannot resolve the blank, or `reach` is out of range.
+    ResourceError
+        If memory is short.
     """
     check_arguments(flank_compliance, locals())
     teeth = body.geometry.teeth
@@ -157,7 +209,7 @@ def flank_compliance(
 
 
 def _friction(normal: FloatArray, sliding: FloatArray, flexibility: FloatArray, own: FloatArray) -> FloatArray:
-    """`FlankCompliance.friction` from the shares (r, n) of normal forces and of those along the profile."""
+    """Return `FlankCompliance.friction` from the shares (r, n) of normal forces and of forces along the profile."""
     sector, reach, n = len(flexibility), flexibility.shape[1] - 1, own.shape[0] // 2
     total = np.empty((sector, 2 * reach + 1, 2, n, n))
     for t in range(sector):
@@ -171,12 +223,29 @@ def _friction(normal: FloatArray, sliding: FloatArray, flexibility: FloatArray, 
 
 
 def load_patterns(tooth: CondensedTooth, tolerance: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """The few patterns of force in which a tooth passes its flank loads on: (3 n_i, r), and their shares (r, n).
+    """Return the few patterns of force by which a tooth passes its flank loads on.
 
-    patterns · shares = tooth.passed (and passed_friction beside it), less singular values below `tolerance` of the
-    largest. They are ordered by the energy they store in the tooth itself on weak springs: what balances within the
-    tooth reaches no neighbour (Saint-Venant), what moves it as a whole does.
-    The third array (r,) is their singular value over the largest.
+    Parameters
+    ----------
+    tooth : CondensedTooth
+        Tooth with n flank loads.
+    tolerance : float
+        Singular values below this part of the largest are dropped.
+
+    Returns
+    -------
+    patterns : (3 n_i, r) array
+        Forces on the shared nodes (N).
+    shares : (r, n) array
+        Share of each pattern in each flank load.
+    strength : (r,) array
+        Singular values over the largest.
+
+    Notes
+    -----
+    patterns · shares = tooth.passed, and passed_friction beside it, less the dropped part. Patterns are ordered by the
+    energy they store in the tooth itself on weak springs.  Forces balanced within the tooth reach no neighbour
+    (Saint-Venant); forces that move it as a whole do.
     """
     springs = _SPRINGS * np.diag(tooth.stiffness).mean() * np.eye(len(tooth.stiffness))
     root = np.linalg.cholesky(tooth.stiffness + springs)

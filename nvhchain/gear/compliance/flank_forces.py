@@ -1,4 +1,4 @@
-"""Forces on the flanks of a meshed tooth: points anywhere on a flank, spread over nodes by shape functions."""
+"""Nodal forces of point forces on the flanks of a meshed tooth, spread by shape functions."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _FACE = np.array([(0, 0), (2, 0), (2, 2), (0, 2), (1, 0), (2, 1), (1, 2), (0, 1)
 """Nodes of a brick's face on the flank, counted along the profile and in levels from its first corner."""
 
 _TOP = [4, 5, 6, 7, 12, 13, 14, 15]
-"""The same nodes in the order of the brick, of the face ζ = 1."""
+"""Positions of the same nodes in the brick's order, for the face ζ = 1."""
 
 
 def point_forces(
@@ -27,13 +27,29 @@ def point_forces(
     *,
     along_profile: bool = False,
 ) -> sp.csr_matrix:
-    """(unknowns of the pitch, n) nodal forces of a unit normal force into the tooth at each of n points.
+    """Return the nodal forces of a unit normal force into the tooth at each of n points.
 
-    tooth: mesh of one pitch.  flank: (n,) 0 faces +φ, 1 −φ.
-    radius, axial: (n,) m; beyond the flank its nearest edge is loaded.
-    along_profile: unit forces towards the tip instead, in the transverse plane and tangential to the flank.
+    Parameters
+    ----------
+    gear : GearGeometry
+        Geometry of the gear.
+    tooth : tuple of PitchMesh and SolidMesh
+        Mesh of one pitch.
+    flank : (n,) int array
+        Flanks: 0 faces +φ, 1 faces −φ.
+    radius, axial : (n,) array
+        Points (m); points beyond the flank are moved to its nearest edge.
+    along_profile : bool
+        Apply unit forces towards the tip instead, in the transverse plane and tangential to the flank.
 
-    The shape functions of the eight nodes of the brick's face spread each force, so that force and displacement stay
+    Returns
+    -------
+    (unknowns of the pitch, n) sparse matrix
+        Nodal forces.
+
+    Notes
+    -----
+    The shape functions of the eight nodes of the brick's face spread each force.  Force and displacement therefore stay
     conjugate.
     """
     pitch, solid = tooth
@@ -43,7 +59,7 @@ def point_forces(
     node = solid.index[level[:, None] + _FACE[:, 1], pitch.flanks[flank[:, None], row[:, None] + _FACE[:, 0]]]
     side = 1.0 - 2.0 * flank
     angle = side * gear.half_tooth_angle(radius) + gear.twist * axial
-    # inward normal: −sin α_r outwards, ∓cos α_r along φ, ±sin β_b along z (helicoid), turned to the node's axes
+    # inward normal: −sin α_r outwards, ∓cos α_r along φ, ±sin β_b along z (helicoid), in the node's axes
     direction = gear.pressure_angle_at(radius)[:, None] + side[:, None] * (solid.angle[node] - angle[:, None])
     sense = np.broadcast_to(side[:, None], direction.shape)
     if along_profile:
@@ -67,9 +83,21 @@ def flank_loads(
     *,
     along_profile: bool = False,
 ) -> sp.csr_matrix:
-    """(unknowns of the pitch, 2 n_p n_w) nodal forces of unit forces at a grid of points on both flanks.
+    """Return the nodal forces of unit forces at a grid of points on both flanks.
 
-    radius: (n_p,) m.  axial: (n_w,) m.  Points are ordered flank, radius, axial; the rest as in `point_forces`.
+    Parameters
+    ----------
+    gear, tooth, along_profile
+        As in `point_forces`.
+    radius : (n_p,) array
+        Radii (m).
+    axial : (n_w,) array
+        Axial positions (m).
+
+    Returns
+    -------
+    (unknowns of the pitch, 2 n_p n_w) sparse matrix
+        Nodal forces; points are ordered flank, radius, axial.
     """
     flank = np.repeat(np.arange(2), len(radius) * len(axial))
     r, z = np.tile(np.repeat(radius, len(axial)), 2), np.tile(axial, 2 * len(radius))
@@ -77,14 +105,17 @@ def flank_loads(
 
 
 def flank_grid(tooth: tuple[PitchMesh, SolidMesh]) -> tuple[FloatArray, FloatArray]:
-    """(n_p,) radii and (n_w,) axial positions, m, of the nodes of a flank; those between four have none."""
+    """Return the radii (n_p,) and axial positions (n_w,) of the nodes of a flank (m), the middles of faces included.
+
+    The middle of a face has no node.
+    """
     pitch, solid = tooth
     return pitch.plane.radius[pitch.flanks[0]], solid.nodes[solid.index[:, pitch.flanks[0, 0]], 2]
 
 
 def _cell(grid: FloatArray, at: FloatArray) -> tuple[IntArray, FloatArray]:
-    """First grid point of the element that holds each of `at`, and its place in it, −1 … 1."""
+    """Return the first grid point of the element that holds each of `at`, and the place −1 … 1 in it."""
     ends = grid[::2]
     cell = np.searchsorted(ends[1:-1], at, side="right")
     place = (2 * at - ends[cell] - ends[cell + 1]) / (ends[cell + 1] - ends[cell])
-    return 2 * cell, np.clip(np.round(place, 12), -1.0, 1.0)  # nodes are met in spite of rounding
+    return 2 * cell, np.clip(np.round(place, 12), -1.0, 1.0)  # rounding must not miss a node

@@ -1,8 +1,8 @@
-"""Compliance between any two points of a gear's flanks: splines on the compliance grid, with local weights.
+"""Compliance between any two points of a gear's flanks, by splines on the compliance grid.
 
-The cubic spline through the grid values (not-a-knot) is written in B-splines, of which four overlap at a point: a
-point of a flank then has 16 weights, however fine the grid. The transposed weights spread a force over the grid, so
-the compliance of points stays symmetric and not negative.
+The cubic spline through the grid values (not-a-knot) is written in B-splines, of which four overlap at a point.  A
+point of a flank then has 16 weights, however fine the grid.  The transposed weights spread a force over the grid.  The
+compliance of points therefore stays symmetric and not negative.
 """
 
 from __future__ import annotations
@@ -23,10 +23,15 @@ from nvhchain.handoff import FloatArray, IntArray
 
 @dataclass(frozen=True, eq=False)
 class LocalBasis:
-    """The B-splines that overlap in each interval of a grid, as polynomials.
+    """B-splines that overlap in each interval of a grid, as polynomials.
 
-    breaks: (n_interval + 1,) m.  powers: (n_interval, degree + 1, degree + 1), of the distance from the interval's
-    start by the number of the B-spline, which is that of the interval for the first of them.
+    Parameters
+    ----------
+    breaks : (n_interval + 1,) array
+        Ends of the intervals (m).
+    powers : (n_interval, degree + 1, degree + 1) array
+        Coefficients by power of the distance from the interval's start and by B-spline.  The first B-spline has the
+        number of the interval.
     """
 
     breaks: FloatArray
@@ -34,11 +39,14 @@ class LocalBasis:
 
     @property
     def count(self) -> int:
-        """Number of B-splines, and of grid values."""
+        """Number of B-splines, which is that of grid values."""
         return len(self.powers) + self.powers.shape[1] - 1
 
     def values(self, x: FloatArray) -> tuple[IntArray, FloatArray]:
-        """(n,) number of the first B-spline at each `x`, m, clipped to the grid, and (n, degree + 1) their values."""
+        """Return the first B-spline (n,) at each `x` (m) and the values (n, degree + 1) of its B-splines.
+
+        Positions beyond the grid are moved to its end.
+        """
         inside = np.clip(x, self.breaks[0], self.breaks[-1])
         interval = np.searchsorted(self.breaks[1:-1], inside, side="right")
         along = inside - self.breaks[interval]
@@ -47,7 +55,7 @@ class LocalBasis:
 
 
 def local_basis(grid: FloatArray) -> tuple[LocalBasis, FloatArray]:
-    """B-splines on `grid` (n,) m, and the (n, n) matrix that takes grid values to their coefficients."""
+    """Return the B-splines on `grid` (n,) in m, and the matrix (n, n) from grid values to their coefficients."""
     spline = make_interp_spline(grid, np.eye(len(grid)), k=min(3, len(grid) - 1))
     k, knots = spline.k, spline.t
     breaks = knots[k : len(knots) - k]
@@ -62,7 +70,10 @@ def local_basis(grid: FloatArray) -> tuple[LocalBasis, FloatArray]:
 def point_weights(
     over_radius: LocalBasis, over_axial: LocalBasis, radius: FloatArray, axial: FloatArray
 ) -> tuple[NDArray[np.int32], FloatArray]:
-    """(n, 16) numbers of the coefficients (radius by axial) that matter at points (n,) m, and their weights."""
+    """Return the coefficients (n, 16) that act at points (n,), numbered radius by axial, and their weights.
+
+    radius, axial: (n,) m.
+    """
     first_r, value_r = over_radius.values(radius)
     first_z, value_z = over_axial.values(axial)
     rows = over_axial.count * (first_r[:, None] + np.arange(value_r.shape[1]))
@@ -76,10 +87,16 @@ def point_weights(
 class FlankSplines:
     """B-spline coefficients of the compliance between flanks of the same side.
 
-    over_radius, over_axial: the bases.
-    coefficients: (2, n_tooth, reach + 1, n_p n_w, n_p n_w) m/N, by flank, tooth held, distance in teeth.
-    place: (sector,) position of each tooth of the sector among those held, −1 where it is not.
-    friction: (n_tooth, 2 reach + 1, 2, n_p n_w, n_p n_w) m/N, of `FlankCompliance.friction`, where it is known.
+    Parameters
+    ----------
+    over_radius, over_axial : LocalBasis
+        B-splines.
+    coefficients : (2, n_tooth, reach + 1, n_p n_w, n_p n_w) array
+        Coefficients (m/N) by flank, held tooth and distance in teeth.
+    place : (sector,) int array
+        Position of each tooth of the sector among those held, −1 if absent.
+    friction : (n_tooth, 2 reach + 1, 2, n_p n_w, n_p n_w) array, optional
+        Coefficients of `FlankCompliance.friction` (m/N).
     """
 
     over_radius: LocalBasis
@@ -89,13 +106,13 @@ class FlankSplines:
     friction: FloatArray | None = None
 
     def weights(self, radius: FloatArray, axial: FloatArray) -> tuple[NDArray[np.int32], FloatArray]:
-        """`point_weights` of its own grid."""
+        """Return the `point_weights` of this grid."""
         return point_weights(self.over_radius, self.over_axial, radius, axial)
 
     def add(self, total: FloatArray, side: int, tooth: IntArray, radius: FloatArray, axial: FloatArray) -> None:
-        """Add to `total` (n, n) m/N the compliance between points on flanks `side` of `tooth` (n,), in runs.
+        """Add to `total` (n, n) in m/N the compliance between points on flanks `side` of teeth `tooth` (n,).
 
-        Raises InputError for teeth that are not held or too far apart.
+        Points of one tooth must follow each other.  Teeth that are absent or too far apart are an InputError.
         """
         if len(tooth):
             self._check(tooth)
@@ -103,7 +120,7 @@ class FlankSplines:
             _couple(self.coefficients[side], self.place, tooth, index, weight, total)
 
     def _check(self, tooth: IntArray) -> None:
-        """Indices beyond the coefficients would be read all the same."""
+        """Refuse teeth outside the coefficients; the compiled loop does not check its indices."""
         low, high, reach = int(tooth.min()), int(tooth.max()), self.coefficients.shape[2] - 1
         require(
             high - low <= reach,
@@ -116,7 +133,7 @@ class FlankSplines:
         )
 
     def friction_compliance(self, side: int, tooth: IntArray, radius: FloatArray, axial: FloatArray) -> FloatArray:
-        """(n, n) m/N: normal displacement at every point under unit forces along the profile at every other."""
+        """Return the normal displacement (n, n) in m/N at every point under unit forces along the profile at each."""
         assert self.friction is not None
         n, reach = len(tooth), self.friction.shape[1] // 2
         total = np.zeros((n, n))
@@ -141,10 +158,10 @@ def flank_splines(compliance: FlankCompliance) -> FlankSplines:
     (radius, over_r), (axial, over_z) = local_basis(c.radius), local_basis(c.axial)
 
     def coefficients_of(values: FloatArray) -> FloatArray:
-        """(m, n, n) from grid values (m, n, n)."""
+        """Return the coefficients (m, n, n) of grid values (m, n, n)."""
         out = np.empty(values.shape)
         for i, value in enumerate(values):
-            for _ in range(2):  # both points, the second time round transposed
+            for _ in range(2):  # first one point, then, transposed, the other
                 value = (over_r @ value.reshape(len(over_r), -1)).reshape(len(over_r), len(over_z), n)
                 value = (over_z @ value).reshape(n, n).T
             out[i] = value
@@ -174,7 +191,7 @@ def _couple(
     weight: np.ndarray,
     total: np.ndarray,
 ) -> None:
-    """Rows of the compliance under points of the same tooth and of those after it; the rest by symmetry."""
+    """Fill the rows of the compliance under points of the same and of later teeth; the rest follows by symmetry."""
     n, support = index.shape
     sector = len(place)
     size = coefficients.shape[2]
@@ -199,7 +216,7 @@ def _couple(
                     value = 0.0
                     for q in range(support):
                         value += weight[j, q] * row[index[j, q]]
-                    if distance == 0:  # both (i, j) and (j, i) pass here
+                    if distance == 0:  # (i, j) and (j, i) are both visited
                         total[i, j] += 0.5 * value
                         total[j, i] += 0.5 * value
                     else:

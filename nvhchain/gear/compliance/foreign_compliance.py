@@ -1,10 +1,11 @@
-"""Compliance of the flanks of a gear meshed elsewhere, on the same grid as that of an own mesh.
+"""Compliance of the flanks of an imported gear mesh, on a grid like that of a generated mesh.
 
-C = Lᵀ K⁻¹ L with K of the whole mesh, bore held, and L the nodal forces of unit forces at the points of the grid,
-spread by the shape functions of the element that holds each. On the same tooth that of the tooth held on its centre
-line is taken away, flank by flank: all nodes on and beyond the centre line, beyond the pitch and two modules below the
-root are held. Where no nodes lie on the centre line the held surface is ragged by part of an element; this vanishes as
-the mesh is refined.
+C = Lᵀ K⁻¹ L, with K of the whole mesh, bore held.  L holds the nodal forces of unit forces at the points of the grid,
+spread by the shape functions of the element that contains each.
+
+On the same tooth the compliance of the tooth held on its centre line is subtracted, flank by flank.  Held are all nodes
+on and beyond the centre line, beyond the pitch, and two modules below the root.  Where no nodes lie on the centre line
+the held surface is ragged by part of an element.  This effect vanishes as the mesh is refined.
 """
 
 from __future__ import annotations
@@ -26,10 +27,10 @@ from nvhchain.gear.elements.point_location import ElementSearch
 from nvhchain.handoff import FloatArray, IntArray
 
 _HELD_DEPTH = 2.0
-"""Normal modules below the root circle from where on the held tooth is held as well: that of an own mesh."""
+"""Depth below the root circle from which the held tooth is held (normal modules); as in a generated mesh."""
 
 _ON = 1e-6
-"""Part of the pitch angle by which a node may miss the centre line or the edge of the pitch and count as on it."""
+"""Tolerance within which a node counts as on the centre line or the edge of the pitch, relative to the pitch angle."""
 
 _FACE_NODES = {"tet10": 6, "hex20": 8}
 
@@ -43,10 +44,10 @@ def foreign_compliance(
     friction: bool,
     progress: Progress | None,
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray | None]:
-    """(radius, axial, blocks, friction) of `FlankCompliance`; arguments as in `flank_compliance`.
+    """Return radius, axial, blocks and friction of `FlankCompliance`; arguments as in `flank_compliance`.
 
-    profile_elements and width_layers of the fidelity set the grid, two intervals for each.
-    Raises InputError where a point of the flank lies outside the mesh.
+    `profile_elements` and `width_layers` of the fidelity set the grid, two intervals for each.  A point of the flank
+    outside the mesh is an InputError.
     """
     gear, sector = body.geometry, body.sector
     radius = np.linspace(gear.form_radius, gear.tip_circle_radius, 2 * fidelity.profile_elements + 1)
@@ -104,7 +105,7 @@ class _Loads:
         self._axial = np.tile(axial, 2 * len(radius))
 
     def of_tooth(self, tooth: int) -> tuple[sp.csr_matrix, sp.csr_matrix]:
-        """(unknowns, points) N of unit normal forces into the tooth, and of those along the profile to its tip."""
+        """Return nodal forces (unknowns, points) in N of unit normal forces into the tooth and of unit forces to its tip."""
         gear, r, z, side = self._gear, self._radius, self._axial, self._side
         alpha, tilt = gear.pressure_angle_at(r), gear.base_helix_angle
         angle = side * gear.half_tooth_angle(r) + gear.twist * z + tooth * gear.pitch_angle
@@ -127,7 +128,7 @@ class _Loads:
 def _held(
     body: GearBody, mesh: VolumeMesh, K: sp.csr_matrix, tooth: int, flank: int
 ) -> Callable[[sp.csr_matrix, sp.csr_matrix], FloatArray]:
-    """(points, forces) ↦ Lᵀ K⁻¹ P with one half of the tooth free."""
+    """Return the function (points, forces) ↦ Lᵀ K⁻¹ P with one half of the tooth free."""
     gear = body.geometry
     radius, number, offset, _ = mesh.places(gear)
     outwards = (1 - 2 * flank) * offset / gear.pitch_angle

@@ -1,7 +1,7 @@
-"""Monotone cubics through rows of points, each row with abscissae of its own, all at one place.
+"""Monotone cubic interpolation through rows of points, each row with its own abscissae, at one place.
 
 Source: Fritsch & Butland, SIAM J. Sci. Stat. Comput. 5 (1984) 300; end slopes after Moler, Numerical Computing with
-MATLAB, ch. 3.6. `scipy.interpolate.PchipInterpolator` says the same, for one row a call.
+MATLAB, ch. 3.6.  `scipy.interpolate.PchipInterpolator` computes the same, one row a call.
 """
 
 from __future__ import annotations
@@ -12,10 +12,10 @@ from nvhchain.handoff import FloatArray, IntArray
 
 
 def monotone_cubic(x: FloatArray, y: FloatArray, first: IntArray, last: IntArray, at: float) -> FloatArray:
-    """(rows,) value at x = `at` of the cubic through (x, y) of columns `first` to `last` of each row.
+    """Return the value (rows,) at x = `at` of the cubic through columns `first` to `last` of each row.
 
-    x: (rows, n), never falling.  y: (n,), rising.  first, last: (rows,) with x[first] ≤ at ≤ x[last], first < last.
-    Where x stays the same over several columns the curve is steep: it jumps.
+    x: (rows, n), never falling.  y: (n,), rising.  first, last: (rows,) with x[first] ≤ at ≤ x[last], first < last. The
+    curve jumps where x is equal in several columns.
     """
     row = np.arange(len(x))
     step = np.diff(x, axis=1)
@@ -25,7 +25,7 @@ def monotone_cubic(x: FloatArray, y: FloatArray, first: IntArray, last: IntArray
         tangent = np.zeros(x.shape)
         near, far = step[:, 1:], step[:, :-1]
         before, after = 2 * near + far, near + 2 * far
-        mean = (before / slope[:, :-1] + after / slope[:, 1:]) / (before + after)  # of 1/slope
+        mean = (before / slope[:, :-1] + after / slope[:, 1:]) / (before + after)  # mean of 1/slope
         tangent[:, 1:-1] = 1.0 / mean
         tangent[row, first] = _end(step, slope, row, first, np.minimum(first + 1, last - 1))
         tangent[row, last] = _end(step, slope, row, last - 1, np.maximum(last - 2, first))
@@ -37,7 +37,7 @@ def monotone_cubic(x: FloatArray, y: FloatArray, first: IntArray, last: IntArray
 
 
 def _end(step: FloatArray, slope: FloatArray, row: IntArray, outer: IntArray, inner: IntArray) -> FloatArray:
-    """Tangent at an end from the two intervals next to it: that of a parabola, never falling."""
+    """Return the tangent at an end from the two nearest intervals: that of a parabola, never falling."""
     h, k, m, n = step[row, outer], step[row, inner], slope[row, outer], slope[row, inner]
     tangent = ((2 * h + k) * m - h * n) / (h + k)
     return np.where(inner == outer, m, np.where(tangent > 0, tangent, 0.0))

@@ -1,12 +1,12 @@
-"""One tooth and its pitch of rim, condensed onto the nodes it shares with neighbours and blank.
+"""Condensation of one tooth and its pitch of rim onto the nodes shared with neighbours and blank.
 
-Unknowns are in cylindrical axes (radial, circumferential, axial) of each node, in which all teeth are alike. With o
-the inner nodes and i the shared ones, a load P on the flanks gives
+Unknowns are in cylindrical axes (radial, circumferential, axial) of each node, in which all teeth are alike.  With
+inner nodes o and shared nodes i, a load P on the flanks gives
 
     u_flank = Pᵀ K_oo⁻¹ P + Gᵀ u_i,   K_i u_i = G,   K_i = K_ii − K_io K_oo⁻¹ K_oi,   G = −K_io K_oo⁻¹ P.
 
-From the first term the same with the tooth's centre-line surface held as well is taken away: both contain the
-indentation under the nodal load, which grows without limit as the mesh is refined; their difference converges.
+From the first term the same term with the tooth's centre-line surface held is subtracted.  Both contain the indentation
+under the nodal load, which grows without limit as the mesh is refined.  Their difference converges.
 """
 
 from __future__ import annotations
@@ -27,15 +27,26 @@ from nvhchain.handoff import FloatArray, IntArray
 
 @dataclass(frozen=True, eq=False)
 class CondensedTooth:
-    """Three unknowns per shared node; flank points ordered flank, radius, axial.
+    """One condensed tooth: three unknowns per shared node, flank points ordered flank, radius, axial.
 
-    radius: (n_p,) m.  axial: (n_w,) m.
-    stiffness: (3 n_i, 3 n_i) N/m.  passed: (3 n_i, n) G, what a unit flank load puts on the shared nodes.
-    own: (n, n) m/N, flank compliance with the shared nodes held, less that with the centre-line surface held.
-    passed_friction, own_friction: the same for unit forces along the profile, towards the tip; `own_friction` is the
-        normal displacement under them. None where not asked for.
-    left, right, bottom: shared nodes of the pitch's solid mesh in their order in `stiffness`; left and right
-        without those on the bottom.
+    Parameters
+    ----------
+    radius : (n_p,) array
+        Radii of the flank points (m).
+    axial : (n_w,) array
+        Axial positions of the flank points (m).
+    stiffness : (3 n_i, 3 n_i) array
+        Stiffness of the shared nodes (N/m).
+    passed : (3 n_i, n) array
+        G, the forces that a unit flank load puts on the shared nodes.
+    own : (n, n) array
+        Flank compliance with the shared nodes held, less that with the centre-line surface held (m/N).
+    left, right, bottom : int array
+        Shared nodes of the pitch's solid mesh, in their order in `stiffness`; left and right exclude those on the
+        bottom.
+    passed_friction, own_friction : array, optional
+        The same for unit forces along the profile, towards the tip; `own_friction` is the normal displacement under
+        them.
     """
 
     radius: FloatArray
@@ -93,17 +104,17 @@ def condensed_tooth(
 
 
 def unknowns(nodes: IntArray) -> IntArray:
-    """The three unknowns of each node."""
+    """Return the three unknowns of each node."""
     return (3 * nodes[:, None] + np.arange(3)).ravel()
 
 
 def cylindrical_stiffness(solid: SolidMesh, elements: IntArray, material: Material) -> sp.csr_matrix:
-    """Stiffness (N/m) of `elements` in radial, circumferential and axial unknowns of each node."""
+    """Return the stiffness (N/m) of `elements` in radial, circumferential and axial unknowns of each node."""
     K, _ = stiffness_and_mass(solid.nodes, elements, "hex20", material, mass=False)
     c, s = np.cos(solid.angle), np.sin(solid.angle)
     axes = np.zeros((len(c), 3, 3))
     axes[:, 0, 0], axes[:, 0, 1], axes[:, 1, 0], axes[:, 1, 1], axes[:, 2, 2] = c, -s, s, c, 1.0
-    K.resize((3 * len(c), 3 * len(c)))  # nodes beyond the last element's
+    K.resize((3 * len(c), 3 * len(c)))  # adds nodes beyond those of the last element
     n = np.arange(len(c) + 1)
     turn = sp.bsr_matrix((axes, n[:-1], n))
     return sp.csr_matrix(turn.T @ K @ turn)

@@ -1,4 +1,4 @@
-"""Gears: geometry, finite element bodies, contact and mesh laws."""
+"""Gears: drawings, finite elements, compliance, contact, mesh laws and root strain."""
 
 from nvhchain.gear.compliance.analytic import SliceCompliance, slice_compliance
 from nvhchain.gear.compliance.flank_compliance import FlankCompliance, flank_compliance

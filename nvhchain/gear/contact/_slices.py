@@ -1,4 +1,4 @@
-"""Compiled solution of the contact of slices; `contact` says of what."""
+"""Compiled solution of the contact of slices; `slice_forces` states the problem."""
 
 from __future__ import annotations
 
@@ -6,14 +6,18 @@ import numba
 import numpy as np
 
 _SUMS = {"reassoc", "contract"}
-"""Sums in the order of the processor's vectors: four times as fast, rounding apart the same."""
+"""Compiler flags that let sums follow the order of the processor's vectors: four times as fast, equal except for
+rounding."""
 
 
 @numba.njit(
     "boolean(float64[:, ::1], float64[::1], int64)", cache=True, nogil=True, error_model="numpy", fastmath=_SUMS
 )
 def cholesky_solve(H: np.ndarray, x: np.ndarray, n: int) -> bool:
-    """Overwrite the leading n entries of x by H⁻¹x; the lower triangle of H becomes its factor."""
+    """Overwrite the leading n entries of x by H⁻¹x; the lower triangle of H becomes its factor.
+
+    Returns False where H is not positive definite.
+    """
     for i in range(n):
         for j in range(i + 1):
             s = H[i, j]
@@ -40,7 +44,7 @@ def cholesky_solve(H: np.ndarray, x: np.ndarray, n: int) -> bool:
 
 @numba.njit("int64(float64, float64, float64, int64)", cache=True, nogil=True, error_model="numpy")
 def piece_of(q: float, limit: float, per_ratio: float, last: int) -> int:
-    """Piece of the local law on which the load q > 0, N/m, lies."""
+    """Return the piece of the local law for the load q > 0 (N/m)."""
     if q >= limit:
         return last
     return max(int(np.floor(np.log(q / limit) * per_ratio)) + last, 0)
@@ -67,7 +71,7 @@ def gaps(
     F: np.ndarray,
     g: np.ndarray,
 ) -> tuple[float, float]:
-    """Fill the gaps g; return the potential Φ (J) and the largest violation (m)."""
+    """Fill the gaps g (m); return the potential Φ (J) and the largest violation (m)."""
     n = len(F)
     last = level.shape[1] - 1
     energy = 0.0
@@ -113,7 +117,7 @@ def solve(
     forces: np.ndarray,
     residual: np.ndarray,
 ) -> None:
-    """Projected Newton with an active set, one case after the other, each started from the one before."""
+    """Solve by projected Newton with an active set, one case after the other, each started from the one before."""
     n = len(length)
     last = level.shape[1] - 1
     F, trial, g, g_trial = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n)
@@ -128,7 +132,7 @@ def solve(
             F[:] = 0.0
             before = 0.0
             continue
-        # the law is close to linear: the scaled previous answer lies near and below the new one
+        # the law is close to linear: the scaled previous solution lies near and below the new one
         F *= scale / before if before > 0.0 else 0.0
         before = scale
         energy, worst = gaps(C, a, length, limit, per_ratio, level, half_slope, offset, stored, F, g)
@@ -142,8 +146,8 @@ def solve(
                     m += 1
             for r in range(m):
                 i = free[r]
-                # δ_loc has no finite slope at 0: a slice that closes gets that at a thousandth of about the load that
-                # would take the whole approach locally
+                # δ_loc has no finite slope at 0: a slice that closes takes the slope at a thousandth of the load that
+                # would take up about the whole approach locally
                 q = F[i] / length[i]
                 if q <= 0.0:
                     q = 1e-3 * min(scale / level[i, 0], limit[i])
@@ -164,7 +168,7 @@ def solve(
                     trial[i] = max(0.0, F[i] + alpha * step[r])
                     slope += g[i] * (trial[i] - F[i])
                 e, w = gaps(C, a, length, limit, per_ratio, level, half_slope, offset, stored, trial, g_trial)
-                # near the solution Φ is flat to rounding; there a falling residual decides
+                # near the solution Φ is flat to rounding; a falling residual is accepted instead
                 if w < 0.5 * worst or e <= energy + 1e-4 * slope:
                     accepted = True
                     break
@@ -174,5 +178,5 @@ def solve(
             F, trial, g, g_trial = trial, F, g_trial, g
             energy, worst = e, w
         residual[case] = worst / scale
-        for i in range(n):  # a slice would compile for seconds
+        for i in range(n):  # an array slice would compile for seconds
             forces[case, i] = F[i]

@@ -1,8 +1,8 @@
-"""Tip edges beyond the path of contact that close under load: how far from the flank they have to be looked for.
+"""Search range for tip edges beyond the path of contact that close under load.
 
-The farther an edge is from the path, the farther it is from the mating flank: where edges at the limit
-`GearFidelity.corner_gap` stay open, those beyond it do. Where one carries, the limit goes to what the flanks approach
-each other by: an edge with a larger gap cannot close.
+The farther an edge is from the path, the farther it is from the mating flank.  Where edges at the limit
+`GearFidelity.corner_gap` stay open, those beyond it stay open too.  Where one of them carries, the limit is raised to
+the approach of the flanks.  An edge with a larger gap cannot close.
 """
 
 from __future__ import annotations
@@ -21,17 +21,31 @@ from nvhchain.gear.contact.engagement import Engagement, engaged_reach
 from nvhchain.gear.drawing.pair import BACK, DRIVE
 
 PLACES = 8
-"""Over the face width, each on another tooth of the body period, at which edges are at the limit when looked at."""
+"""Number of places over the face width, each on another tooth of the body period, at which edges are put at the
+limit."""
 
 _PART = 0.05
-"""Of a slice that is left of it where the limit cuts it: its middle is at the limit, nearly."""
+"""Part of a slice that remains where the limit cuts it; its middle is then nearly at the limit."""
 
 
 def with_closing_edges(engagement: Engagement, drive: float, back: float = 0.0) -> Engagement:
-    """`engagement` itself, or with a `corner_gap` beyond which no edge closes at these approaches of the flanks, m.
+    """Return an engagement whose `corner_gap` includes all edges that close at given approaches of the flanks.
 
-    drive, back: how far the drive and the back flanks are pushed together.
-    Compliances that reach over too few teeth for it are computed anew. A `corner_gap` of 0 stays.
+    Parameters
+    ----------
+    engagement : Engagement
+        Contact problem.
+    drive, back : float
+        Approach of the drive and of the back flanks (m).
+
+    Returns
+    -------
+    Engagement
+        `engagement` itself, or one with a larger `corner_gap`.
+
+    Notes
+    -----
+    Compliances that reach over too few teeth are computed anew.  A `corner_gap` of 0 stays.
     """
     gap = engagement.fidelity.corner_gap
     closed, needed = False, gap
@@ -47,14 +61,14 @@ def with_closing_edges(engagement: Engagement, drive: float, back: float = 0.0) 
 
 
 def _edges_at_limit(engagement: Engagement, flank: int) -> Iterator[tuple[ContactLines, NDArray[np.bool_]]]:
-    """Contact lines that end at the limit, before the path and after it, and which of their slices do (n,)."""
+    """Yield contact lines that end at the limit, before and after the path, and which of their slices (n,) do."""
     pair, fidelity = engagement.pair, engagement.fidelity
     before, after = pair.extensions(fidelity.corner_gap)
     tangent = pair.sense * tan(pair.base_helix_angle) * (1 if flank == DRIVE else -1)
     width = pair.face_width / engagement.slices
     for limit, inwards in ((pair.path[0] - before, 1.0), (pair.path[1] + after, -1.0)):
         for i in range(PLACES):
-            # the inner end of a slice, whose other end is cut off
+            # the inner end of a slice; the limit cuts its other end off
             bound = (i * engagement.slices // PLACES + (inwards * tangent > 0)) * width - pair.face_width / 2
             axial = bound - np.sign(inwards * tangent) * _PART * width
             mesh = i * pair.meshes_per_body_period // PLACES
@@ -65,7 +79,7 @@ def _edges_at_limit(engagement: Engagement, flank: int) -> Iterator[tuple[Contac
 
 
 def _reaching(engagement: Engagement, gap: float) -> Engagement:
-    """The engagement with this `corner_gap`, m, and compliances that reach as far."""
+    """Return the engagement with the `corner_gap` `gap` (m) and compliances of sufficient reach."""
     pair, fidelity = engagement.pair, replace(engagement.fidelity, corner_gap=gap)
     reach = engaged_reach(pair, gap)
     pinion, wheel = (

@@ -1,20 +1,25 @@
 """Contact lines of a gear pair on its plane of action.
 
-The pinion drives and turns counter-clockwise about +z (sense +1) or clockwise (−1), the wheel the other way. Each
-angle counts positive in its own running direction; r_bP φ_P = r_bG φ_G without load. On the plane of action
-s is the distance from the pinion's base tangent point along the transverse line of action, z the distance from
-mid-width. Drive flanks (of both gears: those that face the pinion's running direction), tooth pair k, wheel angle θ:
+The pinion drives and turns counter-clockwise about +z (sense +1) or clockwise (−1), the wheel the other way.  Each
+angle counts positive in its own running direction; r_bP φ_P = r_bG φ_G without load.
+
+On the plane of action s is the distance from the pinion's base tangent point along the transverse line of action, and z
+the distance from mid-width.  Drive flanks are those of both gears that face the pinion's running direction.  For the
+drive flanks, tooth pair k and wheel angle θ,
 
     s = s_C + r_bG θ − k p_bt + z tan β_b sense,     s_A ≤ s ≤ s_E,
 
-so that pair 0 touches at the pitch point C at mid-width at θ = 0; β_b > 0 where the pinion is right-handed. The
-back flanks meet on the mirrored line, with s measured from its own tangent point:
+so that pair 0 touches at the pitch point C at mid-width at θ = 0; β_b > 0 where the pinion is right-handed.  The back
+flanks meet on the mirrored line, with s measured from its own tangent point:
 
     s = s_C + (k + 1) p_bt − s_wG cos α_wt − r_bG θ − z tan β_b sense,
 
-s_wG the wheel's tooth thickness on its working circle. Beyond the path of contact between the tip circles a tip edge
-meets the mating flank: loaded teeth do so where the gap is small enough (`corner_gap`). The deflection (some 10 µm) is
-left out of s against the base pitch (some mm).
+with s_wG the wheel's tooth thickness on its working circle.
+
+Beyond the path of contact between the tip circles a tip edge meets the mating flank.  Under load edges with a gap up to
+`corner_gap` are included.
+
+The deflection (some 10 µm) is neglected in s against the base pitch (some mm).
 """
 
 from __future__ import annotations
@@ -30,22 +35,38 @@ from nvhchain.gear.drawing.tip_edge_gap import edge_gap
 from nvhchain.handoff import FloatArray, IntArray
 
 POINTS, ZOOMS = 17, 4
-"""Along the profile where relieved flanks are looked for at their nearest, each time between the neighbours of the best
-before: to 1e-4 of the way, some 0.1 µm."""
+"""Points along the profile, and number of refinements, of the search for the least distance of relieved flanks. Each
+refinement searches between the neighbours of the best point. The result is exact to 1e-4 of the range, some 0.1 µm."""
 
 
 @dataclass(frozen=True, eq=False)
 class ContactLines:
-    """Slices of all contact lines at one angle; one entry per slice that touches the path of contact.
+    """Slices of all contact lines at one wheel angle; one entry per slice that touches the path of contact.
 
-    flank: DRIVE or BACK.  side: its index in `FlankCompliance`, 0 faces counter-clockwise.
-    tooth: (2, n) index of pinion and wheel.
-    axial: (n,) m, middle of the part in contact.  position: (n,) s, m.  length: (n,) m along the contact line.
-    radius: (2, n) m, of the contact point on pinion and wheel.  depth: (2, n) m, from there along the normal to the
-    tooth centre line.
-    curvature: (n,) m, ρ₁ρ₂/(ρ₁+ρ₂) in the normal plane.
-    corner: (n,) m, gap along the normal by which an edge beyond the end of the path misses the flank; 0 on the path.
-    edges: tip edges of both gears near the slices.
+    Parameters
+    ----------
+    flank : int
+        DRIVE or BACK.
+    side : int
+        Index of the flank in `FlankCompliance`; 0 faces counter-clockwise.
+    tooth : (2, n) int array
+        Tooth of pinion and wheel.
+    axial : (n,) array
+        Middle of the part in contact (m).
+    position : (n,) array
+        Position s on the line of action (m).
+    length : (n,) array
+        Length along the contact line (m).
+    radius : (2, n) array
+        Radius of the contact point on pinion and wheel (m).
+    depth : (2, n) array
+        Depth from the contact point along the normal to the tooth's centre line (m).
+    curvature : (n,) array
+        Radius of relative curvature ρ₁ρ₂/(ρ₁+ρ₂) in the normal plane (m).
+    corner : (n,) array
+        Gap along the normal between an edge beyond the end of the path and the flank (m); 0 on the path.
+    edges : TipEdges
+        Tip edges of both gears near the slices.
     """
 
     flank: int
@@ -64,11 +85,30 @@ class ContactLines:
 def contact_lines(
     pair: GearPair, angle: float, *, slices: int, flank: int = DRIVE, corner_gap: float = 0.0
 ) -> ContactLines:
-    """Contact lines of all tooth pairs at wheel `angle`, rad, cut into `slices` over the common face width.
+    """Return the contact lines of all tooth pairs at one wheel angle, cut into slices over the common face width.
 
-    corner_gap: m, unloaded gap up to which tip edges beyond the path count as in contact.
-    A slice that is crossed by an end of the path keeps the part inside it, so lengths vary continuously for
-    helical gears. Tooth indices count counter-clockwise in each gear's own numbering and are not reduced modulo z.
+    Parameters
+    ----------
+    pair : GearPair
+        Gear pair.
+    angle : float
+        Wheel angle (rad).
+    slices : int
+        Slices over the common face width.
+    flank : int
+        DRIVE or BACK.
+    corner_gap : float
+        Unloaded gap up to which tip edges beyond the path count as in contact (m).
+
+    Returns
+    -------
+    ContactLines
+        Slices in contact.
+
+    Notes
+    -----
+    A slice crossed by an end of the path keeps the part inside it.  Lengths therefore vary continuously for helical
+    gears. Tooth indices count counter-clockwise in each gear's own numbering and are not reduced modulo z.
     """
     tangent, width, pitch = pair.sense * tan(pair.base_helix_angle), pair.face_width, pair.base_pitch
     before, after = pair.extensions(corner_gap)
@@ -104,7 +144,7 @@ def contact_lines(
     radius = np.hypot(np.stack([on_path, pair.line_length - on_path]), pair.base_radius[:, None])
     corner, enclosed = _touch_edges(pair, position, radius)
     tip_circles = np.array([[g.tip_circle_radius] for g in pair.geometries])
-    there = np.flatnonzero((radius <= tip_circles * (1 + 1e-9)).all(axis=0))  # an edge past the other tip meets nothing
+    there = np.flatnonzero((radius <= tip_circles * (1 + 1e-9)).all(axis=0))  # edges past the other tip are dropped
     axial, position, length, corner, enclosed = (a[there] for a in (axial, position, length, corner, enclosed))
     pairs, radius = pairs[there], radius[:, there]
     rolled = np.sqrt(radius**2 - pair.base_radius[:, None] ** 2)
@@ -131,7 +171,7 @@ def contact_lines(
 
 
 def wheel_angle(pair: GearPair, position: float, axial: float, mesh: int, flank: int = DRIVE) -> float:
-    """Wheel angle, rad, at which tooth pair `mesh` touches at `position` s and `axial` z, m."""
+    """Return the wheel angle (rad) at which tooth pair `mesh` touches at `position` s and `axial` z (m)."""
     helix = pair.sense * tan(pair.base_helix_angle) * axial
     if flank == DRIVE:
         travel = position - pair.pitch_point + mesh * pair.base_pitch - helix
@@ -142,9 +182,9 @@ def wheel_angle(pair: GearPair, position: float, axial: float, mesh: int, flank:
 
 
 def _touch_edges(pair: GearPair, position: FloatArray, radius: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Gaps, m, and angles between the flanks, rad, in the normal plane (n,) of the slices beyond the path; 0 on it.
+    """Return gaps (m) and angles between the flanks (rad) in the normal plane at slices beyond the path; 0 on it.
 
-    Their place on the mating flank goes into `radius` (2, n) m.
+    Shapes are (n,).  The contact radius on the mating flank is written into `radius` (2, n), m.
     """
     gap, angle = np.zeros(len(position)), np.zeros(len(position))
     for edge, beyond in ((1, pair.path[0] - position), (0, position - pair.path[1])):
@@ -157,10 +197,10 @@ def _touch_edges(pair: GearPair, position: FloatArray, radius: FloatArray) -> tu
 
 
 def separation(pair: GearPair, lines: ContactLines) -> FloatArray:
-    """(n,) m: unloaded gap of every slice beyond that of aligned pure involutes; negative where misalignment closes it.
+    """Return the unloaded gap (n,) in m of every slice beyond that of aligned pure involutes.
 
-    What micro-geometry takes off both flanks where they come nearest, the misalignment, and what an edge beyond the
-    path misses.
+    The gap includes the material removed from both flanks where they come nearest, the misalignment, and the gap of
+    edges beyond the path.  It is negative where misalignment closes the flanks.
     """
     drive = lines.flank == DRIVE
     gap = pair.misalignment.separation(
@@ -181,13 +221,13 @@ def separation(pair: GearPair, lines: ContactLines) -> FloatArray:
 
 
 def _least_removed(pair: GearPair, lines: ContactLines, removed: FloatArray) -> FloatArray:
-    """(n,) m: least over the profile of what is taken off both flanks and what the involutes part by.
+    """Return the least distance (n,) in m of both flanks over the profile: removed material plus distance of involutes.
 
-    With t, m, along the profile from where involutes touch, towards the wheel's tip, u² of the wheel's rolled length u
-    grows by 2 r_b t and the pinion's falls; involutes part by t²/(2ρ), beyond an edge by φ|t| more. Relieved flanks
-    touch further inside, on less relief.
+    t (m) counts along the profile from the contact point of the involutes, towards the wheel's tip.  The wheel's
+    squared rolled length grows by 2 r_b t and the pinion's falls by as much.  Involutes part by t²/(2ρ), beyond an edge
+    by φ|t| more.  Relieved flanks touch further inside, where less is removed.
 
-    removed: (n,) m, at t = 0: flanks that part by more than that cannot be nearer.
+    removed: (n,) m, at t = 0.  Places where the involutes part by more than that cannot be nearer.
     """
     base = pair.base_radius[:, None, None]
     rolled = (lines.radius**2 - pair.base_radius[:, None] ** 2)[:, None]

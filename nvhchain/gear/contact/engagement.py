@@ -1,4 +1,4 @@
-"""The loaded mesh at one position: contact lines, the compliance of both gears between them, slice forces."""
+"""Loaded mesh at one position: contact lines, compliance of both gears between them, and slice forces."""
 
 from __future__ import annotations
 
@@ -29,30 +29,67 @@ from nvhchain.handoff import FloatArray
 from nvhchain.kinds import check_fields
 
 FRICTION_ROUNDS = 60
-"""Of following what friction bends; a dozen is usual, more means failure."""
+"""Largest number of iterations on the deflection due to friction; a dozen is usual, more means failure."""
 
 
 def engaged_reach(pair: GearPair, corner_gap: float = 0.0) -> int:
-    """Largest distance in teeth between two pairs in contact at once.
+    """Return the largest distance in teeth between two tooth pairs in contact at once.
 
-    corner_gap: m, unloaded gap up to which tip edges beyond the path count (`GearFidelity.corner_gap`).
+    Parameters
+    ----------
+    pair : GearPair
+        Gear pair.
+    corner_gap : float
+        Unloaded gap up to which tip edges beyond the path count (m), `GearFidelity.corner_gap`.
+
+    Returns
+    -------
+    int
+        Distance in teeth.
     """
     return ceil(pair.total_contact_ratio + sum(pair.extensions(corner_gap)) / pair.base_pitch) - 1
 
 
 def slice_count(pair: GearPair, fidelity: GearFidelity) -> int:
-    """Slices of the face width: those of the fidelity, or so many of every axial pitch where the face is wider.
+    """Return the number of slices of the face width.
 
-    A line enters and leaves within a pitch: over 6 pitches 32 slices in all made the swing 2.8 times too large.
+    Parameters
+    ----------
+    pair : GearPair
+        Gear pair.
+    fidelity : GearFidelity
+        `slices` per face width, or per axial pitch where the face is wider.
+
+    Returns
+    -------
+    int
+        Number of slices.
+
+    Notes
+    -----
+    A contact line enters and leaves within a pitch.  With 32 slices over 6 pitches the peak-to-peak transmission error
+    was 2.8 times too large.
     """
     return ceil(fidelity.slices * max(1.0, pair.overlap_ratio))
 
 
 @dataclass(frozen=True, eq=False)
 class Engagement:
-    """A gear pair with the flank compliances of both gears, ready for contact at any angle.
+    """Gear pair with the flank compliances of both gears, ready for contact at any angle.
 
-    fidelity: its `slices` and `contact_residual` are used.
+    Parameters
+    ----------
+    pair : GearPair
+        Gear pair.
+    compliances : tuple of 2 FlankCompliance or SliceCompliance
+        Compliances of pinion and wheel.
+    fidelity : GearFidelity
+        Slices, contact residual and corner gap.
+
+    Raises
+    ------
+    InputError
+        If a compliance belongs to another gear, reaches over too few teeth or does not cover the face width.
     """
 
     pair: GearPair
@@ -92,15 +129,15 @@ class Engagement:
 
     @property
     def slices(self) -> int:
-        """`slice_count`."""
+        """Number of slices, `slice_count`."""
         return slice_count(self.pair, self.fidelity)
 
     def lines(self, angle: float, flank: int = DRIVE) -> ContactLines:
-        """Contact lines at wheel `angle`, rad, cut into `slices`."""
+        """Return the contact lines at wheel `angle` (rad), cut into `slices`."""
         return contact_lines(self.pair, angle, slices=self.slices, flank=flank, corner_gap=self.fidelity.corner_gap)
 
     def compliance(self, lines: ContactLines) -> FloatArray:
-        """C (n, n), m/N: normal approach at every slice under a unit normal force at every other, both gears."""
+        """Return C (n, n) in m/N: normal approach at every slice under a unit normal force at each, both gears."""
         n = len(lines.length)
         total = np.zeros((n, n))
         for tooth, radius, between in zip(lines.tooth, lines.radius, self._between_points, strict=True):
@@ -111,10 +148,17 @@ class Engagement:
         return total
 
     def friction_compliance(self, lines: ContactLines) -> FloatArray:
-        """(n, n) m/N: normal approach at every slice under unit friction at every other, both gears, by its sense.
+        """Return the normal approach (n, n) in m/N at every slice under unit friction at each, both gears.
 
-        Friction pushes both flanks towards their tips where the pinion's slides ahead of the wheel's, and towards
-        their roots before the pitch point.  Raises InputError for compliances without it.
+        Raises
+        ------
+        InputError
+            If the compliances were computed without friction.
+
+        Notes
+        -----
+        The sign follows the sense of sliding.  Friction pushes both flanks towards their tips where the pinion's flank
+        slides ahead of the wheel's, and towards their roots before the pitch point.
         """
         n = len(lines.length)
         total = np.zeros((n, n))
@@ -125,7 +169,7 @@ class Engagement:
         return total * (sliding_sense(self.pair, lines) * (1.0 if lines.flank == DRIVE else -1.0))
 
     def at_angles(self, angles: FloatArray) -> Engagement:
-        """The same pair with the compliances that it needs at these wheel `angles`, rad, and no others."""
+        """Return the same pair with only the compliances needed at these wheel `angles` (rad)."""
         teeth = np.hstack(
             [
                 contact_lines(self.pair, angle, slices=1, flank=flank, corner_gap=self.fidelity.corner_gap).tooth
@@ -147,37 +191,59 @@ class Engagement:
         separation: FloatArray | None = None,
         friction: float = 0.0,
     ) -> tuple[ContactLines, FloatArray]:
-        """Contact lines and slice forces (n_case, n), N, at wheel `angle`, rad.
+        """Return contact lines and slice forces at one wheel angle.
 
-        approach: (n_case,) m, how far the flanks are pushed together along their normal.
-        separation: (n,) m, unloaded gap of every slice beyond that of aligned pure involutes; by default what
-        micro-geometry and misalignment of the pair make it.
-        friction: coefficient μ of what bends the teeth along their profile.
-        Raises SolverError where the contact does not converge or the local law leaves its range.
+        Parameters
+        ----------
+        angle : float
+            Wheel angle (rad).
+        approach : (n_case,) array
+            Approach of the flanks along their normal (m).
+        flank : int
+            DRIVE or BACK.
+        separation : (n,) array, optional
+            Unloaded gap of every slice beyond that of aligned pure involutes (m); by default that of the pair's
+            micro-geometry and misalignment.
+        friction : float
+            Coefficient of friction μ in the deflection of the teeth along their profile.
+
+        Returns
+        -------
+        lines : ContactLines
+            Slices.
+        force : (n_case, n) array
+            Slice forces (N).
+
+        Raises
+        ------
+        SolverError
+            If the contact does not converge or the local law leaves its range.
         """
         lines = self.lines(angle, flank)
         gap = unloaded_gap(self.pair, lines) if separation is None else separation
         return lines, self.forces_on(lines, np.asarray(approach, float)[:, None] - gap, friction=friction)
 
     def local_law(self, lines: ContactLines) -> LocalLaw:
-        """Local deflection of every slice."""
+        """Return the local deflection law of every slice."""
         materials = (self.pair.pinion.material, self.pair.wheel.material)
         pinion, wheel = (not isinstance(c, SliceCompliance) for c in self.compliances)
         depths = (lines.depth[0], lines.depth[1])
         return local_law(lines.curvature, depths, materials, edges=lines.edges, held=(pinion, wheel))
 
     def residual(self, lines: ContactLines, approach: float, force: FloatArray, *, friction: float = 0.0) -> float:
-        """Largest violation of the contact conditions, m, by the slice forces (n,), N, at an approach, m."""
+        """Return the largest violation of the contact conditions (m) by slice forces (n,) in N at an approach (m)."""
         pressed, compliance = approach - unloaded_gap(self.pair, lines), self.compliance(lines)
         if friction:
             compliance = compliance + friction * self.friction_compliance(lines)
         return complementarity_residual(compliance, pressed, lines.length, self.local_law(lines), force)
 
     def forces_on(self, lines: ContactLines, approach: FloatArray, *, friction: float = 0.0) -> FloatArray:
-        """Slice forces (n_case, n), N, for the approach (n_case, n), m, of every slice, its unloaded gap taken off.
+        """Return the slice forces (n_case, n) in N for the approach (n_case, n) in m of every slice, less its gap.
 
-        With friction the problem is no longer that of a minimum; what friction bends is put on the right-hand side
-        and followed, which shrinks the change by about μ tan α each time.
+        Notes
+        -----
+        With friction the problem is not that of a minimum.  The deflection due to friction is put on the right-hand
+        side and iterated.  Each iteration reduces the change by a factor of about μ tan α.
         """
         law = self.local_law(lines)
         tolerance, compliance = self.fidelity.contact_residual, self.compliance(lines)
@@ -208,7 +274,7 @@ class Engagement:
         return forces
 
     def mesh_force(self, angle: float, deflection: FloatArray) -> FloatArray:
-        """F(θ, δ), (n_defl,) N: > 0 on the drive flank, 0 in the backlash gap, < 0 on the back flank."""
+        """Return F(θ, δ) (n_defl,) in N: > 0 on the drive flank, 0 in the backlash gap, < 0 on the back flank."""
         deflection = np.asarray(deflection, float)
         force = np.zeros(len(deflection))
         for flank, sign in ((DRIVE, 1.0), (BACK, -1.0)):
@@ -216,12 +282,15 @@ class Engagement:
             lines = self.lines(angle, flank)
             gap = unloaded_gap(self.pair, lines)
             closed = np.flatnonzero(approach > gap.min(initial=np.inf))
-            closed = closed[np.argsort(approach[closed])]  # each solution starts the next, deeper one
+            closed = closed[np.argsort(approach[closed])]  # each solution starts the next one
             if len(closed):
                 force[closed] += sign * self.forces_on(lines, approach[closed, None] - gap).sum(axis=1)
         return force
 
     def first_contact(self, angle: float, flank: int = DRIVE) -> float:
-        """Approach, m, at which the flanks first touch at wheel `angle`, rad; 0 without micro-geometry and tilt."""
+        """Return the approach (m) at which the flanks first touch at wheel `angle` (rad).
+
+        It is 0 without micro-geometry and misalignment.
+        """
         lines = self.lines(angle, flank)
         return float(unloaded_gap(self.pair, lines).min())

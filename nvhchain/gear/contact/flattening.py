@@ -10,14 +10,14 @@ from nvhchain.handoff import FloatArray
 
 
 def half_space_compliance(material: Material) -> float:
-    """2 (1 − ν²)/(π E), 1/Pa: what one flank contributes to the local deflection per unit q."""
+    """Return 2 (1 − ν²)/(π E) in 1/Pa, the contribution of one flank to the local deflection per unit q."""
     return 2.0 * (1.0 - material.poisson**2) / (np.pi * material.young)
 
 
 def contact_half_width(
     load: ArrayLike, curvature_radius: ArrayLike, materials: tuple[Material, Material]
 ) -> FloatArray:
-    """Hertzian half width L = √{(4/π)[(1−ν₁²)/E₁ + (1−ν₂²)/E₂] q ρ}, m.
+    """Return the Hertzian half width L = √{(4/π)[(1−ν₁²)/E₁ + (1−ν₂²)/E₂] q ρ} (m).
 
     load: q, N per metre of contact line.  curvature_radius: ρ = ρ₁ρ₂/(ρ₁+ρ₂), m, in the normal plane.
     """
@@ -31,11 +31,29 @@ def local_deflection(
     depths: tuple[ArrayLike, ArrayLike],
     materials: tuple[Material, Material],
 ) -> FloatArray:
-    """Approach of the two tooth centre lines by flattening, m (Weber–Banaschek).
+    """Return the approach of the two tooth centre lines by flattening (m), after Weber and Banaschek.
 
-    δ_loc = Σ_i 2q(1−ν_i²)/(πE_i) [ln(2h_i/L) − ν_i/(2(1−ν_i))], 0 without load.
-    load: q, N/m.  curvature_radius: m.  depths: h_i, m, along the normal from flank to tooth centre line.
-    Holds while L is well below h_i.  Source: C. Weber, K. Banaschek, Schriftenreihe Antriebstechnik 11 (1953).
+    Parameters
+    ----------
+    load : array_like
+        Load per length q (N/m).
+    curvature_radius : array_like
+        Radius of relative curvature (m).
+    depths : tuple of 2 array_like
+        Depths h_i along the normal from flank to tooth centre line (m).
+    materials : tuple of 2 Material
+        Materials of both gears.
+
+    Returns
+    -------
+    array
+        Local deflection δ_loc (m), 0 without load.
+
+    Notes
+    -----
+    δ_loc = Σ_i 2q(1−ν_i²)/(πE_i) [ln(2h_i/L) − ν_i/(2(1−ν_i))].  It holds while L is well below h_i.
+
+    Source: C. Weber, K. Banaschek, Schriftenreihe Antriebstechnik 11 (1953).
     """
     q = np.asarray(load, float)
     width = contact_half_width(q, curvature_radius, materials)

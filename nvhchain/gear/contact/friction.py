@@ -1,8 +1,8 @@
-"""Coulomb friction on the flanks: its direction and what it does to the torque.
+"""Coulomb friction on the flanks: its direction and its effect on the torque.
 
-With parallel axes the flanks slide in the transverse plane, across the line of action: at s from the pinion's base
-tangent point the pinion's flank moves with ω_P s, the wheel's with ω_G (L − s), L the distance of the tangent points.
-The friction force μ F turns with the sliding, which changes its sign at the pitch point.
+With parallel axes the flanks slide in the transverse plane, across the line of action.  At s from the pinion's base
+tangent point the pinion's flank moves with ω_P s and the wheel's with ω_G (L − s). L is the distance of the tangent
+points.  The friction force μ F reverses with the sliding velocity at the pitch point.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from nvhchain.gear.drawing.pair import DRIVE, GearPair
 from nvhchain.handoff import FloatArray
 
 LARGEST_COEFFICIENT = 1.0
-"""Of friction, beyond which a unit was mistaken."""
+"""Largest coefficient of friction; a larger value has a wrong unit."""
 
 
 def check_coefficient(friction: float) -> None:
-    """Refuse what is no coefficient of friction."""
+    """Refuse a coefficient of friction outside its range."""
     require(
         0 <= friction <= LARGEST_COEFFICIENT,
         f"friction = {friction:g} is outside 0…{LARGEST_COEFFICIENT:g}: give the coefficient, usual is 0.05",
@@ -29,16 +29,51 @@ def check_coefficient(friction: float) -> None:
 
 
 def sliding_sense(pair: GearPair, lines: ContactLines) -> FloatArray:
-    """(n,) −1, 0 or 1: sign of ω_P s − ω_G (L − s); −1 where the pinion's root touches, 1 where its tip does."""
+    """Return the sign (n,) of the sliding velocity ω_P s − ω_G (L − s): −1, 0 or 1.
+
+    Parameters
+    ----------
+    pair : GearPair
+        Gear pair.
+    lines : ContactLines
+        Slices.
+
+    Returns
+    -------
+    (n,) array
+        −1 where the pinion's root touches, 1 where its tip does.
+    """
     return np.sign(lines.position - pair.pitch_point)
 
 
 def lever_arms(pair: GearPair, lines: ContactLines, friction: float) -> FloatArray:
-    """(2, n) m: torque that goes into the pinion and out of the wheel per normal force of each slice.
+    """Return the torque into the pinion and out of the wheel per normal force of each slice.
 
-    T_P = Σ F (± r_bP cos β_b + μ σ s), T_G = Σ F (± r_bG cos β_b + μ σ (L − s)), + on the drive flanks, − on the back
-    flanks, σ the sense of sliding: T_P ω_P − T_G ω_G = Σ μ F |ω_P s − ω_G (L − s)|, the friction's power.
-    friction: coefficient μ, 0 … 1.
+    Parameters
+    ----------
+    pair : GearPair
+        Gear pair.
+    lines : ContactLines
+        Slices.
+    friction : float
+        Coefficient μ, 0 … 1.
+
+    Returns
+    -------
+    (2, n) array
+        Lever arms of pinion and wheel (m).
+
+    Raises
+    ------
+    InputError
+        If the coefficient is out of range.
+
+    Notes
+    -----
+    T_P = Σ F (± r_bP cos β_b + μ σ s), T_G = Σ F (± r_bG cos β_b + μ σ (L − s)), with + on the drive flanks, − on the
+    back flanks, and σ the sense of sliding.
+
+    The friction power is T_P ω_P − T_G ω_G = Σ μ F |ω_P s − ω_G (L − s)|.
     """
     check_coefficient(friction)
     normal = pair.base_radius * cos(pair.base_helix_angle) * (1.0 if lines.flank == DRIVE else -1.0)

@@ -1,4 +1,4 @@
-"""The local deflection of slices in the form in which the contact problem solves it."""
+"""Local deflection law of slices, in the form that the contact problem solves."""
 
 from __future__ import annotations
 
@@ -12,21 +12,35 @@ from nvhchain.gear.contact.tip_edge import TipEdges, held_excess, load_of_half_w
 from nvhchain.handoff import FloatArray
 
 PIECES = 24
-"""Of a law between a millionth of its limit and the limit."""
+"""Pieces of a law between a millionth of its limit and the limit."""
 
 _SPAN = 1e6
 
 
 @dataclass(frozen=True, eq=False)
 class LocalLaw:
-    """δ_loc = D + q (A − H ln q) per slice and piece, q in N/m; δ and dδ/dq have no steps between the pieces.
+    """Piecewise law δ_loc = D + q (A − H ln q) per slice, q in N/m; δ and dδ/dq are continuous.
 
-    They end at `limit` divided by `ratio`^(k − 1), ..., `ratio`, 1; the last is the tangent from `limit` on (H = 0).
-    Between the ends dδ/dq is linear in ln q, as it is for Hertz's strip throughout.
-    limit: (n,) N/m, where the half width reaches half the smaller depth, as far as the formula means anything; the
-    tangent keeps the law rising (by itself it falls from L ≈ h on).
-    level: A, (n, k + 1) 1/Pa.  half_slope: H, 1/Pa.  offset: D, m.  energy: (n, k + 1) J/m², ∫ δ dq = E + D q +
-    q² (A/2 − H (½ ln q − ¼)).
+    Parameters
+    ----------
+    limit : (n,) array
+        Load at which the half width reaches half the smaller depth (N/m); the formula is meaningless beyond it.
+    ratio : float
+        Ratio of the loads at successive ends of pieces.
+    level : (n, k + 1) array
+        A (1/Pa).
+    half_slope : (n, k + 1) array
+        H (1/Pa).
+    offset : (n, k + 1) array
+        D (m).
+    energy : (n, k + 1) array
+        E (J/m²), in ∫ δ dq = E + D q + q² (A/2 − H (½ ln q − ¼)).
+
+    Notes
+    -----
+    The pieces end at `limit` divided by `ratio`^(k − 1), ..., `ratio`, 1.  Between the ends dδ/dq is linear in ln q, as
+    it is for Hertz's strip throughout. The last piece is the tangent from `limit` on (H = 0).  It keeps the law rising;
+    the formula itself falls from L ≈ h on.
     """
 
     limit: FloatArray
@@ -37,7 +51,7 @@ class LocalLaw:
     energy: FloatArray
 
     def deflection(self, load: FloatArray) -> FloatArray:
-        """δ_loc (n,), m, under `load` q (n,), N/m."""
+        """Return δ_loc (n,) in m under `load` q (n,) in N/m."""
         count = self.level.shape[1] - 1
         with np.errstate(divide="ignore"):
             steps = np.log(load / self.limit) / np.log(self.ratio)
@@ -55,10 +69,25 @@ def local_law(
     edges: TipEdges | None = None,
     held: tuple[bool, bool] = (False, False),
 ) -> LocalLaw:
-    """`local_deflection` of slices with given ρ (n,), m, and depths, two (n,), m, with what `tip_edge` says beyond it.
+    """Return `local_deflection` of slices as a piecewise law, with the corrections of `tip_edge`.
 
-    edges: tip edges near the slices; None for flanks without an end.
-    held: gears whose compliance is free of that of a tooth held on its centre line (`held_excess`).
+    Parameters
+    ----------
+    curvature_radius : (n,) array
+        Radius of relative curvature ρ (m).
+    depths : tuple of 2 (n,) array
+        Depths of both gears (m).
+    materials : tuple of 2 Material
+        Materials of both gears.
+    edges : TipEdges, optional
+        Tip edges near the slices; None for flanks without an end.
+    held : tuple of 2 bool
+        Gears from whose compliance that of a tooth held on its centre line was subtracted (`held_excess`).
+
+    Returns
+    -------
+    LocalLaw
+        Law of every slice.
     """
     parts = [half_space_compliance(m) for m in materials]
     a = sum(parts)
@@ -81,7 +110,7 @@ def local_law(
 
 
 def _pieces(limit: FloatArray, ratio: float, load: FloatArray, slope: FloatArray) -> LocalLaw:
-    """Law whose slope dδ/dq (n, k) 1/Pa at the `load` (n, k), N/m, is joined by straight lines over ln q."""
+    """Return the law whose slope dδ/dq (n, k) in 1/Pa at `load` (n, k) in N/m is interpolated linearly in ln q."""
     log = np.log(load)
     half_slope = np.zeros((len(limit), PIECES + 1))
     half_slope[:, 1:-1] = -np.diff(slope, axis=1) / np.diff(log, axis=1)
@@ -89,7 +118,7 @@ def _pieces(limit: FloatArray, ratio: float, load: FloatArray, slope: FloatArray
     level = np.empty_like(half_slope)
     level[:, 1:] = slope + half_slope[:, 1:] * (log + 1)
     level[:, 0] = level[:, 1]
-    # δ and its integral go on where one piece meets the next
+    # δ and its integral are continuous where pieces meet
     offset, energy = np.zeros_like(level), np.zeros_like(level)
     fallen, less = -np.diff(level, axis=1), -np.diff(half_slope, axis=1)
     step = load * (fallen - less * log)

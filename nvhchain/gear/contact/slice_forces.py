@@ -1,13 +1,14 @@
-"""Contact of cut flanks: the complementarity problem of all slices.
+"""Contact of flanks cut into slices: the complementarity problem of all slices.
 
-Of n slices (all engaged pairs together) the normal forces F_i ≥ 0 (N) and gaps g_i ≥ 0 (m) obey F_i g_i = 0,
+For n slices (all engaged pairs together) the normal forces F_i ≥ 0 (N) and gaps g_i ≥ 0 (m) obey F_i g_i = 0,
 
     g = −δ + e + δ_loc(F) + C F,
 
-δ the prescribed approach of the unloaded flanks along their common normal, e their unloaded separation
-(0 for pure involutes), C (m/N) the global compliance of both gears, symmetric and not negative. δ_loc grows
-strictly with F, so this is the optimality condition of a strictly convex function Φ(F) over F ≥ 0: the solution
-exists, is unique, and Σ F never falls with δ.
+with δ the prescribed approach of the unloaded flanks along their common normal and e their unloaded separation (0 for
+pure involutes).  C (m/N) is the global compliance of both gears, symmetric and not negative.
+
+δ_loc grows strictly with F.  The problem is therefore the optimality condition of a strictly convex function Φ(F) over
+F ≥ 0.  The solution exists, is unique, and Σ F never falls with δ.
 """
 
 from __future__ import annotations
@@ -30,16 +31,32 @@ __all__ = [
 ]
 
 MAX_ITERATIONS = 100
-"""Newton steps of one complementarity problem; a dozen is usual, more means failure."""
+"""Largest number of Newton steps of one complementarity problem; a dozen is usual, more means failure."""
 
 
 def complementarity_residual(
     compliance: FloatArray, approach: FloatArray, length: FloatArray, law: LocalLaw, force: FloatArray
 ) -> float:
-    """Largest violation, m, of F ≥ 0, g ≥ 0, F g = 0 by the slice forces `force` (n,), N, of one case.
+    """Return the largest violation (m) of F ≥ 0, g ≥ 0, F g = 0 by the slice forces of one case.
 
-    |g| where F > 0 and max(0, −g) where F = 0, g from the definition; arguments as in `slice_forces`.
-    Raises SolverError for a force that pulls.
+    Parameters
+    ----------
+    compliance, length, law
+        As in `slice_forces`.
+    approach : (n,) array
+        δ − e (m).
+    force : (n,) array
+        Slice forces (N).
+
+    Returns
+    -------
+    float
+        |g| where F > 0 and max(0, −g) where F = 0, whichever is largest (m).
+
+    Raises
+    ------
+    SolverError
+        If a force pulls.
     """
     if not len(force):
         return 0.0
@@ -58,14 +75,36 @@ def slice_forces(
     *,
     tolerance: float,
 ) -> FloatArray:
-    """Slice forces (n_case, n), N, for the approach δ − e of every slice in every case.
+    """Return the slice forces for the approach δ − e of every slice in every case.
 
-    compliance: C (n, n) m/N.  approach: (n_case, n) m; rising cases are solved fastest.  length: (n,) m of contact
-    line.  law: local deflection.  tolerance: admissible residual relative to the case's largest
-    approach; the residual is |g_i| where F_i > 0 and max(0, −g_i) where F_i = 0.
-    Raises SolverError when a case does not reach it.
+    Parameters
+    ----------
+    compliance : (n, n) array
+        C (m/N).
+    approach : (n_case, n) array
+        δ − e (m); rising cases are solved fastest.
+    length : (n,) array
+        Length of contact line (m).
+    law : LocalLaw
+        Local deflection.
+    tolerance : float
+        Admissible residual relative to the case's largest approach.
+
+    Returns
+    -------
+    (n_case, n) array
+        Slice forces (N).
+
+    Raises
+    ------
+    SolverError
+        If a case does not reach the tolerance.
+
+    Notes
+    -----
+    The residual is |g_i| where F_i > 0 and max(0, −g_i) where F_i = 0.
     """
-    from nvhchain.gear.contact._slices import solve  # compiles, or reads its cache, when first needed
+    from nvhchain.gear.contact._slices import solve  # compiled, or read from its cache, when first needed
 
     approach = np.ascontiguousarray(approach, dtype=float)
     forces = np.zeros_like(approach)

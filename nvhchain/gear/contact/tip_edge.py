@@ -1,38 +1,39 @@
-"""What is special about contact near the tip of a tooth: half a strip of contact, and a wedge instead of a half-space.
+"""Contact near the tip of a tooth: half a contact strip, and a wedge instead of a half-space.
 
-Strip. Beyond the end of the path the flanks enclose an angle φ at the edge; x along the flank from the edge, the gap
-is φ x + x²/(2ρ). The edge stays, so the strip is 0 ≤ x ≤ b, its pressure vanishing at b and singular at the edge. For
-half-planes (singular integral with one open end; K. L. Johnson, Contact Mechanics, 1985, ch. 2 and 5)
+Strip.  Beyond the end of the path the flanks enclose an angle φ at the edge.  With x along the flank from the edge the
+gap is φ x + x²/(2ρ).  The edge does not move, so the strip is 0 ≤ x ≤ b.  Its pressure vanishes at b and is singular at
+the edge.  For half-planes (singular integral with one open end; K. L. Johnson, Contact Mechanics, 1985, ch. 2 and 5)
 
     p = (E*/2) √((b − x)/x) (φ + (x + b/2)/ρ),    q = (πE*/4)(φ b + ¾ b²/ρ),
 
-and the approach is that of a full strip with the half width L replaced by (b/2) e^(−w/2), w = φb/(φb + ¾b²/ρ). All of
-this lies in one fact: another bit of load acts like a flat punch on the strip of the moment, so that with half width c
+and the approach is that of a full strip with the half width L replaced by (b/2) e^(−w/2), w = φb/(φb + ¾b²/ρ).  All of
+this follows from one fact: an increment of load acts like a flat punch on the current strip, so that with half width c
 
     dδ/dq = ... − a ln c − a/2,    a = 2/(πE*),    c = L (Hertz) or b/2 (at an edge).
 
-Contact at the distance d inside the edge is whole as long as L ≤ d, and afterwards the same strip with φ = −d/ρ: at
-L = d both have b = 2d, and the law and its slope go on.
+Contact at the distance d inside the edge is complete as long as L ≤ d.  Beyond that it is the same strip with φ = −d/ρ.
+At L = d both have b = 2d, and the law and its slope are continuous.
 
-Wedge. A tip is a wedge of W = 90° + α_tip. Far from a load near its apex the stress is Flamant's for a wedge
-(S. Timoshenko, J. N. Goodier, Theory of Elasticity, art. 38), along its axis cos θ/(r (W/2 + ½ sin W)), across it
-sin θ/(r (W/2 − ½ sin W)); a force normal to a face has the parts sin W/2 and cos W/2 of these, and what gives way
-along it has κ times the half-space's logarithm of the distance:
+Wedge.  A tip is a wedge of W = 90° + α_tip.  Far from a load near its apex the stress is Flamant's for a wedge (S.
+Timoshenko, J. N. Goodier, Theory of Elasticity, art. 38): along its axis cos θ/(r (W/2 + ½ sin W)), across it sin θ/(r
+(W/2 − ½ sin W)).  A force normal to a face has the parts sin W/2 and cos W/2 of these.  The displacement along the
+force has κ times the half-space's logarithm of the distance:
 
     κ = (π/2)[sin²(W/2)/(W/2 + ½ sin W) + cos²(W/2)/(W/2 − ½ sin W)],    κ(180°) = 1.
 
-The displacement at x from the apex under a load at s knows of the wedge beyond the farther of both, and the wedge ends
-inside the tooth: with d = max(x, s) the bracket has ½(κ − 1) ln(1 + (m h/d)²) more. Of a flat punch on a strip at the
-edge the mean of ln d over both places is that of 2c e^(7ζ(3)/π² − 2 ln 2) = 1.173 c; inside it grows to that from that
-of the middle.
+The displacement at x from the apex under a load at s follows the wedge beyond the farther of both, and the wedge ends
+inside the tooth.  With d = max(x, s) the bracket gains ½(κ − 1) ln(1 + (m h/d)²).  For a flat punch on a strip at the
+edge the mean of ln d over both places is that of 2c e^(7ζ(3)/π² − 2 ln 2) = 1.173 c.  Inside the flank it grows to that
+from the logarithm of the middle's distance.
 
-Held section. What is taken off the flank's compliance (`FlankCompliance`) is not a half-space seen from the depth h but
-a tooth held on its centre line. Away from its ends that is a layer of thickness h bonded to something rigid, whose
-surface gives way under a line load by 2(1−ν²)q/(πE) [ln(h/r) + C] (Fourier integral of `held_excess`); in the bracket
-of Weber and Banaschek C = −1/(2(1−ν)). What goes back in must be what was taken out: the difference belongs to flanks
-freed of a held tooth, not to the formula.
+Held section.  The part subtracted from the flank's compliance (`FlankCompliance`) is not a half-space seen from the
+depth h but a tooth held on its centre line.  Away from its ends that is a layer of thickness h bonded to a rigid base.
+Its surface deflects under a line load by 2(1−ν²)q/(πE) [ln(h/r) + C] (Fourier integral of `held_excess`).  In the
+bracket of Weber and Banaschek C = −1/(2(1−ν)).  The part added must equal the part subtracted.  The difference
+therefore belongs to flanks less a held tooth, not to the formula.
 
-All three against finite elements of plane sections: docs/measured/gear/tip_edge.md (an edge in contact: within 2 %).
+docs/measured/gear/tip_edge.md compares all three with finite elements of plane sections; an edge in contact agrees
+within 2 %.
 """
 
 from __future__ import annotations
@@ -45,22 +46,29 @@ import numpy as np
 from nvhchain.handoff import FloatArray
 
 FADE = 0.13
-"""m: finite elements of held sections of teeth (20 to 82) give 0.12 to 0.14 (benchmarks/gear/tip_edge.py)."""
+"""Factor m in the fading of the wedge. Finite elements of held sections of teeth (20 to 82) give 0.12 to 0.14
+(benchmarks/gear/tip_edge.py)."""
 
 _BEYOND_STRIP = 0.1728
-"""2 e^(7ζ(3)/π² − 2 ln 2) − 1: where two points under a flat punch at an edge have the farther of them, less c."""
+"""2 e^(7ζ(3)/π² − 2 ln 2) − 1: equivalent distance of the farther of two points under a flat punch at an edge, over c,
+less 1."""
 
 _LAYER_END = 60.0
-"""Wave number times thickness beyond which a layer is a half-space, to rounding."""
+"""Wave number times thickness beyond which a layer equals a half-space, to rounding."""
 
 
 @dataclass(frozen=True, eq=False)
 class TipEdges:
-    """Where the tip edges of both gears are, seen from every slice.
+    """Positions of the tip edges of both gears relative to every slice.
 
-    distance: (2, n) m, along the flank from the contact to the tip edge of pinion and wheel; 0 where that edge touches.
-    angle: (n,) φ, rad, between the flanks at the edge, in the normal plane; −d/ρ where the contact lies inside.
-    wedge: (2,) W, rad, 90° + α_tip, of the tips of pinion and wheel.
+    Parameters
+    ----------
+    distance : (2, n) array
+        Distance along the flank from the contact to the tip edge of pinion and wheel (m); 0 where that edge touches.
+    angle : (n,) array
+        Angle φ between the flanks at the edge in the normal plane (rad); −d/ρ where the contact lies inside.
+    wedge : (2,) array
+        Wedge angles W = 90° + α_tip of the tips of pinion and wheel (rad).
     """
 
     distance: FloatArray
@@ -71,7 +79,7 @@ class TipEdges:
 def strip_half_width(
     load: FloatArray, curvature_radius: FloatArray, angle: FloatArray, compliance: float
 ) -> FloatArray:
-    """Half width c, m, of the strip under `load`, N/m: Hertz's, or half of b where an edge ends it.
+    """Return the half width c (m) of the strip under `load` (N/m): Hertz's, or half of b where an edge ends it.
 
     curvature_radius: ρ, m.  angle: φ, rad, at the nearest edge.  compliance: a, 1/Pa, of both flanks.
     """
@@ -83,23 +91,23 @@ def strip_half_width(
 def load_of_half_width(
     half_width: FloatArray, curvature_radius: FloatArray, angle: FloatArray, compliance: float
 ) -> FloatArray:
-    """q, N/m, at which the strip has half width c, m; the inverse of `strip_half_width`."""
+    """Return the load q (N/m) at which the strip has half width c (m); the inverse of `strip_half_width`."""
     whole = half_width**2 / curvature_radius
     ended = 2 * half_width * angle + 3 * half_width**2 / curvature_radius
     return np.where(half_width <= -angle * curvature_radius, whole, ended) / (2 * compliance)
 
 
 def wedge_factor(angle: float) -> float:
-    """κ of a wedge of `angle` W, rad, loaded near its apex normal to a face; 1 for a half-space."""
+    """Return κ of a wedge of `angle` W (rad) loaded near its apex normal to a face; 1 for a half-space."""
     half, bend = 0.5 * angle, 0.5 * np.sin(angle)
     return float(0.5 * np.pi * (np.sin(half) ** 2 / (half + bend) + np.cos(half) ** 2 / (half - bend)))
 
 
 def wedge_excess(distance: FloatArray, half_width: FloatArray, depth: FloatArray, angle: float) -> FloatArray:
-    """What a tip adds to the bracket of the local deflection's slope.
+    """Return the addition of a tip to the bracket in the slope of the local deflection.
 
-    distance: m, from the tip to the middle of the contact; less than c where the strip ends at it.
-    half_width: c, m.  depth: h, m.  angle: W, rad.
+    distance: m, from the tip to the middle of the contact; less than c where the strip ends at it. half_width: c, m.
+    depth: h, m.  angle: W, rad.
     """
     farther = np.maximum(distance, half_width) + _BEYOND_STRIP * half_width
     return 0.5 * (wedge_factor(angle) - 1) * np.log1p((FADE * depth / farther) ** 2)
@@ -107,7 +115,7 @@ def wedge_excess(distance: FloatArray, half_width: FloatArray, depth: FloatArray
 
 @cache
 def held_excess(poisson: float) -> float:
-    """What a layer held at the depth h adds to the Weber–Banaschek bracket: 0.188 for ν = 0.3.
+    """Return the addition of a layer held at the depth h to the Weber–Banaschek bracket: 0.188 for ν = 0.3.
 
     u = 2(1−ν²)q/(πE) ∫ M(k) cos(k x/h)/k dk, M = (2K sinh 2k − 4k)/(2K cosh 2k + 4k² + 1 + K²), K = 3 − 4ν.
     """

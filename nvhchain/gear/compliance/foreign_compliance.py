@@ -105,7 +105,7 @@ class _Loads:
         self._axial = np.tile(axial, 2 * len(radius))
 
     def of_tooth(self, tooth: int) -> tuple[sp.csr_matrix, sp.csr_matrix]:
-        """Return nodal forces (unknowns, points) in N of unit normal forces into a tooth and of unit forces to its tip."""
+        """Return nodal forces (unknowns, points) in N of unit forces on a tooth: inward normal, and towards the tip."""
         gear, r, z, side = self._gear, self._radius, self._axial, self._side
         alpha, tilt = gear.pressure_angle_at(r), gear.base_helix_angle
         angle = side * gear.half_tooth_angle(r) + gear.twist * z + tooth * gear.pitch_angle

@@ -1,6 +1,6 @@
-"""Mesh stiffness of a pair of discs after ISO 6336-1:2019, Method B: a yardstick, not part of the chain.
+"""Mesh stiffness of a pair of discs after ISO 6336-1:2019, Method B, for comparison; not part of the chain.
 
-Stiffness per unit face width in the transverse plane, N/(m m), i.e. 1e9 × the standard's N/(mm µm).
+Stiffness is per unit face width in the transverse plane, in N/(m m): 1e9 × the standard's N/(mm µm).
 """
 
 from __future__ import annotations
@@ -18,14 +18,23 @@ from nvhchain.kinds import check_arguments
 # ISO 6336-1:2019, Table 10, series for q' in mm µm/N.
 _SERIES = (0.04723, 0.15551, 0.25791, -0.00635, -0.11654, -0.00193, -0.24188, 0.00529, 0.00182)
 _MEASURED_OVER_THEORY = 0.8  # C_M, eq. (91)
-_LOW_LOAD = 100e3  # N/m, specific load under which the stiffness falls in proportion, eq. (90)
+_LOW_LOAD = 100e3  # N/m, specific load below which the stiffness falls in proportion, eq. (90)
 
 
 @dataclass(frozen=True)
 class IsoStiffness:
-    """Stiffness per face width, N/m².
+    """Stiffness per face width (N/m²).
 
-    theoretical_single: c'_th of steel.  single: c'.  mesh: c_γα (transmission error).  mesh_face_load: c_γβ.
+    Parameters
+    ----------
+    theoretical_single : float
+        Theoretical single stiffness c'_th of steel.
+    single : float
+        Single stiffness c'.
+    mesh : float
+        Mesh stiffness c_γα, for the transmission error.
+    mesh_face_load : float
+        Mesh stiffness c_γβ, for the face load.
     """
 
     theoretical_single: float
@@ -35,14 +44,34 @@ class IsoStiffness:
 
 
 def iso_stiffness(pair: GearPair, *, specific_load: float = _LOW_LOAD) -> IsoStiffness:
-    """c'_th, c', c_γα and c_γβ of a pair of solid or webbed discs.
+    """Return c'_th, c', c_γα and c_γβ of a pair of solid or webbed discs.
 
-    specific_load: F_t K_A / b, N/m.  Gear 1 of the standard is the one with fewer teeth, whichever drives.
-    Other materials than steel by E/E_St, E = 2 E₁E₂/(E₁ + E₂); E_St is that of `STEEL`, not the standard's 206 GPa, so
-    that steel on steel stays what the series says.  Of two webs the softer counts: C_R is the mean for a mate of a
-    similar or stiffer blank.
-    Raises InputError outside ε_α ≥ 1.2, β ≤ 30°, x₁ ≥ x₂, −0.5 ≤ x₁ + x₂ ≤ 2 and for blanks with openings.
-    Source: ISO 6336-1:2019, 9.3, eqs. (83) to (95).
+    Parameters
+    ----------
+    pair : GearPair
+        Gear pair.
+    specific_load : float
+        F_t K_A / b (N/m).
+
+    Returns
+    -------
+    IsoStiffness
+        Stiffnesses per face width.
+
+    Raises
+    ------
+    InputError
+        Outside ε_α ≥ 1.2, β ≤ 30°, x₁ ≥ x₂, −0.5 ≤ x₁ + x₂ ≤ 2, and for blanks with openings.
+
+    Notes
+    -----
+    Source: ISO 6336-1:2019, 9.3, eqs. (83) to (95).  Gear 1 of the standard is the one with fewer teeth, whichever
+    drives.
+
+    Materials other than steel enter by E/E_St, with E = 2 E₁E₂/(E₁ + E₂).  E_St is that of `STEEL`, not the standard's
+    206 GPa, so that steel on steel keeps the value of the series.
+
+    The softer of two webs counts: C_R is the mean for a mate of a similar or stiffer blank.
     """
     check_arguments(iso_stiffness, locals())
     require(specific_load > 0, f"specific load = {specific_load:g} N/m must be positive")
@@ -65,7 +94,7 @@ def iso_stiffness(pair: GearPair, *, specific_load: float = _LOW_LOAD) -> IsoSti
 
 
 def _check_validity(pair: GearPair, x1: float, x2: float) -> None:
-    """What the series and c_γ were fitted to."""
+    """Refuse pairs outside the range of the fits for the series and c_γ."""
     ratio, helix = pair.transverse_contact_ratio, abs(degrees(pair.pinion.geometry.helix_angle))
     instead = "take the stiffness from `loaded_mesh`"
     require(ratio >= 1.2, f"transverse contact ratio {ratio:.4g} is below ISO 6336's 1.2: {instead}")
@@ -78,14 +107,15 @@ def _check_validity(pair: GearPair, x1: float, x2: float) -> None:
 
 
 def _basic_rack_factor(dedendum: float, normal_pressure_angle: float) -> float:
-    """C_B, eq. (94); `dedendum` in modules."""
+    """Return C_B, eq. (94); `dedendum` in modules."""
     return (1 + 0.5 * (1.2 - dedendum)) * (1 - 0.02 * (20 - degrees(normal_pressure_angle)))
 
 
 def _blank_factor(body: GearBody) -> float:
-    """C_R = 1 + ln(b_s/b)/(5 exp(s_R/(5 m_n))) of a web b_s under a rim s_R thick below the root; 1 of a solid disc.
+    """Return the blank factor C_R: 1 of a solid disc, less with a web.
 
-    b_s/b below 0.2 and s_R/m_n below 1 count as these.
+    C_R = 1 + ln(b_s/b)/(5 exp(s_R/(5 m_n))) for a web b_s under a rim of thickness s_R below the root. Values of b_s/b
+    below 0.2 count as 0.2, and values of s_R/m_n below 1 count as 1.
     """
     gear, blank = body.geometry, body.blank
     cut = blank.cutouts

@@ -1,4 +1,4 @@
-"""Where a loaded mesh carries: along the line of action, for friction, along the face, and how it resists tilt."""
+"""Load distribution of a loaded mesh: along the line of action, along the face, for friction, and tilt stiffness."""
 
 from __future__ import annotations
 
@@ -24,7 +24,8 @@ from nvhchain.handoff import FloatArray, LoadDistribution
 from nvhchain.kinds import check_arguments
 
 PROBE = 0.02
-"""Of the deflection: what the ends of the face are tilted by when the resistance to tilt is taken by differences."""
+"""Displacement of the ends of the face for the difference quotient of the tilt stiffness, relative to the
+deflection."""
 
 
 def load_distribution(
@@ -36,13 +37,38 @@ def load_distribution(
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> LoadDistribution:
-    """Sliding, arm and centre of the load under `nominal_force` on `angles_per_mesh` angles per mesh period over the
-    body period of `pair`, and its resistance to tilt.
+    """Compute sliding, arm and centre of the load over a body period, and the stiffness against tilt.
 
-    nominal_force: N along the flank normal.  compliances: as in `mesh_law`; computed here if not handed in.
-    executor: takes blocks of angles.  progress: called with (blocks done, blocks in all).
-    The load is that without friction, which would change it in second order of the coefficient.
-    Raises SolverError where a contact does not converge.
+    Parameters
+    ----------
+    pair : GearPair
+        Gear pair.
+    nominal_force : float
+        Force along the flank normal (N).
+    fidelity : GearFidelity
+        `angles_per_mesh` angles per mesh period, slices and residual.
+    compliances : tuple of 2 FlankCompliance or SliceCompliance, optional
+        As in `mesh_law`; computed if not supplied.
+    executor : Executor, optional
+        Runs blocks of angles.
+    progress : Progress, optional
+        Called with (blocks done, blocks in all).
+
+    Returns
+    -------
+    LoadDistribution
+        Distribution of the load without friction.
+
+    Raises
+    ------
+    InputError
+        If the force is not positive and finite.
+    SolverError
+        If a contact does not converge.
+
+    Notes
+    -----
+    Friction would change the load in second order of its coefficient.
     """
     check_arguments(load_distribution, locals())
     require(0 < nominal_force < inf, f"nominal_force = {nominal_force:g} N must be positive and finite")
@@ -71,8 +97,11 @@ def load_distribution(
 
 
 def _carried(engagement: Engagement, angles: FloatArray, force: float) -> FloatArray:
-    """(n_angle, 6) sliding, arm and offset of the load; N m/rad of tilt by the contact problem and by slices side by
-    side; deflection: the piece of work of an executor."""
+    """Return one row per angle (n_angle, 6); the work of an executor.
+
+    The columns are sliding (1), arm (m) and offset (m) of the load, then the tilt stiffness (N m/rad) by the contact
+    problem and by independent slices, then the deflection (m).
+    """
     pair = engagement.pair
     guess, found = 1e-9 * force, []
     for angle in angles:
@@ -101,8 +130,10 @@ def _carried(engagement: Engagement, angles: FloatArray, force: float) -> FloatA
 
 
 def _sliding(pair: GearPair, lines: ContactLines) -> tuple[FloatArray, FloatArray]:
-    """(n,) mean of σ and (n,) m, mean of σ s over every slice: one that the pitch point crosses counts on both
-    sides."""
+    """Return the means (n,) of σ and of σ s (m) over every slice.
+
+    A slice crossed by the pitch point counts on both sides.
+    """
     along = lines.position - pair.pitch_point
     half = np.maximum(0.5 * lines.length * abs(sin(pair.base_helix_angle)), 1e-12)
     crossing = np.abs(along) < half

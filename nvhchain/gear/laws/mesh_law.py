@@ -1,4 +1,4 @@
-"""The mesh law F(θ, δ) of a gear pair over one body period."""
+"""Mesh law F(θ, δ) of a gear pair over one body period: mesh force against wheel angle and deflection."""
 
 from __future__ import annotations
 
@@ -30,14 +30,38 @@ def mesh_law(
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> MeshLaw:
-    """F(θ, δ) on `angles_per_mesh` angles per mesh period over the body period of `pair`.
+    """Compute the mesh law F(θ, δ) of a pair over its body period.
 
-    nominal_force: N along the flank normal (`GearPair.normal_force`); sets the range of deflections.
-    compliances: of pinion and wheel, reaching over `engaged_reach(pair, fidelity.corner_gap)` teeth; computed here if
-    not handed in, and anew where the load closes edges beyond them (`closing_edges`).
-    executor: takes blocks of angles.  progress: called with (steps done, steps in all); a step is a tooth of a
-    symmetric sector or a block of angles.
-    Raises SolverError where a contact does not converge.
+    Parameters
+    ----------
+    pair : GearPair
+        Gear pair.
+    nominal_force : float
+        Force along the flank normal (N), `GearPair.normal_force`; sets the range of deflections.
+    fidelity : GearFidelity
+        `angles_per_mesh` angles per mesh period, deflections, slices and residual.
+    compliances : tuple of 2 FlankCompliance or SliceCompliance, optional
+        Compliances of pinion and wheel over `engaged_reach(pair, fidelity.corner_gap)` teeth; computed if not supplied.
+    executor : Executor, optional
+        Runs blocks of angles.
+    progress : Progress, optional
+        Called with (steps done, steps in all).  A step is a tooth of a symmetric sector or a block of angles.
+
+    Returns
+    -------
+    MeshLaw
+        Force (N) on a grid of wheel angles (rad) and deflections (m).
+
+    Raises
+    ------
+    InputError
+        If the force is not positive and finite.
+    SolverError
+        If a contact does not converge.
+
+    Notes
+    -----
+    Compliances are computed anew where the load closes edges beyond their reach (`closing_edges`).
     """
     check_arguments(mesh_law, locals())
     require(0 < nominal_force < np.inf, f"nominal_force = {nominal_force:g} N must be positive and finite")
@@ -67,7 +91,24 @@ def mesh_law(
 
 
 def tabulated(pair: GearPair, angle: FloatArray, deflection: FloatArray, force: FloatArray) -> MeshLaw:
-    """Law of `pair` with this force (n_angle, n_defl), N, at wheel angles, rad, of a body period and deflections, m."""
+    """Return the mesh law of a pair with given forces.
+
+    Parameters
+    ----------
+    pair : GearPair
+        Gear pair.
+    angle : (n_angle,) array
+        Wheel angles of a body period (rad).
+    deflection : (n_defl,) array
+        Deflections (m).
+    force : (n_angle, n_defl) array
+        Forces (N).
+
+    Returns
+    -------
+    MeshLaw
+        Law with the geometry of the pair.
+    """
     return MeshLaw(
         angle=angle,
         deflection=deflection,
@@ -88,9 +129,19 @@ def engaged(
     fidelity: GearFidelity,
     compliances: tuple[FlankCompliance | SliceCompliance, FlankCompliance | SliceCompliance] | None = None,
 ) -> tuple[Engagement, FloatArray]:
-    """The contact problem with all edges that close in a mesh law, and the deflections, m, of that law.
+    """Return the contact problem with all edges that close in a mesh law, and the deflections of that law.
 
-    Arguments as in `mesh_law`.
+    Parameters
+    ----------
+    pair, nominal_force, fidelity, compliances
+        As in `mesh_law`.
+
+    Returns
+    -------
+    engagement : Engagement
+        Contact problem.
+    deflection : (n_defl,) array
+        Deflections (m).
     """
     angle = body_period_angles(pair, fidelity)
     engagement = Engagement(pair, compliances or pair_compliances(pair, fidelity), fidelity)
@@ -104,10 +155,25 @@ def engaged(
 def pair_compliances(
     pair: GearPair, fidelity: GearFidelity, *, progress: Progress | None = None
 ) -> tuple[FlankCompliance | SliceCompliance, FlankCompliance | SliceCompliance]:
-    """Compliances of pinion and wheel, each over `engaged_reach(pair)` teeth, as `fidelity.bodies` says.
+    """Compute the compliances of pinion and wheel, each over `engaged_reach(pair)` teeth.
 
-    progress: called with (teeth done, teeth of both sectors).
-    AccuracyWarning where an analytic body has a web, openings or a mesh of its own.
+    Parameters
+    ----------
+    pair : GearPair
+        Gear pair.
+    fidelity : GearFidelity
+        `bodies` selects elements or closed-form slices.
+    progress : Progress, optional
+        Called with (teeth done, teeth of both sectors).
+
+    Returns
+    -------
+    tuple of 2 FlankCompliance or SliceCompliance
+        Compliances of pinion and wheel.
+
+    Notes
+    -----
+    An `AccuracyWarning` is issued where an analytic body has a web, openings or an imported mesh.
     """
     check_arguments(pair_compliances, locals())
     if fidelity.bodies == "analytic":
@@ -135,17 +201,17 @@ def pair_compliances(
 
 
 def _force_rows(engagement: Engagement, angles: FloatArray, deflection: FloatArray) -> FloatArray:
-    """(n_angle, n_defl) N: the piece of work of an executor."""
+    """Return the mesh force (n_angle, n_defl) in N; the work of an executor."""
     return np.array([engagement.mesh_force(angle, deflection) for angle in angles])
 
 
 def deflection_grid(engagement: Engagement, nominal_force: float, angle: FloatArray) -> FloatArray:
-    """Deflections, m, from the back flank through the gap to the drive flank, closest together at first contact.
+    """Return deflections (m) from the back flank through the gap to the drive flank, densest at first contact.
 
-    The softest angle sets the reach, so that the drive flank carries `drive_reach` times the nominal force: of the
-    phases of a mesh period, looked at on teeth spread over the body period, and then, in the softest of them, of all
-    teeth. Where both do not add up, an angle between may carry some thousandths less. The back flank reaches
-    `back_reach` times it.
+    The softest angle sets the range, so that the drive flank carries `drive_reach` times the nominal force.  It is
+    searched among the phases of a mesh period, on teeth spread over the body period.  The softest phase is then
+    searched on all teeth.  Where the two effects do not add up, an angle between may carry some thousandths less.  The
+    back flank reaches `back_reach` times the nominal force.
     """
     fidelity = engagement.fidelity
     phases = min(fidelity.angles_per_mesh, len(angle))

@@ -1,6 +1,6 @@
 """Loaded static transmission error and mesh stiffness.
 
-TE = r_bG θ_G − r_bP θ_P = −δ/cos β_b; the functions return δ/cos β_b, positive on the drive flank, as it is plotted.
+TE = r_bG θ_G − r_bP θ_P = −δ/cos β_b.  The functions return δ/cos β_b, positive on the drive flank, as it is plotted.
 """
 
 from __future__ import annotations
@@ -28,16 +28,35 @@ from nvhchain.handoff import FloatArray, MeshLaw
 from nvhchain.kinds import check_arguments
 
 _ANGLE_BLOCK = 48
-"""Angles at least per piece of work handed to an executor, which take about a second."""
+"""Least number of angles per job of an executor; they take about a second."""
 
 _PIECES = 16
-"""Pieces at most: each travels with the compliances of its own teeth and of those beside them."""
+"""Largest number of jobs; each is sent with the compliances of its own teeth and of those beside them."""
 
 
 def deflection_at_force(law: MeshLaw, force: float) -> FloatArray:
-    """δ (n_angle,), m, at which the law carries `force`, N (negative: back flank), at each of its angles.
+    """Return the deflection at which a mesh law carries a force, at each of its angles.
 
-    Monotone cubic interpolation of δ over F between the tabulated deflections.  Raises InputError outside the table.
+    Parameters
+    ----------
+    law : MeshLaw
+        Mesh law.
+    force : float
+        Force (N); negative on the back flank.
+
+    Returns
+    -------
+    (n_angle,) array
+        Deflection δ (m).
+
+    Raises
+    ------
+    InputError
+        If the force is 0 or outside the table.
+
+    Notes
+    -----
+    Monotone cubic interpolation of δ over F between the tabulated deflections.
     """
     check_arguments(deflection_at_force, locals())
     require(force != 0, "force = 0 N has no unique deflection within the backlash: give a force")
@@ -52,7 +71,7 @@ def deflection_at_force(law: MeshLaw, force: float) -> FloatArray:
         )
     loaded = sense * law.force > 0
     first, last = np.zeros(len(law.angle), np.int64), np.full(len(law.angle), columns - 1)
-    if force > 0:  # the loaded columns and the last without load
+    if force > 0:  # the loaded columns and the last unloaded one
         first = np.maximum(loaded.argmax(axis=1) - 1, 0)
     else:
         last = np.minimum(columns - loaded[:, ::-1].argmax(axis=1), columns - 1)
@@ -60,7 +79,22 @@ def deflection_at_force(law: MeshLaw, force: float) -> FloatArray:
 
 
 def quasi_static_transmission_error(law: MeshLaw, force: float) -> tuple[FloatArray, FloatArray]:
-    """(angle, te): wheel angle, rad, and δ/cos β_b, m, over one body period at a constant normal `force`, N."""
+    """Return the transmission error over one body period at a constant normal force.
+
+    Parameters
+    ----------
+    law : MeshLaw
+        Mesh law.
+    force : float
+        Normal force (N).
+
+    Returns
+    -------
+    angle : (n_angle,) array
+        Wheel angle (rad).
+    te : (n_angle,) array
+        δ/cos β_b (m).
+    """
     return law.angle, deflection_at_force(law, force) / np.cos(law.base_helix_angle)
 
 
@@ -68,10 +102,22 @@ def quasi_static_transmission_error(law: MeshLaw, force: float) -> tuple[FloatAr
 class LoadedMesh:
     """Equilibrium at one wheel angle under a given normal force.
 
-    deflection: δ, m.  force: (n,) N per slice of `lines`.  pressure: (n,) Pa, Hertzian maximum 2q/(πL).
-    tangent_stiffness, secant_stiffness: dF/dδ and F/δ along the normal, N/m, F the sum of normal forces.
-    torque: (pinion, wheel) N m, into the one and out of the other, friction included.
-    residual: of the complementarity problem, m: gap left on loaded slices, overlap left on others, whichever is larger.
+    Parameters
+    ----------
+    lines : ContactLines
+        Slices.
+    deflection : float
+        δ (m).
+    force : (n,) array
+        Force of each slice (N).
+    pressure : (n,) array
+        Hertzian maximum pressure 2q/(πL) (Pa).
+    tangent_stiffness, secant_stiffness : float
+        dF/dδ and F/δ along the normal (N/m), F the sum of normal forces.
+    torque : tuple of 2 float
+        Torque into the pinion and out of the wheel (N m), friction included.
+    residual : float
+        Residual of the complementarity problem (m): gap of loaded slices or overlap of others, whichever is larger.
     """
 
     lines: ContactLines
@@ -84,7 +130,7 @@ class LoadedMesh:
     residual: float
 
     def load_share(self) -> dict[int, float]:
-        """Share of the force on each tooth pair, by wheel tooth."""
+        """Return the share of the force on each tooth pair, by wheel tooth."""
         total = self.force.sum()
         teeth = self.lines.tooth[1]
         return {int(t): float(self.force[teeth == t].sum() / total) for t in np.unique(teeth)}
@@ -99,13 +145,38 @@ def loaded_mesh(
     friction: float = 0.0,
     max_iterations: int = 50,
 ) -> LoadedMesh:
-    """Solve for the δ at which the drive flanks carry the pinion torque of `force`, N, at wheel `angle`, rad.
+    """Find the deflection δ at which the drive flanks carry the pinion torque of a normal force.
 
-    force: T_P/(r_bP cos β_b), `GearPair.normal_force`; without friction the sum of the normal forces.
-    guess: m, any positive deflection of the right order.
-    friction: coefficient μ, in the torque and in what bends the teeth (the compliances need to know it).
-    Newton on the tangent stiffness by differences, to a relative force error of 1e3 × the contact residual. Raises
-    SolverError if it does not get there.
+    Parameters
+    ----------
+    engagement : Engagement
+        Contact problem.
+    angle : float
+        Wheel angle (rad).
+    force : float
+        T_P/(r_bP cos β_b) (N), `GearPair.normal_force`; without friction the sum of the normal forces.
+    guess : float
+        Any positive deflection of the right order (m).
+    friction : float
+        Coefficient μ, in the torque and in the deflection of the teeth; the compliances must include it.
+    max_iterations : int
+        Largest number of Newton steps.
+
+    Returns
+    -------
+    LoadedMesh
+        Equilibrium.
+
+    Raises
+    ------
+    InputError
+        If angle, force or guess are unusable.
+    SolverError
+        If the tolerance is not reached.
+
+    Notes
+    -----
+    Newton's method on the tangent stiffness by differences, to a relative force error of 1e3 × the contact residual.
     """
     check_arguments(loaded_mesh, locals())
     require(
@@ -147,10 +218,30 @@ def loaded_mesh(
 def loaded_transmission_error(
     engagement: Engagement, pinion_torque: float, *, friction: float = 0.0, executor: Executor | None = None
 ) -> tuple[FloatArray, FloatArray]:
-    """(angle, te): wheel angle, rad, over one body period and δ/cos β_b, m, at a constant `pinion_torque`, N m.
+    """Return the transmission error over one body period at a constant pinion torque.
 
-    Solved at every one of the fidelity's angles, not interpolated in a law, and again where edges close beyond its
-    `corner_gap` (`closing_edges`).  friction: coefficient μ.  executor: takes blocks of angles.
+    Parameters
+    ----------
+    engagement : Engagement
+        Contact problem.
+    pinion_torque : float
+        Torque (N m).
+    friction : float
+        Coefficient μ.
+    executor : Executor, optional
+        Runs blocks of angles.
+
+    Returns
+    -------
+    angle : (n_angle,) array
+        Wheel angle (rad).
+    te : (n_angle,) array
+        δ/cos β_b (m).
+
+    Notes
+    -----
+    The contact is solved at every angle of the fidelity, not interpolated in a law.  It is solved again where edges
+    beyond the `corner_gap` close (`closing_edges`).
     """
     check_arguments(loaded_transmission_error, locals())
     pair = engagement.pair
@@ -164,13 +255,13 @@ def loaded_transmission_error(
 
 
 def body_period_angles(pair: GearPair, fidelity: GearFidelity) -> FloatArray:
-    """Wheel angles, rad, over one body period, `angles_per_mesh` to a mesh period."""
+    """Return the wheel angles (rad) over one body period, `angles_per_mesh` to a mesh period."""
     per_mesh = fidelity.angles_per_mesh
     return np.arange(float(pair.meshes_per_body_period * per_mesh)) * (pair.mesh_period / per_mesh)
 
 
 def angle_blocks(angle: FloatArray) -> list[FloatArray]:
-    """Pieces of work of an executor."""
+    """Split the angles into the jobs of an executor."""
     size = max(_ANGLE_BLOCK, ceil(len(angle) / _PIECES))
     return [angle[i : i + size] for i in range(0, len(angle), size)]
 
@@ -184,11 +275,11 @@ def on_blocks(
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> FloatArray:
-    """`work(engagement, angles, *given)` on all `angle_blocks`, one below the other.
+    """Return `work(engagement, angles, *given)` on all `angle_blocks`, stacked along axis 0.
 
-    executor: takes the blocks.  progress: called with (blocks done, blocks in all).
+    executor: runs the blocks.  progress: called with (blocks done, blocks in all).
     """
-    # a block travels without the teeth that its angles do not reach
+    # a block is sent without the teeth that its angles do not reach
     tasks = [engagement.at_angles(block) if executor else engagement for block in blocks]
     arguments = ([argument] * len(blocks) for argument in given)
     found: list[FloatArray] = []
@@ -200,7 +291,7 @@ def on_blocks(
 
 
 def _deflections(engagement: Engagement, angles: FloatArray, force: float, friction: float) -> FloatArray:
-    """(n_angle,) m: the piece of work of an executor."""
+    """Return the deflection (n_angle,) in m; the work of an executor."""
     guess, found = 1e-9 * force, []
     for angle in angles:
         guess = loaded_mesh(engagement, angle, force, guess=guess, friction=friction).deflection

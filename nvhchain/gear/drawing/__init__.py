@@ -1,1 +1,1 @@
-"""The drawing of a gear pair: geometry, micro-geometry, blanks, misalignment and backlash."""
+"""Drawing of a gear pair: geometry, micro-geometry, blanks, misalignment and backlash."""

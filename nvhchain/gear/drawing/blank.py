@@ -1,7 +1,7 @@
-"""What lies between bore and rim of a gear: solid, a thin web, holes, slots, or the carrier of a differential.
+"""Blanks, the bodies between bore and rim of a gear: solid, thin web, holes, slots, or a differential's carrier.
 
-Every blank says the same three things to the mesh: its web (a disc thinner than the face width), its cut-outs,
-and the order of its rotational symmetry.
+Every blank gives three properties to the mesh: its web (a disc thinner than the face width), its cut-outs, and the
+order of its rotational symmetry.
 """
 
 from __future__ import annotations
@@ -17,7 +17,10 @@ from nvhchain.kinds import check_fields
 
 
 class _Opened(ABC):
-    """A disc with `cutouts`, through the whole face width or through a thin web: all three of its sizes, or none."""
+    """Disc with `cutouts`, through the whole face width or through a thin web.
+
+    A web needs all three of its sizes; without a web none is given.
+    """
 
     count: int
     web_thickness: float | None
@@ -37,11 +40,11 @@ class _Opened(ABC):
     @property
     @abstractmethod
     def cutouts(self) -> Openings | None:
-        """The openings, if there are any."""
+        """Openings, or None."""
 
     @property
     def web(self) -> Web | None:
-        """The thin disc, if there is one."""
+        """Thin disc, or None."""
         hub, rim, thickness, openings = self.hub_radius, self.rim_radius, self.web_thickness, self.cutouts
         if hub is None and rim is None and thickness is None:
             return None
@@ -65,26 +68,34 @@ class Solid:
 
     @property
     def symmetry(self) -> int:
-        """Order of the rotational symmetry; 0: every angle."""
+        """Order of the rotational symmetry; 0 for symmetry about every angle."""
         return 0
 
     @property
     def web(self) -> Web | None:
-        """The disc between hub and rim, if it is thinner than the face width."""
+        """Disc between hub and rim that is thinner than the face width: None."""
         return None
 
     @property
     def cutouts(self) -> Openings | None:
-        """Openings, if there are any."""
+        """Openings: None."""
         return None
 
 
 @dataclass(frozen=True)
 class ThinRim:
-    """A rim on a web thinner than the face width.
+    """Rim on a web thinner than the face width.
 
-    web_thickness: m.  hub_radius, rim_radius: m, the web spans from the one to the other.
-    web_offset: m, of the web's middle along z from mid-width.
+    Parameters
+    ----------
+    web_thickness : float
+        Thickness of the web (m).
+    hub_radius : float
+        Inner radius of the web (m).
+    rim_radius : float
+        Outer radius of the web (m).
+    web_offset : float
+        Axial position of the web's middle from mid-width (m).
     """
 
     web_thickness: Length
@@ -98,28 +109,42 @@ class ThinRim:
 
     @property
     def symmetry(self) -> int:
-        """Order of the rotational symmetry; 0: every angle."""
+        """Order of the rotational symmetry; 0 for symmetry about every angle."""
         return 0
 
     @property
     def web(self) -> Web:
-        """The thin disc."""
+        """Thin disc."""
         return Web(self.hub_radius, self.rim_radius, self.web_thickness, self.web_offset)
 
     @property
     def cutouts(self) -> Openings | None:
-        """Openings: none."""
+        """Openings: None."""
         return None
 
 
 @dataclass(frozen=True)
 class Holes(_Opened):
-    """A disc with round holes, drilled through the whole face width or through a thin web.
+    """Disc with round holes, drilled through the whole face width or through a thin web.
 
-    count: holes.  pitch_radius, hole_radius: m.
-    phase: rad, middle of hole 0 against the middle of tooth 0.
-    web_thickness, hub_radius, rim_radius: m, all three for a thin web, none for a disc of full width.
-    web_offset: m, of the web's middle along z from mid-width.
+    Parameters
+    ----------
+    count : int
+        Number of holes.
+    pitch_radius : float
+        Radius of the circle of holes (m).
+    hole_radius : float
+        Radius of a hole (m).
+    phase : float
+        Angle from the middle of tooth 0 to the middle of hole 0 (rad).
+    web_thickness : float, optional
+        Thickness of a thin web (m); all three web sizes, or none for a disc of full width.
+    hub_radius : float, optional
+        Inner radius of the web (m).
+    rim_radius : float, optional
+        Outer radius of the web (m).
+    web_offset : float
+        Axial position of the web's middle from mid-width (m).
     """
 
     count: int
@@ -133,18 +158,36 @@ class Holes(_Opened):
 
     @property
     def cutouts(self) -> RoundCutouts:
-        """The holes."""
+        """Holes."""
         return RoundCutouts(self.count, self.pitch_radius, self.hole_radius, self.phase)
 
 
 @dataclass(frozen=True)
 class Slots(_Opened):
-    """A disc with circumferential slots, cut through the whole face width or through a thin web.
+    """Disc with circumferential slots, cut through the whole face width or through a thin web.
 
-    count: slots.  inner_radius, outer_radius: m.  angular_width: rad; 0: there are none.  fillet: m, corner radius.
-    phase: rad, middle of slot 0 against the middle of tooth 0.
-    web_thickness, hub_radius, rim_radius: m, all three for a thin web, none for a disc of full width.
-    web_offset: m, of the web's middle along z from mid-width.
+    Parameters
+    ----------
+    count : int
+        Number of slots.
+    inner_radius : float
+        Inner radius of the slots (m).
+    outer_radius : float
+        Outer radius of the slots (m).
+    angular_width : float
+        Angular width of a slot (rad); at 0 there are no slots.
+    fillet : float
+        Corner radius (m).
+    phase : float
+        Angle from the middle of tooth 0 to the middle of slot 0 (rad).
+    web_thickness : float, optional
+        Thickness of a thin web (m); all three web sizes, or none for a disc of full width.
+    hub_radius : float, optional
+        Inner radius of the web (m).
+    rim_radius : float, optional
+        Outer radius of the web (m).
+    web_offset : float
+        Axial position of the web's middle from mid-width (m).
     """
 
     count: int
@@ -160,12 +203,12 @@ class Slots(_Opened):
 
     @property
     def symmetry(self) -> int:
-        """Order of the rotational symmetry; 0: every angle."""
+        """Order of the rotational symmetry; 0 for symmetry about every angle."""
         return int(self.count) if self.angular_width else 0
 
     @property
     def cutouts(self) -> Cutouts | None:
-        """The slots; none where they have no width."""
+        """Slots, or None where they have no width."""
         if self.angular_width == 0:
             return None
         return Cutouts(self.count, self.inner_radius, self.outer_radius, self.angular_width, self.fillet, self.phase)
@@ -173,12 +216,30 @@ class Slots(_Opened):
 
 @dataclass(frozen=True)
 class Differential:
-    """The crown ring of a differential on the flange of its carrier, which has windows.
+    """Crown ring of a differential on the flange of its carrier, which has windows.
 
-    ring_inner_radius, carrier_radius: m, the flange spans from the carrier's barrel to the ring.
-    flange_thickness, flange_offset: m, its middle `flange_offset` along z from mid-width.
-    windows: their number.  window_inner_radius, window_outer_radius: m.  window_width: rad.  window_fillet: m.
-    phase: rad, middle of window 0 against the middle of tooth 0.
+    Parameters
+    ----------
+    ring_inner_radius : float
+        Inner radius of the ring (m), outer radius of the flange.
+    carrier_radius : float
+        Radius of the carrier's barrel (m), inner radius of the flange.
+    flange_thickness : float
+        Thickness of the flange (m).
+    window_inner_radius : float
+        Inner radius of the windows (m).
+    window_outer_radius : float
+        Outer radius of the windows (m).
+    window_width : float
+        Angular width of a window (rad).
+    flange_offset : float
+        Axial position of the flange's middle from mid-width (m).
+    windows : int
+        Number of windows.
+    window_fillet : float
+        Corner radius of the windows (m).
+    phase : float
+        Angle from the middle of tooth 0 to the middle of window 0 (rad).
     """
 
     ring_inner_radius: Length
@@ -208,12 +269,12 @@ class Differential:
 
     @property
     def web(self) -> Web:
-        """The flange."""
+        """Flange."""
         return Web(self.carrier_radius, self.ring_inner_radius, self.flange_thickness, self.flange_offset)
 
     @property
     def cutouts(self) -> Cutouts:
-        """The windows."""
+        """Windows."""
         return Cutouts(
             self.windows,
             self.window_inner_radius,

@@ -1,4 +1,4 @@
-"""A gear as a solid body: geometry, blank and material, with its mass and inertia."""
+"""Gear body: geometry, blank and material, with mass and inertia."""
 
 from __future__ import annotations
 
@@ -17,15 +17,30 @@ from nvhchain.handoff import FloatArray
 from nvhchain.kinds import check_arguments, check_fields
 
 THINNEST_WEB = 1e-3
-"""Least thickness of a web, face widths: below it the elements of the web are too flat to be solved."""
+"""Least thickness of a web, relative to the face width; the elements of a thinner web are too flat to be solved."""
 
 PROFILE_POINTS = 400
-"""Points of one flank and one fillet from which areas are computed; the error is below 1e-6."""
+"""Points of one flank and of one fillet for areas; the error is below 1e-6."""
 
 
 @dataclass(frozen=True)
 class GearBody:
-    """One gear; refuses a blank that does not fit between bore and root."""
+    """One gear: geometry, blank and material.
+
+    Parameters
+    ----------
+    geometry : GearGeometry
+        Teeth and bore.
+    blank : Blank
+        Body between bore and rim.
+    material : Material
+        Material of teeth and blank.
+
+    Raises
+    ------
+    InputError
+        If the blank does not fit between bore and root.
+    """
 
     geometry: GearGeometry
     blank: Blank = SOLID
@@ -75,10 +90,19 @@ class GearBody:
 
 
 class MassProperties(NamedTuple):
-    """Of a homogeneous body.
+    """Mass and inertia of a homogeneous body.
 
-    mass: kg.  polar_inertia: kg m² about the shaft.  transverse_inertia: kg m² about a diameter through the centre
-    of mass, the mean over all diameters.  centre: m, axial position of the centre of mass from mid-width."""
+    Parameters
+    ----------
+    mass : float
+        Mass (kg).
+    polar_inertia : float
+        Moment of inertia about the shaft (kg m²).
+    transverse_inertia : float
+        Moment of inertia about a diameter through the centre of mass, mean over all diameters (kg m²).
+    centre : float
+        Axial position of the centre of mass from mid-width (m).
+    """
 
     mass: float
     polar_inertia: float
@@ -87,11 +111,23 @@ class MassProperties(NamedTuple):
 
 
 def mass_properties(body: GearBody) -> MassProperties:
-    """Mass and inertia of the homogeneous body, teeth included.
+    """Return mass and inertia of the homogeneous body, teeth included.
 
-    Prisms between outlines: area and polar moment of each outline by Green's theorem, times its axial extent; of a
-    volume mesh its quadrature.
-    With fewer than three openings the body has no single transverse inertia; the mean is given.
+    Parameters
+    ----------
+    body : GearBody
+        Gear.
+
+    Returns
+    -------
+    MassProperties
+        Mass, inertia and centre of mass.
+
+    Notes
+    -----
+    The body is a sum of prisms.  Green's theorem gives area and polar moment of each outline.  An imported mesh is
+    integrated by quadrature.  With fewer than three openings the body has no single transverse inertia; the mean is
+    returned.
     """
     check_arguments(mass_properties, locals())
     gear, web, cut, rho = body.geometry, body.blank.web, body.blank.cutouts, body.material.density
@@ -121,7 +157,7 @@ def mass_properties(body: GearBody) -> MassProperties:
 
 
 def toothed_outline(gear: GearGeometry) -> tuple[FloatArray, FloatArray]:
-    """(radius m, angle rad) of the closed toothed outline in the mid-width plane, counter-clockwise."""
+    """Return radius (m) and angle (rad) of the closed toothed outline in the mid-width plane, counter-clockwise."""
     flank = np.linspace(gear.form_radius, gear.tip_circle_radius, PROFILE_POINTS)
     fillet_radius, fillet_angle = gear.fillet(np.linspace(1.0, 0.0, PROFILE_POINTS))
     edge = float(gear.half_tooth_angle(gear.tip_circle_radius))
@@ -138,19 +174,23 @@ def toothed_outline(gear: GearGeometry) -> tuple[FloatArray, FloatArray]:
 
 
 def opening_outline(cut: Openings) -> tuple[FloatArray, FloatArray]:
-    """(radius m, angle rad) of one closed opening about angle 0, counter-clockwise."""
+    """Return radius (m) and angle (rad) of one closed opening about angle 0, counter-clockwise."""
     fraction = np.linspace(0.0, 1.0, PROFILE_POINTS, endpoint=False)
     sides = [cut.outline(side, fraction) for side in range(4)]
-    # the sides run from −width/2 along the outer arc to +width/2 and back along the inner one: counter-clockwise
+    # counter-clockwise: the sides run from −width/2 along the outer arc to +width/2 and back along the inner one
     return np.concatenate([s[0] for s in sides]), np.concatenate([s[1] for s in sides])
 
 
 def _circle(radius: float) -> tuple[float, float]:
+    """Return area (m²) and polar moment (m⁴) of a circle."""
     return np.pi * radius**2, 0.5 * np.pi * radius**4
 
 
 def _moments(radius: FloatArray, angle: FloatArray) -> tuple[float, float]:
-    """Area m² and polar moment m⁴ about the origin of a closed polygon, counter-clockwise (Green's theorem)."""
+    """Return area (m²) and polar moment about the origin (m⁴) of a closed counter-clockwise polygon.
+
+    Both follow from Green's theorem.
+    """
     x, y = radius * np.cos(angle), radius * np.sin(angle)
     u, v = np.roll(x, -1), np.roll(y, -1)
     cross = x * v - u * y

@@ -1,4 +1,4 @@
-"""Shapes in a gear's blank: a web thinner than the face width, and the openings cut through it or through the disc."""
+"""Shapes in a gear's blank: a web thinner than the face width, and openings cut through it or through the disc."""
 
 from __future__ import annotations
 
@@ -13,7 +13,19 @@ from nvhchain.handoff import FloatArray
 
 @dataclass(frozen=True)
 class Web:
-    """A disc from hub_radius to rim_radius, m; thickness m, its middle `offset` m along z from mid-width."""
+    """Thin disc between hub and rim.
+
+    Parameters
+    ----------
+    hub_radius : float
+        Inner radius (m).
+    rim_radius : float
+        Outer radius (m).
+    thickness : float
+        Thickness (m).
+    offset : float
+        Axial position of its middle from mid-width (m).
+    """
 
     hub_radius: float
     rim_radius: float
@@ -32,8 +44,18 @@ class Web:
 class Cutouts:
     """Equal openings between two circles, with radial sides and rounded corners.
 
-    inner_radius, outer_radius: m.  angular_width: rad, between the radial sides.  fillet: m, corner radius.
-    phase: rad, angle of the middle of opening 0; opening i follows at 2π i / count.
+    Parameters
+    ----------
+    count : int
+        Number of openings.
+    inner_radius, outer_radius : float
+        Radii of the two circles (m).
+    angular_width : float
+        Angle between the radial sides (rad).
+    fillet : float
+        Corner radius (m).
+    phase : float
+        Angle of the middle of opening 0 (rad); opening i follows at 2π i / count.
     """
 
     count: int
@@ -65,15 +87,15 @@ class Cutouts:
         )
 
     def outline(self, side: int, fraction: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """(radius m, angle rad from the middle) at `fraction` 0…1 of the arc length of one side.
+        """Return radius (m) and angle from the middle (rad) at `fraction` 0…1 of the arc length of one side.
 
-        Sides, counter-clockwise: 0 outer arc, 1 the side at +width/2 (outwards first), 2 inner arc,
-        3 the side at −width/2; each runs from the middle of one corner to the middle of the next. The corner is a
-        quarter circle of radius fillet/r in the conformal plane (ln r, φ).
+        Sides, counter-clockwise: 0 outer arc, 1 the side at +width/2 (outwards first), 2 inner arc, 3 the side at
+        −width/2. Each side runs from the middle of one corner to the middle of the next.  The corner is a quarter
+        circle of radius fillet/r in the conformal plane (ln r, φ).
         """
         half = self.angular_width / 2
         low, high = np.log(self.inner_radius), np.log(self.outer_radius)
-        small, large = self.fillet / self.outer_radius, self.fillet / self.inner_radius  # rounding out-, inside
+        small, large = self.fillet / self.outer_radius, self.fillet / self.inner_radius  # rounding outside and inside
         corners = [  # (ln r, φ) of the sharp corner, and its rounding
             (high, -half, small),
             (high, half, small),
@@ -101,8 +123,16 @@ class Cutouts:
 class RoundCutouts:
     """Equal round openings on a circle.
 
-    pitch_radius: m, of the circle.  radius: m, of an opening.
-    phase: rad, angle of the middle of opening 0; opening i follows at 2π i / count.
+    Parameters
+    ----------
+    count : int
+        Number of openings.
+    pitch_radius : float
+        Radius of the circle (m).
+    radius : float
+        Radius of an opening (m).
+    phase : float
+        Angle of the middle of opening 0 (rad); opening i follows at 2π i / count.
     """
 
     count: int
@@ -127,33 +157,36 @@ class RoundCutouts:
 
     @property
     def inner_radius(self) -> float:
-        """Smallest radius that an opening reaches, m."""
+        """Smallest radius that an opening reaches (m)."""
         return self.pitch_radius - self.radius
 
     @property
     def outer_radius(self) -> float:
-        """Largest radius that an opening reaches, m."""
+        """Largest radius that an opening reaches (m)."""
         return self.pitch_radius + self.radius
 
     @property
     def angular_width(self) -> float:
-        """Angle in which an opening is seen from the axis, rad."""
+        """Angle in which an opening is seen from the axis (rad)."""
         return 2 * float(np.arcsin(self.radius / self.pitch_radius))
 
     def outline(self, side: int, fraction: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """(radius m, angle rad from the middle) at `fraction` 0…1 of a quarter; sides as in `Cutouts.outline`."""
+        """Return radius (m) and angle from the middle (rad) at `fraction` 0…1 of a quarter.
+
+        Sides are numbered as in `Cutouts.outline`.
+        """
         turn = (side + np.asarray(fraction, float) - 0.5) * np.pi / 2
         outwards, across = self.pitch_radius + self.radius * np.cos(turn), self.radius * np.sin(turn)
         return np.hypot(outwards, across), np.arctan2(across, outwards)
 
 
 def within(web: Web, openings: Cutouts | RoundCutouts) -> bool:
-    """Whether `web` holds `openings`, to rounding."""
+    """Return True if `web` contains `openings`, to rounding."""
     return web.hub_radius <= openings.inner_radius * (1 + 1e-9) and openings.outer_radius <= web.rim_radius * (1 + 1e-9)
 
 
 def _check_ring(count: int, phase: float) -> None:
-    """Of equal openings one pitch apart."""
+    """Check number and phase of equal openings one pitch apart."""
     require(
         is_whole(count) and count >= 1,
         f"count = {count!r} openings: a whole number, at least 1, is needed (or take the solid blank)",

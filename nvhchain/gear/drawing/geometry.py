@@ -1,7 +1,7 @@
 """External involute gears, spur and helical: reference circles, involute flank, trochoid root, tooth depth.
 
-Formulas of DIN 3960 / ISO 21771 unless said otherwise. Transverse section at mid-width; the helix turns it by
-z tan β / r about the axis. Angles of a profile count from the tooth's centre line.
+Formulas are those of DIN 3960 / ISO 21771 unless stated otherwise.  They hold for the transverse section at mid-width;
+the helix turns the section by z tan β / r about the axis.  Angles of a profile count from the tooth's centre line.
 """
 
 from __future__ import annotations
@@ -19,26 +19,52 @@ from nvhchain.handoff import FloatArray
 from nvhchain.kinds import check_fields
 
 USUAL_RACK_TIP_RADIUS = 0.38
-"""Tip radius of the basic rack ISO 53 type A, in normal modules; the default, or the largest that fits."""
+"""Tip radius of the basic rack ISO 53 type A (normal modules); the default, or the largest that fits."""
 
 
 def involute(pressure_angle: ArrayLike) -> FloatArray:
-    """inv α = tan α − α."""
+    """Return inv α = tan α − α."""
     angle = np.asarray(pressure_angle, float)
     return np.tan(angle) - angle
 
 
 @dataclass(frozen=True)
 class GearGeometry:
-    """Table data of one gear.
+    """Drawing data of one gear.
 
-    teeth: number of teeth.  normal_module: m.  normal_pressure_angle, helix_angle: rad, helix > 0 right-handed.
-    face_width, bore_radius: m.  profile_shift, addendum, dedendum, rack_tip_radius: in normal modules.
-    thickness_allowance: m, reduction of the normal tooth thickness at the reference circle (gives backlash).
-    tip_radius: m, when it differs from r + m_n (addendum + profile_shift).
-    micro: what is taken off the flanks.
+    Parameters
+    ----------
+    teeth : int
+        Number of teeth, 5 or more.
+    normal_module : float
+        Normal module (m).
+    normal_pressure_angle : float
+        Normal pressure angle (rad).
+    helix_angle : float
+        Helix angle (rad), > 0 right-handed.
+    face_width : float
+        Face width (m).
+    bore_radius : float
+        Bore radius (m).
+    profile_shift : float
+        Profile shift (normal modules).
+    addendum : float
+        Addendum (normal modules).
+    dedendum : float
+        Dedendum (normal modules).
+    rack_tip_radius : float, optional
+        Tip radius of the basic rack (normal modules); by default 0.38, or the largest that fits.
+    thickness_allowance : float
+        Reduction of the normal tooth thickness at the reference circle (m); gives backlash.
+    tip_radius : float, optional
+        Tip circle radius (m); by default r + m_n (addendum + profile_shift).
+    micro : MicroGeometry
+        Material removed from the flanks.
 
-    Raises InputError for drawings that cannot be made (pointed tip, undercut, bore beyond the root).
+    Raises
+    ------
+    InputError
+        If the gear cannot be made (pointed tip, undercut, bore beyond the root) or a value is out of range.
     """
 
     teeth: int
@@ -83,6 +109,7 @@ class GearGeometry:
         self._check_circles()
 
     def _check_rack(self) -> None:
+        """Refuse pointed or badly rounded rack teeth, and undercut."""
         largest, radius = self._largest_rack_tip_radius, self.rack_tip_radius_in_use
         deepest = self._rack_half_width / np.tan(self.normal_pressure_angle)
         require(
@@ -103,6 +130,7 @@ class GearGeometry:
         )
 
     def _check_circles(self) -> None:
+        """Refuse pointed teeth, a bore beyond the root, and micro-geometry that does not fit."""
         tip, root, bore = self.tip_circle_radius, self.root_radius, self.bore_radius
         require(
             self.form_radius < tip < np.inf,
@@ -125,89 +153,92 @@ class GearGeometry:
 
     @cached_property
     def transverse_module(self) -> float:
-        """m_t = m_n / cos β, m."""
+        """Transverse module m_t = m_n / cos β (m)."""
         return float(self.normal_module / np.cos(self.helix_angle))
 
     @cached_property
     def pitch_radius(self) -> float:
-        """Reference radius r = z m_t / 2, m."""
+        """Reference radius r = z m_t / 2 (m)."""
         return 0.5 * self.teeth * self.transverse_module
 
     @cached_property
     def transverse_pressure_angle(self) -> float:
-        """tan α_t = tan α_n / cos β, rad."""
+        """Transverse pressure angle α_t (rad): tan α_t = tan α_n / cos β."""
         return float(np.arctan(np.tan(self.normal_pressure_angle) / np.cos(self.helix_angle)))
 
     @cached_property
     def base_radius(self) -> float:
-        """r_b = r cos α_t, m."""
+        """Base radius r_b = r cos α_t (m)."""
         return float(self.pitch_radius * np.cos(self.transverse_pressure_angle))
 
     @cached_property
     def base_helix_angle(self) -> float:
-        """tan β_b = tan β cos α_t, rad; > 0 right-handed."""
+        """Base helix angle β_b (rad), > 0 right-handed: tan β_b = tan β cos α_t."""
         return float(np.arctan(np.tan(self.helix_angle) * np.cos(self.transverse_pressure_angle)))
 
     @property
     def base_pitch(self) -> float:
-        """Transverse base pitch p_bt = 2π r_b / z, m."""
+        """Transverse base pitch p_bt = 2π r_b / z (m)."""
         return 2 * np.pi * self.base_radius / self.teeth
 
     @property
     def tip_circle_radius(self) -> float:
-        """Tip radius in use, m."""
+        """Tip radius in use (m)."""
         if self.tip_radius is not None:
             return self.tip_radius
         return self.pitch_radius + self.normal_module * (self.addendum + self.profile_shift)
 
     @property
     def root_radius(self) -> float:
-        """r − m_n (dedendum − profile_shift), m."""
+        """Root radius r − m_n (dedendum − profile_shift) (m)."""
         return self.pitch_radius - self.normal_module * (self.dedendum - self.profile_shift)
 
     @property
     def rack_tip_radius_in_use(self) -> float:
-        """Rack tip radius in use, normal modules."""
+        """Rack tip radius in use (normal modules)."""
         if self.rack_tip_radius is not None:
             return self.rack_tip_radius
         return min(USUAL_RACK_TIP_RADIUS, self._largest_rack_tip_radius)
 
     @property
     def _largest_rack_tip_radius(self) -> float:
-        """Full fillet: the tip arc takes the whole half width of the rack tooth at its tip."""
+        """Rack tip radius of a full fillet (normal modules).
+
+        The tip arc takes the whole half width of the rack tooth at its tip.
+        """
         angle = self.normal_pressure_angle
         half_width = self._rack_half_width - self.dedendum * np.tan(angle)
         return float(half_width * np.cos(angle) / (1 - np.sin(angle)))
 
     @property
     def _rack_half_width(self) -> float:
-        """Half width of the rack tooth (it cuts the gear's space) on its datum line, normal modules."""
+        """Half width of the rack tooth, which cuts the gear's tooth space, on its datum line (normal modules)."""
         return np.pi / 4 + 0.5 * self.thickness_allowance / self.normal_module
 
     @property
     def pitch_angle(self) -> float:
-        """Angle from tooth to tooth 2π/z, rad."""
+        """Angle from tooth to tooth, 2π/z (rad)."""
         return 2 * np.pi / self.teeth
 
     @property
     def twist(self) -> float:
-        """Turn of the transverse section per length, tan β / r, rad/m; > 0 right-handed."""
+        """Rotation of the transverse section per length, tan β / r (rad/m), > 0 right-handed."""
         return float(np.tan(self.helix_angle) / self.pitch_radius)
 
     def pressure_angle_at(self, radius: ArrayLike) -> FloatArray:
-        """Transverse pressure angle α_r = arccos(r_b / r) of the flank at `radius` (m, ≥ r_b), rad."""
+        """Return the transverse pressure angle α_r = arccos(r_b / r) (rad) of the flank at `radius` (m, ≥ r_b)."""
         return np.arccos(np.minimum(self.base_radius / np.asarray(radius, float), 1.0))
 
     def roll_angle_at(self, radius: ArrayLike) -> FloatArray:
-        """Roll angle tan α_r of the flank at `radius` (m), rad."""
+        """Return the roll angle tan α_r (rad) of the flank at `radius` (m)."""
         return np.tan(self.pressure_angle_at(radius))
 
     def radius_at(self, roll_angle: ArrayLike) -> FloatArray:
-        """Radius of the flank at `roll_angle` (rad), m."""
+        """Return the radius (m) of the flank at `roll_angle` (rad)."""
         return self.base_radius * np.hypot(1.0, np.asarray(roll_angle, float))
 
     def half_tooth_angle(self, radius: ArrayLike) -> FloatArray:
-        """Angle ψ from the tooth's centre line to its involute at `radius` (m), rad.
+        """Return the angle ψ (rad) from the tooth's centre line to its involute at `radius` (m).
 
         ψ = s_t/(2 r) + inv α_t − inv α_r with s_n = m_n (π/2 + 2 x tan α_n) − allowance.
         """
@@ -216,16 +247,17 @@ class GearGeometry:
         return half + involute(self.transverse_pressure_angle) - involute(self.pressure_angle_at(radius))
 
     def depth_to_centre_line(self, radius: ArrayLike) -> FloatArray:
-        """Depth h along the flank's inward normal from `radius` (m) to the tooth's centre-line surface, m.
+        """Return the depth h (m) along the flank's inward normal from `radius` (m) to the tooth's centre-line surface.
 
-        Along the normal the point keeps to the tangent of the base circle and moves by sin β_b along the axis;
-        h is the distance at which its angle meets that of the (helical) centre-line surface.
+        Along the normal the point follows the tangent of the base circle and moves by sin β_b along the axis.
+
+        The depth h is the distance at which its angle meets that of the (helical) centre-line surface.
         """
         alpha, psi = self.pressure_angle_at(radius), self.half_tooth_angle(radius)
         base, tilt = self.base_radius, self.base_helix_angle
         roll = np.tan(alpha)
         depth = base * (roll - np.tan(alpha - psi)) * np.cos(tilt)
-        for _ in range(4):  # Newton; the start is exact without helix and within tan²β_b of the root
+        for _ in range(4):  # Newton; the start is exact without helix and within tan²β_b of the solution
             along = roll - depth * np.cos(tilt) / base
             angle = psi - alpha + np.arctan(along) - depth * np.sin(tilt) * np.tan(tilt) / base
             slope = -np.cos(tilt) / base / (1 + along**2) - np.sin(tilt) * np.tan(tilt) / base
@@ -234,31 +266,31 @@ class GearGeometry:
 
     @cached_property
     def form_radius(self) -> float:
-        """Radius where the involute ends and the root fillet begins, m."""
+        """Radius at which the involute ends and the root fillet begins (m)."""
         return float(self.fillet(0.0)[0])
 
     @cached_property
     def usable_flank(self) -> tuple[float, float]:
-        """Rolled length √(r² − r_b²) of form and tip circle, m."""
+        """Rolled lengths √(r² − r_b²) of form and tip circle (m)."""
         low, high = (
             self.base_radius * float(self.roll_angle_at(r)) for r in (self.form_radius, self.tip_circle_radius)
         )
         return low, high
 
     def removed(self, radius: FloatArray, axial: FloatArray, *, drive: bool) -> FloatArray:
-        """Material removed from the drive or coast flank along its normal, m, at `radius` and `axial`, m."""
+        """Return the material removed along the normal (m) from the drive or coast flank at `radius`, `axial` (m)."""
         flank = self.micro.drive if drive else self.micro.coast
         rolled = self.base_radius * self.roll_angle_at(radius)
         return flank.removed(rolled, self.usable_flank, axial, self.face_width)
 
     def fillet(self, fraction: ArrayLike) -> tuple[FloatArray, FloatArray]:
-        """Root fillet cut by the rack's tip arc: (radius in m, angle from the tooth's centre line in rad).
+        """Return radius (m) and angle from the tooth's centre line (rad) of the root fillet cut by the rack's tip arc.
 
-        fraction: 0 at the end of the involute, 1 on the root circle. The arc of the normal section is stretched by
-        1/cos β in the transverse one; each of its points cuts where its normal passes through the pitch point.
+        fraction: 0 at the end of the involute, 1 on the root circle.  The arc of the normal section is stretched by
+        1/cos β in the transverse one.  Each of its points cuts where its normal passes through the pitch point.
         """
         alpha, rho = self.normal_pressure_angle, self.rack_tip_radius_in_use
-        turn = alpha + np.asarray(fraction, float) * (np.pi / 2 - alpha)  # of the arc's normal, from flank to tip
+        turn = alpha + np.asarray(fraction, float) * (np.pi / 2 - alpha)  # angle of the arc's normal, from flank to tip
         module, slant = self.normal_module, np.cos(self.helix_angle)
         corner = self._rack_half_width - self.dedendum * np.tan(alpha) - rho * (1 - np.sin(alpha)) / np.cos(alpha)
         across = module * (corner + rho * np.cos(turn)) / slant

@@ -1,7 +1,7 @@
-"""Micro-geometry: the material taken off the flanks of a gear, some 10 µm, so that loaded teeth meet smoothly.
+"""Micro-geometry: material removed from the flanks of a gear, some 10 µm, for smooth meshing of loaded teeth.
 
-All amounts are taken along the flank's normal, into the tooth: 0 leaves the involute, and none is negative. Profile
-lengths are rolled ones, √(r² − r_b²): the way that contact travels on the path of contact.
+All amounts are along the flank's normal, into the tooth.  0 leaves the involute, and none is negative. Profile lengths
+are rolled lengths √(r² − r_b²), the distances that contact travels on the path of contact.
 """
 
 from __future__ import annotations
@@ -17,15 +17,21 @@ from nvhchain.handoff import FloatArray
 from nvhchain.kinds import check_fields
 
 LARGEST_AMOUNT = 1e-3
-"""m, of one modification; beyond it a unit was mistaken."""
+"""Largest amount of one modification (m); a larger value has a wrong unit."""
 
 
 @dataclass(frozen=True)
 class Relief:
-    """What is taken off towards one end of the profile.
+    """Material removed towards one end of the profile.
 
-    amount: m, at the end.  length: m of rolled length from the end to where it begins.
-    shape: grows from there `linear` or `parabolic` (without a kink).
+    Parameters
+    ----------
+    amount : float
+        Amount at the end (m).
+    length : float
+        Rolled length from the end to the start of the relief (m).
+    shape : {'linear', 'parabolic'}
+        Growth from the start; parabolic has no kink.
     """
 
     amount: Length
@@ -42,7 +48,7 @@ class Relief:
         require(self.shape in ("linear", "parabolic"), f"relief shape = {self.shape!r}: choose linear or parabolic")
 
     def removed(self, beyond: FloatArray) -> FloatArray:
-        """m, at `beyond` m of rolled length past where it begins."""
+        """Return the amount (m) at rolled length `beyond` (m) past the start."""
         share = np.clip(beyond / self.length, 0.0, None)
         return self.amount * (share if self.shape == "linear" else share**2)
 
@@ -51,10 +57,18 @@ class Relief:
 class Flank:
     """Modifications of one flank.
 
-    profile_crowning: m, at both ends of the usable flank (form to tip circle), 0 half-way in rolled length.
-    lead_crowning: m, at both ends of the face width, 0 in its middle.
-    lead_slope: m, at one end of the face width, 0 at the other: > 0 at +z, < 0 takes its amount off at −z.
-    tip_relief, root_relief: from the tip circle inwards and from the form circle outwards.
+    Parameters
+    ----------
+    profile_crowning : float
+        Amount at both ends of the usable flank, form to tip circle (m); 0 half-way in rolled length.
+    lead_crowning : float
+        Amount at both ends of the face width (m); 0 in its middle.
+    lead_slope : float
+        Amount at one end of the face width (m), 0 at the other: > 0 at +z; < 0 removes its amount at −z.
+    tip_relief : Relief, optional
+        Relief from the tip circle inwards.
+    root_relief : Relief, optional
+        Relief from the form circle outwards.
     """
 
     profile_crowning: Length = 0.0
@@ -74,13 +88,13 @@ class Flank:
 
     @property
     def bends_profile(self) -> bool:
-        """Whether what is taken off changes along the profile."""
+        """True if the removed material changes along the profile."""
         return bool(self.profile_crowning or self.tip_relief or self.root_relief)
 
     def removed(
         self, rolled: FloatArray, usable: tuple[float, float], axial: FloatArray, face_width: float
     ) -> FloatArray:
-        """Material removed, m, at rolled length `rolled` and axial position `axial`, m.
+        """Return the material removed (m) at rolled length `rolled` and axial position `axial` (m).
 
         usable: m, rolled length of form and tip circle.
         """
@@ -98,7 +112,15 @@ class Flank:
 
 @dataclass(frozen=True)
 class MicroGeometry:
-    """Both flanks of all teeth of a gear: `drive` transmits while the pinion drives, `coast` is its back."""
+    """Both flanks of all teeth of a gear.
+
+    Parameters
+    ----------
+    drive : Flank
+        Flank that transmits while the pinion drives.
+    coast : Flank
+        Back of the tooth.
+    """
 
     drive: Flank = Flank()
     coast: Flank = Flank()
@@ -107,7 +129,7 @@ class MicroGeometry:
         check_fields(self)
 
     def check(self, rolled_length: float, largest: float) -> None:
-        """Refuse reliefs longer than the usable flank's `rolled_length`, m, and amounts beyond `largest`, m."""
+        """Refuse reliefs longer than the usable flank's `rolled_length` (m), and amounts beyond `largest` (m)."""
         for side in ("drive", "coast"):
             flank: Flank = getattr(self, side)
             for f in fields(flank):

@@ -1,4 +1,4 @@
-"""The unloaded gap between the drawn flanks of a misaligned pair, beyond that of aligned pure involutes."""
+"""Misalignment of a pair, and the unloaded gap between its flanks beyond that of aligned pure involutes."""
 
 from __future__ import annotations
 
@@ -13,17 +13,24 @@ from nvhchain.handoff import FloatArray
 from nvhchain.kinds import check_fields
 
 LARGEST_ANGLE = 0.02
-"""rad; tilts are taken to first order."""
+"""Largest angle (rad); tilts are taken to first order."""
 
 
 @dataclass(frozen=True)
 class Misalignment:
-    """Angles of the wheel's axis against the pinion's, rad; the pair keeps its place at the pitch point at mid-width.
+    """Angles of the wheel's axis against the pinion's; the pair keeps its place at the pitch point at mid-width.
 
-    in_plane: in the plane of action of the drive flanks; > 0 closes them towards +z.
-    normal: across it; > 0 takes the wheel away from the pinion towards +z. To first order the drive flanks do not
-        notice it, the back flanks do.
-    A parallel error is part of `GearPair.centre_distance`, which is the actual one.
+    Parameters
+    ----------
+    in_plane : float
+        Angle in the plane of action of the drive flanks (rad); > 0 closes them towards +z.
+    normal : float
+        Angle across that plane (rad); > 0 takes the wheel away from the pinion towards +z.
+
+    Notes
+    -----
+    To first order `normal` has no effect on the drive flanks, but it has on the back flanks. A parallel error is part
+    of `GearPair.centre_distance`, which is the actual one.
     """
 
     in_plane: Angle = 0.0
@@ -41,10 +48,31 @@ class Misalignment:
     def separation(
         self, along: FloatArray, axial: FloatArray, *, drive: bool, sense: int, pressure_angle: float, tilt: float
     ) -> FloatArray:
-        """Gap, m, that opens at contact points: the wheel's flank turned in the plane of action about the pitch point.
+        """Return the gap (m) that misalignment opens at contact points.
 
-        along: m, from the pitch point in the direction of the line of action, from pinion to wheel.  axial: m.
-        pressure_angle: α_wt.  tilt: β_b, > 0 where the pinion is right-handed.  Both rad.
+        Parameters
+        ----------
+        along : array
+            Distance from the pitch point along the line of action, from pinion to wheel (m).
+        axial : array
+            Axial position (m).
+        drive : bool
+            True for the drive flanks.
+        sense : int
+            `GearPair.sense`.
+        pressure_angle : float
+            Working pressure angle α_wt (rad).
+        tilt : float
+            Base helix angle β_b (rad), > 0 where the pinion is right-handed.
+
+        Returns
+        -------
+        array
+            Gap along the normal (m).
+
+        Notes
+        -----
+        The wheel's flank turns in the plane of action about the pitch point.
         """
         turn = -self.in_plane
         if not drive:  # the two lines of action enclose 180° − 2 α_wt

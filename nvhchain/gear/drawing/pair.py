@@ -1,4 +1,4 @@
-"""A pair of external involute gears: its working geometry, the path of contact, backlash, and what it refuses.
+"""Pair of external involute gears: working geometry, path of contact, backlash, and checks that the gears can mesh.
 
 The pinion drives and turns counter-clockwise about +z (sense +1) or clockwise (−1), the wheel the other way.
 """
@@ -24,11 +24,25 @@ DRIVE, BACK = 0, 1
 
 @dataclass(frozen=True, eq=False)
 class GearPair:
-    """Pinion and wheel at a centre distance, m; the wheel's tooth 0 touches at the pitch point at wheel angle 0.
+    """Pinion and wheel at a centre distance; the wheel's tooth 0 touches at the pitch point at wheel angle 0.
 
-    sense: +1 where the pinion, driving, turns counter-clockwise about +z, −1 clockwise.
-    misalignment: angles between the axes.
-    Raises InputError for gears that cannot run together.
+    Parameters
+    ----------
+    pinion : GearBody
+        Driving gear.
+    wheel : GearBody
+        Driven gear.
+    centre_distance : float
+        Centre distance (m).
+    sense : int
+        +1 where the driving pinion turns counter-clockwise about +z, −1 clockwise.
+    misalignment : Misalignment
+        Angles between the axes.
+
+    Raises
+    ------
+    InputError
+        If the gears cannot run together.
     """
 
     pinion: GearBody
@@ -83,47 +97,50 @@ class GearPair:
 
     @property
     def geometries(self) -> tuple[GearGeometry, GearGeometry]:
-        """Of pinion and wheel."""
+        """Geometries of pinion and wheel."""
         return self.pinion.geometry, self.wheel.geometry
 
     @cached_property
     def base_radius(self) -> FloatArray:
-        """(2,) m, pinion and wheel."""
+        """Base radii of pinion and wheel (2,), m."""
         return np.array([g.base_radius for g in self.geometries])
 
     @cached_property
     def working_pressure_angle(self) -> float:
-        """α_wt, rad, transverse: cos α_wt = (r_bP + r_bG)/a."""
+        """Transverse working pressure angle α_wt (rad): cos α_wt = (r_bP + r_bG)/a."""
         return acos(float(self.base_radius.sum()) / self.centre_distance)
 
     @property
     def base_helix_angle(self) -> float:
-        """β_b, rad, > 0 where the pinion is right-handed."""
+        """Base helix angle β_b (rad), > 0 where the pinion is right-handed."""
         return self.pinion.geometry.base_helix_angle
 
     @property
     def face_width(self) -> float:
-        """Common face width, m; both gears are centred on the same plane."""
+        """Common face width (m); both gears are centred on the same plane."""
         return min(g.face_width for g in self.geometries)
 
     @property
     def base_pitch(self) -> float:
-        """Transverse base pitch p_bt, m."""
+        """Transverse base pitch p_bt (m)."""
         return 2 * pi * float(self.base_radius[1]) / self.wheel.geometry.teeth
 
     @property
     def line_length(self) -> float:
-        """Distance between the base tangent points, a sin α_wt, m."""
+        """Distance between the base tangent points, a sin α_wt (m)."""
         return self.centre_distance * sin(self.working_pressure_angle)
 
     @property
     def pitch_point(self) -> float:
-        """s_C, m."""
+        """Position s_C of the pitch point on the line of action (m)."""
         return float(self.base_radius[0]) * tan(self.working_pressure_angle)
 
     @cached_property
     def path(self) -> tuple[float, float]:
-        """(s_A, s_E), m: where the wheel's tip and the pinion's tip cross the line of action."""
+        """Ends (s_A, s_E) of the path of contact (m).
+
+        The wheel's tip crosses the line of action at s_A and the pinion's tip at s_E.
+        """
         p, w = self.geometries
         return (
             self.line_length - sqrt(w.tip_circle_radius**2 - w.base_radius**2),
@@ -131,46 +148,49 @@ class GearPair:
         )
 
     def edge(self, gear: int) -> tuple[float, float, float, float, float]:
-        """What `edge_gap` wants of the tip edge of the pinion (0) or the wheel (1)."""
+        """Return the arguments of `edge_gap` for the tip edge of the pinion (0) or the wheel (1)."""
         own, mating = (float(r) for r in self.base_radius[[gear, 1 - gear]])
         return own, mating, self.geometries[gear].tip_circle_radius, self.line_length, self.centre_distance
 
     def extensions(self, corner_gap: float) -> tuple[float, float]:
-        """Lengths, m, before and after the path where tip edges miss the flank by less than `corner_gap`, m."""
+        """Return the lengths (m) before and after the path where tip edges miss the flank by less than a gap.
+
+        corner_gap: m.
+        """
         return extension(corner_gap, *self.edge(1)), extension(corner_gap, *self.edge(0))
 
     @property
     def transverse_contact_ratio(self) -> float:
-        """ε_α."""
+        """Transverse contact ratio ε_α."""
         return (self.path[1] - self.path[0]) / self.base_pitch
 
     @property
     def overlap_ratio(self) -> float:
-        """ε_β."""
+        """Overlap ratio ε_β."""
         return self.face_width * abs(tan(self.base_helix_angle)) / self.base_pitch
 
     @property
     def total_contact_ratio(self) -> float:
-        """ε_γ."""
+        """Total contact ratio ε_γ."""
         return self.transverse_contact_ratio + self.overlap_ratio
 
     @cached_property
     def working_thickness(self) -> tuple[float, float]:
-        """Tooth thickness of pinion and wheel on the working pitch circles, transverse arc, m."""
+        """Tooth thickness of pinion and wheel on the working pitch circles, transverse arc (m)."""
         radii = self.base_radius / cos(self.working_pressure_angle)
         p, w = (2 * r * float(g.half_tooth_angle(r)) for g, r in zip(self.geometries, radii, strict=True))
         return p, w
 
     @cached_property
     def backlash(self) -> float:
-        """Normal backlash j_bn, m: what δ travels between the two flanks."""
+        """Normal backlash j_bn (m), the travel of δ between the two flanks."""
         working_pitch = self.base_pitch / cos(self.working_pressure_angle)
         transverse = (working_pitch - sum(self.working_thickness)) * cos(self.working_pressure_angle)
         return transverse * cos(self.base_helix_angle)
 
     @property
     def mesh_period(self) -> float:
-        """Wheel angle of one tooth, rad."""
+        """Wheel angle of one tooth (rad)."""
         return 2 * pi / self.wheel.geometry.teeth
 
     @property
@@ -180,18 +200,35 @@ class GearPair:
 
     @property
     def body_period(self) -> float:
-        """Wheel angle, rad, of `meshes_per_body_period`."""
+        """Wheel angle of `meshes_per_body_period` (rad)."""
         return self.meshes_per_body_period * self.mesh_period
 
     def normal_force(self, pinion_torque: float) -> float:
-        """Force along the flank normal, N, that carries `pinion_torque`, N m: T/(r_bP cos β_b)."""
+        """Return the force along the flank normal (N) that carries `pinion_torque` (N m): T/(r_bP cos β_b)."""
         return pinion_torque / (float(self.base_radius[0]) * cos(self.base_helix_angle))
 
 
 def nominal_centre_distance(pinion: GearGeometry, wheel: GearGeometry) -> float:
-    """Centre distance, m, at which gears without thickness allowance run free of backlash.
+    """Return the centre distance at which gears without thickness allowance run free of backlash.
 
-    inv α_wt = inv α_t + 2 tan α_n (x₁ + x₂)/(z₁ + z₂).  Raises InputError when there is none.
+    Parameters
+    ----------
+    pinion, wheel : GearGeometry
+        Gears.
+
+    Returns
+    -------
+    float
+        Centre distance (m).
+
+    Raises
+    ------
+    InputError
+        If there is none.
+
+    Notes
+    -----
+    inv α_wt = inv α_t + 2 tan α_n (x₁ + x₂)/(z₁ + z₂).
     """
     check_arguments(nominal_centre_distance, locals())
     alpha = pinion.transverse_pressure_angle

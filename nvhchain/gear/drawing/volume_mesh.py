@@ -1,4 +1,4 @@
-"""A whole gear meshed elsewhere: quadratic solid elements with tagged bore and flanks."""
+"""Imported mesh of a whole gear: quadratic solid elements with tagged bore and flanks."""
 
 from __future__ import annotations
 
@@ -15,26 +15,42 @@ from nvhchain.handoff import FloatArray, IntArray
 ELEMENT_NODES = {"tet10": 10, "hex20": 20}
 
 OFF_FLANK = 0.05
-"""Normal modules by which flank nodes may miss the drawn involute: micro-geometry's largest, and chords of elements."""
+"""Largest distance of flank nodes from the drawn involute (normal modules); covers micro-geometry and chords of
+elements."""
 
 _LOPSIDED = 0.01
-"""Part of the polar moment of inertia in a pattern that `order` forbids: above tetrahedra's scatter and balancing
-holes, below any openings that bend a rim."""
+"""Largest part of the polar moment of inertia in a pattern that `order` excludes; above the scatter of tetrahedra and
+balancing holes, below any openings that bend a rim."""
 
 _UNIT = 1.5
-"""Ratio of tip radii, meshed and drawn, beyond which the unit is wrong."""
+"""Largest ratio of meshed to drawn tip radius, or its inverse; beyond it the unit is wrong."""
 
 
 @dataclass(frozen=True, eq=False)
 class VolumeMesh:
-    """Stands in a `GearBody` for the blank; the geometry beside it says what the teeth are.
+    """Imported mesh of a gear; takes the place of the blank in a `GearBody`, whose geometry describes the teeth.
 
-    Frame of `FlankCompliance`: z along the shaft from mid-width, tooth 0 on the x axis at z = 0.
-    nodes: (n, 3) m.  elements: (m, k) node numbers in the order of VTK.  kind: `tet10` or `hex20`.
-    bore, flanks: node numbers of the held bore and of all flanks.
-    order: of the rotational symmetry of the body, 1 for none; only teeth of one sector are computed.
+    Parameters
+    ----------
+    nodes : (n, 3) array
+        Positions (m).
+    elements : (m, k) int array
+        Node numbers in the order of VTK.
+    kind : {'tet10', 'hex20'}
+        Kind of element.
+    bore, flanks : int array
+        Nodes of the held bore and of all flanks.
+    order : int
+        Order of the rotational symmetry of the body, 1 for none; only teeth of one sector are computed.
 
-    Raises InputError for inverted elements, missing tags and nodes outside the mesh.
+    Raises
+    ------
+    InputError
+        If elements are inverted, tags are missing or node numbers are out of range.
+
+    Notes
+    -----
+    The frame is that of `FlankCompliance`: z along the shaft from mid-width, tooth 0 on the x axis at z = 0.
     """
 
     nodes: FloatArray
@@ -77,34 +93,36 @@ class VolumeMesh:
 
     @property
     def web(self) -> None:
-        """Not known as such."""
+        """Web: None, as it is part of the mesh."""
 
     @property
     def cutouts(self) -> None:
-        """Not known as such."""
+        """Openings: None, as they are part of the mesh."""
 
     @cached_property
     def _volumes(self) -> FloatArray:
-        """(m, q) m³ of the quadrature points."""
+        """Volumes of the quadrature points (m, q), m³."""
         reference = reference_element(self.kind)
         jacobian = np.einsum("mna,qnb->mqab", self.nodes[self.elements], reference.mass_gradient, optimize=True)
         return np.asarray(np.linalg.det(jacobian) * reference.mass_weight)
 
     @property
     def _points(self) -> FloatArray:
-        """(3, m, q) m, the quadrature points."""
+        """Quadrature points (3, m, q), m."""
         points = np.einsum("qn,mna->mqa", reference_element(self.kind).mass_shape, self.nodes[self.elements])
         return np.moveaxis(points, -1, 0)
 
     def moments(self) -> tuple[float, float, float, float]:
-        """∫dV (m³), ∫(x² + y²)dV (m⁵), ∫z dV (m⁴) and ∫z² dV (m⁵)."""
+        """Return ∫dV (m³), ∫(x² + y²)dV (m⁵), ∫z dV (m⁴) and ∫z² dV (m⁵)."""
         (x, y, z), volume = self._points, self._volumes
         values = (np.ones(volume.shape), x**2 + y**2, z, z**2)
         return tuple(float((volume * value).sum()) for value in values)  # type: ignore[return-value]
 
     def check(self, gear: GearGeometry) -> None:
-        """Refuse a mesh that is not of this gear: wrong unit, turned, shifted, or with other flanks or another bore, or
-        another symmetry than `order`."""
+        """Refuse a mesh that does not belong to the gear.
+
+        Checked are unit, position, flanks, bore and the symmetry `order`.
+        """
         tip = float(np.hypot(*self.nodes[:, :2].T).max())
         ratio = tip / gear.tip_circle_radius
         require(
@@ -136,7 +154,7 @@ class VolumeMesh:
         )
 
     def _lopsided(self, teeth: int) -> tuple[float, int]:
-        """Largest |∫ r² e^{ikφ} dV| over ∫ r² dV of the k < z that a body of this order does not have, and that k."""
+        """Return the largest |∫ r² e^{ikφ} dV| over ∫ r² dV of the patterns k < z excluded by `order`, and its k."""
         x, y, _ = self._points
         weight = self._volumes * (x**2 + y**2)
         once = (x + 1j * y) / np.hypot(x, y)
@@ -148,7 +166,19 @@ class VolumeMesh:
         return worst
 
     def places(self, gear: GearGeometry) -> tuple[FloatArray, IntArray, FloatArray, FloatArray]:
-        """Of every node: radius m, number of the nearest tooth 0 … z − 1, angle from its centre line rad, axial m."""
+        """Return the positions of all nodes relative to the teeth.
+
+        Returns
+        -------
+        radius : (n,) array
+            Radius (m).
+        tooth : (n,) int array
+            Nearest tooth, 0 … z − 1.
+        angle : (n,) array
+            Angle from the tooth's centre line (rad).
+        axial : (n,) array
+            Axial position (m).
+        """
         x, y, z = self.nodes.T
         straight = np.arctan2(y, x) - gear.twist * z
         tooth = np.round(straight / gear.pitch_angle).astype(np.int64)

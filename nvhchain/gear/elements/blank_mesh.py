@@ -1,7 +1,7 @@
 """Transverse mesh of the blank, from the teeth's pitch meshes down to the bore.
 
-Rows meet the radii of web and openings; columns are even. Corners next to an opening are moved onto its outline,
-and the others follow by a discrete Laplace equation in the conformal plane (ln r, φ).
+Rows meet the radii of web and openings; columns are even.  Corners next to an opening are moved onto its outline. The
+others follow by a discrete Laplace equation in the conformal plane (ln r, φ).
 """
 
 from __future__ import annotations
@@ -23,24 +23,36 @@ from nvhchain.gear.elements.plane_mesh import BoolArray, Curve, PlaneMesh, quadr
 from nvhchain.handoff import FloatArray, IntArray
 
 _THIN, _THINNEST = 1.5, 0.25
-"""Thickness in pitches below which a web's bending about its ends counts, and part of that from where on rows stay the
-same. Rows at the ends shrink by its square: the thinner the web, the larger its part in what the gear gives way."""
+"""Thickness (tooth pitches) below which a web's bending about its ends counts, and part of it below which rows stay the
+same. Rows at the ends shrink by the square of the thickness: the thinner the web, the larger its part in the gear's
+compliance."""
 
 _STRIP = 0.02
-"""Normal modules of web that a rounded opening leaves to hub and rim: their circles, on which the thickness changes,
-cannot follow its corners."""
+"""Width of web (normal modules) between a rounded opening and hub or rim. The circles on which the thickness changes
+cannot follow the opening's corners."""
 
 WEB_GROWTH = 0.5
-"""Of elements beside the ends of a thin web, over the way from there: each is some 1.5 times the one before."""
+"""Growth of elements beside the ends of a thin web, per distance from there; each is some 1.5 times the one before."""
 
 
 @dataclass(frozen=True, eq=False)
 class BlankMesh:
-    """The whole blank; it repeats after `sector` teeth.
+    """Transverse mesh of the whole blank; it repeats after `sector` teeth.
 
-    plane: the mesh.  top: (teeth, n) nodes under each tooth's pitch, counter-clockwise.  bore: nodes on the bore.
-    in_web: (m,) quads of the web.  in_sector: (m,) quads under the first sector of teeth.
-    turned: (n,) the node that takes the place of each when the blank turns by one sector.
+    Parameters
+    ----------
+    plane : PlaneMesh
+        Mesh.
+    top : (teeth, n) int array
+        Nodes under each tooth's pitch, counter-clockwise.
+    bore : int array
+        Nodes on the bore.
+    in_web : (m,) bool array
+        Quadrilaterals of the web.
+    in_sector : (m,) bool array
+        Quadrilaterals under the first sector of teeth.
+    turned : (n,) int array
+        Node that replaces each node when the blank turns by one sector.
     """
 
     plane: PlaneMesh
@@ -52,9 +64,12 @@ class BlankMesh:
 
 
 def innermost_solid(body: GearBody) -> float:
-    """Radius (m) down to which the rim is solid over the whole face width.
+    """Return the radius (m) down to which the rim is solid over the whole face width.
 
-    Raises InputError for a gear meshed elsewhere, whose blank is not drawn.
+    Raises
+    ------
+    InputError
+        If the gear has an imported mesh, whose blank is not drawn.
     """
     require(
         not isinstance(body.blank, VolumeMesh),
@@ -68,9 +83,12 @@ def innermost_solid(body: GearBody) -> float:
 
 
 def blank_mesh(body: GearBody, top_radius: float, fidelity: GearFidelity) -> BlankMesh:
-    """Mesh the blank between bore and `top_radius` (m), two columns per tooth and unit of refinement.
+    """Mesh the blank between bore and `top_radius` (m), with two columns per tooth and unit of refinement.
 
-    Raises InputError when an opening, or the spoke between two, is narrower than an element.
+    Raises
+    ------
+    InputError
+        If an opening, or the spoke between two, is narrower than an element.
     """
     gear, web, cut = body.geometry, body.blank.web, _openings(body)
     per_tooth = 2 * fidelity.transverse_refinement
@@ -82,7 +100,7 @@ def blank_mesh(body: GearBody, top_radius: float, fidelity: GearFidelity) -> Bla
     grid = np.arange((rows + 1) * columns).reshape(rows + 1, columns)
     cell = np.ones((rows, columns), dtype=bool)
 
-    move = np.zeros((2, rows + 1, columns))  # of ln r and φ
+    move = np.zeros((2, rows + 1, columns))  # in ln r and φ
     curves: list[Curve] = []
     if cut is not None:
         fixed = np.zeros(move.shape, dtype=bool)
@@ -129,16 +147,16 @@ def blank_mesh(body: GearBody, top_radius: float, fidelity: GearFidelity) -> Bla
 
 
 def rows_over_even(body: GearBody, top_radius: float, fidelity: GearFidelity) -> float:
-    """Rows of the blank below `top_radius`, m, over those of one without a thin web."""
+    """Return the rows of the blank below `top_radius` (m), relative to those of a blank without a thin web."""
     height, fine = _heights(body, top_radius, fidelity)
     rows, even = (len(_rows(body, top_radius, height, end)) - 1 for end in (fine, height))
     return rows / even
 
 
 def _heights(body: GearBody, top_radius: float, fidelity: GearFidelity) -> tuple[float, float]:
-    """Height of a row, m, at most, and at the ends of a web.
+    """Return the largest height of a row (m), in general and at the ends of a web.
 
-    At most that of the rows under the teeth: far from them, towards the bore, elements may grow slender.
+    It is at most that of the rows under the teeth.  Far from them, towards the bore, elements may grow slender.
     """
     web, pitch = body.blank.web, top_radius * body.geometry.pitch_angle
     height = 0.5 * pitch / fidelity.transverse_refinement * fidelity.row_aspect
@@ -147,14 +165,14 @@ def _heights(body: GearBody, top_radius: float, fidelity: GearFidelity) -> tuple
 
 
 def _rows(body: GearBody, top_radius: float, height: float, fine: float) -> FloatArray:
-    """Radii of the rows from the bore outwards, m, at most `height` apart, and `fine` at the ends of a web."""
+    """Return the radii of the rows from the bore outwards (m), at most `height` apart, `fine` at the ends of a web."""
     web, cut = body.blank.web, _openings(body)
     ends = [] if web is None else [web.hub_radius, web.rim_radius]
     stops = [body.geometry.bore_radius, top_radius, *ends]
     stops += [] if cut is None else [cut.inner_radius, cut.outer_radius]
     middle = 0.5 * sum(ends)
     if ends and fine < height and min(abs(middle - stop) for stop in stops) > 0.1 * height:
-        stops.append(middle)  # where the nearer end changes
+        stops.append(middle)  # there the nearer end changes
     stops.sort()
     radii = [stops[0]]
     for stop in stops[1:]:
@@ -164,7 +182,7 @@ def _rows(body: GearBody, top_radius: float, height: float, fine: float) -> Floa
 
 
 def _between(low: float, high: float, height: float, fine: float, ends: list[float]) -> FloatArray:
-    """Radii from `low` to `high`, at most `height` apart, and `fine` at the nearest of `ends`; all m."""
+    """Return radii from `low` to `high`, at most `height` apart, and `fine` at the nearest of `ends`; all m."""
     if not ends or fine >= height:
         return np.linspace(low, high, ceil((high - low) / height - 1e-9) + 1)
     nearest = min(ends, key=lambda end: abs(end - 0.5 * (low + high)))
@@ -172,7 +190,7 @@ def _between(low: float, high: float, height: float, fine: float, ends: list[flo
 
 
 def _openings(body: GearBody) -> Openings | None:
-    """Those of the drawing, rounded ones off the ends of the web."""
+    """Return the openings of the drawing; rounded ones are kept off the ends of the web."""
     web, cut = body.blank.web, body.blank.cutouts
     if web is None or cut is None:
         return cut
@@ -188,19 +206,29 @@ def _openings(body: GearBody) -> Openings | None:
 
 
 def _row(radii: FloatArray, radius: float) -> int:
+    """Return the row nearest to `radius` (m)."""
     return int(np.argmin(np.abs(radii - radius)))
 
 
 def _ring(
     cut: Openings, middle: float, radii: FloatArray, lines: FloatArray, cell: BoolArray
 ) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Take one opening out of `cell`.
+    """Remove one opening from `cell`, in place.
 
-    Returns its corner nodes once round as row + (rows + 1) · column, columns counted on beyond the last, and radius
-    (m) and angle (rad) of its corner and edge nodes in turn, on the outline.
+    Returns
+    -------
+    ring : (n,) int array
+        Corner nodes once round, as row + (rows + 1) · column; columns count on beyond the last.
+    radius, angle : (2 n,) array
+        Radius (m) and angle (rad) of its corner and edge nodes in turn, on the outline.
+
+    Raises
+    ------
+    InputError
+        If the opening, or the spoke beside it, is narrower than an element.
     """
     step = lines[1] - lines[0]
-    # half a column's tie must fall the same way for every opening: the small bias decides it
+    # a small bias rounds ties of half a column in the same way for every opening
     low, high = (floor((middle + side * cut.angular_width / 2 - lines[0]) / step + 0.5 + 1e-6) for side in (-1, 1))
     pitch = 2 * np.pi / cut.count / step
     require(
@@ -220,7 +248,7 @@ def _ring(
     ring, radius, angle = [], [], []
     for number, (row, column) in enumerate(sides):
         ring.append((row + len(radii) * column)[:-1])
-        way = np.abs(radii[row] - radii[row[0]]) if number % 2 else np.arange(len(row))  # rows may be uneven
+        way = np.abs(radii[row] - radii[row[0]]) if number % 2 else np.arange(len(row))  # rows may differ in height
         r, phi = cut.outline(number, with_middles(way / way[-1])[:-1])
         radius.append(r)
         angle.append(middle + phi)
@@ -228,7 +256,7 @@ def _ring(
 
 
 def _spread(move: FloatArray, fixed: BoolArray, level: FloatArray, step: float) -> FloatArray:
-    """Continue the fixed values of `move` over the grid, periodic in columns, by the Laplace equation."""
+    """Continue the fixed values of `move` over the grid by the Laplace equation, periodic in columns."""
     rows, columns = move.shape
     grid = np.arange(move.size).reshape(rows, columns)
     height = np.diff(level)

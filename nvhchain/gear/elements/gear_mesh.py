@@ -1,8 +1,9 @@
-"""Solid mesh of a gear: the transverse meshes swept along the axis into layers of 20-node bricks.
+"""Solid mesh of a gear: transverse meshes swept along the axis into layers of 20-node bricks.
 
-The helix turns teeth and root rigidly with z; below the root circle the twist fades, linearly in r, to nothing where
-the solid rim ends, so that web, openings and bore stay straight. Likewise the layers are even under the teeth and
-meet the faces of the web at its rim.
+The helix turns teeth and root rigidly with z.  Below the root circle the twist fades linearly in r and vanishes where
+the solid rim ends.  Web, openings and bore therefore stay straight.
+
+Likewise the layers are even under the teeth and meet the faces of the web at its rim.
 """
 
 from __future__ import annotations
@@ -24,16 +25,24 @@ from nvhchain.gear.elements.plane_mesh import BoolArray, PlaneMesh
 from nvhchain.handoff import FloatArray, IntArray
 
 _THIN, _IN_WEB, _FLAT = 0.3, 0.4, 0.3
-"""Webs to which less than the first part of the layers would fall are thin and bend about their ends: they get the
-second part of them, and no fewer than two, but none flatter than the third part of an even one."""
+"""Three limits of thin webs. Webs with less than the first part of the layers bend about their ends. They get up to the
+second part of the layers and at least two. No layer is flatter than the third part of an even one."""
 
 
 @dataclass(frozen=True, eq=False)
 class SolidMesh:
-    """20-node bricks on levels: even levels are layer faces, odd ones the middles of layers.
+    """Bricks of 20 nodes on levels: even levels are layer faces, odd ones the middles of layers.
 
-    nodes: (n, 3) m.  angle: (n,) rad, of each node about the axis.  elements: (m, 20) in the order of VTK.
-    index: (levels, plane nodes) node number, −1 where there is none.
+    Parameters
+    ----------
+    nodes : (n, 3) array
+        Positions (m).
+    angle : (n,) array
+        Angle of each node about the axis (rad).
+    elements : (m, 20) int array
+        Node numbers in the order of VTK.
+    index : (levels, plane nodes) int array
+        Node number, −1 if absent.
     """
 
     nodes: FloatArray
@@ -42,16 +51,23 @@ class SolidMesh:
     index: IntArray
 
     def on(self, plane_nodes: IntArray) -> IntArray:
-        """Solid nodes above and below `plane_nodes`, level by level."""
+        """Return the solid nodes above and below `plane_nodes`, level by level."""
         stacked = self.index[:, plane_nodes]
         return stacked[stacked >= 0]
 
 
 @dataclass(frozen=True, eq=False)
 class GearMesh:
-    """One pitch of teeth (of all alike) and the blank: transverse and solid.
+    """Mesh of one pitch of teeth, all alike, and of the blank: transverse and solid.
 
-    in_sector: (m,) bricks of the blank under the first sector of teeth.
+    Parameters
+    ----------
+    pitch, blank : PitchMesh, BlankMesh
+        Transverse meshes.
+    pitch_solid, blank_solid : SolidMesh
+        Solid meshes.
+    in_sector : (m,) bool array
+        Bricks of the blank under the first sector of teeth.
     """
 
     pitch: PitchMesh
@@ -62,7 +78,7 @@ class GearMesh:
 
 
 def gear_mesh(body: GearBody, fidelity: GearFidelity) -> GearMesh:
-    """Mesh `body`; raises InputError when the fidelity is too coarse for the blank."""
+    """Mesh `body`; a fidelity too coarse for the blank is an InputError."""
     rim, (pitch, pitch_solid) = innermost_solid(body), tooth_mesh(body, fidelity)
     blank = blank_mesh(body, pitch.inner_radius, fidelity)
     stations, in_web = _stations(body, fidelity)
@@ -78,7 +94,7 @@ def gear_mesh(body: GearBody, fidelity: GearFidelity) -> GearMesh:
 
 
 def tooth_mesh(body: GearBody, fidelity: GearFidelity) -> tuple[PitchMesh, SolidMesh]:
-    """One pitch of teeth alone, transverse and solid."""
+    """Mesh one pitch of teeth alone; return its transverse and its solid mesh."""
     rim = innermost_solid(body)
     pitch = pitch_mesh(body.geometry, rim, fidelity)
     stations, in_web = _stations(body, fidelity)
@@ -87,9 +103,19 @@ def tooth_mesh(body: GearBody, fidelity: GearFidelity) -> tuple[PitchMesh, Solid
 
 
 def bricks_over_even(body: GearBody, fidelity: GearFidelity) -> float:
-    """Bricks of the blank over those of one with even rows and layers: about what its thin web takes more.
+    """Return the bricks of the blank relative to those of a blank with even rows and layers.
 
-    1 for gears meshed elsewhere.
+    Parameters
+    ----------
+    body : GearBody
+        Gear.
+    fidelity : GearFidelity
+        Refinement and layers.
+
+    Returns
+    -------
+    float
+        About the additional effort for a thin web; 1 for imported meshes.
     """
     if isinstance(body.blank, VolumeMesh):
         return 1.0
@@ -98,7 +124,7 @@ def bricks_over_even(body: GearBody, fidelity: GearFidelity) -> float:
 
 
 def _stations(body: GearBody, fidelity: GearFidelity) -> tuple[FloatArray, BoolArray]:
-    """Layer faces (m) at the rim's inner radius, and which layers the web fills."""
+    """Return the layer faces (m) at the rim's inner radius, and the layers that the web fills."""
     even = np.linspace(-0.5, 0.5, fidelity.width_layers + 1) * body.geometry.face_width
     web = body.blank.web
     return (even, np.ones(fidelity.width_layers, dtype=bool)) if web is None else _web_layers(web, even)
@@ -107,7 +133,7 @@ def _stations(body: GearBody, fidelity: GearFidelity) -> tuple[FloatArray, BoolA
 def _swept(
     body: GearBody, plane: PlaneMesh, rim: float, even_from: float, stations: FloatArray, cells: BoolArray
 ) -> SolidMesh:
-    """Sweep `plane`; layers change from `stations` at the rim's inner radius to even ones at `even_from`, m."""
+    """Sweep `plane`; layers change from `stations` at the rim's inner radius to even ones at `even_from` (m)."""
     even = np.linspace(stations[0], stations[-1], len(stations))
     above = np.clip((plane.radius - rim) / (even_from - rim), 0.0, 1.0)
     z = stations[:, None] + above * (even - stations)[:, None]
@@ -116,7 +142,7 @@ def _swept(
 
 
 def _web_layers(web: Web, even: FloatArray) -> tuple[FloatArray, BoolArray]:
-    """Layer faces (m) that meet the web's faces, and which layers the web fills."""
+    """Return layer faces (m) that meet the web's faces, and the layers that the web fills."""
     layers, width = len(even) - 1, even[-1] - even[0]
     low, high = web.offset - 0.5 * web.thickness, web.offset + 0.5 * web.thickness
     below, above = low - even[0] > 1e-6 * width, even[-1] - high > 1e-6 * width
@@ -141,7 +167,7 @@ def _web_layers(web: Web, even: FloatArray) -> tuple[FloatArray, BoolArray]:
 
 
 def _thin_web_layers(low: float, high: float, even: FloatArray, count: int) -> tuple[FloatArray, BoolArray]:
-    """`count` layers of a web from z = `low` to `high`, m, and beside it layers that grow to even ones."""
+    """Return `count` layers of a web from z = `low` to `high` (m), and beside it layers that grow to even ones."""
     fine, size = (high - low) / count, even[1] - even[0]
     below, above = (Grading(face, fine, 0.0, WEB_GROWTH, max(size, fine)) for face in (low, high))
     before = below.ends(even[0], low) if low - even[0] > 1e-3 * fine else np.array([low])
@@ -153,9 +179,9 @@ def _thin_web_layers(low: float, high: float, even: FloatArray, count: int) -> t
 
 
 def _sweep(plane: PlaneMesh, z: FloatArray, twist: FloatArray, present: BoolArray) -> SolidMesh:
-    """Stack `plane` on the layer faces z (layers + 1, n) m, turned by twist (n,) rad/m · z.
+    """Stack `plane` on the layer faces z (layers + 1, n) in m, turned by twist (n,) rad/m · z.
 
-    present: (layers, quads) which bricks exist.
+    present: (layers, quads), the existing bricks.
     """
     n, layers = len(plane.radius), len(z) - 1
     levels = np.empty((2 * layers + 1, n))

@@ -1,4 +1,4 @@
-"""Ends of elements along a line: close together about a place that disturbs the stress, ever farther apart beyond."""
+"""Graded element ends along a line: dense about a place that disturbs the stress, growing with the distance from it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,21 @@ from nvhchain.handoff import FloatArray
 
 @dataclass(frozen=True)
 class Grading:
-    """Size of elements, m: `size` within `zone` of `centre`, beyond it growing by `growth`/m·m up to `largest`."""
+    """Size of elements along a line: constant within a zone, then growing.
+
+    Parameters
+    ----------
+    centre : float
+        Middle of the zone (m).
+    size : float
+        Size within the zone (m).
+    zone : float
+        Half length of the zone (m).
+    growth : float
+        Growth of the size per distance beyond the zone (m/m).
+    largest : float
+        Largest size (m).
+    """
 
     centre: float
     size: float
@@ -21,12 +35,15 @@ class Grading:
     largest: float = inf
 
     def needed(self, low: float, high: float) -> int:
-        """Elements between `low` and `high`, m."""
+        """Return the number of elements needed between `low` and `high` (m)."""
         start, end = self._count(np.array([low, high]))
         return ceil(float(end - start) - 1e-9)
 
     def ends(self, low: float, high: float, elements: int | None = None) -> FloatArray:
-        """(elements + 1,) m from `low` to `high`: those needed, or so many, all a little smaller or larger."""
+        """Return element ends (elements + 1,) in m from `low` to `high`.
+
+        By default they are as many as needed.  With another number all elements are scaled a little.
+        """
         start, end = self._count(np.array([low, high]))
         points = self._place(np.linspace(start, end, (elements or self.needed(low, high)) + 1))
         points[0], points[-1] = low, high
@@ -34,29 +51,29 @@ class Grading:
 
     @property
     def _grown(self) -> float:
-        """Distance from the centre at which elements are the largest, m."""
+        """Distance from the centre at which elements reach the largest size (m)."""
         return self.zone + (self.largest - self.size) / self.growth
 
     def _count(self, at: FloatArray) -> FloatArray:
-        """Elements from the centre to `at`: the integral of 1/size."""
+        """Return the number of elements from the centre to `at` (m): the integral of 1/size."""
         away = np.abs(at - self.centre)
         growing = np.clip(away - self.zone, 0.0, self._grown - self.zone)
         number = np.minimum(away, self.zone) / self.size + np.log1p(self.growth * growing / self.size) / self.growth
         return np.sign(at - self.centre) * (number + np.maximum(away - self._grown, 0.0) / self.largest)
 
     def _place(self, count: FloatArray) -> FloatArray:
-        """Inverse of `_count`."""
+        """Return the position (m) for a number of elements from the centre; the inverse of `_count`."""
         number, even = np.abs(count), self.zone / self.size
-        grown = even + np.log(self.largest / self.size) / self.growth  # elements up to the largest
+        grown = even + np.log(self.largest / self.size) / self.growth  # number of elements up to the largest
         growing = np.clip(number - even, 0.0, grown - even)
         away = np.minimum(number * self.size, self.zone) + np.expm1(self.growth * growing) * self.size / self.growth
         beyond = np.maximum(number - grown, 0.0)
-        part = np.multiply(beyond, self.largest, where=beyond > 0, out=np.zeros_like(beyond))  # 0 · ∞ is none
+        part = np.multiply(beyond, self.largest, where=beyond > 0, out=np.zeros_like(beyond))  # 0 · ∞ counts as 0
         return self.centre + np.sign(count) * (away + part)
 
 
 def with_middles(ends: FloatArray) -> FloatArray:
-    """Element ends and, between them, their middles."""
+    """Return the element ends with their middles in between."""
     points = np.empty(2 * len(ends) - 1)
     points[::2], points[1::2] = ends, 0.5 * (ends[:-1] + ends[1:])
     return points

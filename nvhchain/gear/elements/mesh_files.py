@@ -1,4 +1,4 @@
-"""Volume meshes of gears in files of other programs."""
+"""Imported and exported volume meshes of gears in files of other programs."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from nvhchain.kinds import check_arguments
 
 _WRITTEN = {"tet10": "tetra10", "hex20": "hexahedron20"}
 _READ = {theirs: ours for ours, theirs in _WRITTEN.items()} | {"hexahedron27": "hex20"}
-"""The middles of faces and bricks, which come last, are left out."""
+"""Kinds of cells in files and here. The middles of faces and bricks of 27 nodes, which come last, are dropped."""
 
 _MIRRORED = {
     "tet10": [0, 2, 1, 3, 6, 5, 4, 7, 9, 8],
     "hex20": [0, 3, 2, 1, 4, 7, 6, 5, 11, 10, 9, 8, 15, 14, 13, 12, 16, 19, 18, 17],
 }
-"""Order of the nodes seen from the other side, which MED counts from."""
+"""Node order of mirrored elements, such as those of MED files."""
 
 _SOLIDS = ("tetra", "hexahedron", "wedge", "pyramid")
 TAGS = ("bore", "flanks")
@@ -29,12 +29,32 @@ TAGS = ("bore", "flanks")
 def read_gear_mesh(path: str | Path, *, scale: float = 1.0, order: int = 1, tags: tuple[str, str] = TAGS) -> VolumeMesh:
     """Read a mesh of quadratic tetrahedra or bricks whose bore and flanks are tagged.
 
-    scale: m per unit of the file's coordinates.  order: of the rotational symmetry, 1 for none.
-    tags: names of those of bore and flanks, in upper or lower case.
-    A tag is a point set, a point array that is not zero on its nodes, or a cell set (group) of surface cells.
+    Parameters
+    ----------
+    path : str or Path
+        File.
+    scale : float
+        Metres per unit of the file's coordinates.
+    order : int
+        Order of the rotational symmetry, 1 for none.
+    tags : tuple of 2 str
+        Names of the tags of bore and flanks, in upper or lower case.
 
-    Raises FileFormatError for a damaged file, InputError for missing tags, other elements, and what `VolumeMesh`
-    says.
+    Returns
+    -------
+    VolumeMesh
+        Mesh.
+
+    Raises
+    ------
+    FileFormatError
+        If the file is damaged.
+    InputError
+        If tags are missing, elements are of another kind, or `VolumeMesh` refuses the mesh.
+
+    Notes
+    -----
+    A tag is a point set, a point array that is not zero on its nodes, or a cell set (group) of surface cells.
     """
     check_arguments(read_gear_mesh, locals())
     mesh = read_mesh(path)
@@ -67,7 +87,20 @@ def read_gear_mesh(path: str | Path, *, scale: float = 1.0, order: int = 1, tags
 
 
 def write_gear_mesh(path: str | Path, mesh: VolumeMesh) -> None:
-    """Write `mesh` as VTU with its tags as point arrays, or as Abaqus input (`.inp`) with sets; coordinates in m."""
+    """Write a mesh as VTU with its tags as point arrays, or as Abaqus input (`.inp`) with sets; coordinates in m.
+
+    Parameters
+    ----------
+    path : str or Path
+        File, ending in .vtu or .inp.
+    mesh : VolumeMesh
+        Mesh.
+
+    Raises
+    ------
+    InputError
+        If the file has another ending.
+    """
     path = Path(path)
     tagged = {tag: getattr(mesh, tag) for tag in TAGS}
     contents = MeshFile(mesh.nodes, [(_WRITTEN[mesh.kind], mesh.elements)], tagged)
@@ -81,14 +114,14 @@ def write_gear_mesh(path: str | Path, mesh: VolumeMesh) -> None:
 
 
 def _mirrored(points: FloatArray, elements: IntArray, kind: str) -> bool:
-    """Whether the corners of all elements go round the other way."""
+    """Return True if the corners of all elements are in the opposite order."""
     ends = [1, 2, 3] if kind == "tet10" else [1, 3, 4]
     edges = points[elements[:, ends]] - points[elements[:, :1]]
     return bool((np.linalg.det(edges) < 0).all())
 
 
 def _tagged(mesh: MeshFile, tag: str, path: str) -> IntArray:
-    """Numbers of the nodes tagged `tag`."""
+    """Return the nodes tagged `tag`."""
     points, cells = ({name.lower(): at for name, at in found.items()} for found in (mesh.tagged, mesh.groups))
     name = tag.lower()
     if name in points:
@@ -107,6 +140,6 @@ def _tagged(mesh: MeshFile, tag: str, path: str) -> IntArray:
 
 
 def _listed(names: set[str]) -> str:
-    """Names of a file fit for a message."""
+    """Return names of a file in a form fit for a message."""
     first = [name if name.isprintable() else ascii(name) for name in sorted(names)[:20]]
     return (", ".join(name[:60] for name in first) or "none") + (", …" if len(names) > 20 else "")

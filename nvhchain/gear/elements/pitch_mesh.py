@@ -1,7 +1,7 @@
 """Transverse mesh of one tooth with its pitch of the rim; all teeth of a gear share it.
 
-From the tip down to mid-fillet the tooth is one block of rows; below it a block of columns reaches from mid-space
-to mid-space, and two transitions (four columns to two, twice) coarsen it towards the blank.
+From the tip down to mid-fillet the tooth is one block of rows.  Below it a block of columns reaches from mid-space to
+mid-space.  Two transitions (four columns to two, twice) coarsen it towards the blank.
 """
 
 from __future__ import annotations
@@ -16,22 +16,31 @@ from nvhchain.gear.elements.plane_mesh import Curve, PlaneMesh, grid_quads, quad
 from nvhchain.handoff import FloatArray, IntArray
 
 _SPLIT = 0.45
-"""Fraction of the fillet's turn at which the tooth block meets the block below: half-way between flank and root."""
+"""Fraction of the fillet at which the tooth block meets the block below: half-way between flank and root."""
 
 _DEPTHS = (0.45, 0.55, 1.0)
-"""Depth in normal modules of the block below the tooth and of the two transitions, for square-ish elements."""
+"""Depths of the block below the tooth and of the two transitions (normal modules), for nearly square elements."""
 
 _SHARE = 0.7
-"""Part of the solid rim that the three may take where it is thin; the blank's first rows get the rest."""
+"""Largest part of a thin solid rim for these three depths; the blank's first rows get the rest."""
 
 
 @dataclass(frozen=True, eq=False)
 class PitchMesh:
-    """One pitch, tooth centred on angle 0.
+    """Mesh of one pitch, tooth centred on angle 0.
 
-    plane: the mesh.  flanks: (2, n) nodes from form to tip circle of the flanks that face +φ and −φ.
-    centre: nodes of the tooth's centre line from the tip down.  left, right: nodes at −τ/2 and +τ/2, outwards in.
-    bottom: nodes on the innermost circle, counter-clockwise (its ends belong to left and right too).
+    Parameters
+    ----------
+    plane : PlaneMesh
+        Mesh.
+    flanks : (2, n) int array
+        Nodes from form to tip circle of the flanks that face +φ and −φ.
+    centre : int array
+        Nodes of the tooth's centre line from the tip down.
+    left, right : int array
+        Nodes at −τ/2 and +τ/2, from outside inwards.
+    bottom : int array
+        Nodes on the innermost circle, counter-clockwise; its ends belong to left and right too.
     """
 
     plane: PlaneMesh
@@ -43,12 +52,12 @@ class PitchMesh:
 
     @property
     def inner_radius(self) -> float:
-        """Radius of the innermost circle, m."""
+        """Radius of the innermost circle (m)."""
         return float(self.plane.radius[self.bottom[0]])
 
 
 class _Corners:
-    """Corner nodes under construction."""
+    """Corner nodes of a mesh under construction."""
 
     def __init__(self) -> None:
         self.radius: list[FloatArray] = []
@@ -56,7 +65,7 @@ class _Corners:
         self.count = 0
 
     def add(self, radius: FloatArray, angle: FloatArray) -> IntArray:
-        """Numbers of new nodes, in the shape of `radius` broadcast with `angle`."""
+        """Add nodes; return their numbers in the shape of `radius` broadcast with `angle`."""
         radius, angle = np.broadcast_arrays(radius, angle)
         self.radius.append(radius.ravel())
         self.angle.append(angle.ravel())
@@ -74,7 +83,7 @@ def pitch_mesh(gear: GearGeometry, innermost: float, fidelity: GearFidelity) -> 
     share = np.linspace(-1.0, 1.0, across + 1)
     tooth = corners.add(radius[::2, None], half[::2, None] * share)
 
-    space_radius, space_angle = _space(gear, gap)  # from mid-space up to the tooth's lowest row
+    space_radius, space_angle = _space(gear, gap)  # from mid-space to the tooth's lowest row
     left = corners.add(space_radius[:-1:2], -space_angle[:-1:2])
     right = corners.add(space_radius[:-1:2], space_angle[:-1:2])[::-1]
     top = np.concatenate([left, tooth[0], right])
@@ -99,6 +108,7 @@ def pitch_mesh(gear: GearGeometry, innermost: float, fidelity: GearFidelity) -> 
     plane = quadratic_mesh(np.concatenate(corners.radius), np.concatenate(corners.angle), quads, tuple(curves))
 
     def side(column: int) -> IntArray:
+        """Return the nodes of one side, edge nodes included."""
         return plane.chain(np.concatenate([block[:, column], first[[column]], second[[column]]]))
 
     centre = np.concatenate([tooth[::-1, across // 2], block[1:, columns // 2], first_middle, second_middle])
@@ -113,14 +123,14 @@ def pitch_mesh(gear: GearGeometry, innermost: float, fidelity: GearFidelity) -> 
 
 
 def _profile(gear: GearGeometry, fillet_rows: int, flank_rows: int) -> tuple[FloatArray, FloatArray]:
-    """(radius m, half tooth angle rad) of row ends and row middles from mid-fillet to the tip."""
+    """Return radius (m) and half tooth angle (rad) of row ends and row middles from mid-fillet to the tip."""
     fillet = gear.fillet(np.linspace(_SPLIT, 0.0, 2 * fillet_rows + 1)[:-1])
     flank = np.linspace(gear.form_radius, gear.tip_circle_radius, 2 * flank_rows + 1)
     return np.append(fillet[0], flank), np.append(fillet[1], gear.half_tooth_angle(flank))
 
 
 def _space(gear: GearGeometry, elements: int) -> tuple[FloatArray, FloatArray]:
-    """(radius m, angle rad) from mid-space along root land and lower fillet, evenly in arc length."""
+    """Return radius (m) and angle (rad) from mid-space along root land and lower fillet, evenly in arc length."""
     radius, angle = gear.fillet(np.linspace(1.0, _SPLIT, 200))
     radius, angle = np.append(gear.root_radius, radius), np.append(gear.pitch_angle / 2, angle)
     length = np.append(0.0, np.cumsum(np.hypot(np.diff(radius), gear.root_radius * np.diff(angle))))
@@ -131,10 +141,10 @@ def _space(gear: GearGeometry, elements: int) -> tuple[FloatArray, FloatArray]:
 def _transition(
     corners: _Corners, fine: IntArray, outer: float, inner: float, angle: FloatArray
 ) -> tuple[IntArray, IntArray, IntArray]:
-    """One row that halves the number of columns, in units of four.
+    """Add one row that halves the number of columns, in units of four.
 
     fine: corner nodes on the circle of radius `outer` at the even `angle`.  Returns the nodes on the circle `inner`,
-    the quadrilaterals (m, 4), and the nodes met going straight down from the middle of `fine`.
+    the quadrilaterals (m, 4), and the nodes straight below the middle of `fine`.
     """
     step = angle[1] - angle[0]
     coarse = corners.add(np.array(inner), angle[::2])

@@ -14,11 +14,18 @@ BoolArray = NDArray[np.bool_]
 
 @dataclass(frozen=True, eq=False)
 class PlaneMesh:
-    """8-node quadrilaterals: corner nodes first, then one node on every edge.
+    """Mesh of 8-node quadrilaterals: corner nodes first, then one node on every edge.
 
-    radius, angle: (n,) m and rad.  corners: number of corner nodes.
-    quads: (m, 8), counter-clockwise: corners, then the nodes between corners 01, 12, 23, 30.
-    edges: (n − corners, 2) corner nodes of each edge, the smaller first, in order.
+    Parameters
+    ----------
+    radius, angle : (n,) array
+        Positions (m, rad).
+    corners : int
+        Number of corner nodes.
+    quads : (m, 8) int array
+        Nodes, counter-clockwise: corners, then the nodes between corners 01, 12, 23, 30.
+    edges : (n − corners, 2) int array
+        Corner nodes of each edge, the smaller first, in order.
     """
 
     radius: FloatArray
@@ -28,13 +35,13 @@ class PlaneMesh:
     edges: IntArray
 
     def between(self, first: IntArray, second: IntArray) -> IntArray:
-        """Nodes on the edges that join corners `first` and `second`."""
+        """Return the nodes on the edges that join corners `first` and `second`."""
         key = self.edges[:, 0] * self.corners + self.edges[:, 1]
         wanted = np.minimum(first, second) * self.corners + np.maximum(first, second)
         return self.corners + np.searchsorted(key, wanted)
 
     def chain(self, corners: IntArray) -> IntArray:
-        """Nodes along a line of `corners`, edge nodes in between."""
+        """Return the nodes along a line of `corners`, edge nodes included."""
         corners = np.asarray(corners)
         line = np.empty(2 * len(corners) - 1, dtype=np.int64)
         line[::2], line[1::2] = corners, self.between(corners[:-1], corners[1:])
@@ -43,7 +50,15 @@ class PlaneMesh:
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """A line of corner nodes whose edge nodes lie on a curve: radius, angle (len(corners) − 1,) m and rad."""
+    """Line of corner nodes whose edge nodes lie on a curve.
+
+    Parameters
+    ----------
+    corners : (n,) int array
+        Corner nodes.
+    radius, angle : (n − 1,) array
+        Positions of the edge nodes (m, rad).
+    """
 
     corners: IntArray
     radius: FloatArray
@@ -75,6 +90,9 @@ def quadratic_mesh(radius: FloatArray, angle: FloatArray, quads: IntArray, curve
 
 
 def grid_quads(nodes: IntArray) -> IntArray:
-    """Quadrilaterals of a grid of corner nodes (rows inwards to outwards, columns counter-clockwise), (m, 4)."""
+    """Return the quadrilaterals (m, 4) of a grid of corner nodes.
+
+    Rows run from inside outwards, columns counter-clockwise.
+    """
     inner, outer = nodes[:-1], nodes[1:]
     return np.stack([inner[:, :-1], outer[:, :-1], outer[:, 1:], inner[:, 1:]], axis=-1).reshape(-1, 4)

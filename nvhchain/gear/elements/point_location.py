@@ -1,4 +1,4 @@
-"""Points inside a mesh of quadratic solids: which element holds them, and what its nodes say there."""
+"""Point location in a mesh of quadratic solids: the element that contains a point, and interpolation there."""
 
 from __future__ import annotations
 
@@ -12,20 +12,30 @@ from nvhchain.gear.elements.gear_mesh import SolidMesh
 from nvhchain.handoff import FloatArray, IntArray
 
 _CANDIDATES = 24
-"""Elements, by distance of their centres, among which the one that holds a point is looked for."""
+"""Number of elements, nearest by their centres, that are tried for a point."""
 
 _NEWTON_STEPS = 12
-"""For the place in an element; from its middle four are usual."""
+"""Newton steps for the place in an element; four usually suffice from its middle."""
 
 _INSIDE = 1e-9
-"""Rounding, in half elements, by which a point on a face may lie outside and still be found at once."""
+"""Rounding (half elements) by which a point on a face may lie outside and still be accepted at once."""
 
 _OUTSIDE = 0.1
-"""How far, in half elements, a point on a drawn surface may miss the mesh, whose faces are parabolas."""
+"""Distance (half elements) by which a point on a drawn surface may miss the mesh, whose faces are parabolas."""
 
 
 class ElementSearch:
-    """Elements (m, k) of `kind` `hex20` or `tet10` on `nodes` (n, 3) m, sorted for searching."""
+    """Elements arranged for the search of points.
+
+    Parameters
+    ----------
+    nodes : (n, 3) array
+        Positions (m).
+    elements : (m, k) int array
+        Node numbers.
+    kind : {'hex20', 'tet10'}
+        Kind of element.
+    """
 
     def __init__(self, nodes: FloatArray, elements: IntArray, kind: str = "hex20") -> None:
         self._nodes, self._elements, self._brick = nodes, elements, kind == "hex20"
@@ -33,19 +43,22 @@ class ElementSearch:
         self._tree = cKDTree(nodes[elements].mean(axis=1))
 
     def shape(self, place: FloatArray) -> FloatArray:
-        """(p, k) shape functions at places (p, 3) in the reference element."""
+        """Return the shape functions (p, k) at places (p, 3) in the reference element."""
         return self._functions(place)[0]
 
     def find(self, points: FloatArray) -> tuple[IntArray, FloatArray]:
-        """(n,) element that holds each of `points` (n, 3) m, and (n, 3) its place in the reference element.
+        """Return the element (n,) that contains each of `points` (n, 3) in m, and its place (n, 3) in that element.
 
-        Raises InputError for a point outside the mesh.
+        Raises
+        ------
+        InputError
+            If a point lies outside the mesh.
         """
         points = np.asarray(points, float)
         candidates = self._tree.query(points, k=range(1, min(_CANDIDATES, self._tree.n) + 1))[1]
         best, place, element = np.full(len(points), np.inf), np.zeros((len(points), 3)), np.zeros(len(points), np.int64)
         for column in candidates.T:
-            at = np.flatnonzero(best > _INSIDE)  # those not yet found
+            at = np.flatnonzero(best > _INSIDE)  # points not yet located
             if not len(at):
                 break
             xi = self._place(points[at], column[at])
@@ -66,13 +79,13 @@ class ElementSearch:
         return element, share[:, 1:] / share.sum(axis=1, keepdims=True)
 
     def _outside(self, place: FloatArray) -> FloatArray:
-        """Half elements by which places lie outside; negative inside."""
+        """Return the distance (half elements) by which places lie outside; negative inside."""
         if self._brick:
             return np.asarray(np.abs(place).max(axis=1) - 1.0)
         return np.asarray(2 * np.maximum(-place.min(axis=1), place.sum(axis=1) - 1.0))
 
     def _place(self, points: FloatArray, element: IntArray) -> FloatArray:
-        """Newton for x(ξ) = point in one element per point."""
+        """Solve x(ξ) = point by Newton's method, in one element per point."""
         corners = self._nodes[self._elements[element]]
         xi = np.full((len(points), 3), 0.0 if self._brick else 0.25)
         for _ in range(_NEWTON_STEPS):
@@ -84,9 +97,9 @@ class ElementSearch:
 
 
 def interpolation(solid: SolidMesh, points: FloatArray, angle: FloatArray) -> sp.csr_matrix:
-    """(3 n, unknowns of the mesh): displacement at `points` (n, 3) m, both in cylindrical axes.
+    """Return the matrix (3 n, unknowns of the mesh) to displacements at `points` (n, 3) in m.
 
-    angle: (n,) rad, of the axes at the points.
+    Both are in cylindrical axes.  angle: (n,) rad, of the axes at the points.
     """
     search = ElementSearch(solid.nodes, solid.elements)
     element, xi = search.find(points)

@@ -1,4 +1,4 @@
-"""An own mesh as one undivided volume mesh: for other programs, and to check the divided one."""
+"""Generated mesh of a gear as one undivided volume mesh, for other programs and for checks of the divided one."""
 
 from __future__ import annotations
 
@@ -12,11 +12,29 @@ from nvhchain.gear.drawing.volume_mesh import VolumeMesh
 from nvhchain.gear.elements.gear_mesh import gear_mesh
 
 _SAME = 1e-6
-"""Normal modules within which nodes of neighbouring parts are one."""
+"""Distance (normal modules) within which nodes of neighbouring parts are merged."""
 
 
 def whole_mesh(body: GearBody, fidelity: GearFidelity) -> VolumeMesh:
-    """The blank and all teeth of `body` in Cartesian axes; the blank's nodes come first."""
+    """Return the blank and all teeth of a gear as one mesh in Cartesian axes; the blank's nodes come first.
+
+    Parameters
+    ----------
+    body : GearBody
+        Gear with a drawn blank.
+    fidelity : GearFidelity
+        Refinement and layers.
+
+    Returns
+    -------
+    VolumeMesh
+        Mesh of bricks.
+
+    Raises
+    ------
+    InputError
+        If the gear has an imported mesh, or the fidelity is too coarse for the blank.
+    """
     gear, mesh = body.geometry, gear_mesh(body, fidelity)
     pitch, blank = mesh.pitch_solid, mesh.blank_solid
     points, bricks, flanks = [blank.nodes], [blank.elements], []

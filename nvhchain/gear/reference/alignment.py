@@ -1,4 +1,4 @@
-"""Refined teeth once made, looked at under another misalignment or with flanks of another lead."""
+"""Reuse of refined teeth under another misalignment or with flanks of another micro-geometry."""
 
 from __future__ import annotations
 
@@ -13,11 +13,32 @@ from nvhchain.gear.reference.touching import TouchingTeeth, symmetric
 
 
 def realigned(touching: TouchingTeeth, pair: GearPair, other: GearPair) -> TouchingTeeth:
-    """`touching`, made for `pair`, with the gaps of `other`: the same gears but for misalignment and micro-geometry.
+    """Return refined teeth with the gaps of another misalignment or micro-geometry of the same gears.
 
-    Gaps change by what the two differ at the middle of every cell: exact for what is linear over a cell. The cells stay
-    those that could touch before, so `largest_gap` must have left room; `reference_mesh` refuses pressure at their
-    limit.  Raises InputError for other gears, and for teeth refined over one half of the width.
+    Parameters
+    ----------
+    touching : TouchingTeeth
+        Refined teeth, computed for `pair`.
+    pair : GearPair
+        Pair of `touching`.
+    other : GearPair
+        Same gears and centre distance; misalignment and micro-geometry may differ.
+
+    Returns
+    -------
+    TouchingTeeth
+        Teeth with changed gaps.
+
+    Raises
+    ------
+    InputError
+        If the gears differ, or the teeth were refined over one half of the width.
+
+    Notes
+    -----
+    Gaps change by the difference of both pairs at the middle of every cell.  This is exact for a difference that is
+    linear over a cell. The cells stay those that could touch before, so `largest_gap` must have been large enough.
+    `reference_mesh` refuses pressure at their limit.
     """
     same = all(replace(a, micro=b.micro) == b for a, b in zip(pair.geometries, other.geometries, strict=True))
     require(

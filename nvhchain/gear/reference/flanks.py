@@ -1,9 +1,10 @@
-"""Two involute flanks seen along the line of action of one transverse section: where they are and how far apart.
+"""Two involute flanks along the line of action of one transverse section: their positions and the gap between them.
 
-Axes of a section: s along the line of action from the pinion's base tangent point to the wheel's, t across it, away
-from the pinion's centre; the pinion's tooth points to +t, the wheel's to −t. A flank that crosses the line at s has at
-rolled length ρ the point (r_b sin α + ρ cos α, r_b cos α − r_b − ρ sin α), α = (s − ρ)/r_b. Turned by 180° about the
-middle between the tangent points, that is the wheel's flank too.
+Axes of a section: s along the line of action from the pinion's base tangent point to the wheel's, and t across it, away
+from the pinion's centre.  The pinion's tooth points to +t, the wheel's to −t.
+
+A flank that crosses the line at s has at rolled length ρ the point (r_b sin α + ρ cos α, r_b cos α − r_b − ρ sin α),
+with α = (s − ρ)/r_b.  Turned by 180° about the middle between the tangent points, the same holds for the wheel's flank.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from nvhchain.gear.drawing.pair import GearPair
 from nvhchain.handoff import FloatArray
 
 _NEWTON = 12
-"""Steps for the rolled length of a point; three suffice."""
+"""Newton steps for the rolled length of a point; three suffice."""
 
 _LEFT = 0.9
 """Part of the involute between the contact and its end that keeps its rows."""
@@ -27,11 +28,16 @@ _LEFT = 0.9
 class Section:
     """One pair of teeth in one transverse section.
 
-    crossing: m, s where the pinion's flank crosses the line of action; held within what `limits` allow.
-    apart: m, by how much the true one lies outside of them; 0 where the teeth can touch.
-    low, high: m, t of the wheel's and of the pinion's tip, between which rows of elements are laid.
-    ends: m, t where the involutes of pinion and wheel begin.
-    nearest: m, t of the least gap: 0, or the tip edge where the path has ended.
+    Parameters
+    ----------
+    crossing : float
+        s where the pinion's flank crosses the line of action (m), clipped to the limits.
+    apart : float
+        Distance of the true crossing from the limits (m); 0 where the teeth can touch.
+    low, high : float
+        t of the wheel's and of the pinion's tip (m); rows of elements lie between them.
+    ends : tuple of 2 float
+        t where the involutes of pinion and wheel begin (m).
     """
 
     crossing: float
@@ -42,12 +48,15 @@ class Section:
 
     @property
     def nearest(self) -> float:
-        """t, m."""
+        """Position t of the least gap (m): 0, or the tip edge where the path has ended."""
         return min(max(0.0, self.low), self.high)
 
 
 def section(pair: GearPair, angle: float, tooth: int, axial: float, limits: tuple[float, float]) -> Section:
-    """Tooth pair `tooth` at wheel `angle`, rad, and `axial`, m; `limits` m, of s, between which it is drawn."""
+    """Return tooth pair `tooth` at wheel `angle` (rad) and `axial` (m).
+
+    limits: m, range of s to which the crossing is clipped.
+    """
     true = pair.pitch_point + pair.base_radius[1] * angle - tooth * pair.base_pitch
     true += axial * np.tan(pair.base_helix_angle) * pair.sense
     crossing = min(max(true, limits[0]), limits[1])
@@ -61,12 +70,12 @@ def section(pair: GearPair, angle: float, tooth: int, axial: float, limits: tupl
 
 
 def on_flank(s: Section, gear: int, t: FloatArray, reach: float) -> FloatArray:
-    """Ends of rows `t` (n,), m, as the flank of `gear` takes them.
+    """Return the ends of rows `t` (n,) in m, moved onto the flank of `gear`.
 
-    Where the mating tip stands beside the fillet, its rows are squeezed into what there is of the involute: those
-    farther from the contact than `reach`, m, or than most of what is left of the involute.
+    Where the mating tip stands beside the fillet, rows are squeezed into the remaining involute. These are the rows
+    farther from the contact than `reach` (m), or than most of the remaining involute.
     """
-    sign = 1.0 if gear == 0 else -1.0  # towards the tip
+    sign = 1.0 if gear == 0 else -1.0  # sign of t towards the tip
     rows, end = sign * t, sign * s.ends[gear]
     lowest = rows.min()
     if lowest >= end:
@@ -77,12 +86,12 @@ def on_flank(s: Section, gear: int, t: FloatArray, reach: float) -> FloatArray:
 
 
 def _own(pair: GearPair, gear: int, crossing: FloatArray | float) -> FloatArray | float:
-    """Rolled length at which the flank of `gear` crosses the line of action."""
+    """Return the rolled length at which the flank of `gear` crosses the line of action (m)."""
     return crossing if gear == 0 else pair.line_length - crossing
 
 
 def across(pair: GearPair, gear: int, crossing: float, rolled: FloatArray | float) -> FloatArray:
-    """t, m, of the points of the flank of `gear` (0 pinion, 1 wheel) with these rolled lengths, m."""
+    """Return t (m) of the points of the flank of `gear` (0 pinion, 1 wheel) at rolled lengths (m)."""
     base, rho = float(pair.base_radius[gear]), np.asarray(rolled, float)
     alpha = (_own(pair, gear, crossing) - rho) / base
     t = base * (np.cos(alpha) - 1) - rho * np.sin(alpha)
@@ -90,7 +99,7 @@ def across(pair: GearPair, gear: int, crossing: float, rolled: FloatArray | floa
 
 
 def rolled_length(pair: GearPair, gear: int, crossing: FloatArray | float, t: FloatArray) -> FloatArray:
-    """Rolled lengths, m, of the points of the flank of `gear` at `t`, m."""
+    """Return the rolled lengths (m) of the points of the flank of `gear` at `t` (m)."""
     base, own = float(pair.base_radius[gear]), _own(pair, gear, crossing)
     wanted = np.asarray(t if gear == 0 else -np.asarray(t), float)
     rho = np.sqrt(np.maximum(own**2 + 2 * base * wanted, 1e-4 * own**2))
@@ -102,7 +111,7 @@ def rolled_length(pair: GearPair, gear: int, crossing: FloatArray | float, t: Fl
 
 
 def gap(pair: GearPair, crossing: float, t: FloatArray) -> FloatArray:
-    """Distance, m, of the two flanks along the line of action at `t`, m: what lies between pure involutes."""
+    """Return the distance (m) of the two pure involutes along the line of action at `t` (m)."""
     along = []
     for gear in (0, 1):
         rho, base, own = (
@@ -116,7 +125,7 @@ def gap(pair: GearPair, crossing: float, t: FloatArray) -> FloatArray:
 
 
 def opened(pair: GearPair, crossing: FloatArray | float, t: FloatArray, axial: FloatArray) -> FloatArray:
-    """What micro-geometry and misalignment add, m, to the distance along the normal at `t` and `axial` (n,), m."""
+    """Return the contribution (m) of micro-geometry and misalignment to the normal gap at `t` and `axial` (n,), m."""
     total = pair.misalignment.separation(
         np.broadcast_to(np.asarray(crossing) - pair.pitch_point, t.shape),
         axial,

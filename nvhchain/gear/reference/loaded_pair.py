@@ -1,4 +1,4 @@
-"""The loaded pair with refined flanks: compliance of all cells that can touch, and the pressure on them."""
+"""Loaded pair with refined flanks: compliance of all cells that can touch, and the pressure on them."""
 
 from __future__ import annotations
 
@@ -20,10 +20,16 @@ from nvhchain.handoff import FloatArray
 
 @dataclass(frozen=True, eq=False)
 class Carried:
-    """How one blank carries refined teeth.
+    """Response of one blank to the forces of its refined teeth.
 
-    answer: (sector, reach + 1, r, r) m/N, of a tooth to patterns of force on another.  share: [place][pair], (r, n)
-    patterns in what each cell's unit force passes on.
+    Parameters
+    ----------
+    sector : int
+        Teeth after which the body repeats.
+    answer : (sector, reach + 1, r, r) array
+        Response of a tooth to patterns of force on another (m/N).
+    share : tuple of tuples of (r, n) array
+        Share of the patterns in the forces passed on by each cell's unit force, as share[place][pair].
     """
 
     sector: int
@@ -31,7 +37,7 @@ class Carried:
     share: tuple[tuple[FloatArray, ...], ...]
 
     def between(self, tooth: int, loaded: int) -> FloatArray:
-        """(r, r) m/N: answer of `tooth` to patterns on `loaded`, any integers."""
+        """Return the response (r, r) in m/N of `tooth` to patterns on `loaded` (any integers)."""
         if loaded >= tooth:
             return self.answer[tooth % self.sector, loaded - tooth]
         return self.answer[loaded % self.sector, tooth - loaded].T
@@ -44,7 +50,26 @@ def carried(
     resolution: ReferenceResolution,
     progress: Progress | None = None,
 ) -> Carried:
-    """Load the blank of `gear` (0 pinion, 1 wheel) with what the refined teeth of all `places` pass on."""
+    """Load the blank of one gear with the forces that the refined teeth of all places pass on.
+
+    Parameters
+    ----------
+    coarse : CoarseGear
+        Gear.
+    gear : int
+        0 pinion, 1 wheel.
+    places : sequence of TouchingTeeth
+        Refined teeth at several wheel angles.
+    resolution : ReferenceResolution
+        Tolerances of the patterns.
+    progress : Progress, optional
+        Called with (teeth done, teeth of the sector).
+
+    Returns
+    -------
+    Carried
+        Response of the blank.
+    """
     passed = [tooth.passed for place in places for tooth in place.teeth[gear]]
     tooth = replace(coarse.tooth, passed=np.hstack(passed), passed_friction=None)
     patterns, share, strength = load_patterns(tooth, resolution.pattern_tolerance)
@@ -64,9 +89,23 @@ def carried(
 
 
 def pair_compliance(touching: TouchingTeeth, place: int, gears: tuple[Carried, Carried], shift: int = 0) -> FloatArray:
-    """C (n, n), m/N, of all cells of `touching`, the number `place` of those that the gears carry.
+    """Return the compliance C of all cells of `touching`.
 
-    shift: mesh periods by which both gears have moved on; the wheel's angle is then larger by so many mesh periods.
+    Parameters
+    ----------
+    touching : TouchingTeeth
+        Refined teeth.
+    place : int
+        Number of `touching` among the places of `gears`.
+    gears : tuple of 2 Carried
+        Responses of pinion and wheel.
+    shift : int
+        Mesh periods by which both gears have moved on; the wheel angle grows by as many mesh periods.
+
+    Returns
+    -------
+    (n, n) array
+        Compliance (m/N).
     """
     n = len(touching.pair)
     total = np.zeros((n, n))
@@ -86,8 +125,18 @@ def pair_compliance(touching: TouchingTeeth, place: int, gears: tuple[Carried, C
 class ReferenceMesh:
     """Equilibrium under one normal force.
 
-    deflection: δ, m.  force: (n,) N per cell.  pressure: (n,) Pa.  share: force on each tooth pair over the sum.
-    residual: m, of the contact conditions.
+    Parameters
+    ----------
+    deflection : float
+        δ (m).
+    force : (n,) array
+        Force per cell (N).
+    pressure : (n,) array
+        Pressure (Pa).
+    share : dict of int to float
+        Share of the force on each tooth pair.
+    residual : float
+        Residual of the contact conditions (m).
     """
 
     deflection: float
@@ -100,9 +149,30 @@ class ReferenceMesh:
 def reference_mesh(
     pair: GearPair, touching: TouchingTeeth, compliance: FloatArray, force: float, guess: FloatArray | None = None
 ) -> ReferenceMesh:
-    """Press the pair together with `force`, N, along the normal: `GearPair.normal_force` of the pinion's torque.
+    """Press the pair together with a force along the normal.
 
-    Raises SolverError where the pressure reaches the limit of the cells that were looked at.
+    Parameters
+    ----------
+    pair : GearPair
+        Gear pair.
+    touching : TouchingTeeth
+        Cells and gaps.
+    compliance : (n, n) array
+        Compliance of the cells (m/N).
+    force : float
+        Force (N), `GearPair.normal_force` of the pinion's torque.
+    guess : (n,) array, optional
+        Cell forces of a nearby case (N).
+
+    Returns
+    -------
+    ReferenceMesh
+        Equilibrium.
+
+    Raises
+    ------
+    SolverError
+        If the pressure reaches the last cells of the search range.
     """
     cells = touching.cells
     field = pressed(compliance, cells.gap, force, guess=guess)

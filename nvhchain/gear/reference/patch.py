@@ -1,4 +1,4 @@
-"""A refined tooth freed of its unknowns: what cells of pressure do to each other and pass to the coarse model."""
+"""Condensation of a refined tooth: response of pressure cells to each other, and forces passed to the coarse model."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _FACE = np.array([[-1, -1], [0, -1], [1, -1], [-1, 0], [1, 0], [-1, 1], [0, 1], 
 
 
 def face_shape(along: FloatArray, up: FloatArray) -> FloatArray:
-    """(n, 8) serendipity shape functions of a face at local −1 … 1, in the order of `_FACE`."""
+    """Return the serendipity shape functions (n, 8) of a face at local −1 … 1, in the order of `_FACE`."""
     value = np.empty((len(along), 8))
     for node, (a, b) in enumerate(_FACE):
         u, v = 1 + a * along, 1 + b * up
@@ -31,13 +31,15 @@ def face_shape(along: FloatArray, up: FloatArray) -> FloatArray:
 
 
 _MEAN = np.array([-1.0, 4.0, -1.0, 4.0, 4.0, -1.0, 4.0, -1.0]) / 12
-"""Means of their shape functions over the face."""
+"""Means of the nodes' shape functions over the face."""
 
 
 def cells(surface: IntArray) -> IntArray:
-    """(n, 8) nodes of the cells of even pressure on a swept surface, one per face of a brick, layer by layer.
+    """Return the nodes (n, 8) of the cells of even pressure on a swept surface, layer by layer.
 
-    Two per face, as many as the displacement has nodes along it, would oscillate under an edge (inf-sup condition).
+    There is one cell per face of a brick.  Two, as many as the displacement has nodes along the face, would oscillate
+    under an edge (inf-sup condition).
+
     surface: (levels, points) nodes on layer faces and middles, at row ends and middles.
     """
     layer, row = (a.ravel() for a in np.indices((surface.shape[0] // 2, surface.shape[1] // 2)))
@@ -46,7 +48,7 @@ def cells(surface: IntArray) -> IntArray:
 
 
 def cell_loads(solid: SolidMesh, nodes: IntArray, direction: FloatArray) -> sp.csc_matrix:
-    """(unknowns, n) nodal forces of a unit force on each cell of `nodes` (n, 8), in each node's own axes.
+    """Return the nodal forces (unknowns, n) of a unit force on each cell of `nodes` (n, 8), in each node's own axes.
 
     direction: (n, 8, 3), of the force.
     """
@@ -58,8 +60,15 @@ def cell_loads(solid: SolidMesh, nodes: IntArray, direction: FloatArray) -> sp.c
 
 @dataclass(frozen=True, eq=False)
 class RefinedTooth:
-    """own: (n, n) m/N, mean displacement of cells under unit forces on cells, the shared nodes held.
-    passed: (3 n_i, n) what the unit forces put on the shared nodes of the coarse pitch."""
+    """Condensed refined tooth.
+
+    Parameters
+    ----------
+    own : (n, n) array
+        Mean displacement of cells under unit forces on cells, the shared nodes held (m/N).
+    passed : (3 n_i, n) array
+        Forces that the unit forces put on the shared nodes of the coarse pitch.
+    """
 
     own: FloatArray
     passed: FloatArray
@@ -68,10 +77,10 @@ class RefinedTooth:
 def refined_tooth(
     pitch: RefinedPitch, load: sp.csc_matrix, coarse: GearMesh, tooth: CondensedTooth, material: Material, *, half: bool
 ) -> RefinedTooth:
-    """Free the refined `pitch` under `load` (unknowns, n) of its unknowns; its shared nodes follow the coarse pitch.
+    """Condense the refined `pitch` under `load` (unknowns, n); its shared nodes follow the coarse pitch.
 
-    half: the pitch is that of z ≥ 0 of a gear symmetric about mid-width, and `load` unit forces of which the other half
-    takes its mirrored half.
+    half: the pitch is that of z ≥ 0 of a gear symmetric about mid-width.  Half of each unit force then acts on this
+    half, and its mirror image on the other.
     """
     solid = pitch.solid
     tie, held = _tie(pitch, coarse, tooth)
@@ -91,7 +100,7 @@ def refined_tooth(
 
 
 def _tie(pitch: RefinedPitch, coarse: GearMesh, tooth: CondensedTooth) -> tuple[sp.csr_matrix, IntArray]:
-    """(3 n_held, 3 n_i) displacement of the refined pitch's outer nodes from the coarse one's, and these nodes."""
+    """Return the matrix (3 n_held, 3 n_i) from the coarse pitch to the refined pitch's outer nodes, and these nodes."""
     shared = np.concatenate([tooth.left, tooth.right, tooth.bottom])
     place = np.full(len(coarse.pitch_solid.nodes), -1)
     place[shared] = np.arange(len(shared))
@@ -128,14 +137,14 @@ def _tie(pitch: RefinedPitch, coarse: GearMesh, tooth: CondensedTooth) -> tuple[
 
 
 def _local(at: FloatArray, grid: FloatArray) -> tuple[IntArray, FloatArray]:
-    """Element of a rising `grid` that holds each point, and its place −1 … 1 there."""
+    """Return the element of a rising `grid` that contains each point, and the place −1 … 1 in it."""
     element = np.clip(np.searchsorted(grid, at) - 1, 0, len(grid) - 2)
     start, end = grid[element], grid[element + 1]
     return element, np.clip(2 * (at - start) / (end - start) - 1, -1.0, 1.0)
 
 
 def _mirrored(forces: FloatArray, coarse: GearMesh, tooth: CondensedTooth) -> FloatArray:
-    """Forces on the shared nodes of the other half of the width."""
+    """Return the forces on the shared nodes of the other half of the width."""
     solid, new = coarse.pitch_solid, np.full(len(coarse.pitch_solid.nodes), -1)
     shared = np.concatenate([tooth.left, tooth.right, tooth.bottom])
     flipped = solid.index[::-1]

@@ -1,7 +1,7 @@
-"""Contact pressure without friction: unknown forces of cells on a surface whose compliance is known.
+"""Contact pressure without friction: unknown forces of cells on a surface of known compliance.
 
-Forces F ≥ 0 (N) and gaps g ≥ 0 (m) of the cells obey F g = 0, g = g₀ − δ + C F, and Σ F is given. C is symmetric and
-positive definite, so this is the optimum of a strictly convex function and unique.
+Forces F ≥ 0 (N) and gaps g ≥ 0 (m) of the cells obey F g = 0 and g = g₀ − δ + C F; Σ F is given. C is symmetric and
+positive definite.  The solution is therefore the optimum of a strictly convex function, and unique.
 """
 
 from __future__ import annotations
@@ -15,15 +15,25 @@ from nvhchain.errors import SolverError, require
 from nvhchain.handoff import FloatArray
 
 _ROUNDS = 200
-"""Changes of the set of cells in contact; about ten are usual, more than this means that it cycles."""
+"""Largest number of changes of the set of cells in contact; about ten are usual, more means a cycle."""
 
 _TOLERANCE = 1e-10
-"""Overlap left on open cells, relative to the approach."""
+"""Admissible overlap of open cells, relative to the approach."""
 
 
 @dataclass(frozen=True, eq=False)
 class PressureField:
-    """force: (n,) N per cell.  approach: δ, m.  residual: m, largest overlap of cells or gap of loaded ones."""
+    """Forces of cells in contact.
+
+    Parameters
+    ----------
+    force : (n,) array
+        Force per cell (N).
+    approach : float
+        δ (m).
+    residual : float
+        Largest overlap of cells or gap of loaded ones (m).
+    """
 
     force: FloatArray
     approach: float
@@ -31,11 +41,35 @@ class PressureField:
 
 
 def pressed(compliance: FloatArray, gap: FloatArray, force: float, *, guess: FloatArray | None = None) -> PressureField:
-    """Press the two surfaces together with `force`, N.
+    """Press two surfaces together with a given force.
 
-    compliance: C (n, n) m/N, symmetric.  gap: g₀ (n,) m.  guess: (n,) cell forces of a nearby case.
+    Parameters
+    ----------
+    compliance : (n, n) array
+        C (m/N), symmetric.
+    gap : (n,) array
+        g₀ (m).
+    force : float
+        Force (N), > 0.
+    guess : (n,) array, optional
+        Cell forces of a nearby case (N).
+
+    Returns
+    -------
+    PressureField
+        Cell forces and approach.
+
+    Raises
+    ------
+    InputError
+        If the force is not positive.
+    SolverError
+        If the set of cells does not settle.
+
+    Notes
+    -----
     Active set by Newton's method on the complementarity (Hintermüller, Ito, Kunisch 2003): cells that pull leave, cells
-    that overlap enter.  Raises SolverError when it does not settle.
+    that overlap enter.
     """
     require(force > 0, f"force = {force:g} N must be positive")
     n = len(gap)

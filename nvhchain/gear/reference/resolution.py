@@ -9,17 +9,35 @@ from nvhchain.errors import require
 
 @dataclass(frozen=True)
 class ReferenceResolution:
-    """Elements of a tooth whose flank is refined where it is in contact; all of them quadratic bricks.
+    """Elements of a tooth whose flank is refined at the contact; all are quadratic bricks.
 
-    contact_element: m, edge along the profile at the contact, and width of a cell of even pressure.
-    fine_zone: m, to either side of the contact in which elements keep that size.
-    growth: of the element size per distance beyond that zone, and into the tooth.
-    root_rows: rows from mid-fillet to where the mating tip reaches.  space_columns: from mid-fillet to mid-space.
-    rim_rows: from the root down to where the pitch joins the blank.
-    reach: m, to either side of the place of the least gap in which pressure is looked for.
-    largest_gap: m, unloaded gap up to which pressure is looked for.
-    pattern_tolerance: what is neglected of the forces that a refined tooth passes to the blank, relative.
-    far_tolerance: what of them is taken to answer alike at all teeth of a sector, relative.
+    Parameters
+    ----------
+    contact_element : float
+        Edge along the profile at the contact, and width of a cell of even pressure (m).
+    fine_zone : float
+        Distance to either side of the contact within which elements keep that size (m).
+    growth : float
+        Growth of the element size per distance, beyond that zone and into the tooth.
+    root_rows : int
+        Rows from mid-fillet to the reach of the mating tip.
+    space_columns : int
+        Columns from mid-fillet to mid-space.
+    rim_rows : int
+        Rows from the root down to the joint of pitch and blank.
+    reach : float
+        Distance to either side of the least gap within which pressure is searched (m).
+    largest_gap : float
+        Largest unloaded gap at which pressure is searched (m).
+    pattern_tolerance : float
+        Neglected part of the forces that a refined tooth passes to the blank.
+    far_tolerance : float
+        Part of these forces whose response is taken as alike at all teeth of a sector.
+
+    Raises
+    ------
+    InputError
+        If a value is out of range.
     """
 
     contact_element: float = 14e-6

@@ -1,8 +1,9 @@
-"""One pitch of teeth whose loaded flank is refined where it is in contact, as bricks that follow the contact line.
+"""Bricks of one pitch of teeth, refined along the contact line on the loaded flank.
 
-A block of rows and columns from the tip down to mid-fillet, rows close together at the contact and columns at the
-loaded flank, stands on a block from mid-space to mid-space. Its sides and its bottom are those of the coarse pitch
-(`pitch_mesh`), to which it is tied.
+A block of rows and columns reaches from the tip down to mid-fillet.  Its rows are dense at the contact and its columns
+at the loaded flank.  It stands on a block from mid-space to mid-space.
+
+Sides and bottom are those of the coarse pitch (`pitch_mesh`), to which the mesh is tied.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from nvhchain.gear.reference.resolution import ReferenceResolution
 from nvhchain.handoff import FloatArray, IntArray
 
 _SPLIT = 0.45
-"""Fraction of the fillet's turn at which the two blocks meet."""
+"""Fraction of the fillet at which the two blocks meet."""
 
 _CURVE_POINTS = 2000
 """Points of the fillet and of the lowest part of the flank, between which nodes are placed by arc length."""
@@ -26,10 +27,18 @@ _CURVE_POINTS = 2000
 
 @dataclass(frozen=True, eq=False)
 class RefinedPitch:
-    """solid: the bricks, tooth centred on angle 0.  flank: (levels, rows) nodes of the loaded flank, +φ, root to tip.
+    """Refined mesh of one pitch, tooth centred on angle 0.
 
-    left, right, bottom: nodes of the plane mesh (columns of `solid.index`) on the sides and on the innermost circle.
-    bottom_angle: rad, of the latter at mid-width.
+    Parameters
+    ----------
+    solid : SolidMesh
+        Bricks.
+    flank : (levels, rows) int array
+        Nodes of the loaded flank, +φ, from root to tip.
+    left, right, bottom : int array
+        Nodes of the plane mesh (columns of `solid.index`) on the sides and on the innermost circle.
+    bottom_angle : array
+        Angles of the nodes of `bottom` at mid-width (rad).
     """
 
     solid: SolidMesh
@@ -48,11 +57,27 @@ def refined_pitch(
     twist_starts: float,
     resolution: ReferenceResolution,
 ) -> RefinedPitch:
-    """Mesh one pitch.
+    """Mesh one pitch with rows at given rolled lengths.
 
-    rolled: (levels, 2 n + 1) m, rolled lengths of row ends and middles from where the mating tip reaches to the tip.
-    axial: (levels,) m, layer faces and middles.  inner_radius: m, of the innermost circle.
-    twist_starts: m, radius from which the twist grows to that of the teeth at the root circle.
+    Parameters
+    ----------
+    gear : GearGeometry
+        Geometry of the gear.
+    rolled : (levels, 2 n + 1) array
+        Rolled lengths of row ends and middles from the reach of the mating tip to the tip (m).
+    axial : (levels,) array
+        Layer faces and middles (m).
+    inner_radius : float
+        Radius of the innermost circle (m).
+    twist_starts : float
+        Radius from which the twist grows to that of the teeth at the root circle (m).
+    resolution : ReferenceResolution
+        Rows and columns.
+
+    Returns
+    -------
+    RefinedPitch
+        Mesh.
     """
     root_rows, across, space = resolution.root_rows, _columns(gear, resolution), 2 * resolution.space_columns
     rows, columns = 2 * root_rows + rolled.shape[1] - 1, len(across) - 1
@@ -62,7 +87,7 @@ def refined_pitch(
     upper = np.vstack([lower[-1, space : space + columns + 1], upper])
 
     space_radius, space_angle = _space(gear, space)
-    shares = (np.arange(deep + 1) / deep)[:, None] ** 0.75  # close together under the root
+    shares = (np.arange(deep + 1) / deep)[:, None] ** 0.75  # dense under the root
     radius, angle = np.empty((2, len(axial), upper.max() + 1))
     for level, rho in enumerate(rolled):
         r, half = _profile(gear, rho, 2 * root_rows)
@@ -89,7 +114,7 @@ def refined_pitch(
 
 
 def stacked(quads: IntArray, x: FloatArray, y: FloatArray, axial: FloatArray, angle: FloatArray) -> SolidMesh:
-    """Bricks on 8-node `quads` (m, 8) whose nodes lie at x, y (levels, n) m and `axial` (levels,) m."""
+    """Return bricks on 8-node `quads` (m, 8) whose nodes lie at x, y (levels, n) in m and `axial` (levels,) in m."""
     levels, n = x.shape
     below = 2 * n * np.arange(levels // 2)[:, None, None]
     corners, edges = quads[:, :4], quads[:, 4:]
@@ -105,14 +130,17 @@ def stacked(quads: IntArray, x: FloatArray, y: FloatArray, axial: FloatArray, an
 
 
 def quadratic_grid(nodes: IntArray) -> IntArray:
-    """8-node quadrilaterals of a grid of corners, edge nodes and (unused) middles; rows outwards, columns along +φ."""
+    """Return 8-node quadrilaterals of a grid of corners, edge nodes and unused middles.
+
+    Rows run outwards, columns along +φ.
+    """
     a, b, c = nodes[:-2:2], nodes[1::2], nodes[2::2]
     quads = (a[:, :-2:2], c[:, :-2:2], c[:, 2::2], a[:, 2::2], b[:, :-2:2], c[:, 1::2], b[:, 2::2], a[:, 1::2])
     return np.stack(quads, axis=-1).reshape(-1, 8)
 
 
 def _columns(gear: GearGeometry, resolution: ReferenceResolution) -> FloatArray:
-    """Half tooth angles −1 … 1 of column ends and middles, close together at the loaded flank, 1."""
+    """Return half tooth angles −1 … 1 of column ends and middles, dense at the loaded flank, 1."""
     middle = 0.5 * (gear.form_radius + gear.tip_circle_radius)
     half = middle * float(gear.half_tooth_angle(middle))
     size = resolution.contact_element / half
@@ -120,7 +148,10 @@ def _columns(gear: GearGeometry, resolution: ReferenceResolution) -> FloatArray:
 
 
 def _profile(gear: GearGeometry, rolled: FloatArray, below: int) -> tuple[FloatArray, FloatArray]:
-    """(radius m, half tooth angle rad) from mid-fillet to the tip; `below` points before those at `rolled` m."""
+    """Return radius (m) and half tooth angle (rad) from mid-fillet to the tip.
+
+    `below` points precede those at `rolled` (m).
+    """
     lowest = float(np.hypot(gear.base_radius, rolled[0]))
     fillet = gear.fillet(np.linspace(_SPLIT, 0.0, _CURVE_POINTS))
     flank = np.linspace(gear.form_radius, lowest, _CURVE_POINTS)[1:]
@@ -131,14 +162,17 @@ def _profile(gear: GearGeometry, rolled: FloatArray, below: int) -> tuple[FloatA
 
 
 def _space(gear: GearGeometry, points: int) -> tuple[FloatArray, FloatArray]:
-    """(radius m, angle rad) of `points` from mid-space along root land and lower fillet, the last before mid-fillet."""
+    """Return radius (m) and angle (rad) of `points` from mid-space along root land and lower fillet.
+
+    The last point lies before mid-fillet.
+    """
     radius, angle = gear.fillet(np.linspace(1.0, _SPLIT, _CURVE_POINTS))
     r, phi = _evenly(np.append(gear.root_radius, radius), np.append(gear.pitch_angle / 2, angle), points)
     return r[:-1], phi[:-1]
 
 
 def _evenly(radius: FloatArray, angle: FloatArray, steps: int) -> tuple[FloatArray, FloatArray]:
-    """steps + 1 points evenly along a line in polar coordinates."""
+    """Return steps + 1 points evenly along a line in polar coordinates."""
     step = np.hypot(np.diff(radius), radius[1:] * np.diff(angle))
     length = np.append(0.0, np.cumsum(step))
     at = np.linspace(0.0, length[-1], steps + 1)

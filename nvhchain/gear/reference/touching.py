@@ -1,4 +1,4 @@
-"""The teeth that can touch at one wheel angle: cells of pressure on their flanks, gaps, refined teeth of both gears."""
+"""Teeth that can touch at one wheel angle: pressure cells on their flanks, gaps, refined teeth of both gears."""
 
 from __future__ import annotations
 
@@ -24,16 +24,25 @@ from nvhchain.gear.reference.tooth_mesh import RefinedPitch, refined_pitch
 from nvhchain.handoff import FloatArray, IntArray
 
 _SIMPSON = np.array([1.0, 4.0, 1.0]) / 6
-"""Mean over a layer from its faces and its middle, and over a cell's width from its ends and its middle."""
+"""Weights of a mean over a layer from its faces and middle, and over a cell's width from its ends and middle."""
 
 
 @dataclass(frozen=True, eq=False)
 class CellFields:
-    """Cells of one tooth pair or of several, where they can touch.
+    """Cells of one tooth pair or of several that can touch.
 
-    across, axial: (n,) m, t and z of their middles.  width: (n,) m, along t.  length: (n,) m, along the axis, both
-    halves where one half of the width stands for both.  gap: (n,) m, unloaded, along the normal.
-    edge: (n,) cells at the limit of where pressure is looked for, which must stay free of it.
+    Parameters
+    ----------
+    across, axial : (n,) array
+        t and z of their middles (m).
+    width : (n,) array
+        Width along t (m).
+    length : (n,) array
+        Length along the axis (m); both halves where one half of the width stands for both.
+    gap : (n,) array
+        Unloaded gap along the normal (m).
+    edge : (n,) bool array
+        Cells at the limit of the search range; pressure must not reach them.
     """
 
     across: FloatArray
@@ -46,8 +55,21 @@ class CellFields:
 
 @dataclass(frozen=True, eq=False)
 class TouchingTeeth:
-    """angle: rad, of the wheel.  pairs: numbers of the tooth pairs.  pair: (n,) place in `pairs` of each cell.
-    teeth: [gear][pair], refined."""
+    """Tooth pairs that can touch at one wheel angle.
+
+    Parameters
+    ----------
+    angle : float
+        Wheel angle (rad).
+    pairs : tuple of int
+        Numbers of the tooth pairs.
+    pair : (n,) int array
+        Position in `pairs` of each cell.
+    cells : CellFields
+        Cells.
+    teeth : tuple of tuples of RefinedTooth
+        Refined teeth, as teeth[gear][pair].
+    """
 
     angle: float
     pairs: tuple[int, ...]
@@ -58,7 +80,17 @@ class TouchingTeeth:
 
 @dataclass(frozen=True, eq=False)
 class CoarseGear:
-    """A gear as the hybrid contact has it: its mesh and its condensed tooth."""
+    """Gear as in the hybrid contact: its mesh and its condensed tooth.
+
+    Parameters
+    ----------
+    body : GearBody
+        Gear.
+    mesh : GearMesh
+        Mesh of tooth and blank.
+    tooth : CondensedTooth
+        Condensed tooth.
+    """
 
     body: GearBody
     mesh: GearMesh
@@ -66,7 +98,20 @@ class CoarseGear:
 
 
 def coarse_gear(body: GearBody, fidelity: GearFidelity) -> CoarseGear:
-    """Mesh `body` and condense its tooth."""
+    """Mesh a gear and condense its tooth.
+
+    Parameters
+    ----------
+    body : GearBody
+        Gear.
+    fidelity : GearFidelity
+        Elements.
+
+    Returns
+    -------
+    CoarseGear
+        Mesh and condensed tooth.
+    """
     mesh = gear_mesh(body, fidelity)
     return CoarseGear(body, mesh, condensed_tooth(body.geometry, mesh, body.material))
 
@@ -74,10 +119,32 @@ def coarse_gear(body: GearBody, fidelity: GearFidelity) -> CoarseGear:
 def touching_teeth(
     pair: GearPair, coarse: tuple[CoarseGear, CoarseGear], angle: float, resolution: ReferenceResolution
 ) -> TouchingTeeth:
-    """Refine the teeth in contact at wheel `angle`, rad: drive flanks, pinion turning counter-clockwise about z.
+    """Refine the teeth in contact at one wheel angle: drive flanks, pinion turning counter-clockwise about z.
 
-    coarse: pinion and wheel; the refined teeth have their layers.  Raises InputError for another sense and for spur
-    gears with an odd number of layers, of which one half of the width is solved.
+    Parameters
+    ----------
+    pair : GearPair
+        Gear pair.
+    coarse : tuple of 2 CoarseGear
+        Pinion and wheel; the refined teeth take over their layers.
+    angle : float
+        Wheel angle (rad).
+    resolution : ReferenceResolution
+        Elements of the refined teeth.
+
+    Returns
+    -------
+    TouchingTeeth
+        Cells and refined teeth.
+
+    Raises
+    ------
+    InputError
+        If the pinion turns clockwise, the face widths differ, or a spur gear has an odd number of layers.
+
+    Notes
+    -----
+    One half of the width is solved for symmetric spur gears.
     """
     require(pair.sense == 1, f"sense = {pair.sense}: the reference contact is made for sense = 1")
     layers, half = coarse[0].mesh.pitch_solid.index.shape[0] // 2, symmetric(pair)
@@ -99,7 +166,7 @@ def touching_teeth(
 
 
 def symmetric(pair: GearPair) -> bool:
-    """Whether bodies and load are mirrored about mid-width, so that one half of a tooth is enough."""
+    """Return True if bodies and load are mirrored about mid-width, so that one half of a tooth suffices."""
     flanks = [body.geometry.micro.drive for body in (pair.pinion, pair.wheel)]
     webs = [body.blank.web for body in (pair.pinion, pair.wheel)]
     straight = pair.base_helix_angle == 0 and pair.misalignment.in_plane == 0 and all(f.lead_slope == 0 for f in flanks)
@@ -107,13 +174,13 @@ def symmetric(pair: GearPair) -> bool:
 
 
 def _limits(pair: GearPair, resolution: ReferenceResolution) -> tuple[float, float]:
-    """s, m, between which flanks or tip edges come close enough to be looked at."""
+    """Return the range of s (m) in which flanks or tip edges come close enough to be searched."""
     before, after = pair.extensions(resolution.largest_gap)
     return pair.path[0] - before, pair.path[1] + after
 
 
 def _pairs(pair: GearPair, angle: float, resolution: ReferenceResolution) -> list[int]:
-    """Tooth pairs any part of which lies within the limits."""
+    """Return the tooth pairs with any part within the limits."""
     low, high = _limits(pair, resolution)
     middle = pair.pitch_point + float(pair.base_radius[1]) * angle
     spread = abs(np.tan(pair.base_helix_angle)) * pair.face_width / 2
@@ -131,7 +198,7 @@ def _one_pair(
     *,
     half: bool,
 ) -> tuple[CellFields, tuple[RefinedTooth, ...]] | None:
-    """Cells and refined teeth of pair `number`; None where its flanks are too far apart everywhere."""
+    """Return cells and refined teeth of pair `number`; None where its flanks are too far apart everywhere."""
     sections = [section(pair, angle, number, z, _limits(pair, resolution)) for z in axial]
     fine = (resolution.contact_element, resolution.fine_zone, resolution.growth)
     gradings = [Grading(s.nearest, *fine) for s in sections]
@@ -146,7 +213,7 @@ def _one_pair(
     for gear, c in enumerate(coarse):
         g, crossing = c.body.geometry, np.array([s.crossing for s in sections])
         rolled = np.array([rolled_length(pair, gear, s, row) for s, row in zip(crossing, rows[gear], strict=True)])
-        upwards = slice(None) if gear == 0 else slice(None, None, -1)  # from root to tip
+        upwards = slice(None) if gear == 0 else slice(None, None, -1)  # order from root to tip
         pitch = refined_pitch(
             g, rolled[:, upwards], axial, c.mesh.pitch.inner_radius, innermost_solid(c.body), resolution
         )
@@ -167,9 +234,9 @@ def _candidates(
     *,
     half: bool,
 ) -> tuple[CellFields, IntArray]:
-    """The cells that can touch, and their numbers among all in the order of `cells`.
+    """Return the cells that can touch, and their numbers among all in the order of `cells`.
 
-    matched: (levels, 2 n + 1) where the rows of both flanks lie at `t`, to an element.
+    matched: (levels, 2 n + 1), True where the rows of both flanks lie at `t`, to an element.
     """
     gaps_at = np.stack([_gap(pair, s, row, z) for s, row, z in zip(sections, t, axial, strict=True)])
     over_width = _SIMPSON[0] * (gaps_at[:, :-2:2] + gaps_at[:, 2::2]) + _SIMPSON[1] * gaps_at[:, 1::2]
@@ -186,7 +253,7 @@ def _candidates(
     free = np.repeat(np.maximum(np.maximum(apart[:-2:2], apart[1::2]), apart[2::2]) > 0, cells_across)
     near = (np.abs(middle - nearest) < resolution.reach) & (gaps < resolution.largest_gap) & ~free
     wanted = near & common
-    grid = (near | ~common).reshape(-1, cells_across)  # where the involute ends, pressure may reach the last cell
+    grid = (near | ~common).reshape(-1, cells_across)  # at the end of the involute pressure may reach the last cell
     before, after = np.ones_like(grid), np.ones_like(grid)
     before[:, 1:], after[:, :-1] = grid[:, :-1], grid[:, 1:]
     kept = np.flatnonzero(wanted)
@@ -202,15 +269,15 @@ def _candidates(
 
 
 def _rows_on(sections: list[Section], gear: int, t: FloatArray, resolution: ReferenceResolution) -> FloatArray:
-    """Row ends and middles (levels, 2 n + 1) m as the flank of `gear` takes them."""
-    reach = 1.5 * resolution.reach  # a margin beyond the cells
+    """Return row ends and middles (levels, 2 n + 1) in m, moved onto the flank of `gear`."""
+    reach = 1.5 * resolution.reach  # includes a margin beyond the cells
     ends = zip(sections, t[:, ::2], strict=True)
     return np.array([with_middles(on_flank(s, gear, row, reach)) for s, row in ends])
 
 
 def _gap(pair: GearPair, s: Section, t: FloatArray, axial: float) -> FloatArray:
-    """Unloaded gap along the normal, m, at `t` (n,), m: involutes, micro-geometry, misalignment."""
-    t = np.clip(t, *s.ends)  # beyond them no cell is looked at
+    """Return the unloaded gap along the normal (m) at `t` (n,) in m: involutes, micro-geometry, misalignment."""
+    t = np.clip(t, *s.ends)  # no cell beyond the ends is searched
     aligned = gap(pair, s.crossing, t) * np.cos(pair.base_helix_angle)
     return aligned + opened(pair, s.crossing, t, np.full(len(t), axial))
 
@@ -218,10 +285,10 @@ def _gap(pair: GearPair, s: Section, t: FloatArray, axial: float) -> FloatArray:
 def _inwards(
     gear: GearGeometry, pitch: RefinedPitch, part: IntArray, crossing: FloatArray, axial: FloatArray
 ) -> FloatArray:
-    """(n, 8, 3) the line of action, into the tooth, in the cylindrical axes of each cell's nodes.
+    """Return the line of action (n, 8, 3), into the tooth, in the cylindrical axes of each cell's nodes.
 
-    One direction for all of a section, the common normal where the flanks cross the line of action at the rolled
-    length `crossing` (levels,), m.
+    A section has one direction: the common normal where the flanks cross the line of action, at the rolled length
+    `crossing` (levels,) in m.
     """
     alpha = np.arctan(crossing / gear.base_radius)
     flank = gear.half_tooth_angle(np.hypot(gear.base_radius, crossing)) + gear.twist * axial

@@ -1,12 +1,14 @@
 """Strain at the tooth roots of a running gear, by static modes and by nodal forces.
 
-Static modes: d = Ψ q, Ψ the displacement under unit normal forces on the grid of the flanks of all teeth, q the slice
-forces shared out over that grid; the strain B Ψ at the root is kept, so that a position costs a dot product. It is
-found by reciprocity, as what the forces Bᵀ conjugate to a strain move the flanks by: one solve per component. Friction
-is left out, and a force near the fillet is blurred over the grid.
-Nodal forces: d = K⁻¹ F, slice forces and friction spread by shape functions over the nodes about their points: nothing
-is left out, and every position costs a solve.
-Both read the strain in a finer mesh about the root (`root_submodel`).
+Static modes: d = Ψ q, with Ψ the displacement under unit normal forces on the grid of the flanks of all teeth, and q
+the slice forces shared out over that grid.  The strain B Ψ at the root is stored, so that a position costs a dot
+product. It is found by reciprocity: one solve per component gives the displacement of the flanks under the forces Bᵀ
+conjugate to a strain.  Friction is excluded, and a force near the fillet is blurred over the grid.
+
+Nodal forces: d = K⁻¹ F, with slice forces and friction spread by shape functions over the nodes about their points.
+Nothing is excluded, and every position costs a solve.
+
+Both evaluate the strain in a finer mesh about the root (`root_submodel`).
 """
 
 from __future__ import annotations
@@ -42,10 +44,16 @@ PINION, WHEEL = 0, 1
 class RootStrainModes:
     """Strain of the static modes at places on some teeth of one gear of a pair.
 
-    gear: PINION or WHEEL.  teeth: (n_tooth,) numbers of those whose strain is known.
-    over_radius, over_axial: B-splines on the grid of the flank.
-    coefficients: (n_tooth, z, n_place, 6, 2, n_p n_w) 1/N: [i, d, …, f] belong to normal forces on flank f of tooth
-    teeth[i] + d.
+    Parameters
+    ----------
+    gear : int
+        PINION or WHEEL.
+    teeth : tuple of int
+        Teeth at which the strain is computed.
+    over_radius, over_axial : LocalBasis
+        B-splines on the grid of the flank.
+    coefficients : (n_tooth, z, n_place, 6, 2, n_p n_w) array
+        Strain per force (1/N).  [i, d, …, f] belongs to normal forces on flank f of tooth teeth[i] + d.
     """
 
     gear: int
@@ -55,7 +63,18 @@ class RootStrainModes:
     coefficients: FloatArray
 
     def strain(self, loaded: Sequence[LoadedMesh]) -> FloatArray:
-        """(n_case, n_tooth, n_place, 6) strain under the normal forces of every loaded mesh; friction bends nothing."""
+        """Return the strain under the normal forces of loaded meshes; friction has no effect.
+
+        Parameters
+        ----------
+        loaded : sequence of LoadedMesh
+            Loaded meshes.
+
+        Returns
+        -------
+        (n_case, n_tooth, n_place, 6) array
+            Strain.
+        """
         total = np.zeros((len(loaded), len(self.teeth), *self.coefficients.shape[2:4]))
         for case, mesh in enumerate(loaded):
             lines = mesh.lines
@@ -73,10 +92,32 @@ class RootStrainModes:
 def root_strain_modes(
     pair: GearPair, gear: int, places: Sequence[RootPlace], teeth: Sequence[int], fidelity: GearFidelity
 ) -> RootStrainModes:
-    """Strain modes at `places` on `teeth` (any integers) of the pinion or the wheel.
+    """Compute the strain modes at places on some teeth of the pinion or the wheel.
 
-    fidelity: of the elements about the root, at least as fine as for contact: the strain converges later.
-    Raises InputError for places off the root, ResourceError when memory is short.
+    Parameters
+    ----------
+    pair : GearPair
+        Gear pair.
+    gear : int
+        PINION or WHEEL.
+    places : sequence of RootPlace
+        Gauges and elements.
+    teeth : sequence of int
+        Teeth (any integers).
+    fidelity : GearFidelity
+        Elements about the root, at least as fine as for contact: the strain converges later.
+
+    Returns
+    -------
+    RootStrainModes
+        Strain per normal force.
+
+    Raises
+    ------
+    InputError
+        If a place is not on the root.
+    ResourceError
+        If memory is short.
     """
     check_arguments(root_strain_modes, locals())
     body = _of(pair, gear, teeth)
@@ -109,10 +150,36 @@ def nodal_force_strain(
     *,
     friction: float = 0.0,
 ) -> FloatArray:
-    """(n_case, n_tooth, n_place, 6) strain at `places` on `teeth` under the slice forces of every loaded mesh.
+    """Compute the strain at places on some teeth under the slice forces of loaded meshes, by nodal forces.
 
-    gear: PINION or WHEEL.  friction: coefficient μ with which the meshes were loaded; its forces go along the profile.
-    fidelity: of the elements about the root.  Raises as `root_strain_modes`.
+    Parameters
+    ----------
+    pair : GearPair
+        Gear pair.
+    gear : int
+        PINION or WHEEL.
+    places : sequence of RootPlace
+        Gauges and elements.
+    teeth : sequence of int
+        Teeth (any integers).
+    loaded : sequence of LoadedMesh
+        Loaded meshes.
+    fidelity : GearFidelity
+        Elements about the root.
+    friction : float
+        Coefficient μ with which the meshes were loaded; its forces act along the profile.
+
+    Returns
+    -------
+    (n_case, n_tooth, n_place, 6) array
+        Strain.
+
+    Raises
+    ------
+    InputError
+        If a place is not on the root, or the coefficient is out of range.
+    ResourceError
+        If memory is short.
     """
     check_arguments(nodal_force_strain, locals())
     check_coefficient(friction)
@@ -138,7 +205,7 @@ def nodal_force_strain(
 
 
 def _of(pair: GearPair, gear: int, teeth: Sequence[int]) -> GearBody:
-    """Pinion or wheel."""
+    """Return the body of the pinion or the wheel, and check the teeth."""
     require(gear in (PINION, WHEEL), f"gear = {gear}: PINION ({PINION}) or WHEEL ({WHEEL}) is needed")
     require(all(is_whole(t) for t in teeth), f"teeth = {tuple(teeth)}: whole numbers are needed")
     return (pair.pinion, pair.wheel)[gear]
@@ -147,9 +214,9 @@ def _of(pair: GearPair, gear: int, teeth: Sequence[int]) -> GearBody:
 def _nodal_forces(
     pair: GearPair, gear: int, tooth: tuple[PitchMesh, SolidMesh], contact: LoadedMesh, friction: float
 ) -> dict[int, FloatArray]:
-    """Forces on the unknowns of the pitch `tooth` of each tooth in contact, N, by its number 0 … z − 1."""
+    """Return the forces on the unknowns of the pitch `tooth` (N) for each tooth in contact, by its number 0 … z − 1."""
     lines, geometry = contact.lines, (pair.pinion, pair.wheel)[gear].geometry
-    # friction pushes both flanks towards their tips where the pinion's slides ahead of the wheel's
+    # friction pushes both flanks towards their tips where the pinion's flank slides ahead of the wheel's
     along = friction * sliding_sense(pair, lines) * (1.0 if lines.flank == DRIVE else -1.0)
     number = lines.tooth[gear] % geometry.teeth
     forces = {}
@@ -166,10 +233,20 @@ def _nodal_forces(
 
 @dataclass(frozen=True, eq=False)
 class _ProbedTooth:
-    """What single nodal forces on the flanks of a tooth of the body's mesh do, and its submodel.
+    """Response to single nodal forces on the flanks of a tooth of the body's mesh, and the tooth's submodel.
 
-    loaded: (m,) the pitch's unknowns that they act on.  passed: (3 n_i, m) what they put on the shared nodes.
-    own: (6 n_place, m) 1/N, strain with the shared nodes held.  shared: (6 n_place, 3 n_i) 1/m, with these moved.
+    Parameters
+    ----------
+    loaded : (m,) int array
+        Unknowns of the pitch at which the forces act.
+    passed : (3 n_i, m) array
+        Forces passed to the shared nodes.
+    own : (6 n_place, m) array
+        Strain with the shared nodes held (1/N).
+    shared : (6 n_place, 3 n_i) array
+        Strain under displacements of the shared nodes (1/m).
+    submodel : RootSubmodel
+        Finer mesh about the root.
     """
 
     loaded: IntArray
@@ -182,6 +259,7 @@ class _ProbedTooth:
 def _prepared(
     body: GearBody, places: Sequence[RootPlace], fidelity: GearFidelity
 ) -> tuple[GearMesh, CondensedTooth, _ProbedTooth]:
+    """Mesh the body, condense its tooth and prepare the response at `places`."""
     mesh = gear_mesh(body, fidelity)
     submodel = root_submodel(body, mesh, list(places), fidelity)
     tooth = condensed_tooth(body.geometry, mesh, body.material)
@@ -189,7 +267,10 @@ def _prepared(
 
 
 def _probed(mesh: GearMesh, tooth: CondensedTooth, material: Material, submodel: RootSubmodel) -> _ProbedTooth:
-    """ε = R_o K_oo⁻¹ P + (R_i − R_o K_oo⁻¹ K_oi) u_i; solved for R_oᵀ and P, which are few."""
+    """Return the response of a tooth, ε = R_o K_oo⁻¹ P + (R_i − R_o K_oo⁻¹ K_oi) u_i.
+
+    The system is solved for R_oᵀ and P, which have few columns.
+    """
     solid, flanks, operator = mesh.pitch_solid, mesh.pitch.flanks, submodel.displacement
     K = cylindrical_stiffness(solid, solid.elements, material)
     shared = unknowns(np.concatenate([tooth.left, tooth.right, tooth.bottom]))

@@ -1,9 +1,11 @@
-"""Where the strain at a tooth's root is read: gauges on the surface of the fillet, and bricks beneath it.
+"""Places of strain at a tooth's root: gauges on the surface of the fillet, and bricks beneath it.
 
-The profile runs from mid-space over root land, fillet and flank to the tip. A place on the fillet is named by the
-angle between the profile's tangent and the tooth's centre line: 90° on the root land, less towards the flank, 30° at
-the critical section of ISO 6336-3. Strain is given along t (the profile, towards the tip), a (across it in the surface,
-along the tooth) and n (outwards): ε_t, ε_a, ε_n, γ_an, γ_nt, γ_ta.
+The profile runs from mid-space over root land, fillet and flank to the tip.  A place on the fillet is given by the
+angle between the profile's tangent and the tooth's centre line.  It is 90° on the root land, less towards the flank,
+and 30° at the critical section of ISO 6336-3.
+
+Strain has the components ε_t, ε_a, ε_n, γ_an, γ_nt, γ_ta.  Direction t follows the profile towards the tip, a runs
+across it in the surface along the tooth, and n points outwards.
 """
 
 from __future__ import annotations
@@ -22,21 +24,32 @@ from nvhchain.gear.elements.point_location import ElementSearch
 from nvhchain.handoff import FloatArray
 
 ISO_TANGENT = np.pi / 6
-"""rad, tangent angle of the critical section of external gears, ISO 6336-3."""
+"""Tangent angle of the critical section of external gears (rad), ISO 6336-3."""
 
 _PROFILE_POINTS = 1000
 """Points of fillet and flank between which the profile is straight; the error of a place is below 1e-6 module."""
 
 _GAUGE_POINTS = 5
-"""Gauss points along and across a gauge; the mean is exact for the fourth power of a strain over it and beyond."""
+"""Gauss points along and across a gauge; the mean is exact for strains that vary with the fourth power of the position,
+and beyond."""
 
 
 @dataclass(frozen=True)
 class StrainGauge:
-    """A gauge on the root fillet, the strain along the profile averaged over its area.
+    """Gauge on the root fillet: the strain along the profile, averaged over its area.
 
-    flank: the fillet below the flank that faces +φ (0) or −φ (1).  tangent_angle: rad, of its middle.
-    axial: m, of its middle.  length, width: m, along the profile and along the tooth.
+    Parameters
+    ----------
+    flank : int
+        Fillet below the flank that faces +φ (0) or −φ (1).
+    tangent_angle : float
+        Tangent angle of its middle (rad).
+    axial : float
+        Axial position of its middle (m).
+    length : float
+        Length along the profile (m).
+    width : float
+        Width along the tooth (m).
     """
 
     flank: int
@@ -48,7 +61,17 @@ class StrainGauge:
 
 @dataclass(frozen=True)
 class RootElement:
-    """The brick under a point of the root fillet, its strain averaged over its volume; places as in `StrainGauge`."""
+    """Brick under a point of the root fillet: the strain averaged over its volume.
+
+    Parameters
+    ----------
+    flank : int
+        Fillet below the flank that faces +φ (0) or −φ (1).
+    tangent_angle : float
+        Tangent angle of the point (rad).
+    axial : float
+        Axial position of the point (m).
+    """
 
     flank: int
     tangent_angle: float = ISO_TANGENT
@@ -59,9 +82,26 @@ RootPlace = StrainGauge | RootElement
 
 
 def strain_operator(gear: GearGeometry, solid: SolidMesh, places: list[RootPlace]) -> sp.csr_matrix:
-    """(6 n_place, unknowns of the pitch) 1/m: mean strain at each place from the displacement of the pitch's nodes.
+    """Return the matrix from the displacement of the pitch's nodes to the mean strain at each place.
 
-    solid: mesh of one pitch, unknowns in cylindrical axes.  Raises InputError for a place that the pitch does not have.
+    Parameters
+    ----------
+    gear : GearGeometry
+        Geometry of the gear.
+    solid : SolidMesh
+        Mesh of one pitch, unknowns in cylindrical axes.
+    places : list of RootPlace
+        Gauges and elements.
+
+    Returns
+    -------
+    (6 n_place, unknowns of the pitch) sparse matrix
+        Strain per displacement (1/m).
+
+    Raises
+    ------
+    InputError
+        If a place is not on the pitch.
     """
     require(len(places) > 0, "no places are given at which to read the strain: give gauges or elements")
     profile = _Profile(gear)
@@ -71,7 +111,20 @@ def strain_operator(gear: GearGeometry, solid: SolidMesh, places: list[RootPlace
 
 
 def von_mises(strain: FloatArray, material: Material) -> FloatArray:
-    """Equivalent stress, Pa, of strains (…, 6) in the order ε_t, ε_a, ε_n, γ_an, γ_nt, γ_ta."""
+    """Return the equivalent stress (Pa) of strains in the order ε_t, ε_a, ε_n, γ_an, γ_nt, γ_ta.
+
+    Parameters
+    ----------
+    strain : (…, 6) array
+        Strain.
+    material : Material
+        Material.
+
+    Returns
+    -------
+    (…) array
+        Equivalent stress after von Mises (Pa).
+    """
     shear = material.young / (2 * (1 + material.poisson))
     t, a, n, an, nt, ta = np.moveaxis(np.asarray(strain, float), -1, 0)
     # 2G times the deviator: its volume part drops out
@@ -96,7 +149,7 @@ class _Profile:
         self.tangent = np.arctan2(-np.gradient(y[on], self.fillet), np.gradient(x[on], self.fillet))
 
     def at_tangent(self, angle: float) -> float:
-        """Arc length, m, on the fillet where its tangent and the centre line enclose `angle`, rad."""
+        """Return the arc length (m) on the fillet where its tangent and the centre line enclose `angle` (rad)."""
         low, high = float(self.tangent.min()), float(self.tangent.max())
         require(
             low <= angle <= high,
@@ -106,14 +159,14 @@ class _Profile:
         return float(np.interp(angle, self.tangent[::-1], self.fillet[::-1]))
 
     def at(self, length: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """(radius m, angle rad from the centre line) at arc lengths, m."""
+        """Return radius (m) and angle from the centre line (rad) at arc lengths (m)."""
         return np.interp(length, self.length, self.radius), np.interp(length, self.length, self.angle)
 
 
 def _rows(
     gear: GearGeometry, solid: SolidMesh, search: ElementSearch, profile: _Profile, place: RootPlace
 ) -> sp.csr_matrix:
-    """(6, unknowns) of one place."""
+    """Return the strain rows (6, unknowns) of one place."""
     name, half = type(place).__name__, 0.5 * gear.face_width
     require(place.flank in (0, 1), f"{name}.flank = {place.flank}: 0 faces +φ, 1 faces −φ")
     middle = profile.at_tangent(place.tangent_angle)
@@ -154,14 +207,14 @@ def _rows(
 
 
 def _surface(gear: GearGeometry, profile: _Profile, flank: int, length: FloatArray, axial: FloatArray) -> FloatArray:
-    """(n, 3) m, points of the tooth's surface at arc lengths along the profile and axial positions, m."""
+    """Return points (n, 3) of the tooth's surface at arc lengths along the profile and axial positions (m)."""
     radius, half = profile.at(length)
     angle = (1 - 2 * flank) * half + gear.twist * axial
     return np.column_stack([radius * np.cos(angle), radius * np.sin(angle), axial])
 
 
 def _frame(gear: GearGeometry, profile: _Profile, flank: int, length: FloatArray, axial: FloatArray) -> FloatArray:
-    """(n, 3, 3) directions t, a, n in columns; a towards +z."""
+    """Return the directions t, a, n in columns (n, 3, 3); a points towards +z."""
     step = 1e-3 * (profile.length[-1] - profile.length[0])
 
     def along(ds: float, dz: float) -> FloatArray:
@@ -176,12 +229,15 @@ def _frame(gear: GearGeometry, profile: _Profile, flank: int, length: FloatArray
 
 
 def _strain_rows(solid: SolidMesh, element: int, gradient: FloatArray, frame: FloatArray) -> sp.csr_matrix:
-    """(6, unknowns) of the strain with ∂N/∂x `gradient` (20, 3) 1/m along the directions in the columns of `frame`."""
+    """Return the strain rows (6, unknowns) along the directions in the columns of `frame`.
+
+    gradient: (20, 3) 1/m, ∂N/∂x of the element's shape functions.
+    """
     nodes = solid.elements[element]
     c, s = np.cos(solid.angle[nodes]), np.sin(solid.angle[nodes])
     axes = np.zeros((len(nodes), 3, 3))  # Cartesian from cylindrical
     axes[:, 0, 0], axes[:, 0, 1], axes[:, 1, 0], axes[:, 1, 1], axes[:, 2, 2] = c, -s, s, c, 1.0
-    turned = np.einsum("ap,nac->npc", frame, axes)  # component p of the displacement per unknown
+    turned = np.einsum("ap,nac->npc", frame, axes)  # component p of displacement per unknown
     slope = gradient @ frame  # ∂N/∂q
     rows = [slope[:, p, None] * turned[:, p] for p in range(3)]
     rows += [slope[:, q, None] * turned[:, p] + slope[:, p, None] * turned[:, q] for p, q in ((1, 2), (2, 0), (0, 1))]

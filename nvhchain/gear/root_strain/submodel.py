@@ -1,13 +1,14 @@
-"""A finer mesh about the root of one tooth, moved at its outer faces as the body's mesh moves there.
+"""Submodel: a finer mesh about the root of one tooth, driven at its outer faces by the body's mesh.
 
-The stress at a fillet needs elements of a fifth of its radius, the deflection of a flank does not. The submodel is the
-same pitch, meshed finer and shallower; what it shares with neighbours and blank follows the coarser pitch, whose field
-is smooth there (Saint-Venant), by shape functions; the forces on the flanks are applied to both. The strain at its
-places is then linear in both,
+The stress at a fillet needs elements of a fifth of its radius; the deflection of a flank does not.  The submodel is the
+same pitch, meshed finer and shallower.  The faces shared with neighbours and blank follow the coarser pitch by shape
+functions; its field is smooth there (Saint-Venant).  The forces on the flanks are applied to both meshes.  The strain
+at the places is then linear in both,
 
     ε = Y_oᵀ P + (R_b − Y_oᵀ K_ob) N u,   K_oo Y_o = R_oᵀ,
 
-P the nodal forces on the finer pitch, u the displacement of the coarser, o the free unknowns of the finer, b the moved.
+with P the nodal forces on the finer pitch, u the displacement of the coarser one, o the free unknowns of the finer
+pitch, and b its driven ones.
 """
 
 from __future__ import annotations
@@ -32,8 +33,14 @@ from nvhchain.handoff import FloatArray
 class RootSubmodel:
     """Strain at places on one tooth, six rows per place.
 
-    tooth: the finer pitch.  forces: (6 n_place, its unknowns) 1/N.
-    displacement: (6 n_place, unknowns of the coarser pitch) 1/m.
+    Parameters
+    ----------
+    tooth : tuple of PitchMesh and SolidMesh
+        Finer pitch.
+    forces : (6 n_place, unknowns of the finer pitch) array
+        Strain per nodal force (1/N).
+    displacement : (6 n_place, unknowns of the coarser pitch) sparse matrix
+        Strain per displacement (1/m).
     """
 
     tooth: tuple[PitchMesh, SolidMesh]
@@ -42,7 +49,7 @@ class RootSubmodel:
 
 
 def root_submodel(body: GearBody, mesh: GearMesh, places: list[RootPlace], fidelity: GearFidelity) -> RootSubmodel:
-    """Mesh the pitch of `mesh` again with `fidelity.root_refinement`.  Raises InputError for places off the root."""
+    """Mesh the pitch of `mesh` again with `fidelity.root_refinement`; places off the root are an InputError."""
     k = fidelity.root_refinement
     profile = max(fidelity.profile_elements, k)
     fine = replace(fidelity, transverse_refinement=k, profile_elements=profile)

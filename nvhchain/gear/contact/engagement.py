@@ -67,8 +67,8 @@ def slice_count(pair: GearPair, fidelity: GearFidelity) -> int:
 
     Notes
     -----
-    A contact line enters and leaves within a pitch.  With 32 slices over 6 pitches the peak-to-peak transmission error
-    was 2.8 times too large.
+    A contact line enters and leaves within a pitch.  With 32 slices over 6 pitches the variation of the deflection over
+    a mesh period was 2.8 times too large.
     """
     return ceil(fidelity.slices * max(1.0, pair.overlap_ratio))
 

@@ -108,7 +108,18 @@ class RigModes:
 
 
 def rig_modes(rig: TorsionalRig) -> RigModes:
-    """Return the natural modes without damping."""
+    """Return the natural modes without damping.
+
+    Parameters
+    ----------
+    rig : TorsionalRig
+        Test rig.
+
+    Returns
+    -------
+    RigModes
+        Elastic modes.
+    """
     check_arguments(rig_modes, locals())
     squared, shapes = eigh(rig.stiffness_matrix, rig.inertia_matrix)
     shapes, squared = shapes[:, 1:], squared[1:]

@@ -10,7 +10,7 @@ from nvhchain.handoff import FloatArray
 
 
 def half_space_compliance(material: Material) -> float:
-    """Return 2 (1 − ν²)/(π E) in 1/Pa, the contribution of one flank to the local deflection per unit q."""
+    """Return 2 (1 − ν²)/(π E) (1/Pa), the contribution of one flank to the local deflection per unit q."""
     return 2.0 * (1.0 - material.poisson**2) / (np.pi * material.young)
 
 
@@ -19,7 +19,19 @@ def contact_half_width(
 ) -> FloatArray:
     """Return the Hertzian half width L = √{(4/π)[(1−ν₁²)/E₁ + (1−ν₂²)/E₂] q ρ} (m).
 
-    load: q, N per metre of contact line.  curvature_radius: ρ = ρ₁ρ₂/(ρ₁+ρ₂), m, in the normal plane.
+    Parameters
+    ----------
+    load : array_like
+        Load per length of contact line q (N/m).
+    curvature_radius : array_like
+        Radius of relative curvature ρ = ρ₁ρ₂/(ρ₁+ρ₂) in the normal plane (m).
+    materials : tuple of 2 Material
+        Materials of both gears.
+
+    Returns
+    -------
+    array
+        Half width (m).
     """
     a = sum(half_space_compliance(m) for m in materials)
     return np.sqrt(2.0 * a * np.asarray(load, float) * np.asarray(curvature_radius, float))

@@ -41,17 +41,21 @@ def complementarity_residual(
 
     Parameters
     ----------
-    compliance, length, law
-        As in `slice_forces`.
+    compliance : (n, n) array
+        C (m/N).
     approach : (n,) array
         δ − e (m).
+    length : (n,) array
+        Length of contact line (m).
+    law : LocalLaw
+        Local deflection.
     force : (n,) array
         Slice forces (N).
 
     Returns
     -------
     float
-        |g| where F > 0 and max(0, −g) where F = 0, whichever is largest (m).
+        The largest of |g| where F > 0 and max(0, −g) where F = 0 (m).
 
     Raises
     ------

@@ -10,7 +10,7 @@ import types
 import typing
 
 from docutils import nodes
-from plain_docstrings import ENTRY, SPLIT
+from plain_docstrings import ENTRY, SPLIT, fields
 from sphinx.util.docutils import SphinxDirective
 
 from nvhchain import case, dimensions
@@ -18,7 +18,9 @@ from nvhchain.fidelity import PRESETS
 
 
 def meanings(cls):
-    """Field name → its text in the docstring of `cls`."""
+    """Return field name → its text in the docstring of `cls`, as numpydoc or as entries `name: text`."""
+    if documented := fields(cls):
+        return documented
     found, name = {}, None
     for line in (cls.__doc__ or "").splitlines():
         for piece in SPLIT.split(line.strip()):

@@ -1,9 +1,14 @@
-"""Docstrings are plain text with `name: meaning` entries; this turns them into reStructuredText."""
+"""Conversion of docstrings to reStructuredText: numpydoc sections, plain text, and entries `name: meaning`."""
 
 import re
+from inspect import cleandoc
 
 NAMES = r"[A-Za-z_]\w*(?:, [A-Za-z_]\w*)*"
 ENTRY = re.compile(rf"^(?P<name>{NAMES}): +(?P<text>\S.*)$")
+TITLED = re.compile(r"^-{3,}$")
+LISTED = ("Parameters", "Attributes", "Returns", "Yields", "Raises")
+"""Numpydoc sections that list entries."""
+
 SPLIT = re.compile(rf"(?<=\S)  (?={NAMES}: )")
 """Two blanks separate entries that share a line."""
 
@@ -34,8 +39,56 @@ def paragraphs(lines):
             block = []
 
 
+def sections(lines):
+    """Return (title, lines) of every numpydoc section; the title of the text before them is empty."""
+    result = [("", [])]
+    for line in lines:
+        if TITLED.match(line) and result[-1][1] and result[-1][1][-1]:
+            result.append((result[-1][1].pop(), []))
+        else:
+            result[-1][1].append(line.rstrip())
+    return result
+
+
+def listed(lines):
+    """Return (names, type, meaning) of every entry of a numpydoc section."""
+    result = []
+    for line in lines:
+        if line and not line.startswith(" "):
+            names, _, kind = line.partition(" : ")
+            result.append([names, kind, ""])
+        elif line.strip() and result:
+            result[-1][2] = f"{result[-1][2]} {line.strip()}".strip()
+    return result
+
+
+def fields(cls):
+    """Return field name → meaning of the numpydoc entries in the docstring of `cls`."""
+    found = {}
+    for title, lines in sections(cleandoc(cls.__doc__ or "").splitlines()):
+        if title in ("Parameters", "Attributes"):
+            found |= {name: text for names, _, text in listed(lines) for name in names.split(", ")}
+    return found
+
+
 def convert(lines):
-    """reStructuredText lines for docstring `lines`."""
+    """Return the reStructuredText lines of docstring `lines`."""
+    result = []
+    for title, part in sections(lines):
+        if title:
+            result += [f"**{title}**", ""]
+        if title not in LISTED:
+            result += plain_text(part)
+            continue
+        for names, kind, text in listed(part):
+            shown = f"**{escape(names)}**" + (f" ({escape(kind)})" if kind else "")
+            result += [f"* {shown} – {escape(text)}" if text else f"* {shown}"]
+        result.append("")
+    return result
+
+
+def plain_text(lines):
+    """Return the reStructuredText lines of paragraphs and of entries `name: meaning`."""
     result = []
     for block in paragraphs(lines):
         entries, plain = [], []

@@ -1,4 +1,4 @@
-"""One process at a time in a folder."""
+"""One process at a time in a folder; what killed processes left is told from what others are at by its lock."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import fcntl
 import logging
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import psutil
@@ -33,6 +33,19 @@ def alone_in(folder: Path) -> Iterator[None]:
         yield
     finally:
         os.close(descriptor)
+
+
+def remove_left(folder: Path, pattern: str) -> None:
+    """Remove files of `folder` whose makers held a lock on them and have ended; others stay, as where locks fail."""
+    for path in folder.glob(pattern):
+        with suppress(OSError):
+            descriptor = os.open(path, os.O_RDWR)
+            try:
+                fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                if os.fstat(descriptor).st_nlink:  # else the name is another file's by now
+                    path.unlink()
+            finally:
+                os.close(descriptor)
 
 
 def say_waiting(place: Path, held: Path | None = None) -> None:

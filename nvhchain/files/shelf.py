@@ -20,7 +20,7 @@ from nvhchain import __version__
 from nvhchain.conventions import Progress
 from nvhchain.errors import FileFormatError
 from nvhchain.files import hdf5
-from nvhchain.files.alone import say_waiting
+from nvhchain.files.alone import remove_left, say_waiting
 from nvhchain.handoff import HandOff
 
 H = TypeVar("H", bound=HandOff)
@@ -95,7 +95,9 @@ def _alone(path: Path | None) -> Iterator[None]:
         yield
         return
     place = hashlib.sha256(os.fsencode(path.resolve())).hexdigest()[:16]
-    lock = Path(tempfile.gettempdir(), f"nvhchain-{os.getuid()}-{place}.lock")
+    temporary, mine = Path(tempfile.gettempdir()), f"nvhchain-{os.getuid()}"
+    remove_left(temporary, f"{mine}-*.lock")
+    lock = temporary / f"{mine}-{place}.lock"
     hold = FileLock(lock)
     try:
         hold.acquire(timeout=_PATIENCE)

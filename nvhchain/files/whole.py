@@ -7,16 +7,18 @@ their content in memory (`in_memory`) or piece by piece, and `write_whole` takes
 from __future__ import annotations
 
 import errno
+import fcntl
 import os
 import secrets
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from io import BytesIO
 from pathlib import Path
-from typing import TypeAlias
+from typing import BinaryIO, TypeAlias
 from zlib import crc32
 
 from nvhchain.errors import InputError, WriteError, require
+from nvhchain.files.alone import remove_left
 
 Content: TypeAlias = bytes | bytearray | memoryview
 """Bytes of a file, or of a piece of one."""
@@ -45,13 +47,15 @@ def in_memory(write: Callable[[BytesIO], object]) -> memoryview:
 def write_whole(path: Path, content: Content | Iterable[Content]) -> Path:
     """Write `content` under a name of its own beside `path`, read it back from the disk, and rename it.
 
-    Raises WriteError where the system refuses or the disk returns something else; `path` is then what it was before.
+    What killed processes left unfinished in the folder is removed.  Raises WriteError where the system refuses or the disk returns something else; `path` is then what it was before.
     """
     pieces = [content] if isinstance(content, Content) else content
+    remove_left(path.parent, ".nvhchain-*.part")
     part = path.with_name(f".nvhchain-{secrets.token_hex(8)}.part")
     try:
-        _write(part, pieces)
-        os.replace(part, path)
+        with _held(part) as file:
+            _write(file, part, pieces)
+            os.replace(part, path)
         _sync_folder(path.parent)
     except BaseException as error:
         with suppress(OSError):
@@ -84,16 +88,26 @@ def write_output(path: Path, content: Content | Iterable[Content]) -> Path:
         raise InputError(f"{path}: cannot be written ({reason}): choose another folder or name") from error
 
 
-def _write(part: Path, pieces: Iterable[Content]) -> None:
+def _held(part: Path) -> BinaryIO:
+    """A new file with a lock that ends with this process: `remove_left` leaves it alone until then."""
+    while True:
+        file = part.open("xb")
+        with suppress(OSError):  # no locks on this file system: nothing is removed there
+            fcntl.flock(file.fileno(), fcntl.LOCK_EX)
+        if os.fstat(file.fileno()).st_nlink:
+            return file
+        file.close()  # another process took it for one that was left
+
+
+def _write(file: BinaryIO, part: Path, pieces: Iterable[Content]) -> None:
     """Take the pieces to the disk and compare what it returns with them."""
     size = digest = 0
-    with part.open("xb") as file:
-        for piece in pieces:
-            file.write(piece)
-            size, digest = size + memoryview(piece).nbytes, crc32(piece, digest)
-        file.flush()
-        os.fsync(file.fileno())
-        os.posix_fadvise(file.fileno(), 0, 0, os.POSIX_FADV_DONTNEED)  # else memory answers for the disk
+    for piece in pieces:
+        file.write(piece)
+        size, digest = size + memoryview(piece).nbytes, crc32(piece, digest)
+    file.flush()
+    os.fsync(file.fileno())
+    os.posix_fadvise(file.fileno(), 0, 0, os.POSIX_FADV_DONTNEED)  # else memory answers for the disk
     found_size = found_digest = 0
     for piece in _read(part):
         found_size, found_digest = found_size + len(piece), crc32(piece, found_digest)

@@ -2,6 +2,7 @@
 
 Python puts the working directory in front of the modules of a child (`-c`, `-m`): a file `gmsh.py` or `pickle.py` there
 would run in place of the module of that name. Children start without it (`-P`); PYTHONPATH keeps its meaning.
+They end with their caller, killed ones included: by the system (`_child`), or by a pipe of which they read the end.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ import subprocess
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from subprocess import DEVNULL, PIPE
 from typing import IO
 
@@ -23,7 +25,7 @@ def run_python(*arguments: str, seconds: float) -> subprocess.CompletedProcess[s
     What it prints is captured.
     """
     # stdout of the child is read as UTF-8, whatever the terminal takes
-    return run([sys.executable, "-P", *arguments], seconds=seconds, environment={"PYTHONIOENCODING": "utf-8"})
+    return run(_python(*arguments), seconds=seconds, environment={"PYTHONIOENCODING": "utf-8"})
 
 
 def exchange(*arguments: str, content: bytes | memoryview, seconds: float) -> subprocess.CompletedProcess[bytes] | None:
@@ -33,7 +35,7 @@ def exchange(*arguments: str, content: bytes | memoryview, seconds: float) -> su
     """
     try:
         return subprocess.run(
-            [sys.executable, "-P", *arguments],
+            _python(*arguments),
             input=content,
             capture_output=True,
             timeout=seconds,
@@ -71,15 +73,24 @@ def start_python(
     environment: Mapping[str, str] | None = None,
     pass_fds: Sequence[int] = (),
 ) -> subprocess.Popen[bytes]:
-    """Start `python *arguments`, which prints to nobody; `environment` is added to that of this process."""
+    """Start `python *arguments`, which prints to nobody; `environment` is added to that of this process.
+
+    A child with a pipe, on `stdin` or in `pass_fds`, ends by itself where this end closes, and removes what it wrote.
+    """
+    piped = stdin == PIPE or bool(pass_fds)
     return subprocess.Popen(
-        [sys.executable, "-P", *arguments],
+        [sys.executable, "-P", *arguments] if piped else _python(*arguments),
         stdin=stdin,
         stdout=DEVNULL,
         stderr=stderr,
         env=_child_environment(environment),
         pass_fds=pass_fds,
     )
+
+
+def _python(*arguments: str) -> list[str]:
+    """Command of a child that the system ends with this process."""
+    return [sys.executable, "-P", str(Path(__file__).with_name("_child.py")), str(os.getpid()), *arguments]
 
 
 def _child_environment(added: Mapping[str, str] | None) -> dict[str, str]:

@@ -1,4 +1,4 @@
-"""Arrays of a MED file → npz; run as a process of its own by its path, so that only NumPy and h5py are loaded."""
+"""Arrays of a MED file → npz on stdout; run as a process of its own by its path, so that only NumPy and h5py are loaded."""
 
 from __future__ import annotations
 
@@ -53,7 +53,9 @@ def _groups(families: Any) -> dict[str, list[str]]:
     return found
 
 
-def _serve(path: str, result: str) -> None:
+def _serve(path: str) -> None:
+    import io
+
     import h5py
     import numpy as np
 
@@ -70,13 +72,15 @@ def _serve(path: str, result: str) -> None:
                 arrays[f"family {kind}"] = _array(cells["FAM"], "iu")
         families = file.get(f"FAS/{name}", {})
         names = {"points": _groups(families.get("NOEUD")), "cells": _groups(families.get("ELEME"))}
-    np.savez(result, names=np.array(json.dumps(names)), **arrays)
+    content = io.BytesIO()
+    np.savez(content, names=np.array(json.dumps(names)), **arrays)
+    sys.stdout.buffer.write(content.getbuffer())
 
 
 if __name__ == "__main__":
     _limit_memory()
     try:
-        _serve(*sys.argv[1:3])
+        _serve(sys.argv[1])
     except Exception as error:
         print(" ".join(str(error).split()) or type(error).__name__, file=sys.stderr)
         sys.exit(1)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import io
 import json
-import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -27,18 +27,14 @@ _TIME_LIMIT, _BYTES_PER_SECOND = 30.0, 5e6
 def read_med(path: Path) -> MeshFile:
     """Points, cells and groups of nodes and cells."""
     limit = _TIME_LIMIT + path.stat().st_size / _BYTES_PER_SECOND
-    with tempfile.TemporaryDirectory(prefix="nvhchain-med-") as folder:
-        result = Path(folder) / "mesh.npz"
-        done = processes.run_python(_med.__file__, str(path.absolute()), str(result), seconds=limit)
-        if done is None:
-            raise Damaged(f"reading it did not end within {limit:.0f} s")
-        if done.returncode != 0 or not result.exists():
-            said = done.stderr.strip().splitlines()
-            raise Damaged(
-                short(said[-1], 200)[1:-1] if said and done.returncode == 1 else "the HDF5 library fails on it"
-            )
-        with np.load(result, allow_pickle=False) as file:
-            arrays = {name: file[name] for name in file.files}
+    done = processes.exchange(_med.__file__, str(path.absolute()), content=b"", seconds=limit)
+    if done is None:
+        raise Damaged(f"reading it did not end within {limit:.0f} s")
+    if done.returncode != 0 or not done.stdout:
+        said = done.stderr.decode(errors="replace").strip().splitlines()
+        raise Damaged(short(said[-1], 200)[1:-1] if said and done.returncode == 1 else "the HDF5 library fails on it")
+    with np.load(io.BytesIO(done.stdout), allow_pickle=False) as file:
+        arrays = {name: file[name] for name in file.files}
     names = json.loads(str(arrays["names"]))
     cells: list[tuple[str, IntArray]] = []
     groups: dict[str, list[tuple[str, IntArray]]] = {name: [] for found in names["cells"].values() for name in found}

@@ -1,46 +1,13 @@
 """Fixtures that several folders share, and how tests are spread over processes."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import pytest
 from xdist.scheduler import LoadScopeScheduling
 
 import nvhchain as nvh
-from nvhchain.fidelity import AcousticsFidelity, DynamicsFidelity, Fidelity, GearFidelity, HousingFidelity
 from nvhchain.report import compare
-
-COARSE = Fidelity(
-    "coarse",
-    GearFidelity(
-        profile_elements=4,
-        width_layers=3,
-        slices=6,
-        angles_per_mesh=16,
-        deflections=10,
-        row_aspect=2.5,
-        load_pattern_tolerance=1e-2,
-    ),
-    DynamicsFidelity(time_step=40e-6),
-    HousingFidelity(element_size=0.04, elements_per_turn=10),
-    AcousticsFidelity(elements_per_wavelength=2.5, masters=64, master_tolerance_db=1.0),
-)
-
-
-@dataclass
-class Record:
-    """A watcher that remembers which stages began and how they ended."""
-
-    began: list[str] = field(default_factory=list)
-    ended: list[tuple[str, str]] = field(default_factory=list)
-
-    def begin(self, stage):
-        self.began.append(stage)
-
-    def step(self, stage, done, total):
-        assert 0 <= done <= total
-
-    def end(self, stage, how):
-        self.ended.append((stage, how))
+from nvhchain.testing.coarse_runs import COARSE, Record
 
 
 @pytest.fixture(scope="session")

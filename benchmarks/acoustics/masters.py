@@ -23,10 +23,9 @@ from benchmarks.publish import publish
 from nvhchain.acoustics import adaptive_transfer_vectors, sphere, transfer_vectors, vectors_at
 from nvhchain.acoustics.interpolation.nodes import interpolant
 from nvhchain.handoff import FloatArray, Surface, TransferVectors
+from nvhchain.testing.bodies import box
 
 ROOT = Path(__file__).parents[2]
-sys.path.insert(0, str(ROOT / "tests" / "acoustics"))
-from acoustics_bodies import box  # noqa: E402
 
 FIDELITY = replace(
     nvh.STANDARD.acoustics, elements_per_wavelength=2.0, coarsest_elements_per_wavelength=1.5, masters=64

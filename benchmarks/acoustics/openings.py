@@ -10,11 +10,9 @@ compared with those of the finest mesh, the loudest point of every line, the wor
 
 from __future__ import annotations
 
-import sys
 import warnings
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
@@ -23,9 +21,7 @@ from benchmarks.publish import publish
 from nvhchain.acoustics import adaptive_transfer_vectors, radiate
 from nvhchain.errors import AccuracyWarning
 from nvhchain.handoff import FieldPressure, SurfaceVelocity
-
-sys.path.insert(0, str(Path(__file__).parents[2] / "tests" / "acoustics"))
-from acoustics_bodies import box, shell
+from nvhchain.testing.bodies import box, shell
 
 CELL, STEPS = 0.02, (1, 2, 3)
 BODIES: dict[str, tuple[tuple[int, int, int], Callable[[int, int, int], bool], float, float]] = {

@@ -26,9 +26,7 @@ from nvhchain.acoustics.waves.layer_potentials import layer_potentials
 from nvhchain.errors import AccuracyWarning
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, Surface
-
-sys.path.insert(0, str(Path(__file__).parents[2] / "tests" / "acoustics"))
-from acoustics_bodies import box, shell, source_field
+from nvhchain.testing.bodies import box, shell, source_field
 
 KNOBS = AcousticsFidelity(elements_per_wavelength=1.0, masters=2)
 KNOB_VALUES = (1e-2, 2e-3, 5e-4)

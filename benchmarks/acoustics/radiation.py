@@ -30,11 +30,9 @@ from nvhchain import acoustics, housing
 from nvhchain.conventions import Air
 from nvhchain.files import hdf5
 from nvhchain.handoff import ForceSpectrum, ReducedHousing, Surface, SurfaceVelocity
+from nvhchain.testing import bodies
 
 ROOT = Path(__file__).parents[2]
-sys.path.insert(0, str(ROOT / "tests" / "acoustics"))
-import acoustics_bodies as bodies  # noqa: E402
-
 AIR = Air()
 FINE = replace(nvh.STANDARD.acoustics, coarsest_elements_per_wavelength=1.0)
 RADIUS = 1.0

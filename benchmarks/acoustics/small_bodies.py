@@ -10,10 +10,8 @@ points; the worst of three places over the side.
 
 from __future__ import annotations
 
-import sys
 import warnings
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
@@ -24,9 +22,7 @@ from nvhchain.acoustics.accuracy.mesh_error import BESIDE, beside_ratio
 from nvhchain.conventions import Air
 from nvhchain.errors import AccuracyWarning
 from nvhchain.handoff import ComplexArray, Surface
-
-sys.path.insert(0, str(Path(__file__).parents[2] / "tests" / "acoustics"))
-from acoustics_bodies import box, shell, united
+from nvhchain.testing.bodies import box, shell, united
 
 AIR, FREQUENCY, SIDE = Air(), 1000.0, 0.06
 STEPS, FINE = (0.015, 0.01, 0.006, 0.004), 0.002

@@ -31,9 +31,7 @@ from nvhchain.acoustics.waves.layer_potentials import RULE_BARYCENTRIC, RULE_WEI
 from nvhchain.conventions import Air
 from nvhchain.errors import AccuracyWarning
 from nvhchain.handoff import FloatArray, Surface
-
-sys.path.insert(0, str(Path(__file__).parents[2] / "tests" / "acoustics"))
-from acoustics_bodies import box, capsule, cylinder, round_normals, shell, source_field
+from nvhchain.testing.bodies import box, capsule, cylinder, round_normals, shell, source_field
 
 AIR, RADIUS = Air(), 0.1
 FIDELITY = replace(nvh.STANDARD.acoustics, elements_per_wavelength=1.0, coarsest_elements_per_wavelength=1.0)

@@ -11,7 +11,6 @@ Takes five minutes.
 
 from __future__ import annotations
 
-import sys
 import warnings
 from collections.abc import Callable
 from dataclasses import replace
@@ -35,9 +34,7 @@ from nvhchain.errors import AccuracyWarning
 from nvhchain.handoff import ComplexArray, FloatArray, Surface, SurfaceVelocity
 from nvhchain.housing import Casting
 from nvhchain.housing.casting.mesh import radiating_surface
-
-sys.path.insert(0, str(Path(__file__).parents[2] / "tests" / "acoustics"))
-from acoustics_bodies import box, capsule, cells, cylinder, quartered, shell, source_field, turned
+from nvhchain.testing.bodies import box, capsule, cells, cylinder, quartered, shell, source_field, turned
 
 CASE = Path(__file__).parents[2] / "cases" / "gearbox" / "solid.toml"
 AIR = Air()

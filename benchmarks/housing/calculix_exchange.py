@@ -50,12 +50,11 @@ def of_calculix(model: SolidModel, folder: Path, units: str) -> FloatArray:
 def models() -> dict[str, SolidModel]:
     """Boxes of the tests and the small casting."""
     root = Path(__file__).parents[2]
-    sys.path.insert(0, str(root / "tests/housing"))
-    from box_models import box
+    from nvhchain.testing.elements import held_box
 
     casting = nvh.load_case(root / "cases/small/single_stage.toml").housing
     mesh = mesh_casting(casting, HousingFidelity(element_size=0.015, elements_per_turn=12))
-    boxes = {kind: sound_mesh(box(kind, counts=(6, 3, 2)))[0] for kind in ("hex8", "wedge6", "tet4")}
+    boxes = {kind: sound_mesh(held_box(kind, counts=(6, 3, 2)))[0] for kind in ("hex8", "wedge6", "tet4")}
     return {**boxes, "casting": sound_mesh(casting_model(mesh, casting))[0]}
 
 

@@ -1,12 +1,7 @@
-import sys
-from pathlib import Path
-
 import pytest
 
 from nvhchain.conventions import Air
 from nvhchain.fidelity import AcousticsFidelity
-
-sys.path.insert(0, str(Path(__file__).parent))
 
 
 @pytest.fixture(scope="session")

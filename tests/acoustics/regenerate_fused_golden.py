@@ -1,15 +1,15 @@
 """Make fused_golden.npz anew: bempp-cl's matrices of a notched box at quadrature orders far past convergence.
 
-Run by hand (minutes: bempp-cl compiles in every process): python tests/acoustics/regenerate_fused_golden.py
+Run by hand (minutes: bempp-cl compiles in every process): python -m tests.acoustics.regenerate_fused_golden
 """
 
 from pathlib import Path
 
 import numpy as np
-from fused_body import notched_box
 
 from nvhchain.acoustics.systems import _bempp
 from nvhchain.fidelity import AcousticsFidelity
+from nvhchain.testing.bodies import notched_box
 
 WAVENUMBERS = (3.0, 20.0)  # rad/m, edges of 0.1 m: 21 and 3 elements per wavelength
 

@@ -5,7 +5,6 @@ import warnings
 from dataclasses import replace
 from functools import partial
 
-import acoustics_bodies as bodies
 import numpy as np
 import pytest
 
@@ -16,6 +15,7 @@ from nvhchain.acoustics.waves.layer_potentials import RULE_BARYCENTRIC, RULE_WEI
 from nvhchain.errors import AccuracyWarning
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import Surface, SurfaceVelocity
+from nvhchain.testing import bodies
 
 RADIUS = 0.1
 KNOBS = AcousticsFidelity(elements_per_wavelength=1.0, masters=4, coarsest_elements_per_wavelength=1.0)

@@ -2,7 +2,6 @@
 
 import time
 
-import acoustics_bodies as bodies
 import numpy as np
 import pytest
 
@@ -11,6 +10,7 @@ from nvhchain.acoustics.surfaces.bodies import LEAST_GAP, check_bodies
 from nvhchain.acoustics.surfaces.intersections import crossing_pairs, facing_pairs, folded_pairs, neighbours
 from nvhchain.errors import InputError
 from nvhchain.handoff import Surface, SurfaceVelocity
+from nvhchain.testing import bodies
 
 CUBE = bodies.box((0.2, 0.2, 0.1), 0.025)
 

@@ -3,10 +3,8 @@
 import warnings
 from dataclasses import replace
 
-import acoustics_bodies as bodies
 import numpy as np
 import pytest
-import radiation_cases as cases
 
 from nvhchain.acoustics import radiate, solve_direct, sphere, surface_pressure, transfer_vectors, vectors_at
 from nvhchain.acoustics.accuracy import cancellation
@@ -23,6 +21,8 @@ from nvhchain.conventions import Air
 from nvhchain.errors import AccuracyWarning
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
 from nvhchain.handoff import Surface, SurfaceVelocity
+from nvhchain.testing import bodies
+from nvhchain.testing import hand_offs as cases
 
 KNOBS = AcousticsFidelity(elements_per_wavelength=1.0, masters=4, coarsest_elements_per_wavelength=1.0)
 CANCEL = r"the parts of the motion cancel each other, .* at 1 lines"

@@ -2,7 +2,6 @@
 
 import time
 
-import acoustics_bodies as bodies
 import numpy as np
 import pytest
 
@@ -10,6 +9,7 @@ from nvhchain.acoustics import check_points, sphere
 from nvhchain.acoustics.surfaces import clearance
 from nvhchain.acoustics.surfaces.clearance import clearances, winding_numbers
 from nvhchain.errors import InputError
+from nvhchain.testing import bodies
 
 BRACKET = bodies.box((0.2, 0.2, 0.1), 0.025, remove=lambda c: c[0] > 0.1 and c[1] > 0.1)
 

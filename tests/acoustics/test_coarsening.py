@@ -3,7 +3,6 @@
 import warnings
 from dataclasses import replace
 
-import acoustics_bodies as bodies
 import numpy as np
 import pytest
 
@@ -22,6 +21,7 @@ from nvhchain.acoustics.surfaces.surface import mean_edge
 from nvhchain.errors import AccuracyWarning, InputError, SolverError
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import Surface
+from nvhchain.testing import bodies
 
 POINTS = np.array([[0.6, 0.1, 0.2], [-0.2, 0.7, 0.1], [0.1, -0.2, -0.8]])
 

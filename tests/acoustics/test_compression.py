@@ -4,7 +4,6 @@ import tracemalloc
 from dataclasses import replace
 from functools import partial
 
-import acoustics_bodies as bodies
 import numpy as np
 import pytest
 
@@ -21,6 +20,7 @@ from nvhchain.acoustics import (
 from nvhchain.acoustics.accuracy import mesh_error as accuracy
 from nvhchain.acoustics.accuracy.solver_error import COMPRESSION_GROWTH
 from nvhchain.acoustics.fused import engine
+from nvhchain.acoustics.surfaces.surface import mean_edge
 from nvhchain.acoustics.systems import engines
 from nvhchain.acoustics.systems.compressed import compressed_size, compressed_systems
 from nvhchain.acoustics.systems.compression import CompressedMatrix
@@ -29,6 +29,7 @@ from nvhchain.errors import InputError, ResourceError, SolverError
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import RigidPlane, SurfaceVelocity
 from nvhchain.runtime import cluster
+from nvhchain.testing import bodies
 
 FIDELITY = AcousticsFidelity(elements_per_wavelength=3.0, masters=4, solver="compressed")
 DIRECT = replace(FIDELITY, solver="direct")
@@ -38,7 +39,7 @@ DIRECT = replace(FIDELITY, solver="direct")
 def body():
     """An L of 1850 triangles, the wavenumber at 6 elements per wavelength, and its dense matrices."""
     surface = bodies.box((0.3, 0.2, 0.1), 0.0125, remove=lambda c: c[0] > 0.15 and c[1] > 0.1)
-    k = 2 * np.pi / (6 * bodies.mean_edge(surface))
+    k = 2 * np.pi / (6 * mean_edge(surface))
     return surface, k, *next(engine.systems(surface, [k], FIDELITY))
 
 
@@ -102,7 +103,7 @@ def test_a_rigid_plane_is_part_of_the_compressed_matrices(body, air):
 def test_estimated_size_is_that_of_the_matrices(body, per_wavelength):
     surface, _, _, _ = body
     knobs = replace(FIDELITY, elements_per_wavelength=per_wavelength)
-    k = 2 * np.pi / (per_wavelength * bodies.mean_edge(surface))
+    k = 2 * np.pi / (per_wavelength * mean_edge(surface))
     system = compressed_systems(engine.stripes(surface, [k], knobs), surface, 1, knobs, None)[0]
     size = system._a.memory + system._b.memory
     assert compressed_size(len(surface.vertices), len(surface.triangles), knobs) == pytest.approx(size, rel=0.2)

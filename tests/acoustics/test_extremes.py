@@ -6,7 +6,6 @@ Where an answer degrades the program says so with a number, and the number is tr
 import time
 import warnings
 
-import acoustics_bodies as bodies
 import numpy as np
 import pytest
 
@@ -15,6 +14,7 @@ from nvhchain.conventions import Air
 from nvhchain.errors import AccuracyWarning, InputError, ResourceError
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
 from nvhchain.handoff import SurfaceVelocity
+from nvhchain.testing import bodies
 
 AIR = Air(343.0, 1.21)
 ASKED = AcousticsFidelity(elements_per_wavelength=4.5, masters=8)

@@ -6,8 +6,6 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from acoustics_bodies import box, source_field, twice
-from fused_body import notched_box
 
 from nvhchain.acoustics import sphere
 from nvhchain.acoustics.fused import engine
@@ -15,6 +13,7 @@ from nvhchain.acoustics.fused.ordering import parts_of
 from nvhchain.errors import ResourceError
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import Surface
+from nvhchain.testing.bodies import box, notched_box, source_field, twice
 
 FIDELITY = AcousticsFidelity(elements_per_wavelength=3.0, masters=2)
 EXACT = replace(FIDELITY, quadrature_order=12, singular_order=10, close_distances=(1.5,), close_orders=(15,))

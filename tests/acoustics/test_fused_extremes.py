@@ -4,13 +4,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
-from acoustics_bodies import box, source_field, twice, united
 
 from nvhchain.acoustics import sphere
 from nvhchain.acoustics.fused import engine
 from nvhchain.acoustics.fused.closure_check import closure_error
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import Surface
+from nvhchain.testing.bodies import box, source_field, twice, united
 
 FIDELITY = AcousticsFidelity(elements_per_wavelength=3.0, masters=2)
 

@@ -5,14 +5,13 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from acoustics_bodies import box, source_field
-from fused_body import notched_box
 
 from nvhchain.acoustics import sphere
 from nvhchain.acoustics.fused import engine
 from nvhchain.errors import ResourceError
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import Surface
+from nvhchain.testing.bodies import box, notched_box, source_field
 
 FIDELITY = AcousticsFidelity(elements_per_wavelength=3.0, masters=2)
 

@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 
-import acoustics_bodies as bodies
 import numpy as np
 import pytest
 
@@ -13,6 +12,7 @@ from nvhchain.acoustics.systems.iterative import Patches, gmres
 from nvhchain.errors import SolverError
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import SurfaceVelocity
+from nvhchain.testing import bodies
 
 FIDELITY = AcousticsFidelity(elements_per_wavelength=3.0, masters=4, solver="iterative")
 DIRECT = replace(FIDELITY, solver="direct")

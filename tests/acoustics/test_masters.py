@@ -4,10 +4,8 @@ import tracemalloc
 import warnings
 from dataclasses import replace
 
-import acoustics_bodies as bodies
 import numpy as np
 import pytest
-import radiation_cases as cases
 
 from nvhchain.acoustics import (
     RigidPlane,
@@ -26,6 +24,8 @@ from nvhchain.errors import AccuracyWarning, InputError, ResourceError, SolverEr
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.files import hdf5
 from nvhchain.handoff import Surface, SurfaceVelocity
+from nvhchain.testing import bodies
+from nvhchain.testing import hand_offs as cases
 
 BLOCK = bodies.box((0.3, 0.2, 0.15), 0.05)
 """One for the tests with coarser surfaces, which are made once for a surface."""

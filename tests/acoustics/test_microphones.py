@@ -2,7 +2,6 @@
 
 import warnings
 
-import acoustics_bodies as bodies
 import numpy as np
 import pytest
 
@@ -11,6 +10,7 @@ from nvhchain.acoustics.radiation.microphones import source_dimension
 from nvhchain.acoustics.surfaces.reflecting_plane import RigidPlane
 from nvhchain.errors import AccuracyWarning, InputError
 from nvhchain.handoff import FieldPressure, SurfaceVelocity
+from nvhchain.testing import bodies
 
 # ISO 3744:2010, table B.1 (general case), and ISO 3745, tables of annexes D (sphere, upper half) and E (hemisphere).
 ISO_3744 = """

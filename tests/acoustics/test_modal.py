@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-import radiation_cases as cases
 
 from nvhchain.acoustics import radiate
 from nvhchain.acoustics.radiation.modal_transfer import (
@@ -15,6 +14,7 @@ from nvhchain.errors import InputError
 from nvhchain.files import hdf5
 from nvhchain.handoff import ForceSpectrum
 from nvhchain.housing import respond
+from nvhchain.testing import hand_offs as cases
 
 POINTS = np.array([[1.0, 0.2, 0.0], [0.0, -1.3, 0.4]])
 LINES = np.linspace(110.0, 2870.0, 47)

@@ -4,7 +4,6 @@ import warnings
 from dataclasses import replace
 from functools import partial
 
-import acoustics_bodies as bodies
 import numpy as np
 import pytest
 
@@ -28,6 +27,7 @@ from nvhchain.acoustics.surfaces.openings import SHIFT, WIDEST, resonance_shift,
 from nvhchain.errors import AccuracyWarning
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import ReducedHousing, RigidPlane, Surface, SurfaceVelocity
+from nvhchain.testing import bodies
 
 FIDELITY = AcousticsFidelity(elements_per_wavelength=8.0, masters=40, master_tolerance_db=0.3)
 LINES = np.linspace(230.0, 280.0, 501)

@@ -1,9 +1,7 @@
 """A rigid reflecting plane: its geometry, what it asks of body and points, and known fields above it."""
 
-import acoustics_bodies as bodies
 import numpy as np
 import pytest
-import radiation_cases as cases
 
 from nvhchain.acoustics import (
     PlaneWave,
@@ -19,6 +17,8 @@ from nvhchain.acoustics.surfaces.reflecting_plane import RigidPlane, check_plane
 from nvhchain.acoustics.waves.incident import Reflected
 from nvhchain.errors import InputError
 from nvhchain.handoff import Surface, SurfaceVelocity
+from nvhchain.testing import bodies
+from nvhchain.testing import hand_offs as cases
 
 TILTED = RigidPlane((0.3, -0.2, 0.1), (1.0, 2.0, 2.0))
 FLOOR = RigidPlane((0.0, 0.0, 0.0), (0.0, 0.0, 5.0))

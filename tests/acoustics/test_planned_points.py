@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 
-import acoustics_bodies as bodies
 import numpy as np
 import pytest
 
@@ -10,6 +9,7 @@ import nvhchain as nvh
 from nvhchain.acoustics.fused import mesh as fused_mesh
 from nvhchain.acoustics.fused.quadrature import order_for, triangle_rule
 from nvhchain.scene.radiation import close_points, far_points
+from nvhchain.testing import bodies
 
 SURFACE = bodies.box((0.15, 0.1, 0.1), 0.01)
 

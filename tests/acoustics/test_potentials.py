@@ -1,10 +1,10 @@
 """Layer potentials at field points against Green's representation and against their own refinement."""
 
-import acoustics_bodies as bodies
 import numpy as np
 
 from nvhchain.acoustics import sphere
 from nvhchain.acoustics.waves.layer_potentials import layer_potentials
+from nvhchain.testing import bodies
 
 
 def test_representation_of_an_interior_source_converges_with_the_square_of_the_element_size():

@@ -1,6 +1,5 @@
 """Sound power of sources whose power is known, down to frequencies at which the intensity on the surface is noise."""
 
-import acoustics_bodies as bodies
 import numpy as np
 import pytest
 from scipy.special import spherical_jn, spherical_yn
@@ -21,6 +20,7 @@ from nvhchain.acoustics.waves.multipoles import (
 from nvhchain.errors import AccuracyWarning, InputError, ResourceError
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import Surface, SurfaceVelocity
+from nvhchain.testing import bodies
 
 RADIUS = 0.1
 FREQUENCY = np.array([1.0, 5.0, 20.0, 50.0, 100.0, 300.0, 1000.0])

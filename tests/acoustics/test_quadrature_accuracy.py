@@ -4,7 +4,6 @@ import time
 import warnings
 from dataclasses import replace
 
-import acoustics_bodies as bodies
 import numpy as np
 import pytest
 
@@ -17,6 +16,7 @@ from nvhchain.errors import AccuracyWarning
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import Surface, SurfaceVelocity
 from nvhchain.scene.radiation import _SECONDS_PER_PAIR
+from nvhchain.testing import bodies
 
 KNOBS = AcousticsFidelity(elements_per_wavelength=1.0, masters=4, coarsest_elements_per_wavelength=1.0)
 

@@ -5,12 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import radiation_cases as cases
-from acoustics_bodies import twice
 
 from nvhchain.acoustics import radiate, sphere, transfer_vectors
 from nvhchain.errors import AccuracyWarning
 from nvhchain.handoff import RigidPlane, SurfaceVelocity
+from nvhchain.testing import hand_offs as cases
+from nvhchain.testing.bodies import twice
 
 POINTS = np.array([[1.0, 0.2, 0.0], [0.0, -1.3, 0.4]])
 

@@ -4,10 +4,8 @@ import warnings
 from dataclasses import replace
 from importlib import import_module
 
-import acoustics_bodies as bodies
 import numpy as np
 import pytest
-import radiation_cases as cases
 from scipy.special import spherical_jn, spherical_yn
 
 from nvhchain.acoustics import equivalent_radiated_power, sound_power, sphere
@@ -26,6 +24,8 @@ from nvhchain.errors import AccuracyWarning, InputError, ResourceError, SolverEr
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import SurfaceVelocity
 from nvhchain.housing import respond
+from nvhchain.testing import bodies
+from nvhchain.testing import hand_offs as cases
 
 engine_systems = import_module("nvhchain.acoustics.solutions.radiation_resistance")
 MASTERS = np.linspace(100.0, 2000.0, 16)

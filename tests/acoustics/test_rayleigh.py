@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from acoustics_bodies import box, shell
 from scipy.special import eval_legendre, j1, spherical_jn, spherical_yn
 
 from nvhchain.acoustics import radiate, solve_direct, sound_power, sphere, transfer_vectors
@@ -15,6 +14,7 @@ from nvhchain.acoustics.radiation.rayleigh import rayleigh_field
 from nvhchain.acoustics.surfaces.reflecting_plane import RigidPlane
 from nvhchain.errors import AccuracyWarning, InputError, ResourceError
 from nvhchain.handoff import Surface, SurfaceVelocity
+from nvhchain.testing.bodies import box, shell
 
 RADIUS = 0.1
 

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-import radiation_cases as cases
 
 from nvhchain.acoustics.radiation.modal_transfer import (
     modal_transfer_vectors,
@@ -12,6 +11,7 @@ from nvhchain.acoustics.radiation.modal_transfer import (
 from nvhchain.acoustics.radiation.run_up_sound import convolution_lines, run_up_pressure
 from nvhchain.errors import InputError, ResourceError
 from nvhchain.handoff import BearingForces, ForceSpectrum, NoiseTransferFunctions
+from nvhchain.testing import hand_offs as cases
 
 RATE = 20_000.0
 TIME = np.arange(30_000) / RATE

@@ -64,13 +64,12 @@ def half(tmp_path):
 
 def test_a_killed_process_leaves_whole_bands_and_the_next_one_solves_only_the_rest(tmp_path, solved, whole):
     script = f"""
-        import sys
         import numpy as np
-        sys.path.insert(0, {str(Path(__file__).parent)!r})
-        from test_shards import Path, vectors
+        from tests.acoustics.test_shards import Path, vectors
         vectors(Path({str(tmp_path)!r}), progress=lambda done, total: print(done, flush=True))
     """
-    with subprocess.Popen([sys.executable, "-c", textwrap.dedent(script)], stdout=subprocess.PIPE, text=True) as child:
+    command = [sys.executable, "-c", textwrap.dedent(script)]
+    with subprocess.Popen(command, cwd=CASES.parent, stdout=subprocess.PIPE, text=True) as child:
         for line in child.stdout:
             if int(line) == 2 * BAND:
                 os.kill(child.pid, signal.SIGKILL)

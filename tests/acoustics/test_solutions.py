@@ -7,10 +7,8 @@ a point source inside a body of any shape gives the body a normal velocity; outs
 
 from dataclasses import replace
 
-import acoustics_bodies as bodies
 import numpy as np
 import pytest
-from scipy.special import spherical_jn, spherical_yn
 
 from nvhchain.acoustics import PlaneWave, PointSource, RigidPlane, solve_direct, sphere, surface_pressure
 from nvhchain.acoustics.solutions import pressure as direct
@@ -19,18 +17,12 @@ from nvhchain.acoustics.surfaces.surface import mean_edge
 from nvhchain.acoustics.waves.layer_potentials import RULE_BARYCENTRIC, RULE_WEIGHT
 from nvhchain.errors import InputError, ResourceError
 from nvhchain.handoff import SurfaceVelocity
+from nvhchain.testing import bodies
+from nvhchain.testing.spheres import pulsating, rigid_sphere
 
 CUBE = bodies.box((0.2, 0.2, 0.2), 0.2 / 12, alike=True)
 STRETCHED = bodies.cells((6, 18, 18), (0.3, 0.3, 0.3), alike=True)
 LEVELS = {200.0: 114.062, 1000.0: 122.198, 1715.0: 122.912}
-
-
-def pulsating(frequency, radius, distance, air):
-    omega, k = 2 * np.pi * frequency, 2 * np.pi * frequency / air.speed_of_sound
-    return (
-        1j * omega * air.density * radius**2 * np.exp(-1j * k * (distance - radius))
-        / ((1 + 1j * k * radius) * distance)
-    )  # fmt: skip
 
 
 @pytest.mark.parametrize(("level", "limit"), [(3, 1e-2), (4, 3e-3)])
@@ -63,15 +55,6 @@ def test_low_frequencies_down_to_a_tenth_of_a_hertz_keep_their_accuracy_and_zero
     k, omega = 2 * np.pi * frequency / air.speed_of_sound, 2 * np.pi * frequency
     exact = 1j * omega * air.density * 0.1**3 * (1 + 1j * k) * np.exp(-0.9j * k) / (2 + 0.2j * k - (0.1 * k) ** 2)
     assert np.abs(pressure[1:] / exact[1:] - 1).max() < 5e-3
-
-
-def rigid_sphere(ka, cosine):
-    """Total pressure on a rigid sphere, e^{+jωt}; cosine 1 faces the source."""
-    n = np.arange(int(ka) + 25)
-    h_slope = spherical_jn(n, ka, True) - 1j * spherical_yn(n, ka, True)
-    legendre = np.polynomial.legendre.legvander(np.atleast_1d(cosine), n[-1])
-    # jn hn' - jn' hn = -j / ka²: Wronskian under e^{+jωt}
-    return legendre @ (1j**n * (2 * n + 1) * (-1j / ka**2) / h_slope)
 
 
 def test_series_of_the_rigid_sphere_gives_the_published_values():

@@ -1,12 +1,13 @@
 """The mesh and the field points are checked before anything is solved."""
 
-import acoustics_bodies as bodies
 import numpy as np
 import pytest
 
 from nvhchain.acoustics import check_mesh, check_points, circle_points, required_element_size, sphere
+from nvhchain.acoustics.surfaces.surface import mean_edge
 from nvhchain.errors import InputError
 from nvhchain.fidelity import STANDARD
+from nvhchain.testing import bodies
 
 
 def test_sphere_has_the_exact_volume_and_points_outward():
@@ -30,7 +31,7 @@ def test_a_mesh_made_at_the_required_size_is_accepted_and_one_half_as_fine_refus
 def test_a_mesh_that_is_coarse_in_one_region_only_is_refused(air):
     fine, coarse = sphere(0.1, 4), sphere(0.1, 2, centre=(0.5, 0.0, 0.0))
     both = bodies.united(fine, coarse)
-    f_max = 0.5 * (343.0 / STANDARD.acoustics.coarsest_elements_per_wavelength) / bodies.mean_edge(fine)
+    f_max = 0.5 * (343.0 / STANDARD.acoustics.coarsest_elements_per_wavelength) / mean_edge(fine)
     check_mesh(fine, f_max, air, STANDARD.acoustics)
     with pytest.raises(InputError, match="coarsest regions"):
         check_mesh(both, 1.9 * f_max, air, STANDARD.acoustics)

@@ -3,7 +3,6 @@
 import pickle
 from concurrent.futures import ThreadPoolExecutor
 
-import acoustics_bodies as bodies
 import numpy as np
 import pytest
 
@@ -20,6 +19,7 @@ from nvhchain.conventions import Air
 from nvhchain.errors import InputError, ResourceError, SolverError
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import SurfaceVelocity, TransferVectors
+from nvhchain.testing import bodies
 
 
 @pytest.fixture(scope="module")

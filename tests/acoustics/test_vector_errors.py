@@ -3,10 +3,8 @@
 import re
 import warnings
 
-import acoustics_bodies as bodies
 import numpy as np
 import pytest
-import radiation_cases as cases
 
 from nvhchain.acoustics import (
     adaptive_transfer_vectors,
@@ -28,6 +26,8 @@ from nvhchain.errors import AccuracyWarning
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.files import hdf5
 from nvhchain.handoff import BearingForces, RigidPlane, SurfaceVelocity
+from nvhchain.testing import bodies
+from nvhchain.testing import hand_offs as cases
 
 POINTS = np.array([[0.4, 0.1, 0.2], [0.0, -2.0, 0.3], [0.02, 0.01, 0.07]])
 LINES = np.linspace(100.0, 2400.0, 93)

@@ -1,6 +1,5 @@
 """What velocities do within faces: what the factor keeps, what it gives back, and that needles amplify nothing."""
 
-import acoustics_bodies as bodies
 import numpy as np
 import pytest
 
@@ -8,6 +7,7 @@ from nvhchain.acoustics import solve_direct, sphere, transfer_vectors
 from nvhchain.acoustics.surfaces.surface import mean_edge
 from nvhchain.acoustics.surfaces.velocity_in_faces import within_faces
 from nvhchain.handoff import Surface, SurfaceVelocity
+from nvhchain.testing import bodies
 
 SLABS = bodies.cells((6, 18, 18), (0.3, 0.3, 0.3), alike=True)
 ANY = np.random.default_rng(0).standard_normal

@@ -6,7 +6,6 @@ import warnings
 
 import numpy as np
 import pytest
-from ramps import SPEED, ramp
 
 from nvhchain.dynamics import bearing_forces, record_run_up, run_up
 from nvhchain.dynamics.runs import recording
@@ -14,6 +13,7 @@ from nvhchain.dynamics.runs.law_range import excursions, joined, remind
 from nvhchain.dynamics.time_loop.simulation import at_rest, simulation
 from nvhchain.errors import AccuracyWarning
 from nvhchain.fidelity import DynamicsFidelity
+from nvhchain.testing.two_stages import SPEED, ramp
 
 
 def test_deflections_beyond_the_mesh_law_are_warned_of_and_recorded(

@@ -7,7 +7,6 @@ from dataclasses import asdict
 
 import numpy as np
 import pytest
-from ramps import ramp, ramped, straight
 
 from nvhchain.dynamics import record_run_up, run_up
 from nvhchain.dynamics.runs import recording, speed_ramp
@@ -15,6 +14,7 @@ from nvhchain.errors import InputError, ResourceError
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.files import hdf5
 from nvhchain.handoff import BearingForces
+from nvhchain.testing.two_stages import ramp, ramped, straight
 
 
 class Stop(Exception):

@@ -11,7 +11,6 @@ from math import pi
 
 import numpy as np
 import pytest
-from ramps import SPEED, ramp, ramped
 
 from nvhchain.dynamics import bearing_forces, run_up, run_up_time, steady_sweep
 from nvhchain.dynamics.model.assembly import assemble
@@ -24,6 +23,7 @@ from nvhchain.dynamics.time_loop.simulation import advance, at_rest, bearing_for
 from nvhchain.errors import InputError, SolverError
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.spectrum import amplitude_spectrum, order_cut, order_waterfall
+from nvhchain.testing.two_stages import SPEED, ramp, ramped
 
 
 def test_every_fourth_step_is_stored_and_equals_the_filtered_record_of_every_step(make_gearbox, make_laws):

@@ -5,11 +5,8 @@ import tracemalloc
 import warnings
 from dataclasses import replace
 
-import ball_with_modes
 import numpy as np
 import pytest
-from ball_with_modes import BEARINGS, LINES, POINTS, load
-from made_laws import law
 
 import nvhchain as nvh
 from nvhchain.acoustics import (
@@ -42,11 +39,14 @@ from nvhchain.housing.modes.truncation import FREQUENCY_ERROR, RESIDUAL_MASS
 from nvhchain.levels import decibel, overall_power, power_level
 from nvhchain.report.limits import limits
 from nvhchain.spectrum import force_spectrum
+from nvhchain.testing import ball_with_modes
+from nvhchain.testing.ball_with_modes import BEARINGS, LINES, POINTS, load
+from nvhchain.testing.hand_offs import mesh_law
 
 
 @pytest.fixture(scope="module")
 def case(request):
-    return ball_with_modes.case(request.config.rootpath)
+    return ball_with_modes.case()
 
 
 @pytest.fixture(scope="module")
@@ -130,19 +130,19 @@ def meshing(housing, parts):
 def test_forces_are_uncertain_where_the_transmission_error_is_weak_and_open_where_it_is_none(case, housing, meshing):
     """At the strongest harmonic the law's error; at one of a hundredth more, up to the square of the first, which
     excites the second too; nothing is known at a line that nothing excites."""
-    made = of(case, DRAFT, housing, meshing, [law([1e-6, 1e-8])])
+    made = of(case, DRAFT, housing, meshing, [mesh_law([1e-6, 1e-8])])
     first, weak, none = (made.sources["gear"] / made.pressure)[:, 0]
     error = AMPLIFICATION * law_error(case.gears[1].geometry, DRAFT.gear)
     assert first == pytest.approx(error, rel=0.1)
     assert 5 * error < weak < 100 * error
     assert none == 1.0
-    finer = of(case, STANDARD, housing, meshing, [law([1e-6, 1e-8])])
+    finer = of(case, STANDARD, housing, meshing, [mesh_law([1e-6, 1e-8])])
     assert (finer.sources["gear"][:2] < 0.5 * made.sources["gear"][:2]).all()
 
 
 def test_error_of_forces_and_velocity_follow_what_the_gears_and_the_housing_leave_open(case, housing, meshing):
     pressure, velocity, _, forces = meshing
-    laws = [law([1e-6, 1e-8])]
+    laws = [mesh_law([1e-6, 1e-8])]
     force = force_band(case, DRAFT, forces, housing=housing, mesh_laws=laws)
     assert force.amplitude == pytest.approx(np.abs(load(1.0, 1.0, 1.0)).sum(axis=2) / 3**0.5)
     gear = of(case, DRAFT, housing, meshing, laws).sources["gear"] / np.abs(pressure.pressure)
@@ -163,7 +163,7 @@ def test_error_of_forces_and_velocity_follow_what_the_gears_and_the_housing_leav
 
 def test_forces_change_as_they_do_in_a_run_with_the_housing_that_gives_way(case, housing):
     """Against time integration, with a law whose stiffness is constant."""
-    laws = [law([1e-6, 1e-6, 1e-6])]
+    laws = [mesh_law([1e-6, 1e-6, 1e-6])]
     fidelity = replace(DRAFT, dynamics=replace(DRAFT.dynamics, time_step=5e-6, settle_level=1e-8))
     asked = {"input_speed": 188.5, "input_torque": 60.0, "duration": 1 / 30, "f_max": 2000.0}
     of, given = (
@@ -188,7 +188,7 @@ def test_ready_made_laws_are_exact_and_what_is_made_of_them_is_not(case, housing
     asked = replace(case, quantities=("bearing_forces", "surface_velocity"), field_points=())
     common = {"force_spectrum": forces, "surface_velocity": velocity, "housing": housing}
     made, ready, given = (
-        Result(asked, DRAFT, (law([1e-6, 1e-8]),), given=names, **common).error_bands
+        Result(asked, DRAFT, (mesh_law([1e-6, 1e-8]),), given=names, **common).error_bands
         for names in ((), ("mesh_laws",), ("force_spectrum",))
     )
     for quantity in asked.quantities:
@@ -207,7 +207,7 @@ def silent(housing):
 
 def test_a_mode_that_does_not_radiate_is_heard_by_the_forces_that_it_changes(case, silent, parts, meshing):
     """By nothing else, in every quantity; not where the seats stood still in the gearbox."""
-    lines, laws = meshing[3], [law([1e-6, 1e-6])]
+    lines, laws = meshing[3], [mesh_law([1e-6, 1e-6])]
     moved = force_change(case, DRAFT, silent, laws, lines).of(lines)
     vectors, velocity = parts[2], respond(silent, lines)
     pressure = radiate(vectors, velocity, fidelity=DRAFT.acoustics)
@@ -237,7 +237,7 @@ def test_a_bearing_that_a_line_hardly_loads_is_as_uncertain_as_the_others_are(ca
     lines = np.array([600.0, 1200.0])
     load = np.array([[3.0, 1e-6], [1.0, 1.0]])[:, :, None] * np.array([1.0, 0.0, 0.0])
     forces = ForceSpectrum(lines, load.astype(complex), ("A1", "B1"), input_speed=188.5)
-    error = force_band(case, DRAFT, forces, mesh_laws=[law([1e-6, 1e-6])]).error
+    error = force_band(case, DRAFT, forces, mesh_laws=[mesh_law([1e-6, 1e-6])]).error
     assert error[0, 1] == pytest.approx(error[0, 0] / 2**0.5, rel=1e-6)
     assert error[1, 1] == pytest.approx(error[1, 0])
 
@@ -256,7 +256,7 @@ def test_forces_of_two_bearings_that_nearly_cancel_on_the_surface_err_each_by_it
     two = housing.replace(
         seat_shapes=housing.seat_shapes[:, [0, 1, 0, 3]], face_residual=housing.face_residual[[0, 1, 0, 3]]
     )
-    lines, laws = meshing[3].frequency, [law([1e-6, 1e-8])]
+    lines, laws = meshing[3].frequency, [mesh_law([1e-6, 1e-8])]
 
     def band(of, other):
         force = load(1.0, 1.0, 1.0)
@@ -287,7 +287,9 @@ def test_velocity_is_judged_at_the_lines_that_carry_force(case, housing, meshing
     _, velocity, _, forces = meshing
     few = forces.replace(force=forces.force * np.array([1.0, 0.0, 1.0])[:, None, None])
     every, some = (
-        velocity_band(case, DRAFT, respond(housing, of), housing=housing, force_spectrum=of, mesh_laws=[law([1e-6])])
+        velocity_band(
+            case, DRAFT, respond(housing, of), housing=housing, force_spectrum=of, mesh_laws=[mesh_law([1e-6])]
+        )
         for of in (forces, few)
     )
     assert some.frequency.tolist() == velocity.frequency[[0, 2]].tolist()
@@ -333,7 +335,7 @@ def test_power_of_the_modes_is_uncertain_as_the_velocity_is_where_one_mode_radia
 
 
 def test_forces_are_open_where_modes_were_left_out_without_their_statics(case, housing, meshing):
-    forces, laws = meshing[3], [law([1e-6, 1e-8])]
+    forces, laws = meshing[3], [mesh_law([1e-6, 1e-8])]
     told = housing.replace(provenance={RESIDUAL_MASS: np.diag(1e-19 * load(1.0).real.ravel()).tolist()})
     force = force_band(case, DRAFT, forces, housing=told, mesh_laws=laws)
     motion = velocity_band(case, DRAFT, meshing[1], housing=told, force_spectrum=forces, mesh_laws=laws)
@@ -378,7 +380,7 @@ def rising():
 
 def test_a_summary_holds_the_limits_of_lines_and_of_speeds(case, housing, parts, meshing, rising):
     pressure, velocity, vectors, forces = meshing
-    laws, common = (law([1e-6, 1e-7]),), {"housing": housing, "transfer_vectors": vectors}
+    laws, common = (mesh_law([1e-6, 1e-7]),), {"housing": housing, "transfer_vectors": vectors}
     asked = replace(case, quantities=("pressure", "bearing_forces", "surface_velocity"))
     steady = Result(asked, DRAFT, laws, force_spectrum=forces, surface_velocity=velocity, pressure=pressure, **common)
     told = limits(steady)
@@ -415,7 +417,7 @@ def test_a_summary_holds_the_limits_of_lines_and_of_speeds(case, housing, parts,
 
 def test_a_run_without_sound_has_the_bands_of_what_it_asks_for_and_is_told_where_to_look(case, meshing):
     asked = replace(case, quantities=("bearing_forces",), field_points=())
-    result = Result(asked, DRAFT, (law([1e-6, 1e-7]),), force_spectrum=meshing[3])
+    result = Result(asked, DRAFT, (mesh_law([1e-6, 1e-7]),), force_spectrum=meshing[3])
     assert set(result.error_bands) == {"bearing_forces"}
     for read in ("error_band", "overall"):
         with pytest.raises(InputError, match=r"quantities = \['bearing_forces'\] leave out the sound pressure: take"):

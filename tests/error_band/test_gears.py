@@ -5,12 +5,12 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from made_laws import law
 
 import nvhchain as nvh
 from nvhchain.error_band import COVERAGE
 from nvhchain.error_band.gears import AMPLIFICATION, SLICE_ERROR, UNKNOWN, folded, force_error, law_error
 from nvhchain.fidelity import DRAFT, REFERENCE, STANDARD
+from nvhchain.testing.hand_offs import mesh_law
 
 
 @pytest.fixture(scope="module")
@@ -43,7 +43,7 @@ def test_sidebands_of_two_stages_are_known_as_well_as_their_mesh_harmonics():
 
 def test_analytic_gear_bodies_leave_all_of_the_mesh_harmonics_open(case):
     """Of the first one all; of a third one of a tenth of it, three times as much as there is."""
-    rigid, laws = replace(DRAFT.gear, bodies="analytic"), [law([1e-6, 0.0, 1e-7])]
+    rigid, laws = replace(DRAFT.gear, bodies="analytic"), [mesh_law([1e-6, 0.0, 1e-7])]
     first, third = force_error(case, laws, rigid, 80.0).relative(np.array([20.0, 60.0]))
     assert first == pytest.approx(AMPLIFICATION, rel=0.05)
     assert third == pytest.approx(AMPLIFICATION * 10 / 3, rel=0.1)
@@ -70,14 +70,14 @@ def test_every_second_angle_of_a_law_tells_what_its_angles_leave_open(case):
     """64 angles in a mesh: the 30th harmonic lies on the second one where every other angle is left out."""
     amplitudes = np.zeros(30)
     amplitudes[[0, 1, 29]] = 1e-6, 1e-7, 1e-8
-    second = force_error(case, [law(amplitudes)], REFERENCE.gear, 80.0).relative(np.array([40.0]))[0]
-    without = force_error(case, [law(amplitudes[:2])], REFERENCE.gear, 80.0).relative(np.array([40.0]))[0]
+    second = force_error(case, [mesh_law(amplitudes)], REFERENCE.gear, 80.0).relative(np.array([40.0]))[0]
+    without = force_error(case, [mesh_law(amplitudes[:2])], REFERENCE.gear, 80.0).relative(np.array([40.0]))[0]
     assert np.sqrt(second**2 - without**2) == pytest.approx(AMPLIFICATION * 0.25 * 0.1, rel=0.05)
 
 
 def test_harmonics_beyond_half_the_angles_of_a_law_are_unknown_and_those_it_holds_as_well_known_as_before(case):
     """Of 64 angles: 24.6 dB too quiet, and no more, though nothing else excites the 36th but products of small ones."""
-    laws, orders = [law([1e-6, 1e-7])], np.array([20.0, 40.0, 640.0, 700.0, 720.0])
+    laws, orders = [mesh_law([1e-6, 1e-7])], np.array([20.0, 40.0, 640.0, 700.0, 720.0])
     wide, narrow = (force_error(case, laws, REFERENCE.gear, top).relative(orders) for top in (740.0, 640.0))
     assert wide[:2] == pytest.approx(narrow[:2], rel=1e-3)
     assert wide[3:] == pytest.approx(UNKNOWN, rel=0.02)
@@ -88,7 +88,7 @@ def test_tip_edges_that_are_not_looked_for_leave_half_of_the_strongest_harmonic_
     """Falling with the number of the harmonic; a gap too small for the load is widened, and leaves nothing open."""
     found = {}
     for gap in (60e-6, 1e-9, 0.0):
-        made = force_error(case, [law([1e-6, 0.0, 1e-7])], replace(REFERENCE.gear, corner_gap=gap), 80.0)
+        made = force_error(case, [mesh_law([1e-6, 0.0, 1e-7])], replace(REFERENCE.gear, corner_gap=gap), 80.0)
         found[gap] = made.relative(np.array([20.0, 60.0]))
     assert found[0.0] == pytest.approx(AMPLIFICATION * np.array([0.5, 10 / 6]), rel=0.1)
     assert np.array_equal(found[1e-9], found[60e-6])
@@ -101,7 +101,7 @@ def test_slow_lines_of_a_blank_are_known_to_a_percent_of_their_mean_with_the_str
     angle = np.arange(count) * period / count
     error = 1e-6 * (np.cos(30 * angle) + np.cos(4 * angle) + 0.01 * np.cos(16 * angle))
     grid = np.linspace(-2e-5, 8e-5, 201)
-    slotted = law([1e-6]).replace(angle=angle, period=period, deflection=grid, force=1e8 * (grid - error[:, None]))
+    slotted = mesh_law([1e-6]).replace(angle=angle, period=period, deflection=grid, force=1e8 * (grid - error[:, None]))
     lines = np.array([4.0, 16.0]) * 20 / 30
     strong, weak = force_error(case, [slotted], replace(STANDARD.gear, far_pattern_tolerance=0.0), 30.0).relative(lines)
     assert strong == pytest.approx(AMPLIFICATION * 0.012, rel=0.1)

@@ -3,11 +3,8 @@
 import json
 from dataclasses import replace
 
-import ball_with_modes
 import numpy as np
 import pytest
-from ball_with_modes import BEARINGS, load
-from made_laws import law
 
 from nvhchain.acoustics import (
     convolution_lines,
@@ -30,11 +27,14 @@ from nvhchain.fidelity import DRAFT
 from nvhchain.handoff import ForceSpectrum
 from nvhchain.housing import respond
 from nvhchain.levels import decibel
+from nvhchain.testing import ball_with_modes
+from nvhchain.testing.ball_with_modes import BEARINGS, load
+from nvhchain.testing.hand_offs import mesh_law
 
 
 @pytest.fixture(scope="module")
 def case(request):
-    return ball_with_modes.case(request.config.rootpath)
+    return ball_with_modes.case()
 
 
 @pytest.fixture(scope="module")
@@ -58,7 +58,7 @@ def rising():
 
 
 def test_a_run_up_is_as_uncertain_as_the_steady_run_at_each_of_its_speeds(case, housing, parts, rising):
-    laws, vectors = [law([1e-6, 1e-7])], parts[2]
+    laws, vectors = [mesh_law([1e-6, 1e-7])], parts[2]
     case = replace(case, band=replace(case.band, low=300.0, high=1700.0))
     lines = convolution_lines(rising.sample_rate, 1700.0, decay_time(housing, 1700.0))
     modal = modal_transfer_vectors(vectors, housing, lines[lines > 250], fidelity=DRAFT.acoustics)
@@ -90,7 +90,7 @@ def test_a_run_up_is_as_uncertain_as_the_steady_run_at_each_of_its_speeds(case, 
 
 
 def test_forces_that_a_mode_changes_are_heard_in_a_run_up(case, silent, parts, rising):
-    laws = [law([1e-6, 1e-7])]
+    laws = [mesh_law([1e-6, 1e-7])]
     case = replace(case, band=replace(case.band, low=300.0, high=1700.0))
     lines = convolution_lines(rising.sample_rate, 1700.0, decay_time(silent, 1700.0))
     modal = modal_transfer_vectors(parts[2], silent, lines[lines > 250], fidelity=DRAFT.acoustics)
@@ -103,7 +103,7 @@ def test_forces_that_a_mode_changes_are_heard_in_a_run_up(case, silent, parts, r
 
 def test_the_file_of_a_band_holds_every_place_at_every_line_or_speed(case, rising, tmp_path):
     made = ErrorBand(np.array([1000.0, 2000.0]), np.array([[1.0], [0.1]]), {"one": np.array([[0.25], [0.06]])})
-    over_speed = run_up_force_band(case, DRAFT, rising, mesh_laws=[law([1e-6, 1e-7])])
+    over_speed = run_up_force_band(case, DRAFT, rising, mesh_laws=[mesh_law([1e-6, 1e-7])])
     save_error_bands({"pressure": made, "bearing_forces": over_speed}, tmp_path)
     told = json.loads((tmp_path / "error_bands.json").read_text())
     of_lines, of_speeds = told["pressure"], told["bearing_forces"]
@@ -122,7 +122,7 @@ def test_the_file_of_a_band_holds_every_place_at_every_line_or_speed(case, risin
 
 def test_a_short_run_up_is_judged_in_as_few_parts_as_leave_lines_in_its_band(case, rising):
     """20 ms, 1000 … 2000 Hz: windows of 4 ms; half of one tells nothing."""
-    case, laws = replace(case, band=replace(case.band, low=1000.0, high=2000.0)), [law([1e-6, 1e-7])]
+    case, laws = replace(case, band=replace(case.band, low=1000.0, high=2000.0)), [mesh_law([1e-6, 1e-7])]
 
     def record(samples):
         cut = {name: getattr(rising, name)[:samples] for name in ("time", "force", "input_speed")}
@@ -142,7 +142,7 @@ def test_a_short_run_up_is_judged_in_as_few_parts_as_leave_lines_in_its_band(cas
 
 
 def test_forces_of_a_run_up_have_their_level_and_band_at_every_speed(case, housing, rising):
-    made = run_up_force_band(case, DRAFT, rising, housing=housing, mesh_laws=[law([1e-6, 1e-7])])
+    made = run_up_force_band(case, DRAFT, rising, housing=housing, mesh_laws=[mesh_law([1e-6, 1e-7])])
     assert made.over_speed[:, 0] == pytest.approx(
         20 * np.log10(3 * 3**0.5 / 2**0.5 / 1e-6) + 10 * np.log10(1.5), abs=0.1
     )

@@ -4,19 +4,14 @@
 """
 
 import re
-import sys
 import warnings
 from collections import Counter
-from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, settings
 
 from nvhchain.errors import AccuracyWarning, InputError, SolverError
-
-sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1])]  # scales.py, moved_gearbox.py
-
-from scales import MANY  # noqa: E402
+from nvhchain.testing.scales import MANY
 
 ENDINGS = Counter()
 

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
-from scales import ANY, mostly, powers
 
 from nvhchain.dynamics import Bearing, Cylinder, Gearbox, Mesh, RigidBody, Shaft, bearing_forces
 from nvhchain.dynamics.runs.contact_loss import parted_error
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import BearingForces, MeshLaw
 from nvhchain.spectrum import force_spectrum
+from nvhchain.testing.scales import ANY, mostly, powers
 
 RADII = (0.025, 0.0375)
 

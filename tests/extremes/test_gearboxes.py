@@ -9,8 +9,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from moved_gearbox import egg_housing, scaled
-from scales import ANY, MANY, powers
 
 import nvhchain as nvh
 from nvhchain.acoustics import solve_direct
@@ -19,6 +17,8 @@ from nvhchain.fidelity import AcousticsFidelity, DynamicsFidelity, Fidelity, Gea
 from nvhchain.gear import Holes, Slots, Solid, ThinRim
 from nvhchain.handoff import SurfaceVelocity
 from nvhchain.levels import decibel
+from nvhchain.testing.moved_gearbox import egg_housing, scaled
+from nvhchain.testing.scales import ANY, MANY, powers
 
 COARSE = Fidelity(
     "coarse",

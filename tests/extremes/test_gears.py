@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scales import ANY, mostly, powers
 
 from nvhchain.conventions import STEEL, Material
 from nvhchain.fidelity import GearFidelity
@@ -21,6 +20,7 @@ from nvhchain.gear import (
     mesh_law,
     quasi_static_transmission_error,
 )
+from nvhchain.testing.scales import ANY, mostly, powers
 
 KNOBS = GearFidelity(profile_elements=2, width_layers=2, slices=5, angles_per_mesh=6, deflections=8, bodies="analytic")
 

@@ -3,7 +3,6 @@
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
-from scales import ANY, mostly, powers
 
 from nvhchain.acoustics import (
     modal_pressure,
@@ -18,6 +17,7 @@ from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import ForceSpectrum, ReducedHousing
 from nvhchain.housing import Bore, Casting, GearSpace, respond
 from nvhchain.housing.modes.response import seat_displacement
+from nvhchain.testing.scales import ANY, mostly, powers
 
 BALL = sphere(0.1, 2)
 KNOBS = AcousticsFidelity(elements_per_wavelength=4.0, masters=8)

@@ -4,12 +4,12 @@ import numpy as np
 import scipy.sparse as sp
 from hypothesis import given
 from hypothesis import strategies as st
-from scales import powers
 
 from nvhchain.acoustics import radiate, sphere, transfer_vectors
 from nvhchain.fem import factorize, lowest_modes
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import SurfaceVelocity
+from nvhchain.testing.scales import powers
 
 BALL = sphere(1.0, 2)
 

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scales import ANY, powers
 
 from nvhchain.acoustics import PointSource, radiate, solve_direct, sphere, surface_pressure, transfer_vectors
 from nvhchain.conventions import Air
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import SurfaceVelocity
 from nvhchain.levels import a_weighting, decibel, equivalent, overall, time_history
+from nvhchain.testing.scales import ANY, powers
 
 BALL = sphere(1.0, 2)
 CORNERS = float(np.linalg.norm(BALL.vertices, axis=1).max()) - 1.0

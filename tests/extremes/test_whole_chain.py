@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scales import mostly, powers
 
 import nvhchain as nvh
 from nvhchain.acoustics import radiate, sphere, transfer_vectors
@@ -17,6 +16,7 @@ from nvhchain.fidelity import DRAFT
 from nvhchain.handoff import ForceSpectrum, ReducedHousing
 from nvhchain.housing import respond
 from nvhchain.levels import decibel
+from nvhchain.testing.scales import mostly, powers
 
 
 @given(

@@ -1,11 +1,11 @@
 """Rigid sets move as rigid bodies."""
 
-import fem_meshes as meshes
 import numpy as np
 import pytest
 
 from nvhchain.errors import InputError
 from nvhchain.fem import rigid_map
+from nvhchain.testing import elements as meshes
 
 NODES = np.random.default_rng(2).uniform(-1, 1, (20, 3))
 

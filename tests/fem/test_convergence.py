@@ -1,12 +1,12 @@
 """Rates at which quadratic elements converge on a free block and on a bar in shear, both with exact solutions."""
 
-import fem_meshes as meshes
 import numpy as np
 import pytest
 from scipy.sparse.linalg import spsolve
 
 from nvhchain.conventions import STEEL
 from nvhchain.fem import lowest_modes, stiffness_and_mass
+from nvhchain.testing import elements as meshes
 
 MESHES = {"tet10": meshes.tetrahedra, "hex20": meshes.brick}
 EDGE, HEIGHT = 0.1, 0.04

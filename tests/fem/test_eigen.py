@@ -1,6 +1,5 @@
 """Normal modes against closed forms and against a dense solution; none missed."""
 
-import fem_meshes as meshes
 import numpy as np
 import pytest
 import scipy.linalg
@@ -10,6 +9,7 @@ import nvhchain.fem.eigen as eigen
 from nvhchain.conventions import STEEL
 from nvhchain.errors import InputError, SolverError
 from nvhchain.fem import factorize, lowest_modes, modes_below, stiffness_and_mass
+from nvhchain.testing import elements as meshes
 
 
 def membrane(n):

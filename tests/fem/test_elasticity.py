@@ -1,6 +1,5 @@
 """Element matrices: patch test, rigid motion, mass, and beams in closed form."""
 
-import fem_meshes as meshes
 import numpy as np
 import pytest
 from scipy.sparse.linalg import spsolve
@@ -9,6 +8,7 @@ from nvhchain.conventions import STEEL, Material
 from nvhchain.errors import InputError
 from nvhchain.fem import factorize, rigid_map, stiffness_and_mass
 from nvhchain.fem.elements import hex20_shape, tet10_shape
+from nvhchain.testing import elements as meshes
 
 MESHES = {"tet10": meshes.tetrahedra, "hex20": meshes.brick}
 KINDS = pytest.mark.parametrize("kind", ["tet10", "hex20"])

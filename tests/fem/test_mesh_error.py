@@ -1,12 +1,12 @@
 """What too few elements do to natural frequencies is told by the modes themselves."""
 
-import fem_meshes as meshes
 import numpy as np
 import pytest
 
 from nvhchain.conventions import STEEL
 from nvhchain.fem import frequency_errors, lowest_modes, stiffness_and_mass
 from nvhchain.fem.mesh_error import _stresses
+from nvhchain.testing import elements as meshes
 
 SIDES = np.array([0.2, 0.1, 0.02])
 

@@ -1,11 +1,11 @@
 """NAFEMS benchmarks FV12 and FV32 (Selected Benchmarks for Natural Frequency Analysis, 1987)."""
 
-import fem_meshes as meshes
 import numpy as np
 import pytest
 
 from nvhchain.conventions import Material
 from nvhchain.fem import lowest_modes, stiffness_and_mass
+from nvhchain.testing import elements as meshes
 
 STEEL = Material(young=200e9, poisson=0.3, density=8000.0)
 MESHES = {"tet10": meshes.tetrahedra, "hex20": meshes.brick}

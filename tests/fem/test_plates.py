@@ -5,12 +5,12 @@ meshed, with its symmetry. Mindlin's shear factor 5/6 leaves 0.2 % to three-dime
 (Srinivas et al., J. Sound Vib. 12, 1970).
 """
 
-import fem_meshes as meshes
 import numpy as np
 import pytest
 
 from nvhchain.conventions import STEEL
 from nvhchain.fem import lowest_modes, stiffness_and_mass
+from nvhchain.testing import elements as meshes
 
 MESHES = {"tet10": meshes.tetrahedra, "hex20": meshes.brick}
 SHEAR = STEEL.young / (2 * (1 + STEEL.poisson))

@@ -8,12 +8,12 @@ numbers that are not zero, less one (Helmholtz's two potentials).
 
 from itertools import product
 
-import fem_meshes as meshes
 import numpy as np
 import pytest
 
 from nvhchain.conventions import STEEL
 from nvhchain.fem import lowest_modes, stiffness_and_mass
+from nvhchain.testing import elements as meshes
 
 SIDES = np.array([0.11, 0.08, 0.05])
 MESHES = {"tet10": meshes.tetrahedra, "hex20": meshes.brick}

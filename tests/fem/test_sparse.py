@@ -1,6 +1,5 @@
 """The direct solver: residual, inertia, refusals, and the fallback against PARDISO."""
 
-import fem_meshes as meshes
 import numpy as np
 import pytest
 import scipy.sparse as sp
@@ -9,6 +8,7 @@ import nvhchain.fem._sparse as door
 from nvhchain.conventions import STEEL
 from nvhchain.errors import InputError, ResourceError, SolverError
 from nvhchain.fem import factorize, stiffness_and_mass
+from nvhchain.testing import elements as meshes
 
 ENGINES = pytest.mark.parametrize(
     "engine", [pytest.param(e, id=e) for e in (["pardiso"] if door._has_pardiso() else []) + ["superlu"]]

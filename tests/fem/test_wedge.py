@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from fem_meshes import brick, rigid_motions
 from scipy.sparse.linalg import spsolve
 
 from nvhchain.conventions import ALUMINIUM, STEEL
 from nvhchain.fem import stiffness_and_mass
 from nvhchain.fem.solid_model import EDGES
 from nvhchain.fem.wedge import wedge15_shape, wedge_rule
+from nvhchain.testing.elements import brick, rigid_motions
 
 
 def wedges(counts, lengths, distort=0.0):

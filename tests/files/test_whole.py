@@ -22,7 +22,7 @@ WRITERS = """
     import numpy as np
 
     import nvhchain as nvh
-    from nvhchain import store
+    from nvhchain.files import hdf5
     from nvhchain.handoff import BearingForces, FieldPressure
     from nvhchain.interop import write_bearing_forces, write_wav
 
@@ -42,8 +42,8 @@ WRITERS = """
         write_whole(path, in_memory(lambda file: np.savez(file, a=np.arange(9.0))))
 
     WRITERS = {
-        "hand_off.h5": lambda path: store.save(FORCES, path),
-        "text.json": lambda path: store.write_text(path, json.dumps(list(range(99)))),
+        "hand_off.h5": lambda path: hdf5.save(FORCES, path),
+        "text.json": lambda path: hdf5.write_text(path, json.dumps(list(range(99)))),
         "sound.wav": lambda path: write_wav(SOUND, path, seconds=0.01, full_scale=2.0),
         "figure.png": picture,
         "standing.npz": standing,

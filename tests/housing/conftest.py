@@ -1,8 +1,5 @@
 """A small one-shaft casting, meshed and reduced once for the tests."""
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -13,8 +10,6 @@ from nvhchain.housing import Bore, Casting, GearSpace
 from nvhchain.housing.casting.mesh import boundary_faces, mesh_casting, on_engine_plane, radiating_surface
 from nvhchain.housing.reduction import held_matrices, reduce_mesh
 from nvhchain.housing.skin.normal_motion import normal_motion
-
-sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "fem")]
 
 
 @pytest.fixture(scope="session")

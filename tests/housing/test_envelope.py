@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from box_models import box, grid
 
 from nvhchain.conventions import STEEL, Air
 from nvhchain.errors import InputError
@@ -18,6 +17,7 @@ from nvhchain.housing.skin.envelope import outer_envelope
 from nvhchain.housing.skin.mapping_error import facet_flux, gathered, mapping_error, source_power
 from nvhchain.housing.skin.normal_motion import normal_motion
 from nvhchain.housing.skin.skin import solid_skin
+from nvhchain.testing.elements import grid, held_box
 
 SIZE = (0.4, 0.3, 0.2)
 CELLS = (20, 15, 10)
@@ -51,7 +51,7 @@ OUTSIDE = 2 * (0.4 * 0.3 + 0.4 * 0.2 + 0.3 * 0.2)
 
 
 def test_solid_box_has_its_own_volume_and_faces_of_the_size_asked_for():
-    skin = solid_skin(sound_mesh(box("hex8", counts=(8, 6, 4), lengths=SIZE))[0])
+    skin = solid_skin(sound_mesh(held_box("hex8", counts=(8, 6, 4), lengths=SIZE))[0])
     made = envelope(skin)
     assert made.exposed.all()
     assert "cavity" not in made.notes[0]
@@ -73,7 +73,7 @@ def test_cavity_is_closed_off_and_its_walls_do_not_radiate():
 
 def test_closed_shells_tell_of_their_cavity_and_solids_do_not():
     """The same closed skin, once of solids and once of mid-surface shells, behind which there is air."""
-    solid = solid_skin(sound_mesh(box("hex8", counts=(8, 6, 4), lengths=SIZE))[0])
+    solid = solid_skin(sound_mesh(held_box("hex8", counts=(8, 6, 4), lengths=SIZE))[0])
     model = ModalModel(
         nodes=solid.nodes,
         labels=np.arange(len(solid.nodes)),
@@ -222,7 +222,7 @@ def test_gap_between_two_halves_does_not_let_the_outside_in():
 
 def test_bodies_apart_have_an_envelope_each_and_keep_their_own_motion():
     """Two boxes that a rigid set joins across a gap wider than a face; a crumb of one is none."""
-    one = box("hex8", counts=(8, 6, 4), lengths=SIZE, held=False)
+    one = held_box("hex8", counts=(8, 6, 4), lengths=SIZE, held=False)
     places = [np.zeros(3), [0.5, 0.0, 0.0], [0.0, 0.4, 0.0]]
     scale = [1.0, 0.5, 0.15]  # the last is 60 mm long: less than three faces
     nodes = np.vstack([at + size * one.nodes for at, size in zip(places, scale, strict=True)])
@@ -241,7 +241,7 @@ def test_bodies_apart_have_an_envelope_each_and_keep_their_own_motion():
 
 
 def test_body_thinner_than_a_face_is_refused():
-    skin = solid_skin(sound_mesh(box("hex8", counts=(8, 6, 1), lengths=(0.4, 0.3, 0.004)))[0])
+    skin = solid_skin(sound_mesh(held_box("hex8", counts=(8, 6, 1), lengths=(0.4, 0.3, 0.004)))[0])
     with pytest.raises(InputError, match="thinner than a radiating face of 25 mm"):
         envelope(skin)
 

@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from box_models import box
 
 from nvhchain.conventions import STEEL
 from nvhchain.errors import AccuracyWarning, InputError
@@ -22,6 +21,7 @@ from nvhchain.housing.modes.damping import DampingCurve
 from nvhchain.housing.modes.engine_plane import EnginePlane
 from nvhchain.housing.skin.skin import solid_skin
 from nvhchain.interop import read_nastran, write_nastran
+from nvhchain.testing.elements import held_box
 
 ENGINE = EnginePlane((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
 F_MAX = 4000.0
@@ -86,7 +86,7 @@ def test_tolerance_in_decibel_decides_how_many_modes_a_foreign_model_keeps():
     found = []
     for tolerance in (3.0, 0.1):
         asked = replace(BOX, truncation_tolerance_db=tolerance)
-        reduced, _ = reduce_box(box("hex8"), asked)
+        reduced, _ = reduce_box(held_box("hex8"), asked)
         assert reduced.provenance["truncation_error_db"] <= tolerance
         assert len(reduced.provenance["truncation_error_at_db"]) == 4
         found.append(reduced.natural_frequency)
@@ -96,28 +96,28 @@ def test_tolerance_in_decibel_decides_how_many_modes_a_foreign_model_keeps():
 
 def test_damping_of_a_foreign_model_may_be_a_curve_that_is_read_at_its_modes():
     curve = DampingCurve((0.0, 4000.0), (0.01, 0.03))
-    reduced, _ = reduce_box(box("hex8"), modal_damping=curve)
+    reduced, _ = reduce_box(held_box("hex8"), modal_damping=curve)
     assert reduced.modal_damping == pytest.approx(0.01 + 0.02 * reduced.natural_frequency / 4000.0)
     assert np.ptp(reduced.modal_damping) > 0
     with pytest.raises(InputError, match=r"modal_damping = nan must lie in 0 … 0\.5"):
-        reduce_box(box("hex8"), modal_damping=float("nan"))
+        reduce_box(held_box("hex8"), modal_damping=float("nan"))
 
 
 @pytest.mark.parametrize("opening", [-1.0, 0.0, float("nan")])
 def test_opening_that_is_not_positive_is_refused(opening):
     with pytest.raises(InputError, match=r"opening = \S+ m must be positive"):
-        reduce_box(box("hex8"), opening=opening)
+        reduce_box(held_box("hex8"), opening=opening)
 
 
 def test_rigid_motions_that_held_freedoms_leave_are_warned_of():
-    free = box("hex8", held=False)
+    free = held_box("hex8", held=False)
     sliding = free.held.copy()
     sliding[free.nodes[:, 0] < 1e-9, 2] = True
     reduced, caught = reduce_box(replace(free, held=sliding))
     # along x and y, and about y, on whose axis the held nodes lie, and z
     assert (reduced.natural_frequency == 0).sum() == 4
     assert any("freedoms are held, and still 4 rigid motions are left" in text for text in caught)
-    for model in (free, box("hex8")):
+    for model in (free, held_box("hex8")):
         assert not any("rigid motions" in text for text in reduce_box(model)[1])
 
 
@@ -127,14 +127,14 @@ def test_mesh_above_its_validity_is_warned_of_with_the_frequency_it_reaches():
     wall, edge = 0.06, (sides.sum() + np.hypot(*sides)) / 3  # of half a brick's face
     phase = np.sqrt(STEEL.young / (12 * (1 - STEEL.poisson**2) * STEEL.density)) * wall  # ω = phase · k²
     reach = phase * (2 * np.pi / (4 * edge)) ** 2 / (2 * np.pi)
-    (text,) = [text for text in reduce_box(box("hex8"), f_max=1.2 * reach)[1] if "bending wavelength" in text]
+    (text,) = [text for text in reduce_box(held_box("hex8"), f_max=1.2 * reach)[1] if "bending wavelength" in text]
     assert float(re.search(r"valid to (\S+) Hz", text)[1]) == pytest.approx(reach, rel=1e-3)
-    assert not any("bending wavelength" in text for text in reduce_box(box("hex8"), f_max=0.98 * reach)[1])
+    assert not any("bending wavelength" in text for text in reduce_box(held_box("hex8"), f_max=0.98 * reach)[1])
 
 
 def test_band_far_beyond_the_mesh_is_refused_before_anything_is_solved(monkeypatch):
     """The number of modes is that of the plate: it has been counted up to 12 kHz."""
-    model = box("hex8", counts=(12, 9, 1), lengths=(0.4, 0.3, 0.005))
+    model = held_box("hex8", counts=(12, 9, 1), lengths=(0.4, 0.3, 0.005))
     K, M, _ = constrained(model := sound_mesh(model)[0])
     counted = modes_below(K, M, 12e3) * 1e6 / 12e3
     monkeypatch.setattr("nvhchain.housing.imported.solid_model.seat_modes", None)
@@ -157,7 +157,7 @@ def test_tetrahedra_much_longer_than_their_wall_is_thick_are_warned_of():
     """A plate of 10 mm: tetrahedra with edges of 40 mm and diagonals of 57 mm along it."""
 
     def caught(kind, counts):
-        model = box(kind, counts=counts, lengths=(0.2, 0.12, 0.01))
+        model = held_box(kind, counts=counts, lengths=(0.2, 0.12, 0.01))
         return [text for text in reduce_box(model, f_max=100.0, surface_size=0.01)[1] if "is thick" in text]
 
     (text,) = caught("tet4", (5, 3, 1))
@@ -168,7 +168,7 @@ def test_tetrahedra_much_longer_than_their_wall_is_thick_are_warned_of():
 
 
 def test_the_material_with_the_shortest_waves_decides_how_far_a_mesh_is_good():
-    model, (block,) = box("hex8"), box("hex8").blocks
+    model, (block,) = held_box("hex8"), held_box("hex8").blocks
     soft = replace(
         block, nodes=block.nodes[3:], labels=block.labels[3:], material=replace(STEEL, young=STEEL.young / 4)
     )

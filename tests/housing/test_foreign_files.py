@@ -4,8 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from box_models import SPLITS, box
-from test_foreign_abaqus import ABAQUS
 
 from nvhchain.conventions import STEEL
 from nvhchain.errors import FileFormatError, InputError
@@ -17,6 +15,8 @@ from nvhchain.interop.common.units import unit_system
 from nvhchain.interop.solids._model_parts import Parts, Rigid
 from nvhchain.interop.solids.abaqus_keywords import blocks
 from nvhchain.interop.solids.nastran_cards import cards, split_deck
+from nvhchain.testing.elements import SPLITS, held_box
+from tests.housing.abaqus_input import ABAQUS
 
 FORMATS = [(write_nastran, read_nastran), (write_abaqus, read_abaqus)]
 UNITS = ["m-kg-s", "mm-t-s", "mm-kg-ms", "in-lbf-s"]
@@ -30,7 +30,7 @@ def frequencies(model, top=4000.0):
 @pytest.mark.parametrize("units", UNITS)
 @pytest.mark.parametrize(("write", "read"), FORMATS)
 def test_units_groups_and_rigid_sets_survive_a_file(write, read, units, tmp_path):
-    model = box("hex8")
+    model = held_box("hex8")
     back = read(write(model, tmp_path / "model", units=units), units=units)
     assert frequencies(back) == pytest.approx(frequencies(model), rel=1e-10)
     assert np.array_equal(back.labels[back.groups["TOP"]], model.labels[model.groups["TOP"]])
@@ -44,7 +44,7 @@ def test_units_groups_and_rigid_sets_survive_a_file(write, read, units, tmp_path
 @pytest.mark.parametrize("kind", list(SPLITS))
 @pytest.mark.parametrize(("write", "read"), FORMATS)
 def test_every_kind_of_element_keeps_its_nodes_in_order(write, read, kind, quadratic, tmp_path):
-    model = sound_mesh(box(kind))[0] if quadratic else box(kind)
+    model = sound_mesh(held_box(kind))[0] if quadratic else held_box(kind)
     nodes = model.nodes.copy()
     nodes[:, 1] += 0.02 * nodes[:, 0] ** 2 / 0.2**2  # bent, so that no mid-edge node is at a middle
     model = replace(model, nodes=nodes)
@@ -68,7 +68,7 @@ ABAQUS_EDGES = {
 @pytest.mark.parametrize("kind", list(SPLITS))
 def test_mid_edge_nodes_stand_where_the_manuals_have_them(kind, tmp_path):
     """Quick Reference Guide, CTETRA, CPENTA, CHEXA; Abaqus Elements Guide, node ordering of solid elements."""
-    model = sound_mesh(box(kind))[0]
+    model = sound_mesh(held_box(kind))[0]
     at = dict(zip(model.labels.tolist(), model.nodes, strict=True))
     corners = int(kind[-1])
     bulk = split_deck(write_nastran(model, tmp_path / "m.bdf", units="m-kg-s"))[1]
@@ -83,7 +83,7 @@ def test_mid_edge_nodes_stand_where_the_manuals_have_them(kind, tmp_path):
 
 @pytest.mark.parametrize(("write", "read"), FORMATS)
 def test_held_translations_survive_a_file(write, read, tmp_path):
-    model = box("hex8", held=False)
+    model = held_box("hex8", held=False)
     held = np.zeros_like(model.held)
     held[model.nodes[:, 0] < 1e-9] = [True, False, True]
     back = read(write(replace(model, held=held), tmp_path / "m", units="mm-t-s"), units="mm-t-s")
@@ -218,7 +218,7 @@ def test_lines_for_plots_only_change_nothing(tmp_path):
 
 
 def test_wrong_units_are_recognised_by_the_material(tmp_path):
-    path = write_nastran(box("hex8"), tmp_path / "box.bdf", units="mm-t-s")
+    path = write_nastran(held_box("hex8"), tmp_path / "box.bdf", units="mm-t-s")
     with pytest.raises(InputError, match=r"read in m-kg-s.*may be in mm-t-s"):
         read_nastran(path, units="m-kg-s")
     with pytest.raises(InputError, match="unit system 'SI' is not known"):

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from box_models import SPLITS, box, grid, turned
 from scipy.spatial import cKDTree
 
 from nvhchain.conventions import ALUMINIUM, STEEL
@@ -13,6 +12,7 @@ from nvhchain.fem import lowest_modes
 from nvhchain.fem.solid_model import ElementBlock, RigidSet, SolidModel
 from nvhchain.housing.imported.repair import sound_mesh
 from nvhchain.housing.imported.solid_model import constrained
+from nvhchain.testing.elements import SPLITS, grid, held_box, positive
 
 
 def frequencies(model, top=4000.0):
@@ -29,7 +29,7 @@ def changed(model, **block):
 def test_raised_box_bends_as_a_slender_cantilever(kind):
     """First bending frequency of a clamped-free bar; one linear element across would lock and double it."""
     length, height = 0.4, 0.012
-    model, notes = sound_mesh(box(kind, counts=(8, 1, 1), lengths=(length, height, height)))
+    model, notes = sound_mesh(held_box(kind, counts=(8, 1, 1), lengths=(length, height, height)))
     assert "raised to quadratic" in notes[0]
     steel = model.blocks[0].material
     slender = 1.8751**2 / (2 * np.pi) * np.sqrt(steel.young * height**2 / 12 / steel.density) / length**2
@@ -39,10 +39,10 @@ def test_raised_box_bends_as_a_slender_cantilever(kind):
 
 def test_inside_out_elements_are_turned_over_and_reported():
     for kind in SPLITS:
-        sound = sound_mesh(box(kind))[0]
+        sound = sound_mesh(held_box(kind))[0]
         members = sound.blocks[0].nodes.copy()
         flipped = {"hex8": [4, 5, 6, 7, 0, 1, 2, 3], "wedge6": [3, 4, 5, 0, 1, 2], "tet4": [0, 2, 1, 3]}[kind]
-        linear = box(kind)
+        linear = held_box(kind)
         wrong = linear.blocks[0].nodes.copy()
         wrong[:2] = wrong[:2][:, flipped]
         repaired, notes = sound_mesh(changed(linear, nodes=wrong))
@@ -52,7 +52,7 @@ def test_inside_out_elements_are_turned_over_and_reported():
 
 
 def test_quadratic_elements_inside_out_are_turned_over_with_their_edges():
-    sound = sound_mesh(box("tet4"))[0]
+    sound = sound_mesh(held_box("tet4"))[0]
     members = sound.blocks[0].nodes.copy()
     members[0] = members[0][[0, 2, 1, 3, 6, 5, 4, 7, 9, 8]]
     repaired, notes = sound_mesh(changed(sound, nodes=members))
@@ -61,7 +61,7 @@ def test_quadratic_elements_inside_out_are_turned_over_with_their_edges():
 
 
 def test_collapsed_elements_and_loose_nodes_are_left_out_and_reported():
-    sound = box("tet4")
+    sound = held_box("tet4")
     block = sound.blocks[0]
     flat = np.vstack([block.nodes, [[0, 1, 1, 0]]])
     model = replace(
@@ -77,7 +77,7 @@ def test_collapsed_elements_and_loose_nodes_are_left_out_and_reported():
 
 
 def test_elements_given_twice_are_left_out_and_reported():
-    sound = box("hex8")
+    sound = held_box("hex8")
     block = sound.blocks[0]
     twice = replace(block, nodes=block.nodes[:2][:, [4, 5, 6, 7, 0, 1, 2, 3]], labels=block.labels[:2] + 100)
     repaired, notes = sound_mesh(replace(sound, blocks=(block, twice)))
@@ -89,7 +89,7 @@ def test_elements_given_twice_are_left_out_and_reported():
 
 def test_overlapping_elements_are_refused_by_their_nodes():
     """A wedge within a brick shares the faces of both."""
-    sound = box("hex8")
+    sound = held_box("hex8")
     brick = sound.blocks[0].nodes[2]
     wedge = ElementBlock("tet4", brick[[0, 1, 3, 4]][None], sound.blocks[0].material, np.array([900]), "X")
     inner = ElementBlock("tet4", brick[[0, 1, 3, 7]][None], sound.blocks[0].material, np.array([901]), "X")
@@ -103,13 +103,13 @@ def test_overlapping_elements_are_refused_by_their_nodes():
 
 @pytest.mark.parametrize("scale", [1e3, 1e-3])
 def test_mesh_in_another_unit_of_length_is_refused_by_its_size(scale):
-    model = box("hex8")
+    model = held_box("hex8")
     with pytest.raises(InputError, match=r"the mesh is (200|0\.0002) m long, .* is it in millimetres"):
         sound_mesh(replace(model, nodes=scale * model.nodes))
 
 
 def test_curved_element_that_overlaps_itself_is_straightened_and_reported():
-    sound = sound_mesh(box("tet4"))[0]
+    sound = sound_mesh(held_box("tet4"))[0]
     nodes = sound.nodes.copy()
     middle = sound.blocks[0].nodes[0, 4]
     nodes[middle] += 0.06
@@ -119,7 +119,7 @@ def test_curved_element_that_overlaps_itself_is_straightened_and_reported():
 
 
 def test_degenerate_element_is_refused_with_its_number():
-    model = box("hex8")
+    model = held_box("hex8")
     nodes = model.nodes.copy()
     nodes[model.blocks[0].nodes[3, 6]] = nodes[model.blocks[0].nodes[3, 0]] - 0.01
     with pytest.raises(InputError, match="degenerate or twisted, first 4"):
@@ -131,7 +131,7 @@ def test_degenerate_element_is_refused_with_its_number():
 
 
 def test_parts_that_only_touch_are_refused_with_the_number_of_pairs():
-    one = box("hex8", held=False)
+    one = held_box("hex8", held=False)
     other = one.nodes + np.array([0.2, 0.0, 0.0])
     both = replace(
         one,
@@ -149,7 +149,7 @@ def test_parts_that_only_touch_are_refused_with_the_number_of_pairs():
 
 def test_nodes_that_are_not_merged_inside_one_part_are_reported_with_number_and_place():
     """Three corners at half the length are there twice: elements on the other side hang on the copies."""
-    model = box("hex8", counts=(6, 2, 2), lengths=(0.24, 0.06, 0.06))
+    model = held_box("hex8", counts=(6, 2, 2), lengths=(0.24, 0.06, 0.06))
     assert not any("coincide" in note for note in sound_mesh(model)[1])
     count = len(model.nodes)
     twice = np.flatnonzero(np.isclose(model.nodes[:, 0], 0.12) & (model.nodes[:, 1] < 0.01))
@@ -174,7 +174,7 @@ def test_nodes_that_are_not_merged_inside_one_part_are_reported_with_number_and_
 
 def with_second_box(offset):
     """The held box and another at an offset (m) that shares its nodes where both have one."""
-    one = box("hex8")
+    one = held_box("hex8")
     other, bricks = grid((3, 2, 1), (0.2, 0.06, 0.05))
     distance, nearest = cKDTree(one.nodes).query(other + np.array(offset))
     new = distance > 1e-9
@@ -217,13 +217,13 @@ def test_rigid_set_joins_parts_by_nodes_that_are_not_on_a_line():
 def test_brick_against_tetrahedra_on_its_corners_is_one_body():
     """The brick's side has four corners, those of the tetrahedra three: no face is the same."""
     model = with_second_box((0.2, 0.0, 0.0))
-    split = turned(model.nodes, model.blocks[1].nodes[:, SPLITS["tet4"]].reshape(-1, 4))
+    split = positive(model.nodes, model.blocks[1].nodes[:, SPLITS["tet4"]].reshape(-1, 4))
     tetrahedra = ElementBlock("tet4", split, STEEL, 500 + np.arange(len(split)), "B")
     assert sound_mesh(replace(model, blocks=(model.blocks[0], tetrahedra)))[0].elements == 42
 
 
 def test_linear_elements_share_the_mid_edge_nodes_of_quadratic_neighbours():
-    linear = box("hex8")
+    linear = held_box("hex8")
     quadratic = sound_mesh(linear)[0]
     half = linear.nodes[linear.blocks[0].nodes].mean(axis=1)[:, 0] < 0.1
     block = quadratic.blocks[0]
@@ -242,7 +242,7 @@ def test_linear_elements_share_the_mid_edge_nodes_of_quadratic_neighbours():
 @pytest.mark.parametrize("chosen", [[0], [0, 1], "edge"])
 def test_seat_of_one_node_or_of_a_line_is_refused(chosen):
     """Nothing resists its rotation: the stiffness is singular, or nearly."""
-    model = box("hex8")
+    model = held_box("hex8")
     foot, seat = model.rigid_sets
     edge = np.flatnonzero(model.nodes[seat.nodes, 2] == 0.0)
     few = replace(seat, nodes=seat.nodes[edge if chosen == "edge" else chosen])
@@ -253,7 +253,7 @@ def test_seat_of_one_node_or_of_a_line_is_refused(chosen):
 
 
 def test_node_both_held_and_rigid_is_refused():
-    model = box("hex8")
+    model = held_box("hex8")
     held = model.held.copy()
     held[model.rigid_sets[1].nodes[0]] = True
     with pytest.raises(InputError, match="is held and belongs to rigid set S"):
@@ -261,7 +261,7 @@ def test_node_both_held_and_rigid_is_refused():
 
 
 def test_rigid_sets_that_share_nodes_are_refused_by_their_names_and_labels():
-    model = box("hex8")
+    model = held_box("hex8")
     third = RigidSet("THIRD", np.zeros(3), model.rigid_sets[1].nodes[[0, 1, 2]], 600)
     with pytest.raises(InputError, match=r"rigid sets S and THIRD share 5 nodes, \[19, 20, 21, "):
         sound_mesh(replace(model, rigid_sets=(*model.rigid_sets, third)))
@@ -294,7 +294,7 @@ def test_common_face_that_is_divided_differently_is_reported_with_area_and_place
     assert told in notes
     assert sum("coincide" in note for note in notes) == 1
     tied = replace(model, rigid_sets=(RigidSet("joint", np.zeros(3), np.flatnonzero(nodes[:, 0] == 0.1)),))
-    for sound in (tied, box("hex8"), box("tet4", counts=(5, 3, 1), lengths=(0.2, 0.12, 0.001))):
+    for sound in (tied, held_box("hex8"), held_box("tet4", counts=(5, 3, 1), lengths=(0.2, 0.12, 0.001))):
         assert not any("lie on skin" in note for note in sound_mesh(sound)[1])
 
 
@@ -314,7 +314,7 @@ def rings(*parts, kind="hex8"):
     places = np.vstack(nodes)
     members = np.vstack([b + n for b, n in zip(bricks, start, strict=False)])[:, SPLITS[kind]]
     elements = members.reshape(-1, members.shape[-1])
-    elements = turned(places, elements) if kind == "tet4" else elements
+    elements = positive(places, elements) if kind == "tet4" else elements
     block = ElementBlock(kind, elements, STEEL, np.arange(1, len(elements) + 1), "RINGS")
     foot = RigidSet("FOOT", np.zeros(3), np.flatnonzero(places[:, 2] == 0.0), len(places) + 1)
     held = np.zeros(places.shape, dtype=bool)

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from box_models import box
 
 from nvhchain.conventions import ALUMINIUM, STEEL
 from nvhchain.fem.solid_model import RigidSet
@@ -13,11 +12,12 @@ from nvhchain.interop import read_abaqus, read_nastran, write_abaqus, write_nast
 from nvhchain.interop.common._names import LARGEST_LABEL, abaqus_names, short_labels
 from nvhchain.interop.solids.nastran_cards import cards, real
 from nvhchain.interop.solids.writers import real16, real20
+from nvhchain.testing.elements import held_box
 
 
 def rich_model(labels=None):
     """Two materials in one group of one name, odd names, partly held points and nodes, labels with gaps."""
-    model = sound_mesh(box("hex8", counts=(4, 2, 2)))[0]
+    model = sound_mesh(held_box("hex8", counts=(4, 2, 2)))[0]
     block = model.blocks[0]
     half = np.arange(len(block.nodes)) < 8
     number = 7 * np.arange(len(model.nodes)) + 3 if labels is None else labels(len(model.nodes))
@@ -118,12 +118,12 @@ def test_names_for_abaqus_start_with_a_letter_and_differ_in_more_than_case():
 
 def test_couplings_name_the_translations_that_calculix_wants(tmp_path):
     """Without them ccx 2.20 couples nothing and says nothing (benchmarks/housing/calculix_exchange.py)."""
-    text = write_abaqus(box("hex8"), tmp_path / "box.inp", units="mm-t-s").read_text()
+    text = write_abaqus(held_box("hex8"), tmp_path / "box.inp", units="mm-t-s").read_text()
     assert text.count("*KINEMATIC\n1, 3\n") == 2
 
 
 def test_model_without_anything_held_has_no_empty_boundary(tmp_path):
-    free = box("hex8", held=False)
+    free = held_box("hex8", held=False)
     assert "*BOUNDARY" not in write_abaqus(free, tmp_path / "free.inp", units="mm-t-s").read_text()
 
 
@@ -137,7 +137,7 @@ def followers(text, reference):
 
 
 def test_rigid_set_about_a_node_of_the_mesh_stays_one(tmp_path):
-    model = box("hex8")
+    model = held_box("hex8")
     corner = model.rigid_sets[1].nodes[0]
     about = RigidSet("S", model.nodes[corner], model.rigid_sets[1].nodes, int(model.labels[corner]))
     model = replace(model, rigid_sets=(model.rigid_sets[0], about))

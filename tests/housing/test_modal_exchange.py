@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from box_models import box
 
 from nvhchain.errors import FileFormatError, InputError
 from nvhchain.fem.faces import boundary_faces
@@ -15,6 +14,7 @@ from nvhchain.housing.imported.repair import sound_mesh
 from nvhchain.housing.modes.truncation import RESIDUAL_MASS
 from nvhchain.interop import read_modal_hdf5, read_modal_uff, write_modal_hdf5, write_modal_uff
 from nvhchain.interop.common.surface_motion import vertex_motion
+from nvhchain.testing.elements import held_box
 
 ENGINE = EnginePlane((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
 F_MAX = 4000.0
@@ -123,7 +123,7 @@ LAYERS = {  # as the manual numbers them: round the lower layer, middles between
 
 def universal_file(path, kind, moving=None, group=""):
     """A box of parabolic solids, one mode of which the displacement is the place; labels ten times the row and one."""
-    model = sound_mesh(box(kind, counts=(2, 2, 1), lengths=(0.3, 0.2, 0.1)))[0]
+    model = sound_mesh(held_box(kind, counts=(2, 2, 1), lengths=(0.3, 0.2, 0.1)))[0]
     descriptor, order = LAYERS[kind]
     lines = ["    -1", "  2411"]
     for row, (x, y, z) in enumerate(model.nodes):

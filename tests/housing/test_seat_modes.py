@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 import scipy.linalg
-from fem_meshes import brick
 
 from nvhchain.conventions import ALUMINIUM
 from nvhchain.errors import SolverError
 from nvhchain.fem import rigid_map, stiffness_and_mass
 from nvhchain.housing.modes.seat_modes import seat_modes, seat_unknowns
+from nvhchain.testing.elements import brick
 
 
 def block(held):

@@ -1,17 +1,11 @@
 """Bearing forces of two bearings, and what the channels of a record of theirs mean."""
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parent))  # force_records.py
-
-from force_records import POSITIONS, RATE
-
 from nvhchain.handoff import BearingForces
 from nvhchain.interop import BearingChannels, ForceChannels
+from nvhchain.testing.force_records import POSITIONS, RATE
 
 
 @pytest.fixture

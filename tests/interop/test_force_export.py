@@ -2,15 +2,15 @@
 
 import h5py
 import pytest
-from force_records import SUFFIXES
 from scipy.io import loadmat
 
 from nvhchain.errors import InputError
 from nvhchain.interop import read_bearing_forces, write_bearing_forces
 from nvhchain.interop.forces import csv_mat_hdf5 as records
+from nvhchain.testing.force_records import SUFFIXES
 
 
-@SUFFIXES
+@pytest.mark.parametrize("suffix", SUFFIXES)
 def test_names_with_blanks_commas_and_marks_come_back_as_written(forces, tmp_path, suffix):
     odd = forces.replace(names=("A  b", "Läger, '轴'=[z]", *(f"{i}#" for i in range(len(forces.names) - 2))))
     channels = write_bearing_forces(odd, tmp_path / f"odd{suffix}")
@@ -23,14 +23,14 @@ def test_names_that_differ_by_blanks_only_are_refused_where_a_table_cannot_tell_
         write_bearing_forces(alike, tmp_path / "alike.csv")
 
 
-@SUFFIXES
+@pytest.mark.parametrize("suffix", SUFFIXES)
 def test_a_folder_in_the_place_of_the_file_is_refused(forces, tmp_path, suffix):
     (tmp_path / f"taken{suffix}").mkdir()
     with pytest.raises(InputError, match="a folder stands where a file is to be written"):
         write_bearing_forces(forces, tmp_path / f"taken{suffix}")
 
 
-@SUFFIXES
+@pytest.mark.parametrize("suffix", SUFFIXES)
 def test_what_the_system_does_not_let_be_written_is_refused_with_its_reason(forces, tmp_path, suffix):
     name = "n" * 300 + suffix
     with pytest.raises(InputError, match=rf"{name}: cannot be written \(File name too long\): choose another"):

@@ -5,12 +5,12 @@ from dataclasses import replace
 import h5py
 import numpy as np
 import pytest
-from force_records import POSITIONS, one_bearing
 from scipy.io import savemat
 
 from nvhchain.errors import InputError
 from nvhchain.files.hdf5 import save
 from nvhchain.interop import BearingChannels, ForceChannels, read_bearing_forces, read_record
+from nvhchain.testing.force_records import POSITIONS, one_bearing
 
 
 def test_stored_hand_off_and_matlab_73_file_are_read_as_hdf5(forces, tmp_path, declared):

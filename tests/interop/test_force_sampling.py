@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from force_records import POSITIONS, csv, six_tones
 
 from nvhchain.errors import InputError
 from nvhchain.interop import BearingChannels, read_bearing_forces
 from nvhchain.interop.forces.sampling import resampled
+from nvhchain.testing.force_records import POSITIONS, csv, six_tones
 
 
 def test_speed_channel_is_converted_and_sample_rate_replaces_a_time_channel(tmp_path, declared):

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import pyuff
-from force_records import RATE
 
 from nvhchain.errors import InputError
 from nvhchain.interop import read_bearing_forces, read_record, write_bearing_forces
+from nvhchain.testing.force_records import RATE
 
 
 @pytest.mark.parametrize(("code", "unit"), [(1, "N"), (4, "pdl"), (10, "N")])

@@ -4,15 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from force_records import POSITIONS, SUFFIXES, csv, six_tones
 from scipy.io import savemat
 
 from nvhchain.case._table import build
 from nvhchain.errors import InputError
 from nvhchain.interop import BearingChannels, ForceChannels, read_bearing_forces, read_record, write_bearing_forces
+from nvhchain.testing.force_records import POSITIONS, SUFFIXES, csv, six_tones
 
 
-@SUFFIXES
+@pytest.mark.parametrize("suffix", SUFFIXES)
 def test_written_forces_read_back_bit_for_bit(forces, tmp_path, suffix):
     path = tmp_path / f"forces{suffix}"
     back = read_bearing_forces(path, write_bearing_forces(forces, path))
@@ -25,7 +25,7 @@ def test_written_forces_read_back_bit_for_bit(forces, tmp_path, suffix):
     assert [p.name for p in tmp_path.iterdir()] == [path.name]
 
 
-@SUFFIXES
+@pytest.mark.parametrize("suffix", SUFFIXES)
 @pytest.mark.parametrize("meshes", [1, 2])
 def test_errors_of_the_meshes_go_along_bit_for_bit(forces, tmp_path, suffix, meshes):
     rng = np.random.default_rng(6)

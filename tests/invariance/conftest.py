@@ -1,8 +1,5 @@
 """A lopsided body, a pattern of velocity on it, points round it; motions of space."""
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -10,8 +7,6 @@ from nvhchain.acoustics import sphere
 from nvhchain.conventions import Air
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import Surface, SurfaceVelocity
-
-sys.path.insert(0, str(Path(__file__).parents[1]))  # moved_gearbox.py
 
 AIR = Air(343.0, 1.21)
 LINES = np.array([150.0, 700.0, 1900.0])

@@ -8,7 +8,6 @@ from math import cos, sin
 
 import numpy as np
 import pytest
-from moved_gearbox import egg_housing, mapped, scaled
 
 import nvhchain as nvh
 from nvhchain.acoustics import PointSource, modal_transfer_vectors, noise_transfer_functions, surface_pressure
@@ -16,6 +15,7 @@ from nvhchain.fidelity import AcousticsFidelity, DynamicsFidelity, Fidelity, Gea
 from nvhchain.gear import Slots
 from nvhchain.handoff import SurfaceVelocity
 from nvhchain.levels import decibel
+from nvhchain.testing.moved_gearbox import egg_housing, mapped, scaled
 
 TINY = Fidelity(
     "tiny",

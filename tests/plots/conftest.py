@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from nvhchain.handoff import FieldPressure, ForceSpectrum, MeshLaw, Surface, SurfaceVelocity
+from nvhchain.handoff import FieldPressure, ForceSpectrum, MeshLaw, SurfaceVelocity
+from nvhchain.testing.bodies import cells
 
 INPUT_FREQUENCY = 2500.0 / 60.0
 INPUT_SPEED = 2.0 * np.pi * INPUT_FREQUENCY
@@ -49,32 +50,10 @@ def force_spectra() -> dict[str, ForceSpectrum]:
 @pytest.fixture(scope="session")
 def housing_velocity() -> SurfaceVelocity:
     """A box of 0.45 × 0.35 × 0.25 m whose panels bulge; 300 Hz is stronger than 200 Hz."""
-    surface = box((0.45, 0.35, 0.25), 14)
+    surface = cells((14, 14, 14), (0.45, 0.35, 0.25))
     shape = np.prod(np.cos(np.pi * surface.centroids / np.array([0.30, 0.23, 0.17])), axis=1)
     pattern = np.sin(9.0 * surface.centroids @ np.array([1.0, 0.6, -0.4])) + shape
     return SurfaceVelocity(np.array([200.0, 300.0]), np.array([1e-5, 3e-4])[:, None] * pattern * (1 + 0.3j), surface)
-
-
-def box(size: tuple[float, float, float], count: int) -> Surface:
-    """Closed box centred on the origin, `count` squares along each edge, two triangles per square."""
-    grid = np.arange(count + 1)
-    corners: dict[tuple[int, ...], int] = {}
-    triangles = []
-    for axis in range(3):
-        u, v = (axis + 1) % 3, (axis + 2) % 3
-        for side in (0, count):
-            for i in grid[:-1]:
-                for j in grid[:-1]:
-                    square = []
-                    for di, dj in ((0, 0), (1, 0), (1, 1), (0, 1)):
-                        key = [0, 0, 0]
-                        key[axis], key[u], key[v] = side, int(i) + di, int(j) + dj
-                        square.append(corners.setdefault(tuple(key), len(corners)))
-                    if side == 0:
-                        square.reverse()
-                    triangles += [[square[0], square[1], square[2]], [square[0], square[2], square[3]]]
-    vertices = (np.array(list(corners)) / count - 0.5) * np.array(size)
-    return Surface(vertices, np.array(triangles))
 
 
 @pytest.fixture(scope="session")

@@ -1,18 +1,11 @@
 """A small radiator and the pair of gears that the sweeps of these tests turn knobs on."""
 
-import sys
-from pathlib import Path
-
 import pytest
 
-from nvhchain.case import FieldPoint, RadiatorCase, Sphere
-
-sys.path.insert(0, str(Path(__file__).parent))
-
-import small_gearbox
-
 import nvhchain as nvh
+from nvhchain.case import FieldPoint, RadiatorCase, Sphere
 from nvhchain.fidelity import DRAFT
+from nvhchain.testing.coarse_runs import TINY, small_gearbox
 
 
 @pytest.fixture(scope="session")
@@ -25,12 +18,12 @@ def sphere():
 
 @pytest.fixture(scope="session")
 def gearbox():
-    return small_gearbox.gearbox()
+    return small_gearbox()
 
 
 @pytest.fixture(scope="session")
 def tiny():
-    return small_gearbox.TINY
+    return TINY
 
 
 @pytest.fixture(scope="session")

@@ -3,9 +3,9 @@
 from pathlib import Path
 
 import pytest
-from turned_knobs import measured
 
 from nvhchain.tradeoff import KNOBS, from_json
+from tests.tradeoff.turned_knobs import measured
 
 CLAIMS = from_json(Path(__file__).parent / "claims.json")
 

@@ -1,13 +1,13 @@
 """`nvhchain tradeoff` measures and finds what it has measured; tolerances on the command line."""
 
 import pytest
-from beside import run_here
 
 import nvhchain as nvh
 from nvhchain.cli import main, parser
 from nvhchain.errors import InputError
 from nvhchain.fidelity import DRAFT
 from nvhchain.scene.radiator import radiator_velocity
+from nvhchain.testing.sweep_here import run_here
 from nvhchain.tradeoff import sweep as sweeping
 
 

@@ -15,13 +15,13 @@ from dataclasses import replace
 import numpy as np
 import psutil
 import pytest
-from beside import run_here
 
 import nvhchain as nvh
 from nvhchain.case import HousingModel, SurfaceFile
 from nvhchain.errors import InputError
 from nvhchain.files.shelf import key_in
 from nvhchain.plots.tradeoff import accuracy_cost
+from nvhchain.testing.sweep_here import run_here
 from nvhchain.tradeoff import (
     Deviation,
     Knob,

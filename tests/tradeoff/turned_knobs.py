@@ -1,9 +1,12 @@
 """Every knob turned on a case small enough to be measured again: the single stage of `small_gearbox`, and spheres.
 
+Measure claims.json again: `python -m tests.tradeoff.turned_knobs OUT`; state in the commit why it changed.
+
 What a knob leaves alone is made once. Of the acoustics one line of the housing's motion is radiated; what goes on
 between lines, and from surface to surface, is seen on spheres.
 """
 
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -12,14 +15,23 @@ from pathlib import Path
 from unittest.mock import patch
 
 import numpy as np
-from small_gearbox import TINY, gearbox
 
 import nvhchain as nvh
 from nvhchain.case import FieldPoint, RadiatorCase, Ramp, Sphere
 from nvhchain.chain.result import Result
 from nvhchain.fidelity import Fidelity, HousingFidelity
 from nvhchain.housing import reduction
-from nvhchain.tradeoff import KNOBS, Deviation, deviation, deviation_in_time, variants
+from nvhchain.testing.coarse_runs import TINY, small_gearbox
+from nvhchain.tradeoff import (
+    KNOBS,
+    Deviation,
+    Measurement,
+    Tradeoff,
+    as_json,
+    deviation,
+    deviation_in_time,
+    variants,
+)
 
 EVERY_VALUE = ("dynamics", "acoustics.radiation")
 """Stage and knob whose values cost next to nothing; of others the first that differs from the base is tried."""
@@ -37,7 +49,7 @@ STRIKING = "dynamics.bent_ways"
 
 def measured(folder: Path) -> dict[tuple[str, str], Deviation]:
     """(knob, value) → error against `TINY`.  folder: of operators."""
-    case = gearbox()
+    case = small_gearbox()
     orders = [float(order) for order in case.mesh_orders.values()]
     found: dict[tuple[str, str], Deviation] = {}
     with shared_meshes():
@@ -126,3 +138,10 @@ def shared_meshes() -> Iterator[None]:
 
     with patch.multiple(reduction, mesh_casting=mesh, radiating_surface=envelope):
         yield
+
+
+if __name__ == "__main__":
+    rows = [Measurement("base", "tiny", {}, None)]
+    rows += [Measurement(knob, value, {}, error) for (knob, value), error in measured(Path(sys.argv[1])).items()]
+    claims = Tradeoff("single-stage", "tiny", tuple(rows))  # times are no claims
+    Path(__file__).with_name("claims.json").write_text(as_json(claims), encoding="utf-8")

@@ -1,23 +1,39 @@
-"""Closed bodies and exact fields that the acoustics tests share."""
+"""Closed bodies for boundary elements, and the exact field of a point source."""
+
+from __future__ import annotations
 
 import itertools
+from collections.abc import Callable, Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from nvhchain.acoustics import sphere
-from nvhchain.handoff import Surface, SurfaceVelocity
+from nvhchain.conventions import Air
+from nvhchain.handoff import ComplexArray, FloatArray, Surface, SurfaceVelocity
 
 
-def box(size, edge, remove=None, alike=False):
-    """Closed surface of cubes of side `edge` filling `size`, without the cubes for which `remove(centre)` holds.
+def box(
+    size: ArrayLike, edge: float, remove: Callable[[FloatArray], bool] | None = None, alike: bool = False
+) -> Surface:
+    """Build the closed surface of cubes that fill a box.
 
-    alike: the diagonals of a wall all run one way, not to and fro.
+    Parameters
+    ----------
+    size : (3,)
+        Edges of the box, m, centred on the origin.
+    edge : float
+        Edge of a cube, m.
+    remove : callable, optional
+        True for the centre (3,) of a cube, m from the corner of the box, that is left empty.
+    alike : bool
+        Diagonals of a wall all run one way; they alternate otherwise.
     """
     counts = np.round(np.asarray(size) / edge).astype(int)
     filled = np.zeros(counts + 2, dtype=bool)
-    for cell in itertools.product(*(range(n) for n in counts)):
-        centre = (np.array(cell) + 0.5) * edge
-        filled[tuple(np.array(cell) + 1)] = remove is None or not remove(centre)
+    for place in itertools.product(*(range(n) for n in counts)):
+        centre = (np.array(place) + 0.5) * edge
+        filled[tuple(np.array(place) + 1)] = remove is None or not remove(centre)
     quads = []
     for cell in np.argwhere(filled):
         for axis, side in itertools.product(range(3), (0, 1)):
@@ -39,44 +55,59 @@ def box(size, edge, remove=None, alike=False):
     return Surface((vertices - 1) * edge - 0.5 * np.asarray(size), triangles)
 
 
-def cells(counts, size, alike=False):
-    """A `box` of this size, m, of so many cells along its axes, the rectangles on its walls halved."""
+def cells(counts: Sequence[int], size: ArrayLike, alike: bool = False) -> Surface:
+    """Build a `box` of `size` (3,) m, with `counts` (3,) rectangles along its axes, each halved."""
     body = box(counts, 1.0, alike=alike)
     return Surface(body.vertices * np.asarray(size) / counts, body.triangles)
 
 
-def united(*parts):
-    """One surface of several bodies."""
+def notched_box() -> Surface:
+    """Build three cubes of 0.1 m in an L, the small body that is not convex: 28 triangles, 16 vertices."""
+    return box((0.2, 0.2, 0.1), 0.1, remove=lambda centre: bool((centre[:2] > 0.1).all()))
+
+
+def united(*parts: Surface) -> Surface:
+    """Join several bodies into one surface."""
     first = np.cumsum([0, *(len(part.vertices) for part in parts[:-1])])
     triangles = [part.triangles + offset for part, offset in zip(parts, first, strict=True)]
     return Surface(np.vstack([part.vertices for part in parts]), np.vstack(triangles))
 
 
-def twice(body, shift):
-    """A body and its like, `shift` (3,) m apart."""
+def twice(body: Surface, shift: ArrayLike) -> Surface:
+    """Join a body and its copy, `shift` (3,) m apart."""
     return united(body, Surface(body.vertices + np.asarray(shift), body.triangles))
 
 
-def resonator(cell=0.02):
-    """A cube of 120 mm with a cavity of 80 mm behind a neck of 20 × 20 mm: resonates at 257 Hz with a Q of 210."""
+def resonator(cell: float = 0.02) -> Surface:
+    """Build a cube of 120 mm with a cavity of 80 mm behind a neck of 20 × 20 mm.
 
-    def hollow(centre):
+    Notes
+    -----
+    It resonates at 257 Hz with a Q of 210.
+    """
+
+    def hollow(centre: FloatArray) -> bool:
         place = np.round(np.asarray(centre) / cell - 0.5).astype(int)
         return bool(((place >= 1) & (place <= 4)).all()) or place.tolist() == [2, 2, 5]
 
     return box((6 * cell,) * 3, cell, remove=hollow)
 
 
-def source_field(points, position, k):
-    """Pressure and gradient of a point source, G = e^{-jkr}/(4 pi r)."""
+def source_field(points: FloatArray, position: ArrayLike, k: float) -> tuple[ComplexArray, ComplexArray]:
+    """Compute pressure (n,) and gradient (n, 3) of a point source at points (n, 3).
+
+    Notes
+    -----
+    G = e^{−jkr} / (4πr).
+    """
     offset = points - np.asarray(position)
     r = np.linalg.norm(offset, axis=1)
     pressure = np.exp(-1j * k * r) / (4 * np.pi * r)
     return pressure, -((1j * k + 1 / r) * pressure / r)[:, None] * offset
 
 
-def source_velocity(surface, position, frequency, air):
-    """Normal velocity that a point source inside the body gives its faces."""
+def source_velocity(surface: Surface, position: ArrayLike, frequency: ArrayLike, air: Air) -> SurfaceVelocity:
+    """Compute the normal velocity of the faces in the field of a point source inside the body."""
     omega = 2 * np.pi * np.atleast_1d(frequency)
     velocity = [
         np.einsum("fj,fj->f", source_field(surface.centroids, position, w / air.speed_of_sound)[1], surface.normals)
@@ -86,13 +117,8 @@ def source_velocity(surface, position, frequency, air):
     return SurfaceVelocity(np.atleast_1d(frequency), np.array(velocity), surface)
 
 
-def mean_edge(surface):
-    corners = surface.vertices[surface.triangles]
-    return float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).mean())
-
-
-def quartered(surface):
-    """Every triangle in four, one after the other."""
+def quartered(surface: Surface) -> Surface:
+    """Split every triangle into four, in the order of the triangles."""
     a, b, c = (surface.vertices[surface.triangles[:, i]] for i in range(3))
     corners = np.stack([[a, (a + b) / 2, (c + a) / 2], [(a + b) / 2, b, (b + c) / 2], [(c + a) / 2, (b + c) / 2, c],
                         [(a + b) / 2, (b + c) / 2, (c + a) / 2]])  # fmt: skip
@@ -101,22 +127,29 @@ def quartered(surface):
     return Surface(points[first], triangles.reshape(-1, 3))
 
 
-def shell(count, radius, seed=7):
-    """Points spread over a sphere."""
+def shell(count: int, radius: float, seed: int = 7) -> FloatArray:
+    """Spread points (n, 3) over a sphere at random."""
     x = np.random.default_rng(seed).normal(size=(count, 3))
-    return radius * x / np.linalg.norm(x, axis=1, keepdims=True)
+    return np.asarray(radius * x / np.linalg.norm(x, axis=1, keepdims=True))
 
 
-def turned(profile, around):
-    """Surface of revolution about z: (r, z) from the lower to the upper pole, both at r = 0, rings of `around` corners
-    turned by half a corner against each other."""
-    rings, vertices = [], [[[0.0, 0.0, profile[0][1]]]]
+def turned(profile: Sequence[tuple[float, float]], around: int) -> Surface:
+    """Build a surface of revolution about z.
+
+    Parameters
+    ----------
+    profile : sequence of (r, z)
+        From the lower to the upper pole, m; r = 0 at both.
+    around : int
+        Corners of a ring. Neighbouring rings are rotated by half a corner against each other.
+    """
+    rings, vertices = [], [np.array([[0.0, 0.0, profile[0][1]]])]
     for number, (r, z) in enumerate(profile[1:-1]):
         angle = 2 * np.pi * (np.arange(around) + 0.5 * (number % 2)) / around
         rings.append(1 + number * around + np.arange(around))
         vertices.append(np.stack([r * np.cos(angle), r * np.sin(angle), np.full(around, z)], axis=1))
-    vertices = np.concatenate([*vertices, [[0.0, 0.0, profile[-1][1]]]])
-    low, top = np.zeros(around, dtype=int), np.full(around, len(vertices) - 1)
+    corners = np.concatenate([*vertices, [[0.0, 0.0, profile[-1][1]]]])
+    low, top = np.zeros(around, dtype=int), np.full(around, len(corners) - 1)
     triangles = [np.stack([low, np.roll(rings[0], -1), rings[0]], axis=1)]
     for number, (a, b) in enumerate(itertools.pairwise(rings)):
         a_next, b_next = np.roll(a, -1), np.roll(b, -1)
@@ -125,11 +158,11 @@ def turned(profile, around):
         else:
             triangles += [np.stack(t, axis=1) for t in ((a, b_next, b), (a, a_next, b_next))]
     triangles.append(np.stack([top, rings[-1], np.roll(rings[-1], -1)], axis=1))
-    return Surface(vertices, np.concatenate(triangles))
+    return Surface(corners, np.concatenate(triangles))
 
 
-def cylinder(radius, half_length, around):
-    """Closed cylinder about z, its corners on the true one."""
+def cylinder(radius: float, half_length: float, around: int) -> Surface:
+    """Build a closed cylinder about z (lengths in m), its corners on the true one."""
     edge = 0.9 * 2 * np.pi * radius / around
     up, out = max(1, round(2 * half_length / edge)), max(1, round(radius / edge))
     lid = [(radius * i / out, -half_length) for i in range(out)]
@@ -137,8 +170,8 @@ def cylinder(radius, half_length, around):
     return turned([*lid, *wall, *((r, -z) for r, z in lid[::-1])], around)
 
 
-def capsule(radius, half_length, around):
-    """Cylinder about z with half spheres as ends, its corners on the true one."""
+def capsule(radius: float, half_length: float, around: int) -> Surface:
+    """Build a cylinder about z with half spheres as ends (lengths in m), its corners on the true one."""
     edge = 0.9 * 2 * np.pi * radius / around
     up, down = max(1, round(2 * half_length / edge)), max(2, round(0.5 * np.pi * radius / edge))
     angle = 0.5 * np.pi * np.arange(down + 1) / down
@@ -148,10 +181,23 @@ def capsule(radius, half_length, around):
     return turned([*end, *wall, *((r, -z) for r, z in end[::-1])], around)
 
 
-def round_normals(points, radius, half_length, flat_ends):
-    """Nearest points of the true cylinder (`flat_ends`), capsule or (half_length 0) sphere and the normals there.
+def round_normals(
+    points: FloatArray, radius: float, half_length: float, flat_ends: bool
+) -> tuple[FloatArray, FloatArray]:
+    """Find the nearest points of a true round body, and the normals there.
 
-    points: (n, 3) on facets of its surface.
+    Parameters
+    ----------
+    points : (n, 3)
+        On facets of its surface, m.
+    half_length : float
+        Half the length of the straight part, m; 0 for a sphere.
+    flat_ends : bool
+        The body is a `cylinder`; otherwise a `capsule`.
+
+    Returns
+    -------
+    nearest, normals : (n, 3)
     """
     offset = points.copy()
     offset[:, 2] -= points[:, 2] if flat_ends else np.clip(points[:, 2], -half_length, half_length)
@@ -165,9 +211,13 @@ def round_normals(points, radius, half_length, flat_ends):
     return nearest, normals
 
 
-def rotating_ellipsoids():
-    """Two of 320 faces that rotate about an axis not theirs, each with its normal velocity (n_face,): the icosahedron's
-    mesh, and one whose vertices were shifted."""
+def rotating_ellipsoids() -> list[tuple[Surface, FloatArray]]:
+    """Build two ellipsoids of 320 faces, each with its normal velocity (n_face,), that rotate about z.
+
+    Notes
+    -----
+    No axis of theirs is an axis of symmetry. One has the mesh of the icosahedron, the other has shifted vertices.
+    """
     rng = np.random.default_rng(0)
     unit = sphere(1.0, 2)
     shifted = unit.vertices + 0.3 * np.sqrt(unit.areas.mean()) * rng.uniform(-1, 1, unit.vertices.shape)
@@ -176,12 +226,14 @@ def rotating_ellipsoids():
     return [(b, np.einsum("fi,fi->f", np.cross([0.0, 0.0, 1.0], b.centroids), b.normals)) for b in found]
 
 
-def wedge(degrees, rows=3, length=0.1, width=0.06):
-    """A wedge of this angle with its edge along y, and `rows` of triangles from there to the back."""
+def wedge(degrees: float, rows: int = 3, length: float = 0.1, width: float = 0.06) -> Surface:
+    """Build a wedge with its edge along y and `rows` of triangles from there to the back (lengths in m)."""
     half = length * np.tan(np.radians(degrees) / 2.0)
-    at, numbers, quads = [], {}, []
+    at: list[tuple[float, float, float]] = []
+    numbers: dict[tuple[int, int, int], int] = {}
+    quads: list[list[int]] = []
 
-    def corner(i, j, side):
+    def corner(i: int, j: int, side: int) -> int:
         place = (i, j, side if i else 0)
         if place not in numbers:
             numbers[place] = len(at)

@@ -1,11 +1,17 @@
-"""A gearbox case whose scene as a whole is turned, mirrored or scaled, and a housing for it that is all formula."""
+"""Gearbox case whose scene as a whole is rotated, mirrored or scaled, and a housing for it made of formulas."""
+
+from __future__ import annotations
 
 from dataclasses import fields, replace
+from typing import Any
 
 import numpy as np
 
 from nvhchain.acoustics import sphere
-from nvhchain.handoff import ReducedHousing, Surface
+from nvhchain.case import GearboxCase
+from nvhchain.fidelity import Fidelity
+from nvhchain.handoff import FloatArray, ReducedHousing, Surface
+from nvhchain.housing import Casting
 
 _CASTING_LENGTHS = (
     "wall", "end_wall", "depth", "bell_depth", "draft", "chamfer", "boss_thickness", "cover_thickness", "flange_width",
@@ -13,8 +19,13 @@ _CASTING_LENGTHS = (
 )  # fmt: skip
 
 
-def scaled(case, fidelity, s):
-    """(case, fidelity) with lengths s, times s and the same materials: forces s², torques s³, the same pressures."""
+def scaled(case: GearboxCase, fidelity: Fidelity, s: float) -> tuple[GearboxCase, Fidelity]:
+    """Scale lengths and times of a case and its fidelity by `s`.
+
+    Notes
+    -----
+    The materials stay. Forces scale with s², torques with s³; pressures are the same.
+    """
     gears = tuple(
         replace(
             gear,
@@ -54,6 +65,7 @@ def scaled(case, fidelity, s):
         for bearing in case.bearings
     )  # fmt: skip
     casting = case.housing
+    assert isinstance(casting, Casting)
     casting = replace(
         casting,
         **{name: s * getattr(casting, name) for name in _CASTING_LENGTHS},
@@ -81,14 +93,20 @@ def scaled(case, fidelity, s):
     return moved, knobs
 
 
-def mapped(case, matrix):
-    """The case under an orthogonal map (3, 3) of the transverse plane; a mirror changes hand and sense of rotation."""
+def mapped(case: GearboxCase, matrix: FloatArray) -> GearboxCase:
+    """Map a case by an orthogonal matrix (3, 3) of the transverse plane.
+
+    Notes
+    -----
+    A mirror changes the hand of the gears and the sense of rotation.
+    """
     hand = round(float(np.linalg.det(matrix)))
 
-    def at(place):
+    def at(place: Any) -> Any:
         return tuple((matrix[: len(place), : len(place)] @ np.array(place)).tolist())
 
     casting = case.housing
+    assert isinstance(casting, Casting)
     return replace(
         case,
         gears=tuple(
@@ -106,8 +124,18 @@ def mapped(case, matrix):
     )
 
 
-def egg_housing(case, s=1.0, matrix=None):
-    """Five modes on a lopsided body, `s` times as large and under an orthogonal map; seats are those of the case."""
+def egg_housing(case: GearboxCase, s: float = 1.0, matrix: FloatArray | None = None) -> ReducedHousing:
+    """Make up a housing of five modes on a lopsided body, with the seats of the case.
+
+    Parameters
+    ----------
+    case : GearboxCase
+        Scaled by `s` and mapped by `matrix` already.
+    s : float
+        Scale of the body.
+    matrix : (3, 3), optional
+        Orthogonal map of the body.
+    """
     matrix, rng = np.eye(3) if matrix is None else matrix, np.random.default_rng(1)
     ball, count = sphere(0.1, 2), len(case.bearings)
     x, y, z = ball.vertices.T
@@ -131,10 +159,10 @@ def egg_housing(case, s=1.0, matrix=None):
     )
 
 
-def _blank(blank, s):
+def _blank(blank: Any, s: float) -> Any:
     lengths = [f.name for f in fields(blank) if f.name.endswith(("radius", "thickness", "offset", "fillet"))]
     return replace(blank, **{name: s * getattr(blank, name) for name in lengths if getattr(blank, name) is not None})
 
 
-def _times(s, place):
+def _times(s: float, place: Any) -> Any:
     return tuple(s * x for x in place)

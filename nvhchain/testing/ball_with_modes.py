@@ -1,38 +1,52 @@
-"""A sphere with three modes in the place of a gearbox housing, and what a run hands to its error band."""
+"""Sphere with three modes in the place of a gearbox housing, and the hand-offs of its run."""
+
+from __future__ import annotations
 
 from dataclasses import replace
 
 import numpy as np
 
-import nvhchain as nvh
 from nvhchain.acoustics import radiate, sphere, transfer_vectors
-from nvhchain.case import FieldPoint
+from nvhchain.case import FieldPoint, GearboxCase
 from nvhchain.fidelity import DRAFT
-from nvhchain.handoff import BearingForces, ForceSpectrum, ReducedHousing
+from nvhchain.handoff import (
+    BearingForces,
+    ComplexArray,
+    FieldPressure,
+    ForceSpectrum,
+    ReducedHousing,
+    SurfaceVelocity,
+    TransferVectors,
+)
 from nvhchain.housing import respond
 from nvhchain.housing.modes.truncation import FREQUENCY_ERROR
+from nvhchain.testing.coarse_runs import small_gearbox
 
 LINES = np.array([300.0, 900.0, 980.0, 1000.0, 1100.0, 1600.0])
+"""Hz."""
+
 POINTS = np.array([[0.0, 0.2, 0.9], [0.7, 0.0, 0.1]])
+"""Field points, m."""
+
 BEARINGS = ("A1", "A2", "B1", "B2")
 
 
-def load(*amplitudes):
-    """(n_f, 4, 3) N along every axis of the first bearing; nothing on the others."""
+def load(*amplitudes: float) -> ComplexArray:
+    """Compute forces (n_f, 4, 3) of these amplitudes, N, along every axis of the first bearing only."""
     force = np.zeros((len(amplitudes), len(BEARINGS), 3), complex)
     force[:, 0] = np.array(amplitudes)[:, None]
     return force
 
 
-def case(root):
-    """The small single stage up to 2 kHz, heard at two points; root: of the project."""
-    base = nvh.load_case(root / "cases" / "small" / "single_stage.toml")
-    points = tuple(FieldPoint(f"{i}", tuple(point)) for i, point in enumerate(POINTS))
-    return replace(base, field_points=points, band=replace(base.band, high=2000.0))
+def case() -> GearboxCase:
+    """Load the small single stage up to 2 kHz with two field points."""
+    return replace(
+        small_gearbox(2000.0), field_points=tuple(FieldPoint(f"{i}", (x, y, z)) for i, (x, y, z) in enumerate(POINTS))
+    )
 
 
-def housing(case):
-    """A sphere with modes at 500, 1000 and 2400 Hz, which move the first seat, and a residual."""
+def housing(case: GearboxCase) -> ReducedHousing:
+    """Make up a sphere with modes at 500, 1000 and 2400 Hz, which move the first seat, and a residual."""
     ball = sphere(0.1, 2)
     shapes = np.stack([np.ones(320), ball.normals[:, 2], ball.normals[:, 0]])
     seats = len(BEARINGS)
@@ -50,14 +64,16 @@ def housing(case):
     )
 
 
-def silent(housing):
-    """The sphere whose lowest mode moves the seat, not the surface; what is known of it is its frequency to 2 %."""
+def silent(housing: ReducedHousing) -> ReducedHousing:
+    """Stop the surface in the lowest mode, whose frequency is then certain to 2 % only."""
     shapes = housing.normal_shapes * np.array([0.0, 1.0, 1.0])[:, None]
     return housing.replace(normal_shapes=shapes, provenance={FREQUENCY_ERROR: [0.02, 0.0, 0.0]})
 
 
-def parts(case, housing):
-    """What a run hands to the band: pressure, velocity, vectors, forces."""
+def parts(
+    case: GearboxCase, housing: ReducedHousing
+) -> tuple[FieldPressure, SurfaceVelocity, TransferVectors, ForceSpectrum]:
+    """Compute the hand-offs from which the error band is made."""
     forces = ForceSpectrum(LINES, load(*np.ones(len(LINES))), BEARINGS, input_speed=188.5)
     velocity = respond(housing, forces)
     vectors = transfer_vectors(
@@ -66,8 +82,8 @@ def parts(case, housing):
     return radiate(vectors, velocity, fidelity=DRAFT.acoustics), velocity, vectors, forces
 
 
-def rising():
-    """One bearing's force at a mesh order of 20 from 1500 to 2100 rpm in 2 s, 3 N on every axis."""
+def rising() -> BearingForces:
+    """Make up a run-up from 1500 to 2100 rpm in 2 s: 3 N along every axis of one bearing, at a mesh order of 20."""
     rate, duration = 12_000.0, 2.0
     time = np.arange(int(rate * duration)) / rate
     speed = np.linspace(157.0, 220.0, len(time))

@@ -1,0 +1,1 @@
+"""Bodies, meshes, hand-offs and gearboxes made up for tests and benchmarks."""

@@ -1,0 +1,63 @@
+"""Whole runs as coarse as they can be, and a watcher that records their steps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from nvhchain.case import GearboxCase, load_case
+from nvhchain.fidelity import AcousticsFidelity, DynamicsFidelity, Fidelity, GearFidelity, HousingFidelity
+
+SMALL = Path(__file__).parents[2] / "cases" / "small" / "single_stage.toml"
+"""Case file of the small single stage in a checkout of the project."""
+
+COARSE = Fidelity(
+    "coarse",
+    GearFidelity(
+        profile_elements=4, width_layers=3, slices=6, angles_per_mesh=16, deflections=10, row_aspect=2.5,
+        load_pattern_tolerance=1e-2,
+    ),
+    DynamicsFidelity(time_step=40e-6),
+    HousingFidelity(element_size=0.04, elements_per_turn=10),
+    AcousticsFidelity(elements_per_wavelength=2.5, masters=64, master_tolerance_db=1.0),
+)  # fmt: skip
+"""Knobs for the two gearbox configurations up to 1.2 kHz."""
+
+TINY = Fidelity(
+    "tiny",
+    GearFidelity(
+        profile_elements=2, width_layers=2, slices=32, angles_per_mesh=16, deflections=10, row_aspect=2.5,
+        load_pattern_tolerance=1e-2,
+    ),
+    DynamicsFidelity(time_step=40e-6),
+    HousingFidelity(element_size=0.02, elements_per_turn=8),
+    AcousticsFidelity(elements_per_wavelength=2.5, masters=64, master_tolerance_db=1.0),
+)  # fmt: skip
+"""Knobs for the small single stage."""
+
+
+def small_gearbox(f_max: float = 2500.0) -> GearboxCase:
+    """Load the small single stage up to `f_max`, Hz; two modes of its housing lie below 2.5 kHz."""
+    case = load_case(SMALL)
+    assert isinstance(case, GearboxCase)
+    return replace(case, band=replace(case.band, high=f_max))
+
+
+@dataclass
+class Record:
+    """Watcher that records the steps of a run, and how each ended."""
+
+    began: list[str] = field(default_factory=list)
+    ended: list[tuple[str, str]] = field(default_factory=list)
+
+    def begin(self, stage: str) -> None:
+        """Record that a step has begun."""
+        self.began.append(stage)
+
+    def step(self, stage: str, done: int, total: int) -> None:
+        """Check the progress of a step."""
+        assert 0 <= done <= total
+
+    def end(self, stage: str, how: str) -> None:
+        """Record how a step ended."""
+        self.ended.append((stage, how))

@@ -113,12 +113,12 @@ def load_everything() -> None:
     import matplotlib.figure  # noqa: F401
     import scipy.signal  # noqa: F401
 
-    import nvhchain.chain  # noqa: F401
-    import nvhchain.chain.prefetch  # noqa: F401
-    import nvhchain.cli  # noqa: F401
-    import nvhchain.interop  # noqa: F401
-    import nvhchain.plots  # noqa: F401
-    import nvhchain.report  # noqa: F401
+    import nvhchain.chain
+    import nvhchain.chain.prefetch
+    import nvhchain.cli
+    import nvhchain.interop
+    import nvhchain.plots
+    import nvhchain.report
     import nvhchain.tradeoff  # noqa: F401
 
 

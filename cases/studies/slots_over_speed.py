@@ -5,7 +5,7 @@ python cases/studies/slots_over_speed.py OUT [publish]
 Steady states of cases/gearbox between 500 and 3000 rpm at `draft`, the case as it is at some speeds at `standard` too.
 Torque, damping of housing and bearings, and a rotor on the input are changed one at a time. Mesh laws, housing and
 transfer vectors are computed once, in OUT/operators; levels stay in OUT/levels-<fidelity>.json, so that a stopped run
-goes on. Writes two figures to OUT; with `publish` the page goes to docs/measured/chain and the figures to the documentation.
+goes on. Writes two figures to OUT; with `publish` the page and the figures go to the documentation.
 """
 
 from __future__ import annotations

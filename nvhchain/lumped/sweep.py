@@ -36,8 +36,8 @@ class SweepResponse:
     rms : (n_f, n_pair) array
         RMS of the oscillating part of x (m).
     cycle_rms : (n_f, n_pair) array
-        RMS about the mean of each mesh cycle (m), quadratic mean over the cycles; excludes the slow motion due to the
-        blank.
+        RMS about the mean of each mesh cycle (m), quadratic mean over the cycles.  It excludes the slow motion of
+        the blank.
     mean : (n_f, n_pair) array
         Mean of x (m).
     lowest, highest : (n_f, n_pair) array

@@ -21,7 +21,7 @@ force has κ times the half-space's logarithm of the distance:
 
     κ = (π/2)[sin²(W/2)/(W/2 + ½ sin W) + cos²(W/2)/(W/2 − ½ sin W)],    κ(180°) = 1.
 
-The displacement at x from the apex under a load at s follows the wedge beyond the farther of both, and the wedge ends
+The displacement at x from the apex under a load at s follows the wedge beyond the farther of both.  The wedge ends
 inside the tooth.  With d = max(x, s) the bracket gains ½(κ − 1) ln(1 + (m h/d)²).  For a flat punch on a strip at the
 edge the mean of ln d over both places is that of 2c e^(7ζ(3)/π² − 2 ln 2) = 1.173 c.  Inside the flank it grows to that
 from the logarithm of the middle's distance.

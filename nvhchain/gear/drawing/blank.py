@@ -1,7 +1,7 @@
 """Blanks, the bodies between bore and rim of a gear: solid, thin web, holes, slots, or a differential's carrier.
 
-Every blank gives three properties to the mesh: its web (a disc thinner than the face width), its cut-outs, and the
-order of its rotational symmetry.
+Every blank gives three properties to the mesh: its web, its cut-outs, and the order of its rotational symmetry.  A web
+is a disc thinner than the face width.
 """
 
 from __future__ import annotations

@@ -99,8 +99,8 @@ def load_distribution(
 def _carried(engagement: Engagement, angles: FloatArray, force: float) -> FloatArray:
     """Return one row per angle (n_angle, 6); the work of an executor.
 
-    The columns are sliding (1), arm (m) and offset (m) of the load, then the tilt stiffness (N m/rad) by the contact
-    problem and by independent slices, then the deflection (m).
+    The columns are sliding (1), arm (m) and offset (m) of the load, tilt stiffness (N m/rad), and deflection (m).  Tilt
+    stiffness takes two columns: by the contact problem, and by independent slices.
     """
     pair = engagement.pair
     guess, found = 1e-9 * force, []

@@ -1,6 +1,6 @@
 """Change of the bearing forces by mesh levels and options of the dynamics, in dB.
 
-    python -m benchmarks options OPERATORS [options speeds tilt ramp levels misaligned contact]
+    python -m benchmarks options OPERATORS [options speeds tilt ramp misaligned contact]
 
 Writes docs/measured/dynamics/options.md. OPERATORS: folder with the mesh laws and the housing that
 cases/studies/run_up.py leaves. The sections named (all, if none is) are measured anew and kept in
@@ -173,25 +173,11 @@ def along_ramp(folder: Path) -> dict[str, Any]:
     return found
 
 
-def levels(folder: Path) -> list[list[Any]]:
-    """Mesh level `stiffness` against `table`: torque in N m, whether flanks part, deviation in dB, at 2500 rpm."""
-    laws, housing = operators(folder)
-    rows = []
-    for torque in (250.0, 100.0, 25.0):
-        table = steady(gearbox_of("solid"), laws["solid"], housing, torque)
-        for gap in (False, True):
-            knobs = {"mesh_level": "stiffness", "contact_loss": gap}
-            found = steady(gearbox_of("solid"), laws["solid"], housing, torque, **knobs)
-            rows.append([torque, "yes" if gap else "no", *worst(found, table)])
-    return rows
-
-
 SECTIONS = {
     "options": options,
     "speeds": speeds,
     "tilt": tilt,
     "ramp": along_ramp,
-    "levels": levels,
     "misaligned": misaligned,
     "contact": contact,
 }
@@ -252,18 +238,6 @@ def table(found: dict[str, Any]) -> list[str]:
             *(
                 f"| {name} | {seconds:.2f} | {level - found['ramp']['off'][1]:+.3f} |"
                 for name, (seconds, level) in found["ramp"].items()
-            ),
-            "",
-        ]
-    if "levels" in found:
-        lines += [
-            "## `stiffness` against `table`, solid",
-            "",
-            "| input torque / N m | flanks part | worst mesh harmonic / dB | RMS / dB |",
-            "|---:|---|---:|---:|",
-            *(
-                f"| {load:g} | {gap} | {off:+.2f} (order {order:g}) | {rms:.2f} |"
-                for load, gap, off, rms, order in found["levels"]
             ),
             "",
         ]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from nvhchain.errors import require
 from nvhchain.fidelity.limits import whole, within
 
-MESH_LEVELS = ("stiffness", "table", "contact")
+MESH_LEVELS = ("table", "contact")
 """Models of a gear mesh in the time loop, the simplest first."""
 
 
@@ -25,10 +25,8 @@ class DynamicsFidelity:
     mesh forces in a step, relative to the largest tabulated force; reached within contact_iterations.
     stored_samples_per_period: samples of a run-up's record in the shortest period of the band, at least.
     stopband_attenuation: dB by which what would fold back into the band is lowered before a run-up is thinned out.
-    mesh_level: `table`, the mesh law F(θ, δ); `stiffness`, its tangent k(θ) at the nominal force, without a gap;
-    `contact`, the contact problem itself at every step (slow: the yardstick of the others).
-    contact_loss: whether at the level `stiffness` flanks part, with the law's backlash, instead of pulling.
-    edge_cells: of deflection, over which the ends of the gap are resolved where contact_loss is set.
+    mesh_level: `table`, the mesh law F(θ, δ); `contact`, the contact problem itself at every step (slow: the yardstick
+    of the table).
     face_points: of a mesh across its face, at which it carries: one, at mid-width, or more, which feel the tilt of the
     gears.
     gyroscopic: whether the shafts' spin turns their tilting.  gyroscopic_speeds: at which the modes are taken along a
@@ -50,8 +48,6 @@ class DynamicsFidelity:
     stored_samples_per_period: float = 5.0
     stopband_attenuation: float = 100.0
     mesh_level: str = "table"
-    contact_loss: bool = False
-    edge_cells: int = 64
     face_points: int = 1
     gyroscopic: bool = False
     gyroscopic_speeds: int = 16
@@ -73,20 +69,13 @@ class DynamicsFidelity:
             ("contact_iterations", 0, 10_000),
             ("stored_samples_per_period", 2.56, 1e4),
             ("stopband_attenuation", 20.0, 200.0),
-            ("edge_cells", 1, 10_000),
             ("face_points", 1, 16),
             ("gyroscopic_speeds", 1, 1000),
             ("shaft_element", 1e-4, 1.0),
             ("shaft_frequency", 0.0, 1e6),
         )
-        whole(
-            self, "dynamics", "angle_refinement", "contact_iterations", "edge_cells", "face_points", "gyroscopic_speeds"
-        )
+        whole(self, "dynamics", "angle_refinement", "contact_iterations", "face_points", "gyroscopic_speeds")
         require(
             self.mesh_level in MESH_LEVELS,
             f"dynamics mesh_level = {self.mesh_level!r} is unknown: choose from {', '.join(MESH_LEVELS)}",
-        )
-        require(
-            not self.contact_loss or self.mesh_level == "stiffness",
-            f"dynamics contact_loss belongs to the mesh level `stiffness`; at {self.mesh_level!r} flanks part anyhow",
         )

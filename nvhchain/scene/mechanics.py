@@ -162,8 +162,6 @@ def dynamics_stage(case: GearboxCase, fidelity: Fidelity) -> Stage:
         stored = steps * recorded_outputs(case)
         record = _MEGABYTES_PER_STEP_AND_OUTPUT * steps * (3 * len(case.bearings) + 2)
     seconds += _SECONDS_PER_SAMPLE_AND_OUTPUT * stored
-    if knobs.mesh_level == "stiffness":
-        level = f"{meshes} mesh stiffnesses over the angle" + ", flanks that part" * knobs.contact_loss
     if knobs.mesh_level == "contact":
         level = f"the contact problem of {meshes} meshes in every step"
         solved = steps if case.operation.ramp else steps + _settling_time(case, fidelity) / knobs.time_step

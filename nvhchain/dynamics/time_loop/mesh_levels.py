@@ -1,4 +1,4 @@
-"""Mesh models beside the table F(θ, δ): its tangent k(θ) below it, the contact problem itself above it."""
+"""Mesh level `contact`: the contact problem solved in every step, the yardstick of the table F(θ, δ)."""
 
 from __future__ import annotations
 
@@ -7,89 +7,16 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial.legendre import leggauss
-from scipy.interpolate import PchipInterpolator
 
-from nvhchain.dynamics.model.assembly import Assembly
-from nvhchain.dynamics.time_loop.law_table import LawTable
 from nvhchain.dynamics.time_loop.propagator import Propagator
 from nvhchain.errors import InputError, SolverError
 from nvhchain.handoff import FloatArray, MeshLaw
 
-TANGENT_REACH = 5.0
-"""Motion beyond so many times the ends of a tangent law, ten times the deflections of the law itself, is none of it."""
 FLAT = 0.3
 """Of the slope at its start, to which a line search of the level `contact` leads."""
 ContactForce = Callable[[float, FloatArray], FloatArray]
 """Force of a mesh, (n,) N along the flank normal, at a wheel angle in rad and deflections (n,) m: what a `MeshLaw`
 tabulates, > 0 on the drive flank, 0 in the gap, < 0 on the back flank."""
-
-
-def tangent_law(law: MeshLaw, force: float, edge_cells: int = 0) -> MeshLaw:
-    """The law's tangent at `force` (N, along the flank normal), k(θ) (δ − e(θ)).
-
-    Tangents are those of a monotone cubic through each row. Without `edge_cells` there is no gap: where the tangent
-    pulls, the back flank carries, along its own normal. With them the drive flank carries by its tangent from
-    δ = e(θ) on, the back flank by the one at −`force` up to its own zero, nothing in between, and both ends of the gap
-    are resolved by so many cells over all that the angle moves them. Raises InputError where the law has no stiffness
-    at `force`.
-    """
-    stiffness, offset = _tangents(law, force)
-    reach = 2.0 * float(np.abs(law.deflection).max())
-    line = np.array([-reach, reach])
-    if not edge_cells:
-        return law.replace(deflection=line, force=stiffness[:, None] * (line - offset[:, None]))
-    other = _tangents(law, -force)
-    (drive, front), (back, behind) = ((stiffness, offset), other) if force > 0.0 else (other, (stiffness, offset))
-    ends = [np.linspace(edge.min(), edge.max(), edge_cells + 1) for edge in (behind, front)]
-    # the slope of a row is whole from the first node beyond its own end of the gap
-    grid = np.unique(np.concatenate([line, *(np.append(e, [2 * e[0] - e[1], 2 * e[-1] - e[-2]]) for e in ends)]))
-    pushed = drive[:, None] * np.maximum(grid - front[:, None], 0.0)
-    return law.replace(deflection=grid, force=pushed + back[:, None] * np.minimum(grid - behind[:, None], 0.0))
-
-
-def _tangents(law: MeshLaw, force: float) -> tuple[FloatArray, FloatArray]:
-    """Slope in N/m and zero in m of the tangent of every row at `force`."""
-    stiffness, offset = np.empty(len(law.angle)), np.empty(len(law.angle))
-    for i, row in enumerate(law.force):
-        curve = PchipInterpolator(law.deflection, row, extrapolate=True)
-        where = [x for x in np.atleast_1d(curve.solve(force)) if curve(x, 1) > 0.0]
-        if not where:
-            raise InputError(
-                f"mesh level `stiffness`: the law with teeth {law.teeth} has no stiffness at {force:.6g} N, what its "
-                "torque asks for: load the gearbox or use the level `table`"
-            )
-        at = where[-1] if force >= 0.0 else where[0]
-        stiffness[i] = curve(at, 1)
-        offset[i] = at - force / stiffness[i]
-    return stiffness, offset
-
-
-def check_tangents(
-    assembly: Assembly, table: LawTable, force: FloatArray, time: FloatArray, deflection: FloatArray
-) -> None:
-    """SolverError where motion has outgrown the tangents of `table`, taken at `force` (n_mesh,) N.
-
-    A tangent that varies much over the angle, as it does where the load hardly closes the flanks, drives the motion
-    like any parametric stiffness, and nothing limits it.
-    time (n,): s.  deflection (n, 2 n_row): m, of the contacts.
-    """
-    for row in np.flatnonzero(assembly.share > 0.0):
-        mesh = assembly.mesh[row]
-        limit = TANGENT_REACH * float(np.abs(table.deflection[row]).max())
-        # of the flank that is pressed: soft bearings let the other one out of reach
-        reached = deflection[:, 2 * row : 2 * row + 2].max(axis=1)
-        beyond = np.flatnonzero(~(reached <= limit))
-        if len(beyond) > 0:
-            cells, rows = table.cells[row], table.rows[row]
-            ends = slice(cells - 2, cells) if force[mesh] >= 0.0 else slice(0, 2)
-            rise = np.diff(table.force[row, :rows, ends], axis=1) / np.diff(table.deflection[row, ends])
-            slope, of = rise / assembly.share[row], assembly.gearbox.meshes[mesh]
-            raise SolverError(
-                f"mesh {of.pinion_shaft}–{of.wheel_shaft}: the motion has grown to {1e6 * reached[beyond[0]]:.4g} µm "
-                f"at t = {time[beyond[0]]:.6g} s (limit {1e6 * limit:.4g} µm). The mesh level `stiffness` takes the "
-                f"law's tangent at {force[mesh]:.4g} N, {slope.min():.3g}…{slope.max():.3g} N/m over the angle, "
-                "which drives such motion and has no meaning there: use the level `table`"
-            )
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from nvhchain.dynamics.model.assembly import Assembly, assemble
 from nvhchain.dynamics.model.gearbox import Gearbox
 from nvhchain.dynamics.model.train import shaft_torques
 from nvhchain.dynamics.time_loop.law_table import LawTable, mean_slope, tabulate
-from nvhchain.dynamics.time_loop.mesh_levels import ContactForce, ContactLoop, check_tangents, contact_loop, tangent_law
+from nvhchain.dynamics.time_loop.mesh_levels import ContactForce, ContactLoop, contact_loop
 from nvhchain.dynamics.time_loop.propagator import (
     ModalForm,
     Propagator,
@@ -48,7 +48,6 @@ class Simulation:
     tolerance: N, admissible residual of the contact forces, reached within `iterations`.
     bent: whether the excess forces of a step take what `_bend` says.
     contact_loop: solves the contact problem at every step instead of reading `table`, if there is one.
-    tangent_force (n_mesh,): N, at which the tangents were taken at the mesh level `stiffness`; empty at the others.
     """
 
     assembly: Assembly
@@ -68,7 +67,6 @@ class Simulation:
     iterations: int
     bent: bool = False
     contact_loop: ContactLoop | None = None
-    tangent_force: FloatArray = field(default_factory=lambda: np.zeros(0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,9 +118,6 @@ def simulation(
             "the mesh level `contact` has no bent_ways: take a shorter time_step, or the level `table`",
         )
         loop = contact_loop(contact_forces, mesh_laws)
-    if fidelity.mesh_level == "stiffness":
-        edge_cells = fidelity.edge_cells if fidelity.contact_loss else 0
-        mesh_laws = [tangent_law(law, force, edge_cells) for law, force in zip(mesh_laws, nominal, strict=True)]
     table = tabulate(laws_of_rows(assembly, mesh_laws, nominal), fidelity.angle_refinement)
     return _discretised(
         assembly,
@@ -134,7 +129,6 @@ def simulation(
         fidelity.contact_iterations,
         fidelity.bent_ways,
         loop,
-        nominal if fidelity.mesh_level == "stiffness" else np.zeros(0),
     )
 
 
@@ -160,7 +154,6 @@ def _discretised(
     iterations: int,
     bent: bool,
     loop: ContactLoop | None,
-    tangent_force: FloatArray,
 ) -> Simulation:
     """Diagonalise and discretise (fields of `Simulation`; time_step in s)."""
     modes = modal_form(assembly, contact_stiffness)
@@ -189,7 +182,6 @@ def _discretised(
         iterations,
         bent,
         loop,
-        tangent_force,
     )
 
 
@@ -205,7 +197,6 @@ def at_speed(model: Simulation, input_speed: float) -> Simulation:
         model.iterations,
         model.bent,
         model.contact_loop,
-        model.tangent_force,
     )
 
 
@@ -283,12 +274,6 @@ def advance(
         re_im, excess, model.tolerance, model.iterations, stride, states, excesses, turned_to, past,
         scratch, np.zeros((7, n_c), np.int64), np.zeros((n_c, n_c + 1)), np.zeros(n_z),
     )  # fmt: skip
-    if len(model.tangent_force):
-        last = failed if failed >= 0 else n_step
-        time = start_time + model.step.step * np.append(np.arange(0, min(last + 1, n_step), stride), last)
-        with np.errstate(over="ignore", invalid="ignore"):
-            reached = np.vstack([states[: len(time) - 1] @ model.contact_output.T, scratch[0]])
-        check_tangents(model.assembly, model.table, model.tangent_force, time, reached)
     if failed >= 0:
         raise SolverError(
             f"mesh forces did not converge at t = {start_time + failed * model.step.step:.6g} s within "

@@ -47,7 +47,8 @@ def in_memory(write: Callable[[BytesIO], object]) -> memoryview:
 def write_whole(path: Path, content: Content | Iterable[Content]) -> Path:
     """Write `content` under a name of its own beside `path`, read it back from the disk, and rename it.
 
-    What killed processes left unfinished in the folder is removed.  Raises WriteError where the system refuses or the disk returns something else; `path` is then what it was before.
+    Unfinished files of killed processes in the folder are removed.  Raises WriteError where the system refuses or the
+    disk returns something else; `path` is then what it was before.
     """
     pieces = [content] if isinstance(content, Content) else content
     remove_left(path.parent, ".nvhchain-*.part")

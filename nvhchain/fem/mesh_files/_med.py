@@ -1,4 +1,4 @@
-"""Arrays of a MED file → npz on stdout; run as a process of its own by its path, so that only NumPy and h5py are loaded."""
+"""Arrays of a MED file → npz on stdout; run as a process by its path, so that only NumPy and h5py are loaded."""
 
 from __future__ import annotations
 

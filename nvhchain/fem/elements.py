@@ -14,6 +14,7 @@ from functools import cache
 import numpy as np
 
 from nvhchain.errors import InputError
+from nvhchain.fem.quadrature import tetrahedron_rule
 from nvhchain.fem.wedge import wedge15_shape, wedge_rule
 from nvhchain.handoff import FloatArray
 
@@ -47,8 +48,8 @@ def reference_element(kind: str) -> ReferenceElement:
     """The tabulated element of `kind` `tet10`, `wedge15` or `hex20`."""
     if kind == "tet10":
         # Straight-sided: strain energy is of degree 2, kinetic energy of degree 4. The 4-point rule is the usual
-        # choice for curved ones as well; the rules of degree 3 and 4 have negative weights, hence 5 for the mass.
-        return _tabulate(tet10_shape, _tetrahedron_rule(2), _tetrahedron_rule(5))
+        # choice for curved ones as well; of those of degree 4 the one with 14 points has no negative weights.
+        return _tabulate(tet10_shape, _tetrahedron_rule(2), _tetrahedron_rule(4))
     if kind == "hex20":
         rule = _brick_rule(3)
         return _tabulate(hex20_shape, rule, rule)
@@ -105,11 +106,8 @@ def hex20_shape(points: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 def _tetrahedron_rule(degree: int) -> _Rule:
     """Points (q, 3) and weights (q,) of the unit tetrahedron, exact to `degree`."""
-    from skfem.quadrature import get_quadrature
-    from skfem.refdom import RefTet
-
-    points, weights = get_quadrature(RefTet, degree)
-    return np.ascontiguousarray(points.T), weights
+    points, weights = tetrahedron_rule(degree)
+    return np.ascontiguousarray(points[1:].T), weights / 6.0
 
 
 def _brick_rule(order: int) -> _Rule:

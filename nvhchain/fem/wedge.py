@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from nvhchain.fem.quadrature import triangle_rule
 from nvhchain.handoff import FloatArray
 
 
@@ -46,10 +47,7 @@ def wedge15_shape(points: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 def wedge_rule(degree: int, order: int) -> tuple[FloatArray, FloatArray]:
     """Points (q, 3) and weights (q,): a triangle rule exact to `degree` times `order` Gauss points along t."""
-    from skfem.quadrature import get_quadrature
-    from skfem.refdom import RefTri
-
-    plane, area = get_quadrature(RefTri, degree)
+    plane, area = triangle_rule(degree)
     t, length = np.polynomial.legendre.leggauss(order)
-    points = np.column_stack([np.repeat(plane.T, order, axis=0), np.tile(t, len(area))])
-    return points, (area[:, None] * length).ravel()
+    points = np.column_stack([np.repeat(plane[1:].T, order, axis=0), np.tile(t, len(area))])
+    return points, (0.5 * area[:, None] * length).ravel()

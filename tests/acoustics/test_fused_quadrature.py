@@ -16,9 +16,8 @@ from nvhchain.acoustics.fused.quadrature import (
     oscillation_error,
     product_rule,
     touching_rule,
-    triangle_rule,
 )
-from nvhchain.errors import InputError
+from nvhchain.fem.quadrature import triangle_rule
 from nvhchain.fidelity import STANDARD
 from nvhchain.handoff import Surface
 
@@ -34,16 +33,6 @@ def reciprocal_distance(rule, first, second):
     distance = np.linalg.norm(rule.first.T @ first - rule.second.T @ second, axis=1)
     areas = [0.5 * np.linalg.norm(np.cross(t[1] - t[0], t[2] - t[0])) for t in (first, second)]
     return areas[0] * areas[1] * (rule.weight / distance).sum()
-
-
-@pytest.mark.parametrize("degree", [1, 2, 3, 4, 5, 6, 7, 8, 12])
-def test_triangle_rule_is_exact_to_its_degree_with_positive_weights(degree):
-    points, weight = triangle_rule(degree)
-    assert (weight > 0).all()
-    for exponents in product(range(degree + 1), repeat=3):
-        if sum(exponents) <= degree:
-            value = weight @ np.prod(points.T ** np.array(exponents), axis=1)
-            assert value == pytest.approx(mean_of_monomial(exponents), rel=1e-12)
 
 
 @pytest.mark.parametrize("shared", [1, 2, 3])
@@ -96,11 +85,6 @@ def test_oscillation_error_falls_with_order_and_with_the_third_power_of_the_phas
 @pytest.mark.parametrize(("per_wavelength", "order"), [(100.0, 2), (4.5, 2), (2.8, 3), (0.7, 7)])
 def test_order_rises_only_where_elements_are_few_per_wavelength(per_wavelength, order):
     assert order_for(2, 2 * np.pi / per_wavelength, 2e-3) == order
-
-
-def test_an_order_beyond_the_tables_is_refused():
-    with pytest.raises(InputError, match="order 20 of a triangle is too high: 19 at most"):
-        triangle_rule(20)
 
 
 def test_needles_of_a_fan_take_higher_orders_where_they_are_near_each_other_alone(monkeypatch):

@@ -7,7 +7,8 @@ import pytest
 
 import nvhchain as nvh
 from nvhchain.acoustics.fused import mesh as fused_mesh
-from nvhchain.acoustics.fused.quadrature import order_for, triangle_rule
+from nvhchain.acoustics.fused.quadrature import order_for
+from nvhchain.fem.quadrature import triangle_rule
 from nvhchain.scene.radiation import close_points, far_points
 from nvhchain.testing import bodies
 

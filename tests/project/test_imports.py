@@ -19,7 +19,6 @@ HEAVY = {
     "numba",
     "scipy",
     "h5py",
-    "skfem",
     "numpy",
 }
 PROBE = """

@@ -11,7 +11,8 @@ import numpy as np
 
 from nvhchain.acoustics.fused.close_pairs import CHUNK, close_pairs
 from nvhchain.acoustics.fused.ordering import sorted_tiles
-from nvhchain.acoustics.fused.quadrature import in_chunks, product_rule, touching_rule, triangle_rule
+from nvhchain.acoustics.fused.quadrature import in_chunks, product_rule, touching_rule
+from nvhchain.fem.quadrature import triangle_rule
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import FloatArray, IntArray, Surface
 

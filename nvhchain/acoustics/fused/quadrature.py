@@ -12,11 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nvhchain.errors import require
+from nvhchain.fem.quadrature import HIGHEST_DEGREE, triangle_rule
 from nvhchain.handoff import ComplexArray, FloatArray, IntArray
-
-HIGHEST_ORDER = 19
-"""Of the triangle rules."""
 
 
 class PairRule(NamedTuple):
@@ -25,20 +22,6 @@ class PairRule(NamedTuple):
     first: FloatArray
     second: FloatArray
     weight: FloatArray
-
-
-@cache
-def triangle_rule(degree: int) -> tuple[FloatArray, FloatArray]:
-    """Symmetric rule, exact for polynomials up to at least `degree`: barycentric (3, n), positive weights (n,).
-
-    The rules of degree 3 and 7 have a negative weight, which spoils close pairs; the next higher ones stand in.
-    """
-    require(degree <= HIGHEST_ORDER, f"quadrature order {degree} of a triangle is too high: {HIGHEST_ORDER} at most")
-    from skfem.quadrature import get_quadrature
-    from skfem.refdom import RefTri
-
-    points, weight = get_quadrature(RefTri, {1: 2, 3: 4, 7: 8}.get(degree, degree))
-    return np.vstack([1.0 - points.sum(axis=0), points]), weight / weight.sum()
 
 
 @cache
@@ -55,13 +38,13 @@ def oscillation_error(degree: int, phase: float) -> float:
         points, weight = triangle_rule(order)
         return np.asarray(weight @ np.exp(1j * phase * (points.T @ height)))
 
-    return float(np.sqrt(np.mean(np.abs(mean(degree) - mean(HIGHEST_ORDER)) ** 2)))
+    return float(np.sqrt(np.mean(np.abs(mean(degree) - mean(HIGHEST_DEGREE)) ** 2)))
 
 
 def order_for(least: int, phase: float, tolerance: float) -> int:
     """Lowest triangle order from `least` up whose `oscillation_error` keeps to the tolerance, else the highest."""
-    orders = range(least, HIGHEST_ORDER)
-    return next((order for order in orders if oscillation_error(order, phase) <= tolerance), HIGHEST_ORDER)
+    orders = range(least, HIGHEST_DEGREE)
+    return next((order for order in orders if oscillation_error(order, phase) <= tolerance), HIGHEST_DEGREE)
 
 
 @cache

@@ -23,6 +23,7 @@ import psutil
 from packaging.requirements import Requirement
 
 from nvhchain.runtime import processes
+from nvhchain.runtime.extras import installed, remedy
 
 GMSH_PACKAGES = "libgl1 libglu1-mesa libxcursor1 libxft2 libxinerama1 libgomp1"
 """Debian packages that hold the libraries gmsh's wheel needs."""
@@ -84,6 +85,9 @@ def diagnose_acoustics() -> list[Finding]:
     """Compare both boundary element engines with closed forms and with each other on a sphere; takes 1 to 3 minutes."""
     findings, pressures = [], {}
     for engine in ("fused", "bempp"):
+        if engine == "bempp" and not installed("bempp_cl"):
+            findings.append(Finding("engine bempp", True, f"not installed, not tried ({remedy('bempp_cl')})"))
+            continue
         ok, said = _attempt(_ENGINE.format(engine=engine), ENGINE_SECONDS)
         if not ok:
             findings.append(Finding(f"engine {engine}", False, said, f"see the line {engine!r} of 'nvhchain doctor'"))
@@ -227,6 +231,8 @@ def _writable(folder: Path) -> bool:
 
 
 def _bempp() -> Finding:
+    if not installed("bempp_cl"):
+        return Finding("bempp", True, f"not installed, the engine fused alone is there ({remedy('bempp_cl')})")
     return Finding("bempp", *_attempt(_BEMPP), "reinstall it with 'pip install --force-reinstall bempp-cl'")
 
 
@@ -234,6 +240,8 @@ def _renderer() -> Finding:
     from nvhchain.handoff import Surface
     from nvhchain.plots.bodies._pyvista import render
 
+    if not installed("pyvista"):
+        return Finding("pictures", True, f"pyvista is not installed, matplotlib draws instead ({remedy('pyvista')})")
     corners = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
     body = Surface(corners, np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]))
     works = render(body, np.full((4, 3), 0.5), np.array([1.0, 1.0, 1.0])) is not None

@@ -39,7 +39,7 @@ fi
 
 # The build tool comes from the constraints too: an isolated build would fetch whatever is newest.
 "$VENV/bin/python" -m pip install --quiet -c constraints.txt setuptools
-"$VENV/bin/python" -m pip install --quiet -c constraints.txt --no-build-isolation -e '.[test,docs]'
+"$VENV/bin/python" -m pip install --quiet -c constraints.txt --no-build-isolation -e '.[all,test,docs]'
 
 library=$(find "$VENV/lib" -maxdepth 1 -name 'libgmsh.so*' | head -n 1)
 missing() {

@@ -6,7 +6,8 @@ from collections.abc import Collection
 from math import pi
 
 from nvhchain import housing
-from nvhchain.case import RADIATED, Case, GearboxCase
+from nvhchain.acoustics.systems.engines import check_engine
+from nvhchain.case import HEARD, RADIATED, Case, GearboxCase
 from nvhchain.errors import InputError, ResourceError
 from nvhchain.fidelity import Fidelity, GearFidelity
 from nvhchain.housing.reduction import check_bending_resolution, check_thin_walls
@@ -82,6 +83,8 @@ def check_knobs(case: Case, fidelity: Fidelity, given: Collection[str] = ()) -> 
     given: as `preflight` takes it.
     """
     radiated = sorted(RADIATED.intersection(case.quantities))
+    if (HEARD | RADIATED).intersection(case.quantities) and "transfer_vectors" not in given:
+        check_engine(case.engine)
     if radiated and fidelity.acoustics.radiation == "rayleigh":
         raise InputError(
             f"{case.name} asks for {', '.join(radiated)}, but the Rayleigh integral knows no pressure on the surface: "

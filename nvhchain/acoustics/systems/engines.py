@@ -18,6 +18,7 @@ from nvhchain.fidelity import STANDARD, AcousticsFidelity
 from nvhchain.handoff import FloatArray, RigidPlane, Surface
 from nvhchain.kinds import check_arguments
 from nvhchain.runtime.cluster import worker_memory
+from nvhchain.runtime.extras import check_installed
 from nvhchain.runtime.memory import free_memory
 from nvhchain.runtime.threads import blas_threads, granted, threads
 
@@ -49,8 +50,10 @@ _STRIPE_BYTES = 1536 * 2**20
 
 
 def check_engine(engine: str) -> None:
-    """Raise `InputError` unless `engine` names a boundary element engine."""
+    """Raise `InputError` unless `engine` names a boundary element engine that is installed."""
     require(engine in ENGINES, f"acoustic engine {engine!r} is unknown: choose from {', '.join(ENGINES)}")
+    if engine == "bempp":
+        check_installed("bempp_cl")
 
 
 def compile_kernels(engine: str, fidelity: AcousticsFidelity) -> None:

@@ -17,6 +17,7 @@ from nvhchain.handoff import BearingForces, FloatArray
 from nvhchain.interop.forces.channel_units import TIME_UNITS, unit_called
 from nvhchain.interop.forces.channels import Record
 from nvhchain.interop.forces.force_channels import OF_MESHES, beside_forces
+from nvhchain.runtime.extras import check_installed
 
 DIRECTIONS = ("scalar", "x", "y", "z", "rx", "ry", "rz")
 FORCE_TYPES = {0, 1, 9, 13}
@@ -47,6 +48,7 @@ def read_uff(path: Path) -> Record:
     systems contradict whatever is declared. Channels that hold no force, speed or displacement may be there as long as
     nobody asks for them.
     """
+    check_installed("pyuff")
     import pyuff
 
     try:

@@ -22,6 +22,7 @@ from nvhchain.interop.common.surface_motion import vertex_motion
 from nvhchain.plots._style import panels, styled
 from nvhchain.plots.bodies._pyvista_frames import render_frames
 from nvhchain.plots.bodies.surface import strongest_line
+from nvhchain.runtime.extras import check_installed
 
 COLOUR_MAP = "RdBu_r"
 BEND = 0.06
@@ -146,6 +147,8 @@ def _pictures(
 ) -> np.ndarray:
     """Pictures (n, height, width, 3) uint8 of states (n, n_face); the peak of `scale` (n, n_face) is full scale."""
     require(engine in _ENGINES, f"engine = {engine!r}: use {', '.join(_ENGINES)}")
+    if engine == "pyvista":
+        check_installed("pyvista")
     top = np.abs(scale).max(axis=1, keepdims=True)
     relative = states / np.where(top > 0, top, 1.0)
     diagonal = float(np.linalg.norm(np.ptp(surface.vertices, axis=0)))

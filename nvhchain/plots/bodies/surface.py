@@ -18,6 +18,7 @@ from nvhchain.errors import require
 from nvhchain.handoff import FloatArray, Surface, SurfaceVelocity
 from nvhchain.plots._style import styled
 from nvhchain.plots.bodies import _pyvista
+from nvhchain.runtime.extras import check_installed
 
 COLOUR_MAP = "inferno"
 
@@ -85,6 +86,8 @@ def surface_velocity(
     `rendered_surface` made of the same arguments; without one the engine draws.
     """
     require(engine in ("auto", "pyvista", "matplotlib"), f"engine = {engine!r}: use auto, pyvista or matplotlib")
+    if engine == "pyvista":
+        check_installed("pyvista")
     line = strongest_line(velocity) if line is None else line
     surface, normal_velocity = velocity.surface, velocity.normal_velocity[line]
     view = _view(velocity, line, dynamic_range, elevation, azimuth)

@@ -30,11 +30,6 @@ ROOT = Path(__file__).parents[2]
 FIDELITY = replace(
     nvh.STANDARD.acoustics, elements_per_wavelength=2.0, coarsest_elements_per_wavelength=1.5, masters=64
 )
-KINDS = {
-    "linear": replace(FIDELITY, interpolation="linear"),
-    "polynomial": replace(FIDELITY, interpolation="phase_removed", interpolation_points=6),
-    "rational": FIDELITY,
-}
 COUNTS = (9, 13, 17, 25, 37, 49)
 """Every one is an evenly spaced part of the LINES that are solved."""
 LINES = 145
@@ -90,15 +85,15 @@ def decibel(relative: float) -> float:
     return float(20 * np.log10(1 + relative))
 
 
-def wrong(atv: TransferVectors, truth: TransferVectors, kind: str) -> float:
+def wrong(atv: TransferVectors, truth: TransferVectors) -> float:
     """Largest error between masters, relative."""
-    difference = vectors_at(atv, truth.frequency, fidelity=KINDS[kind]).vectors - truth.vectors
+    difference = vectors_at(atv, truth.frequency, fidelity=FIDELITY).vectors - truth.vectors
     return float((np.linalg.norm(difference, axis=2) / np.linalg.norm(truth.vectors, axis=2)).max())
 
 
-def estimate(atv: TransferVectors, truth: TransferVectors, kind: str) -> float:
+def estimate(atv: TransferVectors, truth: TransferVectors) -> float:
     """The same as `error_weights` estimates it."""
-    smooth = interpolant(atv, KINDS[kind])
+    smooth = interpolant(atv, FIDELITY)
     sides = smooth.error_weights(truth.frequency)
     size = np.linalg.norm(truth.vectors, axis=2)
     return max(
@@ -115,12 +110,12 @@ def narrow_row(name: str, surface: Surface, points: FloatArray) -> str:
     cells = []
     for count in NARROW_COUNTS:
         atv = transfer_vectors(surface, points, np.linspace(low, high, count), fidelity=FIDELITY)
-        true = wrong(atv, truth, "rational")
-        cells.append(f"{decibel(true):.2g} ({decibel(estimate(atv, truth, 'rational')):.2g})")
+        true = wrong(atv, truth)
+        cells.append(f"{decibel(true):.2g} ({decibel(estimate(atv, truth)):.2g})")
     for tolerance in (1.0, 0.1):
         fidelity = replace(FIDELITY, master_tolerance_db=tolerance)
         atv = adaptive_transfer_vectors(surface, points, low, high, fidelity=fidelity)
-        cells.append(f"{len(atv.frequency)} ({decibel(wrong(atv, truth, 'rational')):.2g})")
+        cells.append(f"{len(atv.frequency)} ({decibel(wrong(atv, truth)):.2g})")
     return f"| {name} | {low:g} … {high:g} Hz | " + " | ".join(cells) + " |"
 
 
@@ -171,7 +166,7 @@ def close(_: Path) -> None:
                 rng.choice([12.0, 20, 21, 50, 100], BANDS), rng.uniform(2e3, 2580, BANDS), strict=True
             ):
                 atv = adaptive_transfer_vectors(surface, points, low, round(high), fidelity=fidelity)
-                found.append((len(atv.frequency), decibel(wrong(atv, truth, "rational"))))
+                found.append((len(atv.frequency), decibel(wrong(atv, truth))))
             masters, errors = np.array(found).T
             lines.append(
                 f"| {' : '.join(map(str, sides))} | {tolerance:g} dB | {masters.mean():.1f} | {errors.max():.2g} dB | "
@@ -187,8 +182,8 @@ def wide(out: Path) -> None:
         "",
         "Error (estimate) in dB with equally spaced masters:",
         "",
-        "| body | interpolation | " + " | ".join(map(str, COUNTS)) + " |",
-        "|---|---|" + "---:|" * len(COUNTS),
+        "| body | " + " | ".join(map(str, COUNTS)) + " |",
+        "|---|" + "---:|" * len(COUNTS),
     ]
     chosen = [
         "Masters chosen for an error in dB (true error in dB):",
@@ -196,47 +191,42 @@ def wide(out: Path) -> None:
         "| body | triangles | 1 dB | 0.3 dB | 0.1 dB |",
         "|---|---:|---:|---:|---:|",
     ]
-    curves: dict[tuple[str, str], list[float]] = {}
+    curves: dict[str, list[float]] = {}
     for name, (surface, high) in bodies().items():
         points = field_points(surface)
         grid = np.linspace(LOW, high, LINES)
         lines = np.union1d(grid, np.arange(246.0, 268.0, 2.0))
         truth = transfer_vectors(surface, points, lines, fidelity=FIDELITY)
         even = [part(truth, grid[:: (LINES - 1) // (count - 1)]) for count in COUNTS]
-        for kind in KINDS:
-            cells = []
-            for atv in even:
-                true = wrong(atv, truth, kind)
-                curves.setdefault((name, kind), []).append(decibel(true))
-                cells.append(f"{decibel(true):.2g} ({decibel(estimate(atv, truth, kind)):.2g})")
-            text.append(f"| {name} | {kind} | " + " | ".join(cells) + " |")
+        curves[name] = [decibel(wrong(atv, truth)) for atv in even]
+        estimates = [decibel(estimate(atv, truth)) for atv in even]
+        cells = [f"{true:.2g} ({told:.2g})" for true, told in zip(curves[name], estimates, strict=True)]
+        text.append(f"| {name} | " + " | ".join(cells) + " |")
         cells = []
         for tolerance in (1.0, 0.3, 0.1):
             fidelity = replace(FIDELITY, master_tolerance_db=tolerance)
             atv = adaptive_transfer_vectors(surface, points, LOW, high, fidelity=fidelity)
-            cells.append(f"{len(atv.frequency)} ({decibel(wrong(atv, truth, 'rational')):.2g})")
+            cells.append(f"{len(atv.frequency)} ({decibel(wrong(atv, truth)):.2g})")
         chosen.append(f"| {name} | {len(surface.triangles)} | " + " | ".join(cells) + " |")
     publish("acoustics/masters", "\n".join([*text, "", *chosen]) + "\n")
     draw(curves, out)
 
 
-def draw(curves: dict[tuple[str, str], list[float]], out: Path) -> None:
+def draw(curves: dict[str, list[float]], out: Path) -> None:
     """Error against number of masters."""
     import matplotlib
 
     matplotlib.use("Agg")
     from matplotlib import pyplot
 
-    names = list(dict.fromkeys(name for name, _ in curves))
+    names = list(curves)
     figure, axes = pyplot.subplots(1, len(names), figsize=(4 * len(names), 3.6), sharey=True, layout="constrained")
     for ax, name in zip(axes, names, strict=True):
-        for kind in KINDS:
-            ax.loglog(COUNTS, curves[name, kind], "o-", label=kind)
+        ax.loglog(COUNTS, curves[name], "o-")
         ax.set(title=name, xlabel="masters", xticks=COUNTS, xticklabels=COUNTS)
         ax.axhline(0.1, color="0.6", lw=0.8)
         ax.minorticks_off()
     axes[0].set_ylabel("worst error of a vector / dB")
-    axes[0].legend()
     out.mkdir(parents=True, exist_ok=True)
     figure.savefig(out / "masters.png", dpi=120)
 

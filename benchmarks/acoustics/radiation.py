@@ -1,6 +1,6 @@
 """Errors of the cheaper radiation levels and of coarser surfaces, time of stored operators.
 
-    python -m benchmarks radiation OUT [levels coarsening operators]
+    python -m benchmarks radiation OUT [levels operators]
 
 Every part leaves OUT/<part>.json; docs/measured/acoustics/radiation.md and radiation.png are written from those that
 are there. Bodies: a sphere with exact solutions (v_n = P_n(cos θ)), a box whose walls carry bending waves of random
@@ -181,33 +181,6 @@ def levels(out: Path) -> dict[str, Any]:
     return result
 
 
-def coarsening(out: Path) -> dict[str, Any]:
-    """Coarser surfaces for lower masters: seconds and level error against the fine surface (sphere: against exact)."""
-    result: dict[str, Any] = {}
-    reduced = gearbox(out, nvh.DRAFT)
-    for name, surface in (("sphere", acoustics.sphere(0.1, 3)), ("gearbox", reduced.surface)):
-        top = AIR.speed_of_sound / (4.5 * acoustics.surface.mean_edge(surface))
-        frequency = np.linspace(0.01, 1.0, MASTERS) * top
-        middle = 0.5 * (surface.vertices.min(axis=0) + surface.vertices.max(axis=0))
-        points = acoustics.array_points(RADIUS, middle)[::4]
-        velocities = sphere_modes(surface, frequency) if name == "sphere" else unit_forces(reduced, frequency)
-        rows = {}
-        for per_wavelength in (None, 4.5, 6.0, 8.0):
-            knobs = FINE
-            if per_wavelength:
-                ratios = (1.4, 2.0)
-                knobs = replace(FINE, coarse_edge_ratios=ratios, coarse_elements_per_wavelength=per_wavelength)
-            start = processor_time()
-            vectors = acoustics.transfer_vectors(surface, points, frequency, air=AIR, fidelity=knobs).vectors
-            seconds = processor_time() - start
-            pressure = applied(vectors, velocities)
-            if not per_wavelength:
-                true = sphere_field(points - middle, frequency, 0.1) if name == "sphere" else pressure
-            rows[f"{per_wavelength:g}" if per_wavelength else "fine"] = {"seconds": seconds, **errors(pressure, true)}
-        result[name] = {"frequency": frequency.tolist(), "faces": len(surface.triangles), "rows": rows}
-    return result
-
-
 def operators(out: Path) -> dict[str, Any]:
     """Pressure of 4000 lines at 10 points from modal transfer vectors; a run-up of 20 s."""
     reduced = gearbox(out, nvh.DRAFT)
@@ -312,24 +285,6 @@ def report(out: Path) -> str:
                     f"| {title} | {name} | {' | '.join(cells)} | {quick} | {f'{full:.0f}' if full else 'exact'} |"
                 )
         lines += ["", "![level error over frequency](radiation.png)", ""]
-    if "coarsening" in parts:
-        lines += [
-            "Coarser surfaces (edges 1.4 and 2 times as long, used up to a number of elements per wavelength) for",
-            "lower masters, remeshing included in the time; error of the mean level over",
-            f"points and excitations, largest and RMS over {MASTERS} masters up to 4.5 elements per wavelength of the",
-            "fine one:", "",
-            "| body | faces | elements per wavelength | processor s | largest / dB | RMS / dB | scatter / dB |",
-            "|---|---:|---|---:|---:|---:|---:|",
-        ]  # fmt: skip
-        for name, body in parts["coarsening"].items():
-            for row, value in body["rows"].items():
-                mean = np.array(value["mean"])
-                cells = [name, str(body["faces"]), row, f"{value['seconds']:.0f}"]
-                reference = name == "gearbox" and row == "fine"
-                numbers = (np.abs(mean).max(), np.sqrt((mean**2).mean()), np.sqrt(np.mean(np.square(value["scatter"]))))
-                cells += ["reference", "", ""] if reference else [f"{number:.2f}" for number in numbers]
-                lines.append("| " + " | ".join(cells) + " |")
-        lines.append("")
     if "operators" in parts:
         data = parts["operators"]
         lines += [
@@ -347,7 +302,6 @@ def report(out: Path) -> str:
 
 PARTS: dict[str, Callable[[Path], dict[str, Any]]] = {
     "levels": levels,
-    "coarsening": coarsening,
     "operators": operators,
 }
 

@@ -1,21 +1,18 @@
 """Errors of sound power and cost of the radiation resistance.
 
-    python -m benchmarks sound_power OUT [power cancellation coarser mapped resistance]
+    python -m benchmarks sound_power OUT [power cancellation resistance]
 
-`power` compares with closed forms, `cancellation` takes motions whose parts cancel, `coarser` and `mapped` other
-surfaces. Every part leaves OUT/<part>.json; docs/measured/acoustics/sound_power.md is written from those that are
-there.
+`power` compares with closed forms, `cancellation` takes motions whose parts cancel. Every part leaves OUT/<part>.json;
+docs/measured/acoustics/sound_power.md is written from those that are there.
 """
 
 from __future__ import annotations
 
-import itertools
 import json
 import sys
 import time
 import warnings
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -27,8 +24,8 @@ from benchmarks.acoustics.radiation import AIR, RNG_SEED, bodies, decibel, gearb
 from benchmarks.publish import publish
 from nvhchain import acoustics, housing
 from nvhchain.acoustics.accuracy.cancellation import CANCELLATION
-from nvhchain.acoustics.surfaces.coarsening import coarsen, velocity_map
-from nvhchain.acoustics.surfaces.surface import mean_edge, width_to_length
+from nvhchain.acoustics.surfaces._gmsh import remesh
+from nvhchain.acoustics.surfaces.surface import SHARP_ANGLE, mean_edge, width_to_length
 from nvhchain.acoustics.surfaces.velocity_in_faces import within_faces
 from nvhchain.acoustics.systems.engines import check_memory, systems
 from nvhchain.acoustics.waves.multipoles import multipole_amplitudes
@@ -38,9 +35,6 @@ from nvhchain.handoff import ForceSpectrum, Surface, SurfaceVelocity
 
 MASTERS = (12, 17, 24)
 """Masters of radiation resistance between 50 and 4000 Hz."""
-
-COARSE_LINES = np.array([50.0, 100.0, 200.0, 400.0, 600.0])
-"""Hz; the last has six elements per wavelength on the surface with edges twice as long, of 50 mm."""
 
 LINES = 12
 """Lines whose sound power is solved one by one to compare with."""
@@ -111,7 +105,7 @@ def cancellation(_: Path) -> dict[str, Any]:
     rows: dict[str, Any] = {}
     for name, fine in whole.items():
         for ratio in (4.0, 3.0, 2.0):
-            body = coarsen(fine, ratio)
+            body = Surface(*remesh(fine.vertices, fine.triangles, ratio * mean_edge(fine), SHARP_ANGLE))
             shapes = np.cross(np.eye(3)[:, None], body.centroids[None])
             moving = within_faces(body) @ np.einsum("afx,fx->fa", shapes, body.normals)
             gradient = -1j * k * AIR.impedance * moving
@@ -129,82 +123,6 @@ def cancellation(_: Path) -> dict[str, Any]:
                 moves[2] = False  # about its own axis the facets alone move the air
             rows.setdefault(name, []).append([len(body.triangles), [float(x) for x in share[moves]]])
     return rows
-
-
-def coarser(_: Path) -> dict[str, Any]:
-    """Sound power of a box on a surface with edges twice as long, velocities mapped with all their flux, in dB over
-    that on its own surface."""
-    fidelity = AcousticsFidelity(elements_per_wavelength=3.0, masters=20)
-    box = bodies.box((0.45, 0.35, 0.25), 0.025)
-    rough = coarsen(box, 2.0)
-    x, normal = box.centroids, box.normals
-    lid = np.abs(normal[:, 2]) > 0.9
-    motions = {
-        "pulsating": np.ones(len(normal)),
-        "moving to and fro": normal[:, 0],
-        "rotating": np.einsum("fx,fx->f", np.cross([0.0, 0.0, 1.0], x), normal),
-    }
-    for waves in (1, 2, 3):
-        motions[f"lid and bottom bend in {waves} × {waves} waves"] = np.where(
-            lid, np.cos(2 * np.pi * waves * x[:, 0] / 0.45) * np.cos(2 * np.pi * waves * x[:, 1] / 0.35), 0.0
-        )
-    shapes = np.stack(list(motions.values()), axis=1)
-    found = [
-        acoustics.radiation_resistance(acoustics.SurfaceShapes(body, moved), COARSE_LINES, air=AIR, fidelity=fidelity)
-        for body, moved in ((box, shapes), (rough, velocity_map(box, rough) @ shapes))
-    ]
-    fine, other = ((np.abs(one.waves) ** 2).sum(axis=1) for one in found)
-    sizes = {"faces": [len(box.triangles), len(rough.triangles)]}
-    return sizes | {"rows": {name: decibel(other[:, i] / fine[:, i]).tolist() for i, name in enumerate(motions)}}
-
-
-def mapped(_: Path) -> list[list[Any]]:
-    """What `radiate` states of motions on coarser surfaces, against the truth, both of the loudest pressure; of every
-    body and ratio [body, ratio, triangles there, [[true, stated], …]].
-
-    Truth: boundary elements on the body's own surface.  Walls bend in up to 4 × 3 half waves, one alone or two that
-    face each other, the body moves to and fro, twists or shakes at random; at 30 points in the far field.
-    """
-    whole = {
-        "housing 0.45 × 0.35 × 0.25 m": bodies.box((0.45, 0.35, 0.25), 0.025),
-        "plate 0.4 × 0.3 × 0.05 m": bodies.box((0.4, 0.3, 0.05), 0.02),
-        "cube 0.2 m": bodies.box((0.2, 0.2, 0.2), 0.0125),
-        "L 0.2 × 0.2 × 0.1 m": bodies.box((0.2, 0.2, 0.1), 0.0125, remove=lambda c: c[0] > 0.1 and c[1] > 0.1),
-    }
-    rows = []
-    for (name, body), ratio in itertools.product(whole.items(), (2.0, 3.0, 4.0)):
-        half = 0.5 * float(np.linalg.norm(np.ptp(body.vertices, axis=0)))
-        points, motions, pairs = bodies.shell(30, 3.0 * half), _wall_motions(body), []
-        knobs = replace(nvh.STANDARD.acoustics, coarse_edge_ratios=(ratio,))
-        for frequency in np.array([0.8, 1.5, 3.0]) * AIR.speed_of_sound / (2 * np.pi * half):
-            atv = acoustics.transfer_vectors(body, points, [frequency], air=AIR, fidelity=knobs)
-            if "coarse_bands" not in atv.provenance:
-                continue
-            own = acoustics.transfer_vectors(body, points, [frequency], air=AIR).vectors[0]
-            for motion in motions:
-                found = acoustics.radiate(atv, SurfaceVelocity([frequency], motion[None].astype(complex), body))
-                exact = own @ motion
-                told = found.provenance.get("cancellation_error_dB", 0.0)
-                wrong = np.abs(found.pressure[0] - exact).max() / np.abs(exact).max()
-                pairs.append([float(20 * np.log10(1 + wrong)), told + atv.provenance["coarse_error_dB"]])
-        rows.append([name, ratio, len(coarsen(body, ratio).triangles), pairs])
-    return rows
-
-
-def _wall_motions(body: Surface) -> np.ndarray:
-    size, normal = np.ptp(body.vertices, axis=0), body.normals
-    x, y, _ = np.pi * ((body.centroids - body.vertices.min(axis=0)) / size).T
-    lid = normal[:, 2] > 0.5
-    along = np.outer(body.centroids[:, 0], [1.0, 0.0, 0.0])
-    return np.array(
-        [
-            *(np.sin(m * x) * np.sin(n * y) * lid for m, n in ((1, 1), (2, 1), (2, 2), (3, 2))),
-            *(np.cos(m * x) * np.cos(n * y) * normal[:, 2] for m, n in ((2, 2), (3, 3), (4, 3))),
-            normal[:, 2],
-            np.einsum("ij,ij->i", np.cross(along, body.centroids), normal),
-            np.random.default_rng(RNG_SEED).standard_normal(len(normal)),
-        ]
-    )
 
 
 def resistance(out: Path) -> dict[str, Any]:
@@ -257,36 +175,6 @@ def report(out: Path) -> str:
         for name, cells in parts["cancellation"].items():
             lines += [f"| {name} | {faces} | {', '.join(f'{x:.2g}' for x in share)} |" for faces, share in cells]
         lines.append("")
-    if "coarser" in parts:
-        data = parts["coarser"]
-        lines += [
-            f"Sound power of a box of 0.45 × 0.35 × 0.25 m on a surface of {data['faces'][1]} triangles instead of",
-            f"{data['faces'][0]}, velocities mapped with all their flux: dB too much. For that reason sound power and",
-            "radiation resistance leave `coarse_edge_ratios` alone:",
-            "",
-            "| motion | " + " | ".join(f"{f:g} Hz" for f in COARSE_LINES) + " |",
-            "|---|" + "---:|" * len(COARSE_LINES),
-        ]
-        for name, errors in data["rows"].items():
-            lines.append(f"| {name} | " + " | ".join(f"{error:.2f}" for error in errors) + " |")
-        lines.append("")
-    if "mapped" in parts:
-        lines += [
-            "What `radiate` states on coarser surfaces (`coarse_error_dB` and `cancellation_error_dB` together),",
-            "against the loudest pressure on the body's own surface, of motions that err by more than 0.3 dB; stated",
-            "over true as amplitudes:",
-            "",
-            "| body | edge ratio | triangles | motions | true / dB | stated over true |",
-            "|---|---:|---:|---:|---:|---:|",
-        ]
-        for name, ratio, faces, pairs in parts["mapped"]:
-            wrong = np.array([pair for pair in pairs if pair[0] > 0.3]).reshape(-1, 2)
-            cells = "| |"
-            if len(wrong):
-                over = np.divide(*(10 ** (wrong[:, ::-1].T / 20) - 1))
-                cells = f"| {wrong[:, 0].min():.1f} … {wrong[:, 0].max():.1f} | {over.min():.2g} … {over.max():.2g} |"
-            lines.append(f"| {name} | {ratio:g} | {faces} | {len(wrong)} of {len(pairs)} {cells}")
-        lines.append("")
     if "resistance" in parts:
         data = parts["resistance"]
         lines += [
@@ -307,8 +195,6 @@ def report(out: Path) -> str:
 PARTS: dict[str, Callable[[Path], dict[str, Any]]] = {
     "power": power,
     "cancellation": cancellation,
-    "coarser": coarser,
-    "mapped": mapped,
     "resistance": resistance,
 }
 

@@ -25,14 +25,13 @@ def radiation_error(
     """Name of the source and its relative error (n_f, 1) at `lines` (n_f,) Hz.
 
     Boundary elements: at the upper frequency, as a result says of itself (`told`, its provenance), of the nearest point
-    and of a coarser surface too; the error of their shape is left at the lowest.  Cheaper levels: of single points and
-    motions, at every line.
+    too; the error of their shape is left at the lowest.  Cheaper levels: of single points and motions, at every line.
     """
     if fidelity.radiation != "boundary_elements":
         return {"radiation": relative(level_error(surface, lines, case.air, fidelity.radiation))[:, None]}
     if "expected_error_dB" not in told:
         told = expected_accuracy(surface, None, float(lines[-1]), case.air, fidelity, case.engine)
-    worst = max(told.get(f"{which}_dB", 0.0) for which in ("expected_error", "expected_error_nearest", "coarse_error"))
+    worst = max(told.get(f"{which}_dB", 0.0) for which in ("expected_error", "expected_error_nearest"))
     sources = {"surface mesh": np.full((len(lines), 1), relative(worst))}
     if "quadrature_error" in told:
         sources["quadrature"] = np.full((len(lines), 1), QUADRATURE_MARGIN * told["quadrature_error"] / COVERAGE)

@@ -3,7 +3,7 @@
 A fidelity value changes how close the answer is; a case value changes what the answer is.
 """
 
-from nvhchain.fidelity.acoustics import INTERPOLATIONS, PRECISIONS, RADIATIONS, SOLVERS, AcousticsFidelity
+from nvhchain.fidelity.acoustics import PRECISIONS, RADIATIONS, SOLVERS, AcousticsFidelity
 from nvhchain.fidelity.dynamics import MESH_LEVELS, DynamicsFidelity
 from nvhchain.fidelity.gear import BODIES, GearFidelity
 from nvhchain.fidelity.housing import HousingFidelity
@@ -13,7 +13,6 @@ from nvhchain.fidelity.presets import DRAFT, PRESETS, REFERENCE, STANDARD, Fidel
 __all__ = [
     "BODIES",
     "DRAFT",
-    "INTERPOLATIONS",
     "LUMPED",
     "MESH_LEVELS",
     "PRECISIONS",

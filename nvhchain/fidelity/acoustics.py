@@ -11,9 +11,6 @@ from nvhchain.fidelity.limits import whole, within
 SOLVERS = ("auto", "direct", "iterative", "compressed")
 """Ways to solve boundary element systems."""
 
-INTERPOLATIONS = ("rational", "phase_removed", "linear")
-"""Ways to go from master frequencies to a line between them."""
-
 RADIATIONS = ("boundary_elements", "rayleigh", "equivalent_radiated_power")
 """Ways to go from surface velocity to sound, the exact one first."""
 
@@ -47,17 +44,9 @@ class AcousticsFidelity:
     solver_residual: of an iterative solution, relative to the right-hand side, reached within solver_iterations; a
         tenth of compression_error is enough for compressed matrices.
     compression_error: of the compressed matrices, relative (Frobenius norm, in every group of rows).
-    coarse_edge_ratios: lengths of the edges of coarser surfaces for lower frequencies, relative to the given surface;
-        none: every frequency on the given one.  coarse_elements_per_wavelength: of a coarser surface, at the highest
-        frequency it is used for; the lowest is that down to which octupoles keep to the error that
-        elements_per_wavelength stands for, ka = 0.6 or so.  Motions up to there keep to the error that the provenance
-        states (coarse_error_dB); walls that bend within four coarse edges lose more.  Transfer vectors alone take them,
-        not sound power (docs/measured/acoustics/sound_power.md).
     multipole_digits: decimal digits to which sound power resolves the spherical waves that leave the surface.
     radiation: `boundary_elements`, or a cheaper level (docs/measured/acoustics/radiation.md): `rayleigh`, every visible
         face in an infinite baffle, or `equivalent_radiated_power`, plane waves from every face, which knows no phase.
-    interpolation: between masters: `rational` functions or polynomials (`phase_removed`) of the vectors without their
-        phase, or `linear` (both for comparison).
     interpolation_points: nodes (masters, and below the band their mirror images) of one interpolated value.
     interpolation_poles: poles of the rational function through these nodes, at most.
     """
@@ -79,11 +68,8 @@ class AcousticsFidelity:
     solver_residual: float = 1e-10
     solver_iterations: int = 200
     compression_error: float = 1e-5
-    coarse_edge_ratios: tuple[float, ...] = ()
-    coarse_elements_per_wavelength: float = 6.0
     multipole_digits: float = 4.0
     radiation: str = "boundary_elements"
-    interpolation: str = "rational"
     interpolation_points: int = 8
     interpolation_poles: int = 6
     master_tolerance_db: float = 0.1
@@ -103,7 +89,6 @@ class AcousticsFidelity:
             ("gap_halvings", 0, 8),
             ("field_near_ratio", 0.01, 2.0),
             ("interpolation_points", 2, 16),
-            ("coarse_elements_per_wavelength", 2.0, 100.0),
             ("interpolation_poles", 1, 14),
             ("multipole_digits", 1.0, 12.0),
             ("master_tolerance_db", 1e-4, 20.0),
@@ -111,7 +96,7 @@ class AcousticsFidelity:
             ("solver_iterations", 1, 10_000),
             ("compression_error", 1e-7, 1e-2),
         )
-        for name in ("close_distances", "close_orders", "coarse_edge_ratios"):
+        for name in ("close_distances", "close_orders"):
             # lists cannot be hashed, and what is computed once per surface is kept by the knobs
             object.__setattr__(self, name, tuple(getattr(self, name)))
         whole(self, "acoustics", "masters", "quadrature_order", "singular_order", "gap_halvings")
@@ -129,11 +114,6 @@ class AcousticsFidelity:
             self.solver in SOLVERS,
             f"acoustics solver = {self.solver!r} is unknown: choose from {', '.join(SOLVERS)}",
         )
-        ratios = self.coarse_edge_ratios
-        require(
-            all(1.0 < ratio <= 20.0 for ratio in ratios),
-            f"acoustics coarse_edge_ratios = {ratios} must lie between 1 and 20: coarser than the given surface",
-        )
         require(
             self.radiation in RADIATIONS,
             f"acoustics radiation = {self.radiation!r} is unknown: choose from {', '.join(RADIATIONS)}",
@@ -141,8 +121,4 @@ class AcousticsFidelity:
         require(
             self.precision in PRECISIONS,
             f"acoustics precision = {self.precision!r} is unknown: choose from {', '.join(PRECISIONS)}",
-        )
-        require(
-            self.interpolation in INTERPOLATIONS,
-            f"acoustics interpolation = {self.interpolation!r} is unknown: choose from {', '.join(INTERPOLATIONS)}",
         )

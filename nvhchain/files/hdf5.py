@@ -196,6 +196,11 @@ def _read(group: Any, path: Path) -> HandOff:
     provenance = json.loads(group.attrs["provenance"])
     if not isinstance(provenance, dict):
         raise FileFormatError(f"{path}: its record of how it was made is no table: make it anew")
+    if "breaks" in group:
+        raise FileFormatError(
+            f"{path}: its transfer vectors come from coarser surfaces at low frequencies, which are no longer read: "
+            "compute them again"
+        )
     fields = {
         name: _read_field(group[name], quantity, path)
         for name, quantity in HAND_OFFS[kind].declared.items()

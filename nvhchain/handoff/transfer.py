@@ -59,8 +59,7 @@ class TransferVectors(HandOff):
     Notes
     -----
     Image vectors are the part of the vectors that reaches the points by way of the plane, as if it went to their mirror
-    images; their phase is that of the longer path.  From the master after a break on the vectors are those of another
-    surface (`fidelity.coarse_edge_ratios`), and nothing is known of the lines between both.
+    images; their phase is that of the longer path.
     """
 
     frequency: FloatArray = array("Hz", axes="frequency", meaning="master frequency", at_least=0.0)
@@ -74,16 +73,11 @@ class TransferVectors(HandOff):
     image_vectors: ComplexArray | None = array(
         "Pa s/m", axes="frequency, point, face", meaning="part by way of the plane", default=None
     )
-    breaks: FloatArray | None = array("Hz", axes="breaks", meaning="masters that end a piece of the band", default=None)
 
     def _check(self) -> None:
         require(
             (self.plane is None) == (self.image_vectors is None),
             "TransferVectors.image_vectors belong to a plane: give both or neither",
-        )
-        require(
-            self.breaks is None or bool(np.isin(self.breaks, self.frequency[:-1]).all()),
-            f"TransferVectors.breaks {self.breaks} Hz end pieces of the band: each must be a master, not the last",
         )
 
     def unfolded(self) -> TransferVectors:
@@ -105,7 +99,6 @@ class TransferVectors(HandOff):
             both,
             self.surface,
             self.air,
-            breaks=self.breaks,
             provenance=self.provenance,
         )
 

@@ -112,13 +112,7 @@ KNOBS: tuple[Knob, ...] = (
         ("solver", "compression_error", "solver_residual"),
         (("compressed", 1e-3, 1e-4), ("compressed", 1e-5, 1e-6)),
     ),
-    Knob(
-        "acoustics",
-        ("coarse_edge_ratios", "coarse_elements_per_wavelength"),
-        (((2.0, 4.0), 4.0), ((2.0,), 6.0)),
-    ),
     _one("acoustics", "master_tolerance_db", 1.0, 0.3, 0.1),
-    _one("acoustics", "interpolation", "linear", "phase_removed"),
     _one("acoustics", "interpolation_points", 4, 6),
     _one("acoustics", "interpolation_poles", 1, 3),
 )

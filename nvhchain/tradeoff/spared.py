@@ -13,7 +13,7 @@ _OF_OWN_ELEMENTS = {"element_size", "elements_per_turn"}
 _OF_OWN_MODES = {*_OF_OWN_ELEMENTS, "truncation_tolerance_db"}
 """Those, and what modes of another program do not know."""
 
-_BETWEEN_MASTERS = {"interpolation", "interpolation_points", "interpolation_poles"}
+_BETWEEN_MASTERS = {"interpolation_points", "interpolation_poles"}
 """Fields of the acoustics that ready-made transfer vectors still need."""
 
 

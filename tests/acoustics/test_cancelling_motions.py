@@ -1,7 +1,6 @@
 """Motions whose parts cancel: `solve_direct` and, from an estimated surface pressure, `radiate` bound their errors."""
 
 import warnings
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,7 +14,6 @@ from nvhchain.acoustics.accuracy.cancellation import (
     short_waves,
     wall_wavenumber,
 )
-from nvhchain.acoustics.accuracy.mesh_error import coarse_edge_ratio
 from nvhchain.acoustics.surfaces.surface import mean_edge
 from nvhchain.conventions import Air
 from nvhchain.errors import AccuracyWarning
@@ -225,45 +223,6 @@ def test_one_point_that_hears_little_tells_nothing_of_cancellation_and_many_poin
     ):
         left = cancellation_of_motion(twist, np.array([heard * all_over]), points, air, None, 0.0)
         assert (left > 0).item() is told
-
-
-@pytest.mark.parametrize(("ratio", "least"), [(2.0, 4.0), (3.0, 9.0)])
-def test_motions_that_a_coarser_surface_cannot_carry_are_bounded_and_warned_of(air, ratio, least):
-    """Lid and bottom in 3 × 3 half waves: the edges of the fine surface counted: 1 dB without a warning."""
-    size = np.array([0.45, 0.35, 0.25])
-    body, points, lines = bodies.box(size, 0.025), bodies.shell(30, 1.0), np.array([300.0, 1300.0])
-    x, y, _ = np.pi * (body.centroids / size + 0.5).T
-    bent = np.cos(3 * x) * np.cos(3 * y) * body.normals[:, 2]
-    knobs = replace(STANDARD.acoustics, coarse_edge_ratios=(ratio,))
-    atv = silent(transfer_vectors, body, points, lines, air=air, fidelity=knobs)
-    assert coarse_edge_ratio(atv, lines) == pytest.approx([ratio, 1.0], rel=0.2)
-    exact = silent(solve_direct, moving(body, bent, 300.0), points, air=air).pressure
-    for given in (atv, silent(vectors_at, atv, lines[:1])):
-        with pytest.warns(AccuracyWarning, match=CANCEL):
-            heard = radiate(given, moving(body, bent, 300.0))
-        true = 20 * np.log10(1 + np.abs(heard.pressure - exact).max() / np.abs(exact).max())
-        stated = heard.provenance["cancellation_error_dB"]
-        assert least < true < stated < true + 14.0
-    fine = silent(transfer_vectors, body, points, lines[1:], air=air)
-    fast = [silent(radiate, of, moving(body, bent, 1300.0)).provenance["cancellation_error_dB"] for of in (atv, fine)]
-    assert fast[0] == pytest.approx(fast[1])
-
-
-def test_lines_of_a_coarser_surface_are_looked_at_first_and_take_the_coarsest_that_carries_them(air, monkeypatch):
-    lines, points = np.array([100.0, 200.0]), bodies.shell(10, 1.0)
-    atv = cases.monopoles(BLOCK, points, lines, air)
-    edge = mean_edge(BLOCK)
-    bands = [[50.0, 150.0, 3.0 * edge], [50.0, 300.0, 2.0 * edge]]
-    told = atv.replace(provenance={"coarse_bands": bands})
-    assert coarse_edge_ratio(told, np.array([40.0, 100.0, 200.0, 400.0])) == pytest.approx([1.0, 3.0, 2.0, 1.0])
-    heaving = SurfaceVelocity(lines, np.tile(BLOCK.normals[:, 2], (2, 1)), BLOCK)  # which the map keeps
-    one, two = (cancellation_of_motion(heaving, np.ones(2), points, air, None, 0.0, r) for r in (1.0, 2.0))
-    assert two == pytest.approx(4.0 * one)
-    twist = SurfaceVelocity(lines, np.tile(twisting(BLOCK), (2, 1)), BLOCK)
-    monkeypatch.setattr(cancellation, "_MOST_LINES", 1)
-    for ratio in ([3.0, 1.0], [1.0, 3.0]):
-        left = cancellation_of_motion(twist, np.ones(2), points, air, None, 0.0, np.array(ratio))
-        assert (left > 0).tolist() == [one > 1 for one in ratio]
 
 
 def test_walls_of_a_housing_that_bend_slower_than_sound_are_bounded_where_it_is_not_compact(air):

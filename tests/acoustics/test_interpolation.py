@@ -32,9 +32,7 @@ def detour():
     return TransferVectors(masters, points, 1j * k * (np.exp(-1j * k * r) + np.exp(-1j * k * (r + 0.1))), body, air)
 
 
-@pytest.mark.parametrize("interpolation", ["phase_removed", "linear"])
-def test_projection_and_vectors_at_lines_give_the_pressure_that_radiate_gives(detour, interpolation):
-    fidelity = AcousticsFidelity(elements_per_wavelength=2.0, masters=16, interpolation=interpolation)
+def test_projection_and_vectors_at_lines_give_the_pressure_that_radiate_gives(detour, fidelity):
     shapes = np.random.default_rng(1).normal(size=(len(detour.surface.triangles), 3))
     amplitude = np.array([1.0, 0.5 - 2.0j, 0.3j])
     velocity = SurfaceVelocity(LINES, np.tile(shapes @ amplitude, (len(LINES), 1)), detour.surface)
@@ -90,8 +88,6 @@ def test_resonances_between_masters_are_reproduced_by_rational_functions_and_not
     size = np.linalg.norm(truth, axis=2)
     error = np.linalg.norm(vectors_at(atv, lines, fidelity=fidelity).vectors - truth, axis=2) / size
     assert error.max() < 2e-3
-    polynomial = AcousticsFidelity(elements_per_wavelength=2.0, masters=16, interpolation="phase_removed")
-    assert (np.linalg.norm(vectors_at(atv, lines, fidelity=polynomial).vectors - truth, axis=2) / size).max() > 0.3
     velocity = SurfaceVelocity(lines, np.random.default_rng(8).normal(size=(len(lines), len(body.triangles))), body)
     exact = np.einsum("fmi,fi->fm", truth, velocity.normal_velocity)
     wrong = np.abs(radiate(atv, velocity, fidelity=fidelity).pressure - exact).max(axis=0)

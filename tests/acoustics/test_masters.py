@@ -19,16 +19,11 @@ from nvhchain.acoustics.accuracy.interpolation_error import deciding_points, vec
 from nvhchain.acoustics.interpolation.adaptive import _lines_between
 from nvhchain.acoustics.interpolation.nodes import interpolant
 from nvhchain.acoustics.solutions.adaptive_vectors import _together
-from nvhchain.acoustics.surfaces.coarsening import coarse_surfaces
-from nvhchain.errors import AccuracyWarning, InputError, ResourceError, SolverError
+from nvhchain.errors import InputError, ResourceError, SolverError
 from nvhchain.fidelity import AcousticsFidelity
-from nvhchain.files import hdf5
 from nvhchain.handoff import Surface, SurfaceVelocity
 from nvhchain.testing import bodies
 from nvhchain.testing import hand_offs as cases
-
-BLOCK = bodies.box((0.3, 0.2, 0.15), 0.05)
-"""One for the tests with coarser surfaces, which are made once for a surface."""
 
 
 def chosen(tolerance, most=60, **changes):
@@ -77,12 +72,6 @@ def test_a_resonating_cavity_is_found_and_kept_within_the_tolerance(resonator, a
     lines = np.array([130.0, 245.0, 253.0, 255.5, 256.6, 258.0, 261.0, 275.0, 420.0, 777.0, 1003.0])
     assert error_db(atv, lines, fidelity).max() < 0.3
     assert len(atv.frequency) <= 24
-    polynomial = chosen(0.3, interpolation="phase_removed", interpolation_points=6)
-    assert error_db(atv, lines, polynomial).max() > 1.0
-    even = transfer_vectors(
-        resonator, POINTS, np.linspace(50.0, 1050.0, len(atv.frequency)), air=air, fidelity=fidelity
-    )
-    assert error_db(even, lines, polynomial).max() > 5.0
 
 
 def test_error_estimate_of_a_resonating_cavity_is_within_a_factor_of_ten_of_the_truth(resonator, air):
@@ -244,44 +233,6 @@ def test_a_coarse_mesh_is_warned_of_once_whatever_the_number_of_batches(box, air
     assert "at 4000 Hz" in mesh[0]
 
 
-def test_a_coarser_surface_that_later_masters_alone_are_solved_on_is_told_and_warned_of(air):
-    body = bodies.box((0.3, 0.2, 0.15), 0.025)
-    fidelity = AcousticsFidelity(
-        elements_per_wavelength=10.5, masters=20, coarse_edge_ratios=(4.0,), master_tolerance_db=15.0
-    )
-    (coarse,) = coarse_surfaces(body, (), POINTS[1:], None, air, fidelity)
-    high = coarse.highest_frequency + 5.0
-    low = 2 * coarse.lowest_frequency - high - 10.0
-    with pytest.warns(AccuracyWarning, match="the coarser surface of .* triangles, used from") as said:
-        atv = adaptive_transfer_vectors(body, POINTS[1:], low, high, air=air, fidelity=fidelity)
-    inside = atv.frequency[coarse.carries(atv.frequency)]
-    assert not coarse.carries(np.linspace(low, high, 3)).any()
-    assert atv.provenance["coarse_lowest_frequency"] == inside[0]
-    assert atv.provenance["coarse_highest_frequency"] == inside[-1]
-    assert sum("the coarser surface" in str(one.message) for one in said) == 1
-
-
-def test_masters_on_two_surfaces_are_joined_on_each_by_itself(air, tmp_path):
-    """The vectors jump where the surface changes: joined across, 128 masters left 62 dB where 0.1 dB were asked."""
-    body = bodies.box((0.3, 0.2, 0.15), 0.03)
-    fidelity = AcousticsFidelity(
-        elements_per_wavelength=4.5, masters=40, coarse_edge_ratios=(1.8,), coarse_elements_per_wavelength=4.5
-    )
-    (coarse,) = coarse_surfaces(body, (), POINTS[1:], None, air, fidelity)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", AccuracyWarning)  # a coarse mesh on purpose
-        atv = adaptive_transfer_vectors(body, POINTS[1:], 100.0, 1800.0, air=air, fidelity=fidelity)
-        assert atv.breaks.tolist() == [np.nextafter(coarse.lowest_frequency, 0), coarse.highest_frequency]
-        ends = np.concatenate([atv.breaks, np.nextafter(atv.breaks, np.inf)])
-        lines = np.sort([*np.linspace(110.0, 1790.0, 12), *ends])
-        again = hdf5.load(hdf5.save(atv, tmp_path / "vectors.h5"))
-        assert error_db(again, lines, fidelity).max() < 0.1
-    assert np.bincount(np.searchsorted(atv.breaks, lines)).min() > 1
-    with pytest.raises(InputError, match=r"12 masters are too few for the 3 parts .* allow 15"):
-        adaptive_transfer_vectors(body, POINTS[1:], 100.0, 1800.0, air=air, fidelity=replace(fidelity, masters=12))
-    assert len(atv.frequency) < 30
-
-
 def test_an_echo_that_turns_by_nearly_half_a_turn_between_masters_is_not_missed(box, air):
     """By 0.96 π between the lowest two, which were left 0.24 dB where 0.1 were asked and 0.04 stated."""
     fidelity, plane = chosen(0.1), RigidPlane((0.0, 0.0, -0.25), (0.0, 0.0, 1.0))
@@ -293,53 +244,6 @@ def test_an_echo_that_turns_by_nearly_half_a_turn_between_masters_is_not_missed(
     parts = (truth.vectors - truth.image_vectors, truth.image_vectors)
     size = np.hypot(*(np.linalg.norm(part, axis=2) for part in parts))
     assert 20 * np.log10(1 + (wrong / size).max()) < 0.1
-
-
-@pytest.mark.parametrize("end", [0, 1])
-def test_a_coarse_surface_that_ends_next_to_an_end_of_the_band_is_used_on_one_side_of_it_only(air, end):
-    """There no masters could be told apart: the band was refused as too narrow."""
-    body = BLOCK
-    fidelity = AcousticsFidelity(
-        elements_per_wavelength=3.0, masters=20, coarse_edge_ratios=(1.8,), coarse_elements_per_wavelength=3.0,
-        coarsest_elements_per_wavelength=2.0, master_tolerance_db=3.0,
-    )  # fmt: skip
-    (coarse,) = coarse_surfaces(body, (), POINTS[1:], None, air, fidelity)
-    change = coarse.highest_frequency
-    band = (change * (1 - 3e-8), 1.5 * change) if end == 0 else (0.7 * change, change * (1 + 3e-8))
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", AccuracyWarning)  # a coarse mesh on purpose
-        atv = adaptive_transfer_vectors(body, POINTS[1:], *band, air=air, fidelity=fidelity)
-        one = replace(fidelity, coarse_edge_ratios=()) if end == 0 else fidelity
-        alone = transfer_vectors(body, POINTS[1:], [band[0], change * (1 - 1e-6)][end], air=air, fidelity=one)
-    assert (atv.frequency[0], atv.frequency[-1], atv.breaks) == (*band, None)
-    assert np.abs(atv.vectors[-end] - alone.vectors[0]).max() < 1e-4 * np.abs(alone.vectors).max()
-
-
-def test_lines_between_given_masters_on_different_surfaces_are_refused(air):
-    """Nothing is known of them; they were joined across the jump."""
-    body = BLOCK
-    fidelity = AcousticsFidelity(
-        elements_per_wavelength=3.0, masters=20, coarse_edge_ratios=(1.8,), coarse_elements_per_wavelength=3.0
-    )
-    (coarse,) = coarse_surfaces(body, (), POINTS[1:], None, air, fidelity)
-    masters = coarse.highest_frequency * np.array([0.8, 0.9, 0.97, 1.1, 1.2, 1.3])
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", AccuracyWarning)  # a coarse mesh on purpose
-        atv = transfer_vectors(body, POINTS[1:], masters, air=air, fidelity=fidelity)
-    assert atv.breaks.tolist() == [masters[2]]
-
-    def pressure(*lines):
-        velocity = SurfaceVelocity(lines, np.ones((len(lines), len(body.triangles))), body)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", AccuracyWarning)  # few masters
-            return radiate(atv, velocity, fidelity=fidelity).pressure
-
-    at_masters = np.einsum("fpn->fp", atv.vectors)
-    assert np.abs(pressure(*masters * (1 - 1e-13 * (masters == masters[3]))) / at_masters - 1).max() < 1e-9
-    pressure(masters[1] + 1.0, masters[4] - 1.0)
-    assert vectors_at(atv, masters[[0, 1, 3, 4]], fidelity=fidelity).breaks.tolist() == [masters[1]]
-    with pytest.raises(InputError, match=r"1 lines .* between the masters at .* those of different surfaces: choose"):
-        pressure(masters[0], 0.5 * (masters[2] + masters[3]))
 
 
 def test_progress_and_shards_reach_the_solver(box, air, tmp_path):
@@ -393,7 +297,7 @@ def test_what_masters_change_is_what_interpolation_without_them_differs_by(box, 
     without = atv.replace(frequency=atv.frequency[~some], vectors=atv.vectors[~some])
     lines = np.linspace(low + 20.0, 2950.0, 23)
     smooth = interpolant(atv, fidelity)
-    assert smooth.pieces[0].mirrored == mirrored
+    assert smooth.mirrored == mirrored
     with_them, others = (vectors_at(one, lines, fidelity=fidelity).vectors[:, 0] for one in (atv, without))
     expected = np.linalg.norm(with_them - others, axis=1) / np.linalg.norm(with_them, axis=1)
     found = vector_changes(smooth, lines, np.array([0]), 1, atv.frequency[some])

@@ -63,9 +63,6 @@ def test_fifty_masters_interpolate_to_a_thousandth_and_a_tenth_of_a_decibel(smal
     pressure = radiate(atv, velocity, fidelity=fidelity).pressure
     assert np.abs(pressure - exact).max() < 1e-3 * np.abs(exact).max()
     assert np.abs(20 * np.log10(np.abs(pressure / exact))).max() < 0.1
-    linear = AcousticsFidelity(elements_per_wavelength=1.8, masters=50, interpolation="linear")
-    error = np.abs(radiate(atv, velocity, fidelity=linear).pressure - exact).max()
-    assert error > 30e-3 * np.abs(exact).max()
 
 
 def test_the_lower_end_of_the_band_profits_from_the_conjugate_vectors_at_negative_frequency(small_body):

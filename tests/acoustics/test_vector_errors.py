@@ -67,12 +67,11 @@ def truth(air, request):
     return vectors(LINES, air, request.param)
 
 
-@pytest.mark.parametrize("interpolation", ["rational", "phase_removed", "linear"])
 @pytest.mark.parametrize("count", [2, 3, 4, 5])
-def test_the_stated_error_is_that_of_vectors_and_of_modes_that_move_at_random(truth, count, interpolation, air):
+def test_the_stated_error_is_that_of_vectors_and_of_modes_that_move_at_random(truth, count, air):
     """Nothing was stated where two to five masters err by 1 to 15 dB.  With a plane the direct and the reflected part
     are what errors are relative to: their sum has gaps."""
-    fidelity = knobs(interpolation=interpolation)
+    fidelity = knobs()
     atv = vectors(np.linspace(LINES[0], LINES[-1], count), air, truth.plane)
     at, said = told(vectors_at, atv, LINES, fidelity=fidelity)
     stated = at.provenance["interpolation_error_dB"]
@@ -107,7 +106,7 @@ def test_the_estimate_is_that_of_both_neighbours_and_of_the_direct_and_the_refle
 
 
 def test_what_is_made_from_operators_keeps_what_was_stated_of_them(air, tmp_path):
-    of_mesh = {"expected_error_dB": 0.3, "coarse_error_dB": 0.4}
+    of_mesh = {"expected_error_dB": 0.3}
     atv = vectors(FEW, air)
     atv = atv.replace(provenance=atv.provenance | {"resonance_shift": 0.02} | of_mesh)
     housing = moving_at_random(atv.surface, 5)

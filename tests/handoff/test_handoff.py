@@ -5,7 +5,7 @@ import pytest
 
 from nvhchain.conventions import Air
 from nvhchain.errors import InputError
-from nvhchain.handoff import BearingForces, FieldPressure, MeshLaw, Surface, SurfaceVelocity, TransferVectors
+from nvhchain.handoff import BearingForces, FieldPressure, MeshLaw, Surface, SurfaceVelocity
 
 VERTICES = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
 TRIANGLES = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
@@ -108,24 +108,6 @@ def test_pressure_must_match_its_points():
 def test_air_with_a_speed_in_kilometres_per_second_is_refused():
     with pytest.raises(InputError, match="speed_of_sound"):
         Air(speed_of_sound=0.343)
-
-
-@pytest.mark.parametrize(
-    ("breaks", "message"),
-    [
-        ([], "empty"),
-        ([15.0], "must be a master"),
-        ([30.0], "not the last"),
-        ([20.0, 10.0], "increase"),
-    ],
-)
-def test_breaks_of_transfer_vectors_are_masters_that_others_follow(breaks, message):
-    surface, vectors = Surface(VERTICES, TRIANGLES), np.ones((5, 1, 4))
-    masters = [10.0, np.nextafter(10.0, 11.0), 20.0, np.nextafter(20.0, 21.0), 30.0]
-    made = TransferVectors(masters, [[2.0, 2, 2]], vectors, surface, Air(), breaks=[10.0, 20.0])
-    assert made.breaks.tolist() == made.unfolded().breaks.tolist() == [10.0, 20.0]
-    with pytest.raises(InputError, match=message):
-        made.replace(breaks=breaks)
 
 
 def test_nobody_can_change_a_hand_off_from_outside_and_hand_offs_share_what_nobody_can_write():

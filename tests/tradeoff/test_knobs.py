@@ -86,7 +86,7 @@ def test_ready_made_hand_offs_leave_the_knobs_of_what_is_still_made(gearbox):
     assert stages("housing") == {"gear", "dynamics", "acoustics"}
     assert stages("surface_velocity") == {"acoustics"}
     between = {knob.name for knob in knobs_of(gearbox, given=("surface_velocity", "transfer_vectors"))}
-    assert between == {f"acoustics.interpolation{of}" for of in ("", "_points", "_poles")}
+    assert between == {"acoustics.interpolation_points", "acoustics.interpolation_poles"}
     rubbing = replace(gearbox, options=replace(gearbox.options, friction=0.05))
     assert "gear" in {knob.stage for knob in knobs_of(rubbing, given=("mesh_laws",))}  # of its load distribution
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import ArrayLike
 from scipy.sparse import block_diag, coo_array, csr_array, diags_array
 from scipy.sparse.linalg import SuperLU, splu
 
@@ -28,12 +27,6 @@ bound; rotating boxes and ellipsoids of irregular mesh, which radiate hardly any
 0.16 (docs/measured/acoustics/sound_power.md), ellipsoids whose vertices are shifted by chance up to 0.21.  Of strips
 that bend all along the error is 0.5 dB at four edges a wave, be they as long as wide or 16 times as long.
 Bodies of revolution that rotate about their own axis are beyond it: the facets alone move their air."""
-
-MAPPED = 0.01
-"""Moment of volume velocity by which a motion errs that is mapped onto a coarser surface, over h² √(S ∫|∇v|² dS), h the
-mean edge there, S the area of the body: with it what is stated is 1.0 to 46 times what motions of more than 0.3 dB err
-by (docs/measured/acoustics/sound_power.md), but 0.5 to 0.7 times where they do not resemble the true one any more (16
-to 23 dB)."""
 
 ESTIMATE = 2.9
 """Estimated pressures of motions over those of boundary elements, at most (`pressure_of_motion`)."""
@@ -86,7 +79,6 @@ def cancellation_of_motion(
     air: Air,
     plane: RigidPlane | None,
     quadrature_error: float,
-    edge_ratio: ArrayLike = 1.0,
 ) -> FloatArray:
     """As `cancellation_pressure`, over the pressure found at the loudest point (n_f,), at the lines of a surface
     velocity, from pressures on the surface that are estimated (`pressure_of_motion`).
@@ -95,12 +87,10 @@ def cancellation_of_motion(
     body: `wall_wavenumber`); what is faster radiates from all over, and a point hears little of it where waves happen
     to cancel.  So it does not where flanks of ribs or teeth cancel each other, which sharp edges part: motions that are
     `QUIET` count as well.  Zero at other lines, and at those beyond the `_MOST_LINES` worst.
-    loudest: (n_f,) Pa.  edge_ratio: (n_f,) or one, mean edge of the surface that was solved over that of the one given;
-    where a coarser one was, the mapped motion leaves another thrust, of `MAPPED`.
+    loudest: (n_f,) Pa.
     """
     surface = surface_velocity.surface
     bodies, wavenumber = separate(surface), 2 * np.pi * surface_velocity.frequency / air.speed_of_sound
-    edge_ratio = np.broadcast_to(edge_ratio, wavenumber.shape)
     lines = np.flatnonzero((wavenumber > 0) & (loudest > 0))
     away = max(np.linalg.norm(points - surface.centroids.mean(axis=0), axis=1).min(), _half_diagonal(surface))
     quiet = QUIET ** (1.0 + 1.0 / len(points)) * air.impedance / (np.sqrt(4 * np.pi) * away)
@@ -116,23 +106,17 @@ def cancellation_of_motion(
         on_walls = np.array([wall_wavenumber(body, v) for (_, body), v in zip(bodies, moving, strict=True)])
         cancels[:, piece] = (k < on_walls) | (quiet * np.sqrt(energy.sum(axis=0)) > 1.0)
         ahead = (cancels[:, piece] * energy * np.minimum(k / on_walls, 1.0) ** 2).sum(axis=0)
-        suspect[piece] = ahead * (1.0 + (k * away) ** 2) * edge_ratio[piece] ** 4
+        suspect[piece] = ahead * (1.0 + (k * away) ** 2)
     left = np.zeros(len(wavenumber))
     worst = np.sort(lines[np.argsort(suspect[lines])[-_MOST_LINES:]])
     for piece in (worst[batch] for batch in line_batches(len(worst))):
         k, on_faces = wavenumber[piece], np.zeros((len(surface.triangles), len(piece)), dtype=complex)
-        moved = np.zeros((len(bodies), len(piece)))
         for number, (faces, body) in enumerate(bodies):
             mine = np.flatnonzero(cancels[number, piece])
             if len(mine) > 0:
                 v = per_pressure(piece[mine], faces)
                 on_faces[np.ix_(faces, mine)] = pressure_of_motion(body, k[mine], v, air)
-                slopes = np.where(edge_ratio[piece[mine]] > 1, _slopes(body, v), 0.0)
-                moved[number, mine] = mean_edge(body) ** 2 * np.sqrt(body.areas.sum() * slopes)
-        thrusts = _thrusts(surface, on_faces, quadrature_error, edge_ratio[piece])
-        for thrust, moment in zip(thrusts, MAPPED * edge_ratio[piece] ** 2 * moved, strict=True):
-            thrust.squared[np.diag_indices(len(piece))] += (air.impedance * k * moment) ** 2
-        left[piece] = _dipole_pressure(thrusts, k, points, plane)
+        left[piece] = _dipole_pressure(_thrusts(surface, on_faces, quadrature_error), k, points, plane)
     return left
 
 
@@ -217,12 +201,9 @@ class _Thrust:
     extents: FloatArray
 
 
-def _thrusts(
-    surface: Surface, on_faces: ComplexArray, quadrature_error: float, edge_ratio: ArrayLike = 1.0
-) -> list[_Thrust]:
+def _thrusts(surface: Surface, on_faces: ComplexArray, quadrature_error: float) -> list[_Thrust]:
     """What is left on every body of pressures on the faces (n_face, m) Pa: F = (CANCELLATION h²/(a²w) + ε)
-    √(S ∫|p|² dS), h the mean edge (times edge_ratio, (m,) or one, where a coarser surface was solved), ε the error of
-    sound fields by quadrature, which is that of sharp edges.
+    √(S ∫|p|² dS), h the mean edge, ε the error of sound fields by quadrature, which is that of sharp edges.
 
     a and S: half the diagonal and the area of the body, or of the part of it that carries |p|² (√3 radii of gyration;
     twice (∫|p|² dS)²/∫|p|⁴ dS), if that is smaller: what lies at rest far away cancels nothing. w: width over length of
@@ -230,7 +211,7 @@ def _thrusts(
     """
     made = []
     for faces, body in separate(surface):
-        here, h = on_faces[faces], mean_edge(body) * np.asarray(edge_ratio)
+        here, h = on_faces[faces], mean_edge(body)
         carried = body.areas[:, None] * np.abs(here) ** 2
         total = carried.sum(axis=0)
         weight = np.where(total > 0, carried, body.areas[:, None])

@@ -12,14 +12,11 @@ from nvhchain.acoustics.interpolation.nodes import Interpolant, line_batches, su
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, IntArray, Surface, TransferVectors
 
-OF_MESH = ("expected_error_dB", "coarse_error_dB")
-"""What is stated of masters, and holds for all that is made from them."""
-
 STATED = (
     ("interpolation_error_dB",),
     ("resonance_error_dB", "resonance_frequency"),
     ("resonance_shift",),
-    *((name,) for name in OF_MESH),
+    ("expected_error_dB",),
 )
 """What is stated of vectors between masters: an error, and where it is."""
 

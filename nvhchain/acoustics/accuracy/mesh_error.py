@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import compress, permutations
-from typing import Any
 
 import numpy as np
 
 from nvhchain.acoustics.surfaces.bodies import separate
 from nvhchain.acoustics.surfaces.clearance import clearances
-from nvhchain.acoustics.surfaces.coarsening import CoarseSurface, octupole_error
 from nvhchain.acoustics.surfaces.needles import REMESHING_ERROR
 from nvhchain.acoustics.surfaces.openings import SHIFT, resonance_shift
 from nvhchain.acoustics.surfaces.surface import (
@@ -24,14 +22,13 @@ from nvhchain.acoustics.surfaces.surface import (
     check_mesh,
     edges_between,
     element_sizes,
-    mean_edge,
     needle_share,
     width_to_length,
 )
 from nvhchain.conventions import Air
 from nvhchain.errors import AccuracyWarning
 from nvhchain.fidelity import AcousticsFidelity
-from nvhchain.handoff import FloatArray, RigidPlane, Surface, TransferVectors
+from nvhchain.handoff import FloatArray, RigidPlane, Surface
 
 FACETS = 0.32
 """Error at field points relative to their peak, over the mean square of the angle (rad) under which neighbouring
@@ -319,71 +316,6 @@ def told_resonances(
             stacklevel=stacklevel,
         )
     return {"resonance_error_dB": largest, "resonance_frequency": at}
-
-
-def coarse_accuracy(
-    below: Sequence[CoarseSurface],
-    frequency: FloatArray,
-    air: Air,
-    fidelity: AcousticsFidelity,
-    engine: str,
-    plane: RigidPlane | None = None,
-) -> dict[str, Any]:
-    """Provenance of the worst of the coarser surfaces (coarsest first) that frequencies (n_f,) Hz are solved on.
-
-    coarse_error_dB: the larger of what `expected_accuracy` expects of it at the highest of these,
-    coarse_highest_frequency, and the error of octupoles at the lowest, coarse_lowest_frequency (`octupole_error`);
-    coarse_faces: its triangles.  coarse_bands: of every one that is used the lowest and highest frequency, Hz, and the
-    mean edge, m (`coarse_edge_ratio`).  resonance_shift: the largest of all of them, where it is more than nothing.
-    Walls that bend in two waves and more lose more, which `radiate` bounds (`cancellation_error_dB`), a single triangle
-    that moves up to 1.4 dB.
-    AccuracyWarning where the error exceeds that of a mesh as coarse as `fidelity.elements_per_wavelength` asks for.
-    """
-    worst: dict[str, Any] = {}
-    shift, left, bands = 0.0, frequency > 0, []
-    for coarse in below:
-        mine = frequency[left & coarse.carries(frequency)]
-        left &= ~coarse.carries(frequency)
-        if len(mine) == 0:
-            continue
-        lowest, highest = float(mine[0]), float(mine[-1])
-        bands.append([float(coarse.lowest_frequency), float(coarse.highest_frequency), mean_edge(coarse.surface)])
-        shift = max(shift, resonance_shift(coarse.surface, plane))
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", AccuracyWarning)  # said once, below, of the worst
-            error = expected_accuracy(coarse.surface, None, highest, air, fidelity, engine)["expected_error_dB"]
-        error = max(error, _decibel(octupole_error(coarse.surface, lowest, air)))
-        if error > worst.get("coarse_error_dB", 0.0):
-            worst = {
-                "coarse_error_dB": error,
-                "coarse_faces": len(coarse.surface.triangles),
-                "coarse_lowest_frequency": lowest,
-                "coarse_highest_frequency": highest,
-            }
-    if worst and worst["coarse_error_dB"] > _decibel(MESH_ERROR / fidelity.elements_per_wavelength**2):
-        warnings.warn(
-            f"the coarser surface of {worst['coarse_faces']} triangles, used from "
-            f"{worst['coarse_lowest_frequency']:.4g} to {worst['coarse_highest_frequency']:.4g} Hz: expect errors of "
-            f"about {worst['coarse_error_dB']:.2g} dB, more of walls that bend within four of its edges; give a finer "
-            "one or leave it out",
-            AccuracyWarning,
-            stacklevel=3,
-        )
-    return worst | ({"coarse_bands": bands} if bands else {}) | ({"resonance_shift": shift} if shift > 0 else {})
-
-
-def coarse_edge_ratio(atv: TransferVectors, frequency: FloatArray) -> FloatArray:
-    """Mean edge of the surface that vectors come from at frequencies (n_f,) Hz, over that of their own."""
-    ratio = np.ones(len(frequency))
-    for lowest, highest, edge in reversed(atv.provenance.get("coarse_bands", [])):  # the coarsest that carries it
-        ratio[(frequency >= lowest) & (frequency <= highest)] = edge / mean_edge(atv.surface)
-    return ratio
-
-
-def with_coarse(expected: Mapping[str, Any], of_coarse: Mapping[str, Any]) -> dict[str, Any]:
-    """What `expected_accuracy` and `coarse_accuracy` expect of one set of vectors: resonances as the worse surface."""
-    shift = max(of.get("resonance_shift", 0.0) for of in (expected, of_coarse))
-    return {**expected, **of_coarse, **({"resonance_shift": shift} if shift > 0 else {})}
 
 
 def mean_square_angle(surface: Surface) -> float:

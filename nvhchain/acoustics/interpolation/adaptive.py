@@ -10,7 +10,6 @@ from typing import Any, Generic, Protocol, TypeVar
 
 import numpy as np
 
-from nvhchain.acoustics.surfaces.coarsening import NARROWEST
 from nvhchain.acoustics.systems.frequency_blocks import BAND
 from nvhchain.acoustics.systems.linear_system import SolverRecord
 from nvhchain.conventions import Progress
@@ -18,8 +17,11 @@ from nvhchain.errors import AccuracyWarning, SolverError, require
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, RadiationResistance, TransferVectors
 
-KNOBS = ("masters", "master_tolerance_db", "interpolation", "interpolation_points", "interpolation_poles")
+KNOBS = ("masters", "master_tolerance_db", "interpolation_points", "interpolation_poles")
 """That decide which masters are taken."""
+
+NARROWEST = 1e-7
+"""Least width of a band relative to its upper end: masters are numbers of ten digits."""
 
 _NARROW = 0.25
 """Half width of a resonance, relative to the gap between masters it lies in, below which its peak needs a master."""

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, partial
-from itertools import pairwise
 
 import numpy as np
 
@@ -43,7 +42,7 @@ class Nodes:
     node: (n_node,) Hz, masters above 0 Hz, before them mirrored masters where those help.  mirrored: nodes before the
     first master.  taking_part: nodes per interpolated value.  poles: of a rational function through them, at most.
     gram: (n_node, n_node) inner products of the smooth function at the nodes, None where no poles are looked for.
-    phase_removed: else neighbouring values are joined as they are.  paths: what is known of the function beforehand.
+    paths: what is known of the function beforehand.
     """
 
     node: FloatArray
@@ -51,7 +50,6 @@ class Nodes:
     taking_part: int
     poles: int
     gram: ComplexArray | None
-    phase_removed: bool
     paths: Paths
 
     @property
@@ -180,7 +178,6 @@ class Nodes:
             taking_part,
             max(0, min(self.poles, taking_part - 2)),
             None if self.gram is None else self.gram[np.ix_(kept, kept)],
-            self.phase_removed,
             self.paths,
         )
 
@@ -190,73 +187,21 @@ class Nodes:
 
     def _rescaled(self, weights: ComplexArray, used: IntArray, frequency: FloatArray) -> ComplexArray:
         """Weights of what is divided by jω as weights of what is not."""
-        return weights * (frequency[:, None] / self.node[used]) if self.phase_removed else weights
+        return weights * (frequency[:, None] / self.node[used]) if self.node[-1] > 0 else weights
 
 
 @dataclass(frozen=True, eq=False)
-class Interpolant:
-    """Transfer vectors as jω e^{−jkr} times a smooth remainder known at the nodes, those of a piece of the band after
-    those of the piece below (`TransferVectors.breaks`); masters of one piece say nothing of another.
+class Interpolant(Nodes):
+    """Transfer vectors as jω e^{−jkr} times a smooth remainder known at the nodes.
 
-    atv: without a plane (`TransferVectors.unfolded`).  pieces: the nodes of each.
+    atv: without a plane (`TransferVectors.unfolded`).
     """
 
     atv: TransferVectors
-    pieces: tuple[Nodes, ...]
-
-    @property
-    def poles(self) -> int:
-        """Of a rational function of any piece, at most."""
-        return max(piece.poles for piece in self.pieces)
-
-    @cached_property
-    def node(self) -> FloatArray:
-        """(n_node,) Hz, of all pieces."""
-        return np.concatenate([piece.node for piece in self.pieces])
-
-    def weights(self, frequency: FloatArray) -> ComplexArray:
-        """As `Nodes.weights`."""
-        weights = np.zeros((len(frequency), len(self.node)), dtype=complex)
-        for piece, nodes, lines in self._shared_out(frequency):
-            weights[lines, nodes] = piece.weights(frequency[lines])
-        return weights
-
-    def error_weights(self, frequency: FloatArray) -> ComplexArray:
-        """As `Nodes.error_weights`."""
-        weights = np.zeros((2, len(frequency), len(self.node)), dtype=complex)
-        for piece, nodes, lines in self._shared_out(frequency):
-            weights[:, lines, nodes] = piece.error_weights(frequency[lines])
-        return weights
-
-    def change_weights(self, frequency: FloatArray, masters: FloatArray) -> ComplexArray:
-        """As `Nodes.change_weights`."""
-        weights = np.zeros((len(frequency), len(self.node)), dtype=complex)
-        for piece, nodes, lines in self._shared_out(frequency):
-            weights[lines, nodes] = piece.change_weights(frequency[lines], masters)
-        return weights
-
-    def shift_weights(self, frequency: FloatArray, shift: float) -> ComplexArray:
-        """As `Nodes.shift_weights`."""
-        weights = np.zeros((self.poles, len(frequency), len(self.node)), dtype=complex)
-        for piece, nodes, lines in self._shared_out(frequency):
-            weights[: piece.poles, lines, nodes] = piece.shift_weights(frequency[lines], shift)
-        return weights
-
-    def hidden_error(self, frequency: FloatArray) -> FloatArray:
-        """As `Nodes.hidden_error`."""
-        error = np.zeros(len(frequency))
-        for piece, _, lines in self._shared_out(frequency):
-            error[lines] = piece.hidden_error(frequency[lines])
-        return error
-
-    def poles_between(self, low: float, high: float) -> ComplexArray:
-        """As `Nodes.poles_between`."""
-        ((piece, _, _),) = self._shared_out(np.array([0.5 * (low + high)]))
-        return piece.poles_between(low, high)
 
     def wavenumber(self, frequency: FloatArray) -> FloatArray:
-        """rad/m of the removed phase at frequencies in Hz (zero where no phase is removed)."""
-        return frequency * (2 * np.pi / self.atv.air.speed_of_sound if self.pieces[-1].phase_removed else 0.0)
+        """rad/m of the removed phase at frequencies in Hz."""
+        return frequency * (2 * np.pi / self.atv.air.speed_of_sound)
 
     def distance(self, point: int) -> FloatArray:
         """(n_face,) m from the faces' centroids: the r of the removed phase."""
@@ -265,27 +210,14 @@ class Interpolant:
     def at_nodes(self, point: int) -> ComplexArray:
         """e^{jkr} times the vectors at the nodes: (n_node, n_face) Pa/(m/s)."""
         known = self.atv.vectors[:, point]
-        if self.pieces[-1].phase_removed:
-            known = known * np.exp(1j * self.wavenumber(self.atv.frequency)[:, None] * self.distance(point))
-        values = []
-        for piece, masters in zip(self.pieces, pieces_of(self.atv), strict=True):
-            mine = known[masters][len(self.atv.frequency[masters]) - len(piece.masters) :]
-            values += [mine[: piece.mirrored][::-1].conj(), mine]
-        return np.concatenate(values)
-
-    def _shared_out(self, frequency: FloatArray) -> Iterator[tuple[Nodes, slice, IntArray]]:
-        """The pieces in which some of the lines (n_f,) Hz lie, with where their nodes stand and the indices of the
-        lines."""
-        of_line, ends = piece_of(self.atv, frequency), np.cumsum([len(piece.node) for piece in self.pieces])
-        for i, piece in enumerate(self.pieces):
-            lines = np.flatnonzero(of_line == i)
-            if len(lines):
-                yield piece, slice(ends[i] - len(piece.node), ends[i]), lines
+        known = known * np.exp(1j * self.wavenumber(self.atv.frequency)[:, None] * self.distance(point))
+        at_masters = known[len(known) - len(self.masters) :]
+        return np.concatenate([at_masters[: self.mirrored][::-1].conj(), at_masters])
 
 
 def resonates(pole: complex, paths: Paths) -> bool:
     """Whether a pole (Hz) is of air in an opening; those of little quality (`_LEAST_Q`, `_CREEPING`) any body has."""
-    least = max(_LEAST_Q, _CREEPING * (paths.turn * abs(pole.real)) ** (2 / 3))
+    least = max(_LEAST_Q, _CREEPING * (paths.phase_slope * abs(pole.real)) ** (2 / 3))
     return abs(pole.real) >= 2 * least * abs(pole.imag)
 
 
@@ -299,22 +231,6 @@ def changed_by(pole: complex, away: ComplexArray, shift: float) -> FloatArray:
 def line_batches(count: int) -> list[slice]:
     """So many lines in batches of `LINES`."""
     return [slice(start, min(start + LINES, count)) for start in range(0, count, LINES)]
-
-
-def pieces_of(atv: TransferVectors) -> list[slice]:
-    """The masters of each piece of the band."""
-    ends = [] if atv.breaks is None else np.searchsorted(atv.frequency, atv.breaks, side="right").tolist()
-    return [slice(start, stop) for start, stop in pairwise([0, *ends, len(atv.frequency)])]
-
-
-def piece_of(atv: TransferVectors, frequency: FloatArray) -> IntArray:
-    """Number of the piece of the band that each line (n_f,) Hz lies in."""
-    if atv.breaks is None:
-        return np.zeros(len(frequency), dtype=np.int64)
-    masters = atv.frequency
-    # a line that misses the next master by rounding belongs to it, and a break to what is below
-    limits = atv.breaks + 0.25 * (masters[np.searchsorted(masters, atv.breaks) + 1] - atv.breaks)
-    return np.searchsorted(limits, frequency)
 
 
 def support(weights: ComplexArray) -> slice:
@@ -332,23 +248,14 @@ def interpolant(atv: TransferVectors, fidelity: AcousticsFidelity) -> Interpolan
     body and not on the distance of the point.  Where the band starts no farther from 0 Hz than masters lie apart, the
     lower end is closed by what is known beyond it: the vectors at −f are conjugate to those at f, the response in time
     being real.  `fidelity.interpolation_points` nodes take part in a value, fewer where one more could not be
-    left out to estimate the error.  `fidelity.interpolation` = `rational` joins them by a rational function with
-    `fidelity.interpolation_poles` poles at most, which all face–point pairs share; `phase_removed` by a polynomial;
-    `linear` keeps the phase in and joins neighbouring masters by straight lines.
+    left out to estimate the error.  A rational function with `fidelity.interpolation_poles` poles at most, which all
+    face–point pairs share, joins them.
     """
-    farthest = None
-    if fidelity.interpolation == "linear":
-        farthest = max(float(np.linalg.norm(atv.surface.vertices - point, axis=1).max()) for point in atv.points)
     reflecting = atv.plane if fidelity.radiation == "boundary_elements" else None  # Rayleigh's body throws nothing back
-    paths = paths_about(atv.surface, reflecting, atv.air, farthest)
+    paths = paths_about(atv.surface, reflecting, atv.air)
     atv = atv.unfolded()
-    return Interpolant(
-        atv,
-        tuple(
-            nodes_at(atv.frequency[piece], fidelity, partial(_inner_products, atv, piece.stop), paths)
-            for piece in pieces_of(atv)
-        ),
-    )
+    nodes = nodes_at(atv.frequency, fidelity, partial(_inner_products, atv), paths)
+    return Interpolant(**vars(nodes), atv=atv)
 
 
 def nodes_at(
@@ -363,17 +270,17 @@ def nodes_at(
     above 0 Hz and the number of mirrored ones.  paths: what is known of that function beforehand.
     """
     count = len(masters)
-    if fidelity.interpolation == "linear" or masters[-1] == 0:
-        return Nodes(masters, 0, min(2, count), 0, None, phase_removed=False, paths=paths)
+    if masters[-1] == 0:
+        return Nodes(masters, 0, 1, 0, None, paths)
     positive = masters[masters > 0]
     images = positive[: fidelity.interpolation_points][::-1]
     if count == 1 or masters[0] > np.diff(masters).max():
         images = images[:0]
     node = np.concatenate([-images, positive])
     taking_part = min(fidelity.interpolation_points, _taking_part(len(node), len(images) > 0))
-    poles = min(fidelity.interpolation_poles, taking_part - 2) if fidelity.interpolation == "rational" else 0
+    poles = max(0, min(fidelity.interpolation_poles, taking_part - 2))
     gram = inner_products(positive, len(images)) if poles > 0 else None
-    return Nodes(node, len(images), taking_part, max(poles, 0), gram, phase_removed=True, paths=paths)
+    return Nodes(node, len(images), taking_part, poles, gram, paths)
 
 
 def _taking_part(nodes: int, mirrored: bool) -> int:
@@ -382,7 +289,7 @@ def _taking_part(nodes: int, mirrored: bool) -> int:
 
 
 def check_lines(atv: TransferVectors, frequency: FloatArray) -> None:
-    """Raise `InputError` for lines (n_f,) Hz outside the masters, and between those of different surfaces."""
+    """Raise `InputError` for lines (n_f,) Hz outside the masters."""
     masters = atv.frequency
     slack = 1e-12 * masters[-1]
     outside = frequency[(frequency < masters[0] - slack) | (frequency > masters[-1] + slack)]
@@ -392,21 +299,12 @@ def check_lines(atv: TransferVectors, frequency: FloatArray) -> None:
         f"{outside.max(initial=0.0):.6g} Hz) lie outside the master frequencies {masters[0]:.6g}…{masters[-1]:.6g} Hz: "
         "widen the masters or cut the band",
     )
-    for stop in [] if atv.breaks is None else atv.breaks:
-        start = masters[np.searchsorted(masters, stop) + 1]
-        between = frequency[(frequency > stop + slack) & (frequency < start - slack)]
-        require(
-            len(between) == 0,
-            f"{len(between)} lines of the surface velocity ({between.min(initial=np.inf):.6g}…"
-            f"{between.max(initial=0.0):.6g} Hz) lie between the masters at {stop:.6g} and {start:.6g} Hz, which are "
-            "those of different surfaces: choose masters by adaptive_transfer_vectors, or leave coarser surfaces out",
-        )
 
 
-def _inner_products(atv: TransferVectors, stop: int, masters: FloatArray, mirrored: int) -> ComplexArray:
+def _inner_products(atv: TransferVectors, masters: FloatArray, mirrored: int) -> ComplexArray:
     """Inner products of the remainders at mirrored masters and masters, conjugate first; every point counts alike.
 
-    masters: (n,) Hz, the last ones before the one with index `stop`.
+    masters: (n,) Hz, those above 0 Hz.
     """
     faces = len(atv.surface.triangles)
     pairs = np.arange(len(atv.points) * faces)
@@ -415,7 +313,7 @@ def _inner_products(atv: TransferVectors, stop: int, masters: FloatArray, mirror
     point, face = pairs // faces, pairs % faces
     distance = np.linalg.norm(atv.points[point] - atv.surface.centroids[face], axis=1)
     wavenumber = 2 * np.pi / atv.air.speed_of_sound * masters[:, None]
-    values = atv.vectors[stop - len(masters) : stop, point, face] * np.exp(1j * wavenumber * distance)
+    values = atv.vectors[len(atv.frequency) - len(masters) :, point, face] * np.exp(1j * wavenumber * distance)
     values /= masters[:, None]
     power = np.bincount(point, (np.abs(values) ** 2).sum(axis=0), len(atv.points))
     values /= np.sqrt(np.where(power > 0, power, 1.0))[point]

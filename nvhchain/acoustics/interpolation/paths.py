@@ -22,21 +22,21 @@ _MOST = 2.0
 class Paths:
     """Phases, in rad/Hz, and what comes with them.
 
-    turn: by which what masters are joined by turns at most.  echo: of the way from the body to a rigid plane and back,
-    0 without one.  echoed: sound that takes this way and meets the body again, relative to what the body radiates:
-    its radius over that way, the pressure of a monopole there; mostly 0.2 to 1.9 times that was found, 8 beside a
-    spurious pole (spheres 1.5 and 5 m above a plane).
+    phase_slope: largest phase slope of the interpolated function.  echo: phase slope of the way from the body to a
+    rigid plane and back, 0 without one.  echoed: sound that takes this way and meets the body again, relative to what
+    the body radiates: its radius over that way, the pressure of a monopole there; mostly 0.2 to 1.9 times that was
+    found, 8 beside a spurious pole (spheres 1.5 and 5 m above a plane).
     """
 
-    turn: float
+    phase_slope: float
     echo: float = 0.0
     echoed: float = 0.0
 
     def line_error(self, frequency: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
         """Bound (n_f,) on the relative error at lines (Hz) between neighbouring masters at `low` and `high` (n_f,) Hz
-        that a straight line joins, of a body that does not resonate: |g''|/2 (f − f₁)(f₂ − f) with |g''| = turn² |g|.
+        that a straight line joins, of a body that does not resonate: |g''|/2 (f − f₁)(f₂ − f), |g''| = slope² |g|.
         """
-        return _curved(self.turn, frequency, low, high)
+        return _curved(self.phase_slope, frequency, low, high)
 
     def hidden_error(self, frequency: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
         """Relative error (n_f,) at lines between masters so far apart that the echo turns by π or nearly so from one to
@@ -45,22 +45,21 @@ class Paths:
         return np.where(hidden, self.echoed * np.minimum(1.0, _curved(self.echo, frequency, low, high)), 0.0)
 
 
-def paths_about(surface: Surface, plane: RigidPlane | None, air: Air, removed_phase: float | None) -> Paths:
-    """Paths about a body.
+def paths_about(surface: Surface, plane: RigidPlane | None, air: Air) -> Paths:
+    """Return the paths about a body.
 
-    removed_phase: None where the phase of the direct way is removed, so that what is left turns with detours about the
-    body, no longer than its radius; else the longest direct way (m), whose phase is left in.
+    The phase of the direct way is removed: what is left turns with detours about the body, no longer than its radius.
     """
     per_metre = 2 * np.pi / air.speed_of_sound
     middle = plane_foot(surface, None)
     radius = float(np.linalg.norm(surface.vertices - middle, axis=1).max())
-    turn = per_metre * (radius if removed_phase is None else removed_phase)
+    phase_slope = per_metre * radius
     if plane is None:
-        return Paths(turn)
+        return Paths(phase_slope)
     way = 2.0 * float(plane.height(middle[None])[0])
-    return Paths(turn, per_metre * way, radius / way)
+    return Paths(phase_slope, per_metre * way, radius / way)
 
 
-def _curved(turn: float, frequency: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+def _curved(phase_slope: float, frequency: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
     inside = np.maximum((frequency - low) * (high - frequency), 0.0)
-    return np.minimum(_MOST, 0.5 * turn**2 * inside)
+    return np.minimum(_MOST, 0.5 * phase_slope**2 * inside)

@@ -57,7 +57,7 @@ def waves_power(
 ) -> SoundPower:
     """Sound power P = ½ q̇ᴴ R q̇ at lines between the masters.
 
-    The waves are interpolated as transfer vectors are (`fidelity.interpolation`), not R: P is a sum of squares at every
+    The waves are interpolated as transfer vectors are, not R: P is a sum of squares at every
     line, and what cancels in one wave does so at all lines.
     frequency: (n_f,) Hz, increasing, within the masters.  velocity: (n_f, n_column) of the coordinates, peak.
     The provenance keeps the largest estimated error of interpolation of a line (`interpolation_error_dB`; that of two

@@ -8,14 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nvhchain.acoustics.accuracy.interpolation_error import told_vectors
-from nvhchain.acoustics.interpolation.nodes import (
-    Interpolant,
-    check_lines,
-    interpolant,
-    line_batches,
-    piece_of,
-    support,
-)
+from nvhchain.acoustics.interpolation.nodes import Interpolant, check_lines, interpolant, line_batches, support
 from nvhchain.acoustics.surfaces.surface import frequency_lines
 from nvhchain.conventions import Progress
 from nvhchain.errors import ResourceError, require
@@ -53,11 +46,7 @@ def vectors_at(
     if "elements_per_wavelength" in provenance and lines[-1] > 0:
         provenance["elements_per_wavelength"] *= float(atv.frequency[-1] / lines[-1])
     provenance |= {"stage": "acoustics.vectors_at", "fidelity": repr(fidelity), "masters": len(atv.frequency)}
-    stops = lines[:-1][np.diff(piece_of(atv, lines)) != 0]
-    breaks = stops if len(stops) else None
-    return TransferVectors(
-        lines, atv.points, vectors, atv.surface, atv.air, atv.plane, image, breaks, provenance=provenance
-    )
+    return TransferVectors(lines, atv.points, vectors, atv.surface, atv.air, atv.plane, image, provenance=provenance)
 
 
 def project(

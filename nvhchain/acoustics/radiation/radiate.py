@@ -6,8 +6,7 @@ import numba as nb
 import numpy as np
 
 from nvhchain.acoustics.accuracy.cancellation import ESTIMATE, cancellation_of_motion, short_waves, told_cancellation
-from nvhchain.acoustics.accuracy.interpolation_error import OF_MESH
-from nvhchain.acoustics.accuracy.mesh_error import coarse_edge_ratio, told_interpolation, told_resonances
+from nvhchain.acoustics.accuracy.mesh_error import told_interpolation, told_resonances
 from nvhchain.acoustics.interpolation.nodes import Interpolant, check_lines, interpolant, line_batches, support
 from nvhchain.acoustics.radiation.projection import check_memory
 from nvhchain.conventions import Progress
@@ -63,7 +62,7 @@ def radiate(
 ) -> FieldPressure:
     """Sound pressure at the field points of `atv`, p(ω) = vector(ω) · v_n(ω), at every line of the surface velocity.
 
-    Transfer vectors are interpolated between their master frequencies (`fidelity.interpolation`), velocities never.
+    Transfer vectors are interpolated between their master frequencies, velocities never.
     A line without any velocity, and a line at 0 Hz, has zero pressure.  The provenance keeps the largest estimated
     interpolation error of each point relative to its peak pressure (`interpolation_error`, no less than `vectors_at`
     stated of such vectors); AccuracyWarning where it exceeds `fidelity.master_tolerance_db`.  Where the mesh may miss
@@ -86,7 +85,8 @@ def radiate(
     shift = float(atv.provenance.get("resonance_shift", 0.0))
     pressure, error, shifted = _evaluate(smooth, surface_velocity, len(atv.points), progress, shift)
     provenance: dict[str, object] = {"stage": "acoustics.radiate", "fidelity": repr(fidelity)}
-    provenance |= {name: atv.provenance[name] for name in OF_MESH if name in atv.provenance}
+    if "expected_error_dB" in atv.provenance:
+        provenance["expected_error_dB"] = atv.provenance["expected_error_dB"]
     frequency, amplitude = surface_velocity.frequency, np.abs(pressure)
     peak, loudest = amplitude.max(axis=0), amplitude.max(axis=1)
     relative = error.max(axis=0) / np.where(peak > 0, peak, 1.0)
@@ -98,8 +98,7 @@ def radiate(
     if "elements_per_wavelength" in atv.provenance:
         one_element = float(atv.frequency[-1]) * atv.provenance["elements_per_wavelength"]
         quadrature = atv.provenance.get("quadrature_error", 0.0)
-        ratio = coarse_edge_ratio(atv, frequency)
-        left = cancellation_of_motion(surface_velocity, loudest, atv.points, atv.air, atv.plane, quadrature, ratio)
+        left = cancellation_of_motion(surface_velocity, loudest, atv.points, atv.air, atv.plane, quadrature)
         short = short_waves(surface_velocity)
         provenance |= told_cancellation(frequency, np.sign(loudest), left**2, short, fidelity, one_element, ESTIMATE)
     return FieldPressure(frequency, atv.points, pressure, provenance=provenance)

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
 from concurrent.futures import Executor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -14,24 +13,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from nvhchain.acoustics.accuracy.interpolation_error import deciding_points, vector_changes, vector_errors
-from nvhchain.acoustics.accuracy.mesh_error import coarse_accuracy, with_coarse
-from nvhchain.acoustics.interpolation.adaptive import (
-    FEWEST,
-    KNOBS,
-    Chosen,
-    check_band,
-    choose_masters,
-    first_masters,
-)
+from nvhchain.acoustics.interpolation.adaptive import KNOBS, check_band, choose_masters, first_masters
 from nvhchain.acoustics.interpolation.nodes import Interpolant, interpolant
 from nvhchain.acoustics.radiation.projection import check_memory
 from nvhchain.acoustics.solutions.transfer_vectors import made_by, told, transfer_vectors
-from nvhchain.acoustics.surfaces.coarsening import coarse_surfaces, surface_changes, without_slivers
-from nvhchain.acoustics.surfaces.reflecting_plane import with_images
 from nvhchain.acoustics.surfaces.surface import check_points
 from nvhchain.acoustics.systems.linear_system import SolverRecord
 from nvhchain.conventions import Air, Progress
-from nvhchain.errors import AccuracyWarning, require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, IntArray, RigidPlane, Surface, TransferVectors
 from nvhchain.kinds import check_arguments
@@ -57,9 +45,7 @@ def adaptive_transfer_vectors(
 ) -> TransferVectors:
     """Transfer vectors at as few master frequencies as interpolation within `fidelity.master_tolerance_db` allows.
 
-    Never fewer than three masters and two of test are taken, however narrow the band.  With
-    `fidelity.coarse_edge_ratios` each part of the band that has a surface of its own is a piece with masters of its own
-    (`TransferVectors.breaks`).
+    Never fewer than three masters and two of test are taken, however narrow the band.
 
     The error of a vector is its 2-norm over the faces relative to the vector's, the worst of the field points: what a
     velocity that is alike on all faces and random in phase suffers in the mean.  It is estimated at 64 field points at
@@ -88,39 +74,11 @@ def adaptive_transfer_vectors(
         transfer_vectors, surface, points, air=air, fidelity=fidelity, engine=engine, plane=plane, executor=executor,
         shards=shards,
     )  # fmt: skip
-    source, per_hertz = _Vectors(solve, fidelity, len(points), deciding), _waves(surface, 1.0, air, plane)
-    exact = fidelity.radiation == "boundary_elements"
-    below = coarse_surfaces(surface, (), with_images(points, plane), plane, air, fidelity) if exact else ()
-    below = without_slivers(below, low, high)
-    breaks = surface_changes(below, low, high)
-    fewest = FEWEST * (len(breaks) + 1)
-    require(
-        fidelity.masters >= fewest,
-        f"{fidelity.masters} masters are too few for the {len(breaks) + 1} parts of the band that have surfaces of "
-        f"their own: allow {fewest} at least, or leave coarse_edge_ratios out",
-    )
-    chosen: list[Chosen[TransferVectors]] = []
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", "the coarser surface", AccuracyWarning)  # said below, of all masters
-        for start, stop in reversed([*zip([low, *np.nextafter(breaks, np.inf)], [*breaks, high], strict=True)]):
-            taken = sum(len(one.found.frequency) for one in chosen)
-            left = replace(fidelity, masters=fidelity.masters - taken - FEWEST * (len(breaks) - len(chosen)))
-            check_band(start, stop, left)
-            first = first_masters(start, stop, per_hertz * (stop - start), _PER_WAVE, left)
-            chosen.append(choose_masters(source, first, left, partial(_report, progress, taken)))
-            warnings.simplefilter("ignore", AccuracyWarning)  # the highest frequency has said what there is to say
-    found = _together(*(one.found for one in chosen))
-    records = [record for one in chosen for record in one.records]
-    told = chosen[0].found.provenance | _made_by(fidelity, engine, records)
-    told |= {name: max(one.told[name] for one in chosen) for name in chosen[0].told}
-    if exact:
-        told = with_coarse(told, coarse_accuracy(below, found.frequency, air, fidelity, engine, plane))
-    return found.replace(breaks=breaks if len(breaks) else None, provenance=told | {"deciding_points": len(deciding)})
-
-
-def _report(progress: Progress | None, known: int, done: int, total: int) -> None:
-    if progress is not None:
-        progress(known + done, known + total)
+    source = _Vectors(solve, fidelity, len(points), deciding)
+    first = first_masters(low, high, _waves(surface, high - low, air, plane), _PER_WAVE, fidelity)
+    chosen = choose_masters(source, first, fidelity, progress)
+    made = chosen.told | {"deciding_points": len(deciding)}
+    return chosen.found.replace(provenance=chosen.found.provenance | _made_by(fidelity, engine, chosen.records) | made)
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,8 +117,7 @@ def _made_by(fidelity: AcousticsFidelity, engine: str, records: list[SolverRecor
     """What took part in finding the masters, beside what `transfer_vectors` tells."""
     stage = "adaptive_transfer_vectors"
     if fidelity.radiation == "boundary_elements":
-        coarse = ("coarse_edge_ratios", "coarse_elements_per_wavelength") if fidelity.coarse_edge_ratios else ()
-        return made_by(stage, fidelity, engine, (*coarse, *KNOBS), records)
+        return made_by(stage, fidelity, engine, KNOBS, records)
     return {"stage": f"acoustics.{stage}", "fidelity": told(fidelity, ("radiation", "field_near_ratio", *KNOBS))}
 
 

@@ -57,7 +57,7 @@ def solve_direct(
     """Sound pressure at field points by a boundary element solution at every frequency, without transfer vectors.
 
     points: (n_point, 3) m, outside the body.  The other arguments and errors are those of `transfer_vectors`; always
-    boundary elements on the given surface, whatever `fidelity.radiation` and `fidelity.coarse_edge_ratios` say.
+    boundary elements, whatever `fidelity.radiation` is.
     At 0 Hz the pressure is zero, the limit of a finite velocity.
     The provenance also keeps the largest error of motions whose parts cancel each other, or that bend walls in waves
     which are short for the mesh, relative to the loudest point (`cancellation_error_dB`, at `cancellation_frequency`
@@ -120,8 +120,8 @@ def _change_beside(
     beside = SurfaceVelocity(np.array([(1.0 + step) * frequency]), delayed, surface)
     found, _ = _solve(beside, points[loudest, None], None, air, fidelity, engine, plane, memory, None, None)
     slope = (found[0, 0] / ((1.0 + step) * pressure[loudest]) - 1.0) / (step * frequency)
-    paths = paths_about(surface, plane, air, None)
-    if abs(slope) <= paths.turn + 2.0 / frequency:
+    paths = paths_about(surface, plane, air)
+    if abs(slope) <= paths.phase_slope + 2.0 / frequency:
         return 0.0
     pole = frequency + 1.0 / slope
     if not resonates(pole, paths):

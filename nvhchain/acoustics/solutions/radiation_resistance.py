@@ -92,7 +92,6 @@ def radiation_resistance(
     motion: the surface and the shapes, those of a housing for instance (`housing_shapes`).
     master_frequencies: (n_f,) Hz, increasing, those of transfer vectors for instance; `waves_power` and `modal_power`
     go between them.
-    fidelity.coarse_edge_ratios: left alone (`sound_power` says why).
     The other arguments, `shards` among them, and errors are those of `transfer_vectors`.
     """
     check_arguments(radiation_resistance, locals())

@@ -53,9 +53,7 @@ def sound_power(
     array_radius: m; with it the pressure is taken instead at the positions of `array_standard` on a sphere of this
     radius about the surface's centre, or on a hemisphere on the plane (`array_points`), as a measurement would.
     fidelity.radiation: `rayleigh` needs an array, as it knows no pressure on the surface; `equivalent_radiated_power`
-    is a power by itself.  fidelity.coarse_edge_ratios: left alone; a coarser surface keeps the flux of a motion, but
-    not what is left where its parts cancel: +12 dB at 50 Hz for a wall that bends in two waves
-    (docs/measured/acoustics/sound_power.md).
+    is a power by itself.
     The other arguments and errors are those of `transfer_vectors`.
 
     The provenance keeps what the mesh lets expect (`expected_accuracy`) and, from the surface, the largest error of

@@ -11,10 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from nvhchain.acoustics.accuracy.mesh_error import coarse_accuracy, expected_accuracy, with_coarse
+from nvhchain.acoustics.accuracy.mesh_error import expected_accuracy
 from nvhchain.acoustics.accuracy.solver_error import with_solver_error
 from nvhchain.acoustics.radiation.rayleigh import check_rayleigh_memory, rayleigh_accuracy, rayleigh_vectors
-from nvhchain.acoustics.surfaces.coarsening import CoarseSurface, coarse_surfaces, surface_used, without_slivers
 from nvhchain.acoustics.surfaces.reflecting_plane import check_plane, with_images
 from nvhchain.acoustics.surfaces.surface import check_mesh, check_points, real_numbers
 from nvhchain.acoustics.surfaces.velocity_in_faces import within_faces
@@ -75,7 +74,6 @@ def transfer_vectors(
     executor: Executor | None = None,
     progress: Progress | None = None,
     shards: str | Path | None = None,
-    coarser: Sequence[Surface] = (),
 ) -> TransferVectors:
     """Pressure at field points per unit normal velocity of every face, p = vectors · v_n, at master frequencies.
 
@@ -91,11 +89,6 @@ def transfer_vectors(
     its normal; the part of the vectors that goes by way of it is kept apart (`TransferVectors.image_vectors`).
     executor: takes bands of four frequencies, as many at once as memory allows.
     shards: folder in which every finished band is saved, and from which a run that was killed takes them again.
-    coarser: surfaces of the same body for lower frequencies, instead of `fidelity.coarse_edge_ratios`; each is used
-    where it has `fidelity.coarse_elements_per_wavelength` and the body is not small against the wavelength
-    (`coarse_surfaces`), and the vectors are brought back to the faces of `surface`;
-    its error is in the provenance (`coarse_accuracy`).  Between masters on different surfaces nothing is interpolated
-    (`TransferVectors.breaks`): `adaptive_transfer_vectors` has masters right at both sides.
     `fidelity.radiation` = `rayleigh` takes the Rayleigh integral instead (`rayleigh_vectors`, `rayleigh_accuracy`).
     Assumes one-way coupling.  Raises InputError (mesh too coarse, point inside or too near, body or point behind the
     plane or too near it), ResourceError (matrices do not fit into free memory), SolverError (singular system).
@@ -120,20 +113,16 @@ def transfer_vectors(
     else:
         task = check_rayleigh_memory(surface, len(ends), size + columns)
         expected = rayleigh_accuracy(surface, frequency, air)
-    below = coarse_surfaces(surface, coarser, ends, plane, air, fidelity) if exact else ()
-    below = without_slivers(below, float(frequency[0]), float(frequency[-1]))
-    of_coarse = coarse_accuracy(below, frequency, air, fidelity, engine, plane)
     records: list[SolverRecord] = []
-    coarse = tuple((one.surface, one.lowest_frequency, one.highest_frequency) for one in below)
     vectors = over_bands(
         _vectors,
         frequency,
         (),
-        (surface, ends, air, fidelity, engine, task, plane, below),
+        (surface, ends, air, fidelity, engine, task, plane),
         memory_per_task=task + columns,
         executor=executor,
         progress=progress,
-        shards=kept_in(shards, "transfer_vectors", surface, ends, air, fidelity, engine, plane, coarse),
+        shards=kept_in(shards, "transfer_vectors", surface, ends, air, fidelity, engine, plane),
         records=records,
     )
     image = None
@@ -142,23 +131,11 @@ def transfer_vectors(
         vectors = vectors[:, : len(x)] + image
     vectors.flags.writeable = False  # and so the hand-off takes them without another copy
     if exact:
-        coarse_knobs = ("coarse_edge_ratios", "coarse_elements_per_wavelength") if below else ()
-        provenance = made_by("transfer_vectors", fidelity, engine, coarse_knobs, records, expected)
+        provenance = made_by("transfer_vectors", fidelity, engine, (), records, expected)
     else:
         knobs = told(fidelity, ("radiation", "field_near_ratio"))
         provenance = {"stage": "acoustics.transfer_vectors", "fidelity": knobs, **expected}
-    breaks = frequency[:-1][np.diff(surface_used(below, frequency)) != 0]
-    return TransferVectors(
-        frequency,
-        x,
-        vectors,
-        surface,
-        air,
-        plane,
-        image,
-        breaks if len(breaks) else None,
-        provenance=with_coarse(provenance, of_coarse),
-    )
+    return TransferVectors(frequency, x, vectors, surface, air, plane, image, provenance=provenance)
 
 
 def made_by(
@@ -200,44 +177,14 @@ def _vectors(
     engine: str,
     memory: int,
     plane: RigidPlane | None = None,
-    below: Sequence[CoarseSurface] = (),
 ) -> Solved:
     """Transfer vectors (n_f, n_point, n_face) of one band and how they were solved; with a plane, `points` are
     followed by their images.
 
-    memory: bytes that systems may take.  below: surfaces for lower frequencies, coarsest first.
+    memory: bytes that systems may take.
     """
     if fidelity.radiation == "rayleigh":
         return Solved(rayleigh_vectors(frequency, surface, points, air, fidelity.field_near_ratio), SolverRecord())
-    record = SolverRecord()
-    vectors = np.empty((len(frequency), len(points), len(surface.triangles)), dtype=complex)
-    left = np.ones(len(frequency), dtype=bool)
-    for coarse in below:
-        mine = np.flatnonzero(left & coarse.carries(frequency))
-        if len(mine) == 0:
-            continue
-        left[mine] = False
-        solved = _solved(frequency[mine], coarse.surface, points, air, fidelity, engine, memory, plane)
-        record += solved.record
-        for row, f, coarse_vectors in zip(mine, frequency[mine], solved.values, strict=True):
-            vectors[row] = coarse.on_fine_faces(coarse_vectors, points, 2 * np.pi * f / air.speed_of_sound)
-    if left.any():
-        vectors[left], fine = _solved(frequency[left], surface, points, air, fidelity, engine, memory, plane)
-        record += fine
-    return Solved(vectors, record)
-
-
-def _solved(
-    frequency: FloatArray,
-    surface: Surface,
-    points: FloatArray,
-    air: Air,
-    fidelity: AcousticsFidelity,
-    engine: str,
-    memory: int,
-    plane: RigidPlane | None,
-) -> Solved:
-    """Transfer vectors (n_f, n_point, n_face) by boundary elements on `surface`."""
     vectors = np.zeros((len(frequency), len(points), len(surface.triangles)), dtype=complex)
     omega = 2 * np.pi * frequency
     solved = np.flatnonzero(frequency > 0)

@@ -31,8 +31,7 @@ def remesh(
         job.getvalue(),
         time_limit=_TIME_LIMIT,
         failure="gmsh could not mesh the surface anew",
-        remedy=f"ask for edges shorter than {1e3 * element_size:.3g} mm (lower coarse_edge_ratios), or give the "
-        "coarse surface",
+        remedy=f"ask for edges shorter than {1e3 * element_size:.3g} mm, or give a surface that needs no meshing",
     )
     return made["vertices"], made["triangles"]
 

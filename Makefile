@@ -1,4 +1,4 @@
-# make demo: both gearbox configurations from gear drawing to sound pressure.  make test: the tests.
+# make demo: both gearbox configurations from gear drawing to sound pressure.  make test: the tests of a change.
 # Each makes the virtual environment first if it is not there.
 
 PYTHON ?= python3
@@ -8,11 +8,11 @@ OUT ?= out
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: help setup demo test extremes lint docs clean distclean
+.PHONY: help setup demo test test-all extremes lint docs clean distclean
 
 help:
 	@echo "make demo       compare the solid and the slotted gearbox, results in $(OUT)/  (FIDELITY=draft|standard|reference)"
-	@echo "make test       run the tests"
+	@echo "make test       run the tests that a change needs;  make test-all also runs those marked slow"
 	@echo "make extremes   try thousands of generated cases within and beyond sense"
 	@echo "make lint       style, formatting and types"
 	@echo "make docs       build the documentation in docs/_build/html"
@@ -28,7 +28,10 @@ demo: $(READY)
 	$(BIN)/nvhchain compare cases/gearbox/solid.toml cases/gearbox/slotted.toml --fidelity $(FIDELITY) --out $(OUT)
 
 test: $(READY)
-	$(BIN)/python -m pytest --durations=15 -n 2
+	$(BIN)/python -m pytest --durations=15 -n 2 --dist loadfile -m "not slow"
+
+test-all: $(READY)
+	$(BIN)/python -m pytest --durations=15 -n 2 --dist loadfile
 
 extremes: $(READY)
 	NVHCHAIN_EXTREMES=1000 $(BIN)/python -m pytest tests/extremes

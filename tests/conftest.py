@@ -1,9 +1,12 @@
-"""Fixtures that several folders share, and how tests are spread over processes."""
+"""Comparison of the gearbox configurations at a coarse fidelity, for the tests of the chain and of reports."""
 
+import os
+import pickle
+import shutil
 from dataclasses import replace
 
 import pytest
-from xdist.scheduler import LoadScopeScheduling
+from filelock import FileLock
 
 import nvhchain as nvh
 from nvhchain.report import compare
@@ -21,10 +24,16 @@ def cases(request):
 
 @pytest.fixture(scope="session")
 def compared(cases, tmp_path_factory):
-    """(folder, summary, record) of one comparison."""
-    out, record = tmp_path_factory.mktemp("compare"), Record()
-    summary = compare(cases, fidelity=COARSE, out=out, watcher=record)
-    return out, summary, record
+    """(folder, summary, record) of one comparison; every process of the tests has a copy of the same one."""
+    base, out = tmp_path_factory.getbasetemp(), tmp_path_factory.mktemp("compare")
+    shared = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "compared"
+    with FileLock(f"{shared}.lock"):
+        if not (shared / "returned.pickle").exists():
+            record = Record()
+            summary = compare(cases, fidelity=COARSE, out=shared, watcher=record)
+            (shared / "returned.pickle").write_bytes(pickle.dumps((summary, record)))
+    shutil.copytree(shared, out, dirs_exist_ok=True)
+    return out, *pickle.loads((out / "returned.pickle").read_bytes())
 
 
 @pytest.fixture(scope="session")
@@ -35,14 +44,3 @@ def coarse():
 @pytest.fixture
 def record():
     return Record()
-
-
-class ByFolder(LoadScopeScheduling):
-    """Tests of one folder share what their conftest makes and run on one process; folders with most tests go first."""
-
-    def _split_scope(self, nodeid: str) -> str:
-        return nodeid.split("/")[1]
-
-
-def pytest_xdist_make_scheduler(config, log):
-    return ByFolder(config, log)

@@ -16,6 +16,7 @@ def now(tmp_path_factory):
     return measured(tmp_path_factory.mktemp("claims"))
 
 
+@pytest.mark.slow
 def test_claims_are_of_the_knobs_and_values_that_are_swept_now(now):
     assert {(row.knob, row.value) for row in CLAIMS.measurements[1:]} == set(now)
     assert (CLAIMS.case, CLAIMS.base) == ("single-stage", "tiny")
@@ -25,6 +26,7 @@ def test_every_knob_that_does_not_take_hours_is_claimed():
     assert {row.knob for row in CLAIMS.measurements[1:]} == {knob.name for knob in KNOBS if not knob.hours}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("claim", CLAIMS.measurements[1:], ids=lambda row: f"{row.knob}={row.value}")
 def test_error_is_as_claimed(now, claim):
     """Within 10 % and 0.02 dB, 0.002 dB where the motion is given: overall, at the worst line and every harmonic."""

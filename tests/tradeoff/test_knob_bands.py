@@ -6,6 +6,8 @@ from benchmarks.chain.error_band_knobs import judged_rows
 from nvhchain.tradeoff import shipped_sweep
 from nvhchain.tradeoff.knobs import BEYOND
 
+pytestmark = pytest.mark.slow
+
 ROWS = [
     (row.knob, row.value)
     for row in shipped_sweep().measurements[1:]

@@ -33,7 +33,7 @@ def mesh(small, coarse):
     """The casting is meshed once for all tests."""
     made = mesh_casting(small[1].housing, coarse.housing)
     with pytest.MonkeyPatch.context() as patch:
-        for module in ("craig_bampton", "reduction"):
+        for module in ("exchange.craig_bampton", "reduction"):
             patch.setattr(sys.modules[f"nvhchain.housing.{module}"], "mesh_casting", lambda *_: made)
         yield made
 

@@ -1,39 +1,46 @@
-"""Directive `api-modules`: documents every public module of the package, in the order of the import contract."""
+"""Directive `package-api`: documents the names that a package offers in `__all__`, or those that a module defines."""
 
-import pkgutil
+import importlib
+import inspect
 
 from docutils import nodes
 from docutils.statemachine import StringList
 from sphinx.util.docutils import SphinxDirective
 
-import nvhchain
 
-LOWEST_FIRST = """
-    errors conventions fidelity handoff store levels fem resume gear lumped dynamics spectrum housing acoustics interop
-    case scene radiator chain plots report study tradeoff doctor cli
-"""
-
-
-def public_modules():
-    """Dotted names of all modules without a leading underscore anywhere."""
-    names = [m.name for m in pkgutil.walk_packages(nvhchain.__path__, "nvhchain.") if "._" not in m.name]
-    rank = {name: i for i, name in enumerate(LOWEST_FIRST.split())}
-    return sorted(names, key=lambda name: (rank.get(name.split(".")[1], len(rank)), name))
+def kind(value):
+    """Directive of autodoc for a value."""
+    if inspect.isclass(value):
+        return "exception" if issubclass(value, Exception) else "class"
+    return "function" if callable(value) else "data"
 
 
-class ApiModules(SphinxDirective):
-    """One section per module."""
+def documented(package, name, value):
+    """Directive that documents a name; a reference where the package of its definition offers it, too."""
+    home = ".".join(getattr(value, "__module__", package).split(".")[:2])
+    if inspect.isclass(value) and home != package and name in getattr(importlib.import_module(home), "__all__", []):
+        return f"``{package}.{name}``: see :class:`{home}.{name}`."
+    return f".. auto{kind(value)}:: {package}.{name}"
+
+
+class PackageApi(SphinxDirective):
+    """Docstring of a package and of everything in its `__all__`."""
+
+    required_arguments = 1
 
     def run(self):
-        sections = []
-        for name in public_modules():
-            section = nodes.section(ids=[name.replace(".", "-")], names=[name])
-            section += nodes.title(text=name)
-            self.state.nested_parse(StringList([f".. automodule:: {name}", ""], source="api"), 0, section)
-            sections.append(section)
-        return sections
+        name = self.arguments[0]
+        module = importlib.import_module(name)
+        self.env.note_dependency(module.__file__)
+        offered = getattr(module, "__all__", [])
+        lines = [f".. automodule:: {name}", *(["   :no-members:"] if offered else []), ""]
+        for one in offered:
+            lines += [documented(name, one, getattr(module, one)), ""]
+        content = nodes.Element()
+        self.state.nested_parse(StringList(lines, source=name), 0, content)
+        return content.children
 
 
 def setup(app):
-    app.add_directive("api-modules", ApiModules)
+    app.add_directive("package-api", PackageApi)
     return {"parallel_read_safe": True}

@@ -14,7 +14,7 @@ from plain_docstrings import ENTRY, SPLIT, fields
 from sphinx.util.docutils import SphinxDirective
 
 from nvhchain import case, dimensions
-from nvhchain.fidelity import PRESETS
+from nvhchain.fidelity import PRESETS, declared
 
 
 def meanings(cls):
@@ -76,6 +76,16 @@ def section(title, anchor, *content):
     return node
 
 
+def limits(field):
+    """Limits of a knob with its unit, or its choices."""
+    of = declared(field)
+    if of.choices:
+        return ", ".join(of.choices)
+    if "tuple" in field.type:
+        return ""
+    return "yes or no" if field.type == "bool" else f"{of.low:g} … {of.high:g} {of.unit}".rstrip()
+
+
 class FidelityTable(SphinxDirective):
     """One section per stage, one row per knob, one column per preset."""
 
@@ -88,12 +98,11 @@ class FidelityTable(SphinxDirective):
             if not dataclasses.is_dataclass(knobs[0]):
                 continue
             self.env.note_dependency(sys.modules[type(knobs[0]).__module__].__file__)
-            text = meanings(type(knobs[0]))
             rows = [
-                [knob.name, *(shown(getattr(k, knob.name)) for k in knobs), text.get(knob.name, "")]
-                for knob in dataclasses.fields(knobs[0])
+                [one.name, *(shown(getattr(k, one.name)) for k in knobs), limits(one), declared(one).meaning]
+                for one in dataclasses.fields(knobs[0])
             ]
-            header = ["knob", *(preset.name for preset in presets), "meaning"]
+            header = ["knob", *(preset.name for preset in presets), "limits", "meaning"]
             result.append(section(stage.name.capitalize(), f"fidelity-{stage.name}", table(header, rows)))
         return result
 

@@ -3,28 +3,29 @@
 A fidelity value changes how close the answer is; a case value changes what the answer is.
 """
 
-from nvhchain.fidelity.acoustics import PRECISIONS, RADIATIONS, SOLVERS, AcousticsFidelity
-from nvhchain.fidelity.dynamics import MESH_LEVELS, DynamicsFidelity
-from nvhchain.fidelity.gear import BODIES, GearFidelity
+from nvhchain.fidelity.acoustics import AcousticsFidelity
+from nvhchain.fidelity.dynamics import DynamicsFidelity
+from nvhchain.fidelity.gear import GearFidelity
 from nvhchain.fidelity.housing import HousingFidelity
+from nvhchain.fidelity.knob import Declared, Knobs, Sweep, declared, knob
 from nvhchain.fidelity.lumped import LUMPED, LumpedFidelity
 from nvhchain.fidelity.presets import DRAFT, PRESETS, REFERENCE, STANDARD, Fidelity
 
 __all__ = [
-    "BODIES",
     "DRAFT",
     "LUMPED",
-    "MESH_LEVELS",
-    "PRECISIONS",
     "PRESETS",
-    "RADIATIONS",
     "REFERENCE",
-    "SOLVERS",
     "STANDARD",
     "AcousticsFidelity",
+    "Declared",
     "DynamicsFidelity",
     "Fidelity",
     "GearFidelity",
     "HousingFidelity",
+    "Knobs",
     "LumpedFidelity",
+    "Sweep",
+    "declared",
+    "knob",
 ]

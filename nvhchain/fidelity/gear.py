@@ -5,72 +5,48 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from nvhchain.errors import require
-from nvhchain.fidelity.limits import whole, within
-
-BODIES = ("elements", "analytic")
-"""Ways to find how teeth and blanks give way."""
+from nvhchain.fidelity.knob import Knobs, knob
 
 
+# fmt: off
 @dataclass(frozen=True)
-class GearFidelity:
-    """Finite element body, contact slices and the grid of the mesh law.
+class GearFidelity(Knobs, stage="gear"):
+    """Finite element body, contact slices and the grid of the mesh law."""
 
-    profile_elements: quadratic elements along one flank.  width_layers: element layers over the face width; more where
-    a web is thin.
-    transverse_refinement: factor on the elements across tooth and rim (1: four across the tooth).
-    row_aspect: radial over circumferential size of the blank's elements under the teeth.
-    root_refinement: the same factor for the mesh in which root strain is read, of one tooth.
-    load_pattern_tolerance: what is neglected of the forces a tooth passes to the body, relative.
-    corner_gap: m, unloaded gap up to which contact of tip edges beyond the path of contact is looked for; 0: none.
-    Where it is too small for the load (`gear.closing_edges`: heavy loads, aluminium, plastics) laws, load distributions
-    and transmission errors take what the flanks approach each other by instead.
-    bodies: how teeth and blanks give way, `elements` or, for a first look, `analytic` (Weber–Banaschek beam on
-    Sainsot–Velex ring; it sees no hole or slot, and of a web its twist alone).
-    far_pattern_tolerance: what of them is taken to answer alike at all teeth of a sector, relative.
-    slices: axial slices of a contact line over the face width, or over each axial pitch of a wider face.
-    angles_per_mesh: mesh-law angles per mesh period, which hold half as many harmonics.
-    deflections: mesh-law deflections.  contact_residual: admissible residual of the complementarity
-    problem, relative to the deflection scale.  drive_reach, back_reach: mesh-law forces on the drive and back flank,
-    times the nominal force.
-    """
-
-    profile_elements: int
-    width_layers: int
-    slices: int
-    angles_per_mesh: int
-    deflections: int
-    contact_residual: float = 1e-10
-    transverse_refinement: int = 1
-    row_aspect: float = 1.5
-    load_pattern_tolerance: float = 1e-3
-    far_pattern_tolerance: float = 3e-2
-    bodies: str = "elements"
-    corner_gap: float = 60e-6
-    drive_reach: float = 3.0
-    back_reach: float = 1.5
-    root_refinement: int = 4
+    profile_elements: int = knob(low=1, high=100, sweep=(2, 4, 6), meaning="quadratic elements along one flank")
+    width_layers: int = knob(low=1, high=200, sweep=(4, 6, 8, 10),
+        meaning="element layers over the face width; more where a web is thin")
+    slices: int = knob(low=1, high=2000, sweep=(8, 16, 32),
+        meaning="axial slices of a contact line over the face width, or over each axial pitch of a wider face")
+    angles_per_mesh: int = knob(low=2, high=10_000, sweep=(24, 48, 96),
+        meaning="mesh-law angles per mesh period, which hold half as many harmonics")
+    deflections: int = knob(low=6, high=1000, sweep=(10, 16, 24), meaning="mesh-law deflections")
+    contact_residual: float = knob(1e-10, low=1e-13, high=1e-4, sweep=(1e-5, 1e-7),
+        meaning="admissible residual of the complementarity problem, relative to the deflection scale")
+    transverse_refinement: int = knob(1, low=1, high=16, sweep="1 is its coarsest value",
+        meaning="factor on the elements across tooth and rim (1: four across the tooth)")
+    row_aspect: float = knob(1.5, low=0.1, high=10.0, sweep=(2.5, 1.5),
+        meaning="radial over circumferential size of the blank's elements under the teeth")
+    load_pattern_tolerance: float = knob(1e-3, high=0.1, sweep=(1e-2, 3e-3, 1e-3),
+        meaning="part of the forces from a tooth on the body that is neglected, relative")
+    far_pattern_tolerance: float = knob(3e-2, high=0.5, sweep=(0.1, 0.03),
+        meaning="part of these forces with the same effect at all teeth of a sector, relative")
+    bodies: str = knob("elements", choices=("elements", "analytic"), sweep=("analytic",),
+        meaning="compliance of teeth and blanks: `elements` or, for a first look, `analytic` (Weber–Banaschek beam on "
+                "Sainsot–Velex ring; no holes or slots, and of a web its twist alone)")
+    corner_gap: float = knob(60e-6, high=0.1, unit="m", sweep=(30e-6,),
+        meaning="unloaded gap up to which contact of tip edges beyond the path of contact is sought; 0: none. Where it "
+                "is too small for the load (`gear.closing_edges`) the approach of the flanks is taken instead")
+    drive_reach: float = knob(3.0, low=0.1, high=100.0, sweep=(1.5, 2.0),
+        meaning="largest mesh-law force on the drive flank, times the nominal force")
+    back_reach: float = knob(1.5, low=0.1, high=100.0, sweep=(0.5,),
+        meaning="largest mesh-law force on the back flank, times the nominal force")
+    root_refinement: int = knob(4, low=1, high=16, step="root strain", sweep="of root strains only",
+        meaning="as transverse_refinement, for the mesh of one tooth in which root strain is read")
+    # fmt: on
 
     def __post_init__(self) -> None:
-        within(
-            self,
-            "gear",
-            ("profile_elements", 1, 100),
-            ("width_layers", 1, 200),
-            ("slices", 1, 2000),
-            ("angles_per_mesh", 2, 10_000),
-            ("deflections", 6, 1000),
-            ("contact_residual", 1e-13, 1e-4),
-            ("transverse_refinement", 1, 16),
-            ("root_refinement", 1, 16),
-            ("row_aspect", 0.1, 10.0),
-            ("load_pattern_tolerance", 0.0, 0.1),
-            ("far_pattern_tolerance", 0.0, 0.5),
-            ("drive_reach", 0.1, 100.0),
-            ("back_reach", 0.1, 100.0),
-            ("corner_gap", 0.0, 0.1),
-        )
-        whole(self, "gear", "profile_elements", "width_layers", "slices", "angles_per_mesh", "deflections")
-        whole(self, "gear", "transverse_refinement", "root_refinement")
+        super().__post_init__()
         # of those beyond both ends of the gap, as the mesh law shares them; the fewest deflections leave two
         driven = (self.deflections - 2) * self.drive_reach / (self.drive_reach + self.back_reach)
         require(
@@ -79,4 +55,3 @@ class GearFidelity:
             f"{self.deflections} deflections to the drive flank, which needs 2: lower back_reach, or raise drive_reach "
             "or deflections",
         )
-        require(self.bodies in BODIES, f"gear bodies = {self.bodies!r} is unknown: choose from {', '.join(BODIES)}")

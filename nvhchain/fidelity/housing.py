@@ -4,46 +4,33 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from nvhchain.fidelity.limits import within
+from nvhchain.fidelity.knob import Knobs, knob
 
 
+# fmt: off
 @dataclass(frozen=True)
-class HousingFidelity:
-    """Mesh of the casting, modes and the transfer of its motion to the radiating surface.
+class HousingFidelity(Knobs, stage="housing"):
+    """Mesh of the casting, modes and the transfer of its motion to the radiating surface."""
 
-    element_size: m, quadratic tetrahedra.  mode_ratio: modes up to this multiple of the band's upper limit.
-    truncation_tolerance_db: dB of surface velocity that may be lost with the modes left out, in the mean over the upper
-    three octaves of the band and at the four lines that the provenance states, by the housing's own estimate; the
-    fewest modes that keep to it are taken, never fewer than the band holds, looked for from mode_ratio up; 0:
-    mode_ratio alone decides.
-    elements_per_turn: around bores and other round edges.  elements_per_bending_wavelength: fewest that are accepted
-    in the wall at the upper band limit.  samples_per_face: points per edge of a radiating face at which the motion of
-    the skin is collected.  voxels_per_face: of the grid in which the envelope of a foreign mesh is found, per edge of a
-    radiating face.  mapping_tolerance_db: dB by which the radiating faces may miss the sound power of the skin they
-    stand for before it is warned of.
-    residual_flexibility: whether the modes left out move statically, or not at all.
-    """
-
-    element_size: float
-    mode_ratio: float = 1.25
-    elements_per_turn: float = 16.0
-    elements_per_bending_wavelength: float = 4.0
-    samples_per_face: float = 6.0
-    voxels_per_face: float = 5.0
-    mapping_tolerance_db: float = 1.0
-    truncation_tolerance_db: float = 0.0
-    residual_flexibility: bool = True
-
-    def __post_init__(self) -> None:
-        within(
-            self,
-            "housing",
-            ("element_size", 1e-5, 1.0),
-            ("mode_ratio", 0.1, 20.0),
-            ("elements_per_turn", 0.0, 1000.0),
-            ("elements_per_bending_wavelength", 0.1, 100.0),
-            ("samples_per_face", 0.5, 100.0),
-            ("voxels_per_face", 1.0, 100.0),
-            ("mapping_tolerance_db", 0.0, 100.0),
-            ("truncation_tolerance_db", 0.0, 20.0),
-        )
+    element_size: float = knob(low=1e-5, high=1.0, unit="m", sweep=(0.02, 0.013, 0.0105),
+        meaning="edge of the quadratic tetrahedra")
+    mode_ratio: float = knob(1.25, low=0.1, high=20.0, sweep=(1.0, 1.25, 1.4),
+        meaning="modes are kept up to this multiple of the band's upper limit")
+    elements_per_turn: float = knob(16.0, high=1000.0, sweep=(8.0, 12.0),
+        meaning="elements around bores and other round edges")
+    elements_per_bending_wavelength: float = knob(4.0, low=0.1, high=100.0,
+        sweep="a limit, beyond which the mesh is refused",
+        meaning="fewest elements that are accepted in the wall at the upper band limit")
+    samples_per_face: float = knob(6.0, low=0.5, high=100.0, step="surface", sweep=(1.0, 3.0),
+        meaning="points per edge of a radiating face at which the motion of the skin is collected")
+    voxels_per_face: float = knob(5.0, low=1.0, high=100.0, sweep="of imported housings only",
+        meaning="cells per edge of a radiating face in which the envelope of an imported mesh is found")
+    mapping_tolerance_db: float = knob(1.0, high=100.0, unit="dB",
+        sweep="a limit, beyond which an imported housing is warned of",
+        meaning="difference of sound power between radiating faces and skin beyond which a warning is given")
+    truncation_tolerance_db: float = knob(0.0, high=20.0, unit="dB", sweep=(1.0, 0.3),
+        meaning="loss of surface velocity by excluded modes, in the mean over the upper three octaves and at the four "
+                "lines of the provenance, by the housing's own estimate. The fewest modes that keep to it are taken, "
+                "never fewer than the band holds; 0: mode_ratio alone decides")
+    residual_flexibility: bool = knob(True, sweep=(False,), meaning="excluded modes move statically, or not at all")
+    # fmt: on

@@ -4,50 +4,29 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from nvhchain.fidelity.limits import whole, within
+from nvhchain.fidelity.knob import Knobs, knob
 
 
+# fmt: off
 @dataclass(frozen=True)
-class LumpedFidelity:
-    """Gear pairs with one degree of freedom: time integration and harmonic balance; not part of the chain.
+class LumpedFidelity(Knobs, stage="lumped"):
+    """Gear pairs with one degree of freedom: time integration and harmonic balance; not part of the chain."""
 
-    time_step: s, of the Runge–Kutta integration, at most.  steps_per_period: fewest steps of a natural period and of a
-    mesh cycle.  settle_time: s at each speed of a sweep before it is measured.  settle_level: what may be left then of
-    a disturbance, relative, as linear damping has it die out.  body_periods: measured at each speed.
-    harmonics, harmonic_samples: of the balance, per mesh cycle of the body period.  residual: admissible, relative to
-    the load, reached within newton_iterations.  arc_step: largest step along the curve, in units of static deflection
-    and natural frequency.  arc_points: most points of a curve.
-    """
-
-    time_step: float = 2e-6
-    steps_per_period: float = 20.0
-    settle_time: float = 0.02
-    settle_level: float = 1e-6
-    body_periods: int = 1
-    harmonics: int = 32
-    harmonic_samples: int = 1024
-    residual: float = 1e-9
-    newton_iterations: int = 20
-    arc_step: float = 0.02
-    arc_points: int = 5000
-
-    def __post_init__(self) -> None:
-        within(
-            self,
-            "lumped",
-            ("time_step", 1e-12, 1.0),
-            ("steps_per_period", 8.0, 1e6),
-            ("settle_time", 0.0, 1e4),
-            ("settle_level", 1e-15, 1.0),
-            ("body_periods", 1, 100_000),
-            ("harmonics", 1, 1000),
-            ("harmonic_samples", 8, 100_000),
-            ("residual", 1e-14, 1e-3),
-            ("newton_iterations", 2, 1000),
-            ("arc_step", 1e-6, 1.0),
-            ("arc_points", 10, 10_000_000),
-        )
-        whole(self, "lumped", "body_periods", "harmonics", "harmonic_samples", "newton_iterations", "arc_points")
+    time_step: float = knob(2e-6, low=1e-12, high=1.0, unit="s", meaning="largest step of the Runge–Kutta integration")
+    steps_per_period: float = knob(20.0, low=8.0, high=1e6, meaning="fewest steps of a natural period and a mesh cycle")
+    settle_time: float = knob(0.02, high=1e4, unit="s", meaning="time at each speed of a sweep before the measurement")
+    settle_level: float = knob(1e-6, low=1e-15, high=1.0,
+        meaning="admissible rest of a disturbance after settle_time, relative, as linear damping has it die out")
+    body_periods: int = knob(1, low=1, high=100_000, meaning="body periods measured at each speed")
+    harmonics: int = knob(32, low=1, high=1000, meaning="harmonics of the balance, per mesh cycle of the body period")
+    harmonic_samples: int = knob(1024, low=8, high=100_000, meaning="samples of the balance, per mesh cycle likewise")
+    residual: float = knob(1e-9, low=1e-14, high=1e-3,
+        meaning="admissible residual of the balance, relative to the load")
+    newton_iterations: int = knob(20, low=2, high=1000, meaning="most iterations to that residual")
+    arc_step: float = knob(0.02, low=1e-6, high=1.0,
+        meaning="largest step along the curve, in units of static deflection and natural frequency")
+    arc_points: int = knob(5000, low=10, high=10_000_000, meaning="most points of a curve")
+    # fmt: on
 
 
 LUMPED = LumpedFidelity()

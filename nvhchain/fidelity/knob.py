@@ -1,0 +1,109 @@
+"""The declaration of a knob, in one place: limits, documentation and sweep are read from it.
+
+Every field of a step's knobs is also part of the key under which that step's results are kept.
+"""
+
+from __future__ import annotations
+
+from dataclasses import MISSING, Field, dataclass, field, fields
+from math import inf
+from typing import Any, ClassVar
+
+from nvhchain.errors import is_whole, require
+from nvhchain.kinds import check_fields
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """Settings that a sweep tries, cheapest first.
+
+    values: of the field, or tuples of values where several `fields` are turned together.
+    beyond: models more, or steps finer, than any preset; the change is no error of the setting.
+    hours: takes hours, and is swept only if named with its value, as in `dynamics.mesh_level=contact`.
+    """
+
+    values: tuple[Any, ...]
+    fields: tuple[str, ...] = ()
+    beyond: bool = False
+    hours: bool = False
+
+
+@dataclass(frozen=True)
+class Declared:
+    """Everything that is declared of a knob beside its name, kind and default (`knob`)."""
+
+    meaning: str
+    low: float
+    high: float
+    unit: str
+    choices: tuple[str, ...]
+    step: str
+    sweep: Sweep | str
+
+    def check(self, name: str, value: Any) -> None:
+        """Raise InputError for a value outside the limits or not among the choices."""
+        if self.choices:
+            choices = ", ".join(self.choices)
+            require(value in self.choices, f"{name} = {value!r} is unknown: choose from {choices}")
+        elif not isinstance(value, tuple):
+            unit = f" {self.unit}" if self.unit else ""
+            require(self.low <= value <= self.high, f"{name} = {value} is outside {self.low:g}…{self.high:g}{unit}")
+
+
+def knob(
+    default: Any = MISSING,
+    *,
+    meaning: str,
+    low: float = 0.0,
+    high: float = inf,
+    unit: str = "",
+    choices: tuple[str, ...] = (),
+    step: str = "",
+    sweep: tuple[Any, ...] | Sweep | str = (),
+) -> Any:
+    """Declare a knob: a field of a class of `Knobs`.
+
+    Parameters
+    ----------
+    default : value without which presets have to give one.
+    meaning : one or two sentences for the documentation.
+    low, high : limits, in `unit`; of a switch and of a tuple they are not looked at.
+    choices : names that a text may be, in place of limits.
+    step : part of the computation that reads the knob, by default that of its class.
+    sweep : values that a sweep tries, cheapest first, a `Sweep`, or the reason why it is not swept.
+    """
+    tried = Sweep(sweep) if isinstance(sweep, tuple) else sweep
+    return field(default=default, metadata={"knob": Declared(meaning, low, high, unit, choices, step, tried)})
+
+
+def declared(of: Field[Any]) -> Declared:
+    """Return the declaration of a knob's field."""
+    found: Declared = of.metadata["knob"]
+    return found
+
+
+class Knobs:
+    """Base of the frozen dataclasses that hold the knobs of a stage; it checks every value at construction.
+
+    stage: name of the stage in messages.
+    """
+
+    stage: ClassVar[str]
+
+    def __init_subclass__(cls, stage: str) -> None:
+        cls.stage = stage
+        entries = [(name, of.metadata["knob"]) for name, of in vars(cls).items() if isinstance(of, Field)]
+        lines = [f"{name}: {one.unit + ', ' if one.unit else ''}{one.meaning}" for name, one in entries]
+        cls.__doc__ = "\n".join([cls.__doc__ or "", "", *lines])
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        for one in fields(self):  # type: ignore[arg-type]
+            name, value = f"{self.stage} {one.name}", getattr(self, one.name)
+            if isinstance(value, list):
+                value = tuple(value)  # lists cannot be hashed, and what is computed once is kept by the knobs
+            declared(one).check(name, value)
+            if one.type == "int":
+                require(is_whole(value), f"{name} = {value} must be a whole number")
+                value = int(value)
+            object.__setattr__(self, one.name, value)

@@ -9,13 +9,16 @@ import inspect
 import sys
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sized
 from concurrent.futures import Executor
-from functools import cache
+from functools import cache, wraps
 from numbers import Complex, Real
 from pathlib import Path
 from types import UnionType
-from typing import Any, Literal, NotRequired, Union, Unpack, get_args, get_origin, get_type_hints
+from typing import Any, Literal, NotRequired, ParamSpec, TypeVar, Union, Unpack, get_args, get_origin, get_type_hints
 
 from nvhchain.errors import InputError
+
+P = ParamSpec("P")
+R = TypeVar("R")
 
 NAMES: dict[Any, str] = {
     float: "a number",
@@ -28,13 +31,24 @@ NAMES: dict[Any, str] = {
 }
 
 
-def check_arguments(function: Callable[..., Any], arguments: Mapping[str, Any]) -> None:
-    """InputError where one of `arguments`, its `locals()` on entry, does not fit the annotations of `function`."""
-    for name, hint in _hints(function).items():
-        if get_origin(hint) is Unpack:
-            _check_named(function.__name__, arguments[name], get_args(hint)[0])
-        elif name in arguments:
-            _check(function.__name__, name, arguments[name], hint)
+def checked(function: Callable[P, R]) -> Callable[P, R]:
+    """Decorate a function so that it raises InputError for arguments that do not fit its annotations."""
+    signature = inspect.signature(function)
+
+    @wraps(function)
+    def checking(*args: P.args, **kwargs: P.kwargs) -> R:
+        try:
+            given = signature.bind(*args, **kwargs).arguments
+        except TypeError:  # the function itself says what is missing or unexpected
+            return function(*args, **kwargs)
+        for name, hint in _hints(function).items():
+            if get_origin(hint) is Unpack:
+                _check_named(function.__name__, given.get(name, {}), get_args(hint)[0])
+            elif name in given:
+                _check(function.__name__, name, given[name], hint)
+        return function(*args, **kwargs)
+
+    return checking
 
 
 def check_fields(owner: Any) -> None:

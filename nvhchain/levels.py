@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from nvhchain.conventions import REFERENCE_POWER, REFERENCE_PRESSURE
 from nvhchain.errors import require
 from nvhchain.handoff import ComplexArray, FloatArray
-from nvhchain.kinds import check_arguments
+from nvhchain.kinds import checked
 
 _FLOOR = 1e-300
 """Least argument of a logarithm; keeps the level of an exact zero finite."""
@@ -55,6 +55,7 @@ def a_weighting(frequency: ArrayLike) -> FloatArray:
     return np.asarray(20.0 * np.log10(np.maximum(gain, _FLOOR)) + 1.9997)
 
 
+@checked
 def overall(frequency: FloatArray, pressure: ComplexArray, *, weighted: bool = True) -> FloatArray:
     """Return the overall level of a line spectrum: energy sum over axis 0.
 
@@ -77,11 +78,11 @@ def overall(frequency: FloatArray, pressure: ComplexArray, *, weighted: bool = T
     InputError
         If the numbers of frequencies and lines differ.
     """
-    check_arguments(overall, locals())
     require(len(frequency) == len(pressure), f"{len(frequency)} frequencies for {len(pressure)} lines of pressure")
     return _energy_sum(frequency, decibel(pressure), weighted)
 
 
+@checked
 def overall_power(frequency: FloatArray, power: FloatArray, *, weighted: bool = True) -> FloatArray:
     """Return the overall sound power level of a line spectrum, re 1 pW.
 
@@ -104,7 +105,6 @@ def overall_power(frequency: FloatArray, power: FloatArray, *, weighted: bool = 
     InputError
         If the numbers of frequencies and lines differ.
     """
-    check_arguments(overall_power, locals())
     require(len(frequency) == len(power), f"{len(frequency)} frequencies for {len(power)} lines of power")
     return _energy_sum(frequency, power_level(power), weighted)
 
@@ -118,6 +118,7 @@ def _energy_sum(frequency: FloatArray, level: FloatArray, weighted: bool) -> Flo
     return np.asarray(highest + 10.0 * np.log10(np.maximum((10.0 ** ((level - highest) / 10.0)).sum(axis=0), _FLOOR)))
 
 
+@checked
 def equivalent(signal: FloatArray, *, sample_rate: float, weighted: bool = True) -> FloatArray:
     """Return the equivalent continuous level of records, from their mean square.
 
@@ -144,7 +145,6 @@ def equivalent(signal: FloatArray, *, sample_rate: float, weighted: bool = True)
     -----
     The weighting is applied in the frequency domain (Parseval).  The record is taken as periodic.
     """
-    check_arguments(equivalent, locals())
     signal = np.asarray(signal, dtype=float)
     require(signal.size > 0 and signal.ndim > 0, f"a signal of shape {signal.shape} has no level: give samples")
     require(isfinite(sample_rate) and sample_rate > 0.0, f"sample_rate = {sample_rate} Hz must be positive and finite")
@@ -154,6 +154,7 @@ def equivalent(signal: FloatArray, *, sample_rate: float, weighted: bool = True)
     return overall(frequency[1:], line[1:], weighted=weighted)
 
 
+@checked
 def time_history(frequency: FloatArray, pressure: ComplexArray, *, sample_rate: float) -> tuple[FloatArray, FloatArray]:
     """Return one period of the signal of harmonic lines: p(t) = Re Σ p_n e^{jω_n t}, by inverse FFT.
 
@@ -178,7 +179,6 @@ def time_history(frequency: FloatArray, pressure: ComplexArray, *, sample_rate: 
     InputError
         If the lines are not harmonic or the sampling rate is too low.
     """
-    check_arguments(time_history, locals())
     frequency, pressure = np.asarray(frequency, dtype=float), np.asarray(pressure, dtype=complex)
     require(
         frequency.ndim == 1 and pressure.ndim > 0 and len(frequency) == len(pressure) > 0,

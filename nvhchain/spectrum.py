@@ -15,7 +15,7 @@ from scipy.interpolate import make_interp_spline
 
 from nvhchain.errors import InputError, require
 from nvhchain.handoff import BearingForces, ComplexArray, FloatArray, ForceSpectrum
-from nvhchain.kinds import check_arguments
+from nvhchain.kinds import checked
 
 BAND_MARGIN = 2.56
 """Least ratio of sampling rate to highest frequency. The limit of the sampling theorem is 2. Signal analysers usually
@@ -30,6 +30,7 @@ ANGLE_OVERSAMPLING = 2.0
 above half its mean over the window."""
 
 
+@checked
 def amplitude_spectrum(signal: FloatArray, sample_rate: float, *, periodic: bool) -> tuple[FloatArray, ComplexArray]:
     """Return single-sided complex peak amplitudes of a signal.
 
@@ -60,7 +61,6 @@ def amplitude_spectrum(signal: FloatArray, sample_rate: float, *, periodic: bool
     The line at 0 Hz is the mean value.  It is not doubled, nor is the line at half the sampling rate, which exists for
     an even number of samples.
     """
-    check_arguments(amplitude_spectrum, locals())
     signal = np.asarray(signal, dtype=float)
     require(signal.size > 0 and signal.ndim > 0, f"a signal of shape {signal.shape} has no spectrum: give samples")
     n = len(signal)
@@ -76,6 +76,7 @@ def amplitude_spectrum(signal: FloatArray, sample_rate: float, *, periodic: bool
     return np.arange(len(amplitude), dtype=float) * (sample_rate / n), np.asarray(amplitude, dtype=complex)
 
 
+@checked
 def force_spectrum(
     bearing_forces: BearingForces,
     *,
@@ -114,7 +115,6 @@ def force_spectrum(
     The window is rectangular for records of whole common periods, and a Hann window with amplitude correction
     otherwise.
     """
-    check_arguments(force_spectrum, locals())
     require(0.0 <= low < high, f"band {low:g}…{high:g} Hz: low must not be negative and high must lie above low")
     rate, n = bearing_forces.sample_rate, len(bearing_forces.time)
     require(
@@ -222,6 +222,7 @@ class WindowedRecord(TypedDict):
     overlap: NotRequired[float]
 
 
+@checked
 def waterfall(signal: FloatArray, **record: Unpack[WindowedRecord]) -> Waterfall:
     """Return short-time spectra against frequency: Hann windows, amplitude-corrected.
 
@@ -246,7 +247,6 @@ def waterfall(signal: FloatArray, **record: Unpack[WindowedRecord]) -> Waterfall
     -----
     A line is smeared where it sweeps by more than the resolution within a window.  `order_waterfall` avoids this.
     """
-    check_arguments(waterfall, locals())
     signal, sample_rate, input_speed, resolution, high, overlap = _checked(signal, record)
     require(
         sample_rate >= BAND_MARGIN * high * (1.0 - 1e-9),
@@ -273,6 +273,7 @@ def waterfall(signal: FloatArray, **record: Unpack[WindowedRecord]) -> Waterfall
     )
 
 
+@checked
 def order_waterfall(signal: FloatArray, **record: Unpack[WindowedRecord]) -> Waterfall:
     """Return short-angle spectra against order of the input (computed order tracking).
 
@@ -300,7 +301,6 @@ def order_waterfall(signal: FloatArray, **record: Unpack[WindowedRecord]) -> Wat
 
     Source: K. R. Fyfe, E. D. S. Munck, Mech. Syst. Signal Process. 11 (1997) 187–205.
     """
-    check_arguments(order_waterfall, locals())
     signal, sample_rate, input_speed, resolution, high, overlap = _checked(signal, record)
     require(bool((input_speed >= 0.0).all()), "the input turns backwards: orders need a speed that is not negative")
     time = np.arange(len(signal)) / sample_rate
@@ -331,6 +331,7 @@ def order_waterfall(signal: FloatArray, **record: Unpack[WindowedRecord]) -> Wat
     return Waterfall(np.array(middle), np.array(speed), axis, np.array(spectra), True)
 
 
+@checked
 def sweep_waterfall(records: Sequence[BearingForces], quantity: str = "force", *, high: float) -> Waterfall:
     """Return the orders of steady records over their speeds: a waterfall without windows.
 
@@ -358,7 +359,6 @@ def sweep_waterfall(records: Sequence[BearingForces], quantity: str = "force", *
     The lines are those common to all records: multiples of one over the turns of their common period.  Phases refer to
     e^{j order angle} from each record's start.  `Waterfall.time` counts as if the records followed each other.
     """
-    check_arguments(sweep_waterfall, locals())
     require(
         len(records) > 0 and high > 0.0, f"{len(records)} records to order {high:g}: give one, and an order above 0"
     )
@@ -404,6 +404,7 @@ def _whole_multiples(turns: FloatArray) -> list[int]:
     return [int(r / common) for r in ratios]
 
 
+@checked
 def order_cut(of: Waterfall, orders: Sequence[float]) -> ComplexArray:
     """Return the amplitudes of single orders along an order waterfall.
 
@@ -424,7 +425,6 @@ def order_cut(of: Waterfall, orders: Sequence[float]) -> ComplexArray:
     InputError
         If the waterfall has no order axis, or an order is not one of its lines.
     """
-    check_arguments(order_cut, locals())
     require(of.of_orders, "an order cut needs a waterfall of orders: make it with order_waterfall")
     spacing = float(of.axis[1]) if len(of.axis) > 1 else 1.0
     found = _lines_of(orders, 1.0, spacing, np.arange(len(of.axis)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -15,7 +16,7 @@ from nvhchain import case, dynamics, interop, lumped
 from nvhchain.errors import InputError
 from nvhchain.fidelity import AcousticsFidelity, DynamicsFidelity, HousingFidelity
 from nvhchain.handoff import BearingForces, FloatArray
-from nvhchain.kinds import check_arguments
+from nvhchain.kinds import checked
 from nvhchain.report import compare
 from nvhchain.tradeoff import cheapest, tradeoff
 
@@ -25,6 +26,7 @@ class Named(TypedDict):
     watcher: NotRequired[Callable[[int], None] | None]
 
 
+@checked
 def told(
     number: float,
     count: int = 1,
@@ -36,7 +38,7 @@ def told(
     about: Mapping[str, Any] | None = None,
     **named: Unpack[Named],
 ) -> None:
-    check_arguments(told, locals())
+    pass
 
 
 def test_what_fits_the_annotations_passes():
@@ -64,6 +66,13 @@ def test_a_name_or_path_in_place_of_what_it_stands_for_is_told_where_to_get_that
         nvh.run(SPHERE, fidelity="draft")
     with pytest.raises(InputError, match=r"'a\.toml' .* a GearboxCase or a RadiatorCase, as load_case returns them"):
         nvh.run("a.toml", fidelity=nvh.DRAFT)
+
+
+def test_a_checked_function_keeps_its_signature_and_its_own_words_for_missing_arguments():
+    assert inspect.signature(told).parameters.keys() == inspect.signature(told.__wrapped__).parameters.keys()
+    assert (told.__name__, told.__module__) == (told.__wrapped__.__name__, __name__)
+    with pytest.raises(TypeError, match=r"told\(\) missing 1 required positional argument: 'number'"):
+        told(speed=1.0)
 
 
 def test_names_of_a_run_up_that_are_missing_or_unknown_are_told():

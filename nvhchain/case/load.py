@@ -12,7 +12,7 @@ from nvhchain.case.gearbox import GearboxCase
 from nvhchain.case.radiator import RadiatorCase
 from nvhchain.errors import InputError, require
 from nvhchain.interop import ForceChannels
-from nvhchain.kinds import NAMES, check_arguments
+from nvhchain.kinds import NAMES, checked
 from nvhchain.names import check_text
 
 Case = GearboxCase | RadiatorCase
@@ -29,13 +29,13 @@ def load_channels(path: str | Path) -> ForceChannels:
     return build(ForceChannels, _read(path, ()), str(path))
 
 
+@checked
 def load_case(path: str | Path) -> Case:
     """Read and validate a case file.
 
     A file may name another as its `base` and state only what differs; lists of named tables are merged by name.
     Raises InputError with file, field, value, limit and remedy.
     """
-    check_arguments(load_case, locals())
     path = Path(path)
     table = _read(path, ())
     kind = table.pop("kind", None)

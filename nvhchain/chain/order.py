@@ -38,10 +38,11 @@ from nvhchain.handoff import (
     SurfaceVelocity,
     TransferVectors,
 )
-from nvhchain.kinds import check_arguments
+from nvhchain.kinds import checked
 from nvhchain.scene import preflight
 
 
+@checked
 def run(
     case: Case,
     *,
@@ -67,7 +68,6 @@ def run(
 
     Raises InputError for what cannot be used, SolverError for a stage that did not reach its residual.
     """
-    check_arguments(run, locals())
     chain = _prepared(
         case,
         fidelity,
@@ -95,6 +95,7 @@ def run(
     return Result(**made)
 
 
+@checked
 def record(
     case: Case,
     *,
@@ -112,7 +113,6 @@ def record(
     Stopped, the same call goes on from the last file. Other arguments and errors are those of `run`; of the case's
     quantities only the bearing forces are made.
     """
-    check_arguments(record, locals())
     if not isinstance(case, GearboxCase) or case.operation.ramp is None:
         raise InputError(f"{case.name} has no run-up to record: give its operation a ramp, or use `run`")
     chain = _prepared(

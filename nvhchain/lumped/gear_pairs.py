@@ -8,7 +8,7 @@ from math import cos, radians
 import numpy as np
 
 from nvhchain.errors import require
-from nvhchain.kinds import check_arguments
+from nvhchain.kinds import checked
 from nvhchain.lumped.pair import GearPair, pair_from_error, static_transmission_error
 
 TEETH = 57
@@ -61,6 +61,7 @@ THESIS_PAIRS = {
 """Table 3.2 at 350 Nm. Its amplitudes are taken as those of a cosine."""
 
 
+@checked
 def thesis_pair(name: str, *, torque: float = 350.0, damping_ratio: float = 0.06) -> GearPair:
     """Return pair `a`, `b`, `c` or `d` of table 3.2 over one turn.
 
@@ -88,7 +89,6 @@ def thesis_pair(name: str, *, torque: float = 350.0, damping_ratio: float = 0.06
     The mean of k = F/STE exceeds the tabulated average by 1.6 … 4.2 % with these curves.  The error curve is the one at
     350 Nm scaled with the load.  A constant stiffness curve scales in the same way.
     """
-    check_arguments(thesis_pair, locals())
     require(name in THESIS_PAIRS, f"pair {name!r} is not in table 3.2: choose from {', '.join(THESIS_PAIRS)}")
     data, force = THESIS_PAIRS[name], torque / BASE_RADIUS
     error, cycles = static_transmission_error(

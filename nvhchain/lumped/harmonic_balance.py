@@ -16,7 +16,7 @@ from scipy.interpolate import CubicSpline
 from nvhchain.errors import SolverError, require
 from nvhchain.fidelity import LUMPED, LumpedFidelity
 from nvhchain.handoff import ComplexArray, FloatArray
-from nvhchain.kinds import check_arguments
+from nvhchain.kinds import checked
 from nvhchain.lumped.pair import GearPair
 
 FOLD_RESOLUTION = 1e-4
@@ -73,6 +73,7 @@ class PeriodicResponse:
         return np.stack([self.rms / self.rms.max(), self.mesh_frequency / self.mesh_frequency.max()], axis=1)
 
 
+@checked
 def periodic_response(
     pair: GearPair, start: float, stop: float, *, fidelity: LumpedFidelity = LUMPED
 ) -> PeriodicResponse:
@@ -103,7 +104,6 @@ def periodic_response(
     -----
     Newton's method starts from the static deflection.
     """
-    check_arguments(periodic_response, locals())
     require(
         isfinite(start) and isfinite(stop) and start > 0 and stop > 0 and start != stop,
         f"{start:g} → {stop:g} Hz: two different frequencies, positive and finite",

@@ -13,7 +13,7 @@ from scipy.interpolate import CubicSpline
 from nvhchain.errors import SolverError, require
 from nvhchain.fidelity import LUMPED, LumpedFidelity
 from nvhchain.handoff import FloatArray, IntArray
-from nvhchain.kinds import check_arguments, check_fields
+from nvhchain.kinds import check_fields, checked
 from nvhchain.lumped._march import march_four, march_one
 from nvhchain.lumped.pair import GearPair
 
@@ -138,6 +138,7 @@ def at_static_equilibrium(pairs: Sequence[GearPair]) -> FloatArray:
     return np.array([[p.half_backlash + p.force / p.stiffness[0] for p in pairs], [0.0] * len(pairs)])
 
 
+@checked
 def integrate(
     pairs: Sequence[GearPair],
     windows: Windows,
@@ -177,7 +178,6 @@ def integrate(
     -----
     A periodic cubic spline gives the stiffness between its samples.
     """
-    check_arguments(integrate, locals())
     require(len(pairs) > 0, "no gear pair given: at least one is needed")
     start = at_static_equilibrium(pairs) if state is None else np.array(state, dtype=float)
     require(start.shape == (2, len(pairs)), f"state has shape {start.shape}, but (2, {len(pairs)}) is needed")

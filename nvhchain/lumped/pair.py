@@ -9,7 +9,7 @@ import numpy as np
 
 from nvhchain.errors import InputError, is_whole, require
 from nvhchain.handoff import FloatArray
-from nvhchain.kinds import check_arguments, check_fields
+from nvhchain.kinds import check_fields, checked
 
 WAVE_SAMPLES = 4
 """Least number of samples in the shortest wave of an error curve."""
@@ -97,6 +97,7 @@ class GearPair:
         return self.angular_frequency / (2.0 * pi)
 
 
+@checked
 def static_transmission_error(
     *,
     average: float,
@@ -139,7 +140,6 @@ def static_transmission_error(
     -----
     STE = STE_av + STE_h cos(2π N_h ϑ) + STE_m cos(2π N_t ϑ), ϑ in turns (thesis, ch. 3).
     """
-    check_arguments(static_transmission_error, locals())
     require(
         is_whole(teeth) and is_whole(blank_order) and teeth >= 1 and blank_order >= 1,
         f"teeth = {teeth} and blank_order = {blank_order} must be whole numbers of 1 or more",
@@ -166,6 +166,7 @@ def static_transmission_error(
     return error, cycles
 
 
+@checked
 def pair_from_error(
     error: FloatArray,
     *,
@@ -206,7 +207,6 @@ def pair_from_error(
     -----
     The secant stiffness follows the thesis (ch. 3).  It does not hold at other loads.
     """
-    check_arguments(pair_from_error, locals())
     error = np.asarray(error, dtype=float)
     if not bool((error > 0).all()):
         raise InputError(
@@ -216,6 +216,7 @@ def pair_from_error(
     return GearPair(mass, force, force / error, mesh_cycles, damping_ratio, half_backlash)
 
 
+@checked
 def order_lines(signal: FloatArray, mesh_cycles: int, teeth: int) -> tuple[FloatArray, FloatArray]:
     """Return the orders and peak amplitudes of a signal over one body period.
 
@@ -240,7 +241,6 @@ def order_lines(signal: FloatArray, mesh_cycles: int, teeth: int) -> tuple[Float
     InputError
         If the signal is empty or the counts are not whole.
     """
-    check_arguments(order_lines, locals())
     signal = np.asarray(signal, dtype=float)
     require(signal.size > 0 and signal.ndim > 0, f"signal of shape {signal.shape} holds no values over a body period")
     require(

@@ -10,7 +10,7 @@ from scipy.linalg import eigh
 
 from nvhchain.errors import require
 from nvhchain.handoff import ComplexArray, FloatArray
-from nvhchain.kinds import check_arguments, check_fields
+from nvhchain.kinds import check_fields, checked
 
 
 @dataclass(frozen=True)
@@ -107,6 +107,7 @@ class RigModes:
         return np.asarray(mesh.min(axis=0) / mesh.sum(axis=0))
 
 
+@checked
 def rig_modes(rig: TorsionalRig) -> RigModes:
     """Return the natural modes without damping.
 
@@ -120,7 +121,6 @@ def rig_modes(rig: TorsionalRig) -> RigModes:
     RigModes
         Elastic modes.
     """
-    check_arguments(rig_modes, locals())
     squared, shapes = eigh(rig.stiffness_matrix, rig.inertia_matrix)
     shapes, squared = shapes[:, 1:], squared[1:]
     twist = TWISTS @ shapes
@@ -129,6 +129,7 @@ def rig_modes(rig: TorsionalRig) -> RigModes:
     return RigModes(np.sqrt(squared) / (2.0 * np.pi), shapes, twist, energy / energy.sum(axis=0))
 
 
+@checked
 def mesh_cross_response(rig: TorsionalRig, frequency: FloatArray, *, at: str, due_to: str) -> ComplexArray:
     """Return the twist of one mesh per torque that opens a mesh: sum over the elastic modes, under e^{+jωt}.
 
@@ -158,7 +159,6 @@ def mesh_cross_response(rig: TorsionalRig, frequency: FloatArray, *, at: str, du
     The opposite torques of a mesh do not turn the ring as a whole, so the response stays finite at 0 Hz. Multiplied by
     the square of the base radius, which is equal at both meshes, it is the transmission error per mesh force (m/N).
     """
-    check_arguments(mesh_cross_response, locals())
     for name, value in (("at", at), ("due_to", due_to)):
         require(value in MESHES, f"{name} = {value!r}: choose from {', '.join(MESHES)}")
     frequency = np.asarray(frequency, dtype=float)

@@ -12,11 +12,12 @@ from scipy.optimize import brentq
 from nvhchain.errors import require
 from nvhchain.fidelity import LUMPED, LumpedFidelity
 from nvhchain.handoff import ComplexArray, FloatArray
-from nvhchain.kinds import check_arguments
+from nvhchain.kinds import checked
 from nvhchain.lumped.integrate import Windows, integrate
 from nvhchain.lumped.pair import GearPair
 
 
+@checked
 def backbone_frequency(amplitude_ratio: FloatArray | Sequence[float] | float) -> FloatArray:
     """Return ω/ω_n of free undamped motion about static equilibrium that leaves the drive flank only.
 
@@ -40,7 +41,6 @@ def backbone_frequency(amplitude_ratio: FloatArray | Sequence[float] | float) ->
     Contact lasts 2(π − arccos(x0/A))/ω_n and the flight under the constant load 2√((A/x0)² − 1)/ω_n.  The result is
     exact.
     """
-    check_arguments(backbone_frequency, locals())
     ratio = np.asarray(amplitude_ratio, dtype=float)
     require(
         bool(np.isfinite(ratio).all() and (ratio >= 0.0).all()),
@@ -50,6 +50,7 @@ def backbone_frequency(amplitude_ratio: FloatArray | Sequence[float] | float) ->
     return np.asarray(np.pi / (np.pi - np.arccos(1.0 / ratio) + np.sqrt(ratio**2 - 1.0)))
 
 
+@checked
 def floquet_multipliers(pair: GearPair, mesh_frequency: float, *, fidelity: LumpedFidelity = LUMPED) -> ComplexArray:
     """Return the eigenvalues of the map of small motions in contact over one body period.
 
@@ -72,7 +73,6 @@ def floquet_multipliers(pair: GearPair, mesh_frequency: float, *, fidelity: Lump
     The map comes from two integrations with k(θ), c and m of the pair.  The motion is stable while both moduli lie
     below 1, or equal 1 without damping.
     """
-    check_arguments(floquet_multipliers, locals())
     return np.asarray(np.linalg.eigvals(_monodromy(pair, mesh_frequency, fidelity)), dtype=complex)
 
 
@@ -96,6 +96,7 @@ def _monodromy(pair: GearPair, mesh_frequency: float, fidelity: LumpedFidelity) 
     return np.asarray(motion.state / scale)
 
 
+@checked
 def stability_limit(pair: GearPair, stable: float, unstable: float, *, fidelity: LumpedFidelity = LUMPED) -> float:
     """Return the mesh frequency (Hz) between `stable` and `unstable` at which parametric resonance sets in.
 
@@ -124,7 +125,6 @@ def stability_limit(pair: GearPair, stable: float, unstable: float, *, fidelity:
     moduli are then at most 1 where abs(tr M) ≤ 1 + det M (E. I. Jury's criterion). The moduli of an undamped pair are 1
     wherever it is stable; the difference changes its sign there, too.
     """
-    check_arguments(stability_limit, locals())
 
     def excess(frequency: float) -> float:
         flow = _monodromy(pair, frequency, fidelity)

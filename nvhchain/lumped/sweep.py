@@ -12,7 +12,7 @@ import numpy as np
 from nvhchain.errors import is_whole, require
 from nvhchain.fidelity import LUMPED, LumpedFidelity
 from nvhchain.handoff import FloatArray
-from nvhchain.kinds import check_arguments
+from nvhchain.kinds import checked
 from nvhchain.lumped.integrate import Motion, Windows, integrate
 from nvhchain.lumped.pair import GearPair
 
@@ -113,6 +113,7 @@ class SteadyMotion:
     mesh_cycles: int
 
 
+@checked
 def steady_sweep(
     pairs: Sequence[GearPair],
     mesh_frequency: FloatArray | Sequence[float] | float,
@@ -148,13 +149,13 @@ def steady_sweep(
     Every speed takes `fidelity.settle_time`; `fidelity.body_periods` whole body periods are then evaluated. The step is
     at most `fidelity.time_step` and a whole fraction of the mesh cycle.
     """
-    check_arguments(steady_sweep, locals())
     frequency = np.atleast_1d(np.asarray(mesh_frequency, dtype=float))
     windows = _steady_windows(pairs, frequency, fidelity, stride=0)
     motion = integrate(pairs, windows, fidelity=fidelity, executor=executor)
     return _response(pairs, frequency, motion, len(windows.steps) // len(frequency), settling=1)
 
 
+@checked
 def steady_motion(
     pairs: Sequence[GearPair],
     mesh_frequency: float,
@@ -188,7 +189,6 @@ def steady_motion(
     InputError
         If samples would alias, or for the reasons of `steady_sweep`.
     """
-    check_arguments(steady_motion, locals())
     before = np.atleast_1d(np.asarray(approach, dtype=float))
     require(before.ndim == 1, f"approach of shape {before.shape} must be one row of mesh frequencies")
     frequency = np.append(before, mesh_frequency)
@@ -206,6 +206,7 @@ def steady_motion(
     return SteadyMotion(float(mesh_frequency), time, motion.samples, cycles)
 
 
+@checked
 def run_up(
     pairs: Sequence[GearPair],
     *,
@@ -247,7 +248,6 @@ def run_up(
     -----
     The run-up begins at rest in static equilibrium at angle 0.
     """
-    check_arguments(run_up, locals())
     _check_pairs(pairs)
     h = fidelity.time_step
     highest = max(start, stop)

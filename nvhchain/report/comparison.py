@@ -24,7 +24,7 @@ from nvhchain.gear import quasi_static_transmission_error
 from nvhchain.handoff import FieldPressure
 from nvhchain.interop import write_wav
 from nvhchain.interop.wav import SAMPLE_RATE
-from nvhchain.kinds import check_arguments
+from nvhchain.kinds import checked
 from nvhchain.names import check_names
 from nvhchain.plots.files import save
 from nvhchain.report.limits import limits
@@ -38,6 +38,7 @@ _SUFFIXES = (".json", ".txt", ".csv", ".png", ".wav", ".html")
 """Of the files that a comparison leaves beside the folders of its cases."""
 
 
+@checked
 def compare(
     cases: Sequence[Case],
     *,
@@ -53,7 +54,6 @@ def compare(
     summary.json holds.  Two comparisons in one folder wait for each other.  Raises InputError where some cases run up
     and others do not.
     """
-    check_arguments(compare, locals())
     check_comparable(cases)
     out = writable_folder(out, "out")
     with alone_in(out):

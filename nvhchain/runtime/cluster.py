@@ -17,7 +17,7 @@ from importlib import import_module
 from typing import Any, TypeVar
 
 from nvhchain.errors import InputError, ResourceError, is_whole, require
-from nvhchain.kinds import check_arguments
+from nvhchain.kinds import checked
 from nvhchain.runtime.memory import free_memory
 from nvhchain.runtime.processes import isolated
 from nvhchain.runtime.threads import blas_threads, give_blas, granted
@@ -35,6 +35,7 @@ _CLOSED = ("closing", "closed")
 
 
 @contextmanager
+@checked
 def local_cluster(workers: int | None = None, *, memory_per_worker: int | None = None) -> Iterator[Executor]:
     """An executor of worker processes on this machine (dask.distributed); a worker that dies is replaced.
 
@@ -43,7 +44,6 @@ def local_cluster(workers: int | None = None, *, memory_per_worker: int | None =
     Raises InputError when dask.distributed is not installed, for fewer workers than one and for less memory than the
     program itself takes.
     """
-    check_arguments(local_cluster, locals())
     distributed = _distributed()
     require(
         workers is None or (is_whole(workers) and workers >= 1),
@@ -69,13 +69,13 @@ def local_cluster(workers: int | None = None, *, memory_per_worker: int | None =
 
 
 @contextmanager
+@checked
 def connect(address: str, *, timeout: float = 10.0) -> Iterator[Executor]:
     """An executor of the workers of a running dask scheduler; scheduler and workers are left running.
 
     address: such as `tcp://host:8786`.  timeout: s in which the scheduler, and then its first worker, must answer.
     Raises InputError when dask.distributed is not installed, the address is wrong or nothing answers there.
     """
-    check_arguments(connect, locals())
     require(0 < timeout < float("inf"), f"timeout = {timeout:g} s must be positive and finite")
     distributed = _distributed()
     try:

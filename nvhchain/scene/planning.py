@@ -6,7 +6,7 @@ from collections.abc import Collection
 
 from nvhchain.case import HEARD, RADIATED, Case, GearboxCase, RadiatorCase
 from nvhchain.fidelity import STANDARD, Fidelity
-from nvhchain.kinds import check_arguments
+from nvhchain.kinds import checked
 from nvhchain.scene.advice import advice
 from nvhchain.scene.casting import extent, housing_stage, kept_modes
 from nvhchain.scene.mechanics import dynamics_stage, load_distribution_stages, mesh_law_stages
@@ -15,9 +15,9 @@ from nvhchain.scene.radiation import faces_of, radiation_stage, sound_power_stag
 from nvhchain.scene.radiator import radiator_surface
 
 
+@checked
 def plan(case: Case, *, fidelity: Fidelity = STANDARD) -> Plan:
     """What will be modelled for `case`, what is skipped and why, memory and time (estimates)."""
-    check_arguments(plan, locals())
     return plan_without(case, fidelity, ())
 
 

@@ -11,7 +11,7 @@ from nvhchain.case import Case, GearboxCase, RadiatorCase
 from nvhchain.chain.supplied import check_argument_names
 from nvhchain.errors import require
 from nvhchain.fidelity import Fidelity
-from nvhchain.kinds import check_arguments
+from nvhchain.kinds import checked
 from nvhchain.scene import stages_to_make
 from nvhchain.tradeoff import elsewhere
 from nvhchain.tradeoff.knobs import PRESET, Knob, spoken
@@ -94,6 +94,7 @@ class Choice:
         )
 
 
+@checked
 def cheapest(
     case: Case | Iterable[Case],
     tolerance_db: float,
@@ -119,7 +120,6 @@ def cheapest(
     than the base is known, for a stage of which the sweep tells nothing, for a base that is no preset, or no longer
     what the preset is, and for what is refused at the base.
     """
-    check_arguments(cheapest, locals())
     require(
         0 < tolerance_db < WIDEST,
         f"tolerance = {tolerance_db:g} dB is outside 0…{WIDEST:g} dB: a model is never exact, ask for 1",

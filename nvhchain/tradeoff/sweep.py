@@ -20,7 +20,7 @@ from nvhchain.files import hdf5
 from nvhchain.files.alone import alone_in
 from nvhchain.files.shelf import Unwatched, Watcher, code_version, fingerprint, key_in
 from nvhchain.handoff import FieldPressure, PressureHistory
-from nvhchain.kinds import check_arguments, check_fields
+from nvhchain.kinds import check_fields, checked
 from nvhchain.tradeoff.deviation import Deviation, deviation, deviation_in_time
 from nvhchain.tradeoff.elsewhere import extent
 from nvhchain.tradeoff.knobs import STAGES, knobs_by_stage, records, variants
@@ -82,6 +82,7 @@ class Tradeoff:
         check_fields(self)
 
 
+@checked
 def tradeoff(
     case: Case,
     *,
@@ -103,7 +104,6 @@ def tradeoff(
     Raises InputError for an unknown knob, a case without sound pressure, or a base that is refused; SolverError where
     a run dies.
     """
-    check_arguments(tradeoff, locals())
     require(
         "pressure" in case.quantities,
         f"{case.name} asks for {', '.join(case.quantities)}: errors are those of the sound pressure; ask for it",

@@ -94,7 +94,7 @@ def test_ready_made_hand_offs_leave_the_knobs_of_what_is_still_made(gearbox):
 def test_the_contact_problem_in_the_time_loop_is_swept_where_it_is_named_with_its_value(gearbox):
     for names in (None, ["dynamics"]):
         assert ("dynamics.mesh_level", "contact") not in {row[:2] for row in variants(gearbox, DRAFT, names)}
-    with pytest.raises(InputError, match="'dynamics.mesh_level' is unknown .* dynamics.mesh_level=contact,"):
+    with pytest.raises(InputError, match=r"'dynamics.mesh_level' is unknown .* dynamics.mesh_level=contact,"):
         knobs_of(gearbox, ["dynamics.mesh_level"])
     asked = [row[:2] for row in variants(gearbox, DRAFT, ["dynamics.mesh_level=contact"])]
     assert asked == [("dynamics.mesh_level", "contact")]

@@ -12,7 +12,7 @@ from nvhchain.acoustics.surfaces.surface import real_numbers
 from nvhchain.conventions import Air
 from nvhchain.errors import AccuracyWarning, require
 from nvhchain.handoff import FloatArray, Surface
-from nvhchain.kinds import check_arguments
+from nvhchain.kinds import checked
 
 
 class LevelError(NamedTuple):
@@ -69,6 +69,7 @@ TOLERABLE = 3.0
 _NAMES = {"rayleigh": "Rayleigh integral", "equivalent_radiated_power": "equivalent radiated power"}
 
 
+@checked
 def expected_radiation_error(radiation: str, ka: ArrayLike) -> FloatArray:
     """RMS error (n,) dB of levels at single points, and of the power of single motions, that a level of radiation has.
 
@@ -76,7 +77,6 @@ def expected_radiation_error(radiation: str, ka: ArrayLike) -> FloatArray:
     over 2√3; > 0.  From the table of the worst body measured up to each ka; it grows below 0.1 by `SLOPES`.
     Raises InputError for another level, `boundary_elements` too, whose error `expected_accuracy` tells, and ka ≤ 0.
     """
-    check_arguments(expected_radiation_error, locals())
     require(radiation in ERRORS, f"radiation = {radiation!r} has no table of errors: choose from {', '.join(ERRORS)}")
     x = np.atleast_1d(real_numbers(ka, "wavenumbers times half size"))
     require(

@@ -12,9 +12,10 @@ from nvhchain.acoustics.waves.multipoles import plane_foot
 from nvhchain.conventions import Air
 from nvhchain.errors import AccuracyWarning, require
 from nvhchain.handoff import Directivity, FieldPressure, RigidPlane, SoundPower, Surface
-from nvhchain.kinds import check_arguments
+from nvhchain.kinds import checked
 
 
+@checked
 def directivity(
     pressure: FieldPressure, power: SoundPower, surface: Surface, air: Air, *, plane: RigidPlane | None = None
 ) -> Directivity:
@@ -26,7 +27,6 @@ def directivity(
     than twice the source's dimension (ISO 3744), where the index depends on the distance.
     Raises InputError where the lines differ or nothing is radiated.
     """
-    check_arguments(directivity, locals())
     loud = power.power > 0
     require(bool(loud.any()), "nothing is radiated at any line: directivity needs a power")
     lines = np.flatnonzero(loud)

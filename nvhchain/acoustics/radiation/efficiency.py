@@ -11,17 +11,18 @@ from nvhchain.acoustics.surfaces.surface import check_points, real_numbers
 from nvhchain.conventions import Air
 from nvhchain.errors import InputError, is_whole, require
 from nvhchain.handoff import FieldPressure, FloatArray, RadiationEfficiency, RigidPlane, SoundPower, SurfaceVelocity
-from nvhchain.kinds import check_arguments
+from nvhchain.kinds import checked
 
 
+@checked
 def mean_square_velocity(surface_velocity: SurfaceVelocity) -> FloatArray:
     """⟨v_n²⟩ (n_f,) (m/s)², over the period and over the surface: Σ A ½|v_n|² / Σ A."""
-    check_arguments(mean_square_velocity, locals())
     areas = surface_velocity.surface.areas
     squares = surface_velocity.normal_velocity.real**2 + surface_velocity.normal_velocity.imag**2
     return np.asarray(0.5 * squares @ areas / areas.sum())
 
 
+@checked
 def equivalent_radiated_power(surface_velocity: SurfaceVelocity, air: Air) -> SoundPower:
     """Power of plane waves that leave every face on their own, ρc S ⟨v_n²⟩: radiation efficiency 1.
 
@@ -29,13 +30,13 @@ def equivalent_radiated_power(surface_velocity: SurfaceVelocity, air: Air) -> So
     the body is small, near the truth where its parts are several wavelengths apart
     (docs/measured/acoustics/radiation.md). Provenance and AccuracyWarning are those of `level_accuracy`.
     """
-    check_arguments(equivalent_radiated_power, locals())
     frequency = surface_velocity.frequency
     expected = level_accuracy(surface_velocity.surface, frequency, air, "equivalent_radiated_power")
     provenance = {"stage": "acoustics.equivalent_radiated_power"} | expected
     return SoundPower(frequency, _plane_wave_power(surface_velocity, air), provenance=provenance)
 
 
+@checked
 def spread_power(
     power: SoundPower, points: ArrayLike, centre: ArrayLike, air: Air, *, plane: RigidPlane | None = None
 ) -> FieldPressure:
@@ -45,7 +46,6 @@ def spread_power(
     A level without phase: the amplitudes are real.  Raises InputError for a point that is not finite, at the centre or
     behind the plane, and for a negative power.
     """
-    check_arguments(spread_power, locals())
     x, middle = _positions(points, "field points"), _positions(centre, "centre")
     require(len(middle) == 1, f"centre has shape {np.shape(centre)}: one point is needed")
     r = np.linalg.norm(x - middle, axis=1)
@@ -71,6 +71,7 @@ def spread_power(
     )
 
 
+@checked
 def equivalent_pressure(
     surface_velocity: SurfaceVelocity, points: ArrayLike, air: Air, *, plane: RigidPlane | None = None
 ) -> FieldPressure:
@@ -80,7 +81,6 @@ def equivalent_pressure(
     not above the plane and for points that `solve_direct` refuses: inside the body or at its surface.  Provenance and
     AccuracyWarning are those of `level_accuracy`.
     """
-    check_arguments(equivalent_pressure, locals())
     surface = surface_velocity.surface
     if plane is not None:
         check_plane(plane, surface)
@@ -92,13 +92,13 @@ def equivalent_pressure(
     return field.replace(provenance=field.provenance | {"stage": "acoustics.equivalent_pressure"} | expected)
 
 
+@checked
 def radiation_efficiency(power: SoundPower, surface_velocity: SurfaceVelocity, air: Air) -> FloatArray:
     """σ = P/(ρc S ⟨v_n²⟩), (n_f,).
 
     power: what `surface_velocity` radiates, at the same lines.  Raises InputError for other lines and for lines at
     rest, which have none.
     """
-    check_arguments(radiation_efficiency, locals())
     _same_lines(power, surface_velocity.frequency)
     equivalent = _plane_wave_power(surface_velocity, air)
     still = np.flatnonzero(equivalent == 0)
@@ -110,9 +110,9 @@ def radiation_efficiency(power: SoundPower, surface_velocity: SurfaceVelocity, a
     return np.asarray(power.power / equivalent)
 
 
+@checked
 def surface_efficiency(power: SoundPower, surface_velocity: SurfaceVelocity, air: Air) -> RadiationEfficiency:
     """`radiation_efficiency` at the lines at which the surface moves; InputError where it does at none."""
-    check_arguments(surface_efficiency, locals())
     _same_lines(power, surface_velocity.frequency)
     return over_plane_waves(power, _plane_wave_power(surface_velocity, air))
 
@@ -126,6 +126,7 @@ def over_plane_waves(power: SoundPower, plane_waves: FloatArray) -> RadiationEff
     return RadiationEfficiency(power.frequency[moving], efficiency, power.input_speed, provenance=provenance)
 
 
+@checked
 def directivity_index(
     pressure: FieldPressure, power: SoundPower, centre: ArrayLike, air: Air, *, plane: RigidPlane | None = None
 ) -> FloatArray:
@@ -134,7 +135,6 @@ def directivity_index(
     pressure: in the far field.  centre: (3,) m, from where r counts.  plane: Ω is 2π instead of 4π.
     Raises InputError where pressure and power have other lines or nothing is radiated.
     """
-    check_arguments(directivity_index, locals())
     _same_lines(power, pressure.frequency)
     silent = np.flatnonzero(power.power <= 0)
     require(
@@ -147,13 +147,13 @@ def directivity_index(
     return np.asarray(20.0 * np.log10(np.maximum(amplitude, floor) / even.real))
 
 
+@checked
 def circle_points(radius: float, centre: ArrayLike, axis: ArrayLike, count: int) -> FloatArray:
     """Field points (count, 3) m, evenly spaced on a circle of `radius` m about `axis` through `centre`.
 
     The first lies where the coordinate axis that `axis` is most nearly normal to points.  Raises InputError for numbers
     that are not finite, an axis without length and no points.
     """
-    check_arguments(circle_points, locals())
     require(
         0 < radius < np.inf and is_whole(count) and count > 0,
         f"circle of {count} points at {radius:g} m: both must be positive, the number whole and the radius finite",

@@ -12,7 +12,7 @@ from nvhchain.acoustics.waves.multipoles import plane_axes
 from nvhchain.conventions import Air
 from nvhchain.errors import AccuracyWarning, require
 from nvhchain.handoff import FieldPressure, FloatArray, RigidPlane, SoundPower, Surface
-from nvhchain.kinds import check_arguments
+from nvhchain.kinds import checked
 
 ARRAYS = ("ISO 3744", "ISO 3745")
 """Standards whose microphone positions are known: engineering and precision grade."""
@@ -35,6 +35,7 @@ _SPHERE_AZIMUTH = (180, 300, 60, 120, 240, 0, 60, 180, 300, 0)
 _HEMISPHERE_AZIMUTH = (*_SPHERE_AZIMUTH, 120, 240, 300, 60, 180, 240, 0, 120, 180, 300)
 
 
+@checked
 def array_points(
     radius: float,
     centre: ArrayLike = (0.0, 0.0, 0.0),
@@ -49,7 +50,6 @@ def array_points(
     reflecting_plane: the hemisphere stands on this plane, about the foot of `centre` on it (True: on the plane
     z = centre z); without it the array is a whole sphere for a source in a free field.
     """
-    check_arguments(array_points, locals())
     _check_radius(radius)
     require(standard in ARRAYS, f"array standard {standard!r} is unknown: choose from {', '.join(ARRAYS)}")
     middle = real_numbers(centre, "coordinates of the array's centre")
@@ -75,6 +75,7 @@ def array_points(
     return middle + radius * unit
 
 
+@checked
 def array_power(pressure: FieldPressure, radius: float, air: Air, *, reflecting_plane: bool = False) -> SoundPower:
     """Sound power from the mean square pressure over an array of `array_points`: W = ⟨p²⟩ S/(ρc), ISO 3744:2010.
 
@@ -86,7 +87,6 @@ def array_power(pressure: FieldPressure, radius: float, air: Air, *, reflecting_
     more to higher orders.  Gives an AccuracyWarning where the radius is below a quarter of a wavelength there.
     Raises InputError for points that are not spread over a sphere of `radius`, or with `reflecting_plane` one half.
     """
-    check_arguments(array_power, locals())
     _check_radius(radius)
     _check_positions(pressure.points, radius, reflecting_plane)
     area = (2.0 if reflecting_plane else 4.0) * np.pi * radius**2

@@ -25,7 +25,7 @@ from nvhchain.handoff import (
     ReducedHousing,
     SoundPower,
 )
-from nvhchain.kinds import check_arguments
+from nvhchain.kinds import checked
 
 _DEPENDENT = 1e-10
 """Mean square velocity of a combination of shapes, relative to that of the shapes, below which it is none."""
@@ -48,6 +48,7 @@ class _Products:
         return self.known[i, j]
 
 
+@checked
 def waves_power(
     resistance: RadiationResistance,
     frequency: FloatArray,
@@ -67,7 +68,6 @@ def waves_power(
     `cancellation_frequency` Hz), with an AccuracyWarning too.
     Raises InputError for a line outside the masters or another number of columns.
     """
-    check_arguments(waves_power, locals())
     frequency, velocity, columns = frequency_lines(frequency), np.asarray(velocity), resistance.waves.shape[2]
     require(
         velocity.shape == (len(frequency), columns),
@@ -97,6 +97,7 @@ def waves_power(
     return SoundPower(frequency, power, provenance=provenance)
 
 
+@checked
 def modal_power(
     resistance: RadiationResistance,
     housing: ReducedHousing,
@@ -110,7 +111,6 @@ def modal_power(
     `resistance` (`waves_power`), which must be that of this housing (`housing_shapes`).
     Raises InputError otherwise, for other bearings and for a line outside the masters.
     """
-    check_arguments(modal_power, locals())
     if resistance.housing != housing.content_hash:
         raise InputError(
             f"radiation resistance belongs to another housing ({resistance.housing[:12] or 'none'}) than the one given "
@@ -121,9 +121,9 @@ def modal_power(
     return waves_power(resistance, frequency, velocity, fidelity=fidelity)
 
 
+@checked
 def loaded_seats(housing: ReducedHousing, force_spectrum: ForceSpectrum) -> NDArray[np.bool_]:
     """(n_bearing, 3) which bearings of the housing carry a force along which axis at any line."""
-    check_arguments(loaded_seats, locals())
     return np.asarray(force_spectrum.in_order(housing.names).any(axis=0).reshape(-1, 3))
 
 
@@ -140,6 +140,7 @@ def _check_seats(resistance: RadiationResistance, housing: ReducedHousing, veloc
     )
 
 
+@checked
 def modal_efficiency(
     power: SoundPower, resistance: RadiationResistance, housing: ReducedHousing, force_spectrum: ForceSpectrum
 ) -> RadiationEfficiency:
@@ -148,7 +149,6 @@ def modal_efficiency(
     power: what `modal_power` found for the other arguments.  The surface velocity itself is not needed.
     Raises InputError where the housing is at rest at all lines.
     """
-    check_arguments(modal_efficiency, locals())
     _, velocity = _modal_velocity(housing, force_spectrum)
     plane_waves = np.einsum("lc,lc->l", velocity.conj(), velocity @ resistance.plane_wave_resistance).real
     return over_plane_waves(power, 0.5 * plane_waves)
@@ -167,6 +167,7 @@ def _modal_velocity(housing: ReducedHousing, force_spectrum: ForceSpectrum) -> t
     return frequency, velocity
 
 
+@checked
 def resistance_matrices(
     resistance: RadiationResistance, frequency: FloatArray, *, fidelity: AcousticsFidelity = STANDARD.acoustics
 ) -> FloatArray:
@@ -174,7 +175,6 @@ def resistance_matrices(
 
     Raises InputError for a line outside the masters.
     """
-    check_arguments(resistance_matrices, locals())
     frequency = frequency_lines(frequency)
     _check_lines(resistance, frequency[frequency > 0])
     nodes = waves_nodes(resistance, fidelity)
@@ -189,6 +189,7 @@ def resistance_matrices(
     return matrices + matrices.transpose(0, 2, 1)
 
 
+@checked
 def radiation_modes(resistance: FloatArray, plane_wave_resistance: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Acoustic radiation modes: combinations of shapes that radiate independently of each other.
 
@@ -197,7 +198,6 @@ def radiation_modes(resistance: FloatArray, plane_wave_resistance: FloatArray) -
     shapes that hardly move are left out.  Raises InputError for matrices that are not finite, symmetric, of equal size
     and of shapes that move.  Source: Elliott & Johnson, J. Acoust. Soc. Am. 94 (1993) 2194.
     """
-    check_arguments(radiation_modes, locals())
     shapes = np.shape(resistance), np.shape(plane_wave_resistance)
     require(
         len(shapes[0]) == 2 and shapes[0][0] == shapes[0][1] > 0 and shapes[0] == shapes[1],

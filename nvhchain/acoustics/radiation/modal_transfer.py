@@ -26,7 +26,7 @@ from nvhchain.handoff import (
     ReducedHousing,
     TransferVectors,
 )
-from nvhchain.kinds import check_arguments
+from nvhchain.kinds import checked
 
 _TOLD = ("fidelity", *chain.from_iterable(STATED))
 """Of an operator's provenance, what holds for what is made from it."""
@@ -35,6 +35,7 @@ _SAME_LINE = 1e-9
 """Frequencies that differ by less, relative to the highest, are one line: rounding of a Fourier transform's axis."""
 
 
+@checked
 def modal_transfer_vectors(
     atv: TransferVectors,
     housing: ReducedHousing,
@@ -54,7 +55,6 @@ def modal_transfer_vectors(
     mesh misses make of the vectors, and warns of it, as `radiate` does.
     Raises InputError when the housing radiates from another surface or a line lies outside the masters, ResourceError.
     """
-    check_arguments(modal_transfer_vectors, locals())
     _check_surface(atv, housing)
     lines = frequency_lines(frequency)
     check_lines(atv, lines)
@@ -76,12 +76,12 @@ def modal_transfer_vectors(
     )
 
 
+@checked
 def noise_transfer_functions(modal: ModalTransferVectors, housing: ReducedHousing) -> NoiseTransferFunctions:
     """Pressure per bearing force, jω (Σ_r modes_r φ_r(seat)/(ω_r² − ω² + 2jζ_rω_rω) + residual), Pa/N.
 
     housing: the one whose shapes `modal` holds.  Raises InputError for another one.
     """
-    check_arguments(noise_transfer_functions, locals())
     _check_housing(modal, housing)
     rate = 2j * np.pi * modal.frequency[:, None, None]
     weighted = modal.modes * housing.receptance(modal.frequency)[:, None, :]
@@ -99,6 +99,7 @@ def noise_transfer_functions(modal: ModalTransferVectors, housing: ReducedHousin
     )
 
 
+@checked
 def modal_pressure(
     modal: ModalTransferVectors, housing: ReducedHousing, force_spectrum: ForceSpectrum
 ) -> FieldPressure:
@@ -108,7 +109,6 @@ def modal_pressure(
     those of `modal`.  What a mesh errs by where parts of the motion cancel each other is told by `radiate` alone, which
     sees it on the faces.  Raises InputError otherwise, and for another housing or other bearings.
     """
-    check_arguments(modal_pressure, locals())
     _check_housing(modal, housing)
     force, loaded, rows = _loaded(force_spectrum, modal.names, modal.frequency)
     rate = 2j * np.pi * force_spectrum.frequency[loaded, None] * force
@@ -119,12 +119,12 @@ def modal_pressure(
     return _field(modal, force_spectrum, loaded, pressure, "modal_pressure")
 
 
+@checked
 def transfer_pressure(functions: NoiseTransferFunctions, force_spectrum: ForceSpectrum) -> FieldPressure:
     """Sound pressure under bearing forces from noise transfer functions, p = functions · F.
 
     The lines that carry force must be among those of `functions`.  Raises InputError otherwise and for other bearings.
     """
-    check_arguments(transfer_pressure, locals())
     force, loaded, rows = _loaded(force_spectrum, functions.names, functions.frequency)
     values = functions.functions.reshape(*functions.functions.shape[:2], -1)
     return _field(functions, force_spectrum, loaded, _products(values, force, rows), "transfer_pressure")

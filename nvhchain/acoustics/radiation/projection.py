@@ -14,10 +14,11 @@ from nvhchain.conventions import Progress
 from nvhchain.errors import ResourceError, require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, TransferVectors
-from nvhchain.kinds import check_arguments
+from nvhchain.kinds import checked
 from nvhchain.runtime.memory import free_memory
 
 
+@checked
 def vectors_at(
     atv: TransferVectors, frequency: ArrayLike, *, fidelity: AcousticsFidelity = STANDARD.acoustics
 ) -> TransferVectors:
@@ -27,7 +28,6 @@ def vectors_at(
     it, with the same warnings; what is made from them states no less.
     Raises InputError for a line outside the masters, ResourceError where the vectors do not fit into free memory.
     """
-    check_arguments(vectors_at, locals())
     lines = frequency_lines(frequency)
     paths = 1 if atv.plane is None else 2
     check_memory(paths * 16 * len(lines) * atv.vectors[0].size, "transfer vectors at the lines", "lines")
@@ -49,6 +49,7 @@ def vectors_at(
     return TransferVectors(lines, atv.points, vectors, atv.surface, atv.air, atv.plane, image, provenance=provenance)
 
 
+@checked
 def project(
     atv: TransferVectors,
     shapes: ArrayLike,
@@ -65,7 +66,6 @@ def project(
     same warnings.
     Raises InputError for a line outside the masters, shapes of another surface or not finite; ResourceError.
     """
-    check_arguments(project, locals())
     lines = frequency_lines(frequency)
     columns = np.asarray(shapes)
     faces = len(atv.surface.triangles)

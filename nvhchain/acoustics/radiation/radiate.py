@@ -13,7 +13,7 @@ from nvhchain.conventions import Progress
 from nvhchain.errors import InputError
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FieldPressure, FloatArray, SurfaceVelocity, TransferVectors
-from nvhchain.kinds import check_arguments
+from nvhchain.kinds import checked
 
 _BLOCK_BYTES = 2**28
 """Remainders at the nodes that are alive at once: those of some points, which then share the reading of velocities."""
@@ -53,6 +53,7 @@ def _delayed(wavenumber, distance, velocity):  # type: ignore[no-untyped-def]
     return delayed
 
 
+@checked
 def radiate(
     atv: TransferVectors,
     surface_velocity: SurfaceVelocity,
@@ -80,7 +81,6 @@ def radiate(
     not before the estimate tells for sure.
     Raises InputError when the surfaces differ or a line lies outside the masters.
     """
-    check_arguments(radiate, locals())
     smooth = _prepare(atv, surface_velocity, fidelity)
     shift = float(atv.provenance.get("resonance_shift", 0.0))
     pressure, error, shifted = _evaluate(smooth, surface_velocity, len(atv.points), progress, shift)
@@ -104,6 +104,7 @@ def radiate(
     return FieldPressure(frequency, atv.points, pressure, provenance=provenance)
 
 
+@checked
 def interpolation_error(
     atv: TransferVectors, surface_velocity: SurfaceVelocity, *, fidelity: AcousticsFidelity = STANDARD.acoustics
 ) -> FloatArray:
@@ -117,7 +118,6 @@ def interpolation_error(
     the sound comes back from it, hits the body and turns too fast for the masters to show it, the pressure of this echo
     is added (`Paths.hidden_error`), at silent points as at loud ones.  Zero at the masters.
     """
-    check_arguments(interpolation_error, locals())
     smooth = _prepare(atv, surface_velocity, fidelity)
     return _evaluate(smooth, surface_velocity, len(atv.points), None, 0.0)[1]
 

@@ -17,7 +17,7 @@ from nvhchain.handoff import (
     PressureHistory,
     ReducedHousing,
 )
-from nvhchain.kinds import check_arguments
+from nvhchain.kinds import checked
 from nvhchain.runtime.memory import free_memory
 
 FADE = 0.1
@@ -33,13 +33,13 @@ DECAY = 1e-3
 """Largest value at the end of an impulse response's record, relative to its peak: more would come back too early."""
 
 
+@checked
 def convolution_lines(sample_rate: float, high: float, duration: float) -> FloatArray:
     """Frequencies (Hz) from 0 to `high` at which noise transfer functions are to be made for `run_up_pressure`.
 
     Their spacing divides `sample_rate` (Hz) into a whole number of samples and holds impulse responses of `duration` s.
     Raises InputError for values that make no lines, ResourceError for more than fit into free memory.
     """
-    check_arguments(convolution_lines, locals())
     require(
         0 < duration < np.inf and 0 < high <= 0.5 * sample_rate < np.inf,
         f"lines up to {high:g} Hz for records of {duration:g} s at {sample_rate:g} samples per second: the duration "
@@ -55,13 +55,13 @@ def convolution_lines(sample_rate: float, high: float, duration: float) -> Float
     return np.arange(int(high * samples / sample_rate * (1 + 1e-12)) + 1) * (sample_rate / samples)
 
 
+@checked
 def decay_time(housing: ReducedHousing, high: float) -> float:
     """s that the record of an impulse response must last: the slowest mode of the housing falls to a tenth of `DECAY`,
     and the ringing of the faded upper end at `high` (Hz), which falls with the third power of time, is over.
 
     Raises InputError where a mode is not damped.
     """
-    check_arguments(decay_time, locals())
     require(0 < high < np.inf, f"upper frequency {high:g} Hz must be positive and finite")
     rate = 2 * np.pi * housing.natural_frequency * housing.modal_damping
     slowest = int(rate.argmin())
@@ -74,6 +74,7 @@ def decay_time(housing: ReducedHousing, high: float) -> float:
     return float(max(ring, fade) / (1.0 - EARLY))
 
 
+@checked
 def run_up_pressure(
     functions: NoiseTransferFunctions, bearing_forces: BearingForces, *, progress: Progress | None = None
 ) -> PressureHistory:
@@ -86,7 +87,6 @@ def run_up_pressure(
     Overlap-add in the frequency domain.  Raises InputError for lines that do not suit the sampling, impulse responses
     that have not decayed within 1/spacing, other bearings; ResourceError.
     """
-    check_arguments(run_up_pressure, locals())
     rate = bearing_forces.sample_rate
     force = bearing_forces.in_order(functions.names)
     force = np.ascontiguousarray((force - force[0]).T)

@@ -19,13 +19,14 @@ from nvhchain.acoustics.waves.multipoles import path_reach
 from nvhchain.conventions import Air, Progress
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, RadiationResistance, RigidPlane
-from nvhchain.kinds import check_arguments
+from nvhchain.kinds import checked
 
 _PER_WAVE = 0.2
 """Masters to begin with, beside two, over the wavenumber of the band times twice the reach of the surface from the
 origin of the waves; two thirds of what 0.1 dB takes for a gearbox."""
 
 
+@checked
 def adaptive_radiation_resistance(
     motion: SurfaceShapes,
     low: float,
@@ -49,7 +50,6 @@ def adaptive_radiation_resistance(
     low, high: Hz, the band.  fidelity.masters: the most masters that may be taken.  The other arguments and errors are
     those of `radiation_resistance`; SolverError when the most masters do not reach the tolerance.
     """
-    check_arguments(adaptive_radiation_resistance, locals())
     check_band(low, high, fidelity)
     solve = partial(
         radiation_resistance, motion, air=air, fidelity=fidelity, engine=engine, plane=plane, executor=executor,

@@ -22,13 +22,14 @@ from nvhchain.acoustics.systems.linear_system import SolverRecord
 from nvhchain.conventions import Air, Progress
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, IntArray, RigidPlane, Surface, TransferVectors
-from nvhchain.kinds import check_arguments
+from nvhchain.kinds import checked
 
 _PER_WAVE = 0.15
 """Masters to begin with, beside two, over the wavenumber of the band times the body's diagonal. About half of what
 0.1 dB takes for a convex body."""
 
 
+@checked
 def adaptive_transfer_vectors(
     surface: Surface,
     points: ArrayLike,
@@ -66,7 +67,6 @@ def adaptive_transfer_vectors(
     `estimate_memory` says for so many frequencies.  Raises what `transfer_vectors` raises, and SolverError when the
     most masters do not reach the tolerance.
     """
-    check_arguments(adaptive_transfer_vectors, locals())
     check_band(low, high, fidelity)
     points = check_points(surface, points)
     deciding = deciding_points(surface, points)

@@ -36,12 +36,13 @@ from nvhchain.handoff import (
     SurfacePressure,
     SurfaceVelocity,
 )
-from nvhchain.kinds import check_arguments
+from nvhchain.kinds import checked
 
 _LAYER_BYTES = 2**28
 """Layer potentials of as many field points as fit into this are made at once."""
 
 
+@checked
 def solve_direct(
     surface_velocity: SurfaceVelocity,
     points: ArrayLike,
@@ -66,7 +67,6 @@ def solve_direct(
     loudest point (`resonance_error_dB`) at the line (`resonance_frequency`, Hz) at which most is stored in openings for
     the work done on all air, from one more solution beside that line, with an AccuracyWarning as `radiate` gives it.
     """
-    check_arguments(solve_direct, locals())
     surface, frequency = surface_velocity.surface, surface_velocity.frequency
     check_engine(engine)
     x = check_points(surface, points)
@@ -129,6 +129,7 @@ def _change_beside(
     return float(np.abs(pressure[loudest]) * changed_by(pole, frequency - pole, shift))
 
 
+@checked
 def surface_pressure(
     surface_velocity: SurfaceVelocity,
     *,
@@ -148,7 +149,6 @@ def surface_pressure(
     The other arguments and errors are those of `solve_direct`; InputError for a point source inside the body or behind
     the plane.
     """
-    check_arguments(surface_pressure, locals())
     surface, frequency = surface_velocity.surface, surface_velocity.frequency
     check_engine(engine)
     memory = _checked(surface_velocity, None, incident, air, fidelity, engine, plane, executor)

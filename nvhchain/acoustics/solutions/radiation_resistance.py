@@ -31,7 +31,7 @@ from nvhchain.errors import require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
 from nvhchain.handoff import FloatArray, RadiationResistance, ReducedHousing, RigidPlane, Surface
 from nvhchain.handoff.declared import checked_array
-from nvhchain.kinds import check_arguments
+from nvhchain.kinds import checked
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,13 +52,13 @@ class SurfaceShapes:
         require(self.shapes.shape[1] > 0, "SurfaceShapes.shapes has no column: at least one shape is needed")
 
 
+@checked
 def housing_shapes(housing: ReducedHousing, loaded: ArrayLike | None = None) -> SurfaceShapes:
     """Shapes of a housing: normal shapes of its modes, kg^-½, then residual motion of every bearing and axis, m/N.
 
     loaded: (n_bearing, 3) bool, which bearings carry a force along which axis (`loaded_seats`); the others' columns are
     zero and cost nothing, and `modal_power` refuses forces there.  None: all.
     """
-    check_arguments(housing_shapes, locals())
     residual = housing.face_residual.reshape(-1, housing.normal_shapes.shape[1])
     if loaded is not None:
         carries = np.asarray(loaded, dtype=bool)
@@ -71,6 +71,7 @@ def housing_shapes(housing: ReducedHousing, loaded: ArrayLike | None = None) -> 
     return SurfaceShapes(housing.surface, shapes, housing.content_hash)
 
 
+@checked
 def radiation_resistance(
     motion: SurfaceShapes,
     master_frequencies: ArrayLike,
@@ -94,7 +95,6 @@ def radiation_resistance(
     go between them.
     The other arguments, `shards` among them, and errors are those of `transfer_vectors`.
     """
-    check_arguments(radiation_resistance, locals())
     check_engine(engine)
     require(
         fidelity.radiation == "boundary_elements",

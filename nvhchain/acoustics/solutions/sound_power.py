@@ -26,12 +26,13 @@ from nvhchain.conventions import Air, Progress
 from nvhchain.errors import require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, RigidPlane, SoundPower, Surface, SurfaceVelocity
-from nvhchain.kinds import check_arguments
+from nvhchain.kinds import checked
 
 FASTEST = 1e140
 """m/s, largest normal velocity: the squares of what it makes are still numbers."""
 
 
+@checked
 def sound_power(
     surface_velocity: SurfaceVelocity,
     *,
@@ -62,7 +63,6 @@ def sound_power(
     for, and for an array that stands too near (`array_power`).  From an array it keeps `array_radius` (m) and
     `array_standard`.
     """
-    check_arguments(sound_power, locals())
     check_engine(engine)
     surface, frequency = surface_velocity.surface, surface_velocity.frequency
     fastest = float(np.abs(surface_velocity.normal_velocity).max(initial=0.0))

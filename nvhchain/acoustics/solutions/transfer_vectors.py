@@ -26,7 +26,7 @@ from nvhchain.conventions import Air, Progress
 from nvhchain.errors import require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
 from nvhchain.handoff import FloatArray, RigidPlane, Surface, TransferVectors
-from nvhchain.kinds import check_arguments
+from nvhchain.kinds import checked
 
 QUADRATURE = {
     "fused": (
@@ -38,10 +38,10 @@ QUADRATURE = {
 """Knobs that the matrices of every engine depend on."""
 
 
+@checked
 def master_frequencies(low: float, high: float, fidelity: AcousticsFidelity) -> FloatArray:
     """Equally spaced master frequencies (Hz) from `low` to `high`: what is left of a transfer vector once its phase is
     removed oscillates in frequency with the body's own travel time, at every frequency alike."""
-    check_arguments(master_frequencies, locals())
     require(0 <= low <= high < np.inf and high > 0, f"band {low:g}…{high:g} Hz is empty: give 0 ≤ low ≤ high, finite")
     if low == high:
         return np.array([high])
@@ -62,6 +62,7 @@ def check_frequencies(frequencies: ArrayLike) -> FloatArray:
     return f
 
 
+@checked
 def transfer_vectors(
     surface: Surface,
     points: ArrayLike,
@@ -93,7 +94,6 @@ def transfer_vectors(
     Assumes one-way coupling.  Raises InputError (mesh too coarse, point inside or too near, body or point behind the
     plane or too near it), ResourceError (matrices do not fit into free memory), SolverError (singular system).
     """
-    check_arguments(transfer_vectors, locals())
     check_engine(engine)
     require(
         fidelity.radiation != "equivalent_radiated_power",

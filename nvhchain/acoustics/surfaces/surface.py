@@ -11,7 +11,7 @@ from nvhchain.conventions import Air
 from nvhchain.errors import InputError, is_whole, require
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import FloatArray, IntArray, Surface
-from nvhchain.kinds import check_arguments
+from nvhchain.kinds import checked
 
 SHARP_ANGLE = np.radians(40.0)
 """Triangles that meet under a larger angle form an edge of the body."""
@@ -45,9 +45,9 @@ LEAST_FREQUENCY = 1e-50
 """Hz, lowest upper frequency but for 0."""
 
 
+@checked
 def required_element_size(f_max: float, air: Air, fidelity: AcousticsFidelity) -> float:
     """Edge length (m) a mesh generator must aim at to support frequencies up to `f_max` (Hz)."""
-    check_arguments(required_element_size, locals())
     require(0 < f_max < np.inf, f"upper frequency {f_max:g} Hz must be positive and finite")
     return air.speed_of_sound / (f_max * fidelity.elements_per_wavelength)
 
@@ -119,12 +119,12 @@ def frequency_lines(values: ArrayLike) -> FloatArray:
     return lines
 
 
+@checked
 def check_mesh(surface: Surface, f_max: float, air: Air, fidelity: AcousticsFidelity) -> None:
     """Raise `InputError` for a mesh coarser at `f_max` (Hz) than `fidelity` admits; below two it carries no wave.
 
     Also for bodies that are turned inward, lie in each other or touch (`check_bodies`).
     """
-    check_arguments(check_mesh, locals())
     check_bodies(surface)
     if f_max <= 0:
         return
@@ -145,10 +145,10 @@ def check_mesh(surface: Surface, f_max: float, air: Air, fidelity: AcousticsFide
     )
 
 
+@checked
 def check_points(surface: Surface, points: ArrayLike, clearance: float = CLEARANCE) -> FloatArray:
     """Field points as a (n_point, 3) array in m; `InputError` if one lies inside the body or nearer to its surface than
     `clearance` times the longest edge of the nearest triangle."""
-    check_arguments(check_points, locals())
     x = np.ascontiguousarray(np.atleast_2d(real_numbers(points, "field points")))
     if x.ndim != 2 or x.shape[1] != 3 or len(x) == 0:
         raise InputError(f"field points have shape {np.shape(points)}, but (n_point, 3) in m is needed")
@@ -174,13 +174,13 @@ def check_points(surface: Surface, points: ArrayLike, clearance: float = CLEARAN
     return x
 
 
+@checked
 def sphere(radius: float, subdivisions: int, centre: ArrayLike = (0.0, 0.0, 0.0)) -> Surface:
     """Icosphere of 20 · 4^subdivisions triangles with the exact sphere's volume.
 
     radius, centre: m.  Vertices on a sphere of the given radius enclose less than it does, which costs a monopole up to
     1 % at 1280 triangles; they are moved out until the volume is that of the sphere.
     """
-    check_arguments(sphere, locals())
     require(0 < radius < np.inf, f"sphere radius {radius:g} m must be positive and finite")
     require(
         is_whole(subdivisions) and 0 <= subdivisions <= 7,

@@ -16,7 +16,7 @@ from nvhchain.acoustics.waves.layer_potentials import compiled_layers
 from nvhchain.errors import ResourceError, is_whole, require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
 from nvhchain.handoff import FloatArray, RigidPlane, Surface
-from nvhchain.kinds import check_arguments
+from nvhchain.kinds import checked
 from nvhchain.runtime.cluster import worker_memory
 from nvhchain.runtime.extras import check_installed
 from nvhchain.runtime.memory import free_memory
@@ -56,12 +56,12 @@ def check_engine(engine: str) -> None:
         check_installed("bempp_cl")
 
 
+@checked
 def compile_kernels(engine: str, fidelity: AcousticsFidelity) -> None:
     """Have what transfer vectors call compiled, or read from disk, as is done anyway where it is first needed.
 
     Raises InputError for an unknown engine.
     """
-    check_arguments(compile_kernels, locals())
     check_engine(engine)
     compiled_layers()
     if engine == "fused" and fidelity.radiation == "boundary_elements":
@@ -139,6 +139,7 @@ def _compressed(
         return [*compressed_systems(stripes, surface, len(wavenumbers), fidelity, plane)]
 
 
+@checked
 def estimate_memory(
     n_vertex: int,
     n_face: int,
@@ -157,7 +158,6 @@ def estimate_memory(
     "auto", compresses the matrices, or the least that it would have to take.
     Compressed matrices: at the frequency where the mesh has `fidelity.elements_per_wavelength`; finer meshes take less.
     """
-    check_arguments(estimate_memory, locals())
     for name, count, least in (
         ("vertices", n_vertex, 1), ("triangles", n_face, 1),
         ("field points", points, 0), ("frequencies", frequencies, 0),

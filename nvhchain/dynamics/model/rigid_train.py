@@ -10,9 +10,10 @@ from nvhchain.dynamics.model.gearbox import Gearbox
 from nvhchain.dynamics.model.train import train_inertia
 from nvhchain.errors import require
 from nvhchain.handoff import MeshLaw
-from nvhchain.kinds import check_arguments
+from nvhchain.kinds import checked
 
 
+@checked
 def run_up_time(
     gearbox: Gearbox,
     mesh_laws: Sequence[MeshLaw],
@@ -28,7 +29,6 @@ def run_up_time(
     Rigid train: (T_in − ratio T_out) / J, J its inertia felt at the input. Raises InputError when the torques do not
     lead from the one speed to the other.
     """
-    check_arguments(run_up_time, locals())
     for name, speed in (("start_speed", start_speed), ("end_speed", end_speed)):
         require(isfinite(speed) and speed >= 0.0, f"{name} = {speed} rad/s must be finite and not negative")
     for name, torque in (("input_torque", input_torque), ("output_torque", output_torque)):

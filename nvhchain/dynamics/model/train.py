@@ -12,7 +12,7 @@ import numpy as np
 from nvhchain.dynamics.model.gearbox import Gearbox
 from nvhchain.errors import require
 from nvhchain.handoff import FloatArray, MeshLaw
-from nvhchain.kinds import check_arguments
+from nvhchain.kinds import checked
 
 
 @dataclass(frozen=True)
@@ -31,13 +31,13 @@ class Train:
     common_period: Fraction
 
 
+@checked
 def train(gearbox: Gearbox, mesh_laws: Sequence[MeshLaw]) -> Train:
     """Follow the meshes from the input shaft and count teeth.
 
     The body period of a law must be a whole number of wheel teeth; then every period is a ratio of whole numbers
     and the common period their least common multiple, lcm(numerators)/gcd(denominators).
     """
-    check_arguments(train, locals())
     require(
         len(mesh_laws) == len(gearbox.meshes),
         f"{len(mesh_laws)} mesh laws for {len(gearbox.meshes)} meshes: give one law per mesh, in the order of the "

@@ -33,7 +33,7 @@ from nvhchain.files.alone import alone_in
 from nvhchain.files.shelf import code_version, fingerprint
 from nvhchain.files.whole import in_memory, write_whole
 from nvhchain.handoff import BearingForces, FloatArray, MeshLaw, ReducedHousing
-from nvhchain.kinds import check_arguments
+from nvhchain.kinds import checked
 
 _log = logging.getLogger(__name__)
 
@@ -66,6 +66,7 @@ class Recording:
 
 
 @on_one_thread
+@checked
 def record_run_up(
     gearbox: Gearbox,
     mesh_laws: Sequence[MeshLaw],
@@ -82,7 +83,6 @@ def record_run_up(
     deflections. Files that are lost or damaged are computed again. Raises what `run_up` raises, InputError when
     `folder` holds another run.
     """
-    check_arguments(record_run_up, locals())
     run = prepare(gearbox, mesh_laws, housing, **operation)
     version = code_version("dynamics")
     key = fingerprint(version, gearbox, list(mesh_laws), housing, {**operation, "contact_forces": None})

@@ -18,7 +18,7 @@ from nvhchain.dynamics.time_loop.one_thread import on_one_thread
 from nvhchain.errors import ResourceError
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import BearingForces, FloatArray, MeshLaw, ReducedHousing
-from nvhchain.kinds import check_arguments
+from nvhchain.kinds import checked
 from nvhchain.runtime.memory import free_memory
 
 
@@ -79,6 +79,7 @@ def record(
     return marked(made, sampled.back, gearbox, mesh_laws, fidelity, parted)
 
 
+@checked
 def run_up(
     gearbox: Gearbox,
     mesh_laws: Sequence[MeshLaw],
@@ -100,11 +101,11 @@ def run_up(
     AccuracyWarning, and `beyond_mesh_law` or `parted_flanks` in the provenance, where a recorded deflection leaves its
     mesh law or flanks part.
     """
-    check_arguments(run_up, locals())
     return run_up_with_error(gearbox, mesh_laws, housing, progress=progress, **operation)[0]
 
 
 @on_one_thread
+@checked
 def run_up_with_error(
     gearbox: Gearbox,
     mesh_laws: Sequence[MeshLaw],
@@ -118,7 +119,6 @@ def run_up_with_error(
     (n_t,) rad by which the output shaft lags behind the input shaft's angle times the speed ratio, > 0 under a driving
     torque.
     """
-    check_arguments(run_up_with_error, locals())
     run = prepare(gearbox, mesh_laws, housing, **operation)
     n_out = len(run.decimator.constant)
     needed, available = 2 * 8.0 * run.count * (n_out + 2), free_memory()

@@ -22,7 +22,7 @@ from nvhchain.dynamics.time_loop.simulation import Motion, Simulation, advance, 
 from nvhchain.errors import ResourceError, SolverError, require
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import BearingForces, FloatArray, MeshLaw, ReducedHousing
-from nvhchain.kinds import check_arguments
+from nvhchain.kinds import checked
 from nvhchain.runtime.memory import free_memory
 
 BLOCK = 8192
@@ -30,6 +30,7 @@ BLOCK = 8192
 
 
 @on_one_thread
+@checked
 def bearing_forces(
     gearbox: Gearbox,
     mesh_laws: Sequence[MeshLaw],
@@ -62,7 +63,6 @@ def bearing_forces(
     record does not fit. AccuracyWarning, and `beyond_mesh_law` or `parted_flanks` in the provenance, where a deflection
     leaves its mesh law or flanks part.
     """
-    check_arguments(bearing_forces, locals())
     require(
         isfinite(input_speed) and input_speed > 0,
         f"input_speed = {input_speed} rad/s must be positive: give the sense of rotation as gearbox.input_rotation",
@@ -120,6 +120,7 @@ def bearing_forces(
 
 
 @on_one_thread
+@checked
 def steady_sweep(
     gearbox: Gearbox,
     mesh_laws: Sequence[MeshLaw],
@@ -139,7 +140,6 @@ def steady_sweep(
     progress: called with speeds done and speeds in all. Raises what `bearing_forces` raises at the first speed that
     fails.
     """
-    check_arguments(steady_sweep, locals())
     require(len(input_speeds) > 0, "input_speeds holds no speed: give one or more, rad/s")
     settled = partial(
         bearing_forces,

@@ -17,7 +17,7 @@ from nvhchain.dynamics.time_loop.law_table import LawTable, deflection_under, fo
 from nvhchain.errors import SolverError, require
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import FloatArray, IntArray, MeshLaw, ReducedHousing
-from nvhchain.kinds import check_arguments
+from nvhchain.kinds import checked
 
 STIFF = 1e8
 """N/m: a mesh, for the size of a residual."""
@@ -155,6 +155,7 @@ def _settled(
     )
 
 
+@checked
 def static_bearing_forces(
     gearbox: Gearbox,
     mesh_laws: Sequence[MeshLaw],
@@ -163,13 +164,13 @@ def static_bearing_forces(
     input_torque: float,
 ) -> FloatArray:
     """(n_bearing, 3) N on the housing at standstill under `input_torque` (N m)."""
-    check_arguments(static_bearing_forces, locals())
     assembly = assemble(gearbox, mesh_laws, housing)
     torque = shaft_torques(gearbox, assembly.train, input_torque)
     table = tabulate(laws_of_rows(assembly, mesh_laws, nominal_mesh_forces(assembly, mesh_laws, torque)), 1)
     return static_state(assembly, table, torque, law_phases(assembly, mesh_laws)).bearing_force
 
 
+@checked
 def static_misalignment(
     gearbox: Gearbox,
     mesh_laws: Sequence[MeshLaw],
@@ -184,7 +185,6 @@ def static_misalignment(
     takes the wheel away from the pinion towards +z: what a gear pair takes as its misalignment.
     input_torque: N m.  fidelity: as in `assemble`: flexible shafts, points across the face.
     """
-    check_arguments(static_misalignment, locals())
     assembly = assemble(gearbox, mesh_laws, housing, fidelity=fidelity)
     torque = shaft_torques(gearbox, assembly.train, input_torque)
     table = tabulate(laws_of_rows(assembly, mesh_laws, nominal_mesh_forces(assembly, mesh_laws, torque)), 1)

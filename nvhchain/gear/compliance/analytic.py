@@ -21,7 +21,7 @@ import numpy as np
 from nvhchain.gear.drawing.body import GearBody
 from nvhchain.gear.drawing.geometry import GearGeometry
 from nvhchain.handoff import FloatArray
-from nvhchain.kinds import check_arguments
+from nvhchain.kinds import checked
 
 _BODY = {  # Sainsot et al., table 1: X = A/θ² + B h² + C h/θ + D/θ + E h + F
     "L": (-5.574e-5, -1.9986e-3, -2.3015e-4, 4.7702e-3, 0.0271, 6.8045),
@@ -69,6 +69,7 @@ class SliceCompliance:
         total += self.twist * np.cos(self.tilt) ** 2
 
 
+@checked
 def slice_compliance(body: GearBody) -> SliceCompliance:
     """Return the closed-form compliance of the teeth of a gear.
 
@@ -82,7 +83,6 @@ def slice_compliance(body: GearBody) -> SliceCompliance:
     SliceCompliance
         Compliance over the radius of the flank.
     """
-    check_arguments(slice_compliance, locals())
     gear = body.geometry
     radius = np.linspace(gear.form_radius, gear.tip_circle_radius, 50)
     angle = gear.pressure_angle_at(radius) - gear.half_tooth_angle(radius)  # load to the normal of the centre line

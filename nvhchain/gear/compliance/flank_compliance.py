@@ -17,7 +17,7 @@ from nvhchain.gear.drawing.body import GearBody
 from nvhchain.gear.drawing.volume_mesh import VolumeMesh
 from nvhchain.gear.elements.gear_mesh import gear_mesh
 from nvhchain.handoff import FloatArray, IntArray
-from nvhchain.kinds import check_arguments
+from nvhchain.kinds import checked
 
 USUAL_REACH = 3
 """Coupled neighbours on either side. A pair of contact ratio ε_γ loads teeth up to ⌈ε_γ⌉ − 1 pitches apart."""
@@ -138,6 +138,7 @@ class FlankCompliance:
         return np.moveaxis(self.blocks[self.teeth_held.index(loaded % self.sector), -offset], (3, 4, 5), (0, 1, 2))
 
 
+@checked
 def flank_compliance(
     body: GearBody,
     fidelity: GearFidelity,
@@ -174,7 +175,6 @@ def flank_compliance(
     ResourceError
         If memory is short.
     """
-    check_arguments(flank_compliance, locals())
     teeth = body.geometry.teeth
     require(
         is_whole(reach) and 0 <= reach < teeth,

@@ -14,7 +14,7 @@ from nvhchain.gear.drawing.blank import SOLID, Blank, Openings
 from nvhchain.gear.drawing.geometry import GearGeometry
 from nvhchain.gear.drawing.volume_mesh import VolumeMesh
 from nvhchain.handoff import FloatArray
-from nvhchain.kinds import check_arguments, check_fields
+from nvhchain.kinds import check_fields, checked
 
 THINNEST_WEB = 1e-3
 """Least thickness of a web, relative to the face width; the elements of a thinner web are too flat to be solved."""
@@ -110,6 +110,7 @@ class MassProperties(NamedTuple):
     centre: float
 
 
+@checked
 def mass_properties(body: GearBody) -> MassProperties:
     """Return mass and inertia of the homogeneous body, teeth included.
 
@@ -129,7 +130,6 @@ def mass_properties(body: GearBody) -> MassProperties:
     integrated by quadrature.  With fewer than three openings the body has no single transverse inertia; the mean is
     returned.
     """
-    check_arguments(mass_properties, locals())
     gear, web, cut, rho = body.geometry, body.blank.web, body.blank.cutouts, body.material.density
     if isinstance(body.blank, VolumeMesh):
         volume, polar, first, second = body.blank.moments()

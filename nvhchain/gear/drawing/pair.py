@@ -17,7 +17,7 @@ from nvhchain.gear.drawing.geometry import GearGeometry, involute
 from nvhchain.gear.drawing.misalignment import Misalignment
 from nvhchain.gear.drawing.tip_edge_gap import extension
 from nvhchain.handoff import FloatArray
-from nvhchain.kinds import check_arguments, check_fields
+from nvhchain.kinds import check_fields, checked
 
 DRIVE, BACK = 0, 1
 
@@ -208,6 +208,7 @@ class GearPair:
         return pinion_torque / (float(self.base_radius[0]) * cos(self.base_helix_angle))
 
 
+@checked
 def nominal_centre_distance(pinion: GearGeometry, wheel: GearGeometry) -> float:
     """Return the centre distance at which gears without thickness allowance run free of backlash.
 
@@ -230,7 +231,6 @@ def nominal_centre_distance(pinion: GearGeometry, wheel: GearGeometry) -> float:
     -----
     inv α_wt = inv α_t + 2 tan α_n (x₁ + x₂)/(z₁ + z₂).
     """
-    check_arguments(nominal_centre_distance, locals())
     alpha = pinion.transverse_pressure_angle
     target = float(involute(alpha)) + 2 * tan(pinion.normal_pressure_angle) * (
         pinion.profile_shift + wheel.profile_shift

@@ -10,7 +10,7 @@ from nvhchain.errors import InputError, require
 from nvhchain.fem.mesh_files import MeshFile, read_mesh, write_inp, write_vtu
 from nvhchain.gear.drawing.volume_mesh import ELEMENT_NODES, VolumeMesh
 from nvhchain.handoff import FloatArray, IntArray
-from nvhchain.kinds import check_arguments
+from nvhchain.kinds import checked
 
 _WRITTEN = {"tet10": "tetra10", "hex20": "hexahedron20"}
 _READ = {theirs: ours for ours, theirs in _WRITTEN.items()} | {"hexahedron27": "hex20"}
@@ -26,6 +26,7 @@ _SOLIDS = ("tetra", "hexahedron", "wedge", "pyramid")
 TAGS = ("bore", "flanks")
 
 
+@checked
 def read_gear_mesh(path: str | Path, *, scale: float = 1.0, order: int = 1, tags: tuple[str, str] = TAGS) -> VolumeMesh:
     """Read a mesh of quadratic tetrahedra or bricks whose bore and flanks are tagged.
 
@@ -56,7 +57,6 @@ def read_gear_mesh(path: str | Path, *, scale: float = 1.0, order: int = 1, tags
     -----
     A tag is a point set, a point array that is not zero on its nodes, or a cell set (group) of surface cells.
     """
-    check_arguments(read_gear_mesh, locals())
     mesh = read_mesh(path)
     solids = [(kind, nodes) for kind, nodes in mesh.cells if kind.startswith(_SOLIDS)]
     kinds = sorted({kind for kind, _ in solids})

@@ -13,7 +13,7 @@ from nvhchain.errors import require
 from nvhchain.gear.drawing.body import GearBody
 from nvhchain.gear.drawing.pair import GearPair
 from nvhchain.gear.drawing.volume_mesh import VolumeMesh
-from nvhchain.kinds import check_arguments
+from nvhchain.kinds import checked
 
 # ISO 6336-1:2019, Table 10, series for q' in mm µm/N.
 _SERIES = (0.04723, 0.15551, 0.25791, -0.00635, -0.11654, -0.00193, -0.24188, 0.00529, 0.00182)
@@ -43,6 +43,7 @@ class IsoStiffness:
     mesh_face_load: float
 
 
+@checked
 def iso_stiffness(pair: GearPair, *, specific_load: float = _LOW_LOAD) -> IsoStiffness:
     """Return c'_th, c', c_γα and c_γβ of a pair of solid or webbed discs.
 
@@ -73,7 +74,6 @@ def iso_stiffness(pair: GearPair, *, specific_load: float = _LOW_LOAD) -> IsoSti
 
     The softer of two webs counts: C_R is the mean for a mate of a similar or stiffer blank.
     """
-    check_arguments(iso_stiffness, locals())
     require(specific_load > 0, f"specific load = {specific_load:g} N/m must be positive")
     bodies = sorted((pair.pinion, pair.wheel), key=lambda b: (b.geometry.teeth, -b.geometry.profile_shift))
     gears = [b.geometry for b in bodies]

@@ -21,13 +21,14 @@ from nvhchain.gear.drawing.pair import GearPair
 from nvhchain.gear.laws.mesh_law import pair_compliances
 from nvhchain.gear.laws.transmission_error import angle_blocks, body_period_angles, loaded_mesh, on_blocks
 from nvhchain.handoff import FloatArray, LoadDistribution
-from nvhchain.kinds import check_arguments
+from nvhchain.kinds import checked
 
 PROBE = 0.02
 """Displacement of the ends of the face for the difference quotient of the tilt stiffness, relative to the
 deflection."""
 
 
+@checked
 def load_distribution(
     pair: GearPair,
     *,
@@ -70,7 +71,6 @@ def load_distribution(
     -----
     Friction would change the load in second order of its coefficient.
     """
-    check_arguments(load_distribution, locals())
     require(0 < nominal_force < inf, f"nominal_force = {nominal_force:g} N must be positive and finite")
     angle = body_period_angles(pair, fidelity)
     engagement = Engagement(pair, compliances or pair_compliances(pair, fidelity), fidelity)

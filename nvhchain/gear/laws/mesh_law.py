@@ -18,9 +18,10 @@ from nvhchain.gear.drawing.pair import BACK, DRIVE, GearPair
 from nvhchain.gear.drawing.volume_mesh import VolumeMesh
 from nvhchain.gear.laws.transmission_error import angle_blocks, body_period_angles, loaded_mesh, on_blocks
 from nvhchain.handoff import FloatArray, MeshLaw
-from nvhchain.kinds import check_arguments
+from nvhchain.kinds import checked
 
 
+@checked
 def mesh_law(
     pair: GearPair,
     *,
@@ -63,7 +64,6 @@ def mesh_law(
     -----
     Compliances are computed anew where the load closes edges beyond their reach (`closing_edges`).
     """
-    check_arguments(mesh_law, locals())
     require(0 < nominal_force < np.inf, f"nominal_force = {nominal_force:g} N must be positive and finite")
     angle = body_period_angles(pair, fidelity)
     blocks = angle_blocks(angle)
@@ -152,6 +152,7 @@ def engaged(
     return closing, deflection_grid(closing, nominal_force, angle)
 
 
+@checked
 def pair_compliances(
     pair: GearPair, fidelity: GearFidelity, *, progress: Progress | None = None
 ) -> tuple[FlankCompliance | SliceCompliance, FlankCompliance | SliceCompliance]:
@@ -175,7 +176,6 @@ def pair_compliances(
     -----
     An `AccuracyWarning` is issued where an analytic body has a web, openings or an imported mesh.
     """
-    check_arguments(pair_compliances, locals())
     if fidelity.bodies == "analytic":
         for name, body in (("pinion", pair.pinion), ("wheel", pair.wheel)):
             blank = body.blank

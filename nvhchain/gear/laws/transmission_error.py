@@ -25,7 +25,7 @@ from nvhchain.gear.contact.friction import lever_arms
 from nvhchain.gear.contact.slice_forces import contact_half_width
 from nvhchain.gear.drawing.pair import GearPair
 from nvhchain.handoff import FloatArray, MeshLaw
-from nvhchain.kinds import check_arguments
+from nvhchain.kinds import checked
 
 _ANGLE_BLOCK = 48
 """Least number of angles per job of an executor; they take about a second."""
@@ -34,6 +34,7 @@ _PIECES = 16
 """Largest number of jobs; each is sent with the compliances of its own teeth and of those beside them."""
 
 
+@checked
 def deflection_at_force(law: MeshLaw, force: float) -> FloatArray:
     """Return the deflection at which a mesh law carries a force, at each of its angles.
 
@@ -58,7 +59,6 @@ def deflection_at_force(law: MeshLaw, force: float) -> FloatArray:
     -----
     Monotone cubic interpolation of δ over F between the tabulated deflections.
     """
-    check_arguments(deflection_at_force, locals())
     require(force != 0, "force = 0 N has no unique deflection within the backlash: give a force")
     sense, columns = (1.0 if force > 0 else -1.0), law.force.shape[1]
     least, most = (law.force[:, end] for end in (0, -1))
@@ -136,6 +136,7 @@ class LoadedMesh:
         return {int(t): float(self.force[teeth == t].sum() / total) for t in np.unique(teeth)}
 
 
+@checked
 def loaded_mesh(
     engagement: Engagement,
     angle: float,
@@ -178,7 +179,6 @@ def loaded_mesh(
     -----
     Newton's method on the tangent stiffness by differences, to a relative force error of 1e3 × the contact residual.
     """
-    check_arguments(loaded_mesh, locals())
     require(
         0 < force < inf,
         f"force = {force:g} N must be positive and finite: unloaded flanks touch at `Engagement.first_contact`",
@@ -215,6 +215,7 @@ def loaded_mesh(
     raise SolverError(f"no deflection found for {force:g} N at wheel angle {angle:g} rad")
 
 
+@checked
 def loaded_transmission_error(
     engagement: Engagement, pinion_torque: float, *, friction: float = 0.0, executor: Executor | None = None
 ) -> tuple[FloatArray, FloatArray]:
@@ -243,7 +244,6 @@ def loaded_transmission_error(
     The contact is solved at every angle of the fidelity, not interpolated in a law.  It is solved again where edges
     beyond the `corner_gap` close (`closing_edges`).
     """
-    check_arguments(loaded_transmission_error, locals())
     pair = engagement.pair
     force, angle = pair.normal_force(pinion_torque), body_period_angles(pair, engagement.fidelity)
     work = partial(on_blocks, _deflections, blocks=angle_blocks(angle), given=(force, friction), executor=executor)

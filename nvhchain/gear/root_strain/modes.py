@@ -35,7 +35,7 @@ from nvhchain.gear.laws.transmission_error import LoadedMesh
 from nvhchain.gear.root_strain.places import RootPlace
 from nvhchain.gear.root_strain.submodel import RootSubmodel, root_submodel
 from nvhchain.handoff import FloatArray, IntArray
-from nvhchain.kinds import check_arguments
+from nvhchain.kinds import checked
 
 PINION, WHEEL = 0, 1
 
@@ -89,6 +89,7 @@ class RootStrainModes:
         return total
 
 
+@checked
 def root_strain_modes(
     pair: GearPair, gear: int, places: Sequence[RootPlace], teeth: Sequence[int], fidelity: GearFidelity
 ) -> RootStrainModes:
@@ -119,7 +120,6 @@ def root_strain_modes(
     ResourceError
         If memory is short.
     """
-    check_arguments(root_strain_modes, locals())
     body = _of(pair, gear, teeth)
     mesh, tooth, probed = _prepared(body, places, fidelity)
     radius, axial, count = tooth.radius, tooth.axial, body.geometry.teeth
@@ -140,6 +140,7 @@ def root_strain_modes(
     return RootStrainModes(gear, tuple(teeth), over_radius, over_axial, coefficients.reshape(*shape[:5], -1))
 
 
+@checked
 def nodal_force_strain(
     pair: GearPair,
     gear: int,
@@ -181,7 +182,6 @@ def nodal_force_strain(
     ResourceError
         If memory is short.
     """
-    check_arguments(nodal_force_strain, locals())
     check_coefficient(friction)
     body = _of(pair, gear, teeth)
     mesh, tooth, probed = _prepared(body, places, fidelity)

@@ -20,7 +20,7 @@ from nvhchain.handoff import BearingForces, FloatArray
 from nvhchain.interop.forces.channel_units import ANGLE_UNITS, FORCE_UNITS, LENGTH_UNITS, SPEED_UNITS, TIME_UNITS
 from nvhchain.interop.forces.channels import Record
 from nvhchain.interop.forces.sampling import resampled, uniform_time
-from nvhchain.kinds import check_arguments, check_fields
+from nvhchain.kinds import check_fields, checked
 from nvhchain.names import check_name
 
 OF_MESHES = {"mesh_deflection": "m", "transmission_error": "m", "output_lag": "rad"}
@@ -160,6 +160,7 @@ def beside_forces(forces: BearingForces) -> dict[str, FloatArray]:
     }
 
 
+@checked
 def to_bearing_forces(
     record: Record,
     channels: ForceChannels,
@@ -171,7 +172,6 @@ def to_bearing_forces(
     positions: bearing name → m, for bearings that state none themselves.
     Raises InputError for missing or unequal channels, contradicting units or rates, unknown positions, jitter and gaps.
     """
-    check_arguments(to_bearing_forces, locals())
     force = []
     for name in channels.forces:
         force.append(record.values(name))

@@ -22,7 +22,7 @@ from nvhchain.interop.forces.csv_mat_hdf5 import (
 )
 from nvhchain.interop.forces.force_channels import BearingChannels, ForceChannels, beside_forces, to_bearing_forces
 from nvhchain.interop.forces.uff58 import MESH_NODES, SPEED_NODE, read_uff, write_uff
-from nvhchain.kinds import check_arguments
+from nvhchain.kinds import checked
 
 SUFFIXES = {
     ".csv": "csv",
@@ -38,15 +38,16 @@ READERS = {"csv": read_csv, "mat": read_mat, "hdf5": read_hdf5, "uff": read_uff}
 WRITERS = {"csv": write_csv, "mat": write_mat, "hdf5": write_hdf5, "uff": write_uff}
 
 
+@checked
 def read_record(path: str | Path) -> Record:
     """Channels of a foreign file, unchanged: to see how they are called before they are declared."""
-    check_arguments(read_record, locals())
     path = Path(path)
     if not path.is_file():
         raise FileFormatError(f"{path}: no such file")
     return READERS[_format(path)](path)
 
 
+@checked
 def read_bearing_forces(
     path: str | Path,
     channels: ForceChannels,
@@ -58,10 +59,10 @@ def read_bearing_forces(
     channels: what its channels mean.  positions: bearing name → m in the gearbox frame, for bearings that state none.
     Raises InputError for anything missing, contradictory, not uniform in time or not of that format.
     """
-    check_arguments(read_bearing_forces, locals())
     return to_bearing_forces(read_record(path), channels, positions=positions)
 
 
+@checked
 def write_bearing_forces(forces: BearingForces, path: str | Path) -> ForceChannels:
     """Write `forces` (N on the housing, s, rad/s) for another program; returns what reads the file back.
 
@@ -69,7 +70,6 @@ def write_bearing_forces(forces: BearingForces, path: str | Path) -> ForceChanne
     keep all digits. UFF 58 keeps six digits of time start and step, so that reading it back relies on the returned
     sample_rate.
     """
-    check_arguments(write_bearing_forces, locals())
     path = Path(path)
     kind = _format(path)
     WRITERS[kind](forces, path)

@@ -41,10 +41,11 @@ def misaligned(folder: Path) -> dict[str, Any]:
     aligned = laws([(0.0, 0.0)] * 2)
     usual = steady(box, aligned, housing, TORQUE, turns=0.25)
     found = {}
-    for name, knobs in (("rigid shafts", {}), ("flexible shafts", {"flexible_shafts": True})):
+    for name, flexible in (("rigid shafts", False), ("flexible shafts", True)):
         tilts = dynamics.static_misalignment(
-            box, aligned, housing, input_torque=TORQUE, fidelity=DynamicsFidelity(1e-5, **knobs)
-        )
+            replace(box, flexible_shafts=flexible), aligned, housing, input_torque=TORQUE,
+            fidelity=DynamicsFidelity(1e-5),
+        )  # fmt: skip
         off = worst(steady(box, laws(tilts), housing, TORQUE, turns=0.25), usual)
         found[name] = [(1e3 * tilts).tolist(), off]
     return found

@@ -87,11 +87,11 @@ def changes(folder: Path) -> dict[str, tuple[dynamics.Gearbox, Any, dict[str, An
     )
     stiffer = tuple(replace(mesh, tilt_ratio=1.65) for mesh in box.meshes)
     dragged = tuple(replace(shaft, drag_torque=drag) for shaft, drag in zip(box.shafts, (0.5, 0.7, 2.0), strict=True))
-    flexible = {"flexible_shafts": True}
+    bending, tilting = replace(box, flexible_shafts=True), replace(box, face_points=2)
     return {
         "as it is": (box, housing, {}),
         "half the step": (box, housing, {"time_step": 5e-6}),
-        "gyroscopic terms": (box, housing, {"gyroscopic": True}),
+        "gyroscopic terms": (replace(box, gyroscopic=True), housing, {}),
         "rigid housing": (box, None, {}),
         "gear bodies without mass": (bare.gearbox, housing, {}),
         "bearing damping halved": (damped(0.5), housing, {}),
@@ -102,13 +102,13 @@ def changes(folder: Path) -> dict[str, tuple[dynamics.Gearbox, Any, dict[str, An
         "friction, 0.05": (replace(box, meshes=rubbing), housing, {}),
         "shuttling": (replace(box, meshes=moving), housing, {}),
         "drag 0.5, 0.7, 2 N m": (replace(box, shafts=dragged), housing, {}),
-        "tilt, 2 points across the face": (box, housing, {"face_points": 2}),
-        "tilt, 3 points": (box, housing, {"face_points": 3}),
-        "tilt, 2 points, tilt_ratio 1.65": (replace(box, meshes=stiffer), housing, {"face_points": 2}),
-        "flexible shafts": (box, housing, flexible),
-        "flexible shafts, 5 mm elements": (box, housing, flexible | {"shaft_element": 5e-3}),
-        "flexible shafts, modes to 20 kHz": (box, housing, flexible | {"shaft_frequency": 20e3}),
-        "flexible shafts and tilt": (box, housing, flexible | {"face_points": 2}),
+        "tilt, 2 points across the face": (tilting, housing, {}),
+        "tilt, 3 points": (replace(box, face_points=3), housing, {}),
+        "tilt, 2 points, tilt_ratio 1.65": (replace(tilting, meshes=stiffer), housing, {}),
+        "flexible shafts": (bending, housing, {}),
+        "flexible shafts, 5 mm elements": (bending, housing, {"shaft_element": 5e-3}),
+        "flexible shafts, modes to 20 kHz": (bending, housing, {"shaft_frequency": 20e3}),
+        "flexible shafts and tilt": (replace(bending, face_points=2), housing, {}),
     }
 
 
@@ -124,7 +124,7 @@ def speeds(folder: Path) -> list[list[Any]]:
         highest = max(5000.0, 2.2 * 20.0 * rpm / 60.0)
         knobs = {"speed": speed, "highest": highest, "time_step": 0.1 / highest}
         plain = steady(box, laws["solid"], housing, TORQUE, **knobs)
-        turning = steady(box, laws["solid"], housing, TORQUE, gyroscopic=True, **knobs)
+        turning = steady(replace(box, gyroscopic=True), laws["solid"], housing, TORQUE, **knobs)
         rows.append([rpm, 100.0 * widest_split(box, speed), *worst(turning, plain)])
     return rows
 
@@ -156,7 +156,7 @@ def along_ramp(folder: Path) -> dict[str, Any]:
     laws, housing = operators(folder)
     housing = with_modes(housing, MODES)
     found: dict[str, Any] = {}
-    for name, knobs in (
+    for name, options in (
         ("off", {}),
         ("gyroscopic, 16 speeds", {"gyroscopic": True}),
         ("flexible shafts", {"flexible_shafts": True}),
@@ -164,8 +164,8 @@ def along_ramp(folder: Path) -> dict[str, Any]:
     ):
         begin = time.process_time()
         record = dynamics.run_up(
-            gearbox_of("slotted"), laws["slotted"], housing, start_speed=0.0, end_speed=SPEED, duration=20.0,
-            input_torque=TORQUE, f_max=5000.0, fidelity=DynamicsFidelity(1e-5, **knobs),
+            replace(gearbox_of("slotted"), **options), laws["slotted"], housing, start_speed=0.0, end_speed=SPEED,
+            duration=20.0, input_torque=TORQUE, f_max=5000.0, fidelity=DynamicsFidelity(1e-5),
         )  # fmt: skip
         seconds = time.process_time() - begin
         moving = record.force - record.force.mean(axis=0)

@@ -77,12 +77,11 @@ def main() -> None:
         shafts=tuple(replace(shaft, coupling_z=gear.z) for shaft, gear in zip(box.shafts, case.gears, strict=True)),
     )
     orders = [20 * k for k in range(1, 7)]
-    flexible = replace(nvh.DRAFT.dynamics, flexible_shafts=True)
-    found = {}
-    for name, gearbox, knobs in (
-        ("rigid shafts", box, nvh.DRAFT.dynamics),
-        ("bending, rotors at the gears", at_gears, flexible),
-        ("bending and twist", box, flexible),
+    knobs, found = nvh.DRAFT.dynamics, {}
+    for name, gearbox in (
+        ("rigid shafts", box),
+        ("bending, rotors at the gears", replace(at_gears, flexible_shafts=True)),
+        ("bending and twist", replace(box, flexible_shafts=True)),
     ):
         record = dynamics.bearing_forces(
             gearbox, made.mesh_laws, made.housing, input_speed=speed, input_torque=case.operation.input_torque,
@@ -121,7 +120,7 @@ def main() -> None:
                 "The rotors hang on the free ends of shafts of 24 and 30 mm: stiff shafts tie them to the gears, real",
                 "ones let them go. The forces of the elements are those of the exact differential equations within",
                 "0.5 % (`tests/dynamics/test_geared_flexible_shafts.py`): what the sweep of this case shows for",
-                "`dynamics.flexible_shafts` is what its shafts do.",
+                "`options.flexible_shafts` is what its shafts do.",
                 "",
             ]
         ),

@@ -2,17 +2,21 @@
 
 from nvhchain.case.asked import HEARD, RADIATED, Band, FieldPoint, Operation, Quantity, Ramp
 from nvhchain.case.blank_mesh import Mesh
+from nvhchain.case.bodies import Extent, Sphere, SurfaceFile
+from nvhchain.case.casting import Casting
 from nvhchain.case.gearbox import Gear, GearboxCase, Stage
 from nvhchain.case.housing_model import HousingModel, ModalResults, Seat, SeatNode
 from nvhchain.case.load import Case, load_case, load_channels
 from nvhchain.case.options import Options
-from nvhchain.case.radiator import RadiatorCase, Sphere, SurfaceFile
+from nvhchain.case.radiator import RadiatorCase
 
 __all__ = [
     "HEARD",
     "RADIATED",
     "Band",
     "Case",
+    "Casting",
+    "Extent",
     "FieldPoint",
     "Gear",
     "GearboxCase",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import combinations
 from math import hypot
@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 
 from nvhchain.dynamics import Shaft
 from nvhchain.errors import AccuracyWarning, InputError
-from nvhchain.housing import Casting, room_around
 
 if TYPE_CHECKING:
     from nvhchain.case.gearbox import Gear, GearboxCase
@@ -43,9 +42,7 @@ def check_fit(case: GearboxCase) -> None:
     What overlaps by `ROUNDING` at most passes with an `AccuracyWarning`.
     """
     shafts = {shaft.name: shaft for shaft in case.shafts}
-    found = [*_bores(case.gears, shafts), *_overlaps(case, shafts)]
-    if isinstance(case.housing, Casting):
-        found += [*_room(case.gears, shafts, case.housing), *_seats(case, shafts, case.housing)]
+    found = [*_bores(case.gears, shafts), *_overlaps(case, shafts), *case.housing.overlaps(case)]
     wrong = [text for overlap, text in found if overlap > ROUNDING]
     if wrong:
         raise InputError("; ".join(wrong))
@@ -58,7 +55,7 @@ def _bores(gears: Iterable[Gear], shafts: Mapping[str, Shaft]) -> Iterator[tuple
     """(overlap, message) of every gear's bore with the shaft in it; a sleeve around the bore is no shaft in it."""
     for gear in gears:
         bore = gear.geometry.bore_radius
-        through = _radius_at(shafts[gear.shaft], gear.z, within=bore)
+        through = radius_at(shafts[gear.shaft], gear.z, within=bore)
         yield (
             through - bore,
             f"gear {gear.name}: bore_radius = {1e3 * bore:g} mm is smaller than its shaft {gear.shaft}, of "
@@ -66,19 +63,7 @@ def _bores(gears: Iterable[Gear], shafts: Mapping[str, Shaft]) -> Iterator[tuple
         )
 
 
-def _seats(case: GearboxCase, shafts: Mapping[str, Shaft], casting: Casting) -> Iterator[tuple[float, str]]:
-    bores = {bore.name: bore for bore in casting.bores}
-    for bearing in case.bearings:
-        bore = bores[bearing.name]
-        through = _radius_at(shafts[bearing.shaft], bearing.z, within=bore.radius)
-        yield (
-            through - bore.radius,
-            f"housing.bores: {bore.name}: radius = {1e3 * bore.radius:g} mm is smaller than shaft {bearing.shaft}, of "
-            f"outer_diameter {2e3 * through:g} mm there: enlarge it",
-        )
-
-
-def _radius_at(shaft: Shaft, z: float, within: float) -> float:
+def radius_at(shaft: Shaft, z: float, within: float) -> float:
     """Largest outer radius of the segments at `z` that begin within a radius."""
     there = [piece for piece in shaft.segments if piece.start < z < piece.end and piece.inner_diameter < 2 * within]
     return max((0.5 * piece.outer_diameter for piece in there), default=0.0)
@@ -126,21 +111,3 @@ def _overlap(first: _Ring, second: _Ring) -> tuple[float, str]:
     overlap = min(beside, nested, along)
     places = f"z = {1e3 * max(first.start, second.start):g}…{1e3 * min(first.end, second.end):g} mm"
     return overlap, f"{first.part} and {second.part} overlap by {1e3 * overlap:.3g} mm at {places}: move one of them"
-
-
-def _room(gears: Sequence[Gear], shafts: Mapping[str, Shaft], casting: Casting) -> Iterator[tuple[float, str]]:
-    """Of every gear with the side wall and the end walls around it."""
-    low, high = casting.bell_depth + casting.end_wall, casting.depth - casting.end_wall
-    for gear in gears:
-        tip, face = gear.geometry.tip_circle_radius, 0.5 * gear.geometry.face_width
-        room = room_around(casting, shafts[gear.shaft].axis)
-        yield (
-            tip - room,
-            f"gear {gear.name}: its tip radius of {1e3 * tip:.5g} mm reaches into the wall, {1e3 * room:.5g} mm from "
-            f"shaft {gear.shaft}: enlarge the housing's gear_spaces or make it smaller",
-        )
-        yield (
-            max(low - (gear.z - face), gear.z + face - high),
-            f"gear {gear.name}: z = {1e3 * gear.z:g} mm with face_width = {2e3 * face:g} mm is outside the housing, "
-            f"{1e3 * low:g}…{1e3 * high:g} mm between its end walls",
-        )

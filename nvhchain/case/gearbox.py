@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
-from math import dist, hypot
+from math import ceil, hypot
 from typing import Literal
 
 import numpy as np
 
+from nvhchain import acoustics
 from nvhchain.case.asked import (
     RADIATED,
     Band,
@@ -21,6 +22,8 @@ from nvhchain.case.asked import (
     check_quantities,
 )
 from nvhchain.case.blank_mesh import Mesh as BlankMesh
+from nvhchain.case.bodies import Extent
+from nvhchain.case.casting import Casting
 from nvhchain.case.fit import check_fit
 from nvhchain.case.housing_model import HousingModel, ModalResults
 from nvhchain.case.options import Options
@@ -28,6 +31,7 @@ from nvhchain.conventions import STEEL, Air, Material
 from nvhchain.dimensions import Length
 from nvhchain.dynamics import Bearing, Gearbox, Mesh, RigidBody, Shaft
 from nvhchain.errors import InputError, require
+from nvhchain.fidelity import Fidelity
 from nvhchain.gear import (
     Differential,
     GearBody,
@@ -42,12 +46,15 @@ from nvhchain.gear import (
     tabulated,
 )
 from nvhchain.handoff import MeshLaw, RigidPlane
-from nvhchain.housing import Casting, encloses
 from nvhchain.kinds import check_fields
 from nvhchain.names import check_name, check_names
 
 _CENTRE_TOLERANCE = 1e-5
 """m, between a stage's centre distance and the distance of its shafts."""
+
+_TRIANGLES_PER_AREA = 2.83
+_TRIANGLES_PER_BORE = 100
+"""Estimates, fitted to the runs in docs/measured/chain/plan.md."""
 
 
 @dataclass(frozen=True)
@@ -135,8 +142,7 @@ class GearboxCase:
         if self.operation.ramp is not None:
             self.band.check_record(self.operation.ramp.duration)
         check_plane(self.reflecting_plane, self.field_points)
-        if isinstance(self.housing, Casting):
-            self._check_casting(self.housing)
+        self.housing.check(self)
         for kind in ("gears", "stages"):
             require(len(getattr(self, kind)) > 0, f"{kind}: at least one is needed")
             check_names([item.name for item in getattr(self, kind)], kind)
@@ -170,25 +176,37 @@ class GearboxCase:
         _ = self.pairs, self.gearbox
         check_fit(self)
 
-    def _check_casting(self, casting: Casting) -> None:
-        """Field points are outside; every bearing sits in the bore of its name."""
-        for point in self.field_points:
-            require(
-                not encloses(casting, point.position),
-                f"field point {point.name!r} at {point.position} m lies inside the housing: move it out",
-            )
-        if self.reflecting_plane is not None:
-            _check_floor(casting, self.reflecting_plane)
-        bores = {bore.name: bore.centre for bore in casting.bores}
-        for name, seat in self.seats.items():
-            require(name in bores, f"bearing {name!r}: the housing has no such bore; known: {', '.join(bores)}")
-            gap = dist(seat, bores[name])
-            require(
-                gap < _CENTRE_TOLERANCE,
-                f"bearing {name} is {1e3 * gap:.3f} mm away from the centre of its bore: move one of them",
-            )
-        unused = sorted(set(bores) - set(self.seats))
-        require(not unused, f"housing.bores: {', '.join(unused)} carry no bearing: remove them or add the bearing")
+    states_velocity = False
+
+    @property
+    def running_up(self) -> bool:
+        """True where the speed changes."""
+        return self.operation.ramp is not None
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """Lowest and highest line, Hz."""
+        return self.band.low, self.band.high
+
+    @property
+    def line_count(self) -> float:
+        """Estimated number of lines."""
+        return (self.band.high - self.band.low) / self.band.resolution
+
+    def extent(self, fidelity: Fidelity, *, driven: bool) -> Extent:
+        """Return the size of the housing, whose file is read and checked.
+
+        driven: the gears drive it, so that something must hold it.
+        """
+        size = self.housing.face_size(acoustics.required_element_size(self.band.high, self.air, fidelity.acoustics))
+        extent = self.housing.extent(self, fidelity.housing, driven=driven)
+        triangles = ceil(_TRIANGLES_PER_AREA * extent.area / size**2 + _TRIANGLES_PER_BORE * len(self.bearings))
+        return replace(extent, triangles=triangles)
+
+    @property
+    def states_surface(self) -> bool:
+        """True where the radiating surface comes from a file."""
+        return self.housing.states_surface
 
     @property
     def seats(self) -> dict[str, tuple[float, float, float]]:
@@ -222,7 +240,17 @@ class GearboxCase:
             Mesh(gears[s.pinion].shaft, gears[s.wheel].shaft, 0.5 * (gears[s.pinion].z + gears[s.wheel].z))
             for s in self.stages
         )
-        return Gearbox(self.shafts, self.bearings, meshes, self.input_shaft, self.output_shaft, self.input_rotation)
+        return Gearbox(
+            self.shafts,
+            self.bearings,
+            meshes,
+            self.input_shaft,
+            self.output_shaft,
+            self.input_rotation,
+            flexible_shafts=self.options.flexible_shafts,
+            gyroscopic=self.options.gyroscopic,
+            face_points=self.options.face_points,
+        )
 
     @cached_property
     def gearbox_with_gears(self) -> Gearbox:
@@ -284,16 +312,3 @@ class GearboxCase:
         reach = np.array([-1e-3, 1e-3])
         stiffness = 2e6 * max(1.0, *map(abs, self.mesh_forces)) * reach[None, :]
         return tuple(tabulated(pair, np.zeros(1), reach, stiffness) for pair in self.pairs)
-
-
-def _check_floor(casting: Casting, plane: RigidPlane) -> None:
-    """No gear space with its wall reaches through the reflecting plane; all else is checked on the surface."""
-    for number, space in enumerate(casting.gear_spaces):
-        ends = np.array([[*space.centre, 0.0], [*space.centre, casting.depth]])
-        across = hypot(*plane.normal[:2]) * (space.radius + casting.wall)
-        lowest = float(plane.height(ends).min()) - across
-        require(
-            lowest > 0,
-            f"reflecting_plane: gear space {number} of the housing reaches {-1e3 * lowest:.4g} mm "
-            "behind the plane: move the plane away or turn its normal into the air",
-        )

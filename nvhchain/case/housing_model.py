@@ -1,16 +1,60 @@
-"""A housing that another program has meshed, or whose modes another program has found."""
+"""Imported housings: finite elements, or normal modes, from a file of another program."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Literal
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
 
-from nvhchain.case.radiator import SurfaceFile
+from nvhchain import housing, interop
+from nvhchain.case.bodies import Extent, SurfaceFile
+from nvhchain.case.housing import ELEMENT_KNOBS, require_held
 from nvhchain.dimensions import Length
 from nvhchain.errors import require
+from nvhchain.fem.modal_model import ModalModel
+from nvhchain.fem.solid_model import SolidModel
+from nvhchain.fidelity import HousingFidelity
+from nvhchain.handoff import ReducedHousing
 from nvhchain.housing import DampingCurve, EnginePlane
-from nvhchain.housing.modes.damping import check_modal_damping
+from nvhchain.housing.modes.damping import check_modal_damping, damping_of_modes
 from nvhchain.names import check_names
+
+if TYPE_CHECKING:
+    from nvhchain.case.gearbox import GearboxCase
+
+_MODES_AT_6_KHZ = 60
+"""Estimate of the modes below 6.25 kHz, fitted to the runs in docs/measured/chain/plan.md."""
+
+
+class Imported:
+    """What housings from a file have in common."""
+
+    @property
+    def states_surface(self) -> bool:
+        """True where a file gives the radiating surface."""
+        return False
+
+    def check(self, case: GearboxCase) -> None:
+        """Refuse nothing: the file is read later, by `extent`."""
+
+    def overlaps(self, case: GearboxCase) -> Iterator[tuple[float, str]]:
+        """Yield nothing: the room inside is not known."""
+        return iter(())
+
+    def check_knobs(self, case: GearboxCase, knobs: HousingFidelity) -> None:
+        """Refuse nothing: the elements are those of the file."""
+
+    def check_held(self, case: GearboxCase) -> None:
+        """Refuse nothing: the file is read later, by `extent`."""
+
+    def face_size(self, wanted: float) -> float:
+        """Return `wanted`, m."""
+        return wanted
+
+    def modes_in_reach(self, case: GearboxCase, knobs: HousingFidelity) -> float:
+        """Estimate the modes, whose number grows about with frequency."""
+        return _MODES_AT_6_KHZ * knobs.mode_ratio * case.band.high / 6250.0
 
 
 @dataclass(frozen=True)
@@ -26,7 +70,7 @@ class Seat:
 
 
 @dataclass(frozen=True)
-class HousingModel:
+class HousingModel(Imported):
     """Solid elements from a file: Nastran bulk data or Abaqus input, in the frame of the case.
 
     file: path, beside the case.  units: of the file.  modal_damping: fraction of critical, of every mode, or a curve
@@ -48,10 +92,51 @@ class HousingModel:
     structural_damping: bool = False
     spc: int | None = None
 
+    unused_knobs = ELEMENT_KNOBS
+
     def __post_init__(self) -> None:
         check_modal_damping(self.modal_damping, "HousingModel")
         _check_opening(self.opening)
-        _check_names(self.seats)
+        check_names([seat.name for seat in self.seats], "seats")
+
+    def model(self, case: GearboxCase) -> SolidModel:
+        """Read the finite elements."""
+        return interop.read_solid_model(Path(case.folder) / self.file, units=self.units, spc=self.spc)
+
+    @property
+    def _nodes(self) -> dict[str, str]:
+        return {seat.name: seat.nodes for seat in self.seats}
+
+    def extent(self, case: GearboxCase, knobs: HousingFidelity, *, driven: bool) -> Extent:
+        """Return area and unknowns of the model, whose seats and supports are checked."""
+        model = self.model(case)
+        housing.bearing_seats(model, case.seats, self._nodes)
+        held = bool(model.held.any()) or any(rigid.held.any() for rigid in model.rigid_sets)
+        require_held(case, f"{model.source} holds no freedom", held or not driven)
+        area, unknowns = housing.model_extent(model)
+        return Extent(area, f"the mesh in {self.file}", unknowns=unknowns)
+
+    def read(self, case: GearboxCase, face_size: float) -> tuple[Any, ...]:
+        """Return the model, of the file and those that it includes, and the seats of the case."""
+        return self.model(case), case.seats
+
+    def reduce(
+        self, case: GearboxCase, contents: tuple[Any, ...], face_size: float, knobs: HousingFidelity, progress: Any
+    ) -> ReducedHousing:
+        """Reduce the model."""
+        model, seats = contents
+        reduced = housing.reduce_model(
+            model,
+            housing.bearing_seats(model, seats, self._nodes),
+            f_max=case.band.high,
+            surface_size=face_size,
+            modal_damping=self.modal_damping,
+            fidelity=knobs,
+            engine_plane=self.engine_plane,
+            opening=self.opening,
+            progress=progress,
+        )
+        return reduced.replace(structural_damping=self.structural_damping)
 
 
 @dataclass(frozen=True)
@@ -63,7 +148,7 @@ class SeatNode:
 
 
 @dataclass(frozen=True)
-class ModalResults:
+class ModalResults(Imported):
     """Normal modes from a file: universal file (55, 2414) or HDF5, in the frame of the case.
 
     file: path, beside the case.  units: of a universal file without dataset 164; None: those of the file, or SI.
@@ -84,11 +169,61 @@ class ModalResults:
     engine_plane: EnginePlane | None = None
     opening: Length | None = None
 
+    unused_knobs = ELEMENT_KNOBS | {"truncation_tolerance_db"}
+
     def __post_init__(self) -> None:
         if self.modal_damping is not None:
             check_modal_damping(self.modal_damping, "ModalResults")
         _check_opening(self.opening)
-        _check_names(self.seats)
+        check_names([seat.name for seat in self.seats], "seats")
+
+    @property
+    def states_surface(self) -> bool:
+        """True where a file gives the radiating surface."""
+        return self.surface is not None
+
+    def model(self, case: GearboxCase) -> ModalModel:
+        """Read the modes."""
+        return interop.read_modal_model(Path(case.folder) / self.file, units=self.units)
+
+    @property
+    def _nodes(self) -> dict[str, int]:
+        return {seat.name: seat.node for seat in self.seats}
+
+    def extent(self, case: GearboxCase, knobs: HousingFidelity, *, driven: bool) -> Extent:
+        """Return the area of the skin; seats, range of the modes and supports are checked."""
+        modes = self.model(case)
+        housing.seat_rows(modes, case.seats, self._nodes)
+        housing.check_modes(modes, case.band.high)
+        held = not (driven and housing.has_rigid_motion(modes, case.band.high))
+        require_held(case, f"{modes.source} has a rigid motion", held)
+        top = knobs.mode_ratio * case.band.high
+        return Extent(housing.modal_extent(modes), f"the modes to {top:g} Hz in {self.file}")
+
+    def read(self, case: GearboxCase, face_size: float) -> tuple[Any, ...]:
+        """Return the modes, the radiating surface where it has a file of its own, and the seats of the case."""
+        surface = None if self.surface is None else self.surface.solved(Path(case.folder), face_size)
+        return self.model(case), surface, case.seats
+
+    def reduce(
+        self, case: GearboxCase, contents: tuple[Any, ...], face_size: float, knobs: HousingFidelity, progress: Any
+    ) -> ReducedHousing:
+        """Take the modes at the seats and on the radiating surface."""
+        modes, surface, seats = contents
+        damping = self.modal_damping
+        reduced = housing.housing_from_modes(
+            modes if damping is None else replace(modes, damping=damping_of_modes(damping, modes.frequency)),
+            seats,
+            f_max=case.band.high,
+            surface_size=face_size,
+            fidelity=knobs,
+            labels=self._nodes,
+            engine_plane=self.engine_plane,
+            opening=self.opening,
+            surface=surface,
+            residual_vectors=self.residual_vectors,
+        )
+        return reduced.replace(structural_damping=self.structural_damping)
 
 
 def _check_opening(opening: float | None) -> None:
@@ -96,7 +231,3 @@ def _check_opening(opening: float | None) -> None:
         opening is None or 0 < opening <= 10,
         f"opening = {opening} m is outside 0…10 m: give it in m, or in mm as opening_mm",
     )
-
-
-def _check_names(seats: tuple[Seat, ...] | tuple[SeatNode, ...]) -> None:
-    check_names([seat.name for seat in seats], "seats")

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from nvhchain.dynamics.model.friction import LARGEST_COEFFICIENT
 from nvhchain.errors import require
-from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.kinds import check_fields
 
 TILT_POINTS = 2
@@ -48,14 +47,10 @@ class Options:
             "tilt and loaded_misalignment are both asked for, which would count the tilt under load twice: keep one",
         )
 
-    def on(self, knobs: DynamicsFidelity) -> DynamicsFidelity:
-        """The knobs of the dynamics with what is switched on here."""
-        return replace(
-            knobs,
-            gyroscopic=knobs.gyroscopic or self.gyroscopic,
-            flexible_shafts=knobs.flexible_shafts or self.flexible_shafts,
-            face_points=max(knobs.face_points, TILT_POINTS) if self.tilt else knobs.face_points,
-        )
+    @property
+    def face_points(self) -> int:
+        """Points across the face at which a mesh carries."""
+        return TILT_POINTS if self.tilt else 1
 
     @property
     def load_distribution(self) -> bool:

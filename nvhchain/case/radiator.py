@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
+from nvhchain import acoustics
 from nvhchain.case.asked import FieldPoint, Quantity, check_case_name, check_plane, check_quantities
+from nvhchain.case.bodies import Extent, Sphere, SurfaceFile
 from nvhchain.conventions import Air
-from nvhchain.dimensions import Length
 from nvhchain.errors import require
-from nvhchain.handoff import RigidPlane
+from nvhchain.fidelity import AcousticsFidelity, Fidelity
+from nvhchain.handoff import RigidPlane, SurfaceVelocity
 from nvhchain.kinds import check_fields
 
 HIGHEST_FREQUENCY = 1e5
@@ -20,29 +23,6 @@ HIGHEST_FREQUENCY = 1e5
 
 FASTEST = 100.0
 """m/s, beyond which sound is far from linear."""
-
-
-@dataclass(frozen=True)
-class Sphere:
-    """An icosphere of volume 4/3 π radius³ about `centre`, m."""
-
-    radius: Length
-    centre: tuple[Length, Length, Length] = (0.0, 0.0, 0.0)
-
-    def __post_init__(self) -> None:
-        check_fields(self)
-        require(1e-4 <= self.radius <= 100, f"radius = {self.radius:g} m is outside 1e-4…100 m: give it in m")
-
-
-@dataclass(frozen=True)
-class SurfaceFile:
-    """A closed surface in a mesh file.  file: path, beside the case.  scale: m per unit of the file."""
-
-    file: str
-    scale: float = 1.0
-
-    def __post_init__(self) -> None:
-        require(1e-6 <= self.scale <= 1e3, f"scale = {self.scale:g} is outside 1e-6…1000 m per unit: 0.001 for mm")
 
 
 @dataclass(frozen=True)
@@ -73,13 +53,8 @@ class RadiatorCase:
         check_quantities(self.quantities, self.field_points)
         require("bearing_forces" not in self.quantities, f"quantities: {self.name} has no bearings")
         check_plane(self.reflecting_plane, self.field_points)
-        if self.reflecting_plane is not None and isinstance(self.body, Sphere):
-            height = float(self.reflecting_plane.height(np.array([self.body.centre]))[0])
-            require(
-                height > self.body.radius,
-                f"reflecting_plane: the sphere's centre is {1e3 * height:.4g} mm above the plane, its radius is "
-                f"{1e3 * self.body.radius:.4g} mm: raise the sphere or turn the plane's normal into the air",
-            )
+        if self.reflecting_plane is not None:
+            self.body.check_above(self.reflecting_plane)
         f = self.frequencies
         require(
             len(f) > 0 and f[0] > 0 and all(a < b for a, b in pairwise(f)),
@@ -97,3 +72,35 @@ class RadiatorCase:
         require(
             self.pulsation != 0 or any(self.velocity), "the body is at rest: give it a pulsation or a velocity in m/s"
         )
+
+    running_up = False
+    states_velocity = True
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """Lowest and highest line, Hz."""
+        return self.frequencies[0], self.frequencies[-1]
+
+    @property
+    def line_count(self) -> float:
+        """Number of lines."""
+        return len(self.frequencies)
+
+    @property
+    def states_surface(self) -> bool:
+        """True where the radiating surface comes from a file."""
+        return self.body.states_surface
+
+    def extent(self, fidelity: Fidelity, *, driven: bool) -> Extent:
+        """Return the size of the body; a surface file is read for it."""
+        return self.body.extent(Path(self.folder), self._edge(fidelity.acoustics))
+
+    def surface_velocity(self, knobs: AcousticsFidelity) -> SurfaceVelocity:
+        """Return the outward normal velocity, pulsation + velocity · n, on every face at every frequency."""
+        surface = self.body.solved(Path(self.folder), self._edge(knobs))
+        normal = self.pulsation + surface.normals @ np.array(self.velocity)
+        lines = np.tile(normal.astype(complex), (len(self.frequencies), 1))
+        return SurfaceVelocity(np.array(self.frequencies), lines, surface)
+
+    def _edge(self, knobs: AcousticsFidelity) -> float:
+        return acoustics.required_element_size(self.frequencies[-1], self.air, knobs)

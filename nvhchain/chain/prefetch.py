@@ -16,13 +16,15 @@ from threading import Thread
 
 from nvhchain.case import Case, GearboxCase
 from nvhchain.chain import steps
+from nvhchain.chain.running import Run
 from nvhchain.fidelity import Fidelity
 from nvhchain.files.hdf5 import writable_folder
 from nvhchain.files.shelf import Shelf, Unwatched, Watcher
 from nvhchain.runtime import processes
 from nvhchain.runtime.memory import free_memory
 from nvhchain.runtime.threads import blas_threads
-from nvhchain.scene import plan, preflight
+from nvhchain.scene import Scene, planned_steps, preflight
+from nvhchain.scene.steps import HOUSING, MESH_LAWS
 
 _WORTH = 5.0
 """Processor seconds, of the laws and of the housing, below which a second process costs more than it saves."""
@@ -50,7 +52,7 @@ def operators_ahead(
     with _laws_under_way(gearboxes, fidelity, operators):
         with blas_threads(1):
             for case in gearboxes:
-                steps.reduced_housing(case, fidelity, Shelf(operators, watcher or Unwatched()))
+                steps.reduced_housing(Run(Scene(case, fidelity), shared=Shelf(operators, watcher or Unwatched())))
         for case in gearboxes:
             steps.compile_kernels(case, fidelity)
         yield
@@ -74,16 +76,16 @@ def _laws_under_way(cases: Sequence[GearboxCase], fidelity: Fidelity, operators:
 
 
 def _apart(case: GearboxCase) -> bool:
-    """Whether the mesh laws take nothing but the gears, and what they take nobody else needs."""
+    """True where the mesh laws take nothing but the gears, and no other step needs the gears' compliance."""
     options = case.options
     return not (options.tilt or options.load_distribution or options.loaded_misalignment)
 
 
 def _worth_it(cases: Sequence[GearboxCase], fidelity: Fidelity) -> bool:
-    planned = [stage for case in cases for stage in plan(case, fidelity=fidelity).stages]
-    kinds = [[stage for stage in planned if stage.name.startswith(name)] for name in ("housing", "mesh law")]
-    seconds = min(sum(stage.seconds for stage in kind) for kind in kinds)
-    megabytes = sum(max((stage.megabytes for stage in kind), default=0.0) for kind in kinds)
+    planned = [one for case in cases for one in planned_steps(Scene(case, fidelity))]
+    kinds = [[one for one in planned if one.step is step] for step in (HOUSING, MESH_LAWS)]
+    seconds = min(sum(one.seconds for one in kind) for kind in kinds)
+    megabytes = sum(max((one.megabytes for one in kind), default=0.0) for kind in kinds)
     return len(sched_getaffinity(0)) > 1 and seconds > _WORTH and 1e6 * megabytes < free_memory()
 
 
@@ -101,7 +103,7 @@ def main() -> None:
     with suppress(KeyboardInterrupt):
         Thread(target=_end_with_caller, daemon=True).start()
         for case in cases:
-            steps.mesh_laws(case, fidelity, Shelf(operators), None)
+            steps.mesh_laws(Run(Scene(case, fidelity), shared=Shelf(operators)))
 
 
 if __name__ == "__main__":

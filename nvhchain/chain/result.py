@@ -1,4 +1,4 @@
-"""What a run leaves: the hand-offs, the level at the field points and how wrong they may be."""
+"""Result of a run: its hand-offs, the level at the field points and confidence limits."""
 
 from __future__ import annotations
 
@@ -34,9 +34,9 @@ _MADE_OF = {"radiation_efficiency": ("sound_power",), "directivity": ("pressure"
 
 @dataclass(frozen=True)
 class Result:
-    """Everything a run made or was given; what the case does not need is None (or empty).
+    """Hand-offs that a run computed or was supplied with; those that the case does not need are None (or empty).
 
-    given: names of the hand-offs that were ready-made.
+    Its fields are the names of the step table (`nvhchain.scene.steps`).  supplied: names of supplied hand-offs.
     """
 
     case: Case
@@ -55,7 +55,7 @@ class Result:
     sound_power: SoundPower | None = None
     radiation_efficiency: RadiationEfficiency | None = None
     directivity: Directivity | None = None
-    given: tuple[str, ...] = ()
+    supplied: tuple[str, ...] = ()
 
     @property
     def overall(self) -> FloatArray:
@@ -71,18 +71,19 @@ class Result:
 
     @cached_property
     def error_band(self) -> ErrorBand | RunUpBand:
-        """How wrong the sound pressure may be (`nvhchain.error_band`): per line and overall, and of a run-up over the
-        speed and overall.
+        """Confidence limits of the sound pressure (`nvhchain.error_band`): per line, or over the speed, and overall.
 
-        Ready-made mesh laws, forces and housings count as exact.  InputError without a sound pressure.
+        Supplied mesh laws, forces and housings count as exact.  InputError without a sound pressure.
         """
         self._check_heard()
         return BANDS["pressure"](self)
 
     @cached_property
     def error_bands(self) -> dict[str, ErrorBand | RunUpBand]:
-        """How wrong every quantity may be that the case asks for, by its name; in place of a radiation efficiency or a
-        directivity the sound power and pressure that it is made of."""
+        """Confidence limits of every quantity that the case asks for, by its name.
+
+        Radiation efficiency and directivity inherit those of sound power and pressure.
+        """
         makers = dict(BANDS) | {"pressure": lambda run: run.error_band}
         parts = [part for quantity in self.case.quantities for part in _MADE_OF.get(quantity, (quantity,))]
         return {part: makers[part](self) for part in dict.fromkeys(parts)}

@@ -1,75 +1,83 @@
-"""Ready-made hand-offs that a run starts from: which argument each is, and whether it belongs to the case."""
+"""Supplied hand-offs that a run starts from: their arguments, and checks against the case."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from nvhchain.case import Case, GearboxCase
+from nvhchain.chain.running import Run
+from nvhchain.chain.supplied_forces import warn_of_forces, warn_of_spectrum
 from nvhchain.errors import require
-from nvhchain.fidelity import Fidelity
-from nvhchain.handoff import (
-    BearingForces,
-    ForceSpectrum,
-    HandOff,
-    LoadDistribution,
-    MeshLaw,
-    ReducedHousing,
-    SurfaceVelocity,
-    TransferVectors,
+from nvhchain.handoff import HandOff, LoadDistribution, TransferVectors
+from nvhchain.scene.steps import (
+    BEARING_FORCES,
+    FORCE_SPECTRUM,
+    LOAD_DISTRIBUTIONS,
+    MESH_LAWS,
+    STEPS,
+    SURFACE_VELOCITY,
+    TRANSFER_VECTORS,
+    Scene,
+    Step,
 )
 
-_ARGUMENT: dict[type[HandOff], str] = {
-    BearingForces: "bearing_forces",
-    ForceSpectrum: "force_spectrum",
-    ReducedHousing: "housing",
-    SurfaceVelocity: "surface_velocity",
-    TransferVectors: "transfer_vectors",
-}
-
-_OF_STAGES: dict[type[HandOff], str] = {MeshLaw: "mesh_laws", LoadDistribution: "load_distributions"}
+_STEP_OF: dict[type[HandOff], Step[Any]] = {step.kind: step for step in STEPS if step.can_be_supplied}
 
 
 def arguments(hand_offs: Iterable[HandOff]) -> dict[str, Any]:
     """Sort loaded hand-offs into the arguments of `run`."""
-    given: dict[str, Any] = {}
+    sorted_in: dict[str, Any] = {}
     for hand_off in hand_offs:
         kind = type(hand_off)
-        if kind in _OF_STAGES:
-            given.setdefault(_OF_STAGES[kind], []).append(hand_off)
+        require(kind in _STEP_OF, f"{kind.__name__} is not a hand-off that a run can start from")
+        step = _STEP_OF[kind]
+        if step.per_stage:
+            sorted_in.setdefault(step.name, []).append(hand_off)
             continue
-        require(kind in _ARGUMENT, f"{kind.__name__} is not a hand-off that a run can start from")
-        require(_ARGUMENT[kind] not in given, f"{kind.__name__} is given twice: keep one")
-        given[_ARGUMENT[kind]] = hand_off
-    return given
+        require(step.name not in sorted_in, f"{kind.__name__} is given twice: keep one")
+        sorted_in[step.name] = hand_off
+    return sorted_in
 
 
 def check_argument_names(given: Collection[str]) -> None:
     """Raise `InputError` unless `run` calls hand-offs so."""
-    known = (*_OF_STAGES.values(), *_ARGUMENT.values())
+    known = [step.name for step in _STEP_OF.values()]
     unknown = sorted(set(given) - set(known))
     require(not unknown, f"given = {', '.join(unknown)}: a run starts from {', '.join(known)}, by these names")
 
 
-def check(case: Case, fidelity: Fidelity, given: dict[str, Any]) -> None:
-    """Refuse ready-made hand-offs that do not belong to the case."""
-    if "transfer_vectors" in given:
-        _check_transfer_vectors(case, given["transfer_vectors"])
+def check(scene: Scene, hand_offs: Mapping[Step[Any], Any]) -> None:
+    """Refuse supplied hand-offs that do not belong to the case."""
+    case = scene.case
+    if TRANSFER_VECTORS in hand_offs:
+        _check_transfer_vectors(case, hand_offs[TRANSFER_VECTORS])
     if not isinstance(case, GearboxCase):
         return
-    laws = given.get("mesh_laws")
+    laws = hand_offs.get(MESH_LAWS)
     require(
         laws is None or len(laws) == len(case.stages),
         f"{len(laws or ())} mesh laws are given for {len(case.stages)} stages: give one per stage, in their order",
     )
-    if "load_distributions" in given:
-        _check_distributions(case, given["load_distributions"], ratios=laws is None)
-    for name in {"bearing_forces", "force_spectrum"}.intersection(given):
-        _check_names(case, given[name].names)
-    if case.operation.ramp is not None:
-        _check_run_up(case, given, fidelity)
+    if LOAD_DISTRIBUTIONS in hand_offs:
+        _check_distributions(case, hand_offs[LOAD_DISTRIBUTIONS], ratios=laws is None)
+    for forces in (hand_offs.get(BEARING_FORCES), hand_offs.get(FORCE_SPECTRUM)):
+        if forces is not None:
+            _check_names(case, forces.names)
+    if case.running_up:
+        _check_run_up(scene)
+
+
+def warn(run: Run) -> None:
+    """Warn of supplied forces that can hardly be those of the case."""
+    if run.case.states_velocity:
+        return
+    if BEARING_FORCES.name in run.scene.supplied:
+        warn_of_forces(run.gearbox, run[BEARING_FORCES])
+    if FORCE_SPECTRUM.name in run.scene.supplied:
+        warn_of_spectrum(run.gearbox, run[FORCE_SPECTRUM])
 
 
 def _check_distributions(case: GearboxCase, distributions: Sequence[LoadDistribution], *, ratios: bool) -> None:
@@ -110,13 +118,13 @@ def _check_transfer_vectors(case: Case, vectors: TransferVectors) -> None:
     )
 
 
-def _check_run_up(case: GearboxCase, given: dict[str, Any], fidelity: Fidelity) -> None:
+def _check_run_up(scene: Scene) -> None:
     require(
-        fidelity.acoustics.radiation != "equivalent_radiated_power" or "pressure" not in case.quantities,
+        not (scene.spread_evenly and "pressure" in scene.case.quantities),
         "a run-up is heard in time, but the equivalent radiated power has no phase: choose radiation = rayleigh or "
         "boundary_elements",
     )
-    useless = [name for name in ("force_spectrum", "surface_velocity") if name in given]
+    useless = [step.name for step in (FORCE_SPECTRUM, SURFACE_VELOCITY) if step.name in scene.supplied]
     require(not useless, f"a run-up is heard in time, from bearing forces: {', '.join(useless)} cannot be used for it")
 
 

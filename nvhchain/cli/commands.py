@@ -34,13 +34,12 @@ def _fidelity(options: argparse.Namespace, cases: Sequence[Case], given: Collect
 
 
 def _with_mode_tolerance(fidelity: Fidelity, tolerance: float | None, cases: Sequence[Case]) -> Fidelity:
-    from nvhchain.case import HousingModel
-    from nvhchain.housing import Casting
+    from nvhchain.case import GearboxCase
 
     if tolerance is None:
         return fidelity
     for case in cases:
-        if not isinstance(getattr(case, "housing", None), Casting | HousingModel):
+        if not isinstance(case, GearboxCase) or "truncation_tolerance_db" in case.housing.unused_knobs:
             raise InputError(
                 f"--mode-tolerance-db: {case.name} has no casting or housing_model, whose modes could be counted by it"
             )
@@ -252,13 +251,11 @@ def plan(options: argparse.Namespace) -> int:
 def check(options: argparse.Namespace) -> int:
     """Read a case and the file of its housing."""
     from nvhchain.case import GearboxCase, load_case
-    from nvhchain.scene import check_driven, check_file, check_held
+    from nvhchain.scene import check_case
     from nvhchain.scene.advice import advice
 
     case = load_case(options.case)
-    check_held(case)
-    check_driven(case)
-    check_file(case)
+    check_case(case)
     show(f"{options.case}: {case.name} is valid")
     for why in advice(case) if isinstance(case, GearboxCase) else ():
         show(f"{case.name} would notice: {why}")

@@ -26,7 +26,7 @@ from nvhchain.handoff import (
 
 
 class Run(Protocol):
-    """What a run made or was given (`given`: by name), None where the case needs none."""
+    """Hand-offs that a run computed or was supplied with (`supplied`: by name), None where the case needs none."""
 
     @property
     def case(self) -> Case: ...
@@ -53,7 +53,7 @@ class Run(Protocol):
     @property
     def sound_power(self) -> SoundPower | None: ...
     @property
-    def given(self) -> tuple[str, ...]: ...
+    def supplied(self) -> tuple[str, ...]: ...
 
 
 def forces_band(run: Run) -> ErrorBand | RunUpBand:
@@ -92,7 +92,7 @@ def pressure_band(run: Run) -> ErrorBand | RunUpBand:
             run.bearing_forces,
             run.transfer_vectors,
             run.housing,
-            housing_is_exact="housing" in run.given,
+            housing_is_exact="housing" in run.supplied,
             **_laws(run),
         )
     assert run.pressure is not None
@@ -126,7 +126,7 @@ def sound_power_band(run: Run) -> ErrorBand:
 
 
 def _made_housing(run: Run) -> ReducedHousing | None:
-    return None if "housing" in run.given else run.housing
+    return None if "housing" in run.supplied else run.housing
 
 
 class _Laws(TypedDict):
@@ -136,8 +136,8 @@ class _Laws(TypedDict):
 
 def _laws(run: Run) -> _Laws:
     """That the forces were made from; none where they were given."""
-    given = not {"bearing_forces", "force_spectrum"}.isdisjoint(run.given)
-    return {"mesh_laws": () if given else run.mesh_laws, "laws_are_exact": "mesh_laws" in run.given}
+    given = not {"bearing_forces", "force_spectrum"}.isdisjoint(run.supplied)
+    return {"mesh_laws": () if given else run.mesh_laws, "laws_are_exact": "mesh_laws" in run.supplied}
 
 
 BANDS: Mapping[str, Callable[[Run], ErrorBand | RunUpBand]] = MappingProxyType(

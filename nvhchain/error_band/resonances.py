@@ -59,7 +59,7 @@ def force_change(
             lines,
             input_torque=case.operation.input_torque,
             input_speed=forces.input_speed,
-            fidelity=case.options.on(fidelity.dynamics),
+            fidelity=fidelity.dynamics,
         )
         for of in (housing, moved)
     )

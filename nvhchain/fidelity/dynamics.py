@@ -37,13 +37,8 @@ class DynamicsFidelity(Knobs, stage="dynamics"):
         meaning="attenuation of what would fold back into the band, before a run-up is thinned out")
     mesh_level: str = knob("table", choices=("table", "contact"), sweep=Sweep(("contact",), beyond=True, hours=True),
         meaning="`table`: the mesh law F(θ, δ); `contact`: the contact problem in every step, its slow yardstick")
-    face_points: int = knob(1, low=1, high=16, sweep=Sweep((3,), beyond=True),
-        meaning="points of a mesh across its face: one, at mid-width, or more, which feel the tilt of the gears")
-    gyroscopic: bool = knob(False, sweep=Sweep((True,), beyond=True), meaning="gyroscopic terms of the shafts' spin")
     gyroscopic_speeds: int = knob(16, low=1, high=1000, step="run-up", sweep="of a run-up with gyroscopic terms only",
         meaning="speeds of a run-up at which modes with gyroscopic terms are taken")
-    flexible_shafts: bool = knob(False, sweep=Sweep((True,), beyond=True),
-        meaning="shafts bend and twist (Timoshenko beams)")
     shaft_element: float = knob(10e-3, low=1e-4, high=1.0, unit="m", sweep="of flexible shafts only",
         meaning="largest length of a beam element of flexible shafts")
     shaft_frequency: float = knob(10e3, high=1e6, unit="Hz", sweep="of flexible shafts only",

@@ -1,19 +1,19 @@
-"""What a case asks for → what has to be modelled, what is skipped and why, and what it takes."""
+"""The steps that a case takes, their costs, and refusals before a run."""
 
-from nvhchain.scene.casting import forced
-from nvhchain.scene.checks import check_driven, check_file, check_held, check_knobs, preflight, stages_to_make
-from nvhchain.scene.planned import Plan, Stage
-from nvhchain.scene.planning import plan
+from nvhchain.scene.checks import check_case, check_knobs, preflight
+from nvhchain.scene.planned import Plan, PlannedStep
+from nvhchain.scene.planning import plan, planned_steps
+from nvhchain.scene.steps import STEPS, Scene, Step
 
 __all__ = [
+    "STEPS",
     "Plan",
-    "Stage",
-    "check_driven",
-    "check_file",
-    "check_held",
+    "PlannedStep",
+    "Scene",
+    "Step",
+    "check_case",
     "check_knobs",
-    "forced",
     "plan",
+    "planned_steps",
     "preflight",
-    "stages_to_make",
 ]

@@ -1,4 +1,4 @@
-"""What gears, their meshes and the time integration take."""
+"""Costs of mesh laws, the housing and the time integration."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from math import lcm, pi
 import numpy as np
 
 from nvhchain import gear
-from nvhchain.case import GearboxCase
+from nvhchain.case import Extent, GearboxCase
 from nvhchain.dynamics.runs.decimation import record_stride
 from nvhchain.dynamics.runs.steady import settling_time
 from nvhchain.dynamics.time_loop.simulation import simulation
 from nvhchain.fidelity import Fidelity, GearFidelity
 from nvhchain.gear import GearBody, VolumeMesh
-from nvhchain.scene.casting import modes_in_reach
-from nvhchain.scene.planned import BASE_MEGABYTES, SECONDS_PER_STAGE, Stage
+from nvhchain.scene.planned import BASE_MEGABYTES, SECONDS_PER_STEP, PlannedStep
+from nvhchain.scene.steps import BEARING_FORCES, HOUSING, LOAD_DISTRIBUTIONS, MESH_LAWS
 
 # Estimates: processor seconds and megabytes per unit of work, fitted to the runs in docs/measured/chain/plan.md and
 # docs/measured/chain/plan_knobs.md, which benchmarks/chain/plan.py measures again.
@@ -41,11 +41,17 @@ _SETTLING_PERIODS = 4
 _MEGABYTES_PER_STEP_AND_OUTPUT = 48e-6
 _MEGABYTES_PER_SAMPLE_AND_OUTPUT = 15e-6
 _SECONDS_PER_SAMPLE_AND_OUTPUT = 4.5e-8
+_SECONDS_PER_UNKNOWN = 1.69e-4
+_SECONDS_PER_UNKNOWN_AND_MODE = 4e-7
+_SECONDS_PER_SAMPLE = 8.9e-6
+_MEGABYTES_PER_THOUSAND_UNKNOWNS = 1.75
+_FILL_EXPONENT = 1.35
+_SECONDS_TO_IMPORT_MODES = 10.0
 
 
-def mesh_law_stages(case: GearboxCase, fidelity: Fidelity) -> list[Stage]:
+def mesh_law_steps(case: GearboxCase, fidelity: Fidelity) -> list[PlannedStep]:
     """Mesh law of every stage of the gearbox."""
-    knobs, stages = fidelity.gear, []
+    knobs, planned = fidelity.gear, []
     for stage, pair in zip(case.stages, case.pairs, strict=True):
         bodies = (pair.pinion, pair.wheel)
         meshes, slices = lcm(*(body.sector for body in bodies)), gear.slice_count(pair, knobs)
@@ -53,8 +59,9 @@ def mesh_law_stages(case: GearboxCase, fidelity: Fidelity) -> list[Stage]:
             f"{body.geometry.teeth} teeth {type(body.blank).__name__.lower()} ({body.sector} by symmetry)"
             for body in bodies
         )
-        stages.append(
-            Stage(
+        planned.append(
+            PlannedStep(
+                MESH_LAWS,
                 f"mesh law {stage.name}",
                 f"{described}; {meshes * knobs.angles_per_mesh} angles × {knobs.deflections} deflections, "
                 f"{slices} slices",
@@ -63,17 +70,15 @@ def mesh_law_stages(case: GearboxCase, fidelity: Fidelity) -> list[Stage]:
                 {"teeth": sum(body.sector for body in bodies)},
             )
         )
-    return stages
+    return planned
 
 
-def load_distribution_stages(case: GearboxCase, fidelity: Fidelity, *, alone: bool) -> list[Stage]:
-    """Where the flanks of every stage carry, for friction, shuttling and tilt.
+def load_distribution_steps(case: GearboxCase, fidelity: Fidelity, *, alone: bool) -> list[PlannedStep]:
+    """Load distribution of every stage, for friction, shuttling and tilt.
 
-    alone: whether the mesh laws are given; else the gears' finite elements are those of the mesh laws.
+    alone: the mesh laws are not computed; else the gears' finite elements are those of the mesh laws.
     """
-    if not (case.options.load_distribution or case.options.tilt):
-        return []
-    stages = []
+    planned = []
     for stage, pair in zip(case.stages, case.pairs, strict=True):
         bodies = (pair.pinion, pair.wheel)
         angles = lcm(*(body.sector for body in bodies)) * fidelity.gear.angles_per_mesh
@@ -83,8 +88,33 @@ def load_distribution_stages(case: GearboxCase, fidelity: Fidelity, *, alone: bo
         if alone:
             seconds += _body_seconds(bodies, fidelity.gear)
             megabytes += max(_gear_megabytes(body, fidelity.gear) for body in bodies)
-        stages.append(Stage(f"load distribution {stage.name}", models, seconds, megabytes))
-    return stages
+        planned.append(PlannedStep(LOAD_DISTRIBUTIONS, f"load distribution {stage.name}", models, seconds, megabytes))
+    return planned
+
+
+def kept_modes(case: GearboxCase, fidelity: Fidelity) -> str:
+    """Words for the modes of the housing that are kept."""
+    tolerance = fidelity.housing.truncation_tolerance_db
+    if tolerance and "truncation_tolerance_db" not in case.housing.unused_knobs:
+        return f"the fewest modes that keep to {tolerance:g} dB"
+    return f"modes to {fidelity.housing.mode_ratio * case.band.high:g} Hz"
+
+
+def housing_step(case: GearboxCase, fidelity: Fidelity, extent: Extent) -> PlannedStep:
+    """Reduction of the housing."""
+    if extent.unknowns == 0:
+        return PlannedStep(HOUSING, "housing", extent.models, _SECONDS_TO_IMPORT_MODES, BASE_MEGABYTES)
+    unknowns, modes = extent.unknowns, case.housing.modes_in_reach(case, fidelity.housing)
+    return PlannedStep(
+        HOUSING,
+        "housing",
+        f"about {unknowns / 1e3:.0f} k unknowns of {extent.models}; {kept_modes(case, fidelity)}, "
+        f"residual flexibility of {len(case.bearings)} seats",
+        unknowns * (_SECONDS_PER_UNKNOWN + _SECONDS_PER_UNKNOWN_AND_MODE * modes)
+        + _SECONDS_PER_SAMPLE * extent.triangles * fidelity.housing.samples_per_face**2,
+        BASE_MEGABYTES + _MEGABYTES_PER_THOUSAND_UNKNOWNS * (1e-3 * unknowns) ** _FILL_EXPONENT,
+        {"unknowns": unknowns, "modes": modes},
+    )
 
 
 def _law_seconds(meshes: int, slices: int, knobs: GearFidelity) -> float:
@@ -146,14 +176,14 @@ def recorded_outputs(case: GearboxCase) -> int:
     return 3 * len(case.bearings) + 3 * len(case.stages) + 1
 
 
-def dynamics_stage(case: GearboxCase, fidelity: Fidelity) -> Stage:
+def dynamics_step(case: GearboxCase, fidelity: Fidelity) -> PlannedStep:
     """Time integration of the gearbox."""
     knobs, meshes = fidelity.dynamics, len(case.stages)
     steps = recorded_time(case) / knobs.time_step
     run = steps * (1 if case.operation.ramp else _SETTLING_PERIODS)
     rigid = case.options.rigid_housing
-    modes = 0.0 if rigid else modes_in_reach(case, fidelity)
-    seconds = SECONDS_PER_STAGE + _SECONDS_PER_STEP_AND_MODE * run * (6 * len(case.shafts) + modes)
+    modes = 0.0 if rigid else case.housing.modes_in_reach(case, fidelity.housing)
+    seconds = SECONDS_PER_STEP + _SECONDS_PER_STEP_AND_MODE * run * (6 * len(case.shafts) + modes)
     level, held = f"{meshes} tabulated meshes", 0.0
     if case.operation.ramp:
         stored = recorded_samples(case, fidelity) * recorded_outputs(case)
@@ -171,7 +201,8 @@ def dynamics_stage(case: GearboxCase, fidelity: Fidelity) -> Stage:
             lines = _lines_seconds(gear.slice_count(pair, fidelity.gear))
             seconds += _body_seconds(bodies, fidelity.gear) + _LINES_PER_CONTACT_STEP * lines * solved
             held = max(held, *(_gear_megabytes(body, fidelity.gear) for body in bodies))
-    return Stage(
+    return PlannedStep(
+        BEARING_FORCES,
         "bearing forces",
         f"{len(case.shafts)} shafts of 6 unknowns, "
         f"{'rigid seats' if rigid else f'about {modes:.0f} housing modes in the loop'}, {level}; steps of "

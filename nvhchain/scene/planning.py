@@ -1,69 +1,129 @@
-"""The stages that a case asks for, and what is left out and why."""
+"""The plan of a run: steps with their costs, reasons for what is excluded, and options to consider."""
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Callable, Iterator, Mapping
+from functools import cached_property
+from typing import Any
 
-from nvhchain.case import HEARD, RADIATED, Case, GearboxCase, RadiatorCase
+from nvhchain.case import HEARD, RADIATED, Case, Extent, GearboxCase
 from nvhchain.fidelity import STANDARD, Fidelity
 from nvhchain.kinds import checked
 from nvhchain.scene.advice import advice
-from nvhchain.scene.casting import extent, housing_stage, kept_modes
-from nvhchain.scene.mechanics import dynamics_stage, load_distribution_stages, mesh_law_stages
-from nvhchain.scene.planned import BASE_MEGABYTES, SECONDS_PER_STAGE, Plan, Stage
-from nvhchain.scene.radiation import faces_of, radiation_stage, sound_power_stage, transfer_vector_stage, with_needles
-from nvhchain.scene.radiator import radiator_surface
+from nvhchain.scene.mechanics import (
+    dynamics_step,
+    housing_step,
+    kept_modes,
+    load_distribution_steps,
+    mesh_law_steps,
+)
+from nvhchain.scene.planned import Plan, PlannedStep
+from nvhchain.scene.radiation import (
+    motion_step,
+    radiated_power_step,
+    radiation_resistance_step,
+    run_up_sound_step,
+    sound_power_step,
+    surface_step,
+    transfer_vector_step,
+)
+from nvhchain.scene.steps import (
+    BEARING_FORCES,
+    HOUSING,
+    LOAD_DISTRIBUTIONS,
+    MESH_LAWS,
+    PRESSURE,
+    PRESSURE_HISTORY,
+    RADIATION_RESISTANCE,
+    SOUND_POWER,
+    SURFACE_VELOCITY,
+    TRANSFER_VECTORS,
+    Scene,
+    Step,
+)
 
 
 @checked
 def plan(case: Case, *, fidelity: Fidelity = STANDARD) -> Plan:
-    """What will be modelled for `case`, what is skipped and why, memory and time (estimates)."""
-    return plan_without(case, fidelity, ())
+    """Plan a run: what is modelled, what is skipped and why, memory and time (estimates)."""
+    steps = planned_steps(Scene(case, fidelity))
+    if isinstance(case, GearboxCase):
+        return Plan(case.name, fidelity.name, steps, _excluded(case, fidelity), advice(case))
+    return Plan(case.name, fidelity.name, steps, _RADIATOR_EXCLUDES)
 
 
-def plan_without(case: Case, fidelity: Fidelity, ready: Collection[str]) -> Plan:
-    """As `plan`; a foreign housing whose surface is among the hand-offs that are `ready`, by name, is not read."""
-    if isinstance(case, RadiatorCase):
-        surface, faces, area, described, seconds = radiator_surface(case, fidelity.acoustics)
-        given = Stage("surface", described, SECONDS_PER_STAGE + seconds, BASE_MEGABYTES)
-        sounds = [transfer_vector_stage(case, fidelity, faces, area)] * (not HEARD.isdisjoint(case.quantities))
-        sounds += [sound_power_stage(case, fidelity, faces, area)] * (not RADIATED.isdisjoint(case.quantities))
-        if surface is not None and case.engine == "fused":
-            sounds = [with_needles(stage, surface, fidelity.acoustics) for stage in sounds]
-        return Plan(
-            case.name,
-            fidelity.name,
-            (given, *sounds),
-            ("gears, dynamics and housing: the surface velocity is given in the case",),
-        )
-    area, unknowns = extent(case, fidelity, ready) if moves(case) else (0.0, 0.0)
-    stages = [
-        *([housing_stage(case, fidelity, unknowns, faces_of(case, fidelity, area))] if moves(case) else []),
-        *mesh_law_stages(case, fidelity),
-        *load_distribution_stages(case, fidelity, alone="mesh_laws" in ready),
-        dynamics_stage(case, fidelity),
-    ]
-    if HEARD.intersection(case.quantities):
-        stages.append(transfer_vector_stage(case, fidelity, faces_of(case, fidelity, area), area))
-    if RADIATED.intersection(case.quantities):
-        stages.append(sound_power_stage(case, fidelity, faces_of(case, fidelity, area), area))
-    if {"surface_velocity", *HEARD}.intersection(case.quantities):
-        stages.append(radiation_stage(case, fidelity, area))
-    return Plan(case.name, fidelity.name, tuple(stages), _skipped(case, fidelity), advice(case))
+def planned_steps(scene: Scene) -> tuple[PlannedStep, ...]:
+    """Costs of the steps that a run computes; an imported housing whose surface is supplied is not read."""
+    sized = _Sized(scene)
+    return tuple(planned for step in scene.steps if step in COSTS for planned in COSTS[step](sized))
 
 
-def moves(case: GearboxCase) -> bool:
-    """Whether anything that `case` asks for takes the motion of its housing."""
-    return case.quantities != ("bearing_forces",) or not case.options.rigid_housing
+class _Sized:
+    """A scene and the size of its radiating body, which is looked at when a step asks for it."""
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene, self.case, self.fidelity, self.steps = scene, scene.case, scene.fidelity, scene.steps
+
+    @property
+    def gearbox(self) -> GearboxCase:
+        return self.scene.gearbox
+
+    @cached_property
+    def extent(self) -> Extent:
+        supplied = self.scene.supplied
+        if isinstance(supplied, Mapping):
+            for step in (HOUSING, SURFACE_VELOCITY):
+                if step.name in supplied:
+                    surface = supplied[step.name].surface
+                    return Extent(float(surface.areas.sum()), "supplied", len(surface.triangles))
+        return self.case.extent(self.fidelity, driven=BEARING_FORCES in self.steps)
 
 
-def _skipped(case: GearboxCase, fidelity: Fidelity) -> tuple[str, ...]:
+def _motion(of: _Sized) -> Iterator[PlannedStep]:
+    if of.case.states_velocity:
+        yield surface_step(of.extent)
+    elif PRESSURE not in of.steps and "surface_velocity" in of.case.quantities:
+        yield motion_step(of.gearbox, of.fidelity, of.extent, heard=False)
+
+
+def _pressure(of: _Sized) -> Iterator[PlannedStep]:
+    if of.scene.spread_evenly:
+        yield radiated_power_step(of.case, of.fidelity, of.extent)
+    if not of.case.states_velocity:
+        yield motion_step(of.gearbox, of.fidelity, of.extent, heard=True)
+
+
+def _sound_power(of: _Sized) -> Iterator[PlannedStep]:
+    if not of.scene.from_modes:
+        yield sound_power_step(of.case, of.fidelity, of.extent)
+
+
+COSTS: dict[Step[Any], Callable[[_Sized], Iterator[PlannedStep] | list[PlannedStep]]] = {
+    HOUSING: lambda of: [housing_step(of.gearbox, of.fidelity, of.extent)],
+    MESH_LAWS: lambda of: mesh_law_steps(of.gearbox, of.fidelity),
+    LOAD_DISTRIBUTIONS: lambda of: load_distribution_steps(of.gearbox, of.fidelity, alone=MESH_LAWS not in of.steps),
+    BEARING_FORCES: lambda of: [dynamics_step(of.gearbox, of.fidelity)],
+    SURFACE_VELOCITY: _motion,
+    TRANSFER_VECTORS: lambda of: [transfer_vector_step(of.case, of.fidelity, of.extent)],
+    PRESSURE: _pressure,
+    RADIATION_RESISTANCE: lambda of: [radiation_resistance_step(of.gearbox, of.fidelity, of.extent)],
+    SOUND_POWER: _sound_power,
+    PRESSURE_HISTORY: lambda of: [run_up_sound_step(of.gearbox, of.fidelity)],
+}
+"""Step → its lines of the plan; steps that cost next to nothing have none."""
+
+_RADIATOR_EXCLUDES = ("gears, dynamics and housing: the surface velocity is given in the case",)
+
+
+def _excluded(case: GearboxCase, fidelity: Fidelity) -> tuple[str, ...]:
+    in_loop = not case.options.rigid_housing
+    moves = in_loop or case.quantities != ("bearing_forces",)
     reasons = [
         f"{gear.name}: loads on {gear.geometry.teeth - gear.body.sector} of {gear.geometry.teeth} teeth, "
         "alike by the symmetry of its blank"
         for gear in case.gears
     ]
-    if moves(case):
+    if moves:
         reasons.append(f"of the housing all but {kept_modes(case, fidelity)}: their flexibility is kept as residual")
     else:
         reasons.append("the housing: its seats are rigid (options.rigid_housing) and its motion is not asked for")
@@ -77,6 +137,6 @@ def _skipped(case: GearboxCase, fidelity: Fidelity) -> tuple[str, ...]:
         reasons.append("transfer vectors between masters: interpolated; points that are not asked for")
     else:
         reasons.append("transfer vectors and sound pressure: not asked for")
-    if case.quantities == ("bearing_forces",) and moves(case):
+    if case.quantities == ("bearing_forces",) and moves:
         reasons.append("motion of the housing's surface: not asked for (its modes are in the loop of the forces)")
     return tuple(reasons)

@@ -1,4 +1,4 @@
-"""What the surface's motion and its sound take."""
+"""Costs of surface motion and sound."""
 
 from __future__ import annotations
 
@@ -9,14 +9,19 @@ from math import ceil, inf, log10, pi, sqrt
 from nvhchain import acoustics
 from nvhchain.acoustics.accuracy.mesh_error import needle_seconds
 from nvhchain.acoustics.fused.quadrature import order_for
-from nvhchain.case import HEARD, Case, GearboxCase, RadiatorCase
+from nvhchain.case import Case, Extent, GearboxCase
 from nvhchain.fidelity import AcousticsFidelity, Fidelity
-from nvhchain.handoff import Surface
-from nvhchain.housing import Casting, face_size
 from nvhchain.runtime.memory import free_memory
-from nvhchain.scene.casting import modes_in_reach
 from nvhchain.scene.mechanics import recorded_outputs, recorded_samples
-from nvhchain.scene.planned import BASE_MEGABYTES, SECONDS_PER_STAGE, Stage
+from nvhchain.scene.planned import BASE_MEGABYTES, SECONDS_PER_STEP, PlannedStep
+from nvhchain.scene.steps import (
+    PRESSURE,
+    PRESSURE_HISTORY,
+    RADIATION_RESISTANCE,
+    SOUND_POWER,
+    SURFACE_VELOCITY,
+    TRANSFER_VECTORS,
+)
 
 # Estimates: processor seconds and megabytes per unit of work, fitted to the runs in docs/measured/chain/plan.md and
 # docs/measured/chain/plan_knobs.md, which benchmarks/chain/plan.py measures again.
@@ -34,8 +39,6 @@ _SECONDS_PER_PAIR_AND_SHAPE = 3e-9
 _MASTERS_AT_LEAST = 6
 _MASTERS_PER_RADIAN = 0.45
 _MASTERS_PER_DECADE = 0.48
-_TRIANGLES_PER_AREA = 2.83
-_TRIANGLES_PER_BORE = 100
 _SECONDS_PER_FACE_AND_POINT = 6.5e-7
 _MEGABYTES_PER_FACE_AND_POINT = 28e-6
 _SECONDS_PER_LINE_AND_FACE = 1.5e-7
@@ -52,91 +55,101 @@ _MOST_LOOKED_AT = 20_000
 """Triangles of a surface above which its needles and gaps are not looked for: that takes seconds then."""
 
 
-def faces_of(case: GearboxCase, fidelity: Fidelity, area: float) -> int:
-    """Triangles of a radiating surface of `area`, m²."""
-    size = acoustics.required_element_size(case.band.high, case.air, fidelity.acoustics)
-    if isinstance(case.housing, Casting):
-        size = face_size(case.housing, size)
-    return ceil(_TRIANGLES_PER_AREA * area / size**2 + _TRIANGLES_PER_BORE * len(case.bearings))
+def surface_step(extent: Extent) -> PlannedStep:
+    """Surface of a radiator with its stated velocity."""
+    seconds = SECONDS_PER_STEP + extent.seconds
+    return PlannedStep(SURFACE_VELOCITY, "surface", extent.models, seconds, BASE_MEGABYTES)
 
 
-def transfer_vector_stage(case: Case, fidelity: Fidelity, faces: int, area: float) -> Stage:
-    """Transfer vectors to the field points, or the cheaper level of radiation in their place."""
-    knobs = fidelity.acoustics
-    described = (
+def _radiating(case: Case, knobs: AcousticsFidelity, faces: int) -> str:
+    return (
         f"about {faces} triangles at {knobs.elements_per_wavelength:g} per wavelength, {len(case.field_points)} "
         "field point(s)"
     )
-    if knobs.radiation == "equivalent_radiated_power":
-        return Stage("radiated power", f"{described}, plane waves from every face", SECONDS_PER_STAGE, BASE_MEGABYTES)
-    masters = _masters(case, fidelity, area)
-    ends = len(case.field_points) * (1 if case.reflecting_plane is None else 2)
+
+
+def radiated_power_step(case: Case, fidelity: Fidelity, extent: Extent) -> PlannedStep:
+    """Equivalent radiated power, in place of transfer vectors."""
+    models = f"{_radiating(case, fidelity.acoustics, extent.triangles)}, plane waves from every face"
+    return PlannedStep(PRESSURE, "radiated power", models, SECONDS_PER_STEP, BASE_MEGABYTES)
+
+
+def transfer_vector_step(case: Case, fidelity: Fidelity, extent: Extent) -> PlannedStep:
+    """Transfer vectors to the field points, by boundary elements or the Rayleigh integral."""
+    knobs, faces = fidelity.acoustics, extent.triangles
+    described = _radiating(case, knobs, faces)
     if knobs.radiation == "rayleigh":
-        return Stage("transfer vectors", f"{described}, Rayleigh integral", SECONDS_PER_STAGE, BASE_MEGABYTES)
-    return Stage(
+        models = f"{described}, Rayleigh integral"
+        return PlannedStep(TRANSFER_VECTORS, "transfer vectors", models, SECONDS_PER_STEP, BASE_MEGABYTES)
+    masters = _masters(case, fidelity, extent.area)
+    ends = len(case.field_points) * (1 if case.reflecting_plane is None else 2)
+    planned = PlannedStep(
+        TRANSFER_VECTORS,
         "transfer vectors",
         f"{described}, about {masters} master frequencies, engine {case.engine}",
         masters * (_system_seconds(faces, case, knobs) + _SECONDS_PER_FACE_AND_POINT * faces * ends),
-        _megabytes(
-            case,
-            knobs,
-            acoustics.estimate_memory(
-                faces // 2,
-                faces,
-                case.engine,
-                knobs,
-                points=ends,
-                frequencies=masters,
-                free=_free_beside_the_program(),
-            ),
-        ),
+        _megabytes(case, knobs, faces, masters, ends),
         {"triangles": faces, "masters": masters},
     )
+    return _with_needles(planned, case, knobs, extent)
 
 
-def sound_power_stage(case: Case, fidelity: Fidelity, faces: int, area: float) -> Stage:
-    """Solutions for every mode and seat direction at masters, or for one velocity at every line."""
+def radiation_resistance_step(case: GearboxCase, fidelity: Fidelity, extent: Extent) -> PlannedStep:
+    """Solutions for every mode and seat direction at masters."""
+    masters = _masters(case, fidelity, extent.area)
+    shapes = case.housing.modes_in_reach(case, fidelity.housing) + 3 * len(case.bearings)
+    described = f"about {masters} master frequencies, {shapes:.0f} modes and seat directions"
+    planned = _solved(case, fidelity.acoustics, extent, described, masters, shapes)
+    return replace(planned, step=RADIATION_RESISTANCE, name="radiation resistance")
+
+
+def sound_power_step(case: Case, fidelity: Fidelity, extent: Extent) -> PlannedStep:
+    """Solutions for one velocity at every line, or a cheaper level of radiation."""
     knobs = fidelity.acoustics
     if knobs.radiation != "boundary_elements":
-        return Stage("sound power", f"about {faces} triangles, {knobs.radiation}", SECONDS_PER_STAGE, BASE_MEGABYTES)
-    shapes = 1.0
-    if isinstance(case, RadiatorCase):
-        systems = len(case.frequencies)
-        described = f"{systems} lines"
-    else:
-        systems = _masters(case, fidelity, area)
-        shapes = modes_in_reach(case, fidelity) + 3 * len(case.bearings)
-        described = f"about {systems} master frequencies, {shapes:.0f} modes and seat directions"
-    seconds = systems * (_system_seconds(faces, case, knobs) + _SECONDS_PER_PAIR_AND_SHAPE * shapes * faces**2)
-    return Stage(
-        "radiation resistance" if shapes > 1 else "sound power",
+        models = f"about {extent.triangles} triangles, {knobs.radiation}"
+        return PlannedStep(SOUND_POWER, "sound power", models, SECONDS_PER_STEP, BASE_MEGABYTES)
+    lines = int(case.line_count)
+    return _solved(case, knobs, extent, f"{lines} lines", lines, 1.0)
+
+
+def _solved(
+    case: Case, knobs: AcousticsFidelity, extent: Extent, described: str, systems: int, shapes: float
+) -> PlannedStep:
+    faces = extent.triangles
+    planned = PlannedStep(
+        SOUND_POWER,
+        "sound power",
         f"about {faces} triangles, {described}, engine {case.engine}",
-        seconds,
-        _megabytes(
-            case,
-            knobs,
-            acoustics.estimate_memory(
-                faces // 2, faces, case.engine, knobs, frequencies=systems, free=_free_beside_the_program()
-            ),
-        ),
+        systems * (_system_seconds(faces, case, knobs) + _SECONDS_PER_PAIR_AND_SHAPE * shapes * faces**2),
+        _megabytes(case, knobs, faces, systems),
         {"triangles": faces, "masters": systems, "shapes": shapes},
     )
+    return _with_needles(planned, case, knobs, extent)
 
 
-def with_needles(stage: Stage, surface: Surface, knobs: AcousticsFidelity) -> Stage:
-    """The stage with the time that needles and narrow gaps of the surface add."""
-    systems = stage.counts.get("masters", 0)
-    if systems == 0 or len(surface.triangles) > _MOST_LOOKED_AT:
-        return stage
+def _with_needles(planned: PlannedStep, case: Case, knobs: AcousticsFidelity, extent: Extent) -> PlannedStep:
+    """The step with the time that needles and narrow gaps of a surface that is read add."""
+    surface = extent.surface
+    if surface is None or case.engine != "fused" or len(surface.triangles) > _MOST_LOOKED_AT:
+        return planned
     each, once = needle_seconds(surface, knobs)
-    return replace(stage, seconds=stage.seconds + systems * each + once)
+    return replace(planned, seconds=planned.seconds + planned.counts["masters"] * each + once)
 
 
-def _megabytes(case: Case, knobs: AcousticsFidelity, systems: int) -> float:
-    """Of `systems`, bytes, or of the rules of touching triangles, which are made before."""
-    factors = (1, 2, 3) if isinstance(case, GearboxCase) else (1,)  # needles
-    points = (6 + 5 + 2) * sum((factor * knobs.singular_order) ** 4 for factor in factors)
-    return BASE_MEGABYTES + 1e-6 * max(systems, _BYTES_PER_RULE_POINT * points)
+def _needles_in(case: Case) -> bool:
+    """True for housings; a radiator's surface is meshed without."""
+    return not case.states_velocity
+
+
+def _megabytes(case: Case, knobs: AcousticsFidelity, faces: int, systems: int, points: int = 0) -> float:
+    """Of matrices at `systems` frequencies, or of the rules of touching triangles, which are made before."""
+    needed = acoustics.estimate_memory(
+        faces // 2, faces, case.engine, knobs, points=points, frequencies=systems, free=_free_beside_the_program()
+    )
+    factors = (1, 2, 3) if _needles_in(case) else (1,)
+    rules = (6 + 5 + 2) * sum((factor * knobs.singular_order) ** 4 for factor in factors)
+    return BASE_MEGABYTES + 1e-6 * max(needed, _BYTES_PER_RULE_POINT * rules)
 
 
 def _free_beside_the_program() -> int:
@@ -149,7 +162,7 @@ def _system_seconds(faces: int, case: Case, knobs: AcousticsFidelity) -> float:
     return (
         _SECONDS_PER_SYSTEM
         + _SECONDS_PER_PAIR * faces**2 * far_points(knobs) / _POINTS_OF_A_PAIR
-        + _SECONDS_PER_CLOSE_POINT * faces * close_points(faces, knobs, needles=isinstance(case, GearboxCase))
+        + _SECONDS_PER_CLOSE_POINT * faces * close_points(faces, knobs, needles=_needles_in(case))
         + _SECONDS_PER_LU * (faces / 2) ** 3
     )
 
@@ -186,41 +199,39 @@ def _rule_points(order: int) -> float:
 def _masters(case: Case, fidelity: Fidelity, area: float) -> int:
     """Master frequencies: they grow with the band times the body's size and with the digits that are asked of them, or
     are the lines where those are few."""
-    if isinstance(case, RadiatorCase):
-        band, lines = case.frequencies[-1] - case.frequencies[0], float(len(case.frequencies))
-    else:
-        band, lines = case.band.high - case.band.low, inf
+    low, high = case.limits
+    band, lines = high - low, case.line_count if case.states_velocity else inf
     radians = 2 * pi * band / case.air.speed_of_sound * sqrt(area / pi)
     digits = max(0.5, 1 + _MASTERS_PER_DECADE * log10(0.5 / fidelity.acoustics.master_tolerance_db))
     return int(min(lines, ceil(digits * (_MASTERS_AT_LEAST + _MASTERS_PER_RADIAN * radians))))
 
 
-def radiation_stage(case: GearboxCase, fidelity: Fidelity, area: float) -> Stage:
-    """Motion of the surface and its sound pressure where that is asked for, line by line."""
-    lines = (case.band.high - case.band.low) / case.band.resolution
-    faces = faces_of(case, fidelity, area)
-    points = len(case.field_points) if HEARD.intersection(case.quantities) else 0
-    band = f"from {case.band.low:g} to {case.band.high:g} Hz"
-    if case.operation.ramp is not None:
-        samples, outputs = recorded_samples(case, fidelity), recorded_outputs(case)
-        return Stage(
-            "pressure",
-            f"noise transfer functions {band}, convolved with the bearing forces",
-            SECONDS_PER_STAGE
-            + _SECONDS_PER_TRANSFER_FUNCTION * points
-            + samples * (_SECONDS_PER_SAMPLE_AND_OUTPUT * outputs + _SECONDS_PER_SAMPLE_AND_POINT * points),
-            BASE_MEGABYTES
-            + samples * (_MEGABYTES_PER_SAMPLE_AND_OUTPUT * outputs + _MEGABYTES_PER_SAMPLE_AND_POINT * points),
-        )
-    if points:
-        name, models = "velocity, pressure", f"about {lines:.0f} lines {band}, forced response and dot products"
-    else:
-        name, models = "velocity", f"about {lines:.0f} lines {band}, forced response"
-    return Stage(
-        name,
-        models,
-        SECONDS_PER_STAGE + lines * faces * (_SECONDS_PER_LINE_AND_FACE + _SECONDS_PER_DOT_PRODUCT * points),
+def run_up_sound_step(case: GearboxCase, fidelity: Fidelity) -> PlannedStep:
+    """Sound pressure of a run-up: noise transfer functions, convolved with the bearing forces."""
+    points, (low, high) = len(case.field_points), case.limits
+    samples, outputs = recorded_samples(case, fidelity), recorded_outputs(case)
+    return PlannedStep(
+        PRESSURE_HISTORY,
+        "pressure",
+        f"noise transfer functions from {low:g} to {high:g} Hz, convolved with the bearing forces",
+        SECONDS_PER_STEP
+        + _SECONDS_PER_TRANSFER_FUNCTION * points
+        + samples * (_SECONDS_PER_SAMPLE_AND_OUTPUT * outputs + _SECONDS_PER_SAMPLE_AND_POINT * points),
+        BASE_MEGABYTES
+        + samples * (_MEGABYTES_PER_SAMPLE_AND_OUTPUT * outputs + _MEGABYTES_PER_SAMPLE_AND_POINT * points),
+    )
+
+
+def motion_step(case: GearboxCase, fidelity: Fidelity, extent: Extent, *, heard: bool) -> PlannedStep:
+    """Motion of the surface and, where it is heard, its sound pressure, line by line."""
+    lines, faces, (low, high) = case.line_count, extent.triangles, case.limits
+    points = len(case.field_points) if heard else 0
+    return PlannedStep(
+        SURFACE_VELOCITY,
+        "velocity, pressure" if heard else "velocity",
+        f"about {lines:.0f} lines from {low:g} to {high:g} Hz, forced response{' and dot products' * heard}",
+        SECONDS_PER_STEP + lines * faces * (_SECONDS_PER_LINE_AND_FACE + _SECONDS_PER_DOT_PRODUCT * points),
         BASE_MEGABYTES
         + _MEGABYTES_PER_LINE_AND_FACE * lines * faces
-        + _MEGABYTES_PER_FACE_AND_POINT * faces * points * _masters(case, fidelity, area),
+        + _MEGABYTES_PER_FACE_AND_POINT * faces * points * _masters(case, fidelity, extent.area),
     )

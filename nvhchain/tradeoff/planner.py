@@ -12,7 +12,7 @@ from nvhchain.chain.supplied import check_argument_names
 from nvhchain.errors import require
 from nvhchain.fidelity import Fidelity
 from nvhchain.kinds import checked
-from nvhchain.scene import stages_to_make
+from nvhchain.scene import Scene, planned_steps
 from nvhchain.tradeoff import elsewhere
 from nvhchain.tradeoff.knobs import PRESET, Knob, spoken
 from nvhchain.tradeoff.offers import (
@@ -43,20 +43,6 @@ WIDEST = 100.0
 
 NOTHING_OFFERED = f"no other setting saves {100 * SMALLEST_GAIN:g} % of the time within {SHARE:g} of the tolerance"
 """Why nothing is turned, in words."""
-
-_MEASURED_AS = {
-    "mesh law": "mesh_law",
-    "load distribution": "mesh_law",
-    "housing": "housing",
-    "bearing forces": "bearing_forces",
-    "transfer vectors": "transfer_vectors",
-    "radiation resistance": "transfer_vectors",
-    "sound power": "transfer_vectors",
-    "velocity": "surface_velocity",
-    "pressure": "pressure",
-    "surface": "surface_velocity",
-}
-"""What a stage of the plan begins with → what the stage of a sweep begins with whose share of time it keeps."""
 
 
 @dataclass(frozen=True)
@@ -218,10 +204,11 @@ def _sum(turned: Mapping[str, Offer]) -> float:
 def _seconds_by_stage(task: Task) -> dict[str, float]:
     """s that the cases take at the base by stage of the sweep."""
     seconds: dict[str, float] = {}
-    for stage in [stage for case in task.cases for stage in stages_to_make(case, task.base, task.given)]:
-        like = next(name for start, name in _MEASURED_AS.items() if stage.name.startswith(start))
-        measured = next((name for name in task.sweep.measurements[0].stages if name.startswith(like)), like)
-        seconds[measured] = seconds.get(measured, 0.0) + stage.seconds
+    swept = task.sweep.measurements[0].stages
+    for planned in [one for case in task.cases for one in planned_steps(Scene(case, task.base, task.given))]:
+        alike = [planned.step, *([planned.step.timed_as] if planned.step.timed_as else [])]
+        measured = next((file for step in alike for file in swept if step.makes(file)), alike[-1].file_of())
+        seconds[measured] = seconds.get(measured, 0.0) + planned.seconds
     return seconds
 
 

@@ -6,10 +6,10 @@ from math import pi
 
 import numpy as np
 import pytest
+from nvhchain.chain.given_forces import tell_of_forces, tell_of_spectrum
 
 import nvhchain as nvh
 from nvhchain.case import Ramp
-from nvhchain.chain.given_forces import tell_of_forces, tell_of_spectrum
 from nvhchain.errors import AccuracyWarning, InputError
 from nvhchain.handoff import BearingForces
 from nvhchain.spectrum import force_spectrum

@@ -148,9 +148,9 @@ def test_tilt_brings_points_across_the_face_and_the_ratio_travels_with_the_law(r
     (law,), ratio = result.mesh_laws, result.mesh_laws[0].tilt_ratio
     assert 1.0 < ratio < 1.3  # slices by themselves on bodies that twist as one
     assert hdf5.load(hdf5.save(law, tmp_path / "law.h5"), MeshLaw).tilt_ratio == ratio
-    points = replace(COARSE.dynamics, face_points=2)
     box = result.case.gearbox_with_gears
-    wanted = directly(result, replace(box, meshes=(replace(box.meshes[0], tilt_ratio=ratio),)), points)
+    assert box.face_points == 2
+    wanted = directly(result, replace(box, meshes=(replace(box.meshes[0], tilt_ratio=ratio),)))
     assert np.array_equal(result.bearing_forces.force, wanted.force)
     # a law that says nothing counts as slices side by side; one that resists more makes other forces
     known = [law.replace(tilt_ratio=given) for given in (None, 1.0, 3.0)]
@@ -159,10 +159,10 @@ def test_tilt_brings_points_across_the_face_and_the_ratio_travels_with_the_law(r
     assert np.abs(stiff - one).max() > 1e-3 * np.ptp(one, axis=0).max()
 
 
-@pytest.mark.parametrize(("key", "knob"), [("flexible_shafts", "flexible_shafts"), ("gyroscopic", "gyroscopic")])
-def test_knobs_that_a_case_switches_on(run, key, knob):
-    plain, result = run(), run(f"[options]\n{key} = true")
-    wanted = directly(result, result.case.gearbox_with_gears, replace(COARSE.dynamics, **{knob: True}))
+@pytest.mark.parametrize("option", ["flexible_shafts", "gyroscopic"])
+def test_shafts_bend_and_spin_in_the_gearbox_of_a_case_that_asks_for_it(run, option):
+    plain, result = run(), run(f"[options]\n{option} = true")
+    wanted = directly(result, replace(plain.case.gearbox_with_gears, **{option: True}))
     assert np.array_equal(result.bearing_forces.force, wanted.force)
     assert not np.array_equal(result.bearing_forces.force, plain.bearing_forces.force)
 
@@ -178,7 +178,7 @@ def test_laws_are_those_of_gears_that_tilt_as_the_loaded_gearbox_does(run, housi
         result.mesh_laws,
         housing,
         input_torque=case.operation.input_torque,
-        fidelity=replace(COARSE.dynamics, flexible_shafts=flexible),
+        fidelity=COARSE.dynamics,
     )
     assert abs(in_plane) > 1e-5
     tilted = replace(case.pairs[0], misalignment=gear.Misalignment(float(in_plane), float(normal)))

@@ -23,8 +23,7 @@ from nvhchain.fidelity import DynamicsFidelity
 SPEED = 2500 * 2 * pi / 60
 
 
-def _points(count, **changes):
-    return DynamicsFidelity(1e-5, angle_refinement=1, face_points=count, **changes)
+KNOBS = DynamicsFidelity(1e-5, angle_refinement=1)
 
 
 def _soft(gearbox):
@@ -41,7 +40,7 @@ def test_points_resist_tilt_as_the_whole_face_does(make_gearbox, make_laws, coun
     assert share @ place**2 == pytest.approx(1 / 12, rel=1e-12)
     gearbox, laws = make_gearbox(), make_laws()
     gearbox = replace(gearbox, meshes=tuple(replace(mesh, tilt_ratio=ratio) for mesh in gearbox.meshes))
-    one, more = (assemble(gearbox, laws, None, fidelity=_points(n)) for n in (1, count))
+    one, more = (assemble(replace(gearbox, face_points=n), laws, None) for n in (1, count))
     rows = more.contact[0 : 2 * count : 2]
     whole, spread = np.outer(one.contact[0], one.contact[0]), (rows.T * share) @ rows
     extra = spread - whole
@@ -58,8 +57,8 @@ def test_a_face_without_width_carries_at_one_point(make_gearbox, make_laws):
     gearbox = make_gearbox()
     laws = [law.replace(face_width=1e-7) for law in make_laws(plain_wheel=True)]
     records = [
-        bearing_forces(gearbox, laws, None, input_speed=SPEED, input_torque=250.0, f_max=5e3, fidelity=_points(n))
-        for n in (1, 2)
+        bearing_forces(of, laws, None, input_speed=SPEED, input_torque=250.0, f_max=5e3, fidelity=KNOBS)
+        for of in (gearbox, replace(gearbox, face_points=2))
     ]
     swing = np.ptp(records[0].force, axis=0).max()
     assert np.abs(records[0].force - records[1].force).max() < 1e-5 * swing
@@ -84,8 +83,8 @@ def _balance(a, laws, torque, count):
 @pytest.mark.parametrize("torque", [250.0, -250.0, 20.0])
 @pytest.mark.parametrize("count", [2, 4])
 def test_gears_that_tilt_are_in_balance(make_gearbox, make_laws, torque, count):
-    gearbox, laws = _soft(make_gearbox()), make_laws(plain_wheel=True)
-    a = assemble(gearbox, laws, None, fidelity=_points(count))
+    gearbox, laws = replace(_soft(make_gearbox()), face_points=count), make_laws(plain_wheel=True)
+    a = assemble(gearbox, laws, None)
     spread = [law.replace(force=share * law.force) for law in laws for share in face_points(count)[1]]
     torques = shaft_torques(gearbox, a.train, torque)
     found = static_state(a, tabulate(spread, 1), torques, np.zeros(2))
@@ -100,7 +99,8 @@ def test_gears_that_tilt_are_in_balance(make_gearbox, make_laws, torque, count):
 
 
 def test_without_load_nothing_moves(make_gearbox, make_laws):
-    model = simulation(make_gearbox(), make_laws(), None, input_torque=0.0, time_step=1e-5, fidelity=_points(3))
+    gearbox = replace(make_gearbox(), face_points=3)
+    model = simulation(gearbox, make_laws(), None, input_torque=0.0, time_step=1e-5, fidelity=KNOBS)
     motion = at_rest(model, np.zeros(2))
     _, states, excesses = advance(model, motion, np.zeros((500, 2)))
     # no step comes before the first
@@ -111,7 +111,8 @@ def test_motion_agrees_with_scipy_where_one_end_of_the_face_opens(make_gearbox, 
     """3 ms at light load on soft bearings: part of the face loses contact, in every mesh cycle."""
     gearbox, laws = _soft(make_gearbox(damping=4000.0)), make_laws(plain_wheel=True, error=4e-6)
     count, step, torque = 3, 2e-6, 30.0
-    model = simulation(gearbox, laws, None, input_torque=torque, time_step=step, fidelity=_points(count))
+    gearbox = replace(gearbox, face_points=count)
+    model = simulation(gearbox, laws, None, input_torque=torque, time_step=step, fidelity=KNOBS)
     a, motion = model.assembly, at_rest(model, np.zeros(2))
     phases = (np.arange(1500)[:, None] + 0.5) * step * SPEED / (2 * pi) * np.array([20, 12])
     _, states, _ = advance(model, motion, phases)
@@ -153,4 +154,12 @@ def test_a_law_that_carries_too_little_is_reported(make_gearbox, make_laws):
     laws = make_laws(plain_wheel=True)
     flat = [law.replace(force=np.minimum(law.force, 100.0)) for law in laws]
     with pytest.raises(InputError, match="tabulate it to larger deflections"):
-        simulation(make_gearbox(), flat, None, input_torque=250.0, time_step=1e-5, fidelity=_points(2))
+        simulation(
+            replace(make_gearbox(), face_points=2), flat, None, input_torque=250.0, time_step=1e-5, fidelity=KNOBS
+        )
+
+
+@pytest.mark.parametrize("count", [0, 1.5, 17])
+def test_points_that_are_none_or_too_many_are_refused(make_gearbox, count):
+    with pytest.raises(InputError, match=rf"face_points = {count}"):
+        replace(make_gearbox(), face_points=count)

@@ -179,17 +179,21 @@ def _stiff(gearbox, factor):
     return replace(gearbox, shafts=shafts)
 
 
-FLEXIBLE = DynamicsFidelity(1e-5, flexible_shafts=True)
+KNOBS = DynamicsFidelity(1e-5)
+
+
+def _flexible(gearbox):
+    return replace(gearbox, flexible_shafts=True)
 
 
 def test_shafts_of_endless_stiffness_are_the_rigid_ones(make_gearbox, make_laws, make_housing):
     gearbox, laws = make_gearbox(), make_laws(plain_wheel=True)
     housing = make_housing(gearbox, modes=8)
     operation = {"input_speed": SPEED, "input_torque": 250.0, "f_max": 5000.0}
-    rigid = bearing_forces(gearbox, laws, housing, fidelity=DynamicsFidelity(1e-5), **operation)
+    rigid = bearing_forces(gearbox, laws, housing, fidelity=KNOBS, **operation)
     errors = []
     for factor in (1.0, 1e3, 1e4):
-        found = bearing_forces(_stiff(gearbox, factor), laws, housing, fidelity=FLEXIBLE, **operation)
+        found = bearing_forces(_flexible(_stiff(gearbox, factor)), laws, housing, fidelity=KNOBS, **operation)
         errors.append(np.abs(found.force - rigid.force).max() / np.ptp(rigid.force, axis=0).max())
     assert errors[0] > 0.05
     assert errors[1] < 5e-3
@@ -200,7 +204,7 @@ def test_shafts_of_endless_stiffness_are_the_rigid_ones(make_gearbox, make_laws,
 def test_reactions_are_fixed_by_statics_however_the_shafts_bend(make_gearbox, make_laws, torque):
     """Radial reactions of two bearings per shaft, and the work of the torques: 2 U = F · δ with the mesh rigid."""
     gearbox, laws = make_gearbox(), make_laws(plain_wheel=True)
-    a = assemble(gearbox, laws, None, fidelity=FLEXIBLE)
+    a = assemble(_flexible(gearbox), laws, None, fidelity=KNOBS)
     torques = shaft_torques(gearbox, a.train, torque)
     static = static_state(a, tabulate(laws, 1), torques, np.zeros(2))
     rigid = static_bearing_forces(gearbox, laws, None, input_torque=torque)
@@ -228,7 +232,7 @@ def test_torque_twists_the_shaft_between_coupling_and_gear(make_gearbox, make_la
     for z in (0.05, 0.135, -0.115):
         gearbox = make_gearbox()
         shafts = (replace(gearbox.shafts[0], coupling_z=z), *gearbox.shafts[1:])
-        a = assemble(replace(gearbox, shafts=shafts), laws, None, fidelity=FLEXIBLE)
+        a = assemble(_flexible(replace(gearbox, shafts=shafts)), laws, None, fidelity=KNOBS)
         torques = shaft_torques(gearbox, a.train, 250.0)
         lag.append(a.transmission_error @ static_state(a, tabulate(laws, 1), torques, np.zeros(2)).position)
     per_length = 250.0 / SHEAR / (pi / 32 * 0.03**4) * 0.4 * 30 / 82
@@ -237,16 +241,14 @@ def test_torque_twists_the_shaft_between_coupling_and_gear(make_gearbox, make_la
 
 
 def test_unknowns_stay_few(make_gearbox, make_laws, make_housing):
-    gearbox = make_gearbox()
-    model = simulation(
-        gearbox, make_laws(), make_housing(gearbox), input_torque=250.0, time_step=1e-5, fidelity=FLEXIBLE
-    )
+    gearbox = _flexible(make_gearbox())
+    model = simulation(gearbox, make_laws(), make_housing(gearbox), input_torque=250.0, time_step=1e-5, fidelity=KNOBS)
     assert len(model.assembly.mass) < 110
     assert len(model.assembly.mass) > 15 + 30 + 2
 
 
 def test_shafts_with_gaps_and_gears_beside_them_are_refused(make_gearbox, make_laws):
-    gearbox = make_gearbox()
+    gearbox = _flexible(make_gearbox())
     for segments, message in (
         ((Cylinder(-0.115, 0.0, 0.03), Cylinder(0.01, 0.135, 0.03)), r"no segment covers z = 0…10 mm"),
         ((Cylinder(-0.115, 0.1, 0.03),), r"sits at 105 mm: lengthen the shaft"),
@@ -254,4 +256,4 @@ def test_shafts_with_gaps_and_gears_beside_them_are_refused(make_gearbox, make_l
     ):
         changed = replace(gearbox, shafts=(replace(gearbox.shafts[0], segments=segments), *gearbox.shafts[1:]))
         with pytest.raises(InputError, match=message):
-            assemble(changed, make_laws(), None, fidelity=FLEXIBLE)
+            assemble(changed, make_laws(), None, fidelity=KNOBS)

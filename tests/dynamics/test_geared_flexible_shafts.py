@@ -155,9 +155,8 @@ def test_forced_response_of_geared_flexible_shafts_is_that_of_their_differential
     frequencies = np.geomspace(50.0, 5000.0, 25)
     errors = [
         _off(
-            undamped_shafts, laws, forced_bearing_forces,
-            DynamicsFidelity(1e-5, flexible_shafts=True, shaft_element=element, shaft_frequency=40e3),
-            frequencies, speed,
+            replace(undamped_shafts, flexible_shafts=True), laws, forced_bearing_forces,
+            DynamicsFidelity(1e-5, shaft_element=element, shaft_frequency=40e3), frequencies, speed,
         )
         for element in (10e-3, 5e-3)
     ]  # fmt: skip
@@ -178,11 +177,10 @@ def test_a_steady_run_has_the_lines_of_the_differential_equations(undamped_shaft
     first = first.replace(deflection=line, force=STIFFNESS[0] * (line[None, :] - error[:, None]))
     second = make_law(1, hand=-1, mesh_ripple=0.0, error=0.0)
     second = second.replace(deflection=line, force=STIFFNESS[1] * np.tile(line, (len(second.angle), 1)))
-    fidelity = DynamicsFidelity(
-        5e-6, flexible_shafts=True, shaft_element=5e-3, settle_level=1e-5, gyroscopic=True, angle_refinement=16
-    )
+    gearbox = replace(undamped_shafts, flexible_shafts=True, gyroscopic=True)
+    fidelity = DynamicsFidelity(5e-6, shaft_element=5e-3, settle_level=1e-5, angle_refinement=16)
     record = bearing_forces(
-        undamped_shafts, (first, second), None, input_speed=speed, input_torque=50.0, f_max=2000.0, fidelity=fidelity
+        gearbox, (first, second), None, input_speed=speed, input_torque=50.0, f_max=2000.0, fidelity=fidelity
     )
     turns = speed / 2 / pi * len(record.time) * (record.time[1] - record.time[0])
     lines = np.fft.rfft(record.force, axis=0)[round(20 * turns)] * 2 / len(record.time)
@@ -213,8 +211,8 @@ def test_slender_shafts_change_forces_by_tens_of_decibels_as_their_equations_say
     omega = order * case.operation.input_speed
     wanted = _exact(box, pair.base_helix_angle, pair.working_pressure_angle, (law.teeth,), (stiffness,), omega, 0.0)
     found = []
-    for fidelity in (None, DynamicsFidelity(1e-5, flexible_shafts=True)):
-        a = assemble(box, [law], None, fidelity=fidelity)
+    for flexible in (False, True):
+        a = assemble(replace(box, flexible_shafts=flexible), [law], None, fidelity=DynamicsFidelity(1e-5))
         row = a.contact[0]
         dynamic = a.stiffness + stiffness * np.outer(row, row) + 1j * omega * a.damping - omega**2 * np.diag(a.mass)
         moved = np.linalg.solve(dynamic, stiffness * row)

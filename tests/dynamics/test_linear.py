@@ -18,10 +18,10 @@ def test_forces_between_flanks_reach_the_bearings_as_by_the_impedance(
     make_gearbox, make_laws, make_housing, fidelity, torque, face_points
 ):
     """On the flanks that carry, at one and at several points across the face."""
-    gearbox, laws = make_gearbox(), make_laws(plain_wheel=True, mesh_ripple=0.0, error=0.0)
-    housing, knobs = make_housing(gearbox), replace(fidelity, face_points=face_points, gyroscopic=True)
-    found = flank_transfer(gearbox, laws, housing, LINES, input_torque=torque, input_speed=SPEED, fidelity=knobs)
-    a = assemble(gearbox, laws, housing, input_speed=SPEED, fidelity=knobs)
+    gearbox = replace(make_gearbox(), face_points=face_points, gyroscopic=True)
+    laws, housing = make_laws(plain_wheel=True, mesh_ripple=0.0, error=0.0), make_housing(gearbox)
+    found = flank_transfer(gearbox, laws, housing, LINES, input_torque=torque, input_speed=SPEED, fidelity=fidelity)
+    a = assemble(gearbox, laws, housing, input_speed=SPEED, fidelity=fidelity)
     flanks = a.contact[int(torque < 0) : 2 * len(a.mesh) : 2]
     stiffness = a.stiffness + (flanks.T * (a.share * np.array(SLOPES)[a.mesh])) @ flanks
     into = np.stack([(a.share * (a.mesh == mesh)) @ flanks for mesh in (0, 1)], axis=1)

@@ -135,10 +135,10 @@ def test_duration_and_counts_that_are_none_are_refused(make_gearbox, make_laws):
     for duration in (np.nan, np.inf, -1.0):
         with pytest.raises(InputError, match=r"duration = .* must be finite and 0 or more"):
             _run(make_gearbox(), make_laws(), None, duration=duration)
-    for name in ("face_points", "angle_refinement", "contact_iterations", "gyroscopic_speeds"):
+    for name in ("angle_refinement", "contact_iterations", "gyroscopic_speeds"):
         with pytest.raises(InputError, match=rf"dynamics {name} = 1\.5 must be a whole number"):
             DynamicsFidelity(1e-5, **{name: 1.5})
-    assert DynamicsFidelity(1e-5, face_points=2.0).face_points == 2
+    assert DynamicsFidelity(1e-5, gyroscopic_speeds=2.0).gyroscopic_speeds == 2
 
 
 def test_rattle_on_coarse_steps_stays_bounded_with_damping(make_gearbox, make_laws, make_housing):

@@ -14,6 +14,7 @@ import meshio
 import numpy as np
 import pytest
 import pyvista
+from nvhchain.scene.radiator import read_surface
 from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
 
 from nvhchain.case import SurfaceFile
@@ -21,7 +22,6 @@ from nvhchain.errors import AccuracyWarning, FileFormatError, InputError
 from nvhchain.fem.elements import reference_element
 from nvhchain.fem.mesh_files import med, read_mesh
 from nvhchain.interop.solids.nastran_faces import read_nastran_faces
-from nvhchain.scene.radiator import read_surface
 
 BALL = pyvista.Icosphere(radius=0.1, nsub=1)
 POINTS, TRIANGLES = np.asarray(BALL.points, dtype=float), BALL.faces.reshape(-1, 4)[:, 1:].astype(int)

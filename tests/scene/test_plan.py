@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from nvhchain.scene.radiator import radiator_velocity
 
 import nvhchain as nvh
 from nvhchain.case import FieldPoint, Ramp
@@ -13,7 +14,6 @@ from nvhchain.gear import ThinRim
 from nvhchain.scene import check_knobs, preflight
 from nvhchain.scene.planning import plan_without
 from nvhchain.scene.radiation import sound_power_stage, transfer_vector_stage
-from nvhchain.scene.radiator import radiator_velocity
 
 
 def test_gearbox_plan_names_every_stage_and_what_symmetry_skips(request):

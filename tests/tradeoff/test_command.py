@@ -6,7 +6,7 @@ import nvhchain as nvh
 from nvhchain.cli import main, parser
 from nvhchain.errors import InputError
 from nvhchain.fidelity import DRAFT
-from nvhchain.scene.radiator import radiator_velocity
+from nvhchain.files import hdf5
 from nvhchain.testing.sweep_here import run_here
 from nvhchain.tradeoff import sweep as sweeping
 
@@ -66,7 +66,7 @@ def test_the_planner_is_told_what_a_run_finds_ready_made(request, tmp_path, monk
 
     monkeypatch.setattr("nvhchain.tradeoff.cheapest", planned)
     case = request.config.rootpath / "cases/sphere/pulsating.toml"
-    nvh.store.save(radiator_velocity(nvh.load_case(case), DRAFT.acoustics), tmp_path / "v.h5")
+    hdf5.save(nvh.load_case(case).surface_velocity(DRAFT.acoustics), tmp_path / "v.h5")
     assert main(["run", str(case), "--tolerance-db", "1", "--use", str(tmp_path / "v.h5")]) == 2
     assert told == [{"surface_velocity"}]
     assert capsys.readouterr().err == "nvhchain: seen\n"

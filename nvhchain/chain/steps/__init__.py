@@ -1,48 +1,36 @@
-"""Every stage of the chain on the shelf: what of a case and which hand-offs it takes; `chain` knows their order."""
+"""The function of every step: each takes a run on its way and returns its hand-off."""
 
-from nvhchain.chain.steps.dynamics import bearing_forces, gearbox_of, recording
-from nvhchain.chain.steps.gears import Compliances, compliances, load_distributions, mesh_laws, under_load
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from nvhchain.chain.running import Run
+from nvhchain.chain.steps.dynamics import bearing_forces, recording
+from nvhchain.chain.steps.gears import load_distributions, mesh_laws
 from nvhchain.chain.steps.kernels import compile_kernels
-from nvhchain.chain.steps.motion import force_spectrum, given_velocity, reduced_housing, surface_velocity
-from nvhchain.chain.steps.power import (
-    directivity,
-    modal_efficiency,
-    modal_power,
-    radiation_efficiency,
-    radiation_resistance,
-    sound_power,
-)
-from nvhchain.chain.steps.sound import (
-    equivalent_pressure,
-    noise_transfer_functions,
-    pressure,
-    pressure_history,
-    transfer_vectors,
-)
+from nvhchain.chain.steps.motion import force_spectrum, reduced_housing, surface_velocity
+from nvhchain.chain.steps.power import directivity, radiation_efficiency, radiation_resistance, sound_power
+from nvhchain.chain.steps.sound import noise_transfer_functions, pressure, pressure_history, transfer_vectors
+from nvhchain.scene import steps as table
+from nvhchain.scene.steps import Step
 
-__all__ = [
-    "Compliances",
-    "bearing_forces",
-    "compile_kernels",
-    "compliances",
-    "directivity",
-    "equivalent_pressure",
-    "force_spectrum",
-    "gearbox_of",
-    "given_velocity",
-    "load_distributions",
-    "mesh_laws",
-    "modal_efficiency",
-    "modal_power",
-    "noise_transfer_functions",
-    "pressure",
-    "pressure_history",
-    "radiation_efficiency",
-    "radiation_resistance",
-    "recording",
-    "reduced_housing",
-    "sound_power",
-    "surface_velocity",
-    "transfer_vectors",
-    "under_load",
-]
+MADE_BY: dict[Step[Any], Callable[[Run], Any]] = {
+    table.HOUSING: reduced_housing,
+    table.LOAD_DISTRIBUTIONS: load_distributions,
+    table.MESH_LAWS: mesh_laws,
+    table.BEARING_FORCES: bearing_forces,
+    table.FORCE_SPECTRUM: force_spectrum,
+    table.SURFACE_VELOCITY: surface_velocity,
+    table.TRANSFER_VECTORS: transfer_vectors,
+    table.PRESSURE: pressure,
+    table.RADIATION_RESISTANCE: radiation_resistance,
+    table.SOUND_POWER: sound_power,
+    table.RADIATION_EFFICIENCY: radiation_efficiency,
+    table.DIRECTIVITY: directivity,
+    table.NOISE_TRANSFER_FUNCTIONS: noise_transfer_functions,
+    table.PRESSURE_HISTORY: pressure_history,
+}
+"""Step of the table → the function that makes its hand-off."""
+
+__all__ = ["MADE_BY", "compile_kernels", "mesh_laws", "recording", "reduced_housing"]

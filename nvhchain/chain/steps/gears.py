@@ -1,122 +1,49 @@
-"""From gears to what their meshes do: laws, and where the flanks carry."""
+"""Mesh laws of gear stages, and load distributions along their flanks."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from concurrent.futures import Executor
-from dataclasses import replace
+from collections.abc import Callable
 from functools import partial
-from typing import Any, TypeVar
+from typing import Any
 
-from nvhchain import dynamics, gear
-from nvhchain.case import GearboxCase
+from nvhchain import gear
+from nvhchain.chain.loaded import Compliances
+from nvhchain.chain.running import Run
 from nvhchain.conventions import Progress
-from nvhchain.fidelity import Fidelity
-from nvhchain.files.shelf import Shelf
-from nvhchain.handoff import HandOff, LoadDistribution, MeshLaw, ReducedHousing
-
-H = TypeVar("H", bound=HandOff)
-
-ANGLE_DIGITS = 9
-"""Of tilts in rad: 1 nrad, 0.04 nm at the ends of a face; what rounding changes makes no other gear pair of it."""
-
-Compliances = Callable[[Any], tuple[Any, Any]]
-"""Flank compliances of a pair, computed at the first call, to which progress may be told."""
+from nvhchain.handoff import LoadDistribution, MeshLaw
+from nvhchain.scene.steps import LOAD_DISTRIBUTIONS, MESH_LAWS, Step
 
 
-def compliances(case: GearboxCase, fidelity: Fidelity) -> tuple[Compliances, ...]:
-    """Of every stage, for what several stages of the chain take."""
-    return tuple(_lazily(pair, fidelity) for pair in case.pairs)
+def mesh_laws(run: Run) -> tuple[MeshLaw, ...]:
+    """Mesh law of every stage, with its resistance to tilt where the meshes follow the tilt of their gears."""
+    laws: tuple[MeshLaw, ...] = _per_stage(run, MESH_LAWS, gear.mesh_law)
+    if not run.gearbox.options.tilt:
+        return laws
+    return tuple(law.replace(tilt_ratio=of.tilt_ratio) for law, of in zip(laws, run[LOAD_DISTRIBUTIONS], strict=True))
 
 
-def _lazily(pair: gear.GearPair, fidelity: Fidelity) -> Compliances:
-    found: list[tuple[Any, Any]] = []
-
-    def once(progress: Any) -> tuple[Any, Any]:
-        if not found:
-            found.append(gear.pair_compliances(pair, fidelity.gear, progress=progress))
-        return found[0]
-
-    return once
+def load_distributions(run: Run) -> tuple[LoadDistribution, ...]:
+    """Load distribution along the flanks of every stage."""
+    return _per_stage(run, LOAD_DISTRIBUTIONS, gear.load_distribution)
 
 
-def mesh_laws(
-    case: GearboxCase,
-    fidelity: Fidelity,
-    shelf: Shelf,
-    executor: Executor | None,
-    shared: Sequence[Compliances] | None = None,
-) -> tuple[MeshLaw, ...]:
-    """Mesh law of every stage.  shared: compliances that others take too."""
-    return _of_every_stage("mesh_law", MeshLaw, gear.mesh_law, case, fidelity, shelf, executor, shared)
+def _per_stage(run: Run, step: Step[Any], compute: Callable[..., Any]) -> tuple[Any, ...]:
+    case = run.loaded
+    options = case.options
+    several = options.tilt or options.load_distribution
+    shared: tuple[Compliances | None, ...] = run.compliances if several else (None,) * len(case.stages)
 
-
-def load_distributions(
-    case: GearboxCase, fidelity: Fidelity, shelf: Shelf, executor: Executor | None, shared: Sequence[Compliances]
-) -> tuple[LoadDistribution, ...]:
-    """Where the flanks of every stage carry."""
-    return _of_every_stage(
-        "load_distribution", LoadDistribution, gear.load_distribution, case, fidelity, shelf, executor, shared
-    )
-
-
-def _of_every_stage(
-    name: str,
-    kind: type[H],
-    compute: Callable[..., H],
-    case: GearboxCase,
-    fidelity: Fidelity,
-    shelf: Shelf,
-    executor: Executor | None,
-    shared: Sequence[Compliances] | None,
-) -> tuple[H, ...]:
-    def of(pair: gear.GearPair, force: float, once: Compliances | None, progress: Progress) -> H:
+    def of(pair: gear.GearPair, force: float, once: Compliances | None, progress: Progress) -> Any:
         return compute(
             pair,
             nominal_force=force,
-            fidelity=fidelity.gear,
+            fidelity=run.fidelity.gear,
             compliances=once(progress) if once else None,
-            executor=executor,
+            executor=run.executor,
             progress=progress,
         )
 
-    given: Sequence[Compliances | None] = shared or [None] * len(case.stages)
     return tuple(
-        shelf.stage(
-            f"{name}_{stage.name}-{{key}}",
-            kind,
-            "gear",
-            (pair, abs(force)),
-            partial(of, pair, abs(force), once),
-            fidelity=fidelity.gear,
-        )
-        for stage, pair, force, once in zip(case.stages, case.pairs, case.mesh_forces, given, strict=True)
+        run.cached(step, (pair, abs(force)), partial(of, pair, abs(force), once), stage=stage.name)
+        for stage, pair, force, once in zip(case.stages, case.pairs, case.mesh_forces, shared, strict=True)
     )
-
-
-def under_load(case: GearboxCase, housing: ReducedHousing | None, fidelity: Fidelity) -> GearboxCase:
-    """The case with its stages misaligned by what the load tilts the gears at standstill, where it asks for that.
-
-    The tilt is that of shafts, bearings and housing under the nominal mesh forces at mid-width, which the torques fix:
-    the teeth do not enter.
-    """
-    if not case.options.loaded_misalignment:
-        return case
-    tilts = dynamics.static_misalignment(
-        case.gearbox_with_gears,
-        case.straight_laws,
-        housing,
-        input_torque=case.operation.input_torque,
-        fidelity=case.options.on(fidelity.dynamics),
-    )
-    stages = tuple(
-        replace(
-            stage,
-            misalignment=gear.Misalignment(
-                stage.misalignment.in_plane + round(float(in_plane), ANGLE_DIGITS),
-                stage.misalignment.normal + round(float(normal), ANGLE_DIGITS),
-            ),
-        )
-        for stage, (in_plane, normal) in zip(case.stages, tilts, strict=True)
-    )
-    return replace(case, stages=stages)

@@ -106,7 +106,7 @@ def assemble(
     K_eff = (K_b⁻¹ + R)⁻¹, C_eff = K_eff K_b⁻¹ C_b K_b⁻¹ K_eff (first order in the damping of the exact complex
     series).
     input_speed: rad/s, for gyroscopic terms; 0 leaves them out.
-    fidelity: says whether shafts bend and how many points of its face a mesh has; None: rigid shafts, one point.
+    fidelity: elements and modes of flexible shafts; None: rigid shafts.
     Raises InputError when bearings, seats, axes and laws do not fit together or a shaft can move freely.
     """
     kinematics = train(gearbox, mesh_laws)
@@ -114,7 +114,7 @@ def assemble(
     n_mode = 0 if housing is None else len(housing.natural_frequency)
     shapes, residual, modal_stiffness, modal_damping = _of_housing(gearbox, housing)
 
-    contacts, of_mesh, share = all_wrenches(gearbox, kinematics, mesh_laws, fidelity.face_points if fidelity else 1)
+    contacts, of_mesh, share = all_wrenches(gearbox, kinematics, mesh_laws, gearbox.face_points)
     seats = [
         Wrench(gearbox.shaft_index(bearing.shaft), bearing.z, push) for bearing in bearings for push in np.eye(6)[:3]
     ]
@@ -122,13 +122,12 @@ def assemble(
         Wrench(i, shaft.torque_plane, np.array([0.0, 0.0, 0.0, 0.0, 0.0, float(turn)]))
         for i, (shaft, turn) in enumerate(zip(gearbox.shafts, kinematics.rotation, strict=True))
     ]
-    flexible = fidelity is not None and fidelity.flexible_shafts
     shafts = sections(
         gearbox.shafts,
         kinematics.rotation,
         5 * n_shaft + n_mode,
         [*seats, *twists, *(wrench for row in contacts for wrench in row)],
-        element=fidelity.shaft_element if fidelity is not None and flexible else 0.0,
+        element=fidelity.shaft_element if fidelity is not None and gearbox.flexible_shafts else 0.0,
         frequency=fidelity.shaft_frequency if fidelity is not None else 0.0,
     )
     modes = slice(5 * n_shaft, 5 * n_shaft + n_mode)

@@ -20,6 +20,9 @@ from nvhchain.errors import require
 from nvhchain.kinds import check_fields
 from nvhchain.names import check_name, check_names
 
+MOST_FACE_POINTS = 16
+"""Points of one mesh across its face."""
+
 LARGEST_DAMPING_TIME = 1e-2
 """s, of damping over stiffness: from 16 Hz on such a bearing is more dashpot than spring, and no seat in series with
 it is taken right (`nvhchain.dynamics.model.assembly`)."""
@@ -110,7 +113,7 @@ class Cylinder:
 
 @dataclass(frozen=True)
 class Shaft:
-    """A shaft, rigid or flexible as the fidelity has it.  axis: (x, y) m.  segments: its steel.  bodies: what else it
+    """A shaft, rigid or flexible as the gearbox has it.  axis: (x, y) m.  segments: its steel.  bodies: what else it
     carries (gears, carrier), rigid.
 
     coupled_inertia: kg m² about the axis, of a machine whose coupling passes on torque only (motor, brake).
@@ -261,6 +264,9 @@ class Gearbox:
 
     input_shaft, output_shaft: names.  input_rotation: +1 when the input shaft turns counter-clockwise seen from +z
     (right-hand rule about +z), −1 otherwise.  Weight is left out: it is below 1 % of the gear forces.
+    flexible_shafts: whether shafts bend and twist (Timoshenko beams).  gyroscopic: whether their spin turns their
+    tilting.  face_points: points across the face at which every mesh carries: one, at mid-width, or more, which feel
+    the tilt of the gears; two give slices side by side their exact resistance to tilt.
     """
 
     shafts: tuple[Shaft, ...]
@@ -269,9 +275,17 @@ class Gearbox:
     input_shaft: str
     output_shaft: str
     input_rotation: int = 1
+    flexible_shafts: bool = False
+    gyroscopic: bool = False
+    face_points: int = 1
 
     def __post_init__(self) -> None:
         check_fields(self)
+        require(
+            self.face_points == round(self.face_points) and 1 <= self.face_points <= MOST_FACE_POINTS,
+            f"gearbox: face_points = {self.face_points} must be a whole number of 1…{MOST_FACE_POINTS}: 1 without the "
+            "tilt of the gears, 2 with it",
+        )
         for name in ("shafts", "bearings", "meshes"):
             object.__setattr__(self, name, tuple(getattr(self, name)))
         names = [shaft.name for shaft in self.shafts]

@@ -30,9 +30,9 @@ def flank_transfer(
     """(n_f, 3 n_bearing, n_mesh) N on the housing per N between the flanks of each mesh, at frequencies (n_f,) Hz.
 
     Meshes are springs of the mean slope of their laws.  input_torque: N m.  input_speed: rad/s, for gyroscopic terms
-    where fidelity has them.  Raises InputError where the torque asks for more than a law holds.
+    where the gearbox has them.  Raises InputError where the torque asks for more than a law holds.
     """
-    speed = input_speed if fidelity.gyroscopic else 0.0
+    speed = input_speed if gearbox.gyroscopic else 0.0
     assembly = assemble(gearbox, mesh_laws, housing, input_speed=speed, fidelity=fidelity)
     torque = shaft_torques(gearbox, assembly.train, input_torque, assembly.inertia, 0.0)
     nominal = nominal_mesh_forces(assembly, mesh_laws, torque)

@@ -114,8 +114,8 @@ def prepare(
     require(isfinite(input_torque), f"input_torque = {input_torque} N m must be finite")
     require(isfinite(f_max) and f_max > 0, f"f_max = {f_max} Hz must be positive")
     # in the middle of equal parts of the way
-    parts = fidelity.gyroscopic_speeds if fidelity.gyroscopic and ramp.acceleration else 1
-    way = ramp.speed((np.arange(parts) + 0.5) / parts * ramp.duration) * fidelity.gyroscopic
+    parts = fidelity.gyroscopic_speeds if gearbox.gyroscopic and ramp.acceleration else 1
+    way = ramp.speed((np.arange(parts) + 0.5) / parts * ramp.duration) * gearbox.gyroscopic
     model = simulation(
         gearbox,
         mesh_laws,

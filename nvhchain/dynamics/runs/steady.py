@@ -86,7 +86,7 @@ def bearing_forces(
         input_torque=input_torque,
         time_step=period / n_step,
         fidelity=fidelity,
-        gyroscopic_speed=input_speed if fidelity.gyroscopic else 0.0,
+        gyroscopic_speed=input_speed if gearbox.gyroscopic else 0.0,
         contact_forces=contact_forces,
     )
     offset = law_phases(model.assembly, mesh_laws)

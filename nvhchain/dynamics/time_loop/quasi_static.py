@@ -183,7 +183,7 @@ def static_misalignment(
 
     First in the plane of action of the drive flanks, > 0 where it closes them towards +z; then across it, > 0 where it
     takes the wheel away from the pinion towards +z: what a gear pair takes as its misalignment.
-    input_torque: N m.  fidelity: as in `assemble`: flexible shafts, points across the face.
+    input_torque: N m.  fidelity: as in `assemble`, for flexible shafts.
     """
     assembly = assemble(gearbox, mesh_laws, housing, fidelity=fidelity)
     torque = shaft_torques(gearbox, assembly.train, input_torque)

@@ -108,7 +108,7 @@ def simulation(
     loop = None
     if fidelity.mesh_level == "contact":
         require(
-            fidelity.face_points == 1
+            gearbox.face_points == 1
             and all(mesh.friction is None and mesh.load_centre is None for mesh in gearbox.meshes),
             "the mesh level `contact` has neither friction, shuttling nor points across the face: use the level "
             "`table` for them",

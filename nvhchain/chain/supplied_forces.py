@@ -1,9 +1,8 @@
-"""Bearing forces from elsewhere, records or spectra, against the case that they are given for: seats, speed, whole
-periods, mean forces.
+"""Supplied bearing forces, records or spectra, against the case: seats, speed, whole periods, mean forces.
 
-The torques of the case fix the forces of its gears, and these what the bearings of a shaft carry together on average,
-whatever bends or tilts: a wrong sign, unit or axis shows there. All of it is told and nothing refused: forces of one
-newton, of another frame's origin or of another speed are sometimes what is wanted.
+The torques of the case fix the forces of its gears, and so the mean forces that the bearings of a shaft carry together,
+whatever bends or tilts: a wrong sign, unit or axis shows there. All of it is warned of and nothing refused: forces of
+one newton, of another frame's origin or of another speed are sometimes wanted.
 """
 
 from __future__ import annotations
@@ -31,7 +30,7 @@ SHAFT_OFF = 0.2
 """Of the largest static force of a shaft: more than friction, drag and inertia change."""
 
 
-def tell_of_forces(case: GearboxCase, forces: BearingForces) -> None:
+def warn_of_forces(case: GearboxCase, forces: BearingForces) -> None:
     """AccuracyWarning where `forces` can hardly be those of the case."""
     if not _moves(forces.force):
         return
@@ -43,7 +42,7 @@ def tell_of_forces(case: GearboxCase, forces: BearingForces) -> None:
     _check_means(case, record.mean(axis=0), float(record.std(axis=0).max()))
 
 
-def tell_of_spectrum(case: GearboxCase, spectrum: ForceSpectrum) -> None:
+def warn_of_spectrum(case: GearboxCase, spectrum: ForceSpectrum) -> None:
     """AccuracyWarning where `spectrum` can hardly be that of the case: its speed where it has one, its line at 0 Hz."""
     if not _moves(spectrum.force):
         return

@@ -1,0 +1,139 @@
+"""A cast housing, described by its dimensions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import dist, hypot, pi, sqrt
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from nvhchain import housing
+from nvhchain.case.bodies import Extent
+from nvhchain.case.fit import radius_at
+from nvhchain.errors import InputError, require
+from nvhchain.fidelity import HousingFidelity
+from nvhchain.handoff import ReducedHousing
+from nvhchain.housing.reduction import bending_wavelength, check_bending_resolution, check_thin_walls
+
+if TYPE_CHECKING:
+    from nvhchain.case.gearbox import GearboxCase
+
+SEAT_TOLERANCE = 1e-5
+"""m, between a bearing and the centre of its bore."""
+
+# Estimates, fitted to the runs in docs/measured/chain/plan.md and docs/measured/chain/plan_knobs.md.
+_UNKNOWNS_PER_AREA = 1.3e3
+_UNKNOWNS_EXPONENT = 1.4
+_EDGES_OF_PLAIN_WALLS, _EDGES_OF_RIBBED_WALLS = 4.3, 6.6
+
+
+class Casting(housing.Casting):
+    """A cast housing that a gearbox runs in (fields of `nvhchain.housing.Casting`)."""
+
+    unused_knobs = frozenset[str]()
+    states_surface = False
+
+    def check(self, case: GearboxCase) -> None:
+        """Raise `InputError` for field points inside, bearings beside their bores and walls behind the floor."""
+        for point in case.field_points:
+            require(
+                not housing.encloses(self, point.position),
+                f"field point {point.name!r} at {point.position} m lies inside the housing: move it out",
+            )
+        self._check_floor(case)
+        bores = {bore.name: bore.centre for bore in self.bores}
+        for name, seat in case.seats.items():
+            require(name in bores, f"bearing {name!r}: the housing has no such bore; known: {', '.join(bores)}")
+            gap = dist(seat, bores[name])
+            require(
+                gap < SEAT_TOLERANCE,
+                f"bearing {name} is {1e3 * gap:.3f} mm away from the centre of its bore: move one of them",
+            )
+        unused = sorted(set(bores) - set(case.seats))
+        require(not unused, f"housing.bores: {', '.join(unused)} carry no bearing: remove them or add the bearing")
+
+    def _check_floor(self, case: GearboxCase) -> None:
+        """Refuse gear spaces that reach through the reflecting plane; all else is checked on the surface."""
+        plane = case.reflecting_plane
+        for number, space in enumerate(self.gear_spaces if plane is not None else ()):
+            assert plane is not None
+            ends = np.array([[*space.centre, 0.0], [*space.centre, self.depth]])
+            across = hypot(*plane.normal[:2]) * (space.radius + self.wall)
+            lowest = float(plane.height(ends).min()) - across
+            require(
+                lowest > 0,
+                f"reflecting_plane: gear space {number} of the housing reaches {-1e3 * lowest:.4g} mm "
+                "behind the plane: move the plane away or turn its normal into the air",
+            )
+
+    def overlaps(self, case: GearboxCase) -> Iterator[tuple[float, str]]:
+        """Yield overlaps (m) of gears with the walls around them and of shafts with the bores of their bearings."""
+        shafts = {shaft.name: shaft for shaft in case.shafts}
+        low, high = self.bell_depth + self.end_wall, self.depth - self.end_wall
+        for gear in case.gears:
+            tip, face = gear.geometry.tip_circle_radius, 0.5 * gear.geometry.face_width
+            room = housing.room_around(self, shafts[gear.shaft].axis)
+            yield (
+                tip - room,
+                f"gear {gear.name}: its tip radius of {1e3 * tip:.5g} mm reaches into the wall, {1e3 * room:.5g} mm "
+                f"from shaft {gear.shaft}: enlarge the housing's gear_spaces or make it smaller",
+            )
+            yield (
+                max(low - (gear.z - face), gear.z + face - high),
+                f"gear {gear.name}: z = {1e3 * gear.z:g} mm with face_width = {2e3 * face:g} mm is outside the "
+                f"housing, {1e3 * low:g}…{1e3 * high:g} mm between its end walls",
+            )
+        bores = {bore.name: bore for bore in self.bores}
+        for bearing in case.bearings:
+            bore = bores[bearing.name]
+            through = radius_at(shafts[bearing.shaft], bearing.z, within=bore.radius)
+            yield (
+                through - bore.radius,
+                f"housing.bores: {bore.name}: radius = {1e3 * bore.radius:g} mm is smaller than shaft {bearing.shaft}, "
+                f"of outer_diameter {2e3 * through:g} mm there: enlarge it",
+            )
+
+    def check_knobs(self, case: GearboxCase, knobs: HousingFidelity) -> None:
+        """Refuse, or warn of, elements too large for the bending waves and the thickness of the walls."""
+        check_bending_resolution(self, case.band.high, knobs)
+        check_thin_walls(self, knobs)
+
+    def check_held(self, case: GearboxCase) -> None:
+        """Refuse a casting without bolts."""
+        if self.bolts == 0:
+            raise InputError(
+                f"{case.name}: housing bolts = 0: nothing holds the casting, whose rigid motion no bearing takes: "
+                "give it bolts, or the run its bearing forces"
+            )
+
+    def face_size(self, wanted: float) -> float:
+        """Return `wanted` (m), or less where the shape takes smaller triangles."""
+        return housing.face_size(self, wanted)
+
+    def modes_in_reach(self, case: GearboxCase, knobs: HousingFidelity) -> float:
+        """Estimate the modes of a plate of the outer walls' area.
+
+        H. Weyl 1911: π A/λ², less in proportion to the length of the held edges over the wavelength.
+        """
+        free = pi * housing.envelope_area(self) / bending_wavelength(self, knobs.mode_ratio * case.band.high) ** 2
+        ribbed = self.side_ribs > 0 or self.spokes > 0
+        return max(1.0, free - (_EDGES_OF_RIBBED_WALLS if ribbed else _EDGES_OF_PLAIN_WALLS) * sqrt(free))
+
+    def extent(self, case: GearboxCase, knobs: HousingFidelity, *, driven: bool) -> Extent:
+        """Estimate area and unknowns before anything is meshed."""
+        area = housing.envelope_area(self)
+        unknowns = _UNKNOWNS_PER_AREA * area / knobs.element_size**_UNKNOWNS_EXPONENT
+        return Extent(area, f"{1e3 * knobs.element_size:g} mm elements", unknowns=unknowns)
+
+    def read(self, case: GearboxCase, face_size: float) -> tuple[Any, ...]:
+        """Return nothing: a casting has no files."""
+        return ()
+
+    def reduce(
+        self, case: GearboxCase, contents: tuple[Any, ...], face_size: float, knobs: HousingFidelity, progress: Any
+    ) -> ReducedHousing:
+        """Mesh the casting and reduce it."""
+        return housing.reduce_housing(
+            self, f_max=case.band.high, surface_size=self.face_size(face_size), fidelity=knobs, progress=progress
+        )

@@ -1,0 +1,75 @@
+"""The protocol of a housing: every kind reads, reduces, measures and checks itself."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, Protocol
+
+from nvhchain.case.bodies import Extent
+from nvhchain.errors import require
+from nvhchain.fidelity import HousingFidelity
+from nvhchain.handoff import ReducedHousing
+
+if TYPE_CHECKING:
+    from nvhchain.case.gearbox import GearboxCase
+
+ELEMENT_KNOBS = frozenset({"element_size", "elements_per_turn"})
+"""Knobs of the finite elements that are made here."""
+
+
+class Housing(Protocol):
+    """A kind of housing that a gearbox can have."""
+
+    @property
+    def unused_knobs(self) -> frozenset[str]:
+        """Fields of `HousingFidelity` without effect on this kind."""
+
+    @property
+    def states_surface(self) -> bool:
+        """True where the radiating surface is supplied, with its elements."""
+
+    def overlaps(self, case: GearboxCase) -> Iterator[tuple[float, str]]:
+        """Yield overlaps (m) of gears and shafts with the housing, each with its message."""
+
+    def check(self, case: GearboxCase) -> None:
+        """Raise `InputError` where the housing does not fit the rest of the case."""
+
+    def check_knobs(self, case: GearboxCase, knobs: HousingFidelity) -> None:
+        """Raise `InputError`, or warn, where the knobs are too coarse for the band."""
+
+    def check_held(self, case: GearboxCase) -> None:
+        """Raise `InputError` where the case itself shows that nothing holds the driven housing."""
+
+    def face_size(self, wanted: float) -> float:
+        """Return the edge length (m) of the radiating triangles; `wanted` is enough for the waves in air."""
+
+    def modes_in_reach(self, case: GearboxCase, knobs: HousingFidelity) -> float:
+        """Estimate the number of modes up to the limit of the reduction."""
+
+    def extent(self, case: GearboxCase, knobs: HousingFidelity, *, driven: bool) -> Extent:
+        """Return the size of the housing; its file is read and checked against the case.
+
+        driven: the gears drive the housing, so that something must hold it.
+        """
+
+    def read(self, case: GearboxCase, face_size: float) -> tuple[Any, ...]:
+        """Return the contents of all files of the housing, which `reduce` takes."""
+
+    def reduce(
+        self,
+        case: GearboxCase,
+        contents: tuple[Any, ...],
+        face_size: float,
+        knobs: HousingFidelity,
+        progress: Any,
+    ) -> ReducedHousing:
+        """Reduce the housing to its modes at the bearing seats and on the radiating surface."""
+
+
+def require_held(case: GearboxCase, why: str, held: bool) -> None:
+    """Raise `InputError` unless the driven housing is held."""
+    require(
+        held,
+        f"{case.name}: {why}: nothing holds the housing, whose rigid motion no bearing takes: hold it where it is "
+        "bolted, or give the run its bearing forces",
+    )

@@ -1,0 +1,109 @@
+"""A run on its way: the hand-offs that it has, and where it keeps them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any, TypeVar
+
+from nvhchain.case import Case, GearboxCase
+from nvhchain.chain.loaded import Compliances, compliances, under_load
+from nvhchain.conventions import Progress
+from nvhchain.fidelity import Fidelity
+from nvhchain.files.shelf import Shelf
+from nvhchain.handoff import ReducedHousing
+from nvhchain.scene.steps import HOUSING, Scene, Step
+
+H = TypeVar("H")
+
+
+@dataclass
+class Run:
+    """A scene and the hand-offs that its steps have made so far.
+
+    Parameters
+    ----------
+    scene
+        Case, fidelity and names of supplied hand-offs.
+    spine
+        Shelf of the load case.
+    shared
+        Shelf of load-independent operators.
+    executor
+        Takes mesh-law blocks and frequency bands.
+    hand_offs
+        Step → its hand-off; supplied ones from the start.
+    """
+
+    scene: Scene
+    spine: Shelf = field(default_factory=lambda: Shelf(None))
+    shared: Shelf = field(default_factory=lambda: Shelf(None))
+    executor: Executor | None = None
+    hand_offs: dict[Step[Any], Any] = field(default_factory=dict)
+
+    def __getitem__(self, step: Step[H]) -> H:
+        """The hand-off of a step."""
+        made: H = self.hand_offs[step]
+        return made
+
+    def get(self, step: Step[H]) -> H | None:
+        """The hand-off of a step, or None where this run does not have it."""
+        return self.hand_offs.get(step)
+
+    @cached_property
+    def loaded(self) -> GearboxCase:
+        """The gearbox with the misalignment that its load brings, where it asks for that."""
+        case = self.gearbox
+        return under_load(case, self.housing_in_loop, self.fidelity) if case.options.loaded_misalignment else case
+
+    @cached_property
+    def compliances(self) -> tuple[Compliances, ...]:
+        """Flank compliances of every stage."""
+        return compliances(self.loaded, self.fidelity)
+
+    @property
+    def housing_in_loop(self) -> ReducedHousing | None:
+        """The housing that moves with the shafts; None where the seats are rigid."""
+        return None if self.gearbox.options.rigid_housing else self[HOUSING]
+
+    @property
+    def case(self) -> Case:
+        return self.scene.case
+
+    @property
+    def gearbox(self) -> GearboxCase:
+        return self.scene.gearbox
+
+    @property
+    def fidelity(self) -> Fidelity:
+        return self.scene.fidelity
+
+    def cached(
+        self,
+        step: Step[Any],
+        inputs: Sequence[Any],
+        compute: Callable[[Progress], Any],
+        *,
+        stage: str = "",
+        remind: Callable[[Any], None] | None = None,
+    ) -> Any:
+        """The hand-off of a step: cached on disk where nothing that went into it has changed, else computed.
+
+        stage: name of the gear stage, of steps that make one hand-off for each.
+        """
+        shelf, name = self._place(step, stage)
+        return shelf.stage(name, step.kind, step.code, inputs, compute, fidelity=self.scene.knobs(step), remind=remind)
+
+    def cached_in_parts(
+        self, step: Step[Any], inputs: Sequence[Any], compute: Callable[[Progress, Path | None], Any]
+    ) -> Any:
+        """As `cached`; `compute` also takes a folder for finished parts."""
+        shelf, name = self._place(step)
+        return shelf.stage_in_parts(name, step.kind, step.code, inputs, compute, fidelity=self.scene.knobs(step))
+
+    def _place(self, step: Step[Any], stage: str = "") -> tuple[Shelf, str]:
+        name = step.file_of(stage)
+        return (self.shared, f"{name}-{{key}}") if step.shared else (self.spine, name)

@@ -1,0 +1,313 @@
+"""The step table: what a run computes, in which order and from what.
+
+Each row is one step and the hand-off that it makes. The order of `STEPS` is that of a run. The chain, the plan, the
+checks before a run, supplied hand-offs and the trade-off planner read this table; docs/developers/add_a_step.md shows
+how to add a row.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, field
+from typing import Any, Generic, Literal, TypeVar
+
+from nvhchain.case import Case, GearboxCase, Quantity
+from nvhchain.fidelity import AcousticsFidelity, DynamicsFidelity, Fidelity, GearFidelity, HousingFidelity
+from nvhchain.handoff import (
+    BearingForces,
+    Directivity,
+    FieldPressure,
+    ForceSpectrum,
+    HandOff,
+    LoadDistribution,
+    MeshLaw,
+    NoiseTransferFunctions,
+    PressureHistory,
+    RadiationEfficiency,
+    RadiationResistance,
+    ReducedHousing,
+    SoundPower,
+    SurfaceVelocity,
+    TransferVectors,
+)
+
+H_co = TypeVar("H_co", covariant=True)
+
+Knobs = GearFidelity | DynamicsFidelity | HousingFidelity | AcousticsFidelity
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A case at a fidelity, and the hand-offs that are supplied to its run.
+
+    Parameters
+    ----------
+    case
+        A gearbox or a radiator.
+    fidelity
+        Its knobs.
+    supplied
+        Names of the supplied hand-offs, as arguments of `run`, or the hand-offs by name.
+    """
+
+    case: Case
+    fidelity: Fidelity
+    supplied: Collection[str] = ()
+
+    @property
+    def gearbox(self) -> GearboxCase:
+        """The case of a step that only gearboxes need."""
+        assert isinstance(self.case, GearboxCase)
+        return self.case
+
+    @property
+    def from_modes(self) -> bool:
+        """True where the sound power is that of the housing's modes, not of one surface velocity."""
+        solved = self.fidelity.acoustics.radiation == "boundary_elements"
+        return solved and not self.case.states_velocity and SURFACE_VELOCITY.name not in self.supplied
+
+    @property
+    def spread_evenly(self) -> bool:
+        """True at the level of radiation that has a power but neither phase nor transfer vectors."""
+        return self.fidelity.acoustics.radiation == "equivalent_radiated_power"
+
+    @property
+    def steps(self) -> tuple[Step[Any], ...]:
+        """Steps that this run computes, in their order: needed by a quantity of the case and not supplied."""
+        needed: set[Step[Any]] = set()
+
+        def need(step: Step[Any]) -> None:
+            if step.name not in self.supplied and step not in needed:
+                needed.add(step)
+                for other in step.needs(self):
+                    need(other)
+
+        answers = _RUN_UP_ANSWERS if self.case.running_up else _ANSWERS
+        for quantity in self.case.quantities:
+            need(answers[quantity])
+        return tuple(step for step in STEPS if step in needed)
+
+    def knobs(self, step: Step[Any]) -> Knobs | None:
+        """The part of the fidelity that a step takes."""
+        of = self.fidelity
+        by_name: dict[str, Knobs] = {
+            "gear": of.gear,
+            "dynamics": of.dynamics,
+            "housing": of.housing,
+            "acoustics": of.acoustics,
+        }
+        return by_name[step.knobs] if step.knobs else None
+
+
+Needs = Callable[[Scene], tuple["Step[Any]", ...]]
+
+
+@dataclass(frozen=True, eq=False)
+class Step(Generic[H_co]):
+    """One row of the table; `Step[H]` makes an H.
+
+    Parameters
+    ----------
+    name
+        Its hand-off as `run` takes it and `Result` holds it.
+    kind
+        Class of the hand-off.
+    needs
+        Steps whose hand-offs it takes in a scene.
+    code
+        Package whose code makes it; cached results do not survive a change there.
+    knobs
+        Part of the fidelity that it takes.
+    shared
+        True for load-independent operators, which several cases may share.
+    can_be_supplied
+        True where a run can start from it.
+    per_stage
+        True where each gear stage has its own hand-off.
+    file
+        Name on disk and on the console, where it is not `name`.
+    timed_as
+        Step whose measured time stands for its own, where a sweep holds none of it.
+    """
+
+    name: str
+    kind: type[HandOff]
+    needs: Needs
+    code: str
+    knobs: Literal["gear", "dynamics", "housing", "acoustics"] | None = None
+    shared: bool = False
+    can_be_supplied: bool = False
+    per_stage: bool = False
+    file: str = ""
+    timed_as: Step[Any] | None = field(default=None, repr=False)
+
+    def file_of(self, stage: str = "") -> str:
+        """Name of its file, without key and suffix.  stage: name of the gear stage, where each has its own."""
+        return "_".join([self.file or self.name, *([stage] if self.per_stage else [])])
+
+    def makes(self, file: str) -> bool:
+        """True for the name of its file, whatever the gear stage."""
+        return file == self.file_of() if not self.per_stage else file.startswith(self.file_of())
+
+
+def _nothing(scene: Scene) -> tuple[Step[Any], ...]:
+    return ()
+
+
+def _misaligned_by_load(scene: Scene) -> tuple[Step[Any], ...]:
+    options = scene.gearbox.options
+    return (HOUSING,) if options.loaded_misalignment and not options.rigid_housing else ()
+
+
+def _of_modes(scene: Scene) -> tuple[Step[Any], ...]:
+    return (HOUSING, FORCE_SPECTRUM)
+
+
+HOUSING: Step[ReducedHousing] = Step(
+    "housing", ReducedHousing, _nothing, code="housing", knobs="housing", shared=True, can_be_supplied=True
+)
+
+MESH_LAWS: Step[tuple[MeshLaw, ...]] = Step(
+    "mesh_laws",
+    MeshLaw,
+    lambda scene: (*_misaligned_by_load(scene), *((LOAD_DISTRIBUTIONS,) if scene.gearbox.options.tilt else ())),
+    code="gear",
+    knobs="gear",
+    shared=True,
+    can_be_supplied=True,
+    per_stage=True,
+    file="mesh_law",
+)
+
+LOAD_DISTRIBUTIONS: Step[tuple[LoadDistribution, ...]] = Step(
+    "load_distributions",
+    LoadDistribution,
+    _misaligned_by_load,
+    code="gear",
+    knobs="gear",
+    shared=True,
+    can_be_supplied=True,
+    per_stage=True,
+    file="load_distribution",
+    timed_as=MESH_LAWS,
+)
+
+
+def _bearing_forces_need(scene: Scene) -> tuple[Step[Any], ...]:
+    options = scene.gearbox.options
+    acting = (LOAD_DISTRIBUTIONS,) if options.load_distribution else ()
+    return (MESH_LAWS, *acting, *(() if options.rigid_housing else (HOUSING,)))
+
+
+BEARING_FORCES: Step[BearingForces] = Step(
+    "bearing_forces", BearingForces, _bearing_forces_need, code="dynamics", knobs="dynamics", can_be_supplied=True
+)
+
+FORCE_SPECTRUM: Step[ForceSpectrum] = Step(
+    "force_spectrum", ForceSpectrum, lambda scene: (BEARING_FORCES,), code="spectrum", can_be_supplied=True
+)
+
+SURFACE_VELOCITY: Step[SurfaceVelocity] = Step(
+    "surface_velocity",
+    SurfaceVelocity,
+    lambda scene: () if scene.case.states_velocity else (HOUSING, FORCE_SPECTRUM),
+    code="housing",
+    can_be_supplied=True,
+)
+
+TRANSFER_VECTORS: Step[TransferVectors] = Step(
+    "transfer_vectors",
+    TransferVectors,
+    lambda scene: (HOUSING,) if scene.case.running_up else (SURFACE_VELOCITY,),
+    code="acoustics",
+    knobs="acoustics",
+    shared=True,
+    can_be_supplied=True,
+)
+
+
+PRESSURE: Step[FieldPressure] = Step(
+    "pressure",
+    FieldPressure,
+    lambda scene: (SURFACE_VELOCITY, *(() if scene.spread_evenly else (TRANSFER_VECTORS,))),
+    code="acoustics",
+    knobs="acoustics",
+)
+
+RADIATION_RESISTANCE: Step[RadiationResistance] = Step(
+    "radiation_resistance",
+    RadiationResistance,
+    _of_modes,
+    code="acoustics",
+    knobs="acoustics",
+    shared=True,
+    timed_as=TRANSFER_VECTORS,
+)
+
+SOUND_POWER: Step[SoundPower] = Step(
+    "sound_power",
+    SoundPower,
+    lambda scene: (RADIATION_RESISTANCE, *_of_modes(scene)) if scene.from_modes else (SURFACE_VELOCITY,),
+    code="acoustics",
+    knobs="acoustics",
+    timed_as=TRANSFER_VECTORS,
+)
+
+RADIATION_EFFICIENCY: Step[RadiationEfficiency] = Step(
+    "radiation_efficiency",
+    RadiationEfficiency,
+    lambda scene: (SOUND_POWER, *SOUND_POWER.needs(scene)),
+    code="acoustics",
+)
+
+DIRECTIVITY: Step[Directivity] = Step(
+    "directivity", Directivity, lambda scene: (SOUND_POWER, PRESSURE, SURFACE_VELOCITY), code="acoustics"
+)
+
+NOISE_TRANSFER_FUNCTIONS: Step[NoiseTransferFunctions] = Step(
+    "noise_transfer_functions",
+    NoiseTransferFunctions,
+    lambda scene: (TRANSFER_VECTORS, HOUSING, BEARING_FORCES),
+    code="acoustics",
+    knobs="acoustics",
+    shared=True,
+)
+
+PRESSURE_HISTORY: Step[PressureHistory] = Step(
+    "pressure_history",
+    PressureHistory,
+    lambda scene: (NOISE_TRANSFER_FUNCTIONS, BEARING_FORCES),
+    code="acoustics",
+    timed_as=PRESSURE,
+)
+
+STEPS: tuple[Step[Any], ...] = (
+    HOUSING,
+    LOAD_DISTRIBUTIONS,
+    MESH_LAWS,
+    BEARING_FORCES,
+    FORCE_SPECTRUM,
+    SURFACE_VELOCITY,
+    TRANSFER_VECTORS,
+    PRESSURE,
+    RADIATION_RESISTANCE,
+    SOUND_POWER,
+    RADIATION_EFFICIENCY,
+    DIRECTIVITY,
+    NOISE_TRANSFER_FUNCTIONS,
+    PRESSURE_HISTORY,
+)
+"""All steps in the order of a run: each comes after what it needs."""
+
+_ANSWERS: dict[Quantity, Step[Any]] = {
+    "bearing_forces": FORCE_SPECTRUM,
+    "surface_velocity": SURFACE_VELOCITY,
+    "pressure": PRESSURE,
+    "sound_power": SOUND_POWER,
+    "radiation_efficiency": RADIATION_EFFICIENCY,
+    "directivity": DIRECTIVITY,
+}
+"""Quantity of a case → the step that answers it at constant speed."""
+
+_RUN_UP_ANSWERS: dict[Quantity, Step[Any]] = _ANSWERS | {"bearing_forces": BEARING_FORCES, "pressure": PRESSURE_HISTORY}
+"""The same where the speed changes."""

@@ -97,7 +97,7 @@ def rows(out: Path) -> list[str]:
         plan = nvh.plan(case, fidelity=knobs)
         costs = {name: Cost(**cost) for name, cost in stages.items()}
         scene = f"{case.name}, {quantity.replace('_', ' ')} | {fidelity}"
-        for stage in plan.stages:
+        for stage in plan.steps:
             name = kept_name(stage, KEPT)
             if name in costs and costs[name].processor >= 1.0:
                 lines.append(row(scene, stage.name, stage.seconds, stage.megabytes, costs[name]))

@@ -17,7 +17,7 @@ from benchmarks.publish import publish
 from nvhchain.errors import InputError, ResourceError
 from nvhchain.fidelity import DRAFT, Fidelity
 from nvhchain.files.shelf import Unwatched
-from nvhchain.scene import Stage, preflight
+from nvhchain.scene import PlannedStep, preflight
 from nvhchain.tradeoff.knobs import NOT_SWEPT, STAGES
 from nvhchain.tradeoff.measure import Cost, Ledger, measured_run
 
@@ -94,7 +94,7 @@ def publish_knobs(out: Path, kept: dict[str, str]) -> None:
     case, measured, lines = nvh.load_case(CASE), recorded(out), []
     fidelities = {"draft": DRAFT, **dict(settings(()))}
     for title, stages in measured.items():
-        for stage in nvh.plan(case, fidelity=fidelities[title]).stages:
+        for stage in nvh.plan(case, fidelity=fidelities[title]).steps:
             name = kept_name(stage, kept)
             if name not in stages or (title != "draft" and stages[name] == measured["draft"][name]):
                 continue
@@ -112,7 +112,7 @@ def publish_knobs(out: Path, kept: dict[str, str]) -> None:
     publish("chain/plan_knobs", head + "\n".join(lines) + "\n")
 
 
-def kept_name(stage: Stage, kept: dict[str, str]) -> str | None:
+def kept_name(stage: PlannedStep, kept: dict[str, str]) -> str | None:
     """Name under which the result of a planned stage is kept."""
     like = next((name for start, name in kept.items() if stage.name.startswith(start)), None)
     return like + stage.name.split()[-1] if like and like.endswith("_") else like

@@ -94,7 +94,7 @@ def publish_scenes(out: Path, kept: dict[str, str]) -> None:
             nvh.plan(scenes()[title], fidelity=DRAFT),
             Run({name: Cost(**cost) for name, cost in stages.items()}),
         )
-        for stage in plan.stages:
+        for stage in plan.steps:
             of = Run({name: run.stages[name] for name in _TOGETHER.get(stage.name, (kept_name(stage, kept),))})
             if not stage.name.startswith(("mesh law", "housing")):
                 lines.append(row(title, stage.name, stage.seconds, of.processor, stage.megabytes, of.megabytes))

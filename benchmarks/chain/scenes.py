@@ -39,7 +39,7 @@ def scenes() -> dict[str, tuple[Case, int]]:
 
 def seconds(of: Plan, designs: int) -> float:
     """Of all designs, operators once."""
-    return sum(stage.seconds * (designs if stage.name.startswith(OF_EACH_DESIGN) else 1) for stage in of.stages)
+    return sum(stage.seconds * (designs if stage.name.startswith(OF_EACH_DESIGN) else 1) for stage in of.steps)
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
@@ -52,7 +52,7 @@ def where_the_time_goes(case: Case, designs: int) -> str:
     """Seconds by stage at every preset."""
     plans = {name: plan(case, fidelity=preset) for name, preset in PRESETS.items()}
     rows = []
-    for stages in zip(*(one.stages for one in plans.values()), strict=True):
+    for stages in zip(*(one.steps for one in plans.values()), strict=True):
         times = designs if stages[0].name.startswith(OF_EACH_DESIGN) else 1
         name = f"{stages[0].name}, {times} ×" if times > 1 else stages[0].name
         rows.append([name, *(f"{stage.seconds * times:.3g}" for stage in stages)])

@@ -15,6 +15,7 @@ from nvhchain.errors import InputError, require
 from nvhchain.fidelity import HousingFidelity
 from nvhchain.handoff import ReducedHousing
 from nvhchain.housing.reduction import bending_wavelength, check_bending_resolution, check_thin_walls
+from nvhchain.kinds import NAMES
 
 if TYPE_CHECKING:
     from nvhchain.case.gearbox import GearboxCase
@@ -137,3 +138,6 @@ class Casting(housing.Casting):
         return housing.reduce_housing(
             self, f_max=case.band.high, surface_size=self.face_size(face_size), fidelity=knobs, progress=progress
         )
+
+
+NAMES[Casting] = "an nvhchain.case.Casting"

@@ -65,7 +65,7 @@ def parser() -> argparse.ArgumentParser:
         metavar="FILE",
         action="append",
         default=[],
-        help="ready-made hand-off (HDF5) to take instead of computing it",
+        help="supplied hand-off (HDF5) to take instead of computing it",
     )
     run.add_argument(
         "--forces",
@@ -81,7 +81,7 @@ def parser() -> argparse.ArgumentParser:
     record.add_argument(
         "--out", metavar="DIR", type=_folder, help="folder; stopped, the same command goes on (default: out/<name>)"
     )
-    record.add_argument("--use", metavar="FILE", action="append", default=[], help="ready-made hand-off, as for `run`")
+    record.add_argument("--use", metavar="FILE", action="append", default=[], help="supplied hand-off, as for `run`")
     record.set_defaults(action=commands.record)
 
     compare = verbs.add_parser("compare", parents=[common, spread], help="compare cases: figures, sound, summary.json")
@@ -118,7 +118,7 @@ def parser() -> argparse.ArgumentParser:
         "contributions", parents=[common], help="what modes and panels of the housing add to the sound"
     )
     parts.add_argument("case", metavar="CASE")
-    parts.add_argument("--use", metavar="FILE", action="append", default=[], help="ready-made hand-off, as for `run`")
+    parts.add_argument("--use", metavar="FILE", action="append", default=[], help="supplied hand-off, as for `run`")
     parts.add_argument("--at", metavar="HZ", type=float, help="line of the bars (default: the loudest)")
     parts.add_argument(
         "--out", metavar="DIR", type=_folder, help="folder of the run and its tables (default: out/<case name>)"

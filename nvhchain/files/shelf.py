@@ -177,7 +177,7 @@ class Shelf:
                     hdf5.save(result, path)
                 self.watcher.end(stage, "computed")
                 return result
-        self.watcher.end(stage, "found")
+        self.watcher.end(stage, "cached")
         if remind is not None:
             remind(there)
         return there

@@ -9,11 +9,12 @@ import pytest
 import nvhchain as nvh
 from nvhchain.case import Mesh
 from nvhchain.chain import steps
+from nvhchain.chain.running import Run
 from nvhchain.errors import InputError
 from nvhchain.fidelity import GearFidelity
-from nvhchain.files.shelf import Shelf, Unwatched, fingerprint
+from nvhchain.files.shelf import fingerprint
 from nvhchain.gear import mass_properties, whole_mesh
-from nvhchain.scene import preflight
+from nvhchain.scene import Scene, preflight
 
 GEAR = GearFidelity(
     profile_elements=2,
@@ -61,7 +62,7 @@ def test_case_with_a_meshed_wheel_has_the_mesh_law_and_inertia_of_the_drawn_one(
     own = nvh.load_case(request.config.rootpath / "cases/small/single_stage.toml")
     laws, masses = [], []
     for case in (own, foreign):
-        laws.append(steps.mesh_laws(case, fidelity, Shelf(None, Unwatched()), None)[0])
+        laws.append(steps.mesh_laws(Run(Scene(case, fidelity)))[0])
         masses.append(mass_properties(case.gears[1].body))
     np.testing.assert_allclose(laws[1].force, laws[0].force, atol=5e-3 * np.abs(laws[0].force).max())
     np.testing.assert_allclose(masses[1][:3], masses[0][:3], rtol=2e-3)

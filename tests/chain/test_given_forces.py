@@ -6,10 +6,10 @@ from math import pi
 
 import numpy as np
 import pytest
-from nvhchain.chain.given_forces import tell_of_forces, tell_of_spectrum
 
 import nvhchain as nvh
 from nvhchain.case import Ramp
+from nvhchain.chain.supplied_forces import warn_of_forces, warn_of_spectrum
 from nvhchain.errors import AccuracyWarning, InputError
 from nvhchain.handoff import BearingForces
 from nvhchain.spectrum import force_spectrum
@@ -63,7 +63,7 @@ def forces(case):
 def quiet(case, forces):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        tell_of_forces(case, forces)
+        warn_of_forces(case, forces)
 
 
 def test_forces_that_balance_the_gears_pass_with_the_bearings_in_any_order(case, forces):
@@ -102,7 +102,7 @@ def test_a_speed_or_torque_a_little_off_passes(case, forces):
 )
 def test_forces_that_can_hardly_be_those_of_the_case_are_told(case, forces, change, message):
     with pytest.warns(AccuracyWarning, match=message):
-        tell_of_forces(case, forces.replace(**change(forces)))
+        warn_of_forces(case, forces.replace(**change(forces)))
 
 
 def test_one_channel_of_the_wrong_sign_is_told_with_its_shaft(case, forces):
@@ -111,12 +111,12 @@ def test_one_channel_of_the_wrong_sign_is_told_with_its_shaft(case, forces):
     force.reshape(len(force), -1)[:, largest] *= -1.0
     shaft = case.bearings[largest // 3].shaft
     with pytest.warns(AccuracyWarning, match=rf"bearings of shaft {shaft} carry .* but its gears .*signs, axes"):
-        tell_of_forces(case, forces.replace(force=force))
+        warn_of_forces(case, forces.replace(force=force))
 
 
 def test_a_record_without_means_is_told(case, forces):
     with pytest.warns(AccuracyWarning, match="no mean forces"):
-        tell_of_forces(case, forces.replace(force=forces.force - forces.force.mean(axis=0)))
+        warn_of_forces(case, forces.replace(force=forces.force - forces.force.mean(axis=0)))
 
 
 def test_a_run_up_is_held_against_both_its_speeds(case, forces):
@@ -124,7 +124,7 @@ def test_a_run_up_is_held_against_both_its_speeds(case, forces):
     of = forces.replace(periodic=False, input_speed=np.linspace(case.operation.input_speed, 200.0, len(forces.time)))
     quiet(rising, of)
     with pytest.warns(AccuracyWarning, match=r"asks for 1800…1909\.9 rpm"):
-        tell_of_forces(rising, of.replace(input_speed=1.2 * of.input_speed))
+        warn_of_forces(rising, of.replace(input_speed=1.2 * of.input_speed))
 
 
 def test_run_takes_them_and_tells(case, forces):
@@ -143,11 +143,11 @@ def test_a_spectrum_is_held_against_the_speed_and_by_its_line_at_0_hz_against_th
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         for spectrum in (whole, without, without.replace(force=-without.force), without.replace(input_speed=0.0)):
-            tell_of_spectrum(case, spectrum)
+            warn_of_spectrum(case, spectrum)
     with pytest.warns(AccuracyWarning, match=r"runs at 3600…3600 rpm .* asks for 1800 rpm"):
-        tell_of_spectrum(case, without.replace(input_speed=2.0 * without.input_speed))
+        warn_of_spectrum(case, without.replace(input_speed=2.0 * without.input_speed))
     with pytest.warns(AccuracyWarning, match="correct acts_on"):
-        tell_of_spectrum(case, whole.replace(force=-whole.force))
+        warn_of_spectrum(case, whole.replace(force=-whole.force))
     with pytest.raises(InputError, match=r"input_speed = nan rad/s must be finite and not negative"):
         without.replace(input_speed=np.nan)
 

@@ -9,7 +9,7 @@ import pytest
 import nvhchain as nvh
 from nvhchain import dynamics, gear
 from nvhchain.case import Options
-from nvhchain.chain import steps
+from nvhchain.chain.loaded import under_load
 from nvhchain.cli import main
 from nvhchain.errors import InputError
 from nvhchain.fidelity import DynamicsFidelity, GearFidelity
@@ -116,7 +116,7 @@ def test_compliances_are_found_once_for_law_and_distribution(run, record, monkey
     (kept,) = tmp_path.glob("load_distribution_stage-*.h5")
     assert hdf5.load(kept, LoadDistribution).content_hash == result.load_distributions[0].content_hash
     again = run("[options]\nfriction = 0.03", watcher=record, operators=tmp_path)
-    assert ("load_distribution_stage", "found") in record.ended  # whatever the coefficient
+    assert ("load_distribution_stage", "cached") in record.ended  # whatever the coefficient
     assert len(calls) == 1
     assert np.abs(moving(again) - moving(result)).max() > 0.01 * np.abs(moving(result)).max()
 
@@ -194,8 +194,7 @@ def test_what_is_assembled_is_added_to(run):
     own = '[[stages]]\nname = "stage"\nmisalignment = { in_plane_mrad = 0.3 }\n'
     once, twice = run(own + "[options]\nloaded_misalignment = true"), run("[options]\nloaded_misalignment = true")
     tilts = [
-        steps.under_load(result.case, result.housing, COARSE).stages[0].misalignment.in_plane
-        for result in (once, twice)
+        under_load(result.case, result.housing, COARSE).stages[0].misalignment.in_plane for result in (once, twice)
     ]
     assert tilts[0] - tilts[1] == pytest.approx(3e-4, abs=1e-12)
 
@@ -244,7 +243,7 @@ def test_load_distributions_may_be_given(run, load, housing, monkeypatch, tmp_pa
     again = run(text, load_distributions=[of], **arguments)
     assert np.array_equal(again.bearing_forces.force, own.bearing_forces.force)
     assert sorted(record.began) == ["bearing_forces", "force_spectrum"]
-    assert again.given == ("mesh_laws", "load_distributions", "housing")
+    assert again.supplied == ("mesh_laws", "load_distributions", "housing")
     other = run(text, load_distributions=[of.replace(sliding=0.0 * of.sliding, arm=0.0 * of.arm)], **arguments)
     assert np.abs(moving(other) - moving(own)).max() > 1e-3 * np.abs(moving(own)).max()
     files = {"law": own.mesh_laws[0], "distribution": of, "housing": housing}
@@ -300,7 +299,7 @@ def test_tilt_under_load_at_extremes(load, housing, text, flexible, ratio):
     options = f"[options]\nloaded_misalignment = true\n{flexible}"
 
     def tilt(before):
-        misalignment = steps.under_load(load(before + options), housing, COARSE).stages[0].misalignment
+        misalignment = under_load(load(before + options), housing, COARSE).stages[0].misalignment
         return np.array([misalignment.in_plane, misalignment.normal])
 
     usual, found = tilt(""), tilt(text)

@@ -179,7 +179,7 @@ def test_levels_that_know_no_efficiency_are_refused_before_any_work(cases, coars
 
 def test_plan_leaves_out_what_is_not_asked_for(cases, coarse):
     plans = {
-        quantity: [stage.name for stage in nvh.plan(replace(cases[0], quantities=(quantity,)), fidelity=coarse).stages]
+        quantity: [step.name for step in nvh.plan(replace(cases[0], quantities=(quantity,)), fidelity=coarse).steps]
         for quantity in ("bearing_forces", "surface_velocity", "pressure", "sound_power", "directivity")
     }
     assert plans["bearing_forces"] == ["housing", "mesh law stage1", "mesh law stage2", "bearing forces"]

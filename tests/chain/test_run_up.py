@@ -105,6 +105,6 @@ def test_run_ups_and_constant_speeds_are_not_compared(cases, coarse, tmp_path):
 
 
 def test_plan_of_a_run_up_counts_its_steps(cases, coarse):
-    short, long = (plan(running_up(cases[0], 260.0, duration), fidelity=coarse).stages for duration in (20.0, 2000.0))
+    short, long = (plan(running_up(cases[0], 260.0, duration), fidelity=coarse).steps for duration in (20.0, 2000.0))
     seconds = [next(s.seconds for s in stages if s.name == "bearing forces") for stages in (short, long)]
     assert seconds[1] > 5 * seconds[0]

@@ -188,7 +188,7 @@ def test_ready_made_laws_are_exact_and_what_is_made_of_them_is_not(case, housing
     asked = replace(case, quantities=("bearing_forces", "surface_velocity"), field_points=())
     common = {"force_spectrum": forces, "surface_velocity": velocity, "housing": housing}
     made, ready, given = (
-        Result(asked, DRAFT, (mesh_law([1e-6, 1e-8]),), given=names, **common).error_bands
+        Result(asked, DRAFT, (mesh_law([1e-6, 1e-8]),), supplied=names, **common).error_bands
         for names in ((), ("mesh_laws",), ("force_spectrum",))
     )
     for quantity in asked.quantities:

@@ -14,7 +14,6 @@ import meshio
 import numpy as np
 import pytest
 import pyvista
-from nvhchain.scene.radiator import read_surface
 from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
 
 from nvhchain.case import SurfaceFile
@@ -110,7 +109,7 @@ def test_a_ball_is_the_same_from_every_format(folder):
     assert len(files) == len(BY_MESHIO) + 5
     wanted = np.sort(POINTS[TRIANGLES].mean(axis=1), axis=0)
     for path in files:
-        surface = read_surface(folder, SurfaceFile(path.name))
+        surface = SurfaceFile(path.name).read(folder)
         assert surface.triangles.shape == TRIANGLES.shape, path.name
         np.testing.assert_allclose(np.sort(surface.centroids, axis=0), wanted, atol=2e-8, err_msg=path.name)
         if path.suffix in (".vtk", ".vtu") and path.name in BY_MESHIO:
@@ -145,7 +144,7 @@ QUADS = ["f 1 3 4 2", "f 5 6 8 7", "f 1/1/1 2/2 6//3 5", "f -6 -2 -1 -5", "f 1 5
 
 def test_quads_corners_counted_backwards_and_broken_lines_of_obj_are_read(tmp_path):
     (tmp_path / "a.obj").write_text("mtllib a.mtl\no cube\n" + _cube(["vn 0 0 1", "s off", *QUADS]))
-    surface = read_surface(tmp_path, SurfaceFile("a.obj", 1e-3))
+    surface = SurfaceFile("a.obj", 1e-3).read(tmp_path)
     assert surface.triangles.shape == (12, 3)
     assert surface.areas.sum() == pytest.approx(6e-6)
 
@@ -160,7 +159,7 @@ def test_a_hexagon_is_divided_about_a_corner_and_a_hollow_star_is_refused(tmp_pa
         lines.append("f " + " ".join(str(n + i) for i in range(1, n + 1)))
         lines += [f"f {i + 1} {(i + 1) % n + 1} {n + (i + 1) % n + 1} {n + i + 1}" for i in range(n)]
         (tmp_path / "a.obj").write_text("\n".join(lines))
-        return read_surface(tmp_path, SurfaceFile("a.obj"))
+        return SurfaceFile("a.obj").read(tmp_path)
 
     surface = prism(np.ones(6))
     assert surface.areas.sum() == pytest.approx(6 + 2 * 1.5 * 3**0.5)
@@ -181,7 +180,7 @@ def test_stl_in_capitals_whose_corners_differ_in_the_last_bits_is_closed(tmp_pat
     rng = np.random.default_rng(1)
     corners = (POINTS[TRIANGLES] + 0.7) * (1 + 1e-7 * rng.uniform(-1, 1, (len(TRIANGLES), 3, 1)))
     (tmp_path / "a.stl").write_text(_stl(corners))
-    surface = read_surface(tmp_path, SurfaceFile("a.stl"))
+    surface = SurfaceFile("a.stl").read(tmp_path)
     assert surface.vertices.shape == POINTS.shape
 
 
@@ -189,7 +188,7 @@ def test_triangles_with_two_corners_in_one_place_are_left_out_and_counted(tmp_pa
     flat = POINTS[TRIANGLES[:3, [0, 1, 1]]]
     (tmp_path / "a.stl").write_text(_stl(np.concatenate([POINTS[TRIANGLES], flat])))
     with pytest.warns(AccuracyWarning, match=r"a\.stl: 3 of 83 triangles have two corners in one place"):
-        surface = read_surface(tmp_path, SurfaceFile("a.stl"))
+        surface = SurfaceFile("a.stl").read(tmp_path)
     assert surface.triangles.shape == TRIANGLES.shape
 
 

@@ -99,7 +99,7 @@ def test_a_second_run_finds_every_stage(compared, cases, coarse, record):
     out, summary, _ = compared
     assert compare(cases, fidelity=coarse, out=out, watcher=record) == summary
     assert record.began == []
-    assert {how for _, how in record.ended} == {"found"}
+    assert {how for _, how in record.ended} == {"cached"}
 
 
 def test_an_interrupted_run_resumes_from_what_is_finished(compared, cases, coarse, record, tmp_path):
@@ -159,7 +159,7 @@ def test_lines_that_pass_the_edge_of_the_band_by_rounding_share_its_transfer_vec
     lines = np.append(velocity.frequency[:-1], high * (1 + 1e-15))
     nudged = velocity.replace(frequency=lines)
     run = nvh.run(cases[0], fidelity=coarse, operators=out / "operators", surface_velocity=nudged, watcher=record)
-    assert [how for stage, how in record.ended if stage.startswith("transfer_vectors")] == ["found"]
+    assert [how for stage, how in record.ended if stage.startswith("transfer_vectors")] == ["cached"]
     assert run.pressure.pressure.shape[0] == len(lines)
 
 

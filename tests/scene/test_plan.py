@@ -4,16 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from nvhchain.scene.radiator import radiator_velocity
 
 import nvhchain as nvh
-from nvhchain.case import FieldPoint, Ramp
+from nvhchain.case import Extent, FieldPoint, Ramp
 from nvhchain.cli import Console, main
 from nvhchain.errors import InputError, ResourceError
 from nvhchain.gear import ThinRim
-from nvhchain.scene import check_knobs, preflight
-from nvhchain.scene.planning import plan_without
-from nvhchain.scene.radiation import sound_power_stage, transfer_vector_stage
+from nvhchain.scene import Scene, check_knobs, planned_steps, preflight
+from nvhchain.scene.radiation import radiation_resistance_step, transfer_vector_step
+
+LARGE = Extent(1.0, "", 30_000)
 
 
 def test_gearbox_plan_names_every_stage_and_what_symmetry_skips(request):
@@ -40,7 +40,7 @@ def test_plan_knows_that_thin_webs_take_more_elements(request):
     for thickness in (2e-3, 15e-3):
         web = ThinRim(thickness, 20e-3, wheel.geometry.root_radius - 3 * wheel.geometry.normal_module)
         light = replace(case, gears=(pinion, replace(wheel, blank=web)))
-        (planned[thickness],) = [s for s in nvh.plan(light).stages if s.name == "mesh law stage"]
+        (planned[thickness],) = [s for s in nvh.plan(light).steps if s.name == "mesh law stage"]
     assert planned[2e-3].seconds > 2 * planned[15e-3].seconds
     assert planned[2e-3].megabytes > 1.3 * planned[15e-3].megabytes
 
@@ -52,7 +52,7 @@ def test_a_run_up_takes_memory_by_its_record_and_not_by_its_steps(request, monke
     fine = replace(nvh.DRAFT, dynamics=replace(nvh.DRAFT.dynamics, time_step=5e-6))
 
     def planned(fidelity, name, of=long):
-        return next(stage for stage in nvh.plan(of, fidelity=fidelity).stages if stage.name == name)
+        return next(stage for stage in nvh.plan(of, fidelity=fidelity).steps if stage.name == name)
 
     for name in ("bearing forces", "pressure"):
         assert planned(fine, name).megabytes == pytest.approx(planned(nvh.DRAFT, name).megabytes, rel=0.25)
@@ -71,7 +71,7 @@ def test_many_field_points_take_time_and_memory(request):
         nvh.plan(replace(case, field_points=tuple(FieldPoint(f"{i}", (1.0, 0.001 * i, 0.0)) for i in range(count))))
         for count in (1, 4000)
     ]
-    few, many = ({stage.name: stage for stage in plan.stages} for plan in plans)
+    few, many = ({stage.name: stage for stage in plan.steps} for plan in plans)
     for name in ("transfer vectors", "velocity, pressure"):
         assert many[name].seconds > 5 * few[name].seconds
         assert many[name].megabytes > 3 * few[name].megabytes
@@ -86,11 +86,11 @@ def test_plan_says_how_the_meshes_are_modelled_and_that_contact_costs_more(reque
     ):
         fidelity = replace(nvh.DRAFT, dynamics=replace(nvh.DRAFT.dynamics, mesh_level=level))
         (planned[level],) = [
-            stage for stage in nvh.plan(case, fidelity=fidelity).stages if stage.name == "bearing forces"
+            stage for stage in nvh.plan(case, fidelity=fidelity).steps if stage.name == "bearing forces"
         ]
         assert words in planned[level].models
     assert planned["contact"].seconds > 50 * planned["table"].seconds
-    gears = max(stage.megabytes for stage in nvh.plan(case, fidelity=nvh.DRAFT).stages if "mesh law" in stage.name)
+    gears = max(stage.megabytes for stage in nvh.plan(case, fidelity=nvh.DRAFT).steps if "mesh law" in stage.name)
     assert planned["contact"].megabytes >= gears > 2 * planned["table"].megabytes
 
 
@@ -98,7 +98,7 @@ def test_plan_has_the_load_distribution_where_an_option_takes_it_and_the_housing
     case = nvh.load_case(request.config.rootpath / "cases/small/single_stage.toml")
     assert "load distribution" not in str(nvh.plan(case))
     rubbing = replace(case, options=replace(case.options, friction=0.05))
-    (stage,) = [stage for stage in nvh.plan(rubbing, fidelity=nvh.DRAFT).stages if "load distribution" in stage.name]
+    (stage,) = [stage for stage in nvh.plan(rubbing, fidelity=nvh.DRAFT).steps if "load distribution" in stage.name]
     assert stage.name == "load distribution stage"
     assert "48 angles" in stage.models
     forces = replace(case, quantities=("bearing_forces",), field_points=())
@@ -113,7 +113,7 @@ def test_a_load_distribution_takes_the_gears_finite_elements_where_the_mesh_laws
     tilting = replace(case, options=replace(case.options, tilt=True))
     ready = ["mesh_laws", "housing", "transfer_vectors"]
     law, alone = (
-        next(stage for stage in plan_without(rubbing, nvh.DRAFT, given).stages if stage.name.startswith(name))
+        next(stage for stage in planned_steps(Scene(rubbing, nvh.DRAFT, given)) if stage.name.startswith(name))
         for name, given in (("mesh law", ()), ("load distribution", ready))
     )
     assert alone.megabytes == law.megabytes
@@ -128,23 +128,23 @@ def test_a_load_distribution_takes_the_gears_finite_elements_where_the_mesh_laws
 def test_a_surface_whose_matrices_fit_compressed_alone_is_not_refused_for_dense_ones(request, monkeypatch):
     case = nvh.load_case(request.config.rootpath / "cases/gearbox/solid.toml")
     monkeypatch.setattr("nvhchain.scene.radiation.free_memory", lambda: 2**40)
-    dense, power = (stage(case, nvh.STANDARD, 30_000, 1.0) for stage in (transfer_vector_stage, sound_power_stage))
+    dense, power = (step(case, nvh.STANDARD, LARGE) for step in (transfer_vector_step, radiation_resistance_step))
     monkeypatch.setattr("nvhchain.scene.radiation.free_memory", lambda: 8 * 2**30)
     assert dense.megabytes > 10_000
     assert power.megabytes > 10_000
-    assert transfer_vector_stage(case, nvh.STANDARD, 30_000, 1.0).megabytes < 8_000
-    assert sound_power_stage(case, nvh.STANDARD, 30_000, 1.0).megabytes < 8_000
+    assert transfer_vector_step(case, nvh.STANDARD, LARGE).megabytes < 8_000
+    assert radiation_resistance_step(case, nvh.STANDARD, LARGE).megabytes < 8_000
     kept = replace(nvh.STANDARD, acoustics=replace(nvh.STANDARD.acoustics, solver="direct"))
-    assert transfer_vector_stage(case, kept, 30_000, 1.0).megabytes > 10_000
+    assert transfer_vector_step(case, kept, LARGE).megabytes > 10_000
 
 
-@pytest.mark.parametrize("stage", [transfer_vector_stage, sound_power_stage])
-def test_what_is_planned_fits_beside_the_program_wherever_the_least_does(request, monkeypatch, stage):
+@pytest.mark.parametrize("step", [transfer_vector_step, radiation_resistance_step])
+def test_what_is_planned_fits_beside_the_program_wherever_the_least_does(request, monkeypatch, step):
     case = nvh.load_case(request.config.rootpath / "cases/gearbox/solid.toml")
 
     def planned(free):
         monkeypatch.setattr("nvhchain.scene.radiation.free_memory", lambda: int(1e6 * free))
-        return stage(case, nvh.STANDARD, 20_000, 1.0).megabytes
+        return step(case, nvh.STANDARD, Extent(1.0, "", 20_000)).megabytes
 
     least, most = planned(0), planned(1e6)
     assert least < 0.8 * most
@@ -154,7 +154,7 @@ def test_what_is_planned_fits_beside_the_program_wherever_the_least_does(request
 
 def test_sphere_plan_counts_the_triangles_of_the_run(request):
     case = nvh.load_case(request.config.rootpath / "cases/sphere/pulsating.toml")
-    faces = len(radiator_velocity(case, nvh.STANDARD.acoustics).surface.triangles)
+    faces = len(case.surface_velocity(nvh.STANDARD.acoustics).surface.triangles)
     assert f"about {faces} triangles" in str(nvh.plan(case, fidelity=nvh.STANDARD))
 
 

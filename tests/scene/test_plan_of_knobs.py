@@ -21,7 +21,7 @@ def case(request):
 def planned(case, name, stage="", **knobs):
     """Stage of the plan at draft with these knobs of a stage of the chain."""
     fidelity = replace(nvh.DRAFT, **{stage: replace(getattr(nvh.DRAFT, stage), **knobs)}) if stage else nvh.DRAFT
-    return next(one for one in nvh.plan(case, fidelity=fidelity).stages if one.name.startswith(name))
+    return next(one for one in nvh.plan(case, fidelity=fidelity).steps if one.name.startswith(name))
 
 
 def rise(case, name, stage, **knobs):

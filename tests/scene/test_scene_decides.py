@@ -120,7 +120,7 @@ def test_boundary_elements_are_solved_for_the_points_asked_for_within_the_band_e
 
 def test_the_plan_counts_what_is_then_done_within_a_factor_of_two(whole, case):
     counts, result = whole[2], whole[1]
-    planned = {name: n for stage in nvh.plan(case, fidelity=TINY).stages for name, n in stage.counts.items()}
+    planned = {name: n for stage in nvh.plan(case, fidelity=TINY).steps for name, n in stage.counts.items()}
     done = {
         "teeth": sum(len(teeth) for teeth in counts.teeth.values()),
         "unknowns": counts.unknowns[0],

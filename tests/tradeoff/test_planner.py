@@ -13,7 +13,7 @@ from nvhchain.case import RadiatorCase
 from nvhchain.cli import main
 from nvhchain.errors import InputError
 from nvhchain.fidelity import DRAFT, REFERENCE, STANDARD
-from nvhchain.scene import Stage, plan
+from nvhchain.scene import PlannedStep, plan, steps
 from nvhchain.tradeoff import Deviation, Measurement, Tradeoff, as_json, cheapest, markdown, planner, shipped
 from nvhchain.tradeoff.elsewhere import MARGIN, extent, growth, open_below
 from nvhchain.tradeoff.knobs import knobs_by_stage
@@ -22,7 +22,8 @@ from nvhchain.tradeoff.sweep import case_identity
 
 BASE = {"mesh_law_stage": 60.0, "housing": 30.0, "transfer_vectors": 10.0}
 SCENE = {"mesh law stage": 60.0, "housing": 60.0, "bearing forces": 6.0, "transfer vectors": 74.0}
-"""s by stage of what is planned for: another mix than that of the sweep."""
+"""s by step of what is planned for: another mix than that of the sweep."""
+STEP = dict(zip(SCENE, (steps.MESH_LAWS, steps.HOUSING, steps.BEARING_FORCES, steps.TRANSFER_VECTORS), strict=True))
 
 
 CONVERGED = {
@@ -73,13 +74,18 @@ def scene(monkeypatch):
     """What the stages of every case take, and for which fidelity that was asked."""
     asked = []
 
-    def stages_to_make(case, fidelity, given):
-        asked.append(fidelity)
+    def planned_steps(scene):
+        case = scene.case
+        asked.append(scene.fidelity)
         silent = not {"pressure", "sound_power", "directivity"}.intersection(case.quantities)
         names = ["transfer vectors"] if isinstance(case, RadiatorCase) else list(SCENE)
-        return tuple(Stage(name, "", SCENE[name], 1.0) for name in names if name != "transfer vectors" or not silent)
+        return tuple(
+            PlannedStep(STEP[name], name, "", SCENE[name], 1.0)
+            for name in names
+            if name != "transfer vectors" or not silent
+        )
 
-    monkeypatch.setattr(planner, "stages_to_make", stages_to_make)
+    monkeypatch.setattr(planner, "planned_steps", planned_steps)
     return asked
 
 
@@ -236,7 +242,7 @@ def test_cheaper_levels_of_radiation_of_which_a_run_warns_are_never_chosen(case,
 )
 def test_what_is_handed_in_is_neither_counted_nor_turned(case, sweep, monkeypatch, given, seconds, knobs):
     monkeypatch.undo()
-    planned = {stage.name: stage.seconds for stage in plan(case, fidelity=REFERENCE).stages}
+    planned = {step.name: step.seconds for step in plan(case, fidelity=REFERENCE).steps}
     points = [row("acoustics.interpolation_points", value, 0.0, 0.0) for value in ("4", "6")]
     choice = cheapest(case, 6.0, replace(sweep, measurements=(*sweep.measurements, *points)), given=given)
     assert choice.base_seconds == pytest.approx(sum(planned[name] for name in seconds))
@@ -317,7 +323,7 @@ def test_more_field_points_find_larger_errors_of_the_acoustics_and_no_others(cas
 
 
 def test_names_that_a_run_does_not_know_are_refused(case, sweep):
-    with pytest.raises(InputError, match=r"given = mesh_law: a run starts from mesh_laws, .*, by these names"):
+    with pytest.raises(InputError, match=r"given = mesh_law: a run starts from .*mesh_laws, .*, by these names"):
         cheapest(case, 5.0, sweep, given=["mesh_law"])
 
 

@@ -2,6 +2,7 @@
 
 `fidelity-table`: every knob of `nvhchain.fidelity` with the values of all presets.
 `case-tables`: every field of the case classes, down through the nested ones.  `unit-table`: unit suffixes of keys.
+`handoff-tables`: every field of the hand-offs.
 """
 
 import dataclasses
@@ -15,6 +16,7 @@ from sphinx.util.docutils import SphinxDirective
 
 from nvhchain import case, dimensions
 from nvhchain.fidelity import PRESETS, declared
+from nvhchain.handoff import HAND_OFFS
 
 
 def meanings(cls):
@@ -167,8 +169,23 @@ class UnitTable(SphinxDirective):
         return [table(["suffix", "of fields in", "factor to SI"], rows)]
 
 
+class HandOffTables(SphinxDirective):
+    """One section per hand-off, one row per field."""
+
+    def run(self):
+        result = []
+        for name, cls in sorted(HAND_OFFS.items()):
+            self.env.note_dependency(sys.modules[cls.__module__].__file__)
+            rows = [[q.name, q.kind_name, ", ".join(q.dims), q.unit, q.meaning] for q in cls.declared.values()]
+            about = nodes.paragraph(text=cls.__doc__.split("\n\n")[0])
+            body = table(["field", "kind", "axes", "unit", "meaning"], rows)
+            result.append(section(name, f"handoff-{name.lower()}", about, body))
+        return result
+
+
 def setup(app):
     app.add_directive("fidelity-table", FidelityTable)
     app.add_directive("case-tables", CaseTables)
     app.add_directive("unit-table", UnitTable)
+    app.add_directive("handoff-tables", HandOffTables)
     return {"parallel_read_safe": True}

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nvhchain.errors import InputError
 from nvhchain.handoff.declared import LABELS
+from nvhchain.runtime.extras import check_installed
 
 if TYPE_CHECKING:
     import xarray
@@ -17,17 +17,10 @@ if TYPE_CHECKING:
 
 
 def dataset(hand_off: HandOff) -> xarray.Dataset:
-    """Return the fields of a hand-off and of those inside it as variables; axes with values or labels are coordinates.
+    """Return the fields of a hand-off, and those inside, as variables; values and labels of axes as coordinates."""
+    check_installed("xarray")
+    import xarray
 
-    Raises
-    ------
-    InputError
-        Where xarray is not installed.
-    """
-    try:
-        import xarray
-    except ImportError:
-        raise InputError("to_xarray needs the package xarray: run 'pip install nvhchain[xarray]'") from None
     inside, attributes = [], {"kind": type(hand_off).__name__, "content_hash": hand_off.content_hash}
     variables: dict[str, Any] = {}
     coordinates: dict[str, Any] = {}

@@ -32,12 +32,7 @@ Sizes = dict[str, int]
 class Quantity:
     """Declaration of a field.
 
-    unit: as stored; "1" for a ratio or a count, "" where none applies.
-    axes: name and source of the length of every axis; a `LABELS` axis, or an axis of the same name in another field.
-    meaning: noun phrase.
-    at_least: least value.  fewest: least length of the first axis.
-    spread: a scalar is spread over the axes.
-    made_by: computes the field from the others where it is not given.
+    Parameters are those of `array`; axes are (name, source of the length).
     """
 
     unit: str
@@ -143,20 +138,28 @@ class Quantity:
                 f"{called} = {lowest:g} {self.unit} is below the lowest admissible value {self.at_least:g}"
             )
 
+    @property
+    def kind_name(self) -> str:
+        """Kind of value in words: "array of float"."""
+        if self.dtype is not None:
+            return {"f": "array of float", "c": "array of complex", "i": "array of int"}[self.dtype.kind]
+        return f"tuple of {get_args(self.kind)[0].__name__}" if get_args(self.kind) else str(self.kind.__name__)
+
     def described(self) -> str:
         """Entry of a numpydoc section: name, kind, axes, unit, meaning."""
-        kind = _element_name(self.dtype) if self.dtype is not None else _kind_name(self.kind)
         shape = f" ({', '.join(self.dims)})" if self.dims else ""
         unit = {"": "", "1": ", dimensionless"}.get(self.unit, f", {self.unit}")
         optional = "" if self.default is MISSING and self.made_by is None else ", optional"
-        return f"{self.name} : {kind}{shape}{unit}{optional}\n    {self.meaning[:1].upper()}{self.meaning[1:]}."
+        return (
+            f"{self.name} : {self.kind_name}{shape}{unit}{optional}\n    {self.meaning[:1].upper()}{self.meaning[1:]}."
+        )
 
 
 def array(
     unit: str,
-    *,
     axes: str,
     meaning: str,
+    *,
     default: Any = MISSING,
     at_least: float | None = None,
     fewest: int = 0,
@@ -192,7 +195,7 @@ def array(
     return field(default=default, metadata={"declared": declared})
 
 
-def value(unit: str, *, meaning: str, default: Any = MISSING, at_least: float | None = None) -> Any:
+def value(unit: str, meaning: str, *, default: Any = MISSING, at_least: float | None = None) -> Any:
     """Declare a field without axes: a number, a text, a truth value, or an object such as another hand-off.
 
     Parameters are those of `array`.
@@ -274,7 +277,7 @@ def _flag(called: str, given: Any, _: Any) -> bool:
 
 
 def _as_given(called: str, given: Any, kind: Any) -> Any:
-    require(isinstance(given, kind), f"{called} = {str(given)[:60]} must be a {_kind_name(kind)}")
+    require(isinstance(given, kind), f"{called} = {str(given)[:60]} must be a {kind.__name__}")
     return given
 
 
@@ -288,13 +291,3 @@ def _alternatives(hint: Any) -> tuple[Any, ...]:
 def _element(kind: Any) -> np.dtype[Any] | None:
     """Return the element type of an array annotation, such as FloatArray."""
     return np.dtype(get_args(get_args(kind)[1])[0]) if get_origin(kind) is np.ndarray else None
-
-
-def _element_name(dtype: np.dtype[Any]) -> str:
-    return {"f": "array of float", "c": "array of complex", "i": "array of int"}[dtype.kind]
-
-
-def _kind_name(kind: Any) -> str:
-    if get_origin(kind) is tuple:
-        return f"tuple of {get_args(kind)[0].__name__}"
-    return str(kind.__name__)

@@ -22,19 +22,15 @@ class BearingForces(HandOff):
     shaft's lag behind the input's angle times the speed ratio.
     """
 
-    time: FloatArray = array("s", axes="time", meaning="time, uniform", fewest=2)
-    force: FloatArray = array("N", axes="time, bearing, axis", meaning="bearing force on the housing")
-    names: tuple[str, ...] = array("", axes="bearing", meaning="bearing names")
-    positions: FloatArray = array("m", axes="bearing, axis", meaning="bearing seat centres")
-    input_speed: FloatArray = array("rad/s", axes="time", meaning="speed of the input shaft", spread=True)
-    periodic: bool = value("1", meaning="record covers whole common periods of a steady state", default=False)
-    mesh_deflection: FloatArray = array("m", axes="time, mesh", meaning="dynamic mesh deflection", default=())
-    transmission_error: FloatArray | None = array(
-        "m", axes="time, mesh", meaning="dynamic transmission error of every mesh", default=None
-    )
-    output_lag: FloatArray | None = array(
-        "rad", axes="time", meaning="transmission error of the gearbox, input to output", default=None
-    )
+    time: FloatArray = array("s", "time", "time, uniform", fewest=2)
+    force: FloatArray = array("N", "time, bearing, axis", "bearing force on the housing")
+    names: tuple[str, ...] = array("", "bearing", "bearing names")
+    positions: FloatArray = array("m", "bearing, axis", "bearing seat centres")
+    input_speed: FloatArray = array("rad/s", "time", "speed of the input shaft", spread=True)
+    periodic: bool = value("1", "record covers whole common periods of a steady state", default=False)
+    mesh_deflection: FloatArray = array("m", "time, mesh", "dynamic mesh deflection", default=())
+    transmission_error: FloatArray | None = array("m", "time, mesh", "transmission error of every mesh", default=None)
+    output_lag: FloatArray | None = array("rad", "time", "transmission error, input to output", default=None)
 
     def _check(self) -> None:
         step = np.diff(self.time)
@@ -76,10 +72,10 @@ class BearingForces(HandOff):
 class ForceSpectrum(HandOff):
     """Bearing force spectra, single-sided complex peak amplitudes under e^{+jωt}."""
 
-    frequency: FloatArray = array("Hz", axes="frequency", meaning="frequency", at_least=0.0)
-    force: ComplexArray = array("N", axes="frequency, bearing, axis", meaning="bearing force spectrum, peak")
-    names: tuple[str, ...] = array("", axes="bearing", meaning="bearing names")
-    input_speed: float = value("rad/s", meaning="speed of the input shaft, 0 where it varies", default=0.0)
+    frequency: FloatArray = array("Hz", "frequency", "frequency", at_least=0.0)
+    force: ComplexArray = array("N", "frequency, bearing, axis", "bearing force spectrum, peak")
+    names: tuple[str, ...] = array("", "bearing", "bearing names")
+    input_speed: float = value("rad/s", "speed of the input shaft, 0 where it varies", default=0.0)
 
     def _check(self) -> None:
         require(

@@ -27,22 +27,18 @@ class ReducedHousing(HandOff):
     of critical at the lines of a spectrum; in time all damping is viscous.
     """
 
-    natural_frequency: FloatArray = array("Hz", axes="mode", meaning="natural frequency, rising", at_least=0.0)
-    modal_damping: FloatArray = array("1", axes="mode", meaning="fraction of critical damping")
-    seat_shapes: FloatArray = array("kg-1/2", axes="mode, bearing, axis", meaning="mode shapes at the seats")
-    normal_shapes: FloatArray = array("kg-1/2", axes="mode, face", meaning="outward mode shapes of the faces")
+    natural_frequency: FloatArray = array("Hz", "mode", "natural frequency, rising", at_least=0.0)
+    modal_damping: FloatArray = array("1", "mode", "fraction of critical damping")
+    seat_shapes: FloatArray = array("kg-1/2", "mode, bearing, axis", "mode shapes at the seats")
+    normal_shapes: FloatArray = array("kg-1/2", "mode, face", "outward mode shapes of the faces")
     seat_residual: FloatArray = array(
-        "m/N",
-        axes="bearing, axis, loaded_bearing=bearing, loaded_axis",
-        meaning="residual flexibility of the seats",
+        "m/N", "bearing, axis, loaded_bearing=bearing, loaded_axis", "residual flexibility of the seats"
     )
-    face_residual: FloatArray = array(
-        "m/N", axes="bearing, axis, face", meaning="residual flexibility of the faces, outward"
-    )
-    names: tuple[str, ...] = array("", axes="bearing", meaning="bearing names")
-    positions: FloatArray = array("m", axes="bearing, axis", meaning="bearing seat centres")
-    surface: Surface = value("", meaning="radiating surface")
-    structural_damping: bool | None = value("1", meaning="damping is structural; absent: viscous", default=None)
+    face_residual: FloatArray = array("m/N", "bearing, axis, face", "residual flexibility of the faces, outward")
+    names: tuple[str, ...] = array("", "bearing", "bearing names")
+    positions: FloatArray = array("m", "bearing, axis", "bearing seat centres")
+    surface: Surface = value("", "radiating surface")
+    structural_damping: bool | None = value("1", "damping is structural; absent: viscous", default=None)
 
     def _check(self) -> None:
         object.__setattr__(self, "structural_damping", True if self.structural_damping else None)
@@ -123,20 +119,15 @@ class SurfaceVelocity(HandOff):
     A superposition keeps and stores its two factors; `normal_velocity` is multiplied out at the first reading.
     """
 
-    frequency: FloatArray = array("Hz", axes="frequency", meaning="frequency", at_least=0.0)
+    frequency: FloatArray = array("Hz", "frequency", "frequency", at_least=0.0)
     normal_velocity: ComplexArray = array(
-        "m/s", axes="frequency, face", meaning="outward normal velocity, peak", made_by=_superposed
+        "m/s", "frequency, face", "outward normal velocity, peak", made_by=_superposed
     )
-    surface: Surface = value("", meaning="radiating surface")
+    surface: Surface = value("", "radiating surface")
     coordinates: ComplexArray | None = array(
-        "m kg1/2 (modes), N (residual)",
-        axes="frequency, shape",
-        meaning="displacement of the modes, then force on the residual flexibility, peak",
-        default=None,
+        "m kg1/2, N", "frequency, shape", "displacement of modes, residual force", default=None
     )
-    shapes: FloatArray | None = array(
-        "kg-1/2 (modes), m/N (residual)", axes="shape, face", meaning="outward shapes of the faces", default=None
-    )
+    shapes: FloatArray | None = array("kg-1/2, m/N", "shape, face", "mode shapes, residual flexibility", default=None)
 
     @classmethod
     def superposition(

@@ -16,27 +16,21 @@ class MeshLaw(HandOff):
     -----
     Angles cover one body period from 0 without its end point.  The deflection δ = (r_bP φ_P − r_bG φ_G) cos β_b is > 0
     where it closes the drive flank, and need not be uniform.  The force is > 0 on the drive flank, 0 in the backlash
-    gap, < 0 on the back flank, and never falls with δ; beyond the table the end slope continues.
+    gap, < 0 on the back flank, and never falls with δ; beyond the table the end slope continues.  Resistance
+    to tilt is that in the plane of action, over slices of the same stiffness; absent where unknown.
     """
 
-    angle: FloatArray = array("rad", axes="angle", meaning="wheel angle", at_least=0.0)
-    deflection: FloatArray = array(
-        "m", axes="deflection", meaning="mesh deflection along the flank normal, > 0 closes the drive flank", fewest=2
-    )
-    force: FloatArray = array("N", axes="angle, deflection", meaning="mesh force along the flank normal")
-    period: float = value("rad", meaning="wheel angle after which the law repeats")
-    teeth: tuple[int, int] = array("1", axes="gear", meaning="numbers of teeth, pinion and wheel")
-    base_radius: FloatArray = array("m", axes="gear", meaning="base radii, pinion and wheel")
-    base_helix_angle: float = value("rad", meaning="base helix angle, > 0 where the pinion is right-handed")
-    working_pressure_angle: float = value("rad", meaning="transverse working pressure angle")
-    centre_distance: float = value("m", meaning="centre distance")
-    face_width: float = value("m", meaning="common face width")
-    tilt_ratio: float | None = value(
-        "1",
-        meaning="resistance of the teeth to tilt in the plane of action over that of slices side by side of the same "
-        "stiffness; absent where unknown",
-        default=None,
-    )
+    angle: FloatArray = array("rad", "angle", "wheel angle", at_least=0.0)
+    deflection: FloatArray = array("m", "deflection", "mesh deflection, > 0 closes the drive flank", fewest=2)
+    force: FloatArray = array("N", "angle, deflection", "mesh force along the flank normal")
+    period: float = value("rad", "wheel angle after which the law repeats")
+    teeth: tuple[int, int] = array("1", "gear", "numbers of teeth, pinion and wheel")
+    base_radius: FloatArray = array("m", "gear", "base radii, pinion and wheel")
+    base_helix_angle: float = value("rad", "base helix angle, > 0 where the pinion is right-handed")
+    working_pressure_angle: float = value("rad", "transverse working pressure angle")
+    centre_distance: float = value("m", "centre distance")
+    face_width: float = value("m", "common face width")
+    tilt_ratio: float | None = value("1", "resistance to tilt over that of slices side by side", default=None)
 
     def _check(self) -> None:
         require(min(self.teeth) > 0, f"MeshLaw.teeth = {self.teeth}: two positive counts")
@@ -62,22 +56,17 @@ class LoadDistribution(HandOff):
 
     Notes
     -----
-    Angles cover one body period from 0 without its end point.  Means are weighted with the force.
+    Angles cover one body period from 0 without its end point.  Means are weighted with the force; distances
+    run along the line of action.
     """
 
-    angle: FloatArray = array("rad", axes="angle", meaning="wheel angle", at_least=0.0)
-    period: float = value("rad", meaning="wheel angle after which the distribution repeats")
-    sliding: FloatArray = array(
-        "1",
-        axes="angle",
-        meaning="mean sense of sliding: 1 where the pinion's flank slides ahead of the wheel's, else −1",
-    )
-    arm: FloatArray = array(
-        "m", axes="angle", meaning="mean distance from the pinion's base tangent point along the line of action"
-    )
-    offset: FloatArray = array("m", axes="angle", meaning="centre of the load from mid-width, along z")
-    force: float = value("N", meaning="nominal mesh force along the flank normal")
-    tilt_ratio: float = value("1", meaning="resistance to tilt over that of slices side by side, mean over the period")
+    angle: FloatArray = array("rad", "angle", "wheel angle", at_least=0.0)
+    period: float = value("rad", "wheel angle after which the distribution repeats")
+    sliding: FloatArray = array("1", "angle", "mean sense of sliding: 1 where the pinion slides ahead, else −1")
+    arm: FloatArray = array("m", "angle", "mean distance from the pinion's base tangent point")
+    offset: FloatArray = array("m", "angle", "centre of the load from mid-width, along z")
+    force: float = value("N", "nominal mesh force along the flank normal")
+    tilt_ratio: float = value("1", "resistance to tilt over that of slices side by side, mean over the period")
 
     def _check(self) -> None:
         require(

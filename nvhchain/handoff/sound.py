@@ -10,53 +10,49 @@ from nvhchain.handoff.surface import Surface
 class FieldPressure(HandOff):
     """Sound pressure at field points."""
 
-    frequency: FloatArray = array("Hz", axes="frequency", meaning="frequency", at_least=0.0)
-    points: FloatArray = array("m", axes="point, axis", meaning="field points")
-    pressure: ComplexArray = array("Pa", axes="frequency, point", meaning="sound pressure, peak")
-    input_speed: float = value("rad/s", meaning="speed of the input shaft, 0 if there is none", default=0.0)
+    frequency: FloatArray = array("Hz", "frequency", "frequency", at_least=0.0)
+    points: FloatArray = array("m", "point, axis", "field points")
+    pressure: ComplexArray = array("Pa", "frequency, point", "sound pressure, peak")
+    input_speed: float = value("rad/s", "speed of the input shaft, 0 if there is none", default=0.0)
 
 
 class PressureHistory(HandOff):
     """Sound pressure in time at field points."""
 
-    time: FloatArray = array("s", axes="time", meaning="time, uniform", fewest=2)
-    points: FloatArray = array("m", axes="point, axis", meaning="field points")
-    pressure: FloatArray = array("Pa", axes="time, point", meaning="sound pressure")
-    input_speed: FloatArray = array("rad/s", axes="time", meaning="speed of the input shaft", spread=True)
+    time: FloatArray = array("s", "time", "time, uniform", fewest=2)
+    points: FloatArray = array("m", "point, axis", "field points")
+    pressure: FloatArray = array("Pa", "time, point", "sound pressure")
+    input_speed: FloatArray = array("rad/s", "time", "speed of the input shaft", spread=True)
 
 
 class SurfacePressure(HandOff):
     """Sound pressure at the vertices of the radiating surface."""
 
-    frequency: FloatArray = array("Hz", axes="frequency", meaning="frequency", at_least=0.0)
-    pressure: ComplexArray = array("Pa", axes="frequency, vertex", meaning="sound pressure at the vertices, peak")
-    surface: Surface = value("", meaning="radiating surface")
+    frequency: FloatArray = array("Hz", "frequency", "frequency", at_least=0.0)
+    pressure: ComplexArray = array("Pa", "frequency, vertex", "sound pressure at the vertices, peak")
+    surface: Surface = value("", "radiating surface")
 
 
 class SoundPower(HandOff):
     """Time-averaged radiated sound power."""
 
-    frequency: FloatArray = array("Hz", axes="frequency", meaning="frequency", at_least=0.0)
-    power: FloatArray = array("W", axes="frequency", meaning="radiated sound power, time average")
-    input_speed: float = value("rad/s", meaning="speed of the input shaft, 0 if there is none", default=0.0)
+    frequency: FloatArray = array("Hz", "frequency", "frequency", at_least=0.0)
+    power: FloatArray = array("W", "frequency", "radiated sound power, time average")
+    input_speed: float = value("rad/s", "speed of the input shaft, 0 if there is none", default=0.0)
 
 
 class RadiationEfficiency(HandOff):
     """Radiation efficiency of a moving surface, at the lines at which it moves."""
 
-    frequency: FloatArray = array("Hz", axes="frequency", meaning="frequency", at_least=0.0)
-    efficiency: FloatArray = array(
-        "1", axes="frequency", meaning="sound power over that of plane waves from every face, ρcS⟨v²⟩"
-    )
-    input_speed: float = value("rad/s", meaning="speed of the input shaft, 0 if there is none", default=0.0)
+    frequency: FloatArray = array("Hz", "frequency", "frequency", at_least=0.0)
+    efficiency: FloatArray = array("1", "frequency", "sound power over that of plane waves from every face, ρcS⟨v²⟩")
+    input_speed: float = value("rad/s", "speed of the input shaft, 0 if there is none", default=0.0)
 
 
 class Directivity(HandOff):
     """Directivity of a source, at the lines at which it radiates."""
 
-    frequency: FloatArray = array("Hz", axes="frequency", meaning="frequency", at_least=0.0)
-    points: FloatArray = array("m", axes="point, axis", meaning="field points")
-    index: FloatArray = array(
-        "dB", axes="frequency, point", meaning="level at a point over that of the same power spread evenly"
-    )
-    input_speed: float = value("rad/s", meaning="speed of the input shaft, 0 if there is none", default=0.0)
+    frequency: FloatArray = array("Hz", "frequency", "frequency", at_least=0.0)
+    points: FloatArray = array("m", "point, axis", "field points")
+    index: FloatArray = array("dB", "frequency, point", "level at a point over that of the same power spread evenly")
+    input_speed: float = value("rad/s", "speed of the input shaft, 0 if there is none", default=0.0)

@@ -24,8 +24,8 @@ def bodies_of(triangles: IntArray) -> IntArray:
 class Surface(HandOff):
     """A closed triangulated surface with outward normals: of one or more bodies, none of them a cavity in another."""
 
-    vertices: FloatArray = array("m", axes="vertex, axis", meaning="vertices")
-    triangles: IntArray = array("1", axes="face, corner", meaning="vertex indices, counter-clockwise from outside")
+    vertices: FloatArray = array("m", "vertex, axis", "vertices")
+    triangles: IntArray = array("1", "face, corner", "vertex indices, counter-clockwise from outside")
 
     def _check(self) -> None:
         vertices, triangles = self.vertices, self.triangles

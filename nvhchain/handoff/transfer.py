@@ -62,16 +62,16 @@ class TransferVectors(HandOff):
     images; their phase is that of the longer path.
     """
 
-    frequency: FloatArray = array("Hz", axes="frequency", meaning="master frequency", at_least=0.0)
-    points: FloatArray = array("m", axes="point, axis", meaning="field points", fewest=1)
-    vectors: ComplexArray = array("Pa s/m", axes="frequency, point, face", meaning="acoustic transfer vectors")
-    surface: Surface = value("", meaning="radiating surface")
-    air: Air = value("speed_of_sound m/s, density kg/m3", meaning="air around the body")
+    frequency: FloatArray = array("Hz", "frequency", "master frequency", at_least=0.0)
+    points: FloatArray = array("m", "point, axis", "field points", fewest=1)
+    vectors: ComplexArray = array("Pa s/m", "frequency, point, face", "acoustic transfer vectors")
+    surface: Surface = value("", "radiating surface")
+    air: Air = value("speed_of_sound m/s, density kg/m3", "air around the body")
     plane: RigidPlane | None = value(
-        "point m, unit normal into the air", meaning="rigid plane near the body; absent: free field", default=None
+        "point m, unit normal into the air", "rigid plane; absent: free field", default=None
     )
     image_vectors: ComplexArray | None = array(
-        "Pa s/m", axes="frequency, point, face", meaning="part by way of the plane", default=None
+        "Pa s/m", "frequency, point, face", "part by way of the plane", default=None
     )
 
     def _check(self) -> None:
@@ -106,31 +106,25 @@ class TransferVectors(HandOff):
 class ModalTransferVectors(HandOff):
     """Transfer vectors times the shapes of a reduced housing, at the lines of a load: p = modes · q̇ + residual · Ḟ."""
 
-    frequency: FloatArray = array("Hz", axes="frequency", meaning="frequency", at_least=0.0)
-    points: FloatArray = array("m", axes="point, axis", meaning="field points")
+    frequency: FloatArray = array("Hz", "frequency", "frequency", at_least=0.0)
+    points: FloatArray = array("m", "point, axis", "field points")
     modes: ComplexArray = array(
-        "Pa s m-1 kg-1/2", axes="frequency, point, mode", meaning="pressure per velocity of a modal coordinate"
+        "Pa s m-1 kg-1/2", "frequency, point, mode", "pressure per velocity of a modal coordinate"
     )
-    residual: ComplexArray = array(
-        "Pa s/N",
-        axes="frequency, point, bearing, axis",
-        meaning="pressure per rate of bearing force, residual flexibility",
-    )
-    names: tuple[str, ...] = array("", axes="bearing", meaning="bearing names")
-    housing: str = value("", meaning="content hash of the reduced housing")
-    air: Air = value("speed_of_sound m/s, density kg/m3", meaning="air around the body")
+    residual: ComplexArray = array("Pa s/N", "frequency, point, bearing, axis", "pressure per rate of bearing force")
+    names: tuple[str, ...] = array("", "bearing", "bearing names")
+    housing: str = value("", "content hash of the reduced housing")
+    air: Air = value("speed_of_sound m/s, density kg/m3", "air around the body")
 
 
 class NoiseTransferFunctions(HandOff):
     """Sound pressure per bearing force: p = functions · F."""
 
-    frequency: FloatArray = array("Hz", axes="frequency", meaning="frequency", at_least=0.0)
-    points: FloatArray = array("m", axes="point, axis", meaning="field points")
-    functions: ComplexArray = array(
-        "Pa/N", axes="frequency, point, bearing, axis", meaning="pressure per bearing force"
-    )
-    names: tuple[str, ...] = array("", axes="bearing", meaning="bearing names")
-    air: Air = value("speed_of_sound m/s, density kg/m3", meaning="air around the body")
+    frequency: FloatArray = array("Hz", "frequency", "frequency", at_least=0.0)
+    points: FloatArray = array("m", "point, axis", "field points")
+    functions: ComplexArray = array("Pa/N", "frequency, point, bearing, axis", "pressure per bearing force")
+    names: tuple[str, ...] = array("", "bearing", "bearing names")
+    air: Air = value("speed_of_sound m/s, density kg/m3", "air around the body")
 
 
 class RadiationResistance(HandOff):
@@ -145,29 +139,29 @@ class RadiationResistance(HandOff):
     waves is the square of mean edges to a wave on the walls.
     """
 
-    frequency: FloatArray = array("Hz", axes="frequency", meaning="master frequency", at_least=0.0)
+    frequency: FloatArray = array("Hz", "frequency", "master frequency", at_least=0.0)
     waves: ComplexArray = array(
-        "", axes="frequency, wave, column", meaning="spherical waves, W^1/2 per unit velocity of a coordinate"
+        "", "frequency, wave, column", "spherical waves, W^1/2 per unit velocity of a coordinate"
     )
     plane_wave_resistance: FloatArray = array(
-        "N s/m", axes="column, other_column=column", meaning="radiation resistance at high frequency"
+        "N s/m", "column, other_column=column", "radiation resistance at high frequency"
     )
-    air: Air = value("speed_of_sound m/s, density kg/m3", meaning="air around the body")
-    reach: float = value("m", meaning="distance of the farthest vertex from the middle of the surface and image")
+    air: Air = value("speed_of_sound m/s, density kg/m3", "air around the body")
+    reach: float = value("m", "farthest vertex from the middle of surface and image")
     plane: RigidPlane | None = value(
-        "point m, unit normal into the air", meaning="rigid plane near the body; absent: free field", default=None
+        "point m, unit normal into the air", "rigid plane; absent: free field", default=None
     )
-    housing: str = value("", meaning="content hash of the reduced housing, or empty", default="")
+    housing: str = value("", "content hash of the reduced housing, or empty", default="")
     cancellation: ComplexArray | None = array(
         "N s/m",
-        axes="frequency, column, other_column=column",
-        meaning="radiation resistance of the error of motions that cancel; absent where unknown",
+        "frequency, column, other_column=column",
+        "resistance of the error of motions that cancel",
         default=None,
     )
     wall_waves: FloatArray | None = array(
         "N s/m",
-        axes="column, other_column=column",
-        meaning="plane wave resistance times mean edges per wave on the walls squared; absent where unknown",
+        "column, other_column=column",
+        "plane wave resistance, times (edges per wave on the walls)²",
         default=None,
     )
 
@@ -180,9 +174,9 @@ class RadiationResistance(HandOff):
 class SolvedBand(HandOff):
     """Values of a step at a few consecutive frequencies, kept until the step is done."""
 
-    frequency: FloatArray = array("Hz", axes="frequency", meaning="frequency", at_least=0.0)
-    values: ComplexArray = array("", axes="frequency, value", meaning="values of a step, one row a frequency")
-    shape: IntArray = array("1", axes="dimension", meaning="shape of the values of one frequency")
+    frequency: FloatArray = array("Hz", "frequency", "frequency", at_least=0.0)
+    values: ComplexArray = array("", "frequency, value", "values of a step, one row a frequency")
+    shape: IntArray = array("1", "dimension", "shape of the values of one frequency")
 
     def _check(self) -> None:
         wanted = (len(self.frequency), int(np.prod(self.shape)))

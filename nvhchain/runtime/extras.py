@@ -6,7 +6,7 @@ from importlib.util import find_spec
 
 from nvhchain.errors import require
 
-EXTRAS = {"bempp_cl": "bempp", "pyvista": "pictures", "pyuff": "uff"}
+EXTRAS = {"bempp_cl": "bempp", "pyvista": "pictures", "pyuff": "uff", "xarray": "xarray"}
 """Module → extra that installs it."""
 
 

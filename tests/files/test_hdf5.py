@@ -1,11 +1,15 @@
 """Hand-offs survive the disk unchanged; damaged or foreign files are refused."""
 
+import re
+from pathlib import Path
+
 import h5py
 import numpy as np
 import pytest
+import xarray
 
 from nvhchain.conventions import Air
-from nvhchain.errors import FileFormatError
+from nvhchain.errors import FileFormatError, InputError
 from nvhchain.files import hdf5
 from nvhchain.handoff import (
     HAND_OFFS,
@@ -49,6 +53,7 @@ EXAMPLES = [
         ("A1",), [[0.0, 0, 0]], SURFACE,
     ),
     SurfaceVelocity([50.0], [[1j, 2, 3, 4]], SURFACE),
+    SurfaceVelocity.superposition([50.0, 60.0], [[1j], [2.0]], [[1.0, 2, 3, 4]], SURFACE),
     TransferVectors([50.0], [[0.0, 0, 5]], np.full((1, 1, 4), 2 + 1j), SURFACE, Air(340.0, 1.2)),
     TransferVectors(
         [50.0], [[0.0, 0, 5]], np.full((1, 1, 4), 2 + 1j), SURFACE, Air(340.0, 1.2),
@@ -91,9 +96,71 @@ def test_complex_arrays_are_stored_as_labelled_real_pairs_with_units(tmp_path):
     with h5py.File(path) as file:
         pressure = file["pressure"]
         assert pressure.shape == (2, 1, 2)
-        assert pressure.dims[2].label == "re, im"
+        assert pressure.dims[0]["frequency"][()].tolist() == [50.0, 60.0]
+        assert pressure.dims[2]["re_im"].asstr()[()].tolist() == ["re", "im"]
         assert pressure.attrs["units"] == "Pa"
         assert pressure[1, 0].tolist() == [2.0, -1.0]
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda e: type(e).__name__)
+def test_xarray_opens_every_hand_off_with_named_axes(tmp_path, example):
+    path = hdf5.save(example, tmp_path / "x.h5")
+    with xarray.open_datatree(path, engine="h5netcdf") as tree:
+        names = {axis for part in tree.subtree for axis in part.sizes}
+        assert names - {"re_im"} == set(example.sizes)
+        for quantity, given in example.given():
+            if quantity.dims and not quantity.absent(given):
+                is_complex = np.iscomplexobj(given)
+                assert tree[quantity.name].dims == (*quantity.dims, *(["re_im"] if is_complex else []))
+                stored = tree[quantity.name].values
+                assert np.array_equal(stored[..., 0] + 1j * stored[..., 1] if is_complex else stored, given)
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda e: type(e).__name__)
+def test_to_xarray_holds_all_fields_with_units_and_complex_numbers(example):
+    made = example.to_xarray()
+    for quantity, given in example.given():
+        if quantity.dims and not quantity.absent(given):
+            assert np.array_equal(made[quantity.name].values, given)
+            assert (made[quantity.name].units, made[quantity.name].dims) == (quantity.unit, quantity.dims)
+    inside = [given for _, given in example.given() if isinstance(given, Surface)]
+    assert all(np.array_equal(made.vertices, surface.vertices) for surface in inside)
+
+
+def test_bearings_are_found_by_name(tmp_path):
+    forces = next(e for e in EXAMPLES if isinstance(e, ForceSpectrum))
+    assert forces.to_xarray().force.sel(bearing="A1", axis="y", frequency=20.0).item() == 1 - 2j
+    with xarray.open_dataset(hdf5.save(forces, tmp_path / "f.h5"), engine="h5netcdf") as file:
+        assert file.force.sel(bearing="A1", axis="y", frequency=20.0, re_im="im").item() == -2.0
+
+
+def test_a_superposition_is_stored_as_its_factors(tmp_path):
+    rng = np.random.default_rng(1)
+    shape, lines = rng.normal(size=(3, 4)), np.arange(1.0, 1001.0)
+    moving = SurfaceVelocity.superposition(lines, rng.normal(size=(1000, 3)) * (1 + 2j), shape, SURFACE)
+    path = hdf5.save(moving, tmp_path / "v.h5")
+    with h5py.File(path) as file:
+        assert "normal_velocity" not in file
+        assert file["coordinates"].shape == (1000, 3, 2)
+    again = hdf5.load(path, SurfaceVelocity)
+    assert np.array_equal(again.normal_velocity, moving.normal_velocity)
+    assert np.allclose(again.normal_velocity, 2j * np.pi * lines[:, None] * (moving.coordinates @ shape), rtol=1e-13)
+
+
+def test_a_hand_off_of_the_documentation_is_complete_by_its_declarations(tmp_path, monkeypatch):
+    page = Path(__file__).parents[2] / "docs" / "developers" / "add_a_handoff.md"
+    names: dict = {"__name__": "example"}
+    for name in ("FieldIntensity", "ComplexIntensity", "ActiveIntensity"):
+        monkeypatch.setitem(HAND_OFFS, name, None)  # and so it is forgotten afterwards
+    for block in re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.S):
+        exec(block, names)
+    intensity = names["made"]
+    again = hdf5.load(hdf5.save(intensity, tmp_path / "i.h5"), names["FieldIntensity"])
+    assert again.content_hash == intensity.content_hash
+    with pytest.raises(InputError, match=r"FieldIntensity.intensity has shape \(3, 1, 3\), but \(2, 1, 3\) is needed"):
+        intensity.replace(intensity=np.ones((3, 1, 3)))
+    assert "intensity : array of float (frequency, point, axis), W/m2" in names["FieldIntensity"].__doc__
+    assert names["ComplexIntensity"](again.frequency, again.points, again.intensity).reactive is None
 
 
 def test_truncated_file_is_refused(tmp_path):

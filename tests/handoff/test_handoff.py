@@ -5,7 +5,16 @@ import pytest
 
 from nvhchain.conventions import Air
 from nvhchain.errors import InputError
-from nvhchain.handoff import BearingForces, FieldPressure, MeshLaw, Surface, SurfaceVelocity
+from nvhchain.handoff import (
+    BearingForces,
+    FieldPressure,
+    FloatArray,
+    HandOff,
+    MeshLaw,
+    Surface,
+    SurfaceVelocity,
+)
+from nvhchain.handoff.declared import array
 
 VERTICES = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
 TRIANGLES = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
@@ -123,3 +132,69 @@ def test_nobody_can_change_a_hand_off_from_outside_and_hand_offs_share_what_nobo
     view = force[:]
     view.flags.writeable = False  # through `force` it can still be written
     assert not np.shares_memory(of.replace(force=view).force, force)
+
+
+def test_a_superposition_is_multiplied_once_and_gives_way_to_another_velocity():
+    surface = Surface(VERTICES, TRIANGLES)
+    moving = SurfaceVelocity.superposition([100.0], [[2.0]], [[1.0, 2, 3, 4]], surface)
+    assert "normal_velocity" not in vars(moving)
+    assert moving.normal_velocity.tolist() == (200j * np.pi * 2.0 * np.array([[1.0, 2, 3, 4]])).tolist()
+    assert moving.normal_velocity is moving.normal_velocity
+    kept = moving.replace(provenance={"stage": "x"})
+    assert kept.content_hash == moving.content_hash
+    assert np.shares_memory(kept.shapes, moving.shapes)
+    other = moving.replace(normal_velocity=np.ones((1, 4)))
+    assert (other.normal_velocity == 1.0).all()
+    assert other.shapes is None
+
+
+@pytest.mark.parametrize(
+    "parts",
+    [
+        {},
+        {"coordinates": [[1.0]]},
+        {"normal_velocity": np.ones((1, 4)), "coordinates": [[1.0]], "shapes": np.ones((1, 4))},
+    ],
+)
+def test_a_velocity_is_given_once_and_whole(parts):
+    with pytest.raises(InputError, match="give one of both"):
+        SurfaceVelocity(
+            **{"frequency": [100.0], "normal_velocity": None, "surface": Surface(VERTICES, TRIANGLES)} | parts
+        )
+
+
+def test_an_axis_has_one_length_in_all_fields():
+    forces = {"time": [0.0, 0.1], "force": np.zeros((2, 1, 3)), "names": ("A",), "positions": [[0.0, 0, 0]]}
+    recorded = {"mesh_deflection": np.zeros((2, 2)), "transmission_error": np.zeros((2, 2))}
+    assert BearingForces(**forces, input_speed=1.0, **recorded).sizes["mesh"] == 2
+    with pytest.raises(InputError, match=r"transmission_error has shape \(2, 3\), but \(2, 2\) is needed"):
+        BearingForces(**forces, input_speed=1.0, **recorded | {"transmission_error": np.zeros((2, 3))})
+    with pytest.raises(InputError, match="names has 2 values along bearing, but 1 are needed"):
+        BearingForces(**forces | {"names": ("A", "B")}, input_speed=1.0)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"frequency": []}, "frequency is empty"),
+        ({"frequency": [-1.0]}, r"frequency = -1 Hz is below the lowest admissible value 0"),
+        ({"input_speed": np.nan}, "input_speed = nan must be finite"),
+        ({"input_speed": "fast"}, "input_speed = 'fast' must be a number"),
+    ],
+)
+def test_numbers_and_axes_of_any_hand_off_are_checked(changes, message):
+    with pytest.raises(InputError, match=message):
+        FieldPressure(**{"frequency": [1.0], "points": [[0.0, 0, 1]], "pressure": [[1.0]]} | changes)
+
+
+def test_a_surface_must_be_one():
+    with pytest.raises(InputError, match="surface = ball must be a Surface"):
+        SurfaceVelocity([100.0], np.ones((1, 4)), "ball")
+
+
+def test_a_name_is_not_an_axis_and_a_field():
+    with pytest.raises(TypeError, match="point is an axis and a field"):
+
+        class Wrong(HandOff):
+            point: FloatArray = array("m", "axis", "a point")
+            values: FloatArray = array("1", "point", "values")

@@ -8,6 +8,7 @@ import pytest
 import nvhchain.housing.modes.response as response
 from nvhchain.errors import InputError, ResourceError
 from nvhchain.handoff import ForceSpectrum, ReducedHousing, Surface
+from nvhchain.handoff import housing as velocity_fields
 from nvhchain.housing import respond
 
 TETRAHEDRON = Surface(
@@ -79,14 +80,16 @@ def test_lines_beyond_one_block_are_computed_alike(housing, monkeypatch):
     force = np.random.default_rng(6).standard_normal((50, 2, 3))
     frequency = np.linspace(10, 1000, 50)
     whole = respond(housing, spectrum(frequency, force)).normal_velocity
-    monkeypatch.setattr(response, "_CHUNK", 7)
+    for module in (response, velocity_fields):
+        monkeypatch.setattr(module, "LINES_PER_PRODUCT", 7)
     assert np.allclose(respond(housing, spectrum(frequency, force)).normal_velocity, whole, rtol=1e-13)
 
 
 def test_thousands_of_lines_take_a_handful_of_matrix_products(housing, monkeypatch):
     products = []
-    times = response._times_real
-    monkeypatch.setattr(response, "_times_real", lambda a, b: products.append(len(a)) or times(a, b))
+    times = response.times_real
+    for module in (response, velocity_fields):
+        monkeypatch.setattr(module, "times_real", lambda a, b: products.append(len(a)) or times(a, b))
     count = 4000
     force = np.random.default_rng(6).standard_normal((count, 2, 3))
     frequency = np.linspace(10, 1000, count)

@@ -134,6 +134,7 @@ def test_any_gearbox_of_any_size_sounds_as_it_must_or_is_refused(tried, case, da
         assert apart < 1e-3
 
 
+@pytest.mark.slow
 @given(st.data())
 @settings(max_examples=MANY // 10 or 1)
 def test_any_gearbox_in_its_casting_with_elements_in_its_gears_is_right_or_refused(tried, case, data):

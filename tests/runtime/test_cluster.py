@@ -52,6 +52,7 @@ def same(some, serial):
     return np.abs(some - serial).max() < 1e-14 * np.abs(serial).max()
 
 
+@pytest.mark.slow
 def processes(executor):
     return executor._client.run(os.getpid)
 

@@ -16,6 +16,8 @@ from nvhchain.cli import main
 from nvhchain.errors import InputError
 from nvhchain.files.shelf import Shelf
 
+pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")  # models are coarse on purpose
+
 
 @pytest.fixture
 def case(request):

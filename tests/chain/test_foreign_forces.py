@@ -1,6 +1,7 @@
 """Bearing forces of another program enter on the command line and sound like the same forces of our own."""
 
 import numpy as np
+import pytest
 
 import nvhchain as nvh
 from nvhchain.case import load_channels
@@ -8,6 +9,8 @@ from nvhchain.cli import main
 from nvhchain.files import hdf5
 from nvhchain.handoff import BearingForces
 from nvhchain.interop import read_bearing_forces, write_bearing_forces
+
+pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")  # models are coarse on purpose
 
 CHANNELS = """
 force_unit = "N"

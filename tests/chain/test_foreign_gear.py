@@ -16,6 +16,8 @@ from nvhchain.files.shelf import fingerprint
 from nvhchain.gear import mass_properties, whole_mesh
 from nvhchain.scene import Scene, preflight
 
+pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")  # models are coarse on purpose
+
 GEAR = GearFidelity(
     profile_elements=2,
     width_layers=2,

@@ -19,6 +19,8 @@ from nvhchain.housing.exchange.casting_model import casting_model
 from nvhchain.interop import read_nastran, write_modal_hdf5, write_modal_uff, write_nastran, write_vtu
 from nvhchain.scene import preflight
 
+pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")  # models are coarse on purpose
+
 FIDELITY = HousingFidelity(element_size=0.02, elements_per_turn=10)
 MODAL_BAND = 2500.0
 """Hz, above the first modes."""

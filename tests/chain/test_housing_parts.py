@@ -20,6 +20,8 @@ from nvhchain.housing import exported_modes
 from nvhchain.interop import write_modal_uff
 from nvhchain.report import contributions
 
+pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")  # models are coarse on purpose
+
 
 @pytest.fixture(scope="module")
 def fidelity(coarse):

@@ -21,6 +21,8 @@ from nvhchain.handoff import (
 )
 from nvhchain.report import compare
 
+pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")  # models are coarse on purpose
+
 
 @pytest.fixture
 def asked(cases, coarse, compared, record):

@@ -16,6 +16,8 @@ from nvhchain.errors import ResourceError
 from nvhchain.files import hdf5
 from nvhchain.handoff import BearingForces, ReducedHousing, Surface
 
+pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")  # models are coarse on purpose
+
 RAMP = """
 quantities = ["bearing_forces"]
 [band]

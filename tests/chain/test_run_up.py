@@ -17,6 +17,8 @@ from nvhchain.levels import equivalent
 from nvhchain.report import compare
 from nvhchain.scene import plan
 
+pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")  # models are coarse on purpose
+
 
 def running_up(case, end_speed, duration):
     operation = replace(case.operation, ramp=Ramp(end_speed, duration))

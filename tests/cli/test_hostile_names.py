@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 
 import h5py
@@ -153,6 +154,6 @@ def _sealed(path):
     """The checksum of a file that was changed on purpose."""
     with path.open("r+b") as file:
         file.seek(hdf5._BLOCK_BYTES)
-        block = hdf5._user_block(file)
+        block = hdf5._user_block(hashlib.file_digest(file, "sha256").hexdigest())
         file.seek(0)
         file.write(block)

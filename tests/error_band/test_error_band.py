@@ -43,6 +43,11 @@ from nvhchain.testing import ball_with_modes
 from nvhchain.testing.ball_with_modes import BEARINGS, LINES, POINTS, load
 from nvhchain.testing.hand_offs import mesh_law
 
+FOUR_MASTERS = pytest.mark.filterwarnings(
+    "ignore:interpolation between master frequencies:nvhchain.errors.AccuracyWarning"
+)
+"""Four masters are enough for what the tests compare."""
+
 
 @pytest.fixture(scope="module")
 def case(request):
@@ -205,6 +210,7 @@ def silent(housing):
     return ball_with_modes.silent(housing)
 
 
+@FOUR_MASTERS
 def test_a_mode_that_does_not_radiate_is_heard_by_the_forces_that_it_changes(case, silent, parts, meshing):
     """By nothing else, in every quantity; not where the seats stood still in the gearbox."""
     lines, laws = meshing[3], [mesh_law([1e-6, 1e-6])]
@@ -312,6 +318,7 @@ def test_the_exact_power_of_a_pulsating_sphere_lies_in_the_band(fidelity):
     assert low < overall_power(made.frequency, exact) < high
 
 
+@FOUR_MASTERS
 def test_power_of_the_modes_is_uncertain_as_the_velocity_is_where_one_mode_radiates(case, housing, parts):
     """The ball breathes alone at its first resonance: both ways to its power see the same error there."""
     forces = parts[3]

@@ -9,6 +9,8 @@ from matplotlib.image import imread
 from nvhchain.cli import main
 from nvhchain.error_band import format_limits
 
+pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")  # models are coarse on purpose
+
 
 @pytest.fixture
 def drawn(tmp_path, capsys):

@@ -18,6 +18,8 @@ from nvhchain.gear.compliance import body_flexibility
 from nvhchain.handoff import ForceSpectrum
 from nvhchain.housing.modes import seat_modes
 
+pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")  # models are coarse on purpose
+
 TINY = Fidelity(
     "tiny",
     GearFidelity(

@@ -7,6 +7,8 @@ import pytest
 from nvhchain.tradeoff import KNOBS, from_json
 from tests.tradeoff.turned_knobs import measured
 
+pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")  # models are coarse on purpose
+
 CLAIMS = from_json(Path(__file__).parent / "claims.json")
 
 

@@ -40,6 +40,8 @@ from nvhchain.tradeoff import sweep as sweeping
 from nvhchain.tradeoff.measure import Cost, measured_run
 from nvhchain.tradeoff.worker import _clocks
 
+pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")  # models are coarse on purpose
+
 KNOBS = ["acoustics.precision", "acoustics.radiation"]
 
 

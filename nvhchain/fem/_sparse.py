@@ -1,7 +1,7 @@
-"""Sparse symmetric direct solver, factored once and kept: the only door to pypardiso.
+"""Sparse symmetric direct solver, factored once and kept; the only module that imports pypardiso.
 
-PARDISO (Intel MKL, x86-64) is given the upper triangle only; elsewhere SuperLU does small systems and refuses
-large ones, because its fill-in on three-dimensional elasticity explodes (8 GB and minutes at 9·10⁴ unknowns).
+PARDISO (Intel MKL, x86-64) takes the upper triangle only. Elsewhere SuperLU solves small systems and refuses large
+ones: its fill-in on three-dimensional elasticity explodes (8 GB and minutes at 9·10⁴ unknowns).
 """
 
 from __future__ import annotations
@@ -25,20 +25,26 @@ from nvhchain.handoff import FloatArray
 from nvhchain.runtime.memory import free_memory
 
 SUPERLU_UNKNOWNS = 40_000
-"""Largest system given to SuperLU: about a minute and 2 GB for quadratic solid elements."""
+"""Largest number of unknowns for SuperLU: about a minute and 2 GB for quadratic solid elements."""
 
 BLOCK = 64
 """Right-hand sides solved together: enough for level-3 BLAS, few enough to stay small beside the factor."""
 
 _MEMORY_SHARE = 0.9
-"""Part of the memory now available that a factor may take."""
+"""Share of the available memory that a factor may take."""
 
 
 class Factor(Protocol):
-    """A factored symmetric matrix; close it (or use `with`) to give its memory back.
+    """Factored symmetric matrix; close it (or use `with`) to release its memory.
 
-    unknowns: order of the matrix.  negative: number of negative eigenvalues (inertia, Sylvester's law).
-    memory: bytes that the factor holds.
+    Attributes
+    ----------
+    unknowns : int
+        Order of the matrix.
+    negative : int
+        Number of negative eigenvalues (inertia, Sylvester's law).
+    memory : int
+        Memory of the factor (bytes).
     """
 
     unknowns: int
@@ -46,7 +52,7 @@ class Factor(Protocol):
     memory: int
 
     def solve(self, rhs: FloatArray) -> FloatArray:
-        """The solution for right-hand side(s) `rhs` of shape (n,) or (n, k)."""
+        """Return the solution for right-hand side(s) `rhs` of shape (n,) or (n, k)."""
 
     def close(self) -> None:
         """Release the memory of the factor."""
@@ -65,15 +71,31 @@ def factorize(
     engine: str = "auto",
     upper: bool = False,
 ) -> Factor:
-    """Factor a real symmetric sparse matrix (n, n).
+    """Factor a real symmetric sparse matrix.
 
-    upper: whether `matrix` is its upper triangle alone.
-    symmetric_positive_definite: Cholesky; otherwise LDLᵀ with pivoting, whose `negative` counts the negative
-        eigenvalues (Sturm sequence property).
-    engine: `pardiso`, `superlu` or `auto` (pardiso where it exists).
+    Parameters
+    ----------
+    matrix : (n, n) sparse matrix
+        Matrix, or its upper triangle.
+    symmetric_positive_definite : bool
+        True for Cholesky. Otherwise LDLᵀ with pivoting, whose `negative` counts the negative eigenvalues (Sturm
+        sequence property).
+    engine : {"auto", "pardiso", "superlu"}
+        Solver; auto takes pardiso where it exists.
+    upper : bool
+        True if `matrix` is the upper triangle alone.
 
-    Raises SolverError when the matrix is singular or, if said so, not positive definite; ResourceError when the
-    factor does not fit into the available memory or the system is too large for SuperLU.
+    Returns
+    -------
+    Factor
+        Factored matrix.
+
+    Raises
+    ------
+    SolverError
+        If the matrix is singular or, with `symmetric_positive_definite`, not positive definite.
+    ResourceError
+        If the factor does not fit into the available memory, or the system is too large for SuperLU.
     """
     require(matrix.ndim == 2 and matrix.shape[0] == matrix.shape[1], f"matrix of shape {matrix.shape} is not square")
     require(engine in ("auto", "pardiso", "superlu"), f"engine {engine!r} is none of auto, pardiso, superlu")
@@ -99,7 +121,7 @@ def _has_pardiso() -> bool:
 
 @cache
 def _name_mkl() -> None:
-    """Tell pypardiso where MKL is: it looks through the whole installation for every matrix otherwise, 0.4 s each."""
+    """Set the path of MKL for pypardiso, which otherwise searches the installation for every matrix (0.4 s each)."""
     try:
         files = metadata.files("mkl") or ()
     except metadata.PackageNotFoundError:
@@ -112,7 +134,7 @@ def _name_mkl() -> None:
 
 @cache
 def _openmp() -> Any:
-    """Intel's OpenMP runtime as MKL has loaded it; None when MKL threads otherwise."""
+    """Return Intel's OpenMP runtime as MKL has loaded it; None if MKL threads otherwise."""
     for library in threadpool_info():
         if library["user_api"] == "openmp" and "iomp" in library["prefix"]:
             return ctypes.CDLL(library["filepath"])
@@ -120,7 +142,10 @@ def _openmp() -> Any:
 
 
 def _let_workers_sleep() -> None:
-    """Intel's workers spin for 0.2 s after every parallel region and take the cores from numpy's threads."""
+    """Stop Intel's workers from spinning.
+
+    For 0.2 s after every parallel region they would take the cores from numpy's threads.
+    """
     runtime = _openmp()
     if runtime is not None:
         runtime.kmp_set_blocktime(0)
@@ -134,7 +159,7 @@ def _rhs(rhs: FloatArray, unknowns: int) -> FloatArray:
 
 
 class _Closing(ABC):
-    """`with` for factors."""
+    """Base class of factors that `with` closes."""
 
     @abstractmethod
     def close(self) -> None:
@@ -160,7 +185,7 @@ class _PardisoFactor(_Closing):
         self._upper = sp.csr_matrix(upper, dtype=np.float64)
         self._upper.sort_indices()
         self.unknowns = self._upper.shape[0]
-        # PARDISO reads the diagonal of every row unchecked: an absent one must be stored, and a zero one refused.
+        # PARDISO reads the diagonal of every row unchecked: absent entries must be stored, zero ones refused
         if not (self._upper.diagonal() != 0).all():
             row = int(np.argmin(self._upper.diagonal() != 0))
             raise SolverError(f"matrix has a zero on its diagonal at row {row}: a part of the structure is not held")
@@ -208,7 +233,7 @@ class _PardisoFactor(_Closing):
             raise SolverError(f"PARDISO failed in phase {phase} with code {code}") from error
 
     def solve(self, rhs: FloatArray) -> FloatArray:
-        """The solution for right-hand side(s) `rhs` of shape (n,) or (n, k)."""
+        """Return the solution for right-hand side(s) `rhs` of shape (n,) or (n, k)."""
         rhs = _rhs(rhs, self.unknowns)
         require(self._solver is not None, "the factor has been closed: factorize again")
         columns = rhs.reshape(self.unknowns, -1)
@@ -226,7 +251,7 @@ class _PardisoFactor(_Closing):
 
 
 class _SuperluFactor(_Closing):
-    """scipy's SuperLU in symmetric mode: diagonal pivots, so that the signs of U's diagonal give the inertia."""
+    """SciPy's SuperLU in symmetric mode: diagonal pivots, so that the signs of U's diagonal give the inertia."""
 
     def __init__(self, matrix: Any, positive_definite: bool) -> None:
         from scipy.sparse.linalg import splu
@@ -254,7 +279,7 @@ class _SuperluFactor(_Closing):
             raise SolverError("SuperLU left the diagonal while pivoting: its inertia is not known; install pypardiso")
 
     def solve(self, rhs: FloatArray) -> FloatArray:
-        """The solution for right-hand side(s) `rhs` of shape (n,) or (n, k)."""
+        """Return the solution for right-hand side(s) `rhs` of shape (n,) or (n, k)."""
         rhs = _rhs(rhs, self.unknowns)
         require(self._lu is not None, "the factor has been closed: factorize again")
         return np.asarray(self._lu.solve(rhs))

@@ -1,4 +1,4 @@
-"""Rigid node sets: bearing seats that follow a reference point, bolt bores that are held.
+"""Rigid node sets: bearing seats that follow a reference point, and bolt bores that are fixed.
 
 A node i of a rigid set moves as u_i = u_ref + θ × (x_i − x_ref), linearised (multipoint constraint, RBE2).
 """
@@ -17,13 +17,25 @@ RigidSet = tuple[IntArray, FloatArray | None]
 
 
 def rigid_map(nodes: FloatArray, sets: Sequence[RigidSet]) -> sp.csr_matrix:
-    """T (3 n, n_reduced) of u = T u_reduced, so that K_reduced = Tᵀ K T.
+    """Return the map T of rigid node sets, with u = T u_reduced and K_reduced = Tᵀ K T.
 
-    nodes: (n, 3) m.  sets: (node numbers, reference point (3,) m), or (node numbers, None) for nodes held still.
-    u_reduced: the unknowns of the free nodes in node order, then per reference point three translations (m) and
-    three rotations (rad) about x, y, z, in the order of `sets` (held sets have none).
+    Parameters
+    ----------
+    nodes : (n, 3) array
+        Nodes (m).
+    sets : sequence of (array, array or None)
+        Node numbers and reference point (3,) (m) of each set; None for fixed nodes.
 
-    Raises InputError for an empty set, an unknown node, or a node that belongs to two sets.
+    Returns
+    -------
+    (3 n, n_reduced) sparse matrix
+        Map T. u_reduced holds the free nodes in node order. Then each reference point has three translations (m) and
+        three rotations (rad) about x, y, z, in the order of `sets`. Fixed sets have none.
+
+    Raises
+    ------
+    InputError
+        For an empty set, an unknown node, or a node in two sets.
     """
     nodes = np.asarray(nodes, dtype=float)
     owner = np.full(len(nodes), -1)
@@ -46,7 +58,7 @@ def rigid_map(nodes: FloatArray, sets: Sequence[RigidSet]) -> sp.csr_matrix:
         arm = nodes[members] - np.asarray(reference, dtype=float)
         for axis in range(3):
             u, v = (axis + 1) % 3, (axis + 2) % 3
-            # translation along the axis, and θ × r: component u gains −θ_axis r_v, component v gains θ_axis r_u
+            # translation along the axis, and θ × r: −θ_axis r_v in component u, θ_axis r_u in component v
             for component, column, value in (
                 (axis, axis, np.ones(len(members))),
                 (u, 3 + axis, -arm[:, v]),

@@ -1,7 +1,7 @@
 """Lowest normal modes of K φ = λ M φ by block shift-invert Lanczos, with proof that none is missed.
 
-Full reorthogonalisation in the M inner product (Grimes, Lewis & Simon, SIAM J. Matrix Anal. Appl. 15, 1994), blocks so
-that the triangular solves run as matrix products; the Sturm count (negative pivots of K − λ_max M) must agree.
+Full reorthogonalisation in the M inner product (Grimes, Lewis & Simon, SIAM J. Matrix Anal. Appl. 15, 1994). Blocks
+turn the triangular solves into matrix products. The Sturm count (negative pivots of K − λ_max M) must agree.
 """
 
 from __future__ import annotations
@@ -21,37 +21,57 @@ BLOCK = 16
 """Vectors per Lanczos step."""
 
 _DENSE = 400
-"""Below this many unknowns a dense solution is quicker and needs no care."""
+"""Number of unknowns below which a dense solution is faster and robust."""
 
 _ROUNDING = 4 * np.finfo(float).eps
-"""Relative error of a stiffness entry that is a sum of some element contributions."""
+"""Relative rounding error of a stiffness entry, the sum of several element contributions."""
 
 _DEPENDENT = 1e-12
-"""Eigenvalue of a scaled Gram matrix, relative, below which a direction is taken to depend on the others."""
+"""Relative eigenvalue of a scaled Gram matrix below which a direction counts as dependent on the others."""
 
 _STEEP = 1e-4
-"""The same below which a block is made orthogonal to the basis once more after it has been normalised."""
+"""Relative eigenvalue below which a normalised block is made orthogonal to the basis once more."""
 
 _FAINT, _NOTHING = 1e-8, 1e-14
-"""What is left of a block outside the basis, in parts of the operator's norm: below the first it is made orthogonal
-once more too, below the second it is rounding, and the basis holds all that the operator makes of this direction."""
+"""Remainder of a block outside the basis, relative to the operator's norm. Below the first the block is made orthogonal
+once more. Below the second it is rounding: the basis then holds the operator's whole image of this direction."""
 
 _SHIFT = 0.1
-"""Default shift in parts of f_max: K + (2π · 0.1 f_max)² M is positive definite for a free structure too."""
+"""Default shift relative to f_max: K + (2π · 0.1 f_max)² M is positive definite for a free structure too."""
 
 
 def lowest_modes(
     K: Any, M: Any, f_max: float, *, factor: Factor | None = None, tolerance: float = 1e-6
 ) -> tuple[FloatArray, FloatArray]:
-    """Natural frequencies (m,) Hz up to f_max and mass-normalised shapes (n, m) kg^-½.
+    """Return natural frequencies up to f_max and mass-normalised shapes.
 
-    K, M: (n, n) sparse symmetric, K semidefinite, M positive definite.  f_max: Hz, > 0.
-    factor: of K itself where the structure is held and the caller has it; otherwise K is shifted and factored here.
-    tolerance: of the eigenpair residual, relative to its eigenvalue (of the inverted operator): the error of a shape
-        beside modes that are apart from it; that of its frequency is about the square.
+    Parameters
+    ----------
+    K, M : (n, n) sparse matrices
+        Symmetric stiffness and mass; K semidefinite, M positive definite.
+    f_max : float
+        Highest frequency (Hz), > 0.
+    factor : Factor, optional
+        Factor of K itself, for a structure without rigid modes. By default K is shifted and factored here.
+    tolerance : float
+        Residual of an eigenpair relative to its eigenvalue (of the inverted operator).
 
-    A frequency of a rigid mode, zero up to rounding, comes back as 0.  The sign of a shape makes its largest
-    component positive.  Raises SolverError when a mode does not converge or the count disagrees.
+    Returns
+    -------
+    frequency : (m,) array
+        Natural frequencies (Hz); a rigid mode, zero up to rounding, has 0.
+    shapes : (n, m) array
+        Shapes (kg^-½), with a positive largest component.
+
+    Raises
+    ------
+    SolverError
+        If a mode does not converge or the count disagrees.
+
+    Notes
+    -----
+    `tolerance` is the error of a shape beside modes that are well separated from it. The error of its frequency is
+    about the square.
     """
     require(np.isfinite(f_max) and f_max > 0, f"f_max = {f_max} Hz must be positive")
     limit = (2 * np.pi * f_max) ** 2
@@ -72,7 +92,20 @@ def lowest_modes(
 
 
 def modes_below(K: Any, M: Any, frequency: float) -> int:
-    """How many natural frequencies lie below `frequency` (Hz): negative eigenvalues of K − ω²M (Sylvester)."""
+    """Return the number of natural frequencies below a frequency.
+
+    Parameters
+    ----------
+    K, M : (n, n) sparse matrices
+        Symmetric stiffness and mass.
+    frequency : float
+        Frequency (Hz).
+
+    Returns
+    -------
+    int
+        Number of negative eigenvalues of K − ω²M (Sylvester).
+    """
     with factorize(sp.csr_matrix(K - (2 * np.pi * frequency) ** 2 * M), symmetric_positive_definite=False) as factor:
         return factor.negative
 
@@ -80,14 +113,14 @@ def modes_below(K: Any, M: Any, frequency: float) -> int:
 def _lanczos(
     M: Any, factor: Factor, shift: float, limit: float, expected: int, tolerance: float
 ) -> tuple[FloatArray, FloatArray]:
-    """The `expected` eigenpairs of (K, M) below `limit`; `factor` solves with K − shift·M.
+    """Return the `expected` eigenpairs of (K, M) below `limit`; `factor` solves with K − shift·M.
 
-    Three-term recurrence, then a pass against the whole basis; M Q is kept with Q: two products with M per step.
+    Three-term recurrence, then a pass against the whole basis. M Q is kept with Q: two products with M per step.
     """
     n = M.shape[0]
     capacity = min(n, 6 * expected + 64 * BLOCK)
     _check_memory(n, min(capacity, 4 * expected + 4 * BLOCK))
-    basis = np.empty((n, capacity + BLOCK), order="F")  # pages are taken as they are filled
+    basis = np.empty((n, capacity + BLOCK), order="F")  # the system allocates pages as they are filled
     projected = np.zeros((capacity + BLOCK, capacity + BLOCK))
     random = np.random.default_rng(20)
     block, weighted, _ = _next_block(random.standard_normal((n, BLOCK)), basis[:, :0], M, 0.0, random)
@@ -124,11 +157,12 @@ def _lanczos(
 def _next_block(
     new: FloatArray, basis: FloatArray, M: Any, norm: float, random: np.random.Generator
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """M-orthonormal Q, orthogonal to the basis too, M Q, and R with new = Q R + what lies in the basis.
+    """Return M-orthonormal Q, also orthogonal to the basis, M Q, and R with new = Q R + a part in the basis.
 
-    norm: of the operator that made `new`.  Directions that depend on others or lie in the basis give way to random
-    ones, with rows of zeros in R: of a frequency that many modes share, the operator shows no more than a block has
-    vectors.
+    norm : norm of the operator that made `new`.
+
+    Random directions replace those that depend on others or lie in the basis; R has rows of zeros for them. Otherwise
+    the operator reveals no more modes of a repeated frequency than a block has vectors.
     """
     weighted = M @ new
     new = new - ((weighted.T @ basis) @ basis.T).T  # by rows of the transpose: half the time
@@ -148,7 +182,7 @@ def _next_block(
         R = np.vstack([R, np.zeros((others, R.shape[1]))])
     weighted = M @ Q
     if others > 0 or value[0] < _STEEP * value[-1] or left.min() < _FAINT * norm:
-        # what of the basis was left by rounding has been enlarged with the directions nearly lost
+        # normalising nearly lost directions has enlarged their rounding remainder in the basis
         Q = _outside(basis, Q, M)
         weighted = M @ Q
     lower = np.linalg.cholesky(Q.T @ weighted)
@@ -157,7 +191,7 @@ def _next_block(
 
 
 def _outside(basis: FloatArray, vectors: FloatArray, M: Any) -> FloatArray:
-    """What of the vectors is M-orthogonal to the basis."""
+    """Return the part of the vectors that is M-orthogonal to the basis."""
     return np.asarray(vectors - basis @ (basis.T @ (M @ vectors)))
 
 
@@ -171,7 +205,7 @@ def _check_memory(unknowns: int, vectors: int) -> None:
 
 
 def _finished(K: Any, values: FloatArray, shapes: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Frequencies and signed shapes; an eigenvalue below the rounding of K itself belongs to a rigid mode: zero."""
+    """Return frequencies and signed shapes; eigenvalues below the rounding of K are rigid modes and become zero."""
     magnitude, rows = np.abs(shapes), abs(K)
     slow = np.flatnonzero(values < _ROUNDING * rows.sum(axis=1).max() * (magnitude**2).sum(axis=0))
     rounding = np.zeros(len(values))

@@ -1,7 +1,7 @@
 """Stiffness and mass of isotropic linear elastic solids, vectorised over elements.
 
-K = ∫ Bᵀ D B dV and M = ∫ ρ Nᵀ N dV (e.g. Zienkiewicz & Taylor, The Finite Element Method, vol. 1, ch. 6 and 16) for
-quadratic elements.  Unknowns are interleaved: 3·node + axis.
+K = ∫ Bᵀ D B dV and M = ∫ ρ Nᵀ N dV for quadratic elements (e.g. Zienkiewicz & Taylor, The Finite Element Method, vol.
+1, ch. 6 and 16). Unknowns are interleaved: 3·node + axis.
 """
 
 from __future__ import annotations
@@ -15,18 +15,38 @@ from nvhchain.fem.elements import ReferenceElement, reference_element
 from nvhchain.handoff import FloatArray, IntArray
 
 _CHUNK_BYTES = 64 * 2**20
-"""Element matrices held at once."""
+"""Memory of the element matrices held at once (bytes)."""
 
 
 def stiffness_and_mass(
     nodes: FloatArray, elements: IntArray, kind: str, material: Material, mass: bool = True
 ) -> tuple[sp.csr_matrix, sp.csr_matrix | None]:
-    """Stiffness (N/m) and consistent mass (kg) matrices, both (3 n, 3 n).
+    """Return the stiffness and consistent mass matrices of a solid.
 
-    nodes: (n, 3) m.  elements: (m, k) node numbers in the order of VTK.  kind: `tet10` or `hex20`.
-    mass: False leaves the mass out and returns None for it.
+    Parameters
+    ----------
+    nodes : (n, 3) array
+        Nodes (m).
+    elements : (m, k) array
+        Node numbers in the order of VTK.
+    kind : {"tet10", "hex20", "wedge15"}
+        Kind of the elements.
+    material : Material
+        Isotropic material.
+    mass : bool
+        False omits the mass.
 
-    Raises InputError for an inverted element (Jacobian not positive at a quadrature point).
+    Returns
+    -------
+    K : (3 n, 3 n) sparse matrix
+        Stiffness (N/m).
+    M : (3 n, 3 n) sparse matrix or None
+        Mass (kg); None without `mass`.
+
+    Raises
+    ------
+    InputError
+        For an inverted element (Jacobian not positive at a quadrature point).
     """
     nodes = np.ascontiguousarray(nodes, dtype=float)
     elements = np.ascontiguousarray(elements, dtype=np.int64)
@@ -61,7 +81,7 @@ def stiffness_and_mass(
 
 
 class _Pattern:
-    """Which node pairs couple, and where each pair of each element is summed."""
+    """Pairs of coupled nodes, and the slot of each pair of each element in the sums."""
 
     def __init__(self, elements: IntArray, nodes: int) -> None:
         key = (elements[:, :, None] * nodes + elements[:, None, :]).ravel()
@@ -75,7 +95,7 @@ class _Pattern:
 def _jacobian(
     corners: FloatArray, gradient: FloatArray, weight: FloatArray, first: int
 ) -> tuple[FloatArray, FloatArray]:
-    """Inverse transposed Jacobians (m, q, 3, 3) and volumes (m, q) of the quadrature points, m³."""
+    """Return inverse transposed Jacobians (m, q, 3, 3) and volumes (m, q) of the quadrature points (m³)."""
     jacobian = np.einsum("mna,qnb->mqab", corners, gradient, optimize=True)
     determinant = np.linalg.det(jacobian)
     if not (determinant > 0).all():
@@ -115,7 +135,7 @@ def _add_stiffness(
 
 
 def _mass_blocks(corners: FloatArray, reference: ReferenceElement, density: float, first: int) -> FloatArray:
-    """Consistent mass of the node pairs, (m, n, n) kg."""
+    """Return the consistent mass of the node pairs, (m, n, n) (kg)."""
     _, volume = _jacobian(corners, reference.mass_gradient, reference.mass_weight, first)
     shape = reference.mass_shape
     return np.einsum("mq,qi,qj->mij", density * volume, shape, shape, optimize=True)

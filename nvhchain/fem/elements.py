@@ -1,8 +1,9 @@
 """Quadratic reference elements: shape functions and quadrature of the 10-node tetrahedron and 20-node brick.
 
 Node order is that of VTK: corners first, then mid-edge nodes.
-tet10: corners 0…3; edges 01, 12, 02, 03, 13, 23.
-hex20: corners 0…3 below and 4…7 above, counter-clockwise; edges 01 12 23 30, 45 56 67 74, 04 15 26 37.
+
+- tet10: corners 0…3; edges 01, 12, 02, 03, 13, 23.
+- hex20: corners 0…3 below and 4…7 above, counter-clockwise; edges 01 12 23 30, 45 56 67 74, 04 15 26 37.
 """
 
 from __future__ import annotations
@@ -32,7 +33,9 @@ HEX_CORNERS = np.array(
 class ReferenceElement:
     """Values at quadrature points; the mass needs a finer rule than the stiffness.
 
-    gradient: (q, n, 3) ∂N/∂ξ.  weight: (q,).  mass_shape: (p, n).  mass_gradient: (p, n, 3).  mass_weight: (p,).
+    gradient : (q, n, 3) ∂N/∂ξ.
+    weight : (q,) weights.
+    mass_shape, mass_gradient, mass_weight : (p, n), (p, n, 3) and (p,), the same with N for the mass.
     """
 
     nodes: int
@@ -45,10 +48,10 @@ class ReferenceElement:
 
 @cache
 def reference_element(kind: str) -> ReferenceElement:
-    """The tabulated element of `kind` `tet10`, `wedge15` or `hex20`."""
+    """Return the tabulated element of `kind` `tet10`, `wedge15` or `hex20`."""
     if kind == "tet10":
-        # Straight-sided: strain energy is of degree 2, kinetic energy of degree 4. The 4-point rule is the usual
-        # choice for curved ones as well; of those of degree 4 the one with 14 points has no negative weights.
+        # straight-sided: strain energy is of degree 2, kinetic energy of degree 4. The 4-point rule is the usual
+        # choice for curved elements as well; of the rules of degree 4 that with 14 points has no negative weights.
         return _tabulate(tet10_shape, _tetrahedron_rule(2), _tetrahedron_rule(4))
     if kind == "hex20":
         rule = _brick_rule(3)
@@ -69,7 +72,7 @@ def _tabulate(shape: Callable[[FloatArray], _Rule], rule: _Rule, mass_rule: _Rul
 
 
 def tet10_shape(points: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Shape functions (q, 10) and gradients (q, 10, 3) at `points` (q, 3) of the unit tetrahedron."""
+    """Return shape functions (q, 10) and gradients (q, 10, 3) at `points` (q, 3) of the unit tetrahedron."""
     points = np.asarray(points, dtype=float)
     L = np.column_stack([1 - points.sum(axis=1), points])
     dL = np.vstack([-np.ones(3), np.eye(3)])
@@ -81,7 +84,7 @@ def tet10_shape(points: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def hex20_shape(points: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Serendipity shape functions (q, 20) and gradients (q, 20, 3) at `points` (q, 3) of the cube −1 … 1."""
+    """Return serendipity shape functions (q, 20) and gradients (q, 20, 3) at `points` (q, 3) of the cube −1 … 1."""
     points = np.asarray(points, dtype=float)
     value = np.empty((len(points), 20))
     gradient = np.empty((len(points), 20, 3))
@@ -105,13 +108,13 @@ def hex20_shape(points: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _tetrahedron_rule(degree: int) -> _Rule:
-    """Points (q, 3) and weights (q,) of the unit tetrahedron, exact to `degree`."""
+    """Return points (q, 3) and weights (q,) of the unit tetrahedron, exact to `degree`."""
     points, weights = tetrahedron_rule(degree)
     return np.ascontiguousarray(points[1:].T), weights / 6.0
 
 
 def _brick_rule(order: int) -> _Rule:
-    """Gauss points (order³, 3) and weights of the cube −1 … 1."""
+    """Return Gauss points (order³, 3) and weights of the cube −1 … 1."""
     x, w = np.polynomial.legendre.leggauss(order)
     grid = np.stack(np.meshgrid(x, x, x, indexing="ij"), axis=-1).reshape(-1, 3)
     weight = np.einsum("i,j,k->ijk", w, w, w).ravel()

@@ -15,10 +15,12 @@ _QUARTERS = ((0, 3, 5), (1, 4, 3), (2, 5, 4), (3, 4, 5))
 
 
 def element_faces(elements: Sequence[tuple[str, IntArray]]) -> tuple[IntArray, IntArray]:
-    """All faces (f, 8) of elements, as (shape, (m, nodes)) each, and the element (f,) of each, counted through.
+    """Return all faces (f, 8) of elements, and the index (f,) of the element of each, numbered through.
 
-    nodes: corners, then the mid-edge nodes in the order of `EDGES`, −1 for one that is not there.  Faces: four corners,
-    −1 for the fourth of a triangle, then the middles of the edges after them, −1 likewise.
+    elements : pairs of shape and (m, nodes) node numbers: corners, then the mid-edge nodes in the order of `EDGES`, −1
+        for a missing one.
+
+    A face has four corners, −1 for the fourth of a triangle. The middles of the edges after them follow, −1 likewise.
     """
     faces, owners = [], []
     start = 0
@@ -36,16 +38,19 @@ def element_faces(elements: Sequence[tuple[str, IntArray]]) -> tuple[IntArray, I
 
 
 def boundary_faces(elements: Sequence[tuple[str, IntArray]], labels: IntArray, what: str) -> IntArray:
-    """Outward faces (f, 8) that belong to one element only, as `element_faces` lays them out.
+    """Return the outward faces (f, 8) of one element only, laid out as by `element_faces`.
 
-    labels: of the nodes.  what: for the message.  Raises InputError for a face of more than two: elements overlap.
+    labels : labels of the nodes.
+    what : name of the structure in the message.
+
+    Raises InputError for a face of more than two elements, which overlap.
     """
     faces, _ = element_faces(elements)
     return np.asarray(faces[on_boundary(faces, labels, what)])
 
 
 def on_boundary(faces: IntArray, labels: IntArray, what: str) -> IntArray:
-    """Rows, rising, of those of all faces (f, 8) that belong to one element only.  Raises as `boundary_faces`."""
+    """Return the rows, rising, of the faces (f, 8) that belong to one element only; raises as `boundary_faces`."""
     key = np.sort(faces[:, :4], axis=1)
     _, first, sides = np.unique(key, axis=0, return_index=True, return_counts=True)
     require(
@@ -57,11 +62,13 @@ def on_boundary(faces: IntArray, labels: IntArray, what: str) -> IntArray:
 
 
 def six_node_facets(faces: IntArray, count: int) -> tuple[IntArray, sp.csr_matrix]:
-    """Facets (k, 6) of faces (f, 8), laid out as by `element_faces`, and the nodes that are added in their middles.
+    """Return facets (k, 6) of faces (f, 8), laid out as by `element_faces`, and the nodes added in their middles.
 
-    count: of nodes so far.  A triangle is a facet; four corners make two, whose common edge has a new node in the
-    middle where the face has the middles of its edges.  Facets of faces that lack one have −1 for all three.
-    The second is (q, count): values at the new nodes, numbered on from `count`, from those at the nodes so far.
+    count : number of nodes so far.
+
+    A triangle is one facet. Four corners make two facets, whose common edge has a new node in the middle if the face
+    has the middles of its edges. Facets of faces that lack one have −1 for all three. The second result (q, count) maps
+    values at the nodes so far to values at the new nodes, numbered from `count`.
     """
     three = faces[:, 3] < 0
     whole = (faces[:, 4:] >= 0).sum(axis=1) == np.where(three, 3, 4)
@@ -85,6 +92,6 @@ def six_node_facets(faces: IntArray, count: int) -> tuple[IntArray, sp.csr_matri
 
 
 def flat_triangles(facets: IntArray) -> IntArray:
-    """Flat triangles (t, 3) that follow the curved edges of facets (k, 6): four each, one where it has no middles."""
+    """Return flat triangles (t, 3) that follow the curved edges of facets (k, 6): four each, or one without middles."""
     curved = facets[:, 3] >= 0
     return np.concatenate([facets[~curved, :3], *(facets[curved][:, list(cut)] for cut in _QUARTERS)])

@@ -1,8 +1,9 @@
-"""How much too high natural frequencies are for want of elements, estimated from the modes themselves.
+"""Discretisation error of natural frequencies, estimated from the modes themselves.
 
-Stresses of the exact mode are continuous, those of the elements jump: the energy of what lies between them and their
-mean at every corner tells of the energy that the elements miss (Zienkiewicz & Zhu, Int. J. Numer. Meth. Eng. 24, 1987).
-By Rayleigh's quotient a frequency is too high by half of it over the energy of the mode.
+Natural frequencies of a finite element model are too high. Stresses of the exact mode are continuous, those of the
+model jump. The energy of their difference from the mean at every corner estimates the energy that the elements miss
+(Zienkiewicz & Zhu, Int. J. Numer. Meth. Eng. 24, 1987). By Rayleigh's quotient a frequency is too high by half of this
+energy over the energy of the mode.
 """
 
 from __future__ import annotations
@@ -26,13 +27,31 @@ _MODES = 32
 def frequency_errors(
     nodes: FloatArray, elements: IntArray, material: Material, shapes: FloatArray, frequency: FloatArray
 ) -> FloatArray:
-    """Estimated relative error (m,) of natural frequencies, which are too high by it.
+    """Return the estimated relative error of natural frequencies, which are too high by it.
 
-    Of plates and blocks held at one face 0.6 to 1.3 times the true one (`tests/fem/test_mesh_error.py`). More where
-    thin walls meet at sharp edges: there stresses jump, and their means with them, farther than they err.
+    Parameters
+    ----------
+    nodes : (n, 3) array
+        Nodes (m).
+    elements : (n_e, 10) array
+        Quadratic tetrahedra; their edges are taken as straight.
+    material : Material
+        Isotropic material.
+    shapes : (3 n, m) array
+        Mass-normalised shapes (kg^-½).
+    frequency : (m,) array
+        Natural frequencies (Hz); a rigid mode at 0 Hz has no error.
 
-    nodes: (n, 3) m.  elements: (n_e, 10) quadratic tetrahedra, whose edges are taken as straight.
-    shapes: (3 n, m) kg^-½, mass-normalised.  frequency: (m,) Hz; a rigid mode, at 0 Hz, errs by nothing.
+    Returns
+    -------
+    (m,) array
+        Relative errors.
+
+    Notes
+    -----
+    The estimate is 0.6 to 1.3 times the true error for plates and blocks held at one face
+    (`tests/fem/test_mesh_error.py`). It is higher where thin walls meet at sharp edges: stresses jump there, and their
+    means too, by more than their error.
     """
     missed = np.concatenate(
         [
@@ -46,7 +65,10 @@ def frequency_errors(
 
 
 def _jumps(nodes: FloatArray, elements: IntArray, material: Material, shapes: FloatArray) -> FloatArray:
-    """Twice the energy (m,) of stresses less their means at corners, as ω² is of a mode.  shapes: (n, 3, m)."""
+    """Return twice the energy (m,) of stresses less their means at corners, where ω² is that of a mode.
+
+    shapes : (n, 3, m) mode shapes.
+    """
     corners, place = np.unique(elements[:, :4], return_inverse=True)
     place = place.reshape(-1, 4)
     edges = nodes[elements[:, 1:4]] - nodes[elements[:, :1]]
@@ -69,7 +91,7 @@ def _jumps(nodes: FloatArray, elements: IntArray, material: Material, shapes: Fl
 
 
 def _stresses(edges: FloatArray, elements: IntArray, material: Material, shapes: FloatArray) -> FloatArray:
-    """(n_e, 4, 6, m) at the corners, as √D ε, whose squares add up to twice the density of energy."""
+    """Return √D ε (n_e, 4, 6, m) at the corners; its squares add up to twice the density of energy."""
     lame = material.young * material.poisson / ((1 + material.poisson) * (1 - 2 * material.poisson))
     shear = material.young / (2 * (1 + material.poisson))
     # √2μ (ε + α tr ε 1) has the square 2μ ε:ε + λ (tr ε)² where 2α + 3α² = λ/2μ

@@ -1,6 +1,6 @@
-"""A mesher in a process of its own, so that nothing of it is loaded into the calling one.
+"""Mesher in a process of its own, so that its libraries stay out of the calling process.
 
-Its job and its mesh go through pipes: no folder is left where either process ends, and no disk runs full.
+Job and mesh go through pipes: neither process leaves a folder behind, and no disk runs full.
 """
 
 from __future__ import annotations
@@ -23,8 +23,11 @@ _LIBRARIES = "libgl1 libglu1-mesa libxcursor1 libxft2 libxinerama1 libgomp1"
 def run_mesher(module: str, job: bytes, *, time_limit: float, failure: str, remedy: str) -> dict[str, np.ndarray]:
     """Return the arrays that `python -m module` makes of `job`, by a call of `serve`.
 
-    time_limit: s.  failure: what to say when it fails, "gmsh could not …".  remedy: what helps then, or when it takes
-    too long.  Raises SolverError with what the mesher said last, and the remedy: the libraries, where one is missing.
+    time_limit : longest duration (s).
+    failure : begin of the message of a failure, "gmsh could not …".
+    remedy : remedy for a failure or a time-out.
+
+    Raises SolverError with the mesher's last message and the remedy: the libraries, if one is missing.
     """
     done = processes.exchange("-m", module, content=job, seconds=time_limit)
     if done is None:
@@ -43,7 +46,7 @@ def run_mesher(module: str, job: bytes, *, time_limit: float, failure: str, reme
 
 
 def serve(make: Callable[[bytes], dict[str, Any]]) -> None:
-    """Be the process of `run_mesher`: arrays by name from the bytes of a job; what else is printed goes to stderr."""
+    """Serve `run_mesher`: write the arrays that `make` makes of the job's bytes; other output goes to stderr."""
     answer = os.dup(1)
     os.dup2(2, 1)
     content = io.BytesIO()

@@ -1,4 +1,4 @@
-"""Normal modes of a structure from elsewhere: natural frequencies, damping and shapes at nodes, and its skin."""
+"""Imported normal modes of a structure: natural frequencies, damping, shapes at nodes, and its skin."""
 
 from __future__ import annotations
 
@@ -11,18 +11,25 @@ from nvhchain.errors import require
 from nvhchain.handoff import FloatArray, IntArray
 
 _SAME_FREQUENCY, _SAME_SHAPE = 1e-5, 1e-6
-"""Relative, and 1 − MAC, up to which two modes are one: six digits are written. Double modes have other shapes."""
+"""Relative difference of frequencies and 1 − MAC below which two modes are one: files hold six digits. Double modes
+differ in their shapes."""
 
 
 @dataclass(frozen=True, eq=False)
 class ModalModel:
-    """Modes in SI.
+    """Imported modes in SI units.
 
-    nodes: (n, 3) m.  labels: (n,) numbers in the foreign file.  triangles: (k, 6) node numbers of the skin, corners,
-    then the middles of the edges after them, between which it moves by parabolas; −1 for all three where it moves
-    linearly, which (k, 3) says of all.  two_sided: (k,) bool, or one for all: shells, which need not be turned outward.
-    frequency: (m,) Hz, sorted.  damping: (m,) fraction of critical.  shapes: (m, n, 3) kg^-½, mass-normalised.
-    groups: name → node numbers.  source: the file.  notes: what its reader had to choose, in words.
+    nodes : (n, 3) nodes (m).
+    labels : (n,) numbers in the imported file.
+    triangles : (k, 6) node numbers of the skin, or (k, 3). The corners come first, then the middles of the edges after
+        them. The edges move by parabolas; −1 for all three middles, or (k, 3), stands for linear motion.
+    two_sided : (k,) bool, or one for all; True for shells, which need no outward orientation.
+    frequency : (m,) natural frequencies (Hz), sorted.
+    damping : (m,) fraction of critical.
+    shapes : (m, n, 3) mass-normalised shapes (kg^-½).
+    groups : name → node numbers.
+    source : the file.
+    notes : choices of the reader, in words.
     """
 
     nodes: FloatArray

@@ -1,7 +1,7 @@
 """Quadrature rules of the unit triangle and the unit tetrahedron, by their symmetric orbits.
 
-Triangle: D. A. Dunavant, Int. J. Numer. Methods Eng. 21 (1985) 1129–1148, every weight positive, recomputed to all
-digits from the moment equations.  Tetrahedron: P. Keast, Comput. Methods Appl. Mech. Eng. 55 (1986) 339–348.
+Triangle: D. A. Dunavant, Int. J. Numer. Methods Eng. 21 (1985) 1129–1148, recomputed to all digits from the moment
+equations. All weights are positive. Tetrahedron: P. Keast, Comput. Methods Appl. Mech. Eng. 55 (1986) 339–348.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ _TRIANGLE: dict[int, tuple[tuple[float, ...], ...]] = {
 """Degree → weight of every orbit and a, b of its points (a, b, 1 − a − b); b = a if missing, 1/3 if both are."""
 
 HIGHEST_DEGREE = max(_TRIANGLE)
-"""Of the triangle rules."""
+"""Highest degree of the triangle rules."""
 
 _A, _B, _C = (5 - 5**0.5) / 20, 0.1005267652252045, 0.3143728734931922
 _TETRAHEDRON: dict[int, tuple[tuple[float, tuple[float, ...]], ...]] = {
@@ -97,8 +97,10 @@ def triangle_rule(degree: int) -> tuple[FloatArray, FloatArray]:
 
     Returns
     -------
-    points : (3, n) barycentric coordinates.
-    weights : (n,), adding up to one.
+    points : (3, n) array
+        Barycentric coordinates.
+    weights : (n,) array
+        Weights, adding up to one.
 
     Raises
     ------
@@ -117,7 +119,7 @@ def tetrahedron_rule(degree: int) -> tuple[FloatArray, FloatArray]:
 
 
 def _corner_weights(*given: float) -> tuple[float, ...]:
-    """Barycentric coordinates of a point of a triangle's orbit."""
+    """Return the barycentric coordinates of a point of a triangle's orbit."""
     if not given:
         return (1 / 3, 1 / 3, 1 / 3)
     two = given * 2 if len(given) == 1 else given
@@ -125,6 +127,6 @@ def _corner_weights(*given: float) -> tuple[float, ...]:
 
 
 def _points(orbits: Sequence[tuple[float, tuple[float, ...]]]) -> tuple[FloatArray, FloatArray]:
-    """All points of (weight, barycentric coordinates) of orbits, and their weights."""
+    """Return all points of orbits (weight, barycentric coordinates), and their weights."""
     points = [(point, weight) for weight, first in orbits for point in sorted(set(permutations(first)))]
     return np.array([point for point, _ in points]).T.copy(), np.array([weight for _, weight in points])

@@ -1,6 +1,6 @@
-"""A solid finite element model from elsewhere: nodes, elements by kind and material, rigid sets, held freedoms, groups.
+"""Imported solid finite element model: nodes, elements by kind and material, rigid sets, fixed freedoms, groups.
 
-All in SI; node numbers are rows of `nodes`, `labels` are the numbers of the foreign file.
+All in SI units. Node numbers are rows of `nodes`; `labels` are the numbers in the imported file.
 """
 
 from __future__ import annotations
@@ -31,15 +31,17 @@ FACES: dict[str, tuple[tuple[int, ...], ...]] = {
 CORNERS = {"tet": 4, "wedge": 6, "hex": 8}
 
 KINDS = {"tet4": "tet", "tet10": "tet", "wedge6": "wedge", "wedge15": "wedge", "hex8": "hex", "hex20": "hex"}
-"""Shape of every known kind of element; the number in a kind is that of its nodes."""
+"""Shape of every known kind of element; the number in a kind counts its nodes."""
 
 
 @dataclass(frozen=True, eq=False)
 class ElementBlock:
     """Elements of one kind and material.
 
-    kind: a key of `KINDS`.  nodes: (m, k) node numbers, corners first, then mid-edge nodes in the order of `EDGES`.
-    labels: (m,) numbers in the foreign file.  group: name of the property or section.
+    kind : key of `KINDS`.
+    nodes : (m, k) node numbers, corners first, then mid-edge nodes in the order of `EDGES`.
+    labels : (m,) numbers in the imported file.
+    group : name of the property or section.
     """
 
     kind: str
@@ -64,7 +66,7 @@ class ElementBlock:
 
     @property
     def quadratic(self) -> bool:
-        """Whether the block has its mid-edge nodes."""
+        """True if the block has its mid-edge nodes."""
         return self.nodes.shape[1] > CORNERS[self.shape]
 
 
@@ -72,8 +74,11 @@ class ElementBlock:
 class RigidSet:
     """Nodes that move with a reference point as a rigid body (RBE2, kinematic coupling).
 
-    name: in the file, its number or name.  reference: (3,) m.  nodes: node numbers.  label: of the reference node.
-    held: (6,) bool, translations and rotations of the reference point that are fixed.
+    name : number or name in the file.
+    reference : (3,) reference point (m).
+    nodes : node numbers.
+    label : label of the reference node.
+    held : (6,) bool, True for the fixed translations and rotations of the reference point.
     """
 
     name: str
@@ -85,10 +90,14 @@ class RigidSet:
 
 @dataclass(frozen=True, eq=False)
 class SolidModel:
-    """A solid model in SI.
+    """Imported solid model in SI units.
 
-    nodes: (n, 3) m.  labels: (n,) numbers in the foreign file.  blocks, rigid_sets: see there.
-    held: (n, 3) bool, translations that are fixed.  groups: name → node numbers.  source: the file.
+    nodes : (n, 3) nodes (m).
+    labels : (n,) numbers in the imported file.
+    blocks, rigid_sets : elements and rigid sets.
+    held : (n, 3) bool, True for fixed translations.
+    groups : name → node numbers.
+    source : the file.
     """
 
     nodes: FloatArray

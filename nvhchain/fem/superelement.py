@@ -1,4 +1,4 @@
-"""A structure reduced to some of its points, in the form in which other codes take it."""
+"""Structure reduced to its seats, in the form in which other programs import it."""
 
 from __future__ import annotations
 
@@ -11,13 +11,16 @@ _PER_SEAT = 6
 
 @dataclass(frozen=True, eq=False)
 class CraigBampton:
-    """Reduced matrices of a housing.
+    """Reduced matrices of a housing with m modes and b = 6 unknowns per seat.
 
-    stiffness, mass: (b + m, b + m) N/m and kg (and with rotations N, N m, kg m, kg m²), b = 6 per seat: three
-    translations (m) and three rotations (rad) about x, y, z; then m modal coordinates, mass-normalised.
-    interface_frequency: (m,) Hz of the modes with the seats held.
-    motion: (n_out, b + m), output motions (normal motion of the radiating faces) per unknown.
-    names: of the seats.  positions: (n_seat, 3) m, their reference points.
+    The unknowns of a seat are three translations (m) and three rotations (rad) about x, y, z. The modal coordinates
+    follow, mass-normalised.
+
+    stiffness, mass : (b + m, b + m) N/m and kg; with rotations N, N m, kg m, kg m².
+    interface_frequency : (m,) natural frequencies with the seats fixed (Hz).
+    motion : (n_out, b + m) output motions per unknown (normal motion of the radiating faces).
+    names : names of the seats.
+    positions : (n_seat, 3) reference points of the seats (m).
     """
 
     stiffness: FloatArray

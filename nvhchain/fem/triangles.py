@@ -1,4 +1,4 @@
-"""Points near triangles in space, and a triangle cut into equal pieces."""
+"""Distances of points from triangles in space, and triangles cut into equal pieces."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from nvhchain.handoff import FloatArray, IntArray
 
 
 def squared_distance(point: FloatArray, corners: FloatArray) -> FloatArray:
-    """Squared distance m² of points (..., 3) from triangles (..., 3, 3)."""
+    """Return the squared distance (m²) of points (..., 3) from triangles (..., 3, 3)."""
     a, b, c = (corners[..., i, :] for i in range(3))
     normal = np.cross(b - a, c - a)
     normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
@@ -31,8 +31,9 @@ def squared_distance(point: FloatArray, corners: FloatArray) -> FloatArray:
 class Planes:
     """Triangles in their own planes, for distances of many points.
 
-    origin: (k, 3) m, their first corner.  axes: (k, 3, 3), along the first side, across it towards the third corner,
-    normal.  corner: (k, 3) m, place of the second along the first axis, and both of the third.
+    origin : (k, 3) first corners (m).
+    axes : (k, 3, 3) unit vectors along the first side, across it towards the third corner, and normal.
+    corner : (k, 3) place of the second corner along the first axis, and both coordinates of the third (m).
     """
 
     origin: FloatArray
@@ -41,7 +42,7 @@ class Planes:
 
 
 def planes(corners: FloatArray) -> Planes:
-    """Planes of triangles (k, 3, 3) with an area."""
+    """Return the planes of triangles (k, 3, 3) with an area."""
     a, b, c = corners.transpose(1, 0, 2)
     side, arm = b - a, c - a
     length = np.linalg.norm(side, axis=1)
@@ -55,10 +56,10 @@ def planes(corners: FloatArray) -> Planes:
 
 
 def squared_distance_to(triangles: Planes, which: IntArray, points: FloatArray) -> FloatArray:
-    """As `squared_distance`, m² (p,), of points (p, 3) each from one of the triangles, `which` (p,)."""
+    """Return the squared distance (p,) (m²) of points (p, 3), each from one triangle of index `which` (p,)."""
     x, y, z = np.einsum("pia,pa->ip", triangles.axes[which], points - triangles.origin[which])
     b, c, d = triangles.corner[which].T
-    # beyond which side it lies: below the first, right of the second, left of the third
+    # outside: below the first side, right of the second, or left of the third
     outside = (y < 0) | (d * (x - b) > (c - b) * y) | (d * x < c * y)
     least = (x - (x / b).clip(0, 1) * b) ** 2 + y**2
     for start, run in ((b, c - b), (0.0, c)):
@@ -68,9 +69,11 @@ def squared_distance_to(triangles: Planes, which: IntArray, points: FloatArray) 
 
 
 def lying_on(points: FloatArray, corners: FloatArray, beside: float | FloatArray) -> IntArray:
-    """Pairs (q, 2) of a point (p, 3) and a triangle (k, 3, 3) on which it lies, up to `beside` of the triangle's size.
+    """Return pairs (q, 2) of points (p, 3) and triangles (k, 3, 3) on which they lie.
 
-    beside: of every triangle (k,), or one for all.  Triangles without area have no points on them.
+    beside : tolerance relative to the size of a triangle, (k,) or one for all.
+
+    Triangles without area have no points on them.
     """
     beside = np.broadcast_to(beside, len(corners))
     centre = corners.mean(axis=1)
@@ -90,7 +93,7 @@ def lying_on(points: FloatArray, corners: FloatArray, beside: float | FloatArray
 
 
 def equal_pieces(count: int) -> FloatArray:
-    """Corners (count², 3, 3) in area coordinates of the equal pieces of a triangle, `count` of them along each edge."""
+    """Return corners (count², 3, 3) in area coordinates of the equal pieces of a triangle, `count` along each edge."""
     i, j = (index.ravel() for index in np.indices((count, count)))
     corner = np.array([[0, 0], [1, 0], [0, 1]])
     upward = np.stack([i, j], axis=1)[i + j < count][:, None] + corner

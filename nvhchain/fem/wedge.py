@@ -1,6 +1,7 @@
-"""The 15-node serendipity wedge: triangle (r, s) times height t in −1 … 1; corners below, above, then mid-edges.
+"""15-node serendipity wedge: triangle (r, s) times height t in −1 … 1.
 
-Shape functions as in Zienkiewicz & Taylor, The Finite Element Method, vol. 1, ch. 8 (triangular prisms).
+The corners below come first, then those above, then the mid-edge nodes. Shape functions as in Zienkiewicz & Taylor, The
+Finite Element Method, vol. 1, ch. 8 (triangular prisms).
 """
 
 from __future__ import annotations
@@ -12,7 +13,9 @@ from nvhchain.handoff import FloatArray
 
 
 def wedge15_shape(points: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Shape functions (q, 15) and gradients (q, 15, 3) at `points` (q, 3): r, s of the unit triangle, t in −1 … 1.
+    """Return shape functions (q, 15) and gradients (q, 15, 3).
+
+    points : (q, 3) r, s of the unit triangle, t in −1 … 1.
 
     Nodes: corners 0…2 at t = −1, 3…5 at t = +1; edges 01 12 20, 34 45 53, 03 14 25.
     """
@@ -46,7 +49,7 @@ def wedge15_shape(points: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def wedge_rule(degree: int, order: int) -> tuple[FloatArray, FloatArray]:
-    """Points (q, 3) and weights (q,): a triangle rule exact to `degree` times `order` Gauss points along t."""
+    """Return points (q, 3) and weights (q,): a triangle rule exact to `degree` times `order` Gauss points along t."""
     plane, area = triangle_rule(degree)
     t, length = np.polynomial.legendre.leggauss(order)
     points = np.column_stack([np.repeat(plane[1:].T, order, axis=0), np.tile(t, len(area))])

@@ -1,4 +1,4 @@
-"""Meshes in files of other programs: read without trust, written as VTU and Abaqus input."""
+"""Meshes in files of other programs: read with checks, written as VTU and Abaqus input."""
 
 from nvhchain.fem.mesh_files.contents import MeshFile
 from nvhchain.fem.mesh_files.read import FORMATS, read_mesh

@@ -1,4 +1,4 @@
-"""Arrays of a MED file → npz on stdout; run as a process by its path, so that only NumPy and h5py are loaded."""
+"""Arrays of a MED file as npz on stdout; run as a process by its path, so that only NumPy and h5py are loaded."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ import sys
 from typing import Any
 
 _MEMORY = 8 << 30
-"""Bytes of address space."""
+"""Limit of the address space (bytes)."""
 
 _MOST = 20
-"""Numbers in an array per byte of the file, which may announce any number of them."""
+"""Largest number of values in an array per byte of the file; a file may announce any number."""
 
 
 def _limit_memory() -> None:
@@ -42,7 +42,7 @@ def _only(group: Any, thing: str) -> Any:
 
 
 def _groups(families: Any) -> dict[str, list[str]]:
-    """Names by number of the family."""
+    """Return the names of groups by number of the family."""
     found = {}
     for family in (families or {}).values():
         if "GRO" in family:

@@ -17,28 +17,36 @@ NODES = {
     "tetra": 4, "tetra10": 10, "hexahedron": 8, "hexahedron20": 20, "hexahedron27": 27,
     "wedge": 6, "wedge15": 15, "wedge18": 18, "pyramid": 5, "pyramid13": 13, "pyramid14": 14,
 }  # fmt: skip
-"""Nodes of every kind of cell; polygons have any number and are kept by that number, `polygon5`."""
+"""Number of nodes of every kind of cell. Polygons may have any; their kind holds it, `polygon5`."""
 
 SOLIDS = ("tetra", "hexahedron", "wedge", "pyramid")
 
 MOST = 30_000_000
-"""Points or cells of a mesh, and numbers of an announced array per its points: far above what can be computed."""
+"""Largest number of points or cells in a mesh, and of values in an announced array per point: far above what can be
+computed."""
 
 FARTHEST = 1e9
 """Largest coordinate in units of the file; beyond it, areas and volumes lose their digits or overflow."""
 
 
 class Damaged(FileFormatError):
-    """A damaged file; the message gives the place, `read_mesh` adds the path and the remedy."""
+    """Damaged file; the message gives the place, and `read_mesh` adds the path and the remedy."""
 
 
 @dataclass
 class MeshFile:
     """Points, cells and tags of a mesh file.
 
-    points: (n, 3) in units of the file.  cells: kind and (m, k) indices of points, in the order of VTK.
-    tagged: indices of points by the name of a point set or of a point array that is not zero there.
-    groups: indices of points by the name of a group of cells: those of its cells that are not solids.
+    Parameters
+    ----------
+    points : (n, 3) array
+        Points in units of the file.
+    cells : list of (str, (m, k) array)
+        Kind and indices of points, in the order of VTK.
+    tagged : dict
+        Indices of points by the name of a point set, or of a point array that is not zero there.
+    groups : dict
+        Indices of points by the name of a group of cells, for its cells that are not solids.
     """
 
     points: FloatArray
@@ -47,12 +55,12 @@ class MeshFile:
     groups: dict[str, IntArray] = field(default_factory=dict)
 
     def of(self, kind: str) -> IntArray:
-        """(m, k) cells of one kind."""
+        """Return the cells (m, k) of one kind."""
         found = [nodes for name, nodes in self.cells if name == kind]
         return np.vstack(found) if found else np.empty((0, NODES.get(kind, 0)), dtype=np.int64)
 
     def checked(self) -> MeshFile:
-        """The same mesh with coordinates and indices checked.  Raises Damaged."""
+        """Check coordinates and indices, and return the mesh; raises Damaged."""
         self.points = np.asarray(self.points, dtype=np.float64)
         if self.points.ndim != 2 or self.points.shape[1] != 3 or not len(self.points):
             raise Damaged(f"its points have the shape {self.points.shape}, (n, 3) is needed")
@@ -73,13 +81,13 @@ class MeshFile:
 
 
 def in_range(numbers: IntArray, count: int, owner: str) -> None:
-    """Raise Damaged unless all `numbers` are indices of `count` things."""
+    """Raise Damaged unless all `numbers` are indices below `count`."""
     if len(numbers) and (numbers.min() < 0 or numbers.max() >= count):
         raise Damaged(f"{owner} refer to points {numbers.min()}…{numbers.max()}, but there are {count} (0…{count - 1})")
 
 
 def whole(values: Any, thing: str) -> IntArray:
-    """`values` as whole numbers.  Raises Damaged for numbers of another kind."""
+    """Return `values` as whole numbers; raises Damaged for any other numbers."""
     values = np.asarray(values)
     if values.dtype.kind == "f" and (np.abs(values) < 2**53).all() and (values == np.floor(values)).all():
         return values.astype(np.int64)
@@ -89,7 +97,7 @@ def whole(values: Any, thing: str) -> IntArray:
 
 
 def counted(count: Any, thing: str, place: str = "") -> int:
-    """`count` as a whole number of points, cells or numbers.  Raises Damaged for one that cannot be."""
+    """Return `count` as a whole number of points, cells or values; raises Damaged if it is none or out of range."""
     at = f"{place}: " if place else ""
     try:
         number = int(count)
@@ -101,7 +109,7 @@ def counted(count: Any, thing: str, place: str = "") -> int:
 
 
 def short(text: Any, most: int = 40) -> str:
-    """Text of a file fit for a message: printable and short."""
+    """Return text of a file in a form fit for a message: printable and short."""
     text = text.decode("latin-1") if isinstance(text, bytes) else str(text)
     return ascii(text if len(text) <= most else text[:most] + "...")
 
@@ -117,7 +125,7 @@ class Numbering:
             raise Damaged(f"{len(twice)} node numbers are given twice, first {self._sorted[twice[0]]}")
 
     def __call__(self, numbers: Any, owner: str) -> IntArray:
-        """Indices of nodes with these numbers, in the same shape.  Raises Damaged for one that is not there."""
+        """Return the indices of nodes with these numbers, in the same shape; raises Damaged for a missing node."""
         numbers = np.asarray(numbers, dtype=np.int64)
         if not numbers.size:
             return numbers
@@ -129,13 +137,16 @@ class Numbering:
 
 
 def surface_nodes(parts: Iterable[tuple[str, IntArray]]) -> IntArray:
-    """Indices of the points of those cells that are not solids."""
+    """Return the indices of the points of all cells that are not solids."""
     flat = [nodes.ravel() for kind, nodes in parts if not kind.startswith(SOLIDS)]
     return np.unique(np.concatenate(flat)).astype(np.int64) if flat else np.empty(0, dtype=np.int64)
 
 
 def by_size(corners: IntArray, ends: IntArray) -> list[tuple[str, IntArray]]:
-    """Polygons by their number of corners.  ends: of each polygon in `corners`, increasing."""
+    """Return polygons by their number of corners.
+
+    ends : end of each polygon in `corners`, increasing.
+    """
     starts = np.concatenate([[0], ends[:-1]]) if len(ends) else ends
     size = ends - starts
     if len(ends) and (size.min() < 3 or ends[-1] > len(corners)):
@@ -145,27 +156,27 @@ def by_size(corners: IntArray, ends: IntArray) -> list[tuple[str, IntArray]]:
 
 
 def polygon(corners: int) -> str:
-    """Kind of a flat face with this many corners."""
+    """Return the kind of a flat face with this many corners."""
     return {3: "triangle", 4: "quad"}.get(corners, f"polygon{corners}")
 
 
 class Cursor:
-    """A place in the bytes of a file of lines, which may have binary blocks between."""
+    """Position in the bytes of a file of lines, which may have binary blocks in between."""
 
     def __init__(self, data: bytes) -> None:
         self.data, self.at, self.last = data, 0, 0
 
     @property
     def place(self) -> str:
-        """The line that was read last, for a message."""
+        """Line that was read last, for a message."""
         return "line " + str(self.data.count(b"\n", 0, self.last) + 1)
 
     def fail(self, why: str) -> Damaged:
-        """An error at the present place."""
+        """Return an error at the present position."""
         return Damaged(f"{self.place}: {why}")
 
     def line(self) -> bytes | None:
-        """The next line that is not blank, stripped, or None at the end; the cursor stands behind it."""
+        """Return the next line that is not blank, stripped, or None at the end; the cursor moves behind it."""
         while self.at < len(self.data):
             end = self.data.find(b"\n", self.at)
             end = len(self.data) if end < 0 else end
@@ -175,7 +186,7 @@ class Cursor:
         return None
 
     def words(self, least: int = 1) -> list[bytes]:
-        """Words of the next line, `least` or more."""
+        """Return the words of the next line, at least `least`."""
         before = self.at
         words = (self.line() or b"").split()
         if len(words) < least:
@@ -184,7 +195,7 @@ class Cursor:
         return words
 
     def binary(self, count: int, kind: Any) -> Any:
-        """(count,) array of a NumPy type from the bytes that follow."""
+        """Return an array (count,) of a NumPy type from the bytes that follow."""
         dtype = np.dtype(kind)
         if count * dtype.itemsize > len(self.data) - self.at:
             raise self.fail(
@@ -195,7 +206,7 @@ class Cursor:
         return values
 
     def table(self, count: int, columns: int, kind: Any) -> Any:
-        """(count, columns) numbers from as many lines that are not blank."""
+        """Return numbers (count, columns) from the next `count` lines that are not blank."""
         rows: list[list[bytes]] = []
         if 2 * count * max(columns, 1) > len(self.data) - self.at + 1:
             raise self.fail(f"{count} lines of {columns} numbers are announced, the file is too short: it is cut off")

@@ -20,7 +20,7 @@ _OBJ_WORDS = {
 
 
 def read_stl(data: bytes) -> MeshFile:
-    """Triangles of a binary or text file, each with corners of its own."""
+    """Read the triangles of a binary or text file, each with corners of its own."""
     count = int.from_bytes(data[_HEAD : _HEAD + 4], "little")
     binary = len(data) == _HEAD + 4 + _FACET * count and count > 0
     if not binary and data[:512].lstrip()[:5].lower() == b"solid" and b"\0" not in data:
@@ -37,7 +37,7 @@ def read_stl(data: bytes) -> MeshFile:
 
 
 def _text_corners(data: bytes) -> np.ndarray:
-    """(3 m, 3) corners of a text file; keywords in upper or lower case."""
+    """Return the corners (3 m, 3) of a text file; keywords in upper or lower case."""
     corners: list[list[str]] = []
     places: list[int] = []
     word, loop = "", 0
@@ -63,7 +63,10 @@ def _text_corners(data: bytes) -> np.ndarray:
 
 
 def _floats(rows: list[list[str]] | list[list[bytes]], places: list[int]) -> np.ndarray:
-    """(n, 3) numbers of words.  places: line of each row."""
+    """Return the numbers (n, 3) of words.
+
+    places : line of each row.
+    """
     try:
         return np.array(rows, dtype=float).reshape(-1, 3)
     except ValueError:
@@ -76,7 +79,7 @@ def _floats(rows: list[list[str]] | list[list[bytes]], places: list[int]) -> np.
 
 
 def read_obj(data: bytes) -> MeshFile:
-    """Faces of an OBJ file; texture and normals, of any number, are passed over."""
+    """Read the faces of an OBJ file; texture and normals are ignored."""
     points: list[list[bytes]] = []
     places: list[int] = []
     corners: list[int] = []
@@ -102,7 +105,7 @@ def read_obj(data: bytes) -> MeshFile:
 
 
 def _joined(data: bytes) -> list[tuple[int, bytes]]:
-    """Lines with their number; a backslash at the end of a line joins the next one to it."""
+    """Return lines with their number; a backslash at the end of a line joins the next one to it."""
     lines: list[tuple[int, bytes]] = []
     open_line = False
     for number, line in enumerate(data.splitlines(), 1):
@@ -116,7 +119,7 @@ def _joined(data: bytes) -> list[tuple[int, bytes]]:
 
 
 def _corner(word: bytes, count: int, line: int) -> int:
-    """Index of the vertex in a corner such as `7`, `7/1/3` or `-1`, which counts backwards."""
+    """Return the index of the vertex in a corner such as `7`, `7/1/3` or `-1`, which counts backwards."""
     try:
         number = int(word.split(b"/", 1)[0])
     except ValueError:
@@ -127,7 +130,7 @@ def _corner(word: bytes, count: int, line: int) -> int:
 
 
 def read_off(data: bytes) -> MeshFile:
-    """Faces of an OFF text file."""
+    """Read the faces of an OFF text file."""
     text = b"\n".join(line.split(b"#", 1)[0] for line in data.splitlines())
     cursor = Cursor(text)
     words = cursor.words()

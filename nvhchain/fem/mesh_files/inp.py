@@ -21,11 +21,11 @@ _WITHOUT_FACES = re.compile(
     r"(MASS|ROTARYI|SPRING|DASHPOT|CONN|T[23]D|B[23][123]|PIPE|DCOUP|GAP|ITS|JOINT|R[2AB]|HEATCAP|F3D)"
 )
 _DEEPEST = 20
-"""Files that include each other."""
+"""Largest depth of files that include each other."""
 
 
 def read_inp(path: Path) -> MeshFile:
-    """Nodes, elements and sets of a flat file or of one part."""
+    """Read nodes, elements and sets of a flat file or of one part."""
     deck, levels = _Deck(), {"ASSEMBLY": False, "INSTANCE": False}
     for name, options, rows in _blocks(_lines(path, ())):
         if name.removeprefix("END ") in levels:
@@ -48,13 +48,13 @@ _Row = tuple[int, list[str]]
 
 
 def _of_assembly(name: str, options: dict[str, str], rows: list[_Row]) -> bool:
-    """Whether it belongs to points of the assembly itself (reference points), whose labels are those of no part."""
+    """Return True for data on points of the assembly itself (reference points); their labels belong to no part."""
     qualified = "INSTANCE" in options or all("." in field for _, row in rows for field in row if field)
     return name in ("NODE", "ELEMENT") or (name in ("NSET", "ELSET") and not qualified)
 
 
 def _lines(path: Path, above: tuple[Path, ...]) -> Iterator[tuple[int, str]]:
-    """Lines with their number; those of included files in the place of *INCLUDE."""
+    """Yield lines with their number; lines of included files stand in the place of *INCLUDE."""
     if len(above) >= _DEEPEST or path in above:
         raise Damaged(f"{short(path.name)} includes itself, or more than {_DEEPEST} files deep")
     for number, line in enumerate(path.read_bytes().decode("utf-8", "replace").splitlines(), 1):
@@ -72,7 +72,7 @@ def _lines(path: Path, above: tuple[Path, ...]) -> Iterator[tuple[int, str]]:
 
 
 def _blocks(lines: Iterator[tuple[int, str]]) -> Iterator[tuple[str, dict[str, str], list[_Row]]]:
-    """Keyword, its options in upper case, and its lines of data; a comma at the end continues the line of a keyword."""
+    """Yield keyword, options in upper case, and lines of data; a comma at the end continues a keyword's line."""
     name, options, rows, going_on, started = "", "", list[_Row](), False, False
     for number, text in lines:
         if text.startswith("*") or going_on:
@@ -186,7 +186,7 @@ class _Deck:
 
 
 def _kind(name: str, rows: list[_Row]) -> str:
-    """Kind of the elements of a type, nothing for those without faces."""
+    """Return the kind of the elements of a type; empty for those without faces."""
     for pattern, kinds in _KINDS:
         found = re.match(pattern + r"(?!\d)", name.upper())
         if found:

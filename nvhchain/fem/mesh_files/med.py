@@ -21,11 +21,11 @@ _TYPES = {
 }  # fmt: skip
 
 _TIME_LIMIT, _BYTES_PER_SECOND = 30.0, 5e6
-"""s that reading may take, and bytes per further second."""
+"""Longest duration of reading (s), and bytes per further second."""
 
 
 def read_med(path: Path) -> MeshFile:
-    """Points, cells and groups of nodes and cells."""
+    """Read points, cells and groups of nodes and cells."""
     limit = _TIME_LIMIT + path.stat().st_size / _BYTES_PER_SECOND
     done = processes.exchange(_med.__file__, str(path.absolute()), content=b"", seconds=limit)
     if done is None:
@@ -57,7 +57,7 @@ def read_med(path: Path) -> MeshFile:
 
 
 def _members(arrays: dict[str, np.ndarray], key: str, count: int, names: dict[str, list[str]]) -> dict[str, IntArray]:
-    """Numbers of points or cells by the names of their families."""
+    """Return the numbers of points or cells by the names of their families."""
     family = arrays.get(key, np.zeros(count, dtype=np.int64)).ravel()
     if len(family) != count:
         raise Damaged(f"{len(family)} families are given for {count} points or cells")

@@ -34,7 +34,7 @@ _ORDER = {
     "hexahedron20": _BRICK,
     "hexahedron27": [*_BRICK, 22, 23, 21, 24, 20, 25, 26],
 }
-"""Place of VTK's nodes among Gmsh's; that of other solids is not needed."""
+"""Place of VTK's nodes among Gmsh's; other solids do not need it."""
 
 _NAME = re.compile(rb'(\d+)\s+(-?\d+)\s+"(.*)"')
 _Block = tuple[str, int, IntArray]
@@ -42,7 +42,7 @@ _Block = tuple[str, int, IntArray]
 
 
 def read_msh(data: bytes) -> MeshFile:
-    """Points, cells and physical groups."""
+    """Read points, cells and physical groups."""
     return _Msh(data).mesh()
 
 
@@ -220,7 +220,7 @@ class _Msh:
         return self._whole(self.cursor.words(count)[:count])
 
     def _block(self) -> tuple[int, int, int, int]:
-        """Head of a block: three numbers and its count."""
+        """Return the head of a block: three numbers and its count."""
         cursor = self.cursor
         if self.binary:
             first = [int(n) for n in cursor.binary(3, self.order + "i4")]

@@ -16,11 +16,11 @@ _TYPES = {
 _ORDERS = {b"ascii": "", b"binary_little_endian": "<", b"binary_big_endian": ">"}
 
 _Property = tuple[str, str, str]
-"""Name, type of the length of a list or nothing, type."""
+"""Name, type of the length of a list (empty for single values), type."""
 
 
 def read_ply(data: bytes) -> MeshFile:
-    """Vertices and faces; other elements and properties are passed over."""
+    """Read vertices and faces; other elements and properties are ignored."""
     cursor = Cursor(data)
     if cursor.line() != b"ply":
         raise Damaged("it does not begin with 'ply'")
@@ -46,7 +46,7 @@ def read_ply(data: bytes) -> MeshFile:
 
 
 def _header(cursor: Cursor) -> tuple[str, list[tuple[str, int, list[_Property]]]]:
-    """Byte order, nothing for text, and for each element its name, count and properties."""
+    """Return the byte order (empty for text), and name, count and properties of each element."""
     order: str | None = None
     elements: list[tuple[str, int, list[_Property]]] = []
     while True:
@@ -75,7 +75,7 @@ def _header(cursor: Cursor) -> tuple[str, list[tuple[str, int, list[_Property]]]
 
 
 def _text(cursor: Cursor, count: int, properties: list[_Property]) -> dict[str, Any]:
-    """Values by property; a list as its entries and the end of each."""
+    """Return the values by property of a text file; a list as its entries and the end of each list."""
     if not any(length for _, length, _ in properties):
         table = cursor.table(count, len(properties), float)
         return {name: table[:, i] for i, (name, _, _) in enumerate(properties)}
@@ -98,7 +98,10 @@ def _text(cursor: Cursor, count: int, properties: list[_Property]) -> dict[str, 
 
 
 def _binary_lists(cursor: Cursor, count: int, properties: list[_Property], order: str) -> dict[str, Any]:
-    """The same of a binary file: at once where all lists are as long as the first, one by one otherwise."""
+    """Return the values by property of a binary file.
+
+    They are read at once if all lists are as long as the first, one by one otherwise.
+    """
     start, sizes = cursor.at, []
     for _, length, kind in properties if count else []:
         sizes.append(_length(cursor, order + length) if length else 1)
@@ -129,7 +132,7 @@ def _binary_lists(cursor: Cursor, count: int, properties: list[_Property], order
 
 
 def _length(cursor: Cursor, kind: str) -> int:
-    """Entries of the list that follows."""
+    """Return the number of entries of the list that follows."""
     place = f"byte {cursor.at}"
     value = cursor.binary(1, kind)[0]
     if not np.isfinite(value) or value != int(value):

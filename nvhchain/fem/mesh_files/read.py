@@ -1,4 +1,4 @@
-"""Any mesh file → points, cells and tags, by its ending."""
+"""Reader of mesh files: points, cells and tags, with the format by the ending."""
 
 from __future__ import annotations
 
@@ -32,16 +32,29 @@ _READERS: dict[str, tuple[str, Callable[[Path], MeshFile]]] = {
 }
 
 FORMATS = tuple(_READERS)
-"""Endings of the files that are read."""
+"""Endings of the files that `read_mesh` reads."""
 
 _LARGEST = 4 << 30
-"""Bytes of a file."""
+"""Largest size of a file (bytes)."""
 
 
 def read_mesh(path: str | Path) -> MeshFile:
-    """Read the mesh in a file; its ending (`FORMATS`) says the format.
+    """Read the mesh in a file.
 
-    Raises FileFormatError, with the place where there is one, for a damaged file, another format or none.
+    Parameters
+    ----------
+    path : str or Path
+        File; its ending (`FORMATS`) gives the format.
+
+    Returns
+    -------
+    MeshFile
+        Points, cells and tags.
+
+    Raises
+    ------
+    FileFormatError
+        For a damaged file, another format or none, with the place in the file where there is one.
     """
     path = Path(path)
     if path.suffix.lower() not in _READERS:

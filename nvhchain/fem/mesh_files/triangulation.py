@@ -1,4 +1,4 @@
-"""Faces of a mesh file → triangles whose corners are joined."""
+"""Triangles of the faces of a mesh file, with joined corners."""
 
 from __future__ import annotations
 
@@ -12,16 +12,18 @@ from nvhchain.fem.mesh_files.contents import MeshFile
 from nvhchain.handoff import FloatArray, IntArray
 
 JOINED = 1e-6
-"""Parts of the largest extent within which corners are one: single precision has 1e-7 of the largest coordinate."""
+"""Distance within which corners are one, relative to the largest extent. Single precision has 1e-7 of the largest
+coordinate."""
 
 _PAIRS = 30
-"""Pairs of corners within that distance, per corner, beyond which the file is no surface."""
+"""Largest number of pairs of corners within that distance, per corner; a file with more is no surface."""
 
 _COLLAPSED = 0.25
-"""Part of all triangles with two corners in one place, beyond which it is the precision or a point far away."""
+"""Largest share of triangles with two corners in one place. A higher share comes from the precision or a point far
+away."""
 
 _STARTS = 32
-"""Corners of a large face that are tried."""
+"""Corners of a large face that are tried as the centre of its triangles."""
 
 _HALVES = np.array([[[0, 1, 2], [0, 2, 3]], [[0, 1, 3], [1, 2, 3]]])
 _REFINED = {
@@ -34,10 +36,31 @@ _REFINED = {
 
 
 def triangulated(mesh: MeshFile) -> tuple[FloatArray, IntArray, int]:
-    """Vertices (n, 3), triangles (m, 3), and the number of triangles left out that have two corners in one place.
+    """Return the triangles of the faces of a mesh file, with joined corners.
 
-    Quads are divided along the diagonal between the flatter halves, larger faces about a corner, faces of second order
-    over their nodes.  Raises InputError for a file without faces or with faces that cannot be divided so.
+    Parameters
+    ----------
+    mesh : MeshFile
+        Points and cells.
+
+    Returns
+    -------
+    vertices : (n, 3) array
+        Vertices in units of the file.
+    triangles : (m, 3) array
+        Indices of vertices.
+    excluded : int
+        Number of excluded triangles, with two corners in one place.
+
+    Raises
+    ------
+    InputError
+        For a file without faces, or with faces that cannot be divided.
+
+    Notes
+    -----
+    Quads are divided along the diagonal between the flatter halves. Larger faces are divided about a corner, faces of
+    second order over their nodes.
     """
     parts = [_divided(mesh.points, kind, cells) for kind, cells in mesh.cells]
     corners = np.vstack([np.empty((0, 3), dtype=np.int64), *parts])
@@ -56,7 +79,7 @@ def triangulated(mesh: MeshFile) -> tuple[FloatArray, IntArray, int]:
 
 
 def _joined(points: FloatArray) -> tuple[FloatArray, IntArray]:
-    """One point for all within `JOINED`, and its number for each."""
+    """Return one point for all within `JOINED`, and its number for each."""
     points, same = np.unique(points, axis=0, return_inverse=True)
     same = same.ravel()
     near = max(JOINED * float(np.ptp(points, axis=0).max()), float(np.spacing(np.float32(np.abs(points).max()))))
@@ -77,7 +100,7 @@ def _joined(points: FloatArray) -> tuple[FloatArray, IntArray]:
 
 
 def _divided(points: FloatArray, kind: str, cells: IntArray) -> IntArray:
-    """(m, 3) triangles of faces of one kind, none of other cells."""
+    """Return the triangles (m, 3) of faces of one kind, none of other cells."""
     if kind == "triangle":
         return cells
     if kind in _REFINED:
@@ -111,7 +134,10 @@ def _divided(points: FloatArray, kind: str, cells: IntArray) -> IntArray:
 
 
 def _flatness(points: FloatArray, triangles: IntArray) -> FloatArray:
-    """(n, ways): smallest cosine between the normal of a triangle and that of its face; triangles (n, ways, k, 3)."""
+    """Return the smallest cosine (n, ways) between the normal of a triangle and that of its face.
+
+    triangles : (n, ways, k, 3) indices of points.
+    """
     a, b, c = (points[triangles[..., i]] for i in range(3))
     normal = np.cross(b - a, c - a)
     whole = normal.sum(axis=2, keepdims=True)

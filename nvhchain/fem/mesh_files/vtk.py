@@ -28,12 +28,17 @@ _KEYWORD = re.compile(rb"^[ \t]*[A-Za-z]", re.MULTILINE)
 
 
 def read_vtk(data: bytes) -> MeshFile:
-    """Points, cells and point arrays."""
+    """Read points, cells and point arrays."""
     return _Legacy(data).mesh()
 
 
 def sorted_cells(corners: IntArray, ends: IntArray, types: IntArray) -> list[tuple[str, IntArray]]:
-    """Cells by kind.  corners: of all of them; ends: of each in it; types: numbers of VTK."""
+    """Return cells by kind.
+
+    corners : corners of all cells.
+    ends : end of each cell in `corners`.
+    types : types of VTK.
+    """
     if len(ends) != len(types):
         raise Damaged(f"there are {len(types)} cell types for {len(ends)} cells")
     size = np.diff(ends, prepend=0)
@@ -56,7 +61,7 @@ def sorted_cells(corners: IntArray, ends: IntArray, types: IntArray) -> list[tup
 
 
 def tagged_points(arrays: dict[str, Any], count: int) -> dict[str, IntArray]:
-    """Points where an array with one value per point is not zero."""
+    """Return the points where an array with one value per point is not zero."""
     return {name: np.flatnonzero(values) for name, values in arrays.items() if np.size(values) == count}
 
 
@@ -68,7 +73,7 @@ class _Legacy:
         if head[:4] != [b"#", b"vtk", b"DataFile", b"Version"] or not found:
             raise self.cursor.fail("it does not begin with '# vtk DataFile Version' 1 to 5")
         self.version = int(found[1])
-        end = data.find(b"\n", self.cursor.at)  # the title, which may be blank
+        end = data.find(b"\n", self.cursor.at)  # end of the title, which may be blank
         self.cursor.at = end + 1 if end >= 0 else len(data)
         form = self.cursor.words()[0].upper()
         if form not in (b"ASCII", b"BINARY"):
@@ -158,7 +163,7 @@ class _Legacy:
             self.arrays[name.decode("latin-1")] = values
 
     def _numbers(self, count: int, kind: bytes) -> Any:
-        """(count,) numbers: big-endian bytes, or text up to the next line that begins with a letter."""
+        """Return numbers (count,): big-endian bytes, or text up to the next line that begins with a letter."""
         cursor = self.cursor
         if kind.lower() not in _TYPES:
             raise cursor.fail(f"numbers of type {short(kind)} are not read")
@@ -178,7 +183,7 @@ class _Legacy:
         return numbers
 
     def _counted(self, cells: int, size: int) -> tuple[IntArray, IntArray]:
-        """Corners and ends of cells that are written as their count of corners and these."""
+        """Return corners and ends of cells that are written as their count of corners and these corners."""
         numbers = self._numbers(size, b"int").astype(np.int64)
         ends, at = np.zeros(cells, dtype=np.int64) if cells <= size else None, 0
         if ends is None:
@@ -195,7 +200,7 @@ class _Legacy:
         return numbers[~heads], ends
 
     def _offsets(self, offsets: int, corners: int) -> tuple[IntArray, IntArray]:
-        """Corners and ends of cells in a file of version 5."""
+        """Return corners and ends of cells in a file of version 5."""
         parts = []
         for word, count in ((b"OFFSETS", offsets), (b"CONNECTIVITY", corners)):
             words = self.cursor.words(2)

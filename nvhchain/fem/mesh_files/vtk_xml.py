@@ -22,7 +22,7 @@ _TYPES = {
     "UInt64": "u8", "Float32": "f4", "Float64": "f8",
 }  # fmt: skip
 _MOST = 4
-"""Points, cells or corners per byte of the file: compressed data may announce any number of them."""
+"""Largest number of points, cells or corners per byte of the file; compressed data may announce any number."""
 
 _APPENDED = re.compile(rb"<AppendedData[^>]*>\s*_")
 
@@ -42,7 +42,7 @@ _COMPRESSORS: dict[str, Callable[[bytes, int], bytes]] = {
 
 
 def read_vtk_xml(data: bytes) -> MeshFile:
-    """Points, cells and point arrays of all pieces."""
+    """Read points, cells and point arrays of all pieces."""
     return _Document(data).mesh()
 
 
@@ -132,7 +132,7 @@ class _Document:
         raise Damaged(f"its {group} have no array {name!r}")
 
     def _lists(self, piece: Any, group: str, count: int) -> tuple[IntArray, IntArray]:
-        """Corners and ends of `count` cells."""
+        """Return corners and ends of `count` cells."""
         if not count:
             return np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)
         ends = whole(self._values(self._named(piece, group, "offsets"), count), "offsets")
@@ -142,7 +142,7 @@ class _Document:
         return whole(self._values(self._named(piece, group, "connectivity"), size), "corners"), ends
 
     def _values(self, array: Any, count: int) -> Any:
-        """(count,) numbers of a DataArray."""
+        """Return the numbers (count,) of a DataArray."""
         name, kind, form = array.get("Name", "Points"), array.get("type"), array.get("format", "ascii")
         if kind not in _TYPES or form not in ("ascii", "binary", "appended"):
             raise Damaged(f"array {short(name)} of type {short(kind)}, format {short(form)} is not read")
@@ -165,7 +165,7 @@ class _Document:
         return np.frombuffer(data, self.order + code, count)
 
     def _decoded(self, text: bytes, size: int) -> bytes:
-        """`size` bytes in base64, whose header is encoded apart where they are compressed."""
+        """Return `size` bytes from base64; the header of compressed data is encoded apart."""
         width = self.header.itemsize
         if not self.expand:
             return self._bytes(_base64(text, width + size), size)
@@ -176,7 +176,7 @@ class _Document:
         return self._bytes(sizes[:head] + base64.b64decode(_whole(text[encoded:]), validate=True), size)
 
     def _bytes(self, data: bytes, size: int) -> bytes:
-        """`size` bytes behind their header."""
+        """Return the `size` bytes behind their header."""
         width = self.header.itemsize
         if len(data) < width:
             raise Damaged("it ends before its data")
@@ -205,12 +205,12 @@ class _Document:
 
 
 def _base64(text: bytes, size: int) -> bytes:
-    """The first `size` bytes, or more."""
+    """Return the first `size` bytes, or more."""
     return base64.b64decode(_whole(text[: 4 * -(-size // 3)]), validate=True)
 
 
 def _whole(text: bytes) -> bytes:
-    """Base64 up to its padding: further data may follow."""
+    """Return base64 up to its padding; further data may follow."""
     text = text.lstrip()
     found = re.match(rb"[A-Za-z0-9+/]*={0,2}", text)
     return found[0] if found else b""

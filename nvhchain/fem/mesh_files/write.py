@@ -1,4 +1,4 @@
-"""Meshes as VTU and Abaqus input."""
+"""Writers of meshes as VTU and Abaqus input."""
 
 from __future__ import annotations
 
@@ -22,14 +22,37 @@ _INP = {"tetra10": "C3D10", "hexahedron20": "C3D20"}
 def write_vtu(
     path: Path, mesh: MeshFile, *, points: Mapping[str, FloatArray], cells: Mapping[str, FloatArray] | None = None
 ) -> None:
-    """Write points and cells with arrays for ParaView.  points, cells: name → (n, …)."""
+    """Write points and cells with arrays for ParaView.
+
+    Parameters
+    ----------
+    path : Path
+        File.
+    mesh : MeshFile
+        Points and cells.
+    points, cells : mapping of str to (n, …) array
+        Arrays on the points and on the cells, by name.
+    """
     write_whole(path, vtu_content(mesh, points=points, cells=cells))
 
 
 def vtu_content(
     mesh: MeshFile, *, points: Mapping[str, FloatArray], cells: Mapping[str, FloatArray] | None = None
 ) -> bytes:
-    """Return the bytes of a VTU file.  points, cells: name → (n, …)."""
+    """Return the bytes of a VTU file.
+
+    Parameters
+    ----------
+    mesh : MeshFile
+        Points and cells.
+    points, cells : mapping of str to (n, …) array
+        Arrays on the points and on the cells, by name.
+
+    Returns
+    -------
+    bytes
+        Content of the file.
+    """
     sizes = [(kind, len(nodes), nodes.shape[1]) for kind, nodes in mesh.cells]
     root = ElementTree.Element(
         "VTKFile", type="UnstructuredGrid", version="1.0", byte_order="LittleEndian", header_type="UInt64"
@@ -57,7 +80,7 @@ def vtu_content(
 
 
 def _array(parent: ElementTree.Element, name: str, values: np.ndarray) -> None:
-    """One array in base64."""
+    """Add one array in base64."""
     letter = {"f": "Float", "i": "Int", "u": "UInt"}[values.dtype.kind]
     data = np.ascontiguousarray(values, dtype=values.dtype.newbyteorder("<")).tobytes()
     array = ElementTree.SubElement(
@@ -69,7 +92,15 @@ def _array(parent: ElementTree.Element, name: str, values: np.ndarray) -> None:
 
 
 def write_inp(path: Path, mesh: MeshFile) -> None:
-    """Write quadratic solids and the sets of nodes `mesh.tagged`; labels count from 1."""
+    """Write quadratic solids and node sets as Abaqus input; labels count from 1.
+
+    Parameters
+    ----------
+    path : Path
+        File.
+    mesh : MeshFile
+        Points, cells and the node sets `tagged`.
+    """
     lines = ["*NODE"]
     lines += [f"{i}, {x!r}, {y!r}, {z!r}" for i, (x, y, z) in enumerate(mesh.points.tolist(), 1)]
     labels = count(1)
@@ -84,6 +115,6 @@ def write_inp(path: Path, mesh: MeshFile) -> None:
 
 
 def _wrapped(numbers: list[int], *, going_on: bool) -> list[str]:
-    """Lines of at most 16 numbers; going_on: a comma at the end of all but the last."""
+    """Return lines of at most 16 numbers; with `going_on` a comma ends all but the last."""
     lines = [", ".join(map(str, numbers[i : i + 16])) for i in range(0, len(numbers), 16)]
     return [line + "," for line in lines[:-1]] + lines[-1:] if going_on else lines

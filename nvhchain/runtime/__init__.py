@@ -1,1 +1,1 @@
-"""Means of a run on its machine: threads, memory, processes, workers."""
+"""Resources of a run on its machine: threads, memory, processes, workers."""

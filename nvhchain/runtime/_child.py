@@ -1,6 +1,6 @@
-"""Begin of a child: it ends with its caller, however that ends, and then is `python *arguments`.
+"""Start of a child process, which ends with its caller in any case and runs `python *arguments`.
 
-Run by its path, as `_child.py CALLER ARGUMENTS`, so that only modules of Python are loaded.
+It is run by its path, as `_child.py CALLER ARGUMENTS`, so that only modules of Python are loaded.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ _PR_SET_PDEATHSIG = 1
 
 
 def _end_with(caller: int) -> None:
-    """Have the system kill this process once the thread that started it is gone; Linux alone can."""
+    """Let the system kill this process once the thread that started it is gone (Linux only)."""
     if not sys.platform.startswith("linux"):
         return
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, int(signal.SIGKILL))

@@ -1,8 +1,8 @@
-"""Compiled functions whose cache on disk notices changes of the code that they inline from other modules.
+"""Compiled functions whose cache on disk follows changes of the code that they inline from other modules.
 
-Numba keeps a function's machine code as long as the file of the function has not changed, by its content; what it has
-inlined or linked from other files may have. The cache is filed under the function's name: with a digest of those
-files in it, old code is not found any more.
+Numba keeps a function's machine code as long as the content of the function's own file is the same. Code inlined or
+linked from other files may have changed. The cache is filed under the function's name. A digest of those files in the
+name therefore excludes old code.
 """
 
 from __future__ import annotations
@@ -17,8 +17,10 @@ F = TypeVar("F", bound=Callable)
 
 
 def inlines(*modules: ModuleType) -> Callable[[F], F]:
-    """Put below `njit`: name the function after the source of `modules`, from which it calls compiled functions, those
-    that they call in turn included. Of functions in one file all that do, directly or not, need it."""
+    """Decorate below `njit`: name the function after the source of `modules`, whose compiled functions it calls.
+
+    Include modules that those call in turn. Every function that calls them, directly or not, needs the decorator.
+    """
     source = hashlib.sha256()
     for module in modules:
         assert module.__file__ is not None

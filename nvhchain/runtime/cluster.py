@@ -1,7 +1,7 @@
-"""Executors: dask.distributed on this machine or at an address, and what any executor offers to a task.
+"""Executors: dask.distributed on this machine or at an address, and the room that any executor offers to a task.
 
-Every `concurrent.futures.Executor` serves. They differ in how many tasks of a size they hold at once, in how many tasks
-share a machine, and in how they tell that a worker was lost.
+Every `concurrent.futures.Executor` serves. Executors differ in the number of tasks of a size that they hold at once,
+and in the number of tasks that share a machine. They also signal a lost worker differently.
 """
 
 from __future__ import annotations
@@ -25,24 +25,40 @@ from nvhchain.runtime.threads import blas_threads, give_blas, granted
 T = TypeVar("T")
 
 _USABLE = 0.8
-"""Share of a dask worker's memory limit that it may fill: beyond it dask pauses the worker, at 0.95 it ends it."""
+"""Share of a dask worker's memory limit that tasks may fill. Beyond it dask pauses the worker, at 0.95 it ends it."""
 
 _PROGRAM = 256 * 2**20
-"""Bytes of a worker that the program and its libraries take once they are loaded."""
+"""Memory of a worker for the program and its libraries (bytes)."""
 
 _CLOSED = ("closing", "closed")
-"""What a dask client says of itself once its scheduler is lost or it was closed."""
+"""States of a dask client whose scheduler is lost or that was closed."""
 
 
 @contextmanager
 @checked
 def local_cluster(workers: int | None = None, *, memory_per_worker: int | None = None) -> Iterator[Executor]:
-    """An executor of worker processes on this machine (dask.distributed); a worker that dies is replaced.
+    """Yield an executor of worker processes on this machine (dask.distributed); a worker that dies is replaced.
 
-    workers: processes (default: one per core).  memory_per_worker: bytes (default: an equal part of 90 % of what is
-    free now).  Workers import the calling script: it must keep its own work under `if __name__ == "__main__":`.
-    Raises InputError when dask.distributed is not installed, for fewer workers than one and for less memory than the
-    program itself takes.
+    Parameters
+    ----------
+    workers : int, optional
+        Number of processes; one per core by default.
+    memory_per_worker : int, optional
+        Memory limit (bytes); by default an equal part of 90 % of the free memory.
+
+    Yields
+    ------
+    Executor
+        Executor of the cluster.
+
+    Raises
+    ------
+    InputError
+        If dask.distributed is not installed, for fewer workers than one, and for less memory than the program takes.
+
+    Notes
+    -----
+    Workers import the calling script: it must keep its own work under `if __name__ == "__main__":`.
     """
     distributed = _distributed()
     require(
@@ -71,20 +87,34 @@ def local_cluster(workers: int | None = None, *, memory_per_worker: int | None =
 @contextmanager
 @checked
 def connect(address: str, *, timeout: float = 10.0) -> Iterator[Executor]:
-    """An executor of the workers of a running dask scheduler; scheduler and workers are left running.
+    """Yield an executor of the workers of a running dask scheduler; scheduler and workers keep running.
 
-    address: such as `tcp://host:8786`.  timeout: s in which the scheduler, and then its first worker, must answer.
-    Raises InputError when dask.distributed is not installed, the address is wrong or nothing answers there.
+    Parameters
+    ----------
+    address : str
+        Address such as `tcp://host:8786`.
+    timeout : float
+        Time (s) in which the scheduler, and then its first worker, must answer.
+
+    Yields
+    ------
+    Executor
+        Executor of the workers.
+
+    Raises
+    ------
+    InputError
+        If dask.distributed is not installed, the address is wrong or nothing answers there.
     """
     require(0 < timeout < float("inf"), f"timeout = {timeout:g} s must be positive and finite")
     distributed = _distributed()
     try:
-        # A client waits for ever for what listens and is no scheduler; one that found nobody is closed by the garbage
-        # collector, which may lock up another one just starting.
-        with ThreadPoolExecutor(1) as beside:  # as the calling thread may have a loop of its own
+        # A client waits for ever for a listener that is no scheduler. A client without a scheduler is closed by the
+        # garbage collector, which may lock up another client that is starting.
+        with ThreadPoolExecutor(1) as beside:  # the calling thread may have a loop of its own
             beside.submit(asyncio.run, _identity(address, timeout)).result()
         client = distributed.Client(address, timeout=timeout, set_as_default=False)
-    except Exception as error:  # of any kind, as what another protocol says is taken for sizes of messages
+    except Exception as error:  # any kind: bytes of another protocol are taken for sizes of messages
         raise InputError(
             f"no dask scheduler answers at {address!r} within {timeout:g} s ({error!s:.100}): start one with "
             "'dask scheduler' or correct the address"
@@ -101,49 +131,55 @@ def connect(address: str, *, timeout: float = 10.0) -> Iterator[Executor]:
 
 
 async def _identity(address: str, timeout: float) -> None:
-    """Raise an error unless something of dask says within `timeout` s what it is."""
+    """Raise an error unless a dask process answers with its identity within `timeout` (s)."""
     async with import_module("distributed.core").rpc(address, timeout=timeout) as scheduler:
         await asyncio.wait_for(scheduler.identity(), timeout)
 
 
 def cores() -> int:
-    """Cores that this process may use."""
+    """Return the number of cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 @dataclass(frozen=True)
 class Room:
-    """tasks: how many an executor may hold at once.  neighbours: tasks that share a machine then, at most."""
+    """Room of an executor for tasks.
+
+    tasks : number of tasks that it may hold at once.
+    neighbours : largest number of tasks that share a machine then.
+    """
 
     tasks: int
     neighbours: int
 
 
 def room(executor: Executor, memory_per_task: int) -> Room:
-    """Room for tasks of `memory_per_task` bytes; ResourceError where no worker of a cluster holds even one."""
+    """Return the room for tasks of `memory_per_task` bytes; raise ResourceError if no worker of a cluster holds one."""
     workers = _workers_of(executor)
     if workers is not None:
         return _room_of_cluster(workers, memory_per_task)
     fit = max(1, int(free_memory() // memory_per_task))
-    # The pools of the standard library and of joblib keep the number of their workers there.
+    # pools of the standard library and of joblib keep the number of their workers there
     tasks = min(fit, int(getattr(executor, "_max_workers", cores())))
     return Room(tasks, tasks)
 
 
 def worker_memory(executor: Executor | None) -> list[int]:
-    """Bytes that tasks may fill on the workers of a cluster, every size once, increasing; none where workers have no
-    limit of their own."""
+    """Return the bytes for tasks on the workers of a cluster, each size once, increasing.
+
+    The list is empty if workers have no limit of their own.
+    """
     workers = _workers_of(executor) or {}
     return sorted({_for_tasks(worker["memory_limit"]) for worker in workers.values() if worker["memory_limit"]})
 
 
 def _for_tasks(limit: int) -> int:
-    """Bytes that tasks may fill on a worker with this limit of memory."""
+    """Return the bytes for tasks on a worker with this memory limit."""
     return max(0, int(_USABLE * limit) - _PROGRAM)
 
 
 def _workers_of(executor: Executor | None) -> dict[str, Any] | None:
-    """What dask tells of every worker, None of any other executor; `InputError` where its client was closed."""
+    """Return dask's record of every worker, None for any other executor; raise InputError if its client was closed."""
     client: Any = getattr(executor, "_client", None)
     if not hasattr(client, "scheduler_info"):
         return None
@@ -156,7 +192,7 @@ def _workers_of(executor: Executor | None) -> dict[str, Any] | None:
 
 
 def _room_of_cluster(workers: dict[str, Any], memory_per_task: int) -> Room:
-    """Each worker by its own memory limit; the most crowded machine counts for all."""
+    """Return the room of a cluster: each worker by its own memory limit, neighbours of the most crowded machine."""
     tasks, machines = 0, dict[str, int]()
     for worker in workers.values():
         limit, threads = worker["memory_limit"], worker["nthreads"]
@@ -173,10 +209,10 @@ def _room_of_cluster(workers: dict[str, Any], memory_per_task: int) -> Room:
 
 
 def share(home: int, neighbours: int, solve: Callable[..., T], *arguments: Any) -> T:
-    """`solve(*arguments)` on this machine's cores divided by the `neighbours` that share it.
+    """Return `solve(*arguments)`, computed on this machine's cores divided by the `neighbours` that share it.
 
-    home: identifier of the caller's process; another one is a worker, which takes its share of threads whatever it
-    began with.
+    home : identifier of the caller's process. Any other process is a worker, which takes its share of threads whatever
+        its number was.
     """
     count = max(1, cores() // neighbours)
     if os.getpid() != home:
@@ -186,14 +222,14 @@ def share(home: int, neighbours: int, solve: Callable[..., T], *arguments: Any) 
 
 
 def is_gone(executor: Executor | None) -> bool:
-    """Whether the scheduler behind an executor is lost: its tasks then stay under way for ever."""
+    """Return True if the scheduler behind an executor is lost: its tasks then never end."""
     return getattr(getattr(executor, "_client", None), "status", None) in _CLOSED
 
 
 def workers_at(executor: Executor) -> frozenset[Any] | None:
-    """The worker processes that a cluster has now, None where it cannot be asked.
+    """Return the worker processes of a cluster; None if it does not answer.
 
-    One that takes the place of another may have its address, but not its folder.
+    A worker that replaces another may have its address, but not its folder.
     """
     running = getattr(getattr(executor, "_client", None), "status", None) == "running"
     workers = _workers_of(executor) if running else None
@@ -201,7 +237,7 @@ def workers_at(executor: Executor) -> frozenset[Any] | None:
 
 
 def worker_lost(error: BaseException) -> bool:
-    """Whether `error` says that a worker died under a task, not that the task itself failed."""
+    """Return True if `error` means that a worker died under a task, not that the task itself failed."""
     if isinstance(error, BrokenExecutor | CancelledError):
         return True
     scheduler = sys.modules.get("distributed.scheduler")

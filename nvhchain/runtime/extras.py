@@ -1,4 +1,4 @@
-"""Packages that are installed on request: the extras of pyproject.toml."""
+"""Packages installed on request: the extras of pyproject.toml."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ EXTRAS = {"bempp_cl": "bempp", "pyvista": "pictures", "pyuff": "uff", "xarray": 
 
 
 def installed(module: str) -> bool:
-    """Return whether a module can be imported; nothing is."""
+    """Return whether a module can be imported, without importing it."""
     return find_spec(module) is not None
 
 
 def remedy(module: str) -> str:
-    """Command that installs a module of `EXTRAS`."""
+    """Return the command that installs a module of `EXTRAS`."""
     return f"pip install nvhchain[{EXTRAS[module]}]"
 
 
 def check_installed(module: str) -> None:
-    """Raise InputError with the command that installs a module of `EXTRAS` where it is missing."""
+    """Raise InputError if a module of `EXTRAS` is missing, with the command that installs it."""
     require(installed(module), f"{module} is not installed: {remedy(module)}")

@@ -1,4 +1,4 @@
-"""Memory that this process may still take: of the machine, or of the container it runs in."""
+"""Free memory for this process: of the machine, or of its container."""
 
 from __future__ import annotations
 
@@ -11,20 +11,22 @@ _FILES = {
     "": ("memory.max", "memory.current", "inactive_file"),
     "memory": ("memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file"),
 }
-"""Limit, use and, in memory.stat, the part of use that is given back when asked for, by controller: version 2 and 1."""
+"""Files of the limit and of the use, and the reclaimable part of the use in memory.stat, by controller: version 2 and
+1."""
 
 
 def free_memory(root: Path = Path("/")) -> int:
-    """Bytes that are free: of the machine, or where that is less, below the limits of the control groups (Linux) that
-    this process is in, as containers and batch systems set them.
+    """Return the free memory (bytes): of the machine, or below the limits of its control groups if that is less.
 
-    root: where proc and sys/fs/cgroup are.
+    root : folder of proc and sys/fs/cgroup.
+
+    Control groups (Linux) are those of this process; containers and batch systems set them.
     """
     return max(0, min([int(psutil.virtual_memory().available), *_below_limits(root)]))
 
 
 def _below_limits(root: Path) -> Iterator[int]:
-    """What every control group with a limit leaves; none where there are no control groups."""
+    """Yield the free memory of every control group with a limit; nothing if there are no control groups."""
     try:
         lines = (root / "proc/self/cgroup").read_text().splitlines()
     except OSError:
@@ -36,12 +38,12 @@ def _below_limits(root: Path) -> Iterator[int]:
             continue
         limit, use, reclaimed = _FILES[controller]
         base = root / "sys/fs/cgroup" / controller
-        # in a container the path may be that of the host, of which only the base is to be seen
+        # in a container the path may be that of the host, of which only the base is visible
         below = Path(place.lstrip("/"))
         for folder in (base / below, *(base / parent for parent in below.parents)):
             try:
                 most, used = int((folder / limit).read_text()), int((folder / use).read_text())
                 stat = dict(entry.split() for entry in (folder / "memory.stat").read_text().splitlines())
-            except (OSError, ValueError):  # not there, or "max": no limit
+            except (OSError, ValueError):  # no such file, or "max": no limit
                 continue
             yield most - used + int(stat.get(reclaimed, 0))

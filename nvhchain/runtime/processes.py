@@ -1,8 +1,8 @@
-"""The one door to other processes: every child starts here.
+"""Child processes: the only module that starts them.
 
-Python puts the working directory in front of the modules of a child (`-c`, `-m`): a file `gmsh.py` or `pickle.py` there
-would run in place of the module of that name. Children start without it (`-P`); PYTHONPATH keeps its meaning.
-They end with their caller, killed ones included: by the system (`_child`), or by a pipe of which they read the end.
+Python puts the working directory in front of the modules of a child (`-c`, `-m`). A file `gmsh.py` or `pickle.py` there
+would replace the module of that name. Children start without it (`-P`); PYTHONPATH keeps its meaning. They end with
+their caller, even if it is killed. The system sees to it (`_child`), or a pipe whose end they read.
 """
 
 from __future__ import annotations
@@ -20,18 +20,27 @@ __all__ = ["DEVNULL", "PIPE", "exchange", "isolated", "run", "run_python", "star
 
 
 def run_python(*arguments: str, seconds: float) -> subprocess.CompletedProcess[str] | None:
-    """Run `python *arguments` to its end; None if it takes more than `seconds`.
-
-    What it prints is captured.
-    """
+    """Run `python *arguments` to its end and capture its output; return None if it takes more than `seconds`."""
     # stdout of the child is read as UTF-8, whatever the terminal takes
     return run(_python(*arguments), seconds=seconds, environment={"PYTHONIOENCODING": "utf-8"})
 
 
 def exchange(*arguments: str, content: bytes | memoryview, seconds: float) -> subprocess.CompletedProcess[bytes] | None:
-    """Run `python *arguments` with `content` on its stdin; None if it takes more than `seconds`.
+    """Run `python *arguments` with bytes on its stdin and capture its output as bytes.
 
-    What it prints is captured as bytes.
+    Parameters
+    ----------
+    *arguments : str
+        Arguments of python.
+    content : bytes or memoryview
+        Input of the process.
+    seconds : float
+        Longest duration (s).
+
+    Returns
+    -------
+    CompletedProcess or None
+        Finished process; None if it takes more than `seconds`.
     """
     try:
         return subprocess.run(
@@ -48,9 +57,21 @@ def exchange(*arguments: str, content: bytes | memoryview, seconds: float) -> su
 def run(
     command: Sequence[str], *, seconds: float | None = None, environment: Mapping[str, str] | None = None
 ) -> subprocess.CompletedProcess[str] | None:
-    """Run a program to its end; None if it takes more than `seconds`.
+    """Run a program to its end and capture its output.
 
-    `environment` is added to that of this process. What the program prints is captured.
+    Parameters
+    ----------
+    command : sequence of str
+        Program and its arguments.
+    seconds : float, optional
+        Longest duration (s).
+    environment : mapping of str to str, optional
+        Variables added to the environment of this process.
+
+    Returns
+    -------
+    CompletedProcess or None
+        Finished process; None if it takes more than `seconds`.
     """
     try:
         return subprocess.run(
@@ -73,9 +94,27 @@ def start_python(
     environment: Mapping[str, str] | None = None,
     pass_fds: Sequence[int] = (),
 ) -> subprocess.Popen[bytes]:
-    """Start `python *arguments`, which prints to nobody; `environment` is added to that of this process.
+    """Start `python *arguments`, whose standard output is discarded.
 
-    A child with a pipe, on `stdin` or in `pass_fds`, ends by itself where this end closes, and removes what it wrote.
+    Parameters
+    ----------
+    *arguments : str
+        Arguments of python.
+    stdin, stderr : int or file
+        Streams of the process; discarded by default.
+    environment : mapping of str to str, optional
+        Variables added to the environment of this process.
+    pass_fds : sequence of int
+        Descriptors that the process inherits.
+
+    Returns
+    -------
+    Popen
+        Started process.
+
+    Notes
+    -----
+    A child with a pipe, on `stdin` or in `pass_fds`, ends by itself when this end closes, and removes its files.
     """
     piped = stdin == PIPE or bool(pass_fds)
     return subprocess.Popen(
@@ -89,18 +128,18 @@ def start_python(
 
 
 def _python(*arguments: str) -> list[str]:
-    """Command of a child that the system ends with this process."""
+    """Return the command of a child that the system ends with this process."""
     return [sys.executable, "-P", str(Path(__file__).with_name("_child.py")), str(os.getpid()), *arguments]
 
 
 def _child_environment(added: Mapping[str, str] | None) -> dict[str, str]:
-    """Environment of a child, in which warnings of other packages are no errors."""
+    """Return the environment of a child, in which warnings of other packages are no errors."""
     return {name: value for name, value in os.environ.items() if name != "PYTHONWARNINGS"} | dict(added or {})
 
 
 @contextmanager
 def isolated() -> Iterator[None]:
-    """Have processes that a library starts in here ignore modules of the working directory, too.
+    """Let processes that a library starts in this context ignore modules of the working directory, too.
 
     Once started, workers of `multiprocessing` search where this process does.
     """

@@ -1,4 +1,4 @@
-"""Threads that work may take: those granted to what is under way, and those of BLAS, which a whole process shares."""
+"""Numbers of threads: those granted to the work under way, and those of BLAS, which a whole process shares."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _GRANTED: ContextVar[int | None] = ContextVar("granted_threads", default=None)
 
 @contextmanager
 def granted(threads: int) -> Iterator[None]:
-    """What runs in here shares the machine with others and may take so many threads (`at_most`)."""
+    """Grant so many threads (`at_most`) to the work in this context, which shares the machine with others."""
     token = _GRANTED.set(threads)
     try:
         yield
@@ -25,7 +25,7 @@ def granted(threads: int) -> Iterator[None]:
 
 
 def at_most(threads: int) -> int:
-    """`threads`, or fewer where fewer are granted to the work under way."""
+    """Return `threads`, or fewer if fewer are granted to the work under way."""
     allowed = _GRANTED.get()
     return threads if allowed is None else min(threads, allowed)
 
@@ -33,7 +33,7 @@ def at_most(threads: int) -> int:
 class _Shared:
     """Libraries with one number of threads for the whole process, whichever thread calls them.
 
-    A limit that everybody put back by himself would end with the first of two that overlap, or outlast both.
+    If every user restored the number by himself, a limit would end with the first of two that overlap, or outlast both.
     """
 
     def __init__(self) -> None:
@@ -42,7 +42,7 @@ class _Shared:
         self._before: dict[str, tuple[Any, int]] = {}
 
     def limit(self, libraries: list[Any], threads: int) -> None:
-        """Ask for so many threads; libraries that were loaded since the last time come under the limit, too."""
+        """Request so many threads; libraries loaded since the last time come under the limit, too."""
         with self._lock:
             self._asked.append(threads)
             for library in libraries:
@@ -50,7 +50,7 @@ class _Shared:
             self._set()
 
     def release(self, threads: int) -> None:
-        """Take back what was asked for."""
+        """Withdraw a request."""
         with self._lock:
             self._asked.remove(threads)
             self._set()
@@ -58,7 +58,7 @@ class _Shared:
                 self._before.clear()
 
     def begin_with(self, libraries: list[Any], threads: int) -> None:
-        """Have so many where nothing less is asked for, whatever the number was."""
+        """Set the number without requests to `threads`, whatever it was."""
         with self._lock:
             for library in libraries:
                 self._before[library.filepath] = (library, threads)
@@ -68,7 +68,7 @@ class _Shared:
 
     def _set(self) -> None:
         for library, before in self._before.values():
-            # threadpoolctl leaves a library to the first thread that limits it and ignores all others in silence
+            # threadpoolctl leaves a library to the first thread that limits it and silently ignores all others
             anybody = getattr(library, "clear_controlling_thread", lambda force: None)
             anybody(force=True)
             library.set_num_threads(min([before, *self._asked]))
@@ -79,7 +79,7 @@ _shared = _Shared()
 
 
 def _forget() -> None:
-    """What the threads of the parent process asked for, none of which lives on in a fork."""
+    """Discard the requests of the parent process: none of its threads exists in a fork."""
     global _shared
     _shared = _Shared()
 
@@ -89,8 +89,10 @@ if hasattr(os, "register_at_fork"):
 
 
 def give_blas(threads: int) -> None:
-    """Linear algebra of this process on so many threads from now on, where nothing less is asked for: that of a worker
-    which began with fewer (those of dask begin with one)."""
+    """Set the threads of linear algebra in this process to `threads`, unless less is requested.
+
+    A worker may have begun with fewer; those of dask begin with one.
+    """
     libraries = ThreadpoolController().select(user_api="blas").lib_controllers
     _shared.begin_with([library for library in libraries if not _by_thread(library)], threads)
     for library in filter(_by_thread, libraries):
@@ -99,10 +101,10 @@ def give_blas(threads: int) -> None:
 
 @contextmanager
 def blas_threads(most: int) -> Iterator[None]:
-    """Linear algebra on at most `most` threads: of this process, or of this thread where the library can tell.
+    """Limit linear algebra to `most` threads: of this process, or of this thread if the library distinguishes them.
 
-    Where several such limits overlap, in threads beside each other or nested, the lowest holds for all; after the last,
-    whatever their order, the number is what it was before the first.
+    Such limits may overlap, in threads beside each other or nested. The lowest then holds for all. After the last, in
+    any order, the number is that before the first.
     """
     libraries = ThreadpoolController().select(user_api="blas").lib_controllers
     own = [(library, library.num_threads) for library in libraries if _by_thread(library)]
@@ -119,12 +121,12 @@ def blas_threads(most: int) -> Iterator[None]:
 
 
 def _by_thread(library: Any) -> bool:
-    """Whether every thread has a number of its own: MKL, and OpenBLAS made with OpenMP."""
+    """Return True if every thread has a number of its own: MKL, and OpenBLAS built with OpenMP."""
     return library.internal_api == "mkl" or getattr(library, "threading_layer", None) == "openmp"
 
 
 def threads() -> int:
-    """Threads that assemble: as many as cores, or NUMBA_NUM_THREADS; fewer beside tasks on one machine."""
+    """Return the number of threads for assembly: cores or NUMBA_NUM_THREADS, fewer beside tasks on one machine."""
     import numba
 
     return at_most(int(numba.config.NUMBA_NUM_THREADS))  # type: ignore[attr-defined]

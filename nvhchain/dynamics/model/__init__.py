@@ -1,1 +1,1 @@
-"""The gearbox model: shafts, bearings, gear train and lines of action as matrices."""
+"""Gearbox model: shafts, bearings, gear train and lines of action as matrices."""

@@ -11,13 +11,16 @@ from nvhchain.errors import require
 from nvhchain.handoff import FloatArray, MeshLaw
 
 SHORT = np.array([-3.0, -1.0, 1.0, 3.0])
-"""m: grid of such a law; its middle cell holds every deflection."""
+"""Deflections (m) of such a law; the middle cell holds every deflection that occurs."""
 LEVEL = 1.0
-"""N/m: slope that it is given, far below any mesh stiffness, since the time loop wants one."""
+"""Slope of such a law (N/m), far below any mesh stiffness; the time loop needs a slope."""
 
 
 def check_table(table: Any, what: str, *names: str) -> None:
-    """Check `table.angle`, rad of the wheel, increasing from 0 within `table.period`, and (n_angle,) arrays `names`."""
+    """Check the wheel angles and the arrays `names` of `table`; raise InputError.
+
+    `table.angle` (rad) must increase from 0 within `table.period`. Each array must hold (n_angle,) finite numbers.
+    """
     for name in ("angle", *names):
         object.__setattr__(table, name, np.ascontiguousarray(getattr(table, name), dtype=float))
         value = getattr(table, name)
@@ -37,9 +40,12 @@ def check_table(table: Any, what: str, *names: str) -> None:
 def law_of_angle(
     law: MeshLaw, period: float, angle: FloatArray, values: FloatArray, force: float, what: str
 ) -> MeshLaw:
-    """`values` (n_angle,) N at wheel angles `angle`, rad, of one `period` as a law like `law`.
+    """Return a law like `law` whose force `values` (n_angle,) (N) depends on the wheel angle `angle` (rad) only.
 
-    force: N, nominal, of the mesh. Raises InputError where the periods differ or the back flanks carry.
+    period : period of the angles (rad).
+    force : nominal force of the mesh (N).
+
+    Raises InputError if the periods differ or the back flanks carry.
     """
     require(
         abs(period / law.period - 1.0) <= 1e-6,

@@ -1,13 +1,14 @@
-"""Friction of the flanks in a mesh: what it adds to the forces on both gears, by the position of the mesh.
+"""Friction of the flanks in a mesh: forces on both gears against the position of the mesh.
 
-At s from the pinion's base tangent point the pinion's flank moves across the line of action with ω_P s, the wheel's
-with ω_G (L − s), both along e = ẑ × n for a pinion that turns with +z, n the transverse direction of the line of action
-from pinion to wheel. A contact that carries F is dragged by μ F σ, σ the sign of ω_P s − ω_G (L − s): along e on the
-wheel, against it on the pinion. With A = Σ μ σ F and S = Σ μ σ F s over the contact, the pinion loses the torque S and
-the wheel gains L A − S, each along its own running direction.
+At s from the pinion's base tangent point, the pinion's flank moves across the line of action at ω_P s. The wheel's
+flank moves at ω_G (L − s). Both velocities point along e = ẑ × n for a pinion that turns about +z. Here n is the
+transverse direction of the line of action from pinion to wheel. A contact that carries F is dragged by μ F σ, with σ
+the sign of ω_P s − ω_G (L − s): along e on the wheel, against it on the pinion. With A = Σ μ σ F and S = Σ μ σ F s over
+the contact, the pinion loses the torque S and the wheel gains L A − S. Each torque counts along the gear's own running
+direction.
 
-F is taken at its nominal value: what the mesh force moves about it changes the friction in second order only (of μ
-times that), and friction stays where flanks part, which it should not.
+F is taken at its nominal value. Variations of the mesh force change the friction in second order only, times μ.
+Friction therefore persists where flanks separate, although it should vanish there.
 """
 
 from __future__ import annotations
@@ -23,15 +24,25 @@ from nvhchain.handoff import FloatArray, MeshLaw
 from nvhchain.kinds import check_fields
 
 LARGEST_COEFFICIENT = 1.0
-"""Of friction, beyond which a unit was mistaken."""
+"""Largest coefficient of friction; a larger one indicates a wrong unit."""
 
 
 @dataclass(frozen=True, eq=False)
 class MeshFriction:
     """Friction of the drive flanks under nominal load.
 
-    coefficient: μ.  angle: (n_angle,) rad of the wheel, increasing from 0 within one `period`, rad.
-    sliding: (n_angle,) Σ σ F / Σ F, −1 … 1.  arm: (n_angle,) m, Σ σ F s / Σ F.
+    Parameters
+    ----------
+    coefficient : float
+        Coefficient of friction μ.
+    period : float
+        Period of the angles (rad of the wheel).
+    angle : (n_angle,) array
+        Wheel angles (rad), increasing from 0 within one period.
+    sliding : (n_angle,) array
+        Signed share of the force Σ σ F / Σ F, −1 … 1.
+    arm : (n_angle,) array
+        Lever arm Σ σ F s / Σ F (m).
     """
 
     coefficient: float
@@ -54,9 +65,11 @@ class MeshFriction:
 
 
 def friction_laws(law: MeshLaw, friction: MeshFriction, force: float) -> tuple[MeshLaw, MeshLaw]:
-    """A and S / r_bP in N as laws that do not depend on the deflection.  force: nominal, N along the flank normal.
+    """Return A and S / r_bP (N) as laws that do not depend on the deflection.
 
-    Raises InputError when the back flanks carry: their lines of action are others.
+    force : nominal mesh force along the flank normal (N).
+
+    Raises InputError if the back flanks carry, because their lines of action differ.
     """
     push = friction.coefficient * force
     return tuple(  # type: ignore[return-value]

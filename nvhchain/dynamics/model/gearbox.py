@@ -1,6 +1,6 @@
-"""What a gearbox is made of: rigid shafts, bearings, gear meshes, and where the power goes in and out.
+"""Parts of a gearbox: shafts, bearings and gear meshes, and the shafts where power enters and leaves.
 
-Frame: z along the shafts, x and y transverse, the housing's own frame. SI units.
+Frame: z along the shafts, x and y transverse; the frame of the housing. SI units.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from nvhchain.kinds import check_fields
 from nvhchain.names import check_name, check_names
 
 MOST_FACE_POINTS = 16
-"""Points of one mesh across its face."""
+"""Largest number of points of one mesh across its face."""
 
 LARGEST_DAMPING_TIME = 1e-2
-"""s, of damping over stiffness: from 16 Hz on such a bearing is more dashpot than spring, and no seat in series with
-it is taken right (`nvhchain.dynamics.model.assembly`)."""
+"""Largest damping over stiffness (s). From 16 Hz on, such a bearing is more dashpot than spring, and its series with a
+seat is wrong (`nvhchain.dynamics.model.assembly`)."""
 
 
 def _within(owner: str, name: str, value: float, low: float, high: float, unit: str) -> None:
@@ -36,7 +36,7 @@ def _within(owner: str, name: str, value: float, low: float, high: float, unit: 
 
 
 def _plain(part: Any) -> None:
-    """NumPy's numbers become Python's: a float32 would carry its seven digits on."""
+    """Replace NumPy's numbers by Python's: a float32 would pass on its seven digits."""
     for field in fields(part):
         value = getattr(part, field.name)
         if isinstance(value, np.generic):
@@ -45,10 +45,18 @@ def _plain(part: Any) -> None:
 
 @dataclass(frozen=True)
 class RigidBody:
-    """A body of revolution on a shaft, such as a gear.
+    """Body of revolution on a shaft, such as a gear.
 
-    z: m, its centre of mass.  mass: kg.  polar_inertia, transverse_inertia: kg m² about its centre of mass, the
-    first about the shaft axis.
+    Parameters
+    ----------
+    z : float
+        Position of its centre of mass (m).
+    mass : float
+        Mass (kg).
+    polar_inertia : float
+        Moment of inertia about the shaft axis (kg m²).
+    transverse_inertia : float
+        Moment of inertia about a transverse axis through its centre of mass (kg m²).
     """
 
     z: Length
@@ -72,9 +80,20 @@ class RigidBody:
 
 @dataclass(frozen=True)
 class Cylinder:
-    """A piece of shaft between two planes.  start, end: m along z.  outer_diameter, inner_diameter: m.  density: kg/m³.
+    """Piece of shaft between two planes.
 
-    young: Pa and poisson, of flexible shafts.
+    Parameters
+    ----------
+    start, end : float
+        Planes along z (m).
+    outer_diameter, inner_diameter : float
+        Diameters (m).
+    density : float
+        Density (kg/m³).
+    young : float
+        Young's modulus (Pa), for flexible shafts.
+    poisson : float
+        Poisson's ratio, for flexible shafts.
     """
 
     start: Length
@@ -102,7 +121,7 @@ class Cylinder:
         )
 
     def as_body(self) -> RigidBody:
-        """Mass and inertia of the hollow cylinder about its centre of mass."""
+        """Return mass and inertia of the hollow cylinder about its centre of mass."""
         outer, inner, length = 0.5 * self.outer_diameter, 0.5 * self.inner_diameter, self.end - self.start
         mass = self.density * pi * (outer**2 - inner**2) * length
         squares = outer**2 + inner**2
@@ -113,13 +132,26 @@ class Cylinder:
 
 @dataclass(frozen=True)
 class Shaft:
-    """A shaft, rigid or flexible as the gearbox has it.  axis: (x, y) m.  segments: its steel.  bodies: what else it
-    carries (gears, carrier), rigid.
+    """Shaft with the bodies on it, rigid or flexible (`Gearbox.flexible_shafts`).
 
-    coupled_inertia: kg m² about the axis, of a machine whose coupling passes on torque only (motor, brake).
-    coupling_z: m, where torques and what is coupled enter a flexible shaft; by default its end at the lowest z.
-    drag_torque: N m ≥ 0, constant friction of bearings and seals against its rotation.
-    modal_damping: ratio, of the elastic modes of a flexible shaft.
+    Parameters
+    ----------
+    name : str
+        Name of the shaft.
+    axis : (float, float)
+        Position x, y of the axis (m).
+    segments : tuple of Cylinder
+        Steel of the shaft.
+    bodies : tuple of RigidBody
+        Rigid bodies that it carries (gears, carrier).
+    coupled_inertia : float
+        Inertia about the axis (kg m²) of a machine whose coupling transmits torque only (motor, brake).
+    coupling_z : float, optional
+        z (m) where torques and the coupled inertia enter a flexible shaft; by default its end at the lowest z.
+    drag_torque : float
+        Constant friction torque of bearings and seals against the rotation (N m), ≥ 0.
+    modal_damping : float
+        Damping ratio of the elastic modes of a flexible shaft.
     """
 
     name: str
@@ -152,13 +184,13 @@ class Shaft:
 
     @property
     def torque_plane(self) -> float:
-        """z in m where torques enter."""
+        """Position z (m) where torques enter."""
         if self.coupling_z is not None:
             return self.coupling_z
         return min((segment.start for segment in self.segments), default=0.0)
 
     def inertia(self) -> RigidBody:
-        """The shaft with its bodies, without what is coupled to it, as one body (parallel-axis theorem)."""
+        """Return the shaft and its bodies as one body (parallel-axis theorem), without the coupled inertia."""
         parts = [segment.as_body() for segment in self.segments] + list(self.bodies)
         mass = sum(part.mass for part in parts)
         polar = sum(part.polar_inertia for part in parts)
@@ -173,13 +205,31 @@ class Shaft:
 
 @dataclass(frozen=True)
 class Bearing:
-    """A bearing between a shaft and its seat in the housing; rotations are free.
+    """Bearing between a shaft and its seat in the housing; rotations are free.
 
-    shaft: name of the shaft.  z: m, its plane.  radial_stiffness, axial_stiffness: N/m.
-    radial_damping, axial_damping: N s/m, viscous.  stiffness_damping: s, viscous damping per stiffness (Rayleigh's β),
-    c = β k in every direction.  loss_factor: structural damping η at loss_factor_frequency, Hz, in time the viscous
-    damping that takes as much energy per cycle there, c = η k/ω: below that frequency it takes less than η says, above
-    more. All that is given adds up.
+    Parameters
+    ----------
+    name : str
+        Name of the bearing.
+    shaft : str
+        Name of the shaft.
+    z : float
+        Plane of the bearing (m).
+    radial_stiffness, axial_stiffness : float
+        Stiffness (N/m).
+    radial_damping, axial_damping : float
+        Viscous damping (N s/m).
+    stiffness_damping : float
+        Viscous damping per stiffness β (s), c = β k in every direction (Rayleigh).
+    loss_factor : float
+        Structural damping η at `loss_factor_frequency`.
+    loss_factor_frequency : float, optional
+        Frequency (Hz) at which the loss factor holds.
+
+    Notes
+    -----
+    All damping that is given adds up. A loss factor becomes the viscous damping c = η k/ω, which takes the same energy
+    per cycle at `loss_factor_frequency`. It takes less than η below that frequency, and more above.
     """
 
     name: str
@@ -216,7 +266,7 @@ class Bearing:
 
     @property
     def damping(self) -> tuple[float, float]:
-        """Radial and axial, N s/m, of all that is given."""
+        """Radial and axial damping (N s/m), the sum of all that is given."""
         per_stiffness = self.stiffness_damping
         if self.loss_factor_frequency is not None:
             per_stiffness += self.loss_factor / (2.0 * pi * self.loss_factor_frequency)
@@ -228,13 +278,27 @@ class Bearing:
 
 @dataclass(frozen=True)
 class Mesh:
-    """Where two gears meet.  pinion_shaft, wheel_shaft: names.  z: m, mid-plane of the common face width.
+    """Gear mesh between two shafts.
 
-    phase: rad, wheel angle at which the mesh law stands when the record begins.  friction: of its flanks, or None.
-    load_centre: along the face, or None for mid-width.
-    tilt_ratio: how much more the teeth resist tilt than slices side by side of the same stiffness, which do not bend
-    each other, would (`face_points`); None: that of the mesh law, 1 where it has none; about 1.8 by the contact problem
-    (docs/measured/dynamics/options.md).
+    Parameters
+    ----------
+    pinion_shaft, wheel_shaft : str
+        Names of the shafts.
+    z : float
+        Mid-plane of the common face width (m).
+    phase : float
+        Wheel angle (rad) of the mesh law when the record begins.
+    friction : MeshFriction, optional
+        Friction of the flanks.
+    load_centre : LoadCentre, optional
+        Centre of the load along the face; mid-width by default.
+    tilt_ratio : float, optional
+        Resistance of the teeth to tilt, relative to independent slices of the same stiffness (`face_points`). By
+        default that of the mesh law, or 1 where it has none.
+
+    Notes
+    -----
+    The tilt ratio is about 1.8 by the contact problem (docs/measured/dynamics/options.md).
     """
 
     pinion_shaft: str
@@ -262,11 +326,29 @@ class Mesh:
 class Gearbox:
     """Shafts, bearings and meshes; the meshes must join all shafts in one open train (a tree).
 
-    input_shaft, output_shaft: names.  input_rotation: +1 when the input shaft turns counter-clockwise seen from +z
-    (right-hand rule about +z), −1 otherwise.  Weight is left out: it is below 1 % of the gear forces.
-    flexible_shafts: whether shafts bend and twist (Timoshenko beams).  gyroscopic: whether their spin turns their
-    tilting.  face_points: points across the face at which every mesh carries: one, at mid-width, or more, which feel
-    the tilt of the gears; two give slices side by side their exact resistance to tilt.
+    Parameters
+    ----------
+    shafts : tuple of Shaft
+        Shafts.
+    bearings : tuple of Bearing
+        Bearings.
+    meshes : tuple of Mesh
+        Gear meshes.
+    input_shaft, output_shaft : str
+        Names of the shafts where power enters and leaves.
+    input_rotation : int
+        +1 if the input shaft turns counter-clockwise seen from +z (right-hand rule about +z), −1 otherwise.
+    flexible_shafts : bool
+        True if shafts bend and twist (Timoshenko beams).
+    gyroscopic : bool
+        True if the spin of the shafts acts on their tilting motion.
+    face_points : int
+        Points across the face at which every mesh carries: one at mid-width, or more, which feel the tilt of the gears.
+        Two give independent slices their exact resistance to tilt.
+
+    Notes
+    -----
+    Weight is neglected: it is below 1 % of the gear forces.
     """
 
     shafts: tuple[Shaft, ...]
@@ -333,11 +415,11 @@ class Gearbox:
         )
 
     def shaft_index(self, name: str) -> int:
-        """Position of the shaft called `name`."""
+        """Return the index of the shaft called `name`."""
         return [shaft.name for shaft in self.shafts].index(name)
 
     def with_bodies(self, shaft: str, bodies: Iterable[RigidBody]) -> Gearbox:
-        """The same gearbox with more bodies on one shaft, such as gears whose inertia another stage computed."""
+        """Return the gearbox with more bodies on one shaft, such as gears whose inertia another step computed."""
         require(
             shaft in [known.name for known in self.shafts],
             f"gearbox: shaft {shaft!r} is unknown; known: {', '.join(known.name for known in self.shafts)}",
@@ -350,6 +432,6 @@ class Gearbox:
 
     @property
     def bearing_positions(self) -> tuple[tuple[float, float, float], ...]:
-        """(x, y, z) m of every bearing: on its shaft's axis."""
+        """Positions (x, y, z) of the bearings (m), on the axes of their shafts."""
         axes = {shaft.name: shaft.axis for shaft in self.shafts}
         return tuple((*axes[bearing.shaft], bearing.z) for bearing in self.bearings)

@@ -1,7 +1,7 @@
 """Shuttling: the centre of a mesh's load moves along the face with the position of the mesh.
 
-A force F at ζ from mid-width is the same force at mid-width and the moment ζ ẑ × F on the wheel, its opposite on the
-pinion. F is taken at its nominal value, as in `nvhchain.dynamics.model.friction`.
+A force F at ζ from mid-width equals the same force at mid-width and the moment ζ ẑ × F on the wheel. The pinion takes
+the opposite moment. F is taken at its nominal value, as in `nvhchain.dynamics.model.friction`.
 """
 
 from __future__ import annotations
@@ -16,15 +16,21 @@ from nvhchain.handoff import FloatArray, MeshLaw
 from nvhchain.kinds import check_fields
 
 FARTHEST = 1.0
-"""m, from mid-width, beyond which a unit was mistaken."""
+"""Largest offset from mid-width (m); a larger one indicates a wrong unit."""
 
 
 @dataclass(frozen=True, eq=False)
 class LoadCentre:
-    """Where the load of the drive flanks acts along the face under nominal load.
+    """Centre of the load of the drive flanks along the face, under nominal load.
 
-    angle: (n_angle,) rad of the wheel, increasing from 0 within one `period`, rad.  offset: (n_angle,) m along z, from
-    mid-width.
+    Parameters
+    ----------
+    period : float
+        Period of the angles (rad of the wheel).
+    angle : (n_angle,) array
+        Wheel angles (rad), increasing from 0 within one period.
+    offset : (n_angle,) array
+        Offset from mid-width along z (m).
     """
 
     period: float
@@ -41,5 +47,8 @@ class LoadCentre:
 
 
 def centre_law(law: MeshLaw, centre: LoadCentre, force: float) -> MeshLaw:
-    """F ζ / b in N as a law that does not depend on the deflection.  force: nominal, N along the flank normal."""
+    """Return F ζ / b (N) as a law that does not depend on the deflection.
+
+    force : nominal mesh force along the flank normal (N).
+    """
     return law_of_angle(law, centre.period, centre.angle, force * centre.offset / law.face_width, force, "load centre")

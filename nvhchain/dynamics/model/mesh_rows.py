@@ -1,6 +1,6 @@
-"""Lines of action: the forces of meshes on the shafts.
+"""Lines of action: forces of the meshes on the shafts.
 
-A mesh carries at one point of its face width or at several. Each point has two contacts, first its drive flank, then
+A mesh carries at one point of its face width or at several. Each point has two contacts: first its drive flank, then
 its back flank.
 """
 
@@ -19,13 +19,14 @@ from nvhchain.handoff import FloatArray, IntArray, MeshLaw
 
 
 def flank_normals(pinion_axis: FloatArray, wheel_axis: FloatArray, law: MeshLaw, rotation: int) -> FloatArray:
-    """(2, 3) directions of the force on the wheel: drive flank, then back flank.
+    """Return the directions (2, 3) of the force on the wheel: drive flank, then back flank.
 
-    rotation: +1 or −1, the pinion's sense about +z. The pinion's drive flank pushes the wheel tooth along its own
-    motion t = rotation ẑ × e (e from pinion to wheel) and away along e. A right-handed tooth trace is t sin β + ẑ
-    cos β on a gear that turns with +z, so its leading flank's normal leans to −ẑ: the driving right-handed pinion
-    is thrust along +z when it turns with +z (right-hand rule). The back flank reverses the tangential and axial
-    parts, never the radial one.
+    rotation : sense of the pinion about +z, +1 or −1.
+
+    The pinion's drive flank pushes the wheel tooth along its own motion t = rotation ẑ × e (e from pinion to wheel) and
+    away along e. A right-handed tooth trace is t sin β + ẑ cos β on a gear that turns with +z. Its leading flank's
+    normal therefore leans to −ẑ. The driving right-handed pinion is thrust along +z when it turns with +z (right-hand
+    rule). The back flank reverses the tangential and axial parts, never the radial one.
     """
     centre_line = np.append(wheel_axis - pinion_axis, 0.0)
     e = centre_line / np.linalg.norm(centre_line)
@@ -37,7 +38,7 @@ def flank_normals(pinion_axis: FloatArray, wheel_axis: FloatArray, law: MeshLaw,
 
 
 def check_law(gearbox: Gearbox, mesh: Mesh, law: MeshLaw) -> None:
-    """InputError where the law is not that of the mesh."""
+    """Raise InputError if the law does not belong to the mesh."""
     axes = [np.array(gearbox.shafts[gearbox.shaft_index(s)].axis) for s in (mesh.pinion_shaft, mesh.wheel_shaft)]
     distance = float(np.linalg.norm(axes[1] - axes[0]))
     where = f"mesh {mesh.pinion_shaft}–{mesh.wheel_shaft}"
@@ -62,9 +63,9 @@ def check_law(gearbox: Gearbox, mesh: Mesh, law: MeshLaw) -> None:
 
 
 def face_points(count: int) -> tuple[FloatArray, FloatArray]:
-    """Places on the face, −½ … ½ of its width, and shares of the force of `count` Gauss points.
+    """Return places on the face (−½ … ½ of its width) and force shares of `count` Gauss points.
 
-    Two give slices of equal stiffness, side by side without bending each other, their exact resistance to tilt.
+    Two points give independent slices of equal stiffness their exact resistance to tilt.
     """
     node, weight = leggauss(count)
     return 0.5 * node, 0.5 * weight
@@ -73,10 +74,11 @@ def face_points(count: int) -> tuple[FloatArray, FloatArray]:
 def contact_wrenches(
     gearbox: Gearbox, kinematics: Train, mesh: Mesh, law: MeshLaw, offset: float
 ) -> list[list[Wrench]]:
-    """On the pinion and on the wheel, for the drive flank and for the back flank, what unit deflection does work on.
+    """Return the wrenches on pinion and wheel whose work is the deflection: of the drive flank, then of the back flank.
 
-    offset: m along z, of the point from mid-width; it acts there at the pitch point, and the gear, rigid, passes it on
-    to its shaft at mid-width.
+    offset : distance of the point from mid-width along z (m).
+
+    The force acts at the pitch point at this offset. The rigid gear transmits it to its shaft at mid-width.
     """
     pair = [gearbox.shaft_index(mesh.pinion_shaft), gearbox.shaft_index(mesh.wheel_shaft)]
     axes = [np.array(gearbox.shafts[i].axis) for i in pair]
@@ -85,10 +87,10 @@ def contact_wrenches(
     wrenches: list[list[Wrench]] = [[], []]
     for side, (i, axis, sign) in enumerate(zip(pair, axes, (1.0, -1.0), strict=True)):
         for flank, way in ((0, 1.0), (1, -1.0)):
-            # the flank is pressed when the pinion's point moves along the force on the wheel faster than the wheel's
+            # the pinion's point presses the flank where it moves faster along the force on the wheel than the wheel's
             force = sign * normals[flank]
             moment = np.cross(np.append(pitch_point - axis, offset), force)
-            # law base radius and pitch geometry agree to the tolerance of check_law; the law's is the definition
+            # the law's base radius is the definition; the pitch geometry agrees within the tolerance of check_law
             lever = sign * way * law.base_radius[side] * np.cos(law.base_helix_angle)
             moment[2] = kinematics.rotation[i] * lever
             wrenches[flank].append(Wrench(i, mesh.z, np.concatenate([force, moment])))
@@ -96,7 +98,10 @@ def contact_wrenches(
 
 
 def friction_wrenches(gearbox: Gearbox, kinematics: Train, mesh: Mesh, law: MeshLaw) -> list[list[Wrench]]:
-    """What A and S / r_bP of `nvhchain.dynamics.model.friction` do work on, to be taken off like a contact force."""
+    """Return the wrenches of unit A and of unit S / r_bP (`nvhchain.dynamics.model.friction`).
+
+    They are subtracted like a contact force.
+    """
     pair = [gearbox.shaft_index(mesh.pinion_shaft), gearbox.shaft_index(mesh.wheel_shaft)]
     axes = [np.array(gearbox.shafts[i].axis) for i in pair]
     turn = [kinematics.rotation[i] for i in pair]
@@ -116,21 +121,24 @@ def friction_wrenches(gearbox: Gearbox, kinematics: Train, mesh: Mesh, law: Mesh
 
 
 def shuttling_wrenches(gearbox: Gearbox, kinematics: Train, mesh: Mesh, law: MeshLaw) -> list[Wrench]:
-    """What F ζ / b of `nvhchain.dynamics.model.load_centre` does work on, to be taken off like a contact force."""
+    """Return the wrenches of unit F ζ / b (`nvhchain.dynamics.model.load_centre`), subtracted like a contact force."""
     middle, edge = (contact_wrenches(gearbox, kinematics, mesh, law, offset)[0] for offset in (0.0, law.face_width))
     return [Wrench(a.shaft, a.z, b.load - a.load) for a, b in zip(middle, edge, strict=True)]
 
 
 def tilt_wrenches(gearbox: Gearbox, kinematics: Train, mesh: Mesh, law: MeshLaw) -> list[list[Wrench]]:
-    """What the tilts of the wheel's axis against the pinion's do work on, rad: in the plane of action of the drive
-    flanks, > 0 where it closes them towards +z, and across it, > 0 where the wheel leaves the pinion towards +z."""
+    """Return the wrenches whose work is the tilt (rad) of the wheel's axis against the pinion's, in two planes.
+
+    The first tilt lies in the plane of action of the drive flanks, > 0 where it closes them towards +z. The second lies
+    across it, > 0 where the wheel leaves the pinion towards +z.
+    """
     pair = [gearbox.shaft_index(mesh.pinion_shaft), gearbox.shaft_index(mesh.wheel_shaft)]
     axes = [np.array(gearbox.shafts[i].axis) for i in pair]
     along = flank_normals(axes[0], axes[1], law, kinematics.rotation[pair[0]])[0] * [1.0, 1.0, 0.0]
     along /= np.linalg.norm(along)
     away = np.cross([0.0, 0.0, 1.0], along)
     away *= np.sign(away[:2] @ (axes[1] - axes[0]))
-    # a shaft tilted by ψ moves by ψ × ẑ per length: along −`along` to close the flanks, along `away` to leave
+    # a shaft tilted by ψ moves by ψ × ẑ per length: along −`along` it closes the flanks, along `away` it leaves
     moments = [np.cross([0.0, 0.0, 1.0], direction) for direction in (-along, away)]
     return [
         [Wrench(i, mesh.z, np.concatenate([np.zeros(3), side * m])) for i, side in zip(pair, (-1.0, 1.0), strict=True)]
@@ -139,7 +147,7 @@ def tilt_wrenches(gearbox: Gearbox, kinematics: Train, mesh: Mesh, law: MeshLaw)
 
 
 def error_wrenches(gearbox: Gearbox, kinematics: Train, mesh: Mesh, law: MeshLaw) -> list[Wrench]:
-    """What the transmission error r_bP φ_P − r_bG φ_G, m, does work on: the rotation of both gears where they sit."""
+    """Return the wrenches whose work is the transmission error r_bP φ_P − r_bG φ_G (m), with φ at the gears."""
     pair = [gearbox.shaft_index(mesh.pinion_shaft), gearbox.shaft_index(mesh.wheel_shaft)]
     return [
         Wrench(i, mesh.z, np.array([0.0, 0.0, 0.0, 0.0, 0.0, side * kinematics.rotation[i] * radius]))
@@ -150,10 +158,10 @@ def error_wrenches(gearbox: Gearbox, kinematics: Train, mesh: Mesh, law: MeshLaw
 def all_wrenches(
     gearbox: Gearbox, kinematics: Train, laws: Sequence[MeshLaw], points: int
 ) -> tuple[list[list[Wrench]], IntArray, FloatArray]:
-    """Wrenches of all contact rows, and of every pair of rows its mesh (index) and its share in the mesh's force.
+    """Return the wrenches of all contact rows, and the mesh index and force share of every pair of rows.
 
-    First the points of all meshes, then what depends on the angle alone, of share 0: for each mesh two pairs of rows
-    for friction and one for shuttling, where it has them.
+    The points of all meshes come first. Rows that depend on the angle only follow, with share 0: for each mesh two
+    pairs for friction and one for shuttling, where it has them.
     """
     rows: list[list[Wrench]] = []
     meshes, shares = [], []

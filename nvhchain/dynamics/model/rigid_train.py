@@ -1,4 +1,4 @@
-"""The train as one rigid body: how long given torques take to change its speed."""
+"""Rigid gear train: time in which given torques change its speed."""
 
 from __future__ import annotations
 
@@ -23,11 +23,34 @@ def run_up_time(
     input_torque: float,
     output_torque: float,
 ) -> float:
-    """s that the train takes from start_speed to end_speed (rad/s of the input) under constant torques.
+    """Return the time (s) that the train takes from one speed to another under constant torques.
 
-    input_torque: N m, drives along the input's rotation.  output_torque: N m, brakes the output shaft.
-    Rigid train: (T_in − ratio T_out) / J, J its inertia felt at the input. Raises InputError when the torques do not
-    lead from the one speed to the other.
+    Parameters
+    ----------
+    gearbox : Gearbox
+        Gearbox.
+    mesh_laws : sequence of MeshLaw
+        One law per mesh, in the gearbox's order.
+    start_speed, end_speed : float
+        Speeds of the input (rad/s), not negative.
+    input_torque : float
+        Driving torque along the input's rotation (N m).
+    output_torque : float
+        Braking torque on the output shaft (N m).
+
+    Returns
+    -------
+    float
+        Time (s).
+
+    Raises
+    ------
+    InputError
+        If the torques do not lead from the one speed to the other.
+
+    Notes
+    -----
+    Rigid train: acceleration (T_in − ratio T_out) / J, with J its inertia felt at the input.
     """
     for name, speed in (("start_speed", start_speed), ("end_speed", end_speed)):
         require(isfinite(speed) and speed >= 0.0, f"{name} = {speed} rad/s must be finite and not negative")

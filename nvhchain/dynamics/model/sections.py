@@ -1,4 +1,4 @@
-"""Cross-sections of the shafts: how they move with the unknowns, and what a force on them does to these."""
+"""Cross-sections of the shafts: their motion by the unknowns, and the generalised forces of loads on them."""
 
 from __future__ import annotations
 
@@ -14,9 +14,11 @@ from nvhchain.handoff import FloatArray
 
 @dataclass(frozen=True, eq=False)
 class Wrench:
-    """A force on the cross-section of a shaft.
+    """Force and moment on the cross-section of a shaft.
 
-    shaft: index.  z: m, of the cross-section.  load: (6,) force along x, y, z and moment about the shaft's axis there.
+    shaft : index of the shaft.
+    z : position of the cross-section (m).
+    load : (6,) force along x, y, z and moment about the shaft's axis there.
     """
 
     shaft: int
@@ -26,10 +28,14 @@ class Wrench:
 
 @dataclass(frozen=True, eq=False)
 class Sections:
-    """Motion of all cross-sections by the unknowns: five rigid ones per shaft (translations of its centre of mass,
-    tilts), after `first` the elastic ones, shaft by shaft, and the spins φ, each along its shaft's running direction.
+    """Motion of all cross-sections by the unknowns.
 
-    bodies: the shafts as rigid bodies.  elastic: None for rigid shafts.  rotation (n_shaft,): +1 or −1 about +z.
+    The unknowns are five rigid ones per shaft (translations of its centre of mass, tilts). The elastic ones follow from
+    index `first` on, shaft by shaft. Last come the spins φ, each along its shaft's running direction.
+
+    bodies : the shafts as rigid bodies.
+    elastic : elastic motions per shaft; None for rigid shafts.
+    rotation : (n_shaft,) sense of rotation about +z, +1 or −1.
     """
 
     bodies: tuple[RigidBody, ...]
@@ -39,11 +45,11 @@ class Sections:
 
     @property
     def size(self) -> int:
-        """Number of unknowns without the spins, what lies between the rigid and the elastic ones included."""
+        """Number of unknowns without the spins, including those between the rigid and the elastic ones."""
         return self.first + sum(len(shaft.squared) for shaft in self.elastic or ())
 
     def columns(self, shaft: int) -> np.ndarray:
-        """Indices of a shaft's rigid unknowns, then of its elastic ones."""
+        """Return the indices of a shaft's rigid unknowns, then of its elastic ones."""
         rigid = np.arange(5 * shaft, 5 * shaft + 5)
         if self.elastic is None:
             return rigid
@@ -51,7 +57,7 @@ class Sections:
         return np.concatenate([rigid, np.arange(begin, begin + len(self.elastic[shaft].squared))])
 
     def rows(self, wrenches: Sequence[Wrench]) -> tuple[FloatArray, FloatArray]:
-        """Generalised force of `wrenches` together: on the unknowns (size,) and on the spins (n_shaft,)."""
+        """Return the generalised force of all `wrenches`: on the unknowns (size,) and on the spins (n_shaft,)."""
         on_unknowns, on_spins = np.zeros(self.size), np.zeros(len(self.bodies))
         for wrench in wrenches:
             i, (fx, fy, fz, mx, my, mz) = wrench.shaft, wrench.load
@@ -65,10 +71,10 @@ class Sections:
         return on_unknowns, on_spins
 
     def gyroscopic(self, speed: FloatArray) -> FloatArray:
-        """(size, size) forces per velocity of shafts that spin at `speed` (n_shaft,) rad/s about +z.
+        """Return the forces (size, size) per velocity of shafts that spin at `speed` (n_shaft,) (rad/s about +z).
 
-        Where a rigid shaft tilts at ψ̇x, ψ̇y it resists with J_p Ω ψ̇y about x and −J_p Ω ψ̇x about y (rate of change of
-        its angular momentum J_p Ω (ψy, −ψx, 1)).
+        A rigid shaft that tilts at ψ̇x, ψ̇y resists with J_p Ω ψ̇y about x and −J_p Ω ψ̇x about y. This is the rate of
+        change of its angular momentum J_p Ω (ψy, −ψx, 1).
         """
         total = np.zeros((self.size, self.size))
         for i, (body, omega) in enumerate(zip(self.bodies, speed, strict=True)):
@@ -89,8 +95,11 @@ def sections(
     element: float = 0.0,
     frequency: float = 0.0,
 ) -> Sections:
-    """The shafts, flexible under the loads that can act on them (`acting`) where `element` (m) and `frequency` (Hz) of
-    `elastic_shaft` are given, rigid where not."""
+    """Return the cross-sections of the shafts, flexible where `element` is above 0.
+
+    acting : all wrenches that can act on the shafts.
+    element, frequency : largest element (m) and highest mode (Hz) of `elastic_shaft`; element 0 gives rigid shafts.
+    """
     bodies = tuple(shaft.inertia() for shaft in shafts)
     elastic = None
     if element > 0.0:

@@ -1,12 +1,12 @@
-"""Flexible shafts: Timoshenko beams with the gears as rigid bodies on them, condensed to few elastic modes.
+"""Flexible shafts: Timoshenko beams that carry the gears as rigid bodies, condensed to few elastic modes.
 
-Elements with shear-exact shape functions (two nodes, six motions each) and the mass, rotary inertia and gyroscopic
-matrix that belong to them. Source: H. D. Nelson, J. Mech. Des. 102 (1980) 793–803; shear coefficient of the hollow
-circle: G. R. Cowper, J. Appl. Mech. 33 (1966) 335–340.
+Elements have shear-exact shape functions (two nodes, six motions each), with consistent mass, rotary inertia and
+gyroscopic matrix. Source: H. D. Nelson, J. Mech. Des. 102 (1980) 793–803; shear coefficient of the hollow circle: G. R.
+Cowper, J. Appl. Mech. 33 (1966) 335–340.
 
-The free shaft is condensed to its elastic modes up to a frequency, and to what the modes beyond it add to the static
-deflection under the forces that can act on it (residual vectors): its statics is kept exactly. Its six rigid motions
-stay those of a rigid shaft, to which all elastic ones are orthogonal in mass.
+The free shaft is condensed to its elastic modes up to a frequency. Residual vectors hold the share of all higher modes
+in the static deflection under the forces that can act on it. Its static deflection is therefore exact. Its six rigid
+motions stay those of a rigid shaft; all elastic motions are orthogonal to them in mass.
 """
 
 from __future__ import annotations
@@ -25,17 +25,18 @@ from nvhchain.errors import require
 from nvhchain.handoff import FloatArray
 
 ALIKE = 1e-6
-"""m: cross-sections closer together than this are one node."""
+"""Largest distance (m) of cross-sections that share a node."""
 
 
 @dataclass(frozen=True, eq=False)
 class ElasticShaft:
     """Elastic motions of a free shaft, of unit modal mass.
 
-    squared (n_e,): rad²/s², natural frequencies.  z (n_node,): m.
-    shapes (n_node, 6, n_e): displacement along x, y, z and rotation about them of the cross-sections.
-    gyroscopic (5 + n_e, 5 + n_e): force per velocity and rad/s of spin about +z on the rigid shaft's translations and
-    tilts and on the elastic motions.
+    squared : (n_e,) squared natural frequencies (rad²/s²).
+    z : (n_node,) positions (m).
+    shapes : (n_node, 6, n_e) displacements along x, y, z and rotations about them of the cross-sections.
+    gyroscopic : (5 + n_e, 5 + n_e) force per velocity and rad/s of spin about +z. Its first rows are the rigid shaft's
+        translations and tilts, the others the elastic motions.
     """
 
     squared: FloatArray
@@ -44,22 +45,24 @@ class ElasticShaft:
     gyroscopic: FloatArray
 
     def at(self, z: float) -> FloatArray:
-        """(6, n_e) motion of the cross-section at `z`, one of the nodes."""
+        """Return the motion (6, n_e) of the cross-section at `z`, one of the nodes."""
         return np.asarray(self.shapes[int(np.argmin(np.abs(self.z - z)))])
 
 
 def elastic_shaft(
     shaft: Shaft, loads: Sequence[tuple[float, FloatArray]], *, element: float, frequency: float
 ) -> ElasticShaft:
-    """Condense `shaft` for `loads`: (z in m, (6,) force and moment on the cross-section there).
+    """Condense `shaft` for `loads`: pairs of z (m) and force and moment (6,) on the cross-section there.
 
-    element: m, largest length of a beam element.  frequency: Hz, up to which its modes are kept.
-    Raises InputError when its segments leave a gap or do not reach what sits on them.
+    element : largest length of a beam element (m).
+    frequency : highest natural frequency of the retained modes (Hz).
+
+    Raises InputError if its segments leave a gap or do not reach the bodies and bearings on them.
     """
     z = _nodes(shaft, [place for place, _ in loads], element)
     stiffness, mass, spin = _beam(shaft, z)
     squared, shapes = eigh(stiffness, mass)
-    squared, shapes = squared[6:], shapes[:, 6:]  # six rigid motions come first
+    squared, shapes = squared[6:], shapes[:, 6:]  # the first six are rigid motions
     acting = np.zeros((len(mass), len(loads)))
     for column, (place, load) in enumerate(loads):
         node = int(np.argmin(np.abs(z - place)))
@@ -75,19 +78,22 @@ def elastic_shaft(
 
 
 def _residual_vectors(squared: FloatArray, share: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Squared frequencies and (n, r) orthonormal shapes that carry what modes (n,) of unit mass, whose shares in the
-    loads are `share` (n, n_load), add to the statics."""
+    """Return squared frequencies and orthonormal shapes (n, r) that hold the share of modes in the static deflection.
+
+    squared : (n,) squared natural frequencies of the modes, of unit mass.
+    share : (n, n_load) share of the modes in the loads.
+    """
     static = share / squared[:, None]
     size = np.linalg.norm(static, axis=0)
     static = static[:, size > 0.0] / size[size > 0.0]
     base, weight, _ = np.linalg.svd(static, full_matrices=False)
-    base = base[:, weight > 1e-9 * weight.max(initial=0.0)]  # the others are rounding
+    base = base[:, weight > 1e-9 * weight.max(initial=0.0)]  # the rest is rounding
     found, turned = eigh((base.T * squared) @ base)
     return found, base @ turned
 
 
 def _nodes(shaft: Shaft, places: Sequence[float], element: float) -> FloatArray:
-    """z of the nodes: ends of segments, everything that sits on the shaft, and between them elements short enough."""
+    """Return z of the nodes: ends of segments, loads, bodies, and points between them at most `element` apart."""
     require(len(shaft.segments) > 0, f"shaft {shaft.name}: a flexible shaft needs segments")
     ends = sorted((segment.start, segment.end) for segment in shaft.segments)
     reached = ends[0][1]
@@ -114,7 +120,7 @@ def _nodes(shaft: Shaft, places: Sequence[float], element: float) -> FloatArray:
 
 
 def _section(segments: Sequence[Cylinder]) -> tuple[float, ...]:
-    """EA, EI, GJ, κGA, and per length mass, transverse and polar inertia of coaxial tubes side by side."""
+    """Return EA, EI, GJ, κGA, and per length mass, transverse and polar inertia of coaxial tubes side by side."""
     total = np.zeros(7)
     for s in segments:
         outer, inner = 0.5 * s.outer_diameter, 0.5 * s.inner_diameter
@@ -142,7 +148,7 @@ _IN_Y[[0, 1, 2, 3], [1, 3, 7, 9]] = 1.0, -1.0, 1.0, -1.0
 
 
 def _bending(length: float, bend: float, shear: float, mass: float, rotary: float) -> tuple[FloatArray, ...]:
-    """(4, 4) stiffness, mass and rotation matrices of an element in one plane; the last is ∫ ψ ψᵀ dz."""
+    """Return stiffness, mass and rotation matrix ∫ ψ ψᵀ dz, each (4, 4), of an element in one plane."""
     phi = 12.0 * bend / (shear * length**2)
     node, weight = leggauss(4)
     x = 0.5 * (node + 1.0)
@@ -165,7 +171,7 @@ def _bending(length: float, bend: float, shear: float, mass: float, rotary: floa
     curvature = np.array(
         [6.0 * (2.0 * x - 1.0) / length, -4.0 + 6.0 * x - phi, 6.0 * (1.0 - 2.0 * x) / length, -2.0 + 6.0 * x + phi]
     ) / ((1.0 + phi) * length)
-    # w′ − ψ is the same all along the element
+    # w′ − ψ is constant along the element
     slide = phi / (1.0 + phi) * np.array([-1.0 / length, -0.5, 1.0 / length, -0.5])
     share = 0.5 * length * weight
     turning = (rotation * share) @ rotation.T
@@ -174,7 +180,7 @@ def _bending(length: float, bend: float, shear: float, mass: float, rotary: floa
 
 
 def _beam(shaft: Shaft, z: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Stiffness, mass and gyroscopic matrix per rad/s (6 n_node, 6 n_node) of the free shaft with its bodies."""
+    """Return stiffness, mass and gyroscopic matrix per rad/s (6 n_node, 6 n_node) of the free shaft with its bodies."""
     size = 6 * len(z)
     stiffness, mass, spin = (np.zeros((size, size)) for _ in range(3))
     for first, (a, b) in enumerate(pairwise(z)):
@@ -205,7 +211,7 @@ def _beam(shaft: Shaft, z: FloatArray) -> tuple[FloatArray, FloatArray, FloatArr
 
 
 def _rigid_motions(z: FloatArray, centre: float) -> FloatArray:
-    """(6 n_node, 5) translations of the shaft and tilts about its centre of mass."""
+    """Return translations of the shaft and tilts about its centre of mass, (6 n_node, 5)."""
     motions = np.zeros((len(z), 6, 5))
     motions[:, range(5), range(5)] = 1.0
     motions[:, 0, 4], motions[:, 1, 3] = z - centre, centre - z

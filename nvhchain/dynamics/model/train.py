@@ -1,4 +1,4 @@
-"""Speeds, senses of rotation, torques and the common period of a gear train, in exact integer arithmetic."""
+"""Speeds, senses of rotation, torques and common period of a gear train, in exact integer arithmetic."""
 
 from __future__ import annotations
 
@@ -19,10 +19,16 @@ from nvhchain.kinds import checked
 class Train:
     """Kinematics of the train.
 
-    speed_ratio: shaft turns per input turn, positive, one exact fraction per shaft.
-    rotation: +1 or −1 about +z per shaft.
-    law_period: input turns after which each mesh law repeats, exact.
-    common_period: input turns after which all mesh laws repeat together, exact.
+    Parameters
+    ----------
+    speed_ratio : tuple of Fraction
+        Turns of each shaft per input turn, positive and exact.
+    rotation : tuple of int
+        Sense of rotation of each shaft about +z, +1 or −1.
+    law_period : tuple of Fraction
+        Input turns after which each mesh law repeats, exact.
+    common_period : Fraction
+        Input turns after which all mesh laws repeat together, exact.
     """
 
     speed_ratio: tuple[Fraction, ...]
@@ -33,10 +39,29 @@ class Train:
 
 @checked
 def train(gearbox: Gearbox, mesh_laws: Sequence[MeshLaw]) -> Train:
-    """Follow the meshes from the input shaft and count teeth.
+    """Return the kinematics of a gearbox: follow the meshes from the input shaft and count teeth.
 
-    The body period of a law must be a whole number of wheel teeth; then every period is a ratio of whole numbers
-    and the common period their least common multiple, lcm(numerators)/gcd(denominators).
+    Parameters
+    ----------
+    gearbox : Gearbox
+        Gearbox.
+    mesh_laws : sequence of MeshLaw
+        One law per mesh, in the gearbox's order.
+
+    Returns
+    -------
+    Train
+        Speed ratios, senses of rotation and periods.
+
+    Raises
+    ------
+    InputError
+        If the number of laws differs from that of the meshes, or a law's period is no whole number of wheel teeth.
+
+    Notes
+    -----
+    Every period is a ratio of whole numbers. The common period is their least common multiple,
+    lcm(numerators)/gcd(denominators).
     """
     require(
         len(mesh_laws) == len(gearbox.meshes),
@@ -76,11 +101,14 @@ def shaft_torques(
     inertia: FloatArray | None = None,
     acceleration: float = 0.0,
 ) -> FloatArray:
-    """External torque on every shaft, N m, positive in its own running direction: input driving, drag of the shafts,
-    output in balance.
+    """Return the external torque (N m) on every shaft, positive in its own running direction.
 
-    inertia: (n_shaft,) kg m², needed for acceleration (rad/s² of the input): what the input torque spends on speeding
-    up the train does not reach the output, rᵀT = rᵀJr · acceleration with the speed ratios r.
+    The input drives, the drag of the shafts brakes, and the output is in balance.
+
+    inertia : (n_shaft,) inertias (kg m²), needed for an acceleration.
+    acceleration : acceleration of the input (rad/s²).
+
+    Torque that accelerates the train does not reach the output: rᵀT = rᵀJr · acceleration with the speed ratios r.
     """
     torque = np.array([-shaft.drag_torque for shaft in gearbox.shafts])
     output = gearbox.shaft_index(gearbox.output_shaft)
@@ -92,6 +120,6 @@ def shaft_torques(
 
 
 def train_inertia(kinematics: Train, inertia: FloatArray) -> float:
-    """Inertia of the whole train felt at the input, kg m²: rᵀJr.  inertia: (n_shaft,) kg m²."""
+    """Return the inertia of the train felt at the input, rᵀJr (kg m²), from the shaft inertias (n_shaft,) (kg m²)."""
     ratio = np.array([float(r) for r in kinematics.speed_ratio])
     return float(ratio @ (inertia * ratio))

@@ -1,4 +1,4 @@
-"""Flanks that part: how long they do in a record, and which steps hold its accuracy then."""
+"""Contact loss: its duration in a record, and the time steps that keep the record accurate."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from nvhchain.errors import AccuracyWarning, require
 from nvhchain.handoff import FloatArray, IntArray
 
 Parted = dict[str, dict[str, float]]
-"""By mesh, as `pinion shaft–wheel shaft`: s for which no flank carries, the time step, s, and whether its ways bend."""
+"""By mesh, as `pinion shaft–wheel shaft`: time without contact (s), time step (s), and `bent_ways` (0 or 1)."""
 
 ROUNDING = 1e-9
-"""Of a law's largest force: what interpolation over the angle leaves within the gap."""
+"""Interpolation error over the angle within the gap, relative to a law's largest force."""
 APART = 1e-9
-"""m: what rounding makes of flanks that rest against each other without load."""
+"""Rounding error (m) of the deflection of flanks that touch without load."""
 HELD = 1.5e-6, 5e-6
-"""s: steps that keep 1e-4 of the peak where flanks part and strike under load, without and with bent_ways
+"""Steps (s) that keep 1e-4 of the peak through contact loss and impact under load, without and with bent_ways
 (docs/measured/dynamics/cuts.md)."""
 ERROR = 4e-3, 2e-4
-"""Of the peak at 10 µs, without and with bent_ways, there."""
+"""Error at steps of 10 µs, relative to the peak, without and with bent_ways (same page)."""
 
 
 def parted_flanks(
@@ -33,17 +33,18 @@ def parted_flanks(
     phases: Callable[[IntArray], FloatArray],
     sample_time: float,
 ) -> Parted:
-    """Meshes none of whose flanks carries at some samples, `sample_time` s apart.
+    """Return the meshes without contact at some samples, with the duration of contact loss.
 
-    drive, back (n, n_mesh): deflections at which the flanks ask the law, m.  phases: of the laws at samples (n_s,),
-    (n_s, n_mesh) in periods.
+    drive, back : (n, n_mesh) deflections (m) of drive and back flanks, with the sign of the laws.
+    phases : function from sample indices (n_s,) to phases of the laws (n_s, n_mesh), in periods.
+    sample_time : time between samples (s).
     """
     found: Parted = {}
     for row in np.flatnonzero(model.assembly.share > 0.0):
         mesh = model.assembly.mesh[row]
         of = model.assembly.gearbox.meshes[mesh]
         behind, front = gap_ends(model.table, int(row))
-        # at no angle do flanks part elsewhere
+        # outside these samples the flanks touch at every angle
         maybe = np.flatnonzero((drive[:, mesh] < front.max() - APART) & (back[:, mesh] > behind.min() + APART))
         place = np.mod(phases(maybe)[:, mesh], 1.0) * (len(front) - 1)
         nodes = np.arange(len(front))
@@ -58,13 +59,15 @@ def parted_flanks(
 
 
 def gap_ends(table: LawTable, row: int) -> tuple[FloatArray, FloatArray]:
-    """Deflections, m, at which a law's back flank ends and its drive flank begins to carry: (rows + 1,) each, over a
-    whole period."""
+    """Return the deflections (m) at which a law's back flank ends and its drive flank begins to carry.
+
+    Both are (rows + 1,), over a whole period.
+    """
     grid = table.deflection[row, : table.cells[row]]
     force = table.force[row, : table.rows[row], : table.cells[row]]
 
     def edge(grid: FloatArray, force: FloatArray) -> FloatArray:
-        """Where force, which rises along grid, leaves 0."""
+        """Return where force, which rises along grid, leaves 0."""
         carries = force > ROUNDING * np.abs(force).max()
         at = np.argmax(carries, axis=1)
         rows = np.arange(len(force))
@@ -80,7 +83,7 @@ def gap_ends(table: LawTable, row: int) -> tuple[FloatArray, FloatArray]:
 
 
 def joined(parts: Sequence[Parted]) -> Parted:
-    """Of several pieces of one record."""
+    """Return the contact loss of several pieces of one record, with the times added up."""
     whole: Parted = {}
     for part in parts:
         for mesh, new in part.items():
@@ -90,7 +93,10 @@ def joined(parts: Sequence[Parted]) -> Parted:
 
 
 def check_parted(found: Parted) -> None:
-    """AccuracyWarning per mesh whose flanks part under steps longer than `HELD`; InputError where nothing is right."""
+    """Warn of contact loss under steps longer than `HELD` (AccuracyWarning per mesh).
+
+    Raises InputError if the expected error reaches the peak force.
+    """
     for mesh, of in found.items():
         step, bent = of["time_step"], int(of["bent_ways"])
         if step <= HELD[bent] * (1.0 + 1e-6):
@@ -107,5 +113,5 @@ def check_parted(found: Parted) -> None:
 
 
 def parted_error(of: dict[str, float]) -> float:
-    """What the steps of a mesh whose flanks part leave, of the peak force: it grows with their square."""
+    """Return the expected error of contact loss, relative to the peak force; it grows as the step squared."""
     return ERROR[int(of["bent_ways"])] * (of["time_step"] / 1e-5) ** 2

@@ -1,8 +1,8 @@
-"""From the states and contact forces of the time loop to its outputs at a lower sampling rate, without folding.
+"""Decimation: outputs at a lower sampling rate from states and contact forces of the time loop, without aliasing.
 
-A symmetric low-pass of 2 H + 1 taps is applied to outputs at every step, but they are never formed: the state at the
-start of the filter's window and the excess forces inside it determine them all. With y = Re(c z) and
-z ← D z + gain − drive r,
+A symmetric low-pass of 2 H + 1 taps is applied to the outputs at every step, without forming them. The state at the
+start of the filter's window and the excess forces inside it determine all outputs. With y = Re(c z) and z ← D z + gain
+− drive r,
 
     Σ_k h_k y_{m+k} = Re(Σ_k h_k c D^k) z_m − Σ_j Σ_{k>j} h_k Re(c D^{k−1−j} drive) r_{m+j} + constant,
 
@@ -25,13 +25,19 @@ from nvhchain.handoff import FloatArray
 
 @dataclass(frozen=True, eq=False)
 class Decimator:
-    """Filtered outputs: bearing forces (3 n_bearing) N, deflections of the drive flanks (n_mesh) m and of the back
-    flanks (n_mesh) m, transmission errors of the meshes (n_mesh) m, then the angle in rad by which the output lags
-    behind the input.
+    """Filter that forms the outputs at a lower sampling rate.
 
-    stride: steps per sample.  half: H, steps on either side of a sample that its filter sees, a multiple of stride.
-    on_state (n_state, n_out), on_excess ((2 H + 2) 2 n_row, n_out), constant (n_out,): the output around step m + H
-    is state_m · on_state + (excesses m − 1 … m + 2 H) · on_excess + constant.
+    The outputs are bearing forces (3 n_bearing) (N), then deflections of the drive flanks and of the back flanks
+    (n_mesh each, m). The transmission errors of the meshes (n_mesh, m) follow. The last is the angle (rad) by which the
+    output lags behind the input.
+
+    stride : steps per sample.
+    half : H, steps on either side of a sample that its filter covers, a multiple of stride.
+    on_state : (n_state, n_out) factor of the state.
+    on_excess : ((2 H + 2) 2 n_row, n_out) factor of the excess forces.
+    constant : (n_out,) constant part.
+
+    The output around step m + H is state_m · on_state + (excesses m − 1 … m + 2 H) · on_excess + constant.
     """
 
     stride: int
@@ -41,8 +47,10 @@ class Decimator:
     constant: FloatArray
 
     def apply(self, states: FloatArray, excesses: FloatArray) -> FloatArray:
-        """(n, n_out) samples from states (n, n_state) at every stride-th step and excesses, those before the first
-        state and 2 H after the last included."""
+        """Return samples (n, n_out) from states (n, n_state) at every stride-th step and excesses.
+
+        The excesses include those before the first state and 2 H after the last.
+        """
         width = 2 * self.half + 2
         windows = sliding_window_view(excesses, width, axis=0)[:: self.stride][: len(states)].transpose(0, 2, 1)
         seen = windows.reshape(len(states), len(self.on_excess))
@@ -50,10 +58,10 @@ class Decimator:
 
 
 def low_pass(rate: float, stride: int, f_max: float, attenuation: float) -> FloatArray:
-    """Taps (2 H + 1) of the filter before every `stride`-th sample of a record at `rate` Hz is kept.
+    """Return the filter taps (2 H + 1) for keeping every `stride`-th sample of a record at `rate` (Hz).
 
-    It passes up to f_max and stops from where things would fold back below f_max; Kaiser window, attenuation in dB.
-    Source: A. V. Oppenheim, R. W. Schafer, Discrete-Time Signal Processing, section 7.5.3.
+    The filter passes up to f_max and stops the frequencies that would alias below f_max. Kaiser window, attenuation in
+    dB. Source: A. V. Oppenheim, R. W. Schafer, Discrete-Time Signal Processing, section 7.5.3.
     """
     if stride == 1:
         return np.ones(1)
@@ -62,12 +70,12 @@ def low_pass(rate: float, stride: int, f_max: float, attenuation: float) -> Floa
 
 
 def low_pass_reach(rate: float, stride: int, f_max: float, attenuation: float) -> int:
-    """H, steps on either side of a sample that `low_pass` sees."""
+    """Return H, the steps on either side of a sample that `low_pass` covers."""
     return 0 if stride == 1 else _window(rate, stride, f_max, attenuation)[0]
 
 
 def _window(rate: float, stride: int, f_max: float, attenuation: float) -> tuple[int, float]:
-    """H, a multiple of `stride`, and the shape of the Kaiser window."""
+    """Return H, a multiple of `stride`, and the shape parameter β of the Kaiser window."""
     kept = rate / stride
     require(
         kept > 2.0 * f_max,
@@ -78,12 +86,12 @@ def _window(rate: float, stride: int, f_max: float, attenuation: float) -> tuple
 
 
 def record_stride(time_step: float, f_max: float, fidelity: DynamicsFidelity) -> int:
-    """Steps per stored sample: as many as leave `stored_samples_per_period` samples in a period of f_max."""
+    """Return the steps per stored sample that leave `stored_samples_per_period` samples in a period of f_max."""
     return max(1, int(1.0 / (time_step * f_max * fidelity.stored_samples_per_period) * (1.0 + 1e-9)))
 
 
 def decimator(model: Simulation, stride: int, taps: FloatArray) -> Decimator:
-    """The outputs of `model` at every `stride`-th step through `taps` (2 H + 1)."""
+    """Return the filter of `model` for every `stride`-th step through `taps` (2 H + 1)."""
     n_z, n_c = len(model.step.decay), len(model.contact_stiffness)
     outputs = np.vstack([model.bearing_output, model.deflection_output, model.back_output, model.error_output])
     rows = outputs[:, :n_z] - 1j * outputs[:, n_z:]  # y = Re(rows z)
@@ -91,11 +99,11 @@ def decimator(model: Simulation, stride: int, taps: FloatArray) -> Decimator:
     jump[: len(model.bearing_jump)] = model.bearing_jump
     count, n_out = len(taps), len(outputs)
     constant = np.zeros(n_out)
-    # on_excess[j] belongs to the force of step m − 1 + j
+    # on_excess[j] multiplies the force of step m − 1 + j
     on_excess = np.zeros((count + 1, n_c, n_out))
     on_excess[1:] -= taps[:, None, None] * jump.T
     on_excess[:-1] += taps[:, None, None] * jump.T
-    # Σ_{k>j} h_k c D^{k−1−j} from its value for j + 1, down to j = −1, which is what the state itself takes
+    # Σ_{k>j} h_k c D^{k−1−j} from its value for j + 1, down to j = −1, the factor of the state
     remaining = np.zeros_like(rows)
     for j in range(count - 1, -1, -1):
         on_excess[j + 1] -= (remaining @ model.step.drive.T).real.T

@@ -1,4 +1,4 @@
-"""Deflections beyond those over which a mesh law is tabulated: it continues there with its end slopes, unchecked."""
+"""Deflections beyond the tabulated range of a mesh law, where its end slopes continue unchecked."""
 
 from __future__ import annotations
 
@@ -12,18 +12,19 @@ from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import BearingForces, FloatArray, MeshLaw
 
 Excursions = dict[str, dict[str, float]]
-"""By mesh, as `pinion shaft–wheel shaft`: lowest and highest deflection at which its flanks asked the law, and the ends
-of the table, m."""
+"""By mesh, as `pinion shaft–wheel shaft`: lowest and highest deflection of its flanks, and the ends of the table
+(m)."""
 
 
 def excursions(
     gearbox: Gearbox, mesh_laws: Sequence[MeshLaw], drive: FloatArray, back: FloatArray, fidelity: DynamicsFidelity
 ) -> Excursions:
-    """Meshes whose flanks carry beyond the table; none at the level `contact`, whose solvers know no table.
+    """Return the meshes whose flanks carry beyond the table; none at the level `contact`, which uses no table.
 
-    drive, back (n, n_mesh): m, deflections at which the flanks ask the law. They differ, since the flanks' normals do
-    and the shafts move apart under load: each flank counts on the side to which it is pressed, and on the other where
-    the law still pushes, or pulls, at its end.
+    drive, back : (n, n_mesh) deflections (m) of drive and back flanks, with the sign of the laws.
+
+    The two differ because the flank normals differ and the shafts move apart under load. Each flank counts on the side
+    to which it is pressed. It counts on the other side too where the law still pushes, or pulls, at its end.
     """
     found: Excursions = {}
     if fidelity.mesh_level == "contact":
@@ -50,22 +51,39 @@ def marked(
     fidelity: DynamicsFidelity,
     parted: Parted,
 ) -> BearingForces:
-    """`forces`, with `beyond_mesh_law` in their provenance where they and `back` (`excursions`) leave a law, and
-    `parted_flanks`."""
+    """Return `forces` with `beyond_mesh_law` and `parted_flanks` in the provenance, where they occur.
+
+    back : (n, n_mesh) deflections (m) of the back flanks.
+    parted : contact loss by mesh.
+    """
     beyond = excursions(gearbox, mesh_laws, forces.mesh_deflection, back, fidelity)
     found = {name: of for name, of in (("beyond_mesh_law", beyond), ("parted_flanks", parted)) if of}
     return forces.replace(provenance=forces.provenance | found) if found else forces
 
 
 def remind(forces: BearingForces) -> None:
-    """AccuracyWarning per mesh whose deflections `marked` found beyond its law, or whose flanks part; InputError where
-    they part under steps that leave nothing right."""
+    """Warn again of deflections beyond a mesh law and of contact loss in a record.
+
+    Parameters
+    ----------
+    forces : BearingForces
+        Record of `bearing_forces` or a run-up.
+
+    Raises
+    ------
+    InputError
+        If flanks separate under steps so long that the expected error reaches the peak force.
+
+    Notes
+    -----
+    There is one AccuracyWarning per mesh.
+    """
     warn_beyond_law(forces.provenance.get("beyond_mesh_law", {}))
     check_parted(forces.provenance.get("parted_flanks", {}))
 
 
 def joined(parts: Sequence[Excursions]) -> Excursions:
-    """Of several pieces of one record."""
+    """Return the excursions of several pieces of one record."""
     whole: Excursions = {}
     for part in parts:
         for mesh, new in part.items():
@@ -76,7 +94,7 @@ def joined(parts: Sequence[Excursions]) -> Excursions:
 
 
 def warn_beyond_law(found: Excursions) -> None:
-    """AccuracyWarning per mesh."""
+    """Warn of deflections beyond a mesh law (AccuracyWarning per mesh)."""
     for mesh, of in found.items():
         warnings.warn(
             f"mesh {mesh}: deflections of {1e6 * of['lowest']:.4g}…{1e6 * of['highest']:.4g} µm leave the mesh law, "

@@ -1,4 +1,4 @@
-"""What a run-up is asked for: how the speed of the input changes, load, band and fidelity."""
+"""Arguments of a run-up: input speed against time, load, band and fidelity."""
 
 from __future__ import annotations
 
@@ -17,9 +17,10 @@ from nvhchain.handoff import FloatArray
 
 @dataclass(frozen=True)
 class Ramp:
-    """Speed of the input against time.  start_speed, end_speed: rad/s, not negative.  duration: s.
+    """Speed of the input against time, constant before the start and after the end.
 
-    Before the start and after the end the speed is constant.
+    start_speed, end_speed : speeds (rad/s), not negative.
+    duration : time of the change (s).
     """
 
     start_speed: float
@@ -37,27 +38,38 @@ class Ramp:
 
     @property
     def acceleration(self) -> float:
-        """rad/s²."""
+        """Acceleration of the input (rad/s²)."""
         return (self.end_speed - self.start_speed) / self.duration
 
     def speed(self, time: FloatArray) -> FloatArray:
-        """rad/s at `time` (s)."""
+        """Return the speed (rad/s) at `time` (s)."""
         return np.asarray(self.start_speed + self.acceleration * np.clip(time, 0.0, self.duration))
 
     def turns(self, time: FloatArray) -> FloatArray:
-        """Turns of the input since time 0."""
+        """Return the turns of the input since time 0."""
         inside = np.clip(time, 0.0, self.duration)
         angle = self.start_speed * time + self.acceleration * inside * (time - 0.5 * inside)
         return np.asarray(angle / (2.0 * pi))
 
 
 class Operation(TypedDict):
-    """What a run-up takes by name.
+    """Keyword arguments of a run-up.
 
-    start_speed, end_speed: rad/s of the input, not negative; equal for a long record at constant speed.  duration: s.
-    input_torque: N m along the input's rotation, constant; the output torque balances it but for what speeds up the
-    train.  f_max: Hz, upper end of the band of interest.  fidelity: of the dynamics.
-    contact_forces: one per mesh, for `fidelity.mesh_level` "contact".
+    Parameters
+    ----------
+    start_speed, end_speed : float
+        Speeds of the input (rad/s), not negative; equal for a long record at constant speed.
+    duration : float
+        Duration of the run-up (s).
+    input_torque : float
+        Constant torque along the input's rotation (N m). The output torque balances all of it that does not accelerate
+        the train.
+    f_max : float
+        Upper end of the band of interest (Hz).
+    fidelity : DynamicsFidelity
+        Fidelity of the dynamics.
+    contact_forces : sequence of ContactForce, optional
+        One solver per mesh, for `fidelity.mesh_level` "contact".
     """
 
     start_speed: float

@@ -1,9 +1,9 @@
-"""Run-ups of any length: the record goes to files piece by piece, and a run that was stopped goes on where it stood.
+"""Run-ups of any length: the record goes to files piece by piece, and a stopped run continues.
 
-A folder holds `forces-00000.h5`, `forces-00001.h5`, … , each a `BearingForces` of its own that `store.load` reads, and
-`standing.npz`: where the run stands after the last of them, and what the files were like when it was written. Both
-appear whole or not at all. A damaged file is computed again, from the beginning of the run, as no state before it is
-kept. One process at a time works in a folder.
+A folder holds `forces-00000.h5`, `forces-00001.h5`, …, each a `BearingForces` of its own that `store.load` reads. The
+checkpoint `standing.npz` holds the state of the run after the last of them, and the size and time of the files. All
+files appear whole or not at all. A damaged file is computed again from the beginning of the run, because no earlier
+state is kept. One process at a time works in a folder.
 """
 
 from __future__ import annotations
@@ -38,29 +38,36 @@ from nvhchain.kinds import checked
 _log = logging.getLogger(__name__)
 
 PIECE = 64 * 2048
-"""Samples of a file, at least: 5 s at 25 kHz, about 21 MB with six bearings."""
+"""Smallest number of samples in a file: 5 s at 25 kHz, about 21 MB with six bearings."""
 
 CONTACT_PIECE = 1
-"""The same at the mesh level `contact`, one block of the time loop: minutes of work where a step takes milliseconds."""
+"""Smallest number of samples in a file at the mesh level `contact`: one block of the time loop. It takes minutes,
+because a step takes milliseconds."""
 
 PROBES = 5
-"""Angles over the period of a mesh law at which a contact solver is asked who it is."""
+"""Angles over the period of a mesh law at which contact solvers are compared."""
 
 GOLDEN = 0.6180339887498949
-"""Of the period from one of them to the next: no fraction of it, so that no two lie at the same phase of a mesh."""
+"""Distance of these angles in periods. It is irrational, so that no two lie at the same phase of a mesh."""
 
 SAME_SOLVER = 1e-9
-"""Of the largest force: how far the answers of one solver may differ from one process to the next."""
+"""Largest difference between the forces of one solver in two processes, relative to the largest force."""
 
 
 @dataclass(frozen=True)
 class Recording:
-    """A record in files, in their order."""
+    """Record of a run-up in files.
+
+    Parameters
+    ----------
+    paths : tuple of Path
+        Files in their order.
+    """
 
     paths: tuple[Path, ...]
 
     def pieces(self) -> Iterator[BearingForces]:
-        """One hand-off after the other, each with the time axis of the whole record."""
+        """Yield the hand-off of each file, with the time axis of the whole record."""
         for path in self.paths:
             yield hdf5.load(path, BearingForces)
 
@@ -76,12 +83,40 @@ def record_run_up(
     progress: Progress | None = None,
     **operation: Unpack[Operation],
 ) -> Recording:
-    """`run_up` into files of `folder`; memory does not grow with the duration.
+    """Write a run-up to files of a folder, with memory that does not grow with the duration.
 
-    A run that was stopped is taken up again by the same call and ends in the same bits as one that was not, with
-    contact solvers as far as theirs are the same; they are told from others by the forces they give at some angles and
-    deflections. Files that are lost or damaged are computed again. Raises what `run_up` raises, InputError when
-    `folder` holds another run.
+    Parameters
+    ----------
+    gearbox : Gearbox
+        Gearbox.
+    mesh_laws : sequence of MeshLaw
+        One law per mesh, in the gearbox's order.
+    housing : ReducedHousing or None
+        Housing; None for rigid seats.
+    folder : str or Path
+        Folder of the files.
+    progress : callable, optional
+        Called with the blocks of steps done and in all.
+    **operation : Operation
+        Speeds, duration, torque, band and fidelity.
+
+    Returns
+    -------
+    Recording
+        Files of the record.
+
+    Raises
+    ------
+    InputError
+        If `folder` holds another run, or `run_up` would raise it.
+    ResourceError, SolverError
+        As `run_up`.
+
+    Notes
+    -----
+    The same call continues a run that was stopped, and ends in the same bits as an uninterrupted one. Contact solvers
+    limit this to the equality of their own forces. They are identified by their forces at some angles and deflections.
+    Lost or damaged files are computed again.
     """
     run = prepare(gearbox, mesh_laws, housing, **operation)
     version = code_version("dynamics")
@@ -91,7 +126,7 @@ def record_run_up(
     provenance = {"key": key, "stage": "run_up", "version": version, "fidelity": asdict(operation["fidelity"])}
 
     def follow(at: _Place, wanted: Set[int] | None) -> _Place:
-        """Go on from `at`; save the pieces `wanted`, after the last of which it ends, or all to the end."""
+        """Continue from `at`; save the pieces `wanted` and stop after the last of them, or save all to the end."""
         waiting: list[FloatArray] = []
         for piece, stands in samples(run, at.standing):
             waiting.append(piece)
@@ -126,7 +161,7 @@ def record_run_up(
 
 @dataclass(frozen=True)
 class _Place:
-    """Files and samples written so far, and where the run stands after them."""
+    """Files and samples written so far, and the state of the run after them."""
 
     written: int
     first: int
@@ -138,7 +173,7 @@ def _path(folder: Path, index: int) -> Path:
 
 
 def _answers(run: RunUp, mesh_laws: Sequence[MeshLaw]) -> FloatArray:
-    """Forces by which contact solvers are told from others, N; none at the levels without them."""
+    """Return forces (N) that identify the contact solvers; none at the levels without them."""
     loop = run.model.contact_loop
     if loop is None:
         return np.zeros(0)
@@ -153,9 +188,9 @@ def _answers(run: RunUp, mesh_laws: Sequence[MeshLaw]) -> FloatArray:
 
 
 def _taken_up(folder: Path, key: str, answers: FloatArray, run: RunUp) -> tuple[_Place, frozenset[int]]:
-    """Place from which the run goes on, the beginning when there is nothing yet, and the files to be made again.
+    """Return the place at which the run continues, and the indices of files to be computed again.
 
-    Files that are not as they were left are looked through.
+    The place is the beginning if there is no checkpoint. Files that changed since the checkpoint are read and checked.
     """
     beginning = _Place(0, 0, start(run)), frozenset[int]()
     path = folder / "standing.npz"
@@ -164,7 +199,7 @@ def _taken_up(folder: Path, key: str, answers: FloatArray, run: RunUp) -> tuple[
         "another folder or delete it"
     )
     if not path.exists():
-        # files of this very run will be written over with the same bits
+        # files of the same run are overwritten with the same bits
         require(all(_key_of(file) == key for file in folder.glob("forces-*.h5")), another)
         return beginning
     try:
@@ -200,7 +235,7 @@ def _taken_up(folder: Path, key: str, answers: FloatArray, run: RunUp) -> tuple[
 
 
 def _stamp(path: Path) -> tuple[int, int]:
-    """Bytes of a file and ns since when they stand: what changes where its content does; zeros where there is none."""
+    """Return bytes and time of change (ns) of a file, which change with its content; zeros if there is none."""
     try:
         found = path.stat()
     except OSError:
@@ -209,7 +244,7 @@ def _stamp(path: Path) -> tuple[int, int]:
 
 
 def _key_of(path: Path) -> str:
-    """Of the run whose samples `path` holds; empty when they are not whole."""
+    """Return the key of the run whose samples `path` holds; empty if they are incomplete."""
     try:
         return str(hdf5.load(path, BearingForces).provenance["key"])
     except (FileFormatError, KeyError):
@@ -217,7 +252,7 @@ def _key_of(path: Path) -> str:
 
 
 def _keep(folder: Path, key: str, answers: FloatArray, at: _Place) -> None:
-    """Write where the run stands after the files of `at`, which are on the disk by then."""
+    """Write the checkpoint after the files of `at`, which are on the disk by then."""
     motion = at.standing.motion
     content: dict[str, Any] = {
         "key": key,

@@ -1,4 +1,4 @@
-"""One record of a run-up in memory: its samples, put in place as the time loop leaves them, and its hand-off."""
+"""Record of a run-up in memory: samples in the order of the time loop, and their hand-off."""
 
 from __future__ import annotations
 
@@ -24,8 +24,13 @@ from nvhchain.runtime.memory import free_memory
 
 @dataclass(frozen=True, eq=False)
 class Sampled:
-    """What becomes a hand-off: forces (n, n_bearing, 3) N, deflections of drive flanks and of back flanks and
-    transmission errors (n, n_mesh) m, lag of the output (n,) rad."""
+    """Samples that become a hand-off.
+
+    force : (n, n_bearing, 3) bearing forces (N).
+    drive, back : (n, n_mesh) deflections of drive flanks and of back flanks (m).
+    error : (n, n_mesh) transmission errors (m).
+    lag : (n,) lag of the output (rad).
+    """
 
     force: FloatArray
     drive: FloatArray
@@ -35,13 +40,13 @@ class Sampled:
 
     @classmethod
     def room(cls, run: RunUp, count: int) -> Sampled:
-        """For `count` samples, not filled yet."""
+        """Return space for `count` samples, not filled yet."""
         box = run.model.assembly.gearbox
         drive, back, error = (np.empty((count, len(box.meshes))) for _ in range(3))
         return cls(np.empty((count, len(box.bearings), 3)), drive, back, error, np.empty(count))
 
     def fill(self, first: int, piece: FloatArray) -> None:
-        """Put (n, n_out) outputs of a `Decimator` in place from sample `first`."""
+        """Copy outputs (n, n_out) of a `Decimator` to the samples from `first` on."""
         column = 0
         for part in (self.force, self.drive, self.back, self.error, self.lag):
             rows = part[first : first + len(piece)]
@@ -53,8 +58,10 @@ class Sampled:
 def record(
     run: RunUp, first: int, sampled: Sampled, mesh_laws: Sequence[MeshLaw], fidelity: DynamicsFidelity
 ) -> BearingForces:
-    """The hand-off of samples `first`, first + 1, … of a run, `marked`. It takes the arrays of `sampled`, which nobody
-    may write any more."""
+    """Return the hand-off of samples `first`, first + 1, … of a run, `marked`.
+
+    The hand-off takes over the arrays of `sampled`, which become read-only.
+    """
     gearbox = run.model.assembly.gearbox
     time = np.arange(first, first + len(sampled.lag), dtype=float) * run.sample_time
     for part in (sampled.force, sampled.drive, sampled.error, sampled.lag):
@@ -88,18 +95,46 @@ def run_up(
     progress: Progress | None = None,
     **operation: Unpack[Operation],
 ) -> BearingForces:
-    """Forces of the bearings on the housing while the input speed changes evenly from start_speed to end_speed.
+    """Return the forces of the bearings on the housing while the input speed changes evenly.
 
-    mesh_laws: one per mesh, in the gearbox's order.  housing: None for rigid seats.  operation: `Operation`.
+    Parameters
+    ----------
+    gearbox : Gearbox
+        Gearbox.
+    mesh_laws : sequence of MeshLaw
+        One law per mesh, in the gearbox's order.
+    housing : ReducedHousing or None
+        Housing; None for rigid seats.
+    progress : callable, optional
+        Called with the blocks of steps done and in all.
+    **operation : Operation
+        Speeds, duration, torque, band and fidelity.
 
-    From a standstill the run starts on the quasi-static solution; from any other speed it runs at that speed until
-    `settle_level` of the start is left. Every so many steps that a period of f_max keeps
-    `stored_samples_per_period` samples, one is stored, after a low-pass that keeps the rest from folding into the band
-    up to f_max; between f_max and half the sampling rate the record fades out. Bit for bit reproducible on one machine.
-    Raises InputError when the step is too long for f_max or the meshes, ResourceError when the record does not fit
-    into memory (`record_run_up` writes it to files), SolverError when the start cannot be forgotten.
-    AccuracyWarning, and `beyond_mesh_law` or `parted_flanks` in the provenance, where a recorded deflection leaves its
-    mesh law or flanks part.
+    Returns
+    -------
+    BearingForces
+        Record from start_speed to end_speed.
+
+    Raises
+    ------
+    InputError
+        If the step is too long for f_max or the meshes.
+    ResourceError
+        If the record does not fit into memory (`record_run_up` writes it to files).
+    SolverError
+        If the start cannot decay within `settle_time`.
+
+    Notes
+    -----
+    A run from standstill starts on the quasi-static solution. Any other run stays at its start speed until the
+    influence of the start has decayed to `settle_level`.
+
+    The record keeps at least `stored_samples_per_period` samples in a period of f_max. A low-pass keeps higher
+    frequencies from aliasing into the band up to f_max. Between f_max and half the sampling rate the record fades out.
+    It is reproducible bit for bit on one machine.
+
+    If a recorded deflection leaves its mesh law, or flanks separate, there is an AccuracyWarning. The provenance then
+    holds `beyond_mesh_law` or `parted_flanks`.
     """
     return run_up_with_error(gearbox, mesh_laws, housing, progress=progress, **operation)[0]
 
@@ -114,10 +149,20 @@ def run_up_with_error(
     progress: Progress | None = None,
     **operation: Unpack[Operation],
 ) -> tuple[BearingForces, FloatArray]:
-    """`run_up` and the transmission error of the whole gearbox at the same samples.
+    """Return the record of `run_up` and the transmission error of the whole gearbox at the same samples.
 
-    (n_t,) rad by which the output shaft lags behind the input shaft's angle times the speed ratio, > 0 under a driving
-    torque.
+    Parameters
+    ----------
+    gearbox, mesh_laws, housing, progress, **operation
+        As in `run_up`.
+
+    Returns
+    -------
+    forces : BearingForces
+        Record of `run_up`.
+    error : (n_t,) array
+        Angle (rad) by which the output shaft lags behind the input shaft's angle times the speed ratio, > 0 under a
+        driving torque.
     """
     run = prepare(gearbox, mesh_laws, housing, **operation)
     n_out = len(run.decimator.constant)

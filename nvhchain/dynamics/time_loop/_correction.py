@@ -1,12 +1,16 @@
-"""What the mean force along a straight way leaves out of a step: the way bends, and the force rises during the step.
+"""Fourth-order correction of the mean contact force in a step: curved deflection path, and force that rises.
 
-With the excess r = F − k d, constant over a step at its mean along the straight way, two terms of second order are
-missing: on a way that bends by d̈ h² the mean is off by −r' d̈ h²/12, and the rise Δr within a step acts on later steps
-as −h² r̈/12 would. d̈ and r̈ come from differences over three steps, both taken at mid-step: a lag would be damping, or
-its opposite. Where forces are smooth the error is of fourth order.  Energy is not kept exactly: what is fed in must be
-less than damping takes out (`nvhchain.dynamics.time_loop.trapezoid_correction.growth`).
+The excess r = F − k d is constant over a step, at its mean along the straight path. This misses two terms of second
+order:
 
-Inlined into the time loop, whose cache is named after this file (`nvhchain.runtime._inlined`).
+- On a path with curvature d̈ the mean is off by −r' d̈ h²/12.
+- The rise Δr within a step acts on later steps as −h² r̈/12 would.
+
+d̈ and r̈ come from differences over three steps, both taken at mid-step. A lag would act as damping, or as its
+opposite. The error is of fourth order where forces are smooth. Energy is not conserved exactly: damping must exceed the
+energy fed in (`nvhchain.dynamics.time_loop.trapezoid_correction.growth`).
+
+The functions are inlined into the time loop, whose cache is named after this file (`nvhchain.runtime._inlined`).
 """
 
 from __future__ import annotations
@@ -18,16 +22,16 @@ from nvhchain.dynamics.time_loop._law_step import COMPILED, blend, cell
 from nvhchain.runtime._inlined import inlines
 
 CALLS = inlines(_law_step)
-"""Of that file: without it the cache would not see that it changes."""
+"""Decorator that names functions after `_law_step`, so that their cache follows its changes."""
 
 STANDING = 1e-12
-"""m: way below which the slope of the force at its start stands for the one along it."""
+"""Path length (m) below which the slope of the force at its start replaces the slope along it."""
 
 
 @njit("UniTuple(f8, 2)(f8[:, ::1], f8[:, :, ::1], i8, i8, i8, f8, i8, f8, f8, i8)", **COMPILED, forceinline=True)
 @CALLS
 def flank_force(grid, force, k, low, high, weight, n, side, at, hint):  # type: ignore[no-untyped-def]
-    """Force of a flank of mesh k at contact deflection `at`, and its slope (`mean_force`)."""
+    """Return the force of a flank of mesh k at contact deflection `at`, and its slope (arguments of `mean_force`)."""
     x = side * at
     j = cell(grid, k, n, x, hint)
     a = blend(force, k, low, high, weight, j)
@@ -49,10 +53,12 @@ def left_out(  # type: ignore[no-untyped-def]
     n_c, start, end, linear, grid, force, cells, row, following, weight, hint,
     row_then, following_then, weight_then, past, shift, lean,
 ):  # fmt: skip
-    """Fill `shift`, N, and `lean`, N/m: shift + lean · end is missing from the mean excesses of a step from `start` to
-    some end near `end`.
+    """Fill `shift` (N) and `lean` (N/m) with the correction of the mean excesses: shift + lean · end.
 
-    row, following, weight: of the laws at mid-step.  row_then, …: at its end.  past (5, n_contact): `kept`.
+    start, end : deflections at the start of the step and near its end.
+    row, following, weight : places in the laws at mid-step.
+    row_then, following_then, weight_then : places in the laws at the end of the step.
+    past : (5, n_contact) values of `kept`.
     """
     for i in range(n_c):
         k, side = i // 2, 1.0 - 2.0 * (i % 2)
@@ -66,9 +72,9 @@ def left_out(  # type: ignore[no-untyped-def]
             slope = (at_end - at_start) / (end[i] - start[i])
         slope -= linear[i]
         rise = then - linear[i] * end[i] - past[3, i]
-        # d̈ h² in the middle of the step is 1.5 times the change of its way less half of the one before
+        # d̈ h² at mid-step is 1.5 times the change of the path of this step less half of the change before
         bend = -1.5 * (start[i] + past[0, i]) - 0.5 * past[1, i]
-        # r̈ likewise, with what the end adds to the rise
+        # r̈ likewise, with the share of the end in the rise
         lean[i] = -slope * 3.0 / 12.0
         shift[i] = -(slope * (bend - 1.5 * end[i]) + 1.5 * (rise - past[2, i]) - 0.5 * past[4, i]) / 12.0
 
@@ -83,8 +89,11 @@ def left_out(  # type: ignore[no-untyped-def]
 def kept(  # type: ignore[no-untyped-def]
     n_c, start, end, linear, grid, force, cells, row_then, following_then, weight_then, hint, past
 ):  # fmt: skip
-    """Fill `past` with what the next step needs of this one: its way, the change of it since the step before, the rise
-    of the excess, the excess at the end and the change of the rise."""
+    """Fill `past` with the values of this step that the next one needs.
+
+    Its rows are the path, its change since the step before, the rise of the excess, the excess at the end, and the
+    change of the rise.
+    """
     for i in range(n_c):
         k, side, way = i // 2, 1.0 - 2.0 * (i % 2), end[i] - start[i]
         then, _ = flank_force(

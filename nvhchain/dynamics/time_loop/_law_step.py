@@ -1,6 +1,6 @@
-"""A mesh law on the way of one step: cells, values between two rows, mean force along the deflection travelled.
+"""Mesh law along the path of one step: cells, values between two rows, mean force along the deflection.
 
-Inlined into the time loop, whose cache is named after this file (`nvhchain.runtime._inlined`).
+The functions are inlined into the time loop, whose cache is named after this file (`nvhchain.runtime._inlined`).
 """
 
 from __future__ import annotations
@@ -10,12 +10,13 @@ from typing import Any
 from numba import njit
 
 COMPILED: dict[str, Any] = {"cache": True, "error_model": "numpy", "_nrt": False}
-"""Nothing is allocated in here, so arrays need no reference counts, which would cost as much as the arithmetic."""
+"""Options of the compiler. Nothing is allocated, so arrays need no reference counts, which would cost as much as the
+arithmetic."""
 
 
 @njit("i8(f8[:, ::1], i8, i8, f8, i8)", **COMPILED, forceinline=True)
 def cell(grid, k, n, x, hint):  # type: ignore[no-untyped-def]
-    """Cell of `x` on the grid of mesh k, end cells for values outside, walking from `hint`."""
+    """Return the cell of `x` on the grid of mesh k, searched from `hint`; values outside belong to the end cells."""
     j = hint
     while j < n - 2 and x >= grid[k, j + 1]:
         j += 1
@@ -26,13 +27,13 @@ def cell(grid, k, n, x, hint):  # type: ignore[no-untyped-def]
 
 @njit("f8(f8[:, :, ::1], i8, i8, i8, f8, i8)", **COMPILED, forceinline=True)
 def blend(table, k, low, high, weight, j):  # type: ignore[no-untyped-def]
-    """Node j of mesh k between its rows `low` and `high`."""
+    """Return the value at node j of mesh k between its rows `low` and `high`."""
     return table[k, low, j] + weight * (table[k, high, j] - table[k, low, j])
 
 
 @njit("Tuple((f8, i8))(f8[:, ::1], f8[:, :, ::1], i8, i8, i8, f8, i8, i8)", **COMPILED, forceinline=True)
 def unloaded_at(grid, force, k, low, high, weight, n, hint):  # type: ignore[no-untyped-def]
-    """A deflection without force (−1e300 or 1e300 when the law pushes, or pulls, everywhere) and its cell."""
+    """Return a deflection without force, and its cell; ∓1e300 if the law pushes, or pulls, everywhere."""
     j = hint
     while j < n - 2 and blend(force, k, low, high, weight, j + 1) <= 0.0:
         j += 1
@@ -50,13 +51,14 @@ def unloaded_at(grid, force, k, low, high, weight, n, hint):  # type: ignore[no-
     forceinline=True,
 )
 def mean_force(grid, force, potential, k, low, high, weight, n, zero, side, start, end, hint):  # type: ignore[no-untyped-def]
-    """Mean force F̄ of a flank of mesh k between contact deflections `start` and `end`, and its derivative by
-    `end`.
+    """Return the mean force F̄ of a flank of mesh k between contact deflections, and its derivative by `end`.
 
-    side: +1 drive flank (force of the law where it is positive), −1 back flank (δ = −contact deflection, force −F).
+    start, end : contact deflections (m).
+    side : +1 for the drive flank, whose force is that of the law where positive. −1 for the back flank, with δ =
+        −contact deflection and force −F.
     """
     x0, x1 = side * start, side * end
-    # outside its own sign of force a flank carries nothing
+    # a flank carries only forces of its own sign
     p0 = max(x0, zero) if side > 0.0 else min(x0, zero)
     p1 = max(x1, zero) if side > 0.0 else min(x1, zero)
     open0, open1 = p0 != x0, p1 != x1
@@ -74,7 +76,7 @@ def mean_force(grid, force, potential, k, low, high, weight, n, zero, side, star
     if i == j:
         work = 0.5 * (f0 + f1) * (p1 - p0)
     else:
-        # part cells exactly, whole cells from the potential: nothing cancels when the step is short
+        # part cells exactly, whole cells from the potential: no cancellation in short steps
         u = i + 1 if j > i else i
         v = j if j > i else j + 1
         fu, fv = blend(force, k, low, high, weight, u), blend(force, k, low, high, weight, v)
@@ -82,7 +84,7 @@ def mean_force(grid, force, potential, k, low, high, weight, n, zero, side, star
         work = 0.5 * (f0 + fu) * (grid[k, u] - p0) + cells + 0.5 * (fv + f1) * (p1 - grid[k, v])
     mean = work / (x1 - x0)
     rate = ((0.0 if open1 else f1) - mean) / (x1 - x0)
-    # F̄ never falls with the end deflection; below 0 is the rounding of a very short step over an edge
+    # F̄ never falls with the end deflection; a negative rate is rounding in a very short step over an edge
     if not rate >= 0.0:
         rate = 0.0
     return side * mean, rate

@@ -1,14 +1,16 @@
-"""The time loop: exact linear step, the rest of the contact forces implicit at its mean along the deflection
-travelled.
+"""Time loop: exact linear step, with the remaining contact forces implicit at their mean along the deflection path.
 
-Contact i carries F_i; its linear part k_i d is in the propagator and the excess r = F − k d is held over a step at
-its mean r̄_i = ∫ r dd/Δd. With the free end deflections d_free and the step compliance G, r̄ solves y = r̄(d_free
-− G y), which is the stationary point of ψ(y) = ½ yᵀG y + Σ P_i(d_free,i − (G y)_i), P_i' = r̄_i, P_i'' ≥ −k_i/2.
-The linear part is passive: from rest, the work of constant forces over a step is at least the energy it has
-stored, so 0 ≤ G ≤ 2 (static compliance) ≤ 2 k⁻¹ and ψ is convex for every step and every law that never falls.
-Newton's method with a line search on the sign of ψ' therefore converges from anywhere, also over contact loss and
-back-flank contact. (Gyroscopic terms make G slightly unsymmetric, with 0 ≤ G + Gᵀ still; the line search then holds in
-all but the strictest sense.) Most steps stay inside one cell of every law and need one linear solution only.
+Contact i carries F_i. Its linear part k_i d is in the propagator. The excess r = F − k d is held over a step at its
+mean r̄_i = ∫ r dd/Δd. With the free end deflections d_free and the step compliance G, r̄ solves y = r̄(d_free − G y).
+This is the stationary point of
+
+    ψ(y) = ½ yᵀG y + Σ P_i(d_free,i − (G y)_i),    P_i' = r̄_i,    P_i'' ≥ −k_i/2.
+
+The linear part is passive: from rest, the work of constant forces over a step is at least the stored energy. Hence 0 ≤
+G ≤ 2 (static compliance) ≤ 2 k⁻¹, and ψ is convex for every step and every law that never falls. Newton's method with a
+line search on the sign of ψ' therefore converges from any start. This includes contact loss and back-flank contact.
+Gyroscopic terms make G slightly unsymmetric, still with 0 ≤ G + Gᵀ; the line search then holds in all but the strictest
+sense. Most steps stay inside one cell of every law and need a single linear solution.
 """
 
 from __future__ import annotations
@@ -26,7 +28,7 @@ from nvhchain.dynamics.time_loop._newton import along, newton_step
 from nvhchain.runtime._inlined import inlines
 
 CALLS = inlines(_bend, _law_step, _newton)
-"""Of these files: without it the cache would not see that they change."""
+"""Decorator that names functions after these files, so that their cache follows changes of the files."""
 
 
 @njit(
@@ -40,8 +42,10 @@ def _residual(  # type: ignore[no-untyped-def]
     n_c, y, start, free, compliance, linear, grid, force, potential, cells,
     row, following, weight, zero, hint, shift, lean, end, res, rate,
 ):  # fmt: skip
-    """End deflections, residual y − r̄ − shift and slopes r̄' at trial excesses `y`; returns the largest residual, or
-    inf."""
+    """Fill end deflections, residual y − r̄ − shift and slopes r̄' at trial excesses `y`; return the largest residual.
+
+    The result is inf where a deflection is out of range.
+    """
     worst = 0.0
     for i in range(n_c):
         d = free[i]
@@ -72,8 +76,11 @@ def _within_cells(  # type: ignore[no-untyped-def]
     n_c, y, start, free, compliance, linear, tolerance, grid, force, cells, row,
     following, weight, hint, shift, lean, end, rate, offset, node, slope, work, active,
 ):  # fmt: skip
-    """Solve a step in which no contact leaves its cell, opens or closes: y = offset + rate · end, so that one linear
-    solution is exact. False when one does after all: then `y` and `end` mean nothing. Fills `hint` in any case."""
+    """Solve a step in which no contact leaves its cell, opens or closes; return whether this holds.
+
+    One linear solution, y = offset + rate · end, is then exact. If the result is False, `y` and `end` are invalid.
+    `hint` is filled in any case.
+    """
     m = 0
     for i in range(n_c):
         k, side = i // 2, 1.0 - 2.0 * (i % 2)
@@ -84,7 +91,7 @@ def _within_cells(  # type: ignore[no-untyped-def]
         b = blend(force, k, row[k], following[k], weight[k], j + 1)
         offset[i], rate[i] = shift[i] - 0.5 * linear[i] * start[i], lean[i] - 0.5 * linear[i]
         slope[i], y[i] = 0.0, 0.0
-        # what pulls at the loaded end of the cell may already pull here; an end cell goes on beyond its nodes
+        # a cell loaded at one end may already be loaded here; an end cell continues beyond its nodes
         if (b if side > 0.0 else -a) > 0.0 or (j == cells[k] - 2 if side > 0.0 else j == 0):
             steep = (b - a) / (grid[k, j + 1] - grid[k, j])
             if side * (a + steep * (x - grid[k, j])) > 0.0:
@@ -121,7 +128,7 @@ def _within_cells(  # type: ignore[no-untyped-def]
             if not side * (node[i] + slope[i] * (x - grid[k, j])) > 0.0:
                 return False
         else:
-            # open all the way: the node beyond carries nothing yet
+            # open along the whole path: the node beyond is not loaded yet
             j = cell(grid, k, cells[k], x, j)
             if (j == cells[k] - 2) if side > 0.0 else (j == 0):
                 return False
@@ -133,14 +140,14 @@ def _within_cells(  # type: ignore[no-untyped-def]
 
 
 REORDERED = {"reassoc", "contract", "nsz"}
-"""Sums may be reordered to use vector units; NaN and infinity keep their meaning."""
+"""Sums may be reordered for vector units; NaN and infinity keep their meaning."""
 
 
 @njit(
     "void(i8, i8, f8[:, ::1], f8[:, ::1], f8[::1], f8[::1], f8[::1])", **COMPILED, forceinline=True, fastmath=REORDERED
 )
 def _deflections(n_mesh, n_z, read_re, read_im, re, im, out):  # type: ignore[no-untyped-def]
-    """Contact deflections of both flanks of every mesh at modal coordinates re + j im."""
+    """Compute contact deflections of both flanks of every mesh at modal coordinates re + j im."""
     for k in range(n_mesh):
         d = back = 0.0
         for m in range(n_z):
@@ -151,7 +158,7 @@ def _deflections(n_mesh, n_z, read_re, read_im, re, im, out):  # type: ignore[no
 
 @njit("void(i8, f8[:, ::1], i8[::1], i8[::1], i8[::1], f8[::1])", **COMPILED, forceinline=True)
 def _rows_at(n, position, rows, row, following, weight):  # type: ignore[no-untyped-def]
-    """Rows of the laws between which row coordinate n lies, and the weight of the second."""
+    """Find the rows of the laws around row coordinate n, and the weight of the second."""
     for k in range(position.shape[1]):
         i0 = int(position[n, k])
         row[k] = i0
@@ -161,7 +168,7 @@ def _rows_at(n, position, rows, row, following, weight):  # type: ignore[no-unty
 
 @cache
 def march_of(bent):  # type: ignore[no-untyped-def]
-    """The time loop, with excesses that take what `_bend` says or without: compiled apart, which keeps the one fast."""
+    """Return the time loop with (`bent`) or without the correction, compiled apart to keep the latter fast."""
 
     @njit(
         # decay, gain, read, drive (each real, imaginary), compliance, linear
@@ -170,9 +177,9 @@ def march_of(bent):  # type: ignore[no-untyped-def]
         " f8[:, ::1], f8[:, :, ::1], f8[:, :, ::1], i8[::1], i8[::1], f8[:, ::1],"
         # state, excess, tolerance, iterations, stride, states, excesses
         " f8[:, ::1], f8[::1], f8, i8, i8, f8[:, ::1], f8[:, ::1],"
-        # row coordinates at the ends of steps where ways bend, and their past
+        # row coordinates at the ends of steps and past, for the correction
         " f8[:, ::1], f8[:, ::1],"
-        # space to work in
+        # work space
         " f8[:, ::1], i8[:, ::1], f8[:, ::1], f8[::1])",
         **COMPILED,
         nogil=True,
@@ -186,15 +193,15 @@ def march_of(bent):  # type: ignore[no-untyped-def]
         turned_to, past,
         scratch, counters, work, turned,
     ):  # fmt: skip
-        """Advance `state` and `excess` in place by len(position) steps; −1, or the step that did not converge.
+        """Advance `state` and `excess` in place by len(position) steps; return −1, or the step that did not converge.
 
-        position (n_step, n_mesh): row coordinate of every law at mid-step, 0 ≤ position < rows.
-        state (2, n_z): real and imaginary parts, idle modes at the end included.
-        states (n_store, n_state): filled with the state before steps 0, stride, 2 stride, …, without idle modes.
-        excesses (n_step, n_contact): filled with the excess forces of the steps, N.
-        turned_to (n_step, n_mesh): where `bent`, row coordinates at the ends of the steps.  past (5, n_contact): what
-        `_bend` kept of the last step, in place.
-        scratch (17, n_contact), counters (7, n_contact), work (n_contact, n_contact + 1), turned (n_z,): zeros.
+        position : (n_step, n_mesh) row coordinates of the laws at mid-step, 0 ≤ position < rows.
+        state : (2, n_z) real and imaginary parts, with the idle modes at the end.
+        states : (n_store, n_state) filled with the state before steps 0, stride, 2 stride, …, without idle modes.
+        excesses : (n_step, n_contact) filled with the excess forces of the steps (N).
+        turned_to : (n_step, n_mesh) row coordinates at the ends of the steps, if `bent`.
+        past : (5, n_contact) values that `_correction.kept` keeps of the last step, in place.
+        scratch, counters, work, turned : zeros (17, n_contact), (7, n_contact), (n_contact, n_contact + 1), (n_z,).
         """
         n_step, n_mesh = position.shape
         n_c, n_z = len(excess), len(turned)
@@ -212,7 +219,7 @@ def march_of(bent):  # type: ignore[no-untyped-def]
 
         _deflections(n_mesh, n_z, read_re, read_im, re, im, start)
 
-        stored = wait = 0  # counted: n % stride and n // stride would be divisions, one for every mode stored
+        stored = wait = 0  # counters: n % stride and n // stride would be divisions, one for every mode stored
         for n in range(n_step):
             if wait == 0:
                 wait = stride
@@ -225,7 +232,7 @@ def march_of(bent):  # type: ignore[no-untyped-def]
             wait -= 1
             _rows_at(n, position, rows, row, following, weight)
 
-            # one array written per loop: with more, the compiler gives up on proving that they do not overlap
+            # one array written per loop: with more, the compiler does not prove that they do not overlap
             for m in range(n_z):
                 turned[m] = decay_im[m] * re[m] + decay_re[m] * im[m] + gain_im[m]
             for m in range(n_z):
@@ -275,7 +282,7 @@ def march_of(bent):  # type: ignore[no-untyped-def]
                         )  # fmt: skip
                         if worst <= tolerance:
                             break
-                        # ψ still falls there, or rises less steeply than it fell: a step that brings progress
+                        # ψ still falls there, or rises less steeply than it fell: this is progress
                         fall = -along(n_c, compliance, move, res)
                         if worst < np.inf and along(n_c, compliance, move, trial_res) <= 0.9 * fall:
                             break

@@ -1,6 +1,6 @@
-"""Newton's method on the contact forces of one step: its linear solution and the slope along it.
+"""Newton's method for the contact forces of one step: its linear solution, and the slope along it.
 
-Inlined into the time loop, whose cache is named after this file (`nvhchain.runtime._inlined`).
+The functions are inlined into the time loop, whose cache is named after this file (`nvhchain.runtime._inlined`).
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ def newton_step(n_c, compliance, rate, res, work, step, active):  # type: ignore
 
 @njit("f8(i8, f8[:, ::1], f8[::1], f8[::1])", **COMPILED, forceinline=True)
 def along(n_c, compliance, step, res):  # type: ignore[no-untyped-def]
-    """ψ' along `step`: stepᵀ G res."""
+    """Return the slope of ψ along `step`: stepᵀ G res."""
     total = 0.0
     for i in range(n_c):
         for j in range(n_c):

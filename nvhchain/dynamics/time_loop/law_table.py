@@ -1,8 +1,8 @@
-"""A mesh law prepared for the time loop: rows over the wheel angle, cells over deflection, its potential tabulated.
+"""Mesh law prepared for the time loop: rows over the wheel angle, cells over deflection, tabulated potential.
 
-F(θ, δ) is linear in θ between rows at fixed δ and linear in δ inside a cell; the end slopes continue outside. The
-tabulated law is first refined in θ by a local cubic (modified Akima) of its increments over δ, which keeps every
-row monotone.
+F(θ, δ) is linear in θ between rows at fixed δ, and linear in δ inside a cell. The end slopes continue outside. The
+tabulated law is first refined in θ by a local cubic (modified Akima) of its increments over δ. This keeps every row
+monotone.
 """
 
 from __future__ import annotations
@@ -19,11 +19,12 @@ from nvhchain.handoff import FloatArray, IntArray, MeshLaw
 
 @dataclass(frozen=True, eq=False)
 class LawTable:
-    """All mesh laws padded into common arrays.
+    """All mesh laws, padded into common arrays.
 
-    rows, cells (n_mesh,): number of angle rows (row index = rows · phase, phase in periods) and of deflections.
-    deflection (n_mesh, n_d) m.  force, potential (n_mesh, n_row, n_d): N and J; potential = ∫ F dδ from the first
-    deflection.
+    rows, cells : (n_mesh,) numbers of angle rows (row index = rows · phase, phase in periods) and of deflections.
+    deflection : (n_mesh, n_d) deflections (m).
+    force : (n_mesh, n_row, n_d) forces (N).
+    potential : (n_mesh, n_row, n_d) ∫ F dδ from the first deflection (J).
     """
 
     rows: IntArray
@@ -34,7 +35,7 @@ class LawTable:
 
 
 def _between(position: FloatArray, values: FloatArray, wanted: FloatArray) -> FloatArray:
-    """Local cubic through `values` (n, k) ≥ 0 that stays ≥ 0, and 0 where both neighbours are 0."""
+    """Interpolate `values` (n, k) ≥ 0 by a local cubic that stays ≥ 0, and 0 where both neighbours are 0."""
     result = np.maximum(Akima1DInterpolator(position, values, axis=0, method="makima")(wanted), 0.0)
     left = np.clip(np.searchsorted(position, wanted, side="right") - 1, 0, len(position) - 2)
     result[(values[left] == 0.0) & (values[left + 1] == 0.0)] = 0.0
@@ -42,7 +43,7 @@ def _between(position: FloatArray, values: FloatArray, wanted: FloatArray) -> Fl
 
 
 def refine(law: MeshLaw, refinement: int) -> FloatArray:
-    """(refinement · n_angle, n_defl) force at equally spaced angles of one period, starting at angle 0."""
+    """Return the force (refinement · n_angle, n_defl) at equally spaced angles of one period, starting at angle 0."""
     n_row = refinement * len(law.angle)
     wanted = np.asarray(np.arange(n_row) * (law.period / n_row), dtype=float)
     if len(law.angle) == 1:
@@ -50,7 +51,7 @@ def refine(law: MeshLaw, refinement: int) -> FloatArray:
     around = np.arange(-3, len(law.angle) + 4)
     turn, index = np.divmod(around, len(law.angle))
     position = law.angle[index] + turn * law.period
-    # the increments carry monotony through the interpolation; the anchor is the column nearest to no force
+    # the increments keep the interpolated rows monotone; the anchor is the column nearest to zero force
     anchor = int(np.argmin(np.abs(law.force).max(axis=0)))
     rise = _between(position, np.maximum(np.diff(law.force, axis=1), 0.0)[index], wanted)
     anchored = law.force[:, anchor]
@@ -64,7 +65,7 @@ def refine(law: MeshLaw, refinement: int) -> FloatArray:
 
 
 def tabulate(mesh_laws: Sequence[MeshLaw], refinement: int) -> LawTable:
-    """Prepare `mesh_laws` for the time loop.  refinement: rows per tabulated angle."""
+    """Prepare `mesh_laws` for the time loop, with `refinement` rows per tabulated angle."""
     refined = [refine(law, refinement) for law in mesh_laws]
     n_row, n_defl = (max(force.shape[axis] for force in refined) for axis in (0, 1))
     deflection = np.zeros((len(refined), n_defl))
@@ -86,7 +87,7 @@ def tabulate(mesh_laws: Sequence[MeshLaw], refinement: int) -> LawTable:
 
 
 def row_at(table: LawTable, mesh: int, phase: float) -> FloatArray:
-    """(n_defl,) force at `phase` (in periods) of a mesh."""
+    """Return the force (n_defl,) of a mesh at `phase` (in periods)."""
     place = (phase % 1.0) * table.rows[mesh]
     row = int(place) % int(table.rows[mesh])
     weight = place - int(place)
@@ -95,24 +96,24 @@ def row_at(table: LawTable, mesh: int, phase: float) -> FloatArray:
 
 
 def force_at(deflection: FloatArray, row: FloatArray, where: FloatArray) -> FloatArray:
-    """Force of a row at deflections `where`, end slopes continued."""
+    """Return the force of a row at deflections `where`; end slopes continue."""
     cell = np.clip(np.searchsorted(deflection, where, side="right") - 1, 0, len(deflection) - 2)
     return np.asarray(row[cell] + slope_at(deflection, row, where) * (where - deflection[cell]))
 
 
 def slope_at(deflection: FloatArray, row: FloatArray, where: FloatArray) -> FloatArray:
-    """Slope of a row at deflections `where`, N/m."""
+    """Return the slope of a row at deflections `where` (N/m)."""
     cell = np.clip(np.searchsorted(deflection, where, side="right") - 1, 0, len(deflection) - 2)
     return np.asarray((np.diff(row) / np.diff(deflection))[cell])
 
 
 def deflection_under(deflection: FloatArray, row: FloatArray, force: float) -> float:
-    """Deflection at which a row carries `force`; for no force the end of the gap at the drive flank.
+    """Return the deflection at which a row carries `force`; for zero force the end of the gap at the drive flank.
 
-    Raises SolverError when the law cannot carry the force (its end slope is zero).
+    Raises SolverError if the law cannot carry the force (its end slope is zero).
     """
     last = len(row) - 2
-    # for F ≥ 0 the last cell that starts at or below it, so that a gap is left at the drive side
+    # for F ≥ 0 the last cell that starts at or below it, so that a gap ends at the drive side
     cell = int(np.searchsorted(row, force, side="right" if force >= 0 else "left")) - 1
     cell = min(max(cell, 0), last)
     rise = row[cell + 1] - row[cell]
@@ -128,12 +129,14 @@ def deflection_under(deflection: FloatArray, row: FloatArray, force: float) -> f
 
 
 def mean_slope(table: LawTable, mesh: int, force: float) -> float:
-    """N/m: slope of a mesh law where it carries `force`, mean over its angles; never below 1e-3 of its steepest
-    slope."""
+    """Return the slope (N/m) of a mesh law where it carries `force`, mean over its angles.
+
+    It is at least 1e-3 of the steepest slope.
+    """
     n_row, n_cell = int(table.rows[mesh]), int(table.cells[mesh])
     rows, deflection = table.force[mesh, :n_row, :n_cell], table.deflection[mesh, :n_cell]
     slope = np.diff(rows, axis=1) / np.diff(deflection)
-    # the cell that holds the force; for none, the first that rises from the gap on the drive side
+    # the cell that holds the force; for zero force the first that rises from the gap on the drive side
     above = rows > force if force >= 0 else rows >= force
     cell = np.where(above.any(axis=1), above.argmax(axis=1), n_cell) - 1
     here = slope[np.arange(n_row), np.clip(cell, 0, n_cell - 2)]

@@ -1,4 +1,4 @@
-"""Mesh level `contact`: the contact problem solved in every step, the yardstick of the table F(θ, δ)."""
+"""Mesh level `contact`: the contact problem solved in every step, the reference of the table F(θ, δ)."""
 
 from __future__ import annotations
 
@@ -13,19 +13,21 @@ from nvhchain.errors import InputError, SolverError
 from nvhchain.handoff import FloatArray, MeshLaw
 
 FLAT = 0.3
-"""Of the slope at its start, to which a line search of the level `contact` leads."""
+"""Slope at which a line search of the level `contact` ends, relative to the slope at its start."""
 ContactForce = Callable[[float, FloatArray], FloatArray]
-"""Force of a mesh, (n,) N along the flank normal, at a wheel angle in rad and deflections (n,) m: what a `MeshLaw`
-tabulates, > 0 on the drive flank, 0 in the gap, < 0 on the back flank."""
+"""Force of a mesh (n,) along the flank normal (N) at a wheel angle (rad) and deflections (n,) (m), as tabulated in a
+`MeshLaw`: > 0 on the drive flank, 0 in the gap, < 0 on the back flank."""
 
 
 @dataclass(frozen=True, eq=False)
 class ContactLoop:
-    """The time loop with the contact problem solved at every step, the yardstick of the table: the same propagator, the
-    same mean force along the deflection travelled, here by Gauss quadrature.
+    """Time loop with the contact problem solved at every step, the reference of the table.
 
-    contact_forces: one per mesh.  period (n_mesh,): rad of wheel angle, of the laws.  points: of the quadrature; with
-    two the energy is exact where the force is a cubic of the deflection.
+    It has the same propagator and the same mean force along the deflection path, here by Gauss quadrature.
+
+    contact_forces : one per mesh.
+    period : (n_mesh,) periods of the laws (rad of wheel angle).
+    points : points of the quadrature; with two the energy is exact where the force is a cubic of the deflection.
     """
 
     contact_forces: tuple[ContactForce, ...]
@@ -33,10 +35,12 @@ class ContactLoop:
     points: int = 2
 
     def mean(self, angle: FloatArray, start: FloatArray, end: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Mean contact forces (2 n_mesh,) N on the way from `start` to `end` (2 n_mesh,) m, and their slopes by
-        `end`."""
+        """Return the mean contact forces (2 n_mesh,) (N) along the path, and their slopes by `end`.
+
+        start, end : (2 n_mesh,) contact deflections (m).
+        """
         node, weight = leggauss(self.points)
-        share = np.append(0.5 * (node + 1.0), 1.0)  # the end itself gives the slope
+        share = np.append(0.5 * (node + 1.0), 1.0)  # the force at the end gives the slope
         force = np.empty((len(start), len(share)))
         for k, solve in enumerate(self.contact_forces):
             drive, back = (start[i] + share * (end[i] - start[i]) for i in (2 * k, 2 * k + 1))
@@ -60,10 +64,10 @@ class ContactLoop:
         tolerance: float,
         iterations: int,
     ) -> tuple[FloatArray, FloatArray] | None:
-        """Excess forces of a step and the deflections at its end, from a guess `y`; None when they did not converge.
+        """Return the excess forces of a step and its end deflections, from a guess `y`; None without convergence.
 
-        They are where ψ of the table's time loop (`nvhchain.dynamics.time_loop._march`) is least. Slopes are known
-        roughly here, so that Newton's direction is followed to where ψ is nearly flat along it.
+        They minimise ψ of the table's time loop (`nvhchain.dynamics.time_loop._march`). Slopes are approximate here, so
+        Newton's direction is followed until ψ is nearly flat along it.
         """
 
         def at(y: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -110,8 +114,10 @@ class ContactLoop:
         stride: int,
         start_time: float,
     ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """State and excess after len(phases) steps, states before every `stride`-th step and excesses of all (as
-        `advance`)."""
+        """Return state and excess after len(phases) steps, states before every `stride`-th step, and all excesses.
+
+        Arguments and results as in `advance`.
+        """
         n_z = len(step.decay)
         z = state[:n_z] + 1j * state[n_z:]
         y, start = excess.copy(), (step.read @ z).real
@@ -135,7 +141,7 @@ class ContactLoop:
 
 
 def contact_loop(contact_forces: Sequence[ContactForce] | None, mesh_laws: Sequence[MeshLaw]) -> ContactLoop:
-    """The loop for the mesh level `contact`; InputError where the solvers are missing."""
+    """Return the loop of the mesh level `contact`; raise InputError if solvers are missing."""
     if contact_forces is None or len(contact_forces) != len(mesh_laws):
         given = "none" if contact_forces is None else str(len(contact_forces))
         raise InputError(

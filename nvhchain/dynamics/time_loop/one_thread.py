@@ -1,4 +1,4 @@
-"""Bits that do not depend on the number of threads: linear algebra on one thread, which small matrices want anyhow."""
+"""Results that do not depend on the number of threads: linear algebra on one thread, which suits small matrices."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ R = TypeVar("R")
 
 
 def on_one_thread(function: Callable[P, R]) -> Callable[P, R]:
-    """`function` with the linear algebra of the process on one thread while it runs."""
+    """Decorate `function` to run with the linear algebra of the process on one thread."""
 
     @wraps(function)
     def limited(*args: P.args, **kwargs: P.kwargs) -> R:

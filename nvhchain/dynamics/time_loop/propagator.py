@@ -1,9 +1,10 @@
 """Exact propagator of the gearbox's linear part over one step, in complex diagonal first-order form.
 
-The linear part holds shafts, bearings, housing and, at every mesh, a constant stiffness k₀ on its loaded flank.
-What the mesh law adds to it, r = F − k₀δ, acts from outside, constant over a step. State s = [Re z, Im z]: one
-complex coordinate per conjugate pair (or per real eigenvalue) λ. With constant r over a step h, z ← e^{λh} z +
-(e^{λh} − 1)/λ (load − drive r) exactly.
+The linear part holds shafts, bearings, housing and, at every mesh, a constant stiffness k₀ on its loaded flank. The
+excess of the mesh law, r = F − k₀δ, acts from outside, constant over a step. The state s = [Re z, Im z] has one complex
+coordinate per conjugate pair (or per real eigenvalue) λ. With constant r over a step h, exactly,
+
+    z ← e^{λh} z + (e^{λh} − 1)/λ (load − drive r).
 """
 
 from __future__ import annotations
@@ -22,7 +23,9 @@ from nvhchain.handoff import ComplexArray, FloatArray
 class ModalForm:
     """First-order modes of x: x = Re(displacement z), ẋ = Re(velocity z), ż = eigenvalue z + input Q(x).
 
-    eigenvalue (n_z,): Im ≥ 0.  displacement, velocity (n, n_z).  input (n_z, n).
+    eigenvalue : (n_z,) with Im ≥ 0.
+    displacement, velocity : (n, n_z) mode shapes.
+    input : (n_z, n) modal participation of generalised forces.
     """
 
     eigenvalue: ComplexArray
@@ -34,11 +37,13 @@ class ModalForm:
 def modal_form(assembly: Assembly, contact_stiffness: FloatArray) -> ModalForm:
     """Diagonalise M ẍ + C ẋ + (K + Wᵀ k₀ W) x = Q in first-order form.
 
-    contact_stiffness (2 n_mesh,): k₀ N/m, positive on one flank of every mesh, so that no torsional motion is left
-    free.
-    In undamped modal coordinates η and u = [ω η, η̇], u̇ = [[0, ω], [−ω, −Ĉ]] u + [0, Q̂] is skew plus damping:
-    nearly normal, so its eigenvectors are well conditioned. Raises SolverError when they are not (a mode exactly
-    at critical damping).
+    contact_stiffness : (2 n_mesh,) stiffness k₀ (N/m), positive on one flank of every mesh, so that no torsional motion
+        is free.
+
+    Let η be undamped modal coordinates and u = [ω η, η̇]. Then u̇ = [[0, ω], [−ω, −Ĉ]] u + [0, Q̂] is skew plus
+    damping. It is nearly normal, so its eigenvectors are well conditioned.
+
+    Raises SolverError if they are not (a mode exactly at critical damping).
     """
     stiffness = assembly.stiffness + (assembly.contact.T * contact_stiffness) @ assembly.contact
     root = 1.0 / np.sqrt(assembly.mass)
@@ -58,7 +63,7 @@ def modal_form(assembly: Assembly, contact_stiffness: FloatArray) -> ModalForm:
             "critical damping; change the bearing damping slightly"
         )
     keep = eigenvalue.imag >= 0.0
-    weight = np.where(eigenvalue.imag[keep] > 0.0, 2.0, 1.0)  # a kept pair stands for both of its members
+    weight = np.where(eigenvalue.imag[keep] > 0.0, 2.0, 1.0)  # a retained mode represents both members of its pair
     right = right[:, keep] * weight
     return ModalForm(
         eigenvalue[keep],
@@ -70,13 +75,17 @@ def modal_form(assembly: Assembly, contact_stiffness: FloatArray) -> ModalForm:
 
 @dataclass(frozen=True, eq=False)
 class Propagator:
-    """One step of `step` seconds.
+    """Propagator over one step.
 
-    decay (n_z,) complex: e^{λh}.  gain (n_z,) complex: what the external torques add to z.
-    read (n_contact, n_z): contact deflection = Re(read z).  drive (n_contact, n_z): z loses Σ drive r.
-    compliance (n_contact, n_contact) m/N: fall of the end deflections per unit contact force r over the step.
-    It is not negative and at most twice the static compliance, since the linear part is passive; symmetric but for
-    gyroscopic terms.
+    step : length of the step (s).
+    decay : (n_z,) complex e^{λh}.
+    gain : (n_z,) complex change of z by the external torques.
+    read : (n_contact, n_z) with contact deflection = Re(read z).
+    drive : (n_contact, n_z) with loss of z = Σ drive r.
+    compliance : (n_contact, n_contact) fall of the end deflections per unit contact force r over the step (m/N).
+
+    The linear part is passive, so the compliance is at least 0 and at most twice the static compliance. It is symmetric
+    except for gyroscopic terms.
     """
 
     step: float
@@ -88,7 +97,7 @@ class Propagator:
 
 
 def propagator(assembly: Assembly, modes: ModalForm, load: FloatArray, step: float) -> Propagator:
-    """Discretise exactly.  load (n,): constant generalised force.  step: s."""
+    """Discretise exactly, under a constant generalised force `load` (n,), in steps of `step` (s)."""
     # expm1 keeps (e^{λh} − 1)/λ accurate for slow modes
     hold = np.expm1(modes.eigenvalue * step) / modes.eigenvalue
     read = assembly.contact @ modes.displacement
@@ -107,19 +116,21 @@ def propagator(assembly: Assembly, modes: ModalForm, load: FloatArray, step: flo
 
 
 def output_matrix(modes: ModalForm, on_position: FloatArray, on_velocity: FloatArray) -> FloatArray:
-    """(n_out, n_state) so that outputs = matrix · s for on_position x + on_velocity ẋ."""
+    """Return the matrix (n_out, n_state) with outputs = matrix · s for on_position x + on_velocity ẋ."""
     rows = on_position @ modes.displacement + on_velocity @ modes.velocity
     return np.hstack([rows.real, -rows.imag])
 
 
 def state_of(modes: ModalForm, position: FloatArray, velocity: FloatArray | None = None) -> FloatArray:
-    """(n_state,) at `position` (n,) and `velocity` (n,), by default a standstill: z with Re(displacement z) = position
-    and Re(velocity z) = velocity."""
+    """Return the state (n_state,) at `position` (n,) and `velocity` (n,); by default at standstill.
+
+    z satisfies Re(displacement z) = position and Re(velocity z) = velocity.
+    """
     both = np.vstack([modes.displacement, modes.velocity])
     pairs = modes.eigenvalue.imag > 0
-    # a real coordinate has no imaginary part, which leaves as many unknowns as equations
+    # a real coordinate has no imaginary part, so there are as many unknowns as equations
     real_form = np.hstack([both.real, -both.imag[:, pairs]])
-    # displacements and velocities differ by a frequency: bring the rows to one size
+    # displacements and velocities differ by a frequency: scale the rows to one size
     scale = 1.0 / np.abs(real_form).max(axis=1)
     wanted = np.concatenate([position, np.zeros_like(position) if velocity is None else velocity])
     solution = np.linalg.solve(scale[:, None] * real_form, scale * wanted)

@@ -1,5 +1,4 @@
-"""The gearbox standing still at given positions of its mesh laws: the torques fix the gear forces, the laws the
-deflections."""
+"""Gearbox at standstill at given positions of its mesh laws: torques fix the gear forces, laws the deflections."""
 
 from __future__ import annotations
 
@@ -20,22 +19,23 @@ from nvhchain.handoff import FloatArray, IntArray, MeshLaw, ReducedHousing
 from nvhchain.kinds import checked
 
 STIFF = 1e8
-"""N/m: a mesh, for the size of a residual."""
+"""Stiffness of a mesh (N/m) that scales residuals."""
 SMALL = 1e-5
-"""m: deflection of a mesh, likewise."""
+"""Deflection of a mesh (m) that scales residuals."""
 RESIDUAL = 1e-11
-"""Of the loads, at which points across the faces are in balance: rounding."""
+"""Residual of points across the faces in balance, relative to the loads; it is rounding."""
 ROUNDS = 60
-"""Of Newton's method, a few of which are usual; more means failure."""
+"""Largest number of Newton iterations; a few are usual, more indicate failure."""
 
 
 @dataclass(frozen=True, eq=False)
 class StaticState:
     """Equilibrium without motion.
 
-    position (n,): the unknowns x.  mesh_force (n_mesh,): N along the flank normal, < 0 on the back flank; where both
-    flanks of a mesh touch, their difference.
-    bearing_force (n_bearing, 3): N on the housing.
+    position : (n,) unknowns x.
+    mesh_force : (n_mesh,) forces along the flank normal (N), < 0 on the back flank; the difference where both flanks
+        touch.
+    bearing_force : (n_bearing, 3) forces on the housing (N).
     """
 
     position: FloatArray
@@ -44,22 +44,24 @@ class StaticState:
 
 
 def static_mesh_forces(assembly: Assembly, load: FloatArray) -> FloatArray:
-    """(n_mesh,) N along the flank normals, < 0 on back flanks, under a generalised force (n,): an open train is
-    statically determinate."""
-    # all points of a mesh share its row in torsion, and drive-flank rows serve both signs, since the back flank's is
+    """Return the mesh forces (n_mesh,) along the flank normals (N) under a generalised force (n,), < 0 on back flanks.
+
+    An open train is statically determinate.
+    """
+    # all points of a mesh share its row in torsion; drive-flank rows serve both signs, because the back flank's is
     # their negative there
     _, first = np.unique(assembly.mesh[assembly.share > 0.0], return_index=True)
     force = np.linalg.solve(assembly.contact[2 * first, assembly.lateral :].T, load[assembly.lateral :])
-    # what rounding leaves on a mesh without torque is no contact
+    # rounding on a mesh without torque is no contact
     force[np.abs(force) <= 1e-12 * np.abs(force).max(initial=0.0)] = 0.0
     return np.asarray(force)
 
 
 def nominal_mesh_forces(assembly: Assembly, mesh_laws: Sequence[MeshLaw], torque: FloatArray) -> FloatArray:
-    """(n_mesh,) N: `static_mesh_forces` under shaft torques (n_shaft,) N m.
+    """Return `static_mesh_forces` (n_mesh,) (N) under shaft torques (n_shaft,) (N m).
 
-    Raises InputError where a law ends below its force at some angle: beyond its last deflections it would only be
-    continued in a straight line.
+    Raises InputError if a law ends below its force at some angle. Beyond its last deflections a law only continues in a
+    straight line.
     """
     nominal = static_mesh_forces(assembly, assembly.load(torque))
     for law, force in zip(mesh_laws, nominal, strict=True):
@@ -74,12 +76,13 @@ def nominal_mesh_forces(assembly: Assembly, mesh_laws: Sequence[MeshLaw], torque
 
 
 def static_state(assembly: Assembly, table: LawTable, torque: FloatArray, phases: FloatArray) -> StaticState:
-    """Equilibrium under external shaft torques (n_shaft,) N m at mesh-law `phases` (n_mesh,), in periods.
+    """Return the equilibrium under external shaft torques (n_shaft,) (N m) at mesh-law `phases` (n_mesh,), in periods.
 
-    The torques fix one force per mesh, bearings and housing deflect under them, and the laws, inverted, give the
-    torsional positions. A mesh without force rests at the drive side's end of its gap. Where a mesh has several points,
-    or touches on both flanks, this, with the load spread evenly, is where Newton's method starts. Raises SolverError
-    when a law cannot carry its force or the points do not settle.
+    The torques fix one force per mesh. Bearings and housing deflect under these forces, and the inverted laws give the
+    torsional positions. A mesh without force rests at the drive side's end of its gap. If a mesh has several points, or
+    touches on both flanks, Newton's method starts from this solution with the load spread evenly.
+
+    Raises SolverError if a law cannot carry its force or the points do not settle.
     """
     rows = [row_at(table, e, phases[k]) for e, k in enumerate(assembly.mesh)]
     grids = [table.deflection[e, : table.cells[e]] for e in range(len(rows))]
@@ -99,7 +102,7 @@ def static_state(assembly: Assembly, table: LawTable, torque: FloatArray, phases
     mean = assembly.share[points] * (of_mesh == np.arange(len(force))[:, None])
     torsion = np.linalg.solve(mean @ flank[:, n:], mean @ gap)
     position = np.concatenate([lateral, torsion])
-    # gears that the load brings closer than their backlash lets them touch on their other flanks too
+    # if the load brings gears closer than their backlash allows, their other flanks touch too
     sense = np.where(back, 1.0, -1.0)
     others = sense * (assembly.contact[2 * points + ~back] @ position)
     wedged = any(
@@ -118,7 +121,7 @@ def _settled(
     load: FloatArray,
     position: FloatArray,
 ) -> FloatArray:
-    """Position (n,) at which the forces of all points balance `load`, by Newton's method from `position`."""
+    """Return the position (n,) at which the forces of all points balance `load`, by Newton's method from `position`."""
     contact = assembly.contact[np.stack([2 * points, 2 * points + 1], axis=1).ravel()]
     size = np.sqrt(np.diag(assembly.stiffness) + (contact**2).sum(axis=0) * STIFF)
 
@@ -138,7 +141,7 @@ def _settled(
     for _ in range(ROUNDS):
         if float(np.linalg.norm(residual / size)) <= tolerance:
             return position
-        # where every point of a mesh is open nothing holds its torsion: a weak spring does for a step
+        # if every point of a mesh is open, nothing holds its torsion: a weak spring does for one iteration
         matrix = assembly.stiffness + (contact.T * np.maximum(slope, 1e-6 * STIFF)) @ contact
         step, reach = np.linalg.solve(matrix, -residual), 1.0
         before = float(np.linalg.norm(residual / size))
@@ -163,7 +166,24 @@ def static_bearing_forces(
     *,
     input_torque: float,
 ) -> FloatArray:
-    """(n_bearing, 3) N on the housing at standstill under `input_torque` (N m)."""
+    """Return the bearing forces on the housing at standstill.
+
+    Parameters
+    ----------
+    gearbox : Gearbox
+        Gearbox.
+    mesh_laws : sequence of MeshLaw
+        One law per mesh, in the gearbox's order.
+    housing : ReducedHousing or None
+        Housing; None for rigid seats.
+    input_torque : float
+        Torque along the input's rotation (N m).
+
+    Returns
+    -------
+    (n_bearing, 3) array
+        Forces (N).
+    """
     assembly = assemble(gearbox, mesh_laws, housing)
     torque = shaft_torques(gearbox, assembly.train, input_torque)
     table = tabulate(laws_of_rows(assembly, mesh_laws, nominal_mesh_forces(assembly, mesh_laws, torque)), 1)
@@ -179,11 +199,26 @@ def static_misalignment(
     input_torque: float,
     fidelity: DynamicsFidelity | None = None,
 ) -> FloatArray:
-    """(n_mesh, 2) rad by which the load tilts each wheel's axis against its pinion's at standstill.
+    """Return the tilt of each wheel's axis against its pinion's under load at standstill.
 
-    First in the plane of action of the drive flanks, > 0 where it closes them towards +z; then across it, > 0 where it
-    takes the wheel away from the pinion towards +z: what a gear pair takes as its misalignment.
-    input_torque: N m.  fidelity: as in `assemble`, for flexible shafts.
+    Parameters
+    ----------
+    gearbox : Gearbox
+        Gearbox.
+    mesh_laws : sequence of MeshLaw
+        One law per mesh, in the gearbox's order.
+    housing : ReducedHousing or None
+        Housing; None for rigid seats.
+    input_torque : float
+        Torque along the input's rotation (N m).
+    fidelity : DynamicsFidelity, optional
+        Elements and modes of flexible shafts, as in `assemble`.
+
+    Returns
+    -------
+    (n_mesh, 2) array
+        Tilts (rad), the misalignment of a gear pair. The first lies in the plane of action of the drive flanks, > 0
+        where it closes them towards +z. The second lies across it, > 0 where the wheel leaves the pinion towards +z.
     """
     assembly = assemble(gearbox, mesh_laws, housing, fidelity=fidelity)
     torque = shaft_torques(gearbox, assembly.train, input_torque)
@@ -193,8 +228,10 @@ def static_misalignment(
 
 
 def laws_of_rows(assembly: Assembly, mesh_laws: Sequence[MeshLaw], nominal: FloatArray) -> list[MeshLaw]:
-    """The law of every pair of contact rows: a share of its mesh's, or friction and shuttling under the nominal forces
-    (n_mesh,)."""
+    """Return the law of every pair of contact rows: shares of the mesh laws, then friction and shuttling.
+
+    nominal : (n_mesh,) nominal mesh forces (N), for friction and shuttling.
+    """
     laws = []
     for mesh, share in zip(assembly.mesh, assembly.share, strict=True):
         if share > 0.0:
@@ -208,5 +245,5 @@ def laws_of_rows(assembly: Assembly, mesh_laws: Sequence[MeshLaw], nominal: Floa
 
 
 def law_phases(assembly: Assembly, mesh_laws: Sequence[MeshLaw]) -> FloatArray:
-    """(n_mesh,) phases of the laws, in periods, at time 0."""
+    """Return the phases of the laws (n_mesh,) at time 0, in periods."""
     return np.array([mesh.phase / law.period for mesh, law in zip(assembly.gearbox.meshes, mesh_laws, strict=True)])

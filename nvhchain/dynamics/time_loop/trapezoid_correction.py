@@ -1,4 +1,4 @@
-"""What the time loop needs of a run whose ways bend (`nvhchain.dynamics.time_loop._correction`) before it starts."""
+"""Checks and start values of the fourth-order correction (`nvhchain.dynamics.time_loop._correction`) before a run."""
 
 from __future__ import annotations
 
@@ -14,20 +14,22 @@ from nvhchain.errors import InputError
 from nvhchain.handoff import FloatArray
 
 BENT_LIMIT = 0.4
-"""Mesh stiffness times step compliance, half of (ω h)² of the mesh, up to which `_bend` tells the bend of a way."""
+"""Largest mesh stiffness times step compliance, half of (ω h)² of the mesh, at which the correction resolves the
+curvature of the path."""
 GROWTH = 0.1
-"""1/s, of small motions: what `_bend` may feed in where damping does not take it out."""
+"""Largest growth rate of small motions (1/s) that the correction may cause beyond damping."""
 TRIED = 0.9
-"""Of a step that is too long: the next that is tried for the remedy."""
+"""Ratio of successive step lengths tried for the remedy, after a step that is too long."""
 
 
 def check_bends(
     assembly: Assembly, modes: ModalForm, linear: FloatArray, load: FloatArray, step: float, table: LawTable
 ) -> None:
-    """InputError where a step is too long for its ways to be told from those of the steps before, or feeds in more
-    than the damping takes out.
+    """Raise InputError if a step is too long for the correction, or damping takes out less than it feeds in.
 
-    linear (2 n_row,): N/m, of the contacts' linear parts.  load (n,): generalised force.  step: s.
+    linear : (2 n_row,) linear parts of the contacts (N/m).
+    load : (n,) generalised force.
+    step : length of the step (s).
     """
     rises = zip(table.force, table.deflection, table.rows, table.cells, strict=True)
     slopes = np.array([(np.diff(force[:n, :m]) / np.diff(grid[:m])).max() for force, grid, n, m in rises])
@@ -55,11 +57,12 @@ def check_bends(
 
 
 def growth(assembly: Assembly, step: Propagator, linear: FloatArray, slopes: FloatArray) -> float:
-    """1/s, at most, by which small motions of the time loop grow with the flanks of every mesh open or closed.
+    """Return an upper bound of the growth rate (1/s) of small motions, with the flanks of every mesh open or closed.
 
-    slopes (n_row,): N/m, of the laws where they are steepest.  With the excess s d of every contact, the forces of a
-    step are linear in the state, the way of the step before and its change (`_bend`): the growth is that of the largest
-    eigenvalue of this map.
+    slopes : (n_row,) steepest slopes of the laws (N/m).
+
+    With the excess s d of every contact, the forces of a step are linear in the state, in the path of the step before
+    and in its change (`_correction`). The growth is that of the largest eigenvalue of this map.
     """
     n_c, n_z = len(linear), len(step.decay)
     decay, read = step.decay, np.hstack([step.read.real, -step.read.imag])
@@ -81,7 +84,7 @@ def growth(assembly: Assembly, step: Propagator, linear: FloatArray, slopes: Flo
 
 
 def phases_at_ends(phases: FloatArray) -> FloatArray:
-    """(n_step, n_mesh) at the ends of steps from those in their middles, which may be reduced to one period."""
+    """Return phases (n_step, n_mesh) at the ends of steps from those at mid-step, possibly reduced to one period."""
     if len(phases) < 2:
         return phases
     turned = (np.diff(phases, axis=0) + 0.5) % 1.0 - 0.5
@@ -90,9 +93,11 @@ def phases_at_ends(phases: FloatArray) -> FloatArray:
 
 
 def standing(table: LawTable, deflection: FloatArray, linear: FloatArray, phases: FloatArray) -> FloatArray:
-    """(5, 2 n_row) past of a standstill: no ways, no rises, and the excesses at contact deflections (2 n_row,) m.
+    """Return the past (5, 2 n_row) of a standstill: zero paths and rises, and the excesses.
 
-    linear (2 n_row,): N/m, of the contacts' linear parts.  phases (n_row,): of the laws, in periods.
+    deflection : (2 n_row,) contact deflections (m).
+    linear : (2 n_row,) linear parts of the contacts (N/m).
+    phases : (n_row,) phases of the laws, in periods.
     """
     past = np.zeros((5, len(deflection)))
     for i, at in enumerate(deflection):

@@ -1,14 +1,18 @@
-"""The linear part of the gearbox: shafts on bearings in series with the reduced housing, and the lines of action.
+"""Linear part of the gearbox: shafts on bearings in series with the reduced housing, and the lines of action.
 
-Unknowns x, in this order: five per shaft (translations of its centre of mass along x, y, z; tilts about x, y), the
-housing's modal coordinates, the elastic motions of flexible shafts, and n_shaft − 1 torsional coordinates τ. The spins
-φ = free τ, positive in each shaft's running direction, come on top of the prescribed nominal spin: the common spin of
-the train is left out, since the torques balance in it. Bearings leave rotations free and sit on the shaft axes, so τ
-meets the other unknowns only in the gear meshes.
-Weight is left out. Gyroscopic terms belong to one speed: they come in where it is given.
+The unknowns x are, in this order:
 
-Contact rows come in pairs, those of a drive flank and of a back flank (`mesh_rows`). Contact i is pressed by
-d_i = contact[i] · x and its force F_i ≥ 0 acts back on x as −contact[i] F_i.
+- five per shaft: translations of its centre of mass along x, y, z, and tilts about x, y;
+- the housing's modal coordinates;
+- the elastic motions of flexible shafts;
+- n_shaft − 1 torsional coordinates τ.
+
+The spins φ = free τ add to the prescribed nominal spin, positive in each shaft's running direction. The common spin of
+the train is omitted, because the torques balance in it. Bearings leave rotations free and sit on the shaft axes, so τ
+couples to the other unknowns only in the gear meshes. Weight is neglected. Gyroscopic terms hold for one given speed.
+
+Contact rows come in pairs, of a drive flank and a back flank (`mesh_rows`). Contact i is pressed by d_i = contact[i] ·
+x, and its force F_i ≥ 0 acts back on x as −contact[i] F_i.
 """
 
 from __future__ import annotations
@@ -28,25 +32,30 @@ from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import FloatArray, IntArray, MeshLaw, ReducedHousing
 
 SEAT_TOLERANCE = 1e-3
-"""m: how far a bearing of the gearbox may lie from the housing's seat of the same name (a modelling gap, not
-accuracy)."""
+"""Largest distance (m) of a bearing from the housing's seat of the same name: a modelling gap, not accuracy."""
 
 
 @dataclass(frozen=True, eq=False)
 class Assembly:
     """Matrices of the gearbox; n = 5 n_shaft + n_mode + n_elastic + (n_shaft − 1).
 
-    mass (n,), stiffness (n, n), damping (n, n): bearings and housing included, meshes not. The gyroscopic terms are the
-    skew part of the damping; gyroscopic (n, n): they per rad/s of the input.  input_speed: rad/s that they stand for.
-    contact (2 n_row, n): pairs of contact rows, above.  mesh (n_row,): index of the mesh that a pair belongs to.
-    share (n_row,): in that mesh's force; 0 for friction and shuttling.
-    misalignment (2 n_mesh, n): rad, tilt of each wheel against its pinion (`tilt_wrenches`).
-    mesh_error (n_mesh, n): m, transmission error of each mesh (`error_wrenches`).
-    torques (n_shaft, n): rotation of each shaft where its torques enter, along its running direction.
-    bearing_stiffness, bearing_damping (3 n_bearing, n): bearing force on the housing = stiffness x + damping ẋ.
-    seat_shapes (3 n_bearing, n_mode), seat_residual (3 n_bearing, 3 n_bearing): of the bearings in their order.
-    inertia (n_shaft,): kg m² about z.  free (n_shaft, n_shaft − 1): spins per unit τ, unit in kinetic energy and
-    orthogonal to the common spin of the train.
+    mass : (n,) mass of the unknowns.
+    stiffness, damping : (n, n) with bearings and housing, without meshes. Gyroscopic terms are the skew part of the
+        damping.
+    gyroscopic : (n, n) gyroscopic terms per rad/s of the input.
+    input_speed : speed of the input in the damping's gyroscopic terms (rad/s).
+    contact : (2 n_row, n) pairs of contact rows.
+    mesh : (n_row,) index of the mesh of each pair.
+    share : (n_row,) share of the pair in the mesh's force; 0 for friction and shuttling.
+    misalignment : (2 n_mesh, n) tilts of each wheel against its pinion (rad; `tilt_wrenches`).
+    mesh_error : (n_mesh, n) transmission error of each mesh (m; `error_wrenches`).
+    torques : (n_shaft, n) rotation of each shaft where its torques enter, along its running direction.
+    bearing_stiffness, bearing_damping : (3 n_bearing, n) with bearing force on the housing = stiffness x + damping ẋ.
+    seat_shapes : (3 n_bearing, n_mode) mode shapes at the seats, in the order of the bearings.
+    seat_residual : (3 n_bearing, 3 n_bearing) residual flexibility of the seats.
+    inertia : (n_shaft,) inertia about z (kg m²).
+    free : (n_shaft, n_shaft − 1) spins per unit τ, of unit kinetic energy and orthogonal to the common spin of the
+        train.
     """
 
     gearbox: Gearbox
@@ -76,17 +85,17 @@ class Assembly:
 
     @property
     def transmission_error(self) -> FloatArray:
-        """(n,) row of the whole gearbox's: rad by which the output shaft lags behind the input where torques enter."""
+        """Row (n,) of the whole gearbox: angle (rad) by which the output lags behind the input where torques enter."""
         box = self.gearbox
         first, last = box.shaft_index(box.input_shaft), box.shaft_index(box.output_shaft)
         return np.asarray(float(self.train.speed_ratio[last]) * self.torques[first] - self.torques[last])
 
     def load(self, torque: FloatArray) -> FloatArray:
-        """(n,) generalised force of external shaft torques (n_shaft,) N m along the running directions."""
+        """Return the generalised force (n,) of external shaft torques (n_shaft,) (N m) along the running directions."""
         return np.asarray(self.torques.T @ torque)
 
     def at_speed(self, input_speed: float) -> Assembly:
-        """The same with the gyroscopic terms of another input speed, rad/s."""
+        """Return the assembly with the gyroscopic terms of another input speed (rad/s)."""
         change = (input_speed - self.input_speed) * self.gyroscopic
         return replace(self, damping=self.damping + change, input_speed=input_speed)
 
@@ -99,15 +108,19 @@ def assemble(
     input_speed: float = 0.0,
     fidelity: DynamicsFidelity | None = None,
 ) -> Assembly:
-    """Put shafts, bearings, housing and lines of action together (module docstring; PHYSICS: series of bearing and
-    seat).
+    """Assemble shafts, bearings, housing and lines of action.
 
-    housing: None for rigid seats. The seats' residual flexibility R sits in series with the bearings:
-    K_eff = (K_b⁻¹ + R)⁻¹, C_eff = K_eff K_b⁻¹ C_b K_b⁻¹ K_eff (first order in the damping of the exact complex
-    series).
-    input_speed: rad/s, for gyroscopic terms; 0 leaves them out.
-    fidelity: elements and modes of flexible shafts; None: rigid shafts.
-    Raises InputError when bearings, seats, axes and laws do not fit together or a shaft can move freely.
+    housing : reduced housing; None for rigid seats.
+    input_speed : speed of the input for gyroscopic terms (rad/s); 0 omits them.
+    fidelity : elements and modes of flexible shafts; None for rigid shafts.
+
+    The seats' residual flexibility R is in series with the bearings (PHYSICS: series of bearing and seat):
+
+        K_eff = (K_b⁻¹ + R)⁻¹,    C_eff = K_eff K_b⁻¹ C_b K_b⁻¹ K_eff.
+
+    This is of first order in the damping of the exact complex series.
+
+    Raises InputError if bearings, seats, axes and laws do not fit together or a shaft can move freely.
     """
     kinematics = train(gearbox, mesh_laws)
     bearings, n_shaft = gearbox.bearings, len(gearbox.shafts)
@@ -157,7 +170,7 @@ def assemble(
         [body.polar_inertia + shaft.coupled_inertia for body, shaft in zip(shafts.bodies, gearbox.shafts, strict=True)]
     )
     ratio = np.array([float(ratio) for ratio in kinematics.speed_ratio])
-    # common spin r: φ = speed ratios. N with rᵀJN = 0 and NᵀJN = I, so J^½ N is orthonormal and normal to J^½ r.
+    # common spin r: the speed ratios. rᵀJN = 0 and NᵀJN = I, so J^½ N is orthonormal and normal to J^½ r
     root = np.sqrt(inertia)
     free = null_space((root * ratio)[None, :]) / root[:, None]
     n_torsion = n_shaft - 1
@@ -205,7 +218,7 @@ def assemble(
 
 
 def _of_housing(gearbox: Gearbox, housing: ReducedHousing | None) -> tuple[FloatArray, ...]:
-    """Seat shapes (3 n_bearing, n_mode) and residual (3 n_bearing, 3 n_bearing), modal stiffness and damping."""
+    """Return seat shapes (3 n_bearing, n_mode) and residual (3 n_bearing, 3 n_bearing), modal stiffness and damping."""
     size = 3 * len(gearbox.bearings)
     if housing is None:
         return np.zeros((size, 0)), np.zeros((size, size)), np.zeros(0), np.zeros(0)
@@ -227,7 +240,7 @@ def _of_housing(gearbox: Gearbox, housing: ReducedHousing | None) -> tuple[Float
 def _own(
     gearbox: Gearbox, shafts: Sections, modal_stiffness: FloatArray, modal_damping: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Mass, stiffness and damping of the unknowns by themselves, without torsion."""
+    """Return the mass, stiffness and damping of the unknowns by themselves, without torsion."""
     bodies = shafts.bodies
     rigid = np.array([[b.mass] * 3 + [b.transverse_inertia] * 2 for b in bodies]).ravel()
     require(bool((rigid > 0).all()), "a shaft has no transverse inertia: give its segments or bodies one")

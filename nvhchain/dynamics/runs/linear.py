@@ -1,4 +1,4 @@
-"""The gearbox linearised at its mean load: what alternating forces between the flanks do at the bearings."""
+"""Gearbox linearised at its mean load: bearing forces per alternating force between the flanks."""
 
 from __future__ import annotations
 
@@ -27,10 +27,38 @@ def flank_transfer(
     input_speed: float,
     fidelity: DynamicsFidelity,
 ) -> ComplexArray:
-    """(n_f, 3 n_bearing, n_mesh) N on the housing per N between the flanks of each mesh, at frequencies (n_f,) Hz.
+    """Return the forces on the housing per force between the flanks of each mesh.
 
-    Meshes are springs of the mean slope of their laws.  input_torque: N m.  input_speed: rad/s, for gyroscopic terms
-    where the gearbox has them.  Raises InputError where the torque asks for more than a law holds.
+    Parameters
+    ----------
+    gearbox : Gearbox
+        Gearbox.
+    mesh_laws : sequence of MeshLaw
+        One law per mesh, in the gearbox's order.
+    housing : ReducedHousing
+        Housing.
+    frequency : (n_f,) array
+        Frequencies (Hz).
+    input_torque : float
+        Mean torque along the input's rotation (N m).
+    input_speed : float
+        Speed of the input (rad/s), for gyroscopic terms if `gearbox.gyroscopic`.
+    fidelity : DynamicsFidelity
+        Fidelity of the dynamics.
+
+    Returns
+    -------
+    (n_f, 3 n_bearing, n_mesh) complex array
+        Transfer functions (N/N).
+
+    Raises
+    ------
+    InputError
+        If the torque exceeds a law.
+
+    Notes
+    -----
+    Meshes are springs of the mean slope of their laws.
     """
     speed = input_speed if gearbox.gyroscopic else 0.0
     assembly = assemble(gearbox, mesh_laws, housing, input_speed=speed, fidelity=fidelity)
@@ -45,6 +73,6 @@ def flank_transfer(
     out = assembly.bearing_stiffness @ modes.displacement + assembly.bearing_damping @ modes.velocity
     residues = (out.T[:, :, None] * into[:, None, :]).reshape(len(into), -1)
     turning = 2j * np.pi * frequency[:, None]
-    # Re(out z) is half of what z and its conjugate give
+    # Re(out z) is half of the sum over z and its conjugate
     there = 0.5 / (turning - modes.eigenvalue) @ residues + 0.5 / (turning - modes.eigenvalue.conj()) @ residues.conj()
     return np.asarray(there.reshape(len(frequency), len(out), -1))

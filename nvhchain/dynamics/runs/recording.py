@@ -87,18 +87,10 @@ def record_run_up(
 
     Parameters
     ----------
-    gearbox : Gearbox
-        Gearbox.
-    mesh_laws : sequence of MeshLaw
-        One law per mesh, in the gearbox's order.
-    housing : ReducedHousing or None
-        Housing; None for rigid seats.
     folder : str or Path
         Folder of the files.
-    progress : callable, optional
-        Called with the blocks of steps done and in all.
-    **operation : Operation
-        Speeds, duration, torque, band and fidelity.
+    gearbox, mesh_laws, housing, progress, **operation
+        As in `run_up`.
 
     Returns
     -------

@@ -1,8 +1,8 @@
-"""Run-up: the input's speed rises or falls evenly in time, the mesh forces follow, and a record is taken on the way.
+"""Run-up: the input's speed changes evenly in time, the mesh forces follow, and a record is taken on the way.
 
-The nominal spin is prescribed, so that the phases of the mesh laws are known beforehand; inertia torques of the train
-are taken off the output torque. The common spin of the train decouples from all other unknowns (the meshes do no work
-along it), so that a run-up driven by given torques is the same thing with the acceleration they bring: `run_up_time`.
+The nominal spin is prescribed, so the phases of the mesh laws are known beforehand. Inertia torques of the train reduce
+the output torque. The common spin of the train decouples from all other unknowns, because the meshes do no work along
+it. A run-up driven by given torques is therefore the same with the acceleration that they cause: `run_up_time`.
 """
 
 from __future__ import annotations
@@ -34,15 +34,19 @@ from nvhchain.handoff import FloatArray, MeshLaw, ReducedHousing
 from nvhchain.runtime.memory import free_memory
 
 BLOCK = 2048
-"""Samples that leave the time loop at once: bounds the memory of the state history."""
+"""Samples per block of the time loop: bounds the memory of the state history."""
 
 
 @dataclass(frozen=True, eq=False)
 class RunUp:
-    """A run-up prepared for the time loop.
+    """Run-up prepared for the time loop.
 
-    models, decimators: of the speeds at which gyroscopic terms are taken on the way, evenly spread; else one.
-    lead: steps before the first sample, in which the start is forgotten.  count: samples of the record.
+    models, decimators : one per speed at which gyroscopic terms are taken, evenly spread; otherwise one.
+    ramp : speed of the input against time.
+    law_period : (n_mesh,) input turns after which each law repeats.
+    offset : (n_mesh,) phases of the laws at time 0, in periods.
+    lead : steps before the first sample, in which the influence of the start decays.
+    count : samples of the record.
     """
 
     models: tuple[Simulation, ...]
@@ -55,48 +59,49 @@ class RunUp:
 
     @property
     def model(self) -> Simulation:
-        """At the start."""
+        """Model at the start."""
         return self.models[0]
 
     @property
     def decimator(self) -> Decimator:
-        """At the start."""
+        """Filter at the start."""
         return self.decimators[0]
 
     def part(self, block: int) -> int:
-        """Index of the model that a block of the time loop takes: the one of the speed in its middle."""
+        """Return the index of the model that a block of the time loop takes: that of the speed in its middle."""
         middle = ((block + 0.5) * BLOCK * self.decimator.stride - self.lead) * self.model.step.step
         return min(len(self.models) - 1, max(0, int(middle / self.ramp.duration * len(self.models))))
 
     @property
     def sample_time(self) -> float:
-        """s between samples."""
+        """Time between samples (s)."""
         return self.decimator.stride * self.model.step.step
 
     @property
     def steps(self) -> int:
-        """Of the time loop, up to the last that the last sample's filter sees."""
+        """Number of steps, up to the last that the last sample's filter covers."""
         return self.lead + (self.count - 1) * self.decimator.stride + self.decimator.half + 1
 
     @property
     def blocks(self) -> int:
-        """Of the time loop; the last may be shorter."""
+        """Number of blocks of the time loop; the last may be shorter."""
         return ceil(self.steps / (BLOCK * self.decimator.stride))
 
     def phases(self, block: int) -> FloatArray:
-        """(n_step, n_mesh) mid-step phases of the laws, in periods."""
+        """Return the mid-step phases (n_step, n_mesh) of the laws, in periods."""
         whole = BLOCK * self.decimator.stride
         step = np.arange(block * whole, min((block + 1) * whole, self.steps), dtype=float)
         middle = (step - self.lead + 0.5) * self.model.step.step
-        # one mesh after the other: NumPy is slow along axes of two
+        # one mesh after another: NumPy is slow along axes of length two
         return np.asarray((self.ramp.turns(middle) / self.law_period[:, None] + self.offset[:, None]).T)
 
 
 @dataclass(frozen=True, eq=False)
 class Standing:
-    """Where a run-up stands after `block` blocks: the motion, and what of the past later samples still need.
+    """State of a run-up after `block` blocks: the motion, and the past that later samples need.
 
-    states (2 H/stride, n_state), excesses (2 H + 1, n_contact): of the last steps.
+    states : (2 H/stride, n_state) states of the last steps.
+    excesses : (2 H + 1, n_contact) excess forces of the last steps.
     """
 
     block: int
@@ -113,7 +118,7 @@ def prepare(
     input_torque, f_max, fidelity = operation["input_torque"], operation["f_max"], operation["fidelity"]
     require(isfinite(input_torque), f"input_torque = {input_torque} N m must be finite")
     require(isfinite(f_max) and f_max > 0, f"f_max = {f_max} Hz must be positive")
-    # in the middle of equal parts of the way
+    # speeds in the middle of equal parts of the run-up
     parts = fidelity.gyroscopic_speeds if gearbox.gyroscopic and ramp.acceleration else 1
     way = ramp.speed((np.arange(parts) + 0.5) / parts * ramp.duration) * gearbox.gyroscopic
     model = simulation(
@@ -135,7 +140,7 @@ def prepare(
     taps = low_pass(*band)
     models = (model, *(at_speed(model, float(speed)) for speed in way[1:]))
     decimators = tuple(decimator(each, stride, taps) for each in models)
-    # from a standstill the quasi-static start is exact
+    # the quasi-static start is exact from a standstill
     settle = settling_time(model, fidelity) / fidelity.time_step if ramp.start_speed > 0.0 else 0.0
     return RunUp(
         models,
@@ -149,10 +154,10 @@ def prepare(
 
 
 def _check_block(model: Simulation, stride: int, half: int, parts: int, f_max: float) -> None:
-    """ResourceError when a block of the time loop and the filters over it do not fit into memory.
+    """Raise ResourceError if a block of the time loop and the filters over it do not fit into memory.
 
-    Beside each sample of a block lie the excess forces that its filter sees; two blocks' forces and phases of all steps
-    are held, and one set of coefficients per model.
+    Beside each sample of a block lie the excess forces that its filter covers. Forces and phases of all steps are held
+    for two blocks, and one set of coefficients per model.
     """
     n_c, n_out = len(model.contact_stiffness), model.bearing_output.shape[0] + 3 * len(model.deflection_output) + 1
     width, steps = 2 * half + 2, BLOCK * stride
@@ -167,8 +172,8 @@ def _check_block(model: Simulation, stride: int, half: int, parts: int, f_max: f
 
 
 def start(run: RunUp) -> Standing:
-    """The quasi-static solution at the angle from which the run starts."""
-    # in the modes that the first block advances in, whose speed is that of its middle
+    """Return the quasi-static solution at the angle from which the run starts."""
+    # modes of the first block, at the speed in its middle
     motion = at_rest(run.models[run.part(0)], run.phases(0)[0])
     past = 2 * run.decimator.half
     return Standing(
@@ -180,7 +185,7 @@ def start(run: RunUp) -> Standing:
 
 
 def samples(run: RunUp, standing: Standing) -> Iterator[tuple[FloatArray, Standing]]:
-    """Samples of the record (n, n_out) block by block, each with where the run stands after it.
+    """Yield the samples of the record (n, n_out) block by block, each with the state of the run after it.
 
     While one thread advances a block, another forms the samples of the block before.
     """
@@ -191,7 +196,7 @@ def samples(run: RunUp, standing: Standing) -> Iterator[tuple[FloatArray, Standi
         if before is after:
             formed = after.apply(np.concatenate([old, new]), excesses)
         else:
-            # two models' states may differ in length: terms of the speed turn real modes into pairs
+            # states of two models may differ in length: gyroscopic terms turn real modes into pairs
             formed = before.apply(old, excesses)
             if len(new) > 0:
                 formed = np.concatenate([formed, after.apply(new, excesses[len(old) * stride :])])
@@ -212,7 +217,7 @@ def samples(run: RunUp, standing: Standing) -> Iterator[tuple[FloatArray, Standi
                 stride=stride,
                 start_time=(block * steps - run.lead) * model.step.step,
             )
-            # a last block may be shorter than the filter: fewer windows are whole than states wait for theirs
+            # a last block may be shorter than the filter: there are fewer whole windows than waiting states
             old, excesses = standing.states[: len(states)], np.concatenate([standing.excesses, excesses])
             ahead = len(states) - len(old)
             standing = Standing(block + 1, motion, states[ahead:].copy(), excesses[-past - 1 :].copy())

@@ -44,24 +44,59 @@ def bearing_forces(
     contact_forces: Sequence[ContactForce] | None = None,
     progress: Progress | None = None,
 ) -> BearingForces:
-    """Forces of the bearings on the housing at constant speed, over whole common periods of the train.
+    """Return the forces of the bearings on the housing at constant speed, over whole common periods of the train.
 
-    mesh_laws: one per mesh, in the gearbox's order.  housing: None for rigid seats.  input_speed: rad/s, > 0.
-    input_torque: N m along the input's rotation; the output torque balances it exactly.  f_max: Hz, upper end of
-    the band of interest; `fidelity.time_step` must resolve it.  duration: s that the record covers at least, rounded
-    up to whole common periods.  contact_forces: one per mesh, for `fidelity.mesh_level` "contact".
+    Parameters
+    ----------
+    gearbox : Gearbox
+        Gearbox.
+    mesh_laws : sequence of MeshLaw
+        One law per mesh, in the gearbox's order.
+    housing : ReducedHousing or None
+        Housing; None for rigid seats.
+    input_speed : float
+        Speed of the input (rad/s), > 0.
+    input_torque : float
+        Torque along the input's rotation (N m); the output torque balances it exactly.
+    f_max : float
+        Upper end of the band of interest (Hz); `fidelity.time_step` must resolve it.
+    fidelity : DynamicsFidelity
+        Fidelity of the dynamics.
+    duration : float
+        Shortest duration of the record (s), rounded up to whole common periods.
+    contact_forces : sequence of ContactForce, optional
+        One solver per mesh, for `fidelity.mesh_level` "contact".
+    progress : callable, optional
+        Called with the blocks of settling done and in all.
 
-    The nominal spin is prescribed. From the quasi-static solution the speed rises over one common period (half
-    cosine). Then two common periods are compared that lie at least one decay time of the slowest mode apart: their
-    difference must fall below `fidelity.settle_level` of the swing of the bearing forces, and so must what is left of
-    the start. That is 0.58 = 1/(e − 1) of the difference while the flanks stay in mesh; where they part it may die out
-    more slowly, and is judged by how much less the difference is than the one before. The step divides the common
-    period exactly and the phase of every law is reduced in whole numbers, so that the record repeats to rounding.
-    `mesh_deflection` is the deflection on the drive flank's line of action.
+    Returns
+    -------
+    BearingForces
+        Periodic record; `mesh_deflection` is the deflection on the drive flank's line of action.
 
-    Raises SolverError when it does not settle, InputError when the step is too long for f_max, ResourceError when the
-    record does not fit. AccuracyWarning, and `beyond_mesh_law` or `parted_flanks` in the provenance, where a deflection
-    leaves its mesh law or flanks part.
+    Raises
+    ------
+    SolverError
+        If the motion does not settle.
+    InputError
+        If the step is too long for f_max.
+    ResourceError
+        If the record does not fit into memory.
+
+    Notes
+    -----
+    The nominal spin is prescribed. The speed rises from the quasi-static solution over one common period (half cosine).
+    Then two common periods are compared, at least one decay time of the slowest mode apart. Their difference must fall
+    below `fidelity.settle_level` of the swing of the bearing forces, and so must the remaining influence of the start.
+
+    That influence is 0.58 = 1/(e − 1) of the difference while the flanks stay in mesh. With contact loss it may decay
+    more slowly, and follows from the ratio of this difference to the one before.
+
+    The step divides the common period exactly. The phase of every law is reduced in whole numbers, so that the record
+    repeats to rounding.
+
+    If a deflection leaves its mesh law, or flanks separate, there is an AccuracyWarning. The provenance then holds
+    `beyond_mesh_law` or `parted_flanks`.
     """
     require(
         isfinite(input_speed) and input_speed > 0,
@@ -134,11 +169,30 @@ def steady_sweep(
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> tuple[BearingForces, ...]:
-    """`bearing_forces` at each of `input_speeds` (rad/s), every one from its own quasi-static start.
+    """Return the record of `bearing_forces` at each of several speeds, each from its own quasi-static start.
 
-    contact_forces: as there; other processes take those that can be pickled.  executor: takes the speeds.
-    progress: called with speeds done and speeds in all. Raises what `bearing_forces` raises at the first speed that
-    fails.
+    Parameters
+    ----------
+    gearbox, mesh_laws, housing, input_torque, f_max, fidelity
+        As in `bearing_forces`.
+    input_speeds : sequence of float
+        Speeds of the input (rad/s).
+    contact_forces : sequence of ContactForce, optional
+        As in `bearing_forces`; other processes take only those that can be pickled.
+    executor : Executor, optional
+        Executor of the speeds.
+    progress : callable, optional
+        Called with the speeds done and in all.
+
+    Returns
+    -------
+    tuple of BearingForces
+        Records in the order of the speeds.
+
+    Raises
+    ------
+    InputError, ResourceError, SolverError
+        As `bearing_forces` at the first speed that fails.
     """
     require(len(input_speeds) > 0, "input_speeds holds no speed: give one or more, rad/s")
     settled = partial(
@@ -171,7 +225,7 @@ def _settle(
     fidelity: DynamicsFidelity,
     tell: Progress,
 ) -> tuple[Motion, FloatArray, FloatArray]:
-    """Run until the start is forgotten; what `_period` returns, of the first settled one."""
+    """Run until the influence of the start has decayed; return the result of `_period` for the first settled period."""
     duration = n_step * model.step.step
     needed = settling_time(model, fidelity)
     apart = ceil(1.0 / (_slowest_decay(model) * duration))
@@ -186,9 +240,9 @@ def _settle(
         tell(min(block + 1, expected), expected + 1)
         if force is not None:
             change, swing = float(np.abs(latest - force).max()), float(np.ptp(latest, axis=0).max())
-            # rounding of the static force does not decay; without excitation it is all there is
+            # rounding of the static force does not decay; without excitation there is nothing else
             small, rounding = fidelity.settle_level * swing, 1e-12 * float(np.abs(latest).max())
-            # a geometric series from here on; before the second difference its ratio is that of the slowest mode
+            # sum of a geometric series; before the second difference its ratio is that of the slowest mode
             left = change**2 / (before - change) if change < before < inf else change
             if change <= rounding or max(change, left) <= small:
                 tell(expected + 1, expected + 1)
@@ -204,12 +258,12 @@ def _settle(
 
 
 def _slowest_decay(model: Simulation) -> float:
-    """1/s: decay rate of the mode that decays most slowly."""
+    """Return the decay rate of the mode that decays most slowly (1/s)."""
     return -float(model.modes.eigenvalue.real.max())
 
 
 def settling_time(model: Simulation, fidelity: DynamicsFidelity) -> float:
-    """s in which the slowest mode falls to `settle_level`; SolverError when that is longer than `settle_time`."""
+    """Return the time (s) in which the slowest mode falls to `settle_level`; raise SolverError beyond `settle_time`."""
     decay = _slowest_decay(model)
     needed = -log(fidelity.settle_level) / decay if decay > 0 else inf
     if needed > fidelity.settle_time:
@@ -223,7 +277,7 @@ def settling_time(model: Simulation, fidelity: DynamicsFidelity) -> float:
 
 
 def _silent(done: int, total: int) -> None:
-    """Progress that nobody watches."""
+    """Ignore the progress."""
 
 
 def check_step(
@@ -234,7 +288,7 @@ def check_step(
     f_max: float,
     fidelity: DynamicsFidelity,
 ) -> None:
-    """The step must resolve the band, and the meshes too: what they do faster would fold back into the band."""
+    """Raise InputError if the step does not resolve band and meshes: faster motion would alias into the band."""
     wheel = [kinematics.speed_ratio[gearbox.shaft_index(mesh.wheel_shaft)] for mesh in gearbox.meshes]
     mesh = max(float(r * law.teeth[1]) for r, law in zip(wheel, mesh_laws, strict=True)) * input_speed / (2.0 * pi)
     highest, name = (f_max, "f_max") if f_max >= mesh else (mesh, "the mesh frequency")
@@ -259,12 +313,11 @@ def _check_memory(n_step: float, n_out: int, periods: int, duration: float) -> N
 
 
 def _ramp(model: Simulation, repeats: FloatArray, offset: FloatArray, n_step: int) -> Motion:
-    """Run up from standstill over one common period, half-cosine in speed, so that it ends at `offset` with full
-    speed."""
+    """Run up from standstill over one common period, half-cosine in speed, to end at `offset` with full speed."""
     motion = at_rest(model, offset - 0.5 * repeats)
     for first in range(0, n_step, BLOCK):
         middle = (np.arange(first, min(first + BLOCK, n_step)) + 0.5) / n_step
-        # ∫ (1 − cos πx)/2 dx, half a period in all
+        # ∫ (1 − cos πx)/2 dx, in all half a period
         turned = 0.5 * (middle - np.sin(pi * middle) / pi)
         motion, _, _ = advance(
             model, motion, offset + (turned[:, None] - 0.5) * repeats, stride=BLOCK, start_time=first * model.step.step
@@ -273,14 +326,14 @@ def _ramp(model: Simulation, repeats: FloatArray, offset: FloatArray, n_step: in
 
 
 def _phases(repeats: Sequence[int], offset: FloatArray, n_step: int, first: int) -> FloatArray:
-    """Mid-step phases, in law periods, of the block of steps from `first`."""
-    # (n + ½)/N · repeats, reduced to one law period in whole numbers: no phase error builds up
+    """Return the mid-step phases, in law periods, of the block of steps from `first`."""
+    # (n + ½)/N · repeats, reduced to one law period in whole numbers: no phase error accumulates
     odd = 2 * np.arange(first, min(first + BLOCK, n_step), dtype=np.int64)[:, None] + 1
     return np.asarray((odd * np.array(repeats, dtype=np.int64) % (2 * n_step)) / (2.0 * n_step) + offset)
 
 
 def _pass(model: Simulation, motion: Motion, repeats: Sequence[int], offset: FloatArray, n_step: int) -> Motion:
-    """One common period that nobody records."""
+    """Advance by one common period without a record."""
     for first in range(0, n_step, BLOCK):
         phases = _phases(repeats, offset, n_step, first)
         motion, _, _ = advance(model, motion, phases, stride=BLOCK, start_time=first * model.step.step)
@@ -290,8 +343,11 @@ def _pass(model: Simulation, motion: Motion, repeats: Sequence[int], offset: Flo
 def _period(
     model: Simulation, motion: Motion, repeats: Sequence[int], offset: FloatArray, n_step: int
 ) -> tuple[Motion, FloatArray, FloatArray]:
-    """One common period: bearing forces (n_step, 3 n_bearing) N and (n_step, 3 n_mesh + 1) deflections of drive flanks
-    and of back flanks and transmission errors of the meshes, m, and the lag of the output, rad."""
+    """Advance by one common period; return the motion, bearing forces and meshes.
+
+    Bearing forces are (n_step, 3 n_bearing) (N). The second array (n_step, 3 n_mesh + 1) holds deflections of drive
+    flanks and of back flanks and transmission errors of the meshes (m), then the lag of the output (rad).
+    """
     output = np.vstack([model.deflection_output, model.back_output, model.error_output]).T
     force = np.empty((n_step, len(model.bearing_output)))
     angular = np.empty((n_step, output.shape[1]))

@@ -203,14 +203,8 @@ def static_misalignment(
 
     Parameters
     ----------
-    gearbox : Gearbox
-        Gearbox.
-    mesh_laws : sequence of MeshLaw
-        One law per mesh, in the gearbox's order.
-    housing : ReducedHousing or None
-        Housing; None for rigid seats.
-    input_torque : float
-        Torque along the input's rotation (N m).
+    gearbox, mesh_laws, housing, input_torque
+        As in `static_bearing_forces`.
     fidelity : DynamicsFidelity, optional
         Elements and modes of flexible shafts, as in `assemble`.
 

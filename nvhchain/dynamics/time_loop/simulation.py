@@ -1,4 +1,4 @@
-"""Time histories of the gearbox: the discretised system, its start and its advance by blocks of steps."""
+"""Time histories of the gearbox: the discretised system, its start, and its advance by blocks of steps."""
 
 from __future__ import annotations
 
@@ -27,27 +27,28 @@ from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, MeshLaw, ReducedHousing
 
 LANES = 16
-"""Modes that the compiled loops take at once: what is left over would be done one by one."""
+"""Modes that the compiled loops process at once; a remainder would be processed one by one."""
 
 
 @dataclass(frozen=True, eq=False)
 class Simulation:
-    """A gearbox under constant torques, ready for the time loop.
+    """Gearbox under constant torques, ready for the time loop.
 
-    torque (n_shaft,): N m, external, along the running directions.
-    contact_stiffness (2 n_row,): N/m, the part of each contact's stiffness that belongs to the linear system.
-    bearing_output (3 n_bearing, n_state): bearing forces = bearing_output · s.
-    bearing_jump (3 n_bearing, 2 n_row): what a jump of the excess forces takes off their samples (`bearing_force`).
-    contact_output (2 n_row, n_state): contact deflections = contact_output · s.
-    deflection_output (n_mesh, n_state): of the drive flanks, mean over the face.  back_output (n_mesh, n_state): of
-    the back flanks, likewise and with the sign of the laws, < 0 where they are pressed.
-    error_output (n_mesh + 1, n_state): transmission errors of the meshes, m, then the angle in rad by which the output
-    lags behind the input.
-    kernel: decay, gain, read and drive of `step` as the time loop wants them: each (2, …) real over imaginary parts,
-    the modes filled up with idle ones to whole vector registers.
-    tolerance: N, admissible residual of the contact forces, reached within `iterations`.
-    bent: whether the excess forces of a step take what `_bend` says.
-    contact_loop: solves the contact problem at every step instead of reading `table`, if there is one.
+    torque : (n_shaft,) external torques along the running directions (N m).
+    contact_stiffness : (2 n_row,) share of each contact's stiffness in the linear system (N/m).
+    bearing_output : (3 n_bearing, n_state) with bearing forces = bearing_output · s.
+    bearing_jump : (3 n_bearing, 2 n_row) part subtracted from their samples per jump of the excess forces
+        (`bearing_force`).
+    contact_output : (2 n_row, n_state) with contact deflections = contact_output · s.
+    deflection_output : (n_mesh, n_state) of the drive flanks, mean over the face.
+    back_output : (n_mesh, n_state) of the back flanks, likewise, with the sign of the laws: < 0 where they are pressed.
+    error_output : (n_mesh + 1, n_state) of the transmission errors of the meshes (m), then of the angle (rad) by which
+        the output lags behind the input.
+    kernel : decay, gain, read and drive of `step` for the time loop. Each is (2, …), real over imaginary parts, padded
+        with idle modes to whole vector registers.
+    tolerance : admissible residual of the contact forces (N), reached within `iterations`.
+    bent : True with the fourth-order correction of the excess forces (`_correction`).
+    contact_loop : solver of the contact problem at every step, in place of `table`; None for the table.
     """
 
     assembly: Assembly
@@ -71,9 +72,12 @@ class Simulation:
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """Where a simulation stands.  state (n_state,); excess (2 n_row,) N: part of the contact forces that the
-    linear system does not hold, mean over the last step.  past (5, 2 n_row): what `_bend` keeps of the last step; by
-    default that of a standstill."""
+    """State of a simulation.
+
+    state : (n_state,) state s.
+    excess : (2 n_row,) contact forces beyond the linear system (N), mean over the last step.
+    past : (5, 2 n_row) values that `_correction.kept` keeps of the last step; by default those of a standstill.
+    """
 
     state: FloatArray
     excess: FloatArray
@@ -92,15 +96,19 @@ def simulation(
     gyroscopic_speed: float = 0.0,
     contact_forces: Sequence[ContactForce] | None = None,
 ) -> Simulation:
-    """Assemble, diagonalise and discretise.
+    """Assemble, diagonalise and discretise a gearbox.
 
-    input_torque: N m (negative: coasting).  time_step: s.  input_acceleration: rad/s², prescribed for the train. The
-    inertia torques it brings need no term of their own: along the free torsion they do no work (`Assembly.free`), and
-    the output torque leaves room for them.
-    gyroscopic_speed: rad/s of the input, for gyroscopic terms; 0 leaves them out.
-    contact_forces: one per mesh, for the mesh level `contact`, which also needs the laws: for the start and the
-    linear part.
-    Raises InputError where the torque asks for more than a law holds.
+    input_torque : torque along the input's rotation (N m), negative in coast.
+    time_step : length of the step (s).
+    input_acceleration : prescribed acceleration of the input (rad/s²).
+    gyroscopic_speed : speed of the input for gyroscopic terms (rad/s); 0 omits them.
+    contact_forces : one solver per mesh, for the mesh level `contact`, which needs the laws for its start and linear
+        part.
+
+    The inertia torques of an acceleration need no term of their own. Along the free torsion they do no work
+    (`Assembly.free`), and the output torque is reduced by them.
+
+    Raises InputError if the torque exceeds a law.
     """
     assembly = assemble(gearbox, mesh_laws, housing, input_speed=gyroscopic_speed, fidelity=fidelity)
     torque = shaft_torques(gearbox, assembly.train, input_torque, assembly.inertia, input_acceleration)
@@ -133,8 +141,10 @@ def simulation(
 
 
 def mean_stiffness(assembly: Assembly, table: LawTable, nominal: FloatArray) -> FloatArray:
-    """(2 n_row,) N/m: the mean slope of every mesh's law under its nominal force (n_mesh,) N, on the flank that
-    carries it."""
+    """Return the contact stiffness (2 n_row,) (N/m): mean slope of each law, on the flank that carries.
+
+    nominal : (n_mesh,) nominal mesh forces (N), at which the slope is taken.
+    """
     stiffness = np.zeros(2 * len(assembly.mesh))
     for row, (mesh, share) in enumerate(zip(assembly.mesh, assembly.share, strict=True)):
         if share == 0.0:
@@ -186,7 +196,7 @@ def _discretised(
 
 
 def at_speed(model: Simulation, input_speed: float) -> Simulation:
-    """The same gearbox with the gyroscopic terms of another input speed, rad/s."""
+    """Return the model with the gyroscopic terms of another input speed (rad/s)."""
     return _discretised(
         model.assembly.at_speed(input_speed),
         model.table,
@@ -201,7 +211,7 @@ def at_speed(model: Simulation, input_speed: float) -> Simulation:
 
 
 def carried_over(motion: Motion, before: Simulation, after: Simulation) -> Motion:
-    """The motion of one model in the modes of another with the same unknowns."""
+    """Return the motion of one model in the modes of another with the same unknowns."""
     z = motion.state.reshape(2, -1)
     z = z[0] + 1j * z[1]
     x, v = (before.modes.displacement @ z).real, (before.modes.velocity @ z).real
@@ -209,7 +219,7 @@ def carried_over(motion: Motion, before: Simulation, after: Simulation) -> Motio
 
 
 def _in_registers(modal: ComplexArray) -> FloatArray:
-    """(2, …, n_z) real and imaginary parts, n_z filled up with zeros to a multiple of `LANES`."""
+    """Return real and imaginary parts (2, …, n_z), n_z padded with zeros to a multiple of `LANES`."""
     n_z = modal.shape[-1]
     filled = np.zeros((2, *modal.shape[:-1], -(-n_z // LANES) * LANES))
     filled[0, ..., :n_z], filled[1, ..., :n_z] = modal.real, modal.imag
@@ -217,13 +227,13 @@ def _in_registers(modal: ComplexArray) -> FloatArray:
 
 
 def at_rest(model: Simulation, phases: FloatArray) -> Motion:
-    """The quasi-static solution at mesh-law `phases` (n_mesh,), in periods."""
+    """Return the quasi-static solution at mesh-law `phases` (n_mesh,), in periods."""
     static = static_state(model.assembly, model.table, model.torque, phases)
     return Motion(state_of(model.modes, static.position), np.zeros(len(model.contact_stiffness)))
 
 
 def compile_time_loop() -> None:
-    """Have the time loop compiled, or read from disk, as `advance` does where it is first needed."""
+    """Compile the time loop, or read it from disk, as `advance` does at its first call."""
     from nvhchain.dynamics.time_loop._march import march_of
 
     march_of(False)
@@ -232,12 +242,14 @@ def compile_time_loop() -> None:
 def advance(
     model: Simulation, motion: Motion, phases: FloatArray, *, stride: int = 1, start_time: float = 0.0
 ) -> tuple[Motion, FloatArray, FloatArray]:
-    """Advance by len(phases) steps.
+    """Advance a motion by len(phases) steps.
 
-    phases (n_step, n_mesh): mesh-law phases at mid-step, in periods.  stride: every how many steps the state is
-    kept.
+    phases : (n_step, n_mesh) mesh-law phases at mid-step, in periods.
+    stride : number of steps from one stored state to the next.
+    start_time : time of the first step (s), for messages.
+
     Returns the motion at the end, the states before steps 0, stride, 2 stride … (n_store, n_state), and the excess
-    forces of all steps (n_step, 2 n_row) N. Raises SolverError with the time of a step that did not converge.
+    forces of all steps (n_step, 2 n_row) (N). Raises SolverError with the time of a step that did not converge.
     """
     if model.contact_loop is not None:
         state, excess, states, excesses = model.contact_loop.march(
@@ -284,22 +296,24 @@ def advance(
 
 
 def _row_coordinates(model: Simulation, phases: FloatArray) -> FloatArray:
-    """(n, n_row) places between the rows of every law of the time loop at mesh-law phases (n, n_mesh)."""
+    """Return the row coordinates (n, n_row) in the laws of the time loop at mesh-law phases (n, n_mesh)."""
     rows, mesh = model.table.rows, model.assembly.mesh
     place = phases if len(mesh) == phases.shape[1] else np.take(phases, mesh, axis=1)
-    position = (place - np.floor(place)) * rows  # np.mod gives the same bits in five times the time
+    position = (place - np.floor(place)) * rows  # np.mod gives the same bits but takes five times as long
     position[position >= rows] = 0.0  # 1 − ε rounds up to a whole period
     return np.ascontiguousarray(position)
 
 
 def bearing_force(model: Simulation, states: FloatArray, before: FloatArray, excesses: FloatArray) -> FloatArray:
-    """Bearing forces on the housing (n_step, 3 n_bearing) N at the step starts of one `advance` with stride 1.
+    """Return bearing forces on the housing (n_step, 3 n_bearing) (N) at the step starts of an `advance` with stride 1.
 
-    before (2 n_row,): excess forces of the step before the first.  excesses (n_step, 2 n_row): of the steps.
-    The held forces jump from step to step, and with bearing damping so does the slope of the bearing force, which
-    its bare samples would fold back into the band. The sum over samples differs from the integral by −h²/12 Σ
-    (slope jumps) (Euler–Maclaurin), so h/12 times the jump goes onto each sample: the spectrum of the record is
-    that of the force which moved the housing, to fourth order.
+    before : (2 n_row,) excess forces of the step before the first (N).
+    excesses : (n_step, 2 n_row) excess forces of the steps (N).
+
+    The held forces jump from step to step. With bearing damping the slope of the bearing force jumps too, and its bare
+    samples would alias this into the band. The sum over samples differs from the integral by −h²/12 Σ (slope jumps)
+    (Euler–Maclaurin). Therefore h/12 times the jump is added to each sample. The spectrum of the record is then that of
+    the force that moved the housing, to fourth order.
     """
     jump = np.diff(excesses, axis=0, prepend=before[None, :])
     return np.asarray(states @ model.bearing_output.T - jump @ model.bearing_jump.T)

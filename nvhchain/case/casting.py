@@ -11,6 +11,7 @@ import numpy as np
 from nvhchain import housing
 from nvhchain.case.bodies import Extent
 from nvhchain.case.fit import radius_at
+from nvhchain.case.housing import Housing
 from nvhchain.errors import InputError, require
 from nvhchain.fidelity import HousingFidelity
 from nvhchain.handoff import ReducedHousing
@@ -29,11 +30,13 @@ _UNKNOWNS_EXPONENT = 1.4
 _EDGES_OF_PLAIN_WALLS, _EDGES_OF_RIBBED_WALLS = 4.3, 6.6
 
 
-class Casting(housing.Casting):
+class Casting(housing.Casting, Housing):
     """A cast housing that a gearbox runs in (fields of `nvhchain.housing.Casting`)."""
 
-    unused_knobs = frozenset[str]()
-    states_surface = False
+    @property
+    def unused_knobs(self) -> frozenset[str]:
+        """None: all knobs act on a casting."""
+        return frozenset()
 
     def check(self, case: GearboxCase) -> None:
         """Raise `InputError` for field points inside, bearings beside their bores and walls behind the floor."""

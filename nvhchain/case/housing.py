@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, Protocol
 
 from nvhchain.case.bodies import Extent
@@ -16,35 +16,43 @@ if TYPE_CHECKING:
 ELEMENT_KNOBS = frozenset({"element_size", "elements_per_turn"})
 """Knobs of the finite elements that are made here."""
 
+_MODES_AT_6_KHZ = 60
+"""Estimate of the modes below 6.25 kHz, fitted to the runs in docs/measured/chain/plan.md."""
+
 
 class Housing(Protocol):
-    """A kind of housing that a gearbox can have."""
+    """A kind of housing that a gearbox can have; defaults are those of a housing from a file."""
 
     @property
     def unused_knobs(self) -> frozenset[str]:
         """Fields of `HousingFidelity` without effect on this kind."""
+        return ELEMENT_KNOBS
 
     @property
     def states_surface(self) -> bool:
         """True where the radiating surface is supplied, with its elements."""
-
-    def overlaps(self, case: GearboxCase) -> Iterator[tuple[float, str]]:
-        """Yield overlaps (m) of gears and shafts with the housing, each with its message."""
+        return False
 
     def check(self, case: GearboxCase) -> None:
-        """Raise `InputError` where the housing does not fit the rest of the case."""
+        """Raise `InputError` where the housing does not fit the rest of the case; a file is read later, by `extent`."""
+
+    def overlaps(self, case: GearboxCase) -> Iterable[tuple[float, str]]:
+        """Return overlaps (m) of gears and shafts with the housing, each with its message; a file tells none."""
+        return ()
 
     def check_knobs(self, case: GearboxCase, knobs: HousingFidelity) -> None:
         """Raise `InputError`, or warn, where the knobs are too coarse for the band."""
 
     def check_held(self, case: GearboxCase) -> None:
-        """Raise `InputError` where the case itself shows that nothing holds the driven housing."""
+        """Raise `InputError` where nothing holds the driven housing, as far as the case shows."""
 
     def face_size(self, wanted: float) -> float:
         """Return the edge length (m) of the radiating triangles; `wanted` is enough for the waves in air."""
+        return wanted
 
     def modes_in_reach(self, case: GearboxCase, knobs: HousingFidelity) -> float:
-        """Estimate the number of modes up to the limit of the reduction."""
+        """Estimate the number of modes up to the limit of the reduction, which grows about with frequency."""
+        return _MODES_AT_6_KHZ * knobs.mode_ratio * case.band.high / 6250.0
 
     def extent(self, case: GearboxCase, knobs: HousingFidelity, *, driven: bool) -> Extent:
         """Return the size of the housing; its file is read and checked against the case.
@@ -56,12 +64,7 @@ class Housing(Protocol):
         """Return the contents of all files of the housing, which `reduce` takes."""
 
     def reduce(
-        self,
-        case: GearboxCase,
-        contents: tuple[Any, ...],
-        face_size: float,
-        knobs: HousingFidelity,
-        progress: Any,
+        self, case: GearboxCase, contents: tuple[Any, ...], face_size: float, knobs: HousingFidelity, progress: Any
     ) -> ReducedHousing:
         """Reduce the housing to its modes at the bearing seats and on the radiating surface."""
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from nvhchain import housing, interop
 from nvhchain.case.bodies import Extent, SurfaceFile
-from nvhchain.case.housing import ELEMENT_KNOBS, require_held
+from nvhchain.case.housing import ELEMENT_KNOBS, Housing, require_held
 from nvhchain.dimensions import Length
 from nvhchain.errors import require
 from nvhchain.fem.modal_model import ModalModel
@@ -22,39 +21,6 @@ from nvhchain.names import check_names
 
 if TYPE_CHECKING:
     from nvhchain.case.gearbox import GearboxCase
-
-_MODES_AT_6_KHZ = 60
-"""Estimate of the modes below 6.25 kHz, fitted to the runs in docs/measured/chain/plan.md."""
-
-
-class Imported:
-    """What housings from a file have in common."""
-
-    @property
-    def states_surface(self) -> bool:
-        """True where a file gives the radiating surface."""
-        return False
-
-    def check(self, case: GearboxCase) -> None:
-        """Refuse nothing: the file is read later, by `extent`."""
-
-    def overlaps(self, case: GearboxCase) -> Iterator[tuple[float, str]]:
-        """Yield nothing: the room inside is not known."""
-        return iter(())
-
-    def check_knobs(self, case: GearboxCase, knobs: HousingFidelity) -> None:
-        """Refuse nothing: the elements are those of the file."""
-
-    def check_held(self, case: GearboxCase) -> None:
-        """Refuse nothing: the file is read later, by `extent`."""
-
-    def face_size(self, wanted: float) -> float:
-        """Return `wanted`, m."""
-        return wanted
-
-    def modes_in_reach(self, case: GearboxCase, knobs: HousingFidelity) -> float:
-        """Estimate the modes, whose number grows about with frequency."""
-        return _MODES_AT_6_KHZ * knobs.mode_ratio * case.band.high / 6250.0
 
 
 @dataclass(frozen=True)
@@ -70,7 +36,7 @@ class Seat:
 
 
 @dataclass(frozen=True)
-class HousingModel(Imported):
+class HousingModel(Housing):
     """Solid elements from a file: Nastran bulk data or Abaqus input, in the frame of the case.
 
     file: path, beside the case.  units: of the file.  modal_damping: fraction of critical, of every mode, or a curve
@@ -91,8 +57,6 @@ class HousingModel(Imported):
     seats: tuple[Seat, ...] = ()
     structural_damping: bool = False
     spc: int | None = None
-
-    unused_knobs = ELEMENT_KNOBS
 
     def __post_init__(self) -> None:
         check_modal_damping(self.modal_damping, "HousingModel")
@@ -148,7 +112,7 @@ class SeatNode:
 
 
 @dataclass(frozen=True)
-class ModalResults(Imported):
+class ModalResults(Housing):
     """Normal modes from a file: universal file (55, 2414) or HDF5, in the frame of the case.
 
     file: path, beside the case.  units: of a universal file without dataset 164; None: those of the file, or SI.
@@ -169,7 +133,10 @@ class ModalResults(Imported):
     engine_plane: EnginePlane | None = None
     opening: Length | None = None
 
-    unused_knobs = ELEMENT_KNOBS | {"truncation_tolerance_db"}
+    @property
+    def unused_knobs(self) -> frozenset[str]:
+        """Knobs of elements and of the number of modes."""
+        return ELEMENT_KNOBS | {"truncation_tolerance_db"}
 
     def __post_init__(self) -> None:
         if self.modal_damping is not None:

@@ -34,11 +34,18 @@ ELEMENT = 1.0
 
 def advice(case: GearboxCase) -> tuple[str, ...]:
     """One sentence per option that is not on and that this gearbox would notice."""
-    found = [*_friction(case), *_shuttling(case), *_flexible(case), *_gyroscopic(case)]
+    options = case.options
+    considered = (
+        (options.friction > 0.0, _friction),
+        (options.shuttling, _shuttling),
+        (options.flexible_shafts, _flexible),
+        (options.gyroscopic, _gyroscopic),
+    )
     return tuple(
         f"{why}: options.{name} (in the example {MEASURED[name]:+g} dB at the worst mesh harmonic)"
-        for name, why in found
-        if not getattr(case.options, name)
+        for on, reasons in considered
+        if not on
+        for name, why in reasons(case)
     )
 
 

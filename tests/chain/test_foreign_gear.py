@@ -18,6 +18,8 @@ from nvhchain.scene import Scene, preflight
 
 pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")  # models are coarse on purpose
 
+pytestmark = pytest.mark.filterwarnings("ignore::nvhchain.errors.AccuracyWarning")  # models are coarse on purpose
+
 GEAR = GearFidelity(
     profile_elements=2,
     width_layers=2,

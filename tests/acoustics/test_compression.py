@@ -55,7 +55,9 @@ def dense(matrix):
     return matrix.apply(np.eye(matrix.shape[1], dtype=complex))
 
 
-@pytest.mark.parametrize("error", [1e-2, 1e-3, 1e-5, 1e-6])
+@pytest.mark.parametrize(
+    "error", [pytest.param(1e-2, marks=pytest.mark.slow), 1e-3, pytest.param(1e-5, marks=pytest.mark.slow), 1e-6]
+)
 def test_error_is_what_was_asked_for_and_not_much_less(body, error):
     surface, _, a, b = body
     for values, columns in ((a, surface.vertices), (b, surface.centroids)):
@@ -99,7 +101,7 @@ def test_a_rigid_plane_is_part_of_the_compressed_matrices(body, air):
     assert np.abs(found - exact).max() < 2e-5 * np.abs(exact).max()
 
 
-@pytest.mark.parametrize("per_wavelength", [4.0, 6.0, 20.0])
+@pytest.mark.parametrize("per_wavelength", [pytest.param(4.0, marks=pytest.mark.slow), 6.0, 20.0])
 def test_estimated_size_is_that_of_the_matrices(body, per_wavelength):
     surface, _, _, _ = body
     knobs = replace(FIDELITY, elements_per_wavelength=per_wavelength)

@@ -1,6 +1,7 @@
 """Matrices whose entries span many decades: solutions and modes against closed forms, or refused."""
 
 import numpy as np
+import pytest
 import scipy.sparse as sp
 from hypothesis import given
 from hypothesis import strategies as st
@@ -63,6 +64,7 @@ def test_pairs_of_masses_over_many_decades_have_their_frequencies(tried, pairs, 
     assert np.abs(shapes.T @ (M @ shapes) - np.eye(wanted)).max() < 1e-6
 
 
+@pytest.mark.slow
 @given(ka=powers(1e-3, 4.0), scale=powers(1e-4, 1e3), away=powers(0.05, 1e4), amplitude=powers(1e-9, 1e9))
 def test_single_precision_is_double_precision_to_four_digits(tried, ka, scale, away, amplitude):
     """What a source inside the ball's velocity pattern gives: a monopole and a dipole, of one size."""

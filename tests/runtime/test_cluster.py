@@ -52,11 +52,11 @@ def same(some, serial):
     return np.abs(some - serial).max() < 1e-14 * np.abs(serial).max()
 
 
-@pytest.mark.slow
 def processes(executor):
     return executor._client.run(os.getpid)
 
 
+@pytest.mark.slow
 def test_two_workers_one_killed_under_way_give_the_same_as_one_process(two_workers, serial):
     before, seen = processes(two_workers), []
 

@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 
 import nvhchain
+from nvhchain.chain import Result
 from nvhchain.cli import parser
 from nvhchain.fidelity import PRESETS
 
@@ -60,7 +61,7 @@ def test_the_script_in_the_readme_uses_names_that_exist():
     for module, imported in re.findall(r"^from (nvhchain[\w.]*) import (.+)$", script, re.MULTILINE):
         exec(f"from {module} import {imported}", {})
     for field in re.findall(r"\bresult\.(\w+)", script):
-        assert field in {f.name for f in fields(nvhchain.run.__globals__["Result"])}
+        assert field in {f.name for f in fields(Result)}
 
 
 def test_every_file_the_readme_points_to_exists():

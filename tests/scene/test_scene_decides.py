@@ -41,7 +41,7 @@ class Counts:
         self.frequencies, self.points, self.modes_to, self.modes, self.unknowns = [], [], [], [], []
         self.teeth = defaultdict(set)
         self.responses = 0
-        self._wrap(patch, transfer, "_solved", self._solved)
+        self._wrap(patch, transfer, "_vectors", self._solved)
         self._wrap(patch, seat_modes, "lowest_modes", self._modes)
         solve = body_flexibility.HeldBody.solve
 
@@ -63,7 +63,9 @@ class Counts:
 
         patch.setattr(module, name, counted)
 
-    def _solved(self, _, frequency, surface, points, *rest):
+    def _solved(self, _, frequency, surface, points, air, fidelity, *rest):
+        if fidelity.radiation == "rayleigh":
+            return
         self.frequencies += list(frequency)
         self.points.append(len(points))
 

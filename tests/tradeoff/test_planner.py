@@ -13,6 +13,7 @@ from nvhchain.case import RadiatorCase
 from nvhchain.cli import main
 from nvhchain.errors import InputError
 from nvhchain.fidelity import DRAFT, REFERENCE, STANDARD
+from nvhchain.files import hdf5
 from nvhchain.scene import PlannedStep, plan, steps
 from nvhchain.tradeoff import Deviation, Measurement, Tradeoff, as_json, cheapest, markdown, planner, shipped
 from nvhchain.tradeoff.elsewhere import MARGIN, extent, growth, open_below
@@ -459,7 +460,7 @@ def test_run_takes_what_the_planner_chooses_and_says_so(request, shipped_table, 
     said = capsys.readouterr().err
     assert "within 1 dB: about 0 dB from reference" in said
     assert "acoustics.precision = single" in said
-    stored = nvh.store.load(tmp_path / "pressure.h5").provenance["fidelity"]
+    stored = hdf5.load(tmp_path / "pressure.h5").provenance["fidelity"]
     assert stored["precision"] == "single"
     assert stored["quadrature_order"] == REFERENCE.acoustics.quadrature_order
 

@@ -19,6 +19,9 @@ WRONG = (
     b"1.5",
     b"x",
 )
+CONTROLS = (b"\x1b[2J", b"\r", b"\0", b"\x7f", "\u202e".encode(), b"\x9b2J", b"\xff\xfe")
+"""What a terminal takes for an order, and bytes that are no text."""
+
 _FORMS = ((b"ASCII", b"BINARY"), (b"BINARY", b"ASCII"), (b"ascii", b"binary"), (b"UInt64", b"UInt32"))
 
 
@@ -26,7 +29,9 @@ def damaged(data: bytes, rng: random.Random) -> bytes:
     """Return the file cut off, with bits turned, numbers exchanged, bytes lost, or read as text for binary and back."""
     at = rng.randrange(len(data))
     found = list(NUMBER.finditer(data[:2000]))
-    kind = rng.randrange(7)
+    kind = rng.randrange(8)
+    if kind == 7:
+        return data[:at] + rng.choice(CONTROLS) + data[at:]
     if kind == 0:
         return data[:at]
     if kind == 1:

@@ -120,7 +120,7 @@ def write_hand_offs(folder: Path) -> None:
     hdf5.save(_forces(), folder / "bearing_forces.h5")
     hdf5.save(ForceSpectrum(frequency, np.ones((3, 2, 3)) * 1j, ("A", "B"), 9.0), folder / "force_spectrum.h5")
     hdf5.save(surface, folder / "surface.h5")
-    hdf5.save(SurfaceVelocity(surface, frequency, velocity), folder / "velocity.h5")
+    hdf5.save(SurfaceVelocity(frequency, velocity, surface), folder / "velocity.h5")
     hdf5.save(FieldPressure(frequency, [[0.0, 0, 1]], np.ones((3, 1)) * 1j, 9.0), folder / "pressure.h5")
 
 

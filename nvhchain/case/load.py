@@ -13,7 +13,7 @@ from nvhchain.case.radiator import RadiatorCase
 from nvhchain.errors import InputError, require
 from nvhchain.interop import ForceChannels
 from nvhchain.kinds import NAMES, checked
-from nvhchain.names import check_text
+from nvhchain.names import check_names, check_text
 
 Case = GearboxCase | RadiatorCase
 
@@ -75,7 +75,7 @@ def _read(path: Path, seen: tuple[Path, ...]) -> dict[str, Any]:
     if base is None:
         return table
     require(isinstance(base, str), f"{path}: base = {base!r} must be the path of a case file")
-    return _merge(_read(path.parent / base, (*seen, path.resolve())), table)
+    return _merge(_read(path.parent / base, (*seen, path.resolve())), table, f"{path}: ")
 
 
 def _check_texts(value: Any, where: str) -> None:
@@ -91,17 +91,19 @@ def _check_texts(value: Any, where: str) -> None:
         check_text(value, where)
 
 
-def _merge(base: Mapping[str, Any], change: Mapping[str, Any]) -> dict[str, Any]:
+def _merge(base: Mapping[str, Any], change: Mapping[str, Any], where: str) -> dict[str, Any]:
     """`base` with `change` over it; a table with another `type` replaces the base's."""
     merged = dict(base)
     for key, value in change.items():
         old = merged.get(key)
         if isinstance(value, Mapping) and isinstance(old, Mapping) and value.get("type") == old.get("type"):
-            merged[key] = _merge(old, value)
+            merged[key] = _merge(old, value, f"{where}{key}.")
         elif _named(value) and _named(old):
+            for items in (old, value):
+                check_names([item["name"] for item in items], f"{where}{key}")  # type: ignore[union-attr]
             by_name = {item["name"]: item for item in old}  # type: ignore[union-attr]
             for item in value:
-                by_name[item["name"]] = _merge(by_name.get(item["name"], {}), item)
+                by_name[item["name"]] = _merge(by_name.get(item["name"], {}), item, f"{where}{key}.")
             merged[key] = list(by_name.values())
         else:
             merged[key] = value

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import pickle
 import sys
-from _thread import interrupt_main
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from os import sched_getaffinity
@@ -92,7 +91,7 @@ def _worth_it(cases: Sequence[GearboxCase], fidelity: Fidelity) -> bool:
 def _end_with_caller() -> None:
     """The caller closes its end when it needs no more, or is gone."""
     sys.stdin.buffer.read()
-    interrupt_main()
+    processes.end_here()
 
 
 def main() -> None:

@@ -8,15 +8,17 @@ their caller, even if it is killed. The system sees to it (`_child`), or a pipe 
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import sys
+from _thread import interrupt_main
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from subprocess import DEVNULL, PIPE
 from typing import IO
 
-__all__ = ["DEVNULL", "PIPE", "exchange", "isolated", "run", "run_python", "start_python"]
+__all__ = ["DEVNULL", "PIPE", "end_here", "exchange", "isolated", "run", "run_python", "start_python"]
 
 
 def run_python(*arguments: str, seconds: float) -> subprocess.CompletedProcess[str] | None:
@@ -125,6 +127,16 @@ def start_python(
         env=_child_environment(environment),
         pass_fds=pass_fds,
     )
+
+
+_GRACE = 5.0
+"""s after an interruption in which a child ends by itself."""
+
+
+def end_here() -> None:
+    """Interrupt this process, from one of its threads; the system ends it where compiled code goes on for too long."""
+    signal.setitimer(signal.ITIMER_REAL, _GRACE)
+    interrupt_main()
 
 
 def _python(*arguments: str) -> list[str]:

@@ -84,6 +84,10 @@ class Ledger:
     def enter(self, key: str, cost: Cost) -> None:
         """Keep a cost, on disk at once."""
         self.costs[key] = cost
+        self.begin()
+
+    def begin(self) -> None:
+        """Keep the costs that are known: from here on what lies beside them is of this sweep."""
         write_text(self.file, json.dumps({key: astuple(cost) for key, cost in self.costs.items()}))
 
 

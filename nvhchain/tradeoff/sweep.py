@@ -14,7 +14,7 @@ from typing import Any
 from nvhchain import interop
 from nvhchain.case import Case, GearboxCase, HousingModel
 from nvhchain.conventions import Progress
-from nvhchain.errors import require
+from nvhchain.errors import SolverError, require
 from nvhchain.fidelity import REFERENCE, Fidelity
 from nvhchain.files import hdf5
 from nvhchain.files.alone import alone_in
@@ -135,8 +135,10 @@ class _Sweep:
         self._case, self._fidelity, self._out, self._watcher = case, fidelity, out, watcher
         self._ledger = Ledger(out / "costs.json")
         self._spine = out / f"base-{_identity(case, fidelity)[:10]}"
-        if self._ledger.costs:
+        if self._ledger.file.exists():
             self._forget_what_has_no_cost()
+        elif not any(out.rglob("*.h5")):  # else they are those of others
+            self._ledger.begin()
 
     def _forget_what_has_no_cost(self) -> None:
         """Results and parts of a sweep that was ended within a stage, or before its cost was entered."""
@@ -148,6 +150,8 @@ class _Sweep:
     def base(self) -> Measurement:
         """Row of the yardstick, its spine kept."""
         run = self._run(self._case, self._fidelity, self._spine)
+        if (run.refused or "").startswith(KILLED):
+            raise SolverError(f"the base {self._fidelity.name} was {run.refused}: measure it again, with more memory")
         require(run.refused is None, f"the base {self._fidelity.name} is refused: {run.refused}")
         return Measurement("base", self._fidelity.name, run.stages, None)
 

@@ -13,7 +13,6 @@ import pickle
 import select
 import sys
 import time
-from _thread import interrupt_main
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
@@ -26,6 +25,7 @@ from nvhchain.chain.result import Result
 from nvhchain.errors import InputError, SolverError
 from nvhchain.files.shelf import Watcher, key_in
 from nvhchain.handoff import HandOff
+from nvhchain.runtime import processes
 
 
 class Teller(Watcher):
@@ -77,7 +77,7 @@ def _end_with_listener(pipe: int) -> None:
     listening = select.poll()
     listening.register(pipe, 0)
     listening.poll()
-    interrupt_main()
+    processes.end_here()
 
 
 def main() -> None:

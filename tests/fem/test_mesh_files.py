@@ -5,57 +5,20 @@ import re
 import subprocess
 import sys
 import time
-import warnings
 from pathlib import Path
 
 import gmsh
 import h5py
-import meshio
 import numpy as np
 import pytest
-import pyvista
-from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
 
+from benchmarks.hostile.damage import damaged
+from benchmarks.hostile.valid_files import BY_MESHIO, POINTS, TRIANGLES, write_meshes
 from nvhchain.case import SurfaceFile
 from nvhchain.errors import AccuracyWarning, FileFormatError, InputError
 from nvhchain.fem.elements import reference_element
 from nvhchain.fem.mesh_files import med, read_mesh
 from nvhchain.interop.solids.nastran_faces import read_nastran_faces
-
-BALL = pyvista.Icosphere(radius=0.1, nsub=1)
-POINTS, TRIANGLES = np.asarray(BALL.points, dtype=float), BALL.faces.reshape(-1, 4)[:, 1:].astype(int)
-BY_MESHIO = {
-    "binary.stl": ("stl", {"binary": True}),
-    "text.stl": ("stl", {"binary": False}),
-    "a.obj": ("obj", {}),
-    "binary.ply": ("ply", {"binary": True}),
-    "text.ply": ("ply", {"binary": False}),
-    "a.off": ("off", {}),
-    "binary5.vtk": ("vtk51", {"binary": True}),
-    "text5.vtk": ("vtk51", {"binary": False}),
-    "binary4.vtk": ("vtk42", {"binary": True}),
-    "text4.vtk": ("vtk42", {"binary": False}),
-    "zlib.vtu": ("vtu", {"compression": "zlib"}),
-    "lzma.vtu": ("vtu", {"compression": "lzma"}),
-    "plain.vtu": ("vtu", {"compression": None}),
-    "text.vtu": ("vtu", {"binary": False}),
-    "a.inp": ("abaqus", {}),
-    "a.med": ("med", {}),
-    "binary2.msh": ("gmsh22", {"binary": True}),
-    "text2.msh": ("gmsh22", {"binary": False}),
-    "binary4.msh": ("gmsh", {"binary": True}),
-    "text4.msh": ("gmsh", {"binary": False}),
-}
-
-
-def _appended(path, raw):
-    writer = vtkXMLUnstructuredGridWriter()
-    writer.SetInputData(BALL.cast_to_unstructured_grid())
-    writer.SetFileName(str(path))
-    writer.SetDataModeToAppended()
-    writer.SetEncodeAppendedData(not raw)
-    writer.SetBlockSize(256)
-    writer.Write()
 
 
 def _by_gmsh(path, *, bricks=False):
@@ -88,19 +51,7 @@ def _by_gmsh(path, *, bricks=False):
 def folder(tmp_path_factory):
     """The ball in every format."""
     folder = tmp_path_factory.mktemp("valid")
-    mesh = meshio.Mesh(POINTS, [("triangle", TRIANGLES)], point_data={"bore": (POINTS[:, 2] > 0).astype(np.int32)})
-    bare = meshio.Mesh(POINTS, mesh.cells)
-    for name, (form, options) in BY_MESHIO.items():
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            meshio.write(folder / name, mesh if form[:3] in ("vtk", "vtu") else bare, file_format=form, **options)
-    _appended(folder / "raw.vtu", True)
-    _appended(folder / "base64.vtu", False)
-    BALL.save(folder / "binary.vtp")
-    BALL.save(folder / "polygons.vtk")
-    lines = [f"GRID,{i},,{x:.9g},{y:.9g},{z:.9g}" for i, (x, y, z) in enumerate(POINTS, 1)]
-    lines += [f"CTRIA3,{i},1,{a},{b},{c}" for i, (a, b, c) in enumerate(TRIANGLES + 1, 1)]
-    (folder / "a.bdf").write_text("\n".join(lines) + "\nENDDATA\n")
+    write_meshes(folder)
     return folder
 
 
@@ -192,51 +143,6 @@ def test_triangles_with_two_corners_in_one_place_are_left_out_and_counted(tmp_pa
     assert surface.triangles.shape == TRIANGLES.shape
 
 
-NUMBER = re.compile(rb"(?<![A-Za-z_])[-+]?\d+(\.\d*)?([eE][-+]?\d+)?")
-WRONG = (
-    b"-1",
-    b"0",
-    b"nan",
-    b"inf",
-    b"1e400",
-    b"1e300",
-    b"99999999999999999999",
-    b"2147483648",
-    b"30000000",
-    b"1.5",
-    b"x",
-)
-
-
-def _damaged(data, rng):
-    """The file cut off, with bits turned, numbers exchanged, bytes lost, or read as text for binary and back."""
-    at = rng.randrange(len(data))
-    found = list(NUMBER.finditer(data[:2000]))
-    kind = rng.randrange(7)
-    if kind == 0:
-        return data[:at]
-    if kind == 1:
-        return data[:at] + bytes([data[at] ^ 1 << rng.randrange(8)]) + data[at + 1 :]
-    if kind == 2 and found:
-        number = rng.choice(found)
-        return data[: number.start()] + rng.choice(WRONG) + data[number.end() :]
-    if kind == 3:
-        return data[:at] + data[at + rng.randrange(1, 200) :]
-    if kind == 4:
-        value = rng.choice((b"\xff" * 4, b"\xff\xff\xff\x7f", b"\0\0\xc0\x7f", b"\0" * 8))
-        return data[:at] + value + data[at + len(value) :]
-    if kind == 5:
-        for ours, others in (
-            (b"ASCII", b"BINARY"),
-            (b"BINARY", b"ASCII"),
-            (b"ascii", b"binary"),
-            (b"UInt64", b"UInt32"),
-        ):
-            if ours in data:
-                return data.replace(ours, others)
-    return rng.choice((b"", b"\n", rng.randbytes(300)))
-
-
 def test_damaged_files_end_in_one_line_or_in_a_mesh(folder, tmp_path, capfd):
     """Nothing printed, nothing slow, no other error; indices and coordinates of what is read are sound."""
     rng, refused, slowest = random.Random(7), list[tuple[str, str]](), 0.0
@@ -245,7 +151,7 @@ def test_damaged_files_end_in_one_line_or_in_a_mesh(folder, tmp_path, capfd):
         data, read = file.read_bytes(), read_nastran_faces if file.suffix == ".bdf" else read_mesh
         for _ in range(3 if file.suffix == ".med" else 12):
             broken = tmp_path / file.name
-            broken.write_bytes(_damaged(data, rng))
+            broken.write_bytes(damaged(data, rng))
             start = time.perf_counter()
             try:
                 mesh = read(broken)

@@ -128,7 +128,8 @@ def record_run_up(
                     sampled = Sampled.room(run, whole)
                     sampled.fill(0, np.concatenate(waiting))
                     forces = record(run, at.first, sampled, mesh_laws, operation["fidelity"])
-                    hdf5.save(forces.replace(provenance=provenance | forces.provenance), _path(folder, at.written))
+                    made = provenance | {"piece": at.written} | forces.provenance
+                    hdf5.save(forces.replace(provenance=made), _path(folder, at.written))
                 at, waiting = _Place(at.written + 1, at.first + whole, stands), []
                 if wanted is None:
                     _keep(folder, key, answers, at)
@@ -236,10 +237,11 @@ def _stamp(path: Path) -> tuple[int, int]:
 
 
 def _key_of(path: Path) -> str:
-    """Return the key of the run whose samples `path` holds; empty if they are incomplete."""
+    """Return the key of the run whose samples `path` holds; empty if they are incomplete, or those of another file."""
     try:
-        return str(hdf5.load(path, BearingForces).provenance["key"])
-    except (FileFormatError, KeyError):
+        provenance = hdf5.load(path, BearingForces).provenance
+        return str(provenance["key"]) if path.name == _path(path.parent, provenance["piece"]).name else ""
+    except (FileFormatError, KeyError, ValueError, TypeError):
         return ""
 
 

@@ -177,10 +177,10 @@ def _nodes(kind: int, lines: list[str]) -> Iterator[tuple[int, list[float]]]:
             raise InputError(
                 f"node {head[0]} moves in its own system {head[2]}: export displacements in the global one"
             )
-        yield (
-            int(head[0]),
-            [_float(x) for x in (head[4:7] if step == 1 else _NUMBER.findall(lines[i + 1]))],
-        )
+        place = [_float(x) for x in (head[4:7] if step == 1 else _NUMBER.findall(lines[i + 1]))]
+        if len(place) != 3:
+            raise ValueError(f"node {head[0]} has {len(place)} coordinates, 3 are needed")
+        yield int(head[0]), place
 
 
 def _elements(lines: list[str]) -> Iterator[tuple[int, tuple[int, list[int]]]]:

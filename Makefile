@@ -8,12 +8,14 @@ OUT ?= out
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: help setup demo test test-all extremes lint docs clean distclean
+.PHONY: help setup demo test test-all extremes kills lies lint docs clean distclean
 
 help:
 	@echo "make demo       compare the solid and the slotted gearbox, results in $(OUT)/  (FIDELITY=draft|standard|reference)"
 	@echo "make test       run the tests that a change needs;  make test-all also runs those marked slow"
 	@echo "make extremes   try thousands of generated cases within and beyond sense"
+	@echo "make kills      random signals to commands and their children  (KILLS=500 SEED=1)"
+	@echo "make lies       damaged cases, files and hand-offs, full disks  (LIES=5000 SEED=1)"
 	@echo "make lint       style, formatting and types"
 	@echo "make docs       build the documentation in docs/_build/html"
 	@echo "make clean      remove results and caches;  make distclean also removes $(VENV)/"
@@ -35,6 +37,12 @@ test-all: $(READY)
 
 extremes: $(READY)
 	NVHCHAIN_EXTREMES=1000 $(BIN)/python -m pytest tests/extremes
+
+kills: $(READY)
+	$(BIN)/python -m benchmarks kills $(or $(KILLS),500) $(or $(SEED),1)
+
+lies: $(READY)
+	$(BIN)/python -m benchmarks lies $(or $(LIES),5000) $(or $(SEED),1)
 
 lint: $(READY)
 	$(BIN)/ruff check .

@@ -27,7 +27,7 @@ from nvhchain.acoustics.accuracy.cancellation import CANCELLATION
 from nvhchain.acoustics.surfaces._gmsh import remesh
 from nvhchain.acoustics.surfaces.surface import SHARP_ANGLE, mean_edge, width_to_length
 from nvhchain.acoustics.surfaces.velocity_in_faces import within_faces
-from nvhchain.acoustics.systems.engines import check_memory, systems
+from nvhchain.acoustics.systems.engines import FUSED, check_memory, systems
 from nvhchain.acoustics.waves.multipoles import multipole_amplitudes
 from nvhchain.errors import AccuracyWarning
 from nvhchain.fidelity import AcousticsFidelity
@@ -109,7 +109,7 @@ def cancellation(_: Path) -> dict[str, Any]:
             shapes = np.cross(np.eye(3)[:, None], body.centroids[None])
             moving = within_faces(body) @ np.einsum("afx,fx->fa", shapes, body.normals)
             gradient = -1j * k * AIR.impedance * moving
-            ((system,),) = systems("fused", body, np.array([k]), fidelity, None, check_memory(body, 1, 0, 0, "fused"))
+            ((system,),) = systems(FUSED, body, np.array([k]), fidelity, None, check_memory(body, 1, 0, 0, FUSED))
             pressure = system.solve(system.apply_b(gradient))
             waves = multipole_amplitudes(body, k, pressure, gradient, 1)[1:]
             thrust = np.sqrt(12 * np.pi * (np.abs(waves) ** 2).sum(axis=0)) / k

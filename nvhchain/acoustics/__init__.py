@@ -30,24 +30,32 @@ from nvhchain.acoustics.radiation.modal_transfer import (
 from nvhchain.acoustics.radiation.projection import project, vectors_at
 from nvhchain.acoustics.radiation.radiate import interpolation_error, radiate
 from nvhchain.acoustics.radiation.run_up_sound import convolution_lines, decay_time, run_up_pressure
-from nvhchain.acoustics.solutions.adaptive_resistance import adaptive_radiation_resistance
-from nvhchain.acoustics.solutions.adaptive_vectors import adaptive_transfer_vectors
-from nvhchain.acoustics.solutions.pressure import solve_direct, surface_pressure
-from nvhchain.acoustics.solutions.radiation_resistance import (
-    SurfaceShapes,
-    housing_shapes,
+from nvhchain.acoustics.solutions.exterior import ExteriorProblem
+from nvhchain.acoustics.solutions.functions import (
+    adaptive_radiation_resistance,
+    adaptive_transfer_vectors,
+    master_frequencies,
     radiation_resistance,
+    solve_direct,
+    sound_power,
+    surface_pressure,
+    transfer_vectors,
 )
-from nvhchain.acoustics.solutions.sound_power import sound_power
-from nvhchain.acoustics.solutions.transfer_vectors import master_frequencies, transfer_vectors
+from nvhchain.acoustics.solutions.resistance import SurfaceShapes, housing_shapes
+from nvhchain.acoustics.solutions.work import Adaptive, Work
 from nvhchain.acoustics.surfaces.reflecting_plane import RigidPlane
 from nvhchain.acoustics.surfaces.surface import check_mesh, check_points, required_element_size, sphere
-from nvhchain.acoustics.systems.engines import ENGINES, compile_kernels, estimate_memory
+from nvhchain.acoustics.systems.engines import ENGINES, Bempp, Engine, Fused, compile_kernels, estimate_memory
 from nvhchain.acoustics.waves.incident import IncidentField, PlaneWave, PointSource
 from nvhchain.handoff import RadiationResistance, SoundPower, SurfacePressure
 
 __all__ = [
     "ENGINES",
+    "Adaptive",
+    "Bempp",
+    "Engine",
+    "ExteriorProblem",
+    "Fused",
     "IncidentField",
     "PlaneWave",
     "PointSource",
@@ -56,6 +64,7 @@ __all__ = [
     "SoundPower",
     "SurfacePressure",
     "SurfaceShapes",
+    "Work",
     "adaptive_radiation_resistance",
     "adaptive_transfer_vectors",
     "array_points",

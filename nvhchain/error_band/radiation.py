@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from nvhchain.acoustics import ENGINES
 from nvhchain.acoustics.accuracy.mesh_error import expected_accuracy
 from nvhchain.acoustics.accuracy.radiation_levels import expected_radiation_error
 from nvhchain.case import Case
@@ -30,7 +31,7 @@ def radiation_error(
     if fidelity.radiation != "boundary_elements":
         return {"radiation": relative(level_error(surface, lines, case.air, fidelity.radiation))[:, None]}
     if "expected_error_dB" not in told:
-        told = expected_accuracy(surface, None, float(lines[-1]), case.air, fidelity, case.engine)
+        told = expected_accuracy(surface, None, float(lines[-1]), case.air, fidelity, ENGINES[case.engine])
     worst = max(told.get(f"{which}_dB", 0.0) for which in ("expected_error", "expected_error_nearest"))
     sources = {"surface mesh": np.full((len(lines), 1), relative(worst))}
     if "quadrature_error" in told:

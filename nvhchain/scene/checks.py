@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection
 from math import pi
 from typing import Any
 
-from nvhchain.acoustics.systems.engines import check_engine
+from nvhchain.acoustics.systems.engines import engine_named
 from nvhchain.case import HEARD, RADIATED, Case
 from nvhchain.errors import InputError, ResourceError
 from nvhchain.fidelity import STANDARD, Fidelity
@@ -55,7 +55,7 @@ def check_knobs(case: Case, fidelity: Fidelity, supplied: Collection[str] = ()) 
     supplied: as `preflight` takes it.
     """
     if (HEARD | RADIATED).intersection(case.quantities) and "transfer_vectors" not in supplied:
-        check_engine(case.engine)
+        engine_named(case.engine)
     _check_radiation(case, fidelity)
     scene = Scene(case, fidelity, supplied)
     _apply(_OF_THE_CASE, scene)

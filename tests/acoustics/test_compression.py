@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from nvhchain.acoustics import (
+    ExteriorProblem,
     SurfaceShapes,
     estimate_memory,
     radiation_resistance,
@@ -24,6 +25,7 @@ from nvhchain.acoustics.surfaces.surface import mean_edge
 from nvhchain.acoustics.systems import engines
 from nvhchain.acoustics.systems.compressed import compressed_size, compressed_systems
 from nvhchain.acoustics.systems.compression import CompressedMatrix
+from nvhchain.acoustics.systems.engines import FUSED, Bempp
 from nvhchain.acoustics.systems.linear_system import DirectSystem
 from nvhchain.errors import InputError, ResourceError, SolverError
 from nvhchain.fidelity import AcousticsFidelity
@@ -222,7 +224,7 @@ def test_auto_takes_dense_matrices_where_they_fit_and_compressed_ones_where_only
     assert small < 5 * 2**30
     for size, solver in ((1.01 * dense_size, "auto"), (0.99 * dense_size, "compressed"), (1.01 * small, "compressed")):
         free(monkeypatch, size)
-        chosen, _, need = engines._fitting(n_vertex, n_face, 4, 0, 0, "fused", auto)
+        chosen, _, need = engines._fitting(n_vertex, n_face, 4, 0, 0, FUSED, auto)
         assert chosen.solver == solver
         assert need <= size
         # a plan tells what such a run takes there
@@ -230,7 +232,7 @@ def test_auto_takes_dense_matrices_where_they_fit_and_compressed_ones_where_only
     assert estimate_memory(n_vertex, n_face, "fused", auto, frequencies=4, free=0) == small
     free(monkeypatch, 0.99 * small)
     with pytest.raises(ResourceError, match=r"30000 triangles .*need .* GiB, .* GiB are free: lower the upper freq"):
-        engines._fitting(n_vertex, n_face, 4, 0, 0, "fused", auto)
+        engines._fitting(n_vertex, n_face, 4, 0, 0, FUSED, auto)
     for size, results, remedy in (
         (1.01 * small, 0, "choose solver = 'compressed', lower the upper frequency"),
         (0.99 * small, 0, "free: lower the upper frequency"),  # compressed matrices would not fit either
@@ -238,9 +240,9 @@ def test_auto_takes_dense_matrices_where_they_fit_and_compressed_ones_where_only
     ):
         free(monkeypatch, size)
         with pytest.raises(ResourceError, match=remedy):
-            engines._fitting(n_vertex, n_face, 4, results, 0, "fused", replace(DIRECT, elements_per_wavelength=6.0))
+            engines._fitting(n_vertex, n_face, 4, results, 0, FUSED, replace(DIRECT, elements_per_wavelength=6.0))
     free(monkeypatch, 2**34)
-    assert isinstance(next(engines.systems("fused", surface, np.array([k]), DIRECT, None, 2**34))[0], DirectSystem)
+    assert isinstance(next(engines.systems(FUSED, surface, np.array([k]), DIRECT, None, 2**34))[0], DirectSystem)
 
 
 def test_the_least_memory_is_that_of_dense_matrices_where_they_are_small(monkeypatch):
@@ -252,17 +254,17 @@ def test_the_least_memory_is_that_of_dense_matrices_where_they_are_small(monkeyp
     assert least < 1.2 * dense
     free(monkeypatch, 0.99 * least)
     with pytest.raises(ResourceError, match=rf"need {least / 2**30:.3g} GiB"):
-        engines._fitting(2562, 5120, 4, 0, 0, "fused", auto)
+        engines._fitting(2562, 5120, 4, 0, 0, FUSED, auto)
     free(monkeypatch, least)
-    assert engines._fitting(2562, 5120, 4, 0, 0, "fused", auto)[2] == least
+    assert engines._fitting(2562, 5120, 4, 0, 0, FUSED, auto)[2] == least
 
 
 def test_bempp_cannot_compress_and_knows_no_plane(body):
-    surface, k, _, _ = body
+    surface, *_ = body
     with pytest.raises(InputError, match="engine bempp cannot compress its matrices: use engine fused"):
-        engines.check_memory(surface, 1, 0, 0, "bempp", FIDELITY)
+        engines.check_memory(surface, 1, 0, 0, Bempp(), FIDELITY)
     with pytest.raises(InputError, match="engine bempp knows no reflecting plane: use fused"):
-        next(engines.systems("bempp", surface, np.array([k]), DIRECT, RigidPlane((0, 0, -1), (0, 0, 1)), 2**34))
+        ExteriorProblem(surface, plane=RigidPlane((0, 0, -1), (0, 0, 1)), engine=Bempp())
 
 
 class Dask:
@@ -278,11 +280,11 @@ def test_systems_are_batched_by_the_smaller_of_the_callers_memory_and_the_worker
     """Four together where there is plenty; one after the other on workers that hold one, which were refused."""
     surface = sphere(0.1, 1)
     size = len(surface.vertices), len(surface.triangles)
-    one, two, four = (engines._solver_memory(*size, count, "fused", DIRECT) for count in (1, 2, 4))
+    one, two, four = (engines._solver_memory(*size, count, FUSED, DIRECT) for count in (1, 2, 4))
     free(monkeypatch, 2**34)
 
     def task(*workers, columns=0):
-        memory = engines.check_memory(surface, 8, 0, columns, "fused", DIRECT, Dask(*workers))
+        memory = engines.check_memory(surface, 8, 0, columns, FUSED, DIRECT, Dask(*workers))
         return memory, cluster.room(Dask(*workers), memory + columns).tasks
 
     assert task() == (four, 1)
@@ -296,9 +298,7 @@ def test_systems_are_batched_by_the_smaller_of_the_callers_memory_and_the_worker
     free(monkeypatch, 1.1 * one)
     assert task(2.1 * four)[0] == one
     free(monkeypatch, 2**34)
-    batches = {
-        memory: engines.systems("fused", surface, np.full(4, 5.0), DIRECT, None, memory) for memory in (one, four)
-    }
+    batches = {memory: engines.systems(FUSED, surface, np.full(4, 5.0), DIRECT, None, memory) for memory in (one, four)}
     assert [len(batch) for batch in batches[one]] == [1, 1, 1, 1]
     assert [len(batch) for batch in batches[four]] == [4]
 

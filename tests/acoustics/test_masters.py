@@ -18,7 +18,7 @@ from nvhchain.acoustics import (
 from nvhchain.acoustics.accuracy.interpolation_error import deciding_points, vector_changes, vector_errors
 from nvhchain.acoustics.interpolation.adaptive import _lines_between
 from nvhchain.acoustics.interpolation.nodes import interpolant
-from nvhchain.acoustics.solutions.adaptive_vectors import _together
+from nvhchain.acoustics.solutions.adaptive import vectors_together
 from nvhchain.errors import InputError, ResourceError, SolverError
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import Surface, SurfaceVelocity
@@ -272,7 +272,7 @@ def test_masters_are_joined_within_the_memory_of_the_result_and_refused_beyond(b
     ]
     tracemalloc.start()
     try:
-        whole = _together(*parts)
+        whole = vectors_together(*parts)
         joined = tracemalloc.get_traced_memory()[1]
         tracemalloc.reset_peak()
         unfolded = whole.unfolded()
@@ -286,7 +286,7 @@ def test_masters_are_joined_within_the_memory_of_the_result_and_refused_beyond(b
     assert np.allclose(unfolded.vectors, np.concatenate([direct, image], axis=1), rtol=1e-12)
     monkeypatch.setattr("psutil.virtual_memory", lambda: type("M", (), {"available": size - 1}))
     with pytest.raises(ResourceError, match=r"at 24 masters beside those found so far need .* fewer masters or field"):
-        _together(*parts)
+        vectors_together(*parts)
 
 
 @pytest.mark.parametrize(("low", "mirrored"), [(900.0, 0), (100.0, 8)])

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from nvhchain.acoustics import solve_direct, sphere, transfer_vectors
+from nvhchain.acoustics import Bempp, solve_direct, sphere, transfer_vectors
 from nvhchain.acoustics.accuracy import mesh_error as accuracy
 from nvhchain.acoustics.accuracy.mesh_error import expected_accuracy
 from nvhchain.acoustics.fused.closure_check import closure_error, gap_cost, suspect_error
@@ -129,12 +129,12 @@ def test_a_gap_below_what_is_resolved_is_reported_and_a_wider_one_is_not():
 def test_engine_bempp_which_cuts_no_triangles_tells_its_error_across_gaps_and_at_needles(air):
     """Its static double layer is the fused engine's without halved triangles and with one order for all pairs."""
     with pytest.warns(AccuracyWarning, match=r"thin gaps .* or use engine fused") as said:
-        told = expected_accuracy(stacked(0.03 * 0.04 * np.sqrt(2)), None, 500.0, air, KNOBS, "bempp")
+        told = expected_accuracy(stacked(0.03 * 0.04 * np.sqrt(2)), None, 500.0, air, KNOBS, Bempp())
     assert len(said) == 1
     assert 0.005 < told["quadrature_error"] < 0.5
-    assert "quadrature_error" not in expected_accuracy(stacked(0.04), None, 500.0, air, KNOBS, "bempp")
+    assert "quadrature_error" not in expected_accuracy(stacked(0.04), None, 500.0, air, KNOBS, Bempp())
     with pytest.warns(AccuracyWarning, match="use engine fused"):
-        told = expected_accuracy(needles(10), None, 10.0, air, KNOBS, "bempp")
+        told = expected_accuracy(needles(10), None, 10.0, air, KNOBS, Bempp())
     assert told["quadrature_error"] > 2 * suspect_error(needles(10), KNOBS)
 
 

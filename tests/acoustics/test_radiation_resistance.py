@@ -2,7 +2,6 @@
 
 import warnings
 from dataclasses import replace
-from importlib import import_module
 
 import numpy as np
 import pytest
@@ -16,8 +15,9 @@ from nvhchain.acoustics.radiation.modal_power import (
     resistance_matrices,
     waves_power,
 )
-from nvhchain.acoustics.solutions.adaptive_resistance import adaptive_radiation_resistance
-from nvhchain.acoustics.solutions.radiation_resistance import SurfaceShapes, housing_shapes, radiation_resistance
+from nvhchain.acoustics.solutions import exterior
+from nvhchain.acoustics.solutions.functions import adaptive_radiation_resistance, radiation_resistance
+from nvhchain.acoustics.solutions.resistance import SurfaceShapes, housing_shapes
 from nvhchain.acoustics.surfaces.reflecting_plane import RigidPlane
 from nvhchain.acoustics.waves.multipoles import is_high
 from nvhchain.errors import AccuracyWarning, InputError, ResourceError, SolverError
@@ -27,7 +27,6 @@ from nvhchain.housing import respond
 from nvhchain.testing import bodies
 from nvhchain.testing import hand_offs as cases
 
-engine_systems = import_module("nvhchain.acoustics.solutions.radiation_resistance")
 MASTERS = np.linspace(100.0, 2000.0, 16)
 LINES = np.linspace(110.0, 1990.0, 23)
 
@@ -313,7 +312,7 @@ def test_bearings_and_axes_without_load_are_left_out_and_asked_for_later_refused
     force[:, :, 2] = 0.0
     some = load.replace(force=force)
     solved = []
-    systems = engine_systems.systems
+    systems = exterior.systems
 
     def counted(*arguments):
         for batch in systems(*arguments):
@@ -322,7 +321,7 @@ def test_bearings_and_axes_without_load_are_left_out_and_asked_for_later_refused
                 monkeypatch.setattr(system, "solve", lambda rhs, solve=solve: solved.append(rhs.shape[1]) or solve(rhs))
             yield batch
 
-    monkeypatch.setattr(engine_systems, "systems", counted)
+    monkeypatch.setattr(exterior, "systems", counted)
     where = {"air": air, "fidelity": coarse}
     part = radiation_resistance(housing_shapes(body, loaded_seats(body, some)), lines, **where)
     assert solved == [12 + 4] * 2

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from nvhchain.acoustics import PlaneWave, PointSource, RigidPlane, solve_direct, sphere, surface_pressure
+from nvhchain.acoustics.solutions import exterior
 from nvhchain.acoustics.solutions import pressure as direct
 from nvhchain.acoustics.surfaces.burton_miller import coupling
 from nvhchain.acoustics.surfaces.surface import mean_edge
@@ -210,9 +211,9 @@ def test_field_points_come_in_blocks_and_what_they_take_is_counted(air, coarse, 
     body, points = sphere(0.1, 1), bodies.shell(50, 1.0)
     velocity = SurfaceVelocity([300.0, 500.0], np.ones((2, 80)), body)
     whole = solve_direct(velocity, points, air=air, fidelity=coarse).pressure
-    asked, real = [], direct.check_memory
+    asked, real = [], exterior.check_memory
     monkeypatch.setattr(direct, "workers", lambda frequencies: min(2, frequencies))
-    monkeypatch.setattr(direct, "check_memory", lambda *some: asked.append(some[2] + some[3]) or real(*some))
+    monkeypatch.setattr(exterior, "check_memory", lambda *some: asked.append(some[2] + some[3]) or real(*some))
     monkeypatch.setattr(direct, "_LAYER_BYTES", 7 * 16 * (len(body.vertices) + 80))
     assert np.abs(solve_direct(velocity, points, air=air, fidelity=coarse).pressure - whole).max() < 1e-14
     assert asked == [2 * 7 * 16 * (len(body.vertices) + 80) + 16 * 2 * 50]

@@ -2,11 +2,13 @@
 
 import pickle
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 
 import numpy as np
 import pytest
 
 from nvhchain.acoustics import (
+    ExteriorProblem,
     interpolation_error,
     master_frequencies,
     radiate,
@@ -14,7 +16,8 @@ from nvhchain.acoustics import (
     sphere,
     transfer_vectors,
 )
-from nvhchain.acoustics.solutions.transfer_vectors import _vectors
+from nvhchain.acoustics.solutions.exterior import _boundary_elements
+from nvhchain.acoustics.solutions.vectors import Vectors
 from nvhchain.conventions import Air
 from nvhchain.errors import InputError, ResourceError, SolverError
 from nvhchain.fidelity import AcousticsFidelity
@@ -166,7 +169,7 @@ def test_a_singular_matrix_raises_instead_of_giving_numbers(bracket, air, coarse
     for value in (1.0, np.nan):
         monkeypatch.setattr(
             "nvhchain.acoustics.fused.engine.systems",
-            lambda surface, k, fidelity, value=value: iter([(value * broken[0], broken[1])]),
+            lambda surface, k, fidelity, plane, value=value: iter([(value * broken[0], broken[1])]),
         )
         with pytest.raises(SolverError):
             transfer_vectors(bracket, [[0.0, 0.0, 1.0]], [100.0], air=air, fidelity=coarse)
@@ -188,8 +191,10 @@ def test_bands_on_an_executor_give_the_same_vectors_and_report_progress(bracket,
     assert seen[0] == (0, 10)
     assert seen[-1] == (10, 10)
     assert alone.provenance["engine"] == "fused"
-    task = pickle.loads(pickle.dumps((_vectors, frequency[:1], bracket, alone.points, air, coarse, "fused", 2**30)))
-    assert np.abs(task[0](*task[1:]).values[0] - alone.vectors[0]).max() < roundoff
+    problem = ExteriorProblem(bracket, air=air, fidelity=coarse)
+    quantity = Vectors(bracket, alone.points, air, coarse.field_near_ratio)
+    task = partial(_boundary_elements, frequency[:1], problem=problem, quantity=quantity, task=(2**30, 0.0))
+    assert np.abs(pickle.loads(pickle.dumps(task))().values[0] - alone.vectors[0]).max() < roundoff
 
 
 def test_masters_span_the_band(coarse):

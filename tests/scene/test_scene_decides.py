@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import nvhchain as nvh
-from nvhchain.acoustics.solutions import transfer_vectors as transfer
+from nvhchain.acoustics.solutions import exterior
 from nvhchain.case import FieldPoint
 from nvhchain.fidelity import AcousticsFidelity, DynamicsFidelity, Fidelity, GearFidelity, HousingFidelity
 from nvhchain.gear import Slots
@@ -41,7 +41,7 @@ class Counts:
         self.frequencies, self.points, self.modes_to, self.modes, self.unknowns = [], [], [], [], []
         self.teeth = defaultdict(set)
         self.responses = 0
-        self._wrap(patch, transfer, "_vectors", self._solved)
+        self._wrap(patch, exterior, "_boundary_elements", self._solved)
         self._wrap(patch, seat_modes, "lowest_modes", self._modes)
         solve = body_flexibility.HeldBody.solve
 
@@ -63,11 +63,9 @@ class Counts:
 
         patch.setattr(module, name, counted)
 
-    def _solved(self, _, frequency, surface, points, air, fidelity, *rest):
-        if fidelity.radiation == "rayleigh":
-            return
+    def _solved(self, solved, frequency):
         self.frequencies += list(frequency)
-        self.points.append(len(points))
+        self.points.append(solved.values.shape[1])
 
     def _modes(self, result, stiffness, mass, limit):
         self.modes_to.append(limit)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
-from dataclasses import replace
 from itertools import compress, permutations
 
 import numpy as np
@@ -25,6 +24,7 @@ from nvhchain.acoustics.surfaces.surface import (
     needle_share,
     width_to_length,
 )
+from nvhchain.acoustics.systems.engines import FUSED, Engine
 from nvhchain.conventions import Air
 from nvhchain.errors import AccuracyWarning
 from nvhchain.fidelity import AcousticsFidelity
@@ -75,7 +75,7 @@ def expected_accuracy(
     f_max: float,
     air: Air,
     fidelity: AcousticsFidelity,
-    engine: str = "fused",
+    engine: Engine = FUSED,
     plane: RigidPlane | None = None,
 ) -> dict[str, float]:
     """Provenance of what the mesh and the field points let expect at the upper frequency `f_max` (Hz).
@@ -329,20 +329,15 @@ def mean_square_angle(surface: Surface) -> float:
     return float(share[smooth] @ angle[smooth] ** 2)
 
 
-def _quadrature_accuracy(surface: Surface, fidelity: AcousticsFidelity, engine: str) -> dict[str, float]:
+def _quadrature_accuracy(surface: Surface, fidelity: AcousticsFidelity, engine: Engine) -> dict[str, float]:
     """Closure error of a surface with needles or gaps that are not resolved, and of any with a `singular_order` that is
     too low; nothing for any other."""
     from nvhchain.acoustics.fused.closure_check import FAIR_ORDER, TOGETHER, gap_cost, suspect_error
 
-    rules, remedy = fidelity, "raise singular_order and gap_halvings"
-    if engine == "bempp":
-        # one order for all pairs that do not touch, whatever lies between them, and no more for needles
-        order = max(fidelity.quadrature_order, *fidelity.close_orders)
-        orders = (order,) * len(fidelity.close_orders)
-        rules = replace(fidelity, gap_halvings=0, quadrature_order=order, close_orders=orders, needle_aspect=1e6)
-        remedy = "use engine fused"
+    rules = engine.rules(fidelity)
+    remedy = "raise singular_order and gap_halvings" if engine.adapts else f"use engine {FUSED.name}"
     narrow, width, needles, seconds, once = gap_cost(surface, fidelity)
-    if engine == "fused" and seconds > SLOW:
+    if engine.adapts and seconds > SLOW:
         gaps = f"{narrow} triangles face each other across gaps or walls down to {width:.2g} of their edge"
         slender = f"{needles} triangles are more than {fidelity.needle_aspect:g} times as long as high"
         warnings.warn(

@@ -4,36 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
-from dataclasses import replace
-from importlib import import_module
+from dataclasses import dataclass, replace
+from typing import ClassVar, Protocol, runtime_checkable
 
-from nvhchain.acoustics.systems.compressed import compressed_size, compressed_systems
+from nvhchain.acoustics.systems.compressed import Stripe, compressed_size, compressed_systems
 from nvhchain.acoustics.systems.dense import dense_system
 from nvhchain.acoustics.systems.frequency_blocks import BAND
 from nvhchain.acoustics.systems.iterative import iteration_size, patches_size
 from nvhchain.acoustics.systems.linear_system import SolverRecord, System
 from nvhchain.acoustics.waves.layer_potentials import compiled_layers
-from nvhchain.errors import ResourceError, is_whole, require
+from nvhchain.errors import InputError, ResourceError, is_whole, require
 from nvhchain.fidelity import STANDARD, AcousticsFidelity
-from nvhchain.handoff import FloatArray, RigidPlane, Surface
+from nvhchain.handoff import ComplexArray, FloatArray, RigidPlane, Surface
 from nvhchain.kinds import checked
 from nvhchain.runtime.cluster import worker_memory
 from nvhchain.runtime.extras import check_installed
 from nvhchain.runtime.memory import free_memory
 from nvhchain.runtime.threads import blas_threads, granted, threads
-
-ENGINES = {"fused": "nvhchain.acoustics.fused.engine", "bempp": "nvhchain.acoustics.systems._bempp"}
-"""Name of every engine and the module that offers `systems(surface, wavenumbers, fidelity)`; opened when first used."""
-
-_STRIPED = ("fused",)
-"""Engines that also offer `stripes`, complete rows a few at a time, which can be compressed."""
-
-_BATCH_BYTES = {"fused": 8 * 2**30, "bempp": 0}
-"""The fused engine builds the matrices of as many frequencies at once as fit into this: they share geometry (two take
-1.25 times as long as one, four twice), and threads solve one each."""
-
-_MATRIX_COPIES = {"fused": 1.0, "bempp": 3.0}
-"""Matrices alive at once per matrix handed over (bempp assembles its four operators one by one and adds them)."""
 
 _FACE_BYTES = 1300
 """What a triangle takes beside the matrices: its neighbours and how they are integrated, quadrature points."""
@@ -49,11 +36,142 @@ _STRIPE_BYTES = 1536 * 2**20
 """Stripes that are being compressed or assembled at a time."""
 
 
-def check_engine(engine: str) -> None:
-    """Raise `InputError` unless `engine` names a boundary element engine that is installed."""
-    require(engine in ENGINES, f"acoustic engine {engine!r} is unknown: choose from {', '.join(ENGINES)}")
-    if engine == "bempp":
+@runtime_checkable
+class Engine(Protocol):
+    """Boundary element matrices of a surface: Galerkin, Burton–Miller, e^{+jωt}.
+
+    Attributes
+    ----------
+    name : str
+        Name in cases and provenance.
+    knobs : tuple of str
+        Fields of the fidelity that the matrices depend on.
+    adapts : bool
+        The quadrature cuts triangles across narrow gaps and takes more points for needles.
+    striped : bool
+        The engine offers `stripes`: complete rows, a few at a time, which can be compressed.
+    reflects : bool
+        The engine accepts a rigid reflecting plane.
+    batch_bytes : int
+        Matrices of as many frequencies as fit into this are made together.
+    copies : float
+        Matrices alive at once per matrix handed over.
+    """
+
+    name: ClassVar[str]
+    knobs: ClassVar[tuple[str, ...]]
+    adapts: ClassVar[bool] = False
+    striped: ClassVar[bool] = False
+    reflects: ClassVar[bool] = False
+    batch_bytes: ClassVar[int] = 0
+    copies: ClassVar[float] = 1.0
+
+    def matrices(
+        self, surface: Surface, wavenumbers: FloatArray, fidelity: AcousticsFidelity, plane: RigidPlane | None
+    ) -> Iterable[tuple[ComplexArray, ComplexArray]]:
+        """Yield A (n_v, n_v) and B (n_v, n_face) of A p = B ∂p/∂n at every wavenumber (rad/m, > 0)."""
+        ...
+
+    def stripes(
+        self, surface: Surface, wavenumbers: FloatArray, fidelity: AcousticsFidelity, plane: RigidPlane | None
+    ) -> Iterable[Stripe]:
+        """Yield the same matrices as complete rows, a few at a time."""
+        raise InputError(f"engine {self.name} cannot compress its matrices: use engine fused or another solver")
+
+    def entry_bytes(self, fidelity: AcousticsFidelity) -> int:
+        """Bytes of a matrix entry."""
+        return 16
+
+    def rules(self, fidelity: AcousticsFidelity) -> AcousticsFidelity:
+        """Fidelity with the quadrature rules that the engine applies."""
+        return fidelity
+
+    def check(self) -> None:
+        """Raise `InputError` with the remedy where the engine is not installed."""
+        return
+
+    def compile(self, fidelity: AcousticsFidelity) -> None:
+        """Compile the kernels, or read them from disk."""
+        return
+
+
+@dataclass(frozen=True)
+class Fused(Engine):
+    """The project's own engine: matrices of many wavenumbers in one pass over triangle pairs.
+
+    Frequencies that are assembled together share geometry: two take 1.25 times as long as one, four twice.
+    """
+
+    name = "fused"
+    knobs = (
+        "quadrature_order", "quadrature_error", "close_distances", "close_orders", "gap_ratio", "gap_halvings",
+        "singular_order", "needle_aspect", "precision",
+    )  # fmt: skip
+    adapts = striped = reflects = True
+    batch_bytes = 8 * 2**30
+
+    def matrices(
+        self, surface: Surface, wavenumbers: FloatArray, fidelity: AcousticsFidelity, plane: RigidPlane | None
+    ) -> Iterable[tuple[ComplexArray, ComplexArray]]:
+        from nvhchain.acoustics.fused import engine
+
+        return engine.systems(surface, wavenumbers, fidelity, plane)
+
+    def stripes(
+        self, surface: Surface, wavenumbers: FloatArray, fidelity: AcousticsFidelity, plane: RigidPlane | None
+    ) -> Iterable[Stripe]:
+        from nvhchain.acoustics.fused import engine
+
+        return engine.stripes(surface, wavenumbers, fidelity, plane, memory=_STRIPE_BYTES)
+
+    def entry_bytes(self, fidelity: AcousticsFidelity) -> int:
+        return 8 if fidelity.precision == "single" else 16
+
+    def compile(self, fidelity: AcousticsFidelity) -> None:
+        from nvhchain.acoustics.fused import engine
+
+        engine.compile_kernels(fidelity.precision)
+
+
+@dataclass(frozen=True)
+class Bempp(Engine):
+    """bempp-cl, an independent engine to compare with: dense matrices in free field, one frequency at a time.
+
+    Its four operators are assembled one by one and added, which keeps three matrices alive per matrix handed over.
+    """
+
+    name = "bempp"
+    knobs = ("quadrature_order", "close_orders", "singular_order")
+    copies = 3.0
+
+    def matrices(
+        self, surface: Surface, wavenumbers: FloatArray, fidelity: AcousticsFidelity, plane: RigidPlane | None
+    ) -> Iterable[tuple[ComplexArray, ComplexArray]]:
+        from nvhchain.acoustics.systems import _bempp
+
+        return _bempp.systems(surface, wavenumbers, fidelity)
+
+    def rules(self, fidelity: AcousticsFidelity) -> AcousticsFidelity:
+        """One order for all pairs that do not touch, whatever lies between them, and no more for needles."""
+        order = max(fidelity.quadrature_order, *fidelity.close_orders)
+        orders = (order,) * len(fidelity.close_orders)
+        return replace(fidelity, gap_halvings=0, quadrature_order=order, close_orders=orders, needle_aspect=1e6)
+
+    def check(self) -> None:
         check_installed("bempp_cl")
+
+
+FUSED: Engine = Fused()
+
+ENGINES: dict[str, Engine] = {engine.name: engine for engine in (FUSED, Bempp())}
+"""Engines that cases can name."""
+
+
+def engine_named(name: str) -> Engine:
+    """Return the boundary element engine of this name; `InputError` where there is none or it is not installed."""
+    require(name in ENGINES, f"acoustic engine {name!r} is unknown: choose from {', '.join(ENGINES)}")
+    ENGINES[name].check()
+    return ENGINES[name]
 
 
 @checked
@@ -62,14 +180,14 @@ def compile_kernels(engine: str, fidelity: AcousticsFidelity) -> None:
 
     Raises InputError for an unknown engine.
     """
-    check_engine(engine)
+    found = engine_named(engine)
     compiled_layers()
-    if engine == "fused" and fidelity.radiation == "boundary_elements":
-        import_module(ENGINES[engine]).compile_kernels(fidelity.precision)
+    if fidelity.radiation == "boundary_elements":
+        found.compile(fidelity)
 
 
 def systems(
-    engine: str,
+    engine: Engine,
     surface: Surface,
     wavenumbers: FloatArray,
     fidelity: AcousticsFidelity,
@@ -83,7 +201,6 @@ def systems(
     those that stand in memory together; forget them before the next are asked for.
     `fidelity.solver` = "auto" compresses where dense matrices take more than `memory`.
     """
-    require(plane is None or engine == "fused", f"engine {engine} knows no reflecting plane: use fused")
     size = len(surface.vertices), len(surface.triangles), len(wavenumbers)
     ways = [*_ways(*size, engine, fidelity)]
     chosen, count, _ = next((way for way in ways if way[2] <= memory), _leanest(ways))
@@ -123,19 +240,18 @@ def workers(frequencies: int) -> int:
 
 
 def _dense(
-    engine: str, surface: Surface, wavenumbers: FloatArray, fidelity: AcousticsFidelity, plane: RigidPlane | None
+    engine: Engine, surface: Surface, wavenumbers: FloatArray, fidelity: AcousticsFidelity, plane: RigidPlane | None
 ) -> list[System]:
-    extra = () if plane is None else (plane,)
-    matrices = import_module(ENGINES[engine]).systems(surface, wavenumbers, fidelity, *extra)
+    matrices = engine.matrices(surface, wavenumbers, fidelity, plane)
     return [dense_system(a, b, surface.vertices, fidelity) for a, b in matrices]
 
 
 def _compressed(
-    engine: str, surface: Surface, wavenumbers: FloatArray, fidelity: AcousticsFidelity, plane: RigidPlane | None
+    engine: Engine, surface: Surface, wavenumbers: FloatArray, fidelity: AcousticsFidelity, plane: RigidPlane | None
 ) -> list[System]:
     # Thousands of small products: threads of their own cost ten times what they save; the engine has its threads.
     with blas_threads(1):
-        stripes = import_module(ENGINES[engine]).stripes(surface, wavenumbers, fidelity, plane, memory=_STRIPE_BYTES)
+        stripes = engine.stripes(surface, wavenumbers, fidelity, plane)
         return [*compressed_systems(stripes, surface, len(wavenumbers), fidelity, plane)]
 
 
@@ -166,9 +282,9 @@ def estimate_memory(
             is_whole(count) and count >= least,
             f"memory for {count} {name} cannot be estimated: give a whole number from {least} up",
         )
-    check_engine(engine)
+    with_engine = engine_named(engine)
     kept = sum(vectors_memory(n_vertex, n_face, points, frequencies))
-    ways = [*_ways(n_vertex, n_face, frequencies or BAND, engine, fidelity)]
+    ways = [*_ways(n_vertex, n_face, frequencies or BAND, with_engine, fidelity)]
     if free is None:
         return ways[0][2] + kept
     least = _leanest(ways)[2]
@@ -182,7 +298,7 @@ def vectors_memory(n_vertex: int, n_face: int, points: int, frequencies: int) ->
     return 2 * 16 * frequencies * points * n_face, 16 * points * (under_way + min(BAND, frequencies) * n_face)
 
 
-def _solver_memory(n_vertex: int, n_face: int, count: int, engine: str, fidelity: AcousticsFidelity) -> int:
+def _solver_memory(n_vertex: int, n_face: int, count: int, engine: Engine, fidelity: AcousticsFidelity) -> int:
     """Peak bytes of `count` systems that stand in memory together."""
     mesh, matrices = _FACE_BYTES * n_face, count * _system_size(n_vertex, n_face, engine, fidelity)
     patches, iteration = patches_size(n_vertex), workers(count) * iteration_size(n_vertex)
@@ -190,25 +306,24 @@ def _solver_memory(n_vertex: int, n_face: int, count: int, engine: str, fidelity
         stripes = min(_STRIPE_BYTES, count * _dense_size(n_vertex, n_face, engine, fidelity))
         return mesh + matrices + count * patches + max(stripes, iteration)
     iterating = 0 if fidelity.solver == "direct" else workers(count) * patches + iteration
-    return mesh + int(_MATRIX_COPIES[engine] * matrices) + iterating
+    return mesh + int(engine.copies * matrices) + iterating
 
 
-def _batch(n_vertex: int, n_face: int, frequencies: int, engine: str, fidelity: AcousticsFidelity) -> int:
+def _batch(n_vertex: int, n_face: int, frequencies: int, engine: Engine, fidelity: AcousticsFidelity) -> int:
     """Systems of `frequencies` that stand in memory together if there is plenty."""
-    most = _COMPRESSED_BYTES if fidelity.solver == "compressed" else _BATCH_BYTES[engine]
+    most = _COMPRESSED_BYTES if fidelity.solver == "compressed" else engine.batch_bytes
     return max(1, min(BAND, frequencies, most // _system_size(n_vertex, n_face, engine, fidelity)))
 
 
-def _system_size(n_vertex: int, n_face: int, engine: str, fidelity: AcousticsFidelity) -> int:
+def _system_size(n_vertex: int, n_face: int, engine: Engine, fidelity: AcousticsFidelity) -> int:
     """Bytes of both matrices of one system as they are kept."""
     if fidelity.solver == "compressed":
         return compressed_size(n_vertex, n_face, fidelity)
     return _dense_size(n_vertex, n_face, engine, fidelity)
 
 
-def _dense_size(n_vertex: int, n_face: int, engine: str, fidelity: AcousticsFidelity) -> int:
-    entry = 8 if fidelity.precision == "single" and engine == "fused" else 16
-    return entry * n_vertex * (n_vertex + n_face)
+def _dense_size(n_vertex: int, n_face: int, engine: Engine, fidelity: AcousticsFidelity) -> int:
+    return engine.entry_bytes(fidelity) * n_vertex * (n_vertex + n_face)
 
 
 def check_memory(
@@ -216,11 +331,11 @@ def check_memory(
     frequencies: int,
     kept: int,
     columns: int,
-    engine: str,
+    engine: Engine,
     fidelity: AcousticsFidelity = STANDARD.acoustics,
     executor: Executor | None = None,
 ) -> int:
-    """Bytes that the systems of one task, a band of `frequencies`, take beside its `columns` (bytes).
+    """Return the bytes that the systems of one task, a band of `frequencies`, take beside its `columns` (bytes).
 
     `ResourceError` unless both and `kept` bytes of results fit into free memory.  What fits there but into no worker of
     the executor is left to `cluster.room` to refuse.
@@ -235,7 +350,7 @@ def _fitting(
     frequencies: int,
     kept: int,
     columns: int,
-    engine: str,
+    engine: Engine,
     fidelity: AcousticsFidelity,
     workers: Sequence[int] = (),
 ) -> tuple[AcousticsFidelity, int, int]:
@@ -246,10 +361,9 @@ def _fitting(
     that a scheduler may give a task to any that is as large.
     Raises ResourceError with what is needed, what is free and what would help.
     """
-    striped = engine in _STRIPED
     require(
-        fidelity.solver != "compressed" or striped,
-        f"engine {engine} cannot compress its matrices: use engine {', '.join(_STRIPED)} or another solver",
+        fidelity.solver != "compressed" or engine.striped,
+        f"engine {engine.name} cannot compress its matrices: use engine {FUSED.name} or another solver",
     )
     free = free_memory()
     ways = [*_ways(n_vertex, n_face, frequencies, engine, fidelity)]
@@ -263,7 +377,7 @@ def _fitting(
     results, remedies = columns + kept, []
     if task < free:
         remedies.append("ask for fewer field points or frequencies at once")
-    if striped and fidelity.solver not in ("auto", "compressed"):
+    if engine.striped and fidelity.solver not in ("auto", "compressed"):
         compressed = replace(fidelity, solver="compressed")
         if _leanest([*_ways(n_vertex, n_face, frequencies, engine, compressed)])[2] + results < free:
             remedies.append("choose solver = 'compressed'")
@@ -278,11 +392,11 @@ def _fitting(
 
 
 def _ways(
-    n_vertex: int, n_face: int, frequencies: int, engine: str, fidelity: AcousticsFidelity
+    n_vertex: int, n_face: int, frequencies: int, engine: Engine, fidelity: AcousticsFidelity
 ) -> Iterator[tuple[AcousticsFidelity, int, int]]:
     """Ways to solve at so many frequencies, the fastest first: fidelity with its solver, systems that stand in memory
     together, and the bytes they take."""
-    solvers = ("auto", "compressed") if fidelity.solver == "auto" and engine in _STRIPED else (fidelity.solver,)
+    solvers = ("auto", "compressed") if fidelity.solver == "auto" and engine.striped else (fidelity.solver,)
     for solver in solvers:
         chosen = replace(fidelity, solver=solver)
         for count in range(_batch(n_vertex, n_face, frequencies, engine, chosen), 0, -1):

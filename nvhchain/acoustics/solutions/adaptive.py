@@ -1,0 +1,218 @@
+"""Master frequencies of transfer vectors and radiation resistance: as few, from five up, as an error in dB allows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from nvhchain.acoustics.accuracy.interpolation_error import deciding_points, vector_changes, vector_errors
+from nvhchain.acoustics.interpolation.adaptive import Chosen, choose_masters, first_masters, squared_norms
+from nvhchain.acoustics.interpolation.nodes import Interpolant, Nodes, interpolant
+from nvhchain.acoustics.radiation.modal_power import waves_at_nodes, waves_nodes
+from nvhchain.acoustics.radiation.projection import check_memory
+from nvhchain.acoustics.solutions.work import Adaptive
+from nvhchain.acoustics.waves.multipoles import path_reach
+from nvhchain.conventions import Progress
+from nvhchain.fidelity import AcousticsFidelity
+from nvhchain.handoff import (
+    ComplexArray,
+    FloatArray,
+    IntArray,
+    RadiationResistance,
+    TransferVectors,
+)
+
+if TYPE_CHECKING:
+    from nvhchain.acoustics.solutions.exterior import ExteriorProblem
+
+_VECTORS_PER_WAVE = 0.15
+"""Masters to begin with, beside two, over the wavenumber of the band times the body's diagonal. About half of what
+0.1 dB takes for a convex body."""
+
+_RESISTANCE_PER_WAVE = 0.2
+"""Masters to begin with, beside two, over the wavenumber of the band times twice the reach of the surface from the
+origin of the waves; two thirds of what 0.1 dB takes for a gearbox."""
+
+
+def choose_vectors(
+    problem: ExteriorProblem,
+    points: FloatArray,
+    band: Adaptive,
+    progress: Progress | None,
+    solve: Callable[[FloatArray, Progress], TransferVectors],
+) -> Chosen[TransferVectors]:
+    """Choose the masters of transfer vectors to field points (n_point, 3) m.  solve: finds them at masters."""
+    vertices = problem.surface.vertices
+    if problem.plane is not None:  # sound that returns from a plane makes the body larger
+        vertices = np.concatenate([vertices, problem.plane.mirror(vertices)])
+    waves = _wavenumber(problem, band) * float(np.linalg.norm(np.ptp(vertices, axis=0)))
+    first = first_masters(band.low, band.high, waves, _VECTORS_PER_WAVE, problem.fidelity)
+    source = _Vectors(solve, problem.fidelity, len(points), deciding_points(problem.surface, points))
+    chosen = choose_masters(source, first, problem.fidelity, progress)
+    return replace(chosen, told=chosen.told | {"deciding_points": len(source.deciding)})
+
+
+def choose_resistance(
+    problem: ExteriorProblem,
+    band: Adaptive,
+    progress: Progress | None,
+    solve: Callable[[FloatArray, Progress], RadiationResistance],
+) -> Chosen[RadiationResistance]:
+    """Choose the masters of radiation resistance.  solve: finds it at masters."""
+    waves = _wavenumber(problem, band) * 2 * path_reach(problem.surface, problem.plane)
+    first = first_masters(band.low, band.high, waves, _RESISTANCE_PER_WAVE, problem.fidelity)
+    return choose_masters(_Waves(solve, problem.fidelity), first, problem.fidelity, progress)
+
+
+def _wavenumber(problem: ExteriorProblem, band: Adaptive) -> float:
+    """rad/m, of the width of the band."""
+    return 2 * np.pi * (band.high - band.low) / problem.air.speed_of_sound
+
+
+@dataclass(frozen=True, eq=False)
+class _Vectors:
+    """Transfer vectors as what masters are chosen for.
+
+    solve: finds them at masters.  points: how many.  deciding: indices of those for which errors are estimated.
+    """
+
+    solve: Callable[[FloatArray, Progress], TransferVectors]
+    fidelity: AcousticsFidelity
+    points: int
+    deciding: IntArray
+
+    def together(self, first: TransferVectors, second: TransferVectors) -> TransferVectors:
+        return vectors_together(first, second)
+
+    def interpolant(self, found: TransferVectors) -> Interpolant:
+        return interpolant(found, self.fidelity)
+
+    def estimated_errors(self, smooth: Interpolant, lines: FloatArray) -> FloatArray:
+        return vector_errors(smooth, lines, self.deciding, self.points)[0]
+
+    def changes(self, smooth: Interpolant, lines: FloatArray, masters: FloatArray) -> FloatArray:
+        return vector_changes(smooth, lines, self.deciding, self.points, masters)
+
+    def misprediction(self, smooth: Interpolant, solved: TransferVectors) -> float:
+        return _misprediction(smooth, solved)
+
+
+def _misprediction(smooth: Interpolant, solved: TransferVectors) -> float:
+    """Largest error of a point's vector, relative to the vector, at frequencies that were solved after `smooth`."""
+    points = len(solved.points)
+    truth = solved.unfolded()
+    weights = smooth.weights(solved.frequency)
+    worst = 0.0
+    for point in range(points):
+        error, size = np.zeros(len(weights)), np.zeros(len(weights))
+        for end in range(point, len(truth.points), points):
+            phase = np.exp(-1j * smooth.wavenumber(solved.frequency)[:, None] * smooth.distance(end))
+            error += (np.abs(weights @ smooth.at_nodes(end) * phase - truth.vectors[:, end]) ** 2).sum(axis=1)
+            size += (np.abs(truth.vectors[:, end]) ** 2).sum(axis=1)
+        worst = max(worst, float(np.sqrt(error / size).max()))
+    return worst
+
+
+def vectors_together(*sets: TransferVectors) -> TransferVectors:
+    """The vectors of sets at different frequencies as one set; there are no more than two copies of them at a time.
+
+    Raises ResourceError where the second one does not fit into free memory.
+    """
+    if len(sets) == 1:
+        return sets[0]
+    frequency = np.concatenate([one.frequency for one in sets])
+    order = np.argsort(frequency)
+    images = [one.image_vectors for one in sets if one.image_vectors is not None]
+    size = sum(values.nbytes for values in (*(one.vectors for one in sets), *images))
+    check_memory(size, f"transfer vectors at {len(frequency)} masters beside those found so far", "masters")
+    return sets[0].replace(
+        frequency=frequency[order],
+        vectors=_sorted([one.vectors for one in sets], order),
+        image_vectors=_sorted(images, order) if images else None,
+    )
+
+
+def _sorted(parts: list[ComplexArray], order: IntArray) -> ComplexArray:
+    """Parts (n_f, …) one after the other with their rows in this order, not to be written: hand-offs copy what is."""
+    whole = np.empty((len(order), *parts[0].shape[1:]), dtype=complex)
+    place, first = np.argsort(order), 0
+    for part in parts:
+        whole[place[first : first + len(part)]] = part
+        first += len(part)
+    whole.flags.writeable = False
+    return whole
+
+
+@dataclass(frozen=True, eq=False)
+class _WavesBetween(Nodes):
+    """Waves between masters."""
+
+    resistance: RadiationResistance
+
+    def at_nodes(self) -> ComplexArray:
+        """(n_column, n_node, n_row)."""
+        values = np.zeros((len(self.node), *self.resistance.waves.shape[1:]), dtype=complex)
+        for node in range(len(values)):
+            waves = waves_at_nodes(self.resistance, self, node)
+            values[node, : len(waves)] = waves
+        return values.transpose(2, 0, 1)
+
+
+@dataclass(frozen=True, eq=False)
+class _Waves:
+    """Radiation resistance as what masters are chosen for.  solve: finds it at masters."""
+
+    solve: Callable[[FloatArray, Progress], RadiationResistance]
+    fidelity: AcousticsFidelity
+
+    def together(self, first: RadiationResistance, second: RadiationResistance) -> RadiationResistance:
+        return _waves_together(first, second)
+
+    def interpolant(self, found: RadiationResistance) -> _WavesBetween:
+        return _WavesBetween(**vars(waves_nodes(found, self.fidelity)), resistance=found)
+
+    def estimated_errors(self, smooth: _WavesBetween, lines: FloatArray) -> FloatArray:
+        return _largest(smooth, smooth.weights(lines), smooth.error_weights(lines))
+
+    def changes(self, smooth: _WavesBetween, lines: FloatArray, masters: FloatArray) -> FloatArray:
+        return _largest(smooth, smooth.weights(lines), smooth.change_weights(lines, masters)[None])
+
+    def misprediction(self, smooth: _WavesBetween, solved: RadiationResistance) -> float:
+        weights = smooth.weights(solved.frequency)
+        values = np.tensordot(weights, smooth.at_nodes(), axes=(1, 1)).transpose(0, 2, 1)
+        truth, found = _alike(solved.waves, values)
+        wrong, size = np.linalg.norm(found - truth, axis=1), np.linalg.norm(truth, axis=1)
+        return float((wrong / np.where(size > 0, size, 1.0)).max())
+
+
+def _largest(smooth: _WavesBetween, whole: ComplexArray, parts: ComplexArray) -> FloatArray:
+    """Largest of the parts (n_part, n_f, n_node) relative to the whole (n_f, n_node), both as weights of the values at
+    the nodes: (n_f,), the worst of the columns."""
+    worst = np.zeros(len(whole))
+    for values in smooth.at_nodes():
+        gram = values.conj() @ values.T
+        size = squared_norms(whole, gram)
+        part = squared_norms(parts, gram).max(axis=0)
+        worst = np.maximum(worst, np.sqrt(part / np.where(size > 0, size, 1.0)))
+    return worst
+
+
+def _alike(*waves: ComplexArray) -> list[ComplexArray]:
+    """Waves (n_f, n_row, n_column) with as many rows; a set that ends lower has fewer."""
+    rows = max(one.shape[1] for one in waves)
+    return [np.pad(one, ((0, 0), (0, rows - one.shape[1]), (0, 0))) for one in waves]
+
+
+def _waves_together(first: RadiationResistance, second: RadiationResistance) -> RadiationResistance:
+    """Both sets of masters as one."""
+    frequency = np.concatenate([first.frequency, second.frequency])
+    order = np.argsort(frequency)
+    cancellation = [one.cancellation for one in (first, second) if one.cancellation is not None]
+    return first.replace(
+        frequency=frequency[order],
+        waves=np.concatenate(_alike(first.waves, second.waves))[order],
+        cancellation=np.concatenate(cancellation)[order],
+    )

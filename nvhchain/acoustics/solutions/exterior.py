@@ -1,0 +1,523 @@
+"""One exterior problem: a checked body in its air, and all that boundary elements find about it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from types import MappingProxyType
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from nvhchain.acoustics.accuracy.cancellation import short_waves, told_cancellation, wall_waves
+from nvhchain.acoustics.accuracy.mesh_error import expected_accuracy
+from nvhchain.acoustics.accuracy.solver_error import with_solver_error
+from nvhchain.acoustics.interpolation.adaptive import KNOBS, Chosen, check_band
+from nvhchain.acoustics.interpolation.paths import paths_about
+from nvhchain.acoustics.radiation.rayleigh import check_rayleigh_memory, rayleigh_accuracy
+from nvhchain.acoustics.solutions.adaptive import choose_resistance, choose_vectors
+from nvhchain.acoustics.solutions.power import Power, check_speed
+from nvhchain.acoustics.solutions.pressure import (
+    STEP,
+    FieldValues,
+    SurfaceValues,
+    change_by_pole,
+    told_field,
+    vertex_values,
+)
+from nvhchain.acoustics.solutions.quantity import Line, Quantity
+from nvhchain.acoustics.solutions.resistance import SurfaceShapes, Waves
+from nvhchain.acoustics.solutions.vectors import Vectors
+from nvhchain.acoustics.solutions.work import Adaptive, Work
+from nvhchain.acoustics.surfaces.reflecting_plane import check_plane, with_images
+from nvhchain.acoustics.surfaces.surface import check_mesh, check_points, real_numbers
+from nvhchain.acoustics.systems.checkpoints import kept_in
+from nvhchain.acoustics.systems.engines import FUSED, Engine, check_memory, solve_each, systems
+from nvhchain.acoustics.systems.frequency_blocks import Solved, over_bands
+from nvhchain.acoustics.systems.linear_system import SolverRecord, System
+from nvhchain.acoustics.waves.incident import IncidentField, Reflected, check_incident
+from nvhchain.acoustics.waves.multipoles import multipole_order, path_reach
+from nvhchain.conventions import Air, Progress
+from nvhchain.errors import require
+from nvhchain.fidelity import STANDARD, AcousticsFidelity
+from nvhchain.handoff import (
+    ComplexArray,
+    FieldPressure,
+    FloatArray,
+    RadiationResistance,
+    RigidPlane,
+    SoundPower,
+    Surface,
+    SurfacePressure,
+    SurfaceVelocity,
+    TransferVectors,
+)
+from nvhchain.kinds import check_fields, checked
+
+H = TypeVar("H", TransferVectors, RadiationResistance)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ExteriorProblem:
+    """A vibrating body in air, with or without a rigid plane, ready to be solved by boundary elements.
+
+    Parameters
+    ----------
+    surface : Surface
+        Closed, outward, with at least `fidelity.coarsest_elements_per_wavelength` at the highest frequency.
+    air : Air
+        Speed of sound, m/s, and density, kg/m³.
+    plane : RigidPlane, optional
+        Plane that reflects, with the body on the side of its normal.  None: free field.
+    engine : Engine
+        `Fused()` or `Bempp()`.
+    fidelity : AcousticsFidelity
+        Knobs of boundary elements and master frequencies.
+
+    Raises
+    ------
+    InputError
+        Body behind the plane or too near it; an engine that accepts no plane or is not installed.
+
+    Notes
+    -----
+    A p = B ∂p/∂n on the surface, ∂p/∂n = −jωρ v_n, Burton and Miller's coupling.  One-way coupling: the air does not
+    act on the body.  Every method raises ResourceError where matrices do not fit into free memory and SolverError for a
+    singular system.  The accuracy that the mesh lets expect is found, and warned of, once per upper frequency and
+    points.
+
+    Examples
+    --------
+    >>> from nvhchain.acoustics import ExteriorProblem, sphere
+    >>> problem = ExteriorProblem(sphere(0.1, 1))
+    >>> vectors = problem.transfer_vectors([[0.0, 0.0, 1.0]], [200.0, 400.0])
+    >>> vectors.vectors.shape
+    (2, 1, 80)
+    """
+
+    surface: Surface = field(kw_only=False)
+    air: Air = Air()  # noqa: RUF009 (frozen)
+    plane: RigidPlane | None = None
+    engine: Engine = FUSED
+    fidelity: AcousticsFidelity = STANDARD.acoustics
+    _accuracy: dict[tuple[float, bytes], dict[str, Any]] = field(default_factory=dict, init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        self.engine.check()
+        require(
+            self.plane is None or self.engine.reflects,
+            f"engine {self.engine.name} knows no reflecting plane: use {FUSED.name}",
+        )
+        if self.plane is not None:
+            check_plane(self.plane, self.surface)
+
+    @checked
+    def transfer_vectors(
+        self,
+        points: ArrayLike,
+        frequencies: ArrayLike | Adaptive,
+        work: Work = Work(),  # noqa: B008 (frozen)
+    ) -> TransferVectors:
+        """Pressure at field points per unit normal velocity of every face.
+
+        Parameters
+        ----------
+        points : array_like, (n_point, 3)
+            Field points outside the body, m.
+        frequencies : array_like, (n_f,) or Adaptive
+            Master frequencies, Hz, increasing, or the band in which as few are chosen as the tolerance allows.
+        work : Work
+            Executor, progress and checkpoints.
+
+        Returns
+        -------
+        TransferVectors
+            p = vectors · v_n at the masters.
+
+        Raises
+        ------
+        InputError
+            Mesh too coarse; point inside the body, too near it or behind the plane; no transfer vectors at this level
+            of `fidelity.radiation`.
+        """
+        require(
+            self.fidelity.radiation != "equivalent_radiated_power",
+            "equivalent radiated power knows no transfer vectors: spread its power with equivalent_pressure instead",
+        )
+        if isinstance(frequencies, Adaptive):
+            check_band(frequencies.low, frequencies.high, self.fidelity)
+            x = check_points(self.surface, points)
+            solve = partial(self._vectors_at, x, work)
+            chosen = choose_vectors(self, x, frequencies, work.progress, solve)
+            return self._adapted(chosen, "adaptive_transfer_vectors", Vectors.knobs)
+        return self._vectors_at(points, work, frequencies)
+
+    @checked
+    def pressure(
+        self,
+        velocity: SurfaceVelocity,
+        points: ArrayLike,
+        work: Work = Work(),  # noqa: B008 (frozen)
+    ) -> FieldPressure:
+        """Sound pressure at field points by a solution at every frequency, without transfer vectors.
+
+        Parameters
+        ----------
+        velocity : SurfaceVelocity
+            Normal velocity of this surface at the frequencies to solve.
+        points : array_like, (n_point, 3)
+            Field points outside the body, m.
+        work : Work
+            Executor, progress and checkpoints.
+
+        Returns
+        -------
+        FieldPressure
+            Zero at 0 Hz, the limit of a finite velocity.
+
+        Raises
+        ------
+        InputError
+            Velocity of another surface; mesh too coarse; point inside the body, too near it or behind the plane.
+        """
+        frequency = self._moved(velocity)
+        x = self._checked(float(frequency[-1]), points)
+        quantity = FieldValues(self.surface, x, self.air, self.plane, self.fidelity.field_near_ratio)
+        values, provenance = self._solve(quantity, frequency, work, x, (velocity.normal_velocity,))
+
+        def change(line: int, point: int, shift: float) -> float:
+            paths = paths_about(self.surface, self.plane, self.air)
+            beside = self._beside(velocity, line, x[[point]], shift)
+            return change_by_pole(frequency[line], values[line, point], beside, shift, paths)
+
+        provenance |= told_field(velocity, values, provenance, self.fidelity, change)
+        return FieldPressure(frequency, x, np.ascontiguousarray(values[:, :-2]), provenance=provenance)
+
+    @checked
+    def surface_pressure(
+        self,
+        velocity: SurfaceVelocity,
+        work: Work = Work(),  # noqa: B008 (frozen)
+        *,
+        incident: IncidentField | None = None,
+    ) -> SurfacePressure:
+        """Total sound pressure at the vertices, fourth-order accurate where the mesh is regular.
+
+        Parameters
+        ----------
+        velocity : SurfaceVelocity
+            Normal velocity of this surface at the frequencies to solve; zero for a rigid body.
+        work : Work
+            Executor, progress and checkpoints.
+        incident : IncidentField, optional
+            Field that the body scatters in addition; with a plane, its reflection is added.
+
+        Returns
+        -------
+        SurfacePressure
+            Pressure, Pa, at every vertex.
+
+        Raises
+        ------
+        InputError
+            Velocity of another surface; mesh too coarse; an incident field at 0 Hz; a point source inside the body or
+            behind the plane.
+        """
+        frequency = self._moved(velocity)
+        require(
+            incident is None or frequency[0] > 0,
+            "an incident field has no limit at 0 Hz: drop the line at 0 Hz from the surface velocity",
+        )
+        self._checked(float(frequency[-1]), None)
+        if incident is not None:
+            check_incident(incident, self.surface, self.plane)
+            incident = incident if self.plane is None else Reflected(incident, self.plane)
+        quantity = SurfaceValues(self.surface, self.air, incident)
+        values, provenance = self._solve(quantity, frequency, work, None, (velocity.normal_velocity,))
+        return SurfacePressure(frequency, vertex_values(self.surface, values), self.surface, provenance=provenance)
+
+    @checked
+    def power(
+        self,
+        velocity: SurfaceVelocity,
+        work: Work = Work(),  # noqa: B008 (frozen)
+    ) -> SoundPower:
+        """Sound power from the waves that leave the surface.
+
+        Parameters
+        ----------
+        velocity : SurfaceVelocity
+            Normal velocity of this surface at the frequencies to solve.
+        work : Work
+            Executor, progress and checkpoints.
+
+        Returns
+        -------
+        SoundPower
+            Time average, W.
+
+        Raises
+        ------
+        InputError
+            Velocity of another surface; mesh too coarse.
+        """
+        frequency = self._moved(velocity)
+        check_speed(velocity)
+        self._checked(float(frequency[-1]), None)
+        quantity = Power(
+            self.surface, self.air, self.plane, self._wavenumber(frequency), self.fidelity.multipole_digits
+        )
+        values, provenance = self._solve(quantity, frequency, work, None, (velocity.normal_velocity,))
+        power, error = values.real.T
+        one_element = float(frequency[-1]) * provenance.get("elements_per_wavelength", np.inf)
+        short = short_waves(velocity)
+        provenance |= told_cancellation(frequency, power, error, short, self.fidelity, one_element)
+        return SoundPower(frequency, power, provenance=provenance)
+
+    @checked
+    def resistance(
+        self,
+        motion: SurfaceShapes,
+        frequencies: ArrayLike | Adaptive,
+        work: Work = Work(),  # noqa: B008 (frozen)
+    ) -> RadiationResistance:
+        """Radiation resistance in the coordinates of some shapes of the surface.
+
+        Parameters
+        ----------
+        motion : SurfaceShapes
+            Shapes of this surface.
+        frequencies : array_like, (n_f,) or Adaptive
+            Master frequencies, Hz, increasing, or the band in which as few are chosen as the tolerance allows.
+        work : Work
+            Executor, progress and checkpoints.
+
+        Returns
+        -------
+        RadiationResistance
+            Spherical waves of every shape at the masters.
+
+        Raises
+        ------
+        InputError
+            Shapes of another surface; mesh too coarse; a level of `fidelity.radiation` without radiation resistance.
+        """
+        require(
+            self.fidelity.radiation == "boundary_elements",
+            f"radiation = {self.fidelity.radiation!r} knows no radiation resistance: choose boundary_elements",
+        )
+        self._is_own(motion.surface, "shapes")
+        if isinstance(frequencies, Adaptive):
+            check_band(frequencies.low, frequencies.high, self.fidelity)
+            chosen = choose_resistance(self, frequencies, work.progress, partial(self._resistance_at, motion, work))
+            return self._adapted(chosen, "adaptive_radiation_resistance", Waves.knobs)
+        return self._resistance_at(motion, work, frequencies)
+
+    def accuracy(self, highest: float, points: FloatArray | None = None) -> dict[str, Any]:
+        """Return `expected_accuracy` at the highest frequency (Hz) and at field points (n_point, 3) m."""
+        key = highest, b"" if points is None else points.tobytes()
+        if key not in self._accuracy:
+            self._accuracy[key] = expected_accuracy(
+                self.surface, points, highest, self.air, self.fidelity, self.engine, self.plane
+            )
+        return self._accuracy[key]
+
+    def _vectors_at(
+        self, points: ArrayLike, work: Work, frequencies: ArrayLike, progress: Progress | None = None
+    ) -> TransferVectors:
+        """Transfer vectors at given masters.  progress: instead of that of the work."""
+        work = work if progress is None else replace(work, progress=progress)
+        frequency = check_frequencies(frequencies)
+        x = self._checked(float(frequency[-1]), points)
+        quantity = Vectors(self.surface, with_images(x, self.plane), self.air, self.fidelity.field_near_ratio)
+        if self.fidelity.radiation == "rayleigh":
+            kept, columns = quantity.memory(len(frequency))
+            memory = check_rayleigh_memory(self.surface, len(quantity.ends), kept + columns) + columns
+            expected = rayleigh_accuracy(self.surface, frequency, self.air)
+            vectors = self._spread(quantity.rayleigh, quantity, frequency, work, memory, [])
+            knobs = told(self.fidelity, ("radiation", "field_near_ratio"))
+            provenance = {"stage": "acoustics.transfer_vectors", "fidelity": knobs, **expected}
+        else:
+            vectors, provenance = self._solve(quantity, frequency, work, x)
+        image = None
+        if self.plane is not None:
+            image = vectors[:, len(x) :]
+            vectors = vectors[:, : len(x)] + image
+        vectors.flags.writeable = False  # and so the hand-off takes them without another copy
+        return TransferVectors(frequency, x, vectors, self.surface, self.air, self.plane, image, provenance=provenance)
+
+    def _resistance_at(
+        self, motion: SurfaceShapes, work: Work, frequencies: ArrayLike, progress: Progress | None = None
+    ) -> RadiationResistance:
+        """Radiation resistance at given masters.  progress: instead of that of the work."""
+        work = work if progress is None else replace(work, progress=progress)
+        frequency, shapes = check_frequencies(frequencies), motion.shapes
+        self._checked(float(frequency[-1]), None)
+        digits = self.fidelity.multipole_digits
+        top = multipole_order(self.surface, self._wavenumber(frequency), self.plane, digits)
+        quantity = Waves(self.surface, shapes, self.air, self.plane, top, digits)
+        found, provenance = self._solve(quantity, frequency, work)
+        return RadiationResistance(
+            frequency,
+            found[:, : quantity.rows],
+            self.air.impedance * (shapes.T * self.surface.areas) @ shapes,
+            self.air,
+            path_reach(self.surface, self.plane),
+            self.plane,
+            motion.housing,
+            found[:, quantity.rows :],
+            self.air.impedance * shapes.T @ (wall_waves(self.surface) @ shapes),
+            provenance=provenance,
+        )
+
+    def _beside(self, velocity: SurfaceVelocity, line: int, point: FloatArray, shift: float) -> complex:
+        """Pressure at a field point (1, 3) m beside a line, of the same motion but for the phase of the direct way."""
+        frequency, step = velocity.frequency[line], STEP * shift
+        distance = np.linalg.norm(self.surface.centroids - point[0], axis=1)
+        phase = 2 * np.pi * step * frequency / self.air.speed_of_sound * distance
+        delayed = velocity.normal_velocity[[line]] * np.exp(1j * phase)
+        quantity = FieldValues(self.surface, point, self.air, self.plane, self.fidelity.field_near_ratio)
+        task = check_memory(self.surface, 1, *quantity.memory(1), self.engine, self.fidelity)
+        beside = np.array([(1.0 + step) * frequency])
+        return _boundary_elements(beside, delayed, problem=self, quantity=quantity, task=(task, 0.0)).values[0, 0]
+
+    def _moved(self, velocity: SurfaceVelocity) -> FloatArray:
+        """Frequencies (n_f,) Hz of a velocity of this surface, else `InputError`."""
+        self._is_own(velocity.surface, "surface velocity")
+        return velocity.frequency
+
+    def _is_own(self, surface: Surface, called: str) -> None:
+        require(
+            surface is self.surface or surface.content_hash == self.surface.content_hash,
+            f"{called} belongs to another surface ({len(surface.triangles)} triangles) than the problem "
+            f"({len(self.surface.triangles)} triangles): give it on the same one",
+        )
+
+    def _checked(self, highest: float, points: ArrayLike | None) -> FloatArray:
+        """Field points (n_point, 3) m, once they and the mesh at the highest frequency (Hz) are admitted."""
+        x = np.empty((0, 3)) if points is None else check_points(self.surface, points)
+        check_mesh(self.surface, highest, self.air, self.fidelity)
+        if self.plane is not None and points is not None:
+            check_plane(self.plane, self.surface, x)
+        return x
+
+    def _solve(
+        self,
+        quantity: Quantity,
+        frequency: FloatArray,
+        work: Work,
+        points: FloatArray | None = None,
+        rows: tuple[ComplexArray, ...] = (),
+    ) -> tuple[ComplexArray, dict[str, Any]]:
+        """Values of a quantity at all frequencies, with provenance.  rows: input with one row per frequency."""
+        kept, columns = quantity.memory(len(frequency))
+        task = check_memory(self.surface, len(frequency), kept, columns, self.engine, self.fidelity, work.executor)
+        expected = self.accuracy(float(frequency[-1]), points)
+        block = partial(
+            _boundary_elements, problem=self, quantity=quantity, task=(task, expected.get("quadrature_error", 0.0))
+        )
+        records: list[SolverRecord] = []
+        values = self._spread(block, quantity, frequency, work, task + columns, records, rows)
+        return values, self._made_by(quantity.stage, quantity.knobs, records, expected)
+
+    def _spread(
+        self,
+        block: Callable[..., Solved],
+        quantity: Quantity,
+        frequency: FloatArray,
+        work: Work,
+        memory: int,
+        records: list[SolverRecord],
+        rows: tuple[ComplexArray, ...] = (),
+    ) -> ComplexArray:
+        """Values of `block(frequencies of a band, *rows of a band)` at all frequencies.  memory: bytes per task."""
+        return over_bands(
+            block,
+            frequency,
+            rows,
+            (),
+            memory_per_task=memory,
+            executor=work.executor,
+            progress=work.progress,
+            shards=kept_in(
+                work.checkpoints, quantity.stage, quantity, self.fidelity, self.engine.name, self.plane, rows
+            ),
+            records=records,
+        )
+
+    def _adapted(self, chosen: Chosen[H], stage: str, knobs: Sequence[str]) -> H:
+        """Masters as they were chosen, with the knobs that took part in that."""
+        if self.fidelity.radiation == "boundary_elements":
+            made = self._made_by(stage, (*knobs, *KNOBS), chosen.records)
+        else:
+            taken = told(self.fidelity, ("radiation", "field_near_ratio", *KNOBS))
+            made = {"stage": f"acoustics.{stage}", "fidelity": taken}
+        return chosen.found.replace(provenance=chosen.found.provenance | made | chosen.told)
+
+    def _made_by(
+        self,
+        stage: str,
+        others: Sequence[str],
+        records: Sequence[SolverRecord],
+        expected: Mapping[str, Any] = MappingProxyType({}),
+    ) -> dict[str, Any]:
+        """Provenance: the knobs that took part, with `others`, how it was solved, and the expected accuracy of mesh and
+        solver."""
+        knobs = (*self.engine.knobs, "field_near_ratio", "solver", *others)
+        record = sum(records, SolverRecord())
+        if record.tolerance:
+            knobs = (*knobs, "solver_residual", "solver_iterations")
+        if "compressed" in record.solvers:
+            knobs = (*knobs, "compression_error")
+        return {
+            "stage": f"acoustics.{stage}",
+            "fidelity": told(self.fidelity, knobs),
+            "engine": self.engine.name,
+            **record.provenance,
+            **with_solver_error(expected, record, self.fidelity),
+        }
+
+    def _wavenumber(self, frequency: FloatArray) -> float:
+        """rad/m, the highest."""
+        return 2 * np.pi * float(frequency[-1]) / self.air.speed_of_sound
+
+
+def _boundary_elements(
+    frequency: FloatArray,
+    *rows: ComplexArray,
+    problem: ExteriorProblem,
+    quantity: Quantity,
+    task: tuple[int, float],
+) -> Solved:
+    """Values of one band and how they were solved.  task: bytes that systems may take, error of the quadrature."""
+    memory, quadrature_error = task
+    values = np.zeros((len(frequency), *quantity.shape), dtype=complex)
+    omega = 2 * np.pi * frequency
+    solved = np.flatnonzero(quantity.moves(frequency, *rows))
+    wavenumbers = omega[solved] / problem.air.speed_of_sound
+
+    def solve(number: int, system: System) -> None:
+        at = solved[number]
+        line = Line(omega[at], float(wavenumbers[number]), quadrature_error)
+        values[at] = quantity.values(system, line, *(row[at] for row in rows))
+
+    batches = systems(problem.engine, problem.surface, wavenumbers, problem.fidelity, problem.plane, memory)
+    return Solved(values, solve_each(batches, solve))
+
+
+def told(fidelity: AcousticsFidelity, knobs: Sequence[str]) -> str:
+    """Some knobs as text."""
+    return f"AcousticsFidelity({', '.join(f'{name}={getattr(fidelity, name)!r}' for name in knobs)})"
+
+
+def check_frequencies(frequencies: ArrayLike) -> FloatArray:
+    """Frequencies (Hz) as a strictly increasing (n_f,) array from 0 up, else `InputError`."""
+    f = np.atleast_1d(real_numbers(frequencies, "frequencies"))
+    require(
+        f.ndim == 1 and f.size > 0 and bool(np.isfinite(f).all()) and f[0] >= 0 and bool((np.diff(f) > 0).all()),
+        "frequencies must be finite, not negative and strictly increasing, in Hz: sort them and drop repeated ones",
+    )
+    return f

@@ -1,0 +1,121 @@
+"""Radiation resistance of a surface that moves in given shapes: P = ½ q̇ᴴ R q̇, for any number of load cases."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from nvhchain.acoustics.accuracy.cancellation import cancellation_resistance
+from nvhchain.acoustics.solutions.quantity import Line, Quantity
+from nvhchain.acoustics.surfaces.velocity_in_faces import within_faces
+from nvhchain.acoustics.systems.engines import workers
+from nvhchain.acoustics.systems.linear_system import System
+from nvhchain.acoustics.waves.multipoles import (
+    expansion_memory,
+    multipole_amplitudes,
+    multipole_count,
+    multipole_order,
+)
+from nvhchain.conventions import Air
+from nvhchain.errors import require
+from nvhchain.handoff import ComplexArray, FloatArray, IntArray, ReducedHousing, RigidPlane, Surface
+from nvhchain.handoff.declared import checked_array
+from nvhchain.kinds import checked
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceShapes:
+    """Shapes in which a surface moves: v_n = shapes · q̇.
+
+    surface: closed, outward.  shapes: (n_face, n_column) real, outward normal velocity per unit of a coordinate.
+    housing: content hash of the reduced housing they belong to (`housing_shapes`), or empty.
+    """
+
+    surface: Surface
+    shapes: FloatArray
+    housing: str = ""
+
+    def __post_init__(self) -> None:
+        shapes = checked_array("SurfaceShapes.shapes", self.shapes, float, (len(self.surface.triangles), None))
+        object.__setattr__(self, "shapes", shapes)
+        require(self.shapes.shape[1] > 0, "SurfaceShapes.shapes has no column: at least one shape is needed")
+
+
+@checked
+def housing_shapes(housing: ReducedHousing, loaded: ArrayLike | None = None) -> SurfaceShapes:
+    """Shapes of a housing: normal shapes of its modes, kg^-½, then residual motion of every bearing and axis, m/N.
+
+    loaded: (n_bearing, 3) bool, which bearings carry a force along which axis (`loaded_seats`); the others' columns are
+    zero and cost nothing, and `modal_power` refuses forces there.  None: all.
+    """
+    residual = housing.face_residual.reshape(-1, housing.normal_shapes.shape[1])
+    if loaded is not None:
+        carries = np.asarray(loaded, dtype=bool)
+        require(
+            carries.shape == (len(housing.names), 3),
+            f"loaded has shape {carries.shape}, but ({len(housing.names)}, 3) is needed: one per bearing and axis",
+        )
+        residual = np.where(carries.reshape(-1, 1), residual, 0.0)
+    shapes = np.concatenate([housing.normal_shapes, residual]).T
+    return SurfaceShapes(housing.surface, shapes, housing.content_hash)
+
+
+@dataclass(frozen=True, eq=False)
+class Waves(Quantity):
+    """Spherical waves of every shape, and below them the `cancellation_resistance`: (n_row + n_column, n_column).
+
+    top: order to which the rows belong.  digits: decimal digits to which waves are resolved.
+    """
+
+    stage, knobs = "radiation_resistance", ("multipole_digits",)
+
+    surface: Surface
+    shapes: FloatArray
+    air: Air
+    plane: RigidPlane | None
+    top: int
+    digits: float
+
+    @property
+    def rows(self) -> int:
+        """Waves of a shape."""
+        return multipole_count(self.surface, self.top, self.plane)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        columns = self.shapes.shape[1]
+        return self.rows + columns, columns
+
+    def memory(self, frequencies: int) -> tuple[int, int]:
+        rows, columns = self.shape
+        waves = expansion_memory(self.surface, self.top)
+        waves += 16 * columns * (3 * len(self.surface.vertices) + 6 * len(self.shapes))
+        return 2 * 16 * frequencies * rows * columns, waves * workers(frequencies)
+
+    def moves(self, frequency: FloatArray, *rows: ComplexArray) -> NDArray[np.bool_]:
+        return np.asarray((frequency > 0) & (len(self._moving) > 0))
+
+    def values(self, system: System, line: Line, *row: ComplexArray) -> ComplexArray:
+        columns, k = self.shapes.shape[1], line.wavenumber
+        gradient = np.asarray(-1j * line.omega * self.air.density * self._motion, dtype=complex)
+        pressure = system.solve(system.apply_b(gradient))
+        found = np.zeros(self.shape, dtype=complex)
+        order = multipole_order(self.surface, k, self.plane, self.digits)
+        amplitudes = multipole_amplitudes(self.surface, k, pressure, gradient, order, self.plane)
+        found[: len(amplitudes), self._moving] = amplitudes / np.sqrt(self.air.impedance)
+        cancelled = cancellation_resistance(self.surface, k, pressure, self.plane, line.quadrature_error)
+        found[-columns:][np.ix_(self._moving, self._moving)] = cancelled / self.air.impedance
+        return found
+
+    @cached_property
+    def _moving(self) -> IntArray:
+        """Columns that move any face."""
+        return np.flatnonzero(self.shapes.any(axis=0))
+
+    @cached_property
+    def _motion(self) -> FloatArray:
+        """Moving shapes as they vary within faces."""
+        return np.asarray(within_faces(self.surface) @ self.shapes[:, self._moving])

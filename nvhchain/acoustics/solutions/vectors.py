@@ -1,0 +1,50 @@
+"""Acoustic transfer vectors by the adjoint: one system per frequency, one right-hand side per field point."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from nvhchain.acoustics.radiation.rayleigh import rayleigh_vectors
+from nvhchain.acoustics.solutions.quantity import Line, Quantity
+from nvhchain.acoustics.surfaces.velocity_in_faces import within_faces
+from nvhchain.acoustics.systems.engines import vectors_memory
+from nvhchain.acoustics.systems.frequency_blocks import Solved
+from nvhchain.acoustics.systems.linear_system import SolverRecord, System
+from nvhchain.acoustics.waves.layer_potentials import layer_potentials
+from nvhchain.conventions import Air
+from nvhchain.handoff import ComplexArray, FloatArray, Surface
+
+
+@dataclass(frozen=True, eq=False)
+class Vectors(Quantity):
+    """Transfer vectors (n_end, n_face), −jωρ (Bᵀ A⁻ᵀ d − s): p(x) = d·p − s·∂p/∂n at every end x.
+
+    ends: (n_end, 3) m, field points and, with a plane, their images.  near_ratio: see `layer_potentials`.
+    """
+
+    stage = "transfer_vectors"
+
+    surface: Surface
+    ends: FloatArray
+    air: Air
+    near_ratio: float
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        return len(self.ends), len(self.surface.triangles)
+
+    def memory(self, frequencies: int) -> tuple[int, int]:
+        return vectors_memory(len(self.surface.vertices), len(self.surface.triangles), len(self.ends), frequencies)
+
+    def values(self, system: System, line: Line, *row: ComplexArray) -> ComplexArray:
+        double, single = layer_potentials(self.surface, self.ends, line.wavenumber, self.near_ratio)
+        of_faces = system.adjoint(double.T).T
+        of_faces -= single
+        return np.asarray(-1j * line.omega * self.air.density * (of_faces @ within_faces(self.surface)))
+
+    def rayleigh(self, frequency: FloatArray) -> Solved:
+        """The same by the Rayleigh integral."""
+        vectors = rayleigh_vectors(frequency, self.surface, self.ends, self.air, self.near_ratio)
+        return Solved(vectors, SolverRecord())

@@ -1,18 +1,23 @@
-"""How wrong an answer may be, line by line and overall: what the knobs of every stage leave open, put together.
+"""Error band: confidence limits of a result, line by line and overall, from the settings of every step.
 
 Every source of error gives an amplitude at each line and place. Sources are independent of each other: their
-amplitudes add in quadrature. The constants are fitted at `draft` and `standard` against `reference`; what they hold of
-gear sets, speeds, torques, blanks, housings and field points they were not fitted to is counted in
-docs/measured/chain/error_band.md, what single knobs do in docs/measured/chain/error_band_knobs.md.
+amplitudes add in quadrature. The constants are fitted at `draft` and `standard` against `reference`.
+docs/measured/chain/error_band.md counts the cases held among gear sets, speeds, torques, blanks, housings and field
+points that were not fitted. docs/measured/chain/error_band_knobs.md holds the effect of single knobs.
 
-The knobs that the band looks at: layers, slices, angles, tolerances of load patterns, elements of blanks and `bodies`
-of the gears; time step and settling; element size, modes, their truncation and residual; what the acoustics say of
-surface mesh, coarser surfaces, points, quadrature, masters, and the levels of radiation. Others turned coarser than
-any preset has them (mesh_level, reaches, contact residuals, orders of single quadrature rules) widen nothing: on the
-small gearbox what they do lies within what the rest leaves open. Models beyond the presets (flexible shafts,
-gyroscopic terms, points across the face) are no error of theirs and none here. Resonances of shafts on bearings that
-the housing's mesh moves are seen in the mean only: where the strongest line lies on one, forces have been 3 dB off
-where 1.3 were said.
+Knobs in the band:
+
+- gears: layers, slices, angles, tolerances of load patterns, elements of blanks and `bodies`;
+- dynamics: time step and settling;
+- housing: element size, modes, their truncation and residual;
+- acoustics: the expected errors of surface mesh, coarser surfaces, points, quadrature, master frequencies and radiation
+  levels.
+
+Other knobs (mesh_level, reaches, contact residuals, orders of single quadrature rules) widen nothing, even where they
+are coarser than in every preset. On the small gearbox their effect lies within the error of the rest. Models beyond the
+presets (flexible shafts, gyroscopic terms, points across the face) are no error of the presets and are not counted.
+Resonances of shafts on bearings that move with the housing's FE mesh are covered in the mean only. Where the strongest
+line lay on one, forces have been 3 dB off with limits of 1.3 dB.
 """
 
 from nvhchain.error_band.band import COVERAGE, ErrorBand, format_level, format_limits

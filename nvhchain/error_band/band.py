@@ -13,18 +13,28 @@ from nvhchain.conventions import REFERENCE_PRESSURE
 from nvhchain.handoff import FloatArray
 
 COVERAGE = 2.0
-"""Width of the band over the estimated errors: about 95 % of normally distributed ones lie within two."""
+"""Width of the band over the estimated error; about 95 % of normally distributed errors lie within two."""
 
 NO_LIMIT = -1000.0
-"""dB: any less is the logarithm of zero, no sound and no lower limit."""
+"""Level (dB) below which a value is the logarithm of zero: no sound and no lower limit."""
 
 
 @dataclass(frozen=True, eq=False)
 class ErrorBand:
-    """Limits of the levels at the lines of a pressure, or of another quantity.
+    """Confidence limits of the levels at the lines of a pressure or another quantity.
 
-    frequency: (n_f,) Hz.  amplitude: (n_f, n_place), of a pressure Pa at field points.  sources: name → estimated error
-    (n_f, n_place) of one stage or knob.  reference: (RMS) of 0 dB.  weighted: whether the overall level is A-weighted.
+    Parameters
+    ----------
+    frequency : (n_f,) array
+        Frequencies of the lines (Hz).
+    amplitude : (n_f, n_place) array
+        Amplitudes; of a pressure at field points (Pa).
+    sources : mapping of str to (n_f, n_place) array
+        Estimated error of each step or knob, in the unit of the amplitude.
+    reference : float
+        RMS value of 0 dB.
+    weighted : bool
+        True for an A-weighted overall level.
     """
 
     frequency: FloatArray
@@ -35,12 +45,12 @@ class ErrorBand:
 
     @property
     def pressure(self) -> FloatArray:
-        """(n_f, n_point) Pa: the amplitudes of a pressure."""
+        """Amplitudes (n_f, n_point) of a pressure (Pa)."""
         return self.amplitude
 
     @cached_property
     def error(self) -> FloatArray:
-        """(n_f, n_place): all sources in quadrature, times `COVERAGE`."""
+        """Error (n_f, n_place): all sources in quadrature, times `COVERAGE`."""
         squares = [(source / self._unit) ** 2 for source in self.sources.values()]
         if not squares:
             return np.zeros(self.amplitude.shape)
@@ -48,34 +58,34 @@ class ErrorBand:
 
     @cached_property
     def _unit(self) -> float:
-        """Largest amplitude or error: in it squares keep clear of the ends of floating-point numbers."""
+        """Largest amplitude or error. Squares of values over it stay within the range of floating-point numbers."""
         largest = max(float(np.max(of, initial=0.0)) for of in (self.amplitude, *self.sources.values()))
         return largest if largest > 0 else 1.0
 
     @property
     def lower(self) -> FloatArray:
-        """(n_f, n_place) dB; where the error exceeds the amplitude there is no lower limit, and this is below −5000."""
+        """Lower limits (n_f, n_place) in dB; below −5000 (no limit) where the error exceeds the amplitude."""
         return levels.decibel(np.maximum(self.amplitude - self.error, 0.0), self.reference)
 
     @property
     def upper(self) -> FloatArray:
-        """(n_f, n_place) dB."""
+        """Upper limits (n_f, n_place) in dB."""
         return levels.decibel(self.amplitude + self.error, self.reference)
 
     @property
     def level(self) -> FloatArray:
-        """(n_place,) dB(A), or dB where it is not weighted: the overall level that the limits belong to."""
+        """Overall level (n_place,) that the limits belong to: dB(A), or dB if not weighted."""
         total = levels.overall(self.frequency, self.amplitude.astype(complex), weighted=self.weighted)
         return np.asarray(total - 20 * np.log10(self.reference / REFERENCE_PRESSURE))
 
     @property
     def overall(self) -> FloatArray:
-        """(n_place, 2) dB(A) or dB: limits of the overall level; −inf where an error takes all of the sound.
+        """Limits (n_place, 2) of the overall level, dB(A) or dB; the lower one is −inf if the error exceeds the sound.
 
-        The errors of one source go the same way at all lines (a mesh is too stiff everywhere), those of `housing` one
-        way below a resonance and the other above it: the first add up over the lines, the second in quadrature.
-        Energy changes by (p ± e)² − p², summed; for the lower limit by Cauchy and Schwarz at most to (1 − Σpe/Σp²)².
-        The upper one of silence is that of its error.
+        Notes ----- The errors of one source have one sign at all lines (a mesh is too stiff everywhere): they add up
+        over the lines. Those of `housing` change sign at a resonance: they add in quadrature. The energy changes by the
+        sum of (p ± e)² − p². By Cauchy and Schwarz the lower limit of the energy is at most (1 − Σpe/Σp²)² of it. The
+        upper limit of silence is the level of its error.
         """
         weight = np.ones((len(self.frequency), 1))
         if self.weighted:
@@ -96,7 +106,22 @@ class ErrorBand:
 
 
 def format_level(level: float, unit: str, limits: Sequence[float | None]) -> str:
-    """Level and its limits as text."""
+    """Return a level and its limits as text.
+
+    Parameters
+    ----------
+    level : float
+        Level (dB); `NO_LIMIT` or less is silence.
+    unit : str
+        Unit of the level, such as "dB(A)".
+    limits : sequence of float or None
+        Lower and upper limit.
+
+    Returns
+    -------
+    str
+        Text such as "65.2 dB(A) (63.0…67.1)".
+    """
     if level > NO_LIMIT:
         return f"{level:.1f} {unit} ({format_limits(limits)})"
     upper = limits[1]
@@ -104,7 +129,7 @@ def format_level(level: float, unit: str, limits: Sequence[float | None]) -> str
 
 
 def format_limits(limits: Sequence[float | None]) -> str:
-    """Lower and upper limit as text; −inf and None are no limit."""
+    """Return a lower and an upper limit as text; a lower limit of −inf or None is none."""
     lower, upper = limits
     assert upper is not None
     return f"below {upper:.1f}" if lower is None or lower == -np.inf else f"{lower:.1f}…{upper:.1f}"

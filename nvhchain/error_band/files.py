@@ -1,4 +1,4 @@
-"""Error bands as files hold them: null for no limit."""
+"""Error bands in JSON files, with null for no limit."""
 
 from __future__ import annotations
 
@@ -16,16 +16,24 @@ from nvhchain.levels import decibel
 
 
 def save_error_bands(bands: Mapping[str, ErrorBand | RunUpBand], out: str | Path) -> None:
-    """Leave `error_bands.json` in the folder `out`: every band (`as_record`) by the name of its quantity."""
+    """Write `error_bands.json`: every band (`as_record`) by the name of its quantity.
+
+    Parameters
+    ----------
+    bands : mapping of str to ErrorBand or RunUpBand
+        Quantity → band.
+    out : str or Path
+        Folder of the file; created if needed.
+    """
     out = Path(out)
     out.mkdir(parents=True, exist_ok=True)
     write_text(out / "error_bands.json", json.dumps({name: as_record(band) for name, band in bands.items()}) + "\n")
 
 
 def as_record(band: ErrorBand | RunUpBand) -> dict[str, Any]:
-    """Levels and limits of every place, overall and line by line or speed by speed.
+    """Return levels and limits of every place, overall and line by line or speed by speed.
 
-    Those of lines are dB re `reference` (RMS); overall ones, and those of speeds, dB(A) where `weighted`.
+    Levels of lines are in dB re `reference` (RMS). Overall levels and levels of speeds are in dB(A) if `weighted`.
     """
     of_lines = band.bands[0] if isinstance(band, RunUpBand) else band
     found: dict[str, Any] = {
@@ -49,5 +57,5 @@ def as_record(band: ErrorBand | RunUpBand) -> dict[str, Any]:
 
 
 def finite(edges: FloatArray | Sequence[float]) -> list[float | None]:
-    """As JSON knows them."""
+    """Return limits for JSON, None in place of no limit."""
     return [float(edge) if isfinite(edge) and edge > NO_LIMIT else None for edge in edges]

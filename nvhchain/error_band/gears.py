@@ -1,8 +1,8 @@
-"""How wrong the forces of a gearbox are at every order: what the finite element bodies and the contact leave open.
+"""Error of the forces of a gearbox at every order, due to finite element bodies and contact.
 
-A mesh law is judged by the transmission error it gives at the nominal force. Its harmonics are those of the teeth and,
-where blanks are structured, of the blank and the sidebands of both. A force at a line of which no mesh has a strong
-harmonic comes from the products of stronger ones, in one mesh or in two: it is known as well as these are.
+A mesh law is judged by its transmission error at the nominal force. Its harmonics are those of the teeth and, for
+structured blanks, of the blank and the sidebands of both. At some lines no mesh has a strong harmonic. A force there
+comes from products of stronger harmonics, in one mesh or in two, and has their relative error.
 """
 
 from __future__ import annotations
@@ -21,60 +21,84 @@ from nvhchain.gear import GearGeometry, quasi_static_transmission_error
 from nvhchain.handoff import FloatArray, MeshLaw
 
 LAYER_ERROR, SLICE_ERROR, ANGLE_ERROR, PATTERN_ERROR = 1.2e-3, 4.0, 2.5e-4, 0.7
-"""Error of the mesh harmonics of a transmission error over the strongest of them: with element layers as thick as the
-module (rising with the fifth power of the thickness), over the square of the overlap ratio per slice (a sum over slices
-in the place of the integral over a helical face: harmonic n is off by (π n ε/S)²/6 of what the face does not cancel,
-which falls with n²; in the mean 3 to 4, single harmonics up to 7, for overlaps of 0.33 to 1.65 at 16 slices), with 48
-angles per mesh (falling with the second power), and over the tolerance of load patterns
-(docs/measured/gear/gear.md)."""
+"""Errors of the mesh harmonics of a transmission error over the strongest of them (docs/measured/gear/gear.md).
+
+LAYER_ERROR: element layers as thick as the module; rises with the fifth power of the thickness.
+SLICE_ERROR: over the square of the overlap ratio per slice, for a sum over slices in place of the integral over a
+helical face. Harmonic n is off by (π n ε/S)²/6 of its part that the face does not cancel, which falls with n². In the
+mean 3 to 4, single harmonics up to 7, for overlaps of 0.33 to 1.65 at 16 slices.
+ANGLE_ERROR: 48 angles per mesh; falls with the second power.
+PATTERN_ERROR: over the tolerance of load patterns.
+"""
 
 ALIAS_SHARE = 0.25
-"""Error of a harmonic for want of angles, over what every second angle of the law would add to it: a transmission error
-with kinks, whose harmonics fall with the second power."""
+"""Error of a harmonic due to few angles, over the part that every second angle of the law would add to it.
+
+It holds for a transmission error with kinks, whose harmonics fall with the second power.
+"""
 
 BLANK_ERROR = 0.1
-"""Relative error of what a structured blank adds, over the share of load patterns taken to answer alike at all teeth
-(far_pattern_tolerance): 0.05 to 0.17 at `draft` and `standard`, slotted and differential gear."""
+"""Relative error of the harmonics of a structured blank, over far_pattern_tolerance.
+
+That knob is the share of load patterns with one response for all teeth. Measured: 0.05 to 0.17 at `draft` and
+`standard`, for a slotted and a differential gear.
+"""
 
 BLANK_MESH_ERROR = 0.012
-"""The same for a blank meshed with four elements along the flanks of its teeth, falling with the second power: 0.006 to
-0.02, four slots under 23 teeth, at `draft` and `standard` alike."""
+"""Relative error of the harmonics of a structured blank with four elements along the flanks of its teeth.
+
+It falls with the second power of the number of elements. Measured: 0.006 to 0.02, four slots under 23 teeth, at `draft`
+and `standard` alike.
+"""
 
 LARGEST_ERROR = 1.0
-"""Largest error of the first mesh harmonic over the strongest one, falling with the number of the harmonic: all of it
-is open, no lower limit.  That of `bodies = "analytic"`: on the single stage the worst harmonic, the third, falls by
-10 dB (docs/measured/chain/error_band_knobs.md)."""
+"""Largest error of the first mesh harmonic over the strongest one: no lower limit. It falls with the harmonic's number.
+
+It is the error of `bodies = "analytic"`. On the single stage the worst harmonic, the third, falls by 10 dB
+(docs/measured/chain/error_band_knobs.md).
+"""
 
 CORNER_ERROR = 0.5
-"""The same where contact of tip edges is not looked for (corner_gap = 0), with coverage: 0.01 to 0.7 of the strongest
-harmonic, more under more load, on six pairs of gears under 0.1 to 2 times their load.  518 of 520 bearing
-forces of four single stages at 400 and 1800 rpm are held."""
+"""Error of the first mesh harmonic over the strongest one without tip edge contact (corner_gap = 0).
+
+Measured with coverage: 0.01 to 0.7 of the strongest harmonic, more under more load, on six pairs of gears under 0.1 to
+2 times their load. The band holds 518 of 520 bearing forces of four single stages at 400 and 1800 rpm.
+"""
 
 UNKNOWN = 8.0
-"""Error of bearing forces at harmonics beyond half the angles per mesh, of which the law holds none, over these forces,
-which come from its interpolation: with coverage 24.6 dB.  Four single stages at 200 and 400 rpm: 95 % are at most 28 dB
-too quiet with 48 angles, 14 dB up to the 48th harmonic; with 24 angles 51 dB."""
+"""Relative error of bearing forces at harmonics beyond half the angles per mesh; with coverage 24.6 dB.
+
+The law holds no such harmonics: these forces come from its interpolation. Four single stages at 200 and 400 rpm: 95 %
+are at most 28 dB too quiet with 48 angles, 14 dB up to the 48th harmonic; with 24 angles 51 dB.
+"""
 
 FAR_SIDEBAND = 0.02
-"""Least error of a sideband over that of the strongest mesh harmonic: 0.005 to 0.07 far from the mesh harmonics of the
-same gears."""
+"""Least error of a sideband over that of the strongest mesh harmonic.
+
+Measured: 0.005 to 0.07 far from the mesh harmonics of the same gears.
+"""
 
 AMPLIFICATION = 1.2
-"""Error of a bearing force over that of what excites it: the ways to one bearing cancel in part. Fitted to bearing
-forces of single-stage gearboxes (benchmarks/chain/error_band.py)."""
+"""Relative error of a bearing force over that of its excitation: the paths to one bearing cancel in part.
+
+Fitted to bearing forces of single-stage gearboxes (benchmarks/chain/error_band.py).
+"""
 
 SAME_ORDER = 0.01
-"""Orders on either side of a line at which it is looked for."""
+"""Largest distance (orders) of an excitation from the line that it belongs to."""
 
 FINEST = 2**18
-"""Most lines on which orders are placed; closer ones share a line."""
+"""Largest number of lines on the axis of orders; closer orders share a line."""
 
 
 @dataclass(frozen=True, eq=False)
 class ForceError:
     """Excitation and its error over order of the input shaft.
 
-    step: orders from line to line.  power, error: (n,) squares of amplitudes from order 0 on, over the mean deflection.
+    Parameters
+    ----------
+    step : spacing of the lines (orders).
+    power, error : (n,) squares of amplitudes over the mean deflection, from order 0 on.
     """
 
     step: float
@@ -82,25 +106,25 @@ class ForceError:
     error: FloatArray
 
     def relative(self, orders: FloatArray, width: FloatArray | float = 0.0) -> FloatArray:
-        """(n,) error over amplitude of bearing forces at `orders`, of all lines within `width` orders on either side.
+        """Return the relative error (n,) of bearing forces at `orders`, from lines within `width` orders of each.
 
-        1 where nothing excites a force: all of it is open.  More where what excites it nearly cancels.
+        It is 1 (no lower limit) where nothing excites a force, and more where excitations nearly cancel.
         """
         width = np.maximum(width, min(0.5 * self.step, SAME_ORDER))
         first = np.clip(np.ceil((orders - width) / self.step), 0, len(self.power)).astype(int)
         last = np.clip(np.floor((orders + width) / self.step) + 1, 0, len(self.power)).astype(int)
         power, error = (np.concatenate([[0.0], np.cumsum(values)]) for values in (self.power, self.error))
         there, wrong = (np.maximum(sums[last] - sums[first], 0.0) for sums in (power, error))
-        # sums of many lines are known to rounding of the largest of them
+        # sums over many lines carry the rounding of the largest line
         seen = there > 1e-14 * power[-1]
         return np.asarray(np.where(seen, AMPLIFICATION * np.sqrt(wrong / np.where(seen, there, 1.0)), 1.0))
 
 
 def force_error(case: GearboxCase, laws: Sequence[MeshLaw], fidelity: GearFidelity, highest: float) -> ForceError:
-    """What excites the bearing forces up to the order `highest`, and its error.
+    """Return the excitation of the bearing forces up to the order `highest`, and its error.
 
-    Every mesh multiplies what passes through it by 1 + E(θ)/E₀, twice, as force and as stiffness: spectra fold.
-    Harmonics beyond those that the tables of the laws hold are `UNKNOWN`.
+    Every mesh multiplies motion through it by 1 + E(θ)/E₀, twice, as force and as stiffness: spectra are convolved.
+    Harmonics beyond those in the tables of the laws have the error `UNKNOWN`.
     """
     gears = {gear.name: gear for gear in case.gears}
     spectra = []
@@ -116,8 +140,10 @@ def force_error(case: GearboxCase, laws: Sequence[MeshLaw], fidelity: GearFideli
 
 
 def folded(spectra: Sequence[tuple[Fraction, FloatArray, FloatArray]], highest: float) -> ForceError:
-    """Excitation up to the order `highest` from spectra of meshes: order of the first harmonic, harmonics from 0 on and
-    their errors, over the mean."""
+    """Return the excitation up to the order `highest` from spectra of meshes.
+
+    A spectrum is the order of its first harmonic, its harmonics from 0 on and their errors, over the mean deflection.
+    """
     step = max(float(_common([base for base, _, _ in spectra])), highest / FINEST)
     count = int(np.ceil(highest / step)) + 1
     power, error = np.zeros(2 * count + 1), np.zeros(2 * count + 1)
@@ -138,8 +164,10 @@ def folded(spectra: Sequence[tuple[Fraction, FloatArray, FloatArray]], highest: 
 def _law_spectrum(
     harmonics: FloatArray, teeth: int, mesh_error: float, fidelity: GearFidelity, count: int
 ) -> tuple[FloatArray, FloatArray]:
-    """Harmonics of a body period of `teeth` teeth from order 0, `count` or more, and their errors, over the mean
-    deflection."""
+    """Return harmonics of a body period of `teeth` teeth and their errors, over the mean deflection.
+
+    Both begin at order 0 and hold `count` harmonics or more.
+    """
     held = len(harmonics)
     own = np.pad(harmonics / harmonics[0], (0, max(count - held, 0)))
     number = np.arange(len(own))
@@ -147,7 +175,7 @@ def _law_spectrum(
     side = np.abs(number - nearest)
     meshing = (side == 0) & (number > 0)
     strongest = own[meshing].max(initial=0.0)
-    # a sideband k lines from a mesh harmonic is as strong over it as the blank modulates it
+    # a sideband k lines from a mesh harmonic relates to it by the blank's depth of modulation
     depth = np.zeros(teeth // 2 + 1)
     beside = (nearest > 0) & (side > 0)
     np.maximum.at(depth, side[beside], own[beside])
@@ -173,13 +201,13 @@ def _law_spectrum(
 
 
 def law_error(gear: GearGeometry, fidelity: GearFidelity) -> float:
-    """Error of the mesh harmonics of a transmission error, over the strongest one.  gear: the wheel."""
+    """Return the error of the mesh harmonics of a wheel's transmission error, over the strongest one."""
     overlap = gear.face_width * np.sin(abs(gear.helix_angle)) / (np.pi * gear.normal_module)
     return relative_law_error(gear.face_width / gear.normal_module, overlap, fidelity)
 
 
 def relative_law_error(width: float, overlap: float, fidelity: GearFidelity) -> float:
-    """As `law_error`.  width: of the face over the module.  overlap: ratio b sin β/(π m_n)."""
+    """Return `law_error` of a face width over the module and an overlap ratio b sin β/(π m_n)."""
     parts = (
         LAYER_ERROR * (width / fidelity.width_layers) ** 5,
         SLICE_ERROR * (min(overlap, 1.0) / fidelity.slices) ** 2,  # of every axial pitch
@@ -190,11 +218,11 @@ def relative_law_error(width: float, overlap: float, fidelity: GearFidelity) -> 
 
 
 def _common(orders: Sequence[Fraction]) -> Fraction:
-    """The largest order of which all are whole multiples."""
+    """Return the largest order of which all `orders` are whole multiples."""
     denominator = lcm(*(order.denominator for order in orders))
     return Fraction(gcd(*(int(order * denominator) for order in orders)), denominator)
 
 
 def _folded(one: FloatArray, other: FloatArray) -> FloatArray:
-    """Convolution of two-sided spectra about their middle, without the rounding that falls below zero."""
+    """Convolve two-sided spectra about their middle, without rounding below zero."""
     return np.maximum(fftconvolve(one, other, mode="same"), 0.0)

@@ -1,7 +1,7 @@
-"""What modes that lie at wrong frequencies, and those left out, do to the motion of a housing and to its sound.
+"""Errors of a housing's motion and sound due to wrong natural frequencies and excluded modes.
 
-A housing whose modes lie too high is wrong near resonances and nowhere else: every mode is moved by what its mesh
-leaves open, each by itself, and its share is taken again.
+A housing whose modes lie too high is wrong near resonances only. Every mode is moved, each by itself, within the
+frequency error of its FE mesh, and its share of the motion is computed again.
 """
 
 from __future__ import annotations
@@ -27,35 +27,49 @@ from nvhchain.handoff import (
 from nvhchain.housing.modes.truncation import FREQUENCY_ERROR, RESIDUAL_MASS, truncation_errors
 
 TRUNCATION_SHARE = 3.5
-"""Relative error of the bearing forces for want of higher modes, over that of the faces' motion: seats that stand still
-instead of moving shift the resonances of shafts on bearings.  0.1 to 2 on the single stage with modes up to the band's
-upper limit, up to 8 with modes up to 1.25 of it, 1 with 1.4."""
+"""Relative error of the bearing forces due to excluded modes, over that of the faces' motion.
+
+Seats that stand still instead of moving shift the resonances of shafts on bearings. Measured on the single stage: 0.1
+to 2 with modes up to the band's upper limit, up to 8 with modes up to 1.25 of it, 1 with 1.4.
+"""
 
 SEAT_SHARE = 0.5
-"""Relative error of the force on one bearing over the change of the housing's motion in the mean, besides what moved
-natural frequencies do to it: seats are stiffer, too.  With 0 the band of `draft` holds 98.9 instead of 99.0 % of the
-bearing forces of the cases that are fitted to, and 95.3 instead of 96.8 % of others
-(benchmarks/chain/error_band.py)."""
+"""Relative error of the force on one bearing over the mean change of the housing's motion.
+
+It adds to the effect of moved natural frequencies, because seats are too stiff as well. With 0 instead, the band of
+`draft` holds 98.9 instead of 99.0 % of the bearing forces of the fitted cases, and 95.3 instead of 96.8 % of others
+(benchmarks/chain/error_band.py).
+"""
 
 STANDS_STILL = 4.0
-"""Relative error of motion and bearing forces where the modes left out stand still (no residual flexibility).  The
-single stage is 0.8 to 2.4 dB too low overall with 4 to 18 modes and 12 dB with 2, single harmonics 10 and 41 dB; with
-one mode, 27 dB too low, it is outside."""
+"""Relative error of motion and bearing forces without residual flexibility.
+
+The single stage is 0.8 to 2.4 dB too low overall with 4 to 18 modes and 12 dB with 2, single harmonics 10 and 41 dB.
+With one mode it is 27 dB too low, outside the band.
+"""
 
 APART = 0.7
-"""Share of the errors of single bearing forces that goes another way at every bearing: what their forces move the
-surface by cancels to a quarter (median of the single-stage gearboxes), and such errors do not.  The smallest tenth that
-holds the surface velocity at every line of the cases that are fitted to (benchmarks/chain/error_band.py)."""
+"""Share of the errors of single bearing forces that is independent from bearing to bearing.
+
+The surface motions due to these forces cancel to a quarter (median of the single-stage gearboxes); independent errors
+do not. The value is the smallest tenth that holds the surface velocity at every line of the fitted cases
+(benchmarks/chain/error_band.py).
+"""
 
 
 @dataclass(frozen=True, eq=False)
 class ModalShares:
-    """What a motion is made of.
+    """Shares of a motion or sound: modes, residual, and their changes.
 
-    modes: (n_f, n_place, n_mode) amplitude of each mode's share.  residual: (n_f, n_place).  moved: (n_f, n_mode)
-    relative change of a mode's motion within the error of its frequency.  passed_on: (n_f, n_place) what the change of
-    the bearing forces does.  frequency: (n_f,) Hz.  left_out: (n_f,) relative error of the motion for want of higher
-    modes, as the housing tells; None where it does not know.
+    Parameters
+    ----------
+    modes : (n_f, n_place, n_mode) amplitude of each mode's share.
+    residual : (n_f, n_place) amplitude of the residual's share.
+    moved : (n_f, n_mode) relative change of a mode's motion within the error of its frequency.
+    passed_on : (n_f, n_place) effect of the change of the bearing forces.
+    frequency : (n_f,) frequencies (Hz).
+    left_out : (n_f,) relative error of the motion due to excluded modes, estimated by the housing; None without
+    estimate.
     """
 
     modes: FloatArray
@@ -67,13 +81,13 @@ class ModalShares:
 
     @property
     def size(self) -> FloatArray:
-        """(n_f, n_place) all shares without cancellation."""
+        """Sum (n_f, n_place) of all shares in quadrature, without cancellation."""
         return np.asarray(np.sqrt((self.modes**2).sum(axis=2) + self.residual**2))
 
     def errors(self, case: GearboxCase, fidelity: Fidelity) -> dict[str, FloatArray]:
-        """(n_f, n_place) of modes that are moved, and of those above, of which the residual has the statics.
+        """Return the errors (n_f, n_place) due to moved modes and due to excluded modes.
 
-        Where it was left out more than all of the motion is open.
+        Without a residual flexibility the error exceeds the motion.
         """
         change = np.sqrt(((self.modes * self.moved[:, None, :]) ** 2).sum(axis=2))
         cut = (1.0 + TRUNCATION_SHARE) * self._missed(case, fidelity)
@@ -81,7 +95,7 @@ class ModalShares:
         return {"housing": np.hypot(change, self.passed_on), "modes left out": cut}
 
     def seen_by_forces(self, case: GearboxCase, fidelity: Fidelity) -> dict[str, FloatArray]:
-        """(n_f, 1) relative errors of the bearing forces, from those of the housing's motion at one place."""
+        """Return relative errors (n_f, 1) of the bearing forces, from those of the housing's motion at one place."""
         change = np.sqrt(((self.modes * self.moved[:, None, :]) ** 2).sum(axis=(1, 2)))
         size = np.sqrt((self.size**2).sum(axis=1))
         size = np.where(size > 0, size, 1.0)[:, None]
@@ -90,7 +104,7 @@ class ModalShares:
         return {"housing": SEAT_SHARE * change[:, None] / size, "modes left out": cut}
 
     def _missed(self, case: GearboxCase, fidelity: Fidelity) -> FloatArray:
-        """(n_f, n_place) error of the motion for want of higher modes."""
+        """Return the error (n_f, n_place) of the motion due to excluded modes."""
         if self.left_out is not None:
             return np.asarray(self.left_out[:, None] * self.size)
         top = fidelity.housing.mode_ratio * case.band.high
@@ -100,10 +114,7 @@ class ModalShares:
 def transfer_vectors(
     vectors: TransferVectors, housing: ReducedHousing, lines: FloatArray, fidelity: Fidelity
 ) -> ModalTransferVectors:
-    """Modal transfer vectors at lines (n_f,) Hz, for `of_pressure`.
-
-    Without a warning: the run has said what there is to say of its transfer vectors.
-    """
+    """Return modal transfer vectors at lines (n_f,) Hz, for `of_pressure`, without repeating the run's warnings."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", AccuracyWarning)
         return modal_transfer_vectors(vectors, housing, lines, fidelity=fidelity.acoustics)
@@ -115,7 +126,10 @@ def of_pressure(
     modal: ModalTransferVectors,
     change: ForceSpectrum | None = None,
 ) -> ModalShares:
-    """Pa at the field points, at the lines of the modal transfer vectors.  change: of the forces, at their lines."""
+    """Return shares (Pa) of the pressure at the field points, at the lines of the modal transfer vectors.
+
+    change : change of the forces, at their lines.
+    """
     lines = modal.frequency
     rate, motion = _motion(housing, forces, lines)
     residual = modal.residual.reshape(*modal.residual.shape[:2], rate.shape[1])
@@ -135,7 +149,10 @@ def of_pressure(
 
 
 def of_velocity(housing: ReducedHousing, forces: ForceSpectrum, change: ForceSpectrum | None = None) -> ModalShares:
-    """m/s, root mean square over the surface, in one place.  change: of the forces, at their lines."""
+    """Return shares (m/s) of the root mean square velocity of the surface, as one place.
+
+    change : change of the forces, at their lines.
+    """
     lines = forces.frequency
     rate, motion = _motion(housing, forces, lines)
     share = housing.surface.areas / housing.surface.areas.sum()
@@ -153,7 +170,7 @@ def of_velocity(housing: ReducedHousing, forces: ForceSpectrum, change: ForceSpe
 
 
 def of_bearings(housing: ReducedHousing, forces: ForceSpectrum) -> FloatArray:
-    """(n_f, 1) m/s, root mean square over the surface: what every bearing's force moves it by, in quadrature."""
+    """Return the RMS velocity (n_f, 1) of the surface (m/s): motions by each bearing's force, in quadrature."""
     lines = forces.frequency
     rate = _rate(housing, forces, lines)
     gram = _gram(housing)
@@ -172,7 +189,10 @@ def of_power(
     resistance: RadiationResistance,
     change: ForceSpectrum | None = None,
 ) -> ModalShares:
-    """√W of radiated power, each mode and residual motion by itself.  change: of the forces, at their lines."""
+    """Return shares (√W) of the radiated power, of each mode and each residual motion by itself.
+
+    change : change of the forces, at their lines.
+    """
     lines = forces.frequency
     rate, motion = _motion(housing, forces, lines)
     waves = np.sqrt(0.5 * (np.abs(resistance.waves) ** 2).sum(axis=1))
@@ -198,7 +218,7 @@ def of_power(
 
 
 def _motion(housing: ReducedHousing, forces: ForceSpectrum, lines: FloatArray) -> tuple[ComplexArray, ComplexArray]:
-    """Rates of force (n_f, 3 n_bearing) N/s and modal velocities (n_f, n_mode) at lines of the spectrum."""
+    """Return rates of force (n_f, 3 n_bearing) N/s and modal velocities (n_f, n_mode) at lines of the spectrum."""
     rate = _rate(housing, forces, lines)
     return rate, _modal_velocity(housing, rate, lines)
 
@@ -218,19 +238,19 @@ def _left_out(housing: ReducedHousing, lines: FloatArray) -> FloatArray | None:
 
 
 def _gram(housing: ReducedHousing) -> FloatArray:
-    """(n, n) mean over the surface of products of normal motions: modes, then residual motions under unit forces."""
+    """Return means (n, n) over the surface of products of normal motions: modes, then motions under unit forces."""
     shapes = np.vstack([housing.normal_shapes, housing.face_residual.reshape(3 * len(housing.names), -1)])
     return np.asarray((shapes * (housing.surface.areas / housing.surface.areas.sum())) @ shapes.T)
 
 
 def _surface_motion(housing: ReducedHousing, forces: ForceSpectrum, lines: FloatArray) -> FloatArray:
-    """(n_f, 1) m/s, root mean square over the surface."""
+    """Return the root mean square velocity (n_f, 1) of the surface (m/s)."""
     parts = np.hstack(_motion(housing, forces, lines)[::-1])
     return np.asarray(np.sqrt(np.maximum(((parts.conj() @ _gram(housing)) * parts).sum(axis=1, keepdims=True).real, 0)))
 
 
 def lowered(housing: ReducedHousing) -> ReducedHousing | None:
-    """The housing with every natural frequency lower by what its mesh leaves open; None where it does not tell."""
+    """Return the housing with natural frequencies lowered by their estimated errors; None without an estimate."""
     if FREQUENCY_ERROR not in housing.provenance:
         return None
     lower = housing.natural_frequency * (1.0 - np.array(housing.provenance[FREQUENCY_ERROR]))
@@ -239,9 +259,9 @@ def lowered(housing: ReducedHousing) -> ReducedHousing | None:
 
 
 def _moved(housing: ReducedHousing, lines: FloatArray) -> FloatArray:
-    """(n_f, n_mode) relative change of a mode's motion within the error of its frequency, which is too high.
+    """Return the relative change (n_f, n_mode) of a mode's motion if its frequency is lowered by its error.
 
-    A housing from elsewhere does not tell of its mesh, which is not judged.
+    It is zero for a housing without an estimate, such as an imported one.
     """
     here, moved = housing.receptance(lines), lowered(housing)
     return np.zeros(here.shape) if moved is None else np.abs(moved.receptance(lines) / here - 1.0)

@@ -1,4 +1,4 @@
-"""Error bands of what a run answers, from the hand-offs it made; what it was given counts as exact."""
+"""Error bands of the results of a run, from its hand-offs; supplied hand-offs count as exact."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from nvhchain.handoff import (
 
 
 class Run(Protocol):
-    """Hand-offs that a run computed or was supplied with (`supplied`: by name), None where the case needs none."""
+    """Hand-offs that a run computed or was supplied with; None if the case needs none."""
 
     @property
     def case(self) -> Case: ...
@@ -57,7 +57,7 @@ class Run(Protocol):
 
 
 def forces_band(run: Run) -> ErrorBand | RunUpBand:
-    """Of the bearing forces, at lines or over the speed."""
+    """Return the error band of the bearing forces, at lines or over the speed."""
     assert isinstance(run.case, GearboxCase)
     if run.force_spectrum is not None:
         return force_band(run.case, run.fidelity, run.force_spectrum, housing=_made_housing(run), **_laws(run))
@@ -66,7 +66,7 @@ def forces_band(run: Run) -> ErrorBand | RunUpBand:
 
 
 def surface_band(run: Run) -> ErrorBand:
-    """Of the surface velocity."""
+    """Return the error band of the surface velocity."""
     assert run.surface_velocity is not None
     return velocity_band(
         run.case,
@@ -79,7 +79,7 @@ def surface_band(run: Run) -> ErrorBand:
 
 
 def pressure_band(run: Run) -> ErrorBand | RunUpBand:
-    """Of the sound pressure, at lines or over the speed."""
+    """Return the error band of the sound pressure, at lines or over the speed."""
     if run.pressure_history is not None:
         assert isinstance(run.case, GearboxCase)
         assert run.bearing_forces is not None
@@ -110,7 +110,7 @@ def pressure_band(run: Run) -> ErrorBand | RunUpBand:
 
 
 def sound_power_band(run: Run) -> ErrorBand:
-    """Of the sound power."""
+    """Return the error band of the sound power."""
     assert run.sound_power is not None
     return power_band(
         run.case,
@@ -135,7 +135,7 @@ class _Laws(TypedDict):
 
 
 def _laws(run: Run) -> _Laws:
-    """That the forces were made from; none where they were given."""
+    """Return the mesh laws that the forces were made from; none for supplied forces."""
     given = not {"bearing_forces", "force_spectrum"}.isdisjoint(run.supplied)
     return {"mesh_laws": () if given else run.mesh_laws, "laws_are_exact": "mesh_laws" in run.supplied}
 
@@ -148,4 +148,4 @@ BANDS: Mapping[str, Callable[[Run], ErrorBand | RunUpBand]] = MappingProxyType(
         "sound_power": sound_power_band,
     }
 )
-"""Quantity of a case → its band."""
+"""Quantity of a case → function that returns its band."""

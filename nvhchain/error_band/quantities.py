@@ -1,4 +1,4 @@
-"""Error bands of what a steady run answers: the sources of every stage that the quantity has passed."""
+"""Error bands of the results of a steady run, from the sources of every step before them."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from nvhchain.handoff import (
 )
 
 MASTER_MARGIN = 3.0
-"""Between the estimated error of interpolation and the true one, at most in nine of ten cases."""
+"""Largest ratio of true to estimated interpolation error in nine of ten cases."""
 
 
 def error_band(
@@ -45,12 +45,41 @@ def error_band(
     mesh_laws: Sequence[MeshLaw] = (),
     laws_are_exact: bool = False,
 ) -> ErrorBand:
-    """Error band of `pressure` at its lines.
+    """Return the error band of a sound pressure at its lines.
 
-    What is not handed in was given to the run, or does not exist: it is taken as exact (`mesh_laws` without which the
-    forces were given; `housing` and `force_spectrum` without which the velocity was).  laws_are_exact: `mesh_laws` were
-    given to the run, which made the forces.
-    Raises InputError where pressure and velocity have other lines.
+    Parameters
+    ----------
+    case : Case
+        Case of the run.
+    fidelity : Fidelity
+        Fidelity of the run.
+    pressure : FieldPressure
+        Pressure at the field points.
+    velocity : SurfaceVelocity
+        Surface velocity that the pressure was computed from.
+    transfer_vectors : TransferVectors, optional
+        Transfer vectors of the pressure.
+    housing : ReducedHousing, optional
+        Housing that the velocity was computed with.
+    force_spectrum : ForceSpectrum, optional
+        Bearing forces that the velocity was computed from.
+    mesh_laws : sequence of MeshLaw, optional
+        Laws that the forces were computed from.
+    laws_are_exact : bool
+        True if `mesh_laws` were supplied to the run.
+
+    Returns
+    -------
+    ErrorBand
+        Limits at the field points.
+
+    Raises
+    ------
+    InputError
+        If pressure and velocity have different lines.
+
+    Notes ----- An omitted hand-off counts as exact, as it was supplied to the run or does not exist. Omit `mesh_laws`
+    if the forces were supplied; omit `housing` and `force_spectrum` if the velocity was supplied.
     """
     lines, size = pressure.frequency, np.abs(pressure.pressure)
     require(
@@ -85,14 +114,31 @@ def force_band(
     width: FloatArray | float = 0.0,
     change: ForceChange | None = None,
 ) -> ErrorBand:
-    """Error band of the bearing forces, N: every bearing's resultant amplitude √(Σ|F_i|²), (n_f, n_bearing).
+    """Return the error band of the bearing forces: every bearing's resultant amplitude √(Σ|F_i|²).
 
-    width: orders of the input on either side of a line of which something is in it, as where the speed changes.
-    change: `force_change` where it is known already.
+    Parameters
+    ----------
+    case : GearboxCase
+        Case of the run.
+    fidelity : Fidelity
+        Fidelity of the run.
+    force_spectrum : ForceSpectrum
+        Bearing forces (N).
+    housing, mesh_laws, laws_are_exact
+        As in `error_band`.
+    width : float or (n_f,) array
+        Width of a line on either side (orders of the input), for a changing speed.
+    change : ForceChange, optional
+        `force_change`, if already computed.
+
+    Returns
+    -------
+    ErrorBand
+        Limits (n_f, n_bearing), dB re 1 µN.
     """
     lines, speed = force_spectrum.frequency, force_spectrum.input_speed
     size = np.sqrt((np.abs(force_spectrum.force) ** 2).sum(axis=2))
-    # a bearing that a line hardly loads is as wrong as the others: what they take passes it by
+    # a bearing with little load at a line has an error as large as the others', whose forces cancel there
     scale = np.maximum(size, np.sqrt((size**2).mean(axis=1, keepdims=True)))
     sources = force_sources(case, fidelity, mesh_laws, laws_are_exact, lines, speed, scale, width)
     if housing is not None and mesh_laws:
@@ -113,7 +159,24 @@ def velocity_band(
     mesh_laws: Sequence[MeshLaw] = (),
     laws_are_exact: bool = False,
 ) -> ErrorBand:
-    """Error band of the surface velocity, m/s: its root mean square over the surface, (n_f, 1)."""
+    """Return the error band of the surface velocity: its root mean square over the surface.
+
+    Parameters
+    ----------
+    case : Case
+        Case of the run.
+    fidelity : Fidelity
+        Fidelity of the run.
+    velocity : SurfaceVelocity
+        Surface velocity (m/s).
+    housing, force_spectrum, mesh_laws, laws_are_exact
+        As in `error_band`.
+
+    Returns
+    -------
+    ErrorBand
+        Limits (n_f, 1), dB re 1 nm/s.
+    """
     share = velocity.surface.areas / velocity.surface.areas.sum()
     size = np.sqrt(np.abs(velocity.normal_velocity) ** 2 @ share)[:, None]
     sources = dict[str, FloatArray]()
@@ -145,10 +208,29 @@ def power_band(
     laws_are_exact: bool = False,
     surface: Surface | None = None,
 ) -> ErrorBand:
-    """Error band of the sound power, as that of a pressure of the same level, Pa: (n_f, 1), re 1 pW.
+    """Return the error band of the sound power, as that of a pressure of the same level.
 
-    Either `velocity` or `radiation_resistance` is what the power was found from.  surface: that radiates, where neither
-    `velocity` nor `housing` says it.
+    Parameters
+    ----------
+    case : Case
+        Case of the run.
+    fidelity : Fidelity
+        Fidelity of the run.
+    power : SoundPower
+        Sound power.
+    velocity : SurfaceVelocity, optional
+        Surface velocity that the power was computed from.
+    radiation_resistance : RadiationResistance, optional
+        Radiation resistance that the power was computed from, instead of `velocity`.
+    housing, force_spectrum, mesh_laws, laws_are_exact
+        As in `error_band`.
+    surface : Surface, optional
+        Radiating surface; needed if neither `velocity` nor `housing` holds it.
+
+    Returns
+    -------
+    ErrorBand
+        Limits (n_f, 1); 0 dB is 1 pW.
     """
     lines = power.frequency
     scale_of_level = np.sqrt(2.0 / REFERENCE_POWER) * REFERENCE_PRESSURE
@@ -184,9 +266,10 @@ def force_sources(
     size: FloatArray,
     width: FloatArray | float = 0.0,
 ) -> dict[str, FloatArray]:
-    """Relative errors (n_f, n_place) of what bearing forces do at `lines`, where they were made from mesh laws.
+    """Return relative errors (n_f, n_place) at `lines` due to bearing forces that were made from mesh laws.
 
-    size: (n_f, n_place) of what they do.  width: as of `force_band`.
+    size : (n_f, n_place) amplitude that the forces cause.
+    width : as in `force_band`.
     """
     if not isinstance(case, GearboxCase) or not laws:
         return {}
@@ -203,15 +286,15 @@ def force_sources(
 
 
 def _at(spectrum: ForceSpectrum, lines: FloatArray) -> ForceSpectrum:
-    """The forces at those of their lines that move something."""
+    """Return the forces at those of their lines that move something."""
     return spectrum.replace(frequency=lines, force=spectrum.force[np.searchsorted(spectrum.frequency, lines)])
 
 
 def step_error(frequency: FloatArray, step: float) -> FloatArray:
-    """(n_f, 1): forces that are constant over a step lose (ωh)²/24 of their amplitude, their phase as much again."""
+    """Return relative errors (n_f, 1) of forces that are constant over a step: (ωh)²/24 each in amplitude and phase."""
     return np.asarray(((2 * np.pi * frequency * step) ** 2 / 12.0)[:, None])
 
 
 def times(sources: Mapping[str, FloatArray], size: FloatArray | float) -> dict[str, FloatArray]:
-    """Relative errors as amplitudes."""
+    """Return relative errors as amplitudes."""
     return {name: np.asarray(source * size) for name, source in sources.items()}

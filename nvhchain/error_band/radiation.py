@@ -1,4 +1,4 @@
-"""What the surface mesh, or a cheaper level of radiation, leaves open of the sound of a motion."""
+"""Error of radiated sound due to the surface mesh or a cheaper radiation level."""
 
 from __future__ import annotations
 
@@ -16,17 +16,20 @@ from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import FloatArray, Surface
 
 QUADRATURE_MARGIN = 8.0
-"""Relative error of a sound field over the quadrature error of a constant pressure on the surface, at most: two to
-eight (docs/measured/acoustics/quadrature.md)."""
+"""Largest relative error of a sound field over the quadrature error of a constant pressure on the surface.
+
+Measured: two to eight (docs/measured/acoustics/quadrature.md).
+"""
 
 
 def radiation_error(
     surface: Surface, lines: FloatArray, case: Case, fidelity: AcousticsFidelity, told: dict[str, Any]
 ) -> dict[str, FloatArray]:
-    """Name of the source and its relative error (n_f, 1) at `lines` (n_f,) Hz.
+    """Return source → relative error (n_f, 1) at `lines` (n_f,) Hz.
 
-    Boundary elements: at the upper frequency, as a result says of itself (`told`, its provenance), of the nearest point
-    too; the error of their shape is left at the lowest.  Cheaper levels: of single points and motions, at every line.
+    Boundary elements: the expected error in the provenance of a result (`told`), at the upper frequency, the nearest
+    point included. At the lowest frequency the error of the body's shape remains. Cheaper levels: the errors of single
+    points and motions, at every line.
     """
     if fidelity.radiation != "boundary_elements":
         return {"radiation": relative(level_error(surface, lines, case.air, fidelity.radiation))[:, None]}
@@ -40,9 +43,9 @@ def radiation_error(
 
 
 def level_error(surface: Surface, lines: FloatArray, air: Air, radiation: str) -> FloatArray:
-    """(n_f,) dB, RMS, of the levels at single points and of single motions that a cheaper level gives at `lines` (Hz).
+    """Return the RMS error (n_f,), dB, of a cheaper radiation level at single points and motions, at `lines` (Hz).
 
-    Over the wavenumber times half size of the body.
+    It depends on the wavenumber times half the size of the body.
     """
     half_size = 0.5 * float(np.linalg.norm(np.ptp(surface.vertices, axis=0))) / np.sqrt(3.0)
     ka = 2 * np.pi * np.maximum(lines, 1e-300) / air.speed_of_sound * half_size
@@ -50,5 +53,5 @@ def level_error(surface: Surface, lines: FloatArray, air: Air, radiation: str) -
 
 
 def relative(decibel: FloatArray | float) -> FloatArray:
-    """Error of an amplitude, relative, that is so many dB."""
+    """Return the relative error of an amplitude from an error in dB."""
     return np.asarray(10 ** (np.asarray(decibel) / 20) - 1.0)

@@ -1,7 +1,7 @@
-"""How bearing forces change where the housing gives way more than its mesh lets it.
+"""Change of bearing forces with a housing that is softer than its FE mesh.
 
-Shafts on bearings and seats resonate far below the housing's own modes; such a resonance falls with them, and the
-forces beside it change by more than any single mode would tell.
+Shafts on bearings and seats resonate far below the housing's own modes. Such a resonance falls with these modes. The
+forces near it then change by more than any single mode indicates.
 """
 
 from __future__ import annotations
@@ -20,15 +20,21 @@ from nvhchain.handoff import ComplexArray, ForceSpectrum, MeshLaw, ReducedHousin
 
 @dataclass(frozen=True, eq=False)
 class ForceChange:
-    """away: (n_f, 3 n_bearing, n_mesh) N on the bearings per N between flanks, in the order of `names`.  flanks: (n_f,
-    n_mesh, 3 n_bearing) what acts between the flanks per force on the bearings."""
+    """Change of bearing forces from matrices in the order of `names`.
+
+    Parameters
+    ----------
+    away : (n_f, 3 n_bearing, n_mesh) force on the bearings per force between flanks (N/N).
+    flanks : (n_f, n_mesh, 3 n_bearing) force between the flanks per force on the bearings (N/N).
+    names : names of the bearings.
+    """
 
     away: ComplexArray
     flanks: ComplexArray
     names: tuple[str, ...]
 
     def of(self, forces: ForceSpectrum) -> ForceSpectrum:
-        """N, at the lines that it was made for."""
+        """Return the change of forces (N), at the lines that it was made for."""
         moved = self.away @ (self.flanks @ forces.in_order(self.names)[..., None])
         return forces.replace(force=moved.reshape(len(moved), -1, 3), names=self.names)
 
@@ -40,11 +46,11 @@ def force_change(
     mesh_laws: Sequence[MeshLaw],
     forces: ForceSpectrum,
 ) -> ForceChange:
-    """Of bearing forces at the lines and speed of `forces`, where every mode lies lower by what its mesh leaves open.
+    """Return the change of bearing forces if every mode is lowered by the estimated error of its frequency.
 
-    What acts between the flanks stays: its amplitudes are those that give the forces (least squares) in the gearbox
-    linearised at its mean load, which passes them on otherwise.  Nothing changes where the forces were not made from
-    `mesh_laws`, or the housing does not tell of its mesh.
+    The forces between the flanks stay. They are found from the bearing forces by least squares, in the gearbox
+    linearised at its mean load. The lowered housing transmits them to the bearings in another way. The change is zero
+    without `mesh_laws`, with a rigid housing, and for a housing without an estimate.
     """
     lines = forces.frequency
     gearbox, moved = case.gearbox_with_gears, lowered(housing)

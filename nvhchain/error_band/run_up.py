@@ -29,21 +29,29 @@ from nvhchain.housing import respond
 from nvhchain.spectrum import amplitude_spectrum
 
 INSTANTS = 20
-"""Equal parts into which a run-up is divided, or fewer where it is short."""
+"""Number of equal parts of a run-up; a short record has fewer."""
 
 LINES = 800
-"""Most lines in the band at which a part is judged, from a window in its middle that is no longer than they need."""
+"""Largest number of lines in the band of one part. Its window in the middle of the part is no longer than needed."""
 
 MAIN_LOBE = 2.0
-"""Lines on either side of a wave's own over which a Hann window spreads it."""
+"""Lines on either side of a wave's own line over which a Hann window spreads it."""
 
 
 @dataclass(frozen=True, eq=False)
 class RunUpBand:
-    """Limits of the level over the speed.
+    """Confidence limits of the level over the speed.
 
-    input_speed: (n,) rad/s, mean of each part.  over_speed: (n, n_place) dB(A) of the parts, or dB.
-    limits: (n, n_place, 2) in the same.  bands: of the lines of a window in the middle of every part.
+    Parameters
+    ----------
+    input_speed : (n,) array
+        Mean speed of each part (rad/s).
+    over_speed : (n, n_place) array
+        Levels of the parts, dB(A) or dB.
+    limits : (n, n_place, 2) array
+        Limits of the levels, in the same unit.
+    bands : tuple of ErrorBand
+        Band of the lines of a window in the middle of every part.
     """
 
     input_speed: FloatArray
@@ -53,17 +61,17 @@ class RunUpBand:
 
     @property
     def level(self) -> FloatArray:
-        """(n_place,) of the whole record; its parts last alike."""
+        """Levels (n_place,) of the whole record; its parts last equally long."""
         return _mean_energy(self.over_speed)
 
     @property
     def overall(self) -> FloatArray:
-        """(n_place, 2): limits of the level of the whole record, where all parts are at theirs."""
+        """Limits (n_place, 2) of the level of the whole record, with all parts at theirs."""
         return _mean_energy(self.limits)
 
 
 def _mean_energy(level: FloatArray) -> FloatArray:
-    """dB over axis 0, of which -inf is no lower limit."""
+    """Return the mean of levels (dB) over axis 0 by energy; −inf is no lower limit."""
     loudest = level.max(axis=0)
     highest = np.where(np.isfinite(loudest), loudest, 0.0)  # whose energy need not be a number, as that of silence
     with np.errstate(divide="ignore"):
@@ -72,7 +80,7 @@ def _mean_energy(level: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class _Instant:
-    """spectrum: of a window, at lines of the band.  width: (n_f,) orders that the input's speed sweeps at each."""
+    """Spectrum of a window at lines of the band, and the orders (n_f,) that the input's speed sweeps at each line."""
 
     spectrum: ForceSpectrum
     width: FloatArray
@@ -87,9 +95,28 @@ def run_up_force_band(
     mesh_laws: Sequence[MeshLaw] = (),
     laws_are_exact: bool = False,
 ) -> RunUpBand:
-    """Error band of the bearing forces, level (dB re 1 µN) of every bearing's resultant in the band of the case.
+    """Return the error band of the bearing forces: the level of every bearing's resultant in the band of the case.
 
-    Raises InputError for a record that is too short for the band.
+    Parameters
+    ----------
+    case : GearboxCase
+        Case of the run.
+    fidelity : Fidelity
+        Fidelity of the run.
+    bearing_forces : BearingForces
+        Record of the bearing forces.
+    housing, mesh_laws, laws_are_exact
+        As in `error_band`.
+
+    Returns
+    -------
+    RunUpBand
+        Limits (n, n_bearing, 2), dB re 1 µN.
+
+    Raises
+    ------
+    InputError
+        If the record is too short for the band.
     """
     instants = list(_instants(case, bearing_forces))
     change = None if housing is None else force_change(case, fidelity, housing, mesh_laws, _middle(instants))
@@ -115,10 +142,40 @@ def run_up_band(
     mesh_laws: Sequence[MeshLaw] = (),
     laws_are_exact: bool = False,
 ) -> RunUpBand:
-    """Error band of the sound pressure of a run-up, from the sources of a steady run at the lines of each instant.
+    """Return the error band of the sound pressure of a run-up.
 
-    mesh_laws, laws_are_exact: as for `error_band`.  housing_is_exact: it was given to the run.
-    Raises InputError for a record that is too short for the band.
+    Parameters
+    ----------
+    case : GearboxCase
+        Case of the run.
+    fidelity : Fidelity
+        Fidelity of the run.
+    history : PressureHistory
+        Sound pressure over time.
+    bearing_forces : BearingForces
+        Record that the pressure was computed from.
+    transfer_vectors : TransferVectors
+        Transfer vectors of the pressure.
+    housing : ReducedHousing
+        Housing of the run.
+    housing_is_exact : bool
+        True if the housing was supplied to the run.
+    mesh_laws, laws_are_exact
+        As in `error_band`.
+
+    Returns
+    -------
+    RunUpBand
+        Limits (n, n_point, 2), dB(A).
+
+    Raises
+    ------
+    InputError
+        If the record is too short for the band.
+
+    Notes
+    -----
+    The sources are those of a steady run at the lines of each instant.
     """
     instants = list(_instants(case, bearing_forces))
     lines = instants[0].spectrum.frequency
@@ -147,12 +204,12 @@ def run_up_band(
 
 
 def _middle(instants: Sequence[_Instant]) -> ForceSpectrum:
-    """Of the instant that stands for all where gyroscopic terms ask for a speed."""
+    """Return the spectrum of the middle instant; it stands for all where gyroscopic terms need one speed."""
     return instants[len(instants) // 2].spectrum
 
 
 def _instants(case: GearboxCase, forces: BearingForces) -> Iterator[_Instant]:
-    """The middle of every part."""
+    """Yield the middle of every part."""
     low, high, rate = case.band.low, case.band.high, forces.sample_rate
     instants = _count(case, forces)
     parts = [range(part[0], part[-1] + 1) for part in np.array_split(np.arange(len(forces.time)), instants)]
@@ -172,21 +229,24 @@ def _instants(case: GearboxCase, forces: BearingForces) -> Iterator[_Instant]:
 
 
 def _count(case: GearboxCase, forces: BearingForces) -> int:
-    """Parts of the record: `INSTANTS`, or as many as leave each what the band takes."""
+    """Return the number of parts: `INSTANTS`, or fewer so that each is long enough for the band."""
     duration = len(forces.time) / forces.sample_rate
     case.band.check_record(duration)
     return min(INSTANTS, max(1, int(duration / case.band.shortest_record)))
 
 
 def _speeds(case: GearboxCase, forces: BearingForces) -> FloatArray:
-    """(n,) rad/s, mean of every part."""
+    """Return the mean speed (n,) of every part (rad/s)."""
     return np.array([part.mean() for part in np.array_split(forces.input_speed, _count(case, forces))])
 
 
 def _interpolation(
     vectors: TransferVectors, housing: ReducedHousing, spectrum: ForceSpectrum, fidelity: Fidelity
 ) -> dict[str, FloatArray]:
-    """Error (n_f, n_point) Pa of interpolation between masters where these forces act; none at lines without force."""
+    """Return the error (n_f, n_point) Pa of interpolation between master frequencies under these forces.
+
+    It is zero at lines without force.
+    """
     if len(vectors.frequency) < 3:
         return {}
     velocity = respond(housing, spectrum)
@@ -195,7 +255,7 @@ def _interpolation(
 
 
 def _at_lines(lines: FloatArray, loaded: FloatArray, values: FloatArray) -> FloatArray:
-    """Values (n_f, n_place) at all lines from those at the `loaded` ones: zero where no force acts."""
+    """Return values (n_f, n_place) at all lines from those at the `loaded` ones; zero where no force acts."""
     everywhere = np.zeros((len(lines), values.shape[1]))
     everywhere[np.searchsorted(lines, loaded)] = values
     return everywhere

@@ -73,7 +73,10 @@ class Scene:
 
     @property
     def steps(self) -> tuple[Step[Any], ...]:
-        """Steps that this run computes, in their order: needed by a quantity of the case and not supplied."""
+        """Steps that this run computes, in their order: needed by a quantity of the case and not supplied.
+
+        A cheap step that takes supplied hand-offs alone comes first: what does not fit is refused before long work.
+        """
         needed: set[Step[Any]] = set()
 
         def need(step: Step[Any]) -> None:
@@ -85,7 +88,14 @@ class Scene:
         answers = _RUN_UP_ANSWERS if self.case.running_up else _ANSWERS
         for quantity in self.case.quantities:
             need(answers[quantity])
-        return tuple(step for step in STEPS if step in needed)
+        return tuple(
+            sorted((step for step in STEPS if step in needed), key=lambda step: not self._takes_supplied(step))
+        )
+
+    def _takes_supplied(self, step: Step[Any]) -> bool:
+        """Return True for a step without knobs whose inputs are all supplied."""
+        inputs = step.needs(self)
+        return step.knobs is None and bool(inputs) and all(other.name in self.supplied for other in inputs)
 
     def knobs(self, step: Step[Any]) -> Knobs | None:
         """The part of the fidelity that a step takes."""

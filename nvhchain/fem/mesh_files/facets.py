@@ -33,7 +33,9 @@ def read_stl(data: bytes) -> MeshFile:
             f"it does not begin with 'solid', and its {len(data)} bytes are not the {_HEAD + 4 + _FACET * count} of "
             f"the {count} triangles that a binary file announces: it is cut off or damaged"
         )
-    return MeshFile(corners.astype(float), [("triangle", np.arange(len(corners)).reshape(-1, 3))])
+    with np.errstate(invalid="ignore"):  # numbers that are none are refused with their place
+        points = corners.astype(float)
+    return MeshFile(points, [("triangle", np.arange(len(corners)).reshape(-1, 3))])
 
 
 def _text_corners(data: bytes) -> np.ndarray:

@@ -5,11 +5,18 @@ Input errors name value, limit and remedy.
 
 from __future__ import annotations
 
+import unicodedata
 from numbers import Real
 
 
 class InputError(ValueError):
-    """Unusable input; the message names the value, the limit and the remedy."""
+    """Unusable input; the message names the value, the limit and the remedy.
+
+    Text that it quotes from a file is printable.
+    """
+
+    def __str__(self) -> str:
+        return printable(super().__str__())
 
 
 class FileFormatError(InputError):
@@ -42,6 +49,17 @@ class SolverError(RuntimeError):
 
 class AccuracyWarning(UserWarning):
     """Result less accurate than its fidelity asks for; the message states by how much, and the remedy."""
+
+
+def printable(text: str) -> str:
+    """Return the text with characters that move a cursor or turn the reading escaped; line ends and tabs stay."""
+    if text.isprintable():
+        return text
+    return "".join(letter if _shown(letter) else letter.encode("unicode_escape").decode() for letter in text)
+
+
+def _shown(letter: str) -> bool:
+    return letter.isprintable() or letter in "\n\t" or unicodedata.category(letter) == "Zs"
 
 
 def require(condition: bool, message: str) -> None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import unicodedata
 from collections.abc import Iterable
 
+from nvhchain.errors import printable as printable
 from nvhchain.errors import require
 
 LONGEST = 80
@@ -89,20 +90,6 @@ def check_text(text: str, what: str) -> None:
         printable(text) == text and not set("\n\t") & set(text),
         f"{what} = {_quoted(text)} holds control characters: remove them",
     )
-
-
-def printable(text: str) -> str:
-    """The text with control characters, and all else that moves a cursor or turns the reading, as their escapes.
-
-    Line ends and tabs stay.
-    """
-    if text.isprintable():
-        return text
-    return "".join(letter if _shown(letter) else letter.encode("unicode_escape").decode() for letter in text)
-
-
-def _shown(letter: str) -> bool:
-    return letter.isprintable() or letter in "\n\t" or unicodedata.category(letter) == "Zs"
 
 
 def _allowed(letter: str) -> bool:

@@ -65,8 +65,8 @@ class Started:
         found = []
         for process in psutil.process_iter():
             try:
-                inside = process.pid != self.pid and os.getsid(process.pid) == self.pid
-                if inside and process.status() != psutil.STATUS_ZOMBIE:
+                ours = process.pid != self.pid and os.getsid(process.pid) == self.pid
+                if ours and process.status() != psutil.STATUS_ZOMBIE:
                     found.append(process)
             except (OSError, psutil.Error):
                 continue

@@ -118,6 +118,20 @@ def test_a_damaged_piece_is_computed_again_in_the_same_bits(
     assert caplog.text == ""
 
 
+def test_a_piece_copied_over_another_one_is_computed_again(make_gearbox, make_laws, tmp_path, monkeypatch, caplog):
+    """Both are whole, and of this run."""
+    gearbox, laws = make_gearbox(), make_laws()
+    monkeypatch.setattr(speed_ramp, "BLOCK", 256)
+    monkeypatch.setattr(recording, "PIECE", 512)
+    given = ramp(duration=0.1) | {"fidelity": DynamicsFidelity(2e-5), "folder": tmp_path}
+    made = record_run_up(gearbox, laws, None, **given)
+    before = [piece.content_hash for piece in made.pieces()]
+    made.paths[1].write_bytes(made.paths[0].read_bytes())
+    again = record_run_up(gearbox, laws, None, **given)
+    assert "forces-00001.h5 missing or damaged, computed again" in caplog.text
+    assert [piece.content_hash for piece in again.pieces()] == before
+
+
 def test_pieces_without_their_standing_are_taken_for_another_run_unless_they_are_of_this(
     make_gearbox, make_laws, tmp_path
 ):

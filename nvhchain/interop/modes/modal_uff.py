@@ -79,7 +79,7 @@ def read_modal_uff(path: str | Path, *, units: str | None = None) -> ModalModel:
                 groups.update(_groups(lines))
             elif kind in (55, 2414):
                 modes += _mode(kind, lines, others)
-    except (ValueError, IndexError, UnicodeDecodeError) as error:
+    except (ValueError, IndexError, ArithmeticError) as error:
         if isinstance(error, InputError):
             raise
         raise FileFormatError(f"{path}: not a universal file: {error}") from None

@@ -47,6 +47,14 @@ class Parts:
 
     def model(self, length: float) -> SolidModel:
         """The model in SI.  length: m per unit of the file.  Raises InputError for what refers to nothing."""
+        try:
+            return self._model(length)
+        except OverflowError:
+            raise FileFormatError(
+                f"{self.source}: labels reach beyond {2**63 - 1}: number nodes and elements anew"
+            ) from None
+
+    def _model(self, length: float) -> SolidModel:
         require(len(self.nodes) > 0, f"{self.source}: no nodes")
         require(len(self.elements) > 0, f"{self.source}: no solid elements (tetrahedra, wedges or bricks)")
         labels = np.array(sorted(self.nodes), dtype=np.int64)

@@ -1,0 +1,129 @@
+"""Killed commands: what they leave goes, and what they had begun is right in the end (small part of `make kills`)."""
+
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import psutil
+import pytest
+
+from nvhchain.files.alone import remove_left
+from nvhchain.files.whole import write_whole
+from nvhchain.runtime import processes
+
+ROOT = Path(__file__).parents[2]
+
+WRITER = """
+import sys, time
+from pathlib import Path
+from nvhchain.files.whole import write_whole
+def pieces():
+    yield b"half"
+    print("begun", flush=True)
+    time.sleep(600)
+write_whole(Path(sys.argv[1]), pieces())
+"""
+
+
+@pytest.fixture
+def writer(tmp_path):
+    """A process that is writing a file."""
+    command = [sys.executable, "-c", WRITER, str(tmp_path / "a")]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout.readline() == "begun\n"
+        yield process
+        process.kill()
+
+
+def test_unfinished_files_of_killed_processes_go_with_the_next_one_that_is_written(writer, tmp_path):
+    write_whole(tmp_path / "b", b"whole")
+    assert len(list(tmp_path.glob(".nvhchain-*.part"))) == 1  # its writer is alive
+    writer.kill()
+    writer.wait()
+    write_whole(tmp_path / "b", b"whole again")
+    assert [path.name for path in tmp_path.iterdir()] == ["b"]
+
+
+def test_a_lock_that_nobody_holds_is_removed(tmp_path):
+    (tmp_path / "stale.lock").touch()
+    (tmp_path / "other").touch()
+    remove_left(tmp_path, "*.lock")
+    assert [path.name for path in tmp_path.iterdir()] == ["other"]
+
+
+CALLER = """
+from nvhchain.runtime import processes
+processes.{call}
+"""
+CALLS = {
+    "run": "run_python('-c', 'import time; time.sleep(600)', seconds=600.0)",
+    "exchange": "exchange('-c', 'while True: pass', content=b'', seconds=600.0)",
+    "start": "start_python('-c', 'import time; time.sleep(600)').wait()",
+}
+
+
+@pytest.mark.parametrize("call", CALLS)
+def test_children_end_with_a_caller_that_is_killed(call):
+    caller = subprocess.Popen([sys.executable, "-c", CALLER.format(call=CALLS[call])])
+    end = time.monotonic() + 60
+    while not (children := psutil.Process(caller.pid).children()) and time.monotonic() < end:
+        time.sleep(0.02)
+    time.sleep(0.5)  # it has begun
+    caller.kill()
+    caller.wait()
+    assert children
+    assert psutil.wait_procs(children, timeout=10)[1] == []
+
+
+def test_a_child_has_the_arguments_and_the_name_that_python_gives(tmp_path):
+    script = tmp_path / "script.py"
+    script.write_text("import sys; print(__name__, sys.argv)")
+    by_path = processes.run_python(str(script), "a", seconds=60.0)
+    assert by_path.stdout == f"__main__ ['{script}', 'a']\n"
+    by_code = processes.run_python("-c", script.read_text(), "a", seconds=60.0)
+    assert by_code.stdout == "__main__ ['-c', 'a']\n"
+
+
+DELETED = """
+import os, signal, time
+from nvhchain.cli.termination import termination_interrupts
+class Deleted:
+    def __del__(self):
+        os.kill(os.getpid(), signal.{name})
+        time.sleep(0.01)
+try:
+    with termination_interrupts():
+        Deleted()
+        end = time.monotonic() + 30
+        while time.monotonic() < end:
+            sum(range(100))
+except KeyboardInterrupt as error:
+    print(type(error).__name__)
+"""
+
+
+@pytest.mark.parametrize(("name", "raised"), [("SIGINT", "KeyboardInterrupt"), ("SIGTERM", "Terminated")])
+def test_an_interruption_while_an_object_is_deleted_is_not_lost(name, raised):
+    done = subprocess.run([sys.executable, "-c", DELETED.format(name=name)], capture_output=True, text=True)
+    assert (done.stdout, done.stderr) == (f"{raised}\n", "")
+
+
+def test_spheres_survive_random_signals(tmp_path):
+    """In a process of its own, as it is copied for every command."""
+    script = """
+import sys
+from pathlib import Path
+from benchmarks.hostile.kills import tries
+for *_, faults in tries(6, 4, Path(sys.argv[1]), 60.0, ["run, sphere"]):
+    assert not faults, faults
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", script, str(tmp_path)],
+        cwd=ROOT,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr

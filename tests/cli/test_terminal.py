@@ -13,7 +13,7 @@ SPHERE = Path(__file__).parents[2] / "cases" / "sphere" / "on_floor.toml"
 LEVELS = (
     "sphere-over-floor: 92.7 dB(A) (92.5…93.0) at on the floor\nsphere-over-floor: 89.8 dB(A) (89.5…90.0) at 1 m up\n"
 )
-FOUND = "transfer_vectors: found\npressure: found\n"
+FOUND = "transfer_vectors: cached\npressure: cached\n"
 POSIX = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
 
 

@@ -106,5 +106,5 @@ def test_cases_that_cannot_be_compared_are_refused_by_the_command_before_anythin
     monkeypatch.setattr(Shelf, "stage", None)
     solid = str(request.config.rootpath / "cases" / "gearbox" / "solid.toml")
     assert main(["compare", solid, solid, "--out", str(tmp_path / "out")]) == 2
-    assert "distinct names" in capsys.readouterr().err
+    assert "names must be distinct" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()

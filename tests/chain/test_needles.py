@@ -76,7 +76,7 @@ def test_plan_names_the_new_surface_and_keeps_its_time_in_bounds(case, capsys):
     assert "volume -0." in line
     plan = nvh.plan(nvh.load_case(file))
     assert 2.0 < plan.seconds < 20.0
-    assert 500 < plan.stages[1].counts["triangles"] < 4000
+    assert 500 < plan.steps[1].counts["triangles"] < 4000
 
 
 def test_new_surface_keeps_volume_area_shape_and_every_body():

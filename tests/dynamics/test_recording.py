@@ -78,7 +78,7 @@ def test_another_run_in_the_folder_is_refused(make_gearbox, make_laws, tmp_path,
     def refuse(**_):
         raise PermissionError(13, "Permission denied")
 
-    monkeypatch.setattr(recording.store.tempfile, "TemporaryFile", refuse)
+    monkeypatch.setattr(recording.hdf5.tempfile, "TemporaryFile", refuse)
     with pytest.raises(InputError, match=r"new' cannot take files \(Permission denied\): name another folder"):
         record_run_up(gearbox, laws, None, fidelity=fidelity, folder=tmp_path / "new", **ramp(duration=0.01))
 
@@ -187,7 +187,7 @@ def test_files_as_they_were_left_are_not_read_again(make_gearbox, make_laws, tmp
     with pytest.raises(Stop):
         record_run_up(gearbox, laws, None, **given, progress=stopped_after(7))
     read, load = [], hdf5.load
-    monkeypatch.setattr(recording.store, "load", lambda path, kind: read.append(path.name) or load(path, kind))
+    monkeypatch.setattr(recording.hdf5, "load", lambda path, kind: read.append(path.name) or load(path, kind))
     with pytest.raises(Stop):
         record_run_up(gearbox, laws, None, **given, progress=stopped_after(8))
     assert read == []

@@ -123,7 +123,7 @@ def test_missing_system_library_is_named(monkeypatch):
         returncode, stdout = 1, b""
         stderr = b"OSError: libGLU.so.1: cannot open shared object file: No such file or directory"
 
-    monkeypatch.setattr(mesher.processes, "run_python", lambda *args, **kwargs: Done)
+    monkeypatch.setattr(mesher.processes, "exchange", lambda *args, **kwargs: Done)
     with pytest.raises(SolverError, match=r"libGLU\.so\.1.*libglu1-mesa"):
         _gmsh.mesh({})
 

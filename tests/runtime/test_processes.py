@@ -23,20 +23,21 @@ raise ImportError("a module of the working directory")
 CHILDREN = {
     "mesher": """
 from nvhchain.errors import SolverError
-from nvhchain.housing import _gmsh
+from nvhchain.housing.casting import _gmsh
 try:
     _gmsh.mesh({})
 except SolverError as error:
     assert "KeyError" in str(error), error
 """,
     "kernels": """
-from nvhchain.acoustics import _fused
+from nvhchain.acoustics.fused import engine as _fused
 with _fused._compiling_close("double") as child:
     assert child.wait() == 0
 """,
     "laws ahead": """
 from pathlib import Path
-from nvhchain import DRAFT, ahead
+from nvhchain import DRAFT
+from nvhchain.chain import prefetch as ahead
 with ahead._laws_under_way([], DRAFT, Path()):
     pass
 """,
@@ -63,7 +64,7 @@ with local_cluster(1) as executor:
     "picture": """
 import numpy as np
 from nvhchain.handoff import Surface
-from nvhchain.plots import _pyvista, _pyvista_frames
+from nvhchain.plots.bodies import _pyvista, _pyvista_frames
 corners = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
 body = Surface(corners, np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]))
 _pyvista.render(body, np.full((4, 3), 0.5), np.ones(3))

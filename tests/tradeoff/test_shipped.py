@@ -70,7 +70,7 @@ def test_the_plan_was_right_within_a_factor_of_two(case, sweep, fidelity):
     """Processor seconds of every stage of a second or more and of all together, and peak memory, as measured."""
     (row,) = [row for row in sweep.measurements if row.value == fidelity.name]
     planned = plan(case, fidelity=fidelity)
-    for stage in planned.stages:
+    for stage in planned.steps:
         measured = row.stages.get(stage.name.replace(" ", "_"))
         if measured is not None and measured.processor >= 1.0:
             assert 0.5 <= stage.seconds / measured.processor <= 2.0, stage.name

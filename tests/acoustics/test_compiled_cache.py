@@ -5,7 +5,7 @@ import subprocess
 import sys
 
 REPORT = """
-from nvhchain.acoustics import _fused
+from nvhchain.acoustics.fused import engine as _fused
 {before}
 _fused.compile_kernels("double")
 kernels = ((_fused.far_block, _fused.FAR_BLOCK), (_fused.close_block, _fused.CLOSE_BLOCK))

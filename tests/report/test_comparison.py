@@ -1,6 +1,7 @@
 """The gearbox, solid and slotted, from drawing to sound pressure: what is left on disk and what it says."""
 
 import json
+from collections import Counter
 from dataclasses import replace
 from threading import Event
 
@@ -41,9 +42,8 @@ def test_everything_asked_for_is_on_disk(compared):
         kinds = {type(hdf5.load(path)) for path in (out / name).glob("*.h5")}
         assert kinds == {BearingForces, ForceSpectrum, SurfaceVelocity, FieldPressure}
     operators = [type(hdf5.load(path)) for path in (out / "operators").glob("*.h5")]
-    assert sorted(kind.__name__ for kind in operators) == sorted(
-        kind.__name__ for kind in (ReducedHousing, TransferVectors, MeshLaw, MeshLaw, MeshLaw)
-    )
+    # other tests of the session share the folder
+    assert Counter((ReducedHousing, TransferVectors, MeshLaw, MeshLaw, MeshLaw)) <= Counter(operators)
     assert not list(out.rglob("*.part"))
 
 

@@ -39,7 +39,7 @@ def test_run_up_that_keeps_its_speed_is_as_loud_as_the_steady_run(cases, coarse,
     steady = nvh.run(cases[1], fidelity=coarse, out=compared[0] / cases[1].name, operators=operators)
     case = running_up(cases[1], cases[1].operation.input_speed, 2.0)
     result = nvh.run(case, fidelity=coarse, operators=operators)
-    # the record starts in a silence of the sound's travel time and fades out above the band: 0.202 dB, and 0.2 while the
+    # the record starts in a silence of the sound's travel time and fades out above the band: 0.202 dB, 0.2 while the
     # case had a rotor on its input
     assert np.abs(result.overall - steady.overall).max() < 0.25
     assert result.pressure is None

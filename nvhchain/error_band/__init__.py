@@ -1,9 +1,9 @@
 """Error band: confidence limits of a result, line by line and overall, from the settings of every step.
 
-Every source of error gives an amplitude at each line and place. Sources are independent of each other: their
-amplitudes add in quadrature. The constants are fitted at `draft` and `standard` against `reference`.
-docs/measured/chain/error_band.md counts the cases held among gear sets, speeds, torques, blanks, housings and field
-points that were not fitted. docs/measured/chain/error_band_knobs.md holds the effect of single knobs.
+Every source of error gives an amplitude at each line and place. Sources are independent of each other: their amplitudes
+add in quadrature. The constants are fitted at `draft` and `standard` against `reference`. They were not fitted to other
+gear sets, speeds, torques, blanks, housings and field points. The page docs/measured/chain/error_band.md counts the
+cases of these that they hold. docs/measured/chain/error_band_knobs.md lists the effect of single knobs.
 
 Knobs in the band:
 

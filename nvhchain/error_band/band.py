@@ -82,10 +82,12 @@ class ErrorBand:
     def overall(self) -> FloatArray:
         """Limits (n_place, 2) of the overall level, dB(A) or dB; the lower one is −inf if the error exceeds the sound.
 
-        Notes ----- The errors of one source have one sign at all lines (a mesh is too stiff everywhere): they add up
-        over the lines. Those of `housing` change sign at a resonance: they add in quadrature. The energy changes by the
-        sum of (p ± e)² − p². By Cauchy and Schwarz the lower limit of the energy is at most (1 − Σpe/Σp²)² of it. The
-        upper limit of silence is the level of its error.
+        Notes
+        -----
+        The errors of one source have one sign at all lines (a mesh is too stiff everywhere): they add up over the
+        lines. Those of `housing` change sign at a resonance: they add in quadrature. The energy changes by the sum of
+        (p ± e)² − p². By Cauchy and Schwarz the lower limit of the energy is at most (1 − Σpe/Σp²)² of it. The upper
+        limit of silence is the level of its error.
         """
         weight = np.ones((len(self.frequency), 1))
         if self.weighted:

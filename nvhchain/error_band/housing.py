@@ -69,7 +69,7 @@ class ModalShares:
     passed_on : (n_f, n_place) effect of the change of the bearing forces.
     frequency : (n_f,) frequencies (Hz).
     left_out : (n_f,) relative error of the motion due to excluded modes, estimated by the housing; None without
-    estimate.
+        estimate.
     """
 
     modes: FloatArray
@@ -170,7 +170,7 @@ def of_velocity(housing: ReducedHousing, forces: ForceSpectrum, change: ForceSpe
 
 
 def of_bearings(housing: ReducedHousing, forces: ForceSpectrum) -> FloatArray:
-    """Return the RMS velocity (n_f, 1) of the surface (m/s): motions by each bearing's force, in quadrature."""
+    """Return the root mean square surface velocity (n_f, 1) m/s: motions by each bearing's force, in quadrature."""
     lines = forces.frequency
     rate = _rate(housing, forces, lines)
     gram = _gram(housing)
@@ -238,7 +238,7 @@ def _left_out(housing: ReducedHousing, lines: FloatArray) -> FloatArray | None:
 
 
 def _gram(housing: ReducedHousing) -> FloatArray:
-    """Return means (n, n) over the surface of products of normal motions: modes, then motions under unit forces."""
+    """Return surface means (n, n) of products of normal motions: modes, then residual motions under unit forces."""
     shapes = np.vstack([housing.normal_shapes, housing.face_residual.reshape(3 * len(housing.names), -1)])
     return np.asarray((shapes * (housing.surface.areas / housing.surface.areas.sum())) @ shapes.T)
 

@@ -78,8 +78,10 @@ def error_band(
     InputError
         If pressure and velocity have different lines.
 
-    Notes ----- An omitted hand-off counts as exact, as it was supplied to the run or does not exist. Omit `mesh_laws`
-    if the forces were supplied; omit `housing` and `force_spectrum` if the velocity was supplied.
+    Notes
+    -----
+    An omitted hand-off counts as exact, as it was supplied to the run or does not exist. Omit `mesh_laws` if the forces
+    were supplied; omit `housing` and `force_spectrum` if the velocity was supplied.
     """
     lines, size = pressure.frequency, np.abs(pressure.pressure)
     require(

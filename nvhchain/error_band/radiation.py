@@ -43,7 +43,7 @@ def radiation_error(
 
 
 def level_error(surface: Surface, lines: FloatArray, air: Air, radiation: str) -> FloatArray:
-    """Return the RMS error (n_f,), dB, of a cheaper radiation level at single points and motions, at `lines` (Hz).
+    """Return the RMS error (n_f,) dB of a cheaper radiation level for single points and motions at `lines` (Hz).
 
     It depends on the wavenumber times half the size of the body.
     """

@@ -32,7 +32,7 @@ INSTANTS = 20
 """Number of equal parts of a run-up; a short record has fewer."""
 
 LINES = 800
-"""Largest number of lines in the band of one part. Its window in the middle of the part is no longer than needed."""
+"""Largest number of lines in the band of one part; its window in the middle is no longer than they need."""
 
 MAIN_LOBE = 2.0
 """Lines on either side of a wave's own line over which a Hann window spreads it."""
@@ -73,7 +73,7 @@ class RunUpBand:
 def _mean_energy(level: FloatArray) -> FloatArray:
     """Return the mean of levels (dB) over axis 0 by energy; −inf is no lower limit."""
     loudest = level.max(axis=0)
-    highest = np.where(np.isfinite(loudest), loudest, 0.0)  # whose energy need not be a number, as that of silence
+    highest = np.where(np.isfinite(loudest), loudest, 0.0)  # 0 for silence: differences of −inf are no numbers
     with np.errstate(divide="ignore"):
         return np.asarray(highest + 10 * np.log10((10 ** ((level - highest) / 10)).mean(axis=0)))
 

@@ -1,6 +1,6 @@
-"""Dimensions of what case files hold, declared once with each field, and the units that a key may end in.
+"""Dimensions of quantities in case files, declared with each field, and the unit suffixes of their keys.
 
-A number without a dimension here (a ratio, a force, a frequency) is given in SI, and its key takes no unit.
+A number without a dimension here (a ratio, a force, a frequency) is in SI units, and its key has no unit suffix.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ UNITS: dict[str, tuple[str, float]] = {
     "kg_cm2": ("kg m²", 1e-4),
     "GPa": ("Pa", 1e9),
 }
-"""Suffix of a key: SI unit of the fields that take it, factor to it."""
+"""Suffix of a key → SI unit of the fields that accept it, factor to that unit."""
 
 
 def si_unit(hint: Any) -> str | None:
-    """SI unit of a field's numbers by its annotation (with extras), None where keys of it take no unit."""
+    """Return the SI unit in a field's annotation (with extras); None if its keys have no unit suffix."""
     origin, inner = typing.get_origin(hint), typing.get_args(hint)
     if origin is Annotated:
         return str(inner[1])

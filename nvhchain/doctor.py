@@ -1,7 +1,7 @@
-"""What this machine offers to nvhchain: packages, system libraries, solvers, compiler, renderer, memory.
+"""Diagnosis of this machine: packages, system libraries, solvers, compiler, renderer, memory.
 
-Every engine is tried in a process of its own: a missing library or a broken driver may end a process without an
-exception, and the diagnosis has to survive that.
+Every engine is tried in a process of its own. A missing library or a broken driver may end a process without an
+exception, and the diagnosis must survive that.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ from nvhchain.runtime import processes
 from nvhchain.runtime.extras import installed, remedy
 
 GMSH_PACKAGES = "libgl1 libglu1-mesa libxcursor1 libxft2 libxinerama1 libgomp1"
-"""Debian packages that hold the libraries gmsh's wheel needs."""
+"""Debian packages with the libraries that gmsh's wheel needs."""
 
 MEMORY = 4 * 2**30
-"""Bytes that `draft` needs with room to spare."""
+"""Memory (bytes) that `draft` needs, with margin."""
 
 SECONDS = 180.0
-"""Time one trial may take; bempp compiles for a long time on a slow machine."""
+"""Time limit of one trial (s); bempp compiles for a long time on a slow machine."""
 
 _GMSH = "import gmsh; gmsh.initialize(interruptible=False); print(gmsh.option.getString('General.Version'))"
 _SOLVER = """
@@ -53,21 +53,35 @@ print(numba.__version__)
 _ENGINE = "import json; from nvhchain.doctor import engine_trial; print(json.dumps(engine_trial({engine!r})))"
 
 ENGINE_SECONDS = 600.0
-"""Time one boundary element engine may take for its trial, most of which is compilation."""
+"""Time limit (s) of the trial of one boundary element engine, most of which is compilation."""
 
 SPHERE_ERROR = 0.03
-"""Admissible error of either engine against closed forms, relative to their peak, on 320 triangles; 0.017 is reached
-at the upper of the two frequencies, 0.004 on the pulsating sphere."""
+"""Admissible error of an engine against closed forms, relative to their peak, on 320 triangles.
+
+Measured: 0.017 at the upper of the two frequencies, 0.004 on the pulsating sphere.
+"""
 
 ENGINE_DIFFERENCE = 1e-5
-"""Admissible difference of both engines at equal quadrature, relative to the peak; 1e-10 is reached."""
+"""Admissible difference of both engines at equal quadrature, relative to the peak; measured 1e-10."""
 
 _BEMPP = "import bempp_cl, bempp_cl.api; print(bempp_cl.__version__)"
 
 
 @dataclass(frozen=True)
 class Finding:
-    """One line of the diagnosis.  ok: whether the chain can run with it.  remedy: what to do if not, else empty."""
+    """One line of the diagnosis.
+
+    Parameters
+    ----------
+    name : str
+        Thing that was tried.
+    ok : bool
+        True if the chain can run with it.
+    detail : str
+        Version or fault.
+    remedy : str
+        Action to take if not ok, else empty.
+    """
 
     name: str
     ok: bool
@@ -76,7 +90,7 @@ class Finding:
 
 
 def diagnose() -> list[Finding]:
-    """Try everything the chain relies on; takes about ten seconds."""
+    """Try everything that the chain relies on; takes about ten seconds."""
     findings = [check() for check in CHECKS]
     return [replace(finding, remedy="") if finding.ok else finding for finding in findings]
 
@@ -112,11 +126,15 @@ def diagnose_acoustics() -> list[Finding]:
 
 
 def engine_trial(engine: str) -> dict[str, Any]:
-    """What one boundary element engine makes of a sphere at an ordinary and at an irregular frequency.
+    """Return errors, times and pressures of a boundary element engine on a sphere at two frequencies.
 
-    Errors relative to the peak: pulsating at 1 m/s, p = jωρ a² e^{−jk(r−a)} / ((1 + jka) r) (Pierce, Acoustics, 4-1),
-    and with the velocity of a point source inside.  first, again: s with and without compilation.
-    real, imaginary: (2, n_f, n_point), relative to the peak.
+    The frequencies are an ordinary and an irregular one. Errors are relative to the peak:
+
+    - `pulsating`: sphere that pulsates at 1 m/s, p = jωρ a² e^{−jk(r−a)} / ((1 + jka) r) (Pierce, Acoustics, 4-1);
+    - `interior`: sphere with the velocity of a point source inside.
+
+    `first` and `again` are the times (s) with and without compilation. `real` and `imaginary` are pressures
+    (2, n_f, n_point) relative to the peak.
     """
     from nvhchain.acoustics import transfer_vectors
     from nvhchain.acoustics.surfaces.surface import sphere
@@ -166,7 +184,7 @@ def _python() -> Finding:
 
 
 def _packages() -> Finding:
-    """Installed versions against the bounds of the package's own metadata."""
+    """Compare installed versions with the bounds in the package's own metadata."""
     found, wrong = [], []
     for line in metadata.requires("nvhchain") or []:
         requirement = Requirement(line)
@@ -194,7 +212,7 @@ def _gmsh() -> Finding:
 
 
 def missing_libraries() -> list[str]:
-    """System libraries that gmsh's shared library asks for and the dynamic linker does not find."""
+    """Return system libraries that gmsh's shared library needs and the dynamic linker does not find."""
     missing: list[str] = []
     for library in sorted(Path(sys.prefix, "lib").glob("libgmsh.so*")):
         done = processes.run(["ldd", str(library)], seconds=SECONDS, environment={"LC_ALL": "C"})
@@ -215,7 +233,7 @@ def _numba() -> Finding:
 
 
 def _compiler_cache() -> Finding:
-    """numba caches beside the source where it may write, else in the user's cache folder."""
+    """Check numba's cache folder: beside the source if that may be written, else the user's cache folder."""
     folder = Path(os.environ.get("NUMBA_CACHE_DIR") or Path(__file__).parent)
     if not _writable(folder):
         folder = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
@@ -224,7 +242,7 @@ def _compiler_cache() -> Finding:
 
 
 def _writable(folder: Path) -> bool:
-    """Whether `folder`, or the nearest parent that exists, may be written."""
+    """Return True if `folder`, or the nearest parent that exists, may be written."""
     while not folder.exists() and folder != folder.parent:
         folder = folder.parent
     return os.access(folder, os.W_OK | os.X_OK)
@@ -261,7 +279,7 @@ def _machine() -> Finding:
 
 
 def _attempt(code: str, seconds: float = SECONDS) -> tuple[bool, str]:
-    """Run `code` in a fresh interpreter for at most `seconds`: whether it ended well, and the last line it said."""
+    """Run `code` in a fresh interpreter for at most `seconds`; return success and the last line of its output."""
     done = processes.run_python("-c", code, seconds=seconds)
     if done is None:
         return False, f"no answer within {seconds:.0f} s"
@@ -280,4 +298,4 @@ CHECKS: tuple[Callable[[], Finding], ...] = (
     _renderer,
     _machine,
 )
-"""In the order in which they are reported."""
+"""Checks, in the order of the report."""

@@ -1,6 +1,6 @@
-"""One rule for names from outside, which become files, cells, labels and lines on a terminal.
+"""Rule for names from outside, which become files, table cells, labels and lines on a terminal.
 
-Any script will do; separators, control characters, markup and what some file system reserves will not.
+Letters of any script are allowed. Separators, control characters, markup and names reserved by a file system are not.
 """
 
 from __future__ import annotations
@@ -12,22 +12,25 @@ from nvhchain.errors import printable as printable
 from nvhchain.errors import require
 
 LONGEST = 80
-"""Characters of a name, and bytes of its UTF-8 by half as many again: files put up to 60 bytes around it, of 255."""
+"""Largest length of a name (characters); its UTF-8 may take 1.5 times as many bytes.
+
+Files add up to 60 bytes to a name, and file systems allow 255.
+"""
 
 LONGEST_TEXT = 1000
-"""Characters of a text that is no name, such as a path."""
+"""Largest number of characters of a text that is no name, such as a path."""
 
 MARKS = " _-.,+=()[]#&°'"
-"""What a name may hold beside letters and digits."""
+"""Characters of a name besides letters and digits."""
 
 _DEVICES = frozenset({"CON", "PRN", "AUX", "NUL", *(f"{port}{n}" for port in ("COM", "LPT") for n in range(10))})
-"""Reserved by Windows, with any ending."""
+"""Names reserved by Windows, with any ending."""
 
 
 def check_name(name: object, what: str) -> None:
-    """Refuse (InputError) a name that cannot safely become a file, a cell of a table, a label or a printed line.
+    """Refuse (InputError) a name that cannot safely become a file, a table cell, a label or a printed line.
 
-    what: names the thing or field in the message.
+    what : thing or field as the message calls it.
     """
     require(isinstance(name, str) and bool(name), f"{what} = {_quoted(name)} must be a text of at least one letter")
     assert isinstance(name, str)
@@ -50,7 +53,7 @@ def check_name(name: object, what: str) -> None:
 
 
 def check_names(names: Iterable[object], what: str) -> None:
-    """`check_name` of each; all differ, even on file systems that ignore case or how letters are composed."""
+    """Apply `check_name` to each name and require distinct ones, even if case and composition are ignored."""
     seen: dict[str, object] = {}
     for name in names:
         check_name(name, f"{what}: name")
@@ -63,12 +66,12 @@ def check_names(names: Iterable[object], what: str) -> None:
 
 
 def folded(name: str) -> str:
-    """The form in which names that name one file on some file system are equal."""
+    """Return a form that is equal for names of one file on some file system."""
     return unicodedata.normalize("NFC", unicodedata.normalize("NFD", name).casefold())
 
 
 def safe_names(names: Iterable[str]) -> list[str]:
-    """Distinct names by the rule of `check_name`, in place of those that another program chose."""
+    """Return distinct names by the rule of `check_name` in place of names from another program."""
     safe: list[str] = []
     taken: set[str] = set()
     for name in names:
@@ -84,7 +87,7 @@ def safe_names(names: Iterable[str]) -> list[str]:
 
 
 def check_text(text: str, what: str) -> None:
-    """Refuse (InputError) control characters, and more of them than anybody reads, in a text that is no name."""
+    """Refuse (InputError) control characters and excessive length in a text that is no name."""
     require(len(text) <= LONGEST_TEXT, f"{what} is {len(text)} characters long: at most {LONGEST_TEXT}")
     require(
         printable(text) == text and not set("\n\t") & set(text),
@@ -101,6 +104,6 @@ def _device(name: str) -> bool:
 
 
 def _quoted(name: object) -> str:
-    """As it would be typed, on one line, the middle of a long one left out."""
+    """Return a name as it would be typed, on one line; the middle of a long one is omitted."""
     typed = repr(name)
     return typed if len(typed) <= LONGEST else f"{typed[: LONGEST // 2]}…{typed[-LONGEST // 4 :]}"

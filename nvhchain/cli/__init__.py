@@ -1,4 +1,4 @@
-"""Command line.  Exit code 0: everything asked for is there; 2: bad input."""
+"""Command line. Exit code 0: complete results; 1: failure of a solver or the system; 2: bad input."""
 
 from __future__ import annotations
 
@@ -19,19 +19,30 @@ __all__ = ["Console", "main", "parser"]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line; returns the exit code."""
+    """Run the command line.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        Arguments; those of the process by default.
+
+    Returns
+    -------
+    int
+        Exit code.
+    """
     with standard_streams():
         return _reported(arguments)
 
 
 def _reported(arguments: Sequence[str] | None) -> int:
-    """Exit code of a command, whose failure is one line."""
+    """Return the exit code of a command and print a failure as one line."""
     try:
         try:
             with termination_interrupts():
                 return _command(arguments)
         finally:
-            sys.stdout.flush()  # what could not be printed is a failure, too
+            sys.stdout.flush()  # output that cannot be printed is a failure, too
     except InputError as error:
         show(f"nvhchain: {_one_line(error)}", error=True)
         return 2
@@ -54,7 +65,7 @@ def _command(arguments: Sequence[str] | None) -> int:
 
 
 def _check_environment() -> None:
-    """Refuse numbers of threads with which numba cannot be imported; an empty one is none."""
+    """Refuse numbers of threads with which numba cannot be imported; an empty value counts as unset."""
     name = "NUMBA_NUM_THREADS"
     value = os.environ.get(name, "").strip()
     if not value:
@@ -65,7 +76,7 @@ def _check_environment() -> None:
 
 @contextmanager
 def _warnings_shown() -> Iterator[None]:
-    """Warnings in one line each; `python -W error` makes none of them an error, as those of other packages would be."""
+    """Show warnings as one line each, despite `python -W error`, which would also stop at those of other packages."""
     with warnings.catch_warnings():
         if any(action == "error" for action, *_ in warnings.filters):
             warnings.resetwarnings()
@@ -76,7 +87,7 @@ def _warnings_shown() -> Iterator[None]:
 
 
 def _warn(message: Warning | str, *_: Any, **__: Any) -> None:
-    """What may be wrong with a result, in one line."""
+    """Print a warning in one line."""
     show(f"nvhchain: {' '.join(str(message).split())}", error=True)
 
 

@@ -6,6 +6,6 @@ import sys
 from nvhchain.cli import main
 
 if not sys.flags.safe_path and sys.path[0] == os.getcwd():
-    del sys.path[0]  # Python put the working directory there, whose files are nobody's modules
+    del sys.path[0]  # the working directory, whose files are no modules of ours
 
 sys.exit(main())

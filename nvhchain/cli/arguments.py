@@ -13,9 +13,10 @@ from nvhchain.names import printable
 
 
 class _Parser(argparse.ArgumentParser):
-    """Says what is wrong in one line, with exit code 2."""
+    """Argument parser that reports an error in one line, with exit code 2."""
 
     def error(self, message: str) -> NoReturn:
+        """Print the error and exit."""
         self.exit(2, printable(f"{self.prog}: {message} (see {self.prog} --help)\n"))
 
 
@@ -30,7 +31,7 @@ def _folder(name: str) -> str:
 
 
 def parser() -> argparse.ArgumentParser:
-    """Every command names the function of `commands` that does it."""
+    """Return the parser of the command line; every command names its function in `commands`."""
     top = _Parser(prog="nvhchain", description="Gear geometry to sound pressure.")
     top.add_argument("--version", action="version", version=f"nvhchain {__version__}")
     verbs = top.add_subparsers(required=True, metavar="COMMAND")

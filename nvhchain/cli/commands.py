@@ -1,4 +1,4 @@
-"""What every command of the command line does.  Each returns the exit code; heavy packages are imported by need."""
+"""Functions of the commands: each returns the exit code; heavy packages are imported on demand."""
 
 from __future__ import annotations
 
@@ -22,8 +22,10 @@ if TYPE_CHECKING:
 
 
 def _fidelity(options: argparse.Namespace, cases: Sequence[Case], given: Collection[str] = ()) -> Fidelity:
-    """The preset, or what the planner chooses for what is not `given`, which is said on stderr; modes of the housing as
-    they are asked for."""
+    """Return the preset or the planner's choice, with the requested tolerance of the housing's modes.
+
+    The planner's choice concerns steps that are not `given`. It is printed on stderr.
+    """
     if options.tolerance_db is None:
         return _with_mode_tolerance(PRESETS[options.fidelity], options.mode_tolerance_db, cases)
     from nvhchain.tradeoff import cheapest
@@ -49,7 +51,7 @@ def _with_mode_tolerance(fidelity: Fidelity, tolerance: float | None, cases: Seq
 
 
 def _say_wider(tolerance: float | None, name: str, widest: float) -> None:
-    """On stderr, where the run's own limits are wider, dB to one side, than what was asked for."""
+    """Report on stderr limits of the run (dB to one side) that are wider than requested."""
     if tolerance is not None and widest > tolerance:
         open_ = f"leaves {widest:.1f} dB open to one side" if widest < inf else "has no lower limit"
         show(
@@ -60,7 +62,7 @@ def _say_wider(tolerance: float | None, name: str, widest: float) -> None:
 
 
 def _executor(options: argparse.Namespace) -> AbstractContextManager[Executor | None]:
-    """Where the work goes: nowhere but here, unless workers or a scheduler are named."""
+    """Return the executor of the named workers or scheduler, if any."""
     if options.workers is None and options.scheduler is None:
         return nullcontext()
     from nvhchain.runtime import cluster
@@ -69,7 +71,7 @@ def _executor(options: argparse.Namespace) -> AbstractContextManager[Executor | 
 
 
 def _foreign_forces(path: Path, case: Case) -> BearingForces:
-    """Bearing forces from another program's file; their channels are described in a file of the same name, .toml."""
+    """Return bearing forces from another program's file; the .toml file of the same name describes its channels."""
     from nvhchain.case import GearboxCase, load_channels
     from nvhchain.interop import read_bearing_forces
 
@@ -79,7 +81,7 @@ def _foreign_forces(path: Path, case: Case) -> BearingForces:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Compute what a case asks for; say the levels with their limits, and leave those of every line."""
+    """Compute the results of a case; print levels with their limits, and write the error bands of every line."""
     from nvhchain import chain
     from nvhchain.case import load_case
     from nvhchain.chain import supplied
@@ -128,7 +130,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def record(options: argparse.Namespace) -> int:
-    """Follow a run-up into files."""
+    """Write the bearing forces of a run-up into files."""
     from nvhchain import chain
     from nvhchain.case import load_case
     from nvhchain.chain import supplied
@@ -149,7 +151,7 @@ def record(options: argparse.Namespace) -> int:
 
 
 def compare(options: argparse.Namespace) -> int:
-    """Compute several cases and leave their comparison."""
+    """Compute several cases and write their comparison."""
     from nvhchain.case import load_case
     from nvhchain.chain.prefetch import operators_ahead
     from nvhchain.error_band import format_level
@@ -182,7 +184,7 @@ def plot(options: argparse.Namespace) -> int:
 
 
 def contributions(options: argparse.Namespace) -> int:
-    """Tables and bars of what modes and panels add."""
+    """Write tables and bars of the contributions of modes and panels."""
     from nvhchain.case import load_case
     from nvhchain.chain import supplied
     from nvhchain.files import hdf5
@@ -210,7 +212,7 @@ def craig_bampton(options: argparse.Namespace) -> int:
 
 
 def report(options: argparse.Namespace) -> int:
-    """Make the page of a comparison."""
+    """Write the page of a comparison."""
     from nvhchain.report import write_page
 
     show(write_page(options.folder))
@@ -237,7 +239,7 @@ def _variants(done: int, total: int) -> None:
 
 
 def plan(options: argparse.Namespace) -> int:
-    """Say what would be done; what `run` would refuse for its knobs is refused."""
+    """Print the planned work; refuse knobs that `run` would refuse."""
     from nvhchain.case import load_case
     from nvhchain.scene import check_knobs, plan
 
@@ -249,7 +251,7 @@ def plan(options: argparse.Namespace) -> int:
 
 
 def check(options: argparse.Namespace) -> int:
-    """Read a case and the file of its housing."""
+    """Read and validate a case and the file of its housing."""
     from nvhchain.case import GearboxCase, load_case
     from nvhchain.scene import check_case
     from nvhchain.scene.advice import advice
@@ -263,7 +265,7 @@ def check(options: argparse.Namespace) -> int:
 
 
 def doctor(options: argparse.Namespace) -> int:
-    """Look at this machine."""
+    """Check this machine."""
     from nvhchain.doctor import diagnose, diagnose_acoustics
 
     findings = diagnose_acoustics() if options.acoustics else diagnose()

@@ -1,4 +1,4 @@
-"""What the command line shows while it works, on whatever takes it."""
+"""Output of the command line during its work, on any stream."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ _PLAIN = {
     "…": "...", "–": "-", "−": "-", "·": "*", "×": "x", "±": "+-", "≤": "<=", "≥": ">=", "→": "->",
     "µ": "u", "°": " deg", "²": "^2", "³": "^3", "½": "1/2",
 }  # fmt: skip
-"""Spelling of characters that a terminal cannot show."""
+"""Spelling of characters that a terminal cannot display."""
 
 
 def _spelt_out(error: UnicodeError) -> tuple[str, int]:
-    """Handler of encoding errors: characters of `_PLAIN` in ASCII, others by their number."""
+    """Handle encoding errors: characters of `_PLAIN` in ASCII, others by their number."""
     assert isinstance(error, UnicodeEncodeError)
     lacking = error.object[error.start : error.end]
     spelt = [_PLAIN.get(character) or character.encode("ascii", "backslashreplace").decode() for character in lacking]
@@ -32,9 +32,9 @@ codecs.register_error("nvhchain.spelt_out", _spelt_out)
 
 
 class _Stream:
-    """A standard stream that spells out what its encoding lacks, and takes no notice of a reader that has left.
+    """Standard stream that spells out characters missing in its encoding, and ignores a reader that has left.
 
-    optional: whether nothing else that fails matters either, as a full disk under a log.
+    optional : True if other failures, such as a full disk under a log, are ignored as well.
     """
 
     def __init__(self, stream: TextIO, *, optional: bool) -> None:
@@ -42,6 +42,7 @@ class _Stream:
         self._error: OSError | None = None
 
     def write(self, text: str) -> int:
+        """Write a text."""
         encoding = self._stream.encoding or "utf-8"
         plain = text.encode(encoding, "nvhchain.spelt_out").decode(encoding)
         try:
@@ -51,7 +52,7 @@ class _Stream:
         return len(text)
 
     def flush(self) -> None:
-        """Write what waits; raises what has failed before, too, as argparse takes no notice of it."""
+        """Write buffered text; raise earlier failures too, as argparse ignores them."""
         if self._error is not None:
             raise self._error
         try:
@@ -60,7 +61,7 @@ class _Stream:
             self._give_up(error)
 
     def _give_up(self, error: OSError) -> None:
-        """Send what waits, and what follows, to nobody: Python itself would try again at its end."""
+        """Send buffered and later text to the null device, as Python itself would try again at its end."""
         with suppress(OSError), open(os.devnull, "wb") as nobody:
             os.dup2(nobody.fileno(), self._stream.fileno())
         if not (self._optional or isinstance(error, BrokenPipeError)):
@@ -73,9 +74,9 @@ class _Stream:
 
 @contextmanager
 def standard_streams() -> Iterator[None]:
-    """Standard streams on which printing works, closed ones included.
+    """Provide standard streams that can be printed on, closed ones included.
 
-    The number of a closed stream would be that of the next file opened, into which a library could then print.
+    The next file opened would get the number of a closed stream, and a library could then print into it.
     """
     for number in range(3):
         try:
@@ -95,13 +96,14 @@ def standard_streams() -> Iterator[None]:
 
 
 class Console:
-    """Progress on stderr: bars with remaining time on a terminal, one line per finished stage elsewhere."""
+    """Progress on stderr: bars with remaining time on a terminal, one line per finished step elsewhere."""
 
     def __init__(self) -> None:
         self._bar: Any = None
         self._started = 0.0
 
     def begin(self, stage: str) -> None:
+        """Begin a step."""
         self._started = time.perf_counter()
         if sys.stderr.isatty():
             from tqdm import tqdm
@@ -111,11 +113,13 @@ class Console:
             )
 
     def step(self, stage: str, done: int, total: int) -> None:
+        """Advance the bar of the step to `done` of `total`."""
         if self._bar is not None:
             self._bar.total, self._bar.n = total, done
             self._bar.refresh()
 
     def end(self, stage: str, how: str) -> None:
+        """End the step; `how` is its outcome, such as "computed"."""
         if self._bar is not None:
             self._bar.close()
             self._bar = None

@@ -1,4 +1,4 @@
-"""The one place where the command line writes: names from outside may not steer a terminal."""
+"""Output of the command line, in one place: names from outside must not steer a terminal."""
 
 from __future__ import annotations
 
@@ -8,5 +8,5 @@ from nvhchain.names import printable
 
 
 def show(what: object, *, error: bool = False, end: str = "\n") -> None:
-    """Print on stdout, or on stderr where it is an `error` or beside the result, with control characters escaped."""
+    """Print with control characters escaped, on stdout, or on stderr for an `error` or a remark."""
     print(printable(str(what)), file=sys.stderr if error else sys.stdout, end=end, flush=error)

@@ -1,6 +1,6 @@
-"""SIGTERM as an interruption, so that it ends a command as Ctrl-C does: with its children and its temporary files.
+"""SIGTERM as an interruption: it ends a command as Ctrl-C does, with its children and its temporary files.
 
-Python drops what is raised while it deletes an object; an interruption is raised again.
+Python drops exceptions raised while it deletes an object; an interruption is raised again.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ import psutil
 
 
 class Terminated(KeyboardInterrupt):
-    """SIGTERM came."""
+    """Interruption by SIGTERM."""
 
 
 @contextmanager
 def termination_interrupts() -> Iterator[None]:
-    """Let SIGTERM end the processes started here, which Ctrl-C reaches by the terminal, and raise Terminated."""
+    """Let SIGTERM end child processes, which Ctrl-C reaches through the terminal, and raise Terminated."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -37,7 +37,7 @@ def termination_interrupts() -> Iterator[None]:
 
 
 _AGAIN = 0.02
-"""s after which a dropped interruption is raised again: once the object is deleted."""
+"""Time (s) after which a dropped interruption is raised again, once the object is deleted."""
 
 
 def _raised_again(dropped: Any) -> None:

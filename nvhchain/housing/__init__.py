@@ -1,4 +1,4 @@
-"""Gearbox housing, a parametric casting or a foreign model: modes and residual flexibility, forced response."""
+"""Gearbox housing, a parametric casting or an imported model: modes, residual flexibility, forced response."""
 
 from nvhchain.housing.casting.casting import Bore, Casting, GearSpace
 from nvhchain.housing.casting.extent import encloses, envelope_area, face_size, room_around

@@ -1,7 +1,7 @@
 """Reduction of the housing to grounded normal modes and residual flexibility at its bearing seats.
 
-u(ω) = Σ_r φ_r φ_rᵀ f / (ω_r² − ω² + 2jζ_r ω_r ω) + R f with R = K⁻¹ − Σ_r φ_r φ_rᵀ / ω_r²: residual attachment vectors
-carry the static share of the modes left out (MacNeal, Computers & Structures 1, 1971).
+The response is u(ω) = Σ_r φ_r φ_rᵀ f / (ω_r² − ω² + 2jζ_r ω_r ω) + R f with R = K⁻¹ − Σ_r φ_r φ_rᵀ / ω_r². Residual
+attachment vectors carry the static share of the excluded modes (MacNeal, Computers & Structures 1, 1971).
 """
 
 from __future__ import annotations
@@ -41,17 +41,24 @@ from nvhchain.housing.skin.thin_walls import stiffening
 _STEPS = 6
 
 _AT_EDGES = 0.13
-"""Error of a casting's natural frequencies over what stresses that jump say of it, which is mostly of edges between
-walls.  Elements of 13 and 10.5 mm against 9 mm: in the mean 0.10 and 0.06 in walls of 5 mm, 0.13 and 0.07 on the
-gearbox of the examples, mode by mode in proportion (docs/measured/housing/mesh_error.md)."""
+"""Error of a casting's natural frequencies over the estimate from stress jumps, mostly at edges between walls.
+
+Elements of 13 and 10.5 mm against 9 mm: in the mean 0.10 and 0.06 in walls of 5 mm, 0.13 and 0.07 on the gearbox of the
+examples, mode by mode in proportion (docs/measured/housing/mesh_error.md).
+"""
 
 _FEWEST = 0.5
-"""Of the elements per bending wavelength that are needed, below which a mesh has no such waves: two nodes to a wave, by
-the fidelity's least of four. A refusal, which moves no result; down to it the fidelity's own number decides."""
+"""Share of the required elements per bending wavelength below which a mesh carries no such waves.
+
+It is two nodes to a wave, by the fidelity's least of four. It refuses a case and moves no result. Above it the
+fidelity's own number decides.
+"""
 
 _ENLARGEMENTS = 6
-"""Attempts at finding enough modes for a tolerance; the range of modes grows by up to 1.6 each time. Where they do
-not do the tolerance is refused, not loosened."""
+"""Largest number of attempts to find enough modes for a tolerance; each enlarges the range by up to 1.6.
+
+If the modes do not suffice the tolerance is refused, not loosened.
+"""
 
 
 def reduce_housing(
@@ -62,16 +69,38 @@ def reduce_housing(
     fidelity: HousingFidelity,
     progress: Progress | None = None,
 ) -> ReducedHousing:
-    """Modes and residual flexibility of the casting, bolted to a rigid engine; without bolts it is free.
+    """Reduce the casting, bolted to a rigid engine, to modes and residual flexibility; without bolts it is free.
 
-    f_max: Hz, upper band limit.  surface_size: m, edge length of the radiating triangles.
-    fidelity: modes up to mode_ratio · f_max, or as many as truncation_tolerance_db asks for.  The estimated truncation
-    error (dB of surface velocity, `truncation_error`) and what the mapping onto the radiating faces does to the sound
-    power stand in the provenance; a mapping off by more than fidelity.mapping_tolerance_db is warned of.
+    Parameters
+    ----------
+    casting : Casting
+        Casting.
+    f_max : float
+        Upper limit of the band (Hz).
+    surface_size : float
+        Edge length of the radiating triangles (m).
+    fidelity : HousingFidelity
+        Fidelity; modes up to mode_ratio · f_max, or the number for truncation_tolerance_db.
+    progress : Progress, optional
+        Receives steps done and total.
 
-    A mesh that is too coarse for the bending waves of the wall at f_max, or for its thickness, is warned of.
-    Raises InputError when it cannot carry them at all or a triangle size is not usable; SolverError when gmsh or the
-    eigensolver fail.
+    Returns
+    -------
+    ReducedHousing
+        Reduced housing. Its provenance holds the estimated truncation error (dB of surface velocity,
+        `truncation_error`) and the error of the sound power due to the mapping onto the radiating faces.
+
+    Raises
+    ------
+    InputError
+        If the mesh cannot carry the bending waves of the wall at f_max, or the triangle size is not usable.
+    SolverError
+        If gmsh or the eigensolver fails.
+
+    Notes
+    -----
+    Warnings concern a mesh that is too coarse for the bending waves at f_max or for the wall thickness, and a mapping
+    error above fidelity.mapping_tolerance_db.
     """
     require(np.isfinite(f_max) and f_max > 0, f"f_max = {f_max} Hz must be positive")
     require(
@@ -97,12 +126,12 @@ def reduce_housing(
 
 
 def accurate(reduce_to: Callable[[float], ReducedHousing], f_max: float, fidelity: HousingFidelity) -> ReducedHousing:
-    """Modes up to mode_ratio · f_max, or the fewest that keep the truncation error to the tolerance if there is one."""
+    """Return modes up to mode_ratio · f_max, or the fewest that keep the truncation error within the tolerance."""
     f_top, tolerance = f_max * fidelity.mode_ratio, fidelity.truncation_tolerance_db
     if tolerance == 0:
         reduced = reduce_to(f_top)
         return _reported(reduced, truncation_report(reduced, f_max))
-    f_top = max(f_top, f_max)  # all modes in the band are to be known before any is left out
+    f_top = max(f_top, f_max)  # all modes in the band must be known before any is excluded
     for _ in range(_ENLARGEMENTS):
         reduced = reduce_to(f_top)
         keep = fewest_modes(reduced, f_max, tolerance)
@@ -118,9 +147,9 @@ def accurate(reduce_to: Callable[[float], ReducedHousing], f_max: float, fidelit
 
 
 def with_residual(housing: ReducedHousing, fidelity: HousingFidelity) -> ReducedHousing:
-    """The housing as it is or, where fidelity asks for no residual flexibility, with modes alone.
+    """Return the housing as it is, or with modes alone if the fidelity has no residual flexibility.
 
-    The modes left out then do not move at all; what the provenance says of truncation no longer holds and goes.
+    The excluded modes then do not move at all. The truncation entries of the provenance no longer hold and are removed.
     """
     if fidelity.residual_flexibility:
         return housing
@@ -144,9 +173,9 @@ def _reported(reduced: ReducedHousing, report: dict[str, Any]) -> ReducedHousing
 
 
 def check_bending_resolution(casting: Casting, f_max: float, fidelity: HousingFidelity) -> None:
-    """Warn of a mesh with too few elements per bending wavelength of the wall at f_max, by the frequency it reaches.
+    """Warn of a mesh with too few elements per bending wavelength of the wall at f_max (Hz); state its limit (Hz).
 
-    f_max: Hz.  A mesh with less than half of what is needed, which has no such waves, is refused.
+    A mesh with less than half of the required elements carries no such waves and is refused.
     """
     wave = bending_wavelength(casting, f_max)
     count, least = wave / fidelity.element_size, fidelity.elements_per_bending_wavelength
@@ -163,7 +192,7 @@ def check_bending_resolution(casting: Casting, f_max: float, fidelity: HousingFi
 
 
 def check_thin_walls(casting: Casting, fidelity: HousingFidelity) -> None:
-    """Warn of elements so much longer than the wall is thick that they make it too stiff."""
+    """Warn of elements that are too stiff because they are long for the thickness of the wall."""
     wall = min(casting.wall, casting.end_wall)
     stiff = stiffening(fidelity.element_size / wall)
     if stiff:
@@ -172,7 +201,7 @@ def check_thin_walls(casting: Casting, fidelity: HousingFidelity) -> None:
 
 
 def bending_wavelength(casting: Casting, frequency: float) -> float:
-    """Wavelength (m) of free bending waves in the thinner wall: 2π (B/(ρ t ω²))^¼, B = E t³/(12 (1 − ν²))."""
+    """Return the bending wavelength (m) of the thinner wall: 2π (B/(ρ t ω²))^¼, B = E t³/(12 (1 − ν²))."""
     material, thickness = casting.material, min(casting.wall, casting.end_wall)
     stiffness = material.young * thickness**2 / (12 * (1 - material.poisson**2) * material.density)
     return float(2 * np.pi * (stiffness / (2 * np.pi * frequency) ** 2) ** 0.25)
@@ -189,8 +218,9 @@ def reduce_mesh(
 ) -> ReducedHousing:
     """Reduce a meshed casting to its modes up to f_top (Hz); `motion` maps nodal to normal face displacements.
 
-    f_max: Hz, of the band for which the provenance states the error of this mapping; None: it is left out. What the
-    elements leave open of every natural frequency stands there too.
+    f_max : upper limit (Hz) of the band for the mapping error in the provenance; None omits it.
+
+    The provenance also holds the estimated error of every natural frequency due to the elements.
     """
     K, M, T = held_matrices(mesh, casting)
     tell(1)
@@ -223,7 +253,7 @@ def reduce_mesh(
 
 
 def held_matrices(mesh: HousingMesh, casting: Casting) -> tuple[sp.csr_matrix, sp.csr_matrix, sp.csr_matrix]:
-    """Stiffness and mass of the bolted casting with rigid seats, and the map T from its unknowns to all nodes."""
+    """Return stiffness and mass of the bolted casting with rigid seats, and the map T from unknowns to all nodes."""
     K, M = stiffness_and_mass(mesh.nodes, mesh.elements, "tet10", casting.material)
     held = [(nodes, None) for nodes in mesh.bolts]
     seats = [(nodes, np.array(bore.centre)) for nodes, bore in zip(mesh.seats, casting.bores, strict=True)]
@@ -232,7 +262,7 @@ def held_matrices(mesh: HousingMesh, casting: Casting) -> tuple[sp.csr_matrix, s
 
 
 def seat_flexibility(housing: ReducedHousing) -> FloatArray:
-    """Static flexibility (3 n_bearing, 3 n_bearing) m/N of the seats: modes plus residual."""
+    """Return the static flexibility (3 n_bearing, 3 n_bearing) m/N of the seats: modes plus residual."""
     shapes = housing.seat_shapes.reshape(len(housing.natural_frequency), 3 * len(housing.names))
     omega2 = (2 * np.pi * housing.natural_frequency) ** 2
     return np.asarray(shapes.T @ (shapes / omega2[:, None]) + housing.seat_residual.reshape(shapes.shape[1], -1))

@@ -1,8 +1,11 @@
-"""gmsh in a process of its own: solids in, mesh arrays out. Nothing of gmsh is loaded into the calling process.
+"""gmsh in a process of its own: solids in, mesh arrays out. The calling process loads nothing of gmsh.
 
-A recipe is plain data: `steps` [{"op": "fuse" | "cut", "solids": [...]}] applied in order to what is there so far,
-`size` (m), `smallest` (m), `per_turn` (elements per full circle), `dimension` 3 (quadratic tetrahedra that
-follow round faces) or 2 (flat triangles of the skin).
+A recipe is plain data:
+
+- `steps`: [{"op": "fuse" | "cut", "solids": [...]}], applied in order to the body so far;
+- `size` and `smallest` (m); `per_turn` (elements per full circle);
+- `dimension`: 3 (quadratic tetrahedra that follow round faces) or 2 (flat triangles of the skin).
+
 Solids: {"kind": "loft", "sections": [{"z", "arcs": [[x, y, r, start, end]]}]}, {"kind": "cylinder", "base", "axis",
 "radius"}, {"kind": "plate", "polygon": [[x, y, z]], "extrude": [x, y, z]}.
 """
@@ -17,15 +20,16 @@ import numpy as np
 from nvhchain.fem.mesher import run_mesher, serve
 
 _TIME_LIMIT = 900.0
-"""s after which the mesher is given up."""
+"""Time (s) after which the mesher is stopped."""
 
 
 def mesh(recipe: dict[str, Any]) -> dict[str, np.ndarray]:
-    """Mesh a recipe.
+    """Mesh a recipe; return `nodes` (n, 3) m and `elements`.
 
-    Returns `nodes` (n, 3) m and `elements` (m, 10), in VTK order, or (m, 3) for dimension 2, where the triangles of
-    different CAD faces need not be turned the same way.  Deterministic: one thread, fixed options.
-    Raises SolverError with what gmsh says when it cannot mesh.
+    Elements are (m, 10), in VTK order, or (m, 3) for dimension 2. Triangles of different CAD faces may then be oriented
+    differently. The result is deterministic: one thread, fixed options.
+
+    Raises SolverError with gmsh's message if it cannot mesh.
     """
     return run_mesher(
         "nvhchain.housing.casting._gmsh",
@@ -97,7 +101,7 @@ def _solid(occ: Any, solid: dict[str, Any]) -> int:
 
 
 def _outline(occ: Any, z: float, arcs: list[list[float]]) -> int:
-    """Closed wire of arcs and the lines between them."""
+    """Return a closed wire of arcs and the lines between them."""
     edges = []
     for (x, y, r, start, end), following in zip(arcs, arcs[1:] + arcs[:1], strict=True):
         edges.append(occ.addCircle(x, y, z, r, angle1=start, angle2=end))
@@ -110,7 +114,7 @@ def _outline(occ: Any, z: float, arcs: list[list[float]]) -> int:
 
 
 def _arrays(gmsh: Any, dimension: int) -> dict[str, np.ndarray]:
-    """Nodes and elements with consecutive node numbers."""
+    """Return nodes and elements with consecutive node numbers."""
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
     _, number = gmsh.model.mesh.getElementsByType(11 if dimension == 3 else 2)
     elements = number.reshape(-1, 10 if dimension == 3 else 3)

@@ -1,6 +1,6 @@
 """Case data of the gearbox casting: a thin-walled bell and gear case around parallel shafts, bolted to a rigid engine.
 
-The engine plane is z = 0; the open bell stands on it with a flange and lugs, an engine-side wall closes the gear case
+The engine plane is z = 0. The open bell stands on it with a flange and lugs. An engine-side wall closes the gear case
 at `bell_depth`, a rear wall at `depth`. Each end wall carries one bearing seat per shaft; the rear seats are blind.
 """
 
@@ -16,7 +16,7 @@ from nvhchain.housing.modes.damping import DampingCurve, check_modal_damping
 from nvhchain.names import check_name, check_names
 
 LARGEST = 5.0
-"""m, above which a gearbox housing is taken for a mistake in the unit."""
+"""Largest length (m) of a gearbox housing; a larger one counts as a mistake in the unit."""
 
 
 def _length(owner: object, name: str, value: float, low: float, high: float) -> None:
@@ -29,7 +29,17 @@ def _length(owner: object, name: str, value: float, low: float, high: float) -> 
 
 @dataclass(frozen=True)
 class Bore:
-    """Bearing seat.  name: unique.  centre: (x, y, z) m, middle of the seat.  radius, length: m."""
+    """Bearing seat.
+
+    Parameters
+    ----------
+    name : str
+        Unique name.
+    centre : (float, float, float)
+        Middle of the seat (x, y, z; m).
+    radius, length : float
+        Radius and length (m).
+    """
 
     name: str
     centre: tuple[Length, Length, Length]
@@ -48,7 +58,15 @@ class Bore:
 
 @dataclass(frozen=True)
 class GearSpace:
-    """Room for the gears of one shaft.  centre: (x, y) m.  radius: m, tip radius of the largest gear plus clearance."""
+    """Space for the gears of one shaft.
+
+    Parameters
+    ----------
+    centre : (float, float)
+        Shaft axis (x, y; m).
+    radius : float
+        Tip radius of the largest gear plus clearance (m).
+    """
 
     centre: tuple[Length, Length]
     radius: Length
@@ -67,17 +85,43 @@ _A, _B, _C = (0.0, 0.0), (0.0831021, -0.0479790), (0.2309714, -0.0111114)
 
 @dataclass(frozen=True)
 class Casting:
-    """Parametric gearbox casting; all lengths in m.
+    """Parametric gearbox casting.
 
-    bores: bearing seats, in the order of the bearings.  gear_spaces: the cavity is the convex hull of these circles.
-    wall, end_wall: thickness of the side wall and of the two end walls.  depth: z of the rear wall's outside.
-    bell_depth: z of the engine-side wall's engine face.  draft: growth of the outline from the rear to the flange.
-    chamfer: of the rear edge.  boss_thickness: of the metal around a seat.  cover_thickness: of the closed end behind
-    a rear seat.  flange_width, flange_thickness, bolts, bolt_radius, lug_radius: the bolted joint with the engine;
-    without bolts the casting is free.  rib_height, rib_thickness: of the ribs on end walls and sides.  spokes: ribs
-    around each boss.  side_ribs: ribs along the sides.  material.  modal_damping: fraction of critical, of every mode,
-    or a curve that is read at its natural frequency.  structural_damping: whether the damping is hysteretic at the
-    lines of a spectrum, a loss factor of twice modal_damping; in time it is viscous, the same at a mode's resonance.
+    Parameters
+    ----------
+    bores : tuple of Bore
+        Bearing seats, in the order of the bearings.
+    gear_spaces : tuple of GearSpace
+        Circles whose convex hull is the cavity.
+    wall, end_wall : float
+        Thickness of the side wall and of the two end walls (m).
+    depth : float
+        z of the rear wall's outside (m).
+    bell_depth : float
+        z of the engine-side wall's engine face (m).
+    draft : float
+        Growth of the outline from the rear to the flange (m).
+    chamfer : float
+        Chamfer of the rear edge (m).
+    boss_thickness : float
+        Thickness of the metal around a seat (m).
+    cover_thickness : float
+        Thickness of the closed end behind a rear seat (m).
+    flange_width, flange_thickness, bolts, bolt_radius, lug_radius : float
+        Bolted joint with the engine (m; number of bolts); without bolts the casting is free.
+    rib_height, rib_thickness : float
+        Height and thickness of the ribs on end walls and sides (m).
+    spokes : int
+        Number of ribs around each boss.
+    side_ribs : int
+        Number of ribs along the sides.
+    material : Material
+        Material of the casting.
+    modal_damping : float or DampingCurve
+        Fraction of critical damping of every mode, or a curve over its natural frequency.
+    structural_damping : bool
+        True for hysteretic damping at the lines of a spectrum, a loss factor of twice modal_damping. In time the
+        damping is viscous, with the same value at a mode's resonance.
     """
 
     bores: tuple[Bore, ...] = (
@@ -129,7 +173,7 @@ class Casting:
         self._check_bores()
 
     def on_engine_side(self, bore: Bore) -> bool:
-        """Whether `bore` sits in the engine-side wall (else in the rear wall)."""
+        """Return True if `bore` sits in the engine-side wall, False for the rear wall."""
         return abs(bore.centre[2] - self.bell_depth) < abs(bore.centre[2] - self.depth)
 
     def _check_extent(self) -> None:

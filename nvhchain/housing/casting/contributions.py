@@ -1,4 +1,4 @@
-"""What each mode and each panel of the housing adds to the sound pressure at a point: p = Σ p_i."""
+"""Contributions of each mode and each panel of the housing to the sound pressure at a point: p = Σ p_i."""
 
 from __future__ import annotations
 
@@ -25,8 +25,12 @@ from nvhchain.housing.modes.response import modal_displacement
 class Contributions:
     """Parts of a pressure.
 
-    frequency: (n_f,) Hz.  points: (n_point, 3) m.  names: n_part.  pressure: (n_f, n_point, n_part) complex Pa; the sum
-    over the parts is the pressure itself.
+    Parameters
+    ----------
+    frequency : (n_f,) frequencies (Hz).
+    points : (n_point, 3) field points (m).
+    names : names of the n_part parts.
+    pressure : (n_f, n_point, n_part) complex pressure (Pa); its sum over the parts is the total pressure.
     """
 
     frequency: FloatArray
@@ -36,12 +40,12 @@ class Contributions:
 
     @property
     def total(self) -> ComplexArray:
-        """Pressure (n_f, n_point) Pa."""
+        """Total pressure (n_f, n_point) Pa."""
         return np.asarray(self.pressure.sum(axis=2))
 
     @property
     def shares(self) -> FloatArray:
-        """Re(p_i p*) / |p|², (n_f, n_point, n_part): sums to one; negative where a part cancels others."""
+        """Shares Re(p_i p*) / |p|² (n_f, n_point, n_part): their sum is one; a part that cancels others is negative."""
         total = self.total
         power = np.abs(total) ** 2
         along = (self.pressure * np.conj(total)[:, :, None]).real
@@ -51,9 +55,9 @@ class Contributions:
 def modal_contributions(
     modal: ModalTransferVectors, housing: ReducedHousing, force_spectrum: ForceSpectrum
 ) -> Contributions:
-    """Pressure by mode, named by number and natural frequency, and by the residual flexibility, which comes last.
+    """Return the pressure by mode, named by number and natural frequency; the residual flexibility comes last.
 
-    The lines of the load must be those of `modal`.  Raises InputError otherwise, and for another housing.
+    Raises InputError if the lines of the load differ from those of `modal`, and for another housing.
     """
     require(
         modal.housing == housing.content_hash, "the modal transfer vectors belong to another housing: make them again"
@@ -75,9 +79,9 @@ def modal_contributions(
 def panel_contributions(
     velocity: SurfaceVelocity, panels: Panels, radiate: Callable[[SurfaceVelocity], FieldPressure]
 ) -> Contributions:
-    """Pressure by panel: each radiates alone while the others are rigid and at rest.
+    """Return the pressure by panel: each radiates alone while the others are rigid and at rest.
 
-    radiate: gives the pressure of a surface velocity, such as `partial(nvhchain.acoustics.radiate, vectors)`.
+    radiate : function from surface velocity to pressure, such as `partial(nvhchain.acoustics.radiate, vectors)`.
     """
     require(
         len(panels.part) == len(velocity.surface.triangles),

@@ -1,4 +1,4 @@
-"""How large a casting is, before it is meshed."""
+"""Size of a casting before it is meshed."""
 
 from __future__ import annotations
 
@@ -9,28 +9,67 @@ from nvhchain.housing.casting.outline import Arc, inside
 from nvhchain.housing.casting.solids import outline_at
 
 COARSEST_FACE = 0.6
-"""Of the depth: longest edge of radiating faces, however long the waves are, that shows the shape of a casting."""
+"""Longest edge of radiating faces over the casting's depth, for waves of any length: they must show its shape."""
 
 
 def face_size(casting: Casting, wanted: float) -> float:
-    """Edge length (m) of the radiating faces: `wanted`, what the air takes, or less where the shape does."""
+    """Return the edge length (m) of the radiating faces.
+
+    Parameters
+    ----------
+    casting : Casting
+        Casting.
+    wanted : float
+        Edge length for the waves in the air (m).
+
+    Returns
+    -------
+    float
+        `wanted`, or less if the casting's shape needs smaller faces.
+    """
     return min(wanted, COARSEST_FACE * casting.depth)
 
 
 def encloses(casting: Casting, point: tuple[float, float, float]) -> bool:
-    """Whether `point` (m) lies within the outer walls: bosses, ribs and flange stick out further."""
+    """Return True if `point` lies within the outer walls; bosses, ribs and flange protrude.
+
+    Parameters
+    ----------
+    casting : Casting
+        Casting.
+    point : (float, float, float)
+        Place (m).
+
+    Returns
+    -------
+    bool
+        True inside the outer walls.
+    """
     x, y, z = point
     depth_inside = inside(outline_at(casting, casting.wall), np.array([[x, y]]))[0]
     return bool(0.0 < z < casting.depth and depth_inside > 0)
 
 
 def room_around(casting: Casting, axis: tuple[float, float]) -> float:
-    """Radius (m) of the largest gear about `axis` that the cavity takes, at the rear wall, where it is narrowest."""
+    """Return the radius of the largest gear that fits into the cavity.
+
+    Parameters
+    ----------
+    casting : Casting
+        Casting.
+    axis : (float, float)
+        Axis of the gear (m).
+
+    Returns
+    -------
+    float
+        Radius (m) at the rear wall, the narrowest place.
+    """
     return float(inside(outline_at(casting, 0.0), np.array([axis]))[0])
 
 
 def envelope_area(casting: Casting) -> float:
-    """Area (m²) of the outer walls and both ends as a straight prism, without bosses, ribs and flange."""
+    """Return the area (m²) of the outer walls and both ends as a straight prism, without bosses, ribs and flange."""
     corners = np.array([_points(arc) for arc in outline_at(casting, casting.wall)]).reshape(-1, 2)
     x, y = corners.T
     following = np.roll(corners, -1, axis=0)

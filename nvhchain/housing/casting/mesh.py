@@ -17,21 +17,26 @@ from nvhchain.housing.casting.casting import Casting
 from nvhchain.housing.casting.solids import bolt_circle, casting_recipe, envelope_recipe, lug_height, seat_range
 
 TET10_FACES = np.array([[0, 2, 1, 6, 5, 4], [0, 1, 3, 4, 8, 7], [1, 2, 3, 5, 9, 8], [0, 3, 2, 7, 9, 6]])
-"""Six-node faces of the tetrahedron, corners counter-clockwise seen from outside, then the mid-edge nodes."""
+"""Six-node faces of the tetrahedron: corners counter-clockwise seen from outside, then the mid-edge nodes."""
 
 _LEAST_JACOBIAN = 0.2
-"""Smallest Jacobian of a curved element in parts of that of its straight twin."""
+"""Smallest Jacobian of a curved element over that of the element with straight edges."""
 
 _TOUCH = 1e-6
-"""m, within which a corner node lies on the surface it was meshed on."""
+"""Largest distance (m) of a corner node from the surface it was meshed on."""
 
 
 @dataclass(frozen=True, eq=False)
 class HousingMesh:
-    """Quadratic tetrahedra with the parts the reduction needs.
+    """Quadratic tetrahedra with the parts that the reduction needs.
 
-    nodes: (n, 3) m.  elements: (m, 10).  seats: node numbers per bore.  bolts: node numbers per bolt.
-    skin: (k, 6) outward faces of the outside, the part that touches the air.
+    Parameters
+    ----------
+    nodes : (n, 3) nodes (m).
+    elements : (m, 10) node numbers.
+    seats : node numbers of each bore.
+    bolts : node numbers of each bolt.
+    skin : (k, 6) outward faces in contact with the outside air.
     """
 
     nodes: FloatArray
@@ -42,7 +47,7 @@ class HousingMesh:
 
 
 def mesh_casting(casting: Casting, fidelity: HousingFidelity) -> HousingMesh:
-    """Mesh the casting and find seats, bolts and outside.  Raises InputError where a seat got no elements."""
+    """Mesh the casting and find seats, bolts and outside. Raises InputError if a seat has too few elements."""
     raw = _gmsh.mesh(casting_recipe(casting, fidelity.element_size, fidelity.elements_per_turn))
     elements = raw["elements"]
     nodes = straightened(raw["nodes"], elements)
@@ -65,9 +70,9 @@ def mesh_casting(casting: Casting, fidelity: HousingFidelity) -> HousingMesh:
 
 
 def straightened(nodes: FloatArray, elements: IntArray) -> FloatArray:
-    """Nodes (n, 3) m with the edges made straight of every element that its round face bends too far.
+    """Return nodes (n, 3) m with straight edges in every element that a round face bends too far.
 
-    Where a curved edge spoils the Jacobian of the thin element behind it, the chord is taken instead of the arc.
+    If a curved edge spoils the Jacobian of the thin element behind it, the chord replaces the arc.
     """
     nodes = nodes.copy()
     first, second = np.array(TET10_EDGES).T
@@ -82,13 +87,13 @@ def straightened(nodes: FloatArray, elements: IntArray) -> FloatArray:
         bad = (jacobian < _LEAST_JACOBIAN * straight[:, None]).any(axis=1) & ~done
         if not bad.any():
             return nodes
-        done |= bad  # a neighbour may now be bent too far by what is still round: look again
+        done |= bad  # the remaining round edges may now bend a neighbour too far: look again
         chosen = elements[bad]
         nodes[chosen[:, 4:]] = (nodes[chosen[:, first]] + nodes[chosen[:, second]]) / 2
 
 
 def boundary_faces(elements: IntArray) -> IntArray:
-    """Outward six-node faces (k, 6) that belong to one element only."""
+    """Return the outward six-node faces (k, 6) that belong to one element only."""
     faces = elements[:, TET10_FACES].reshape(-1, 6)
     corners = np.sort(faces[:, :3], axis=1)
     _, first, count = np.unique(corners, axis=0, return_index=True, return_counts=True)
@@ -96,7 +101,7 @@ def boundary_faces(elements: IntArray) -> IntArray:
 
 
 def radiating_surface(casting: Casting, element_size: float) -> Surface:
-    """Closed triangulation (edge length about `element_size`, m) of the filled outer body, the engine plane closed."""
+    """Return the closed triangulation (edges of `element_size`, m) of the filled outer body with the engine plane."""
     raw = _gmsh.mesh(envelope_recipe(casting, element_size))
     triangles = _turned_alike(raw["elements"])
     surface_sign = np.einsum(
@@ -106,7 +111,7 @@ def radiating_surface(casting: Casting, element_size: float) -> Surface:
 
 
 def on_engine_plane(surface: Surface) -> IntArray:
-    """Which faces (n_face,) bool of the radiating surface close the engine side: rigid, they do not radiate."""
+    """Return the faces (n_face,) bool of the radiating surface that close the engine side: rigid and silent."""
     return (np.abs(surface.vertices[surface.triangles, 2]) < _TOUCH).all(axis=1)
 
 
@@ -118,7 +123,7 @@ def _on_cylinder(
     radius: float,
     name: str,
 ) -> IntArray:
-    """Nodes of the boundary faces whose corners lie on a cylinder along z."""
+    """Return nodes of the boundary faces whose corners lie on a cylinder along z."""
     corners = nodes[boundary[:, :3]]
     distance = np.hypot(corners[..., 0] - axis[0], corners[..., 1] - axis[1])
     z = corners[..., 2]
@@ -131,7 +136,7 @@ def _on_cylinder(
 
 
 def _components(faces: IntArray) -> IntArray:
-    """Label (k,) of the edge-connected patch each triangle belongs to."""
+    """Return the label (k,) of each triangle's edge-connected patch."""
     edges = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
     _, edge = np.unique(edges, axis=0, return_inverse=True)
     owner = np.repeat(np.arange(len(faces)), 3)
@@ -140,14 +145,14 @@ def _components(faces: IntArray) -> IntArray:
 
 
 def _outermost(nodes: FloatArray, faces: IntArray) -> IntArray:
-    """The connected patch that reaches furthest from the engine: gear case and bell inside belong to others."""
+    """Return the connected patch that reaches furthest from the engine, without the insides of gear case and bell."""
     label = _components(faces[:, :3])
     furthest = int(nodes[faces[:, :3], 2].max(axis=1).argmax())
     return faces[label == label[furthest]]
 
 
 def _turned_alike(triangles: IntArray) -> IntArray:
-    """Triangles of a closed surface with consistent orientation, walking from neighbour to neighbour."""
+    """Return triangles of a closed surface with consistent orientation, walking from neighbour to neighbour."""
     edges = np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
     _, edge, count = np.unique(edges, axis=0, return_inverse=True, return_counts=True)
     if not (count == 2).all():

@@ -1,7 +1,7 @@
 """Outline of the casting in the transverse plane: the convex hull of circles around the shafts, with an offset.
 
 The hull is a closed chain of arcs joined by common tangents. An offset changes every radius by the same amount and
-leaves the tangent directions as they are, so that outlines at different offsets have the same edges.
+keeps the tangent directions. Outlines at different offsets therefore have the same edges.
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ import numpy as np
 from nvhchain.handoff import FloatArray
 
 _DIRECTIONS = 7200
-"""Directions in which the outermost circle is looked up before the tangents are found exactly."""
+"""Number of directions in which the outermost circle is looked up before the tangents are found exactly."""
 
 
 @dataclass(frozen=True)
 class Arc:
-    """Arc from angle `start` to `end` > `start` (rad) of a circle, counter-clockwise; m."""
+    """Arc of a circle from angle `start` to `end` > `start` (rad), counter-clockwise; lengths in m."""
 
     x: float
     y: float
@@ -28,12 +28,12 @@ class Arc:
     end: float
 
     def point(self, angle: float) -> FloatArray:
-        """(2,) m."""
+        """Return the point (2,) m at an angle (rad)."""
         return np.array([self.x, self.y]) + self.radius * np.array([np.cos(angle), np.sin(angle)])
 
 
 def hull(circles: Sequence[tuple[float, float, float]], offset: float = 0.0) -> tuple[Arc, ...]:
-    """Arcs of the convex hull of `circles` (x, y, radius; m), counter-clockwise, all radii grown by `offset` (m)."""
+    """Return the convex hull of `circles` (x, y, radius; m) as counter-clockwise arcs, radii grown by `offset` (m)."""
     x, y, radius = np.array(circles, dtype=float).T
     angle = np.linspace(0.0, 2 * np.pi, _DIRECTIONS, endpoint=False)
     reach = x[:, None] * np.cos(angle) + y[:, None] * np.sin(angle) + radius[:, None]
@@ -53,7 +53,7 @@ def hull(circles: Sequence[tuple[float, float, float]], offset: float = 0.0) -> 
 
 
 def _tangent(x: FloatArray, y: FloatArray, radius: FloatArray, i: int, j: int, near: float) -> float:
-    """Normal direction (rad) of the common outer tangent of circles i and j that lies close to `near`."""
+    """Return the normal direction (rad) of the common outer tangent of circles i and j that lies close to `near`."""
     dx, dy = x[j] - x[i], y[j] - y[i]
     distance, base = np.hypot(dx, dy), np.arctan2(dy, dx)
     # n·(c_j − c_i) + r_j − r_i = 0
@@ -64,9 +64,9 @@ def _tangent(x: FloatArray, y: FloatArray, radius: FloatArray, i: int, j: int, n
 
 
 def stations(arcs: Sequence[Arc], count: int, start: float = 0.0) -> tuple[FloatArray, FloatArray]:
-    """`count` points (count, 2) m and outward normals (count, 2), evenly spaced along the outline.
+    """Return `count` points (count, 2) m and outward normals (count, 2), evenly spaced along the outline.
 
-    start: position of the first one in parts of the spacing, from the first arc's start.
+    start : position of the first point over the spacing, from the first arc's start.
     """
     pieces: list[tuple[float, Arc, FloatArray | None]] = []
     for arc, following in zip(arcs, [*arcs[1:], arcs[0]], strict=True):
@@ -86,7 +86,7 @@ def stations(arcs: Sequence[Arc], count: int, start: float = 0.0) -> tuple[Float
 
 
 def inside(arcs: Sequence[Arc], points: FloatArray) -> FloatArray:
-    """Distance (k,) m of `points` (k, 2) inside the outline; negative outside (then a lower bound of the distance)."""
+    """Return the distance (k,) m of `points` (k, 2) inside the outline; outside, minus a lower bound of it."""
     angle = np.linspace(0.0, 2 * np.pi, _DIRECTIONS, endpoint=False)
     normal = np.stack([np.cos(angle), np.sin(angle)])
     support = np.max([arc.x * normal[0] + arc.y * normal[1] + arc.radius for arc in arcs], axis=0)

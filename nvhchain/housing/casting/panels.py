@@ -1,4 +1,4 @@
-"""Named parts of a radiating surface: bosses, walls and flange of the casting, node groups of a foreign model."""
+"""Named parts of a radiating surface: bosses, walls and flange of the casting, node groups of an imported model."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from nvhchain.housing.casting.casting import Casting
 from nvhchain.housing.casting.mesh import on_engine_plane
 
 _SAME_PLACE = 1e-9
-"""Of the surface's extent, within which two distances to groups of nodes are one."""
+"""Largest difference of two distances to node groups that count as one, over the surface's extent."""
 
 
 @dataclass(frozen=True, eq=False)
 class Panels:
-    """names: of the parts.  part: (n_face,) number of the part that each face belongs to."""
+    """Names of the panels, and the number (n_face,) of the panel of each face."""
 
     names: tuple[str, ...]
     part: IntArray
@@ -33,7 +33,7 @@ class Panels:
 
 
 def casting_panels(casting: Casting, surface: Surface) -> Panels:
-    """Rear bosses by bearing, rear wall, flange, engine side, and the side wall by the direction it looks in."""
+    """Return rear bosses by bearing, rear wall, flange, engine side, and the side wall by its direction."""
     centre, normal = surface.centroids, surface.normals
     names = ["side wall +x", "side wall −x", "side wall +y", "side wall −y", "rear wall", "flange", "engine side"]
     along_x = np.abs(normal[:, 0]) >= np.abs(normal[:, 1])
@@ -54,7 +54,10 @@ def casting_panels(casting: Casting, surface: Surface) -> Panels:
 
 
 def group_panels(surface: Surface, groups: Mapping[str, FloatArray]) -> Panels:
-    """Each face goes with the nearest point (m) of `groups`, name → (n, 3), and the smallest group that has it."""
+    """Return panels from `groups`, name → points (n, 3) m.
+
+    Each face belongs to the group of its nearest point, and to the smallest of several such groups.
+    """
     require(len(groups) > 0, "no groups are given: at least one is needed")
     distance = np.array([cKDTree(points).query(surface.centroids)[0] for points in groups.values()])
     near = distance <= distance.min(axis=0) + _SAME_PLACE * np.ptp(surface.vertices, axis=0).max()

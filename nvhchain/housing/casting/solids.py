@@ -1,4 +1,4 @@
-"""Solids that make up the casting, as recipes for the mesher, and the filled outer envelope that radiates."""
+"""Solids of the casting as recipes for the mesher, and the filled outer envelope that radiates."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from nvhchain.housing.casting.outline import Arc, hull, inside, stations
 Solid = dict[str, Any]
 
 _CORNER = np.sqrt(2) - 1
-"""Shift of a 45° chamfer's ends when the wall is offset by its thickness."""
+"""Shift of the ends of a 45° chamfer over the wall thickness by which the wall is offset."""
 
 
 def casting_recipe(casting: Casting, size: float, per_turn: float) -> dict[str, Any]:
-    """Recipe of the casting itself for quadratic tetrahedra of edge length `size` (m), shorter where walls ask for it.
+    """Return the recipe of the casting for quadratic tetrahedra of edge length `size` (m), or shorter if walls need it.
 
-    per_turn: elements around round edges.
+    per_turn : elements around round edges.
     """
     size = min(size, _longest(casting))
     rear = [bore for bore in casting.bores if not casting.on_engine_side(bore)]
@@ -49,9 +49,9 @@ def casting_recipe(casting: Casting, size: float, per_turn: float) -> dict[str, 
 
 
 def _longest(casting: Casting) -> float:
-    """Edge length (m) with which chords of the side wall's two faces do not cross.
+    """Return the edge length (m) with which chords of the side wall's two faces do not cross.
 
-    A chord of length s falls short of its arc by about s²/8r, most where the outline is narrowest; that is kept below
+    A chord of length s falls short of its arc by about s²/8r, most where the outline is narrowest. This is kept below
     half the wall.
     """
     half, radius = casting.wall / 2, min(space.radius for space in casting.gear_spaces)
@@ -59,7 +59,7 @@ def _longest(casting: Casting) -> float:
 
 
 def envelope_recipe(casting: Casting, size: float) -> dict[str, Any]:
-    """Recipe of the filled outer body for triangles of edge length `size` (m): no cavity, holes, lugs or ribs."""
+    """Return the recipe of the filled outer body (no cavity, holes, lugs, ribs) for triangles of edge `size` (m)."""
     rear = [_boss(casting, bore) for bore in casting.bores if not casting.on_engine_side(bore)]
     return {
         "dimension": 2,
@@ -71,17 +71,17 @@ def envelope_recipe(casting: Casting, size: float) -> dict[str, Any]:
 
 
 def outline_at(casting: Casting, offset: float) -> tuple[Arc, ...]:
-    """Outline of the gear spaces grown by `offset` (m)."""
+    """Return the outline of the gear spaces grown by `offset` (m)."""
     return hull([(*space.centre, space.radius) for space in casting.gear_spaces], offset)
 
 
 def seat_range(bore: Bore) -> tuple[float, float]:
-    """Lower and upper z (m) of a bearing seat."""
+    """Return the lower and upper z (m) of a bearing seat."""
     return bore.centre[2] - bore.length / 2, bore.centre[2] + bore.length / 2
 
 
 def _bore_range(casting: Casting, bore: Bore) -> tuple[float, float]:
-    """Lower and upper z (m) of the hole: an engine-side bore is also cleared of the ribs that meet at its boss."""
+    """Return the lower and upper z (m) of the hole; an engine-side bore also cuts the ribs that meet at its boss."""
     low, high = seat_range(bore)
     if casting.on_engine_side(bore):
         low = min(low, casting.bell_depth - casting.rib_height)
@@ -89,27 +89,27 @@ def _bore_range(casting: Casting, bore: Bore) -> tuple[float, float]:
 
 
 def lug_height(casting: Casting) -> float:
-    """Thickness (m) of the metal under a bolt head."""
+    """Return the thickness (m) of the metal under a bolt head."""
     return casting.flange_thickness * 1.25
 
 
 def bolt_circle(casting: Casting) -> FloatArray:
-    """Bolt axes (bolts, 2) m, evenly spaced along the flange."""
+    """Return the bolt axes (bolts, 2) m, evenly spaced along the flange."""
     return stations(outline_at(casting, _foot(casting) + casting.flange_width), casting.bolts)[0]
 
 
 def _foot(casting: Casting) -> float:
-    """Offset (m) of the side wall's outside at the flange."""
+    """Return the offset (m) of the side wall's outside at the flange."""
     return casting.wall + casting.draft
 
 
 def _growth(casting: Casting, z: float) -> float:
-    """Growth of the outline at height z by the draft, m."""
+    """Return the growth (m) of the outline at height z by the draft."""
     return casting.draft * (1 - z / casting.depth)
 
 
 def _loft(casting: Casting, sections: Sequence[tuple[float, float]]) -> Solid:
-    """Body through outlines at (z, offset)."""
+    """Return the body through outlines at (z, offset)."""
     return {
         "kind": "loft",
         "sections": [
@@ -170,12 +170,12 @@ def _boss(casting: Casting, bore: Bore) -> Solid:
 
 
 def _first_outside(border: tuple[Arc, ...], path: FloatArray) -> int:
-    """Index of the first point of a straight `path` (k, 2) m that lies outside the convex border; 0: there is none."""
+    """Return the index of the first point of a straight `path` (k, 2) m outside the convex border; 0 if none."""
     return bisect_left(range(len(path)), True, key=lambda i: bool(inside(border, path[i])[0] < 0)) % len(path)
 
 
 def _end_ribs(casting: Casting, bores: Sequence[Bore]) -> list[Solid]:
-    """Ribs on the outside of an end wall: from boss to boss, and spokes from each boss to the side wall."""
+    """Return ribs on the outside of an end wall: from boss to boss, and spokes from each boss to the side wall."""
     if casting.rib_height == 0 or not bores:
         return []
     engine = casting.on_engine_side(bores[0])
@@ -207,7 +207,7 @@ def _end_ribs(casting: Casting, bores: Sequence[Bore]) -> list[Solid]:
 
 
 def _web(start: FloatArray, end: FloatArray, low: float, high: float, thickness: float) -> Solid:
-    """Upright rib between two points of the transverse plane."""
+    """Return an upright rib between two points of the transverse plane."""
     along = (end - start) / np.linalg.norm(end - start)
     across = thickness / 2 * np.array([-along[1], along[0]])
     corners = [start + across, start - across, end - across, end + across]
@@ -219,7 +219,7 @@ def _web(start: FloatArray, end: FloatArray, low: float, high: float, thickness:
 
 
 def _side_ribs(casting: Casting) -> list[Solid]:
-    """Tapered ribs along the side wall from the flange towards the rear, midway between bolts."""
+    """Return tapered ribs along the side wall from the flange towards the rear, midway between bolts."""
     if casting.rib_height == 0 or casting.side_ribs == 0:
         return []
     low, high = casting.flange_thickness / 2, casting.depth - casting.chamfer

@@ -1,4 +1,4 @@
-"""The parametric casting in the form in which other people's models come, to be handed to other codes."""
+"""Parametric casting in the form of an imported model, for export to other codes."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from nvhchain.housing.casting.mesh import HousingMesh
 
 
 def casting_model(mesh: HousingMesh, casting: Casting) -> SolidModel:
-    """The meshed casting as a foreign code would have it: RBE2 at seats and at held bolts, groups `SEAT_…`, `SKIN`."""
+    """Return the meshed casting as a solid model: RBE2 at seats and at held bolts, groups `SEAT_…`, `SKIN`."""
     count = len(mesh.nodes)
     labels = np.arange(1, count + 1)
     seats = [

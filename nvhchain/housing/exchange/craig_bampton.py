@@ -37,10 +37,32 @@ def craig_bampton(
     names: tuple[str, ...],
     positions: FloatArray,
 ) -> CraigBampton:
-    """Reduce to the seats, whose unknowns come last in K and M (`held_matrices`), and modes up to f_top (Hz).
+    """Reduce a structure to its seats and to modes with the seats held.
 
-    to_outputs: (n_out, n) from unknowns to output motions.
-    Raises InputError where the names do not fit; SolverError when a mode does not converge.
+    Parameters
+    ----------
+    K, M : (n, n) sparse matrix
+        Stiffness and mass; the unknowns of the seats come last (`held_matrices`).
+    to_outputs : (n_out, n) sparse matrix
+        Map from unknowns to output motions.
+    f_top : float
+        Upper limit of the modes (Hz).
+    names : tuple of str
+        Names of the seats.
+    positions : (n_seat, 3) array
+        Centres of the seats (m).
+
+    Returns
+    -------
+    CraigBampton
+        Reduced matrices.
+
+    Raises
+    ------
+    InputError
+        If names, outputs and unknowns do not fit together.
+    SolverError
+        If a mode does not converge.
     """
     boundary = _PER_SEAT * len(names)
     require(
@@ -73,10 +95,13 @@ def craig_bampton(
 def exchange_casting(
     casting: Casting, *, f_max: float, f_top: float, surface_size: float, fidelity: HousingFidelity
 ) -> CraigBampton:
-    """Matrices of the parametric casting, with the normal motion of its radiating faces as output.
+    """Return matrices of the parametric casting, with the normal motion of its radiating faces as output.
 
-    f_max: Hz, which the mesh must carry.  f_top: Hz, up to which modes with the seats held are kept.
-    surface_size: m, edge length of the radiating triangles.  Raises what `reduce_housing` does.
+    f_max : largest frequency (Hz) of the mesh.
+    f_top : upper limit (Hz) of modes with the seats held.
+    surface_size : edge length (m) of the radiating triangles.
+
+    Raises the errors of `reduce_housing`.
     """
     check_bending_resolution(casting, f_max, fidelity)
     mesh = mesh_casting(casting, fidelity)
@@ -94,9 +119,9 @@ def exchange_casting(
 
 
 def exchange_model(model: SolidModel, seats: Sequence[RigidSet], *, f_top: float) -> CraigBampton:
-    """Matrices of a foreign model at `seats` (from `bearing_seats`), without outputs: its own program has those.
+    """Return matrices of an imported model at `seats` (from `bearing_seats`), without outputs, which its program has.
 
-    f_top: Hz, up to which modes with the seats held are kept.
+    f_top : upper limit (Hz) of modes with the seats held.
     """
     sound, _ = sound_mesh(with_seats(model, seats))
     K, M, _ = constrained(sound)

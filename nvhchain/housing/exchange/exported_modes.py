@@ -1,7 +1,7 @@
-"""A reduced housing as normal modes and residual vectors of its radiating surface and its seats, for other programs.
+"""Reduced housing as normal modes and residual vectors of its radiating surface and seats, for other programs.
 
-What a face is known to move is its mean normal motion. Every vertex gets the vector that fits its faces best, and every
-face a node in its middle that makes its mean exact: the surface stays closed and displaces the same volume.
+The known motion of a face is its mean normal motion. Every vertex gets the vector that fits its faces best. Every face
+gets a node in its middle that makes its mean exact. The surface stays closed and displaces the same volume.
 """
 
 from __future__ import annotations
@@ -14,16 +14,35 @@ from nvhchain.handoff import FloatArray, ReducedHousing, Surface
 from nvhchain.housing.modes.truncation import with_ritz_vectors
 
 _FLAT = 0.03
-"""Of the sum of n nᵀ at a vertex, added in all directions: where faces are flat or nearly so, within some 10°, a vertex
-moves along their normal alone. The choice moves vertices of pictures; the faces' means are exact with any."""
+"""Share of the trace of Σ n nᵀ at a vertex that is added in all directions.
+
+A vertex of faces that are flat within some 10° then moves along their normal alone. The value moves vertices of
+pictures; the faces' means are exact with any value.
+"""
 
 
 def exported_modes(housing: ReducedHousing) -> ModalModel:
-    """The modes, then the residual flexibility as residual vectors (`housing_from_modes` with residual_vectors).
+    """Return the modes, then the residual flexibility as residual vectors.
 
-    Nodes: vertices of the radiating surface, middles of its faces, seats.  Group: `seats`.  Damping is viscous, that
-    of the residual vectors the highest mode's; whether the housing's is structural is not kept.
-    Raises InputError for a housing without modes and residual, or whose residual flexibility carries no residual mass.
+    Parameters
+    ----------
+    housing : ReducedHousing
+        Reduced housing.
+
+    Returns
+    -------
+    ModalModel
+        Nodes: vertices of the radiating surface, middles of its faces, seats. Group: `seats`.
+
+    Raises
+    ------
+    InputError
+        For a housing without modes and residual, or with a residual flexibility but no residual mass.
+
+    Notes
+    -----
+    `housing_from_modes` reads the result with residual_vectors. Damping is viscous; structural damping is not kept. The
+    residual vectors have the damping of the highest mode.
     """
     surface, count = housing.surface, len(housing.names)
     seats, faces = housing.seat_shapes.reshape(-1, 3 * count), housing.normal_shapes
@@ -55,9 +74,9 @@ def exported_modes(housing: ReducedHousing) -> ModalModel:
 
 
 def fitted_motion(surface: Surface, faces: FloatArray) -> FloatArray:
-    """Vectors (m, n_v, 3) whose normal parts fit the motions (m, n_face) of the faces around each vertex best.
+    """Return vectors (m, n_v, 3) whose normal parts fit the motions (m, n_face) of the faces around each vertex best.
 
-    Weighted by the faces' areas; a body that moves rigidly keeps its vectors at edges and corners.
+    Faces are weighted by area. A body that moves rigidly keeps its vectors at edges and corners.
     """
     n, weight = surface.normals, surface.areas
     matrix = np.zeros((len(surface.vertices), 3, 3))

@@ -1,8 +1,8 @@
-"""Normal modes and residual vectors of a solid model at its skin and seats, as other solvers give them.
+"""Normal modes and residual vectors of a solid model at its skin and seats, in the form of other solvers.
 
-Residual vectors: the residual flexibility R of the seats spans, with the modes, the exact static response. Its Ritz
-vectors ψ = R y, mass-normalised, with ψᵀKψ = λ, lie above the modes and carry R = Σ ψψᵀ/λ; Nastran writes them so, as
-further modes (RESVEC).
+The residual flexibility R of the seats spans, with the modes, the exact static response. Its Ritz vectors ψ = R y,
+mass-normalised, with ψᵀKψ = λ, lie above the modes and carry R = Σ ψψᵀ/λ. Nastran writes them in this way, as further
+modes (RESVEC).
 """
 
 from __future__ import annotations
@@ -24,17 +24,39 @@ from nvhchain.housing.modes.seat_modes import SeatModes, seat_modes
 from nvhchain.housing.skin.skin import solid_skin
 
 _DEPENDENT = 1e-10
-"""Of the residual's largest flexibility, below which a direction of the seats has none of its own."""
+"""Least flexibility of an independent direction of the seats, over the residual's largest."""
 
 
 def modal_model(model: SolidModel, seats: Sequence[RigidSet], *, f_top: float, modal_damping: float) -> ModalModel:
-    """Modes up to f_top (Hz), then the residual vectors of unit forces at `seats` (`bearing_seats`).
+    """Return modes, then residual vectors of unit forces at the seats.
 
-    modal_damping: fraction of critical, of every mode.  Nodes: those of the skin with their labels, mid-edge ones too,
-    then the reference points of the seats with theirs, or new ones where they are taken.  Repairs, a mesh too coarse
-    for f_top and rigid motions that held freedoms leave are warned of.
-    Raises InputError for a mesh that cannot be repaired safely or carries no bending waves of f_top, SolverError when
-    the eigensolver fails.
+    Parameters
+    ----------
+    model : SolidModel
+        Solid model.
+    seats : sequence of RigidSet
+        Seats from `bearing_seats`.
+    f_top : float
+        Upper limit of the modes (Hz).
+    modal_damping : float
+        Fraction of critical damping of every mode.
+
+    Returns
+    -------
+    ModalModel
+        Nodes: those of the skin with their labels, mid-edge nodes included, then the reference points of the seats. A
+        seat has its own label, or a new one if that is taken.
+
+    Raises
+    ------
+    InputError
+        For a mesh that cannot be repaired safely or carries no bending waves of f_top.
+    SolverError
+        If the eigensolver fails.
+
+    Notes
+    -----
+    Warnings concern repairs, a mesh too coarse for f_top, and rigid motions that held freedoms leave.
     """
     model, notes = sound_mesh(with_seats(model, seats))
     warn(f"{model.source}: {note}" for note in notes)
@@ -65,7 +87,7 @@ def modal_model(model: SolidModel, seats: Sequence[RigidSet], *, f_top: float, m
 
 
 def residual_vectors(modes: SeatModes) -> tuple[FloatArray, FloatArray]:
-    """Eigenvalues (k,) rad²/s², rising, and mass-normalised shapes (n, k) kg^-½, of at most three per seat."""
+    """Return eigenvalues (k,) rad²/s², rising, and mass-normalised shapes (n, k) kg^-½, of at most three per seat."""
     flexibility, directions = np.linalg.eigh(modes.residual[modes.seats])
     own = flexibility > _DEPENDENT * flexibility[-1]
     basis = directions[:, own] / np.sqrt(flexibility[own])
@@ -75,7 +97,7 @@ def residual_vectors(modes: SeatModes) -> tuple[FloatArray, FloatArray]:
 
 
 def _labels(known: IntArray, used: IntArray, seats: Sequence[int]) -> IntArray:
-    """Of nodes `used`, those beyond the known ones numbered on, and of the seats."""
+    """Return labels of nodes `used` and of the seats; nodes beyond the known ones get new numbers."""
     last = max(int(known.max()), *seats)
     numbered = np.concatenate([known, last + 1 + np.arange(max(0, int(used[-1]) + 1 - len(known)))])
     labels = numbered[used].tolist()

@@ -1,4 +1,4 @@
-"""Where a foreign mesh of one body is open: nodes twice at a place, and faces divided differently on both sides."""
+"""Openings in an imported mesh of one body: coincident nodes, and faces divided differently on both sides."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ from nvhchain.fem.triangles import lying_on
 from nvhchain.handoff import FloatArray, IntArray
 
 COINCIDENT = 1e-4
-"""Parts of the mean edge within which two nodes lie at the same place; files round to seven digits of the extent."""
+"""Largest distance of two nodes at the same place, over the mean edge; files round to seven digits of the extent."""
 
 _ON_SKIN = 1e-3
-"""Of a flat facet's size, within which the middle of another lies on it."""
+"""Largest distance between the middle of a flat facet and a facet that it lies on, over the latter's size."""
 
 _CURVED = 1.25
-"""Of what the chords of two facets stand off the arc they follow, within which one lies on the other."""
+"""Largest distance between two facets on one arc, over the sum of their chords' distances from the arc."""
 
 _FACING, _SMOOTH = np.radians(8.0), np.radians(35.0)
-"""Angle up to which two flat facets face one another, and between neighbours on a round face; more is an edge."""
+"""Largest angles between flat facets that face one another, and between neighbours on a round face (else an edge)."""
 
 _WALL = 1.5
-"""Of how far a facet lies behind another: an element behind it that ends later is not of a wall between both."""
+"""Largest depth of an element over the distance of the facet behind it that makes it a wall between both."""
 
 
 def cracks(model: SolidModel, edge: float) -> list[str]:
-    """What is to be warned of where nodes lie at the same place and no rigid set has both.  edge: m, mean of all."""
+    """Return warnings of coincident nodes that no rigid set joins; `edge` is the mean edge (m)."""
     pairs = _coincident(model.nodes, edge)
     for rigid in model.rigid_sets:
         pairs = pairs[~np.isin(pairs, rigid.nodes).all(axis=1)]
@@ -44,16 +44,16 @@ def cracks(model: SolidModel, edge: float) -> list[str]:
 
 
 def open_joints(model: SolidModel, edge: float) -> list[str]:
-    """What is to be warned of where the skin of a quadratic model lies on skin that faces it and no rigid set holds it.
+    """Return warnings where the skin of a quadratic model lies on facing skin and no rigid set holds it.
 
     Meshes that divide a common face differently, or hang their nodes on it, are joined by their common nodes alone.
-    Faces that are the same but for nodes that coincide are told by those (`cracks`).  edge: m, mean of all.
+    Faces that differ only by coincident nodes are excluded, as `cracks` reports them. `edge` is the mean edge (m).
     """
     faces, owner = element_faces([(block.shape, block.nodes) for block in model.blocks])
     outside = on_boundary(faces, model.labels, model.source)
     told = _same(faces[outside, :4], _coincident(model.nodes, edge), len(model.nodes))
     nodes, triangles, face = _triangles(model.nodes, faces[outside])
-    rigid = np.ones(len(model.nodes) + 1, dtype=bool)  # −1, where there is no fourth corner, is the last
+    rigid = np.ones(len(model.nodes) + 1, dtype=bool)  # index −1, without a fourth corner, is the last
     rigid[:-1] = np.isin(np.arange(len(model.nodes)), np.concatenate([[], *(one.nodes for one in model.rigid_sets)]))
     corners = nodes[triangles]
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -65,7 +65,7 @@ def open_joints(model: SolidModel, edge: float) -> list[str]:
     bend, sag = _curvature(triangles, corners, normal)
     size = np.linalg.norm(corners - centre[:, None], axis=2).max(axis=1)
     one, other = lying_on(centre, corners, np.maximum(_ON_SKIN, 2 * _CURVED * sag / size)).T
-    # chords of one arc lie off one another by what both are off the arc, which turns as they do
+    # chords of one arc lie apart by the sum of their distances from the arc
     round_ = np.where(np.minimum(sag[one], sag[other]) > 0, _CURVED * (sag[one] + sag[other]), 0.0)
     above = np.einsum("ka,ka->k", centre[one] - centre[other], normal[other])
     angle = np.arccos(-np.einsum("ka,ka->k", normal[one], normal[other]).clip(-1, 1))
@@ -75,10 +75,10 @@ def open_joints(model: SolidModel, edge: float) -> list[str]:
     flat = np.abs(above[against]) < _ON_SKIN * size[other[against]]
     element, facing = (owner[outside[face[side[against]]]] for side in (one, other))
     at = one[against]
-    # a wall is at least as thick as the element behind its skin; what meets at an edge of the body parts from there
+    # a wall is at least as thick as the element behind its skin; facets that meet at an edge of the body diverge
     wall = _depth(model.nodes, faces, owner, element, centre[at], normal[at]) < -_WALL * above[against]
     wall[_joined(faces[:, :4], owner, element, facing)] = True
-    # of a round joint the coarser facets' middles may stand off the finer ones by more than these are off the arc
+    # in a round joint the coarser facets' middles may be further from the finer facets than these are from the arc
     found = np.unique(np.concatenate([at[flat | ~wall], other[against][~flat & ~wall]]))
     found = found[~told[face[found]]]
     if not len(found):
@@ -92,9 +92,9 @@ def open_joints(model: SolidModel, edge: float) -> list[str]:
 
 
 def _triangles(nodes: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray, IntArray]:
-    """Flat triangles (k, 3) of faces (f, 8), four for each half of a curved one, and the face (k,) of each.
+    """Return nodes with added face centres, flat triangles (k, 3) of faces (f, 8), and the face (k,) of each triangle.
 
-    The first are the nodes (n, 3) and those added in the middles of faces.
+    Each half of a curved face has four triangles.
     """
     facets, centres = six_node_facets(faces, len(nodes))
     nodes = np.vstack([nodes, centres @ nodes])
@@ -109,12 +109,12 @@ def _triangles(nodes: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray
 
 
 def _coincident(nodes: FloatArray, edge: float) -> IntArray:
-    """Pairs (q, 2) of nodes at the same place."""
+    """Return pairs (q, 2) of nodes at the same place."""
     return np.asarray(cKDTree(nodes).query_pairs(COINCIDENT * edge, output_type="ndarray"))
 
 
 def _same(corners: IntArray, pairs: IntArray, count: int) -> IntArray:
-    """Which faces (f,) bool have the corners (f, 4) of another where the `pairs` (q, 2) of `count` nodes are one."""
+    """Return faces (f,) bool with the corners (f, 4) of another, once `pairs` (q, 2) of `count` nodes are merged."""
     link = sp.coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(count, count))
     merged = np.append(connected_components(link, directed=False)[1], -1)[corners]
     _, which, sides = np.unique(np.sort(merged, axis=1), axis=0, return_inverse=True, return_counts=True)
@@ -122,9 +122,9 @@ def _same(corners: IntArray, pairs: IntArray, count: int) -> IntArray:
 
 
 def _curvature(facets: IntArray, corners: FloatArray, normal: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Angle (k,) rad to the neighbour of a facet that is turned most, and how far (m) the arc stands off the facet.
+    """Return the largest angle (k,) rad from a facet to a neighbour, and the distance (m) of the arc from the facet.
 
-    facets: (k, 3) nodes.  Neighbours turned by more than `_SMOOTH` lie beyond an edge of the body.
+    facets : (k, 3) nodes. Neighbours at more than `_SMOOTH` lie beyond an edge of the body.
     """
     ends = facets[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
     _, edge, sides = np.unique(np.sort(ends, axis=1), axis=0, return_inverse=True, return_counts=True)
@@ -142,7 +142,10 @@ def _curvature(facets: IntArray, corners: FloatArray, normal: FloatArray) -> tup
 
 
 def _joined(corners: IntArray, owners: IntArray, one: IntArray, other: IntArray) -> IntArray:
-    """Pairs of elements, of q, that have a corner in common.  corners: (f, 4) of all faces, `owners` (f,)."""
+    """Return indices of the pairs of elements that have a corner in common.
+
+    corners : (f, 4) of all faces, with their elements `owners` (f,).
+    """
     known = corners >= 0
     rows = np.repeat(owners, known.sum(axis=1))
     of = sp.csr_matrix((np.ones(len(rows)), (rows, corners[known])))
@@ -153,16 +156,17 @@ def _joined(corners: IntArray, owners: IntArray, one: IntArray, other: IntArray)
 def _depth(
     nodes: FloatArray, faces: IntArray, owners: IntArray, element: IntArray, place: FloatArray, normal: FloatArray
 ) -> FloatArray:
-    """m, (q,), from a place (q, 3) on the skin of an element (q,) along its inward normal to where it ends.
+    """Return the depth (q,) m from places (q, 3) on the skin of elements (q,) along the inward normal to their ends.
 
-    faces: (f, 8) of all elements, `owners` (f,).  normal: (q, 3), outward.
+    faces : (f, 8) of all elements, with their elements `owners` (f,).
+    normal : (q, 3) outward normals.
     """
     order = np.argsort(owners, kind="stable")
     first, last = (np.searchsorted(owners[order], element, side=side) for side in ("left", "right"))
     count = last - first
     row = np.repeat(np.arange(len(element)), count)
     which = order[np.arange(len(row)) + np.repeat(first - np.cumsum(count) + count, count)]
-    corners = nodes[np.where(faces[which, :4] >= 0, faces[which, :4], faces[which, :1])]  # a triangle ends as it begins
+    corners = nodes[np.where(faces[which, :4] >= 0, faces[which, :4], faces[which, :1])]  # triangles repeat a corner
     across = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
     speed = -np.einsum("ka,ka->k", across, normal[row])
     ahead = speed > 1e-9 * np.linalg.norm(across, axis=1)

@@ -1,7 +1,7 @@
-"""Whether the elements of a foreign mesh hang together as one body, by common faces and by rigid sets.
+"""Connection of the elements of an imported mesh to one body, by common faces and by rigid sets.
 
-Bodies with a common edge or node only turn about it without resistance, which no element reports: the structure is
-then a mechanism, and moves as no casting does.
+Bodies with only a common edge or node turn about it without resistance, and no element reports this. Such a structure
+is a mechanism and moves as no casting does.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ _LINE = 1e-4
 """Width of a set of nodes over its length, below which they lie on a line; files round to seven digits."""
 
 _NAMED = 6
-"""Nodes of a joint that the message names."""
+"""Number of nodes of a joint in the message."""
 
 
 def on_a_line(points: FloatArray) -> bool:
-    """Whether points (n, 3) m lie on a line, about which what they join can turn."""
+    """Return True if points (n, 3) m lie on a line, about which the parts that they join can turn."""
     if len(points) < 3:
         return True
     spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
@@ -33,7 +33,7 @@ def on_a_line(points: FloatArray) -> bool:
 
 
 def check_joints(model: SolidModel, edge: float) -> None:
-    """Raise InputError unless all elements of a quadratic model are one body.  edge: m, mean length of the edges."""
+    """Raise InputError unless all elements of a quadratic model are one body; `edge` is the mean edge (m)."""
     faces, owner = element_faces([(block.shape, block.nodes) for block in model.blocks])
     corners = faces[:, :4]
     body = _by_faces(corners, owner, model.elements)
@@ -54,7 +54,7 @@ def check_joints(model: SolidModel, edge: float) -> None:
 
 
 def _by_faces(corners: IntArray, owner: IntArray, elements: int) -> IntArray:
-    """Body (m,) of every element: elements with a common face belong to one."""
+    """Return the body (m,) of every element: elements with a common face belong to one body."""
     order = np.lexsort(np.sort(corners, axis=1).T)
     key = np.sort(corners, axis=1)[order]
     same = (key[1:] == key[:-1]).all(axis=1)
@@ -67,7 +67,7 @@ def _components(pairs: IntArray, count: int) -> IntArray:
 
 
 def _incidence(corners: IntArray, body: IntArray, nodes: int, bodies: int) -> sp.csr_matrix:
-    """(n, bodies), one where a node is a corner of a body."""
+    """Return a matrix (n, bodies) with one where a node is a corner of a body."""
     known = corners >= 0
     columns = np.repeat(body, known.sum(axis=1))
     found = sp.csr_matrix((np.ones(len(columns)), (corners[known], columns)), shape=(nodes, bodies))
@@ -76,7 +76,7 @@ def _incidence(corners: IntArray, body: IntArray, nodes: int, bodies: int) -> sp
 
 
 def _face_on_face(corners: IntArray, body: IntArray, corner_of: sp.csr_matrix) -> list[tuple[int, int]]:
-    """Pairs of bodies of which one has a face with all corners in the other, which may divide it otherwise."""
+    """Return pairs of bodies: one has a face with all corners in the other, which may divide it differently."""
     common = np.flatnonzero(np.diff(corner_of.indptr) > 1)
     near = np.isin(corners, common) | (corners < 0)
     corners, body = corners[near.all(axis=1)], body[near.all(axis=1)]
@@ -89,7 +89,7 @@ def _face_on_face(corners: IntArray, body: IntArray, corner_of: sp.csr_matrix) -
 
 
 def _in_rigid_sets(model: SolidModel, corner_of: sp.csr_matrix) -> list[tuple[int, int]]:
-    """Pairs of a body and a rigid set, counted after the bodies, that has nodes of it that are not on a line."""
+    """Return pairs of a body and a rigid set that holds nodes of it off a line; sets are counted after the bodies."""
     pairs = []
     for number, rigid in enumerate(model.rigid_sets, corner_of.shape[1]):
         members = sp.csc_matrix(corner_of[rigid.nodes])
@@ -101,7 +101,7 @@ def _in_rigid_sets(model: SolidModel, corner_of: sp.csr_matrix) -> list[tuple[in
 
 
 def _remedy(model: SolidModel, corner_of: sp.csr_matrix, part: IntArray, edge: float) -> str:
-    """What to do, by the nodes that the parts share or that lie at the same place."""
+    """Return the remedy, by the nodes that the parts share or that coincide."""
     gather = sp.csr_matrix((np.ones(len(part)), (np.arange(len(part)), part)))
     part_of = sp.csr_matrix(corner_of @ gather)
     shared = np.flatnonzero(np.diff(part_of.indptr) > 1)

@@ -1,4 +1,4 @@
-"""How far a foreign mesh carries the bending waves of its walls, found before anything is solved."""
+"""Check of an imported mesh for the bending waves of its walls, before anything is solved."""
 
 from __future__ import annotations
 
@@ -10,17 +10,19 @@ from nvhchain.housing.skin.skin import Skin
 from nvhchain.housing.skin.thin_walls import edges, longest_for_their_wall, stiffening, wall_thickness, worst_quarter
 
 _NYQUIST = 1.0
-"""Quadratic elements per wavelength below which a mesh has no such wave: two distances of nodes."""
+"""Quadratic elements per wavelength below which a mesh carries no such wave: two node spacings."""
 
 
 def resolution(model: SolidModel, skin: Skin, f_max: float, least: float) -> list[str]:
-    """What is to be warned of where the mesh is too coarse for bending waves at f_max (Hz) on a quarter of its skin.
+    """Return warnings of a mesh that is too coarse for bending waves at f_max (Hz) on a quarter of its skin.
 
-    least: elements per wavelength that are needed.  A wall with no other side near is taken as thick as walls are in
-    the mean, 2 V / A. Of several materials that with the shortest waves counts. Tetrahedra too long for thin walls are
-    warned of, too.
-    Raises InputError for a mesh that has no such waves, with the number of modes that plates as large as its walls
-    have: N = Σ S f/2 √(ρt/B) (Cremer, Heckl & Petersson, Structure-Borne Sound).
+    least : required elements per wavelength.
+
+    A wall without a near other side gets the mean thickness of all walls, 2 V / A. Of several materials the one with
+    the shortest waves counts. Tetrahedra too long for thin walls give a warning, too.
+
+    Raises InputError for a mesh that carries no such waves. The message estimates the number of modes of plates as
+    large as its walls: N = Σ S f/2 √(ρt/B) (Cremer, Heckl & Petersson, Structure-Borne Sound).
     """
     notes, wall = [], wall_thickness(skin)
     stiff = stiffening(longest_for_their_wall(model, skin, wall))

@@ -1,4 +1,4 @@
-"""A housing from the modes that another solver or a modal test has found; those above the band make its residual."""
+"""Housing from the modes of another solver or a modal test; modes above the band make its residual."""
 
 from __future__ import annotations
 
@@ -26,15 +26,17 @@ from nvhchain.housing.skin.shell_sides import distinct, has_area, outward_sides,
 from nvhchain.housing.skin.skin import Skin
 
 _RIGID = 1e-4
-"""Of f_max, below which a mode is rigid: rounding, 1e-16 of the highest eigenvalue of a mesh, gives free bodies natural
-frequencies of 1e-8 of its highest, some MHz, and a few times that.  That does not fall with the band: ten times as much
-up to `_ROUNDED`."""
+"""Largest frequency of a rigid mode over f_max.
+
+Rounding, 1e-16 of the highest eigenvalue of a mesh, gives free bodies natural frequencies of 1e-8 of its highest (some
+MHz), and a few times that. This does not fall with the band: the limit is ten times as large, up to `_ROUNDED`.
+"""
 
 _ROUNDED = 0.5
-"""Hz, the most that rounding is taken to make of a rigid mode."""
+"""Largest frequency (Hz) of a rigid mode due to rounding."""
 
 _SPACINGS = 3.0
-"""Mean distances of natural frequencies by which modes may end below f_max without one of them missing."""
+"""Largest gap between the last mode and f_max without a missing mode, in mean spacings of natural frequencies."""
 
 
 def housing_from_modes(
@@ -51,23 +53,48 @@ def housing_from_modes(
     surface: Surface | None = None,
     residual_vectors: bool = False,
 ) -> ReducedHousing:
-    """The modes up to fidelity.mode_ratio · f_max at the bearing seats and on the radiating faces.
+    """Reduce modal results to the bearing seats and the radiating faces.
 
-    positions: bearing → centre of its seat, m.  labels: bearing → node of the file; else the node at the position.
-    modal_damping: fraction of critical, in place of the file's.  f_max: Hz.  surface_size, engine_plane, opening,
-    surface: as for `reduce_model`.
-    The skin moves by parabolas where the model has the middles of its edges, as that of `reduce_model` does, else
-    linearly between its corners.
-    residual_vectors: the uppermost modes are residual vectors of unit forces at the seats (`modal_model`, Nastran
-    RESVEC), which with the modes before them make the whole static flexibility.
+    Parameters
+    ----------
+    model : ModalModel
+        Modes of another program.
+    positions : mapping of str to sequence of float
+        Bearing → centre of its seat (m).
+    f_max : float
+        Upper limit of the band (Hz).
+    surface_size : float
+        Edge length of the radiating faces (m).
+    fidelity : HousingFidelity
+        Fidelity; modes up to mode_ratio · f_max are kept.
+    labels : mapping of str to int, optional
+        Bearing → node of the file; by default the node at the position.
+    modal_damping : float, optional
+        Fraction of critical damping in place of the file's.
+    engine_plane, opening, surface
+        As in `reduce_model`.
+    residual_vectors : bool
+        True if the uppermost modes are residual vectors of unit forces at the seats (`modal_model`, Nastran RESVEC).
+        With the modes before them they make the whole static flexibility.
 
-    Modes above the limit move statically: they are the residual flexibility, φφᵀ/ω² each. Without residual vectors it
-    is not complete. What is left out of the seats' static flexibility is then estimated by what the uppermost octave
-    adds (of a constant modal density, all modes above add as much), warned of (AccuracyWarning) and stated in the
-    provenance.
-    Repairs of the skin are warned of and stated too.
-    Raises InputError for a bearing without a node or one that moves in no mode, for a skin not as long as housings are,
-    for modes that end below f_max, for too few residual vectors and for a truncation_tolerance_db.
+    Returns
+    -------
+    ReducedHousing
+        Reduced housing; its provenance lists repairs of the skin.
+
+    Raises
+    ------
+    InputError
+        For a bearing whose node is missing or moves in no mode. For a skin outside the length of housings. For modes
+        that end below f_max, too few residual vectors, and a truncation_tolerance_db.
+
+    Notes
+    -----
+    The skin moves by parabolas if the model has mid-edge nodes, as in `reduce_model`, else linearly between its
+    corners. Modes above the limit move statically: they are the residual flexibility, φφᵀ/ω² each. Without residual
+    vectors it is incomplete. The missing part of the seats' static flexibility is then estimated from the uppermost
+    octave: for a constant modal density all modes above it add as much. An AccuracyWarning and the provenance state
+    this share.
     """
     require(
         fidelity.truncation_tolerance_db == 0,
@@ -161,7 +188,20 @@ def housing_from_modes(
 
 
 def check_modes(model: ModalModel, f_max: float) -> None:
-    """Raise InputError for a skin not as long as housings are and for modes that end below f_max (Hz)."""
+    """Check the size of the skin and the range of the modes.
+
+    Parameters
+    ----------
+    model : ModalModel
+        Modes of another program.
+    f_max : float
+        Upper limit of the band (Hz).
+
+    Raises
+    ------
+    InputError
+        For a skin outside the length of housings and for modes that end below f_max.
+    """
     require(np.isfinite(f_max) and f_max > 0, f"f_max = {f_max} Hz must be positive")
     check_extent(model.nodes[model.triangles[:, :3]], model.source)
     highest = model.frequency[-1]
@@ -172,19 +212,32 @@ def check_modes(model: ModalModel, f_max: float) -> None:
 
 
 def _rigid_limit(f_max: float) -> float:
-    """Hz, below which a mode of the band to f_max (Hz) is rigid."""
+    """Return the frequency (Hz) below which a mode of the band to f_max (Hz) is rigid."""
     return max(_RIGID * f_max, min(_ROUNDED, 10 * _RIGID * f_max))
 
 
 def has_rigid_motion(model: ModalModel, f_max: float) -> bool:
-    """Whether a mode is rigid, of the band to f_max (Hz): nothing then holds the structure."""
+    """Return True if a mode is rigid: nothing then holds the structure.
+
+    Parameters
+    ----------
+    model : ModalModel
+        Modes of another program.
+    f_max : float
+        Upper limit of the band (Hz).
+
+    Returns
+    -------
+    bool
+        True for a free structure.
+    """
     return bool(model.frequency[0] < _rigid_limit(f_max))
 
 
 def modal_extent(model: ModalModel) -> float:
-    """Area of the skin, m², of both sides where it is shells; of thin walls half of it radiates.
+    """Return the area of the skin (m²), of both sides for shells; half of the area of thin walls radiates.
 
-    Raises InputError for a skin that is not as long as housings are.
+    Raises InputError for a skin outside the length of housings.
     """
     check_extent(model.nodes[model.triangles[:, :3]], model.source)
     a, b, c = (model.nodes[model.triangles[:, i]] for i in range(3))
@@ -192,9 +245,9 @@ def modal_extent(model: ModalModel) -> float:
 
 
 def missing_flexibility(frequency: FloatArray, seat_shapes: FloatArray) -> float:
-    """Share of the seats' static flexibility (trace) that modes above the last are expected to add, 0 … 1.
+    """Return the share (0 … 1) of the seats' static flexibility (trace) expected from modes above the last.
 
-    Σ φ²/ω² of modes spread evenly over the frequency is the same above f as between f/2 and f.
+    The sum Σ φ²/ω² of modes spread evenly over the frequency is the same above f as between f/2 and f.
     """
     elastic = frequency > 0
     omega2 = (2 * np.pi * frequency[elastic]) ** 2
@@ -204,9 +257,10 @@ def missing_flexibility(frequency: FloatArray, seat_shapes: FloatArray) -> float
 
 
 def modal_skin(model: ModalModel) -> tuple[Skin, IntArray, tuple[str, ...]]:
-    """The skin with nodes halfway along edges that have none, which facets (k,) bool are sides of open shells, notes.
+    """Return the skin with all mid-edge nodes, its facets (k,) bool that are sides of open shells, and notes.
 
-    Triangles given twice or without area are left out, those of solids that look inward are turned, and noted.
+    Triangles given twice or without area are excluded. Triangles of solids that look inward are turned over. Notes list
+    both.
     """
     notes = list(model.notes)
     two_sided = np.broadcast_to(model.two_sided, len(model.triangles)).astype(bool)

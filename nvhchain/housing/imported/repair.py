@@ -1,8 +1,8 @@
-"""A foreign solid mesh made fit for analysis: what is safe is repaired and reported, the rest is refused by number.
+"""Repair of an imported solid mesh: safe repairs are made and reported, other faults are refused by number.
 
-Safe: nodes without elements, elements numbered inside out, collapsed to nothing or given twice, mid-edge nodes that
-turn a curved element over. Linear elements are raised to quadratic ones with straight edges: they lock otherwise, and
-what other codes do against it (bubble functions, selective integration) differs from code to code.
+Safe repairs concern nodes without elements; elements that are inside out, collapsed or given twice; and mid-edge nodes
+that turn a curved element over. Linear elements become quadratic ones with straight edges, because they lock otherwise.
+Remedies of other codes against locking (bubble functions, selective integration) differ from code to code.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ from nvhchain.housing.imported.joints import check_joints, on_a_line
 
 QUADRATIC = {"tet": "tet10", "wedge": "wedge15", "hex": "hex20"}
 _FLIP = {"tet": (0, 2, 1, 3), "wedge": (3, 4, 5, 0, 1, 2), "hex": (4, 5, 6, 7, 0, 1, 2, 3)}
-"""Corners renumbered so that an element that is inside out becomes right."""
+"""Order of the corners that turns an inside-out element over."""
 
 _EXTENT = (5e-3, 20.0)
-"""m, of the longest side of what is taken for a housing."""
+"""Smallest and largest length (m) of a housing's longest side."""
 
 _CHUNK = 20_000
 
 
 def sound_mesh(model: SolidModel) -> tuple[SolidModel, tuple[str, ...]]:
-    """The model as one connected body of valid quadratic elements; in words what had to be done to it, and its cracks.
+    """Return the model as one connected body of valid quadratic elements, and notes on its repairs and cracks.
 
     Raises InputError for distorted elements, parts without a common face or rigid set, and nodes held twice.
     """
@@ -52,18 +52,18 @@ def sound_mesh(model: SolidModel) -> tuple[SolidModel, tuple[str, ...]]:
 
 
 def edge_nodes(block: ElementBlock) -> IntArray:
-    """Corner node pairs (m, n_edge, 2) of the edges of every element."""
+    """Return corner node pairs (m, n_edge, 2) of the edges of every element."""
     return np.asarray(block.nodes[:, np.array(EDGES[block.shape])])
 
 
 def mean_edge(model: SolidModel) -> float:
-    """m, mean length of the edges of all elements."""
+    """Return the mean length (m) of the edges of all elements."""
     ends = np.concatenate([edge_nodes(block).reshape(-1, 2) for block in model.blocks])
     return float(np.linalg.norm(model.nodes[ends[:, 0]] - model.nodes[ends[:, 1]], axis=1).mean())
 
 
 def _without_collapsed(model: SolidModel, notes: list[str]) -> SolidModel:
-    """Elements that repeat a corner so often that nothing is left are dropped; those that repeat one are refused."""
+    """Return the model without elements collapsed to nothing; refuse elements that repeat a corner otherwise."""
     blocks, dropped = [], 0
     for block in model.blocks:
         corners = np.sort(block.nodes[:, : CORNERS[block.shape]], axis=1)
@@ -84,10 +84,7 @@ def _without_collapsed(model: SolidModel, notes: list[str]) -> SolidModel:
 
 
 def check_extent(nodes: FloatArray, source: str) -> None:
-    """A housing of another size than housings have was read in the wrong unit of length, whatever its material says.
-
-    nodes: (n, 3) m, of its mesh.
-    """
+    """Refuse a mesh, nodes (n, 3) m, outside the size of housings: its unit of length must be wrong."""
     extent = float(np.ptp(nodes, axis=0).max())
     require(
         _EXTENT[0] <= extent <= _EXTENT[1],
@@ -97,7 +94,7 @@ def check_extent(nodes: FloatArray, source: str) -> None:
 
 
 def _without_copies(model: SolidModel, notes: list[str]) -> SolidModel:
-    """Of elements on the same corners and of the same material one is kept; of another material they are refused."""
+    """Return the model with one of several elements on the same corners; refuse copies of another material."""
     table = np.full((model.elements, 8), -1)
     start = 0
     for block in model.blocks:
@@ -127,7 +124,7 @@ def _without_copies(model: SolidModel, notes: list[str]) -> SolidModel:
 
 
 def _compact(model: SolidModel, notes: list[str]) -> SolidModel:
-    """Nodes that belong to elements only."""
+    """Return the model with only those nodes that belong to elements."""
     used = np.unique(np.concatenate([block.nodes.ravel() for block in model.blocks]))
     row = np.full(len(model.nodes), -1)
     row[used] = np.arange(len(used))
@@ -155,7 +152,7 @@ def _compact(model: SolidModel, notes: list[str]) -> SolidModel:
 
 
 def _right_side_out(model: SolidModel, notes: list[str]) -> SolidModel:
-    """Elements whose straight twin has a negative volume everywhere are renumbered."""
+    """Renumber elements that have a negative volume everywhere with straight edges."""
     blocks, turned = [], 0
     for block in model.blocks:
         jacobian = _straight_jacobian(model.nodes, block)
@@ -184,7 +181,7 @@ def _flip(block: ElementBlock) -> list[int]:
 
 
 def _straight_jacobian(nodes: FloatArray, block: ElementBlock) -> FloatArray:
-    """Jacobians (m, q) of the straight-edged elements, m³; one within rounding of zero counts as zero."""
+    """Return Jacobians (m, q) m³ of the straight-edged elements; values within rounding of zero are zero."""
     corners = block.nodes[:, : CORNERS[block.shape]]
     middle = (nodes[edge_nodes(block)[..., 0]] + nodes[edge_nodes(block)[..., 1]]) / 2
     twin = np.concatenate([nodes[corners], middle], axis=1)
@@ -195,7 +192,7 @@ def _straight_jacobian(nodes: FloatArray, block: ElementBlock) -> FloatArray:
 
 
 def _jacobian(positions: FloatArray, kind: str) -> FloatArray:
-    """Jacobians (m, q) of quadratic elements with nodes at `positions` (m, k, 3), at every quadrature point."""
+    """Return Jacobians (m, q) of quadratic elements with nodes at `positions` (m, k, 3), at every quadrature point."""
     reference = reference_element(kind)
     gradient = np.concatenate([reference.gradient, reference.mass_gradient])
     parts = [
@@ -206,7 +203,7 @@ def _jacobian(positions: FloatArray, kind: str) -> FloatArray:
 
 
 def raised(model: SolidModel, notes: list[str] | None = None) -> SolidModel:
-    """Linear elements as quadratic ones; they share the mid-edge nodes of quadratic neighbours."""
+    """Return the model with quadratic elements in place of linear ones; they share mid-edge nodes of neighbours."""
     linear = [block for block in model.blocks if not block.quadratic]
     if not linear:
         return model
@@ -260,14 +257,14 @@ def _with_middles(rigid: RigidSet, ends: IntArray, count: int) -> RigidSet:
 
 
 def _joined(members: IntArray, ends: IntArray, count: int) -> IntArray:
-    """The members and the new mid-edge nodes between two of them."""
+    """Return the members and the new mid-edge nodes between two of them."""
     inside = np.zeros(count, dtype=bool)
     inside[members] = True
     return np.concatenate([members, count + np.flatnonzero(inside[ends].all(axis=1))])
 
 
 def _straightened(model: SolidModel, notes: list[str]) -> SolidModel:
-    """Mid-edge nodes moved to the chord in elements that their curved edges turn over."""
+    """Move mid-edge nodes to the chord in elements that their curved edges turn over."""
     nodes, touched = model.nodes.copy(), 0
     while True:
         changed = False

@@ -1,4 +1,4 @@
-"""Which rigid set of a foreign model, or which node of modal results, carries which bearing."""
+"""Rigid sets of an imported model, or nodes of modal results, that carry the bearings."""
 
 from __future__ import annotations
 
@@ -13,19 +13,34 @@ from nvhchain.fem.solid_model import RigidSet, SolidModel
 from nvhchain.handoff import FloatArray, IntArray
 
 SEAT_TOLERANCE = 1e-4
-"""m, within which a rigid set's reference point is that of a bearing."""
+"""Largest distance (m) between a rigid set's reference point and a bearing."""
 
 
 def bearing_seats(
     model: SolidModel, positions: Mapping[str, Sequence[float]], names: Mapping[str, str] | None = None
 ) -> tuple[RigidSet, ...]:
-    """The rigid set of every bearing, renamed to it.
+    """Return the rigid set of every bearing, renamed to the bearing.
 
-    positions: bearing → centre of its seat, m.  names: bearing → name of a rigid set (RBE2 or coupling), number of its
-    reference node, or name of a node group, which is made rigid about the position; a bearing without a name gets the
-    set whose reference point is at its position.
+    Parameters
+    ----------
+    model : SolidModel
+        Imported model.
+    positions : mapping of str to sequence of float
+        Bearing → centre of its seat (m).
+    names : mapping of str to str, optional
+        Bearing → name of a rigid set (RBE2 or coupling), number of its reference node, or name of a node group. A node
+        group is made rigid about the position. By default a bearing has the set whose reference point is at its
+        position.
 
-    Raises InputError for a bearing without a seat.
+    Returns
+    -------
+    tuple of RigidSet
+        Seats in the order of `positions`.
+
+    Raises
+    ------
+    InputError
+        For a bearing without a seat.
     """
     names = names or {}
     _check_names(names, positions)
@@ -37,10 +52,26 @@ def bearing_seats(
 def seat_rows(
     model: ModalModel, positions: Mapping[str, Sequence[float]], labels: Mapping[str, int] | None = None
 ) -> IntArray:
-    """Rows (n_bearing,) of the nodes that move as the seats of the bearings.
+    """Return the rows of the nodes that move as the seats of the bearings.
 
-    positions: bearing → centre of its seat, m.  labels: bearing → node of the file; else the node at the position.
-    Raises InputError for a bearing without a node or one that moves in no mode.
+    Parameters
+    ----------
+    model : ModalModel
+        Modes of another program.
+    positions : mapping of str to sequence of float
+        Bearing → centre of its seat (m).
+    labels : mapping of str to int, optional
+        Bearing → node of the file; by default the node at the position.
+
+    Returns
+    -------
+    (n_bearing,) array of int
+        Rows of `model.nodes`.
+
+    Raises
+    ------
+    InputError
+        For a bearing without a node or with a node that moves in no mode.
     """
     labels = labels or {}
     require(len(positions) > 0, "no bearing seats are given: at least one is needed")

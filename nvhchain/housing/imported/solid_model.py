@@ -1,4 +1,4 @@
-"""A housing from somebody else's solid model: repaired, given an envelope, reduced as the parametric casting is."""
+"""Housing from an imported solid model: repaired, with an envelope, and reduced like the parametric casting."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from nvhchain.housing.skin.skin import solid_skin
 
 _STEPS = 6
 _FREE = 6
-"""Rigid motions of a free body."""
+"""Number of rigid motions of a free body."""
 
 
 def reduce_model(
@@ -45,19 +45,48 @@ def reduce_model(
     surface: Surface | None = None,
     progress: Progress | None = None,
 ) -> ReducedHousing:
-    """Modes and residual flexibility of a foreign model at `seats`.
+    """Reduce an imported model to modes and residual flexibility at its seats.
 
-    fidelity: modes up to mode_ratio · f_max, or as many as truncation_tolerance_db asks for, as `reduce_housing`.
-    seats: from `bearing_seats`, in the order of the bearings.  f_max: Hz.  surface_size: m, edge of radiating faces.
-    modal_damping: fraction of critical, of every mode, or a curve that is read there.  engine_plane: closes the
-    housing, rigid; None for a closed one.  opening: m, diameter of the largest hole that counts as closed, surface_size
-    by default.  surface: the radiating surface, if it is not to be made from the skin.
+    Parameters
+    ----------
+    model : SolidModel
+        Imported model.
+    seats : sequence of RigidSet
+        Seats from `bearing_seats`, in the order of the bearings.
+    f_max : float
+        Upper limit of the band (Hz).
+    surface_size : float
+        Edge length of the radiating faces (m).
+    modal_damping : float or DampingCurve
+        Fraction of critical damping of every mode, or a curve over the natural frequency.
+    fidelity : HousingFidelity
+        Fidelity; modes up to mode_ratio · f_max, or the number for truncation_tolerance_db, as in `reduce_housing`.
+    engine_plane : EnginePlane, optional
+        Rigid plane that closes the housing; None for a closed housing.
+    opening : float, optional
+        Diameter (m) of the largest hole that counts as closed; surface_size by default.
+    surface : Surface, optional
+        Radiating surface; made from the skin by default.
+    progress : Progress, optional
+        Receives steps done and total.
 
-    The provenance holds what was repaired and, in dB, what truncation and the mapping onto the faces cost. Repairs, a
-    mesh too coarse for f_max, rigid motions that held freedoms leave and a mapping off by more than
-    fidelity.mapping_tolerance_db are warned of.
-    Raises InputError for a mesh that cannot be repaired safely or carries no bending waves of f_max, SolverError when
-    the eigensolver fails.
+    Returns
+    -------
+    ReducedHousing
+        Reduced housing; its provenance lists repairs and the errors (dB) of truncation and of the mapping onto the
+        faces.
+
+    Raises
+    ------
+    InputError
+        For a mesh that cannot be repaired safely or carries no bending waves of f_max.
+    SolverError
+        If the eigensolver fails.
+
+    Notes
+    -----
+    Warnings concern repairs, a mesh too coarse for f_max, rigid motions that held freedoms leave, and a mapping error
+    above fidelity.mapping_tolerance_db.
     """
     require(np.isfinite(f_max) and f_max > 0, f"f_max = {f_max} Hz must be positive")
     require(np.isfinite(surface_size) and surface_size > 0, f"surface_size = {surface_size:g} m must be positive")
@@ -121,7 +150,7 @@ def reduce_model(
 
 
 def rigid_motions(model: SolidModel, frequency: FloatArray) -> list[str]:
-    """What is to be warned of where a model has more modes at 0 Hz than what is held leaves.  frequency: (m,) Hz."""
+    """Return warnings of a model with more modes at 0 Hz than its held freedoms leave; `frequency` is (m,) Hz."""
     found = int((frequency == 0).sum())
     if found and (model.held.any() or any(rigid.held.any() for rigid in model.rigid_sets)):
         return [
@@ -134,9 +163,19 @@ def rigid_motions(model: SolidModel, frequency: FloatArray) -> list[str]:
 
 
 def model_extent(model: SolidModel) -> tuple[float, int]:
-    """Area of the skin, m², and displacement unknowns of a foreign model once it is sound.
+    """Return the radiating area and the number of displacement unknowns of a repaired imported model.
 
-    The skin counts inside and outside; of thin walls half of it radiates.
+    Parameters
+    ----------
+    model : SolidModel
+        Imported model.
+
+    Returns
+    -------
+    area : float
+        Half the area of the skin (m²): inside and outside count, and half of the area of thin walls radiates.
+    unknowns : int
+        Number of displacement unknowns.
     """
     model, _ = sound_mesh(model)
     skin = solid_skin(model)
@@ -146,7 +185,7 @@ def model_extent(model: SolidModel) -> tuple[float, int]:
 
 
 def with_seats(model: SolidModel, seats: Sequence[RigidSet]) -> SolidModel:
-    """The model with `seats` as its last rigid sets."""
+    """Return the model with `seats` as its last rigid sets."""
     require(len(seats) > 0, "no bearing seats are given: at least one is needed")
     for seat in seats:
         require(not seat.held.any(), f"seat {seat.name}: its reference point is held: release it")
@@ -156,7 +195,10 @@ def with_seats(model: SolidModel, seats: Sequence[RigidSet]) -> SolidModel:
 
 
 def constrained(model: SolidModel) -> tuple[sp.csr_matrix, sp.csr_matrix, sp.csr_matrix]:
-    """Stiffness and mass with rigid sets and held freedoms, and the map T to all nodes; seats come last, six each."""
+    """Return stiffness and mass with rigid sets and held freedoms, and the map T to all nodes.
+
+    The six unknowns of each seat come last.
+    """
     size = 3 * len(model.nodes)
     K, M = sp.csr_matrix((size, size)), sp.csr_matrix((size, size))
     for block in model.blocks:
@@ -174,5 +216,6 @@ def constrained(model: SolidModel) -> tuple[sp.csr_matrix, sp.csr_matrix, sp.csr
 
 
 def warn(messages: Iterable[str]) -> None:
+    """Issue an AccuracyWarning for each message."""
     for message in messages:
         warnings.warn(message, AccuracyWarning, stacklevel=3)

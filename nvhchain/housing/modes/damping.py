@@ -1,4 +1,4 @@
-"""Damping of the housing's modes, and of the forced response where it depends on the frequency of the line."""
+"""Damping of the housing's modes, and of the forced response if it depends on the frequency of the line."""
 
 from __future__ import annotations
 
@@ -14,7 +14,12 @@ from nvhchain.handoff import FloatArray
 class DampingCurve:
     """Fraction of critical damping against frequency, linear between the given points and constant beyond them.
 
-    frequency: (k,) Hz, increasing.  ratio: (k,), 0 … 1.
+    Parameters
+    ----------
+    frequency : (k,) sequence of float
+        Frequencies (Hz), increasing.
+    ratio : (k,) sequence of float
+        Fractions of critical damping, 0 … 1.
     """
 
     frequency: tuple[float, ...]
@@ -41,12 +46,12 @@ class DampingCurve:
             object.__setattr__(self, name, tuple(value.tolist()))
 
     def at(self, frequency: FloatArray) -> FloatArray:
-        """Ratio at `frequency` (any shape, Hz)."""
+        """Return the ratio at `frequency` (Hz, any shape)."""
         return np.asarray(np.interp(frequency, self.frequency, self.ratio))
 
 
 def check_modal_damping(damping: float | DampingCurve, owner: str) -> None:
-    """Every mode is damped, and less than half critically: an undamped gearbox would never settle."""
+    """Require damping of every mode below half of critical; an undamped gearbox would never settle."""
     ratios = damping.ratio if isinstance(damping, DampingCurve) else (damping,)
     require(
         all(0 < ratio < 0.5 for ratio in ratios),
@@ -55,7 +60,7 @@ def check_modal_damping(damping: float | DampingCurve, owner: str) -> None:
 
 
 def damping_of_modes(damping: float | DampingCurve, natural_frequency: FloatArray) -> FloatArray:
-    """Fraction of critical (m,) of the modes at `natural_frequency` (m,) Hz: a curve is read there."""
+    """Return the fraction of critical damping (m,) of the modes at `natural_frequency` (m,) Hz."""
     if isinstance(damping, DampingCurve):
         return damping.at(natural_frequency)
     return np.full(len(natural_frequency), float(damping))

@@ -1,4 +1,4 @@
-"""The rigid plane of the engine that a foreign housing is bolted to."""
+"""Rigid plane of the engine that an imported housing is bolted to."""
 
 from __future__ import annotations
 
@@ -13,7 +13,15 @@ from nvhchain.handoff import FloatArray
 
 @dataclass(frozen=True)
 class EnginePlane:
-    """The rigid plane that closes a housing.  point: m on it.  normal: unit vector that points at the engine."""
+    """Rigid plane that closes a housing.
+
+    Parameters
+    ----------
+    point : (float, float, float)
+        Point on the plane (m).
+    normal : (float, float, float)
+        Unit vector towards the engine.
+    """
 
     point: tuple[Length, Length, Length]
     normal: tuple[float, float, float]
@@ -24,5 +32,5 @@ class EnginePlane:
 
     @property
     def arrays(self) -> tuple[FloatArray, FloatArray]:
-        """Point and normal."""
+        """Point (3,) and normal (3,)."""
         return np.array(self.point, dtype=float), np.array(self.normal, dtype=float)

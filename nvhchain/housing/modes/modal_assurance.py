@@ -1,4 +1,4 @@
-"""Modal assurance criterion: how far two sets of mode shapes point the same way."""
+"""Modal assurance criterion (MAC): agreement of two sets of mode shapes."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from nvhchain.handoff import FloatArray, ReducedHousing
 
 
 def modal_assurance(one: ReducedHousing, other: ReducedHousing) -> FloatArray:
-    """MAC (n_mode_one, n_mode_other), |φᵀWψ|² / (φᵀWφ · ψᵀWψ), 0 … 1, of the normal shapes, weighted by area (W).
+    """Return the MAC |φᵀWψ|² / (φᵀWφ · ψᵀWψ), (n_mode_one, n_mode_other), of the area-weighted (W) normal shapes.
 
-    Only the outer surface counts, without its mass: modes that differ inside or along the surface may look alike here.
-    On another radiating surface ψ is read at the face whose centroid is nearest (Allemang & Brown, IMAC 1982).
+    Only the outer surface counts, without its mass. Modes that differ inside or along the surface may agree here. On
+    another radiating surface ψ is read at the face with the nearest centroid (Allemang & Brown, IMAC 1982).
     """
     weight = one.surface.areas
     shapes = other.normal_shapes

@@ -18,15 +18,29 @@ def respond(
     structural: bool | None = None,
     damping: DampingCurve | None = None,
 ) -> SurfaceVelocity:
-    """Normal velocity v_n = jω u_n (n_f, n_face) m/s of every face at the lines that carry force.
+    """Compute the normal velocity v_n = jω u_n of every face at the lines that carry force.
 
-    The forces act on the housing at its seats; the names must be those of the housing, in any order.
-    structural: the damping is a loss factor of twice the ratio, else viscous; by default what the housing says.
-    damping: its ratio as it depends on the frequency of the line, for all modes alike; the housing's modal damping by
-    default.
+    Parameters
+    ----------
+    housing : ReducedHousing
+        Housing.
+    force_spectrum : ForceSpectrum
+        Forces on the housing at its seats; their names are those of the housing, in any order.
+    structural : bool, optional
+        True for a loss factor of twice the damping ratio, False for viscous damping; by default as in the housing.
+    damping : DampingCurve, optional
+        Damping ratio of all modes over the frequency of the line; by default the housing's modal damping.
 
-    Raises InputError for an unknown or missing bearing and for a mode without damping that is driven at its resonance
-    (a free housing at 0 Hz too); ResourceError when the result does not fit into memory.
+    Returns
+    -------
+    SurfaceVelocity
+        Normal velocity (n_f, n_face) m/s.
+
+    Raises
+    ------
+    InputError
+        For an unknown or missing bearing, and for an undamped mode driven at its resonance (a free housing at 0 Hz
+    too). ResourceError If the result does not fit into memory.
     """
     force = aligned_force(housing, force_spectrum)
     loaded = np.flatnonzero((force != 0).any(axis=1))
@@ -48,7 +62,7 @@ def respond(
 
 
 def aligned_force(housing: ReducedHousing, spectrum: ForceSpectrum) -> ComplexArray:
-    """Forces (n_f, 3 n_bearing) N in the order of the housing's seats."""
+    """Return forces (n_f, 3 n_bearing) N in the order of the housing's seats."""
     return spectrum.in_order(housing.names)
 
 
@@ -60,9 +74,9 @@ def modal_displacement(
     structural: bool | None = None,
     damping: DampingCurve | None = None,
 ) -> ComplexArray:
-    """Modal coordinates (n_f, n_mode) kg^½ m under seat forces (n_f, 3 n_bearing) N at `frequency` (n_f,) Hz.
+    """Return modal coordinates (n_f, n_mode) kg^½ m under seat forces (n_f, 3 n_bearing) N at `frequency` (n_f,) Hz.
 
-    structural, damping: as for `respond`.
+    structural, damping : as in `respond`.
     """
     shapes = housing.seat_shapes.reshape(len(housing.natural_frequency), 3 * len(housing.names))
     return np.asarray(times_real(force, shapes.T) * _receptance(housing, frequency, structural, damping))
@@ -76,7 +90,10 @@ def face_displacement(
     structural: bool | None = None,
     damping: DampingCurve | None = None,
 ) -> ComplexArray:
-    """Outward normal displacement (n_f, n_face) m: modal sum plus residual.  structural, damping: as for `respond`."""
+    """Return the outward normal displacement (n_f, n_face) m: modal sum plus residual.
+
+    structural, damping : as in `respond`.
+    """
     return times_real(_coordinates(housing, frequency, force, structural, damping), _shapes(housing))
 
 
@@ -87,13 +104,13 @@ def _coordinates(
     structural: bool | None,
     damping: DampingCurve | None,
 ) -> ComplexArray:
-    """Modal coordinates, then forces on the residual flexibility (n_f, n_mode + 3 n_bearing): factors of `_shapes`."""
+    """Return modal coordinates, then forces on the residual: factors (n_f, n_mode + 3 n_bearing) of `_shapes`."""
     q = modal_displacement(housing, frequency, force, structural=structural, damping=damping)
     return np.hstack([q, force / _residual_loss(housing, frequency, structural, damping)])
 
 
 def _shapes(housing: ReducedHousing) -> FloatArray:
-    """Outward shapes (n_mode + 3 n_bearing, n_face) of modes, kg^-½, and residual flexibility, m/N."""
+    """Return outward shapes (n_mode + 3 n_bearing, n_face) of modes, kg^-½, and residual flexibility, m/N."""
     return np.vstack([housing.normal_shapes, housing.face_residual.reshape(3 * len(housing.names), -1)])
 
 
@@ -105,7 +122,10 @@ def seat_displacement(
     structural: bool | None = None,
     damping: DampingCurve | None = None,
 ) -> ComplexArray:
-    """Displacement (n_f, 3 n_bearing) m of the seats: modal sum plus residual.  Keywords: as for `respond`."""
+    """Return the displacement (n_f, 3 n_bearing) m of the seats: modal sum plus residual.
+
+    structural, damping : as in `respond`.
+    """
     q = modal_displacement(housing, frequency, force, structural=structural, damping=damping)
     shapes = housing.seat_shapes.reshape(len(housing.natural_frequency), 3 * len(housing.names))
     residual = housing.seat_residual.reshape(force.shape[1], -1)
@@ -115,7 +135,7 @@ def seat_displacement(
 def _receptance(
     housing: ReducedHousing, frequency: FloatArray, structural: bool | None, damping: DampingCurve | None
 ) -> ComplexArray:
-    """Modal coordinate per modal force (n_f, n_mode) s²."""
+    """Return modal coordinates per modal force (n_f, n_mode) s²."""
     curve = None if damping is None else damping.at(np.asarray(frequency))
     return housing.receptance(frequency, structural=structural, damping=curve)
 
@@ -123,7 +143,7 @@ def _receptance(
 def _residual_loss(
     housing: ReducedHousing, frequency: FloatArray, structural: bool | None, damping: DampingCurve | None
 ) -> ComplexArray | complex:
-    """What structural damping makes of the residual's stiffness: 1 + jη, η = 2ζ of the line or of the highest mode."""
+    """Return the damping factor 1 + jη on the residual's stiffness; η = 2ζ of the line or the highest mode."""
     structural = bool(housing.structural_damping) if structural is None else structural
     if structural and damping is not None:
         return np.asarray(1 + 2j * damping.at(np.asarray(frequency))[:, None])

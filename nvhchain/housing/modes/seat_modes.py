@@ -1,10 +1,10 @@
-"""Normal modes of a housing and what the modes left out add, at zero frequency, to unit forces at its seats.
+"""Normal modes of a housing and the residual flexibility of the excluded modes for unit forces at its seats.
 
-Held: residual R = K⁻¹ − Σ φ_r φ_rᵀ / ω_r² (MacNeal, Computers & Structures 1, 1971). Free to move as a whole: K⁻¹ is
-replaced by the elastic flexibility Aᵀ K_c⁻¹ A, where A = I − M φ₀ φ₀ᵀ balances a force with the inertia of the rigid
-modes φ₀ (inertia relief) and K_c is K held at as many unknowns as there are rigid modes; the balanced forces leave
-those without reaction, so that the choice does not matter (Craig & Kurdila, Fundamentals of Structural Dynamics, 2nd
-ed., §17.6).
+Held housing: R = K⁻¹ − Σ φ_r φ_rᵀ / ω_r² (MacNeal, Computers & Structures 1, 1971).
+
+Free housing: the elastic flexibility Aᵀ K_c⁻¹ A replaces K⁻¹ (Craig & Kurdila, Fundamentals of Structural Dynamics, 2nd
+ed., §17.6). A = I − M φ₀ φ₀ᵀ balances a force with the inertia of the rigid modes φ₀ (inertia relief). K_c is K held at
+as many unknowns as there are rigid modes. The balanced forces cause no reaction there, so their choice does not matter.
 """
 
 from __future__ import annotations
@@ -20,15 +20,20 @@ from nvhchain.fem import Factor, factorize, lowest_modes
 from nvhchain.handoff import FloatArray, IntArray
 
 RIGID = 1e-5
-"""Of the highest frequency asked for, below which a motion counts as rigid; structures on springs begin above it."""
+"""Largest frequency of a rigid motion over the highest frequency asked for; structures on springs begin above it."""
 
 
 @dataclass(frozen=True, eq=False)
 class SeatModes:
     """Modes and residual flexibility.
 
-    frequency: (m,) Hz, 0 for rigid modes.  shapes: (n, m) kg^-½.  residual: (n, 3 n_seat) m/N.
-    residual_mass: (3 n_seat, 3 n_seat) kg m²/N², residualᵀ M residual.  seats: (3 n_seat,) unknowns of the seats.
+    Parameters
+    ----------
+    frequency : (m,) natural frequencies (Hz), 0 for rigid modes.
+    shapes : (n, m) mode shapes (kg^-½).
+    residual : (n, 3 n_seat) residual flexibility (m/N).
+    residual_mass : (3 n_seat, 3 n_seat) residualᵀ M residual (kg m²/N²).
+    seats : (3 n_seat,) unknowns of the seats.
     """
 
     frequency: FloatArray
@@ -39,10 +44,11 @@ class SeatModes:
 
 
 def seat_modes(K: sp.csr_matrix, M: sp.csr_matrix, count: int, f_top: float) -> SeatModes:
-    """Normal modes up to f_top (Hz), rigid ones included, and the residual of unit forces at the `count` seats.
+    """Return normal modes up to f_top (Hz), rigid ones included, and the residual of unit forces at the `count` seats.
 
-    K, M: (n, n) with the six unknowns of every seat at the end (`rigid_map`).  A K that cannot be factored is that of a
-    free structure.  Raises SolverError when a mode does not converge.
+    K, M : (n, n) with the six unknowns of every seat at the end (`rigid_map`).
+
+    A K that cannot be factored belongs to a free structure. Raises SolverError if a mode does not converge.
     """
     seats = seat_unknowns(K.shape[0], count)
     load = np.zeros((K.shape[0], len(seats)))
@@ -66,7 +72,7 @@ def seat_modes(K: sp.csr_matrix, M: sp.csr_matrix, count: int, f_top: float) -> 
 
 
 def _factored(K: sp.csr_matrix) -> Factor | None:
-    """None where K is singular."""
+    """Return the factors of K, or None if K is singular."""
     try:
         return factorize(K)
     except SolverError:
@@ -74,19 +80,19 @@ def _factored(K: sp.csr_matrix) -> Factor | None:
 
 
 def seat_unknowns(unknowns: int, seats: int) -> IntArray:
-    """Numbers (3 · seats,) of the seat translations: each reference point has its six unknowns at the end."""
+    """Return the numbers (3 · seats,) of the seat translations; six unknowns of each reference point come last."""
     first = unknowns - 6 * np.arange(seats, 0, -1)
     return np.asarray((first[:, None] + np.arange(3)).ravel(), dtype=np.int64)
 
 
 def _slowest(K: sp.csr_matrix, M: sp.csr_matrix, motion: FloatArray) -> float:
-    """Lowest of the Rayleigh quotients (Hz) of some motions: where K is singular to rounding, rigid ones prevail."""
+    """Return the lowest Rayleigh quotient (Hz) of some motions; rigid motions prevail if K is singular to rounding."""
     energy = np.einsum("ij,ij->j", motion, K @ motion) / np.einsum("ij,ij->j", motion, M @ motion)
     return float(np.sqrt(energy.min().clip(0))) / (2 * np.pi)
 
 
 def _inertia_relief(K: sp.csr_matrix, M: sp.csr_matrix, rigid: FloatArray, load: FloatArray) -> FloatArray:
-    """Elastic displacement (n, k) under loads (n, k) that the inertia of the rigid modes (n, r) balances."""
+    """Return the elastic displacement (n, k) under loads (n, k) that the inertia of the rigid modes (n, r) balances."""
     unknowns, count = rigid.shape
     if count == 0:
         raise SolverError("the stiffness matrix is singular, but no rigid mode was found: is a part badly scaled?")

@@ -1,9 +1,9 @@
-"""What a reduced housing misses because its highest modes stand still, as an estimate from the reduced housing itself.
+"""Truncation error of a reduced housing due to static excluded modes, estimated from the reduced housing itself.
 
-The residual flexibility gives every mode that was left out its static share φφᵀ/ω_r² instead of φφᵀ/(ω_r² − ω²). The
-modes left out are replaced by the Ritz vectors in the space of the residual vectors Ψ (ΨᵀKΨ is the residual flexibility
-at the seats, ΨᵀMΨ the residual mass), which keep the first two moments Σ (φᵀf)²/ω_r², Σ (φᵀf)²/ω_r⁴ of what they stand
-for; the difference between their dynamic and their static share is the estimate, for the faces with a measured factor.
+The residual flexibility gives every excluded mode its static share φφᵀ/ω_r² instead of φφᵀ/(ω_r² − ω²). Ritz vectors in
+the space of the residual vectors Ψ replace the excluded modes. ΨᵀKΨ is the residual flexibility at the seats, ΨᵀMΨ the
+residual mass. Ritz vectors keep the first two moments Σ (φᵀf)²/ω_r² and Σ (φᵀf)²/ω_r⁴ of the modes. The difference
+between their dynamic and their static share is the estimate. For the faces it has a measured factor.
 """
 
 from __future__ import annotations
@@ -18,25 +18,29 @@ from nvhchain.errors import InputError, SolverError, require
 from nvhchain.handoff import FloatArray, ReducedHousing
 
 RESIDUAL_MASS = "residual_mass"
-"""Name in the provenance of a reduced housing: ΨᵀMΨ (3 n_bearing, 3 n_bearing), kg m²/N²."""
+"""Key in the provenance of a reduced housing: ΨᵀMΨ (3 n_bearing, 3 n_bearing), kg m²/N²."""
 
 FREQUENCY_ERROR = "frequency_error"
-"""Name in the provenance of a reduced housing: by how much of it each natural frequency is too high, for want of
-elements, as estimated."""
+"""Key in the provenance of a reduced housing: relative excess of each natural frequency due to large elements."""
 
 _JUDGED = 1 / 8
-"""Of the upper band limit, from which the error is judged, over three octaves: below, a free housing moves rigidly, and
-the more the lower the line, so that an RMS from 0 Hz would tell of its rigid modes alone."""
+"""Lower limit of the judged three octaves over the upper band limit.
+
+Below it a free housing moves rigidly, more at lower lines. An RMS from 0 Hz would hold its rigid modes alone.
+"""
 
 _LINES = 350
-"""Frequencies, evenly spaced over these octaves, of the RMS error."""
+"""Number of frequencies of the RMS error, evenly spaced over these octaves."""
 
 _REPORTED = 4
-"""Lines, an octave apart, at which the provenance states the error."""
+"""Number of lines, an octave apart, with an error in the provenance."""
 
 _UNSEEN = 2.0
-"""What the faces miss in terms of what the Ritz vectors of the seats say they miss: 1.6 to 2.8 where it was measured,
-for modes to 1.6 … 1 times the band (twice the true over the estimated error in docs/measured/housing/housing.md)."""
+"""True error of the faces over the estimate from the Ritz vectors of the seats.
+
+Measured: 1.6 to 2.8, for modes to 1.6 … 1 times the band (twice the true over the estimated error in
+docs/measured/housing/housing.md).
+"""
 
 _NEGLIGIBLE = 1e-12
 """Share of the residual's largest Ritz value (1/ω²) below which a Ritz vector moves statically in any band."""
@@ -46,8 +50,16 @@ _NEGLIGIBLE = 1e-12
 class TruncationError:
     """RMS error over the band's upper three octaves and all unit forces at the seats, relative to the RMS response.
 
-    seats, faces: velocity at the seats, and of the radiating faces weighted by their area.  Where it was measured
-    (modes to 1 … 2.5 times the band), 0.5 to 1.6 times the true one.
+    Parameters
+    ----------
+    seats : float
+        Relative error of the velocity at the seats.
+    faces : float
+        Relative error of the velocity of the radiating faces, weighted by area.
+
+    Notes
+    -----
+    Measured for modes to 1 … 2.5 times the band: 0.5 to 1.6 times the true error.
     """
 
     seats: float
@@ -55,13 +67,20 @@ class TruncationError:
 
     @property
     def level(self) -> float:
-        """dB by which the level of the surface velocity may be off in the mean; single lines differ."""
+        """Mean error of the level of the surface velocity (dB); single lines differ."""
         return float(20 * np.log10(1 + self.faces))
 
 
 @dataclass(frozen=True, eq=False)
 class _Modes:
-    """`count` modes, then Ritz vectors.  omega2: (k,) rad²/s².  zeta: (k,).  Gram matrices (k, k) of their shapes."""
+    """Modes (`count` of them), then Ritz vectors.
+
+    Parameters
+    ----------
+    omega2 : (k,) eigenvalues (rad²/s²).
+    zeta : (k,) fractions of critical damping.
+    seat_gram, face_gram : (k, k) Gram matrices of the shapes.
+    """
 
     count: int
     omega2: FloatArray
@@ -71,27 +90,61 @@ class _Modes:
 
 
 def truncation_error(housing: ReducedHousing, f_max: float, *, modes: int | None = None) -> TruncationError:
-    """Estimated error of the forced response up to f_max (Hz) when the lowest `modes` modes are kept (all by default).
+    """Estimate the error of the forced response if only the lowest modes are kept.
 
-    Raises InputError when the housing does not carry its residual mass: it was then reduced elsewhere.
+    Parameters
+    ----------
+    housing : ReducedHousing
+        Reduced housing.
+    f_max : float
+        Upper limit of the band (Hz).
+    modes : int, optional
+        Number of kept modes; all by default.
+
+    Returns
+    -------
+    TruncationError
+        Estimated error.
+
+    Raises
+    ------
+    InputError
+        If the housing has no residual mass in its provenance because it was reduced elsewhere.
     """
     require(np.isfinite(f_max) and f_max > 0, f"f_max = {f_max} Hz must be positive")
     return _error(_everything(housing), len(housing.natural_frequency) if modes is None else modes, f_max)
 
 
 def truncation_errors(housing: ReducedHousing, frequency: FloatArray, *, modes: int | None = None) -> FloatArray:
-    """Estimated error (n_f,) of the faces' motion at every line (Hz), over all unit forces, relative to that motion.
+    """Estimate the error of the faces' motion at every line, over all unit forces.
 
-    modes: the lowest that are kept (all by default).  Raises InputError as `truncation_error` does.
+    Parameters
+    ----------
+    housing : ReducedHousing
+        Reduced housing.
+    frequency : (n_f,) array
+        Frequencies of the lines (Hz).
+    modes : int, optional
+        Number of kept modes; all by default.
+
+    Returns
+    -------
+    (n_f,) array
+        Error relative to the motion.
+
+    Raises
+    ------
+    InputError
+        As in `truncation_error`.
     """
     everything = _everything(housing)
     return _at_lines(everything, everything.count if modes is None else modes, np.asarray(frequency, dtype=float))
 
 
 def truncation_report(housing: ReducedHousing, f_max: float, *, modes: int | None = None) -> dict[str, Any]:
-    """The estimate for the provenance of a reduced housing: dB over the octaves to f_max (Hz), and at lines of them.
+    """Return the estimate for the provenance: dB over the octaves to f_max (Hz), and at lines of them.
 
-    modes: the lowest that are kept (all by default); while the others are known the estimate is the closer one.
+    modes : number of kept modes, lowest first; all by default. The estimate is closer while the other modes are known.
     """
     lines = _reported(f_max)
     at = 20 * np.log10(1 + truncation_errors(housing, lines, modes=modes))
@@ -102,16 +155,16 @@ def truncation_report(housing: ReducedHousing, f_max: float, *, modes: int | Non
 
 
 def worst_level(housing: ReducedHousing, f_max: float, *, modes: int | None = None) -> float:
-    """Largest error (dB) that `truncation_report` states: over the octaves to f_max (Hz), or at a line of them."""
+    """Return the largest error (dB) in `truncation_report`: over the octaves to f_max (Hz), or at a line of them."""
     everything = _everything(housing)
     return _worst_level(everything, everything.count if modes is None else modes, f_max)
 
 
 def fewest_modes(housing: ReducedHousing, f_max: float, tolerance_db: float) -> int | None:
-    """Fewest of the modes, lowest first, that keep every error reported within the tolerance; None: all are too few.
+    """Return the least number of modes that keeps every reported error within the tolerance; None if all are too few.
 
-    The modes in the band (to f_max, Hz) are always kept: whatever they add in the mean, they are all that there is at
-    their resonances.
+    The modes in the band (to f_max, Hz) are always kept. They make up the whole response at their resonances, however
+    little they add in the mean.
     """
     everything, total = _everything(housing), len(housing.natural_frequency)
     low, high = int((housing.natural_frequency <= f_max).sum()), total
@@ -127,7 +180,7 @@ def fewest_modes(housing: ReducedHousing, f_max: float, tolerance_db: float) -> 
 
 
 def without_modes(housing: ReducedHousing, keep: int) -> ReducedHousing:
-    """The housing with the lowest `keep` modes; the static share of the others moves to the residual."""
+    """Return the housing with the lowest `keep` modes; the static share of the others moves to the residual."""
     count = 3 * len(housing.names)
     omega2 = (2 * np.pi * housing.natural_frequency[keep:]) ** 2
     require(bool((omega2 > 0).all()), "a rigid mode has no static share: keep it")
@@ -152,17 +205,18 @@ def without_modes(housing: ReducedHousing, keep: int) -> ReducedHousing:
 
 
 def with_ritz_vectors(housing: ReducedHousing) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """The modes, then the Ritz vectors that carry the residual flexibility, Σ ψψᵀ/λ, at most three for every seat.
+    """Return the modes, then the Ritz vectors that carry the residual flexibility, Σ ψψᵀ/λ, at most three per seat.
 
-    Eigenvalues (k,) rad²/s², damping (k,), that of the Ritz vectors the highest mode's, and mass-normalised motions of
-    the seats (k, 3 n_bearing) and the faces (k, n_face).
-    Raises InputError when the housing does not carry its residual mass.
+    The results are eigenvalues (k,) rad²/s², damping (k,), and mass-normalised motions of the seats (k, 3 n_bearing)
+    and the faces (k, n_face). Ritz vectors have the damping of the highest mode.
+
+    Raises InputError if the housing has no residual mass.
     """
     count = 3 * len(housing.names)
     residual = housing.seat_residual.reshape(count, count)
     scale = np.sqrt(residual.diagonal().clip(np.finfo(float).tiny))
     regular = residual / np.outer(scale, scale) + np.finfo(float).eps * count * np.eye(count)
-    # eigenvalues 1/ω² of (ΨᵀMΨ, ΨᵀKΨ); the small ones move statically far beyond the band
+    # eigenvalues 1/ω² of (ΨᵀMΨ, ΨᵀKΨ); vectors with small ones move statically far beyond the band
     try:
         inverse, vector = scipy.linalg.eigh(_residual_mass(housing) / np.outer(scale, scale), regular)
     except np.linalg.LinAlgError:
@@ -187,31 +241,31 @@ def _everything(housing: ReducedHousing) -> _Modes:
 
 
 def _error(modes: _Modes, keep: int, f_max: float) -> TruncationError:
-    """Error when the modes from `keep` on and the Ritz vectors stand still."""
+    """Return the error if the modes from `keep` on and the Ritz vectors are static."""
     frequency = f_max * (_JUDGED + (1 - _JUDGED) * (np.arange(_LINES) + 0.5) / _LINES)
     sums = [(frequency**2 @ missed, frequency**2 @ whole) for missed, whole in _energies(modes, keep, frequency)]
     return TruncationError(*(float(np.sqrt(missed / whole)) if whole > 0 else 0.0 for missed, whole in sums))
 
 
 def _at_lines(modes: _Modes, keep: int, frequency: FloatArray) -> FloatArray:
-    """Relative error (n_f,) of the faces' motion line by line."""
+    """Return the relative error (n_f,) of the faces' motion line by line."""
     _, (missed, whole) = _energies(modes, keep, frequency)
     return np.asarray(np.sqrt(missed / np.where(whole > 0, whole, 1.0)))
 
 
 def _worst_level(modes: _Modes, keep: int, f_max: float) -> float:
-    """dB"""
+    """Return the largest reported error (dB)."""
     at_lines = _at_lines(modes, keep, _reported(f_max))
     return max(_error(modes, keep, f_max).level, float(20 * np.log10(1 + at_lines.max())))
 
 
 def _reported(f_max: float) -> FloatArray:
-    """Lines (Hz) at which the error is reported."""
+    """Return the lines (Hz) at which the error is reported."""
     return np.geomspace(_JUDGED * f_max, f_max, _REPORTED)
 
 
 def _energies(modes: _Modes, keep: int, frequency: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
-    """Squares (n_f,), over all unit forces, of displacement missed and of all of it: at the seats, on the faces."""
+    """Return squares (n_f,), over all unit forces, of missed and of total displacement: at the seats, on the faces."""
     omega = 2 * np.pi * frequency[:, None]
     gain = 1 / (modes.omega2 - omega**2 + 2j * modes.zeta * np.sqrt(modes.omega2) * omega)
     missed = gain[:, keep:] - 1 / modes.omega2[keep:]

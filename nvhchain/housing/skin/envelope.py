@@ -1,8 +1,8 @@
-"""The closed outer envelope of a meshed body as a radiating surface, and the part of its skin that touches the air.
+"""Closed outer envelope of a meshed body as a radiating surface, and the part of its skin in contact with the air.
 
-The body with its cavities filled is averaged over the size of a face, and the surface through one half is drawn by one
-vertex per cell of a lattice (surface nets: Gibson, MICCAI 1998) after diagonal contacts have been filled, so that it is
-closed and manifold whatever the mesh. Ribs much thinner than a face melt into the wall; their flux does not.
+The body with its cavities filled is averaged over the size of a face. The surface is drawn where the average is one
+half, with one vertex per cell of a lattice (surface nets: Gibson, MICCAI 1998). Diagonal contacts are filled before, so
+the surface is closed and manifold for any mesh. Ribs much thinner than a face melt into the wall; their flux does not.
 """
 
 from __future__ import annotations
@@ -25,22 +25,28 @@ from nvhchain.housing.skin.skin import Skin
 from nvhchain.housing.skin.surface_nets import relaxed, split, surface_nets, well_composed
 
 _CELL = 0.98
-"""Lattice cell per mean edge of the triangles that come out: their size is the fidelity's, this only meets it."""
+"""Lattice cell over the mean edge of the resulting triangles, so that their size is the fidelity's."""
 
 _VOLUME_RATIO = 3.0
-"""Between the volumes of surface and body, from which on they are not the same thing."""
+"""Largest ratio between the volumes of surface and body."""
 
 _SMOOTHING = 0.35
-"""Standard deviation of the averaging in cells: just enough that what is thinner than a face melts into the wall. What
-the surface that comes out makes of the sound power is measured and stated with every housing (`mapping_error_db`)."""
+"""Standard deviation of the averaging in cells: just enough to melt parts thinner than a face into the wall.
+
+The effect of the surface on the sound power is measured and stated with every housing (`mapping_error_db`).
+"""
 
 
 @dataclass(frozen=True, eq=False)
 class Envelope:
-    """A radiating surface and what of the skin belongs to it.
+    """Radiating surface and the part of the skin that belongs to it.
 
-    surface: closed, outward.  silent: (n_face,) bool, faces on the engine's plane.  exposed: (k,) bool, facets of the
-    skin that touch the air.  notes: what was found, in words.
+    Parameters
+    ----------
+    surface : closed outward surface.
+    silent : (n_face,) bool, faces on the engine's plane.
+    exposed : (k,) bool, facets of the skin in contact with the air.
+    notes : findings in words.
     """
 
     surface: Surface
@@ -60,14 +66,16 @@ def outer_envelope(
     surface: Surface | None = None,
     shells: IntArray | None = None,
 ) -> Envelope:
-    """Envelope with edges of about `face_size` (m).
+    """Return the envelope with edges of about `face_size` (m).
 
-    plugs: node sets of bores and bolts, taken as filled; facets of which all nodes belong to one are not exposed.
-    floor: a point (m) on the engine's plane and its unit normal, pointing at the engine; None where the body is free.
-    opening: m, diameter of the largest other hole that counts as closed.  voxels_per_face: per edge of a face.
-    surface: taken as it is where one is given.  shells: (k,) bool, facets that are one of the two sides of a shell.
+    plugs : node sets of bores and bolts, which count as filled; facets with all nodes in one are not exposed.
+    floor : point (m) on the engine's plane and its unit normal towards the engine; None for a free body.
+    opening : diameter (m) of the largest other hole that counts as closed.
+    voxels_per_face : voxels per edge of a face.
+    surface : supplied surface, used as it is.
+    shells : (k,) bool, facets that are one of the two sides of a shell.
 
-    Raises InputError for a body that is thinner than a face, which has no envelope of that size.
+    Raises InputError for a body that is thinner than a face: it has no envelope of that size.
     """
     require(opening > 0, f"opening = {opening:g} m must be positive: the diameter of the largest hole that is closed")
     size = face_size / voxels_per_face
@@ -96,7 +104,7 @@ def _exposed(
     shells: IntArray | None,
     least: float,
 ) -> IntArray:
-    """Facets that look into the outside; patches below `least` (m²) go with what surrounds them."""
+    """Return the facets that look outside; patches below `least` (m²) join their surroundings."""
     corners = skin.nodes[skin.facets[:, :3]]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     length = np.linalg.norm(normal, axis=1)
@@ -109,7 +117,7 @@ def _exposed(
         closed |= inside[skin.facets].all(axis=1)
     if floor is not None:
         closed |= np.abs((corners - floor[0]) @ floor[1]).max(axis=1) < 0.05 * space.size
-    # just as far as the voxels reach that the facet's own plane marks
+    # just beyond the voxels that the facet's own plane marks
     reach = 1.05 * space.size * np.abs(normal @ space.axes).sum(axis=1, keepdims=True)
     front = space.index(centre + reach * normal)
     result = space.label[tuple(front.T)]
@@ -117,8 +125,8 @@ def _exposed(
     _follow_neighbours(result, beside)
     buried = result == WALL
     if shells is not None:
-        buried &= ~shells  # the side of a shell that looks into nothing
-    if buried.any():  # no neighbour that looks into the air: as the air nearest to the place in front
+        buried &= ~shells  # the side of a shell that faces no air
+    if buried.any():  # no neighbour looks into the air: take the air nearest to the place in front
         solid = (space.label == WALL) | (space.label == PLUG)
         nearest = distance_transform_edt(solid, return_distances=False, return_indices=True)
         place = tuple(front[buried].T)
@@ -127,7 +135,7 @@ def _exposed(
 
 
 def _on_plane(surface: Surface, floor: tuple[FloatArray, FloatArray] | None) -> IntArray:
-    """Faces (n_face,) bool of a given surface that lie on the engine's plane."""
+    """Return the faces (n_face,) bool of a supplied surface that lie on the engine's plane."""
     if floor is None:
         return np.zeros(len(surface.areas), dtype=bool)
     height = np.abs((surface.vertices - floor[0]) @ floor[1])
@@ -135,7 +143,7 @@ def _on_plane(surface: Surface, floor: tuple[FloatArray, FloatArray] | None) -> 
 
 
 def _neighbours(facets: IntArray, among: IntArray) -> sp.csr_matrix:
-    """Which facets (k, k) run along a common edge in opposite directions; both must be `among` (k,) those that count.
+    """Return pairs of facets (k, k), both `among` (k,), that run along a common edge in opposite directions.
 
     The other side of a shell shares all three edges and is no neighbour.
     """
@@ -153,7 +161,7 @@ def _neighbours(facets: IntArray, among: IntArray) -> sp.csr_matrix:
 
 
 def _follow_neighbours(result: IntArray, beside: sp.csr_matrix) -> None:
-    """Facets in gaps narrower than a voxel, or beside another wall, are where most of their neighbours are."""
+    """Let facets in gaps narrower than a voxel, or beside another wall, follow the majority of their neighbours."""
     while True:
         open_yet = np.flatnonzero(result == WALL)
         sides = np.column_stack([result == OUTSIDE, (result == CAVITY) | (result == PLUG)])
@@ -165,7 +173,7 @@ def _follow_neighbours(result: IntArray, beside: sp.csr_matrix) -> None:
 
 
 def _without_crumbs(exposed: IntArray, beside: sp.csr_matrix, area: FloatArray, least: float) -> IntArray:
-    """Patches smaller than `least` (m²) join what surrounds them."""
+    """Let patches smaller than `least` (m²) join their surroundings."""
     first, second = beside.nonzero()
     same = exposed[first] == exposed[second]
     link = sp.coo_matrix((np.ones(int(same.sum())), (first[same], second[same])), shape=beside.shape)
@@ -177,7 +185,7 @@ def _without_crumbs(exposed: IntArray, beside: sp.csr_matrix, area: FloatArray, 
 
 
 def _net(space: Regions, cell: float) -> tuple[Surface, IntArray]:
-    """Surface through one half of the averaged body, and its faces on the floor."""
+    """Return the surface where the averaged body is one half, and its faces on the floor."""
     body = _filled(space)
     sigma = _SMOOTHING * cell / space.size
     layers = [(0, 0), (0, 0), (0, 0)]
@@ -210,7 +218,7 @@ def _net(space: Regions, cell: float) -> tuple[Surface, IntArray]:
 
 
 def _filled(space: Regions) -> FloatArray:
-    """Part of every voxel that the body with its cavities fills."""
+    """Return the share of every voxel that the body with its cavities fills."""
     body = (space.label != OUTSIDE).astype(np.float32)
     # the skin passes the middle of the voxels it touches
     body[binary_dilation(space.label == OUTSIDE, mask=space.label != CAVITY) & (space.label == WALL)] = 0.5
@@ -218,9 +226,9 @@ def _filled(space: Regions) -> FloatArray:
 
 
 def _lattice(space: Regions, cell: float) -> list[FloatArray]:
-    """Coordinates of the lattice points along the grid's axes, in the grid's frame.
+    """Return coordinates of the lattice points along the grid's axes, in the grid's frame.
 
-    They stand evenly to the body, up to half a cell inside its outermost faces, wherever the grid ends.
+    They are symmetric to the body, up to half a cell inside its outermost faces, wherever the grid ends.
     """
     axes = []
     body = np.argwhere(space.label == WALL)
@@ -247,7 +255,7 @@ def _sampled(smooth: FloatArray, space: Regions, lattice: list[FloatArray], belo
 def _field(
     smooth: FloatArray, space: Regions, lattice: list[FloatArray], cell: float, below: int, at: FloatArray
 ) -> FloatArray:
-    """Averaged body minus one half at places (v, 3) in lattice units."""
+    """Return the averaged body minus one half at places (v, 3) in lattice units."""
     start = np.array([axis[0] for axis in lattice])
     place = (start + cell * at - space.origin) / space.size
     place[:, 2] += below
@@ -266,7 +274,7 @@ def _check_volume(space: Regions, surface: Surface) -> None:
 
 
 def _narrow(space: Regions, opening: float) -> tuple[str, ...]:
-    """What was closed though the largest admitted hole is as wide as the cavity behind it."""
+    """Return notes on cavities that were closed though they are narrower than the largest admitted hole."""
     return tuple(
         f"opening = {1e3 * opening:.4g} mm is wider than a cavity of {1e3 * volume:.3g} litres, which is closed off "
         f"all the same: its holes are narrower than {1e3 * diameter:.4g} mm and the cavity is not"
@@ -289,7 +297,7 @@ def _notes(skin: Skin, space: Regions, surface: Surface, exposed: IntArray) -> t
 
 
 def _cavity(space: Regions, corners: FloatArray) -> float:
-    """Volume, m³, of what is closed off and not within the material.  corners: (k, 3, 3) m of the facets of solids."""
+    """Return the closed-off volume (m³) outside the material; `corners` are (k, 3, 3) m of facets of solids."""
     number, _ = components(space.label == CAVITY)
     voxels = 0
     for own, cut in enumerate(find_objects(number), start=1):
@@ -301,7 +309,7 @@ def _cavity(space: Regions, corners: FloatArray) -> float:
 
 
 def _surrounds(corners: FloatArray, point: FloatArray) -> bool:
-    """Whether outward triangles (k, 3, 3) fill the sky around a point (van Oosterom & Strackee, IEEE BME 30, 1983)."""
+    """Return True if outward triangles (k, 3, 3) surround a point (van Oosterom & Strackee, IEEE BME 30, 1983)."""
     a, b, c = (corners - point).transpose(1, 0, 2)
     x, y, z = (np.linalg.norm(side, axis=1) for side in (a, b, c))
     dot = partial(np.einsum, "ka,ka->k")

@@ -1,7 +1,8 @@
-"""What the mapping of the skin's motion onto the radiating faces does to the sound power.
+"""Error of the sound power due to the mapping of the skin's motion onto the radiating faces.
 
-Skin and faces are compared as sets of small sources in the free field: P = (ρ ω²/8πc) Σ Q_i Q_j* sin(kr)/(kr), written
-as the mean over all directions of |Σ Q_i e^{jk s·x_i}|², so that the two flanks of a rib cancel as they do in the air.
+Skin and faces are compared as sets of small sources in the free field: P = (ρ ω²/8πc) Σ Q_i Q_j* sin(kr)/(kr). It is
+written as the mean over all directions of |Σ Q_i e^{jk s·x_i}|². The two flanks of a rib then cancel as they do in the
+air.
 """
 
 from __future__ import annotations
@@ -17,24 +18,27 @@ from nvhchain.handoff import ComplexArray, FloatArray, IntArray, ReducedHousing,
 from nvhchain.housing.modes.response import face_displacement, modal_displacement
 
 MAPPING_ERROR = "mapping_error_db"
-"""Name in the provenance of a reduced housing: dB at some frequencies, by their names."""
+"""Key in the provenance of a reduced housing: frequency → error in dB."""
 
 _CELL = 0.25
-"""Edge of the cells in which the skin's sources are gathered, of a radiating face's: the power of a mode of the tests'
-casting moves by 0.025 dB at most up to 4 kHz, by 0.09 dB with one half, by 0.34 dB with one (test_mapping_stated)."""
+"""Edge of the cells that gather the skin's sources, over that of a radiating face.
+
+The power of a mode of the tests' casting moves by 0.025 dB at most up to 4 kHz, by 0.09 dB with one half, by 0.34 dB
+with one (test_mapping_stated).
+"""
 
 _FREQUENCIES = 4
-"""Frequencies in the upper three octaves of the band at which the error of the mapping is measured."""
+"""Number of frequencies in the upper three octaves of the band at which the error of the mapping is measured."""
 
 _BLOCK = 2_000_000
-"""Entries of the matrix of phases held at once."""
+"""Largest number of entries of the matrix of phases held at once."""
 
 
 def facet_flux(nodes: FloatArray, facets: IntArray) -> sp.csr_matrix:
-    """Operator (k, 3 n) from nodal displacements (m) to the volume (m³) that each straight six-node facet displaces."""
+    """Return the operator (k, 3 n) from nodal displacements (m) to volumes (m³) of straight six-node facets."""
     corners = nodes[facets[:, :3]]
     area = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2
-    # quadratic shape functions: the corners integrate to nothing, the mid-edge nodes to a third each
+    # quadratic shape functions: the corners integrate to zero, the mid-edge nodes to a third each
     rows = np.repeat(np.arange(len(facets)), 9)
     columns = (3 * facets[:, 3:, None] + np.arange(3)).ravel()
     values = np.repeat(area[:, None, :] / 3, 3, axis=1).ravel()
@@ -42,7 +46,7 @@ def facet_flux(nodes: FloatArray, facets: IntArray) -> sp.csr_matrix:
 
 
 def gathered(centres: FloatArray, size: float) -> tuple[FloatArray, sp.csr_matrix]:
-    """Middles (c, 3) m of the cells of edge `size` (m) that hold facets, and the sum (c, k) over the facets in each."""
+    """Return middles (c, 3) m of cells of edge `size` (m) with facets, and the sum (c, k) over the facets in each."""
     place = np.floor(centres / size).astype(np.int64)
     _, cell, count = np.unique(place, axis=0, return_inverse=True, return_counts=True)
     cell = cell.ravel()
@@ -51,16 +55,16 @@ def gathered(centres: FloatArray, size: float) -> tuple[FloatArray, sp.csr_matri
 
 
 def skin_sources(nodes: FloatArray, facets: IntArray, face_size: float) -> tuple[FloatArray, sp.csr_matrix]:
-    """Places (c, 3) m of the skin's sources and the volume displaced there (c, 3 n), for faces of `face_size` (m)."""
+    """Return places (c, 3) m and displaced volumes (c, 3 n) of the skin's sources, for faces of `face_size` (m)."""
     places, gather = gathered(nodes[facets[:, :3]].mean(axis=1), _CELL * face_size)
     return places, sp.csr_matrix(gather @ facet_flux(nodes, facets))
 
 
 def source_power(flux: ComplexArray, places: FloatArray, frequency: float, air: Air = Air()) -> FloatArray:  # noqa: B008
-    """Mean power (n,) W of volume velocities flux (p, n) m³/s (peak) at `places` (p, 3) m into the free field."""
+    """Return the mean power (n,) W of volume velocities `flux` (p, n) m³/s (peak) at `places` (p, 3) m, free field."""
     k = 2 * np.pi * frequency / air.speed_of_sound
     reach = float(np.linalg.norm(places - places.mean(axis=0), axis=1).max())
-    # |Σ|² holds spherical harmonics up to twice the degree of the field, k·reach and a few
+    # |Σ|² holds spherical harmonics up to twice the degree of the field, which is k·reach and a few more
     directions, weight = _half_sphere(2 * int(np.ceil(k * reach)) + 12)
     # Q = a + jb: with the opposite direction, whose phases are conjugate, the mean is |Σ a e^{jφ}|² + |Σ b e^{jφ}|²
     parts, squares = np.hstack([flux.real, flux.imag]), np.zeros(2 * flux.shape[1])
@@ -74,7 +78,7 @@ def source_power(flux: ComplexArray, places: FloatArray, frequency: float, air: 
 
 
 def _half_sphere(degree: int) -> tuple[FloatArray, FloatArray]:
-    """Directions (d, 3) and weights (d,), of sum one, exact for spherical harmonics of even degree up to `degree`."""
+    """Return directions (d, 3) and weights (d,) of sum one, exact for even spherical harmonics up to `degree`."""
     z, weight = np.polynomial.legendre.leggauss(2 * (degree // 4 + 1))
     z, weight = z[z > 0], weight[z > 0]
     angle = 2 * np.pi * np.arange(degree + 1) / (degree + 1)
@@ -88,9 +92,10 @@ def _half_sphere(degree: int) -> tuple[FloatArray, FloatArray]:
 def mapping_error(
     skin_flux: ComplexArray, skin_places: FloatArray, normal_velocity: ComplexArray, surface: Surface, frequency: float
 ) -> float:
-    """Power of the faces over that of the skin, dB, at one frequency, summed over all motions (columns).
+    """Return the power of the faces over that of the skin (dB) at one frequency, summed over all motions (columns).
 
-    skin_flux: (c, n) m³/s at skin_places (c, 3) m.  normal_velocity: (n_face, n) m/s of the same motions.
+    skin_flux : (c, n) m³/s at skin_places (c, 3) m.
+    normal_velocity : (n_face, n) m/s of the same motions.
     """
     skin = source_power(skin_flux, skin_places, frequency)
     faces = source_power(normal_velocity * surface.areas[:, None], surface.centroids, frequency)
@@ -100,10 +105,11 @@ def mapping_error(
 def stated_mapping_errors(
     reduced: ReducedHousing, places: FloatArray, flux_shapes: FloatArray, flux_residual: FloatArray, f_max: float
 ) -> dict[str, float]:
-    """dB at some frequencies to f_max (Hz), for unit forces at the seats taken one after the other.
+    """Return the errors (dB) at some frequencies to f_max (Hz), for unit forces at the seats one after the other.
 
-    places: (c, 3) m of the skin's sources.  flux_shapes: (c, n_mode) and flux_residual: (c, 3 n_bearing), the volume
-    that the skin displaces there in every mode and residual motion.
+    places : (c, 3) m of the skin's sources.
+    flux_shapes, flux_residual : (c, n_mode) and (c, 3 n_bearing), volume that the skin displaces there in every mode
+        and residual motion.
     """
     result = {}
     load = np.eye(3 * len(reduced.names), dtype=complex)
@@ -118,7 +124,7 @@ def stated_mapping_errors(
 
 
 def warn_of_mapping(source: str, housing: ReducedHousing, tolerance: float) -> None:
-    """Warn where an error of the mapping is stated and more than the tolerance (dB)."""
+    """Warn of a stated mapping error above the tolerance (dB)."""
     worst = max(housing.provenance.get(MAPPING_ERROR, {}).values(), key=abs, default=0.0)
     if abs(worst) > tolerance:
         warnings.warn(

@@ -1,7 +1,7 @@
 """Motion of the finite element skin as normal velocity of the radiating faces, preserving the volume velocity.
 
-Every skin facet is cut into small pieces; the flux u·n dA of each piece goes to the radiating face that is nearest, and
-a face's normal motion is the flux it received over its area. The flux of the whole skin arrives to rounding.
+Every skin facet is cut into small pieces. The flux u·n dA of each piece goes to the nearest radiating face. A face's
+normal motion is its received flux over its area. The flux of the whole skin is preserved to rounding.
 """
 
 from __future__ import annotations
@@ -14,22 +14,24 @@ from nvhchain.fem.triangles import Planes, equal_pieces, planes, squared_distanc
 from nvhchain.handoff import FloatArray, IntArray, Surface
 
 _CANDIDATES = 16
-"""Faces with the nearest centroids that are looked at first; more wherever the nearest may be another."""
+"""Number of faces with the nearest centroids that are examined first; more if the nearest may be another one."""
 
 _EQUAL = 1e-9
-"""Relative, within which squared distances are the same."""
+"""Relative difference below which squared distances are equal."""
 
 _CHUNK = 100_000
-"""Points whose candidates are held at once."""
+"""Number of points whose candidates are held at once."""
 
 
 def normal_motion(
     nodes: FloatArray, skin: IntArray, surface: Surface, silent: IntArray, samples_per_face: float
 ) -> sp.csr_matrix:
-    """Operator (n_face, 3 n) from nodal displacements (m) to the mean outward normal displacement (m) of the faces.
+    """Return the operator (n_face, 3 n) from nodal displacements (m) to mean outward normal ones (m) of the faces.
 
-    nodes: (n, 3) m.  skin: (k, 6) outward facets.  silent: (n_face,) bool, faces that stay at rest.
-    samples_per_face: pieces per edge length of a typical radiating face.
+    nodes : (n, 3) nodes (m).
+    skin : (k, 6) outward facets.
+    silent : (n_face,) bool, faces that stay at rest.
+    samples_per_face : pieces per edge length of a typical radiating face.
     """
     listening = np.flatnonzero(~silent)
     piece = float(np.sqrt(np.median(surface.areas[listening]))) / samples_per_face
@@ -46,7 +48,7 @@ def normal_motion(
         rows.append(np.broadcast_to(face[:, :, None], size).ravel())
         columns.append(np.broadcast_to(6 * chosen[:, None, None] + np.arange(6), size).ravel())
         values.append(np.broadcast_to(shape / len(place), size).ravel())
-    # what every face gets of a facet's shape functions, then the flux of these: straight facets have one normal
+    # share of each face in a facet's shape functions, then the flux of these: straight facets have one normal
     entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
     share = sp.coo_matrix(entries, shape=(len(surface.areas), skin.size)).tocsr()
     area = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2
@@ -59,7 +61,7 @@ def normal_motion(
 
 
 def _pieces(count: int) -> tuple[FloatArray, FloatArray]:
-    """Mean quadratic shape functions (p, 6) and centroids in area coordinates (p, 3) of count² equal pieces."""
+    """Return mean quadratic shape functions (p, 6) and centroids in area coordinates (p, 3) of count² equal pieces."""
     L = equal_pieces(count)
     # three mid-edge points integrate quadratics exactly
     middle = (L + np.roll(L, 1, axis=1)) / 2
@@ -70,7 +72,7 @@ def _pieces(count: int) -> tuple[FloatArray, FloatArray]:
 
 
 def _nearest(surface: Surface, faces: IntArray, points: FloatArray) -> IntArray:
-    """Index into `faces` of the triangle nearest to each point (p, 3)."""
+    """Return the index into `faces` of the triangle nearest to each point (p, 3)."""
     centroids, corners = surface.centroids[faces], surface.vertices[surface.triangles[faces]]
     reach = np.linalg.norm(corners - centroids[:, None], axis=2).max(axis=1)
     tree, triangles = cKDTree(centroids), planes(corners)
@@ -79,7 +81,7 @@ def _nearest(surface: Surface, faces: IntArray, points: FloatArray) -> IntArray:
 
 
 def _nearest_of(triangles: Planes, reach: FloatArray, tree: cKDTree, points: FloatArray) -> IntArray:
-    """The same of triangles with their centroids in a tree and reach (k,) m from there to their corners."""
+    """Return the nearest triangle by a tree of their centroids and the reach (k,) m from these to the corners."""
     result, unsure, count = np.empty(len(points), dtype=np.int64), np.arange(len(points)), _CANDIDATES
     while len(unsure):
         part, count = points[unsure], min(count, len(reach))
@@ -89,11 +91,11 @@ def _nearest_of(triangles: Planes, reach: FloatArray, tree: cKDTree, points: Flo
         distance = np.full(apart.shape, np.inf)
         distance[row, column] = squared_distance_to(triangles, candidates[row, column], part[row])
         least = distance.min(axis=1)
-        # faces that meet in the nearest point are as near but for rounding: the one with the nearest centroid has it
+        # faces that meet in the nearest point are equally near to rounding: take the one with the nearest centroid
         best = (distance <= ((1 + _EQUAL) * least + (_EQUAL * reach.max()) ** 2)[:, None]).argmax(axis=1)[:, None]
         result[unsure] = np.take_along_axis(candidates, best, axis=1)[:, 0]
         nearest = np.sqrt(least)
-        # a face not looked at is no nearer than its centroid less its reach
+        # a face not examined is no nearer than its centroid less its reach
         unsure = unsure[(apart[:, -1] - reach.max() < nearest) & (count < len(reach))]
         count *= 2
     return result

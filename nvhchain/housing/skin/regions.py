@@ -1,8 +1,8 @@
-"""What around a meshed body is outside and what is cavity, on a grid of voxels: thin walls, cracks and holes included.
+"""Outside and cavities of a meshed body on a grid of voxels, for thin walls, cracks and holes too.
 
-Openings are closed to a ball that rolls around the body: what it reaches from far away is outside, what it could fill
-but not reach is cavity, and the corners it fits nowhere belong to whichever lies nearer through the air. A cavity too
-narrow for the ball is found by smaller ones, down to a voxel: one of them fits into it but not through its holes.
+Openings are closed to a ball that rolls around the body. Voxels that it reaches from far away are outside. Voxels that
+it could fill but not reach are cavity. Corners too narrow for it belong to whichever is nearer through the air. Smaller
+balls, down to a voxel, find a cavity too narrow for the ball: one of them fits into it but not through its holes.
 """
 
 from __future__ import annotations
@@ -22,25 +22,30 @@ from nvhchain.housing.skin.surface_nets import BoolArray
 WALL, OUTSIDE, CAVITY, PLUG = 0, 1, 2, 3
 
 LARGEST_GRID = 60_000_000
-"""Voxels; about 25 bytes each are in use at a time."""
+"""Largest number of voxels; about 25 bytes each are in use at a time."""
 
 _CRUMB = 30
-"""Voxels; a smaller pocket of air that nothing reaches is a gap between elements or ribs, not a cavity."""
+"""Least number of voxels of a cavity; a smaller unreached pocket of air is a gap between elements or ribs."""
 
 _SHRINK = 0.8
-"""Of the ball to the next smaller one."""
+"""Radius of the next smaller ball over that of the ball."""
 
 _MARGIN = 3
-"""Free voxels around the body beyond the ball."""
+"""Number of free voxels around the body beyond the ball."""
 
 
 @dataclass(frozen=True, eq=False)
 class Regions:
     """Voxels of edge `size` (m); voxel (i, j, k) has its centre at origin + size · (i, j, k) in the grid's frame.
 
-    label: `WALL`, `OUTSIDE`, `CAVITY` or `PLUG` of every voxel.  axes: (3, 3), columns are the grid's axes in space.
-    on_floor: the grid ends half a voxel below its first layer, at the engine's plane.
-    narrow: m³ of cavity that the ball does not fit into, and m, diameter of the largest that does, of every such ball.
+    Parameters
+    ----------
+    label : `WALL`, `OUTSIDE`, `CAVITY` or `PLUG` of every voxel.
+    origin : centre of the first voxel (m).
+    axes : (3, 3) columns are the grid's axes in space.
+    size : edge of a voxel (m).
+    on_floor : True if the grid ends at the engine's plane, half a voxel below its first layer.
+    narrow : for every smaller ball that found cavities, their volume (m³) and the ball's diameter (m).
     """
 
     label: IntArray
@@ -51,7 +56,7 @@ class Regions:
     narrow: tuple[tuple[float, float], ...] = ()
 
     def index(self, points: FloatArray) -> IntArray:
-        """Voxels (p, 3) in which points (p, 3) m lie, moved into the grid."""
+        """Return the voxels (p, 3) in which points (p, 3) m lie, moved into the grid."""
         place = np.rint((points @ self.axes - self.origin) / self.size).astype(np.int64)
         return np.clip(place, 0, np.array(self.label.shape) - 1)
 
@@ -64,16 +69,18 @@ def regions(
     size: float,
     opening: float,
 ) -> Regions:
-    """Voxels of edge `size` (m) around the body.
+    """Return voxels of edge `size` (m) around the body.
 
-    nodes: (n, 3) m.  triangles: (k, 3) of its whole boundary.  plugs: node sets whose hull is filled (bores, bolts).
-    floor: a point (3,) m and the outward unit normal (3,) of the plane that closes the engine side.
-    opening: m, diameter of the largest hole that counts as closed.
+    nodes : (n, 3) nodes (m).
+    triangles : (k, 3) triangles of its whole boundary.
+    plugs : node sets whose hull is filled (bores, bolts).
+    floor : point (3,) m and outward unit normal (3,) of the plane that closes the engine side.
+    opening : diameter (m) of the largest hole that counts as closed.
     """
     axes = _frame(floor)
     local = nodes @ axes
     radius = max(opening / 2, size)
-    margin = (np.ceil(radius / size) + _MARGIN) * size  # whole voxels: they stand alike whatever the ball
+    margin = (np.ceil(radius / size) + _MARGIN) * size  # whole voxels: their positions do not depend on the ball
     used = local[np.unique(triangles)]
     low, high = used.min(axis=0) - margin, used.max(axis=0) + margin
     if floor is not None:
@@ -98,7 +105,7 @@ def regions(
 
 
 def _frame(floor: tuple[FloatArray, FloatArray] | None) -> FloatArray:
-    """Axes as columns; the third points from the floor into the body."""
+    """Return axes as columns; the third points from the floor into the body."""
     if floor is None:
         return np.eye(3)
     up = -np.asarray(floor[1], dtype=float)
@@ -110,7 +117,7 @@ def _frame(floor: tuple[FloatArray, FloatArray] | None) -> FloatArray:
 
 
 def _samples(local: FloatArray, triangles: IntArray, spacing: float) -> Iterable[FloatArray]:
-    """Points on every triangle no further apart than `spacing`."""
+    """Yield points on every triangle no further apart than `spacing`."""
     corners = local[triangles]
     longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
     cuts = np.maximum(1, np.ceil(longest / spacing)).astype(int)
@@ -125,7 +132,7 @@ def _samples(local: FloatArray, triangles: IntArray, spacing: float) -> Iterable
 
 
 def _filled(points: FloatArray, size: float) -> Iterable[FloatArray]:
-    """Grid points in the hull of `points`; a flat set is filled by triangles about its middle."""
+    """Yield grid points in the hull of `points`; a flat set is filled by triangles about its middle."""
     middle = points.mean(axis=0)
     _, _, directions = np.linalg.svd(points - middle, full_matrices=False)
     thickness = np.ptp((points - middle) @ directions[2])
@@ -151,12 +158,12 @@ def _mark(wall: BoolArray, points: FloatArray, low: FloatArray, size: float) -> 
 
 
 def _labelled(wall: BoolArray, radius: float, on_floor: bool) -> tuple[IntArray, list[tuple[int, float]]]:
-    """Region of every voxel, and voxels and radius of the cavities that only smaller balls find.
+    """Return the region of every voxel, and voxels and ball radius of the cavities that only smaller balls find.
 
-    radius: of the ball, in voxels.
+    radius : radius of the ball in voxels.
     """
     free = ~wall
-    # what is sealed, the inside of solid walls too, needs no ball
+    # sealed voids, and the inside of solid walls, need no ball
     open_air = _reached(free, on_floor)
     depth = distance_transform_edt(free)
     outside = _reached(core := open_air & (depth > radius), on_floor)
@@ -169,15 +176,15 @@ def _labelled(wall: BoolArray, radius: float, on_floor: bool) -> tuple[IntArray,
         new = core & ~_reached(core, on_floor) & ~known & ~outside
         if new.any():
             number, _ = components(new | known)
-            new &= ~np.isin(number, np.unique(number[known]))  # corners of a cavity that is known
+            new &= ~np.isin(number, np.unique(number[known]))  # corners of a known cavity
             narrow.append((smaller, new))
             waiting.append((radius - smaller, new))
             known |= new
         smaller *= _SHRINK
     cavity, step = np.zeros_like(wall), 0
     while True:
-        # both grow by one voxel through the air that neither holds; the outside goes first by half a voxel, and by what
-        # its ball is larger
+        # both grow by one voxel through the air that neither holds; the outside is ahead by half a voxel and by the
+        # difference of the balls' radii
         for delay, seed in waiting:
             if delay <= step:
                 cavity |= seed
@@ -199,7 +206,7 @@ def _labelled(wall: BoolArray, radius: float, on_floor: bool) -> tuple[IntArray,
 
 
 def _reached(core: BoolArray, on_floor: bool) -> BoolArray:
-    """What hangs together with the border of the grid."""
+    """Return the voxels connected with the border of the grid."""
     number, _ = components(core)
     border = [number[0], number[-1], number[:, 0], number[:, -1], number[:, :, -1]]
     border += [] if on_floor else [number[:, :, 0]]

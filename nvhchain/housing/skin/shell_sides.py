@@ -1,4 +1,4 @@
-"""Triangles numbered anyhow, turned outward where they close a body; open shells are looked at from both sides."""
+"""Orientation of triangles: outward where they close a body; open shells get both sides."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from scipy.sparse.csgraph import breadth_first_order, connected_components
 from nvhchain.handoff import FloatArray, IntArray
 
 _NO_AREA = 1e-12
-"""Of the square of the longest edge."""
+"""Least area of a triangle over the square of its longest edge."""
 
 _TURNED = [0, 2, 1, 5, 4, 3]
-"""Corners of a triangle the other way round, then the middles of its edges."""
+"""Corners of a triangle in reverse order, then the middles of its edges."""
 
 
 def distinct(triangles: IntArray, notes: list[str]) -> IntArray:
-    """Triangles on three corners, each once whichever way it is numbered; what is left out is noted.
+    """Return triangles on three corners, each once in whatever order it is numbered; note the excluded ones.
 
-    triangles: (k, 3) corners, or (k, 6) with the middles of their edges, here and below.
+    triangles : (k, 3) corners, or (k, 6) with the middles of their edges, here and below.
     """
     corners = np.sort(triangles[:, :3], axis=1)
     collapsed = (np.diff(corners, axis=1) == 0).any(axis=1)
@@ -32,7 +32,7 @@ def distinct(triangles: IntArray, notes: list[str]) -> IntArray:
 
 
 def has_area(nodes: FloatArray, triangles: IntArray, notes: list[str]) -> IntArray:
-    """Which triangles (k,) bool are more than a line; the others are noted."""
+    """Return the triangles (k,) bool that are more than a line; note the others."""
     sides = nodes[triangles[:, [1, 2, 0]]] - nodes[triangles[:, :3]]
     twice = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
     found = twice > _NO_AREA * (sides**2).sum(axis=2).max(axis=1)
@@ -42,10 +42,13 @@ def has_area(nodes: FloatArray, triangles: IntArray, notes: list[str]) -> IntArr
 
 
 def outward_sides(nodes: FloatArray, triangles: IntArray) -> tuple[IntArray, IntArray]:
-    """Triangles that look outward and which of them (s,) bool are sides of an open shell.
+    """Return triangles that look outward, and those (s,) bool that are sides of an open shell.
 
-    nodes: (n, 3) m.  triangles: `distinct`, in any order of their corners.  A patch is what hangs together by
-    edges of two triangles; if all its edges are such and it can be turned alike it is a body with the volume positive.
+    nodes : (n, 3) nodes (m).
+    triangles : `distinct`, with corners in any order.
+
+    A patch consists of triangles connected by edges of two triangles. It is a body of positive volume if all its edges
+    are such edges and its triangles can be oriented consistently.
     """
     turn, patch, torn = _alike(triangles)
     volume = np.bincount(patch, _volumes(nodes, triangles, turn))
@@ -56,10 +59,12 @@ def outward_sides(nodes: FloatArray, triangles: IntArray) -> tuple[IntArray, Int
 
 
 def outward_skin(nodes: FloatArray, triangles: IntArray, notes: list[str]) -> IntArray:
-    """Triangles, `distinct`, of the skin of solids that look out of them; how many were turned is noted.
+    """Return the triangles (`distinct`) of the skin of solids, oriented outward; note the number of reversed ones.
 
-    nodes: (n, 3) m.  A closed patch has a positive volume.  One within the bounds of another may be the wall of a
-    cavity: it looks where most of its area does, as do open patches.
+    nodes : (n, 3) nodes (m).
+
+    A closed patch has a positive volume. A patch within the bounds of another may be the wall of a cavity: it keeps the
+    orientation of most of its area, as do open patches.
     """
     turn, patch, torn = _alike(triangles)
     corners = nodes[triangles[:, :3]]
@@ -85,14 +90,14 @@ def _turned(triangles: IntArray, turn: IntArray) -> IntArray:
 
 
 def _volumes(nodes: FloatArray, triangles: IntArray, turn: IntArray) -> FloatArray:
-    """Six times the volumes (k,) between the triangles, once turned, and the middle of the nodes."""
+    """Return six times the volumes (k,) between the triangles, once turned, and the middle of the nodes."""
     return np.asarray(np.linalg.det(nodes[_turned(triangles, turn)[:, :3]] - nodes.mean(axis=0)))
 
 
 def _alike(triangles: IntArray) -> tuple[IntArray, IntArray, IntArray]:
-    """Which triangles (k,) bool to turn so that all of a patch run alike, their patches (k,), which of these are torn.
+    """Return triangles (k,) bool to turn for a consistent patch, their patches (k,), and the torn patches.
 
-    Torn are those with an edge of one triangle or of three and more, and those that cannot be turned alike.
+    Torn patches have an edge of one triangle or of three and more, or cannot be oriented consistently.
     """
     edges = triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
     _, edge, count = np.unique(np.sort(edges, axis=1), axis=0, return_inverse=True, return_counts=True)
@@ -111,7 +116,7 @@ def _alike(triangles: IntArray) -> tuple[IntArray, IntArray, IntArray]:
 
 
 def _turns(one: IntArray, other: IntArray, same: IntArray, link: sp.csr_matrix, patch: IntArray) -> IntArray:
-    """Which triangles (k,) bool must be turned to run as the first of their patch does, along a tree of neighbours."""
+    """Return triangles (k,) bool to turn to the orientation of the first of their patch, along a tree of neighbours."""
     differs = sp.csr_matrix((np.r_[same, same] + 1.0, (np.r_[one, other], np.r_[other, one])), shape=link.shape)
     turn = np.zeros(link.shape[0], dtype=bool)
     _, starts, sizes = np.unique(patch, return_index=True, return_counts=True)

@@ -1,4 +1,4 @@
-"""The skin of a mixed quadratic mesh as six-node facets; a brick's face becomes two by way of its centre."""
+"""Skin of a mixed quadratic mesh as six-node facets; a brick's face is divided into two by its centre."""
 
 from __future__ import annotations
 
@@ -16,9 +16,12 @@ from nvhchain.handoff import FloatArray, IntArray
 class Skin:
     """Boundary of a solid.
 
-    nodes: (n + q, 3) m, the nodes of the model, then the centres of four-cornered faces.  facets: (k, 6), corners
-    counter-clockwise seen from outside, then mid-edge nodes.  interpolation: (n + q, n), values at `nodes` from those
-    at the nodes of the model.  sheets: (k,) bool, or one for all, facets of shells, behind which no material is known.
+    Parameters
+    ----------
+    nodes : (n + q, 3) nodes of the model, then the centres of four-cornered faces (m).
+    facets : (k, 6) corners counter-clockwise seen from outside, then mid-edge nodes.
+    interpolation : (n + q, n) values at `nodes` from those at the nodes of the model.
+    sheets : (k,) bool, or one for all, facets of shells, without known material behind them.
     """
 
     nodes: FloatArray
@@ -28,16 +31,16 @@ class Skin:
 
     @property
     def triangles(self) -> IntArray:
-        """Four flat triangles (4 k, 3) for every facet, which follow its curved edges."""
+        """Four flat triangles (4 k, 3) per facet, which follow its curved edges."""
         return flat_triangles(self.facets)
 
     def on_nodes(self, operator: sp.csr_matrix) -> sp.csr_matrix:
-        """An operator (…, 3 (n + q)) on displacements of `nodes` as one (…, 3 n) on those of the model."""
+        """Return an operator (…, 3 (n + q)) on displacements of `nodes` as one (…, 3 n) on those of the model."""
         return sp.csr_matrix(operator @ sp.kron(self.interpolation, sp.identity(3)))
 
 
 def solid_skin(model: SolidModel) -> Skin:
-    """Faces that belong to one element only, of a model of quadratic elements; InputError where elements overlap."""
+    """Return the faces of a quadratic model that belong to one element only; InputError if elements overlap."""
     count = len(model.nodes)
     faces = boundary_faces([(block.shape, block.nodes) for block in model.blocks], model.labels, model.source)
     facets, centres = six_node_facets(faces, count)

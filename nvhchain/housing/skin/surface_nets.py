@@ -1,7 +1,7 @@
-"""A closed manifold surface around a set of lattice points: surface nets (Gibson, MICCAI 1998) of a well-composed set.
+"""Closed manifold surface around a set of lattice points: surface nets (Gibson, MICCAI 1998) of a well-composed set.
 
-One vertex stands in every cell that the surface passes and one quadrilateral crosses every lattice edge that it cuts.
-Where full points touch at an edge or a corner only, space is filled until they do not: the surface is then manifold.
+Every cell that the surface passes has one vertex. Every lattice edge that it cuts has one quadrilateral. Space is
+filled until full points touch nowhere at an edge or a corner only: the surface is then manifold.
 """
 
 from __future__ import annotations
@@ -20,18 +20,18 @@ from nvhchain.handoff import FloatArray, IntArray
 BoolArray = NDArray[np.bool_]
 
 _RELAXATIONS = 8
-"""Steps that even out the triangles; each draws the vertices back to the surface, whose place they do not move."""
+"""Number of steps that even out the triangles; each draws the vertices back to the surface, which stays in place."""
 
 _WITHIN = 0.1
-"""Part of a cell that a vertex keeps from its border."""
+"""Least distance of a vertex from the border of its cell, over the cell."""
 
 
 _CRUMB = 27
-"""Lattice points, three each way; what hangs on the bodies by less than a face and is smaller is none itself."""
+"""Least number of lattice points of a body, three each way; a smaller one hangs on another by less than a face."""
 
 
 def well_composed(full: BoolArray, on_floor: bool) -> BoolArray:
-    """The largest body and others but crumbs, without holes inside and cells that touch at an edge or corner only."""
+    """Return the bodies without crumbs, inner holes and cells that touch at an edge or corner only."""
     full = full.copy()
     while True:
         number, count = components(full)
@@ -63,7 +63,7 @@ def well_composed(full: BoolArray, on_floor: bool) -> BoolArray:
 
 
 def _corner(full: Any, axes: tuple[int, ...], step: tuple[int, ...]) -> Any:
-    """View of `full` moved by `step` along `axes`, of the extent that all such views share."""
+    """Return a view of `full` moved by `step` along `axes`, of the extent common to all such views."""
     cut = [slice(None)] * 3
     for axis, one in zip(axes, step, strict=True):
         cut[axis] = slice(1, None) if one else slice(None, -1)
@@ -71,7 +71,7 @@ def _corner(full: Any, axes: tuple[int, ...], step: tuple[int, ...]) -> Any:
 
 
 def surface_nets(full: BoolArray, level: FloatArray) -> tuple[FloatArray, IntArray]:
-    """Vertices (v, 3) in lattice units, one per cell that the surface passes, and outward quadrilaterals (q, 4)."""
+    """Return vertices (v, 3) in lattice units, one per cell on the surface, and outward quadrilaterals (q, 4)."""
     shape = np.array(full.shape) - 1
     total, hits = np.zeros((*shape, 3)), np.zeros(shape)
     for axis in range(3):
@@ -111,7 +111,7 @@ def surface_nets(full: BoolArray, level: FloatArray) -> tuple[FloatArray, IntArr
 
 
 def relaxed(vertices: FloatArray, quads: IntArray, field: Callable[[FloatArray], FloatArray]) -> FloatArray:
-    """Vertices spread evenly and drawn back to the surface; each stays in its own cell, so that nothing crosses."""
+    """Return vertices spread evenly and drawn back to the surface; each stays in its own cell, so nothing crosses."""
     cells = np.floor(vertices)
     edges = np.unique(np.sort(np.concatenate([quads[:, [i, (i + 1) % 4]] for i in range(4)]), axis=1), axis=0)
     degree = np.bincount(edges.ravel(), minlength=len(vertices))[:, None]
@@ -132,7 +132,7 @@ def relaxed(vertices: FloatArray, quads: IntArray, field: Callable[[FloatArray],
 
 
 def split(vertices: FloatArray, quads: IntArray) -> IntArray:
-    """Two triangles of each quadrilateral, along its shorter diagonal."""
+    """Return two triangles of each quadrilateral, along its shorter diagonal."""
     p = vertices[quads]
     first = np.linalg.norm(p[:, 0] - p[:, 2], axis=1) <= np.linalg.norm(p[:, 1] - p[:, 3], axis=1)
     a, b = quads[first], quads[~first]

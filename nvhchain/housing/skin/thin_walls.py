@@ -1,4 +1,4 @@
-"""Walls that are thin for the length of their tetrahedra, which are then too stiff where walls are curved or meet."""
+"""Check for tetrahedra that are long for their thin wall: they are too stiff where walls are curved or meet."""
 
 from __future__ import annotations
 
@@ -10,29 +10,34 @@ from nvhchain.handoff import FloatArray
 from nvhchain.housing.skin.skin import Skin
 
 _LONGEST = 3.5
-"""Length of straight-sided quadratic tetrahedra over the thickness of their wall, beyond which they are warned of."""
+"""Largest length of straight-sided quadratic tetrahedra over the thickness of their wall without a warning."""
 
 _STIFFENING = 0.007
-"""Of natural frequencies that such tetrahedra make too high where walls are curved or meet: times that ratio squared.
+"""Relative excess of natural frequencies over the squared ratio of length to thickness, where walls are curved or meet.
 
-Measured: the casting of cases/small with thinner walls, the worst of its first three modes against finer meshes. 3 mm
-against a ratio of 2.3: 4.3 % at 3.5 (2085 to 2176 Hz), 8.9 % at 4.3. First mode, 2 mm against 2.5: 3.1 % at 3.5
-(1261 to 1299 Hz), 12.5 % at 5.25, 29 % at 6.5; 1 mm against 4: 7 % at 6, 62 % at 10.5 (497 to 803 Hz).
+Measured on the casting of cases/small with thinner walls, the worst of its first three modes against finer meshes:
+
+- 3 mm against a ratio of 2.3: 4.3 % at 3.5 (2085 to 2176 Hz), 8.9 % at 4.3;
+- first mode, 2 mm against 2.5: 3.1 % at 3.5 (1261 to 1299 Hz), 12.5 % at 5.25, 29 % at 6.5;
+- 1 mm against 4: 7 % at 6, 62 % at 10.5 (497 to 803 Hz).
 """
 
 _NEIGHBOURS = 16
-"""Facets among which the one on the other side of the wall is looked for: long ones have it close by."""
+"""Number of facets searched for the other side of the wall; long facets have it close by."""
 
 _OPPOSITE = -0.9
-"""Cosine between the normals of both sides of a wall at most."""
+"""Largest cosine between the normals of both sides of a wall."""
 
 _SHARE = 0.25
-"""Of the skin that is to be thin. Its long edges over its thickness are then within 13 % of element size over wall in
-castings of 1 … 5 mm with elements of 10.5 … 20 mm."""
+"""Least thin share of the skin that counts.
+
+Its long edges over its thickness are then within 13 % of element size over wall, in castings of 1 … 5 mm with elements
+of 10.5 … 20 mm.
+"""
 
 
 def stiffening(ratio: float) -> str:
-    """What is to be warned of where tetrahedra are `ratio` times as long as their wall is thick; empty if nothing."""
+    """Return a warning of tetrahedra `ratio` times as long as their wall is thick; empty if there is none."""
     if ratio <= _LONGEST * (1 + 1e-9):
         return ""
     return (
@@ -42,9 +47,9 @@ def stiffening(ratio: float) -> str:
 
 
 def longest_for_their_wall(model: SolidModel, skin: Skin, wall: FloatArray) -> float:
-    """Length over wall thickness that the tetrahedra of a model have at least on the quarter where it is largest.
+    """Return the least length over wall thickness of tetrahedra on the quarter of the skin with the largest ratios.
 
-    wall: (k,) m, from `wall_thickness`.
+    wall : (k,) m, from `wall_thickness`.
     """
     in_tetrahedra = np.zeros(len(skin.nodes), dtype=bool)
     for block in model.blocks:
@@ -56,7 +61,7 @@ def longest_for_their_wall(model: SolidModel, skin: Skin, wall: FloatArray) -> f
 
 
 def wall_thickness(skin: Skin) -> FloatArray:
-    """m, (k,), between each facet and the one that looks the other way behind it; inf where none is near."""
+    """Return the distance (k,) m between each facet and the opposite one behind it; inf if none is near."""
     corners = skin.nodes[skin.facets[:, :3]]
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normal, centre = cross / np.linalg.norm(cross, axis=1)[:, None], corners.mean(axis=1)
@@ -67,13 +72,13 @@ def wall_thickness(skin: Skin) -> FloatArray:
 
 
 def edges(skin: Skin) -> FloatArray:
-    """Lengths (k, 3) m of the edges of every facet."""
+    """Return the lengths (k, 3) m of the edges of every facet."""
     corners = skin.nodes[skin.facets[:, :3]]
     return np.asarray(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2))
 
 
 def worst_quarter(skin: Skin, ratio: FloatArray) -> int:
-    """The facet at the end of the quarter of the skin's area where `ratio` (k,) is largest."""
+    """Return the facet at the end of the quarter of the skin's area with the largest `ratio` (k,)."""
     corners = skin.nodes[skin.facets[:, :3]]
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
     order = np.argsort(-ratio)

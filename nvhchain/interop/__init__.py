@@ -1,4 +1,4 @@
-"""Foreign files: hand-offs in and out of other programs' formats."""
+"""Files of other programs: import and export of hand-offs."""
 
 from nvhchain.interop.common.units import UNIT_SYSTEMS
 from nvhchain.interop.forces.channels import Record

@@ -1,4 +1,4 @@
-"""Solid models and modal results by the ending of their file."""
+"""Solid models and modal results by the suffix of their file."""
 
 from __future__ import annotations
 
@@ -17,11 +17,26 @@ UNIVERSAL, HDF5 = (".unv", ".uff", ".uf"), (".h5", ".hdf5", ".hdf")
 
 
 def read_solid_model(path: str | Path, *, units: str, spc: int | None = None) -> SolidModel:
-    """Nastran bulk data (.bdf, .dat, .nas) or Abaqus input (.inp).  units: of the file, a key of `UNIT_SYSTEMS`.
+    """Read Nastran bulk data (.bdf, .dat, .nas) or an Abaqus input file (.inp).
 
-    spc: set of single-point constraints of a Nastran file, as for `read_nastran`.
+    Parameters
+    ----------
+    path : str or Path
+        File.
+    units : str
+        Units of the file, a key of `UNIT_SYSTEMS`.
+    spc : int, optional
+        Set of single-point constraints of a Nastran file, as in `read_nastran`.
 
-    Raises InputError for another ending, and what the readers raise.
+    Returns
+    -------
+    SolidModel
+        Model in SI units.
+
+    Raises
+    ------
+    InputError
+        For another suffix, and as in the readers.
     """
     ending = Path(path).suffix.lower()
     if ending in NASTRAN:
@@ -33,9 +48,24 @@ def read_solid_model(path: str | Path, *, units: str, spc: int | None = None) ->
 
 
 def read_modal_model(path: str | Path, *, units: str | None = None) -> ModalModel:
-    """Modes of a universal file (.unv, .uff) or HDF5 (.h5).  units: as for `read_modal_uff`; HDF5 is in SI.
+    """Read modes of a universal file (.unv, .uff) or HDF5 (.h5).
 
-    Raises InputError for another ending, and what the readers raise.
+    Parameters
+    ----------
+    path : str or Path
+        File.
+    units : str, optional
+        Units of a universal file, as in `read_modal_uff`; HDF5 is in SI.
+
+    Returns
+    -------
+    ModalModel
+        Modes in SI units.
+
+    Raises
+    ------
+    InputError
+        For another suffix, and as in the readers.
     """
     ending = Path(path).suffix.lower()
     if ending in UNIVERSAL:

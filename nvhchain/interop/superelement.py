@@ -20,12 +20,30 @@ _DOUBLE, _SYMMETRIC = 2, 6
 
 
 def write_craig_bampton(model: CraigBampton, path: str | Path) -> Path:
-    """The matrices in `path`, by its suffix.
+    """Write the matrices in the format of the suffix.
 
-    .mat: level 5, with `stiffness`, `mass`, `interface_frequency`, `motion`, `names`, `positions` and their `units`.
-    .bdf: DMIG `KHOUSE` and `MHOUSE` with a GRID at every seat (1, 2, …, in the order of the seats) and SPOINTs of the
-    modal coordinates after them; `K2GG = KHOUSE` and `M2GG = MHOUSE` select them.
-    Raises InputError for another suffix.
+    Parameters
+    ----------
+    model : CraigBampton
+        Reduced matrices.
+    path : str or Path
+        File (.mat or .bdf).
+
+    Returns
+    -------
+    Path
+        Path of the file.
+
+    Raises
+    ------
+    InputError
+        For another suffix.
+
+    Notes
+    -----
+    A .mat file is of level 5, with `stiffness`, `mass`, `interface_frequency`, `motion`, `names`, `positions` and
+    `units`. A .bdf file holds DMIG `KHOUSE` and `MHOUSE`. Seats are GRID 1, 2, … in their order; SPOINTs of the modal
+    coordinates follow. `K2GG = KHOUSE` and `M2GG = MHOUSE` select them.
     """
     path = Path(path)
     check_craig_bampton_path(path)
@@ -36,7 +54,7 @@ def write_craig_bampton(model: CraigBampton, path: str | Path) -> Path:
 
 
 def check_craig_bampton_path(path: str | Path) -> None:
-    """Refuse a suffix that is not known before the matrices are made."""
+    """Refuse an unknown suffix before the matrices are computed."""
     require(Path(path).suffix in (".mat", ".bdf"), f"{path}: Craig–Bampton matrices are written as .mat or .bdf")
 
 
@@ -69,7 +87,7 @@ def _bulk_data(model: CraigBampton) -> Iterator[str]:
 
 
 def _dmig(name: str, matrix: FloatArray, points: list[tuple[int, int]]) -> Iterator[str]:
-    """Columns of the lower triangle, zeros left out."""
+    """Yield columns of the lower triangle without zeros."""
     yield f"{'DMIG':8}{name:8}{0:8d}{_SYMMETRIC:8d}{_DOUBLE:8d}{0:8d}"
     for column, (grid, component) in enumerate(points):
         rows = column + np.flatnonzero(matrix[column:, column])

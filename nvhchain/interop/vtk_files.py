@@ -1,4 +1,4 @@
-"""Surfaces with modes or operating shapes for ParaView: VTKHDF with one step per mode or line, VTU for a single one.
+"""Surfaces with modes or operating shapes for ParaView: VTKHDF with one step per mode or line, VTU for a single state.
 
 VTKHDF is HDF5 of a fixed layout (VTK File Formats, "VTKHDF", version 2.2) and is written here through h5py.
 """
@@ -27,9 +27,23 @@ TRIANGLE = 5
 
 
 def write_modes_vtkhdf(housing: ReducedHousing, path: str | Path) -> Path:
-    """Mode shapes on the radiating surface, one step per mode whose value is the natural frequency in Hz.
+    """Write mode shapes on the radiating surface, one step per mode with its natural frequency (Hz) as value.
 
-    Cells: normal_shape kg^-½; points: shape, vectors for Warp By Vector.
+    Parameters
+    ----------
+    housing : ReducedHousing
+        Housing.
+    path : str or Path
+        VTKHDF file.
+
+    Returns
+    -------
+    Path
+        Path of the file.
+
+    Notes
+    -----
+    Cells hold normal_shape (kg^-½); points hold the vectors shape for Warp By Vector.
     """
     require(
         len(housing.natural_frequency) > 0,
@@ -41,9 +55,24 @@ def write_modes_vtkhdf(housing: ReducedHousing, path: str | Path) -> Path:
 
 
 def write_velocity_vtkhdf(velocity: SurfaceVelocity, path: str | Path) -> Path:
-    """Operating shapes, one step per line whose value is its frequency in Hz.
+    """Write operating shapes, one step per line with its frequency (Hz) as value.
 
-    Cells: normal velocity m/s (real, imaginary) and its level dB re 1 nm/s; points: the same as vectors.
+    Parameters
+    ----------
+    velocity : SurfaceVelocity
+        Surface velocity.
+    path : str or Path
+        VTKHDF file.
+
+    Returns
+    -------
+    Path
+        Path of the file.
+
+    Notes
+    -----
+    Cells hold the normal velocity (m/s; real, imaginary) and its level (dB re 1 nm/s); points hold the velocity as
+    vectors.
     """
     v = velocity.normal_velocity
     vectors = np.stack([vertex_motion(velocity.surface, line) for line in v])
@@ -59,7 +88,24 @@ def write_velocity_vtkhdf(velocity: SurfaceVelocity, path: str | Path) -> Path:
 def write_vtu(
     surface: Surface, path: str | Path, *, cells: Mapping[str, FloatArray], points: Mapping[str, FloatArray]
 ) -> Path:
-    """One state of the surface.  cells: name → (n_face, …).  points: name → (n_v, …)."""
+    """Write one state of a surface.
+
+    Parameters
+    ----------
+    surface : Surface
+        Surface.
+    path : str or Path
+        VTU file.
+    cells : mapping of str to (n_face, …) array
+        Data of the faces.
+    points : mapping of str to (n_v, …) array
+        Data of the vertices.
+
+    Returns
+    -------
+    Path
+        Path of the file.
+    """
     mesh = MeshFile(surface.vertices, [("triangle", surface.triangles)])
     return write_output(Path(path), mesh_files.vtu_content(mesh, points=points, cells=cells))
 
@@ -71,7 +117,7 @@ def _write(
     points: Mapping[str, FloatArray],
     path: str | Path,
 ) -> Path:
-    """One mesh for all steps; data (n_step, n, …) are stacked along the first axis."""
+    """Write one mesh for all steps; data (n_step, n, …) are stacked along the first axis."""
     count, faces, vertices = len(steps), len(surface.triangles), len(surface.vertices)
     require(count > 0, "nothing to write: no modes or lines")
 

@@ -1,4 +1,4 @@
-"""Sound pressure → a WAV file to listen to."""
+"""Sound pressure as a WAV file."""
 
 from __future__ import annotations
 
@@ -13,16 +13,36 @@ from nvhchain.handoff import FieldPressure, FloatArray, PressureHistory
 from nvhchain.levels import time_history
 
 SAMPLE_RATE = 48000.0
-"""Hz, near which the period is sampled; the exact rate holds a whole number of samples per period."""
+"""Sampling rate (Hz) of the period, approximately; the exact rate gives a whole number of samples per period."""
 
 
 def write_wav(
     pressure: FieldPressure, path: str | Path, *, point: int = 0, seconds: float = 5.0, full_scale: float
 ) -> Path:
-    """Repeat the steady signal at one field point for `seconds`; `full_scale` Pa become the largest sample.
+    """Write the steady signal at one field point, repeated.
 
-    The same `full_scale` for several files keeps their loudness comparable.  Raises InputError where the signal
-    exceeds it or the lines are not harmonic.
+    Parameters
+    ----------
+    pressure : FieldPressure
+        Sound pressure.
+    path : str or Path
+        WAV file.
+    point : int
+        Index of the field point.
+    seconds : float
+        Duration (s).
+    full_scale : float
+        Pressure (Pa) of the largest sample; one value for several files keeps their loudness comparable.
+
+    Returns
+    -------
+    Path
+        Path of the file.
+
+    Raises
+    ------
+    InputError
+        If the signal exceeds `full_scale` or the lines are not harmonic.
     """
     time, signal = time_history(pressure.frequency, pressure.pressure[:, point], sample_rate=SAMPLE_RATE)
     repeats = int(np.ceil(seconds / (len(time) * time[1])))
@@ -30,7 +50,27 @@ def write_wav(
 
 
 def write_history_wav(history: PressureHistory, path: str | Path, *, point: int = 0, full_scale: float) -> Path:
-    """The record at one field point at its own sampling rate, rounded to whole hertz; else as `write_wav`."""
+    """Write the record at one field point at its own sampling rate, rounded to whole hertz.
+
+    Parameters
+    ----------
+    history : PressureHistory
+        Sound pressure over time.
+    path : str or Path
+        WAV file.
+    point, full_scale
+        As in `write_wav`.
+
+    Returns
+    -------
+    Path
+        Path of the file.
+
+    Raises
+    ------
+    InputError
+        If the signal exceeds `full_scale`.
+    """
     return _write(history.pressure[:, point], 1.0 / float(np.diff(history.time).mean()), Path(path), full_scale)
 
 

@@ -1,4 +1,4 @@
-"""Lines of a text file with the files that it includes in their places."""
+"""Lines of a text file with included files in their places."""
 
 from __future__ import annotations
 
@@ -14,12 +14,13 @@ def lines_with_includes(
     included: Callable[[str], tuple[str, str] | None],
     within: tuple[Path, ...] = (),
 ) -> Iterator[str]:
-    """Lines of `path`.
+    """Yield the lines of `path`.
 
-    joined: lines with the statements that run over several of them on one.  included: of a line that includes a file,
-    what stays of the line and the name of the file, which lies beside this one; None for other lines.
+    joined : function that joins statements over several lines into one.
+    included : function that returns, for a line that includes a file, the rest of the line and the name of the file,
+        beside this one; None for other lines.
 
-    Raises FileFormatError where a file is missing or includes itself.
+    Raises FileFormatError if a file is missing or includes itself.
     """
     if path in within:
         raise FileFormatError(f"{path}: includes itself")

@@ -1,7 +1,7 @@
-"""Names and numbers that a file can hold, and marks in its comments of what they were.
+"""Names and numbers that a file can hold, and marks of the original ones in its comments.
 
-A mark is `nvhchain KIND NOW BEFORE`: of a Nastran number the name that it stands for, of a name or number that the
-format cannot hold the one it replaces. Other programs pass over comments; the own readers restore what was before.
+A mark is `nvhchain KIND NOW BEFORE`. It gives the name behind a Nastran number, or the name or number that the format
+cannot hold. Other programs ignore comments; our readers restore the originals.
 """
 
 from __future__ import annotations
@@ -18,22 +18,22 @@ from nvhchain.fem.solid_model import SolidModel
 from nvhchain.handoff import IntArray
 
 LARGEST_LABEL = 99_999_999
-"""Of Nastran: eight digits, the width of a small field."""
+"""Largest label in Nastran: eight digits, the width of a small field."""
 
 _LONGEST_NAME = 80
-"""Characters of an Abaqus name."""
+"""Largest number of characters of an Abaqus name."""
 
 Marks = Mapping[str, Mapping[str, str]]
-"""Kind → what stands in the file → what it was."""
+"""Kind → text in the file → original."""
 
 
 def mark(comment: str, kind: str, now: object, before: object) -> str:
-    """One line.  comment: what starts a comment, `$` or `**`."""
+    """Return a mark as one line; `comment` starts a comment, `$` or `**`."""
     return f"{comment} nvhchain {kind} {now} {before}"
 
 
 def marks(lines: Iterable[str]) -> Marks:
-    """All marks among the lines of a file."""
+    """Return all marks among the lines of a file."""
     found: defaultdict[str, dict[str, str]] = defaultdict(dict)
     for line in lines:
         if "nvhchain" in line and (hit := re.match(r"\s*(?:\$|\*\*)\s*nvhchain (\w+) (\S+) (.+?)\s*$", line)):
@@ -42,9 +42,9 @@ def marks(lines: Iterable[str]) -> Marks:
 
 
 def short_labels(labels: IntArray, limit: int = LARGEST_LABEL) -> IntArray:
-    """The same labels, but those above `limit` numbered on from the largest that is not, or into gaps below it.
+    """Return the labels with those above `limit` renumbered, upwards from the largest other one or into gaps below it.
 
-    Raises InputError where there are more labels than numbers.
+    Raises InputError if there are more labels than numbers.
     """
     long = labels > limit
     if not long.any():
@@ -62,7 +62,7 @@ def short_labels(labels: IntArray, limit: int = LARGEST_LABEL) -> IntArray:
 
 
 def renumbered(model: SolidModel, nodes: Mapping[int, int], elements: Mapping[int, int]) -> SolidModel:
-    """The model with other labels of nodes, reference points among them, and of elements; others stay."""
+    """Return the model with new labels of nodes, reference points included, and of elements; others stay."""
 
     def new(labels: IntArray, table: Mapping[int, int]) -> IntArray:
         return np.array([table.get(label, label) for label in labels.tolist()], dtype=np.int64)
@@ -78,7 +78,7 @@ def renumbered(model: SolidModel, nodes: Mapping[int, int], elements: Mapping[in
 
 
 def restored(model: SolidModel, found: Marks) -> SolidModel:
-    """The model with the labels of nodes and elements and the names that the marks hold."""
+    """Return the model with the labels of nodes and elements and the names in the marks."""
     nodes, elements = (
         {int(now): int(before) for now, before in found.get(kind, {}).items()} for kind in ("node", "element")
     )
@@ -96,7 +96,7 @@ def restored(model: SolidModel, found: Marks) -> SolidModel:
 
 
 def abaqus_names(names: Iterable[str]) -> list[str]:
-    """Names of letters, digits, `_` and `-` that start with a letter and all differ, whatever the case."""
+    """Return distinct names, regardless of case, of letters, digits, `_` and `-` that start with a letter."""
     result: list[str] = []
     taken: set[str] = set()
     for name in names:
@@ -112,5 +112,5 @@ def abaqus_names(names: Iterable[str]) -> list[str]:
 
 
 def changed(comment: str, kind: str, before: Iterable[object], now: Iterable[object]) -> Iterator[str]:
-    """Marks of all that is not what it was."""
+    """Yield marks of all names or numbers that differ from the originals."""
     return (mark(comment, kind, new, old) for old, new in zip(before, now, strict=True) if new != old)

@@ -8,7 +8,10 @@ from nvhchain.handoff import FloatArray, Surface
 
 
 def vertex_motion(surface: Surface, normal_motion: FloatArray) -> FloatArray:
-    """Vectors (n_v, 3): the mean of u_n·n of the faces around a vertex, by their areas.  normal_motion: (n_face,)."""
+    """Return vectors (n_v, 3): the area-weighted mean of u_n·n of the faces around a vertex.
+
+    normal_motion : (n_face,) motion of the faces.
+    """
     weight = surface.areas
     vector = (weight * normal_motion)[:, None] * surface.normals
     total = np.zeros((len(surface.vertices), 3), dtype=vector.dtype)

@@ -1,4 +1,4 @@
-"""Unit systems of files that do not state theirs: finite element codes calculate with whatever is consistent."""
+"""Unit systems of files that do not state theirs: finite element codes accept any consistent system."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from nvhchain.errors import InputError
 
 @dataclass(frozen=True)
 class UnitSystem:
-    """A consistent system.  length: m, mass: kg, time: s per unit of the file."""
+    """Consistent unit system: length in m, mass in kg, time in s per unit of the file."""
 
     name: str
     length: float
@@ -21,16 +21,16 @@ class UnitSystem:
 
     @property
     def stress(self) -> float:
-        """Pa per unit."""
+        """Stress in Pa per unit."""
         return self.mass / (self.length * self.time**2)
 
     @property
     def density(self) -> float:
-        """kg/m³ per unit."""
+        """Density in kg/m³ per unit."""
         return self.mass / self.length**3
 
     def material(self, young: float, poisson: float, density: float, where: str) -> Material:
-        """Material in SI from numbers of the file.  Raises InputError that names the unit system."""
+        """Return a material in SI from numbers of the file; InputError names the unit system."""
         try:
             return Material(young * self.stress, poisson, density * self.density)
         except InputError as error:
@@ -55,7 +55,7 @@ UNIT_SYSTEMS: Mapping[str, UnitSystem] = MappingProxyType(
 
 
 def unit_system(name: str) -> UnitSystem:
-    """The system called `name`.  Raises InputError for another name."""
+    """Return the system called `name`; InputError for another name."""
     if name not in UNIT_SYSTEMS:
         raise InputError(f"unit system {name!r} is not known: use {', '.join(UNIT_SYSTEMS)}")
     return UNIT_SYSTEMS[name]

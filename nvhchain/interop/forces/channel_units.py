@@ -1,4 +1,4 @@
-"""Units of recorded channels, and the names under which files state them."""
+"""Units of recorded channels, and their names in files."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
 """Seconds in one unit."""
 
 SPEED_UNITS = {"rad/s": 1.0, "rpm": 2.0 * pi / 60.0, "Hz": 2.0 * pi}
-"""rad/s in one unit; Hz counts turns per second."""
+"""Radians per second in one unit; Hz counts turns per second."""
 
 LENGTH_UNITS = {"m": 1.0, "mm": 1e-3, "um": 1e-6}
 """Metres in one unit."""
@@ -44,7 +44,7 @@ OTHER_NAMES = {
     "urad": ("µrad",),
     "deg": ("°", "degree", "degrees"),
 }
-"""What files write for a unit, beside its symbol."""
+"""Names of a unit in files, beside its symbol."""
 
 _QUANTITIES = (FORCE_UNITS, TIME_UNITS, SPEED_UNITS, LENGTH_UNITS, ANGLE_UNITS)
 _SYMBOLS = [symbol for quantity in _QUANTITIES for symbol in quantity]
@@ -58,7 +58,7 @@ _LAST_BRACKETS = re.compile(r"\[([^][]*)\](?:\[[\d,]+\])?$")
 
 
 def unit_called(text: str) -> str | None:
-    """Symbol of the unit that a file calls `text`, in brackets or not, in any case that leaves no doubt."""
+    """Return the symbol of the unit called `text`, in brackets or not, in any case that is unambiguous."""
     name = text.strip()
     if name[:1] + name[-1:] in ("[]", "()"):
         name = name[1:-1].strip()
@@ -66,7 +66,10 @@ def unit_called(text: str) -> str | None:
 
 
 def unit_in_name(channel: str, like: str) -> str | None:
-    """Unit of the quantity of `like` at the end of a channel's name, as kN in `Fx [kN]` or its column `Fx [kN][0]`."""
+    """Return the unit at the end of a channel's name, if it measures the quantity of `like`.
+
+    Examples are kN in `Fx [kN]` or its column `Fx [kN][0]`.
+    """
     brackets = _LAST_BRACKETS.search(channel)
     unit = unit_called(brackets.group(1)) if brackets else None
     return unit if any(unit in quantity and like in quantity for quantity in _QUANTITIES) else None

@@ -1,4 +1,4 @@
-"""A foreign file's channels and what the file says about them."""
+"""Channels of an imported file, with their units and time axes."""
 
 from __future__ import annotations
 
@@ -14,10 +14,20 @@ from nvhchain.interop.forces.channel_units import unit_called, unit_in_name
 
 @dataclass(frozen=True, eq=False)
 class Record:
-    """A foreign file as it is.
+    """Contents of an imported file, unchanged.
 
-    source: what messages call it.  channels: name → (n_t,) values.  units: name → unit, where the file states one.
-    times: name → (n_t,) s, where the file gives the channel a time axis.  unusable: name → why it is no input here.
+    Parameters
+    ----------
+    source : str
+        Name in messages.
+    channels : mapping of str to (n_t,) array
+        Values of each channel.
+    units : mapping of str to str
+        Units of channels that the file states.
+    times : mapping of str to (n_t,) array
+        Time axes (s) of channels that the file gives.
+    unusable : mapping of str to str
+        Channels that cannot be used, with the reason.
     """
 
     source: str
@@ -27,7 +37,7 @@ class Record:
     unusable: Mapping[str, str] = field(default_factory=dict)
 
     def values(self, name: str) -> FloatArray:
-        """One channel; InputError when it is missing, unusable or holds values that are not finite."""
+        """Return one channel; InputError if it is missing, unusable or not finite."""
         self._check_use(name)
         value = np.asarray(self.channels[name], dtype=float)
         bad = np.flatnonzero(~np.isfinite(value))
@@ -39,13 +49,13 @@ class Record:
         return value
 
     def _check_use(self, name: str) -> None:
-        """InputError when the channel is missing or unusable."""
+        """Raise InputError if the channel is missing or unusable."""
         known = ", ".join(list(self.channels)[:20]) or "none"
         require(name in self.channels, f"{self.source}: no channel {name!r}; it has {known}")
         require(name not in self.unusable, f"{self.source}: {name} {self.unusable.get(name)}")
 
     def time_of(self, names: Sequence[str]) -> FloatArray | None:
-        """(n_t,) s that the file gives the channels, None where it does not; InputError where they differ."""
+        """Return the time axis (n_t,) s of the channels, None without one; InputError if they differ."""
         for name in names:
             self._check_use(name)
         timed = [name for name in names if name in self.times]
@@ -58,7 +68,7 @@ class Record:
         return self.times[timed[0]] if timed else None
 
     def check_unit(self, name: str, unit: str) -> None:
-        """InputError when the file or the channel's own name states another unit for it."""
+        """Raise InputError if the file or the channel's name states another unit."""
         for stated, source in ((self.units.get(name), "the file"), (unit_in_name(name, unit), "its name")):
             require(
                 stated is None or unit_called(stated) == unit,

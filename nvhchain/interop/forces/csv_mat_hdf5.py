@@ -1,6 +1,6 @@
-"""Foreign files with named channels: CSV, MAT and HDF5, read as they are and written from `BearingForces`.
+"""Files with named channels: CSV, MAT and HDF5, read unchanged and written from `BearingForces`.
 
-Numbers keep all digits, so that a file written here reads back bit for bit.
+Numbers keep all digits: a file written here reads back bit for bit.
 """
 
 from __future__ import annotations
@@ -27,21 +27,21 @@ from nvhchain.interop.forces.force_channels import OF_MESHES, beside_forces
 AXES = "xyz"
 
 LARGEST_MAT = 2**31
-"""Bytes of an array of a MAT file of level 5 (MathWorks, MAT-File Versions)."""
+"""Largest array (bytes) of a MAT file of level 5 (MathWorks, MAT-File Versions)."""
 
 
 UNIT = ("unit", "units")
-"""What attributes and structures with units are called, in any case."""
+"""Names of attributes and structures with units, in any case."""
 
 STRING = "a string, which only MATLAB reads: store a char"
-"""What stands for a unit that MATLAB stored as one of its objects."""
+"""Text in place of a unit that MATLAB stored as one of its objects."""
 
 
 def read_csv(path: Path) -> Record:
-    """Comments after #, one line of channel names, one line of units where it holds no number, then numbers.
+    """Read comments after #, a line of channel names, a line of units if it holds no number, then numbers.
 
-    Lines above the names with other numbers of cells are free text. Where there are no names, the last comments with as
-    many cells are, and units below them. Cells may be quoted, lines may end with a comma.
+    Lines above the names with other numbers of cells are free text. Without names, the last comments with as many cells
+    are names, with units below them. Cells may be quoted; lines may end with a comma.
     """
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
@@ -65,7 +65,7 @@ def read_csv(path: Path) -> Record:
 
 
 def _head(lines: Iterator[str]) -> tuple[list[list[str]], list[str]]:
-    """Cells of the line of names and of units where there is one, and the lines read below them, numbers first."""
+    """Return cells of the line of names and of units, if any, and the lines read below them, numbers first."""
     comments: list[list[str]] = []
     read: list[str] = []
     head: list[list[str]] = []
@@ -106,14 +106,17 @@ def _is_number(text: str) -> bool:
 
 
 def read_mat(path: Path) -> Record:
-    """MATLAB level 5 or 7.3; arrays (n_t, …) give channels name[i] or name[i,j], counted from 0, fields of a structure
-    name.field (level 7.3: name/field).  Texts in a structure `units` are the units of the channels beside it, as
-    units.force of force."""
+    """Read MATLAB level 5 or 7.3.
+
+    Arrays (n_t, …) give channels name[i] or name[i,j], counted from 0. Fields of a structure give name.field (level
+    7.3: name/field). Texts in a structure `units` are the units of the channels beside it, such as units.force of
+    force.
+    """
     if h5py.is_hdf5(path):
         return read_hdf5(path)
     try:
         content = loadmat(path)
-    except Exception as error:  # damaged files raise whatever the parser stumbles over
+    except Exception as error:  # damaged files raise many kinds of errors
         raise FileFormatError(f"{path}: not a MAT file: {_reason(error)}") from None
     arrays = _flat({name: value for name, value in content.items() if not name.startswith("__")})
     texts = {n: _text(v) for n, v in arrays.items() if np.asarray(v).dtype.kind in "UO"}
@@ -122,7 +125,7 @@ def read_mat(path: Path) -> Record:
 
 
 def _stated(texts: Mapping[str, str], separator: str) -> dict[str, str]:
-    """Units by array name, from the texts of structures `units`."""
+    """Return units by array name, from the texts of structures `units`."""
     units = {}
     for name, text in texts.items():
         *parents, field = name.split(separator)
@@ -132,7 +135,7 @@ def _stated(texts: Mapping[str, str], separator: str) -> dict[str, str]:
 
 
 def _flat(arrays: Mapping[str, Any]) -> dict[str, Any]:
-    """Fields of single structures under their own names, however deep."""
+    """Return fields of single structures under their own names, however deep."""
     flat: dict[str, Any] = {}
     for name, value in arrays.items():
         fields = getattr(getattr(value, "dtype", None), "names", None)
@@ -144,10 +147,10 @@ def _flat(arrays: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def read_hdf5(path: Path) -> Record:
-    """Datasets of numbers anywhere in the file, named by their path; attributes `units` or `unit`, in any case.
+    """Read datasets of numbers anywhere in the file, named by their path; attributes `units` or `unit`, in any case.
 
-    In a MATLAB file of level 7.3 units are texts, as `read_mat` says, and arrays, which MATLAB stores with their axes
-    reversed, have them as in MATLAB.
+    In a MATLAB file of level 7.3 units are texts, as in `read_mat`. MATLAB stores arrays with reversed axes; these are
+    restored.
     """
     arrays: dict[str, Any] = {}
     stated: dict[str, str] = {}
@@ -171,7 +174,7 @@ def read_hdf5(path: Path) -> Record:
 
 
 def _text_of_matlab(item: Any) -> str:
-    """The text in a dataset of a MATLAB file of level 7.3; of the texts in a cell array, each once."""
+    """Return the text in a dataset of a MATLAB file of level 7.3; different texts of a cell array are joined."""
     kind = item.attrs.get("MATLAB_class")
     if item.attrs.get("MATLAB_empty"):
         return ""
@@ -183,14 +186,14 @@ def _text_of_matlab(item: Any) -> str:
 
 
 def _text(value: Any) -> str:
-    """The text of an attribute or a cell array; of several, each once."""
+    """Return the text of an attribute or a cell array; different texts are joined."""
     items = [item.item() if isinstance(item, np.ndarray) and item.size == 1 else item for item in np.ravel(value)]
     texts = [item.decode("utf-8", "replace") if isinstance(item, bytes) else str(item) for item in items]
     return ", ".join(dict.fromkeys(text.strip() for text in texts))
 
 
 def _record(path: Path, arrays: Mapping[str, Any], stated: Mapping[str, str]) -> Record:
-    """Channels of all arrays, with the unit `stated` for the array."""
+    """Return channels of all arrays, with the unit `stated` for the array."""
     channels: dict[str, FloatArray] = {}
     units: dict[str, str] = {}
     for name, value in arrays.items():
@@ -204,7 +207,7 @@ def _record(path: Path, arrays: Mapping[str, Any], stated: Mapping[str, str]) ->
 
 
 def _columns(name: str, array: Any) -> dict[str, FloatArray]:
-    """One channel per column of a real numeric array; a row or column vector is a single channel."""
+    """Return one channel per column of a real numeric array; a row or column vector is a single channel."""
     if array.dtype.kind not in "fiu" or array.size < 2:
         return {}
     if array.ndim == 2 and 1 in array.shape:
@@ -218,7 +221,7 @@ def _columns(name: str, array: Any) -> dict[str, FloatArray]:
 
 
 def write_csv(forces: BearingForces, path: Path) -> Path:
-    """Columns time, input_speed, `bearing:x` … and those of the meshes; a line of names, a line of units."""
+    """Write columns time, input_speed, `bearing:x` … and those of the meshes, below lines of names and units."""
     names = ["time", "input_speed", *(csv_name(bearing, axis) for bearing in forces.names for axis in AXES)]
     require(len(set(names)) == len(names), f"{path}: bearing names differ by blanks only: {forces.names}; rename one")
     units = ["s", "rad/s", *["N"] * (3 * len(forces.names))]
@@ -237,18 +240,20 @@ def write_csv(forces: BearingForces, path: Path) -> Path:
 
 
 def csv_name(bearing: str, axis: str) -> str:
-    """Column of a bearing's force: on one line, and without blanks around it, which reading takes for layout."""
+    """Return the column name of a bearing's force: on one line, without outer blanks that readers take for layout."""
     return " ".join(f"{bearing}:{axis}".split())
 
 
 def columns_of(quantity: str, values: FloatArray) -> list[str]:
-    """Names of the channels of (n_t, n) values: without a number where there is one."""
+    """Return names of the channels of (n_t, n) values, without a number if there is only one."""
     return [quantity] if values.shape[1] == 1 else [f"{quantity}[{i}]" for i in range(values.shape[1])]
 
 
 def write_mat(forces: BearingForces, path: Path) -> Path:
-    """MATLAB level 5: time, input_speed, force (n_t, n_bearing, 3), names, positions, what is recorded of the meshes
-    (n_t, n_mesh), and their units."""
+    """Write MATLAB level 5: time, input_speed, force (n_t, n_bearing, 3), names, positions, units.
+
+    Recorded quantities of the meshes (n_t, n_mesh) are added.
+    """
     require(
         forces.force.nbytes < LARGEST_MAT,
         f"{path}: forces of {forces.force.nbytes / 2**30:.3g} GiB exceed an array of a MAT file, which holds "
@@ -269,8 +274,10 @@ def write_mat(forces: BearingForces, path: Path) -> Path:
 
 
 def write_hdf5(forces: BearingForces, path: Path) -> Path:
-    """Datasets time, input_speed, force (n_t, n_bearing, 3), names, positions and what is recorded of the meshes
-    (n_t, n_mesh), with attribute `units`."""
+    """Write datasets time, input_speed, force (n_t, n_bearing, 3), names and positions with attribute `units`.
+
+    Recorded quantities of the meshes (n_t, n_mesh) are added.
+    """
 
     def write(memory: BytesIO) -> None:
         with h5py.File(memory, "w") as file:

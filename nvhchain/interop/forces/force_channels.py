@@ -1,7 +1,7 @@
-"""What the channels of a foreign force record mean, and its translation into `BearingForces`.
+"""Meaning of the channels of an imported force record, and its translation into `BearingForces`.
 
-Nothing is guessed from names: units, sign, sampling, axes and positions are stated, and what the file says about
-itself (units, sampling) must not contradict them.
+Nothing is guessed from names. Units, sign, sampling, axes and positions are declared. Units and sampling stated in the
+file must not contradict them.
 """
 
 from __future__ import annotations
@@ -24,21 +24,27 @@ from nvhchain.kinds import check_fields, checked
 from nvhchain.names import check_name
 
 OF_MESHES = {"mesh_deflection": "m", "transmission_error": "m", "output_lag": "rad"}
-"""What a record may hold beside forces, by the names of `BearingForces`, with its unit in files written here."""
+"""Quantities of a record beside forces, by the names of `BearingForces`, with their units in files written here."""
 
 FARTHEST = 5.0
-"""m, of a bearing from the gearbox's origin, as in `nvhchain.dynamics`."""
+"""Largest distance (m) of a bearing from the gearbox's origin, as in `nvhchain.dynamics`."""
 
 SAMPLE_RATE_MATCH = 1e-5
-"""Relative difference of a stated sampling rate from the file's own; UFF 58 keeps six digits of the time step."""
+"""Relative difference of a declared sampling rate from the file's own; UFF 58 keeps six digits of the time step."""
 
 
 @dataclass(frozen=True)
 class BearingChannels:
     """Three force channels of one bearing.
 
-    name: of the bearing.  x, y, z: channel names, along the axes of the record's frame.
-    position: m, in the gearbox frame; without it the positions given by name on reading are used.
+    Parameters
+    ----------
+    name : str
+        Name of the bearing.
+    x, y, z : str
+        Channel names, along the axes of the record's frame.
+    position : (float, float, float), optional
+        Position in the gearbox frame (m); by default the position given by name on reading.
     """
 
     name: str
@@ -65,15 +71,34 @@ class BearingChannels:
 class ForceChannels:
     """Meaning of a record of bearing forces.
 
-    bearings: in the order in which the hand-off keeps them.  force_unit: of all force channels.
-    acts_on: the body that the recorded force acts on; forces on the `shaft` change sign.
-    speed: rad/s of the input shaft, constant, or speed_channel with speed_unit.
-    time_channel with time_unit, or sample_rate in Hz; a UFF file has its own time axis, which sample_rate refines.
-    resample_rate: Hz; the record is low-pass filtered and resampled to it. Without it, jitter and gaps are refused.
-    rotation: rows are the axes of the record's frame in the gearbox frame, right-handed and orthonormal.
-    periodic: the record covers whole periods of a steady state.
-    mesh_deflection, transmission_error: channels of the meshes in their order, in length_unit; output_lag, of the whole
-    gearbox, in angle_unit: signs as in `BearingForces`. None where the record has none.
+    Parameters
+    ----------
+    bearings : tuple of BearingChannels
+        Bearings in the order of the hand-off.
+    force_unit : str
+        Unit of all force channels.
+    acts_on : {"housing", "shaft"}
+        Body that the recorded force acts on; forces on the `shaft` change sign.
+    speed : float, optional
+        Constant speed of the input shaft (rad/s); else speed_channel.
+    speed_channel, speed_unit : str
+        Channel of the input shaft's speed, and its unit.
+    time_channel, time_unit : str
+        Channel of time, and its unit; else sample_rate.
+    sample_rate : float, optional
+        Sampling rate (Hz); refines the time axis of a UFF file.
+    resample_rate : float, optional
+        Rate (Hz) to which the record is low-pass filtered and resampled; without it, jitter and gaps are refused.
+    rotation : (3, 3) tuple of float
+        Rows are the axes of the record's frame in the gearbox frame, right-handed and orthonormal.
+    periodic : bool
+        True if the record covers whole periods of a steady state.
+    mesh_deflection, transmission_error : tuple of str
+        Channels of the meshes in their order, in length_unit, with signs as in `BearingForces`.
+    output_lag : str, optional
+        Channel of the whole gearbox, in angle_unit, with the sign as in `BearingForces`.
+    length_unit, angle_unit : str
+        Units of these channels.
     """
 
     bearings: tuple[BearingChannels, ...]
@@ -142,18 +167,18 @@ class ForceChannels:
 
     @property
     def forces(self) -> list[str]:
-        """Names of the force channels, x, y, z of one bearing after the other."""
+        """Names of the force channels: x, y, z of one bearing after the other."""
         return [channel for bearing in self.bearings for channel in (bearing.x, bearing.y, bearing.z)]
 
     @property
     def declared(self) -> list[str]:
-        """Names of all channels but the time's."""
+        """Names of all channels except the time's."""
         single = [name for name in (self.speed_channel, self.output_lag) if name is not None]
         return [*self.forces, *self.mesh_deflection, *self.transmission_error, *single]
 
 
 def beside_forces(forces: BearingForces) -> dict[str, FloatArray]:
-    """(n_t, n) of all that a record holds of its meshes, by the names of `OF_MESHES`."""
+    """Return all recorded quantities of the meshes, each (n_t, n), by the names of `OF_MESHES`."""
     found = {name: getattr(forces, name) for name in OF_MESHES}
     return {
         name: values.reshape(len(values), -1) for name, values in found.items() if values is not None and values.size
@@ -169,8 +194,9 @@ def to_bearing_forces(
 ) -> BearingForces:
     """Translate `record` by its declared meaning.
 
-    positions: bearing name → m, for bearings that state none themselves.
-    Raises InputError for missing or unequal channels, contradicting units or rates, unknown positions, jitter and gaps.
+    positions : bearing name → position (m), for bearings without a declared one.
+
+    Raises InputError for missing or unequal channels, contradictory units or rates, unknown positions, jitter and gaps.
     """
     force = []
     for name in channels.forces:
@@ -227,7 +253,7 @@ def to_bearing_forces(
 
 
 def _of_meshes(record: Record, channels: ForceChannels, count: int) -> dict[str, FloatArray]:
-    """(n_t, n) of what is declared beside forces, in m and rad."""
+    """Return the declared quantities beside forces, each (n_t, n), in m and rad."""
     lag = (channels.output_lag,) if channels.output_lag is not None else ()
     found = {}
     for quantity, names, unit, scale in (
@@ -248,7 +274,7 @@ def _of_meshes(record: Record, channels: ForceChannels, count: int) -> dict[str,
 
 
 def _time_axis(record: Record, channels: ForceChannels, count: int) -> FloatArray:
-    """(n_t,) s, by time channel, stated rate or the file's own axis."""
+    """Return the time axis (n_t,) s, by time channel, declared rate or the file's own axis."""
     stated = record.time_of(channels.declared)
     if channels.time_channel is not None:
         record.check_unit(channels.time_channel, channels.time_unit)

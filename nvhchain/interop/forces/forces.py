@@ -1,4 +1,4 @@
-"""Bearing forces from other multibody codes and back: CSV, MAT, HDF5 and UFF 58, by the file's suffix."""
+"""Bearing forces from and to other multibody codes: CSV, MAT, HDF5 and UFF 58, by the file's suffix."""
 
 from __future__ import annotations
 
@@ -40,7 +40,25 @@ WRITERS = {"csv": write_csv, "mat": write_mat, "hdf5": write_hdf5, "uff": write_
 
 @checked
 def read_record(path: str | Path) -> Record:
-    """Channels of a foreign file, unchanged: to see how they are called before they are declared."""
+    """Return the channels of a file of another program, unchanged.
+
+    Parameters
+    ----------
+    path : str or Path
+        CSV, MAT, HDF5 or UFF 58 file.
+
+    Returns
+    -------
+    Record
+        Channels; their names are needed for `ForceChannels`.
+
+    Raises
+    ------
+    FileFormatError
+        For a file that is missing or damaged.
+    InputError
+        For an unknown suffix.
+    """
     path = Path(path)
     if not path.is_file():
         raise FileFormatError(f"{path}: no such file")
@@ -54,21 +72,50 @@ def read_bearing_forces(
     *,
     positions: Mapping[str, tuple[float, float, float]] | None = None,
 ) -> BearingForces:
-    """Bearing forces on the housing from a foreign file.
+    """Return bearing forces on the housing from a file of another program.
 
-    channels: what its channels mean.  positions: bearing name → m in the gearbox frame, for bearings that state none.
-    Raises InputError for anything missing, contradictory, not uniform in time or not of that format.
+    Parameters
+    ----------
+    path : str or Path
+        CSV, MAT, HDF5 or UFF 58 file.
+    channels : ForceChannels
+        Meaning of its channels.
+    positions : mapping of str to (float, float, float), optional
+        Bearing → position (m) in the gearbox frame, for bearings without a declared one.
+
+    Returns
+    -------
+    BearingForces
+        Forces on the housing.
+
+    Raises
+    ------
+    InputError
+        For missing or contradictory data, times that are not uniform, and another format.
     """
     return to_bearing_forces(read_record(path), channels, positions=positions)
 
 
 @checked
 def write_bearing_forces(forces: BearingForces, path: str | Path) -> ForceChannels:
-    """Write `forces` (N on the housing, s, rad/s) for another program; returns what reads the file back.
+    """Write bearing forces for another program.
 
-    Mesh deflections and transmission errors (m) and the output's lag (rad) go along where they are recorded. Values
-    keep all digits. UFF 58 keeps six digits of time start and step, so that reading it back relies on the returned
-    sample_rate.
+    Parameters
+    ----------
+    forces : BearingForces
+        Forces on the housing (N), time (s) and speed (rad/s).
+    path : str or Path
+        CSV, MAT, HDF5 or UFF 58 file.
+
+    Returns
+    -------
+    ForceChannels
+        Channels that read the file back.
+
+    Notes
+    -----
+    Recorded mesh deflections and transmission errors (m) and the output's lag (rad) are included. Values keep all
+    digits. UFF 58 keeps six digits of time start and step; the returned sample_rate restores them.
     """
     path = Path(path)
     kind = _format(path)
@@ -90,7 +137,7 @@ def write_bearing_forces(forces: BearingForces, path: str | Path) -> ForceChanne
 
 
 def _of_meshes(kind: str, forces: BearingForces) -> dict[str, Any]:
-    """Channels of what the record holds of its meshes, as `ForceChannels` takes them."""
+    """Return the channels of the recorded quantities of the meshes as arguments of `ForceChannels`."""
     named: dict[str, Any] = {}
     for quantity, values in beside_forces(forces).items():
         nodes = [f"{MESH_NODES[quantity] + i}:scalar" for i in range(values.shape[1])]

@@ -1,4 +1,4 @@
-"""Time axes of foreign records: uniform ones pass, others are refused or resampled against aliasing."""
+"""Time axes of imported records: uniform ones pass, others are refused or resampled without aliases."""
 
 from __future__ import annotations
 
@@ -10,28 +10,28 @@ from nvhchain.errors import InputError, require
 from nvhchain.handoff import FloatArray
 
 JITTER = 1e-4
-"""Largest difference of a step from the mean step, relative, that counts as uniform (as in `BearingForces`)."""
+"""Largest relative difference of a step from the mean step that counts as uniform (as in `BearingForces`)."""
 
 GAP = 1.5
-"""Times the median step, above which a step counts as a gap."""
+"""Least gap over the median step."""
 
 USABLE_BAND = 1.0 / 2.56
-"""Of the new sampling rate: what lies below is kept, what would fold into it is removed."""
+"""Usable band over the new sampling rate: the band is kept, components that would fold into it are removed."""
 
 STOP_BAND = 80.0
-"""dB by which components that would fold into the usable band are attenuated."""
+"""Attenuation (dB) of components that would fold into the usable band."""
 
 OVERSAMPLING = 4.0
-"""Times the record's own rate at which its spline is read before filtering, at least."""
+"""Least rate at which the record's spline is read before filtering, over the record's own rate."""
 
 SPLINE_DEGREE = 5
 
 FEWEST = 8
-"""Samples of a record to be resampled, and of what becomes of it, at least."""
+"""Least number of samples of a record, before and after resampling."""
 
 
 def uniform_time(time: FloatArray, source: str) -> FloatArray:
-    """`time` if it rises uniformly; InputError naming the first step back, gap or the jitter otherwise."""
+    """Return `time` if it rises uniformly; InputError names the first step back, gap or the jitter otherwise."""
     step = _steps(time, source)
     mean = float(step.mean())
     gap = np.flatnonzero(step > GAP * np.median(step))
@@ -51,14 +51,15 @@ def uniform_time(time: FloatArray, source: str) -> FloatArray:
 
 
 def resampled(time: FloatArray, values: FloatArray, rate: float, source: str) -> tuple[FloatArray, FloatArray]:
-    """Values (n, …) at uniform times with `rate` Hz, free of aliases: interpolating spline, linear-phase FIR filter.
+    """Resample values (n, …) to `rate` Hz without aliases, by an interpolating spline and a linear-phase FIR filter.
 
-    Components up to rate/2.56 are kept, those that would fold into that band lose 80 dB. The first and last
-    stretches of a few samples carry the filter's transient, with the ends continued at their values.
-    Gaps up to the new step are bridged by a monotone cubic between their ends, so that no value beyond them appears:
-    what swung in a gap is lost, and the tones around it are wrong within a few new samples of it.
-    Raises InputError where two samples lie further apart than the new step, so that the record cannot carry the
-    rate, and for records of fewer than 8 samples, before or after.
+    Components up to rate/2.56 are kept; those that would fold into that band lose 80 dB. The first and last few samples
+    carry the filter's transient, with the ends continued at their values. A monotone cubic bridges gaps up to the new
+    step, so no value beyond their ends appears. Oscillations in a gap are lost, and tones are wrong within a few new
+    samples of it.
+
+    Raises InputError if two samples lie further apart than the new step, because the record cannot carry the rate. It
+    also refuses records of fewer than 8 samples, before or after.
     """
     step = _steps(time, source)
     widest = int(np.argmax(step))
@@ -84,7 +85,7 @@ def resampled(time: FloatArray, values: FloatArray, rate: float, source: str) ->
     half = taps // 2 + 1
     low_pass = firwin(2 * half + 1, 1.0 / factor, window=("kaiser", beta))
     padded = np.concatenate([np.repeat(dense[:1], half, axis=0), dense, np.repeat(dense[-1:], half, axis=0)])
-    # zeros in front bring the first kept sample, where the filter lies wholly inside, onto a multiple of the factor
+    # leading zeros put the first kept sample, where the filter lies wholly inside, on a multiple of the factor
     lead = -2 * half % factor
     first = (2 * half + lead) // factor
     delayed = np.concatenate([np.zeros(lead), low_pass])
@@ -93,7 +94,7 @@ def resampled(time: FloatArray, values: FloatArray, rate: float, source: str) ->
 
 
 def _bridged(time: FloatArray, values: FloatArray, step: FloatArray, spacing: float) -> tuple[FloatArray, FloatArray]:
-    """The record with samples in its gaps, `spacing` (s) apart at most: the spline alone would swing there freely."""
+    """Return the record with gaps filled, at most `spacing` (s) apart; the spline alone would oscillate there."""
     gaps = np.flatnonzero(step > GAP * np.median(step))
     if not len(gaps):
         return time, values

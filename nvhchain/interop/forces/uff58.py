@@ -1,7 +1,7 @@
-"""Universal file format, dataset 58 (function at nodal DOF): time histories of forces, in, through pyuff, and out.
+"""Universal file format, dataset 58 (function at nodal DOF): time histories of forces, read by pyuff and written.
 
 Channels are called `node:x`, `node:y`, `node:z` by response node and direction, `node:rx` … about an axis and
-`node:scalar` without direction; a record along a negative direction changes sign, as the format defines it.
+`node:scalar` without direction. A record along a negative direction changes sign, as the format defines it.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ from nvhchain.runtime.extras import check_installed
 
 DIRECTIONS = ("scalar", "x", "y", "z", "rx", "ry", "rz")
 FORCE_TYPES = {0, 1, 9, 13}
-"""Ordinates that may be a force: unknown, general, reaction force, excitation force."""
+"""Ordinates of a possible force: unknown, general, reaction force, excitation force."""
 
 SPEED_TYPES = {0, 1, 11, 19}
-"""Ordinates that may be a speed: unknown, general, velocity, rpm."""
+"""Ordinates of a possible speed: unknown, general, velocity, rpm."""
 
 DISPLACEMENT = 8
 """Ordinate of transmission errors and mesh deflections."""
@@ -35,18 +35,17 @@ UNIT_CODES = {1: "N", 2: "lbf", 3: "kgf", 4: "pdl", 5: "mN", 6: "cN", 7: "lbf", 
 """Unit of force of dataset 164, by its code; 9 is the user's own."""
 
 SPEED_NODE = 0
-"""Node under which the input speed is written."""
+"""Node of the input speed in written files."""
 
 MESH_NODES = {"mesh_deflection": 1001, "transmission_error": 2001, "output_lag": 3001}
-"""Node of the first mesh, those of the others follow; bearings have the nodes below."""
+"""Node of the first mesh; those of the others follow. Bearings have smaller numbers."""
 
 
 def read_uff(path: Path) -> Record:
-    """All time responses of dataset 58.
+    """Read all time responses of dataset 58.
 
-    The unit of a channel is the ordinate's label, or for directions the system of units of dataset 164; several
-    systems contradict whatever is declared. Channels that hold no force, speed or displacement may be there as long as
-    nobody asks for them.
+    The unit of a channel is the ordinate's label, or for directions the system of units of dataset 164. Several systems
+    contradict any declared unit. Channels without force, speed or displacement are allowed unless they are used.
     """
     check_installed("pyuff")
     import pyuff
@@ -81,7 +80,7 @@ def read_uff(path: Path) -> Record:
 
 
 def write_uff(forces: BearingForces, path: Path) -> Path:
-    """Binary dataset 58: force of bearing number i at node i + 1, input speed at node 0, meshes at `MESH_NODES`.
+    """Write binary dataset 58: force of bearing number i at node i + 1, input speed at node 0, meshes at `MESH_NODES`.
 
     Values keep all digits, start and step of the time axis six.
     """
@@ -100,7 +99,7 @@ def write_uff(forces: BearingForces, path: Path) -> Path:
 def _function(
     time: FloatArray, values: FloatArray, node: int, direction: int, label: str, kind: int, unit: str
 ) -> bytes:
-    """Dataset 58b: little-endian doubles, evenly spaced, below its eleven records in fixed columns."""
+    """Return dataset 58b: little-endian doubles, evenly spaced, below its eleven records in fixed columns."""
     line = " ".join(label.split()) or "NONE"
     none = f"{0:10d}{0:5d}{0:5d}{0:5d} {'NONE':20} {'NONE':20}"
     head = [
@@ -126,13 +125,13 @@ def _name(function: dict[str, Any], path: Path) -> tuple[str, float]:
 
 
 def _time_unit(function: dict[str, Any]) -> str:
-    """Of the abscissa: s where the label says nothing, empty where it is none of time."""
+    """Return the unit of the abscissa: s without a label, empty for a unit that is none of time."""
     label = str(function["abscissa_axis_units_lab"]).strip()
     return "s" if label in ("", "NONE") else unit_called(label) or ""
 
 
 def _obstacle(function: dict[str, Any], name: str) -> str:
-    """Why a time response is neither force nor speed nor displacement over time; empty if it may be."""
+    """Return the reason why a time response is no force, speed or displacement over time; empty if it may be."""
     time, values = function["x"], function["data"]
     if len(time) != len(values):
         return f"has {len(values)} values at {len(time)} times: it is truncated"

@@ -13,18 +13,39 @@ from nvhchain.fem.modal_model import ModalModel
 from nvhchain.files.whole import in_memory, write_output
 
 UNITS = {"nodes": "m", "labels": "1", "triangles": "1", "frequency": "Hz", "damping": "1", "shapes": "kg-1/2"}
-"""Dataset → its unit: shapes (n_mode, n_node, 3) are mass-normalised, triangles count nodes from 0: (k, 3) corners, or
-(k, 6) with the nodes in the middles of the edges after them, −1 for all three of a triangle without."""
+"""Dataset → its unit.
+
+Shapes (n_mode, n_node, 3) are mass-normalised. Triangles count nodes from 0: (k, 3) corners, or (k, 6) with the
+mid-edge nodes after them, −1 for all three of a triangle without.
+"""
 
 _TYPES = {name: np.int64 if name in ("labels", "triangles") else float for name in UNITS}
 
 
 def read_modal_hdf5(path: str | Path) -> ModalModel:
-    """Modes of an HDF5 file of this layout, made by `write_modal_hdf5` or by any other program.
+    """Read modes from an HDF5 file of this layout, written by `write_modal_hdf5` or another program.
 
-    `triangles` carry the attribute `two_sided` where they are shells, or a dataset `two_sided` (k,) says which are;
-    datasets in `groups`, if it is there, are node groups by name, which count nodes from 0.
-    Raises FileFormatError for a file that is damaged, lacks a dataset, or states other units.
+    Parameters
+    ----------
+    path : str or Path
+        HDF5 file.
+
+    Returns
+    -------
+    ModalModel
+        Modes in SI units.
+
+    Raises
+    ------
+    FileFormatError
+        For a damaged file.
+    InputError
+        For a missing dataset or other units.
+
+    Notes
+    -----
+    The attribute `two_sided` of `triangles` marks shells; a dataset `two_sided` (k,) does so by triangle. Datasets in
+    an optional group `groups` are node groups by name, which count nodes from 0.
     """
     path = Path(path)
     try:
@@ -64,7 +85,20 @@ def read_modal_hdf5(path: str | Path) -> ModalModel:
 
 
 def write_modal_hdf5(model: ModalModel, path: str | Path) -> Path:
-    """The layout that `read_modal_hdf5` reads; all digits are kept."""
+    """Write the layout that `read_modal_hdf5` reads, with all digits.
+
+    Parameters
+    ----------
+    model : ModalModel
+        Modes.
+    path : str or Path
+        HDF5 file.
+
+    Returns
+    -------
+    Path
+        Path of the file.
+    """
 
     def write(memory: BytesIO) -> None:
         with h5py.File(memory, "w") as file:

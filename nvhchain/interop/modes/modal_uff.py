@@ -1,7 +1,7 @@
 """Normal modes in the universal file format: nodes 15, 2411, elements 2412, shapes 55, 2414, units 164, groups 2467.
 
-The blocks are read here and not by pyuff, which takes no element of more than eight nodes and splits a 2414 only at
-blanks, where numbers may stand shoulder to shoulder.
+The blocks are read here and not by pyuff. It accepts no element of more than eight nodes and splits a 2414 only at
+blanks, but numbers may stand without blanks between them.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ from nvhchain.interop.modes.uff_skin import rows_of, skin
 
 _NUMBER = re.compile(r"[+-]?(?:\d+\.\d*[+-]\d{3}(?![\d.])|(?:\d+\.?\d*|\.\d+)(?:[EeDd][+-]?\d+)?)")
 _BARE_EXPONENT = re.compile(r"(?<=[\d.])(?=[+-]\d{3}$)")
-"""Fortran writes 1.0-101 where an exponent has three digits."""
+"""Position of the missing E: Fortran writes 1.0-101 for an exponent of three digits."""
 
 _GROUPS = {2435, 2452, 2467, 2477}
-"""Datasets of groups of one layout: eight numbers and a name, then type, label and two more of every member."""
+"""Datasets of groups of one layout: eight numbers and a name, then type, label and two more numbers of every member."""
 
 NODE, _ELEMENT = 7, 8
 """Types of members of a group."""
@@ -37,7 +37,7 @@ NORMAL_MODE, DISPLACEMENT = 2, 8
 
 @dataclass(frozen=True, eq=False)
 class _Mode:
-    """In units of the file.  frequency, mass, damping: of the mode.  labels: (n,) nodes.  motion: (n, 3)."""
+    """Mode in units of the file: frequency, modal mass, damping, node labels (n,) and motion (n, 3)."""
 
     frequency: float
     mass: float
@@ -47,14 +47,31 @@ class _Mode:
 
 
 def read_modal_uff(path: str | Path, *, units: str | None = None) -> ModalModel:
-    """Real normal modes of a universal file, with the skin that its elements make.
+    """Read real normal modes of a universal file, with the skin of its elements.
 
-    units: of the file, a key of `UNIT_SYSTEMS`; None: those of its dataset 164, or SI without one.
-    Parabolic elements keep the middles of their edges where these have displacements, four-cornered faces of them get a
-    node in their middle; nodes without displacements stand still.  Other results of a mode are passed over, complex
-    modes refused.
-    Raises FileFormatError for a damaged file, InputError for what cannot be carried over and for units that are not
-    those of dataset 164.
+    Parameters
+    ----------
+    path : str or Path
+        Universal file.
+    units : str, optional
+        Units of the file, a key of `UNIT_SYSTEMS`; by default those of its dataset 164, or SI without one.
+
+    Returns
+    -------
+    ModalModel
+        Modes in SI units.
+
+    Raises
+    ------
+    FileFormatError
+        For a damaged file.
+    InputError
+        For content that cannot be imported, and for units that are not those of dataset 164.
+
+    Notes
+    -----
+    Parabolic elements keep mid-edge nodes that have displacements. Their four-cornered faces get a node in the middle.
+    Nodes without displacements stand still. Other results of a mode are ignored; complex modes are refused.
     """
     path = Path(path)
     asked = None if units is None else unit_system(units)
@@ -101,7 +118,7 @@ def read_modal_uff(path: str | Path, *, units: str | None = None) -> ModalModel:
     frequency, damping = (np.array([getattr(mode, name) for mode in modes]) for name in ("frequency", "damping"))
     shapes = np.zeros((len(modes), len(labels) + added, 3))
     for shape in shapes:
-        mode = modes.pop(0)  # given up as it is copied: there may be gigabytes of them
+        mode = modes.pop(0)  # released after the copy: modes may take gigabytes
         require(mode.mass > 0, f"{path}: a mode has modal mass {mode.mass:g}: export shapes with their modal mass")
         shape[rows_of(labels, mode.labels, f"{path}: a mode")] = mode.motion / np.sqrt(mode.mass * system.mass)
         shape[len(labels) :] = found.centres @ shape[: len(labels)]
@@ -120,7 +137,7 @@ def read_modal_uff(path: str | Path, *, units: str | None = None) -> ModalModel:
 
 
 def _agreed(stated: UnitSystem | None, asked: UnitSystem | None, path: Path) -> UnitSystem:
-    """What the file states, else what is asked for, else SI; both must say the same."""
+    """Return the file's units, else the requested ones, else SI; file and request must agree."""
     if stated is None:
         return asked or unit_system("m-kg-s")
     if asked is not None:
@@ -134,7 +151,7 @@ def _agreed(stated: UnitSystem | None, asked: UnitSystem | None, path: Path) -> 
 
 
 def _blocks(path: Path) -> Iterator[tuple[int, list[str]]]:
-    """Dataset number and lines of every block, one after the other: a file of many modes is larger than they are."""
+    """Yield dataset number and lines of every block, one at a time: a file of many modes is larger than its modes."""
     try:
         with path.open(encoding="utf-8", errors="replace") as file:
             block: list[str] | None = None
@@ -161,7 +178,7 @@ def _blocks(path: Path) -> Iterator[tuple[int, list[str]]]:
 def _floats(text: str) -> list[float]:
     try:
         return list(map(float, text.split()))
-    except ValueError:  # numbers shoulder to shoulder, exponents of Fortran
+    except ValueError:  # numbers without blanks between them, exponents of Fortran
         return list(map(_float, _NUMBER.findall(text)))
 
 
@@ -184,7 +201,7 @@ def _nodes(kind: int, lines: list[str]) -> Iterator[tuple[int, list[float]]]:
 
 
 def _elements(lines: list[str]) -> Iterator[tuple[int, tuple[int, list[int]]]]:
-    """Label, descriptor and nodes."""
+    """Yield label, descriptor and nodes."""
     i = 0
     while i < len(lines):
         head = [int(x) for x in lines[i].split()]
@@ -198,7 +215,7 @@ def _elements(lines: list[str]) -> Iterator[tuple[int, tuple[int, list[int]]]]:
 
 
 def _groups(lines: list[str]) -> Iterator[tuple[str, tuple[list[int], list[int]]]]:
-    """Name, labels of nodes and of elements of every group that has such."""
+    """Yield name, labels of nodes and of elements of every group that has any."""
     i = 0
     while i < len(lines):
         count, name = int(lines[i].split()[-1]), lines[i + 1].strip()
@@ -215,7 +232,7 @@ def _groups(lines: list[str]) -> Iterator[tuple[str, tuple[list[int], list[int]]
 def _members(
     found: tuple[list[int], list[int]], elements: Mapping[int, tuple[int, list[int]]], labels: IntArray, what: str
 ) -> IntArray:
-    """Rows of the nodes of a group and of its elements."""
+    """Return rows of the nodes of a group and of its elements."""
     nodes, of_elements = found
     missing = [label for label in of_elements if label not in elements]
     if missing:
@@ -224,9 +241,9 @@ def _members(
 
 
 def _mode(kind: int, lines: list[str], others: set[int]) -> Iterator[_Mode]:
-    """The mode of one block, if it holds a real normal mode.
+    """Yield the mode of one block, if it holds a real normal mode.
 
-    others: gets the result type of a block that holds something else of a mode, such as reaction forces.
+    others : receives the result type of a block with other results of a mode, such as reaction forces.
     """
     first = 5 if kind == 55 else 8
     head = [int(x) for x in lines[first].split()]
@@ -258,7 +275,7 @@ def _mode(kind: int, lines: list[str], others: set[int]) -> Iterator[_Mode]:
 
 
 def _lines_of(body: list[str], count: int) -> int:
-    """Lines that the first `count` numbers take; six to one are usual, wider fields leave room for fewer."""
+    """Return the number of lines of the first `count` numbers: six per line are usual, fewer in wider fields."""
     found = 0
     for at, line in enumerate(body):
         found += len(_floats(line))

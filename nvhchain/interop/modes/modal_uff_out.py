@@ -1,4 +1,4 @@
-"""Normal modes → universal file: datasets 164, 2411, 2412, 2467 and 55."""
+"""Export of normal modes to a universal file: datasets 164, 2411, 2412, 2467 and 55."""
 
 from __future__ import annotations
 
@@ -16,9 +16,30 @@ from nvhchain.interop.modes.modal_uff import DISPLACEMENT, NODE, NORMAL_MODE
 
 
 def write_modal_uff(model: ModalModel, path: str | Path, *, units: str = "m-kg-s") -> Path:
-    """Datasets 164, 2411, 2412 (triangles of three or six nodes), 2467 and 55; shapes keep six digits as of the format.
+    """Write datasets 164, 2411, 2412 (triangles of three or six nodes), 2467 and 55.
 
-    units: of the file, a key of `UNIT_SYSTEMS` with seconds, as dataset 164 has.  Raises InputError for another.
+    Parameters
+    ----------
+    model : ModalModel
+        Modes.
+    path : str or Path
+        Universal file.
+    units : str
+        Units of the file, a key of `UNIT_SYSTEMS` with seconds, as in dataset 164.
+
+    Returns
+    -------
+    Path
+        Path of the file.
+
+    Raises
+    ------
+    InputError
+        For another unit system.
+
+    Notes
+    -----
+    Shapes keep six digits, as the format defines.
     """
     system = unit_system(units)
     require(system.time == 1.0, f"{path}: dataset 164 is in seconds, {units} is not: choose another unit system")
@@ -27,7 +48,7 @@ def write_modal_uff(model: ModalModel, path: str | Path, *, units: str = "m-kg-s
 
 
 def _written(model: ModalModel, system: UnitSystem) -> Iterator[str]:
-    """Lines of the file."""
+    """Yield the lines of the file."""
     factors = [1 / system.length, 1 / (system.mass * system.length), 1.0]
     code, name = (1, "SI: Meter (newton)") if system.name == "m-kg-s" else (9, f"user: {system.name}")
     yield from _framed(164, [f"{code:10d}{name:20}{1:10d}", _wide(factors), _wide([0.0])])
@@ -37,7 +58,7 @@ def _written(model: ModalModel, system: UnitSystem) -> Iterator[str]:
     yield from _framed(2411, points)
     faces = []
     for number, rows in enumerate(model.triangles, start=1):
-        # of six nodes each corner is followed by the middle of the edge after it
+        # six nodes: each corner is followed by the middle of the edge after it
         descriptor, chosen = (92, rows[[0, 3, 1, 4, 2, 5]]) if rows[3] >= 0 else (91, rows[:3])
         faces += [f"{number:10d}{descriptor:10d}{1:10d}{1:10d}{7:10d}{len(chosen):10d}"]
         faces += ["".join(f"{label:10d}" for label in model.labels[chosen].tolist())]

@@ -1,4 +1,4 @@
-"""The skin that the elements of a universal file make: its shells, or the boundary of its solids."""
+"""Skin of the elements of a universal file: its shells, or the boundary of its solids."""
 
 from __future__ import annotations
 
@@ -31,23 +31,29 @@ SOLIDS: dict[int, tuple[str, _Places, _Places]] = {
     115: ("hex", (0, 1, 2, 3, 4, 5, 6, 7), ()),
     116: ("hex", (0, 2, 4, 6, 12, 14, 16, 18), (1, 3, 5, 7, 13, 15, 17, 19, 8, 9, 10, 11)),
 }
-"""Descriptors of dataset 2412: shape, places of the corners and of the middles of the edges (`EDGES`); parabolic
-elements list nodes round each layer."""
+"""Descriptors of dataset 2412: shape, places of the corners and of the middles of the edges (`EDGES`).
+
+Parabolic elements list nodes round each layer.
+"""
 
 _BESIDE = 0.05
-"""Of a triangle's size, up to which a point lies on it: a coat may follow a curve that the solids cut short."""
+"""Largest distance of a point on a triangle, over its size: a coat may follow a curve that the solids cut short."""
 
 _WHOLE = 0.999
-"""Of the solids' skin, covered by shells, from which on nothing of it is missing."""
+"""Least share of the solids' skin under shells that counts as the whole skin."""
 
 
 @dataclass(frozen=True, eq=False)
 class UniversalSkin:
     """Skin of a universal file.
 
-    triangles: (k, 6) and two_sided: (k,) bool, as in `ModalModel`.  centres: (q, n), values at the nodes that are added
-    in the middles of four-cornered faces, numbered on from n, from those at the n nodes of the file.
-    notes: what was chosen, in words.
+    Parameters
+    ----------
+    triangles : (k, 6), as in `ModalModel`.
+    two_sided : (k,) bool, as in `ModalModel`.
+    centres : (q, n) values at added nodes in the middles of four-cornered faces, from those at the n nodes of the file.
+        Added nodes are numbered on from n.
+    notes : choices in words.
     """
 
     triangles: IntArray
@@ -59,12 +65,16 @@ class UniversalSkin:
 def skin(
     elements: list[tuple[int, list[int]]], labels: IntArray, nodes: FloatArray, moves: IntArray, what: str
 ) -> UniversalSkin:
-    """Boundary of the solids and the shells beside it.
+    """Return the boundary of the solids and the shells beside it.
 
-    nodes: (n, 3) m, of `labels` (n,).  moves: (n,) bool, which have displacements in every mode.  what: the table
-    of the elements, for messages.  Shells that coat solids take the place of what they cover, turned outward, where
-    more of them has displacements than of the solids' skin; shells elsewhere radiate from both sides.  Faces of which
-    a mid-edge node has no displacements go by their corners.
+    nodes : (n, 3) m, of `labels` (n,).
+    moves : (n,) bool, nodes with displacements in every mode.
+    what : table of the elements as messages call it.
+
+    Shells that coat solids replace the covered skin, oriented outward, if more of them has displacements than of the
+    solids' skin. Shells elsewhere radiate from both sides. Faces with a mid-edge node without displacements use their
+    corners only.
+
     Raises InputError for elements without a skin, a skin without displacements, and for solids that overlap.
     """
     rows: dict[int, IntArray] = {}
@@ -103,7 +113,7 @@ def skin(
 
 
 def _members(elements: list[tuple[int, list[int]]], descriptor: int, least: int, what: str) -> IntArray:
-    """Labels (m, nodes) of the nodes of all elements of one descriptor.  least: number of nodes that it has."""
+    """Return labels (m, nodes) of the nodes of all elements of one descriptor, which have `least` nodes."""
     found = [members for kind, members in elements if kind == descriptor]
     for members in found:
         if len(members) != least:
@@ -112,7 +122,7 @@ def _members(elements: list[tuple[int, list[int]]], descriptor: int, least: int,
 
 
 def _with_edges(shape: str, rows: IntArray) -> tuple[str, IntArray]:
-    """Solids with all places of mid-edge nodes, −1 where they have none."""
+    """Return solids with all places of mid-edge nodes, −1 for missing ones."""
     none = np.full((len(rows), CORNERS[shape] + len(EDGES[shape]) - rows.shape[1]), -1)
     return shape, np.hstack([rows, none])
 
@@ -120,7 +130,7 @@ def _with_edges(shape: str, rows: IntArray) -> tuple[str, IntArray]:
 def _chosen(
     boundary: IntArray, shells: IntArray, nodes: FloatArray, moves: IntArray, notes: list[str]
 ) -> tuple[IntArray, IntArray]:
-    """Faces of the skin, outward, and the shells that are not on it."""
+    """Return faces of the skin, outward, and the shells that are not on it."""
     skin = _flat(boundary, nodes)
     on_skin, below = lying_on(_middles(shells, nodes), skin, _BESIDE).T
     coat = np.zeros(len(shells), dtype=bool)
@@ -146,7 +156,7 @@ def _chosen(
 
 
 def _outward(shells: IntArray, which: IntArray, below: FloatArray, nodes: FloatArray) -> IntArray:
-    """Shells (f, 8), `which` (q,) of them turned as the triangles `below` (q, 3, 3) on which they lie."""
+    """Return shells (f, 8), `which` (q,) of them oriented like the triangles `below` (q, 3, 3) on which they lie."""
     corners = nodes[np.where(shells[:, :4] >= 0, shells[:, :4], shells[:, :1])]
     own = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
     normal = np.cross(below[:, 1] - below[:, 0], below[:, 2] - below[:, 0])
@@ -158,19 +168,19 @@ def _outward(shells: IntArray, which: IntArray, below: FloatArray, nodes: FloatA
 
 
 def _moving(faces: IntArray, moves: IntArray) -> IntArray:
-    """Which faces (f,) bool have displacements at all their corners."""
+    """Return the faces (f,) bool that have displacements at all their corners."""
     corners = np.where(faces[:, :4] >= 0, faces[:, :4], faces[:, :1])
     return np.asarray(moves[corners].all(axis=1))
 
 
 def _flat(faces: IntArray, nodes: FloatArray) -> FloatArray:
-    """Corners (t, 3, 3) of flat triangles that follow the faces."""
+    """Return corners (t, 3, 3) of flat triangles that follow the faces."""
     facets, centres = six_node_facets(faces, len(nodes))
     return np.asarray(np.vstack([nodes, centres @ nodes])[flat_triangles(facets)])
 
 
 def _middles(faces: IntArray, nodes: FloatArray) -> FloatArray:
-    """Middles (f, 3) of faces, on the curved face where it has the middles of its edges."""
+    """Return middles (f, 3) of faces, on the curved face if it has mid-edge nodes."""
     there = faces >= 0
     place = np.where(there[:, :, None], nodes[faces], 0.0)
     corners, edges = place[:, :4].sum(axis=1), place[:, 4:].sum(axis=1)
@@ -180,7 +190,7 @@ def _middles(faces: IntArray, nodes: FloatArray) -> FloatArray:
 
 
 def _once(rows: IntArray) -> IntArray:
-    """Elements (m, nodes) without copies on the same nodes."""
+    """Return elements (m, nodes) without copies on the same nodes."""
     return np.asarray(rows[np.sort(np.unique(np.sort(rows, axis=1), axis=0, return_index=True)[1])])
 
 
@@ -190,7 +200,7 @@ def _area(corners: FloatArray) -> float:
 
 
 def _face(rows: IntArray, corners: int) -> IntArray:
-    """Shells as faces (k, 8): corners, then the middles of their edges, if there are any."""
+    """Return shells as faces (k, 8): corners, then mid-edge nodes, if any."""
     faces = np.full((len(rows), 8), -1)
     faces[:, :corners] = rows[:, :corners]
     faces[:, 4 : 4 + rows.shape[1] - corners] = rows[:, corners:]
@@ -198,20 +208,20 @@ def _face(rows: IntArray, corners: int) -> IntArray:
 
 
 def _layout(descriptor: int) -> tuple[_Places, _Places]:
-    """Places of corners and middles of an element; none where it is not one of the skin."""
+    """Return places of corners and middles of an element; none if it has no skin."""
     if descriptor in SHELLS:
         return SHELLS[descriptor]
     return SOLIDS[descriptor][1:] if descriptor in SOLIDS else ((), ())
 
 
 def _moving_rows(labels: IntArray, wanted: IntArray, moves: IntArray) -> IntArray:
-    """Rows of the `wanted` labels, any shape, −1 for those that have no displacements."""
+    """Return rows of the `wanted` labels, any shape, −1 for those without displacements."""
     rows = np.minimum(np.searchsorted(labels, wanted), len(labels) - 1)
     return np.where((labels[rows] == wanted) & moves[rows], rows, -1)
 
 
 def rows_of(labels: IntArray, wanted: IntArray | list[int], what: str) -> IntArray:
-    """Rows of the `wanted` labels among all labels, sorted.  what: names the table in the message."""
+    """Return rows of the `wanted` labels among all labels, sorted; `what` names the table in messages."""
     numbers = np.asarray(wanted, dtype=np.int64)
     rows = np.minimum(np.searchsorted(labels, numbers), len(labels) - 1)
     known = labels[rows] == numbers

@@ -1,4 +1,4 @@
-"""What the readers of foreign solid models collect, and how it becomes a `SolidModel`."""
+"""Data collected by readers of solid models, and their conversion to a `SolidModel`."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ TRANSLATIONS = frozenset("123")
 
 @dataclass
 class Rigid:
-    """A rigid set as read.  reference: label of its reference node.  nodes: labels."""
+    """Rigid set as read: name, label of its reference node, labels of its nodes."""
 
     name: str
     reference: int
@@ -27,11 +27,17 @@ class Rigid:
 
 @dataclass
 class Parts:
-    """Everything in the numbers of the file.
+    """Contents of a file with the numbers of the file.
 
-    nodes: label → (3,).  elements: (kind, property) → labels and rows of node labels.  held: label → held components
-    `1` … `6`.  rotated: label → its own displacement frame.  materials: property → Material (SI).  groups: name → node
-    labels.
+    Parameters
+    ----------
+    nodes : label → (3,).
+    elements : (kind, property) → labels and rows of node labels.
+    materials : property → Material (SI).
+    rigid : rigid sets.
+    held : label → held components `1` … `6`.
+    rotated : label → its own displacement frame.
+    groups : name → node labels.
     """
 
     source: str
@@ -46,7 +52,7 @@ class Parts:
     groups: dict[str, list[int]] = field(default_factory=dict)
 
     def model(self, length: float) -> SolidModel:
-        """The model in SI.  length: m per unit of the file.  Raises InputError for what refers to nothing."""
+        """Return the model in SI; `length` is m per unit of the file. InputError for references to missing items."""
         try:
             return self._model(length)
         except OverflowError:
@@ -81,9 +87,9 @@ class Parts:
         )
 
     def _rigid_bodies(self) -> list[Rigid]:
-        """Rigid sets with the same reference node as one; a set that carries the reference of another is refused.
+        """Merge rigid sets with the same reference node; refuse a set that carries the reference of another.
 
-        A reference node that belongs to an element moves with the set as the others do.
+        A reference node that belongs to an element moves with the set like the others.
         """
         solid = {label for _, rows in self.elements.values() for row in rows for label in row}
         bodies: dict[int, Rigid] = {}

@@ -1,7 +1,7 @@
-"""Abaqus (and CalculiX) input → `SolidModel`: C3D4/10, C3D6/15, C3D8/20, sets, surfaces, couplings, boundary.
+"""Import of Abaqus and CalculiX input as `SolidModel`: C3D4/10, C3D6/15, C3D8/20, sets, surfaces, couplings.
 
-Parts in instances, moved or not, or a flat file.  Keywords of the model that are neither read nor known to change
-nothing are refused; steps, loads and requests for output are passed over.
+Boundary conditions are read, too. Parts may be in instances, moved or not, or in a flat file. Keywords of the model are
+refused unless they are read or have no effect. Steps, loads and requests for output are ignored.
 """
 
 from __future__ import annotations
@@ -39,14 +39,33 @@ _PASSED_OVER = {
     "DISTRIBUTION", "DISTRIBUTION TABLE", "SECTION CONTROLS", "HOURGLASS STIFFNESS", "SURFACE INTERACTION", "FRICTION",
     "SURFACE BEHAVIOR", "TIME POINTS", "FILTER", "ORIENTATION",
 }  # fmt: skip
-"""Keywords of the model that change neither stiffness nor mass (materials are isotropic, couplings hold all
-translations); those of steps are passed over altogether."""
+"""Keywords of the model that change neither stiffness nor mass; those of steps are all ignored.
+
+Materials are isotropic, and couplings hold all translations.
+"""
 
 
 def read_abaqus(path: str | Path, *, units: str) -> SolidModel:
-    """Read an input file.  units: of the file, a key of `UNIT_SYSTEMS`.
+    """Read an Abaqus input file.
 
-    Raises FileFormatError for a damaged file, InputError for keywords that cannot be carried over.
+    Parameters
+    ----------
+    path : str or Path
+        Input file.
+    units : str
+        Units of the file, a key of `UNIT_SYSTEMS`.
+
+    Returns
+    -------
+    SolidModel
+        Model in SI units.
+
+    Raises
+    ------
+    FileFormatError
+        For a damaged file.
+    InputError
+        For keywords that cannot be imported.
     """
     path = Path(path)
     file = AbaqusFile(Parts(str(path)), unit_system(units))
@@ -100,7 +119,7 @@ def read_abaqus(path: str | Path, *, units: str) -> SolidModel:
 
 
 def _take(file: AbaqusFile, block: Block) -> None:
-    """Read a keyword for whom it belongs to, or put it off until all names are known."""
+    """Read a keyword for its owner, or put it off until all names are known."""
     file.reading = f"*{block.name}"
     _READERS.get(block.name, _ignored)(file, block)
     if block.name in _LATE:
@@ -195,7 +214,7 @@ def _density(file: AbaqusFile, block: Block) -> None:
 
 
 def _state(file: AbaqusFile, block: Block, constants: dict[str, float]) -> None:
-    """Constants join the material that is being read, which must not have them yet."""
+    """Add constants to the current material, which must not have them yet."""
     known = file.materials[file.material]
     require(
         not known.keys() & constants.keys(),
@@ -222,7 +241,7 @@ def _part(file: AbaqusFile, block: Block) -> None:
 
 
 def _end_part(file: AbaqusFile, block: Block) -> None:
-    file.part, file.level = "", "assembly"  # what follows, materials apart, belongs to no part
+    file.part, file.level = "", "assembly"  # later keywords, materials apart, belong to no part
 
 
 def _instance(file: AbaqusFile, block: Block) -> None:
@@ -244,7 +263,7 @@ def _end_instance(file: AbaqusFile, block: Block) -> None:
 
 
 def _assign(file: AbaqusFile) -> None:
-    """Material of every element by the section of its set."""
+    """Assign every element the material of its set's section."""
     given: dict[int, str] = {}
     instances = Counter(elset for _, elset in {(owner, elset.upper()) for owner, elset, _ in file.sections})
     for owner, elset, name in file.sections:

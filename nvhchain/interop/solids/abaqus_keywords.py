@@ -9,29 +9,32 @@ from pathlib import Path
 from nvhchain.interop.common._includes import lines_with_includes
 
 _FILLED = {"NODE", "ELEMENT", "NSET", "ELSET", "SURFACE", "KINEMATIC", "MPC", "BOUNDARY", "ELASTIC", "DENSITY"}
-"""Keywords that are read and may have their data in a file of its own."""
+"""Keywords that are read and may have their data in a separate file."""
 
 
 @dataclass(frozen=True)
 class Block:
-    """A keyword.  name: upper case.  parameters: upper-case name → value as written, "" for a flag.  data: cells."""
+    """Keyword block: upper-case name, parameters and cells of the data lines.
+
+    Parameters are upper-case name → value as written, "" for a flag.
+    """
 
     name: str
     parameters: dict[str, str]
     data: list[list[str]]
 
     def get(self, name: str, default: str = "") -> str:
-        """Value of parameter `name`, without quotes."""
+        """Return the value of parameter `name`, without quotes."""
         return self.parameters.get(name, default).strip("\"'")
 
 
 def real(cell: str) -> float:
-    """A number, whose exponent follows E or D.  Raises ValueError."""
+    """Return a number with an exponent after E or D; raises ValueError."""
     return float(cell.upper().replace("D", "E"))
 
 
 def blocks(path: Path) -> Iterator[Block]:
-    """Every keyword of the file in order, with its data lines."""
+    """Yield every keyword of the file in order, with its data lines."""
     current: Block | None = None
     for line in all_lines(path):
         text = line.strip()
@@ -48,12 +51,12 @@ def blocks(path: Path) -> Iterator[Block]:
 
 
 def all_lines(path: Path) -> Iterator[str]:
-    """Lines of the file, each keyword on one, and of the files that *INCLUDE and INPUT name."""
+    """Yield lines of the file, one per keyword, and of the files in *INCLUDE and INPUT."""
     return lines_with_includes(path, _joined, _included)
 
 
 def _joined(lines: Iterable[str]) -> Iterator[str]:
-    """A keyword line goes on after a comma at its end."""
+    """Join keyword lines that end with a comma with the next line."""
     pending = ""
     for line in lines:
         text = line.strip()

@@ -30,6 +30,7 @@ _NAMED_SUPPORTS = {
 
 
 def read_surface(file: AbaqusFile, block: Block) -> None:
+    """Read a surface of nodes or of element faces as a set of nodes."""
     nodes: list[int] = []
     by_nodes = block.get("TYPE", "ELEMENT").upper() == "NODE"
     for row in block.data:
@@ -52,6 +53,7 @@ def read_surface(file: AbaqusFile, block: Block) -> None:
 
 
 def read_coupling(file: AbaqusFile, block: Block) -> None:
+    """Keep a coupling for its *KINEMATIC."""
     require(
         "INFLUENCE RADIUS" not in block.parameters,
         f"{file.parts.source}: *COUPLING with an influence radius is not read: leave the radius out",
@@ -60,6 +62,7 @@ def read_coupling(file: AbaqusFile, block: Block) -> None:
 
 
 def read_kinematic(file: AbaqusFile, block: Block) -> None:
+    """Read the coupled components of a coupling as a rigid set."""
     coupling = file.coupling
     require(coupling is not None, f"{file.parts.source}: *KINEMATIC without *COUPLING before it")
     assert coupling is not None
@@ -77,6 +80,7 @@ def read_kinematic(file: AbaqusFile, block: Block) -> None:
 
 
 def read_rigid_body(file: AbaqusFile, block: Block) -> None:
+    """Read a rigid body of node or element sets."""
     nodes: list[int] = []
     for parameter in ("TIE NSET", "NSET", "PIN NSET"):
         if block.get(parameter):
@@ -88,7 +92,7 @@ def read_rigid_body(file: AbaqusFile, block: Block) -> None:
 
 
 def read_kinematic_coupling(file: AbaqusFile, block: Block) -> None:
-    """`nodes, first component, last component`: the older way to write a coupling; all components without them."""
+    """Read `nodes, first component, last component`, the older form of a coupling; all components without them."""
     nodes: list[int] = []
     for row in block.data:
         components = _range(row[1:]) if len(row) > 1 and row[1] else set("123456")
@@ -101,7 +105,7 @@ def read_kinematic_coupling(file: AbaqusFile, block: Block) -> None:
 
 
 def read_mpc(file: AbaqusFile, block: Block) -> None:
-    """`BEAM, dependent, reference`: each node follows its reference rigidly."""
+    """Read `BEAM, dependent, reference`: each node follows its reference rigidly."""
     followers: dict[int, list[int]] = {}
     for kind, dependent, reference in (row[:3] for row in block.data):
         require(kind.upper() == "BEAM", f"{file.parts.source}: *MPC of type {kind} is not read: use BEAM")
@@ -133,6 +137,7 @@ def _range(row: list[str]) -> set[str]:
 
 
 def read_boundary(file: AbaqusFile, block: Block) -> None:
+    """Read held components of nodes."""
     require(
         block.get("OP", "MOD").upper() == "MOD",
         f"{file.parts.source}: *BOUNDARY, OP={block.get('OP')} takes back what was held before, which is not read: "

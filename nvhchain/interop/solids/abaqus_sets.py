@@ -1,8 +1,8 @@
-"""What has been read of an Abaqus file, and the labels behind the names of its sets.
+"""Contents of an Abaqus file as read so far, and the labels behind the names of its sets.
 
-Names and labels belong to where they are defined: to an instance, with all that its part defines, or to the assembly.
-Both may have a set TOP. Within the part its own is meant; in the assembly and after it the assembly's, or that of the
-one instance that has such a set; `instance.TOP` is the instance's.
+Names and labels belong to the place of their definition: an instance, with all definitions of its part, or the
+assembly. Both may have a set TOP. Within the part, TOP is the part's own set. In the assembly and after it, TOP is the
+assembly's set, or that of the only instance with such a set. `instance.TOP` is the instance's set.
 """
 
 from __future__ import annotations
@@ -20,29 +20,37 @@ from nvhchain.interop.solids._model_parts import Parts
 from nvhchain.interop.solids.abaqus_keywords import Block, real
 
 ASSEMBLY = "assembly"
-"""Owner of what the assembly defines; the names of instances are in upper case."""
+"""Owner of the definitions of the assembly; names of instances are in upper case."""
 
 _APART = 10**9
-"""Between the labels of two owners, which may both have a node 1."""
+"""Distance between the labels of two owners, which may both have a node 1."""
 
 HIDDEN = "NVHCHAIN_RIGID_"
-"""Starts the names of node sets that stand for rigid sets and are no groups of the model."""
+"""Prefix of node sets that stand for rigid sets and are no groups of the model."""
 
 Sets = dict[tuple[str, str], list[int]]
-"""(owner, name in upper case) → labels.  Owner: an instance in upper case, `ASSEMBLY`, or "" in a flat file."""
+"""(owner, name in upper case) → labels. The owner is an instance in upper case, `ASSEMBLY`, or "" in a flat file."""
 
 Motion = Callable[[FloatArray], FloatArray]
-"""Where points (n, 3) of a part are in the assembly."""
+"""Function from points (n, 3) of a part to their places in the assembly."""
 
 
 @dataclass
 class AbaqusFile:
-    """What has been read so far.  level: `part`, `instance` or `assembly`, where the file has got to.
+    """Contents of a file as read so far.
 
-    part: in upper case, the one that is being read, instance: the last one.  contents: of every part.  offsets: owner →
-    what is added to its labels.  motions: instance → where it is moved.  groups: node sets by their names as written
-    first.  closed: names that the part of the instance defines, by their kind.  sections: owner, element set, material.
-    late: level and instance of blocks that wait for all others.
+    Parameters
+    ----------
+    groups : node sets by their names as first written.
+    sections : owner, element set, material.
+    closed : names defined by the part of the instance, by their kind.
+    contents : keyword blocks of every part.
+    offsets : owner → offset of its labels.
+    motions : instance → its motion.
+    late : level and instance of blocks that wait for all others.
+    level : `part`, `instance` or `assembly`, the current place in the file.
+    part : current part, in upper case.
+    instance : last instance.
     """
 
     parts: Parts
@@ -69,16 +77,16 @@ class AbaqusFile:
 
     @property
     def owner(self) -> str:
-        """To whom what is defined now belongs."""
+        """Owner of the current definitions."""
         return ASSEMBLY if self.level == "assembly" else self.instance
 
     @property
     def offset(self) -> int:
-        """Added to labels that are defined now."""
+        """Offset of the labels of current definitions."""
         return self.offsets[self.owner]
 
     def begin(self, instance: str, motion: Motion | None) -> None:
-        """What comes belongs to `instance`; labels of the first one stay as they are."""
+        """Let the following definitions belong to `instance`; labels of the first one stay unchanged."""
         self.offsets.pop("", None)
         before = len(self.offsets) - 1
         self.offsets[instance] = (before + 1) * _APART if before else 0
@@ -87,12 +95,12 @@ class AbaqusFile:
         self.level, self.instance = "part", instance
 
     def end_part(self) -> None:
-        """What comes belongs to the instance alone."""
+        """Let the following definitions belong to the instance alone."""
         self.level = "instance"
         self.closed = {id(sets): frozenset(sets) for sets in (self.nsets, self.elsets, self.surfaces)}
 
     def add(self, sets: Sets, name: str, labels: list[int]) -> None:
-        """Labels join the set of this name."""
+        """Add labels to the set of this name."""
         key = (self.owner, name.upper())
         require(
             self.level != "instance" or key not in self.closed[id(sets)],
@@ -103,7 +111,7 @@ class AbaqusFile:
             self.groups.setdefault(key, name)
 
     def named(self, sets: Sets, cell: str) -> list[int]:
-        """The set that `cell` names from here, with `instance.` before it or without.  Raises InputError."""
+        """Return the set that `cell` names here, with or without prefix `instance.`; InputError if there is none."""
         prefix, _, name = cell.strip("\"'").rpartition(".")
         own = self.owner_of(prefix, cell) if prefix else self.owner
         if (own, name.upper()) in sets:
@@ -117,9 +125,10 @@ class AbaqusFile:
         return sets[found[0], name.upper()]
 
     def labels(self, cell: str, sets: Sets, *, own: bool = False) -> list[int]:
-        """Labels behind one cell: a number, the name of a set, or either with `instance.` before it.
+        """Return labels behind one cell: a number, the name of a set, or either with the prefix `instance.`.
 
-        own: a number is that of a node defined at this level; else of whoever has such a node or element.
+        own : True if a number is that of a node defined at this level; else it belongs to the owner of such a node or
+            element.
         """
         prefix, _, name = cell.strip("\"'").rpartition(".")
         if not name.isdigit():
@@ -141,7 +150,7 @@ class AbaqusFile:
         return [number + self.offsets[holders[0]]]
 
     def owner_of(self, prefix: str, cell: str) -> str:
-        """Whose `cell` is that begins with `prefix.`.  Raises InputError."""
+        """Return the owner of a `cell` that begins with `prefix.`; raises InputError."""
         last = prefix.upper().rpartition(".")[2]
         if last and last in self.offsets:
             return last
@@ -154,7 +163,7 @@ class AbaqusFile:
         )
 
     def group_names(self) -> dict[str, list[int]]:
-        """Node sets as groups; those of instances are called `instance.name` where others have one of that name."""
+        """Return node sets as groups; those of instances are called `instance.name` if another has the same name."""
         named = {}
         for (owner, key), name in self.groups.items():
             if key.startswith(HIDDEN):
@@ -165,7 +174,7 @@ class AbaqusFile:
 
 
 def members_of(file: AbaqusFile, block: Block, sets: Sets) -> list[int]:
-    """Labels of a set: numbers, names of sets, `GENERATE`d ranges, `instance.number`, of INSTANCE or of this level."""
+    """Return labels of a set: numbers, names, `GENERATE`d ranges, `instance.number`, of INSTANCE or of this level."""
     inside = block.get("INSTANCE")
     prefix = f"{inside}." if inside else ""
     cells = [cell for row in block.data for cell in row if cell]
@@ -176,7 +185,10 @@ def members_of(file: AbaqusFile, block: Block, sets: Sets) -> list[int]:
 
 
 def motion(block: Block) -> Motion | None:
-    """What *INSTANCE does: a translation, then a turn by degrees about the axis from one point to another; or None."""
+    """Return the motion of *INSTANCE, or None.
+
+    It is a translation, then a rotation by degrees about the axis from one point to another.
+    """
     rows = [[real(c) if c else 0.0 for c in row] for row in block.data]
     if not any(value for row in rows for value in row):
         return None

@@ -1,7 +1,7 @@
-"""Nastran bulk data → `SolidModel`: GRID, CTETRA, CPENTA, CHEXA, PSOLID, MAT1, RBE2, SPC, SPC1, SPCADD, SET1.
+"""Import of Nastran bulk data as `SolidModel`: nodes, solid elements, materials, RBE2, constraints and sets.
 
-Cards that are neither read nor known to change nothing are refused; loads, parameters and requests for output are
-passed over.
+Cards that are read: GRID, CTETRA, CPENTA, CHEXA, PSOLID, MAT1, RBE2, SPC, SPC1, SPCADD, SET1. Other cards are refused
+unless they have no effect. Loads, parameters and requests for output are ignored.
 """
 
 from __future__ import annotations
@@ -37,12 +37,28 @@ _PASSED_OVER = re.compile(
 
 
 def read_nastran(path: str | Path, *, units: str, spc: int | None = None) -> SolidModel:
-    """Read a bulk data file.
+    """Read a Nastran bulk data file.
 
-    units: of the file, a key of `UNIT_SYSTEMS`.  spc: set of constraints; by default the one that case control selects
-    for all subcases, or the only one there is.
+    Parameters
+    ----------
+    path : str or Path
+        Bulk data file.
+    units : str
+        Units of the file, a key of `UNIT_SYSTEMS`.
+    spc : int, optional
+        Set of constraints; by default the one that case control selects for all subcases, or the only one.
 
-    Raises FileFormatError for a damaged file, InputError for cards that cannot be carried over.
+    Returns
+    -------
+    SolidModel
+        Model in SI units.
+
+    Raises
+    ------
+    FileFormatError
+        For a damaged file.
+    InputError
+        For cards that cannot be imported.
     """
     path, system = Path(path), unit_system(units)
     control, bulk = split_deck(path)
@@ -97,7 +113,7 @@ def _grids(by_name: dict[str, list[list[str]]], parts: Parts) -> None:
 
 
 def _frames(by_name: dict[str, list[list[str]]]) -> dict[int, Callable[[FloatArray], FloatArray]]:
-    """Coordinate systems CORD2R, CORD2C and CORD2S: number → map of coordinates to the basic system."""
+    """Return coordinate systems CORD2R, CORD2C and CORD2S: number → map of coordinates to the basic system."""
     frames: dict[int, Callable[[FloatArray], FloatArray]] = {0: lambda point: point}
     waiting = [card for name in ("CORD2R", "CORD2C", "CORD2S") for card in by_name.get(name, [])]
     while waiting:
@@ -181,7 +197,7 @@ def _materials(by_name: dict[str, list[list[str]]], parts: Parts, system: UnitSy
 
 
 def _check_once(numbers: list[str], what: str, parts: Parts) -> None:
-    """Raise FileFormatError where one of the numbers is given twice."""
+    """Raise FileFormatError if one of the numbers is given twice."""
     twice = [number for number, count in Counter(numbers).items() if count > 1]
     if twice:
         raise FileFormatError(f"{parts.source}: {what} {twice[0]} is defined twice")
@@ -198,7 +214,7 @@ def _rigid_sets(by_name: dict[str, list[list[str]]], parts: Parts) -> None:
 
 
 def _selected(control: list[str], path: Path) -> int | None:
-    """The set of constraints that case control selects.  Raises InputError where subcases select different ones."""
+    """Return the set of constraints in case control; InputError if subcases select different ones."""
     found = [re.match(r"\s*SPC\s*=\s*(\d+)", line, re.I) for line in control]
     chosen = sorted({int(one[1]) for one in found if one})
     if len(chosen) > 1:

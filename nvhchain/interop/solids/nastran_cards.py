@@ -12,7 +12,7 @@ _SHORT_EXPONENT = re.compile(r"(?<=[0-9.])([+-]\d+)$")
 
 
 def _joined(lines: Iterable[str]) -> Iterator[str]:
-    """INCLUDE goes on until the quote that it opens is closed."""
+    """Join lines of INCLUDE until its quote is closed."""
     pending = ""
     for line in lines:
         whole = pending + line.strip() if pending else line
@@ -30,20 +30,20 @@ def _included(line: str) -> tuple[str, str] | None:
 
 
 def _file_name(line: str) -> str | None:
-    """What an INCLUDE statement names, quotes and all."""
+    """Return the file name of an INCLUDE statement with its quotes."""
     text = line.lstrip()
     return text[7:].split("$")[0].strip() if text[:7].upper() == "INCLUDE" else None
 
 
 def split_deck(path: Path) -> tuple[list[str], list[str]]:
-    """Case control and bulk data lines; a file without BEGIN BULK is all bulk data."""
+    """Return case control and bulk data lines; a file without BEGIN BULK is all bulk data."""
     lines = list(lines_with_includes(path, _joined, _included))
     start = next((i for i, line in enumerate(lines) if re.match(r"\s*BEGIN\s+BULK", line, re.I)), -1)
     return lines[: max(start, 0)], lines[start + 1 :]
 
 
 def cards(lines: list[str]) -> Iterator[list[str]]:
-    """Each card as its upper-case name and its fields without the continuation marks, up to ENDDATA."""
+    """Yield each card as its upper-case name and its fields without the continuation marks, up to ENDDATA."""
     card: list[str] = []
     for raw in lines:
         line = raw.split("$", 1)[0].rstrip().expandtabs(8)
@@ -52,7 +52,7 @@ def cards(lines: list[str]) -> Iterator[list[str]]:
         fields, continues = _fields(line)
         if continues:
             if card:
-                # a line holds eight fields (large: four) even where trailing ones are blank
+                # a line holds eight fields (large: four) even if trailing ones are blank
                 card += [""] * (-(len(card) - 1) % (4 if "*" in line[:8] else 8))
                 card += fields
             continue
@@ -67,7 +67,7 @@ def cards(lines: list[str]) -> Iterator[list[str]]:
 
 
 def _fields(line: str) -> tuple[list[str], bool]:
-    """Fields of one line, and whether it continues the card before; continuation marks are left out."""
+    """Return the fields of one line without continuation marks, and True if it continues the card before."""
     if "," in line:
         parts = [part.strip() for part in line.split(",")]
         limit = 5 if "*" in parts[0] else 9
@@ -83,7 +83,7 @@ def _fields(line: str) -> tuple[list[str], bool]:
 
 
 def real(text: str) -> float:
-    """A Nastran real: `1.5`, `1.5E-3`, `1.5D-3` or `1.5-3`.  Raises ValueError."""
+    """Return a Nastran real: `1.5`, `1.5E-3`, `1.5D-3` or `1.5-3`; raises ValueError."""
     text = text.upper().replace("D", "E").replace(" ", "")
     if "E" not in text:
         text = _SHORT_EXPONENT.sub(r"E\1", text)
@@ -91,9 +91,9 @@ def real(text: str) -> float:
 
 
 def numbers(fields: list[str], known: Collection[int] | None = None) -> list[int]:
-    """Whole numbers with `THRU` (and `BY`) written out; blanks are left out.
+    """Return whole numbers with `THRU` (and `BY`) expanded, without blanks.
 
-    known: of a range only these, as Nastran takes the grid points that there are.
+    known : numbers to keep of a range; Nastran keeps the existing grid points.
     """
     words = [field.upper() for field in fields if field]
     result: list[int] = []
@@ -111,7 +111,7 @@ def numbers(fields: list[str], known: Collection[int] | None = None) -> list[int
 
 
 def _inside(span: range, known: Collection[int]) -> list[int]:
-    """The known numbers in a range, which may be far longer than what is known."""
+    """Return the known numbers in a range, which may be far longer than their list."""
     if len(span) > len(known):
         return sorted(n for n in known if n in span)
     return [n for n in span if n in known]

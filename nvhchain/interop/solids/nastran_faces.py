@@ -1,4 +1,4 @@
-"""Faces in Nastran bulk data: shells, and nothing of what they are made of."""
+"""Faces in Nastran bulk data: shells without their properties."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from nvhchain.fem.mesh_files.contents import NODES, Damaged, MeshFile, Numbering
 from nvhchain.interop.solids.nastran_cards import cards, real, split_deck
 
 NASTRAN_ENDINGS = (".bdf", ".nas", ".dat", ".fem")
-"""Endings of bulk data."""
+"""Suffixes of bulk data."""
 
 _FACES = {
     "CTRIA3": "triangle", "CTRIAR": "triangle", "CTRIA6": "triangle6", "CQUAD4": "quad", "CQUADR": "quad",
@@ -20,7 +20,7 @@ _FACES = {
 
 
 def read_nastran_faces(path: Path) -> MeshFile:
-    """Grid points and shells.  Raises FileFormatError for a damaged file or points in local coordinate systems."""
+    """Read grid points and shells; FileFormatError for a damaged file or points in local coordinate systems."""
     try:
         return _faces(path).checked()
     except (ValueError, IndexError, OverflowError) as error:

@@ -1,4 +1,4 @@
-"""`SolidModel` → Nastran bulk data or Abaqus input, in the unit system asked for; nodes keep 12 digits or all."""
+"""Export of a `SolidModel` as Nastran bulk data or Abaqus input, in any unit system; nodes keep 12 digits or all."""
 
 from __future__ import annotations
 
@@ -26,14 +26,30 @@ _ABAQUS = {
     "hex20": "C3D20",
 }
 _SPC = 1
-"""Number of the constraint set that is written."""
+"""Number of the written constraint set."""
 
 
 def write_nastran(model: SolidModel, path: str | Path, *, units: str) -> Path:
-    """Bulk data with GRID*, solids, PSOLID, MAT1*, RBE2, SPC1 and SET1 for the groups.
+    """Write bulk data with GRID*, solids, PSOLID, MAT1*, RBE2, SPC1 and SET1 for the groups.
 
-    Labels of more than eight digits do not fit: such nodes and elements are numbered on from the largest that fits.
-    Comments say what they were, and the names behind the numbers; `read_nastran` restores both.
+    Parameters
+    ----------
+    model : SolidModel
+        Model.
+    path : str or Path
+        Bulk data file.
+    units : str
+        Units of the file, a key of `UNIT_SYSTEMS`.
+
+    Returns
+    -------
+    Path
+        Path of the file.
+
+    Notes
+    -----
+    Labels of more than eight digits do not fit: such nodes and elements get new numbers above the largest that fits.
+    Comments hold the original labels and the names behind the numbers; `read_nastran` restores both.
     """
     system = unit_system(units)
     lines = ["SOL 103", "CEND", f"SPC = {_SPC}", "BEGIN BULK", *_nastran(model, system), "ENDDATA"]
@@ -80,7 +96,7 @@ def _nastran(model: SolidModel, system: UnitSystem) -> Iterator[str]:
 
 
 def _shortened(labels: IntArray) -> dict[int, int]:
-    """Label → label of at most eight digits."""
+    """Return label → label of at most eight digits."""
     unique = np.unique(labels)
     return dict(zip(unique.tolist(), short_labels(unique).tolist(), strict=True))
 
@@ -92,7 +108,7 @@ def _small(name: str, values: Iterable[object]) -> Iterator[str]:
 
 
 def real16(value: float) -> str:
-    """The number with as many digits as 16 characters hold; an exponent goes without its letter (Nastran reads it)."""
+    """Return the number with as many digits as fit into 16 characters; Nastran reads an exponent without its letter."""
     for digits in range(17, 4, -1):
         plain = f"{value:.{digits}g}"
         mantissa, mark, exponent = plain.partition("e")
@@ -109,16 +125,32 @@ def real16(value: float) -> str:
 
 
 def real20(value: float) -> str:
-    """The number with all digits, or as many as 20 characters hold: CalculiX cuts the rest off, exponent and all."""
+    """Return the number in at most 20 characters; CalculiX would cut off the rest with the exponent."""
     text = repr(float(value))
     return text if len(text) <= 20 else f"{value:.13g}"
 
 
 def write_abaqus(model: SolidModel, path: str | Path, *, units: str) -> Path:
-    """Flat input file with *NODE, *ELEMENT, *NSET, *SURFACE of nodes, *COUPLING and *BOUNDARY.
+    """Write a flat input file with *NODE, *ELEMENT, *NSET, *SURFACE of nodes, *COUPLING and *BOUNDARY.
 
-    Names that Abaqus does not take are changed; comments say what they were, and `read_abaqus` restores them.
-    CalculiX takes the file as it is; a step is to be added.
+    Parameters
+    ----------
+    model : SolidModel
+        Model.
+    path : str or Path
+        Input file.
+    units : str
+        Units of the file, a key of `UNIT_SYSTEMS`.
+
+    Returns
+    -------
+    Path
+        Path of the file.
+
+    Notes
+    -----
+    Names that Abaqus does not accept are changed. Comments hold the original names; `read_abaqus` restores them.
+    CalculiX accepts the file as well. A step must be added.
     """
     return _written(list(_abaqus(model, unit_system(units))), Path(path))
 
@@ -170,20 +202,20 @@ def _abaqus(model: SolidModel, system: UnitSystem) -> Iterator[str]:
 
 
 def _rows(values: list[int]) -> Iterator[str]:
-    """At most ten numbers a line; a comma at the end of all but the last."""
+    """Yield at most ten numbers per line, with a comma at the end of all but the last."""
     for start in range(0, len(values), 10):
         last = start + 10 >= len(values)
         yield ", ".join(map(str, values[start : start + 10])) + ("" if last else ",")
 
 
 def _references(model: SolidModel) -> list[tuple[int, np.ndarray]]:
-    """Reference nodes that are no nodes of the model."""
+    """Return reference nodes that are no nodes of the model."""
     known = set(model.labels.tolist())
     return [(rigid.label, rigid.reference) for rigid in model.rigid_sets if rigid.label not in known]
 
 
 def _followers(model: SolidModel, rigid: RigidSet) -> list[int]:
-    """Nodes that follow the reference node, which may be one of the model's own."""
+    """Return nodes that follow the reference node, which may be one of the model's own."""
     return [label for label in model.labels[rigid.nodes].tolist() if label != rigid.label]
 
 
@@ -192,7 +224,7 @@ def _section(block: ElementBlock) -> tuple[str, Material]:
 
 
 def _sections(model: SolidModel) -> list[tuple[str, Material]]:
-    """Groups with their materials, each once."""
+    """Return groups with their materials, each once."""
     return list(dict.fromkeys(_section(block) for block in model.blocks))
 
 
@@ -201,7 +233,7 @@ def _constants(material: Material, system: UnitSystem) -> tuple[float, float, fl
 
 
 def _held(model: SolidModel) -> Iterator[tuple[str, IntArray]]:
-    """Nodes by the translations that are held."""
+    """Yield nodes by their held translations."""
     code = model.held @ np.array([1, 2, 4])
     for value in np.unique(code[code > 0]):
         yield "".join(str(axis + 1) for axis in range(3) if value >> axis & 1), np.flatnonzero(code == value)

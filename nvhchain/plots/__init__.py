@@ -1,4 +1,4 @@
-"""Hand-offs in, matplotlib axes out: `axes[0].figure.savefig("spectrum.png")` writes the figure."""
+"""Figures of hand-offs as matplotlib axes; `axes[0].figure.savefig("spectrum.png")` writes a figure."""
 
 from nvhchain.plots.bodies.shapes import animate, mode_shapes, operating_shape
 from nvhchain.plots.bodies.surface import rendered_surface, strongest_line, surface_velocity

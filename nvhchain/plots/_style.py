@@ -1,4 +1,4 @@
-"""One look for all figures: sizes readable in print, colours safe for colour-blind readers."""
+"""Common style of all figures: sizes readable in print, colours safe for colour-blind readers."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from nvhchain.errors import require
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
-"""Okabe and Ito's palette, in the order in which configurations take them."""
+"""Palette of Okabe and Ito, in the order of the configurations."""
 
 MARK_LINES = (("#8C8C8C", "-"), ("#8C8C8C", (0, (2, 2))), ("#8C8C8C", (0, (6, 2))))
 """Colour and dashes of the vertical lines at mesh orders, one per stage."""
@@ -39,7 +39,7 @@ R = TypeVar("R")
 
 
 def styled(draw: Callable[P, R]) -> Callable[P, R]:
-    """Run `draw` under the common style without touching the process-wide settings."""
+    """Decorate `draw` to run under the common style without changing the process-wide settings."""
 
     @wraps(draw)
     def drawn(*args: P.args, **kwargs: P.kwargs) -> R:
@@ -58,7 +58,11 @@ def panels(
     width: float = 11.0,
     share: str = "xy",
 ) -> list[Axes]:
-    """The `count` axes given, or those of a new figure; `height` of one panel in inches, `share`: common scales."""
+    """Return the `count` supplied axes, or those of a new figure.
+
+    height : height of one panel (inches).
+    share : axes with common scales.
+    """
     if axes is not None:
         require(len(axes) == count, f"{len(axes)} axes given, but {count} are needed: one per panel")
         return list(axes)
@@ -71,5 +75,5 @@ def panels(
 
 
 def colour(index: int) -> str:
-    """Colour of configuration number `index`."""
+    """Return the colour of configuration number `index`."""
     return COLOURS[index % len(COLOURS)]

@@ -1,4 +1,4 @@
-"""Tables of modal assurance and of what modes or panels contribute to the sound at a point."""
+"""Tables of modal assurance, and contributions of modes or panels to the sound at a point."""
 
 from __future__ import annotations
 
@@ -12,14 +12,29 @@ from nvhchain.handoff import ComplexArray, FloatArray
 from nvhchain.plots._style import COLOURS, panels, styled
 
 _LARGEST_NUMBERED = 20
-"""Modes up to which the table of modal assurance is written out in numbers."""
+"""Largest number of modes for numbers in the table of modal assurance."""
 
 
 @styled
 def modal_assurance_table(
     table: FloatArray, rows: FloatArray, columns: FloatArray, *, row_name: str = "", column_name: str = ""
 ) -> Axes:
-    """MAC (n, m) as a map, with numbers where there are few.  rows, columns: natural frequencies, Hz."""
+    """Draw the modal assurance criterion (MAC) as a map, with numbers for few modes.
+
+    Parameters
+    ----------
+    table : (n, m) array
+        MAC, 0 … 1.
+    rows, columns : (n,) and (m,) array
+        Natural frequencies (Hz).
+    row_name, column_name : str
+        Names on the axes.
+
+    Returns
+    -------
+    Axes
+        Axes of the map.
+    """
     n, m = len(rows), len(columns)
     require(table.shape == (n, m), f"MAC of shape {table.shape} for {n} × {m} modes")
     (ax,) = panels(1, None, height=5.5, width=7.0)
@@ -52,9 +67,27 @@ def contribution_bars(
     title: str = "",
     ax: Axes | None = None,
 ) -> Axes:
-    """Share of each part in the pressure at a point at one line, Re(p_i p*)/|p|², the largest first; they sum to one.
+    """Draw the share of each part in the pressure at a point at one line, Re(p_i p*)/|p|², the largest first.
 
-    names: of the parts.  pressure: (n_part,) complex Pa.  most: bars; the rest is summed in one.
+    Parameters
+    ----------
+    names : sequence of str
+        Names of the parts.
+    pressure : (n_part,) complex array
+        Pressure of each part (Pa).
+    frequency : float
+        Frequency in the title (Hz).
+    most : int
+        Largest number of bars; the others are summed in one bar.
+    title : str
+        Title.
+    ax : Axes, optional
+        Axes; those of a new figure by default.
+
+    Returns
+    -------
+    Axes
+        Axes of the bars; their sum is one.
     """
     require(len(names) == len(pressure) > 0, f"{len(names)} names for {len(pressure)} parts")
     total = complex(np.sum(pressure))

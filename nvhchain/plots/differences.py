@@ -1,4 +1,4 @@
-"""The table that tells two or more configurations apart: overall levels and the strongest orders."""
+"""Table of the differences between configurations: overall levels and the strongest orders."""
 
 from __future__ import annotations
 
@@ -12,18 +12,26 @@ from nvhchain.errors import require
 
 ABSENT = "–"
 HEARD_DOWN_TO = 100.0
-"""dB below the strongest line of a configuration: what lies lower is the rounding of a Fourier transform, no line."""
+"""Range (dB) below the strongest line of a configuration; lower values are rounding of a Fourier transform."""
 
 
 @dataclass(frozen=True)
 class Table:
-    """Cells as text.  header: n_column strings.  rows: each with n_column strings."""
+    """Table of texts.
+
+    Parameters
+    ----------
+    header : tuple of str
+        Titles of the columns.
+    rows : tuple of tuple of str
+        Cells.
+    """
 
     header: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
 
     def text(self) -> str:
-        """Columns lined up for a terminal; the first to the left, the rest to the right."""
+        """Return aligned columns for a terminal; the first to the left, the rest to the right."""
         lines = (self.header, *self.rows)
         width = [max(len(line[i]) for line in lines) for i in range(len(self.header))]
         return "\n".join(
@@ -34,22 +42,32 @@ class Table:
         )
 
     def markdown(self) -> str:
-        """GitHub's pipe table."""
+        """Return a pipe table for GitHub."""
         rule = ("---", *("---:" for _ in self.header[1:]))
         return "\n".join("| " + " | ".join(line) + " |" for line in (self.header, rule, *self.rows))
 
     def csv(self) -> str:
-        """Comma-separated values after RFC 4180."""
+        """Return comma-separated values according to RFC 4180."""
         buffer = io.StringIO()
         csv.writer(buffer).writerows((self.header, *self.rows))
         return buffer.getvalue()
 
 
 def difference_table(configurations: Mapping[str, Mapping[str, Any]], *, strongest: int = 20) -> Table:
-    """Levels of every configuration side by side, and each minus the first.
+    """Return the levels of every configuration, and each minus the first.
 
-    configurations: name → {`overall_dBA`: dB(A), `orders`: [{`order`, `frequency_hz`, `level_db`}]}, as `compare`
-    writes them to summary.json.  strongest: orders listed, by their level in any configuration, in rising order.
+    Parameters
+    ----------
+    configurations : mapping of str to mapping
+        Configuration → {`overall_dBA`: dB(A), `orders`: [{`order`, `frequency_hz`, `level_db`}]}, as `compare` writes
+        them to summary.json.
+    strongest : int
+        Number of orders with the highest level in any configuration; listed in rising order.
+
+    Returns
+    -------
+    Table
+        Table of levels (dB).
     """
     require(len(configurations) > 0, "no configuration given: at least one is needed")
     names = list(configurations)
@@ -71,7 +89,7 @@ def difference_table(configurations: Mapping[str, Mapping[str, Any]], *, stronge
 
 
 def _cells(level: Mapping[str, float], names: list[str]) -> tuple[str, ...]:
-    """Levels in the order of `names`, then differences to the first; a dash where a line does not exist."""
+    """Return levels in the order of `names`, then differences to the first; a dash for a missing line."""
     values = [f"{level[name]:.1f}" if name in level else ABSENT for name in names]
     differences = [
         f"{level[name] - level[names[0]]:+.1f}" if name in level and names[0] in level else ABSENT for name in names[1:]

@@ -10,11 +10,11 @@ from matplotlib.axes import Axes
 from nvhchain.files.whole import in_memory, write_whole
 
 RESOLUTION = 150
-"""Dots per inch of the figures."""
+"""Resolution of the figures (dots per inch)."""
 
 
 def save(axes: Sequence[Axes], path: Path) -> None:
-    """The figure of `axes` as PNG."""
+    """Save the figure of `axes` as PNG."""
     figure = axes[0].get_figure(root=True)
     assert figure is not None
     write_whole(path, in_memory(lambda file: figure.savefig(file, dpi=RESOLUTION, format="png")))

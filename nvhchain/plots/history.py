@@ -1,4 +1,4 @@
-"""Sound pressure against time, rebuilt from the line spectrum of a steady state."""
+"""Sound pressure against time, computed from the line spectrum of a steady state."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from nvhchain.handoff import FieldPressure
 from nvhchain.plots._style import colour, panels, styled
 
 OVERSAMPLING = 10.0
-"""Samples per period of the highest line, so that the drawn curve reaches its peaks within 5 %."""
+"""Samples per period of the highest line; the drawn curve then reaches its peaks within 5 %."""
 
 
 @styled
@@ -24,9 +24,23 @@ def pressure_history(
     turns: float = 2.0,
     axes: Sequence[Axes] | None = None,
 ) -> list[Axes]:
-    """One panel per configuration with common scales: the first `turns` of the input shaft (all where it stands still).
+    """Draw sound pressure over time, one panel per configuration with common scales.
 
-    pressures: configuration → pressure at whole multiples of one line spacing.  point: index of the field point.
+    Parameters
+    ----------
+    pressures : mapping of str to FieldPressure
+        Configuration → pressure at whole multiples of one line spacing.
+    point : int
+        Index of the field point.
+    turns : float
+        Turns of the input shaft to draw; a shaft at standstill gives the whole period.
+    axes : sequence of Axes, optional
+        One per configuration; those of a new figure by default.
+
+    Returns
+    -------
+    list of Axes
+        One per configuration.
     """
     require(len(pressures) > 0, "no pressure given: at least one configuration is needed")
     drawn = panels(len(pressures), axes, height=2.6)

@@ -24,10 +24,25 @@ def sweep_responses(
     *,
     axes: Sequence[Axes] | None = None,
 ) -> list[Axes]:
-    """RMS of the oscillating error within mesh cycles against mesh frequency, one curve per pair and direction.
+    """Draw the RMS of the oscillating error within mesh cycles over mesh frequency, one curve per pair and direction.
 
-    up, down: sweeps of the same pairs with rising and falling speed.  names: of the pairs.  A bar below the curves
-    spans the speeds at which contact is lost on the way up.
+    Parameters
+    ----------
+    up, down : SweepResponse
+        Sweeps of the same pairs with rising and falling speed.
+    names : sequence of str
+        Names of the pairs.
+    axes : sequence of Axes, optional
+        One; that of a new figure by default.
+
+    Returns
+    -------
+    list of Axes
+        One.
+
+    Notes
+    -----
+    A bar below the curves spans the speeds at which contact is lost during rising speed.
     """
     require(
         len(names) == up.rms.shape[1] == down.rms.shape[1],
@@ -49,7 +64,7 @@ def sweep_responses(
         Line2D([], [], color="black", linestyle=(0, (4, 2)), label="falling speed"),
         Line2D([], [], color="black", linewidth=3.0, label="contact lost, rising"),
     ]
-    # beside the axes: a resonance may lie anywhere inside
+    # outside the axes: a resonance may lie anywhere inside
     ax.legend(handles=[*ax.lines[0 : 3 * len(names) : 3], *ways], loc="upper left", bbox_to_anchor=(1.01, 1.0))
     return [ax]
 
@@ -60,10 +75,24 @@ def backbone_curves(
     *,
     axes: Sequence[Axes] | None = None,
 ) -> list[Axes]:
-    """Periodic responses of pairs and the backbone of their contact loss: largest deflection against speed.
+    """Draw periodic responses of pairs and the backbone of their contact loss: largest deflection against speed.
 
-    curves: name → pair and its response.  Deflection in units of the static one, mesh frequency of the natural one.
-    The part between two folds, which no motion settles on, is dotted.
+    Parameters
+    ----------
+    curves : mapping of str to (GearPair, PeriodicResponse)
+        Name → pair and its response.
+    axes : sequence of Axes, optional
+        One; that of a new figure by default.
+
+    Returns
+    -------
+    list of Axes
+        One.
+
+    Notes
+    -----
+    Deflection is over the static one, mesh frequency over the natural one. The unstable part between two folds is
+    dotted.
     """
     require(len(curves) > 0, "no response given: at least one is needed")
     (ax,) = panels(1, axes, height=5.0)
@@ -72,7 +101,7 @@ def backbone_curves(
         static = pair.force / pair.mean_stiffness
         amplitude = (response.highest - pair.half_backlash) / static - 1.0
         speed = response.mesh_frequency / pair.natural_frequency
-        # back along the curve: against the direction in which it set out
+        # back along the curve: against its initial direction
         back = np.gradient(speed) * np.sign(speed[-1] - speed[0]) < 0
         ax.plot(speed, np.where(back, np.nan, amplitude), color=colour(index), label=name)
         ax.plot(speed, np.where(back, amplitude, np.nan), color=colour(index), linestyle=(0, (1, 1.5)))
@@ -97,10 +126,29 @@ def order_spectra(
     decades: float = 5.0,
     axes: Sequence[Axes] | None = None,
 ) -> list[Axes]:
-    """Peak amplitude of every order of an error, one panel per spectrum.
+    """Draw the peak amplitude of every order of an error, one panel per spectrum.
 
-    spectra: title → orders per turn and amplitudes in m.  spacing: orders between sidebands of mesh_order to mark, 0
-    for none.  highest: last order shown, by default twice mesh_order.  decades: shown below the strongest line.
+    Parameters
+    ----------
+    spectra : mapping of str to (array, array)
+        Title → orders per turn and amplitudes (m).
+    mesh_order : float
+        Mesh order.
+    spacing : float
+        Distance (orders) of marked sidebands of mesh_order; 0 for none.
+    sidebands : int
+        Number of marked sidebands on each side.
+    highest : float, optional
+        Last drawn order; 2.2 times mesh_order by default.
+    decades : float
+        Range below the strongest line.
+    axes : sequence of Axes, optional
+        One per spectrum; those of a new figure by default.
+
+    Returns
+    -------
+    list of Axes
+        One per spectrum.
     """
     require(len(spectra) > 0, "no spectrum given: at least one is needed")
     last = 2.2 * mesh_order if highest is None else highest
@@ -128,9 +176,21 @@ def order_spectra(
 def rig_responses(
     frequency: FloatArray, responses: Mapping[str, ComplexArray], *, axes: Sequence[Axes] | None = None
 ) -> list[Axes]:
-    """Magnitudes of mesh twists per torque over frequency.
+    """Draw magnitudes of mesh twists per torque over frequency.
 
-    frequency (n_f,) Hz.  responses: name → (n_f,) rad/Nm.
+    Parameters
+    ----------
+    frequency : (n_f,) array
+        Frequencies (Hz).
+    responses : mapping of str to (n_f,) complex array
+        Name → twist per torque (rad/Nm).
+    axes : sequence of Axes, optional
+        One; that of a new figure by default.
+
+    Returns
+    -------
+    list of Axes
+        One.
     """
     require(len(responses) > 0, "no response given: at least one is needed")
     (ax,) = panels(1, axes, height=4.4)

@@ -1,4 +1,4 @@
-"""What a gear mesh does: transmission error over the wheel angle, and the law of force against angle and deflection."""
+"""Figures of a gear mesh: transmission error over the wheel angle, and force against angle and deflection."""
 
 from __future__ import annotations
 
@@ -12,14 +12,25 @@ from nvhchain.handoff import FloatArray, MeshLaw
 from nvhchain.plots._style import colour, panels, styled
 
 Curve = tuple[FloatArray, FloatArray]
-"""Wheel angle (n,) rad, uniform over one period with the end point left out, and transmission error (n,) m."""
+"""Wheel angle (n,) rad, uniform over one period without the end point, and transmission error (n,) m."""
 
 
 @styled
 def transmission_errors(stages: Mapping[str, Mapping[str, Curve]], *, axes: Sequence[Axes] | None = None) -> list[Axes]:
-    """Quasi-static transmission error, one panel per stage, one curve per configuration.
+    """Draw the quasi-static transmission error, one panel per stage, one curve per configuration.
 
-    stages: title of the panel → configuration → curve.  Shorter periods are repeated up to the longest of the panel.
+    Parameters
+    ----------
+    stages : mapping of str to mapping of str to (array, array)
+        Title of the panel → configuration → wheel angle (n,) rad and transmission error (n,) m. Angles are uniform over
+        one period without the end point. Shorter periods are repeated up to the longest of the panel.
+    axes : sequence of Axes, optional
+        One per stage; those of a new figure by default.
+
+    Returns
+    -------
+    list of Axes
+        One per stage.
     """
     require(len(stages) > 0, "no transmission error given: at least one stage is needed")
     drawn = panels(len(stages), axes, height=3.0, share="")
@@ -33,7 +44,7 @@ def transmission_errors(stages: Mapping[str, Mapping[str, Curve]], *, axes: Sequ
                 np.degrees(np.r_[turned, turned[0] + repeats * _period(angle)]),
                 1e6 * np.r_[np.tile(error, repeats), error[0]],
                 color=colour(index),
-                # Curves that coincide stay visible: the earlier one as a rim around the later one.
+                # coinciding curves stay visible: the earlier one as a rim around the later one
                 linewidth=1.6 + 2.0 * (len(curves) - 1 - index),
                 label=f"{name}: {swing:.3g} µm peak to peak",
             )
@@ -47,7 +58,20 @@ def transmission_errors(stages: Mapping[str, Mapping[str, Curve]], *, axes: Sequ
 
 @styled
 def mesh_law_map(law: MeshLaw, *, axes: Sequence[Axes] | None = None) -> list[Axes]:
-    """Force over wheel angle and deflection; the lines of equal force are transmission errors, one per load."""
+    """Draw force over wheel angle and deflection; lines of equal force are transmission errors, one per load.
+
+    Parameters
+    ----------
+    law : MeshLaw
+        Mesh law.
+    axes : sequence of Axes, optional
+        One; that of a new figure by default.
+
+    Returns
+    -------
+    list of Axes
+        One.
+    """
     (ax,) = panels(1, axes, height=5.0)
     angle = np.degrees(np.r_[law.angle, law.period])
     force = 1e-3 * np.vstack([law.force, law.force[:1]])
@@ -69,5 +93,5 @@ def mesh_law_map(law: MeshLaw, *, axes: Sequence[Axes] | None = None) -> list[Ax
 
 
 def _period(angle: FloatArray) -> float:
-    """Period of uniform samples without the end point."""
+    """Return the period of uniform samples without the end point."""
     return float(angle[-1] - angle[0]) * len(angle) / (len(angle) - 1)

@@ -1,4 +1,4 @@
-"""Which orders a spectrum marks: mesh orders with their harmonics, and the sidebands that slots leave beside them."""
+"""Marked orders of a spectrum: mesh orders with their harmonics, and the sidebands due to slots."""
 
 from __future__ import annotations
 
@@ -13,16 +13,23 @@ from nvhchain.handoff import FloatArray
 from nvhchain.plots._style import MARK_LINES
 
 MATCH = 1e-3
-"""Orders closer than this are the same: a line of the steady spectrum is 2/41 of an order from the next."""
+"""Largest distance of equal orders; lines of the steady spectrum are 2/41 of an order apart."""
 
 
 @dataclass(frozen=True)
 class OrderMarks:
     """Orders of the input shaft to mark.
 
-    mesh: name of a stage → its mesh order.  slots: name of a stage → orders between its sidebands, that is slots
-    per turn of their gear times that shaft's order.  sidebands: how many on each side of a mesh harmonic.
-    slotted: configurations that have slots, on whose lines sidebands are marked; None: all.
+    Parameters
+    ----------
+    mesh : mapping of str to float
+        Stage → its mesh order.
+    slots : mapping of str to float
+        Stage → distance (orders) of its sidebands: slots per turn of their gear times that shaft's order.
+    sidebands : int
+        Number on each side of a mesh harmonic.
+    slotted : tuple of str, optional
+        Configurations with slots, whose sidebands are marked; all by default.
     """
 
     mesh: Mapping[str, float] = field(default_factory=dict)
@@ -37,16 +44,16 @@ class OrderMarks:
         require(not unknown, f"slots of {sorted(unknown)} belong to no mesh: the stages are {sorted(self.mesh)}")
 
     def harmonics(self, stage: str, highest: float) -> FloatArray:
-        """Mesh orders 1 ×, 2 ×, … of `stage` up to order `highest`."""
+        """Return mesh orders 1 ×, 2 ×, … of `stage` up to order `highest`."""
         return self.mesh[stage] * np.arange(1.0, int(highest / self.mesh[stage] + MATCH) + 1)
 
     def mesh_orders(self, highest: float) -> FloatArray:
-        """Mesh harmonics of all stages up to `highest`, sorted."""
+        """Return mesh harmonics of all stages up to `highest`, sorted."""
         orders = [self.harmonics(stage, highest) for stage in self.mesh]
         return np.unique(np.concatenate(orders)) if orders else np.empty(0)
 
     def sideband_orders(self, highest: float) -> FloatArray:
-        """Slot sidebands up to `highest`, sorted, without those that fall on a mesh harmonic."""
+        """Return slot sidebands up to `highest`, sorted, without those that fall on a mesh harmonic."""
         found = []
         for stage, spacing in self.slots.items():
             steps = spacing * np.r_[-self.sidebands : 0, 1 : self.sidebands + 1]
@@ -57,14 +64,14 @@ class OrderMarks:
 
 
 def matching(orders: FloatArray, wanted: FloatArray) -> np.ndarray:
-    """Which of `orders` are among `wanted`."""
+    """Return True for `orders` that are among `wanted`."""
     if not len(wanted):
         return np.zeros(len(orders), dtype=bool)
     return np.asarray(np.abs(orders[:, None] - wanted).min(axis=1) < MATCH)
 
 
 def draw_mesh_orders(ax: Axes, marks: OrderMarks, input_frequency: float) -> None:
-    """Vertical lines at the mesh harmonics of every stage within the frequency range (Hz) of `ax`."""
+    """Draw vertical lines at the mesh harmonics of every stage within the frequency range (Hz) of `ax`."""
     highest = ax.get_xlim()[1] / input_frequency
     for index, (stage, order) in enumerate(marks.mesh.items()):
         grey, dashes = MARK_LINES[index % len(MARK_LINES)]
@@ -80,7 +87,7 @@ def draw_mesh_orders(ax: Axes, marks: OrderMarks, input_frequency: float) -> Non
 
 
 def add_order_axis(ax: Axes, input_frequency: float) -> None:
-    """Order of the input shaft along the top; `input_frequency`: turns of the input shaft per second."""
+    """Add the order of the input shaft along the top; `input_frequency` is in turns of the input shaft per second."""
     top = ax.secondary_xaxis(
         "top", functions=(lambda f: np.divide(f, input_frequency), lambda order: np.multiply(order, input_frequency))
     )

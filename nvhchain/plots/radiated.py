@@ -1,4 +1,4 @@
-"""How well a surface radiates and where to, over frequency."""
+"""Radiation efficiency and directivity of a surface over frequency."""
 
 from __future__ import annotations
 
@@ -14,20 +14,30 @@ from nvhchain.handoff import Directivity, FloatArray, RadiationEfficiency
 from nvhchain.plots._style import colour, panels, styled
 
 _FEW = 40
-"""Lines up to which each one gets a mark."""
+"""Largest number of lines with a mark each."""
 
 _RANGE = 30.0
-"""dB below the largest index at which a polar diagram ends."""
+"""Range (dB) of a polar diagram below the largest index."""
 
 _ROUND = 0.01
-"""Largest distance of field points from a circle, in its radii."""
+"""Largest distance of field points from a circle, over its radius."""
 
 
 @styled
 def efficiency_spectrum(efficiencies: Mapping[str, RadiationEfficiency], *, axes: Axes | None = None) -> Axes:
-    """Radiation efficiency in dB, 10 lg σ, over frequency; 0 dB is that of plane waves.
+    """Draw the radiation efficiency in dB, 10 lg σ, over frequency; 0 dB is that of plane waves.
 
-    efficiencies: configuration → efficiency.
+    Parameters
+    ----------
+    efficiencies : mapping of str to RadiationEfficiency
+        Configuration → efficiency.
+    axes : Axes, optional
+        Axes; those of a new figure by default.
+
+    Returns
+    -------
+    Axes
+        Axes of the curves.
     """
     floor = np.finfo(float).tiny
     curves = {
@@ -38,9 +48,19 @@ def efficiency_spectrum(efficiencies: Mapping[str, RadiationEfficiency], *, axes
 
 @styled
 def directivity_spectrum(directivities: Mapping[str, Directivity], *, axes: Axes | None = None) -> Axes:
-    """Directivity index at every field point over frequency; 0 dB is that of a source that radiates evenly.
+    """Draw the directivity index at every field point over frequency; 0 dB is that of a source that radiates evenly.
 
-    directivities: configuration → directivity.
+    Parameters
+    ----------
+    directivities : mapping of str to Directivity
+        Configuration → directivity.
+    axes : Axes, optional
+        Axes; those of a new figure by default.
+
+    Returns
+    -------
+    Axes
+        Axes of the curves.
     """
     curves = {}
     for name, of in directivities.items():
@@ -55,11 +75,31 @@ def directivity_spectrum(directivities: Mapping[str, Directivity], *, axes: Axes
 def directivity_polar(
     directivities: Mapping[str, Directivity], at: Sequence[float], *, axes: PolarAxes | None = None
 ) -> PolarAxes:
-    """Directivity index over the angle at field points on a circle; 0 dB is that of a source that radiates evenly.
+    """Draw the directivity index over the angle at field points on a circle.
 
-    directivities: configuration → directivity, at the same points.  at: Hz; the nearest lines are drawn.  Angles count
-    from the coordinate axis that is named there, and end 30 dB below the largest index.
-    Raises InputError for fewer than six points and for points on no circle.
+    Parameters
+    ----------
+    directivities : mapping of str to Directivity
+        Configuration → directivity, at the same points.
+    at : sequence of float
+        Frequencies (Hz); the nearest lines are drawn.
+    axes : PolarAxes, optional
+        Axes; those of a new figure by default.
+
+    Returns
+    -------
+    PolarAxes
+        Axes of the diagram.
+
+    Raises
+    ------
+    InputError
+        For fewer than six points and for points on no circle.
+
+    Notes
+    -----
+    0 dB is the index of a source that radiates evenly. Angles count from the coordinate axis that is named there. The
+    diagram ends 30 dB below the largest index.
     """
     require(len(directivities) > 0, "nothing is given to draw: at least one configuration is needed")
     places = [of.points for of in directivities.values()]
@@ -102,8 +142,10 @@ def directivity_polar(
 
 
 def _on_circle(points: FloatArray) -> tuple[FloatArray, dict[int, str]]:
-    """Angles (n_point,) rad of points (n_point, 3) on a circle about its middle, from the coordinate axis that lies
-    nearest to its plane, and the names of the directions by degrees."""
+    """Return angles (n_point,) rad of points (n_point, 3) on a circle, and names of the directions by degrees.
+
+    Angles count about the circle's middle from the coordinate axis nearest to its plane.
+    """
     require(
         len(points) >= 6,
         f"{len(points)} field points make no polar diagram: give six or more on a circle, or leave `at` out",
@@ -136,7 +178,7 @@ def _on_circle(points: FloatArray) -> tuple[FloatArray, dict[int, str]]:
 
 
 def _curves(curves: Mapping[str, tuple[FloatArray, FloatArray]], label: str, axes: Axes | None) -> Axes:
-    """Name → frequency (n_f,) Hz and value (n_f,) dB; what lies far below the rest is cut off."""
+    """Draw name → frequency (n_f,) Hz and value (n_f,) dB; values far below the rest are cut off."""
     require(len(curves) > 0, "nothing is given to draw: at least one configuration is needed")
     (ax,) = panels(1, None if axes is None else [axes])
     for index, (name, (frequency, value)) in enumerate(curves.items()):

@@ -20,16 +20,16 @@ if TYPE_CHECKING:
     from nvhchain.error_band import ErrorBand
 
 APART = 1.6
-"""Points between the stems of two configurations at the same frequency."""
+"""Distance (points) between the stems of two configurations at the same frequency."""
 
 HEADROOM = 12.0
-"""dB above the strongest line, for the overall levels."""
+"""Space (dB) above the strongest line for the overall levels."""
 
 SILENCE = 1e-300
-"""Energy over that of 0 dB which is written for none."""
+"""Least energy over that of 0 dB; it stands for silence."""
 
 LIMITED = 20.0
-"""dB below the strongest line of a configuration down to which lines have their limits drawn: more hide the rest."""
+"""Range (dB) of lines with limits below the strongest line of a configuration; more would hide the rest."""
 
 
 @styled
@@ -42,11 +42,27 @@ def pressure_spectrum(
     bands: Mapping[str, ErrorBand] | None = None,
     axes: Sequence[Axes] | None = None,
 ) -> list[Axes]:
-    """Sound pressure level of every line, unweighted above and A-weighted below.
+    """Draw the sound pressure level of every line, unweighted above and A-weighted below.
 
-    pressures: configuration → pressure.  marks: orders to mark; needs one input speed common to all.
-    point: index of the field point.  dynamic_range: dB shown below the strongest line.  bands: configuration → error
-    band: limits of its strong lines and of its level in dB(A).
+    Parameters
+    ----------
+    pressures : mapping of str to FieldPressure
+        Configuration → pressure.
+    marks : OrderMarks, optional
+        Orders to mark, if all configurations have one input speed.
+    point : int
+        Index of the field point.
+    dynamic_range : float
+        Range (dB) below the strongest line.
+    bands : mapping of str to ErrorBand, optional
+        Configuration → error band, for the limits of its strong lines and of its level in dB(A).
+    axes : sequence of Axes, optional
+        Two; those of a new figure by default.
+
+    Returns
+    -------
+    list of Axes
+        Two.
     """
     heard = {name: (field.frequency, levels.decibel(field.pressure[:, point])) for name, field in pressures.items()}
     limits = {
@@ -65,7 +81,20 @@ def power_spectrum(
     dynamic_range: float = 70.0,
     axes: Sequence[Axes] | None = None,
 ) -> list[Axes]:
-    """Sound power level of every line, unweighted above and A-weighted below; the rest as in `pressure_spectrum`."""
+    """Draw the sound power level of every line, unweighted above and A-weighted below.
+
+    Parameters
+    ----------
+    powers : mapping of str to SoundPower
+        Configuration → sound power.
+    marks, dynamic_range, axes
+        As in `pressure_spectrum`.
+
+    Returns
+    -------
+    list of Axes
+        Two.
+    """
     lines = {name: (of.frequency, levels.power_level(of.power)) for name, of in powers.items()}
     return _plain_and_weighted(lines, "W", "1 pW", _common_input_frequency(powers), marks, dynamic_range, axes)
 
@@ -80,9 +109,9 @@ def _plain_and_weighted(
     axes: Sequence[Axes] | None,
     limits: Mapping[str, tuple[FloatArray, FloatArray]] | None = None,
 ) -> list[Axes]:
-    """Two panels of levels, configuration → (frequency (n_f,) Hz, level (n_f,) dB), without and with A-weighting.
+    """Draw two panels of levels, configuration → (frequency (n_f,) Hz, level (n_f,) dB), without and with A-weighting.
 
-    limits: configuration → (of the lines (n_f, 2) dB, of the overall level (2,) dB(A)).
+    limits : configuration → limits of the lines (n_f, 2) dB, and of the overall level (2,) dB(A).
     """
     limits = limits or {}
     require(len(plain) > 0, "nothing is given to draw: at least one configuration is needed")
@@ -125,9 +154,23 @@ def bearing_force_spectra(
     decades: float = 4.0,
     axes: Sequence[Axes] | None = None,
 ) -> list[Axes]:
-    """Force on the housing at every bearing, one panel each: √(|F_x|² + |F_y|² + |F_z|²), N peak.
+    """Draw the force on the housing at every bearing, one panel each: √(|F_x|² + |F_y|² + |F_z|²), N peak.
 
-    spectra: configuration → spectrum, all with the same bearings.  decades: shown below the strongest line.
+    Parameters
+    ----------
+    spectra : mapping of str to ForceSpectrum
+        Configuration → spectrum, all with the same bearings.
+    marks : OrderMarks, optional
+        As in `pressure_spectrum`.
+    decades : float
+        Range below the strongest line.
+    axes : sequence of Axes, optional
+        One per bearing; those of a new figure by default.
+
+    Returns
+    -------
+    list of Axes
+        One per bearing.
     """
     require(len(spectra) > 0, "no force spectrum given: at least one configuration is needed")
     names = next(iter(spectra.values())).names
@@ -163,7 +206,7 @@ def bearing_force_spectra(
 def _common_input_frequency(
     handoffs: Mapping[str, FieldPressure] | Mapping[str, ForceSpectrum] | Mapping[str, SoundPower],
 ) -> float:
-    """Turns per second of the input shaft, 0 where the configurations do not share one."""
+    """Return the turns of the input shaft per second, 0 if the configurations have different ones."""
     speeds = {round(h.input_speed, 9) for h in handoffs.values()}
     return speeds.pop() / (2.0 * np.pi) if len(speeds) == 1 else 0.0
 
@@ -175,9 +218,9 @@ def _draw(
     marks: OrderMarks | None,
     limits: Mapping[str, FloatArray] | None = None,
 ) -> list[Line2D]:
-    """Stems of all configurations side by side with heads at the marked orders; returns what a legend shows.
+    """Draw stems of all configurations side by side with heads at the marked orders; return the legend's entries.
 
-    limits: configuration → (n_f, 2) in the unit of its lines, drawn at those within `LIMITED` of the strongest.
+    limits : configuration → (n_f, 2) in the unit of its lines, drawn at those within `LIMITED` of the strongest.
     """
     floor = ax.get_ylim()[0]
     ax.set_xlim(0.0, 1.01 * max(frequency[-1] for frequency, _ in lines.values()))
@@ -233,7 +276,7 @@ def _draw(
 
 
 def _legend_below(ax: Axes, handles: list[Line2D]) -> None:
-    """One legend for the whole figure, outside the axes: inside, it would hide lines."""
+    """Add one legend for the whole figure outside the axes, where it hides no lines."""
     figure = ax.get_figure(root=True)
     assert figure is not None
     if handles:

@@ -19,10 +19,21 @@ def levels_over_speed(
     dynamic_range: float = 60.0,
     axes: Sequence[Axes] | None = None,
 ) -> list[Axes]:
-    """One panel per quantity, one line per configuration.
+    """Draw levels over the input speed, one panel per quantity, one line per configuration.
 
-    profiles: configuration → quantity with its unit → speed (n,) rad/s and level (n,) dB; the same quantities in all.
-    dynamic_range: dB shown below the highest level of a panel.
+    Parameters
+    ----------
+    profiles : mapping of str to mapping of str to (array, array)
+        Configuration → quantity with its unit → speed (n,) rad/s and level (n,) dB; the same quantities in all.
+    dynamic_range : float
+        Range (dB) below the highest level of a panel.
+    axes : sequence of Axes, optional
+        One per quantity; those of a new figure by default.
+
+    Returns
+    -------
+    list of Axes
+        One per quantity.
     """
     require(len(profiles) > 0, "no profile given: at least one configuration is needed")
     quantities = list(next(iter(profiles.values())))

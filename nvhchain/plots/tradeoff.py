@@ -1,4 +1,4 @@
-"""What accuracy costs: error against time of every variant of a sweep, and those that no other one beats."""
+"""Cost of accuracy: error against time of every variant of a sweep, and the front of the best variants."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from nvhchain.errors import require
 from nvhchain.plots._style import colour, panels, styled
 
 FLOOR = 1e-4
-"""dB, below which errors are drawn at this value."""
+"""Least drawn error (dB)."""
 
 NAMED = 12
-"""Most variants whose names are written beside their points: those on the front."""
+"""Largest number of variants on the front with their names beside the points."""
 
 
 @styled
@@ -28,10 +28,12 @@ def accuracy_cost(
     error_name: str = "worst mesh harmonic",
     axes: Sequence[Axes] | None = None,
 ) -> list[Axes]:
-    """Error over time, one colour per group, with the front of the variants that no other beats in both.
+    """Draw error over time, one colour per group, with the front of the variants that no other beats in both.
 
-    seconds: group → processor s of its variants.  errors: group → dB, of either sign.  names: group → what each is
-    called; those on the front are written out.  base_seconds: s of the yardstick, whose error is none.
+    seconds : group → processor time of its variants (s).
+    errors : group → errors (dB), of either sign.
+    names : group → names of its variants; those on the front are drawn.
+    base_seconds : processor time (s) of the yardstick, which has no error.
     """
     require(
         len(seconds) > 0 and all(len(seconds[g]) == len(errors[g]) == len(names[g]) for g in seconds),
@@ -74,7 +76,7 @@ def accuracy_cost(
 
 
 def _front(points: Sequence[tuple[float, float]]) -> list[int]:
-    """Indices of the points that no other one beats in both coordinates, from the quickest on."""
+    """Return indices of the points that no other one beats in both coordinates, the quickest first."""
     best, front = np.inf, []
     for i in sorted(range(len(points)), key=lambda i: points[i]):
         if points[i][1] < best:

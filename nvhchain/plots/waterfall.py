@@ -16,7 +16,7 @@ from nvhchain.plots.orders import OrderMarks
 from nvhchain.spectrum import Waterfall
 
 ACROSS = 700
-"""Lines that a map can show side by side; of more, the strongest of neighbours is shown, so that none is lost."""
+"""Largest number of lines side by side in a map; of more lines, the strongest of neighbours is drawn."""
 
 
 @styled
@@ -28,11 +28,26 @@ def waterfall_maps(
     dynamic_range: float = 70.0,
     axes: Sequence[Axes] | None = None,
 ) -> list[Axes]:
-    """One panel per configuration with a common colour scale; speed upwards, frequency or order to the right.
+    """Draw waterfalls, one panel per configuration with a common colour scale.
 
-    waterfalls: configuration → waterfall, all against frequency or all against order; amplitudes of several channels
-    are added in energy.  unit: of the signal, such as `N`; levels are dB re 1 of it, peak.  marks: mesh orders to draw,
-    rays in a map of frequencies, upright lines in one of orders.  dynamic_range: dB shown below the strongest line.
+    Parameters
+    ----------
+    waterfalls : mapping of str to Waterfall
+        Configuration → waterfall, all against frequency or all against order. Amplitudes of several channels are added
+        in energy.
+    unit : str
+        Unit of the signal, such as `N`; levels are dB re 1 of it, peak.
+    marks : OrderMarks, optional
+        Mesh orders to draw: rays in a map of frequencies, upright lines in a map of orders.
+    dynamic_range : float
+        Range (dB) below the strongest line.
+    axes : sequence of Axes, optional
+        One per configuration; those of a new figure by default.
+
+    Returns
+    -------
+    list of Axes
+        One per configuration, with speed upwards and frequency or order to the right.
     """
     require(len(waterfalls) > 0, "no waterfall given: at least one configuration is needed")
     kinds = {of.of_orders for of in waterfalls.values()}
@@ -66,21 +81,21 @@ def waterfall_maps(
         figure.colorbar(image, ax=ax, label=f"dB re 1 {unit}")
         handles = _draw_orders(ax, of, marks) if marks is not None else []
         if handles and ax is drawn[0]:
-            # below the figure: inside, it would hide what it explains
+            # below the figure: inside, it would hide the orders
             figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
     drawn[-1].set_xlabel("order of the input shaft" if kinds == {True} else "frequency / Hz")
     return drawn
 
 
 def _strongest(axis: FloatArray, size: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """`axis` (n,) and `size` (n_window, n) with every few lines put together, so that at most `ACROSS` are left."""
+    """Return `axis` (n,) and `size` (n_window, n) with neighbouring lines merged to at most `ACROSS`."""
     few = -(-len(axis) // ACROSS)
     first = np.arange(0, len(axis), few)
     return np.add.reduceat(axis, first) / np.diff(np.append(first, len(axis))), np.maximum.reduceat(size, first, axis=1)
 
 
 def _draw_orders(ax: Axes, of: Waterfall, marks: OrderMarks) -> list[Line2D]:
-    """Short strokes at the upper edge at the mesh harmonics of every stage; returns what a legend shows."""
+    """Draw short strokes at the upper edge at the mesh harmonics of every stage; return the legend's entries."""
     top, right = float(of.input_speed.max()) * 60.0 / (2.0 * np.pi), float(of.axis[-1])
     handles = []
     for index, (stage, order) in enumerate(marks.mesh.items()):

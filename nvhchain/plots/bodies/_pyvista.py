@@ -1,8 +1,8 @@
-"""The door to pyvista: a shaded picture of a coloured triangle mesh, rendered in a process of its own.
+"""Interface to pyvista: a shaded picture of a coloured triangle mesh, rendered in a process of its own.
 
-Off-screen VTK without EGL or OSMesa ends in a segmentation fault, not in an exception. In its own process that is a
-return code, and the caller draws with matplotlib instead. This file is the program of that process: run as a file, it
-does not wait for the rest of the package, which takes longer to import than the picture.
+Off-screen VTK without EGL or OSMesa ends in a segmentation fault, not in an exception. In a process of its own that is
+a return code, and matplotlib draws instead. This file is the program of that process. Run as a file, it does not import
+the rest of the package, which takes longer than the picture.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ if TYPE_CHECKING:
     from nvhchain.handoff import FloatArray, Surface
 
 SECONDS = 120.0
-"""Time a picture may take; VTK alone needs several seconds to load on a cold disk."""
+"""Time limit of a picture (s); VTK alone needs several seconds to load on a cold disk."""
 
 
 def render(surface: Surface, colours: FloatArray, towards: FloatArray) -> np.ndarray | None:
-    """Picture (height, width, 3) uint8 of `surface`, or None where this machine cannot render off screen.
+    """Return a picture (height, width, 3) uint8 of `surface`, or None if this machine cannot render off screen.
 
-    colours: (n_face, 3) red, green, blue in 0 … 1, shown as they are.
-    towards: (3,) direction from the body to the viewer; y is up.
+    colours : (n_face, 3) red, green, blue in 0 … 1, without lighting.
+    towards : (3,) direction from the body to the viewer; y is up.
     """
     scene = io.BytesIO()
     np.savez(
@@ -42,7 +42,7 @@ def render(surface: Surface, colours: FloatArray, towards: FloatArray) -> np.nda
         return None
     try:
         image: np.ndarray = np.load(io.BytesIO(done.stdout))
-    except (OSError, EOFError, ValueError):  # nothing, or not all
+    except (OSError, EOFError, ValueError):  # no output, or only a part
         return None
     drawn = np.any(image < 255, axis=2)
     if not drawn.any():
@@ -52,7 +52,7 @@ def render(surface: Surface, colours: FloatArray, towards: FloatArray) -> np.nda
 
 
 def _draw() -> None:
-    """Body of the rendering process: what VTK prints goes to stderr."""
+    """Draw in the rendering process; output of VTK goes to stderr."""
     answer = os.dup(1)
     os.dup2(2, 1)
     import pyvista

@@ -1,6 +1,6 @@
-"""The door to pyvista for moving surfaces: many pictures of one mesh from one process (`_pyvista` makes one).
+"""Interface to pyvista for moving surfaces: many pictures of one mesh from one process (`_pyvista` makes one picture).
 
-As there, the process runs this file alone: the rest of the package takes longer to import than pictures to make.
+The process runs this file alone, because importing the rest of the package takes longer than the pictures.
 """
 
 from __future__ import annotations
@@ -18,16 +18,18 @@ if TYPE_CHECKING:
     from nvhchain.handoff import FloatArray, IntArray
 
 SECONDS, SECONDS_PER_FRAME = 120.0, 2.0
-"""Time the pictures may take."""
+"""Time limit of the pictures (s)."""
 
 
 def render_frames(
     vertices: FloatArray, triangles: IntArray, colours: FloatArray, towards: FloatArray
 ) -> np.ndarray | None:
-    """Pictures (n_frame, height, width, 3) uint8, cropped alike, or None where this machine cannot render off screen.
+    """Return pictures (n_frame, height, width, 3) uint8, all cropped alike, or None if off-screen rendering fails.
 
-    vertices: (n_frame, n_v, 3).  triangles: (n_face, 3).  colours: (n_frame, n_face, 3) in 0 … 1.
-    towards: (3,) direction from the body to the viewer; y is up.
+    vertices : (n_frame, n_v, 3) positions.
+    triangles : (n_face, 3) corners.
+    colours : (n_frame, n_face, 3) red, green, blue in 0 … 1.
+    towards : (3,) direction from the body to the viewer; y is up.
     """
     scene = io.BytesIO()
     painted = np.round(255 * colours).astype(np.uint8)
@@ -37,7 +39,7 @@ def render_frames(
         return None
     try:
         images: np.ndarray = np.load(io.BytesIO(done.stdout))
-    except (OSError, EOFError, ValueError):  # nothing, or not all
+    except (OSError, EOFError, ValueError):  # no output, or only a part
         return None
     drawn = np.any(images < 255, axis=(0, 3))
     if not drawn.any():
@@ -47,7 +49,7 @@ def render_frames(
 
 
 def _draw() -> None:
-    """Body of the rendering process: what VTK prints goes to stderr."""
+    """Draw in the rendering process; output of VTK goes to stderr."""
     answer = os.dup(1)
     os.dup2(2, 1)
     import pyvista

@@ -26,7 +26,7 @@ from nvhchain.runtime.extras import check_installed
 
 COLOUR_MAP = "RdBu_r"
 BEND = 0.06
-"""Largest displacement in the picture, in parts of the body's diagonal."""
+"""Largest displacement in the picture over the body's diagonal."""
 
 _ENGINES = ("auto", "pyvista", "matplotlib")
 
@@ -40,10 +40,23 @@ def mode_shapes(
     azimuth: float = 0.6,
     engine: str = "auto",
 ) -> list[Axes]:
-    """Some modes, one panel each: red moves outward while blue moves inward.
+    """Draw mode shapes, one panel each: red moves outward while blue moves inward.
 
-    modes: numbers from 0, the first six by default.  elevation, azimuth: rad, of the viewer above the xz-plane and from
-    +z towards +x.  engine: `pyvista`, `matplotlib`, or `auto`, the first where it can render off screen.
+    Parameters
+    ----------
+    housing : ReducedHousing
+        Housing.
+    modes : sequence of int, optional
+        Numbers of the modes from 0; the first six by default.
+    elevation, azimuth : float
+        Direction of the viewer (rad): above the xz-plane, and from +z towards +x.
+    engine : {"auto", "pyvista", "matplotlib"}
+        Renderer; "auto" is pyvista if it can render off screen, else matplotlib.
+
+    Returns
+    -------
+    list of Axes
+        One per mode.
     """
     count = len(housing.natural_frequency)
     require(count > 0, "the housing has no modes, only residual flexibility: no mode shapes to draw")
@@ -73,9 +86,23 @@ def operating_shape(
     azimuth: float = 0.6,
     engine: str = "auto",
 ) -> Axes:
-    """Normal velocity at one line at the instant of most motion, mm/s; the body is bent in proportion to it.
+    """Draw the normal velocity at one line at the instant of most motion; the body is bent in proportion to it.
 
-    line: number of the frequency, the strongest by default.  name: for the title.  The rest as in `mode_shapes`.
+    Parameters
+    ----------
+    velocity : SurfaceVelocity
+        Surface velocity.
+    line : int, optional
+        Index of the frequency; the strongest line by default.
+    name : str
+        Name in the title.
+    elevation, azimuth, engine
+        As in `mode_shapes`.
+
+    Returns
+    -------
+    Axes
+        Axes with a colour bar in mm/s.
     """
     line = strongest_line(velocity) if line is None else line
     v = _at_its_largest(velocity.normal_velocity[line], velocity.surface)
@@ -103,9 +130,27 @@ def animate(
     azimuth: float = 0.6,
     engine: str = "auto",
 ) -> Path:
-    """One period of a normal motion (n_face,), real for a mode, complex for an operating shape, as an endless GIF.
+    """Write one period of a normal motion as an endless GIF.
 
-    path: ends in .gif.  frames: 4 … 200 per period.  seconds: one period takes in the picture.
+    Parameters
+    ----------
+    surface : Surface
+        Radiating surface.
+    normal_motion : (n_face,) array
+        Real for a mode, complex for an operating shape.
+    path : str or Path
+        File that ends in .gif.
+    frames : int
+        Pictures per period, 4 … 200.
+    seconds : float
+        Duration of one period in the picture (s).
+    elevation, azimuth, engine
+        As in `mode_shapes`.
+
+    Returns
+    -------
+    Path
+        Path of the file.
     """
     from PIL import Image
 
@@ -131,7 +176,7 @@ def animate(
 
 
 def _at_its_largest(motion: ComplexArray, surface: Surface) -> ComplexArray:
-    """The motion with its phase turned so that its real part carries most of it."""
+    """Return the motion with a phase that makes its real part carry most of it."""
     moment = np.sum(surface.areas * motion**2)
     turned = motion * np.exp(-0.5j * np.angle(moment))
     return np.asarray(turned)
@@ -145,7 +190,7 @@ def _pictures(
     azimuth: float,
     engine: str,
 ) -> np.ndarray:
-    """Pictures (n, height, width, 3) uint8 of states (n, n_face); the peak of `scale` (n, n_face) is full scale."""
+    """Return pictures (n, height, width, 3) uint8 of states (n, n_face); full scale is the peak of `scale`."""
     require(engine in _ENGINES, f"engine = {engine!r}: use {', '.join(_ENGINES)}")
     if engine == "pyvista":
         check_installed("pyvista")
@@ -168,7 +213,7 @@ def _pictures(
 
 
 def _shaded(state: FloatArray, vertices: FloatArray, surface: Surface, towards: FloatArray) -> FloatArray:
-    """Colours (n_face, 3) of a state in −1 … 1, mildly lit from above the viewer's left."""
+    """Return colours (n_face, 3) of a state in −1 … 1, mildly lit from above the viewer's left."""
     colour = np.asarray(colormaps[COLOUR_MAP](0.5 + 0.5 * state))[:, :3]
     corners = vertices[surface.triangles]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -186,7 +231,7 @@ def _drawn(
     elevation: float,
     azimuth: float,
 ) -> np.ndarray:
-    """The same picture by matplotlib, (height, width, 3) uint8."""
+    """Return the same picture by matplotlib, (height, width, 3) uint8."""
     figure = Figure(figsize=(6.0, 4.6), dpi=150)
     ax = figure.add_axes((0.0, 0.0, 1.0, 1.0), projection="3d", proj_type="ortho")
     faces = Poly3DCollection(vertices[surface.triangles], facecolors=colours, edgecolors=colours, linewidths=0.3)

@@ -1,4 +1,4 @@
-"""A picture of the radiating surface, coloured by the level of its normal velocity at one line."""
+"""Picture of the radiating surface, coloured by the level of its normal velocity at one line."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ COLOUR_MAP = "inferno"
 
 
 def strongest_line(velocity: SurfaceVelocity) -> int:
-    """Index of the line with the largest area-weighted mean square normal velocity."""
+    """Return the index of the line with the largest area-weighted mean square normal velocity."""
     power = (np.abs(velocity.normal_velocity) ** 2) @ velocity.surface.areas
     return int(np.argmax(np.where(velocity.frequency > 0.0, power, -1.0)))
 
 
 @dataclass(frozen=True, eq=False)
 class _View:
-    """What is seen at one line.  colours: (n_face, 3).  towards: (3,) from the body to the viewer."""
+    """View at one line: colour scale, colours (n_face, 3), and direction (3,) from the body to the viewer."""
 
     scale: ScalarMappable
     colours: FloatArray
@@ -46,10 +46,21 @@ def rendered_surface(
     elevation: float = 0.45,
     azimuth: float = 0.6,
 ) -> np.ndarray | None:
-    """Picture (height, width, 3) uint8 for `surface_velocity` with these arguments, from a process of its own, or None
-    where this machine cannot render off screen.
+    """Return the picture for `surface_velocity`, rendered in a process of its own.
 
-    It draws in no figure: a thread may wait for it while others are drawn.
+    Parameters
+    ----------
+    velocity, line, dynamic_range, elevation, azimuth
+        As in `surface_velocity`.
+
+    Returns
+    -------
+    (height, width, 3) array of uint8 or None
+        Picture; None if this machine cannot render off screen.
+
+    Notes
+    -----
+    No figure is used: a thread may wait for the picture while others are drawn.
     """
     view = _view(velocity, strongest_line(velocity) if line is None else line, dynamic_range, elevation, azimuth)
     return _pyvista.render(velocity.surface, view.colours, view.towards)
@@ -61,7 +72,7 @@ def _view(velocity: SurfaceVelocity, line: int, dynamic_range: float, elevation:
     scale = ScalarMappable(Normalize(top - dynamic_range, top), colormaps[COLOUR_MAP])
     towards = np.array([np.cos(elevation) * np.sin(azimuth), np.sin(elevation), np.cos(elevation) * np.cos(azimuth)])
     light = towards + np.array([-0.6 * np.cos(azimuth), 0.5, 0.6 * np.sin(azimuth)])
-    # Mild: the colour still has to be found again in the colour bar.
+    # mild shading, so that colours can still be compared with the colour bar
     shade = 0.65 + 0.35 * np.clip(velocity.surface.normals @ (light / np.linalg.norm(light)), 0.0, 1.0)
     return _View(scale, np.asarray(scale.to_rgba(level))[:, :3] * shade[:, None], towards)
 
@@ -78,12 +89,27 @@ def surface_velocity(
     engine: str = "auto",
     image: np.ndarray | None = None,
 ) -> Axes:
-    """Level of the normal velocity on every face, dB re 1 nm/s (RMS), at one frequency.
+    """Draw the level of the normal velocity on every face at one frequency.
 
-    line: index of the frequency, the strongest by default.  name: of the configuration, for the title.
-    elevation, azimuth: rad, of the viewer above the xz-plane and from +z towards +x.  engine: `pyvista`,
-    `matplotlib`, or `auto`: the first where it can render off screen, else the second.  image: what
-    `rendered_surface` made of the same arguments; without one the engine draws.
+    Parameters
+    ----------
+    velocity : SurfaceVelocity
+        Surface velocity.
+    line : int, optional
+        Index of the frequency; the strongest line by default.
+    name : str
+        Name of the configuration in the title.
+    dynamic_range : float
+        Range of the colours (dB).
+    elevation, azimuth, engine
+        As in `mode_shapes`.
+    image : array, optional
+        Picture from `rendered_surface` with the same arguments; drawn by the engine by default.
+
+    Returns
+    -------
+    Axes
+        Axes with a colour bar in dB re 1 nm/s (RMS).
     """
     require(engine in ("auto", "pyvista", "matplotlib"), f"engine = {engine!r}: use auto, pyvista or matplotlib")
     if engine == "pyvista":
@@ -113,18 +139,18 @@ def surface_velocity(
 def _draw(
     figure: Figure, surface: Surface, colours: FloatArray, towards: FloatArray, elevation: float, azimuth: float
 ) -> Axes:
-    """The faces that look at the viewer, sorted by depth."""
+    """Draw the faces towards the viewer, sorted by depth."""
     ax = figure.add_subplot(projection="3d", proj_type="ortho")
     facing = surface.normals @ towards > 0.0
     corners, hue = surface.vertices[surface.triangles[facing]], colours[facing]
-    # Edges in the colour of their face close the hairlines that antialiasing leaves between neighbours.
+    # edges in the colour of their face close the hairlines that antialiasing leaves between neighbours
     ax.add_collection3d(Poly3DCollection(corners, facecolors=hue, edgecolors=hue, linewidths=0.3))
     low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
     ax.set_xlim(low[0], high[0])
     ax.set_ylim(low[1], high[1])
     ax.set_zlim(low[2], high[2])
-    # With y vertical, matplotlib measures the azimuth from +z towards +x. The aspect counts from the vertical axis,
-    # which must be known before.
+    # with y vertical, matplotlib measures the azimuth from +z towards +x; the aspect counts from the vertical axis,
+    # which must be set before
     ax.view_init(elev=np.degrees(elevation), azim=np.degrees(azimuth), vertical_axis="y")
     ax.set_box_aspect(tuple(high - low), zoom=1.1)
     ax.set_axis_off()

@@ -106,6 +106,7 @@ def sound_of_bead(bead, edge, air):
     return vectors.vectors[0][:, len(cube.triangles) :], vectors.provenance
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("edge", [0.015, 0.01])
 def test_a_small_body_beside_coarse_triangles_errs_as_stated_where_it_shakes_towards_them(bead, edge, air):
     (exact, fine), (found, coarse) = (sound_of_bead(bead, size, air) for size in (0.0025, edge))

@@ -147,6 +147,7 @@ def test_waves_on_walls_are_measured_in_mean_edges_of_their_body():
     assert np.sqrt(found) == pytest.approx(np.sqrt([np.mean(squares), *squares, 0.0]), rel=0.08)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("across", "thick", "motion", "least"),
     [

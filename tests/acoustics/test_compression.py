@@ -57,9 +57,8 @@ def dense(matrix):
     return matrix.apply(np.eye(matrix.shape[1], dtype=complex))
 
 
-@pytest.mark.parametrize(
-    "error", [pytest.param(1e-2, marks=pytest.mark.slow), 1e-3, pytest.param(1e-5, marks=pytest.mark.slow), 1e-6]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("error", [1e-2, 1e-3, 1e-5, 1e-6])
 def test_error_is_what_was_asked_for_and_not_much_less(body, error):
     surface, _, a, b = body
     for values, columns in ((a, surface.vertices), (b, surface.centroids)):
@@ -81,6 +80,7 @@ def test_every_row_keeps_the_error_also_where_triangles_are_small():
     assert error.max() < 5e-3
 
 
+@pytest.mark.slow
 def test_transposed_product_is_that_of_the_same_matrix(body):
     surface, _, _, b = body
     matrix = compressed(surface.vertices, surface.centroids, b, 1e-6)
@@ -103,7 +103,8 @@ def test_a_rigid_plane_is_part_of_the_compressed_matrices(body, air):
     assert np.abs(found - exact).max() < 2e-5 * np.abs(exact).max()
 
 
-@pytest.mark.parametrize("per_wavelength", [pytest.param(4.0, marks=pytest.mark.slow), 6.0, 20.0])
+@pytest.mark.slow
+@pytest.mark.parametrize("per_wavelength", [4.0, 6.0, 20.0])
 def test_estimated_size_is_that_of_the_matrices(body, per_wavelength):
     surface, _, _, _ = body
     knobs = replace(FIDELITY, elements_per_wavelength=per_wavelength)

@@ -39,7 +39,9 @@ ABOVE = POINTS[POINTS[:, 2] > -0.15]
 LOW = np.array([400.0])
 
 
-@pytest.fixture(scope="session", params=tuple(ENGINES))
+@pytest.fixture(
+    scope="session", params=[*sorted(set(ENGINES) - {"bempp"}), pytest.param("bempp", marks=pytest.mark.slow)]
+)
 def solved(request):
     """Transfer vectors of all bodies, one direct solution and one scattered field of an engine."""
     engine = request.param

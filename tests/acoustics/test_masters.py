@@ -132,6 +132,7 @@ def test_peaks_predicted_between_masters_are_tested_before_they_are_trusted(reso
     assert error_db(atv, lines, fidelity).max() < 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("low", "high", "tolerance"), [(50.0, 2193.0, 1.0), (21.0, 2108.0, 0.3)])
 def test_two_resonances_closer_to_each_other_than_masters_are_both_found(low, high, tolerance, air):
     """A cavity of 90 mm with sides that differ by 0.3 and 0.6 %: resonances at 1923 and 1938 Hz, 6 and 8 Hz wide. With

@@ -65,6 +65,7 @@ def levels(pressure):
     return 20 * np.log10(np.abs(pressure.pressure).max(axis=1))
 
 
+@pytest.mark.slow
 def test_the_mesh_does_not_damp_the_air_in_a_cavity(heard):
     """With −j/k between the two equations the coarse mesh gave 3.7 dB less than the other, and that 5 dB too little."""
     coarse, fine = (levels(pressure) for pressure in heard)

@@ -99,6 +99,7 @@ def decibels(second, first):
     return np.abs(20 * np.log10(b[strong] / a[strong])).max(), abs(second.overall[0] - first.overall[0])
 
 
+@pytest.mark.slow
 def test_modal_results_with_residual_vectors_sound_as_the_solid_model(modal_results):
     """On the same radiating surface, to the digits of the file: the skin moves by the same parabolas."""
     fidelity, first, folder = modal_results

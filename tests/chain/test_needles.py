@@ -54,6 +54,7 @@ def case(tmp_path):
     return load
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("motion", ["pulsation = 1.0", "velocity = [1.0, 0, 0]", "velocity = [0, 0, 1.0]"])
 def test_long_needles_err_by_less_than_is_stated(case, motion):
     """Against a mesh of even triangles, 2240, with the volume of the polygon that both are."""
@@ -137,6 +138,7 @@ def test_cut_edges_leave_the_surface_closed_and_as_large():
     assert made.areas.sum() == pytest.approx(given.areas.sum(), rel=1e-12)
 
 
+@pytest.mark.slow
 def test_needles_handed_in_state_what_they_err_by():
     """Point source in a cylinder of 64 pairs of needles, at 1 kHz 4.6 dB off; meshed anew far below what is stated."""
     given = Surface(*cylinder(64, 1, 1))

@@ -45,6 +45,7 @@ def drawing(data, sane=False):
     }
 
 
+@pytest.mark.slow
 @given(st.data())
 def test_any_drawing_is_a_gear_or_refused(tried, data):
     gear = tried(lambda: GearGeometry(**drawing(data)))

@@ -118,6 +118,7 @@ def test_files_have_the_permissions_that_the_user_asks_for(tmp_path):
         os.umask(before)
 
 
+@pytest.mark.slow
 def test_a_run_on_a_full_disk_ends_in_one_line_and_the_next_is_right(tmp_path):
     program = "from nvhchain.cli import main; raise SystemExit(main())"
     command = [sys.executable, "-c", program, "run", str(CASES / "sphere" / "on_floor.toml"), "--fidelity", "draft"]

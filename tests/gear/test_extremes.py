@@ -134,6 +134,7 @@ def test_soft_gears_are_solved_and_lift_slices_off(pair, compliances):
         check(loaded_mesh(engagement, angle * pair.mesh_period, force, guess=1e-6), engagement, force)
 
 
+@pytest.mark.slow
 def test_rim_so_thin_that_a_tooth_lifts_its_neighbours(make_pair, make_compliances):
     """A rim of one module on a 1 mm web: teeth rock together, and contact moves from pair to pair under load."""
     pair = make_pair(1, thickness_allowance=40e-6, helix_angle=0.0)

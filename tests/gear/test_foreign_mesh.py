@@ -201,6 +201,7 @@ def tetrahedra(mesh):
     return np.array(nodes), np.array(elements, dtype=np.int64), *tagged
 
 
+@pytest.mark.slow
 def test_helical_gear_of_tetrahedra_runs_in_the_hybrid_contact_with_the_transmission_error_of_bricks(changed):
     left, right = (dataclasses.replace(GEOMETRY, helix_angle=np.radians(side * 10.0)) for side in (-1, 1))
     drawn = dataclasses.replace(BODY, geometry=left)

@@ -26,6 +26,8 @@ from nvhchain.gear import (
     loaded_mesh,
 )
 
+pytestmark = pytest.mark.slow
+
 BLANKS = {"Solid": Solid, "Holes": Holes, "Slots": Slots, "ThinRim": ThinRim}
 FIDELITY = dataclasses.replace(STANDARD.gear, width_layers=4, slices=24)
 

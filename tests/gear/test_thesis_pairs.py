@@ -22,6 +22,8 @@ from nvhchain.gear import (
     mass_properties,
 )
 
+pytestmark = pytest.mark.slow
+
 GEAR = GearGeometry(
     57,
     2.6e-3,

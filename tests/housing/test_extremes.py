@@ -38,6 +38,7 @@ def test_walls_of_a_millimetre(casting, fidelity, reduced):
     assert np.linalg.eigvalsh(seat_flexibility(found))[-1] > 5 * np.linalg.eigvalsh(seat_flexibility(reduced))[-1]
 
 
+@pytest.mark.slow
 def test_walls_of_a_millimetre_grow_softer_with_refinement(casting, fidelity):
     """Chords of a thin wall's two sides must not cross: coarser elements than 14 mm are not taken. Round edges keep
     the elements that are asked for, so that finer ones are nowhere coarser: 501, 434 and 361 Hz."""

@@ -248,6 +248,7 @@ def test_costs_are_of_the_processor_and_not_of_the_wall():
     assert busy > 0.01
 
 
+@pytest.mark.slow
 def test_a_gear_knob_recomputes_no_housing_and_no_transfer_vectors(gearbox, tiny, tmp_path, here):
     here()
     record = Record()

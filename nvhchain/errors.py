@@ -5,7 +5,9 @@ Input errors name value, limit and remedy.
 
 from __future__ import annotations
 
+import sys
 import unicodedata
+import warnings
 from numbers import Real
 
 
@@ -49,6 +51,14 @@ class SolverError(RuntimeError):
 
 class AccuracyWarning(UserWarning):
     """Result less accurate than its fidelity asks for; the message states by how much, and the remedy."""
+
+
+def warn_caller(message: str, category: type[Warning] = AccuracyWarning) -> None:
+    """Issue a warning that points at the first caller outside this package."""
+    level, frame = 2, sys._getframe(1)
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] == __package__:
+        level, frame = level + 1, frame.f_back
+    warnings.warn(message, category, stacklevel=level)
 
 
 def printable(text: str) -> str:

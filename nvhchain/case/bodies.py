@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
 from math import ceil, log, pi
 from pathlib import Path
@@ -13,7 +12,7 @@ import numpy as np
 from nvhchain import acoustics
 from nvhchain.acoustics.surfaces.needles import SECONDS, without_needles
 from nvhchain.dimensions import Length
-from nvhchain.errors import AccuracyWarning, InputError, require
+from nvhchain.errors import InputError, require, warn_caller
 from nvhchain.fem.mesh_files import read_mesh, triangulated
 from nvhchain.handoff import RigidPlane, Surface
 from nvhchain.interop.solids.nastran_faces import NASTRAN_ENDINGS, read_nastran_faces
@@ -133,7 +132,7 @@ class SurfaceFile:
         remeshed = without_needles(given, edge)
         if remeshed is None:
             return given
-        warnings.warn(str(remeshed), AccuracyWarning, stacklevel=2)
+        warn_caller(str(remeshed))
         return remeshed.surface
 
     def read(self, folder: Path) -> Surface:
@@ -144,11 +143,9 @@ class SurfaceFile:
         try:
             vertices, triangles, dropped = triangulated(mesh)
             if dropped:
-                warnings.warn(
+                warn_caller(
                     f"{path}: {dropped} of {dropped + len(triangles)} triangles have two corners in one place and are "
-                    "left out",
-                    AccuracyWarning,
-                    stacklevel=2,
+                    "left out"
                 )
             return Surface(vertices * self.scale, triangles)
         except InputError as error:

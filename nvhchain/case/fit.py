@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import combinations
@@ -10,7 +9,7 @@ from math import hypot
 from typing import TYPE_CHECKING
 
 from nvhchain.dynamics import Shaft
-from nvhchain.errors import AccuracyWarning, InputError
+from nvhchain.errors import InputError, warn_caller
 
 if TYPE_CHECKING:
     from nvhchain.case.gearbox import Gear, GearboxCase
@@ -48,7 +47,7 @@ def check_fit(case: GearboxCase) -> None:
         raise InputError("; ".join(wrong))
     for overlap, text in found:
         if overlap > _EXACT:
-            warnings.warn(f"{text} (passes as the rounding of a drawing)", AccuracyWarning, stacklevel=2)
+            warn_caller(f"{text} (passes as the rounding of a drawing)")
 
 
 def _bores(gears: Iterable[Gear], shafts: Mapping[str, Shaft]) -> Iterator[tuple[float, str]]:

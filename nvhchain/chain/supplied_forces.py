@@ -7,14 +7,13 @@ one newton, of another frame's origin or of another speed are sometimes wanted.
 
 from __future__ import annotations
 
-import warnings
 from math import dist, pi
 
 import numpy as np
 
 from nvhchain.case import GearboxCase
 from nvhchain.dynamics import static_bearing_forces
-from nvhchain.errors import AccuracyWarning
+from nvhchain.errors import warn_caller
 from nvhchain.handoff import BearingForces, ComplexArray, FloatArray, ForceSpectrum
 
 SPEED_OFF = 0.05
@@ -164,4 +163,4 @@ def _check_shafts(case: GearboxCase, mean: FloatArray, static: FloatArray) -> No
 
 def _told(holds: bool, message: str) -> None:
     if not holds:
-        warnings.warn(f"bearing forces: {message}", AccuracyWarning, stacklevel=6)
+        warn_caller(f"bearing forces: {message}")

@@ -6,7 +6,6 @@ attachment vectors carry the static share of the excluded modes (MacNeal, Comput
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -17,7 +16,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from nvhchain.conventions import Progress
-from nvhchain.errors import AccuracyWarning, SolverError, require
+from nvhchain.errors import SolverError, require, warn_caller
 from nvhchain.fem import frequency_errors, rigid_map, stiffness_and_mass
 from nvhchain.fidelity import HousingFidelity
 from nvhchain.handoff import FloatArray, ReducedHousing, Surface
@@ -188,7 +187,7 @@ def check_bending_resolution(casting: Casting, f_max: float, fidelity: HousingFi
         f"f_max to {usable:.4g} Hz"
     )
     require(count >= _FEWEST * least, message)
-    warnings.warn(f"{message}, up to which the mesh is valid", AccuracyWarning, stacklevel=3)
+    warn_caller(f"{message}, up to which the mesh is valid")
 
 
 def check_thin_walls(casting: Casting, fidelity: HousingFidelity) -> None:
@@ -197,7 +196,7 @@ def check_thin_walls(casting: Casting, fidelity: HousingFidelity) -> None:
     stiff = stiffening(fidelity.element_size / wall)
     if stiff:
         size = f"housing elements of {1e3 * fidelity.element_size:g} mm in walls of {1e3 * wall:.3g} mm"
-        warnings.warn(f"{size} are {stiff}", AccuracyWarning, stacklevel=3)
+        warn_caller(f"{size} are {stiff}")
 
 
 def bending_wavelength(casting: Casting, frequency: float) -> float:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -16,7 +15,7 @@ from nvhchain.acoustics.interpolation.nodes import line_batches
 from nvhchain.acoustics.surfaces.bodies import separate
 from nvhchain.acoustics.surfaces.surface import SHARP_ANGLE, edges_between, mean_edge, width_to_length
 from nvhchain.conventions import Air
-from nvhchain.errors import AccuracyWarning
+from nvhchain.errors import warn_caller
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, IntArray, RigidPlane, Surface, SurfaceVelocity
 
@@ -272,11 +271,9 @@ def told_cancellation(
     largest, at = float(20 * np.log10(1 + error[worst])), float(frequency[loud[worst]])
     asked = overstated * MESH_ERROR * np.maximum(1 / fidelity.elements_per_wavelength**2, in_air)
     if (error > asked).any():
-        warnings.warn(
+        warn_caller(
             f"the parts of the motion cancel each other, or the mesh is coarse for waves on the walls, at "
             f"{np.count_nonzero(error > asked)} lines: expect errors up to {largest:.2g} dB, at {at:.4g} Hz; refine "
-            "the mesh or raise the lower frequency",
-            AccuracyWarning,
-            stacklevel=3,
+            "the mesh or raise the lower frequency"
         )
     return {"cancellation_error_dB": largest, "cancellation_frequency": at}

@@ -38,8 +38,8 @@ def told_vectors(
     shift = float(atv.provenance.get("resonance_shift", 0.0))
     if len(lines) > 0:
         error, changed = vector_errors(smooth, lines, deciding_points(atv.surface, atv.points), len(atv.points), shift)
-        told = told_interpolation(error, lines, "the transfer vectors", fidelity, stacklevel=4)
-        told |= told_resonances(shift, smooth.poles, lines, np.ones(len(lines)), changed, fidelity, stacklevel=4)
+        told = told_interpolation(error, lines, "the transfer vectors", fidelity)
+        told |= told_resonances(shift, smooth.poles, lines, np.ones(len(lines)), changed, fidelity)
     for name, *others in STATED:
         if atv.provenance.get(name, 0.0) > told.get(name, 0.0):
             told |= {of: atv.provenance[of] for of in (name, *others)}

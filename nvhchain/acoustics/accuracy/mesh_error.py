@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from itertools import compress, permutations
 
@@ -26,7 +25,7 @@ from nvhchain.acoustics.surfaces.surface import (
 )
 from nvhchain.acoustics.systems.engines import FUSED, Engine
 from nvhchain.conventions import Air
-from nvhchain.errors import AccuracyWarning
+from nvhchain.errors import warn_caller
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import FloatArray, RigidPlane, Surface
 
@@ -149,37 +148,29 @@ def expected_accuracy(
     asked = fidelity.elements_per_wavelength
     expected |= quadrature
     if coarse > MESH_ERROR / asked**2:
-        warnings.warn(
+        warn_caller(
             f"mesh of {len(bodies[worst].triangles)} triangles with edges of {1e3 * mean:.3g} mm is coarse for the "
-            f"body: expect errors of about {_decibel(low):.2g} dB at any frequency; refine it",
-            AccuracyWarning,
-            stacklevel=3,
+            f"body: expect errors of about {_decibel(low):.2g} dB at any frequency; refine it"
         )
     if beside > MESH_ERROR / asked**2:
-        warnings.warn(
+        warn_caller(
             f"a small body lies beside triangles {ratio:.2g} times as long as they are away from its middle: expect "
-            f"errors of about {_decibel(beside):.2g} dB of its sound at any frequency; refine them as many times there",
-            AccuracyWarning,
-            stacklevel=3,
+            f"errors of about {_decibel(beside):.2g} dB of its sound at any frequency; refine them as many times there"
         )
     if per_wavelength < asked:
-        warnings.warn(
+        warn_caller(
             f"mesh has {per_wavelength:.3g} elements per wavelength at {f_max:.4g} Hz, {asked:g} asked: expect errors "
             f"of about {_decibel(error):.2g} dB there; refine to {1e3 * air.speed_of_sound / (f_max * asked):.3g} mm "
-            "or lower the upper frequency",
-            AccuracyWarning,
-            stacklevel=3,
+            "or lower the upper frequency"
         )
     clearance = np.inf if points is None else clearances(surface, points, NEAR_POINT).min()
     if clearance < NEAR_POINT:
         near = _decibel(NEAR_FACTOR * (error + at_longest) + NEAR_FLOOR)
         expected |= {"clearance": float(clearance), "expected_error_nearest_dB": near}
-        warnings.warn(
+        warn_caller(
             f"a field point is {clearance:.2g} element edges from the surface: expect errors of about {near:.2g} dB "
             "there, up to 3 dB where the velocity changes from one element to the next; refine the mesh near it or "
-            "move it away",
-            AccuracyWarning,
-            stacklevel=3,
+            "move it away"
         )
     return expected
 
@@ -239,13 +230,11 @@ def _told_patch(
     share = float(surface.areas[surface.longest_edges > LOCAL_COARSENING * size].sum() / surface.areas.sum())
     least = fidelity.coarsest_elements_per_wavelength
     if wavelength < least * longest:
-        warnings.warn(
+        warn_caller(
             f"{100 * share:.2g} % of the area has triangles up to {1e3 * longest:.3g} mm long, "
             f"{wavelength / longest:.2g} elements per wavelength at the upper frequency, where {least:g} carry a wave: "
             f"expect errors of about {_decibel(error):.2g} dB, up to {_decibel(alone):.2g} dB of sound from behind "
-            f"them alone; refine them to {1e3 * LOCAL_COARSENING * size:.3g} mm",
-            AccuracyWarning,
-            stacklevel=4,
+            f"them alone; refine them to {1e3 * LOCAL_COARSENING * size:.3g} mm"
         )
     return {
         "coarse_share": share,
@@ -255,7 +244,7 @@ def _told_patch(
 
 
 def told_interpolation(
-    error: FloatArray, frequency: FloatArray, of: str, fidelity: AcousticsFidelity, stacklevel: int = 3
+    error: FloatArray, frequency: FloatArray, of: str, fidelity: AcousticsFidelity
 ) -> dict[str, float]:
     """Provenance of the largest of the errors (n,) that interpolation between masters is estimated to make of `of`, dB.
 
@@ -264,12 +253,10 @@ def told_interpolation(
     worst = int(error.argmax())
     largest = _decibel(float(error[worst]))
     if largest > fidelity.master_tolerance_db:
-        warnings.warn(
+        warn_caller(
             f"interpolation between master frequencies errs by an estimated {largest:.2g} dB of {of} at "
             f"{frequency[worst]:.4g} Hz, {fidelity.master_tolerance_db:g} dB asked: take more masters, or let the "
-            "engine choose them",
-            AccuracyWarning,
-            stacklevel=stacklevel,
+            "engine choose them"
         )
     return {"interpolation_error_dB": largest}
 
@@ -281,7 +268,6 @@ def told_resonances(
     amplitude: FloatArray,
     change: FloatArray,
     fidelity: AcousticsFidelity,
-    stacklevel: int = 3,
 ) -> dict[str, float]:
     """Provenance of resonances that the mesh may miss by `shift` of their frequency; nothing where it misses none.
 
@@ -295,12 +281,10 @@ def told_resonances(
         return {}
     if poles == 0:
         if shift > 2.0 * SHIFT:
-            warnings.warn(
+            warn_caller(
                 f"the air in openings of the body may resonate up to {100 * shift:.2g} % elsewhere than on this mesh, "
                 "and these masters do not show where: lines that near to a resonance err by several decibels; "
-                "interpolate by rational functions between four masters or more, or refine the surface in its openings",
-                AccuracyWarning,
-                stacklevel=stacklevel,
+                "interpolate by rational functions between four masters or more, or refine the surface in its openings"
             )
         return {"resonance_shift": shift}
     error = change / np.where(amplitude > 0, amplitude, np.inf)
@@ -308,12 +292,10 @@ def told_resonances(
     largest, at = _decibel(float(error[worst])), float(frequency[worst])
     asked = MESH_ERROR / fidelity.elements_per_wavelength**2
     if error[worst] > asked:
-        warnings.warn(
+        warn_caller(
             f"the air in openings of the body resonates, and the mesh misses by how much: expect errors up to "
             f"{largest:.2g} dB, at {at:.4g} Hz, and more than {_decibel(asked):.2g} dB at "
-            f"{np.count_nonzero(error > asked)} lines; refine the surface in its openings",
-            AccuracyWarning,
-            stacklevel=stacklevel,
+            f"{np.count_nonzero(error > asked)} lines; refine the surface in its openings"
         )
     return {"resonance_error_dB": largest, "resonance_frequency": at}
 
@@ -340,13 +322,12 @@ def _quadrature_accuracy(surface: Surface, fidelity: AcousticsFidelity, engine: 
     if engine.adapts and seconds > SLOW:
         gaps = f"{narrow} triangles face each other across gaps or walls down to {width:.2g} of their edge"
         slender = f"{needles} triangles are more than {fidelity.needle_aspect:g} times as long as high"
-        warnings.warn(
+        warn_caller(
             f"{' and '.join(compress((gaps, slender), (narrow, needles)))}: a frequency takes about {seconds:.0f} s "
             f"of processor time more, {TOGETHER * seconds:.0f} s where four are solved together, and the check of the "
             f"quadrature {once:.0f} s once; refine the surface there, close or widen gaps, and mesh fans of needles in "
             "rings",
             RuntimeWarning,
-            stacklevel=4,
         )
     # all bodies together, for gaps between them, and every one by itself: the others share its error in the mean
     bodies = [body for _, body in separate(surface)]
@@ -360,11 +341,9 @@ def _quadrature_accuracy(surface: Surface, fidelity: AcousticsFidelity, engine: 
         if rules.singular_order < FAIR_ORDER:
             cause = f"singular_order = {rules.singular_order} leaves"
             remedy = f"raise it to {FAIR_ORDER} or more"
-        warnings.warn(
+        warn_caller(
             f"{cause} a relative quadrature error of {error:.2g} on the surface, {fidelity.quadrature_error:g} asked, "
-            f"and pressures there err by several times as much: {remedy}",
-            AccuracyWarning,
-            stacklevel=4,
+            f"and pressures there err by several times as much: {remedy}"
         )
     return {"quadrature_error": error}
 

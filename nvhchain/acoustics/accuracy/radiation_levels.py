@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from typing import NamedTuple
 
 import numpy as np
@@ -10,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from nvhchain.acoustics.surfaces.surface import real_numbers
 from nvhchain.conventions import Air
-from nvhchain.errors import AccuracyWarning, require
+from nvhchain.errors import require, warn_caller
 from nvhchain.handoff import FloatArray, Surface
 from nvhchain.kinds import checked
 
@@ -113,13 +112,11 @@ def level_accuracy(surface: Surface, frequency: FloatArray, air: Air, radiation:
     if mean > TOLERABLE:
         exact = "unless it is flat and in a baffle, " if radiation == "rayleigh" else ""
         shaking = f" ({SHAKING:g} dB more where it is flat and shakes as a whole)" if radiation == "rayleigh" else ""
-        warnings.warn(
+        warn_caller(
             f"{_NAMES[radiation]} at {radiating[0]:.4g} Hz, where wavenumber times half size of the body is {ka:.2g}: "
             f"{exact}expect levels up to {mean:.2g} dB too high in the mean ({housing:.2g} dB for a housing), "
             f"{single:.2g} dB off at single points and in the power of a single motion{shaking}, more where its parts "
             f"cancel ({CANCELLING[radiation]:g} dB for P_3 of a sphere at 0.11); choose radiation = "
-            "'boundary_elements' or raise the lower frequency",
-            AccuracyWarning,
-            stacklevel=4,
+            "'boundary_elements' or raise the lower frequency"
         )
     return {"expected_error_dB": single, "expected_mean_error_dB": mean, "housing_mean_error_dB": housing}

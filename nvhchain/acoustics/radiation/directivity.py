@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import warnings
-
 import numpy as np
 
 from nvhchain.acoustics.radiation.efficiency import directivity_index
 from nvhchain.acoustics.radiation.microphones import NEAREST, source_dimension
 from nvhchain.acoustics.waves.multipoles import plane_foot
 from nvhchain.conventions import Air
-from nvhchain.errors import AccuracyWarning, require
+from nvhchain.errors import require, warn_caller
 from nvhchain.handoff import Directivity, FieldPressure, RigidPlane, SoundPower, Surface
 from nvhchain.kinds import checked
 
@@ -52,11 +50,9 @@ def _far_field(
     near = float(10 * np.log10(1 + kr**-2))
     if kr < 0.5 * np.pi or r < NEAREST * dimension:
         far = max(0.25 * air.speed_of_sound / lowest, NEAREST * dimension)
-        warnings.warn(
+        warn_caller(
             f"field point {nearest} is {r:.3g} m from the source's middle, {r / dimension:.2g} times its dimension "
             f"and {r * lowest / air.speed_of_sound:.2g} wavelengths at {lowest:.4g} Hz: the directivity of a dipole "
-            f"is {near:.2g} dB too high there, and single parts of the surface are heard; take {far:.3g} m or more",
-            AccuracyWarning,
-            stacklevel=3,
+            f"is {near:.2g} dB too high there, and single parts of the surface are heard; take {far:.3g} m or more"
         )
     return {"near_field_dB": near}

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import warnings
-
 import numpy as np
 from numpy.typing import ArrayLike
 
 from nvhchain.acoustics.surfaces.surface import real_numbers
 from nvhchain.acoustics.waves.multipoles import plane_axes
 from nvhchain.conventions import Air
-from nvhchain.errors import AccuracyWarning, require
+from nvhchain.errors import require, warn_caller
 from nvhchain.handoff import FieldPressure, FloatArray, RigidPlane, SoundPower, Surface
 from nvhchain.kinds import checked
 
@@ -101,12 +99,10 @@ def array_power(pressure: FieldPressure, radius: float, air: Air, *, reflecting_
         kr = 2 * np.pi * lowest / air.speed_of_sound * radius
         near = provenance["array_near_field_dB"] = float(10 * np.log10(1 + kr**-2))
         if kr < 0.5 * np.pi:
-            warnings.warn(
+            warn_caller(
                 f"array radius {radius:g} m is {radius * lowest / air.speed_of_sound:.2g} wavelengths at {lowest:.4g} "
                 f"Hz, 0.25 are needed (ISO 3745): a dipole's power there is {near:.2g} dB too high, more for "
-                f"higher orders; take {0.25 * air.speed_of_sound / lowest:.3g} m or more, or the surface's power",
-                AccuracyWarning,
-                stacklevel=2,
+                f"higher orders; take {0.25 * air.speed_of_sound / lowest:.3g} m or more, or the surface's power"
             )
     return SoundPower(pressure.frequency.copy(), mean_square * area / air.impedance, provenance=provenance)
 
@@ -133,22 +129,18 @@ def check_array(
     _check_radius(radius)
     dimension = source_dimension(surface, plane)
     if radius < NEAREST * dimension:
-        warnings.warn(
+        warn_caller(
             f"array radius {radius:g} m is {radius / dimension:.2g} times the source's dimension of {dimension:.3g} m, "
             f"{NEAREST:g} times are needed (ISO 3744): its positions see single parts of the surface; take "
-            f"{NEAREST * dimension:.3g} m or more",
-            AccuracyWarning,
-            stacklevel=3,
+            f"{NEAREST * dimension:.3g} m or more"
         )
     step = 0.3 if standard == "ISO 3744" else 0.1 if plane is None else 0.05
     resolved = 0.375 * air.speed_of_sound / (dimension * step)
     if highest > resolved:
-        warnings.warn(
+        warn_caller(
             f"the positions of {standard} lie {step:g} radii apart in height, which resolves the lobes of a source of "
             f"{dimension:.3g} m up to {resolved:.4g} Hz; {highest:.4g} Hz asked: the power of a tone may be several dB "
-            f"off above; take {'ISO 3745 or ' if step == 0.3 else ''}the power from the surface",
-            AccuracyWarning,
-            stacklevel=3,
+            f"off above; take {'ISO 3745 or ' if step == 0.3 else ''}the power from the surface"
         )
 
 

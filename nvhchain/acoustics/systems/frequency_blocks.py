@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import warnings
 from collections import Counter
 from collections.abc import Callable, Generator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
@@ -14,7 +13,7 @@ import numpy as np
 
 from nvhchain.acoustics.systems.linear_system import SolverRecord
 from nvhchain.conventions import Progress
-from nvhchain.errors import InputError, SolverError, require
+from nvhchain.errors import InputError, SolverError, require, warn_caller
 from nvhchain.files.shelf import code_version
 from nvhchain.handoff import ComplexArray, FloatArray
 from nvhchain.runtime.cluster import is_gone, room, share, worker_lost, workers_at
@@ -165,10 +164,9 @@ def _spread(
                 waiting.insert(0, number)
     except BrokenExecutor as error:
         left = sorted([*running.values(), *waiting])
-        warnings.warn(
+        warn_caller(
             f"the executor is broken ({error}): {len(left)} bands of frequencies are solved in this process",
             RuntimeWarning,
-            stacklevel=2,
         )
         for future in running:
             future.cancel()

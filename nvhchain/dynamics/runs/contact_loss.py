@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from nvhchain.dynamics.time_loop.law_table import LawTable
 from nvhchain.dynamics.time_loop.simulation import Simulation
-from nvhchain.errors import AccuracyWarning, require
+from nvhchain.errors import require, warn_caller
 from nvhchain.handoff import FloatArray, IntArray
 
 Parted = dict[str, dict[str, float]]
@@ -109,7 +108,7 @@ def check_parted(found: Parted) -> None:
             f"1e-4 take a time_step of {remedy}, and halve it until the forces stay"
         )
         require(error < 1.0, f"{told}; at most {10 * ERROR[bent] ** -0.5:.3g} µs are taken")
-        warnings.warn(told, AccuracyWarning, stacklevel=5)
+        warn_caller(told)
 
 
 def parted_error(of: dict[str, float]) -> float:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 
 from nvhchain.dynamics.model.gearbox import Gearbox
 from nvhchain.dynamics.runs.contact_loss import Parted, check_parted
-from nvhchain.errors import AccuracyWarning
+from nvhchain.errors import warn_caller
 from nvhchain.fidelity import DynamicsFidelity
 from nvhchain.handoff import BearingForces, FloatArray, MeshLaw
 
@@ -96,10 +95,8 @@ def joined(parts: Sequence[Excursions]) -> Excursions:
 def warn_beyond_law(found: Excursions) -> None:
     """Warn of deflections beyond a mesh law (AccuracyWarning per mesh)."""
     for mesh, of in found.items():
-        warnings.warn(
+        warn_caller(
             f"mesh {mesh}: deflections of {1e6 * of['lowest']:.4g}…{1e6 * of['highest']:.4g} µm leave the mesh law, "
             f"tabulated over {1e6 * of['table_lowest']:.4g}…{1e6 * of['table_highest']:.4g} µm and continued straight "
-            "beyond: give housing and bearings damping, or tabulate the law to larger deflections",
-            AccuracyWarning,
-            stacklevel=5,
+            "beyond: give housing and bearings damping, or tabulate the law to larger deflections"
         )

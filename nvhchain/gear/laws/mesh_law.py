@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import warnings
 from concurrent.futures import Executor
 
 import numpy as np
 
 from nvhchain.conventions import Progress
-from nvhchain.errors import AccuracyWarning, SolverError, require
+from nvhchain.errors import SolverError, require, warn_caller
 from nvhchain.fidelity import GearFidelity
 from nvhchain.gear.compliance.analytic import SliceCompliance, slice_compliance
 from nvhchain.gear.compliance.flank_compliance import FlankCompliance, flank_compliance
@@ -181,11 +180,7 @@ def pair_compliances(
             blank = body.blank
             if blank.web is not None or blank.cutouts is not None or isinstance(blank, VolumeMesh):
                 message = f"the {name}'s blank counts as solid but for the twist of a web: analytic bodies know no rim"
-                warnings.warn(
-                    f"{message} that bends, no openings and no foreign meshes; take bodies = 'elements'",
-                    AccuracyWarning,
-                    stacklevel=2,
-                )
+                warn_caller(f"{message} that bends, no openings and no foreign meshes; take bodies = 'elements'")
         return slice_compliance(pair.pinion), slice_compliance(pair.wheel)
     reach, first = engaged_reach(pair, fidelity.corner_gap), pair.pinion.sector
     teeth = first + pair.wheel.sector

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 
-from nvhchain.errors import AccuracyWarning, require
+from nvhchain.errors import require, warn_caller
 from nvhchain.fem.modal_model import ModalModel
 from nvhchain.fidelity import HousingFidelity
 from nvhchain.handoff import FloatArray, IntArray, ReducedHousing, Surface
@@ -158,12 +157,10 @@ def housing_from_modes(
     else:
         missing = missing_flexibility(frequency, model.shapes[:, seats])
         provenance["missing_flexibility"] = missing
-        warnings.warn(
+        warn_caller(
             f"{model.source}: modes to {frequency[-1]:.4g} Hz without residual vectors: about {100 * missing:.2g} % of "
             "the static flexibility of the seats is left out; export residual vectors of unit forces at the seats, "
-            "more modes, or the solid model where that matters",
-            AccuracyWarning,
-            stacklevel=2,
+            "more modes, or the solid model where that matters"
         )
     reduced = ReducedHousing(
         natural_frequency=frequency[keep],

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
@@ -10,7 +9,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from nvhchain.conventions import Progress
-from nvhchain.errors import AccuracyWarning, require
+from nvhchain.errors import require, warn_caller
 from nvhchain.fem import rigid_map, stiffness_and_mass
 from nvhchain.fem.solid_model import RigidSet, SolidModel
 from nvhchain.fidelity import HousingFidelity
@@ -218,4 +217,4 @@ def constrained(model: SolidModel) -> tuple[sp.csr_matrix, sp.csr_matrix, sp.csr
 def warn(messages: Iterable[str]) -> None:
     """Issue an AccuracyWarning for each message."""
     for message in messages:
-        warnings.warn(message, AccuracyWarning, stacklevel=3)
+        warn_caller(message)

@@ -7,13 +7,11 @@ air.
 
 from __future__ import annotations
 
-import warnings
-
 import numpy as np
 import scipy.sparse as sp
 
 from nvhchain.conventions import Air
-from nvhchain.errors import AccuracyWarning
+from nvhchain.errors import warn_caller
 from nvhchain.handoff import ComplexArray, FloatArray, IntArray, ReducedHousing, Surface
 from nvhchain.housing.modes.response import face_displacement, modal_displacement
 
@@ -127,9 +125,7 @@ def warn_of_mapping(source: str, housing: ReducedHousing, tolerance: float) -> N
     """Warn of a stated mapping error above the tolerance (dB)."""
     worst = max(housing.provenance.get(MAPPING_ERROR, {}).values(), key=abs, default=0.0)
     if abs(worst) > tolerance:
-        warnings.warn(
+        warn_caller(
             f"{source}: the radiating faces miss the sound power of the skin by {worst:+.2g} dB, {tolerance:g} dB are "
-            "tolerated: use smaller faces",
-            AccuracyWarning,
-            stacklevel=3,
+            "tolerated: use smaller faces"
         )

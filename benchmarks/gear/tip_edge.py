@@ -11,11 +11,10 @@ docs/measured/gear/tip_edge.md.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.sparse.linalg as sl
-import skfem as sk
-from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 from benchmarks.publish import publish
 from nvhchain.conventions import STEEL
@@ -25,6 +24,9 @@ from nvhchain.gear.contact.local_law import local_law
 from nvhchain.gear.contact.tip_edge import TipEdges, held_excess, wedge_excess
 from nvhchain.gear.reference import pressed
 from nvhchain.handoff import FloatArray, IntArray
+
+if TYPE_CHECKING:
+    import skfem as sk
 
 PART = half_space_compliance(STEEL)
 PLACES = (3.0, 1.8, 0.9, 0.6, 0.4, 0.2, 0.1, 0.05, 0.02, 0.005)
@@ -78,6 +80,8 @@ def radius_at(g: GearGeometry, distance: float) -> float:
 
 def section(g: GearGeometry, start: float, end: float, size: float) -> Section:
     """Elements of `size`, m, on the flank from `start` to `end`, m from the tip, growing away from there."""
+    import skfem as sk
+
     fillet, low, high = g.fillet(np.linspace(1, 0, 9)), g.form_radius, g.tip_circle_radius
     rows = np.linspace(low, high, 65)[1:]
     radius = np.append(fillet[0], rows)
@@ -116,6 +120,9 @@ def section(g: GearGeometry, start: float, end: float, size: float) -> Section:
 
 def flank_answers(g: GearGeometry, s: Section, cells: list[IntArray]) -> FloatArray:
     """(n, n) m per N/m: mean normal displacement of cells (facets each) under even loads on cells."""
+    import skfem as sk
+    from skfem.models.elasticity import lame_parameters, linear_elasticity
+
     basis = sk.Basis(s.mesh, sk.ElementVector(sk.ElementTriP2()))
     stiffness = sk.asm(linear_elasticity(*lame_parameters(STEEL.young, STEEL.poisson)), basis).tocsc()
     loads = []

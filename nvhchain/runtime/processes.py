@@ -16,6 +16,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from subprocess import DEVNULL, PIPE
+from threading import current_thread, main_thread
 from typing import IO
 
 __all__ = ["DEVNULL", "PIPE", "end_here", "exchange", "isolated", "run", "run_python", "start_python"]
@@ -44,6 +45,7 @@ def exchange(*arguments: str, content: bytes | memoryview, seconds: float) -> su
     CompletedProcess or None
         Finished process; None if it takes more than `seconds`.
     """
+    _ignore_broken_pipes()
     try:
         return subprocess.run(
             _python(*arguments),
@@ -118,6 +120,7 @@ def start_python(
     -----
     A child with a pipe, on `stdin` or in `pass_fds`, ends by itself when this end closes, and removes its files.
     """
+    _ignore_broken_pipes()
     piped = stdin == PIPE or bool(pass_fds)
     return subprocess.Popen(
         [sys.executable, "-P", *arguments] if piped else _python(*arguments),
@@ -142,6 +145,17 @@ def end_here() -> None:
 def _python(*arguments: str) -> list[str]:
     """Return the command of a child that the system ends with this process."""
     return [sys.executable, "-P", str(Path(__file__).with_name("_child.py")), str(os.getpid()), *arguments]
+
+
+def _ignore_broken_pipes() -> None:
+    """Let a write to a child that has ended raise BrokenPipeError, as Python sets it.
+
+    `gmsh.initialize` restores the system's default, by which that write ends this process.
+    """
+    if not hasattr(signal, "SIGPIPE") or current_thread() is not main_thread():
+        return
+    if signal.getsignal(signal.SIGPIPE) is signal.SIG_IGN:  # not changed through Python
+        signal.signal(signal.SIGPIPE, signal.SIG_IGN)
 
 
 def _child_environment(added: Mapping[str, str] | None) -> dict[str, str]:

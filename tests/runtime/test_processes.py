@@ -140,3 +140,15 @@ def _starts_processes(tree):
         if isinstance(node, ast.Attribute) and ast.unparse(node.value) == "os" and node.attr.startswith(IN_OS):
             return True
     return False
+
+
+def test_a_child_that_ends_early_does_not_end_a_script_that_uses_gmsh():
+    """`gmsh.initialize` restores the system's default of SIGPIPE, which ends whoever writes to a closed pipe."""
+    script = """
+import gmsh
+from nvhchain.runtime import processes
+gmsh.initialize(interruptible=False)
+print(processes.exchange("-c", "", content=bytes(2**24), seconds=60.0).returncode)
+"""
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (0, "0\n")

@@ -1,4 +1,4 @@
-"""Where to a body radiates: its directivity at field points, and whether they are far enough for it."""
+"""Directivity of a radiating body at field points, with a check that they lie in the far field."""
 
 from __future__ import annotations
 
@@ -17,13 +17,37 @@ from nvhchain.kinds import checked
 def directivity(
     pressure: FieldPressure, power: SoundPower, surface: Surface, air: Air, *, plane: RigidPlane | None = None
 ) -> Directivity:
-    """Directivity of a radiating surface at its field points (`directivity_index`), at the lines that radiate.
+    """Compute the directivity of a radiating surface at its field points, at the lines that radiate.
 
-    pressure, power: at the same lines.  Distances count from the middle of the body, or from its foot on the `plane`.
-    The provenance keeps what the near field adds to a dipole at the nearest point and the lowest line,
-    10 lg(1 + 1/(kr)²) (`near_field_dB`).  AccuracyWarning for a point nearer than a quarter of a wavelength there, or
-    than twice the source's dimension (ISO 3744), where the index depends on the distance.
-    Raises InputError where the lines differ or nothing is radiated.
+    Parameters
+    ----------
+    pressure : FieldPressure
+        Sound pressure (Pa) at the field points.
+    power : SoundPower
+        Sound power (W) at the same lines.
+    surface : Surface
+        Radiating surface. Distances count from its middle or, above a plane, from the foot of its middle on the plane.
+    air : Air
+        Density and speed of sound.
+    plane : RigidPlane, optional
+        Reflecting plane.
+
+    Returns
+    -------
+    Directivity
+        Directivity index (dB), see `directivity_index`. The provenance holds `near_field_dB`, the level that the near
+        field adds to a dipole at the nearest point and the lowest line: 10 lg(1 + 1/(kr)²).
+
+    Raises
+    ------
+    InputError
+        If the lines differ or nothing is radiated.
+
+    Warns
+    -----
+    AccuracyWarning
+        If a point is nearer than a quarter of a wavelength at the lowest line, or nearer than twice the source's
+        dimension (ISO 3744). The index depends on the distance there.
     """
     loud = power.power > 0
     require(bool(loud.any()), "nothing is radiated at any line: directivity needs a power")
@@ -42,7 +66,7 @@ def directivity(
 def _far_field(
     surface: Surface, pressure: FieldPressure, centre: np.ndarray, air: Air, plane: RigidPlane | None
 ) -> dict[str, float]:
-    """Provenance of what the near field adds."""
+    """Return the near-field error for the provenance, and warn of points that are too near."""
     distance = np.linalg.norm(pressure.points - centre, axis=1)
     nearest, lowest = int(distance.argmin()), float(pressure.frequency[0])
     r, dimension = float(distance[nearest]), source_dimension(surface, plane)

@@ -1,4 +1,4 @@
-"""How well a vibrating surface radiates: equivalent radiated power, radiation efficiency, directivity."""
+"""Figures of radiation: equivalent radiated power, radiation efficiency and directivity index."""
 
 from __future__ import annotations
 
@@ -16,7 +16,18 @@ from nvhchain.kinds import checked
 
 @checked
 def mean_square_velocity(surface_velocity: SurfaceVelocity) -> FloatArray:
-    """⟨v_n²⟩ (n_f,) (m/s)², over the period and over the surface: Σ A ½|v_n|² / Σ A."""
+    """Return the mean square normal velocity ⟨v_n²⟩ over period and surface: Σ A ½|v_n|² / Σ A.
+
+    Parameters
+    ----------
+    surface_velocity : SurfaceVelocity
+        Normal velocity of the faces, peak values (m/s).
+
+    Returns
+    -------
+    (n_f,) array
+        Mean square velocity (m/s)².
+    """
     areas = surface_velocity.surface.areas
     squares = surface_velocity.normal_velocity.real**2 + surface_velocity.normal_velocity.imag**2
     return np.asarray(0.5 * squares @ areas / areas.sum())
@@ -24,11 +35,30 @@ def mean_square_velocity(surface_velocity: SurfaceVelocity) -> FloatArray:
 
 @checked
 def equivalent_radiated_power(surface_velocity: SurfaceVelocity, air: Air) -> SoundPower:
-    """Power of plane waves that leave every face on their own, ρc S ⟨v_n²⟩: radiation efficiency 1.
+    """Compute the equivalent radiated power ρc S ⟨v_n²⟩: plane waves from every face, radiation efficiency 1.
 
-    Neither the size of the body against the wavelength nor faces that cancel each other are seen: far too much where
-    the body is small, near the truth where its parts are several wavelengths apart
-    (docs/measured/acoustics/radiation.md). Provenance and AccuracyWarning are those of `level_accuracy`.
+    Parameters
+    ----------
+    surface_velocity : SurfaceVelocity
+        Normal velocity of the faces, peak values (m/s).
+    air : Air
+        Density and speed of sound.
+
+    Returns
+    -------
+    SoundPower
+        Power (W) at every line. The provenance holds the expected error, see `level_accuracy`.
+
+    Warns
+    -----
+    AccuracyWarning
+        See `level_accuracy`.
+
+    Notes
+    -----
+    The measure neglects the size of the body against the wavelength and faces that cancel each other. It is far too
+    high for a small body and near the truth if parts lie several wavelengths apart
+    (docs/measured/acoustics/radiation.md).
     """
     frequency = surface_velocity.frequency
     expected = level_accuracy(surface_velocity.surface, frequency, air, "equivalent_radiated_power")
@@ -40,11 +70,30 @@ def equivalent_radiated_power(surface_velocity: SurfaceVelocity, air: Air) -> So
 def spread_power(
     power: SoundPower, points: ArrayLike, centre: ArrayLike, air: Air, *, plane: RigidPlane | None = None
 ) -> FieldPressure:
-    """Pressure of a source that radiates `power` evenly into all directions: ½|p|² = ρc P/(4πr²).
+    """Compute the pressure of a source that radiates `power` evenly into all directions: ½|p|² = ρc P/(4πr²).
 
-    points: (n_point, 3) m.  centre: (3,) m, where the source sits.  plane: the power goes into half the directions.
-    A level without phase: the amplitudes are real.  Raises InputError for a point that is not finite, at the centre or
-    behind the plane, and for a negative power.
+    Parameters
+    ----------
+    power : SoundPower
+        Sound power (W).
+    points : (n_point, 3) array
+        Field points (m).
+    centre : (3,) array
+        Position of the source (m).
+    air : Air
+        Density and speed of sound.
+    plane : RigidPlane, optional
+        Reflecting plane; half the directions receive the power.
+
+    Returns
+    -------
+    FieldPressure
+        Level without phase: the amplitudes (Pa) are real.
+
+    Raises
+    ------
+    InputError
+        If a point is not finite, at the centre or behind the plane, or a power is negative.
     """
     x, middle = _positions(points, "field points"), _positions(centre, "centre")
     require(len(middle) == 1, f"centre has shape {np.shape(centre)}: one point is needed")
@@ -52,7 +101,7 @@ def spread_power(
     require(bool((r > 0).all()), "a field point lies at the centre of the source: move it away")
     if plane is not None:
         height = plane.height(x)
-        # a point on a tilted plane is off it by rounding
+        # rounding moves points off a tilted plane
         slack = 1e-12 * float(np.abs(x - np.asarray(plane.point)).max())
         behind = int(height.argmin())
         require(
@@ -75,11 +124,38 @@ def spread_power(
 def equivalent_pressure(
     surface_velocity: SurfaceVelocity, points: ArrayLike, air: Air, *, plane: RigidPlane | None = None
 ) -> FieldPressure:
-    """Level without phase of the equivalent radiated power, spread evenly from the centroid of the surface.
+    """Compute the level without phase of the equivalent radiated power, spread evenly from the surface's centroid.
 
-    The cheapest radiation level; arguments and errors are those of `spread_power`, and InputError for a body that is
-    not above the plane and for points that `solve_direct` refuses: inside the body or at its surface.  Provenance and
-    AccuracyWarning are those of `level_accuracy`.
+    Parameters
+    ----------
+    surface_velocity : SurfaceVelocity
+        Normal velocity of the faces, peak values (m/s).
+    points : (n_point, 3) array
+        Field points (m).
+    air : Air
+        Density and speed of sound.
+    plane : RigidPlane, optional
+        Reflecting plane; half the directions receive the power.
+
+    Returns
+    -------
+    FieldPressure
+        Real amplitudes (Pa). The provenance holds the expected error, see `level_accuracy`.
+
+    Raises
+    ------
+    InputError
+        In the cases of `spread_power`, and if the body is not above the plane. Also if a point lies inside the body or
+        at its surface, as for `solve_direct`.
+
+    Warns
+    -----
+    AccuracyWarning
+        See `level_accuracy`.
+
+    Notes
+    -----
+    This is the cheapest radiation level.
     """
     surface = surface_velocity.surface
     if plane is not None:
@@ -94,10 +170,26 @@ def equivalent_pressure(
 
 @checked
 def radiation_efficiency(power: SoundPower, surface_velocity: SurfaceVelocity, air: Air) -> FloatArray:
-    """σ = P/(ρc S ⟨v_n²⟩), (n_f,).
+    """Compute the radiation efficiency σ = P/(ρc S ⟨v_n²⟩).
 
-    power: what `surface_velocity` radiates, at the same lines.  Raises InputError for other lines and for lines at
-    rest, which have none.
+    Parameters
+    ----------
+    power : SoundPower
+        Sound power (W) that `surface_velocity` radiates, at the same lines.
+    surface_velocity : SurfaceVelocity
+        Normal velocity of the faces, peak values (m/s).
+    air : Air
+        Density and speed of sound.
+
+    Returns
+    -------
+    (n_f,) array
+        Radiation efficiency.
+
+    Raises
+    ------
+    InputError
+        If the lines differ, or the surface is at rest at a line.
     """
     _same_lines(power, surface_velocity.frequency)
     equivalent = _plane_wave_power(surface_velocity, air)
@@ -112,13 +204,33 @@ def radiation_efficiency(power: SoundPower, surface_velocity: SurfaceVelocity, a
 
 @checked
 def surface_efficiency(power: SoundPower, surface_velocity: SurfaceVelocity, air: Air) -> RadiationEfficiency:
-    """`radiation_efficiency` at the lines at which the surface moves; InputError where it does at none."""
+    """Compute the radiation efficiency at the lines at which the surface moves.
+
+    Parameters
+    ----------
+    power : SoundPower
+        Sound power (W) that `surface_velocity` radiates, at the same lines.
+    surface_velocity : SurfaceVelocity
+        Normal velocity of the faces, peak values (m/s).
+    air : Air
+        Density and speed of sound.
+
+    Returns
+    -------
+    RadiationEfficiency
+        Efficiency of the lines that are not at rest, see `radiation_efficiency`.
+
+    Raises
+    ------
+    InputError
+        If the lines differ, or the surface is at rest at all of them.
+    """
     _same_lines(power, surface_velocity.frequency)
     return over_plane_waves(power, _plane_wave_power(surface_velocity, air))
 
 
 def over_plane_waves(power: SoundPower, plane_waves: FloatArray) -> RadiationEfficiency:
-    """Sound power over that of plane waves (n_f,) W at the same lines, but for those at rest."""
+    """Return sound power over that of plane waves (n_f,) W at the same lines, without lines at rest."""
     moving = plane_waves > 0
     require(bool(moving.any()), "the surface is at rest at all lines: radiation efficiency needs a velocity")
     provenance = power.provenance | {"stage": "acoustics.radiation_efficiency"}
@@ -130,10 +242,32 @@ def over_plane_waves(power: SoundPower, plane_waves: FloatArray) -> RadiationEff
 def directivity_index(
     pressure: FieldPressure, power: SoundPower, centre: ArrayLike, air: Air, *, plane: RigidPlane | None = None
 ) -> FloatArray:
-    """DI (n_f, n_point) dB: intensity at a point over that of the same power spread evenly, 10 lg(|p|² Ω r²/(2ρc P)).
+    """Compute the directivity index 10 lg(|p|² Ω r²/(2ρc P)).
 
-    pressure: in the far field.  centre: (3,) m, from where r counts.  plane: Ω is 2π instead of 4π.
-    Raises InputError where pressure and power have other lines or nothing is radiated.
+    The index compares the intensity at a point with that of the same power spread evenly.
+
+    Parameters
+    ----------
+    pressure : FieldPressure
+        Sound pressure (Pa) in the far field.
+    power : SoundPower
+        Sound power (W) at the same lines.
+    centre : (3,) array
+        Origin of the distances r (m).
+    air : Air
+        Density and speed of sound.
+    plane : RigidPlane, optional
+        Reflecting plane; the solid angle Ω is 2π instead of 4π.
+
+    Returns
+    -------
+    (n_f, n_point) array
+        Directivity index (dB).
+
+    Raises
+    ------
+    InputError
+        If pressure and power have different lines or nothing is radiated.
     """
     _same_lines(power, pressure.frequency)
     silent = np.flatnonzero(power.power <= 0)
@@ -149,10 +283,28 @@ def directivity_index(
 
 @checked
 def circle_points(radius: float, centre: ArrayLike, axis: ArrayLike, count: int) -> FloatArray:
-    """Field points (count, 3) m, evenly spaced on a circle of `radius` m about `axis` through `centre`.
+    """Return field points, evenly spaced on a circle.
 
-    The first lies where the coordinate axis that `axis` is most nearly normal to points.  Raises InputError for numbers
-    that are not finite, an axis without length and no points.
+    Parameters
+    ----------
+    radius : float
+        Radius (m).
+    centre : (3,) array
+        Centre (m).
+    axis : (3,) array
+        Normal of the circle's plane.
+    count : int
+        Number of points.
+
+    Returns
+    -------
+    (count, 3) array
+        Points (m). The first lies along the coordinate axis to which `axis` is most nearly normal.
+
+    Raises
+    ------
+    InputError
+        If a number is not finite, the axis has no length or `count` is not positive.
     """
     require(
         0 < radius < np.inf and is_whole(count) and count > 0,
@@ -171,13 +323,13 @@ def circle_points(radius: float, centre: ArrayLike, axis: ArrayLike, count: int)
 
 
 def _plane_wave_power(surface_velocity: SurfaceVelocity, air: Air) -> FloatArray:
-    """ρc S ⟨v_n²⟩, (n_f,) W."""
+    """Return ρc S ⟨v_n²⟩, (n_f,) W."""
     area = float(surface_velocity.surface.areas.sum())
     return np.asarray(air.impedance * area * mean_square_velocity(surface_velocity))
 
 
 def _positions(points: ArrayLike, what: str) -> FloatArray:
-    """Points (n, 3) m, finite, else `InputError`."""
+    """Return finite points (n, 3) m; InputError otherwise."""
     x = np.atleast_2d(real_numbers(points, what))
     require(
         x.ndim == 2 and x.shape[1] == 3 and len(x) > 0 and bool(np.isfinite(x).all()),

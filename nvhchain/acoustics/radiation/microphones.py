@@ -1,4 +1,4 @@
-"""Microphone arrays of the sound power standards: positions, the power they show, and the error of the near field."""
+"""Microphone arrays of the sound power standards: positions, sound power and the error of the near field."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from nvhchain.handoff import FieldPressure, FloatArray, RigidPlane, SoundPower, 
 from nvhchain.kinds import checked
 
 ARRAYS = ("ISO 3744", "ISO 3745")
-"""Standards whose microphone positions are known: engineering and precision grade."""
+"""Standards with known microphone positions: engineering and precision grade."""
 
 NEAREST = 2.0
-"""Least radius of an array in characteristic source dimensions, ISO 3744:2010 and ISO 3745:2012."""
+"""Smallest radius of an array in characteristic source dimensions, ISO 3744:2010 and ISO 3745:2012."""
 
 _FEWEST = 6
-"""Positions of an array at least."""
+"""Smallest number of positions of an array."""
 
 _ROUND = 1e-6
-"""By which positions may miss their sphere, relative to its radius and their distance from the origin."""
+"""Tolerance of positions on their sphere, relative to its radius and their distance from the origin."""
 
 _UNEVEN = 0.1
-"""By which the mean of positions may miss that of their sphere or hemisphere, radii: 0.005 for ISO 3744."""
+"""Tolerance of the mean of positions against that of their sphere or hemisphere, in radii: 0.005 for ISO 3744."""
 
-# Azimuths in degrees of the positions of ISO 3745:2012, from the equator up: annex D (sphere, upper half; the other
-# half lies opposite) and annex E (hemisphere).
+# Azimuths (degrees) of the positions of ISO 3745:2012, from the equator up. Annex D: sphere, upper half; the other half
+# lies opposite. Annex E: hemisphere.
 _SPHERE_AZIMUTH = (180, 300, 60, 120, 240, 0, 60, 180, 300, 0)
 _HEMISPHERE_AZIMUTH = (*_SPHERE_AZIMUTH, 120, 240, 300, 60, 180, 240, 0, 120, 180, 300)
 
@@ -41,12 +41,30 @@ def array_points(
     reflecting_plane: RigidPlane | bool = False,
     standard: str = "ISO 3744",
 ) -> FloatArray:
-    """Microphone positions on a sphere or, above a reflecting plane, on a hemisphere, each for the same area, m.
+    """Return microphone positions on a sphere or, above a reflecting plane, on a hemisphere.
 
-    standard: `ISO 3744` (2010, table B.1): three rings of six at z/r = 0.15, 0.45 and 0.75 and two at the top, on the
-    sphere with their mirror images (40 in all); `ISO 3745` (2012): 20 positions at 20 equally spaced heights.
-    reflecting_plane: the hemisphere stands on this plane, about the foot of `centre` on it (True: on the plane
-    z = centre z); without it the array is a whole sphere for a source in a free field.
+    Parameters
+    ----------
+    radius : float
+        Radius of the array (m).
+    centre : (3,) array
+        Centre of the array (m).
+    reflecting_plane : RigidPlane or bool
+        Plane on which the hemisphere stands, about the foot of `centre` on it. True stands for the plane z = centre z.
+        Without a plane, the array is a whole sphere for a source in a free field.
+    standard : str
+        `ISO 3744` (2010, table B.1): three rings of six at z/r = 0.15, 0.45 and 0.75, and two positions at the top. The
+        sphere adds their mirror images (40 in all). `ISO 3745` (2012): 20 positions at 20 equally spaced heights.
+
+    Returns
+    -------
+    (n_point, 3) array
+        Positions (m), each for the same area.
+
+    Raises
+    ------
+    InputError
+        If the radius is not positive, the centre not finite or the standard unknown.
     """
     _check_radius(radius)
     require(standard in ARRAYS, f"array standard {standard!r} is unknown: choose from {', '.join(ARRAYS)}")
@@ -75,15 +93,41 @@ def array_points(
 
 @checked
 def array_power(pressure: FieldPressure, radius: float, air: Air, *, reflecting_plane: bool = False) -> SoundPower:
-    """Sound power from the mean square pressure over an array of `array_points`: W = ⟨p²⟩ S/(ρc), ISO 3744:2010.
+    """Compute sound power from the mean square pressure over an array: W = ⟨p²⟩ S/(ρc), ISO 3744:2010.
 
-    pressure: at the array's positions.  radius: m.  reflecting_plane: S is a hemisphere instead of a sphere.
-    The standards' corrections for background noise and room (K1, K2) are zero in a computed field; ρc is that of `air`,
-    so that the reference conditions of ISO 3745 (C1, C2) do not enter.
-    The provenance keeps the largest standard error of the mean over the positions (`array_sampling_dB`) and what the
-    near field adds to a dipole at the lowest line, 10 lg(1 + 1/(kr)²) (`array_near_field_dB`): nothing to a monopole,
-    more to higher orders.  Gives an AccuracyWarning where the radius is below a quarter of a wavelength there.
-    Raises InputError for points that are not spread over a sphere of `radius`, or with `reflecting_plane` one half.
+    Parameters
+    ----------
+    pressure : FieldPressure
+        Sound pressure (Pa) at the positions of `array_points`.
+    radius : float
+        Radius of the array (m).
+    air : Air
+        Density and speed of sound.
+    reflecting_plane : bool
+        S is the area of a hemisphere instead of a sphere.
+
+    Returns
+    -------
+    SoundPower
+        Power (W). The provenance holds `array_sampling_dB`, the largest standard error of the mean over the positions.
+        It also holds `array_near_field_dB`, the level that the near field adds to a dipole at the lowest line: 10 lg(1
+        + 1/(kr)²).
+
+    Raises
+    ------
+    InputError
+        If the points are not spread over a sphere of `radius` or, with `reflecting_plane`, over one half.
+
+    Warns
+    -----
+    AccuracyWarning
+        If the radius is below a quarter of a wavelength at the lowest line.
+
+    Notes
+    -----
+    The standards' corrections for background noise and room (K1, K2) are zero in a computed field. The value of ρc is
+    that of `air`, so that the reference conditions of ISO 3745 (C1, C2) do not enter. The near field adds nothing to a
+    monopole and more to higher orders than to a dipole.
     """
     _check_radius(radius)
     _check_positions(pressure.points, radius, reflecting_plane)
@@ -108,8 +152,10 @@ def array_power(pressure: FieldPressure, radius: float, air: Air, *, reflecting_
 
 
 def source_dimension(surface: Surface, plane: RigidPlane | None) -> float:
-    """Characteristic source dimension d₀ (m): half the diagonal of the reference box, which above a reflecting plane
-    stands on it and includes its mirror image (ISO 3744:2010)."""
+    """Return the characteristic source dimension d₀ (m): half the diagonal of the reference box (ISO 3744:2010).
+
+    Above a reflecting plane, the box stands on the plane and includes its mirror image.
+    """
     if plane is None:
         return 0.5 * float(np.linalg.norm(np.ptp(surface.vertices, axis=0)))
     along = np.ptp(surface.vertices @ plane_axes(plane)[:2].T, axis=0)
@@ -119,12 +165,17 @@ def source_dimension(surface: Surface, plane: RigidPlane | None) -> float:
 def check_array(
     surface: Surface, radius: float, plane: RigidPlane | None, highest: float, air: Air, standard: str
 ) -> None:
-    """Give an AccuracyWarning where an array of `radius` m stands nearer than `NEAREST` source dimensions, and where
-    its positions may miss the lobes of the source at the frequency `highest` (Hz).
+    """Warn of an array that is too near to the source or too coarse for it.
 
-    The mean square pressure of a source of dimension d₀ oscillates over the height as e^{2jkd₀ cos θ} at most, which
-    positions Δ radii apart in height take for no oscillation at k d₀ Δ = π.  The power of a monopole high above a plane
-    errs by 0.5 dB up to three quarters of that, where the warning begins, and by up to 14 dB there (closed form).
+    An AccuracyWarning names a `radius` (m) below `NEAREST` source dimensions. Another one names positions that may miss
+    the lobes of the source at the frequency `highest` (Hz).
+
+    Notes
+    -----
+    The mean square pressure of a source of dimension d₀ oscillates over the height as e^{2jkd₀ cos θ} at most.
+    Positions Δ radii apart in height alias this to a constant at k d₀ Δ = π. The power of a monopole high above a plane
+    errs by 0.5 dB up to three quarters of that, where the warning begins. At k d₀ Δ = π it errs by up to 14 dB (closed
+    form).
     """
     _check_radius(radius)
     dimension = source_dimension(surface, plane)
@@ -145,13 +196,15 @@ def check_array(
 
 
 def _check_positions(points: FloatArray, radius: float, half: bool) -> None:
-    """Raise `InputError` unless points (n_point, 3) m lie on a sphere of `radius` m and are spread evenly over all of
-    it, or over one half."""
+    """Raise InputError unless points (n_point, 3) m lie on a sphere of `radius` m.
+
+    They must be spread evenly over all of the sphere or, if `half`, over one half.
+    """
     remedy = "take the pressure at array_points of the same radius"
     require(len(points) >= _FEWEST, f"{len(points)} positions make no array, {_FEWEST} are needed: {remedy}")
     middle = points.mean(axis=0)
     offset = points - middle
-    # |x − c|² − |c|² is the same at all points of a sphere, wherever its centre c
+    # |x − c|² − |c|² is the same at all points of a sphere with any centre c
     columns = np.concatenate([2.0 * offset, np.ones((len(points), 1))], axis=1)
     centre = np.linalg.lstsq(columns, (offset**2).sum(axis=1), rcond=None)[0][:3]
     distance = np.linalg.norm(offset - centre, axis=1)

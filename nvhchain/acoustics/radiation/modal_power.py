@@ -1,4 +1,4 @@
-"""Sound power of thousands of lines from radiation resistance: waves interpolated between masters, power from them."""
+"""Sound power at thousands of lines from radiation resistance: waves are interpolated between master frequencies."""
 
 from __future__ import annotations
 
@@ -28,19 +28,19 @@ from nvhchain.handoff import (
 from nvhchain.kinds import checked
 
 _DEPENDENT = 1e-10
-"""Mean square velocity of a combination of shapes, relative to that of the shapes, below which it is none."""
+"""Mean square velocity, relative to that of the shapes, below which a combination of shapes counts as zero."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Products:
-    """Inner products F_iᴴ F_j (n_column, n_column) of the waves at two nodes, each made once."""
+    """Inner products F_iᴴ F_j (n_column, n_column) of the waves at two nodes, each computed once."""
 
     resistance: RadiationResistance
     nodes: Nodes
     known: dict[tuple[int, int], ComplexArray] = field(default_factory=dict)
 
     def at(self, i: int, j: int) -> ComplexArray:
-        """For nodes i ≤ j."""
+        """Return the product of nodes i ≤ j."""
         if (i, j) not in self.known:
             left, right = (waves_at_nodes(self.resistance, self.nodes, node) for node in (i, j))
             rows = min(len(left), len(right))
@@ -56,17 +56,40 @@ def waves_power(
     *,
     fidelity: AcousticsFidelity = STANDARD.acoustics,
 ) -> SoundPower:
-    """Sound power P = ½ q̇ᴴ R q̇ at lines between the masters.
+    """Compute sound power P = ½ q̇ᴴ R q̇ at lines between the masters.
 
-    The waves are interpolated as transfer vectors are, not R: P is a sum of squares at every
-    line, and what cancels in one wave does so at all lines.
-    frequency: (n_f,) Hz, increasing, within the masters.  velocity: (n_f, n_column) of the coordinates, peak.
-    The provenance keeps the largest estimated error of interpolation of a line (`interpolation_error_dB`; that of two
-    masters from what is known of a body of this size), AccuracyWarning where it exceeds
-    `fidelity.master_tolerance_db`; what resonances that the mesh misses make of a line, as that of `radiate`; and, as
-    that of `sound_power` does, the largest error of motions whose parts cancel each other (`cancellation_error_dB`, at
-    `cancellation_frequency` Hz), with an AccuracyWarning too.
-    Raises InputError for a line outside the masters or another number of columns.
+    Parameters
+    ----------
+    resistance : RadiationResistance
+        Waves of the coordinates at the masters.
+    frequency : (n_f,) array
+        Lines (Hz), increasing, within the masters.
+    velocity : (n_f, n_column) array
+        Velocities of the coordinates, peak values.
+    fidelity : AcousticsFidelity
+        Accuracy settings.
+
+    Returns
+    -------
+    SoundPower
+        Power (W). The provenance holds the largest estimated error of interpolation (`interpolation_error_dB`) and the
+        effect of resonances that the mesh misses, as for `radiate`. It also holds the largest error of motions whose
+        parts cancel each other, as for `sound_power` (`cancellation_error_dB`, at `cancellation_frequency` Hz).
+
+    Raises
+    ------
+    InputError
+        If a line lies outside the masters or the number of columns differs.
+
+    Warns
+    -----
+    AccuracyWarning
+        If the interpolation error exceeds `fidelity.master_tolerance_db`, and for resonances and cancellation.
+
+    Notes
+    -----
+    The waves are interpolated like transfer vectors; R is not. P is therefore a sum of squares at every line, and parts
+    of a wave that cancel do so at all lines. The interpolation error of two masters follows from a body of this size.
     """
     frequency, velocity, columns = frequency_lines(frequency), np.asarray(velocity), resistance.waves.shape[2]
     require(
@@ -105,11 +128,37 @@ def modal_power(
     *,
     fidelity: AcousticsFidelity = STANDARD.acoustics,
 ) -> SoundPower:
-    """Sound power of a housing under bearing forces, at the lines that carry force.
+    """Compute the sound power of a housing under bearing forces, at the lines that carry force.
 
-    The same as forced response and `sound_power` one after the other, but for interpolation between the masters of
-    `resistance` (`waves_power`), which must be that of this housing (`housing_shapes`).
-    Raises InputError otherwise, for other bearings and for a line outside the masters.
+    Parameters
+    ----------
+    resistance : RadiationResistance
+        Resistance of this housing's shapes (`housing_shapes`).
+    housing : ReducedHousing
+        Modes and residual motions of the housing.
+    force_spectrum : ForceSpectrum
+        Bearing forces (N), within the masters of `resistance`.
+    fidelity : AcousticsFidelity
+        Accuracy settings.
+
+    Returns
+    -------
+    SoundPower
+        Power (W), with the provenance of `waves_power`.
+
+    Raises
+    ------
+    InputError
+        If the resistance is of another housing, the bearings differ or a line lies outside the masters.
+
+    Warns
+    -----
+    AccuracyWarning
+        See `waves_power`.
+
+    Notes
+    -----
+    The result equals a forced response followed by `sound_power`, apart from interpolation between the masters.
     """
     if resistance.housing != housing.content_hash:
         raise InputError(
@@ -123,12 +172,25 @@ def modal_power(
 
 @checked
 def loaded_seats(housing: ReducedHousing, force_spectrum: ForceSpectrum) -> NDArray[np.bool_]:
-    """(n_bearing, 3) which bearings of the housing carry a force along which axis at any line."""
+    """Return the bearings and axes that carry a force at any line.
+
+    Parameters
+    ----------
+    housing : ReducedHousing
+        Housing whose bearings set the order.
+    force_spectrum : ForceSpectrum
+        Bearing forces.
+
+    Returns
+    -------
+    (n_bearing, 3) array of bool
+        True for each loaded axis of each bearing.
+    """
     return np.asarray(force_spectrum.in_order(housing.names).any(axis=0).reshape(-1, 3))
 
 
 def _check_seats(resistance: RadiationResistance, housing: ReducedHousing, velocity: ComplexArray) -> None:
-    """Raise `InputError` for velocities (n_f, n_column) of residual motions that the resistance leaves out."""
+    """Raise InputError for velocities (n_f, n_column) of residual motions that the resistance omits."""
     known = resistance.plane_wave_resistance.diagonal() > 0
     moves = np.concatenate([housing.normal_shapes.any(axis=1), housing.face_residual.any(axis=2).ravel()])
     missing = np.flatnonzero(velocity.any(axis=0) & moves & ~known) - len(housing.natural_frequency)
@@ -144,10 +206,32 @@ def _check_seats(resistance: RadiationResistance, housing: ReducedHousing, veloc
 def modal_efficiency(
     power: SoundPower, resistance: RadiationResistance, housing: ReducedHousing, force_spectrum: ForceSpectrum
 ) -> RadiationEfficiency:
-    """Radiation efficiency of a housing under bearing forces, at the lines at which it moves.
+    """Compute the radiation efficiency of a housing under bearing forces, at the lines at which it moves.
 
-    power: what `modal_power` found for the other arguments.  The surface velocity itself is not needed.
-    Raises InputError where the housing is at rest at all lines.
+    Parameters
+    ----------
+    power : SoundPower
+        Result of `modal_power` for the other arguments.
+    resistance : RadiationResistance
+        Resistance of this housing's shapes.
+    housing : ReducedHousing
+        Modes and residual motions of the housing.
+    force_spectrum : ForceSpectrum
+        Bearing forces (N).
+
+    Returns
+    -------
+    RadiationEfficiency
+        Efficiency of the lines that are not at rest.
+
+    Raises
+    ------
+    InputError
+        If the housing is at rest at all lines.
+
+    Notes
+    -----
+    The surface velocity itself is not needed.
     """
     _, velocity = _modal_velocity(housing, force_spectrum)
     plane_waves = np.einsum("lc,lc->l", velocity.conj(), velocity @ resistance.plane_wave_resistance).real
@@ -155,7 +239,7 @@ def modal_efficiency(
 
 
 def _modal_velocity(housing: ReducedHousing, force_spectrum: ForceSpectrum) -> tuple[FloatArray, ComplexArray]:
-    """Lines (n_f,) Hz that carry force and the velocities (n_f, n_column) there of modes and residual motions."""
+    """Return the lines (n_f,) Hz that carry force, and the velocities (n_f, n_column) of modes and residual motions."""
     force = force_spectrum.in_order(housing.names)
     loaded = np.flatnonzero(force.any(axis=1))
     loaded = loaded if loaded.size else np.array([0])  # no force anywhere: one silent line
@@ -171,9 +255,26 @@ def _modal_velocity(housing: ReducedHousing, force_spectrum: ForceSpectrum) -> t
 def resistance_matrices(
     resistance: RadiationResistance, frequency: FloatArray, *, fidelity: AcousticsFidelity = STANDARD.acoustics
 ) -> FloatArray:
-    """Radiation resistance matrix R (n_f, n_column, n_column) N s/m at lines (n_f,) Hz: symmetric, semidefinite.
+    """Compute the radiation resistance matrices at lines between the masters.
 
-    Raises InputError for a line outside the masters.
+    Parameters
+    ----------
+    resistance : RadiationResistance
+        Waves of the coordinates at the masters.
+    frequency : (n_f,) array
+        Lines (Hz) within the masters.
+    fidelity : AcousticsFidelity
+        Accuracy settings.
+
+    Returns
+    -------
+    (n_f, n_column, n_column) array
+        Symmetric, positive semidefinite matrices R (N s/m).
+
+    Raises
+    ------
+    InputError
+        If a line lies outside the masters.
     """
     frequency = frequency_lines(frequency)
     _check_lines(resistance, frequency[frequency > 0])
@@ -191,12 +292,31 @@ def resistance_matrices(
 
 @checked
 def radiation_modes(resistance: FloatArray, plane_wave_resistance: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Acoustic radiation modes: combinations of shapes that radiate independently of each other.
+    """Compute acoustic radiation modes: combinations of shapes that radiate independently of each other.
 
-    R x = σ ρc⟨φφᵀ⟩S x with both matrices (n_column, n_column) N s/m at one frequency: radiation efficiencies σ (n,),
-    largest first, and coefficients (n_column, n) of the modes, each of the same mean square velocity.  Combinations of
-    shapes that hardly move are left out.  Raises InputError for matrices that are not finite, symmetric, of equal size
-    and of shapes that move.  Source: Elliott & Johnson, J. Acoust. Soc. Am. 94 (1993) 2194.
+    Parameters
+    ----------
+    resistance : (n_column, n_column) array
+        Radiation resistance R (N s/m) at one frequency.
+    plane_wave_resistance : (n_column, n_column) array
+        Resistance ρc⟨φφᵀ⟩S (N s/m) of plane waves from every face.
+
+    Returns
+    -------
+    efficiency : (n,) array
+        Radiation efficiencies σ, largest first.
+    modes : (n_column, n) array
+        Coefficients of the modes, each of the same mean square velocity. Combinations of shapes that hardly move are
+        excluded.
+
+    Raises
+    ------
+    InputError
+        If a matrix is not finite or not symmetric, the sizes differ or no shape moves.
+
+    Notes
+    -----
+    The modes solve R x = σ ρc⟨φφᵀ⟩S x.  Source: Elliott & Johnson, J. Acoust. Soc. Am. 94 (1993) 2194.
     """
     shapes = np.shape(resistance), np.shape(plane_wave_resistance)
     require(
@@ -225,13 +345,13 @@ def radiation_modes(resistance: FloatArray, plane_wave_resistance: FloatArray) -
 
 
 def _pieces(nodes: Nodes, frequency: FloatArray, lines: np.ndarray) -> list[np.ndarray]:
-    """Lines by the gap between masters they lie in, which share their nodes."""
+    """Group lines by the gap between masters; the lines of a gap share their nodes."""
     gap = np.searchsorted(nodes.masters, frequency[lines])
     return [lines[gap == g] for g in np.unique(gap)]
 
 
 def _squares(products: _Products, sets: list[ComplexArray], velocity: ComplexArray) -> list[FloatArray]:
-    """|Σ_j w_j F_j q̇|² (n_line,) for every set of weights (n_line, n_node)."""
+    """Return |Σ_j w_j F_j q̇|² (n_line,) for every set of weights (n_line, n_node)."""
     used = support(np.concatenate(sets))
     squares = [np.zeros(len(velocity)) for _ in sets]
     for i in range(used.start, used.stop):
@@ -243,8 +363,11 @@ def _squares(products: _Products, sets: list[ComplexArray], velocity: ComplexArr
 
 
 def _error_power(resistance: RadiationResistance, frequency: FloatArray, velocity: ComplexArray) -> FloatArray:
-    """Power (n_f,) W of the error where parts of a motion cancel: its resistance goes with f⁴ at low frequency, over
-    which straight lines between masters keep it semidefinite."""
+    """Return the error power (n_f,) W where parts of a motion cancel.
+
+    The error's resistance grows with f⁴ at low frequency. Linear interpolation of the ratio to f⁴ between masters keeps
+    it semidefinite.
+    """
     assert resistance.cancellation is not None
     masters = np.flatnonzero(resistance.frequency > 0)
     error = np.zeros(len(frequency))
@@ -260,7 +383,7 @@ def _error_power(resistance: RadiationResistance, frequency: FloatArray, velocit
 
 
 def _short_waves(resistance: RadiationResistance, velocity: ComplexArray) -> FloatArray:
-    """Of velocities (n_f, n_column) what `short_waves` gives of those of the surface; zero where it is not known."""
+    """Return the share `short_waves` of the surface for velocities (n_f, n_column); zero if it is unknown."""
     if resistance.wall_waves is None:
         return np.zeros(len(velocity))
     short, whole = (
@@ -271,13 +394,16 @@ def _short_waves(resistance: RadiationResistance, velocity: ComplexArray) -> Flo
 
 
 def waves_nodes(resistance: RadiationResistance, fidelity: AcousticsFidelity) -> Nodes:
-    """Nodes of the interpolation between the masters."""
+    """Return the nodes of the interpolation between the masters."""
     detour = Paths(2 * np.pi / resistance.air.speed_of_sound * 2.0 * resistance.reach)
     return nodes_at(resistance.frequency, fidelity, lambda _, mirrored: _inner_products(resistance, mirrored), detour)
 
 
 def waves_at_nodes(resistance: RadiationResistance, nodes: Nodes, node: int) -> ComplexArray:
-    """Waves (n_row, n_column) at a node; those at −f are conjugate to those at f, the response in time being real."""
+    """Return waves (n_row, n_column) at a node.
+
+    The response in time is real, so that waves at −f are conjugate to those at f.
+    """
     first = len(resistance.frequency) - len(nodes.masters)
     place = node - nodes.mirrored
     waves = resistance.waves_at(first + (place if place >= 0 else -1 - place))
@@ -285,7 +411,7 @@ def waves_at_nodes(resistance: RadiationResistance, nodes: Nodes, node: int) -> 
 
 
 def _inner_products(resistance: RadiationResistance, mirrored: int) -> ComplexArray:
-    """Inner products of waves over frequency at mirrored masters and masters; every column counts alike."""
+    """Return inner products of waves over frequency at mirrored masters and masters; every column counts alike."""
     masters = np.flatnonzero(resistance.frequency > 0)
     values = resistance.waves[masters] / resistance.frequency[masters, None, None]
     size = np.sqrt((np.abs(values) ** 2).sum(axis=(0, 1)))

@@ -29,10 +29,10 @@ from nvhchain.handoff import (
 from nvhchain.kinds import checked
 
 _TOLD = ("fidelity", *chain.from_iterable(STATED))
-"""Of an operator's provenance, what holds for what is made from it."""
+"""Entries of an operator's provenance that also hold for results made from it."""
 
 _SAME_LINE = 1e-9
-"""Frequencies that differ by less, relative to the highest, are one line: rounding of a Fourier transform's axis."""
+"""Largest difference of frequencies that count as one line, relative to the highest: rounding of a Fourier axis."""
 
 
 @checked
@@ -44,16 +44,46 @@ def modal_transfer_vectors(
     fidelity: AcousticsFidelity = STANDARD.acoustics,
     progress: Progress | None = None,
 ) -> ModalTransferVectors:
-    """Transfer vectors times normal shapes and residual motion of the housing, at the lines of a load case.
+    """Compute transfer vectors times normal shapes and residual motion of the housing, at the lines of a load case.
 
-    frequency: (n_f,) Hz, increasing, within the masters of `atv`.  Beyond the vectors (`expected_error_dB`, kept from
-    them) only interpolation between masters errs (`project`).  The provenance keeps by how much at most
-    (`interpolation_error_dB`), relative to the transfer vector of the same line and point, both as 2-norms over the
-    faces and, with a plane, over the direct and the reflected part: what motions suffer in the mean that are alike on
-    all faces and random in phase; those whose parts cancel suffer more (`radiate` tells it of a surface velocity).
-    AccuracyWarning where it exceeds `fidelity.master_tolerance_db`.  In the same norm it keeps what resonances that the
-    mesh misses make of the vectors, and warns of it, as `radiate` does.
-    Raises InputError when the housing radiates from another surface or a line lies outside the masters, ResourceError.
+    Parameters
+    ----------
+    atv : TransferVectors
+        Transfer vectors of the housing's surface at the masters.
+    housing : ReducedHousing
+        Modes and residual motions of the housing.
+    frequency : (n_f,) array
+        Lines (Hz), increasing, within the masters of `atv`.
+    fidelity : AcousticsFidelity
+        Accuracy settings.
+    progress : Progress, optional
+        Function that receives the finished and the total number of lines.
+
+    Returns
+    -------
+    ModalTransferVectors
+        Pressure per mode and per residual motion. The provenance holds `expected_error_dB` of the vectors and
+        `interpolation_error_dB`, the largest interpolation error. It also holds the effect of resonances that the mesh
+        misses, as for `radiate`.
+
+    Raises
+    ------
+    InputError
+        If the housing radiates from another surface or a line lies outside the masters.
+    ResourceError
+        If the result does not fit into free memory.
+
+    Warns
+    -----
+    AccuracyWarning
+        If the interpolation error exceeds `fidelity.master_tolerance_db`, and for missed resonances.
+
+    Notes
+    -----
+    Beyond the error of the vectors, only interpolation between masters errs (`project`). Its error is relative to the
+    transfer vector of the same line and point. Both are 2-norms over the faces and, with a plane, over the direct and
+    the reflected part. This is the mean error of motions that are alike on all faces and random in phase. Motions whose
+    parts cancel each other have larger errors; `radiate` estimates them for a surface velocity.
     """
     _check_surface(atv, housing)
     lines = frequency_lines(frequency)
@@ -78,9 +108,24 @@ def modal_transfer_vectors(
 
 @checked
 def noise_transfer_functions(modal: ModalTransferVectors, housing: ReducedHousing) -> NoiseTransferFunctions:
-    """Pressure per bearing force, jω (Σ_r modes_r φ_r(seat)/(ω_r² − ω² + 2jζ_rω_rω) + residual), Pa/N.
+    """Compute pressure per bearing force: jω (Σ_r modes_r φ_r(seat)/(ω_r² − ω² + 2jζ_rω_rω) + residual).
 
-    housing: the one whose shapes `modal` holds.  Raises InputError for another one.
+    Parameters
+    ----------
+    modal : ModalTransferVectors
+        Pressure per mode and per residual motion.
+    housing : ReducedHousing
+        Housing from which `modal` was computed.
+
+    Returns
+    -------
+    NoiseTransferFunctions
+        Functions in Pa/N.
+
+    Raises
+    ------
+    InputError
+        If `modal` was computed from another housing.
     """
     _check_housing(modal, housing)
     rate = 2j * np.pi * modal.frequency[:, None, None]
@@ -103,11 +148,31 @@ def noise_transfer_functions(modal: ModalTransferVectors, housing: ReducedHousin
 def modal_pressure(
     modal: ModalTransferVectors, housing: ReducedHousing, force_spectrum: ForceSpectrum
 ) -> FieldPressure:
-    """Sound pressure under bearing forces from modal transfer vectors, p = modes · q̇ + residual · jωF.
+    """Compute sound pressure under bearing forces from modal transfer vectors: p = modes · q̇ + residual · jωF.
 
-    The same as forced response and `radiate` one after the other, at the lines that carry force; they must be among
-    those of `modal`.  What a mesh errs by where parts of the motion cancel each other is told by `radiate` alone, which
-    sees it on the faces.  Raises InputError otherwise, and for another housing or other bearings.
+    Parameters
+    ----------
+    modal : ModalTransferVectors
+        Pressure per mode and per residual motion.
+    housing : ReducedHousing
+        Housing from which `modal` was computed.
+    force_spectrum : ForceSpectrum
+        Bearing forces (N). Lines that carry force must be lines of `modal`.
+
+    Returns
+    -------
+    FieldPressure
+        Pressure (Pa) at the lines that carry force.
+
+    Raises
+    ------
+    InputError
+        If a line is missing, or the housing or the bearings differ.
+
+    Notes
+    -----
+    The result equals a forced response followed by `radiate`. Only `radiate` estimates the mesh error of parts of a
+    motion that cancel each other, as it has the velocities of the faces.
     """
     _check_housing(modal, housing)
     force, loaded, rows = _loaded(force_spectrum, modal.names, modal.frequency)
@@ -121,9 +186,24 @@ def modal_pressure(
 
 @checked
 def transfer_pressure(functions: NoiseTransferFunctions, force_spectrum: ForceSpectrum) -> FieldPressure:
-    """Sound pressure under bearing forces from noise transfer functions, p = functions · F.
+    """Compute sound pressure under bearing forces from noise transfer functions: p = functions · F.
 
-    The lines that carry force must be among those of `functions`.  Raises InputError otherwise and for other bearings.
+    Parameters
+    ----------
+    functions : NoiseTransferFunctions
+        Pressure per bearing force (Pa/N).
+    force_spectrum : ForceSpectrum
+        Bearing forces (N). Lines that carry force must be lines of `functions`.
+
+    Returns
+    -------
+    FieldPressure
+        Pressure (Pa) at the lines that carry force.
+
+    Raises
+    ------
+    InputError
+        If a line is missing or the bearings differ.
     """
     force, loaded, rows = _loaded(force_spectrum, functions.names, functions.frequency)
     values = functions.functions.reshape(*functions.functions.shape[:2], -1)
@@ -131,14 +211,14 @@ def transfer_pressure(functions: NoiseTransferFunctions, force_spectrum: ForceSp
 
 
 def _products(operator: ComplexArray, load: ComplexArray, rows: IntArray | slice) -> ComplexArray:
-    """Σ_c operator (row of the line, point, c) · load (line, c): (n_line, n_point)."""
+    """Return Σ_c operator (row of the line, point, c) · load (line, c): (n_line, n_point)."""
     return np.asarray(np.matmul(operator[rows], load[:, :, None])[:, :, 0])
 
 
 def _loaded(
     spectrum: ForceSpectrum, names: tuple[str, ...], lines: FloatArray
 ) -> tuple[ComplexArray, IntArray, IntArray | slice]:
-    """Force (n, 3 n_bearing) N at the lines that carry any, these lines, and where the operator has them."""
+    """Return the force (n, 3 n_bearing) N at lines that carry any, these lines, and their rows in the operator."""
     force = spectrum.in_order(names)
     loaded = np.flatnonzero(force.any(axis=1))
     if loaded.size == 0:
@@ -175,7 +255,7 @@ def _field(
 
 
 def told_of(operator: ModalTransferVectors | NoiseTransferFunctions) -> dict[str, Any]:
-    """What the provenance of an operator says of what is made from it."""
+    """Return the entries of an operator's provenance that hold for results made from it."""
     return {name: operator.provenance[name] for name in _TOLD if name in operator.provenance}
 
 

@@ -1,4 +1,4 @@
-"""Transfer vectors between their masters, whole or multiplied with shapes of the surface."""
+"""Transfer vectors between their masters, whole or multiplied by shapes of the surface."""
 
 from __future__ import annotations
 
@@ -22,11 +22,34 @@ from nvhchain.runtime.memory import free_memory
 def vectors_at(
     atv: TransferVectors, frequency: ArrayLike, *, fidelity: AcousticsFidelity = STANDARD.acoustics
 ) -> TransferVectors:
-    """Transfer vectors at lines (n_f,) Hz between the masters, as `radiate` takes them.
+    """Interpolate transfer vectors at lines between the masters, as `radiate` does.
 
-    The provenance keeps that of `atv` and what interpolation makes of the vectors, as `modal_transfer_vectors` tells
-    it, with the same warnings; what is made from them states no less.
-    Raises InputError for a line outside the masters, ResourceError where the vectors do not fit into free memory.
+    Parameters
+    ----------
+    atv : TransferVectors
+        Transfer vectors at the masters.
+    frequency : (n_f,) array
+        Lines (Hz) within the masters.
+    fidelity : AcousticsFidelity
+        Accuracy settings.
+
+    Returns
+    -------
+    TransferVectors
+        Vectors at the lines. The provenance holds that of `atv` and the interpolation error, as for
+        `modal_transfer_vectors`. Results made from these vectors carry at least this error.
+
+    Raises
+    ------
+    InputError
+        If a line lies outside the masters.
+    ResourceError
+        If the vectors do not fit into free memory.
+
+    Warns
+    -----
+    AccuracyWarning
+        See `modal_transfer_vectors`.
     """
     lines = frequency_lines(frequency)
     paths = 1 if atv.plane is None else 2
@@ -58,13 +81,42 @@ def project(
     fidelity: AcousticsFidelity = STANDARD.acoustics,
     progress: Progress | None = None,
 ) -> ComplexArray:
-    """Transfer vectors times shapes at lines between the masters: (n_f, n_point, n_column) Pa per unit of a column.
+    """Multiply transfer vectors by shapes at lines between the masters.
 
-    shapes: (n_face, n_column), real or complex, normal velocity per unit of a column.  frequency: (n_f,) Hz.
-    The vectors are interpolated first and multiplied then, line by line: the removed phase differs from face to face,
-    so that the product at the masters is no smooth function of frequency.  Equal to `vectors_at` times shapes, with the
-    same warnings.
-    Raises InputError for a line outside the masters, shapes of another surface or not finite; ResourceError.
+    Parameters
+    ----------
+    atv : TransferVectors
+        Transfer vectors at the masters.
+    shapes : (n_face, n_column) array
+        Real or complex normal velocity per unit of a column.
+    frequency : (n_f,) array
+        Lines (Hz) within the masters.
+    fidelity : AcousticsFidelity
+        Accuracy settings.
+    progress : Progress, optional
+        Function that receives the finished and the total number of lines.
+
+    Returns
+    -------
+    (n_f, n_point, n_column) array
+        Pressure (Pa) per unit of a column.
+
+    Raises
+    ------
+    InputError
+        If a line lies outside the masters, or the shapes belong to another surface or are not finite.
+    ResourceError
+        If the result does not fit into free memory.
+
+    Warns
+    -----
+    AccuracyWarning
+        See `vectors_at`.
+
+    Notes
+    -----
+    Every line interpolates the vectors first and then multiplies. The removed phase differs from face to face, so that
+    the product at the masters is no smooth function of frequency. The result equals `vectors_at` times shapes.
     """
     lines = frequency_lines(frequency)
     columns = np.asarray(shapes)
@@ -83,7 +135,7 @@ def project(
 def products(
     smooth: Interpolant, columns: FloatArray | ComplexArray, lines: FloatArray, points: int, progress: Progress | None
 ) -> ComplexArray:
-    """As `project`: (n_f, n_point, n_column), of arguments that were checked.  points: without mirror images."""
+    """Return the result (n_f, n_point, n_column) of `project` for checked arguments; `points` omits mirror images."""
     check_memory(16 * len(lines) * points * columns.shape[1], "projected transfer vectors", "lines")
     real = not np.iscomplexobj(columns)
     product = np.zeros((len(lines), points, columns.shape[1]), dtype=complex)
@@ -102,7 +154,7 @@ def products(
 
 
 def check_memory(size: int, what: str, fewer: str) -> None:
-    """Raise `ResourceError` unless `size` bytes of `what` fit into free memory."""
+    """Raise ResourceError unless `size` bytes of `what` fit into free memory."""
     free = free_memory()
     if size > free:
         raise ResourceError(
@@ -112,8 +164,10 @@ def check_memory(size: int, what: str, fewer: str) -> None:
 
 
 def _pieces(smooth: Interpolant, lines: FloatArray) -> Iterator[tuple[slice, int, ComplexArray]]:
-    """Lines, field point and the vectors (lines, n_face) there, piece by piece; with a plane, the field points are
-    followed by their mirror images."""
+    """Yield lines, a field point and its vectors (lines, n_face), piece by piece.
+
+    With a plane, the mirror images of the field points follow the field points.
+    """
     for end in range(len(smooth.atv.points)):
         values, distance = smooth.at_nodes(end), smooth.distance(end)
         for piece in line_batches(len(lines)):

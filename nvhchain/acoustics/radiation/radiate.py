@@ -16,7 +16,8 @@ from nvhchain.handoff import ComplexArray, FieldPressure, FloatArray, SurfaceVel
 from nvhchain.kinds import checked
 
 _BLOCK_BYTES = 2**28
-"""Remainders at the nodes that are alive at once: those of some points, which then share the reading of velocities."""
+"""Bytes of remainders at the nodes that are held at once; the points of such a block share the reading of velocities.
+"""
 
 _COMPLEX_2 = nb.types.Array(nb.complex128, 2, "C", readonly=True)
 _REAL_1 = nb.types.Array(nb.float64, 1, "C", readonly=True)
@@ -24,11 +25,10 @@ _REAL_1 = nb.types.Array(nb.float64, 1, "C", readonly=True)
 
 @nb.njit(nb.complex128[:, ::1](_REAL_1, _REAL_1, _COMPLEX_2), cache=True, nogil=True)
 def _delayed(wavenumber, distance, velocity):  # type: ignore[no-untyped-def]
-    """v e^{−jkr} for every line and face.
+    """Return v e^{−jkr} for every line and face.
 
-    Lines that follow each other at one spacing, as those of a Fourier transform do, advance the phase by a
-    multiplication; the spacing may differ by rounding only, so that after a piece of lines the phase is still good
-    to some 1e-12 rad.
+    Equally spaced lines, like those of a Fourier transform, advance the phase by a multiplication. Their spacing may
+    differ by rounding only. After a piece of lines, the phase is therefore still correct to about 1e-12 rad.
     """
     lines, faces = velocity.shape
     delayed = np.empty((lines, faces), dtype=np.complex128)
@@ -61,25 +61,58 @@ def radiate(
     fidelity: AcousticsFidelity = STANDARD.acoustics,
     progress: Progress | None = None,
 ) -> FieldPressure:
-    """Sound pressure at the field points of `atv`, p(ω) = vector(ω) · v_n(ω), at every line of the surface velocity.
+    """Compute sound pressure at the field points, p(ω) = vector(ω) · v_n(ω), at every line of the surface velocity.
 
+    Parameters
+    ----------
+    atv : TransferVectors
+        Transfer vectors at the masters.
+    surface_velocity : SurfaceVelocity
+        Normal velocity of the faces (m/s), peak values, at lines within the masters.
+    fidelity : AcousticsFidelity
+        Accuracy settings.
+    progress : Progress, optional
+        Function that receives the finished and the total number of steps.
+
+    Returns
+    -------
+    FieldPressure
+        Pressure (Pa); zero at lines without velocity and at 0 Hz. Notes describe its provenance.
+
+    Raises
+    ------
+    InputError
+        If the surfaces differ or a line lies outside the masters.
+    ResourceError
+        If the result does not fit into free memory.
+
+    Warns
+    -----
+    AccuracyWarning
+        For the errors of interpolation, resonances and cancellation, see Notes.
+
+    Notes
+    -----
     Transfer vectors are interpolated between their master frequencies, velocities never.
-    A line without any velocity, and a line at 0 Hz, has zero pressure.  The provenance keeps the largest estimated
-    interpolation error of each point relative to its peak pressure (`interpolation_error`, no less than `vectors_at`
-    stated of such vectors); AccuracyWarning where it exceeds `fidelity.master_tolerance_db`.  Where the mesh may miss
-    resonances of the air in openings (`resonance_shift` of the vectors' provenance) and the interpolation looks for
-    poles, from four masters on, it also keeps what that makes of the loudest point of a line at most
-    (`resonance_error_dB`, at `resonance_frequency` Hz), with an AccuracyWarning where it is more than a mesh with
-    `fidelity.elements_per_wavelength` errs by; with fewer masters it keeps the `resonance_shift` alone, and
-    warns of openings narrower than half an edge.
-    What the mesh errs by is kept from the vectors (`expected_error_dB`), of motions that are heard.  Where the parts of
-    one cancel each other, or walls bend in waves that are short for the mesh, it is more (1 dB where a thin plate bends
-    in four elements a wave, 12 dB of a coarse block in torsion at 1 Hz, 1 km away): of vectors from a mesh, and motions
-    slower along the walls than sound or of which the points hear hardly anything, the provenance keeps a bound, as
-    `solve_direct` does from the pressure on the surface, which is estimated here (`cancellation_error_dB`, at
-    `cancellation_frequency` Hz; `cancellation_of_motion`), with an AccuracyWarning as `sound_power` gives it, though
-    not before the estimate tells for sure.
-    Raises InputError when the surfaces differ or a line lies outside the masters.
+
+    Interpolation: `interpolation_error` in the provenance is the largest estimated error of each point, relative to its
+    peak pressure. It is at least the error that `vectors_at` states for its vectors. A warning is given above
+    `fidelity.master_tolerance_db`.
+
+    Resonances: the mesh may miss resonances of the air in openings (`resonance_shift` of the vectors' provenance). From
+    four masters on, the interpolation looks for poles. Then `resonance_error_dB` is the largest effect on the loudest
+    point of a line, at `resonance_frequency` Hz. A warning is given where it exceeds the error of a mesh with
+    `fidelity.elements_per_wavelength`. With fewer masters, the provenance holds `resonance_shift` alone, and a warning
+    names openings narrower than half an edge.
+
+    Mesh: `expected_error_dB` of the vectors holds for motions with audible sound.
+
+    Cancellation: the mesh error is larger if parts of a motion cancel each other, or if walls bend in waves that are
+    short for the mesh. It is 1 dB for a thin plate that bends in four elements a wave. It is 12 dB for a coarse block
+    in torsion at 1 Hz, 1 km away. The bound `cancellation_error_dB`, at `cancellation_frequency` Hz, covers vectors
+    from a mesh. It counts motions along the walls slower than sound and motions with hardly any sound at the points. It
+    is like that of `solve_direct`, but from an estimated surface pressure (`cancellation_of_motion`). The warning is
+    like that of `sound_power`, but begins only where the estimate is certain.
     """
     smooth = _prepare(atv, surface_velocity, fidelity)
     shift = float(atv.provenance.get("resonance_shift", 0.0))
@@ -90,7 +123,7 @@ def radiate(
     frequency, amplitude = surface_velocity.frequency, np.abs(pressure)
     peak, loudest = amplitude.max(axis=0), amplitude.max(axis=1)
     relative = error.max(axis=0) / np.where(peak > 0, peak, 1.0)
-    stated = 10.0 ** (atv.provenance.get("interpolation_error_dB", 0.0) / 20.0) - 1.0  # of vectors that are no masters
+    stated = 10.0 ** (atv.provenance.get("interpolation_error_dB", 0.0) / 20.0) - 1.0  # vectors that are no masters
     provenance["interpolation_error"] = np.maximum(relative, stated).tolist()
     of = f"the peak pressure at field point {relative.argmax()}"
     told_interpolation(relative, frequency[error.argmax(axis=0)], of, fidelity)
@@ -108,22 +141,46 @@ def radiate(
 def interpolation_error(
     atv: TransferVectors, surface_velocity: SurfaceVelocity, *, fidelity: AcousticsFidelity = STANDARD.acoustics
 ) -> FloatArray:
-    """Estimated error (n_f, n_point) in Pa of `radiate` from interpolating between masters.
+    """Estimate the error of `radiate` due to interpolation between masters.
 
-    Every master is left out in turn and predicted from its neighbours; the misfit of the nearest one is carried over
-    with the known ratio of the interpolation polynomials.  Of a sphere of 0.1 m, one in a hundred placements of five
-    masters up to 2.5 kHz erred by 0.5 to 0.9 dB with 0.1 stated.  Fewer than three masters err by what is known of a
-    body of this size (`Nodes.error_weights`): 0.9 to 100 times the truth for spheres that move in shapes of degree 0 to
-    3, the more the smoother they radiate, but too little for a body that resonates.  High above a rigid plane, where
-    the sound comes back from it, hits the body and turns too fast for the masters to show it, the pressure of this echo
-    is added (`Paths.hidden_error`), at silent points as at loud ones.  Zero at the masters.
+    Parameters
+    ----------
+    atv : TransferVectors
+        Transfer vectors at the masters.
+    surface_velocity : SurfaceVelocity
+        Normal velocity of the faces (m/s), peak values, at lines within the masters.
+    fidelity : AcousticsFidelity
+        Accuracy settings.
+
+    Returns
+    -------
+    (n_f, n_point) array
+        Estimated error (Pa); zero at the masters.
+
+    Raises
+    ------
+    InputError
+        If the surfaces differ or a line lies outside the masters.
+
+    Notes
+    -----
+    Every master is omitted in turn and predicted from its neighbours. The misfit of the nearest one is scaled by the
+    known ratio of the interpolation polynomials. For a sphere of 0.1 m, one in a hundred placements of five masters up
+    to 2.5 kHz erred by 0.5 to 0.9 dB with 0.1 dB stated.
+
+    Fewer than three masters use the error expected from the body's size (`Nodes.error_weights`). It is 0.9 to 100 times
+    the true error for spheres that move in shapes of degree 0 to 3, and larger the more smoothly they radiate. It is
+    too low for a body that resonates.
+
+    High above a rigid plane, the echo from the plane hits the body. Its phase turns too fast for the masters to
+    resolve. The pressure of this echo is added (`Paths.hidden_error`), at silent points as well.
     """
     smooth = _prepare(atv, surface_velocity, fidelity)
     return _evaluate(smooth, surface_velocity, len(atv.points), None, 0.0)[1]
 
 
 def _prepare(atv: TransferVectors, surface_velocity: SurfaceVelocity, fidelity: AcousticsFidelity) -> Interpolant:
-    """The interpolant, after all checks."""
+    """Check the arguments and return the interpolant."""
     if atv.surface.content_hash != surface_velocity.surface.content_hash:
         raise InputError(
             f"transfer vectors belong to another surface ({len(atv.surface.triangles)} triangles) than the surface "
@@ -134,7 +191,7 @@ def _prepare(atv: TransferVectors, surface_velocity: SurfaceVelocity, fidelity: 
 
 
 def _radiating(surface_velocity: SurfaceVelocity) -> np.ndarray:
-    """Indices of the lines with a velocity and a frequency that are not zero."""
+    """Return the indices of lines whose velocity and frequency are not zero."""
     moving = surface_velocity.normal_velocity.any(axis=1)
     return np.flatnonzero(moving & (surface_velocity.frequency > 0))
 
@@ -142,11 +199,11 @@ def _radiating(surface_velocity: SurfaceVelocity) -> np.ndarray:
 def _evaluate(
     smooth: Interpolant, surface_velocity: SurfaceVelocity, points: int, progress: Progress | None, shift: float
 ) -> tuple[ComplexArray, FloatArray, FloatArray]:
-    """Pressure (n_f, n_point), zero on lines that do not radiate, its estimated error, and what changes if resonances
-    lie elsewhere by `shift`.
+    """Return pressure (n_f, n_point), its estimated error, and its change if resonances shift by `shift`.
 
-    Velocities are projected on the remainders at the masters and the projections are interpolated: no vector between
-    masters is ever formed.  What reaches a point by way of a plane comes in further rows of `smooth` and is added.
+    Lines that do not radiate are zero. Velocities are projected on the remainders at the masters, and the projections
+    are interpolated; no vector between masters is formed. Sound that reaches a point by way of a plane comes in further
+    rows of `smooth` and is added.
     """
     lines = _radiating(surface_velocity)
     shape = (len(surface_velocity.frequency), points)
@@ -176,11 +233,9 @@ def _evaluate(
     report(len(blocks) * len(pieces), len(blocks) * len(pieces))
     vertices = smooth.atv.surface.vertices
     middle = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
-    # a point amid the body, as in the middle of a ring, counts as one at its radius
+    # a point within the body, such as the middle of a ring, counts as one at its radius
     near = np.linalg.norm(vertices - middle, axis=1).max()
     distance = np.linalg.norm(smooth.atv.points[:points] - middle, axis=1).clip(near)
-    loudest = (np.abs(pressure[lines]) * distance).max(
-        axis=1, initial=0.0
-    )  # at 1 m, where the body itself is silent too
+    loudest = (np.abs(pressure[lines]) * distance).max(axis=1, initial=0.0)  # at 1 m
     error[lines] += (smooth.hidden_error(surface_velocity.frequency[lines]) * loudest)[:, None] / distance
     return pressure, error, shifted

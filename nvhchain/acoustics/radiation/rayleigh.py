@@ -14,13 +14,15 @@ from nvhchain.handoff import ComplexArray, FieldPressure, FloatArray, RigidPlane
 
 
 def rayleigh_accuracy(surface: Surface, frequency: FloatArray, air: Air) -> dict[str, float]:
-    """`level_accuracy` of the Rayleigh integral; a flat radiator in a baffle is exact all the same."""
+    """Return `level_accuracy` of the Rayleigh integral, although a flat radiator in a baffle is exact."""
     return level_accuracy(surface, frequency, air, "rayleigh")
 
 
 def check_rayleigh_memory(surface: Surface, points: int, kept: int) -> int:
-    """Bytes that the vectors of one frequency take while they are made; `ResourceError` unless they and `kept` bytes of
-    results fit into free memory."""
+    """Return the bytes needed to compute the vectors of one frequency.
+
+    ResourceError unless they and `kept` bytes of results fit into free memory.
+    """
     task = 16 * points * (len(surface.vertices) + 2 * len(surface.triangles))
     check_memory(task + kept, "Rayleigh integrals", "frequencies")
     return task
@@ -29,12 +31,31 @@ def check_rayleigh_memory(surface: Surface, points: int, kept: int) -> int:
 def rayleigh_vectors(
     frequency: FloatArray, surface: Surface, points: FloatArray, air: Air, near_ratio: float
 ) -> ComplexArray:
-    """p = jωρ ∫ v_n e^{−jkr}/(2πr) dS over the faces that look towards the point: (n_f, n_point, n_face) Pa/(m/s).
+    """Compute p = jωρ ∫ v_n e^{−jkr}/(2πr) dS over the faces that look towards the point.
 
-    Exact for a flat radiator in a rigid baffle; the rest of the body neither shades nor reflects.  A face looks towards
-    a point that lies in front of its plane; parts of the body in between are not seen.
-    points: (n_point, 3) m; images behind a rigid plane are further points.  near_ratio: see `layer_potentials`.
-    Source: Pierce, Acoustics, section 5.2.
+    Parameters
+    ----------
+    frequency : (n_f,) array
+        Frequencies (Hz).
+    surface : Surface
+        Radiating surface.
+    points : (n_point, 3) array
+        Field points (m); images behind a rigid plane are further points.
+    air : Air
+        Density and speed of sound.
+    near_ratio : float
+        Near-field limit of `layer_potentials`.
+
+    Returns
+    -------
+    (n_f, n_point, n_face) array
+        Transfer vectors, Pa/(m/s).
+
+    Notes
+    -----
+    The integral is exact for a flat radiator in a rigid baffle. The rest of the body neither shades nor reflects. A
+    face looks towards a point in front of its plane; parts of the body in between are neglected. Source: Pierce,
+    Acoustics, section 5.2.
     """
     ahead = np.array([np.einsum("fi,fi->f", x - surface.centroids, surface.normals) > 0 for x in points])
     vectors = np.zeros((len(frequency), len(points), len(surface.triangles)), dtype=complex)
@@ -48,10 +69,32 @@ def rayleigh_vectors(
 def rayleigh_field(
     surface_velocity: SurfaceVelocity, points: FloatArray, air: Air, near_ratio: float, plane: RigidPlane | None
 ) -> FieldPressure:
-    """Sound pressure by the Rayleigh integral at every line, without keeping transfer vectors.
+    """Compute sound pressure by the Rayleigh integral at every line, without keeping transfer vectors.
 
-    points: (n_point, 3) m, outside the body.  plane: a rigid plane that reflects.  Raises InputError as
-    `transfer_vectors` does, and ResourceError.
+    Parameters
+    ----------
+    surface_velocity : SurfaceVelocity
+        Normal velocity of the faces (m/s), peak values.
+    points : (n_point, 3) array
+        Field points (m), outside the body.
+    air : Air
+        Density and speed of sound.
+    near_ratio : float
+        Near-field limit of `layer_potentials`.
+    plane : RigidPlane or None
+        Rigid plane that reflects.
+
+    Returns
+    -------
+    FieldPressure
+        Pressure (Pa).
+
+    Raises
+    ------
+    InputError
+        In the cases of `transfer_vectors`.
+    ResourceError
+        If the integrals do not fit into free memory.
     """
     surface, frequency = surface_velocity.surface, surface_velocity.frequency
     x = check_points(surface, points)

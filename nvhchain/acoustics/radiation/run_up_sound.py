@@ -21,24 +21,42 @@ from nvhchain.kinds import checked
 from nvhchain.runtime.memory import free_memory
 
 FADE = 0.1
-"""Share of the band over which the upper end of the transfer functions is faded out: a sharp end would ring."""
+"""Share of the band over which the upper end of the transfer functions is faded out, as a sharp end would ring."""
 
 FADE_TURNS = 15.0
-"""Periods of the fade's width after which its ringing is below `DECAY` (8 leave just that, measured)."""
+"""Periods of the fade's width after which its ringing is below `DECAY`; measured, 8 are just enough."""
 
 EARLY = 0.25
-"""Share of an impulse response's record that stands for times before the first arrival, where only ringing is left."""
+"""Share of an impulse response's record before the first arrival, where only ringing remains."""
 
 DECAY = 1e-3
-"""Largest value at the end of an impulse response's record, relative to its peak: more would come back too early."""
+"""Largest value at the end of an impulse response's record, relative to its peak; the end wraps to the start."""
 
 
 @checked
 def convolution_lines(sample_rate: float, high: float, duration: float) -> FloatArray:
-    """Frequencies (Hz) from 0 to `high` at which noise transfer functions are to be made for `run_up_pressure`.
+    """Return the frequencies at which `run_up_pressure` needs noise transfer functions.
 
-    Their spacing divides `sample_rate` (Hz) into a whole number of samples and holds impulse responses of `duration` s.
-    Raises InputError for values that make no lines, ResourceError for more than fit into free memory.
+    Parameters
+    ----------
+    sample_rate : float
+        Sampling rate of the force histories (Hz).
+    high : float
+        Upper frequency (Hz).
+    duration : float
+        Duration of the impulse responses (s).
+
+    Returns
+    -------
+    (n_f,) array
+        Lines (Hz) from 0 to `high`. Their spacing divides `sample_rate` into a whole number of samples.
+
+    Raises
+    ------
+    InputError
+        If the values yield no lines.
+    ResourceError
+        If the lines do not fit into free memory.
     """
     require(
         0 < duration < np.inf and 0 < high <= 0.5 * sample_rate < np.inf,
@@ -57,10 +75,25 @@ def convolution_lines(sample_rate: float, high: float, duration: float) -> Float
 
 @checked
 def decay_time(housing: ReducedHousing, high: float) -> float:
-    """s that the record of an impulse response must last: the slowest mode of the housing falls to a tenth of `DECAY`,
-    and the ringing of the faded upper end at `high` (Hz), which falls with the third power of time, is over.
+    """Return the required duration of an impulse response's record.
 
-    Raises InputError where a mode is not damped.
+    Parameters
+    ----------
+    housing : ReducedHousing
+        Housing with damped modes.
+    high : float
+        Upper frequency of the transfer functions (Hz).
+
+    Returns
+    -------
+    float
+        Duration (s). Within it, the slowest mode of the housing falls to a tenth of `DECAY`. The ringing of the faded
+        upper end, which falls with the third power of time, is over as well.
+
+    Raises
+    ------
+    InputError
+        If a mode has no damping.
     """
     require(0 < high < np.inf, f"upper frequency {high:g} Hz must be positive and finite")
     rate = 2 * np.pi * housing.natural_frequency * housing.modal_damping
@@ -78,14 +111,36 @@ def decay_time(housing: ReducedHousing, high: float) -> float:
 def run_up_pressure(
     functions: NoiseTransferFunctions, bearing_forces: BearingForces, *, progress: Progress | None = None
 ) -> PressureHistory:
-    """Sound pressure in time under bearing force histories, p(t) = ∫ h(τ) F(t − τ) dτ, summed over the bearings.
+    """Compute sound pressure in time under bearing force histories: p(t) = ∫ h(τ) F(t − τ) dτ, summed over bearings.
 
-    functions: at equally spaced lines (`convolution_lines`) that start at 0 Hz or a multiple of the spacing; below
-    the first and above the last line nothing is heard, the last tenth of the band is faded out.  The sound travels from
-    the bearings to the points with the delay of the shortest way, which may be longer than the impulse response; forces
-    are constant before the record, and a constant force is silent.
-    Overlap-add in the frequency domain.  Raises InputError for lines that do not suit the sampling, impulse responses
-    that have not decayed within 1/spacing, other bearings; ResourceError.
+    Parameters
+    ----------
+    functions : NoiseTransferFunctions
+        Functions at equally spaced lines (`convolution_lines`) that start at 0 Hz or a multiple of the spacing.
+    bearing_forces : BearingForces
+        Force histories (N).
+    progress : Progress, optional
+        Function that receives the finished and the total number of blocks.
+
+    Returns
+    -------
+    PressureHistory
+        Sound pressure (Pa) over time.
+
+    Raises
+    ------
+    InputError
+        If the lines do not suit the sampling, the bearings differ, or impulse responses have not decayed within
+        1/spacing.
+    ResourceError
+        If the impulse responses do not fit into free memory.
+
+    Notes
+    -----
+    The convolution is overlap-add in the frequency domain. The pressure has no content below the first and above the
+    last line; the last tenth of the band is faded out. The sound travels from the bearings to the points with the delay
+    of the shortest path, which may exceed the impulse response. Forces are constant before the record; a constant force
+    makes no sound.
     """
     rate = bearing_forces.sample_rate
     force = bearing_forces.in_order(functions.names)
@@ -118,7 +173,7 @@ def run_up_pressure(
         spectrum = rfft(force[:, start : start + block], length, axis=1)
         for point in range(points):
             heard = irfft(np.einsum("cf,cf->f", response[point], spectrum), length)
-            first = start + int(delay[point]) - early  # where the block's convolution begins in the record
+            first = start + int(delay[point]) - early  # start of the block's convolution in the record
             low, high = max(first, 0), min(first + length, total)
             if low < high:
                 pressure[point, low:high] += heard[low - first : high - first]
@@ -133,7 +188,7 @@ def run_up_pressure(
 
 
 def _record(frequency: FloatArray, rate: float) -> tuple[int, IntArray]:
-    """Samples of an impulse response at `rate` samples per second and the bins (n_f,) of the lines (Hz) in it."""
+    """Return the samples of an impulse response at `rate` samples per second, and the bins (n_f,) of the lines (Hz)."""
     remedy = "make the noise transfer functions at convolution_lines(...)"
     require(len(frequency) >= 2, f"{len(frequency)} line makes no impulse response: {remedy}")
     step = float((frequency[-1] - frequency[0]) / (len(frequency) - 1))
@@ -157,15 +212,15 @@ def _record(frequency: FloatArray, rate: float) -> tuple[int, IntArray]:
 
 
 def _delays(functions: NoiseTransferFunctions, bearing_forces: BearingForces, rate: float) -> IntArray:
-    """Whole samples (n_point,) that sound needs at least from the nearest bearing to each point."""
+    """Return the shortest delay (n_point,) of sound from the nearest bearing to each point, in whole samples."""
     way = np.linalg.norm(functions.points[:, None] - bearing_forces.positions[None], axis=2).min(axis=1)
     return np.asarray(np.floor(way / functions.air.speed_of_sound * rate), dtype=np.int64)
 
 
 def _impulse_responses(functions: ArrayLike, bins: IntArray, samples: int, delay: int, early: int) -> FloatArray:
-    """Samples (n_force, samples) Pa/N per sample of the responses, `early` of them before the delay."""
+    """Return responses (n_force, samples) Pa/N per sample, with `early` samples before the delay."""
     spectrum = np.zeros((samples // 2 + 1, np.shape(functions)[1]), dtype=complex)
-    # the record begins `early` samples before the sound has come all the way
+    # the record begins `early` samples before the first arrival
     advance = np.exp(2j * np.pi * ((bins * (delay - early)) % samples) / samples)
     top = bins[-1]
     into_fade = np.clip((bins - (1 - FADE) * top) / (FADE * top), 0.0, 1.0)
@@ -174,7 +229,7 @@ def _impulse_responses(functions: ArrayLike, bins: IntArray, samples: int, delay
 
 
 def _check_decay(impulse: FloatArray, early: int, rate: float, point: int) -> None:
-    """Raise `InputError` unless the record's last part before it wraps has died down."""
+    """Raise InputError unless the last part of the record has decayed before it wraps."""
     samples = impulse.shape[1]
     peak = float(np.abs(impulse).max())
     last = float(np.abs(impulse[:, -max(1, samples // 20) :]).max())

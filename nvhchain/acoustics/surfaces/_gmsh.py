@@ -1,6 +1,6 @@
-"""gmsh in a process of its own: a closed triangulation in, one with another edge length out.
+"""gmsh in a process of its own: remeshing of a closed triangulation with another edge length.
 
-Nothing of gmsh is loaded into the calling process. Sharp edges of the given surface stay edges.
+gmsh is never loaded into the calling process. Sharp edges of the given surface remain edges.
 """
 
 from __future__ import annotations
@@ -13,16 +13,18 @@ from nvhchain.fem.mesher import run_mesher, serve
 from nvhchain.handoff import FloatArray, IntArray
 
 _TIME_LIMIT = 300.0
-"""s after which the mesher is given up."""
+"""Time limit of the mesher (s)."""
 
 
 def remesh(
     vertices: FloatArray, triangles: IntArray, element_size: float, sharp_angle: float
 ) -> tuple[FloatArray, IntArray]:
-    """Vertices (n, 3) m and triangles (m, 3) of the same surface with edges of about `element_size`, m.
+    """Return vertices (n, 3) m and triangles (m, 3) of the same surface with edges of about `element_size` (m).
 
-    sharp_angle: rad between neighbouring triangles beyond which their edge is kept.  The triangles need not be turned
-    as the given ones.  Deterministic: one thread, fixed options.  Raises SolverError with what gmsh says.
+    sharp_angle : angle (rad) between neighbouring triangles above which their edge is kept.
+
+    The orientation of the triangles may differ from the given one. The result is deterministic: one thread, fixed
+    options. SolverError holds the message of gmsh.
     """
     job = io.BytesIO()
     np.savez(job, vertices=vertices, triangles=triangles, element_size=element_size, sharp_angle=sharp_angle)
@@ -37,7 +39,7 @@ def remesh(
 
 
 def _remeshed(job: bytes) -> dict[str, np.ndarray]:
-    """Run inside the child process."""
+    """Remesh inside the child process."""
     import gmsh
 
     with np.load(io.BytesIO(job)) as file:
@@ -58,7 +60,7 @@ def _remeshed(job: bytes) -> dict[str, np.ndarray]:
     tag = gmsh.model.addDiscreteEntity(2)
     gmsh.model.mesh.addNodes(2, tag, np.arange(1, len(vertices) + 1), vertices.ravel())
     gmsh.model.mesh.addElementsByType(tag, 2, [], (triangles + 1).ravel())
-    # patches that can be mapped to the plane, cut along sharp edges, and along others where there are too few
+    # patches that can be mapped to the plane, cut along sharp edges and, if these are too few, along others
     gmsh.model.mesh.classifySurfaces(angle, True, True, np.pi)
     gmsh.model.mesh.createGeometry()
     gmsh.model.mesh.generate(2)

@@ -1,4 +1,4 @@
-"""The bodies that a surface is made of: none inside, through or touching another."""
+"""Bodies of a surface: none may lie inside, pass through or touch another."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from nvhchain.handoff import IntArray, Surface
 from nvhchain.handoff.surface import bodies_of
 
 LEAST_GAP = 1e-3
-"""Air between two triangles, in longest edges of the longer one, below which they count as touching."""
+"""Air gap between two triangles, in longest edges of the longer one, below which they count as touching."""
 
 
 @lru_cache(maxsize=8)
 def separate(surface: Surface) -> tuple[tuple[IntArray, Surface], ...]:
-    """Every body of the surface by itself, with its faces (n,) in the whole; a single one is the surface."""
+    """Return every body of the surface with its faces (n,) in the whole; a single body is the surface itself."""
     body = bodies_of(surface.triangles)
     if not body.any():
         return ((np.arange(len(body)), surface),)
@@ -33,10 +33,10 @@ def separate(surface: Surface) -> tuple[tuple[IntArray, Surface], ...]:
 
 @lru_cache(maxsize=8)
 def check_bodies(surface: Surface) -> None:
-    """Raise `InputError` unless every body of the surface keeps clear of itself and the others.
+    """Raise InputError unless every body of the surface is clear of itself and the others.
 
-    A body inside another one radiates nothing outside and would only add its own resonances.
-    0.4 s for 30 000 triangles, once for a surface.
+    A body inside another one radiates nothing outside and would only add its own resonances. The check takes 0.4 s for
+    30 000 triangles, once for a surface.
     """
     body = bodies_of(surface.triangles)
     pairs = neighbours(surface, LEAST_GAP)
@@ -73,7 +73,7 @@ def check_bodies(surface: Surface) -> None:
 
 
 def _check_nesting(surface: Surface, body: IntArray) -> None:
-    """No body may lie inside another; that none passes through another is known."""
+    """Raise InputError if a body lies inside another; bodies must not pass through each other."""
     count = int(body.max()) + 1
     if count == 1:
         return

@@ -1,4 +1,4 @@
-"""Where points are beside a closed surface: inside or outside, and how near."""
+"""Position of points relative to a closed surface: inside or outside, and clearance."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from scipy.spatial import cKDTree
 from nvhchain.handoff import FloatArray, Surface
 
 _PAIRS = 2**18
-"""Pairs of points and triangles that are looked at together: arrays that stay in the cache."""
+"""Pairs of points and triangles per block, whose arrays stay in the cache."""
 
 
 def winding_numbers(corners: FloatArray, points: FloatArray) -> FloatArray:
-    """Winding numbers (m,) about points (m, 3) of a closed surface of triangles (n, 3, 3): one inside, zero outside.
+    """Return winding numbers (m,) of a closed surface of triangles (n, 3, 3) about points (m, 3).
 
-    Source: van Oosterom & Strackee 1983, eq. 8.
+    The number is one inside and zero outside.  Source: van Oosterom & Strackee 1983, eq. 8.
     """
     middle = corners.mean(axis=(0, 1))
     a, b, c = np.moveaxis(corners - middle, 1, 0)
@@ -36,8 +36,10 @@ def winding_numbers(corners: FloatArray, points: FloatArray) -> FloatArray:
 
 
 def clearances(surface: Surface, points: FloatArray, reach: float = np.inf) -> FloatArray:
-    """Least distances (m,) of points (m, 3) from a triangle, in longest edges of that triangle; inf from `reach` on
-    (Ericson, Real-Time Collision Detection, 5.1.5)."""
+    """Return the smallest distance (m,) of points (m, 3) from a triangle, in longest edges of that triangle.
+
+    Distances of `reach` or more are inf.  Source: Ericson, Real-Time Collision Detection, 5.1.5.
+    """
     corners, least = surface.vertices[surface.triangles], np.full(len(points), np.inf)
     tree, within = cKDTree(points), (1.0 + reach) * surface.longest_edges
     pairs = np.cumsum(tree.query_ball_point(surface.centroids, within, return_length=True))
@@ -51,7 +53,7 @@ def clearances(surface: Surface, points: FloatArray, reach: float = np.inf) -> F
 
 
 def _distances(corners: FloatArray) -> FloatArray:
-    """Distances (n,) of triangles (n, 3, 3) from the origin."""
+    """Return distances (n,) of triangles (n, 3, 3) from the origin."""
     a, b, c = np.moveaxis(corners, 1, 0)
     aa, bb, cc, ab, bc, ca = (np.einsum("ij,ij->i", u, v) for u, v in ((a, a), (b, b), (c, c), (a, b), (b, c), (c, a)))
     triple = np.einsum("ij,ij->i", a, np.cross(b, c))

@@ -15,7 +15,7 @@ def halves(positions: FloatArray, group: IntArray) -> tuple[IntArray, IntArray]:
 
 
 def groups(positions: FloatArray, size: int) -> list[IntArray]:
-    """Groups of at most `size` neighbours that together hold every one of `positions` (n, 3) once."""
+    """Return groups of at most `size` neighbours that together hold each of `positions` (n, 3) once."""
     found, stack = [], [np.arange(len(positions))]
     while stack:
         group = stack.pop()
@@ -27,12 +27,12 @@ def groups(positions: FloatArray, size: int) -> list[IntArray]:
 
 
 def diameter(positions: FloatArray) -> float:
-    """Diagonal (m) of the box around `positions` (n, 3)."""
+    """Return the diagonal (m) of the box around `positions` (n, 3)."""
     return float(np.linalg.norm(np.ptp(positions, axis=0)))
 
 
 def distance_to_box(positions: FloatArray, points: FloatArray) -> FloatArray:
-    """Distance (m) of every point (m, 3) from the box around `positions` (n, 3), 0 inside."""
+    """Return the distance (m) of every point (m, 3) from the box around `positions` (n, 3); 0 inside."""
     low, high = positions.min(axis=0), positions.max(axis=0)
     distance: FloatArray = np.linalg.norm(np.maximum(np.maximum(low - points, points - high), 0.0), axis=1)
     return distance

@@ -1,4 +1,4 @@
-"""Where triangles of a surface pass through each other, touch, are folded or face each other across a gap."""
+"""Triangles of a surface that pass through each other, touch, are folded or face each other across a gap."""
 
 # mypy: disable-error-code="no-untyped-def"
 from __future__ import annotations
@@ -23,14 +23,20 @@ FOLD = 1e-3
 """Angle (rad) between two triangles at their common edge below which they lie on each other."""
 
 _IN_PLANE = 1e-9
-"""Angle (rad), and overlap in edges, that rounding may give to triangles that only touch each other."""
+"""Angle (rad) and overlap (edges) that rounding may cause for triangles that only touch each other."""
 
 
 class Facing(NamedTuple):
     """Triangles that stand opposite to each other.
 
-    pairs: (n, 2).  ratio: (n,) their distance in longest edges of the longer one.  air: (n,) whether they look at each
-    other across a gap; else they are the two sides of a wall.
+    Parameters
+    ----------
+    pairs : (n, 2) array of int
+        Triangles.
+    ratio : (n,) array
+        Distance of each pair, in longest edges of the longer triangle.
+    air : (n,) array of bool
+        True if the triangles face each other across a gap, False if they are the two sides of a wall.
     """
 
     pairs: IntArray
@@ -39,14 +45,16 @@ class Facing(NamedTuple):
 
 
 def neighbours(surface: Surface, reach: float) -> IntArray:
-    """Pairs (n, 2) of triangles without a common vertex whose bounding boxes, widened by `reach` times half the longest
-    edge of the triangle on every side, overlap."""
+    """Return pairs (n, 2) of triangles without a common vertex whose widened bounding boxes overlap.
+
+    Each box is widened on every side by `reach` times half the longest edge of its triangle.
+    """
     corners = surface.vertices[surface.triangles]
     margin = 0.5 * reach * surface.longest_edges[:, None]
     low, high = corners.min(axis=1) - margin, corners.max(axis=1) + margin
     axis = int(np.argmax(np.ptp(surface.vertices, axis=0)))
     order = np.argsort(low[:, axis], kind="stable")
-    # sorted along the longest extent, so that a sweep looks at few pairs
+    # sorted along the longest extent, so that a sweep visits few pairs
     turned = np.roll(np.arange(3), -axis)
     boxes = np.ascontiguousarray(np.concatenate([low[:, turned], high[:, turned]], axis=1)[order])
     triangles = np.ascontiguousarray(surface.triangles[order])
@@ -80,8 +88,10 @@ def _sweep(boxes, triangles, pairs):
 
 
 def crossing_pairs(surface: Surface, pairs: IntArray) -> IntArray:
-    """Those of `pairs` (n, 2) of triangles without a common vertex of which an edge of one passes through the other or
-    ends on it, or which overlap in one plane."""
+    """Return those of `pairs` (n, 2) of triangles without a common vertex that cross, touch or overlap.
+
+    An edge of one triangle passes through the other or ends on it, or both overlap in one plane.
+    """
     corners = surface.vertices[surface.triangles]
     size = surface.longest_edges
     flat = pairs[_in_one_plane(surface, pairs)]
@@ -98,7 +108,7 @@ def crossing_pairs(surface: Surface, pairs: IntArray) -> IntArray:
         for i in range(3):
             start, end = height[:, i], height[:, (i + 1) % 3]
             through = (np.minimum(start, end) <= slack) & (np.maximum(start, end) >= -slack)
-            through &= np.abs(end - start) > 2.0 * slack  # an edge in the plane passes through nothing
+            through &= np.abs(end - start) > 2.0 * slack  # an edge in the plane crosses nothing
             share = (start / np.where(through, start - end, 1.0)).clip(0.0, 1.0)[:, None]
             point = (1.0 - share) * corners[left, i] + share * corners[left, (i + 1) % 3]
             crossing |= through & (squared_distance(point, corners[right]) <= slack**2)
@@ -106,10 +116,10 @@ def crossing_pairs(surface: Surface, pairs: IntArray) -> IntArray:
 
 
 def folded_pairs(surface: Surface) -> IntArray:
-    """Pairs (n, 2) of triangles with a common vertex or edge that have more than it in common.
+    """Return pairs (n, 2) of triangles that share more than their common vertex or edge.
 
-    At an edge they are folded onto each other, to less than `FOLD`; at a vertex they overlap in one plane, or the line
-    in which their planes meet runs into both from there.
+    At an edge, they are folded onto each other within `FOLD`. At a vertex, they overlap in one plane, or the line in
+    which their planes meet runs into both from there.
     """
     pairs, common = joined_pairs(surface)
     at_edge, at_vertex = pairs[common == 2], pairs[common == 1]
@@ -120,7 +130,7 @@ def folded_pairs(surface: Surface) -> IntArray:
     line = np.cross(surface.normals[meeting[:, 0]], surface.normals[meeting[:, 1]])
     line /= np.linalg.norm(line, axis=1, keepdims=True)
     ways = _runs_into(surface, meeting, line)
-    some = np.flatnonzero(ways.any(axis=0))  # few of a fan, whose pairs are as many as the square of its triangles
+    some = np.flatnonzero(ways.any(axis=0))  # few in a fan, whose pairs grow with the square of its triangles
     through = np.zeros(len(meeting), dtype=bool)
     through[some] = (ways[:, some] & _runs_into(surface, meeting[some, ::-1], line[some])).any(axis=0)
     twice = pairs[common == 3]
@@ -128,7 +138,7 @@ def folded_pairs(surface: Surface) -> IntArray:
 
 
 def joined_pairs(surface: Surface) -> tuple[IntArray, IntArray]:
-    """Pairs (n, 2) of triangles with common vertices, and how many (n,)."""
+    """Return pairs (n, 2) of triangles with common vertices, and the number (n,) of these."""
     count = len(surface.triangles)
     corner = np.repeat(np.arange(count), 3)
     incidence = sp.csr_matrix((np.ones(3 * count, dtype=np.int64), (corner, surface.triangles.ravel())))
@@ -137,7 +147,7 @@ def joined_pairs(surface: Surface) -> tuple[IntArray, IntArray]:
 
 
 def _inward(surface: Surface, own: IntArray, other: IntArray) -> FloatArray:
-    """Unit vectors (n, 3) in triangles `own` (n,), at right angles to the edge in common with `other`, into them."""
+    """Return inward unit vectors (n, 3) in triangles `own` (n,), normal to the edge in common with `other`."""
     shared = (surface.triangles[own][:, :, None] == surface.triangles[other][:, None, :]).any(axis=2)
     apex = np.argmin(shared, axis=1)
     start, end, tip = (_corner(surface, own, apex + i) for i in (1, 2, 0))
@@ -148,11 +158,14 @@ def _inward(surface: Surface, own: IntArray, other: IntArray) -> FloatArray:
 
 
 def _runs_into(surface: Surface, pairs: IntArray, line: FloatArray) -> NDArray[np.bool_]:
-    """Whether lines (n, 3) in the planes of the first of `pairs` (n, 2) run into it from the vertex it shares with the
-    second: (2, n), along and against these unit vectors."""
+    """Return a mask (2, n) of lines (n, 3) that run into the first triangle of `pairs` (n, 2).
+
+    The lines are unit vectors in the plane of that triangle and start at the vertex shared with the second. The rows
+    count along and against them.
+    """
     corners, own = surface.vertices[surface.triangles], pairs[:, 0]
     at = (surface.triangles[own][:, :, None] == surface.triangles[pairs[:, 1]][:, None, :]).any(axis=2).argmax(axis=1)
-    # of every corner: unit vectors in the plane at right angles to both its edges, into the triangle
+    # for every corner: unit vectors in the plane, normal to both its edges, into the triangle
     edges = np.stack([np.roll(corners, -1, axis=1) - corners, corners - np.roll(corners, 1, axis=1)], axis=2)
     inward = np.cross(surface.normals[:, None, None], edges)
     inward /= np.linalg.norm(inward, axis=3, keepdims=True)
@@ -161,12 +174,12 @@ def _runs_into(surface: Surface, pairs: IntArray, line: FloatArray) -> NDArray[n
 
 
 def _corner(surface: Surface, triangles: IntArray, number: IntArray) -> FloatArray:
-    """Corners (n, 3) of `triangles` (n,) by their numbers (n,), counted round."""
+    """Return corners (n, 3) of `triangles` (n,) by their cyclic numbers (n,)."""
     return np.asarray(surface.vertices[surface.triangles[triangles, number % 3]])
 
 
 def _in_one_plane(surface: Surface, pairs: IntArray) -> NDArray[np.bool_]:
-    """Whether the triangles of `pairs` (n, 2) lie in one plane."""
+    """Return a mask of `pairs` (n, 2) of triangles that lie in one plane."""
     corners = surface.vertices[surface.triangles]
     slack = _IN_PLANE * surface.longest_edges[pairs].max(axis=1)
     parallel = np.einsum("ni,ni->n", *surface.normals[pairs].transpose(1, 0, 2)) ** 2 > 0.9
@@ -178,7 +191,7 @@ def _in_one_plane(surface: Surface, pairs: IntArray) -> NDArray[np.bool_]:
 
 
 def _overlapping(surface: Surface, pairs: IntArray) -> NDArray[np.bool_]:
-    """Whether triangles of `pairs` (n, 2) in one plane overlap: no edge has the two on different sides."""
+    """Return a mask of `pairs` (n, 2) of triangles in one plane that overlap: no edge separates the two."""
     corners = surface.vertices[surface.triangles[pairs]]
     slack = _IN_PLANE * surface.longest_edges[pairs].max(axis=1)
     overlapping = np.ones(len(pairs), dtype=bool)
@@ -193,14 +206,14 @@ def _overlapping(surface: Surface, pairs: IntArray) -> NDArray[np.bool_]:
 
 
 def _heights(points: FloatArray, corners: FloatArray, normals: FloatArray) -> FloatArray:
-    """Heights (n, 3) of three points each over the planes of triangles with these corners (n, 3, 3) and normals."""
+    """Return heights (n, 3) of three points each over the planes of triangles with corners (n, 3, 3) and `normals`."""
     return np.asarray(np.einsum("nij,nj->ni", points - corners[:, :1], normals))
 
 
 def facing_pairs(surface: Surface, pairs: IntArray, reach: float) -> Facing:
-    """Those of `pairs` (n, 2) of triangles that stand opposite to each other nearer than `reach` edges.
+    """Return those of `pairs` (n, 2) of triangles that stand opposite to each other nearer than `reach` edges.
 
-    The distance is that of corners, middles of edges and centroid of one from the other.
+    The distance is the smallest one of corners, edge midpoints and centroid of one triangle from the other.
     """
     normals, corners, size = surface.normals, surface.vertices[surface.triangles], surface.longest_edges
     opposite = np.einsum("ni,ni->n", normals[pairs[:, 0]], normals[pairs[:, 1]]) < FACING
@@ -209,7 +222,7 @@ def facing_pairs(surface: Surface, pairs: IntArray, reach: float) -> Facing:
     behind = np.einsum("ni,ni->n", between, normals[pairs[:, 1]])
     chosen = opposite & (ahead * behind < 0)
     pairs, air = pairs[chosen], ahead[chosen] > 0
-    # what lies as a whole on one side of the other's plane is no nearer than its lowest corner: needles of a fan
+    # a triangle on one side of the other's plane is no nearer than its lowest corner: needles of a fan
     for own in (0, 1):
         one, other = pairs[:, own], pairs[:, 1 - own]
         height = _heights(corners[one], corners[other], normals[other])

@@ -1,4 +1,4 @@
-"""Surfaces of long needles, as CAD writes them, meshed anew before anything is solved on them."""
+"""Remeshing of surfaces with long needles, as written by CAD programs, before a solution."""
 
 from __future__ import annotations
 
@@ -17,44 +17,59 @@ from nvhchain.handoff import FloatArray, IntArray, Surface
 from nvhchain.handoff.surface import bodies_of
 
 LONGEST_NEEDLE = 100.0
-"""Longest edge over height above which even one needle has its surface meshed anew."""
+"""Ratio of longest edge to height above which a single needle causes remeshing."""
 
 VOLUME_CHANGE = 0.01
-"""Largest change of the enclosed volume, relative, which scaling each body takes back: left as it is, 0.8 % make
-0.07 dB of a cylinder that shakes along its axis."""
+"""Largest relative change of the enclosed volume, which scaling of each body compensates. Without scaling, 0.8 % makes
+0.07 dB for a cylinder that shakes along its axis."""
 
 AREA_CHANGE = 0.02
-"""Largest change of the area, relative."""
+"""Largest relative change of the area."""
 
 DISTANCE = 0.1
-"""Largest distance between both surfaces, in edges asked for, at corners of both and middles of the new triangles: less
-than a fortieth of a wavelength at 4.5 elements per wavelength."""
+"""Largest distance between both surfaces, in requested edges, at corners of both and centroids of the new triangles. It
+is less than a fortieth of a wavelength at 4.5 elements per wavelength."""
 
 REMESHING_ERROR = "remeshing_error"
-"""Provenance of a surface that was meshed anew: its error at field points, relative to their peak. Taken as the changes
-of volume and area together, 0.012 for a cylinder, of which parts that radiate by themselves err by two thirds."""
+"""Provenance entry of a remeshed surface: its error at field points, relative to their peak. The value is the sum of
+the changes of volume and area, 0.012 for a cylinder. Parts that radiate by themselves err by two thirds of it."""
 
 MOST_TRIANGLES = 20_000
-"""Triangles of a new surface above which it is refused: its matrices take minutes a frequency."""
+"""Largest number of triangles of a remeshed surface; matrices of more take minutes a frequency."""
 
 SECONDS = 4.0
-"""s that meshing anew takes: one or two runs of the mesher, 1.1 to 1.8 s each for up to 12 000 triangles, and as long
-for the distances."""
+"""Time of remeshing (s). One or two runs of the mesher take 1.1 to 1.8 s each for up to 12 000 triangles, and the
+distances take as long."""
 
 _TRIES = 4
 _CUT = 4.0
-"""Edges asked for to which the given ones are cut where the mesher fails, or leaves needles: it divides no edge of a
-flat face whose corners are all that there is. Elsewhere its mapping of needles that are cut takes ten times as long."""
+"""Length, in requested edges, to which given edges are cut if the mesher fails or leaves needles. The mesher divides no
+edge of a flat face that has no vertices but its corners. Elsewhere, it takes ten times as long to map needles that are
+cut."""
 
 _TRIANGLES_PER_AREA = 2.5
-"""Triangles times the squared edge asked for, over the area."""
+"""Number of triangles times the squared requested edge, over the area."""
 
 
 @dataclass(frozen=True, eq=False)
 class Remeshed:
-    """surface: to solve on.  given: triangles of the one it replaces.  aspect: of its longest needle.  volume_change:
-    relative, of the new mesh before it is scaled to the given volume.  area_change: relative.  distance: m, largest
-    between both."""
+    """Remeshed surface with its deviations from the given one.
+
+    Parameters
+    ----------
+    surface : Surface
+        Surface for the solution.
+    given : int
+        Number of triangles of the replaced surface.
+    aspect : float
+        Ratio of longest edge to height of its longest needle.
+    volume_change : float
+        Relative change of the volume before scaling to the given volume.
+    area_change : float
+        Relative change of the area.
+    distance : float
+        Largest distance between both surfaces (m).
+    """
 
     surface: Surface
     given: int
@@ -72,15 +87,15 @@ class Remeshed:
 
 
 def has_needles(surface: Surface) -> bool:
-    """Whether needles take more than `NEEDLE_SHARE` of the area, or one is longer than `LONGEST_NEEDLE`."""
+    """Return True if needles take more than `NEEDLE_SHARE` of the area, or one is longer than `LONGEST_NEEDLE`."""
     return needle_share(surface) > NEEDLE_SHARE or bool(aspects(surface).max() > LONGEST_NEEDLE)
 
 
 def without_needles(surface: Surface, element_size: float) -> Remeshed | None:
-    """The same body with edges of at most about `element_size`, m; None for a surface without needles.
+    """Return the same body with edges of at most about `element_size` (m); None for a surface without needles.
 
-    Edges are halved until volume, area and distance keep to `VOLUME_CHANGE`, `AREA_CHANGE` and `DISTANCE`.
-    Raises InputError where the mesher cannot keep to them.
+    Edges are halved until volume, area and distance meet `VOLUME_CHANGE`, `AREA_CHANGE` and `DISTANCE`. InputError if
+    the mesher cannot meet them.
     """
     if not has_needles(surface):
         return None
@@ -90,7 +105,7 @@ def without_needles(surface: Surface, element_size: float) -> Remeshed | None:
 
 @dataclass(frozen=True)
 class _Key:
-    """A surface that is equal to any other of the same content."""
+    """Surface that equals any other of the same content."""
 
     content_hash: str
     surface: Surface = field(compare=False)
@@ -156,7 +171,7 @@ def _compared(given: Surface, size: float, cut: float) -> Remeshed:
 
 
 def _outward(vertices: FloatArray, triangles: IntArray) -> IntArray:
-    """Triangles of every connected body turned so that it encloses a positive volume."""
+    """Return triangles with every connected body oriented to enclose a positive volume."""
     body = bodies_of(triangles)
     a, b, c = (vertices[triangles[:, i]] - vertices.mean(axis=0) for i in range(3))
     inward = np.bincount(body, np.einsum("ij,ij->i", a, np.cross(b, c))) < 0
@@ -164,7 +179,10 @@ def _outward(vertices: FloatArray, triangles: IntArray) -> IntArray:
 
 
 def _restored(made: Surface, given: Surface) -> FloatArray:
-    """Vertices of `made` with every body scaled about the middle of its bounding box to the volume of the given one."""
+    """Return vertices of `made` with every body scaled to the volume of the given one.
+
+    The centre of scaling is the middle of the body's bounding box.
+    """
     vertices = made.vertices.copy()
     bodies = _bodies(given)
     for corners, middle, volume in _bodies(made):
@@ -174,7 +192,7 @@ def _restored(made: Surface, given: Surface) -> FloatArray:
 
 
 def _bodies(surface: Surface) -> list[tuple[IntArray, FloatArray, float]]:
-    """Vertices of every body, the middle of its bounding box, m, and its volume, m³."""
+    """Return the vertices of every body, the middle of its bounding box (m) and its volume (m³)."""
     found = []
     for _, body in separate(surface):
         corners = cKDTree(surface.vertices).query(body.vertices)[1]
@@ -184,7 +202,10 @@ def _bodies(surface: Surface) -> list[tuple[IntArray, FloatArray, float]]:
 
 
 def _distance(points: FloatArray, vertices: FloatArray, triangles: IntArray) -> float:
-    """m, largest distance of points (n, 3) from a surface of short triangles; inf from their longest edge on."""
+    """Return the largest distance (m) of points (n, 3) from a surface of short triangles; inf if far away.
+
+    Points farther than the longest edge count as far away.
+    """
     corners = vertices[triangles]
     reach = float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max())
     # a triangle reaches two thirds of its longest edge from its middle
@@ -197,7 +218,7 @@ def _distance(points: FloatArray, vertices: FloatArray, triangles: IntArray) -> 
 
 
 def _cut(vertices: FloatArray, triangles: IntArray, longest: float) -> tuple[FloatArray, IntArray]:
-    """The same surface with every edge longer than `longest`, m, halved, again and again: closed as before."""
+    """Return the same surface with every edge longer than `longest` (m) halved repeatedly; it remains closed."""
     while True:
         ends = np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
         edges, of = np.unique(ends, axis=0, return_inverse=True)
@@ -207,10 +228,10 @@ def _cut(vertices: FloatArray, triangles: IntArray, longest: float) -> tuple[Flo
         middle = np.full(len(edges), -1)
         middle[long] = len(vertices) + np.arange(np.count_nonzero(long))
         vertices = np.concatenate([vertices, vertices[edges[long]].mean(axis=1)])
-        halved = middle[of.reshape(-1, 3)]  # sides from corner 0, 1 and 2, -1 where one stays
+        halved = middle[of.reshape(-1, 3)]  # sides from corner 0, 1 and 2; -1 for a side that stays
         count = (halved >= 0).sum(axis=1)
         first = np.where(count == 1, (halved >= 0).argmax(axis=1), ((halved < 0).argmax(axis=1) + 1) % 3)
-        turn = (np.arange(3) + first[:, None]) % 3  # to where a lone halved side comes first, a lone whole one last
+        turn = (np.arange(3) + first[:, None]) % 3  # moves a lone halved side to the front, a lone whole one to the end
         a, b, c = np.take_along_axis(triangles, turn, axis=1).T
         p, q, r = np.take_along_axis(halved, turn, axis=1).T
         pieces = {

@@ -1,4 +1,4 @@
-"""How well a mesh resolves the openings of a body: triangles that look at each other across air."""
+"""Resolution of the openings of a body: triangles that face each other across air."""
 
 # mypy: disable-error-code="no-untyped-def"
 from __future__ import annotations
@@ -11,22 +11,22 @@ import numpy as np
 from nvhchain.handoff import ComplexArray, FloatArray, RigidPlane, Surface
 
 SHIFT = 0.02
-"""Frequency by which a mesh misses the resonances of the air in openings, relative, over the longest edge in widths of
-the opening: 0.8 to 6 times what was found (docs/measured/acoustics/openings.md)."""
+"""Relative frequency error of resonances of the air in openings, over the longest edge in widths of the opening. The
+value is 0.8 to 6 times the measured error (docs/measured/acoustics/openings.md)."""
 
 WIDEST = 2.8
-"""Longest edge in widths of the opening above which the resonances are missed by no more."""
+"""Longest edge, in widths of the opening, above which the frequency error does not grow."""
 
 _OPPOSITE = float(np.cos(np.radians(105.0)))
-"""Cosine of the angle between normals below which two triangles enclose air: inner edges of 90 degrees do not."""
+"""Cosine of the angle between normals below which two triangles enclose air; inner edges of 90° do not."""
 
 
 def resonance_shift(surface: Surface, plane: RigidPlane | None = None) -> float:
-    """Frequency by which the mesh may miss the resonances of the air in the body's openings, relative to theirs.
+    """Return the relative frequency error of the mesh for resonances of the air in the body's openings.
 
-    The width of an opening is the distance of a triangle from the nearest one that stands opposite, on the body or on
-    its image behind a rigid plane.  0 where none does.
-    0.4 s for 24 000 triangles, twice that with a plane, once for a surface.
+    The width of an opening is the distance of a triangle from the nearest opposite one. That one lies on the body or on
+    its image behind a rigid plane. The result is 0 if no triangle has an opposite one. The search takes 0.4 s for 24
+    000 triangles and twice that with a plane, once for a surface.
     """
     return SHIFT * min(float((surface.longest_edges / _opening_widths(surface, plane)).max()), WIDEST)
 
@@ -34,8 +34,11 @@ def resonance_shift(surface: Surface, plane: RigidPlane | None = None) -> float:
 def stored_in_openings(
     surface: Surface, plane: RigidPlane | None, on_faces: ComplexArray, velocity: ComplexArray
 ) -> float:
-    """∫ d|p|² dS over |∫ p v* dS| (Pa s) of pressures and normal velocities (n_face,), d the longest edge: energy
-    before faces that look at each other across air, over the work done on all of it; largest where one resonates."""
+    """Return ∫ d|p|² dS / |∫ p v* dS| (Pa s) for pressures and normal velocities (n_face,), d the longest edge.
+
+    The ratio compares the energy before faces that look at each other across air with the work done on all faces. It is
+    largest if an opening resonates.
+    """
     opposite = surface.areas * surface.longest_edges * np.isfinite(_opening_widths(surface, plane))
     work = float(np.abs(surface.areas @ (on_faces * velocity.conj())))
     return float(opposite @ np.abs(on_faces) ** 2) / work if work > 0 else 0.0
@@ -43,7 +46,7 @@ def stored_in_openings(
 
 @lru_cache(maxsize=8)
 def _opening_widths(surface: Surface, plane: RigidPlane | None) -> FloatArray:
-    """Width (n_face,) m of the air before every triangle, inf where no other stands opposite."""
+    """Return the width (n_face,) m of the air before every triangle; inf if no other stands opposite."""
     centroids, normals = surface.centroids, surface.normals
     if plane is not None:
         centroids = np.concatenate([centroids, plane.mirror(centroids)])
@@ -53,7 +56,7 @@ def _opening_widths(surface: Surface, plane: RigidPlane | None) -> FloatArray:
 
 @numba.njit("float64[::1](int64, float64[:,::1], float64[:,::1])", cache=True, nogil=True)
 def _widths(count, centroids, normals):
-    """Width (count,) m of the air before the first triangles, inf where no other stands opposite."""
+    """Return the width (count,) m of the air before the first triangles; inf if no other stands opposite."""
     widths = np.full(count, np.inf)
     for i in range(count):
         nearest = np.inf

@@ -1,4 +1,4 @@
-"""A rigid reflecting plane near the body: what surface and field points must keep to."""
+"""Rigid reflecting plane near the body: requirements on surface and field points, and mirror images."""
 
 from __future__ import annotations
 
@@ -10,14 +10,26 @@ from nvhchain.handoff import FloatArray, RigidPlane, Surface
 __all__ = ["RigidPlane", "check_plane", "with_images"]
 
 PLANE_CLEARANCE = 0.01
-"""Least height of a triangle over the plane, in its own longest edges: down to there the error of a box whose bottom
-pumps air through the gap, and of a source inside it, is that of the same box high above (measured)."""
+"""Smallest height of a triangle over the plane, in its own longest edges. Measured down to it: a box whose bottom pumps
+air through the gap, and a source inside it, err as much as far above the plane."""
 
 
 def check_plane(plane: RigidPlane, surface: Surface, points: FloatArray | None = None) -> None:
-    """Raise `InputError` unless the body keeps clear of the plane and the field points (n_point, 3) m lie on its side.
+    """Check the position of body and field points relative to a rigid plane.
 
-    Points may lie on the plane.
+    Parameters
+    ----------
+    plane : RigidPlane
+        Reflecting plane.
+    surface : Surface
+        Radiating surface.
+    points : (n_point, 3) array, optional
+        Field points (m). They may lie on the plane.
+
+    Raises
+    ------
+    InputError
+        If the body is not clear of the plane or a point lies behind it.
     """
     height = plane.height(surface.vertices)[surface.triangles].min(axis=1)
     lowest = int(height.argmin())
@@ -47,8 +59,23 @@ def check_plane(plane: RigidPlane, surface: Surface, points: FloatArray | None =
 
 
 def with_images(points: FloatArray, plane: RigidPlane | None) -> FloatArray:
-    """Points (n, 3) m followed by their mirror images, (2n, 3); without a plane the points alone.
+    """Return points followed by their mirror images; without a plane, the points alone.
 
-    The field at a point above the plane is the sum of what the surface layers radiate to the point and to its image.
+    Parameters
+    ----------
+    points : (n, 3) array
+        Field points (m).
+    plane : RigidPlane or None
+        Reflecting plane.
+
+    Returns
+    -------
+    (2n, 3) or (n, 3) array
+        Points (m).
+
+    Notes
+    -----
+    The field at a point above the plane is the sum of the radiation of the surface layers to the point and to its
+    image.
     """
     return points if plane is None else np.concatenate([points, plane.mirror(points)])

@@ -1,4 +1,4 @@
-"""What the radiating surface and the field points must satisfy before anything is solved."""
+"""Requirements on the radiating surface and the field points, checked before a solution."""
 
 from __future__ import annotations
 
@@ -14,46 +14,66 @@ from nvhchain.handoff import FloatArray, IntArray, Surface
 from nvhchain.kinds import checked
 
 SHARP_ANGLE = np.radians(40.0)
-"""Triangles that meet under a larger angle form an edge of the body."""
+"""Angle (rad) between neighbouring triangles above which they form an edge of the body."""
 
 MESH_SCATTER = 1.15
-"""Mean edge a mesh generator may deliver, relative to the edge it was asked for."""
+"""Largest accepted mean edge of a generated mesh, relative to the requested edge."""
 
 MESH_ERROR = 1.2
-"""Error at field points relative to their peak, times the square of the elements per wavelength: of interior point
-sources in boxes, brackets and plates at 1.7…12 elements per wavelength, velocities at the middles of the faces, within
-a factor of three; triangles ten times as long as wide 1.5 times worse. Round bodies and means over flat faces are
-eight times better and more, walls of one or two elements that shake up to seven times worse (the edges of a plate
-25 mm thick, 0.6 dB at twelve elements per wavelength)."""
+"""Error at field points relative to their peak, times the square of the elements per wavelength. Measured with interior
+point sources in boxes, brackets and plates at 1.7…12 elements per wavelength, velocities at the face centroids, within
+a factor of three. Triangles ten times as long as wide are 1.5 times worse. Round bodies and means over flat faces are
+at least eight times better. Shaking walls of one or two elements are up to seven times worse. An example is the edges
+of a plate 25 mm thick, 0.6 dB at twelve elements per wavelength."""
 
 LOCAL_COARSENING = 2.0
-"""Longest edge, relative to the edge asked for, that all but a twentieth of the area must keep to."""
+"""Longest edge, relative to the requested edge, of all triangles but a twentieth of the area."""
 
 NEEDLE_ASPECT = 10.0
-"""Longest edge of a triangle over the height on it above which it is a needle."""
+"""Ratio of a triangle's longest edge to the height on it above which it is a needle."""
 
 NEEDLE_SHARE = 0.05
-"""Share of the area in needles above which a surface file is meshed anew and other surfaces state larger errors."""
+"""Share of the area in needles above which a surface file is remeshed and other surfaces state larger errors."""
 
 CLEARANCE = 1e-3
-"""Least distance of a field point from the surface, in local element edges: nearer, it may as well lie on it."""
+"""Smallest distance of a field point from the surface, in local element edges; a nearer point may lie on it."""
 
 FARTHEST = 1e9
-"""m, largest coordinate of a field point: there the phase at 20 kHz is still known to 1e-4 rad."""
+"""Largest coordinate of a field point (m); the phase at 20 kHz is still accurate to 1e-4 rad there."""
 
 LEAST_FREQUENCY = 1e-50
-"""Hz, lowest upper frequency but for 0."""
+"""Lowest upper frequency (Hz) apart from 0."""
 
 
 @checked
 def required_element_size(f_max: float, air: Air, fidelity: AcousticsFidelity) -> float:
-    """Edge length (m) a mesh generator must aim at to support frequencies up to `f_max` (Hz)."""
+    """Return the requested edge length of a mesh for frequencies up to `f_max`.
+
+    Parameters
+    ----------
+    f_max : float
+        Upper frequency (Hz).
+    air : Air
+        Density and speed of sound.
+    fidelity : AcousticsFidelity
+        Accuracy settings; `elements_per_wavelength` decides.
+
+    Returns
+    -------
+    float
+        Edge length (m) for a mesh generator.
+
+    Raises
+    ------
+    InputError
+        If the frequency is not positive or not finite.
+    """
     require(0 < f_max < np.inf, f"upper frequency {f_max:g} Hz must be positive and finite")
     return air.speed_of_sound / (f_max * fidelity.elements_per_wavelength)
 
 
 def element_sizes(surface: Surface) -> tuple[float, float]:
-    """(mean edge, longest edge exceeded on a twentieth of the area), m, both weighted with the area."""
+    """Return the area-weighted mean edge and the longest edge exceeded on a twentieth of the area, m."""
     corners = surface.vertices[surface.triangles]
     edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
     mean = float(np.average(edges.mean(axis=1), weights=surface.areas))
@@ -63,23 +83,25 @@ def element_sizes(surface: Surface) -> tuple[float, float]:
 
 
 def mean_edge(surface: Surface) -> float:
-    """Mean edge length (m) of a surface, weighted with the area."""
+    """Return the area-weighted mean edge length (m) of a surface."""
     return element_sizes(surface)[0]
 
 
 def aspects(surface: Surface) -> FloatArray:
-    """(n_face,) longest edge of every triangle over the height on it; 1.15 where equilateral."""
+    """Return the ratio (n_face,) of every triangle's longest edge to the height on it; 1.15 if equilateral."""
     return np.asarray(surface.longest_edges**2 / (2.0 * surface.areas))
 
 
 def needle_share(surface: Surface) -> float:
-    """Share of the area that needles take."""
+    """Return the share of the area in needles."""
     return float(surface.areas[aspects(surface) > NEEDLE_ASPECT].sum() / surface.areas.sum())
 
 
 def edges_between(surface: Surface) -> tuple[IntArray, IntArray, FloatArray]:
-    """Vertices (n_edge, 2) at the ends of every edge, the triangles (n_edge, 2) on both sides of it, and the angle
-    (n_edge,) rad under which these meet."""
+    """Return vertices (n_edge, 2), adjacent triangles (n_edge, 2) and angle (n_edge,) rad of every edge.
+
+    The angle is that between the normals of the two triangles.
+    """
     edges = np.sort(surface.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
     order = np.lexsort(edges.T)
     sides = np.repeat(np.arange(len(surface.triangles)), 3)[order].reshape(-1, 2)
@@ -88,8 +110,11 @@ def edges_between(surface: Surface) -> tuple[IntArray, IntArray, FloatArray]:
 
 
 def width_to_length(positions: FloatArray, weight: FloatArray) -> FloatArray:
-    """How wide something is over how long (m,), from its positions (n, 3) m with weights (n, m), each of sum 1: root of
-    the second largest principal variance over that of the largest."""
+    """Return ratios (m,) of width to length of weighted positions.
+
+    The ratio is the root of the second largest over the largest principal variance of positions (n, 3) m with weights
+    (n, m), each of sum 1.
+    """
     positions = positions - positions.mean(axis=0)
     middles = weight.T @ positions
     squares = (positions[:, :, None] * positions[:, None, :]).reshape(-1, 9)
@@ -99,7 +124,7 @@ def width_to_length(positions: FloatArray, weight: FloatArray) -> FloatArray:
 
 
 def real_numbers(values: ArrayLike, name: str) -> FloatArray:
-    """`values` as an array of float; `InputError` for text, complex numbers and lists of unequal length."""
+    """Return `values` as an array of float; InputError for text, complex numbers and lists of unequal length."""
     try:
         array = np.asarray(values)
         if np.iscomplexobj(array):
@@ -110,7 +135,7 @@ def real_numbers(values: ArrayLike, name: str) -> FloatArray:
 
 
 def frequency_lines(values: ArrayLike) -> FloatArray:
-    """Frequencies of lines as a (n_f,) array in Hz, finite and not negative, else `InputError`."""
+    """Return frequencies of lines as a (n_f,) array in Hz; InputError unless they are finite and not negative."""
     lines = np.atleast_1d(real_numbers(values, "lines"))
     require(
         lines.ndim == 1 and bool((np.isfinite(lines) & (lines >= 0)).all()),
@@ -121,9 +146,23 @@ def frequency_lines(values: ArrayLike) -> FloatArray:
 
 @checked
 def check_mesh(surface: Surface, f_max: float, air: Air, fidelity: AcousticsFidelity) -> None:
-    """Raise `InputError` for a mesh coarser at `f_max` (Hz) than `fidelity` admits; below two it carries no wave.
+    """Check the mesh size at the upper frequency and the bodies of a surface.
 
-    Also for bodies that are turned inward, lie in each other or touch (`check_bodies`).
+    Parameters
+    ----------
+    surface : Surface
+        Radiating surface.
+    f_max : float
+        Upper frequency (Hz).
+    air : Air
+        Density and speed of sound.
+    fidelity : AcousticsFidelity
+        Accuracy settings; `coarsest_elements_per_wavelength` decides. Below two, a mesh carries no wave.
+
+    Raises
+    ------
+    InputError
+        If the mesh is too coarse, or bodies are turned inward, lie in each other or touch (`check_bodies`).
     """
     check_bodies(surface)
     if f_max <= 0:
@@ -147,8 +186,27 @@ def check_mesh(surface: Surface, f_max: float, air: Air, fidelity: AcousticsFide
 
 @checked
 def check_points(surface: Surface, points: ArrayLike, clearance: float = CLEARANCE) -> FloatArray:
-    """Field points as a (n_point, 3) array in m; `InputError` if one lies inside the body or nearer to its surface than
-    `clearance` times the longest edge of the nearest triangle."""
+    """Check field points and return them as an array.
+
+    Parameters
+    ----------
+    surface : Surface
+        Radiating surface.
+    points : (n_point, 3) array
+        Field points (m).
+    clearance : float
+        Smallest distance from the surface, in longest edges of the nearest triangle.
+
+    Returns
+    -------
+    (n_point, 3) array
+        Points (m).
+
+    Raises
+    ------
+    InputError
+        If a point lies inside the body, too near to its surface or too far away, or is not finite.
+    """
     x = np.ascontiguousarray(np.atleast_2d(real_numbers(points, "field points")))
     if x.ndim != 2 or x.shape[1] != 3 or len(x) == 0:
         raise InputError(f"field points have shape {np.shape(points)}, but (n_point, 3) in m is needed")
@@ -159,7 +217,7 @@ def check_points(surface: Surface, points: ArrayLike, clearance: float = CLEARAN
         f"field point {farthest} at {x[farthest].tolist()} m is farther than {FARTHEST:g} m, where double precision "
         "does not hold the phase of sound: move it closer",
     )
-    # most points lie so far outside the bounding box that no triangle needs to be looked at
+    # most points lie so far outside the bounding box that no triangle needs a check
     beyond = np.maximum(surface.vertices.min(axis=0) - x, x - surface.vertices.max(axis=0)).max(axis=1)
     near = np.flatnonzero(beyond <= clearance * surface.longest_edges.max())
     inside = winding_numbers(surface.vertices[surface.triangles], x[near]) > 0.5
@@ -176,10 +234,31 @@ def check_points(surface: Surface, points: ArrayLike, clearance: float = CLEARAN
 
 @checked
 def sphere(radius: float, subdivisions: int, centre: ArrayLike = (0.0, 0.0, 0.0)) -> Surface:
-    """Icosphere of 20 · 4^subdivisions triangles with the exact sphere's volume.
+    """Return an icosphere of 20 · 4^subdivisions triangles with the exact sphere's volume.
 
-    radius, centre: m.  Vertices on a sphere of the given radius enclose less than it does, which costs a monopole up to
-    1 % at 1280 triangles; they are moved out until the volume is that of the sphere.
+    Parameters
+    ----------
+    radius : float
+        Radius (m).
+    subdivisions : int
+        Number of subdivisions, 0 to 7.
+    centre : (3,) array
+        Centre (m).
+
+    Returns
+    -------
+    Surface
+        Closed surface.
+
+    Raises
+    ------
+    InputError
+        If an argument is not finite, the radius not positive or the number of subdivisions out of range.
+
+    Notes
+    -----
+    Vertices on the sphere itself enclose a smaller volume, which costs a monopole up to 1 % at 1280 triangles. They are
+    moved out until the volume is that of the sphere.
     """
     require(0 < radius < np.inf, f"sphere radius {radius:g} m must be positive and finite")
     require(

@@ -1,4 +1,4 @@
-"""What a velocity does within faces, told from those beside them."""
+"""Variation of a velocity within faces, reconstructed from adjacent faces."""
 
 from __future__ import annotations
 
@@ -11,28 +11,32 @@ from nvhchain.acoustics.surfaces.surface import SHARP_ANGLE, edges_between
 from nvhchain.handoff import FloatArray, Surface
 
 _MOST = 0.2
-"""Largest part of any motion that the slopes of one face may give: 0.08 of equal triangles.  Those of needles beside
-each other would give many times their differences."""
+"""Largest contribution of the slopes of one face to any motion; it is 0.08 for equal triangles. Adjacent needles would
+contribute many times their differences."""
 
 _ONE_WAY = 1e-6
-"""Spread of the faces beside one across a line, over that along it, below which they tell no slope across it."""
+"""Ratio of the spread of adjacent faces across a line to that along it, below which they define no slope across it."""
 
 
 @lru_cache(maxsize=8)
 def within_faces(surface: Surface) -> csr_array:
-    """Factor (n_face, n_face) from velocities that are constant on every face to those that a wave passes on.
+    """Return the factor (n_face, n_face) from piecewise constant velocities to those that a wave transmits.
 
-    A velocity v that is constant on a face loses M : ∇p ∇v of its product with a pressure p, with M the second moments
-    of the face about its centroid.  It is given back: v + S⁻¹ Gᵀ S M G v, with S the areas and G the slopes along the
-    walls, fitted to the faces beside that no edge of the body parts (`SHARP_ANGLE`).  Keeps the volume velocity and
-    all that is constant on a wall; symmetric under S, so that reciprocity holds; takes from no motion.  What is rough
-    from face to face, and no wave that the mesh carries, grows by up to nine tenths (docs/decisions/0013).
+    Notes
+    -----
+    A velocity v that is constant on a face loses M : ∇p ∇v of its product with a pressure p. M holds the second moments
+    of the face about its centroid. The factor restores this part: v + S⁻¹ Gᵀ S M G v. S holds the areas, G the slopes
+    along the walls. The slopes are fitted to adjacent faces that no edge of the body separates (`SHARP_ANGLE`).
+
+    The factor preserves the volume velocity and any motion that is constant on a wall. It is symmetric under S, so that
+    reciprocity holds, and it reduces no motion. Motion that is rough from face to face, and no wave that the mesh
+    carries, grows by up to nine tenths (docs/decisions/0013).
     """
     corners = surface.vertices[surface.triangles] - surface.centroids[:, None]
     principal, axes = np.linalg.eigh(np.einsum("fki,fkj->fij", corners, corners) / 12.0)
     along, most = axes[:, :, 2], principal[:, 2]
     axes = np.stack([along, np.cross(surface.normals, along)], axis=2)
-    moments = np.stack([most, surface.areas**2 / (108.0 * most)], axis=1)  # whose product is that of every triangle
+    moments = np.stack([most, surface.areas**2 / (108.0 * most)], axis=1)  # their product is that of every triangle
     slopes = _slopes(surface, axes, np.sqrt(moments))
     part = np.max([surface.areas * (slope.power(2) @ (1.0 / surface.areas)) for slope in slopes], axis=0)
     share = surface.areas * _MOST / np.maximum(part, _MOST)
@@ -41,8 +45,10 @@ def within_faces(surface: Surface) -> csr_array:
 
 
 def _slopes(surface: Surface, axes: FloatArray, lengths: FloatArray) -> list[csr_array]:
-    """Of both axes (n_face, 3, 2) the difference (n_face, n_face) of a velocity over their `lengths` (n_face, 2) m,
-    fitted to the faces beside every one."""
+    """Return the difference (n_face, n_face) of a velocity over `lengths` (n_face, 2) m for both axes (n_face, 3, 2).
+
+    The differences are fitted to the faces adjacent to each one.
+    """
     faces = len(surface.triangles)
     _, sides, angle = edges_between(surface)
     flat = sides[angle < SHARP_ANGLE]

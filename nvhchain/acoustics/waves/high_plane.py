@@ -1,4 +1,4 @@
-"""A body high above a rigid plane: from the waves about its own middle to what it radiates together with its image."""
+"""Waves of a body high above a rigid plane: from those about its own middle to those of body and image together."""
 
 from __future__ import annotations
 
@@ -10,24 +10,27 @@ from scipy.linalg import qr
 from nvhchain.handoff import ComplexArray, FloatArray
 
 _NODES = 64
-"""Of a rule of Gauss and Legendre."""
+"""Nodes of a Gauss–Legendre rule."""
 
 _TURN = 40.0
-"""Orders of the waves, and rad of the path between body and plane, that one rule resolves to rounding."""
+"""Sum of wave order and phase (rad) of the path between body and plane that one rule integrates to rounding."""
 
 
 def with_image(amplitudes: ComplexArray, height: float, order: int) -> ComplexArray:
-    """Waves (n_row, m) of body and image from the amplitudes (n_row, m) of the body about its own middle.
+    """Return waves (n_row, m) of body and image from the amplitudes (n_row, m) of the body about its own middle.
 
-    Together both radiate F = Σ a_lm Y_lm (e^{jkh cos θ} + (−1)^{l+m} e^{−jkh cos θ}), of which the upper half counts.
-    Its power is a quadratic form of the amplitudes with a matrix for every m, whose triangular factor R gives the rows:
-    P = Σ|waves|²/(2ρc).  R is real once the amplitudes of odd l + m are turned by j, and its rows of low degree do not
-    depend on the highest one: rows compare between wavenumbers, and those at −k are conjugate to those at k.  It comes
-    from the field at nodes of quadrature, not from the matrix, so that waves which body and image almost cancel, near
-    the plane in wavelengths, keep their digits.
+    height : wavenumber times the height of the middle over the plane.
 
-    height: wavenumber times that of the middle over the plane.  Rows are those of `multipole_amplitudes`, the plane's
-    normal the polar axis.
+    Rows are those of `multipole_amplitudes`; the plane's normal is the polar axis.
+
+    Notes
+    -----
+    Body and image together radiate F = Σ a_lm Y_lm (e^{jkh cos θ} + (−1)^{l+m} e^{−jkh cos θ}), of which the upper half
+    counts. The power is a quadratic form of the amplitudes with a matrix for every m. Its triangular factor R yields
+    the rows: P = Σ|waves|²/(2ρc). R is real once the amplitudes of odd l + m are multiplied by j. Its rows of low
+    degree do not depend on the highest degree. Rows therefore compare between wavenumbers, and those at −k are
+    conjugate to those at k. R is computed from the field at quadrature nodes, not from the matrix. Waves that body and
+    image almost cancel, within wavelengths of the plane, thereby keep their digits.
     """
     cosine, weight = _nodes(height, order)
     even, odd = 2.0 * np.sqrt(weight) * np.cos(height * cosine), 2.0 * np.sqrt(weight) * np.sin(height * cosine)
@@ -46,7 +49,7 @@ def with_image(amplitudes: ComplexArray, height: float, order: int) -> ComplexAr
 
 
 def _nodes(height: float, order: int) -> tuple[FloatArray, FloatArray]:
-    """Cosines (n,) between 0 and 1 and weights (n,) that integrate squares of the field."""
+    """Return cosines (n,) between 0 and 1 and weights (n,) that integrate squares of the field."""
     node, weight = np.polynomial.legendre.leggauss(_NODES)
     pieces = 1 + int((height + order) / _TURN)
     cosine = (np.arange(pieces)[:, None] + 0.5 * (1.0 + node)) / pieces
@@ -54,7 +57,7 @@ def _nodes(height: float, order: int) -> tuple[FloatArray, FloatArray]:
 
 
 def polar_functions(cosine: FloatArray, order: int) -> Iterator[FloatArray]:
-    """Yield for m = 0 … order the associated Legendre functions (n, order − m + 1) of unit norm between −1 and 1."""
+    """Yield, for m = 0 … order, associated Legendre functions (n, order − m + 1) of unit norm between −1 and 1."""
     sine, sectoral = np.sqrt(1.0 - cosine**2), np.full(len(cosine), np.sqrt(0.5))
     for m in range(order + 1):
         if m > 0:

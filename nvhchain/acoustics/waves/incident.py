@@ -1,4 +1,4 @@
-"""Sound fields that fall on the body, for scattering."""
+"""Incident sound fields, for scattering."""
 
 from __future__ import annotations
 
@@ -16,16 +16,39 @@ from nvhchain.kinds import check_fields
 
 @runtime_checkable
 class IncidentField(Protocol):
-    """A sound field that would be there without the body; picklable, e^{+jωt}."""
+    """Sound field in the absence of the body; picklable, time factor e^{+jωt}."""
 
     def pressure_and_gradient(self, points: FloatArray, wavenumber: float) -> tuple[ComplexArray, ComplexArray]:
-        """Pressure (n,) in Pa and its gradient (n, 3) in Pa/m at points (n, 3) in m."""
+        """Return pressure and gradient at points.
+
+        Parameters
+        ----------
+        points : (n, 3) array
+            Points (m).
+        wavenumber : float
+            Wavenumber (rad/m).
+
+        Returns
+        -------
+        pressure : (n,) complex array
+            Pressure (Pa).
+        gradient : (n, 3) complex array
+            Gradient of the pressure (Pa/m).
+        """
         ...
 
 
 @dataclass(frozen=True)
 class PlaneWave:
-    """p = amplitude · e^{−jk d·x}.  direction: of travel, any length.  amplitude: Pa at the origin."""
+    """Plane wave p = amplitude · e^{−jk d·x}.
+
+    Parameters
+    ----------
+    direction : (3,) tuple of float
+        Direction of travel, of any length.
+    amplitude : complex
+        Pressure at the origin (Pa).
+    """
 
     direction: tuple[float, float, float]
     amplitude: complex = 1.0
@@ -39,7 +62,7 @@ class PlaneWave:
         )
 
     def pressure_and_gradient(self, points: FloatArray, wavenumber: float) -> tuple[ComplexArray, ComplexArray]:
-        """See `IncidentField`."""
+        """Return pressure and gradient, see `IncidentField`."""
         d = np.asarray(self.direction, dtype=float) / np.linalg.norm(self.direction)
         pressure = self.amplitude * np.exp(-1j * wavenumber * (points @ d))
         return pressure, -1j * wavenumber * pressure[:, None] * d
@@ -47,7 +70,15 @@ class PlaneWave:
 
 @dataclass(frozen=True)
 class PointSource:
-    """p = strength · e^{−jkr}/(4πr).  position: m.  strength: Pa m (jωρ times the volume velocity)."""
+    """Point source p = strength · e^{−jkr}/(4πr).
+
+    Parameters
+    ----------
+    position : (3,) tuple of float
+        Position (m).
+    strength : complex
+        jωρ times the volume velocity (Pa m).
+    """
 
     position: tuple[float, float, float]
     strength: complex = 1.0
@@ -60,7 +91,7 @@ class PointSource:
         )
 
     def pressure_and_gradient(self, points: FloatArray, wavenumber: float) -> tuple[ComplexArray, ComplexArray]:
-        """See `IncidentField`."""
+        """Return pressure and gradient, see `IncidentField`."""
         offset = points - np.asarray(self.position, dtype=float)
         r = np.linalg.norm(offset, axis=1)
         pressure = self.strength * np.exp(-1j * wavenumber * r) / (4 * np.pi * r)
@@ -69,22 +100,30 @@ class PointSource:
 
 @dataclass(frozen=True)
 class Reflected:
-    """A field together with its reflection at a rigid plane: without normal velocity there."""
+    """Field together with its reflection at a rigid plane, so that the normal velocity on the plane is zero.
+
+    Parameters
+    ----------
+    field : IncidentField
+        Field without the plane.
+    plane : RigidPlane
+        Reflecting plane.
+    """
 
     field: IncidentField
     plane: RigidPlane
 
     def pressure_and_gradient(self, points: FloatArray, wavenumber: float) -> tuple[ComplexArray, ComplexArray]:
-        """See `IncidentField`."""
+        """Return pressure and gradient, see `IncidentField`."""
         pressure, gradient = self.field.pressure_and_gradient(points, wavenumber)
         image, slope = self.field.pressure_and_gradient(self.plane.mirror(points), wavenumber)
         return pressure + image, gradient + self.plane.mirror_direction(slope)
 
 
 def incident_on(incident: IncidentField, points: FloatArray, wavenumber: float) -> tuple[ComplexArray, ComplexArray]:
-    """Pressure (n,) Pa and gradient (n, 3) Pa/m of a field at points (n, 3) m.
+    """Return pressure (n,) Pa and gradient (n, 3) Pa/m of a field at points (n, 3) m.
 
-    Raises InputError where the field gives something else, or values that are not finite.
+    InputError if the field returns other shapes or values that are not finite.
     """
     given = incident.pressure_and_gradient(points, wavenumber)
     try:
@@ -106,7 +145,7 @@ def incident_on(incident: IncidentField, points: FloatArray, wavenumber: float) 
 
 
 def check_incident(incident: IncidentField, surface: Surface, plane: RigidPlane | None) -> None:
-    """Raise `InputError` for a point source inside the body, on its surface or behind the rigid plane."""
+    """Raise InputError for a point source inside the body, on its surface or behind the rigid plane."""
     if not isinstance(incident, PointSource):
         return
     position = np.asarray(incident.position, dtype=float)

@@ -1,4 +1,4 @@
-"""Power of the waves that leave several bodies: each about its own middle, and what every two interfere."""
+"""Sound power of several bodies: waves of each about its own middle, and interference of every two."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from nvhchain.acoustics.waves.multipoles import (
 from nvhchain.handoff import ComplexArray, RigidPlane, Surface
 
 _Source = tuple[Surface, ComplexArray, ComplexArray]
-"""A body, pressure at its vertices and pressure gradient on its faces."""
+"""Body, pressure at its vertices and pressure gradient on its faces."""
 
 
 def waves_memory(surface: Surface, wavenumber: float, plane: RigidPlane | None, digits: float) -> int:
-    """Bytes that `squared_waves` takes beside its arguments."""
+    """Return the bytes that `squared_waves` needs besides its arguments."""
     apart = _apart(surface, wavenumber, plane, digits)
     return max(
         expansion_memory(body, multipole_order(body, wavenumber, plane, digits))
@@ -41,15 +41,20 @@ def squared_waves(
     plane: RigidPlane | None,
     digits: float,
 ) -> float:
-    """Σ|a|² (Pa² m²) of the spherical waves that leave the surface: the power is that over 2ρc.
+    """Return Σ|a|² (Pa² m²) of the spherical waves that leave the surface; the power is that over 2ρc.
 
-    About the middle of all bodies (`multipole_amplitudes`) there are as many waves as the square of its distance in
-    wavelengths, 245 thousand for two spheres 50 m off it at 1 kHz.  Where that costs more, every body has its own waves
-    about its own middle and every two interfere: F_i* F_j e^{jk r̂·d} over all directions, d from one middle to the
-    other.  With d the polar axis only waves of equal m do, Σ_m F_im* F_jm is a polynomial in cos θ, and the integral of
-    its Legendre term P_n is 2 jⁿ j_n(kd).  Above a plane a body interferes with the other and with its image.
+    pressure : (n_v,) Pa.
+    gradient : (n_face,) Pa/m along the normal.
+    wavenumber : rad/m, above 0.
 
-    pressure: (n_v,) Pa.  gradient: (n_face,) Pa/m along the normal.  wavenumber: rad/m, > 0.
+    Notes
+    -----
+    The number of waves about the middle of all bodies (`multipole_amplitudes`) grows with the square of the distance in
+    wavelengths. It is 245 thousand for two spheres 50 m off the middle at 1 kHz. If that costs more, every body has its
+    own waves about its own middle, and every two interfere. The interference is F_i* F_j e^{jk r̂·d} over all
+    directions, with d from one middle to the other. If d is the polar axis, only waves of equal m interfere. The sum
+    Σ_m F_im* F_jm is then a polynomial in cos θ, and the integral of its Legendre term P_n is 2 jⁿ j_n(kd). Above a
+    plane, a body interferes with the other and with its image.
     """
     k = wavenumber
 
@@ -72,9 +77,9 @@ def squared_waves(
 
 
 def _apart(surface: Surface, k: float, plane: RigidPlane | None, digits: float) -> bool:
-    """Whether the waves of every body by itself cost less than those about the middle of all.
+    """Return True if the waves of every body by itself cost less than those about the middle of all.
 
-    Then the bodies are some wavelengths apart, and what is left of two powers that cancel keeps its digits.
+    The bodies are then some wavelengths apart, and a small difference of two powers keeps its digits.
     """
 
     def cost(body: Surface, plane: RigidPlane | None) -> int:
@@ -95,7 +100,7 @@ def _interference(
     other: _Source,
     digits: float,
 ) -> float:
-    """Re ∫ F_i* F_j e^{jk r̂·d} dΩ of two bodies with pressure and gradient on them."""
+    """Return Re ∫ F_i* F_j e^{jk r̂·d} dΩ of two bodies with pressure and gradient on them."""
     middles = [plane_foot(body, None) for body, *_ in (one, other)]
     way = middles[1] - middles[0]
     distance = float(np.linalg.norm(way))

@@ -29,7 +29,7 @@ _PAIR = nb.types.UniTuple(nb.complex128[:, ::1], 2)
 
 @cache
 def compiled_layers():  # type: ignore[no-untyped-def]
-    """`_layers` as machine code, made when it is first asked for."""
+    """Return `_layers` as machine code, compiled at first use."""
     signature = _PAIR(_REAL_2, _REAL_2, _INDEX_2, _REAL_2, _REAL_1, nb.float64, nb.float64, _REAL_2, _REAL_1)
     return nb.njit(signature, cache=True, nogil=True)(_layers)
 
@@ -37,7 +37,7 @@ def compiled_layers():  # type: ignore[no-untyped-def]
 def _layers(points, vertices, triangles, normals, areas, k, near_ratio, barycentric, weight):  # type: ignore[no-untyped-def]
     double = np.zeros((len(points), len(vertices)), dtype=np.complex128)
     single = np.zeros((len(points), len(triangles)), dtype=np.complex128)
-    corner = np.empty((3 * _DEEPEST + 4, 3, 3))  # barycentric corners of the pieces still to do
+    corner = np.empty((3 * _DEEPEST + 4, 3, 3))  # barycentric corners of the remaining pieces
     depth = np.empty(3 * _DEEPEST + 4, dtype=np.int64)
     xyz = np.empty((3, 3))
     piece = np.empty((3, 3))
@@ -110,11 +110,15 @@ def _layers(points, vertices, triangles, normals, areas, k, near_ratio, barycent
 def layer_potentials(
     surface: Surface, points: FloatArray, wavenumber: float, near_ratio: float
 ) -> tuple[ComplexArray, ComplexArray]:
-    """Potentials D (n_point, n_v) and S (n_point, n_face) of both layers: p(x) = D p − S ∂p/∂n outside the body.
+    """Return potentials D (n_point, n_v) and S (n_point, n_face) of both layers: p(x) = D p − S ∂p/∂n outside the body.
 
-    points: (n_point, 3) m.  wavenumber: rad/m, ≥ 0.  near_ratio: a triangle longer than this multiple of its distance
-    from the point (or than one radian of phase) is cut into four, again and again; each piece gets a rule of degree 5.
-    p: linear on triangles; ∂p/∂n: constant on triangles, along the outward normal.  G = e^{−jkr}/(4πr).
+    points : (n_point, 3) m.
+    wavenumber : rad/m, not negative.
+    near_ratio : longest triangle that is not cut, as a multiple of its distance from the point.
+
+    A triangle longer than that, or longer than one radian of phase, is cut into four repeatedly. Each piece has a rule
+    of degree 5. The pressure p is linear on triangles. The gradient ∂p/∂n along the outward normal is constant on
+    triangles. G = e^{−jkr}/(4πr).
     """
     double, single = compiled_layers()(
         points,

@@ -1,4 +1,4 @@
-"""The sound that leaves a body as spherical waves: amplitudes from pressure and pressure gradient on its surface."""
+"""Spherical waves that leave a body: amplitudes from pressure and pressure gradient on its surface."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from nvhchain.acoustics.waves.layer_potentials import RULE_BARYCENTRIC, RULE_WEI
 from nvhchain.handoff import ComplexArray, FloatArray, IntArray, RigidPlane, Surface
 
 _BLOCK_BYTES = 2**27
-"""Matrices between surface and waves that are alive at once."""
+"""Bytes of matrices between surface and waves that are held at once."""
 
 _SPARE = 16
-"""Orders beyond those wanted, plus one per wave around the body, at which the recurrence of Bessel functions begins."""
+"""Additional orders, besides one per wave around the body, at which the recurrence of Bessel functions begins."""
 
 HIGH = 4.0
-"""Distance of the farthest vertex from the foot of the body on a plane, over that from its own middle, above which the
-waves begin at the middle.  They are an eighth there, and 961 instead of 51 040 for a body of 0.4 m, 3 m up at
-k = 90 rad/m, but less smooth in frequency: 40 masters give what 24 do about the foot (measured)."""
+"""Ratio of two distances of the farthest vertex, from the body's foot on a plane and from its own middle. Above it, the
+waves begin at the middle. Their number is an eighth at this ratio. It is 961 instead of 51 040 for a body of 0.4 m, 3 m
+up at k = 90 rad/m. They are less smooth in frequency: 40 masters achieve what 24 do about the foot (measured)."""
 
 _REAL_1, _REAL_2 = (nb.types.Array(nb.float64, n, "C", readonly=True) for n in (1, 2))
 _INDEX_2 = nb.types.Array(nb.int64, 2, "C", readonly=True)
@@ -28,7 +28,7 @@ _INDEX_2 = nb.types.Array(nb.int64, 2, "C", readonly=True)
 
 @nb.njit(nogil=True)
 def _bessel(x, j):  # type: ignore[no-untyped-def]
-    """Spherical Bessel functions j_l(x), l = 0 … len(j) − 1, by downward recurrence (Miller); x > 0."""
+    """Compute spherical Bessel functions j_l(x), l = 0 … len(j) − 1, by downward recurrence (Miller); x > 0."""
     above, here = 0.0, 1e-280
     for i in range(len(j) + int(x) + _SPARE, -1, -1):
         if i < len(j):
@@ -41,7 +41,7 @@ def _bessel(x, j):  # type: ignore[no-untyped-def]
                 j[n] *= 1e-250
     first = np.sin(x) / x
     second = (first - np.cos(x)) / x
-    # both never vanish together
+    # the two never vanish together
     scale = first / j[0] if abs(first) > 0.1 / max(x, 1.0) else second / j[1]
     for n in range(len(j)):
         j[n] *= scale
@@ -49,7 +49,7 @@ def _bessel(x, j):  # type: ignore[no-untyped-def]
 
 @cache
 def _compiled():  # type: ignore[no-untyped-def]
-    """`_layers` as machine code, made when it is first asked for: transfer vectors do without it."""
+    """Return `_layers` as machine code, compiled at first use; transfer vectors do not need it."""
     integer, real = nb.int64, nb.float64
     signature = nb.types.UniTuple(nb.float64[:, ::1], 2)(
         _REAL_2, _INDEX_2, _REAL_2, _REAL_1, real, integer, integer, integer, integer, _REAL_2, _REAL_1
@@ -65,7 +65,7 @@ def _layers(vertices, triangles, normals, areas, k, order, m_low, m_high, step, 
     single = np.zeros((len(triangles), rows))
     value, slope = np.empty(rows), np.empty(rows)
     j, radial = np.empty(order + 2), np.empty(order + 1)
-    ahead = np.zeros((m_high, order + 1))  # of the recurrence of associated Legendre functions in l
+    ahead = np.zeros((m_high, order + 1))  # coefficients of the recurrence of associated Legendre functions in l
     for m in range(m_low, m_high):
         for l in range(m + 1, order + 1):
             ahead[m, l] = np.sqrt((4.0 * l * l - 1.0) / (l * l - m * m))
@@ -77,7 +77,7 @@ def _layers(vertices, triangles, normals, areas, k, order, m_low, m_high, step, 
                 y += barycentric[q, i] * vertices[triangles[f, i], 1]
                 z += barycentric[q, i] * vertices[triangles[f, i], 2]
             across = np.hypot(x, y)
-            r = max(np.hypot(across, z), 1e-6 / k)  # the waves are smooth there, their components are not
+            r = max(np.hypot(across, z), 1e-6 / k)  # the waves are smooth at 0, their components are not
             cosine, sine = z / r, across / r
             east_x, east_y = (x / across, y / across) if across > 0.0 else (1.0, 0.0)
             n_east = normals[f, 1] * east_x - normals[f, 0] * east_y
@@ -135,41 +135,43 @@ def _layers(vertices, triangles, normals, areas, k, order, m_low, m_high, step, 
 
 
 def multipole_order(surface: Surface, wavenumber: float, plane: RigidPlane | None, digits: float) -> int:
-    """Highest order of the waves that leave the surface with amplitudes above 10^−digits of the largest.
+    """Return the highest order of the waves that leave the surface with amplitudes above 10^−digits of the largest.
 
-    kR + 1.8 digits^⅔ (kR)^⅓, R from the origin of the waves to the farthest vertex (the excess bandwidth formula
-    of fast multipole methods; Chew et al., Fast and Efficient Algorithms in Computational Electromagnetics, 2001);
-    where kR < 1, that of kR = 1.
+    The order is kR + 1.8 digits^⅔ (kR)^⅓, R from the origin of the waves to the farthest vertex; for kR < 1 that of kR
+    = 1. This is the excess bandwidth formula of fast multipole methods.  Source: Chew et al., Fast and Efficient
+    Algorithms in Computational Electromagnetics, 2001.
     """
     reach = wavenumber * wave_reach(surface, plane)
     return int(np.ceil(reach + 1.8 * digits ** (2 / 3) * max(reach, 1.0) ** (1 / 3)))
 
 
 def wave_reach(surface: Surface, plane: RigidPlane | None) -> float:
-    """Distance (m) of the farthest vertex from the origin of the waves."""
+    """Return the distance (m) of the farthest vertex from the origin of the waves."""
     origin, _ = _frame(surface, plane)
     return _reach(surface, origin)
 
 
 def path_reach(surface: Surface, plane: RigidPlane | None) -> float:
-    """Distance (m) of the farthest vertex from the middle of the body and, above a plane, of its image."""
+    """Return the distance (m) of the farthest vertex from the middle of the body and, above a plane, of its image."""
     return _reach(surface, plane_foot(surface, plane))
 
 
 def multipole_count(surface: Surface, order: int, plane: RigidPlane | None) -> int:
-    """Number of spherical waves up to `order`; about the foot on a rigid plane, of those that are even about it."""
+    """Return the number of spherical waves up to `order`; about the foot on a rigid plane, only even waves count."""
     about_middle = plane is None or is_high(surface, plane)
     return (order + 1) ** 2 if about_middle else (order + 1) * (order + 2) // 2
 
 
 def is_high(surface: Surface, plane: RigidPlane) -> bool:
-    """Whether the waves begin at the middle of the body although there is a plane: about its foot they were too many,
-    as their order grows with the height."""
+    """Return True if the waves begin at the middle of the body although there is a plane.
+
+    Waves about its foot would be too many, as their order grows with the height.
+    """
     return _reach(surface, plane_foot(surface, plane)) > HIGH * _reach(surface, plane_foot(surface, None))
 
 
 def expansion_memory(surface: Surface, order: int) -> int:
-    """Bytes that `multipole_amplitudes` takes beside its arguments, the matrices between surface and waves."""
+    """Return the bytes that `multipole_amplitudes` needs besides its arguments: matrices between surface and waves."""
     return max(_BLOCK_BYTES, 16 * (order + 1) * (len(surface.vertices) + len(surface.triangles)))
 
 
@@ -181,19 +183,24 @@ def multipole_amplitudes(
     order: int,
     plane: RigidPlane | None = None,
 ) -> ComplexArray:
-    """Amplitudes a (n_row, m) in Pa m of the spherical waves that carry the power Σ|a|²/(2ρc) away from the surface.
+    """Return amplitudes a (n_row, m) in Pa m of the spherical waves that carry the power Σ|a|²/(2ρc) off the surface.
 
-    The far field is r e^{jkr} p = Σ a_lm Y_lm, Y_lm real and of unit norm, with a_lm = j^l ∫ (p ∂ψ/∂n − ψ ∂p/∂n) dS and
-    the regular waves ψ = j_l(kr) Y_lm: the addition theorem G = −jk Σ ψ_lm(y) h_l(kr) Y_lm(x), h_l of the second kind,
-    in Kirchhoff and Helmholtz' integral.  Amplitudes at −k are conjugate to those at k.  Rows follow each other as
-    l² + l + m (m < 0: sin |m|φ), so that amplitudes at several wavenumbers compare row by row.
-    plane: the origin is the foot of the body's centre on this rigid plane, its normal the polar axis; the mirror image
-    doubles the waves with even l + m, which are then the only rows, and half of their power stays in the air: they
-    come √2 times as large.  Where the body is high above the plane (`is_high`) the origin is its own middle, and the
-    rows are those of body and image together (`with_image`).
+    pressure : (n_v, m) Pa, linear on the triangles.
+    gradient : (n_face, m) Pa/m along the normal, constant on the triangles.
+    wavenumber : rad/m, above 0.
+    plane : rigid plane. The origin is the foot of the body's centre on it, and its normal is the polar axis.
 
-    pressure: (n_v, m) Pa, linear on the triangles.  gradient: (n_face, m) Pa/m, constant on them, along the normal.
-    wavenumber: rad/m, > 0.  Source: Williams, Fourier Acoustics, ch. 6 and 8.
+    Notes
+    -----
+    The far field is r e^{jkr} p = Σ a_lm Y_lm, with Y_lm real and of unit norm and a_lm = j^l ∫ (p ∂ψ/∂n − ψ ∂p/∂n) dS.
+    The regular waves are ψ = j_l(kr) Y_lm. This follows from Kirchhoff and Helmholtz' integral with the addition
+    theorem G = −jk Σ ψ_lm(y) h_l(kr) Y_lm(x), h_l of the second kind. Amplitudes at −k are conjugate to those at k.
+    Rows are in the order l² + l + m (m < 0: sin |m|φ), so that amplitudes at several wavenumbers compare row by row.
+
+    With a plane, the mirror image doubles the waves with even l + m, which are then the only rows. Half of their power
+    stays in the air, so that they are √2 times as large. If the body is high above the plane (`is_high`), the origin is
+    its own middle. The rows are then those of body and image together (`with_image`). Source: Williams, Fourier
+    Acoustics, ch. 6 and 8.
     """
     origin, axes = _frame(surface, plane)
     if plane is None or is_high(surface, plane):
@@ -216,8 +223,12 @@ def waves_about(
     order: int,
     step: int = 1,
 ) -> ComplexArray:
-    """`multipole_amplitudes` ((order + 1)², m) in a free field, about an origin (3,) m and with axes (3, 3), one per
-    row, the polar axis last.  step: 2 leaves waves with odd l + m at zero."""
+    """Return `multipole_amplitudes` ((order + 1)², m) in a free field.
+
+    origin : (3,) m.
+    axes : (3, 3), one per row, the polar axis last.
+    step : 2 leaves waves with odd l + m at zero.
+    """
     vertices, normals = (surface.vertices - origin) @ axes.T, surface.normals @ axes.T
     on_vertices, on_faces = (np.ascontiguousarray(x, dtype=complex).view(float) for x in (pressure, gradient))
     sizes = [((order - m) // step + 1) * (1 if m == 0 else 2) for m in range(order + 1)]
@@ -248,14 +259,14 @@ def waves_about(
 
 
 def _rows(m: int, order: int, step: int) -> IntArray:
-    """Places l² + l ± m of the waves of azimuthal order m, those with cos mφ first."""
+    """Return indices l² + l ± m of the waves of azimuthal order m, those with cos mφ first."""
     degree = np.arange(m, order + 1, step)
     middle = degree * degree + degree
     return middle if m == 0 else np.concatenate([middle + m, middle - m])
 
 
 def _frame(surface: Surface, plane: RigidPlane | None) -> tuple[FloatArray, FloatArray]:
-    """Origin (3,) m of the waves and their axes (3, 3), one per row, the polar axis last."""
+    """Return the origin (3,) m of the waves and their axes (3, 3), one per row, the polar axis last."""
     if plane is None:
         return plane_foot(surface, None), np.eye(3)
     return plane_foot(surface, None if is_high(surface, plane) else plane), plane_axes(plane)
@@ -266,13 +277,13 @@ def _reach(surface: Surface, origin: FloatArray) -> float:
 
 
 def plane_foot(surface: Surface, plane: RigidPlane | None) -> FloatArray:
-    """Middle (3,) m of the body, or its foot on a plane."""
+    """Return the middle (3,) m of the body, or its foot on a plane."""
     centre = 0.5 * (surface.vertices.min(axis=0) + surface.vertices.max(axis=0))
     return centre if plane is None else np.asarray(centre - plane.height(centre[None])[0] * np.asarray(plane.normal))
 
 
 def plane_axes(plane: RigidPlane) -> FloatArray:
-    """Right-handed axes (3, 3), one per row: two along the plane, its normal last."""
+    """Return right-handed axes (3, 3), one per row: two along the plane, its normal last."""
     normal = np.asarray(plane.normal)
     first = np.cross(np.roll(np.eye(3)[np.abs(normal).argmax()], 1), normal)
     first /= np.linalg.norm(first)

@@ -1,4 +1,4 @@
-"""Masters as few as an error allows: added where interpolation is estimated to err, tested by masters of their own."""
+"""Adaptive choice of master frequencies: few masters, added at large estimated errors and tested by further masters."""
 
 from __future__ import annotations
 
@@ -18,80 +18,86 @@ from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, RadiationResistance, TransferVectors
 
 KNOBS = ("masters", "master_tolerance_db", "interpolation_points", "interpolation_poles")
-"""That decide which masters are taken."""
+"""Knobs that decide which masters are chosen."""
 
 NARROWEST = 1e-7
-"""Least width of a band relative to its upper end: masters are numbers of ten digits."""
+"""Smallest width of a band relative to its upper end; masters are numbers of ten digits."""
 
 _NARROW = 0.25
-"""Half width of a resonance, relative to the gap between masters it lies in, below which its peak needs a master."""
+"""Half width of a resonance, relative to the gap between masters around it, below which its peak needs a master."""
 
 _LEAST = 3
-"""Masters to begin with at least: one is left out, two predict it."""
+"""Smallest number of initial masters: one is omitted, two predict it."""
 
 FEWEST = 5
-"""Masters that a choice takes at least: `_LEAST` and two of test."""
+"""Smallest number of masters of a choice: `_LEAST` and two for tests."""
 
 _FIRST = (2.0, 0.6)
-"""Masters of a narrow band to begin with: the first plus the second times the wavenumber of the band times the body's
-size, up to `_SPARSE`."""
+"""Coefficients of the number of initial masters in a narrow band: the first, plus the second times the wavenumber of
+the band times the body's size, up to `_SPARSE`."""
 
 _SPARSE = 8
-"""Masters of a wide band to begin with at least. With seven, a resonance of the cavity of
+"""Smallest number of initial masters in a wide band. With seven, a resonance of the cavity of
 docs/measured/acoustics/masters.md is missed for 1 dB (4.8 dB found) in a band from 50 Hz."""
 
 _TESTED = 0.5
-"""Largest error at masters of test, and largest change by them anywhere, over the tolerance. With 1 the box of
-docs/measured/acoustics/masters.md kept 0.42 dB where 0.3 were asked and the tests had found 0.27; where changes do not
-count a cavity of docs/measured/acoustics/masters_close.md keeps 11 dB where 1 dB is asked."""
+"""Largest error at test masters, and largest change by them anywhere, relative to the tolerance. With 1, the box of
+docs/measured/acoustics/masters.md kept 0.42 dB for a request of 0.3 dB and tests of 0.27 dB. Without the changes, a
+cavity of docs/measured/acoustics/masters_close.md keeps 11 dB for a request of 1 dB."""
 
 _LINES = np.array([0.25, 0.5, 0.75])
-"""Where between two masters the error is estimated, besides at the poles."""
+"""Positions between two masters at which the error is estimated, besides the poles."""
 
 _CHANGED = (np.arange(8) + 0.5) / 8
-"""Where in every gap masters of test must not change much, besides where the error is estimated."""
+"""Further positions in every gap at which test masters must not change the result much."""
 
 Found = TypeVar("Found", TransferVectors, RadiationResistance)
 
 
 class Smoothed(Protocol):
-    """What joins masters."""
+    """Interpolation between masters."""
 
     def poles_between(self, low: float, high: float) -> ComplexArray:
-        """As `Nodes.poles_between`."""
+        """Return poles like `Nodes.poles_between`."""
 
 
 Smooth = TypeVar("Smooth", bound=Smoothed)
 
 
 class Source(Protocol[Found, Smooth]):
-    """What is found at masters and interpolated between them."""
+    """Solutions at masters and their interpolation."""
 
     def solve(self, frequency: FloatArray, progress: Progress) -> Found:
-        """What is found at masters (n_f,) Hz."""
+        """Return solutions at masters (n_f,) Hz."""
 
     def together(self, first: Found, second: Found) -> Found:
-        """Two sets of masters at different frequencies as one."""
+        """Join two sets of masters at different frequencies."""
 
     def interpolant(self, found: Found) -> Smooth:
-        """What joins the masters."""
+        """Return the interpolation between the masters."""
 
     def estimated_errors(self, smooth: Smooth, lines: FloatArray) -> FloatArray:
-        """(n_line,) relative errors estimated at lines (n_line,) Hz."""
+        """Return relative errors (n_line,) estimated at lines (n_line,) Hz."""
 
     def changes(self, smooth: Smooth, lines: FloatArray, masters: FloatArray) -> FloatArray:
-        """(n_line,) relative changes at lines (n_line,) Hz by some of the masters (n,) Hz."""
+        """Return relative changes (n_line,) at lines (n_line,) Hz caused by some of the masters (n,) Hz."""
 
     def misprediction(self, smooth: Smooth, solved: Found) -> float:
-        """Largest relative error at masters that were solved after `smooth`."""
+        """Return the largest relative error of `smooth` at masters solved after it."""
 
 
 @dataclass(frozen=True, eq=False)
 class Chosen(Generic[Found]):
-    """Masters that keep to the tolerance.
+    """Masters that meet the tolerance.
 
-    found: with the provenance of the first masters, which reach the highest frequency.  records: how all were solved.
-    told: provenance of the errors.
+    Parameters
+    ----------
+    found : TransferVectors or RadiationResistance
+        Solutions, with the provenance of the first masters, which include the highest frequency.
+    records : list of SolverRecord
+        Solver records of all masters.
+    told : dict
+        Provenance entries of the errors.
     """
 
     found: Found
@@ -100,7 +106,7 @@ class Chosen(Generic[Found]):
 
 
 def check_band(low: float, high: float, fidelity: AcousticsFidelity) -> None:
-    """`InputError` for a band (Hz) that is empty or not finite and for too few masters to choose from."""
+    """Raise InputError for a band (Hz) that is empty or not finite, and for too few masters."""
     require(0 <= low < high < np.inf, f"band {low:g}…{high:g} Hz is empty: give 0 ≤ low < high, finite")
     require(
         high - low >= NARROWEST * high,
@@ -114,9 +120,14 @@ def check_band(low: float, high: float, fidelity: AcousticsFidelity) -> None:
 
 
 def first_masters(low: float, high: float, waves: float, per_wave: float, fidelity: AcousticsFidelity) -> FloatArray:
-    """Masters (Hz) to begin with: two and `per_wave` for each of `waves`, the wavenumber of the band times the body's
-    size, eight at least; fewer, but three, in a band that is narrow for the body.  Four are left for the test where
-    `fidelity.masters` allows it."""
+    """Return the initial masters (Hz).
+
+    waves : wavenumber of the band times the body's size.
+    per_wave : masters for each of `waves`.
+
+    Their number is two plus `per_wave` times `waves`, at least eight. In a band that is narrow for the body, it is
+    smaller, at least three. Four masters remain for tests if `fidelity.masters` permits.
+    """
     narrow = max(_LEAST, int(np.ceil(_FIRST[0] + _FIRST[1] * waves)))
     wide = max(_SPARSE, int(np.ceil(2.0 + per_wave * waves)))
     return np.linspace(low, high, min(narrow, wide, max(_LEAST, fidelity.masters - BAND)))
@@ -125,15 +136,20 @@ def first_masters(low: float, high: float, waves: float, per_wave: float, fideli
 def choose_masters(
     source: Source[Found, Smooth], first: FloatArray, fidelity: AcousticsFidelity, progress: Progress | None
 ) -> Chosen[Found]:
-    """Masters beside the `first` (n_f,) Hz until interpolation errs by `fidelity.master_tolerance_db` nowhere.
+    """Add masters to the `first` (n_f,) Hz until interpolation meets `fidelity.master_tolerance_db` everywhere.
 
-    Masters are added, two and from eighteen on a sixth of those known, where the error estimated from the
-    masters known (`Nodes.error_weights`) is largest, until it is nowhere above the tolerance.  Every new master tests
-    the prediction of those before it; the last masters, at the predicted peak of every resonance narrower than the gap
-    it lies in and in the widest gaps, are solved for that alone.  They must be predicted within half of the tolerance
-    and change nothing by more between any masters: where a pole depends on them, others of its kind may be missing.
-    So five are the fewest, three and two of test.
-    Raises SolverError when `fidelity.masters` do not reach the tolerance.
+    SolverError if `fidelity.masters` are too few for the tolerance.
+
+    Notes
+    -----
+    Masters are added where the error estimated from the known ones (`Nodes.error_weights`) is largest, until it is
+    within the tolerance everywhere. Two are added at a time, from eighteen on a sixth of those known. Every new master
+    tests the prediction of those before it.
+
+    The last masters serve the test alone. They lie at the predicted peak of every resonance narrower than its gap, and
+    in the widest gaps. They must be predicted within half of the tolerance and change nothing by more between any
+    masters. A pole that depends on them means that others of its kind may be missing. Five masters are therefore the
+    fewest: three and two for tests.
     """
     tolerance, most = fidelity.master_tolerance_db, fidelity.masters
     report = progress or (lambda done, total: None)
@@ -145,14 +161,14 @@ def choose_masters(
     provenance, records = dict[str, Any](), list[SolverRecord]()
     while True:
         with warnings.catch_warnings():
-            if found is not None:  # the first masters hold both ends of the band and have said what there is to say
+            if found is not None:  # the first masters, which include both ends of the band, have given the warnings
                 warnings.simplefilter("ignore", AccuracyWarning)
             solved = source.solve(new, partial(_report, report, 0 if found is None else len(found.frequency), most))
         provenance = provenance or solved.provenance
         records.append(SolverRecord.of(solved.provenance))
         if smooth is not None:
             tested = source.misprediction(smooth, solved)
-            smooth = None  # it may hold vectors of its own, which the next one needs the room of
+            smooth = None  # frees its vectors before the next one is built
         found = solved if found is None else source.together(found, solved)
         del solved
         smooth = source.interpolant(found)
@@ -193,18 +209,18 @@ def choose_masters(
 
 
 def _added(known: int) -> int:
-    """Masters solved together next, after so many: few, for each step knows better where they are needed."""
+    """Return the number of masters to solve together next; few, as each step locates the errors better."""
     return max(2, known // 6)
 
 
 def squared_norms(weights: ComplexArray, gram: ComplexArray) -> FloatArray:
-    """Squared norms (…,) of weights (…, n_node) times values with these inner products, conjugate first."""
+    """Return squared norms (…,) of weights (…, n_node) times values with these inner products, conjugate first."""
     norm = np.einsum("...i,...i->...", weights.conj() @ gram, weights)
     return np.asarray(np.maximum(norm.real, 0.0))
 
 
 def _round_numbers(frequency: FloatArray) -> FloatArray:
-    """Frequencies (Hz) to ten digits: a run that goes on asks for the same masters in spite of rounding."""
+    """Return frequencies (Hz) to ten digits, so that a resumed run requests the same masters in spite of rounding."""
     return np.array([float(f"{f:.10g}") for f in frequency])
 
 
@@ -213,18 +229,18 @@ def _report(report: Progress, known: int, most: int, done: int, _: int) -> None:
 
 
 def _lines_between(masters: FloatArray, smooth: Smoothed) -> FloatArray:
-    """Lines (Hz) at which the error is estimated."""
+    """Return the lines (Hz) at which the error is estimated."""
     poles = [smooth.poles_between(left, right).real for left, right in pairwise(masters)]
     return np.unique(np.concatenate([_between(masters, _LINES), *poles]))
 
 
 def _between(masters: FloatArray, shares: FloatArray) -> FloatArray:
-    """Lines (Hz) at these shares of every gap between masters."""
+    """Return lines (Hz) at these shares of every gap between masters."""
     return np.asarray((masters[:-1, None] + shares * np.diff(masters)[:, None]).ravel())
 
 
 def _untested_peaks(masters: FloatArray, smooth: Smoothed) -> FloatArray:
-    """Frequencies (Hz) of resonances narrower than the gap between masters in which they are predicted."""
+    """Return frequencies (Hz) of resonances narrower than the gap between masters in which they are predicted."""
     found = [
         poles.real[np.abs(poles.imag) < _NARROW * (right - left)]
         for left, right in pairwise(masters)
@@ -234,11 +250,11 @@ def _untested_peaks(masters: FloatArray, smooth: Smoothed) -> FloatArray:
 
 
 def _next(masters: FloatArray, lines: FloatArray, error: FloatArray, count: int) -> FloatArray:
-    """Frequencies to solve next: in the gaps of the largest estimated errors, and for one in four in the widest."""
+    """Return the next frequencies: in the gaps of the largest estimated errors and, for one in four, in the widest."""
     gap = np.searchsorted(masters, lines) - 1
     best: dict[int, int] = {}
     for at in np.argsort(error):
-        best[int(gap[at])] = int(at)  # the last one stays, which has the largest error
+        best[int(gap[at])] = int(at)  # the last one remains, with the largest error
     by_error = sorted(best, key=lambda i: -error[best[i]])
     widest = [int(i) for i in np.argsort(-np.diff(masters))]
     chosen = by_error[: count - count // 4]

@@ -1,4 +1,4 @@
-"""Between master frequencies: transfer vectors whose propagation phase is removed, joined by rational functions."""
+"""Interpolation of transfer vectors between masters: rational functions of vectors without propagation phase."""
 
 from __future__ import annotations
 
@@ -18,31 +18,41 @@ LINES = 64
 """Frequency lines per piece of work: some ten milliseconds for a usual surface."""
 
 _PAIRS = 2**15
-"""Face–point pairs whose inner products find the poles: all pairs share them, and few are enough to tell."""
+"""Face–point pairs whose inner products determine the poles; all pairs share the poles, so that few pairs suffice."""
 
 _NEXT_TO = 0.02
 """Share of a gap between masters within which a pole counts as lying at the master."""
 
 _LEAST_Q = 5.0
-"""Quality of a resonance of air in an opening at least: that of a cup as deep as wide is 8."""
+"""Smallest quality factor of a resonance of air in an opening; a cup as deep as wide has 8."""
 
 _CREEPING = 0.9
-"""The same over (kR)^(2/3), R half the size of the body: waves that creep around it have 0.71 of that (a rigid sphere:
-the first zero of the derivative of the Airy function), 0.55 to 0.6 on the gearbox housing."""
+"""Smallest quality factor over (kR)^(2/3), R half the size of the body. Waves that creep around a rigid sphere have
+0.71 (first zero of the derivative of the Airy function), around the gearbox housing 0.55 to 0.6."""
 
 _OPTIMISM = 2.0
-"""Factor on the estimated error: without it the estimate is half the truth in the mean over the bodies and numbers of
-masters of docs/measured/acoustics/masters.md."""
+"""Factor on the estimated error. Without it, the estimate is half the true error in the mean over the bodies and
+numbers of masters of docs/measured/acoustics/masters.md."""
 
 
 @dataclass(frozen=True, eq=False)
 class Nodes:
-    """Frequencies at which jω times a smooth function is known, and the weights of the values there between them.
+    """Frequencies with known values of jω times a smooth function, and the weights of these values in between.
 
-    node: (n_node,) Hz, masters above 0 Hz, before them mirrored masters where those help.  mirrored: nodes before the
-    first master.  taking_part: nodes per interpolated value.  poles: of a rational function through them, at most.
-    gram: (n_node, n_node) inner products of the smooth function at the nodes, None where no poles are looked for.
-    paths: what is known of the function beforehand.
+    Parameters
+    ----------
+    node : (n_node,) array
+        Masters above 0 Hz (Hz), preceded by mirrored masters if those help.
+    mirrored : int
+        Number of nodes before the first master.
+    taking_part : int
+        Nodes per interpolated value.
+    poles : int
+        Largest number of poles of a rational function through them.
+    gram : (n_node, n_node) array or None
+        Inner products of the smooth function at the nodes; None without a search for poles.
+    paths : Paths
+        Phase slopes of the function, known in advance.
     """
 
     node: FloatArray
@@ -54,16 +64,16 @@ class Nodes:
 
     @property
     def masters(self) -> FloatArray:
-        """(n_master,) Hz."""
+        """Master frequencies (n_master,) Hz."""
         return self.node[self.mirrored :]
 
     @property
     def can_spare(self) -> bool:
-        """Whether a master can be left out and predicted from as many nodes as take part in one value."""
+        """True if a master can be omitted and predicted from as many nodes as take part in one value."""
         return len(self.node) - (2 if self.mirrored else 1) >= self.taking_part
 
     def weights(self, frequency: FloatArray) -> ComplexArray:
-        """Weights (n_f, n_node) of the values at the nodes for those at `frequency` (n_f,) Hz."""
+        """Return weights (n_f, n_node) of the values at the nodes for those at `frequency` (n_f,) Hz."""
         weights = np.zeros((len(frequency), len(self.node)), dtype=complex)
         first = _nearest(self.node, frequency, self.taking_part)[:, 0]
         for start in np.unique(first):
@@ -75,15 +85,18 @@ class Nodes:
         return weights
 
     def error_weights(self, frequency: FloatArray) -> ComplexArray:
-        """Two sets of weights (2, n_f, n_node) of the values at the nodes: the larger of both is the estimated error at
-        `frequency` (n_f,) Hz.
+        """Return two sets of weights (2, n_f, n_node); the larger result is the estimated error at lines (n_f,) Hz.
 
-        What changes at the line if the next master below (above) and its mirror image are left out and the denominator
-        is found without them, times a factor: interpolation errs by a divided difference times Π(f − f_j), and the
-        factor is the ratio of the products of both sets of nodes, times `_OPTIMISM`.  Zero at the masters.
-        Where no master can be spared, the two that a straight line joins are known to err by no more than
-        `Paths.line_error` of what both have together or apart; motions whose parts cancel grow faster with frequency
-        than sound turns, and what a straight line over f² makes of both is another answer for them.
+        Notes
+        -----
+        The next master below (above) and its mirror image are omitted, and the denominator is found without them. The
+        weights are the change at the line times a factor. Interpolation errs by a divided difference times Π(f − f_j).
+        The factor is the ratio of the products of both sets of nodes, times `_OPTIMISM`. The error is zero at the
+        masters.
+
+        If no master can be spared, a straight line joins two values. Its error is at most `Paths.line_error` of both
+        values together or apart. Motions whose parts cancel grow faster with frequency than the phase of sound turns.
+        For them, the straight line over f² is the alternative answer.
         """
         whole = self.weights(frequency)
         weights = np.stack([whole, whole])
@@ -111,21 +124,25 @@ class Nodes:
         return weights
 
     def change_weights(self, frequency: FloatArray, masters: FloatArray) -> ComplexArray:
-        """Weights (n_f, n_node) of the values at the nodes for what some `masters` (n,) Hz and their mirror images
-        change at `frequency` (n_f,) Hz."""
+        """Return weights (n_f, n_node) for the change at `frequency` (n_f,) Hz caused by some `masters` (n,) Hz.
+
+        The mirror images of these masters count with them.
+        """
         weights = self.weights(frequency)
         kept = ~np.isin(np.abs(self.node), masters)
         weights[:, kept] -= self._of(np.flatnonzero(kept)).weights(frequency)
         return weights
 
     def hidden_error(self, frequency: FloatArray) -> FloatArray:
-        """Error (n_f,) at `frequency` (n_f,) Hz, relative to what the body radiates, that no master shows
-        (`Paths.hidden_error`)."""
+        """Return the error (n_f,) that no master reveals, relative to the body's radiation (`Paths.hidden_error`)."""
         return self.paths.hidden_error(frequency, *self._gap(frequency))
 
     def shift_weights(self, frequency: FloatArray, shift: float) -> ComplexArray:
-        """Weights (n_pole, n_f, n_node) of the values at the nodes for what changes at `frequency` (n_f,) Hz if one of
-        the poles lies `shift` times its frequency higher, or lower, R_p/(f − f_p) being its part (`changed_by`)."""
+        """Return weights (n_pole, n_f, n_node) for the change at `frequency` (n_f,) Hz if one pole shifts.
+
+        The pole lies `shift` times its frequency higher or lower. Its part of the values is R_p/(f − f_p)
+        (`changed_by`).
+        """
         weights = np.zeros((self.poles, len(frequency), len(self.node)), dtype=complex)
         first = _nearest(self.node, frequency, self.taking_part)[:, 0]
         for start in np.unique(first):
@@ -140,27 +157,29 @@ class Nodes:
         return weights
 
     def poles_between(self, low: float, high: float) -> ComplexArray:
-        """Poles (Hz) of the rational function used between two neighbouring masters whose real part lies there, but for
-        those next to a master."""
+        """Return the poles (Hz) of the rational function whose real part lies between two neighbouring masters.
+
+        Poles next to a master are excluded.
+        """
         first = _nearest(self.node, np.array([0.5 * (low + high)]), self.taking_part)[0, 0]
         poles = np.asarray(self._windows[first].denominator.roots(), dtype=complex)
         margin = _NEXT_TO * (high - low)
         return np.asarray(poles[(poles.real > low + margin) & (poles.real < high - margin)])
 
     def _gap(self, frequency: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """The nodes (n_f,) Hz below and above lines (n_f,) Hz."""
+        """Return the nodes (n_f,) Hz below and above lines (n_f,) Hz."""
         above = np.clip(np.searchsorted(self.node, frequency), 1, max(1, len(self.node) - 1))
         return self.node[above - 1], self.node[np.minimum(above, len(self.node) - 1)]
 
     @cached_property
     def _windows(self) -> list[Window]:
-        """The window that begins with each node."""
+        """Windows that begin with each node."""
         starts = range(len(self.node) - self.taking_part + 1)
         return [self._window(np.arange(start, start + self.taking_part)) for start in starts]
 
     @cached_property
     def _without(self) -> list[tuple[IntArray, Window]]:
-        """For each master the nodes that predict it if it is left out with its mirror image, and their window."""
+        """Nodes that predict each omitted master, without its mirror image, and their window."""
         found = []
         for left in self.masters:
             kept = np.flatnonzero(np.abs(self.node) != left)
@@ -169,7 +188,7 @@ class Nodes:
         return found
 
     def _of(self, kept: IntArray) -> Nodes:
-        """Some of the nodes, as if there were no others."""
+        """Return some of the nodes, as if there were no others."""
         mirrored = int(np.count_nonzero(kept < self.mirrored))
         taking_part = min(self.taking_part, _taking_part(len(kept), mirrored > 0))
         return Nodes(
@@ -186,7 +205,7 @@ class Nodes:
         return window(self.node[used], gram, self.poles)
 
     def _rescaled(self, weights: ComplexArray, used: IntArray, frequency: FloatArray) -> ComplexArray:
-        """Weights of what is divided by jω as weights of what is not."""
+        """Convert weights of values divided by jω to weights of the values themselves."""
         return weights * (frequency[:, None] / self.node[used]) if self.node[-1] > 0 else weights
 
 
@@ -194,21 +213,24 @@ class Nodes:
 class Interpolant(Nodes):
     """Transfer vectors as jω e^{−jkr} times a smooth remainder known at the nodes.
 
-    atv: without a plane (`TransferVectors.unfolded`).
+    Parameters
+    ----------
+    atv : TransferVectors
+        Transfer vectors without a plane (`TransferVectors.unfolded`).
     """
 
     atv: TransferVectors
 
     def wavenumber(self, frequency: FloatArray) -> FloatArray:
-        """rad/m of the removed phase at frequencies in Hz."""
+        """Return the wavenumber (rad/m) of the removed phase at frequencies in Hz."""
         return frequency * (2 * np.pi / self.atv.air.speed_of_sound)
 
     def distance(self, point: int) -> FloatArray:
-        """(n_face,) m from the faces' centroids: the r of the removed phase."""
+        """Return distances (n_face,) m of a point from the faces' centroids: the r of the removed phase."""
         return np.asarray(np.linalg.norm(self.atv.surface.centroids - self.atv.points[point], axis=1), dtype=float)
 
     def at_nodes(self, point: int) -> ComplexArray:
-        """e^{jkr} times the vectors at the nodes: (n_node, n_face) Pa/(m/s)."""
+        """Return e^{jkr} times the vectors at the nodes: (n_node, n_face) Pa/(m/s)."""
         known = self.atv.vectors[:, point]
         known = known * np.exp(1j * self.wavenumber(self.atv.frequency)[:, None] * self.distance(point))
         at_masters = known[len(known) - len(self.masters) :]
@@ -216,42 +238,54 @@ class Interpolant(Nodes):
 
 
 def resonates(pole: complex, paths: Paths) -> bool:
-    """Whether a pole (Hz) is of air in an opening; those of little quality (`_LEAST_Q`, `_CREEPING`) any body has."""
+    """Return True if a pole (Hz) belongs to air in an opening.
+
+    Poles of low quality (`_LEAST_Q`, `_CREEPING`) occur for any body.
+    """
     least = max(_LEAST_Q, _CREEPING * (paths.phase_slope * abs(pole.real)) ** (2 / 3))
     return abs(pole.real) >= 2 * least * abs(pole.imag)
 
 
 def changed_by(pole: complex, away: ComplexArray, shift: float) -> FloatArray:
-    """What 1/away changes by, relative to it, if a pole (Hz) so far `away` (n,) Hz from lines lies `shift` times its
-    frequency higher or lower: the larger of both."""
+    """Return the relative change of 1/away if a pole (Hz) lies `shift` times its frequency higher or lower.
+
+    away : (n,) distance (Hz) of lines from the pole. The larger of both changes counts.
+    """
     moved = shift * abs(pole.real)
     return np.asarray(moved / np.minimum(np.abs(away - moved), np.abs(away + moved)))
 
 
 def line_batches(count: int) -> list[slice]:
-    """So many lines in batches of `LINES`."""
+    """Return `count` lines in batches of `LINES`."""
     return [slice(start, min(start + LINES, count)) for start in range(0, count, LINES)]
 
 
 def support(weights: ComplexArray) -> slice:
-    """The range of nodes with weights (n_f, n_node) that are not zero."""
+    """Return the range of nodes with weights (n_f, n_node) that are not zero."""
     used = np.flatnonzero(weights.any(axis=0))
     return slice(int(used[0]), int(used[-1]) + 1) if len(used) else slice(0, 0)
 
 
 def interpolant(atv: TransferVectors, fidelity: AcousticsFidelity) -> Interpolant:
-    """Split transfer vectors into propagation phase and remainder; with a plane, those to the points and then those to
-    their mirror images, whose sum is the whole (`TransferVectors.unfolded`).
+    """Split transfer vectors into propagation phase and remainder.
 
-    The remainder of a face–point pair is what the body adds to jω e^{−jkr}, r the distance from the face's centroid: it
-    oscillates in frequency with the detour around the body only, so that master spacing depends on the size of the
-    body and not on the distance of the point.  Where the band starts no farther from 0 Hz than masters lie apart, the
-    lower end is closed by what is known beyond it: the vectors at −f are conjugate to those at f, the response in time
-    being real.  `fidelity.interpolation_points` nodes take part in a value, fewer where one more could not be
-    left out to estimate the error.  A rational function with `fidelity.interpolation_poles` poles at most, which all
-    face–point pairs share, joins them.
+    With a plane, those to the points come first, then those to their mirror images; their sum is the whole
+    (`TransferVectors.unfolded`).
+
+    Notes
+    -----
+    The remainder of a face–point pair is the factor of the body on jω e^{−jkr}, with r the distance from the face's
+    centroid. Its phase turns with the detour around the body only. Master spacing therefore depends on the size of the
+    body, not on the distance of the point.
+
+    If the band starts no farther from 0 Hz than the masters are apart, mirrored masters close the lower end. The
+    response in time is real, so that vectors at −f are conjugate to those at f.
+
+    A value uses `fidelity.interpolation_points` nodes, fewer if one more could not be omitted to estimate the error.
+    They are joined by a rational function with at most `fidelity.interpolation_poles` poles, which all face–point pairs
+    share.
     """
-    reflecting = atv.plane if fidelity.radiation == "boundary_elements" else None  # Rayleigh's body throws nothing back
+    reflecting = atv.plane if fidelity.radiation == "boundary_elements" else None  # the Rayleigh integral has no echo
     paths = paths_about(atv.surface, reflecting, atv.air)
     atv = atv.unfolded()
     nodes = nodes_at(atv.frequency, fidelity, partial(_inner_products, atv), paths)
@@ -264,10 +298,11 @@ def nodes_at(
     inner_products: Callable[[FloatArray, int], ComplexArray],
     paths: Paths,
 ) -> Nodes:
-    """Nodes of the interpolation between masters (n_f,) Hz.
+    """Return the nodes of the interpolation between masters (n_f,) Hz.
 
-    inner_products: of the smooth function at mirrored masters and masters, conjugate first, called with the masters
-    above 0 Hz and the number of mirrored ones.  paths: what is known of that function beforehand.
+    inner_products : function of the masters above 0 Hz and the number of mirrored ones. It returns inner products of
+        the smooth function at mirrored masters and masters, conjugate first.
+    paths : phase slopes of that function, known in advance.
     """
     count = len(masters)
     if masters[-1] == 0:
@@ -284,12 +319,12 @@ def nodes_at(
 
 
 def _taking_part(nodes: int, mirrored: bool) -> int:
-    """So many of the nodes as take part in a value at most, for one master to be left out, with its mirror image."""
+    """Return the largest number of nodes in a value that permits omitting one master with its mirror image."""
     return max(min(2, nodes), nodes - (2 if mirrored else 1))
 
 
 def check_lines(atv: TransferVectors, frequency: FloatArray) -> None:
-    """Raise `InputError` for lines (n_f,) Hz outside the masters."""
+    """Raise InputError for lines (n_f,) Hz outside the masters."""
     masters = atv.frequency
     slack = 1e-12 * masters[-1]
     outside = frequency[(frequency < masters[0] - slack) | (frequency > masters[-1] + slack)]
@@ -302,9 +337,9 @@ def check_lines(atv: TransferVectors, frequency: FloatArray) -> None:
 
 
 def _inner_products(atv: TransferVectors, masters: FloatArray, mirrored: int) -> ComplexArray:
-    """Inner products of the remainders at mirrored masters and masters, conjugate first; every point counts alike.
+    """Return inner products of the remainders at mirrored masters and masters, conjugate first.
 
-    masters: (n,) Hz, those above 0 Hz.
+    masters : (n,) Hz, those above 0 Hz. Every point has the same weight.
     """
     faces = len(atv.surface.triangles)
     pairs = np.arange(len(atv.points) * faces)
@@ -322,7 +357,7 @@ def _inner_products(atv: TransferVectors, masters: FloatArray, mirrored: int) ->
 
 
 def _nearest(nodes: FloatArray, frequency: FloatArray, count: int) -> IntArray:
-    """Indices (n_f, count) of the nodes nearest to each frequency, some of them on either side."""
+    """Return indices (n_f, count) of the nodes nearest to each frequency, some of them on either side."""
     right = np.clip(np.searchsorted(nodes, frequency, side="left"), 1, max(1, len(nodes) - 1))
     first = right[:, None] - np.arange(1, max(2, count))
     first = np.clip(first, 0, len(nodes) - count)

@@ -1,4 +1,4 @@
-"""Ways of sound about a body and by a plane: how transfer vectors turn in frequency, known without solving."""
+"""Sound paths about a body and by a plane, and the resulting phase slopes of transfer vectors."""
 
 from __future__ import annotations
 
@@ -11,21 +11,31 @@ from nvhchain.conventions import Air
 from nvhchain.handoff import FloatArray, RigidPlane, Surface
 
 _SEEN = 0.8
-"""Largest turn of the echo from one master to the next that these show, in units of π: with 1 a box 0.25 m above a
-plane kept 0.24 dB where 0.1 were asked (14 masters from 300 Hz to 2600 Hz, the lowest two 0.96 π apart)."""
+"""Largest phase change of the echo between masters that they resolve, in units of π. With 1, a box 0.25 m above a plane
+kept 0.24 dB for a request of 0.1 dB (14 masters from 300 Hz to 2600 Hz, the lowest two 0.96 π apart)."""
 
 _MOST = 2.0
-"""Largest error of a straight line between two values, relative to values that turn between them."""
+"""Largest error of a straight line between two values, relative to values whose phase turns in between."""
 
 
 @dataclass(frozen=True)
 class Paths:
-    """Phases, in rad/Hz, and what comes with them.
+    """Phase slopes of sound paths, and the pressure of the echo.
 
-    phase_slope: largest phase slope of the interpolated function.  echo: phase slope of the way from the body to a
-    rigid plane and back, 0 without one.  echoed: sound that takes this way and meets the body again, relative to what
-    the body radiates: its radius over that way, the pressure of a monopole there; mostly 0.2 to 1.9 times that was
-    found, 8 beside a spurious pole (spheres 1.5 and 5 m above a plane).
+    Parameters
+    ----------
+    phase_slope : float
+        Largest phase slope of the interpolated function (rad/Hz).
+    echo : float
+        Phase slope (rad/Hz) of the path from the body to a rigid plane and back; 0 without a plane.
+    echoed : float
+        Sound that takes this path and meets the body again, relative to the radiation of the body. The value is the
+        body's radius over the path, the pressure of a monopole there.
+
+    Notes
+    -----
+    Measured echoes were mostly 0.2 to 1.9 times `echoed`, and 8 times beside a spurious pole (spheres 1.5 and 5 m above
+    a plane).
     """
 
     phase_slope: float
@@ -33,14 +43,21 @@ class Paths:
     echoed: float = 0.0
 
     def line_error(self, frequency: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
-        """Bound (n_f,) on the relative error at lines (Hz) between neighbouring masters at `low` and `high` (n_f,) Hz
-        that a straight line joins, of a body that does not resonate: |g''|/2 (f − f₁)(f₂ − f), |g''| = slope² |g|.
+        """Return a bound (n_f,) on the relative error of a straight line between neighbouring masters.
+
+        low, high : (n_f,) Hz, the masters below and above each line.
+
+        The bound is |g''|/2 (f − f₁)(f₂ − f) with |g''| = slope² |g|, for a body that does not resonate.
         """
         return _curved(self.phase_slope, frequency, low, high)
 
     def hidden_error(self, frequency: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
-        """Relative error (n_f,) at lines between masters so far apart that the echo turns by π or nearly so from one to
-        the next: no master shows it then, for it may be taken for one that turns less."""
+        """Return the relative error (n_f,) of an echo that the masters do not resolve.
+
+        low, high : (n_f,) Hz, the masters below and above each line.
+
+        The phase of the echo turns by about π or more between such masters, so that it may appear as a smaller turn.
+        """
         hidden = self.echo * (high - low) > _SEEN * np.pi
         return np.where(hidden, self.echoed * np.minimum(1.0, _curved(self.echo, frequency, low, high)), 0.0)
 
@@ -48,7 +65,8 @@ class Paths:
 def paths_about(surface: Surface, plane: RigidPlane | None, air: Air) -> Paths:
     """Return the paths about a body.
 
-    The phase of the direct way is removed: what is left turns with detours about the body, no longer than its radius.
+    The phase of the direct path is removed. The remaining phase stems from detours about the body, no longer than its
+    radius.
     """
     per_metre = 2 * np.pi / air.speed_of_sound
     middle = plane_foot(surface, None)

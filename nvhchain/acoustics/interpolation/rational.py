@@ -10,21 +10,27 @@ from numpy.polynomial import Chebyshev, chebyshev
 from nvhchain.handoff import ComplexArray, FloatArray
 
 ROUNDING = 4.0 * float(np.sqrt(np.finfo(float).eps))
-"""Relative size of a divided difference below which inner products in double precision cannot tell it from zero."""
+"""Relative size of a divided difference below which inner products in double precision do not distinguish it from zero.
+"""
 
 
 @dataclass(frozen=True, eq=False)
 class Window:
     """Neighbouring nodes and the denominator of the rational function through the values there.
 
-    nodes: (m,) Hz.  denominator: q, a polynomial; q times the values is interpolated by a polynomial.
+    Parameters
+    ----------
+    nodes : (m,) array
+        Frequencies (Hz).
+    denominator : Chebyshev
+        Polynomial q; a polynomial interpolates q times the values.
     """
 
     nodes: FloatArray
     denominator: Chebyshev
 
     def weights(self, at: FloatArray) -> ComplexArray:
-        """Weights (n, m) of the values at the nodes for the value at each `at` (n,) Hz: ℓ_j(f) q(f_j)/q(f)."""
+        """Return weights (n, m) of the values at the nodes for the value at each `at` (n,) Hz: ℓ_j(f) q(f_j)/q(f)."""
         distance = at[:, None] - self.nodes
         on_node = distance == 0
         distance[on_node] = 1.0
@@ -33,8 +39,10 @@ class Window:
         return weights / weights.sum(axis=1, keepdims=True)
 
     def resonances(self) -> tuple[ComplexArray, ComplexArray]:
-        """Poles f_p (n,) Hz and the weights (n, m) of the values at the nodes for the residues R_p there: near a pole
-        the values are R_p/(f − f_p) and something smooth."""
+        """Return poles f_p (n,) Hz and the weights (n, m) of the values at the nodes for the residues R_p there.
+
+        Near a pole, the values are R_p/(f − f_p) plus a smooth function.
+        """
         poles = np.asarray(self.denominator.roots(), dtype=complex)
         shares = barycentric(self.nodes) * self.denominator(self.nodes) / (poles[:, None] - self.nodes)
         slope = -(shares / (poles[:, None] - self.nodes)).sum(axis=1, keepdims=True)
@@ -42,20 +50,22 @@ class Window:
 
 
 def barycentric(nodes: FloatArray) -> FloatArray:
-    """Lagrange's barycentric weights 1/Π(f_j − f_i) of nodes (m,), with frequencies in units of their range."""
+    """Return Lagrange's barycentric weights 1/Π(f_j − f_i) of nodes (m,), with frequencies in units of their range."""
     difference = (nodes[:, None] - nodes) / (float(np.ptp(nodes)) or 1.0)
     np.fill_diagonal(difference, 1.0)
     return np.asarray(1.0 / np.prod(difference, axis=1), dtype=float)
 
 
 def window(nodes: FloatArray, gram: ComplexArray | None, poles: int) -> Window:
-    """The denominator for nodes (m,) Hz and the inner products (m, m) of the values there, conjugate first.
+    """Return the window for nodes (m,) Hz and inner products (m, m) of the values there, conjugate first.
 
-    Of all denominators of that degree the one is taken that makes the highest divided difference of q times the
-    values smallest, Σ_j w_j q(f_j) g_j with the weights w of `barycentric`: zero if the values are a rational function
-    of that degree.  Poles are added one by one, up to `poles`, until nothing is left but rounding.  All values share
-    the denominator, as all transfer vectors of one body share the poles of the scattering problem.
-    Source: minimal rational interpolation, Pradovera (2020), with a denominator of limited degree.
+    Notes
+    -----
+    The denominator minimises the highest divided difference of q times the values among all of its degree. That
+    difference is Σ_j w_j q(f_j) g_j with the weights w of `barycentric`. It is zero if the values are a rational
+    function of that degree. Poles are added one by one, up to `poles`, until only rounding remains. All values share
+    the denominator, as all transfer vectors of one body share the poles of the scattering problem. Source: minimal
+    rational interpolation, Pradovera (2020), with a denominator of limited degree.
     """
     domain = [float(nodes[0]), float(nodes[-1])] if len(nodes) > 1 else [float(nodes[0]) - 1.0, float(nodes[0]) + 1.0]
     best = Chebyshev([1.0], domain=domain)

@@ -1,1 +1,1 @@
-"""The fused boundary element engine: compiled Burton–Miller matrices of many wavenumbers in one pass."""
+"""Fused boundary element engine: compiled Burton–Miller matrices of many wavenumbers in one pass."""

@@ -1,4 +1,4 @@
-"""Close and touching pairs of triangles: a rule over both at once, with the integrands of `_fused_points`."""
+"""Close and touching pairs of triangles: a rule over both at once, with the integrands of `points`."""
 
 # mypy: disable-error-code="no-untyped-def"
 from __future__ import annotations
@@ -10,7 +10,7 @@ from nvhchain.acoustics.fused.kernels import COMPILED, cosine_sine, inline
 from nvhchain.acoustics.fused.splitting import cut, map_points
 
 CHUNK = 256
-"""Points of a pair rule handled side by side."""
+"""Points of a pair rule processed side by side."""
 
 NEAREST = 3
 """Rule of the nearest pairs that do not touch."""
@@ -20,7 +20,7 @@ _ROWS = 13  # E re, im; step re, im; d/R, d/R², e/R, e/R²; R; integrands of A 
 
 @inline
 def _match(triangles, t, s, left_order, right_order):
-    """Local vertex orders of two triangles with their shared vertices first and in the same order."""
+    """Order the local vertices of two triangles: shared vertices first, in the same order."""
     shared = 0
     for i in range(3):
         for j in range(3):
@@ -43,7 +43,7 @@ def _match(triangles, t, s, left_order, right_order):
 
 @inline
 def _corners(vertices, triangles, t, order):
-    """Coordinates of the three corners in the given local order, flat."""
+    """Return the coordinates of the three corners in the given local order, flat."""
     a, b, c = triangles[t, order[0]], triangles[t, order[1]], triangles[t, order[2]]
     return (
         vertices[a, 0], vertices[a, 1], vertices[a, 2],
@@ -54,7 +54,7 @@ def _corners(vertices, triangles, t, order):
 
 @inline
 def _geometry(work, x, y, rule, width, normal_x, normal_y, share):
-    """Distance and projections at a chunk of the points of a pair rule."""
+    """Compute distance and projections at a chunk of the points of a pair rule."""
     x00, x01, x02, x10, x11, x12, x20, x21, x22 = x
     y00, y01, y02, y10, y11, y12, y20, y21, y22 = y
     nx0, nx1, nx2 = normal_x
@@ -97,7 +97,7 @@ def _set_step(work, k, width, wave):
 
 @inline
 def _values(work, width, k, beta, facing):
-    """Leave the integrands of A and B in the last rows, advance the exponential, return the sum of G."""
+    """Store the integrands of A and B in the last rows, advance the exponential and return the sum of G."""
     total_re, total_im = 0.0, 0.0
     for u in range(width):
         er, ei = work[0, u], work[1, u]
@@ -117,7 +117,7 @@ def _values(work, width, k, beta, facing):
 
 @inline
 def _sums(work, rule, hat, width):
-    """Integrals over a chunk against test hat i: A with the three trial hats, then B; re, im of each."""
+    """Return the integrals over a chunk against test hat i: A with the three trial hats, then B; re, im of each."""
     a0r, a0i, a1r, a1i, a2r, a2i, br, bi = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for u in range(width):
         h = hat[u]
@@ -139,15 +139,15 @@ CLOSE_BLOCK = (
     "float64[:,::1], float64[:,::1], float64[:,:,::1], float64, float64, int64[:,::1], int64[::1], float64[::1],"
     "float64[::1], boolean[::1], float64[::1], cplx[:,:,::1], cplx[:,:,::1])"
 )
-"""Signature of `close_block`: in double whatever the precision of the matrices."""
+"""Signature of `close_block`, in double precision for any precision of the matrices."""
 
 
 def close_block(
     test,  # (n_test,) test triangles
     pair_start,  # (n_face + 1,) into `trial` and `kind`
     trial,  # trial triangles of the close pairs
-    kind,  # rule of every close pair; 0, 1, 2 are those for 1, 2, 3 shared vertices, as are all from n_plain on
-    n_plain,  # number of the others
+    kind,  # rule of every close pair; 0, 1, 2 for 1, 2, 3 shared vertices, as are all from n_plain on
+    n_plain,  # number of rules before those of touching needles
     rule_start,  # (n_rule + 1,) into the chunks of all rules
     rule,  # (n_chunk, 7, CHUNK) barycentric coordinates of first and second point, weight
     rule_width,  # (n_chunk,) points of every chunk
@@ -157,13 +157,13 @@ def close_block(
     curl,  # (n_face, 3, 3)
     area,  # (n_face,)
     size,  # (n_face,) longest edges
-    trial_vertices,  # (n_v, 3) those of the surface, or of its mirror image
+    trial_vertices,  # (n_v, 3) of the surface or of its mirror image
     trial_normal,  # (n_face, 3)
     trial_curl,  # (n_face, 3, 3)
     gap,  # pairs nearer than this multiple of the longer triangle are cut
-    least_scale,  # smallest piece, of its triangle
-    corner,  # (n_face, 3) columns of A; those of B are numbered as the triangles
-    row_of,  # (n_v,) row of A and B of every vertex, −1 where it belongs to somebody else
+    least_scale,  # smallest piece, as a share of its triangle
+    corner,  # (n_face, 3) columns of A; columns of B follow the triangles
+    row_of,  # (n_v,) row of A and B of every vertex; −1 for vertices of other parts
     k,  # (n_k,)
     beta,  # (n_k,)
     new_step,  # (n_k,)
@@ -243,13 +243,13 @@ def close_block(
 )
 def close_pairs(
     centroid,  # (n_face, 3)
-    trial_centroid,  # (n_face, 3) of the surface, or of its mirror image
+    trial_centroid,  # (n_face, 3) of the surface or of its mirror image
     size,  # (n_face,)
-    slenderness,  # (n_face,) 0, 1, 2: how needle-like
+    slenderness,  # (n_face,) 0, 1, 2: level of needles
     triangles,  # (n_face, 3)
-    same,  # whether the trial triangles are the surface itself, so that equal vertices touch
+    same,  # True if the trial triangles are the surface itself, so that equal vertices touch
     ratio,  # (n_level,) increasing: level of a pair from centroid distance / larger size
-    start,  # (n_face + 1,): counts the close pairs when start[-1] < 0, else tells where they go
+    start,  # (n_face + 1,) places of the pairs; out if start[-1] < 0: counts
     trial,  # out
     rule,  # out: shared vertices − 1 for touching pairs (those of needles after all others), else 3 + level
 ):

@@ -1,4 +1,4 @@
-"""How well the fused engine's quadrature copes with a surface: needles, thin gaps and all, in one number."""
+"""Quadrature error of the fused engine on a given surface, including needles and thin gaps, as a single number."""
 
 from __future__ import annotations
 
@@ -17,39 +17,44 @@ from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, IntArray, Surface
 
 FAIR_ORDER = 3
-"""Least `singular_order` that even triangles, which all touch others, are integrated well with: the closure errors of a
-sphere, a box and a slab are 3e-5 to 7e-4 there, 5e-4 to 6e-3 with 2 and 5e-2 to 8e-2 with 1."""
+"""Smallest `singular_order` that integrates even triangles well. The closure errors of a sphere, a box and a slab are
+3e-5 to 7e-4 at this order. They are 5e-4 to 6e-3 at order 2 and 5e-2 to 8e-2 at order 1."""
 
 _STATIC = 1e-6
-"""Wavenumber times size of the surface at which its sound field is a static one."""
+"""Wavenumber times size of the surface at which its sound field is static."""
 
 _SAMPLE = 64
-"""Vertices, evenly taken from those of suspect triangles, that stand for all of them."""
+"""Vertices, evenly taken from those of suspect triangles, that represent all of them."""
 
 _SECONDS = 2.8e-5
-"""s of processor time per triangle that a gap takes at a frequency solved alone, times the triangle's area over the
-square of its width."""
+"""Processor time (s) per triangle at a gap and frequency solved alone, times area over the squared width of the gap."""
 
 _POINT_SECONDS = 6.5e-9
-"""s of processor time per point of the rules of needles at a frequency solved alone."""
+"""Processor time (s) per point of the rules of needles at a frequency solved alone."""
 
 TOGETHER = 0.5
-"""Share of that for each of four frequencies solved together: 0.3 across gaps, 0.4 to 0.8 of needles."""
+"""Share of that time for each of four frequencies solved together: 0.3 across gaps, 0.4 to 0.8 for needles."""
 
 _WIDE = 0.1
-"""Gap in edges that costs no more than other neighbours."""
+"""Gap (edges) that costs no more than other neighbours."""
 
 
 def closure_error(surface: Surface, fidelity: AcousticsFidelity, plane: Plane | None = None) -> float:
-    """RMS over the area of what the static matrices miss of pressures that are constant or linear in a coordinate, one
-    at half the diagonal from the middle, the worst of the four; 0 if integrals are exact.
+    """Return the area RMS error of the static matrices for constant and linear pressures, the worst of four.
 
-    Harmonic functions u inside the body satisfy A u − B ∂u/∂n = u + α ∂u/∂n, tested with the hats; linear ones are
-    represented exactly on the triangles and take part in all four operators, a constant in the double layer alone.
-    What is left is quadrature error of near and touching triangles: about 1e-5 on a smooth mesh, 1e-4 on a box at
-    `standard`, 4e-3 and 3e-2 on needles ten and thirty times as long as high.  Over a plane the constant alone counts.
-    Costs the assembly of one frequency, in stripes: a run takes `suspect_error`, which tests hold against this, as
-    they do the quadrature.  Raises ResourceError as `stripes` does.
+    The pressures are one constant and three linear in a coordinate, one at half the diagonal from the middle. The
+    result is 0 if the integrals are exact. ResourceError as for `stripes`.
+
+    Notes
+    -----
+    Harmonic functions u inside the body satisfy A u − B ∂u/∂n = u + α ∂u/∂n, tested with the hats. Linear functions are
+    represented exactly on the triangles and take part in all four operators. A constant takes part in the double layer
+    alone. The remaining error is quadrature of near and touching triangles. It is about 1e-5 on a smooth mesh and 1e-4
+    on a box at `standard`. It is 4e-3 and 3e-2 on needles ten and thirty times as long as high. Over a plane, only the
+    constant counts.
+
+    The cost is the assembly of one frequency, in stripes. A run therefore uses `suspect_error`; tests compare it and
+    the quadrature with this error.
     """
     weight, functions = _weights(surface), 4 if plane is None else 1
     square = np.zeros(functions)
@@ -63,12 +68,14 @@ def closure_error(surface: Surface, fidelity: AcousticsFidelity, plane: Plane | 
 def suspect_error(
     surface: Surface, fidelity: AcousticsFidelity, rules: AcousticsFidelity | None = None
 ) -> float | None:
-    """`closure_error` from the vertices of suspect triangles alone, the others taken as exact; None without suspects.
+    """Return `closure_error` from the vertices of suspect triangles alone; None without suspects.
 
-    Suspect are needles, triangles across gaps and walls narrower than the smallest pieces can do, and those that meet
-    at a sharp edge or tip, or in a narrow notch; below `FAIR_ORDER` all are.  Costs the assembly of `_SAMPLE` rows of
-    one frequency, once for a surface.
-    rules: those of another engine, with which the rows are assembled; `fidelity` says what a needle is.
+    rules : fidelity of the engine that assembles the rows; `fidelity` defines needles.
+
+    Other triangles count as exact. Suspects are needles, and triangles across gaps and walls narrower than the smallest
+    pieces resolve. Triangles that meet at a sharp edge or tip, or in a narrow notch, are suspects as well. Below
+    `FAIR_ORDER`, all triangles are suspects. The cost is the assembly of `_SAMPLE` rows of one frequency, once for a
+    surface.
     """
     rules = rules or fidelity
     rows, some = _sampled(surface, fidelity, rules)
@@ -82,7 +89,7 @@ def suspect_error(
 
 @lru_cache(maxsize=8)
 def _sampled(surface: Surface, fidelity: AcousticsFidelity, rules: AcousticsFidelity) -> tuple[IntArray, IntArray]:
-    """Vertices of suspect triangles, and those of them that stand for all."""
+    """Return the vertices of suspect triangles, and the sample of them that represents all."""
     suspect = _needles(surface, fidelity) | (rules.singular_order < FAIR_ORDER)
     narrow = unresolved_gap(rules)
     for pairs in (neighbours(surface, narrow), joined_pairs(surface)[0]):
@@ -92,7 +99,7 @@ def _sampled(surface: Surface, fidelity: AcousticsFidelity, rules: AcousticsFide
 
 
 def _missed(surface: Surface, rows: IntArray | slice, a: ComplexArray, b: ComplexArray) -> ComplexArray:
-    """What rows of A and B miss of a constant and of x, y, z over half the diagonal: (n_row, 4)."""
+    """Return the errors (n_row, 4) of rows of A and B for a constant and for x, y, z over half the diagonal."""
     low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
     half = 0.5 * float(np.linalg.norm(high - low))
     place = (surface.vertices - 0.5 * (low + high)) / half
@@ -105,20 +112,23 @@ def _missed(surface: Surface, rows: IntArray | slice, a: ComplexArray, b: Comple
         mass = (on_faces.sum(axis=1) + on_faces[:, corner]) / 12.0 + alpha * slopes / 3.0
         np.add.at(exact, surface.triangles[:, corner], surface.areas[:, None] * mass)
     missed = a @ values - b @ slopes - exact[rows]
-    # what the hypersingular equation misses counts in its own measure
+    # the error of the hypersingular equation counts in its own measure
     missed[:, 1:] *= half_diagonal(surface) / abs(alpha)
     return np.asarray(missed)
 
 
 def unresolved_gap(fidelity: AcousticsFidelity) -> float:
-    """Gap in longest edges below which the smallest pieces of triangles are still too near to each other."""
+    """Return the gap, in longest edges, below which the smallest pieces of triangles are too near to each other."""
     return fidelity.gap_ratio * 0.5**fidelity.gap_halvings
 
 
 @lru_cache(maxsize=8)
 def gap_cost(surface: Surface, fidelity: AcousticsFidelity) -> tuple[int, float, int, float, float]:
-    """(triangles at narrow gaps and thin walls, least width in edges, needles, s of processor time that both take at a
-    frequency solved alone, s that `suspect_error` takes once)."""
+    """Return (triangles at gaps, narrowest gap in edges, needles, seconds of both, seconds of `suspect_error`).
+
+    Triangles at gaps are those at narrow gaps and thin walls. Seconds are processor time: at a frequency solved alone
+    for gaps and needles, and once for `suspect_error`.
+    """
     facing = facing_pairs(surface, neighbours(surface, _WIDE), _WIDE)
     width = np.full(len(surface.triangles), np.inf)
     for side in facing.pairs.T:
@@ -131,13 +141,15 @@ def gap_cost(surface: Surface, fidelity: AcousticsFidelity) -> tuple[int, float,
 
 
 def _needles(surface: Surface, fidelity: AcousticsFidelity) -> NDArray[np.bool_]:
-    """Whether triangles (n_face,) are needles."""
+    """Return a mask of triangles (n_face,) that are needles."""
     return np.asarray(surface.longest_edges**2 > fidelity.needle_aspect * 2.0 * surface.areas)
 
 
 def _needle_seconds(surface: Surface, fidelity: AcousticsFidelity) -> FloatArray:
-    """Processor time (n_face,) s, at a frequency solved alone, of the pairs that take more points for needles: those
-    that touch, by their rules, and those side by side, which are cut, by what some of them are cut into."""
+    """Return the additional processor time (n_face,) s of needles, at a frequency solved alone.
+
+    Touching needles count with their rules. Needles side by side are cut and count with the pieces of a sample.
+    """
     needles = _needles(surface, fidelity)
     if not needles.any():
         return np.zeros(len(surface.triangles))
@@ -162,7 +174,7 @@ def _needle_seconds(surface: Surface, fidelity: AcousticsFidelity) -> FloatArray
 
 
 def _weights(surface: Surface) -> FloatArray:
-    """Area (n_v,) m² that belongs to every vertex."""
+    """Return the area (n_v,) m² that belongs to every vertex."""
     weight = np.zeros(len(surface.vertices))
     np.add.at(weight, surface.triangles.ravel(), np.repeat(surface.areas / 3.0, 3))
     return weight

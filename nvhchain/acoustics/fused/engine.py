@@ -1,4 +1,4 @@
-"""The fused boundary element engine: Burton–Miller matrices of many wavenumbers in one pass over triangle pairs."""
+"""Fused boundary element engine: Burton–Miller matrices of many wavenumbers in one pass over triangle pairs."""
 
 from __future__ import annotations
 
@@ -28,20 +28,27 @@ from nvhchain.runtime.memory import free_memory
 from nvhchain.runtime.threads import threads
 
 _PHASE_TOLERANCE = 1e-11
-"""rad; wavenumber steps whose phase over the whole body agrees to this count as equal."""
+"""Phase over the whole body (rad) within which wavenumber steps count as equal."""
 
 _LEAST_PART = 400
-"""Triangles of the parts that surfaces are dealt out in, at least: a fifth as many lie on the border."""
+"""Smallest number of triangles in a part of a surface; a fifth as many lie on its border."""
 
 _RESTART = 16
-"""Wavenumbers after which the exponential is formed afresh instead of by multiplication, which loses a rounding error
+"""Wavenumbers after which the exponential is computed anew instead of by multiplication, which adds a rounding error
 each time."""
 
 
 class Stripe(NamedTuple):
-    """Complete rows of the system A p = B ∂p/∂n at every wavenumber, identities included, in the caller's numbering.
+    """Complete rows of the system A p = B ∂p/∂n at every wavenumber, with identities, in the caller's numbering.
 
-    rows: (n_row,) vertices, increasing.  a: (n_k, n_row, n_v).  b: (n_k, n_row, n_face).  Both are the caller's own.
+    Parameters
+    ----------
+    rows : (n_row,) array of int
+        Vertices, increasing.
+    a : (n_k, n_row, n_v) array
+        Rows of A. The caller may overwrite them.
+    b : (n_k, n_row, n_face) array
+        Rows of B. The caller may overwrite them.
     """
 
     rows: IntArray
@@ -57,13 +64,16 @@ def systems(
 ) -> Iterator[tuple[ComplexArray, ComplexArray]]:
     """Yield (A (n_v, n_v), B (n_v, n_face)) of A p = B ∂p/∂n for every wavenumber (rad/m, > 0) under e^{+jωt}.
 
-    All are made together and share distance and exponential; four already save most of that work.
+    Every array belongs to the caller, who may overwrite it, and is a view of that of all wavenumbers. ResourceError if
+    they do not fit into free memory.
 
-    A = ½M − K + αW, B = −(S + α(½M′ + K′)), tested with the hats of p; p at vertices, ∂p/∂n per face, outward normal
-    (PHYSICS §6); α from `_coupling`. With a rigid `plane` that the body keeps clear of, the kernel is that of the half
-    space, G(x, y) + G(x, y′). Every array is the caller's own to overwrite, and a view of those of all wavenumbers.
+    Notes
+    -----
+    All wavenumbers are assembled together and share distance and exponential; four already save most of that work.
 
-    Raises ResourceError when they do not fit into the free memory.
+    A = ½M − K + αW and B = −(S + α(½M′ + K′)), tested with the hats of p. p is at vertices, ∂p/∂n per face along the
+    outward normal (PHYSICS §6). α is from `coupling`. With a rigid `plane` clear of the body, the kernel is that of the
+    half space, G(x, y) + G(x, y′).
     """
     k = np.asarray(wavenumbers, dtype=float)
     mesh = prepare(surface, fidelity, plane)
@@ -88,8 +98,11 @@ def systems(
 
 
 def _part_count(n_face: int) -> int:
-    """Parts that threads assemble: some for each, so that none waits long for the last, but not so small that the
-    triangles on their borders, which both sides take, are many."""
+    """Return the number of parts for the threads.
+
+    Each thread has several parts, so that none waits long for the last. They are large enough that few triangles lie on
+    borders, where both sides assemble them.
+    """
     return threads() * min(4, max(1, n_face // (_LEAST_PART * threads()))) if threads() > 1 else 1
 
 
@@ -103,10 +116,10 @@ def stripes(
 ) -> Iterator[Stripe]:
     """Yield the same matrices by rows that are neighbours in space, all wavenumbers at once, every row exactly once.
 
-    memory: bytes of all stripes alive at a time, one per thread under way and one with the caller; stripes have a
-    triangle tile (some tens of rows) at least. While the caller uses a stripe, the next ones are assembled.
+    memory : bytes of all stripes held at a time, one per active thread and one with the caller. A stripe has at least
+        one triangle tile (some tens of rows).
 
-    Raises ResourceError when the stripes do not fit into the free memory.
+    The next stripes are assembled while the caller uses one. ResourceError if the stripes do not fit into free memory.
     """
     k = np.asarray(wavenumbers, dtype=float)
     mesh = prepare(surface, fidelity, plane)
@@ -145,7 +158,7 @@ def stripes(
 def rows_of(
     surface: Surface, wavenumber: float, fidelity: AcousticsFidelity, rows: IntArray
 ) -> tuple[ComplexArray, ComplexArray]:
-    """Rows (n_row, n_v) of A and (n_row, n_face) of B of the vertices `rows`, increasing, at one wavenumber."""
+    """Return rows (n_row, n_v) of A and (n_row, n_face) of B for increasing vertices `rows` at one wavenumber."""
     mesh = prepare(surface, fidelity, None)
     n_vertex = len(surface.vertices)
     part = part_of(mesh.triangles, np.isin(np.arange(n_vertex), rows))
@@ -166,8 +179,20 @@ def _zeros(shape: tuple[int, int, int], precision: str) -> ComplexArray:
 class _Group:
     """Neighbouring wavenumbers of a batch that share quadrature and the advance of the exponential.
 
-    some: where they stand in the batch.  k: (n_k,).  beta: (n_k,) β of α = −jβ.  new_step: (n_k,) whether the step
-    after k[i] differs from the last.  points: per trial surface (n_m, 3, n_face) quadrature points.
+    Parameters
+    ----------
+    some : slice
+        Positions in the batch.
+    k : (n_k,) array
+        Wavenumbers (rad/m).
+    beta : (n_k,) array
+        β of α = −jβ (m).
+    new_step : (n_k,) array of bool
+        True if the step after k[i] differs from the one before.
+    rules : Rules
+        Quadrature.
+    points : tuple of (n_m, 3, n_face) arrays
+        Quadrature points of every trial surface (m).
     """
 
     some: slice
@@ -180,7 +205,7 @@ class _Group:
 
 @dataclass(frozen=True)
 class _Batch:
-    """Wavenumbers assembled together.  precision: of the matrices and the far pairs."""
+    """Wavenumbers assembled together, and the precision of the matrices and the far pairs."""
 
     k: FloatArray
     beta: FloatArray
@@ -210,8 +235,18 @@ def _batch(mesh: Mesh, surface: Surface, k: FloatArray, fidelity: AcousticsFidel
 
 @cache
 def compile_kernels(precision: str) -> None:
-    """Have the kernels ready before threads ask for them: from disk or, where the small one is not there, the two large
-    ones compiled side by side, as the compiler takes one core of a process."""
+    """Compile the kernels, or load them from disk, before threads use them.
+
+    Parameters
+    ----------
+    precision : str
+        `double` or `single`.
+
+    Notes
+    -----
+    If the small kernel is not on disk, two processes compile the two large ones side by side. The compiler uses one
+    core of a process.
+    """
     small = compiled(restore_columns, RESTORE_COLUMNS, precision)
     with _compiling_close(precision) if small.stats.cache_misses and threads() > 1 else nullcontext():
         compiled(far_block, FAR_BLOCK, precision)
@@ -219,7 +254,7 @@ def compile_kernels(precision: str) -> None:
 
 
 def _compiling_close(precision: str) -> AbstractContextManager[object]:
-    """Another process that leaves `close_block` on disk; what fails there is silent, and fails again here."""
+    """Start a process that compiles `close_block` to disk; its failures are silent and recur in this process."""
     get = f"from {__name__} import CLOSE_BLOCK, close_block, compiled"
     task = f"{get}; compiled(close_block, CLOSE_BLOCK, {precision!r})"
     try:

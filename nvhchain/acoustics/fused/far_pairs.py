@@ -77,7 +77,7 @@ def _accumulate(lines, over_test, over_trial, over_both, threes, pair, line_of, 
 
 @inline
 def _column_values(values, line, curl, hat, beta):
-    """A for the three trial hats of every triangle: −jβ Σ G curlᵢ · curlⱼ and the first three trial points."""
+    """Compute A for the three trial hats of every triangle: −jβ Σ G curlᵢ · curlⱼ and the first three trial points."""
     h00, h01, h02, h10, h11, h12 = hat[0, 0], hat[0, 1], hat[0, 2], hat[1, 0], hat[1, 1], hat[1, 2]
     h20, h21, h22 = hat[2, 0], hat[2, 1], hat[2, 2]
     for u in range(TILE):
@@ -136,23 +136,23 @@ def far_block(
     normal_x,  # (n_test, 3)
     curl_x,  # (n_test, 3, 3) curl of hat i, 1/m
     area_x,  # (n_test,)
-    line_of,  # (n_test, 3) line of the test vertices; corner i of another owner goes to the spare line n_row + i
-    row,  # (n_row,) row of A and B of every line but the spare ones
+    line_of,  # (n_test, 3) line of the test vertices; corner i of another part goes to the spare line n_row + i
+    row,  # (n_row,) row of A and B of every line except spare ones
     skip_start,  # (n_test + 1,) into `skip`
-    skip,  # trial triangles that the pair rules handle, ascending for every test triangle
+    skip,  # trial triangles of the pair rules, ascending for every test triangle
     hat_x,  # (n_q, 3)
     weight_x,  # (n_q,)
     y,  # (n_m, 3, n_face) quadrature points of the trial triangles
     normal_y,  # (3, n_face)
     curl_y,  # (3, 3, n_face) curl of hat j
     area_y,  # (n_face,)
-    vertex_y,  # (n_face, 3) columns of A; those of B are numbered as the trial triangles
+    vertex_y,  # (n_face, 3) columns of A; columns of B follow the trial triangles
     tile,  # (n_tile + 1,) first trial triangle of every tile
     hat_y,  # (n_m, 3)
     weight_y,  # (n_m,)
     k,  # (n_k,) wavenumbers
     beta,  # (n_k,) β of α = −jβ
-    new_step,  # (n_k,) whether the step from k[i] to k[i + 1] differs from the one before
+    new_step,  # (n_k,) True if the step from k[i] to k[i + 1] differs from the one before
     wave,  # coefficients of `cosine_sine`
     a,  # (n_k, n_row, n_v) added to
     b,  # (n_k, n_row, n_face) added to
@@ -172,7 +172,7 @@ def far_block(
     for it in range(tile.shape[0] - 1):
         start, width = tile[it], tile[it + 1] - tile[it]
         for axis in range(3):
-            origin[axis] = y[0, axis, start]  # single precision needs short distances to be differences of short ones
+            origin[axis] = y[0, axis, start]  # keeps short distances accurate in single precision
             for u in range(TILE):
                 v = start + (u if u < width else 0)
                 normals[axis, u] = normal_y[axis, v]

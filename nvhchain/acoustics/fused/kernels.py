@@ -1,4 +1,4 @@
-"""How the fused engine's kernels are compiled, in which precision, and the complex exponential they share."""
+"""Compilation of the fused engine's kernels in either precision, and their complex exponential."""
 
 # mypy: disable-error-code="no-untyped-def"
 from __future__ import annotations
@@ -27,13 +27,13 @@ COMPLEX = {"double": np.complex128, "single": np.complex64}
 
 @cache
 def compiled(kernel: Callable[..., Any], signature: str, precision: str) -> Any:
-    """The kernel for one precision: what the signature calls `real` and `cplx` is of that width."""
+    """Return the kernel for one precision, which sets the width of `real` and `cplx` in the signature."""
     width = {"real": np.dtype(REAL[precision]).name, "cplx": np.dtype(COMPLEX[precision]).name}
     return numba.njit(re.sub("real|cplx", lambda found: width[found.group()], signature), **COMPILED)(kernel)
 
 
 def wave_coefficients(precision: str) -> FloatArray:
-    """What `cosine_sine` needs: 1/2π, ½, π/2, 1, 2, Taylor coefficients of sine and cosine to the 14th power."""
+    """Return the coefficients of `cosine_sine`: 1/2π, ½, π/2, 1, 2, and Taylor coefficients up to the 14th power."""
     sine = [(-1.0) ** n / factorial(2 * n + 1) for n in range(1, 7)]
     cosine = [(-1.0) ** n / factorial(2 * n) for n in range(1, 8)]
     return np.array([0.5 / np.pi, 0.5, 0.5 * np.pi, 1.0, 2.0, *sine, *cosine], dtype=REAL[precision])
@@ -41,7 +41,7 @@ def wave_coefficients(precision: str) -> FloatArray:
 
 @inline
 def cosine_sine(phase, w):
-    """cos and sin of `phase` without branches, to 1e-13: a quarter of the angle by Taylor, then doubled twice."""
+    """Return cos and sin of `phase` without branches, to 1e-13: Taylor series of a quarter angle, doubled twice."""
     turns = phase * w[0]
     angle = (turns - np.floor(turns + w[1])) * w[2]
     q = angle * angle

@@ -1,4 +1,4 @@
-"""A surface, and its mirror image behind a rigid plane, as the fused engine's kernels want them."""
+"""Surface and its mirror image behind a rigid plane, in the form of the fused engine's kernels."""
 
 from __future__ import annotations
 
@@ -17,28 +17,38 @@ from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import FloatArray, IntArray, Surface
 
 _OPEN = np.radians([45.0, 15.0])
-"""Angles between needles that meet at their tips, above which they take the order of other triangles, and twice it."""
+"""Angles (rad) between needles that meet at their tips; above them, they take the order of other triangles and twice
+it."""
 
 _TIP = 0.7
-"""Shortest edge at the corner that two needles share, over the longest edge of both, from which on it is their tip."""
+"""Shortest edge at the shared corner of two needles, over the longest edge of both, above which the corner is their
+tip."""
 
 
 class Plane(Hashable, Protocol):
-    """A rigid plane that reflects: G(x, y) + G(x, y′) with the mirrored point y′ has no normal derivative on it."""
+    """Rigid plane that reflects: G(x, y) + G(x, y′) with the mirrored point y′ has no normal derivative on it."""
 
     def mirror(self, points: FloatArray) -> FloatArray:
-        """Mirrored points (n, 3), m."""
+        """Return mirrored points (n, 3), m."""
 
     def mirror_direction(self, vectors: FloatArray) -> FloatArray:
-        """Mirrored directions (n, 3)."""
+        """Return mirrored directions (n, 3)."""
 
 
 @dataclass(frozen=True)
 class Trial:
-    """Triangles that radiate: those of the surface, or their mirror images, whose normals point out of the image.
+    """Triangles that radiate: those of the surface, or their mirror images with normals out of the image.
 
-    vertices: (n_v, 3).  normals, curls: (n_face, 3), (n_face, 3, 3), and as rows over the faces.  close_start:
-    (n_face + 1,) into close_trial and close_rule, the pairs too near for the far rule.
+    Parameters
+    ----------
+    vertices : (n_v, 3) array
+        Vertices (m).
+    normals, curls : (n_face, 3) and (n_face, 3, 3) arrays
+        Normals and curls of the hats (1/m).
+    normal_rows, curl_rows : arrays
+        The same as rows over the faces.
+    close_start : (n_face + 1,) array
+        Indices into `close_trial` and `close_rule`, the pairs too near for the far rule.
     """
 
     vertices: FloatArray
@@ -53,9 +63,17 @@ class Trial:
 
 @dataclass(frozen=True)
 class Rules:
-    """Quadrature of one order: far_hats (n_q, 3) and far_weights (n_q,) on a triangle; chunks of the pair rules.
+    """Quadrature rules of one order.
 
-    The first three pair rules are for 1, 2, 3 shared vertices, and so are all from `plain` on.
+    Parameters
+    ----------
+    far_hats, far_weights : (n_q, 3) and (n_q,) arrays
+        Rule on a triangle.
+    chunks, start, width : arrays
+        Pair rules in chunks (`in_chunks`).
+    plain : int
+        First rule of touching needles. This and all following rules are for 1, 2, 3 shared vertices, as are the first
+        three.
     """
 
     far_hats: FloatArray
@@ -68,13 +86,24 @@ class Rules:
 
 @dataclass(frozen=True)
 class Mesh:
-    """The surface in the order the kernels want: triangles that are neighbours in space are neighbours in memory.
+    """Surface in the order of the kernels: triangles that are neighbours in space are neighbours in memory.
 
-    order: (n_face,) original number of every sorted triangle; face_rank: its inverse.
-    columns: (n_face, 3) vertices, numbered as the sorted triangles meet them; vertex_rank: (n_v,) that number.
-    tiles: (n_tile + 1,) first triangle of every tile.  trials: the surface, and its image if there is a plane.
-    slenderest: highest of the levels 0, 1, 2 at which a triangle is a needle.
-    edge: m, longest edge of a triangle in the mean over the area.  extent: m, longest distance in surface and image.
+    Parameters
+    ----------
+    order : (n_face,) array
+        Original number of every sorted triangle; `face_rank` is its inverse.
+    columns : (n_face, 3) array
+        Vertices, numbered by first use in the sorted triangles; `vertex_rank` (n_v,) holds that number.
+    tiles : (n_tile + 1,) array
+        First triangle of every tile.
+    trials : tuple of Trial
+        The surface, and its image if there is a plane.
+    slenderest : int
+        Highest of the needle levels 0, 1, 2 of a triangle.
+    edge : float
+        Longest edge of a triangle, area-weighted mean (m).
+    extent : float
+        Longest distance in surface and image (m).
     """
 
     order: IntArray
@@ -143,13 +172,16 @@ def prepare(surface: Surface, fidelity: AcousticsFidelity, plane: Plane | None) 
 
 @cache
 def rules_of(order: int, slenderest: int, fidelity: AcousticsFidelity) -> Rules:
-    """Rules where well separated triangles take `order`: no close pair that does not touch takes a lower one.
+    """Return the rules for a given `order` of well separated triangles.
 
-    slenderest: 0 where there is no needle, 1 or 2 for the higher orders that touching needles take.
+    slenderest : 0 without needles, 1 or 2 for the higher orders of touching needles.
+
+    Close pairs that do not touch take no lower order.
     """
     pairs = [touching_rule(shared, fidelity.singular_order) for shared in (1, 2, 3)]
     pairs += [product_rule(max(degree, order)) for degree in fidelity.close_orders]
-    # Touching needles: the rule's directions see a nearly singular integrand, which only a higher order resolves.
+    # Touching needles: the integrand is nearly singular along the rule's directions, which only a higher order
+    # resolves.
     pairs += [
         touching_rule(shared, factor * fidelity.singular_order)
         for factor in (2, 3)[:slenderest]
@@ -157,7 +189,7 @@ def rules_of(order: int, slenderest: int, fidelity: AcousticsFidelity) -> Rules:
     ]
     chunks, start, width = in_chunks(pairs, CHUNK)
     hats, weights = triangle_rule(order)
-    spare = -len(weights) % 3  # the far kernel takes points by threes
+    spare = -len(weights) % 3  # the far kernel processes points by threes
     hats, weights = np.pad(hats, ((0, 0), (0, spare)), constant_values=1 / 3), np.pad(weights, (0, spare))
     return Rules(np.ascontiguousarray(hats.T), weights, chunks, start, width, 3 + len(fidelity.close_orders))
 
@@ -171,15 +203,17 @@ def _ease_open_corners(
     rule: IntArray,
     first: int,
 ) -> None:
-    """Lower the rules, from `first` on those of touching needles, of needles that leave a common corner far apart.
+    """Lower the rules, from `first` on, of touching needles that meet at a common corner under a wide angle.
 
-    Such a pair is no nearer than equilateral triangles are: those of a fan, which are as many as its square.  test,
-    trial, rule: (n_pair,), the last changed in place.
+    test, trial, rule : (n_pair,), the last changed in place.
+
+    Such a pair is no nearer than equilateral triangles are. In a fan, the number of pairs is the square of its
+    triangles.
     """
     pair = np.flatnonzero((rule >= first) & ((rule - first) % 3 == 0))
     if len(pair) == 0:
         return
-    # of every corner: directions of the two edges from it, and the shorter one's length
+    # for every corner: directions of its two edges, and the length of the shorter one
     edges = np.roll(vertices[triangles], -1, axis=1) - vertices[triangles]
     edges = np.stack([edges, -np.roll(edges, 1, axis=1)], axis=2)
     lengths = np.linalg.norm(edges, axis=3)
@@ -199,7 +233,7 @@ def _ease_open_corners(
 
 
 def _curls(corners: FloatArray, areas: FloatArray) -> FloatArray:
-    """Surface curl n × ∇φᵢ (n_face, 3, 3) of the hats: the opposite edge over twice the area, a constant."""
+    """Return the constant surface curl n × ∇φᵢ (n_face, 3, 3) of the hats: the opposite edge over twice the area."""
     edges = np.roll(corners, -2, axis=1) - np.roll(corners, -1, axis=1)
     return np.ascontiguousarray(edges / (2.0 * areas[:, None, None]))
 

@@ -1,4 +1,4 @@
-"""The order in which the fused engine takes triangles, rows and columns, and who may write what."""
+"""Order of triangles, rows and columns in the fused engine, and ownership of rows."""
 
 # mypy: disable-error-code="no-untyped-def"
 from __future__ import annotations
@@ -12,14 +12,21 @@ from nvhchain.acoustics.fused.points import TILE
 from nvhchain.handoff import FloatArray, IntArray
 
 BLOCK = 64
-"""Test triangles assembled together: their rows are written once per tile, and must fit into the cache until then."""
+"""Test triangles assembled together; their rows are written once per tile and must fit into the cache until then."""
 
 
 @dataclass(frozen=True)
 class Block:
     """Test triangles assembled together and the rows they may write.
 
-    triangles: (n_test,) in sorted numbering.  rows: (n_row,) vertices.  lines: (n_test, 3) into rows or n_row + corner.
+    Parameters
+    ----------
+    triangles : (n_test,) array
+        Triangles in sorted numbering.
+    rows : (n_row,) array
+        Vertices.
+    lines : (n_test, 3) array
+        Indices into `rows`, or n_row + corner.
     """
 
     triangles: IntArray
@@ -29,9 +36,16 @@ class Block:
 
 @dataclass(frozen=True)
 class Part:
-    """Rows that one thread assembles: no other part writes them, so that parts need no lock and add in fixed order.
+    """Rows that one thread assembles; no other part writes them, so that parts need no lock and add in fixed order.
 
-    rows: (n_row,) vertices.  triangles: (n_test,) all that touch them, sorted numbering.  blocks: the same in portions.
+    Parameters
+    ----------
+    rows : (n_row,) array
+        Vertices.
+    triangles : (n_test,) array
+        All triangles that touch them, in sorted numbering.
+    blocks : tuple of Block
+        The same triangles in portions.
     """
 
     rows: IntArray
@@ -40,7 +54,7 @@ class Part:
 
 
 def sorted_tiles(centroids: FloatArray) -> tuple[IntArray, IntArray]:
-    """Halve the triangles along their longest extent until at most TILE are left: (order, first of every tile)."""
+    """Return (order, first of every tile): triangles halved along their longest extent until at most TILE remain."""
     leaves: list[IntArray] = []
     stack = [np.arange(len(centroids))]
     while stack:
@@ -56,7 +70,7 @@ def sorted_tiles(centroids: FloatArray) -> tuple[IntArray, IntArray]:
 
 
 def parts_of(triangles: IntArray, tiles: IntArray, n_vertex: int, n_part: int) -> tuple[Part, ...]:
-    """Deal the rows out to at most `n_part` parts that have any; border triangles belong to both sides."""
+    """Distribute the rows to at most `n_part` non-empty parts; border triangles belong to both sides."""
     n_part = min(n_part, len(tiles) - 1)
     limits = tiles[np.linspace(0, len(tiles) - 1, n_part + 1).astype(int)]
     owner = np.full(n_vertex, n_part)
@@ -67,7 +81,7 @@ def parts_of(triangles: IntArray, tiles: IntArray, n_vertex: int, n_part: int) -
 
 
 def part_of(triangles: IntArray, owned: NDArray[np.bool_]) -> Part:
-    """The part that assembles the rows of the vertices that are `owned`, (n_v,)."""
+    """Return the part that assembles the rows of the vertices that are `owned`, (n_v,)."""
     mine = np.flatnonzero(owned[triangles].any(axis=1))
     blocks = []
     for test in np.array_split(mine, -(-len(mine) // BLOCK)):
@@ -83,13 +97,13 @@ RESTORE_COLUMNS = "void(int64[::1], int64[::1], int64[::1], cplx[:,:,::1], cplx[
 
 
 def restore_columns(
-    rows,  # rows of A and B to work on
+    rows,  # rows of A and B to restore
     vertex_rank,  # (n_v,) column of A that holds every vertex
     face_rank,  # (n_face,) column of B that holds every face
     a,  # (n_k, n_row, n_v) changed in place
     b,  # (n_k, n_row, n_face) changed in place
 ):
-    """Give the columns, assembled in the order of the sorted triangles, their place in the caller's numbering."""
+    """Move the columns from the order of the sorted triangles to the caller's numbering."""
     line = np.empty(len(face_rank), a.dtype)
     n_vertex, n_face = len(vertex_rank), len(face_rank)
     for ik in range(a.shape[0]):

@@ -1,14 +1,14 @@
 """Pairs of points of the fused engine: every operator from one evaluation of distance and exponential.
 
-With r = x − y, R = |r|, G = e^{−jkR}/(4πR), the project's α = −jβ, and for flat triangles the heights
-d = r·n(y) (the same for every y of a triangle) and e = −r·n(x) (the same for every x), a pair of points contributes
+Let r = x − y, R = |r|, G = e^{−jkR}/(4πR) and α = −jβ. For flat triangles, the height d = r·n(y) is the same for every
+y of a triangle, and e = −r·n(x) for every x. A pair of points contributes
 
     A: φᵢ(x) φⱼ(y) [−d F + jβk² n·n′ G]  − jβ G curlᵢ·curlⱼ      (−K + αW, W by Maue's formula)
     B: −φᵢ(x) [G − jβ e F]                                       (−(S + αK′))
 
-with F = G (1/R² + jk/R). So only sums of G and e F over y enter B, and one complex factor each for G and F has to be
-formed. Everything but e^{−jkR} is kept over all wavenumbers of a batch, and e^{−jkR} advances from one wavenumber to
-the next by a complex factor that equal steps share.
+with F = G (1/R² + jk/R). Only sums of G and e F over y enter B, so that G and F need one complex factor each. All
+quantities but e^{−jkR} are kept over all wavenumbers of a batch. e^{−jkR} advances from one wavenumber to the next by a
+complex factor that equal steps share.
 """
 
 # mypy: disable-error-code="no-untyped-def"
@@ -19,13 +19,12 @@ import numpy as np
 from nvhchain.acoustics.fused.kernels import cosine_sine, inline
 
 TILE = 32
-"""Trial triangles handled side by side: the innermost loops run over them, and their scratch stays in the first-level
-cache."""
+"""Trial triangles processed side by side in the innermost loops; their scratch remains in the first-level cache."""
 
-# Few arrays with rows at fixed places let the compiler see that rows do not overlap.
+# Few arrays with rows at fixed places: the compiler can prove that rows do not overlap.
 # Three test points against a trial point: G, the step's factor, re, im, and 1/R of each; d of each; e.
 POINT, HEIGHT, TRIAL_HEIGHT, THREE = 5, 15, 18, 19
-SHARE, FACING = 0, 1  # of a pair of triangles: area · area′/(4π) or 0; n·n′
+SHARE, FACING = 0, 1  # for a pair of triangles: area · area′/(4π) or 0; n·n′
 OVER_TRIAL = 12  # three test points, summed over the trial points: G re, im of each; e F re, im of each
 OVER_TEST = 6  # a trial point, summed over the test points: A of the three test hats, re, im
 OVER_BOTH = 8  # G re, im; B of the three test hats, re, im
@@ -33,7 +32,7 @@ OVER_BOTH = 8  # G re, im; B of the three test hats, re, im
 
 @inline
 def heights(three, y, normal_y, x0, x1, x2, nx, ny, nz, q):
-    """Heights of one test point over the trial triangles and of their points over the test triangle."""
+    """Compute heights of one test point over the trial triangles and of their points over the test triangle."""
     for u in range(TILE):
         r0, r1, r2 = x0 - y[0, u], x1 - y[1, u], x2 - y[2, u]
         three[HEIGHT + q, u] = r0 * normal_y[0, u] + r1 * normal_y[1, u] + r2 * normal_y[2, u]
@@ -42,11 +41,11 @@ def heights(three, y, normal_y, x0, x1, x2, nx, ny, nz, q):
 
 @inline
 def distances(three, distance, pair, y, x0, x1, x2, weight, q, one, tiny):
-    """Distance of one test point to one point of every trial triangle of the tile, and the weight of the pair."""
+    """Compute the distance of one test point to one point of every trial triangle of the tile, and the weights."""
     for u in range(TILE):
         r0, r1, r2 = x0 - y[0, u], x1 - y[1, u], x2 - y[2, u]
         square = r0 * r0 + r1 * r1 + r2 * r2
-        # Pairs with share 0 may meet in a point; their numbers must only stay finite.
+        # Pairs with share 0 may meet in a point; their values need only be finite.
         inverse = one / np.sqrt(max(square, tiny))
         three[POINT * q, u] = weight * pair[SHARE, u] * inverse
         three[POINT * q + 4, u] = inverse
@@ -74,7 +73,7 @@ def set_step(three, distance, k, q, wave):
 
 @inline
 def _point(three, q, u, k, turn):
-    """G, F and the integrand of A at a pair of points; advances the exponential.  turn: βk² n·n′."""
+    """Return G, F and the integrand of A at a pair of points, and advance the exponential; `turn` is βk² n·n′."""
     er, ei = three[POINT * q, u], three[POINT * q + 1, u]
     sr, si, inverse = three[POINT * q + 2, u], three[POINT * q + 3, u], three[POINT * q + 4, u]
     height = three[HEIGHT + q, u]

@@ -1,7 +1,7 @@
 """Quadrature over one triangle and over pairs of triangles that coincide, touch or are close.
 
-A point of a triangle is given by its three barycentric coordinates, which are also the values of the three hats;
-the weights of every rule add up to one, so that an integral is area (or area × area′) times the weighted sum.
+Three barycentric coordinates define a point of a triangle; they are also the values of the three hats. The weights of
+every rule sum to one. An integral is area (or area × area′) times the weighted sum.
 """
 
 from __future__ import annotations
@@ -17,7 +17,15 @@ from nvhchain.handoff import ComplexArray, FloatArray, IntArray
 
 
 class PairRule(NamedTuple):
-    """Points and weights over triangle × triangle: first (3, n) and second (3, n) barycentric, weight (n,)."""
+    """Points and weights over triangle × triangle.
+
+    Parameters
+    ----------
+    first, second : (3, n) arrays
+        Barycentric coordinates of the point on either triangle.
+    weight : (n,) array
+        Weights.
+    """
 
     first: FloatArray
     second: FloatArray
@@ -26,10 +34,12 @@ class PairRule(NamedTuple):
 
 @cache
 def oscillation_error(degree: int, phase: float) -> float:
-    """RMS error, over directions, of the mean of a plane wave on an equilateral triangle by the rule of a degree.
+    """Return the RMS error of a triangle rule for the mean of a plane wave, over all directions.
 
-    phase: wavenumber × edge, rad.  What quadrature of well separated triangles does to the surface pressure lies
-    between 0.4 and ten times this, as measured.
+    degree : degree of the rule.
+    phase : wavenumber times edge of the equilateral triangle, rad.
+
+    The effect of quadrature of well separated triangles on surface pressure is 0.4 to ten times this, as measured.
     """
     angle = np.arange(12) * (2.0 * np.pi / 36.0)
     height = np.array([[0.0, 0.0], [1.0, 0.0], [0.5, np.sqrt(0.75)]]) @ np.array([np.cos(angle), np.sin(angle)])
@@ -42,14 +52,14 @@ def oscillation_error(degree: int, phase: float) -> float:
 
 
 def order_for(least: int, phase: float, tolerance: float) -> int:
-    """Lowest triangle order from `least` up whose `oscillation_error` keeps to the tolerance, else the highest."""
+    """Return the lowest triangle order from `least` up whose `oscillation_error` is tolerable, else the highest."""
     orders = range(least, HIGHEST_DEGREE)
     return next((order for order in orders if oscillation_error(order, phase) <= tolerance), HIGHEST_DEGREE)
 
 
 @cache
 def product_rule(degree: int) -> PairRule:
-    """Triangle rule × triangle rule, for pairs that do not touch."""
+    """Return triangle rule × triangle rule, for pairs that do not touch."""
     points, weight = triangle_rule(degree)
     n = len(weight)
     return PairRule(
@@ -59,10 +69,10 @@ def product_rule(degree: int) -> PairRule:
 
 @cache
 def touching_rule(shared: int, order: int) -> PairRule:
-    """Rule for two triangles that share `shared` (1, 2 or 3) vertices, listed first and in the same order in both.
+    """Return a rule for two triangles that share `shared` (1, 2 or 3) vertices, listed first and in the same order.
 
-    S. Sauter, C. Schwab, Boundary Element Methods (Springer 2011), section 5.2: coordinates in which the Jacobian
-    cancels the 1/r singularity, `order` Gauss points in each of the four directions.
+    In its coordinates, the Jacobian cancels the 1/r singularity. Each of the four directions has `order` Gauss points.
+    Source: S. Sauter, C. Schwab, Boundary Element Methods (Springer 2011), section 5.2.
     """
     nodes, weights = np.polynomial.legendre.leggauss(order)
     nodes, weights = 0.5 * (nodes + 1.0), 0.5 * weights
@@ -108,8 +118,14 @@ def touching_rule(shared: int, order: int) -> PairRule:
 def in_chunks(rules: list[PairRule], size: int) -> tuple[FloatArray, IntArray, IntArray]:
     """Cut rules into chunks of at most `size` points for the compiled loops.
 
-    Returns the chunks (n_chunk, 7, size): coordinates of both points and weight; (n_rule + 1,) first chunk of every
-    rule; (n_chunk,) points of every chunk.
+    Returns
+    -------
+    chunks : (n_chunk, 7, size) array
+        Coordinates of both points, and weight.
+    start : (n_rule + 1,) array
+        First chunk of every rule.
+    width : (n_chunk,) array
+        Points of every chunk.
     """
     parts, start = [], [0]
     for rule in rules:

@@ -1,4 +1,4 @@
-"""Pairs of triangles that face each other across a gap narrower than they are long: cut until the pieces are not."""
+"""Splitting of pairs of triangles across a gap narrower than their length, down to pieces shorter than the gap."""
 
 # mypy: disable-error-code="no-untyped-def"
 from __future__ import annotations
@@ -8,7 +8,7 @@ import numpy as np
 
 from nvhchain.acoustics.fused.kernels import COMPILED, inline
 
-# Corners, middles of edges, centroid: where the distance of two pieces is sampled.
+# Samples of the distance of two pieces: corners, midpoints of edges, centroid.
 _SAMPLES = np.array(
     [[1.0, 0, 0], [0, 1.0, 0], [0, 0, 1.0], [0.5, 0.5, 0], [0, 0.5, 0.5], [0.5, 0, 0.5], [1 / 3, 1 / 3, 1 / 3]]
 )
@@ -16,7 +16,7 @@ _SAMPLES = np.array(
 
 @numba.njit(inline="always")
 def _multiply(left, right, product):
-    """Matrix product (n, 3) × (3, 3) into `product`."""
+    """Store the matrix product (n, 3) × (3, 3) in `product`."""
     for i in range(left.shape[0]):
         for j in range(3):
             product[i, j] = left[i, 0] * right[0, j] + left[i, 1] * right[1, j] + left[i, 2] * right[2, j]
@@ -24,7 +24,7 @@ def _multiply(left, right, product):
 
 @numba.njit(inline="always")
 def _squared_distance(left, right):
-    """Square of the least distance between two sets of points."""
+    """Return the square of the smallest distance between two sets of points."""
     least = np.inf
     for p in range(left.shape[0]):
         for q in range(right.shape[0]):
@@ -35,7 +35,7 @@ def _squared_distance(left, right):
 
 @numba.njit(inline="always")
 def _longest_edge(samples):
-    """(first corner of the longest edge, its length) of a triangle whose corners come first among the samples."""
+    """Return (first corner of the longest edge, its length) of a triangle whose corners come first in `samples`."""
     at, square = 0, 0.0
     for i in range(3):
         length = 0.0
@@ -48,7 +48,7 @@ def _longest_edge(samples):
 
 @numba.njit(inline="always")
 def _copy(pieces, n, others, m):
-    """others[m] = pieces[n] number by number: for whole arrays a check of their shapes compiles for seconds."""
+    """Set others[m] = pieces[n] number by number; the shape checks of whole arrays compile for seconds."""
     for side in range(2):
         for i in range(3):
             for j in range(3):
@@ -63,10 +63,13 @@ def _copy(pieces, n, others, m):
 def cut(pieces, share, corners, gap, least_x, least_y):
     """Halve a pair of triangles until no piece is nearer to its partner than `gap` × the longest edge of both.
 
-    The longer piece of a pair is cut across its longest edge, so that needles become shorter, not thinner.
-    pieces: scratch (any, 2, 3, 3), barycentric corners of the piece of either triangle.  share: scratch (any,), of the
-    pieces in the product of both areas.  corners: (2, 3, 3) m.  least_x, least_y: m, pieces that short are not cut.
-    Returns pieces and shares, in larger scratch if need be, and their number.
+    pieces : scratch (any, 2, 3, 3), barycentric corners of the piece of either triangle.
+    share : scratch (any,), share of the pieces in the product of both areas.
+    corners : (2, 3, 3) m.
+    least_x, least_y : lengths (m) of pieces that are not cut further.
+
+    The longer piece of a pair is cut across its longest edge, so that needles become shorter, not thinner. The results
+    are pieces and shares, in larger scratch if required, and their number.
     """
     samples, barycentric = np.empty((2, 7, 3)), np.empty((7, 3))
     for i in range(3):
@@ -104,7 +107,7 @@ def cut(pieces, share, corners, gap, least_x, least_y):
 
 @inline
 def map_points(mapped, points, width, pieces, share, n):
-    """Points and weights of a rule over the whole pair, moved to a pair of pieces."""
+    """Move points and weights of a rule over the whole pair to a pair of pieces."""
     for side in range(2):
         for i in range(3):
             c0, c1, c2 = (pieces[n, side, 0, i], pieces[n, side, 1, i], pieces[n, side, 2, i])

@@ -1,4 +1,4 @@
-"""The only door to bempp-cl: Galerkin Burton–Miller matrices, translated into this project's signs and numbering."""
+"""Adapter of bempp-cl: Galerkin Burton–Miller matrices, converted to this project's signs and numbering."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from nvhchain.acoustics.surfaces.burton_miller import coupling
 from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, Surface
 
-# An OpenCL driver that happens to be installed would become bempp's default, and some of them abort the process.
+# An installed OpenCL driver would become bempp's default, and some of them abort the process.
 _DEVICE = {"device_interface": "numba", "precision": "double"}
 
 
@@ -21,8 +21,8 @@ def systems(
 ) -> Iterator[tuple[ComplexArray, ComplexArray]]:
     """Yield (A (n_v, n_v), B (n_v, n_face)) of A p = B ∂p/∂n for every wavenumber (rad/m, > 0) under e^{+jωt}.
 
-    bempp works under e^{−jωt}: its operators are the complex conjugates of ours, so they are conjugated once, here,
-    and take the conjugated coupling.
+    bempp works under e^{−jωt}, so that its operators are the complex conjugates of ours. They are conjugated here, and
+    take the conjugated coupling.
     """
     grid = bempp.Grid(surface.vertices.T.copy(), surface.triangles.T.astype(np.uint32))
     linear = bempp.function_space(grid, "P", 1)

@@ -1,4 +1,4 @@
-"""Finished bands of frequencies on disk, one whole file each, for a run that may be killed."""
+"""Checkpoints: finished bands of frequencies on disk, one file each, from which an interrupted run resumes."""
 
 from __future__ import annotations
 
@@ -17,10 +17,20 @@ from nvhchain.handoff import FloatArray, SolvedBand
 
 @dataclass(frozen=True)
 class BandShards:
-    """Bands of one stage.
+    """Checkpoints of the bands of one step.
 
-    stage: its name.  inputs: all that its values depend on beside the frequencies of the band.  A file is used only if
-    it is whole by its checksum and if inputs, frequencies and code agree with those it was made with.
+    Parameters
+    ----------
+    folder : Path
+        Folder of the files.
+    stage : str
+        Name of the step.
+    inputs : tuple
+        All inputs of the values besides the frequencies of the band.
+
+    Notes
+    -----
+    A file is used only if its checksum is correct and its inputs, frequencies and code are those of this run.
     """
 
     folder: Path
@@ -28,7 +38,7 @@ class BandShards:
     inputs: tuple[Any, ...]
 
     def find(self, frequency: FloatArray) -> Solved | None:
-        """The band of these frequencies, None if it has to be solved."""
+        """Return the band of these frequencies; None if it has no checkpoint."""
         path, key = self._place(frequency)
         band = found(path, SolvedBand, key)
         if band is None:
@@ -37,7 +47,7 @@ class BandShards:
         return Solved(values, SolverRecord.of(band.provenance))
 
     def keep(self, frequency: FloatArray, solved: Solved) -> None:
-        """Save a band, whole or not at all.  Raises WriteError for a full disk or a folder in its place."""
+        """Save a band, whole or not at all; WriteError for a full disk or a folder in its place."""
         path, key = self._place(frequency)
         provenance = {"stage": f"acoustics.{self.stage}", "key": key, **solved.record.provenance}
         shape = solved.values.shape[1:]
@@ -45,15 +55,15 @@ class BandShards:
         hdf5.save(SolvedBand(frequency, rows, np.array(shape), provenance=provenance), path)
 
     def _place(self, frequency: FloatArray) -> tuple[Path, str]:
-        """(file, key) of the band of these frequencies."""
+        """Return (file, key) of the band of these frequencies."""
         key = fingerprint("shard", code_version("acoustics"), self.stage, self.inputs, frequency)
         return self.folder / f"{self.stage}-{key[:16]}.h5", key
 
 
 def kept_in(folder: str | Path | None, stage: str, *inputs: Any) -> BandShards | None:
-    """Where the bands of a stage with these inputs are kept; without a folder nowhere.
+    """Return the checkpoints of a step with these inputs; None without a folder.
 
-    Makes the folder and tries a file in it: InputError before anything is solved where either fails.
+    The folder is created and a file is tried in it. InputError before the solution if either fails.
     """
     if not folder:
         return None

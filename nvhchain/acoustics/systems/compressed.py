@@ -1,4 +1,4 @@
-"""Boundary element systems made of compressed matrices, filled stripe by stripe while the engine assembles."""
+"""Boundary element systems of compressed matrices, filled stripe by stripe during assembly."""
 
 from __future__ import annotations
 
@@ -15,15 +15,18 @@ from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import ComplexArray, IntArray, RigidPlane, Surface
 
 Stripe = tuple[IntArray, ComplexArray, ComplexArray]
-"""rows (n_row,), A (n_k, n_row, n_v) and B (n_k, n_row, n_face) of some rows at every wavenumber."""
+"""Rows (n_row,), A (n_k, n_row, n_v) and B (n_k, n_row, n_face) of some rows at every wavenumber."""
 
 
 def compressed_systems(
     stripes: Iterable[Stripe], surface: Surface, count: int, fidelity: AcousticsFidelity, plane: RigidPlane | None
 ) -> list[IterativeSystem]:
-    """A p = B ∂p/∂n at `count` wavenumbers, compressed to `fidelity.compression_error`, from all rows in stripes.
+    """Return A p = B ∂p/∂n at `count` wavenumbers from stripes, compressed to `fidelity.compression_error`.
 
-    plane: a rigid plane, whose image of the body is part of the matrices.  Raises SolverError for values not finite.
+    stripes : all rows, in stripes.
+    plane : rigid plane, whose image of the body is part of the matrices.
+
+    SolverError for values that are not finite.
     """
     vertices, centroids = [surface.vertices], [surface.centroids]
     if plane is not None:
@@ -49,10 +52,10 @@ def compressed_systems(
 
 
 def compressed_size(n_vertex: int, n_face: int, fidelity: AcousticsFidelity) -> int:
-    """Bytes of both compressed matrices at the frequency where the mesh has `fidelity.elements_per_wavelength`.
+    """Return the bytes of both compressed matrices for `fidelity.elements_per_wavelength`.
 
-    Fitted within 12 % to gearboxes of 1800 to 28 300 triangles with 4.6 to 430 elements per wavelength: what a group of
-    rows sees from afar has as many more degrees of freedom as the group holds wavelengths.
+    The formula fits gearboxes of 1800 to 28 300 triangles with 4.6 to 430 elements per wavelength within 12 %. The far
+    field of a group of rows has additional degrees of freedom for each wavelength in the group.
     """
     share = 0.2 + 260.0 / n_vertex + 6.0 / fidelity.elements_per_wavelength**2
     share *= 0.72 ** np.log10(fidelity.compression_error / 1e-5)

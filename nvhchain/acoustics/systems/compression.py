@@ -1,4 +1,4 @@
-"""Boundary element matrices compressed row by row: what a group of rows sees from afar has few degrees of freedom."""
+"""Boundary element matrices compressed row by row: the far field of a group of rows has few degrees of freedom."""
 
 from __future__ import annotations
 
@@ -13,28 +13,28 @@ from nvhchain.errors import SolverError
 from nvhchain.handoff import ComplexArray, FloatArray, IntArray
 
 LARGEST = 512
-"""Rows whose far columns are compressed together at most."""
+"""Largest number of rows whose far columns are compressed together."""
 
 SMALLEST = 32
-"""Rows that are not divided further: what they see from near by is kept as it is."""
+"""Number of rows that are not divided further; their near entries are stored uncompressed."""
 
 SEPARATION = 0.3
-"""Least distance of a far column from a group of rows, in diameters of the group. The error is kept whatever it is; at
-0.3 the compressed matrices are smallest (0.6 and 1 take 5 to 30 % more on a gearbox)."""
+"""Smallest distance of a far column from a group of rows, in diameters of the group. The error does not depend on it.
+At 0.3, the compressed matrices are smallest; 0.6 and 1 take 5 to 30 % more for a gearbox."""
 
 WORTH = 0.8
-"""A group is divided unless its factors take less than this share of what they replace."""
+"""Largest size of factors, relative to the entries they replace, at which a group is not divided."""
 
 SKETCH = 4
-"""Columns of the random mixture from which the dominant directions are found, per row."""
+"""Columns per row of the random mixture that yields the dominant directions."""
 
 SINGLE = 1e-5
-"""Error from which single precision, which solves to a residual of some 1e-7, adds nothing to it."""
+"""Error from which single precision, which solves to a residual of about 1e-7, adds nothing."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Near:
-    """values (n_row, n_column): kept entries."""
+    """Entries (n_row, n_column) stored uncompressed."""
 
     rows: IntArray
     columns: IntArray
@@ -43,7 +43,7 @@ class _Near:
 
 @dataclass(frozen=True, eq=False)
 class _Far:
-    """directions (n_row, rank) · weights (rank, n_column): what the rows see of far columns."""
+    """Entries of far columns as directions (n_row, rank) · weights (rank, n_column)."""
 
     rows: IntArray
     columns: IntArray
@@ -52,11 +52,23 @@ class _Far:
 
 
 class CompressedMatrix:
-    """A matrix (n_row, n_column) whose far entries are products of narrow factors.
+    """Matrix (n_row, n_column) whose far entries are products of narrow factors.
 
-    For every group of rows that are neighbours in space, the entries of all columns at a distance from it are projected
-    on the few directions that carry them; the columns left over pass to the two halves of the group, and what the
-    smallest groups have left is stored as it is. Rows come in stripes, so that the whole matrix never exists.
+    Rows that are neighbours in space form groups. For every group, the entries of far columns are projected on the few
+    directions that carry them. The other columns pass to the two halves of the group. The smallest groups store theirs
+    uncompressed. Rows come in stripes, so that the whole matrix never exists.
+
+    Parameters
+    ----------
+    positions : (n_row, 3) array
+        Positions of the rows (m).
+    columns : sequence of (n_column, 3) arrays
+        Positions of the columns, and of their images (m).
+    error : float
+        Error relative to the norm of each row, root mean square over every group of rows. It applies to the part of
+        every body by itself: a small body that sounds alone is negligible in the whole row of a large one.
+    bodies : sequence of (n,) arrays, optional
+        Columns of each body; without it there is one body.
     """
 
     def __init__(
@@ -66,12 +78,7 @@ class CompressedMatrix:
         error: float,
         bodies: Sequence[IntArray] | None = None,
     ) -> None:
-        """positions: (n_row, 3) m of the rows.  columns: (n_column, 3) m of the columns, and of their images.
-
-        error: relative to the norm of each row, as the root mean square over every group of rows; of what it has of
-        every body by itself: a small one that sounds alone is nothing beside the whole row of a large one.
-        bodies: the columns (n,) of each.  None: of one body.
-        """
+        """Start an empty matrix; see the class for the parameters."""
         self._positions, self._columns, self._error = positions, columns, error
         self._bodies = [np.arange(len(columns[0]))] if bodies is None else bodies
         self.shape = len(positions), len(columns[0])
@@ -81,7 +88,7 @@ class CompressedMatrix:
         self._random = np.random.default_rng(0)
 
     def fill(self, rows: IntArray, values: ComplexArray) -> None:
-        """Compress some rows, neighbours in space, of which `values` (n_row, n_column) is the matrix."""
+        """Compress some rows, neighbours in space, with matrix entries `values` (n_row, n_column)."""
         if not np.isfinite(values).all():
             raise SolverError("boundary element matrix holds values that are not finite: the engine failed")
         together = groups(self._positions[rows], LARGEST)
@@ -94,9 +101,9 @@ class CompressedMatrix:
     def _divide(
         self, rows: IntArray, values: ComplexArray, sizes: FloatArray, group: IntArray, columns: IntArray
     ) -> None:
-        """Store the entries of `group` (into rows) and `columns`: far ones as factors, the others divided or kept.
+        """Store the entries of `group` (into rows) and `columns`: far ones as factors, others divided or uncompressed.
 
-        sizes: (n_row,) root mean squares of all rows, in which errors are counted: rows of small triangles are small.
+        sizes : (n_row,) root mean squares of all rows, the unit of errors: rows of small triangles are small.
         """
         here = self._positions[rows[group]]
         distance = np.min([distance_to_box(here, points[columns]) for points in self._columns], axis=0)
@@ -116,11 +123,11 @@ class CompressedMatrix:
             self._near.append(_Near(rows[group], columns, values[np.ix_(group, columns)].astype(self._kind)))
 
     def _dominant(self, block: ComplexArray, allowed: float) -> ComplexArray:
-        """Orthonormal directions (n_row, rank) outside which the block has no more than `allowed` (Frobenius)."""
+        """Return orthonormal directions (n_row, rank) outside which the block has at most `allowed` (Frobenius)."""
         count = SKETCH * len(block)
         if block.shape[1] > 2 * count:
-            # Columns added up at random with random signs keep the weight of every direction (Charikar, Chen &
-            # Farach-Colton, Theor. Comput. Sci. 312, 2004, 3), and the squares of the sums are soon made.
+            # Random sums of columns with random signs preserve the weight of every direction (Charikar, Chen & Farach-
+            # Colton, Theor. Comput. Sci. 312, 2004, 3), and their squares are cheap.
             order = self._random.permutation(block.shape[1])
             sign = self._random.choice([-1.0, 1.0], block.shape[1])
             sums = np.zeros((len(block), count), dtype=complex)
@@ -141,7 +148,7 @@ class CompressedMatrix:
         return kept + sum(far.directions.nbytes + far.weights.nbytes + far.columns.nbytes for far in self._far)
 
     def apply(self, x: ComplexArray, exact: bool = False) -> ComplexArray:
-        """Matrix · x, (n_row, …) of (n_column, …)."""
+        """Return matrix · x, (n_row, …) of (n_column, …)."""
         x = x.astype(complex if exact else self._kind)
         y = np.zeros((self.shape[0], *x.shape[1:]), dtype=x.dtype)
         for near in self._near:
@@ -151,7 +158,7 @@ class CompressedMatrix:
         return y.astype(complex)
 
     def apply_transposed(self, x: ComplexArray, exact: bool = False) -> ComplexArray:
-        """Matrixᵀ · x (not conjugated), (n_column, …) of (n_row, …)."""
+        """Return matrixᵀ · x (not conjugated), (n_column, …) of (n_row, …)."""
         x = x.astype(complex if exact else self._kind)
         y = np.zeros((self.shape[1], *x.shape[1:]), dtype=x.dtype)
         for near in self._near:

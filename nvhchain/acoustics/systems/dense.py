@@ -13,20 +13,22 @@ from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray
 
 SINGLE_RESIDUAL = 1e-6
-"""Least residual that products in single precision reach with certainty."""
+"""Smallest residual that products in single precision reach reliably."""
 
 PRODUCTS = 30
-"""Products with A per right-hand side that an iterative solution costs, in flops of a factorisation: 20 iterations at
-two thirds of its rate."""
+"""Cost of an iterative solution per right-hand side, in products with A at the rate of a factorisation. It stands for
+20 iterations at two thirds of that rate."""
 
 SETUP = 250
-"""Products with A that the patches cost."""
+"""Cost of the patches, in products with A."""
 
 
 def dense_system(a: ComplexArray, b: ComplexArray, positions: FloatArray, fidelity: AcousticsFidelity) -> System:
-    """A p = B ∂p/∂n, solved as `fidelity.solver` says; A (n_v, n_v), which may be overwritten, and B (n_v, n_face).
+    """Return A p = B ∂p/∂n for `fidelity.solver`; A (n_v, n_v), which may be overwritten, and B (n_v, n_face).
 
-    positions: (n_v, 3) m of the vertices.  Raises SolverError for matrices that cannot be factorised.
+    positions : (n_v, 3) m of the vertices.
+
+    SolverError for matrices that cannot be factorised.
     """
     if fidelity.solver == "direct":
         return DirectSystem(a, b)
@@ -36,7 +38,7 @@ def dense_system(a: ComplexArray, b: ComplexArray, positions: FloatArray, fideli
 
 
 def iterated(a: ComplexArray, b: ComplexArray, positions: FloatArray, fidelity: AcousticsFidelity) -> IterativeSystem:
-    """A p = B ∂p/∂n to be solved by GMRES; A and B are left as they are."""
+    """Return A p = B ∂p/∂n for GMRES; A and B remain unchanged."""
 
     def patches() -> Patches:
         made = Patches(positions)
@@ -48,29 +50,29 @@ def iterated(a: ComplexArray, b: ComplexArray, positions: FloatArray, fidelity: 
 
 
 class CheapestSystem:
-    """Iterates for few right-hand sides; factorises for many, and where the iteration does not converge."""
+    """System that iterates for few right-hand sides, and factorises for many or if the iteration does not converge."""
 
     def __init__(self, a: ComplexArray, b: ComplexArray, positions: FloatArray, fidelity: AcousticsFidelity) -> None:
-        """Keep A (n_v, n_v) and B (n_v, n_face) until it is known for how many right-hand sides they are solved."""
+        """Keep A (n_v, n_v) and B (n_v, n_face) until the number of right-hand sides is known."""
         self._a, self._b, self._positions, self._fidelity = a, b, positions, fidelity
         self._iterative: System | None = None
         self._direct: System | None = None
         self.record = SolverRecord()
 
     def solve(self, rhs: ComplexArray) -> ComplexArray:
-        """A⁻¹ rhs."""
+        """Return A⁻¹ rhs."""
         return self._solved(rhs, lambda system: system.solve(rhs))
 
     def adjoint(self, rhs: ComplexArray) -> ComplexArray:
-        """Bᵀ A⁻ᵀ rhs."""
+        """Return Bᵀ A⁻ᵀ rhs."""
         return self._solved(rhs, lambda system: system.adjoint(rhs))
 
     def apply_b(self, gradient: ComplexArray) -> ComplexArray:
-        """B · gradient."""
+        """Return B · gradient."""
         return DenseMatrix(self._b).apply(gradient)
 
     def release(self) -> None:
-        """Forget A, B and what was made of them."""
+        """Release A, B and all results of them."""
         del self._a, self._b, self._iterative, self._direct
 
     def _solved(self, rhs: ComplexArray, solution: Callable[[System], ComplexArray]) -> ComplexArray:
@@ -89,5 +91,8 @@ class CheapestSystem:
 
 
 def iteration_pays(unknowns: int, columns: int) -> bool:
-    """Whether GMRES costs less than LU factors (8/3 n³ flops, n/3 products with A) for some right-hand sides."""
+    """Return True if GMRES costs less than LU factors for `columns` right-hand sides.
+
+    LU factors cost 8/3 n³ flops, or n/3 products with A.
+    """
     return unknowns / 3 > PRODUCTS * max(columns, 2) + SETUP

@@ -1,4 +1,4 @@
-"""The boundary element engines a case can name, how their systems are solved, and the memory that takes."""
+"""Boundary element engines of cases, the solution of their systems and the required memory."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ from nvhchain.runtime.memory import free_memory
 from nvhchain.runtime.threads import blas_threads, granted, threads
 
 _FACE_BYTES = 1300
-"""What a triangle takes beside the matrices: its neighbours and how they are integrated, quadrature points."""
+"""Bytes of a triangle besides the matrices: its neighbours and their rules, quadrature points."""
 
 _SHARED = 0.5
-"""Part of the free memory that more than one frequency at a time may take with the results: less is kept for these when
-the next are begun."""
+"""Share of free memory for more than one frequency at a time with the results. Fewer bytes remain for the results when
+the next frequencies begin."""
 
 _COMPRESSED_BYTES = 4 * 2**30
-"""Compressed matrices of as many frequencies as fit into this are made together."""
+"""Bytes of compressed matrices that are assembled together."""
 
 _STRIPE_BYTES = 1536 * 2**20
-"""Stripes that are being compressed or assembled at a time."""
+"""Bytes of stripes that are compressed or assembled at a time."""
 
 
 @runtime_checkable
@@ -45,7 +45,7 @@ class Engine(Protocol):
     name : str
         Name in cases and provenance.
     knobs : tuple of str
-        Fields of the fidelity that the matrices depend on.
+        Fields of the fidelity that affect the matrices.
     adapts : bool
         The quadrature cuts triangles across narrow gaps and takes more points for needles.
     striped : bool
@@ -53,9 +53,9 @@ class Engine(Protocol):
     reflects : bool
         The engine accepts a rigid reflecting plane.
     batch_bytes : int
-        Matrices of as many frequencies as fit into this are made together.
+        Bytes of matrices that are assembled together.
     copies : float
-        Matrices alive at once per matrix handed over.
+        Matrices held at once per matrix handed over.
     """
 
     name: ClassVar[str]
@@ -79,26 +79,28 @@ class Engine(Protocol):
         raise InputError(f"engine {self.name} cannot compress its matrices: use engine fused or another solver")
 
     def entry_bytes(self, fidelity: AcousticsFidelity) -> int:
-        """Bytes of a matrix entry."""
+        """Return the bytes of a matrix entry."""
         return 16
 
     def rules(self, fidelity: AcousticsFidelity) -> AcousticsFidelity:
-        """Fidelity with the quadrature rules that the engine applies."""
+        """Return the fidelity with the quadrature rules that the engine applies."""
         return fidelity
 
     def check(self) -> None:
-        """Raise `InputError` with the remedy where the engine is not installed."""
+        """Raise InputError with the remedy if the engine is not installed."""
         return
 
     def compile(self, fidelity: AcousticsFidelity) -> None:
-        """Compile the kernels, or read them from disk."""
+        """Compile the kernels, or load them from disk."""
         return
 
 
 @dataclass(frozen=True)
 class Fused(Engine):
-    """The project's own engine: matrices of many wavenumbers in one pass over triangle pairs.
+    """Compiled engine of this project: matrices of many wavenumbers in one pass over triangle pairs.
 
+    Notes
+    -----
     Frequencies that are assembled together share geometry: two take 1.25 times as long as one, four twice.
     """
 
@@ -113,6 +115,7 @@ class Fused(Engine):
     def matrices(
         self, surface: Surface, wavenumbers: FloatArray, fidelity: AcousticsFidelity, plane: RigidPlane | None
     ) -> Iterable[tuple[ComplexArray, ComplexArray]]:
+        """Yield A and B, see `Engine.matrices`."""
         from nvhchain.acoustics.fused import engine
 
         return engine.systems(surface, wavenumbers, fidelity, plane)
@@ -120,14 +123,17 @@ class Fused(Engine):
     def stripes(
         self, surface: Surface, wavenumbers: FloatArray, fidelity: AcousticsFidelity, plane: RigidPlane | None
     ) -> Iterable[Stripe]:
+        """Yield the matrices as complete rows, see `Engine.stripes`."""
         from nvhchain.acoustics.fused import engine
 
         return engine.stripes(surface, wavenumbers, fidelity, plane, memory=_STRIPE_BYTES)
 
     def entry_bytes(self, fidelity: AcousticsFidelity) -> int:
+        """Return 8 bytes in single precision, 16 in double."""
         return 8 if fidelity.precision == "single" else 16
 
     def compile(self, fidelity: AcousticsFidelity) -> None:
+        """Compile the kernels, or load them from disk."""
         from nvhchain.acoustics.fused import engine
 
         engine.compile_kernels(fidelity.precision)
@@ -135,9 +141,11 @@ class Fused(Engine):
 
 @dataclass(frozen=True)
 class Bempp(Engine):
-    """bempp-cl, an independent engine to compare with: dense matrices in free field, one frequency at a time.
+    """bempp-cl, an independent engine for comparison: dense matrices in free field, one frequency at a time.
 
-    Its four operators are assembled one by one and added, which keeps three matrices alive per matrix handed over.
+    Notes
+    -----
+    Its four operators are assembled one by one and added, which holds three matrices per matrix handed over.
     """
 
     name = "bempp"
@@ -147,17 +155,19 @@ class Bempp(Engine):
     def matrices(
         self, surface: Surface, wavenumbers: FloatArray, fidelity: AcousticsFidelity, plane: RigidPlane | None
     ) -> Iterable[tuple[ComplexArray, ComplexArray]]:
+        """Yield A and B, see `Engine.matrices`."""
         from nvhchain.acoustics.systems import _bempp
 
         return _bempp.systems(surface, wavenumbers, fidelity)
 
     def rules(self, fidelity: AcousticsFidelity) -> AcousticsFidelity:
-        """One order for all pairs that do not touch, whatever lies between them, and no more for needles."""
+        """Return the fidelity with one order for all pairs that do not touch, across gaps and for needles as well."""
         order = max(fidelity.quadrature_order, *fidelity.close_orders)
         orders = (order,) * len(fidelity.close_orders)
         return replace(fidelity, gap_halvings=0, quadrature_order=order, close_orders=orders, needle_aspect=1e6)
 
     def check(self) -> None:
+        """Raise InputError if bempp-cl is not installed."""
         check_installed("bempp_cl")
 
 
@@ -168,7 +178,7 @@ ENGINES: dict[str, Engine] = {engine.name: engine for engine in (FUSED, Bempp())
 
 
 def engine_named(name: str) -> Engine:
-    """Return the boundary element engine of this name; `InputError` where there is none or it is not installed."""
+    """Return the boundary element engine of this name; InputError if it is unknown or not installed."""
     require(name in ENGINES, f"acoustic engine {name!r} is unknown: choose from {', '.join(ENGINES)}")
     ENGINES[name].check()
     return ENGINES[name]
@@ -176,9 +186,23 @@ def engine_named(name: str) -> Engine:
 
 @checked
 def compile_kernels(engine: str, fidelity: AcousticsFidelity) -> None:
-    """Have what transfer vectors call compiled, or read from disk, as is done anyway where it is first needed.
+    """Compile the kernels of transfer vectors, or load them from disk, before their first use.
 
-    Raises InputError for an unknown engine.
+    Parameters
+    ----------
+    engine : str
+        Name of the engine.
+    fidelity : AcousticsFidelity
+        Accuracy settings; `precision` and `radiation` decide.
+
+    Raises
+    ------
+    InputError
+        If the engine is unknown.
+
+    Notes
+    -----
+    Without this call, compilation happens at first use.
     """
     found = engine_named(engine)
     compiled_layers()
@@ -194,12 +218,14 @@ def systems(
     plane: RigidPlane | None,
     memory: int,
 ) -> Iterator[list[System]]:
-    """Yield A p = B ∂p/∂n per wavenumber (rad/m, > 0), to be solved by `solve_each`: Galerkin, Burton–Miller.
+    """Yield A p = B ∂p/∂n per wavenumber (rad/m, > 0) for `solve_each`: Galerkin, Burton–Miller.
 
-    (½ − K + αW) p = −(S + α(½ + K′)) ∂p/∂n, tested with the linear functions of p; e^{+jωt}, α of `coupling`.
-    plane: a rigid plane that reflects.  memory: bytes that they may take, of `check_memory`.  Systems come in lists of
-    those that stand in memory together; forget them before the next are asked for.
-    `fidelity.solver` = "auto" compresses where dense matrices take more than `memory`.
+    plane : rigid plane that reflects.
+    memory : bytes for the systems, from `check_memory`.
+
+    The equation is (½ − K + αW) p = −(S + α(½ + K′)) ∂p/∂n, tested with the linear functions of p, e^{+jωt}, α of
+    `coupling`. Systems come in lists that share the memory; the caller releases them before requesting the next.
+    `fidelity.solver` = "auto" compresses if dense matrices exceed `memory`.
     """
     size = len(surface.vertices), len(surface.triangles), len(wavenumbers)
     ways = [*_ways(*size, engine, fidelity)]
@@ -210,10 +236,10 @@ def systems(
 
 
 def solve_each(batches: Iterable[list[System]], solve: Callable[[int, System], None]) -> SolverRecord:
-    """Call `solve(number, system)` for every system and give its memory back; how all were solved.
+    """Call `solve(number, system)` for every system, release its memory and return the record of all solutions.
 
-    Systems that stand in memory together are solved side by side, in no more threads than assemble; what is left of
-    these each one has for its own products.
+    Systems in memory together are solved side by side, in no more threads than assemble. Each one uses its share of the
+    remaining threads for its own products.
     """
     record, number = SolverRecord(), 0
 
@@ -235,7 +261,7 @@ def solve_each(batches: Iterable[list[System]], solve: Callable[[int, System], N
 
 
 def workers(frequencies: int) -> int:
-    """Systems that are solved side by side at most."""
+    """Return the largest number of systems solved side by side."""
     return max(1, min(threads(), BAND, frequencies))
 
 
@@ -249,7 +275,7 @@ def _dense(
 def _compressed(
     engine: Engine, surface: Surface, wavenumbers: FloatArray, fidelity: AcousticsFidelity, plane: RigidPlane | None
 ) -> list[System]:
-    # Thousands of small products: threads of their own cost ten times what they save; the engine has its threads.
+    # Thousands of small products: BLAS threads cost ten times what they save; the engine has its own threads.
     with blas_threads(1):
         stripes = engine.stripes(surface, wavenumbers, fidelity, plane)
         return [*compressed_systems(stripes, surface, len(wavenumbers), fidelity, plane)]
@@ -266,13 +292,37 @@ def estimate_memory(
     frequencies: int = 0,
     free: int | None = None,
 ) -> int:
-    """Peak bytes of one task, a band of frequencies solved as `fidelity.solver` says ("auto": dense matrices).
+    """Estimate the peak memory of one task: a band of frequencies solved by `fidelity.solver`.
 
-    points, frequencies: field points (twice as many with a reflecting plane) and masters of transfer vectors, whose
-    results and columns come on top (`vectors_memory`).
-    free: bytes that there are; where they are short, what a run takes that solves fewer frequencies at once and, for
-    "auto", compresses the matrices, or the least that it would have to take.
-    Compressed matrices: at the frequency where the mesh has `fidelity.elements_per_wavelength`; finer meshes take less.
+    Parameters
+    ----------
+    n_vertex, n_face : int
+        Vertices and triangles of the surface.
+    engine : str
+        Name of the engine.
+    fidelity : AcousticsFidelity
+        Accuracy settings. "auto" counts as dense matrices.
+    points : int
+        Field points of transfer vectors; twice as many with a reflecting plane.
+    frequencies : int
+        Masters of transfer vectors. Their results and columns are added (`vectors_memory`).
+    free : int, optional
+        Free bytes. If they are short, a run solves fewer frequencies at once and, for "auto", compresses the matrices.
+        The result is then the size of that run, or the smallest possible one.
+
+    Returns
+    -------
+    int
+        Bytes.
+
+    Raises
+    ------
+    InputError
+        If a count is not a whole number or too small, or the engine is unknown.
+
+    Notes
+    -----
+    Compressed matrices count for a mesh of `fidelity.elements_per_wavelength`; finer meshes take less.
     """
     for name, count, least in (
         ("vertices", n_vertex, 1), ("triangles", n_face, 1),
@@ -292,14 +342,17 @@ def estimate_memory(
 
 
 def vectors_memory(n_vertex: int, n_face: int, points: int, frequencies: int) -> tuple[int, int]:
-    """Bytes of transfer vectors, once as bands and once as a whole, and of what one band of them needs on the way: both
-    layers and the adjoint solution of every system under way and the finished vectors."""
+    """Return the bytes of transfer vectors, and those needed to compute one band of them.
+
+    The vectors count twice: as bands and as a whole. A band needs both layers and the adjoint solution of every system
+    in progress, and the finished vectors.
+    """
     under_way = workers(frequencies) * (2 * n_vertex + 2 * n_face)
     return 2 * 16 * frequencies * points * n_face, 16 * points * (under_way + min(BAND, frequencies) * n_face)
 
 
 def _solver_memory(n_vertex: int, n_face: int, count: int, engine: Engine, fidelity: AcousticsFidelity) -> int:
-    """Peak bytes of `count` systems that stand in memory together."""
+    """Return the peak bytes of `count` systems that are in memory together."""
     mesh, matrices = _FACE_BYTES * n_face, count * _system_size(n_vertex, n_face, engine, fidelity)
     patches, iteration = patches_size(n_vertex), workers(count) * iteration_size(n_vertex)
     if fidelity.solver == "compressed":
@@ -310,13 +363,13 @@ def _solver_memory(n_vertex: int, n_face: int, count: int, engine: Engine, fidel
 
 
 def _batch(n_vertex: int, n_face: int, frequencies: int, engine: Engine, fidelity: AcousticsFidelity) -> int:
-    """Systems of `frequencies` that stand in memory together if there is plenty."""
+    """Return the number of systems of `frequencies` that are in memory together if memory is plentiful."""
     most = _COMPRESSED_BYTES if fidelity.solver == "compressed" else engine.batch_bytes
     return max(1, min(BAND, frequencies, most // _system_size(n_vertex, n_face, engine, fidelity)))
 
 
 def _system_size(n_vertex: int, n_face: int, engine: Engine, fidelity: AcousticsFidelity) -> int:
-    """Bytes of both matrices of one system as they are kept."""
+    """Return the bytes of both matrices of one system as stored."""
     if fidelity.solver == "compressed":
         return compressed_size(n_vertex, n_face, fidelity)
     return _dense_size(n_vertex, n_face, engine, fidelity)
@@ -335,10 +388,10 @@ def check_memory(
     fidelity: AcousticsFidelity = STANDARD.acoustics,
     executor: Executor | None = None,
 ) -> int:
-    """Return the bytes that the systems of one task, a band of `frequencies`, take beside its `columns` (bytes).
+    """Return the bytes of the systems of one task, a band of `frequencies`, besides its `columns` (bytes).
 
-    `ResourceError` unless both and `kept` bytes of results fit into free memory.  What fits there but into no worker of
-    the executor is left to `cluster.room` to refuse.
+    ResourceError unless both and `kept` bytes of results fit into free memory. `cluster.room` refuses tasks that fit
+    into no worker of the executor.
     """
     size = len(surface.vertices), len(surface.triangles), frequencies
     return _fitting(*size, kept, columns, engine, fidelity, worker_memory(executor))[2]
@@ -354,12 +407,13 @@ def _fitting(
     fidelity: AcousticsFidelity,
     workers: Sequence[int] = (),
 ) -> tuple[AcousticsFidelity, int, int]:
-    """Fidelity whose solver fits into free memory beside `kept` bytes of results and `columns` of a task, the systems
-    that may stand in memory together, and the bytes they take.
+    """Return a fidelity whose solver fits into free memory, the systems in memory together, and their bytes.
 
-    workers: bytes that tasks may fill, of every size of worker, increasing: the first that holds one system counts, so
-    that a scheduler may give a task to any that is as large.
-    Raises ResourceError with what is needed, what is free and what would help.
+    kept, columns : bytes of results, and of the columns of a task.
+    workers : bytes that tasks may fill, for every size of worker, increasing. The first that holds one system counts,
+        so that a scheduler may assign a task to any worker of at least that size.
+
+    ResourceError states required memory, free memory and remedies.
     """
     require(
         fidelity.solver != "compressed" or engine.striped,
@@ -394,8 +448,10 @@ def _fitting(
 def _ways(
     n_vertex: int, n_face: int, frequencies: int, engine: Engine, fidelity: AcousticsFidelity
 ) -> Iterator[tuple[AcousticsFidelity, int, int]]:
-    """Ways to solve at so many frequencies, the fastest first: fidelity with its solver, systems that stand in memory
-    together, and the bytes they take."""
+    """Yield ways to solve at `frequencies` frequencies, the fastest first.
+
+    Each way consists of a fidelity with its solver, the number of systems in memory together, and their bytes.
+    """
     solvers = ("auto", "compressed") if fidelity.solver == "auto" and engine.striped else (fidelity.solver,)
     for solver in solvers:
         chosen = replace(fidelity, solver=solver)
@@ -404,10 +460,10 @@ def _ways(
 
 
 def _leanest(ways: Sequence[tuple[AcousticsFidelity, int, int]]) -> tuple[AcousticsFidelity, int, int]:
-    """The way that takes least memory: small systems take more compressed, for what is under way."""
+    """Return the way with the least memory; small systems take more if compressed, for the work in progress."""
     return min(ways, key=lambda way: way[2])
 
 
 def _fits(count: int, need: int, free: int) -> bool:
-    """Whether so many systems at a time, with `need` bytes in all, may be solved where `free` bytes are free."""
+    """Return True if `count` systems at a time, with `need` bytes in all, may be solved in `free` bytes."""
     return need <= (free if count == 1 else _SHARED * free)

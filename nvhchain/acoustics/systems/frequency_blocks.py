@@ -1,4 +1,4 @@
-"""Frequencies in bands: the unit of work that goes to an executor and, finished, to disk."""
+"""Bands of frequencies: the unit of work for an executor and for checkpoints."""
 
 from __future__ import annotations
 
@@ -22,20 +22,20 @@ BAND = 4
 """Frequencies per task: enough to share an engine's geometric work, few enough to spread and to report progress."""
 
 _LOSSES = 3
-"""Times a band may lose its worker before it is taken to be what kills workers."""
+"""Times a band may lose its worker before it counts as the cause."""
 
 _PATIENCE = 5.0
-"""s after which a wait looks whether there is still somebody to wait for."""
+"""Time (s) after which a wait checks that workers still exist."""
 
 _TURNOVERS = 12.0
-"""Times that all workers of a cluster may be found lost or missing since a band was finished, one look per `_PATIENCE`:
-a local cluster replaces one in a few seconds."""
+"""Largest number of complete losses of a cluster's workers since a band was finished, with one check per `_PATIENCE`. A
+local cluster replaces a worker in a few seconds."""
 
 Job = tuple[Any, ...]
 
 
 class Solved(NamedTuple):
-    """values: one row per frequency of a band.  record: how its systems were solved."""
+    """Values of a band, one row per frequency, and the record of its solver."""
 
     values: ComplexArray
     record: SolverRecord
@@ -45,10 +45,10 @@ Band = ComplexArray | Solved
 
 
 class Shards(Protocol):
-    """Keeps finished bands, so that what was killed goes on where it was."""
+    """Checkpoints of finished bands, from which an interrupted run resumes."""
 
     def find(self, frequency: FloatArray) -> Solved | None:
-        """The band of these frequencies, None where there is none or it is not to be trusted."""
+        """Return the band of these frequencies; None if there is none or it is invalid."""
 
     def keep(self, frequency: FloatArray, solved: Solved) -> None:
         """Save a band."""
@@ -66,17 +66,18 @@ def over_bands(
     shards: Shards | None = None,
     records: list[SolverRecord] | None = None,
 ) -> ComplexArray:
-    """Values of `solve(frequency band, *extra bands, *arguments)` stacked over all frequencies.
+    """Return values of `solve(frequency band, *extra bands, *arguments)` stacked over all frequencies.
 
-    extra: arrays with one row per frequency, cut like the frequencies.  memory_per_task: bytes; no more tasks are under
-    way at once than fit into the memory of the executor's machines.  progress: called with (frequencies done, in all).
-    shards: bands found there are not solved, solved ones are kept there at once.  records: where `solve` tells how it
-    solved, that is added here.
+    extra : arrays with one row per frequency, cut like the frequencies.
+    memory_per_task : bytes. Running tasks never exceed the memory of the executor's machines.
+    progress : function of the numbers of finished and of all frequencies.
+    shards : checkpoints. Bands in them are not solved; solved bands are saved at once.
+    records : list to which the solver records are appended.
 
-    The first exception of a task ends the call and cancels what has not begun.  A band whose worker is lost is given to
-    another one; where none is left the rest is solved in this process, and a RuntimeWarning says so.  Raises
-    InputError for an executor that takes no tasks any more, ResourceError where no worker holds a task and SolverError
-    where a band loses one worker after the other.
+    The first exception of a task ends the call and cancels tasks that have not begun. If a band loses its worker,
+    another one solves it. If no worker is left, this process solves the rest, with a RuntimeWarning. InputError for an
+    executor that accepts no more tasks. ResourceError if no worker can hold a task. SolverError if a band loses one
+    worker after the other.
     """
     require(
         executor is None or hasattr(executor, "submit"),
@@ -124,7 +125,7 @@ def over_bands(
 def _spread(
     solve: Callable[..., Band], jobs: list[Job], memory_per_task: int, executor: Executor
 ) -> Generator[tuple[int, Band]]:
-    """(number of the job, its values) as they are finished; what is left is cancelled when the caller stops asking."""
+    """Yield (number of the job, its values) in the order of completion; jobs are cancelled when the caller stops."""
     place = room(executor, memory_per_task)
     common = (code_version("acoustics"), place.neighbours, os.getpid(), solve)
     waiting, running, losses = list(range(len(jobs))), dict[Future[Band], int](), Counter[int]()
@@ -135,7 +136,7 @@ def _spread(
                 running[_submitted(executor, *common, *jobs[waiting[0]])] = waiting[0]
                 del waiting[0]
             finished, _ = wait(running, timeout=_PATIENCE, return_when=FIRST_COMPLETED)
-            finished |= {future for future in running if future.cancelled()}  # of which `wait` may never hear
+            finished |= {future for future in running if future.cancelled()}  # `wait` may never return these
             if not finished and is_gone(executor):
                 raise BrokenExecutor("its scheduler is gone")
             if not finished:
@@ -179,20 +180,20 @@ def _spread(
 
 
 def _turnover(before: frozenset[Any] | None, now: frozenset[Any] | None) -> float:
-    """Share of the workers of a cluster that were lost between two looks; all of them where there are none."""
+    """Return the share of a cluster's workers lost between two checks; 1 if none are left."""
     if now is None or before is None:
         return 0.0
     return len(before - now) / len(before) if before else float(not now)
 
 
 def _submitted(executor: Executor, *task: Any) -> Future[Band]:
-    """A task on its way; `InputError` for what is no executor or was shut down, else what the executor raises."""
+    """Submit a task; InputError for an object that is no executor or was shut down, other errors pass."""
     try:
         future = executor.submit(_task, *task)
     except BrokenExecutor:
         raise
     except RuntimeError as error:
-        # what concurrent.futures and dask say of themselves has no type of its own
+        # errors of concurrent.futures and dask about shutdown have no type of their own
         if "shutdown" not in str(error) and "closed" not in str(error):
             raise
         raise InputError(
@@ -206,7 +207,7 @@ def _submitted(executor: Executor, *task: Any) -> Future[Band]:
 
 
 def _lost(future: Future[Band]) -> BaseException | None:
-    """What says that the worker of a finished task was lost; an error of the task itself is raised."""
+    """Return the error that reveals a lost worker of a finished task; raise errors of the task itself."""
     try:
         future.result()
     except BaseException as error:
@@ -227,7 +228,7 @@ def _result(future: Future[Band], executor: Executor) -> Band:
 
 
 def _task(version: str, neighbours: int, home: int, solve: Callable[..., Band], *job: Any) -> Band:
-    """One band on a worker, which must run the code that its caller runs."""
+    """Solve one band on a worker, which must run the same code as its caller."""
     require(
         code_version("acoustics") == version,
         f"a worker runs nvhchain {code_version('acoustics')}, its caller {version}: install the same on all machines "

@@ -14,14 +14,14 @@ from nvhchain.handoff import ComplexArray, FloatArray, IntArray
 from nvhchain.runtime.threads import blas_threads
 
 PATCH = 64
-"""Unknowns that one patch answers for."""
+"""Unknowns that one patch owns."""
 
 REACH = 192
-"""Unknowns that one patch solves for, its neighbours included: three times its own halve the iterations of patches
-without overlap, more costs as much as it saves."""
+"""Unknowns that one patch solves for, its neighbours included. Three times its own halve the iterations of patches
+without overlap; more costs as much as it saves."""
 
 CYCLE = 50
-"""Iterations after which GMRES starts again from its residual, so that the Krylov spaces stay small."""
+"""Iterations after which GMRES restarts from its residual, so that the Krylov spaces stay small."""
 
 COLUMNS = 16
 """Right-hand sides iterated together: enough for products of matrices, few enough for their Krylov spaces."""
@@ -32,12 +32,12 @@ Product = Callable[[ComplexArray], ComplexArray]
 class Patches:
     """Diagonal blocks of A for overlapping groups of neighbours: y[own] = (A[all, all]⁻¹ x[all])[own] in every group.
 
-    Restricted additive Schwarz (Cai & Sarkis, SIAM J. Sci. Comput. 21, 1999, 792). What the hypersingular operator of
-    Burton and Miller does among neighbours is all that is ill-conditioned about A, and the patches undo it.
+    This is restricted additive Schwarz (Cai & Sarkis, SIAM J. Sci. Comput. 21, 1999, 792). The only ill-conditioned
+    part of A is the effect of Burton and Miller's hypersingular operator among neighbours, which the patches invert.
     """
 
     def __init__(self, positions: FloatArray) -> None:
-        """Choose the groups for unknowns at `positions` (n, 3) m; `fill` must follow until all rows have been seen."""
+        """Choose the groups for unknowns at `positions` (n, 3) m; `fill` must follow for all rows."""
         self.members: list[IntArray] = []
         self.own: list[int] = []
         for own in groups(positions, PATCH):
@@ -50,7 +50,7 @@ class Patches:
         self._inverses: dict[bool, list[ComplexArray]] = {}
 
     def fill(self, rows: IntArray, values: ComplexArray) -> None:
-        """Take what the patches need from some rows of A, (n_row, n)."""
+        """Store the entries of some rows of A, (n_row, n), that belong to patches."""
         place = np.full(max(int(m.max()) for m in self.members) + 1, -1)
         place[rows] = np.arange(len(rows))
         for members, block in zip(self.members, self._blocks, strict=True):
@@ -60,11 +60,11 @@ class Patches:
                 block[here] = values[np.ix_(at[here], members)]
 
     def apply(self, x: ComplexArray) -> ComplexArray:
-        """What comes near A⁻¹ x, (n, m)."""
+        """Return an approximation of A⁻¹ x, (n, m)."""
         return self._apply(x, transposed=False)
 
     def apply_transposed(self, x: ComplexArray) -> ComplexArray:
-        """What comes near A⁻ᵀ x, (n, m)."""
+        """Return an approximation of A⁻ᵀ x, (n, m)."""
         return self._apply(x, transposed=True)
 
     def _apply(self, x: ComplexArray, transposed: bool) -> ComplexArray:
@@ -89,7 +89,21 @@ def _rows_of_inverse(block: ComplexArray, count: int) -> ComplexArray:
 
 
 class IterativeSystem:
-    """A p = B ∂p/∂n solved by GMRES to a relative residual."""
+    """System A p = B ∂p/∂n solved by GMRES to a relative residual.
+
+    Parameters
+    ----------
+    a, b : Matrix
+        Matrices of the system.
+    patches : function
+        Returns patches filled with the rows of A, when they are needed.
+    residual : float
+        Residual relative to each right-hand side.
+    iterations : int
+        Largest number of iterations.
+    name : str
+        Name of the solver in the record.
+    """
 
     def __init__(
         self,
@@ -100,9 +114,7 @@ class IterativeSystem:
         iterations: int,
         name: str = "iterative",
     ) -> None:
-        """patches: gives those filled with the rows of A, when they are needed.  residual: relative to each right-hand
-        side.  iterations: at most.  name: of the solver in the record.
-        """
+        """Keep the matrices; see the class for the parameters."""
         self._a, self._b, self._filled = a, b, patches
         self._residual, self._iterations = residual, iterations
         self.record = SolverRecord((name,), tolerance=residual)
@@ -112,24 +124,24 @@ class IterativeSystem:
         return self._filled()
 
     def solve(self, rhs: ComplexArray) -> ComplexArray:
-        """A⁻¹ rhs; `SolverError` where the residual is not reached."""
+        """Return A⁻¹ rhs; SolverError if the residual is not reached."""
         return self._solve(self._a.apply, self._patches.apply, rhs)
 
     def adjoint(self, rhs: ComplexArray) -> ComplexArray:
-        """Bᵀ A⁻ᵀ rhs; `SolverError` where the residual is not reached."""
+        """Return Bᵀ A⁻ᵀ rhs; SolverError if the residual is not reached."""
         return self._b.apply_transposed(self._solve(self._a.apply_transposed, self._patches.apply_transposed, rhs))
 
     def apply_b(self, gradient: ComplexArray) -> ComplexArray:
-        """B · gradient."""
+        """Return B · gradient."""
         return self._b.apply(gradient)
 
     def release(self) -> None:
-        """Forget all matrices."""
+        """Release all matrices."""
         del self._a, self._b, self._filled
         self.__dict__.pop("_patches", None)
 
     def _solve(self, product: Callable[..., ComplexArray], precondition: Product, rhs: ComplexArray) -> ComplexArray:
-        # Most products are small: BLAS threads waiting for the next one would cost more than they save.
+        # Most products are small: BLAS threads that wait for the next one would cost more than they save.
         with blas_threads(1):
             return gmres(
                 product,
@@ -146,12 +158,12 @@ class IterativeSystem:
 
 
 def patches_size(unknowns: int) -> int:
-    """Bytes of the patches for `unknowns`: halving leaves three quarters of `PATCH` to each."""
+    """Return the bytes of the patches for `unknowns`; halving leaves three quarters of `PATCH` to each."""
     return int(16 * unknowns * min(REACH, unknowns) ** 2 / (0.75 * PATCH))
 
 
 def iteration_size(unknowns: int) -> int:
-    """Bytes of the patches' inverses and of Krylov spaces that a solution builds for `unknowns`."""
+    """Return the bytes of the patches' inverses and of the Krylov spaces of a solution for `unknowns`."""
     return int(16 * unknowns * (REACH + COLUMNS * CYCLE / 2))
 
 
@@ -165,13 +177,15 @@ def gmres(
     reached: Callable[[float], None] = lambda residual: None,
     exact: Product | None = None,
 ) -> ComplexArray:
-    """x with |rhs − A x| ≤ residual · |rhs| for every column of rhs (n,) or (n, m): restarted, preconditioned GMRES.
+    """Return x with |rhs − A x| ≤ residual · |rhs| for every column of rhs (n,) or (n, m): restarted GMRES.
 
-    Every column has its own Krylov space; the products with A are made for all of them at once.  product, precondition:
-    A and, from the right, what comes near its inverse, on (n, m).  reached: is told the largest residual left.  exact:
-    product in double precision where `product` is of single: it corrects the residual after a cycle that does not do,
-    for a nearly singular A lets products of single precision stagnate.  Raises SolverError with the residual reached
-    where `iterations` do not do.
+    product, precondition : functions on (n, m): A and, from the right, an approximation of its inverse.
+    reached : function that receives the largest remaining residual.
+    exact : product in double precision if `product` is in single. It corrects the residual after a cycle that is not
+        sufficient: for a nearly singular A, products in single precision stagnate.
+
+    Every column has its own Krylov space; the products with A are computed for all of them at once. SolverError with
+    the residual if `iterations` are not sufficient.
     """
     columns = rhs.reshape(len(rhs), -1)
     parts = [
@@ -217,7 +231,10 @@ def _converged(
 def _cycle(
     product: Product, precondition: Product, rhs: ComplexArray, target: FloatArray, most: int
 ) -> tuple[ComplexArray, int]:
-    """(x, iterations) of one GMRES cycle from x = 0 (Saad & Schultz, SIAM J. Sci. Stat. Comput. 7, 1986, 856)."""
+    """Return (x, iterations) of one GMRES cycle from x = 0.
+
+    Source: Saad & Schultz, SIAM J. Sci. Stat. Comput. 7, 1986, 856.
+    """
     n, m = rhs.shape
     length = np.linalg.norm(rhs, axis=0)
     basis = np.empty((m, most + 1, n), dtype=complex)
@@ -256,7 +273,7 @@ def _cycle(
     z = np.zeros((n, m), dtype=complex)
     for i, taken in enumerate(steps):
         if taken:
-            # least squares: nothing is taken of a direction that a singular A maps to zero
+            # least squares: no part along a direction that a singular A maps to zero
             weights = np.linalg.lstsq(triangle[i, :taken, :taken], g[i, :taken])[0]
             z[:, i] = weights @ basis[i, :taken]
     return precondition(z), count

@@ -1,4 +1,4 @@
-"""Boundary element systems A p = B ∂p/∂n ready to be solved, and the dense one by LU factors."""
+"""Boundary element systems A p = B ∂p/∂n, and the solution of dense ones by LU factors."""
 
 from __future__ import annotations
 
@@ -15,16 +15,23 @@ from nvhchain.handoff import ComplexArray
 from nvhchain.runtime.threads import blas_threads, threads
 
 LEAST = 3_000_000
-"""Entries of a matrix for which a thread of its own pays: keeping its BLAS to one thread takes a few milliseconds."""
+"""Entries of a matrix for which a separate thread pays; limiting its BLAS to one thread takes a few milliseconds."""
 
 
 @dataclass(frozen=True)
 class SolverRecord:
-    """How systems were solved.
+    """Record of the solution of systems.
 
-    solvers: of `direct`, `iterative` and `compressed` those that were used.  residual: largest that an iteration
-    left, relative to its right-hand side, and tolerance: what it was asked for; 0 where nothing was iterated.
-    condition: smallest reciprocal condition number of a matrix that was factorised; 1 where none was.
+    Parameters
+    ----------
+    solvers : tuple of str
+        Solvers used, of `direct`, `iterative` and `compressed`.
+    residual : float
+        Largest residual after iteration, relative to its right-hand side; 0 without iteration.
+    tolerance : float
+        Requested residual; 0 without iteration.
+    condition : float
+        Smallest reciprocal condition number of a factorised matrix; 1 without factorisation.
     """
 
     solvers: tuple[str, ...] = ()
@@ -42,7 +49,7 @@ class SolverRecord:
 
     @property
     def provenance(self) -> dict[str, Any]:
-        """What there is to tell."""
+        """Entries for the provenance."""
         told: dict[str, Any] = {"solver": ", ".join(self.solvers)} if self.solvers else {}
         if self.tolerance:
             told |= {"solver_tolerance": self.tolerance, "solver_residual": self.residual}
@@ -52,7 +59,7 @@ class SolverRecord:
 
     @classmethod
     def of(cls, provenance: dict[str, Any]) -> SolverRecord:
-        """The record that `provenance` tells of."""
+        """Return the record stored in `provenance`."""
         return cls(
             tuple(filter(None, provenance.get("solver", "").split(", "))),
             provenance.get("solver_residual", 0.0),
@@ -62,37 +69,41 @@ class SolverRecord:
 
 
 class Matrix(Protocol):
-    """What can be multiplied with a matrix (n_row, n_column), however it is held: one column or several.
+    """Product with a matrix (n_row, n_column) in any storage, for one column or several.
 
-    exact: in double precision, whatever that of the matrix is.
+    `exact` requests double precision for any precision of the matrix.
     """
 
     def apply(self, x: ComplexArray, exact: bool = False) -> ComplexArray:
-        """Matrix · x, (n_row, …) of (n_column, …)."""
+        """Return matrix · x, (n_row, …) of (n_column, …)."""
 
     def apply_transposed(self, x: ComplexArray, exact: bool = False) -> ComplexArray:
-        """Matrixᵀ · x (not conjugated), (n_column, …) of (n_row, …)."""
+        """Return matrixᵀ · x (not conjugated), (n_column, …) of (n_row, …)."""
 
 
 class DenseMatrix:
-    """A matrix held as an array, which is left as it is; products in its own precision, on the threads granted."""
+    """Matrix held as an unchanged array; products in its own precision, on the granted threads."""
 
     def __init__(self, values: ComplexArray) -> None:
         self._values = values
 
     def apply(self, x: ComplexArray, exact: bool = False) -> ComplexArray:
-        """Matrix · x."""
+        """Return matrix · x."""
         return _product(self._values, x, exact)
 
     def apply_transposed(self, x: ComplexArray, exact: bool = False) -> ComplexArray:
-        """Matrixᵀ · x."""
+        """Return matrixᵀ · x."""
         return _product(self._values.T, x, exact)
 
 
 def _product(matrix: ComplexArray, x: ComplexArray, exact: bool) -> ComplexArray:
-    """matrix · x in the precision of the matrix, its rows dealt out to threads: BLAS deals out square products well,
-    those with few columns badly.  It takes up to twice as long for them as for few rows, as which they are made.
-    exact: in double precision, some rows at a time."""
+    """Return matrix · x in the precision of the matrix, with its rows distributed to threads.
+
+    exact : compute in double precision, some rows at a time.
+
+    BLAS distributes square products well, but those with few columns badly. They take up to twice as long as the
+    transposed products with few rows used here.
+    """
     if exact and matrix.dtype == np.complex64:
         rows = max(1, LEAST // matrix.shape[1])
         return np.concatenate([matrix[i : i + rows].astype(complex) @ x for i in range(0, len(matrix), rows)])
@@ -113,33 +124,36 @@ def _product(matrix: ComplexArray, x: ComplexArray, exact: bool) -> ComplexArray
 
 
 class System(Protocol):
-    """A p = B ∂p/∂n at one wavenumber, whatever way its matrices are held and solved.
+    """System A p = B ∂p/∂n at one wavenumber, for any storage and solver.
 
-    Every method takes and gives one column or several: (n,) or (n, m).
+    Every method accepts and returns one column or several: (n,) or (n, m).
     """
 
     def solve(self, rhs: ComplexArray) -> ComplexArray:
-        """p at the vertices (n_v, …) of A p = rhs; `SolverError` where it cannot be found."""
+        """Return p at the vertices (n_v, …) of A p = rhs; SolverError if there is no solution."""
 
     def adjoint(self, rhs: ComplexArray) -> ComplexArray:
-        """Bᵀ A⁻ᵀ rhs (n_face, …), transposed and not conjugated: what every face adds to rhs · p; `SolverError`."""
+        """Return Bᵀ A⁻ᵀ rhs (n_face, …), transposed, not conjugated: the contribution of every face to rhs · p.
+
+        SolverError if there is no solution.
+        """
 
     def apply_b(self, gradient: ComplexArray) -> ComplexArray:
-        """B · gradient (n_v, …) of the pressure gradient ∂p/∂n of every face."""
+        """Return B · gradient (n_v, …) of the pressure gradient ∂p/∂n of every face."""
 
     @property
     def record(self) -> SolverRecord:
-        """How it has been solved so far."""
+        """Record of the solutions so far."""
 
     def release(self) -> None:
-        """Give the memory back; nothing can be solved afterwards."""
+        """Release the memory; the system cannot be solved afterwards."""
 
 
 class DirectSystem:
-    """Dense A and B; A is factorised in its own memory and precision when it is first solved."""
+    """System of dense A and B; A is factorised in its own memory and precision at the first solution."""
 
     def __init__(self, a: ComplexArray, b: ComplexArray) -> None:
-        """A (n_v, n_v), which is overwritten, and B (n_v, n_face)."""
+        """Keep A (n_v, n_v), which is overwritten, and B (n_v, n_face)."""
         self._a, self._b = a, DenseMatrix(b)
         self.record = SolverRecord(("direct",))
 
@@ -150,31 +164,31 @@ class DirectSystem:
         return factor
 
     def solve(self, rhs: ComplexArray) -> ComplexArray:
-        """A⁻¹ rhs."""
+        """Return A⁻¹ rhs."""
         return self._factor.solve(rhs)
 
     def adjoint(self, rhs: ComplexArray) -> ComplexArray:
-        """Bᵀ A⁻ᵀ rhs."""
+        """Return Bᵀ A⁻ᵀ rhs."""
         return self._b.apply_transposed(self._factor.solve_transposed(rhs))
 
     def apply_b(self, gradient: ComplexArray) -> ComplexArray:
-        """B · gradient."""
+        """Return B · gradient."""
         return self._b.apply(gradient)
 
     def release(self) -> None:
-        """Forget A, its factors and B."""
+        """Release A, its factors and B."""
         del self._a, self._b
         self.__dict__.pop("_factor", None)
 
 
 class Factor:
-    """LU factors of a dense complex matrix A, made in A's own memory: A is overwritten."""
+    """LU factors of a dense complex matrix A, computed in A's own memory: A is overwritten."""
 
     def __init__(self, matrix: ComplexArray) -> None:
-        """Factorise; `SolverError` if A holds values that are not finite or is singular to working precision."""
+        """Factorise; SolverError if A holds values that are not finite or is singular to working precision."""
         routines = lapack.get_lapack_funcs(("lange", "getrf", "gecon", "getrs"), (matrix,))
         one_norm, factorise, condition, self._substitute = routines
-        # LAPACK wants columns in a row: the transposed view of a C-ordered array is one without a copy.
+        # LAPACK needs column order: the transposed view of a C-ordered array has it without a copy.
         norm = float(one_norm("1", matrix.T))
         if not np.isfinite(norm):
             raise SolverError("boundary element matrix holds values that are not finite: the engine failed")
@@ -191,11 +205,11 @@ class Factor:
             )
 
     def solve(self, rhs: ComplexArray) -> ComplexArray:
-        """x (n,) or (n, m) of A x = rhs."""
+        """Return x (n,) or (n, m) of A x = rhs."""
         return self._solve(rhs, transposed=True)
 
     def solve_transposed(self, rhs: ComplexArray) -> ComplexArray:
-        """x (n,) or (n, m) of Aᵀ x = rhs (transposed, not conjugated)."""
+        """Return x (n,) or (n, m) of Aᵀ x = rhs (transposed, not conjugated)."""
         return self._solve(rhs, transposed=False)
 
     def _solve(self, rhs: ComplexArray, transposed: bool) -> ComplexArray:

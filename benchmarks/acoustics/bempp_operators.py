@@ -1,12 +1,12 @@
-"""The four boundary operators of bempp-cl, timed in a process and an interpreter of their own.
+"""Time of the four boundary operators of bempp-cl, in a process and an interpreter of their own.
 
     python -m benchmarks bempp_operators {numba|opencl} ORDER IN.npz OUT.npz
 
-IN: vertices, triangles, gradient (n_face,) and wavenumber of one mesh, and alpha, the coupling under e^{−jωt}. Every
-call assembles S, K′, K, W at quadrature ORDER (regular and singular), twice up to 6000 triangles: the first run imports
-and compiles. OUT: seconds and processor seconds of every run, peak memory in bytes of that, and pressure (n_v,) of the
-combined equation. Needs bempp-cl and numpy only, so that an interpreter with an OpenCL driver, which may spoil others,
-can stay apart.
+IN holds vertices, triangles, gradient (n_face,) and wavenumber of one mesh, and alpha, the coupling under e^{−jωt}.
+Every call assembles S, K′, K, W at quadrature ORDER (regular and singular), twice up to 6000 triangles. The first run
+imports and compiles. OUT holds seconds and processor seconds of every run, their peak memory in bytes, and the pressure
+(n_v,) of the combined equation. The script needs only bempp-cl and numpy. An interpreter with an OpenCL driver, which
+may disturb others, can therefore be separate.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from bempp_cl.api.operators.boundary import helmholtz, sparse  # noqa: E402
 
 
 def assemble(interface, order, mesh):  # type: ignore[no-untyped-def]
-    """(A, B) of (½ − K + αW) p = −(S + α(½ + K′)) ∂p/∂n in bempp's own numbering and sign of time."""
+    """Return (A, B) of (½ − K + αW) p = −(S + α(½ + K′)) ∂p/∂n in bempp's own numbering and sign of time."""
     parameters = bempp.utils.DefaultParameters()
     parameters.quadrature.regular = parameters.quadrature.singular = order
     options = {"parameters": parameters, "device_interface": interface, "precision": "double"}
@@ -38,6 +38,7 @@ def assemble(interface, order, mesh):  # type: ignore[no-untyped-def]
 
 
 def main() -> None:
+    """Assemble and solve for the mesh of the command line."""
     interface, order = sys.argv[1], int(sys.argv[2])
     mesh = np.load(sys.argv[3])
     seconds, cpu = [], []

@@ -4,13 +4,13 @@
                                            [--two-threads 1280]
     python -m benchmarks boundary_elements OUT --peers 320 1280 5120 20480 [--opencl PYTHON]
 
-Writes docs/measured/acoustics/boundary_elements.md. Spheres of 20 · 4ⁿ triangles at six elements per wavelength; every
-figure is taken in a process of its own and kept in OUT, so that a run that was cut short goes on. The error is that of
-the surface pressure under a plane-wave velocity, against the same mesh at quadrature orders past convergence (relative,
-RMS): it is quadrature alone. PYTHON: an interpreter whose bempp-cl finds Intel's OpenCL runtime; without it those rows
-say `not installed`. --two-threads: meshes that are compared on two threads too, which takes a machine that does nothing
-else. --peers: how the cost of all grows, on a page of its own, boundary_elements_growth.md; a quarter of an hour for
-20480 triangles, on one thread.
+Writes docs/measured/acoustics/boundary_elements.md. Spheres have 20 · 4ⁿ triangles at six elements per wavelength.
+Every figure is measured in a process of its own and kept in OUT, so that an interrupted run resumes. The error is that
+of the surface pressure under a plane-wave velocity, relative, RMS. The reference is the same mesh at quadrature orders
+past convergence, so that the error is quadrature alone. PYTHON is an interpreter whose bempp-cl finds Intel's OpenCL
+runtime. Without it, those rows contain `not installed`. The option --two-threads selects meshes that are also compared
+on two threads, which needs an idle machine. The option --peers measures the growth of the cost of all engines, on the
+page boundary_elements_growth.md. It takes a quarter of an hour for 20480 triangles, on one thread.
 """
 
 from __future__ import annotations
@@ -45,33 +45,36 @@ FIDELITIES: dict[str, dict[str, Any]] = {
 PER_WAVELENGTH = 6.0
 BATCH = 4
 MOST_NUMBA = 6000
-"""Triangles beyond which bempp-cl's numba kernels, more than half an hour for 20480, are left out of the growth."""
+"""Triangles above which bempp-cl's numba kernels are excluded from the growth (over half an hour for 20480)."""
 PEER_ORDER = 4
-"""bempp-cl's own quadrature order."""
+"""Default quadrature order of bempp-cl."""
 FLOPS = 517
-"""Multiplications and additions per pair of triangles and wavenumber at order 2: 9 point pairs at 38 (advance 6, F 8,
-integrand 6, sums 18), 54 for B, 60 into the three rows, 58 from rows to columns; exponentials are extra, once per
-batch."""
+"""Multiplications and additions per pair of triangles and wavenumber at order 2. They are 9 point pairs at 38 (advance
+6, F 8, integrand 6, sums 18), 54 for B, 60 into the three rows and 58 from rows to columns. Exponentials are
+additional, once per batch."""
 
 
 def body(n_face: int) -> nvh.handoff.Surface:
-    from nvhchain.acoustics import sphere  # compiles: on the clock of a worker
+    """Return a sphere of about `n_face` triangles."""
+    from nvhchain.acoustics import sphere  # compiles: part of a worker's time
 
     return sphere(0.1, round(np.log(n_face / 20) / np.log(4)))
 
 
 def wavenumber(surface: nvh.handoff.Surface) -> float:
+    """Return the wavenumber (rad/m) at `PER_WAVELENGTH` elements per wavelength."""
     return 2 * np.pi / (PER_WAVELENGTH * float(surface.longest_edges.mean()))
 
 
 def wave_gradient(surface: nvh.handoff.Surface) -> nvh.handoff.ComplexArray:
+    """Return the pressure gradient of a plane-wave velocity on the faces."""
     return np.asarray(np.exp(1j * wavenumber(surface) * surface.centroids @ np.array([0.6, 0.0, 0.8])))
 
 
 def worker(task: dict[str, Any], target: Path) -> None:
-    """Assemble twice, the first time from what lies in the compiler's cache; solve if asked.
+    """Assemble twice, the first time from the compiler's cache, and solve if requested.
 
-    cold: the first time counts from before the import of the package, which compiles a part.
+    With `cold`, the first time counts from before the import of the package, which compiles a part.
     """
     before, before_cpu = time.perf_counter(), time.process_time()
     from nvhchain.acoustics.fused import engine
@@ -86,7 +89,7 @@ def worker(task: dict[str, Any], target: Path) -> None:
         start, spent = time.perf_counter(), time.process_time()
         if task["cold"] and not wall:
             start, spent = before, before_cpu
-        last = None  # lets the matrices of the pass before go
+        last = None  # frees the matrices of the previous pass
         last = deque(assembled(surface, k, fidelity), maxlen=1).pop()
         wall.append(time.perf_counter() - start)
         cpu.append(time.process_time() - spent)
@@ -100,7 +103,7 @@ def worker(task: dict[str, Any], target: Path) -> None:
 
 
 def measure(out: Path, name: str, command: list[str], environment: dict[str, str]) -> dict[str, Any] | None:
-    """What a process leaves in OUT/name.npz, made if it is not there yet; None where it fails."""
+    """Return the results of a process in OUT/name.npz, which runs if they are missing; None if it fails."""
     target = out / f"{name}.npz"
     if not target.exists():
         done = subprocess.run(
@@ -113,7 +116,7 @@ def measure(out: Path, name: str, command: list[str], environment: dict[str, str
 
 
 def own(out: Path, faces: int, fidelity: str, wavenumbers: int, threads: int, **more: Any) -> dict[str, Any]:
-    """Time, memory and pressure of the fused engine; cold=True: with an empty compiler cache."""
+    """Return time, memory and pressure of the fused engine; cold=True: with an empty compiler cache."""
     cold = more.get("cold", False)
     task = {"faces": faces, "fidelity": fidelity, "wavenumbers": wavenumbers, "solve": more.get("solve", False)}
     task["cold"] = cold
@@ -133,7 +136,7 @@ def own(out: Path, faces: int, fidelity: str, wavenumbers: int, threads: int, **
 
 
 def peer(out: Path, faces: int, order: int, threads: int, interpreter: str, interface: str) -> dict[str, Any] | None:
-    """Time, memory and pressure of bempp-cl at one wavenumber."""
+    """Return time, memory and pressure of bempp-cl at one wavenumber."""
     from nvhchain.acoustics.surfaces.burton_miller import coupling
 
     surface, mesh = body(faces), out / f"mesh-{faces}.npz"
@@ -147,8 +150,11 @@ def peer(out: Path, faces: int, order: int, threads: int, interpreter: str, inte
 
 
 def comparison(out: Path, faces: int, opencl: str | None, counts: tuple[int, ...]) -> list[str]:
-    """Rows of one mesh: engine, threads (of `counts`), processor seconds cold and warm and their ratio to ours at order
-    2, the same elapsed where two threads had the machine for themselves, peak memory, error."""
+    """Return the rows of one mesh.
+
+    Columns are engine, threads (of `counts`), processor seconds cold and warm, and their ratio to ours at order 2.
+    Elapsed times follow where two threads had an idle machine, then peak memory and error.
+    """
     truth = own(out, faces, "converged", 1, 1, solve=True)["pressure"]
     found: dict[tuple[str, int], tuple[dict[str, Any], dict[str, Any] | None, int] | None] = {}
     for fidelity in ("order 2", "order 4", "order 2, single"):
@@ -186,11 +192,12 @@ def comparison(out: Path, faces: int, opencl: str | None, counts: tuple[int, ...
 
 
 def error(found: dict[str, Any], truth: nvh.handoff.ComplexArray) -> float:
+    """Return the relative error of the pressure in the 2-norm."""
     return float(np.linalg.norm(found["pressure"] - truth) / np.linalg.norm(truth))
 
 
 def peers_growth(out: Path, faces: int, opencl: str | None) -> str:
-    """A row: processor seconds per wavenumber of every engine at equal error, peak memory, differences."""
+    """Return a row: processor seconds per wavenumber of every engine at equal error, peak memory, differences."""
     ours = own(out, faces, "order 4", BATCH, 1, solve=True)
     base, cells = ours["cpu"][-1] / BATCH, [f"{ours['cpu'][-1] / BATCH:.3g} | {ours['peak'] / 1e6:.0f}"]
     for interface, interpreter in (("numba", sys.executable), ("opencl", opencl)):
@@ -207,7 +214,7 @@ def peers_growth(out: Path, faces: int, opencl: str | None) -> str:
 
 
 def equal_error(out: Path, faces: int, opencl: str | None) -> list[str]:
-    """A sentence: processor time of bempp-cl over that of the fused engine at the order that errs as little."""
+    """Return a sentence: processor time of bempp-cl over that of the fused engine at the order of equal error."""
     ours = own(out, faces, "order 4", BATCH, 1, solve=True)["cpu"][-1] / BATCH
     told = []
     for interface, interpreter in (("numba", sys.executable), ("opencl", opencl)):
@@ -218,7 +225,7 @@ def equal_error(out: Path, faces: int, opencl: str | None) -> list[str]:
 
 
 def limit(out: Path, faces: int, flops: float, copied: float) -> str:
-    """A sentence: how near the engine is to what the core can do."""
+    """Return a sentence: speed of the engine relative to the limits of the core."""
     done = own(out, faces, "order 2", BATCH, 1, solve=True)
     pairs = float(faces) ** 2 * BATCH / done["cpu"][-1]
     written = 16 * (faces / 2 + 2) * (1.5 * faces + 2) * BATCH / done["cpu"][-1]
@@ -230,7 +237,7 @@ def limit(out: Path, faces: int, flops: float, copied: float) -> str:
 
 
 def growth(out: Path, faces: int, wavenumbers: int) -> str:
-    """A row: seconds, nanoseconds per pair and wavenumber, operations and matrix bytes per second, error."""
+    """Return a row: seconds, nanoseconds per pair and wavenumber, operations and matrix bytes per second, error."""
     done = own(out, faces, "order 2", wavenumbers, 1, solve=True)
     truth = own(out, faces, "order 4", 1, 1, solve=True)["pressure"]
     cpu, pairs = done["cpu"][-1], float(faces) ** 2 * wavenumbers
@@ -243,7 +250,7 @@ def growth(out: Path, faces: int, wavenumbers: int) -> str:
 
 
 def peak_flops() -> float:
-    """GFlop/s of one core in a product of real matrices, the most that arithmetic gets out of it."""
+    """Return GFlop/s of one core in a product of real matrices, the practical limit of arithmetic."""
     from threadpoolctl import threadpool_limits
 
     a = np.random.default_rng(0).normal(size=(1500, 1500))
@@ -253,7 +260,7 @@ def peak_flops() -> float:
 
 
 def bandwidth() -> float:
-    """GB/s that one core writes into memory it reads another part of."""
+    """Return GB/s of one core in a copy of memory."""
     a = np.ones(2**27 // 8)
     b = np.empty_like(a)
     return float(a.nbytes / min(_timed(lambda: np.copyto(b, a)) for _ in range(5)) / 1e9)
@@ -266,6 +273,7 @@ def _timed(work: Any) -> float:
 
 
 def main() -> None:
+    """Run the benchmark of the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("out", nargs="?", type=Path)
     parser.add_argument("--compare", nargs="*", type=int, default=[1280, 5120])

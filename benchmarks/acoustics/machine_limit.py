@@ -4,14 +4,15 @@
     python -m benchmarks machine_limit OUT threads=2
 
 Writes docs/measured/acoustics/machine_limit.md. Every step of a transfer vector is timed by itself, on the gearbox of
-transfer_vectors.py, in a process of its own whose records stay in OUT; the table is made of all records there. One
-thread counts processor seconds and may run beside other work; two count elapsed ones and want a machine that does
-nothing else.
+transfer_vectors.py. Each measurement has a process of its own, whose records stay in OUT. The table contains all
+records there. One thread counts processor seconds and may run beside other work. Two threads count elapsed seconds and
+need an idle machine.
 
-The limits are measured in the same process: operations per second of a product of two square matrices (real for the
-matrices' assembly, which is real arithmetic; complex for all else), and bytes per second that all threads together read
-from an array larger than any cache. Operations: FLOPS of boundary_elements.py per pair of triangles and wavenumber,
-8/3 n³ of LU factors, 8 n m of every column that a matrix (n, m) is multiplied with. Bytes: each entry of a matrix once.
+The limits are measured in the same process. Operations per second are those of a product of two square matrices: real
+for the assembly, which is real arithmetic, complex otherwise. Bytes per second are those that all threads together read
+from an array larger than any cache. Operations per pair of triangles and wavenumber are FLOPS of boundary_elements.py.
+LU factors count 8/3 n³, and every column multiplied by a matrix (n, m) counts 8 n m. Bytes count each entry of a matrix
+once.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ TIMES = 3
 
 
 def seconds(work: Callable[[], Any], threads: int) -> float:
-    """Least of processor seconds on one thread, of elapsed ones on more."""
+    """Return the smallest of several times: processor seconds on one thread, elapsed seconds on more."""
     clock = time.process_time if threads == 1 else time.perf_counter
     taken = []
     for _ in range(TIMES):
@@ -47,7 +48,7 @@ def seconds(work: Callable[[], Any], threads: int) -> float:
 
 
 def machine(threads: int) -> dict[str, float]:
-    """Operations and bytes per second that this machine reaches."""
+    """Return the operations and bytes per second that this machine reaches."""
     rng = np.random.default_rng(0)
     real = rng.normal(size=(2000, 2000))
     whole = real + 1j
@@ -66,7 +67,7 @@ def machine(threads: int) -> dict[str, float]:
 
 
 def measure(faces: int, threads: int) -> dict[str, Any]:
-    """Limits, and of every step (what, seconds, operations, bytes, name of its limit)."""
+    """Return the limits, and for every step (name, seconds, operations, bytes, name of its limit)."""
     import nvhchain as nvh
     from nvhchain.acoustics import sphere
     from nvhchain.acoustics.fused import engine
@@ -105,7 +106,7 @@ def measure(faces: int, threads: int) -> dict[str, Any]:
 
 
 def table(records: list[dict[str, Any]]) -> str:
-    """Markdown."""
+    """Return the records as Markdown."""
     lines = []
     for threads in sorted({record["threads"] for record in records}):
         most = [record["machine"] for record in records if record["threads"] == threads]
@@ -131,6 +132,7 @@ def table(records: list[dict[str, Any]]) -> str:
 
 
 def main() -> None:
+    """Measure missing records and publish the page."""
     if sys.argv[1] == "--measure":
         print(json.dumps(measure(int(sys.argv[2]), int(sys.argv[3]))))
         return

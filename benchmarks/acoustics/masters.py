@@ -2,12 +2,12 @@
 
     python -m benchmarks masters OUT [wide narrow close]
 
-Writes docs/measured/acoustics/masters.md, masters_narrow.md and masters_close.md. Three bodies from 50 Hz: a sphere of
-0.2 m, a box as large as the gearbox housing, a cube with a cavity behind a neck that resonates (Q 210 at 257 Hz).
-Vectors to a point near the surface, one at 1 m and one at 10 m are solved at 145 lines, and 2 Hz apart around the
-resonance. The error is the 2-norm over the faces of what is wrong with a vector, relative to the vector, in dB, the
-worst of points and lines. Part `close`: bands drawn by chance of a block with a cavity whose sides are nearly equal, so
-that resonances lie close to each other. OUT: folder for the figure masters.png.
+Writes docs/measured/acoustics/masters.md, masters_narrow.md and masters_close.md. Three bodies are solved from 50 Hz: a
+sphere of 0.2 m, a box as large as the gearbox housing, and a cube. The cube has a cavity behind a neck that resonates
+(Q 210 at 257 Hz). Vectors to a point near the surface, one at 1 m and one at 10 m are solved at 145 lines, and 2 Hz
+apart around the resonance. The error is the 2-norm over the faces of a vector's error, relative to the vector, in dB,
+the worst of points and lines. Part `close` uses random bands of a block with a cavity whose sides are nearly equal, so
+that resonances are close to each other. OUT is the folder of the figure masters.png.
 """
 
 from __future__ import annotations
@@ -31,12 +31,12 @@ FIDELITY = replace(
     nvh.STANDARD.acoustics, elements_per_wavelength=2.0, coarsest_elements_per_wavelength=1.5, masters=64
 )
 COUNTS = (9, 13, 17, 25, 37, 49)
-"""Every one is an evenly spaced part of the LINES that are solved."""
+"""Numbers of masters; each is an evenly spaced part of the LINES that are solved."""
 LINES = 145
 LOW = 50.0
-"""Hz."""
+"""Lower frequency (Hz)."""
 FAR = ((0.3, -0.2, 0.93), (8.0, 0.0, 6.0))
-"""Field points, m, beside one near the surface."""
+"""Field points (m), besides one near the surface."""
 CELL = 0.02
 WIDE_CELL = 0.03
 BANDS = 24
@@ -45,18 +45,18 @@ NARROW = {
     "box 0.45 × 0.3 × 0.25 m": (500.0, 600.0),
     "cavity behind a neck": (240.0, 275.0),
 }
-"""Hz."""
+"""Narrow bands (Hz)."""
 NARROW_COUNTS = (3, 4, 5, 6)
 
 
 def hollow(centre: FloatArray) -> bool:
-    """Cells of the cavity and of its neck."""
+    """Return True for cells of the cavity and of its neck."""
     cell = np.round(np.asarray(centre) / CELL - 0.5).astype(int)
     return bool(((cell >= 1) & (cell <= 4)).all()) or cell.tolist() == [2, 2, 5]
 
 
 def bodies() -> dict[str, tuple[Surface, float]]:
-    """Name → surface and upper frequency in Hz."""
+    """Return surfaces and upper frequencies (Hz) by name."""
     return {
         "sphere 0.2 m": (sphere(0.1, 2), 3000.0),
         "box 0.45 × 0.3 × 0.25 m": (box((0.45, 0.3, 0.25), 0.05), 3000.0),
@@ -65,7 +65,7 @@ def bodies() -> dict[str, tuple[Surface, float]]:
 
 
 def scene() -> list[str]:
-    """Bands and field points, in words."""
+    """Describe bands and field points."""
     return [
         "Bands: " + ", ".join(f"{name} {LOW:g} … {high:g} Hz" for name, (_, high) in bodies().items()) + ".",
         "Field points: 40 mm over the top of the body, at "
@@ -75,24 +75,25 @@ def scene() -> list[str]:
 
 
 def part(truth: TransferVectors, masters: FloatArray) -> TransferVectors:
-    """The vectors at some of the lines."""
+    """Return the vectors at some of the lines."""
     rows = np.searchsorted(truth.frequency, masters)
     part: TransferVectors = truth.replace(frequency=truth.frequency[rows], vectors=truth.vectors[rows])
     return part
 
 
 def decibel(relative: float) -> float:
+    """Return a relative error in dB."""
     return float(20 * np.log10(1 + relative))
 
 
 def wrong(atv: TransferVectors, truth: TransferVectors) -> float:
-    """Largest error between masters, relative."""
+    """Return the largest relative error between masters."""
     difference = vectors_at(atv, truth.frequency, fidelity=FIDELITY).vectors - truth.vectors
     return float((np.linalg.norm(difference, axis=2) / np.linalg.norm(truth.vectors, axis=2)).max())
 
 
 def estimate(atv: TransferVectors, truth: TransferVectors) -> float:
-    """The same as `error_weights` estimates it."""
+    """Return the largest relative error between masters as estimated by `error_weights`."""
     smooth = interpolant(atv, FIDELITY)
     sides = smooth.error_weights(truth.frequency)
     size = np.linalg.norm(truth.vectors, axis=2)
@@ -103,7 +104,7 @@ def estimate(atv: TransferVectors, truth: TransferVectors) -> float:
 
 
 def narrow_row(name: str, surface: Surface, points: FloatArray) -> str:
-    """A row of the table of narrow bands."""
+    """Return a row of the table of narrow bands."""
     low, high = NARROW[name]
     lines = np.union1d(np.linspace(low, high, 21), np.concatenate([np.linspace(low, high, n) for n in NARROW_COUNTS]))
     truth = transfer_vectors(surface, points, lines, fidelity=FIDELITY)
@@ -120,13 +121,13 @@ def narrow_row(name: str, surface: Surface, points: FloatArray) -> str:
 
 
 def field_points(surface: Surface) -> FloatArray:
-    """One point near the surface and those far from it."""
+    """Return one point near the surface and those far from it."""
     top = surface.vertices.max(axis=0)
     return np.array([[0.3 * top[0], 0.3 * top[1], top[2] + 0.04], *FAR])
 
 
 def narrow(_: Path) -> None:
-    """Few masters in narrow bands: masters_narrow.md."""
+    """Measure few masters in narrow bands: masters_narrow.md."""
     lines = [
         "Narrow bands: error (estimate) in dB of few masters, and masters chosen for an error (true error in dB):",
         "",
@@ -138,13 +139,13 @@ def narrow(_: Path) -> None:
 
 
 def split(centre: FloatArray) -> bool:
-    """Cells of a cavity of three by three by three and of its neck."""
+    """Return True for cells of a cavity of three by three by three and of its neck."""
     cell = np.round(np.asarray(centre) / WIDE_CELL - 0.5).astype(int)
     return bool(((cell >= 1) & (cell <= 3)).all()) or cell.tolist() == [2, 2, 4]
 
 
 def close(_: Path) -> None:
-    """Bands with resonances close to each other: masters_close.md."""
+    """Measure bands with resonances close to each other: masters_close.md."""
     lines = [
         "Two resonances near 1.93 kHz, closer to each other than masters lie: a block of 150 mm with a cavity of 90 mm",
         f"behind a neck of 30 mm, its sides scaled as given; {BANDS} bands each, drawn by chance, from 12…100 Hz to",
@@ -176,7 +177,7 @@ def close(_: Path) -> None:
 
 
 def wide(out: Path) -> None:
-    """Bands from 50 Hz: masters.md and its figure."""
+    """Measure bands from 50 Hz: masters.md and its figure."""
     text = [
         *scene(),
         "",
@@ -213,7 +214,7 @@ def wide(out: Path) -> None:
 
 
 def draw(curves: dict[str, list[float]], out: Path) -> None:
-    """Error against number of masters."""
+    """Plot the error against the number of masters."""
     import matplotlib
 
     matplotlib.use("Agg")
@@ -232,6 +233,7 @@ def draw(curves: dict[str, list[float]], out: Path) -> None:
 
 
 def main() -> None:
+    """Measure the requested parts."""
     parts = {"wide": wide, "narrow": narrow, "close": close}
     for part in sys.argv[2:] or parts:
         parts[part](Path(sys.argv[1]))

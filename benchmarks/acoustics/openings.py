@@ -1,11 +1,12 @@
-"""True against stated error of bodies whose openings resonate.
+"""True and stated errors of bodies whose openings resonate.
 
     python -m benchmarks openings
 
-Writes docs/measured/acoustics/openings.md. Blocks of cubes of 20 mm with a cavity, a bore or a slot, whose bottom
-moves; meshed in steps of 20, 10 and 6.7 mm. The resonance is the peak over ten points at 0.5 m; the true one is what
-the two finest meshes tend to if they err by the step to the power 4/3, as potential flow round an edge does. Levels are
-compared with those of the finest mesh, the loudest point of every line, the worst line.
+Writes docs/measured/acoustics/openings.md. The bodies are blocks of cubes of 20 mm with a cavity, a bore or a slot,
+whose bottom moves. They are meshed in steps of 20, 10 and 6.7 mm. The resonance is the peak over ten points at 0.5 m.
+The true resonance is extrapolated from the two finest meshes. Their errors are assumed to grow with the step to the
+power 4/3, as for potential flow round an edge. Levels are compared with those of the finest mesh: the loudest point of
+every line, the worst line.
 """
 
 from __future__ import annotations
@@ -40,12 +41,12 @@ BODIES: dict[str, tuple[tuple[int, int, int], Callable[[int, int, int], bool], f
         (6, 6, 6), lambda i, j, k: 1 <= i <= 4 and 1 <= j <= 4 and k >= 1, 400, 900
     ),
 }  # fmt: skip
-"""Size in cubes, the cubes that are air, and the band in Hz."""
+"""Size in cubes, the cubes filled with air, and the band (Hz)."""
 KNOBS = replace(nvh.STANDARD.acoustics, masters=40, master_tolerance_db=0.3)
 
 
 def sound(body: str, step: int) -> tuple[int, FieldPressure, float]:
-    """(triangles, pressure, resonance_shift) of a body meshed in so many steps to a cube."""
+    """Return (triangles, pressure, resonance_shift) of a body meshed with `step` steps to a cube."""
     size, hollow, low, high = BODIES[body]
     extent = CELL * np.array(size)
     surface = box(extent, CELL / step, lambda at: hollow(*np.floor(np.asarray(at) / CELL + 1e-9).astype(int)))
@@ -53,12 +54,13 @@ def sound(body: str, step: int) -> tuple[int, FieldPressure, float]:
     lines = np.linspace(low, high, 1501)
     velocity = SurfaceVelocity(lines, np.tile(inside.astype(complex), (len(lines), 1)), surface)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", AccuracyWarning)  # the stated errors are what is measured
+        warnings.simplefilter("ignore", AccuracyWarning)  # stated errors are the subject here
         atv = adaptive_transfer_vectors(surface, shell(10, 0.5), low, high, fidelity=KNOBS)
         return len(surface.triangles), radiate(atv, velocity, fidelity=KNOBS), atv.provenance["resonance_shift"]
 
 
 def main() -> None:
+    """Measure all bodies and publish the page."""
     lines = [
         "| body | step, mm | triangles | resonance, Hz | quality | missed by | stated | peak, dB | worst line, dB | "
         "stated |",

@@ -2,10 +2,10 @@
 
     python -m benchmarks quadrature OUT [knob needles layers gaps narrow_gaps]
 
-Writes docs/measured/acoustics/quadrature.md. Every part leaves OUT/<part>.md; the page is made of those that are there.
-A source inside the body drives its surface. The error is that of the pressure on the surface, relative, RMS, against
-the same mesh with quadrature far better than any preset's; of needles and gaps also that of the sound at 20 points
-around the body, the largest relative to the peak.
+Writes docs/measured/acoustics/quadrature.md. Every part leaves OUT/<part>.md; the page contains the existing ones. A
+source inside the body drives its surface. The error is the relative RMS error of the surface pressure. The reference is
+the same mesh with quadrature far better than that of any preset. Needles and gaps also have an error of the sound at 20
+points around the body, the largest relative to the peak.
 """
 
 from __future__ import annotations
@@ -36,43 +36,44 @@ LAYERS = (10, 30, 100, 300)
 GAPS = (0.3, 0.1, 0.03)
 NARROW_GAPS = (0.02, 0.01, 0.006)
 SOURCE = (0.01, 0.02, 0.005)
-"""m, inside the bodies that are not stretched."""
+"""Position (m) inside the bodies that are not stretched."""
 EDGE = 0.04 * float(np.sqrt(2))
-"""m, longest of the cubes' triangles."""
+"""Longest edge (m) of the cubes' triangles."""
 HALVINGS = (0, 1, 2)
-"""Instead of five, so that a gap is not resolved."""
+"""Numbers of halvings, instead of five, that leave a gap unresolved."""
 
 
 def gradient(surface: Surface, k: float, source: tuple[float, float, float]) -> ComplexArray:
-    """Of the pressure of a source inside, along the normals."""
+    """Return the pressure gradient of a source inside, along the normals."""
     return np.einsum("fj,fj->f", source_field(surface.centroids, source, k)[1], surface.normals)
 
 
 def pressure(surface: Surface, k: float, source: tuple[float, float, float], knobs: AcousticsFidelity) -> ComplexArray:
-    """On the surface, of a source inside."""
+    """Return the surface pressure of a source inside."""
     a, b = next(systems(surface, [k], knobs))
     return np.asarray(np.linalg.solve(a, b @ gradient(surface, k, source)))
 
 
 def around(surface: Surface) -> FloatArray:
-    """Points twice as far from the middle as the body reaches."""
+    """Return points twice as far from the middle as the farthest vertex."""
     middle = 0.5 * (surface.vertices.min(axis=0) + surface.vertices.max(axis=0))
     return middle + shell(20, 2.0 * float(np.linalg.norm(surface.vertices - middle, axis=1).max()))
 
 
 def relative(some: ComplexArray, exact: ComplexArray) -> float:
+    """Return the relative error in the 2-norm."""
     return float(np.linalg.norm(some - exact) / np.linalg.norm(exact))
 
 
 def stacked(gap: float) -> Surface:
-    """Two cubes of 0.12 m with a gap, m."""
+    """Return two cubes of 0.12 m with a gap (m)."""
     cube = box((0.12, 0.12, 0.12), 0.04)
     shifted = cube.vertices + np.array([0.0, 0.0, 0.12 + gap])
     return Surface(np.vstack([cube.vertices, shifted]), np.vstack([cube.triangles, cube.triangles + len(shifted)]))
 
 
 def layer(aspect: float) -> Surface:
-    """A cube of 0.1 m with one layer of triangles so many times as long as high."""
+    """Return a cube of 0.1 m with one layer of triangles of the given aspect ratio, length over height."""
     plain = box((0.1, 0.1, 0.1), 0.025)
     heights = np.unique(np.round(plain.vertices[:, 2], 9))
     thin = heights.copy()
@@ -83,7 +84,7 @@ def layer(aspect: float) -> Surface:
 
 
 def knob() -> list[str]:
-    """What the knob of well separated pairs leaves."""
+    """Return the table of the error of well separated pairs against the knob."""
     lines = [
         "What well separated pairs leave in the pressure, over the knob `quadrature_error`, at elements per "
         "wavelength:",
@@ -108,7 +109,7 @@ def knob() -> list[str]:
 
 
 def needles() -> list[str]:
-    """Stated and true error of a body of needles."""
+    """Return the table of stated and true errors of a body of needles."""
     lines = [
         "Needles, a box of 48 triangles stretched, at k = 1 over its size: what constant and linear pressures miss",
         "(the `quadrature_error` of a provenance) and the error of the pressure:",
@@ -127,7 +128,7 @@ def needles() -> list[str]:
 
 
 def layers() -> list[str]:
-    """Stated and true error of a layer of needles."""
+    """Return the table of stated and true errors of a layer of needles."""
     lines = [
         "One layer of needles in a cube of 192 triangles:",
         "",
@@ -140,7 +141,7 @@ def layers() -> list[str]:
 
 
 def gaps() -> list[str]:
-    """Stated and true error across gaps that fewer halvings than those of the presets do not resolve."""
+    """Return the table of stated and true errors across gaps with fewer halvings than in the presets."""
     lines = [
         "Two cubes across a gap, in edges, that fewer halvings of triangles than the five of all presets do not",
         "resolve:",
@@ -157,7 +158,7 @@ def gaps() -> list[str]:
 
 
 def narrow_gaps() -> list[str]:
-    """Stated and true error across gaps that the presets hardly resolve or do not."""
+    """Return the table of stated and true errors across gaps at the limit of the presets."""
     lines = [
         "The same at widths that the five halvings of the presets hardly resolve or do not, against seven:",
         "",
@@ -178,7 +179,7 @@ def row(
     better: AcousticsFidelity,
     knobs: AcousticsFidelity = KNOBS,
 ) -> str:
-    """Stated error, and the true ones against better quadrature."""
+    """Return a row of the stated error and the true ones against better quadrature."""
     found, exact = (pressure(body, k, source, of) for of in (knobs, better))
     double, single = layer_potentials(body, around(body), k, KNOBS.field_near_ratio)
     sound = double @ exact - single @ gradient(body, k, source)
@@ -190,7 +191,8 @@ PARTS = {"knob": knob, "needles": needles, "layers": layers, "gaps": gaps, "narr
 
 
 def main() -> None:
-    warnings.simplefilter("ignore", AccuracyWarning)  # the stated errors are what is measured
+    """Measure the requested parts and publish the page."""
+    warnings.simplefilter("ignore", AccuracyWarning)  # stated errors are the subject here
     out, asked = Path(sys.argv[1]), sys.argv[2:] or list(PARTS)
     out.mkdir(parents=True, exist_ok=True)
     for part in asked:

@@ -2,11 +2,11 @@
 
     python -m benchmarks radiation OUT [levels operators]
 
-Every part leaves OUT/<part>.json; docs/measured/acoustics/radiation.md and radiation.png are written from those that
-are there. Bodies: a sphere with exact solutions (v_n = P_n(cos θ)), a box whose walls carry bending waves of random
-direction and phase, and the housing of cases/gearbox under unit forces at each bearing and axis. A level error is that
-of the mean square pressure over the points and excitations; the scatter is the standard deviation of single points and
-excitations.
+Every part leaves OUT/<part>.json; docs/measured/acoustics/radiation.md and radiation.png contain the existing ones. The
+bodies are a sphere with exact solutions (v_n = P_n(cos θ)), a box and the housing of cases/gearbox. The box carries
+bending waves of random direction and phase on its walls. Unit forces at each bearing and axis excite the housing. A
+level error is that of the mean square pressure over the points and excitations. The scatter is the standard deviation
+of single points and excitations.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ ROOT = Path(__file__).parents[2]
 AIR = Air()
 FINE = replace(nvh.STANDARD.acoustics, coarsest_elements_per_wavelength=1.0)
 RADIUS = 1.0
-"""m, of the array of 40 points about the body."""
+"""Radius (m) of the array of 40 points about the body."""
 
 LINES = 16
 """Frequencies at which the levels are compared."""
@@ -50,17 +50,18 @@ LEVELS = {"rayleigh": "Rayleigh integral", "equivalent": "equivalent radiated po
 
 
 def processor_time() -> float:
-    """s of this process and its children: another program at work beside does not count."""
+    """Return processor seconds of this process and its children; other programs do not count."""
     spent = os.times()
     return spent.user + spent.system + spent.children_user + spent.children_system
 
 
 def decibel(ratio: Any) -> Any:
+    """Return a power ratio in dB."""
     return 10 * np.log10(ratio)
 
 
 def gearbox(out: Path, fidelity: nvh.Fidelity) -> ReducedHousing:
-    """The reduced housing of a preset, made once."""
+    """Return the reduced housing of a preset, built once."""
     path = out / f"housing-{fidelity.name}.h5"
     if not path.exists():
         case = nvh.load_case(ROOT / "cases" / "gearbox" / "solid.toml")
@@ -73,7 +74,7 @@ def gearbox(out: Path, fidelity: nvh.Fidelity) -> ReducedHousing:
 
 
 def unit_forces(reduced: ReducedHousing, frequency: np.ndarray) -> list[SurfaceVelocity]:
-    """Response to a unit force at each bearing and axis."""
+    """Return the responses to a unit force at each bearing and axis."""
     count = len(reduced.names)
     cases = []
     for bearing in range(count):
@@ -85,7 +86,7 @@ def unit_forces(reduced: ReducedHousing, frequency: np.ndarray) -> list[SurfaceV
 
 
 def bending_waves(surface: Surface, frequency: np.ndarray, cases: int = 12) -> list[SurfaceVelocity]:
-    """Bending waves of a 6 mm aluminium plate on every flat wall, of random direction, phase and amplitude."""
+    """Return bending waves of a 6 mm aluminium plate on every flat wall, of random direction, phase and amplitude."""
     rng = np.random.default_rng(RNG_SEED)
     stiffness = 70e9 * 0.006**3 / (12 * (1 - 0.33**2))
     k = np.sqrt(2 * np.pi * frequency) * (2700 * 0.006 / stiffness) ** 0.25
@@ -106,13 +107,14 @@ def bending_waves(surface: Surface, frequency: np.ndarray, cases: int = 12) -> l
 
 
 def sphere_modes(surface: Surface, frequency: np.ndarray) -> list[SurfaceVelocity]:
+    """Return velocities of a sphere in the shapes P_0, P_1, P_2 (cos θ)."""
     cosine = surface.centroids[:, 2] / np.linalg.norm(surface.centroids, axis=1)
     shapes = [np.ones_like(cosine), cosine, 0.5 * (3 * cosine**2 - 1)]
     return [SurfaceVelocity(frequency, np.tile(shape, (len(frequency), 1)), surface) for shape in shapes]
 
 
 def sphere_field(points: np.ndarray, frequency: np.ndarray, radius: float) -> np.ndarray:
-    """Exact pressure (n_case, n_f, n_point) of `sphere_modes`."""
+    """Return the exact pressure (n_case, n_f, n_point) of `sphere_modes`."""
     r = np.linalg.norm(points, axis=1)
     cosine = points[:, 2] / r
     shapes = [np.ones_like(cosine), cosine, 0.5 * (3 * cosine**2 - 1)]
@@ -127,14 +129,14 @@ def sphere_field(points: np.ndarray, frequency: np.ndarray, radius: float) -> np
 
 
 def applied(vectors: np.ndarray, velocities: list[SurfaceVelocity]) -> np.ndarray:
-    """Pressure (n_case, n_f, n_point)."""
+    """Return the pressure (n_case, n_f, n_point) of velocities."""
     return np.array([np.einsum("fpn,fn->fp", vectors, v.normal_velocity) for v in velocities])
 
 
 def errors(pressure: np.ndarray, true: np.ndarray) -> dict[str, list[float]]:
-    """Level error of the mean square and scatter of single levels, per frequency, dB."""
+    """Return the level error of the mean square and the scatter of single levels, per frequency, dB."""
     energy, right = np.abs(pressure) ** 2, np.abs(true) ** 2
-    # every excitation counts alike
+    # every excitation has the same weight
     weight = 1.0 / right.mean(axis=2, keepdims=True)
     mean = decibel((energy * weight).mean(axis=(0, 2)) / (right * weight).mean(axis=(0, 2)))
     single = decibel(energy / right)
@@ -142,11 +144,11 @@ def errors(pressure: np.ndarray, true: np.ndarray) -> dict[str, list[float]]:
 
 
 def levels(out: Path) -> dict[str, Any]:
-    """Rayleigh integral and equivalent radiated power against boundary elements (the sphere: against exact)."""
+    """Compare Rayleigh integral and equivalent radiated power with boundary elements or, for the sphere, exactly."""
     result: dict[str, Any] = {}
     ball = acoustics.sphere(0.1, 4)
     box = bodies.box((0.3, 0.24, 0.18), 0.02)
-    reduced = gearbox(out, nvh.DRAFT)  # errors of decibels do not need more
+    reduced = gearbox(out, nvh.DRAFT)  # sufficient for errors of decibels
     frequency = np.geomspace(60.0, 5000.0, LINES)
     for name, surface, excite in (
         ("sphere", ball, sphere_modes),
@@ -182,12 +184,12 @@ def levels(out: Path) -> dict[str, Any]:
 
 
 def operators(out: Path) -> dict[str, Any]:
-    """Pressure of 4000 lines at 10 points from modal transfer vectors; a run-up of 20 s."""
+    """Measure the pressure of 4000 lines at 10 points from modal transfer vectors, and a run-up of 20 s."""
     reduced = gearbox(out, nvh.DRAFT)
     surface = reduced.surface
     points = acoustics.array_points(RADIUS, surface.centroids.mean(axis=0))[:10]
     masters = np.linspace(0.0, 5000.0, 33)
-    quick = replace(FINE, radiation="rayleigh")  # what the vectors are does not matter to the time
+    quick = replace(FINE, radiation="rayleigh")  # the time does not depend on the vectors
     atv = acoustics.transfer_vectors(surface, points, masters, air=AIR, fidelity=quick)
     lines = np.arange(1, 4001) * 1.25
     modal = acoustics.modal_transfer_vectors(atv, reduced, lines, fidelity=quick)
@@ -231,7 +233,7 @@ def operators(out: Path) -> dict[str, Any]:
 
 
 def picture(data: dict[str, Any], path: Path) -> None:
-    """Level error over frequency times size."""
+    """Plot the level error over frequency times size."""
     import matplotlib
 
     matplotlib.use("Agg")
@@ -255,14 +257,14 @@ def picture(data: dict[str, Any], path: Path) -> None:
 
 
 def band(body: dict[str, Any], level: str, key: str, low: float, high: float) -> float:
-    """Mean over the frequencies with low ≤ ka < high."""
+    """Return the mean over the frequencies with low ≤ ka < high."""
     ka = 2 * np.pi * np.array(body["frequency"]) / AIR.speed_of_sound * body["half_size"]
     chosen = (ka >= low) & (ka < high)
     return float(np.mean(np.array(body[level][key])[chosen])) if chosen.any() else float("nan")
 
 
 def report(out: Path) -> str:
-    """The tables of every part that has been measured."""
+    """Return the tables of all measured parts."""
     parts = {name: json.loads((out / f"{name}.json").read_text()) for name in PARTS if (out / f"{name}.json").exists()}
     lines: list[str] = []
     if "levels" in parts:
@@ -307,6 +309,7 @@ PARTS: dict[str, Callable[[Path], dict[str, Any]]] = {
 
 
 def main() -> None:
+    """Measure the requested parts and publish the page."""
     out = Path(sys.argv[1])
     out.mkdir(parents=True, exist_ok=True)
     for name in sys.argv[2:] or PARTS:

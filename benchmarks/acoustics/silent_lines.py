@@ -2,9 +2,9 @@
 
     python -m benchmarks silent_lines OUT
 
-Writes docs/measured/acoustics/silent_lines.md. OUT is that of benchmarks/chain/error_band.py: of every case that was
-run there at `standard`, velocity and pressure are found again, at all lines and at those with a bearing force of more
-than `settle_level` over the strongest.
+Writes docs/measured/acoustics/silent_lines.md. OUT is that of benchmarks/chain/error_band.py. For every case that was
+run there at `standard`, velocity and pressure are computed again: at all lines, and at those with a bearing force above
+`settle_level` times the strongest.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ REPEATS = 5
 
 
 def row(case: GearboxCase, out: Path) -> str:
-    """One case."""
+    """Return the row of one case."""
     run = computed(case, PRESET, out)
     spectrum, housing, vectors = run.force_spectrum, run.housing, run.transfer_vectors
     assert spectrum is not None
@@ -49,7 +49,7 @@ def row(case: GearboxCase, out: Path) -> str:
 
 
 def sound(housing: ReducedHousing, spectrum: ForceSpectrum, vectors: TransferVectors) -> tuple[FieldPressure, float]:
-    """Pressure, and processor s from the forces to it, the least of some."""
+    """Return the pressure, and the least processor seconds of several runs from the forces to it."""
     taken = []
     for _ in range(REPEATS):
         begun = time.process_time()
@@ -59,7 +59,7 @@ def sound(housing: ReducedHousing, spectrum: ForceSpectrum, vectors: TransferVec
 
 
 def main() -> None:
-    """Every case that is there."""
+    """Measure all existing cases and publish the page."""
     out = Path(sys.argv[1])
     head = (
         "| case | lines | with force | loudest without / dB | weakest with / dB | all lines / ms | with force / ms | "

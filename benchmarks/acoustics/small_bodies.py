@@ -1,11 +1,11 @@
-"""True against stated error of small bodies beside coarse triangles.
+"""True and stated errors of small bodies beside coarse triangles.
 
     python -m benchmarks small_bodies
 
 Writes docs/measured/acoustics/small_bodies.md. A ball of 320 triangles, 1 to 4 mm in radius, pulsates, shakes towards
-the flat side of a cube of 60 mm and along it, at 1 kHz. The cube stands still and is meshed in steps of 15 to 4 mm.
-Errors: the largest difference at 20 points from what a mesh in steps of 2 mm gives, relative to the peak over the
-points; the worst of three places over the side.
+the flat side of a cube of 60 mm and along it, at 1 kHz. The cube stands still and is meshed in steps of 15 to 4 mm. The
+errors are the largest differences at 20 points from a mesh in steps of 2 mm, relative to the peak over the points. The
+worst of three places over the side counts.
 """
 
 from __future__ import annotations
@@ -29,20 +29,21 @@ STEPS, FINE = (0.015, 0.01, 0.006, 0.004), 0.002
 BALLS = (
     (0.001, 0.003), (0.002, 0.0015), (0.002, 0.003), (0.002, 0.006), (0.004, 0.0005), (0.004, 0.001), (0.004, 0.004)
 )  # fmt: skip
-"""Radius and distance from the cube, m."""
+"""Radius and distance from the cube (m)."""
 PLACES = ((0.0, 0.0), (0.011, 0.004), (-0.007, 0.013))
 FIDELITY = replace(nvh.STANDARD.acoustics, elements_per_wavelength=1.0)
 
 
 def sounds(cube: Surface, ball: Surface) -> ComplexArray:
-    """(3, n_point) of a ball that pulsates, shakes towards the cube and along it."""
+    """Return pressures (3, n_point) of a ball that pulsates, shakes towards the cube and along it."""
     vectors = transfer_vectors(united(cube, ball), shell(20, 0.3), [FREQUENCY], air=AIR, fidelity=FIDELITY).vectors[0]
     motions = np.array([np.ones(len(ball.triangles)), ball.normals[:, 2], ball.normals[:, 0]])
     return np.asarray(motions @ vectors[:, len(cube.triangles) :].T)
 
 
 def main() -> None:
-    warnings.simplefilter("ignore", AccuracyWarning)  # the stated errors are what is measured
+    """Measure all bodies and publish the page."""
+    warnings.simplefilter("ignore", AccuracyWarning)  # stated errors are the subject here
     lines = [
         "| radius / mm | off / mm | step / mm | edge over distance | stated | towards | along | pulsating |",
         "|---:|---:|---:|---:|---:|---:|---:|---:|",

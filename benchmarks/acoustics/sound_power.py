@@ -2,8 +2,8 @@
 
     python -m benchmarks sound_power OUT [power cancellation resistance]
 
-`power` compares with closed forms, `cancellation` takes motions whose parts cancel. Every part leaves OUT/<part>.json;
-docs/measured/acoustics/sound_power.md is written from those that are there.
+`power` compares with closed forms, `cancellation` uses motions whose parts cancel. Every part leaves OUT/<part>.json;
+docs/measured/acoustics/sound_power.md contains the existing ones.
 """
 
 from __future__ import annotations
@@ -37,13 +37,13 @@ MASTERS = (12, 17, 24)
 """Masters of radiation resistance between 50 and 4000 Hz."""
 
 LINES = 12
-"""Lines whose sound power is solved one by one to compare with."""
+"""Number of lines whose sound power is solved one by one for comparison."""
 
 
 def power(_: Path) -> dict[str, Any]:
-    """Sound power by surface and by array: spheres and a moving cube in free field, a monopole on and above a plane.
+    """Measure sound power by surface and by array: spheres and a moving cube in free field, a monopole at a plane.
 
-    cube: added mass 0.638 of the displaced, converged (tests/acoustics/test_power.py).
+    The cube's added mass is 0.638 of the displaced mass, converged (tests/acoustics/test_power.py).
     """
     fidelity = AcousticsFidelity(elements_per_wavelength=3.0, masters=20)
     result: dict[str, Any] = {}
@@ -89,10 +89,11 @@ def power(_: Path) -> dict[str, Any]:
 
 
 def cancellation(_: Path) -> dict[str, Any]:
-    """Thrust that rotating bodies have by their mesh alone, over S p times h²/(a²w): what CANCELLATION bounds.
+    """Measure the thrust of rotating bodies due to their mesh alone, over S p times h²/(a²w).
 
-    Box, cube and ellipsoids turn about an axis of symmetry, about which a true one has no thrust; S area, p root mean
-    square pressure, h mean edge, a half of the diagonal, w width over length.
+    CANCELLATION bounds this value. Box, cube and ellipsoids turn about an axis of symmetry, about which a true body has
+    no thrust. S is the area, p the root mean square pressure, h the mean edge, a half of the diagonal and w width over
+    length.
     """
     fidelity, k = AcousticsFidelity(elements_per_wavelength=3.0, masters=20), 0.4
     ball = acoustics.sphere(0.1, 4)
@@ -120,13 +121,13 @@ def cancellation(_: Path) -> dict[str, Any]:
             share = thrust / pushed * (half / mean_edge(body)) ** 2 * slender
             moves = np.abs(gradient).max(axis=0) > 0.05 * np.abs(gradient).max()
             if name.startswith("ellipsoid 1 : 1"):
-                moves[2] = False  # about its own axis the facets alone move the air
+                moves[2] = False  # about its own axis, only the facets move the air
             rows.setdefault(name, []).append([len(body.triangles), [float(x) for x in share[moves]]])
     return rows
 
 
 def resistance(out: Path) -> dict[str, Any]:
-    """Radiation resistance of the gearbox at draft: building it, 4000 lines of power, error against line by line."""
+    """Measure the radiation resistance of the gearbox at draft: construction, 4000 lines of power, error."""
     reduced, knobs = gearbox(out, nvh.DRAFT), nvh.DRAFT.acoustics
     lines = np.linspace(50.0, 4000.0, 4000)
     shapes = acoustics.housing_shapes(reduced)
@@ -156,7 +157,7 @@ def resistance(out: Path) -> dict[str, Any]:
 
 
 def report(out: Path) -> str:
-    """The tables of every part that has been measured."""
+    """Return the tables of all measured parts."""
     parts = {name: json.loads((out / f"{name}.json").read_text()) for name in PARTS if (out / f"{name}.json").exists()}
     lines: list[str] = []
     if "power" in parts:
@@ -200,9 +201,10 @@ PARTS: dict[str, Callable[[Path], dict[str, Any]]] = {
 
 
 def main() -> None:
+    """Measure the requested parts and publish the page."""
     out = Path(sys.argv[1])
     out.mkdir(parents=True, exist_ok=True)
-    warnings.simplefilter("ignore", AccuracyWarning)  # the stated errors are what is measured
+    warnings.simplefilter("ignore", AccuracyWarning)  # stated errors are the subject here
     for name in sys.argv[2:] or PARTS:
         (out / f"{name}.json").write_text(json.dumps(PARTS[name](out), indent=1))
     publish("acoustics/sound_power", report(out))

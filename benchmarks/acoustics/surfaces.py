@@ -1,12 +1,12 @@
-"""True against stated error of boundary elements on coarse to fine surfaces.
+"""True and stated errors of boundary elements on coarse to fine surfaces.
 
     python -m benchmarks surfaces OUT [BODY …]
 
-Writes docs/measured/acoustics/surfaces.md. Every body leaves OUT/<body>.json; the table is written from those that are
-there. A monopole in the middle, one off it and a dipole inside sphere (with the true one's volume, and with its corners
-on the true one), cylinder, capsule and box of 80 to 5120 triangles. Every face has the mean of the true body's normal
-velocity over it; 20 points at ten radii hear it. The error is the largest difference from the exact pressure relative
-to the peak over the points, in dB; in brackets `expected_error_dB`.
+Writes docs/measured/acoustics/surfaces.md. Every body leaves OUT/<body>.json; the table contains the existing ones. The
+bodies are sphere, cylinder, capsule and box of 80 to 5120 triangles. One sphere has the true volume, another one its
+corners on the true sphere. The sources are a monopole in the middle, one off it and a dipole inside. Every face has the
+mean of the true body's normal velocity over it; 20 points at ten radii receive the sound. The error is the largest
+difference from the exact pressure relative to the peak over the points, in dB. Brackets hold `expected_error_dB`.
 """
 
 from __future__ import annotations
@@ -47,13 +47,13 @@ Normals = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 
 
 def inscribed(level: int) -> Surface:
-    """Sphere with its corners on the true one."""
+    """Return a sphere with its corners on the true one."""
     body = sphere(RADIUS, level)
     return body.replace(vertices=RADIUS * body.vertices / np.linalg.norm(body.vertices, axis=1, keepdims=True))
 
 
 def bodies() -> dict[str, tuple[Normals | None, list[Surface]]]:
-    """Name → where its true surface is (None: where the mesh is) and its meshes."""
+    """Return, by name, the true surface (None: the mesh itself) and the meshes."""
     ball = partial(round_normals, radius=RADIUS, half_length=0.0, flat_ends=False)
     tube = partial(round_normals, radius=RADIUS, half_length=RADIUS, flat_ends=True)
     pill = partial(round_normals, radius=RADIUS, half_length=RADIUS, flat_ends=False)
@@ -68,7 +68,7 @@ def bodies() -> dict[str, tuple[Normals | None, list[Surface]]]:
 
 
 def field(points: FloatArray, source: str, k: float) -> tuple[np.ndarray, np.ndarray]:
-    """Exact pressure and gradient at points."""
+    """Return exact pressure and gradient at points."""
     parts = [source_field(points, place, k) for place, _ in SOURCES[source]]
     weights = [weight for _, weight in SOURCES[source]]
     return sum(w * p for w, (p, _) in zip(weights, parts, strict=True)), sum(
@@ -77,7 +77,7 @@ def field(points: FloatArray, source: str, k: float) -> tuple[np.ndarray, np.nda
 
 
 def velocity(surface: Surface, normals: Normals | None, source: str, k: float) -> np.ndarray:
-    """Mean over every face of the normal velocity of the true body nearby."""
+    """Return the mean over every face of the normal velocity of the true body nearby."""
     corners, total = surface.vertices[surface.triangles], np.zeros(len(surface.triangles), dtype=complex)
     for barycentric, weight in zip(RULE_BARYCENTRIC, RULE_WEIGHT, strict=True):
         points, normal = np.einsum("i,fij->fj", barycentric, corners), surface.normals
@@ -88,11 +88,12 @@ def velocity(surface: Surface, normals: Normals | None, source: str, k: float) -
 
 
 def decibel(error: float) -> float:
+    """Return a relative error in dB."""
     return float(20 * np.log10(1 + error))
 
 
 def measure(name: str) -> list[dict[str, Any]]:
-    """True and stated error in dB of every mesh, source and frequency of a body."""
+    """Return true and stated error in dB of every mesh, source and frequency of a body."""
     points, rows = shell(20, 1.0), []
     normals, meshes = bodies()[name]
     for surface in meshes:
@@ -115,7 +116,7 @@ def measure(name: str) -> list[dict[str, Any]]:
 
 
 def report(out: Path) -> str:
-    """The table of all bodies that have been measured."""
+    """Return the table of all measured bodies."""
     head = [*(f"ka {ka:g}" for ka in KA), *(f"{limit:g} per wavelength" for limit in LIMITS)]
     lines = [f"| body | triangles | source | {' | '.join(head)} |", "|---|---:|---|" + "---:|" * len(head)]
     ratios = []
@@ -138,7 +139,8 @@ def report(out: Path) -> str:
 
 
 def main() -> None:
-    warnings.simplefilter("ignore", AccuracyWarning)  # the stated errors are what is measured
+    """Measure the requested bodies and publish the page."""
+    warnings.simplefilter("ignore", AccuracyWarning)  # stated errors are the subject here
     out = Path(sys.argv[1])
     out.mkdir(parents=True, exist_ok=True)
     for name in sys.argv[2:] or bodies():

@@ -2,21 +2,21 @@
 
     python -m benchmarks transfer_vectors OUT set growth masters threads cold large peer1 peer2 opencl=PYTHON
 
-Writes docs/measured/acoustics/transfer_vectors.md and transfer_vectors_peers.md. Each part named is measured, every row
-in a process of its own, unless OUT holds its record already; the tables, that of the peers on a page of its own, are
-made of all records in OUT. Sizes can be given: `growth=500,2000,23000`, `masters=1,128`, `set=6500`, `large=34000`.
+Writes docs/measured/acoustics/transfer_vectors.md and transfer_vectors_peers.md. Each named part is measured, every row
+in a process of its own, unless its record is in OUT. The tables contain all records in OUT; that of the peers has a
+page of its own. Sizes can be given: `growth=500,2000,23000`, `masters=1,128`, `set=6500`, `large=34000`.
 
-Growth, masters, cold, peer1 and large take one thread, so that two of them can run side by side; set, peer2 and the
-second row of threads take two and a machine that does nothing else.
+Growth, masters, cold, peer1 and large take one thread, so that two of them can run side by side. Set, peer2 and the
+second row of threads take two threads and need an idle machine.
 
-Peers are measured twice in one process: the first set counts from before the imports, with nothing of the fused engine
-compiled (bempp-cl compiles in every process), the second is what every further set takes. PYTHON: an interpreter beside
-this one whose pyopencl finds Intel's runtime; it takes all other packages from here.
+Peers are measured twice in one process. The first set counts from before the imports, with no part of the fused engine
+compiled; bempp-cl compiles in every process. The second set stands for every further one. PYTHON is an additional
+interpreter whose pyopencl finds Intel's runtime; it shares all other packages with this one.
 
-Seconds are elapsed and of all processors; on a machine that does other work only the latter compare. Memory is the peak
-of the process above what it takes before the call. Errors are those of an interior point source at the upper frequency,
-relative to the peak over the field points (4.5 elements per wavelength: the mesh itself errs by a few percent), and the
-largest difference from LU factors relative to the largest entry of a transfer vector, where both were measured.
+Seconds are elapsed and of all processors; on a busy machine, only the latter compare. Memory is the peak of the process
+above its memory before the call. One error is that of an interior point source at the upper frequency, relative to the
+peak over the field points. At 4.5 elements per wavelength, the mesh itself errs by a few percent. The other one is the
+largest difference from LU factors, relative to the largest entry of a transfer vector, where both were measured.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ PEERS = {"fused": "fused", "bempp": "bempp-cl, numba", "opencl": "bempp-cl, Inte
 
 
 def body(faces: int):
-    """The gearbox of the demonstration case with about `faces` triangles, and a source inside it."""
+    """Return the gearbox of the demonstration case with about `faces` triangles, and a source inside it."""
     import numpy as np
 
     import nvhchain as nvh
@@ -63,7 +63,7 @@ def body(faces: int):
 
 
 def points_around(centre):
-    """Field points on a sphere of 1 m."""
+    """Return field points on a sphere of 1 m."""
     import numpy as np
 
     x = np.random.default_rng(7).normal(size=(POINTS, 3))
@@ -71,7 +71,7 @@ def points_around(centre):
 
 
 def measure(job: dict) -> dict:
-    """One row: a complete set of transfer vectors in this process."""
+    """Measure one row: a complete set of transfer vectors in this process."""
     start, used = time.perf_counter(), time.process_time()
     import numpy as np
 
@@ -123,7 +123,7 @@ def measure(job: dict) -> dict:
 
 
 def use_opencl() -> str:
-    """Have bempp-cl assemble by OpenCL in this process; the name of its engine."""
+    """Switch bempp-cl to OpenCL in this process and return the name of its engine."""
     from nvhchain.acoustics.systems import _bempp
 
     _bempp._DEVICE["device_interface"] = "opencl"
@@ -153,7 +153,7 @@ def record(out: Path, part: str, interpreter: str = sys.executable, **job) -> No
 
 
 def run(out: Path, part: str, sizes: list[int], opencl: str | None) -> None:
-    """All rows of one part; opencl: the interpreter that has Intel's runtime."""
+    """Measure all rows of one part; opencl: the interpreter with Intel's runtime."""
     for size in sizes:
         if part == "set":
             for solver in ("auto", "direct"):
@@ -182,7 +182,7 @@ def run(out: Path, part: str, sizes: list[int], opencl: str | None) -> None:
 
 
 def apart(row: dict, others: list[dict]) -> str:
-    """Largest difference of the vectors from those of the first of `others`, relative to the largest entry."""
+    """Return the largest difference of the vectors from the first of `others`, relative to the largest entry."""
     import numpy as np
 
     if not others or others[0]["vectors"] == row["vectors"]:
@@ -192,7 +192,7 @@ def apart(row: dict, others: list[dict]) -> str:
 
 
 def peers(rows: list[dict]) -> str:
-    """Markdown of complete sets against bempp-cl."""
+    """Return the table of complete sets against bempp-cl as Markdown."""
     lines = [
         f"Complete sets of {rows[0]['masters']} masters and {POINTS} points by LU factors, the first "
         "of a process with imports and compilation (the fused engine's cache on disk empty) and a further one; times "
@@ -220,7 +220,7 @@ def peers(rows: list[dict]) -> str:
 
 
 def table(rows: list[dict]) -> str:
-    """Markdown of all other records."""
+    """Return the table of all other records as Markdown."""
     lines = [
         "| part | faces | engine, solver | masters | threads | s | processor s | MB | estimated MB | error | from LU |",
         "|---|---:|---|---:|---:|---:|---:|---:|---:|---:|---:|",
@@ -239,6 +239,7 @@ def table(rows: list[dict]) -> str:
 
 
 def main() -> None:
+    """Measure the requested parts and publish the pages."""
     if sys.argv[1] == "--measure":
         print(json.dumps(measure(json.loads(sys.argv[2]))))
         return

@@ -2,11 +2,11 @@
 
     python -m benchmarks within_faces
 
-Writes docs/measured/acoustics/within_faces.md. Of every motion the error with velocities that are constant on every
-face and with what these lose given back, as the program does. Sources inside bodies at 8 and 12 elements per mean edge,
-at least four of them from the surface: largest error of sixteen relative to the peak at 900 points 1.3 to 5 half
-diagonals away. The surface of the gearbox and plates that bend: against the same mesh with every triangle in sixteen.
-Takes five minutes.
+Writes docs/measured/acoustics/within_faces.md. Every motion has two errors: with velocities constant on every face, and
+with their loss restored, as in the program. Sources are inside bodies at 8 and 12 elements per mean edge, at least four
+of them from the surface. The largest error of sixteen counts, relative to the peak at 900 points 1.3 to 5 half
+diagonals away. The surface of the gearbox and bending plates are compared with the same mesh with every triangle
+divided into sixteen. The run takes five minutes.
 """
 
 from __future__ import annotations
@@ -41,29 +41,30 @@ AIR = Air()
 FIDELITY = replace(nvh.STANDARD.acoustics, elements_per_wavelength=1.0, coarsest_elements_per_wavelength=1.0)
 PER_WAVELENGTH = (8, 12)
 SOURCES, AWAY = 16, 4.0
-"""Sources, and mean edges that they keep from the surface."""
+"""Number of sources, and their smallest distance from the surface in mean edges."""
 PER_BENDING_WAVE = (16, 12, 8, 6, 4)
 PER_AIR_WAVE = (24, 12, 6)
 BENDINGS = ((1, 1, 0.0), (2, 2, 0.0), (3, 3, 0.0), (3, 1, 0.5), (5, 0, 0.5))
-"""Half waves along the sides of the plate, and turns by π from the rims to the loudest place."""
+"""Half waves along the sides of the plate, and phase in units of π from the rims to the loudest place."""
 PLACES = {0.0: "rims", 0.5: "between"}
 Motion = Callable[[FloatArray, FloatArray], ComplexArray]
 """Normal velocity at points with normals there."""
 
 
 def lidded(below: float, above: float, rows: int, around: int) -> Surface:
-    """A cylinder or frustum 1.1 m high with these radii, m, and this many rows of triangles on its wall."""
+    """Return a cylinder or frustum 1.1 m high with these radii (m) and this many rows of triangles on its wall."""
     lids = [[(radius * i / 5, z) for i in range(5)] for radius, z in ((below, -0.55), (above, 0.55))]
     wall = [(below + (above - below) * i / rows, 1.1 * i / rows - 0.55) for i in range(rows + 1)]
     return turned([*lids[0], *wall, *lids[1][::-1]], around)
 
 
 def meshed(body: Surface, edge: float) -> Surface:
-    """The same body as gmsh triangulates it."""
+    """Return the same body as triangulated by gmsh."""
     return Surface(*remesh(body.vertices, body.triangles, edge, SHARP_ANGLE))
 
 
 def bodies() -> dict[str, Surface]:
+    """Return the bodies with sources inside by name."""
     cube = (1.0, 1.0, 1.0)
     bracket = box((2.0, 2.0, 1.0), 0.5, lambda centre: centre[0] > 1.0 and centre[1] > 1.0)
     return {
@@ -87,6 +88,7 @@ def bodies() -> dict[str, Surface]:
 
 
 def plates() -> dict[str, Surface]:
+    """Return the bending plates and blocks by name."""
     plate, block = cells((8, 8, 1), (0.3, 0.3, 0.01)), cells((8, 8, 4), (0.3, 0.3, 0.15))
     alike = cells((8, 8, 4), (0.3, 0.3, 0.15), alike=True)
     return {
@@ -100,7 +102,7 @@ def plates() -> dict[str, Surface]:
 
 
 def gearbox(edge: float) -> Surface:
-    """The radiating surface of the gearbox of the examples."""
+    """Return the radiating surface of the gearbox of the examples."""
     case = nvh.load_case(CASE)
     assert isinstance(case, GearboxCase)
     assert isinstance(case.housing, Casting)
@@ -108,7 +110,7 @@ def gearbox(edge: float) -> Surface:
 
 
 def means(surface: Surface, motion: Motion) -> ComplexArray:
-    """Mean over every face of a normal velocity."""
+    """Return the mean over every face of a normal velocity."""
     corners = surface.vertices[surface.triangles]
     rule = zip(RULE_BARYCENTRIC, RULE_WEIGHT, strict=True)
     return np.asarray(
@@ -126,13 +128,13 @@ class Heard:
         self._constant = splu(within_faces(surface).tocsc())
 
     def pressures(self, at: int, velocity: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
-        """At one of the frequencies."""
+        """Return both pressures at one of the frequencies."""
         constant = self._constant.solve(velocity.real) + 1j * self._constant.solve(velocity.imag)
         return self.vectors[at] @ constant, self.vectors[at] @ velocity
 
 
 def sources(body: Surface) -> FloatArray:
-    """At most (SOURCES, 3) m inside the body, `AWAY` from its surface."""
+    """Return at most (SOURCES, 3) m inside the body, `AWAY` from its surface."""
     within = np.random.default_rng(1).uniform(body.vertices.min(axis=0), body.vertices.max(axis=0), (40_000, 3))
     beside = np.concatenate([body.vertices, body.centroids])
     far = within[cKDTree(beside).query(within)[0] > AWAY * mean_edge(body)]
@@ -142,7 +144,7 @@ def sources(body: Surface) -> FloatArray:
 
 
 def source_errors(body: Surface) -> FloatArray:
-    """(2, n_frequency, 2) relative to the peak: velocities at the middles of faces and means over them."""
+    """Return errors (2, n_frequency, 2) relative to the peak: velocities at face centroids and means over faces."""
     frequency = AIR.speed_of_sound / (np.array(PER_WAVELENGTH) * mean_edge(body))
     reach = 0.5 * float(np.linalg.norm(np.ptp(body.vertices, axis=0)))
     points = np.concatenate([shell(300, away * reach, seed=seed) for seed, away in enumerate((1.3, 2.5, 5.0))])
@@ -162,14 +164,14 @@ def source_errors(body: Surface) -> FloatArray:
 
 
 def decibels(coarse: Heard, fine: Heard, at: int, motion: Motion) -> FloatArray:
-    """(2,) dB by which the coarse mesh errs, of means over its faces."""
+    """Return the errors (2,) dB of the coarse mesh for means over its faces."""
     exact = fine.pressures(at, means(fine.surface, motion))[1]
     found = coarse.pressures(at, means(coarse.surface, motion))
     return np.array([20 * np.log10(1 + np.abs(p - exact).max() / np.abs(exact).max()) for p in found])
 
 
 def waves(surface: Surface, per_wave: float, chance: np.random.Generator) -> Motion:
-    """Six waves of this many mean edges, along and across anyhow."""
+    """Return six waves of this many mean edges, in random directions along and across."""
     direction, amplitude = chance.normal(size=(2, 6, 3))
     direction *= 2 * np.pi / (per_wave * mean_edge(surface) * np.linalg.norm(direction, axis=1, keepdims=True))
     phase = chance.uniform(0.0, 2 * np.pi, 6)
@@ -177,6 +179,8 @@ def waves(surface: Surface, per_wave: float, chance: np.random.Generator) -> Mot
 
 
 def bending(along: int, across: int, turned: float) -> Motion:
+    """Return bending in half waves along both sides of the plate."""
+
     def motion(x: FloatArray, n: FloatArray) -> ComplexArray:
         u, v, _ = np.pi * (x.T / 0.3 + 0.5)
         start = turned * np.pi
@@ -186,11 +190,13 @@ def bending(along: int, across: int, turned: float) -> Motion:
 
 
 def cell(errors: FloatArray, digits: int = 2) -> str:
+    """Return errors as text."""
     return ", ".join(f"{error:.{digits}f}" for error in errors)
 
 
 def main() -> None:
-    warnings.simplefilter("ignore", AccuracyWarning)  # the errors are what is measured
+    """Measure all motions and publish the page."""
+    warnings.simplefilter("ignore", AccuracyWarning)  # stated errors are the subject here
     heads = [f"{n} per mean edge, {what}" for what in ("middles", "means") for n in PER_WAVELENGTH]
     lines = [
         "Errors with velocities constant on every face, and varying within faces. Sources inside bodies, % of the "

@@ -97,7 +97,7 @@ class Chosen(Generic[Found]):
     records : list of SolverRecord
         Solver records of all masters.
     told : dict
-        Provenance entries of the errors.
+        Errors, as entries of the provenance.
     """
 
     found: Found

@@ -10,8 +10,7 @@ from numpy.polynomial import Chebyshev, chebyshev
 from nvhchain.handoff import ComplexArray, FloatArray
 
 ROUNDING = 4.0 * float(np.sqrt(np.finfo(float).eps))
-"""Relative size of a divided difference below which inner products in double precision do not distinguish it from zero.
-"""
+"""Relative size of a divided difference below which it is zero within the rounding of inner products."""
 
 
 @dataclass(frozen=True, eq=False)

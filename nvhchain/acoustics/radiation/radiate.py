@@ -16,8 +16,7 @@ from nvhchain.handoff import ComplexArray, FieldPressure, FloatArray, SurfaceVel
 from nvhchain.kinds import checked
 
 _BLOCK_BYTES = 2**28
-"""Bytes of remainders at the nodes that are held at once; the points of such a block share the reading of velocities.
-"""
+"""Bytes of remainders at the nodes that are held at once; the points of a block share the reading of velocities."""
 
 _COMPLEX_2 = nb.types.Array(nb.complex128, 2, "C", readonly=True)
 _REAL_1 = nb.types.Array(nb.float64, 1, "C", readonly=True)

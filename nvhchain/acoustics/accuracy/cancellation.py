@@ -1,4 +1,4 @@
-"""What discretisation leaves where parts of a motion cancel each other: the sound of a dipole, as an error of it."""
+"""Discretisation error of motions whose parts cancel each other: the sound of a residual dipole."""
 
 from __future__ import annotations
 
@@ -20,34 +20,36 @@ from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, IntArray, RigidPlane, Surface, SurfaceVelocity
 
 CANCELLATION = 0.22
-"""Thrust that the error of the mesh leaves, relative to the area times the root mean square pressure on it, times the
-square of the mean edge over half the diagonal of the body that carries it, over the body's width by its length: a
-bound; rotating boxes and ellipsoids of irregular mesh, which radiate hardly anything else at low frequency, 0.004 to
-0.16 (docs/measured/acoustics/sound_power.md), ellipsoids whose vertices are shifted by chance up to 0.21.  Of strips
-that bend all along the error is 0.5 dB at four edges a wave, be they as long as wide or 16 times as long.
-Bodies of revolution that rotate about their own axis are beyond it: the facets alone move their air."""
+"""Bound on the residual thrust F due to the error of the mesh: F = CANCELLATION S p h²/(a² w). S is the area and p the
+root mean square pressure on it. h is the mean edge, a half the diagonal and w the width over length of the body that
+carries the pressure. Rotating boxes and ellipsoids of irregular mesh have 0.004 to 0.16
+(docs/measured/acoustics/sound_power.md); they radiate hardly anything else at low frequency. Ellipsoids with random
+shifts of their vertices have up to 0.21. Strips that bend all along err by 0.5 dB at four edges a wave, both as long as
+wide and 16 times as long. Bodies of revolution that rotate about their own axis exceed the bound: only the facets move
+their air."""
 
 ESTIMATE = 2.9
-"""Estimated pressures of motions over those of boundary elements, at most (`pressure_of_motion`)."""
+"""Largest ratio of estimated pressures of motions to those of boundary elements (`pressure_of_motion`)."""
 
 QUIET = 0.1
-"""Pressure at the loudest of many points, over what the motion would give there if it radiated from all over, below
-which it radiates from hardly anywhere.  Of one point the square: behind the gearbox one hears less than a tenth by
-chance at one line in forty, 0.017 at least."""
+"""Pressure at the loudest of many points, relative to that of uniform radiation from the whole surface, below which a
+motion hardly radiates. A single point uses the square: behind the gearbox it has less than a tenth by chance at one
+line in forty, and at least 0.017."""
 
 _MOST_LINES = 256
-"""Lines for which pressures on the surface are estimated: those of the largest error by what moves and its
-`wall_wavenumber` alone."""
+"""Number of lines with estimated surface pressures: those of the largest errors by motion and `wall_wavenumber`."""
 
 
 def cancellation_resistance(
     surface: Surface, wavenumber: float, pressure: ComplexArray, plane: RigidPlane | None, quadrature_error: float
 ) -> ComplexArray:
-    """Radiation resistance E (m, m), times ρc, of the error that velocities with these pressures (n_v, m) Pa may have.
+    """Return the radiation resistance E (m, m), times ρc, of the error for velocities with pressures (n_v, m) Pa.
 
-    ½ q̇ᴴ E q̇/(ρc) is the power k²F²/(24πρc) of a dipole (Morse & Ingard, Theoretical Acoustics, 1968, sect. 7.1) with
-    the thrust F that is left; twice that over a rigid plane, which doubles the thrust along it and leaves half of the
-    space.  quadrature_error: of `expected_accuracy`.  Hermitian, semidefinite.
+    quadrature_error : error of `expected_accuracy`.
+
+    E is Hermitian and semidefinite. ½ q̇ᴴ E q̇/(ρc) is the power k²F²/(24πρc) of a dipole with the residual thrust F.
+    Over a rigid plane it is twice that: the plane doubles the thrust along it and leaves half of the space. Source:
+    Morse & Ingard, Theoretical Acoustics, 1968, sect. 7.1.
     """
     dipole = wavenumber**2 / (12 * np.pi) * (1.0 if plane is None else 2.0)
     on_faces = pressure[surface.triangles].mean(axis=1)
@@ -62,11 +64,13 @@ def cancellation_pressure(
     plane: RigidPlane | None,
     quadrature_error: float,
 ) -> FloatArray:
-    """Largest pressure (m,) Pa at field points (n_point, 3) m of the thrusts F that are left of pressures on the faces
-    (n_face, m) Pa at wavenumbers (m,).
+    """Return the largest pressure (m,) Pa of residual thrusts F at field points (n_point, 3) m.
 
-    |jk + 1/r| F/(4πr) on the axis of a dipole amid the pressures on every body, r half their extent at least; with a
-    plane twice that.
+    wavenumber : (m,) rad/m.
+    on_faces : (n_face, m) Pa, pressures on the faces.
+
+    The pressure is |jk + 1/r| F/(4πr), on the axis of a dipole at the centre of the pressures on every body. The
+    distance r is at least half their extent. A plane doubles the result.
     """
     return _dipole_pressure(_thrusts(surface, on_faces, quadrature_error), wavenumber, points, plane)
 
@@ -79,14 +83,15 @@ def cancellation_of_motion(
     plane: RigidPlane | None,
     quadrature_error: float,
 ) -> FloatArray:
-    """As `cancellation_pressure`, over the pressure found at the loudest point (n_f,), at the lines of a surface
-    velocity, from pressures on the surface that are estimated (`pressure_of_motion`).
+    """Return `cancellation_pressure` over the loudest pressure, (n_f,), at the lines of a surface velocity.
 
-    Of bodies whose motion is subsonic, in waves on their walls that are shorter than those in the air (or than the
-    body: `wall_wavenumber`); what is faster radiates from all over, and a point hears little of it where waves happen
-    to cancel.  So it does not where flanks of ribs or teeth cancel each other, which sharp edges part: motions that are
-    `QUIET` count as well.  Zero at other lines, and at those beyond the `_MOST_LINES` worst.
-    loudest: (n_f,) Pa.
+    loudest : (n_f,) Pa, pressure at the loudest point.
+
+    Pressures on the surface are estimated (`pressure_of_motion`). The result counts bodies with subsonic motion: waves
+    on their walls are shorter than those in the air, or than the body (`wall_wavenumber`). Faster motion radiates from
+    the whole surface, and a point receives little of it where waves happen to cancel. Flanks of ribs or teeth,
+    separated by sharp edges, may also cancel each other; motions that are `QUIET` therefore count as well. Other lines
+    are zero, and so are those beyond the `_MOST_LINES` worst.
     """
     surface = surface_velocity.surface
     bodies, wavenumber = separate(surface), 2 * np.pi * surface_velocity.frequency / air.speed_of_sound
@@ -94,7 +99,7 @@ def cancellation_of_motion(
     away = max(np.linalg.norm(points - surface.centroids.mean(axis=0), axis=1).min(), _half_diagonal(surface))
     quiet = QUIET ** (1.0 + 1.0 / len(points)) * air.impedance / (np.sqrt(4 * np.pi) * away)
 
-    def per_pressure(at: IntArray, faces: IntArray) -> ComplexArray:  # as squares of any velocity are not
+    def per_pressure(at: IntArray, faces: IntArray) -> ComplexArray:  # scaled, as squares of a velocity may overflow
         return surface_velocity.normal_velocity[np.ix_(at, faces)].T / loudest[at]
 
     cancels = np.zeros((len(bodies), len(wavenumber)), dtype=bool)
@@ -120,8 +125,10 @@ def cancellation_of_motion(
 
 
 def wall_wavenumber(body: Surface, velocity: ComplexArray) -> FloatArray:
-    """Wavenumbers (m,) rad/m of normal velocities (n_face, m) along the walls, √(1/a² + ∫|∇v|² dS/∫|v|² dS), a half the
-    diagonal of the body."""
+    """Return wavenumbers (m,) rad/m of normal velocities (n_face, m) along the walls.
+
+    They are √(1/a² + ∫|∇v|² dS/∫|v|² dS), with a half the diagonal of the body.
+    """
     size = body.areas @ np.abs(velocity) ** 2
     return np.asarray(
         np.sqrt(1.0 / _half_diagonal(body) ** 2 + _slopes(body, velocity) / np.where(size > 0, size, 1.0))
@@ -129,21 +136,23 @@ def wall_wavenumber(body: Surface, velocity: ComplexArray) -> FloatArray:
 
 
 def short_waves(surface_velocity: SurfaceVelocity) -> FloatArray:
-    """Square (n_f,) of mean edges to a wave on the walls, ∫(h|∇v|/2π)² dS over ∫|v|² dS; zero at lines without
-    velocity."""
+    """Return the square (n_f,) of mean edges per wave on the walls; zero at lines without velocity.
+
+    It is ∫(h|∇v|/2π)² dS over ∫|v|² dS.
+    """
     form, areas = wall_waves(surface_velocity.surface), surface_velocity.surface.areas
     found = np.zeros(len(surface_velocity.frequency))
     fastest = np.abs(surface_velocity.normal_velocity).max(axis=1)
     moving = np.flatnonzero(fastest)
     for piece in (moving[batch] for batch in line_batches(len(moving))):
-        v = (surface_velocity.normal_velocity[piece] / fastest[piece, None]).T  # as squares of any are no numbers
+        v = (surface_velocity.normal_velocity[piece] / fastest[piece, None]).T  # scaled, as squares may overflow
         found[piece] = (v.conj() * (form @ v)).sum(axis=0).real.clip(0.0) / (areas @ np.abs(v) ** 2)
     return found
 
 
 @lru_cache(maxsize=8)
 def wall_waves(surface: Surface) -> csr_array:
-    """∫(h ∇u/2π)·(h ∇v/2π) dS as a form (n_face, n_face) of normal velocities, h the mean edge of each body."""
+    """Return ∫(h ∇u/2π)·(h ∇v/2π) dS as a form (n_face, n_face) of normal velocities, h the mean edge of each body."""
     bodies = separate(surface)
     form = block_diag([(mean_edge(body) / (2 * np.pi)) ** 2 * _walls(body)[0] for _, body in bodies], format="csr")
     place = np.argsort(np.concatenate([faces for faces, _ in bodies]))
@@ -151,20 +160,21 @@ def wall_waves(surface: Surface) -> csr_array:
 
 
 def _slopes(body: Surface, velocity: ComplexArray) -> FloatArray:
-    """∫|∇v|² dS (m,) of normal velocities (n_face, m), not across edges."""
+    """Return ∫|∇v|² dS (m,) of normal velocities (n_face, m), not across edges."""
     stiffness, _ = _walls(body)
     return np.asarray((velocity.conj() * (stiffness @ velocity)).sum(axis=0).real.clip(0.0))
 
 
 def pressure_of_motion(body: Surface, wavenumber: FloatArray, velocity: ComplexArray, air: Air) -> ComplexArray:
-    """Pressures (n_face, m) Pa on a body, estimated from normal velocities (n_face, m) m/s at wavenumbers (m,) without
-    solving for them.
+    """Estimate pressures (n_face, m) Pa on a body from normal velocities (n_face, m) m/s at wavenumbers (m,).
 
-    In shape what is left of the velocity if it is smoothed, q = (1/a² − Δ)⁻¹ v; in size √∫|p|² = ρck √∫v* q, for a wave
-    of wavenumber κ on a wall has ρck v/κ in front of it if κ > k, and a body of half diagonal a that moves as a whole
-    no more than ρcka v; never above ρcv.  Δ: on the surface, but not across edges, where the velocity jumps and the
-    pressure does not (finite volumes).  0.6 to 2.9 times what boundary elements give, in the mean over the faces
-    (`tests/acoustics/test_cancelling_motions.py`).
+    Notes
+    -----
+    The shape is the smoothed velocity, q = (1/a² − Δ)⁻¹ v. The size is √∫|p|² = ρck √∫v* q, at most ρcv. A wave of
+    wavenumber κ on a wall has the pressure ρck v/κ if κ > k. A body of half diagonal a that moves as a whole has at
+    most ρcka v. The operator Δ acts on the surface, but not across edges, where the velocity jumps and the pressure
+    does not (finite volumes). The estimate is 0.6 to 2.9 times the result of boundary elements, in the mean over the
+    faces (`tests/acoustics/test_cancelling_motions.py`).
     """
     _, factors = _walls(body)
     areas, columns = body.areas[:, None], velocity.shape[1]
@@ -178,7 +188,7 @@ def pressure_of_motion(body: Surface, wavenumber: FloatArray, velocity: ComplexA
 
 @lru_cache(maxsize=8)
 def _walls(body: Surface) -> tuple[csr_array, SuperLU]:
-    """−∫Δ over the faces, (n_face, n_face), and the factors of ∫(1/a² − Δ)."""
+    """Return −∫Δ over the faces, (n_face, n_face), and the factors of ∫(1/a² − Δ)."""
     ends, sides, angle = edges_between(body)
     first, last = body.vertices[ends.T]
     way = np.linalg.norm(body.centroids[sides] - 0.5 * (first + last)[:, None], axis=2).sum(axis=1)
@@ -192,8 +202,17 @@ def _walls(body: Surface) -> tuple[csr_array, SuperLU]:
 
 @dataclass(frozen=True, eq=False)
 class _Thrust:
-    """Of the pressures on one body.  squared: FᴴF (m, m) N².  middles: (m, 3) m and extents (m,) m of what carries
-    them."""
+    """Residual thrusts of the pressures on one body.
+
+    Parameters
+    ----------
+    squared : (m, m) array
+        FᴴF (N²).
+    middles : (m, 3) array
+        Centres of the carrying areas (m).
+    extents : (m,) array
+        Half extents of the carrying areas (m).
+    """
 
     squared: ComplexArray
     middles: FloatArray
@@ -201,12 +220,13 @@ class _Thrust:
 
 
 def _thrusts(surface: Surface, on_faces: ComplexArray, quadrature_error: float) -> list[_Thrust]:
-    """What is left on every body of pressures on the faces (n_face, m) Pa: F = (CANCELLATION h²/(a²w) + ε)
-    √(S ∫|p|² dS), h the mean edge, ε the error of sound fields by quadrature, which is that of sharp edges.
+    """Return the residual thrusts on every body for pressures on the faces (n_face, m) Pa.
 
-    a and S: half the diagonal and the area of the body, or of the part of it that carries |p|² (√3 radii of gyration;
-    twice (∫|p|² dS)²/∫|p|⁴ dS), if that is smaller: what lies at rest far away cancels nothing. w: width over length of
-    the body, or of what carries |p|², if that is larger (`width_to_length`). They are those of every column by itself.
+    F = (CANCELLATION h²/(a²w) + ε) √(S ∫|p|² dS), with h the mean edge and ε the error of sound fields by quadrature,
+    which is that of sharp edges. For the body, a is half the diagonal and S the area. For the part that carries |p|², a
+    is √3 radii of gyration and S is 2 (∫|p|² dS)²/∫|p|⁴ dS. The smaller values count. Distant parts at rest cancel
+    nothing. The factor w is the width over length of the body or, if that is larger, of the carrying part
+    (`width_to_length`). The values belong to every column by itself.
     """
     made = []
     for faces, body in separate(surface):
@@ -252,13 +272,16 @@ def told_cancellation(
     one_element: float,
     overstated: float = 1.0,
 ) -> dict[str, float]:
-    """Provenance of the largest error of motions whose parts cancel each other, dB, and where it is, Hz.
+    """Return the provenance of the largest error of motions whose parts cancel each other (dB), and its frequency (Hz).
 
-    power, error_power: (n_f,) of one unit, that found and that of the dipole that is left, whose amplitudes add up at
-    worst.  short: (n_f,) of `short_waves`: waves on walls err as those in the air do (`MESH_ERROR`), where they are
-    shorter.  one_element: Hz at which the mesh has one element per wavelength.  overstated: factor by which the
-    errors may be too large.  Gives an AccuracyWarning where the error is larger all the same than that of a mesh with
-    `fidelity.elements_per_wavelength`, and than that of this one.
+    power, error_power : (n_f,) of one unit, the computed power and that of the residual dipole. Their amplitudes add in
+        the worst case.
+    short : (n_f,) result of `short_waves`. Waves on walls err like waves in the air (`MESH_ERROR`) if they are shorter.
+    one_element : frequency (Hz) at which the mesh has one element per wavelength.
+    overstated : factor by which the errors may be too large.
+
+    An AccuracyWarning is given if the error, in spite of this factor, exceeds two errors: that of a mesh with
+    `fidelity.elements_per_wavelength` and that of this mesh.
     """
     loud = np.flatnonzero(power > 0)
     if len(loud) == 0:

@@ -1,4 +1,4 @@
-"""What interpolation between masters makes of transfer vectors themselves, whatever velocity they will be given."""
+"""Error of transfer vectors due to interpolation between masters, independent of a velocity."""
 
 from __future__ import annotations
 
@@ -18,21 +18,21 @@ STATED = (
     ("resonance_shift",),
     ("expected_error_dB",),
 )
-"""What is stated of vectors between masters: an error, and where it is."""
+"""Provenance entries of interpolated vectors: an error, and its frequency."""
 
 _POINTS = 64
-"""Field points, spread over those asked for, for which the error is estimated."""
+"""Number of field points, spread over the requested ones, at which the error is estimated."""
 
 
 def told_vectors(
     smooth: Interpolant, atv: TransferVectors, frequency: FloatArray, fidelity: AcousticsFidelity
 ) -> dict[str, Any]:
-    """Provenance of transfer vectors that `smooth` gives for `atv` at lines (n_f,) Hz.
+    """Return the provenance of transfer vectors interpolated by `smooth` from `atv` at lines (n_f,) Hz.
 
-    interpolation_error_dB: the largest error of a line that interpolation is estimated to make (`vector_errors`);
-    resonance_error_dB, resonance_frequency: as `radiate` tells them, where the mesh may miss resonances.  Gives an
-    AccuracyWarning where the one exceeds `fidelity.master_tolerance_db`, the other what the mesh errs by.  What `atv`
-    itself states, being interpolated, is kept where it is more.
+    `interpolation_error_dB` is the largest estimated error of a line (`vector_errors`). `resonance_error_dB` and
+    `resonance_frequency` are those of `radiate`, if the mesh may miss resonances. An AccuracyWarning is given if the
+    one exceeds `fidelity.master_tolerance_db` or the other the error of the mesh. Larger errors in the provenance of
+    `atv`, which may itself be interpolated, are kept.
     """
     lines, told = frequency[frequency > 0], {"interpolation_error_dB": 0.0}
     shift = float(atv.provenance.get("resonance_shift", 0.0))
@@ -49,12 +49,15 @@ def told_vectors(
 def vector_errors(
     smooth: Interpolant, frequency: FloatArray, deciding: IntArray, points: int, shift: float = 0.0
 ) -> tuple[FloatArray, FloatArray]:
-    """Estimated error at lines (n_f,) Hz, above 0 Hz, and what changes if resonances lie elsewhere by `shift` times
-    their frequency, both (n_f,): 2-norms over the faces relative to the vector's, the worst of the points.
+    """Return the estimated error and the effect of shifted resonances at lines (n_f,) Hz above 0 Hz, both (n_f,).
 
-    What a velocity that is alike on all faces and random in phase suffers in the mean.  deciding: indices of points
-    that are looked at.  points: how many there are; with a plane, `smooth` has their images after them, and both parts
-    count as if they did not interfere.  What no master shows is part of the error (`Nodes.hidden_error`).
+    deciding : indices of the evaluated points.
+    points : number of points. With a plane, their images follow in `smooth`, and both parts count without interference.
+    shift : shift of resonances relative to their frequency.
+
+    Both are 2-norms over the faces relative to that of the vector, the worst of the points. They are the mean errors of
+    a velocity that is alike on all faces and random in phase. The error that no master reveals is included
+    (`Nodes.hidden_error`).
     """
     grams = _grams(smooth, deciding, points)
     error, changed = np.zeros(len(frequency)), np.zeros(len(frequency))
@@ -74,7 +77,7 @@ def vector_errors(
 def vector_changes(
     smooth: Interpolant, frequency: FloatArray, deciding: IntArray, points: int, masters: FloatArray
 ) -> FloatArray:
-    """What some `masters` (n,) Hz change at lines (n_f,) Hz, measured as `vector_errors` does."""
+    """Return the change (n_f,) at lines (n_f,) Hz by some `masters` (n,) Hz, in the norm of `vector_errors`."""
     sets = np.stack([smooth.weights(frequency), smooth.change_weights(frequency, masters)])
     changed = np.zeros(len(frequency))
     for gram in _grams(smooth, deciding, points):
@@ -84,7 +87,7 @@ def vector_changes(
 
 
 def _grams(smooth: Interpolant, deciding: IntArray, points: int) -> list[ComplexArray]:
-    """Inner products (n_node, n_node) of the vectors of each of the `deciding` points at the nodes, conjugate first."""
+    """Return inner products (n_node, n_node) of each deciding point's vectors at the nodes, conjugate first."""
     grams = []
     for point in deciding:
         of_ends = [smooth.at_nodes(end) for end in range(point, len(smooth.atv.points), points)]
@@ -93,8 +96,11 @@ def _grams(smooth: Interpolant, deciding: IntArray, points: int) -> list[Complex
 
 
 def deciding_points(surface: Surface, points: FloatArray) -> IntArray:
-    """Indices of the field points for which the error is estimated: the nearest one, and then always the one farthest
-    from those chosen in direction and logarithm of distance from the middle of the body."""
+    """Return the indices of field points for which the error is estimated.
+
+    The nearest point comes first. Each further one is farthest from those chosen, in direction and logarithm of
+    distance from the middle of the body.
+    """
     if len(points) <= _POINTS:
         return np.arange(len(points))
     offset = points - 0.5 * (surface.vertices.min(axis=0) + surface.vertices.max(axis=0))

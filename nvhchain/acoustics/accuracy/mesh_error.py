@@ -1,4 +1,4 @@
-"""What is known beforehand about the error of a boundary element result, said where it exceeds what was asked for."""
+"""Expected error of a boundary element result before the solution, with warnings above the requested accuracy."""
 
 from __future__ import annotations
 
@@ -30,42 +30,42 @@ from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import FloatArray, RigidPlane, Surface
 
 FACETS = 0.32
-"""Error at field points relative to their peak, over the mean square of the angle (rad) under which neighbouring
-triangles meet: what facets do to a round body whose own velocity they are given. Measured
-(docs/measured/acoustics/surfaces.md): 0.13 where the facets enclose the body's volume, up to 1.1 where their corners
-lie on it."""
+"""Error of facets at field points for a round body with its own velocity, relative to the peak. It is relative to the
+mean square of the angle (rad) between neighbouring triangles. Measured (docs/measured/acoustics/surfaces.md): 0.13 for
+facets that enclose the body's volume, up to 1.1 for corners on the body."""
 
 COARSENESS = 0.03
-"""Error at low frequency relative to the peak at field points, over the square of the mean edge in radii of the sphere
-of equal area, less what the body is longer than wide: 0.002 for monopoles, 0.07 for dipoles in the same measurements.
-Strips 1 to 16 times as long as wide with four edges across: 0.12 to 0.19 dB."""
+"""Error at low frequency relative to the peak at field points, over the square of the mean edge. The edge is in radii
+of the sphere of equal area, without the excess of the body's length over its width. It is 0.002 for monopoles and 0.07
+for dipoles in the same measurements. Strips 1 to 16 times as long as wide with four edges across: 0.12 to 0.19 dB."""
 
 NEAR_POINT = 0.5
-"""Clearance in element edges below which a field point sees the single elements."""
+"""Clearance (element edges) below which a field point is affected by single elements."""
 
 NEAR_FACTOR = 2.0
-"""Growth of the error from far field points to those next to the surface: 1.3 to 2.4 in the same measurements."""
+"""Ratio of the error next to the surface to that at far field points: 1.3 to 2.4 in the same measurements."""
 
 NEAR_FLOOR = 0.005
-"""Relative error next to the surface at low frequency, from the velocity that is constant on each element: 0.3 to 1.3 %
-in the same measurements."""
+"""Relative error next to the surface at low frequency, due to the constant velocity on each element: 0.3 to 1.3 % in
+the same measurements."""
 
 BESIDE = 0.015
-"""Error of the sound of a small body that shakes towards another one, relative to its peak, over the square of the
-longest edge there in distances from the small body's middle, less one: 0.39 to 4.2 times what was found; a tenth of
-that where it shakes along the other body, less where it pulsates (docs/measured/acoustics/small_bodies.md)."""
+"""Error of the sound of a small body that shakes towards another one, relative to its peak. It is relative to the
+square of the longest edge there, in distances from the small body's middle, minus one. It is 0.39 to 4.2 times the
+measured error. A body that shakes along the other one has a tenth of it, a pulsating body less
+(docs/measured/acoustics/small_bodies.md)."""
 
 QUADRATURE_GROWTH = 2.0
-"""Error at field points, over that of constant and linear pressures on the surface: 0.01 to 0.5 in
-docs/measured/acoustics/quadrature.md; at the coarse edges of wedges of 5 and 20 degrees one to ten, the mesh's own
-included."""
+"""Ratio of the error at field points to that of constant and linear pressures on the surface. It is 0.01 to 0.5 in
+docs/measured/acoustics/quadrature.md. At the coarse edges of wedges of 5 and 20 degrees it is one to ten, with the
+error of the mesh."""
 
 NEEDLES = 2.5
-"""Growth of the error where needles take more than `NEEDLE_SHARE` of the area: point sources in cylinders of
-64 needles, 300 to 1000 Hz: 0.2 to 2.2 times what is stated of other meshes with the same edges."""
+"""Growth of the error if needles take more than `NEEDLE_SHARE` of the area. Point sources in cylinders of 64 needles at
+300 to 1000 Hz have 0.2 to 2.2 times the error stated for other meshes with the same edges."""
 
 SLOW = 10.0
-"""s of processor time per frequency spent on narrow gaps and needles above which that is said."""
+"""Processor time (s) per frequency for narrow gaps and needles above which a warning is given."""
 
 
 def expected_accuracy(
@@ -77,34 +77,56 @@ def expected_accuracy(
     engine: Engine = FUSED,
     plane: RigidPlane | None = None,
 ) -> dict[str, float]:
-    """Provenance of what the mesh and the field points let expect at the upper frequency `f_max` (Hz).
+    """Return the provenance of the expected accuracy of mesh and field points at the upper frequency `f_max` (Hz).
 
-    elements_per_wavelength: there.  expected_error_dB: at the loudest field points.  Part of it: expected_error_low_dB,
-    at any frequency however low; of that, faceting_error_dB, from facets in the place of round faces (triangles that
-    meet at more than 40° form an edge of the body), and expected_error_beside_dB, from triangles that are coarse for a
-    small body beside them (`beside_ratio`), and remeshing_error_dB, of a surface meshed anew.  Not part of it:
-    resonance_shift, the frequency by which the air in openings resonates elsewhere, relative to its own
-    (`resonance_shift`); levels there err by as much as that makes of them, which `radiate` and `waves_power` state
-    (`resonance_error_dB`).  With a point nearer than half an element edge also clearance: in edges, and
-    expected_error_nearest_dB: there, at its own pressure, of motions that neighbouring
-    elements share (a single one that moves errs by 2.7 dB next to it, by 0.6 half an edge away).
-    With needles, edges sharper than 60°, gaps narrower than the engine resolves (`bempp` cuts no triangles), or a
-    singular_order below 3, also quadrature_error: of constant and linear pressures on the surface, relative; other
-    pressures there err by up to eight times as much, sixty where all triangles are needles, their sound far less
-    (docs/measured/acoustics/quadrature.md), and twice that is part of expected_error_low_dB.
-    With triangles longer than all but a twentieth of the area may be (`LOCAL_COARSENING`): coarse_share of the area,
-    coarse_elements_per_wavelength of the longest one, and their error (`patch_error`) as part of expected_error_dB;
-    expected_error_patch_dB bounds the error of sound that comes from behind them alone, wherever it is heard, and that
-    of the nearest points counts as if they lay next to the longest one.
-    Gives an AccuracyWarning where the mesh is coarser than `fidelity.elements_per_wavelength` asks for or, for its own
-    size, as coarse as that, for such triangles with less than `fidelity.coarsest_elements_per_wavelength` on their
-    longest edge, for a point that near, and for a quadrature error above `fidelity.quadrature_error`;
-    a RuntimeWarning for gaps so narrow, and so many needles, that they cost more than `SLOW`.
-    Of several bodies the worst counts: one of them may be all that is heard.
-    An error of e dB means a factor 10^(e/20) in either direction; silent directions are worse, and so are motions whose
-    parts cancel each other: `radiate`, `solve_direct` and `sound_power` tell of them (`cancellation_error_dB`).  Both
-    together are an estimate, no bound: boxes at 4.5 elements per wavelength erred by up to twice as much.
-    Raises what `check_mesh` raises.
+    The errors of `check_mesh` apply. The worst of several bodies counts: the sound may come from one of them alone.
+
+    Returns
+    -------
+    elements_per_wavelength : float
+        Elements per wavelength at `f_max`.
+    expected_error_dB : float
+        Error at the loudest field points, including the next five.
+    expected_error_low_dB : float
+        Error at any low frequency, including the next three.
+    faceting_error_dB : float
+        Error of facets in place of round faces. Triangles that meet at more than 40° form an edge of the body.
+    expected_error_beside_dB : float
+        Error of coarse triangles beside a small body (`beside_ratio`).
+    remeshing_error_dB : float
+        Error of a remeshed surface.
+    expected_error_patch_dB, coarse_share, coarse_elements_per_wavelength : float
+        Present for triangles longer than `LOCAL_COARSENING` permits. The first is a bound on the error of sound from
+        behind these triangles alone. The others are their share of the area and the elements per wavelength of the
+        longest one. Their error (`patch_error`) is part of `expected_error_dB`. The error of the nearest points counts
+        as if they lay next to the longest triangle.
+    resonance_shift : float
+        Relative frequency error of resonances of the air in openings (`resonance_shift`), no part of
+        `expected_error_dB`. `radiate` and `waves_power` state its effect on levels (`resonance_error_dB`).
+    clearance, expected_error_nearest_dB : float
+        Present for a point nearer than half an element edge: its clearance in edges, and the error there at its own
+        pressure. They hold for motions shared by neighbouring elements. A single moving element errs by 2.7 dB next to
+        it and by 0.6 dB half an edge away.
+    quadrature_error : float
+        Relative error of constant and linear pressures on the surface. Present for needles, edges sharper than 60°, a
+        `singular_order` below 3, and gaps narrower than the engine resolves (`bempp` cuts no triangles). Other surface
+        pressures err by up to eight times as much, sixty times if all triangles are needles. Their sound errs far less
+        (docs/measured/acoustics/quadrature.md). Twice this error is part of `expected_error_low_dB`.
+
+    Warns
+    -----
+    AccuracyWarning
+        If the mesh is coarser than `fidelity.elements_per_wavelength`, or as coarse relative to its own size. If
+        triangles of a coarse patch have less than `fidelity.coarsest_elements_per_wavelength` on their longest edge. If
+        a point is that near, or the quadrature error exceeds `fidelity.quadrature_error`.
+    RuntimeWarning
+        If gaps and needles cost more than `SLOW`.
+
+    Notes
+    -----
+    An error of e dB means a factor 10^(e/20) in either direction. Silent directions are worse, and so are motions whose
+    parts cancel each other. For these, `radiate`, `solve_direct` and `sound_power` state `cancellation_error_dB`. Both
+    together are an estimate, not a bound: boxes at 4.5 elements per wavelength erred by up to twice as much.
     """
     if f_max <= 0:
         return {}
@@ -176,7 +198,7 @@ def expected_accuracy(
 
 
 def needle_seconds(surface: Surface, fidelity: AcousticsFidelity) -> tuple[float, float]:
-    """Processor time, s, that needles and narrow gaps add in the fused engine: at every frequency, and once."""
+    """Return the processor time (s) of needles and narrow gaps in the fused engine: at every frequency, and once."""
     from nvhchain.acoustics.fused.closure_check import gap_cost
 
     *_, seconds, once = gap_cost(surface, fidelity)
@@ -184,8 +206,11 @@ def needle_seconds(surface: Surface, fidelity: AcousticsFidelity) -> tuple[float
 
 
 def beside_ratio(bodies: Sequence[Surface]) -> float:
-    """Longest edge of a triangle over its distance from the middle of another body or, where that is more, over the
-    radius of the sphere of that body's area (of as much of its length as it is wide); the largest of all bodies."""
+    """Return the largest ratio of a triangle's edge to its distance from the middle of another body.
+
+    If it is larger, the radius of the sphere of that body's area replaces the distance. The area counts as much of the
+    body's length as it is wide.
+    """
     radii = [np.sqrt(_compact_area(body) / (4.0 * np.pi)) for body in bodies]
     worst = 0.0
     for (small, radius), (large, _) in permutations(zip(bodies, radii, strict=True), 2):
@@ -197,22 +222,30 @@ def beside_ratio(bodies: Sequence[Surface]) -> float:
 
 
 def _compact_area(body: Surface) -> float:
-    """Area (m²) of a body, of as much of its length as it is wide."""
+    """Return the area (m²) of a body, with as much of its length as it is wide."""
     area = float(body.areas.sum())
     return area * float(width_to_length(body.centroids, body.areas[:, None] / area)[0])
 
 
 def patch_error(surface: Surface, size: float, wavelength: float) -> tuple[float, float]:
-    """Error at field points, relative to their peak, that triangles much coarser than the rest add: (of all of them, of
-    the longest one by itself).
+    """Return errors at field points due to triangles much coarser than the rest: of all of them, of the longest one.
 
-    size: m, for which the mesh counts.  wavelength: m.  A triangle longer than `LOCAL_COARSENING` sizes errs by
-    `MESH_ERROR` (longest edge/wavelength)² of what it radiates, less what the longest edge admitted would; sound of
-    irregular phase takes the root of the area-weighted mean square of that.  Zero for even meshes.  Sources inside a
-    sphere with a cap of 4.7 % at 3 and 1.5 elements per wavelength of the cap: 0.029 and 0.115 stated with the rest of
-    the mesh, 0.030 and 0.154 found 0.4 radii behind the cap, 2.3 times as much at a quarter, 4.8 times at a tenth of
-    the radius, always less than what is stated for the cap alone.  Velocities are means over the faces: those at the
-    centroids of the cap alone would add up to 0.3 at any frequency.
+    size : element size (m) of the mesh.
+    wavelength : m.
+
+    Errors are relative to the peak. They are zero for even meshes.
+
+    Notes
+    -----
+    A triangle longer than `LOCAL_COARSENING` sizes errs by `MESH_ERROR` (longest edge/wavelength)² of its radiation,
+    less the value of the longest edge permitted. For sound of irregular phase, the root of the area-weighted mean
+    square counts. Velocities are means over the faces. Those at the centroids of a cap alone would add up to 0.3 at any
+    frequency.
+
+    Measured with sources inside a sphere with a cap of 4.7 % at 3 and 1.5 elements per wavelength of the cap: 0.029 and
+    0.115 stated with the rest of the mesh. The true errors were 0.030 and 0.154 at 0.4 radii behind the cap. They were
+    2.3 times as much at a quarter and 4.8 times at a tenth of the radius. All were less than the stated error of the
+    cap alone.
     """
     squares = (surface.longest_edges**2 - (LOCAL_COARSENING * size) ** 2).clip(0.0)
     errors = MESH_ERROR * squares / wavelength**2
@@ -222,9 +255,9 @@ def patch_error(surface: Surface, size: float, wavelength: float) -> tuple[float
 def _told_patch(
     surface: Surface, size: float, wavelength: float, error: float, alone: float, fidelity: AcousticsFidelity
 ) -> dict[str, float]:
-    """Provenance of triangles much coarser than the rest, with a warning where they carry no wave.
+    """Return the provenance of triangles much coarser than the rest; warn if they carry no wave.
 
-    error, alone: of the whole, and of sound that comes from behind these triangles alone.
+    error, alone : error of the whole, and of sound from behind these triangles alone.
     """
     longest = float(surface.longest_edges.max())
     share = float(surface.areas[surface.longest_edges > LOCAL_COARSENING * size].sum() / surface.areas.sum())
@@ -246,9 +279,11 @@ def _told_patch(
 def told_interpolation(
     error: FloatArray, frequency: FloatArray, of: str, fidelity: AcousticsFidelity
 ) -> dict[str, float]:
-    """Provenance of the largest of the errors (n,) that interpolation between masters is estimated to make of `of`, dB.
+    """Return the provenance of the largest of the interpolation errors (n,) of `of`, dB.
 
-    frequency: (n,) Hz, where each is made.  Gives an AccuracyWarning where it exceeds `fidelity.master_tolerance_db`.
+    frequency : (n,) Hz, frequency of each error.
+
+    An AccuracyWarning is given if it exceeds `fidelity.master_tolerance_db`.
     """
     worst = int(error.argmax())
     largest = _decibel(float(error[worst]))
@@ -269,13 +304,15 @@ def told_resonances(
     change: FloatArray,
     fidelity: AcousticsFidelity,
 ) -> dict[str, float]:
-    """Provenance of resonances that the mesh may miss by `shift` of their frequency; nothing where it misses none.
+    """Return the provenance of resonances that the mesh may miss by `shift` of their frequency.
 
-    The largest error of lines (n_f,) Hz beside one, dB, and where, Hz; where interpolation looks for no poles, which
-    would show where they are, the shift alone.
-    poles: that are looked for.  amplitude, change: (n_f,), what was found and what it changes by.  Gives an
-    AccuracyWarning where the error is larger than that of a mesh with `fidelity.elements_per_wavelength`, and without
-    poles for openings narrower than half an edge.
+    poles : number of poles in the interpolation.
+    amplitude, change : (n_f,) result and its change.
+
+    The entries are the largest error of a line (n_f,) Hz beside a resonance, dB, and its frequency, Hz. Without poles,
+    the positions of resonances are unknown, and the entry is the shift alone. There is no entry for a shift of zero. An
+    AccuracyWarning is given if the error exceeds that of a mesh with `fidelity.elements_per_wavelength`. Without poles,
+    it is given for openings narrower than half an edge.
     """
     if shift == 0:
         return {}
@@ -301,9 +338,9 @@ def told_resonances(
 
 
 def mean_square_angle(surface: Surface) -> float:
-    """Mean square (rad²) over the area of the angles under which triangles meet, but for those above `SHARP_ANGLE`.
+    """Return the area-weighted mean square (rad²) of the angles between triangles, without those above `SHARP_ANGLE`.
 
-    Each triangle counts its three edges alike.
+    Each triangle has the same weight for its three edges.
     """
     _, sides, angle = edges_between(surface)
     smooth = angle < SHARP_ANGLE
@@ -312,8 +349,7 @@ def mean_square_angle(surface: Surface) -> float:
 
 
 def _quadrature_accuracy(surface: Surface, fidelity: AcousticsFidelity, engine: Engine) -> dict[str, float]:
-    """Closure error of a surface with needles or gaps that are not resolved, and of any with a `singular_order` that is
-    too low; nothing for any other."""
+    """Return the closure error for needles, unresolved gaps or a too low `singular_order`; else nothing."""
     from nvhchain.acoustics.fused.closure_check import FAIR_ORDER, TOGETHER, gap_cost, suspect_error
 
     rules = engine.rules(fidelity)
@@ -329,7 +365,7 @@ def _quadrature_accuracy(surface: Surface, fidelity: AcousticsFidelity, engine: 
             "rings",
             RuntimeWarning,
         )
-    # all bodies together, for gaps between them, and every one by itself: the others share its error in the mean
+    # all bodies together, for gaps between them, and each by itself, as the mean over all would dilute its error
     bodies = [body for _, body in separate(surface)]
     found = [suspect_error(body, fidelity, rules) for body in {surface, *bodies}]
     error = max((error for error in found if error is not None), default=None)

@@ -1,4 +1,4 @@
-"""What the cheaper radiation levels let expect: their errors over the size of the body against the wavelength."""
+"""Expected errors of the cheaper radiation levels, against the size of the body over the wavelength."""
 
 from __future__ import annotations
 
@@ -15,10 +15,18 @@ from nvhchain.kinds import checked
 
 
 class LevelError(NamedTuple):
-    """Errors up to a wavenumber times half size of the body of `below`, dB.
+    """Errors (dB) up to a limit of the wavenumber times half size of the body.
 
-    housing: largest mean over points and motions of a box and of a gearbox.  mean: the same of these and a sphere, from
-    here to the highest frequency.  single: largest RMS of levels at single points, and of the power of one motion.
+    Parameters
+    ----------
+    below : float
+        Upper limit of the wavenumber times half size.
+    housing : float
+        Largest mean over points and motions of a box and of a gearbox.
+    mean : float
+        Largest mean of these and a sphere, from here to the highest frequency.
+    single : float
+        Largest RMS of levels at single points, and of the power of one motion.
     """
 
     below: float
@@ -28,7 +36,7 @@ class LevelError(NamedTuple):
 
 
 SMALLEST = 0.1
-"""Wavenumber times half size where the tables begin; below, errors grow by `SLOPES`."""
+"""Wavenumber times half size at which the tables begin; below, errors grow by `SLOPES`."""
 
 ERRORS = {
     "rayleigh": (
@@ -48,33 +56,52 @@ ERRORS = {
         LevelError(np.inf, 1.7, 1.7, 8.0),
     ),
 }
-"""Per level of radiation: the worst of a box under bending waves and a gearbox (docs/measured/acoustics/radiation.md)
-and of a sphere with v_n = P_0, P_1, P_2 (cos θ) (closed forms: tests/acoustics/test_rayleigh.py).  No bounds: P_3 errs
-by more (`CANCELLING`), by 19 and 36 dB at ka = 1."""
+"""Errors of each level of radiation: the worst of a box under bending waves, a gearbox and a sphere. The first two are
+in docs/measured/acoustics/radiation.md. The sphere has v_n = P_0, P_1, P_2 (cos θ) (closed forms:
+tests/acoustics/test_rayleigh.py). The values are no bounds: P_3 errs by more (`CANCELLING`), by 19 and 36 dB at ka = 1.
+"""
 
 SLOPES = {"rayleigh": 20.0, "equivalent_radiated_power": 60.0}
-"""dB per decade by which the errors of a small sphere grow towards low frequencies (P_2, the worst of the three)."""
+"""Growth (dB per decade) of the errors of a small sphere towards low frequencies, for P_2, the worst of the three."""
 
 SHAKING = 13.5
-"""dB by which the Rayleigh integral errs more, at most, where a plate or strip shakes as a whole: 28 dB at ka = 0.1 for
-plates of 0.3 × 0.2 × 0.02 and 0.3 × 0.3 × 0.01 m, 35 for a strip of 0.4 × 0.06 × 0.02 m, 3 above ka = 1."""
+"""Largest additional error (dB) of the Rayleigh integral for a plate or strip that shakes as a whole. It is 28 dB at ka
+= 0.1 for plates of 0.3 × 0.2 × 0.02 and 0.3 × 0.3 × 0.01 m. It is 35 dB for a strip of 0.4 × 0.06 × 0.02 m, and 3 dB
+above ka = 1."""
 
 CANCELLING = {"rayleigh": 75.0, "equivalent_radiated_power": 112.0}
-"""dB by which the power of a sphere with v_n = P_3(cos θ) errs at ka = 0.11: the parts of the motion cancel."""
+"""Error (dB) of the power of a sphere with v_n = P_3(cos θ) at ka = 0.11: the parts of the motion cancel."""
 
 TOLERABLE = 3.0
-"""dB of mean level error, twice the power, above which it is warned of."""
+"""Mean level error (dB), twice the power, above which a warning is given."""
 
 _NAMES = {"rayleigh": "Rayleigh integral", "equivalent_radiated_power": "equivalent radiated power"}
 
 
 @checked
 def expected_radiation_error(radiation: str, ka: ArrayLike) -> FloatArray:
-    """RMS error (n,) dB of levels at single points, and of the power of single motions, that a level of radiation has.
+    """Return the expected RMS error of a level of radiation, for single points and the power of single motions.
 
-    radiation: `rayleigh` or `equivalent_radiated_power`.  ka: (n,) wavenumber times half size of the body, its diagonal
-    over 2√3; > 0.  From the table of the worst body measured up to each ka; it grows below 0.1 by `SLOPES`.
-    Raises InputError for another level, `boundary_elements` too, whose error `expected_accuracy` tells, and ka ≤ 0.
+    Parameters
+    ----------
+    radiation : str
+        `rayleigh` or `equivalent_radiated_power`.
+    ka : (n,) array
+        Wavenumber times half size of the body, its diagonal over 2√3; positive.
+
+    Returns
+    -------
+    (n,) array
+        Error (dB).
+
+    Raises
+    ------
+    InputError
+        If the level is another one, including `boundary_elements` (see `expected_accuracy`), or ka is not positive.
+
+    Notes
+    -----
+    The error is that of the worst body measured up to each ka. Below 0.1, it grows by `SLOPES`.
     """
     require(radiation in ERRORS, f"radiation = {radiation!r} has no table of errors: choose from {', '.join(ERRORS)}")
     x = np.atleast_1d(real_numbers(ka, "wavenumbers times half size"))
@@ -86,7 +113,7 @@ def expected_radiation_error(radiation: str, ka: ArrayLike) -> FloatArray:
 
 
 def _errors(radiation: str, ka: FloatArray | float) -> FloatArray:
-    """Housing, mean and single error (3, …) dB."""
+    """Return housing, mean and single errors (3, …) dB."""
     rows = ERRORS[radiation]
     row = np.searchsorted([entry.below for entry in rows], ka, side="right")
     growth = SLOPES[radiation] * np.maximum(0.0, np.log10(SMALLEST / ka))
@@ -94,14 +121,19 @@ def _errors(radiation: str, ka: FloatArray | float) -> FloatArray:
 
 
 def level_accuracy(surface: Surface, frequency: FloatArray, air: Air, radiation: str) -> dict[str, float]:
-    """Provenance of what a cheaper level of radiation lets expect at the lowest frequency (n_f,) Hz above 0 Hz.
+    """Return the provenance of the expected error of a cheaper level of radiation at the lowest frequency above 0 Hz.
 
-    expected_error_dB: RMS of levels at single points and of the power of a single motion, each over its range of
-    frequencies; `SHAKING` more where a flat body shakes as a whole.  expected_mean_error_dB: of the mean over points
-    and many motions, of the worst body; housing_mean_error_dB: of a box or a gearbox.  A motion in step all over may
-    lose more at single frequencies: the Rayleigh integral gives a pulsating sphere no power where its circumference is
-    a multiple of the wavelength.
-    Gives an AccuracyWarning where the mean of the worst body is off by more than `TOLERABLE`.
+    frequency : (n_f,) Hz.
+
+    `expected_error_dB` is the RMS of levels at single points and of the power of a single motion, each over its range
+    of frequencies. A flat body that shakes as a whole adds `SHAKING`. `expected_mean_error_dB` is the mean over points
+    and many motions for the worst body, `housing_mean_error_dB` for a box or a gearbox. An AccuracyWarning is given if
+    the mean of the worst body exceeds `TOLERABLE`.
+
+    Notes
+    -----
+    A motion in phase on the whole surface may lose more at single frequencies. The Rayleigh integral yields no power
+    for a pulsating sphere if its circumference is a multiple of the wavelength.
     """
     radiating = frequency[frequency > 0]
     if len(radiating) == 0:

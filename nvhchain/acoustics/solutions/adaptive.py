@@ -1,4 +1,4 @@
-"""Master frequencies of transfer vectors and radiation resistance: as few, from five up, as an error in dB allows."""
+"""Adaptive master frequencies of transfer vectors and radiation resistance: at least five, as few as possible."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ if TYPE_CHECKING:
     from nvhchain.acoustics.solutions.exterior import ExteriorProblem
 
 _VECTORS_PER_WAVE = 0.15
-"""Masters to begin with, beside two, over the wavenumber of the band times the body's diagonal. About half of what
-0.1 dB takes for a convex body."""
+"""Initial masters, besides two, over the wavenumber of the band times the body's diagonal. This is about half of the
+number for 0.1 dB and a convex body."""
 
 _RESISTANCE_PER_WAVE = 0.2
-"""Masters to begin with, beside two, over the wavenumber of the band times twice the reach of the surface from the
-origin of the waves; two thirds of what 0.1 dB takes for a gearbox."""
+"""Initial masters, besides two, over the wavenumber of the band times twice the reach of the surface from the origin of
+the waves. This is two thirds of the number for 0.1 dB and a gearbox."""
 
 
 def choose_vectors(
@@ -44,9 +44,9 @@ def choose_vectors(
     progress: Progress | None,
     solve: Callable[[FloatArray, Progress], TransferVectors],
 ) -> Chosen[TransferVectors]:
-    """Choose the masters of transfer vectors to field points (n_point, 3) m.  solve: finds them at masters."""
+    """Choose the masters of transfer vectors to field points (n_point, 3) m; `solve` computes them at masters."""
     vertices = problem.surface.vertices
-    if problem.plane is not None:  # sound that returns from a plane makes the body larger
+    if problem.plane is not None:  # echoes from a plane make the body larger
         vertices = np.concatenate([vertices, problem.plane.mirror(vertices)])
     waves = _wavenumber(problem, band) * float(np.linalg.norm(np.ptp(vertices, axis=0)))
     first = first_masters(band.low, band.high, waves, _VECTORS_PER_WAVE, problem.fidelity)
@@ -61,22 +61,31 @@ def choose_resistance(
     progress: Progress | None,
     solve: Callable[[FloatArray, Progress], RadiationResistance],
 ) -> Chosen[RadiationResistance]:
-    """Choose the masters of radiation resistance.  solve: finds it at masters."""
+    """Choose the masters of radiation resistance; `solve` computes it at masters."""
     waves = _wavenumber(problem, band) * 2 * path_reach(problem.surface, problem.plane)
     first = first_masters(band.low, band.high, waves, _RESISTANCE_PER_WAVE, problem.fidelity)
     return choose_masters(_Waves(solve, problem.fidelity), first, problem.fidelity, progress)
 
 
 def _wavenumber(problem: ExteriorProblem, band: Adaptive) -> float:
-    """rad/m, of the width of the band."""
+    """Return the wavenumber (rad/m) of the width of the band."""
     return 2 * np.pi * (band.high - band.low) / problem.air.speed_of_sound
 
 
 @dataclass(frozen=True, eq=False)
 class _Vectors:
-    """Transfer vectors as what masters are chosen for.
+    """Transfer vectors as a source for the choice of masters.
 
-    solve: finds them at masters.  points: how many.  deciding: indices of those for which errors are estimated.
+    Parameters
+    ----------
+    solve : function
+        Computes vectors at masters.
+    fidelity : AcousticsFidelity
+        Accuracy settings.
+    points : int
+        Number of field points.
+    deciding : (n,) array
+        Indices of the points at which errors are estimated.
     """
 
     solve: Callable[[FloatArray, Progress], TransferVectors]
@@ -101,7 +110,7 @@ class _Vectors:
 
 
 def _misprediction(smooth: Interpolant, solved: TransferVectors) -> float:
-    """Largest error of a point's vector, relative to the vector, at frequencies that were solved after `smooth`."""
+    """Return the largest relative error of a point's vector at frequencies solved after `smooth`."""
     points = len(solved.points)
     truth = solved.unfolded()
     weights = smooth.weights(solved.frequency)
@@ -117,9 +126,9 @@ def _misprediction(smooth: Interpolant, solved: TransferVectors) -> float:
 
 
 def vectors_together(*sets: TransferVectors) -> TransferVectors:
-    """The vectors of sets at different frequencies as one set; there are no more than two copies of them at a time.
+    """Return one set of the vectors of sets at different frequencies, with at most two copies of them in memory.
 
-    Raises ResourceError where the second one does not fit into free memory.
+    ResourceError if the second copy does not fit into free memory.
     """
     if len(sets) == 1:
         return sets[0]
@@ -136,7 +145,10 @@ def vectors_together(*sets: TransferVectors) -> TransferVectors:
 
 
 def _sorted(parts: list[ComplexArray], order: IntArray) -> ComplexArray:
-    """Parts (n_f, …) one after the other with their rows in this order, not to be written: hand-offs copy what is."""
+    """Return parts (n_f, …) joined, with rows in this order.
+
+    The array is read-only, so that hand-offs need not copy it.
+    """
     whole = np.empty((len(order), *parts[0].shape[1:]), dtype=complex)
     place, first = np.argsort(order), 0
     for part in parts:
@@ -153,7 +165,7 @@ class _WavesBetween(Nodes):
     resistance: RadiationResistance
 
     def at_nodes(self) -> ComplexArray:
-        """(n_column, n_node, n_row)."""
+        """Return waves (n_column, n_node, n_row) at the nodes."""
         values = np.zeros((len(self.node), *self.resistance.waves.shape[1:]), dtype=complex)
         for node in range(len(values)):
             waves = waves_at_nodes(self.resistance, self, node)
@@ -163,7 +175,7 @@ class _WavesBetween(Nodes):
 
 @dataclass(frozen=True, eq=False)
 class _Waves:
-    """Radiation resistance as what masters are chosen for.  solve: finds it at masters."""
+    """Radiation resistance as a source for the choice of masters; `solve` computes it at masters."""
 
     solve: Callable[[FloatArray, Progress], RadiationResistance]
     fidelity: AcousticsFidelity
@@ -189,8 +201,10 @@ class _Waves:
 
 
 def _largest(smooth: _WavesBetween, whole: ComplexArray, parts: ComplexArray) -> FloatArray:
-    """Largest of the parts (n_part, n_f, n_node) relative to the whole (n_f, n_node), both as weights of the values at
-    the nodes: (n_f,), the worst of the columns."""
+    """Return the largest (n_f,) of the parts relative to the whole, for the worst column.
+
+    whole, parts : (n_f, n_node) and (n_part, n_f, n_node) weights of the values at the nodes.
+    """
     worst = np.zeros(len(whole))
     for values in smooth.at_nodes():
         gram = values.conj() @ values.T
@@ -201,13 +215,13 @@ def _largest(smooth: _WavesBetween, whole: ComplexArray, parts: ComplexArray) ->
 
 
 def _alike(*waves: ComplexArray) -> list[ComplexArray]:
-    """Waves (n_f, n_row, n_column) with as many rows; a set that ends lower has fewer."""
+    """Return waves (n_f, n_row, n_column) padded to the same number of rows; a set with a lower upper end has fewer."""
     rows = max(one.shape[1] for one in waves)
     return [np.pad(one, ((0, 0), (0, rows - one.shape[1]), (0, 0))) for one in waves]
 
 
 def _waves_together(first: RadiationResistance, second: RadiationResistance) -> RadiationResistance:
-    """Both sets of masters as one."""
+    """Return both sets of masters as one."""
     frequency = np.concatenate([first.frequency, second.frequency])
     order = np.argsort(frequency)
     cancellation = [one.cancellation for one in (first, second) if one.cancellation is not None]

@@ -1,4 +1,4 @@
-"""One exterior problem: a checked body in its air, and all that boundary elements find about it."""
+"""Exterior problem: a checked body in air, and all its boundary element results."""
 
 from __future__ import annotations
 
@@ -61,16 +61,16 @@ H = TypeVar("H", TransferVectors, RadiationResistance)
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ExteriorProblem:
-    """A vibrating body in air, with or without a rigid plane, ready to be solved by boundary elements.
+    """Vibrating body in air, with or without a rigid plane, for solution by boundary elements.
 
     Parameters
     ----------
     surface : Surface
         Closed, outward, with at least `fidelity.coarsest_elements_per_wavelength` at the highest frequency.
     air : Air
-        Speed of sound, m/s, and density, kg/m³.
+        Speed of sound (m/s) and density (kg/m³).
     plane : RigidPlane, optional
-        Plane that reflects, with the body on the side of its normal.  None: free field.
+        Plane that reflects, with the body on the side of its normal. None: free field.
     engine : Engine
         `Fused()` or `Bempp()`.
     fidelity : AcousticsFidelity
@@ -79,14 +79,14 @@ class ExteriorProblem:
     Raises
     ------
     InputError
-        Body behind the plane or too near it; an engine that accepts no plane or is not installed.
+        If the body is behind the plane or too near it, or the engine accepts no plane or is not installed.
 
     Notes
     -----
-    A p = B ∂p/∂n on the surface, ∂p/∂n = −jωρ v_n, Burton and Miller's coupling.  One-way coupling: the air does not
-    act on the body.  Every method raises ResourceError where matrices do not fit into free memory and SolverError for a
-    singular system.  The accuracy that the mesh lets expect is found, and warned of, once per upper frequency and
-    points.
+    The equation is A p = B ∂p/∂n on the surface with ∂p/∂n = −jωρ v_n and Burton and Miller's coupling. Coupling to the
+    air is one-way: the air does not act on the body. Every method raises ResourceError if matrices do not fit into free
+    memory and SolverError for a singular system. The expected accuracy of the mesh is computed, with its warnings, once
+    per upper frequency and points.
 
     Examples
     --------
@@ -121,14 +121,14 @@ class ExteriorProblem:
         frequencies: ArrayLike | Adaptive,
         work: Work = Work(),  # noqa: B008 (frozen)
     ) -> TransferVectors:
-        """Pressure at field points per unit normal velocity of every face.
+        """Compute the pressure at field points per unit normal velocity of every face.
 
         Parameters
         ----------
-        points : array_like, (n_point, 3)
-            Field points outside the body, m.
-        frequencies : array_like, (n_f,) or Adaptive
-            Master frequencies, Hz, increasing, or the band in which as few are chosen as the tolerance allows.
+        points : (n_point, 3) array
+            Field points outside the body (m).
+        frequencies : (n_f,) array or Adaptive
+            Master frequencies (Hz), increasing, or the band in which as few are chosen as the tolerance permits.
         work : Work
             Executor, progress and checkpoints.
 
@@ -140,8 +140,8 @@ class ExteriorProblem:
         Raises
         ------
         InputError
-            Mesh too coarse; point inside the body, too near it or behind the plane; no transfer vectors at this level
-            of `fidelity.radiation`.
+            If the mesh is too coarse, or a point is inside the body, too near it or behind the plane. Also if this
+            level of `fidelity.radiation` has no transfer vectors.
         """
         require(
             self.fidelity.radiation != "equivalent_radiated_power",
@@ -162,26 +162,27 @@ class ExteriorProblem:
         points: ArrayLike,
         work: Work = Work(),  # noqa: B008 (frozen)
     ) -> FieldPressure:
-        """Sound pressure at field points by a solution at every frequency, without transfer vectors.
+        """Compute sound pressure at field points by a solution at every frequency, without transfer vectors.
 
         Parameters
         ----------
         velocity : SurfaceVelocity
             Normal velocity of this surface at the frequencies to solve.
-        points : array_like, (n_point, 3)
-            Field points outside the body, m.
+        points : (n_point, 3) array
+            Field points outside the body (m).
         work : Work
             Executor, progress and checkpoints.
 
         Returns
         -------
         FieldPressure
-            Zero at 0 Hz, the limit of a finite velocity.
+            Pressure (Pa); zero at 0 Hz, the limit of a finite velocity.
 
         Raises
         ------
         InputError
-            Velocity of another surface; mesh too coarse; point inside the body, too near it or behind the plane.
+            If the velocity is of another surface, the mesh too coarse, or a point inside the body, too near it or
+            behind the plane.
         """
         frequency = self._moved(velocity)
         x = self._checked(float(frequency[-1]), points)
@@ -204,7 +205,7 @@ class ExteriorProblem:
         *,
         incident: IncidentField | None = None,
     ) -> SurfacePressure:
-        """Total sound pressure at the vertices, fourth-order accurate where the mesh is regular.
+        """Compute the total sound pressure at the vertices, fourth-order accurate on a regular mesh.
 
         Parameters
         ----------
@@ -213,18 +214,18 @@ class ExteriorProblem:
         work : Work
             Executor, progress and checkpoints.
         incident : IncidentField, optional
-            Field that the body scatters in addition; with a plane, its reflection is added.
+            Field that the body scatters in addition. With a plane, its reflection is added.
 
         Returns
         -------
         SurfacePressure
-            Pressure, Pa, at every vertex.
+            Pressure (Pa) at every vertex.
 
         Raises
         ------
         InputError
-            Velocity of another surface; mesh too coarse; an incident field at 0 Hz; a point source inside the body or
-            behind the plane.
+            If the velocity is of another surface or the mesh too coarse. Also for an incident field at 0 Hz, and for a
+            point source inside the body or behind the plane.
         """
         frequency = self._moved(velocity)
         require(
@@ -245,7 +246,7 @@ class ExteriorProblem:
         velocity: SurfaceVelocity,
         work: Work = Work(),  # noqa: B008 (frozen)
     ) -> SoundPower:
-        """Sound power from the waves that leave the surface.
+        """Compute the sound power from the waves that leave the surface.
 
         Parameters
         ----------
@@ -257,12 +258,12 @@ class ExteriorProblem:
         Returns
         -------
         SoundPower
-            Time average, W.
+            Time average (W).
 
         Raises
         ------
         InputError
-            Velocity of another surface; mesh too coarse.
+            If the velocity is of another surface or the mesh too coarse.
         """
         frequency = self._moved(velocity)
         check_speed(velocity)
@@ -284,14 +285,14 @@ class ExteriorProblem:
         frequencies: ArrayLike | Adaptive,
         work: Work = Work(),  # noqa: B008 (frozen)
     ) -> RadiationResistance:
-        """Radiation resistance in the coordinates of some shapes of the surface.
+        """Compute the radiation resistance in the coordinates of some shapes of the surface.
 
         Parameters
         ----------
         motion : SurfaceShapes
             Shapes of this surface.
-        frequencies : array_like, (n_f,) or Adaptive
-            Master frequencies, Hz, increasing, or the band in which as few are chosen as the tolerance allows.
+        frequencies : (n_f,) array or Adaptive
+            Master frequencies (Hz), increasing, or the band in which as few are chosen as the tolerance permits.
         work : Work
             Executor, progress and checkpoints.
 
@@ -303,7 +304,8 @@ class ExteriorProblem:
         Raises
         ------
         InputError
-            Shapes of another surface; mesh too coarse; a level of `fidelity.radiation` without radiation resistance.
+            If the shapes are of another surface, the mesh is too coarse, or this level of `fidelity.radiation` has no
+            radiation resistance.
         """
         require(
             self.fidelity.radiation == "boundary_elements",
@@ -328,7 +330,7 @@ class ExteriorProblem:
     def _vectors_at(
         self, points: ArrayLike, work: Work, frequencies: ArrayLike, progress: Progress | None = None
     ) -> TransferVectors:
-        """Transfer vectors at given masters.  progress: instead of that of the work."""
+        """Compute transfer vectors at given masters; `progress` replaces that of the work."""
         work = work if progress is None else replace(work, progress=progress)
         frequency = check_frequencies(frequencies)
         x = self._checked(float(frequency[-1]), points)
@@ -346,13 +348,13 @@ class ExteriorProblem:
         if self.plane is not None:
             image = vectors[:, len(x) :]
             vectors = vectors[:, : len(x)] + image
-        vectors.flags.writeable = False  # and so the hand-off takes them without another copy
+        vectors.flags.writeable = False  # the hand-off need not copy them
         return TransferVectors(frequency, x, vectors, self.surface, self.air, self.plane, image, provenance=provenance)
 
     def _resistance_at(
         self, motion: SurfaceShapes, work: Work, frequencies: ArrayLike, progress: Progress | None = None
     ) -> RadiationResistance:
-        """Radiation resistance at given masters.  progress: instead of that of the work."""
+        """Compute radiation resistance at given masters; `progress` replaces that of the work."""
         work = work if progress is None else replace(work, progress=progress)
         frequency, shapes = check_frequencies(frequencies), motion.shapes
         self._checked(float(frequency[-1]), None)
@@ -374,7 +376,10 @@ class ExteriorProblem:
         )
 
     def _beside(self, velocity: SurfaceVelocity, line: int, point: FloatArray, shift: float) -> complex:
-        """Pressure at a field point (1, 3) m beside a line, of the same motion but for the phase of the direct way."""
+        """Return the pressure at a field point (1, 3) m beside a line, for the same motion.
+
+        The velocity is delayed to remove the phase of the direct path.
+        """
         frequency, step = velocity.frequency[line], STEP * shift
         distance = np.linalg.norm(self.surface.centroids - point[0], axis=1)
         phase = 2 * np.pi * step * frequency / self.air.speed_of_sound * distance
@@ -385,7 +390,7 @@ class ExteriorProblem:
         return _boundary_elements(beside, delayed, problem=self, quantity=quantity, task=(task, 0.0)).values[0, 0]
 
     def _moved(self, velocity: SurfaceVelocity) -> FloatArray:
-        """Frequencies (n_f,) Hz of a velocity of this surface, else `InputError`."""
+        """Return the frequencies (n_f,) Hz of a velocity of this surface; InputError otherwise."""
         self._is_own(velocity.surface, "surface velocity")
         return velocity.frequency
 
@@ -397,7 +402,7 @@ class ExteriorProblem:
         )
 
     def _checked(self, highest: float, points: ArrayLike | None) -> FloatArray:
-        """Field points (n_point, 3) m, once they and the mesh at the highest frequency (Hz) are admitted."""
+        """Return field points (n_point, 3) m, after checks of them and of the mesh at the highest frequency (Hz)."""
         x = np.empty((0, 3)) if points is None else check_points(self.surface, points)
         check_mesh(self.surface, highest, self.air, self.fidelity)
         if self.plane is not None and points is not None:
@@ -412,7 +417,7 @@ class ExteriorProblem:
         points: FloatArray | None = None,
         rows: tuple[ComplexArray, ...] = (),
     ) -> tuple[ComplexArray, dict[str, Any]]:
-        """Values of a quantity at all frequencies, with provenance.  rows: input with one row per frequency."""
+        """Return values of a quantity at all frequencies, and their provenance; `rows` holds input per frequency."""
         kept, columns = quantity.memory(len(frequency))
         task = check_memory(self.surface, len(frequency), kept, columns, self.engine, self.fidelity, work.executor)
         expected = self.accuracy(float(frequency[-1]), points)
@@ -433,7 +438,10 @@ class ExteriorProblem:
         records: list[SolverRecord],
         rows: tuple[ComplexArray, ...] = (),
     ) -> ComplexArray:
-        """Values of `block(frequencies of a band, *rows of a band)` at all frequencies.  memory: bytes per task."""
+        """Return values of `block(frequencies of a band, *rows of a band)` at all frequencies.
+
+        memory : bytes per task.
+        """
         return over_bands(
             block,
             frequency,
@@ -449,7 +457,7 @@ class ExteriorProblem:
         )
 
     def _adapted(self, chosen: Chosen[H], stage: str, knobs: Sequence[str]) -> H:
-        """Masters as they were chosen, with the knobs that took part in that."""
+        """Return the chosen masters, with the knobs of the choice in the provenance."""
         if self.fidelity.radiation == "boundary_elements":
             made = self._made_by(stage, (*knobs, *KNOBS), chosen.records)
         else:
@@ -464,8 +472,7 @@ class ExteriorProblem:
         records: Sequence[SolverRecord],
         expected: Mapping[str, Any] = MappingProxyType({}),
     ) -> dict[str, Any]:
-        """Provenance: the knobs that took part, with `others`, how it was solved, and the expected accuracy of mesh and
-        solver."""
+        """Return the provenance: knobs, with `others`, solver record, and expected accuracy of mesh and solver."""
         knobs = (*self.engine.knobs, "field_near_ratio", "solver", *others)
         record = sum(records, SolverRecord())
         if record.tolerance:
@@ -481,7 +488,7 @@ class ExteriorProblem:
         }
 
     def _wavenumber(self, frequency: FloatArray) -> float:
-        """rad/m, the highest."""
+        """Return the highest wavenumber (rad/m)."""
         return 2 * np.pi * float(frequency[-1]) / self.air.speed_of_sound
 
 
@@ -492,7 +499,7 @@ def _boundary_elements(
     quantity: Quantity,
     task: tuple[int, float],
 ) -> Solved:
-    """Values of one band and how they were solved.  task: bytes that systems may take, error of the quadrature."""
+    """Return values of one band and their solver record; `task` holds bytes for systems and the quadrature error."""
     memory, quadrature_error = task
     values = np.zeros((len(frequency), *quantity.shape), dtype=complex)
     omega = 2 * np.pi * frequency
@@ -509,12 +516,12 @@ def _boundary_elements(
 
 
 def told(fidelity: AcousticsFidelity, knobs: Sequence[str]) -> str:
-    """Some knobs as text."""
+    """Return some knobs as text."""
     return f"AcousticsFidelity({', '.join(f'{name}={getattr(fidelity, name)!r}' for name in knobs)})"
 
 
 def check_frequencies(frequencies: ArrayLike) -> FloatArray:
-    """Frequencies (Hz) as a strictly increasing (n_f,) array from 0 up, else `InputError`."""
+    """Return frequencies (Hz) as a strictly increasing (n_f,) array from 0 up; InputError otherwise."""
     f = np.atleast_1d(real_numbers(frequencies, "frequencies"))
     require(
         f.ndim == 1 and f.size > 0 and bool(np.isfinite(f).all()) and f[0] >= 0 and bool((np.diff(f) > 0).all()),

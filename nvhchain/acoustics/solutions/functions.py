@@ -36,8 +36,30 @@ from nvhchain.kinds import checked
 
 @checked
 def master_frequencies(low: float, high: float, fidelity: AcousticsFidelity) -> FloatArray:
-    """Equally spaced master frequencies (Hz) from `low` to `high`: what is left of a transfer vector once its phase is
-    removed oscillates in frequency with the body's own travel time, at every frequency alike."""
+    """Return equally spaced master frequencies.
+
+    Parameters
+    ----------
+    low, high : float
+        Band (Hz).
+    fidelity : AcousticsFidelity
+        Accuracy settings; `masters` decides.
+
+    Returns
+    -------
+    (n_f,) array
+        Frequencies (Hz) from `low` to `high`.
+
+    Raises
+    ------
+    InputError
+        If the band is empty or the number of masters too small.
+
+    Notes
+    -----
+    A transfer vector without its phase oscillates in frequency with the body's own travel time, at every frequency
+    alike.
+    """
     require(0 <= low <= high < np.inf and high > 0, f"band {low:g}…{high:g} Hz is empty: give 0 ≤ low ≤ high, finite")
     if low == high:
         return np.array([high])
@@ -62,18 +84,18 @@ def transfer_vectors(
     progress: Progress | None = None,
     shards: str | Path | None = None,
 ) -> TransferVectors:
-    """Pressure at field points per unit normal velocity of every face, p = vectors · v_n, at master frequencies.
+    """Compute pressure at field points per unit normal velocity of every face, p = vectors · v_n, at masters.
 
     Parameters
     ----------
     surface : Surface
         Closed, outward, resolving the highest frequency at `fidelity.elements_per_wavelength`.
-    points : array_like, (n_point, 3)
-        Field points outside the body, m.
-    frequencies : array_like, (n_f,)
-        Master frequencies, Hz, increasing; at 0 Hz the vectors vanish.
+    points : (n_point, 3) array
+        Field points outside the body (m).
+    frequencies : (n_f,) array
+        Master frequencies (Hz), increasing; at 0 Hz the vectors vanish.
     air : Air
-        Speed of sound, m/s, and density, kg/m³.
+        Speed of sound (m/s) and density (kg/m³).
     fidelity : AcousticsFidelity
         Knobs of boundary elements and master frequencies.
     engine : str
@@ -81,40 +103,41 @@ def transfer_vectors(
     plane : RigidPlane, optional
         Plane that reflects (`fused` only), with body and points on the side of its normal.
     executor : concurrent.futures.Executor, optional
-        Takes bands of four frequencies, as many at once as memory allows.
+        Executor for bands of four frequencies, as many at once as memory permits.
     progress : callable, optional
-        Called with (frequencies done, in all).
+        Function of the numbers of finished and of all frequencies.
     shards : path, optional
-        Folder in which every finished band is saved, and from which a run that was killed takes them again.
+        Folder of checkpoints: every finished band is saved, and an interrupted run resumes from them.
 
     Returns
     -------
     TransferVectors
-        The part that goes by way of the plane is kept apart (`image_vectors`).  The provenance states how it was solved
-        (`solver`) and the accuracy that the mesh lets expect.
+        The part reflected by the plane is separate (`image_vectors`). The provenance states the solver (`solver`) and
+        the expected accuracy of the mesh.
 
     Raises
     ------
     InputError
-        Mesh too coarse; point inside the body or too near it; body or point behind the plane or too near it.
+        If the mesh is too coarse, or a point is inside the body or too near it. Also if body or point are behind the
+        plane or too near it.
     ResourceError
-        Matrices do not fit into free memory.
+        If matrices do not fit into free memory.
     SolverError
-        Singular system.
+        If a system is singular.
 
     Notes
     -----
-    A p = B ∂p/∂n on the surface, ∂p/∂n = −jωρ v_n and p(x) = d·p − s·∂p/∂n give the vector −jωρ (Bᵀ A⁻ᵀ d − s): one
-    system per frequency, solved for one right-hand side per field point, whatever the number of faces.  Velocities are
-    best means over the faces; their variation within these follows from the faces beside (`within_faces`).  Those that
-    differ from face to face by chance err by up to 1.2 dB, 3 dB by what `radiate` states.  `fidelity.radiation` =
-    `rayleigh` takes the Rayleigh integral instead (`rayleigh_vectors`).  Assumes one-way coupling.
+    A p = B ∂p/∂n on the surface, ∂p/∂n = −jωρ v_n and p(x) = d·p − s·∂p/∂n yield the vector −jωρ (Bᵀ A⁻ᵀ d − s). Each
+    frequency has one system, solved for one right-hand side per field point, for any number of faces. Velocities should
+    be means over the faces; their variation within these follows from adjacent faces (`within_faces`). Velocities that
+    differ randomly from face to face err by up to 1.2 dB, and by up to 3 dB in the estimate of `radiate`.
+    `fidelity.radiation` = `rayleigh` selects the Rayleigh integral (`rayleigh_vectors`). Coupling to the air is
+    one-way.
 
     Examples
     --------
-    >>> from nvhchain.acoustics import sphere, transfer_vectors
-    >>> transfer_vectors(sphere(0.1, 1), [[0.0, 0.0, 1.0]], [200.0, 400.0]).vectors.shape
-    (2, 1, 80)
+    >>> from nvhchain.acoustics import sphere, transfer_vectors >>> transfer_vectors(sphere(0.1, 1), [[0.0, 0.0, 1.0]],
+    [200.0, 400.0]).vectors.shape (2, 1, 80)
     """
     problem = ExteriorProblem(surface, air=air, plane=plane, engine=engine_named(engine), fidelity=fidelity)
     return problem.transfer_vectors(points, frequencies, Work(executor, progress, shards))
@@ -135,44 +158,46 @@ def adaptive_transfer_vectors(
     progress: Progress | None = None,
     shards: str | Path | None = None,
 ) -> TransferVectors:
-    """Transfer vectors at as few master frequencies as interpolation within `fidelity.master_tolerance_db` allows.
+    """Compute transfer vectors at as few masters as `fidelity.master_tolerance_db` of interpolation permits.
 
     Parameters
     ----------
     surface : Surface
         Closed, outward, resolving the highest frequency at `fidelity.elements_per_wavelength`.
-    points : array_like, (n_point, 3)
-        Field points outside the body, m.
+    points : (n_point, 3) array
+        Field points outside the body (m).
     low, high : float
-        Band, Hz.
+        Band (Hz).
     air, fidelity, engine, plane, executor, progress, shards
         As in `transfer_vectors`.
 
     Returns
     -------
     TransferVectors
-        At five masters or more, `fidelity.masters` at most.
+        Vectors at five or more masters, at most `fidelity.masters`.
 
     Raises
     ------
     InputError, ResourceError, SolverError
-        As `transfer_vectors`; SolverError too where the most masters do not reach the tolerance.
+        As `transfer_vectors`. SolverError also if `fidelity.masters` are too few for the tolerance.
 
     Notes
     -----
-    The error of a vector is its 2-norm over the faces relative to the vector's, the worst of the field points: what a
-    velocity that is alike on all faces and random in phase suffers in the mean.  It is estimated at 64 field points at
-    most, those that lie farthest from each other in direction and in the logarithm of distance, and tested at all of
-    them (`deciding_points` in the provenance).  `choose_masters` adds masters and tests them.
+    The error of a vector is its 2-norm over the faces relative to that of the vector, the worst of the field points. It
+    is the mean error of a velocity that is alike on all faces and random in phase. It is estimated at up to 64 field
+    points, those farthest from each other in direction and in the logarithm of distance (`deciding_points` in the
+    provenance). It is tested at all points. `choose_masters` adds masters and tests them.
 
-    A resonance whose flank stays below the tolerance at the nearest master can be missed.  At its peak it raises the
-    vectors by a factor H over a full width at half maximum below 2 ε d/H, with ε the tolerance as a ratio and d the
-    distance to that master.  The provenance keeps that width for H = 1 and the widest gap (`missed_width`, Hz), the
-    largest estimated error (`estimated_error_db`) and the largest that the masters solved as a test found at themselves
-    or changed elsewhere (`tested_error_db`).  The vectors themselves jump by up to `fidelity.quadrature_error` or so
-    where the engine goes over to another quadrature order: no number of masters goes below that (measured: 0.013 dB, of
-    which the estimate sees a sixth).  The vectors of all masters are kept twice at a time where masters are added, as
-    `estimate_memory` states for so many frequencies.
+    A resonance whose flank is below the tolerance at the nearest master can be missed. At its peak it raises the
+    vectors by a factor H over a full width at half maximum below 2 ε d/H. Here ε is the tolerance as a ratio and d the
+    distance to that master. The provenance holds that width for H = 1 and the widest gap (`missed_width`, Hz). It also
+    holds the largest estimated error (`estimated_error_db`). `tested_error_db` is the largest error at test masters, or
+    change by them elsewhere.
+
+    The vectors themselves jump by up to about `fidelity.quadrature_error` where the engine changes its quadrature
+    order. No number of masters reduces the error below that (measured: 0.013 dB, of which the estimate includes a
+    sixth). Two copies of the vectors of all masters are in memory while masters are added, as stated by
+    `estimate_memory`.
     """
     problem = ExteriorProblem(surface, air=air, plane=plane, engine=engine_named(engine), fidelity=fidelity)
     return problem.transfer_vectors(points, Adaptive(low, high), Work(executor, progress, shards))
@@ -191,35 +216,41 @@ def solve_direct(
     progress: Progress | None = None,
     shards: str | Path | None = None,
 ) -> FieldPressure:
-    """Sound pressure at field points by a boundary element solution at every frequency, without transfer vectors.
+    """Compute sound pressure at field points by a solution at every frequency, without transfer vectors.
 
     Parameters
     ----------
     surface_velocity : SurfaceVelocity
         Normal velocity at the frequencies to solve.
-    points : array_like, (n_point, 3)
-        Field points outside the body, m.
+    points : (n_point, 3) array
+        Field points outside the body (m).
     air, fidelity, engine, plane, executor, progress, shards
         As in `transfer_vectors`.
 
     Returns
     -------
     FieldPressure
-        Zero at 0 Hz, the limit of a finite velocity.
+        Pressure (Pa); zero at 0 Hz, the limit of a finite velocity.
 
     Raises
     ------
     InputError, ResourceError, SolverError
         As `transfer_vectors`.
 
+    Warns
+    -----
+    AccuracyWarning
+        As `sound_power` for cancelling motions, and as `radiate` for resonances.
+
     Notes
     -----
-    Always boundary elements, whatever `fidelity.radiation` is.  The provenance keeps the largest error of motions whose
-    parts cancel each other, or that bend walls in waves which are short for the mesh, relative to the loudest point
-    (`cancellation_error_dB`, at `cancellation_frequency` Hz), with an AccuracyWarning as `sound_power` gives it.  Where
-    the mesh may miss resonances of the air in openings (`resonance_shift`), it also keeps what that makes of the
-    loudest point (`resonance_error_dB`) at the line (`resonance_frequency`, Hz) at which most is stored in openings for
-    the work done on all air, from one more solution beside that line, with an AccuracyWarning as `radiate` gives it.
+    The solution uses boundary elements for any `fidelity.radiation`. The provenance holds `cancellation_error_dB`, at
+    `cancellation_frequency` Hz. It is the largest error of motions whose parts cancel each other or that bend walls in
+    waves short for the mesh. It is relative to the loudest point.
+
+    The mesh may miss resonances of the air in openings (`resonance_shift`). The provenance then holds the effect on the
+    loudest point (`resonance_error_dB`) at one line (`resonance_frequency`, Hz). This line has the most energy stored
+    in openings for the work done on all air. The effect follows from one more solution beside it.
     """
     surface, found = surface_velocity.surface, engine_named(engine)
     problem = ExteriorProblem(surface, air=air, plane=plane, engine=found, fidelity=fidelity)
@@ -238,7 +269,7 @@ def surface_pressure(
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> SurfacePressure:
-    """Total sound pressure at the vertices of the radiating surface, fourth-order accurate where the mesh is regular.
+    """Compute the total sound pressure at the vertices of the surface, fourth-order accurate on a regular mesh.
 
     Parameters
     ----------
@@ -252,18 +283,17 @@ def surface_pressure(
     Returns
     -------
     SurfacePressure
-        Pressure, Pa, at every vertex.
+        Pressure (Pa) at every vertex.
 
     Raises
     ------
     InputError, ResourceError, SolverError
-        As `transfer_vectors`.
+        As `transfer_vectors`. InputError also for a point source inside the body or behind the plane.
 
     Notes
     -----
-    The incident field adds p_inc + α ∂p_inc/∂n to the right-hand side of (½ − K + αW) p = −(S + α(½ + K′)) ∂p/∂n, the
-    total field's equation; with a plane, p_inc comes with its own reflection.  A point source inside the body or behind
-    the plane is refused.
+    The incident field adds p_inc + α ∂p_inc/∂n to the right-hand side of the total field's equation (½ − K + αW) p =
+    −(S + α(½ + K′)) ∂p/∂n. With a plane, p_inc includes its own reflection.
     """
     surface, found = surface_velocity.surface, engine_named(engine)
     problem = ExteriorProblem(surface, air=air, plane=plane, engine=found, fidelity=fidelity)
@@ -284,15 +314,15 @@ def sound_power(
     progress: Progress | None = None,
     shards: str | Path | None = None,
 ) -> SoundPower:
-    """Sound power that a vibrating surface radiates into a free field or above a plane.
+    """Compute the sound power that a vibrating surface radiates into a free field or above a plane.
 
     Parameters
     ----------
     surface_velocity : SurfaceVelocity
         Normal velocity at the frequencies to solve.
     array_radius : float, optional
-        Radius, m, of a sphere about the surface's centre, or of a hemisphere on the plane, at whose microphones the
-        pressure is taken instead (`array_points`), as a measurement would.
+        Radius (m) of a microphone array, a sphere about the surface's centre or a hemisphere on the plane. The power
+        then follows from the pressure at the microphones (`array_points`), as in a measurement.
     array_standard : str
         Standard of the microphone positions.
     air, fidelity, engine, plane, executor, progress, shards
@@ -301,25 +331,29 @@ def sound_power(
     Returns
     -------
     SoundPower
-        Time average, W.
+        Time average (W).
 
     Raises
     ------
     InputError, ResourceError, SolverError
         As `transfer_vectors`.
 
+    Warns
+    -----
+    AccuracyWarning
+        If the expected errors exceed those requested by the fidelity, or an array is too near (`array_power`).
+
     Notes
     -----
-    The sum over the spherical waves that leave the surface (`squared_waves`), which are found from its velocity
-    and its pressure: equal to the intensity on the surface, ½ Re ∫ p v_n* dS, but right too where the body is small
-    against the wavelength and the real part of p a small remainder (docs/decisions/0007).
-    `fidelity.radiation` = `rayleigh` needs an array, as it gives no pressure on the surface;
-    `equivalent_radiated_power` is a power by itself.
+    The power is the sum over the spherical waves that leave the surface (`squared_waves`), from its velocity and its
+    pressure. It equals the intensity on the surface, ½ Re ∫ p v_n* dS. It remains accurate for a body small against the
+    wavelength, where the real part of p is a small remainder (docs/decisions/0007). The level `rayleigh` of
+    `fidelity.radiation` needs an array, as it yields no pressure on the surface. The level `equivalent_radiated_power`
+    is a power by itself.
 
-    The provenance keeps what the mesh lets expect (`expected_accuracy`) and, from the surface, the largest error of
-    motions whose parts cancel each other, or that bend walls in waves which are short for the mesh
-    (`cancellation_error_dB`, at `cancellation_frequency` Hz): AccuracyWarning where they exceed what the fidelity asks
-    for, and for an array that stands too near (`array_power`).  From an array it keeps `array_radius` (m) and
+    The provenance holds the expected accuracy of the mesh (`expected_accuracy`). From the surface, it also holds
+    `cancellation_error_dB`, at `cancellation_frequency` Hz. It is the largest error of motions whose parts cancel each
+    other or that bend walls in waves short for the mesh. From an array, it holds `array_radius` (m) and
     `array_standard`.
     """
     surface, frequency = surface_velocity.surface, surface_velocity.frequency
@@ -359,22 +393,22 @@ def radiation_resistance(
     progress: Progress | None = None,
     shards: str | Path | None = None,
 ) -> RadiationResistance:
-    """Radiation resistance of a surface in the coordinates of some shapes, at master frequencies.
+    """Compute the radiation resistance of a surface in the coordinates of some shapes, at master frequencies.
 
     Parameters
     ----------
     motion : SurfaceShapes
-        Surface and shapes, those of a housing for instance (`housing_shapes`).
-    master_frequencies : array_like, (n_f,)
-        Hz, increasing; `waves_power` and `modal_power` go between them.
+        Surface and shapes, for instance those of a housing (`housing_shapes`).
+    master_frequencies : (n_f,) array
+        Frequencies (Hz), increasing; `waves_power` and `modal_power` interpolate between them.
     air, fidelity, engine, plane, executor, progress, shards
         As in `transfer_vectors`.
 
     Returns
     -------
     RadiationResistance
-        Spherical waves of every shape (`multipole_amplitudes`), with what bounds the error of motions whose parts
-        cancel (`cancellation_resistance`).
+        Spherical waves of every shape (`multipole_amplitudes`), with a bound on the error of motions whose parts cancel
+        (`cancellation_resistance`).
 
     Raises
     ------
@@ -383,7 +417,7 @@ def radiation_resistance(
 
     Notes
     -----
-    One boundary element system per frequency is solved for all shapes, as `sound_power` solves it for one velocity.
+    One boundary element system per frequency is solved for all shapes, as in `sound_power` for one velocity.
     """
     surface, found = motion.surface, engine_named(engine)
     problem = ExteriorProblem(surface, air=air, plane=plane, engine=found, fidelity=fidelity)
@@ -404,33 +438,33 @@ def adaptive_radiation_resistance(
     progress: Progress | None = None,
     shards: str | Path | None = None,
 ) -> RadiationResistance:
-    """Radiation resistance at as few masters, from five up, as an error of `fidelity.master_tolerance_db` allows.
+    """Compute radiation resistance at as few masters, five or more, as `fidelity.master_tolerance_db` permits.
 
     Parameters
     ----------
     motion : SurfaceShapes
         Surface and shapes.
     low, high : float
-        Band, Hz.
+        Band (Hz).
     air, fidelity, engine, plane, executor, progress, shards
         As in `transfer_vectors`.
 
     Returns
     -------
     RadiationResistance
-        At `fidelity.masters` at most.
+        Waves at up to `fidelity.masters` masters.
 
     Raises
     ------
     InputError, ResourceError, SolverError
-        As `transfer_vectors`; SolverError too where the most masters do not reach the tolerance.
+        As `transfer_vectors`. SolverError also if `fidelity.masters` are too few for the tolerance.
 
     Notes
     -----
     The error of a column is the 2-norm of its waves' error relative to that of its waves, the worst of the columns.
-    `choose_masters` adds masters and tests them; the provenance keeps what `adaptive_transfer_vectors` keeps
-    (`estimated_error_db`, `tested_error_db`, `missed_width`).  Combinations of columns that cancel err more, by what
-    `waves_power` states.
+    `choose_masters` adds masters and tests them. The provenance holds the entries of `adaptive_transfer_vectors`
+    (`estimated_error_db`, `tested_error_db`, `missed_width`). Combinations of columns that cancel have larger errors,
+    which `waves_power` states.
     """
     surface, found = motion.surface, engine_named(engine)
     problem = ExteriorProblem(surface, air=air, plane=plane, engine=found, fidelity=fidelity)

@@ -18,11 +18,11 @@ from nvhchain.errors import require
 from nvhchain.handoff import ComplexArray, FloatArray, RigidPlane, Surface, SurfaceVelocity
 
 FASTEST = 1e140
-"""m/s, largest normal velocity: the squares of what it makes are still numbers."""
+"""Largest normal velocity (m/s) whose squared results do not overflow."""
 
 
 def check_speed(velocity: SurfaceVelocity) -> None:
-    """Raise `InputError` for normal velocities whose power is no number."""
+    """Raise InputError for normal velocities whose power overflows."""
     fastest = float(np.abs(velocity.normal_velocity).max(initial=0.0))
     require(
         fastest <= FASTEST,
@@ -33,9 +33,20 @@ def check_speed(velocity: SurfaceVelocity) -> None:
 
 @dataclass(frozen=True, eq=False)
 class Power(Quantity):
-    """Sound power, W, and that of the error where parts of the motion cancel: (2,).
+    """Sound power (W), and that of the error where parts of the motion cancel: (2,).
 
-    top: highest wavenumber, rad/m.  digits: decimal digits to which the spherical waves are resolved.
+    Parameters
+    ----------
+    surface : Surface
+        Radiating surface.
+    air : Air
+        Density and speed of sound.
+    plane : RigidPlane or None
+        Reflecting plane.
+    top : float
+        Highest wavenumber (rad/m).
+    digits : float
+        Decimal digits of the spherical waves.
     """
 
     stage, knobs = "sound_power", ("multipole_digits",)
@@ -48,16 +59,20 @@ class Power(Quantity):
 
     @property
     def shape(self) -> tuple[int, ...]:
+        """Shape of the values at one frequency."""
         return (2,)
 
     def memory(self, frequencies: int) -> tuple[int, int]:
+        """Return the bytes of all results, and of the columns of one block."""
         return 0, workers(frequencies) * waves_memory(self.surface, self.top, self.plane, self.digits)
 
     def moves(self, frequency: FloatArray, *rows: ComplexArray) -> NDArray[np.bool_]:
+        """Return the lines (n_f,) that need a system."""
         (normal_velocity,) = rows
         return np.asarray((frequency > 0) & normal_velocity.any(axis=1))
 
     def values(self, system: System, line: Line, *row: ComplexArray) -> ComplexArray:
+        """Return power and error power at one frequency."""
         (normal_velocity,) = row
         surface, k = self.surface, line.wavenumber
         gradient = -1j * line.omega * self.air.density * (within_faces(surface) @ normal_velocity)

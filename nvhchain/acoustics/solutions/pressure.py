@@ -1,4 +1,4 @@
-"""Sound pressure of given surface velocities: at field points, and on the surface."""
+"""Sound pressure of given surface velocities, at field points and on the surface."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from nvhchain.fidelity import AcousticsFidelity
 from nvhchain.handoff import ComplexArray, FloatArray, RigidPlane, Surface, SurfaceVelocity
 
 _LAYER_BYTES = 2**28
-"""Layer potentials of as many field points as fit into this are made at once."""
+"""Bytes of layer potentials that are computed at once."""
 
 STEP = 0.125
 """Distance of the second line beside a resonance, in shifts of its frequency."""
@@ -36,7 +36,18 @@ STEP = 0.125
 class FieldValues(Quantity):
     """Pressure at the field points, `cancellation_pressure` and `stored_in_openings`: (n_point + 2,).
 
-    points: (n_point, 3) m.  near_ratio: see `layer_potentials`.
+    Parameters
+    ----------
+    surface : Surface
+        Radiating surface.
+    points : (n_point, 3) array
+        Field points (m).
+    air : Air
+        Density and speed of sound.
+    plane : RigidPlane or None
+        Reflecting plane.
+    near_ratio : float
+        Near-field limit of `layer_potentials`.
     """
 
     stage = "solve_direct"
@@ -49,14 +60,17 @@ class FieldValues(Quantity):
 
     @property
     def shape(self) -> tuple[int, ...]:
+        """Shape of the values at one frequency."""
         return (len(self.points) + 2,)
 
     def memory(self, frequencies: int) -> tuple[int, int]:
+        """Return the bytes of all results, and of the columns of one block."""
         ends = len(with_images(self.points, self.plane))
         layers = workers(frequencies) * min(ends, self._block) * self._layer_bytes
         return 16 * frequencies * len(self.points), layers
 
     def values(self, system: System, line: Line, *row: ComplexArray) -> ComplexArray:
+        """Return the values at one frequency."""
         (normal_velocity,) = row
         surface, k = self.surface, line.wavenumber
         gradient = -1j * line.omega * self.air.density * (within_faces(surface) @ normal_velocity)
@@ -70,7 +84,7 @@ class FieldValues(Quantity):
         found = np.zeros(self.shape, dtype=complex)
         found[:-2] = at_ends.reshape(-1, len(self.points)).sum(axis=0)
         on_faces = on_surface[surface.triangles].mean(axis=1)
-        largest = max(float(np.abs(on_faces).max()), np.finfo(float).tiny)  # as squares of any pressure are not
+        largest = max(float(np.abs(on_faces).max()), np.finfo(float).tiny)  # scaled: squares may overflow
         scaled = on_faces / largest
         left = cancellation_pressure(
             surface, np.array([k]), scaled[:, None], self.points, self.plane, line.quadrature_error
@@ -88,15 +102,22 @@ class FieldValues(Quantity):
 
     @property
     def _block(self) -> int:
-        """Field points whose layer potentials are made at once."""
+        """Number of field points whose layer potentials are computed at once."""
         return max(1, _LAYER_BYTES // self._layer_bytes)
 
 
 @dataclass(frozen=True, eq=False)
 class SurfaceValues(Quantity):
-    """Coefficients (n_v,) of the linear functions whose sum comes nearest to the surface pressure in the mean.
+    """Coefficients (n_v,) of the linear functions whose sum is the best fit of the surface pressure in the mean.
 
-    incident: field that the body scatters, with its reflection by a plane.
+    Parameters
+    ----------
+    surface : Surface
+        Radiating surface.
+    air : Air
+        Density and speed of sound.
+    incident : IncidentField or None
+        Field that the body scatters, with its reflection by a plane.
     """
 
     stage = "surface_pressure"
@@ -107,12 +128,15 @@ class SurfaceValues(Quantity):
 
     @property
     def shape(self) -> tuple[int, ...]:
+        """Shape of the values at one frequency."""
         return (len(self.surface.vertices),)
 
     def memory(self, frequencies: int) -> tuple[int, int]:
+        """Return the bytes of all results, and of the columns of one block."""
         return 16 * frequencies * len(self.surface.vertices), 0
 
     def values(self, system: System, line: Line, *row: ComplexArray) -> ComplexArray:
+        """Return the coefficients at one frequency."""
         (normal_velocity,) = row
         rhs = system.apply_b(-1j * line.omega * self.air.density * (within_faces(self.surface) @ normal_velocity))
         if self.incident is not None:
@@ -127,16 +151,16 @@ def told_field(
     fidelity: AcousticsFidelity,
     change: Callable[[int, int, float], float],
 ) -> dict[str, float]:
-    """Provenance of what `FieldValues` (n_f, n_point + 2) may err by: cancelling motions and missed resonances.
+    """Return the provenance of errors of `FieldValues` (n_f, n_point + 2): cancelling motions and missed resonances.
 
-    expected: of the mesh.  change: by how many Pa the pressure at a line and point changes if resonances lie a relative
-    shift elsewhere.
+    expected : provenance of the mesh.
+    change : function of line, point and relative shift of resonances, which returns the change of the pressure (Pa).
     """
     frequency = surface_velocity.frequency
     amplitude, left, stored = np.abs(values[:, :-2]), values[:, -2].real.copy(), values[:, -1].real
     one_element = float(frequency[-1]) * expected.get("elements_per_wavelength", np.inf)
     loudest = amplitude.max(axis=1)
-    heard = loudest > 0  # of any pressure, as the squares of some are no numbers
+    heard = loudest > 0  # relative, as squares of a pressure may overflow
     left[heard] /= loudest[heard]
     short = short_waves(surface_velocity)
     told = told_cancellation(frequency, heard.astype(float), left**2, short, fidelity, one_element)
@@ -149,12 +173,14 @@ def told_field(
 
 
 def change_by_pole(frequency: float, pressure: complex, beside: complex, shift: float, paths: Paths) -> float:
-    """Pa by which a pressure at a line (Hz) changes if a resonance of air in openings lies `shift` times its frequency
-    higher or lower.
+    """Return the change (Pa) of a pressure at a line (Hz) if a resonance of air in openings shifts.
 
-    The pole of 1/(f − f_p) is the one that has the slope of that pressure, over jω and without the phase of the direct
-    way, from the line to the pressure `beside` it, at 1 + `STEP` times `shift` of its frequency; none where that is no
-    steeper than detours about the body and the growth of a quadrupole make it.
+    beside : pressure at 1 + `STEP` times `shift` of the frequency.
+    shift : shift of the resonance, higher or lower, relative to its frequency.
+
+    The slope of the pressure between the two frequencies defines the pole f_p of 1/(f − f_p). The slope is that over
+    jω, without the phase of the direct path. There is no pole if detours about the body and the growth of a quadrupole
+    explain the slope.
     """
     step = STEP * shift
     slope = (beside / ((1.0 + step) * pressure) - 1.0) / (step * frequency)
@@ -168,10 +194,13 @@ def change_by_pole(frequency: float, pressure: complex, beside: complex, shift: 
 
 
 def vertex_values(surface: Surface, galerkin: ComplexArray) -> ComplexArray:
-    """Pressure (n_f, n_v) at the vertices from the coefficients of the best linear fit.
+    """Return pressure (n_f, n_v) at the vertices from the coefficients of the best linear fit.
 
-    The best fit of a curved function misses it at the vertices by −h²Δp/16 and its average under each hat function by
-    +h²Δp/16 (equilateral triangles of edge h): half of both is free of that error, 4.7 % at eight edges per wavelength.
+    Notes
+    -----
+    At the vertices, the best fit of a curved function errs by −h²Δp/16 (equilateral triangles of edge h). Its average
+    under each hat function errs by +h²Δp/16. The mean of both is free of that error, which is 4.7 % at eight edges per
+    wavelength.
     """
     total = np.zeros(galerkin.shape, dtype=complex)
     weight = np.zeros(len(surface.vertices))
@@ -184,7 +213,7 @@ def vertex_values(surface: Surface, galerkin: ComplexArray) -> ComplexArray:
 
 
 def _tested(surface: Surface, incident: IncidentField, k: float) -> ComplexArray:
-    """∫ φ_i (p_inc + α ∂p_inc/∂n) dS for the linear function φ_i of every vertex, (n_v,)."""
+    """Return ∫ φ_i (p_inc + α ∂p_inc/∂n) dS for the linear function φ_i of every vertex, (n_v,)."""
     alpha = coupling(surface, k)
     corners = surface.vertices[surface.triangles]
     tested = np.zeros(len(surface.vertices), dtype=complex)

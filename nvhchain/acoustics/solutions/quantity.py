@@ -1,4 +1,4 @@
-"""Quantity that an exterior problem is solved for: what one boundary element system per frequency has to give."""
+"""Quantities of an exterior problem: values from one boundary element system per frequency."""
 
 from __future__ import annotations
 
@@ -12,7 +12,17 @@ from nvhchain.handoff import ComplexArray, FloatArray
 
 
 class Line(NamedTuple):
-    """One frequency above 0 Hz: angular frequency, rad/s, wavenumber, rad/m, and relative error of the quadrature."""
+    """One frequency above 0 Hz.
+
+    Parameters
+    ----------
+    omega : float
+        Angular frequency (rad/s).
+    wavenumber : float
+        Wavenumber (rad/m).
+    quadrature_error : float
+        Relative error of the quadrature.
+    """
 
     omega: float
     wavenumber: float
@@ -20,16 +30,16 @@ class Line(NamedTuple):
 
 
 class Quantity(Protocol):
-    """Values at every frequency, from the system there and, for some, from a row of input.
+    """Values at every frequency, from the system there and, for some quantities, from a row of input.
 
-    Quantities are frozen dataclasses: they go to workers, and finished blocks are kept under their content.
+    Quantities are frozen dataclasses: workers receive them, and their content identifies checkpoints.
 
     Attributes
     ----------
     stage : str
         Name in provenance and checkpoints.
     knobs : tuple of str
-        Fields of the fidelity that it depends on, beside those of the system.
+        Fields of the fidelity that affect the values, besides those of the system.
     """
 
     stage: ClassVar[str]
@@ -41,13 +51,13 @@ class Quantity(Protocol):
         ...
 
     def memory(self, frequencies: int) -> tuple[int, int]:
-        """Bytes of all results, and of the columns of one block."""
+        """Return the bytes of all results, and of the columns of one block."""
         ...
 
     def values(self, system: System, line: Line, *row: Any) -> ComplexArray:
-        """Values of this `shape` at one frequency."""
+        """Return values of this `shape` at one frequency."""
         ...
 
     def moves(self, frequency: FloatArray, *rows: ComplexArray) -> NDArray[np.bool_]:
-        """Lines (n_f,) that need a system; the values are zero at others."""
+        """Return the lines (n_f,) that need a system; the values are zero at others."""
         return np.asarray(frequency > 0)

@@ -30,8 +30,14 @@ from nvhchain.kinds import checked
 class SurfaceShapes:
     """Shapes in which a surface moves: v_n = shapes · q̇.
 
-    surface: closed, outward.  shapes: (n_face, n_column) real, outward normal velocity per unit of a coordinate.
-    housing: content hash of the reduced housing they belong to (`housing_shapes`), or empty.
+    Parameters
+    ----------
+    surface : Surface
+        Closed, outward.
+    shapes : (n_face, n_column) array
+        Real outward normal velocity per unit of a coordinate.
+    housing : str
+        Content hash of the reduced housing of the shapes (`housing_shapes`), or empty.
     """
 
     surface: Surface
@@ -46,10 +52,25 @@ class SurfaceShapes:
 
 @checked
 def housing_shapes(housing: ReducedHousing, loaded: ArrayLike | None = None) -> SurfaceShapes:
-    """Shapes of a housing: normal shapes of its modes, kg^-½, then residual motion of every bearing and axis, m/N.
+    """Return the shapes of a housing: normal shapes of its modes, then residual motion of every bearing and axis.
 
-    loaded: (n_bearing, 3) bool, which bearings carry a force along which axis (`loaded_seats`); the others' columns are
-    zero and cost nothing, and `modal_power` refuses forces there.  None: all.
+    Parameters
+    ----------
+    housing : ReducedHousing
+        Housing with modes and residual motions.
+    loaded : (n_bearing, 3) array of bool, optional
+        Bearings and axes that carry a force (`loaded_seats`); by default all. The other columns are zero and cost
+        nothing; `modal_power` refuses forces there.
+
+    Returns
+    -------
+    SurfaceShapes
+        Modes in kg^-½, residual motions in m/N.
+
+    Raises
+    ------
+    InputError
+        If `loaded` has another shape.
     """
     residual = housing.face_residual.reshape(-1, housing.normal_shapes.shape[1])
     if loaded is not None:
@@ -67,7 +88,20 @@ def housing_shapes(housing: ReducedHousing, loaded: ArrayLike | None = None) -> 
 class Waves(Quantity):
     """Spherical waves of every shape, and below them the `cancellation_resistance`: (n_row + n_column, n_column).
 
-    top: order to which the rows belong.  digits: decimal digits to which waves are resolved.
+    Parameters
+    ----------
+    surface : Surface
+        Radiating surface.
+    shapes : (n_face, n_column) array
+        Shapes of `SurfaceShapes`.
+    air : Air
+        Density and speed of sound.
+    plane : RigidPlane or None
+        Reflecting plane.
+    top : int
+        Highest order of the waves in the rows.
+    digits : float
+        Decimal digits of the waves.
     """
 
     stage, knobs = "radiation_resistance", ("multipole_digits",)
@@ -81,24 +115,28 @@ class Waves(Quantity):
 
     @property
     def rows(self) -> int:
-        """Waves of a shape."""
+        """Number of waves of a shape."""
         return multipole_count(self.surface, self.top, self.plane)
 
     @property
     def shape(self) -> tuple[int, ...]:
+        """Shape of the values at one frequency."""
         columns = self.shapes.shape[1]
         return self.rows + columns, columns
 
     def memory(self, frequencies: int) -> tuple[int, int]:
+        """Return the bytes of all results, and of the columns of one block."""
         rows, columns = self.shape
         waves = expansion_memory(self.surface, self.top)
         waves += 16 * columns * (3 * len(self.surface.vertices) + 6 * len(self.shapes))
         return 2 * 16 * frequencies * rows * columns, waves * workers(frequencies)
 
     def moves(self, frequency: FloatArray, *rows: ComplexArray) -> NDArray[np.bool_]:
+        """Return the lines (n_f,) that need a system."""
         return np.asarray((frequency > 0) & (len(self._moving) > 0))
 
     def values(self, system: System, line: Line, *row: ComplexArray) -> ComplexArray:
+        """Return waves and error resistance at one frequency."""
         columns, k = self.shapes.shape[1], line.wavenumber
         gradient = np.asarray(-1j * line.omega * self.air.density * self._motion, dtype=complex)
         pressure = system.solve(system.apply_b(gradient))
@@ -117,5 +155,5 @@ class Waves(Quantity):
 
     @cached_property
     def _motion(self) -> FloatArray:
-        """Moving shapes as they vary within faces."""
+        """Moving shapes with their variation within faces."""
         return np.asarray(within_faces(self.surface) @ self.shapes[:, self._moving])

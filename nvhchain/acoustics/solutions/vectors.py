@@ -21,7 +21,16 @@ from nvhchain.handoff import ComplexArray, FloatArray, Surface
 class Vectors(Quantity):
     """Transfer vectors (n_end, n_face), −jωρ (Bᵀ A⁻ᵀ d − s): p(x) = d·p − s·∂p/∂n at every end x.
 
-    ends: (n_end, 3) m, field points and, with a plane, their images.  near_ratio: see `layer_potentials`.
+    Parameters
+    ----------
+    surface : Surface
+        Radiating surface.
+    ends : (n_end, 3) array
+        Field points and, with a plane, their images (m).
+    air : Air
+        Density and speed of sound.
+    near_ratio : float
+        Near-field limit of `layer_potentials`.
     """
 
     stage = "transfer_vectors"
@@ -33,18 +42,21 @@ class Vectors(Quantity):
 
     @property
     def shape(self) -> tuple[int, ...]:
+        """Shape of the values at one frequency."""
         return len(self.ends), len(self.surface.triangles)
 
     def memory(self, frequencies: int) -> tuple[int, int]:
+        """Return the bytes of all results, and of the columns of one block."""
         return vectors_memory(len(self.surface.vertices), len(self.surface.triangles), len(self.ends), frequencies)
 
     def values(self, system: System, line: Line, *row: ComplexArray) -> ComplexArray:
+        """Return the vectors at one frequency."""
         double, single = layer_potentials(self.surface, self.ends, line.wavenumber, self.near_ratio)
         of_faces = system.adjoint(double.T).T
         of_faces -= single
         return np.asarray(-1j * line.omega * self.air.density * (of_faces @ within_faces(self.surface)))
 
     def rayleigh(self, frequency: FloatArray) -> Solved:
-        """The same by the Rayleigh integral."""
+        """Return the vectors by the Rayleigh integral."""
         vectors = rayleigh_vectors(frequency, self.surface, self.ends, self.air, self.near_ratio)
         return Solved(vectors, SolverRecord())

@@ -1,4 +1,4 @@
-"""Choices of a call: which frequencies are solved, and how they are worked off."""
+"""Settings of a call: the frequencies to solve, executor, progress and checkpoints."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ class Work:
     Parameters
     ----------
     executor : concurrent.futures.Executor, optional
-        Takes bands of four frequencies, as many at once as memory allows.  None: this process.
+        Executor for bands of four frequencies, as many at once as memory permits. None: this process.
     progress : callable, optional
-        Called with (frequencies done, frequencies in all).
+        Function of the numbers of finished and of all frequencies.
     checkpoints : path, optional
-        Folder in which every finished band is saved, and from which a run that was killed takes them again.
+        Folder of checkpoints: every finished band is saved, and an interrupted run resumes from them.
     """
 
     executor: Executor | None = None
@@ -34,12 +34,12 @@ class Work:
 
 @dataclass(frozen=True)
 class Adaptive:
-    """Band in which master frequencies are chosen: as few as `fidelity.master_tolerance_db` allows.
+    """Band in which master frequencies are chosen: as few as `fidelity.master_tolerance_db` permits.
 
     Parameters
     ----------
     low, high : float
-        Limits of the band, Hz.
+        Limits of the band (Hz).
     """
 
     low: float

@@ -136,8 +136,9 @@ def transfer_vectors(
 
     Examples
     --------
-    >>> from nvhchain.acoustics import sphere, transfer_vectors >>> transfer_vectors(sphere(0.1, 1), [[0.0, 0.0, 1.0]],
-    [200.0, 400.0]).vectors.shape (2, 1, 80)
+    >>> from nvhchain.acoustics import sphere, transfer_vectors
+    >>> transfer_vectors(sphere(0.1, 1), [[0.0, 0.0, 1.0]], [200.0, 400.0]).vectors.shape
+    (2, 1, 80)
     """
     problem = ExteriorProblem(surface, air=air, plane=plane, engine=engine_named(engine), fidelity=fidelity)
     return problem.transfer_vectors(points, frequencies, Work(executor, progress, shards))

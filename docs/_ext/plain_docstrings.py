@@ -6,7 +6,7 @@ from inspect import cleandoc
 NAMES = r"[A-Za-z_]\w*(?:, [A-Za-z_]\w*)*"
 ENTRY = re.compile(rf"^(?P<name>{NAMES}): +(?P<text>\S.*)$")
 TITLED = re.compile(r"^-{3,}$")
-LISTED = ("Parameters", "Attributes", "Returns", "Yields", "Raises")
+LISTED = ("Parameters", "Attributes", "Returns", "Yields", "Raises", "Warns")
 """Numpydoc sections that list entries."""
 
 SPLIT = re.compile(rf"(?<=\S)  (?={NAMES}: )")

@@ -238,6 +238,14 @@ def test_groups_hold_nodes_and_the_nodes_of_elements(tmp_path):
         read_modal_uff(tmp_path / "box.unv")
 
 
+def test_labels_beyond_63_bits_are_refused(tmp_path):
+    path = tmp_path / "box.unv"
+    universal_file(path, "tet4")
+    path.write_text(path.read_text().replace("        1 ", f" {2**63} ", 1))
+    with pytest.raises(FileFormatError, match="label 9223372036854775808 has more than 63 bits"):
+        read_modal_uff(path)
+
+
 def shells_on_top(solid, height=0.1):
     """Elements 1000 … of linear quadrilaterals on the top of the upper bricks, cut at the height of the nodes."""
     upper = [element for element in solid.blocks[0].nodes[:, 4:8] if (solid.nodes[element, 2] == height).all()]

@@ -186,6 +186,14 @@ def _float(token: str) -> float:
     return float(_BARE_EXPONENT.sub("E", token.upper().replace("D", "E")))
 
 
+def _integer(text: str) -> int:
+    """Return an integer of at most 63 bits, as arrays of labels hold it."""
+    number = int(text)
+    if abs(number) >= 2**63:
+        raise ValueError(f"label {number} has more than 63 bits")
+    return number
+
+
 def _nodes(kind: int, lines: list[str]) -> Iterator[tuple[int, list[float]]]:
     step = 1 if kind == 15 else 2
     for i in range(0, len(lines) - step + 1, step):
@@ -197,19 +205,19 @@ def _nodes(kind: int, lines: list[str]) -> Iterator[tuple[int, list[float]]]:
         place = [_float(x) for x in (head[4:7] if step == 1 else _NUMBER.findall(lines[i + 1]))]
         if len(place) != 3:
             raise ValueError(f"node {head[0]} has {len(place)} coordinates, 3 are needed")
-        yield int(head[0]), place
+        yield _integer(head[0]), place
 
 
 def _elements(lines: list[str]) -> Iterator[tuple[int, tuple[int, list[int]]]]:
     """Yield label, descriptor and nodes."""
     i = 0
     while i < len(lines):
-        head = [int(x) for x in lines[i].split()]
+        head = [_integer(x) for x in lines[i].split()]
         descriptor, count = head[1], head[5]
         i += 2 if descriptor in _BEAMS else 1
         members: list[int] = []
         while len(members) < count:
-            members += [int(x) for x in lines[i].split()]
+            members += [_integer(x) for x in lines[i].split()]
             i += 1
         yield head[0], (descriptor, members)
 
@@ -220,7 +228,7 @@ def _groups(lines: list[str]) -> Iterator[tuple[str, tuple[list[int], list[int]]
     while i < len(lines):
         count, name = int(lines[i].split()[-1]), lines[i + 1].strip()
         end = i + 2 + (count + 1) // 2
-        cells = [int(x) for line in lines[i + 2 : end] for x in line.split()]
+        cells = [_integer(x) for line in lines[i + 2 : end] for x in line.split()]
         nodes, elements = (
             [label for t, label in zip(cells[::4], cells[1::4], strict=True) if t == of] for of in (NODE, _ELEMENT)
         )
@@ -265,7 +273,7 @@ def _mode(kind: int, lines: list[str], others: set[int]) -> Iterator[_Mode]:
         reals, body = _floats(lines[first + 3]), lines[first + 5 :]
         _, frequency, _, mass, viscous, hysteretic = (*reals, *[0.0] * 6)[:6]
     step = 1 + _lines_of(body[1:], count)
-    labels = np.array([int(line.split()[0]) for line in body[::step]], dtype=np.int64)
+    labels = np.array([_integer(line.split()[0]) for line in body[::step]], dtype=np.int64)
     numbers = _floats("".join(line for i, line in enumerate(body) if i % step))
     if len(numbers) != count * len(labels):
         raise ValueError(f"{len(numbers)} displacements of {len(labels)} nodes, {count} of each are needed")

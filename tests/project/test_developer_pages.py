@@ -1,0 +1,44 @@
+"""Examples of the developer pages run as they stand."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from nvhchain.acoustics import ENGINES, sphere, transfer_vectors
+from nvhchain.errors import FileFormatError
+from nvhchain.fem.mesh_files import read, read_mesh
+
+PAGES = Path(__file__).parents[2] / "docs" / "developers"
+
+
+def run(page):
+    names: dict = {"__name__": "example"}
+    for block in re.findall(r"```python\n(.*?)```", (PAGES / page).read_text(encoding="utf-8"), re.S):
+        exec(compile(block, page, "exec"), names)
+    return names
+
+
+def test_the_example_of_a_file_format_reads_and_refuses(tmp_path, monkeypatch):
+    monkeypatch.setitem(read._READERS, ".tri", None)  # and so it is forgotten afterwards
+    run("add_a_file_format.md")
+    path = tmp_path / "body.tri"
+    corners = "0 0 0\n1 0 0\n0 1 0\n0 0 1\n"
+    path.write_text(f"tri\n4 2\n{corners}0 1 2\n0 1 3\n")
+    mesh = read_mesh(path)
+    assert (mesh.points.shape, mesh.of("triangle").tolist()) == ((4, 3), [[0, 1, 2], [0, 1, 3]])
+    path.write_text(f"tri\n4 2\n{corners}0 1 2\n0 1 7\n")
+    page = " ".join((PAGES / "add_a_file_format.md").read_text(encoding="utf-8").split())
+    with pytest.raises(FileFormatError) as refused:
+        read_mesh(path)
+    assert str(refused.value).replace(f"{tmp_path}/", "") in page
+
+
+def test_the_example_of_an_engine_solves_and_counts(monkeypatch):
+    monkeypatch.setitem(ENGINES, "counted", None)
+    engine = run("add_an_engine.md")["ENGINES"]["counted"]
+    body, points, frequency = sphere(0.1, 1), np.array([[1.0, 0.0, 0.0]]), np.array([200.0, 400.0])
+    own, known = (transfer_vectors(body, points, frequency, engine=name) for name in ("counted", "fused"))
+    assert np.allclose(own.vectors, known.vectors, rtol=1e-12, atol=0.0)
+    assert len(engine.seen) == 2

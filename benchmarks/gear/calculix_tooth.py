@@ -86,7 +86,7 @@ class Model:
 def models() -> dict[str, Model]:
     """A small helical wheel with slots, and the spur wheel with slots of the thesis, ch. 4."""
     sys.path.insert(0, str(ROOT / "cases" / "studies"))
-    from thesis_gears import SPUR, blanks_of_chapter_4
+    from thesis_gears import BLANKS, SPUR
 
     small = GearGeometry(18, 3e-3, np.radians(20.0), np.radians(15.0), 12e-3, 6e-3, profile_shift=0.1)
     exact = replace(DRAFT.gear, load_pattern_tolerance=0.0, far_pattern_tolerance=0.0, root_refinement=1)
@@ -96,8 +96,8 @@ def models() -> dict[str, Model]:
             replace(exact, profile_elements=2, width_layers=3, row_aspect=2.0),
             ((1, 3), (2, 1), (4, 6)),
         ),
-        "spur, 57 teeth, 3 slots in a web": Model(
-            GearBody(SPUR, blanks_of_chapter_4()["B, three slots"]),
+        "spur, 57 teeth, 3 slots": Model(
+            GearBody(SPUR, BLANKS["d"]),
             replace(exact, profile_elements=3, width_layers=4),
             ((3, 4), (6, 0)),
         ),

@@ -59,6 +59,21 @@ def test_normal_force_jumps_at_the_pitch_point_by_the_closed_form(alike):
     assert plain.torque == pytest.approx((force * alike.pair.base_radius[0],) * 2, rel=1e-6)
 
 
+def test_friction_in_the_balance_of_torque_alone_changes_nothing_but_the_load(alike):
+    """Teeth then deflect as without friction under the same normal force, also with compliances that lack it."""
+    without = tuple(dataclasses.replace(c, friction=None) for c in alike.compliances)
+    normal = dataclasses.replace(alike, compliances=without)
+    force, deflections = 3000.0, []
+    for angle in (-1e-9, 1e-9):
+        mesh = loaded_mesh(normal, angle, force, guess=20e-6, friction=MU, friction_bending=False)
+        plain = loaded_mesh(normal, angle, mesh.force.sum(), guess=20e-6)
+        assert mesh.deflection == pytest.approx(plain.deflection, rel=1e-6)
+        assert mesh.force.sum() != pytest.approx(force, rel=0.05)
+        deflections.append(mesh.deflection)
+    bent = [loaded_mesh(alike, a, force, guess=20e-6, friction=MU).deflection for a in (-1e-9, 1e-9)]
+    assert deflections[0] / deflections[1] > 1.1 > bent[0] / bent[1]
+
+
 def test_transmission_error_jumps_only_with_friction_and_only_there(alike):
     torque = 150.0
     angle, smooth = loaded_transmission_error(alike, torque)

@@ -1,11 +1,13 @@
 """Root stress of pair B of S. Shweiki's thesis, ch. 4, on a coarse mesh: static modes against nodal forces, friction.
 
-A solid gear drives one with three slots in its web, 10 µm of profile crowning; tooth 0 stands over a slot, tooth 10
+A solid gear with 10 µm of profile crowning drives one with three slots; tooth 0 stands over a slot, tooth 10
 between two. docs/measured/gear/root_strain.md has the numbers of cases/studies/gear_root_strain.py.
 """
 
 import dataclasses
+import runpy
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,13 +16,9 @@ from nvhchain.fidelity import DRAFT
 from nvhchain.gear import (
     WHEEL,
     Engagement,
-    Flank,
     GearBody,
-    GearGeometry,
     GearPair,
-    MicroGeometry,
     RootElement,
-    Slots,
     StrainGauge,
     flank_compliance,
     loaded_mesh,
@@ -29,21 +27,8 @@ from nvhchain.gear import (
     von_mises,
 )
 
-GEAR = GearGeometry(
-    57,
-    2.6e-3,
-    np.radians(20.0),
-    0.0,
-    23e-3,
-    20e-3,
-    profile_shift=0.3614,
-    dedendum=3.25e-3 / 2.6e-3 + 0.3614,
-    tip_radius=77.25e-3,
-    thickness_allowance=50e-6,
-    micro=MicroGeometry(drive=Flank(profile_crowning=10e-6)),
-)
-BLANK = Slots(3, 34e-3, 60e-3, 1.206, 4e-3, web_thickness=12e-3, hub_radius=30e-3, rim_radius=63e-3)
-PAIR = GearPair(GearBody(GEAR), GearBody(GEAR, BLANK), 150e-3)
+GEARS = runpy.run_path(str(Path(__file__).parents[2] / "cases" / "studies" / "thesis_gears.py"))
+PAIR = GearPair(GearBody(GEARS["CROWNED"]), GearBody(GEARS["SPUR"], GEARS["BLANKS"]["d"]), 150e-3)
 COARSE = dataclasses.replace(
     DRAFT.gear, profile_elements=3, width_layers=3, slices=3, row_aspect=4.0, root_refinement=2, corner_gap=0.0
 )
@@ -120,7 +105,7 @@ def test_friction_unloads_the_root_before_the_pitch_point_and_loads_it_after():
         strain = nodal_force_strain(PAIR, WHEEL, places, TEETH, meshes, COARSE, friction=mu)
         stress[mu] = von_mises(np.stack([strain[:2, 0], strain[2:, 1]]), PAIR.wheel.material)
     over, between = (stress[FRICTION] - stress[0.0]) / stress[FRICTION]
-    assert -0.48 < between[0].min() < between[0].max() < -0.28
-    assert 0.14 < between[1].min() < between[1].max() < 0.32
+    assert -0.42 < between[0].min() < between[0].max() < -0.2
+    assert 0.12 < between[1].min() < between[1].max() < 0.3
     assert over[0].min() < -0.6
     assert (over[1] > between[1]).all()

@@ -144,6 +144,7 @@ def loaded_mesh(
     *,
     guess: float,
     friction: float = 0.0,
+    friction_bending: bool = True,
     max_iterations: int = 50,
 ) -> LoadedMesh:
     """Find the deflection δ at which the drive flanks carry the pinion torque of a normal force.
@@ -159,7 +160,10 @@ def loaded_mesh(
     guess : float
         Any positive deflection of the right order (m).
     friction : float
-        Coefficient μ, in the torque and in the deflection of the teeth; the compliances must include it.
+        Coefficient μ.
+    friction_bending : bool
+        If True, friction bends the teeth too, and the compliances must include it.  If False, friction acts in the
+        balance of torque alone, as with contact modes that are normal to the flank.
     max_iterations : int
         Largest number of Newton steps.
 
@@ -188,9 +192,10 @@ def loaded_mesh(
     pressed = max(guess - start, 0.1 * guess)
     require(0 < pressed < inf, f"guess = {guess:g} m must be a positive deflection, such as 1 nm for every newton")
     unit = engagement.pair.base_radius[0] * np.cos(engagement.pair.base_helix_angle)
+    bending = friction if friction_bending else 0.0
     for _ in range(max_iterations):
         probe = start + pressed * np.array([1.0, 1 + 1e-4])
-        lines, forces = engagement.forces(angle, probe, friction=friction)
+        lines, forces = engagement.forces(angle, probe, friction=bending)
         arms = lever_arms(engagement.pair, lines, friction)
         total = forces @ (arms[0] / unit)
         tangent = (total[1] - total[0]) / (probe[1] - probe[0])
@@ -209,7 +214,7 @@ def loaded_mesh(
                 stiffness,
                 normal[0] / probe[0],
                 (into, out),
-                engagement.residual(lines, float(probe[0]), forces[0], friction=friction),
+                engagement.residual(lines, float(probe[0]), forces[0], friction=bending),
             )
         pressed = max(pressed + (force - total[0]) / tangent, pressed / 10)
     raise SolverError(f"no deflection found for {force:g} N at wheel angle {angle:g} rad")
@@ -217,7 +222,12 @@ def loaded_mesh(
 
 @checked
 def loaded_transmission_error(
-    engagement: Engagement, pinion_torque: float, *, friction: float = 0.0, executor: Executor | None = None
+    engagement: Engagement,
+    pinion_torque: float,
+    *,
+    friction: float = 0.0,
+    friction_bending: bool = True,
+    executor: Executor | None = None,
 ) -> tuple[FloatArray, FloatArray]:
     """Return the transmission error over one body period at a constant pinion torque.
 
@@ -229,6 +239,8 @@ def loaded_transmission_error(
         Torque (N m).
     friction : float
         Coefficient μ.
+    friction_bending : bool
+        If False, friction acts in the balance of torque alone; see `loaded_mesh`.
     executor : Executor, optional
         Runs blocks of angles.
 
@@ -246,7 +258,8 @@ def loaded_transmission_error(
     """
     pair = engagement.pair
     force, angle = pair.normal_force(pinion_torque), body_period_angles(pair, engagement.fidelity)
-    work = partial(on_blocks, _deflections, blocks=angle_blocks(angle), given=(force, friction), executor=executor)
+    given = (force, friction, friction_bending)
+    work = partial(on_blocks, _deflections, blocks=angle_blocks(angle), given=given, executor=executor)
     deflection = work(engagement)
     closing = with_closing_edges(engagement, deflection.max())
     if closing is not engagement:
@@ -290,10 +303,13 @@ def on_blocks(
     return np.concatenate(found)
 
 
-def _deflections(engagement: Engagement, angles: FloatArray, force: float, friction: float) -> FloatArray:
+def _deflections(
+    engagement: Engagement, angles: FloatArray, force: float, friction: float, friction_bending: bool
+) -> FloatArray:
     """Return the deflection (n_angle,) in m; the work of an executor."""
     guess, found = 1e-9 * force, []
     for angle in angles:
-        guess = loaded_mesh(engagement, angle, force, guess=guess, friction=friction).deflection
+        mesh = loaded_mesh(engagement, angle, force, guess=guess, friction=friction, friction_bending=friction_bending)
+        guess = mesh.deflection
         found.append(guess)
     return np.array(found)

@@ -1,7 +1,8 @@
 """Gearbox dynamics: shafts, bearings, reduced housing and nonlinear gear meshes give bearing forces."""
 
+from nvhchain.dynamics.model.fluctuation import Fluctuation, Harmonic
 from nvhchain.dynamics.model.friction import MeshFriction
-from nvhchain.dynamics.model.gearbox import Bearing, Cylinder, Gearbox, Mesh, RigidBody, Shaft
+from nvhchain.dynamics.model.gearbox import Bearing, Cylinder, Gearbox, LooseGear, Mesh, RigidBody, Shaft
 from nvhchain.dynamics.model.load_centre import LoadCentre
 from nvhchain.dynamics.model.rigid_train import run_up_time
 from nvhchain.dynamics.model.train import Train, train
@@ -18,8 +19,11 @@ __all__ = [
     "Bearing",
     "ContactForce",
     "Cylinder",
+    "Fluctuation",
     "Gearbox",
+    "Harmonic",
     "LoadCentre",
+    "LooseGear",
     "Mesh",
     "MeshFriction",
     "Recording",

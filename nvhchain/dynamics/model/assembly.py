@@ -5,10 +5,11 @@ The unknowns x are, in this order:
 - five per shaft: translations of its centre of mass along x, y, z, and tilts about x, y;
 - the housing's modal coordinates;
 - the elastic motions of flexible shafts;
-- n_shaft − 1 torsional coordinates τ.
+- torsional coordinates τ, one less than there are rotors in the train: shafts, and loose gears on them.
 
 The spins φ = free τ add to the prescribed nominal spin, positive in each shaft's running direction. The common spin of
-the train is omitted, because the torques balance in it. Bearings leave rotations free and sit on the shaft axes, so τ
+the train is omitted, because the torques balance in it. A loose gear has the motions of its shaft but for its own spin;
+a shaft that carries loose gears only stands still. Bearings leave rotations free and sit on the shaft axes, so τ
 couples to the other unknowns only in the gear meshes. Weight is neglected. Gyroscopic terms hold for one given speed.
 
 Contact rows come in pairs, of a drive flank and a back flank (`mesh_rows`). Contact i is pressed by d_i = contact[i] ·
@@ -23,7 +24,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import null_space
 
-from nvhchain.dynamics.model.gearbox import Bearing, Gearbox
+from nvhchain.dynamics.model.gearbox import Bearing, Gearbox, Shaft
 from nvhchain.dynamics.model.mesh_rows import all_wrenches, error_wrenches, tilt_wrenches
 from nvhchain.dynamics.model.sections import Sections, Wrench, sections
 from nvhchain.dynamics.model.train import Train, train
@@ -37,7 +38,9 @@ SEAT_TOLERANCE = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class Assembly:
-    """Matrices of the gearbox; n = 5 n_shaft + n_mode + n_elastic + (n_shaft − 1).
+    """Matrices of the gearbox; n = 5 n_shaft + n_mode + n_elastic + n_torsion.
+
+    Rotors are the shafts, then the loose gears.
 
     mass : (n,) mass of the unknowns.
     stiffness, damping : (n, n) with bearings and housing, without meshes. Gyroscopic terms are the skew part of the
@@ -49,12 +52,13 @@ class Assembly:
     share : (n_row,) share of the pair in the mesh's force; 0 for friction and shuttling.
     misalignment : (2 n_mesh, n) tilts of each wheel against its pinion (rad; `tilt_wrenches`).
     mesh_error : (n_mesh, n) transmission error of each mesh (m; `error_wrenches`).
-    torques : (n_shaft, n) rotation of each shaft where its torques enter, along its running direction.
+    torques : (n_rotor, n) rotation of each shaft where its torques enter, and of each loose gear, along its running
+        direction.
     bearing_stiffness, bearing_damping : (3 n_bearing, n) with bearing force on the housing = stiffness x + damping ẋ.
     seat_shapes : (3 n_bearing, n_mode) mode shapes at the seats, in the order of the bearings.
     seat_residual : (3 n_bearing, 3 n_bearing) residual flexibility of the seats.
-    inertia : (n_shaft,) inertia about z (kg m²).
-    free : (n_shaft, n_shaft − 1) spins per unit τ, of unit kinetic energy and orthogonal to the common spin of the
+    inertia : (n_rotor,) inertia about z (kg m²).
+    free : (n_rotor, n_torsion) spins per unit τ, of unit kinetic energy and orthogonal to the common spin of the
         train.
     """
 
@@ -87,11 +91,11 @@ class Assembly:
     def transmission_error(self) -> FloatArray:
         """Row (n,) of the whole gearbox: angle (rad) by which the output lags behind the input where torques enter."""
         box = self.gearbox
-        first, last = box.shaft_index(box.input_shaft), box.shaft_index(box.output_shaft)
+        first, last = box.rotor_index(box.input_shaft), box.rotor_index(box.output_shaft)
         return np.asarray(float(self.train.speed_ratio[last]) * self.torques[first] - self.torques[last])
 
     def load(self, torque: FloatArray) -> FloatArray:
-        """Return the generalised force (n,) of external shaft torques (n_shaft,) (N m) along the running directions."""
+        """Return the generalised force (n,) of external torques (n_rotor,) (N m) along the running directions."""
         return np.asarray(self.torques.T @ torque)
 
     def at_speed(self, input_speed: float) -> Assembly:
@@ -133,10 +137,13 @@ def assemble(
     ]
     twists = [
         Wrench(i, shaft.torque_plane, np.array([0.0, 0.0, 0.0, 0.0, 0.0, float(turn)]))
-        for i, (shaft, turn) in enumerate(zip(gearbox.shafts, kinematics.rotation, strict=True))
+        for i, (shaft, turn) in enumerate(zip(gearbox.shafts, kinematics.rotation, strict=False))
     ]
+    loose = [(i, gear, gearbox.shaft_index(gear.name)) for i, gear in enumerate(gearbox.loose_gears, start=n_shaft)]
+    spun = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
+    twists += [Wrench(at, gear.body.z, kinematics.rotation[i] * spun, i) for i, gear, at in loose]
     shafts = sections(
-        gearbox.shafts,
+        [_laden(gearbox, shaft) for shaft in gearbox.shafts],
         kinematics.rotation,
         5 * n_shaft + n_mode,
         [*seats, *twists, *(wrench for row in contacts for wrench in row)],
@@ -167,13 +174,21 @@ def assemble(
         )
 
     inertia = np.array(
-        [body.polar_inertia + shaft.coupled_inertia for body, shaft in zip(shafts.bodies, gearbox.shafts, strict=True)]
+        [
+            *(
+                body.polar_inertia + shaft.coupled_inertia
+                for body, shaft in zip(shafts.bodies, gearbox.shafts, strict=True)
+            ),
+            *(gear.body.polar_inertia for gear in gearbox.loose_gears),
+        ]
     )
     ratio = np.array([float(ratio) for ratio in kinematics.speed_ratio])
+    turning = ratio > 0.0
     # common spin r: the speed ratios. rᵀJN = 0 and NᵀJN = I, so J^½ N is orthonormal and normal to J^½ r
-    root = np.sqrt(inertia)
-    free = null_space((root * ratio)[None, :]) / root[:, None]
-    n_torsion = n_shaft - 1
+    root = np.sqrt(inertia[turning])
+    free = np.zeros((len(inertia), len(root) - 1))
+    free[turning] = null_space((root * ratio[turning])[None, :]) / root[:, None]
+    n_torsion = free.shape[1]
 
     def with_torsion(of: Sequence[Sequence[Wrench]]) -> FloatArray:
         rows = [shafts.rows(wrenches) for wrenches in of]
@@ -182,7 +197,13 @@ def assemble(
     def widened(rows: FloatArray) -> FloatArray:
         return np.hstack([rows, np.zeros((len(rows), n_torsion))])
 
-    gyroscopic = np.pad(shafts.gyroscopic(np.array(kinematics.rotation) * ratio), (0, n_torsion))
+    speeds = np.array(kinematics.rotation) * ratio
+    gyroscopic = shafts.gyroscopic(speeds[:n_shaft])
+    for i, gear, at in loose:
+        about_x, about_y = (shafts.rows([Wrench(at, gear.body.z, push)])[0] for push in np.eye(6)[3:5])
+        momentum = speeds[i] * gear.body.polar_inertia
+        gyroscopic += momentum * (np.outer(about_x, about_y) - np.outer(about_y, about_x))
+    gyroscopic = np.pad(gyroscopic, (0, n_torsion))
     return Assembly(
         gearbox=gearbox,
         train=kinematics,
@@ -215,6 +236,12 @@ def assemble(
         inertia=inertia,
         free=free,
     ).at_speed(input_speed)
+
+
+def _laden(gearbox: Gearbox, shaft: Shaft) -> Shaft:
+    """Return a shaft with the mass and the transverse inertia of its loose gears, which do not turn with it."""
+    carried = [replace(gear.body, polar_inertia=0.0) for gear in gearbox.loose_gears if gear.shaft == shaft.name]
+    return replace(shaft, bodies=shaft.bodies + tuple(carried)) if carried else shaft
 
 
 def _of_housing(gearbox: Gearbox, housing: ReducedHousing | None) -> tuple[FloatArray, ...]:

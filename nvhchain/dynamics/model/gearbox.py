@@ -172,7 +172,7 @@ class Shaft:
         for value in self.axis:
             _within(f"shaft {self.name}", "axis", value, -5.0, 5.0, "m")
         for field, high, unit in (
-            ("coupled_inertia", 1e4, "kg m²"),
+            ("coupled_inertia", 1e8, "kg m²"),
             ("drag_torque", 1e5, "N m"),
             ("modal_damping", 0.5, ""),
         ):
@@ -277,13 +277,51 @@ class Bearing:
 
 
 @dataclass(frozen=True)
+class LooseGear:
+    """Gear that turns freely on a shaft, which holds it in all other directions.
+
+    Parameters
+    ----------
+    name : str
+        Name of the gear, by which a mesh calls it in place of a shaft.
+    shaft : str
+        Name of the shaft that carries it.
+    body : RigidBody
+        The gear.
+    drag_torque : float
+        Friction torque between gear and shaft (N m), ≥ 0, constant.
+
+    Notes
+    -----
+    The drag acts on the gear against its motion relative to the shaft, and with the opposite sign on the shaft. On a
+    shaft that turns faster in the same direction it therefore drives the gear. Its sign is that of the nominal speeds:
+    the relative speed must not change its sign.
+    """
+
+    name: str
+    shaft: str
+    body: RigidBody
+    drag_torque: float = 0.0
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        _plain(self)
+        check_name(self.name, "loose gear: name")
+        _within(f"loose gear {self.name}", "drag_torque", self.drag_torque, 0.0, 1e5, "N m")
+        require(
+            self.body.mass > 0.0 and self.body.polar_inertia > 0.0,
+            f"loose gear {self.name}: its body has no mass or no polar inertia: give it both",
+        )
+
+
+@dataclass(frozen=True)
 class Mesh:
     """Gear mesh between two shafts.
 
     Parameters
     ----------
     pinion_shaft, wheel_shaft : str
-        Names of the shafts.
+        Names of the shafts, or of loose gears on them.
     z : float
         Mid-plane of the common face width (m).
     phase : float
@@ -324,7 +362,7 @@ class Mesh:
 
 @dataclass(frozen=True)
 class Gearbox:
-    """Shafts, bearings and meshes; the meshes must join all shafts in one open train (a tree).
+    """Shafts, bearings and meshes; the meshes must join all shafts and loose gears in one open train (a tree).
 
     Parameters
     ----------
@@ -345,6 +383,9 @@ class Gearbox:
     face_points : int
         Points across the face at which every mesh carries: one at mid-width, or more, which feel the tilt of the gears.
         Two give independent slices their exact resistance to tilt.
+    loose_gears : tuple of LooseGear
+        Gears that turn freely on their shafts. With one, input and output may be the same shaft: a gearbox in neutral,
+        whose input torque only covers the drag. A shaft that carries nothing but loose gears stands still.
 
     Notes
     -----
@@ -360,6 +401,7 @@ class Gearbox:
     flexible_shafts: bool = False
     gyroscopic: bool = False
     face_points: int = 1
+    loose_gears: tuple[LooseGear, ...] = ()
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -368,7 +410,7 @@ class Gearbox:
             f"gearbox: face_points = {self.face_points} must be a whole number of 1…{MOST_FACE_POINTS}: 1 without the "
             "tilt of the gears, 2 with it",
         )
-        for name in ("shafts", "bearings", "meshes"):
+        for name in ("shafts", "bearings", "meshes", "loose_gears"):
             object.__setattr__(self, name, tuple(getattr(self, name)))
         names = [shaft.name for shaft in self.shafts]
         require(len(names) > 0, "gearbox: at least one shaft is needed")
@@ -386,15 +428,20 @@ class Gearbox:
                 len(planes) >= 2,
                 f"shaft {name} has bearings in {len(planes)} plane(s): it can tilt freely; give it two bearings",
             )
+        for gear in self.loose_gears:
+            require(
+                gear.shaft in names, f"loose gear {gear.name}: shaft {gear.shaft!r} is unknown; known shafts: {known}"
+            )
+        check_names(list(self.rotors), "gearbox shafts and loose gears")
         for mesh in self.meshes:
             for end in (mesh.pinion_shaft, mesh.wheel_shaft):
-                require(end in names, f"mesh: shaft {end!r} is unknown; known shafts: {known}")
+                require(end in self.rotors, f"mesh: shaft {end!r} is unknown; known shafts: {', '.join(self.rotors)}")
         for field in ("input_shaft", "output_shaft"):
             require(
                 getattr(self, field) in names, f"gearbox: {field} {getattr(self, field)!r} is unknown; known: {known}"
             )
         require(
-            self.input_shaft != self.output_shaft,
+            self.input_shaft != self.output_shaft or len(self.loose_gears) > 0,
             f"gearbox: input_shaft and output_shaft are both {self.input_shaft!r}: power must pass at least one mesh",
         )
         require(
@@ -402,21 +449,34 @@ class Gearbox:
             f"gearbox: input_rotation = {self.input_rotation} must be +1 or −1 (right-hand rule about +z)",
         )
         reached = {self.input_shaft}
-        for _ in names:
+        for _ in self.rotors:
             for mesh in self.meshes:
                 if {mesh.pinion_shaft, mesh.wheel_shaft} & reached:
                     reached |= {mesh.pinion_shaft, mesh.wheel_shaft}
-        missing = [name for name in names if name not in reached]
+        meshing = {end for mesh in self.meshes for end in (mesh.pinion_shaft, mesh.wheel_shaft)}
+        still = {gear.shaft for gear in self.loose_gears} - meshing - {self.input_shaft, self.output_shaft}
+        missing = [name for name in self.rotors if name not in reached | still]
         require(not missing, f"gearbox: no mesh joins shaft(s) {', '.join(missing)} to the input: add the mesh")
+        count = len(self.rotors) - len(still)
         require(
-            len(self.meshes) == len(names) - 1,
-            f"gearbox: {len(self.meshes)} meshes join {len(names)} shafts; an open train has {len(names) - 1}: "
+            len(self.meshes) == count - 1,
+            f"gearbox: {len(self.meshes)} meshes join {count} shafts; an open train has {count - 1}: "
             "power-split trains are not covered",
         )
 
+    @property
+    def rotors(self) -> tuple[str, ...]:
+        """Names of all that turns by itself: shafts, then loose gears."""
+        return (*(shaft.name for shaft in self.shafts), *(gear.name for gear in self.loose_gears))
+
+    def rotor_index(self, name: str) -> int:
+        """Return the index of a shaft or loose gear among the `rotors`."""
+        return self.rotors.index(name)
+
     def shaft_index(self, name: str) -> int:
-        """Return the index of the shaft called `name`."""
-        return [shaft.name for shaft in self.shafts].index(name)
+        """Return the index of the shaft called `name`, or of the one that carries the loose gear of this name."""
+        carriers = {gear.name: gear.shaft for gear in self.loose_gears}
+        return [shaft.name for shaft in self.shafts].index(carriers.get(name, name))
 
     def with_bodies(self, shaft: str, bodies: Iterable[RigidBody]) -> Gearbox:
         """Return the gearbox with more bodies on one shaft, such as gears whose inertia another step computed."""

@@ -7,6 +7,7 @@ its back flank.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.polynomial.legendre import leggauss
@@ -16,6 +17,36 @@ from nvhchain.dynamics.model.sections import Wrench
 from nvhchain.dynamics.model.train import Train
 from nvhchain.errors import require
 from nvhchain.handoff import FloatArray, IntArray, MeshLaw
+
+
+@dataclass(frozen=True, eq=False)
+class End:
+    """Gear of a mesh.
+
+    shaft : index of the shaft that carries it.
+    rotor : index of what turns with it: the shaft, or the gear itself where it is loose.
+    axis : (2,) position x, y of the axis (m).
+    turn : sense of rotation about +z, +1 or −1.
+    """
+
+    shaft: int
+    rotor: int
+    axis: FloatArray
+    turn: int
+
+    def wrench(self, z: float, load: FloatArray) -> Wrench:
+        """Return a wrench on the gear: `load` (6,) at z (m)."""
+        return Wrench(self.shaft, z, load, -1 if self.rotor == self.shaft else self.rotor)
+
+
+def ends(gearbox: Gearbox, kinematics: Train, mesh: Mesh) -> tuple[End, End]:
+    """Return pinion and wheel of a mesh."""
+
+    def end(name: str) -> End:
+        shaft, rotor = gearbox.shaft_index(name), gearbox.rotor_index(name)
+        return End(shaft, rotor, np.array(gearbox.shafts[shaft].axis), kinematics.rotation[rotor])
+
+    return end(mesh.pinion_shaft), end(mesh.wheel_shaft)
 
 
 def flank_normals(pinion_axis: FloatArray, wheel_axis: FloatArray, law: MeshLaw, rotation: int) -> FloatArray:
@@ -80,20 +111,19 @@ def contact_wrenches(
 
     The force acts at the pitch point at this offset. The rigid gear transmits it to its shaft at mid-width.
     """
-    pair = [gearbox.shaft_index(mesh.pinion_shaft), gearbox.shaft_index(mesh.wheel_shaft)]
-    axes = [np.array(gearbox.shafts[i].axis) for i in pair]
-    normals = flank_normals(axes[0], axes[1], law, kinematics.rotation[pair[0]])
-    pitch_point = axes[0] + (axes[1] - axes[0]) * law.teeth[0] / sum(law.teeth)
+    pair = ends(gearbox, kinematics, mesh)
+    normals = flank_normals(pair[0].axis, pair[1].axis, law, pair[0].turn)
+    pitch_point = pair[0].axis + (pair[1].axis - pair[0].axis) * law.teeth[0] / sum(law.teeth)
     wrenches: list[list[Wrench]] = [[], []]
-    for side, (i, axis, sign) in enumerate(zip(pair, axes, (1.0, -1.0), strict=True)):
+    for side, (end, sign) in enumerate(zip(pair, (1.0, -1.0), strict=True)):
         for flank, way in ((0, 1.0), (1, -1.0)):
             # the pinion's point presses the flank where it moves faster along the force on the wheel than the wheel's
             force = sign * normals[flank]
-            moment = np.cross(np.append(pitch_point - axis, offset), force)
+            moment = np.cross(np.append(pitch_point - end.axis, offset), force)
             # the law's base radius is the definition; the pitch geometry agrees within the tolerance of check_law
             lever = sign * way * law.base_radius[side] * np.cos(law.base_helix_angle)
-            moment[2] = kinematics.rotation[i] * lever
-            wrenches[flank].append(Wrench(i, mesh.z, np.concatenate([force, moment])))
+            moment[2] = end.turn * lever
+            wrenches[flank].append(end.wrench(mesh.z, np.concatenate([force, moment])))
     return wrenches
 
 
@@ -102,28 +132,24 @@ def friction_wrenches(gearbox: Gearbox, kinematics: Train, mesh: Mesh, law: Mesh
 
     They are subtracted like a contact force.
     """
-    pair = [gearbox.shaft_index(mesh.pinion_shaft), gearbox.shaft_index(mesh.wheel_shaft)]
-    axes = [np.array(gearbox.shafts[i].axis) for i in pair]
-    turn = [kinematics.rotation[i] for i in pair]
-    normal = flank_normals(axes[0], axes[1], law, turn[0])[0]
+    pair = ends(gearbox, kinematics, mesh)
+    turn = [end.turn for end in pair]
+    normal = flank_normals(pair[0].axis, pair[1].axis, law, turn[0])[0]
     transverse = np.array([normal[0], normal[1], 0.0]) / np.hypot(normal[0], normal[1])
     across = turn[0] * np.cross([0.0, 0.0, 1.0], transverse)
     line = float(law.base_radius.sum()) * np.tan(law.working_pressure_angle)
     slide = [
-        Wrench(pair[0], mesh.z, np.concatenate([across, np.zeros(3)])),
-        Wrench(pair[1], mesh.z, np.concatenate([-across, [0.0, 0.0, -turn[1] * line]])),
+        pair[0].wrench(mesh.z, np.concatenate([across, np.zeros(3)])),
+        pair[1].wrench(mesh.z, np.concatenate([-across, [0.0, 0.0, -turn[1] * line]])),
     ]
-    arm = [
-        Wrench(i, mesh.z, np.array([0.0, 0.0, 0.0, 0.0, 0.0, t * law.base_radius[0]]))
-        for i, t in zip(pair, turn, strict=True)
-    ]
+    arm = [end.wrench(mesh.z, np.array([0.0, 0.0, 0.0, 0.0, 0.0, end.turn * law.base_radius[0]])) for end in pair]
     return [slide, arm]
 
 
 def shuttling_wrenches(gearbox: Gearbox, kinematics: Train, mesh: Mesh, law: MeshLaw) -> list[Wrench]:
     """Return the wrenches of unit F ζ / b (`nvhchain.dynamics.model.load_centre`), subtracted like a contact force."""
     middle, edge = (contact_wrenches(gearbox, kinematics, mesh, law, offset)[0] for offset in (0.0, law.face_width))
-    return [Wrench(a.shaft, a.z, b.load - a.load) for a, b in zip(middle, edge, strict=True)]
+    return [replace(a, load=b.load - a.load) for a, b in zip(middle, edge, strict=True)]
 
 
 def tilt_wrenches(gearbox: Gearbox, kinematics: Train, mesh: Mesh, law: MeshLaw) -> list[list[Wrench]]:
@@ -132,26 +158,27 @@ def tilt_wrenches(gearbox: Gearbox, kinematics: Train, mesh: Mesh, law: MeshLaw)
     The first tilt lies in the plane of action of the drive flanks, > 0 where it closes them towards +z. The second lies
     across it, > 0 where the wheel leaves the pinion towards +z.
     """
-    pair = [gearbox.shaft_index(mesh.pinion_shaft), gearbox.shaft_index(mesh.wheel_shaft)]
-    axes = [np.array(gearbox.shafts[i].axis) for i in pair]
-    along = flank_normals(axes[0], axes[1], law, kinematics.rotation[pair[0]])[0] * [1.0, 1.0, 0.0]
+    pair = ends(gearbox, kinematics, mesh)
+    along = flank_normals(pair[0].axis, pair[1].axis, law, pair[0].turn)[0] * [1.0, 1.0, 0.0]
     along /= np.linalg.norm(along)
     away = np.cross([0.0, 0.0, 1.0], along)
-    away *= np.sign(away[:2] @ (axes[1] - axes[0]))
+    away *= np.sign(away[:2] @ (pair[1].axis - pair[0].axis))
     # a shaft tilted by ψ moves by ψ × ẑ per length: along −`along` it closes the flanks, along `away` it leaves
     moments = [np.cross([0.0, 0.0, 1.0], direction) for direction in (-along, away)]
     return [
-        [Wrench(i, mesh.z, np.concatenate([np.zeros(3), side * m])) for i, side in zip(pair, (-1.0, 1.0), strict=True)]
+        [
+            end.wrench(mesh.z, np.concatenate([np.zeros(3), side * m]))
+            for end, side in zip(pair, (-1.0, 1.0), strict=True)
+        ]
         for m in moments
     ]
 
 
 def error_wrenches(gearbox: Gearbox, kinematics: Train, mesh: Mesh, law: MeshLaw) -> list[Wrench]:
     """Return the wrenches whose work is the transmission error r_bP φ_P − r_bG φ_G (m), with φ at the gears."""
-    pair = [gearbox.shaft_index(mesh.pinion_shaft), gearbox.shaft_index(mesh.wheel_shaft)]
     return [
-        Wrench(i, mesh.z, np.array([0.0, 0.0, 0.0, 0.0, 0.0, side * kinematics.rotation[i] * radius]))
-        for i, side, radius in zip(pair, (1.0, -1.0), law.base_radius, strict=True)
+        end.wrench(mesh.z, np.array([0.0, 0.0, 0.0, 0.0, 0.0, side * end.turn * radius]))
+        for end, side, radius in zip(ends(gearbox, kinematics, mesh), (1.0, -1.0), law.base_radius, strict=True)
     ]
 
 
@@ -179,7 +206,7 @@ def all_wrenches(
         if mesh.load_centre is not None:
             channels.append(shuttling_wrenches(gearbox, kinematics, mesh, law))
         for channel in channels:
-            rows += [channel, [Wrench(w.shaft, w.z, -w.load) for w in channel]]
+            rows += [channel, [replace(w, load=-w.load) for w in channel]]
             meshes.append(k)
             shares.append(0.0)
     return rows, np.array(meshes, dtype=np.int64), np.array(shares)

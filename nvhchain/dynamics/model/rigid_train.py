@@ -13,6 +13,12 @@ from nvhchain.handoff import MeshLaw
 from nvhchain.kinds import checked
 
 
+def felt_at_input(gearbox: Gearbox, mesh_laws: Sequence[MeshLaw]) -> float:
+    """Return the inertia of the train seen from the input (kg m²)."""
+    model = assemble(gearbox, mesh_laws, None)
+    return train_inertia(model.train, model.inertia)
+
+
 @checked
 def run_up_time(
     gearbox: Gearbox,
@@ -57,7 +63,7 @@ def run_up_time(
     for name, torque in (("input_torque", input_torque), ("output_torque", output_torque)):
         require(isfinite(torque), f"{name} = {torque} N m must be finite")
     model = assemble(gearbox, mesh_laws, None)
-    ratio = float(model.train.speed_ratio[gearbox.shaft_index(gearbox.output_shaft)])
+    ratio = float(model.train.speed_ratio[gearbox.rotor_index(gearbox.output_shaft)])
     left = input_torque - ratio * output_torque
     change = end_speed - start_speed
     require(

@@ -19,11 +19,18 @@ class Wrench:
     shaft : index of the shaft.
     z : position of the cross-section (m).
     load : (6,) force along x, y, z and moment about the shaft's axis there.
+    rotor : index of the loose gear on which it acts, which takes the moment about the axis; −1 for the shaft itself.
     """
 
     shaft: int
     z: float
     load: FloatArray
+    rotor: int = -1
+
+    @property
+    def on_shaft(self) -> FloatArray:
+        """Part (6,) of the load that the shaft takes."""
+        return self.load if self.rotor < 0 else self.load * [1.0, 1.0, 1.0, 1.0, 1.0, 0.0]
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,11 +38,11 @@ class Sections:
     """Motion of all cross-sections by the unknowns.
 
     The unknowns are five rigid ones per shaft (translations of its centre of mass, tilts). The elastic ones follow from
-    index `first` on, shaft by shaft. Last come the spins φ, each along its shaft's running direction.
+    index `first` on, shaft by shaft. Last come the spins φ of shafts and loose gears, each along its running direction.
 
     bodies : the shafts as rigid bodies.
     elastic : elastic motions per shaft; None for rigid shafts.
-    rotation : (n_shaft,) sense of rotation about +z, +1 or −1.
+    rotation : (n_rotor,) sense of rotation about +z, +1 or −1.
     """
 
     bodies: tuple[RigidBody, ...]
@@ -57,17 +64,18 @@ class Sections:
         return np.concatenate([rigid, np.arange(begin, begin + len(self.elastic[shaft].squared))])
 
     def rows(self, wrenches: Sequence[Wrench]) -> tuple[FloatArray, FloatArray]:
-        """Return the generalised force of all `wrenches`: on the unknowns (size,) and on the spins (n_shaft,)."""
-        on_unknowns, on_spins = np.zeros(self.size), np.zeros(len(self.bodies))
+        """Return the generalised force of all `wrenches`: on the unknowns (size,) and on the spins (n_rotor,)."""
+        on_unknowns, on_spins = np.zeros(self.size), np.zeros(len(self.rotation))
         for wrench in wrenches:
             i, (fx, fy, fz, mx, my, mz) = wrench.shaft, wrench.load
             arm = wrench.z - self.bodies[i].z
             # u + ψ × r with ψ = (ψx, ψy, 0)
             share = np.array([fx, fy, fz, mx - arm * fy, my + arm * fx])
             if self.elastic is not None:
-                share = np.concatenate([share, wrench.load @ self.elastic[i].at(wrench.z)])
+                share = np.concatenate([share, wrench.on_shaft @ self.elastic[i].at(wrench.z)])
             on_unknowns[self.columns(i)] += share
-            on_spins[i] += self.rotation[i] * mz
+            rotor = i if wrench.rotor < 0 else wrench.rotor
+            on_spins[rotor] += self.rotation[rotor] * mz
         return on_unknowns, on_spins
 
     def gyroscopic(self, speed: FloatArray) -> FloatArray:
@@ -104,7 +112,9 @@ def sections(
     elastic = None
     if element > 0.0:
         elastic = tuple(
-            elastic_shaft(shaft, [(w.z, w.load) for w in acting if w.shaft == i], element=element, frequency=frequency)
+            elastic_shaft(
+                shaft, [(w.z, w.on_shaft) for w in acting if w.shaft == i], element=element, frequency=frequency
+            )
             for i, shaft in enumerate(shafts)
         )
     return Sections(bodies, elastic, rotation, first)

@@ -22,9 +22,9 @@ class Train:
     Parameters
     ----------
     speed_ratio : tuple of Fraction
-        Turns of each shaft per input turn, positive and exact.
+        Turns of each shaft and loose gear per input turn, exact; positive, or 0 for a shaft that stands still.
     rotation : tuple of int
-        Sense of rotation of each shaft about +z, +1 or −1.
+        Sense of rotation of each shaft and loose gear about +z, +1 or −1.
     law_period : tuple of Fraction
         Input turns after which each mesh law repeats, exact.
     common_period : Fraction
@@ -68,9 +68,9 @@ def train(gearbox: Gearbox, mesh_laws: Sequence[MeshLaw]) -> Train:
         f"{len(mesh_laws)} mesh laws for {len(gearbox.meshes)} meshes: give one law per mesh, in the order of the "
         "meshes",
     )
-    ratio: dict[int, Fraction] = {gearbox.shaft_index(gearbox.input_shaft): Fraction(1)}
-    sense = {gearbox.shaft_index(gearbox.input_shaft): gearbox.input_rotation}
-    ends = [(gearbox.shaft_index(mesh.pinion_shaft), gearbox.shaft_index(mesh.wheel_shaft)) for mesh in gearbox.meshes]
+    ratio: dict[int, Fraction] = {gearbox.rotor_index(gearbox.input_shaft): Fraction(1)}
+    sense = {gearbox.rotor_index(gearbox.input_shaft): gearbox.input_rotation}
+    ends = [(gearbox.rotor_index(mesh.pinion_shaft), gearbox.rotor_index(mesh.wheel_shaft)) for mesh in gearbox.meshes]
     for _ in ends:
         for (pinion, wheel), law in zip(ends, mesh_laws, strict=True):
             step = Fraction(law.teeth[0], law.teeth[1])
@@ -90,8 +90,10 @@ def train(gearbox: Gearbox, mesh_laws: Sequence[MeshLaw]) -> Train:
         )
         periods.append(Fraction(whole, law.teeth[1]) / ratio[wheel])
     common = Fraction(lcm(*(period.numerator for period in periods)), gcd(*(period.denominator for period in periods)))
-    count = range(len(gearbox.shafts))
-    return Train(tuple(ratio[i] for i in count), tuple(sense[i] for i in count), tuple(periods), common)
+    count = range(len(gearbox.rotors))
+    return Train(
+        tuple(ratio.get(i, Fraction(0)) for i in count), tuple(sense.get(i, 1) for i in count), tuple(periods), common
+    )
 
 
 def shaft_torques(
@@ -101,25 +103,40 @@ def shaft_torques(
     inertia: FloatArray | None = None,
     acceleration: float = 0.0,
 ) -> FloatArray:
-    """Return the external torque (N m) on every shaft, positive in its own running direction.
+    """Return the external torque (N m) on every shaft and loose gear, positive in its own running direction.
 
-    The input drives, the drag of the shafts brakes, and the output is in balance.
+    The input drives, the drag of the shafts brakes, and the output is in balance. The drag of a loose gear acts between
+    it and its shaft, against their relative motion.
 
-    inertia : (n_shaft,) inertias (kg m²), needed for an acceleration.
+    inertia : (n_rotor,) inertias (kg m²), needed for an acceleration.
     acceleration : acceleration of the input (rad/s²).
 
     Torque that accelerates the train does not reach the output: rᵀT = rᵀJr · acceleration with the speed ratios r.
+
+    Raises InputError for a loose gear with drag that runs at the speed of its shaft.
     """
-    torque = np.array([-shaft.drag_torque for shaft in gearbox.shafts])
-    output = gearbox.shaft_index(gearbox.output_shaft)
-    spent = 0.0 if inertia is None else train_inertia(kinematics, inertia) * acceleration
-    torque[gearbox.shaft_index(gearbox.input_shaft)] += input_torque
+    torque = np.array([-shaft.drag_torque for shaft in gearbox.shafts] + [0.0] * len(gearbox.loose_gears))
     ratio = np.array([float(ratio) for ratio in kinematics.speed_ratio])
+    for gear in gearbox.loose_gears:
+        own, carrier = gearbox.rotor_index(gear.name), gearbox.rotor_index(gear.shaft)
+        sense = kinematics.rotation
+        faster = sense[own] * kinematics.speed_ratio[own] - sense[carrier] * kinematics.speed_ratio[carrier]
+        require(
+            faster != 0 or gear.drag_torque == 0.0,
+            f"loose gear {gear.name} runs at the speed of its shaft {gear.shaft}, where the sense of its drag_torque = "
+            f"{gear.drag_torque:g} N m is open: give a drag of 0, or fix the gear to the shaft",
+        )
+        along = gear.drag_torque * (1.0 if faster > 0 else -1.0)
+        torque[own] -= along * sense[own]
+        torque[carrier] += along * sense[carrier]
+    output = gearbox.rotor_index(gearbox.output_shaft)
+    spent = 0.0 if inertia is None else train_inertia(kinematics, inertia) * acceleration
+    torque[gearbox.rotor_index(gearbox.input_shaft)] += input_torque
     torque[output] = (spent - np.delete(ratio * torque, output).sum()) / ratio[output]
     return torque
 
 
 def train_inertia(kinematics: Train, inertia: FloatArray) -> float:
-    """Return the inertia of the train felt at the input, rᵀJr (kg m²), from the shaft inertias (n_shaft,) (kg m²)."""
+    """Return the inertia of the train felt at the input, rᵀJr (kg m²), from the inertias (n_rotor,) (kg m²)."""
     ratio = np.array([float(r) for r in kinematics.speed_ratio])
     return float(ratio @ (inertia * ratio))

@@ -34,7 +34,7 @@ class Decimator:
     stride : steps per sample.
     half : H, steps on either side of a sample that its filter covers, a multiple of stride.
     on_state : (n_state, n_out) factor of the state.
-    on_excess : ((2 H + 2) 2 n_row, n_out) factor of the excess forces.
+    on_excess : ((2 H + 2) (2 n_row + n_push), n_out) factor of the excess forces.
     constant : (n_out,) constant part.
 
     The output around step m + H is state_m · on_state + (excesses m − 1 … m + 2 H) · on_excess + constant.
@@ -92,11 +92,12 @@ def record_stride(time_step: float, f_max: float, fidelity: DynamicsFidelity) ->
 
 def decimator(model: Simulation, stride: int, taps: FloatArray) -> Decimator:
     """Return the filter of `model` for every `stride`-th step through `taps` (2 H + 1)."""
-    n_z, n_c = len(model.step.decay), len(model.contact_stiffness)
+    n_z, drive = len(model.step.decay), np.concatenate([model.step.drive, model.step.push])
+    n_c = len(drive)
     outputs = np.vstack([model.bearing_output, model.deflection_output, model.back_output, model.error_output])
     rows = outputs[:, :n_z] - 1j * outputs[:, n_z:]  # y = Re(rows z)
     jump = np.zeros((len(outputs), n_c))
-    jump[: len(model.bearing_jump)] = model.bearing_jump
+    jump[: len(model.bearing_jump), : len(model.contact_stiffness)] = model.bearing_jump
     count, n_out = len(taps), len(outputs)
     constant = np.zeros(n_out)
     # on_excess[j] multiplies the force of step m − 1 + j
@@ -106,7 +107,7 @@ def decimator(model: Simulation, stride: int, taps: FloatArray) -> Decimator:
     # Σ_{k>j} h_k c D^{k−1−j} from its value for j + 1, down to j = −1, the factor of the state
     remaining = np.zeros_like(rows)
     for j in range(count - 1, -1, -1):
-        on_excess[j + 1] -= (remaining @ model.step.drive.T).real.T
+        on_excess[j + 1] -= (remaining @ drive.T).real.T
         constant += (remaining @ model.step.gain).real
         remaining = taps[j] * rows + remaining * model.step.decay
     return Decimator(

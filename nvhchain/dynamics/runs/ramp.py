@@ -9,6 +9,7 @@ from typing import NotRequired, TypedDict
 
 import numpy as np
 
+from nvhchain.dynamics.model.fluctuation import Fluctuation
 from nvhchain.dynamics.time_loop.mesh_levels import ContactForce
 from nvhchain.errors import require
 from nvhchain.fidelity import DynamicsFidelity
@@ -45,6 +46,10 @@ class Ramp:
         """Return the speed (rad/s) at `time` (s)."""
         return np.asarray(self.start_speed + self.acceleration * np.clip(time, 0.0, self.duration))
 
+    def motion(self, time: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return speed (rad/s) and angle (rad) at `time` (s)."""
+        return self.speed(time), 2.0 * pi * self.turns(time)
+
     def turns(self, time: FloatArray) -> FloatArray:
         """Return the turns of the input since time 0."""
         inside = np.clip(time, 0.0, self.duration)
@@ -70,6 +75,8 @@ class Operation(TypedDict):
         Fidelity of the dynamics.
     contact_forces : sequence of ContactForce, optional
         One solver per mesh, for `fidelity.mesh_level` "contact".
+    fluctuation : Fluctuation, optional
+        Fluctuation of torque or speed at the input, about the values above.
     """
 
     start_speed: float
@@ -79,3 +86,4 @@ class Operation(TypedDict):
     f_max: float
     fidelity: DynamicsFidelity
     contact_forces: NotRequired[Sequence[ContactForce] | None]
+    fluctuation: NotRequired[Fluctuation | None]

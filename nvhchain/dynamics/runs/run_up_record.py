@@ -80,7 +80,7 @@ def record(
         run.model,
         made.mesh_deflection,
         sampled.back,
-        lambda at: run.ramp.turns(time[at])[:, None] / run.law_period + run.offset,
+        lambda at: run.turns(time[at])[:, None] / run.law_period + run.offset,
         run.sample_time,
     )
     return marked(made, sampled.back, gearbox, mesh_laws, fidelity, parted)

@@ -15,7 +15,10 @@ from typing import Unpack
 
 import numpy as np
 
+from nvhchain.dynamics.model.fluctuation import Drive
 from nvhchain.dynamics.model.gearbox import Gearbox
+from nvhchain.dynamics.model.rigid_train import felt_at_input
+from nvhchain.dynamics.model.train import train_inertia
 from nvhchain.dynamics.runs.decimation import Decimator, decimator, low_pass, low_pass_reach, record_stride
 from nvhchain.dynamics.runs.ramp import Operation, Ramp
 from nvhchain.dynamics.runs.steady import check_step, settling_time
@@ -47,6 +50,7 @@ class RunUp:
     offset : (n_mesh,) phases of the laws at time 0, in periods.
     lead : steps before the first sample, in which the influence of the start decays.
     count : samples of the record.
+    drive : fluctuation of the input; None without.
     """
 
     models: tuple[Simulation, ...]
@@ -56,6 +60,7 @@ class RunUp:
     offset: FloatArray
     lead: int
     count: int
+    drive: Drive | None = None
 
     @property
     def model(self) -> Simulation:
@@ -87,13 +92,25 @@ class RunUp:
         """Number of blocks of the time loop; the last may be shorter."""
         return ceil(self.steps / (BLOCK * self.decimator.stride))
 
-    def phases(self, block: int) -> FloatArray:
-        """Return the mid-step phases (n_step, n_mesh) of the laws, in periods."""
+    def _middle(self, block: int) -> FloatArray:
+        """Return the times (s) of the middles of the steps."""
         whole = BLOCK * self.decimator.stride
         step = np.arange(block * whole, min((block + 1) * whole, self.steps), dtype=float)
-        middle = (step - self.lead + 0.5) * self.model.step.step
+        return np.asarray((step - self.lead + 0.5) * self.model.step.step)
+
+    def turns(self, time: FloatArray) -> FloatArray:
+        """Return the turns of the common spin, seen from the input, at `time` (s) since the first sample."""
+        turned = self.ramp.turns(time)
+        return turned if self.drive is None else turned + self.drive.turns(time)
+
+    def phases(self, block: int) -> FloatArray:
+        """Return the mid-step phases (n_step, n_mesh) of the laws, in periods."""
         # one mesh after another: NumPy is slow along axes of length two
-        return np.asarray((self.ramp.turns(middle) / self.law_period[:, None] + self.offset[:, None]).T)
+        return np.asarray((self.turns(self._middle(block)) / self.law_period[:, None] + self.offset[:, None]).T)
+
+    def torque(self, block: int) -> FloatArray | None:
+        """Return the fluctuating torque on the input (N m), mean over each step; None without."""
+        return None if self.drive is None else self.drive.torque(self._middle(block), self.model.step.step)
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,6 +135,9 @@ def prepare(
     input_torque, f_max, fidelity = operation["input_torque"], operation["f_max"], operation["fidelity"]
     require(isfinite(input_torque), f"input_torque = {input_torque} N m must be finite")
     require(isfinite(f_max) and f_max > 0, f"f_max = {f_max} Hz must be positive")
+    fluctuation, slowest, source = operation.get("fluctuation"), min(ramp.start_speed, ramp.end_speed), 0.0
+    if fluctuation is not None:
+        gearbox, source = fluctuation.source(gearbox, felt_at_input(gearbox, mesh_laws))
     # speeds in the middle of equal parts of the run-up
     parts = fidelity.gyroscopic_speeds if gearbox.gyroscopic and ramp.acceleration else 1
     way = ramp.speed((np.arange(parts) + 0.5) / parts * ramp.duration) * gearbox.gyroscopic
@@ -125,12 +145,13 @@ def prepare(
         gearbox,
         mesh_laws,
         housing,
-        input_torque=input_torque,
+        input_torque=input_torque + source * ramp.acceleration,
         time_step=fidelity.time_step,
         fidelity=fidelity,
         input_acceleration=ramp.acceleration,
         gyroscopic_speed=float(way[0]),
         contact_forces=operation.get("contact_forces"),
+        fluctuating=fluctuation is not None,
     )
     kinematics = model.assembly.train
     check_step(gearbox, mesh_laws, kinematics, max(ramp.start_speed, ramp.end_speed), f_max, fidelity)
@@ -142,14 +163,21 @@ def prepare(
     decimators = tuple(decimator(each, stride, taps) for each in models)
     # the quasi-static start is exact from a standstill
     settle = settling_time(model, fidelity) / fidelity.time_step if ramp.start_speed > 0.0 else 0.0
+    lead = (ceil(settle / stride) + 1) * stride + 2 * decimators[0].half
+    drive = None
+    if fluctuation is not None:
+        beyond = (lead + 1) * fidelity.time_step, (decimators[0].half + 2 * stride) * fidelity.time_step
+        moved = train_inertia(kinematics, model.assembly.inertia)
+        drive = fluctuation.drive(ramp.motion, moved, slowest, ramp.duration, beyond)
     return RunUp(
         models,
         decimators,
         ramp,
         np.array([float(period) for period in kinematics.law_period]),
         law_phases(model.assembly, mesh_laws),
-        (ceil(settle / stride) + 1) * stride + 2 * decimators[0].half,
+        lead,
         max(2, ceil(ramp.duration / (fidelity.time_step * stride) * (1.0 - 1e-9))),
+        drive,
     )
 
 
@@ -216,6 +244,7 @@ def samples(run: RunUp, standing: Standing) -> Iterator[tuple[FloatArray, Standi
                 run.phases(block),
                 stride=stride,
                 start_time=(block * steps - run.lead) * model.step.step,
+                torque=run.torque(block),
             )
             # a last block may be shorter than the filter: there are fewer whole windows than waiting states
             old, excesses = standing.states[: len(states)], np.concatenate([standing.excesses, excesses])

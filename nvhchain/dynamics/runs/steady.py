@@ -4,24 +4,29 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
+from dataclasses import dataclass
+from fractions import Fraction
 from functools import partial
-from math import ceil, inf, isfinite, log, pi
+from math import ceil, gcd, inf, isfinite, lcm, log, pi
 
 import numpy as np
 from scipy.fft import next_fast_len
 
 from nvhchain.conventions import Progress
+from nvhchain.dynamics.model.fluctuation import Drive, Fluctuation
 from nvhchain.dynamics.model.gearbox import Gearbox
+from nvhchain.dynamics.model.rigid_train import felt_at_input
 from nvhchain.dynamics.model.train import Train, train
 from nvhchain.dynamics.runs.contact_loss import parted_flanks
 from nvhchain.dynamics.runs.law_range import marked, remind
+from nvhchain.dynamics.runs.ramp import Ramp
 from nvhchain.dynamics.time_loop.mesh_levels import ContactForce
 from nvhchain.dynamics.time_loop.one_thread import on_one_thread
 from nvhchain.dynamics.time_loop.quasi_static import law_phases
 from nvhchain.dynamics.time_loop.simulation import Motion, Simulation, advance, at_rest, bearing_force, simulation
 from nvhchain.errors import ResourceError, SolverError, require
 from nvhchain.fidelity import DynamicsFidelity
-from nvhchain.handoff import BearingForces, FloatArray, MeshLaw, ReducedHousing
+from nvhchain.handoff import BearingForces, FloatArray, IntArray, MeshLaw, ReducedHousing
 from nvhchain.kinds import checked
 from nvhchain.runtime.memory import free_memory
 
@@ -42,6 +47,7 @@ def bearing_forces(
     fidelity: DynamicsFidelity,
     duration: float = 0.0,
     contact_forces: Sequence[ContactForce] | None = None,
+    fluctuation: Fluctuation | None = None,
     progress: Progress | None = None,
 ) -> BearingForces:
     """Return the forces of the bearings on the housing at constant speed, over whole common periods of the train.
@@ -66,6 +72,8 @@ def bearing_forces(
         Shortest duration of the record (s), rounded up to whole common periods.
     contact_forces : sequence of ContactForce, optional
         One solver per mesh, for `fidelity.mesh_level` "contact".
+    fluctuation : Fluctuation, optional
+        Harmonics of torque or speed at the input; the common period then holds whole cycles of each.
     progress : callable, optional
         Called with the blocks of settling done and in all.
 
@@ -105,14 +113,19 @@ def bearing_forces(
     require(isfinite(input_torque), f"input_torque = {input_torque} N m must be finite")
     require(isfinite(f_max) and f_max > 0, f"f_max = {f_max} Hz must be positive")
     require(isfinite(duration) and duration >= 0, f"duration = {duration} s must be finite and 0 or more")
-    kinematics = train(gearbox, mesh_laws)
+    kinematics, own = train(gearbox, mesh_laws), 0.0
+    common = kinematics.common_period
+    if fluctuation is not None:
+        also = fluctuation.period
+        common = Fraction(lcm(common.numerator, also.numerator), gcd(common.denominator, also.denominator))
+        gearbox, _ = fluctuation.source(gearbox, felt_at_input(gearbox, mesh_laws))
+        own = felt_at_input(gearbox, mesh_laws)
     check_step(gearbox, mesh_laws, kinematics, input_speed, f_max, fidelity)
-    period = float(kinematics.common_period) * 2.0 * pi / input_speed
+    period = float(common) * 2.0 * pi / input_speed
     periods = max(1, ceil(duration / period * (1.0 - 1e-9)))
     n_out = 3 * len(gearbox.bearings) + 3 * len(gearbox.meshes) + 1
     _check_memory(period / fidelity.time_step, n_out, periods, period)
     n_step = next_fast_len(ceil(period / fidelity.time_step), real=True)
-    repeats = [int(kinematics.common_period / period) for period in kinematics.law_period]
 
     model = simulation(
         gearbox,
@@ -123,14 +136,24 @@ def bearing_forces(
         fidelity=fidelity,
         gyroscopic_speed=input_speed if gearbox.gyroscopic else 0.0,
         contact_forces=contact_forces,
+        fluctuating=fluctuation is not None,
     )
-    offset = law_phases(model.assembly, mesh_laws)
+    cycle = _Cycle(
+        n_step,
+        model.step.step,
+        tuple(int(common / period) for period in kinematics.law_period),
+        law_phases(model.assembly, mesh_laws),
+        np.array([float(period) for period in kinematics.law_period]),
+        None
+        if fluctuation is None
+        else fluctuation.drive(Ramp(input_speed, input_speed, period).motion, own, input_speed, period),
+    )
     tell = progress if progress is not None else _silent
-    motion = _ramp(model, np.array(repeats), offset, n_step)
-    motion, force, angular = _settle(model, motion, repeats, offset, n_step, fidelity, tell)
+    motion = _ramp(model, cycle)
+    motion, force, angular = _settle(model, motion, cycle, fidelity, tell)
     forces, angulars, n_mesh = [force], [angular], len(gearbox.meshes)
     for _ in range(periods - 1):
-        motion, force, angular = _period(model, motion, repeats, offset, n_step)
+        motion, force, angular = _period(model, motion, cycle)
         forces.append(force)
         angulars.append(angular)
     record, meshes = np.concatenate(forces), np.concatenate(angulars)
@@ -146,9 +169,7 @@ def bearing_forces(
         transmission_error=meshes[:, 2 * n_mesh : -1],
         output_lag=meshes[:, -1],
     )
-    parted = parted_flanks(
-        model, drive, back, lambda at: at[:, None] % n_step * np.array(repeats) / n_step + offset, model.step.step
-    )
+    parted = parted_flanks(model, drive, back, cycle.phases_at, model.step.step)
     made = marked(made, back, gearbox, mesh_laws, fidelity, parted)
     remind(made)
     return made
@@ -216,17 +237,61 @@ def _at_speed(settled: Callable[..., BearingForces], speed: float) -> BearingFor
     return settled(input_speed=speed)
 
 
+@dataclass(frozen=True, eq=False)
+class _Cycle:
+    """One common period in steps.
+
+    count : number of steps.
+    step : length of a step (s).
+    repeats : whole periods of each law.
+    offset : (n_mesh,) phases of the laws at the start, in periods.
+    law_period : (n_mesh,) input turns after which each law repeats.
+    drive : fluctuation of the input; None without.
+    """
+
+    count: int
+    step: float
+    repeats: tuple[int, ...]
+    offset: FloatArray
+    law_period: FloatArray
+    drive: Drive | None
+
+    def _middle(self, first: int) -> FloatArray:
+        """Return the times (s) of the middles of the block of steps from `first`."""
+        return np.asarray((np.arange(first, min(first + BLOCK, self.count)) + 0.5) * self.step)
+
+    def _beyond(self, time: FloatArray) -> FloatArray | float:
+        """Return the phases (n, n_mesh) that the fluctuation adds at `time` (s)."""
+        if self.drive is None:
+            return 0.0
+        return np.asarray(self.drive.turns(time)[:, None] / self.law_period)
+
+    def phases(self, first: int) -> FloatArray:
+        """Return the mid-step phases, in law periods, of the block of steps from `first`."""
+        # (n + ½)/N · repeats, reduced to one law period in whole numbers: no phase error accumulates
+        odd = 2 * np.arange(first, min(first + BLOCK, self.count), dtype=np.int64)[:, None] + 1
+        plain = (odd * np.array(self.repeats, dtype=np.int64) % (2 * self.count)) / (2.0 * self.count) + self.offset
+        return np.asarray(plain + self._beyond(self._middle(first)))
+
+    def phases_at(self, step: IntArray) -> FloatArray:
+        """Return the phases at the starts of steps (n,), which may pass the end of the period."""
+        plain = step[:, None] % self.count * np.array(self.repeats) / self.count + self.offset
+        return np.asarray(plain + self._beyond(np.asarray(step * self.step, dtype=float)))
+
+    def torque(self, first: int) -> FloatArray | None:
+        """Return the fluctuating torque on the input (N m) in the block of steps from `first`; None without."""
+        return None if self.drive is None else self.drive.torque(self._middle(first), self.step)
+
+
 def _settle(
     model: Simulation,
     motion: Motion,
-    repeats: Sequence[int],
-    offset: FloatArray,
-    n_step: int,
+    cycle: _Cycle,
     fidelity: DynamicsFidelity,
     tell: Progress,
 ) -> tuple[Motion, FloatArray, FloatArray]:
     """Run until the influence of the start has decayed; return the result of `_period` for the first settled period."""
-    duration = n_step * model.step.step
+    duration = cycle.count * model.step.step
     needed = settling_time(model, fidelity)
     apart = ceil(1.0 / (_slowest_decay(model) * duration))
     blocks = max(2, ceil(fidelity.settle_time / (apart * duration)))
@@ -235,8 +300,8 @@ def _settle(
     before = inf
     for block in range(blocks):
         for _ in range(apart - 1):
-            motion = _pass(model, motion, repeats, offset, n_step)
-        motion, latest, angular = _period(model, motion, repeats, offset, n_step)
+            motion = _pass(model, motion, cycle)
+        motion, latest, angular = _period(model, motion, cycle)
         tell(min(block + 1, expected), expected + 1)
         if force is not None:
             change, swing = float(np.abs(latest - force).max()), float(np.ptp(latest, axis=0).max())
@@ -253,7 +318,8 @@ def _settle(
         f"the gearbox has not settled after {blocks * apart * duration:.3g} s: bearing forces still change by "
         f"{change / max(swing, 1e-300):.2g} of their swing between periods (limit {fidelity.settle_level:g}); "
         f"raise "
-        "settle_time or settle_level, or the motion is not periodic (subharmonic or chaotic contact loss)"
+        "settle_time or settle_level, or the motion is not periodic (subharmonic or chaotic contact loss): then follow "
+        "it in time, by a run-up to the same speed"
     )
 
 
@@ -289,7 +355,7 @@ def check_step(
     fidelity: DynamicsFidelity,
 ) -> None:
     """Raise InputError if the step does not resolve band and meshes: faster motion would alias into the band."""
-    wheel = [kinematics.speed_ratio[gearbox.shaft_index(mesh.wheel_shaft)] for mesh in gearbox.meshes]
+    wheel = [kinematics.speed_ratio[gearbox.rotor_index(mesh.wheel_shaft)] for mesh in gearbox.meshes]
     mesh = max(float(r * law.teeth[1]) for r, law in zip(wheel, mesh_laws, strict=True)) * input_speed / (2.0 * pi)
     highest, name = (f_max, "f_max") if f_max >= mesh else (mesh, "the mesh frequency")
     limit = 1.0 / (fidelity.samples_per_period * highest)
@@ -312,50 +378,56 @@ def _check_memory(n_step: float, n_out: int, periods: int, duration: float) -> N
         )
 
 
-def _ramp(model: Simulation, repeats: FloatArray, offset: FloatArray, n_step: int) -> Motion:
-    """Run up from standstill over one common period, half-cosine in speed, to end at `offset` with full speed."""
-    motion = at_rest(model, offset - 0.5 * repeats)
-    for first in range(0, n_step, BLOCK):
-        middle = (np.arange(first, min(first + BLOCK, n_step)) + 0.5) / n_step
+def _ramp(model: Simulation, cycle: _Cycle) -> Motion:
+    """Run up from standstill over one common period, half-cosine in speed, to end at the start of `cycle`.
+
+    The drive does not fluctuate meanwhile.
+    """
+    repeats = np.array(cycle.repeats)
+    motion = at_rest(model, cycle.offset - 0.5 * repeats)
+    for first in range(0, cycle.count, BLOCK):
+        middle = (np.arange(first, min(first + BLOCK, cycle.count)) + 0.5) / cycle.count
         # ∫ (1 − cos πx)/2 dx, in all half a period
         turned = 0.5 * (middle - np.sin(pi * middle) / pi)
         motion, _, _ = advance(
-            model, motion, offset + (turned[:, None] - 0.5) * repeats, stride=BLOCK, start_time=first * model.step.step
+            model,
+            motion,
+            cycle.offset + (turned[:, None] - 0.5) * repeats,
+            stride=BLOCK,
+            start_time=first * model.step.step,
         )
     return motion
 
 
-def _phases(repeats: Sequence[int], offset: FloatArray, n_step: int, first: int) -> FloatArray:
-    """Return the mid-step phases, in law periods, of the block of steps from `first`."""
-    # (n + ½)/N · repeats, reduced to one law period in whole numbers: no phase error accumulates
-    odd = 2 * np.arange(first, min(first + BLOCK, n_step), dtype=np.int64)[:, None] + 1
-    return np.asarray((odd * np.array(repeats, dtype=np.int64) % (2 * n_step)) / (2.0 * n_step) + offset)
-
-
-def _pass(model: Simulation, motion: Motion, repeats: Sequence[int], offset: FloatArray, n_step: int) -> Motion:
+def _pass(model: Simulation, motion: Motion, cycle: _Cycle) -> Motion:
     """Advance by one common period without a record."""
-    for first in range(0, n_step, BLOCK):
-        phases = _phases(repeats, offset, n_step, first)
-        motion, _, _ = advance(model, motion, phases, stride=BLOCK, start_time=first * model.step.step)
+    for first in range(0, cycle.count, BLOCK):
+        motion, _, _ = advance(
+            model,
+            motion,
+            cycle.phases(first),
+            stride=BLOCK,
+            start_time=first * model.step.step,
+            torque=cycle.torque(first),
+        )
     return motion
 
 
-def _period(
-    model: Simulation, motion: Motion, repeats: Sequence[int], offset: FloatArray, n_step: int
-) -> tuple[Motion, FloatArray, FloatArray]:
+def _period(model: Simulation, motion: Motion, cycle: _Cycle) -> tuple[Motion, FloatArray, FloatArray]:
     """Advance by one common period; return the motion, bearing forces and meshes.
 
     Bearing forces are (n_step, 3 n_bearing) (N). The second array (n_step, 3 n_mesh + 1) holds deflections of drive
     flanks and of back flanks and transmission errors of the meshes (m), then the lag of the output (rad).
     """
     output = np.vstack([model.deflection_output, model.back_output, model.error_output]).T
-    force = np.empty((n_step, len(model.bearing_output)))
-    angular = np.empty((n_step, output.shape[1]))
-    for first in range(0, n_step, BLOCK):
-        last = min(first + BLOCK, n_step)
-        phases = _phases(repeats, offset, n_step, first)
+    force = np.empty((cycle.count, len(model.bearing_output)))
+    angular = np.empty((cycle.count, output.shape[1]))
+    for first in range(0, cycle.count, BLOCK):
+        last = min(first + BLOCK, cycle.count)
         before = motion.excess
-        motion, states, excesses = advance(model, motion, phases, start_time=first * model.step.step)
+        motion, states, excesses = advance(
+            model, motion, cycle.phases(first), start_time=first * model.step.step, torque=cycle.torque(first)
+        )
         force[first:last] = bearing_force(model, states, before, excesses)
         np.matmul(states, output, out=angular[first:last])
     return motion, force, angular

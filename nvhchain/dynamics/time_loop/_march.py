@@ -167,8 +167,11 @@ def _rows_at(n, position, rows, row, following, weight):  # type: ignore[no-unty
 
 
 @cache
-def march_of(bent):  # type: ignore[no-untyped-def]
-    """Return the time loop with (`bent`) or without the correction, compiled apart to keep the latter fast."""
+def march_of(bent, pushed):  # type: ignore[no-untyped-def]
+    """Return the time loop with (`bent`) or without the correction, and with (`pushed`) or without a given force.
+
+    Each is compiled apart, to keep the plain one fast.
+    """
 
     @njit(
         # decay, gain, read, drive (each real, imaginary), compliance, linear
@@ -198,7 +201,8 @@ def march_of(bent):  # type: ignore[no-untyped-def]
         position : (n_step, n_mesh) row coordinates of the laws at mid-step, 0 ≤ position < rows.
         state : (2, n_z) real and imaginary parts, with the idle modes at the end.
         states : (n_store, n_state) filled with the state before steps 0, stride, 2 stride, …, without idle modes.
-        excesses : (n_step, n_contact) filled with the excess forces of the steps (N).
+        excesses : (n_step, n_contact) filled with the excess forces of the steps (N). If `pushed`, one more column
+            holds the given force of every step, which acts through the last row of `drive`.
         turned_to : (n_step, n_mesh) row coordinates at the ends of the steps, if `bent`.
         past : (5, n_contact) values that `_correction.kept` keeps of the last step, in place.
         scratch, counters, work, turned : zeros (17, n_contact), (7, n_contact), (n_contact, n_contact + 1), (n_z,).
@@ -237,6 +241,11 @@ def march_of(bent):  # type: ignore[no-untyped-def]
                 turned[m] = decay_im[m] * re[m] + decay_re[m] * im[m] + gain_im[m]
             for m in range(n_z):
                 re[m] = decay_re[m] * re[m] - decay_im[m] * im[m] + gain_re[m]
+            if pushed:
+                for m in range(n_z):
+                    turned[m] -= drive_im[n_c, m] * excesses[n, n_c]
+                for m in range(n_z):
+                    re[m] -= drive_re[n_c, m] * excesses[n, n_c]
             _deflections(n_mesh, n_z, read_re, read_im, re, turned, free)
 
             if bent:

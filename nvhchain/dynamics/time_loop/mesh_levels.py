@@ -108,6 +108,7 @@ class ContactLoop:
         phases: FloatArray,
         state: FloatArray,
         excess: FloatArray,
+        given: FloatArray,
         *,
         tolerance: float,
         iterations: int,
@@ -116,16 +117,16 @@ class ContactLoop:
     ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """Return state and excess after len(phases) steps, states before every `stride`-th step, and all excesses.
 
-        Arguments and results as in `advance`.
+        given : (n_step, n_push) forces r of the rows `step.push`; other arguments and results as in `advance`.
         """
         n_z = len(step.decay)
         z = state[:n_z] + 1j * state[n_z:]
         y, start = excess.copy(), (step.read @ z).real
-        states, excesses = [], np.empty((len(phases), len(excess)))
+        states, excesses = [], np.hstack([np.empty((len(phases), len(excess))), given])
         for n, phase in enumerate(phases):
             if n % stride == 0:
                 states.append(np.concatenate([z.real, z.imag]))
-            z = step.decay * z + step.gain
+            z = step.decay * z + step.gain - step.push.T @ given[n]
             free = (step.read @ z).real
             angle = np.mod(phase, 1.0) * self.period
             solved = self._excess(step.compliance, linear, angle, start, free, y, tolerance, iterations)
@@ -135,9 +136,9 @@ class ContactLoop:
                     f"iterations to {tolerance:.3g} N: take a smaller time step"
                 )
             y, end = solved
-            excesses[n], start = y, end
+            excesses[n, : len(y)], start = y, end
             z = z - step.drive.T @ y
-        return np.concatenate([z.real, z.imag]), y, np.array(states), excesses
+        return np.concatenate([z.real, z.imag]), excesses[-1].copy(), np.array(states), excesses
 
 
 def contact_loop(contact_forces: Sequence[ContactForce] | None, mesh_laws: Sequence[MeshLaw]) -> ContactLoop:

@@ -82,6 +82,7 @@ class Propagator:
     gain : (n_z,) complex change of z by the external torques.
     read : (n_contact, n_z) with contact deflection = Re(read z).
     drive : (n_contact, n_z) with loss of z = Σ drive r.
+    push : (n_push, n_z) likewise of given forces that vary, one row or none; r is the force with its sign reversed.
     compliance : (n_contact, n_contact) fall of the end deflections per unit contact force r over the step (m/N).
 
     The linear part is passive, so the compliance is at least 0 and at most twice the static compliance. It is symmetric
@@ -93,15 +94,22 @@ class Propagator:
     gain: ComplexArray
     read: ComplexArray
     drive: ComplexArray
+    push: ComplexArray
     compliance: FloatArray
 
 
-def propagator(assembly: Assembly, modes: ModalForm, load: FloatArray, step: float) -> Propagator:
-    """Discretise exactly, under a constant generalised force `load` (n,), in steps of `step` (s)."""
+def propagator(
+    assembly: Assembly, modes: ModalForm, load: FloatArray, step: float, push: FloatArray | None = None
+) -> Propagator:
+    """Discretise exactly, under a constant generalised force `load` (n,), in steps of `step` (s).
+
+    push : (n_push, n) generalised forces per unit of the given forces that vary; none by default.
+    """
     # expm1 keeps (e^{λh} − 1)/λ accurate for slow modes
     hold = np.expm1(modes.eigenvalue * step) / modes.eigenvalue
     read = assembly.contact @ modes.displacement
     drive = (hold[:, None] * (modes.input @ assembly.contact.T)).T
+    given = np.zeros((0, len(load))) if push is None else push
     compliance = np.ascontiguousarray((read @ drive.T).real)
     if np.array_equal(assembly.damping, assembly.damping.T):
         compliance = 0.5 * (compliance + compliance.T)
@@ -111,6 +119,7 @@ def propagator(assembly: Assembly, modes: ModalForm, load: FloatArray, step: flo
         hold * (modes.input @ load),
         np.ascontiguousarray(read),
         np.ascontiguousarray(drive),
+        np.ascontiguousarray((hold[:, None] * (modes.input @ given.T)).T),
         compliance,
     )
 

@@ -32,9 +32,9 @@ LANES = 16
 
 @dataclass(frozen=True, eq=False)
 class Simulation:
-    """Gearbox under constant torques, ready for the time loop.
+    """Gearbox under constant torques, and perhaps one that fluctuates, ready for the time loop.
 
-    torque : (n_shaft,) external torques along the running directions (N m).
+    torque : (n_rotor,) constant external torques along the running directions (N m).
     contact_stiffness : (2 n_row,) share of each contact's stiffness in the linear system (N/m).
     bearing_output : (3 n_bearing, n_state) with bearing forces = bearing_output · s.
     bearing_jump : (3 n_bearing, 2 n_row) part subtracted from their samples per jump of the excess forces
@@ -44,8 +44,8 @@ class Simulation:
     back_output : (n_mesh, n_state) of the back flanks, likewise, with the sign of the laws: < 0 where they are pressed.
     error_output : (n_mesh + 1, n_state) of the transmission errors of the meshes (m), then of the angle (rad) by which
         the output lags behind the input.
-    kernel : decay, gain, read and drive of `step` for the time loop. Each is (2, …), real over imaginary parts, padded
-        with idle modes to whole vector registers.
+    kernel : decay, gain, read and drive of `step` for the time loop; `push` follows the rows of the drive. Each is
+        (2, …), real over imaginary parts, padded with idle modes to whole vector registers.
     tolerance : admissible residual of the contact forces (N), reached within `iterations`.
     bent : True with the fourth-order correction of the excess forces (`_correction`).
     contact_loop : solver of the contact problem at every step, in place of `table`; None for the table.
@@ -75,7 +75,8 @@ class Motion:
     """State of a simulation.
 
     state : (n_state,) state s.
-    excess : (2 n_row,) contact forces beyond the linear system (N), mean over the last step.
+    excess : (2 n_row + n_push,) contact forces beyond the linear system (N), mean over the last step, then the
+        fluctuating torque on the input with its sign reversed (N m), where there is one.
     past : (5, 2 n_row) values that `_correction.kept` keeps of the last step; by default those of a standstill.
     """
 
@@ -95,6 +96,7 @@ def simulation(
     input_acceleration: float = 0.0,
     gyroscopic_speed: float = 0.0,
     contact_forces: Sequence[ContactForce] | None = None,
+    fluctuating: bool = False,
 ) -> Simulation:
     """Assemble, diagonalise and discretise a gearbox.
 
@@ -104,6 +106,7 @@ def simulation(
     gyroscopic_speed : speed of the input for gyroscopic terms (rad/s); 0 omits them.
     contact_forces : one solver per mesh, for the mesh level `contact`, which needs the laws for its start and linear
         part.
+    fluctuating : True where a fluctuating torque acts on the input (`advance`).
 
     The inertia torques of an acceleration need no term of their own. Along the free torsion they do no work
     (`Assembly.free`), and the output torque is reduced by them.
@@ -137,6 +140,7 @@ def simulation(
         fidelity.contact_iterations,
         fidelity.bent_ways,
         loop,
+        fluctuating,
     )
 
 
@@ -164,10 +168,13 @@ def _discretised(
     iterations: int,
     bent: bool,
     loop: ContactLoop | None,
+    fluctuating: bool,
 ) -> Simulation:
     """Diagonalise and discretise (fields of `Simulation`; time_step in s)."""
     modes = modal_form(assembly, contact_stiffness)
-    step = propagator(assembly, modes, assembly.load(torque), time_step)
+    first = assembly.gearbox.rotor_index(assembly.gearbox.input_shaft)
+    push = assembly.torques[first : first + 1] if fluctuating else None
+    step = propagator(assembly, modes, assembly.load(torque), time_step, push)
     if bent:
         check_bends(assembly, modes, contact_stiffness, assembly.load(torque), time_step, table)
     contact_output = output_matrix(modes, assembly.contact, np.zeros_like(assembly.contact))
@@ -187,7 +194,9 @@ def _discretised(
         mean @ contact_output[0::2],
         -mean @ contact_output[1::2],
         output_matrix(modes, error, np.zeros_like(error)),
-        tuple(_in_registers(part) for part in (step.decay, step.gain, step.read, step.drive)),
+        tuple(
+            _in_registers(part) for part in (step.decay, step.gain, step.read, np.concatenate([step.drive, step.push]))
+        ),
         tolerance,
         iterations,
         bent,
@@ -207,6 +216,7 @@ def at_speed(model: Simulation, input_speed: float) -> Simulation:
         model.iterations,
         model.bent,
         model.contact_loop,
+        len(model.step.push) > 0,
     )
 
 
@@ -229,35 +239,48 @@ def _in_registers(modal: ComplexArray) -> FloatArray:
 def at_rest(model: Simulation, phases: FloatArray) -> Motion:
     """Return the quasi-static solution at mesh-law `phases` (n_mesh,), in periods."""
     static = static_state(model.assembly, model.table, model.torque, phases)
-    return Motion(state_of(model.modes, static.position), np.zeros(len(model.contact_stiffness)))
+    return Motion(state_of(model.modes, static.position), np.zeros(len(model.contact_stiffness) + len(model.step.push)))
 
 
 def compile_time_loop() -> None:
     """Compile the time loop, or read it from disk, as `advance` does at its first call."""
     from nvhchain.dynamics.time_loop._march import march_of
 
-    march_of(False)
+    march_of(False, False)
 
 
 def advance(
-    model: Simulation, motion: Motion, phases: FloatArray, *, stride: int = 1, start_time: float = 0.0
+    model: Simulation,
+    motion: Motion,
+    phases: FloatArray,
+    *,
+    stride: int = 1,
+    start_time: float = 0.0,
+    torque: FloatArray | None = None,
 ) -> tuple[Motion, FloatArray, FloatArray]:
     """Advance a motion by len(phases) steps.
 
     phases : (n_step, n_mesh) mesh-law phases at mid-step, in periods.
     stride : number of steps from one stored state to the next.
     start_time : time of the first step (s), for messages.
+    torque : (n_step,) torque that fluctuates on the input (N m), mean over the step; by default there is none.
 
     Returns the motion at the end, the states before steps 0, stride, 2 stride … (n_store, n_state), and the excess
-    forces of all steps (n_step, 2 n_row) (N). Raises SolverError with the time of a step that did not converge.
+    forces of all steps (n_step, 2 n_row + n_push) as in `Motion`. Raises SolverError with the time of a step that did
+    not converge.
     """
+    n_c, n_push = len(model.contact_stiffness), len(model.step.push)
+    given = np.zeros((len(phases), n_push))
+    if torque is not None:
+        given[:] = -torque[:, None]
     if model.contact_loop is not None:
         state, excess, states, excesses = model.contact_loop.march(
             model.step,
             model.contact_stiffness,
             phases,
             motion.state,
-            motion.excess,
+            motion.excess[:n_c],
+            given,
             tolerance=model.tolerance,
             iterations=model.iterations,
             stride=stride,
@@ -270,9 +293,10 @@ def advance(
     turned_to = _row_coordinates(model, phases_at_ends(phases) if model.bent else phases[:0])
     n_step = len(position)
     states = np.empty((-(-n_step // stride), len(motion.state)))
-    excesses = np.empty((n_step, len(motion.excess)))
-    excess = motion.excess.copy()
-    n_c, n_z = len(excess), model.kernel[0].shape[-1]
+    excesses = np.empty((n_step, n_c + n_push))
+    excesses[:, n_c:] = given
+    excess = motion.excess[:n_c].copy()
+    n_z = model.kernel[0].shape[-1]
     re_im = np.zeros((2, n_z))
     re_im[:, : len(motion.state) // 2] = motion.state.reshape(2, -1)
     scratch = np.zeros((17, n_c))
@@ -280,7 +304,7 @@ def advance(
     if model.bent and motion.past is None and n_step > 0:
         deflection = model.contact_output @ motion.state
         past = standing(model.table, deflection, model.contact_stiffness, phases[0, model.assembly.mesh])
-    failed = march_of(model.bent)(
+    failed = march_of(model.bent, n_push > 0)(
         *model.kernel, model.step.compliance, model.contact_stiffness,
         model.table.deflection, model.table.force, model.table.potential, model.table.rows, model.table.cells, position,
         re_im, excess, model.tolerance, model.iterations, stride, states, excesses, turned_to, past,
@@ -292,7 +316,8 @@ def advance(
             f"{model.iterations} iterations "
             f"to {model.tolerance:.3g} N: take a smaller time step"
         )
-    return Motion(re_im[:, : len(motion.state) // 2].ravel(), excess, past), states, excesses
+    last = np.append(excess, given[-1:])
+    return Motion(re_im[:, : len(motion.state) // 2].ravel(), last, past), states, excesses
 
 
 def _row_coordinates(model: Simulation, phases: FloatArray) -> FloatArray:
@@ -307,13 +332,15 @@ def _row_coordinates(model: Simulation, phases: FloatArray) -> FloatArray:
 def bearing_force(model: Simulation, states: FloatArray, before: FloatArray, excesses: FloatArray) -> FloatArray:
     """Return bearing forces on the housing (n_step, 3 n_bearing) (N) at the step starts of an `advance` with stride 1.
 
-    before : (2 n_row,) excess forces of the step before the first (N).
-    excesses : (n_step, 2 n_row) excess forces of the steps (N).
+    before : (2 n_row + n_push,) excess forces of the step before the first (N).
+    excesses : (n_step, 2 n_row + n_push) excess forces of the steps (N).
+
+    Torques do not press bearings: only contact forces count here.
 
     The held forces jump from step to step. With bearing damping the slope of the bearing force jumps too, and its bare
     samples would alias this into the band. The sum over samples differs from the integral by −h²/12 Σ (slope jumps)
     (Euler–Maclaurin). Therefore h/12 times the jump is added to each sample. The spectrum of the record is then that of
     the force that moved the housing, to fourth order.
     """
-    jump = np.diff(excesses, axis=0, prepend=before[None, :])
+    jump = np.diff(excesses, axis=0, prepend=before[None, :])[:, : len(model.contact_stiffness)]
     return np.asarray(states @ model.bearing_output.T - jump @ model.bearing_jump.T)

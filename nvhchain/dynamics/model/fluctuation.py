@@ -1,0 +1,288 @@
+"""Fluctuating drive: torque or speed of the input that varies about its mean.
+
+Let θ be the nominal angle of the input, r the speed ratios, J the inertias and I = rᵀJr the inertia of the train seen
+from the input.
+
+Torque. T_in = T₀ + ΔT(t), > 0 along the input's rotation; all other torques stay constant. ΔT pushes the unknowns as a
+torque on the input. It also moves the common spin of the train, which no mesh resists: Δφ̈ = ΔT / I.
+
+Speed. Ω = Ω₀ + ΔΩ(t), whatever the gears do. The input is then a source of `SOURCE` times the inertia of the train,
+driven by the torque (I + I_source) ΔΩ̇. The train pulls its speed off by 1/`SOURCE` of ΔΩ at most. Every other rotor i
+feels the inertia torque −J_i r_i ΔΩ̇: a loose gear leaves its flank where that exceeds its drag.
+
+Both move the common spin by Δφ(t), and with it the angles of the mesh laws: fluctuations have sidebands about the mesh
+orders. `turns` is this angle.
+
+Limits: the input must not turn backwards, |ΔΩ| < Ω₀. Δφ of harmonics is that of the speed at the time: a speed that
+changes within one cycle of the fluctuation by the share ε makes an error of order ε in Δφ, none in torque or speed. The
+time loop holds the mean of the torque over a step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from math import gcd, isfinite, lcm, pi
+from typing import Literal
+
+import numpy as np
+from scipy.integrate import cumulative_trapezoid
+
+from nvhchain.dynamics.model.gearbox import Gearbox
+from nvhchain.errors import InputError, require
+from nvhchain.handoff import FloatArray
+from nvhchain.kinds import check_fields
+
+SOURCE = 1e4
+"""Inertia of a source of given speed, in inertias of the train."""
+FINEST_ORDER = 1000
+"""Largest denominator of an order: 1000 turns of the input are the longest common period that it asks for."""
+
+Motion = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
+"""Nominal speed (rad/s) and angle (rad) of the input at times (s)."""
+
+
+@dataclass(frozen=True)
+class Harmonic:
+    """Harmonic of a fluctuation, amplitude × cos(order θ + phase), with θ the nominal angle of the input.
+
+    Parameters
+    ----------
+    order : float
+        Cycles per turn of the input, > 0; 2 for a four-cylinder four-stroke engine.
+    amplitude : float
+        Amplitude: N m of a torque, rad/s of a speed.
+    phase : float
+        Phase (rad).
+    """
+
+    order: float
+    amplitude: float
+    phase: float = 0.0
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        require(
+            isfinite(self.order) and 1.0 / FINEST_ORDER <= self.order <= 1e4,
+            f"fluctuation: order = {self.order:g} per turn of the input is outside {1 / FINEST_ORDER:g}…10000: give "
+            "cycles per turn, such as 2",
+        )
+        require(
+            isfinite(self.amplitude) and isfinite(self.phase),
+            f"fluctuation: amplitude = {self.amplitude:g} and phase = {self.phase:g} rad must be finite",
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Fluctuation:
+    """Fluctuation of the drive at the input, as harmonics or as a record.
+
+    Parameters
+    ----------
+    quantity : {'torque', 'speed'}
+        What fluctuates.
+    harmonics : tuple of Harmonic
+        Harmonics; none for a record.
+    time : (n,) array
+        Times of a record (s), increasing; the first is the beginning of the run.
+    values : (n,) array
+        Values of a record, N m or rad/s; their mean over time is taken off.
+
+    Raises
+    ------
+    InputError
+        If there are both or neither, or a record is not a row of finite numbers against increasing time.
+
+    Notes
+    -----
+    Between its samples a record is a straight line. Before its beginning and after its end it is mirrored.
+    """
+
+    quantity: Literal["torque", "speed"]
+    harmonics: tuple[Harmonic, ...] = ()
+    time: FloatArray = ()  # type: ignore[assignment]
+    values: FloatArray = ()  # type: ignore[assignment]
+
+    def __post_init__(self) -> None:
+        for name in ("time", "values"):
+            given = np.array(getattr(self, name), dtype=float)
+            given.flags.writeable = False
+            object.__setattr__(self, name, given)
+        require(self.quantity in ("torque", "speed"), f"fluctuation of {self.quantity!r}: choose `torque` or `speed`")
+        require(
+            (len(self.harmonics) > 0) != (self.time.size > 0),
+            f"fluctuation of the {self.quantity} has {len(self.harmonics)} harmonics and a record of "
+            f"{self.time.size} samples: give either harmonics or a record",
+        )
+        if self.harmonics:
+            return
+        require(
+            self.time.ndim == 1 and self.time.shape == self.values.shape and len(self.time) >= 2,
+            f"fluctuation: time of shape {self.time.shape} and values of shape {self.values.shape} must be rows of two "
+            "or more alike",
+        )
+        require(
+            bool(np.isfinite(self.time).all() and np.isfinite(self.values).all() and (np.diff(self.time) > 0).all()),
+            "fluctuation: a record needs finite values and a time that increases at every sample",
+        )
+
+    @property
+    def period(self) -> Fraction:
+        """Turns of the input after which the harmonics repeat.
+
+        Raises InputError for a record, which does not repeat.
+        """
+        if not self.harmonics:
+            raise InputError(
+                f"the {self.quantity} of the input follows a record, which does not repeat: follow it in time, by a "
+                "ramp (to the same end_speed where the mean speed stays)"
+            )
+        turns = [1 / Fraction(one.order).limit_denominator(FINEST_ORDER) for one in self.harmonics]
+        return Fraction(lcm(*(one.numerator for one in turns)), gcd(*(one.denominator for one in turns)))
+
+    def source(self, gearbox: Gearbox, inertia: float) -> tuple[Gearbox, float]:
+        """Return the gearbox with the source of the drive on its input, and the source's own inertia (kg m²).
+
+        inertia : inertia of the train seen from the input (kg m²).
+        """
+        own = SOURCE * inertia if self.quantity == "speed" else 0.0
+        if own == 0.0:
+            return gearbox, own
+        shafts = tuple(
+            replace(shaft, coupled_inertia=shaft.coupled_inertia + own) if shaft.name == gearbox.input_shaft else shaft
+            for shaft in gearbox.shafts
+        )
+        return replace(gearbox, shafts=shafts), own
+
+    def drive(
+        self, motion: Motion, inertia: float, slowest: float, duration: float, outside: tuple[float, float] = (0.0, 0.0)
+    ) -> Drive:
+        """Return the fluctuation of one run.
+
+        motion : nominal speed and angle of the input against time.
+        inertia : inertia of the train and of its source seen from the input (kg m²).
+        slowest : lowest nominal speed (rad/s).
+        duration : duration of the run (s).
+        outside : time that the run takes before its beginning and after its end (s).
+
+        Raises InputError if the input would turn backwards, or a record is shorter than the run.
+        """
+        if self.harmonics:
+            swing = sum(abs(one.amplitude) for one in self.harmonics)
+            if self.quantity == "torque":
+                lag = inertia * max(slowest, 1e-300)
+                swing = sum(abs(one.amplitude) / (lag * one.order) for one in self.harmonics)
+            made = Drive(self, motion, inertia)
+        else:
+            lasts = float(self.time[-1] - self.time[0])
+            require(
+                lasts >= duration * (1.0 - 1e-9),
+                f"the record of the input's {self.quantity} lasts {lasts:.4g} s, the run {duration:.4g} s: give a "
+                "longer record or shorten the run",
+            )
+            made = Drive(self, motion, inertia, _track(self, inertia, outside))
+            swing = float(np.abs(made.speed(self.time - self.time[0])).max())
+        require(
+            swing < slowest,
+            f"the {self.quantity} of the input fluctuates so much that its speed swings by up to {swing:.4g} rad/s, "
+            f"but its lowest mean speed is {slowest:.4g} rad/s: it must not turn backwards; take a lower amplitude, "
+            f"{'more inertia on the input, ' * (self.quantity == 'torque')}or a higher speed",
+        )
+        return made
+
+
+@dataclass(frozen=True, eq=False)
+class Track:
+    """Record over a whole run, at times from 0 at its beginning.
+
+    time : (n,) times (s).
+    values : (n,) values without their mean.
+    integral : (n,) integral of the values from time 0.
+    mean : mean of the integral over the record.
+    """
+
+    time: FloatArray
+    values: FloatArray
+    integral: FloatArray
+    mean: float
+
+    def integral_at(self, time: FloatArray) -> FloatArray:
+        """Return the integral of the straight lines between the values."""
+        cell = np.clip(np.searchsorted(self.time, time, side="right") - 1, 0, len(self.time) - 2)
+        within = time - self.time[cell]
+        slope = (self.values[cell + 1] - self.values[cell]) / (self.time[cell + 1] - self.time[cell])
+        return np.asarray(self.integral[cell] + within * (self.values[cell] + 0.5 * within * slope))
+
+
+def _track(record: Fluctuation, inertia: float, outside: tuple[float, float]) -> Track:
+    """Return a record mirrored about its ends as often as the run needs it."""
+    time = record.time - record.time[0]
+    lasts = time[-1]
+    values = record.values - np.trapezoid(record.values, time) / lasts
+    pieces_t, pieces_v = [], []
+    for n in range(-int(np.ceil(outside[0] / lasts)), 1 + int(np.ceil(outside[1] / lasts))):
+        mirrored = n % 2 != 0
+        pieces_t.append(n * lasts + (lasts - time[::-1] if mirrored else time)[:-1])
+        pieces_v.append((values[::-1] if mirrored else values)[:-1])
+        last = values[0] if mirrored else values[-1]
+    whole = np.append(np.concatenate(pieces_t), (n + 1) * lasts)
+    along = np.append(np.concatenate(pieces_v), last)
+    integral = cumulative_trapezoid(along, whole, initial=0.0)
+    inside = (whole >= 0.0) & (whole <= lasts)
+    integral -= integral[int(np.argmax(inside))]
+    mean = float(np.trapezoid(integral[inside], whole[inside])) / lasts
+    return Track(whole, along, integral, mean)
+
+
+@dataclass(frozen=True, eq=False)
+class Drive:
+    """Fluctuation of one run, as the time loop takes it; fields as in `Fluctuation.drive`, `track` of a record."""
+
+    fluctuation: Fluctuation
+    motion: Motion
+    inertia: float
+    track: Track | None = None
+
+    @property
+    def of_torque(self) -> bool:
+        """True where the torque is given, False for the speed."""
+        return self.fluctuation.quantity == "torque"
+
+    def _waves(self, angle: FloatArray, size: Callable[[Harmonic], FloatArray | float], lag: float = 0.0) -> FloatArray:
+        """Return Σ size cos(order θ + phase − lag)."""
+        waves = (size(one) * np.cos(one.order * angle + one.phase - lag) for one in self.fluctuation.harmonics)
+        return np.asarray(sum(waves))
+
+    def torque(self, middle: FloatArray, step: float) -> FloatArray:
+        """Return the torque on the input (N m), mean over steps of `step` (s) about the times `middle` (s)."""
+        if self.of_torque and self.track is None:
+            return self._waves(self.motion(middle)[1], lambda one: one.amplitude)
+        late, early = (middle + side * step for side in (0.5, -0.5))
+        if self.of_torque and self.track is not None:
+            return np.asarray((self.track.integral_at(late) - self.track.integral_at(early)) / step)
+        return np.asarray(self.inertia * (self.speed(late) - self.speed(early)) / step)
+
+    def speed(self, time: FloatArray) -> FloatArray:
+        """Return ΔΩ (rad/s) of the common spin seen from the input, at `time` (s)."""
+        if self.track is not None:
+            if self.of_torque:
+                return np.asarray((self.track.integral_at(time) - self.track.mean) / self.inertia)
+            return np.interp(time, self.track.time, self.track.values)
+        speed, angle = self.motion(time)
+        if self.of_torque:
+            return self._waves(angle, lambda one: one.amplitude / (self.inertia * one.order * speed), 0.5 * pi)
+        return self._waves(angle, lambda one: one.amplitude)
+
+    def turns(self, time: FloatArray) -> FloatArray:
+        """Return the turns of the common spin beyond the nominal ones, seen from the input, at `time` (s)."""
+        if self.track is not None:
+            if self.of_torque:
+                whole = cumulative_trapezoid(self.speed(self.track.time), self.track.time, initial=0.0)
+                whole -= np.interp(0.0, self.track.time, whole)
+                return np.asarray(np.interp(time, self.track.time, whole) / (2.0 * pi))
+            return np.asarray(self.track.integral_at(time) / (2.0 * pi))
+        speed, angle = self.motion(time)
+        if self.of_torque:
+            return self._waves(angle, lambda one: -one.amplitude / (self.inertia * (one.order * speed) ** 2)) / (2 * pi)
+        return self._waves(angle, lambda one: one.amplitude / (one.order * speed), 0.5 * pi) / (2 * pi)

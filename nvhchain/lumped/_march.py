@@ -108,6 +108,58 @@ def march_one(table, load, damping, gap, state, steps, schedule, stride, statist
     state[0, 0], state[1, 0] = x, v
 
 
+@njit("f8(f8, f8, f8, f8, f8, f8)", forceinline=True, cache=True, fastmath=_FAST)
+def _rise(x, u, k, f, d, b):  # type: ignore[no-untyped-def]
+    """Return the acceleration times h² at x and u = h v."""
+    return f - d * u - k * (x - max(min(x, b), -b))
+
+
+@_loop
+def march_forced(table, load, damping, gap, state, steps, schedule, stride, statistics, samples):  # type: ignore[no-untyped-def]
+    """Advance lane 0 of `state` in place under a load that varies with the angle.
+
+    Arguments as in `march_four`, but lane 1 of `table` is the load over mass (N/kg), and `load` is not read.
+    """
+    n = float(table.shape[0])
+    x, v = state[0, 0], state[1, 0]
+    b = gap[0]
+    store, wait, last = 0, 0, 0
+    for w in range(len(steps)):
+        h, p, rate, rise = schedule[w, 0], schedule[w, 1], schedule[w, 2], schedule[w, 3]
+        hh = h * h
+        d, u = damping[0] * h, v * h
+        if stride[w] != last:
+            wait = last = stride[w]
+        cell = np.int64(p)
+        k0, f0 = hh * _cubic(table, np.uint64(cell), 0, p - cell), hh * _cubic(table, np.uint64(cell), 1, p - cell)
+        total, square, low, high = 0.0, 0.0, np.inf, -np.inf
+        for _ in range(steps[w]):
+            q, p, rate = _turned(p, rate, rise, n)
+            cell = np.int64(q)
+            k1, f1 = hh * _cubic(table, np.uint64(cell), 0, q - cell), hh * _cubic(table, np.uint64(cell), 1, q - cell)
+            cell = np.int64(p)
+            k2, f2 = hh * _cubic(table, np.uint64(cell), 0, p - cell), hh * _cubic(table, np.uint64(cell), 1, p - cell)
+            a1 = _rise(x, u, k0, f0, d, b)
+            a2 = _rise(x + 0.5 * u, u + 0.5 * a1, k1, f1, d, b)
+            a3 = _rise(x + 0.5 * u + 0.25 * a1, u + 0.5 * a2, k1, f1, d, b)
+            a4 = _rise(x + u + 0.5 * a2, u + a3, k2, f2, d, b)
+            x, u = x + u + (a1 + a2 + a3) / 6.0, u + (a1 + 2.0 * a2 + 2.0 * a3 + a4) / 6.0
+            k0, f0 = k2, f2
+            total += x
+            square += x * x
+            low, high = min(low, x), max(high, x)
+            if last > 0:
+                wait -= 1
+                if wait == 0:
+                    samples[store, 0] = x
+                    store += 1
+                    wait = last
+        v = u / h
+        statistics[w, 0, 0], statistics[w, 1, 0] = total, square
+        statistics[w, 2, 0], statistics[w, 3, 0] = low, high
+    state[0, 0], state[1, 0] = x, v
+
+
 @_loop
 def march_four(table, load, damping, gap, state, steps, schedule, stride, statistics, samples):  # type: ignore[no-untyped-def]
     """Advance four curves in place through windows of constant step and linearly rising speed.

@@ -170,6 +170,10 @@ class _Balance:
             f"{fidelity.harmonic_samples} harmonic_samples cannot hold products of {fidelity.harmonics} harmonics: use "
             f"{8 * fidelity.harmonics} or more",
         )
+        require(
+            pair.force_variation is None,
+            "harmonic balance takes a constant force only: follow a pair with force_variation in time, by steady_sweep",
+        )
         require(pair.force > 0, "harmonic balance needs a load: without force the pair hangs free in its backlash")
         harmonics, n_t = fidelity.harmonics * pair.mesh_cycles, fidelity.harmonic_samples * pair.mesh_cycles
         count = len(pair.stiffness)

@@ -14,7 +14,7 @@ from nvhchain.errors import SolverError, require
 from nvhchain.fidelity import LUMPED, LumpedFidelity
 from nvhchain.handoff import FloatArray, IntArray
 from nvhchain.kinds import check_fields, checked
-from nvhchain.lumped._march import march_four, march_one
+from nvhchain.lumped._march import march_forced, march_four, march_one
 from nvhchain.lumped.pair import GearPair
 
 LANES = 4
@@ -183,10 +183,15 @@ def integrate(
     require(start.shape == (2, len(pairs)), f"state has shape {start.shape}, but (2, {len(pairs)}) is needed")
     _check_steps(pairs, windows, fidelity)
     groups: dict[tuple[int, int], list[int]] = {}
+    forced: list[int] = []
     for index, pair in enumerate(pairs):
-        groups.setdefault((len(pair.stiffness), pair.mesh_cycles), []).append(index)
+        if pair.force_variation is None:
+            groups.setdefault((len(pair.stiffness), pair.mesh_cycles), []).append(index)
+        else:
+            forced.append(index)
     # four at a time; a single remaining pair takes the faster loop for one
     lots = [lot[i : i + LANES] for lot in groups.values() for i in range(0, len(lot), LANES)]
+    lots += [[index] for index in forced]
     jobs = [([pairs[i] for i in lot], windows, np.ascontiguousarray(start[:, lot])) for lot in lots]
     results = (
         [_march(*job) for job in jobs] if executor is None else list(executor.map(_march, *zip(*jobs, strict=True)))
@@ -241,10 +246,16 @@ def _check_steps(pairs: Sequence[GearPair], windows: Windows, fidelity: LumpedFi
 
 
 def _waves(pair: GearPair) -> float:
-    """Return the order, per mesh cycle, of the highest harmonic of the stiffness curve above `NOTICED`."""
-    line = np.abs(np.fft.rfft(pair.stiffness)) * (2.0 / len(pair.stiffness))
-    noticed = np.flatnonzero(line[1:] > NOTICED * pair.mean_stiffness)
-    return float(noticed[-1] + 1) / pair.mesh_cycles if len(noticed) else 0.0
+    """Return the order, per mesh cycle, of the highest harmonic of stiffness or load above `NOTICED`."""
+    highest = 0
+    curves = [(pair.stiffness, pair.mean_stiffness)]
+    if pair.force_variation is not None:
+        curves.append((pair.force_variation, float(np.abs(pair.force_variation).max())))
+    for curve, size in curves:
+        line = np.abs(np.fft.rfft(curve)) * (2.0 / len(curve))
+        noticed = np.flatnonzero(line[1:] > NOTICED * size)
+        highest = max(highest, int(noticed[-1]) + 1 if len(noticed) else 0)
+    return highest / pair.mesh_cycles
 
 
 def _march(pairs: Sequence[GearPair], windows: Windows, state: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -254,9 +265,12 @@ def _march(pairs: Sequence[GearPair], windows: Windows, state: FloatArray) -> tu
     lane = [min(i, n - 1) for i in range(lanes)]
     cells, cycles = len(pairs[0].stiffness), pairs[0].mesh_cycles
     node = np.arange(cells + 1)
-    table = np.empty((cells, 4, lanes))
-    for i, which in enumerate(lane):
-        curve = pairs[which].stiffness / pairs[which].mass
+    curves = [pairs[which].stiffness / pairs[which].mass for which in lane]
+    variation = pairs[0].force_variation
+    if variation is not None:
+        curves.append((pairs[0].force + variation) / pairs[0].mass)
+    table = np.empty((cells, 4, len(curves)))
+    for i, curve in enumerate(curves):
         table[:, :, i] = CubicSpline(node, np.append(curve, curve[0]), bc_type="periodic").c.T
     chosen = [pairs[i] for i in lane]
     load = np.array([p.force / p.mass for p in chosen])
@@ -273,7 +287,7 @@ def _march(pairs: Sequence[GearPair], windows: Windows, state: FloatArray) -> tu
     moving = np.ascontiguousarray(state[:, lane])
     statistics = np.empty((len(windows.steps), 4, lanes))
     samples = np.empty((windows.sample_count, lanes))
-    march = march_one if lanes == 1 else march_four
+    march = march_forced if variation is not None else march_one if lanes == 1 else march_four
     march(
         table, load, damping, gap, moving, np.asarray(windows.steps, dtype=np.int64), schedule,
         np.asarray(windows.stride, dtype=np.int64), statistics, samples,

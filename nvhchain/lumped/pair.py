@@ -1,4 +1,4 @@
-"""Gear pair with one degree of freedom: m ẍ + c ẋ + k(θ) g(x) = F, x the dynamic transmission error."""
+"""Gear pair with one degree of freedom: m ẍ + c ẋ + k(θ) g(x) = F + ΔF(θ), x the dynamic transmission error."""
 
 from __future__ import annotations
 
@@ -33,6 +33,8 @@ class GearPair:
         Fraction ζ of the critical damping at mean stiffness: c = 2 ζ √(k_mean m).
     half_backlash : float
         Half the backlash (m); the flanks carry no force for abs(x) below it.  At 0 the spring acts both ways, linearly.
+    force_variation : (n,) array, optional
+        Force ΔF (N) beside `force` at the angles of `stiffness`, such as that of a fluctuating drive.
 
     Raises
     ------
@@ -50,6 +52,7 @@ class GearPair:
     mesh_cycles: int
     damping_ratio: float
     half_backlash: float = 0.0
+    force_variation: FloatArray | None = None
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -75,6 +78,15 @@ class GearPair:
                 isfinite(value) and (value > 0 if positive else value >= 0),
                 f"pair {name} = {value} {unit} must be {'positive' if positive else 'zero or more'} and finite",
             )
+        if self.force_variation is not None:
+            variation = np.array(self.force_variation, dtype=float)
+            require(
+                variation.shape == stiffness.shape and bool(np.isfinite(variation).all()),
+                f"pair force_variation of shape {variation.shape} must hold {len(stiffness)} finite forces, one per "
+                "angle of the stiffness",
+            )
+            variation.flags.writeable = False
+            object.__setattr__(self, "force_variation", variation)
         require(
             is_whole(self.mesh_cycles) and self.mesh_cycles >= 1,
             f"pair mesh_cycles = {self.mesh_cycles}: a whole number of 1 or more is needed",

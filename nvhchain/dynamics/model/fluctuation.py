@@ -96,7 +96,8 @@ class Fluctuation:
 
     Notes
     -----
-    Between its samples a record is a straight line. Before its beginning and after its end it is mirrored.
+    Between its samples a record is a straight line. Before its beginning and after its end torque and speed stay at
+    their first and last value; the run settles so before its first sample.
     """
 
     quantity: Literal["torque", "speed"]
@@ -155,16 +156,13 @@ class Fluctuation:
         )
         return replace(gearbox, shafts=shafts), own
 
-    def drive(
-        self, motion: Motion, inertia: float, slowest: float, duration: float, outside: tuple[float, float] = (0.0, 0.0)
-    ) -> Drive:
+    def drive(self, motion: Motion, inertia: float, slowest: float, duration: float) -> Drive:
         """Return the fluctuation of one run.
 
         motion : nominal speed and angle of the input against time.
         inertia : inertia of the train and of its source seen from the input (kg m²).
         slowest : lowest nominal speed (rad/s).
         duration : duration of the run (s).
-        outside : time that the run takes before its beginning and after its end (s).
 
         Raises InputError if the input would turn backwards, or a record is shorter than the run.
         """
@@ -181,8 +179,9 @@ class Fluctuation:
                 f"the record of the input's {self.quantity} lasts {lasts:.4g} s, the run {duration:.4g} s: give a "
                 "longer record or shorten the run",
             )
-            made = Drive(self, motion, inertia, _track(self, inertia, outside))
-            swing = float(np.abs(made.speed(self.time - self.time[0])).max())
+            track = _track(self, inertia)
+            made = Drive(self, motion, inertia, track)
+            swing = float(np.abs(track.speed).max())
         require(
             swing < slowest,
             f"the {self.quantity} of the input fluctuates so much that its speed swings by up to {swing:.4g} rad/s, "
@@ -194,45 +193,45 @@ class Fluctuation:
 
 @dataclass(frozen=True, eq=False)
 class Track:
-    """Record over a whole run, at times from 0 at its beginning.
+    """Record of a fluctuation at times from 0 at its beginning.
 
     time : (n,) times (s).
-    values : (n,) values without their mean.
-    integral : (n,) integral of the values from time 0.
-    mean : mean of the integral over the record.
+    torque : (n,) torque without its mean (N m); zeros where the speed is given.
+    impulse : (n,) integral of the torque (N m s).
+    speed : (n,) speed without its mean (rad/s).
+    angle : (n,) integral of the speed (rad).
     """
 
     time: FloatArray
-    values: FloatArray
-    integral: FloatArray
-    mean: float
+    torque: FloatArray
+    impulse: FloatArray
+    speed: FloatArray
+    angle: FloatArray
 
-    def integral_at(self, time: FloatArray) -> FloatArray:
-        """Return the integral of the straight lines between the values."""
+    def integral_at(self, time: FloatArray, values: FloatArray, integral: FloatArray) -> FloatArray:
+        """Return the integral of `values`: straight lines between samples, constant before the first and past the last.
+
+        integral : (n,) the integral at the samples.
+        """
         cell = np.clip(np.searchsorted(self.time, time, side="right") - 1, 0, len(self.time) - 2)
-        within = time - self.time[cell]
-        slope = (self.values[cell + 1] - self.values[cell]) / (self.time[cell + 1] - self.time[cell])
-        return np.asarray(self.integral[cell] + within * (self.values[cell] + 0.5 * within * slope))
+        inside = np.clip(time, 0.0, self.time[-1])
+        within = inside - self.time[cell]
+        slope = (values[cell + 1] - values[cell]) / (self.time[cell + 1] - self.time[cell])
+        whole = integral[cell] + within * (values[cell] + 0.5 * within * slope)
+        return np.asarray(whole + (time - inside) * np.where(time < 0.0, values[0], values[-1]))
 
 
-def _track(record: Fluctuation, inertia: float, outside: tuple[float, float]) -> Track:
-    """Return a record mirrored about its ends as often as the run needs it."""
-    time = record.time - record.time[0]
-    lasts = time[-1]
-    values = record.values - np.trapezoid(record.values, time) / lasts
-    pieces_t, pieces_v = [], []
-    for n in range(-int(np.ceil(outside[0] / lasts)), 1 + int(np.ceil(outside[1] / lasts))):
-        mirrored = n % 2 != 0
-        pieces_t.append(n * lasts + (lasts - time[::-1] if mirrored else time)[:-1])
-        pieces_v.append((values[::-1] if mirrored else values)[:-1])
-        last = values[0] if mirrored else values[-1]
-    whole = np.append(np.concatenate(pieces_t), (n + 1) * lasts)
-    along = np.append(np.concatenate(pieces_v), last)
-    integral = cumulative_trapezoid(along, whole, initial=0.0)
-    inside = (whole >= 0.0) & (whole <= lasts)
-    integral -= integral[int(np.argmax(inside))]
-    mean = float(np.trapezoid(integral[inside], whole[inside])) / lasts
-    return Track(whole, along, integral, mean)
+def _track(record: Fluctuation, inertia: float) -> Track:
+    """Return torque, speed and angle of a record.  inertia : of the train and of its source (kg m²)."""
+
+    def swing(values: FloatArray) -> FloatArray:
+        return np.asarray(values - np.trapezoid(values, time) / time[-1])
+
+    time, values = record.time - record.time[0], record.values
+    torque = swing(values) if record.quantity == "torque" else np.zeros(len(time))
+    impulse = cumulative_trapezoid(torque, time, initial=0.0)
+    speed = swing(impulse / inertia if record.quantity == "torque" else values)
+    return Track(time, torque, impulse, speed, cumulative_trapezoid(speed, time, initial=0.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -256,19 +255,20 @@ class Drive:
 
     def torque(self, middle: FloatArray, step: float) -> FloatArray:
         """Return the torque on the input (N m), mean over steps of `step` (s) about the times `middle` (s)."""
-        if self.of_torque and self.track is None:
-            return self._waves(self.motion(middle)[1], lambda one: one.amplitude)
         late, early = (middle + side * step for side in (0.5, -0.5))
-        if self.of_torque and self.track is not None:
-            return np.asarray((self.track.integral_at(late) - self.track.integral_at(early)) / step)
-        return np.asarray(self.inertia * (self.speed(late) - self.speed(early)) / step)
+        if not self.of_torque:
+            return np.asarray(self.inertia * (self.speed(late) - self.speed(early)) / step)
+        if self.track is None:
+            return self._waves(self.motion(middle)[1], lambda one: one.amplitude)
+        to_late, to_early = (
+            self.track.integral_at(time, self.track.torque, self.track.impulse) for time in (late, early)
+        )
+        return np.asarray((to_late - to_early) / step)
 
     def speed(self, time: FloatArray) -> FloatArray:
         """Return ΔΩ (rad/s) of the common spin seen from the input, at `time` (s)."""
         if self.track is not None:
-            if self.of_torque:
-                return np.asarray((self.track.integral_at(time) - self.track.mean) / self.inertia)
-            return np.interp(time, self.track.time, self.track.values)
+            return np.interp(time, self.track.time, self.track.speed)
         speed, angle = self.motion(time)
         if self.of_torque:
             return self._waves(angle, lambda one: one.amplitude / (self.inertia * one.order * speed), 0.5 * pi)
@@ -277,11 +277,7 @@ class Drive:
     def turns(self, time: FloatArray) -> FloatArray:
         """Return the turns of the common spin beyond the nominal ones, seen from the input, at `time` (s)."""
         if self.track is not None:
-            if self.of_torque:
-                whole = cumulative_trapezoid(self.speed(self.track.time), self.track.time, initial=0.0)
-                whole -= np.interp(0.0, self.track.time, whole)
-                return np.asarray(np.interp(time, self.track.time, whole) / (2.0 * pi))
-            return np.asarray(self.track.integral_at(time) / (2.0 * pi))
+            return self.track.integral_at(time, self.track.speed, self.track.angle) / (2.0 * pi)
         speed, angle = self.motion(time)
         if self.of_torque:
             return self._waves(angle, lambda one: -one.amplitude / (self.inertia * (one.order * speed) ** 2)) / (2 * pi)

@@ -166,9 +166,8 @@ def prepare(
     lead = (ceil(settle / stride) + 1) * stride + 2 * decimators[0].half
     drive = None
     if fluctuation is not None:
-        beyond = (lead + 1) * fidelity.time_step, (decimators[0].half + 2 * stride) * fidelity.time_step
         moved = train_inertia(kinematics, model.assembly.inertia)
-        drive = fluctuation.drive(ramp.motion, moved, slowest, ramp.duration, beyond)
+        drive = fluctuation.drive(ramp.motion, moved, slowest, ramp.duration)
     return RunUp(
         models,
         decimators,

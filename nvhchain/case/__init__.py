@@ -1,9 +1,17 @@
 """A case file (TOML) → a frozen, validated case: what is asked, never how accurately."""
 
-from nvhchain.case.asked import HEARD, RADIATED, Band, FieldPoint, Operation, Quantity, Ramp
+from nvhchain.case.asked import HEARD, RADIATED, Band, FieldPoint, Operation, Quantity, Ramp, TorqueRamp
 from nvhchain.case.blank_mesh import Mesh
 from nvhchain.case.bodies import Extent, Sphere, SurfaceFile
 from nvhchain.case.casting import Casting
+from nvhchain.case.fluctuation import (
+    SpeedHarmonic,
+    SpeedHarmonics,
+    SpeedRecord,
+    TorqueHarmonic,
+    TorqueHarmonics,
+    TorqueRecord,
+)
 from nvhchain.case.gearbox import Gear, GearboxCase, Stage
 from nvhchain.case.housing_model import HousingModel, ModalResults, Seat, SeatNode
 from nvhchain.case.load import Case, load_case, load_channels
@@ -30,9 +38,16 @@ __all__ = [
     "Ramp",
     "Seat",
     "SeatNode",
+    "SpeedHarmonic",
+    "SpeedHarmonics",
+    "SpeedRecord",
     "Sphere",
     "Stage",
     "SurfaceFile",
+    "TorqueHarmonic",
+    "TorqueHarmonics",
+    "TorqueRamp",
+    "TorqueRecord",
     "load_case",
     "load_channels",
 ]

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import isfinite
+from math import isfinite, pi
 from typing import Literal, get_args
 
 import numpy as np
 
+from nvhchain.case.fluctuation import SpeedHarmonics, SpeedRecord, TorqueHarmonics, TorqueRecord
 from nvhchain.dimensions import AngularSpeed, Length
 from nvhchain.errors import require
 from nvhchain.handoff import RigidPlane
@@ -16,6 +17,9 @@ from nvhchain.names import check_name, check_names, folded
 
 FEWEST_LINES = 4
 """Of a window of a run-up that lie in the band: the main lobe of a Hann window is as wide."""
+
+MOST_SECONDS = 86400
+"""Of a ramp."""
 
 
 @dataclass(frozen=True)
@@ -76,26 +80,80 @@ class Ramp:
 
     def __post_init__(self) -> None:
         check_fields(self)
+        _check_end(self.end_speed)
         require(
-            0 <= self.end_speed <= 2e4,
-            f"end_speed = {self.end_speed:g} rad/s is outside 0…20000 rad/s: give it as end_speed_rpm",
+            0 < self.duration <= MOST_SECONDS,
+            f"duration = {self.duration:g} s is outside 0…{MOST_SECONDS:g} s: give it in s",
         )
-        require(0 < self.duration <= 86400, f"duration = {self.duration:g} s is outside 0…86400 s: give it in s")
+
+    def lasting(self, input_speed: float, inertia: float) -> float:
+        """Its duration, s."""
+        return self.duration
+
+
+@dataclass(frozen=True)
+class TorqueRamp:
+    """A run-up (or run-down) by torques: the input speed changes evenly to end_speed, rad/s, as they accelerate the train.
+
+    torque_unbalance: N m at the input, by which the driving torque exceeds what the output takes, seen from the input;
+    < 0 slows down.
+    """
+
+    end_speed: AngularSpeed
+    torque_unbalance: float
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        _check_end(self.end_speed)
+        require(
+            0 < abs(self.torque_unbalance) <= 1e7,
+            f"torque_unbalance = {self.torque_unbalance:g} N m is 0 or outside -1e7…1e7 N m: give it in N m",
+        )
+
+    def lasting(self, input_speed: float, inertia: float) -> float:
+        """s that torque_unbalance takes from input_speed, rad/s, to end_speed.
+
+        inertia: of the train, kg m², seen from the input.
+        """
+        duration = (self.end_speed - input_speed) * inertia / self.torque_unbalance
+        turning = f"torque_unbalance = {self.torque_unbalance:g} N m on a train of {inertia:.4g} kg m² at the input"
+        require(
+            duration > 0,
+            f"{turning} does not lead from {30.0 / pi * input_speed:.5g} to {30.0 / pi * self.end_speed:.5g} rpm: "
+            "change its sign or the end_speed",
+        )
+        require(
+            duration <= MOST_SECONDS,
+            f"{turning} takes {duration:.3g} s to {30.0 / pi * self.end_speed:.5g} rpm, of {MOST_SECONDS:g} s at most: "
+            "raise it",
+        )
+        return duration
+
+
+def _check_end(end_speed: float) -> None:
+    require(
+        0 <= end_speed <= 2e4,
+        f"end_speed = {end_speed:g} rad/s is outside 0…20000 rad/s: give it as end_speed_rpm",
+    )
 
 
 @dataclass(frozen=True)
 class Operation:
-    """input_speed: rad/s, ≥ 0 by the input's sense of rotation.
+    """input_speed: rad/s, ≥ 0 by the input's sense of rotation; the mean where it fluctuates.
 
-    input_torque: N m along the input's rotation: > 0 drives, < 0 coasts on the back flanks, 0 lets idle gears rattle.
-    ramp: None at constant speed, else what follows input_speed.
-    mesh_torque: N m > 0 for which the mesh laws of idle gears are tabulated, where input_torque does not say it.
+    input_torque: N m along the input's rotation, mean: > 0 drives, < 0 coasts on the back flanks, 0 lets idle gears
+    rattle.
+    ramp: None at constant speed, else what follows input_speed, over a time or by torques.
+    mesh_torque: N m > 0 at the input for which the mesh laws of idle gears are tabulated, where input_torque does not
+    say it: about that of the hardest impacts.
+    fluctuation: of speed or torque at the input about its mean, as an engine drives it.
     """
 
     input_speed: AngularSpeed
     input_torque: float
-    ramp: Ramp | None = None
+    ramp: Ramp | TorqueRamp | None = None
     mesh_torque: float | None = None
+    fluctuation: SpeedHarmonics | TorqueHarmonics | SpeedRecord | TorqueRecord | None = None
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -120,12 +178,12 @@ class Operation:
             "input_torque = 0 N m does not say how far the mesh laws of rattling gears must reach: give mesh_torque, "
             "N m at the input, about that of the hardest impacts",
         )
-        if self.mesh_torque is not None:
-            require(
-                self.input_torque == 0 and 0 < self.mesh_torque <= 1e7,
-                f"mesh_torque = {self.mesh_torque:g} N m with input_torque = {self.input_torque:g} N m: it belongs to "
-                "idle gears and lies within 0…1e7 N m; under load leave it out",
-            )
+        require(
+            self.mesh_torque is None or 0 < self.mesh_torque <= 1e7,
+            f"mesh_torque = {self.mesh_torque} N m is outside 0…1e7 N m: give it in N m",
+        )
+        if self.ramp is None and self.fluctuation is not None:
+            _ = self.fluctuation.as_drive.period
 
 
 Quantity = Literal[

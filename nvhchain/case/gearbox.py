@@ -17,6 +17,7 @@ from nvhchain.case.asked import (
     FieldPoint,
     Operation,
     Quantity,
+    TorqueRamp,
     check_case_name,
     check_plane,
     check_quantities,
@@ -29,7 +30,9 @@ from nvhchain.case.housing_model import HousingModel, ModalResults
 from nvhchain.case.options import Options
 from nvhchain.conventions import STEEL, Air, Material
 from nvhchain.dimensions import Length
-from nvhchain.dynamics import Bearing, Gearbox, Mesh, RigidBody, Shaft
+from nvhchain.dynamics import Bearing, Gearbox, LooseGear, Mesh, RigidBody, Shaft
+from nvhchain.dynamics.model.rigid_train import felt_at_input
+from nvhchain.dynamics.runs.ramp import Ramp as SpeedRamp
 from nvhchain.errors import InputError, require
 from nvhchain.fidelity import Fidelity
 from nvhchain.gear import (
@@ -62,6 +65,8 @@ class Gear:
     """A gear on its shaft.  z: m, mid-plane of its face width in the gearbox frame.
 
     blank: below the teeth, or a mesh of the whole gear, whose teeth must be those of the geometry.
+    loose: turns freely on its shaft, as the idle gear of a shifted gearbox.
+    drag_torque: N m, friction of a loose gear against its motion relative to the shaft.
     """
 
     name: str
@@ -70,10 +75,32 @@ class Gear:
     geometry: GearGeometry
     blank: Solid | ThinRim | Holes | Slots | Differential | BlankMesh = field(default_factory=Solid)
     material: Material = STEEL
+    loose: bool = False
+    drag_torque: float = 0.0
 
     def __post_init__(self) -> None:
         check_name(self.name, "gear: name")
+        require(
+            0.0 <= self.drag_torque <= 1e5,
+            f"gear {self.name}: drag_torque = {self.drag_torque:g} N m is outside 0…100000 N m: give it in N m",
+        )
+        require(
+            self.loose or self.drag_torque == 0.0,
+            f"gear {self.name}: drag_torque = {self.drag_torque:g} N m belongs to a gear with loose = true; that of a "
+            "shaft is the shaft's drag_torque",
+        )
         _ = self.body
+
+    @property
+    def rotor(self) -> str:
+        """Name of what turns with it: its shaft, or itself where it is loose."""
+        return self.name if self.loose else self.shaft
+
+    @cached_property
+    def rigid_body(self) -> RigidBody:
+        """Its mass and inertia."""
+        own = mass_properties(self.body)
+        return RigidBody(self.z + own.centre, own.mass, own.polar_inertia, own.transverse_inertia)
 
     @cached_property
     def body(self) -> GearBody:
@@ -139,8 +166,6 @@ class GearboxCase:
             "quantities: a run-up is followed in time, its surface velocity and sound power have no lines: ask for "
             "`bearing_forces` or `pressure`",
         )
-        if self.operation.ramp is not None:
-            self.band.check_record(self.operation.ramp.duration)
         check_plane(self.reflecting_plane, self.field_points)
         self.housing.check(self)
         for kind in ("gears", "stages"):
@@ -173,7 +198,20 @@ class GearboxCase:
             f"options: friction and shuttling act on drive flanks under load, but input_torque = "
             f"{self.operation.input_torque:g} N m: leave them out, or give a driving torque",
         )
+        idle = [stage.name for stage in self.stages if self._idles(stage)]
+        require(
+            self.operation.mesh_torque is None or self.operation.input_torque == 0 or bool(idle),
+            f"mesh_torque = {self.operation.mesh_torque or 0.0:g} N m with input_torque = "
+            f"{self.operation.input_torque:g} N m: it belongs to idle gears; under load leave it out",
+        )
+        require(
+            not idle or self.operation.mesh_torque is not None,
+            f"stage {', '.join(idle)}: a loose gear carries no more than its drag; how far its mesh law must reach is "
+            "open: give mesh_torque, N m at the input, about that of the hardest impacts",
+        )
         _ = self.pairs, self.gearbox
+        if self.ramp is not None:
+            self.band.check_record(self.ramp.duration)
         check_fit(self)
 
     states_velocity = False
@@ -182,6 +220,23 @@ class GearboxCase:
     def running_up(self) -> bool:
         """True where the speed changes."""
         return self.operation.ramp is not None
+
+    def _idles(self, stage: Stage) -> bool:
+        """True for a stage that ends in a loose gear."""
+        of = {gear.name: gear for gear in self.gears}
+        ends = [end for other in self.stages for end in (other.pinion, other.wheel)]
+        return any(of[end].loose and ends.count(end) == 1 for end in (stage.pinion, stage.wheel) if end in of)
+
+    @cached_property
+    def ramp(self) -> SpeedRamp | None:
+        """The change of speed, prescribed or by the torques that accelerate the train; None at constant speed."""
+        asked, start = self.operation.ramp, self.operation.input_speed
+        if asked is None:
+            return None
+        inertia = 0.0
+        if isinstance(asked, TorqueRamp):
+            inertia = felt_at_input(self.gearbox_with_gears, self.straight_laws)
+        return SpeedRamp(start, asked.end_speed, asked.lasting(start, inertia))
 
     @property
     def limits(self) -> tuple[float, float]:
@@ -224,7 +279,7 @@ class GearboxCase:
                     gears[stage.pinion].body,
                     gears[stage.wheel].body,
                     stage.centre_distance,
-                    sense=self.rotations[gears[stage.pinion].shaft],
+                    sense=self.rotations[gears[stage.pinion].rotor],
                     misalignment=stage.misalignment,
                 )
                 for stage in self.stages
@@ -237,7 +292,7 @@ class GearboxCase:
         """Shafts, bearings and meshes as the dynamics sees them, without the inertia of the gears."""
         gears = {gear.name: gear for gear in self.gears}
         meshes = tuple(
-            Mesh(gears[s.pinion].shaft, gears[s.wheel].shaft, 0.5 * (gears[s.pinion].z + gears[s.wheel].z))
+            Mesh(gears[s.pinion].rotor, gears[s.wheel].rotor, 0.5 * (gears[s.pinion].z + gears[s.wheel].z))
             for s in self.stages
         )
         return Gearbox(
@@ -250,6 +305,9 @@ class GearboxCase:
             flexible_shafts=self.options.flexible_shafts,
             gyroscopic=self.options.gyroscopic,
             face_points=self.options.face_points,
+            loose_gears=tuple(
+                LooseGear(item.name, item.shaft, item.rigid_body, item.drag_torque) for item in self.gears if item.loose
+            ),
         )
 
     @cached_property
@@ -257,37 +315,36 @@ class GearboxCase:
         """`gearbox` with the mass and inertia of its gears on the shafts."""
         gearbox = self.gearbox
         for item in self.gears:
-            own = mass_properties(item.body)
-            body = RigidBody(item.z + own.centre, own.mass, own.polar_inertia, own.transverse_inertia)
-            gearbox = gearbox.with_bodies(item.shaft, [body])
+            if not item.loose:
+                gearbox = gearbox.with_bodies(item.shaft, [item.rigid_body])
         return gearbox
 
     @cached_property
     def _turns(self) -> dict[str, Fraction]:
-        """Turns of every shaft about +z per turn of the input in its own sense, exact."""
+        """Turns of every shaft that turns, and loose gear, about +z per turn of the input in its own sense, exact."""
         gears = {gear.name: gear for gear in self.gears}
         turns = {self.input_shaft: Fraction(self.input_rotation)}
         for _ in self.stages:
             for stage in self.stages:
                 pinion, wheel = gears[stage.pinion], gears[stage.wheel]
-                if pinion.shaft in turns:
+                if pinion.rotor in turns:
                     ratio = Fraction(pinion.geometry.teeth, wheel.geometry.teeth)
-                    turns[wheel.shaft] = -turns[pinion.shaft] * ratio
+                    turns[wheel.rotor] = -turns[pinion.rotor] * ratio
         for stage in self.stages:
             require(
-                gears[stage.pinion].shaft in turns,
+                gears[stage.pinion].rotor in turns,
                 f"stage {stage.name}: its pinion {stage.pinion} is not driven by the input: add the stage between",
             )
         return turns
 
     @property
     def shaft_orders(self) -> dict[str, Fraction]:
-        """Turns of every shaft per turn of the input, exact and positive."""
+        """Turns of every shaft that turns, and loose gear, per turn of the input, exact and positive."""
         return {shaft: abs(turns) for shaft, turns in self._turns.items()}
 
     @property
     def rotations(self) -> dict[str, int]:
-        """+1 where a shaft turns by the right-hand rule about +z, else −1."""
+        """+1 where a shaft or loose gear turns by the right-hand rule about +z, else −1."""
         return {shaft: 1 if turns > 0 else -1 for shaft, turns in self._turns.items()}
 
     @property
@@ -295,16 +352,19 @@ class GearboxCase:
         """Meshes of every stage per turn of the input, exact."""
         gears = {gear.name: gear for gear in self.gears}
         pinions = {stage.name: gears[stage.pinion] for stage in self.stages}
-        return {name: pinion.geometry.teeth * self.shaft_orders[pinion.shaft] for name, pinion in pinions.items()}
+        return {name: pinion.geometry.teeth * self.shaft_orders[pinion.rotor] for name, pinion in pinions.items()}
 
     @property
     def mesh_forces(self) -> tuple[float, ...]:
         """Nominal force of every stage along the flank normal, N, < 0 on back flanks, from the input torque; of idle
         gears from `mesh_torque`."""
         gears = {gear.name: gear for gear in self.gears}
-        turns = [self.shaft_orders[gears[stage.pinion].shaft] for stage in self.stages]
-        torque = self.operation.mesh_torque or self.operation.input_torque
-        return tuple(pair.normal_force(torque / float(n)) for pair, n in zip(self.pairs, turns, strict=True))
+        turns = [self.shaft_orders[gears[stage.pinion].rotor] for stage in self.stages]
+        driving, idle = self.operation.input_torque, self.operation.mesh_torque or 0.0
+        torques = [idle if driving == 0.0 or self._idles(stage) else driving for stage in self.stages]
+        return tuple(
+            pair.normal_force(torque / float(n)) for pair, torque, n in zip(self.pairs, torques, turns, strict=True)
+        )
 
     @property
     def straight_laws(self) -> tuple[MeshLaw, ...]:

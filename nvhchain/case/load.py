@@ -49,6 +49,7 @@ def load_case(path: str | Path) -> Case:
         raise InputError(f"{path}: kind = {kind!r}: choose one of {', '.join(kinds)}")
     table["folder"] = str(path.parent)
     _place_meshes(table.get("gears"), path.parent)
+    _place_records(table.get("operation"), path.parent)
     return build(kinds[kind], table, str(path))
 
 
@@ -58,6 +59,13 @@ def _place_meshes(gears: Any, folder: Path) -> None:
         blank = gear.get("blank") if isinstance(gear, Mapping) else None
         if isinstance(blank, dict) and blank.get("type") == "mesh" and isinstance(blank.get("file"), str):
             blank["file"] = str(folder / blank["file"])
+
+
+def _place_records(operation: Any, folder: Path) -> None:
+    """Records of a fluctuating drive lie beside the case."""
+    given = operation.get("fluctuation") if isinstance(operation, Mapping) else None
+    if isinstance(given, dict) and isinstance(given.get("file"), str):
+        given["file"] = str(folder / given["file"])
 
 
 def _read(path: Path, seen: tuple[Path, ...]) -> dict[str, Any]:

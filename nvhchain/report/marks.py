@@ -18,7 +18,7 @@ def order_marks(cases: Sequence[Case]) -> plots.OrderMarks:
         for stage in case.stages:
             for gear in (gears[stage.pinion], gears[stage.wheel]):
                 if gear.blank.symmetry > 2:
-                    slots[stage.name] = gear.blank.symmetry * float(case.shaft_orders[gear.shaft])
+                    slots[stage.name] = gear.blank.symmetry * float(case.shaft_orders[gear.rotor])
                     slotted.append(case.name)
     mesh = {name: float(order) for name, order in gearboxes[0].mesh_orders.items()} if gearboxes else {}
     return plots.OrderMarks(mesh=mesh, slots=slots, slotted=tuple(slotted))

@@ -112,7 +112,7 @@ def _gyroscopic(case: GearboxCase) -> Iterator[tuple[str, str]]:
     ramp = case.operation.ramp
     fastest = max(case.operation.input_speed, ramp.end_speed if ramp else 0.0)
     for shaft in case.gearbox_with_gears.shafts:
-        body, speed = shaft.inertia(), fastest * float(case.shaft_orders[shaft.name])
+        body, speed = shaft.inertia(), fastest * float(case.shaft_orders.get(shaft.name, 0))
         tilting = sum(b.radial_stiffness * (b.z - body.z) ** 2 for b in case.bearings if b.shaft == shaft.name)
         # J ω² ∓ J_p Ω ω − k = 0: both roots lie J_p Ω/J apart
         split = body.polar_inertia * speed / sqrt(tilting * body.transverse_inertia)

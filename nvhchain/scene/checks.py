@@ -94,12 +94,14 @@ def _check_radiation(case: Case, fidelity: Fidelity) -> None:
 def _check_driven(scene: Scene) -> None:
     """Refuse idle gears at constant speed, whose forces are exactly zero."""
     operation = scene.gearbox.operation
+    if operation.fluctuation is not None:
+        return
     if operation.input_torque != 0 or (operation.ramp and operation.ramp.end_speed != operation.input_speed):
         return
     raise InputError(
         f"{scene.case.name}: input_torque = 0 N m at a constant {30 / pi * operation.input_speed:.4g} rpm: nothing "
-        "moves idle gears, their forces would be exactly zero: give input_torque, a ramp to another end_speed, or the "
-        "run its bearing forces"
+        "moves idle gears, their forces would be exactly zero: give input_torque, a ramp to another end_speed, a "
+        "fluctuation, or the run its bearing forces"
     )
 
 

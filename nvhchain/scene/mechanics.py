@@ -159,8 +159,8 @@ def _gear_megabytes(body: GearBody, knobs: GearFidelity) -> float:
 
 def recorded_time(case: GearboxCase) -> float:
     """s of bearing forces: the ramp, or whole turns of the slowest shaft."""
-    if case.operation.ramp is not None:
-        return case.operation.ramp.duration
+    if case.ramp is not None:
+        return case.ramp.duration
     turns = 1 / min(case.shaft_orders.values())
     return max(1 / case.band.resolution, 2 * pi * float(turns) / case.operation.input_speed)
 

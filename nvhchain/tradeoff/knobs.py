@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
-from nvhchain.case import HEARD, RADIATED, Case, GearboxCase
+from nvhchain.case import HEARD, RADIATED, Case, GearboxCase, Ramp
 from nvhchain.errors import require
 from nvhchain.fidelity import PRESETS, STANDARD, Fidelity, Sweep, declared
 from nvhchain.tradeoff.spared import spared
@@ -137,14 +137,14 @@ def records(case: Case, names: Sequence[str] | None = None) -> tuple[tuple[str, 
     """
     if not isinstance(case, GearboxCase) or not (names is None or RECORD in names):
         return ()
-    ramp, made = case.operation.ramp, []
+    ramp, asked, made = case.ramp, case.operation.ramp, []
     for factor in RECORDS:
-        if ramp is None:
+        if ramp is None or asked is None:
             spacing = case.band.resolution / factor
             made.append(("band.resolution", spacing, replace(case, band=replace(case.band, resolution=spacing))))
         else:
             duration = ramp.duration * factor
-            operation = replace(case.operation, ramp=replace(ramp, duration=duration))
+            operation = replace(case.operation, ramp=Ramp(asked.end_speed, duration))
             made.append(("ramp.duration", duration, replace(case, operation=operation)))
     return tuple((f"{RECORD}.{field}", f"{value:g}", turned) for field, value, turned in made)
 

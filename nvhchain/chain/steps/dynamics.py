@@ -56,8 +56,10 @@ def recording(run: Run, folder: Path) -> dynamics.Recording:
 def _operation(run: Run) -> dict[str, Any]:
     """Speed, load and band, as arguments of the dynamics."""
     operation, band = run.gearbox.operation, run.gearbox.band
-    speed, ramp = operation.input_speed, operation.ramp
+    speed, ramp = operation.input_speed, run.gearbox.ramp
     asked: dict[str, Any] = {"input_torque": operation.input_torque, "f_max": band.high}
+    if operation.fluctuation is not None:
+        asked["fluctuation"] = operation.fluctuation.as_drive
     if ramp is None:
         return {"input_speed": speed, "duration": 1.0 / band.resolution, **asked}
     return {"start_speed": speed, "end_speed": ramp.end_speed, "duration": ramp.duration, **asked}

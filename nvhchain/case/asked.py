@@ -93,7 +93,7 @@ class Ramp:
 
 @dataclass(frozen=True)
 class TorqueRamp:
-    """A run-up (or run-down) by torques: the input speed changes evenly to end_speed, rad/s, as they accelerate the train.
+    """A run-up (or run-down) by torques, which accelerate the train evenly to end_speed, rad/s.
 
     torque_unbalance: N m at the input, by which the driving torque exceeds what the output takes, seen from the input;
     < 0 slows down.

@@ -212,6 +212,7 @@ class GearboxCase:
         _ = self.pairs, self.gearbox
         if self.ramp is not None:
             self.band.check_record(self.ramp.duration)
+        self._check_fluctuation()
         check_fit(self)
 
     states_velocity = False
@@ -237,6 +238,19 @@ class GearboxCase:
         if isinstance(asked, TorqueRamp):
             inertia = felt_at_input(self.gearbox_with_gears, self.straight_laws)
         return SpeedRamp(start, asked.end_speed, asked.lasting(start, inertia))
+
+    def _check_fluctuation(self) -> None:
+        """Refuse a record shorter than the run, and an input that would turn backwards."""
+        if self.operation.fluctuation is None:
+            return
+        speed, drive = self.operation.input_speed, self.operation.fluctuation.as_drive
+        run = self.ramp or SpeedRamp(speed, speed, 1.0)
+        inertia = felt_at_input(self.gearbox_with_gears, self.straight_laws)
+        _, source = drive.source(self.gearbox, inertia)
+        try:
+            drive.drive(run.motion, inertia + source, min(run.start_speed, run.end_speed), run.duration)
+        except InputError as error:
+            raise InputError(f"operation.fluctuation: {error}") from None
 
     @property
     def limits(self) -> tuple[float, float]:

@@ -100,6 +100,9 @@ def parser() -> argparse.ArgumentParser:
         help="of records of bearing forces",
     )
     plot.add_argument(
+        "--angle", action="store_true", help="transmission errors against the angle of the input, its first turn"
+    )
+    plot.add_argument(
         "--at",
         metavar="HZ",
         type=float,

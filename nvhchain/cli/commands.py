@@ -178,7 +178,7 @@ def plot(options: argparse.Namespace) -> int:
     from nvhchain.report import draw
 
     picture = options.out or options.files[0].with_suffix(".png")
-    draw(options.files, picture, orders=options.orders, at=options.at, quantity=options.quantity)
+    draw(options.files, picture, orders=options.orders, at=options.at, quantity=options.quantity, angle=options.angle)
     show(picture)
     return 0
 

@@ -4,7 +4,7 @@ from nvhchain.plots.bodies.shapes import animate, mode_shapes, operating_shape
 from nvhchain.plots.bodies.surface import rendered_surface, strongest_line, surface_velocity
 from nvhchain.plots.contributions import contribution_bars, modal_assurance_table
 from nvhchain.plots.differences import Table, difference_table
-from nvhchain.plots.history import pressure_history
+from nvhchain.plots.history import mesh_names, pressure_history, transmission_error_history
 from nvhchain.plots.lumped import backbone_curves, order_spectra, rig_responses, sweep_responses
 from nvhchain.plots.mesh import mesh_law_map, transmission_errors
 from nvhchain.plots.orders import OrderMarks
@@ -26,6 +26,7 @@ __all__ = [
     "efficiency_spectrum",
     "levels_over_speed",
     "mesh_law_map",
+    "mesh_names",
     "modal_assurance_table",
     "mode_shapes",
     "operating_shape",
@@ -38,6 +39,7 @@ __all__ = [
     "strongest_line",
     "surface_velocity",
     "sweep_responses",
+    "transmission_error_history",
     "transmission_errors",
     "waterfall_maps",
 ]

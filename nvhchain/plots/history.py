@@ -1,4 +1,4 @@
-"""Sound pressure against time, computed from the line spectrum of a steady state."""
+"""Histories of steady states: sound pressure over time, transmission errors over the angle of the input."""
 
 from __future__ import annotations
 
@@ -6,10 +6,11 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
+from scipy.integrate import cumulative_trapezoid
 
 from nvhchain import levels
 from nvhchain.errors import require
-from nvhchain.handoff import FieldPressure
+from nvhchain.handoff import BearingForces, FieldPressure
 from nvhchain.plots._style import colour, panels, styled
 
 OVERSAMPLING = 10.0
@@ -57,4 +58,67 @@ def pressure_history(
         ax.set_ylabel("sound pressure / Pa")
         ax.margins(x=0.0)
     drawn[-1].set_xlabel("time / ms")
+    return drawn
+
+
+def mesh_names(record: BearingForces) -> tuple[list[str], str]:
+    """Return the names of a record's meshes and of its whole train, by their shafts: A–B, B–C, and A–C.
+
+    Records of other programs or earlier versions have no names of shafts: their meshes are counted.
+    """
+    errors = record.mesh_deflection if record.transmission_error is None else record.transmission_error
+    count = errors.shape[1] if errors.ndim == 2 else 0
+    named = record.provenance.get("transmission_errors", [])
+    if len(named) == count + 1:
+        return list(named[:-1]), str(named[-1])
+    return [f"of mesh {number}" for number in range(1, count + 1)], "from input to output"
+
+
+@styled
+def transmission_error_history(
+    records: Mapping[str, BearingForces], *, turns: float = 1.0, axes: Sequence[Axes] | None = None
+) -> list[Axes]:
+    """Draw the transmission errors of the dynamics over the angle of the input, one panel each.
+
+    Parameters
+    ----------
+    records : mapping of str to BearingForces
+        Configuration → record of the same gearbox, from its beginning; at low speed the errors are quasi-static.
+    turns : float
+        Turns of the input to draw; the whole record if it is shorter.
+    axes : sequence of Axes, optional
+        One per mesh, and one for input to output; those of a new figure by default.
+
+    Returns
+    -------
+    list of Axes
+        Meshes (µm along the line of action), then input to output (µrad at the output).
+    """
+    require(len(records) > 0, "no record given: at least one configuration is needed")
+    require(turns > 0.0, f"turns = {turns:g} must be positive")
+    meshes, train = mesh_names(next(iter(records.values())))
+    drawn = panels(len(meshes) + 1, axes, height=2.8, share="x")
+    for index, (name, record) in enumerate(records.items()):
+        count = len(mesh_names(record)[0])
+        require(count == len(meshes), f"{name} has {count} meshes, but {len(meshes)} are drawn: draw gearboxes alike")
+        angle = cumulative_trapezoid(record.input_speed, record.time, initial=0.0)
+        shown = angle <= 2.0 * np.pi * turns
+        errors = np.column_stack([record.recorded("transmission_error"), record.recorded("output_lag")])[shown]
+        for ax, error in zip(drawn, errors.T, strict=True):
+            swing = 1e6 * float(np.ptp(error))
+            unit = "µrad" if ax is drawn[-1] else "µm"
+            ax.plot(
+                np.degrees(angle[shown]),
+                1e6 * error,
+                color=colour(index),
+                # coinciding curves stay visible: the earlier one as a rim around the later one
+                linewidth=1.6 + 2.0 * (len(records) - 1 - index),
+                label=f"{name}: {swing:.3g} {unit} peak to peak",
+            )
+            ax.set_ylabel(f"error / {unit}")
+    for ax, ends in zip(drawn, [*meshes, train], strict=True):
+        ax.set_title(f"transmission error {ends}", loc="left", fontweight="bold")
+        ax.margins(x=0.0, y=0.15)
+        ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    drawn[-1].set_xlabel("angle of the input / °")
     return drawn

@@ -46,6 +46,14 @@ RECORDED = {
 """What records of bearing forces hold: unit of the figures and its factor."""
 
 
+WORDS = {
+    "transmission_error": "transmission error",
+    "output_lag": "transmission error",
+    "mesh_deflection": "mesh deflection",
+}
+"""Name of a quantity in titles, before the shafts."""
+
+
 def draw(
     files: list[Path],
     picture: Path,
@@ -53,12 +61,14 @@ def draw(
     orders: bool = False,
     at: Sequence[float] = (),
     quantity: str = "force",
+    angle: bool = False,
 ) -> None:
     """The figure of the hand-offs in `files` (HDF5, all of one kind) as PNG in `picture`.
 
     A `picture` that ends in .gif, .vtu, .vtkhdf, .unv or .csv is the motion of a housing or surface (`write_motion`).
     orders: maps of records against order of the input instead of frequency; steady records of several speeds then make
     one map.  at: Hz, the modes or the lines shown.  quantity: of records of bearing forces, one of RECORDED.
+    angle: transmission errors of records over the angle of the input, over its first turn.
     Raises InputError for kinds that differ or cannot be drawn.
     """
     hand_offs: dict[str, HandOff] = dict(zip(_names(files), (hdf5.load(path) for path in files), strict=True))
@@ -70,12 +80,19 @@ def draw(
         f"{kind.__name__} is drawn whole: leave `at` out",
     )
     require(quantity == "force" or kind is BearingForces, f"{kind.__name__} has no {quantity}: leave `quantity` out")
+    require(
+        not angle or (kind is BearingForces and quantity in ("transmission_error", "output_lag")),
+        "`angle` is for transmission errors of records of bearing forces: give quantity = transmission_error with it, "
+        "or leave it out",
+    )
     if picture.suffix in SUFFIXES:
         write_motion(hand_offs, picture, at)
         return
     known: dict[type[HandOff], Callable[[Mapping[str, Any], bool], list[Axes]]] = {
         MeshLaw: _mesh_laws,
-        BearingForces: lambda of, orders: _bearing_forces(of, orders, quantity),
+        BearingForces: lambda of, orders: (
+            plots.transmission_error_history(of) if angle else _bearing_forces(of, orders, quantity)
+        ),
         ForceSpectrum: lambda of, _: plots.bearing_force_spectra(of),
         ReducedHousing: lambda of, _: draw_housings(of, at),
         SurfaceVelocity: lambda of, _: draw_velocities(of, at),
@@ -117,14 +134,17 @@ def _bearing_forces(forces: Mapping[str, BearingForces], orders: bool, quantity:
     """Lines of steady records, maps of run-ups and of steady records at several speeds."""
     unit, factor = RECORDED[quantity]
     if not all(record.periodic for record in forces.values()):
-        signals = {name: factor * record.recorded(quantity) for name, record in forces.items()}
-        return _maps(signals, forces, unit, orders)
+        signals = {
+            name + _titled(record, quantity): factor * record.recorded(quantity) for name, record in forces.items()
+        }
+        return _maps(signals, dict(zip(signals, forces.values(), strict=True)), unit, orders)
     if orders and len({float(record.input_speed[0]) for record in forces.values()}) == len(forces) > 1:
         per_turn = [2 * np.pi * record.sample_rate / float(record.input_speed[0]) for record in forces.values()]
         high = min(HIGHEST_ORDER, min(per_turn) / BAND_MARGIN)
         sweep = spectrum.sweep_waterfall(list(forces.values()), quantity, high=high)
         swept = replace(sweep, amplitude=factor * sweep.amplitude)
-        return plots.waterfall_maps({f"{len(forces)} steady speeds": swept}, unit=unit)
+        title = f"{len(forces)} steady speeds" + _titled(next(iter(forces.values())), quantity)
+        return plots.waterfall_maps({title: swept}, unit=unit)
     if quantity != "force":
         return _steady_orders(forces, quantity)
     lines = {
@@ -137,17 +157,28 @@ def _bearing_forces(forces: Mapping[str, BearingForces], orders: bool, quantity:
     )
 
 
+def _titled(record: BearingForces, quantity: str) -> str:
+    """Title of a map of transmission errors, behind the name of its record."""
+    if quantity == "force":
+        return ""
+    meshes, train = plots.mesh_names(record)
+    ends = train if quantity == "output_lag" else " and ".join(meshes)
+    return f": {WORDS[quantity]} {ends}"
+
+
 def _steady_orders(forces: Mapping[str, BearingForces], quantity: str) -> list[Axes]:
     """Orders of every mesh, one panel each."""
     require(
-        quantity != "output_lag", "lines of output_lag have no figure: draw a run-up, or steady speeds with --orders"
+        quantity != "output_lag",
+        "lines of output_lag have no figure: draw a run-up, or steady speeds with --orders, or its history with "
+        "--angle",
     )
     found = {}
     for name, record in forces.items():
         high = min(HIGHEST_ORDER, 2 * np.pi * record.sample_rate / float(record.input_speed[0]) / BAND_MARGIN)
         of = spectrum.sweep_waterfall([record], quantity, high=high)
-        for mesh, line in enumerate(np.abs(of.amplitude[0]).T, start=1):
-            found[f"{name}, mesh {mesh}"] = of.axis, line
+        for mesh, line in zip(plots.mesh_names(record)[0], np.abs(of.amplitude[0]).T, strict=True):
+            found[f"{name}: {WORDS[quantity]} {mesh}"] = of.axis, line
     return plots.order_spectra(found, mesh_order=0.0, highest=max(float(axis[-1]) for axis, _ in found.values()))
 
 

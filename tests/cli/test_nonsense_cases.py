@@ -133,6 +133,7 @@ def test_nonsense_of_a_radiator_is_refused_with_its_field(change, tmp_path, requ
 SI_ONLY = set(
     [
         "addendum",
+        "amplitude",
         "axial_damping",
         "axial_stiffness",
         "dedendum",
@@ -151,6 +152,7 @@ SI_ONLY = set(
         "mesh_torque",
         "modal_damping",
         "normal",
+        "order",
         "poisson",
         "profile_shift",
         "pulsation",
@@ -165,6 +167,7 @@ SI_ONLY = set(
         "scale",
         "speed_of_sound",
         "stiffness_damping",
+        "torque_unbalance",
         "velocity",
     ]
 )

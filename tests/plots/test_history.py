@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from nvhchain.handoff import FieldPressure
-from nvhchain.plots import pressure_history
+from nvhchain.handoff import BearingForces, FieldPressure
+from nvhchain.plots import mesh_names, pressure_history, transmission_error_history
 
 INPUT_FREQUENCY = 2500.0 / 60.0
 INPUT_SPEED = 2.0 * np.pi * INPUT_FREQUENCY
@@ -33,3 +33,25 @@ def test_one_panel_per_configuration_with_common_scale_and_the_asked_turns(press
 def test_rms_in_the_title_follows_from_the_lines(pressures):
     rms = float(np.sqrt(0.5 * (np.abs(pressures["solid"].pressure) ** 2).sum()))
     assert pressure_history(pressures)[0].get_title(loc="left") == f"solid: {rms:.3g} Pa RMS"
+
+
+def _record(**changes):
+    """Two turns of the input at 10 rad/s, two meshes."""
+    time = np.linspace(0.0, 0.4 * np.pi, 801)
+    errors = 1e-6 * np.stack([np.sin(200.0 * time), 2.0 * np.sin(120.0 * time)], axis=1)
+    made = BearingForces(
+        time, np.zeros((801, 1, 3)), ("A1",), np.zeros((1, 3)), np.full(801, 10.0), transmission_error=errors,
+        output_lag=5e-6 * np.sin(200.0 * time),
+    )  # fmt: skip
+    return made.replace(**changes)
+
+
+def test_errors_over_the_angle_of_the_input_are_called_by_their_shafts():
+    named = _record(provenance={"transmission_errors": ["A–B", "B–C", "A–C"]})
+    axes = transmission_error_history({"solid": named, "slotted": named})
+    assert [ax.get_title(loc="left") for ax in axes] == [f"transmission error {ends}" for ends in ("A–B", "B–C", "A–C")]
+    angle, error = axes[1].lines[0].get_data()
+    assert 359.0 < angle[-1] <= 360.0
+    np.testing.assert_allclose(error, 2.0 * np.sin(12.0 * np.radians(angle)), atol=1e-9)
+    assert axes[2].lines[1].get_label() == "slotted: 10 µrad peak to peak"
+    assert mesh_names(_record()) == (["of mesh 1", "of mesh 2"], "from input to output")

@@ -53,6 +53,13 @@ def test_errors_of_run_ups_are_maps(drawn, tmp_path):
     assert drawn(files, "--quantity", "output_lag", "--orders").std() > 0.05
 
 
+def test_errors_are_drawn_over_the_angle_of_the_input(drawn, tmp_path, capsys):
+    file = record(tmp_path, SPEEDS[0])
+    assert drawn([file], "--quantity", "transmission_error", "--angle").std() > 0.05
+    assert main(["plot", file, "--angle"]) == 2
+    assert "give quantity = transmission_error with it" in capsys.readouterr().err
+
+
 def test_what_is_not_there_is_said(tmp_path, capsys):
     file = record(tmp_path, SPEEDS[0], transmission_error=None)
     assert main(["plot", file, "--quantity", "transmission_error"]) == 2

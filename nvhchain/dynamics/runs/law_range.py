@@ -50,14 +50,18 @@ def marked(
     fidelity: DynamicsFidelity,
     parted: Parted,
 ) -> BearingForces:
-    """Return `forces` with `beyond_mesh_law` and `parted_flanks` in the provenance, where they occur.
+    """Return `forces` with the names of its transmission errors in the provenance, such as A–B, B–C and A–C.
+
+    Where they occur, `beyond_mesh_law` and `parted_flanks` are there, too.
 
     back : (n, n_mesh) deflections (m) of the back flanks.
     parted : contact loss by mesh.
     """
+    names = [f"{mesh.pinion_shaft}–{mesh.wheel_shaft}" for mesh in gearbox.meshes]
+    called = {"transmission_errors": [*names, f"{gearbox.input_shaft}–{gearbox.output_shaft}"]}
     beyond = excursions(gearbox, mesh_laws, forces.mesh_deflection, back, fidelity)
     found = {name: of for name, of in (("beyond_mesh_law", beyond), ("parted_flanks", parted)) if of}
-    return forces.replace(provenance=forces.provenance | found) if found else forces
+    return forces.replace(provenance=forces.provenance | called | found)
 
 
 def remind(forces: BearingForces) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from nvhchain.dynamics.model.train import train
-from nvhchain.dynamics.runs.steady import _period
+from nvhchain.dynamics.runs.steady import _Cycle, _period
 from nvhchain.dynamics.time_loop.propagator import state_of
 from nvhchain.dynamics.time_loop.quasi_static import law_phases
 from nvhchain.dynamics.time_loop.simulation import advance, at_rest, bearing_force, simulation
@@ -26,10 +26,11 @@ def _last_period(gearbox, laws, housing, step, periods):
     model = simulation(
         gearbox, laws, housing, input_torque=250.0, time_step=step, fidelity=DynamicsFidelity(time_step=step)
     )
-    repeats = [int(kinematics.common_period / period) for period in kinematics.law_period]
+    repeats = tuple(int(kinematics.common_period / period) for period in kinematics.law_period)
+    cycle = _Cycle(n_step, step, repeats, np.zeros(2), np.ones(2), None)
     motion = at_rest(model, law_phases(model.assembly, laws))
     for _ in range(periods):
-        motion, _, _ = _period(model, motion, repeats, np.zeros(2), n_step)
+        motion, _, _ = _period(model, motion, cycle)
     odd = 2 * np.arange(n_step)[:, None] + 1
     before = motion.excess
     _, states, excess = advance(model, motion, odd * np.array(repeats) / (2.0 * n_step))

@@ -140,3 +140,23 @@ def test_what_cannot_drive_this_run_is_refused(box, law):
         followed(box, law, short)
     with pytest.raises(InputError, match="follows a record, which does not repeat: follow it in time, by a ramp"):
         steady(box, law, short)
+
+
+@pytest.mark.parametrize("level", ["contact", "bent_ways"])
+def test_other_time_loops_take_the_same_drive(level, box):
+    """Straight flanks, whose table is exact: the levels agree within 0.1 % of the swing."""
+    law = two_stages.law(0, mesh_ripple=0.0, error=1.5e-6, backlash=80e-6, angles=96)
+    straight = law.replace(force=two_stages.straight(law)(0.0, law.deflection) * np.ones((len(law.angle), 1)))
+    operation = {
+        "start_speed": 5.0, "end_speed": 5.0, "duration": 0.01, "input_torque": 50.0, "f_max": 2000.0,
+        "fluctuation": Fluctuation("torque", time=[0.0, 0.005, 0.01], values=[0.0, 20.0, 0.0]),
+    }  # fmt: skip
+    plain = DynamicsFidelity(2e-5, settle_level=1e-2)
+    changed = replace(plain, mesh_level="contact") if level == "contact" else replace(plain, bent_ways=True)
+    solver = [lambda angle, deflection: two_stages.straight(law)(0.0, deflection)] if level == "contact" else None
+    found = [
+        run_up(box, [straight], None, fidelity=fidelity, contact_forces=given, **operation).mesh_deflection[:, 0]
+        for fidelity, given in ((plain, None), (changed, solver))
+    ]
+    assert np.ptp(found[0]) > 1e-7
+    assert found[1] == pytest.approx(found[0], abs=1e-3 * np.ptp(found[0]))

@@ -13,9 +13,9 @@ feels the inertia torque −J_i r_i ΔΩ̇: a loose gear leaves its flank where 
 Both move the common spin by Δφ(t), and with it the angles of the mesh laws: fluctuations have sidebands about the mesh
 orders. `turns` is this angle.
 
-Limits: the input must not turn backwards, |ΔΩ| < Ω₀. Δφ of harmonics is that of the speed at the time: a speed that
-changes within one cycle of the fluctuation by the share ε makes an error of order ε in Δφ, none in torque or speed. The
-time loop holds the mean of the torque over a step.
+Limits: the input must not turn backwards, |ΔΩ| < Ω₀. Δφ of harmonics takes the nominal speed as constant over a cycle.
+If it changes by the share ε, Δφ is off by a share of order ε; torque and speed are not. The time loop holds the mean of
+the torque over a step.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ class Fluctuation:
     Parameters
     ----------
     quantity : {'torque', 'speed'}
-        What fluctuates.
+        Fluctuating quantity.
     harmonics : tuple of Harmonic
         Harmonics; none for a record.
     time : (n,) array

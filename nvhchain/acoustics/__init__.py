@@ -43,6 +43,7 @@ from nvhchain.acoustics.solutions.functions import (
 )
 from nvhchain.acoustics.solutions.resistance import SurfaceShapes, housing_shapes
 from nvhchain.acoustics.solutions.work import Adaptive, Work
+from nvhchain.acoustics.surfaces.needles import Remeshed, without_needles
 from nvhchain.acoustics.surfaces.reflecting_plane import RigidPlane
 from nvhchain.acoustics.surfaces.surface import check_mesh, check_points, required_element_size, sphere
 from nvhchain.acoustics.systems.engines import ENGINES, Bempp, Engine, Fused, compile_kernels, estimate_memory
@@ -60,6 +61,7 @@ __all__ = [
     "PlaneWave",
     "PointSource",
     "RadiationResistance",
+    "Remeshed",
     "RigidPlane",
     "SoundPower",
     "SurfacePressure",
@@ -109,4 +111,5 @@ __all__ = [
     "transfer_vectors",
     "vectors_at",
     "waves_power",
+    "without_needles",
 ]

@@ -31,6 +31,7 @@ from nvhchain.acoustics.solutions.quantity import Line, Quantity
 from nvhchain.acoustics.solutions.resistance import SurfaceShapes, Waves
 from nvhchain.acoustics.solutions.vectors import Vectors
 from nvhchain.acoustics.solutions.work import Adaptive, Work
+from nvhchain.acoustics.surfaces.needles import check_needles
 from nvhchain.acoustics.surfaces.reflecting_plane import check_plane, with_images
 from nvhchain.acoustics.surfaces.surface import check_mesh, check_points, real_numbers
 from nvhchain.acoustics.systems.checkpoints import kept_in
@@ -79,7 +80,8 @@ class ExteriorProblem:
     Raises
     ------
     InputError
-        If the body is behind the plane or too near it, or the engine accepts no plane or is not installed.
+        If the body is behind the plane or too near it, a triangle is over a thousand times as long as high, or the
+        engine accepts no plane or is not installed.
 
     Notes
     -----
@@ -113,6 +115,8 @@ class ExteriorProblem:
         )
         if self.plane is not None:
             check_plane(self.plane, self.surface)
+        if self.fidelity.radiation == "boundary_elements":
+            check_needles(self.surface)
 
     @checked
     def transfer_vectors(

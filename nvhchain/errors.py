@@ -8,7 +8,9 @@ from __future__ import annotations
 import sys
 import unicodedata
 import warnings
+from collections.abc import Iterable
 from numbers import Real
+from typing import Any
 
 
 class InputError(ValueError):
@@ -19,6 +21,28 @@ class InputError(ValueError):
 
     def __str__(self) -> str:
         return printable(super().__str__())
+
+
+MOST_MISTAKES = 8
+"""Largest number of mistakes in one message; further ones are counted."""
+
+
+class Mistakes(InputError):
+    """Several mistakes in one input, joined by semicolons in the message.
+
+    Parameters
+    ----------
+    each : list of str
+        Text of every mistake, with its field.
+    """
+
+    def __init__(self, each: list[str]) -> None:
+        self.each = each
+        more = f"; and {len(each) - MOST_MISTAKES} more" if len(each) > MOST_MISTAKES else ""
+        super().__init__("; ".join(each[:MOST_MISTAKES]) + more)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.each,)
 
 
 class FileFormatError(InputError):
@@ -76,6 +100,18 @@ def require(condition: bool, message: str) -> None:
     """Raise `InputError` with `message` unless `condition` holds."""
     if not condition:
         raise InputError(message)
+
+
+def mistakes(error: InputError) -> list[str]:
+    """Return the text of every mistake of an error."""
+    return error.each if isinstance(error, Mistakes) else [str(error)]
+
+
+def require_all(wrong: Iterable[str]) -> None:
+    """Raise `Mistakes` if there is any text of a mistake."""
+    each = list(wrong)
+    if each:
+        raise Mistakes(each)
 
 
 def is_whole(value: object) -> bool:

@@ -14,24 +14,10 @@ from math import isfinite
 from typing import Any, TypeVar
 
 from nvhchain.dimensions import UNITS, si_unit
-from nvhchain.errors import InputError
-
-MOST_MISTAKES = 8
-"""In one message; further ones are counted."""
+from nvhchain.errors import InputError, Mistakes, mistakes
+from nvhchain.names import LONGEST
 
 T = TypeVar("T")
-
-
-class Mistakes(InputError):
-    """All that is wrong with a table, each with its field."""
-
-    def __init__(self, each: list[str]) -> None:
-        self.each = each
-        more = f"; and {len(each) - MOST_MISTAKES} more" if len(each) > MOST_MISTAKES else ""
-        super().__init__("; ".join(each[:MOST_MISTAKES]) + more)
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (self.each,)
 
 
 def build(cls: type[T], table: Any, path: str) -> T:
@@ -54,7 +40,7 @@ def build(cls: type[T], table: Any, path: str) -> T:
             values[name] = None
             values[name] = _field(name, hints, raw, f"{path}.{key}", unit)
         except InputError as error:
-            wrong += error.each if isinstance(error, Mistakes) else [str(error)]
+            wrong += mistakes(error)
     wrong += [
         f"{path}: required field {name!r} is missing"
         for name, f in fields.items()
@@ -65,7 +51,7 @@ def build(cls: type[T], table: Any, path: str) -> T:
     try:
         return cls(**values)
     except InputError as error:
-        raise InputError(f"{path}: {error}") from None
+        raise Mistakes([f"{path}: {text}" for text in mistakes(error)]) from None
 
 
 def _field(name: str, hints: Mapping[str, Any], raw: Any, where: str, unit: str | None) -> Any:
@@ -142,4 +128,18 @@ def _convert_tuple(arguments: tuple[Any, ...], raw: Any, where: str, factor: flo
         hints = list(arguments)
     else:
         raise InputError(f"{where} has {len(raw)} entries, but {len(arguments)} are needed")
-    return tuple(convert(h, r, f"{where}[{i}]", factor) for i, (h, r) in enumerate(zip(hints, raw, strict=True)))
+    values, wrong = [], []
+    for number, (hint, item) in enumerate(zip(hints, raw, strict=True)):
+        try:
+            values.append(convert(hint, item, f"{where}[{number}]{_name_of(item)}", factor))
+        except InputError as error:
+            wrong += mistakes(error)
+    if wrong:
+        raise Mistakes(wrong)
+    return tuple(values)
+
+
+def _name_of(item: Any) -> str:
+    """Return the name of a table in a list, in brackets."""
+    name = item.get("name") if isinstance(item, Mapping) else None
+    return f" ({name})" if isinstance(name, str) and 0 < len(name) <= LONGEST else ""

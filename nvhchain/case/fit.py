@@ -9,7 +9,7 @@ from math import hypot
 from typing import TYPE_CHECKING
 
 from nvhchain.dynamics import Shaft
-from nvhchain.errors import InputError, warn_caller
+from nvhchain.errors import require_all, warn_caller
 
 if TYPE_CHECKING:
     from nvhchain.case.gearbox import Gear, GearboxCase
@@ -42,9 +42,7 @@ def check_fit(case: GearboxCase) -> None:
     """
     shafts = {shaft.name: shaft for shaft in case.shafts}
     found = [*_bores(case.gears, shafts), *_overlaps(case, shafts), *case.housing.overlaps(case)]
-    wrong = [text for overlap, text in found if overlap > ROUNDING]
-    if wrong:
-        raise InputError("; ".join(wrong))
+    require_all(text for overlap, text in found if overlap > ROUNDING)
     for overlap, text in found:
         if overlap > _EXACT:
             warn_caller(f"{text} (passes as the rounding of a drawing)")

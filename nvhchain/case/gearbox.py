@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
@@ -33,7 +34,7 @@ from nvhchain.dimensions import Length
 from nvhchain.dynamics import Bearing, Gearbox, LooseGear, Mesh, RigidBody, Shaft
 from nvhchain.dynamics.model.rigid_train import felt_at_input
 from nvhchain.dynamics.runs.ramp import Ramp as SpeedRamp
-from nvhchain.errors import InputError, require
+from nvhchain.errors import InputError, require, require_all
 from nvhchain.fidelity import Fidelity
 from nvhchain.gear import (
     Differential,
@@ -171,28 +172,8 @@ class GearboxCase:
         for kind in ("gears", "stages"):
             require(len(getattr(self, kind)) > 0, f"{kind}: at least one is needed")
             check_names([item.name for item in getattr(self, kind)], kind)
-        gears = {gear.name: gear for gear in self.gears}
-        shafts = {shaft.name: shaft for shaft in self.shafts}
-        for gear in self.gears:
-            require(
-                gear.shaft in shafts, f"gear {gear.name}: shaft {gear.shaft!r} is unknown; known: {', '.join(shafts)}"
-            )
-        for stage in self.stages:
-            for end in (stage.pinion, stage.wheel):
-                require(end in gears, f"stage {stage.name}: gear {end!r} is unknown; known: {', '.join(gears)}")
-            ends = [gears[stage.pinion], gears[stage.wheel]]
-            require(
-                abs(ends[0].z - ends[1].z) < _CENTRE_TOLERANCE,
-                f"stage {stage.name}: {stage.pinion} at z = {1e3 * ends[0].z:g} mm and {stage.wheel} at "
-                f"{1e3 * ends[1].z:g} mm do not meet: give both gears the same mid-plane",
-            )
-            (x1, y1), (x2, y2) = (shafts[gear.shaft].axis for gear in ends)
-            distance = hypot(x2 - x1, y2 - y1)
-            require(
-                abs(distance - stage.centre_distance) < _CENTRE_TOLERANCE,
-                f"stage {stage.name}: centre_distance = {1e3 * stage.centre_distance:.3f} mm, but its shafts are "
-                f"{1e3 * distance:.3f} mm apart: move a shaft axis",
-            )
+        require_all(self._unknown_parts())
+        require_all(self._apart())
         require(
             self.operation.input_torque > 0 or not self.options.load_distribution,
             f"options: friction and shuttling act on drive flanks under load, but input_torque = "
@@ -214,6 +195,40 @@ class GearboxCase:
             self.band.check_record(self.ramp.duration)
         self._check_fluctuation()
         check_fit(self)
+
+    def _unknown_parts(self) -> Iterator[str]:
+        """Yield the mistakes in names of shafts and gears."""
+        shafts = {shaft.name for shaft in self.shafts}
+        gears = {gear.name for gear in self.gears}
+        for kind, parts in (("gear", self.gears), ("bearing", self.bearings)):
+            for part in parts:
+                if part.shaft not in shafts:
+                    known = ", ".join(shaft.name for shaft in self.shafts)
+                    yield f"{kind} {part.name}: shaft {part.shaft!r} is unknown; known: {known}"
+        for stage in self.stages:
+            for end in (stage.pinion, stage.wheel):
+                if end not in gears:
+                    known = ", ".join(gear.name for gear in self.gears)
+                    yield f"stage {stage.name}: gear {end!r} is unknown; known: {known}"
+
+    def _apart(self) -> Iterator[str]:
+        """Yield the mistakes in places of gears that mesh."""
+        gears = {gear.name: gear for gear in self.gears}
+        axes = {shaft.name: shaft.axis for shaft in self.shafts}
+        for stage in self.stages:
+            pinion, wheel = gears[stage.pinion], gears[stage.wheel]
+            if abs(pinion.z - wheel.z) >= _CENTRE_TOLERANCE:
+                yield (
+                    f"stage {stage.name}: {stage.pinion} at z = {1e3 * pinion.z:g} mm and {stage.wheel} at "
+                    f"{1e3 * wheel.z:g} mm do not meet: give both gears the same mid-plane"
+                )
+            (x1, y1), (x2, y2) = axes[pinion.shaft], axes[wheel.shaft]
+            distance = hypot(x2 - x1, y2 - y1)
+            if abs(distance - stage.centre_distance) >= _CENTRE_TOLERANCE:
+                yield (
+                    f"stage {stage.name}: centre_distance = {1e3 * stage.centre_distance:.3f} mm, but its shafts are "
+                    f"{1e3 * distance:.3f} mm apart: move a shaft axis"
+                )
 
     states_velocity = False
 

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 import pytest
 
+from nvhchain.case import load_case
 from nvhchain.case._table import build
 from nvhchain.dimensions import Angle, Length
-from nvhchain.errors import InputError, require
+from nvhchain.errors import InputError, Mistakes, require
 
 
 @dataclass(frozen=True)
@@ -68,3 +69,39 @@ def test_a_union_is_chosen_by_its_type():
 def test_mistakes_are_named(table, message):
     with pytest.raises(InputError, match=message):
         build(Wheel, table, "w")
+
+
+def test_six_mistakes_in_three_lists_are_reported_at_once_with_entry_and_field(tmp_path, request):
+    text = (request.config.rootpath / "cases" / "small" / "single_stage.toml").read_text()
+    for old, new in {
+        "centre_distance_mm = 68.54129": 'centre_distance_mm = "far"\ncolour = 1',
+        "coupled_inertia = 0.01": "coupled_inertia = -1",
+        "axis_mm = [68.54129, 0]": "axis_mm = [68.54129]",
+        "radial_damping = 1200 # N s/m\naxial_damping = 400": "radial_damping = -1\naxial_damping = -2",
+    }.items():
+        assert old in text
+        text = text.replace(old, new, 1)
+    case = tmp_path / "case.toml"
+    case.write_text(text)
+    with pytest.raises(Mistakes) as refused:
+        load_case(case)
+    found = [line.removeprefix(f"{case}.").split(" = ")[0] for line in refused.value.each]
+    assert found == [
+        "stages[0] (stage).centre_distance_mm",
+        "stages[0] (stage).colour: unknown field; known fields: name, pinion, wheel, centre_distance, misalignment",
+        "shafts[0] (A): shaft A: coupled_inertia",
+        "shafts[1] (B).axis_mm has 1 entries, but 2 are needed",
+        "bearings[0] (A1): bearing A1: radial_damping",
+        "bearings[0] (A1): bearing A1: axial_damping",
+    ]
+    assert all(line in str(refused.value) for line in refused.value.each)
+
+
+def test_parts_that_are_unknown_are_reported_at_once(tmp_path, request):
+    text = (request.config.rootpath / "cases" / "small" / "single_stage.toml").read_text()
+    text = text.replace('name = "A2"\nshaft = "A"', 'name = "A2"\nshaft = "C"').replace(
+        'wheel = "wheel"', 'wheel = "big"'
+    )
+    (tmp_path / "case.toml").write_text(text)
+    with pytest.raises(InputError, match=r"bearing A2: shaft 'C' is unknown; .*stage stage: gear 'big' is unknown"):
+        load_case(tmp_path / "case.toml")

@@ -16,7 +16,7 @@ import numpy as np
 from nvhchain.dimensions import Inertia, Length, Modulus
 from nvhchain.dynamics.model.friction import MeshFriction
 from nvhchain.dynamics.model.load_centre import LoadCentre
-from nvhchain.errors import require
+from nvhchain.errors import require, require_all
 from nvhchain.kinds import check_fields
 from nvhchain.names import check_name, check_names
 
@@ -28,10 +28,15 @@ LARGEST_DAMPING_TIME = 1e-2
 seat is wrong (`nvhchain.dynamics.model.assembly`)."""
 
 
-def _within(owner: str, name: str, value: float, low: float, high: float, unit: str) -> None:
-    require(
-        isinstance(value, Real) and isfinite(value) and low <= value <= high,
-        f"{owner}: {name} = {value} {unit} is outside {low:g}…{high:g} {unit}: give it in {unit}",
+def _within(owner: str, *limits: tuple[str, float, float, float, str]) -> None:
+    """Refuse all values outside their limits.
+
+    limits : (field, value, lowest, highest, unit) of every value.
+    """
+    require_all(
+        f"{owner}: {name} = {value} {unit} is outside {low:g}…{high:g} {unit}: give it in {unit}"
+        for name, value, low, high, unit in limits
+        if not (isinstance(value, Real) and isfinite(value) and low <= value <= high)
     )
 
 
@@ -67,10 +72,13 @@ class RigidBody:
     def __post_init__(self) -> None:
         check_fields(self)
         _plain(self)
-        _within("body", "z", self.z, -5.0, 5.0, "m")
-        _within("body", "mass", self.mass, 0.0, 1e4, "kg")
-        _within("body", "polar_inertia", self.polar_inertia, 0.0, 1e4, "kg m²")
-        _within("body", "transverse_inertia", self.transverse_inertia, 0.0, 1e4, "kg m²")
+        _within(
+            "body",
+            ("z", self.z, -5.0, 5.0, "m"),
+            ("mass", self.mass, 0.0, 1e4, "kg"),
+            ("polar_inertia", self.polar_inertia, 0.0, 1e4, "kg m²"),
+            ("transverse_inertia", self.transverse_inertia, 0.0, 1e4, "kg m²"),
+        )
         require(
             self.polar_inertia <= 2.0 * self.transverse_inertia * (1.0 + 1e-9),
             f"body: polar_inertia = {self.polar_inertia:g} kg m² is more than twice transverse_inertia = "
@@ -107,13 +115,16 @@ class Cylinder:
     def __post_init__(self) -> None:
         check_fields(self)
         _plain(self)
-        _within("segment", "start", self.start, -5.0, 5.0, "m")
-        _within("segment", "end", self.end, -5.0, 5.0, "m")
-        _within("segment", "outer_diameter", self.outer_diameter, 1e-4, 5.0, "m")
-        _within("segment", "inner_diameter", self.inner_diameter, 0.0, 5.0, "m")
-        _within("segment", "density", self.density, 10.0, 3e4, "kg/m³")
-        _within("segment", "young", self.young, 1e6, 1e16, "Pa")
-        _within("segment", "poisson", self.poisson, 0.0, 0.499, "")
+        _within(
+            "segment",
+            ("start", self.start, -5.0, 5.0, "m"),
+            ("end", self.end, -5.0, 5.0, "m"),
+            ("outer_diameter", self.outer_diameter, 1e-4, 5.0, "m"),
+            ("inner_diameter", self.inner_diameter, 0.0, 5.0, "m"),
+            ("density", self.density, 10.0, 3e4, "kg/m³"),
+            ("young", self.young, 1e6, 1e16, "Pa"),
+            ("poisson", self.poisson, 0.0, 0.499, ""),
+        )
         require(self.end > self.start, f"segment: end = {self.end} m must lie beyond start = {self.start} m")
         require(
             self.inner_diameter < self.outer_diameter,
@@ -169,16 +180,14 @@ class Shaft:
         check_name(self.name, "shaft: name")
         object.__setattr__(self, "axis", tuple(float(value) for value in self.axis))
         require(len(self.axis) == 2, f"shaft {self.name}: axis = {self.axis} must be (x, y) in m")
-        for value in self.axis:
-            _within(f"shaft {self.name}", "axis", value, -5.0, 5.0, "m")
-        for field, high, unit in (
-            ("coupled_inertia", 1e8, "kg m²"),
-            ("drag_torque", 1e5, "N m"),
-            ("modal_damping", 0.5, ""),
-        ):
-            _within(f"shaft {self.name}", field, getattr(self, field), 0.0, high, unit)
-        if self.coupling_z is not None:
-            _within(f"shaft {self.name}", "coupling_z", self.coupling_z, -5.0, 5.0, "m")
+        _within(
+            f"shaft {self.name}",
+            *(("axis", value, -5.0, 5.0, "m") for value in self.axis),
+            ("coupled_inertia", self.coupled_inertia, 0.0, 1e8, "kg m²"),
+            ("drag_torque", self.drag_torque, 0.0, 1e5, "N m"),
+            ("modal_damping", self.modal_damping, 0.0, 0.5, ""),
+            ("coupling_z", self.coupling_z or 0.0, -5.0, 5.0, "m"),
+        )
         object.__setattr__(self, "segments", tuple(self.segments))
         object.__setattr__(self, "bodies", tuple(self.bodies))
 
@@ -248,13 +257,16 @@ class Bearing:
         _plain(self)
         check_name(self.name, "bearing: name")
         owner = f"bearing {self.name}"
-        _within(owner, "z", self.z, -5.0, 5.0, "m")
-        _within(owner, "radial_stiffness", self.radial_stiffness, 1e3, 1e12, "N/m")
-        _within(owner, "axial_stiffness", self.axial_stiffness, 1e3, 1e12, "N/m")
-        _within(owner, "radial_damping", self.radial_damping, 0.0, 1e8, "N s/m")
-        _within(owner, "axial_damping", self.axial_damping, 0.0, 1e8, "N s/m")
-        _within(owner, "stiffness_damping", self.stiffness_damping, 0.0, LARGEST_DAMPING_TIME, "s")
-        _within(owner, "loss_factor", self.loss_factor, 0.0, 2.0, "")
+        _within(
+            owner,
+            ("z", self.z, -5.0, 5.0, "m"),
+            ("radial_stiffness", self.radial_stiffness, 1e3, 1e12, "N/m"),
+            ("axial_stiffness", self.axial_stiffness, 1e3, 1e12, "N/m"),
+            ("radial_damping", self.radial_damping, 0.0, 1e8, "N s/m"),
+            ("axial_damping", self.axial_damping, 0.0, 1e8, "N s/m"),
+            ("stiffness_damping", self.stiffness_damping, 0.0, LARGEST_DAMPING_TIME, "s"),
+            ("loss_factor", self.loss_factor, 0.0, 2.0, ""),
+        )
         require(
             (self.loss_factor > 0.0) == (self.loss_factor_frequency is not None),
             f"{owner}: loss_factor = {self.loss_factor} and loss_factor_frequency = {self.loss_factor_frequency} Hz: "
@@ -262,7 +274,7 @@ class Bearing:
         )
         if self.loss_factor_frequency is not None:
             lowest = self.loss_factor / (2.0 * pi * LARGEST_DAMPING_TIME)
-            _within(owner, "loss_factor_frequency", self.loss_factor_frequency, lowest, 1e5, "Hz")
+            _within(owner, ("loss_factor_frequency", self.loss_factor_frequency, lowest, 1e5, "Hz"))
 
     @property
     def damping(self) -> tuple[float, float]:
@@ -307,7 +319,7 @@ class LooseGear:
         check_fields(self)
         _plain(self)
         check_name(self.name, "loose gear: name")
-        _within(f"loose gear {self.name}", "drag_torque", self.drag_torque, 0.0, 1e5, "N m")
+        _within(f"loose gear {self.name}", ("drag_torque", self.drag_torque, 0.0, 1e5, "N m"))
         require(
             self.body.mass > 0.0 and self.body.polar_inertia > 0.0,
             f"loose gear {self.name}: its body has no mass or no polar inertia: give it both",
@@ -350,10 +362,13 @@ class Mesh:
     def __post_init__(self) -> None:
         check_fields(self)
         _plain(self)
-        _within("mesh", "z", self.z, -5.0, 5.0, "m")
-        _within("mesh", "phase", self.phase, -100.0, 100.0, "rad")
+        _within(
+            "mesh",
+            ("z", self.z, -5.0, 5.0, "m"),
+            ("phase", self.phase, -100.0, 100.0, "rad"),
+        )
         if self.tilt_ratio is not None:
-            _within("mesh", "tilt_ratio", self.tilt_ratio, 0.0, 10.0, "")
+            _within("mesh", ("tilt_ratio", self.tilt_ratio, 0.0, 10.0, ""))
         require(
             self.pinion_shaft != self.wheel_shaft,
             f"mesh: pinion_shaft and wheel_shaft are both {self.pinion_shaft!r}: a mesh joins two shafts",

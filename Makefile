@@ -15,7 +15,7 @@ help:
 	@echo "make test       run the tests that a change needs;  make test-all also runs those marked slow"
 	@echo "make extremes   try thousands of generated cases within and beyond sense"
 	@echo "make kills      random signals to commands and their children  (KILLS=500 SEED=1)"
-	@echo "make lies       damaged cases, files and hand-offs, full disks  (LIES=5000 SEED=1)"
+	@echo "make lies       damaged cases, files and hand-offs, full disks, long runs  (LIES=5000 SEED=1)"
 	@echo "make lint       style, formatting and types"
 	@echo "make docs       build the documentation in docs/_build/html"
 	@echo "make clean      remove results and caches;  make distclean also removes $(VENV)/"
@@ -43,6 +43,7 @@ kills: $(READY)
 
 lies: $(READY)
 	$(BIN)/python -m benchmarks lies $(or $(LIES),5000) $(or $(SEED),1)
+	$(BIN)/python -m benchmarks growth $$(( $(or $(LIES),5000) / 10 ))
 
 lint: $(READY)
 	$(BIN)/ruff check .

@@ -2,7 +2,8 @@
 
     python -m benchmarks growth [N]
 
-Writes docs/measured/project/growth.md: N runs (500) at `draft`, each with a folder of its own.
+Writes docs/measured/project/growth.md: N runs (500) at `draft`, each with a folder of its own. Exits with 1 where the
+process grows.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import shutil
 import sys
 import tempfile
 import tracemalloc
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import psutil
@@ -22,6 +23,9 @@ from benchmarks.publish import publish
 
 WARM = 10
 """Runs after which caches are full."""
+
+LARGEST_GROWTH = {"resident": 20.0, "allocated": 0.5, "files": 0, "threads": 0, "children": 0}
+"""Largest difference of `Use` between the warm and the last run."""
 
 
 @dataclass(frozen=True)
@@ -62,6 +66,16 @@ def uses(count: int, folder: Path) -> list[Use]:
     return found
 
 
+def grown(found: list[Use]) -> list[str]:
+    """Return what grows by more than `LARGEST_GROWTH`."""
+    warm, last = asdict(found[min(WARM, len(found)) - 1]), asdict(found[-1])
+    return [
+        f"{name}: {warm[name]:g} after {WARM} runs, {last[name]:g} after {len(found)}"
+        for name, most in LARGEST_GROWTH.items()
+        if last[name] - warm[name] > most
+    ]
+
+
 def page(found: list[Use]) -> str:
     """Use after the first, the warm and the last run."""
     lines = [
@@ -77,9 +91,12 @@ def page(found: list[Use]) -> str:
 
 
 def main() -> None:
-    count = int(sys.argv[1]) if len(sys.argv) > 1 else 500
+    count = max(WARM, int(sys.argv[1])) if len(sys.argv) > 1 else 500
     with tempfile.TemporaryDirectory(prefix="nvhchain-growth-") as folder:
-        publish("project/growth", page(uses(count, Path(folder))))
+        found = uses(count, Path(folder))
+    publish("project/growth", page(found))
+    print(*grown(found), sep="\n", file=sys.stderr)
+    sys.exit(bool(grown(found)))
 
 
 if __name__ == "__main__":

@@ -31,6 +31,23 @@ _WORTH = 5.0
 _ONE_THREAD = {f"{library}_NUM_THREADS": "1" for library in ("OMP", "MKL", "OPENBLAS", "NUMBA")}
 
 
+class _OnlyComputed(Unwatched):
+    """Pass on the progress of what is computed; the run itself reports what is cached."""
+
+    def __init__(self, watcher: Watcher | None) -> None:
+        self._watcher = watcher or Unwatched()
+
+    def begin(self, stage: str) -> None:
+        self._watcher.begin(stage)
+
+    def step(self, stage: str, done: int, total: int) -> None:
+        self._watcher.step(stage, done, total)
+
+    def end(self, stage: str, how: str) -> None:
+        if how == "computed":
+            self._watcher.end(stage, how)
+
+
 @contextmanager
 def operators_ahead(
     cases: Sequence[Case], fidelity: Fidelity, operators: Path, watcher: Watcher | None = None
@@ -51,7 +68,7 @@ def operators_ahead(
     with _laws_under_way(gearboxes, fidelity, operators):
         with blas_threads(1):
             for case in gearboxes:
-                steps.reduced_housing(Run(Scene(case, fidelity), shared=Shelf(operators, watcher or Unwatched())))
+                steps.reduced_housing(Run(Scene(case, fidelity), shared=Shelf(operators, _OnlyComputed(watcher))))
         for case in gearboxes:
             steps.compile_kernels(case, fidelity)
         yield

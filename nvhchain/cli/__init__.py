@@ -53,7 +53,7 @@ def _reported(arguments: Sequence[str] | None) -> int:
         show(f"nvhchain: {_one_line(error)}", error=True)
         return 1
     except KeyboardInterrupt as signal:
-        show("nvhchain: interrupted; finished stages are kept and will be found again", error=True)
+        show("nvhchain: interrupted; finished steps are cached", error=True)
         return 143 if isinstance(signal, Terminated) else 130
 
 

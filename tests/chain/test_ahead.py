@@ -37,6 +37,9 @@ def test_laws_are_found_or_made_here_where_the_process_failed(case, coarse, tmp_
     with ahead.operators_ahead([case], coarse, tmp_path / "two", record):
         assert record.ended == [("housing", "computed")]
         found = nvh.run(case, fidelity=coarse, out=tmp_path / "two", watcher=record).force_spectrum.force
+    so_far = list(record.ended)
+    with ahead.operators_ahead([case], coarse, tmp_path / "two", record):
+        assert record.ended == so_far  # the run itself reports what is cached
     monkeypatch.setattr(ahead, "_ONE_THREAD", {"PYTHONHOME": "/nowhere"})
     with ahead.operators_ahead([case], coarse, tmp_path / "one", record):
         alone = nvh.run(case, fidelity=coarse, out=tmp_path / "one", watcher=record).force_spectrum.force

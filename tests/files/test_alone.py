@@ -84,7 +84,7 @@ def test_sigterm_ends_a_command_and_its_children_as_an_interruption(tmp_path):
         assert children
         os.kill(run.pid, signal.SIGTERM)
         assert run.wait(timeout=10) == 143
-        assert run.stderr.read().endswith("interrupted; finished stages are kept and will be found again\n")
+        assert run.stderr.read().endswith("interrupted; finished steps are cached\n")
     assert psutil.wait_procs(children, timeout=10)[1] == []
     assert list((tmp_path / "temporary").iterdir()) == []
     assert not [path for path in (tmp_path / "out").rglob("*") if path.suffix != ".h5"]

@@ -95,8 +95,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory(prefix="nvhchain-growth-") as folder:
         found = uses(count, Path(folder))
     publish("project/growth", page(found))
-    print(*grown(found), sep="\n", file=sys.stderr)
-    sys.exit(bool(grown(found)))
+    sys.exit("\n".join(grown(found)) or 0)
 
 
 if __name__ == "__main__":

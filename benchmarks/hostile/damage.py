@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import random
 import re
+from typing import Any
 
 NUMBER = re.compile(rb"(?<![A-Za-z_])[-+]?\d+(\.\d*)?([eE][-+]?\d+)?")
 WRONG = (
@@ -66,10 +68,14 @@ _ODD = [
 
 
 def changed_case(text: str, rng: random.Random) -> str:
-    """Return a case with values scaled or exchanged, lines lost, doubled or moved, keys renamed, or bytes damaged."""
+    """Return a case with values scaled or exchanged, lines lost, doubled or moved, keys renamed, bytes damaged, or a
+    list in the place of a table.
+
+    Bytes that are no text become surrogates, to be written as they were.
+    """
     for _ in range(rng.choice((1, 1, 1, 2, 3))):
         lines = text.split("\n")
-        at, kind = rng.randrange(len(lines)), rng.randrange(8)
+        at, kind = rng.randrange(len(lines)), rng.randrange(9)
         values = list(_VALUE.finditer(text))
         if kind < 3 and values:
             value = rng.choice(values)
@@ -87,5 +93,33 @@ def changed_case(text: str, rng: random.Random) -> str:
             unit = rng.choice(("_mm", "_deg", "_rpm", "_GPa", "s", "_", " "))
             text = "\n".join([*lines[:at], lines[at].replace(" = ", f"{unit} = ", 1), *lines[at + 1 :]])
         elif kind == 7:
-            text = damaged(text.encode(), rng).decode("latin-1") or "\n"
+            data = damaged(text.encode(errors="surrogateescape"), rng)
+            text = data.decode(errors="surrogateescape") or "\n"
+        elif kind == 8:
+            headers = list(re.finditer(r"(?m)^\[\[?(\w+)\]?\](?= *$)", text))
+            if headers:
+                header = rng.choice(headers)
+                other = f"[{header[1]}]" if header[0].startswith("[[") else f"[[{header[1]}]]"
+                text = text[: header.start()] + other + text[header.end() :]
     return text
+
+
+def changed_summary(text: str, rng: random.Random) -> str:
+    """Return JSON with one value of another kind, or one key lost or renamed."""
+    whole = json.loads(text)
+    places: list[tuple[Any, Any]] = []
+    todo = [whole]
+    while todo:
+        inner = todo.pop()
+        keys = list(inner) if isinstance(inner, dict) else range(len(inner))
+        places += [(inner, key) for key in keys]
+        todo += [inner[key] for key in keys if isinstance(inner[key], dict | list)]
+    inner, key = rng.choice(places)
+    kind = rng.randrange(4)
+    if kind < 2 or not isinstance(inner, dict):
+        inner[key] = rng.choice((None, "", "a/../b", [], {}, -1, 1e300, float("nan"), True, [None], {"a": 1}))
+    else:
+        value = inner.pop(key)
+        if kind == 2:
+            inner[rng.choice(("", "../up", "\x1b[2J", "<b>", 300 * "a"))] = value
+    return json.dumps(whole)

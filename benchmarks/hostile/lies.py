@@ -34,7 +34,7 @@ import psutil
 
 from benchmarks.hostile import valid_files
 from benchmarks.hostile.commands import CASES, finished, load_everything
-from benchmarks.hostile.damage import changed_case, damaged, with_bit_turned
+from benchmarks.hostile.damage import changed_case, changed_summary, damaged, with_bit_turned
 from benchmarks.publish import publish
 from nvhchain import DRAFT, levels
 from nvhchain.case import RadiatorCase, Sphere, load_case
@@ -46,8 +46,8 @@ from nvhchain.scene import plan
 TIME_LIMIT = 120.0
 """s for one damaged file or case, on a machine with other work."""
 
-LONGEST = 1500
-"""Characters of one line."""
+LONGEST = 2500
+"""Characters of one line: eight mistakes, with the fields that are known."""
 
 AFFORDABLE = 3.0
 """Foreseen processor seconds of a case that is run."""
@@ -223,7 +223,8 @@ def summaries(folder: Path, count: int, seed: int, seconds: float) -> Outcome:
     whole = path.read_bytes()
 
     def judge(number: int) -> str:
-        path.write_bytes(damaged(whole, random.Random(f"{seed} summary {number}")))
+        rng = random.Random(f"{seed} summary {number}")
+        path.write_bytes(damaged(whole, rng) if number % 2 else changed_summary(whole.decode(), rng).encode())
         return _commanded("report", str(folder))
 
     return judged("summaries", count, judge, seconds=seconds)

@@ -10,6 +10,7 @@ import numpy as np
 
 from nvhchain import levels
 from nvhchain.conventions import REFERENCE_PRESSURE
+from nvhchain.errors import InputError
 from nvhchain.handoff import FloatArray
 
 COVERAGE = 2.0
@@ -133,5 +134,6 @@ def format_level(level: float, unit: str, limits: Sequence[float | None]) -> str
 def format_limits(limits: Sequence[float | None]) -> str:
     """Return a lower and an upper limit as text; a lower limit of −inf or None is none."""
     lower, upper = limits
-    assert upper is not None
+    if upper is None:
+        raise InputError(f"limits = {list(limits)} have no upper limit: give a level (dB)")
     return f"below {upper:.1f}" if lower is None or lower == -np.inf else f"{lower:.1f}…{upper:.1f}"

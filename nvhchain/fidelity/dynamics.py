@@ -8,10 +8,16 @@ from nvhchain.fidelity.knob import Knobs, Sweep, knob
 
 _LIMIT = "a limit, beyond which the run is refused"
 
+_MOVED = {
+    "face_points": "options.tilt",
+    "flexible_shafts": "options.flexible_shafts",
+    "gyroscopic": "options.gyroscopic",
+}
+
 
 # fmt: off
 @dataclass(frozen=True)
-class DynamicsFidelity(Knobs, stage="dynamics"):
+class DynamicsFidelity(Knobs, stage="dynamics", moved=_MOVED):
     """Time integration of the gearbox.
 
     Steps of 10 µs are right within 1e-4 of the peak while flanks stay in contact at the usual speeds (4e-4 at

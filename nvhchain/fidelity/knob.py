@@ -5,9 +5,11 @@ Every field of a step's knobs is also part of the key under which that step's re
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import MISSING, Field, dataclass, field, fields
 from math import inf
-from typing import Any, ClassVar
+from types import MappingProxyType
+from typing import Any, ClassVar, Self
 
 from nvhchain.errors import is_whole, require
 from nvhchain.kinds import check_fields
@@ -85,13 +87,20 @@ def declared(of: Field[Any]) -> Declared:
 class Knobs:
     """Base of the frozen dataclasses that hold the knobs of a stage; it checks every value at construction.
 
-    stage: name of the stage in messages.
+    stage: name of the stage in messages.  moved: options of a case by the names of the knobs that they once were.
     """
 
     stage: ClassVar[str]
+    moved: ClassVar[Mapping[str, str]]
 
-    def __init_subclass__(cls, stage: str) -> None:
-        cls.stage = stage
+    def __new__(cls, *_: Any, **given: Any) -> Self:
+        """Refuse (InputError) knobs that have become options of a case."""
+        for name in cls.moved.keys() & given.keys():
+            require(False, f"{cls.stage} {name} is no knob: set it in the case, {cls.moved[name]}")
+        return super().__new__(cls)
+
+    def __init_subclass__(cls, stage: str, moved: Mapping[str, str] = MappingProxyType({})) -> None:
+        cls.stage, cls.moved = stage, moved
         entries = [(name, of.metadata["knob"]) for name, of in vars(cls).items() if isinstance(of, Field)]
         lines = [f"{name}: {one.unit + ', ' if one.unit else ''}{one.meaning}" for name, one in entries]
         cls.__doc__ = "\n".join([cls.__doc__ or "", "", *lines])

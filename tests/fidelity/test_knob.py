@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import pytest
 
@@ -18,6 +18,12 @@ class Made(Knobs, stage="made"):
     count: int = knob(4, low=1, high=16, sweep="a limit", meaning="most of them")
     level: str = knob("table", choices=("table", "contact"), sweep=Sweep(("contact",), hours=True), meaning="which")
     radii: tuple[float, ...] = knob((1.0,), meaning="of rings")
+
+
+@pytest.mark.parametrize("name", ["gyroscopic", "flexible_shafts", "face_points"])
+def test_knobs_that_are_now_options_of_the_case_are_refused_with_their_place(name):
+    with pytest.raises(InputError, match=rf"^dynamics {name} is no knob: set it in the case, options\.\w+$"):
+        replace(STANDARD.dynamics, **{name: True})
 
 
 def test_values_within_the_limits_are_kept_in_their_kind():

@@ -6,6 +6,7 @@ from collections.abc import Callable, Collection
 from math import pi
 from typing import Any
 
+from nvhchain import gear
 from nvhchain.acoustics.systems.engines import engine_named
 from nvhchain.case import HEARD, RADIATED, Case
 from nvhchain.errors import InputError, ResourceError
@@ -17,6 +18,9 @@ from nvhchain.scene.steps import BEARING_FORCES, HOUSING, MESH_LAWS, PRESSURE, S
 
 FEWEST_ANGLES = 6
 """Angles of a mesh law per mesh period: with five the second harmonic is 2.4 dB off, outside its error band."""
+
+MOST_SLICES = 2000
+"""Largest number of slices over a face: at `draft` about 15 minutes of processor time."""
 
 _LASTS_LONG = {BEARING_FORCES, SURFACE_VELOCITY, PRESSURE}
 """Steps whose memory grows with the record at constant speed."""
@@ -111,6 +115,31 @@ def _check_held(scene: Scene) -> None:
         scene.gearbox.housing.check_held(scene.gearbox)
 
 
+def _check_reach(scene: Scene) -> None:
+    """Refuse faces so wide that a tooth would be in contact at two places."""
+    knobs = scene.fidelity.gear
+    for stage, pair in zip(scene.gearbox.stages, scene.gearbox.pairs, strict=True):
+        teeth = min(pair.pinion.geometry.teeth, pair.wheel.geometry.teeth)
+        engaged = gear.engaged_reach(pair, knobs.corner_gap) + 1
+        if knobs.bodies == "elements" and engaged > teeth:
+            raise InputError(
+                f"stage {stage.name}: {engaged} teeth would be in contact at once, overlap ratio "
+                f"{pair.overlap_ratio:.3g}, but a gear has {teeth}: make the face narrower or the helix angle smaller"
+            )
+
+
+def _check_slices(scene: Scene) -> None:
+    """Refuse more slices over a face than computing time and memory, which grow with their square, allow."""
+    knobs = scene.fidelity.gear
+    for stage, pair in zip(scene.gearbox.stages, scene.gearbox.pairs, strict=True):
+        slices = gear.slice_count(pair, knobs)
+        if slices > MOST_SLICES:
+            raise InputError(
+                f"gear slices = {knobs.slices} make {slices} over the face of stage {stage.name}, {MOST_SLICES} at "
+                f"most are solved: choose {int(MOST_SLICES * knobs.slices / slices)} or make the face narrower"
+            )
+
+
 def _check_mesh_laws(scene: Scene) -> None:
     """Refuse mesh laws that cannot carry the load of the case or miss its second mesh harmonic."""
     knobs, torque = scene.fidelity.gear, scene.gearbox.operation.input_torque
@@ -152,12 +181,12 @@ def _check_housing(scene: Scene) -> None:
 
 _Checks = dict[Step[Any], tuple[Callable[[Scene], None], ...]]
 
-_OF_THE_CASE: _Checks = {BEARING_FORCES: (_check_held, _check_driven)}
+_OF_THE_CASE: _Checks = {MESH_LAWS: (_check_reach,), BEARING_FORCES: (_check_held, _check_driven)}
 """Step → checks of the case alone."""
 
 _OF_KNOBS: _Checks = {
     HOUSING: (_check_housing,),
-    MESH_LAWS: (_check_mesh_laws,),
+    MESH_LAWS: (_check_mesh_laws, _check_slices),
     BEARING_FORCES: (_check_time_step, _check_mesh_level),
 }
 """Step → checks of its knobs."""

@@ -189,6 +189,41 @@ def test_angles_too_few_for_the_second_harmonic_are_refused_unless_the_laws_are_
     check_knobs(case, replace(few, gear=replace(few.gear, angles_per_mesh=6)))
 
 
+@pytest.fixture
+def wide(request, tmp_path):
+    """The small gearbox with faces of some mm, in a case file."""
+    text = (request.config.rootpath / "cases" / "small" / "single_stage.toml").read_text()
+
+    def written(width):
+        end = 130 + width
+        changed = text.replace("z_mm = 75", f"z_mm = {end / 2}").replace("0, 127]", f"0, {end - 3}]")
+        changed = changed.replace("0.62]", "3.0]").replace("face_width_mm = 16", f"face_width_mm = {width}")
+        for old, new in (("end_mm = 130", end), ("z_mm = 127", end - 3), ("\ndepth_mm = 130", end)):
+            changed = changed.replace(old, f"{old.split(' = ')[0]} = {new}")
+        (tmp_path / "wide.toml").write_text(changed)
+        return tmp_path / "wide.toml"
+
+    return written
+
+
+def test_faces_on_which_a_tooth_would_touch_at_two_places_are_refused_by_check(wide, capsys):
+    """The run refused them once the housing was there."""
+    assert main(["check", str(wide(1000))]) == 2
+    assert "stage stage: 23 teeth would be in contact at once, overlap ratio 20.5, but a gear has 20" in (
+        capsys.readouterr().err
+    )
+    assert main(["check", str(wide(500))]) == 0
+
+
+def test_more_slices_than_are_solved_are_refused_with_how_many_are(wide):
+    case = nvh.load_case(wide(300))
+    with pytest.raises(InputError) as refused:
+        check_knobs(case, replace(nvh.DRAFT, gear=replace(nvh.DRAFT.gear, slices=400)))
+    told = "gear slices = 400 make 2457 over the face of stage stage, 2000 at most are solved: choose 325 or"
+    assert told in str(refused.value)
+    check_knobs(case, replace(nvh.DRAFT, gear=replace(nvh.DRAFT.gear, slices=325)))
+
+
 @pytest.mark.parametrize(("torque", "flank"), [(60.0, "drive_reach"), (-60.0, "back_reach")])
 def test_mesh_laws_that_end_below_the_load_are_refused_unless_they_are_given(request, torque, flank):
     case = nvh.load_case(request.config.rootpath / "cases" / "small" / "single_stage.toml")

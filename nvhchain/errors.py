@@ -28,7 +28,7 @@ MOST_MISTAKES = 8
 
 
 class Mistakes(InputError):
-    """Several mistakes in one input, joined by semicolons in the message.
+    """Several mistakes in one input; the message joins them by semicolons.
 
     Parameters
     ----------
@@ -38,8 +38,13 @@ class Mistakes(InputError):
 
     def __init__(self, each: list[str]) -> None:
         self.each = each
-        more = f"; and {len(each) - MOST_MISTAKES} more" if len(each) > MOST_MISTAKES else ""
-        super().__init__("; ".join(each[:MOST_MISTAKES]) + more)
+        super().__init__("; ".join(self.lines))
+
+    @property
+    def lines(self) -> list[str]:
+        """Text of every mistake in one line each; further ones are counted."""
+        more = [f"and {len(self.each) - MOST_MISTAKES} more"] if len(self.each) > MOST_MISTAKES else []
+        return [" ".join(printable(text).split()) for text in self.each[:MOST_MISTAKES]] + more
 
     def __reduce__(self) -> tuple[Any, ...]:
         return type(self), (self.each,)

@@ -13,7 +13,7 @@ from nvhchain.cli.arguments import parser
 from nvhchain.cli.console import Console, standard_streams
 from nvhchain.cli.output import show
 from nvhchain.cli.termination import Terminated, termination_interrupts
-from nvhchain.errors import InputError, SolverError
+from nvhchain.errors import InputError, Mistakes, SolverError
 
 __all__ = ["Console", "main", "parser"]
 
@@ -36,7 +36,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _reported(arguments: Sequence[str] | None) -> int:
-    """Return the exit code of a command and print a failure as one line."""
+    """Return the exit code of a command and print a failure as one line, several mistakes as one line each."""
     try:
         try:
             with termination_interrupts():
@@ -44,7 +44,8 @@ def _reported(arguments: Sequence[str] | None) -> int:
         finally:
             sys.stdout.flush()  # output that cannot be printed is a failure, too
     except InputError as error:
-        show(f"nvhchain: {_one_line(error)}", error=True)
+        for mistake in error.lines if isinstance(error, Mistakes) else [_one_line(error)]:
+            show(f"nvhchain: {mistake}", error=True)
         return 2
     except MemoryError as error:
         show(f"nvhchain: out of memory ({_one_line(error)}): choose a lower fidelity", error=True)

@@ -101,9 +101,9 @@ def test_what_cannot_be_built_is_refused_with_all_its_fields(change, fields, tmp
     case = tmp_path / "case.toml"
     case.write_text(text)
     assert main(["check", str(case)]) == 2
-    line = capsys.readouterr().err
-    assert all(field in line for field in fields), line
-    assert line.count("\n") == 1
+    said = capsys.readouterr().err
+    assert all(field in said for field in fields), said
+    assert all(line.startswith("nvhchain: ") for line in said.splitlines())
 
 
 def test_what_overlaps_by_rounding_passes_and_is_said(tmp_path, request):
@@ -188,3 +188,12 @@ def test_every_field_of_numbers_declares_its_dimension_or_takes_no_unit():
             if "float" in str(field) and si_unit(field) is None:
                 bare.add(name)
     assert bare == SI_ONLY
+
+
+def test_every_mistake_of_a_case_has_a_line_of_its_own(tmp_path, capsys, request):
+    text = (request.config.rootpath / SMALL).read_text().replace("face_width", "face_widht")
+    (tmp_path / "case.toml").write_text(text)
+    assert main(["check", str(tmp_path / "case.toml")]) == 2
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) > 2
+    assert all(line.startswith(f"nvhchain: {tmp_path / 'case.toml'}") for line in lines)

@@ -1,4 +1,4 @@
-"""What is made for people: figures, tables, sound files, summary.json and a page that shows them."""
+"""Results for people: figures, tables, sound files, summary.json and an HTML page."""
 
 from nvhchain.report.comparison import OPERATORS, check_comparable, compare
 from nvhchain.report.contributions import contributions

@@ -1,4 +1,4 @@
-"""Several configurations side by side: one run each, shared operators, figures, sound and summary.json."""
+"""Comparison of several configurations: one run each, shared operators, figures, sound and summary.json."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ from nvhchain.report.marks import order_marks
 from nvhchain.report.run_up import compare_run_ups
 
 OPERATORS = "operators"
-"""Folder of what the cases of a comparison share."""
+"""Name of the folder of operators that the cases of a comparison share."""
 
 _SUFFIXES = (".json", ".txt", ".csv", ".png", ".wav", ".html")
-"""Of the files that a comparison leaves beside the folders of its cases."""
+"""Suffixes of the files that a comparison writes beside the folders of its cases."""
 
 
 @checked
@@ -47,12 +47,37 @@ def compare(
     executor: Executor | None = None,
     watcher: Watcher | None = None,
 ) -> dict[str, Any]:
-    """Run all cases with shared mesh laws, housing and transfer vectors, and leave their comparison in `out`.
+    """Run all cases with shared mesh laws, housing and transfer vectors, and write their comparison to `out`.
 
-    Each case has its hand-offs in out/<name>, shared operators lie in out/operators; figures (PNG), sound (WAV),
-    summary.json and, at constant speed, the table of differences (text, CSV) in `out` itself. Returns what
-    summary.json holds.  Two comparisons in one folder wait for each other.  Raises InputError where some cases run up
-    and others do not.
+    Parameters
+    ----------
+    cases : sequence of Case
+        Cases with different names that ask for `pressure`: all at constant speed, or all run-ups.
+    fidelity : Fidelity
+        Fidelity of all runs.
+    out : str or Path
+        Folder of the results.
+    executor : Executor, optional
+        Executor of the computing steps, as for `chain.run`.
+    watcher : Watcher, optional
+        Receives the progress of the steps.
+
+    Returns
+    -------
+    dict
+        Content of summary.json.
+
+    Raises
+    ------
+    InputError
+        If there are no cases, if cases share a name or have no pressure, if run-ups are mixed with constant speeds, or
+        if the input of a run is bad.
+
+    Notes
+    -----
+    The hand-offs of a case lie in out/<name>, the shared operators in out/operators. Figures (PNG), sound (WAV) and
+    summary.json lie in `out` itself. At constant speed the table of differences (text, CSV) is added. Two comparisons
+    in one folder wait for each other.
     """
     check_comparable(cases)
     out = writable_folder(out, "out")
@@ -63,6 +88,7 @@ def compare(
 def _compared(
     cases: Sequence[Case], fidelity: Fidelity, out: Path, executor: Executor | None, watcher: Watcher | None
 ) -> dict[str, Any]:
+    """Run the cases and write the comparison, in a folder that no other comparison uses."""
     running_up = _running_up(cases)
     (out / "summary.json").unlink(missing_ok=True)
     results = {
@@ -87,8 +113,19 @@ def _compared(
 
 
 def check_comparable(cases: Sequence[Case]) -> None:
-    """Refuse (InputError) no cases, cases that share a name, or of which some have no sound pressure or do not run up
-    as the others do."""
+    """Refuse cases that cannot be compared.
+
+    Parameters
+    ----------
+    cases : sequence of Case
+        Cases of one comparison.
+
+    Raises
+    ------
+    InputError
+        If there are no cases, if cases share a name, if one does not ask for `pressure`, or if run-ups are mixed with
+        constant speeds.
+    """
     names = [case.name for case in cases]
     require(len(names) > 0, "no cases are given: at least one is needed")
     check_names(names, "cases")
@@ -103,16 +140,16 @@ def check_comparable(cases: Sequence[Case]) -> None:
 
 
 def _running_up(cases: Sequence[Case]) -> bool:
-    """Whether the speed changes, in all cases or in none."""
+    """Return True for run-ups and False for constant speeds; InputError for a mixture."""
     kinds = {isinstance(case, GearboxCase) and case.operation.ramp is not None for case in cases}
     require(len(kinds) == 1, "run-ups and constant speeds cannot be compared: give one kind of cases")
     return kinds == {True}
 
 
 def _steady(results: Mapping[str, Result], out: Path) -> dict[str, Any]:
-    """Table, figures and sound at constant speed; the summary of every configuration.
+    """Write table, figures and sound at constant speed; return the summary of every configuration.
 
-    Pictures of the surface, seconds each, are rendered one after the other beside all else.
+    Pictures of the surface take seconds each. One thread renders them in turn while the rest is made.
     """
     with ThreadPoolExecutor(max_workers=1) as beside:
         pictures = {
@@ -134,6 +171,7 @@ def _steady(results: Mapping[str, Result], out: Path) -> dict[str, Any]:
 
 
 def _made_beside_pictures(results: Mapping[str, Result], out: Path) -> dict[str, Any]:
+    """Write everything except pictures of the surface; return the summary of every configuration."""
     pressures = {name: result.pressure for name, result in results.items() if result.pressure is not None}
     configurations = {name: summarise(pressure) | limits(results[name]) for name, pressure in pressures.items()}
     table = plots.difference_table(configurations)
@@ -148,7 +186,10 @@ def _made_beside_pictures(results: Mapping[str, Result], out: Path) -> dict[str,
 
 
 def summarise(pressure: FieldPressure) -> dict[str, Any]:
-    """Level in dB(A) and the level of every line at the first field point; orders of the input shaft."""
+    """Return speed, overall level in dB(A) and the level of every line at the first field point.
+
+    Orders are those of the input shaft; without an input speed the list is empty.
+    """
     turns = pressure.input_speed / (2 * pi)
     level = levels.decibel(pressure.pressure[:, 0])
     return {
@@ -179,7 +220,7 @@ def _figures(results: Mapping[str, Result], pressures: Mapping[str, FieldPressur
 
 
 def _transmission_errors(results: Mapping[str, Result]) -> dict[str, dict[str, Any]]:
-    """Quasi-static transmission error of every stage in every configuration: the limit of low speed."""
+    """Return the quasi-static transmission error of every stage in every configuration: the limit of low speed."""
     stages: dict[str, dict[str, Any]] = {}
     for name, result in results.items():
         if not isinstance(result.case, GearboxCase):

@@ -1,4 +1,4 @@
-"""What every mode and every panel of a gearbox's housing adds to its sound: tables and bars."""
+"""Contributions of modes and panels of a gearbox's housing to its sound: tables and bars."""
 
 from __future__ import annotations
 
@@ -34,13 +34,38 @@ def contributions(
     given: Mapping[str, Any] | None = None,
     watcher: Watcher | None = None,
 ) -> dict[str, Contributions]:
-    """Run a gearbox at constant speed (or find it in `out`) and leave what modes and panels contribute to its pressure.
+    """Run a gearbox at constant speed and write the contributions of modes and panels to its pressure.
 
-    `modes` and, where the housing has named parts, `panels`: shares Re(p_i p*)/|p|² at every line and field point in
-    contributions-<of>.csv, those of the line nearest to `at` (Hz; by default the loudest in dB(A)) at the first field
-    point as bars in contributions-<of>.png.  Panels of a casting are its bosses, walls and flange, of a foreign model
-    its node groups.  given: ready-made hand-offs, as for `chain.run`.
-    Raises InputError for a case without pressure lines or a level of radiation without transfer vectors.
+    Parameters
+    ----------
+    case : GearboxCase
+        Gearbox at constant speed that asks for `pressure`.
+    fidelity : Fidelity
+        Fidelity of the run.
+    out : str or Path
+        Folder of the run; cached results in it are used.
+    at : float, optional
+        Frequency (Hz) of the bars: the nearest line. By default the line that is loudest in dB(A).
+    given : mapping of str to hand-off, optional
+        Supplied hand-offs, as for `chain.run`.
+    watcher : Watcher, optional
+        Receives the progress of the steps.
+
+    Returns
+    -------
+    dict of str to Contributions
+        `modes` and, where the housing has named parts, `panels`.
+
+    Raises
+    ------
+    InputError
+        If the case has no pressure lines, or the level of radiation no transfer vectors.
+
+    Notes
+    -----
+    The contribution of part i is the share Re(p_i p*)/|p|². All lines and field points are in contributions-<kind>.csv.
+    The bars in contributions-<kind>.png are those of one line at the first field point. The panels of a casting are its
+    bosses, walls and flange; those of an imported model are its node groups.
     """
     case = _steady_gearbox(case, fidelity)
     result = chain.run(case, fidelity=fidelity, out=out, watcher=watcher, **(given or {}))
@@ -72,6 +97,7 @@ def contributions(
 
 
 def _steady_gearbox(case: Case, fidelity: Fidelity) -> GearboxCase:
+    """Return the case if it is a gearbox at constant speed with pressure; else InputError."""
     if not isinstance(case, GearboxCase):
         raise InputError(f"{case.name} has no housing: contributions are those of a gearbox")
     require(case.operation.ramp is None, f"{case.name} runs up: contributions are given line by line at constant speed")
@@ -84,7 +110,7 @@ def _steady_gearbox(case: Case, fidelity: Fidelity) -> GearboxCase:
 
 
 def _panels(case: GearboxCase, surface: Surface) -> Panels | None:
-    """Parts of the surface that have names, or None where the housing has none."""
+    """Return the named parts of the surface, or None where the housing has none."""
     if isinstance(case.housing, Casting):
         return casting_panels(case.housing, surface)
     given, path = case.housing, Path(case.folder) / case.housing.file
@@ -94,7 +120,7 @@ def _panels(case: GearboxCase, surface: Surface) -> Panels | None:
     else:
         model = interop.read_modal_model(path, units=given.units)
     members = dict(model.groups)
-    if isinstance(model, ModalModel):  # whose file may hold nodes beside the skin, as those of the seats
+    if isinstance(model, ModalModel):  # its file may hold nodes off the skin, such as those of the seats
         members = {name: rows[np.isin(rows, model.triangles)] for name, rows in members.items()}
     names = safe_names(members)
     groups = {name: model.nodes[rows] for name, rows in zip(names, members.values(), strict=True) if len(rows)}
@@ -102,7 +128,7 @@ def _panels(case: GearboxCase, surface: Surface) -> Panels | None:
 
 
 def _line(parts: Contributions, at: float | None) -> int:
-    """Of the frequency nearest to `at` Hz, by default the loudest in dB(A), at the first point."""
+    """Index of the line nearest to `at` (Hz), by default of the loudest in dB(A), at the first point."""
     if at is not None:
         low, high = parts.frequency[[0, -1]]
         require(low <= at <= high, f"at = {at:g} Hz: the lines lie between {low:g} and {high:g} Hz")

@@ -1,4 +1,4 @@
-"""One figure of hand-offs, chosen by what they are."""
+"""Figure of hand-offs of one kind."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from nvhchain.report.run_up import over_frequency, over_order
 from nvhchain.spectrum import BAND_MARGIN
 
 HIGHEST_ORDER = 100.0
-"""Of the input, in maps against order."""
+"""Highest order of the input in maps against order."""
 
 
 RECORDED = {
@@ -43,7 +43,7 @@ RECORDED = {
     "mesh_deflection": ("µm", 1e6),
     "output_lag": ("µrad", 1e6),
 }
-"""What records of bearing forces hold: unit of the figures and its factor."""
+"""Quantities in records of bearing forces, each with the unit of the figures and its factor."""
 
 
 WORDS = {
@@ -63,13 +63,29 @@ def draw(
     quantity: str = "force",
     angle: bool = False,
 ) -> None:
-    """The figure of the hand-offs in `files` (HDF5, all of one kind) as PNG in `picture`.
+    """Draw hand-offs of one kind as PNG, or write their motion.
 
-    A `picture` that ends in .gif, .vtu, .vtkhdf, .unv or .csv is the motion of a housing or surface (`write_motion`).
-    orders: maps of records against order of the input instead of frequency; steady records of several speeds then make
-    one map.  at: Hz, the modes or the lines shown.  quantity: of records of bearing forces, one of RECORDED.
-    angle: transmission errors of records over the angle of the input, over its first turn.
-    Raises InputError for kinds that differ or cannot be drawn.
+    Parameters
+    ----------
+    files : list of Path
+        HDF5 files, all of one kind.
+    picture : Path
+        PNG to write. A path that ends in .gif, .vtu, .vtkhdf, .unv or .csv holds the motion of a housing or surface
+        (`write_motion`).
+    orders : bool
+        Draw maps of records against order of the input instead of frequency. Steady records of several speeds then
+        make one map.
+    at : sequence of float
+        Frequencies (Hz) of the modes or lines to draw.
+    quantity : str
+        Quantity of records of bearing forces, one of `RECORDED`.
+    angle : bool
+        Draw transmission errors of records over the angle of the input, over its first turn.
+
+    Raises
+    ------
+    InputError
+        If the kinds differ, the kind has no figure, or an option does not apply to it.
     """
     hand_offs: dict[str, HandOff] = dict(zip(_names(files), (hdf5.load(path) for path in files), strict=True))
     kinds = {type(hand_off) for hand_off in hand_offs.values()}
@@ -108,7 +124,7 @@ def draw(
 
 
 def _names(files: list[Path]) -> list[str]:
-    """What tells the files apart: their names, those of their folders, their paths, or else also their numbers."""
+    """Short names that differ: of the files, of their folders, their paths, or numbered paths."""
     for names in (
         [path.stem for path in files],
         [path.absolute().parent.name for path in files],
@@ -122,7 +138,10 @@ def _names(files: list[Path]) -> list[str]:
 
 
 def _mesh_laws(laws: Mapping[str, MeshLaw], orders: bool) -> list[Axes]:
-    """The map of one law; of several the transmission errors at half of the largest force that all of them hold."""
+    """Draw the map of one law, or the transmission errors of several.
+
+    Several laws are compared at half of the largest force that all of them cover.
+    """
     if len(laws) == 1:
         return plots.mesh_law_map(next(iter(laws.values())))
     force = 0.5 * min(float(law.force.max(axis=1).min()) for law in laws.values())
@@ -131,7 +150,7 @@ def _mesh_laws(laws: Mapping[str, MeshLaw], orders: bool) -> list[Axes]:
 
 
 def _bearing_forces(forces: Mapping[str, BearingForces], orders: bool, quantity: str) -> list[Axes]:
-    """Lines of steady records, maps of run-ups and of steady records at several speeds."""
+    """Draw lines of steady records, maps of run-ups and of steady records at several speeds."""
     unit, factor = RECORDED[quantity]
     if not all(record.periodic for record in forces.values()):
         signals = {
@@ -167,7 +186,7 @@ def _titled(record: BearingForces, quantity: str) -> str:
 
 
 def _steady_orders(forces: Mapping[str, BearingForces], quantity: str) -> list[Axes]:
-    """Orders of every mesh, one panel each."""
+    """Draw the orders of every mesh, one panel each."""
     require(
         quantity != "output_lag",
         "lines of output_lag have no figure: draw a run-up, or steady speeds with --orders, or its history with "
@@ -183,7 +202,7 @@ def _steady_orders(forces: Mapping[str, BearingForces], quantity: str) -> list[A
 
 
 def _last_line(of: ForceSpectrum) -> int:
-    """Number of lines up to the last within 80 dB of the strongest that is not static."""
+    """Return the number of lines up to the last one within 80 dB of the strongest non-static line."""
     size = np.abs(of.force[1:]).max(axis=(1, 2))
     return 2 + int(np.flatnonzero(size >= 1e-4 * size.max())[-1])
 

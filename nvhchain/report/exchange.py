@@ -1,4 +1,4 @@
-"""A case's housing handed to other programs."""
+"""Housing of a case as a file for other programs."""
 
 from __future__ import annotations
 
@@ -16,11 +16,32 @@ from nvhchain.interop.superelement import check_craig_bampton_path
 def export_craig_bampton(
     case: Case, path: str | Path, *, modes_to: float, fidelity: Fidelity = STANDARD
 ) -> CraigBampton:
-    """Craig–Bampton matrices of the housing in `path` (.mat or .bdf, `write_craig_bampton`).
+    """Write the Craig–Bampton matrices of a case's housing.
 
-    modes_to: Hz, up to which modes with the seats held are kept; four times the band leave about 4 % of the motion of
-    the faces of a small casting.
-    Raises InputError for a case without a housing of finite elements.
+    Parameters
+    ----------
+    case : GearboxCase
+        Gearbox with a casting or a finite-element model as housing.
+    path : str or Path
+        File to write, .mat or .bdf (`write_craig_bampton`).
+    modes_to : float
+        Highest natural frequency (Hz) of the modes with fixed seats.
+    fidelity : Fidelity
+        Fidelity of the housing.
+
+    Returns
+    -------
+    CraigBampton
+        Written matrices.
+
+    Raises
+    ------
+    InputError
+        If the housing is not of finite elements, or `modes_to` outside 1 to 20 times the upper limit of the band.
+
+    Notes
+    -----
+    Four times the band leave an error of about 4 % in the motion of the faces of a small casting.
     """
     if not isinstance(case, GearboxCase):
         raise InputError(f"{case.name} has no housing")

@@ -19,11 +19,11 @@ from nvhchain.interop import write_modal_uff, write_modes_vtkhdf, write_velocity
 from nvhchain.interop.common.surface_motion import vertex_motion
 
 SUFFIXES = (".csv", ".gif", ".unv", ".vtkhdf", ".vtu")
-"""Of files that are not still pictures."""
+"""Suffixes of files that are not still pictures."""
 
 
 def draw_housings(housings: Mapping[str, ReducedHousing], at: Sequence[float]) -> list[Axes]:
-    """Modes of one housing, the first six or those nearest to `at` (Hz); of two the modal assurance between them."""
+    """Draw modes of one housing, the first six or those nearest to `at` (Hz), or the modal assurance between two."""
     if len(housings) == 1:
         (housing,) = housings.values()
         chosen = [_nearest(housing.natural_frequency, f) for f in at]
@@ -35,7 +35,7 @@ def draw_housings(housings: Mapping[str, ReducedHousing], at: Sequence[float]) -
 
 
 def draw_velocities(velocities: Mapping[str, SurfaceVelocity], at: Sequence[float]) -> list[Axes]:
-    """Levels on the faces at the strongest line, or the operating shape, bent, at the line nearest to `at` (Hz)."""
+    """Draw levels on the faces at the strongest line, or the operating shape, deformed, at the line nearest to `at`."""
     require(len(velocities) == 1, f"{len(velocities)} surface velocities: a figure shows one")
     ((name, velocity),) = velocities.items()
     if not at:
@@ -44,12 +44,29 @@ def draw_velocities(velocities: Mapping[str, SurfaceVelocity], at: Sequence[floa
 
 
 def write_motion(hand_offs: Mapping[str, HandOff], path: Path, at: Sequence[float]) -> None:
-    """A file of one of the `SUFFIXES`.
+    """Write the motion of hand-offs to a file with one of the `SUFFIXES`.
 
-    .gif: one period of the mode or line nearest to `at` (Hz), by default of the first elastic mode or the strongest
-    line.  .vtu: the same, at rest.  .vtkhdf: all modes or lines.  .unv: all modes and residual vectors of a housing.
-    .csv: modal assurance of two housings.
-    Raises InputError where the hand-offs do not go into such a file.
+    Parameters
+    ----------
+    hand_offs : mapping of str to HandOff
+        One reduced housing or surface velocity; two reduced housings for .csv.
+    path : Path
+        File to write.
+    at : sequence of float
+        Frequency (Hz) of a mode or line, or empty. The default is the first elastic mode or the strongest line.
+
+    Raises
+    ------
+    InputError
+        If the hand-offs do not fit the kind of file.
+
+    Notes
+    -----
+    - .gif: one period of the mode or line nearest to `at`.
+    - .vtu: the same mode or line, without animation.
+    - .vtkhdf: all modes or lines.
+    - .unv: all modes and residual vectors of a housing.
+    - .csv: modal assurance of two housings.
     """
     if path.suffix == ".csv":
         write_text(path, _assurance_csv(hand_offs))
@@ -85,7 +102,7 @@ def write_motion(hand_offs: Mapping[str, HandOff], path: Path, at: Sequence[floa
 
 
 def _state(hand_off: ReducedHousing | SurfaceVelocity, at: Sequence[float]) -> Any:
-    """Normal motion (n_face,) of one mode or line."""
+    """Return the normal motion (n_face,) of one mode or line."""
     if isinstance(hand_off, ReducedHousing):
         natural = hand_off.natural_frequency
         require(len(natural) > 0, "the housing has no modes in its band: there is nothing to move")
@@ -110,6 +127,7 @@ def _assurance_csv(hand_offs: Mapping[str, HandOff]) -> str:
 
 
 def _pair(housings: Mapping[str, ReducedHousing]) -> tuple[str, str]:
+    """Names of two housings that have modes; else InputError."""
     require(
         len(housings) == 2,
         f"{len(housings)} housings: give one for its modes, two for their modal assurance",
@@ -121,11 +139,13 @@ def _pair(housings: Mapping[str, ReducedHousing]) -> tuple[str, str]:
 
 
 def _one(at: Sequence[float]) -> float:
+    """Return the only frequency (Hz) of `at`; InputError for several."""
     require(len(at) == 1, f"{len(at)} frequencies are given: one is shown here")
     return at[0]
 
 
 def _nearest(axis: FloatArray, wanted: float) -> int:
+    """Index of the value of `axis` (Hz) nearest to `wanted`; InputError outside 0 to twice the highest."""
     require(len(axis) > 0, "there is neither mode nor line to choose from")
     require(
         bool(np.isfinite(wanted)) and 0 <= wanted <= 2 * axis[-1],

@@ -1,4 +1,4 @@
-"""Error bands as a summary holds them."""
+"""Confidence limits in a summary."""
 
 from __future__ import annotations
 
@@ -11,8 +11,11 @@ from nvhchain.error_band.files import finite
 
 
 def limits(result: Result) -> dict[str, Any]:
-    """Limits of the overall level at the first field point and of every line or speed there, dB(A) or dB; for the other
-    quantities that the case asks for those of the place with the highest level."""
+    """Return the confidence limits of a result in the form of summary.json.
+
+    The overall level and every line or speed are those at the first field point, in dB(A) or dB. For each other
+    quantity of the case the limits are those of the place with the highest level.
+    """
     band = result.error_band
     found: dict[str, Any] = {"error_band_dBA": finite(band.overall[0])}
     if isinstance(band, RunUpBand):

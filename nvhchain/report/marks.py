@@ -1,4 +1,4 @@
-"""The orders that the figures of some cases mark."""
+"""Orders that are marked in the figures of some cases."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from nvhchain.case import Case, GearboxCase
 
 
 def order_marks(cases: Sequence[Case]) -> plots.OrderMarks:
-    """Mesh orders of the first gearbox and the sidebands that the structured gears of any of them make."""
+    """Return the mesh orders of the first gearbox, and the sidebands of structured gears in any of the cases."""
     gearboxes = [case for case in cases if isinstance(case, GearboxCase)]
     slots: dict[str, float] = {}
     slotted = []

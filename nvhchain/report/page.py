@@ -1,4 +1,4 @@
-"""A page (HTML) of what `compare` left in a folder: levels, figures, sound, and how every number was made."""
+"""HTML page of a comparison: levels, figures, sound, and the fidelity of every hand-off."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ CAPTIONS = {
     "orders": "Sound pressure over speed and order of the input.",
     "levels": "Levels over speed.",
 }
-"""Figures in the order in which they are shown; `surface_velocity-NAME` belongs to configuration NAME."""
+"""Captions of the figures in their order on the page; `surface_velocity-NAME` belongs to configuration NAME."""
 
 PAGE = Template("""<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><title>$title</title>
@@ -48,9 +48,22 @@ $making
 
 
 def write_page(folder: str | Path) -> Path:
-    """Write `report.html` into the folder that `compare` filled, figures inside it; returns its path.
+    """Write `report.html`, with its figures inside, to the folder of a comparison.
 
-    Raises InputError for a folder without a comparison.
+    Parameters
+    ----------
+    folder : str or Path
+        Folder that `compare` filled.
+
+    Returns
+    -------
+    Path
+        Path of the page.
+
+    Raises
+    ------
+    InputError
+        If the folder holds no readable comparison.
     """
     folder = Path(folder)
     try:
@@ -92,18 +105,18 @@ def _page(folder: Path, summary: dict[str, Any]) -> str:
 
 
 def escape(text: object) -> str:
-    """Text of a page: neither markup nor control characters."""
+    """Return text for a page, without markup or control characters."""
     return as_html(printable(str(text)))
 
 
 def _table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
-    """Cells are HTML."""
+    """Return an HTML table; the cells are HTML."""
     lines = ["<tr>" + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>" for row in rows]
     return f"<table><tr>{''.join(f'<th>{cell}</th>' for cell in head)}</tr>{''.join(lines)}</table>"
 
 
 def _limits(configuration: dict[str, Any]) -> str:
-    """Of the error band, which summaries of older versions do not have."""
+    """Confidence limits of a configuration; empty for summaries of older versions, which have none."""
     limits = configuration.get("error_band_dBA")
     return format_limits(limits) if limits else ""
 

@@ -1,4 +1,4 @@
-"""Run-ups side by side: waterfalls, levels over speed, sound."""
+"""Comparison of run-ups: waterfalls, levels over speed, sound."""
 
 from __future__ import annotations
 
@@ -23,14 +23,17 @@ ORDER_RESOLUTION = 0.15
 """Orders of the input that figures and order cuts resolve: windows of ten turns."""
 
 HARMONICS = 3
-"""Of each mesh order, that are followed over speed."""
+"""Number of harmonics of each mesh order that are followed over speed."""
 
 WINDOW_BANDWIDTH = 1.5
-"""Noise bandwidth of a Hann window in lines: by so much the energy of amplitude-corrected lines adds up too high."""
+"""Noise bandwidth of a Hann window in lines.
+
+The summed energy of amplitude-corrected lines is too high by this factor.
+"""
 
 
 def compare_run_ups(results: Mapping[str, Result], out: Path) -> dict[str, Any]:
-    """Figures and sound of run-ups, at the first field point; the summary of every configuration."""
+    """Write figures and sound of run-ups at the first field point; return the summary of every configuration."""
     marks = order_marks([result.case for result in results.values()])
     histories = {name: result.pressure_history for name, result in results.items() if result.pressure_history}
     band = max(result.case.band.high for result in results.values() if hasattr(result.case, "band"))
@@ -49,25 +52,34 @@ def compare_run_ups(results: Mapping[str, Result], out: Path) -> dict[str, Any]:
 
 
 def over_frequency(signal: FloatArray, rate: float, input_speed: FloatArray, *, high: float) -> Waterfall:
-    """Waterfall of `signal` (n_t, …), sampled at `rate` Hz, to `high` Hz: the input turns ten times in a window at the
-    middle of its speeds (n_t,) rad/s."""
+    """Return the waterfall of `signal` (n_t, …), sampled at `rate` (Hz), up to `high` (Hz).
+
+    The input turns ten times in a window at the mean of `input_speed` (n_t,) rad/s.
+    """
     turns = float(input_speed.mean()) / (2 * pi)
     return waterfall(signal, sample_rate=rate, input_speed=input_speed, resolution=ORDER_RESOLUTION * turns, high=high)
 
 
 def over_order(signal: FloatArray, rate: float, input_speed: FloatArray, *, high: float) -> Waterfall:
-    """Waterfall of `signal` against order of the input, to `high`; the input turns ten times in every window."""
+    """Return the waterfall of `signal` (n_t, …) against order of the input, up to order `high`.
+
+    The input turns ten times in every window.
+    """
     return order_waterfall(signal, sample_rate=rate, input_speed=input_speed, resolution=ORDER_RESOLUTION, high=high)
 
 
 def _rate(history: PressureHistory) -> float:
+    """Sample rate (Hz) of a history."""
     return (len(history.time) - 1) / float(history.time[-1] - history.time[0])
 
 
 def _profiles(
     against_frequency: Waterfall, against_order: Waterfall, marks: OrderMarks
 ) -> dict[str, tuple[FloatArray, FloatArray]]:
-    """What is drawn over speed: name → (speed (n,) rad/s, level (n,) dB): overall A-weighted, and mesh orders."""
+    """Return the curves over speed: name → (speed (n,) rad/s, level (n,) dB).
+
+    The first is the overall A-weighted level; the others are mesh orders.
+    """
     lines = against_frequency.amplitude[:, 1:].T / np.sqrt(WINDOW_BANDWIDTH)
     profiles = {"overall, dB(A)": (against_frequency.input_speed, levels.overall(against_frequency.axis[1:], lines))}
     for stage, order in marks.mesh.items():
@@ -78,7 +90,7 @@ def _profiles(
 
 
 def _summarise(history: PressureHistory, profiles: Mapping[str, tuple[FloatArray, FloatArray]]) -> dict[str, Any]:
-    """Speeds, equivalent level of the whole record, and of everything drawn over speed the highest level."""
+    """Return the speeds, the equivalent level of the whole record and the highest level of every curve over speed."""
     return {
         "start_speed_rpm": 30 / pi * float(history.input_speed[0]),
         "end_speed_rpm": 30 / pi * float(history.input_speed[-1]),

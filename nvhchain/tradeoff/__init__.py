@@ -1,4 +1,4 @@
-"""Speed for accuracy, measured: every knob of a fidelity alone and the presets, and the cheapest that suffice."""
+"""Measured trade-off of accuracy and time: every knob alone, the presets, and the cheapest sufficient settings."""
 
 from nvhchain.tradeoff.deviation import Deviation, deviation, deviation_in_time
 from nvhchain.tradeoff.files import save_tradeoff

@@ -1,4 +1,4 @@
-"""How far a sound pressure is from its yardstick: overall, per mesh order and at the worst line."""
+"""Deviation of a sound pressure from its yardstick: overall, per mesh order and at the worst line."""
 
 from __future__ import annotations
 
@@ -13,22 +13,34 @@ from nvhchain.errors import require
 from nvhchain.handoff import ComplexArray, FieldPressure, FloatArray, PressureHistory
 
 REACH = 40.0
-"""dB below the strongest line of a field point down to which lines are compared."""
+"""Level range (dB) below the strongest line of a field point in which lines are compared."""
 
 PARTS = 20
-"""Equal parts of a run-up whose levels are compared."""
+"""Number of equal parts of a run-up whose levels are compared."""
 
 _SAME_LINE = 1e-6
-"""Relative difference of frequencies that are one line."""
+"""Largest relative difference of frequencies that count as one line."""
 
 
 @dataclass(frozen=True)
 class Deviation:
-    """Errors in dB, with their sign, at the field point where they are largest.
+    """Errors (dB) with their sign, at the field point where they are largest.
 
-    overall: of the level in dB(A).  worst_line: of the worst line within `REACH` of the strongest, at worst_frequency
-    (Hz).  orders: harmonic of a mesh order → error, where it is within `REACH`; empty without gears.  Raises
-    InputError for errors that are no numbers.
+    Parameters
+    ----------
+    overall : float
+        Error of the level in dB(A).
+    worst_line : float
+        Error of the worst line within `REACH` of the strongest (dB).
+    worst_frequency : float
+        Frequency of this line (Hz).
+    orders : dict of float to float
+        Error (dB) of every harmonic of a mesh order within `REACH`, by order of the input; empty without gears.
+
+    Raises
+    ------
+    InputError
+        If an error is not a finite number.
     """
 
     overall: float
@@ -42,18 +54,40 @@ class Deviation:
 
     @property
     def worst_order(self) -> float:
-        """Error of the worst mesh harmonic, dB; that of the worst line where there are no gears."""
+        """Error of the worst mesh harmonic (dB); without gears that of the worst line."""
         return max(self.orders.values(), key=abs) if self.orders else self.worst_line
 
 
 def deviation(
     pressure: FieldPressure, yardstick: FieldPressure, mesh_orders: Sequence[float] = (), *, reach: float = REACH
 ) -> Deviation:
-    """Errors of `pressure` against `yardstick` at the same points.
+    """Compute the errors of a line spectrum of pressure against its yardstick.
 
-    mesh_orders: per turn of the input shaft.  reach: dB.  A line that one of them lacks is silent there; one that
-    `pressure` alone has counts where it is within `reach` of the yardstick's strongest.
-    Raises InputError for other points, mesh orders that are not positive and no reach.
+    Parameters
+    ----------
+    pressure : FieldPressure
+        Pressure to assess.
+    yardstick : FieldPressure
+        Reference pressure at the same points.
+    mesh_orders : sequence of float
+        Mesh orders per turn of the input shaft.
+    reach : float
+        Level range (dB) below the strongest line in which lines are compared.
+
+    Returns
+    -------
+    Deviation
+        Errors with their sign.
+
+    Raises
+    ------
+    InputError
+        If the points differ, a mesh order is not positive, or `reach` is not positive.
+
+    Notes
+    -----
+    A line that one of the two lacks is silent there. A line of `pressure` alone counts where it lies within `reach` of
+    the yardstick's strongest.
     """
     _check_points(pressure, yardstick)
     require(reach > 0, f"reach = {reach} dB must be positive: lines so far below the strongest are compared")
@@ -77,18 +111,19 @@ def deviation(
 
 
 def _nearest(pressure: FieldPressure, lines: FloatArray) -> tuple[np.ndarray, np.ndarray]:
-    """(n_line,) of each of `lines` (Hz): index of the nearest one of `pressure`, and whether it is another one."""
+    """Return the indices (n_line,) of the nearest lines of `pressure`, and True where they differ from `lines` (Hz)."""
     nearest = np.searchsorted(0.5 * (pressure.frequency[1:] + pressure.frequency[:-1]), lines)
     return nearest, np.abs(pressure.frequency[nearest] - lines) > _SAME_LINE * lines
 
 
 def _at_lines(pressure: FieldPressure, lines: FloatArray) -> ComplexArray:
-    """Pressure (n_line, n_point) at `lines` (Hz), zero where it has no such line."""
+    """Return the pressure (n_line, n_point) at `lines` (Hz), zero where it has no such line."""
     nearest, missing = _nearest(pressure, lines)
     return np.where(missing[:, None], 0.0, pressure.pressure[nearest])
 
 
 def _check_points(pressure: FieldPressure | PressureHistory, yardstick: FieldPressure | PressureHistory) -> None:
+    """Refuse pressures at different points."""
     here, there = pressure.points, yardstick.points
     require(
         here.shape == there.shape and np.allclose(here, there, rtol=0, atol=1e-9),
@@ -99,7 +134,10 @@ def _check_points(pressure: FieldPressure | PressureHistory, yardstick: FieldPre
 def _orders(
     lines: FloatArray, turns: float, error: FloatArray, loud: np.ndarray, mesh_orders: Sequence[float]
 ) -> dict[float, float]:
-    """Error of every loud harmonic of the mesh orders, at its worst point.  turns: of the input shaft, 1/s."""
+    """Return the error of every loud harmonic of the mesh orders, at its worst point.
+
+    `turns` is the speed of the input shaft (1/s).
+    """
     if not turns:
         return {}
     found: dict[float, float] = {}
@@ -113,10 +151,29 @@ def _orders(
 
 
 def deviation_in_time(pressure: PressureHistory, yardstick: PressureHistory) -> Deviation:
-    """As `deviation`, of a run-up.
+    """Compute the errors of a run-up's pressure against its yardstick.
 
-    The worst of `PARTS` equal parts of the record within `REACH` of the loudest takes the place of the worst line, and
-    the input's turns per second in its middle that of the frequency.  Raises InputError for other points.
+    Parameters
+    ----------
+    pressure : PressureHistory
+        Pressure to assess.
+    yardstick : PressureHistory
+        Reference pressure at the same points.
+
+    Returns
+    -------
+    Deviation
+        Errors with their sign, without orders.
+
+    Raises
+    ------
+    InputError
+        If the points differ.
+
+    Notes
+    -----
+    The record is divided into `PARTS` equal parts, and those within `REACH` of the loudest are compared. The worst part
+    takes the place of the worst line. The input's turns per second in its middle take the place of the frequency.
     """
     _check_points(pressure, yardstick)
     overall = _equivalent(pressure, 1)[0] - _equivalent(yardstick, 1)[0]
@@ -130,6 +187,6 @@ def deviation_in_time(pressure: PressureHistory, yardstick: PressureHistory) -> 
 
 
 def _equivalent(history: PressureHistory, parts: int) -> FloatArray:
-    """Equivalent level (parts, n_point) in dB(A) of equal parts of a record."""
+    """Return the equivalent level (parts, n_point) in dB(A) of equal parts of a record."""
     rate = (len(history.time) - 1) / float(history.time[-1] - history.time[0])
     return np.array([levels.equivalent(part, sample_rate=rate) for part in np.array_split(history.pressure, parts)])

@@ -1,4 +1,4 @@
-"""What errors that were measured on one case become in another: by laws where one is known, else by a margin."""
+"""Errors measured on one case, extrapolated to another: by known laws, else by a margin."""
 
 from __future__ import annotations
 
@@ -15,24 +15,30 @@ from nvhchain.housing import Casting
 from nvhchain.housing.reduction import bending_wavelength
 
 MARGIN = 6.4
-"""Worst mesh harmonic of another case over that of the swept one.
+"""Ratio of the error of the worst mesh harmonic in another case to that in the swept case.
 
-The worst of the gearboxes of benchmarks/chain/error_band.py, nothing excluded, over the swept one: `standard` 4.05 dB
-(17-23 of 26 mm at 2300 rpm) over 0.63 dB; that of `draft` is half as large, 5.0 dB (32-47 at 1300 rpm) over 1.60 dB."""
+It is the worst ratio of the gearboxes of benchmarks/chain/error_band.py, none excluded. At `standard` it is 4.05 dB
+(17-23 of 26 mm at 2300 rpm) over 0.63 dB. The ratio of `draft` is half as large: 5.0 dB (32-47 at 1300 rpm) over 1.60
+dB.
+"""
 
 WIDEST_HELD_OUT = 14.93
-"""Face width over module of the widest gear on which the presets were run for these margins (cases/gearbox)."""
+"""Face width over module of the widest gear in the margin's cases (cases/gearbox)."""
 
 LARGEST_OVERLAP_HELD_OUT = 1.652
-"""Largest overlap ratio of these gears (32-47 at 27 degrees)."""
+"""Largest overlap ratio of the gears in the margin's cases (32-47 at 27 degrees)."""
 
 SHORTEST_HELD_OUT = 0.1047
-"""m: shortest bending wavelength of a wall at the upper frequency, as `WIDEST_HELD_OUT`."""
+"""Shortest bending wavelength (m) of a wall at the upper frequency in the margin's cases."""
 
 
 def extent(case: Case) -> dict[str, Any]:
-    """Of a case what errors grow with: `width` over module and `overlap` ratio of the wheel of every stage, and `wave`,
-    the wavelength (m) of bending in a casting's wall at the upper frequency, None without one."""
+    """Return the properties of a case with which errors grow.
+
+    - `width`: face width over module of the wheel of every stage.
+    - `overlap`: overlap ratio of the wheel of every stage.
+    - `wave`: bending wavelength (m) in a casting's wall at the upper frequency, None without a casting.
+    """
     if not isinstance(case, GearboxCase):
         return {"width": [], "overlap": [], "wave": None}
     geometry = {gear.name: gear.geometry for gear in case.gears}
@@ -44,19 +50,41 @@ def extent(case: Case) -> dict[str, Any]:
 
 
 def _is_extent(swept: Mapping[str, Any]) -> bool:
-    """Whether a file says what `extent` does."""
+    """Return True if the data of a file have the form of `extent`."""
     if not {"width", "overlap", "wave"} <= set(swept):
         return False
     return all(isinstance(number, float | int) for number in (*swept["width"], *swept["overlap"], swept["wave"] or 0))
 
 
 def growth(turned: Fidelity, base: Fidelity, cases: Sequence[Case], swept: Mapping[str, Any] | None) -> float:
-    """Factor on the error that `turned` has against `base`, at least 1, where the laws of the error band know it.
+    """Return the factor, at least 1, on the error of `turned` against `base` in other cases.
 
-    swept: `extent` of the case it was measured on; None is not known, and 1.  Of the gears: what the knob adds to the
-    error of the transmission error.  Of the housing: natural frequencies err with the square of element size per
-    bending wavelength at most (docs/measured/housing/mesh_error.md).  Raises InputError where `swept` does not tell
-    all.
+    Parameters
+    ----------
+    turned : Fidelity
+        Fidelity with a knob turned.
+    base : Fidelity
+        Base of the sweep.
+    cases : sequence of Case
+        Cases to extrapolate to.
+    swept : mapping of str to object, optional
+        `extent` of the swept case. The factor is 1 without it.
+
+    Returns
+    -------
+    float
+        Largest factor of the laws of the error band.
+
+    Raises
+    ------
+    InputError
+        If `swept` is incomplete.
+
+    Notes
+    -----
+    The law for gears is the error that the knob adds to the transmission error. The law for the housing is an error of
+    natural frequencies that grows at most with the square of element size over bending wavelength
+    (docs/measured/housing/mesh_error.md).
     """
     if swept is None:
         return 1.0
@@ -76,28 +104,43 @@ def growth(turned: Fidelity, base: Fidelity, cases: Sequence[Case], swept: Mappi
 
 
 def quiet_points(cases: Sequence[Case], swept: int) -> float:
-    """Factor on the error of a knob of the acoustics for field points beyond the `swept` ones.
+    """Return the factor on the error of an acoustic knob for field points beyond the `swept` ones.
 
-    It adds about as much to the pressure everywhere, which is most of it where the pressure is low; of n points the
-    worst has √n times the error of one, as pressures about a radiator are distributed (Rayleigh).  Of five about a
-    casting it had 1.5 to 10 times the median error (draft and standard, 1350 to 6000 rpm).
+    Such a knob adds about the same error to the pressure everywhere, so that quiet points suffer most. The pressures
+    about a radiator have a Rayleigh distribution: the worst of n points has √n times the error of one. Five points
+    about a casting had 1.5 to 10 times the median error (draft and standard, 1350 to 6000 rpm).
     """
     return max(1.0, sqrt(max(len(case.field_points) for case in cases) / swept))
 
 
 def beyond_held_out(turned: Fidelity, base: Fidelity, cases: Sequence[Case]) -> float:
-    """As `growth`, of a joint preset: beyond the widest gears and the shortest waves of the cases it was run on."""
+    """Return the factor, at least 1, on the error of a joint preset beyond the cases of the margin.
+
+    It is `growth` from the widest gears and the shortest waves of these cases.
+    """
     widest = {"width": [WIDEST_HELD_OUT], "overlap": [LARGEST_OVERLAP_HELD_OUT], "wave": SHORTEST_HELD_OUT}
     return growth(turned, base, cases, widest)
 
 
 def open_below(fidelity: Fidelity, case: Case) -> list[float]:
-    """dB by which the error band lies below the highest mesh harmonic of the case, for want of gears, of every stage.
+    """Return the distance (dB) of the lower confidence limit of every stage's highest mesh harmonic, from its gears.
 
-    inf where it has no lower limit, as of analytic bodies.  The error of a transmission error is that of its strongest
-    harmonic, and the n-th one is weaker by n², as where lines of contact begin and end: on the swept stage 0.8 to 1.5
-    over that up to n = 12.
-    Of a run-up at its highest speed.
+    Parameters
+    ----------
+    fidelity : Fidelity
+        Fidelity of the run.
+    case : Case
+        Case; a run-up counts at its highest speed.
+
+    Returns
+    -------
+    list of float
+        One distance (dB) per stage; inf without a lower limit, as for analytic bodies. Empty without gears.
+
+    Notes
+    -----
+    The error of a transmission error is that of its strongest harmonic. The n-th harmonic is weaker by n², as where
+    lines of contact begin and end. On the swept stage the ratio to this law is 0.8 to 1.5 up to n = 12.
     """
     if not isinstance(case, GearboxCase):
         return []
@@ -113,7 +156,7 @@ def open_below(fidelity: Fidelity, case: Case) -> list[float]:
 
 
 def _added(of: Mapping[str, Any], turned: Fidelity, base: Fidelity) -> list[float]:
-    """Error of the transmission error of every stage that `turned` has and `base` has not, relative."""
+    """Return the relative error of the transmission error that `turned` adds to that of `base`, per stage."""
     errors = [
         (relative_law_error(*gear, turned.gear), relative_law_error(*gear, base.gear))
         for gear in zip(of["width"], of["overlap"], strict=True)

@@ -1,4 +1,4 @@
-"""What a sweep leaves: tables and the figure of its front."""
+"""Files of a sweep: tables and the figure of time against accuracy."""
 
 from __future__ import annotations
 
@@ -12,7 +12,15 @@ if TYPE_CHECKING:
 
 
 def save_tradeoff(sweep: Tradeoff, out: str | Path) -> None:
-    """Leave tradeoff.md, tradeoff.csv, tradeoff.json and tradeoff.png in the folder `out`."""
+    """Write tradeoff.md, tradeoff.csv, tradeoff.json and tradeoff.png to a folder.
+
+    Parameters
+    ----------
+    sweep : Tradeoff
+        Measured sweep.
+    out : str or Path
+        Folder.
+    """
     from nvhchain.plots.files import save
     from nvhchain.plots.tradeoff import accuracy_cost
     from nvhchain.tradeoff import table

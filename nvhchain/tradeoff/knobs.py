@@ -1,4 +1,4 @@
-"""The knobs of `nvhchain.fidelity` and the values that a sweep tries, cheapest first; what it leaves alone, and why."""
+"""Knobs with their swept values, cheapest first, and knobs that are not swept, with reasons."""
 
 from __future__ import annotations
 
@@ -13,21 +13,33 @@ from nvhchain.fidelity import PRESETS, STANDARD, Fidelity, Sweep, declared
 from nvhchain.tradeoff.spared import spared
 
 STAGES = ("gear", "dynamics", "housing", "acoustics")
-"""Stages of the chain that have knobs, in their order."""
+"""Parts of a fidelity that have knobs, in the order of the chain."""
 
 PRESET = "preset"
-"""Name under which the joint presets are asked for and measured."""
+"""Name of the joint presets in requests and rows."""
 
 RECORD = "record"
-"""Name under which records of other lengths are asked for and measured."""
+"""Name of records of other lengths in requests and rows."""
 
 
 @dataclass(frozen=True)
 class Knob:
-    """Fields of one stage's fidelity that are turned together.
+    """Fields of one part of a fidelity that are turned together.
 
-    stage: `gear`, `dynamics`, `housing` or `acoustics`.  fields: names there.  values: one tuple of field values per
-    setting, cheapest first.  steps: what reads them, as declared.  beyond, hours: as of `nvhchain.fidelity.Sweep`.
+    Parameters
+    ----------
+    stage : str
+        Part of the fidelity: `gear`, `dynamics`, `housing` or `acoustics`.
+    fields : tuple of str
+        Names of the fields in this part.
+    values : tuple of tuple
+        One tuple of field values per setting, cheapest first.
+    steps : frozenset of str
+        Declared steps that use the fields.
+    beyond : bool
+        As in `nvhchain.fidelity.Sweep`.
+    hours : bool
+        As in `nvhchain.fidelity.Sweep`.
     """
 
     stage: str
@@ -39,32 +51,32 @@ class Knob:
 
     @property
     def run_up(self) -> bool:
-        """Whether only a run-up looks at it."""
+        """True if only a run-up uses the knob."""
         return self.steps == {"run-up"}
 
     @property
     def name(self) -> str:
-        """As in `gear.slices` or `acoustics.solver+solver_residual`."""
+        """Name such as `gear.slices` or `acoustics.solver+solver_residual`."""
         return f"{self.stage}.{'+'.join(self.fields)}"
 
     def turned(self, base: Fidelity, value: Sequence[Any]) -> Fidelity:
-        """`base` with this knob at `value`."""
+        """Return `base` with this knob at `value`."""
         stage = dataclasses.replace(getattr(base, self.stage), **dict(zip(self.fields, value, strict=True)))
         return dataclasses.replace(base, name=f"{self.name} = {spoken(value)}", **{self.stage: stage})
 
     def at(self, fidelity: Fidelity) -> tuple[Any, ...]:
-        """Its value in `fidelity`."""
+        """Return the values of the knob's fields in `fidelity`."""
         return tuple(getattr(getattr(fidelity, self.stage), field) for field in self.fields)
 
 
 def spoken(value: Sequence[Any]) -> str:
-    """A setting in words: numbers short, parts of a joint setting after each other."""
+    """Return a setting in words: short numbers, parts of a joint setting separated by commas."""
     parts = [f"{part:g}" if isinstance(part, float) else str(part) for part in value]
     return ", ".join(parts)
 
 
 def _swept() -> Iterator[Knob]:
-    """Every setting that `nvhchain.fidelity` declares as swept."""
+    """Yield every setting that `nvhchain.fidelity` declares as swept."""
     for stage in STAGES:
         of_stage = fields(getattr(STANDARD, stage))
         steps = {one.name: declared(one).step for one in of_stage}
@@ -78,7 +90,7 @@ def _swept() -> Iterator[Knob]:
 
 
 KNOBS: tuple[Knob, ...] = tuple(_swept())
-"""Every swept knob, in the order of `nvhchain.fidelity`."""
+"""All swept knobs, in the order of `nvhchain.fidelity`."""
 
 NOT_SWEPT: dict[str, str] = {
     f"{stage}.{one.name}": reason
@@ -86,20 +98,37 @@ NOT_SWEPT: dict[str, str] = {
     for one in fields(getattr(STANDARD, stage))
     if isinstance(reason := declared(one).sweep, str)
 }
-"""Knobs that change no answer, or only towards finer, with the reason."""
+"""Knobs that change no result, or only refine it, each with the reason."""
 
 BEYOND = frozenset((knob.name, spoken(value)) for knob in KNOBS if knob.beyond for value in knob.values)
-"""Knobs and values that model more, or step finer, than any preset: what they change is no error of theirs."""
+"""Knobs and values with a finer model or step than any preset: their change of the result is no error."""
 
 RECORDS = (0.25, 0.5, 2.0)
-"""Lengths of the record that are tried, over that of the case."""
+"""Lengths of the record that are tried, relative to that of the case."""
 
 
 def knobs_of(case: Case, names: Sequence[str] | None = None, given: Collection[str] = ()) -> tuple[Knob, ...]:
-    """The knobs that a run of `case` looks at, or those of them with these names.
+    """Return the knobs that a run of a case uses, all or by name.
 
-    given: names of the hand-offs that are ready-made, as `run` calls them.  A name is that of a knob, of one of its
-    fields, of a stage, or `preset` or `record`, which are no knobs.  Raises InputError for an unknown name.
+    Parameters
+    ----------
+    case : Case
+        Case to run.
+    names : sequence of str, optional
+        Names of knobs, of their fields or of parts of the fidelity. `preset` and `record` are accepted but are no
+        knobs. By default all knobs except those that take hours.
+    given : collection of str
+        Names of the supplied hand-offs, as for `run`.
+
+    Returns
+    -------
+    tuple of Knob
+        Knobs in the order of `KNOBS`.
+
+    Raises
+    ------
+    InputError
+        If a name is unknown, or the case does not use its knob.
     """
     looked_at = [knob for knob in KNOBS if _matters(knob, case) and not spared(knob.stage, knob.fields, case, given)]
     if names is None:
@@ -115,9 +144,21 @@ def knobs_of(case: Case, names: Sequence[str] | None = None, given: Collection[s
 
 
 def variants(case: Case, base: Fidelity, names: Sequence[str] | None = None) -> tuple[tuple[str, str, Fidelity], ...]:
-    """(knob, value, fidelity) of every variant: each knob with the rest at `base`, and the joint presets (`preset`).
+    """Return (knob, value, fidelity) of every variant: each knob with the rest at the base, and the joint presets.
 
-    names: as `knobs_of` takes them.
+    Parameters
+    ----------
+    case : Case
+        Case to run.
+    base : Fidelity
+        Base of the sweep.
+    names : sequence of str, optional
+        As for `knobs_of`.
+
+    Returns
+    -------
+    tuple of (str, str, Fidelity)
+        Joint presets have the knob `preset`.
     """
     single = [
         (knob.name, spoken(value), knob.turned(base, value))
@@ -131,9 +172,19 @@ def variants(case: Case, base: Fidelity, names: Sequence[str] | None = None) -> 
 
 
 def records(case: Case, names: Sequence[str] | None = None) -> tuple[tuple[str, str, Case], ...]:
-    """(what is turned, its value, case) with records of other lengths (`RECORDS`): they are told by the case.
+    """Return (name, value, case) of the case with records of other lengths (`RECORDS`).
 
-    At constant speed by its line spacing, in a run-up by its duration.  names: as `knobs_of` takes them.
+    Parameters
+    ----------
+    case : Case
+        Case to run. Its line spacing sets the length at constant speed, its duration that of a run-up.
+    names : sequence of str, optional
+        As for `knobs_of`.
+
+    Returns
+    -------
+    tuple of (str, str, Case)
+        Empty for radiators.
     """
     if not isinstance(case, GearboxCase) or not (names is None or RECORD in names):
         return ()
@@ -150,23 +201,26 @@ def records(case: Case, names: Sequence[str] | None = None) -> tuple[tuple[str, 
 
 
 def knobs_by_stage(fidelity: Fidelity) -> dict[str, dict[str, Any]]:
-    """Stage → field → value, without the fidelity's name."""
+    """Return part → field → value of a fidelity, without its name."""
     return {stage: dataclasses.asdict(getattr(fidelity, stage)) for stage in STAGES}
 
 
 def same(one: Fidelity, other: Fidelity) -> bool:
-    """Whether two fidelities differ in their names at most."""
+    """Return True if two fidelities differ at most in their names."""
     return knobs_by_stage(one) == knobs_by_stage(other)
 
 
 def _matters(knob: Knob, case: Case) -> bool:
-    """Whether what the case asks for depends on a knob."""
+    """Return True if a quantity of the case depends on a knob."""
     running_up = isinstance(case, GearboxCase) and case.operation.ramp is not None
     return (running_up or not knob.run_up) and _heard(knob, case)
 
 
 def _heard(knob: Knob, case: Case) -> bool:
-    """Forces know nothing of the radiating surface, and a velocity of nothing but its mesh."""
+    """Return True if a quantity of the case depends on a knob, whatever its speed.
+
+    Forces do not depend on the radiating surface. A velocity depends only on its mesh.
+    """
     if (HEARD | RADIATED).intersection(case.quantities):
         return True
     of_the_surface = "surface" in knob.steps
@@ -176,11 +230,12 @@ def _heard(knob: Knob, case: Case) -> bool:
 
 
 def _asked_as(knob: Knob) -> str:
-    """The name of a knob; with its one value where that takes hours."""
+    """Return the name of a knob, with its one value where that takes hours."""
     return f"{knob.name}={spoken(knob.values[0])}" if knob.hours else knob.name
 
 
 def _called(knob: Knob, name: str) -> bool:
+    """Return True if `name` stands for the knob, its part of the fidelity or one of its fields."""
     if knob.hours:
         return name == _asked_as(knob)
     return name in (knob.name, knob.stage) or name in [f"{knob.stage}.{field}" for field in knob.fields]

@@ -1,4 +1,4 @@
-"""What every stage of a run takes, its memory measured from outside; a stage found on disk costs what it did."""
+"""Cost of every step of a run: time and memory; a cached step has the cost of its computation."""
 
 from __future__ import annotations
 
@@ -24,22 +24,33 @@ from nvhchain.files.shelf import Watcher
 from nvhchain.runtime import processes
 
 KILLED = "killed by signal"
-"""Beginning of `Run.refused` where the system ended the run: with more memory it may do."""
+"""Beginning of `Run.refused` where the system ended the run; a run with more memory may succeed."""
 
 _PATIENCE = 5.0
-"""s that a run has to end by itself."""
+"""Time (s) that a run has to end by itself."""
 
 _SAMPLING = 0.02
-"""s between two looks at the memory of the run."""
+"""Time (s) between two samples of the run's memory."""
 
 
 @dataclass(frozen=True)
 class Cost:
-    """Of one stage.
+    """Cost of one step.
 
-    seconds: wall time.  processor: s of all processors, user and system, which other work on the machine hardly moves.
-    megabytes: peak resident memory.  The last two are of the process and its children.  Raises InputError for less than
-    nothing and what is no number.
+    Parameters
+    ----------
+    seconds : float
+        Wall time (s).
+    processor : float
+        Time (s) of all processors, user and system, of the process and its children. Other work on the machine hardly
+        affects it.
+    megabytes : float
+        Peak resident memory (MB) of the process and its children.
+
+    Raises
+    ------
+    InputError
+        If a value is negative or not finite.
     """
 
     seconds: float
@@ -53,9 +64,19 @@ class Cost:
 
 @dataclass
 class Ledger:
-    """Costs of finished stages by the key under which the shelf has them, kept in `file`.
+    """Costs of finished steps by the cache key of their results, kept in a file.
 
-    Raises FileFormatError for a file that holds something else.
+    Parameters
+    ----------
+    file : Path
+        JSON file.
+    costs : dict of str to Cost
+        Key → cost.
+
+    Raises
+    ------
+    FileFormatError
+        If the file holds something else.
     """
 
     file: Path
@@ -72,7 +93,7 @@ class Ledger:
             ) from None
 
     def of(self, stages: Sequence[tuple[str, str]]) -> dict[str, Cost]:
-        """Stage → cost, of (stage, key) of a run; FileFormatError where one was found whose cost is not known."""
+        """Return step → cost for the (step, key) pairs of a run; FileFormatError for a cached result without a cost."""
         lost = [stage for stage, key in stages if key not in self.costs]
         if lost:
             raise FileFormatError(
@@ -82,45 +103,75 @@ class Ledger:
         return {stage: self.costs[key] for stage, key in stages}
 
     def enter(self, key: str, cost: Cost) -> None:
-        """Keep a cost, on disk at once."""
+        """Add a cost and write the file at once."""
         self.costs[key] = cost
         self.begin()
 
     def begin(self) -> None:
-        """Keep the costs that are known: from here on what lies beside them is of this sweep."""
+        """Write the file; results found beside it from now on belong to this sweep."""
         write_text(self.file, json.dumps({key: astuple(cost) for key, cost in self.costs.items()}))
 
 
 @dataclass(frozen=True)
 class Run:
-    """What a measured run took.  stages: name → cost.  refused: why there is no result, or None."""
+    """Cost of a measured run.
+
+    Parameters
+    ----------
+    stages : dict of str to Cost
+        Cost of every step by its name.
+    refused : str, optional
+        Reason for a missing result.
+    """
 
     stages: dict[str, Cost]
     refused: str | None = None
 
     @property
     def seconds(self) -> float:
-        """Of all stages together, had none been found."""
+        """Wall time (s) of all steps, without cached results."""
         return sum(cost.seconds for cost in self.stages.values())
 
     @property
     def processor(self) -> float:
-        """As `seconds`, of all processors."""
+        """Time (s) of all processors and all steps, without cached results."""
         return sum(cost.processor for cost in self.stages.values())
 
     @property
     def megabytes(self) -> float:
-        """Of the stage that needs most."""
+        """Peak memory (MB) of the largest step."""
         return max((cost.megabytes for cost in self.stages.values()), default=0.0)
 
 
 def measured_run(
     case: Case, fidelity: Fidelity, *, out: Path, operators: Path, ledger: Ledger, watcher: Watcher
 ) -> Run:
-    """Run `case` in a process of its own, its hand-offs in `out` and `operators`; what is there is found.
+    """Run a case in a process of its own, with its hand-offs in `out` and `operators`; cached ones are used.
 
-    A refusal of the chain, or of the system (killed for its memory), is a result: `Run.refused`.  Raises SolverError
-    where the run fails otherwise.
+    Parameters
+    ----------
+    case : Case
+        Case to run.
+    fidelity : Fidelity
+        Fidelity of the run.
+    out : Path
+        Folder of the hand-offs.
+    operators : Path
+        Folder of the shared operators.
+    ledger : Ledger
+        Costs of finished steps; new ones are added.
+    watcher : Watcher
+        Receives the progress of the steps.
+
+    Returns
+    -------
+    Run
+        Costs. A refusal by the chain or the system (killed for its memory) is a result, too: `Run.refused`.
+
+    Raises
+    ------
+    SolverError
+        If the run fails otherwise.
     """
     for folder in (out, operators):
         folder.mkdir(parents=True, exist_ok=True)
@@ -152,7 +203,7 @@ def measured_run(
 
 
 def _end(process: Popen[bytes]) -> None:
-    """End a run and what it started; one that is busy in compiled code is killed."""
+    """End a run and its children; kill it if it is busy in compiled code."""
     process.terminate()
     try:
         process.wait(_PATIENCE)
@@ -161,7 +212,7 @@ def _end(process: Popen[bytes]) -> None:
 
 
 def _followed(reader: int, process: Popen[bytes], ledger: Ledger, watcher: Watcher) -> Run | None:
-    """Listen to a run until its pipe closes; None if it never said how it ended."""
+    """Follow a run until its pipe closes; return None if no outcome arrived."""
     peak, run = 0.0, None
     for event in _events(reader):
         peak = max(peak, resident(process.pid))
@@ -181,7 +232,7 @@ def _followed(reader: int, process: Popen[bytes], ledger: Ledger, watcher: Watch
 
 
 def _events(reader: int) -> Iterator[dict[str, Any] | None]:
-    """What the run tells, and None whenever it tells nothing for a while."""
+    """Yield the events of a run, and None after every interval without one."""
     rest = b""
     while True:
         if not select.select([reader], [], [], _SAMPLING)[0]:
@@ -196,7 +247,7 @@ def _events(reader: int) -> Iterator[dict[str, Any] | None]:
 
 
 def resident(pid: int) -> float:
-    """MB of resident memory of a process and its children; 0 when it is gone."""
+    """Return the resident memory (MB) of a process and its children; 0 for a process that has ended."""
     try:
         process = psutil.Process(pid)
         family = [process, *process.children(recursive=True)]

@@ -1,4 +1,4 @@
-"""What a sweep has to offer to the cases that are planned for: settings, what they err by there and what they save."""
+"""Settings of a sweep for the cases of a plan: expected errors and shares of time."""
 
 from __future__ import annotations
 
@@ -16,17 +16,34 @@ from nvhchain.tradeoff.knobs import BEYOND, PRESET, Knob, knobs_by_stage, knobs_
 from nvhchain.tradeoff.sweep import Measurement, Tradeoff, case_identity
 
 _WARNED_OF = frozenset({"acoustics.radiation"})
-"""Knobs of which a run warns at their cheaper values: the Rayleigh integral is more than 3 dB off in the mean of the
-worst body at every wavenumber, the equivalent radiated power below 4 over half the size of the body
-(docs/measured/acoustics/radiation.md)."""
+"""Knobs whose cheaper values make a run warn.
+
+In the mean of the worst body, the Rayleigh integral is off by more than 3 dB at every wavenumber. The equivalent
+radiated power is off by more than 3 dB below a wavenumber of 4/a, where a is half the size of the body
+(docs/measured/acoustics/radiation.md).
+"""
 
 
 @dataclass(frozen=True)
 class Task:
-    """What is planned for, from what.
+    """Cases to plan for, and the sweep to plan from.
 
-    given: names of ready-made hand-offs, or these by name.  tolerance: dB.  warnings: those that the base gives of
-    itself.  same: whether the cases are the one that was swept.
+    Parameters
+    ----------
+    cases : tuple of Case
+        Cases that are run alike.
+    given : collection of str
+        Names of the supplied hand-offs, or these by name.
+    sweep : Tradeoff
+        Measured sweep.
+    base : Fidelity
+        Base of the sweep.
+    tolerance : float
+        Tolerance (dB).
+    warnings : frozenset of str
+        Warnings at the base.
+    same : bool
+        True if all cases are the swept one.
     """
 
     cases: tuple[Case, ...]
@@ -39,22 +56,35 @@ class Task:
 
     @property
     def knobs(self) -> list[Knob]:
-        """Those that some case looks at."""
+        """Knobs that at least one case uses."""
         return [knob for case in self.cases for knob in knobs_of(case, given=self.given)]
 
     @property
     def swept_extent(self) -> Mapping[str, object] | None:
+        """`extent` of the swept case; None in older sweeps."""
         return self.sweep.provenance.get("extent")
 
     @property
     def swept_points(self) -> int:
-        """Field points at which errors were measured."""
+        """Number of field points at which errors were measured."""
         return 1 if self.sweep.yardstick is None else len(self.sweep.yardstick.points)
 
 
 @dataclass(frozen=True)
 class Offer:
-    """A knob at a value, or a preset.  error: dB.  shares: stage of the sweep → what it leaves of the stage's time."""
+    """Knob at a value, or a preset.
+
+    Parameters
+    ----------
+    knob : Knob
+        Knob, or the name `preset`.
+    value : tuple
+        Setting of its fields.
+    error : float
+        Expected error (dB).
+    shares : mapping of str to float
+        Step of the sweep → remaining share of its processor time.
+    """
 
     knob: Knob
     value: tuple[object, ...]
@@ -63,12 +93,12 @@ class Offer:
 
 
 def is_swept(cases: Sequence[Case], sweep: Tradeoff) -> bool:
-    """Whether all these cases are the one that was swept."""
+    """Return True if all cases are the swept one."""
     return all(case_identity(case) == sweep.provenance.get("case") for case in cases)
 
 
 def base_of(sweep: Tradeoff) -> Fidelity:
-    """The preset around which the sweep was measured, as it still is."""
+    """Return the preset around which the sweep was measured; InputError if its knobs have changed since."""
     require(sweep.base in PRESETS, f"the sweep's base {sweep.base!r} is no preset: sweep around {', '.join(PRESETS)}")
     base, then = PRESETS[sweep.base], sweep.provenance.get("fidelity", {})
     now = json.loads(json.dumps(knobs_by_stage(base)))
@@ -87,9 +117,9 @@ def base_of(sweep: Tradeoff) -> Fidelity:
 
 
 def rows_of(task: Task) -> list[tuple[Measurement, Knob, tuple[object, ...]]]:
-    """Rows of single knobs that some case looks at and that were not refused, with the knob and its value.
+    """Return the rows of single knobs that some case uses and that were not refused, with knob and value.
 
-    Those of models beyond the yardstick's own (`BEYOND`) are left out: the yardstick is not their truth.
+    Models beyond that of the yardstick (`BEYOND`) are excluded: the yardstick is no truth for them.
     """
     known = {(knob.name, spoken(value)): (knob, value) for knob in task.knobs for value in knob.values}
     return [
@@ -100,13 +130,13 @@ def rows_of(task: Task) -> list[tuple[Measurement, Knob, tuple[object, ...]]]:
 
 
 def error_of(row: Measurement) -> float:
-    """dB of the overall level or of the worst mesh harmonic, whichever is larger."""
+    """Return the larger error (dB) of the overall level and the worst mesh harmonic."""
     assert row.deviation is not None
     return max(abs(row.deviation.overall), abs(row.deviation.worst_order))
 
 
 def _expectation(task: Task) -> Callable[[Measurement, Fidelity], float]:
-    """dB that a row's error becomes in these cases, from the row and what was turned for it."""
+    """Return the function of a row and its fidelity that gives the expected error (dB) in these cases."""
     same, base, cases = task.same, task.base, task.cases
 
     def expected(row: Measurement, turned: Fidelity) -> float:
@@ -122,7 +152,7 @@ def _expectation(task: Task) -> Callable[[Measurement, Fidelity], float]:
 
 
 def offers_for(task: Task) -> list[Offer]:
-    """What the sweep has to offer to these cases: settings that are possible by themselves."""
+    """Return the single settings of the sweep that are possible in these cases."""
     expected = _expectation(task)
     return [
         Offer(knob, value, expected(row, knob.turned(task.base, value)), _shares(row, task.sweep))
@@ -132,9 +162,9 @@ def offers_for(task: Task) -> list[Offer]:
 
 
 def presets_for(task: Task, most: float) -> list[tuple[Fidelity, Offer]]:
-    """Joint presets with an error of `most` dB at most that the chain takes for all cases."""
+    """Return the joint presets that are possible in all cases, with an error of `most` (dB) at most."""
     found, expected = [], _expectation(task)
-    if "transfer_vectors" in task.given:  # which belong to the surface that one fidelity made
+    if "transfer_vectors" in task.given:  # they belong to the surface of one fidelity
         return []
     for row in task.sweep.measurements[1:]:
         if row.knob == PRESET and row.value in PRESETS and row.deviation is not None:
@@ -146,7 +176,7 @@ def presets_for(task: Task, most: float) -> list[tuple[Fidelity, Offer]]:
 
 
 def _shares(row: Measurement, sweep: Tradeoff) -> dict[str, float]:
-    """What a row leaves of every stage's processor time; of a stage that it drops, nothing."""
+    """Return the share of every step's processor time that remains with a row; 0 for a step that it drops."""
     before = sweep.measurements[0].stages
     return {
         stage: (row.stages[stage].processor / cost.processor if stage in row.stages else 0.0)
@@ -156,8 +186,11 @@ def _shares(row: Measurement, sweep: Tradeoff) -> dict[str, float]:
 
 
 def possible(task: Task, fidelity: Fidelity) -> bool:
-    """Whether the chain takes this for all cases, warns of nothing that it does not warn of at the base, and is vouched
-    for by an error band that is of use (`_vouched_for`)."""
+    """Return True if a fidelity is possible for all cases.
+
+    The chain must accept it without warnings other than those at the base. The confidence limits must stay useful
+    (`_vouched_for`).
+    """
     try:
         told = warnings_of(task.cases, fidelity, task.given)
     except InputError:
@@ -166,7 +199,10 @@ def possible(task: Task, fidelity: Fidelity) -> bool:
 
 
 def _vouched_for(task: Task, case: Case, fidelity: Fidelity) -> bool:
-    """Whether the error band of mesh harmonics grows by the tolerance at most, where the base's own keeps to it."""
+    """Return True if the lower limits of mesh harmonics widen by the tolerance at most, compared with the base.
+
+    Stages whose limit at the base exceeds the tolerance are excluded.
+    """
     if not any(knob.stage == "gear" for knob in knobs_of(case, given=task.given)):
         return True
     limits = zip(elsewhere.open_below(fidelity, case), elsewhere.open_below(task.base, case), strict=True)
@@ -174,7 +210,7 @@ def _vouched_for(task: Task, case: Case, fidelity: Fidelity) -> bool:
 
 
 def warnings_of(cases: Sequence[Case], fidelity: Fidelity, given: Collection[str]) -> frozenset[str]:
-    """What is warned of before any work starts.  Raises InputError for what is refused then."""
+    """Return the warnings before a run; InputError where the run is refused."""
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always", AccuracyWarning)
         for case in cases:
@@ -183,6 +219,7 @@ def warnings_of(cases: Sequence[Case], fidelity: Fidelity, given: Collection[str
 
 
 def turned_to(base: Fidelity, offers: list[Offer]) -> Fidelity:
+    """Return `base` with all offers turned."""
     for offer in offers:
         base = offer.knob.turned(base, offer.value)
     return base

@@ -1,4 +1,4 @@
-"""The cheapest knobs that keep to a tolerance in a scene, chosen from a measured sweep."""
+"""Choice of the cheapest knobs that keep to a tolerance in a scene, from a measured sweep."""
 
 from __future__ import annotations
 
@@ -32,29 +32,41 @@ from nvhchain.tradeoff.shipped import shipped_sweep
 from nvhchain.tradeoff.sweep import Tradeoff
 
 SHARE = 0.7
-"""Part of the tolerance that the expected errors of single knobs may use up together: the rest is for knobs that make
-each other worse."""
+"""Part of the tolerance available to the summed errors of single knobs. The rest is a reserve for their interaction."""
 
 SMALLEST_GAIN = 0.01
-"""Part of the whole time that a knob must save to be turned."""
+"""Smallest part of the whole time that a turned knob must save."""
 
 WIDEST = 100.0
-"""dB: a tolerance is less."""
+"""Upper limit (dB) of tolerances."""
 
 NOTHING_OFFERED = f"no other setting saves {100 * SMALLEST_GAIN:g} % of the time within {SHARE:g} of the tolerance"
-"""Why nothing is turned, in words."""
+"""Reason in words for an unchanged fidelity."""
 
 
 @dataclass(frozen=True)
 class Choice:
-    """What a planner chose.
+    """Fidelity chosen by the planner.
 
-    fidelity: to run with.  turned: knob → value that is cheaper than the sweep's base, or `preset` → its name.
-    expected_error_db: sum of the errors of the sound pressure that were measured for each, against the base; in another
-    case than the swept one times what they grew to in cases that were held out (`elsewhere`).
-    expected_seconds, base_seconds: of what is run when nothing is found on disk, as `plan` estimates them.
-    base_error_db: what the base itself leaves open.  sweep, base: names of the case that was swept and of the preset.
-    errors: knob → dB of its setting.  same_case: whether it was planned for the very case that was swept.
+    Parameters
+    ----------
+    fidelity : Fidelity
+        Fidelity of the run.
+    turned : mapping of str to str
+        Knob → value that is cheaper than the sweep's base, or `preset` → its name.
+    expected_error_db : float
+        Sum of the errors of sound pressure measured for each setting against the base (dB). Other cases than the swept
+        one have a margin from held-out cases (`elsewhere`).
+    expected_seconds, base_seconds : float
+        Processor time (s) of a run without cached results, as estimated by `plan`, of the choice and of the base.
+    base_error_db : float
+        Error that the base itself leaves open (dB).
+    sweep, base : str
+        Names of the swept case and of the preset.
+    errors : mapping of str to float
+        Knob → error of its setting (dB).
+    same_case : bool
+        True if the planned cases are the swept one.
     """
 
     fidelity: Fidelity
@@ -88,23 +100,45 @@ def cheapest(
     *,
     given: Collection[str] | Mapping[str, object] = (),
 ) -> Choice:
-    """The knobs that promise to run `case` soonest with errors of overall level and mesh harmonics within a tolerance.
+    """Choose the knobs that run `case` soonest with errors of overall level and mesh harmonics within a tolerance.
 
-    case: one, or several that are run alike.  tolerance_db: dB against the sweep's base.  sweep: measured on this or a
-    similar case, around a preset (the shipped one by default).  given: names of the hand-offs that the run will find
-    ready-made, or these by name, as `run` calls them.  The scene decides which of its knobs count, and how much of the
-    time each stage takes (`plan`).  Where the case asks for forces or velocities alone, errors of the pressure stand
-    for theirs.
+    Parameters
+    ----------
+    case : Case or iterable of Case
+        One case, or several that are run alike.
+    tolerance_db : float
+        Tolerance against the sweep's base (dB).
+    sweep : Tradeoff, optional
+        Sweep around a preset on this case or a similar one. By default the shipped one.
+    given : collection of str, or mapping of str to hand-off
+        Names of the supplied hand-offs, or these by name, as for `run`.
 
-    In another case than the swept one errors are larger: by the laws of the error band where they know it (width of
-    gears, waves in the walls), and by the margin of `elsewhere`, which is that of the worst case that was held out.
-    Errors of different knobs may go the same way: they are added up, to `SHARE` of the tolerance. Seconds of a stage
-    are multiplied with what each knob leaves of them. Knobs are turned, or turned further, in the order of time saved
-    per error, where they are not refused, warn of nothing that the base does not, and leave the error band of the
-    mesh's harmonics of use; a preset that was measured to keep to the same share is taken where it is quicker.
-    Raises InputError for no case, for names that `run` does not know, for a tolerance that is not positive or finer
-    than the base is known, for a stage of which the sweep tells nothing, for a base that is no preset, or no longer
-    what the preset is, and for what is refused at the base.
+    Returns
+    -------
+    Choice
+        Fidelity with its expected error and time.
+
+    Raises
+    ------
+    InputError
+        If there is no case, or `run` takes no hand-off of such a name. If the tolerance is not positive, or finer than
+        the error of the base. If the sweep has no rows for a step. If the base is no preset, or its preset has changed.
+        If the base is refused.
+
+    Notes
+    -----
+    The scene decides which knobs count, and the share of each step in the time (`plan`). For a case of forces or
+    velocities alone, errors of the pressure stand for theirs.
+
+    Errors in other cases than the swept one are larger. The laws of the error band extrapolate them where they apply
+    (width of gears, waves in the walls). The margin of `elsewhere` multiplies them by the ratio of the worst held-out
+    case.
+
+    Errors of different knobs may have the same sign: they are summed, up to `SHARE` of the tolerance. The seconds of a
+    step are multiplied by the share that each knob leaves. Knobs are turned, or turned further, in the order of time
+    saved per error. A setting must not be refused and must add no warning to those of the base. It must keep the
+    confidence limits of the mesh harmonics useful. A preset with a measured error within the same share is taken where
+    it is quicker.
     """
     require(
         0 < tolerance_db < WIDEST,
@@ -159,12 +193,31 @@ def cheapest(
 
 
 def base_error(sweep: Tradeoff, *cases: Case, given: Collection[str] = ()) -> float:
-    """dB that the base of a sweep leaves open, independent knobs in quadrature, grown to these cases by the laws of the
-    error band: below it errors against the base say nothing of those against the truth.
+    """Return the error (dB) that the base of a sweep leaves open: its independent knobs in quadrature.
 
-    A knob that converges moves the result with every step less: what is left after its last measured step, to the base,
-    is at most about that step. Of knobs with one measured value it is not known whether they converge.
-    given: as `cheapest` takes it.  Raises InputError where a stage of the cases has no knob with two measured values.
+    Parameters
+    ----------
+    sweep : Tradeoff
+        Measured sweep.
+    *cases : Case
+        Cases to which the laws of the error band extrapolate the errors.
+    given : collection of str
+        As for `cheapest`.
+
+    Returns
+    -------
+    float
+        Error (dB). Smaller errors against the base are no measure of the error against the truth.
+
+    Raises
+    ------
+    InputError
+        If a step of the cases has no knob with two measured values.
+
+    Notes
+    -----
+    The steps of a converging knob change the result less and less. The error left after the last measured step, to the
+    base, is at most about the size of that step. Convergence is unknown for knobs with one measured value.
     """
     last: dict[Knob, list[float]] = {}
     task = Task(cases, given, sweep, base_of(sweep), 0.0)
@@ -183,7 +236,7 @@ def base_error(sweep: Tradeoff, *cases: Case, given: Collection[str] = ()) -> fl
 
 
 def _two_digits_above(value: float) -> float:
-    """The next number of two digits that is not less."""
+    """Return the smallest number of two digits that is not less than `value`."""
     if value <= 0:
         return 0.0
     unit = 10.0 ** (floor(log10(value)) - 1)
@@ -191,18 +244,18 @@ def _two_digits_above(value: float) -> float:
 
 
 def _taken(knob: Knob, turned: Mapping[str, Offer]) -> bool:
-    """Whether one of its fields is turned already, by another knob."""
+    """Return True if another turned knob uses one of the same fields."""
     others = [offer.knob for name, offer in turned.items() if name != knob.name]
     return any(other.stage == knob.stage and not set(other.fields).isdisjoint(knob.fields) for other in others)
 
 
 def _sum(turned: Mapping[str, Offer]) -> float:
-    """dB of all settings together."""
+    """Sum of the errors of all settings (dB)."""
     return sum(offer.error for offer in turned.values())
 
 
 def _seconds_by_stage(task: Task) -> dict[str, float]:
-    """s that the cases take at the base by stage of the sweep."""
+    """Return the processor time (s) of the cases at the base, by step of the sweep."""
     seconds: dict[str, float] = {}
     swept = task.sweep.measurements[0].stages
     for planned in [one for case in task.cases for one in planned_steps(Scene(case, task.base, task.given))]:
@@ -213,7 +266,7 @@ def _seconds_by_stage(task: Task) -> dict[str, float]:
 
 
 def _total(seconds: Mapping[str, float], turned: Mapping[str, Offer] | None = None) -> float:
-    """s of all stages when these settings are turned."""
+    """Return the processor time (s) of all steps with these settings."""
     return sum(
         value * prod(offer.shares.get(stage, 1.0) for offer in (turned or {}).values())
         for stage, value in seconds.items()

@@ -1,4 +1,4 @@
-"""The sweep that comes with the package, from which tolerances are planned."""
+"""Shipped sweep, from which tolerances are planned."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from nvhchain.tradeoff.sweep import Tradeoff
 from nvhchain.tradeoff.table import from_json
 
 SHIPPED = Path(__file__).with_name("single-stage.json")
-"""Every knob around `reference` on cases/small/single_stage.toml, written by benchmarks/chain/tradeoff.py."""
+"""Sweep of every knob around `reference` on cases/small/single_stage.toml, by benchmarks/chain/tradeoff.py."""
 
 
 def shipped_sweep() -> Tradeoff:
-    """The measured table."""
+    """Read the sweep that comes with the package."""
     return from_json(SHIPPED)

@@ -1,4 +1,4 @@
-"""Knobs without effect, since what they make is supplied or comes from a file."""
+"""Knobs without effect, since their result is supplied or comes from a file."""
 
 from __future__ import annotations
 
@@ -13,7 +13,10 @@ _BETWEEN_MASTERS = {"interpolation_points", "interpolation_poles"}
 
 
 def spared(stage: str, fields: Sequence[str], case: Case, given: Collection[str]) -> bool:
-    """Return True for a knob without effect.  stage: part of the fidelity.  given: names of supplied hand-offs."""
+    """Return True for a knob without effect.
+
+    `stage` is its part of the fidelity and `given` names the supplied hand-offs.
+    """
     if stage == "acoustics":
         return _of_the_acoustics(set(fields), case, given)
     if all(step.knobs != stage for step in Scene(case, STANDARD, given).steps):

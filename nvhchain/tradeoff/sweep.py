@@ -1,4 +1,4 @@
-"""Every knob turned alone, and the presets: what each saves and what it costs in accuracy, measured."""
+"""Sweep of every knob alone and of the presets: measured savings and errors."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from nvhchain.tradeoff.knobs import STAGES, knobs_by_stage, records, variants
 from nvhchain.tradeoff.measure import KILLED, Cost, Ledger, Run, measured_run
 
 _CODE = (*STAGES, "spectrum", "scene", "chain", "tradeoff/deviation", "tradeoff/measure", "tradeoff/worker")
-"""Packages and modules that a row depends on."""
+"""Packages and modules on which a row depends."""
 
 _THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
 """Environment variables that limit the processors of a run."""
@@ -37,9 +37,18 @@ _THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA
 class Measurement:
     """One row: a knob at a value, the rest at the base.
 
-    knob: as in `gear.slices`, or `preset`, or `base`, or `record.` and what of the case tells its length.
-    stages: cost of every stage, found or computed.
-    deviation: from the base, None where the run was refused or is the base.  refused: why.
+    Parameters
+    ----------
+    knob : str
+        Name such as `gear.slices`, or `preset`, or `base`, or `record.` with the field that sets the record's length.
+    value : str
+        Setting in words.
+    stages : dict of str to Cost
+        Cost of every step, cached or computed.
+    deviation : Deviation, optional
+        Deviation from the base; None for a refused run and for the base.
+    refused : str, optional
+        Reason for a refusal.
     """
 
     knob: str
@@ -50,17 +59,17 @@ class Measurement:
 
     @property
     def seconds(self) -> float:
-        """Of a run in which nothing is found."""
+        """Wall time (s) of a run without cached results."""
         return Run(self.stages).seconds
 
     @property
     def processor(self) -> float:
-        """As `seconds`, of all processors."""
+        """Time (s) of all processors in a run without cached results."""
         return Run(self.stages).processor
 
     @property
     def megabytes(self) -> float:
-        """Of the stage that needs most."""
+        """Peak memory (MB) of the largest step."""
         return Run(self.stages).megabytes
 
 
@@ -68,8 +77,16 @@ class Measurement:
 class Tradeoff:
     """All rows of a sweep, the base first.
 
-    case, base: names.  provenance: version and code of every package, identity of the case, what its errors grow with
-    (`extent`), knobs of the base by stage, processors and threads.  yardstick: the base's pressure, None for a run-up.
+    Parameters
+    ----------
+    case, base : str
+        Names of the case and the fidelity.
+    measurements : tuple of Measurement
+        Rows.
+    provenance : mapping
+        Version and code of every package, identity and `extent` of the case, knobs of the base, processors and threads.
+    yardstick : FieldPressure, optional
+        Pressure at the base; None for a run-up.
     """
 
     case: str
@@ -92,17 +109,42 @@ def tradeoff(
     progress: Progress | None = None,
     watcher: Watcher | None = None,
 ) -> Tradeoff:
-    """Sweep the knobs of `fidelity` one by one with the rest as they are, and the presets; errors against `fidelity`.
+    """Sweep the knobs of a fidelity one by one, and the presets; errors are those against `fidelity`.
 
-    knobs: names as in `gear.slices`, of stages, or `preset`; None: all that a run of `case` looks at.
-    out: folder of the measurements alone; a sweep that was interrupted goes on where it was, and operators that a
-    variant leaves unchanged are found there, but for those whose cost is not known, which are removed.
-    progress: is told the variants done; watcher: the stages of each.
-    Every run has a process of its own.  A variant that the chain refuses is a row with its reason, and so is one that
-    the system ends, which is tried again when the sweep goes on.
+    Parameters
+    ----------
+    case : Case
+        Case with a sound pressure.
+    out : str or Path
+        Folder for these measurements only.
+    fidelity : Fidelity
+        Base of the sweep.
+    knobs : sequence of str, optional
+        Names such as `gear.slices`, parts of the fidelity, or `preset`. By default all knobs that a run of `case` uses.
+    progress : callable, optional
+        Function of the numbers of finished and of all variants.
+    watcher : Watcher, optional
+        Receives the progress of the steps of each variant.
 
-    Raises InputError for an unknown knob, a case without sound pressure, or a base that is refused; SolverError where
-    a run dies.
+    Returns
+    -------
+    Tradeoff
+        Rows, the base first.
+
+    Raises
+    ------
+    InputError
+        If a knob is unknown, the case has no sound pressure, or the base is refused.
+    SolverError
+        If a run ends unexpectedly.
+
+    Notes
+    -----
+    Every run has a process of its own. A variant that the chain refuses is a row with the reason. So is a run that the
+    system ends; it is repeated when the sweep resumes.
+
+    An interrupted sweep resumes. Operators that a variant leaves unchanged are cached in `out`. Results whose cost is
+    missing are removed.
     """
     require(
         "pressure" in case.quantities,
@@ -129,7 +171,7 @@ def _swept(
 
 
 class _Sweep:
-    """The folder of a sweep: operators, the base's spine, costs and rows."""
+    """Folder of a sweep: operators, results of the base, costs and rows."""
 
     def __init__(self, case: Case, fidelity: Fidelity, out: Path, watcher: Watcher) -> None:
         self._case, self._fidelity, self._out, self._watcher = case, fidelity, out, watcher
@@ -137,18 +179,18 @@ class _Sweep:
         self._spine = out / f"base-{_identity(case, fidelity)[:10]}"
         if self._ledger.file.exists():
             self._forget_what_has_no_cost()
-        elif not any(out.rglob("*.h5")):  # else they are those of others
+        elif not any(out.rglob("*.h5")):  # else they belong to another work
             self._ledger.begin()
 
     def _forget_what_has_no_cost(self) -> None:
-        """Results and parts of a sweep that was ended within a stage, or before its cost was entered."""
+        """Delete cached results without a cost, which remain of an interrupted sweep."""
         for folder in (self._out / "operators", self._spine):
             for file in folder.rglob("*.h5"):
                 if key_in(file) not in self._ledger.costs:
                     file.unlink()
 
     def base(self) -> Measurement:
-        """Row of the yardstick, its spine kept."""
+        """Return the row of the yardstick and keep its results."""
         run = self._run(self._case, self._fidelity, self._spine)
         if (run.refused or "").startswith(KILLED):
             raise SolverError(f"the base {self._fidelity.name} was {run.refused}: measure it again, with more memory")
@@ -156,15 +198,15 @@ class _Sweep:
         return Measurement("base", self._fidelity.name, run.stages, None)
 
     def yardstick(self) -> FieldPressure | None:
-        """The base's pressure at constant speed."""
+        """Return the base's pressure at constant speed, or None."""
         path = self._spine / "pressure.h5"
         return hdf5.load(path, FieldPressure) if path.exists() else None
 
     def row(self, knob: str, value: str, case: Case, fidelity: Fidelity) -> Measurement:
-        """Row of a variant of the case or of the fidelity: the kept one, or measured now."""
+        """Return the row of a variant of the case or the fidelity, cached or measured now."""
         kept = self._out / "rows" / f"{fingerprint(_identity(self._case, self._fidelity), knob, value)[:16]}.json"
         identity = _identity(case, fidelity)
-        with suppress(OSError, ValueError, KeyError, TypeError, AttributeError):  # none yet, or a damaged one
+        with suppress(OSError, ValueError, KeyError, TypeError, AttributeError):  # no row yet, or a damaged one
             record = json.loads(kept.read_text())
             if record["identity"] == identity:
                 return measurement(record)
@@ -178,7 +220,7 @@ class _Sweep:
         spine = self._out / "variant"
         shutil.rmtree(spine, ignore_errors=True)
         spine.mkdir()
-        for file in self._spine.glob("*.h5"):  # what the variant leaves unchanged is found by its key
+        for file in self._spine.glob("*.h5"):  # unchanged results are cache hits
             os.link(file, spine / file.name)
         try:
             run = self._run(case, fidelity, spine)
@@ -199,21 +241,21 @@ class _Sweep:
 
 
 def _identity(case: Case, fidelity: Fidelity) -> str:
-    """Of a run: case, its files, knobs and code, not the names of presets nor where the case lies."""
+    """Hash of a run: case, its files, knobs and code, without the names of presets and the folder of the case."""
     return fingerprint(case_identity(case), knobs_by_stage(fidelity), _code())
 
 
 def case_identity(case: Case) -> str:
-    """Of what the case says and of what stands in the files it names, wherever they lie."""
+    """Hash of a case and the contents of its files, without their paths."""
     contents: list[Any] = [(Path(case.folder) / name).read_bytes() for name in _files(case)]
-    if isinstance(case, GearboxCase) and isinstance(case.housing, HousingModel):  # which may include other files
+    if isinstance(case, GearboxCase) and isinstance(case.housing, HousingModel):  # its file may include others
         given = case.housing
         contents.append(interop.read_solid_model(Path(case.folder) / given.file, units=given.units, spc=given.spc))
     return fingerprint(replace(case, folder=""), contents)
 
 
 def _files(part: Any) -> Iterator[str]:
-    """Names of the files that a part of a case refers to."""
+    """Yield the names of the files to which a part of a case refers."""
     if is_dataclass(part):
         for item in fields(part):
             value = getattr(part, item.name)
@@ -234,7 +276,7 @@ def _provenance(case: Case, fidelity: Fidelity) -> dict[str, Any]:
     return {
         "case": case_identity(case),
         "extent": extent(case),
-        "fidelity": json.loads(json.dumps(knobs_by_stage(fidelity))),  # tuples are lists, as in a file
+        "fidelity": json.loads(json.dumps(knobs_by_stage(fidelity))),  # tuples become lists, as in a file
         "code": _code(),
         "processors": os.cpu_count(),
         "threads": {name: os.environ[name] for name in _THREADS if name in os.environ},
@@ -251,7 +293,7 @@ def _deviation(case: Case, spine: Path, base: Path) -> Deviation:
 
 
 def measurement(record: dict[str, Any]) -> Measurement:
-    """A row from what `dataclasses.asdict` and JSON made of it."""
+    """Return a row from its JSON form, written by `dataclasses.asdict`."""
     error = record["deviation"]
     if error is not None:
         orders = {float(order): value for order, value in error["orders"].items()}

@@ -30,7 +30,7 @@ _HEADINGS = (
 
 
 def markdown(sweep: Tradeoff) -> str:
-    """A table for docs/measured: one row per variant, errors against the base."""
+    """Return a Markdown table for docs/measured: one row per variant, errors against the base."""
     lines = ["| " + " | ".join(_HEADINGS) + " |", "|---|---|---:|---:|---:|---:|---:|---:|"]
     lines += ["| " + " | ".join(_row(sweep, item)) + " |" for item in sweep.measurements]
     if any((item.knob, item.value) in BEYOND for item in sweep.measurements):
@@ -39,7 +39,7 @@ def markdown(sweep: Tradeoff) -> str:
 
 
 def comma_separated(sweep: Tradeoff) -> str:
-    """CSV: seconds and MB of every stage, errors overall, at the worst line and of every mesh harmonic."""
+    """Return a CSV table: seconds and MB of every step, errors overall, at the worst line and of every harmonic."""
     stages = _union(item.stages for item in sweep.measurements)
     orders = sorted(_union(item.deviation.orders for item in sweep.measurements if item.deviation))
     head = ["knob", "value", "seconds", "processor seconds", "megabytes"]
@@ -60,7 +60,7 @@ def comma_separated(sweep: Tradeoff) -> str:
 
 
 def as_json(sweep: Tradeoff) -> str:
-    """Everything that was measured; `from_json` reads it."""
+    """Return the whole sweep as JSON; `from_json` reads it."""
     record: dict[str, Any] = {"case": sweep.case, "base": sweep.base, "provenance": sweep.provenance}
     if sweep.yardstick is not None:
         heard = sweep.yardstick
@@ -75,8 +75,23 @@ def as_json(sweep: Tradeoff) -> str:
 
 
 def from_json(path: str | Path) -> Tradeoff:
-    """A sweep that `as_json` wrote.  Raises FileFormatError for a file that is missing or something else, or in which
-    something is not finite."""
+    """Read a sweep that `as_json` wrote.
+
+    Parameters
+    ----------
+    path : str or Path
+        JSON file.
+
+    Returns
+    -------
+    Tradeoff
+        Sweep.
+
+    Raises
+    ------
+    FileFormatError
+        If the file is missing, is no sweep, or holds a number that is not finite.
+    """
     path = Path(path)
     if not path.is_file():
         raise FileFormatError(f"{path}: no such file: measure it with `nvhchain tradeoff`")
@@ -123,10 +138,10 @@ def _row(sweep: Tradeoff, item: Measurement) -> list[str]:
 
 
 def _db(value: float) -> str:
-    """Errors below a thousandth of a decibel are none."""
+    """Return an error (dB) as text; errors below a thousandth of a decibel are 0."""
     return f"{value:+.3f}" if abs(value) >= 5e-4 else "0"
 
 
 def _union(groups: Iterable[Iterable[object]]) -> list:
-    """Members of all groups, each once, in the order of their first appearance."""
+    """Return the members of all groups, each once, in the order of their first appearance."""
     return list(dict.fromkeys(member for group in groups for member in group))

@@ -1,7 +1,7 @@
-"""One run of the chain in a process of its own, which tells its stages through a pipe: `python -m` this, by `measure`.
+"""One run of the chain in a process of its own, with its events in a pipe.
 
-Standard input holds the pickled arguments of `chain.run`; the first argument is the file descriptor of the pipe, on
-which one JSON object per line says what happens.
+`measure` starts this module with `python -m`. Standard input holds the pickled arguments of `chain.run`. The first
+argument is the file descriptor of the pipe, which takes one JSON object per line and event.
 """
 
 from __future__ import annotations
@@ -29,29 +29,33 @@ from nvhchain.runtime import processes
 
 
 class Teller(Watcher):
-    """Tells every stage with its seconds, and under which key its result lies in one of the folders."""
+    """Watcher that sends every step with its seconds and the cache key of its result."""
 
     def __init__(self, pipe: TextIO, folders: tuple[Path, ...]) -> None:
         self._pipe, self._folders, self._begun = pipe, folders, (0.0, 0.0)
 
     def tell(self, **event: Any) -> None:
+        """Send one event."""
         self._pipe.write(json.dumps(event) + "\n")
         self._pipe.flush()
 
     def begin(self, stage: str) -> None:
+        """Send the begin of a step."""
         self.tell(event="begin", stage=stage)
         self._begun = _clocks()
 
     def step(self, stage: str, done: int, total: int) -> None:
+        """Ignore progress within a step."""
         pass
 
     def end(self, stage: str, how: str) -> None:
+        """Send the end of a computed step with its time and key."""
         if how == "computed":
             seconds, processor = (now - begun for now, begun in zip(_clocks(), self._begun, strict=True))
             self.tell(event="end", stage=stage, seconds=seconds, processor=processor, key=self._key(stage))
 
     def _key(self, stage: str) -> str:
-        """Key of the file that has just been written."""
+        """Return the key of the newest file of a step."""
         files = [f for folder in self._folders for name in (f"{stage}.h5", f"{stage}-*.h5") for f in folder.glob(name)]
         key = key_in(max(files, key=lambda file: file.stat().st_mtime_ns))
         assert key is not None
@@ -59,12 +63,12 @@ class Teller(Watcher):
 
 
 def _clocks() -> tuple[float, float]:
-    """s of wall time, and of all processors, user and system, this process and the children it has waited for."""
+    """Return wall time (s), and processor time (s), user and system, of this process and its finished children."""
     return time.perf_counter(), sum(os.times()[:4])
 
 
 def keys_of(result: Result) -> Iterator[tuple[str, str]]:
-    """(stage, key) of every hand-off of a result that a stage made."""
+    """Yield (step, key) of every hand-off of a result that a step made."""
     for field in dataclasses.fields(result):
         value = getattr(result, field.name)
         for item in value if isinstance(value, tuple) else (value,):
@@ -73,7 +77,7 @@ def keys_of(result: Result) -> Iterator[tuple[str, str]]:
 
 
 def _end_with_listener(pipe: int) -> None:
-    """Nobody listens any more: whoever asked is gone, and what this run took would not be entered."""
+    """End this process when nobody reads the pipe: its costs would not be entered."""
     listening = select.poll()
     listening.register(pipe, 0)
     listening.poll()
@@ -81,8 +85,8 @@ def _end_with_listener(pipe: int) -> None:
 
 
 def main() -> None:
-    """Run, tell, and fail in words where the chain refuses."""
-    signal(SIGINT, default_int_handler)  # what a script runs in the background ignores it otherwise
+    """Run, send events, and send the reason where the chain refuses."""
+    signal(SIGINT, default_int_handler)  # background jobs of a script ignore it otherwise
     signal(SIGTERM, default_int_handler)
     case, fidelity, out, operators = pickle.load(sys.stdin.buffer)
     with suppress(KeyboardInterrupt), os.fdopen(int(sys.argv[1]), "w") as pipe:
